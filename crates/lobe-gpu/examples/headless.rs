@@ -7,7 +7,7 @@
 use std::process::ExitCode;
 
 use lobe_gpu::{
-    BenchReport, Camera, Context, ContextOptions, Environment, SceneView, SceneViewOptions, Storage, SurfaceShading,
+    BenchReport, Context, ContextOptions, Environment, GpuCamera, SceneView, SceneViewOptions, Storage, SurfaceShading,
     TurntableOptions, write_turntable,
 };
 use lobe_io::Job;
@@ -46,7 +46,7 @@ fn run(path: &str, frames: usize) -> Result<BenchReport, Box<dyn std::error::Err
     let shading = SurfaceShading::Vertices(&transfer, Storage::F32);
     let view_options = SceneViewOptions::default().width(640).height(400);
     let view = SceneView::new(&context, &scene, &shading, Some(&Environment::from(&*sky)), &view_options)?;
-    let camera = Camera::framing(scene.world_bounds(), Dir::from_angles(1.15, 0.6), 0.3);
+    let camera = GpuCamera::framing(scene.world_bounds(), Dir::from_angles(1.15, 0.6), 0.3);
     view.set_camera(&camera.ok_or("the angle is in range")?)?;
     print!("{}", view.renderer());
     let turntable = TurntableOptions::default().frames(frames);

@@ -6,7 +6,7 @@
 //! # Example: a baked scene under a new light
 //!
 //! ```no_run
-//! use lobe_gpu::{Camera, Context, ContextOptions, Environment, SceneView, SceneViewOptions, Storage, SurfaceShading};
+//! use lobe_gpu::{Context, ContextOptions, Environment, GpuCamera, SceneView, SceneViewOptions, Storage, SurfaceShading};
 //! use lobe_image::Tone;
 //! use lobe_io::Job;
 //! use lobe_prt::{BakeOptions, Receivers, bake};
@@ -21,7 +21,7 @@
 //! let context = Context::new(&ContextOptions::default())?;
 //! let shading = SurfaceShading::Vertices(&transfer, Storage::F32);
 //! let view = SceneView::new(&context, &scene, &shading, Some(&Environment::from(&*sky)), &SceneViewOptions::default())?;
-//! if let Some(camera) = Camera::framing(scene.world_bounds(), Dir::from_angles(1.2, 0.5), 0.3) {
+//! if let Some(camera) = GpuCamera::framing(scene.world_bounds(), Dir::from_angles(1.2, 0.5), 0.3) {
 //!     view.set_camera(&camera)?;
 //! }
 //! view.set_light(&lobe_env::project_env(&sky, 4))?;
@@ -46,7 +46,7 @@
 //! | spheres that hide the sky | [`GpuSphereShadows`] | `accumulate`, `sky_light` |
 //! | entities with occlusion fields | [`GpuShadowFields`], [`FieldResponse`] | `shadow_fields`, `product` |
 //! | skins and morph targets | [`GpuSkin`], [`GpuVertex`], [`MorphTarget`] | `skin` |
-//! | pictures of scenes | [`SceneView`], [`SurfaceShading`], [`GlossyLobe`], [`Camera`] | `camera`, `surface`, `shade_*`, `backdrop`, `resolve`, `tone` |
+//! | pictures of scenes | [`SceneView`], [`SurfaceShading`], [`GpuCamera`] | `camera`, `surface`, `shade_*`, `backdrop`, `resolve`, `tone` |
 //! | without a window: frames to files, times of passes | [`write_turntable`], [`render_turntable`], [`BenchReport`] | |
 //!
 //! # Precision
@@ -90,9 +90,9 @@ pub use moving::gpu_sphere_shadows::GpuSphereShadows;
 pub use renderer::pass::Pass;
 pub use renderer::renderer::{PassTime, Renderer};
 pub use renderer::shader::{wgsl_module, wgsl_modules};
-pub use scene_view::camera::Camera;
+pub use scene_view::camera::GpuCamera;
 pub use scene_view::scene_view::{SceneView, SceneViewOptions};
-pub use scene_view::surface_shading::{GlossyLobe, SurfaceShading};
+pub use scene_view::surface_shading::SurfaceShading;
 pub use storage::Storage;
 pub use transfer::gpu_matrices::GpuMatrices;
 pub use transfer::gpu_transfer::GpuTransfer;

@@ -10,6 +10,7 @@ use std::path::Path;
 
 use half::f16;
 pub use safetensors::Dtype;
+use safetensors::tensor::TensorView;
 use safetensors::{SafeTensorError, SafeTensors};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -256,9 +257,12 @@ impl<'a> TensorFile<'a> {
     /// # Errors
     /// [`IoError::Invalid`] if there is none of this name.
     pub fn view(&self, name: &str) -> Result<(Dtype, Vec<usize>), IoError> {
-        let view = self.tensors.tensor(name);
-        let view = view.map_err(|_| self.invalid(format!("expected a tensor {name}, found none")))?;
+        let view = self.tensor(name)?;
         Ok((view.dtype(), view.shape().to_vec()))
+    }
+
+    fn tensor(&self, name: &str) -> Result<TensorView<'a>, IoError> {
+        self.tensors.tensor(name).map_err(|_| self.invalid(format!("expected a tensor {name}, found none")))
     }
 
     /// The bytes of a tensor of this type and shape, of which `None` is any length.
@@ -266,17 +270,18 @@ impl<'a> TensorFile<'a> {
     /// # Errors
     /// [`IoError::Invalid`] if there is no such tensor.
     pub fn bytes(&self, name: &str, dtype: Dtype, shape: &[Option<usize>]) -> Result<&'a [u8], IoError> {
-        let (found, lengths) = self.view(name)?;
+        let view = self.tensor(name)?;
+        let (found, lengths) = (view.dtype(), view.shape());
         let fits = lengths.len() == shape.len() && lengths.iter().zip(shape).all(|(a, b)| b.is_none_or(|b| b == *a));
         if !fits {
             let shape: Vec<String> = shape.iter().map(|n| n.map_or("any".to_owned(), |n| n.to_string())).collect();
             let shape = shape.join(", ");
             return Err(self.invalid(format!("expected a tensor {name} of shape [{shape}], found {lengths:?}")));
         }
-        match self.tensors.tensor(name) {
-            Ok(view) if found == dtype => Ok(view.data()),
-            _ => Err(self.invalid(format!("expected a tensor {name} of {dtype:?}, found {found:?}"))),
+        if found == dtype {
+            return Ok(view.data());
         }
+        Err(self.invalid(format!("expected a tensor {name} of {dtype:?}, found {found:?}")))
     }
 
     /// The numbers of a tensor of floats.

@@ -102,7 +102,6 @@ fn repeated(small: &CompressedTransfer) -> Option<CompressedTransfer> {
         TableWeights::F32(w) => TableWeights::F32(w.repeat(times)),
         TableWeights::U16(w) => TableWeights::U16(w.repeat(times)),
         TableWeights::U8(w) => TableWeights::U8(w.repeat(times)),
-        _ => return None,
     };
     let clusters = table.clusters().repeat(times);
     let table = CompressedTable::new(table.width(), table.components(), clusters, weights, table.bases().to_vec());

@@ -73,6 +73,7 @@ pub use receivers::receivers::Receivers;
 pub use receivers::texel_receivers::TexelReceivers;
 pub use receivers::texel_rows::TexelRows;
 pub use recipe::Recipe;
+pub use transfer::glossy_lobe::GlossyLobe;
 pub use transfer::transfer::{Channels, Transfer};
 pub use transfer::transfer_matrices::TransferMatrices;
 pub use transfer::transfer_rows::{MatrixRows, StoredMatrices, StoredTransfer, TransferRows};

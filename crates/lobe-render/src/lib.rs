@@ -127,7 +127,6 @@ pub use plot::profile_plot::{Profile, ProfilePlot};
 pub use plot::pyramid::{Pyramid, basis_balloons, basis_crosses};
 pub use scene_view::baked_scene::{BakedScene, LitScene, transfer_bytes};
 pub use scene_view::light_scene::{LitPicture, light_baked_scene, light_by_irradiance};
-pub use scene_view::prt_shading::GlossyLobe;
 pub use scene_view::scene_picture::{SceneHit, ViewOptions, scene_picture};
 
 /// The examples of the README are tests.

@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::io::{Job, Progress};
-use lobe::prt::{BakeMode, BakeOptions, Transfer};
+use lobe::prt::{BakeMode, BakeOptions, GlossyLobe, Transfer};
 use lobe::render::{
-    BakedScene, Camera, DistantLight, Emitter, GlossyLobe, MovingMethod, MovingScene, MovingShading, PathOptions,
-    RenderError, SampleCount, Surfaces, TruthOptions, ViewOptions, light_baked_scene, light_by_irradiance,
-    light_moving_scene, render_truth_with_emitters,
+    BakedScene, Camera, DistantLight, Emitter, MovingMethod, MovingScene, MovingShading, PathOptions, RenderError,
+    SampleCount, Surfaces, TruthOptions, ViewOptions, light_baked_scene, light_by_irradiance, light_moving_scene,
+    render_truth_with_emitters,
 };
 use lobe::scene::{Bvh, Scene};
 use lobe::sh::{Dir, Rgb, Rotation, ShVec};

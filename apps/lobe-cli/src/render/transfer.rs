@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use lobe::io::{Job, Progress};
-use lobe::prt::{BakeMode, BakeOptions, BakedOrScene, Transfer};
-use lobe::render::{BakedScene, Camera, GlossyLobe, RenderError, ViewOptions, transfer_bytes};
+use lobe::prt::{BakeMode, BakeOptions, BakedOrScene, GlossyLobe, Transfer};
+use lobe::render::{BakedScene, Camera, RenderError, ViewOptions, transfer_bytes};
 use lobe::scene::Scene;
 
 use crate::args::memory::MemoryLimit;

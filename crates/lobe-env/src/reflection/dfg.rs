@@ -192,6 +192,13 @@ pub struct DfgTable {
     texels: Vec<Dfg>,
 }
 
+impl Default for DfgTable {
+    /// The table of 64 × 64 texels, within a hundredth except at grazing angles.
+    fn default() -> Self {
+        Self::new(64)
+    }
+}
+
 impl DfgTable {
     /// Computes a table, in parallel; the same bits for any number of threads.
     ///

@@ -18,7 +18,7 @@ const FAR: f64 = 100.0;
 ///
 /// What is nearer to the eye than 1/10000 of its distance from that point is not drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Camera {
+pub struct GpuCamera {
     right: Vec3,
     up: Vec3,
     towards_eye: Vec3,
@@ -44,7 +44,7 @@ pub(crate) struct CameraShape {
     size: [f32; 4],
 }
 
-impl Camera {
+impl GpuCamera {
     /// Rays from the point `eye`, of which the middle one goes through `target`; the upper edge of the picture is seen at
     /// `half_angle` radians above its middle, in `(0, π/2)`. None if the two points are one, or the angle is out of range.
     #[must_use]

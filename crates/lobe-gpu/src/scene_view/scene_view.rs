@@ -13,7 +13,7 @@ use crate::renderer::renderer::Renderer;
 use crate::renderer::shader::Shader;
 use crate::scene_view::scene_buffers::{SURFACE, add_scene};
 use crate::scene_view::surface_shading::Prepared;
-use crate::{Camera, Context, GpuError, SurfaceShading};
+use crate::{Context, GpuCamera, GpuError, SurfaceShading};
 
 /// The format of the display.
 const DISPLAY: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
@@ -75,7 +75,7 @@ impl SceneView {
         let mut renderer = Renderer::new(context);
         let samples = [width.saturating_mul(rays), height.saturating_mul(rays)];
         let origin = scene.origin();
-        let camera = Camera::framing(scene.world_bounds(), -lobe_sh::Dir::X, 0.35);
+        let camera = GpuCamera::framing(scene.world_bounds(), -lobe_sh::Dir::X, 0.35);
         let camera = camera.unwrap_or_else(|| unreachable!("the angle is in range"));
         renderer.uniform("camera", &camera.shape(origin, samples))?;
         add_scene(&mut renderer, scene)?;
@@ -105,7 +105,7 @@ impl SceneView {
     ///
     /// # Errors
     /// [`GpuError::Device`] if the device fails.
-    pub fn set_camera(&self, camera: &Camera) -> Result<(), GpuError> {
+    pub fn set_camera(&self, camera: &GpuCamera) -> Result<(), GpuError> {
         let SceneViewOptions { width, height, rays } = self.options;
         self.renderer.update("camera", &[camera.shape(self.origin, [width * rays, height * rays])])
     }

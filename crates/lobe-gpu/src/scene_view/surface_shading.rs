@@ -1,7 +1,7 @@
 //! Ways to light surfaces.
 
 use lobe_env::DfgTable;
-use lobe_prt::{CompressedTransfer, Lightmap, Transfer, TransferMatrices};
+use lobe_prt::{CompressedTransfer, GlossyLobe, Lightmap, Transfer, TransferMatrices};
 use lobe_scene::Scene;
 use lobe_sh::{Expansion as _, Rgb, ShVec, Zonal, convolved};
 
@@ -13,28 +13,6 @@ use crate::renderer::shader::Shader;
 use crate::transfer::gpu_matrices::{add_incident, lobe_light};
 use crate::transfer::gpu_transfer::{add_clustered, add_light, add_transfer, light_vectors};
 use crate::{GpuError, Storage};
-
-/// Cosines and roughnesses in the table of directional albedos, as in `lobe-render`.
-const DFG_SIZE: usize = 64;
-
-/// The lobe of reflection of glossy surfaces, about the mirrored view direction, as in `lobe-render`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum GlossyLobe {
-    /// Phong's lobe with this exponent, 0 or more, scaled by the base color.
-    Phong(f64),
-    /// The lobe of GGX microfacets seen along the normal, α from 0 to 1, scaled by the directional albedo at the angle of view with
-    /// the base color as reflectance along the normal.
-    Ggx(f64),
-}
-
-impl GlossyLobe {
-    fn zonal(self, order: usize) -> Zonal {
-        match self {
-            Self::Phong(exponent) => Zonal::phong(order, exponent),
-            Self::Ggx(alpha) => Zonal::ggx(order, alpha),
-        }
-    }
-}
 
 /// What lights the surfaces of a scene.
 #[derive(Clone, Copy, Debug)]
@@ -114,7 +92,7 @@ impl SurfaceShading<'_> {
                     GlossyLobe::Ggx(alpha) => (1.0, alpha.sqrt() as f32),
                 };
                 renderer.uniform("gloss", &[is_ggx, roughness, 0.0, 0.0])?;
-                SplitSum::add_dfg_to(&DfgTable::new(DFG_SIZE), renderer, "dfg")?;
+                SplitSum::add_dfg_to(&DfgTable::default(), renderer, "dfg")?;
                 let order = matrices.order();
                 let shader = Shader::new(&["shade_glossy"]).order(order);
                 let reads = vec![("incident", Slot::Read), ("gloss", Slot::Uniform), ("dfg", Slot::Texture)];

@@ -176,7 +176,7 @@ pub(crate) fn add_clustered(
     let in_word = match table.weights() {
         TableWeights::U8(_) => 4,
         TableWeights::U16(_) => 2,
-        _ => 1,
+        TableWeights::F32(_) => 1,
     };
     let components = table.components();
     let row = |r: usize, out: &mut Vec<u32>| {
@@ -187,7 +187,6 @@ pub(crate) fn add_clustered(
             TableWeights::U8(w) => out.extend(w[places].chunks(4).map(|q| word(q.iter().map(|q| u32::from(*q)), 8))),
             TableWeights::U16(w) => out.extend(w[places].chunks(2).map(|q| word(q.iter().map(|q| u32::from(*q)), 16))),
             TableWeights::F32(w) => out.extend(w[places].iter().map(|w| w.to_bits())),
-            other => unreachable!("weights of {:?}", other.bits()),
         }
     };
     let pieces = upload_rows(renderer, "weights", rows, 1 + components.div_ceil(in_word), row)?;

@@ -1,12 +1,7 @@
-// uses: dispatch
+// uses: dispatch, receiver
 // What many spheres together leave of the sky, `lobe_shadow::SphereShadows` without tree and groups (Ren et al. 2006): the sum of the
 // logarithms of all spheres, each from the table by its size and turned to where the receiver sees it, and its
 // exponential on a grid; then irradiance by the operator of `lobe_shadow::SkyLight`.
-
-struct Receiver {
-    position: vec4f,
-    normal: vec4f,
-}
 
 // Center and radius; the factors of 1, x, y, z, xy, yz, z*z, xz, x*x - y*y in the part of the disc that counts.
 struct Sphere {
@@ -53,8 +48,9 @@ fn aim(at: Receiver, sphere: Sphere) -> Aim {
     let top = h + r;
     let hiding = r * clamp((1.0 - SUNK) * top, 0.0, r);
     c += max(SUNK * top - h, 0.0) * n;
-    let inverse = inverseSqrt(max(dot(c, c), NO_DISTANCE));
-    return Aim(c * inverse, hiding * min(inverse * inverse, 1.0 / max(r * r, NO_DISTANCE)));
+    let squared = dot(c, c);
+    let inverse = inverseSqrt(max(squared, NO_DISTANCE));
+    return Aim(c * inverse, select(hiding, 0.0, squared < NO_DISTANCE) * min(inverse * inverse, 1.0 / max(r * r, NO_DISTANCE)));
 }
 
 fn share_towards(sphere: Sphere, s: vec3f) -> f32 {

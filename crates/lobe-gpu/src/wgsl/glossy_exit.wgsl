@@ -1,11 +1,6 @@
-// uses: dispatch
+// uses: dispatch, receiver
 // What glossy receivers send towards the eye: their blurred incident light in the mirrored direction r = 2 (n.v) n - v,
 // nothing below the surface.
-
-struct Receiver {
-    position: vec4f,
-    normal: vec4f,
-}
 
 @group(0) @binding(0) var<uniform> eye: vec4f;
 @group(0) @binding(1) var<storage, read> incident: array<vec4f>;

@@ -1,11 +1,6 @@
-// uses: dispatch
+// uses: dispatch, receiver
 // From visibility to irradiance under one sky, `lobe_shadow::SkyLight`: E(n) = sum_j y_j(n) sum_i (A_j G_ji) V_i, with a row of
 // COEFFICIENTS colors for each function y_j of which the clamped cosine has a band; its number is in the fourth place of each.
-
-struct Receiver {
-    position: vec4f,
-    normal: vec4f,
-}
 
 @group(0) @binding(0) var<storage, read> operator_rows: array<vec4f>;
 @group(0) @binding(1) var<storage, read> receivers: array<Receiver>;

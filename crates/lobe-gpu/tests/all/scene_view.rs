@@ -2,12 +2,12 @@
 
 use lobe_env::{CubeMap, DfgTable, EnvMap, PrefilterOptions, RoughnessLevels, prefilter_ggx, project_env};
 use lobe_gpu::{
-    BenchReport, Camera, Environment, GlossyLobe, GpuError, SceneView, SceneViewOptions, SplitSum, Storage,
-    SurfaceShading, TurntableOptions, render_turntable,
+    BenchReport, Environment, GpuCamera, GpuError, SceneView, SceneViewOptions, SplitSum, Storage, SurfaceShading,
+    TurntableOptions, render_turntable,
 };
 use lobe_image::{Curve, Exposure, Picture, Tone};
 use lobe_io::Job;
-use lobe_prt::{BakeOptions, Lightmap, Receivers, bake, bake_matrices};
+use lobe_prt::{BakeOptions, GlossyLobe, Lightmap, Receivers, bake, bake_matrices};
 use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene, Texture, TextureUse, Wrap, built_in};
 use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal, convolved};
 
@@ -26,14 +26,14 @@ fn sky() -> EnvMap {
 }
 
 /// The same camera for the device and for rays: it frames the scene.
-fn cameras(scene: &Scene) -> (Camera, Eye) {
+fn cameras(scene: &Scene) -> (GpuCamera, Eye) {
     let [min, max] = scene.world_bounds();
     let e = Dir::from_angles(1.1, -0.6);
     let half: [f64; 3] = std::array::from_fn(|k| 0.5 * (max[k] - min[k]));
     let distance = half.iter().map(|c| c * c).sum::<f64>().sqrt() / HALF_ANGLE.sin();
     let target: [f64; 3] = std::array::from_fn(|k| min[k] + half[k]);
     let eye = std::array::from_fn(|k| target[k] + distance * e.to_array()[k]);
-    let framing = Camera::framing([min, max], e, HALF_ANGLE).unwrap();
+    let framing = GpuCamera::framing([min, max], e, HALF_ANGLE).unwrap();
     (framing, Eye { eye, target, half_angle: HALF_ANGLE })
 }
 
@@ -233,7 +233,7 @@ fn what_cannot_be_drawn_is_an_error() {
     let other = SurfaceShading::Vertices(&transfer, Storage::F32);
     let error = SceneView::new(&context, &scene, &other, None, &options()).expect_err("two receivers");
     assert!(error.to_string().contains("found 2"), "{error}");
-    assert!(Camera::look_at([0.0; 3], [0.0; 3], 0.3).is_none(), "an eye where it looks");
+    assert!(GpuCamera::look_at([0.0; 3], [0.0; 3], 0.3).is_none(), "an eye where it looks");
 }
 
 #[test]

@@ -35,7 +35,6 @@ impl WeightBits {
 ///
 /// Integers stand for `q / 65535` and `q / 255`, as normalized vertex attributes do.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-#[non_exhaustive]
 pub enum TableWeights {
     /// As they are.
     F32(Vec<f32>),

@@ -168,7 +168,6 @@ fn decoding_is_the_sum_of_weighted_vectors_and_shading_its_scalar_product() {
                     TableWeights::F32(w) => f64::from(w[3 * r + j]),
                     TableWeights::U16(w) => f64::from(w[3 * r + j]) / 65535.0,
                     TableWeights::U8(w) => f64::from(w[3 * r + j]) / 255.0,
-                    _ => unreachable!("no other kind"),
                 };
                 let start = usize::from(table.clusters()[r]) * 4 * table.width();
                 for (i, x) in found.decode(r).iter().enumerate() {

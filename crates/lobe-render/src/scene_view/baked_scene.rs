@@ -5,15 +5,15 @@ use std::path::Path;
 use lobe_image::FileFormat;
 use lobe_io::Job;
 use lobe_prt::{
-    AlbedoMode, BakeMode, BakeOptions, Baked, Lightmap, Receivers, Recipe, read_any_transfer_bytes, read_baked,
-    read_baked_bytes, read_matrices_bytes,
+    AlbedoMode, BakeMode, BakeOptions, Baked, GlossyLobe, Lightmap, Receivers, Recipe, read_any_transfer_bytes,
+    read_baked, read_baked_bytes, read_matrices_bytes,
 };
 use lobe_scene::{Bvh, Scene, SceneReadOptions};
 use lobe_sh::{Coefficient as _, Rgb, ShVec};
 
 use crate::scene_view::back_faces::{self, BackFaces};
 use crate::scene_view::prt_shading::{Gloss, LitReceivers, Places, SurfaceTransfer};
-use crate::{Camera, GlossyLobe, RenderError, SceneHit, ViewOptions};
+use crate::{Camera, RenderError, SceneHit, ViewOptions};
 
 /// A scene with precomputed radiance transfer at its vertices or at the texels of a lightmap.
 ///

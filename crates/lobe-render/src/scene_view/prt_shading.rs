@@ -3,47 +3,14 @@
 use lobe_env::DfgTable;
 use lobe_io::Job;
 use lobe_prt::{
-    AnyTransfer, BakeOptions, BakeReport, Lightmap, PrtError, Receivers, TransferMatrices, bake, bake_matrices,
+    AnyTransfer, BakeOptions, BakeReport, GlossyLobe, Lightmap, PrtError, Receivers, TransferMatrices, bake,
+    bake_matrices,
 };
 use lobe_scene::{Bvh, Scene};
-use lobe_sh::{Coefficient as _, Expansion as _, Rgb, ShVec, Zonal, convolved};
+use lobe_sh::{Coefficient as _, Expansion as _, Rgb, ShVec, convolved};
 use rayon::prelude::*;
 
 use crate::SceneHit;
-
-/// Cosines and roughnesses in the table of directional albedos, which is then within a hundredth except at grazing
-/// angles.
-const DFG_SIZE: usize = 64;
-
-/// The lobe of reflection of glossy surfaces, about the mirrored view direction.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum GlossyLobe {
-    /// Phong's lobe with this exponent, 0 or more. It is scaled by the base color.
-    Phong(f64),
-    /// The lobe of GGX microfacets seen along the normal, with α from 0 to 1. It is scaled by the directional albedo of
-    /// the microfacets at the angle of view, by the split-sum approximation, with the base color as reflectance along
-    /// the normal.
-    Ggx(f64),
-}
-
-impl GlossyLobe {
-    fn zonal(self, order: usize) -> Zonal {
-        match self {
-            Self::Phong(exponent) => Zonal::phong(order, exponent),
-            Self::Ggx(alpha) => Zonal::ggx(order, alpha),
-        }
-    }
-
-    fn albedo(self) -> DirectionalAlbedo {
-        match self {
-            Self::Phong(_) => DirectionalAlbedo::Base,
-            Self::Ggx(alpha) => {
-                DirectionalAlbedo::Microfacets { table: DfgTable::new(DFG_SIZE), roughness: alpha.sqrt() }
-            }
-        }
-    }
-}
 
 /// The part of uniform light that a glossy surface reflects towards the eye.
 enum DirectionalAlbedo {
@@ -54,6 +21,13 @@ enum DirectionalAlbedo {
 }
 
 impl DirectionalAlbedo {
+    fn of(lobe: GlossyLobe) -> Self {
+        match lobe {
+            GlossyLobe::Phong(_) => Self::Base,
+            GlossyLobe::Ggx(alpha) => Self::Microfacets { table: DfgTable::default(), roughness: alpha.sqrt() },
+        }
+    }
+
     fn at(&self, hit: &SceneHit<'_>) -> Rgb<f64> {
         match self {
             Self::Base => hit.albedo,
@@ -72,7 +46,7 @@ pub(crate) struct Gloss {
 
 impl Gloss {
     pub(crate) fn new(lobe: GlossyLobe) -> Self {
-        Self { lobe, albedo: lobe.albedo() }
+        Self { lobe, albedo: DirectionalAlbedo::of(lobe) }
     }
 
     /// The directional albedo: the factor of the blurred light in the mirrored direction.

@@ -6,12 +6,10 @@ use std::ops::ControlFlow;
 use lobe_image::Picture;
 use lobe_io::{Job, Progress};
 use lobe_prt::{
-    AlbedoMode, AnyTransfer, BakeMode, BakeOptions, BakedGlb, Receivers, Recipe, TexelReceivers, bake, bake_matrices,
-    scene_hash, write_lightmap, write_matrices, write_transfer,
+    AlbedoMode, AnyTransfer, BakeMode, BakeOptions, BakedGlb, GlossyLobe, Receivers, Recipe, TexelReceivers, bake,
+    bake_matrices, scene_hash, write_lightmap, write_matrices, write_transfer,
 };
-use lobe_render::{
-    BakedScene, Camera, GlossyLobe, LitPicture, RenderError, ViewOptions, light_baked_scene, light_by_irradiance,
-};
+use lobe_render::{BakedScene, Camera, LitPicture, RenderError, ViewOptions, light_baked_scene, light_by_irradiance};
 use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene, SceneReadOptions, Up, read_scene_bytes};
 use lobe_sh::{Coefficient as _, Dir, Rgb, ShVec};
 
