@@ -7,6 +7,7 @@ import { copyFileSync, existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync 
 import { homedir, tmpdir } from 'node:os';
 import path from 'node:path';
 
+import { dancer } from './character.mjs';
 import { makeModel } from './made.mjs';
 import { models } from './models.mjs';
 import { openWithThree, poseAt, vertexOf } from './three.mjs';
@@ -82,7 +83,7 @@ const folder = mkdtempSync(path.join(tmpdir(), 'lobe-motion-'));
 let failures = 0;
 try {
   const given = process.argv.slice(3).map((file) => ({ name: path.basename(file), file }));
-  const files = given.length > 0 ? given : [...models(cache), { name: 'made', file: makeModel(folder) }];
+  const files = given.length > 0 ? given : [...models(cache), await dancer(cache, modules), { name: 'made', file: makeModel(folder) }];
   console.log('| file | animation | vertices | joints | positions | normals | normals of shaders | |');
   console.log('|---|---|---|---|---|---|---|---|');
   for (const { name, file } of files) {

@@ -7,17 +7,22 @@ import { pathToFileURL } from 'node:url';
 globalThis.self ??= globalThis;
 globalThis.ProgressEvent ??= class extends Event {};
 
-// The JSON and the one buffer of a file, without materials and pictures, which node cannot decode.
-function plainFile(file) {
+// A module of a package that the script got.
+export function importFrom(modules, name) {
+  return import(pathToFileURL(path.join(modules, name)));
+}
+
+// The JSON of a file and, of a .glb, its chunk of bytes, padded to four.
+export function splitFile(file) {
   const bytes = readFileSync(file);
-  let json, chunk;
-  if (bytes.toString('latin1', 0, 4) === 'glTF') {
-    const length = bytes.readUInt32LE(12);
-    json = JSON.parse(bytes.toString('utf8', 20, 20 + length));
-    chunk = bytes.subarray(28 + length);
-  } else {
-    json = JSON.parse(bytes.toString('utf8'));
-  }
+  if (bytes.toString('latin1', 0, 4) !== 'glTF') return { json: JSON.parse(bytes.toString('utf8')) };
+  const length = bytes.readUInt32LE(12);
+  return { json: JSON.parse(bytes.toString('utf8', 20, 20 + length)), chunk: bytes.subarray(28 + length) };
+}
+
+// The JSON and the one buffer of a file, without materials and pictures, which node cannot decode.
+export function plainFile(file) {
+  const { json, chunk } = splitFile(file);
   const buffers = (json.buffers ?? []).map((buffer) => {
     if (buffer.uri === undefined) return chunk.subarray(0, buffer.byteLength);
     if (buffer.uri.startsWith('data:')) return Buffer.from(buffer.uri.slice(buffer.uri.indexOf(',') + 1), 'base64');
@@ -39,7 +44,7 @@ function plainFile(file) {
   return { json, bytes: all };
 }
 
-function glb({ json, bytes }) {
+export function buildGlb({ json, bytes }) {
   let text = Buffer.from(JSON.stringify(json));
   text = Buffer.concat([text, Buffer.alloc((4 - (text.length % 4)) % 4, ' ')]);
   const header = Buffer.alloc(20);
@@ -57,11 +62,10 @@ function glb({ json, bytes }) {
 
 // The file as three.js has it, with what is needed to ask for poses.
 export async function openWithThree(file, modules) {
-  const load = (name) => import(pathToFileURL(path.join(modules, 'three', name)));
-  const THREE = await load('build/three.module.js');
-  const { GLTFLoader } = await load('examples/jsm/loaders/GLTFLoader.js');
+  const THREE = await importFrom(modules, 'three/build/three.module.js');
+  const { GLTFLoader } = await importFrom(modules, 'three/examples/jsm/loaders/GLTFLoader.js');
   const plain = plainFile(file);
-  const gltf = await new Promise((done, failed) => new GLTFLoader().parse(glb(plain), '', done, failed));
+  const gltf = await new Promise((done, failed) => new GLTFLoader().parse(buildGlb(plain), '', done, failed));
   // three.js scales by a quaternion whose length is not one, such as one of three digits; Lobe makes it a rotation.
   for (const track of gltf.animations.flatMap((clip) => clip.tracks)) {
     if (!(track instanceof THREE.QuaternionKeyframeTrack)) continue;
