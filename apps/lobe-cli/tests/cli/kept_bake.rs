@@ -72,3 +72,21 @@ fn what_stood_near_has_no_shadow_where_it_is_no_more() {
     let off = compare(moved.pixels(), anew.pixels()).relative_rmse;
     assert!(off < 0.02, "off by {off} of a bake of the parts by themselves");
 }
+
+#[test]
+fn an_animated_entity_of_a_description_keeps_its_transfer_too() {
+    let dir = Dir::new();
+    gltf(&dir, 300.0);
+    dir.lobe("bake a.gltf -o b.glb --samples 64 --order 3 --quiet").stdout();
+    dir.file(
+        "s.json",
+        r#"{"format":"lobe-scene","version":1,"entities":[{"name":"room","mesh":"b.glb","animation":"0",
+            "keys":[{"translation":[0,0,0]}]}]}"#,
+    );
+    let (still, _) = picture(&dir, "b.glb --mode interreflected");
+    let (moving, _) = picture(&dir, "s.json --mode fields --order 3 --time 1 --bake-samples 8");
+    let off = compare(moving.pixels(), still.pixels()).relative_rmse;
+    assert!(off < 1e-4, "off by {off} of the static picture");
+    let error = dir.lobe(&format!("render s.json --mode fields --order 4 {VIEW} -o y.exr")).error();
+    assert!(error.contains("`room: still`: expected its transfer to have 4 bands at least, found 3"), "{error}");
+}

@@ -346,7 +346,8 @@ impl MovingScene {
 /// Refuses more bands than parts have.
 pub(crate) fn expect_order(parts: &[MovingPart], order: usize) -> Result<(), RenderError> {
     for part in parts {
-        let transfer = part.transfer.as_ref().map(|transfer| ("transfer", transfer.order()));
+        let transfer = part.transfer.as_ref().map(|transfer| transfer.order());
+        let transfer = transfer.or(part.kept.as_ref().map(|kept| kept.order())).map(|order| ("transfer", order));
         let field = part.field.as_ref().map(|field| ("field", field.order()));
         let visibility = part.visibility.as_ref().map(|grid| ("grid of visibility", grid.order()));
         let mut all = transfer.into_iter().chain(field).chain(visibility);

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use lobe_prt::{BakeOptions, Transfer};
 use lobe_scene::{AnimatedScene, Bvh, Entity, EntityKind, PosedScene, Scene};
 use lobe_sh::Rotation;
 use lobe_shadow::{Placement, Track};
@@ -108,15 +109,21 @@ impl MovingScene {
         self.parts.push(part);
     }
 
-    /// Adds the parts of an animated scene, which a track carries as a whole.
+    /// Adds the parts of an animated scene, which a track carries as a whole. If its file is baked, what its animation leaves at
+    /// rest [keeps](Self::keep_transfer) the transfer.
     pub(crate) fn add_animated(
         &mut self,
         name: &str,
         (scene, animation, is_looped): (AnimatedScene, usize, bool),
+        baked: Option<&(Transfer, BakeOptions)>,
         track: Track,
     ) -> Result<(), RenderError> {
         let first = self.parts.len();
-        for mut part in Self::animated(scene.clone(), Some(animation))?.parts {
+        let mut animated = Self::animated(scene.clone(), Some(animation))?;
+        if let Some((transfer, options)) = baked {
+            animated.keep_transfer(transfer, options);
+        }
+        for mut part in animated.parts {
             // What its animation leaves at rest moves along the track all the same.
             if matches!(part.motion, Motion::Still) {
                 part.motion = Motion::Track(track.clone());

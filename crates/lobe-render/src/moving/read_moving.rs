@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use lobe_prt::{AlbedoMode, BakedOrScene, read_baked_or_scene};
-use lobe_scene::{AnimatedScene, Scene, SceneReadOptions, SceneReadReport, built_in, read_scene};
+use lobe_prt::{AlbedoMode, BakeOptions, BakedOrScene, Transfer, read_baked_or_scene};
+use lobe_scene::{AnimatedScene, Scene, SceneReadOptions, SceneReadReport, built_in, is_gltf, read_scene};
 use lobe_shadow::{
     EntityDescription, Lamp, LampDescription, LampSource, SceneDescription, SphereSet, StillDescription, read_field,
     read_lamp, read_spheres,
@@ -17,8 +17,8 @@ const VERTEX: u64 = 64;
 const TRIANGLE: u64 = 320;
 
 impl MovingScene {
-    /// Reads a [description](SceneDescription) and the files that it names. Of baked .glb files the transfer is read too. With
-    /// the scene come the files of triangles and the reports on them. All of them together are held against
+    /// Reads a [description](SceneDescription) and the files that it names. Of baked .glb files the transfer is read too; of those
+    /// that an entity animates, [as far as it is true](Self::keep_transfer) of what the animation leaves at rest. With the scene come the files of triangles and the reports on them. All of them together are held against
     /// [`SceneReadOptions::max_bytes`].
     ///
     /// What stands still is one part, but for what is baked or has a field: that is a part by itself, which hides the sky
@@ -55,7 +55,8 @@ impl MovingScene {
             match &entity.animation {
                 Some(animation) => {
                     let animated = reader.animated(&entity, animation)?;
-                    moving.add_animated(&entity.name, animated, entity.track)?;
+                    let baked = reader.baked_of(&entity.mesh)?;
+                    moving.add_animated(&entity.name, animated, baked.as_ref(), entity.track)?;
                 }
                 None => moving.add(reader.rigid(entity)?),
             }
@@ -127,6 +128,28 @@ impl Reader {
         Ok((scene, animation, entity.is_looped))
     }
 
+    /// The transfer of an animated file's vertices and the options that made it, if the file is baked.
+    fn baked_of(&mut self, file: &Path) -> Result<Option<(Transfer, BakeOptions)>, RenderError> {
+        if !is_gltf(file) {
+            return Ok(None);
+        }
+        let BakedOrScene::Baked(baked) = read_baked_or_scene(file, &self.options)? else { return Ok(None) };
+        self.expect_not_straight_through(file)?;
+        let options = baked.recipe.bake_options();
+        // What light went straight through in the bake lets it through nowhere else.
+        let is_opaque = baked.recipe.straight_through != Some(true);
+        Ok(is_opaque.then_some((baked.transfer, options)))
+    }
+
+    /// Refuses a baked file where light is asked to go straight through.
+    fn expect_not_straight_through(&self, file: &Path) -> Result<(), RenderError> {
+        if !self.options.straight_through {
+            return Ok(());
+        }
+        let message = "is baked, with or without light straight through it; bake its scene with --transparency";
+        Err(RenderError::invalid(file, message))
+    }
+
     /// Reads the triangles of a part, and their transfer if the file is baked.
     fn part(&mut self, file: &Path, name: &str, motion: Motion) -> Result<MovingPart, RenderError> {
         let part = self.read(file, name, motion)?;
@@ -149,17 +172,13 @@ impl Reader {
             })?;
             return Ok(MovingPart::new(name, scene, motion));
         }
-        let is_gltf = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb") || e.eq_ignore_ascii_case("gltf"));
-        let read = match is_gltf {
+        let read = match is_gltf(file) {
             true => read_baked_or_scene(file, &self.options)?,
             false => read_scene(file, &self.options).map(|(scene, report)| BakedOrScene::Scene(scene, report))?,
         };
         let (part, report) = match read {
-            BakedOrScene::Baked(_) if self.options.straight_through => {
-                let message = "is baked, with or without light straight through it; bake its scene with --transparency";
-                return Err(RenderError::invalid(file, message));
-            }
             BakedOrScene::Baked(baked) => {
+                self.expect_not_straight_through(file)?;
                 // Light goes where it went in the bake.
                 let scene = baked.scene.with_straight_through(baked.recipe.straight_through == Some(true));
                 let is_demodulated = baked.recipe.bake_options().albedo == AlbedoMode::None;
