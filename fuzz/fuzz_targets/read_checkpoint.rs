@@ -33,7 +33,7 @@ fn record(number: usize) -> Vec<u8> {
 }
 
 fn open(found: &mut Vec<Vec<u8>>) -> Result<RecordFile, IoError> {
-    RecordFile::open(&PATH, &FORMAT, LAYOUT, &Fingerprint::of_kind(7), |body| found.push(body.to_vec()))
+    RecordFile::open(&PATH, &FORMAT, LAYOUT, &Fingerprint::of_kind(7), None, |body| found.push(body.to_vec()))
 }
 
 fn complete(mut file: RecordFile) {
