@@ -69,7 +69,7 @@ pub use error::{SceneError, SceneReadOption};
 pub use files::folder::referenced_file;
 pub use files::gltf::attributes::{GltfAttributes, read_scene_and_attributes, read_scene_and_attributes_bytes};
 pub use files::gltf::document::{GltfDocument, read_scene_and_document, read_scene_and_document_bytes};
-pub use files::read::{read_scene, read_scene_bytes};
+pub use files::read::{is_gltf, read_scene, read_scene_bytes};
 pub use files::read_options::{DefaultMaterial, MissingNormals, SceneReadOptions, SceneReadReport};
 pub use motion::animated_scene::AnimatedScene;
 pub use motion::animation::Animation;

@@ -37,15 +37,14 @@ struct Weighted {
 }
 
 impl GltfPeek {
-    /// Of a .glb or .gltf file.
+    /// Of a glTF file: text if it is named .gltf.
     pub(crate) fn at(path: &Path) -> Self {
         Self::read(path).unwrap_or_default()
     }
 
     fn read(path: &Path) -> io::Result<Self> {
         let mut file = BufReader::new(File::open(path)?);
-        let is_binary = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("glb"));
-        if !is_binary {
+        if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gltf")) {
             return Ok(serde_json::from_reader(file)?);
         }
         // Magic number, version and length; then the length and the kind of the first chunk.

@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use lobe::prt::{BakedOrScene, read_baked_or_scene};
 use lobe::scene::{
     AnimatedScene, DefaultMaterial, GltfDocument, MissingNormals, Scene, SceneReadOptions, SceneReadReport, Up,
-    built_in, read_scene, read_scene_and_document,
+    built_in, is_gltf, read_scene, read_scene_and_document,
 };
 
 use crate::args::gltf_peek::GltfPeek;
@@ -21,7 +21,7 @@ const BUILT_IN: &str = "built-in:";
 /// Where a scene is.
 #[derive(Args)]
 pub(crate) struct SceneInput {
-    /// The scene: a .glb, .gltf, .obj or .ply file, or built-in:NAME with ball (over a ground), columns (a hall), cave, terrain,
+    /// The scene: a .glb, .gltf, .vrm, .obj or .ply file, or built-in:NAME with ball (over a ground), columns (a hall), cave, terrain,
     /// cornell (a room that is unfolded for --texels) or furnace (a closed white box, which no light enters: for tests); of
     /// lobe render also three-objects and walking-figure, which move
     #[arg(value_name = "SCENE")]
@@ -109,7 +109,7 @@ impl SceneInput {
 
     /// Whether the scene is read from a glTF file.
     pub(crate) fn is_gltf(&self) -> bool {
-        self.has_extension(&["glb", "gltf"])
+        is_gltf(&self.path)
     }
 
     /// Reads or makes the scene, and notes the findings.

@@ -276,7 +276,7 @@ fn scenes_that_are_missing_are_named() {
         refusal(&dir, "built-in:moon").starts_with("there is no such scene in the program; there are built-in:ball, ")
     );
     dir.file("scene.fbx", "Kaydara");
-    assert_eq!(refusal(&dir, "scene.fbx"), "expected a file named .gltf, .glb, .obj or .ply", "another kind");
+    assert_eq!(refusal(&dir, "scene.fbx"), "expected a file named .gltf, .glb, .vrm, .obj or .ply", "another kind");
     let dir = with_square(|json| json["buffers"][0]["uri"] = json!("none.bin"));
     let line = dir.lobe("bake scene.gltf -o out.glb").error();
     assert!(line.contains("none.bin, named by scene.gltf: no such file"), "{line}");

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use lobe_scene::{
-    GltfAttributes, Mesh, Scene, SceneReadOptions, SceneReadReport, read_scene_and_attributes,
+    GltfAttributes, Mesh, Scene, SceneReadOptions, SceneReadReport, is_gltf, read_scene_and_attributes,
     read_scene_and_attributes_bytes,
 };
 use serde_json::Value;
@@ -35,8 +35,7 @@ pub struct Baked {
 pub fn read_baked(path: impl AsRef<Path>, options: &SceneReadOptions) -> Result<Baked, PrtError> {
     let path = path.as_ref();
     let name = path.display().to_string();
-    let is_gltf = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb") || e.eq_ignore_ascii_case("gltf"));
-    if !is_gltf {
+    if !is_gltf(path) {
         return Err(PrtError::Unsupported {
             place: name,
             message: "expected a baked .glb; bake the scene first".into(),

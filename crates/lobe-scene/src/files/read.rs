@@ -9,7 +9,14 @@ use crate::files::read_ply;
 use crate::files::source::{Source, folder_of, read_file};
 use crate::{Scene, SceneError, SceneReadOptions, SceneReadReport, Up};
 
-/// Reads a scene from a .gltf, .glb, .obj or .ply file, with the files it references: z up, in the file's unit of
+/// Whether a file's name says that it is glTF: .gltf, .glb, or .vrm, a .glb of a character.
+#[must_use]
+pub fn is_gltf(path: impl AsRef<Path>) -> bool {
+    let extension = path.as_ref().extension().unwrap_or_default();
+    ["gltf", "glb", "vrm"].iter().any(|known| extension.eq_ignore_ascii_case(known))
+}
+
+/// Reads a scene from a .gltf, .glb, .vrm, .obj or .ply file, with the files it references: z up, in the file's unit of
 /// length.
 ///
 /// # Errors
@@ -44,13 +51,13 @@ pub(crate) fn read_scene_from(
     let mut source = source;
     let extension = Path::new(source.name).extension().map(|e| e.to_string_lossy().to_lowercase());
     let scene = match extension.as_deref() {
-        Some("gltf" | "glb") => {
+        _ if is_gltf(source.name) => {
             let file = plain::read(bytes, &mut source)?;
             read_gltf::scene_of(&file, &mut source)?
         }
         Some("obj") => read_obj::read(bytes, &mut source, up)?,
         Some("ply") => read_ply::read(bytes, &mut source, up)?,
-        _ => return Err(source.unsupported("expected a file named .gltf, .glb, .obj or .ply")),
+        _ => return Err(source.unsupported("expected a file named .gltf, .glb, .vrm, .obj or .ply")),
     };
     let report = source.into_report(&scene);
     Ok((scene, report))

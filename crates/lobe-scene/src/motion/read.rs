@@ -11,7 +11,7 @@ use crate::files::gltf::nodes::{Tree, local};
 use crate::files::gltf::placement::origin_of;
 use crate::files::gltf::plain;
 use crate::files::gltf::primitive::name_of;
-use crate::files::read::read_scene_from;
+use crate::files::read::{is_gltf, read_scene_from};
 use crate::files::read_gltf::{Flattened, standing_scene_of};
 use crate::files::source::{Source, folder_of, read_file};
 use crate::motion::animation::State;
@@ -67,8 +67,7 @@ impl AnimatedScene {
 }
 
 fn read(bytes: &[u8], mut source: Source<'_>, up: Up) -> Result<(AnimatedScene, SceneReadReport), SceneError> {
-    let extension = Path::new(source.name).extension().map(|e| e.to_string_lossy().to_lowercase());
-    if !matches!(extension.as_deref(), Some("gltf" | "glb")) {
+    if !is_gltf(source.name) {
         let (scene, report) = read_scene_from(bytes, source, up)?;
         return Ok((AnimatedScene::still(scene), report));
     }
