@@ -25,6 +25,9 @@ pub enum IoError {
         /// Which version it is of, and what to do.
         message: String,
     },
+    /// The watch of the job said to stop.
+    #[error("stopped")]
+    Cancelled,
     /// The operating system refused.
     #[error("{place}: {source}")]
     Io {

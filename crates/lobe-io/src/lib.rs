@@ -6,6 +6,7 @@
 //! | watch, stop and continue long work | [`Job`], [`Progress`]; between two reports [`Portions`] |
 //! | tell one piece of work from another | [`Fingerprint`] |
 //! | keep its results in a checkpoint and continue from it | [`RecordFile`], read by [`RecordReader`] |
+//! | share it among machines | [`Shard`], [`merge_shards`] |
 //! | write and read named tensors with a header (feature `tensors`) | `write_tensors`, `TensorFile` |
 //! | learn before long work whether its result can be written | [`check_writable`] |
 //! | clear away what programs that were killed have left | [`remove_abandoned`] |
@@ -23,7 +24,11 @@ pub use error::IoError;
 pub use fingerprint::Fingerprint;
 pub use job::{Job, Progress, Watch};
 pub use portions::Portions;
-pub use records::{RecordFile, RecordFormat, RecordLayout, RecordReader};
+pub use records::layout::{RecordFormat, RecordLayout};
+pub use records::merge::merge_shards;
+pub use records::record_file::RecordFile;
+pub use records::record_reader::RecordReader;
+pub use records::shard::Shard;
 pub use staged::{StagedFile, StagedWriter, check_writable, remove_abandoned, write_atomically};
 #[cfg(feature = "tensors")]
 pub use tensors::{Dtype, Numbers, Tensor, TensorFile, TensorFormat, write_tensors};

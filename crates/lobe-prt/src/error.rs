@@ -64,6 +64,7 @@ impl From<IoError> for PrtError {
     fn from(error: IoError) -> Self {
         match error {
             IoError::Io { place, source } => Self::Io { place, source },
+            IoError::Cancelled => Self::Cancelled,
             IoError::Invalid { place, message } => Self::Invalid { place, message },
             IoError::Unsupported { place, message } => Self::Unsupported { place, message },
             other => Self::Invalid { place: "checkpoint".to_owned(), message: other.to_string() },

@@ -11,7 +11,7 @@
 //! | transfer vectors | [`Transfer`], [`Channels`]; without holding it in memory [`TransferRows`], [`StoredTransfer`] |
 //! | receivers | [`Receivers`]; [`TexelReceivers`] of a lightmap, shown by [`Lightmap`] |
 //! | adaptive subdivision | [`split_adaptively`], [`AdaptiveOptions`], [`AdaptiveReport`], [`split_checkpoints`] |
-//! | baking | [`fn@bake`], [`bake_on_disk`], [`BakeOptions`], [`BakeMode`], [`AlbedoMode`], [`BakeReport`] |
+//! | baking | [`fn@bake`], [`bake_on_disk`], [`bake_shard`], [`BakeOptions`], [`BakeMode`], [`AlbedoMode`], [`BakeReport`] |
 //! | baked glTF scenes | [`BakedGlb`], [`fn@read_baked`], [`Baked`]; baked or not: [`read_baked_or_scene`] |
 //! | files of transfer alone | [`write_transfer`], [`read_transfer`]; lightmaps [`write_lightmap`], [`read_lightmap`] |
 //! | compression (CPCA) | [`CompressedTransfer`], [`error_curve`] |
@@ -20,8 +20,8 @@
 //! | files of both | [`write_compressed_transfer`], [`read_compressed_transfer`], [`write_zonal_transfer`], [`read_zonal_transfer`] |
 //! | files of any form | [`AnyTransfer`], [`read_any_transfer`] |
 //! | transfer matrices | [`TransferMatrices`], [`MatrixRows`], [`StoredMatrices`] |
-//! | baking matrices | [`bake_matrices`], [`bake_matrices_on_disk`] |
-//! | neighborhood transfer | [`bake_neighborhood`], [`bake_neighborhood_on_disk`], [`Neighborhood`], [`NeighborhoodGrid`] |
+//! | baking matrices | [`bake_matrices`], [`bake_matrices_on_disk`], [`bake_matrices_shard`] |
+//! | neighborhood transfer | [`bake_neighborhood`], [`bake_neighborhood_on_disk`], [`bake_neighborhood_shard`], [`Neighborhood`], [`NeighborhoodGrid`] |
 //! | files of matrices | [`write_matrices`], [`read_matrices`], [`write_neighborhood`], [`read_neighborhood`] |
 //! | the record of how transfer was made | [`Recipe`] |
 //! | fingerprints of scenes | [`fingerprint_scene`], [`scene_hash`] |
@@ -42,10 +42,12 @@ mod transfer;
 mod zonal;
 
 pub use bake::adaptive::{AdaptiveOptions, AdaptiveReport, split_adaptively, split_checkpoints};
-pub use bake::bake::{bake, bake_on_disk};
-pub use bake::glossy::{bake_matrices, bake_matrices_on_disk};
+pub use bake::bake::{bake, bake_on_disk, bake_shard};
+pub use bake::glossy::{bake_matrices, bake_matrices_on_disk, bake_matrices_shard};
 pub use bake::options::{AlbedoMode, BakeMode, BakeOptions, BakeReport};
-pub use bake::transfer_grid::{Neighborhood, NeighborhoodGrid, bake_neighborhood, bake_neighborhood_on_disk};
+pub use bake::transfer_grid::{
+    Neighborhood, NeighborhoodGrid, bake_neighborhood, bake_neighborhood_on_disk, bake_neighborhood_shard,
+};
 pub use compression::compress::{
     CompressOptions, CompressReport, CurvePoint, compress_table, compress_table_within, error_curve,
 };

@@ -60,7 +60,7 @@
 //! | bump mapping | [`Bumped`], [`bumped_normal`], [`bumps`] |
 //! | figures of mappings | [`mapping_figure()`] |
 //! | all techniques on one sheet | [`environment_mapping_sheet`], [`environment_panels`] |
-//! | scenes of triangles | [`render_truth`], [`Truth`], [`TruthOptions`]; [`fn@scene_picture`], [`SceneHit`] |
+//! | scenes of triangles | [`render_truth`], [`render_truth_shard`], [`Truth`], [`TruthOptions`]; [`fn@scene_picture`], [`SceneHit`] |
 //! | scenes with baked transfer | [`BakedScene`], [`light_baked_scene`], [`LitPicture`] |
 //! | scenes that move | [`MovingScene`], its [`MovingPart`]s and [`MovingLamp`]s, [`Moment`], [`Moments`]; [`light_moving_scene`] by [`MovingShading`] |
 //! | what is baked of them | [`MovingBakeOptions`], [`PartBake`], [`KeptVertices`]; what stands still in a room [`VisibilityGrid`] |
@@ -113,7 +113,7 @@ pub use path_tracer::distant_light::DistantLight;
 pub use path_tracer::emitter::Emitter;
 pub use path_tracer::estimate::{PathEstimate, SampleCount};
 pub use path_tracer::path_tracer::{LightStrategy, PathOptions, PathReceiver, PathTracer, Surfaces};
-pub use path_tracer::reference::{Truth, TruthOptions, render_truth, render_truth_with_emitters};
+pub use path_tracer::reference::{Truth, TruthOptions, render_truth, render_truth_shard, render_truth_with_emitters};
 pub use path_tracer::truth_exr::{TracedPicture, read_traced_picture, read_traced_picture_bytes};
 pub use plot::ball::Ball;
 pub use plot::balloon::Balloon;

@@ -42,6 +42,7 @@ impl From<IoError> for ShadowError {
     fn from(error: IoError) -> Self {
         match error {
             IoError::Io { place, source } => Self::Io { place, source },
+            IoError::Cancelled => Self::Cancelled,
             IoError::Invalid { place, message } | IoError::Unsupported { place, message } => {
                 Self::Invalid { place, message }
             }

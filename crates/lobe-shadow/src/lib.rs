@@ -9,7 +9,7 @@
 //! |---|---|
 //! | where an entity is | [`Placement`], [`relative_placement`]; over time [`Track`] |
 //! | scenes of entities in files | [`SceneDescription`], its [`LampDescription`]s |
-//! | occlusion fields | [`OcclusionField`], [`FieldGrid`], [`bake_field`], [`FieldOptions`] |
+//! | occlusion fields | [`OcclusionField`], [`FieldGrid`], [`bake_field`], [`bake_field_shard`], [`FieldOptions`] |
 //! | files of fields | [`write_field`], [`read_field`], [`FieldStorage`] |
 //! | visibility of an entity's own surface | [`bake_visibility`] |
 //! | lamps near by | [`RadianceField`], [`PatchField`], [`Rectangle`]; files of them [`Lamp`], [`write_lamp`], [`read_lamp`] |
@@ -45,7 +45,9 @@ pub use accumulate::sphere_shadows::{ShadowOptions, SphereShadows};
 pub use accumulate::sphere_tree::SphereTree;
 pub use description::{EntityDescription, SceneDescription, StillDescription};
 pub use error::ShadowError;
-pub use field::bake_field::{FieldOptions, FieldReport, VisibilityOptions, bake_field, bake_visibility};
+pub use field::bake_field::{
+    FieldOptions, FieldReport, VisibilityOptions, bake_field, bake_field_shard, bake_visibility,
+};
 pub use field::field_file::{read_field, read_field_bytes, write_field};
 pub use field::field_grid::{FieldGrid, RadialInterpolation};
 pub use field::field_storage::{FieldStorage, StorageReport};

@@ -201,6 +201,9 @@ mod guide {
     #[doc = include_str!("../../../docs/guide/src/moving.md")]
     mod moving {}
 
+    #[doc = include_str!("../../../docs/guide/src/sharing.md")]
+    mod sharing {}
+
     #[doc = include_str!("../../../docs/guide/src/shipping.md")]
     mod shipping {}
 

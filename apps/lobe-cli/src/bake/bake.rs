@@ -1,14 +1,17 @@
 //! `lobe bake`: the transfer of a scene at its vertices, its texels, or points in space.
 
 use anyhow::anyhow;
+use lobe::io::{Job, Shard};
 use lobe::prt::{
     BakeReport, BakedGlb, Channels, CompressReport, CompressedTransfer, NeighborhoodGrid, Receivers, Recipe,
-    TexelReceivers, bake_matrices_on_disk, bake_neighborhood_on_disk, bake_on_disk, write_compressed_transfer,
-    write_lightmap, write_matrices, write_neighborhood, write_transfer,
+    TexelReceivers, bake_matrices_on_disk, bake_matrices_shard, bake_neighborhood_on_disk, bake_neighborhood_shard,
+    bake_on_disk, bake_shard, write_compressed_transfer, write_lightmap, write_matrices, write_neighborhood,
+    write_transfer,
 };
 use lobe::scene::{Bvh, GltfDocument, Scene};
 
 use crate::args::output::{self, has_extension};
+use crate::args::sharing;
 use crate::bake::options::{Bake, ModeName};
 use crate::bake::report;
 use crate::bake::split;
@@ -18,8 +21,9 @@ use crate::run::talk::Talk;
 impl Bake {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         self.check_options()?;
-        output::prepare_file(&self.output, &[self.input.path()])?;
-        let checkpoint = Checkpoint::beside(&self.output);
+        let inputs: Vec<_> = self.sharing.inputs().chain([self.input.path()]).collect();
+        output::prepare_file(&self.output, &inputs)?;
+        let checkpoint = self.sharing.checkpoint(&self.output);
         if !self.fresh {
             checkpoint.check_kind(self.splitting.is_adaptive())?;
         }
@@ -34,16 +38,13 @@ impl Bake {
         if self.fresh {
             checkpoint.discard()?;
         }
+        if let Some(shard) = self.sharing.shard {
+            return self.bake_shard(&scene, shard, &checkpoint, talk);
+        }
         let scene = self.split_adaptively(scene, &checkpoint, talk)?;
-        let (report, compression) = if let Some(counts) = self.grid {
-            (self.bake_grid(&scene, counts, &checkpoint, talk)?, None)
-        } else if let Some(width) = self.texels {
-            (self.bake_texels(&scene, width, &checkpoint, talk)?, None)
-        } else if self.mode == ModeName::Glossy {
-            (self.bake_glossy(&scene, &checkpoint, talk)?, None)
-        } else {
-            self.bake_vertices(&scene, document, &checkpoint, talk)?
-        };
+        self.sharing.merge(&checkpoint, talk)?;
+        let baked = self.bake_all(&scene, document, &checkpoint, talk);
+        let (report, compression) = self.sharing.merged(&checkpoint, baked)?;
         checkpoint.finish();
         tell_if_too_late(&self.output, talk);
         report::Done {
@@ -53,6 +54,49 @@ impl Bake {
             compression: compression.as_ref(),
         }
         .tell(&self.output, self.json, talk)
+    }
+
+    /// Bakes what is asked for, and writes it.
+    fn bake_all(
+        &self,
+        scene: &Scene,
+        document: Option<GltfDocument>,
+        checkpoint: &Checkpoint,
+        talk: Talk,
+    ) -> anyhow::Result<(BakeReport, Option<CompressReport>)> {
+        if let Some(counts) = self.grid {
+            Ok((self.bake_grid(scene, counts, checkpoint, talk)?, None))
+        } else if let Some(width) = self.texels {
+            Ok((self.bake_texels(scene, width, checkpoint, talk)?, None))
+        } else if self.mode == ModeName::Glossy {
+            Ok((self.bake_glossy(scene, checkpoint, talk)?, None))
+        } else {
+            self.bake_vertices(scene, document, checkpoint, talk)
+        }
+    }
+
+    /// Bakes a shard, which is the file that it is kept in.
+    fn bake_shard(&self, scene: &Scene, shard: Shard, checkpoint: &Checkpoint, talk: Talk) -> anyhow::Result<()> {
+        let (options, bvh) = (self.bake_options(), Bvh::new(scene));
+        let (points_in_all, report) = if let Some(counts) = self.grid {
+            let grid = self.points_of_grid(scene, counts)?;
+            let bake = |job: Job<'_>| bake_neighborhood_shard(scene, &bvh, &grid, &options, shard, job);
+            (counts.iter().product(), checkpoint.watched(talk, bake)?)
+        } else if let Some(width) = self.texels {
+            let texels = TexelReceivers::new(scene, width)?;
+            let bake = |job: Job<'_>| bake_shard(scene, &bvh, texels.receivers(), &options, shard, job);
+            (texels.receivers().len(), checkpoint.watched(talk, bake)?)
+        } else {
+            let receivers = Receivers::at_vertices(scene)?;
+            let report = checkpoint.watched(talk, |job| match self.mode {
+                ModeName::Glossy => bake_matrices_shard(scene, &bvh, &receivers, &options, shard, job),
+                _ => bake_shard(scene, &bvh, &receivers, &options, shard, job),
+            })?;
+            (receivers.len(), report)
+        };
+        tell_if_too_late(&self.output, talk);
+        let BakeReport { receivers: points, seconds, .. } = report;
+        sharing::Done { shard: shard.to_string(), points, points_in_all, seconds }.tell(&self.output, self.json, talk)
     }
 
     /// The scene with further vertices where transfer changes, if the options say so. Refuses work whose results could

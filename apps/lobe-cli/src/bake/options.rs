@@ -11,6 +11,7 @@ use crate::args::memory::MemoryLimit;
 use crate::args::names::names;
 use crate::args::output::has_extension;
 use crate::args::scene_input::SceneInput;
+use crate::args::sharing::Sharing;
 use crate::args::values;
 use crate::bake::split::Splitting;
 
@@ -79,6 +80,8 @@ pub(crate) struct Bake {
     /// Print {"vertices", "triangles", "rays", "seconds", "stderr_dc", ...} on stdout
     #[arg(long)]
     pub(super) json: bool,
+    #[command(flatten)]
+    pub(super) sharing: Sharing,
 }
 
 names! {
@@ -156,12 +159,17 @@ impl Bake {
                 self.is_glb() && (is_glossy || is_elsewhere),
                 "-o: --mode glossy, --texels and --grid are written as .safetensors",
             ),
+            (
+                self.splitting.is_adaptive() && (self.sharing.shard.is_some() || !self.sharing.merge.is_empty()),
+                "--shard and --merge: not of --adaptive, whose rounds build on each other; --max-edge splits without",
+            ),
             (self.splitting.min_edge.is_some() && !self.splitting.is_adaptive(), "--min-edge: only of --adaptive"),
             (
                 self.splitting.max_vertices.is_some() && !self.splitting.is_adaptive(),
                 "--max-vertices: only of --adaptive",
             ),
         ];
+        self.sharing.check(&self.output)?;
         if let Some((_, message)) = ignored.into_iter().find(|(is_ignored, _)| *is_ignored) {
             bail!(message);
         }

@@ -1,21 +1,24 @@
 //! `lobe render`: a scene under distant light, by transfer or by path tracing.
 
 use std::path::PathBuf;
+use std::time::Instant;
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use lobe::io::{Job, Progress};
+use lobe::io::{Job, Progress, Shard};
 use lobe::prt::{BakeMode, BakeOptions, GlossyLobe, Transfer};
 use lobe::render::{
     BakedScene, Camera, DistantLight, Emitter, MovingMethod, MovingScene, MovingShading, PathOptions, RenderError,
     SampleCount, Surfaces, TruthOptions, ViewOptions, light_baked_scene, light_by_irradiance, light_moving_scene,
-    render_truth_with_emitters,
+    render_truth_shard, render_truth_with_emitters,
 };
 use lobe::scene::{Bvh, Scene};
 use lobe::sh::{Dir, Rgb, Rotation, ShVec};
 
 use crate::args::memory::MemoryLimit;
+use crate::args::output;
 use crate::args::scene_input::SceneInput;
+use crate::args::sharing::{self, Sharing};
 use crate::args::values;
 use crate::render::frames::{Frames, SECONDS_PER_FRAME};
 use crate::render::light::{LightInput, ReadLight};
@@ -103,6 +106,8 @@ pub(crate) struct Render {
     /// truth, fields, shexp: start anew, even if there is a checkpoint of what was stopped
     #[arg(long)]
     fresh: bool,
+    #[command(flatten)]
+    sharing: Sharing,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -219,13 +224,22 @@ impl Render {
         self.check_memory()?;
         let inputs =
             [Some(self.scene.path()), Some(self.light.path()), self.transfer.as_deref(), self.moving.table_path()];
-        self.pictures.check(&inputs.into_iter().flatten().collect::<Vec<_>>())?;
+        let inputs: Vec<_> = inputs.into_iter().flatten().chain(self.sharing.inputs()).collect();
+        if self.sharing.shard.is_some() {
+            self.sharing.check(self.pictures.output())?;
+            output::prepare_file(self.pictures.output(), &inputs)?;
+        } else {
+            self.pictures.check(&inputs)?;
+        }
         let light = self.light.read(talk)?;
         let (stage, camera, kept) = self.stage(talk)?;
         let order = stage.order();
         let is_expansion = self.mode != Mode::Truth || self.light.asks_for_expansion(&light);
         let expansion = is_expansion.then(|| self.light.expansion(&light, order));
         let mut work = Work { stage, camera, light: &light, expansion, tree: None };
+        if let Some(shard) = self.sharing.shard {
+            return self.trace_shard(&work, shard, talk);
+        }
         let is_range = self.pictures.is_range();
         let frames = Frames {
             pictures: &self.pictures,
@@ -236,12 +250,42 @@ impl Render {
             talk,
         };
         let count = if is_range { 1 } else { self.pictures.count() };
-        frames.render(self.fresh, &mut |k, job| {
+        let checkpoint = self.sharing.checkpoint(self.pictures.output());
+        self.sharing.merge(&checkpoint, talk)?;
+        let rendered = frames.render(self.fresh && self.sharing.merge.is_empty(), &mut |k, job| {
             let (turn, time) = (self.light.turn(k % count, count), self.moving.time_of(self.pictures.frame(k)));
             self.render(&mut work, &turn, time, job)
-        })?;
+        });
+        self.sharing.merged(&checkpoint, rendered)?;
         kept.iter().for_each(Checkpoint::finish);
         Ok(())
+    }
+
+    /// Traces a shard of the pixels of a picture, which is the file that they are kept in.
+    fn trace_shard(&self, work: &Work<'_>, shard: Shard, talk: Talk) -> anyhow::Result<()> {
+        let (lit, options, begin) = (self.lit(work, &self.light.turn(0, 1)), self.truth_options(), Instant::now());
+        let checkpoint = self.sharing.checkpoint(self.pictures.output());
+        if self.fresh {
+            checkpoint.discard()?;
+        }
+        let trace = |(scene, bvh): (&Scene, &Bvh), emitters: &[Emitter]| {
+            let work = |job: Job<'_>| {
+                render_truth_shard(scene, bvh, &work.camera, (&lit.shown, emitters), &options, shard, job)
+            };
+            checkpoint.watched(talk, work)
+        };
+        match &work.stage {
+            Stage::Plain(scene, bvh) => trace((scene, bvh), &[])?,
+            Stage::Moving(moving, _) => {
+                let moment = moving.at(self.moving.time_of(None))?;
+                trace((moment.scene(), moment.bvh()), &moment.emitters()?)?;
+            }
+            Stage::Baked(_) => unreachable!("a picture of transfer is not shared"),
+        }
+        let (points_in_all, seconds) = (options.width * options.height, begin.elapsed().as_secs_f64());
+        let points = shard.range(points_in_all).len();
+        let done = sharing::Done { shard: shard.to_string(), points, points_in_all, seconds };
+        done.tell(self.pictures.output(), false, talk)
     }
 
     /// The scene as the mode needs it, the camera that sees it, and the files of its bakes.
@@ -403,6 +447,11 @@ impl Render {
             || self.scene.is_built_in_motion()
     }
 
+    /// Whether machines share the work.
+    fn is_shared(&self) -> bool {
+        self.sharing.shard.is_some() || !self.sharing.merge.is_empty()
+    }
+
     /// How parts that move hide the sky from others; `None` in other modes.
     fn moving_method(&self) -> Option<MovingMethod> {
         match self.mode {
@@ -482,6 +531,10 @@ impl Render {
             ),
             (self.lobe.is_some() && self.mode != Mode::Glossy, "--lobe: only of --mode glossy"),
             (self.background.is_some() && is_truth, "--background: --mode truth shows the light it uses"),
+            (
+                self.is_shared() && (!is_truth || self.pictures.count() > 1),
+                "--shard and --merge: only of a single picture of --mode truth; several pictures are shared by --frames A..B",
+            ),
             (
                 self.fresh && !is_truth && method.is_none(),
                 "--fresh: only --mode truth, fields and shexp keep a checkpoint",

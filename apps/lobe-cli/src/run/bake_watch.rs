@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{anyhow, bail};
-use lobe::io::{Job, Progress};
+use lobe::io::{IoError, Job, Progress};
 use lobe::prt::{PrtError, split_checkpoints};
 use lobe::render::RenderError;
 use lobe::shadow::ShadowError;
@@ -20,6 +20,12 @@ const GO_ON: &str = "the same command goes on from there, --fresh starts anew";
 /// An error that may say that work was stopped.
 pub(crate) trait Cancellable: Error + Send + Sync + 'static {
     fn is_cancelled(&self) -> bool;
+}
+
+impl Cancellable for IoError {
+    fn is_cancelled(&self) -> bool {
+        matches!(self, Self::Cancelled)
+    }
 }
 
 impl Cancellable for PrtError {

@@ -1,17 +1,19 @@
 //! `lobe field`: the occlusion field of an entity, for shadows that it casts wherever it moves.
 
 use std::path::PathBuf;
+use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use lobe::prt::CompressOptions;
-use lobe::shadow::{FieldOptions, FieldReport, FieldStorage, StorageReport, bake_field, write_field};
+use lobe::shadow::{FieldOptions, FieldReport, FieldStorage, StorageReport, bake_field, bake_field_shard, write_field};
 use serde::Serialize;
 
 use crate::args::memory::MemoryLimit;
 use crate::args::output;
 use crate::args::scene_input::SceneInput;
+use crate::args::sharing::{self, Sharing};
 use crate::args::values;
-use crate::run::bake_watch::{Checkpoint, tell_if_too_late};
+use crate::run::bake_watch::tell_if_too_late;
 use crate::run::talk::Talk;
 
 /// Limits of the options. Larger numbers are taken for typing errors.
@@ -60,6 +62,8 @@ pub(crate) struct Field {
     /// Print {"points", "inside", "rays", "storage": {"bytes", "bytes_before", "relative_error", "largest_error"}} on stdout
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    sharing: Sharing,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -112,15 +116,25 @@ struct Printed {
 impl Field {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         output::check_safetensors(&self.output)?;
-        output::prepare_file(&self.output, &[self.input.path()])?;
+        let inputs: Vec<_> = self.sharing.inputs().chain([self.input.path()]).collect();
+        output::prepare_file(&self.output, &inputs)?;
         let scene = self.input.read(&self.memory, talk)?;
         let options = self.options();
         self.check_memory(&options)?;
-        let checkpoint = Checkpoint::beside(&self.output);
+        let checkpoint = self.sharing.checkpoint(&self.output);
         if self.fresh {
             checkpoint.discard()?;
         }
-        let (field, report) = checkpoint.watched(talk, |job| bake_field(&scene, &options, job))?;
+        if let Some(shard) = self.sharing.shard {
+            let begin = Instant::now();
+            let [points, points_in_all] =
+                checkpoint.watched(talk, |job| bake_field_shard(&scene, &options, shard, job))?;
+            let (shard, seconds) = (shard.to_string(), begin.elapsed().as_secs_f64());
+            return sharing::Done { shard, points, points_in_all, seconds }.tell(&self.output, self.json, talk);
+        }
+        self.sharing.merge(&checkpoint, talk)?;
+        let baked = checkpoint.watched(talk, |job| bake_field(&scene, &options, job));
+        let (field, report) = self.sharing.merged(&checkpoint, baked)?;
         let storage = write_field(&self.output, &field, &self.storage())?;
         checkpoint.finish();
         tell_if_too_late(&self.output, talk);

@@ -31,6 +31,7 @@ mod scene_options;
 mod sh;
 mod sh_arithmetic;
 mod sh_log_exp;
+mod sharing;
 #[cfg(unix)]
 mod stopped;
 mod streams;

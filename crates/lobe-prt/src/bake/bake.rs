@@ -2,14 +2,14 @@
 
 use std::time::Instant;
 
-use lobe_io::{Fingerprint, Job};
+use lobe_io::{Fingerprint, Job, Shard};
 use lobe_scene::{Bvh, Scene};
 
 use crate::bake::diffuse::Diffuse;
 use crate::bake::pilot::{Pilot, pilot};
 use crate::job::checkpoint::Checkpoint;
 use crate::job::checkpoint::StoredRows;
-use crate::job::chunks::{Estimator, Memory, Tally, run};
+use crate::job::chunks::{Chunks, Estimator, Memory, Tally, run};
 use crate::job::fingerprint::fingerprint_scene;
 use crate::{BakeMode, BakeOptions, BakeReport, PrtError, Receivers, StoredTransfer, Transfer};
 
@@ -80,6 +80,23 @@ pub fn bake_on_disk(
     Ok((StoredTransfer { order: options.order, channels, rows }, report))
 }
 
+/// A shard of [`bake_on_disk`], whose results stay in the file of the job. [`lobe_io::merge_shards`] makes a checkpoint of the
+/// files of all shards, from which [`bake_on_disk`] takes up everything. The report is about the receivers of the shard.
+///
+/// # Errors
+/// Those of [`bake_on_disk`].
+pub fn bake_shard(
+    scene: &Scene,
+    bvh: &Bvh,
+    receivers: &Receivers,
+    options: &BakeOptions,
+    shard: Shard,
+    job: Job<'_>,
+) -> Result<BakeReport, PrtError> {
+    let bake = prepare(scene, bvh, receivers, options)?;
+    bake.run_shard(|_| fingerprint(scene, receivers, options), shard, job)
+}
+
 /// The fingerprint of everything that decides this bake.
 fn fingerprint(scene: &Scene, receivers: &Receivers, options: &BakeOptions) -> Fingerprint {
     /// The kind of this work among fingerprints.
@@ -119,7 +136,7 @@ impl<E: Estimator> PreparedBake<E> {
         }
         let mut memory = Memory::default();
         run(&self.estimator, &mut memory, &mut job)?;
-        let report = self.report(&memory.tally);
+        let report = self.report(&memory.tally, self.estimator.receivers());
         Ok((memory.rows, report))
     }
 
@@ -127,29 +144,49 @@ impl<E: Estimator> PreparedBake<E> {
     pub(crate) fn run_on_disk(
         self,
         fingerprint: impl FnOnce(&E) -> Fingerprint,
-        mut job: Job<'_>,
+        job: Job<'_>,
     ) -> Result<(StoredRows, BakeReport), PrtError> {
+        let (tally, rows) = self.checkpoint(fingerprint, None, job)?.finish()?;
+        Ok((rows, self.report(&tally, self.estimator.receivers())))
+    }
+
+    /// Estimates the chunks of a shard that its file does not hold yet.
+    pub(crate) fn run_shard(
+        self,
+        fingerprint: impl FnOnce(&E) -> Fingerprint,
+        shard: Shard,
+        job: Job<'_>,
+    ) -> Result<BakeReport, PrtError> {
+        let tally = self.checkpoint(fingerprint, Some(shard), job)?.close()?;
+        let (chunks, range) = (Chunks::of(&self.estimator), shard.range(Chunks::of(&self.estimator).count()));
+        Ok(self.report(&tally, chunks.before(range.end) - chunks.before(range.start)))
+    }
+
+    /// The checkpoint of all or of a shard, with all of its chunks.
+    fn checkpoint(
+        &self,
+        fingerprint: impl FnOnce(&E) -> Fingerprint,
+        shard: Option<Shard>,
+        mut job: Job<'_>,
+    ) -> Result<Checkpoint, PrtError> {
         let path = job.checkpoint().ok_or_else(|| {
             PrtError::Options("expected a job that is kept in a file, in which the results stay".to_owned())
         })?;
         // Open the checkpoint, which holds the chunks of an earlier run of the same bake.
         let fingerprint = fingerprint(&self.estimator);
-        let mut checkpoint = Checkpoint::open(path, &self.estimator, fingerprint, self.pilot.bounces)?;
+        let mut checkpoint = Checkpoint::open(path, &self.estimator, fingerprint, self.pilot.bounces, shard)?;
         // Estimate the other chunks; wait for the disk where that is interrupted.
         let outcome = run(&self.estimator, &mut checkpoint, &mut job);
         if outcome.is_err() {
             checkpoint.sync()?;
         }
         outcome?;
-        // Sum up the report.
-        let (tally, rows) = checkpoint.finish()?;
-        Ok((rows, self.report(&tally)))
+        Ok(checkpoint)
     }
 
-    /// The report of a bake whose chunks add up to `tally`.
-    fn report(&self, tally: &Tally) -> BakeReport {
-        let receivers = self.estimator.receivers();
-        let mean = |sum: f64| sum / receivers as f64;
+    /// The report of a bake of so many receivers, whose chunks add up to `tally`.
+    fn report(&self, tally: &Tally, receivers: usize) -> BakeReport {
+        let mean = |sum: f64| sum / receivers.max(1) as f64;
         BakeReport {
             receivers,
             rays: tally.rays,

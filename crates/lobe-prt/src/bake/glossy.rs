@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use lobe_io::{Fingerprint, Job};
+use lobe_io::{Fingerprint, Job, Shard};
 use lobe_scene::{Bvh, Ray, Scene, SurfaceRays};
 
 use crate::bake::bake::{PreparedBake, check_tree};
@@ -46,6 +46,21 @@ pub fn bake_matrices_on_disk(
     bake_points_on_disk(scene, bvh, Points::of(receivers), options, job)
 }
 
+/// A shard of [`bake_matrices_on_disk`], as [`crate::bake_shard`] makes it.
+///
+/// # Errors
+/// Those of [`crate::bake_on_disk`].
+pub fn bake_matrices_shard(
+    scene: &Scene,
+    bvh: &Bvh,
+    receivers: &Receivers,
+    options: &BakeOptions,
+    shard: Shard,
+    job: Job<'_>,
+) -> Result<BakeReport, PrtError> {
+    bake_points_shard(scene, bvh, Points::of(receivers), options, shard, job)
+}
+
 /// The points that matrices are baked for: receivers on surfaces, or points in space.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Points<'a> {
@@ -84,6 +99,17 @@ pub(crate) fn bake_points_on_disk(
     let channels = bake.estimator.channels;
     let (rows, report) = bake.run_on_disk(|matrices| matrices.fingerprint(scene), job)?;
     Ok((StoredMatrices { order: options.order, channels, rows }, report))
+}
+
+pub(crate) fn bake_points_shard(
+    scene: &Scene,
+    bvh: &Bvh,
+    points: Points<'_>,
+    options: &BakeOptions,
+    shard: Shard,
+    job: Job<'_>,
+) -> Result<BakeReport, PrtError> {
+    prepare(scene, bvh, points, options)?.run_shard(|matrices| matrices.fingerprint(scene), shard, job)
 }
 
 /// Checks the arguments.

@@ -1,10 +1,10 @@
 //! Neighborhood transfer: transfer matrices at the points of a grid around or within a scene.
 
-use lobe_io::Job;
+use lobe_io::{Job, Shard};
 use lobe_scene::{Bounds, Bvh, Scene};
 use lobe_sh::{Rgb, ShVec};
 
-use crate::bake::glossy::{Points, bake_points, bake_points_on_disk};
+use crate::bake::glossy::{Points, bake_points, bake_points_on_disk, bake_points_shard};
 use crate::{BakeOptions, BakeReport, PrtError, StoredMatrices, TransferMatrices};
 
 /// Points of a grid along the axes of the world: at least two along each.
@@ -174,4 +174,20 @@ pub fn bake_neighborhood_on_disk(
     let positions = grid.points(scene.origin());
     let points = Points { positions: &positions, receivers: None };
     bake_points_on_disk(scene, bvh, points, options, job)
+}
+
+/// A shard of [`bake_neighborhood_on_disk`], as [`crate::bake_shard`] makes it.
+///
+/// # Errors
+/// Those of [`crate::bake_on_disk`].
+pub fn bake_neighborhood_shard(
+    scene: &Scene,
+    bvh: &Bvh,
+    grid: &NeighborhoodGrid,
+    options: &BakeOptions,
+    shard: Shard,
+    job: Job<'_>,
+) -> Result<BakeReport, PrtError> {
+    let positions = grid.points(scene.origin());
+    bake_points_shard(scene, bvh, Points { positions: &positions, receivers: None }, options, shard, job)
 }

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::Path;
 
-use lobe_io::{Fingerprint, RecordFile, RecordFormat, RecordLayout, RecordReader};
+use lobe_io::{Fingerprint, RecordFile, RecordFormat, RecordLayout, RecordReader, Shard};
 
 use crate::PrtError;
 use crate::job::chunks::{Chunk, Chunks, Estimator, Sink, Tally};
@@ -12,11 +12,12 @@ use crate::job::chunks::{Chunk, Chunks, Estimator, Sink, Tally};
 const FORMAT: RecordFormat =
     RecordFormat { kind: *b"PART", version: 1, work: "bake", arguments: "the scene, the receivers or the options" };
 
-/// The chunks of a bake that are done, a [record](RowLayout) for each.
+/// The chunks of a bake or of a shard of it that are done, a [record](RowLayout) for each.
 #[derive(Debug)]
 pub(crate) struct Checkpoint {
     records: RecordFile,
     layout: RowLayout,
+    shard: Shard,
     /// The sums over the chunks that are done.
     tally: Tally,
 }
@@ -32,13 +33,20 @@ impl Checkpoint {
         estimator: &E,
         mut fingerprint: Fingerprint,
         bounces: usize,
+        shard: Option<Shard>,
     ) -> Result<Self, PrtError> {
         let layout = RowLayout::of(estimator, bounces);
         fingerprint.word(bounces as u64);
         let mut tally = Tally { energy: vec![0.0; bounces + 1], ..Tally::default() };
         let take_up = |record: &[u8]| tally += &layout.tally(record);
-        let records = RecordFile::open(path, &FORMAT, layout.records(), &fingerprint, take_up)?;
-        Ok(Self { records, layout, tally })
+        let records = RecordFile::open(path, &FORMAT, layout.records(), &fingerprint, shard, take_up)?;
+        Ok(Self { records, layout, shard: shard.unwrap_or(Shard::WHOLE), tally })
+    }
+
+    /// The sums of what was found, when everything is on the disk.
+    pub(crate) fn close(mut self) -> Result<Tally, PrtError> {
+        self.sync()?;
+        Ok(self.tally)
     }
 
     /// All that was found, when all is done. The rows stay where they are.
@@ -55,6 +63,10 @@ impl Checkpoint {
 impl Sink for Checkpoint {
     fn done(&self) -> usize {
         self.records.done()
+    }
+
+    fn shard(&self) -> Shard {
+        self.shard
     }
 
     fn push(&mut self, chunk: Chunk) -> Result<(), PrtError> {

@@ -3,7 +3,7 @@
 use std::ops::{AddAssign, Range};
 use std::time::{Duration, Instant};
 
-use lobe_io::{Job, Portions, Progress};
+use lobe_io::{Job, Portions, Progress, Shard};
 use rayon::prelude::*;
 
 use crate::PrtError;
@@ -101,15 +101,20 @@ impl Chunks {
     }
 
     /// The number of receivers in the first `chunk` chunks.
-    fn before(&self, chunk: usize) -> usize {
+    pub(crate) fn before(&self, chunk: usize) -> usize {
         (chunk * self.size).min(self.receivers)
     }
 }
 
 /// The destination of chunks, in their order.
 pub(crate) trait Sink {
-    /// The number of chunks it has already.
+    /// The number of the first chunk that it has not.
     fn done(&self) -> usize;
+
+    /// The chunks that it is for.
+    fn shard(&self) -> Shard {
+        Shard::WHOLE
+    }
 
     fn push(&mut self, chunk: Chunk) -> Result<(), PrtError>;
 }
@@ -135,30 +140,32 @@ impl Sink for Memory {
     }
 }
 
-/// Estimates the chunks that a sink does not hold yet. Results depend on the estimator alone: chunks are the same for
+/// Estimates the chunks of a sink that it does not hold yet. Results depend on the estimator alone: chunks are the same for
 /// any number of threads, and the sink gets them in their order.
 pub(crate) fn run<E: Estimator>(estimator: &E, sink: &mut impl Sink, job: &mut Job<'_>) -> Result<(), PrtError> {
     let chunks = Chunks::of(estimator);
     let start = Instant::now();
-    let resumed = chunks.before(sink.done());
+    let shard = sink.shard().range(chunks.count());
+    let first = chunks.before(shard.start);
+    let resumed = chunks.before(sink.done()) - first;
     let mut rays = 0;
     let bytes = size_of::<f32>() * estimator.row() * chunks.size();
     let mut wave = Portions::new(WAVE, rayon::current_num_threads()).at_most(WAVE_BYTES / bytes);
     loop {
         // Report the progress; end where the job says so, or all is done.
         let next = sink.done();
-        let (done, total) = (chunks.before(next), estimator.receivers());
+        let (done, total) = (chunks.before(next) - first, chunks.before(shard.end) - first);
         let progress = Progress { done, total, resumed, rays, elapsed: start.elapsed(), round: 0 };
         let is_stopped = job.report(&progress).is_break();
         // A bake that is complete counts as done, not as stopped.
-        if next >= chunks.count() {
+        if next >= shard.end {
             return Ok(());
         }
         if is_stopped {
             return Err(PrtError::Cancelled);
         }
         // Estimate a wave of chunks in parallel.
-        let wanted = (next..(next + wave.size()).min(chunks.count())).into_par_iter();
+        let wanted = (next..(next + wave.size()).min(shard.end)).into_par_iter();
         let estimated =
             wanted.map_init(|| estimator.scratch(), |scratch, chunk| estimate(estimator, chunks.range(chunk), scratch));
         let done: Vec<Chunk> = wave.time(|| estimated.collect());

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use derive_setters::Setters;
 use lobe_image::Picture;
-use lobe_io::{Fingerprint, Job};
+use lobe_io::{Fingerprint, Job, Shard};
 use lobe_prt::fingerprint_scene;
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Coefficient as _, Rgb};
@@ -93,35 +93,11 @@ pub fn render_truth_with_emitters(
     light: &DistantLight,
     emitters: &[Emitter],
     options: &TruthOptions,
-    mut job: Job<'_>,
+    job: Job<'_>,
 ) -> Result<Truth, RenderError> {
-    let TruthOptions { width, height, count, paths } = *options;
-    let pixels = options.check()?;
-    let camera = &camera.relative_to(scene.origin());
-    // Take up the pixels that are done already.
-    let (mut checkpoint, known) = match job.checkpoint() {
-        None => (None, Vec::new()),
-        Some(path) => {
-            let mut all = fingerprint(scene, camera, light, options);
-            emitters.iter().for_each(|emitter| emitter.write_into(&mut all));
-            let (checkpoint, known) = TruthCheckpoint::open(path, &all, pixels)?;
-            (Some(checkpoint), known)
-        }
-    };
-    // Trace the others, and keep them while they are found.
-    let tracer = PathTracer::new(scene, bvh, light, paths).with_emitters(emitters);
-    let of = |i| trace_pixel(&tracer, camera, light, options, i);
-    let (resumed, begin) = (known.len(), Instant::now());
-    let traced = in_portions(known, pixels, of, |done| {
-        let progress = progress_of(done.len(), pixels, resumed, begin);
-        // A picture that is complete counts as done, not as stopped.
-        let is_stopped = job.report(&progress).is_break() && done.len() < pixels;
-        if let Some(checkpoint) = &mut checkpoint {
-            checkpoint.keep(done, is_stopped || done.len() == pixels)?;
-        }
-        if is_stopped { Err(RenderError::Cancelled) } else { Ok(()) }
-    })?;
+    let traced = trace(scene, bvh, camera, (light, emitters), options, None, job)?;
     // Take the pixels apart into pictures.
+    let TruthOptions { width, height, count, .. } = *options;
     let picture = |of: fn(&TracedPixel) -> Rgb<f32>| Picture::new(width, height, traced.iter().map(of).collect());
     Ok(Truth {
         mean: picture(|p| p.mean)?,
@@ -131,6 +107,65 @@ pub fn render_truth_with_emitters(
         normal: picture(|p| p.normal)?,
         depth: traced.iter().map(|p| p.depth).collect(),
         coverage: traced.iter().map(|p| p.coverage).collect(),
+    })
+}
+
+/// A shard of the pixels of [`render_truth_with_emitters`], row by row, which stay in the file of the job.
+/// [`lobe_io::merge_shards`] makes a checkpoint of the files of all shards, from which that function takes up everything.
+///
+/// # Errors
+/// As [`render_truth`]; [`RenderError::Options`] if the job is not kept in a file.
+pub fn render_truth_shard(
+    scene: &Scene,
+    bvh: &Bvh,
+    camera: &Camera,
+    (light, emitters): (&DistantLight, &[Emitter]),
+    options: &TruthOptions,
+    shard: Shard,
+    job: Job<'_>,
+) -> Result<(), RenderError> {
+    if job.checkpoint().is_none() {
+        return Err(RenderError::Options("expected a job that is kept in a file, in which the shard stays".to_owned()));
+    }
+    trace(scene, bvh, camera, (light, emitters), options, Some(shard), job).map(drop)
+}
+
+/// All pixels, or those of a shard.
+fn trace(
+    scene: &Scene,
+    bvh: &Bvh,
+    camera: &Camera,
+    (light, emitters): (&DistantLight, &[Emitter]),
+    options: &TruthOptions,
+    shard: Option<Shard>,
+    mut job: Job<'_>,
+) -> Result<Vec<TracedPixel>, RenderError> {
+    let pixels = options.check()?;
+    let range = shard.unwrap_or(Shard::WHOLE).range(pixels);
+    let (first, count) = (range.start, range.len());
+    let camera = &camera.relative_to(scene.origin());
+    // Take up the pixels that are done already.
+    let (mut checkpoint, known) = match job.checkpoint() {
+        None => (None, Vec::new()),
+        Some(path) => {
+            let mut all = fingerprint(scene, camera, light, options);
+            emitters.iter().for_each(|emitter| emitter.write_into(&mut all));
+            let (checkpoint, known) = TruthCheckpoint::open(path, &all, pixels, shard)?;
+            (Some(checkpoint), known)
+        }
+    };
+    // Trace the others, and keep them while they are found.
+    let tracer = PathTracer::new(scene, bvh, light, options.paths).with_emitters(emitters);
+    let of = |i| trace_pixel(&tracer, camera, light, options, first + i);
+    let (resumed, begin) = (known.len(), Instant::now());
+    in_portions(known, count, of, |done| {
+        let progress = progress_of(done.len(), count, resumed, begin);
+        // A picture that is complete counts as done, not as stopped.
+        let is_stopped = job.report(&progress).is_break() && done.len() < count;
+        if let Some(checkpoint) = &mut checkpoint {
+            checkpoint.keep(done, is_stopped || done.len() == count)?;
+        }
+        if is_stopped { Err(RenderError::Cancelled) } else { Ok(()) }
     })
 }
 

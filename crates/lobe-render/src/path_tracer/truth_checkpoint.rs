@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use lobe_io::{Fingerprint, IoError, RecordFile, RecordFormat, RecordLayout};
+use lobe_io::{Fingerprint, IoError, RecordFile, RecordFormat, RecordLayout, Shard};
 use lobe_sh::Rgb;
 
 use crate::RenderError;
@@ -41,8 +41,13 @@ impl TracedPixel {
     }
 }
 
-/// The pixels of a picture that are done, a record for each: its numbers in the order of [`TracedPixel::to_numbers`].
-pub(crate) struct TruthCheckpoint(RecordFile);
+/// The pixels of a picture, or of a shard of it, that are done, a record for each: its numbers in the order of
+/// [`TracedPixel::to_numbers`].
+pub(crate) struct TruthCheckpoint {
+    file: RecordFile,
+    /// The first pixel of the shard.
+    first: usize,
+}
 
 impl TruthCheckpoint {
     /// Opens the checkpoint of a picture, or makes one; also returns the pixels in it.
@@ -50,6 +55,7 @@ impl TruthCheckpoint {
         path: &Path,
         fingerprint: &Fingerprint,
         pixels: usize,
+        shard: Option<Shard>,
     ) -> Result<(Self, Vec<TracedPixel>), RenderError> {
         let layout = RecordLayout { count: pixels, bytes: PIXEL, last: PIXEL };
         let mut found = Vec::new();
@@ -57,15 +63,15 @@ impl TruthCheckpoint {
             let numbers = record.as_chunks::<4>().0;
             found.push(TracedPixel::from_numbers(std::array::from_fn(|k| f32::from_le_bytes(numbers[k]))));
         };
-        let file = RecordFile::open(path, &FORMAT, layout, fingerprint, take_up)?;
-        Ok((Self(file), found))
+        let file = RecordFile::open(path, &FORMAT, layout, fingerprint, shard, take_up)?;
+        Ok((Self { file, first: shard.unwrap_or(Shard::WHOLE).range(pixels).start }, found))
     }
 
     /// Keeps the pixels that are not in the file yet. If there will be no other time, waits until they are on the disk.
     pub(crate) fn keep(&mut self, done: &[TracedPixel], is_last: bool) -> Result<(), RenderError> {
-        let Self(file) = self;
+        let Self { file, first } = self;
         let mut push = || -> Result<(), IoError> {
-            for pixel in &done[file.done()..] {
+            for pixel in &done[file.done() - *first..] {
                 // Room for the checksum, too.
                 let mut record = Vec::with_capacity(PIXEL + 8);
                 record.extend(pixel.to_numbers().into_iter().flat_map(f32::to_le_bytes));
@@ -96,11 +102,11 @@ mod tests {
         let key = Fingerprint::of_kind(99);
         let all = pixels(0..10);
         for (from, to) in [(0, 3), (3, 3), (3, 7), (7, 10)] {
-            let (mut checkpoint, found) = TruthCheckpoint::open(&path, &key, 10).unwrap();
+            let (mut checkpoint, found) = TruthCheckpoint::open(&path, &key, 10, None).unwrap();
             assert_eq!(numbers(&found), numbers(&all[..from]), "pixels that were kept");
             checkpoint.keep(&all[..to], to == 10).unwrap();
         }
-        let (_, found) = TruthCheckpoint::open(&path, &key, 10).unwrap();
+        let (_, found) = TruthCheckpoint::open(&path, &key, 10, None).unwrap();
         assert_eq!(numbers(&found), numbers(&all), "all pixels");
     }
 
@@ -108,8 +114,9 @@ mod tests {
     fn checkpoints_of_other_pictures_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("p");
-        TruthCheckpoint::open(&path, &Fingerprint::of_kind(99), 10).unwrap();
-        let refusal = TruthCheckpoint::open(&path, &Fingerprint::of_kind(98), 10).map(drop).unwrap_err().to_string();
+        TruthCheckpoint::open(&path, &Fingerprint::of_kind(99), 10, None).unwrap();
+        let other = TruthCheckpoint::open(&path, &Fingerprint::of_kind(98), 10, None);
+        let refusal = other.map(drop).unwrap_err().to_string();
         assert!(refusal.contains("is of another picture: the scene, the light, the view or the options"), "{refusal}");
     }
 }

@@ -1,7 +1,7 @@
 //! Baking occlusion fields and the visibility of an entity's own surface.
 
 use derive_setters::Setters;
-use lobe_io::{Fingerprint, Job, RecordFormat};
+use lobe_io::{Fingerprint, Job, RecordFormat, Shard};
 use lobe_prt::fingerprint_scene;
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::Dir;
@@ -112,29 +112,8 @@ pub fn bake_field(
     options: &FieldOptions,
     job: Job<'_>,
 ) -> Result<(OcclusionField, FieldReport), ShadowError> {
-    check(options.order, options.rays)?;
-    let (middle, radius) = bounding_sphere(scene);
-    let origin = scene.origin();
-    let center = std::array::from_fn(|k| middle[k] + origin[k]);
-    let grid = FieldGrid::new(center, radius * MARGIN, [options.inner, options.outer], options.spheres, options.cells)?;
+    let (grid, samples, found) = rows_of(scene, options, None, job)?;
     let width = options.order * options.order;
-    grid.check_bytes(Axial::width(options.order))?;
-    let bvh = Bvh::new(scene);
-    let rays = SkyRays::new(scene, &bvh, options.order, options.rays);
-    // Of sample points that coincide the first is sampled; the others are given its row.
-    let samples = grid.representatives();
-    let work = RowWork {
-        rows: samples.len(),
-        width: width + 1,
-        rays: u64::from(options.rays),
-        format: FIELD_FORMAT,
-        fingerprint: fingerprint(scene, options),
-    };
-    // The last number of a row says whether the point is inside.
-    let found = bake_rows(&work, job, RayScratch::default, |k, scratch, row| {
-        let (occlusion, inside) = row.split_at_mut(width);
-        inside[0] = f32::from(u8::from(sample(&rays, &grid, middle, samples[k], options.seed, scratch, occlusion)));
-    })?;
     let mut inside = vec![false; grid.points()];
     let mut rows = vec![0.0; grid.points() * width];
     for (point, found) in samples.iter().zip(found.chunks_exact(width + 1)) {
@@ -156,6 +135,59 @@ pub fn bake_field(
         bytes: field.bytes(),
     };
     Ok((field, report))
+}
+
+/// A shard of [`bake_field`], whose results stay in the file of the job. Returns how many sample points it has, and how many there
+/// are in all. [`lobe_io::merge_shards`] makes a checkpoint of the files of
+/// all shards, from which [`bake_field`] takes up everything.
+///
+/// # Errors
+/// Those of [`bake_field`]; [`ShadowError::Options`] if the job is not kept in a file.
+pub fn bake_field_shard(
+    scene: &Scene,
+    options: &FieldOptions,
+    shard: Shard,
+    job: Job<'_>,
+) -> Result<[usize; 2], ShadowError> {
+    if job.checkpoint().is_none() {
+        return Err(ShadowError::Options("expected a job that is kept in a file, in which the shard stays".to_owned()));
+    }
+    let width = options.order * options.order;
+    let (_, samples, rows) = rows_of(scene, options, Some(shard), job)?;
+    Ok([rows.len() / (width + 1), samples.len()])
+}
+
+/// The grid, the sample points of which rows are found, and the rows of a shard of them: occlusion, and 1 of points inside.
+fn rows_of(
+    scene: &Scene,
+    options: &FieldOptions,
+    shard: Option<Shard>,
+    job: Job<'_>,
+) -> Result<(FieldGrid, Vec<usize>, Vec<f32>), ShadowError> {
+    check(options.order, options.rays)?;
+    let (middle, radius) = bounding_sphere(scene);
+    let origin = scene.origin();
+    let center = std::array::from_fn(|k| middle[k] + origin[k]);
+    let grid = FieldGrid::new(center, radius * MARGIN, [options.inner, options.outer], options.spheres, options.cells)?;
+    let width = options.order * options.order;
+    grid.check_bytes(Axial::width(options.order))?;
+    let bvh = Bvh::new(scene);
+    let rays = SkyRays::new(scene, &bvh, options.order, options.rays);
+    // Of sample points that coincide the first is sampled; the others are given its row.
+    let samples = grid.representatives();
+    let work = RowWork {
+        rows: samples.len(),
+        width: width + 1,
+        rays: u64::from(options.rays),
+        format: FIELD_FORMAT,
+        fingerprint: fingerprint(scene, options),
+    };
+    // The last number of a row says whether the point is inside.
+    let found = bake_rows(&work, shard, job, RayScratch::default, |k, scratch, row| {
+        let (occlusion, inside) = row.split_at_mut(width);
+        inside[0] = f32::from(u8::from(sample(&rays, &grid, middle, samples[k], options.seed, scratch, occlusion)));
+    })?;
+    Ok((grid, samples, found))
 }
 
 /// One sample: its scaled occlusion, and whether it is inside the solid.
@@ -265,7 +297,7 @@ pub fn bake_visibility(
         format: VISIBILITY_FORMAT,
         fingerprint: all,
     };
-    bake_rows(&work, job, RayScratch::default, |receiver, scratch, row| {
+    bake_rows(&work, None, job, RayScratch::default, |receiver, scratch, row| {
         let origin = bvh.origin_above(positions[receiver], normals[receiver]);
         rays.occlusion_into(origin, Cap::SPHERE, turn_of(options.seed, receiver as u64), scratch, row);
         row.iter_mut().for_each(|v| *v = -*v);

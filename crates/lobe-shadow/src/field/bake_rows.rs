@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use lobe_io::{Fingerprint, Job, Progress, RecordFile, RecordFormat, RecordLayout};
+use lobe_io::{Fingerprint, Job, Progress, RecordFile, RecordFormat, RecordLayout, Shard};
 use rayon::prelude::*;
 
 use crate::ShadowError;
@@ -23,21 +23,25 @@ pub(crate) struct RowWork {
     pub(crate) fingerprint: Fingerprint,
 }
 
-/// All rows, each found by `estimate` from its number alone, and so the same for any number of threads.
+/// All rows or those of a shard, each found by `estimate` from its number alone, and so the same for any number of threads.
 ///
 /// # Errors
 /// [`ShadowError::Cancelled`] if the job says so, and those of its checkpoint.
 pub(crate) fn bake_rows<S>(
     work: &RowWork,
+    shard: Option<Shard>,
     mut job: Job<'_>,
     scratch: impl Fn() -> S + Sync,
     estimate: impl Fn(usize, &mut S, &mut [f32]) + Sync,
 ) -> Result<Vec<f32>, ShadowError> {
     let chunks = work.rows.div_ceil(CHUNK);
-    let mut rows: Vec<f32> = Vec::with_capacity(work.rows * work.width);
+    let range = shard.unwrap_or(Shard::WHOLE).range(chunks);
+    let (first, end) = (range.start * CHUNK, (range.end * CHUNK).min(work.rows));
+    let total = end.saturating_sub(first);
+    let mut rows: Vec<f32> = Vec::with_capacity(total * work.width);
     let mut records = match job.checkpoint() {
         Some(path) if chunks > 0 => {
-            Some(RecordFile::open(path, &work.format, layout(work), &work.fingerprint, |bytes| {
+            Some(RecordFile::open(path, &work.format, layout(work), &work.fingerprint, shard, |bytes| {
                 rows.extend(bytes.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)));
             })?)
         }
@@ -49,17 +53,17 @@ pub(crate) fn bake_rows<S>(
         // Tell how far it is; end where the job says so, or all is done.
         let done = rows.len() / work.width;
         let rays = (done - resumed) as u64 * work.rays;
-        let progress = Progress { done, total: work.rows, resumed, rays, elapsed: begin.elapsed(), round: 0 };
+        let progress = Progress { done, total, resumed, rays, elapsed: begin.elapsed(), round: 0 };
         if job.report(&progress).is_break() {
             return Err(ShadowError::Cancelled);
         }
-        if done >= work.rows {
+        if done >= total {
             break;
         }
         // Find some chunks in parallel, and keep them in their order.
         let start = Instant::now();
-        let first = done / CHUNK;
-        let found: Vec<Vec<f32>> = (first..(first + wave).min(chunks))
+        let next = (first + done) / CHUNK;
+        let found: Vec<Vec<f32>> = (next..(next + wave).min(range.end))
             .into_par_iter()
             .map_init(&scratch, |scratch, chunk| {
                 let range = chunk * CHUNK..((chunk + 1) * CHUNK).min(work.rows);

@@ -318,7 +318,7 @@ fn run_rounds(
     let layout = RecordLayout { count: options.rounds + 1, bytes, last: bytes };
     let mut file = match job.checkpoint() {
         Some(path) => {
-            Some(RecordFile::open(path, &FORMAT, layout, fingerprint, |b| rounds.push(Round::from_bytes(b)))?)
+            Some(RecordFile::open(path, &FORMAT, layout, fingerprint, None, |b| rounds.push(Round::from_bytes(b)))?)
         }
         None => None,
     };

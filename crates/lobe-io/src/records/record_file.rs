@@ -3,95 +3,44 @@
 use std::fs::{File, TryLockError};
 use std::io::{self, BufReader, BufWriter, Read, Seek as _, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use twox_hash::XxHash3_64;
-
-use crate::{Fingerprint, IoError};
-
-/// The first bytes of every checkpoint.
-const MAGIC: [u8; 4] = *b"LOBE";
-
-/// The layout of the header and of the frame of a record.
-const VERSION: u32 = 2;
-
-/// Bytes of the header.
-const HEADER: usize = 64;
-
-/// Bytes of a checksum.
-const SUM: usize = 8;
+use crate::records::layout::{HEADER, Header, SUM, header_at};
+use crate::{Fingerprint, IoError, RecordFormat, RecordLayout, RecordReader, Shard};
 
 /// What was pushed reaches the disk at least this often. Work pushes about once a second, so that a machine that loses
 /// its power costs less than 10 s of work.
 const SYNC_EVERY: Duration = Duration::from_secs(4);
 
-/// The kind of work that a checkpoint is of.
-#[derive(Clone, Copy, Debug)]
-pub struct RecordFormat {
-    /// Four letters that tell its files from others.
-    pub kind: [u8; 4],
-    /// Changes with what a record holds.
-    pub version: u32,
-    /// What results are called in messages, without an article: `bake`.
-    pub work: &'static str,
-    /// The arguments that the fingerprint depends on, in messages: `the scene or the options`.
-    pub arguments: &'static str,
-}
-
-/// How many records there are and how long they are.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RecordLayout {
-    /// Records in all, at least 1.
-    pub count: usize,
-    /// Bytes of a record.
-    pub bytes: usize,
-    /// Bytes of the last record, at most [`RecordLayout::bytes`].
-    pub last: usize,
-}
-
-impl RecordLayout {
-    /// Where the bytes of a record begin in the file.
-    #[must_use]
-    pub fn offset(&self, record: usize) -> u64 {
-        HEADER as u64 + record as u64 * (self.bytes + SUM) as u64
-    }
-
-    fn len(&self, record: usize) -> usize {
-        if record + 1 == self.count { self.last } else { self.bytes }
-    }
-
-    /// Bytes of the whole file.
-    fn file_len(&self) -> u64 {
-        self.offset(self.count - 1) + (self.last + SUM) as u64
-    }
-}
-
-/// The records of a piece of work that are done, in a file of its final size.
+/// The records of a piece of work, or of a [shard](Shard) of it, that are done, in a file of its final size.
 ///
 /// ```text
-///   header:  "LOBE", kind (4 letters), version 2 of this layout, version of the kind (u32),
-///            records, bytes of a record, bytes of the last (u64), fingerprint (128 bits, the higher 64 first), checksum (u64)
+///   preface: of a shard only: a header of safetensors with the one tensor `records`, which is all that follows
+///   header:  "LOBE", kind (4 letters), version 3 of this layout, version of the kind (u32),
+///            records in all, bytes of a record, bytes of the last, fingerprint (128 bits, the higher 64 first),
+///            number of the shard, number of shards (u64; 1 and 1 if it is all), checksum (u64)
 ///   record:  its bytes, checksum (u64)
 /// ```
 ///
 /// All numbers are little-endian. There is a place for each record in its order, zero until it is pushed. A checksum is
-/// the XXH3-64 of the bytes before it, seeded with the exclusive or of the first half of the fingerprint and the number of
-/// the record (of the header: 2⁶⁴ - 1), so that zeros and torn or old records are not taken for done. The header is written
-/// when all the room is there, so that a file without one holds nothing yet.
+/// the XXH3-64 of the bytes before it from the header on, seeded with the exclusive or of the first half of the fingerprint and
+/// the number of the record among all (of the header: 2⁶⁴ - 1), so that zeros and torn or old records are not taken for done. The
+/// header is written when all the room is there, so that a file without one holds nothing yet.
 #[derive(Debug)]
 pub struct RecordFile {
     path: PathBuf,
     file: File,
-    seed: u64,
-    layout: RecordLayout,
+    header: Header,
+    /// Where the header begins.
+    start: u64,
     done: usize,
     synced: Instant,
 }
 
 impl RecordFile {
     /// Opens the checkpoint of a piece of work, or makes one of its final size. `take_up` gets the records that are there
-    /// already, from the first to the last before one that is missing or damaged.
+    /// already, from the first to the last before one that is missing or damaged. The file of a shard has its records alone, which
+    /// are counted among all.
     ///
     /// # Errors
     /// [`IoError::Io`] if it cannot be written or the disk has no room for all of it; [`IoError::Invalid`] if it is that of
@@ -101,6 +50,7 @@ impl RecordFile {
         format: &RecordFormat,
         layout: RecordLayout,
         fingerprint: &Fingerprint,
+        shard: Option<Shard>,
         take_up: impl FnMut(&[u8]),
     ) -> Result<Self, IoError> {
         let io = |source| IoError::io(path, source);
@@ -114,13 +64,16 @@ impl RecordFile {
             return Err(IoError::invalid(path, message));
         }
         // Refuse what is not of this work.
-        let header = header(format, &layout, fingerprint);
-        let is_new = is_new(path, &mut file, format, &header)?;
+        let header = Header::new(format, layout, fingerprint, shard.unwrap_or(Shard::WHOLE));
+        let preface = if shard.is_some() { header.preface(format.work) } else { Vec::new() };
+        let is_new = is_new(path, &mut file, format, &header, &preface)?;
         // Take all the room there will be need for.
-        let made = fill(&mut file, layout.file_len()).and_then(|()| {
+        let start = preface.len() as u64;
+        let room = start + layout.bytes_of(header.shard);
+        let made = fill(&mut file, room).and_then(|()| {
             if is_new {
                 file.seek(SeekFrom::Start(0))?;
-                file.write_all(&header)?;
+                file.write_all(&[preface, header.to_bytes()].concat())?;
             }
             file.sync_all()
         });
@@ -129,39 +82,45 @@ impl RecordFile {
                 // What was written is of no use to anyone; that it could not be is the error to report.
                 let _ = std::fs::remove_file(path);
             }
-            let message = format!("cannot keep {} bytes of results: {source}", layout.file_len());
+            let message = format!("cannot keep {room} bytes of results: {source}");
             return Err(io(io::Error::new(source.kind(), message)));
         }
         // Take up the records that are done.
-        let seed = fingerprint.bits()[0];
-        let mut records = Self { path: path.to_path_buf(), file, seed, layout, done: 0, synced: Instant::now() };
+        let done = header.shard.range(layout.count).start;
+        let mut records = Self { path: path.to_path_buf(), file, header, start, done, synced: Instant::now() };
         records.take_up(take_up).map_err(io)?;
         Ok(records)
     }
 
     /// Finds how many records from the first on are done, and leaves the file at their end.
     fn take_up(&mut self, mut take_up: impl FnMut(&[u8])) -> io::Result<()> {
-        self.file.seek(SeekFrom::Start(self.layout.offset(0)))?;
+        self.file.seek(SeekFrom::Start(self.start + HEADER as u64))?;
         let mut reader = BufReader::with_capacity(1 << 20, &self.file);
-        let mut bytes = Vec::new();
-        while self.done < self.layout.count {
-            bytes.resize(self.layout.len(self.done) + SUM, 0);
+        let (mut bytes, mut whole) = (Vec::new(), 0);
+        while self.done < self.end() {
+            bytes.resize(self.header.layout.len(self.done) + SUM, 0);
             reader.read_exact(&mut bytes)?;
             let Some((body, sum)) = bytes.split_last_chunk() else { break };
-            if u64::from_le_bytes(*sum) != checksum(self.seed, self.done as u64, body) {
+            if u64::from_le_bytes(*sum) != self.header.checksum(self.done as u64, body) {
                 break;
             }
             take_up(body);
+            whole += bytes.len();
             self.done += 1;
         }
-        self.file.seek(SeekFrom::Start(self.layout.offset(self.done)))?;
+        self.file.seek(SeekFrom::Start(self.start + (HEADER + whole) as u64))?;
         Ok(())
     }
 
-    /// How many records are done.
+    /// The number of the first record that is not done: of all records, how many are done.
     #[must_use]
     pub fn done(&self) -> usize {
         self.done
+    }
+
+    /// The number behind that of the last record.
+    fn end(&self) -> usize {
+        self.header.shard.range(self.header.layout.count).end
     }
 
     /// Writes the next record, and brings it to the disk if none was for some seconds.
@@ -172,9 +131,9 @@ impl RecordFile {
     /// # Panics
     /// If all records are done, or this is not as long as it should be.
     pub fn push(&mut self, mut record: Vec<u8>) -> Result<(), IoError> {
-        assert!(self.done < self.layout.count, "all {} records are done", self.layout.count);
-        assert_eq!(record.len(), self.layout.len(self.done), "bytes of record {}", self.done);
-        record.extend(checksum(self.seed, self.done as u64, &record).to_le_bytes());
+        assert!(self.done < self.end(), "the records up to {} are done", self.end());
+        assert_eq!(record.len(), self.header.layout.len(self.done), "bytes of record {}", self.done);
+        record.extend(self.header.checksum(self.done as u64, &record).to_le_bytes());
         self.file.write_all(&record).map_err(|source| IoError::io(&self.path, source))?;
         self.done += 1;
         if self.synced.elapsed() > SYNC_EVERY { self.sync() } else { Ok(()) }
@@ -193,79 +152,53 @@ impl RecordFile {
     ///
     /// # Errors
     /// [`IoError::Io`] if the system refuses.
-    pub fn into_reader(mut self) -> Result<RecordReader, IoError> {
-        debug_assert_eq!(self.done, self.layout.count, "records that are done");
-        self.sync()?;
-        let Self { path, file, layout, .. } = self;
-        Ok(RecordReader { path, file: Mutex::new(file), layout })
-    }
-}
-
-/// The records of work that is done, in their file. It stays locked as long as this is there.
-#[derive(Debug)]
-pub struct RecordReader {
-    path: PathBuf,
-    /// A file has one place to read at.
-    file: Mutex<File>,
-    layout: RecordLayout,
-}
-
-impl RecordReader {
-    /// The file.
-    #[must_use]
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// Where records are.
-    #[must_use]
-    pub fn layout(&self) -> &RecordLayout {
-        &self.layout
-    }
-
-    /// Fills `bytes` from a place in the file, given in bytes from its start. See [`RecordLayout::offset`].
     ///
-    /// # Errors
-    /// If the system refuses or the file has become shorter.
-    pub fn read_exact_at(&self, offset: u64, bytes: &mut [u8]) -> io::Result<()> {
-        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
-        file.seek(SeekFrom::Start(offset))?;
-        file.read_exact(bytes)
+    /// # Panics
+    /// If it is a shard.
+    pub fn into_reader(mut self) -> Result<RecordReader, IoError> {
+        assert_eq!(self.start, 0, "expected all records, found shard {}", self.header.shard);
+        debug_assert_eq!(self.done, self.header.layout.count, "records that are done");
+        self.sync()?;
+        let Self { path, file, header, .. } = self;
+        Ok(RecordReader::new(path, file, header.layout))
     }
-}
-
-fn header(format: &RecordFormat, layout: &RecordLayout, fingerprint: &Fingerprint) -> Vec<u8> {
-    let [high, low] = fingerprint.bits();
-    let mut bytes = [MAGIC, format.kind].concat();
-    [VERSION, format.version].iter().for_each(|number| bytes.extend(number.to_le_bytes()));
-    let numbers = [layout.count as u64, layout.bytes as u64, layout.last as u64, high, low];
-    numbers.iter().for_each(|number| bytes.extend(number.to_le_bytes()));
-    bytes.extend(checksum(high, u64::MAX, &bytes).to_le_bytes());
-    debug_assert_eq!(bytes.len(), HEADER, "bytes of the header");
-    bytes
-}
-
-fn checksum(seed: u64, number: u64, bytes: &[u8]) -> u64 {
-    XxHash3_64::oneshot_with_seed(seed ^ number, bytes)
 }
 
 /// Whether the file holds nothing yet. An error if it holds anything but results of this work.
-fn is_new(path: &Path, file: &mut File, format: &RecordFormat, expected: &[u8]) -> Result<bool, IoError> {
+fn is_new(
+    path: &Path,
+    file: &mut File,
+    format: &RecordFormat,
+    header: &Header,
+    preface: &[u8],
+) -> Result<bool, IoError> {
+    let expected = [preface, &header.to_bytes()].concat();
     let mut found = Vec::new();
-    Read::take(file, HEADER as u64).read_to_end(&mut found).map_err(|source| IoError::io(path, source))?;
+    Read::take(&mut *file, expected.len() as u64)
+        .read_to_end(&mut found)
+        .map_err(|source| IoError::io(path, source))?;
     if found == expected {
         return Ok(false);
     }
     if found.iter().all(|&b| b == 0) {
         return Ok(true);
     }
+    // Compare from the header on, wherever that is.
+    let at = header_at(&found).unwrap_or(0);
+    let mut found = Vec::new();
+    let read = file.seek(SeekFrom::Start(at)).and_then(|_| Read::take(file, HEADER as u64).read_to_end(&mut found));
+    read.map_err(|source| IoError::io(path, source))?;
+    let expected = header.to_bytes();
     let RecordFormat { work, arguments, .. } = format;
+    let other = Header::parse(&found).filter(|other| Header { shard: header.shard, ..*other } == *header);
     Err(IoError::invalid(
         path,
         if found.get(..8) != expected.get(..8) {
             format!("this is no checkpoint of a {work}; move it away")
         } else if found.get(8..16) != expected.get(8..16) {
             "this checkpoint was made by another version of Lobe; remove it to start anew".to_owned()
+        } else if let Some(other) = other {
+            format!("this is shard {} of the {work}, not {}; give another output", other.shard, header.shard)
         } else {
             format!(
                 "this checkpoint is of another {work}: {arguments} differ; repeat that command to continue it, or remove \
@@ -303,7 +236,7 @@ mod tests {
     fn open(path: &Path, kind: u64) -> Result<(RecordFile, Vec<u8>), IoError> {
         let mut found = Vec::new();
         let take_up = |body: &[u8]| found.push(body[0] - 10);
-        let file = RecordFile::open(path, &FORMAT, LAYOUT, &Fingerprint::of_kind(kind), take_up)?;
+        let file = RecordFile::open(path, &FORMAT, LAYOUT, &Fingerprint::of_kind(kind), None, take_up)?;
         Ok((file, found))
     }
 
