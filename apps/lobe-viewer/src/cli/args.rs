@@ -40,7 +40,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=8))]
     pub(crate) rays: Option<u8>,
     /// The azimuth and the height of the eye above the horizon, in degrees
-    #[arg(long, value_name = "AZIMUTH,HEIGHT", value_parser = eye, default_value = "-62,11", allow_hyphen_values = true)]
+    #[arg(long, value_name = "AZIMUTH,HEIGHT", value_parser = eye, default_value = "-62,9", allow_hyphen_values = true)]
     pub(crate) eye: [f64; 2],
     /// The file to write: .png, animated with several frames, or .exr and .hdr in linear light
     #[arg(short, long, value_name = "OUT", requires = "headless")]

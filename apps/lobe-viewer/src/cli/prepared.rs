@@ -8,19 +8,16 @@ use anyhow::{Context as _, bail};
 use lobe::env::project_map;
 use lobe::io::Progress;
 use lobe::prt::{BakeMode, Transfer};
-use lobe::sh::{Dir, Rgb, ShVec};
+use lobe::sh::{Rgb, ShVec};
 use lobe_gpu::{
-    AdapterChoice, Context, ContextOptions, Environment, GpuCamera, SceneView, SceneViewOptions, Storage,
-    SurfaceShading,
+    AdapterChoice, Context, ContextOptions, Environment, SceneView, SceneViewOptions, Storage, SurfaceShading,
 };
 
 use crate::cli::args::Arguments;
 use crate::loading::bake::{SceneData, bake_options, bake_scene};
 use crate::loading::scene_source::open_scene;
 use crate::loading::sky_source::open_sky;
-
-/// Half the angle of view from top to bottom, in radians.
-const HALF_ANGLE: f64 = 0.3;
+use crate::widgets::orbit::Orbit;
 
 /// A scene on a device under a light.
 pub(crate) struct Prepared {
@@ -70,9 +67,8 @@ pub(crate) fn prepare(arguments: &Arguments, scene: &Path, size: [u32; 2], rays:
     let options = SceneViewOptions::default().width(size[0]).height(size[1]).rays(u32::from(rays));
     let view = SceneView::new(&context, &data.scene, &shading, Some(&Environment::from(&*sky.map)), &options)?;
     let [azimuth, height] = arguments.eye.map(f64::to_radians);
-    let eye = Dir::from_angles(std::f64::consts::FRAC_PI_2 - height, azimuth);
-    let camera = GpuCamera::framing(data.scene.world_bounds(), eye, HALF_ANGLE).context("the scene has no extent")?;
-    view.set_camera(&camera)?;
+    let orbit = Orbit { azimuth, height, ..Orbit::default() }.framing(data.scene.world_bounds());
+    view.set_camera(&orbit.on_device().context("the scene has no extent")?)?;
     let light = project_map(&sky.map, usize::from(arguments.order));
     Ok(Prepared { view, light, vertices: data.scene.vertex_count(), name: data.name })
 }

@@ -11,8 +11,8 @@ use crate::loading::cache::UserFolder;
 use crate::loading::scene_source::open_scene;
 use crate::loading::task::Control;
 
-/// Paths of the first bake of a scene, which is there after a moment.
-pub(crate) const FIRST_SAMPLES: u32 = 16;
+/// Paths of the first bakes of a scene, which are there after a moment, before that which is asked for.
+const FIRST_SAMPLES: [u32; 2] = [8, 64];
 
 /// Paths of the bake that is kept.
 pub(crate) const KEPT_SAMPLES: u32 = 256;
@@ -132,7 +132,8 @@ pub(crate) fn rounds(
             None => missing.push(mode),
         }
     }
-    for round in [FIRST_SAMPLES.min(samples), samples] {
+    let first = FIRST_SAMPLES.into_iter().filter(|first| *first < samples);
+    for round in first.chain([samples]) {
         for &mode in &missing {
             control.stage(format!("{} transfer, {round} paths", mode.name()));
             let options = bake_options(mode, order, round);
@@ -144,9 +145,6 @@ pub(crate) fn rounds(
                 folder.keep_bake(&data.scene, &options, &transfer, &recipe);
             }
             control.send(SceneNews::Baked { mode, samples: Some(round), transfer: Arc::new(transfer) });
-        }
-        if samples <= FIRST_SAMPLES {
-            break;
         }
     }
     Ok(())

@@ -38,18 +38,18 @@ pub struct Orbit {
 
 impl Default for Orbit {
     fn default() -> Self {
-        Self { azimuth: -1.1, height: 0.2, target: [0.0, 0.0, 1.0], distance: 14.0 }
+        Self { azimuth: -1.1, height: 0.16, target: [0.0, 0.0, 1.0], distance: 14.0 }
     }
 }
 
 impl Orbit {
-    /// The same view from where the ball around a box fills the height of the picture.
+    /// The same view from where the ball around a box is a little higher than the picture.
     #[must_use]
     pub fn framing(self, [min, max]: [[f64; 3]; 2]) -> Self {
         let half: [f64; 3] = std::array::from_fn(|k| 0.5 * (max[k] - min[k]));
         let radius = half.iter().map(|c| c * c).sum::<f64>().sqrt().max(1e-9);
-        // A ball seldom needs all of its height.
-        let distance = 0.8 * radius / HALF_ANGLE.sin();
+        // Scenes are wider than high, and pictures too.
+        let distance = 0.7 * radius / HALF_ANGLE.sin();
         Self { target: std::array::from_fn(|k| min[k] + half[k]), distance, ..self }
     }
 

@@ -470,9 +470,10 @@ impl Step {
             ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
         };
         // Depth is reversed: 0 is infinitely far.
+        let depths = if clear { wgpu::LoadOp::Clear(0.0) } else { wgpu::LoadOp::Load };
         let depth = |view| wgpu::RenderPassDepthStencilAttachment {
             view,
-            depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store }),
+            depth_ops: Some(wgpu::Operations { load: depths, store: wgpu::StoreOp::Store }),
             stencil_ops: None,
         };
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {

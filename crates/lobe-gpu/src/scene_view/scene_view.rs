@@ -49,7 +49,7 @@ impl Default for SceneViewOptions {
 /// only. Pixels differ where an edge passes within a 256th of a pixel of a sample: devices snap corners to such a grid (test
 /// `pictures_by_transfer_are_those_of_the_processor`).
 ///
-/// The passes: those of the shading, `backdrop`, `surfaces`, `resolve` unless a pixel is one sample, `tone`. Turning the light uploads `n²` colors.
+/// The passes: those of the shading, `surfaces`, `backdrop`, `resolve` unless a pixel is one sample, `tone`. Turning the light uploads `n²` colors.
 #[derive(Debug)]
 pub struct SceneView {
     renderer: Renderer,
@@ -86,10 +86,10 @@ impl SceneView {
         renderer.uniform("rays", &[0_u32; 4])?;
         let target = target_of(options);
         add_targets(&mut renderer, options)?;
+        add_surfaces(&mut renderer, &shading, scene, target)?;
         if let Some(environment) = backdrop {
             add_backdrop(&mut renderer, environment, target)?;
         }
-        add_surfaces(&mut renderer, &shading, scene, (target, backdrop.is_none()))?;
         add_display(&mut renderer, options)?;
         let backdrop = backdrop.map(Environment::shape);
         let vertices = scene.vertex_count();
@@ -261,19 +261,15 @@ fn add_backdrop(renderer: &mut Renderer, environment: &Environment, target: &str
     let slots = [Slot::Uniform, Slot::Texture, Slot::Uniform];
     let shader = environment.constants(Shader::new(&["backdrop"]));
     let format = renderer.context().light_format();
-    let drawing = Drawing::new(renderer.context(), "backdrop", &shader, &slots, format, Depth::None)?;
-    let pass = Pass::draw("backdrop", &drawing, 3, true).read("camera").read("sky").read("sky shape");
-    renderer.add(pass.write(target))
+    let drawing = Drawing::new(renderer.context(), "backdrop", &shader, &slots, format, Depth::Behind)?;
+    // After the surfaces: most of its pixels are hidden, and a look into the environment costs more than a surface.
+    let pass = Pass::draw("backdrop", &drawing, 3, false).read("camera").read("sky").read("sky shape");
+    renderer.add(pass.write(target).write("depth"))
 }
 
-fn add_surfaces(
-    renderer: &mut Renderer,
-    shading: &Prepared,
-    scene: &Scene,
-    (target, clear): (&str, bool),
-) -> Result<(), GpuError> {
+fn add_surfaces(renderer: &mut Renderer, shading: &Prepared, scene: &Scene, target: &str) -> Result<(), GpuError> {
     let (corners, format) = (3 * scene.triangle_count() as u32, renderer.context().light_format());
-    let draw = |drawing: &Drawing| Pass::draw("surfaces", drawing, corners, clear).read("camera");
+    let draw = |drawing: &Drawing| Pass::draw("surfaces", drawing, corners, true).read("camera");
     let has_holes = scene.materials().iter().any(Material::has_holes);
     let pass = if shading.is_of_vertices && !has_holes {
         let slots = [Slot::Uniform, Slot::Read, Slot::Read];

@@ -113,11 +113,13 @@ fn play(control: &Control<News>, name: &str, asked: &Receiver<Asked>) -> Result<
     let Some(animated) = built_in::moving(name) else {
         return Err(RenderError::Options(format!("there is no moving scene {name}")));
     };
-    let mut scene = MovingScene::animated(animated, Some(0))?.looped(true);
+    let bare = MovingScene::animated(animated, Some(0))?.looped(true);
     let transfer = BakeOptions::default().mode(BakeMode::Shadowed).order(ORDER).samples(SAMPLES);
     let field = FieldOptions::default().order(ORDER).rays(FIELD_RAYS);
     let options = MovingBakeOptions::default().transfer(transfer).field(field);
-    for method in [MovingMethod::Fields, MovingMethod::Exponentials] {
+    // What has fields needs no spheres, and the other way round: each way has a scene of its own.
+    let mut scenes = [bare.clone(), bare];
+    for (scene, method) in scenes.iter_mut().zip([MovingMethod::Fields, MovingMethod::Exponentials]) {
         for bake in scene.lacking(method, &options) {
             control.stage(bake.to_string());
             let mut watch = control.watch();
@@ -127,7 +129,7 @@ fn play(control: &Control<News>, name: &str, asked: &Receiver<Asked>) -> Result<
             }
         }
     }
-    control.send(News::Ready(cast(&scene)?));
+    control.send(News::Ready(cast(&scenes[0])?));
     control.stage("");
     let shading = |method| MovingShading::new(MovingOptions::default().order(ORDER).method(method));
     let shadings = [shading(MovingMethod::Fields)?, shading(MovingMethod::Exponentials)?];
@@ -139,16 +141,22 @@ fn play(control: &Control<News>, name: &str, asked: &Receiver<Asked>) -> Result<
         if control.is_cancelled() {
             break;
         }
-        let by_hand = next.hands.as_ref().map(|hands| placed(&scene, hands)).transpose()?;
-        let moment = by_hand.as_ref().unwrap_or(&scene).at(next.time)?;
+        let scene = &scenes[number_of(next.method)];
+        let by_hand = next.hands.as_ref().map(|hands| placed(scene, hands)).transpose()?;
+        let moment = by_hand.as_ref().unwrap_or(scene).at(next.time)?;
         control.send(News::Lit(Box::new(lit(&moment, &shadings, next)?)));
     }
     Ok(())
 }
 
+/// The place of a way among scenes and shadings.
+fn number_of(method: MovingMethod) -> usize {
+    usize::from(method == MovingMethod::Exponentials)
+}
+
 fn lit(moment: &Moment<'_>, shadings: &[MovingShading; 2], asked: Asked) -> Result<Lit, RenderError> {
     let begin = Instant::now();
-    let shading = &shadings[usize::from(asked.method == MovingMethod::Exponentials)];
+    let shading = &shadings[number_of(asked.method)];
     let radiance = shading.exit_radiance(moment, &asked.light)?;
     let milliseconds = 1e3 * begin.elapsed().as_secs_f64();
     let spheres = (0..moment.parts().len()).flat_map(|part| moment.spheres(part).iter().copied()).collect();

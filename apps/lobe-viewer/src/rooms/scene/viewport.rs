@@ -120,7 +120,6 @@ impl Viewport {
         if is_changed || self.shown.as_ref().is_none_or(|(_, shown)| *shown != rays) {
             self.render(gpu, frame, rays)?;
             self.status.drew(now);
-            self.status.cpu = 1e3 * now.elapsed().as_secs_f64();
             self.shown = Some((frame.clone(), rays));
         }
         Ok(self.texture)
@@ -160,6 +159,7 @@ impl Viewport {
 
     fn render(&mut self, gpu: &Gpu, frame: &Frame, rays: u32) -> Result<(), GpuError> {
         let Some((_, view)) = &mut self.view else { return Ok(()) };
+        let begin = Instant::now();
         let [width, height] = frame.size;
         let options = SceneViewOptions::default().width(width).height(height).rays(rays);
         if *view.options() != options {
@@ -188,6 +188,7 @@ impl Viewport {
             self.measured = Some(now);
         } else {
             view.render()?;
+            self.status.cpu = 1e3 * begin.elapsed().as_secs_f64();
         }
         self.status.draw_calls = view.renderer().draw_calls();
         self.status.bytes = view.renderer().bytes();

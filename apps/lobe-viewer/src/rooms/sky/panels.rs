@@ -1,6 +1,9 @@
 //! The pictures of the room.
 
-use eframe::egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Response, Rgba, Stroke, Ui, Vec2, vec2};
+use eframe::egui::{
+    Align, Align2, Color32, FontId, Label, Layout, Painter, Pos2, Rect, Response, Rgba, RichText, Stroke, Ui, Vec2,
+    vec2,
+};
 use lobe::env::{MappedMap, Mapping};
 use lobe::image::{Curve, Exposure, Picture, Tone};
 use lobe::render::{Ball, View};
@@ -18,6 +21,9 @@ const BALL: usize = 176;
 
 /// Size of a lat-long picture, in points.
 const WIDE: Vec2 = vec2(360.0, 180.0);
+
+/// Height of a title, in points.
+const TITLE: f32 = 22.0;
 
 /// All pictures of the room.
 #[derive(Default)]
@@ -38,16 +44,16 @@ impl Panels {
         let exposure = Tone::PHOTOGRAPH.exposure.factor(&found.picture) * edits.exposure.exp2();
         let tone = Tone { exposure: Exposure::Fixed(exposure), curve: Curve::Reinhard { white: 4.0 } };
         ui.horizontal_wrapped(|ui| {
-            panel(ui, "The sky", |ui| {
+            panel(ui, "The sky", WIDE, |ui| {
                 self.sky.show(ui, "The sky, lat-long", WIDE, key.clone(), || (found.picture.clone(), tone))
             });
             let title = format!("Its expansion, order {}", edits.order);
-            let shown = panel(ui, &title, |ui| {
+            let shown = panel(ui, &title, WIDE, |ui| {
                 let make = || (found.reconstruction.clone(), tone);
                 self.reconstruction.show(ui, "The expansion, lat-long", WIDE, key.clone(), make)
             });
             mark(ui, &shown, found);
-            panel(ui, "What is cut off, red missing, blue too much", |ui| {
+            panel(ui, "What is cut off: red missing, blue too much", WIDE, |ui| {
                 self.difference.show(ui, "The difference, lat-long", WIDE, key.clone(), || {
                     (difference(found), Tone { exposure: Exposure::Fixed(exposure), curve: Curve::Clip })
                 })
@@ -57,7 +63,7 @@ impl Panels {
             unfolded_key.push(Mapping::ALL.iter().position(|known| *known == mapping).unwrap_or(0) as u64);
             let height = mapping.height_for(UNFOLDED);
             let size = vec2(180.0 * UNFOLDED as f32 / height.max(1) as f32, 180.0);
-            panel(ui, &format!("Unfolded: {}", mapping.name()), |ui| {
+            panel(ui, &format!("Unfolded: {}", mapping.name()), size, |ui| {
                 let make = || (unfolded(found.map(), mapping, height), tone);
                 self.unfolded.show(ui, "The sky, unfolded", size, unfolded_key, make)
             });
@@ -78,31 +84,32 @@ impl Panels {
             let (n, e) = (n.to_array(), towards_eye.to_array());
             Dir::new(std::array::from_fn(|k| c * n[k] - e[k])).unwrap_or(towards_eye)
         };
-        let response = panel(ui, "A mirror, with the lights", |ui| {
+        let response = panel(ui, "A mirror, with the lights", size, |ui| {
             self.mirror.show(ui, "Mirror ball", size, key.to_vec(), || {
                 (ball.picture(background, |n| found.map().radiance(reflected(n)).widen()), tone)
             })
         });
         arrows(&ui.painter_at(response.rect), response.rect, found, view);
-        panel(ui, "A mirror of the expansion", |ui| {
+        panel(ui, "A mirror of the expansion", size, |ui| {
             self.glossy.show(ui, "Mirror ball of the expansion", size, key.to_vec(), || {
                 (ball.picture(background, |n| found.light.eval(reflected(n))), tone)
             })
         });
-        panel(ui, "Matte, by the expansion", |ui| {
+        panel(ui, "Matte, by the expansion", size, |ui| {
             let make = || (ball.lit_by_sh(background, &found.irradiance), tone);
             self.matte.show(ui, "Matte ball", size, key.to_vec(), make)
         });
     }
 }
 
-/// A picture under its title.
-fn panel(ui: &mut Ui, title: &str, show: impl FnOnce(&mut Ui) -> Response) -> Response {
-    ui.vertical(|ui| {
-        ui.strong(title);
+/// A picture of this size under its title.
+fn panel(ui: &mut Ui, title: &str, size: Vec2, show: impl FnOnce(&mut Ui) -> Response) -> Response {
+    let with_title = size + vec2(0.0, TITLE);
+    let content = |ui: &mut Ui| {
+        ui.add(Label::new(RichText::new(title).strong()).truncate());
         show(ui)
-    })
-    .inner
+    };
+    ui.allocate_ui_with_layout(with_title, Layout::top_down(Align::Min), content).inner
 }
 
 /// The sky in another mapping; black where that shows nothing.
