@@ -52,7 +52,7 @@ struct Shared {
     state: Mutex<State>,
 }
 
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 struct State {
     stage: String,
     progress: Option<f32>,
@@ -109,6 +109,12 @@ impl<T> Task<T> {
         if stage.is_empty() { self.title.clone() } else { format!("{}: {stage}", self.title) }
     }
 
+    /// Whether a stage of the work is under way.
+    #[must_use]
+    pub fn is_at_work(&self) -> bool {
+        !locked(&self.shared.state).stage.is_empty()
+    }
+
     /// The part that is done, 0 to 1, where the work says it.
     #[must_use]
     pub fn progress(&self) -> Option<f32> {
@@ -135,8 +141,11 @@ impl<T> Control<T> {
 
     /// Names what is being done, and forgets how far it was.
     pub fn stage(&self, stage: impl Into<String>) {
-        *locked(&self.shared.state) = State { stage: stage.into(), progress: None };
-        (self.wake)();
+        let stage = State { stage: stage.into(), progress: None };
+        let before = std::mem::replace(&mut *locked(&self.shared.state), stage.clone());
+        if before != stage {
+            (self.wake)();
+        }
     }
 
     /// Whether nobody waits for the results any more.

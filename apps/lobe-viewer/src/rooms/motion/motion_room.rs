@@ -180,16 +180,14 @@ impl MotionRoom {
         ui.radio_value(&mut self.method, MovingMethod::Exponentials, "Spheres, SH exponentials");
         ui.checkbox(&mut self.has_spheres, "Draw the spheres");
         ui.separator();
-        let Some(cast) = self.cast.clone() else {
-            if let Some(player) = &self.player {
-                ui.label(player.task().describe());
-                match player.task().progress() {
-                    Some(part) => ui.add(ProgressBar::new(part).show_percentage()),
-                    None => ui.spinner(),
-                };
-            }
-            return;
-        };
+        if let Some(player) = self.player.as_ref().filter(|player| player.task().is_at_work()) {
+            ui.label(player.task().describe());
+            match player.task().progress() {
+                Some(part) => ui.add(ProgressBar::new(part).show_percentage()),
+                None => ui.spinner(),
+            };
+        }
+        let Some(cast) = self.cast.clone() else { return };
         ui.add_enabled_ui(!self.is_by_hand, |ui| {
             ui.checkbox(&mut self.is_playing, "Play");
             let [begin, end] = cast.span;
@@ -230,6 +228,7 @@ impl MotionRoom {
         let response = ui.interact(rect, ui.scope_id().with("picture"), Sense::click_and_drag());
         name_image(&response, "Picture of what moves");
         self.follow(ui, &response);
+        ui.painter().rect_filled(rect, 0.0, ui.visuals().panel_fill);
         let (Some(gpu), Some(lit)) = (gpu, self.lit.clone()) else {
             let text = if gpu.is_none() { "No graphics device: the picture is not drawn." } else { "Preparing" };
             ui.centered_and_justified(|ui| ui.label(text));

@@ -11,7 +11,7 @@ use lobe::render::{
 };
 use lobe::scene::{Scene, built_in};
 use lobe::sh::{Dir, Rgb, Rotation, ShVec};
-use lobe::shadow::{FieldOptions, Placement, Track, WorldSphere};
+use lobe::shadow::{FieldOptions, Placement, SphereFitMethod, SphereFitOptions, Track, WorldSphere};
 
 use crate::loading::task::{Control, Task, TaskEvent};
 
@@ -23,6 +23,11 @@ const SAMPLES: u32 = 64;
 
 /// Directions traced from each point around a part for its field.
 const FIELD_RAYS: u32 = 128;
+
+/// Spheres fitted to a part that keeps its shape, and points that they are fitted to: fewer than the library takes, and by the
+/// quicker method, so that the fit ends in seconds.
+const SPHERES: usize = 16;
+const FIT_SAMPLES: usize = 1500;
 
 /// Where a user has put a part.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -116,21 +121,15 @@ fn play(control: &Control<News>, name: &str, asked: &Receiver<Asked>) -> Result<
     let bare = MovingScene::animated(animated, Some(0))?.looped(true);
     let transfer = BakeOptions::default().mode(BakeMode::Shadowed).order(ORDER).samples(SAMPLES);
     let field = FieldOptions::default().order(ORDER).rays(FIELD_RAYS);
-    let options = MovingBakeOptions::default().transfer(transfer).field(field);
+    let spheres = SphereFitOptions::default().method(SphereFitMethod::MedialAxis).count(SPHERES).samples(FIT_SAMPLES);
+    // The built-in scenes stand on open ground, which hides nothing from what moves over it.
+    let options = MovingBakeOptions::default().transfer(transfer).field(field).spheres(spheres).still_hides(false);
     // What has fields needs no spheres, and the other way round: each way has a scene of its own.
     let mut scenes = [bare.clone(), bare];
-    for (scene, method) in scenes.iter_mut().zip([MovingMethod::Fields, MovingMethod::Exponentials]) {
-        for bake in scene.lacking(method, &options) {
-            control.stage(bake.to_string());
-            let mut watch = control.watch();
-            match scene.bake_part(&bake, &options, Job::default().watched_by(&mut watch)) {
-                Err(RenderError::Cancelled) => return Ok(()),
-                other => other?,
-            }
-        }
+    if !prepare(control, &mut scenes[0], MovingMethod::Fields, &options)? {
+        return Ok(());
     }
     control.send(News::Ready(cast(&scenes[0])?));
-    control.stage("");
     let shading = |method| MovingShading::new(MovingOptions::default().order(ORDER).method(method));
     let shadings = [shading(MovingMethod::Fields)?, shading(MovingMethod::Exponentials)?];
     while let Ok(mut next) = asked.recv() {
@@ -138,15 +137,34 @@ fn play(control: &Control<News>, name: &str, asked: &Receiver<Asked>) -> Result<
         while let Ok(later) = asked.try_recv() {
             next = later;
         }
-        if control.is_cancelled() {
+        let scene = &mut scenes[number_of(next.method)];
+        if !prepare(control, scene, next.method, &options)? {
             break;
         }
-        let scene = &scenes[number_of(next.method)];
-        let by_hand = next.hands.as_ref().map(|hands| placed(scene, hands)).transpose()?;
-        let moment = by_hand.as_ref().unwrap_or(scene).at(next.time)?;
+        let by_hand = next.hands.as_ref().map(|hands| placed(&*scene, hands)).transpose()?;
+        let moment = by_hand.as_ref().unwrap_or(&*scene).at(next.time)?;
         control.send(News::Lit(Box::new(lit(&moment, &shadings, next)?)));
     }
     Ok(())
+}
+
+/// Bakes what a scene lacks for a way; whether to go on.
+fn prepare(
+    control: &Control<News>,
+    scene: &mut MovingScene,
+    method: MovingMethod,
+    options: &MovingBakeOptions,
+) -> Result<bool, RenderError> {
+    for bake in scene.lacking(method, options) {
+        control.stage(bake.to_string());
+        let mut watch = control.watch();
+        match scene.bake_part(&bake, options, Job::default().watched_by(&mut watch)) {
+            Err(RenderError::Cancelled) => return Ok(false),
+            other => other?,
+        }
+    }
+    control.stage("");
+    Ok(!control.is_cancelled())
 }
 
 /// The place of a way among scenes and shadings.

@@ -397,6 +397,7 @@ impl SceneRoom {
         let response = ui.interact(rect, ui.scope_id().with("picture"), Sense::click_and_drag());
         name_image(&response, "Picture of the scene");
         pointer::follow(ui, &response, &mut self.orbit, &mut self.edits);
+        ui.painter().rect_filled(rect, 0.0, ui.visuals().panel_fill);
         let Some(data) = self.scene.found.clone() else {
             ui.centered_and_justified(|ui| ui.label(if self.is_idle() { "No scene" } else { "Opening" }));
             return;

@@ -150,9 +150,11 @@ fn mark(ui: &Ui, shown: &Response, found: &Findings) {
     for (number, light) in lights.enumerate() {
         painter.circle_stroke(at(light.dir), 8.0, Stroke::new(3.0, Color32::BLACK));
         painter.circle_stroke(at(light.dir), 8.0, Stroke::new(1.5, Color32::YELLOW));
-        let font = FontId::proportional(13.0);
         let text = (number + 1).to_string();
-        painter.text(at(light.dir) + vec2(10.0, -8.0), Align2::LEFT_BOTTOM, text, font, Color32::YELLOW);
+        for (by, color) in [(1.0, Color32::BLACK), (0.0, Color32::YELLOW)] {
+            let place = at(light.dir) + vec2(10.0 + by, by - 6.0);
+            painter.text(place, Align2::LEFT_BOTTOM, &text, FontId::monospace(14.0), color);
+        }
     }
 }
 

@@ -70,7 +70,7 @@ impl SkyRoom {
         });
         ui.separator();
         let Some(found) = &self.found else { return };
-        ui.label(format!("Error: {:.1} % of the mean, RMS", 100.0 * found.error));
+        ui.label(format!("RMS error: {:.2} times the mean", found.error));
         ui.label(format!("Minimum of the luminance: {:.4} (blue cross)", found.minimum.lo));
         if let Some(fit) = &found.lights {
             for (number, light) in fit.lights.iter().enumerate() {
