@@ -50,8 +50,8 @@ pub fn open_sky(source: &Path) -> anyhow::Result<OpenedSky> {
     let title = BUILT_IN.iter().find(|(name, _)| *name == text).map(|(_, title)| (*title).to_owned());
     let name = title.unwrap_or_else(|| source.file_name().unwrap_or_default().to_string_lossy().into_owned());
     let map = match text.strip_prefix("made:") {
-        Some("evening") => made_sky(1.32, 0.6, 9.0, [1.0, 0.62, 0.3])?.into(),
-        Some("noon") => made_sky(0.6, 0.6, 5.0, [1.0, 0.95, 0.86])?.into(),
+        Some("evening") => made_sky(1.32, 0.6, 16.0, [1.0, 0.62, 0.3])?.into(),
+        Some("noon") => made_sky(0.6, 0.6, 16.0, [1.0, 0.95, 0.86])?.into(),
         Some("even") => EnvMap::from_fn(16, 8, |_| Rgb::new(1.0, 1.0, 1.0)).into(),
         Some(_) => anyhow::bail!("{text}: there is no such sky; there are made:evening, made:noon and made:even"),
         None => read_map(source, &MapReadOptions::default())?.0.into_base(),

@@ -86,7 +86,7 @@ impl MotionRoom {
         Panel::left("motion controls").default_size(300.0).size_range(220.0..=480.0).show(ui, |ui| {
             ScrollArea::vertical().auto_shrink(false).show(ui, |ui| self.panel(ui));
         });
-        Panel::bottom("motion status").show(ui, |ui| {
+        Panel::bottom("motion status").resizable(false).show(ui, |ui| {
             if let Some(message) = &self.message {
                 ui.colored_label(ui.visuals().error_fg_color, message);
             }

@@ -9,7 +9,7 @@ use lobe::prt::{BakeMode, BakeOptions};
 use lobe::render::{
     Moment, Motion, MovingBakeOptions, MovingMethod, MovingOptions, MovingPart, MovingScene, MovingShading, RenderError,
 };
-use lobe::scene::{Scene, built_in};
+use lobe::scene::{Mesh, Scene, built_in};
 use lobe::sh::{Dir, Rgb, Rotation, ShVec};
 use lobe::shadow::{FieldOptions, Placement, SphereFitMethod, SphereFitOptions, Track, WorldSphere};
 
@@ -223,7 +223,7 @@ fn cast(scene: &MovingScene) -> Result<Cast, RenderError> {
 fn positions(scene: &Scene) -> Vec<[f64; 3]> {
     let origin = scene.origin();
     let world = |p: &[f32; 3]| std::array::from_fn(|k| f64::from(p[k]) + origin[k]);
-    scene.meshes().iter().flat_map(|mesh| mesh.positions()).map(world).collect()
+    scene.meshes().iter().flat_map(Mesh::positions).map(world).collect()
 }
 
 fn mean(points: &[[f64; 3]]) -> [f64; 3] {

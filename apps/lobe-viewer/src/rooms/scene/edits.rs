@@ -45,7 +45,8 @@ impl Default for SceneEdits {
             order: 4,
             taming: Taming::None,
             sky_strength: 1.0,
-            turn: 0.0,
+            // The sun from the left of the first view.
+            turn: 2.8,
             tilt: 0.0,
             exposure: 0.0,
             lamps: Vec::new(),
@@ -83,7 +84,7 @@ pub struct SceneLamp {
 
 impl Default for SceneLamp {
     fn default() -> Self {
-        Self { is_on: true, azimuth: -60.0, height: 35.0, half_angle: 5.0, color: [1.0, 0.9, 0.75], strength: 1.5 }
+        Self { is_on: true, azimuth: -150.0, height: 30.0, half_angle: 5.0, color: [1.0, 0.9, 0.75], strength: 0.5 }
     }
 }
 

@@ -38,7 +38,7 @@ pub(crate) fn lamps(ui: &mut Ui, lamps: &mut Vec<SceneLamp>) {
     ui.horizontal(|ui| {
         let has_room = lamps.len() < MOST;
         if ui.add_enabled(has_room, eframe::egui::Button::new("Add a sun")).clicked() {
-            lamps.push(SceneLamp { half_angle: 1.0, strength: 3.0, ..SceneLamp::default() });
+            lamps.push(SceneLamp { half_angle: 1.0, strength: 1.0, ..SceneLamp::default() });
         }
         if ui.add_enabled(has_room, eframe::egui::Button::new("Add a lamp")).clicked() {
             let azimuth = 50.0 * lamps.len() as f64 - 120.0;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use eframe::egui::util::undoer::Undoer;
-use eframe::egui::{CentralPanel, Color32, Context, Key, Panel, Rect, ScrollArea, Sense, Ui, pos2};
+use eframe::egui::{CentralPanel, Color32, Context, Key, Label, Panel, Rect, ScrollArea, Sense, Ui, pos2};
 use lobe::prt::{BakeMode, Transfer};
 
 use crate::loading::bake::{self, KEPT_SAMPLES, SceneData, SceneNews};
@@ -359,11 +359,12 @@ impl SceneRoom {
         if let Some(asked) = asked {
             self.answer(&ctx, asked);
         }
-        Panel::bottom("scene status").show(ui, |ui| {
+        Panel::bottom("scene status").resizable(false).show(ui, |ui| {
             if let Some(message) = &self.message {
                 ui.colored_label(ui.visuals().error_fg_color, message);
             }
-            ui.label(self.viewport.status.to_string());
+            let status = self.viewport.status.to_string();
+            ui.add(Label::new(&status).truncate()).on_hover_text(status);
         });
         CentralPanel::no_frame().show(ui, |ui| self.picture(ui, gpu));
     }
