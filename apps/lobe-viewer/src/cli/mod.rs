@@ -1,7 +1,7 @@
 //! The command line: what opens a window, and what renders and measures without one.
 //!
-//! Read `args`, then `prepared`, which makes a scene ready for a device, `headless`, `bench` and `failure`. Uses `app`,
-//! `loading` and `widgets`.
+//! Read `args`, then `prepared`, which makes a scene ready for a device, `headless`, `bench` and `failure`. Uses `loading`
+//! and `widgets`.
 
 pub(crate) mod args;
 pub(crate) mod bench;
