@@ -12,7 +12,7 @@ const GROUND: f64 = 4.5;
 
 /// Meters for one unit of the curve of the knot, and the radius of its tube.
 const KNOT_SCALE: f64 = 0.42;
-const TUBE: f64 = 0.27;
+const TUBE: f64 = 0.25;
 
 /// The height of the middle of the knot.
 const KNOT_HEIGHT: f64 = 1.6;
@@ -32,7 +32,7 @@ const FIN: f64 = 0.09;
 /// A still life: what light does to shapes, in one picture.
 ///
 /// ```text
-///   knot    the trefoil c(t) = (sin t + 2 sin 2t, sin 3t, cos t - 2 cos 2t), 0.42 m for a unit, in a tube of radius 0.27 about
+///   knot    the trefoil c(t) = (sin t + 2 sin 2t, sin 3t, cos t - 2 cos 2t), 0.42 m for a unit, in a tube of radius 0.25 about
 ///           (0, 0, 1.6): it shadows itself deeply
 ///   wall    a piece of a cylinder about the z axis, 2.6 high, red: it colors what stands before it
 ///   fins    eleven upright plates on an arc, blue green: between them light comes in stripes
