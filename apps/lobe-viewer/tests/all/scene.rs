@@ -99,6 +99,17 @@ fn files_that_are_none_are_told_in_one_line_and_leave_the_scene_as_it_was() {
 }
 
 #[test]
+fn what_cannot_be_opened_at_the_start_gives_way_to_the_built_in_sky() {
+    let mut harness = open(|edits| edits.sky = "gone.hdr".into());
+    settle(&mut harness);
+    harness.run_steps(2);
+    settle(&mut harness);
+    assert!(harness.state().sky().is_some(), "a sky of the program");
+    assert_eq!(harness.state().edits().sky, SceneEdits::default().sky, "the first one");
+    assert!(harness.state().message().is_some_and(|line| line.contains("gone.hdr")), "and the message remains");
+}
+
+#[test]
 fn lamps_are_added_and_removed_by_name() {
     let mut harness = open(|edits| edits.mode = Mode::Unshadowed);
     settle(&mut harness);

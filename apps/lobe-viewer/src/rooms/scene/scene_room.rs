@@ -45,6 +45,7 @@ pub struct SceneRoom {
     viewport: Viewport,
     probe: Probe,
     message: Option<String>,
+    is_fallback: bool,
     is_turning: bool,
     wants_frame: bool,
     wants_file: bool,
@@ -86,6 +87,7 @@ impl SceneRoom {
             viewport: Viewport::default(),
             probe: Probe::default(),
             message: None,
+            is_fallback: false,
             is_turning: false,
             wants_file: false,
         }
@@ -196,7 +198,7 @@ impl SceneRoom {
             let (source, order, folder) = (self.edits.scene.clone(), self.plan.order, self.folder.clone());
             let work = move |control: &_| bake::open(control, &source, order, &folder);
             self.scene_task = Some(Task::start("Scene", wake(ctx), work));
-            self.message = None;
+            self.forget_message();
         }
         if self.sky.source != self.edits.sky {
             self.sky.source.clone_from(&self.edits.sky);
@@ -206,6 +208,13 @@ impl SceneRoom {
                 control.send(open_sky(&source).map_err(|error| error.to_string())?);
                 Ok(())
             }));
+            self.forget_message();
+        }
+    }
+
+    /// Forgets what went wrong, unless what is opened now stands in for it.
+    fn forget_message(&mut self) {
+        if !std::mem::take(&mut self.is_fallback) {
             self.message = None;
         }
     }
@@ -217,7 +226,7 @@ impl SceneRoom {
                 TaskEvent::Result(news) => self.take_scene_news(news),
                 ended => {
                     self.scene_task = None;
-                    take_back(&ended, &mut self.edits.scene, &mut self.scene);
+                    self.is_fallback |= take_back(&ended, &mut self.edits.scene, &mut self.scene, scene_source::FIRST);
                     self.message = self.message.take().or(failure(ended));
                 }
             }
@@ -232,7 +241,7 @@ impl SceneRoom {
                 }
                 ended => {
                     self.sky_task = None;
-                    take_back(&ended, &mut self.edits.sky, &mut self.sky);
+                    self.is_fallback |= take_back(&ended, &mut self.edits.sky, &mut self.sky, sky_source::FIRST);
                     self.message = self.message.take().or(failure(ended));
                 }
             }
@@ -433,13 +442,19 @@ impl SceneRoom {
     }
 }
 
-/// After a failure the source is again the one that is shown.
-fn take_back<A, B>(ended: &TaskEvent<A>, edited: &mut PathBuf, opened: &mut Opened<B>) {
+/// After a failure the source is again the one that is shown; where nothing is, the first one is opened, and it says so.
+fn take_back<A, B>(ended: &TaskEvent<A>, edited: &mut PathBuf, opened: &mut Opened<B>, first: &str) -> bool {
+    if !matches!(ended, TaskEvent::Failed(_) | TaskEvent::Cancelled) || *edited != opened.source {
+        return false;
+    }
     let is_shown = !opened.good.as_os_str().is_empty();
-    if matches!(ended, TaskEvent::Failed(_) | TaskEvent::Cancelled) && *edited == opened.source && is_shown {
+    if is_shown {
         edited.clone_from(&opened.good);
         opened.source.clone_from(&opened.good);
+    } else {
+        *edited = first.into();
     }
+    !is_shown
 }
 
 /// What an end has to say.
