@@ -207,6 +207,9 @@ mod guide {
     #[doc = include_str!("../../../docs/guide/src/shipping.md")]
     mod shipping {}
 
+    #[doc = include_str!("../../../docs/guide/src/viewer.md")]
+    mod viewer {}
+
     #[doc = include_str!("../../../docs/guide/src/command-line.md")]
     mod command_line {}
 

@@ -22,7 +22,8 @@ const BUILT_IN: &str = "built-in:";
 #[derive(Args)]
 pub(crate) struct SceneInput {
     /// The scene: a .glb, .gltf, .vrm, .obj or .ply file, or built-in:NAME with ball (over a ground), columns (a hall), cave, terrain,
-    /// cornell (a room that is unfolded for --texels) or furnace (a closed white box, which no light enters: for tests); of
+    /// still-life (a knot between colored screens), cornell (a room that is unfolded for --texels) or furnace (a closed white box,
+    /// which no light enters: for tests); of
     /// lobe render also three-objects and walking-figure, which move
     #[arg(value_name = "SCENE")]
     path: PathBuf,

@@ -1,6 +1,10 @@
 //! What each pass takes.
 
+use std::f64::consts::TAU;
 use std::fmt;
+use std::time::Instant;
+
+use lobe_sh::{Dir, Rgb, Rotation, ShVec};
 
 use crate::renderer::renderer::{PassTime, Renderer};
 use crate::{GpuError, SceneView};
@@ -41,6 +45,28 @@ impl BenchReport {
     /// As there.
     pub fn of_view(view: &SceneView, runs: usize) -> Result<Self, GpuError> {
         Self::measure(view.renderer(), runs)
+    }
+
+    /// Frames a second of a scene while its sky turns: for each, the light is rotated on the processor, uploaded, all passes run,
+    /// and the device is waited for. The mean over so many frames, after one to get warm.
+    ///
+    /// # Errors
+    /// [`GpuError::Options`] if there are no frames; [`GpuError::Device`] if the device fails.
+    pub fn frames_per_second(view: &SceneView, light: &ShVec<Rgb<f64>>, frames: usize) -> Result<f64, GpuError> {
+        if frames == 0 {
+            return Err(GpuError::Options("expected at least one frame, found none".into()));
+        }
+        let frame = |number: usize| {
+            let turn = Rotation::from_axis_angle(Dir::Z, TAU * number as f64 / frames as f64);
+            view.set_light(&turn.rotated(light))?;
+            view.turn_backdrop(&turn)?;
+            view.render()?;
+            view.renderer().context().wait()
+        };
+        frame(0)?;
+        let begin = Instant::now();
+        (1..=frames).try_for_each(frame)?;
+        Ok(frames as f64 / begin.elapsed().as_secs_f64())
     }
 
     /// Milliseconds of all passes; `None` if the device measures no times.

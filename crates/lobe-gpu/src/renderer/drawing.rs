@@ -22,6 +22,8 @@ pub(crate) enum Depth {
     None,
     /// Nearer surfaces hide farther ones.
     Tested,
+    /// Only where nothing was drawn: infinitely far.
+    Behind,
 }
 
 impl Drawing {
@@ -48,11 +50,14 @@ impl Drawing {
                 buffers: &[],
             },
             primitive: wgpu::PrimitiveState::default(),
-            depth_stencil: (depth == Depth::Tested).then_some(wgpu::DepthStencilState {
+            depth_stencil: (depth != Depth::None).then_some(wgpu::DepthStencilState {
                 format: DEPTH,
-                depth_write_enabled: Some(true),
+                depth_write_enabled: Some(depth == Depth::Tested),
                 // Depth is reversed: nearer is larger, which keeps the precision of numbers near 0 for what is far.
-                depth_compare: Some(wgpu::CompareFunction::Greater),
+                depth_compare: Some(match depth {
+                    Depth::Behind => wgpu::CompareFunction::GreaterEqual,
+                    _ => wgpu::CompareFunction::Greater,
+                }),
                 stencil: wgpu::StencilState::default(),
                 bias: wgpu::DepthBiasState::default(),
             }),

@@ -67,6 +67,12 @@ impl Pass {
         self
     }
 
+    /// The pass with another resource in the place of one that it writes.
+    pub(crate) fn writing_instead(mut self, was: &str, now: &str) -> Self {
+        self.writes.iter_mut().filter(|used| used.name == was).for_each(|used| used.name = now.into());
+        self
+    }
+
     /// The name.
     #[must_use]
     pub fn name(&self) -> &str {

@@ -286,6 +286,41 @@ impl Renderer {
         }
     }
 
+    /// A view of a texture, for a program that shows it in a window. A texture that gets [another size](crate::SceneView::resize)
+    /// is another texture.
+    ///
+    /// # Errors
+    /// [`GpuError::Options`] if there is no such texture.
+    pub fn view(&self, name: &str) -> Result<wgpu::TextureView, GpuError> {
+        Ok(self.texture(name)?.create_view(&wgpu::TextureViewDescriptor::default()))
+    }
+
+    /// The bytes of all buffers and textures.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        let bytes = |resource: &Resource| match &resource.kind {
+            Kind::Buffer(buffer) => buffer.size(),
+            Kind::Texture(texture) => texture_bytes(texture),
+        };
+        self.resources.values().map(bytes).sum()
+    }
+
+    /// The passes that draw triangles; the others compute.
+    #[must_use]
+    pub fn draw_calls(&self) -> usize {
+        self.passes().filter(|pass| matches!(pass.work, Work::Draw { .. })).count()
+    }
+
+    /// Takes all passes out, to be added again.
+    pub(crate) fn take_passes(&mut self) -> Vec<Pass> {
+        std::mem::take(&mut self.steps).into_iter().map(|step| step.pass).collect()
+    }
+
+    /// Forgets a resource that no pass uses.
+    pub(crate) fn forget(&mut self, name: &str) {
+        self.resources.remove(name);
+    }
+
     /// Adds a pass after those that are there.
     pub(crate) fn add(&mut self, pass: Pass) -> Result<(), GpuError> {
         for used in &pass.reads {
@@ -435,9 +470,10 @@ impl Step {
             ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
         };
         // Depth is reversed: 0 is infinitely far.
+        let depths = if clear { wgpu::LoadOp::Clear(0.0) } else { wgpu::LoadOp::Load };
         let depth = |view| wgpu::RenderPassDepthStencilAttachment {
             view,
-            depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store }),
+            depth_ops: Some(wgpu::Operations { load: depths, store: wgpu::StoreOp::Store }),
             stencil_ops: None,
         };
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {

@@ -11,7 +11,7 @@ pub(crate) const SURFACE: [&str; 5] = ["vertices", "corners", "paints", "materia
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct Vertex {
+pub(crate) struct Vertex {
     position: [f32; 4],
     normal: [f32; 4],
 }
@@ -47,13 +47,10 @@ pub(crate) fn add_scene(renderer: &mut Renderer, scene: &Scene) -> Result<(), Gp
         );
         return Err(GpuError::Unsupported { place: "scene".into(), message });
     }
-    let (mut vertices, mut corners, mut paints) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut first, mut corners, mut paints) = (0, Vec::new(), Vec::new());
     for (number, mesh) in scene.meshes().iter().enumerate() {
-        let first = vertices.len() as u32;
         corners.extend(mesh.triangles().iter().map(|[a, b, c]| [first + a, first + b, first + c, number as u32]));
-        let points = mesh.positions().iter().zip(mesh.normals());
-        vertices
-            .extend(points.map(|(p, n)| Vertex { position: [p[0], p[1], p[2], 1.0], normal: [n[0], n[1], n[2], 0.0] }));
+        first += mesh.positions().len() as u32;
         paints.extend((0..mesh.positions().len()).map(|i| paint(mesh, i)));
     }
     let (mut starts, mut texels) = (Vec::new(), Vec::new());
@@ -63,11 +60,19 @@ pub(crate) fn add_scene(renderer: &mut Renderer, scene: &Scene) -> Result<(), Gp
     }
     let shape = |(number, mesh)| material_shape(scene, mesh, scene.material(number), &starts);
     let materials: Vec<MaterialShape> = scene.meshes().iter().enumerate().map(shape).collect();
-    renderer.upload("vertices", &vertices)?;
+    renderer.upload("vertices", &vertices_of(scene))?;
     renderer.upload("corners", &corners)?;
     renderer.upload("paints", &paints)?;
     renderer.upload("materials", &materials)?;
     renderer.upload("texels", &texels)
+}
+
+/// The vertices of all meshes, mesh by mesh.
+pub(crate) fn vertices_of(scene: &Scene) -> Vec<Vertex> {
+    let vertex =
+        |(p, n): (&[f32; 3], &[f32; 3])| Vertex { position: [p[0], p[1], p[2], 1.0], normal: [n[0], n[1], n[2], 0.0] };
+    let of_mesh = |mesh: &Mesh| mesh.positions().iter().zip(mesh.normals()).map(vertex).collect::<Vec<_>>();
+    scene.meshes().iter().flat_map(of_mesh).collect()
 }
 
 /// What multiplies the base color at a vertex, and where that is in pictures.

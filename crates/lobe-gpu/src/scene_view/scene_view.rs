@@ -11,12 +11,18 @@ use crate::renderer::kernel::Slot;
 use crate::renderer::pass::Pass;
 use crate::renderer::renderer::Renderer;
 use crate::renderer::shader::Shader;
-use crate::scene_view::scene_buffers::{SURFACE, add_scene};
-use crate::scene_view::surface_shading::Prepared;
+use crate::scene_view::scene_buffers::{SURFACE, add_scene, vertices_of};
+use crate::scene_view::surface_shading::{Prepared, expect_values, vectors};
 use crate::{Context, GpuCamera, GpuError, SurfaceShading};
 
 /// The format of the display.
 const DISPLAY: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+
+/// The passes after the last that draws surfaces.
+const DISPLAY_PASSES: [&str; 2] = ["resolve", "tone"];
+
+/// The textures whose sizes are those of the picture.
+const FRAME_TEXTURES: [&str; 4] = ["samples", "depth", "picture", "display"];
 
 /// The size and the sampling of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Setters)]
@@ -43,13 +49,14 @@ impl Default for SceneViewOptions {
 /// only. Pixels differ where an edge passes within a 256th of a pixel of a sample: devices snap corners to such a grid (test
 /// `pictures_by_transfer_are_those_of_the_processor`).
 ///
-/// The passes: those of the shading, `backdrop`, `surfaces`, `resolve` unless a pixel is one sample, `tone`. Turning the light uploads `n²` colors.
+/// The passes: those of the shading, `surfaces`, `backdrop`, `resolve` unless a pixel is one sample, `tone`. Turning the light uploads `n²` colors.
 #[derive(Debug)]
 pub struct SceneView {
     renderer: Renderer,
     shading: Prepared,
     backdrop: Option<EnvironmentShape>,
     origin: [f64; 3],
+    vertices: usize,
     options: SceneViewOptions,
 }
 
@@ -67,30 +74,26 @@ impl SceneView {
         backdrop: Option<&Environment>,
         options: &SceneViewOptions,
     ) -> Result<Self, GpuError> {
-        let SceneViewOptions { width, height, rays } = *options;
-        if width == 0 || height == 0 || rays == 0 {
-            let found = format!("{width} x {height} with {rays} rays along an axis");
-            return Err(GpuError::Options(format!("expected a picture with pixels and rays, found {found}")));
-        }
+        let samples = samples_of(options)?;
         let mut renderer = Renderer::new(context);
-        let samples = [width.saturating_mul(rays), height.saturating_mul(rays)];
         let origin = scene.origin();
         let camera = GpuCamera::framing(scene.world_bounds(), -lobe_sh::Dir::X, 0.35);
         let camera = camera.unwrap_or_else(|| unreachable!("the angle is in range"));
         renderer.uniform("camera", &camera.shape(origin, samples))?;
         add_scene(&mut renderer, scene)?;
         let shading = shading.prepare(&mut renderer, scene)?;
-        // One sample a pixel is the picture itself.
-        let target = if rays == 1 { "picture" } else { "samples" };
-        renderer.target(target, samples, context.light_format())?;
-        renderer.target("depth", samples, DEPTH)?;
+        renderer.uniform("tone", &[0.0_f32; 4])?;
+        renderer.uniform("rays", &[0_u32; 4])?;
+        let target = target_of(options);
+        add_targets(&mut renderer, options)?;
+        add_surfaces(&mut renderer, &shading, scene, target)?;
         if let Some(environment) = backdrop {
             add_backdrop(&mut renderer, environment, target)?;
         }
-        add_surfaces(&mut renderer, &shading, scene, (target, backdrop.is_none()))?;
-        add_display(&mut renderer, [width, height], rays)?;
+        add_display(&mut renderer, options)?;
         let backdrop = backdrop.map(Environment::shape);
-        let view = Self { renderer, shading, backdrop, origin, options: *options };
+        let vertices = scene.vertex_count();
+        let view = Self { renderer, shading, backdrop, origin, vertices, options: *options };
         view.set_tone(&Tone::PLAIN)?;
         Ok(view)
     }
@@ -99,6 +102,37 @@ impl SceneView {
     #[must_use]
     pub fn renderer(&self) -> &Renderer {
         &self.renderer
+    }
+
+    /// The size and the sampling of the picture.
+    #[must_use]
+    pub fn options(&self) -> &SceneViewOptions {
+        &self.options
+    }
+
+    /// Gives the picture another size or another sampling, such as a finer one while nothing moves. The camera has to be
+    /// [set](SceneView::set_camera) again. What is refused, such as the size of a window that is minimized, leaves the view as it was.
+    ///
+    /// # Errors
+    /// [`GpuError::Options`] if the picture would have no pixels; [`GpuError::Unsupported`] if it is too large for the device;
+    /// [`GpuError::Device`] if the device fails.
+    pub fn resize(&mut self, options: &SceneViewOptions) -> Result<(), GpuError> {
+        let samples = samples_of(options)?;
+        let most = self.renderer.context().device().limits().max_texture_dimension_2d;
+        if samples[0].max(samples[1]) > most {
+            let [width, height] = samples;
+            let message = format!("expected at most {most} samples along each side, found {width} x {height}");
+            return Err(GpuError::Unsupported { place: "picture".into(), message });
+        }
+        let was = target_of(&self.options);
+        self.options = *options;
+        let target = target_of(options);
+        let kept = self.renderer.take_passes().into_iter().filter(|pass| !DISPLAY_PASSES.contains(&pass.name()));
+        let kept: Vec<Pass> = kept.map(|pass| pass.writing_instead(was, target)).collect();
+        FRAME_TEXTURES.iter().for_each(|name| self.renderer.forget(name));
+        add_targets(&mut self.renderer, options)?;
+        kept.into_iter().try_for_each(|pass| self.renderer.add(pass))?;
+        add_display(&mut self.renderer, options)
     }
 
     /// Sets the camera, in the world of the scene.
@@ -117,6 +151,31 @@ impl SceneView {
     /// [`GpuError::Device`] if the device fails.
     pub fn set_light(&self, light: &ShVec<Rgb<f64>>) -> Result<(), GpuError> {
         self.shading.light(&self.renderer, light)
+    }
+
+    /// Sets the radiance of all vertices, of a view that shows [`SurfaceShading::Radiance`].
+    ///
+    /// # Errors
+    /// [`GpuError::Options`] if the view shows something else, or there are not as many values as vertices.
+    pub fn set_radiance(&self, values: &[Rgb<f32>]) -> Result<(), GpuError> {
+        if !self.shading.is_given() {
+            return Err(GpuError::Options("expected a view of radiance, found one that computes it".into()));
+        }
+        expect_values(self.vertices, values.len())?;
+        self.renderer.update("radiance", &vectors(values))
+    }
+
+    /// Moves the vertices to those of another scene, such as another moment of one that moves. All else remains.
+    ///
+    /// # Errors
+    /// [`GpuError::Options`] if it has not as many vertices, or counts them from another origin.
+    pub fn set_vertices(&self, scene: &Scene) -> Result<(), GpuError> {
+        if scene.vertex_count() != self.vertices || scene.origin() != self.origin {
+            let (expected, found) = (self.vertices, scene.vertex_count());
+            let message = format!("expected another moment of the same scene of {expected} vertices, found {found}");
+            return Err(GpuError::Options(message));
+        }
+        self.renderer.update("vertices", &vertices_of(scene))
     }
 
     /// Turns the backdrop from where its environment has it: what was seen towards s is then towards R s.
@@ -170,24 +229,47 @@ impl SceneView {
     }
 }
 
+/// The samples of a picture along its sides.
+fn samples_of(options: &SceneViewOptions) -> Result<[u32; 2], GpuError> {
+    let SceneViewOptions { width, height, rays } = *options;
+    if width > 0 && height > 0 && rays > 0 {
+        return Ok([width.saturating_mul(rays), height.saturating_mul(rays)]);
+    }
+    let found = format!("{width} x {height} with {rays} rays along an axis");
+    Err(GpuError::Options(format!("expected a picture with pixels and rays, found {found}")))
+}
+
+/// What surfaces are drawn into: one sample a pixel is the picture itself.
+fn target_of(options: &SceneViewOptions) -> &'static str {
+    if options.rays == 1 { "picture" } else { "samples" }
+}
+
+/// The textures whose sizes are those of the picture.
+fn add_targets(renderer: &mut Renderer, options: &SceneViewOptions) -> Result<(), GpuError> {
+    let (samples, size, format) =
+        (samples_of(options)?, [options.width, options.height], renderer.context().light_format());
+    if options.rays > 1 {
+        renderer.target("samples", samples, format)?;
+    }
+    renderer.target("depth", samples, DEPTH)?;
+    renderer.target("picture", size, format)?;
+    renderer.target("display", size, DISPLAY)
+}
+
 fn add_backdrop(renderer: &mut Renderer, environment: &Environment, target: &str) -> Result<(), GpuError> {
     environment.add_to(renderer, "sky")?;
     let slots = [Slot::Uniform, Slot::Texture, Slot::Uniform];
     let shader = environment.constants(Shader::new(&["backdrop"]));
     let format = renderer.context().light_format();
-    let drawing = Drawing::new(renderer.context(), "backdrop", &shader, &slots, format, Depth::None)?;
-    let pass = Pass::draw("backdrop", &drawing, 3, true).read("camera").read("sky").read("sky shape");
-    renderer.add(pass.write(target))
+    let drawing = Drawing::new(renderer.context(), "backdrop", &shader, &slots, format, Depth::Behind)?;
+    // After the surfaces: most of its pixels are hidden, and a look into the environment costs more than a surface.
+    let pass = Pass::draw("backdrop", &drawing, 3, false).read("camera").read("sky").read("sky shape");
+    renderer.add(pass.write(target).write("depth"))
 }
 
-fn add_surfaces(
-    renderer: &mut Renderer,
-    shading: &Prepared,
-    scene: &Scene,
-    (target, clear): (&str, bool),
-) -> Result<(), GpuError> {
+fn add_surfaces(renderer: &mut Renderer, shading: &Prepared, scene: &Scene, target: &str) -> Result<(), GpuError> {
     let (corners, format) = (3 * scene.triangle_count() as u32, renderer.context().light_format());
-    let draw = |drawing: &Drawing| Pass::draw("surfaces", drawing, corners, clear).read("camera");
+    let draw = |drawing: &Drawing| Pass::draw("surfaces", drawing, corners, true).read("camera");
     let has_holes = scene.materials().iter().any(Material::has_holes);
     let pass = if shading.is_of_vertices && !has_holes {
         let slots = [Slot::Uniform, Slot::Read, Slot::Read];
@@ -217,14 +299,12 @@ fn indices(scene: &Scene) -> Vec<u32> {
     indices
 }
 
-fn add_display(renderer: &mut Renderer, size: [u32; 2], rays: u32) -> Result<(), GpuError> {
-    let format = renderer.context().light_format();
-    renderer.uniform("tone", &[0.0_f32; 4])?;
-    renderer.target("display", size, DISPLAY)?;
+/// Passes from what was drawn to the display: [`DISPLAY_PASSES`].
+fn add_display(renderer: &mut Renderer, options: &SceneViewOptions) -> Result<(), GpuError> {
+    let (rays, format) = (options.rays, renderer.context().light_format());
     let slots = [Slot::Uniform, Slot::Texture];
     if rays > 1 {
-        renderer.uniform("rays", &[rays, 0, 0, 0])?;
-        renderer.target("picture", size, format)?;
+        renderer.update("rays", &[rays, 0, 0, 0])?;
         let shader = Shader::new(&["resolve"]);
         let resolve = Drawing::new(renderer.context(), "resolve", &shader, &slots, format, Depth::None)?;
         renderer.add(Pass::draw("resolve", &resolve, 3, true).read("rays").read("samples").write("picture"))?;

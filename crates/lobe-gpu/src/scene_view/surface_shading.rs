@@ -28,6 +28,9 @@ pub enum SurfaceShading<'a> {
     Lightmap(&'a Transfer, &'a Lightmap, Storage),
     /// Transfer matrices at vertices, and the lobe of the reflection.
     Glossy(&'a TransferMatrices, GlossyLobe, Storage),
+    /// The radiance of each vertex, computed elsewhere, such as by what moves; [set](crate::SceneView::set_radiance) anew as often as
+    /// it changes. The light is not used.
+    Radiance(&'a [Rgb<f32>]),
     /// Microfacets of one roughness `√α` that reflect a prefiltered environment, without shadows, with the base color as reflectance
     /// along the normal.
     Specular(&'a SplitSum, f64),
@@ -98,6 +101,13 @@ impl SurfaceShading<'_> {
                 let reads = vec![("incident", Slot::Read), ("gloss", Slot::Uniform), ("dfg", Slot::Texture)];
                 Ok(Prepared { shader, reads, is_of_vertices: false, light: LightUse::Lobe(order, lobe.zonal(order)) })
             }
+            Self::Radiance(values) => {
+                expect_values(scene.vertex_count(), values.len())?;
+                renderer.upload("radiance", &vectors(values))?;
+                let reads = vec![("radiance", Slot::Read)];
+                let shader = Shader::new(&["shade_vertices"]);
+                Ok(Prepared { shader, reads, is_of_vertices: true, light: LightUse::None })
+            }
             Self::Specular(split, roughness) => {
                 split.environment.add_to(renderer, "reflected")?;
                 SplitSum::add_dfg_to(&split.dfg, renderer, "dfg")?;
@@ -116,6 +126,11 @@ impl SurfaceShading<'_> {
 }
 
 impl Prepared {
+    /// Whether the radiance of vertices comes from elsewhere.
+    pub(crate) fn is_given(&self) -> bool {
+        self.is_of_vertices && matches!(self.light, LightUse::None)
+    }
+
     /// Uploads an expansion of the radiance of the surroundings, in the world frame.
     pub(crate) fn light(&self, renderer: &Renderer, light: &ShVec<Rgb<f64>>) -> Result<(), GpuError> {
         match &self.light {
@@ -128,6 +143,21 @@ impl Prepared {
             LightUse::Lobe(order, lobe) => renderer.update("light", &lobe_light(light.coefficients(), lobe, *order)),
         }
     }
+}
+
+/// Colors as shaders have them.
+pub(crate) fn vectors(values: &[Rgb<f32>]) -> Vec<[f32; 4]> {
+    values.iter().map(|c| [c.r, c.g, c.b, 1.0]).collect()
+}
+
+/// Refuses another number of values than vertices.
+pub(crate) fn expect_values(expected: usize, found: usize) -> Result<(), GpuError> {
+    if expected == found {
+        return Ok(());
+    }
+    Err(GpuError::Options(format!(
+        "expected the radiance of the {expected} vertices of the scene, found {found} values"
+    )))
 }
 
 fn of_vertices(order: usize) -> Prepared {

@@ -92,10 +92,12 @@ fn lat_long_row(texels: texture_2d<f32>, level: EnvironmentLevel, row: f32, colu
     let left = floor(place);
     let f = place - left;
     let w = i32(level.width);
-    // From -1 on: remainders of negative numbers are undefined in OpenGL.
-    let x = (i32(left) + w) % w;
+    // From -1 to 3/2 w: at most once around. Remainders of whole numbers take processors longer than all else here.
+    let turned = i32(left) + select(0, w, left < 0.0);
+    let x = turned - select(0, w, turned >= w);
+    let next = select(x + 1, 0, x + 1 == w);
     let y = i32(clamp(row, 0.0, last));
-    return mix(environment_texel(texels, level, x, y), environment_texel(texels, level, (x + 1) % w, y), f);
+    return mix(environment_texel(texels, level, x, y), environment_texel(texels, level, next, y), f);
 }
 
 // Center, direction of the columns, direction of the rows of a face.

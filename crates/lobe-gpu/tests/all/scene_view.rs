@@ -310,3 +310,73 @@ fn a_turntable_hands_out_its_frames_and_stops_when_told() {
     assert_eq!(names, ["surfaces", "resolve", "tone"], "{report}");
     assert_eq!(report.to_string().lines().count(), 6, "{report}");
 }
+
+#[test]
+fn a_picture_of_another_size_is_that_of_a_view_made_with_it() {
+    let Some(context) = device("a_picture_of_another_size_is_that_of_a_view_made_with_it") else { return };
+    let (scene, sky) = (built_in::ball_over_ground(16), sky());
+    let (camera, _) = cameras(&scene);
+    let environment = Environment::from(&*sky);
+    let shading = SurfaceShading::Irradiance(3);
+    let make =
+        |options: &SceneViewOptions| SceneView::new(&context, &scene, &shading, Some(&environment), options).unwrap();
+    let show = |view: &SceneView| {
+        view.set_camera(&camera).unwrap();
+        view.set_light(&project_env(&sky, 3)).unwrap();
+        view.render().unwrap();
+        view.picture().unwrap()
+    };
+    for (rays, other) in [(1, 1), (2, 2), (1, 2), (2, 1)] {
+        let mut view = make(&options().rays(rays));
+        let small = options().width(40).height(64).rays(other);
+        view.resize(&small).unwrap();
+        let made = make(&small);
+        assert_eq!(show(&view).pixels(), show(&made).pixels(), "{rays} rays, then {other}");
+        assert_eq!(view.renderer().to_string(), made.renderer().to_string(), "the same passes");
+        assert_eq!(view.renderer().bytes(), made.renderer().bytes(), "the same memory");
+        for (width, height) in [(0, 64), (40, 0), (1 << 20, 8)] {
+            assert!(view.resize(&small.width(width).height(height)).is_err(), "{width} x {height}");
+        }
+        assert_eq!(show(&view).pixels(), show(&made).pixels(), "a size that is refused changes nothing");
+    }
+}
+
+#[test]
+fn radiance_from_elsewhere_is_shown_and_vertices_move() {
+    let Some(context) = device("radiance_from_elsewhere_is_shown_and_vertices_move") else { return };
+    let (scene, sky) = (built_in::ball_over_ground(16), sky());
+    let (camera, _) = cameras(&scene);
+    let receivers = Receivers::at_vertices(&scene).unwrap();
+    let bake_options = BakeOptions::default().order(3).samples(16);
+    let (transfer, _) = bake(&scene, &Bvh::new(&scene), &receivers, &bake_options, Job::default()).unwrap();
+    let light = project_env(&sky, 3);
+    let values = transfer.exit_radiance(light.coefficients());
+    let make = |shading: &SurfaceShading<'_>| SceneView::new(&context, &scene, shading, None, &options()).unwrap();
+    let show = |view: &SceneView| {
+        view.set_camera(&camera).unwrap();
+        view.set_light(&light).unwrap();
+        view.render().unwrap();
+        view.picture().unwrap()
+    };
+    let expected = show(&make(&SurfaceShading::Vertices(&transfer, Storage::F32)));
+    let black = vec![Rgb::new(0.0, 0.0, 0.0); values.len()];
+    let view = make(&SurfaceShading::Radiance(&black));
+    assert!(show(&view).pixels().iter().flatten().all(|c| *c == 0.0), "black before it is set");
+    view.set_radiance(&values).unwrap();
+    let part = differing(&show(&view), &expected, 1e-4);
+    assert!(part <= AT_EDGES, "{part} of the pixels differ");
+    // Raised, it is the same seen from as much lower.
+    let parts = scene.clone().into_parts();
+    let raised = |mesh: Mesh| {
+        let mut parts = mesh.into_parts();
+        parts.positions.iter_mut().for_each(|p| p[2] += 0.5);
+        Mesh::new(parts).unwrap()
+    };
+    let meshes = parts.0.into_iter().map(raised).collect();
+    view.set_vertices(&Scene::new(meshes, parts.1, parts.2).unwrap()).unwrap();
+    assert!(differing(&show(&view), &expected, 1e-2) > 0.02, "the picture moved");
+    assert!(view.set_radiance(&values[1..]).is_err(), "too few values");
+    assert!(view.set_vertices(&built_in::cave(16)).is_err(), "another scene");
+    let computed = make(&SurfaceShading::Irradiance(3));
+    assert!(computed.set_radiance(&values).is_err(), "a view that computes its radiance");
+}

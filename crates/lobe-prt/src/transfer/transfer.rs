@@ -115,6 +115,38 @@ impl Transfer {
         exit_radiance(&self.coefficients, self.order, self.channels.count(), light, out);
     }
 
+    /// The difference of two transfers of the same receivers, channel by channel: what lights them in `self` and not in `other`, such
+    /// as the light that surfaces send each other, of [interreflected](crate::BakeMode::Interreflected) and
+    /// [shadowed](crate::BakeMode::Shadowed) transfer. Its order is the lower one; it has three channels if either has.
+    ///
+    /// ```
+    /// use lobe_prt::{Channels, Transfer};
+    ///
+    /// let (all, direct) = (Transfer::new(1, Channels::Rgb, vec![0.5, 0.25, 0.125])?, Transfer::new(1, Channels::Gray, vec![0.125])?);
+    /// assert_eq!(all.minus(&direct)?.coefficients(), [0.375, 0.125, 0.0]);
+    /// # Ok::<(), lobe_prt::PrtError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`PrtError::Options`] unless both have as many receivers.
+    pub fn minus(&self, other: &Self) -> Result<Self, PrtError> {
+        if self.receivers() != other.receivers() {
+            let (expected, found) = (self.receivers(), other.receivers());
+            return Err(PrtError::Options(format!("expected transfer of {expected} receivers, found {found}")));
+        }
+        let order = self.order.min(other.order);
+        let is_rgb = self.channels.count().max(other.channels.count()) == 3;
+        let channels = if is_rgb { Channels::Rgb } else { Channels::Gray };
+        let mut differences = Vec::with_capacity(self.receivers() * channels.count() * order * order);
+        for receiver in 0..self.receivers() {
+            for channel in 0..channels.count() {
+                let (ours, theirs) = (self.vector(receiver, channel), other.vector(receiver, channel));
+                differences.extend(ours.iter().zip(theirs).take(order * order).map(|(a, b)| a - b));
+            }
+        }
+        Self::new(order, channels, differences)
+    }
+
     fn row(&self) -> usize {
         self.order * self.order * self.channels.count()
     }

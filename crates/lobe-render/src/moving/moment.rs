@@ -67,6 +67,15 @@ impl<'a> Moment<'a> {
         &self.bvh
     }
 
+    /// The spheres that stand for a part, in the world; none of a part without.
+    ///
+    /// # Panics
+    /// If there is no such part.
+    #[must_use]
+    pub fn spheres(&self, part: usize) -> &[WorldSphere] {
+        &self.placed[part].spheres
+    }
+
     /// The lamps, to be traced for a reference by [`render_truth_with_emitters`](crate::render_truth_with_emitters).
     ///
     /// # Errors

@@ -3,12 +3,13 @@
 use glam::DVec3;
 
 use crate::built_in::shapes::{Shape, scene};
+use crate::built_in::still_life::still_life;
 use crate::built_in::three_objects::three_objects;
 use crate::built_in::walking_figure::walking_figure;
 use crate::{AnimatedScene, Material, Scene};
 
 /// The names that [`named`] knows.
-pub const NAMES: [&str; 6] = ["ball", "columns", "cave", "terrain", "cornell", "furnace"];
+pub const NAMES: [&str; 7] = ["ball", "columns", "cave", "terrain", "still-life", "cornell", "furnace"];
 
 /// The built-in scene of a name, in cells suitable for light at vertices; `None` if there is no such scene.
 #[must_use]
@@ -18,6 +19,7 @@ pub fn named(name: &str) -> Option<Scene> {
         "columns" => Some(columns_hall(4)),
         "cave" => Some(cave(160)),
         "terrain" => Some(terrain(128)),
+        "still-life" => Some(still_life(128)),
         "cornell" => Some(cornell_box(32)),
         "furnace" => Some(closed_white_box(16)),
         _ => None,

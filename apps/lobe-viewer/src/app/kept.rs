@@ -1,0 +1,127 @@
+//! What the window remembers from one start to the next.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use crate::loading::cache::{UserFolder, read_text};
+use crate::rooms::functions::edits::FunctionsEdits;
+use crate::rooms::scene::edits::SceneEdits;
+use crate::rooms::sky::edits::SkyEdits;
+use crate::widgets::orbit::Orbit;
+
+/// The file.
+const NAME: &str = "window.json";
+
+/// Files that are remembered.
+const MOST_RECENT: usize = 8;
+
+/// The rooms.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum RoomName {
+    /// A baked scene under a turning sky.
+    #[default]
+    Scene,
+    /// An environment and its expansions.
+    Sky,
+    /// Functions on the sphere.
+    Functions,
+    /// What moves.
+    Motion,
+}
+
+impl RoomName {
+    /// All of them, in the order of the bar.
+    pub const ALL: [Self; 4] = [Self::Scene, Self::Sky, Self::Functions, Self::Motion];
+
+    /// The name in the bar.
+    #[must_use]
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Scene => "Scene",
+            Self::Sky => "Sky",
+            Self::Functions => "Functions",
+            Self::Motion => "Motion",
+        }
+    }
+}
+
+/// Light or dark.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum Theme {
+    /// As the system says.
+    #[default]
+    System,
+    /// Dark.
+    Dark,
+    /// Light.
+    Light,
+}
+
+/// What is kept.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct Kept {
+    /// The room that is open.
+    pub room: RoomName,
+    /// Light or dark.
+    pub theme: Theme,
+    /// Size of everything, 1 for that of the system.
+    pub zoom: f32,
+    /// Files that were opened, the last first.
+    pub recent: Vec<PathBuf>,
+    /// Changes in the room of scenes.
+    pub scene: SceneEdits,
+    /// The camera there.
+    pub orbit: Option<Orbit>,
+    /// Changes in the room of functions.
+    pub functions: FunctionsEdits,
+    /// Changes in the room of skies.
+    pub sky: SkyEdits,
+}
+
+impl Default for Kept {
+    fn default() -> Self {
+        Self {
+            room: RoomName::default(),
+            theme: Theme::default(),
+            zoom: 1.0,
+            recent: Vec::new(),
+            scene: SceneEdits::default(),
+            orbit: None,
+            functions: FunctionsEdits::default(),
+            sky: SkyEdits::default(),
+        }
+    }
+}
+
+impl Kept {
+    /// What was kept in a folder; what cannot be read is as at the first start.
+    #[must_use]
+    pub fn read(folder: &UserFolder) -> Self {
+        let text = folder.file(NAME).and_then(|path| read_text(&path));
+        let mut kept: Self = text.and_then(|text| serde_json::from_str(&text).ok()).unwrap_or_default();
+        kept.zoom = if kept.zoom.is_finite() { kept.zoom.clamp(0.5, 3.0) } else { 1.0 };
+        kept.scene.order = kept.scene.order.clamp(1, lobe::prt::Transfer::MAX_ORDER);
+        kept
+    }
+
+    /// Keeps it. That it cannot is no error.
+    pub fn write(&self, folder: &UserFolder) {
+        if let (Some(path), Ok(text)) = (folder.file(NAME), serde_json::to_string_pretty(self)) {
+            drop(std::fs::write(path, text));
+        }
+    }
+
+    /// Remembers a file.
+    pub fn remember(&mut self, path: &Path) {
+        self.recent.retain(|recent| recent != path);
+        self.recent.insert(0, path.into());
+        self.recent.truncate(MOST_RECENT);
+    }
+}

@@ -1,0 +1,234 @@
+//! The application: the bar, and the room that is open.
+
+use std::path::{Path, PathBuf};
+
+use eframe::egui::{Align2, Area, Context, Frame, Id, Key, KeyboardShortcut, Modifiers, Panel, ThemePreference, Ui};
+
+use crate::app::bar::{BarAsked, bar};
+use crate::app::help::help;
+use crate::app::kept::{Kept, RoomName, Theme};
+use crate::loading::cache::UserFolder;
+use crate::loading::{scene_source, sky_source};
+use crate::rooms::functions::functions_room::FunctionsRoom;
+use crate::rooms::motion::motion_room::MotionRoom;
+use crate::rooms::scene::scene_room::SceneRoom;
+use crate::rooms::sky::sky_room::SkyRoom;
+use crate::widgets::file_list::FileList;
+use crate::widgets::gpu::Gpu;
+
+/// Seconds between two times at which what changed is kept.
+const KEEP_EVERY: f64 = 3.0;
+
+/// The viewer.
+pub struct ViewerApp {
+    kept: Kept,
+    written: Kept,
+    written_at: f64,
+    folder: UserFolder,
+    gpu: Option<Gpu>,
+    scene: SceneRoom,
+    sky: SkyRoom,
+    functions: FunctionsRoom,
+    motion: MotionRoom,
+    files: FileList,
+    is_help_open: bool,
+    applied: Option<(Theme, f32)>,
+}
+
+impl ViewerApp {
+    /// The viewer as it was left, with files to open. Without a device the rooms show what needs none.
+    #[must_use]
+    pub fn new(gpu: Option<Gpu>, folder: UserFolder, files: &[PathBuf]) -> Self {
+        let kept = Kept::read(&folder);
+        let mut app = Self::with(kept, gpu, folder);
+        files.iter().for_each(|file| app.open(file));
+        app
+    }
+
+    fn with(kept: Kept, gpu: Option<Gpu>, folder: UserFolder) -> Self {
+        Self {
+            scene: SceneRoom::new(kept.scene.clone(), kept.orbit, folder.clone()),
+            sky: SkyRoom::new(kept.sky.clone()),
+            functions: FunctionsRoom::new(kept.functions.clone()),
+            motion: MotionRoom::default(),
+            written: kept.clone(),
+            written_at: 0.0,
+            kept,
+            folder,
+            gpu,
+            files: FileList::default(),
+            is_help_open: false,
+            applied: None,
+        }
+    }
+
+    /// The room of scenes.
+    #[must_use]
+    pub fn scene(&self) -> &SceneRoom {
+        &self.scene
+    }
+
+    /// The room of functions.
+    #[must_use]
+    pub fn functions(&self) -> &FunctionsRoom {
+        &self.functions
+    }
+
+    /// The room of skies.
+    #[must_use]
+    pub fn sky(&self) -> &SkyRoom {
+        &self.sky
+    }
+
+    /// The room that is open.
+    #[must_use]
+    pub fn room(&self) -> RoomName {
+        self.kept.room
+    }
+
+    fn open(&mut self, path: &Path) {
+        let is_file = path.is_file();
+        // Built-in scenes and skies have no ending.
+        let text = path.to_string_lossy();
+        if text.starts_with("built-in:") {
+            self.scene.edits_mut().scene = path.into();
+        } else if text.starts_with("made:") || text.starts_with("bundled:") {
+            self.scene.edits_mut().sky = path.into();
+        } else {
+            self.scene.open(path);
+        }
+        if is_file {
+            self.kept.remember(path);
+        }
+    }
+
+    fn answer(&mut self, ctx: &Context, asked: BarAsked) {
+        match asked {
+            BarAsked::Open => self.files.open(&endings()),
+            BarAsked::OpenRecent(path) => self.open(&path),
+            BarAsked::Undo => self.scene.undo(),
+            BarAsked::Redo => self.scene.redo(),
+            BarAsked::Help => self.is_help_open = !self.is_help_open,
+            BarAsked::Reset => {
+                let kept = Kept { recent: self.kept.recent.clone(), room: self.kept.room, ..Kept::default() };
+                *self = Self::with(kept, self.gpu.take(), self.folder.clone());
+                ctx.request_repaint();
+            }
+        }
+    }
+
+    fn keys(&mut self, ctx: &Context) {
+        let pressed = |modifiers: Modifiers, key: Key| {
+            ctx.input_mut(|input| input.consume_shortcut(&KeyboardShortcut::new(modifiers, key)))
+        };
+        let keys = [Key::Num1, Key::Num2, Key::Num3, Key::Num4];
+        for (key, room) in keys.into_iter().zip(RoomName::ALL) {
+            if pressed(Modifiers::COMMAND, key) {
+                self.kept.room = room;
+            }
+        }
+        let redo = pressed(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z) || pressed(Modifiers::COMMAND, Key::Y);
+        let asked = [
+            (redo, BarAsked::Redo),
+            (pressed(Modifiers::COMMAND, Key::Z), BarAsked::Undo),
+            (pressed(Modifiers::COMMAND, Key::O), BarAsked::Open),
+            (pressed(Modifiers::NONE, Key::F1), BarAsked::Help),
+        ];
+        asked.into_iter().filter(|(is_pressed, _)| *is_pressed).for_each(|(_, asked)| self.answer(ctx, asked));
+        if pressed(Modifiers::COMMAND, Key::Plus) || pressed(Modifiers::COMMAND, Key::Equals) {
+            self.kept.zoom = (self.kept.zoom + 0.25).min(2.0);
+        }
+        if pressed(Modifiers::COMMAND, Key::Minus) {
+            self.kept.zoom = (self.kept.zoom - 0.25).max(0.75);
+        }
+    }
+
+    fn apply_looks(&mut self, ctx: &Context) {
+        let looks = (self.kept.theme, self.kept.zoom);
+        if self.applied == Some(looks) {
+            return;
+        }
+        ctx.set_theme(match self.kept.theme {
+            Theme::System => ThemePreference::System,
+            Theme::Dark => ThemePreference::Dark,
+            Theme::Light => ThemePreference::Light,
+        });
+        // Ctrl and plus are keys of the viewer, which remembers the size.
+        ctx.options_mut(|options| options.zoom_with_keyboard = false);
+        ctx.set_zoom_factor(self.kept.zoom);
+        self.applied = Some(looks);
+    }
+
+    fn take_drops(&mut self, ctx: &Context) {
+        let dropped: Vec<PathBuf> =
+            ctx.input(|input| input.raw.dropped_files.iter().map(|file| file.path().to_path_buf()).collect());
+        for path in dropped {
+            self.open(&path);
+            self.kept.room = RoomName::Scene;
+        }
+        if ctx.input(|input| !input.raw.hovered_files.is_empty()) {
+            Area::new(Id::unique("drop")).anchor(Align2::CENTER_CENTER, [0.0, 0.0]).show(ctx, |ui| {
+                Frame::popup(ui.style()).show(ui, |ui| ui.heading("Drop a scene or a sky"));
+            });
+        }
+    }
+
+    fn keep(&mut self, now: f64) {
+        self.kept.scene = self.scene.edits().clone();
+        self.kept.orbit = Some(*self.scene.orbit());
+        self.kept.functions = self.functions.edits().clone();
+        self.kept.sky = self.sky.edits().clone();
+        if now - self.written_at >= KEEP_EVERY && self.kept != self.written {
+            self.write();
+            self.written_at = now;
+        }
+    }
+
+    fn write(&mut self) {
+        self.kept.write(&self.folder);
+        self.written = self.kept.clone();
+    }
+
+    /// Shows all of it in a window.
+    pub fn show(&mut self, ui: &mut Ui) {
+        let ctx = ui.ctx().clone();
+        self.apply_looks(&ctx);
+        self.keys(&ctx);
+        self.take_drops(&ctx);
+        self.scene.advance(&ctx);
+        if self.scene.take_wish_for_file() {
+            self.files.open(&endings());
+        }
+        let mut asked = None;
+        Panel::top("bar").show(ui, |ui| asked = bar(ui, &mut self.kept, self.scene.has_undo()));
+        if let Some(asked) = asked {
+            self.answer(&ctx, asked);
+        }
+        match self.kept.room {
+            RoomName::Scene => self.scene.ui(ui, self.gpu.as_ref()),
+            RoomName::Sky => self.sky.ui(ui, self.scene.sky()),
+            RoomName::Functions => self.functions.ui(ui),
+            RoomName::Motion => self.motion.ui(ui, self.gpu.as_ref(), self.scene.sky()),
+        }
+        help(&ctx, &mut self.is_help_open);
+        if let Some(path) = self.files.show(&ctx, &endings()) {
+            self.open(&path);
+        }
+        self.keep(ctx.input(|input| input.time));
+    }
+}
+
+/// Endings of all files that can be opened.
+fn endings() -> Vec<&'static str> {
+    scene_source::ENDINGS.iter().chain(&sky_source::ENDINGS).copied().collect()
+}
+
+impl eframe::App for ViewerApp {
+    fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
+        self.show(ui);
+    }
+
+    fn on_exit(&mut self) {
+        self.write();
+    }
+}

@@ -1,0 +1,99 @@
+//! The arguments.
+
+use std::path::PathBuf;
+
+use clap::Parser;
+
+use crate::loading::mode::Mode;
+
+/// See and steer spherical-harmonic lighting and precomputed radiance transfer in real time.
+///
+/// Without arguments a window opens on a built-in scene.
+#[derive(Clone, Debug, Parser)]
+#[command(name = "lobe-viewer", version, max_term_width = 100)]
+pub(crate) struct Arguments {
+    /// Scenes (.glb, .gltf, .obj, .ply) and environments (.hdr, .exr, ..) to open in the window
+    #[arg(value_name = "FILE", conflicts_with_all = ["headless", "bench"])]
+    pub(crate) files: Vec<PathBuf>,
+    /// Render this scene to a file, without a window: a scene file, baked or not, or built-in:NAME
+    #[arg(long, value_name = "SCENE", requires = "output")]
+    pub(crate) headless: Option<PathBuf>,
+    /// The environment: a picture, bundled:sunset, bundled:studio, made:evening, made:noon or made:even
+    #[arg(long, value_name = "ENV", default_value = "made:evening")]
+    pub(crate) env: PathBuf,
+    /// The light paths that are shown
+    #[arg(long, value_enum, default_value = "interreflected")]
+    pub(crate) mode: Mode,
+    /// Number of bands of the light, 1 to 8; of a scene that is baked already at most those it has
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u8).range(1..=8))]
+    pub(crate) order: u8,
+    /// Paths from each vertex, where the scene is baked first
+    #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
+    pub(crate) samples: u32,
+    /// Pictures, with the sky turning once around from the first to the last
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) frames: u16,
+    /// Columns and rows [default: 640x400, and 1280x720 to measure]
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub(crate) size: Option<[u32; 2]>,
+    /// Samples for a pixel along each axis [default: 2, and 1 to measure]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=8))]
+    pub(crate) rays: Option<u8>,
+    /// The azimuth and the height of the eye above the horizon, in degrees
+    #[arg(long, value_name = "AZIMUTH,HEIGHT", value_parser = eye, default_value = "-62,9", allow_hyphen_values = true)]
+    pub(crate) eye: [f64; 2],
+    /// The file to write: .png, animated with several frames, or .exr and .hdr in linear light
+    #[arg(short, long, value_name = "OUT", requires = "headless")]
+    pub(crate) output: Option<PathBuf>,
+    /// Measure what each pass takes, and the frames a second with the sky turning, as a table
+    #[arg(long)]
+    pub(crate) bench: bool,
+    /// The scene to measure
+    #[arg(long, value_name = "SCENE", requires = "bench")]
+    pub(crate) scene: Option<PathBuf>,
+    /// Print the measurement as JSON
+    #[arg(long, requires = "bench")]
+    pub(crate) json: bool,
+    /// Take the program that emulates a graphics card
+    #[arg(long)]
+    pub(crate) software: bool,
+}
+
+/// Reads `WxH`.
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let expected = || format!("expected WIDTHxHEIGHT, each 1 to 16384, found '{text}'");
+    let (width, height) = text.split_once('x').ok_or_else(expected)?;
+    let side = |text: &str| text.parse().ok().filter(|side| (1..=16384).contains(side));
+    Ok([side(width).ok_or_else(expected)?, side(height).ok_or_else(expected)?])
+}
+
+/// Reads `AZIMUTH,HEIGHT`.
+fn eye(text: &str) -> Result<[f64; 2], String> {
+    let expected = || format!("expected AZIMUTH,HEIGHT in degrees, the height from -90 to 90, found '{text}'");
+    let (azimuth, height) = text.split_once(',').ok_or_else(expected)?;
+    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|x| x.is_finite());
+    let height = number(height).filter(|height| height.abs() <= 90.0).ok_or_else(expected)?;
+    Ok([number(azimuth).ok_or_else(expected)?, height])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        use clap::CommandFactory as _;
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn sizes_and_eyes_are_two_numbers_in_range() {
+        assert_eq!((size("640x400"), eye("-30, 20.5")), (Ok([640, 400]), Ok([-30.0, 20.5])), "good ones");
+        for bad in ["640", "0x4", "4x0", "axb", "70000x1", "1x2x3", ""] {
+            assert!(size(bad).is_err(), "{bad:?}");
+        }
+        for bad in ["640", "1,2,3", "0,91", "nan,1", ""] {
+            assert!(eye(bad).is_err(), "{bad:?}");
+        }
+    }
+}

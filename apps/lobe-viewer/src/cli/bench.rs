@@ -1,0 +1,44 @@
+//! What the passes of a frame take.
+
+use std::path::Path;
+
+use lobe_gpu::BenchReport;
+use serde_json::json;
+
+use crate::cli::args::Arguments;
+use crate::cli::prepared::{Prepared, prepare};
+use crate::loading::scene_source;
+
+/// The size of a picture that is measured without another choice.
+const SIZE: [u32; 2] = [1280, 720];
+
+/// Runs of which the least time of each pass is kept.
+const RUNS: usize = 10;
+
+/// Frames over which the rate is the mean, at least.
+const FRAMES: usize = 30;
+
+/// Measures, and prints a table or JSON.
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let scene = arguments.scene.as_deref().unwrap_or(Path::new(scene_source::FIRST));
+    let (size, rays) = (arguments.size.unwrap_or(SIZE), arguments.rays.unwrap_or(1));
+    let Prepared { view, light, vertices, name } = prepare(arguments, scene, size, rays)?;
+    let rate = BenchReport::frames_per_second(&view, &light, FRAMES.max(usize::from(arguments.frames)))?;
+    let report = BenchReport::of_view(&view, RUNS)?;
+    let [width, height] = size;
+    if arguments.json {
+        let pass = |pass: &lobe_gpu::PassTime| json!({"name": pass.name, "ms": pass.milliseconds, "bytes": pass.bytes});
+        let text = json!({
+            "machine": report.device, "scene": name, "vertices": vertices, "order": arguments.order,
+            "mode": arguments.mode, "size": size, "rays": rays, "frames_per_second": rate,
+            "passes": report.passes.iter().map(pass).collect::<Vec<_>>(),
+        });
+        println!("{text}");
+        return Ok(());
+    }
+    print!("{report}");
+    let (mode, order) = (arguments.mode.title().to_lowercase(), arguments.order);
+    println!("{name}: {vertices} vertices, {mode}, order {order}, {width} x {height}, {rays} x {rays} samples a pixel");
+    println!("{rate:.1} frames a second with the sky turning");
+    Ok(())
+}

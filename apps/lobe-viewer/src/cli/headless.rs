@@ -1,0 +1,26 @@
+//! Pictures to files, without a window.
+
+use std::f64::consts::TAU;
+use std::path::Path;
+
+use lobe::io::Job;
+use lobe_gpu::{TurntableOptions, write_turntable};
+
+use crate::cli::args::Arguments;
+use crate::cli::prepared::{Prepared, prepare};
+
+/// The size of a picture without another choice.
+const SIZE: [u32; 2] = [640, 400];
+
+/// Samples of a pixel along each axis without another choice.
+const RAYS: u8 = 2;
+
+/// Renders a scene under its sky, which turns once around in so many frames.
+pub(crate) fn run(arguments: &Arguments, scene: &Path, output: &Path) -> anyhow::Result<()> {
+    let (size, rays) = (arguments.size.unwrap_or(SIZE), arguments.rays.unwrap_or(RAYS));
+    let Prepared { view, light, .. } = prepare(arguments, scene, size, rays)?;
+    let frames = usize::from(arguments.frames);
+    let options = TurntableOptions::default().frames(frames).step(TAU / frames as f64);
+    write_turntable(&view, &light, &options, output, Job::default())?;
+    Ok(())
+}

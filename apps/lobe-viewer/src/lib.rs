@@ -1,0 +1,63 @@
+//! The window of Lobe: see and steer spherical-harmonic lighting and precomputed radiance transfer in real time.
+//!
+//! Four rooms behind a bar: a baked **scene** under a turning sky, the **sky** itself and its expansions, **functions** on the
+//! sphere, and what is in **motion**. Everything they show is computed by the library; a room decides what is asked for and shows
+//! the answer. Rooms draw into any [`egui::Ui`](eframe::egui::Ui), with a device or without, so that tests press their controls by
+//! name and compare the numbers on the screen with the library's.
+//!
+//! | purpose | item |
+//! |---|---|
+//! | the program | [`main`] |
+//! | the application | [`ViewerApp`], [`RoomName`], [`Kept`], [`UserFolder`], [`Gpu`] |
+//! | the room of scenes | [`SceneRoom`], [`SceneEdits`], [`SceneLamp`], [`vertex_under`], [`transfer_of`] |
+//! | the rooms of skies, functions and motion | [`SkyRoom`], [`FunctionsRoom`], [`MotionRoom`] |
+//! | what is shown of a scene | [`Mode`], [`Taming`], [`Orbit`] |
+//! | reading and baking off the thread of the window | [`Task`], [`open_scene`], [`open_sky`], [`bake_scene`] |
+
+mod app;
+mod cli;
+mod loading;
+mod rooms;
+mod widgets;
+
+use std::process::ExitCode;
+
+use clap::Parser as _;
+
+pub use app::kept::{Kept, RoomName, Theme};
+pub use app::viewer_app::ViewerApp;
+pub use loading::bake::{SceneData, SceneNews, bake_options, bake_scene};
+pub use loading::cache::UserFolder;
+pub use loading::mode::Mode;
+pub use loading::scene_source::{OpenedScene, open_scene};
+pub use loading::sky_source::{OpenedSky, open_sky};
+pub use loading::task::{Control, Task, TaskEvent};
+pub use rooms::functions::edits::{FunctionsEdits, Shape, Study};
+pub use rooms::functions::functions_room::FunctionsRoom;
+pub use rooms::light::Taming;
+pub use rooms::motion::motion_room::MotionRoom;
+pub use rooms::scene::edits::{SceneEdits, SceneLamp};
+pub use rooms::scene::probe::{Vertex, transfer_of, vertex_under};
+pub use rooms::scene::scene_room::SceneRoom;
+pub use rooms::sky::edits::SkyEdits;
+pub use rooms::sky::sky_room::SkyRoom;
+pub use widgets::gpu::Gpu;
+pub use widgets::orbit::Orbit;
+
+/// The program: reads the command line, and opens a window or works without one. Errors are one line, and exit code 2.
+#[must_use]
+pub fn main() -> ExitCode {
+    let arguments = match cli::args::Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => return cli::failure::usage(&error),
+    };
+    let ended = match (&arguments.headless, &arguments.output) {
+        (Some(scene), Some(output)) => cli::headless::run(&arguments, scene, output),
+        _ if arguments.bench => cli::bench::run(&arguments),
+        _ => app::window::open(&arguments.files),
+    };
+    match ended {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => cli::failure::say(&error.to_string()),
+    }
+}

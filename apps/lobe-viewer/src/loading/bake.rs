@@ -1,0 +1,151 @@
+//! Bakes of what the window shows, first with few paths, then with many.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use lobe::io::{Job, Progress};
+use lobe::prt::{BakeMode, BakeOptions, PrtError, Receivers, Recipe, Transfer, bake};
+use lobe::scene::{Bvh, Scene};
+
+use crate::loading::cache::UserFolder;
+use crate::loading::scene_source::open_scene;
+use crate::loading::task::Control;
+
+/// Paths of the first bakes of a scene, which are there after a moment, before that which is asked for.
+const FIRST_SAMPLES: [u32; 2] = [8, 64];
+
+/// Paths of the bake that is kept.
+pub(crate) const KEPT_SAMPLES: u32 = 256;
+
+/// A scene of more vertices is not baked before the user asks for it: it would take minutes.
+const MOST_UNASKED: usize = 250_000;
+
+/// Reflections of the window's own bakes.
+const BOUNCES: usize = 3;
+
+/// A scene and the rays among its triangles.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct SceneData {
+    /// The name for people.
+    pub name: String,
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// Its tree.
+    pub bvh: Arc<Bvh>,
+}
+
+impl SceneData {
+    /// A scene with its tree, which is built now.
+    #[must_use]
+    pub fn new(name: impl Into<String>, scene: Scene) -> Self {
+        let bvh = Arc::new(Bvh::new(&scene));
+        Self { name: name.into(), scene: Arc::new(scene), bvh }
+    }
+}
+
+/// What comes from a task about a scene.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub enum SceneNews {
+    /// A scene was opened.
+    Opened(SceneData),
+    /// Transfer of its vertices was read or baked.
+    Baked {
+        /// The light paths.
+        mode: BakeMode,
+        /// Paths from each vertex; none if the file does not say.
+        samples: Option<u32>,
+        /// The transfer.
+        transfer: Arc<Transfer>,
+    },
+    /// It is large, and not baked yet.
+    AskBeforeBake,
+}
+
+/// The options of a bake of the window.
+#[must_use]
+pub fn bake_options(mode: BakeMode, order: usize, samples: u32) -> BakeOptions {
+    BakeOptions::default().mode(mode).order(order).samples(samples).bounces(BOUNCES)
+}
+
+/// Bakes a scene, watched.
+///
+/// # Errors
+/// As [`fn@bake`].
+pub fn bake_scene(
+    data: &SceneData,
+    options: &BakeOptions,
+    mut watch: impl FnMut(&Progress) -> std::ops::ControlFlow<()>,
+) -> Result<(Transfer, Recipe), PrtError> {
+    let receivers = Receivers::at_vertices(&data.scene)?;
+    let job = Job::default().watched_by(&mut watch);
+    let (transfer, report) = bake(&data.scene, &data.bvh, &receivers, options, job)?;
+    let recipe = Recipe::of_bake(&data.scene, options, &report);
+    Ok((transfer, recipe))
+}
+
+/// Opens a scene and says what is known of its light: what its file holds, what was kept of it, or what is baked now.
+pub(crate) fn open(
+    control: &Control<SceneNews>,
+    source: &Path,
+    order: usize,
+    folder: &UserFolder,
+) -> Result<(), String> {
+    let name = source.file_name().unwrap_or_default().to_string_lossy();
+    control.stage(name);
+    let opened = open_scene(source).map_err(|error| error.to_string())?;
+    if control.is_cancelled() {
+        return Ok(());
+    }
+    let data = SceneData::new(opened.name, opened.scene);
+    control.send(SceneNews::Opened(data.clone()));
+    if let Some(baked) = opened.baked {
+        let mode = baked.recipe.mode.unwrap_or(BakeMode::Interreflected);
+        let transfer = Arc::new(baked.transfer);
+        control.send(SceneNews::Baked { mode, samples: baked.recipe.samples, transfer });
+        return Ok(());
+    }
+    if data.scene.vertex_count() > MOST_UNASKED {
+        control.send(SceneNews::AskBeforeBake);
+        return Ok(());
+    }
+    let folder = if opened.is_built_in { folder } else { &UserFolder::none() };
+    rounds(control, &data, order, KEPT_SAMPLES, folder)
+}
+
+/// Bakes what the modes of the window need, first with few paths; takes what was kept instead, and keeps what it made last.
+pub(crate) fn rounds(
+    control: &Control<SceneNews>,
+    data: &SceneData,
+    order: usize,
+    samples: u32,
+    folder: &UserFolder,
+) -> Result<(), String> {
+    const MODES: [BakeMode; 2] = [BakeMode::Interreflected, BakeMode::Shadowed];
+    let mut missing = Vec::new();
+    for mode in MODES {
+        match folder.kept_bake(&data.scene, &bake_options(mode, order, samples)) {
+            Some(transfer) => {
+                control.send(SceneNews::Baked { mode, samples: Some(samples), transfer: Arc::new(transfer) });
+            }
+            None => missing.push(mode),
+        }
+    }
+    let first = FIRST_SAMPLES.into_iter().filter(|first| *first < samples);
+    for round in first.chain([samples]) {
+        for &mode in &missing {
+            control.stage(format!("{} transfer, {round} paths", mode.name()));
+            let options = bake_options(mode, order, round);
+            let (transfer, recipe) = match bake_scene(data, &options, control.watch()) {
+                Err(PrtError::Cancelled) => return Ok(()),
+                other => other.map_err(|error| error.to_string())?,
+            };
+            if round == samples {
+                folder.keep_bake(&data.scene, &options, &transfer, &recipe);
+            }
+            control.send(SceneNews::Baked { mode, samples: Some(round), transfer: Arc::new(transfer) });
+        }
+    }
+    Ok(())
+}

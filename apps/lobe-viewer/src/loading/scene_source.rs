@@ -1,0 +1,66 @@
+//! Scenes by name.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::bail;
+use lobe::prt::{Baked, BakedOrScene, read_baked_or_scene};
+use lobe::scene::{Scene, SceneReadOptions, built_in, read_scene};
+
+/// The prefix of the names of built-in scenes, as of the command `lobe`.
+const BUILT_IN: &str = "built-in:";
+
+/// The scene that the window opens with.
+pub(crate) const FIRST: &str = "built-in:still-life";
+
+/// Endings of files that are scenes.
+pub(crate) const ENDINGS: [&str; 4] = ["glb", "gltf", "obj", "ply"];
+
+/// A scene, with the transfer that its file carries, if any.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct OpenedScene {
+    /// The name for people: the file without its folders, or that of a built-in scene.
+    pub name: String,
+    /// The scene.
+    pub scene: Scene,
+    /// What a baked file holds beside it.
+    pub baked: Option<Box<Baked>>,
+    /// Whether it is made by formula.
+    pub is_built_in: bool,
+}
+
+/// Reads a scene: a .glb, .gltf, .obj or .ply file, or `built-in:NAME`.
+///
+/// # Errors
+/// One line that says what is wrong with the file or the name.
+pub fn open_scene(source: &Path) -> anyhow::Result<OpenedScene> {
+    let text = source.to_string_lossy();
+    if let Some(name) = text.strip_prefix(BUILT_IN) {
+        let Some(scene) = built_in::named(name) else {
+            let known = built_in::NAMES.map(|known| format!("{BUILT_IN}{known}")).join(", ");
+            bail!("{text}: there is no such scene in the program; there are {known}");
+        };
+        return Ok(OpenedScene { name: name.into(), scene, baked: None, is_built_in: true });
+    }
+    let name = source.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let options = SceneReadOptions::default();
+    let is_gltf = has_ending(source, &["glb", "gltf"]);
+    let read = if is_gltf { read_baked_or_scene(source, &options)? } else { read_scene(source, &options)?.0.into() };
+    Ok(match read {
+        BakedOrScene::Baked(baked) => {
+            OpenedScene { name, scene: baked.scene.clone(), baked: Some(baked), is_built_in: false }
+        }
+        BakedOrScene::Scene(scene, _) => OpenedScene { name, scene, baked: None, is_built_in: false },
+    })
+}
+
+/// Whether the path has one of these endings, in any case.
+pub(crate) fn has_ending(path: &Path, endings: &[&str]) -> bool {
+    let found = path.extension().unwrap_or_default();
+    endings.iter().any(|ending| found.eq_ignore_ascii_case(ending))
+}
+
+/// The name of a built-in scene as a source.
+pub(crate) fn built_in_source(name: &str) -> PathBuf {
+    PathBuf::from(format!("{BUILT_IN}{name}"))
+}

@@ -1,0 +1,80 @@
+//! Environments by name.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use lobe::env::{EnvMap, Ground, MapReadOptions, MappedMap, PreethamSky, Sky as _, read_map, sky_map};
+use lobe::sh::{Dir, Rgb};
+
+/// The sky that the window opens with.
+pub(crate) const FIRST: &str = "made:evening";
+
+/// The skies that need no file, and their names for people.
+pub(crate) const BUILT_IN: [(&str, &str); 5] = [
+    ("made:evening", "Evening"),
+    ("made:noon", "Noon"),
+    ("bundled:sunset", "Sunset by the sea"),
+    ("bundled:studio", "Studio"),
+    ("made:even", "Even white"),
+];
+
+/// Endings of files that are environments.
+pub(crate) const ENDINGS: [&str; 8] = ["hdr", "exr", "pfm", "png", "jpg", "jpeg", "ktx2", "dds"];
+
+/// Rows of skies that are made by formula.
+const MADE_HEIGHT: usize = 256;
+
+/// Luminance of Preetham's sky in thousands of candela per square meter becomes radiance near 1.
+const SKY_SCALE: f64 = 0.06;
+
+/// The sun that is drawn into a made sky: wider than the real one, so that a few texels show it, with an irradiance that is a
+/// multiple of the sky's own.
+const SUN_HALF_ANGLE: f64 = 0.035;
+
+/// An environment map with the name it has for people.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct OpenedSky {
+    /// The name for people.
+    pub name: String,
+    /// The map.
+    pub map: Arc<MappedMap>,
+}
+
+/// Reads an environment: a picture file, `bundled:NAME`, or `made:NAME` with evening, noon or even, which are made by formula.
+///
+/// # Errors
+/// One line that says what is wrong with the file or the name.
+pub fn open_sky(source: &Path) -> anyhow::Result<OpenedSky> {
+    let text = source.to_string_lossy().into_owned();
+    let title = BUILT_IN.iter().find(|(name, _)| *name == text).map(|(_, title)| (*title).to_owned());
+    let name = title.unwrap_or_else(|| source.file_name().unwrap_or_default().to_string_lossy().into_owned());
+    let map = match text.strip_prefix("made:") {
+        Some("evening") => made_sky(1.32, 0.6, 16.0, [1.0, 0.62, 0.3])?.into(),
+        Some("noon") => made_sky(0.6, 0.6, 16.0, [1.0, 0.95, 0.86])?.into(),
+        Some("even") => EnvMap::from_fn(16, 8, |_| Rgb::new(1.0, 1.0, 1.0)).into(),
+        Some(_) => anyhow::bail!("{text}: there is no such sky; there are made:evening, made:noon and made:even"),
+        None => read_map(source, &MapReadOptions::default())?.0.into_base(),
+    };
+    Ok(OpenedSky { name, map: Arc::new(map) })
+}
+
+/// A clear sky over a gray ground, with a sun whose irradiance is `strength` times the sky's.
+fn made_sky(theta: f64, phi: f64, strength: f64, tint: [f64; 3]) -> anyhow::Result<EnvMap> {
+    let sky = PreethamSky::new(3.0, Dir::from_angles(theta, phi))?;
+    let sun = sky.sun();
+    let horizontal = std::f64::consts::PI * SKY_SCALE * 4.0;
+    let disc = std::f64::consts::TAU * (1.0 - SUN_HALF_ANGLE.cos());
+    let radiance = Rgb::from(tint.map(|c| c * strength * horizontal / (4.0 * disc)));
+    let ground = Ground { albedo: Rgb::new(0.22, 0.2, 0.18), sun: Rgb::from(tint.map(|c| c * 6.0)) };
+    let map = sky_map(&sky, &ground, 2 * MADE_HEIGHT, MADE_HEIGHT);
+    let cos = SUN_HALF_ANGLE.cos();
+    // Saturated blue has a negative channel, which is no light.
+    let positive = |c: f32| f64::from(c.max(0.0)) * SKY_SCALE;
+    Ok(EnvMap::from_fn(2 * MADE_HEIGHT, MADE_HEIGHT, |s| {
+        let Rgb { r, g, b } = map.radiance(s);
+        let sky = Rgb::new(positive(r), positive(g), positive(b));
+        let all = if s.dot(sun) > cos { sky + radiance } else { sky };
+        Rgb::new(all.r as f32, all.g as f32, all.b as f32)
+    }))
+}

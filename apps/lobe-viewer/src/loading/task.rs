@@ -1,0 +1,183 @@
+//! Work beside the window.
+
+use std::ops::ControlFlow;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
+
+use lobe::io::Progress;
+
+/// Work on a thread of its own that sends results, can be watched, and stops when it is told to or forgotten.
+///
+/// ```
+/// use lobe_viewer::{Task, TaskEvent};
+///
+/// let task = Task::start("count", || (), |control| {
+///     (0..3).for_each(|i| control.send(i));
+///     Err("no more fingers".into())
+/// });
+/// let mut events = Vec::new();
+/// while !matches!(events.last(), Some(TaskEvent::Failed(_))) {
+///     events.extend(task.events());
+/// }
+/// assert_eq!(events[..3], [TaskEvent::Result(0), TaskEvent::Result(1), TaskEvent::Result(2)]);
+/// assert_eq!(events[3], TaskEvent::Failed("no more fingers".into()));
+/// ```
+#[derive(Debug)]
+pub struct Task<T> {
+    title: String,
+    shared: Arc<Shared>,
+    events: Receiver<TaskEvent<T>>,
+}
+
+/// What a task has to say.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum TaskEvent<T> {
+    /// A result; there may be more.
+    Result(T),
+    /// It ended, with all results.
+    Done,
+    /// It ended because it was [cancelled](Task::cancel).
+    Cancelled,
+    /// It ended with an error, in one line.
+    Failed(String),
+}
+
+#[derive(Debug, Default)]
+struct Shared {
+    is_cancelled: AtomicBool,
+    state: Mutex<State>,
+}
+
+#[derive(Clone, Debug, Default, PartialEq)]
+struct State {
+    stage: String,
+    progress: Option<f32>,
+}
+
+/// What work has in its hands: whom to tell, and whether to go on.
+pub struct Control<T> {
+    shared: Arc<Shared>,
+    events: Sender<TaskEvent<T>>,
+    wake: Box<dyn Fn() + Send>,
+}
+
+impl<T: Send + 'static> Task<T> {
+    /// Starts work under a title, such as `bake`. `wake` is called when there is something new to show.
+    pub fn start(
+        title: impl Into<String>,
+        wake: impl Fn() + Send + 'static,
+        work: impl FnOnce(&Control<T>) -> Result<(), String> + Send + 'static,
+    ) -> Self {
+        let (sender, events) = channel();
+        let shared = Arc::<Shared>::default();
+        let control = Control { shared: shared.clone(), events: sender, wake: Box::new(wake) };
+        let run = move || {
+            // What decoders do to damaged files is no reason to lose the window.
+            let ended = catch_unwind(AssertUnwindSafe(|| work(&control)));
+            let is_cancelled = control.is_cancelled();
+            control.tell(match ended {
+                Ok(_) if is_cancelled => TaskEvent::Cancelled,
+                Ok(Ok(())) => TaskEvent::Done,
+                Ok(Err(message)) => TaskEvent::Failed(message),
+                Err(_) => TaskEvent::Failed("a fault of this program, please report it with what you opened".into()),
+            });
+        };
+        let title = title.into();
+        let control = shared.clone();
+        if let Err(error) = thread::Builder::new().name(title.clone()).spawn(run) {
+            locked(&control.state).stage = format!("the system starts no thread: {error}");
+        }
+        Self { title, shared, events }
+    }
+
+    /// What came since this was asked last.
+    #[must_use]
+    pub fn events(&self) -> Vec<TaskEvent<T>> {
+        self.events.try_iter().collect()
+    }
+}
+
+impl<T> Task<T> {
+    /// The title and the stage of the work, for people.
+    #[must_use]
+    pub fn describe(&self) -> String {
+        let stage = locked(&self.shared.state).stage.clone();
+        if stage.is_empty() { self.title.clone() } else { format!("{}: {stage}", self.title) }
+    }
+
+    /// Whether a stage of the work is under way.
+    #[must_use]
+    pub fn is_at_work(&self) -> bool {
+        !locked(&self.shared.state).stage.is_empty()
+    }
+
+    /// The part that is done, 0 to 1, where the work says it.
+    #[must_use]
+    pub fn progress(&self) -> Option<f32> {
+        locked(&self.shared.state).progress
+    }
+
+    /// Tells the work to stop, which it does at its next report.
+    pub fn cancel(&self) {
+        self.shared.is_cancelled.store(true, Ordering::Relaxed);
+    }
+}
+
+impl<T> Drop for Task<T> {
+    fn drop(&mut self) {
+        self.cancel();
+    }
+}
+
+impl<T> Control<T> {
+    /// Hands out a result.
+    pub fn send(&self, result: T) {
+        self.tell(TaskEvent::Result(result));
+    }
+
+    /// Names what is being done, and forgets how far it was.
+    pub fn stage(&self, stage: impl Into<String>) {
+        let stage = State { stage: stage.into(), progress: None };
+        let before = std::mem::replace(&mut *locked(&self.shared.state), stage.clone());
+        if before != stage {
+            (self.wake)();
+        }
+    }
+
+    /// Whether nobody waits for the results any more.
+    #[must_use]
+    pub fn is_cancelled(&self) -> bool {
+        self.shared.is_cancelled.load(Ordering::Relaxed)
+    }
+
+    /// A watch for a [`Job`](lobe::io::Job).
+    pub fn watch(&self) -> impl FnMut(&Progress) -> ControlFlow<()> + '_ {
+        |progress| {
+            let part = progress.done as f32 / progress.total.max(1) as f32;
+            locked(&self.shared.state).progress = Some(part);
+            (self.wake)();
+            if self.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        }
+    }
+
+    fn tell(&self, event: TaskEvent<T>) {
+        // Of a task that was dropped nobody reads.
+        drop(self.events.send(event));
+        (self.wake)();
+    }
+}
+
+impl<T> std::fmt::Debug for Control<T> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Control").field("shared", &self.shared).finish_non_exhaustive()
+    }
+}
+
+/// What a mutex holds, also after a thread panicked with it.
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -1,0 +1,60 @@
+//! Irradiance by an ambient cube, which wobbles while the light turns.
+
+use std::f64::consts::TAU;
+
+use eframe::egui::{Color32, Slider, Ui, vec2};
+use lobe::sh::{AmbientCube, Dir, Expansion as _, Sh, ShL2, Zonal, convolved};
+
+use crate::rooms::functions::edits::FunctionsEdits;
+use crate::widgets::balloon::{BalloonView, Shown};
+use crate::widgets::curve::{Curve, curves};
+use crate::widgets::orbit::Orbit;
+
+/// A slider in whole degrees.
+fn degrees<'a>(slider: Slider<'a>, text: &str) -> Slider<'a> {
+    slider.text(text).suffix("°").fixed_decimals(0)
+}
+
+pub(crate) fn controls(ui: &mut Ui, edits: &mut FunctionsEdits) {
+    ui.add(degrees(Slider::new(&mut edits.light_at, 0.0..=360.0), "Azimuth of the light"));
+    ui.add(degrees(Slider::new(&mut edits.light_height, -90.0..=90.0), "Height of the light"));
+    ui.weak("A surface that always faces the light receives the same from it wherever it is. Nine coefficients keep that; six faces of a cube do not.");
+}
+
+/// Irradiance under light from one direction, to order 3.
+#[must_use]
+pub(crate) fn irradiance(light: Dir) -> Sh<9, f64> {
+    convolved(&ShL2::impulse(light, 1.0), &Zonal::clamped_cosine(3))
+}
+
+pub(crate) fn show(ui: &mut Ui, edits: &FunctionsEdits, balloons: &mut [BalloonView; 3], eye: &mut Orbit) {
+    let height = edits.light_height.to_radians();
+    let light = |azimuth: f64| Dir::from_angles(std::f64::consts::FRAC_PI_2 - height, azimuth);
+    let now = light(edits.light_at.to_radians());
+    let f = irradiance(now);
+    let cube = AmbientCube::from_irradiance_sh(&f);
+    let extent = Some(f.eval(now));
+    let key = [edits.light_at, edits.light_height];
+    ui.horizontal_wrapped(|ui| {
+        let [first, second, _] = balloons;
+        ui.vertical(|ui| {
+            ui.strong("Nine coefficients");
+            let shown = Shown { name: "Irradiance by nine coefficients", key: &key, f: |s| f.eval(s), extent };
+            first.show(ui, 240.0, eye, &shown);
+        });
+        ui.vertical(|ui| {
+            ui.strong("Ambient cube");
+            let shown = Shown { name: "Irradiance by an ambient cube", key: &key, f: |s| cube.eval(s), extent };
+            second.show(ui, 240.0, eye, &shown);
+        });
+    });
+    ui.label(format!("Facing the light: {:.4} by coefficients, {:.4} by the cube", f.eval(now), cube.eval(now)));
+    let by_sh = |azimuth: f64| irradiance(light(azimuth)).eval(light(azimuth));
+    let by_cube = |azimuth: f64| AmbientCube::from_irradiance_sh(&irradiance(light(azimuth))).eval(light(azimuth));
+    let all = [
+        Curve { name: "nine coefficients", color: Color32::from_rgb(62, 120, 214), f: &by_sh },
+        Curve { name: "ambient cube", color: Color32::from_rgb(214, 120, 40), f: &by_cube },
+    ];
+    let size = vec2(ui.available_width().clamp(200.0, 720.0), 220.0);
+    curves(ui, "Irradiance facing the light, by its azimuth", size, TAU, &all);
+}

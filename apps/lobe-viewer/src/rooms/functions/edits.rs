@@ -1,0 +1,189 @@
+//! What a user changes in the room.
+
+use eframe::egui::{ComboBox, Slider, Ui};
+use lobe::sh::{Dir, Expansion as _, Rotation, ShVec, Zonal};
+use serde::{Deserialize, Serialize};
+
+use crate::rooms::light::Taming;
+
+/// The highest order of the room, whose coefficients still fit beside the balloons.
+pub(crate) const MAX_ORDER: usize = 8;
+
+/// What is looked at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Study {
+    /// A function that is turned, and its coefficients.
+    #[default]
+    Rotate,
+    /// The product of two functions.
+    Product,
+    /// A light that rings, and what ends it.
+    Ringing,
+    /// Irradiance by an ambient cube while the light turns.
+    AmbientCube,
+}
+
+impl Study {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Rotate, Self::Product, Self::Ringing, Self::AmbientCube];
+
+    /// The name for people.
+    #[must_use]
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Rotate => "Rotation",
+            Self::Product => "Product",
+            Self::Ringing => "Ringing",
+            Self::AmbientCube => "Ambient cube",
+        }
+    }
+}
+
+/// A function on the sphere, by name.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Shape {
+    /// A function of the basis, of this band and number in it.
+    Basis(usize, isize),
+    /// All light from one direction.
+    Impulse,
+    /// `max(cos, 0)`.
+    Cosine,
+    /// 1 within so many degrees, 0 outside.
+    Cone(f64),
+    /// A Phong lobe of this exponent.
+    Lobe(f64),
+}
+
+impl Shape {
+    fn title(self) -> &'static str {
+        match self {
+            Self::Basis(..) => "Function of the basis",
+            Self::Impulse => "Impulse",
+            Self::Cosine => "Clamped cosine",
+            Self::Cone(_) => "Cone",
+            Self::Lobe(_) => "Phong lobe",
+        }
+    }
+
+    /// Its expansion, about an axis if it has one.
+    #[must_use]
+    pub fn expansion(self, order: usize, axis: Dir) -> ShVec<f64> {
+        match self {
+            Self::Basis(l, m) => {
+                let mut f = ShVec::zero(order);
+                // Of a function above the order nothing is left.
+                if l < order {
+                    f.band_mut(l)[m.saturating_add(l as isize).clamp(0, 2 * l as isize) as usize] = 1.0;
+                }
+                f
+            }
+            Self::Impulse => ShVec::impulse(order, axis, 1.0),
+            Self::Cosine => Zonal::clamped_cosine(order).towards(axis, 1.0),
+            Self::Cone(degrees) => Zonal::cone(order, degrees.to_radians()).towards(axis, 1.0),
+            Self::Lobe(exponent) => Zonal::phong(order, exponent).towards(axis, 1.0),
+        }
+    }
+
+    /// A choice, and the numbers of what was chosen.
+    pub(crate) fn controls(&mut self, ui: &mut Ui, label: &str, order: usize) {
+        ComboBox::from_label(label).selected_text(self.title()).show_ui(ui, |ui| {
+            let all = [Self::Basis(2, 0), Self::Impulse, Self::Cosine, Self::Cone(30.0), Self::Lobe(8.0)];
+            for shape in all {
+                let is_chosen = shape.title() == self.title();
+                if ui.selectable_label(is_chosen, shape.title()).clicked() && !is_chosen {
+                    *self = shape;
+                }
+            }
+        });
+        match self {
+            Self::Basis(l, m) => {
+                ui.add(Slider::new(l, 0..=order.saturating_sub(1)).text(format!("Band of {label}")));
+                let most = *l as isize;
+                *m = (*m).clamp(-most, most);
+                ui.add(Slider::new(m, -most..=most).text(format!("Number in the band of {label}")));
+            }
+            Self::Cone(degrees) => {
+                ui.add(Slider::new(degrees, 1.0..=180.0).text(format!("Half angle of {label}")).suffix("°"));
+            }
+            Self::Lobe(exponent) => {
+                ui.add(Slider::new(exponent, 0.0..=64.0).text(format!("Exponent of {label}")));
+            }
+            Self::Impulse | Self::Cosine => {}
+        }
+    }
+}
+
+/// All that is kept from one start to the next.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct FunctionsEdits {
+    /// What is looked at.
+    pub study: Study,
+    /// Number of bands.
+    pub order: usize,
+    /// The function.
+    pub shape: Shape,
+    /// Yaw, pitch and roll by which it is turned, in degrees.
+    pub angles: [f64; 3],
+    /// The other factor of a product.
+    pub other: Shape,
+    /// The angle between the axes of both, in degrees.
+    pub between: f64,
+    /// Half the angle of the light that rings, in degrees.
+    pub half_angle: f64,
+    /// What ends its ringing.
+    pub taming: Taming,
+    /// Where the light of the ambient cube is, in degrees.
+    pub light_at: f64,
+    /// How high above the horizon it is, in degrees.
+    pub light_height: f64,
+}
+
+impl Default for FunctionsEdits {
+    fn default() -> Self {
+        Self {
+            study: Study::default(),
+            order: 4,
+            shape: Shape::Basis(2, 1),
+            angles: [30.0, 0.0, 0.0],
+            other: Shape::Cosine,
+            between: 40.0,
+            half_angle: 20.0,
+            taming: Taming::None,
+            light_at: 20.0,
+            light_height: 0.0,
+        }
+    }
+}
+
+impl FunctionsEdits {
+    /// The rotation of the study of rotations.
+    #[must_use]
+    pub fn rotation(&self) -> Rotation {
+        let [yaw, pitch, roll] = self.angles.map(f64::to_radians);
+        Rotation::from_yaw_pitch_roll(yaw, pitch, roll)
+    }
+
+    /// The function before it is turned.
+    #[must_use]
+    pub fn function(&self) -> ShVec<f64> {
+        self.shape.expansion(self.order, Dir::Z)
+    }
+
+    /// The other factor, about an axis that leans from +z towards +x.
+    #[must_use]
+    pub fn other_factor(&self) -> ShVec<f64> {
+        self.other.expansion(self.order, Dir::from_angles(self.between.to_radians(), 0.0))
+    }
+
+    /// The light that rings: a cone of radiance 1 about +z.
+    #[must_use]
+    pub fn ringing_light(&self) -> ShVec<f64> {
+        Shape::Cone(self.half_angle).expansion(self.order, Dir::Z)
+    }
+}

@@ -1,0 +1,31 @@
+//! The product of two functions.
+
+use eframe::egui::{Slider, Ui};
+use lobe::sh::{Expansion as _, product};
+
+use crate::rooms::functions::edits::FunctionsEdits;
+use crate::rooms::functions::rotate::{column, numbers};
+use crate::widgets::balloon::BalloonView;
+use crate::widgets::orbit::Orbit;
+
+pub(crate) fn controls(ui: &mut Ui, edits: &mut FunctionsEdits) {
+    edits.shape.controls(ui, "f", edits.order);
+    edits.other.controls(ui, "g", edits.order);
+    ui.add(Slider::new(&mut edits.between, 0.0..=180.0).text("Angle between them").suffix("°").fixed_decimals(0));
+    ui.weak("The product of two functions of order n has order 2n - 1; what is kept is its first n bands.");
+}
+
+pub(crate) fn show(ui: &mut Ui, edits: &FunctionsEdits, balloons: &mut [BalloonView; 3], eye: &mut Orbit) {
+    let (f, g) = (edits.function(), edits.other_factor());
+    let kept = product(&f, &g, edits.order);
+    let all = product(&f, &g, 2 * edits.order - 1);
+    ui.horizontal_wrapped(|ui| {
+        for (balloon, (name, f)) in balloons.iter_mut().zip([("f", &f), ("g", &g), ("f g", &kept)]) {
+            ui.vertical(|ui| column(ui, name, f, balloon, eye));
+        }
+    });
+    let (kept_energy, energy) = (kept.dot(&kept), all.dot(&all));
+    let lost = if energy > 0.0 { 100.0 * (1.0 - kept_energy / energy) } else { 0.0 };
+    ui.label(format!("Energy cut off with the bands above: {lost:.2} %"));
+    numbers(ui, "f g", &kept);
+}

@@ -1,0 +1,47 @@
+//! A light that rings, and what ends it.
+
+use eframe::egui::{Color32, Slider, Ui, vec2};
+use lobe::sh::{Dir, Expansion as _, certified_minimum};
+
+use crate::rooms::functions::edits::FunctionsEdits;
+use crate::rooms::functions::rotate::column;
+use crate::widgets::balloon::BalloonView;
+use crate::widgets::curve::{Curve, curves};
+use crate::widgets::orbit::Orbit;
+
+/// The part of the largest value within which a minimum is found.
+const TOLERANCE: f64 = 1e-9;
+
+pub(crate) fn controls(ui: &mut Ui, edits: &mut FunctionsEdits) {
+    ui.add(
+        Slider::new(&mut edits.half_angle, 1.0..=90.0).text("Half angle of the light").suffix("°").fixed_decimals(0),
+    );
+    edits.taming.controls(ui, edits.order);
+    ui.weak("Cut off at a band, a small light swings below zero around it. Windows blur it until it no longer does; dering takes as little as it can.");
+}
+
+pub(crate) fn show(ui: &mut Ui, edits: &FunctionsEdits, balloons: &mut [BalloonView; 3], eye: &mut Orbit) {
+    let before = edits.ringing_light();
+    let after = edits.taming.tamed_gray(&before);
+    ui.horizontal_wrapped(|ui| {
+        for (balloon, (name, f)) in balloons.iter_mut().zip([("the light", &before), ("the light, tamed", &after)]) {
+            ui.vertical(|ui| column(ui, name, f, balloon, eye));
+        }
+    });
+    for (name, f) in [("Minimum", &before), ("Minimum, tamed", &after)] {
+        let found = certified_minimum(f.coefficients(), TOLERANCE);
+        let at = found.dir.theta().to_degrees();
+        ui.label(format!("{name}: {:.5}, {at:.0}° from the axis", found.lo));
+    }
+    let edge = edits.half_angle.to_radians();
+    let of = |theta: f64| Dir::from_angles(theta, 0.0);
+    let truth = |theta: f64| if theta <= edge { 1.0 } else { 0.0 };
+    let (first, second) = (|theta: f64| before.eval(of(theta)), |theta: f64| after.eval(of(theta)));
+    let all = [
+        Curve { name: "the light itself", color: Color32::GRAY, f: &truth },
+        Curve { name: "its expansion", color: Color32::from_rgb(214, 72, 56), f: &first },
+        Curve { name: "tamed", color: Color32::from_rgb(50, 150, 90), f: &second },
+    ];
+    let size = vec2(ui.available_width().clamp(200.0, 720.0), 220.0);
+    curves(ui, "Radiance by the angle from the axis", size, std::f64::consts::PI, &all);
+}

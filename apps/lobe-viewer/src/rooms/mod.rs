@@ -1,0 +1,10 @@
+//! The rooms of the application, each with its controls beside what they change.
+//!
+//! Read `light`, what all rooms do to a light, then the rooms: `scene`, a baked scene under a turning sky; `sky`, an environment
+//! and its expansions; `functions`, functions on the sphere; `motion`, what moves. Uses `loading` and `widgets`.
+
+pub(crate) mod functions;
+pub(crate) mod light;
+pub(crate) mod motion;
+pub(crate) mod scene;
+pub(crate) mod sky;

@@ -1,0 +1,309 @@
+//! The room: the panel, the clock, and the picture.
+
+use std::sync::Arc;
+
+use eframe::egui::{
+    CentralPanel, Color32, ComboBox, Context, Panel, ProgressBar, Rect, Response, ScrollArea, Sense, Slider, Ui, pos2,
+    vec2,
+};
+use lobe::env::project_map;
+use lobe::render::MovingMethod;
+use lobe::scene::built_in;
+use lobe::sh::{Rgb, ShVec};
+
+use crate::loading::sky_source::OpenedSky;
+use crate::loading::task::TaskEvent;
+use crate::rooms::motion::player::{Asked, Cast, Hand, News, ORDER, Player, Shown};
+use crate::rooms::motion::spheres::rings;
+use crate::rooms::motion::stage::Stage;
+use crate::widgets::gpu::Gpu;
+use crate::widgets::named::name_image;
+use crate::widgets::orbit::Orbit;
+
+/// What moves.
+pub struct MotionRoom {
+    name: String,
+    player: Option<Player>,
+    cast: Option<Cast>,
+    hands: Vec<Hand>,
+    chosen: usize,
+    is_by_hand: bool,
+    is_playing: bool,
+    has_spheres: bool,
+    method: MovingMethod,
+    time: f64,
+    orbit: Orbit,
+    light: Option<(OpenedSky, ShVec<Rgb<f64>>)>,
+    asked: Option<Asked>,
+    lit: Option<Shown>,
+    is_waiting: bool,
+    stage: Stage,
+    message: Option<String>,
+}
+
+impl Default for MotionRoom {
+    fn default() -> Self {
+        Self {
+            name: built_in::MOVING_NAMES[0].to_owned(),
+            player: None,
+            cast: None,
+            hands: Vec::new(),
+            chosen: 0,
+            is_by_hand: false,
+            is_playing: true,
+            has_spheres: false,
+            method: MovingMethod::Fields,
+            time: 0.0,
+            orbit: Orbit::default(),
+            light: None,
+            asked: None,
+            lit: None,
+            is_waiting: false,
+            stage: Stage::default(),
+            message: None,
+        }
+    }
+}
+
+impl MotionRoom {
+    /// Whether a moment is lit and shown.
+    #[must_use]
+    pub fn is_ready(&self) -> bool {
+        self.lit.is_some()
+    }
+
+    /// Milliseconds that the light of the last moment took; none before there is one.
+    #[must_use]
+    pub fn milliseconds(&self) -> Option<f64> {
+        self.lit.as_ref().map(|lit| lit.milliseconds)
+    }
+
+    /// Shows the room under a sky.
+    pub fn ui(&mut self, ui: &mut Ui, gpu: Option<&Gpu>, sky: Option<&OpenedSky>) {
+        let ctx = ui.ctx().clone();
+        self.take_news();
+        self.advance(&ctx, sky);
+        Panel::left("motion controls").default_size(300.0).size_range(220.0..=480.0).show(ui, |ui| {
+            ScrollArea::vertical().auto_shrink(false).show(ui, |ui| self.panel(ui));
+        });
+        Panel::bottom("motion status").resizable(false).show(ui, |ui| {
+            if let Some(message) = &self.message {
+                ui.colored_label(ui.visuals().error_fg_color, message);
+            }
+            ui.label(self.status());
+        });
+        CentralPanel::no_frame().show(ui, |ui| self.picture(ui, gpu));
+    }
+
+    fn status(&self) -> String {
+        let Some(lit) = &self.lit else { return "Preparing".into() };
+        let (vertices, spheres) = (lit.radiance.len(), lit.spheres.len());
+        let by = match lit.asked.method {
+            MovingMethod::Exponentials => format!("exponentials of {spheres} spheres"),
+            _ => "products of shadow fields".into(),
+        };
+        format!("{vertices} vertices, {by}, order {ORDER}: {:.0} ms of light", lit.milliseconds)
+    }
+
+    fn take_news(&mut self) {
+        let events = self.player.as_ref().map(Player::events).unwrap_or_default();
+        for event in events {
+            match event {
+                TaskEvent::Result(News::Ready(cast)) => {
+                    self.hands.clone_from(&cast.hands);
+                    self.chosen = cast.is_still.iter().position(|still| !still).unwrap_or(0);
+                    self.is_by_hand &= cast.is_rigid;
+                    self.cast = Some(cast);
+                }
+                TaskEvent::Result(News::Lit(lit)) => {
+                    if self.lit.is_none() {
+                        self.orbit = self.orbit.framing(lit.scene.world_bounds());
+                    }
+                    self.lit = Some(Arc::from(lit));
+                    self.is_waiting = false;
+                }
+                TaskEvent::Failed(message) => {
+                    self.message = Some(message);
+                    self.is_waiting = false;
+                }
+                TaskEvent::Done | TaskEvent::Cancelled => {}
+            }
+        }
+    }
+
+    /// Starts the player, lets time pass, and asks for the moment that is to be seen.
+    fn advance(&mut self, ctx: &Context, sky: Option<&OpenedSky>) {
+        if self.player.is_none() {
+            let ctx = ctx.clone();
+            self.player = Some(Player::start(&self.name, move || ctx.request_repaint()));
+        }
+        if let Some(sky) = sky
+            && self.light.as_ref().is_none_or(|(before, _)| !Arc::ptr_eq(&before.map, &sky.map))
+        {
+            self.light = Some((sky.clone(), project_map(&sky.map, ORDER)));
+        }
+        let (Some(cast), Some((_, light))) = (&self.cast, &self.light) else { return };
+        if self.is_playing && !self.is_by_hand {
+            let [begin, end] = cast.span;
+            let passed = ctx.input(|input| f64::from(input.stable_dt.min(0.1)));
+            self.time = begin + (self.time + passed - begin).rem_euclid((end - begin).max(1e-3));
+            ctx.request_repaint();
+        }
+        let hands = self.is_by_hand.then(|| self.hands.clone());
+        let asked = Asked { time: self.time, method: self.method, light: light.clone(), hands };
+        if !self.is_waiting
+            && self.asked.as_ref() != Some(&asked)
+            && let Some(player) = &self.player
+        {
+            player.ask(asked.clone());
+            self.asked = Some(asked);
+            self.is_waiting = true;
+        }
+    }
+
+    fn panel(&mut self, ui: &mut Ui) {
+        ui.spacing_mut().slider_width = 120.0;
+        let mut name = self.name.clone();
+        ComboBox::from_label("Scene").selected_text(name.as_str()).show_ui(ui, |ui| {
+            for known in built_in::MOVING_NAMES {
+                ui.selectable_value(&mut name, known.to_owned(), known);
+            }
+        });
+        if name != self.name {
+            let kept = (self.method, self.has_spheres, self.is_playing);
+            *self = Self { name, stage: std::mem::take(&mut self.stage), ..Self::default() };
+            self.stage.clear();
+            (self.method, self.has_spheres, self.is_playing) = kept;
+        }
+        ui.separator();
+        ui.radio_value(&mut self.method, MovingMethod::Fields, "Shadow fields");
+        ui.radio_value(&mut self.method, MovingMethod::Exponentials, "Spheres, SH exponentials");
+        ui.checkbox(&mut self.has_spheres, "Draw the spheres");
+        ui.separator();
+        if let Some(player) = self.player.as_ref().filter(|player| player.task().is_at_work()) {
+            ui.label(player.task().describe());
+            match player.task().progress() {
+                Some(part) => ui.add(ProgressBar::new(part).show_percentage()),
+                None => ui.spinner(),
+            };
+        }
+        let Some(cast) = self.cast.clone() else { return };
+        ui.add_enabled_ui(!self.is_by_hand, |ui| {
+            ui.checkbox(&mut self.is_playing, "Play");
+            let [begin, end] = cast.span;
+            ui.add(Slider::new(&mut self.time, begin..=end).text("Time").suffix(" s").fixed_decimals(2));
+        });
+        ui.add_enabled_ui(cast.is_rigid, |ui| {
+            let response = ui.checkbox(&mut self.is_by_hand, "Move objects by hand");
+            response.on_disabled_hover_text("What changes its shape is moved by its animation only");
+        });
+        if self.is_by_hand {
+            self.hand_controls(ui, &cast);
+        }
+    }
+
+    fn hand_controls(&mut self, ui: &mut Ui, cast: &Cast) {
+        ComboBox::from_label("Object").selected_text(cast.names[self.chosen].as_str()).show_ui(ui, |ui| {
+            for (number, name) in cast.names.iter().enumerate().filter(|(k, _)| !cast.is_still[*k]) {
+                ui.selectable_value(&mut self.chosen, number, name.as_str());
+            }
+        });
+        let hand = &mut self.hands[self.chosen];
+        for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+            ui.add(Slider::new(&mut hand.position[axis], -4.0..=4.0).text(name).suffix(" m").fixed_decimals(2));
+        }
+        let mut degrees = hand.turn.to_degrees();
+        if ui.add(Slider::new(&mut degrees, -180.0..=180.0).text("Turn").suffix("°").fixed_decimals(0)).changed() {
+            hand.turn = degrees.to_radians();
+        }
+        ui.add(Slider::new(&mut hand.scale, 0.3..=2.0).text("Size").fixed_decimals(2));
+        if ui.button("Put back").clicked() {
+            self.hands.clone_from(&cast.hands);
+        }
+        ui.weak("Drag an object in the picture to move it, with Shift to turn it.");
+    }
+
+    fn picture(&mut self, ui: &mut Ui, gpu: Option<&Gpu>) {
+        let rect = ui.available_rect_before_wrap();
+        let response = ui.interact(rect, ui.scope_id().with("picture"), Sense::click_and_drag());
+        name_image(&response, "Picture of what moves");
+        self.follow(ui, &response);
+        ui.painter().rect_filled(rect, 0.0, ui.visuals().panel_fill);
+        let (Some(gpu), Some(lit)) = (gpu, self.lit.clone()) else {
+            let text = if gpu.is_none() { "No graphics device: the picture is not drawn." } else { "Preparing" };
+            ui.centered_and_justified(|ui| ui.label(text));
+            return;
+        };
+        let scale = ui.ctx().pixels_per_point();
+        let size = [rect.width(), rect.height()].map(|points| (points.max(0.0) * scale).round() as u32);
+        let sky = self.light.as_ref().map(|(sky, _)| &sky.map);
+        match self.stage.draw(gpu, &lit, sky, &self.orbit, size) {
+            Ok(Some(texture)) => {
+                let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+                ui.painter().image(texture, rect, whole, Color32::WHITE);
+            }
+            Ok(None) => {}
+            Err(error) => {
+                ui.centered_and_justified(|ui| {
+                    ui.label(format!("The graphics device failed: {error}. Restart the viewer."))
+                });
+            }
+        }
+        if self.has_spheres {
+            rings(&ui.painter_at(rect), rect, &self.orbit, &lit.spheres);
+        }
+    }
+
+    /// A drag on an object moves it, with Shift turns it; elsewhere it turns the view.
+    fn follow(&mut self, ui: &Ui, response: &Response) {
+        let height = f64::from(response.rect.height().max(1.0));
+        let by = [response.drag_delta().x, response.drag_delta().y].map(|c| f64::from(c) / height);
+        if response.drag_started() {
+            let at = ui.input(|input| input.pointer.press_origin());
+            let found = at.filter(|_| self.is_by_hand).and_then(|at| self.object_at(response.rect, at));
+            if let Some(found) = found {
+                self.chosen = found;
+            }
+            ui.data_mut(|data| data.insert_temp(response.id, found.is_some()));
+        }
+        if response.dragged() {
+            if ui.data(|data| data.get_temp(response.id)).unwrap_or(false) {
+                self.drag_object(ui.input(|input| input.modifiers.shift), by);
+            } else {
+                self.orbit.turn(by[0], by[1]);
+            }
+        }
+        if response.hovered() {
+            let scrolled = f64::from(ui.input(|input| input.smooth_scroll_delta.y));
+            self.orbit.zoom((0.0025 * scrolled).exp());
+        }
+    }
+
+    fn drag_object(&mut self, is_turn: bool, [right, down]: [f64; 2]) {
+        let hand = &mut self.hands[self.chosen];
+        if is_turn {
+            hand.turn += std::f64::consts::TAU * right;
+            return;
+        }
+        let (Some(size), Some(camera)) = (self.orbit.size_at(hand.position), self.orbit.camera()) else { return };
+        let by = camera.view().point([2.0 * right / size, -2.0 * down / size, 0.0]);
+        (0..3).for_each(|k| hand.position[k] += by[k]);
+    }
+
+    /// The object whose ball is under a point, the nearest to the eye.
+    fn object_at(&self, rect: Rect, at: eframe::egui::Pos2) -> Option<usize> {
+        let cast = self.cast.as_ref()?;
+        let half = 0.5 * rect.height();
+        let hit = |k: &usize| {
+            let (Some([right, up]), Some(size)) =
+                (self.orbit.project(self.hands[*k].position), self.orbit.size_at(self.hands[*k].position))
+            else {
+                return false;
+            };
+            let place = rect.center() + vec2(right as f32, -up as f32) * half;
+            place.distance(at) <= (cast.radii[*k] * self.hands[*k].scale * size) as f32 * half
+        };
+        let size = |k: &usize| self.orbit.size_at(self.hands[*k].position).unwrap_or(0.0);
+        (0..self.hands.len()).filter(|k| !cast.is_still[*k]).filter(hit).max_by(|a, b| size(a).total_cmp(&size(b)))
+    }
+}

@@ -1,0 +1,107 @@
+//! What a user changes in the room.
+
+use std::path::PathBuf;
+
+use lobe::sh::{Dir, Light, Normalization, Rgb, Rotation, ShError, ShVec};
+use serde::{Deserialize, Serialize};
+
+use crate::loading::mode::Mode;
+use crate::loading::{scene_source, sky_source};
+use crate::rooms::light::Taming;
+
+/// All that can be undone, and that is kept from one start to the next.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct SceneEdits {
+    /// The scene: a file, or a built-in one.
+    pub scene: PathBuf,
+    /// The sky: a file, or a built-in one.
+    pub sky: PathBuf,
+    /// Which light paths are shown.
+    pub mode: Mode,
+    /// Number of bands of the light.
+    pub order: usize,
+    /// What is done to its expansion.
+    pub taming: Taming,
+    /// Factor of the sky's radiance.
+    pub sky_strength: f64,
+    /// By which the sky is turned about +z, in radians.
+    pub turn: f64,
+    /// By which it is tilted about +x before that, in radians.
+    pub tilt: f64,
+    /// Stops of exposure above that which fits the scene.
+    pub exposure: f64,
+    /// Lights added by hand.
+    pub lamps: Vec<SceneLamp>,
+}
+
+impl Default for SceneEdits {
+    fn default() -> Self {
+        Self {
+            scene: scene_source::FIRST.into(),
+            sky: sky_source::FIRST.into(),
+            mode: Mode::default(),
+            order: 4,
+            taming: Taming::None,
+            sky_strength: 1.0,
+            // The sun from the left of the first view.
+            turn: 2.8,
+            tilt: 0.0,
+            exposure: 0.0,
+            lamps: Vec::new(),
+        }
+    }
+}
+
+impl SceneEdits {
+    /// The rotation of the sky.
+    #[must_use]
+    pub fn rotation(&self) -> Rotation {
+        let tilt = Rotation::from_axis_angle(Dir::X, self.tilt);
+        tilt.then(Rotation::from_axis_angle(Dir::Z, self.turn))
+    }
+}
+
+/// A disc of light far away, such as a sun.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct SceneLamp {
+    /// Whether it shines.
+    pub is_on: bool,
+    /// In degrees, from +x towards +y.
+    pub azimuth: f64,
+    /// In degrees, from the horizon upwards.
+    pub height: f64,
+    /// Half its angle, in degrees.
+    pub half_angle: f64,
+    /// Its color, each channel 0 to 1.
+    pub color: [f32; 3],
+    /// The radiance that a white surface facing it reflects.
+    pub strength: f64,
+}
+
+impl Default for SceneLamp {
+    fn default() -> Self {
+        Self { is_on: true, azimuth: -150.0, height: 30.0, half_angle: 5.0, color: [1.0, 0.9, 0.75], strength: 0.5 }
+    }
+}
+
+impl SceneLamp {
+    /// Towards the lamp.
+    #[must_use]
+    pub fn dir(&self) -> Dir {
+        Dir::from_angles((90.0 - self.height).to_radians(), self.azimuth.to_radians())
+    }
+
+    /// Its expansion, normalized so that the strength is what a white surface that faces it reflects.
+    ///
+    /// # Errors
+    /// As [`Light::project`].
+    pub fn project(&self, order: usize) -> Result<ShVec<Rgb<f64>>, ShError> {
+        let color = Rgb::from(self.color.map(|c| f64::from(c) * self.strength));
+        let light = Light::Cone { dir: self.dir(), half_angle: self.half_angle.to_radians(), color };
+        light.project(order, Normalization::Projected)
+    }
+}

@@ -1,0 +1,467 @@
+//! The room: what it holds, what comes from tasks, and what is shown.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use eframe::egui::util::undoer::Undoer;
+use eframe::egui::{CentralPanel, Color32, Context, Key, Label, Panel, Rect, ScrollArea, Sense, Ui, pos2};
+use lobe::prt::{BakeMode, Transfer};
+
+use crate::loading::bake::{self, KEPT_SAMPLES, SceneData, SceneNews};
+use crate::loading::cache::UserFolder;
+use crate::loading::mode::Mode;
+use crate::loading::scene_source;
+use crate::loading::sky_source::{self, OpenedSky, open_sky};
+use crate::loading::task::{Task, TaskEvent};
+use crate::rooms::scene::controls::{self, Asked, BakePlan, Known};
+use crate::rooms::scene::edits::SceneEdits;
+use crate::rooms::scene::lamps::lamps;
+use crate::rooms::scene::pointer;
+use crate::rooms::scene::probe::Probe;
+use crate::rooms::scene::scene_light::SceneLight;
+use crate::rooms::scene::viewport::{Frame, REST, Viewport, Wanted};
+use crate::widgets::gpu::Gpu;
+use crate::widgets::named::name_image;
+use crate::widgets::orbit::Orbit;
+
+/// Radians a second by which the sky keeps turning.
+const SPEED: f64 = 0.5;
+
+/// A baked scene under a turning sky.
+pub struct SceneRoom {
+    edits: SceneEdits,
+    orbit: Orbit,
+    undo: Undoer<SceneEdits>,
+    folder: UserFolder,
+    scene: Opened<SceneData>,
+    sky: Opened<OpenedSky>,
+    scene_task: Option<Task<SceneNews>>,
+    sky_task: Option<Task<OpenedSky>>,
+    bakes: HashMap<BakeMode, (Arc<Transfer>, Option<u32>)>,
+    shown: Option<(Mode, Arc<Transfer>)>,
+    plan: BakePlan,
+    light: SceneLight,
+    viewport: Viewport,
+    probe: Probe,
+    message: Option<String>,
+    is_fallback: bool,
+    is_turning: bool,
+    wants_frame: bool,
+    wants_file: bool,
+}
+
+/// What was opened, and from where.
+struct Opened<T> {
+    /// What is open, or being opened.
+    source: PathBuf,
+    /// The last source that was no failure.
+    good: PathBuf,
+    found: Option<T>,
+}
+
+impl<T> Default for Opened<T> {
+    fn default() -> Self {
+        Self { source: PathBuf::new(), good: PathBuf::new(), found: None }
+    }
+}
+
+impl SceneRoom {
+    /// The room as it was left, or as it is first. `folder` keeps the bakes of built-in scenes.
+    #[must_use]
+    pub fn new(edits: SceneEdits, orbit: Option<Orbit>, folder: UserFolder) -> Self {
+        Self {
+            plan: BakePlan { order: edits.order.clamp(1, Transfer::MAX_ORDER), samples: KEPT_SAMPLES },
+            edits,
+            wants_frame: orbit.is_none(),
+            orbit: orbit.unwrap_or_default(),
+            undo: Undoer::default(),
+            folder,
+            scene: Opened::default(),
+            sky: Opened::default(),
+            scene_task: None,
+            sky_task: None,
+            bakes: HashMap::new(),
+            shown: None,
+            light: SceneLight::default(),
+            viewport: Viewport::default(),
+            probe: Probe::default(),
+            message: None,
+            is_fallback: false,
+            is_turning: false,
+            wants_file: false,
+        }
+    }
+
+    /// What a user changed.
+    #[must_use]
+    pub fn edits(&self) -> &SceneEdits {
+        &self.edits
+    }
+
+    /// The same, to change it from a program.
+    pub fn edits_mut(&mut self) -> &mut SceneEdits {
+        &mut self.edits
+    }
+
+    /// The camera.
+    #[must_use]
+    pub fn orbit(&self) -> &Orbit {
+        &self.orbit
+    }
+
+    /// The environment that is open.
+    #[must_use]
+    pub fn sky(&self) -> Option<&OpenedSky> {
+        self.sky.found.as_ref()
+    }
+
+    /// The transfer that lights the scene; none before it is there, and where none is needed.
+    #[must_use]
+    pub fn transfer(&self) -> Option<&Arc<Transfer>> {
+        self.shown.as_ref().map(|(_, transfer)| transfer)
+    }
+
+    /// Whether nothing is being opened or baked.
+    #[must_use]
+    pub fn is_idle(&self) -> bool {
+        self.scene_task.is_none() && self.sky_task.is_none()
+    }
+
+    /// What went wrong last, in one line.
+    #[must_use]
+    pub fn message(&self) -> Option<&str> {
+        self.message.as_deref()
+    }
+
+    /// Opens a scene or an environment, as the ending of the file says.
+    pub fn open(&mut self, path: &Path) {
+        if scene_source::has_ending(path, &scene_source::ENDINGS) {
+            self.edits.scene = path.into();
+            self.wants_frame = true;
+        } else if scene_source::has_ending(path, &sky_source::ENDINGS) {
+            self.edits.sky = path.into();
+        } else {
+            let known =
+                scene_source::ENDINGS.iter().chain(&sky_source::ENDINGS).copied().collect::<Vec<_>>().join(", .");
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            self.message = Some(format!("{name}: not a file that Lobe reads; it reads .{known}"));
+        }
+    }
+
+    /// Whether the user asked for the list of files, once.
+    pub fn take_wish_for_file(&mut self) -> bool {
+        std::mem::take(&mut self.wants_file)
+    }
+
+    /// Takes the last change back.
+    pub fn undo(&mut self) {
+        if let Some(before) = self.undo.undo(&self.edits) {
+            self.edits = before.clone();
+        }
+    }
+
+    /// Makes a change again that was taken back.
+    pub fn redo(&mut self) {
+        if let Some(after) = self.undo.redo(&self.edits) {
+            self.edits = after.clone();
+        }
+    }
+
+    /// Whether there is a change to take back.
+    #[must_use]
+    pub fn has_undo(&self) -> bool {
+        self.undo.has_undo(&self.edits)
+    }
+
+    /// Starts what the edits ask for, and takes what has come. Called for each frame.
+    pub fn advance(&mut self, ctx: &Context) {
+        self.start_tasks(ctx);
+        self.take_news();
+        if self.is_turning {
+            let seconds = ctx.input(|input| f64::from(input.stable_dt.min(0.1)));
+            self.edits.turn = (self.edits.turn + SPEED * seconds).rem_euclid(std::f64::consts::TAU);
+            ctx.request_repaint();
+        } else {
+            // A sky that turns by itself is not a change to take back.
+            self.undo.feed_state(ctx.input(|input| input.time), &self.edits);
+        }
+    }
+
+    fn start_tasks(&mut self, ctx: &Context) {
+        let wake = |ctx: &Context| {
+            let ctx = ctx.clone();
+            move || ctx.request_repaint()
+        };
+        if self.scene.source != self.edits.scene {
+            self.scene.source.clone_from(&self.edits.scene);
+            let (source, order, folder) = (self.edits.scene.clone(), self.plan.order, self.folder.clone());
+            let work = move |control: &_| bake::open(control, &source, order, &folder);
+            self.scene_task = Some(Task::start("Scene", wake(ctx), work));
+            self.forget_message();
+        }
+        if self.sky.source != self.edits.sky {
+            self.sky.source.clone_from(&self.edits.sky);
+            let source = self.edits.sky.clone();
+            self.sky_task = Some(Task::start("Sky", wake(ctx), move |control| {
+                control.stage(source.file_name().unwrap_or_default().to_string_lossy());
+                control.send(open_sky(&source).map_err(|error| error.to_string())?);
+                Ok(())
+            }));
+            self.forget_message();
+        }
+    }
+
+    /// Forgets what went wrong, unless what is opened now stands in for it.
+    fn forget_message(&mut self) {
+        if !std::mem::take(&mut self.is_fallback) {
+            self.message = None;
+        }
+    }
+
+    fn take_news(&mut self) {
+        let events = self.scene_task.as_ref().map(Task::events).unwrap_or_default();
+        for event in events {
+            match event {
+                TaskEvent::Result(news) => self.take_scene_news(news),
+                ended => {
+                    self.scene_task = None;
+                    self.is_fallback |= take_back(&ended, &mut self.edits.scene, &mut self.scene, scene_source::FIRST);
+                    self.message = self.message.take().or(failure(ended));
+                }
+            }
+        }
+        let events = self.sky_task.as_ref().map(Task::events).unwrap_or_default();
+        for event in events {
+            match event {
+                TaskEvent::Result(sky) => {
+                    self.sky.found = Some(sky);
+                    self.sky.good.clone_from(&self.sky.source);
+                    self.viewport.fit_exposure();
+                }
+                ended => {
+                    self.sky_task = None;
+                    self.is_fallback |= take_back(&ended, &mut self.edits.sky, &mut self.sky, sky_source::FIRST);
+                    self.message = self.message.take().or(failure(ended));
+                }
+            }
+        }
+    }
+
+    fn take_scene_news(&mut self, news: SceneNews) {
+        match news {
+            SceneNews::Opened(data) => {
+                if self.wants_frame {
+                    self.orbit = self.orbit.framing(data.scene.world_bounds());
+                    self.wants_frame = false;
+                }
+                self.scene.found = Some(data);
+                self.scene.good.clone_from(&self.scene.source);
+                self.bakes.clear();
+                self.shown = None;
+                self.probe.forget();
+                self.viewport.fit_exposure();
+            }
+            SceneNews::Baked { mode, samples, transfer } => {
+                self.bakes.insert(mode, (transfer, samples));
+                self.shown = None;
+            }
+            SceneNews::AskBeforeBake => {
+                self.message = Some("This scene is large: press Bake for its shadows.".into());
+            }
+        }
+    }
+
+    /// Finds the transfer that the mode needs among what was baked.
+    fn choose_transfer(&mut self) {
+        let mode = self.edits.mode;
+        if self.shown.as_ref().is_some_and(|(shown, _)| *shown == mode) {
+            return;
+        }
+        let of = |wanted: BakeMode| self.bakes.get(&wanted).map(|(transfer, _)| &**transfer);
+        self.shown = match mode {
+            Mode::Shadowed | Mode::Interreflected => {
+                let baked = mode.bakes().first().and_then(|mode| self.bakes.get(mode));
+                baked.map(|(transfer, _)| (mode, transfer.clone()))
+            }
+            _ => match mode.transfer(of) {
+                Ok(made) => made.map(|made| (mode, Arc::new(made))),
+                Err(error) => {
+                    self.message = Some(error.to_string());
+                    None
+                }
+            },
+        };
+    }
+
+    fn known(&self) -> Known {
+        let samples = self.edits.mode.bakes().first().and_then(|mode| self.bakes.get(mode)).and_then(|(_, n)| *n);
+        Known { order: self.transfer().map(|t| t.order()), samples, has_scene: self.scene.found.is_some() }
+    }
+
+    fn answer(&mut self, ctx: &Context, asked: Asked) {
+        match asked {
+            Asked::OpenFile => self.wants_file = true,
+            Asked::Cancel => {
+                self.scene_task.iter().for_each(Task::cancel);
+                self.sky_task.iter().for_each(Task::cancel);
+            }
+            Asked::Frame => {
+                if let Some(data) = &self.scene.found {
+                    self.orbit = self.orbit.framing(data.scene.world_bounds());
+                }
+            }
+            Asked::Bake => {
+                let Some(data) = self.scene.found.clone() else { return };
+                let (plan, ctx) = (self.plan, ctx.clone());
+                let wake = move || ctx.request_repaint();
+                self.scene_task = Some(Task::start("Bake", wake, move |control| {
+                    bake::rounds(control, &data, plan.order, plan.samples, &UserFolder::none())
+                }));
+                self.message = None;
+            }
+        }
+    }
+
+    /// Keys of the room, where no text is typed.
+    fn keys(&mut self, ctx: &Context) {
+        if ctx.egui_wants_keyboard_input() {
+            return;
+        }
+        let pressed = |key: Key| ctx.input(|input| input.modifiers.is_none() && input.key_pressed(key));
+        for (key, mode) in [Key::Num1, Key::Num2, Key::Num3, Key::Num4].into_iter().zip(Mode::ALL) {
+            if pressed(key) {
+                self.edits.mode = mode;
+            }
+        }
+        let steps = [(Key::OpenBracket, -0.5), (Key::CloseBracket, 0.5)];
+        steps.iter().filter(|(key, _)| pressed(*key)).for_each(|(_, by)| self.edits.exposure += by);
+        if pressed(Key::Comma) {
+            self.edits.order = (self.edits.order - 1).max(1);
+        }
+        if pressed(Key::Period) {
+            self.edits.order = (self.edits.order + 1).min(Transfer::MAX_ORDER);
+        }
+        if pressed(Key::T) {
+            self.is_turning = !self.is_turning;
+        }
+        if pressed(Key::P) {
+            self.probe.is_on = !self.probe.is_on;
+        }
+        if pressed(Key::F) {
+            self.answer(ctx, Asked::Frame);
+        }
+        if pressed(Key::Escape) {
+            self.answer(ctx, Asked::Cancel);
+        }
+    }
+
+    /// Shows the room. Without a device there is no picture, and the room says so.
+    pub fn ui(&mut self, ui: &mut Ui, gpu: Option<&Gpu>) {
+        let ctx = ui.ctx().clone();
+        self.keys(&ctx);
+        self.choose_transfer();
+        let mut asked = None;
+        Panel::left("scene controls").default_size(300.0).size_range(220.0..=480.0).show(ui, |ui| {
+            ScrollArea::vertical().auto_shrink(false).show(ui, |ui| asked = self.panel(ui));
+        });
+        if let Some(asked) = asked {
+            self.answer(&ctx, asked);
+        }
+        Panel::bottom("scene status").resizable(false).show(ui, |ui| {
+            if let Some(message) = &self.message {
+                ui.colored_label(ui.visuals().error_fg_color, message);
+            }
+            let status = self.viewport.status.to_string();
+            ui.add(Label::new(&status).truncate()).on_hover_text(status);
+        });
+        CentralPanel::no_frame().show(ui, |ui| self.picture(ui, gpu));
+    }
+
+    fn panel(&mut self, ui: &mut Ui) -> Option<Asked> {
+        ui.spacing_mut().slider_width = 120.0;
+        let known = self.known();
+        let mut asked = controls::scene_and_sky(ui, &mut self.edits);
+        ui.separator();
+        controls::modes(ui, &mut self.edits, &known);
+        ui.separator();
+        controls::sky_and_exposure(ui, &mut self.edits, &mut self.is_turning);
+        ui.separator();
+        ui.strong("Lamps");
+        lamps(ui, &mut self.edits.lamps);
+        ui.separator();
+        ui.strong("Bake");
+        let bake = match &self.sky_task {
+            Some(task) if self.scene_task.is_none() => controls::bake(ui, &mut self.plan, &known, Some(task)),
+            _ => controls::bake(ui, &mut self.plan, &known, self.scene_task.as_ref()),
+        };
+        asked = asked.or(bake);
+        ui.separator();
+        let transfer = self.shown.as_ref().map(|(_, transfer)| &**transfer);
+        self.probe.controls(ui, transfer, &mut self.orbit);
+        asked
+    }
+
+    fn picture(&mut self, ui: &mut Ui, gpu: Option<&Gpu>) {
+        let rect = ui.available_rect_before_wrap();
+        let response = ui.interact(rect, ui.scope_id().with("picture"), Sense::click_and_drag());
+        name_image(&response, "Picture of the scene");
+        pointer::follow(ui, &response, &mut self.orbit, &mut self.edits);
+        ui.painter().rect_filled(rect, 0.0, ui.visuals().panel_fill);
+        let Some(data) = self.scene.found.clone() else {
+            ui.centered_and_justified(|ui| ui.label(if self.is_idle() { "No scene" } else { "Opening" }));
+            return;
+        };
+        let Some(gpu) = gpu else {
+            ui.centered_and_justified(|ui| ui.label("No graphics device: the picture is not drawn."));
+            return;
+        };
+        let scale = ui.ctx().pixels_per_point();
+        let size = [rect.width(), rect.height()].map(|points| (points.max(0.0) * scale).round() as u32);
+        let light = self.light.light(&self.edits, self.sky.found.as_ref());
+        let turn = self.edits.rotation();
+        let frame = Frame { size, orbit: self.orbit, light, turn, exposure: self.edits.exposure };
+        let transfer = self.shown.as_ref().map(|(_, transfer)| transfer);
+        let wanted = Wanted { data: &data, transfer, sky: self.sky.found.as_ref(), order: self.edits.order };
+        match self.viewport.draw(gpu, &wanted, &frame) {
+            Ok(Some(texture)) => {
+                let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+                ui.painter().image(texture, rect, whole, Color32::WHITE);
+            }
+            Ok(None) => {}
+            Err(error) => {
+                let text =
+                    format!("The graphics device failed: {error}. Restart the viewer; what you changed is kept.");
+                ui.centered_and_justified(|ui| ui.label(text));
+            }
+        }
+        if self.viewport.is_coarse() {
+            ui.ctx().request_repaint_after(REST);
+        }
+        self.probe.look(&ui.painter_at(rect), rect, response.hover_pos(), &data, &self.orbit);
+    }
+}
+
+/// After a failure the source is again the one that is shown; where nothing is, the first one is opened, and it says so.
+fn take_back<A, B>(ended: &TaskEvent<A>, edited: &mut PathBuf, opened: &mut Opened<B>, first: &str) -> bool {
+    if !matches!(ended, TaskEvent::Failed(_) | TaskEvent::Cancelled) || *edited != opened.source {
+        return false;
+    }
+    let is_shown = !opened.good.as_os_str().is_empty();
+    if is_shown {
+        edited.clone_from(&opened.good);
+        opened.source.clone_from(&opened.good);
+    } else {
+        *edited = first.into();
+    }
+    !is_shown
+}
+
+/// What an end has to say.
+fn failure<T>(ended: TaskEvent<T>) -> Option<String> {
+    match ended {
+        TaskEvent::Failed(message) => Some(message),
+        TaskEvent::Cancelled => Some("Cancelled; what is there already remains.".into()),
+        TaskEvent::Result(_) | TaskEvent::Done => None,
+    }
+}

@@ -1,0 +1,63 @@
+//! What a frame takes.
+
+use std::collections::VecDeque;
+use std::fmt;
+use std::time::{Duration, Instant};
+
+/// The time over which frames are counted.
+const SPAN: Duration = Duration::from_secs(1);
+
+/// What the line below the picture says.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Status {
+    drawn: VecDeque<Instant>,
+    /// Milliseconds on the processor of the last frame.
+    pub(crate) cpu: f64,
+    /// Milliseconds on the device, where it measures times.
+    pub(crate) gpu: Option<f64>,
+    pub(crate) vertices: usize,
+    pub(crate) triangles: usize,
+    pub(crate) draw_calls: usize,
+    /// Bytes on the device.
+    pub(crate) bytes: u64,
+    /// Columns and rows of the picture.
+    pub(crate) size: [u32; 2],
+}
+
+impl Status {
+    /// Counts a frame.
+    pub(crate) fn drew(&mut self, now: Instant) {
+        self.drawn.push_back(now);
+        while self.drawn.front().is_some_and(|first| now.duration_since(*first) > SPAN) {
+            self.drawn.pop_front();
+        }
+    }
+
+    /// Frames a second between the first and the last of the last second; none of fewer than two, or after a rest.
+    pub(crate) fn rate(&self, now: Instant) -> Option<f64> {
+        let (first, last) = (self.drawn.front()?, self.drawn.back()?);
+        let span = last.duration_since(*first).as_secs_f64();
+        let is_moving = now.duration_since(*last) < SPAN;
+        (is_moving && self.drawn.len() > 1 && span > 0.0).then(|| (self.drawn.len() - 1) as f64 / span)
+    }
+}
+
+impl fmt::Display for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.rate(Instant::now()) {
+            Some(rate) => write!(f, "{rate:.0} frames/s")?,
+            None => write!(f, "at rest")?,
+        }
+        write!(f, ", CPU {:.1} ms", self.cpu)?;
+        if let Some(gpu) = self.gpu {
+            write!(f, ", GPU {gpu:.1} ms")?;
+        }
+        let [width, height] = self.size;
+        let megabytes = self.bytes as f64 * 1e-6;
+        write!(
+            f,
+            " | {} vertices, {} triangles, {} draw calls, {megabytes:.0} MB on the device | {width} x {height}",
+            self.vertices, self.triangles, self.draw_calls
+        )
+    }
+}

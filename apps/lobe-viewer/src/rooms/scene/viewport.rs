@@ -1,0 +1,198 @@
+//! The picture of the scene.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use eframe::egui::TextureId;
+use lobe::env::MappedMap;
+use lobe::image::{Curve, Exposure, Tone};
+use lobe::prt::Transfer;
+use lobe::scene::Scene;
+use lobe::sh::{Rgb, Rotation, ShVec};
+use lobe_gpu::{Environment, GpuError, SceneView, SceneViewOptions, Storage, SurfaceShading};
+
+use crate::loading::bake::SceneData;
+use crate::loading::sky_source::OpenedSky;
+use crate::rooms::scene::status::Status;
+use crate::widgets::gpu::Gpu;
+use crate::widgets::orbit::Orbit;
+
+/// After so long without a change the picture is drawn again with more samples a pixel.
+pub(crate) const REST: Duration = Duration::from_millis(250);
+
+/// Samples of a pixel along each axis, at rest.
+const RAYS_AT_REST: u32 = 2;
+
+/// How often times on the device are measured, which waits for it.
+const MEASURE: Duration = Duration::from_secs(1);
+
+/// The luminance that is shown white, as in [`Tone::PHOTOGRAPH`].
+const WHITE: f64 = 4.0;
+
+/// What has to be on the device before a frame.
+#[derive(Clone, Copy)]
+pub(crate) struct Wanted<'a> {
+    pub(crate) data: &'a SceneData,
+    /// Without one, the scene is lit by its normals.
+    pub(crate) transfer: Option<&'a Arc<Transfer>>,
+    pub(crate) sky: Option<&'a OpenedSky>,
+    pub(crate) order: usize,
+}
+
+/// What changes from frame to frame.
+#[derive(Clone, PartialEq)]
+pub(crate) struct Frame {
+    pub(crate) size: [u32; 2],
+    pub(crate) orbit: Orbit,
+    pub(crate) light: ShVec<Rgb<f64>>,
+    pub(crate) turn: Rotation,
+    /// Stops above the exposure that fits.
+    pub(crate) exposure: f64,
+}
+
+/// A view on the device and the frame that it shows.
+#[derive(Default)]
+pub(crate) struct Viewport {
+    view: Option<(ViewKey, SceneView)>,
+    texture: Option<TextureId>,
+    shown: Option<(Frame, u32)>,
+    changed: Option<Instant>,
+    measured: Option<Instant>,
+    /// The factor that fits the scene under its sky.
+    fitting: Option<f64>,
+    pub(crate) status: Status,
+}
+
+/// What is on the device, kept as long as it is there.
+struct ViewKey {
+    scene: Arc<Scene>,
+    transfer: Option<Arc<Transfer>>,
+    sky: Option<Arc<MappedMap>>,
+    /// Of light by normals alone.
+    order: usize,
+}
+
+impl ViewKey {
+    fn of(wanted: &Wanted<'_>) -> Self {
+        Self {
+            scene: wanted.data.scene.clone(),
+            transfer: wanted.transfer.cloned(),
+            sky: wanted.sky.map(|sky| sky.map.clone()),
+            order: if wanted.transfer.is_none() { wanted.order } else { 0 },
+        }
+    }
+
+    fn is_same(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.scene, &other.scene)
+            && same(self.transfer.as_ref(), other.transfer.as_ref())
+            && same(self.sky.as_ref(), other.sky.as_ref())
+            && self.order == other.order
+    }
+}
+
+fn same<T>(a: Option<&Arc<T>>, b: Option<&Arc<T>>) -> bool {
+    match (a, b) {
+        (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+        (a, b) => a.is_none() && b.is_none(),
+    }
+}
+
+impl Viewport {
+    /// The texture that shows the frame, which is drawn if anything differs from the last. A picture without pixels is none.
+    pub(crate) fn draw(
+        &mut self,
+        gpu: &Gpu,
+        wanted: &Wanted<'_>,
+        frame: &Frame,
+    ) -> Result<Option<TextureId>, GpuError> {
+        gpu.context().check()?;
+        let now = Instant::now();
+        if frame.size.contains(&0) {
+            return Ok(None);
+        }
+        let is_new = self.ensure_view(gpu, wanted, frame)?;
+        let is_changed = is_new || self.shown.as_ref().is_none_or(|(shown, _)| shown != frame);
+        if is_changed {
+            self.changed = Some(now);
+        }
+        let is_at_rest = self.changed.is_none_or(|changed| now.duration_since(changed) >= REST);
+        let rays = if is_at_rest { RAYS_AT_REST } else { 1 };
+        if is_changed || self.shown.as_ref().is_none_or(|(_, shown)| *shown != rays) {
+            self.render(gpu, frame, rays)?;
+            self.status.drew(now);
+            self.shown = Some((frame.clone(), rays));
+        }
+        Ok(self.texture)
+    }
+
+    /// Whether it waits to draw the picture with more samples.
+    pub(crate) fn is_coarse(&self) -> bool {
+        self.shown.as_ref().is_some_and(|(_, rays)| *rays < RAYS_AT_REST)
+    }
+
+    /// Forgets the exposure that fits, for another scene or sky.
+    pub(crate) fn fit_exposure(&mut self) {
+        self.fitting = None;
+        self.shown = None;
+    }
+
+    fn ensure_view(&mut self, gpu: &Gpu, wanted: &Wanted<'_>, frame: &Frame) -> Result<bool, GpuError> {
+        let key = ViewKey::of(wanted);
+        if self.view.as_ref().is_some_and(|(kept, _)| kept.is_same(&key)) {
+            return Ok(false);
+        }
+        // What is not shown any more makes room first.
+        self.view = None;
+        let shading = match wanted.transfer {
+            Some(transfer) => SurfaceShading::Vertices(transfer, Storage::F32),
+            None => SurfaceShading::Irradiance(wanted.order),
+        };
+        let environment = wanted.sky.map(|sky| Environment::from(&*sky.map));
+        let options = SceneViewOptions::default().width(frame.size[0]).height(frame.size[1]).rays(1);
+        let view = SceneView::new(gpu.context(), &wanted.data.scene, &shading, environment.as_ref(), &options)?;
+        self.status.vertices = wanted.data.scene.vertex_count();
+        self.status.triangles = wanted.data.scene.triangle_count();
+        self.texture = Some(gpu.show(self.texture, &view.renderer().view("display")?));
+        self.view = Some((key, view));
+        Ok(true)
+    }
+
+    fn render(&mut self, gpu: &Gpu, frame: &Frame, rays: u32) -> Result<(), GpuError> {
+        let Some((_, view)) = &mut self.view else { return Ok(()) };
+        let begin = Instant::now();
+        let [width, height] = frame.size;
+        let options = SceneViewOptions::default().width(width).height(height).rays(rays);
+        if *view.options() != options {
+            view.resize(&options)?;
+            self.texture = Some(gpu.show(self.texture, &view.renderer().view("display")?));
+        }
+        if let Some(camera) = frame.orbit.on_device() {
+            view.set_camera(&camera)?;
+        }
+        view.set_light(&frame.light)?;
+        view.turn_backdrop(&frame.turn)?;
+        let fitting = match self.fitting {
+            Some(factor) => factor,
+            None => {
+                view.render()?;
+                *self.fitting.insert(Tone::PHOTOGRAPH.exposure.factor(&view.picture()?))
+            }
+        };
+        let exposure = Exposure::Fixed(fitting * frame.exposure.exp2());
+        view.set_tone(&Tone { exposure, curve: Curve::Reinhard { white: WHITE } })?;
+        let now = Instant::now();
+        let is_due = self.measured.is_none_or(|measured| now.duration_since(measured) >= MEASURE);
+        if is_due {
+            let times = view.renderer().run_timed()?;
+            self.status.gpu = times.iter().map(|pass| pass.milliseconds).sum();
+            self.measured = Some(now);
+        } else {
+            view.render()?;
+            self.status.cpu = 1e3 * begin.elapsed().as_secs_f64();
+        }
+        self.status.draw_calls = view.renderer().draw_calls();
+        self.status.bytes = view.renderer().bytes();
+        self.status.size = frame.size;
+        Ok(())
+    }
+}

@@ -1,0 +1,106 @@
+//! A window that lists folders and files, to open one.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use eframe::egui::{Context, Key, ScrollArea, TextEdit, Ui, Window};
+
+/// Entries of a folder that are shown at most.
+const MOST: usize = 2000;
+
+/// Folders and the files that can be opened.
+#[derive(Debug, Default)]
+pub(crate) struct FileList {
+    is_open: bool,
+    folder: PathBuf,
+    typed: String,
+    entries: Vec<Entry>,
+    message: Option<String>,
+}
+
+#[derive(Debug)]
+struct Entry {
+    name: String,
+    path: PathBuf,
+    is_folder: bool,
+}
+
+impl FileList {
+    /// Opens the window, in the folder where it was or in that of the program.
+    pub(crate) fn open(&mut self, endings: &[&str]) {
+        self.is_open = true;
+        if self.folder.as_os_str().is_empty() {
+            self.folder = std::env::current_dir().unwrap_or_else(|_| PathBuf::from("/"));
+        }
+        self.read(endings);
+    }
+
+    fn read(&mut self, endings: &[&str]) {
+        self.entries.clear();
+        self.message = None;
+        self.typed = self.folder.display().to_string();
+        let listed = match fs::read_dir(&self.folder) {
+            Ok(listed) => listed,
+            Err(error) => {
+                self.message = Some(format!("{}: {error}", self.folder.display()));
+                return;
+            }
+        };
+        for entry in listed.flatten().take(MOST) {
+            let (path, name) = (entry.path(), entry.file_name().to_string_lossy().into_owned());
+            let is_folder = path.is_dir();
+            let ending = path.extension().unwrap_or_default();
+            let is_known = endings.iter().any(|known| ending.eq_ignore_ascii_case(known));
+            if !name.starts_with('.') && (is_folder || is_known) {
+                self.entries.push(Entry { name, path, is_folder });
+            }
+        }
+        self.entries.sort_by(|a, b| (!a.is_folder, &a.name).cmp(&(!b.is_folder, &b.name)));
+    }
+
+    /// Shows the window; returns the file that was chosen.
+    pub(crate) fn show(&mut self, ctx: &Context, endings: &[&str]) -> Option<PathBuf> {
+        if !self.is_open {
+            return None;
+        }
+        let (mut is_open, mut chosen) = (true, None);
+        Window::new("Open a file").open(&mut is_open).default_size([460.0, 420.0]).show(ctx, |ui| {
+            chosen = self.content(ui, endings);
+        });
+        if ctx.input(|input| input.key_pressed(Key::Escape)) || chosen.is_some() {
+            is_open = false;
+        }
+        self.is_open = is_open;
+        chosen
+    }
+
+    fn content(&mut self, ui: &mut Ui, endings: &[&str]) -> Option<PathBuf> {
+        let mut go = None;
+        ui.horizontal(|ui| {
+            if ui.button("Up").on_hover_text("The folder above").clicked() {
+                go = self.folder.parent().map(Path::to_path_buf);
+            }
+            let label = ui.label("Path");
+            let typed = ui.add(TextEdit::singleline(&mut self.typed).desired_width(f32::INFINITY));
+            if typed.labelled_by(label.id).lost_focus() && ui.input(|input| input.key_pressed(Key::Enter)) {
+                go = Some(PathBuf::from(self.typed.trim()));
+            }
+        });
+        ui.label(self.message.clone().unwrap_or_else(|| format!("Files: {}", endings.join(", "))));
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            for entry in &self.entries {
+                let name = if entry.is_folder { format!("{}/", entry.name) } else { entry.name.clone() };
+                if ui.selectable_label(false, name).clicked() {
+                    go = Some(entry.path.clone());
+                }
+            }
+        });
+        let path = go?;
+        if path.is_dir() {
+            self.folder = path;
+            self.read(endings);
+            return None;
+        }
+        Some(path)
+    }
+}

@@ -1,0 +1,120 @@
+//! A camera that circles what it looks at.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use lobe::render::Camera;
+use lobe::sh::Dir;
+use lobe_gpu::GpuCamera;
+use serde::{Deserialize, Serialize};
+
+/// Half the angle of view from top to bottom, in radians.
+const HALF_ANGLE: f64 = 0.3;
+
+/// Radians for a drag across the height of the picture.
+const TURN: f64 = PI;
+
+/// The eye stays so far from the axis, in radians, where the picture would have no upwards.
+const FROM_AXIS: f64 = 0.01;
+
+/// The least and the greatest distance, as parts of the one that frames the scene.
+const DISTANCES: [f64; 2] = [1e-3, 1e3];
+
+/// An eye at a distance from a point, by azimuth and height above the horizon, +z upwards.
+///
+/// ```text
+///   eye = target + distance (cos h cos a, cos h sin a, sin h)
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Orbit {
+    /// In radians, from +x towards +y.
+    pub azimuth: f64,
+    /// In radians, from the horizon upwards.
+    pub height: f64,
+    /// What it looks at.
+    pub target: [f64; 3],
+    /// From there to the eye.
+    pub distance: f64,
+}
+
+impl Default for Orbit {
+    fn default() -> Self {
+        Self { azimuth: -1.1, height: 0.16, target: [0.0, 0.0, 1.0], distance: 14.0 }
+    }
+}
+
+impl Orbit {
+    /// The same view from where the ball around a box is a little higher than the picture.
+    #[must_use]
+    pub fn framing(self, [min, max]: [[f64; 3]; 2]) -> Self {
+        let half: [f64; 3] = std::array::from_fn(|k| 0.5 * (max[k] - min[k]));
+        let radius = half.iter().map(|c| c * c).sum::<f64>().sqrt().max(1e-9);
+        // Scenes are wider than high, and pictures too.
+        let distance = 0.7 * radius / HALF_ANGLE.sin();
+        Self { target: std::array::from_fn(|k| min[k] + half[k]), distance, ..self }
+    }
+
+    /// Turns by a drag in parts of the height of the picture: what is under the pointer follows it.
+    pub fn turn(&mut self, right: f64, down: f64) {
+        self.azimuth = (self.azimuth - TURN * right).rem_euclid(2.0 * PI);
+        let most = FRAC_PI_2 - FROM_AXIS;
+        self.height = (self.height + TURN * down).clamp(-most, most);
+    }
+
+    /// Moves by a drag in parts of the height of the picture: the plane through the target follows the pointer.
+    pub fn pan(&mut self, right: f64, down: f64) {
+        let Some(camera) = self.camera() else { return };
+        let axes = camera.view();
+        let length = 2.0 * self.distance * HALF_ANGLE.tan();
+        let [x, y, z] = axes.point([-right * length, down * length, 0.0]);
+        self.target = [self.target[0] + x, self.target[1] + y, self.target[2] + z];
+    }
+
+    /// Comes nearer by a factor above 1.
+    pub fn zoom(&mut self, factor: f64) {
+        if factor > 0.0 && factor.is_finite() {
+            self.distance = (self.distance / factor).clamp(DISTANCES[0], DISTANCES[1]);
+        }
+    }
+
+    /// The direction from the target to the eye.
+    #[must_use]
+    pub fn towards_eye(&self) -> Dir {
+        Dir::from_angles(FRAC_PI_2 - self.height, self.azimuth)
+    }
+
+    /// Where the eye is.
+    #[must_use]
+    pub fn eye(&self) -> [f64; 3] {
+        let e = self.towards_eye().to_array();
+        std::array::from_fn(|k| self.target[k] + self.distance * e[k])
+    }
+
+    /// Where a point is in the picture, right and up from its middle, with the upper edge at 1; none behind the eye.
+    #[must_use]
+    pub fn project(&self, point: [f64; 3]) -> Option<[f64; 2]> {
+        let from_target = std::array::from_fn(|k| point[k] - self.target[k]);
+        let [right, up, towards_eye] = self.camera()?.view().project(from_target);
+        let depth = self.distance - towards_eye;
+        (depth > 0.0).then(|| [right, up].map(|c| c / (depth * HALF_ANGLE.tan())))
+    }
+
+    /// What a length of 1 at a point has in the picture, in units of half its height; none behind the eye.
+    #[must_use]
+    pub fn size_at(&self, point: [f64; 3]) -> Option<f64> {
+        let from_target = std::array::from_fn(|k| point[k] - self.target[k]);
+        let depth = self.distance - self.camera()?.view().project(from_target)[2];
+        (depth > 0.0).then(|| 1.0 / (depth * HALF_ANGLE.tan()))
+    }
+
+    /// For the device; none of numbers that are no camera.
+    #[must_use]
+    pub fn on_device(&self) -> Option<GpuCamera> {
+        GpuCamera::look_at(self.eye(), self.target, HALF_ANGLE)
+    }
+
+    /// For rays.
+    #[must_use]
+    pub fn camera(&self) -> Option<Camera> {
+        Camera::look_at(self.eye(), self.target, HALF_ANGLE)
+    }
+}

@@ -1,0 +1,11 @@
+//! The viewer without a window: controls pressed by their names, and the numbers on the screen against the library's.
+
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod command;
+mod functions;
+mod kept;
+mod orbit;
+mod scene;
+mod sky;
+mod task;

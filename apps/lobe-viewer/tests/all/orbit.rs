@@ -1,0 +1,63 @@
+//! The camera that orbits.
+
+use lobe::scene::{Bvh, built_in};
+use lobe_viewer::{Orbit, SceneData, open_scene, vertex_under};
+
+fn close(a: [f64; 3], b: [f64; 3]) -> bool {
+    a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-9)
+}
+
+#[test]
+fn a_full_turn_comes_back_and_the_axis_is_never_reached() {
+    let start = Orbit::default();
+    let mut orbit = start;
+    (0..8).for_each(|_| orbit.turn(0.25, 0.0));
+    assert!(close(orbit.eye(), start.eye()), "{:?}, expected {:?}", orbit.eye(), start.eye());
+    orbit.turn(0.0, 100.0);
+    assert!(orbit.camera().is_some() && orbit.on_device().is_some(), "{orbit:?}");
+    assert!(orbit.height < std::f64::consts::FRAC_PI_2, "{orbit:?}");
+}
+
+#[test]
+fn what_is_under_the_pointer_follows_a_pan() {
+    let mut orbit = Orbit::default();
+    let point = orbit.target;
+    assert!(orbit.project(point).is_some_and(|[x, y]| x.abs() + y.abs() < 1e-12), "the target is in the middle");
+    // A tenth of the height to the right and down is 0.2 in units of half the height.
+    orbit.pan(0.1, 0.1);
+    let [right, up] = orbit.project(point).unwrap();
+    assert!((right - 0.2).abs() < 1e-9 && (up + 0.2).abs() < 1e-9, "{right}, {up}");
+}
+
+#[test]
+fn a_framed_box_is_in_the_picture_and_zoom_keeps_its_bounds() {
+    let bounds = [[-3.0, 2.0, 0.0], [5.0, 4.0, 1.0]];
+    let mut orbit = Orbit::default().framing(bounds);
+    let [right, up] = orbit.project(bounds[1]).unwrap();
+    assert!(right.abs() < 2.0 && up.abs() < 1.0, "{right}, {up}");
+    for factor in [f64::NAN, 0.0, -1.0, f64::INFINITY] {
+        let before = orbit;
+        orbit.zoom(factor);
+        assert_eq!(orbit, before, "{factor} is no zoom");
+    }
+    orbit.zoom(1e30);
+    assert!(orbit.on_device().is_some(), "{orbit:?}");
+}
+
+#[test]
+fn the_vertex_under_a_point_is_where_that_point_projects() {
+    let opened = open_scene("built-in:ball".as_ref()).unwrap();
+    let data = SceneData::new(opened.name, opened.scene);
+    let orbit = Orbit::default().framing(data.scene.world_bounds());
+    let top = orbit.project([0.0, 0.0, 2.4]).unwrap();
+    let vertex = vertex_under(&data, &orbit, top[0], top[1]).unwrap();
+    let [x, y, z] = vertex.position;
+    let from_center = (x * x + y * y + (z - 1.5).powi(2)).sqrt();
+    assert!((from_center - 1.0).abs() < 1e-5, "{vertex:?} lies on the ball");
+    let place = orbit.project(vertex.position).unwrap();
+    assert!((place[0] - top[0]).hypot(place[1] - top[1]) < 0.05, "{place:?}, expected near {top:?}");
+    assert_eq!(vertex_under(&data, &orbit, 50.0, 50.0), None, "nothing is there");
+    let scene = built_in::ball_over_ground(96);
+    assert_eq!(scene.vertex_count(), data.scene.vertex_count(), "the scene of that name");
+    assert_eq!(Bvh::new(&scene).triangle_count(), data.bvh.triangle_count(), "and its tree");
+}

@@ -1,0 +1,161 @@
+//! The room of scenes, without a device: what it opens, bakes, remembers and undoes.
+
+use std::time::{Duration, Instant};
+
+use eframe::egui::Key;
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable as _;
+use lobe::prt::BakeMode;
+use lobe::sh::{Dir, Expansion as _, Rgb, Zonal, convolved};
+use lobe_viewer::{Mode, SceneEdits, SceneLamp, SceneRoom, UserFolder, transfer_of};
+
+/// Bakes of tests end in seconds, or something is wrong.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+fn open(change: impl FnOnce(&mut SceneEdits)) -> Harness<'static, SceneRoom> {
+    let mut edits = SceneEdits::default();
+    // The least scene of the program.
+    edits.scene = "built-in:furnace".into();
+    edits.sky = "made:even".into();
+    edits.order = 2;
+    change(&mut edits);
+    let room = SceneRoom::new(edits, None, UserFolder::none());
+    let show = |ui: &mut eframe::egui::Ui, room: &mut SceneRoom| {
+        room.advance(ui.ctx());
+        room.ui(ui, None);
+    };
+    Harness::builder().with_size([1100.0, 1400.0]).build_ui_state(show, room)
+}
+
+/// Steps until nothing is being opened or baked.
+fn settle(harness: &mut Harness<'_, SceneRoom>) {
+    let begin = Instant::now();
+    loop {
+        harness.run_steps(2);
+        if harness.state().is_idle() {
+            return;
+        }
+        assert!(begin.elapsed() < PATIENCE, "still at work: {:?}", harness.state().message());
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+#[test]
+fn it_opens_bakes_and_shows_each_mode_by_its_key_and_by_its_name() {
+    let mut harness = open(|_| ());
+    settle(&mut harness);
+    let transfer = harness.state().transfer().unwrap().clone();
+    assert_eq!((transfer.order(), harness.state().message()), (2, None), "baked");
+    assert!(harness.query_by_label("Baked: order 2, 256 paths").is_some(), "and said so");
+    harness.get_by_label("Shadowed").click();
+    harness.run_steps(2);
+    assert_eq!(harness.state().edits().mode, Mode::Shadowed, "by name");
+    let shadowed = harness.state().transfer().unwrap().clone();
+    harness.key_press(Key::Num4);
+    harness.run_steps(2);
+    assert_eq!(harness.state().edits().mode, Mode::Difference, "by key");
+    let difference = harness.state().transfer().unwrap().clone();
+    for (k, found) in difference.coefficients().iter().enumerate().take(64) {
+        let expected = transfer.coefficients()[k] - shadowed.coefficients()[k];
+        assert!((found - expected).abs() < 1e-6, "coefficient {k}: {found}, expected {expected}");
+    }
+    harness.key_press(Key::Num1);
+    harness.run_steps(2);
+    assert!(harness.state().transfer().is_none(), "light by normals needs none");
+}
+
+#[test]
+fn a_change_is_undone_and_made_again() {
+    let mut harness = open(|_| ());
+    settle(&mut harness);
+    harness.run_steps(200);
+    harness.get_by_label("Unshadowed").click();
+    // Undo knows a change once it has rested for a second.
+    harness.run_steps(200);
+    assert!(harness.state().has_undo(), "there is something to undo");
+    harness.state_mut().undo();
+    assert_eq!(harness.state().edits().mode, Mode::Interreflected, "undone");
+    harness.state_mut().redo();
+    assert_eq!(harness.state().edits().mode, Mode::Unshadowed, "made again");
+}
+
+#[test]
+fn files_that_are_none_are_told_in_one_line_and_leave_the_scene_as_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let broken = folder.path().join("broken.glb");
+    std::fs::write(&broken, b"glTF nothing of the kind").unwrap();
+    let mut harness = open(|_| ());
+    settle(&mut harness);
+    for (path, word) in [(broken.clone(), "broken.glb"), (folder.path().join("none.hdr"), "none.hdr")] {
+        harness.state_mut().open(&path);
+        settle(&mut harness);
+        let message = harness.state().message().unwrap_or_default().to_owned();
+        assert!(message.contains(word) && !message.contains('\n'), "{message}");
+        assert!(harness.state().transfer().is_some(), "the scene is still there");
+        assert_ne!(harness.state().edits().scene, broken, "and the next start does not fail");
+    }
+    harness.state_mut().open("notes.txt".as_ref());
+    assert!(harness.state().message().is_some_and(|line| line.contains("notes.txt")), "not a file of Lobe");
+}
+
+#[test]
+fn what_cannot_be_opened_at_the_start_gives_way_to_the_built_in_sky() {
+    let mut harness = open(|edits| edits.sky = "gone.hdr".into());
+    settle(&mut harness);
+    harness.run_steps(2);
+    settle(&mut harness);
+    assert!(harness.state().sky().is_some(), "a sky of the program");
+    assert_eq!(harness.state().edits().sky, SceneEdits::default().sky, "the first one");
+    assert!(harness.state().message().is_some_and(|line| line.contains("gone.hdr")), "and the message remains");
+}
+
+#[test]
+fn lamps_are_added_and_removed_by_name() {
+    let mut harness = open(|edits| edits.mode = Mode::Unshadowed);
+    settle(&mut harness);
+    harness.get_by_label("Add a sun").click();
+    harness.run_steps(2);
+    harness.get_by_label("Add a lamp").click();
+    harness.run_steps(2);
+    assert_eq!(harness.state().edits().lamps.len(), 2, "two lamps");
+    harness.get_by_label("Remove lamp 1").click();
+    harness.run_steps(2);
+    assert_eq!(harness.state().edits().lamps.len(), 1, "one is left");
+}
+
+#[test]
+fn a_white_surface_that_faces_a_lamp_reflects_its_strength() {
+    let mut lamp = SceneLamp::default();
+    (lamp.color, lamp.strength, lamp.half_angle) = ([1.0, 0.5, 0.25], 3.0, 10.0);
+    for order in 1..=8 {
+        let light = lamp.project(order).unwrap();
+        let reflected: Rgb<f64> = convolved(&light, &Zonal::clamped_cosine(order)).eval(lamp.dir());
+        let expected = [3.0, 1.5, 0.75].map(|c| c * std::f64::consts::PI);
+        for (found, expected) in <[f64; 3]>::from(reflected).into_iter().zip(expected) {
+            assert!((found / expected - 1.0).abs() < 1e-9, "order {order}: {found}, expected {expected}");
+        }
+    }
+}
+
+#[test]
+fn the_sky_turns_as_its_rotation_says() {
+    let mut edits = SceneEdits::default();
+    (edits.turn, edits.tilt) = (std::f64::consts::FRAC_PI_2, 0.0);
+    let turned = edits.rotation().rotate_dir(Dir::X);
+    assert!(turned.angle_to(Dir::Y) < 1e-9, "{turned:?}: a quarter turn about +z brings +x to +y");
+}
+
+#[test]
+fn every_mode_says_what_it_needs() {
+    let of = |mode: BakeMode| (mode == BakeMode::Shadowed).then_some(&*SHADOWED);
+    assert!(Mode::Unshadowed.transfer(of).unwrap().is_none(), "nothing");
+    assert!(Mode::Shadowed.transfer(of).unwrap().is_some(), "one bake");
+    assert!(Mode::Difference.transfer(of).unwrap().is_none(), "two, of which one is missing");
+    assert_eq!(Mode::Difference.bakes().len(), 2, "its bakes");
+    let mean = transfer_of(&SHADOWED, 0).unwrap();
+    assert_eq!(mean.coefficients(), [0.5], "the mean of the channels");
+    assert!(transfer_of(&SHADOWED, 7).is_none(), "there is no such vertex");
+}
+
+static SHADOWED: std::sync::LazyLock<lobe::prt::Transfer> =
+    std::sync::LazyLock::new(|| lobe::prt::Transfer::new(1, lobe::prt::Channels::Rgb, vec![0.25, 0.5, 0.75]).unwrap());

@@ -1,0 +1,61 @@
+//! Work beside the window.
+
+use std::ops::ControlFlow;
+use std::time::Duration;
+
+use lobe::io::Progress;
+use lobe_viewer::{Task, TaskEvent};
+
+/// All events of a task until it ends.
+fn all<T: Send + 'static>(task: &Task<T>) -> Vec<TaskEvent<T>> {
+    let mut events = Vec::new();
+    while !matches!(events.last(), Some(TaskEvent::Done | TaskEvent::Cancelled | TaskEvent::Failed(_))) {
+        events.extend(task.events());
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    events
+}
+
+#[test]
+fn work_that_is_cancelled_ends_at_its_next_report() {
+    let task = Task::start(
+        "forever",
+        || (),
+        |control| {
+            let mut watch = control.watch();
+            let mut done = 0;
+            while watch(&Progress { done, total: 10, ..Progress::default() }) == ControlFlow::Continue(()) {
+                done = (done + 1) % 10;
+                if done == 5 {
+                    control.send(());
+                }
+            }
+            Ok(())
+        },
+    );
+    while task.events().is_empty() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    assert!(task.progress().is_some_and(|part| (0.0..1.0).contains(&part)), "{:?}", task.progress());
+    task.cancel();
+    assert_eq!(all(&task).last(), Some(&TaskEvent::Cancelled), "the last event");
+}
+
+#[test]
+fn a_panic_of_the_work_is_a_failure_in_one_line() {
+    let task: Task<()> = Task::start(
+        "broken",
+        || (),
+        |control| {
+            control.stage("reading");
+            let numbers: Vec<usize> = Vec::new();
+            control.send(());
+            assert!(!numbers.is_empty(), "no numbers");
+            Ok(())
+        },
+    );
+    let events = all(&task);
+    assert_eq!(task.describe(), "broken: reading", "its stage");
+    assert_eq!(events[0], TaskEvent::Result(()), "what came before");
+    assert!(matches!(&events[1], TaskEvent::Failed(line) if line.contains("fault of this program")), "{events:?}");
+}
