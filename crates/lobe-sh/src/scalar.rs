@@ -71,10 +71,26 @@ pub trait Real: Coefficient<Scalar = Self> + PartialOrd + Div<Output = Self> {
 
     /// Converts without loss.
     fn to_f64(self) -> f64;
+
+    /// The slice if the type is `f32`, for kernels that exist for it alone.
+    #[doc(hidden)]
+    #[inline]
+    fn single_slice(slice: &[Self]) -> Option<&[f32]> {
+        let _ = slice;
+        None
+    }
+
+    /// [`Real::single_slice`] to write to.
+    #[doc(hidden)]
+    #[inline]
+    fn single_slice_mut(slice: &mut [Self]) -> Option<&mut [f32]> {
+        let _ = slice;
+        None
+    }
 }
 
 macro_rules! numbers {
-    ($($t:ty),*) => {$(
+    ($($t:ty $({ $($more:tt)* })?),*) => {$(
         impl Coefficient for $t {
             type Scalar = Self;
             type Wide = f64;
@@ -125,11 +141,26 @@ macro_rules! numbers {
             fn to_f64(self) -> f64 {
                 f64::from(self)
             }
+
+            $($($more)*)?
         }
     )*};
 }
 
-numbers!(f32, f64);
+numbers!(
+    f32 {
+        #[inline]
+        fn single_slice(slice: &[Self]) -> Option<&[f32]> {
+            Some(slice)
+        }
+
+        #[inline]
+        fn single_slice_mut(slice: &mut [Self]) -> Option<&mut [f32]> {
+            Some(slice)
+        }
+    },
+    f64
+);
 
 /// A linear color: red, green and blue with Rec. 709 primaries unless the data says otherwise.
 ///

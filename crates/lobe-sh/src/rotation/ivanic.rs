@@ -151,7 +151,7 @@ impl<S: Real> RotationMatrices<S> {
         }
     }
 
-    fn band(&self, l: usize) -> &[S] {
+    pub(crate) fn band(&self, l: usize) -> &[S] {
         &self.columns[first_entry(l)..first_entry(l + 1)]
     }
 
