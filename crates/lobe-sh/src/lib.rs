@@ -124,9 +124,9 @@ mod projection;
 mod ringing;
 mod rotation;
 mod scalar;
-pub mod simd;
 #[cfg(feature = "json")]
 mod sh_json;
+pub mod simd;
 mod solver;
 mod sphere;
 

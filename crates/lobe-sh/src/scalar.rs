@@ -57,20 +57,6 @@ pub trait Coefficient:
 
     /// Rounds from `f64` channels.
     fn narrow(wide: Self::Wide) -> Self;
-}
-
-/// `f32` or `f64`: the number type of a kernel.
-///
-/// Kernels are written once over this trait. Constants enter as `f64` and are rounded once.
-pub trait Real: Coefficient<Scalar = Self> + PartialOrd + Div<Output = Self> {
-    /// One.
-    const ONE: Self;
-
-    /// Rounds to this type.
-    fn from_f64(value: f64) -> Self;
-
-    /// Converts without loss.
-    fn to_f64(self) -> f64;
 
     /// The slice if the type is `f32`, for kernels that exist for it alone.
     #[doc(hidden)]
@@ -87,6 +73,20 @@ pub trait Real: Coefficient<Scalar = Self> + PartialOrd + Div<Output = Self> {
         let _ = slice;
         None
     }
+}
+
+/// `f32` or `f64`: the number type of a kernel.
+///
+/// Kernels are written once over this trait. Constants enter as `f64` and are rounded once.
+pub trait Real: Coefficient<Scalar = Self> + PartialOrd + Div<Output = Self> {
+    /// One.
+    const ONE: Self;
+
+    /// Rounds to this type.
+    fn from_f64(value: f64) -> Self;
+
+    /// Converts without loss.
+    fn to_f64(self) -> f64;
 }
 
 macro_rules! numbers {
@@ -127,6 +127,8 @@ macro_rules! numbers {
             fn narrow(wide: f64) -> Self {
                 wide as Self
             }
+
+            $($($more)*)?
         }
 
         impl Real for $t {
@@ -141,8 +143,6 @@ macro_rules! numbers {
             fn to_f64(self) -> f64 {
                 f64::from(self)
             }
-
-            $($($more)*)?
         }
     )*};
 }

@@ -41,8 +41,7 @@ impl Function<'_> {
 
     /// The function for lanes, in `f32`: inputs are loaded where they are first needed.
     pub(super) fn source_for_lanes(&self) -> String {
-        let mut text =
-            format!("/// {}\n#[inline(always)]\npub({}) fn {} {{\n", self.doc, self.seen_by, self.signature);
+        let mut text = format!("/// {}\n#[inline(always)]\npub({}) fn {} {{\n", self.doc, self.seen_by, self.signature);
         self.write(&mut text, Dialect { constant: |c| format!("k(simd, {:?})", c as f32), lanes: true });
         text + "}\n"
     }

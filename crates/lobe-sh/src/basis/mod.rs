@@ -7,6 +7,7 @@
 pub(crate) mod basis;
 pub(crate) mod complex;
 pub(crate) mod index;
+#[cfg(feature = "std")]
 pub(crate) mod lane_basis;
 #[cfg(feature = "std")]
 pub(crate) mod lanes;

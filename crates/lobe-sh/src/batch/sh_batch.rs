@@ -4,7 +4,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use crate::basis::index::{coefficient_count, order_of_slice};
-use crate::basis::lane_basis;
+use crate::batch::basis_blocks::eval_blocks;
 use crate::product::lane_product::{self, Factors};
 use crate::rotation::lane_rotation;
 use crate::simd::{LANES, Lanes, Machine};
@@ -175,7 +175,7 @@ impl ShBatch {
     /// If the numbers of directions and of functions differ.
     pub fn set_basis(&mut self, directions: &DirBatch) {
         assert_eq!(self.count, directions.len(), "functions against directions");
-        lane_basis::eval_blocks(Machine::detect(), self.order, directions.blocks(), &mut self.blocks);
+        eval_blocks(Machine::detect(), self.order, directions.blocks(), &mut self.blocks);
     }
 
     /// The functions turned by one rotation.
@@ -184,7 +184,9 @@ impl ShBatch {
     /// If the orders or the numbers of functions differ, or the order is above that of the matrices.
     pub fn rotated_into(&self, rotation: &RotationMatrices<f32>, out: &mut Self) {
         self.assert_alike(out);
-        lane_rotation::rotate_blocks(Machine::detect(), rotation, self.order, &self.blocks, &mut out.blocks);
+        let reached = rotation.order();
+        assert!(self.order <= reached, "these matrices reach order {reached}, not {}", self.order);
+        lane_rotation::rotate_blocks(Machine::detect(), rotation.columns(), self.order, &self.blocks, &mut out.blocks);
     }
 
     /// The product of each function with that of the same number in `other`, cut off at their order; see

@@ -1,9 +1,14 @@
 //! Products of many pairs of expansions of one order, cut off at that order, sixteen side by side in `f32`.
 
 use alloc::vec;
+#[cfg(feature = "std")]
 use alloc::vec::Vec;
 
+#[cfg(feature = "std")]
+use crate::GauntTensor;
+use crate::MAX_GAUNT_ORDER;
 use crate::basis::index::coefficient_count;
+#[cfg(feature = "std")]
 use crate::once::Once;
 #[cfg(feature = "std")]
 use crate::product::lanes;
@@ -11,7 +16,6 @@ use crate::product::product::{product_into, square_into};
 use crate::simd::{Kernel, LANES, Lanes, Machine};
 #[cfg(feature = "std")]
 use crate::simd::{Wide, constant};
-use crate::{GauntTensor, MAX_GAUNT_ORDER};
 
 /// The factors: blocks of two functions, or of one that is squared.
 #[derive(Clone, Copy)]
@@ -82,10 +86,11 @@ impl Kernel for Multiply<'_> {
                     Factors::Two(a, b) => (a, b),
                     Factors::One(a) => (a, a),
                 };
+                let terms = Terms::of_order(order);
                 let pairs = a.chunks_exact(count).zip(b.chunks_exact(count));
                 for ((a, b), out) in pairs.zip(out.chunks_exact_mut(count)) {
                     for part in 0..Wide::<S>::PARTS {
-                        by_tensor(simd, part, Terms::of_order(order), a, b, out);
+                        by_tensor(simd, part, terms, a, b, out);
                     }
                 }
             }
@@ -161,19 +166,24 @@ impl Terms {
 
 #[cfg(feature = "std")]
 #[inline(always)]
+fn at<S: pulp::Simd>(simd: S, part: usize, blocks: &[Lanes], i: u8) -> Wide<S> {
+    Wide::load(simd, &blocks[usize::from(i)], part)
+}
+
+#[cfg(feature = "std")]
+#[inline(always)]
 fn by_tensor<S: pulp::Simd>(simd: S, part: usize, terms: &Terms, a: &[Lanes], b: &[Lanes], out: &mut [Lanes]) {
     for out in &mut *out {
         constant(simd, 0.0).store(out, part);
     }
-    let at = |blocks: &[Lanes], i: u8| Wide::load(simd, &blocks[usize::from(i)], part);
     let mut start = 0;
     for &Pair { i, j, end } in &terms.pairs {
-        let mut both = at(a, i) * at(b, j);
+        let mut both = at(simd, part, a, i) * at(simd, part, b, j);
         if i != j {
-            both = at(a, j).times_plus(at(b, i), both);
+            both = at(simd, part, a, j).times_plus(at(simd, part, b, i), both);
         }
         for term in &terms.terms[start..usize::from(end)] {
-            let sum = both.times_plus(constant(simd, term.value), at(out, term.k));
+            let sum = both.times_plus(constant(simd, term.value), at(simd, part, out, term.k));
             sum.store(&mut out[usize::from(term.k)], part);
         }
         start = usize::from(end);

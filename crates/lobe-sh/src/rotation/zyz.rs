@@ -3,6 +3,9 @@
 
 use alloc::vec;
 
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
 use crate::basis::index::{band_range, order_of_slice};
 use crate::rotation::cos_sin::CosSin;
 use crate::rotation::middle_bands::{MIDDLE_BANDS, rotate_middle_bands};

@@ -98,9 +98,9 @@ mod wide {
         /// -1 where this is negative, else 1.
         #[inline(always)]
         pub fn sign(self) -> Self {
-            let splat = |value| self.simd.splat_f32s(value);
-            let negative = self.simd.less_than_f32s(self.values, splat(0.0));
-            self.with(self.simd.select_f32s(negative, splat(-1.0), splat(1.0)))
+            let simd = self.simd;
+            let negative = simd.less_than_f32s(self.values, simd.splat_f32s(0.0));
+            self.with(simd.select_f32s(negative, simd.splat_f32s(-1.0), simd.splat_f32s(1.0)))
         }
 
         #[inline(always)]

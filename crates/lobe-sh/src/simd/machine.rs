@@ -32,7 +32,8 @@ pub trait Kernel {
     /// The result.
     type Output;
 
-    /// By lanes. To be marked `#[inline(always)]`, as everything that it calls, or it is compiled without the instructions.
+    /// By lanes. To be marked `#[inline(always)]`, as all that it calls, or it is compiled without the instructions; closures
+    /// cannot be marked, so that they have no place in it.
     #[cfg(feature = "std")]
     fn wide<S: pulp::Simd>(self, simd: S) -> Self::Output;
 
@@ -68,10 +69,8 @@ impl Machine {
     /// All that this machine has, from wide to narrow.
     pub fn available() -> impl Iterator<Item = Self> {
         #[cfg(all(feature = "std", target_arch = "x86_64"))]
-        let wide = [
-            pulp::x86::V4::try_new().map(Instructions::Avx512),
-            pulp::x86::V3::try_new().map(Instructions::Avx2),
-        ];
+        let wide =
+            [pulp::x86::V4::try_new().map(Instructions::Avx512), pulp::x86::V3::try_new().map(Instructions::Avx2)];
         #[cfg(all(feature = "std", target_arch = "aarch64"))]
         let wide = [pulp::aarch64::Neon::try_new().map(Instructions::Neon)];
         #[cfg(not(all(feature = "std", any(target_arch = "x86_64", target_arch = "aarch64"))))]
