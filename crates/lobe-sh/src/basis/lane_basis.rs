@@ -7,6 +7,9 @@ use crate::simd::{LANES, Wide};
 /// The highest order that has code for lanes.
 pub(crate) const HIGHEST_ORDER: usize = 10;
 
+/// The lowest order that planes have code for: below, the plain code is as quick.
+const LOWEST_IN_PLANES: usize = 3;
+
 /// Where the values of sixteen directions go.
 pub(crate) trait Places<S: pulp::Simd> {
     /// Takes the values of `y_i`.
@@ -50,7 +53,7 @@ pub(crate) fn basis<S: pulp::Simd>(simd: S, order: usize, s: [Wide<S>; 3], out: 
 /// `Basis::eval_many_into` of as many directions as are whole blocks, if the machine and the order have code for it; the
 /// number of directions that are done.
 pub(crate) fn eval_planes(machine: Machine, order: usize, components: [&[f32]; 3], out: &mut [f32]) -> usize {
-    if order == 0 || order > HIGHEST_ORDER || machine.is_plain() {
+    if !(LOWEST_IN_PLANES..=HIGHEST_ORDER).contains(&order) || machine.is_plain() {
         return 0;
     }
     machine.run(EvalPlanes { order, components, out })
@@ -123,7 +126,7 @@ pub(crate) mod tests {
         let all = directions();
         let component = |axis: usize| all.iter().map(|s| s[axis]).collect::<Vec<f32>>();
         let (x, y, z) = (component(0), component(1), component(2));
-        for order in 1..=HIGHEST_ORDER {
+        for order in LOWEST_IN_PLANES..=HIGHEST_ORDER {
             for machine in Machine::available().filter(|machine| !machine.is_plain()) {
                 let mut out = vec![f32::NAN; coefficient_count(order) * all.len()];
                 assert_eq!(eval_planes(machine, order, [&x, &y, &z], &mut out), all.len(), "whole blocks");
