@@ -38,7 +38,7 @@ fn file(header: &str, constants: &Basis<f64>, order: usize) -> String {
         _ => "[x, y, z]",
     };
     let mut text = format!(
-        "{header}\nuse pulp::Simd;\n\nuse crate::basis::lane_basis::Places;\nuse crate::simd::{{Wide, constant as k}};\n\n\
+        "{header}\nuse pulp::Simd;\n\nuse crate::basis::places::Places;\nuse crate::simd::{{Wide, constant as k}};\n\n\
          /// The {} functions of order {order}.\n#[inline(always)]\n\
          pub(crate) fn basis<S: Simd>(simd: S, {axes}: [Wide<S>; 3], out: &mut impl Places<S>) {{\n",
         coefficient_count(order)

@@ -1,6 +1,7 @@
 //! The basis towards sixteen directions at once, orders 1 to 10, in `f32`.
 
 use crate::basis::lanes;
+use crate::basis::places::Places;
 use crate::simd::{Kernel, Machine};
 use crate::simd::{LANES, Wide};
 
@@ -9,12 +10,6 @@ pub(crate) const HIGHEST_ORDER: usize = 10;
 
 /// The lowest order that planes have code for: below, the plain code is as quick.
 const LOWEST_IN_PLANES: usize = 3;
-
-/// Where the values of sixteen directions go.
-pub(crate) trait Places<S: pulp::Simd> {
-    /// Takes the values of `y_i`.
-    fn put(&mut self, i: usize, value: Wide<S>);
-}
 
 /// Part `part` of the sixteen values from `start` on in planes of `stride` values, one for each function.
 struct Planes<'a> {

@@ -12,4 +12,6 @@ pub(crate) mod lane_basis;
 #[cfg(feature = "std")]
 pub(crate) mod lanes;
 pub(crate) mod legendre;
+#[cfg(feature = "std")]
+pub(crate) mod places;
 pub(crate) mod second_order;

@@ -3,7 +3,9 @@
 use crate::Basis;
 use crate::basis::index::coefficient_count;
 #[cfg(feature = "std")]
-use crate::basis::lane_basis::{HIGHEST_ORDER, Places, basis};
+use crate::basis::lane_basis::{HIGHEST_ORDER, basis};
+#[cfg(feature = "std")]
+use crate::basis::places::Places;
 #[cfg(feature = "std")]
 use crate::simd::Wide;
 use crate::simd::{Kernel, Lanes, Machine};

@@ -2,7 +2,7 @@
 
 use pulp::Simd;
 
-use crate::basis::lane_basis::Places;
+use crate::basis::places::Places;
 use crate::simd::{Wide, constant as k};
 
 /// The 36 functions of order 6.
