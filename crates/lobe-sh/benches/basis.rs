@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
-use lobe_sh::{Basis, band_and_m, coefficient_count, eval_basis_into};
+use lobe_sh::{Basis, DirBatch, ShBatch, band_and_m, coefficient_count, eval_basis_into};
 use lobe_testkit::Random;
 use sphrs::{Coordinates, HarmonicsSet, RealSH};
 
@@ -32,6 +32,19 @@ fn many(c: &mut Criterion, name: &str, count: usize) {
         let mut out = vec![0.0; coefficient_count(order) * count];
         group.bench_function(BenchmarkId::from_parameter(order), |b| {
             b.iter(|| basis.eval_many_into(black_box([&x, &y, &z]), &mut out));
+        });
+    }
+}
+
+fn batch(c: &mut Criterion, name: &str, count: usize) {
+    let mut group = c.benchmark_group(name);
+    group.throughput(Throughput::Elements(count as u64));
+    let [x, y, z] = directions(count);
+    let directions = DirBatch::from_components([&x, &y, &z]);
+    for order in &ORDERS[..6] {
+        let mut out = ShBatch::zero(*order, count);
+        group.bench_function(BenchmarkId::from_parameter(order), |b| {
+            b.iter(|| out.set_basis(black_box(&directions)));
         });
     }
 }
@@ -85,6 +98,8 @@ fn main() {
         .configure_from_args();
     many(&mut c, "basis-cached-f32", CACHED);
     many(&mut c, "basis-streamed-f32", STREAMED);
+    batch(&mut c, "basis-batch-cached-f32", CACHED);
+    batch(&mut c, "basis-batch-streamed-f32", STREAMED);
     one(&mut c);
     c.final_summary();
 }

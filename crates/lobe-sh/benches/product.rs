@@ -4,10 +4,10 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
-use lobe_sh::{coefficient_count, product_into, square_into};
+use lobe_sh::{ShBatch, coefficient_count, product_into, square_into};
 use lobe_testkit::Random;
 
-const ORDERS: [usize; 7] = [2, 3, 4, 5, 6, 8, 10];
+const ORDERS: [usize; 8] = [2, 3, 4, 5, 6, 7, 8, 10];
 
 /// Pairs that are multiplied; at order 6 they and their products stay in the second-level cache.
 const PAIRS: usize = 512;
@@ -49,6 +49,23 @@ fn square(c: &mut Criterion) {
     }
 }
 
+/// The same pairs and squares, sixteen side by side.
+fn batch(c: &mut Criterion) {
+    for (name, squared) in [("product-batch-f32", false), ("square-batch-f32", true)] {
+        let mut group = c.benchmark_group(name);
+        group.throughput(Throughput::Elements(PAIRS as u64));
+        for order in ORDERS {
+            let batch = |seed| ShBatch::from_planes(order, PAIRS, &functions(seed, order));
+            let (a, b, mut out) = (batch(1), batch(2), ShBatch::zero(order, PAIRS));
+            group.bench_function(BenchmarkId::from_parameter(order), |bencher| {
+                bencher.iter(|| {
+                    if squared { black_box(&a).square_into(&mut out) } else { black_box(&a).product_into(&b, &mut out) }
+                });
+            });
+        }
+    }
+}
+
 fn main() {
     let mut c = Criterion::default()
         .sample_size(20)
@@ -57,5 +74,6 @@ fn main() {
         .configure_from_args();
     product(&mut c);
     square(&mut c);
+    batch(&mut c);
     c.final_summary();
 }

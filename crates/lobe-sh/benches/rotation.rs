@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
-use lobe_sh::{Rotation, RotationMatrices, coefficient_count};
+use lobe_sh::{Rotation, RotationMatrices, ShBatch, coefficient_count};
 use lobe_testkit::Random;
 
 const ORDERS: [usize; 6] = [3, 4, 5, 6, 10, 64];
@@ -53,6 +53,22 @@ fn many(c: &mut Criterion) {
     }
 }
 
+/// The same vectors, sixteen side by side.
+fn batch(c: &mut Criterion) {
+    let mut group = c.benchmark_group("rotation-batch-f32");
+    group.throughput(Throughput::Elements(VECTORS as u64));
+    for order in &ORDERS[..5] {
+        let matrices = RotationMatrices::<f32>::new(&rotation(), *order);
+        let f: Vec<f32> =
+            Random::new(1).signed_vec(coefficient_count(*order) * VECTORS).iter().map(|x| *x as f32).collect();
+        let f = ShBatch::from_planes(*order, VECTORS, &f);
+        let mut g = ShBatch::zero(*order, VECTORS);
+        group.bench_function(BenchmarkId::from_parameter(order), |b| {
+            b.iter(|| black_box(&f).rotated_into(&matrices, &mut g));
+        });
+    }
+}
+
 fn main() {
     let mut c = Criterion::default()
         .sample_size(20)
@@ -62,5 +78,6 @@ fn main() {
     build(&mut c);
     one(&mut c);
     many(&mut c);
+    batch(&mut c);
     c.final_summary();
 }

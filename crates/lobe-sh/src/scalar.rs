@@ -57,6 +57,22 @@ pub trait Coefficient:
 
     /// Rounds from `f64` channels.
     fn narrow(wide: Self::Wide) -> Self;
+
+    /// The slice if the type is `f32`, for kernels that exist for it alone.
+    #[doc(hidden)]
+    #[inline]
+    fn single_slice(slice: &[Self]) -> Option<&[f32]> {
+        let _ = slice;
+        None
+    }
+
+    /// [`Real::single_slice`] to write to.
+    #[doc(hidden)]
+    #[inline]
+    fn single_slice_mut(slice: &mut [Self]) -> Option<&mut [f32]> {
+        let _ = slice;
+        None
+    }
 }
 
 /// `f32` or `f64`: the number type of a kernel.
@@ -74,7 +90,7 @@ pub trait Real: Coefficient<Scalar = Self> + PartialOrd + Div<Output = Self> {
 }
 
 macro_rules! numbers {
-    ($($t:ty),*) => {$(
+    ($($t:ty $({ $($more:tt)* })?),*) => {$(
         impl Coefficient for $t {
             type Scalar = Self;
             type Wide = f64;
@@ -111,6 +127,8 @@ macro_rules! numbers {
             fn narrow(wide: f64) -> Self {
                 wide as Self
             }
+
+            $($($more)*)?
         }
 
         impl Real for $t {
@@ -129,7 +147,20 @@ macro_rules! numbers {
     )*};
 }
 
-numbers!(f32, f64);
+numbers!(
+    f32 {
+        #[inline]
+        fn single_slice(slice: &[Self]) -> Option<&[f32]> {
+            Some(slice)
+        }
+
+        #[inline]
+        fn single_slice_mut(slice: &mut [Self]) -> Option<&mut [f32]> {
+            Some(slice)
+        }
+    },
+    f64
+);
 
 /// A linear color: red, green and blue with Rec. 709 primaries unless the data says otherwise.
 ///

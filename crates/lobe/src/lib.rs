@@ -171,6 +171,9 @@ mod guide {
     #[doc = include_str!("../../../docs/guide/src/products.md")]
     mod products {}
 
+    #[doc = include_str!("../../../docs/guide/src/speed.md")]
+    mod speed {}
+
     #[doc = include_str!("../../../docs/guide/src/ringing.md")]
     mod ringing {}
 

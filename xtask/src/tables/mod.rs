@@ -1,5 +1,6 @@
-//! `tables`: generates the straight-line SH products of `lobe-sh`, and the basis and the products of `lobe-gpu`, or checks
-//! that they are up to date.
+//! `tables`: generates the straight-line code of `lobe-sh`, products of one pair and of sixteen at once, the basis of sixteen
+//! directions at once and the rotation of bands, and the basis and the products of `lobe-gpu`, or checks that all is up to
+//! date.
 //!
 //! It links the `lobe-sh` whose sources it writes, for the exact tensor of Gaunt coefficients; the products themselves
 //! it does not use, so that it can replace them whatever they contain, as long as they compile. Uses no other room.
@@ -9,7 +10,9 @@ mod cover;
 mod graph;
 #[cfg(test)]
 mod greedy;
+mod lane_basis;
 mod plan;
+mod rotation;
 mod search;
 mod text;
 mod wgsl;
@@ -54,11 +57,18 @@ pub(crate) fn run(check: bool) -> Outcome {
     let shaders = workspace::root().join("crates/lobe-gpu/src/wgsl/generated");
     let mut faults = Vec::new();
     let made = self::products();
+    let sh = |room: &str| workspace::root().join("crates/lobe-sh/src").join(room);
     let of_shaders = vec![
         ("basis.wgsl".into(), wgsl::basis(HEADER)),
         ("product.wgsl".into(), wgsl::product(HEADER, of_one_order(&made))),
     ];
-    for (folder, files) in [(products, files(&made)), (shaders, of_shaders)] {
+    for (folder, files) in [
+        (products, files(&made)),
+        (sh("product/lanes"), lane_files(&made)),
+        (sh("basis/lanes"), lane_basis::files(HEADER)),
+        (sh("rotation/generated"), rotation::files(HEADER)),
+        (shaders, of_shaders),
+    ] {
         for (name, text) in &files {
             let path = folder.join(name);
             if check {
@@ -101,6 +111,26 @@ fn files(products: &[Product]) -> Vec<(String, String)> {
     let mut files: Vec<(String, String)> =
         products.iter().map(|product| (format!("{}.rs", product.kind.module()), product.source())).collect();
     files.push(("mod.rs".into(), index(products)));
+    files
+}
+
+/// The generated files for lanes: products of factors of one order to that order, and squares.
+fn lane_files(products: &[Product]) -> Vec<(String, String)> {
+    let kinds = products.iter().filter(|product| match product.kind {
+        Kind::General([a, b, out]) => a == b && a == out,
+        Kind::Square(_) => true,
+        Kind::Zonal(_) => false,
+    });
+    let mut files = Vec::new();
+    let mut index = format!(
+        "{HEADER}\n//! Products of sixteen pairs of expansions at once as straight-line code.\n\n\
+         #![allow(clippy::too_many_lines, reason = \"straight-line code\")]\n\n"
+    );
+    for product in kinds {
+        let _ = writeln!(index, "#[rustfmt::skip]\npub(crate) mod {};", product.kind.module());
+        files.push((format!("{}.rs", product.kind.module()), product.source_for_lanes()));
+    }
+    files.push(("mod.rs".into(), index));
     files
 }
 
@@ -169,6 +199,20 @@ impl Product {
         format!("{HEADER}\nuse crate::Coefficient;\nuse crate::scalar::constant as k;\n\n{}", self.function().source())
     }
 
+    fn source_for_lanes(&self) -> String {
+        let [a, b, out] = self.kind.lengths();
+        let factors = match self.kind {
+            Kind::Square(_) => format!("a: &[Lanes; {a}]"),
+            _ => format!("a: &[Lanes; {a}], b: &[Lanes; {b}]"),
+        };
+        let signature = format!("product<S: Simd>(simd: S, part: usize, {factors}, out: &mut [Lanes; {out}])");
+        let function = Function { seen_by: "crate", signature, ..self.function() };
+        format!(
+            "{HEADER}\nuse pulp::Simd;\n\nuse crate::simd::{{Lanes, Wide, constant as k}};\n\n{}",
+            function.source_for_lanes()
+        )
+    }
+
     fn function(&self) -> Function<'_> {
         let [a, b, out] = self.kind.lengths();
         let [order_a, order_b, order_out] = self.kind.orders();
@@ -185,6 +229,7 @@ impl Product {
         };
         Function {
             doc,
+            seen_by: "super",
             signature: format!("product<T: Coefficient>({arguments}, out: &mut [T; {out}])"),
             graph: &self.graph,
             results: &self.results,

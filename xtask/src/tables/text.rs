@@ -1,4 +1,6 @@
 //! Code generation: Rust or WGSL source from an expression graph.
+//!
+//! In Rust for lanes a sum with a product that nothing else needs becomes one operation, as their registers have it.
 
 use std::fmt::Write as _;
 
@@ -14,7 +16,9 @@ const INLINE: usize = 250;
 pub(super) struct Function<'a> {
     /// One sentence.
     pub(super) doc: String,
-    /// Everything between `pub(super) fn` and the brace.
+    /// The part of the crate that sees it.
+    pub(super) seen_by: &'static str,
+    /// Everything between `fn` and the brace.
     pub(super) signature: String,
     pub(super) graph: &'a Graph,
     pub(super) results: &'a [Value],
@@ -28,27 +32,59 @@ impl Function<'_> {
         let cost = self.graph.cost(self.results);
         let inline = if cost.total() <= INLINE { "#[inline]" } else { "#[inline(never)]" };
         let mut text = format!(
-            "/// {}\n///\n/// {} multiplications and {} additions.\n{inline}\npub(super) fn {} {{\n",
-            self.doc, cost.multiplications, cost.additions, self.signature
+            "/// {}\n///\n/// {} multiplications and {} additions.\n{inline}\npub({}) fn {} {{\n",
+            self.doc, cost.multiplications, cost.additions, self.seen_by, self.signature
         );
         self.body(&mut text, |constant| format!("k({constant:?})"));
         text + "}\n"
     }
 
+    /// The function for lanes, in `f32`: inputs are loaded where they are first needed.
+    pub(super) fn source_for_lanes(&self) -> String {
+        let mut text = format!("/// {}\n#[inline(always)]\npub({}) fn {} {{\n", self.doc, self.seen_by, self.signature);
+        self.write(&mut text, Dialect { constant: |c| format!("k(simd, {:?})", c as f32), lanes: true });
+        text + "}\n"
+    }
+
     /// The statements, with constants as `constant` writes them.
     pub(super) fn body(&self, text: &mut String, constant: fn(f64) -> String) {
-        let writer = Writer::new(self.graph, self.results, constant);
+        self.write(text, Dialect { constant, lanes: false });
+    }
+
+    fn write(&self, text: &mut String, dialect: Dialect) {
+        let writer = Writer::new(self.graph, self.results, dialect);
         for id in 0..self.graph.len() {
             let results = self.results.iter().enumerate().filter(|(_, value)| value.is_some_and(|term| term.id == id));
+            if let (Op::Input((array, place)), true) = (self.graph.op(id), dialect.lanes && writer.uses[id] > 0) {
+                let _ = writeln!(text, "    let {array}{place} = Wide::load(simd, &{array}[{place}], part);");
+            }
             if writer.is_named(id) {
                 let _ = writeln!(text, "    let t{id} = {};", writer.expression(id));
             }
-            for (k, _) in results {
-                let value = if writer.is_named(id) { format!("t{id}") } else { writer.expression(id) };
-                let _ = writeln!(text, "    out[{k}] = {value};");
+            for (k, result) in results {
+                let value = match (result.is_some_and(|term| term.negative), writer.is_named(id)) {
+                    (false, true) => format!("t{id}"),
+                    (false, false) => writer.expression(id),
+                    (true, true) => format!("-t{id}"),
+                    (true, false) => format!("-({})", writer.expression(id)),
+                };
+                let _ = if dialect.lanes {
+                    let value = if writer.is_named(id) { value } else { format!("({value})") };
+                    writeln!(text, "    {value}.store(&mut out[{k}], part);")
+                } else {
+                    writeln!(text, "    out[{k}] = {value};")
+                };
             }
         }
     }
+}
+
+/// What is written differently in the languages.
+#[derive(Clone, Copy)]
+struct Dialect {
+    constant: fn(f64) -> String,
+    /// Rust for lanes.
+    lanes: bool,
 }
 
 struct Writer<'a> {
@@ -57,19 +93,21 @@ struct Writer<'a> {
     /// Operations in the expression of a value, itself and what is written inside it.
     length: Vec<usize>,
     named: Vec<bool>,
-    constant: fn(f64) -> String,
+    dialect: Dialect,
 }
 
 impl<'a> Writer<'a> {
-    fn new(graph: &'a Graph, results: &[Value], constant: fn(f64) -> String) -> Self {
+    fn new(graph: &'a Graph, results: &[Value], dialect: Dialect) -> Self {
         let uses = graph.uses(results);
-        let mut writer = Self { graph, length: vec![0; uses.len()], named: vec![false; uses.len()], uses, constant };
+        let mut writer = Self { graph, length: vec![0; uses.len()], named: vec![false; uses.len()], uses, dialect };
         for id in 0..graph.len() {
             let operation = usize::from(!matches!(graph.op(id), Op::Input(_)));
             writer.length[id] = operation;
             for operand in graph.op(id).operands() {
-                // Name the longer operand first if the line grows too long.
-                if writer.uses[operand] > 1 || writer.length[id] + writer.length[operand] > LONGEST {
+                // Name the longer operand first if the line grows too long, but no product that is added for lanes.
+                if dialect.lanes && writer.is_sum(id) && writer.is_inner_product(operand) {
+                    writer.length[id] += writer.length[operand];
+                } else if writer.uses[operand] > 1 || writer.length[id] + writer.length[operand] > LONGEST {
                     writer.named[operand] = true;
                 } else {
                     writer.length[id] += writer.length[operand];
@@ -86,6 +124,7 @@ impl<'a> Writer<'a> {
 
     fn name(&self, id: Id) -> String {
         match self.graph.op(id) {
+            Op::Input((array, place)) if self.dialect.lanes => format!("{array}{place}"),
             Op::Input((array, place)) => format!("{array}[{place}]"),
             _ if self.is_named(id) => format!("t{id}"),
             _ => self.expression(id),
@@ -94,16 +133,57 @@ impl<'a> Writer<'a> {
 
     /// As an operand of a product or on the right of a difference.
     fn factor(&self, id: Id) -> String {
-        let is_sum = matches!(self.graph.op(id), Op::Add(..) | Op::Sub(..));
-        if is_sum && !self.is_named(id) { format!("({})", self.expression(id)) } else { self.name(id) }
+        let is_open = self.is_sum(id) || self.dialect.lanes && !matches!(self.graph.op(id), Op::Input(_));
+        if is_open && !self.is_named(id) { format!("({})", self.expression(id)) } else { self.name(id) }
+    }
+
+    fn is_sum(&self, id: Id) -> bool {
+        matches!(self.graph.op(id), Op::Add(..) | Op::Sub(..))
+    }
+
+    /// Whether the value is a product with one use.
+    fn is_inner_product(&self, id: Id) -> bool {
+        self.uses[id] == 1 && matches!(self.graph.op(id), Op::Scale(..) | Op::Mul(..))
+    }
+
+    /// The factors of a product, with the sign of a constant changed if `negative`; whether the sign is still to be changed.
+    fn factors(&self, id: Id, negative: bool) -> (String, String, bool) {
+        match self.graph.op(id) {
+            Op::Scale(constant, x) => {
+                let constant = f64::from_bits(constant);
+                (self.factor(x), (self.dialect.constant)(if negative { -constant } else { constant }), false)
+            }
+            Op::Mul(x, y) => (self.factor(x), self.name(y), negative),
+            op => unreachable!("{op:?} is no product"),
+        }
+    }
+
+    /// A sum or difference with a product in it, in one operation.
+    fn fused(&self, id: Id) -> Option<String> {
+        let (x, y, minus) = match self.graph.op(id) {
+            Op::Add(x, y) => (x, y, false),
+            Op::Sub(x, y) => (x, y, true),
+            _ => return None,
+        };
+        let is_inner = |id| self.is_inner_product(id) && !self.is_named(id);
+        if is_inner(y) {
+            let (a, b, negate) = self.factors(y, minus);
+            return Some(format!("{a}.{}({b}, {})", if negate { "times_from" } else { "times_plus" }, self.name(x)));
+        }
+        let (a, b, _) = if is_inner(x) { self.factors(x, false) } else { return None };
+        Some(format!("{a}.{}({b}, {})", if minus { "times_minus" } else { "times_plus" }, self.name(y)))
     }
 
     fn expression(&self, id: Id) -> String {
+        if let (true, Some(fused)) = (self.dialect.lanes, self.fused(id)) {
+            return fused;
+        }
         match self.graph.op(id) {
             Op::Input(_) => self.name(id),
             Op::Scale(constant, x) => {
-                format!("{} * {}", self.factor(x), (self.constant)(f64::from_bits(constant)))
+                format!("{} * {}", self.factor(x), (self.dialect.constant)(f64::from_bits(constant)))
             }
+            Op::Mul(x, y) if self.dialect.lanes => format!("{} * {}", self.factor(x), self.factor(y)),
             Op::Mul(x, y) => match [self.is_scalar(x), self.is_scalar(y)] {
                 [true, false] => format!("{}.scale({})", self.factor(y), self.name(x)),
                 [false, true] => format!("{}.scale({})", self.factor(x), self.name(y)),
@@ -114,10 +194,11 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Whether the value is made of coefficients `z` of a zonal function alone, which are numbers, not colors.
+    /// Whether the value is made of numbers alone, not colors: coefficients `z` of a zonal function, and the turns `p`, `q`
+    /// and `r` of a rotation.
     fn is_scalar(&self, id: Id) -> bool {
         match self.graph.op(id) {
-            Op::Input((array, _)) => array == 'z',
+            Op::Input((array, _)) => "zpqr".contains(array),
             op => op.operands().all(|operand| self.is_scalar(operand)),
         }
     }

@@ -14,12 +14,17 @@
 
 use std::ops::Range;
 
+use lobe_sh::simd::{Kernel, Machine};
 use lobe_sh::vector::{Vec3, add_scaled, dot};
 use lobe_sh::{Basis, Coefficient, Rgb, coefficient_count, gauss_legendre};
+use pulp::Simd;
 use rayon::prelude::*;
 
 use crate::mapping::cube::{self, FACES};
 use crate::{MappedMap, Mapping};
+
+/// Red, green and blue.
+const CHANNELS: usize = 3;
 
 /// A part of the picture in which directions are one analytic function: `p = origin + a right + b down`, with `a` and `b`
 /// in `[-1, 1]` over the whole rectangle of the face in the picture.
@@ -109,11 +114,12 @@ impl Patches {
             .map(|(k, row)| {
                 let patch = &self.patches[k];
                 let row = patch.cell(1, row, self.cells, &rule);
-                let moments = patch.moments(map, &columns[k], &row, self.nodes);
+                let moments =
+                    Machine::detect().run(Moments { patch, map, columns: &columns[k], row: &row, nodes: self.nodes });
                 let mut part = vec![Rgb::ZERO; coefficient_count(order)];
                 let mut values = vec![0.0; coefficient_count(order)];
                 for (column, moments) in columns[k].iter().zip(moments.chunks_exact(self.nodes * self.nodes)) {
-                    for (i, moment) in moments.iter().enumerate() {
+                    for (i, moment) in moments.iter().copied().map(Rgb::from).enumerate() {
                         let p = patch.point(column.nodes[i % self.nodes], row.nodes[i / self.nodes]);
                         let scale = dot(p, p).sqrt().recip();
                         basis.eval_into(p.map(|c| c * scale), &mut values);
@@ -166,34 +172,6 @@ impl Patch {
         }
         let nodes = rule.iter().map(|(x, _)| (middle + half * x - frame.start as f64) * to_frame - 1.0).collect();
         Cell { texels: first..first + count, integrals, nodes }
-    }
-
-    /// The moments of the cells of one row, each `nodes x nodes`, columns first.
-    fn moments(&self, map: &MappedMap, columns: &[Cell], row: &Cell, nodes: usize) -> Vec<Rgb<f64>> {
-        let mut moments = vec![Rgb::ZERO; columns.len() * nodes * nodes];
-        let count = row.texels.len();
-        let mut planes = [(); 3].map(|()| Vec::new());
-        for (i, y) in row.texels.clone().enumerate() {
-            let inside = self.columns_in(map, y);
-            for (cell, moments) in columns.iter().zip(moments.chunks_exact_mut(nodes * nodes)) {
-                let part = cell.texels.start.max(inside.start)..cell.texels.end.min(inside.end);
-                if part.is_empty() {
-                    continue;
-                }
-                for (c, plane) in planes.iter_mut().enumerate() {
-                    plane.clear();
-                    plane.extend(map.row(y)[part.clone()].iter().map(|texel| f64::from(texel.channel(c))));
-                }
-                for j in 0..nodes {
-                    let table = &cell.integrals[j * cell.texels.len() + part.start - cell.texels.start..][..part.len()];
-                    let sum = Rgb::from(planes.each_ref().map(|plane| sum_of_products(table, plane)));
-                    for k in 0..nodes {
-                        moments[k * nodes + j] += sum.scale(row.integrals[k * count + i]);
-                    }
-                }
-            }
-        }
-        moments
     }
 
     /// The columns of the texels of a row that lie in the patch as a whole.
@@ -265,6 +243,155 @@ fn legendre(t: f64, n: usize) -> Vec<f64> {
 fn legendre_integrals(t: f64, n: usize) -> Vec<f64> {
     let values = legendre(t, n + 1);
     (0..n).map(|k| values[k + 1] - if k > 0 { values[k - 1] } else { 0.0 }).collect()
+}
+
+/// The moments of the cells of one row, each `nodes x nodes`, columns first, of red, green and blue.
+struct Moments<'a> {
+    patch: &'a Patch,
+    map: &'a MappedMap,
+    columns: &'a [Cell],
+    row: &'a Cell,
+    nodes: usize,
+}
+
+/// Nodes whose sums share the loads of the texels.
+const TOGETHER: usize = 4;
+
+impl Moments<'_> {
+    /// By `sum`, which has the sums of the products of four tables and three planes.
+    #[inline(always)]
+    fn by<F: Sums>(&self, arithmetic: F) -> Vec<[f64; CHANNELS]> {
+        let nodes = self.nodes;
+        let mut moments = vec![[0.0; CHANNELS]; self.columns.len() * nodes * nodes];
+        let count = self.row.texels.len();
+        let mut planes = [(); CHANNELS].map(|()| Vec::new());
+        let mut sums = vec![[0.0; CHANNELS]; nodes];
+        for (i, y) in self.row.texels.clone().enumerate() {
+            let inside = self.patch.columns_in(self.map, y);
+            for (cell, moments) in self.columns.iter().zip(moments.chunks_exact_mut(nodes * nodes)) {
+                let part = cell.texels.start.max(inside.start)..cell.texels.end.min(inside.end);
+                if part.is_empty() {
+                    continue;
+                }
+                for (c, plane) in planes.iter_mut().enumerate() {
+                    plane.clear();
+                    plane.extend(self.map.row(y)[part.clone()].iter().map(|texel| f64::from(texel.to_array()[c])));
+                }
+                let [r, g, b] = &planes;
+                let table =
+                    |j: usize| &cell.integrals[j * cell.texels.len() + part.start - cell.texels.start..][..part.len()];
+                for (first, sums) in (0..nodes).step_by(TOGETHER).zip(sums.chunks_exact_mut(TOGETHER)) {
+                    let tables = [table(first), table(first + 1), table(first + 2), table(first + 3)];
+                    arithmetic.sums_into(tables, [r, g, b], sums);
+                }
+                for (k, moments) in moments.chunks_exact_mut(nodes).enumerate() {
+                    let integral = self.row.integrals[k * count + i];
+                    arithmetic.add_scaled(moments.as_flattened_mut(), sums.as_flattened(), integral);
+                }
+            }
+        }
+        moments
+    }
+}
+
+impl Kernel for Moments<'_> {
+    type Output = Vec<[f64; CHANNELS]>;
+
+    #[inline(always)]
+    fn wide<S: Simd>(self, simd: S) -> Self::Output {
+        self.by(Wide(simd))
+    }
+
+    fn plain(self) -> Self::Output {
+        self.by(Plain)
+    }
+}
+
+/// The arithmetic of the moments.
+trait Sums: Copy {
+    /// The sums of the products of each table with each plane.
+    fn sums_into(self, tables: [&[f64]; TOGETHER], planes: [&[f64]; CHANNELS], sums: &mut [[f64; CHANNELS]]);
+
+    /// `to += from · scale`.
+    fn add_scaled(self, to: &mut [f64], from: &[f64], scale: f64);
+}
+
+/// In plain code.
+#[derive(Clone, Copy)]
+struct Plain;
+
+impl Sums for Plain {
+    #[inline(always)]
+    fn sums_into(self, tables: [&[f64]; TOGETHER], planes: [&[f64]; CHANNELS], sums: &mut [[f64; CHANNELS]]) {
+        for (sums, table) in sums.iter_mut().zip(tables) {
+            *sums = planes.map(|plane| sum_of_products(table, plane));
+        }
+    }
+
+    #[inline(always)]
+    fn add_scaled(self, to: &mut [f64], from: &[f64], scale: f64) {
+        to.iter_mut().zip(from).for_each(|(to, from)| *to += from * scale);
+    }
+}
+
+/// By the registers of the machine.
+#[derive(Clone, Copy)]
+struct Wide<S: Simd>(S);
+
+impl<S: Simd> Sums for Wide<S> {
+    #[inline(always)]
+    fn sums_into(self, tables: [&[f64]; TOGETHER], planes: [&[f64]; CHANNELS], sums: &mut [[f64; CHANNELS]]) {
+        let simd = self.0;
+        let mut wide = [[simd.splat_f64s(0.0); CHANNELS]; TOGETHER];
+        let [r, g, b] = planes;
+        let ((r, r_rest), (g, g_rest), (b, b_rest)) = (S::as_simd_f64s(r), S::as_simd_f64s(g), S::as_simd_f64s(b));
+        let [t0, t1, t2, t3] = tables;
+        let ((t0, t0_rest), (t1, t1_rest)) = (S::as_simd_f64s(t0), S::as_simd_f64s(t1));
+        let ((t2, t2_rest), (t3, t3_rest)) = (S::as_simd_f64s(t2), S::as_simd_f64s(t3));
+        for ((((((r, g), b), t0), t1), t2), t3) in r.iter().zip(g).zip(b).zip(t0).zip(t1).zip(t2).zip(t3) {
+            add_products(simd, &mut wide, [*t0, *t1, *t2, *t3], [*r, *g, *b]);
+        }
+        let tables = [
+            simd.partial_load_f64s(t0_rest),
+            simd.partial_load_f64s(t1_rest),
+            simd.partial_load_f64s(t2_rest),
+            simd.partial_load_f64s(t3_rest),
+        ];
+        let planes = [simd.partial_load_f64s(r_rest), simd.partial_load_f64s(g_rest), simd.partial_load_f64s(b_rest)];
+        add_products(simd, &mut wide, tables, planes);
+        for (sums, wide) in sums.iter_mut().zip(wide) {
+            for (sum, wide) in sums.iter_mut().zip(wide) {
+                *sum = simd.reduce_sum_f64s(wide);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn add_scaled(self, to: &mut [f64], from: &[f64], scale: f64) {
+        let simd = self.0;
+        let wide = simd.splat_f64s(scale);
+        let ((to, to_rest), (from, from_rest)) = (S::as_mut_simd_f64s(to), S::as_simd_f64s(from));
+        for (to, from) in to.iter_mut().zip(from) {
+            *to = simd.mul_add_e_f64s(*from, wide, *to);
+        }
+        for (to, from) in to_rest.iter_mut().zip(from_rest) {
+            *to += from * scale;
+        }
+    }
+}
+
+#[inline(always)]
+fn add_products<S: Simd>(
+    simd: S,
+    sums: &mut [[S::f64s; CHANNELS]; TOGETHER],
+    tables: [S::f64s; TOGETHER],
+    planes: [S::f64s; CHANNELS],
+) {
+    for j in 0..TOGETHER {
+        for c in 0..CHANNELS {
+            sums[j][c] = simd.mul_add_e_f64s(tables[j], planes[c], sums[j][c]);
+        }
+    }
 }
 
 /// Sums kept side by side.

@@ -8,7 +8,11 @@ use core::any::{Any, TypeId};
 use num_traits::Float as _;
 
 use crate::basis::index::{coefficient_count, coefficient_index, order_of, order_of_slice};
+#[cfg(feature = "std")]
+use crate::basis::lane_basis::eval_planes;
 use crate::once::Once;
+#[cfg(feature = "std")]
+use crate::simd::Machine;
 use crate::{Coefficient, Dir, MAX_ORDER, Real};
 
 /// Directions in one block of the batched kernels: one AVX-512 register of `f32`, two of AVX2.
@@ -155,6 +159,8 @@ impl<S: Real> Basis<S> {
 
     /// The values towards many unit vectors: `out[i * count + k]` is `y_i` towards vector `k`.
     ///
+    /// In `f32` by the instructions of the [`Machine`](crate::simd::Machine), orders 1 to 10 as straight-line code.
+    ///
     /// # Panics
     /// If the components differ in length, or `out` is not `n²` times as long for an order of this basis.
     /// Without directions `out` is empty.
@@ -169,10 +175,21 @@ impl<S: Real> Basis<S> {
             Some(order) if coefficient_count(order) * count == out.len() => order,
             _ => panic!("out has {} places, not n² for each of {count} directions", out.len()),
         };
+        let single = (self as &dyn Any).downcast_ref::<Basis<f32>>();
+        match (single, [x, y, z].map(S::single_slice), S::single_slice_mut(out)) {
+            (Some(basis), [Some(x), Some(y), Some(z)], Some(out)) => basis.eval_many_single(order, [x, y, z], out),
+            _ => self.eval_many_from(0, order, [x, y, z], out),
+        }
+    }
+
+    /// [`Basis::eval_many_into`] of the directions from `done` on, in plain code.
+    fn eval_many_from(&self, done: usize, order: usize, components: [&[S]; 3], out: &mut [S]) {
+        let [x, y, z] = components;
+        let count = x.len();
         let blocks = count / BLOCK;
-        for block in 0..blocks {
+        for block in done / BLOCK..blocks {
             let start = block * BLOCK;
-            self.for_each_in_block([x, y, z].map(|c| block_of(c, start)), order, |i, y| {
+            self.for_each_in_block(components.map(|c| block_of(c, start)), order, |i, y| {
                 // An array, not a slice: its length is known at compile time and needs no call.
                 if let Some(out) = out[i * count + start..].first_chunk_mut() {
                     *out = *y;
@@ -224,7 +241,7 @@ impl<S: Real> Basis<S> {
 
     /// The kernel: `W` directions at once, in structure-of-arrays form.
     #[inline(always)]
-    fn for_each_in_block<const W: usize>(
+    pub(crate) fn for_each_in_block<const W: usize>(
         &self,
         [x, y, z]: [[S; W]; 3],
         order: usize,
@@ -255,6 +272,17 @@ impl<S: Real> Basis<S> {
             }
             (cos, sin) = (lanes(|k| x[k] * cos[k] - y[k] * sin[k]), lanes(|k| x[k] * sin[k] + y[k] * cos[k]));
         }
+    }
+}
+
+impl Basis<f32> {
+    /// [`Basis::eval_many_into`] by the instructions of the machine, compiled once.
+    fn eval_many_single(&self, order: usize, components: [&[f32]; 3], out: &mut [f32]) {
+        #[cfg(feature = "std")]
+        let done = eval_planes(Machine::detect(), order, components, out);
+        #[cfg(not(feature = "std"))]
+        let done = 0;
+        self.eval_many_from(done, order, components, out);
     }
 }
 
@@ -479,7 +507,11 @@ mod tests {
                 for k in 0..count {
                     basis.eval_into([x[k], y[k], z[k]], &mut one);
                     for i in 0..coefficient_count(order) {
-                        assert_eq!(many[i * count + k], one[i], "order {order}, y_{i}, direction {k} of {count}");
+                        let (a, b) = (many[i * count + k], one[i]);
+                        assert!(
+                            (a - b).abs() < 1e-6,
+                            "order {order}, y_{i}, direction {k} of {count}: {a} against {b}"
+                        );
                     }
                 }
             }

@@ -8,7 +8,8 @@ use num_traits::Float as _;
 use crate::MAX_ORDER;
 use crate::basis::index::{band_range, order_of_slice};
 use crate::once::Once;
-use crate::rotation::zyz::{CosSin, rotate_bands_zyz};
+use crate::rotation::cos_sin::CosSin;
+use crate::rotation::zyz::rotate_bands_zyz;
 
 /// Derivatives of order 0 to 5 are kept: four for the polynomial, the fifth for its remainder.
 pub(crate) const DERIVATIVES: usize = 6;

@@ -214,10 +214,12 @@ fn unique_coefficients(order: usize) -> impl Iterator<Item = GauntCoefficient> {
 pub struct GauntTensor {
     orders: [usize; 3],
     coefficients: Vec<GauntCoefficient>,
-    /// The pairs `(i, j)` that have entries, with the end of their part of `terms`; `i <= j` alone for equal orders.
-    pairs: Vec<(u32, u32, u32)>,
-    /// `k` and the value.
-    terms: Vec<(u32, f64)>,
+    /// The pairs `(i, j)` that have entries; `i <= j` alone for equal orders.
+    pairs: Vec<[u16; 2]>,
+    /// Sorted by `k`: the place of the pair in `pairs`, and the value.
+    terms: Vec<(u16, f64)>,
+    /// For each `k` the end of its part of `terms`.
+    ends: Vec<u32>,
 }
 
 impl GauntTensor {
@@ -234,14 +236,18 @@ impl GauntTensor {
         let mut coefficients: Vec<GauntCoefficient> =
             unique_coefficients(order_a.max(order_b).max(order_out)).flat_map(permutations).filter(inside).collect();
         coefficients.sort_by_key(|t| (t.i, t.j, t.k));
-        let (mut pairs, mut terms) = (Vec::new(), Vec::new());
+        let (mut pairs, mut of_pairs) = (Vec::new(), Vec::new());
         for pair in coefficients.chunk_by(|s, t| (s.i, s.j) == (t.i, t.j)) {
             if order_a != order_b || pair[0].i <= pair[0].j {
-                terms.extend(pair.iter().map(|t| (t.k as u32, t.value)));
-                pairs.push((pair[0].i as u32, pair[0].j as u32, terms.len() as u32));
+                of_pairs.extend(pair.iter().map(|t| (t.k, pairs.len() as u16, t.value)));
+                pairs.push([pair[0].i as u16, pair[0].j as u16]);
             }
         }
-        Self { orders, coefficients, pairs, terms }
+        of_pairs.sort_by_key(|(k, ..)| *k);
+        let terms = of_pairs.iter().map(|(_, pair, value)| (*pair, *value)).collect();
+        let end = |k: usize| of_pairs.partition_point(|(of, ..)| *of <= k) as u32;
+        let ends = (0..coefficient_count(order_out)).map(end).collect();
+        Self { orders, coefficients, pairs, terms, ends }
     }
 
     /// The orders of the factors and of the product.
@@ -263,22 +269,33 @@ impl GauntTensor {
     pub fn product_into<T: Coefficient>(&self, a: &[T], b: &[T], out: &mut [T]) {
         let lengths = [a.len(), b.len(), out.len()];
         assert_eq!(lengths, self.orders.map(coefficient_count), "numbers of coefficients against those of the tensor");
-        out.fill(T::ZERO);
         let symmetric = a.len() == b.len();
+        let product = |&[i, j]: &[u16; 2]| {
+            let (i, j) = (usize::from(i), usize::from(j));
+            if symmetric && i != j { a[i] * b[j] + a[j] * b[i] } else { a[i] * b[j] }
+        };
+        let products: Vec<T> = self.pairs.iter().map(product).collect();
         let mut start = 0;
-        for &(i, j, end) in &self.pairs {
-            let (i, j) = (i as usize, j as usize);
-            let mut ab = a[i] * b[j];
-            if symmetric && i != j {
-                ab += a[j] * b[i];
+        for (out, end) in out.iter_mut().zip(&self.ends) {
+            // Several sums, so that none waits for the one before.
+            let mut sums = [T::ZERO; SUMS];
+            let (groups, rest) = self.terms[start..*end as usize].as_chunks::<SUMS>();
+            for group in groups {
+                for (sum, (pair, value)) in sums.iter_mut().zip(group) {
+                    *sum += products[usize::from(*pair)].scale(T::Scalar::from_f64(*value));
+                }
             }
-            for &(k, value) in &self.terms[start..end as usize] {
-                out[k as usize] += ab.scale(T::Scalar::from_f64(value));
+            for (sum, (pair, value)) in sums.iter_mut().zip(rest) {
+                *sum += products[usize::from(*pair)].scale(T::Scalar::from_f64(*value));
             }
-            start = end as usize;
+            *out = (sums[0] + sums[1]) + (sums[2] + sums[3]);
+            start = *end as usize;
         }
     }
 }
+
+/// Sums of one coefficient of a product that are kept side by side.
+const SUMS: usize = 4;
 
 /// The different permutations of the indices of a coefficient.
 fn permutations(t: GauntCoefficient) -> impl Iterator<Item = GauntCoefficient> {

@@ -2,12 +2,19 @@
 //!
 //! Read [`product`] first: it picks one of three routes, straight-line code ([`generated`], written by `cargo xtask
 //! tables`), the sparse tensor of Gaunt coefficients ([`gaunt`]) or a [`grid`]. [`matrix`] multiplies many functions by
-//! one. Uses `basis`, `expansion` and `sphere`.
+//! one. [`lane_product`] multiplies sixteen pairs at once ([`lanes`], generated too), [`lane_rows`] one pair of order 7
+//! to 10 by wide instructions. Uses `basis`, `expansion`, `simd` and
+//! `sphere`.
 
 #[cfg(test)]
 pub(crate) mod cost;
 pub(crate) mod gaunt;
 pub(crate) mod generated;
 pub(crate) mod grid;
+pub(crate) mod lane_product;
+#[cfg(feature = "std")]
+pub(crate) mod lane_rows;
+#[cfg(feature = "std")]
+pub(crate) mod lanes;
 pub(crate) mod matrix;
 pub(crate) mod product;

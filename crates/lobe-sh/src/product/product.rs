@@ -6,6 +6,10 @@ use crate::basis::index::{coefficient_count, order_of_slice};
 use crate::once::Once;
 use crate::product::generated;
 use crate::product::grid::product_on_grid;
+#[cfg(feature = "std")]
+use crate::product::lane_rows::multiply_by_rows;
+#[cfg(feature = "std")]
+use crate::simd::Machine;
 use crate::{Coefficient, Expansion, FixedOrder, GauntTensor, MAX_GAUNT_ORDER, Real as _, ShVec, Zonal};
 
 /// The product of two functions, cut off at the order that `out` has room for.
@@ -21,7 +25,8 @@ use crate::{Coefficient, Expansion, FixedOrder, GauntTensor, MAX_GAUNT_ORDER, Re
 /// factors and truncates once.
 ///
 /// Common orders, 2 to 6 and some mixtures, have straight-line code, written by the program `xtask tables`; other
-/// orders up to [`MAX_GAUNT_ORDER`] use the sparse tensor of Gaunt coefficients, and higher ones a grid. All equal
+/// orders up to [`MAX_GAUNT_ORDER`] use the sparse tensor of Gaunt coefficients, those of one order from 7 on in `f32` the
+/// rows of a quadrature rule side by side where the [`Machine`](crate::simd::Machine) has wide instructions, and higher ones a grid. All equal
 /// quadrature within 1e-12 of the largest coefficient (test `products_equal_quadrature_at_every_mix_of_orders`).
 ///
 /// The method of the generated code is after [Snyder 2006]; where it gathers triples of coefficients this one gathers
@@ -119,6 +124,12 @@ pub fn zonal_product_into<T: Coefficient>(zonal: &Zonal, b: &[T], out: &mut [T])
 fn product_by_tensor_or_grid<T: Coefficient>(a: &[T], b: &[T], out: &mut [T]) {
     let [n_a, n_b, n_out] = [order_of_slice(a), order_of_slice(b), order_of_slice(out)];
     let highest = n_a.max(n_b).max(n_out);
+    #[cfg(feature = "std")]
+    if let (Some(a), Some(b), Some(out)) = (T::single_slice(a), T::single_slice(b), T::single_slice_mut(out))
+        && multiply_by_rows(Machine::detect(), a, b, out)
+    {
+        return;
+    }
     if highest <= MAX_GAUNT_ORDER {
         shared_tensor([n_a, n_b, n_out]).product_into(a, b, out);
     } else {

@@ -7,6 +7,11 @@ use alloc::vec::Vec;
 use num_traits::Float as _;
 
 use crate::basis::index::{band_range, coefficient_count, order_of_slice};
+#[cfg(feature = "std")]
+use crate::rotation::lane_rotation::rotate_planes;
+use crate::rotation::lane_rotation::{band_columns, first_entry};
+#[cfg(feature = "std")]
+use crate::simd::Machine;
 use crate::{Coefficient, Real, Rotation};
 
 /// Vectors and rows of one block when many expansions are rotated: in `f32` their sums take half of the SSE registers.
@@ -126,7 +131,8 @@ impl<S: Real> RotationMatrices<S> {
         }
     }
 
-    /// Rotates `count` functions at once: `src[i * count + k]` is coefficient `i` of function `k`, likewise `dst`.
+    /// Rotates `count` functions at once: `src[i * count + k]` is coefficient `i` of function `k`, likewise `dst`. In `f32` by
+    /// the instructions of the [`Machine`](crate::simd::Machine).
     ///
     /// # Panics
     /// If the lengths differ, are not `n² count`, or the order is above that of the matrices.
@@ -138,21 +144,33 @@ impl<S: Real> RotationMatrices<S> {
         }
         let order = self.order_within((src.len() / count).isqrt());
         assert_eq!(src.len(), coefficient_count(order) * count, "expected n² coefficients of {count} functions");
+        #[cfg(feature = "std")]
+        let done = match (S::single_slice(&self.columns), T::single_slice(src), T::single_slice_mut(dst)) {
+            (Some(columns), Some(src), Some(dst)) => rotate_planes(Machine::detect(), columns, order, count, src, dst),
+            _ => 0,
+        };
+        #[cfg(not(feature = "std"))]
+        let done = 0;
         let whole_blocks = count - count % VECTOR_BLOCK;
         for l in 0..order {
             let range = band_range(l).start * count..band_range(l).end * count;
             let (src, dst) = (&src[range.clone()], &mut dst[range]);
-            for start in (0..whole_blocks).step_by(VECTOR_BLOCK) {
+            for start in (done..whole_blocks).step_by(VECTOR_BLOCK) {
                 apply_block::<T, VECTOR_BLOCK>(self.band(l), count, start, src, dst);
             }
-            for start in whole_blocks..count {
+            for start in whole_blocks.max(done)..count {
                 apply_block::<T, 1>(self.band(l), count, start, src, dst);
             }
         }
     }
 
     fn band(&self, l: usize) -> &[S] {
-        &self.columns[first_entry(l)..first_entry(l + 1)]
+        band_columns(&self.columns, l)
+    }
+
+    /// All bands, each column after column.
+    pub(crate) fn columns(&self) -> &[S] {
+        &self.columns
     }
 
     fn order_within(&self, order: usize) -> usize {
@@ -205,11 +223,6 @@ fn apply_rows<T: Coefficient, const V: usize, const R: usize>(
     for (r, sums) in sums.iter().enumerate() {
         dst[(row + r) * count + start..][..V].copy_from_slice(sums);
     }
-}
-
-/// The number of entries of bands `0..l`: `Σ (2k+1)² = l(4l² - 1)/3`.
-const fn first_entry(l: usize) -> usize {
-    if l == 0 { 0 } else { l * (4 * l * l - 1) / 3 }
 }
 
 /// The matrix of one band, row by row, in the basis without the Condon-Shortley phase.

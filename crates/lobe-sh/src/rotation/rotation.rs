@@ -6,7 +6,8 @@ use alloc::format;
 use num_traits::Float as _;
 
 use crate::basis::index::{band_range, order_of_slice};
-use crate::rotation::zyz::{CosSin, rotate_band_1, rotate_band_2, rotate_bands_zyz};
+use crate::rotation::cos_sin::CosSin;
+use crate::rotation::zyz::{rotate_band_1, rotate_band_2, rotate_bands_zyz};
 use crate::{Coefficient, Dir, Expansion, ShError};
 
 /// The tolerance of the entries of `RᵀR` against the identity: matrices printed with four decimals and long products of
@@ -258,13 +259,13 @@ impl Rotation {
     //   R_z(-α) R = R_y(β) R_z(γ)   has the second row   (sin γ, cos γ, 0).
     //
     // γ from that row compensates the error of α: close to β = 0 and π the direction (cos α, sin α) is rounding noise,
-    // but the product of the three rotations is still R, without a threshold for "close".
+    // but the product of the three rotations is still R, without a threshold for "close". The rows and columns of R being
+    // unit vectors, β and γ need no scaling.
     pub(crate) fn zyz_cos_sin(&self) -> [CosSin; 3] {
         let m = &self.matrix;
-        let alpha = CosSin::of_vector(m[0][2], m[1][2]);
-        let beta = CosSin::of_vector(m[2][2], (m[0][2] * m[0][2] + m[1][2] * m[1][2]).sqrt());
+        let (alpha, sin_beta) = CosSin::and_length(m[0][2], m[1][2]);
         let second_row = |k: usize| alpha.cos * m[1][k] - alpha.sin * m[0][k];
-        [alpha, beta, CosSin::of_vector(second_row(1), second_row(0))]
+        [alpha, CosSin { cos: m[2][2], sin: sin_beta }, CosSin { cos: second_row(1), sin: second_row(0) }]
     }
 }
 

@@ -7,6 +7,8 @@ use alloc::vec;
 use num_traits::Float as _;
 
 use crate::basis::index::{band_range, order_of_slice};
+use crate::rotation::cos_sin::CosSin;
+use crate::rotation::middle_bands::{MIDDLE_BANDS, rotate_middle_bands};
 use crate::rotation::yz_exchange::{SplitBand, YzExchange, YzExchangeBand};
 use crate::{Coefficient, Real};
 
@@ -18,29 +20,6 @@ const STACK_PLACES: usize = 2 * SplitBand::<f64>::places(STACK_ORDER);
 
 /// Places for three [`ZRotation`]s of order [`STACK_ORDER`].
 const STACK_ROTATION_PLACES: usize = 3 * z_rotation_places(STACK_ORDER);
-
-/// Squares below this have lost digits to underflow; their roots are negligible against the rounding of 1.
-const ZERO_SQUARE: f64 = 1e-280;
-
-/// Cosine and sine of one angle.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct CosSin {
-    pub(crate) cos: f64,
-    pub(crate) sin: f64,
-}
-
-impl CosSin {
-    /// Those of the angle from the first axis to the vector `(x, y)`, `|x|, |y| <= 1`; those of 0 for a vector that is
-    /// negligible against the rounding of 1.
-    pub(crate) fn of_vector(x: f64, y: f64) -> Self {
-        let square = x * x + y * y;
-        if square < ZERO_SQUARE {
-            return Self { cos: 1.0, sin: 0.0 };
-        }
-        let scale = square.sqrt().recip();
-        Self { cos: x * scale, sin: y * scale }
-    }
-}
 
 /// Rotates bands `first_band..` of the coefficients by `R_z(α) R_y(β) R_z(γ)`.
 ///
@@ -56,11 +35,19 @@ impl CosSin {
 /// take 0, 12, 44, 104, 194, 316 multiplications for l = 0 to 5 (test
 /// `three_z_rotations_and_two_exchanges_take_few_multiplications`), where Green 2003 needs 340 to l = 4.
 ///
+/// Bands 3 to 7 have straight-line code ([`rotate_middle_bands`]), the others tables.
+///
 /// Source: [Pinchon and Hoggan 2007].
 ///
 /// [Pinchon and Hoggan 2007]: https://doi.org/10.1088/1751-8113/40/7/011
 pub(crate) fn rotate_bands_zyz<T: Coefficient>(angles: [CosSin; 3], first_band: usize, coefficients: &mut [T]) {
     let order = order_of_slice(coefficients);
+    if order > *MIDDLE_BANDS.start() {
+        rotate_middle_bands(angles, first_band, coefficients);
+    }
+    if (first_band..order).all(|l| MIDDLE_BANDS.contains(&l)) {
+        return;
+    }
     if order <= STACK_ORDER {
         let (mut work, mut turns) = ([T::ZERO; STACK_PLACES], [T::Scalar::ZERO; STACK_ROTATION_PLACES]);
         rotate_with(angles, first_band, coefficients, &mut work, &mut turns);
@@ -89,15 +76,10 @@ fn rotate_with<T: Coefficient>(
         ZRotation::new(gamma, order, gamma_turn),
     ];
     YzExchange::with_shared(order, |table| {
-        for l in first_band..order {
+        for l in (first_band..order).filter(|l| !MIDDLE_BANDS.contains(l)) {
             let (band, exchange) = (&mut coefficients[band_range(l)], table.band(l));
-            // With a constant band the loops unroll, which saves up to two thirds of the time at these sizes.
+            // With a constant band the loops unroll, which saves much of the time at these sizes.
             match l {
-                3 => rotate_band(3, &turns, exchange, band, &mut a, &mut b),
-                4 => rotate_band(4, &turns, exchange, band, &mut a, &mut b),
-                5 => rotate_band(5, &turns, exchange, band, &mut a, &mut b),
-                6 => rotate_band(6, &turns, exchange, band, &mut a, &mut b),
-                7 => rotate_band(7, &turns, exchange, band, &mut a, &mut b),
                 8 => rotate_band(8, &turns, exchange, band, &mut a, &mut b),
                 9 => rotate_band(9, &turns, exchange, band, &mut a, &mut b),
                 _ => rotate_band(l, &turns, exchange, band, &mut a, &mut b),

@@ -224,12 +224,13 @@ fn a_checkpoint_is_laid_out_as_the_page_says() {
     let (transfer, report) = bake(&scene, &Bvh::new(&scene), &receivers, &options, job).unwrap();
     let bytes = std::fs::read(&path).unwrap();
     let words = bytes.as_chunks::<8>().0;
-    assert_eq!((&bytes[..8], &bytes[8..16]), (&b"LOBEPART"[..], &[2, 0, 0, 0, 1, 0, 0, 0][..]), "kind and versions");
+    assert_eq!((&bytes[..8], &bytes[8..16]), (&b"LOBEPART"[..], &[3, 0, 0, 0, 1, 0, 0, 0][..]), "kind and versions");
     let [count, length, last] = [2, 3, 4].map(|k| u64::from_le_bytes(words[k]) as usize);
-    assert_eq!(bytes.len(), 64 + (count - 1) * (length + 8) + last + 8, "header, {count} records and their checksums");
+    assert_eq!([words[7], words[8]], [1_u64.to_le_bytes(); 2], "the only shard");
+    assert_eq!(bytes.len(), 80 + (count - 1) * (length + 8) + last + 8, "header, {count} records and their checksums");
     let (mut rays, mut rows) = (0, Vec::new());
     for k in 0..count {
-        let record = &bytes[64 + k * (length + 8)..][..if k + 1 == count { last } else { length }];
+        let record = &bytes[80 + k * (length + 8)..][..if k + 1 == count { last } else { length }];
         rays += u64::from_le_bytes(*record.first_chunk().unwrap());
         // Rays, the weight of the ends, and one number of reflections: 0.
         rows.extend(record[24..].as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)));

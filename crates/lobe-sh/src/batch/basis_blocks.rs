@@ -1,0 +1,97 @@
+//! The basis towards the directions of a batch.
+
+use crate::Basis;
+use crate::basis::index::coefficient_count;
+#[cfg(feature = "std")]
+use crate::basis::lane_basis::{HIGHEST_ORDER, basis};
+#[cfg(feature = "std")]
+use crate::basis::places::Places;
+#[cfg(feature = "std")]
+use crate::simd::Wide;
+use crate::simd::{Kernel, Lanes, Machine};
+
+/// Part `part` of blocks, one for each function.
+#[cfg(feature = "std")]
+struct Blocks<'a> {
+    blocks: &'a mut [Lanes],
+    part: usize,
+}
+
+#[cfg(feature = "std")]
+impl<S: pulp::Simd> Places<S> for Blocks<'_> {
+    #[inline(always)]
+    fn put(&mut self, i: usize, value: Wide<S>) {
+        value.store(&mut self.blocks[i], self.part);
+    }
+}
+
+/// The values of all functions of `order` towards sixteen directions after the other: `out` has `order²` blocks for each.
+pub(crate) fn eval_blocks(machine: Machine, order: usize, directions: &[[Lanes; 3]], out: &mut [Lanes]) {
+    let count = coefficient_count(order);
+    assert_eq!(out.len(), count * directions.len(), "blocks of values against those of directions");
+    if count > 0 {
+        machine.run(EvalBlocks { order, directions, out });
+    }
+}
+
+struct EvalBlocks<'a> {
+    order: usize,
+    directions: &'a [[Lanes; 3]],
+    out: &'a mut [Lanes],
+}
+
+impl Kernel for EvalBlocks<'_> {
+    type Output = ();
+
+    #[cfg(feature = "std")]
+    #[inline(always)]
+    fn wide<S: pulp::Simd>(self, simd: S) {
+        if self.order > HIGHEST_ORDER {
+            return self.plain();
+        }
+        let count = coefficient_count(self.order);
+        for (s, blocks) in self.directions.iter().zip(self.out.chunks_exact_mut(count)) {
+            for part in 0..Wide::<S>::PARTS {
+                let s = [Wide::load(simd, &s[0], part), Wide::load(simd, &s[1], part), Wide::load(simd, &s[2], part)];
+                basis(simd, self.order, s, &mut Blocks { blocks, part });
+            }
+        }
+    }
+
+    fn plain(self) {
+        let count = coefficient_count(self.order);
+        Basis::<f32>::with_shared(self.order, |basis| {
+            for (s, blocks) in self.directions.iter().zip(self.out.chunks_exact_mut(count)) {
+                basis.for_each_in_block(s.map(|axis| axis.0), self.order, |i, y| blocks[i] = Lanes(*y));
+            }
+        });
+    }
+}
+
+#[cfg(all(test, feature = "std"))]
+mod tests {
+    use super::*;
+    use crate::basis::lane_basis::tests::{assert_close, directions};
+    use crate::simd::LANES;
+
+    #[test]
+    fn every_machine_evaluates_blocks_as_single_directions() {
+        let all = directions();
+        let blocks: Vec<[Lanes; 3]> = all
+            .chunks_exact(LANES)
+            .map(|block| [0, 1, 2].map(|axis| Lanes(core::array::from_fn(|lane| block[lane][axis]))))
+            .collect();
+        for order in 0..=HIGHEST_ORDER + 2 {
+            let count = coefficient_count(order);
+            for machine in Machine::available() {
+                let mut out = vec![Lanes([f32::NAN; LANES]); count * blocks.len()];
+                eval_blocks(machine, order, &blocks, &mut out);
+                for (k, s) in all.iter().enumerate() {
+                    for i in 0..count {
+                        assert_close(out[k / LANES * count + i].0[k % LANES], order, i, *s, machine.name());
+                    }
+                }
+            }
+        }
+    }
+}

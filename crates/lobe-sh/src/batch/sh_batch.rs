@@ -1,0 +1,231 @@
+//! Many expansions of one order, sixteen side by side.
+
+use alloc::vec;
+use alloc::vec::Vec;
+
+use crate::basis::index::{coefficient_count, order_of_slice};
+use crate::batch::basis_blocks::eval_blocks;
+use crate::product::lane_product::{self, Factors};
+use crate::rotation::lane_rotation;
+use crate::simd::{LANES, Lanes, Machine};
+use crate::{DirBatch, Expansion, FixedOrder, RotationMatrices, ShVec};
+
+/// Many expansions of one order in `f32`, in the layout of the kernels that take sixteen at once.
+///
+/// ```text
+///   blocks()[n² b + i].0[k]        coefficient i of function 16 b + k
+/// ```
+///
+/// So the n² blocks of sixteen functions follow each other, each block a line of the cache, and a kernel reads and writes
+/// one run of memory. Places of the last block that no function takes hold numbers of no meaning, zero at first. Colors
+/// take a batch for each channel.
+///
+/// Every operation runs by the widest instructions of the machine ([`Machine`]); its plain
+/// code is what the machine has for single expansions, so that results agree with those to rounding.
+///
+/// ```
+/// use lobe_sh::{Dir, DirBatch, Expansion as _, ShBatch, ShL2};
+///
+/// // Light and visibility at two points, and what arrives.
+/// let light = ShBatch::from_functions(&[ShL2::constant(1.0), ShL2::impulse(Dir::X, 2.0)]);
+/// let visible = ShBatch::from_functions(&[ShL2::impulse(Dir::Z, 1.0), ShL2::constant(0.5)]);
+/// let mut arriving = ShBatch::zero(3, 2);
+/// light.product_into(&visible, &mut arriving);
+/// let of_first: ShL2<f32> = arriving.function(0);
+/// assert!((of_first.eval(Dir::Z) - ShL2::<f32>::impulse(Dir::Z, 1.0).eval(Dir::Z)).abs() < 1e-6);
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ShBatch {
+    order: usize,
+    count: usize,
+    blocks: Vec<Lanes>,
+}
+
+impl ShBatch {
+    /// `count` functions of `order` that are zero everywhere.
+    #[must_use]
+    pub fn zero(order: usize, count: usize) -> Self {
+        Self { order, count, blocks: vec![Lanes::ZERO; coefficient_count(order) * count.div_ceil(LANES)] }
+    }
+
+    /// Of functions of one order.
+    ///
+    /// # Panics
+    /// If the orders differ.
+    #[must_use]
+    pub fn from_functions<E: Expansion<f32>>(functions: &[E]) -> Self {
+        let mut batch = Self::zero(functions.first().map_or(0, Expansion::order), functions.len());
+        for (k, f) in functions.iter().enumerate() {
+            batch.set(k, f.coefficients());
+        }
+        batch
+    }
+
+    /// Of coefficients in planes, as [`Basis::eval_many_into`](crate::Basis::eval_many_into) and
+    /// [`RotationMatrices::apply_many_into`] have them: `planes[i * count + k]` is coefficient `i` of function `k`.
+    ///
+    /// # Panics
+    /// If there are not `n² count` of them.
+    #[must_use]
+    pub fn from_planes(order: usize, count: usize, planes: &[f32]) -> Self {
+        assert_eq!(planes.len(), coefficient_count(order) * count, "numbers of coefficients");
+        let mut batch = Self::zero(order, count);
+        for b in 0..count.div_ceil(LANES) {
+            let part = b * LANES..count.min((b + 1) * LANES);
+            for (i, block) in batch.group_mut(b).iter_mut().enumerate() {
+                block.0[..part.len()].copy_from_slice(&planes[i * count..][part.clone()]);
+            }
+        }
+        batch
+    }
+
+    /// The coefficients in planes: `planes[i * count + k]` becomes coefficient `i` of function `k`.
+    ///
+    /// # Panics
+    /// If there is not room for exactly all of them.
+    pub fn to_planes(&self, planes: &mut [f32]) {
+        assert_eq!(planes.len(), coefficient_count(self.order) * self.count, "numbers of coefficients");
+        for b in 0..self.count.div_ceil(LANES) {
+            let part = b * LANES..self.count.min((b + 1) * LANES);
+            for (i, block) in self.group(b).iter().enumerate() {
+                planes[i * self.count..][part.clone()].copy_from_slice(&block.0[..part.len()]);
+            }
+        }
+    }
+
+    /// The order of the functions.
+    #[must_use]
+    pub fn order(&self) -> usize {
+        self.order
+    }
+
+    /// The number of functions.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// All blocks; see the layout above.
+    #[must_use]
+    pub fn blocks(&self) -> &[Lanes] {
+        &self.blocks
+    }
+
+    /// All blocks, to be written.
+    #[must_use]
+    pub fn blocks_mut(&mut self) -> &mut [Lanes] {
+        &mut self.blocks
+    }
+
+    /// Sets function `k`.
+    ///
+    /// # Panics
+    /// If `k >= len()` or the order is another one.
+    pub fn set(&mut self, k: usize, coefficients: &[f32]) {
+        assert!(k < self.count, "no function {k} of {}", self.count);
+        assert_eq!(order_of_slice(coefficients), self.order, "the order of a function against that of the batch");
+        for (block, c) in self.group_mut(k / LANES).iter_mut().zip(coefficients) {
+            block.0[k % LANES] = *c;
+        }
+    }
+
+    /// The coefficients of function `k`, for the order that `out` has room for: cut off, or filled up with zeros.
+    ///
+    /// # Panics
+    /// If `k >= len()`.
+    pub fn get_into(&self, k: usize, out: &mut [f32]) {
+        assert!(k < self.count, "no function {k} of {}", self.count);
+        out.fill(0.0);
+        for (out, block) in out.iter_mut().zip(self.group(k / LANES)) {
+            *out = block.0[k % LANES];
+        }
+    }
+
+    /// Function `k` with the order of the type that is asked for: cut off, or filled up with zeros.
+    ///
+    /// # Panics
+    /// If `k >= len()`.
+    #[must_use]
+    pub fn function<E: FixedOrder<Value = f32>>(&self, k: usize) -> E {
+        let mut f = E::zero();
+        self.get_into(k, f.coefficients_mut());
+        f
+    }
+
+    /// All functions.
+    #[must_use]
+    pub fn to_functions(&self) -> Vec<ShVec<f32>> {
+        let mut functions = vec![ShVec::zero(self.order); self.count];
+        for (k, f) in functions.iter_mut().enumerate() {
+            self.get_into(k, f.coefficients_mut());
+        }
+        functions
+    }
+
+    /// The basis towards many directions: coefficient `i` of function `k` is `y_i` towards direction `k`. Orders 1 to 10
+    /// have straight-line code.
+    ///
+    /// # Panics
+    /// If the numbers of directions and of functions differ.
+    pub fn set_basis(&mut self, directions: &DirBatch) {
+        assert_eq!(self.count, directions.len(), "functions against directions");
+        eval_blocks(Machine::detect(), self.order, directions.blocks(), &mut self.blocks);
+    }
+
+    /// The functions turned by one rotation.
+    ///
+    /// # Panics
+    /// If the orders or the numbers of functions differ, or the order is above that of the matrices.
+    pub fn rotated_into(&self, rotation: &RotationMatrices<f32>, out: &mut Self) {
+        self.assert_alike(out);
+        let reached = rotation.order();
+        assert!(self.order <= reached, "these matrices reach order {reached}, not {}", self.order);
+        lane_rotation::rotate_blocks(Machine::detect(), rotation.columns(), self.order, &self.blocks, &mut out.blocks);
+    }
+
+    /// The product of each function with that of the same number in `other`, cut off at their order; see
+    /// [`product_into`](crate::product_into). Orders 1 to 6 have straight-line code.
+    ///
+    /// # Panics
+    /// If the orders or the numbers of functions differ, or the order is above
+    /// [`MAX_GAUNT_ORDER`](crate::MAX_GAUNT_ORDER).
+    pub fn product_into(&self, other: &Self, out: &mut Self) {
+        self.assert_alike(other);
+        self.assert_alike(out);
+        let factors = Factors::Two(&self.blocks, &other.blocks);
+        lane_product::multiply_blocks(Machine::detect(), self.order, factors, &mut out.blocks);
+    }
+
+    /// The square of each function, cut off at its order; see [`square_into`](crate::square_into).
+    ///
+    /// # Panics
+    /// If the orders or the numbers of functions differ, or the order is above
+    /// [`MAX_GAUNT_ORDER`](crate::MAX_GAUNT_ORDER).
+    pub fn square_into(&self, out: &mut Self) {
+        self.assert_alike(out);
+        let factors = Factors::One(&self.blocks);
+        lane_product::multiply_blocks(Machine::detect(), self.order, factors, &mut out.blocks);
+    }
+
+    fn assert_alike(&self, other: &Self) {
+        let of = |batch: &Self| (batch.order, batch.count);
+        assert_eq!(of(self), of(other), "orders and numbers of functions of two batches");
+    }
+
+    /// The blocks of sixteen functions.
+    fn group(&self, b: usize) -> &[Lanes] {
+        let count = coefficient_count(self.order);
+        &self.blocks[b * count..][..count]
+    }
+
+    fn group_mut(&mut self, b: usize) -> &mut [Lanes] {
+        let count = coefficient_count(self.order);
+        &mut self.blocks[b * count..][..count]
+    }
+}

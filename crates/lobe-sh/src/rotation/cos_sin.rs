@@ -1,0 +1,33 @@
+//! Cosine and sine of angles, without the angles.
+
+#[cfg(not(feature = "std"))]
+use num_traits::Float as _;
+
+/// Squares below this have lost digits to underflow; their roots are negligible against the rounding of 1.
+const ZERO_SQUARE: f64 = 1e-280;
+
+/// Cosine and sine of one angle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CosSin {
+    pub(crate) cos: f64,
+    pub(crate) sin: f64,
+}
+
+impl CosSin {
+    /// Those of the angle from the first axis to the vector `(x, y)`, `|x|, |y| <= 1`; those of 0 for a vector that is
+    /// negligible against the rounding of 1.
+    pub(crate) fn of_vector(x: f64, y: f64) -> Self {
+        Self::and_length(x, y).0
+    }
+
+    /// [`CosSin::of_vector`], and the length of the vector; 0 for one that is negligible.
+    pub(crate) fn and_length(x: f64, y: f64) -> (Self, f64) {
+        let square = x * x + y * y;
+        if square < ZERO_SQUARE {
+            return (Self { cos: 1.0, sin: 0.0 }, 0.0);
+        }
+        let length = square.sqrt();
+        let scale = length.recip();
+        (Self { cos: x * scale, sin: y * scale }, length)
+    }
+}

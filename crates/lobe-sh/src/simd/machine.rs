@@ -1,0 +1,145 @@
+//! The instructions of the machine, and the kernels that use them.
+
+/// The instructions by which kernels run: those of AVX-512, of AVX2 with fused multiply-adds, of NEON, or plain code.
+///
+/// The environment variable `LOBE_SIMD`, `plain`, `avx2` or `avx512`, keeps the whole process from wider instructions than
+/// it names; any other value is ignored. Wide instructions round a product and a sum together, so that results differ in
+/// the last digits between kinds of machines, and are the same on one whatever the number of threads.
+///
+/// ```
+/// use lobe_sh::simd::Machine;
+///
+/// // From wide to narrow; plain code runs everywhere.
+/// let all: Vec<Machine> = Machine::available().collect();
+/// assert_eq!(all.last().map(|machine| machine.name()), Some("plain"));
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Machine(Instructions);
+
+#[derive(Clone, Copy, Debug)]
+enum Instructions {
+    Plain,
+    #[cfg(all(feature = "std", target_arch = "x86_64"))]
+    Avx2(pulp::x86::V3),
+    #[cfg(all(feature = "std", target_arch = "x86_64"))]
+    Avx512(pulp::x86::V4),
+    #[cfg(all(feature = "std", target_arch = "aarch64"))]
+    Neon(pulp::aarch64::Neon),
+}
+
+/// A computation that is written for lanes and, as the specification of what it computes, in plain code.
+pub trait Kernel {
+    /// The result.
+    type Output;
+
+    /// By lanes. To be marked `#[inline(always)]`, as all that it calls, or it is compiled without the instructions; closures
+    /// cannot be marked, so that they have no place in it.
+    #[cfg(feature = "std")]
+    fn wide<S: pulp::Simd>(self, simd: S) -> Self::Output;
+
+    /// In plain code.
+    fn plain(self) -> Self::Output;
+}
+
+impl Machine {
+    /// Plain code.
+    pub const PLAIN: Self = Self(Instructions::Plain);
+
+    /// The widest instructions of this machine that `LOBE_SIMD` allows. Asked for once; without the feature `std`, plain code.
+    #[must_use]
+    pub fn detect() -> Self {
+        #[cfg(feature = "std")]
+        {
+            static WIDEST: std::sync::OnceLock<Machine> = std::sync::OnceLock::new();
+            *WIDEST.get_or_init(|| Self::widest_within(std::env::var("LOBE_SIMD").ok().as_deref()))
+        }
+        #[cfg(not(feature = "std"))]
+        Self::PLAIN
+    }
+
+    /// The widest instructions that are no wider than those named; the widest of all if no name is known.
+    #[cfg(feature = "std")]
+    fn widest_within(limit: Option<&str>) -> Self {
+        const NAMES: [&str; 4] = ["avx512", "avx2", "neon", "plain"];
+        let place = |name: &str| NAMES.iter().position(|known| *known == name);
+        let first = limit.and_then(place).unwrap_or(0);
+        Self::available().find(|machine| place(machine.name()) >= Some(first)).unwrap_or(Self::PLAIN)
+    }
+
+    /// All that this machine has, from wide to narrow.
+    pub fn available() -> impl Iterator<Item = Self> {
+        #[cfg(all(feature = "std", target_arch = "x86_64"))]
+        let wide =
+            [pulp::x86::V4::try_new().map(Instructions::Avx512), pulp::x86::V3::try_new().map(Instructions::Avx2)];
+        #[cfg(all(feature = "std", target_arch = "aarch64"))]
+        let wide = [pulp::aarch64::Neon::try_new().map(Instructions::Neon)];
+        #[cfg(not(all(feature = "std", any(target_arch = "x86_64", target_arch = "aarch64"))))]
+        let wide = [None];
+        wide.into_iter().flatten().chain([Instructions::Plain]).map(Self)
+    }
+
+    /// `avx512`, `avx2`, `neon` or `plain`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self.0 {
+            Instructions::Plain => "plain",
+            #[cfg(all(feature = "std", target_arch = "x86_64"))]
+            Instructions::Avx2(_) => "avx2",
+            #[cfg(all(feature = "std", target_arch = "x86_64"))]
+            Instructions::Avx512(_) => "avx512",
+            #[cfg(all(feature = "std", target_arch = "aarch64"))]
+            Instructions::Neon(_) => "neon",
+        }
+    }
+
+    /// Whether kernels run in plain code.
+    #[must_use]
+    pub fn is_plain(self) -> bool {
+        matches!(self.0, Instructions::Plain)
+    }
+
+    /// Runs a kernel.
+    #[inline]
+    pub fn run<K: Kernel>(self, kernel: K) -> K::Output {
+        match self.0 {
+            Instructions::Plain => kernel.plain(),
+            #[cfg(all(feature = "std", target_arch = "x86_64"))]
+            Instructions::Avx2(v3) => v3.vectorize(Job(v3, kernel)),
+            #[cfg(all(feature = "std", target_arch = "x86_64"))]
+            Instructions::Avx512(v4) => v4.vectorize(Job(v4, kernel)),
+            #[cfg(all(feature = "std", target_arch = "aarch64"))]
+            Instructions::Neon(neon) => pulp::Simd::vectorize(neon, Job(neon, kernel)),
+        }
+    }
+}
+
+/// A kernel with its instructions: a type, because closures are not compiled for them.
+#[cfg(feature = "std")]
+struct Job<S, K>(S, K);
+
+#[cfg(feature = "std")]
+impl<S: pulp::Simd, K: Kernel> pulp::NullaryFnOnce for Job<S, K> {
+    type Output = K::Output;
+
+    #[inline(always)]
+    fn call(self) -> K::Output {
+        self.1.wide(self.0)
+    }
+}
+
+#[cfg(all(test, feature = "std"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_limit_keeps_from_wider_instructions_and_an_unknown_one_does_not() {
+        let widest = Machine::available().next().map(Machine::name);
+        assert_eq!(Some(Machine::widest_within(None).name()), widest, "no limit");
+        assert_eq!(Some(Machine::widest_within(Some("fast")).name()), widest, "an unknown limit");
+        assert_eq!(Machine::widest_within(Some("plain")).name(), "plain", "plain code");
+        let names: Vec<_> = Machine::available().map(Machine::name).collect();
+        if names.contains(&"avx2") {
+            assert_eq!(Machine::widest_within(Some("avx2")).name(), "avx2", "of {names:?}");
+        }
+    }
+}
