@@ -29,11 +29,13 @@ pub(crate) fn ends_before(child: &mut Child, mut is_time: impl FnMut() -> bool) 
 /// The part of the records in a checkpoint that is done: their checksums, at their ends, are no longer zero. None without
 /// a file.
 pub(crate) fn part_done(path: &Path) -> f64 {
+    /// Bytes of the header, see the guide's page of formats.
+    const HEADER: usize = 80;
     let bytes = fs::read(path).unwrap_or_default();
-    let Some(header) = bytes.get(..64).filter(|header| header.starts_with(b"LOBE")) else { return 0.0 };
+    let Some(header) = bytes.get(..HEADER).filter(|header| header.starts_with(b"LOBE")) else { return 0.0 };
     let [records, len] = [16, 24].map(|at| u64::from_le_bytes(header[at..at + 8].try_into().unwrap()) as usize);
     // The last record may be shorter.
-    let end = |k: usize| if k + 1 == records { bytes.len() } else { 64 + (k + 1) * (len + 8) };
+    let end = |k: usize| if k + 1 == records { bytes.len() } else { HEADER + (k + 1) * (len + 8) };
     let done = (0..records).take_while(|k| bytes.get(end(*k) - 8..end(*k)).is_some_and(|sum| sum != [0; 8])).count();
     done as f64 / records as f64
 }

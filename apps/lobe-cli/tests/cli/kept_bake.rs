@@ -87,6 +87,6 @@ fn an_animated_entity_of_a_description_keeps_its_transfer_too() {
     let (moving, _) = picture(&dir, "s.json --mode fields --order 3 --time 1 --bake-samples 8");
     let off = compare(moving.pixels(), still.pixels()).relative_rmse;
     assert!(off < 1e-4, "off by {off} of the static picture");
-    let error = dir.lobe(&format!("render s.json --mode fields --order 4 {VIEW} -o y.exr")).error();
+    let error = dir.lobe(&format!("render s.json --mode fields --order 4 {VIEW} --quiet -o y.exr")).error();
     assert!(error.contains("`room: still`: expected its transfer to have 4 bands at least, found 3"), "{error}");
 }

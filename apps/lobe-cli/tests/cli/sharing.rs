@@ -2,9 +2,9 @@
 
 use crate::harness::Dir;
 
-/// A triangle of two units over a floor, with texture coordinates.
+/// A triangle over a floor of two units, with texture coordinates and normals.
 const SCENE: &str = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nv -0.5 -0.5 0.5\nv 0.5 -0.5 0.5\nv 0.5 0.5 0.5\n\
-    vt 0 0\nvt 0.5 0\nvt 0.5 1\nvt 0 1\nvt 0.6 0\nvt 1 0\nvt 1 1\nf 1/1 2/2 3/3 4/4\nf 5/5 6/6 7/7\n";
+    vt 0 0\nvt 0.5 0\nvt 0.5 1\nvt 0 1\nvt 0.6 0\nvt 1 0\nvt 1 1\nvn 0 0 1\nf 1/1/1 2/2/1 3/3/1 4/4/1\nf 5/5/1 6/6/1 7/7/1\n";
 
 /// Every kind of work that can be shared: the command without its output, and the extension of that.
 const KINDS: [(&str, &str); 6] = [
@@ -50,10 +50,10 @@ fn shards_of_every_kind_of_work_make_the_bytes_of_one_machine() {
 
 #[test]
 fn any_number_of_shards_makes_the_same_bytes() {
-    let dir = Dir::new();
-    dir.file("s.obj", SCENE);
     let (command, extension) = KINDS[0];
     for count in [1, 2, 7] {
+        let dir = Dir::new();
+        dir.file("s.obj", SCENE);
         let [one, merged] = both_ways(&dir, command, extension, count);
         assert!(one == merged, "{count} shards");
     }
@@ -72,7 +72,7 @@ fn shards_that_are_not_all_of_one_command_are_refused_by_name() {
     let before = dir.names();
     let [a, b, c] = [1, 2, 3].map(|number| format!("part-{number}.safetensors"));
     let refusal = |options: &str, parts: &[&str]| {
-        dir.lobe(&format!("{command} {options} --merge {} -o m.glb", parts.join(" "))).error()
+        dir.lobe(&format!("{command} {options} --quiet --merge {} -o m.glb", parts.join(" "))).error()
     };
     for (parts, expected) in [
         (vec![a.as_str(), &c], "expected 3 shards, found 2; missing: 2/3"),
@@ -114,7 +114,7 @@ fn a_shard_goes_on_where_it_was_cut_off_and_tells_what_it_has() {
     assert!(notes.contains("part.safetensors: shard 2/2: "), "{notes}");
     let whole = dir.bytes("part.safetensors");
     dir.file("part.safetensors", &whole[..whole.len() / 2]);
-    let json = dir.lobe(&format!("{command} --json")).stdout();
+    let json = dir.lobe(&format!("{command} --json --quiet")).stdout();
     assert!(json.contains(r#""shard":"2/2""#) && json.contains(r#""points_in_all":"#), "{json}");
     assert!(dir.bytes("part.safetensors") == whole, "the same bytes");
     // It is a file of safetensors that says what it is.
