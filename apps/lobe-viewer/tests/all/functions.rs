@@ -43,7 +43,7 @@ fn turning_a_slider_shows_the_coefficients_of_the_turned_function() {
 }
 
 #[test]
-fn the_energy_that_a_product_loses_is_the_librarys() {
+fn the_energy_that_a_product_loses_is_that_of_the_library() {
     let mut harness = open(edits(|edits| (edits.shape, edits.other) = (Shape::Lobe(20.0), Shape::Cosine)));
     harness.get_by_label("Product").click();
     harness.run();

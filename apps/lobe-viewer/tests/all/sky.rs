@@ -21,7 +21,7 @@ fn open(edits: SkyEdits, sky: Option<OpenedSky>) -> Harness<'static, Shown> {
 }
 
 #[test]
-fn minimum_and_lights_on_the_screen_are_the_librarys() {
+fn minimum_and_lights_on_the_screen_are_those_of_the_library() {
     let sky = open_sky("bundled:sunset".as_ref()).unwrap();
     let mut harness = open(SkyEdits::default(), Some(sky.clone()));
     for key in [None, Some(Key::ArrowLeft)] {
