@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use crate::records::layout::{HEADER, Header, SUM, header_at};
-use crate::{IoError, Job, Progress, Shard, StagedWriter};
+use crate::{IoError, Job, Progress, Shard, StagedFile, StagedWriter};
 
 /// Bytes between two reports: a fraction of a second of copying.
 const REPORT_EVERY: usize = 32 << 20;
@@ -33,7 +33,7 @@ pub fn merge_shards(parts: &[PathBuf], checkpoint: &Path, job: Job<'_>) -> Resul
     for part in parts {
         copy.records_of(part)?;
     }
-    let staged = copy.out.finish().and_then(|staged| staged.publish());
+    let staged = copy.out.finish().and_then(StagedFile::publish);
     staged.map_err(|source| IoError::io(checkpoint, source))
 }
 
@@ -269,7 +269,7 @@ mod tests {
             (vec![a, &half, c], "half: shard 2/3 is not complete: 1 of 3 records are whole; repeat its command, "),
             (vec![a, &short, c], "short: shard 2/3 is not complete: 2 of 3 records are whole; "),
             (vec![a, &text, c], "text: expected a shard, as this version of Lobe leaves it, found something else"),
-            (vec![a, &whole, c], "whole: is shard 1/1, found among shards of 3, such as "),
+            (vec![a, &whole, c], "part1-3: is shard 1/3, found among shards of 1, such as "),
         ] {
             let given: Vec<PathBuf> = given.into_iter().cloned().collect();
             let error = merge_shards(&given, &merged, Job::default()).unwrap_err().to_string();
