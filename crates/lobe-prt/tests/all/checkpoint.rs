@@ -45,7 +45,7 @@ impl World {
 }
 
 /// Bytes of header and record, which the documentation of both gives.
-const HEADER: u80 = 64;
+const HEADER: u64 = 80;
 
 fn record(world: &World) -> u64 {
     let bands = world.options.order * world.options.order;
