@@ -159,7 +159,7 @@ impl<S: Real> Basis<S> {
 
     /// The values towards many unit vectors: `out[i * count + k]` is `y_i` towards vector `k`.
     ///
-    /// In `f32` by the instructions of the [`Machine`](crate::simd::Machine), orders 1 to 10 as straight-line code.
+    /// In `f32` by the instructions of the [`Machine`], orders 1 to 10 as straight-line code.
     ///
     /// # Panics
     /// If the components differ in length, or `out` is not `n²` times as long for an order of this basis.

@@ -26,7 +26,7 @@ use crate::{Coefficient, Expansion, FixedOrder, GauntTensor, MAX_GAUNT_ORDER, Re
 ///
 /// Common orders, 2 to 6 and some mixtures, have straight-line code, written by the program `xtask tables`; other
 /// orders up to [`MAX_GAUNT_ORDER`] use the sparse tensor of Gaunt coefficients, those of one order from 7 on in `f32` the
-/// rows of a quadrature rule side by side where the [`Machine`](crate::simd::Machine) has wide instructions, and higher ones a grid. All equal
+/// rows of a quadrature rule side by side where the [`Machine`] has wide instructions, and higher ones a grid. All equal
 /// quadrature within 1e-12 of the largest coefficient (test `products_equal_quadrature_at_every_mix_of_orders`).
 ///
 /// The method of the generated code is after [Snyder 2006]; where it gathers triples of coefficients this one gathers

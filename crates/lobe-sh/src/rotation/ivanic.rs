@@ -132,7 +132,7 @@ impl<S: Real> RotationMatrices<S> {
     }
 
     /// Rotates `count` functions at once: `src[i * count + k]` is coefficient `i` of function `k`, likewise `dst`. In `f32` by
-    /// the instructions of the [`Machine`](crate::simd::Machine).
+    /// the instructions of the [`Machine`].
     ///
     /// # Panics
     /// If the lengths differ, are not `n² count`, or the order is above that of the matrices.
