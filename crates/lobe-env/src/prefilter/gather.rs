@@ -2,6 +2,8 @@
 
 use std::f64::consts::PI;
 
+#[cfg(target_arch = "x86_64")]
+use lobe_sh::simd::Machine;
 use lobe_sh::{Coefficient, Dir, Rgb, gauss_legendre};
 use rayon::prelude::*;
 
@@ -88,7 +90,7 @@ impl<'a, K: Kernel> ZonalFilter<'a, K> {
     /// The averages about directions that are near each other, by the widest instructions of the machine.
     pub(crate) fn towards(&self, targets: &[Dir]) -> Vec<Rgb<f32>> {
         #[cfg(target_arch = "x86_64")]
-        if let Some(v3) = pulp::x86::V3::try_new() {
+        if let Some(v3) = Machine::detect().avx2() {
             return v3.vectorize(Wide { filter: self, targets });
         }
         self.towards_by::<false>(targets)

@@ -4,8 +4,9 @@ use std::f64::consts::PI;
 use std::time::Instant;
 
 use lobe_io::{Job, Progress};
+use lobe_sh::simd::Machine;
 use lobe_sh::{Coefficient, Dir, Expansion, Rgb, ShVec, Zonal, convolve_in_place};
-use pulp::{Arch, NullaryFnOnce};
+use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
 use crate::mapping::lat_long::sin_cos_pi;
@@ -153,7 +154,7 @@ impl Texels {
         for (h, (cos, sin)) in scratch.iter_mut().zip(&self.columns) {
             *h = (n.x() * cos + n.y() * sin) as f32;
         }
-        let mut sum = Arch::new().dispatch(WholeTexels { texels: self, h: scratch, n_z: n.z() });
+        let mut sum = Machine::detect().arch().dispatch(WholeTexels { texels: self, h: scratch, n_z: n.z() });
         debug_assert!(scratch.len() >= self.width, "the padding is black, whatever its cosine");
         // The sum took all light of a texel that the horizon cuts from the texel's mean direction: replace that by the
         // clipped one.

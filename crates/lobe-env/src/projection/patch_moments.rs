@@ -65,6 +65,7 @@ const FEW: (usize, f64) = (16, 1.0);
 const MANY: (usize, f64) = (32, 5.0);
 /// The highest order with few nodes.
 const LOW_ORDER: usize = 16;
+const _: () = assert!(FEW.0.is_multiple_of(TOGETHER) && MANY.0.is_multiple_of(TOGETHER), "nodes are taken in fours");
 /// The least number of cells along a patch.
 const LEAST_CELLS: usize = 4;
 /// The angle that a side of a patch spans at most, at the rate of its middle: 2 for a face of a cube, and √6 for half a

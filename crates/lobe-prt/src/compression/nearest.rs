@@ -1,6 +1,7 @@
 //! Nearest-subspace search for every row in single precision: candidates, which the caller checks in full precision.
 
-use pulp::{Arch, NullaryFnOnce};
+use lobe_sh::simd::Machine;
+use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
 use crate::compression::pca::{Rows, Subspace};
@@ -57,7 +58,7 @@ impl Nearest {
             found.copy_from_slice(current);
         }
         found.resize(self.count.next_multiple_of(TOGETHER), 0);
-        let arch = Arch::new();
+        let arch = Machine::detect().arch();
         let block = TOGETHER * self.stride;
         self.padded.par_chunks(CHUNK * block).zip(found.par_chunks_mut(CHUNK * TOGETHER)).for_each(|(rows, found)| {
             let (stride, spaces, other) = (self.stride, &packed[..], other_than.is_some());

@@ -1,5 +1,6 @@
 //! Principal component analysis: the affine subspace nearest to a set of rows.
 
+use lobe_sh::simd::Machine;
 use rayon::prelude::*;
 
 use crate::compression::eigen::{dot, leading, orthonormalized};
@@ -135,7 +136,7 @@ fn summed(members: &[u32], len: usize, add: impl Fn(&[u32], &mut [f64]) + Sync) 
 /// `Σ (x - m)(x - m)ᵀ`; only `j >= i` of row `i` is filled.
 fn covariance(rows: Rows<'_>, members: &[u32], mean: &[f64]) -> Vec<f64> {
     let d = rows.width();
-    let arch = pulp::Arch::new();
+    let arch = Machine::detect().arch();
     summed(members, d * d, |members, sums| {
         let mut centered: [Vec<f64>; TOGETHER] = std::array::from_fn(|_| vec![0.0; d]);
         for four in members.chunks(TOGETHER) {

@@ -37,10 +37,10 @@ pub(crate) enum Machine {
 }
 
 impl Machine {
-    /// Asks the processor.
+    /// The widest that [`lobe_sh::simd::Machine`] allows.
     pub(crate) fn detect() -> Self {
         #[cfg(target_arch = "x86_64")]
-        if let Some(v3) = pulp::x86::V3::try_new() {
+        if let Some(v3) = lobe_sh::simd::Machine::detect().avx2() {
             return Self::Avx2(v3);
         }
         Self::Plain

@@ -2,8 +2,8 @@
 
 /// The instructions by which kernels run: those of AVX-512, of AVX2 with fused multiply-adds, of NEON, or plain code.
 ///
-/// The environment variable `LOBE_SIMD`, `plain`, `avx2` or `avx512`, keeps the whole process from wider instructions than
-/// it names; any other value is ignored. Wide instructions round a product and a sum together, so that results differ in
+/// The environment variable `LOBE_SIMD`, `plain`, `avx2` or `avx512`, keeps every kernel of the process from wider
+/// instructions than it names, but for the rays of `lobe-scene`, which hit the same by any; any other value is ignored. Wide instructions round a product and a sum together, so that results differ in
 /// the last digits between kinds of machines, and are the same on one whatever the number of threads.
 ///
 /// ```
@@ -92,6 +92,32 @@ impl Machine {
         }
     }
 
+    /// The same for [`pulp::WithSimd`], a computation that is its own plain code.
+    #[cfg(feature = "std")]
+    #[must_use]
+    pub fn arch(self) -> pulp::Arch {
+        match self.0 {
+            Instructions::Plain => pulp::Arch::Scalar,
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx2(v3) => pulp::Arch::V3(v3),
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx512(v4) => pulp::Arch::V4(v4),
+            #[cfg(target_arch = "aarch64")]
+            Instructions::Neon(neon) => pulp::Arch::Neon(neon),
+        }
+    }
+
+    /// AVX2 with fused multiply-adds, which machines with AVX-512 have too.
+    #[cfg(all(feature = "std", target_arch = "x86_64"))]
+    #[must_use]
+    pub fn avx2(self) -> Option<pulp::x86::V3> {
+        match self.0 {
+            Instructions::Plain => None,
+            Instructions::Avx2(v3) => Some(v3),
+            Instructions::Avx512(v4) => Some(*v4),
+        }
+    }
+
     /// Whether kernels run in plain code.
     #[must_use]
     pub fn is_plain(self) -> bool {
@@ -140,6 +166,16 @@ mod tests {
         let names: Vec<_> = Machine::available().map(Machine::name).collect();
         if names.contains(&"avx2") {
             assert_eq!(Machine::widest_within(Some("avx2")).name(), "avx2", "of {names:?}");
+        }
+    }
+
+    #[test]
+    fn all_ways_to_ask_for_instructions_agree() {
+        for machine in Machine::available() {
+            let is_scalar = matches!(machine.arch(), pulp::Arch::Scalar);
+            assert_eq!(is_scalar, machine.is_plain(), "{}", machine.name());
+            #[cfg(target_arch = "x86_64")]
+            assert_eq!(machine.avx2().is_none(), machine.is_plain(), "{}", machine.name());
         }
     }
 }

@@ -1,5 +1,6 @@
 //! The exponential of many functions at once.
 
+use lobe_sh::simd::Machine;
 use lobe_sh::{Basis, ExpMethod, OptimalLinear, coefficient_count};
 use pulp::{Arch, Simd, WithSimd};
 
@@ -54,7 +55,7 @@ impl BatchExponential {
             }
         };
         let (basis, weights) = grid(order);
-        Ok(Self { order, method, basis, weights, table, arch: Arch::new() })
+        Ok(Self { order, method, basis, weights, table, arch: Machine::detect().arch() })
     }
 
     /// The same in other registers than the machine's largest.

@@ -1,5 +1,6 @@
 //! Light of the sky, made ready to fall on surfaces that see a part of it.
 
+use lobe_sh::simd::Machine;
 use lobe_sh::{Coefficient as _, Expansion, GauntTensor, MAX_GAUNT_ORDER, Rgb, Zonal, coefficient_count};
 use pulp::{Arch, Simd, WithSimd};
 
@@ -105,7 +106,7 @@ impl SkyLight {
             self.order
         );
         let blocks: Vec<Block> = visibility.iter().map(|v| [*v; BLOCK]).collect();
-        let [r, g, b] = self.irradiance_of_block(Arch::new(), &normal.map(|n| [n; BLOCK]), &blocks);
+        let [r, g, b] = self.irradiance_of_block(Machine::detect().arch(), &normal.map(|n| [n; BLOCK]), &blocks);
         Rgb::new(r[0], g[0], b[0])
     }
 

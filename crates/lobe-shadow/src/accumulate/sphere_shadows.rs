@@ -1,6 +1,7 @@
 //! Receivers under a sky that many spheres hide.
 
 use derive_setters::Setters;
+use lobe_sh::simd::Machine;
 use lobe_sh::{ExpMethod, Rgb, coefficient_count};
 use pulp::Arch;
 use rayon::prelude::*;
@@ -130,7 +131,15 @@ impl<'a> SphereShadows<'a> {
         }
         let shows = |node: &Node| node.is_leaf() && node.share != Share::Nothing;
         let leaves = tree.nodes.iter().copied().filter(shows).collect();
-        Ok(Self { table, tree, columns: Columns::new(), exponential, arch: Arch::new(), leaves, options: *options })
+        Ok(Self {
+            table,
+            tree,
+            columns: Columns::new(),
+            exponential,
+            arch: Machine::detect().arch(),
+            leaves,
+            options: *options,
+        })
     }
 
     /// The spheres that hide anything, each with the part of its disc that counts for a receiver that sees it in direction s: the

@@ -2,8 +2,8 @@
 
 use derive_setters::Setters;
 use lobe_prt::Transfer;
+use lobe_sh::simd::Machine;
 use lobe_sh::{Rgb, Rotation, RotationMatrices, ShVec};
-use pulp::Arch;
 use rayon::prelude::*;
 
 use crate::accumulate::lanes::BLOCK;
@@ -269,7 +269,7 @@ impl<'a> ShadowFields<'a> {
         };
         let placed = |e: &PlacedField<'a>| Placed::new(e.field, &e.placement, self.order, self.options.interpolation);
         Chain {
-            arch: Arch::new(),
+            arch: Machine::detect().arch(),
             order: self.order,
             entities: self.entities.iter().map(placed).collect(),
             lamps: self.lights.iter().map(lamp).collect(),
