@@ -63,7 +63,7 @@ enum Command {
     /// Bake what a scene does to light, for any light to come
     Bake(options::Bake),
     /// Render a scene under any light: by transfer at once, or path traced for reference
-    Render(render::Render),
+    Render(Box<render::Render>),
     /// Compare two pictures: RMSE, relative MSE, PSNR, FLIP; test whether chance explains the difference
     Compare(compare::Compare),
     /// Write transfer in fewer bytes, by clustered principal components

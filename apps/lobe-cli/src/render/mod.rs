@@ -1,8 +1,8 @@
 //! `lobe render`: a scene under distant light.
 //!
 //! `render` has the options and renders a picture. Its inputs are in files of their own: the light (`light`), the scene
-//! with its transfer (`transfer`), what moves (`moving`) and the camera (`view`); `frames` renders one picture after the other and `pictures`
-//! writes them. Uses `args` and `run`.
+//! with its transfer (`transfer`), what moves (`moving`), the path tracer (`truth`) and the camera (`view`); `frames` renders one picture
+//! after the other and `pictures` writes them. Uses `args` and `run`.
 
 pub(crate) mod frames;
 pub(crate) mod light;
@@ -10,4 +10,5 @@ pub(crate) mod moving;
 pub(crate) mod pictures;
 pub(crate) mod render;
 pub(crate) mod transfer;
+pub(crate) mod truth;
 pub(crate) mod view;

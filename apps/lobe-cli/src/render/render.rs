@@ -8,9 +8,8 @@ use clap::{Args, ValueEnum};
 use lobe::io::{Job, Progress, Shard};
 use lobe::prt::{BakeMode, BakeOptions, GlossyLobe, Transfer};
 use lobe::render::{
-    BakedScene, Camera, DistantLight, Emitter, MovingMethod, MovingScene, MovingShading, PathOptions, RenderError,
-    SampleCount, Surfaces, TruthOptions, ViewOptions, light_baked_scene, light_by_irradiance, light_moving_scene,
-    render_truth_shard, render_truth_with_emitters,
+    BakedScene, Camera, DistantLight, Emitter, MovingMethod, MovingScene, MovingShading, RenderError, TruthOptions,
+    ViewOptions, light_baked_scene, light_by_irradiance, light_moving_scene, render_truth_shard,
 };
 use lobe::scene::{Bvh, Scene};
 use lobe::sh::{Dir, Rgb, Rotation, ShVec};
@@ -25,6 +24,7 @@ use crate::render::light::{LightInput, ReadLight};
 use crate::render::moving::{AskedBake, Keep, MovingInput, Prepared};
 use crate::render::pictures::{Pictures, Rendered};
 use crate::render::transfer::{Asked, parse_lobe};
+use crate::render::truth::{self, TruthInput};
 use crate::render::view::ViewInput;
 use crate::run::bake_watch::Checkpoint;
 use crate::run::talk::Talk;
@@ -32,8 +32,7 @@ use crate::run::talk::Talk;
 /// The most samples; larger numbers are taken for typing errors.
 const MAX_SAMPLES: usize = 1 << 20;
 
-/// Samples of a pixel without --samples: paths of the truth, rays of all else.
-const PATHS: usize = 64;
+/// Rays of a pixel without --samples, of all modes but truth.
 const RAYS: usize = 4;
 
 /// Bounces without --bounces, as in the bake.
@@ -78,12 +77,8 @@ pub(crate) struct Render {
     /// each part, 0 to compare them with a truth of 0 [default: 3]
     #[arg(long, value_name = "B", value_parser = bounces)]
     bounces: Option<usize>,
-    /// truth: the model of reflection [default: matte, as in a bake]
-    #[arg(long, value_enum)]
-    surfaces: Option<SurfaceModel>,
-    /// truth: another seed gives other paths [default: 0]
-    #[arg(long, value_name = "S")]
-    seed: Option<u64>,
+    #[command(flatten)]
+    truth: TruthInput,
     /// Paths from each vertex where the scene is not baked yet, 1 to 1048576 [default: 1024]
     #[arg(long, value_name = "N", value_parser = samples)]
     bake_samples: Option<usize>,
@@ -129,16 +124,6 @@ enum Mode {
     Fields,
     /// The same by spheres alone, as exponentials of sums (SHEXP): less to bake, and files of a few kilobytes
     Shexp,
-}
-
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-enum SurfaceModel {
-    /// Lambert with the base color as albedo
-    Matte,
-    /// The metallic-roughness model of glTF, Smith's masking height-correlated, as renderers have it
-    Gltf,
-    /// The same with separable masking, as the specification of glTF prints it
-    GltfSeparable,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -343,10 +328,13 @@ impl Render {
         let lit = self.lit(work, turn);
         let Work { stage, camera, tree, .. } = work;
         match stage {
-            Stage::Plain(scene, bvh) if self.mode == Mode::Truth => self.traced((scene, bvh), &[], camera, &lit, job),
+            Stage::Plain(scene, bvh) if self.mode == Mode::Truth => {
+                truth::traced((scene, bvh), (&lit.shown, &[]), camera, &self.truth_options(), job)
+            }
             Stage::Moving(moving, None) => {
                 let moment = moving.at(time)?;
-                self.traced((moment.scene(), moment.bvh()), &moment.emitters()?, camera, &lit, job)
+                let lights = (&lit.shown, &moment.emitters()?[..]);
+                truth::traced((moment.scene(), moment.bvh()), lights, camera, &self.truth_options(), job)
             }
             Stage::Moving(moving, Some(shading)) => self.shaded((moving, tree), shading, time, camera, &lit, job),
             Stage::Plain(scene, bvh) => {
@@ -373,19 +361,6 @@ impl Render {
             _ => work.light.as_it_is(),
         };
         Lit { shown: shown.turned(turn), expansion: work.expansion.as_ref().map(|f| turn.rotated(f)) }
-    }
-
-    fn traced(
-        &self,
-        (scene, bvh): (&Scene, &Bvh),
-        emitters: &[Emitter],
-        camera: &Camera,
-        lit: &Lit,
-        job: Job<'_>,
-    ) -> Result<Rendered, RenderError> {
-        let options = self.truth_options();
-        let truth = render_truth_with_emitters(scene, bvh, camera, &lit.shown, emitters, &options, job)?;
-        Ok(Rendered::Traced(Box::new(truth)))
     }
 
     /// A moment of a scene that moves, the backs that it shows baked before; its tree is that of the moment before, refit.
@@ -416,9 +391,7 @@ impl Render {
     }
 
     fn truth_options(&self) -> TruthOptions {
-        let (width, height) = self.view.size();
-        let count = SampleCount::of(self.samples.unwrap_or(PATHS));
-        TruthOptions::default().width(width).height(height).count(count).paths(self.path_options())
+        self.truth.options(self.view.size(), self.samples, self.bounces.unwrap_or(BOUNCES))
     }
 
     /// The options of the view of all modes but truth.
@@ -426,16 +399,6 @@ impl Render {
         let (width, height) = self.view.size();
         let rays = (self.samples.unwrap_or(RAYS) as f64).sqrt().ceil() as usize;
         ViewOptions::default().width(width).height(height).rays(rays)
-    }
-
-    fn path_options(&self) -> PathOptions {
-        let surfaces = match self.surfaces {
-            None | Some(SurfaceModel::Matte) => Surfaces::Matte,
-            Some(SurfaceModel::Gltf) => Surfaces::MetallicRoughness,
-            Some(SurfaceModel::GltfSeparable) => Surfaces::MetallicRoughnessSeparable,
-        };
-        let bounces = self.bounces.unwrap_or(BOUNCES);
-        PathOptions::default().bounces(bounces).surfaces(surfaces).seed(self.seed.unwrap_or(0))
     }
 
     /// Whether the scene is asked for at a time.
@@ -517,13 +480,14 @@ impl Render {
         if method.is_some() && self.light.order().is_some_and(|order| order > Transfer::MAX_ORDER) {
             bail!("--order: shadows of what moves have an order of 1 to {}", Transfer::MAX_ORDER);
         }
+        if !is_truth {
+            self.truth.refuse()?;
+        }
         let ignored = [
             (
                 self.bounces.is_some() && !bounces,
                 "--bounces: only of --mode truth, interreflected, glossy, fields and shexp",
             ),
-            (self.surfaces.is_some() && !is_truth, "--surfaces: only of --mode truth; all others are matte"),
-            (self.seed.is_some() && !is_truth, "--seed: only --mode truth is random"),
             (self.bake_samples.is_some() && !bakes, "--bake-samples: only of modes with transfer"),
             (
                 self.transfer.is_some() && (!bakes || method.is_some()),
