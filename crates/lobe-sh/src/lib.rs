@@ -75,7 +75,7 @@
 //! | blur: irradiance, Phong, GGX | [`convolved`] with [`Zonal::clamped_cosine`], [`Zonal::phong`], [`Zonal::ggx`] |
 //! | rotate | [`Rotation`] (Euler angles, quaternions), [`RotationMatrices`] (Ivanic and Ruedenberg, for many expansions), [`Zonal::towards`] |
 //! | mirror, exchange axes | [`AxisPermutation`], [`mirror_in_place`], [`quarter_turn_in_place`] |
-//! | multiply functions | [`fn@product`], [`product_into`], [`product_on_grid`], [`ProductMatrix`]; Gaunt coefficients: [`gaunt_coefficient`], [`GauntTensor`] |
+//! | multiply functions | [`fn@product`], [`product_into`], [`product_of_blocks`], [`product_on_grid`], [`ProductMatrix`]; Gaunt coefficients: [`gaunt_coefficient`], [`GauntTensor`] |
 //! | combine shadows | [`logarithm`], [`Zonal::sphere_logarithm`], [`ZonalLogarithm`], [`Exponential`] ([`ExpMethod`], [`OptimalLinear`]) |
 //! | make light | [`Light`] with its [`Normalization`]; [`Zonal::cone`], [`Zonal::soft_cone`], [`SphericalPolygon`] |
 //! | find lights in an expansion | [`extract_light`], [`extract_lights`], [`fit_lights`]; [`local_maxima`] |
@@ -178,6 +178,7 @@ pub use light_extraction::light_fit::{DirectionalLight, LightFit, LightMetric};
 pub use light_extraction::peaks::{Peak, PeakSearch, local_maxima};
 pub use product::gaunt::{GauntCoefficient, GauntTensor, MAX_GAUNT_ORDER, gaunt_coefficient};
 pub use product::grid::product_on_grid;
+pub use product::lane_product::product_of_blocks;
 pub use product::matrix::ProductMatrix;
 pub use product::product::{product, product_as, product_into, square_into, zonal_product_into};
 pub use projection::least_squares::{Conditioning, LeastSquaresFit, least_squares};

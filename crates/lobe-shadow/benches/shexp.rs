@@ -5,7 +5,8 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use lobe_sh::{Basis, Rgb, ShL2, Zonal, coefficient_count, product_into};
+use lobe_sh::simd::{LANES, Lanes, Machine};
+use lobe_sh::{Basis, Rgb, ShL2, Zonal, coefficient_count, product_into, product_of_blocks};
 use lobe_shadow::{LogTable, LogTableOptions, Occluder, ShadowOptions, ShadowReceivers, SkyLight, SphereShadows};
 use lobe_testkit::Random;
 
@@ -19,9 +20,11 @@ const REPETITIONS: usize = 200;
 const UP: [f32; 3] = [0.0, 0.0, 1.0];
 
 fn main() {
-    println!("                       chain of products    shexp                  irradiance             visibility");
     println!(
-        "ns per receiver       products      whole visibility    ratios      chain    shexp ratio   cut     grouped"
+        "                       chain of products    shexp                  irradiance             visibility         sixteen at once"
+    );
+    println!(
+        "ns per receiver       products      whole visibility    ratios      chain    shexp ratio   cut     grouped   products ratio"
     );
     // In the one thread of a pool: nothing is handed from thread to thread.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
@@ -48,7 +51,8 @@ fn row(order: usize, count: usize, table: &LogTable) {
     let sky = SkyLight::new(&ShL2::constant(Rgb::new(1.0, 1.0, 1.0)), order).unwrap();
     let chain = Chain::new(order, &spheres);
     let factors: Vec<f32> = positions[..CHAINS].iter().flat_map(|p| chain.factors(*p)).collect();
-    let mut best = [f64::INFINITY; 7];
+    let blocks = chain.blocks(&positions[..LANES]);
+    let mut best = [f64::INFINITY; 8];
     for _ in 0..REPETITIONS {
         let few = &positions[..CHAINS];
         for (best, run) in best.iter_mut().zip([
@@ -62,13 +66,15 @@ fn row(order: usize, count: usize, table: &LogTable) {
             *best = best.min(seconds(|| shadows.visibility(black_box(&receivers))) / RECEIVERS as f64);
         }
         best[6] = best[6].min(seconds(|| all[0].irradiance(black_box(&receivers), &sky)) / RECEIVERS as f64);
+        best[7] = best[7].min(seconds(|| chain.products_of_blocks(&blocks)) / LANES as f64);
     }
-    let [products, whole, lit, visibility, cut, grouped, irradiance] = best.map(|seconds| 1e9 * seconds);
+    let [products, whole, lit, visibility, cut, grouped, irradiance, together] = best.map(|seconds| 1e9 * seconds);
     println!(
-        "order {order}, {count:3} {products:12.0} {whole:10.0} {visibility:10.0} {:6.1} {:5.1} {lit:9.0} {irradiance:8.0} {:6.1} {cut:7.0} {grouped:8.0}",
+        "order {order}, {count:3} {products:12.0} {whole:10.0} {visibility:10.0} {:6.1} {:5.1} {lit:9.0} {irradiance:8.0} {:6.1} {cut:7.0} {grouped:8.0} {together:10.0} {:5.1}",
         products / visibility,
         whole / visibility,
         lit / irradiance,
+        together / visibility,
     );
 }
 
@@ -147,6 +153,23 @@ impl<'a> Chain<'a> {
             sum += all[0];
         }
         sum
+    }
+
+    /// The factors of sixteen receivers side by side: `n²` blocks for each sphere.
+    fn blocks(&self, positions: &[[f32; 3]]) -> Vec<Lanes> {
+        let factors: Vec<Vec<f32>> = positions.iter().map(|p| self.factors(*p)).collect();
+        (0..factors[0].len()).map(|i| Lanes(std::array::from_fn(|lane| factors[lane][i]))).collect()
+    }
+
+    /// [`products`](Self::products) of sixteen receivers at once.
+    fn products_of_blocks(&self, factors: &[Lanes]) -> f32 {
+        let n = coefficient_count(self.order);
+        let (mut all, mut next) = (black_box(factors)[..n].to_vec(), vec![Lanes::ZERO; n]);
+        for factor in factors.chunks_exact(n).skip(1) {
+            product_of_blocks(Machine::detect(), self.order, &all, factor, &mut next);
+            std::mem::swap(&mut all, &mut next);
+        }
+        all[0][0]
     }
 
     fn visibility(&self, p: [f32; 3]) -> Vec<f32> {

@@ -14,7 +14,9 @@
 
 use std::env;
 
-use lobe_sh::{Dir, ExpMethod, Expansion as _, Exponential, LOG_CLAMP, ShVec, Zonal, ZonalLogarithm, product, project};
+use lobe_sh::{
+    Dir, ExpMethod, Expansion as _, Exponential, LOG_CLAMP, ShBatch, ShVec, Zonal, ZonalLogarithm, product, project,
+};
 use lobe_shadow::{BatchExponential, LogTable, LogTableOptions};
 use lobe_testkit::Random;
 
@@ -76,9 +78,10 @@ fn mean_errors(order: usize, count: usize, clusters: usize, scale: f64) -> (f64,
         for table in &tables {
             let mut f = ShVec::zero(order);
             spheres.iter().for_each(|&(s, angle)| f += &table.at(angle).towards(s, 1.0));
-            let mut blocks: Vec<[f32; 16]> = f.coefficients().iter().map(|c| [*c as f32; 16]).collect();
-            fast.of_block_in_place(&mut blocks);
-            found.push(ShVec::from_vec(blocks.iter().map(|block| f64::from(block[0])).collect()).unwrap());
+            let mut batch = ShBatch::zero(order, 1);
+            batch.set(0, &f.coefficients().iter().map(|c| *c as f32).collect::<Vec<f32>>());
+            fast.of_batch_in_place(&mut batch);
+            found.push(ShVec::from_vec(batch.blocks().iter().map(|block| f64::from(block[0])).collect()).unwrap());
         }
         for (sum, found) in errors.iter_mut().zip(&found) {
             let mut rest = found.clone();

@@ -24,6 +24,19 @@ pub(crate) enum Factors<'a> {
     One(&'a [Lanes]),
 }
 
+/// The product of each pair of functions in blocks, cut off at their order: as
+/// [`ShBatch::product_into`](crate::ShBatch::product_into), on blocks that are somewhere else and by a machine of choice.
+///
+/// # Panics
+/// If the slices do not have the same number of blocks, a multiple of `order²`, or the order is above
+/// [`MAX_GAUNT_ORDER`].
+pub fn product_of_blocks(machine: Machine, order: usize, a: &[Lanes], b: &[Lanes], out: &mut [Lanes]) {
+    let count = coefficient_count(order);
+    assert!(a.len() == out.len() && b.len() == out.len(), "{} and {} blocks for {}", a.len(), b.len(), out.len());
+    assert!(out.is_empty() || out.len().is_multiple_of(count), "{} blocks of order {order}", out.len());
+    multiply_blocks(machine, order, Factors::Two(a, b), out);
+}
+
 /// The product of each pair: `order²` blocks for each sixteen functions.
 ///
 /// ```text

@@ -1,5 +1,7 @@
 //! Sixteen numbers side by side.
 
+use core::ops::{Index, IndexMut};
+
 /// Numbers in one block: an AVX-512 register of `f32`, two of AVX2, four of NEON.
 pub const LANES: usize = 16;
 
@@ -10,119 +12,33 @@ pub struct Lanes(pub [f32; LANES]);
 
 impl Lanes {
     /// Zero in every lane.
-    pub const ZERO: Self = Self([0.0; LANES]);
+    pub const ZERO: Self = Self::splat(0.0);
+
+    /// One number in every lane.
+    #[must_use]
+    pub const fn splat(value: f32) -> Self {
+        Self([value; LANES])
+    }
+}
+
+impl Index<usize> for Lanes {
+    type Output = f32;
+
+    #[inline]
+    fn index(&self, lane: usize) -> &f32 {
+        &self.0[lane]
+    }
+}
+
+impl IndexMut<usize> for Lanes {
+    #[inline]
+    fn index_mut(&mut self, lane: usize) -> &mut f32 {
+        &mut self.0[lane]
+    }
 }
 
 impl Default for Lanes {
     fn default() -> Self {
         Self::ZERO
     }
-}
-
-#[cfg(feature = "std")]
-pub use wide::{Wide, constant};
-
-#[cfg(feature = "std")]
-mod wide {
-    use core::ops::{Add, Mul, Sub};
-
-    use pulp::Simd;
-
-    use super::{LANES, Lanes};
-
-    /// As many numbers as a register holds.
-    #[derive(Clone, Copy, Debug)]
-    pub struct Wide<S: Simd> {
-        simd: S,
-        values: S::f32s,
-    }
-
-    /// A constant in every lane.
-    #[inline(always)]
-    pub fn constant<S: Simd>(simd: S, value: f32) -> Wide<S> {
-        Wide { simd, values: simd.splat_f32s(value) }
-    }
-
-    impl<S: Simd> Wide<S> {
-        /// The parts into which a block falls.
-        pub const PARTS: usize = LANES / S::F32_LANES;
-
-        /// Part `part` of a block.
-        #[inline(always)]
-        pub fn load(simd: S, block: &Lanes, part: usize) -> Self {
-            Self::load_array(simd, &block.0, part)
-        }
-
-        /// Part `part` of sixteen numbers.
-        #[inline(always)]
-        pub fn load_array(simd: S, block: &[f32; LANES], part: usize) -> Self {
-            Self { simd, values: S::as_simd_f32s(block).0[part] }
-        }
-
-        /// To part `part` of a block.
-        #[inline(always)]
-        pub fn store(self, block: &mut Lanes, part: usize) {
-            self.store_array(&mut block.0, part);
-        }
-
-        /// To part `part` of sixteen numbers.
-        #[inline(always)]
-        pub fn store_array(self, block: &mut [f32; LANES], part: usize) {
-            S::as_mut_simd_f32s(block).0[part] = self.values;
-        }
-
-        /// `self · factor + term`, rounded once.
-        #[inline(always)]
-        pub fn times_plus(self, factor: Self, term: Self) -> Self {
-            self.with(self.simd.mul_add_e_f32s(self.values, factor.values, term.values))
-        }
-
-        /// `term - self · factor`, rounded once.
-        #[inline(always)]
-        pub fn times_from(self, factor: Self, term: Self) -> Self {
-            self.negated().times_plus(factor, term)
-        }
-
-        /// `self · factor - term`, rounded once.
-        #[inline(always)]
-        pub fn times_minus(self, factor: Self, term: Self) -> Self {
-            self.times_plus(factor, term.negated())
-        }
-
-        /// `-self`.
-        #[inline(always)]
-        pub fn negated(self) -> Self {
-            self.with(self.simd.xor_f32s(self.values, self.simd.splat_f32s(-0.0)))
-        }
-
-        /// -1 where this is negative, else 1.
-        #[inline(always)]
-        pub fn sign(self) -> Self {
-            let simd = self.simd;
-            let negative = simd.less_than_f32s(self.values, simd.splat_f32s(0.0));
-            self.with(simd.select_f32s(negative, simd.splat_f32s(-1.0), simd.splat_f32s(1.0)))
-        }
-
-        #[inline(always)]
-        fn with(self, values: S::f32s) -> Self {
-            Self { simd: self.simd, values }
-        }
-    }
-
-    macro_rules! operator {
-        ($trait:ident $method:ident $of_simd:ident) => {
-            impl<S: Simd> $trait for Wide<S> {
-                type Output = Self;
-
-                #[inline(always)]
-                fn $method(self, other: Self) -> Self {
-                    self.with(self.simd.$of_simd(self.values, other.values))
-                }
-            }
-        };
-    }
-
-    operator!(Add add add_f32s);
-    operator!(Sub sub sub_f32s);
-    operator!(Mul mul mul_f32s);
 }

@@ -1,22 +1,22 @@
 //! Where a receiver sees a sphere, and how large.
 
+use lobe_sh::simd::{LANES, Lanes, Wide, constant};
 use pulp::Simd;
 
 use crate::ShadowReceivers;
-use crate::accumulate::lanes::{BLOCK, Block, Lanes};
 
 /// Sixteen receivers: places and unit normals, coordinate by coordinate.
 #[derive(Clone, Debug)]
 pub(crate) struct ReceiverBlock {
-    pub(crate) position: [Block; 3],
-    pub(crate) normal: [Block; 3],
+    pub(crate) position: [Lanes; 3],
+    pub(crate) normal: [Lanes; 3],
 }
 
 impl ReceiverBlock {
     /// Those of up to sixteen numbers; the last one fills up.
     pub(crate) fn of(receivers: &ShadowReceivers<'_>, members: &[u32]) -> Self {
-        let mut block = Self { position: [[0.0; BLOCK]; 3], normal: [[0.0; BLOCK]; 3] };
-        for k in 0..BLOCK {
+        let mut block = Self { position: [Lanes::ZERO; 3], normal: [Lanes::ZERO; 3] };
+        for k in 0..LANES {
             let member = members[k.min(members.len() - 1)] as usize;
             let (position, normal) = (receivers.positions()[member], receivers.normals()[member]);
             for axis in 0..3 {
@@ -31,8 +31,8 @@ impl ReceiverBlock {
 /// A part of a block in registers.
 #[derive(Clone, Copy)]
 pub(crate) struct ReceiverLanes<S: Simd> {
-    position: [Lanes<S>; 3],
-    pub(crate) normal: [Lanes<S>; 3],
+    position: [Wide<S>; 3],
+    pub(crate) normal: [Wide<S>; 3],
 }
 
 impl<S: Simd> ReceiverLanes<S> {
@@ -40,15 +40,15 @@ impl<S: Simd> ReceiverLanes<S> {
     pub(crate) fn load(simd: S, block: &ReceiverBlock, part: usize) -> Self {
         // Array::map is not inlined where the instructions are.
         let ([px, py, pz], [nx, ny, nz]) = (&block.position, &block.normal);
-        let load = |c| Lanes::load(simd, c, part);
+        let load = |c| Wide::load(simd, c, part);
         Self { position: [load(px), load(py), load(pz)], normal: [load(nx), load(ny), load(nz)] }
     }
 }
 
 /// The direction to a sphere, and the square of the sine of its half angle.
 pub(crate) struct Aim<S: Simd> {
-    pub(crate) towards: [Lanes<S>; 3],
-    pub(crate) sin_squared: Lanes<S>,
+    pub(crate) towards: [Wide<S>; 3],
+    pub(crate) sin_squared: Wide<S>,
 }
 
 /// The height at which a sinking sphere counts, as a part of that of its top. With ½ half a sphere on the ground hid too little
@@ -88,7 +88,7 @@ const NO_DISTANCE: f32 = 1e-30;
 /// nothing.
 #[inline(always)]
 pub(crate) fn aim<S: Simd, const PLANE: bool>(simd: S, at: &ReceiverLanes<S>, center: [f32; 3], radius: f32) -> Aim<S> {
-    let splat = |value| Lanes::splat(simd, value);
+    let splat = |value| constant(simd, value);
     let (zero, r) = (splat(0.0), splat(radius));
     let [nx, ny, nz] = at.normal;
     let [px, py, pz] = at.position;

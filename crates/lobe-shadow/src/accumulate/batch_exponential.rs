@@ -1,11 +1,10 @@
 //! The exponential of many functions at once.
 
-use lobe_sh::simd::Machine;
-use lobe_sh::{Basis, ExpMethod, OptimalLinear, coefficient_count};
+use lobe_sh::simd::{LANES, Lanes, Machine, Wide, constant};
+use lobe_sh::{Basis, ExpMethod, OptimalLinear, ShBatch, coefficient_count};
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::ShadowError;
-use crate::accumulate::lanes::{BLOCK, Block, Lanes};
 use crate::accumulate::log_table::MAX_TABLE_ORDER;
 
 /// Halvings at most: then the norm is below the rounding of 1.
@@ -76,20 +75,21 @@ impl BatchExponential {
         self.method
     }
 
-    /// Replaces sixteen functions by their exponentials: `f[i][k]` is coefficient `i` of function `k`. What is not finite
-    /// has no defined result.
+    /// Replaces functions by their exponentials. What is not finite has no defined result.
     ///
     /// # Panics
-    /// If `f` has not `n²` coefficients.
-    pub fn of_block_in_place(&self, f: &mut [[f32; 16]]) {
-        assert_eq!(f.len(), coefficient_count(self.order), "coefficients against those of order {}", self.order);
-        self.of_block_with(f, &mut vec![[0.0; BLOCK]; f.len()]);
+    /// If the functions have another order.
+    pub fn of_batch_in_place(&self, f: &mut ShBatch) {
+        assert_eq!(f.order(), self.order, "the order of the functions against that of the exponential");
+        let count = coefficient_count(self.order);
+        let mut room = vec![Lanes::ZERO; count];
+        f.blocks_mut().chunks_exact_mut(count).for_each(|block| self.of_block_with(block, &mut room));
     }
 
-    /// The same with room for as many numbers as `f` has.
-    pub(crate) fn of_block_with(&self, f: &mut [Block], result: &mut [Block]) {
+    /// Replaces sixteen functions, `n²` blocks, with room for as many.
+    pub(crate) fn of_block_with(&self, f: &mut [Lanes], result: &mut [Lanes]) {
         let mean = f[0];
-        f[0] = [0.0; BLOCK];
+        f[0] = Lanes::ZERO;
         match (&self.table, self.method) {
             (Some(table), method) => {
                 let limit = if let ExpMethod::Hybrid { limit } = method { limit } else { f64::INFINITY };
@@ -102,15 +102,15 @@ impl BatchExponential {
     }
 
     /// `Σ_points w q(f(s)) y_i(s)`.
-    fn on_grid(&self, f: &[Block], result: &mut [Block], value: Value) {
+    fn on_grid(&self, f: &[Lanes], result: &mut [Lanes], value: Value) {
         let (order, basis, weights) = (self.order, &self.basis, &self.weights);
         self.arch.dispatch(OnGrid { order, f, result, value, basis, weights });
     }
 
     /// `(a 1 + b f/2^p)^(2^p)`, every function with the least `p` that brings its norm to the limit.
-    fn hybrid(&self, f: &mut [Block], result: &mut [Block], table: &OptimalLinear, limit: f32) {
-        let mut halvings = [0; BLOCK];
-        for k in 0..BLOCK {
+    fn hybrid(&self, f: &mut [Lanes], result: &mut [Lanes], table: &OptimalLinear, limit: f32) {
+        let mut halvings = [0; LANES];
+        for k in 0..LANES {
             let norm = f.iter().map(|c| c[k] * c[k]).sum::<f32>().sqrt();
             halvings[k] = (norm / limit).log2().ceil().clamp(0.0, MOST_HALVINGS) as i32;
             let scale = 0.5_f32.powi(halvings[k]);
@@ -124,7 +124,7 @@ impl BatchExponential {
             f.copy_from_slice(result);
             self.on_grid(f, result, Value::Square);
             for (result, before) in result.iter_mut().zip(f.iter()) {
-                for k in 0..BLOCK {
+                for k in 0..LANES {
                     if step >= halvings[k] {
                         result[k] = before[k];
                     }
@@ -169,8 +169,8 @@ enum Value {
 /// To be compiled for the machine's registers: a type, because closures are not inlined there.
 struct OnGrid<'a> {
     order: usize,
-    f: &'a [Block],
-    result: &'a mut [Block],
+    f: &'a [Lanes],
+    result: &'a mut [Lanes],
     value: Value,
     basis: &'a [[f32; PAIRS]],
     weights: &'a [[f32; PAIRS]],
@@ -181,13 +181,13 @@ impl WithSimd for OnGrid<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        self.result.fill([0.0; BLOCK]);
-        for part in 0..Lanes::<S>::PARTS {
+        self.result.fill(Lanes::ZERO);
+        for part in 0..Wide::<S>::PARTS {
             for (rows, weights) in self.basis.chunks_exact(self.f.len()).zip(self.weights) {
                 let mut even = self.summed(simd, part, 0, rows);
                 let mut odd = self.summed(simd, part, 1, rows);
                 for p in 0..PAIRS {
-                    let weight = Lanes::splat(simd, weights[p]);
+                    let weight = constant(simd, weights[p]);
                     let (at, opposite) = (self.value_of(even[p] + odd[p]), self.value_of(even[p] - odd[p]));
                     (even[p], odd[p]) = ((at + opposite) * weight, (at - opposite) * weight);
                 }
@@ -201,14 +201,14 @@ impl WithSimd for OnGrid<'_> {
 impl OnGrid<'_> {
     /// `Σ f_i y_i` over every second band, from `first` on, at one point of each pair.
     #[inline(always)]
-    fn summed<S: Simd>(&self, simd: S, part: usize, first: usize, rows: &[[f32; PAIRS]]) -> [Lanes<S>; PAIRS] {
-        let mut values = [Lanes::splat(simd, 0.0); PAIRS];
+    fn summed<S: Simd>(&self, simd: S, part: usize, first: usize, rows: &[[f32; PAIRS]]) -> [Wide<S>; PAIRS] {
+        let mut values = [constant(simd, 0.0); PAIRS];
         for l in (first..self.order).step_by(2) {
             let band = l * l..(l + 1) * (l + 1);
             for (f, y) in self.f[band.clone()].iter().zip(&rows[band]) {
-                let f = Lanes::load(simd, f, part);
+                let f = Wide::load(simd, f, part);
                 for p in 0..PAIRS {
-                    values[p] = f.times_plus(Lanes::splat(simd, y[p]), values[p]);
+                    values[p] = f.times_plus(constant(simd, y[p]), values[p]);
                 }
             }
         }
@@ -216,7 +216,7 @@ impl OnGrid<'_> {
     }
 
     #[inline(always)]
-    fn value_of<S: Simd>(&self, f: Lanes<S>) -> Lanes<S> {
+    fn value_of<S: Simd>(&self, f: Wide<S>) -> Wide<S> {
         if self.value == Value::Square { f * f } else { f.exp() }
     }
 }
@@ -228,15 +228,15 @@ fn add_projected<S: Simd>(
     part: usize,
     (order, first): (usize, usize),
     rows: &[[f32; PAIRS]],
-    values: &[Lanes<S>; PAIRS],
-    result: &mut [Block],
+    values: &[Wide<S>; PAIRS],
+    result: &mut [Lanes],
 ) {
     for l in (first..order).step_by(2) {
         let band = l * l..(l + 1) * (l + 1);
         for (result, y) in result[band.clone()].iter_mut().zip(&rows[band]) {
-            let mut sum = Lanes::load(simd, result, part);
+            let mut sum = Wide::load(simd, result, part);
             for p in 0..PAIRS {
-                sum = values[p].times_plus(Lanes::splat(simd, y[p]), sum);
+                sum = values[p].times_plus(constant(simd, y[p]), sum);
             }
             sum.store(result, part);
         }
@@ -245,8 +245,8 @@ fn add_projected<S: Simd>(
 
 /// Multiplies by the exponential of a mean: `factor` holds its coefficients `√4π` times as large.
 struct TimesExponential<'a> {
-    factor: Block,
-    values: &'a mut [Block],
+    factor: Lanes,
+    values: &'a mut [Lanes],
 }
 
 impl WithSimd for TimesExponential<'_> {
@@ -254,11 +254,11 @@ impl WithSimd for TimesExponential<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let per_coefficient = Lanes::splat(simd, (4.0 * std::f64::consts::PI).sqrt().recip() as f32);
-        for part in 0..Lanes::<S>::PARTS {
-            let factor = (Lanes::load(simd, &self.factor, part) * per_coefficient).exp();
+        let per_coefficient = constant(simd, (4.0 * std::f64::consts::PI).sqrt().recip() as f32);
+        for part in 0..Wide::<S>::PARTS {
+            let factor = (Wide::load(simd, &self.factor, part) * per_coefficient).exp();
             for values in self.values.iter_mut() {
-                (Lanes::load(simd, values, part) * factor).store(values, part);
+                (Wide::load(simd, values, part) * factor).store(values, part);
             }
         }
     }

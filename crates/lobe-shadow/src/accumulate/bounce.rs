@@ -1,12 +1,12 @@
 //! Light that spheres send on: one bounce.
 
+use lobe_sh::simd::{Lanes, Wide, constant};
 use lobe_sh::{Coefficient as _, Rgb, product_into};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use crate::ShadowError;
 use crate::accumulate::aim::{ReceiverBlock, ReceiverLanes, aim};
-use crate::accumulate::lanes::{BLOCK, Block, Lanes};
 use crate::accumulate::shares::{COSINE_OVER_PI, MONOMIALS, monomials, to_monomials};
 use crate::accumulate::sky_light::SkyLight;
 use crate::accumulate::sphere_tree::{Node, SphereTree};
@@ -40,7 +40,7 @@ impl Bounce {
         tree: &SphereTree,
         sky: &SkyLight,
         albedo: &[Rgb<f32>],
-        visibility_at: impl Fn(&Node) -> Vec<Block> + Sync,
+        visibility_at: impl Fn(&Node) -> Vec<Lanes> + Sync,
     ) -> Result<Self, ShadowError> {
         let invalid = |message: String| Err(ShadowError::Invalid { place: "albedo".to_owned(), message });
         if let Some(k) = albedo.iter().position(|a| !a.to_array().iter().all(|a| (0.0..=1.0).contains(a))) {
@@ -74,9 +74,9 @@ impl Bounce {
         arch: Arch,
         at: &ReceiverBlock,
         [near, far]: [&[Node]; 2],
-        white: &Block,
-    ) -> [Block; 3] {
-        let mut irradiance = [[0.0; BLOCK]; 3];
+        white: &Lanes,
+    ) -> [Lanes; 3] {
+        let mut irradiance = [Lanes::ZERO; 3];
         arch.dispatch(Reflected { bounce: self, at, near, far, white, irradiance: &mut irradiance });
         irradiance
     }
@@ -121,8 +121,8 @@ struct Reflected<'a> {
     at: &'a ReceiverBlock,
     near: &'a [Node],
     far: &'a [Node],
-    white: &'a Block,
-    irradiance: &'a mut [Block; 3],
+    white: &'a Lanes,
+    irradiance: &'a mut [Lanes; 3],
 }
 
 impl WithSimd for Reflected<'_> {
@@ -130,9 +130,9 @@ impl WithSimd for Reflected<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let splat = |value| Lanes::splat(simd, value);
+        let splat = |value| constant(simd, value);
         let pi = splat(std::f32::consts::PI);
-        for part in 0..Lanes::<S>::PARTS {
+        for part in 0..Wide::<S>::PARTS {
             let at = ReceiverLanes::load(simd, self.at, part);
             let mut sums = [splat(0.0); 3];
             let mut filled = splat(0.0);
@@ -157,7 +157,7 @@ impl WithSimd for Reflected<'_> {
                 }
             }
             // What the visibility has hidden of the cosine, over what the spheres would fill one by one.
-            let hidden = splat(1.0) - Lanes::load(simd, self.white, part) * splat(std::f32::consts::FRAC_1_PI);
+            let hidden = splat(1.0) - Wide::load(simd, self.white, part) * splat(std::f32::consts::FRAC_1_PI);
             let share = (hidden * filled.max(splat(f32::MIN_POSITIVE)).recip()).max(splat(0.0)).min(splat(1.0));
             for (sum, block) in sums.into_iter().zip(&mut *self.irradiance) {
                 (pi * share * sum).store(block, part);

@@ -1,8 +1,7 @@
 //! The basis in lanes: one direction for each receiver.
 
+use lobe_sh::simd::{Wide, constant};
 use pulp::Simd;
-
-use crate::accumulate::lanes::Lanes;
 
 /// Bands at most: eight of expansions, and the ninth of the clamped cosine.
 pub(crate) const MOST_BANDS: usize = 9;
@@ -45,10 +44,10 @@ impl Columns {
         &self,
         simd: S,
         bands: usize,
-        [x, y, z]: [Lanes<S>; 3],
-    ) -> [Lanes<S>; MOST_BANDS * MOST_BANDS] {
-        let mut out = [Lanes::splat(simd, 0.0); MOST_BANDS * MOST_BANDS];
-        let splat = |value| Lanes::splat(simd, value);
+        [x, y, z]: [Wide<S>; 3],
+    ) -> [Wide<S>; MOST_BANDS * MOST_BANDS] {
+        let mut out = [constant(simd, 0.0); MOST_BANDS * MOST_BANDS];
+        let splat = |value| constant(simd, value);
         let (mut cos, mut sin) = (splat(1.0), splat(0.0));
         for m in 0..bands.min(MOST_BANDS) {
             let (mut before, mut p) = (splat(0.0), splat(self.diagonal[m]));

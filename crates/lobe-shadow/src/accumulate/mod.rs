@@ -1,7 +1,7 @@
 //! What many spheres together leave of the sky: the sum of their logarithms, and its exponential ([Ren et al. 2006]).
 //!
 //! Read [`log_table`] first (and [`log_table_file`] for its file), then [`aim`], how a receiver sees a sphere,
-//! [`sum_logarithms`], the kernel in [`lanes`] and [`columns`], and [`batch_exponential`]. [`shares`] lets spheres that overlap
+//! [`sum_logarithms`], the kernel in [`columns`], and [`batch_exponential`]. [`shares`] lets spheres that overlap
 //! share what they hide, [`sphere_tree`] many spheres count as one,
 //! [`sky_light`] turns visibility into irradiance, [`bounce`] adds what spheres reflect, and [`sphere_shadows`] is all of it for
 //! a set of receivers. Uses no other room.
@@ -12,7 +12,6 @@ mod aim;
 pub(crate) mod batch_exponential;
 pub(crate) mod bounce;
 mod columns;
-pub(crate) mod lanes;
 pub(crate) mod log_table;
 pub(crate) mod log_table_file;
 pub(crate) mod occluder;

@@ -16,11 +16,11 @@
 //!
 //! `x_i` is expanded to three bands, which hold all but 1/128 of the clamped cosine.
 
+use lobe_sh::simd::{Wide, constant};
 use lobe_sh::{Basis, SphereQuadrature};
 use pulp::Simd;
 use rayon::prelude::*;
 
-use crate::accumulate::lanes::Lanes;
 use crate::accumulate::occluder::Occluder;
 
 /// Monomials of the first three bands: 1, x, y, z, xy, yz, z², xz, x² - y².
@@ -79,21 +79,21 @@ impl Share {
 
     /// The share towards sixteen receivers, that see the sphere in direction `towards`.
     #[inline(always)]
-    pub(crate) fn towards<S: Simd>(&self, simd: S, towards: [Lanes<S>; 3]) -> Lanes<S> {
-        let Self::Part(factors) = self else { return Lanes::splat(simd, self.mean()) };
-        let mut share = Lanes::splat(simd, 0.0);
+    pub(crate) fn towards<S: Simd>(&self, simd: S, towards: [Wide<S>; 3]) -> Wide<S> {
+        let Self::Part(factors) = self else { return constant(simd, self.mean()) };
+        let mut share = constant(simd, 0.0);
         for (monomial, factor) in monomials(simd, towards).into_iter().zip(factors) {
-            share = monomial.times_plus(Lanes::splat(simd, *factor), share);
+            share = monomial.times_plus(constant(simd, *factor), share);
         }
         // Three bands overshoot.
-        share.max(Lanes::splat(simd, 0.0)).min(Lanes::splat(simd, 1.0))
+        share.max(constant(simd, 0.0)).min(constant(simd, 1.0))
     }
 }
 
 /// The [`MONOMIALS`] of directions.
 #[inline(always)]
-pub(crate) fn monomials<S: Simd>(simd: S, [x, y, z]: [Lanes<S>; 3]) -> [Lanes<S>; MONOMIALS] {
-    [Lanes::splat(simd, 1.0), x, y, z, x * y, y * z, z * z, x * z, x * x - y * y]
+pub(crate) fn monomials<S: Simd>(simd: S, [x, y, z]: [Wide<S>; 3]) -> [Wide<S>; MONOMIALS] {
+    [constant(simd, 1.0), x, y, z, x * y, y * z, z * z, x * z, x * x - y * y]
 }
 
 /// The factors of the monomials for an expansion of three bands.

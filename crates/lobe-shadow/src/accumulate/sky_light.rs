@@ -1,12 +1,11 @@
 //! Light of the sky, made ready to fall on surfaces that see a part of it.
 
-use lobe_sh::simd::Machine;
+use lobe_sh::simd::{Lanes, Machine, Wide, constant};
 use lobe_sh::{Coefficient as _, Expansion, GauntTensor, MAX_GAUNT_ORDER, Rgb, Zonal, coefficient_count};
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::ShadowError;
 use crate::accumulate::columns::{Columns, MOST_BANDS};
-use crate::accumulate::lanes::{BLOCK, Block, Lanes};
 use crate::accumulate::log_table::{MAX_TABLE_ORDER, rotation_factor};
 
 /// Bands of the clamped cosine at most. The first that is left out, of degree 10, has 0.5 % of the factor of the mean.
@@ -105,8 +104,8 @@ impl SkyLight {
             "coefficients against those of order {}",
             self.order
         );
-        let blocks: Vec<Block> = visibility.iter().map(|v| [*v; BLOCK]).collect();
-        let [r, g, b] = self.irradiance_of_block(Machine::detect().arch(), &normal.map(|n| [n; BLOCK]), &blocks);
+        let blocks: Vec<Lanes> = visibility.iter().map(|v| Lanes::splat(*v)).collect();
+        let [r, g, b] = self.irradiance_of_block(Machine::detect().arch(), &normal.map(Lanes::splat), &blocks);
         Rgb::new(r[0], g[0], b[0])
     }
 
@@ -114,10 +113,10 @@ impl SkyLight {
     pub(crate) fn irradiance_of_block<const C: usize>(
         &self,
         arch: Arch,
-        normal: &[Block; 3],
-        visibility: &[Block],
-    ) -> [Block; C] {
-        let mut out = [[0.0; BLOCK]; C];
+        normal: &[Lanes; 3],
+        visibility: &[Lanes],
+    ) -> [Lanes; C] {
+        let mut out = [Lanes::ZERO; C];
         arch.dispatch(Apply { sky: self, normal, visibility, out: &mut out });
         out
     }
@@ -131,9 +130,9 @@ fn has_cosine(l: usize) -> bool {
 /// To be compiled for the machine's registers.
 struct Apply<'a, const C: usize> {
     sky: &'a SkyLight,
-    normal: &'a [Block; 3],
-    visibility: &'a [Block],
-    out: &'a mut [Block; C],
+    normal: &'a [Lanes; 3],
+    visibility: &'a [Lanes],
+    out: &'a mut [Lanes; C],
 }
 
 impl<const C: usize> WithSimd for Apply<'_, C> {
@@ -142,18 +141,18 @@ impl<const C: usize> WithSimd for Apply<'_, C> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let n = self.visibility.len();
-        for part in 0..Lanes::<S>::PARTS {
+        for part in 0..Wide::<S>::PARTS {
             let [x, y, z] = self.normal;
-            let normal = [Lanes::load(simd, x, part), Lanes::load(simd, y, part), Lanes::load(simd, z, part)];
+            let normal = [Wide::load(simd, x, part), Wide::load(simd, y, part), Wide::load(simd, z, part)];
             let basis = self.sky.columns.eval(simd, self.sky.bands, normal);
-            let mut sums = [Lanes::splat(simd, 0.0); C];
+            let mut sums = [constant(simd, 0.0); C];
             for (row, y) in self.sky.rows.iter().zip(basis) {
                 let Some(row) = *row else { continue };
-                let mut along = [Lanes::splat(simd, 0.0); C];
+                let mut along = [constant(simd, 0.0); C];
                 for (v, entry) in self.visibility.iter().zip(&self.sky.operator[row * n..][..n]) {
-                    let v = Lanes::load(simd, v, part);
+                    let v = Wide::load(simd, v, part);
                     for c in 0..C {
-                        along[c] = v.times_plus(Lanes::splat(simd, entry[c]), along[c]);
+                        along[c] = v.times_plus(constant(simd, entry[c]), along[c]);
                     }
                 }
                 for c in 0..C {

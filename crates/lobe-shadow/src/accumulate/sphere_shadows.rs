@@ -1,7 +1,7 @@
 //! Receivers under a sky that many spheres hide.
 
 use derive_setters::Setters;
-use lobe_sh::simd::Machine;
+use lobe_sh::simd::{LANES, Lanes, Machine};
 use lobe_sh::{ExpMethod, Rgb, coefficient_count};
 use pulp::Arch;
 use rayon::prelude::*;
@@ -10,7 +10,6 @@ use crate::accumulate::aim::ReceiverBlock;
 use crate::accumulate::batch_exponential::BatchExponential;
 use crate::accumulate::bounce::Bounce;
 use crate::accumulate::columns::Columns;
-use crate::accumulate::lanes::{BLOCK, Block};
 use crate::accumulate::log_table::LogTable;
 use crate::accumulate::occluder::Occluder;
 use crate::accumulate::receiver_groups::{Group, sort_out};
@@ -39,7 +38,7 @@ pub struct ShadowOptions {
 }
 
 /// Receivers that a thread takes at a time where they share nothing.
-const AT_ONCE: usize = 16 * BLOCK;
+const AT_ONCE: usize = 16 * LANES;
 
 impl Default for ShadowOptions {
     /// On the grid, nodes up to a fifth of their distance, every receiver by itself; groups take what is twenty times
@@ -57,8 +56,8 @@ impl ShadowOptions {
                 return options(format!("expected {name} from 0 to 1, found {value}"));
             }
         }
-        if !self.group.is_multiple_of(BLOCK) {
-            return options(format!("expected groups of a multiple of {BLOCK} receivers, found {}", self.group));
+        if !self.group.is_multiple_of(LANES) {
+            return options(format!("expected groups of a multiple of {LANES} receivers, found {}", self.group));
         }
         Ok(())
     }
@@ -196,13 +195,14 @@ impl<'a> SphereShadows<'a> {
 
     /// What a sphere sees of the sky from its center, past those that it does not overlap: the others are parts of the same
     /// surface.
-    fn visibility_at(&self, leaf: &Node) -> Vec<Block> {
-        let mut f = vec![[0.0; BLOCK]; coefficient_count(self.table.order())];
-        let at = ReceiverBlock { position: leaf.center.map(|c| [c; BLOCK]), normal: [[0.0; BLOCK]; 3] };
+    fn visibility_at(&self, leaf: &Node) -> Vec<Lanes> {
+        let mut f = vec![Lanes::ZERO; coefficient_count(self.table.order())];
+        let at = ReceiverBlock { position: leaf.center.map(Lanes::splat), normal: [Lanes::ZERO; 3] };
         let is_apart = |other: &Node| distance(leaf.center, other.center) >= leaf.radius + other.radius;
         let others: Vec<Node> = self.leaves.iter().copied().filter(is_apart).collect();
         self.add(&at, &others, false, &mut f);
-        self.exponential.of_block_in_place(&mut f);
+        let mut room = vec![Lanes::ZERO; f.len()];
+        self.exponential.of_block_with(&mut f, &mut room);
         f
     }
 
@@ -243,7 +243,7 @@ impl<'a> SphereShadows<'a> {
         &self,
         receivers: &ShadowReceivers<'_>,
         stride: usize,
-        write: impl Fn(&ReceiverBlock, &Nodes<'_>, &[Block], &mut [f32]) + Sync,
+        write: impl Fn(&ReceiverBlock, &Nodes<'_>, &[Lanes], &mut [f32]) + Sync,
     ) -> Vec<f32> {
         let mut out = vec![0.0; receivers.len() * stride];
         if self.is_plain() {
@@ -255,7 +255,7 @@ impl<'a> SphereShadows<'a> {
             return out;
         }
         let order = receivers.coherent_order();
-        let together = self.options.group.max(BLOCK);
+        let together = self.options.group.max(LANES);
         let of_members = |members: &[u32]| {
             let mut values = vec![0.0; members.len() * stride];
             self.of_group(receivers, members, &mut values, &write);
@@ -281,23 +281,23 @@ impl<'a> SphereShadows<'a> {
         receivers: &ShadowReceivers<'_>,
         members: &[u32],
         out: &mut [f32],
-        write: &impl Fn(&ReceiverBlock, &Nodes<'_>, &[Block], &mut [f32]),
+        write: &impl Fn(&ReceiverBlock, &Nodes<'_>, &[Lanes], &mut [f32]),
     ) {
         let n = coefficient_count(self.table.order());
         let stride = out.len() / members.len().max(1);
         let (mut near, mut far) = (Vec::new(), Vec::new());
-        let mut shared = vec![[0.0; BLOCK]; n];
+        let mut shared = vec![Lanes::ZERO; n];
         if !self.is_plain() {
             let group = Group::new(receivers, members);
             let limit = (self.options.group > 0).then_some(self.options.far);
             sort_out(&self.tree, &group, self.options.cut, limit, &mut near, &mut far);
             // Accumulate what is far once, as the center of the group sees it.
-            let center = ReceiverBlock { position: group.center.map(|c| [c; BLOCK]), normal: [[0.0; BLOCK]; 3] };
+            let center = ReceiverBlock { position: group.center.map(Lanes::splat), normal: [Lanes::ZERO; 3] };
             self.add(&center, &far, false, &mut shared);
         }
         let nodes = Nodes { near: if self.is_plain() { &self.leaves } else { &near }, far: &far };
         let (mut f, mut room) = (shared.clone(), shared.clone());
-        for (members, out) in members.chunks(BLOCK).zip(out.chunks_mut(BLOCK * stride)) {
+        for (members, out) in members.chunks(LANES).zip(out.chunks_mut(LANES * stride)) {
             let at = ReceiverBlock::of(receivers, members);
             f.copy_from_slice(&shared);
             self.add(&at, nodes.near, true, &mut f);
@@ -306,7 +306,7 @@ impl<'a> SphereShadows<'a> {
         }
     }
 
-    fn add(&self, at: &ReceiverBlock, nodes: &[Node], plane: bool, sums: &mut [Block]) {
+    fn add(&self, at: &ReceiverBlock, nodes: &[Node], plane: bool, sums: &mut [Lanes]) {
         add_logarithms(self.arch, self.table, &self.columns, at, nodes, plane, sums);
     }
 }

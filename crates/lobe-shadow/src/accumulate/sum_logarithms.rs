@@ -1,11 +1,11 @@
 //! The sum of the logarithms of many spheres, each turned to where the receiver sees it.
 
 use lobe_sh::coefficient_count;
+use lobe_sh::simd::{Lanes, Wide, constant};
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::accumulate::aim::{ReceiverBlock, ReceiverLanes, aim};
 use crate::accumulate::columns::Columns;
-use crate::accumulate::lanes::{BLOCK, Block, Lanes};
 use crate::accumulate::log_table::{FIT, LogTable, MAX_TABLE_ORDER};
 use crate::accumulate::sphere_tree::Node;
 
@@ -22,7 +22,7 @@ pub(crate) fn add_logarithms(
     at: &ReceiverBlock,
     nodes: &[Node],
     plane: bool,
-    sums: &mut [Block],
+    sums: &mut [Lanes],
 ) {
     macro_rules! of_orders {
         ($($n:literal)*) => {
@@ -44,7 +44,7 @@ struct AddLogarithms<'a, const N: usize, const PLANE: bool> {
     columns: &'a Columns,
     at: &'a ReceiverBlock,
     nodes: &'a [Node],
-    sums: &'a mut [Block],
+    sums: &'a mut [Lanes],
 }
 
 impl<const N: usize, const PLANE: bool> WithSimd for AddLogarithms<'_, N, PLANE> {
@@ -56,15 +56,15 @@ impl<const N: usize, const PLANE: bool> WithSimd for AddLogarithms<'_, N, PLANE>
         // Arrays of known size, so that no index is checked in the loop.
         let mut fit = [[0.0; FIT]; N];
         fit.iter_mut().zip(&self.table.fit).for_each(|(fit, c)| *fit = *c);
-        for part in 0..Lanes::<S>::PARTS {
+        for part in 0..Wide::<S>::PARTS {
             let at = ReceiverLanes::load(simd, self.at, part);
-            let mut sums = [Lanes::splat(simd, 0.0); MAX_LEN];
+            let mut sums = [constant(simd, 0.0); MAX_LEN];
             for (sum, out) in sums.iter_mut().zip(out.iter()) {
-                *sum = Lanes::load(simd, out, part);
+                *sum = Wide::load(simd, out, part);
             }
             for node in self.nodes {
                 let seen = aim::<S, PLANE>(simd, &at, node.center, node.radius);
-                let count = node.share.towards(simd, seen.towards) * Lanes::splat(simd, node.count);
+                let count = node.share.towards(simd, seen.towards) * constant(simd, node.count);
                 let factors = factors::<S, N>(simd, self.table, &fit, seen.sin_squared, count);
                 add_rotated::<S, N>(simd, self.columns, seen.towards, &factors, &mut sums);
             }
@@ -81,23 +81,23 @@ fn factors<S: Simd, const N: usize>(
     simd: S,
     table: &LogTable,
     fit: &[[f32; FIT]; N],
-    u: Lanes<S>,
-    count: Lanes<S>,
-) -> [Lanes<S>; N] {
+    u: Wide<S>,
+    count: Wide<S>,
+) -> [Wide<S>; N] {
     let end = table.fit_end;
-    let small = u.min(Lanes::splat(simd, end));
-    let x = small.times_plus(Lanes::splat(simd, 2.0 / end), Lanes::splat(simd, -1.0));
+    let small = u.min(constant(simd, end));
+    let x = small.times_plus(constant(simd, 2.0 / end), constant(simd, -1.0));
     let scaled = small * count;
     let mut factors = [scaled; N];
     for l in 0..N {
-        let mut p = Lanes::splat(simd, fit[l][FIT - 1]);
+        let mut p = constant(simd, fit[l][FIT - 1]);
         for k in (0..FIT - 1).rev() {
-            p = p.times_plus(x, Lanes::splat(simd, fit[l][k]));
+            p = p.times_plus(x, constant(simd, fit[l][k]));
         }
         factors[l] = p * scaled;
     }
-    if u.any_above(Lanes::splat(simd, end)) {
-        let (mut sizes, mut counts, mut rows) = ([0.0; BLOCK], [0.0; BLOCK], [[0.0; BLOCK]; N]);
+    if u.any_above(constant(simd, end)) {
+        let (mut sizes, mut counts, mut rows) = (Lanes::ZERO, Lanes::ZERO, [Lanes::ZERO; N]);
         u.store(&mut sizes, 0);
         count.store(&mut counts, 0);
         for l in 0..N {
@@ -105,7 +105,7 @@ fn factors<S: Simd, const N: usize>(
         }
         look_up(table, &sizes, &counts, &mut rows);
         for l in 0..N {
-            factors[l] = Lanes::load(simd, &rows[l], 0);
+            factors[l] = Wide::load(simd, &rows[l], 0);
         }
     }
     factors
@@ -114,8 +114,8 @@ fn factors<S: Simd, const N: usize>(
 /// Takes the factors of large spheres from the rows of the table, lane by lane.
 #[cold]
 #[inline(never)]
-fn look_up<const N: usize>(table: &LogTable, sizes: &Block, counts: &Block, rows: &mut [Block; N]) {
-    for (k, u) in sizes.iter().enumerate().filter(|(_, u)| **u > table.fit_end) {
+fn look_up<const N: usize>(table: &LogTable, sizes: &Lanes, counts: &Lanes, rows: &mut [Lanes; N]) {
+    for (k, u) in sizes.0.iter().enumerate().filter(|(_, u)| **u > table.fit_end) {
         let mut exact = [0.0; N];
         table.interpolated(1.0 - (1.0 - u).max(0.0).sqrt(), &mut exact);
         rows.iter_mut().zip(exact).for_each(|(row, exact)| row[k] = counts[k] * exact);
@@ -127,11 +127,11 @@ fn look_up<const N: usize>(table: &LogTable, sizes: &Block, counts: &Block, rows
 fn add_rotated<S: Simd, const N: usize>(
     simd: S,
     columns: &Columns,
-    [x, y, z]: [Lanes<S>; 3],
-    factors: &[Lanes<S>; N],
-    sums: &mut [Lanes<S>; MAX_LEN],
+    [x, y, z]: [Wide<S>; 3],
+    factors: &[Wide<S>; N],
+    sums: &mut [Wide<S>; MAX_LEN],
 ) {
-    let splat = |value| Lanes::splat(simd, value);
+    let splat = |value| constant(simd, value);
     let (mut cos, mut sin) = (splat(1.0), splat(0.0));
     for m in 0..N {
         let (mut before, mut p) = (splat(0.0), splat(columns.diagonal[m]));

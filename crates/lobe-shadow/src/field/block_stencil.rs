@@ -1,9 +1,9 @@
 //! The samples around sixteen points at once, and their weights.
 
+use lobe_sh::simd::{Lanes, Wide, constant};
 use pulp::Simd;
 
 use crate::FieldGrid;
-use crate::accumulate::lanes::{BLOCK, Block, Lanes};
 
 /// Spheres around a point and vertices on each: weights at most.
 const MOST_WEIGHTS: usize = 16;
@@ -15,24 +15,24 @@ const FARTHEST: f32 = 1e18;
 #[derive(Clone, Debug)]
 pub(crate) struct BlockStencil {
     /// The place among the spheres: negative within the innermost, where this stencil does not hold.
-    pub(crate) place: Block,
+    pub(crate) place: Lanes,
     /// The first of the spheres around the point, and the vertex of least u and v on it: whole numbers.
-    pub(crate) sphere: Block,
-    pub(crate) vertex: Block,
+    pub(crate) sphere: Lanes,
+    pub(crate) vertex: Lanes,
     /// Sphere by sphere those of the vertices `(0, 0)`, `(1, 0)`, `(0, 1)` and `(1, 1)` of the cell.
-    pub(crate) weights: [Block; MOST_WEIGHTS],
-    squares: Block,
-    exponents: Block,
+    pub(crate) weights: [Lanes; MOST_WEIGHTS],
+    squares: Lanes,
+    exponents: Lanes,
 }
 
 impl BlockStencil {
     pub(crate) const NONE: Self = Self {
-        place: [0.0; BLOCK],
-        sphere: [0.0; BLOCK],
-        vertex: [0.0; BLOCK],
-        weights: [[0.0; BLOCK]; MOST_WEIGHTS],
-        squares: [0.0; BLOCK],
-        exponents: [0.0; BLOCK],
+        place: Lanes::ZERO,
+        sphere: Lanes::ZERO,
+        vertex: Lanes::ZERO,
+        weights: [Lanes::ZERO; MOST_WEIGHTS],
+        squares: Lanes::ZERO,
+        exponents: Lanes::ZERO,
     };
 
     /// Points relative to the center of the grid, in its radii: `rows` turns `offset` to them. `SPHERES` is 2 for linear
@@ -43,18 +43,18 @@ impl BlockStencil {
         simd: S,
         grid: &FieldGrid,
         rows: &[[f32; 3]; 3],
-        offset: &[Block; 3],
+        offset: &[Lanes; 3],
     ) {
-        for part in 0..Lanes::<S>::PARTS {
+        for part in 0..Wide::<S>::PARTS {
             let [x, y, z] = to_own(simd, part, rows, offset);
             x.times_plus(x, y.times_plus(y, z * z)).store(&mut self.squares, part);
         }
         let squares = self.squares;
         split_exponents(&mut self.squares, &mut self.exponents);
-        for part in 0..Lanes::<S>::PARTS {
-            let mantissa = Lanes::load(simd, &self.squares, part);
-            let logarithm = logarithm(simd, mantissa, Lanes::load(simd, &self.exponents, part));
-            let square = Lanes::load(simd, &squares, part);
+        for part in 0..Wide::<S>::PARTS {
+            let mantissa = Wide::load(simd, &self.squares, part);
+            let logarithm = logarithm(simd, mantissa, Wide::load(simd, &self.exponents, part));
+            let square = Wide::load(simd, &squares, part);
             let (sphere, radial) = self.radial::<S, SPHERES>(simd, part, grid, logarithm, square);
             sphere.store(&mut self.sphere, part);
             let corners = self.corners(simd, part, grid, to_own(simd, part, rows, offset));
@@ -73,10 +73,10 @@ impl BlockStencil {
         simd: S,
         part: usize,
         grid: &FieldGrid,
-        logarithm: Lanes<S>,
-        square: Lanes<S>,
-    ) -> (Lanes<S>, [Lanes<S>; SPHERES]) {
-        let splat = |value| Lanes::splat(simd, value);
+        logarithm: Wide<S>,
+        square: Wide<S>,
+    ) -> (Wide<S>, [Wide<S>; SPHERES]) {
+        let splat = |value| constant(simd, value);
         let last = (grid.spheres() - 1) as f32;
         let place = grid.place_in_lanes(simd, logarithm);
         place.store(&mut self.place, part);
@@ -104,8 +104,8 @@ impl BlockStencil {
 
     /// Stores the cell's vertex; the bilinear weights of its four.
     #[inline(always)]
-    fn corners<S: Simd>(&mut self, simd: S, part: usize, grid: &FieldGrid, [x, y, z]: [Lanes<S>; 3]) -> [Lanes<S>; 4] {
-        let (zero, one) = (Lanes::splat(simd, 0.0), Lanes::splat(simd, 1.0));
+    fn corners<S: Simd>(&mut self, simd: S, part: usize, grid: &FieldGrid, [x, y, z]: [Wide<S>; 3]) -> [Wide<S>; 4] {
+        let (zero, one) = (constant(simd, 0.0), constant(simd, 1.0));
         let (ax, ay, az) = (x.max(zero - x), y.max(zero - y), z.max(zero - z));
         let scale = (ax + ay + az).recip();
         let (px, py) = (x * scale, y * scale);
@@ -113,11 +113,11 @@ impl BlockStencil {
         let (fx, fy) = (one - ay * scale, one - ax * scale);
         let u = z.if_less(zero, px.if_less(zero, zero - fx, fx), px);
         let v = z.if_less(zero, py.if_less(zero, zero - fy, fy), py);
-        let half = Lanes::splat(simd, 0.5 * grid.cells() as f32);
+        let half = constant(simd, 0.5 * grid.cells() as f32);
         let (u, v) = ((u + one) * half, (v + one) * half);
         let most = (grid.cells() - 1) as f32;
         let (i, j) = (floor(simd, u, most), floor(simd, v, most));
-        j.times_plus(Lanes::splat(simd, most + 2.0), i).store(&mut self.vertex, part);
+        j.times_plus(constant(simd, most + 2.0), i).store(&mut self.vertex, part);
         let (a, b) = ((u - i).max(zero).min(one), (v - j).max(zero).min(one));
         let (na, nb) = (one - a, one - b);
         [na * nb, a * nb, na * b, a * b]
@@ -126,37 +126,37 @@ impl BlockStencil {
 
 /// Offsets in the frame of the entity.
 #[inline(always)]
-fn to_own<S: Simd>(simd: S, part: usize, rows: &[[f32; 3]; 3], offset: &[Block; 3]) -> [Lanes<S>; 3] {
+fn to_own<S: Simd>(simd: S, part: usize, rows: &[[f32; 3]; 3], offset: &[Lanes; 3]) -> [Wide<S>; 3] {
     let [x, y, z] = offset;
-    let d = [Lanes::load(simd, x, part), Lanes::load(simd, y, part), Lanes::load(simd, z, part)];
+    let d = [Wide::load(simd, x, part), Wide::load(simd, y, part), Wide::load(simd, z, part)];
     let [x, y, z] = rows;
     [row_times(simd, x, d), row_times(simd, y, d), row_times(simd, z, d)]
 }
 
 /// The product of a row and vectors, within the range whose squares are finite.
 #[inline(always)]
-fn row_times<S: Simd>(simd: S, row: &[f32; 3], [x, y, z]: [Lanes<S>; 3]) -> Lanes<S> {
+fn row_times<S: Simd>(simd: S, row: &[f32; 3], [x, y, z]: [Wide<S>; 3]) -> Wide<S> {
     let [a, b, c] = row;
-    let (a, b, c) = (Lanes::splat(simd, *a), Lanes::splat(simd, *b), Lanes::splat(simd, *c));
+    let (a, b, c) = (constant(simd, *a), constant(simd, *b), constant(simd, *c));
     let sum = a.times_plus(x, b.times_plus(y, c * z));
-    sum.max(Lanes::splat(simd, -FARTHEST)).min(Lanes::splat(simd, FARTHEST))
+    sum.max(constant(simd, -FARTHEST)).min(constant(simd, FARTHEST))
 }
 
 /// The largest whole number that is not above `x`, from 0 to `most`; that below is as good for a whole `x`.
 #[inline(always)]
-fn floor<S: Simd>(simd: S, x: Lanes<S>, most: f32) -> Lanes<S> {
+fn floor<S: Simd>(simd: S, x: Wide<S>, most: f32) -> Wide<S> {
     // Neighbors of this number are whole: the sum is rounded to one of them.
     const SHIFT: f32 = 12_582_912.0;
-    let splat = |value| Lanes::splat(simd, value);
+    let splat = |value| constant(simd, value);
     let below = (x - splat(0.5)) + splat(SHIFT);
     (below - splat(SHIFT)).max(splat(0.0)).min(splat(most))
 }
 
 /// Takes positive numbers apart into `m 2^e` with `m` from √½ to √2.
 #[inline(always)]
-fn split_exponents(numbers: &mut Block, exponents: &mut Block) {
+fn split_exponents(numbers: &mut Lanes, exponents: &mut Lanes) {
     const ROOT_OF_HALF: u32 = std::f32::consts::FRAC_1_SQRT_2.to_bits();
-    for (x, exponent) in numbers.iter_mut().zip(exponents) {
+    for (x, exponent) in numbers.0.iter_mut().zip(&mut exponents.0) {
         let bits = x.to_bits();
         let e = (bits.wrapping_sub(ROOT_OF_HALF) as i32) >> (f32::MANTISSA_DIGITS - 1);
         *x = f32::from_bits(bits.wrapping_sub((e as u32) << (f32::MANTISSA_DIGITS - 1)));
@@ -171,8 +171,8 @@ fn split_exponents(numbers: &mut Block, exponents: &mut Block) {
 ///   ½ ln m = s + s³/3 + s⁵/5 + s⁷/7 + ...        s = (m - 1)/(m + 1), |s| < 0.172
 /// ```
 #[inline(always)]
-fn logarithm<S: Simd>(simd: S, m: Lanes<S>, e: Lanes<S>) -> Lanes<S> {
-    let splat = |value| Lanes::splat(simd, value);
+fn logarithm<S: Simd>(simd: S, m: Wide<S>, e: Wide<S>) -> Wide<S> {
+    let splat = |value| constant(simd, value);
     let s = (m - splat(1.0)) * (m + splat(1.0)).recip();
     let square = s * s;
     let series = square.times_plus(splat(1.0 / 7.0), splat(1.0 / 5.0));
@@ -182,8 +182,8 @@ fn logarithm<S: Simd>(simd: S, m: Lanes<S>, e: Lanes<S>) -> Lanes<S> {
 
 /// [`catmull_rom`](crate::field::field_grid::catmull_rom) in lanes.
 #[inline(always)]
-fn catmull_rom<S: Simd>(simd: S, t: Lanes<S>) -> [Lanes<S>; 4] {
-    let splat = |value| Lanes::splat(simd, value);
+fn catmull_rom<S: Simd>(simd: S, t: Wide<S>) -> [Wide<S>; 4] {
+    let splat = |value| constant(simd, value);
     let (t2, half) = (t * t, splat(0.5));
     let t3 = t2 * t;
     [
@@ -198,11 +198,12 @@ fn catmull_rom<S: Simd>(simd: S, t: Lanes<S>) -> [Lanes<S>; 4] {
 mod tests {
     use super::*;
     use crate::RadialInterpolation;
+    use lobe_sh::simd::LANES;
     use lobe_testkit::Random;
     use pulp::{Arch, WithSimd};
     use std::collections::BTreeMap;
 
-    struct Fill<'a, const SPHERES: usize>(&'a mut BlockStencil, &'a FieldGrid, [[f32; 3]; 3], [Block; 3]);
+    struct Fill<'a, const SPHERES: usize>(&'a mut BlockStencil, &'a FieldGrid, [[f32; 3]; 3], [Lanes; 3]);
 
     impl<const SPHERES: usize> WithSimd for Fill<'_, SPHERES> {
         type Output = ();
@@ -233,14 +234,14 @@ mod tests {
         for (spheres, cells, range) in [(2, 2, [0.5, 4.0]), (5, 6, [0.25, 8.0]), (16, 16, [1e-3, 1e3])] {
             let grid = FieldGrid::new([0.0; 3], 2.0, range, spheres, cells).unwrap();
             for k in 0..400 {
-                let mut points = [[0.0; 3]; BLOCK];
+                let mut points = [[0.0; 3]; LANES];
                 for point in &mut points {
                     let r = range[0] * (4.0 * range[1] / range[0]).powf(random.unit());
                     *point = random.direction().map(|c| (r * c) as f32);
                     // On the folds too.
                     point[k % 5 % 3] *= if k % 5 < 3 { 0.0 } else { 1.0 };
                 }
-                let offset: [Block; 3] = [0, 1, 2].map(|c| points.map(|point| point[c]));
+                let offset: [Lanes; 3] = [0, 1, 2].map(|c| Lanes(points.map(|point| point[c])));
                 for arch in [Arch::new(), Arch::Scalar] {
                     for interpolation in [RadialInterpolation::Linear, RadialInterpolation::Cubic] {
                         let spheres = if interpolation == RadialInterpolation::Linear {
@@ -250,7 +251,7 @@ mod tests {
                             arch.dispatch(Fill::<4>(&mut stencil, &grid, identity, offset));
                             4
                         };
-                        for lane in (0..BLOCK).filter(|lane| stencil.place[*lane] > 0.0) {
+                        for lane in (0..LANES).filter(|lane| stencil.place[*lane] > 0.0) {
                             let mut found = taps(&grid, &stencil, spheres, lane);
                             for (row, weight) in grid.stencil(points[lane], interpolation).taps() {
                                 *found.entry(grid.representative(*row as usize)).or_insert(0.0) -= weight;

@@ -1,13 +1,12 @@
 //! The chain of products for sixteen receivers side by side.
 
-use lobe_sh::{Rgb, RotationMatrices, Zonal, product_into};
-use pulp::{Arch, Simd, WithSimd};
+use lobe_sh::simd::{LANES, Lanes, Machine, Wide, constant};
+use lobe_sh::{Rgb, RotationMatrices, Zonal, product_into, product_of_blocks};
+use pulp::{Simd, WithSimd};
 
-use crate::accumulate::lanes::{BLOCK, Block, Lanes};
 use crate::field::lane_basis::LaneBasis;
-use crate::field::lane_product::{Expansions, LaneProduct, ZERO};
 use crate::field::nearest_first::{Met, MetKind, Sights};
-use crate::field::placed::{LookUp, Placed, Positions};
+use crate::field::placed::{Expansions, LookUp, Placed, Positions, ZERO};
 use crate::{RadialInterpolation, RadianceField};
 
 /// What a receiver multiplies light by: `channels` expansions for each.
@@ -32,14 +31,13 @@ pub(crate) struct PlacedLamp<'a> {
 /// Everything that receivers share.
 #[derive(Debug)]
 pub(crate) struct Chain<'a> {
-    pub(crate) arch: Arch,
+    pub(crate) machine: Machine,
     pub(crate) order: usize,
     pub(crate) entities: Vec<Placed<'a>>,
     pub(crate) lamps: Vec<PlacedLamp<'a>>,
     pub(crate) negligible: f32,
     pub(crate) interpolation: RadialInterpolation,
     pub(crate) basis: LaneBasis,
-    pub(crate) product: &'static LaneProduct,
     /// For each band the factor of the clamped cosine over π.
     pub(crate) cosine: Vec<f32>,
 }
@@ -49,9 +47,9 @@ pub(crate) struct Chain<'a> {
 pub(crate) struct Group<'a> {
     pub(crate) positions: Positions,
     /// None where the horizon is not to be looked at.
-    pub(crate) normals: Option<[Block; 3]>,
+    pub(crate) normals: Option<[Lanes; 3]>,
     /// `order²` numbers for each, or nothing.
-    pub(crate) own: [Option<&'a [f32]>; BLOCK],
+    pub(crate) own: [Option<&'a [f32]>; LANES],
     /// The number of each receiver.
     pub(crate) members: &'a [u32],
 }
@@ -64,15 +62,15 @@ pub(crate) struct ChainScratch {
     product: Expansions,
     response: [Expansions; 3],
     /// The sums of channels.
-    sums: [Block; 3],
+    sums: [Lanes; 3],
     look_up: LookUp,
     sights: Sights,
-    met: [Vec<Met>; BLOCK],
+    met: [Vec<Met>; LANES],
     /// For each entity the lanes that meet it, and the place of its occlusion, `order²` blocks, among those kept.
     meetings: Vec<Meeting>,
-    occlusions: Vec<Block>,
+    occlusions: Vec<Lanes>,
     /// Those met at a step: the place of the occlusion, and 1 in the lanes that meet it.
-    step: Vec<(usize, Block)>,
+    step: Vec<(usize, Lanes)>,
     lamp: LampScratch,
 }
 
@@ -106,7 +104,7 @@ impl Default for ChainScratch {
             hidden: ZERO,
             product: ZERO,
             response: [ZERO; 3],
-            sums: [[0.0; BLOCK]; 3],
+            sums: [Lanes::ZERO; 3],
             look_up: LookUp::default(),
             sights: Sights::default(),
             met: Default::default(),
@@ -125,7 +123,7 @@ impl Chain<'_> {
 
     /// The visibility of a group, one receiver after the other into `out`.
     pub(crate) fn visibility_into(&self, group: &Group<'_>, scratch: &mut ChainScratch, out: &mut [f32]) {
-        scratch.sums = [[0.0; BLOCK]; 3];
+        scratch.sums = [Lanes::ZERO; 3];
         self.run(group, 0, scratch);
         for (lane, out) in out.chunks_exact_mut(self.len()).enumerate() {
             out.iter_mut().zip(&scratch.visible).for_each(|(out, v)| *out = v[lane]);
@@ -144,17 +142,17 @@ impl Chain<'_> {
         out: &mut [Rgb<f32>],
     ) {
         let channels = self.response_into(group, response, scratch);
-        scratch.sums = [[0.0; BLOCK]; 3];
+        scratch.sums = [Lanes::ZERO; 3];
         // Lamps are added on the way, with what is visible up to them.
         self.run(group, channels, scratch);
         let ChainScratch { visible, product, response, sums, .. } = scratch;
         for (c, response) in response[..channels].iter().enumerate() {
-            product[..self.len()].fill([0.0; BLOCK]);
-            self.arch.dispatch(Multiply { product: self.product, f: visible, g: response, out: product });
+            let product = &mut product[..self.len()];
+            product_of_blocks(self.machine, self.order, &visible[..self.len()], &response[..self.len()], product);
             // With one channel of the response all three of the light belong to it.
             for c in if channels == 1 { 0..3 } else { c..c + 1 } {
                 for (t, l) in product.iter().zip(&light[c * self.len()..][..self.len()]) {
-                    (0..BLOCK).for_each(|k| sums[c][k] -= t[k] * l);
+                    (0..LANES).for_each(|k| sums[c][k] += t[k] * l);
                 }
             }
         }
@@ -167,9 +165,14 @@ impl Chain<'_> {
     fn response_into(&self, group: &Group<'_>, response: Response<'_>, scratch: &mut ChainScratch) -> usize {
         match response {
             Response::Cosine => {
-                let normals = group.normals.unwrap_or([[0.0; BLOCK]; 3]);
+                let normals = group.normals.unwrap_or([Lanes::ZERO; 3]);
                 let out = &mut scratch.response[0];
-                self.arch.dispatch(Cosine { basis: &self.basis, factors: &self.cosine, normals: &normals, out });
+                self.machine.arch().dispatch(Cosine {
+                    basis: &self.basis,
+                    factors: &self.cosine,
+                    normals: &normals,
+                    out,
+                });
                 1
             }
             Response::Transfer { rows, channels } => {
@@ -197,17 +200,24 @@ impl Chain<'_> {
                 continue;
             }
             let ChainScratch { visible, hidden, product, occlusions, step, .. } = scratch;
+            let [visible, hidden, product] = [visible, hidden, product].map(|f| &mut f[..self.len()]);
+            self.machine.arch().dispatch(Gather { step, occlusions, out: hidden });
             // V (1 - O) = V - V O; the first entity of receivers in the open needs no product.
-            let factor = (!is_open).then_some(self.product);
-            self.arch.dispatch(Hide { factor, len: self.len(), step, occlusions, visible, hidden, product });
+            let what = if is_open {
+                &*hidden
+            } else {
+                product_of_blocks(self.machine, self.order, visible, hidden, product);
+                product
+            };
+            self.machine.arch().dispatch(Subtract { from: visible, what });
             is_open = false;
         }
     }
 
     /// What is visible past the receivers' own entities; whether that is everything.
     fn begin(&self, group: &Group<'_>, visible: &mut Expansions) -> bool {
-        visible[..self.len()].fill([0.0; BLOCK]);
-        visible[0] = [(4.0 * std::f32::consts::PI).sqrt(); BLOCK];
+        visible[..self.len()].fill(Lanes::ZERO);
+        visible[0] = Lanes::splat((4.0 * std::f32::consts::PI).sqrt());
         for (lane, own) in group.own.iter().enumerate() {
             for (v, own) in visible.iter_mut().zip(own.unwrap_or_default()) {
                 v[lane] = *own;
@@ -219,7 +229,7 @@ impl Chain<'_> {
     /// Lists what each lane meets; the most of them.
     fn meet(&self, group: &Group<'_>, lamps: bool, scratch: &mut ChainScratch) -> usize {
         let ChainScratch { sights, met, .. } = scratch;
-        sights.look(self.arch, &self.entities, &group.positions, group.normals.as_ref());
+        sights.look(self.machine.arch(), &self.entities, &group.positions, group.normals.as_ref());
         for (lane, met) in met.iter_mut().enumerate() {
             met.clear();
             if lane >= group.members.len() {
@@ -252,10 +262,10 @@ impl Chain<'_> {
             meeting.place = end;
             end += self.len();
             if occlusions.len() < end {
-                occlusions.resize(end, [0.0; BLOCK]);
+                occlusions.resize(end, Lanes::ZERO);
             }
             let out = &mut occlusions[meeting.place..end];
-            self.arch.dispatch(Occlude { chain: self, entity, group, lanes: meeting.lanes, look_up, out });
+            self.machine.arch().dispatch(Occlude { chain: self, entity, group, lanes: meeting.lanes, look_up, out });
         }
     }
 
@@ -267,7 +277,7 @@ impl Chain<'_> {
                 Some(MetKind::Occluder(k)) => {
                     let place = scratch.meetings[k].place;
                     let at = scratch.step.iter().position(|(other, _)| *other == place).unwrap_or_else(|| {
-                        scratch.step.push((place, [0.0; BLOCK]));
+                        scratch.step.push((place, Lanes::ZERO));
                         scratch.step.len() - 1
                     });
                     scratch.step[at].1[lane] = 1.0;
@@ -322,7 +332,7 @@ impl Chain<'_> {
 struct Cosine<'a> {
     basis: &'a LaneBasis,
     factors: &'a [f32],
-    normals: &'a [Block; 3],
+    normals: &'a [Lanes; 3],
     out: &'a mut Expansions,
 }
 
@@ -332,10 +342,10 @@ impl WithSimd for Cosine<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let [x, y, z] = self.normals;
-        for part in 0..Lanes::<S>::PARTS {
-            let normal = [Lanes::load(simd, x, part), Lanes::load(simd, y, part), Lanes::load(simd, z, part)];
+        for part in 0..Wide::<S>::PARTS {
+            let normal = [Wide::load(simd, x, part), Wide::load(simd, y, part), Wide::load(simd, z, part)];
             self.basis.for_each(simd, normal, |l, i, y| {
-                (y * Lanes::splat(simd, self.factors[l])).store(&mut self.out[i], part);
+                (y * constant(simd, self.factors[l])).store(&mut self.out[i], part);
             });
         }
     }
@@ -348,7 +358,7 @@ struct Occlude<'a, 'f> {
     group: &'a Group<'a>,
     lanes: u16,
     look_up: &'a mut LookUp,
-    out: &'a mut [Block],
+    out: &'a mut [Lanes],
 }
 
 impl WithSimd for Occlude<'_, '_> {
@@ -361,59 +371,45 @@ impl WithSimd for Occlude<'_, '_> {
     }
 }
 
-/// Takes a product off `out`.
-struct Multiply<'a> {
-    product: &'a LaneProduct,
-    f: &'a Expansions,
-    g: &'a Expansions,
-    out: &'a mut Expansions,
+/// What the lanes meet at a step, as one expansion.
+struct Gather<'a> {
+    step: &'a [(usize, Lanes)],
+    occlusions: &'a [Lanes],
+    out: &'a mut [Lanes],
 }
 
-impl WithSimd for Multiply<'_> {
+impl WithSimd for Gather<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        for part in 0..Lanes::<S>::PARTS {
-            self.product.subtract(simd, part, self.f, self.g, self.out);
+        let Self { step, occlusions, out } = self;
+        for part in 0..Wide::<S>::PARTS {
+            for (i, out) in out.iter_mut().enumerate() {
+                let mut sum = constant(simd, 0.0);
+                for (place, lanes) in step {
+                    let occlusion = Wide::load(simd, &occlusions[place + i], part);
+                    sum = Wide::load(simd, lanes, part).times_plus(occlusion, sum);
+                }
+                sum.store(out, part);
+            }
         }
     }
 }
 
-/// One step of the chain: what the lanes meet is hidden from them.
-struct Hide<'a> {
-    /// None where everything is visible before.
-    factor: Option<&'a LaneProduct>,
-    len: usize,
-    step: &'a [(usize, Block)],
-    occlusions: &'a [Block],
-    visible: &'a mut Expansions,
-    hidden: &'a mut Expansions,
-    product: &'a mut Expansions,
+struct Subtract<'a> {
+    from: &'a mut [Lanes],
+    what: &'a [Lanes],
 }
 
-impl WithSimd for Hide<'_> {
+impl WithSimd for Subtract<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { factor, len, step, occlusions, visible, hidden, product } = self;
-        for part in 0..Lanes::<S>::PARTS {
-            for (i, hidden) in hidden[..len].iter_mut().enumerate() {
-                let mut sum = Lanes::splat(simd, 0.0);
-                for (place, lanes) in step {
-                    sum =
-                        Lanes::load(simd, lanes, part).times_plus(Lanes::load(simd, &occlusions[place + i], part), sum);
-                }
-                sum.store(hidden, part);
-            }
-            if let Some(factor) = factor {
-                product[..len].copy_from_slice(&visible[..len]);
-                factor.subtract(simd, part, product, hidden, visible);
-            } else {
-                for (v, o) in visible[..len].iter_mut().zip(&*hidden) {
-                    (Lanes::load(simd, v, part) - Lanes::load(simd, o, part)).store(v, part);
-                }
+        for part in 0..Wide::<S>::PARTS {
+            for (from, what) in self.from.iter_mut().zip(self.what) {
+                (Wide::load(simd, from, part) - Wide::load(simd, what, part)).store(from, part);
             }
         }
     }

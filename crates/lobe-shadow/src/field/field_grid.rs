@@ -3,10 +3,10 @@
 use std::ops::RangeInclusive;
 
 use lobe_scene::Scene;
+use lobe_sh::simd::{Wide, constant};
 use pulp::Simd;
 
 use crate::ShadowError;
-use crate::accumulate::lanes::Lanes;
 use crate::field::octahedron::Octahedron;
 
 /// Sample points in all at most: their numbers are exact in `f32`.
@@ -304,8 +304,8 @@ impl FieldGrid {
 
     /// [`FieldGrid::place`] of several.
     #[inline(always)]
-    pub(crate) fn place_in_lanes<S: Simd>(&self, simd: S, logarithm: Lanes<S>) -> Lanes<S> {
-        let splat = |value: f64| Lanes::splat(simd, value as f32);
+    pub(crate) fn place_in_lanes<S: Simd>(&self, simd: S, logarithm: Wide<S>) -> Wide<S> {
+        let splat = |value: f64| constant(simd, value as f32);
         let root = logarithm.max(splat(0.0) - logarithm).sqrt();
         let per_step = logarithm.if_less(splat(0.0), splat(-self.per_step[0]), splat(self.per_step[1]));
         per_step.times_plus(root, splat(self.at_radius))

@@ -2,9 +2,8 @@
 
 use std::f64::consts::PI;
 
+use lobe_sh::simd::{Wide, constant};
 use pulp::Simd;
-
-use crate::accumulate::lanes::Lanes;
 
 /// The values of the basis in one direction of each lane.
 ///
@@ -47,10 +46,10 @@ impl LaneBasis {
     pub(crate) fn for_each<S: Simd>(
         &self,
         simd: S,
-        [x, y, z]: [Lanes<S>; 3],
-        mut emit: impl FnMut(usize, usize, Lanes<S>),
+        [x, y, z]: [Wide<S>; 3],
+        mut emit: impl FnMut(usize, usize, Wide<S>),
     ) {
-        let splat = |value| Lanes::splat(simd, value);
+        let splat = |value| constant(simd, value);
         let (mut cos, mut sin) = (splat(1.0), splat(0.0));
         let mut steps = self.steps.iter();
         for (m, diagonal) in self.diagonal.iter().enumerate() {
@@ -75,15 +74,15 @@ impl LaneBasis {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::accumulate::lanes::{BLOCK, Block};
+    use lobe_sh::simd::{LANES, Lanes};
     use lobe_sh::{Dir, eval_basis};
     use lobe_testkit::directions;
     use pulp::{Arch, WithSimd};
 
     struct All<'a> {
         basis: &'a LaneBasis,
-        axis: &'a [Block; 3],
-        out: &'a mut [Block],
+        axis: &'a [Lanes; 3],
+        out: &'a mut [Lanes],
     }
 
     impl WithSimd for All<'_> {
@@ -92,8 +91,8 @@ mod tests {
         #[inline(always)]
         fn with_simd<S: Simd>(self, simd: S) {
             let [x, y, z] = self.axis;
-            for part in 0..Lanes::<S>::PARTS {
-                let load = |c| Lanes::load(simd, c, part);
+            for part in 0..Wide::<S>::PARTS {
+                let load = |c| Wide::load(simd, c, part);
                 self.basis.for_each(simd, [load(x), load(y), load(z)], |l, i, value| {
                     assert!((l * l..(l + 1) * (l + 1)).contains(&i), "band {l} has no function {i}");
                     value.store(&mut self.out[i], part);
@@ -106,12 +105,12 @@ mod tests {
     fn every_lane_is_the_basis_in_its_direction() {
         for order in 1..=8 {
             let basis = LaneBasis::new(order);
-            for group in directions().chunks_exact(BLOCK) {
-                let axis = [0, 1, 2].map(|k| std::array::from_fn(|lane| group[lane][k] as f32));
+            for group in directions().chunks_exact(LANES) {
+                let axis = [0, 1, 2].map(|k| Lanes(std::array::from_fn(|lane| group[lane][k] as f32)));
                 for arch in [Arch::new(), Arch::Scalar] {
-                    let mut found = vec![[0.0; BLOCK]; order * order];
+                    let mut found = vec![Lanes::ZERO; order * order];
                     arch.dispatch(All { basis: &basis, axis: &axis, out: &mut found });
-                    for lane in 0..BLOCK {
+                    for lane in 0..LANES {
                         for (i, y) in eval_basis(Dir::from_unit(group[lane]), order).into_iter().enumerate() {
                             let off = (f64::from(found[i][lane]) - y).abs();
                             assert!(off < 5e-6, "order {order}, {:?}, {i}: off by {off}", group[lane]);

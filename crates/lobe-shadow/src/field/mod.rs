@@ -3,9 +3,8 @@
 //!
 //! Read `octahedron` and `field_grid` first, the sample points, and `axial`, the form of what is stored there; then
 //! `occlusion_field`, made by `bake_field` with the rays of `sky_rays`, and `radiance_field`. At run time `shadow_fields` is the
-//! way in and `chain` the loop over what `nearest_first` lists, sixteen receivers at once: `placed` looks up in `block_stencil`,
-//! `lane_product` multiplies. `field_file`, `field_storage` and `lamp_file` are its
-//! files. Uses `accumulate`.
+//! way in and `chain` the loop over what `nearest_first` lists, sixteen receivers at once: `placed` looks up in `block_stencil`.
+//! `field_file`, `field_storage` and `lamp_file` are its files. Uses no other room.
 
 pub(crate) mod axial;
 pub(crate) mod bake_field;
@@ -19,7 +18,6 @@ pub(crate) mod fill_inside;
 pub(crate) mod lamp;
 pub(crate) mod lamp_file;
 pub(crate) mod lane_basis;
-pub(crate) mod lane_product;
 pub(crate) mod nearest_first;
 pub(crate) mod occlusion_field;
 pub(crate) mod octahedron;

@@ -2,9 +2,9 @@
 
 use std::f32::consts::{PI, TAU};
 
+use lobe_sh::simd::{Lanes, Wide, constant};
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::accumulate::lanes::{BLOCK, Block, Lanes};
 use crate::field::placed::{Placed, Positions};
 
 /// What is met on the way outwards from a receiver, in the order of its distance; of equally distant ones occluders come
@@ -47,10 +47,10 @@ const BELOW: f32 = -1.0;
 #[derive(Debug, Default)]
 pub(crate) struct Sights {
     /// Squares of distances of the middles.
-    squares: Vec<Block>,
+    squares: Vec<Lanes>,
     /// Largest solid angles: of the bounding sphere `2π (1 - √(1 - (R/r)²))`, and all of the sphere from within. [`BELOW`] for
     /// what lies below the horizon.
-    sizes: Vec<Block>,
+    sizes: Vec<Lanes>,
     /// Sizes, as bits that have their order, and entities that may be left out.
     small: Vec<Met>,
 }
@@ -62,10 +62,10 @@ impl Sights {
         arch: Arch,
         entities: &[Placed<'_>],
         positions: &Positions,
-        normals: Option<&[Block; 3]>,
+        normals: Option<&[Lanes; 3]>,
     ) {
-        self.squares.resize(entities.len(), [0.0; BLOCK]);
-        self.sizes.resize(entities.len(), [0.0; BLOCK]);
+        self.squares.resize(entities.len(), Lanes::ZERO);
+        self.sizes.resize(entities.len(), Lanes::ZERO);
         arch.dispatch(Look { entities, positions, normals, squares: &mut self.squares, sizes: &mut self.sizes });
     }
 
@@ -107,9 +107,9 @@ impl Sights {
 struct Look<'a, 'f> {
     entities: &'a [Placed<'f>],
     positions: &'a Positions,
-    normals: Option<&'a [Block; 3]>,
-    squares: &'a mut [Block],
-    sizes: &'a mut [Block],
+    normals: Option<&'a [Lanes; 3]>,
+    squares: &'a mut [Lanes],
+    sizes: &'a mut [Lanes],
 }
 
 impl WithSimd for Look<'_, '_> {
@@ -117,13 +117,13 @@ impl WithSimd for Look<'_, '_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let splat = |value| Lanes::splat(simd, value);
+        let splat = |value| constant(simd, value);
         for (entity, (squares, sizes)) in self.entities.iter().zip(self.squares.iter_mut().zip(self.sizes)) {
             let [x, y, z] = &entity.towards(self.positions);
             let radius = splat(entity.radius() as f32);
             let within = radius * radius;
-            for part in 0..Lanes::<S>::PARTS {
-                let [x, y, z] = [Lanes::load(simd, x, part), Lanes::load(simd, y, part), Lanes::load(simd, z, part)];
+            for part in 0..Wide::<S>::PARTS {
+                let [x, y, z] = [Wide::load(simd, x, part), Wide::load(simd, y, part), Wide::load(simd, z, part)];
                 let square = x.times_plus(x, y.times_plus(y, z * z));
                 square.store(squares, part);
                 let ratio = (within * square.recip()).min(splat(1.0));
@@ -132,8 +132,8 @@ impl WithSimd for Look<'_, '_> {
                 let size = match self.normals {
                     None => size,
                     Some([nx, ny, nz]) => {
-                        let (nx, ny) = (Lanes::load(simd, nx, part), Lanes::load(simd, ny, part));
-                        let height = nx.times_plus(x, ny.times_plus(y, Lanes::load(simd, nz, part) * z));
+                        let (nx, ny) = (Wide::load(simd, nx, part), Wide::load(simd, ny, part));
+                        let height = nx.times_plus(x, ny.times_plus(y, Wide::load(simd, nz, part) * z));
                         (splat(0.0) - radius).if_less(height, size, splat(BELOW))
                     }
                 };
@@ -148,6 +148,7 @@ mod tests {
     use super::*;
     use crate::{FieldGrid, OcclusionField, Placement, RadialInterpolation};
     use lobe_sh::Rotation;
+    use lobe_sh::simd::LANES;
 
     /// The largest solid angle of a ball at a distance, in closed form.
     fn solid_angle(radius: f64, distance: f64) -> f64 {
@@ -166,11 +167,11 @@ mod tests {
                 Placed::new(&field, &placement, 1, RadialInterpolation::Linear)
             })
             .collect();
-        let up = [[0.0; BLOCK], [0.0; BLOCK], [1.0; BLOCK]];
+        let up = [Lanes::ZERO, Lanes::ZERO, Lanes::splat(1.0)];
         for arch in [Arch::new(), Arch::Scalar] {
             let ask = |normals, negligible| {
                 let (mut sights, mut met) = (Sights::default(), Vec::new());
-                sights.look(arch, &entities, &[[0.0; BLOCK]; 3], normals);
+                sights.look(arch, &entities, &[[0.0; LANES]; 3], normals);
                 let left_out = sights.add_occluders(5, negligible, &mut met);
                 met.sort_unstable();
                 let height = |m: &Met| match m.kind() {

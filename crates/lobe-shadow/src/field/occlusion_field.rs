@@ -1,8 +1,8 @@
 //! The object occlusion field: what an entity hides of the sky at every point around it.
 
+use lobe_sh::simd::LANES;
 use lobe_sh::{Dir, ShVec};
 
-use crate::accumulate::lanes::BLOCK;
 use crate::field::axial::Axial;
 use crate::{FieldGrid, RadialInterpolation, ShadowError};
 
@@ -10,7 +10,7 @@ use crate::{FieldGrid, RadialInterpolation, ShadowError};
 const ORDERS: std::ops::RangeInclusive<usize> = 1..=8;
 
 /// Numbers behind the last row, so that registers are filled from the end of any row.
-const SPARE: usize = BLOCK;
+const SPARE: usize = LANES;
 
 /// What an entity hides of the sky, at sample points on concentric spheres around it and between them.
 ///

@@ -1,12 +1,11 @@
 //! An occlusion field where its entity is, looked up for sixteen receivers at once.
 
+use lobe_sh::simd::{LANES, Lanes, Wide, constant};
 use lobe_sh::{Rotation, RotationMatrices};
 use pulp::Simd;
 
-use crate::accumulate::lanes::{BLOCK, Block, Lanes};
 use crate::field::block_stencil::BlockStencil;
 use crate::field::lane_basis::LaneBasis;
-use crate::field::lane_product::{Expansions, ZERO};
 use crate::{OcclusionField, Placement, RadialInterpolation};
 
 /// The longest row of a field, order 8, filled up to whole registers.
@@ -30,23 +29,32 @@ pub(crate) struct Placed<'a> {
     to_own: [[f32; 3]; 3],
 }
 
+/// Coefficients of the highest order.
+const MAX_LEN: usize = 64;
+
+/// An expansion for each of sixteen receivers, of which the first `order²` blocks are in use.
+pub(crate) type Expansions = [Lanes; MAX_LEN];
+
+/// Those that are 0.
+pub(crate) const ZERO: Expansions = [Lanes::ZERO; MAX_LEN];
+
 /// Sixteen points of the world.
-pub(crate) type Positions = [[f64; BLOCK]; 3];
+pub(crate) type Positions = [[f64; LANES]; 3];
 
 /// The buffers of lookups.
 #[derive(Debug)]
 pub(crate) struct LookUp {
     stencil: BlockStencil,
     /// `-towards`.
-    offset: [Block; 3],
+    offset: [Lanes; 3],
     row: [f32; MAX_ROW],
-    zonal: [Block; 8],
+    zonal: [Lanes; 8],
     rest: Expansions,
 }
 
 impl Default for LookUp {
     fn default() -> Self {
-        let (stencil, offset, zonal) = (BlockStencil::NONE, [[0.0; BLOCK]; 3], [[0.0; BLOCK]; 8]);
+        let (stencil, offset, zonal) = (BlockStencil::NONE, [Lanes::ZERO; 3], [Lanes::ZERO; 8]);
         Self { stencil, offset, row: [0.0; MAX_ROW], zonal, rest: ZERO }
     }
 }
@@ -74,10 +82,10 @@ impl<'a> Placed<'a> {
 
     /// From points of the world to the middle of the entity.
     #[inline(always)]
-    pub(crate) fn towards(&self, positions: &Positions) -> [Block; 3] {
-        let mut towards = [[0.0; BLOCK]; 3];
+    pub(crate) fn towards(&self, positions: &Positions) -> [Lanes; 3] {
+        let mut towards = [Lanes::ZERO; 3];
         for (towards, (center, positions)) in towards.iter_mut().zip(self.center.iter().zip(positions)) {
-            for (towards, position) in towards.iter_mut().zip(positions) {
+            for (towards, position) in towards.0.iter_mut().zip(positions) {
                 *towards = (center - position) as f32;
             }
         }
@@ -100,25 +108,23 @@ impl<'a> Placed<'a> {
         wanted: u16,
         basis: &LaneBasis,
         scratch: &mut LookUp,
-        out: &mut [Block],
+        out: &mut [Lanes],
     ) {
         let towards = self.towards(positions);
-        for (offset, towards) in scratch.offset.as_flattened_mut().iter_mut().zip(towards.as_flattened()) {
-            *offset = -towards;
-        }
+        scratch.offset = towards.map(|c| Lanes(c.0.map(|x| -x)));
         match self.interpolation {
             RadialInterpolation::Linear => self.rows_into::<S, 2, 8>(simd, wanted, scratch),
             RadialInterpolation::Cubic => self.rows_into::<S, 4, 16>(simd, wanted, scratch),
         }
-        for part in 0..Lanes::<S>::PARTS {
+        for part in 0..Wide::<S>::PARTS {
             self.turn_into(simd, part, &scratch.rest, out);
             let [x, y, z] = &towards;
-            let (x, y, z) = (Lanes::load(simd, x, part), Lanes::load(simd, y, part), Lanes::load(simd, z, part));
+            let (x, y, z) = (Wide::load(simd, x, part), Wide::load(simd, y, part), Wide::load(simd, z, part));
             let square = x.times_plus(x, y.times_plus(y, z * z));
-            let scale = square.max(Lanes::splat(simd, NO_DISTANCE)).inverse_sqrt();
+            let scale = square.max(constant(simd, NO_DISTANCE)).inverse_sqrt();
             basis.for_each(simd, [x * scale, y * scale, z * scale], |l, i, y| {
-                let zonal = Lanes::load(simd, &scratch.zonal[l], part);
-                y.times_plus(zonal, Lanes::load(simd, &out[i], part)).store(&mut out[i], part);
+                let zonal = Wide::load(simd, &scratch.zonal[l], part);
+                y.times_plus(zonal, Wide::load(simd, &out[i], part)).store(&mut out[i], part);
             });
         }
     }
@@ -130,9 +136,9 @@ impl<'a> Placed<'a> {
         let LookUp { stencil, offset, row, zonal, rest } = scratch;
         stencil.fill::<S, SPHERES>(simd, grid, &self.to_own, offset);
         let n = self.order * self.order;
-        zonal[..self.order].fill([0.0; BLOCK]);
-        rest[..n].fill([0.0; BLOCK]);
-        for lane in (0..BLOCK).filter(|lane| wanted >> lane & 1 == 1) {
+        zonal[..self.order].fill(Lanes::ZERO);
+        rest[..n].fill(Lanes::ZERO);
+        for lane in (0..LANES).filter(|lane| wanted >> lane & 1 == 1) {
             if stencil.place[lane] > 0.0 {
                 self.row_beyond::<S, SPHERES, TAPS>(simd, stencil, lane, row);
             } else {
@@ -186,10 +192,10 @@ impl<'a> Placed<'a> {
 
     /// Turns the rest into the world.
     #[inline(always)]
-    fn turn_into<S: Simd>(&self, simd: S, part: usize, rest: &Expansions, out: &mut [Block]) {
+    fn turn_into<S: Simd>(&self, simd: S, part: usize, rest: &Expansions, out: &mut [Lanes]) {
         if self.turn.is_empty() {
             for (out, g) in out.iter_mut().zip(&rest[..self.order * self.order]) {
-                Lanes::load(simd, g, part).store(out, part);
+                Wide::load(simd, g, part).store(out, part);
             }
             return;
         }
@@ -200,9 +206,9 @@ impl<'a> Placed<'a> {
             for out in &mut out[band] {
                 let (row, others) = rows.split_at(side);
                 rows = others;
-                let mut sum = Lanes::splat(simd, row[0]) * Lanes::load(simd, &rest[0], part);
+                let mut sum = constant(simd, row[0]) * Wide::load(simd, &rest[0], part);
                 for (entry, g) in row.iter().zip(rest).skip(1) {
-                    sum = Lanes::splat(simd, *entry).times_plus(Lanes::load(simd, g, part), sum);
+                    sum = constant(simd, *entry).times_plus(Wide::load(simd, g, part), sum);
                 }
                 sum.store(out, part);
             }

@@ -2,14 +2,12 @@
 
 use derive_setters::Setters;
 use lobe_prt::Transfer;
-use lobe_sh::simd::Machine;
+use lobe_sh::simd::{LANES, Lanes, Machine};
 use lobe_sh::{Rgb, Rotation, RotationMatrices, ShVec};
 use rayon::prelude::*;
 
-use crate::accumulate::lanes::BLOCK;
 use crate::field::chain::{Chain, ChainScratch, Group, PlacedLamp, Response, cosine_factors};
 use crate::field::lane_basis::LaneBasis;
-use crate::field::lane_product::LaneProduct;
 use crate::field::placed::Placed;
 use crate::{OcclusionField, Placement, RadialInterpolation, RadianceField, ShadowError, ShadowReceivers};
 
@@ -247,7 +245,7 @@ impl<'a> ShadowFields<'a> {
         let members = receivers.coherent_order();
         let width = zero.len();
         let mut found = zero.repeat(members.len());
-        let groups = members.par_chunks(BLOCK).zip(found.par_chunks_mut(BLOCK * width));
+        let groups = members.par_chunks(LANES).zip(found.par_chunks_mut(LANES * width));
         groups.for_each_init(ChainScratch::default, |scratch, (members, out)| {
             of(&self.group(receivers, members, horizon), scratch, out);
         });
@@ -269,14 +267,13 @@ impl<'a> ShadowFields<'a> {
         };
         let placed = |e: &PlacedField<'a>| Placed::new(e.field, &e.placement, self.order, self.options.interpolation);
         Chain {
-            arch: Machine::detect().arch(),
+            machine: Machine::detect(),
             order: self.order,
             entities: self.entities.iter().map(placed).collect(),
             lamps: self.lights.iter().map(lamp).collect(),
             negligible: self.options.negligible as f32,
             interpolation: self.options.interpolation,
             basis: LaneBasis::new(self.order),
-            product: LaneProduct::of_order(self.order),
             cosine: cosine_factors(self.order),
         }
     }
@@ -286,7 +283,7 @@ impl<'a> ShadowFields<'a> {
         let member = |lane: usize| members[lane.min(members.len() - 1)] as usize;
         Group {
             positions: std::array::from_fn(|c| std::array::from_fn(|lane| f64::from(positions[member(lane)][c]))),
-            normals: horizon.then(|| std::array::from_fn(|c| std::array::from_fn(|lane| normals[member(lane)][c]))),
+            normals: horizon.then(|| [0, 1, 2].map(|c| Lanes(std::array::from_fn(|lane| normals[member(lane)][c])))),
             own: std::array::from_fn(|lane| {
                 receivers.own(member(lane), receivers.own_width()).filter(|own| !own.is_empty())
             }),

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::fs;
 
-use lobe_sh::{Dir, ExpMethod, Expansion as _, Exponential, LOG_CLAMP, ShVec, Zonal, ZonalLogarithm};
+use lobe_sh::{Dir, ExpMethod, Expansion as _, Exponential, LOG_CLAMP, ShBatch, ShVec, Zonal, ZonalLogarithm};
 use lobe_shadow::{
     BatchExponential, LogTable, LogTableOptions, cached_log_table, read_log_table, read_log_table_bytes,
     write_log_table,
@@ -141,7 +141,7 @@ fn exponentials_of_blocks_are_those_of_the_scalar_path() {
             [(ExpMethod::Grid, 1e-5), (ExpMethod::OptimalLinear, 1e-5), (ExpMethod::Hybrid { limit: 1.0 }, 1e-3)]
         {
             let (scalar, batch) = (Exponential::new(order, method), BatchExponential::new(order, method).unwrap());
-            let functions: Vec<ShVec<f64>> = (0..16)
+            let functions: Vec<ShVec<f64>> = (0..20)
                 .map(|k| {
                     let mut f = ShVec::zero(order);
                     for _ in 0..k {
@@ -151,12 +151,13 @@ fn exponentials_of_blocks_are_those_of_the_scalar_path() {
                     f
                 })
                 .collect();
-            let mut blocks: Vec<[f32; 16]> =
-                (0..order * order).map(|i| std::array::from_fn(|k| functions[k][i] as f32)).collect();
-            batch.of_block_in_place(&mut blocks);
-            for (k, f) in functions.iter().enumerate() {
+            let single =
+                |f: &ShVec<f64>| ShVec::from_vec(f.coefficients().iter().map(|c| *c as f32).collect()).unwrap();
+            let mut found = ShBatch::from_functions(&functions.iter().map(single).collect::<Vec<ShVec<f32>>>());
+            batch.of_batch_in_place(&mut found);
+            for (k, (f, found)) in functions.iter().zip(found.to_functions()).enumerate() {
                 let expected = scalar.of(f);
-                let square: f64 = (0..order * order).map(|i| (f64::from(blocks[i][k]) - expected[i]).powi(2)).sum();
+                let square: f64 = (0..order * order).map(|i| (f64::from(found[i]) - expected[i]).powi(2)).sum();
                 let error = (square / expected.dot(&expected)).sqrt();
                 assert!(error < bound, "order {order}, {method:?}, function {k}: {error}");
             }

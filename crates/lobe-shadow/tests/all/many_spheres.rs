@@ -1,6 +1,6 @@
 //! Exponentials of many random spheres against what they really leave of the sky.
 
-use lobe_sh::{Dir, ExpMethod, Expansion as _, ShVec, project};
+use lobe_sh::{Dir, ExpMethod, Expansion as _, ShBatch, ShVec, project};
 use lobe_shadow::{BatchExponential, LogTable, LogTableOptions};
 use lobe_testkit::Random;
 
@@ -48,10 +48,11 @@ fn exponentials_of_8_to_512_spheres_are_no_worse_than_what_was_measured_for_16()
                 for (spheres, truth) in clusters.iter().zip(&truths) {
                     let mut f = ShVec::zero(order);
                     spheres.iter().for_each(|&(s, angle)| f += &table.at(angle).towards(s, 1.0));
-                    let mut blocks: Vec<[f32; 16]> = f.coefficients().iter().map(|c| [*c as f32; 16]).collect();
-                    fast.of_block_in_place(&mut blocks);
+                    let mut found = ShBatch::zero(order, 1);
+                    found.set(0, &f.coefficients().iter().map(|c| *c as f32).collect::<Vec<f32>>());
+                    fast.of_batch_in_place(&mut found);
                     let truth = truth.resized(order);
-                    let mut rest = ShVec::from_vec(blocks.iter().map(|b| f64::from(b[0])).collect()).unwrap();
+                    let mut rest = ShVec::from_vec(found.blocks().iter().map(|b| f64::from(b[0])).collect()).unwrap();
                     rest -= &truth;
                     error += (rest.dot(&rest) / truth.dot(&truth)).sqrt() / CLUSTERS as f64;
                 }
