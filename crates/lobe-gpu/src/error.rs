@@ -39,7 +39,7 @@ pub enum GpuError {
 
 impl GpuError {
     pub(crate) fn device(place: impl Into<String>, message: impl std::fmt::Display) -> Self {
-        // Messages of devices have several lines; the first says what.
+        // Messages of devices have several lines, from the outermost cause to the innermost.
         let message = message.to_string();
         let line = message.lines().map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join(": ");
         Self::Device { place: place.into(), message: line }

@@ -46,7 +46,7 @@
 //! | spheres that hide the sky | [`GpuSphereShadows`] | `accumulate`, `sky_light` |
 //! | entities with occlusion fields | [`GpuShadowFields`], [`FieldResponse`] | `shadow_fields`, `product` |
 //! | skins and morph targets | [`GpuSkin`], [`GpuVertex`], [`MorphTarget`] | `skin` |
-//! | pictures of scenes | [`SceneView`], [`SurfaceShading`], [`GpuCamera`] | `camera`, `surface`, `shade_*`, `backdrop`, `resolve`, `tone` |
+//! | pictures of scenes | [`SceneView`], [`SurfaceShading`], [`GlossyMesh`], [`GpuCamera`] | `camera`, `surface`, `shade_*`, `draw_*`, `backdrop`, `resolve`, `tone`, `display` |
 //! | without a window: frames to files, times of passes | [`write_turntable`], [`render_turntable`], [`BenchReport`] | |
 //!
 //! # Precision
@@ -91,8 +91,9 @@ pub use renderer::pass::Pass;
 pub use renderer::renderer::{PassTime, Renderer};
 pub use renderer::shader::{wgsl_module, wgsl_modules};
 pub use scene_view::camera::GpuCamera;
-pub use scene_view::scene_view::{SceneView, SceneViewOptions};
-pub use scene_view::surface_shading::SurfaceShading;
+pub use scene_view::options::{SceneViewOptions, ViewOutput};
+pub use scene_view::scene_view::SceneView;
+pub use scene_view::surface_shading::{GlossyMesh, SurfaceShading};
 pub use storage::Storage;
 pub use transfer::gpu_matrices::GpuMatrices;
 pub use transfer::gpu_transfer::GpuTransfer;

@@ -1,8 +1,9 @@
 //! A device without a window.
 
-use std::collections::HashMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
+use crate::context::locked;
+use crate::context::programs::Programs;
 use crate::{AdapterChoice, ContextOptions, GpuError};
 
 /// A graphics device, its queue, its limits, and what went wrong on it.
@@ -25,7 +26,8 @@ pub struct Context {
     max_storage_binding: u64,
     light_format: wgpu::TextureFormat,
     faults: Arc<Mutex<Faults>>,
-    programs: Arc<Mutex<HashMap<String, Program>>>,
+    kernels: Programs<wgpu::ComputePipeline>,
+    drawings: Programs<wgpu::RenderPipeline>,
 }
 
 /// What the device reported.
@@ -35,13 +37,6 @@ struct Faults {
     lost: Option<String>,
     /// The first work that it refused since somebody asked.
     refused: Option<String>,
-}
-
-/// A compiled compute program.
-#[derive(Clone, Debug)]
-pub(crate) struct Program {
-    pub(crate) pipeline: wgpu::ComputePipeline,
-    pub(crate) layout: wgpu::BindGroupLayout,
 }
 
 impl Context {
@@ -120,7 +115,8 @@ impl Context {
         let limit = device.limits().max_storage_buffer_binding_size;
         let max_storage_binding = options.max_storage_binding.map_or(limit, |most| most.min(limit));
         let light_format = if is_single { wgpu::TextureFormat::Rgba32Float } else { wgpu::TextureFormat::Rgba16Float };
-        Self { device, queue, info, max_storage_binding, light_format, faults, programs: Arc::default() }
+        let (kernels, drawings) = Default::default();
+        Self { device, queue, info, max_storage_binding, light_format, faults, kernels, drawings }
     }
 
     /// What this crate uses where a device has it: times of passes.
@@ -178,18 +174,14 @@ impl Context {
         fault.map_or(Ok(()), |message| Err(GpuError::device(&self.info.name, message)))
     }
 
-    /// The program that was made with this key before, or now.
-    pub(crate) fn program(
-        &self,
-        key: String,
-        make: impl FnOnce() -> Result<Program, GpuError>,
-    ) -> Result<Program, GpuError> {
-        if let Some(program) = locked(&self.programs).get(&key) {
-            return Ok(program.clone());
-        }
-        let program = make()?;
-        locked(&self.programs).insert(key, program.clone());
-        Ok(program)
+    /// The compute programs.
+    pub(crate) fn kernels(&self) -> &Programs<wgpu::ComputePipeline> {
+        &self.kernels
+    }
+
+    /// The programs that draw triangles.
+    pub(crate) fn drawings(&self) -> &Programs<wgpu::RenderPipeline> {
+        &self.drawings
     }
 
     /// Waits until the device has done all that was submitted.
@@ -201,9 +193,4 @@ impl Context {
         self.check()?;
         waited.map(drop).map_err(|error| GpuError::device(&self.info.name, error))
     }
-}
-
-/// What a mutex holds, also after a thread panicked with it.
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

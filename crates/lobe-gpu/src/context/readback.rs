@@ -49,6 +49,10 @@ impl Context {
     /// # Errors
     /// [`GpuError::Options`] if the buffer is shorter; [`GpuError::Device`] if the device was lost or refused work.
     pub fn read<T: Pod>(&self, buffer: &wgpu::Buffer, count: usize) -> Result<Vec<T>, GpuError> {
+        if count == 0 {
+            // Nothing cannot be mapped.
+            return self.wait().map(|()| Vec::new());
+        }
         let bytes = (count * size_of::<T>()) as u64;
         let size = bytes.next_multiple_of(4);
         if size > buffer.size() {

@@ -1,6 +1,6 @@
 //! Compute programs.
 
-use crate::context::context::Program;
+use crate::context::programs::Program;
 use crate::renderer::shader::Shader;
 use crate::{Context, GpuError};
 
@@ -24,14 +24,14 @@ pub(crate) enum Slot {
 #[derive(Clone, Debug)]
 pub(crate) struct Kernel {
     pub(crate) slots: Vec<Slot>,
-    pub(crate) program: Program,
+    pub(crate) program: Program<wgpu::ComputePipeline>,
 }
 
 impl Kernel {
     /// Compiles the entry point `main` of a shader, once for a device.
     pub(crate) fn new(context: &Context, name: &str, shader: &Shader, slots: &[Slot]) -> Result<Self, GpuError> {
         let key = format!("{slots:?}\n{}", shader.source());
-        let program = context.program(key, || compile(context, name, shader, slots))?;
+        let program = context.kernels().get(key, || compile(context, name, shader, slots))?;
         Ok(Self { slots: slots.to_vec(), program })
     }
 
@@ -44,7 +44,12 @@ impl Kernel {
     }
 }
 
-fn compile(context: &Context, name: &str, shader: &Shader, slots: &[Slot]) -> Result<Program, GpuError> {
+fn compile(
+    context: &Context,
+    name: &str,
+    shader: &Shader,
+    slots: &[Slot],
+) -> Result<Program<wgpu::ComputePipeline>, GpuError> {
     let device = context.device();
     let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
     let layout = bind_group_layout(context, name, slots, wgpu::ShaderStages::COMPUTE);

@@ -1,11 +1,13 @@
 //! Everything that a device is asked to do: shaders put together from modules, and named passes in an order that can be
 //! printed.
 //!
-//! Read `shader`, `kernel` and `drawing`, which become programs on the device, then `pass`, then `renderer`, which holds buffers
-//! and textures by name and runs the passes. Uses `context`.
+//! Read `shader`, `kernel` and `drawing`, which become programs on the device, then `pass`, `resource` and `step`, a pass with what it
+//! binds, and `renderer`, which holds buffers and textures by name and runs the passes. Uses `context`.
 
 pub(crate) mod drawing;
 pub(crate) mod kernel;
 pub(crate) mod pass;
 pub(crate) mod renderer;
+pub(crate) mod resource;
 pub(crate) mod shader;
+pub(crate) mod step;

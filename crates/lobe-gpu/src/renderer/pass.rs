@@ -25,9 +25,9 @@ pub(crate) struct Use {
 pub(crate) enum Work {
     /// A compute program over so many items.
     Compute { kernel: Kernel, items: u32 },
-    /// So many vertices drawn into the first texture that is written, with the second as depth; with a buffer of indices, those
-    /// vertices.
-    Draw { drawing: Drawing, vertices: u32, indices: Option<String>, clear: bool },
+    /// These vertices drawn into the first texture that is written, with the second as depth: their attributes are in
+    /// buffers, and with a buffer of indices, they are those vertices.
+    Draw { drawing: Drawing, vertices: Range<u32>, attributes: Vec<String>, indices: Option<String>, clear: bool },
 }
 
 impl Pass {
@@ -35,15 +35,16 @@ impl Pass {
         Self::new(name, Work::Compute { kernel: kernel.clone(), items })
     }
 
-    /// A pass that draws `vertices` vertices; with `clear`, after the targets were made black and infinitely far.
-    pub(crate) fn draw(name: impl Into<String>, drawing: &Drawing, vertices: u32, clear: bool) -> Self {
-        Self::new(name, Work::Draw { drawing: drawing.clone(), vertices, indices: None, clear })
+    /// A pass that draws these vertices; with `clear`, after the targets were made black and infinitely far.
+    pub(crate) fn draw(name: impl Into<String>, drawing: &Drawing, vertices: Range<u32>, clear: bool) -> Self {
+        Self::new(name, Work::Draw { drawing: drawing.clone(), vertices, attributes: Vec::new(), indices: None, clear })
     }
 
-    /// A draw pass whose vertices are those of a buffer of indices.
-    pub(crate) fn by_indices(mut self, buffer: &str) -> Self {
-        if let Work::Draw { indices, .. } = &mut self.work {
+    /// A draw pass whose vertices are those of a buffer of indices, with their attributes in these buffers.
+    pub(crate) fn by_indices(mut self, buffer: &str, of_vertices: &[&str]) -> Self {
+        if let Work::Draw { indices, attributes, .. } = &mut self.work {
             *indices = Some(buffer.into());
+            *attributes = of_vertices.iter().map(|name| (*name).to_owned()).collect();
         }
         self
     }
@@ -67,10 +68,9 @@ impl Pass {
         self
     }
 
-    /// The pass with another resource in the place of one that it writes.
-    pub(crate) fn writing_instead(mut self, was: &str, now: &str) -> Self {
-        self.writes.iter_mut().filter(|used| used.name == was).for_each(|used| used.name = now.into());
-        self
+    /// Whether it draws triangles; else it computes.
+    pub(crate) fn is_draw(&self) -> bool {
+        matches!(self.work, Work::Draw { .. })
     }
 
     /// The name.
@@ -79,9 +79,18 @@ impl Pass {
         &self.name
     }
 
-    /// The names of what it reads, in the order of its bindings.
+    /// The names of what it reads: in the order of its bindings, then attributes and indices of vertices.
     pub fn reads(&self) -> impl Iterator<Item = &str> {
-        self.reads.iter().map(|used| used.name.as_str())
+        self.reads.iter().map(|used| used.name.as_str()).chain(self.fetched())
+    }
+
+    /// The buffers that vertices come from.
+    pub(crate) fn fetched(&self) -> impl Iterator<Item = &str> {
+        let (attributes, indices) = match &self.work {
+            Work::Draw { attributes, indices, .. } => (attributes.as_slice(), indices.as_deref()),
+            Work::Compute { .. } => (&[][..], None),
+        };
+        attributes.iter().map(String::as_str).chain(indices)
     }
 
     /// The names of what it writes.

@@ -6,10 +6,14 @@ use std::fmt;
 use bytemuck::{NoUninit, Pod};
 use lobe_image::Picture;
 
-use crate::renderer::drawing::Drawing;
-use crate::renderer::kernel::{Kernel, Slot};
+use crate::renderer::kernel::Slot;
 use crate::renderer::pass::{Pass, Use, Work};
+use crate::renderer::resource::{Bound, Kind, Resource};
+use crate::renderer::step::{Step, encode};
 use crate::{Context, GpuError};
+
+/// What shaders read and write may also be attributes of vertices.
+const STORAGE: wgpu::BufferUsages = wgpu::BufferUsages::STORAGE.union(wgpu::BufferUsages::VERTEX);
 
 /// Passes over named buffers and textures of one device.
 ///
@@ -23,29 +27,6 @@ pub struct Renderer {
     context: Context,
     resources: BTreeMap<String, Resource>,
     steps: Vec<Step>,
-}
-
-#[derive(Debug)]
-struct Resource {
-    kind: Kind,
-    /// Uploaded, or written by a pass.
-    has_content: bool,
-}
-
-#[derive(Debug)]
-enum Kind {
-    Buffer(wgpu::Buffer),
-    Texture(wgpu::Texture),
-}
-
-#[derive(Debug)]
-struct Step {
-    pass: Pass,
-    bindings: wgpu::BindGroup,
-    /// What a draw pass draws into: light, and depth if any.
-    targets: Vec<wgpu::TextureView>,
-    indices: Option<wgpu::Buffer>,
-    bytes: u64,
 }
 
 /// What one pass took; see [`Renderer::run_timed`].
@@ -127,9 +108,7 @@ impl Renderer {
         // What is refused here is this renderer's fault, and no other's.
         let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        for (i, step) in self.steps.iter().enumerate() {
-            step.encode(&mut encoder, times.map(|queries| (queries, 2 * i as u32)));
-        }
+        encode(&self.steps, &mut encoder, times);
         self.context.queue().submit([encoder.finish()]);
         if let Some(error) = pollster::block_on(scope.pop()) {
             // That of a device that is lost is a consequence.
@@ -145,7 +124,7 @@ impl Renderer {
     /// [`GpuError::Options`] if there is no such buffer or it is shorter; [`GpuError::Device`] if the device was lost or refused
     /// work.
     pub fn read<T: Pod>(&self, name: &str, count: usize) -> Result<Vec<T>, GpuError> {
-        self.context.read(self.buffer(name)?, count)
+        self.context.read(self.resource(name)?.buffer()?, count)
     }
 
     /// The picture in a texture of light, after the passes. Waits for the device.
@@ -153,7 +132,7 @@ impl Renderer {
     /// # Errors
     /// As [`Renderer::read`].
     pub fn picture(&self, name: &str) -> Result<Picture, GpuError> {
-        self.context.picture(self.texture(name)?)
+        self.context.picture(self.resource(name)?.texture()?)
     }
 
     /// The texels of a texture, after the passes, each as a `T` of the size of its format. Waits for the device.
@@ -161,7 +140,7 @@ impl Renderer {
     /// # Errors
     /// As [`Renderer::read`].
     pub fn texels<T: Pod>(&self, name: &str) -> Result<Vec<T>, GpuError> {
-        self.context.read_texture(self.texture(name)?)
+        self.context.read_texture(self.resource(name)?.texture()?)
     }
 
     /// Replaces the first numbers of an uploaded buffer, for the runs after this.
@@ -169,7 +148,7 @@ impl Renderer {
     /// # Errors
     /// [`GpuError::Options`] if there is no such buffer or it is shorter.
     pub fn update<T: NoUninit>(&self, name: &str, numbers: &[T]) -> Result<(), GpuError> {
-        let (buffer, bytes) = (self.buffer(name)?, bytemuck::cast_slice(numbers));
+        let (buffer, bytes) = (self.resource(name)?.buffer()?, bytemuck::cast_slice(numbers));
         if bytes.len() as u64 > buffer.size() {
             let message = format!("expected at most {} bytes for {name}, found {}", buffer.size(), bytes.len());
             return Err(GpuError::Options(message));
@@ -179,7 +158,7 @@ impl Renderer {
     }
 
     pub(crate) fn upload<T: NoUninit>(&mut self, name: &str, numbers: &[T]) -> Result<(), GpuError> {
-        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
+        let usage = STORAGE | wgpu::BufferUsages::COPY_SRC;
         let buffer = self.context.upload(name, bytemuck::cast_slice(numbers), usage)?;
         self.insert(name, Kind::Buffer(buffer), true)
     }
@@ -198,7 +177,7 @@ impl Renderer {
 
     /// A storage buffer for passes to write.
     pub(crate) fn allocate(&mut self, name: &str, bytes: u64) -> Result<(), GpuError> {
-        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
+        let usage = STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
         let buffer = self.context.empty(name, bytes, usage)?;
         self.insert(name, Kind::Buffer(buffer), false)
     }
@@ -259,7 +238,7 @@ impl Renderer {
         if self.resources.contains_key(name) {
             return Err(GpuError::Options(format!("there are two resources named {name}: give one another name")));
         }
-        self.resources.insert(name.into(), Resource { kind, has_content });
+        self.resources.insert(name.into(), Resource { name: name.into(), kind, has_content });
         self.context.check()
     }
 
@@ -272,43 +251,25 @@ impl Renderer {
         found.ok_or_else(|| GpuError::Options(format!("expected a resource named {name}, found none")))
     }
 
-    fn buffer(&self, name: &str) -> Result<&wgpu::Buffer, GpuError> {
-        match &self.resource(name)?.kind {
-            Kind::Buffer(buffer) => Ok(buffer),
-            Kind::Texture(_) => Err(GpuError::Options(format!("expected {name} to be a buffer, found a texture"))),
-        }
-    }
-
-    fn texture(&self, name: &str) -> Result<&wgpu::Texture, GpuError> {
-        match &self.resource(name)?.kind {
-            Kind::Texture(texture) => Ok(texture),
-            Kind::Buffer(_) => Err(GpuError::Options(format!("expected {name} to be a texture, found a buffer"))),
-        }
-    }
-
     /// A view of a texture, for a program that shows it in a window. A texture that gets [another size](crate::SceneView::resize)
     /// is another texture.
     ///
     /// # Errors
     /// [`GpuError::Options`] if there is no such texture.
     pub fn view(&self, name: &str) -> Result<wgpu::TextureView, GpuError> {
-        Ok(self.texture(name)?.create_view(&wgpu::TextureViewDescriptor::default()))
+        Ok(self.resource(name)?.texture()?.create_view(&wgpu::TextureViewDescriptor::default()))
     }
 
     /// The bytes of all buffers and textures.
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        let bytes = |resource: &Resource| match &resource.kind {
-            Kind::Buffer(buffer) => buffer.size(),
-            Kind::Texture(texture) => texture_bytes(texture),
-        };
-        self.resources.values().map(bytes).sum()
+        self.resources.values().map(Resource::bytes).sum()
     }
 
     /// The passes that draw triangles; the others compute.
     #[must_use]
     pub fn draw_calls(&self) -> usize {
-        self.passes().filter(|pass| matches!(pass.work, Work::Draw { .. })).count()
+        self.passes().filter(|pass| pass.is_draw()).count()
     }
 
     /// Takes all passes out, to be added again.
@@ -323,175 +284,64 @@ impl Renderer {
 
     /// Adds a pass after those that are there.
     pub(crate) fn add(&mut self, pass: Pass) -> Result<(), GpuError> {
-        for used in &pass.reads {
-            if !self.resource(&used.name)?.has_content {
-                let message = format!("pass {} reads {}, which no pass before it writes", pass.name, used.name);
-                return Err(GpuError::Options(message));
-            }
-        }
-        let (slots, layout, is_draw) = match &pass.work {
-            Work::Compute { kernel, .. } => (&kernel.slots, &kernel.program.layout, false),
-            Work::Draw { drawing, .. } => (&drawing.slots, &drawing.layout, true),
-        };
-        let scope = self.context.device().push_error_scope(wgpu::ErrorFilter::Validation);
-        let bound: Vec<&Use> =
-            if is_draw { pass.reads.iter().collect() } else { pass.reads.iter().chain(&pass.writes).collect() };
-        if bound.len() != slots.len() {
-            let message = format!("pass {} binds {} resources, its program {}", pass.name, bound.len(), slots.len());
+        if let Some(name) = self.first_without_content(&pass)? {
+            let message = format!("pass {} reads {name}, which no pass before it writes", pass.name);
             return Err(GpuError::Options(message));
         }
-        let views =
-            bound.iter().zip(slots).map(|(used, slot)| self.binding(used, *slot)).collect::<Result<Vec<_>, _>>()?;
-        let mut bytes: u64 = views.iter().map(|view| view.bytes).sum();
-        let entries: Vec<wgpu::BindGroupEntry<'_>> = views.iter().enumerate().map(|(k, view)| view.entry(k)).collect();
-        let descriptor = wgpu::BindGroupDescriptor { label: Some(&pass.name), layout, entries: &entries };
-        let bindings = self.context.device().create_bind_group(&descriptor);
-        let mut targets = Vec::new();
-        if is_draw {
-            for used in &pass.writes {
-                let texture = self.texture(&used.name)?;
-                bytes += texture_bytes(texture);
-                targets.push(texture.create_view(&wgpu::TextureViewDescriptor::default()));
-            }
-        }
+        let scope = self.context.device().push_error_scope(wgpu::ErrorFilter::Validation);
+        let step = self.step(pass)?;
         if let Some(error) = pollster::block_on(scope.pop()) {
-            return Err(GpuError::device(&pass.name, error));
+            return Err(GpuError::device(&step.pass.name, error));
         }
-        let indices = match &pass.work {
-            Work::Draw { indices: Some(name), .. } => {
-                let buffer = self.buffer(name)?.clone();
-                bytes += buffer.size();
-                Some(buffer)
-            }
-            _ => None,
-        };
-        for used in &pass.writes {
+        for used in &step.pass.writes {
             if let Some(resource) = self.resources.get_mut(&used.name) {
                 resource.has_content = true;
             }
         }
-        self.steps.push(Step { pass, bindings, targets, indices, bytes });
+        self.steps.push(step);
         Ok(())
     }
 
-    fn binding(&self, used: &Use, slot: Slot) -> Result<Bound<'_>, GpuError> {
-        if slot == Slot::Texture {
-            let texture = self.texture(&used.name)?;
-            let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-            return Ok(Bound { bytes: texture_bytes(texture), kind: BoundKind::Texture(view) });
-        }
-        let buffer = self.buffer(&used.name)?;
-        let range = used.bytes.clone().unwrap_or(0..buffer.size());
-        let bytes = range.end - range.start;
-        let most = self.context.max_storage_binding();
-        if slot != Slot::Uniform && bytes > most {
-            let message = format!("expected a binding of at most {most} bytes, found {bytes}");
-            return Err(GpuError::Unsupported { place: used.name.clone(), message });
-        }
-        Ok(Bound { bytes, kind: BoundKind::Buffer(buffer, range.start) })
-    }
-}
-
-struct Bound<'a> {
-    kind: BoundKind<'a>,
-    bytes: u64,
-}
-
-enum BoundKind<'a> {
-    Texture(wgpu::TextureView),
-    Buffer(&'a wgpu::Buffer, u64),
-}
-
-impl Bound<'_> {
-    fn entry(&self, binding: usize) -> wgpu::BindGroupEntry<'_> {
-        let resource = match &self.kind {
-            BoundKind::Texture(view) => wgpu::BindingResource::TextureView(view),
-            BoundKind::Buffer(buffer, offset) => wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-                buffer,
-                offset: *offset,
-                size: std::num::NonZeroU64::new(self.bytes),
-            }),
-        };
-        wgpu::BindGroupEntry { binding: binding as u32, resource }
-    }
-}
-
-fn texture_bytes(texture: &wgpu::Texture) -> u64 {
-    let texel = texture.format().block_copy_size(None).unwrap_or(4);
-    u64::from(texel) * u64::from(texture.width()) * u64::from(texture.height())
-}
-
-impl Step {
-    fn encode(&self, encoder: &mut wgpu::CommandEncoder, times: Option<(&wgpu::QuerySet, u32)>) {
-        match &self.pass.work {
-            Work::Compute { kernel, items } => self.encode_compute(encoder, times, kernel, *items),
-            Work::Draw { drawing, vertices, clear, .. } => self.encode_draw(encoder, times, drawing, *vertices, *clear),
-        }
-    }
-
-    fn encode_compute(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        times: Option<(&wgpu::QuerySet, u32)>,
-        kernel: &Kernel,
-        items: u32,
-    ) {
-        let timestamp_writes = times.map(|(query_set, first)| wgpu::ComputePassTimestampWrites {
-            query_set,
-            beginning_of_pass_write_index: Some(first),
-            end_of_pass_write_index: Some(first + 1),
-        });
-        let label = Some(self.pass.name.as_str());
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label, timestamp_writes });
-        let [x, y] = kernel.groups(items);
-        pass.set_pipeline(&kernel.program.pipeline);
-        pass.set_bind_group(0, &self.bindings, &[]);
-        pass.dispatch_workgroups(x, y, 1);
-    }
-
-    fn encode_draw(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        times: Option<(&wgpu::QuerySet, u32)>,
-        drawing: &Drawing,
-        vertices: u32,
-        clear: bool,
-    ) {
-        let timestamp_writes = times.map(|(query_set, first)| wgpu::RenderPassTimestampWrites {
-            query_set,
-            beginning_of_pass_write_index: Some(first),
-            end_of_pass_write_index: Some(first + 1),
-        });
-        let load = if clear { wgpu::LoadOp::Clear(wgpu::Color::BLACK) } else { wgpu::LoadOp::Load };
-        let color = |view| wgpu::RenderPassColorAttachment {
-            view,
-            depth_slice: None,
-            resolve_target: None,
-            ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
-        };
-        // Depth is reversed: 0 is infinitely far.
-        let depths = if clear { wgpu::LoadOp::Clear(0.0) } else { wgpu::LoadOp::Load };
-        let depth = |view| wgpu::RenderPassDepthStencilAttachment {
-            view,
-            depth_ops: Some(wgpu::Operations { load: depths, store: wgpu::StoreOp::Store }),
-            stencil_ops: None,
-        };
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some(&self.pass.name),
-            color_attachments: &[self.targets.first().map(color)],
-            depth_stencil_attachment: self.targets.get(1).map(depth),
-            timestamp_writes,
-            ..Default::default()
-        });
-        pass.set_pipeline(&drawing.pipeline);
-        pass.set_bind_group(0, &self.bindings, &[]);
-        match &self.indices {
-            Some(indices) => {
-                pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
-                pass.draw_indexed(0..vertices, 0, 0..1);
+    fn first_without_content(&self, pass: &Pass) -> Result<Option<String>, GpuError> {
+        for name in pass.reads() {
+            if !self.resource(name)?.has_content {
+                return Ok(Some(name.to_owned()));
             }
-            None => pass.draw(0..vertices, 0..1),
         }
+        Ok(None)
+    }
+
+    /// A pass with what it binds.
+    fn step(&self, pass: Pass) -> Result<Step, GpuError> {
+        let (slots, layout, is_draw) = match &pass.work {
+            Work::Compute { kernel, .. } => (&kernel.slots, &kernel.program.layout, false),
+            Work::Draw { drawing, .. } => (&drawing.slots, &drawing.program.layout, true),
+        };
+        let (drawn, written): (&[Use], &[Use]) = if is_draw { (&pass.writes, &[]) } else { (&[], &pass.writes) };
+        let bound: Vec<&Use> = pass.reads.iter().chain(written).collect();
+        if bound.len() != slots.len() {
+            let message = format!("pass {} binds {} resources, its program {}", pass.name, bound.len(), slots.len());
+            return Err(GpuError::Options(message));
+        }
+        let bind = |(used, slot): (&&Use, &Slot)| Bound::new(&self.context, self.resource(&used.name)?, used, *slot);
+        let views = bound.iter().zip(slots).map(bind).collect::<Result<Vec<_>, _>>()?;
+        let entries: Vec<wgpu::BindGroupEntry<'_>> = views.iter().enumerate().map(|(k, view)| view.entry(k)).collect();
+        let descriptor = wgpu::BindGroupDescriptor { label: Some(&pass.name), layout, entries: &entries };
+        let bindings = self.context.device().create_bind_group(&descriptor);
+        let mut bytes: u64 = views.iter().map(|view| view.bytes).sum();
+        for name in pass.fetched().chain(drawn.iter().map(|used| used.name.as_str())) {
+            bytes += self.resource(name)?.bytes();
+        }
+        let target = |used: &Use| self.view(&used.name);
+        let targets = drawn.iter().map(target).collect::<Result<_, _>>()?;
+        let buffer = |name: &String| -> Result<wgpu::Buffer, GpuError> { Ok(self.resource(name)?.buffer()?.clone()) };
+        let (attributes, indices) = match &pass.work {
+            Work::Compute { .. } => (Vec::new(), None),
+            Work::Draw { attributes, indices, .. } => {
+                (attributes.iter().map(buffer).collect::<Result<_, _>>()?, indices.as_ref().map(buffer).transpose()?)
+            }
+        };
+        Ok(Step { pass, bindings, targets, attributes, indices, bytes })
     }
 }
 

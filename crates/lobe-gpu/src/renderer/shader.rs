@@ -17,6 +17,7 @@ const MODULES: &[(&str, &str)] = modules! {
     "clustered" => "clustered.wgsl",
     "dfg" => "dfg.wgsl",
     "dispatch" => "dispatch.wgsl",
+    "display" => "display.wgsl",
     "draw_surface" => "draw_surface.wgsl",
     "draw_vertices" => "draw_vertices.wgsl",
     "elementary" => "elementary.wgsl",

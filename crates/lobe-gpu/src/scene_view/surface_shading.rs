@@ -1,8 +1,11 @@
 //! Ways to light surfaces.
 
+use std::ops::Range;
+
+use bytemuck::{Pod, Zeroable};
 use lobe_env::DfgTable;
 use lobe_prt::{CompressedTransfer, GlossyLobe, Lightmap, Transfer, TransferMatrices};
-use lobe_scene::Scene;
+use lobe_scene::{Material, Scene};
 use lobe_sh::{Expansion as _, Rgb, ShVec, Zonal, convolved};
 
 use crate::lookup::basis::check_order;
@@ -10,6 +13,7 @@ use crate::lookup::specular::SplitSum;
 use crate::renderer::kernel::Slot;
 use crate::renderer::renderer::Renderer;
 use crate::renderer::shader::Shader;
+use crate::scene_view::scene_buffers::SURFACE;
 use crate::transfer::gpu_matrices::{add_incident, lobe_light};
 use crate::transfer::gpu_transfer::{add_clustered, add_light, add_transfer, light_vectors};
 use crate::{GpuError, Storage};
@@ -22,6 +26,8 @@ pub enum SurfaceShading<'a> {
     Irradiance(usize),
     /// Transfer vectors at vertices.
     Vertices(&'a Transfer, Storage),
+    /// Transfer vectors at vertices, and some meshes that shine instead, by matrices.
+    Mixed(&'a Transfer, &'a [GlossyMesh<'a>], Storage),
     /// Transfer in clusters, at vertices.
     Clusters(&'a CompressedTransfer),
     /// Transfer vectors at the texels of a lightmap.
@@ -36,112 +42,261 @@ pub enum SurfaceShading<'a> {
     Specular(&'a SplitSum, f64),
 }
 
-/// The shading of a scene after its passes were added.
-#[derive(Clone, Debug)]
-pub(crate) struct Prepared {
-    /// To be drawn with, and what it binds after the surface.
-    pub(crate) shader: Shader,
-    pub(crate) reads: Vec<(&'static str, Slot)>,
-    /// Whether all that counts is the radiance of vertices.
-    pub(crate) is_of_vertices: bool,
-    light: LightUse,
+/// A mesh that shines among matte ones.
+#[derive(Clone, Copy, Debug)]
+pub struct GlossyMesh<'a> {
+    /// Its number in the scene.
+    pub mesh: usize,
+    /// The transfer matrices of its vertices.
+    pub matrices: &'a TransferMatrices,
+    /// The lobe of its reflection.
+    pub lobe: GlossyLobe,
 }
 
-/// What becomes of the light before it is uploaded.
+/// Triangles that one program draws.
+#[derive(Clone, Debug)]
+pub(crate) struct SurfacePass {
+    pub(crate) name: String,
+    pub(crate) shader: Shader,
+    /// What it binds after the camera.
+    pub(crate) reads: Vec<(String, Slot)>,
+    pub(crate) corners: Corners,
+}
+
+/// Which corners of triangles are drawn.
+#[derive(Clone, Debug)]
+pub(crate) enum Corners {
+    /// Vertices by the first so many of the buffer `indices`, with `vertices` and `radiance` as attributes.
+    Indexed(u32),
+    /// Corners by their numbers among those of all triangles.
+    Numbered(Range<u32>),
+}
+
+/// What becomes of the light before it is uploaded: each for the uniform of this name.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Lights(Vec<(String, LightUse)>);
+
 #[derive(Clone, Debug)]
 enum LightUse {
-    None,
     Radiance(usize),
     Irradiance(usize),
     Lobe(usize, Zonal),
+    /// The radiance of vertices comes from elsewhere.
+    Given,
+}
+
+/// A shading while it is prepared.
+struct Prepared<'a> {
+    renderer: &'a mut Renderer,
+    scene: &'a Scene,
+    passes: Vec<SurfacePass>,
+    lights: Lights,
 }
 
 impl SurfaceShading<'_> {
-    /// Adds what has to be done before surfaces are drawn.
-    pub(crate) fn prepare(&self, renderer: &mut Renderer, scene: &Scene) -> Result<Prepared, GpuError> {
-        match *self {
-            Self::Irradiance(order) => {
-                check_order(order)?;
-                add_light(renderer, order)?;
-                let shader = Shader::new(&["shade_irradiance"]).order(order);
-                let reads = vec![("light", Slot::Uniform)];
-                Ok(Prepared { shader, reads, is_of_vertices: false, light: LightUse::Irradiance(order) })
-            }
-            Self::Vertices(transfer, storage) => {
-                expect("vertices", scene.vertex_count(), transfer.receivers())?;
-                add_transfer(renderer, transfer, storage, "radiance")?;
-                Ok(of_vertices(transfer.order()))
-            }
-            Self::Clusters(transfer) => {
-                expect("vertices", scene.vertex_count(), transfer.receivers())?;
-                add_clustered(renderer, transfer, "radiance")?;
-                Ok(of_vertices(transfer.order()))
-            }
-            Self::Lightmap(transfer, lightmap, storage) => {
-                expect("texels", lightmap.width().pow(2), transfer.receivers())?;
-                add_transfer(renderer, transfer, storage, "radiance")?;
-                let charts: Vec<u32> =
-                    lightmap.charts_of_texels().iter().chain(lightmap.charts_of_triangles()).copied().collect();
-                renderer.upload("charts", &charts)?;
-                let shader = Shader::new(&["shade_lightmap"]);
-                let reads = vec![("radiance", Slot::Read), ("charts", Slot::Read)];
-                Ok(Prepared { shader, reads, is_of_vertices: false, light: LightUse::Radiance(transfer.order()) })
-            }
-            Self::Glossy(matrices, lobe, storage) => {
-                expect("vertices", scene.vertex_count(), matrices.points())?;
-                add_incident(renderer, matrices, storage)?;
-                let (is_ggx, roughness) = match lobe {
-                    GlossyLobe::Phong(_) => (0.0, 0.0),
-                    GlossyLobe::Ggx(alpha) => (1.0, alpha.sqrt() as f32),
-                };
-                renderer.uniform("gloss", &[is_ggx, roughness, 0.0, 0.0])?;
-                SplitSum::add_dfg_to(&DfgTable::default(), renderer, "dfg")?;
-                let order = matrices.order();
-                let shader = Shader::new(&["shade_glossy"]).order(order);
-                let reads = vec![("incident", Slot::Read), ("gloss", Slot::Uniform), ("dfg", Slot::Texture)];
-                Ok(Prepared { shader, reads, is_of_vertices: false, light: LightUse::Lobe(order, lobe.zonal(order)) })
-            }
-            Self::Radiance(values) => {
-                expect_values(scene.vertex_count(), values.len())?;
-                renderer.upload("radiance", &vectors(values))?;
-                let reads = vec![("radiance", Slot::Read)];
-                let shader = Shader::new(&["shade_vertices"]);
-                Ok(Prepared { shader, reads, is_of_vertices: true, light: LightUse::None })
-            }
-            Self::Specular(split, roughness) => {
-                split.environment.add_to(renderer, "reflected")?;
-                SplitSum::add_dfg_to(&split.dfg, renderer, "dfg")?;
-                renderer.uniform("gloss", &[1.0, roughness as f32, 0.0, 0.0])?;
-                let shader = split.environment.constants(Shader::new(&["shade_specular"]));
-                let reads = vec![
-                    ("reflected", Slot::Texture),
-                    ("reflected shape", Slot::Uniform),
-                    ("gloss", Slot::Uniform),
-                    ("dfg", Slot::Texture),
-                ];
-                Ok(Prepared { shader, reads, is_of_vertices: false, light: LightUse::None })
-            }
-        }
+    /// Adds what has to be done before surfaces are drawn; returns what draws them, and what their light is.
+    pub(crate) fn prepare(
+        &self,
+        renderer: &mut Renderer,
+        scene: &Scene,
+    ) -> Result<(Vec<SurfacePass>, Lights), GpuError> {
+        let mut prepared = Prepared { renderer, scene, passes: Vec::new(), lights: Lights::default() };
+        prepared.add(self)?;
+        Ok((prepared.passes, prepared.lights))
     }
 }
 
-impl Prepared {
+impl Prepared<'_> {
+    fn add(&mut self, shading: &SurfaceShading<'_>) -> Result<(), GpuError> {
+        let vertices = self.scene.vertex_count();
+        match *shading {
+            SurfaceShading::Irradiance(order) => self.add_irradiance(order),
+            SurfaceShading::Vertices(transfer, storage) => self.add_transfer(transfer, storage, &[]),
+            SurfaceShading::Mixed(transfer, glossy, storage) => {
+                let meshes: Vec<usize> = glossy.iter().map(|glossy| glossy.mesh).collect();
+                self.add_transfer(transfer, storage, &meshes)?;
+                glossy.iter().try_for_each(|glossy| self.add_glossy_mesh(glossy, storage))
+            }
+            SurfaceShading::Clusters(transfer) => {
+                expect("vertices", vertices, transfer.receivers())?;
+                add_clustered(self.renderer, transfer, "radiance")?;
+                self.lights.0.push(("light".into(), LightUse::Radiance(transfer.order())));
+                self.add_vertices(&[])
+            }
+            SurfaceShading::Lightmap(transfer, lightmap, storage) => self.add_lightmap(transfer, lightmap, storage),
+            SurfaceShading::Glossy(matrices, lobe, storage) => {
+                expect("vertices", vertices, matrices.points())?;
+                let all = 0..self.scene.meshes().len();
+                self.add_glossy("surfaces", (matrices, lobe, storage), 0, all, "")
+            }
+            SurfaceShading::Radiance(values) => {
+                expect_values(vertices, values.len())?;
+                self.renderer.upload("radiance", &vectors(values))?;
+                self.lights.0.push((String::new(), LightUse::Given));
+                self.add_vertices(&[])
+            }
+            SurfaceShading::Specular(split, roughness) => self.add_specular(split, roughness),
+        }
+    }
+
+    fn add_irradiance(&mut self, order: usize) -> Result<(), GpuError> {
+        check_order(order)?;
+        add_light(self.renderer, "light")?;
+        self.lights.0.push(("light".into(), LightUse::Irradiance(order)));
+        let shader = Shader::new(&["shade_irradiance"]).order(order);
+        self.add_pass("surfaces", shader, &[("light", Slot::Uniform)], 0..self.scene.meshes().len());
+        Ok(())
+    }
+
+    fn add_transfer(&mut self, transfer: &Transfer, storage: Storage, without: &[usize]) -> Result<(), GpuError> {
+        expect("vertices", self.scene.vertex_count(), transfer.receivers())?;
+        add_transfer(self.renderer, transfer, storage, "radiance")?;
+        self.lights.0.push(("light".into(), LightUse::Radiance(transfer.order())));
+        self.add_vertices(without)
+    }
+
+    /// Draws the radiance of vertices, without some meshes.
+    fn add_vertices(&mut self, without: &[usize]) -> Result<(), GpuError> {
+        if !self.scene.materials().iter().any(Material::has_holes) {
+            let indices = indices(self.scene, without);
+            self.renderer.upload_indices("indices", &indices)?;
+            let (shader, corners) = (Shader::new(&["draw_vertices"]), Corners::Indexed(indices.len() as u32));
+            self.passes.push(SurfacePass { name: "surfaces".into(), shader, reads: Vec::new(), corners });
+            return Ok(());
+        }
+        // The meshes between those that are left out.
+        let mut first = 0;
+        let mut left_out = without.to_vec();
+        left_out.sort_unstable();
+        left_out.push(self.scene.meshes().len());
+        for end in left_out {
+            if end > first {
+                self.add_pass("surfaces", Shader::new(&["shade_vertices"]), &[("radiance", Slot::Read)], first..end);
+            }
+            first = end + 1;
+        }
+        Ok(())
+    }
+
+    fn add_lightmap(&mut self, transfer: &Transfer, lightmap: &Lightmap, storage: Storage) -> Result<(), GpuError> {
+        expect("texels", lightmap.width().pow(2), transfer.receivers())?;
+        add_transfer(self.renderer, transfer, storage, "radiance")?;
+        let charts: Vec<u32> =
+            lightmap.charts_of_texels().iter().chain(lightmap.charts_of_triangles()).copied().collect();
+        self.renderer.upload("charts", &charts)?;
+        self.lights.0.push(("light".into(), LightUse::Radiance(transfer.order())));
+        let reads = [("radiance", Slot::Read), ("charts", Slot::Read)];
+        self.add_pass("surfaces", Shader::new(&["shade_lightmap"]), &reads, 0..self.scene.meshes().len());
+        Ok(())
+    }
+
+    fn add_glossy_mesh(&mut self, glossy: &GlossyMesh<'_>, storage: Storage) -> Result<(), GpuError> {
+        let (GlossyMesh { mesh, matrices, lobe }, meshes) = (*glossy, self.scene.meshes());
+        let Some(drawn) = meshes.get(mesh) else {
+            return Err(GpuError::Options(format!("expected one of the {} meshes, found number {mesh}", meshes.len())));
+        };
+        expect("vertices of a mesh", drawn.positions().len(), matrices.points())?;
+        let first: usize = meshes[..mesh].iter().map(|mesh| mesh.positions().len()).sum();
+        let of = format!(" of mesh {mesh}");
+        self.add_glossy(&format!("glossy mesh {mesh}"), (matrices, lobe, storage), first, mesh..mesh + 1, &of)
+    }
+
+    /// Meshes by transfer matrices, those of vertices from `first` on.
+    fn add_glossy(
+        &mut self,
+        name: &str,
+        (matrices, lobe, storage): (&TransferMatrices, GlossyLobe, Storage),
+        first: usize,
+        meshes: Range<usize>,
+        of: &str,
+    ) -> Result<(), GpuError> {
+        add_incident(self.renderer, matrices, storage, of)?;
+        let (is_microfacets, roughness) = match lobe {
+            GlossyLobe::Phong(_) => (0, 0.0),
+            GlossyLobe::Ggx(alpha) => (1, alpha.sqrt() as f32),
+        };
+        let gloss = GlossShape { is_microfacets, first: first as u32, count: matrices.points() as u32, roughness };
+        self.renderer.uniform(&format!("gloss{of}"), &gloss)?;
+        if !self.renderer.has("dfg") {
+            SplitSum::add_dfg_to(&DfgTable::default(), self.renderer, "dfg")?;
+        }
+        let order = matrices.order();
+        self.lights.0.push((format!("light{of}"), LightUse::Lobe(order, lobe.zonal(order))));
+        let (incident, gloss) = (format!("incident{of}"), format!("gloss{of}"));
+        let reads = [(incident.as_str(), Slot::Read), (gloss.as_str(), Slot::Uniform), ("dfg", Slot::Texture)];
+        self.add_pass(name, Shader::new(&["shade_glossy"]).order(order), &reads, meshes);
+        Ok(())
+    }
+
+    fn add_specular(&mut self, split: &SplitSum, roughness: f64) -> Result<(), GpuError> {
+        split.environment.add_to(self.renderer, "reflected")?;
+        SplitSum::add_dfg_to(&split.dfg, self.renderer, "dfg")?;
+        self.renderer.uniform("gloss", &[1.0, roughness as f32, 0.0, 0.0])?;
+        let shader = split.environment.constants(Shader::new(&["shade_specular"]));
+        let reads = [
+            ("reflected", Slot::Texture),
+            ("reflected shape", Slot::Uniform),
+            ("gloss", Slot::Uniform),
+            ("dfg", Slot::Texture),
+        ];
+        self.add_pass("surfaces", shader, &reads, 0..self.scene.meshes().len());
+        Ok(())
+    }
+
+    /// A pass that draws meshes with a shader that has `shade`, and what that binds after the surface.
+    fn add_pass(&mut self, name: &str, shader: Shader, reads: &[(&str, Slot)], meshes: Range<usize>) {
+        let surface = SURFACE.into_iter().map(|name| (name, Slot::Read));
+        let reads = surface.chain(reads.iter().copied()).map(|(name, slot)| (name.to_owned(), slot)).collect();
+        let before = |end: usize| -> usize { self.scene.meshes()[..end].iter().map(|m| m.triangles().len()).sum() };
+        let corners = Corners::Numbered(3 * before(meshes.start) as u32..3 * before(meshes.end) as u32);
+        self.passes.push(SurfacePass { name: name.into(), shader: shader.module("draw_surface"), reads, corners });
+    }
+}
+
+/// What a glossy shader knows of its surfaces.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct GlossShape {
+    is_microfacets: u32,
+    first: u32,
+    count: u32,
+    roughness: f32,
+}
+
+/// The corners of all triangles but those of some meshes, by their numbers among all vertices.
+fn indices(scene: &Scene, without: &[usize]) -> Vec<u32> {
+    let (mut first, mut indices) = (0, Vec::with_capacity(3 * scene.triangle_count()));
+    for (number, mesh) in scene.meshes().iter().enumerate() {
+        if !without.contains(&number) {
+            indices.extend(mesh.triangles().iter().flatten().map(|i| first + i));
+        }
+        first += mesh.positions().len() as u32;
+    }
+    indices
+}
+
+impl Lights {
     /// Whether the radiance of vertices comes from elsewhere.
     pub(crate) fn is_given(&self) -> bool {
-        self.is_of_vertices && matches!(self.light, LightUse::None)
+        self.0.iter().any(|(_, of)| matches!(of, LightUse::Given))
     }
 
     /// Uploads an expansion of the radiance of the surroundings, in the world frame.
-    pub(crate) fn light(&self, renderer: &Renderer, light: &ShVec<Rgb<f64>>) -> Result<(), GpuError> {
-        match &self.light {
-            LightUse::None => Ok(()),
-            LightUse::Radiance(order) => renderer.update("light", &light_vectors(light.coefficients(), *order)),
-            LightUse::Irradiance(order) => {
-                let irradiance = convolved(light, &Zonal::clamped_cosine(*order));
-                renderer.update("light", &light_vectors(irradiance.coefficients(), *order))
+    pub(crate) fn update(&self, renderer: &Renderer, light: &ShVec<Rgb<f64>>) -> Result<(), GpuError> {
+        for (name, of) in &self.0 {
+            match of {
+                LightUse::Given => {}
+                LightUse::Radiance(order) => renderer.update(name, &light_vectors(light.coefficients(), *order))?,
+                LightUse::Irradiance(order) => {
+                    let irradiance = convolved(light, &Zonal::clamped_cosine(*order));
+                    renderer.update(name, &light_vectors(irradiance.coefficients(), *order))?;
+                }
+                LightUse::Lobe(order, lobe) => {
+                    renderer.update(name, &lobe_light(light.coefficients(), lobe, *order))?;
+                }
             }
-            LightUse::Lobe(order, lobe) => renderer.update("light", &lobe_light(light.coefficients(), lobe, *order)),
         }
+        Ok(())
     }
 }
 
@@ -158,11 +313,6 @@ pub(crate) fn expect_values(expected: usize, found: usize) -> Result<(), GpuErro
     Err(GpuError::Options(format!(
         "expected the radiance of the {expected} vertices of the scene, found {found} values"
     )))
-}
-
-fn of_vertices(order: usize) -> Prepared {
-    let shader = Shader::new(&["shade_vertices"]);
-    Prepared { shader, reads: vec![("radiance", Slot::Read)], is_of_vertices: true, light: LightUse::Radiance(order) }
 }
 
 fn expect(what: &str, expected: usize, found: usize) -> Result<(), GpuError> {

@@ -47,7 +47,7 @@ impl GpuMatrices {
             return Err(GpuError::Options(format!("expected {points} positions and normals, found {p} and {n}")));
         }
         let mut renderer = Renderer::new(context);
-        add_incident(&mut renderer, matrices, storage)?;
+        add_incident(&mut renderer, matrices, storage, "")?;
         let receivers = positions.iter().zip(normals);
         let receivers: Vec<[f32; 8]> = receivers.map(|(p, n)| [p[0], p[1], p[2], 1.0, n[0], n[1], n[2], 0.0]).collect();
         renderer.upload("receivers", &receivers)?;
@@ -94,19 +94,22 @@ pub(crate) fn lobe_light(light: &[Rgb<f64>], lobe: &Zonal, order: usize) -> Vec<
     vectors
 }
 
-/// The passes that make the blurred incident light of every point, buffer `incident`.
+/// The passes that make the blurred incident light of every point, buffer `incident` under `light`; both names, and those of the
+/// matrices, end in `of`, which tells several sets of points apart.
 pub(crate) fn add_incident(
     renderer: &mut Renderer,
     matrices: &TransferMatrices,
     storage: Storage,
+    of: &str,
 ) -> Result<(), GpuError> {
     let (order, points) = (matrices.order(), matrices.points());
     check_order(order)?;
-    add_light(renderer, order)?;
+    let [light, incident, name] = ["light", "incident", "matrices"].map(|name| format!("{name}{of}"));
+    add_light(renderer, &light)?;
     let (coefficients, numbers) = (order * order, order.pow(4) * matrices.channels().count());
-    renderer.allocate("incident", VALUE * (points * coefficients) as u64)?;
+    renderer.allocate(&incident, VALUE * (points * coefficients) as u64)?;
     let row = |r: usize, out: &mut Vec<u32>| pack(&matrices.coefficients()[r * numbers..][..numbers], storage, out);
-    let pieces = upload_rows(renderer, "matrices", points, words_of(numbers, storage), row)?;
+    let pieces = upload_rows(renderer, &name, points, words_of(numbers, storage), row)?;
     let shader = Shader::new(&["glossy"])
         .constant("COEFFICIENTS", coefficients)
         .constant("CHANNELS", matrices.channels().count())
@@ -115,7 +118,7 @@ pub(crate) fn add_incident(
     let kernel = Kernel::new(renderer.context(), "glossy", &shader, &slots)?;
     for piece in &pieces {
         let pass = Pass::compute(&piece.words, &kernel, piece.count() * coefficients as u32);
-        renderer.add(pass.read(&piece.shape).read("light").read(&piece.words).write("incident"))?;
+        renderer.add(pass.read(&piece.shape).read(&light).read(&piece.words).write(&incident))?;
     }
     Ok(())
 }

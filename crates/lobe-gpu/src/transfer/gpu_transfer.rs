@@ -3,7 +3,7 @@
 use lobe_prt::{Channels, CompressedTransfer, TableWeights, Transfer};
 use lobe_sh::Rgb;
 
-use crate::lookup::basis::check_order;
+use crate::lookup::basis::{MAX_ORDER, check_order};
 use crate::renderer::kernel::{Kernel, Slot};
 use crate::renderer::pass::Pass;
 use crate::renderer::renderer::Renderer;
@@ -101,14 +101,9 @@ pub(crate) fn light_vectors(light: &[Rgb<f64>], order: usize) -> Vec<[f32; 4]> {
     vectors
 }
 
-/// Makes the uniform `light` if there is none.
-pub(crate) fn add_light(renderer: &mut Renderer, order: usize) -> Result<(), GpuError> {
-    if renderer.has("light") {
-        return Ok(());
-    }
-    let mut padded = [[0.0_f32; 4]; 64];
-    padded[..order * order].copy_from_slice(&light_vectors(&[], order));
-    renderer.uniform("light", &padded)
+/// Makes a uniform for a light of any order, if there is none of this name.
+pub(crate) fn add_light(renderer: &mut Renderer, name: &str) -> Result<(), GpuError> {
+    if renderer.has(name) { Ok(()) } else { renderer.uniform(name, &[[0.0_f32; 4]; MAX_ORDER * MAX_ORDER]) }
 }
 
 /// Passes that shade receivers of transfer vectors into the buffer `radiance`.
@@ -120,7 +115,7 @@ pub(crate) fn add_transfer(
 ) -> Result<(), GpuError> {
     check_order(transfer.order())?;
     let numbers = transfer.order().pow(2) * transfer.channels().count();
-    add_light(renderer, transfer.order())?;
+    add_light(renderer, "light")?;
     let rows = transfer.receivers();
     renderer.allocate(radiance, VALUE * rows as u64)?;
     let row = |r: usize, out: &mut Vec<u32>| pack(&transfer.coefficients()[r * numbers..][..numbers], storage, out);
@@ -160,7 +155,7 @@ pub(crate) fn add_clustered(
 ) -> Result<(), GpuError> {
     check_order(transfer.order())?;
     let table = transfer.table();
-    add_light(renderer, transfer.order())?;
+    add_light(renderer, "light")?;
     let rows = transfer.receivers();
     renderer.allocate(radiance, VALUE * rows as u64)?;
     // The products of means and directions with the light are those of so many receivers.

@@ -13,5 +13,5 @@ fn vertex(@builtin(vertex_index) number: u32) -> @builtin(position) vec4f {
 @fragment
 fn fragment(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let towards = camera_towards(camera, position.xy);
-    return vec4f(environment_radiance(environment_texels, environment, towards, 0.0), 1.0);
+    return shown(environment_radiance(environment_texels, environment, towards, 0.0));
 }

@@ -1,4 +1,4 @@
-// The camera of `lobe_gpu::Camera`: what it projects, and the rays through its pixels.
+// The camera of `lobe_gpu::GpuCamera`: what it projects, and the rays through its pixels.
 
 struct Camera {
     // Axes of the picture, and what it looks at, in the coordinates of the scene.
@@ -21,7 +21,7 @@ fn camera_clip(camera: Camera, p: vec3f) -> vec4f {
     if camera.lens.x == 1.0 {
         return vec4f(along.xy * scale, camera.lens.w, camera.lens.y - along.z);
     }
-    // From as far behind as nothing is seen to where the rays begin.
+    // 1 where the rays begin, 0 ten times as far beyond what the camera looks at.
     return vec4f(along.xy * scale, (along.z + 10.0 * camera.lens.y) / (11.0 * camera.lens.y), 1.0);
 }
 

@@ -7,7 +7,7 @@ fn fragment(in: Varying) -> @location(0) vec4f {
         discard;
     }
     if !s.is_lit {
-        return vec4f(0.0, 0.0, 0.0, 1.0);
+        return shown(vec3f(0.0));
     }
-    return vec4f(shade(s), 1.0);
+    return shown(shade(s));
 }

@@ -71,14 +71,16 @@ fn level_radiance(texels: texture_2d<f32>, level: EnvironmentLevel, s: vec3f) ->
 fn lat_long_radiance(texels: texture_2d<f32>, level: EnvironmentLevel, s: vec3f) -> vec3f {
     let width = f32(level.width);
     let height = f32(level.height);
+    let across = length(s.xy);
     let column = width * (0.5 - 0.5 / PI * angle_of(s.y, s.x)) - 0.5;
-    var row = height / PI * angle_of(length(s.xy), s.z) - 0.5;
-    // Bend the fraction of a row.
+    var row = height / PI * angle_of(across, s.z) - 0.5;
+    // Bend the fraction of a row, by the cotangent at the edge between two rows: that of s, turned on to the edge.
     let edge = floor(row);
     let fraction = row - edge;
     if edge >= 0.0 && edge + 1.0 < height {
-        let turn = sin_cos_pi((edge + 1.0) / height);
-        row += level.bend * turn.y / turn.x * fraction * (1.0 - fraction);
+        let turn = sin_cos_eighth((0.5 - fraction) * PI / height);
+        let cotangent = (s.z * turn.y - across * turn.x) / (across * turn.y + s.z * turn.x);
+        row += level.bend * cotangent * fraction * (1.0 - fraction);
     }
     let above = floor(row);
     let t = row - above;

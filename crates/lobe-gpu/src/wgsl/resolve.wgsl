@@ -18,5 +18,5 @@ fn fragment(@builtin(position) position: vec4f) -> @location(0) vec4f {
             sum += textureLoad(samples, first + vec2u(x, y), 0).rgb;
         }
     }
-    return vec4f(sum / f32(rays.x * rays.x), 1.0);
+    return shown(sum / f32(rays.x * rays.x));
 }

@@ -9,7 +9,7 @@ use crate::device;
 #[test]
 fn numbers_come_back_as_they_went() {
     let Some(context) = device("numbers_come_back_as_they_went") else { return };
-    for count in [1, 3, 64, 1000] {
+    for count in [0, 1, 3, 64, 1000] {
         let numbers: Vec<u8> = (0..count).map(|i| (7 * i % 251) as u8).collect();
         let usage = wgpu::BufferUsages::COPY_SRC;
         let buffer = context.upload("numbers", &numbers, usage).unwrap();

@@ -164,8 +164,8 @@ fn morph_targets_add_up_by_their_weights() {
         [MorphTarget { positions: &first, normals: &turned }, MorphTarget { positions: &second, normals: &[] }];
     let influences = vec![vec![(0, 1.0)]; count];
     let shaded = GpuSkin::new(&context, [&positions, &normals], &influences, 1, &targets).unwrap();
-    let place = lobe_scene::AnimatedScene::still(built_in::ball_over_ground(4)).rest_pose().unwrap();
-    let place = place.place(&lobe_scene::AnimatedScene::still(built_in::ball_over_ground(4)).entities()[0]);
+    let still = lobe_scene::AnimatedScene::still(built_in::ball_over_ground(4));
+    let place = still.rest_pose().unwrap().place(&still.entities()[0]);
     assert_eq!(place.rows()[0], [1.0, 0.0, 0.0, 0.0], "what stands still is where it is");
     shaded.set_joints(&[place], [0.0; 3]).unwrap();
     shaded.set_weights(&[0.25, -0.5]).unwrap();

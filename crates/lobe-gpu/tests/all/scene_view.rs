@@ -2,8 +2,8 @@
 
 use lobe_env::{CubeMap, DfgTable, EnvMap, PrefilterOptions, RoughnessLevels, prefilter_ggx, project_env};
 use lobe_gpu::{
-    BenchReport, Environment, GpuCamera, GpuError, SceneView, SceneViewOptions, SplitSum, Storage, SurfaceShading,
-    TurntableOptions, render_turntable,
+    BenchReport, Environment, GlossyMesh, GpuCamera, GpuError, SceneView, SceneViewOptions, SplitSum, Storage,
+    SurfaceShading, TurntableOptions, ViewOutput, render_turntable,
 };
 use lobe_image::{Curve, Exposure, Picture, Tone};
 use lobe_io::Job;
@@ -11,8 +11,8 @@ use lobe_prt::{BakeOptions, GlossyLobe, Lightmap, Receivers, bake, bake_matrices
 use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene, Texture, TextureUse, Wrap, built_in};
 use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal, convolved};
 
-use crate::device;
 use crate::traced::{Eye, Seen, traced};
+use crate::{TOLERANCE, device};
 
 const SIZE: [u32; 2] = [96, 72];
 const HALF_ANGLE: f64 = 0.3;
@@ -61,7 +61,7 @@ fn check(what: &str, view: &SceneView, expected: &Picture) {
     let found = view.picture().unwrap();
     // Half precision rounds twice, by a 2048th each time.
     let is_half = view.renderer().context().light_format() == wgpu::TextureFormat::Rgba16Float;
-    let part = differing(&found, expected, if is_half { 2e-3 } else { 1e-3 });
+    let part = differing(&found, expected, if is_half { 2e-3 } else { TOLERANCE as f32 });
     if let Some(folder) = std::env::var_os("LOBE_GPU_PICTURES") {
         let folder = std::path::Path::new(&folder);
         for (name, picture) in [("gpu", &found), ("cpu", expected)] {
@@ -148,14 +148,65 @@ fn pictures_by_transfer_are_those_of_the_processor() {
     one.set_light(&light).unwrap();
     check("transfer one", &one, &traced(&scene, cpu, [RAYS[0], RAYS[1], 1], background, shade));
     assert!(one.renderer().passes().all(|pass| pass.name() != "resolve"), "{}", one.renderer());
-    // The display of that picture.
-    for curve in [Curve::Clip, Curve::Reinhard { white: 2.0 }] {
-        let tone = Tone { exposure: Exposure::Fixed(0.8), curve };
-        view.set_tone(&tone).unwrap();
-        view.render().unwrap();
-        let (found, expected) = (view.display().unwrap(), tone.to_bytes(&view.picture().unwrap()));
-        let worst = found.iter().zip(&expected).map(|(f, e)| f.abs_diff(*e)).max().unwrap();
-        assert!(found.len() == expected.len() && worst <= 1, "{curve:?}: bytes differ by {worst}");
+    // The display of those pictures, also where nothing else is kept.
+    for (mut view, rays) in [(view, 2), (one, 1)] {
+        for curve in [Curve::Clip, Curve::Reinhard { white: 2.0 }] {
+            let tone = Tone { exposure: Exposure::Fixed(0.8), curve };
+            let mut shown = |output: ViewOutput| {
+                view.resize(&options().rays(rays).output(output)).unwrap();
+                view.set_tone(&tone).unwrap();
+                view.render().unwrap();
+                (view.display().unwrap(), view.picture())
+            };
+            let (found, picture) = shown(ViewOutput::LightAndDisplay);
+            let expected = tone.to_bytes(&picture.unwrap());
+            let (alone, refused) = shown(ViewOutput::Display);
+            for bytes in [found, alone] {
+                let worst = bytes.iter().zip(&expected).map(|(f, e)| f.abs_diff(*e)).max().unwrap();
+                assert!(bytes.len() == expected.len() && worst <= 1, "{curve:?}, {rays} rays: bytes differ by {worst}");
+            }
+            assert!(matches!(refused, Err(GpuError::Options(_))), "no light is kept: {refused:?}");
+        }
+    }
+}
+
+#[test]
+fn a_mesh_that_shines_stands_among_matte_ones() {
+    let Some(context) = device("a_mesh_that_shines_stands_among_matte_ones") else { return };
+    let (scene, sky, order) = (built_in::ball_over_ground(12), sky(), 3);
+    let light: ShVec<Rgb<f64>> = project_env(&sky, order);
+    let (gpu, cpu) = cameras(&scene);
+    let (bvh, receivers) = (Bvh::new(&scene), Receivers::at_vertices(&scene).unwrap());
+    let bake_options = BakeOptions::default().order(order).samples(32);
+    let (transfer, _) = bake(&scene, &bvh, &receivers, &bake_options, Job::default()).unwrap();
+    let values = transfer.exit_radiance(light.coefficients());
+    let ground = scene.meshes()[0].positions().len();
+    let of_ball = receivers.subset(&(ground..scene.vertex_count()).collect::<Vec<_>>()).unwrap();
+    let (matrices, _) = bake_matrices(&scene, &bvh, &of_ball, &bake_options, Job::default()).unwrap();
+    let (alpha, dfg) = (0.25, DfgTable::new(64));
+    let ball = [GlossyMesh { mesh: 1, matrices: &matrices, lobe: GlossyLobe::Ggx(alpha) }];
+    let shading = SurfaceShading::Mixed(&transfer, &ball, Storage::F32);
+    let view = SceneView::new(&context, &scene, &shading, None, &options()).unwrap();
+    view.set_camera(&gpu).unwrap();
+    view.set_light(&light).unwrap();
+    let zonal = Zonal::ggx(order, alpha);
+    let blurred: Vec<ShVec<Rgb<f64>>> =
+        (0..matrices.points()).map(|p| convolved(&matrices.incident(p, light.coefficients()), &zonal)).collect();
+    let shade = |s: &Seen<'_>| match (s.is_front, scene.locate(s.hit.triangle as usize).0) {
+        (false, _) => Rgb::ZERO,
+        (true, 0) => s.at_corners(&values),
+        (true, _) => {
+            let at = |corner: usize| blurred[corner - ground].eval(s.reflected());
+            let sum = s.blended(at, |sum, value, w| *sum += value.scale(w));
+            dfg.lookup(s.normal.dot(s.view).max(0.0), alpha.sqrt()).reflectance(s.albedo) * sum
+        }
+    };
+    check("mixed", &view, &traced(&scene, cpu, RAYS, |_| Rgb::ZERO, shade));
+    for (mesh, matrices) in [(0, &matrices), (2, &matrices)] {
+        let bad = [GlossyMesh { mesh, matrices, lobe: GlossyLobe::Phong(4.0) }];
+        let shading = SurfaceShading::Mixed(&transfer, &bad, Storage::F32);
+        let error = SceneView::new(&context, &scene, &shading, None, &options()).expect_err("another mesh");
+        assert!(matches!(error, GpuError::Options(_)), "{error}");
     }
 }
 
