@@ -9,10 +9,10 @@
 //! |---|---|
 //! | the program | [`main`] |
 //! | the application | [`ViewerApp`], [`RoomName`], [`Kept`], [`UserFolder`], [`Gpu`] |
-//! | the room of scenes | [`SceneRoom`], [`SceneEdits`], [`SceneLamp`], [`vertex_under`], [`transfer_of`] |
+//! | the room of scenes | [`SceneRoom`], [`SceneEdits`], [`SceneLamp`], [`Comparison`], [`vertex_under`], [`transfer_of`] |
 //! | the rooms of skies, functions and motion | [`SkyRoom`], [`FunctionsRoom`], [`MotionRoom`] |
 //! | what is shown of a scene | [`Mode`], [`Taming`], [`Orbit`] |
-//! | reading and baking off the thread of the window | [`Task`], [`open_scene`], [`open_sky`], [`bake_scene`] |
+//! | reading and baking off the thread of the window | [`Task`], [`open_scene`], [`open_sky`], [`bake_scene`], [`bake_glossy`] |
 
 mod app;
 mod cli;
@@ -26,7 +26,7 @@ use clap::Parser as _;
 
 pub use app::kept::{Kept, RoomName, Theme};
 pub use app::viewer_app::ViewerApp;
-pub use loading::bake::{SceneData, SceneNews, bake_options, bake_scene};
+pub use loading::bake::{GlossyBake, SceneData, SceneNews, bake_glossy, bake_options, bake_scene};
 pub use loading::cache::UserFolder;
 pub use loading::mode::Mode;
 pub use loading::scene_source::{OpenedScene, open_scene};
@@ -36,7 +36,7 @@ pub use rooms::functions::edits::{FunctionsEdits, Shape, Study};
 pub use rooms::functions::functions_room::FunctionsRoom;
 pub use rooms::light::Taming;
 pub use rooms::motion::motion_room::MotionRoom;
-pub use rooms::scene::edits::{SceneEdits, SceneLamp};
+pub use rooms::scene::edits::{Comparison, SceneEdits, SceneLamp};
 pub use rooms::scene::probe::{Vertex, transfer_of, vertex_under};
 pub use rooms::scene::scene_room::SceneRoom;
 pub use rooms::sky::edits::SkyEdits;

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use eframe::egui::{Button, Slider, Ui};
 
 use crate::app::kept::{Kept, RoomName, Theme};
+use crate::widgets::history::Can;
 
 /// What a user asks for in the bar.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -17,8 +18,8 @@ pub(crate) enum BarAsked {
     Reset,
 }
 
-/// Shows the bar. `can_undo` says whether there is a change to take back.
-pub(crate) fn bar(ui: &mut Ui, kept: &mut Kept, can_undo: bool) -> Option<BarAsked> {
+/// Shows the bar. `can` says what can be done with the changes of the room that is open.
+pub(crate) fn bar(ui: &mut Ui, kept: &mut Kept, can: Can) -> Option<BarAsked> {
     let mut asked = None;
     ui.horizontal_wrapped(|ui| {
         for (number, room) in RoomName::ALL.into_iter().enumerate() {
@@ -52,10 +53,10 @@ pub(crate) fn bar(ui: &mut Ui, kept: &mut Kept, can_undo: bool) -> Option<BarAsk
                 kept.zoom = percent / 100.0;
             }
         });
-        if ui.add_enabled(can_undo, Button::new("Undo")).on_hover_text("Ctrl+Z").clicked() {
+        if ui.add_enabled(can.undo, Button::new("Undo")).on_hover_text("Ctrl+Z").clicked() {
             asked = Some(BarAsked::Undo);
         }
-        if ui.button("Redo").on_hover_text("Ctrl+Shift+Z").clicked() {
+        if ui.add_enabled(can.redo, Button::new("Redo")).on_hover_text("Ctrl+Shift+Z").clicked() {
             asked = Some(BarAsked::Redo);
         }
         if ui.button("Keys").on_hover_text("F1").clicked() {

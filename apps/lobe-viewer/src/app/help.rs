@@ -3,7 +3,7 @@
 use eframe::egui::{Context, Grid, Window};
 
 /// What is pressed and what it does.
-const KEYS: [(&str, &str); 18] = [
+const KEYS: [(&str, &str); 19] = [
     ("Drag", "turn the view, or a balloon"),
     ("Shift + drag", "turn the sky"),
     ("Ctrl + drag, right drag", "move the view"),
@@ -13,6 +13,7 @@ const KEYS: [(&str, &str); 18] = [
     ("1 2 3 4", "unshadowed, shadowed, interreflected, difference"),
     (", .", "lower, higher order"),
     ("[ ]", "less, more exposure"),
+    ("R", "the truth by rays, the difference to it"),
     ("P", "transfer under the pointer"),
     ("Ctrl + O", "open a file"),
     ("Ctrl + Z", "take a change back"),

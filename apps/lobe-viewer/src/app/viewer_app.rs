@@ -106,8 +106,18 @@ impl ViewerApp {
         match asked {
             BarAsked::Open => self.files.open(&endings()),
             BarAsked::OpenRecent(path) => self.open(&path),
-            BarAsked::Undo => self.scene.undo(),
-            BarAsked::Redo => self.scene.redo(),
+            BarAsked::Undo => match self.kept.room {
+                RoomName::Scene => self.scene.undo(),
+                RoomName::Sky => self.sky.undo(),
+                RoomName::Functions => self.functions.undo(),
+                RoomName::Motion => self.motion.undo(),
+            },
+            BarAsked::Redo => match self.kept.room {
+                RoomName::Scene => self.scene.redo(),
+                RoomName::Sky => self.sky.redo(),
+                RoomName::Functions => self.functions.redo(),
+                RoomName::Motion => self.motion.redo(),
+            },
             BarAsked::Help => self.is_help_open = !self.is_help_open,
             BarAsked::Reset => {
                 let kept = Kept { recent: self.kept.recent.clone(), room: self.kept.room, ..Kept::default() };
@@ -199,8 +209,14 @@ impl ViewerApp {
         if self.scene.take_wish_for_file() {
             self.files.open(&endings());
         }
+        let can = match self.kept.room {
+            RoomName::Scene => self.scene.can(),
+            RoomName::Sky => self.sky.can(),
+            RoomName::Functions => self.functions.can(),
+            RoomName::Motion => self.motion.can(),
+        };
         let mut asked = None;
-        Panel::top("bar").show(ui, |ui| asked = bar(ui, &mut self.kept, self.scene.has_undo()));
+        Panel::top("bar").show(ui, |ui| asked = bar(ui, &mut self.kept, can));
         if let Some(asked) = asked {
             self.answer(&ctx, asked);
         }

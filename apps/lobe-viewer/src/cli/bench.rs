@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
-use lobe_gpu::BenchReport;
+use lobe::scene::built_in;
+use lobe_gpu::{BenchReport, SceneViewOptions, ViewOutput};
 use serde_json::json;
 
 use crate::cli::args::Arguments;
 use crate::cli::prepared::{Prepared, prepare};
-use crate::loading::scene_source;
+use crate::loading::scene_source::{self, OpenedScene, open_scene};
 
 /// The size of a picture that is measured without another choice.
 const SIZE: [u32; 2] = [1280, 720];
@@ -20,9 +21,14 @@ const FRAMES: usize = 30;
 
 /// Measures, and prints a table or JSON.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let scene = arguments.scene.as_deref().unwrap_or(Path::new(scene_source::FIRST));
+    let opened = match arguments.cells {
+        Some(cells) => OpenedScene::of_built_in("still-life", built_in::still_life(usize::from(cells))),
+        None => open_scene(arguments.scene.as_deref().unwrap_or(Path::new(scene_source::FIRST)))?,
+    };
     let (size, rays) = (arguments.size.unwrap_or(SIZE), arguments.rays.unwrap_or(1));
-    let Prepared { view, light, vertices, name } = prepare(arguments, scene, size, rays)?;
+    // As the window draws what moves.
+    let options = SceneViewOptions::default().width(size[0]).height(size[1]).rays(u32::from(rays));
+    let Prepared { view, light, vertices, name } = prepare(arguments, opened, &options.output(ViewOutput::Display))?;
     let rate = BenchReport::frames_per_second(&view, &light, FRAMES.max(usize::from(arguments.frames)))?;
     let report = BenchReport::of_view(&view, RUNS)?;
     let [width, height] = size;

@@ -4,10 +4,11 @@ use std::f64::consts::TAU;
 use std::path::Path;
 
 use lobe::io::Job;
-use lobe_gpu::{TurntableOptions, write_turntable};
+use lobe_gpu::{SceneViewOptions, TurntableOptions, write_turntable};
 
 use crate::cli::args::Arguments;
 use crate::cli::prepared::{Prepared, prepare};
+use crate::loading::scene_source::open_scene;
 
 /// The size of a picture without another choice.
 const SIZE: [u32; 2] = [640, 400];
@@ -18,7 +19,8 @@ const RAYS: u8 = 2;
 /// Renders a scene under its sky, which turns once around in so many frames.
 pub(crate) fn run(arguments: &Arguments, scene: &Path, output: &Path) -> anyhow::Result<()> {
     let (size, rays) = (arguments.size.unwrap_or(SIZE), arguments.rays.unwrap_or(RAYS));
-    let Prepared { view, light, .. } = prepare(arguments, scene, size, rays)?;
+    let options = SceneViewOptions::default().width(size[0]).height(size[1]).rays(u32::from(rays));
+    let Prepared { view, light, .. } = prepare(arguments, open_scene(scene)?, &options)?;
     let frames = usize::from(arguments.frames);
     let options = TurntableOptions::default().frames(frames).step(TAU / frames as f64);
     write_turntable(&view, &light, &options, output, Job::default())?;

@@ -2,7 +2,6 @@
 
 use std::io::{IsTerminal as _, Write as _, stderr};
 use std::ops::ControlFlow;
-use std::path::Path;
 
 use anyhow::{Context as _, bail};
 use lobe::env::project_map;
@@ -10,12 +9,14 @@ use lobe::io::Progress;
 use lobe::prt::{BakeMode, Transfer};
 use lobe::sh::{Rgb, ShVec};
 use lobe_gpu::{
-    AdapterChoice, Context, ContextOptions, Environment, SceneView, SceneViewOptions, Storage, SurfaceShading,
+    AdapterChoice, Context, ContextOptions, Environment, GlossyMesh, SceneView, SceneViewOptions, Storage,
+    SurfaceShading,
 };
 
 use crate::cli::args::Arguments;
-use crate::loading::bake::{SceneData, bake_options, bake_scene};
-use crate::loading::scene_source::open_scene;
+use crate::loading::bake::{GlossyBake, SceneData, bake_glossy, bake_options, bake_scene};
+use crate::loading::mode::Mode;
+use crate::loading::scene_source::OpenedScene;
 use crate::loading::sky_source::open_sky;
 use crate::widgets::orbit::Orbit;
 
@@ -27,13 +28,17 @@ pub(crate) struct Prepared {
     pub(crate) name: String,
 }
 
-/// Reads, bakes where that is needed, and uploads.
-pub(crate) fn prepare(arguments: &Arguments, scene: &Path, size: [u32; 2], rays: u8) -> anyhow::Result<Prepared> {
+/// Reads the sky, bakes where that is needed, and uploads.
+pub(crate) fn prepare(
+    arguments: &Arguments,
+    opened: OpenedScene,
+    options: &SceneViewOptions,
+) -> anyhow::Result<Prepared> {
     let sky = open_sky(&arguments.env)?;
-    let opened = open_scene(scene)?;
     let data = SceneData::new(opened.name, opened.scene);
     let mut order = usize::from(arguments.order);
     let mut baked = Vec::new();
+    let is_baked = opened.baked.is_some();
     if let Some(file) = opened.baked {
         let found = file.recipe.mode.unwrap_or(BakeMode::Interreflected);
         if !arguments.mode.bakes().iter().all(|needed| *needed == found) {
@@ -52,20 +57,23 @@ pub(crate) fn prepare(arguments: &Arguments, scene: &Path, size: [u32; 2], rays:
     } else {
         for &mode in arguments.mode.bakes() {
             let options = bake_options(mode, order, arguments.samples);
-            let (transfer, _) = bake_scene(&data, &options, progress(mode))?;
+            let (transfer, _) = bake_scene(&data, &options, progress(mode.name()))?;
             baked.push((mode, transfer));
         }
     }
+    let is_shining = !is_baked && arguments.mode == Mode::Interreflected;
+    let glossy =
+        if is_shining { bake_glossy(&data, order, arguments.samples, progress("metals"))? } else { Vec::new() };
     let of = |mode: BakeMode| baked.iter().find(|(found, _)| *found == mode).map(|(_, transfer)| transfer);
     let transfer: Option<Transfer> = arguments.mode.transfer(of)?;
     let adapter = if arguments.software { AdapterChoice::Software } else { AdapterChoice::Fastest };
     let context = Context::new(&ContextOptions::default().adapter(adapter))?;
+    let meshes: Vec<GlossyMesh<'_>> = glossy.iter().map(GlossyBake::on_device).collect();
     let shading = match &transfer {
-        Some(transfer) => SurfaceShading::Vertices(transfer, Storage::F32),
+        Some(transfer) => SurfaceShading::Mixed(transfer, &meshes, Storage::F32),
         None => SurfaceShading::Irradiance(order),
     };
-    let options = SceneViewOptions::default().width(size[0]).height(size[1]).rays(u32::from(rays));
-    let view = SceneView::new(&context, &data.scene, &shading, Some(&Environment::from(&*sky.map)), &options)?;
+    let view = SceneView::new(&context, &data.scene, &shading, Some(&Environment::from(&*sky.map)), options)?;
     let [azimuth, height] = arguments.eye.map(f64::to_radians);
     let orbit = Orbit { azimuth, height, ..Orbit::default() }.framing(data.scene.world_bounds());
     view.set_camera(&orbit.on_device().context("the scene has no extent")?)?;
@@ -74,14 +82,14 @@ pub(crate) fn prepare(arguments: &Arguments, scene: &Path, size: [u32; 2], rays:
 }
 
 /// A line on the terminal that says how far a bake is.
-fn progress(mode: BakeMode) -> impl FnMut(&Progress) -> ControlFlow<()> {
+fn progress(what: &'static str) -> impl FnMut(&Progress) -> ControlFlow<()> {
     let is_shown = stderr().is_terminal();
     move |progress| {
         if is_shown {
             let percent = 100 * progress.done / progress.total.max(1);
             let end = if progress.done == progress.total { "\r\x1b[K" } else { "" };
             // A terminal that has gone away is told nothing.
-            drop(write!(stderr(), "\r{} transfer: {percent} %{end}", mode.name()));
+            drop(write!(stderr(), "\r{what} transfer: {percent} %{end}"));
         }
         ControlFlow::Continue(())
     }

@@ -4,8 +4,11 @@ use std::path::Path;
 use std::sync::Arc;
 
 use lobe::io::{Job, Progress};
-use lobe::prt::{BakeMode, BakeOptions, PrtError, Receivers, Recipe, Transfer, bake};
+use lobe::prt::{
+    BakeMode, BakeOptions, GlossyLobe, PrtError, Receivers, Recipe, Transfer, TransferMatrices, bake, bake_matrices,
+};
 use lobe::scene::{Bvh, Scene};
+use lobe_gpu::GlossyMesh;
 
 use crate::loading::cache::UserFolder;
 use crate::loading::scene_source::open_scene;
@@ -21,7 +24,18 @@ pub(crate) const KEPT_SAMPLES: u32 = 256;
 const MOST_UNASKED: usize = 250_000;
 
 /// Reflections of the window's own bakes.
-const BOUNCES: usize = 3;
+pub(crate) const BOUNCES: usize = 3;
+
+/// Metals of these `α` shine; by what is smoother or rougher than that, lobes of a few bands are far from microfacets, as the table
+/// of [`TransferMatrices`] says.
+const SHINING: std::ops::RangeInclusive<f64> = 0.05..=0.5;
+
+/// The highest order of transfer matrices, which have the square of the numbers of vectors, and the most bytes of them.
+const GLOSSY_ORDER: usize = 4;
+const GLOSSY_BYTES: usize = 256 << 20;
+
+/// Paths of the first bake of what shines.
+const FIRST_GLOSSY: u32 = 64;
 
 /// A scene and the rays among its triangles.
 #[derive(Clone, Debug)]
@@ -44,6 +58,26 @@ impl SceneData {
     }
 }
 
+/// A mesh that shines: a metal with the transfer matrices of its vertices.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct GlossyBake {
+    /// Its number in the scene.
+    pub mesh: usize,
+    /// The lobe of its reflection.
+    pub lobe: GlossyLobe,
+    /// The matrices, of paths with interreflections.
+    pub matrices: Arc<TransferMatrices>,
+}
+
+impl GlossyBake {
+    /// The mesh for a device.
+    #[must_use]
+    pub fn on_device(&self) -> GlossyMesh<'_> {
+        GlossyMesh { mesh: self.mesh, matrices: &self.matrices, lobe: self.lobe }
+    }
+}
+
 /// What comes from a task about a scene.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -59,6 +93,8 @@ pub enum SceneNews {
         /// The transfer.
         transfer: Arc<Transfer>,
     },
+    /// Matrices of the meshes that shine.
+    Glossy(Vec<GlossyBake>),
     /// It is large, and not baked yet.
     AskBeforeBake,
 }
@@ -147,5 +183,55 @@ pub(crate) fn rounds(
             control.send(SceneNews::Baked { mode, samples: Some(round), transfer: Arc::new(transfer) });
         }
     }
+    for round in [FIRST_GLOSSY.min(samples), samples] {
+        control.stage(format!("metals, {round} paths"));
+        match bake_glossy(data, order, round, control.watch()) {
+            Err(PrtError::Cancelled) => return Ok(()),
+            Err(error) => return Err(error.to_string()),
+            Ok(none) if none.is_empty() => return Ok(()),
+            Ok(glossy) => control.send(SceneNews::Glossy(glossy)),
+        }
+    }
     Ok(())
+}
+
+/// Bakes the meshes that shine, watched; none of them if they are too many.
+///
+/// # Errors
+/// As [`bake_matrices`].
+pub fn bake_glossy(
+    data: &SceneData,
+    order: usize,
+    samples: u32,
+    mut watch: impl FnMut(&Progress) -> std::ops::ControlFlow<()>,
+) -> Result<Vec<GlossyBake>, PrtError> {
+    let order = order.min(GLOSSY_ORDER);
+    let meshes = shining(&data.scene);
+    let vertices: usize = meshes.iter().map(|(mesh, _)| data.scene.meshes()[*mesh].positions().len()).sum();
+    // Three channels of single precision.
+    if vertices * order.pow(4) * 12 > GLOSSY_BYTES {
+        return Ok(Vec::new());
+    }
+    let receivers = Receivers::at_vertices(&data.scene)?;
+    let options = bake_options(BakeMode::Interreflected, order, samples);
+    let mut baked = Vec::new();
+    for (mesh, lobe) in meshes {
+        let before = |end: usize| -> usize { data.scene.meshes()[..end].iter().map(|m| m.positions().len()).sum() };
+        let own = receivers.subset(&(before(mesh)..before(mesh + 1)).collect::<Vec<_>>())?;
+        let job = Job::default().watched_by(&mut watch);
+        let (matrices, _) = bake_matrices(&data.scene, &data.bvh, &own, &options, job)?;
+        baked.push(GlossyBake { mesh, lobe, matrices: Arc::new(matrices) });
+    }
+    Ok(baked)
+}
+
+/// The meshes of metals that shine, by their numbers, with their lobes.
+fn shining(scene: &Scene) -> Vec<(usize, GlossyLobe)> {
+    let lobe = |mesh: usize| {
+        let material = scene.material(mesh);
+        let alpha = f64::from(material.roughness).powi(2);
+        let is_shining = material.metallic > 0.5 && SHINING.contains(&alpha);
+        (is_shining && !scene.meshes()[mesh].positions().is_empty()).then_some((mesh, GlossyLobe::Ggx(alpha)))
+    };
+    (0..scene.meshes().len()).filter_map(lobe).collect()
 }

@@ -29,6 +29,13 @@ pub struct OpenedScene {
     pub is_built_in: bool,
 }
 
+impl OpenedScene {
+    /// A scene that is made by formula.
+    pub(crate) fn of_built_in(name: &str, scene: Scene) -> Self {
+        Self { name: name.into(), scene, baked: None, is_built_in: true }
+    }
+}
+
 /// Reads a scene: a .glb, .gltf, .obj or .ply file, or `built-in:NAME`.
 ///
 /// # Errors
@@ -40,7 +47,7 @@ pub fn open_scene(source: &Path) -> anyhow::Result<OpenedScene> {
             let known = built_in::NAMES.map(|known| format!("{BUILT_IN}{known}")).join(", ");
             bail!("{text}: there is no such scene in the program; there are {known}");
         };
-        return Ok(OpenedScene { name: name.into(), scene, baked: None, is_built_in: true });
+        return Ok(OpenedScene::of_built_in(name, scene));
     }
     let name = source.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let options = SceneReadOptions::default();

@@ -53,9 +53,12 @@ struct Shared {
 }
 
 #[derive(Clone, Debug, Default, PartialEq)]
-struct State {
-    stage: String,
-    progress: Option<f32>,
+enum State {
+    /// Not begun, or waiting for something to do.
+    #[default]
+    Resting,
+    /// The stage of the work, and the part of it that is done, where that is known.
+    Working(String, Option<f32>),
 }
 
 /// What work has in its hands: whom to tell, and whether to go on.
@@ -74,6 +77,7 @@ impl<T: Send + 'static> Task<T> {
     ) -> Self {
         let (sender, events) = channel();
         let shared = Arc::<Shared>::default();
+        let unstarted = sender.clone();
         let control = Control { shared: shared.clone(), events: sender, wake: Box::new(wake) };
         let run = move || {
             // What decoders do to damaged files is no reason to lose the window.
@@ -87,9 +91,9 @@ impl<T: Send + 'static> Task<T> {
             });
         };
         let title = title.into();
-        let control = shared.clone();
         if let Err(error) = thread::Builder::new().name(title.clone()).spawn(run) {
-            locked(&control.state).stage = format!("the system starts no thread: {error}");
+            // The receiver is here.
+            drop(unstarted.send(TaskEvent::Failed(format!("the system starts no thread: {error}"))));
         }
         Self { title, shared, events }
     }
@@ -105,20 +109,25 @@ impl<T> Task<T> {
     /// The title and the stage of the work, for people.
     #[must_use]
     pub fn describe(&self) -> String {
-        let stage = locked(&self.shared.state).stage.clone();
-        if stage.is_empty() { self.title.clone() } else { format!("{}: {stage}", self.title) }
+        match &*locked(&self.shared.state) {
+            State::Resting => self.title.clone(),
+            State::Working(stage, _) => format!("{}: {stage}", self.title),
+        }
     }
 
     /// Whether a stage of the work is under way.
     #[must_use]
     pub fn is_at_work(&self) -> bool {
-        !locked(&self.shared.state).stage.is_empty()
+        *locked(&self.shared.state) != State::Resting
     }
 
     /// The part that is done, 0 to 1, where the work says it.
     #[must_use]
     pub fn progress(&self) -> Option<f32> {
-        locked(&self.shared.state).progress
+        match *locked(&self.shared.state) {
+            State::Resting => None,
+            State::Working(_, part) => part,
+        }
     }
 
     /// Tells the work to stop, which it does at its next report.
@@ -141,9 +150,22 @@ impl<T> Control<T> {
 
     /// Names what is being done, and forgets how far it was.
     pub fn stage(&self, stage: impl Into<String>) {
-        let stage = State { stage: stage.into(), progress: None };
-        let before = std::mem::replace(&mut *locked(&self.shared.state), stage.clone());
-        if before != stage {
+        self.enter(State::Working(stage.into(), None));
+    }
+
+    /// Says that it waits for something to do.
+    pub fn rest(&self) {
+        self.enter(State::Resting);
+    }
+
+    fn enter(&self, state: State) {
+        let is_new = {
+            let mut current = locked(&self.shared.state);
+            let is_new = *current != state;
+            *current = state;
+            is_new
+        };
+        if is_new {
             (self.wake)();
         }
     }
@@ -158,7 +180,9 @@ impl<T> Control<T> {
     pub fn watch(&self) -> impl FnMut(&Progress) -> ControlFlow<()> + '_ {
         |progress| {
             let part = progress.done as f32 / progress.total.max(1) as f32;
-            locked(&self.shared.state).progress = Some(part);
+            if let State::Working(_, done) = &mut *locked(&self.shared.state) {
+                *done = Some(part);
+            }
             (self.wake)();
             if self.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         }

@@ -1,14 +1,16 @@
 //! What the rooms are built of: a camera that orbits, pictures, balloons, coefficients, curves, a list of files, and pictures that
 //! a graphics device draws.
 //!
-//! Read `orbit`, then `named`, which gives names to what is painted, `picture` and `balloon`, `bars`, `curve` and `file_list`,
-//! and `gpu`. Uses no other room.
+//! Read `orbit`, then `named`, which gives names to what is painted, `tone`, `picture` and `balloon`, `bars`, `curve` and `file_list`,
+//! `history`, and `gpu`. Uses no other room.
 
 pub(crate) mod balloon;
 pub(crate) mod bars;
 pub(crate) mod curve;
 pub(crate) mod file_list;
 pub(crate) mod gpu;
+pub(crate) mod history;
 pub(crate) mod named;
 pub(crate) mod orbit;
 pub(crate) mod picture;
+pub(crate) mod tone;

@@ -13,6 +13,9 @@ const HALF_ANGLE: f64 = 0.3;
 /// Radians for a drag across the height of the picture.
 const TURN: f64 = PI;
 
+/// Parts of the distance for a point of scrolling.
+const SCROLL: f64 = 0.0025;
+
 /// The eye stays so far from the axis, in radians, where the picture would have no upwards.
 const FROM_AXIS: f64 = 0.01;
 
@@ -74,6 +77,11 @@ impl Orbit {
         if factor > 0.0 && factor.is_finite() {
             self.distance = (self.distance / factor).clamp(DISTANCES[0], DISTANCES[1]);
         }
+    }
+
+    /// Comes nearer by so many points of scrolling.
+    pub fn scroll(&mut self, points: f64) {
+        self.zoom((SCROLL * points).exp());
     }
 
     /// The direction from the target to the eye.

@@ -22,6 +22,7 @@ fn work_that_is_cancelled_ends_at_its_next_report() {
         "forever",
         || (),
         |control| {
+            control.stage("counting");
             let mut watch = control.watch();
             let mut done = 0;
             while watch(&Progress { done, total: 10, ..Progress::default() }) == ControlFlow::Continue(()) {
@@ -39,6 +40,29 @@ fn work_that_is_cancelled_ends_at_its_next_report() {
     assert!(task.progress().is_some_and(|part| (0.0..1.0).contains(&part)), "{:?}", task.progress());
     task.cancel();
     assert_eq!(all(&task).last(), Some(&TaskEvent::Cancelled), "the last event");
+}
+
+#[test]
+fn a_task_is_at_work_from_its_first_stage_until_it_rests() {
+    let (go, wait) = std::sync::mpsc::channel::<()>();
+    let task = Task::start(
+        "player",
+        || (),
+        move |control| {
+            control.stage("reading");
+            control.send(1);
+            let _ = wait.recv();
+            control.rest();
+            Ok(())
+        },
+    );
+    while task.events().is_empty() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    assert!(task.is_at_work() && task.progress().is_none(), "{}", task.describe());
+    go.send(()).unwrap();
+    assert_eq!(all(&task), [TaskEvent::Done], "the end");
+    assert!(!task.is_at_work(), "{}", task.describe());
 }
 
 #[test]

@@ -5,11 +5,13 @@ use eframe::egui::{CentralPanel, Panel, ScrollArea, Slider, Ui};
 use crate::rooms::functions::edits::{FunctionsEdits, MAX_ORDER, Study};
 use crate::rooms::functions::{ambient_cube, multiply, ringing, rotate};
 use crate::widgets::balloon::BalloonView;
+use crate::widgets::history::{Can, History};
 use crate::widgets::orbit::Orbit;
 
 /// Functions on the sphere.
 pub struct FunctionsRoom {
     edits: FunctionsEdits,
+    history: History<FunctionsEdits>,
     eye: Orbit,
     balloons: [BalloonView; 3],
 }
@@ -19,7 +21,8 @@ impl FunctionsRoom {
     #[must_use]
     pub fn new(mut edits: FunctionsEdits) -> Self {
         edits.order = edits.order.clamp(1, MAX_ORDER);
-        Self { edits, eye: Orbit { azimuth: 0.6, height: 0.45, ..Orbit::default() }, balloons: Default::default() }
+        let eye = Orbit { azimuth: 0.6, height: 0.45, ..Orbit::default() };
+        Self { edits, history: History::default(), eye, balloons: Default::default() }
     }
 
     /// What a user changed.
@@ -28,8 +31,23 @@ impl FunctionsRoom {
         &self.edits
     }
 
+    /// Takes the last change back.
+    pub fn undo(&mut self) {
+        self.history.undo(&mut self.edits);
+    }
+
+    /// Makes a change again that was taken back.
+    pub fn redo(&mut self) {
+        self.history.redo(&mut self.edits);
+    }
+
+    pub(crate) fn can(&self) -> Can {
+        self.history.can(&self.edits)
+    }
+
     /// Shows the room.
     pub fn ui(&mut self, ui: &mut Ui) {
+        self.history.watch(ui.ctx(), &self.edits);
         Panel::left("function controls").default_size(300.0).size_range(220.0..=480.0).show(ui, |ui| {
             ScrollArea::vertical().auto_shrink(false).show(ui, |ui| self.panel(ui));
         });
@@ -58,7 +76,7 @@ impl FunctionsRoom {
     }
 
     fn study(&mut self, ui: &mut Ui) {
-        let Self { edits, eye, balloons } = self;
+        let Self { edits, eye, balloons, .. } = self;
         match edits.study {
             Study::Rotate => rotate::show(ui, edits, balloons, eye),
             Study::Product => multiply::show(ui, edits, balloons, eye),

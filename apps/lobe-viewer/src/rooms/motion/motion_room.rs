@@ -17,20 +17,36 @@ use crate::rooms::motion::player::{Asked, Cast, Hand, News, ORDER, Player, Shown
 use crate::rooms::motion::spheres::rings;
 use crate::rooms::motion::stage::Stage;
 use crate::widgets::gpu::Gpu;
+use crate::widgets::history::{Can, History};
 use crate::widgets::named::name_image;
 use crate::widgets::orbit::Orbit;
 
+/// What a user changes in the room.
+#[derive(Clone, Debug, PartialEq)]
+struct MotionEdits {
+    name: String,
+    method: MovingMethod,
+    /// Whether parts are where the user has put them, and not where the animation does.
+    is_by_hand: bool,
+    hands: Vec<Hand>,
+    has_spheres: bool,
+}
+
+impl MotionEdits {
+    fn of_scene(name: &str) -> Self {
+        let (name, method) = (name.to_owned(), MovingMethod::Fields);
+        Self { name, method, is_by_hand: false, hands: Vec::new(), has_spheres: false }
+    }
+}
+
 /// What moves.
 pub struct MotionRoom {
-    name: String,
-    player: Option<Player>,
+    edits: MotionEdits,
+    history: History<MotionEdits>,
+    player: Option<(String, Player)>,
     cast: Option<Cast>,
-    hands: Vec<Hand>,
     chosen: usize,
-    is_by_hand: bool,
     is_playing: bool,
-    has_spheres: bool,
-    method: MovingMethod,
     time: f64,
     orbit: Orbit,
     light: Option<(OpenedSky, ShVec<Rgb<f64>>)>,
@@ -44,15 +60,12 @@ pub struct MotionRoom {
 impl Default for MotionRoom {
     fn default() -> Self {
         Self {
-            name: built_in::MOVING_NAMES[0].to_owned(),
+            edits: MotionEdits::of_scene(built_in::MOVING_NAMES[0]),
+            history: History::default(),
             player: None,
             cast: None,
-            hands: Vec::new(),
             chosen: 0,
-            is_by_hand: false,
             is_playing: true,
-            has_spheres: false,
-            method: MovingMethod::Fields,
             time: 0.0,
             orbit: Orbit::default(),
             light: None,
@@ -76,6 +89,20 @@ impl MotionRoom {
     #[must_use]
     pub fn milliseconds(&self) -> Option<f64> {
         self.lit.as_ref().map(|lit| lit.milliseconds)
+    }
+
+    /// Takes the last change back.
+    pub fn undo(&mut self) {
+        self.history.undo(&mut self.edits);
+    }
+
+    /// Makes a change again that was taken back.
+    pub fn redo(&mut self) {
+        self.history.redo(&mut self.edits);
+    }
+
+    pub(crate) fn can(&self) -> Can {
+        self.history.can(&self.edits)
     }
 
     /// Shows the room under a sky.
@@ -106,13 +133,16 @@ impl MotionRoom {
     }
 
     fn take_news(&mut self) {
-        let events = self.player.as_ref().map(Player::events).unwrap_or_default();
+        let events = self.player.as_ref().map(|(_, player)| player.events()).unwrap_or_default();
         for event in events {
             match event {
                 TaskEvent::Result(News::Ready(cast)) => {
-                    self.hands.clone_from(&cast.hands);
+                    // Places that were taken back or made again belong to this scene already.
+                    if self.edits.hands.len() != cast.hands.len() {
+                        self.edits.hands.clone_from(&cast.hands);
+                    }
                     self.chosen = cast.is_still.iter().position(|still| !still).unwrap_or(0);
-                    self.is_by_hand &= cast.is_rigid;
+                    self.edits.is_by_hand &= cast.is_rigid;
                     self.cast = Some(cast);
                 }
                 TaskEvent::Result(News::Lit(lit)) => {
@@ -133,9 +163,12 @@ impl MotionRoom {
 
     /// Starts the player, lets time pass, and asks for the moment that is to be seen.
     fn advance(&mut self, ctx: &Context, sky: Option<&OpenedSky>) {
-        if self.player.is_none() {
-            let ctx = ctx.clone();
-            self.player = Some(Player::start(&self.name, move || ctx.request_repaint()));
+        if self.player.as_ref().is_none_or(|(name, _)| *name != self.edits.name) {
+            self.start(ctx);
+        }
+        // Hands that come with the scene are no change of a user.
+        if self.cast.is_some() {
+            self.history.watch(ctx, &self.edits);
         }
         if let Some(sky) = sky
             && self.light.as_ref().is_none_or(|(before, _)| !Arc::ptr_eq(&before.map, &sky.map))
@@ -143,17 +176,17 @@ impl MotionRoom {
             self.light = Some((sky.clone(), project_map(&sky.map, ORDER)));
         }
         let (Some(cast), Some((_, light))) = (&self.cast, &self.light) else { return };
-        if self.is_playing && !self.is_by_hand {
+        if self.is_playing && !self.edits.is_by_hand {
             let [begin, end] = cast.span;
             let passed = ctx.input(|input| f64::from(input.stable_dt.min(0.1)));
             self.time = begin + (self.time + passed - begin).rem_euclid((end - begin).max(1e-3));
             ctx.request_repaint();
         }
-        let hands = self.is_by_hand.then(|| self.hands.clone());
-        let asked = Asked { time: self.time, method: self.method, light: light.clone(), hands };
+        let hands = self.edits.is_by_hand.then(|| self.edits.hands.clone());
+        let asked = Asked { time: self.time, method: self.edits.method, light: light.clone(), hands };
         if !self.is_waiting
             && self.asked.as_ref() != Some(&asked)
-            && let Some(player) = &self.player
+            && let Some((_, player)) = &self.player
         {
             player.ask(asked.clone());
             self.asked = Some(asked);
@@ -161,26 +194,35 @@ impl MotionRoom {
         }
     }
 
+    /// Starts on the scene of the edits, which nothing of the one before belongs to.
+    fn start(&mut self, ctx: &Context) {
+        let ctx = ctx.clone();
+        let player = Player::start(&self.edits.name, move || ctx.request_repaint());
+        self.player = Some((self.edits.name.clone(), player));
+        (self.cast, self.asked, self.lit, self.message) = (None, None, None, None);
+        (self.time, self.is_waiting, self.orbit) = (0.0, false, Orbit::default());
+        self.stage.clear();
+    }
+
     fn panel(&mut self, ui: &mut Ui) {
         ui.spacing_mut().slider_width = 120.0;
-        let mut name = self.name.clone();
+        let mut name = self.edits.name.clone();
         ComboBox::from_label("Scene").selected_text(name.as_str()).show_ui(ui, |ui| {
             for known in built_in::MOVING_NAMES {
                 ui.selectable_value(&mut name, known.to_owned(), known);
             }
         });
-        if name != self.name {
-            let kept = (self.method, self.has_spheres, self.is_playing);
-            *self = Self { name, stage: std::mem::take(&mut self.stage), ..Self::default() };
-            self.stage.clear();
-            (self.method, self.has_spheres, self.is_playing) = kept;
+        if name != self.edits.name {
+            let MotionEdits { method, has_spheres, .. } = self.edits;
+            self.edits = MotionEdits { method, has_spheres, ..MotionEdits::of_scene(&name) };
         }
         ui.separator();
-        ui.radio_value(&mut self.method, MovingMethod::Fields, "Shadow fields");
-        ui.radio_value(&mut self.method, MovingMethod::Exponentials, "Spheres, SH exponentials");
-        ui.checkbox(&mut self.has_spheres, "Draw the spheres");
+        ui.radio_value(&mut self.edits.method, MovingMethod::Fields, "Shadow fields");
+        ui.radio_value(&mut self.edits.method, MovingMethod::Exponentials, "Spheres, SH exponentials");
+        ui.checkbox(&mut self.edits.has_spheres, "Draw the spheres");
         ui.separator();
-        if let Some(player) = self.player.as_ref().filter(|player| player.task().is_at_work()) {
+        let player = self.player.as_ref().map(|(_, player)| player);
+        if let Some(player) = player.filter(|player| player.task().is_at_work()) {
             ui.label(player.task().describe());
             match player.task().progress() {
                 Some(part) => ui.add(ProgressBar::new(part).show_percentage()),
@@ -188,16 +230,16 @@ impl MotionRoom {
             };
         }
         let Some(cast) = self.cast.clone() else { return };
-        ui.add_enabled_ui(!self.is_by_hand, |ui| {
+        ui.add_enabled_ui(!self.edits.is_by_hand, |ui| {
             ui.checkbox(&mut self.is_playing, "Play");
             let [begin, end] = cast.span;
             ui.add(Slider::new(&mut self.time, begin..=end).text("Time").suffix(" s").fixed_decimals(2));
         });
         ui.add_enabled_ui(cast.is_rigid, |ui| {
-            let response = ui.checkbox(&mut self.is_by_hand, "Move objects by hand");
+            let response = ui.checkbox(&mut self.edits.is_by_hand, "Move objects by hand");
             response.on_disabled_hover_text("What changes its shape is moved by its animation only");
         });
-        if self.is_by_hand {
+        if self.edits.is_by_hand {
             self.hand_controls(ui, &cast);
         }
     }
@@ -208,7 +250,7 @@ impl MotionRoom {
                 ui.selectable_value(&mut self.chosen, number, name.as_str());
             }
         });
-        let hand = &mut self.hands[self.chosen];
+        let hand = &mut self.edits.hands[self.chosen];
         for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
             ui.add(Slider::new(&mut hand.position[axis], -4.0..=4.0).text(name).suffix(" m").fixed_decimals(2));
         }
@@ -218,7 +260,7 @@ impl MotionRoom {
         }
         ui.add(Slider::new(&mut hand.scale, 0.3..=2.0).text("Size").fixed_decimals(2));
         if ui.button("Put back").clicked() {
-            self.hands.clone_from(&cast.hands);
+            self.edits.hands.clone_from(&cast.hands);
         }
         ui.weak("Drag an object in the picture to move it, with Shift to turn it.");
     }
@@ -249,7 +291,7 @@ impl MotionRoom {
                 });
             }
         }
-        if self.has_spheres {
+        if self.edits.has_spheres {
             rings(&ui.painter_at(rect), rect, &self.orbit, &lit.spheres);
         }
     }
@@ -260,7 +302,7 @@ impl MotionRoom {
         let by = [response.drag_delta().x, response.drag_delta().y].map(|c| f64::from(c) / height);
         if response.drag_started() {
             let at = ui.input(|input| input.pointer.press_origin());
-            let found = at.filter(|_| self.is_by_hand).and_then(|at| self.object_at(response.rect, at));
+            let found = at.filter(|_| self.edits.is_by_hand).and_then(|at| self.object_at(response.rect, at));
             if let Some(found) = found {
                 self.chosen = found;
             }
@@ -274,13 +316,12 @@ impl MotionRoom {
             }
         }
         if response.hovered() {
-            let scrolled = f64::from(ui.input(|input| input.smooth_scroll_delta.y));
-            self.orbit.zoom((0.0025 * scrolled).exp());
+            self.orbit.scroll(f64::from(ui.input(|input| input.smooth_scroll_delta.y)));
         }
     }
 
     fn drag_object(&mut self, is_turn: bool, [right, down]: [f64; 2]) {
-        let hand = &mut self.hands[self.chosen];
+        let hand = &mut self.edits.hands[self.chosen];
         if is_turn {
             hand.turn += std::f64::consts::TAU * right;
             return;
@@ -296,14 +337,17 @@ impl MotionRoom {
         let half = 0.5 * rect.height();
         let hit = |k: &usize| {
             let (Some([right, up]), Some(size)) =
-                (self.orbit.project(self.hands[*k].position), self.orbit.size_at(self.hands[*k].position))
+                (self.orbit.project(self.edits.hands[*k].position), self.orbit.size_at(self.edits.hands[*k].position))
             else {
                 return false;
             };
             let place = rect.center() + vec2(right as f32, -up as f32) * half;
-            place.distance(at) <= (cast.radii[*k] * self.hands[*k].scale * size) as f32 * half
+            place.distance(at) <= (cast.radii[*k] * self.edits.hands[*k].scale * size) as f32 * half
         };
-        let size = |k: &usize| self.orbit.size_at(self.hands[*k].position).unwrap_or(0.0);
-        (0..self.hands.len()).filter(|k| !cast.is_still[*k]).filter(hit).max_by(|a, b| size(a).total_cmp(&size(b)))
+        let size = |k: &usize| self.orbit.size_at(self.edits.hands[*k].position).unwrap_or(0.0);
+        (0..self.edits.hands.len())
+            .filter(|k| !cast.is_still[*k])
+            .filter(hit)
+            .max_by(|a, b| size(a).total_cmp(&size(b)))
     }
 }

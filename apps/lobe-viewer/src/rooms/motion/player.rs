@@ -163,7 +163,7 @@ fn prepare(
             other => other?,
         }
     }
-    control.stage("");
+    control.rest();
     Ok(!control.is_cancelled())
 }
 

@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use eframe::egui::TextureId;
 use lobe::env::MappedMap;
-use lobe::image::{Curve, Exposure, Tone};
 use lobe_gpu::{Environment, GpuError, SceneView, SceneViewOptions, SurfaceShading};
 
 use crate::rooms::motion::player::Shown;
 use crate::widgets::gpu::Gpu;
 use crate::widgets::orbit::Orbit;
+use crate::widgets::tone::{fitting, photograph};
 
 /// Samples of a pixel along each axis.
 const RAYS: u32 = 1;
@@ -80,10 +80,10 @@ impl Stage {
             Some(exposure) => exposure,
             None => {
                 view.render()?;
-                *self.exposure.insert(Tone::PHOTOGRAPH.exposure.factor(&view.picture()?))
+                *self.exposure.insert(fitting(&view.picture()?))
             }
         };
-        view.set_tone(&Tone { exposure: Exposure::Fixed(exposure), curve: Curve::Reinhard { white: 4.0 } })?;
+        view.set_tone(&photograph(exposure, 0.0))?;
         view.render()?;
         self.shown = Some((lit.clone(), *orbit, size));
         Ok(self.texture)

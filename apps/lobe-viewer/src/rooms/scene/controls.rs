@@ -9,7 +9,7 @@ use crate::loading::mode::Mode;
 use crate::loading::scene_source::built_in_source;
 use crate::loading::sky_source;
 use crate::loading::task::Task;
-use crate::rooms::scene::edits::SceneEdits;
+use crate::rooms::scene::edits::{Comparison, SceneEdits};
 
 /// Orders that the window bakes to.
 const ORDERS: std::ops::RangeInclusive<usize> = 1..=8;
@@ -95,6 +95,23 @@ pub(crate) fn modes(ui: &mut Ui, edits: &mut SceneEdits, known: &Known) {
         (_, None) => {}
     }
     edits.taming.controls(ui, edits.order);
+    if edits.mode == Mode::Interreflected {
+        ui.checkbox(&mut edits.has_gloss, "Metals shine").on_hover_text("By transfer matrices; else they are matte");
+    }
+}
+
+/// What is shown: the picture, or the truth by rays. `known` says what is known of that.
+pub(crate) fn comparison(ui: &mut Ui, edits: &mut SceneEdits, known: &str) {
+    for comparison in Comparison::ALL {
+        ui.radio_value(&mut edits.comparison, comparison, comparison.title())
+            .on_hover_text("Paths are traced while nothing moves, under the sky itself and not its expansion (R)");
+    }
+    if edits.comparison != Comparison::Off {
+        ui.label(known);
+    }
+    if edits.comparison == Comparison::Difference {
+        ui.weak("Red where the picture is too bright, blue where it is too dark.");
+    }
 }
 
 pub(crate) fn sky_and_exposure(ui: &mut Ui, edits: &mut SceneEdits, is_turning: &mut bool) {

@@ -9,6 +9,35 @@ use crate::loading::mode::Mode;
 use crate::loading::{scene_source, sky_source};
 use crate::rooms::light::Taming;
 
+/// Whether the picture is compared with the truth.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum Comparison {
+    /// It is not.
+    #[default]
+    Off,
+    /// The truth is shown in its place.
+    Truth,
+    /// Red where the picture is too bright, blue where it is too dark.
+    Difference,
+}
+
+impl Comparison {
+    /// All of them, in the order of the window.
+    pub const ALL: [Self; 3] = [Self::Off, Self::Truth, Self::Difference];
+
+    /// The name in the window.
+    #[must_use]
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Off => "Picture",
+            Self::Truth => "Truth by rays",
+            Self::Difference => "Difference to the truth",
+        }
+    }
+}
+
 /// All that can be undone, and that is kept from one start to the next.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
@@ -20,6 +49,10 @@ pub struct SceneEdits {
     pub sky: PathBuf,
     /// Which light paths are shown.
     pub mode: Mode,
+    /// Whether metals shine, where interreflections are shown.
+    pub has_gloss: bool,
+    /// Whether the picture is compared with the truth.
+    pub comparison: Comparison,
     /// Number of bands of the light.
     pub order: usize,
     /// What is done to its expansion.
@@ -42,6 +75,8 @@ impl Default for SceneEdits {
             scene: scene_source::FIRST.into(),
             sky: sky_source::FIRST.into(),
             mode: Mode::default(),
+            has_gloss: true,
+            comparison: Comparison::Off,
             order: 4,
             taming: Taming::None,
             sky_strength: 1.0,

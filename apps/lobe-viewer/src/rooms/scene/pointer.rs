@@ -5,9 +5,6 @@ use eframe::egui::{Modifiers, PointerButton, Response, Ui};
 use crate::rooms::scene::edits::SceneEdits;
 use crate::widgets::orbit::Orbit;
 
-/// Parts of the distance for a point of scrolling.
-const ZOOM: f64 = 0.0025;
-
 /// A drag turns the view, with Shift the sky, with Ctrl or the right or middle button it moves the view; scrolling zooms.
 pub(crate) fn follow(ui: &Ui, response: &Response, orbit: &mut Orbit, edits: &mut SceneEdits) {
     let height = f64::from(response.rect.height().max(1.0));
@@ -26,7 +23,8 @@ pub(crate) fn follow(ui: &Ui, response: &Response, orbit: &mut Orbit, edits: &mu
     }
     if response.hovered() {
         let (scrolled, pinched) = ui.input(|input| (input.smooth_scroll_delta.y, input.zoom_delta()));
-        orbit.zoom((ZOOM * f64::from(scrolled)).exp() * f64::from(pinched));
+        orbit.scroll(f64::from(scrolled));
+        orbit.zoom(f64::from(pinched));
     }
 }
 

@@ -1,27 +1,29 @@
 //! The room: what it holds, what comes from tasks, and what is shown.
 
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
-use eframe::egui::util::undoer::Undoer;
 use eframe::egui::{CentralPanel, Color32, Context, Key, Label, Panel, Rect, ScrollArea, Sense, Ui, pos2};
 use lobe::prt::{BakeMode, Transfer};
 
-use crate::loading::bake::{self, KEPT_SAMPLES, SceneData, SceneNews};
+use crate::loading::bake::{self, GlossyBake, KEPT_SAMPLES, SceneData, SceneNews};
 use crate::loading::cache::UserFolder;
 use crate::loading::mode::Mode;
 use crate::loading::scene_source;
 use crate::loading::sky_source::{self, OpenedSky, open_sky};
 use crate::loading::task::{Task, TaskEvent};
 use crate::rooms::scene::controls::{self, Asked, BakePlan, Known};
-use crate::rooms::scene::edits::SceneEdits;
+use crate::rooms::scene::edits::{Comparison, SceneEdits};
 use crate::rooms::scene::lamps::lamps;
+use crate::rooms::scene::opened::{Opened, failure, take_back};
 use crate::rooms::scene::pointer;
 use crate::rooms::scene::probe::Probe;
 use crate::rooms::scene::scene_light::SceneLight;
+use crate::rooms::scene::truth::{Still, Truth};
 use crate::rooms::scene::viewport::{Frame, REST, Viewport, Wanted};
 use crate::widgets::gpu::Gpu;
+use crate::widgets::history::{Can, History};
 use crate::widgets::named::name_image;
 use crate::widgets::orbit::Orbit;
 
@@ -32,14 +34,16 @@ const SPEED: f64 = 0.5;
 pub struct SceneRoom {
     edits: SceneEdits,
     orbit: Orbit,
-    undo: Undoer<SceneEdits>,
+    history: History<SceneEdits>,
     folder: UserFolder,
     scene: Opened<SceneData>,
     sky: Opened<OpenedSky>,
     scene_task: Option<Task<SceneNews>>,
     sky_task: Option<Task<OpenedSky>>,
     bakes: HashMap<BakeMode, (Arc<Transfer>, Option<u32>)>,
+    glossy: Vec<GlossyBake>,
     shown: Option<(Mode, Arc<Transfer>)>,
+    truth: Truth,
     plan: BakePlan,
     light: SceneLight,
     viewport: Viewport,
@@ -51,21 +55,6 @@ pub struct SceneRoom {
     wants_file: bool,
 }
 
-/// What was opened, and from where.
-struct Opened<T> {
-    /// What is open, or being opened.
-    source: PathBuf,
-    /// The last source that was no failure.
-    good: PathBuf,
-    found: Option<T>,
-}
-
-impl<T> Default for Opened<T> {
-    fn default() -> Self {
-        Self { source: PathBuf::new(), good: PathBuf::new(), found: None }
-    }
-}
-
 impl SceneRoom {
     /// The room as it was left, or as it is first. `folder` keeps the bakes of built-in scenes.
     #[must_use]
@@ -75,14 +64,16 @@ impl SceneRoom {
             edits,
             wants_frame: orbit.is_none(),
             orbit: orbit.unwrap_or_default(),
-            undo: Undoer::default(),
+            history: History::default(),
             folder,
             scene: Opened::default(),
             sky: Opened::default(),
             scene_task: None,
             sky_task: None,
             bakes: HashMap::new(),
+            glossy: Vec::new(),
             shown: None,
+            truth: Truth::default(),
             light: SceneLight::default(),
             viewport: Viewport::default(),
             probe: Probe::default(),
@@ -156,22 +147,22 @@ impl SceneRoom {
 
     /// Takes the last change back.
     pub fn undo(&mut self) {
-        if let Some(before) = self.undo.undo(&self.edits) {
-            self.edits = before.clone();
-        }
+        self.history.undo(&mut self.edits);
     }
 
     /// Makes a change again that was taken back.
     pub fn redo(&mut self) {
-        if let Some(after) = self.undo.redo(&self.edits) {
-            self.edits = after.clone();
-        }
+        self.history.redo(&mut self.edits);
     }
 
     /// Whether there is a change to take back.
     #[must_use]
     pub fn has_undo(&self) -> bool {
-        self.undo.has_undo(&self.edits)
+        self.can().undo
+    }
+
+    pub(crate) fn can(&self) -> Can {
+        self.history.can(&self.edits)
     }
 
     /// Starts what the edits ask for, and takes what has come. Called for each frame.
@@ -184,7 +175,7 @@ impl SceneRoom {
             ctx.request_repaint();
         } else {
             // A sky that turns by itself is not a change to take back.
-            self.undo.feed_state(ctx.input(|input| input.time), &self.edits);
+            self.history.watch(ctx, &self.edits);
         }
     }
 
@@ -258,6 +249,7 @@ impl SceneRoom {
                 self.scene.found = Some(data);
                 self.scene.good.clone_from(&self.scene.source);
                 self.bakes.clear();
+                self.glossy.clear();
                 self.shown = None;
                 self.probe.forget();
                 self.viewport.fit_exposure();
@@ -266,6 +258,7 @@ impl SceneRoom {
                 self.bakes.insert(mode, (transfer, samples));
                 self.shown = None;
             }
+            SceneNews::Glossy(glossy) => self.glossy = glossy,
             SceneNews::AskBeforeBake => {
                 self.message = Some("This scene is large: press Bake for its shadows.".into());
             }
@@ -345,6 +338,10 @@ impl SceneRoom {
         if pressed(Key::T) {
             self.is_turning = !self.is_turning;
         }
+        if pressed(Key::R) {
+            let number = Comparison::ALL.iter().position(|known| *known == self.edits.comparison).unwrap_or(0);
+            self.edits.comparison = Comparison::ALL[(number + 1) % Comparison::ALL.len()];
+        }
         if pressed(Key::P) {
             self.probe.is_on = !self.probe.is_on;
         }
@@ -385,6 +382,8 @@ impl SceneRoom {
         ui.separator();
         controls::modes(ui, &mut self.edits, &known);
         ui.separator();
+        controls::comparison(ui, &mut self.edits, &self.truth.describe());
+        ui.separator();
         controls::sky_and_exposure(ui, &mut self.edits, &mut self.is_turning);
         ui.separator();
         ui.strong("Lamps");
@@ -422,7 +421,11 @@ impl SceneRoom {
         let turn = self.edits.rotation();
         let frame = Frame { size, orbit: self.orbit, light, turn, exposure: self.edits.exposure };
         let transfer = self.shown.as_ref().map(|(_, transfer)| transfer);
-        let wanted = Wanted { data: &data, transfer, sky: self.sky.found.as_ref(), order: self.edits.order };
+        // Metals shine by paths with interreflections.
+        let is_shining = self.edits.has_gloss && self.edits.mode == Mode::Interreflected && transfer.is_some();
+        let glossy: &[GlossyBake] = if is_shining { &self.glossy } else { &[] };
+        let has_gloss = !glossy.is_empty();
+        let wanted = Wanted { data: &data, transfer, glossy, sky: self.sky.found.as_ref(), order: self.edits.order };
         match self.viewport.draw(gpu, &wanted, &frame) {
             Ok(Some(texture)) => {
                 let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
@@ -438,30 +441,25 @@ impl SceneRoom {
         if self.viewport.is_coarse() {
             ui.ctx().request_repaint_after(REST);
         }
+        self.compare(ui, rect, &data, size, has_gloss);
         self.probe.look(&ui.painter_at(rect), rect, response.hover_pos(), &data, &self.orbit);
     }
-}
 
-/// After a failure the source is again the one that is shown; where nothing is, the first one is opened, and it says so.
-fn take_back<A, B>(ended: &TaskEvent<A>, edited: &mut PathBuf, opened: &mut Opened<B>, first: &str) -> bool {
-    if !matches!(ended, TaskEvent::Failed(_) | TaskEvent::Cancelled) || *edited != opened.source {
-        return false;
-    }
-    let is_shown = !opened.good.as_os_str().is_empty();
-    if is_shown {
-        edited.clone_from(&opened.good);
-        opened.source.clone_from(&opened.good);
-    } else {
-        *edited = first.into();
-    }
-    !is_shown
-}
-
-/// What an end has to say.
-fn failure<T>(ended: TaskEvent<T>) -> Option<String> {
-    match ended {
-        TaskEvent::Failed(message) => Some(message),
-        TaskEvent::Cancelled => Some("Cancelled; what is there already remains.".into()),
-        TaskEvent::Result(_) | TaskEvent::Done => None,
+    /// Shows the truth over the picture, which is at rest, or the difference of both.
+    fn compare(&mut self, ui: &Ui, rect: Rect, data: &SceneData, size: [u32; 2], has_gloss: bool) {
+        let (comparison, is_at_rest) = (self.edits.comparison, !self.viewport.is_coarse());
+        if comparison == Comparison::Off || !is_at_rest || size.contains(&0) {
+            self.truth.stop();
+            return;
+        }
+        let sky = self.sky.found.as_ref().map(|sky| &sky.map);
+        let still = Still::of(data, sky, &self.edits, self.orbit, size, has_gloss);
+        self.truth.follow(ui.ctx(), &still);
+        let viewport = &self.viewport;
+        let found = || viewport.picture_at_rest();
+        if let Some(texture) = self.truth.texture(ui.ctx(), comparison, found, self.edits.exposure) {
+            let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+            ui.painter().image(texture, rect, whole, Color32::WHITE);
+        }
     }
 }

@@ -5,17 +5,18 @@ use std::time::{Duration, Instant};
 
 use eframe::egui::TextureId;
 use lobe::env::MappedMap;
-use lobe::image::{Curve, Exposure, Tone};
-use lobe::prt::Transfer;
+use lobe::image::Picture;
+use lobe::prt::{Transfer, TransferMatrices};
 use lobe::scene::Scene;
 use lobe::sh::{Rgb, Rotation, ShVec};
-use lobe_gpu::{Environment, GpuError, SceneView, SceneViewOptions, Storage, SurfaceShading};
+use lobe_gpu::{Environment, GlossyMesh, GpuError, SceneView, SceneViewOptions, Storage, SurfaceShading, ViewOutput};
 
-use crate::loading::bake::SceneData;
+use crate::loading::bake::{GlossyBake, SceneData};
 use crate::loading::sky_source::OpenedSky;
 use crate::rooms::scene::status::Status;
 use crate::widgets::gpu::Gpu;
 use crate::widgets::orbit::Orbit;
+use crate::widgets::tone::{fitting, photograph};
 
 /// After so long without a change the picture is drawn again with more samples a pixel.
 pub(crate) const REST: Duration = Duration::from_millis(250);
@@ -26,15 +27,14 @@ const RAYS_AT_REST: u32 = 2;
 /// How often times on the device are measured, which waits for it.
 const MEASURE: Duration = Duration::from_secs(1);
 
-/// The luminance that is shown white, as in [`Tone::PHOTOGRAPH`].
-const WHITE: f64 = 4.0;
-
 /// What has to be on the device before a frame.
 #[derive(Clone, Copy)]
 pub(crate) struct Wanted<'a> {
     pub(crate) data: &'a SceneData,
     /// Without one, the scene is lit by its normals.
     pub(crate) transfer: Option<&'a Arc<Transfer>>,
+    /// Meshes that shine among those lit by transfer.
+    pub(crate) glossy: &'a [GlossyBake],
     pub(crate) sky: Option<&'a OpenedSky>,
     pub(crate) order: usize,
 }
@@ -67,6 +67,7 @@ pub(crate) struct Viewport {
 struct ViewKey {
     scene: Arc<Scene>,
     transfer: Option<Arc<Transfer>>,
+    glossy: Vec<Arc<TransferMatrices>>,
     sky: Option<Arc<MappedMap>>,
     /// Of light by normals alone.
     order: usize,
@@ -77,6 +78,7 @@ impl ViewKey {
         Self {
             scene: wanted.data.scene.clone(),
             transfer: wanted.transfer.cloned(),
+            glossy: wanted.glossy.iter().map(|glossy| glossy.matrices.clone()).collect(),
             sky: wanted.sky.map(|sky| sky.map.clone()),
             order: if wanted.transfer.is_none() { wanted.order } else { 0 },
         }
@@ -85,6 +87,8 @@ impl ViewKey {
     fn is_same(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.scene, &other.scene)
             && same(self.transfer.as_ref(), other.transfer.as_ref())
+            && self.glossy.len() == other.glossy.len()
+            && self.glossy.iter().zip(&other.glossy).all(|(a, b)| Arc::ptr_eq(a, b))
             && same(self.sky.as_ref(), other.sky.as_ref())
             && self.order == other.order
     }
@@ -130,6 +134,12 @@ impl Viewport {
         self.shown.as_ref().is_some_and(|(_, rays)| *rays < RAYS_AT_REST)
     }
 
+    /// The picture in linear light that is shown at rest, and the exposure that fits it.
+    pub(crate) fn picture_at_rest(&self) -> Option<(Picture, f64)> {
+        let (_, view) = self.view.as_ref().filter(|_| !self.is_coarse())?;
+        Some((view.picture().ok()?, self.fitting?))
+    }
+
     /// Forgets the exposure that fits, for another scene or sky.
     pub(crate) fn fit_exposure(&mut self) {
         self.fitting = None;
@@ -143,8 +153,9 @@ impl Viewport {
         }
         // What is not shown any more makes room first.
         self.view = None;
+        let glossy: Vec<GlossyMesh<'_>> = wanted.glossy.iter().map(GlossyBake::on_device).collect();
         let shading = match wanted.transfer {
-            Some(transfer) => SurfaceShading::Vertices(transfer, Storage::F32),
+            Some(transfer) => SurfaceShading::Mixed(transfer, &glossy, Storage::F32),
             None => SurfaceShading::Irradiance(wanted.order),
         };
         let environment = wanted.sky.map(|sky| Environment::from(&*sky.map));
@@ -161,7 +172,10 @@ impl Viewport {
         let Some((_, view)) = &mut self.view else { return Ok(()) };
         let begin = Instant::now();
         let [width, height] = frame.size;
-        let options = SceneViewOptions::default().width(width).height(height).rays(rays);
+        // While things move only the display is drawn; the exposure is that of a picture whose light is kept.
+        let is_moving = rays < RAYS_AT_REST && self.fitting.is_some();
+        let output = if is_moving { ViewOutput::Display } else { ViewOutput::LightAndDisplay };
+        let options = SceneViewOptions::default().width(width).height(height).rays(rays).output(output);
         if *view.options() != options {
             view.resize(&options)?;
             self.texture = Some(gpu.show(self.texture, &view.renderer().view("display")?));
@@ -171,15 +185,14 @@ impl Viewport {
         }
         view.set_light(&frame.light)?;
         view.turn_backdrop(&frame.turn)?;
-        let fitting = match self.fitting {
+        let factor = match self.fitting {
             Some(factor) => factor,
             None => {
                 view.render()?;
-                *self.fitting.insert(Tone::PHOTOGRAPH.exposure.factor(&view.picture()?))
+                *self.fitting.insert(fitting(&view.picture()?))
             }
         };
-        let exposure = Exposure::Fixed(fitting * frame.exposure.exp2());
-        view.set_tone(&Tone { exposure, curve: Curve::Reinhard { white: WHITE } })?;
+        view.set_tone(&photograph(factor, frame.exposure))?;
         let now = Instant::now();
         let is_due = self.measured.is_none_or(|measured| now.duration_since(measured) >= MEASURE);
         if is_due {

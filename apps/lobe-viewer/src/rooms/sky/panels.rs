@@ -5,13 +5,14 @@ use eframe::egui::{
     vec2,
 };
 use lobe::env::{MappedMap, Mapping};
-use lobe::image::{Curve, Exposure, Picture, Tone};
+use lobe::image::{Curve, Picture, Tone};
 use lobe::render::{Ball, View};
 use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb};
 
 use crate::rooms::sky::edits::SkyEdits;
 use crate::rooms::sky::findings::Findings;
 use crate::widgets::picture::PictureView;
+use crate::widgets::tone::{fitting, photograph};
 
 /// Width of an unfolded mapping, in texels.
 const UNFOLDED: usize = 256;
@@ -41,8 +42,7 @@ impl Panels {
     /// Shows them. `version` tells changes of the findings.
     pub(crate) fn show(&mut self, ui: &mut Ui, found: &Findings, edits: &SkyEdits) {
         let key = vec![found.version, edits.exposure.to_bits()];
-        let exposure = Tone::PHOTOGRAPH.exposure.factor(&found.picture) * edits.exposure.exp2();
-        let tone = Tone { exposure: Exposure::Fixed(exposure), curve: Curve::Reinhard { white: 4.0 } };
+        let tone = photograph(fitting(&found.picture), edits.exposure);
         ui.horizontal_wrapped(|ui| {
             panel(ui, "The sky", WIDE, |ui| {
                 self.sky.show(ui, "The sky, lat-long", WIDE, key.clone(), || (found.picture.clone(), tone))
@@ -55,7 +55,7 @@ impl Panels {
             mark(ui, &shown, found);
             panel(ui, "What is cut off: red missing, blue too much", WIDE, |ui| {
                 self.difference.show(ui, "The difference, lat-long", WIDE, key.clone(), || {
-                    (difference(found), Tone { exposure: Exposure::Fixed(exposure), curve: Curve::Clip })
+                    (difference(found), Tone { curve: Curve::Clip, ..tone })
                 })
             });
             let mapping = Mapping::from_name(&edits.mapping).unwrap_or(Mapping::Octahedral);

@@ -10,6 +10,7 @@ use crate::rooms::sky::edits::SkyEdits;
 use crate::rooms::sky::findings::Findings;
 use crate::rooms::sky::panels::Panels;
 use crate::widgets::bars::bars;
+use crate::widgets::history::{Can, History};
 
 /// The most lights that are looked for.
 const MOST_LIGHTS: usize = 4;
@@ -17,6 +18,7 @@ const MOST_LIGHTS: usize = 4;
 /// An environment and its expansions.
 pub struct SkyRoom {
     edits: SkyEdits,
+    history: History<SkyEdits>,
     found: Option<Findings>,
     panels: Panels,
 }
@@ -27,7 +29,7 @@ impl SkyRoom {
     pub fn new(mut edits: SkyEdits) -> Self {
         edits.order = edits.order.clamp(1, Transfer::MAX_ORDER);
         edits.lights = edits.lights.min(MOST_LIGHTS);
-        Self { edits, found: None, panels: Panels::default() }
+        Self { edits, history: History::default(), found: None, panels: Panels::default() }
     }
 
     /// What a user changed.
@@ -36,8 +38,23 @@ impl SkyRoom {
         &self.edits
     }
 
+    /// Takes the last change back.
+    pub fn undo(&mut self) {
+        self.history.undo(&mut self.edits);
+    }
+
+    /// Makes a change again that was taken back.
+    pub fn redo(&mut self) {
+        self.history.redo(&mut self.edits);
+    }
+
+    pub(crate) fn can(&self) -> Can {
+        self.history.can(&self.edits)
+    }
+
     /// Shows the room on an environment.
     pub fn ui(&mut self, ui: &mut Ui, sky: Option<&OpenedSky>) {
+        self.history.watch(ui.ctx(), &self.edits);
         if let Some(sky) = sky {
             self.found = Some(Findings::of(self.found.take(), &sky.map, &self.edits));
         }

@@ -1,0 +1,238 @@
+//! The truth by rays, which refines itself beside the window while nothing moves.
+
+use std::sync::Arc;
+
+use eframe::egui::{ColorImage, Context, TextureHandle, TextureId, TextureOptions};
+use lobe::env::{EnvMap, MappedMap};
+use lobe::image::{Curve, Picture, Tone, compare};
+use lobe::io::Job;
+use lobe::render::{DistantLight, PathOptions, RenderError, SampleCount, Surfaces, TruthOptions, render_truth};
+use lobe::sh::{Coefficient as _, Dir, Rgb, Rotation};
+
+use crate::loading::bake::{BOUNCES, SceneData};
+use crate::loading::mode::Mode;
+use crate::loading::task::{Control, Task, TaskEvent};
+use crate::rooms::scene::edits::{Comparison, SceneEdits, SceneLamp};
+use crate::widgets::orbit::Orbit;
+use crate::widgets::tone::photograph;
+
+/// Paths of a pixel in one pass: the fewest that the path tracer takes.
+const PATHS: SampleCount = SampleCount { sets: 2, per_set: 1 };
+
+/// Passes after which the picture is good enough: the noise that is left is a 45th of that of one path.
+const PASSES: u64 = 1024;
+
+/// Rows of the light: texels of a third of a degree, so that a sun is several of them wide.
+const ROWS: usize = 512;
+
+/// All that a truth depends on.
+#[derive(Clone)]
+pub(crate) struct Still {
+    pub(crate) data: SceneData,
+    pub(crate) sky: Option<Arc<MappedMap>>,
+    pub(crate) orbit: Orbit,
+    pub(crate) size: [u32; 2],
+    pub(crate) turn: Rotation,
+    pub(crate) strength: f64,
+    pub(crate) lamps: Vec<SceneLamp>,
+    pub(crate) bounces: usize,
+    pub(crate) surfaces: Surfaces,
+}
+
+impl Still {
+    /// Metals shine where the picture has them shine; else all is matte, as transfer takes it.
+    pub(crate) fn of(
+        data: &SceneData,
+        sky: Option<&Arc<MappedMap>>,
+        edits: &SceneEdits,
+        orbit: Orbit,
+        size: [u32; 2],
+        has_gloss: bool,
+    ) -> Self {
+        Self {
+            data: data.clone(),
+            sky: sky.cloned(),
+            orbit,
+            size,
+            turn: edits.rotation(),
+            strength: edits.sky_strength,
+            lamps: edits.lamps.iter().filter(|lamp| lamp.is_on).copied().collect(),
+            bounces: if edits.mode == Mode::Shadowed { 0 } else { BOUNCES },
+            surfaces: if has_gloss { Surfaces::MetallicRoughness } else { Surfaces::Matte },
+        }
+    }
+
+    fn is_same(&self, other: &Self) -> bool {
+        let is_same_sky = match (&self.sky, &other.sky) {
+            (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+            (a, b) => a.is_none() && b.is_none(),
+        };
+        let of = |still: &Self| (still.orbit, still.size, still.turn, still.strength, still.bounces, still.surfaces);
+        is_same_sky
+            && Arc::ptr_eq(&self.data.scene, &other.data.scene)
+            && of(self) == of(other)
+            && self.lamps == other.lamps
+    }
+
+    /// The light itself, and not its expansion: the sky, turned, and the lamps.
+    fn light(&self) -> EnvMap {
+        let back = self.turn.inverse();
+        let sky = EnvMap::from_fn(2 * ROWS, ROWS, |s| {
+            let radiance = self.sky.as_ref().map_or(Rgb::ZERO, |map| map.radiance(back.rotate_dir(s)).widen());
+            Rgb::narrow(radiance.scale(self.strength))
+        });
+        if self.lamps.is_empty() {
+            return sky;
+        }
+        let lamps: Vec<(Dir, f64, Rgb<f64>)> = self.lamps.iter().map(|lamp| disc(lamp, &sky)).collect();
+        EnvMap::from_fn(2 * ROWS, ROWS, |s| {
+            let shining = lamps.iter().filter(|(towards, cosine, _)| s.dot(*towards) >= *cosine);
+            Rgb::narrow(shining.fold(sky.radiance(s).widen(), |sum, (.., radiance)| sum + *radiance))
+        })
+    }
+}
+
+/// Towards a lamp, the cosine of its rim, and its radiance: that with which the texels of its disc make a white surface that faces
+/// it reflect its strength, `π strength = Σ L cos Ω`.
+fn disc(lamp: &SceneLamp, grid: &EnvMap) -> (Dir, f64, Rgb<f64>) {
+    let (towards, rim) = (lamp.dir(), lamp.half_angle.to_radians().cos());
+    let texel = |k: usize| {
+        let (x, y) = (k % grid.width(), k / grid.width());
+        let cosine = grid.dir(x, y).dot(towards);
+        (cosine >= rim).then(|| cosine * grid.solid_angle(x, y))
+    };
+    let projected: f64 = (0..grid.width() * grid.height()).filter_map(texel).sum();
+    let radiance = if projected > 0.0 { std::f64::consts::PI * lamp.strength / projected } else { 0.0 };
+    (towards, rim, Rgb::from(lamp.color.map(|c| f64::from(c) * radiance)))
+}
+
+/// What passes have found so far.
+pub(crate) struct Refined {
+    /// The mean of all passes.
+    pub(crate) mean: Picture,
+    /// Paths of each pixel.
+    pub(crate) paths: u64,
+}
+
+/// The truth of what stands still, and how it is shown.
+#[derive(Default)]
+pub(crate) struct Truth {
+    task: Option<(Still, Task<Refined>)>,
+    refined: Option<Refined>,
+    texture: Option<TextureHandle>,
+    /// What the texture shows; none before it shows this truth.
+    shown: Option<ShownKey>,
+    /// The root mean square of the difference over the mean of the truth.
+    error: Option<f64>,
+    message: Option<String>,
+}
+
+/// The paths, the exposure and the comparison that a texture shows.
+type ShownKey = (u64, u64, Comparison);
+
+impl Truth {
+    /// Forgets it, for something that moves.
+    pub(crate) fn stop(&mut self) {
+        (self.task, self.refined, self.shown) = (None, None, None);
+        (self.error, self.message) = (None, None);
+    }
+
+    /// Starts where another truth is asked for, and takes what passes have found.
+    pub(crate) fn follow(&mut self, ctx: &Context, still: &Still) {
+        if self.task.as_ref().is_none_or(|(before, _)| !before.is_same(still)) {
+            self.stop();
+            let (work, ctx) = (still.clone(), ctx.clone());
+            let task = Task::start("Truth", move || ctx.request_repaint(), move |control| refine(control, &work));
+            self.task = Some((still.clone(), task));
+        }
+        for event in self.task.as_ref().map(|(_, task)| task.events()).unwrap_or_default() {
+            match event {
+                TaskEvent::Result(refined) => self.refined = Some(refined),
+                TaskEvent::Failed(message) => self.message = Some(message),
+                TaskEvent::Done | TaskEvent::Cancelled => {}
+            }
+        }
+    }
+
+    /// What is known, in one line.
+    pub(crate) fn describe(&self) -> String {
+        match (&self.message, &self.refined, self.error) {
+            (Some(message), ..) => message.clone(),
+            (None, None, _) => "Tracing the truth".into(),
+            (None, Some(refined), None) => format!("{} paths a pixel", refined.paths),
+            (None, Some(refined), Some(error)) => {
+                format!("{} paths a pixel, RMS difference {:.1} % of the mean", refined.paths, 100.0 * error)
+            }
+        }
+    }
+
+    /// The texture of the truth, or of the difference to `found`; none before the first pass.
+    pub(crate) fn texture(
+        &mut self,
+        ctx: &Context,
+        comparison: Comparison,
+        found: impl FnOnce() -> Option<(Picture, f64)>,
+        stops: f64,
+    ) -> Option<TextureId> {
+        let refined = self.refined.as_ref()?;
+        let key = (refined.paths, stops.to_bits(), comparison);
+        if let Some(texture) = self.texture.as_ref().filter(|_| self.shown == Some(key)) {
+            return Some(texture.id());
+        }
+        let (found, fitting) = found()?;
+        let tone = photograph(fitting, stops);
+        let mean = refined.mean.mean().iter().sum::<f64>() / 3.0;
+        let is_same_size = (found.width(), found.height()) == (refined.mean.width(), refined.mean.height());
+        self.error =
+            is_same_size.then(|| compare(found.pixels(), refined.mean.pixels()).rmse / mean.max(f64::MIN_POSITIVE));
+        let bytes = match comparison {
+            Comparison::Difference if is_same_size => {
+                Tone { curve: Curve::Clip, ..tone }.to_bytes(&difference(&found, &refined.mean))
+            }
+            _ => tone.to_bytes(&refined.mean),
+        };
+        let image = ColorImage::from_rgb([refined.mean.width(), refined.mean.height()], &bytes);
+        self.shown = Some(key);
+        match &mut self.texture {
+            Some(texture) => texture.set(image, TextureOptions::LINEAR),
+            None => self.texture = Some(ctx.load_texture("truth", image, TextureOptions::LINEAR)),
+        }
+        self.texture.as_ref().map(TextureHandle::id)
+    }
+}
+
+/// Red where the first picture has more luminance, blue where it has less.
+fn difference(found: &Picture, truth: &Picture) -> Picture {
+    Picture::from_fn(truth.width(), truth.height(), |x, y| {
+        let more = Rgb::from(found.pixel(x, y)).luminance() - Rgb::from(truth.pixel(x, y)).luminance();
+        let (red, blue) = (more.max(0.0), (-more).max(0.0));
+        [red + 0.1 * blue, 0.15 * red + 0.3 * blue, 0.1 * red + blue]
+    })
+}
+
+/// Traces pass after pass, each by random numbers of its own, and hands out the mean of all.
+fn refine(control: &Control<Refined>, still: &Still) -> Result<(), String> {
+    control.stage("tracing");
+    let light = DistantLight::from_map(still.light());
+    let Some(camera) = still.orbit.camera() else { return Err("the camera looks at its own place".into()) };
+    let [width, height] = still.size.map(|side| side as usize);
+    let mut sums = vec![[0.0_f64; 3]; width * height];
+    for pass in 0..PASSES {
+        let paths = PathOptions::default().bounces(still.bounces).surfaces(still.surfaces).seed(pass);
+        let options = TruthOptions::default().width(width).height(height).count(PATHS).paths(paths);
+        let mut watch = control.watch();
+        let job = Job::default().watched_by(&mut watch);
+        let traced = match render_truth(&still.data.scene, &still.data.bvh, &camera, &light, &options, job) {
+            Err(RenderError::Cancelled) => return Ok(()),
+            other => other.map_err(|error| error.to_string())?,
+        };
+        for (sum, pixel) in sums.iter_mut().zip(traced.mean.pixels()) {
+            (0..3).for_each(|c| sum[c] += f64::from(pixel[c]));
+        }
+        let part = 1.0 / (pass + 1) as f64;
+        let mean = sums.iter().map(|sum| sum.map(|c| (part * c) as f32)).collect();
+        let mean = Picture::new(width, height, mean).map_err(|error| error.to_string())?;
+        control.send(Refined { mean, paths: (pass + 1) * PATHS.total() as u64 });
+    }
+    Ok(())
+}

@@ -1,0 +1,68 @@
+//! Files that are dropped on the window: good, corrupt and too large ones.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use eframe::egui::DroppedFile;
+use egui_kittest::Harness;
+use lobe_viewer::{Kept, RoomName, UserFolder, ViewerApp};
+
+/// Files of tests are opened in seconds, or something is wrong.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// A file as the system hands it to the window.
+#[derive(Debug)]
+struct Dropped(PathBuf);
+
+impl DroppedFile for Dropped {
+    fn path(&self) -> &Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        std::fs::read(&self.0).map_err(|error| error.to_string())
+    }
+}
+
+fn drop_file(harness: &mut Harness<'_, ViewerApp>, path: &Path) {
+    harness.input_mut().dropped_files.push(Arc::new(Dropped(path.into())));
+    harness.run_steps(2);
+    let begin = Instant::now();
+    while !harness.state().scene().is_idle() {
+        assert!(begin.elapsed() < PATIENCE, "still opening {}", path.display());
+        std::thread::sleep(Duration::from_millis(5));
+        harness.run_steps(2);
+    }
+}
+
+#[test]
+fn files_that_are_dropped_are_opened_or_told_in_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let user = UserFolder::at(folder.path().join("user"));
+    let mut kept = Kept::default();
+    (kept.scene.scene, kept.scene.order, kept.room) = ("built-in:furnace".into(), 1, RoomName::Functions);
+    kept.write(&user);
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("one.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    std::fs::write(at("torn.glb"), b"glTF\x02\0\0\0\xff\xff\xff\x7f").unwrap();
+    std::fs::write(at("torn.exr"), [0x76, 0x2f, 0x31, 0x01, 2, 0, 0, 0, 0xff, 0xff]).unwrap();
+    // A hole of 300 MB, which takes no room.
+    File::create(at("huge.hdr")).unwrap().set_len(300_000_000).unwrap();
+    File::create(at("huge.glb")).unwrap().set_len(300_000_000).unwrap();
+    let app = ViewerApp::new(None, user, &[]);
+    let mut harness =
+        Harness::builder().with_size([1000.0, 700.0]).build_ui_state(|ui, app: &mut ViewerApp| app.show(ui), app);
+    drop_file(&mut harness, &at("one.obj"));
+    assert_eq!(harness.state().room(), RoomName::Scene, "what is dropped is shown");
+    assert_eq!(harness.state().scene().edits().scene, at("one.obj"), "the scene");
+    assert_eq!(harness.state().scene().message(), None, "and nothing is wrong");
+    for name in ["torn.glb", "torn.exr", "huge.hdr", "huge.glb", "none.obj"] {
+        drop_file(&mut harness, &at(name));
+        let message = harness.state().scene().message().unwrap_or_default().to_owned();
+        assert!(message.contains(name) && message.lines().count() == 1, "{name}: {message:?}");
+        assert_eq!(harness.state().scene().edits().scene, at("one.obj"), "{name}: the scene is still there");
+        assert!(harness.state().scene().sky().is_some(), "{name}: and the sky");
+    }
+}
