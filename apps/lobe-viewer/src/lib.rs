@@ -42,6 +42,7 @@ pub use rooms::scene::scene_room::SceneRoom;
 pub use rooms::sky::edits::SkyEdits;
 pub use rooms::sky::sky_room::SkyRoom;
 pub use widgets::gpu::Gpu;
+pub use widgets::history::Step;
 pub use widgets::orbit::Orbit;
 
 /// The program: reads the command line, and opens a window or works without one. Errors are one line, and exit code 2.

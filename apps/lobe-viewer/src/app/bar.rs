@@ -5,15 +5,14 @@ use std::path::PathBuf;
 use eframe::egui::{Button, Slider, Ui};
 
 use crate::app::kept::{Kept, RoomName, Theme};
-use crate::widgets::history::Can;
+use crate::widgets::history::{Can, Step};
 
 /// What a user asks for in the bar.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum BarAsked {
     Open,
     OpenRecent(PathBuf),
-    Undo,
-    Redo,
+    Step(Step),
     Help,
     Reset,
 }
@@ -54,10 +53,10 @@ pub(crate) fn bar(ui: &mut Ui, kept: &mut Kept, can: Can) -> Option<BarAsked> {
             }
         });
         if ui.add_enabled(can.undo, Button::new("Undo")).on_hover_text("Ctrl+Z").clicked() {
-            asked = Some(BarAsked::Undo);
+            asked = Some(BarAsked::Step(Step::Undo));
         }
         if ui.add_enabled(can.redo, Button::new("Redo")).on_hover_text("Ctrl+Shift+Z").clicked() {
-            asked = Some(BarAsked::Redo);
+            asked = Some(BarAsked::Step(Step::Redo));
         }
         if ui.button("Keys").on_hover_text("F1").clicked() {
             asked = Some(BarAsked::Help);

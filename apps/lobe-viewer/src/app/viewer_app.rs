@@ -15,6 +15,7 @@ use crate::rooms::scene::scene_room::SceneRoom;
 use crate::rooms::sky::sky_room::SkyRoom;
 use crate::widgets::file_list::FileList;
 use crate::widgets::gpu::Gpu;
+use crate::widgets::history::Step;
 
 /// Seconds between two times at which what changed is kept.
 const KEEP_EVERY: f64 = 3.0;
@@ -106,17 +107,11 @@ impl ViewerApp {
         match asked {
             BarAsked::Open => self.files.open(&endings()),
             BarAsked::OpenRecent(path) => self.open(&path),
-            BarAsked::Undo => match self.kept.room {
-                RoomName::Scene => self.scene.undo(),
-                RoomName::Sky => self.sky.undo(),
-                RoomName::Functions => self.functions.undo(),
-                RoomName::Motion => self.motion.undo(),
-            },
-            BarAsked::Redo => match self.kept.room {
-                RoomName::Scene => self.scene.redo(),
-                RoomName::Sky => self.sky.redo(),
-                RoomName::Functions => self.functions.redo(),
-                RoomName::Motion => self.motion.redo(),
+            BarAsked::Step(step) => match self.kept.room {
+                RoomName::Scene => self.scene.step(step),
+                RoomName::Sky => self.sky.step(step),
+                RoomName::Functions => self.functions.step(step),
+                RoomName::Motion => self.motion.step(step),
             },
             BarAsked::Help => self.is_help_open = !self.is_help_open,
             BarAsked::Reset => {
@@ -139,8 +134,8 @@ impl ViewerApp {
         }
         let redo = pressed(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z) || pressed(Modifiers::COMMAND, Key::Y);
         let asked = [
-            (redo, BarAsked::Redo),
-            (pressed(Modifiers::COMMAND, Key::Z), BarAsked::Undo),
+            (redo, BarAsked::Step(Step::Redo)),
+            (pressed(Modifiers::COMMAND, Key::Z), BarAsked::Step(Step::Undo)),
             (pressed(Modifiers::COMMAND, Key::O), BarAsked::Open),
             (pressed(Modifiers::NONE, Key::F1), BarAsked::Help),
         ];

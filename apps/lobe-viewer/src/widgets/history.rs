@@ -12,6 +12,15 @@ const REST: Duration = Duration::from_millis(1100);
 #[derive(Debug)]
 pub(crate) struct History<T>(Undoer<T>);
 
+/// A step through changes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// Back, before the last one.
+    Undo,
+    /// Forward, to one that was taken back.
+    Redo,
+}
+
 /// What can be done with changes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Can {
@@ -34,17 +43,14 @@ impl<T: Clone + PartialEq> History<T> {
         }
     }
 
-    /// Takes the last change back.
-    pub(crate) fn undo(&mut self, now: &mut T) {
-        if let Some(before) = self.0.undo(now) {
-            *now = before.clone();
-        }
-    }
-
-    /// Makes a change again that was taken back.
-    pub(crate) fn redo(&mut self, now: &mut T) {
-        if let Some(after) = self.0.redo(now) {
-            *now = after.clone();
+    /// Takes the last change back, or makes it again; without one nothing happens.
+    pub(crate) fn step(&mut self, step: Step, now: &mut T) {
+        let other = match step {
+            Step::Undo => self.0.undo(now),
+            Step::Redo => self.0.redo(now),
+        };
+        if let Some(other) = other.cloned() {
+            *now = other;
         }
     }
 

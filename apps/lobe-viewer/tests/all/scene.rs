@@ -7,7 +7,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 use lobe::prt::BakeMode;
 use lobe::sh::{Dir, Expansion as _, Rgb, Zonal, convolved};
-use lobe_viewer::{Mode, SceneEdits, SceneLamp, SceneRoom, UserFolder, transfer_of};
+use lobe_viewer::{Mode, SceneEdits, SceneLamp, SceneRoom, Step, UserFolder, transfer_of};
 
 /// Bakes of tests end in seconds, or something is wrong.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -73,9 +73,9 @@ fn a_change_is_undone_and_made_again() {
     // Undo knows a change once it has rested for a second.
     harness.run_steps(200);
     assert!(harness.state().has_undo(), "there is something to undo");
-    harness.state_mut().undo();
+    harness.state_mut().step(Step::Undo);
     assert_eq!(harness.state().edits().mode, Mode::Interreflected, "undone");
-    harness.state_mut().redo();
+    harness.state_mut().step(Step::Redo);
     assert_eq!(harness.state().edits().mode, Mode::Unshadowed, "made again");
 }
 

@@ -5,7 +5,7 @@ use eframe::egui::{CentralPanel, Panel, ScrollArea, Slider, Ui};
 use crate::rooms::functions::edits::{FunctionsEdits, MAX_ORDER, Study};
 use crate::rooms::functions::{ambient_cube, multiply, ringing, rotate};
 use crate::widgets::balloon::BalloonView;
-use crate::widgets::history::{Can, History};
+use crate::widgets::history::{Can, History, Step};
 use crate::widgets::orbit::Orbit;
 
 /// Functions on the sphere.
@@ -31,14 +31,9 @@ impl FunctionsRoom {
         &self.edits
     }
 
-    /// Takes the last change back.
-    pub fn undo(&mut self) {
-        self.history.undo(&mut self.edits);
-    }
-
-    /// Makes a change again that was taken back.
-    pub fn redo(&mut self) {
-        self.history.redo(&mut self.edits);
+    /// Takes the last change back, or makes it again.
+    pub fn step(&mut self, step: Step) {
+        self.history.step(step, &mut self.edits);
     }
 
     pub(crate) fn can(&self) -> Can {

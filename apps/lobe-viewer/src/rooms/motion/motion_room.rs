@@ -17,7 +17,7 @@ use crate::rooms::motion::player::{Asked, Cast, Hand, News, ORDER, Player, Shown
 use crate::rooms::motion::spheres::rings;
 use crate::rooms::motion::stage::Stage;
 use crate::widgets::gpu::Gpu;
-use crate::widgets::history::{Can, History};
+use crate::widgets::history::{Can, History, Step};
 use crate::widgets::named::name_image;
 use crate::widgets::orbit::Orbit;
 
@@ -91,14 +91,9 @@ impl MotionRoom {
         self.lit.as_ref().map(|lit| lit.milliseconds)
     }
 
-    /// Takes the last change back.
-    pub fn undo(&mut self) {
-        self.history.undo(&mut self.edits);
-    }
-
-    /// Makes a change again that was taken back.
-    pub fn redo(&mut self) {
-        self.history.redo(&mut self.edits);
+    /// Takes the last change back, or makes it again.
+    pub fn step(&mut self, step: Step) {
+        self.history.step(step, &mut self.edits);
     }
 
     pub(crate) fn can(&self) -> Can {

@@ -23,7 +23,7 @@ use crate::rooms::scene::scene_light::SceneLight;
 use crate::rooms::scene::truth::{Still, Truth};
 use crate::rooms::scene::viewport::{Frame, REST, Viewport, Wanted};
 use crate::widgets::gpu::Gpu;
-use crate::widgets::history::{Can, History};
+use crate::widgets::history::{Can, History, Step};
 use crate::widgets::named::name_image;
 use crate::widgets::orbit::Orbit;
 
@@ -145,14 +145,9 @@ impl SceneRoom {
         std::mem::take(&mut self.wants_file)
     }
 
-    /// Takes the last change back.
-    pub fn undo(&mut self) {
-        self.history.undo(&mut self.edits);
-    }
-
-    /// Makes a change again that was taken back.
-    pub fn redo(&mut self) {
-        self.history.redo(&mut self.edits);
+    /// Takes the last change back, or makes it again.
+    pub fn step(&mut self, step: Step) {
+        self.history.step(step, &mut self.edits);
     }
 
     /// Whether there is a change to take back.

@@ -10,7 +10,7 @@ use crate::rooms::sky::edits::SkyEdits;
 use crate::rooms::sky::findings::Findings;
 use crate::rooms::sky::panels::Panels;
 use crate::widgets::bars::bars;
-use crate::widgets::history::{Can, History};
+use crate::widgets::history::{Can, History, Step};
 
 /// The most lights that are looked for.
 const MOST_LIGHTS: usize = 4;
@@ -38,14 +38,9 @@ impl SkyRoom {
         &self.edits
     }
 
-    /// Takes the last change back.
-    pub fn undo(&mut self) {
-        self.history.undo(&mut self.edits);
-    }
-
-    /// Makes a change again that was taken back.
-    pub fn redo(&mut self) {
-        self.history.redo(&mut self.edits);
+    /// Takes the last change back, or makes it again.
+    pub fn step(&mut self, step: Step) {
+        self.history.step(step, &mut self.edits);
     }
 
     pub(crate) fn can(&self) -> Can {
