@@ -5,7 +5,7 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 use lobe_env::DfgTable;
 use lobe_prt::{CompressedTransfer, GlossyLobe, Lightmap, Transfer, TransferMatrices};
-use lobe_scene::{Material, Scene};
+use lobe_scene::Scene;
 use lobe_sh::{Expansion as _, Rgb, ShVec, Zonal, convolved};
 
 use crate::lookup::basis::check_order;
@@ -114,6 +114,7 @@ impl Prepared<'_> {
             SurfaceShading::Vertices(transfer, storage) => self.add_transfer(transfer, storage, &[]),
             SurfaceShading::Mixed(transfer, glossy, storage) => {
                 let meshes: Vec<usize> = glossy.iter().map(|glossy| glossy.mesh).collect();
+                check_meshes(self.scene.meshes().len(), &meshes)?;
                 self.add_transfer(transfer, storage, &meshes)?;
                 glossy.iter().try_for_each(|glossy| self.add_glossy_mesh(glossy, storage))
             }
@@ -157,7 +158,7 @@ impl Prepared<'_> {
 
     /// Draws the radiance of vertices, without some meshes.
     fn add_vertices(&mut self, without: &[usize]) -> Result<(), GpuError> {
-        if !self.scene.materials().iter().any(Material::has_holes) {
+        if !self.scene.has_holes() {
             let indices = indices(self.scene, without);
             self.renderer.upload_indices("indices", &indices)?;
             let (shader, corners) = (Shader::new(&["draw_vertices"]), Corners::Indexed(indices.len() as u32));
@@ -192,10 +193,7 @@ impl Prepared<'_> {
 
     fn add_glossy_mesh(&mut self, glossy: &GlossyMesh<'_>, storage: Storage) -> Result<(), GpuError> {
         let (GlossyMesh { mesh, matrices, lobe }, meshes) = (*glossy, self.scene.meshes());
-        let Some(drawn) = meshes.get(mesh) else {
-            return Err(GpuError::Options(format!("expected one of the {} meshes, found number {mesh}", meshes.len())));
-        };
-        expect("vertices of a mesh", drawn.positions().len(), matrices.points())?;
+        expect("vertices of a mesh", meshes[mesh].positions().len(), matrices.points())?;
         let first: usize = meshes[..mesh].iter().map(|mesh| mesh.positions().len()).sum();
         let of = format!(" of mesh {mesh}");
         self.add_glossy(&format!("glossy mesh {mesh}"), (matrices, lobe, storage), first, mesh..mesh + 1, &of)
@@ -313,6 +311,19 @@ pub(crate) fn expect_values(expected: usize, found: usize) -> Result<(), GpuErro
     Err(GpuError::Options(format!(
         "expected the radiance of the {expected} vertices of the scene, found {found} values"
     )))
+}
+
+/// Refuses meshes that the scene does not have, and one that is there twice.
+fn check_meshes(count: usize, meshes: &[usize]) -> Result<(), GpuError> {
+    for (k, mesh) in meshes.iter().enumerate() {
+        if *mesh >= count {
+            return Err(GpuError::Options(format!("expected one of the {count} meshes, found number {mesh}")));
+        }
+        if meshes[..k].contains(mesh) {
+            return Err(GpuError::Options(format!("expected each mesh once, found number {mesh} twice")));
+        }
+    }
+    Ok(())
 }
 
 fn expect(what: &str, expected: usize, found: usize) -> Result<(), GpuError> {

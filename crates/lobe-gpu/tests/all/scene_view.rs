@@ -202,8 +202,8 @@ fn a_mesh_that_shines_stands_among_matte_ones() {
         }
     };
     check("mixed", &view, &traced(&scene, cpu, RAYS, |_| Rgb::ZERO, shade));
-    for (mesh, matrices) in [(0, &matrices), (2, &matrices)] {
-        let bad = [GlossyMesh { mesh, matrices, lobe: GlossyLobe::Phong(4.0) }];
+    let of_mesh = |mesh: usize| GlossyMesh { mesh, matrices: &matrices, lobe: GlossyLobe::Phong(4.0) };
+    for bad in [vec![of_mesh(0)], vec![of_mesh(2)], vec![of_mesh(1), of_mesh(1)]] {
         let shading = SurfaceShading::Mixed(&transfer, &bad, Storage::F32);
         let error = SceneView::new(&context, &scene, &shading, None, &options()).expect_err("another mesh");
         assert!(matches!(error, GpuError::Options(_)), "{error}");
