@@ -269,7 +269,7 @@ mod tests {
     use lobe_sh::Rgb;
 
     use super::*;
-    use crate::{LampShape, LampSource};
+    use crate::{LampSource, LampSurface};
 
     const GOOD: &str = r#"{ "format": "lobe-scene", "version": 1, "entities": [ { "name": "ball", "mesh": "built-in:ball",
         "keys": [ { "translation": [0, 0, 1] }, { "time": 2, "translation": [4, 0, 1], "scale": 2 } ] } ] }"#;
@@ -320,11 +320,11 @@ mod tests {
         let lamp = lamps(r#"{"name":"a","radius":0.5,"radiance":[1,2,3],"keys":[{"translation":[0,0,4]}]}"#)
             .unwrap()
             .remove(0);
-        assert_eq!(lamp.source, LampSource::Shape(LampShape::Ball(0.5), Rgb::new(1.0, 2.0, 3.0)), "a ball");
+        assert_eq!(lamp.source, LampSource::Surface(LampSurface::ball(0.5, Rgb::new(1.0, 2.0, 3.0))), "a ball");
         assert_eq!(lamp.track.at(3.0).translation(), [0.0, 0.0, 4.0], "its place");
         let lamp = lamps(r#"{"name":"a","size":[2,1],"two_sided":true}"#).unwrap().remove(0);
-        let panel = LampShape::Rectangle(crate::Rectangle::upright([2.0, 1.0], true));
-        assert_eq!(lamp.source, LampSource::Shape(panel, Rgb::new(1.0, 1.0, 1.0)), "a panel");
+        let panel = LampSurface::rectangle(crate::Rectangle::upright([2.0, 1.0], true), Rgb::new(1.0, 1.0, 1.0));
+        assert_eq!(lamp.source, LampSource::Surface(panel), "a panel");
         for (text, expected) in [
             (r#"{"name":"a"}"#, "lamp `a`: expected one of `file`, `radius` and `size`"),
             (r#"{"radius":1}"#, "missing field `name`"),

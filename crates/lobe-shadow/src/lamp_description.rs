@@ -12,7 +12,7 @@ use lobe_sh::Rgb;
 use serde::Deserialize;
 
 use crate::track_json::{KeyJson, LARGEST, SCALES, track_of};
-use crate::{RadianceField, RadianceOptions, Rectangle, ShadowError, Track};
+use crate::{LampSurface, Rectangle, ShadowError, Track};
 
 /// The most lamps: each lights every receiver by itself, and one of a rectangle takes a table of a megabyte or more.
 pub(crate) const MAX_LAMPS: usize = 256;
@@ -34,30 +34,8 @@ pub struct LampDescription {
 pub enum LampSource {
     /// A file of [`write_lamp`](crate::write_lamp).
     File(PathBuf),
-    /// A shape of one radiance, in its own frame.
-    Shape(LampShape, Rgb<f64>),
-}
-
-/// The shape of a lamp in its own frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum LampShape {
-    /// A ball around the origin, of this radius.
-    Ball(f64),
-    /// A parallelogram.
-    Rectangle(Rectangle),
-}
-
-impl LampShape {
-    /// The light around it at one radiance. A ball takes the order of the options alone.
-    ///
-    /// # Errors
-    /// As [`RadianceField::ball`] and [`RadianceField::rectangle`].
-    pub fn field(&self, radiance: Rgb<f64>, options: &RadianceOptions) -> Result<RadianceField, ShadowError> {
-        match self {
-            Self::Ball(radius) => RadianceField::ball(options.order, [0.0; 3], *radius, radiance),
-            Self::Rectangle(rectangle) => RadianceField::rectangle(rectangle, radiance, options),
-        }
-    }
+    /// A surface of one radiance.
+    Surface(LampSurface),
 }
 
 #[derive(Deserialize)]
@@ -87,21 +65,23 @@ impl LampJson {
         invalid: impl Fn(String) -> ShadowError,
     ) -> Result<LampDescription, ShadowError> {
         let track = track_of(&self.keys).map_err(&invalid)?;
-        let source = match (&self.file, self.shape().map_err(&invalid)?) {
+        let source = match (&self.file, self.surface().map_err(&invalid)?) {
             (Some(given), None) => LampSource::File(file(given)?),
-            (None, Some((shape, radiance))) => LampSource::Shape(shape, radiance),
+            (None, Some(surface)) => LampSource::Surface(surface),
             _ => return Err(invalid("expected one of `file`, `radius` and `size`, found none or several".to_owned())),
         };
         Ok(LampDescription { name, source, track })
     }
 
-    /// The shape that is given by its numbers.
-    fn shape(&self) -> Result<Option<(LampShape, Rgb<f64>)>, String> {
+    /// The surface that is given by its numbers.
+    fn surface(&self) -> Result<Option<LampSurface>, String> {
         let length = |what: &str, length: f64| match (SCALES[0]..=SCALES[1]).contains(&length) {
             true => Ok(length),
             false => Err(format!("expected a {what} from {:e} to {:e}, found {length:e}", SCALES[0], SCALES[1])),
         };
-        let shape = match (self.radius, self.size) {
+        let radiance = self.radiance.unwrap_or([1.0; 3]);
+        let color = Rgb::from(radiance);
+        let surface = match (self.radius, self.size) {
             (None, None) => match self.radiance.is_some() || self.two_sided {
                 true => return Err("expected `radiance` and `two_sided` beside a `radius` or a `size`".to_owned()),
                 false => return Ok(None),
@@ -112,15 +92,14 @@ impl LampJson {
             (Some(_), None) if self.two_sided => {
                 return Err("expected `two_sided` beside a `size`, found a sphere, which has one side".to_owned());
             }
-            (Some(radius), None) => LampShape::Ball(length("radius", radius)?),
+            (Some(radius), None) => LampSurface::ball(length("radius", radius)?, color),
             (None, Some([width, height])) => {
                 let size = [length("width", width)?, length("height", height)?];
-                LampShape::Rectangle(Rectangle::upright(size, self.two_sided))
+                LampSurface::rectangle(Rectangle::upright(size, self.two_sided), color)
             }
         };
-        let radiance = self.radiance.unwrap_or([1.0; 3]);
         match radiance.iter().all(|c| (0.0..=LARGEST).contains(c)) {
-            true => Ok(Some((shape, Rgb::from(radiance)))),
+            true => Ok(Some(surface)),
             false => Err(format!("expected a radiance from 0 to {LARGEST:e} in each channel, found {radiance:?}")),
         }
     }

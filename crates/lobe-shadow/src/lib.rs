@@ -12,7 +12,7 @@
 //! | occlusion fields | [`OcclusionField`], [`FieldGrid`], [`bake_field`], [`bake_field_shard`], [`FieldOptions`] |
 //! | files of fields | [`write_field`], [`read_field`], [`FieldStorage`] |
 //! | visibility of an entity's own surface | [`bake_visibility`] |
-//! | lamps near by | [`RadianceField`], [`PatchField`], [`Rectangle`]; files of them [`Lamp`], [`write_lamp`], [`read_lamp`] |
+//! | lamps near by | [`LampSurface`], its [`RadianceField`], [`PatchField`]; files of them [`Lamp`], [`write_lamp`], [`read_lamp`] |
 //! | entities together, and shading | [`ShadowFields`], [`PlacedField`], [`LocalLight`], [`ShadowReceivers`] |
 //! | sphere sets | [`SphereSet`], [`fit_spheres`], [`SphereFitOptions`] |
 //! | spheres that follow joints | [`SkinnedMesh`], [`Skin`], [`WorldSphere`] |
@@ -53,10 +53,12 @@ pub use field::field_grid::{FieldGrid, RadialInterpolation};
 pub use field::field_storage::{FieldStorage, StorageReport};
 pub use field::lamp::{Lamp, LampSequence};
 pub use field::lamp_file::{read_lamp, read_lamp_bytes, write_lamp};
+pub use field::lamp_surface::{LampSurface, PatchedRectangle, Rectangle};
 pub use field::occlusion_field::OcclusionField;
-pub use field::radiance_field::{PatchField, RadianceField, RadianceOptions, Rectangle};
+pub use field::patch_field::PatchField;
+pub use field::radiance_field::{RadianceField, RadianceOptions};
 pub use field::shadow_fields::{LocalLight, PlacedField, ShadowFieldOptions, ShadowFields, relative_placement};
-pub use lamp_description::{LampDescription, LampShape, LampSource};
+pub use lamp_description::{LampDescription, LampSource};
 pub use placement::Placement;
 pub use receivers::ShadowReceivers;
 pub use spheres::fit_spheres::{SphereFitMethod, SphereFitOptions, SphereFitReport, fit_spheres, refine_spheres};

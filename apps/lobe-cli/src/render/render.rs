@@ -263,7 +263,7 @@ impl Render {
             Stage::Plain(scene, bvh) => trace((scene, bvh), &[])?,
             Stage::Moving(moving, _) => {
                 let moment = moving.at(self.moving.time_of(None))?;
-                trace((moment.scene(), moment.bvh()), &moment.emitters()?)?;
+                trace((moment.scene(), moment.bvh()), &moment.emitters())?;
             }
             Stage::Baked(_) => unreachable!("a picture of transfer is not shared"),
         }
@@ -333,7 +333,7 @@ impl Render {
             }
             Stage::Moving(moving, None) => {
                 let moment = moving.at(time)?;
-                let lights = (&lit.shown, &moment.emitters()?[..]);
+                let lights = (&lit.shown, &moment.emitters()[..]);
                 truth::traced((moment.scene(), moment.bvh()), lights, camera, &self.truth_options(), job)
             }
             Stage::Moving(moving, Some(shading)) => self.shaded((moving, tree), shading, time, camera, &lit, job),

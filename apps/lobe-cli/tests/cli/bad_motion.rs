@@ -103,18 +103,35 @@ fn lamps_of_descriptions_at_fault_are_refused_by_name() {
 }
 
 #[test]
-fn a_lamp_of_a_file_has_its_order_and_no_truth() {
+fn a_lamp_of_a_file_has_its_order() {
     let dir = scene(r#","lamps":[{"name":"panel","file":"l.safetensors","keys":[{"translation":[0,0,3]}]}]"#);
     let options = RadianceOptions::default().order(2).spheres(4).cells(4);
     let light = lobe::sh::Rgb::new(1.0, 1.0, 1.0);
     let field = RadianceField::rectangle(&Rectangle::upright([1.0, 1.0], true), light, &options).unwrap();
     write_lamp(dir.path("l.safetensors"), &Lamp::Still(field)).unwrap();
-    let line = refused(&dir, "render s.json --env bundled:sunset --size 8x6 --mode truth --samples 2 --quiet -o x.png");
-    assert!(line.contains("lamp `panel`: expected a shape that can be traced"), "{line}");
     let line = refused(&dir, "render s.json --env bundled:sunset --size 8x6 --mode fields --order 3 --quiet -o x.png");
     assert!(line.contains("lamp `panel`: expected light of 3 bands at least, found 2"), "{line}");
     dir.lobe(&format!("render s.json {RENDER} --mode fields")).stdout();
     assert!(dir.names().contains(&"x.png".to_owned()), "{:?}", dir.names());
+}
+
+#[test]
+fn the_truth_of_a_lamp_is_the_same_by_its_file_and_by_its_numbers() {
+    let truth = |source: &str, make: &str| {
+        let lamp = format!(r#"{{"name":"panel",{source},"keys":[{{"translation":[0,0,3]}}]}}"#);
+        let dir = scene(&format!(r#","lamps":[{lamp}]"#));
+        if !make.is_empty() {
+            dir.lobe(&format!("lamp {make} --order 2 -o l.safetensors")).succeeds();
+        }
+        dir.lobe("render s.json --env bundled:sunset --size 8x6 --mode truth --samples 4 --quiet -o x.exr").stdout();
+        std::fs::read(dir.path("x.exr")).unwrap()
+    };
+    let panel = truth(r#""size":[2,1],"radiance":[40,20,10],"two_sided":true"#, "");
+    let made = "rectangle --size 2,1 --radiance 40,20,10 --two-sided --spheres 2 --cells 2";
+    assert!(truth(r#""file":"l.safetensors""#, made) == panel, "a rectangle");
+    let ball = truth(r#""radius":0.5,"radiance":[40,20,10]"#, "");
+    assert!(truth(r#""file":"l.safetensors""#, "sphere --radius 0.5 --radiance 40,20,10") == ball, "a ball");
+    assert!(panel != ball, "each lights the picture its own way");
 }
 
 #[test]

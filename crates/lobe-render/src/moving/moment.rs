@@ -77,20 +77,10 @@ impl<'a> Moment<'a> {
     }
 
     /// The lamps, to be traced for a reference by [`render_truth_with_emitters`](crate::render_truth_with_emitters).
-    ///
-    /// # Errors
-    /// [`RenderError::Options`] if one came from a file: light around a lamp does not tell its shape.
-    pub fn emitters(&self) -> Result<Vec<Emitter>, RenderError> {
-        let emitter = |lamp: &PlacedLamp<'_>| {
-            let known = lamp.shape.map(|(shape, radiance)| Emitter::new(&shape, &lamp.placement, radiance));
-            known.ok_or_else(|| {
-                RenderError::Options(format!(
-                    "lamp `{}`: expected a shape that can be traced, found the light of a file; describe it by `radius` or `size`",
-                    lamp.name
-                ))
-            })
-        };
-        self.lamps.iter().map(emitter).collect()
+    #[must_use]
+    pub fn emitters(&self) -> Vec<Emitter> {
+        let emitter = |lamp: &PlacedLamp<'_>| Some(Emitter::new(lamp.surface.as_ref()?, &lamp.placement));
+        self.lamps.iter().filter_map(emitter).collect()
     }
 
     /// The tree, to be [handed on](crate::MovingScene::at_with) to another moment.

@@ -9,7 +9,9 @@ use derive_setters::Setters;
 use lobe_io::Job;
 use lobe_prt::{AlbedoMode, BakeOptions, Receivers, bake, scene_hash};
 use lobe_scene::Bvh;
-use lobe_shadow::{FieldOptions, Lamp, RadianceOptions, Solid, SphereFitOptions, bake_field, fit_spheres};
+use lobe_shadow::{
+    FieldOptions, Lamp, RadianceField, RadianceOptions, Solid, SphereFitOptions, bake_field, fit_spheres,
+};
 
 use crate::moving::part_backs::PartBacks;
 use crate::moving::sphere_albedo::sphere_albedos;
@@ -258,15 +260,15 @@ impl MovingScene {
         }
     }
 
-    /// Makes the light of lamps that are shapes and have none yet, or of fewer bands, on the default sample points.
+    /// Makes the light of lamps that are surfaces and have none yet, or of fewer bands, on the default sample points.
     ///
     /// # Errors
-    /// [`RenderError::Shadow`] with those of [`LampShape::field`](lobe_shadow::LampShape::field).
+    /// [`RenderError::Shadow`] with those of [`RadianceField::around`].
     pub fn bake_lamps(&mut self, order: usize) -> Result<(), RenderError> {
         for lamp in self.lamps_mut() {
-            let Some((shape, radiance)) = lamp.shape else { continue };
+            let Some(surface) = &lamp.surface else { continue };
             if lamp.lamp.as_ref().is_none_or(|lamp| lamp.order() < order) {
-                let field = shape.field(radiance, &RadianceOptions::default().order(order))?;
+                let field = RadianceField::around(surface, &RadianceOptions::default().order(order))?;
                 lamp.lamp = Some(Arc::new(Lamp::Still(field)));
             }
         }
@@ -320,7 +322,7 @@ impl MovingScene {
     /// [`RenderError::Options`] that says of which part.
     pub fn expect_order(&self, order: usize) -> Result<(), RenderError> {
         expect_order(self.parts(), order)?;
-        let mut made = self.lamps().iter().filter(|lamp| lamp.shape.is_none());
+        let mut made = self.lamps().iter().filter(|lamp| lamp.surface.is_none());
         made.try_for_each(|lamp| lamp.expect_order(order))
     }
 

@@ -3,8 +3,7 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use lobe_sh::Rgb;
-use lobe_shadow::{Lamp, LampShape, Placement, RadianceField, Track};
+use lobe_shadow::{Lamp, LampSurface, Placement, RadianceField, Track};
 
 use crate::RenderError;
 
@@ -16,9 +15,9 @@ pub struct MovingLamp {
     pub name: String,
     /// Its place over time.
     pub track: Track,
-    /// Its shape and its radiance; none of a lamp whose light came from a file.
-    pub shape: Option<(LampShape, Rgb<f64>)>,
-    /// Its light; none of a shape until it is [baked](crate::MovingScene::bake_lamps).
+    /// What shines, if it was given instead of its light.
+    pub surface: Option<LampSurface>,
+    /// Its light; none of a surface until it is [baked](crate::MovingScene::bake_lamps).
     pub lamp: Option<Arc<Lamp>>,
 }
 
@@ -27,27 +26,28 @@ pub struct MovingLamp {
 pub(crate) struct PlacedLamp<'a> {
     pub(crate) name: &'a str,
     pub(crate) placement: Placement,
-    pub(crate) shape: Option<(LampShape, Rgb<f64>)>,
+    pub(crate) surface: Option<LampSurface>,
     pub(crate) field: Option<Cow<'a, RadianceField>>,
 }
 
 impl MovingLamp {
-    /// A lamp of a shape in its own frame, of one radiance. Its light is made by [`MovingScene::bake_lamps`](crate::MovingScene::bake_lamps).
+    /// A lamp of a surface in its own frame. Its light is made by [`MovingScene::bake_lamps`](crate::MovingScene::bake_lamps).
     #[must_use]
-    pub fn shaped(name: impl Into<String>, shape: LampShape, radiance: Rgb<f64>, track: Track) -> Self {
-        Self { name: name.into(), track, shape: Some((shape, radiance)), lamp: None }
+    pub fn shaped(name: impl Into<String>, surface: LampSurface, track: Track) -> Self {
+        Self { name: name.into(), track, surface: Some(surface), lamp: None }
     }
 
     /// A lamp of this light, such as one from a file.
     #[must_use]
     pub fn new(name: impl Into<String>, lamp: Lamp, track: Track) -> Self {
-        Self { name: name.into(), track, shape: None, lamp: Some(Arc::new(lamp)) }
+        Self { name: name.into(), track, surface: None, lamp: Some(Arc::new(lamp)) }
     }
 
     /// The lamp at a time.
     pub(crate) fn placed_at(&self, time: f64) -> Result<PlacedLamp<'_>, RenderError> {
         let field = self.lamp.as_ref().map(|lamp| lamp.at(time)).transpose()?;
-        Ok(PlacedLamp { name: &self.name, placement: self.track.at(time), shape: self.shape, field })
+        let surface = self.surface.clone().or_else(|| field.as_ref().map(|field| field.surface()));
+        Ok(PlacedLamp { name: &self.name, placement: self.track.at(time), surface, field })
     }
 
     /// Refuses a lamp without light, or of fewer bands.

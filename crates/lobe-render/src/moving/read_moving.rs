@@ -85,11 +85,11 @@ impl Reader {
         Ok(part)
     }
 
-    /// A lamp; the light of a shape is made later.
+    /// A lamp; that of a surface is made later.
     fn lamp(&mut self, described: LampDescription) -> Result<MovingLamp, RenderError> {
         let LampDescription { name, source, track, .. } = described;
         match source {
-            LampSource::Shape(shape, radiance) => Ok(MovingLamp::shaped(name, shape, radiance, track)),
+            LampSource::Surface(surface) => Ok(MovingLamp::shaped(name, surface, track)),
             LampSource::File(file) => {
                 let lamp = read_lamp(&file)?;
                 let bytes = match &lamp {

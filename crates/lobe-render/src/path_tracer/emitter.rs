@@ -5,28 +5,12 @@ use std::f64::consts::PI;
 use lobe_io::Fingerprint;
 use lobe_sh::Rgb;
 use lobe_sh::vector::{Vec3, add_scaled, cross, dot, length, normalized, scale, sub, tangents_along_z};
-use lobe_shadow::{LampShape, Placement};
+use lobe_shadow::{LampSurface, PatchedRectangle, Placement};
 
-/// A lamp of one radiance in the world. It lights surfaces; it is no surface itself, so that no ray hits it and no eye sees it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A lamp in the world. It lights surfaces; it is no surface itself, so that no ray hits it and no eye sees it.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Emitter {
-    shape: EmitterShape,
-    radiance: Rgb<f64>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum EmitterShape {
-    Ball {
-        center: Vec3,
-        radius: f64,
-    },
-    /// A corner and two edges; it shines towards `u × v`.
-    Rectangle {
-        corner: Vec3,
-        u: Vec3,
-        v: Vec3,
-        two_sided: bool,
-    },
+    surface: LampSurface,
 }
 
 /// A direction drawn from an emitter.
@@ -38,81 +22,92 @@ pub(crate) struct EmitterSample {
     pub(crate) distance: f64,
     /// By solid angle.
     pub(crate) density: f64,
+    /// What arrives from there.
+    pub(crate) radiance: Rgb<f64>,
 }
 
 impl Emitter {
     /// A lamp at a place: a scale makes it larger, not brighter.
     #[must_use]
-    pub fn new(shape: &LampShape, placement: &Placement, radiance: Rgb<f64>) -> Self {
+    pub fn new(surface: &LampSurface, placement: &Placement) -> Self {
         let turned = |v: Vec3| sub(placement.to_world(v), placement.translation());
-        let shape = match shape {
-            LampShape::Ball(radius) => {
-                EmitterShape::Ball { center: placement.translation(), radius: placement.scale() * radius }
+        let mut surface = surface.clone();
+        match &mut surface {
+            LampSurface::Ball { center, radius, .. } => {
+                (*center, *radius) = (placement.to_world(*center), placement.scale() * *radius);
             }
-            LampShape::Rectangle(r) => EmitterShape::Rectangle {
-                corner: placement.to_world(r.corner),
-                u: turned(r.u),
-                v: turned(r.v),
-                two_sided: r.two_sided,
-            },
-        };
-        Self { shape, radiance }
+            LampSurface::Rectangle(PatchedRectangle { rectangle: r, .. }) => {
+                (r.corner, r.u, r.v) = (placement.to_world(r.corner), turned(r.u), turned(r.v));
+            }
+        }
+        Self { surface }
     }
 
     /// The same in a frame whose origin is there.
-    pub(crate) fn relative_to(mut self, origin: Vec3) -> Self {
-        match &mut self.shape {
-            EmitterShape::Ball { center, .. } => *center = sub(*center, origin),
-            EmitterShape::Rectangle { corner, .. } => *corner = sub(*corner, origin),
-        }
-        self
-    }
-
-    pub(crate) fn radiance(&self) -> Rgb<f64> {
-        self.radiance
+    pub(crate) fn relative_to(&self, origin: Vec3) -> Self {
+        let mut surface = self.surface.clone();
+        let place = match &mut surface {
+            LampSurface::Ball { center, .. } => center,
+            LampSurface::Rectangle(patched) => &mut patched.rectangle.corner,
+        };
+        *place = sub(*place, origin);
+        Self { surface }
     }
 
     /// A direction in which a point sees it if nothing is between; none where it is dark from there.
     pub(crate) fn sample(&self, from: Vec3, numbers: [f64; 2]) -> Option<EmitterSample> {
-        match self.shape {
-            EmitterShape::Ball { center, radius } => Some(toward_ball(sub(center, from), radius, numbers)),
-            EmitterShape::Rectangle { corner, u, v, two_sided } => {
-                let normal = cross(u, v);
-                let point = add_scaled(add_scaled(corner, u, numbers[0]), v, numbers[1]);
-                let to = sub(point, from);
-                let distance = length(to);
-                let towards = scale(to, distance.recip());
-                // The area times the cosine at the emitter.
-                let facing = -dot(towards, normal);
-                let facing = if two_sided { facing.abs() } else { facing };
-                (facing > 0.0 && distance > 0.0).then(|| EmitterSample {
-                    towards,
-                    distance,
-                    density: distance * distance / facing,
-                })
+        match &self.surface {
+            LampSurface::Ball { center, radius, radiance } => {
+                Some(toward_ball(sub(*center, from), *radius, *radiance, numbers))
             }
+            LampSurface::Rectangle(patched) => toward_rectangle(patched, from, numbers),
         }
     }
 
     pub(crate) fn write_into(&self, all: &mut Fingerprint) {
-        let numbers = match self.shape {
-            EmitterShape::Ball { center, radius } => [center, [radius; 3], [0.0; 3], [0.0; 3]],
-            EmitterShape::Rectangle { corner, u, v, two_sided } => {
-                [corner, u, v, [1.0 + f64::from(u8::from(two_sided)); 3]]
+        let mut write = |numbers: &[f64]| numbers.iter().for_each(|c| all.word(c.to_bits()));
+        match &self.surface {
+            LampSurface::Ball { center, radius, radiance } => {
+                write(center);
+                write(&[*radius]);
+                write(&radiance.to_array());
             }
-        };
-        numbers.as_flattened().iter().chain(&self.radiance.to_array()).for_each(|c| all.word(c.to_bits()));
+            LampSurface::Rectangle(PatchedRectangle { rectangle, patches, radiance }) => {
+                write(&[rectangle.corner, rectangle.u, rectangle.v].concat());
+                write(&[f64::from(u8::from(rectangle.two_sided)), patches[0] as f64, patches[1] as f64]);
+                radiance.iter().for_each(|color| write(&color.to_array()));
+            }
+        }
     }
 }
 
+/// A direction to a point uniform over the area of a rectangle.
+fn toward_rectangle(patched: &PatchedRectangle, from: Vec3, [a, b]: [f64; 2]) -> Option<EmitterSample> {
+    let PatchedRectangle { rectangle: r, patches: [columns, rows], radiance } = patched;
+    let normal = cross(r.u, r.v);
+    let to = sub(add_scaled(add_scaled(r.corner, r.u, a), r.v, b), from);
+    let distance = length(to);
+    let towards = scale(to, distance.recip());
+    // The area times the cosine at the emitter.
+    let facing = -dot(towards, normal);
+    let facing = if r.two_sided { facing.abs() } else { facing };
+    let [i, j] = [(a, *columns), (b, *rows)].map(|(x, count)| ((x * count as f64) as usize).min(count - 1));
+    (facing > 0.0 && distance > 0.0).then(|| EmitterSample {
+        towards,
+        distance,
+        density: distance * distance / facing,
+        radiance: radiance[j * columns + i],
+    })
+}
+
 /// A direction uniform over the cone that a ball fills, or over the sphere from within.
-fn toward_ball(to: Vec3, radius: f64, [a, b]: [f64; 2]) -> EmitterSample {
+fn toward_ball(to: Vec3, radius: f64, radiance: Rgb<f64>, [a, b]: [f64; 2]) -> EmitterSample {
     let distance = length(to);
     if distance <= radius {
         let z = 1.0 - 2.0 * a;
         let (sin, cos) = (2.0 * PI * b).sin_cos();
         let r = (1.0 - z * z).max(0.0).sqrt();
-        return EmitterSample { towards: [r * cos, r * sin, z], distance: 0.0, density: 0.25 / PI };
+        return EmitterSample { towards: [r * cos, r * sin, z], distance: 0.0, density: 0.25 / PI, radiance };
     }
     let sine2 = (radius / distance).powi(2);
     // 1 - cos of the half angle, without cancellation.
@@ -125,51 +120,75 @@ fn toward_ball(to: Vec3, radius: f64, [a, b]: [f64; 2]) -> EmitterSample {
     let r = r2.sqrt();
     let towards = std::array::from_fn(|k| r * cos * u[k] + r * sin * v[k] + z * axis[k]);
     let depth = (radius * radius - distance * distance * r2).max(0.0).sqrt();
-    EmitterSample { towards, distance: distance * z - depth, density: 0.5 / (PI * height) }
+    EmitterSample { towards, distance: distance * z - depth, density: 0.5 / (PI * height), radiance }
 }
 
 #[cfg(test)]
 mod tests {
-    use lobe_sh::Rotation;
-    use lobe_shadow::Placement;
+    use lobe_sh::{Coefficient as _, Rotation};
+    use lobe_shadow::{Placement, Rectangle};
 
     use super::*;
 
+    const WHITE: Rgb<f64> = Rgb::new(1.0, 1.0, 1.0);
+
     /// The irradiance along +z at the origin, by a grid of numbers.
-    fn irradiance(shape: &LampShape, at: [f64; 3]) -> f64 {
-        let placement = Placement::new(at, Rotation::IDENTITY, 1.0);
-        let emitter = Emitter::new(shape, &placement, Rgb::new(1.0, 1.0, 1.0));
+    fn irradiance(surface: &LampSurface, at: [f64; 3]) -> Rgb<f64> {
+        let emitter = Emitter::new(surface, &Placement::new(at, Rotation::IDENTITY, 1.0));
         let n = 200;
-        let mut sum = 0.0;
+        let mut sum = Rgb::ZERO;
         for i in 0..n * n {
             let numbers = [i % n, i / n].map(|k| (k as f64 + 0.5) / n as f64);
             if let Some(sample) = emitter.sample([0.0; 3], numbers) {
-                sum += sample.towards[2].max(0.0) / sample.density;
+                sum += sample.radiance.scale(sample.towards[2].max(0.0) / sample.density);
             }
         }
-        sum / (n * n) as f64
+        sum.scale(((n * n) as f64).recip())
+    }
+
+    /// What a parallel rectangle of sides a and b sends to a point at distance 1 below its corner: its form factor times π (Siegel
+    /// and Howell, configuration 4).
+    fn below_corner(a: f64, b: f64) -> f64 {
+        let (x, y) = ((1.0 + a * a).sqrt(), (1.0 + b * b).sqrt());
+        0.5 * (a / x * (b / x).atan() + b / y * (a / y).atan())
     }
 
     #[test]
     fn irradiance_has_its_closed_form() {
         // A ball of radius r overhead at distance d sends π (r/d)²; from within everything.
-        let found = irradiance(&LampShape::Ball(0.5), [0.0, 0.0, 2.0]);
+        let found = irradiance(&LampSurface::ball(0.5, WHITE), [0.0, 0.0, 2.0]).g;
         assert!((found / (PI / 16.0) - 1.0).abs() < 1e-4, "a ball: {found}");
-        let found = irradiance(&LampShape::Ball(3.0), [0.0, 0.0, 2.0]);
+        let found = irradiance(&LampSurface::ball(3.0, WHITE), [0.0, 0.0, 2.0]).g;
         assert!((found / PI - 1.0).abs() < 1e-3, "within a ball: {found}");
-        // A rectangle with a corner overhead: the form factor of parallel rectangles, Siegel and Howell.
+        let off = LampSurface::Ball { center: [0.0, 0.0, 1.5], radius: 0.5, radiance: WHITE };
+        let found = irradiance(&off, [0.0, 0.0, 0.5]).g;
+        assert!((found / (PI / 16.0) - 1.0).abs() < 1e-4, "a ball off the middle of its frame: {found}");
         let (a, b) = (1.5_f64, 0.5_f64);
-        let (x, y) = ((1.0 + a * a).sqrt(), (1.0 + b * b).sqrt());
-        let corner = 0.5 * (a / x * (b / x).atan() + b / y * (a / y).atan());
+        let corner = below_corner(a, b);
         let shape = |v: [f64; 3], two_sided| {
-            LampShape::Rectangle(lobe_shadow::Rectangle { corner: [0.0; 3], u: [a, 0.0, 0.0], v, two_sided })
+            LampSurface::rectangle(Rectangle { corner: [0.0; 3], u: [a, 0.0, 0.0], v, two_sided }, WHITE)
         };
         // It shines towards u × v, which is down for a `v` of negative sign: with the corner at (0, b).
-        let down = irradiance(&shape([0.0, -b, 0.0], false), [0.0, b, 1.0]);
+        let down = irradiance(&shape([0.0, -b, 0.0], false), [0.0, b, 1.0]).g;
         assert!((down / corner - 1.0).abs() < 1e-4, "a rectangle: {down}, expected {corner}");
         let up = irradiance(&shape([0.0, b, 0.0], false), [0.0, 0.0, 1.0]);
-        assert!(up == 0.0, "its back is dark: {up}");
-        let both = irradiance(&shape([0.0, b, 0.0], true), [0.0, 0.0, 1.0]);
+        assert!(up == Rgb::ZERO, "its back is dark: {up:?}");
+        let both = irradiance(&shape([0.0, b, 0.0], true), [0.0, 0.0, 1.0]).g;
         assert!((both / corner - 1.0).abs() < 1e-4, "both sides shine: {both}");
+    }
+
+    #[test]
+    fn patches_shine_where_they_are() {
+        // Halves along u in red and green, of the near row; the far row is dark but for blue at its end.
+        let rectangle = Rectangle { corner: [0.0; 3], u: [2.0, 0.0, 0.0], v: [0.0, 1.0, 0.0], two_sided: true };
+        let radiance = vec![Rgb::new(3.0, 0.0, 0.0), Rgb::new(0.0, 5.0, 0.0), Rgb::ZERO, Rgb::new(0.0, 0.0, 7.0)];
+        let surface = LampSurface::Rectangle(PatchedRectangle { rectangle, patches: [2, 2], radiance });
+        let found = irradiance(&surface, [0.0, 0.0, 1.0]);
+        let [near, wide] = [below_corner(1.0, 0.5), below_corner(2.0, 0.5)];
+        let expected =
+            [3.0 * near, 5.0 * (wide - near), 7.0 * (below_corner(2.0, 1.0) - below_corner(1.0, 1.0) - wide + near)];
+        for (found, expected) in found.to_array().into_iter().zip(expected) {
+            assert!((found / expected - 1.0).abs() < 1e-4, "{found}, expected {expected}");
+        }
     }
 }

@@ -379,7 +379,7 @@ impl<'a> PathTracer<'a> {
             let t_max = (sample.distance * (1.0 - BEFORE_EMITTER)) as f32;
             let ray = Ray { t_max, ..Ray::new(at.origin, sample.towards.map(|c| c as f32)) };
             if !self.surfaces.is_occluded(&ray) {
-                sum += (value * emitter.radiance()).scale(sample.density.recip());
+                sum += (value * sample.radiance).scale(sample.density.recip());
             }
         }
         sum

@@ -2,7 +2,8 @@
 //! every point around it; and what all of them together leave to a receiver.
 //!
 //! Read `octahedron` and `field_grid` first, the sample points, and `axial`, the form of what is stored there; then
-//! `occlusion_field`, made by `bake_field` with the rays of `sky_rays`, and `radiance_field`. At run time `shadow_fields` is the
+//! `occlusion_field`, made by `bake_field` with the rays of `sky_rays`, and `radiance_field`, which `patch_field` makes of a
+//! `lamp_surface`. At run time `shadow_fields` is the
 //! way in and `chain` the loop over what `nearest_first` lists, sixteen receivers at once: `placed` looks up in `block_stencil`.
 //! `field_file`, `field_storage` and `lamp_file` are its files. Uses no other room.
 
@@ -17,10 +18,12 @@ pub(crate) mod field_storage;
 pub(crate) mod fill_inside;
 pub(crate) mod lamp;
 pub(crate) mod lamp_file;
+pub(crate) mod lamp_surface;
 pub(crate) mod lane_basis;
 pub(crate) mod nearest_first;
 pub(crate) mod occlusion_field;
 pub(crate) mod octahedron;
+pub(crate) mod patch_field;
 pub(crate) mod placed;
 pub(crate) mod radiance_field;
 pub(crate) mod shadow_fields;

@@ -19,7 +19,7 @@ fn lamps() -> [(&'static str, Lamp); 3] {
     let pictures = vec![vec![narrow(red), narrow(blue)], vec![narrow(blue), narrow(red)]];
     [
         ("ball", Lamp::Still(RadianceField::ball(3, [1.0, 2.0, 3.0], 0.5, red).unwrap())),
-        ("sampled", Lamp::Still(patches().with_colors(&[red, blue]).unwrap())),
+        ("rectangle", Lamp::Still(patches().with_colors(&[red, blue]).unwrap())),
         ("sequence", Lamp::Sequence(LampSequence::new(patches(), pictures, 2.0).unwrap())),
     ]
 }
@@ -38,6 +38,8 @@ fn a_lamp_that_is_written_is_read_with_the_same_light() {
         assert_eq!(back.order(), 3, "{name}");
         for time in [0.0, 0.6] {
             assert_eq!(light(&back, time), light(&lamp, time), "{name} at {time} s");
+            let surface = |lamp: &Lamp| lamp.at(time).unwrap().surface();
+            assert_eq!(surface(&back), surface(&lamp), "{name} at {time} s: what shines");
         }
         let first = std::fs::read(&path).unwrap();
         write_lamp(&path, &lamp).unwrap();
@@ -84,7 +86,8 @@ fn damaged_lamps_are_refused_in_one_line() {
     }
     for (k, from, to, expected) in [
         (0, "lobe-lamp", "lobe-lump", "expected lobe-lamp, found lobe-lump"),
-        (0, r#"\"version\":1"#, r#"\"version\":2"#, "found 2; take a Lobe as new as the file"),
+        (0, r#"\"version\":2"#, r#"\"version\":1"#, "found 1; make the lamp anew"),
+        (0, r#"\"version\":2"#, r#"\"version\":3"#, "found 3; take a Lobe as new as the file"),
         (0, r#"\"order\":3"#, r#"\"order\":9"#, "an order of 1 to 8, found 9"),
         (0, r#"\"radius\":0.5"#, r#"\"radius\":0.0"#, "radius above 0"),
         (0, r#"\"shape\":\"ball\""#, r#"\"shape\":\"bulb\""#, "the entry lobe of its metadata is wrong"),
