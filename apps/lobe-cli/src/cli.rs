@@ -7,6 +7,7 @@ use clap::{Args, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 use crate::args::values;
 use crate::bake::{compress, fit_lobes, options};
+use crate::bench::bench;
 use crate::render::render;
 use crate::run::failure::Failure;
 use crate::run::talk::Talk;
@@ -82,6 +83,8 @@ enum Command {
     /// Work on environment maps, pictures of everything around a point
     #[command(subcommand)]
     Env(EnvCommand),
+    /// Measure the kernels on this machine, each beside the time that its arithmetic or its bytes need at least
+    Bench(bench::BenchCommand),
     /// Write the manual, a page for every command
     Man(manual::ManPages),
     /// Print the script with which a shell completes commands and options
@@ -250,6 +253,7 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
         Command::Env(EnvCommand::AreaLight(args)) => args.run()?,
         Command::Env(EnvCommand::Ambient(args)) => args.run()?,
         Command::Env(EnvCommand::Dfg(args)) => args.run(talk)?,
+        Command::Bench(args) => args.run(talk)?,
         Command::Man(args) => args.run(Cli::command())?,
         Command::Completions(args) => args.run(Cli::command())?,
     }

@@ -5,6 +5,7 @@
 
 mod args;
 mod bake;
+mod bench;
 mod cli;
 mod compare;
 mod demo;

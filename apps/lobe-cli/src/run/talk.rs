@@ -38,6 +38,11 @@ impl Talk {
         self.line(what.into(), 1, "{prefix} {wide_bar} {percent:>3} %  {msg}")
     }
 
+    /// Work of an unknown number of steps, each of which is named.
+    pub(crate) fn waiting(self, what: &'static str) -> ProgressLine {
+        self.line(what.into(), 1, "{prefix} {msg}")
+    }
+
     /// Does work that takes a job, while a line shows how far it is.
     pub(crate) fn watch<T, E>(self, what: &'static str, work: impl FnOnce(Job<'_>) -> Result<T, E>) -> Result<T, E> {
         let line = self.progress(what);
@@ -93,6 +98,12 @@ impl ProgressLine {
         let parts: Vec<&str> = pace.into_iter().chain(left.as_deref()).collect();
         self.bar.set_message(parts.join(", "));
         self.set_position(done as u64);
+    }
+
+    /// Names the step that comes next.
+    pub(crate) fn say(&self, step: &'static str) {
+        self.bar.set_message(step);
+        self.set_position(0);
     }
 
     /// Shows that further steps are done.

@@ -1,0 +1,194 @@
+//! `lobe bench`: the command, its table and its JSON.
+
+use std::time::Duration;
+
+use anyhow::{Context as _, bail};
+use clap::Args;
+use serde::Serialize;
+
+use crate::args::{output, values};
+use crate::bench::clock::nanoseconds;
+use crate::bench::cost::Cost;
+use crate::bench::floors::Floors;
+use crate::bench::{functions, pictures, receivers};
+use crate::run::talk::{ProgressLine, Talk};
+
+/// Times its floor above which a job says why.
+const NEAR: f64 = 2.0;
+
+#[expect(clippy::doc_markdown, reason = "the keys of the JSON are shown on a terminal")]
+#[derive(Args)]
+pub(crate) struct BenchCommand {
+    /// Only jobs whose names contain one of these words, such as basis or product
+    #[arg(value_name = "WORD")]
+    words: Vec<String>,
+    /// Seconds for each line of the table
+    #[arg(long, value_name = "S", default_value = "0.5", value_parser = values::positive)]
+    seconds: f64,
+    /// Print {"machine": {"instructions", "gflops", "store_first_level", "copy_second_level", "store", "read"}, "jobs": [{"job",
+    /// "order", "item", "nanoseconds", "floor", "bound", "ratio"}]} instead of text: rates in bytes per nanosecond; floor, bound and
+    /// ratio are null where none is known
+    #[arg(long)]
+    json: bool,
+}
+
+/// A piece of work that is measured.
+pub(crate) struct BenchJob {
+    /// As `WORD` finds it.
+    pub(crate) name: &'static str,
+    /// Number of bands, if it has some.
+    pub(crate) order: Option<usize>,
+    /// What is counted.
+    pub(crate) item: &'static str,
+    /// How many of them the work does.
+    pub(crate) items: usize,
+    /// What one of them needs at least, where that is known.
+    pub(crate) cost: Option<Cost>,
+    /// Where the time above the floor goes.
+    pub(crate) above: &'static str,
+}
+
+/// All jobs, one after the other: those that are asked for are measured.
+pub(crate) struct Bench<'a> {
+    floors: Floors,
+    time: Duration,
+    words: &'a [String],
+    rows: Vec<Row>,
+    names: Vec<&'static str>,
+    line: ProgressLine,
+}
+
+/// A line of the table.
+#[derive(Serialize)]
+struct Row {
+    job: &'static str,
+    order: Option<usize>,
+    item: &'static str,
+    nanoseconds: f64,
+    floor: Option<f64>,
+    bound: Option<&'static str>,
+    ratio: Option<f64>,
+    #[serde(skip)]
+    above: &'static str,
+}
+
+/// The JSON of `--json`.
+#[derive(Serialize)]
+struct Printed<'a> {
+    machine: &'a Floors,
+    jobs: &'a [Row],
+}
+
+impl Bench<'_> {
+    /// Whether a job is asked for; those that are not need no data.
+    pub(crate) fn wants(&mut self, name: &'static str) -> bool {
+        if !self.names.contains(&name) {
+            self.names.push(name);
+        }
+        self.words.is_empty() || self.words.iter().any(|word| name.contains(word.as_str()))
+    }
+
+    /// Measures a job.
+    pub(crate) fn measure(&mut self, job: &BenchJob, work: impl FnMut()) {
+        let BenchJob { name, order, item, items, cost, above } = *job;
+        self.line.say(name);
+        let nanoseconds = nanoseconds(self.time, work) / items as f64;
+        let (floor, bound) = cost.map(|cost| cost.floor(&self.floors)).unzip();
+        let ratio = floor.map(|floor| nanoseconds / floor);
+        self.rows.push(Row { job: name, order, item, nanoseconds, floor, bound, ratio, above });
+    }
+}
+
+impl BenchCommand {
+    pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
+        let time = Duration::try_from_secs_f64(self.seconds)
+            .with_context(|| format!("--seconds: expected fewer seconds, found {}", self.seconds))?;
+        // One thread, as the floors are of one.
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().context("the system gives no thread")?;
+        let line = talk.waiting("measuring");
+        line.say("floors");
+        let floors = Floors::measure(time);
+        let mut bench = Bench { floors, time, words: &self.words, rows: Vec::new(), names: Vec::new(), line };
+        pool.install(|| {
+            functions::run(&mut bench);
+            pictures::run(&mut bench)?;
+            receivers::run(&mut bench)
+        })?;
+        if bench.rows.is_empty() {
+            bail!("expected a word in the name of a job, found {:?}; jobs: {}", self.words, bench.names.join(", "));
+        }
+        let (floors, rows) = (bench.floors, bench.rows);
+        drop(bench.line);
+        if self.json {
+            return output::print_json(&Printed { machine: &floors, jobs: &rows });
+        }
+        output::print(&(head(&floors) + &table(&rows) + &reasons(&rows)))
+    }
+}
+
+/// What the machine does at most.
+fn head(floors: &Floors) -> String {
+    let Floors { instructions, gflops, store_first_level, copy_second_level, store, read } = floors;
+    format!(
+        "one thread, {instructions}: {gflops:.0} GFLOP/s; GB/s: first-level cache {store_first_level:.0} written, second-level \
+         cache {copy_second_level:.0} copied,\nmemory {store:.1} written, {read:.1} read. Floor: the larger of arithmetic and bytes.\n\n"
+    )
+}
+
+fn table(rows: &[Row]) -> String {
+    let mut text = format!("{:<18} {:>5} {:>12} {:>12} {:>7}  per, bound by\n", "job", "order", "ns", "floor", "ratio");
+    for Row { job, order, item, nanoseconds, floor, bound, ratio, .. } in rows {
+        let order = order.map(|order| order.to_string()).unwrap_or_default();
+        let floor = floor.map(short).unwrap_or_default();
+        let ratio = ratio.map(|ratio| format!("{ratio:.2}")).unwrap_or_default();
+        let bound = bound.map(|bound| format!(", {bound}")).unwrap_or_default();
+        text += &format!("{job:<18} {order:>5} {:>12} {floor:>12} {ratio:>7}  {item}{bound}\n", short(*nanoseconds));
+    }
+    text
+}
+
+/// Three digits.
+fn short(x: f64) -> String {
+    let decimals = (2 - x.abs().max(1e-3).log10().floor() as i32).max(0) as usize;
+    format!("{x:.decimals$}")
+}
+
+/// Why jobs are above twice their floor, each said once.
+fn reasons(rows: &[Row]) -> String {
+    let mut said: Vec<(&str, &str)> = Vec::new();
+    for row in rows.iter().filter(|row| row.ratio.is_some_and(|ratio| ratio > NEAR)) {
+        if !said.contains(&(row.job, row.above)) {
+            said.push((row.job, row.above));
+        }
+    }
+    let lines: String = said.iter().map(|(job, above)| format!("{job}: {above}\n")).collect();
+    if lines.is_empty() { lines } else { format!("\nabove {NEAR} times the floor:\n{lines}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_three_digits() {
+        let texts = [0.0123, 0.5, 1.0, 12.34, 123.4, 5_678.0].map(short);
+        assert_eq!(texts, ["0.0123", "0.500", "1.00", "12.3", "123", "5678"]);
+    }
+
+    #[test]
+    fn what_is_far_above_its_floor_says_why_once() {
+        let row = |job, ratio| Row {
+            job,
+            order: None,
+            item: "item",
+            nanoseconds: 1.0,
+            floor: None,
+            bound: None,
+            ratio,
+            above: "spills",
+        };
+        let rows = [row("a", Some(3.0)), row("a", Some(4.0)), row("b", Some(1.5)), row("c", None)];
+        assert_eq!(reasons(&rows), "\nabove 2 times the floor:\na: spills\n");
+        assert_eq!(reasons(&rows[2..]), "", "nothing to explain");
+    }
+}

@@ -1,0 +1,112 @@
+//! Functions on the sphere, sixteen side by side: basis, products, squares, rotations.
+
+use std::hint::black_box;
+
+use lobe::sh::{Dir, DirBatch, Rotation, RotationMatrices, ShBatch, even_directions};
+
+use crate::bench::bench::{Bench, BenchJob};
+use crate::bench::cost::{Cost, Level, basis_operations, product_operations, rotation_operations, square_operations};
+
+/// Directions of a tile, whose basis stays in the first-level cache up to order 5.
+const TILE: usize = 256;
+
+/// Directions of a mesh, whose basis of order 6 leaves every cache: 144 MiB.
+const MESH: usize = 1 << 20;
+
+/// Pairs whose products stay in the second-level cache.
+const PAIRS: usize = 512;
+
+/// Functions that one rotation turns.
+const TURNED: usize = 1024;
+
+const NUMBER: f64 = size_of::<f32>() as f64;
+
+/// Runs the jobs of this file.
+pub(crate) fn run(bench: &mut Bench<'_>) {
+    basis(bench);
+    products(bench);
+    rotation(bench);
+}
+
+/// Functions of any coefficients: what kernels do does not depend on the numbers.
+fn functions(order: usize, count: usize) -> ShBatch {
+    // Small steps of an irrational angle, so that no two numbers are the same and none grows.
+    let planes: Vec<f32> = (0..count * order * order).map(|k| (0.618 * k as f32).sin()).collect();
+    ShBatch::from_planes(order, count, &planes)
+}
+
+fn basis(bench: &mut Bench<'_>) {
+    for (name, count, orders, level) in
+        [("basis", TILE, &[3, 4, 6, 10][..], Level::FirstLevel), ("basis-streamed", MESH, &[6], Level::Written)]
+    {
+        if !bench.wants(name) {
+            continue;
+        }
+        let directions: DirBatch = even_directions(count).collect();
+        for &order in orders {
+            let mut out = ShBatch::zero(order, count);
+            let bytes = NUMBER * (order * order) as f64;
+            let job = BenchJob {
+                name,
+                order: Some(order),
+                item: "direction",
+                items: count,
+                cost: Some(Cost { operations: basis_operations(order), bytes, level }),
+                above: "high orders keep more sums than there are registers, and store the rest; what leaves the caches is read before \
+                        it is overwritten",
+            };
+            bench.measure(&job, || black_box(&mut out).set_basis(black_box(&directions)));
+        }
+    }
+}
+
+fn products(bench: &mut Bench<'_>) {
+    for (name, is_square) in [("product", false), ("square", true)] {
+        if !bench.wants(name) {
+            continue;
+        }
+        for order in [3, 4, 6] {
+            let (a, b, mut out) = (functions(order, PAIRS), functions(order, PAIRS), ShBatch::zero(order, PAIRS));
+            let read = if is_square { 1.0 } else { 2.0 };
+            let operations = if is_square { square_operations(order) } else { product_operations(order) };
+            let bytes = NUMBER * (read + 1.0) * (order * order) as f64;
+            let job = BenchJob {
+                name,
+                order: Some(order),
+                item: if is_square { "function" } else { "pair" },
+                items: PAIRS,
+                cost: Some(Cost { operations, bytes, level: Level::SecondLevel }),
+                above: "the straight-line code of an order keeps more numbers alive than there are registers",
+            };
+            bench.measure(&job, || {
+                if is_square {
+                    black_box(&a).square_into(black_box(&mut out));
+                } else {
+                    black_box(&a).product_into(black_box(&b), black_box(&mut out));
+                }
+            });
+        }
+    }
+}
+
+fn rotation(bench: &mut Bench<'_>) {
+    let name = "rotation";
+    if !bench.wants(name) {
+        return;
+    }
+    for order in [3, 4, 6] {
+        let turn = Rotation::from_axis_angle(Dir::from_angles(0.7, 1.9), 0.8);
+        let matrices = RotationMatrices::<f32>::new(&turn, order);
+        let (f, mut out) = (functions(order, TURNED), ShBatch::zero(order, TURNED));
+        let bytes = NUMBER * 2.0 * (order * order) as f64;
+        let job = BenchJob {
+            name,
+            order: Some(order),
+            item: "function",
+            items: TURNED,
+            cost: Some(Cost { operations: rotation_operations(order), bytes, level: Level::SecondLevel }),
+            above: "each entry of the matrices is loaded for every sixteen functions",
+        };
+        bench.measure(&job, || black_box(&f).rotated_into(&matrices, black_box(&mut out)));
+    }
+}
