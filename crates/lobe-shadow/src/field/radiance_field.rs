@@ -56,7 +56,7 @@ pub(crate) enum Shape {
     },
     /// `w(r) S` of every sample point, split at the direction to the middle: red, green and blue one after the other.
     Sampled {
-        source: PatchedRectangle,
+        source: Box<PatchedRectangle>,
         grid: FieldGrid,
         rows: Vec<f32>,
         axial: Axial,
@@ -97,7 +97,7 @@ impl RadianceField {
             let message = format!("expected finite radiance, found {bad:?}");
             return Err(ShadowError::Invalid { place: "radiance field".to_owned(), message });
         }
-        Ok(Self { order, shape: Shape::Sampled { source, grid, rows, axial: Axial::new(order) } })
+        Ok(Self { order, shape: Shape::Sampled { source: Box::new(source), grid, rows, axial: Axial::new(order) } })
     }
 
     /// What shines, for who traces rays to it.
@@ -107,7 +107,7 @@ impl RadianceField {
             Shape::Ball { center, radius, radiance } => {
                 LampSurface::Ball { center: *center, radius: *radius, radiance: *radiance }
             }
-            Shape::Sampled { source, .. } => LampSurface::Rectangle(source.clone()),
+            Shape::Sampled { source, .. } => LampSurface::Rectangle((**source).clone()),
         }
     }
 
