@@ -60,7 +60,7 @@
 //! | net flux of light | [`vector_irradiance()`], [`VectorIrradiance`] |
 //! | area lights | [`AreaLight`]: [`SphereLight`], [`DiscLight`], [`PolygonLight`]; [`PointLight`], [`ParallelBeam`], [`compare_approximations`] |
 //! | skies | [`Sky`]: [`PreethamSky`], [`CieSky`]; [`Ground`], [`sky_sh`], [`sky_map`]; [`PreethamFit`], [`damp_zonal_in_place`] |
-//! | prefiltering for glossy reflection | [`prefilter_ggx`], [`PrefilterOptions`], [`PrefilterMethod`], [`RoughnessLevels`]; [`filter_lobe`], [`filter_lobe_lat_long`], [`SpecularLobe`], [`filter_zonal`] |
+//! | prefiltering for glossy reflection | [`cube_source`], [`prefilter_ggx`], [`PrefilterOptions`], [`PrefilterMethod`], [`RoughnessLevels`]; [`filter_lobe`], [`filter_lobe_lat_long`], [`SpecularLobe`], [`filter_zonal`] |
 //! | sun extraction | [`extract_sun`], [`SunOptions`], [`SunReport`], [`Sun`] |
 //! | reflectance and its directional albedo | [`Brdf`]: [`Lambert`], [`Phong`], [`Ggx`]; [`dfg()`], [`Dfg`], [`DfgTable`] |
 //!
@@ -136,6 +136,7 @@ pub use projection::reconstruct::reconstruct;
 pub use reflection::brdf::{Brdf, Ggx, Lambert, Phong};
 pub use reflection::dfg::{Dfg, DfgTable, dfg};
 pub use reflection::specular_lobe::SpecularLobe;
+pub use resample::cube_source::cube_source;
 pub use resample::resample::{Resample, resample, rotate_map};
 pub use sky::cie_sky::CieSky;
 pub use sky::preetham::PreethamSky;

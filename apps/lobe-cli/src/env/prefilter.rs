@@ -5,8 +5,8 @@ use std::str::FromStr;
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::{
-    CubeMap, MappedMap, Mapping, PrefilterMethod, PrefilterOptions, Resample, RoughnessLevels, SpecularLobe,
-    filter_lobe, prefilter_ggx, resample,
+    CubeMap, MappedMap, Mapping, PrefilterMethod, PrefilterOptions, RoughnessLevels, SpecularLobe, cube_source,
+    filter_lobe, prefilter_ggx,
 };
 
 use crate::args::map_input::MapInput;
@@ -15,8 +15,6 @@ use crate::args::names::names;
 use crate::args::values;
 use crate::run::talk::Talk;
 
-/// A source this many times as fine as the result loses nothing that a mirror of the result's size would show.
-const OVERSAMPLING: usize = 2;
 const DEFAULT_SAMPLES: usize = 1024;
 
 #[derive(Args)]
@@ -139,14 +137,7 @@ impl EnvPrefilter {
     /// The surroundings as a cube, as they are if they are one.
     fn source(&self, talk: Talk) -> anyhow::Result<CubeMap> {
         let map: MappedMap = self.input.read(talk)?;
-        if map.mapping() == Mapping::Cube {
-            return Ok(map.into_cube_map()?);
-        }
-        // A quarter of the horizon of a lat-long picture falls on one face.
-        let finest = (map.width() / 4).next_power_of_two();
-        let size = (OVERSAMPLING * self.size.next_power_of_two()).min(finest).max(1);
-        let to = Resample::to(Mapping::Cube, size, Mapping::Cube.height_for(size));
-        Ok(talk.watch("convert", |job| resample(map, &to, job))?.into_cube_map()?)
+        Ok(talk.watch("convert", |job| cube_source(map, self.size, job))?)
     }
 
     fn chain_options(&self) -> PrefilterOptions {

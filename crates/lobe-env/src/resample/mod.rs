@@ -2,9 +2,10 @@
 //!
 //! Read [`resample`] first, which has the formula; then [`sample_points`] (where a texel is sampled), [`footprint`] and
 //! [`source_window`] (the texels of the source under those samples), [`weights`] and [`balance`] (conservation of
-//! energy); [`passes`] counts the passes over the target. Uses `map` and `mapping`.
+//! energy); [`passes`] counts the passes over the target. [`cube_source`] makes cubes for filters. Uses `map` and `mapping`.
 
 pub(crate) mod balance;
+pub(crate) mod cube_source;
 pub(crate) mod fast_atan;
 pub(crate) mod footprint;
 pub(crate) mod neighbor_clamp;

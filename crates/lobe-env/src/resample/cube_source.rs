@@ -1,0 +1,44 @@
+//! Cubes as sources of filters.
+
+use std::borrow::Cow;
+
+use lobe_io::Job;
+
+use crate::resample::resample::resample;
+use crate::{CubeMap, EnvError, MappedMap, Mapping, Resample};
+
+/// A source this many times as fine as the result loses nothing that a mirror of the result's size would show.
+const OVERSAMPLING: usize = 2;
+
+/// A map as a cube that is fine enough to be [prefiltered](crate::prefilter_ggx) to faces of `size`: twice as fine, but no finer than the map,
+/// a quarter of whose horizon falls on one face. A cube stays as it is.
+///
+/// # Errors
+/// As [`resample`].
+pub fn cube_source<'a>(map: impl Into<Cow<'a, MappedMap>>, size: usize, job: Job<'_>) -> Result<CubeMap, EnvError> {
+    let map = map.into();
+    if map.mapping() == Mapping::Cube {
+        return map.into_owned().into_cube_map();
+    }
+    let finest = (map.width() / 4).next_power_of_two();
+    let size = OVERSAMPLING.saturating_mul(size.next_power_of_two()).min(finest).max(1);
+    resample(map, &Resample::to(Mapping::Cube, size, Mapping::Cube.height_for(size)), job)?.into_cube_map()
+}
+
+#[cfg(test)]
+mod tests {
+    use lobe_sh::{Coefficient as _, Rgb};
+
+    use super::*;
+
+    #[test]
+    fn a_source_is_twice_as_fine_as_the_result_and_no_finer_than_the_map() {
+        let lat_long = |width| MappedMap::from_fn(Mapping::LatLong, width, width / 2, |_| Rgb::splat(1.0));
+        for (width, size, expected) in [(64, 4, 8), (64, 5, 16), (64, 64, 16), (8, 64, 2), (2, 1, 1)] {
+            let cube = cube_source(lat_long(width), size, Job::default()).unwrap();
+            assert_eq!(cube.width(), expected, "a map of {width} texels for faces of {size}");
+        }
+        let cube = MappedMap::from_fn(Mapping::Cube, 3, 18, |s| Rgb::splat(s.z() as f32));
+        assert!(*cube_source(&cube, 64, Job::default()).unwrap() == cube, "a cube stays as it is");
+    }
+}
