@@ -7,11 +7,10 @@ use clap::Args;
 use serde::Serialize;
 
 use crate::args::{output, values};
-use crate::bench::clock::nanoseconds;
-use crate::bench::cost::Cost;
 use crate::bench::floors::Floors;
+use crate::bench::measure::{Bench, Row};
 use crate::bench::{functions, pictures, receivers};
-use crate::run::talk::{ProgressLine, Talk};
+use crate::run::talk::Talk;
 
 /// Times its floor above which a job says why.
 const NEAR: f64 = 2.0;
@@ -32,71 +31,11 @@ pub(crate) struct BenchCommand {
     json: bool,
 }
 
-/// A piece of work that is measured.
-pub(crate) struct BenchJob {
-    /// As `WORD` finds it.
-    pub(crate) name: &'static str,
-    /// Number of bands, if it has some.
-    pub(crate) order: Option<usize>,
-    /// What is counted.
-    pub(crate) item: &'static str,
-    /// How many of them the work does.
-    pub(crate) items: usize,
-    /// What one of them needs at least, where that is known.
-    pub(crate) cost: Option<Cost>,
-    /// Where the time above the floor goes.
-    pub(crate) above: &'static str,
-}
-
-/// All jobs, one after the other: those that are asked for are measured.
-pub(crate) struct Bench<'a> {
-    floors: Floors,
-    time: Duration,
-    words: &'a [String],
-    rows: Vec<Row>,
-    names: Vec<&'static str>,
-    line: ProgressLine,
-}
-
-/// A line of the table.
-#[derive(Serialize)]
-struct Row {
-    job: &'static str,
-    order: Option<usize>,
-    item: &'static str,
-    nanoseconds: f64,
-    floor: Option<f64>,
-    bound: Option<&'static str>,
-    ratio: Option<f64>,
-    #[serde(skip)]
-    above: &'static str,
-}
-
 /// The JSON of `--json`.
 #[derive(Serialize)]
 struct Printed<'a> {
     machine: &'a Floors,
     jobs: &'a [Row],
-}
-
-impl Bench<'_> {
-    /// Whether a job is asked for; those that are not need no data.
-    pub(crate) fn wants(&mut self, name: &'static str) -> bool {
-        if !self.names.contains(&name) {
-            self.names.push(name);
-        }
-        self.words.is_empty() || self.words.iter().any(|word| name.contains(word.as_str()))
-    }
-
-    /// Measures a job.
-    pub(crate) fn measure(&mut self, job: &BenchJob, work: impl FnMut()) {
-        let BenchJob { name, order, item, items, cost, above } = *job;
-        self.line.say(name);
-        let nanoseconds = nanoseconds(self.time, work) / items as f64;
-        let (floor, bound) = cost.map(|cost| cost.floor(&self.floors)).unzip();
-        let ratio = floor.map(|floor| nanoseconds / floor);
-        self.rows.push(Row { job: name, order, item, nanoseconds, floor, bound, ratio, above });
-    }
 }
 
 impl BenchCommand {

@@ -8,9 +8,9 @@ use crate::bench::floors::Floors;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Level {
     /// Written to the first-level cache.
-    FirstLevel,
+    First,
     /// Read from and written to the second-level cache.
-    SecondLevel,
+    Second,
     /// Written to memory.
     Written,
     /// Read from memory.
@@ -31,8 +31,8 @@ impl Cost {
     /// The nanoseconds of an item, the larger of the time for its arithmetic and that for its bytes, and which of them it is.
     pub(crate) fn floor(&self, floors: &Floors) -> (f64, &'static str) {
         let (rate, name) = match self.level {
-            Level::FirstLevel => (floors.store_first_level, "first-level cache"),
-            Level::SecondLevel => (floors.copy_second_level, "second-level cache"),
+            Level::First => (floors.store_first_level, "first-level cache"),
+            Level::Second => (floors.copy_second_level, "second-level cache"),
             Level::Written => (floors.store, "memory, written"),
             Level::Read => (floors.read, "memory, read"),
         };
@@ -104,9 +104,9 @@ mod tests {
             read: 8.0,
         };
         let floor = |operations, bytes, level| Cost { operations, bytes, level }.floor(&floors);
-        assert_eq!(floor(100.0, 100.0, Level::FirstLevel), (10.0, "arithmetic"), "10 ns against 1 ns");
+        assert_eq!(floor(100.0, 100.0, Level::First), (10.0, "arithmetic"), "10 ns against 1 ns");
         assert_eq!(floor(100.0, 100.0, Level::Written), (20.0, "memory, written"), "10 ns against 20 ns");
-        assert_eq!(floor(0.0, 100.0, Level::SecondLevel), (2.0, "second-level cache"), "bytes alone");
+        assert_eq!(floor(0.0, 100.0, Level::Second), (2.0, "second-level cache"), "bytes alone");
         assert_eq!(floor(0.0, 80.0, Level::Read), (10.0, "memory, read"), "bytes alone");
     }
 }

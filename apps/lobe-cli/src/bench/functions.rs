@@ -4,8 +4,8 @@ use std::hint::black_box;
 
 use lobe::sh::{Dir, DirBatch, Rotation, RotationMatrices, ShBatch, even_directions};
 
-use crate::bench::bench::{Bench, BenchJob};
 use crate::bench::cost::{Cost, Level, basis_operations, product_operations, rotation_operations, square_operations};
+use crate::bench::measure::{Bench, BenchJob};
 
 /// Directions of a tile, whose basis stays in the first-level cache up to order 5.
 const TILE: usize = 256;
@@ -37,7 +37,7 @@ fn functions(order: usize, count: usize) -> ShBatch {
 
 fn basis(bench: &mut Bench<'_>) {
     for (name, count, orders, level) in
-        [("basis", TILE, &[3, 4, 6, 10][..], Level::FirstLevel), ("basis-streamed", MESH, &[6], Level::Written)]
+        [("basis", TILE, &[3, 4, 6, 10][..], Level::First), ("basis-streamed", MESH, &[6], Level::Written)]
     {
         if !bench.wants(name) {
             continue;
@@ -75,7 +75,7 @@ fn products(bench: &mut Bench<'_>) {
                 order: Some(order),
                 item: if is_square { "function" } else { "pair" },
                 items: PAIRS,
-                cost: Some(Cost { operations, bytes, level: Level::SecondLevel }),
+                cost: Some(Cost { operations, bytes, level: Level::Second }),
                 above: "the straight-line code of an order keeps more numbers alive than there are registers",
             };
             bench.measure(&job, || {
@@ -104,7 +104,7 @@ fn rotation(bench: &mut Bench<'_>) {
             order: Some(order),
             item: "function",
             items: TURNED,
-            cost: Some(Cost { operations: rotation_operations(order), bytes, level: Level::SecondLevel }),
+            cost: Some(Cost { operations: rotation_operations(order), bytes, level: Level::Second }),
             above: "each entry of the matrices is loaded for every sixteen functions",
         };
         bench.measure(&job, || black_box(&f).rotated_into(&matrices, black_box(&mut out)));

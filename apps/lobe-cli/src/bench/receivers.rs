@@ -6,8 +6,8 @@ use lobe::prt::{Channels, Transfer};
 use lobe::scene::{Bvh, built_in};
 use lobe::sh::{Rgb, even_directions};
 
-use crate::bench::bench::{Bench, BenchJob};
 use crate::bench::cost::{Cost, Level};
+use crate::bench::measure::{Bench, BenchJob};
 
 /// Receivers, enough that their transfer leaves every cache.
 const RECEIVERS: usize = 1 << 20;
