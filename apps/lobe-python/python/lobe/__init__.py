@@ -1,0 +1,18 @@
+"""Spherical-harmonic lighting over numpy arrays.
+
+    >>> import lobe
+    >>> sky = lobe.EnvMap.bundled("sunset").project(3)
+    >>> sky
+    Sh(order 3, rgb float64)
+    >>> irradiance = sky.convolve("cosine")
+    >>> bool(irradiance.eval([0, 0, 1])[1] > irradiance.eval([0, 0, -1])[1])
+    True
+
+Directions are right-handed with +z up; order n means n bands, n² coefficients. Radiance L is what arrives along one direction;
+irradiance E is what a surface receives in all and never includes 1/π.
+"""
+
+from ._env import EnvMap, Sun, project, reconstruct
+from ._sh import Lights, Sh
+
+__all__ = ["EnvMap", "Lights", "Sh", "Sun", "project", "reconstruct"]

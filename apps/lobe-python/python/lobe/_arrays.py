@@ -1,0 +1,67 @@
+"""Arrays as the kernels take them, and what is said of arrays that are none."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+Numbers = npt.NDArray[Any]
+Doubles = npt.NDArray[np.float64]
+
+MAX_ORDER = 64
+"""Bands at most of the functions of this package."""
+
+
+def numbers(values: npt.ArrayLike, what: str) -> Numbers:
+    """An array of float32 or float64; integers become float64, and anything else is a TypeError."""
+    given: Any = values
+    if hasattr(given, "__dlpack__") and not isinstance(given, np.ndarray):
+        given = np.from_dlpack(given)
+    array = np.asarray(given)
+    if array.dtype.kind in "iu":
+        array = array.astype(np.float64)
+    if array.dtype.kind != "f" or array.dtype.itemsize not in (4, 8):
+        raise TypeError(f"{what}: expected numbers of float32 or float64, found {array.dtype}")
+    # In the order of bytes of this machine, as the kernels read them.
+    return array.astype(array.dtype.newbyteorder("="), copy=False)
+
+
+def order_of(count: int, what: str) -> int:
+    """The order n of n² coefficients."""
+    order = math.isqrt(count)
+    if order * order != count or not 1 <= order <= MAX_ORDER:
+        raise ValueError(f"{what}: expected n² coefficients for an order n of 1 to {MAX_ORDER}, found {count}")
+    return order
+
+
+def directions(values: npt.ArrayLike) -> tuple[Doubles, tuple[int, ...]]:
+    """Unit vectors of shape (m, 3), and the shape without the last axis that they had."""
+    array = numbers(values, "directions").astype(np.float64, copy=False)
+    if array.ndim == 0 or array.shape[-1] != 3:
+        raise ValueError(f"directions: expected an array of shape (..., 3), found {array.shape}")
+    lengths = np.linalg.norm(array, axis=-1, keepdims=True)
+    if not np.all((lengths > 0) & np.isfinite(lengths)):
+        raise ValueError("directions: expected vectors with a length, found one that is zero or not finite")
+    unit = np.ascontiguousarray((array / lengths).reshape(-1, 3))
+    return unit, array.shape[:-1]
+
+
+def rotation_matrix(values: npt.ArrayLike) -> list[list[float]]:
+    """A matrix of three rows."""
+    array = numbers(values, "rotation").astype(np.float64, copy=False)
+    if array.shape != (3, 3):
+        raise ValueError(f"rotation: expected a matrix of shape (3, 3), found {array.shape}")
+    rows: list[list[float]] = array.tolist()
+    return rows
+
+
+def whole(value: object, what: str, least: int, most: int) -> int:
+    """An integer in a range."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
+        raise TypeError(f"{what}: expected a whole number, found {value!r}")
+    if not least <= int(value) <= most:
+        raise ValueError(f"{what}: expected {least} to {most}, found {value}")
+    return int(value)

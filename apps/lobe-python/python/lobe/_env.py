@@ -1,0 +1,164 @@
+"""Environment maps: light from everywhere around a point."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _lobe
+from ._arrays import MAX_ORDER, Doubles, Numbers, directions, numbers, rotation_matrix, whole
+from ._sh import Sh
+
+MAX_SIDE = 32768
+"""Texels at most along a side of a map that is made."""
+
+
+@dataclass(frozen=True)
+class Sun:
+    """The brightest small light of a map; see `EnvMap.sun`."""
+
+    direction: Doubles
+    """Towards the sun, (3,)."""
+    irradiance: Doubles
+    """What a surface receives that faces it, (3,); never includes 1/π."""
+    angular_diameter: float
+    """In radians."""
+    rest: EnvMap
+    """The map without it."""
+
+
+class EnvMap:
+    """A map of radiance from everywhere: texels of shape (height, width, 3) in linear light, row 0 on top.
+
+    Mappings are those of the command: lat-long, cube (six faces below each other), octahedral, equal-area, sphere, mirror-ball, angular and
+    dual-paraboloid. Directions are right-handed with +z up.
+    """
+
+    def __init__(self, texels: npt.ArrayLike, mapping: str = "lat-long") -> None:
+        array = np.ascontiguousarray(numbers(texels, "texels"), dtype=np.float32)
+        if array.ndim == 2:
+            array = np.repeat(array[..., None], 3, axis=-1)
+        if array.ndim != 3 or array.shape[-1] != 3:
+            raise ValueError(f"texels: expected an array of shape (height, width, 3), found {array.shape}")
+        self._map = _lobe.Map(array, mapping)
+
+    @classmethod
+    def _of(cls, inner: _lobe.Map) -> EnvMap:
+        made = cls.__new__(cls)
+        made._map = inner
+        return made
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> EnvMap:
+        """A map from any file that the command reads, in the mapping that it tells."""
+        return cls._of(_lobe.load(path))
+
+    @classmethod
+    def bundled(cls, name: str) -> EnvMap:
+        """A map that comes with Lobe: "sunset" or "studio"."""
+        return cls._of(_lobe.bundled(name))
+
+    @classmethod
+    def sky(
+        cls, sun: npt.ArrayLike, turbidity: float = 3.0, albedo: npt.ArrayLike = (0.0, 0.0, 0.0), height: int = 256
+    ) -> EnvMap:
+        """The clear sky of Preetham et al. 1999 in kcd/m², without the sun's disc, over a ground of an albedo."""
+        unit, shape = directions(sun)
+        if shape:
+            raise ValueError("sun: expected one direction")
+        ground = numbers(albedo, "albedo").astype(np.float64)
+        if ground.shape != (3,) or not np.all((ground >= 0) & (ground <= 1)):
+            raise ValueError("albedo: expected three numbers of 0 to 1")
+        rows = whole(height, "height", 1, 8192)
+        return cls._of(_lobe.sky(unit[0].tolist(), float(turbidity), ground.tolist(), rows))
+
+    @property
+    def mapping(self) -> str:
+        """The name of the mapping."""
+        return self._map.mapping
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Texels along the height and the width."""
+        return self._map.shape
+
+    @property
+    def texels(self) -> npt.NDArray[np.float32]:
+        """A copy of the texels, (height, width, 3)."""
+        return self._map.texels()
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Numbers:
+        return self.texels if dtype is None else self.texels.astype(dtype)
+
+    def __repr__(self) -> str:
+        height, width = self.shape
+        return f"EnvMap({self.mapping}, {width} x {height})"
+
+    def radiance(self, d: npt.ArrayLike) -> npt.NDArray[np.float32]:
+        """Radiance towards directions (..., 3), interpolated between texels: (..., 3)."""
+        unit, shape = directions(d)
+        return self._map.radiance(unit).reshape((*shape, 3))
+
+    def project(self, order: int) -> Sh:
+        """The expansion of the map, which is constant over each texel: exact, float64, colors."""
+        return Sh(self._map.project(whole(order, "order", 1, MAX_ORDER)))
+
+    def convert(self, mapping: str, width: int, height: int | None = None, rotation: npt.ArrayLike | None = None) -> EnvMap:
+        """The map in another mapping and size, turned by a rotation matrix first if there is one. Every texel is an integral over its
+        footprint; the mean is kept."""
+        width = whole(width, "width", 1, MAX_SIDE)
+        heights = {"lat-long": (width + 1) // 2, "dual-paraboloid": (width + 1) // 2, "cube": 6 * width}
+        height = whole(heights.get(mapping, width) if height is None else height, "height", 1, 6 * MAX_SIDE)
+        matrix = None if rotation is None else rotation_matrix(rotation)
+        return EnvMap._of(self._map.convert(mapping, width, height, matrix))
+
+    def rotate(self, rotation: npt.ArrayLike) -> EnvMap:
+        """The map turned by a rotation matrix: the radiance from R s is what it was from s."""
+        height, width = self.shape
+        return self.convert(self.mapping, width, height, rotation)
+
+    def prefilter(self, size: int = 256, last_size: int = 16) -> list[EnvMap]:
+        """A chain of cubes for glossy reflection by GGX (split sum), from the mirror to roughness 1, linear in the level."""
+        size = whole(size, "size", 1, 8192)
+        return [EnvMap._of(level) for level in self._map.prefilter(size, whole(last_size, "last_size", 1, size))]
+
+    def irradiance(self, order: int = 3, width: int = 64, height: int = 32) -> EnvMap:
+        """The irradiance for every normal, as a lat-long map, from `order` bands."""
+        sides = (whole(side, "size", 1, MAX_SIDE) for side in (width, height))
+        return EnvMap._of(self._map.irradiance(whole(order, "order", 1, MAX_ORDER), *sides))
+
+    def sun(self) -> Sun | None:
+        """The sun of a photograph as a directional light, and the map without it; None if the map has none."""
+        found = self._map.sun()
+        if found is None:
+            return None
+        direction, irradiance, diameter, rest = found
+        return Sun(np.array(direction), np.array(irradiance), diameter, EnvMap._of(rest))
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes an .exr, .hdr or .pfm picture, or a tone-mapped .png; until all is written nothing has the name."""
+        self._map.save(path)
+
+
+def project(image: npt.ArrayLike, order: int, mapping: str = "lat-long") -> Sh:
+    """The expansion of a picture of everything around a point: (height, width, 3) gives colors, (height, width) numbers.
+
+    Float64, exact for a picture that is constant over each texel. Pictures are rounded to float32 first.
+    """
+    array = numbers(image, "image")
+    f = EnvMap(array, mapping).project(order)
+    return f if array.ndim == 3 else Sh(np.ascontiguousarray(f.coefficients[:, 0]))
+
+
+def reconstruct(f: Sh, width: int, height: int) -> EnvMap:
+    """The lat-long map of one function: its values at the centers of texels."""
+    if f.shape:
+        raise ValueError(f"expected one function, found a batch of shape {f.shape}")
+    c = f.coefficients.astype(np.float64)
+    colors = np.ascontiguousarray(c if f.is_color else np.repeat(c[:, None], 3, axis=1))
+    sides = (whole(side, "size", 1, MAX_SIDE) for side in (width, height))
+    return EnvMap._of(_lobe.reconstruct(colors, *sides))

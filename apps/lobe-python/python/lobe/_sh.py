@@ -1,0 +1,268 @@
+"""Functions on the sphere as coefficients of spherical harmonics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _lobe
+from ._arrays import MAX_ORDER, Doubles, Numbers, directions, numbers, order_of, rotation_matrix, whole
+
+# Eigenvalues below this part of the largest are raised to it, as `lobe sh log` does.
+LOG_CLAMP = 0.02
+
+
+@dataclass(frozen=True)
+class Lights:
+    """Directional lights and ambient light of functions; see `Sh.lights`."""
+
+    directions: Doubles
+    """Towards the lights, (..., count, 3)."""
+    intensities: Doubles
+    """The radiance that a white diffuse surface facing a light reflects, (..., count) or (..., count, 3)."""
+    ambient: Doubles
+    """The radiance of the ambient light, (...) or (..., 3)."""
+
+
+class Sh:
+    """Functions on the sphere, f(s) = Σ_lm c_lm y_lm(s), with real orthonormal spherical harmonics y_lm.
+
+    `c` has shape (..., n²), or (..., n², 3) for colors, where n is the order, the number of bands, and coefficient l² + l + m
+    belongs to y_lm, with the phase (-1)^m: y_1,-1 = -√(3/4π) y, y_10 = √(3/4π) z, y_11 = -√(3/4π) x. Leading dimensions are a batch. Numbers are float32
+    or float64, and what is computed of them has the same; they are not copied if they are contiguous. Of coefficients that are not
+    finite the values are not finite, unless a method says that it refuses them.
+    """
+
+    # numpy asks these objects first when one of its own stands on the left.
+    __array_priority__ = 1.0
+
+    def __init__(self, c: npt.ArrayLike | Sh) -> None:
+        array = c.coefficients if isinstance(c, Sh) else numbers(c, "coefficients")
+        # No order has three coefficients, so that an axis of three holds colors.
+        self._is_color = array.ndim > 1 and array.shape[-1] == 3
+        if array.ndim == 0:
+            raise ValueError("coefficients: expected an array of shape (..., n²) or (..., n², 3), found a number")
+        self._order = order_of(array.shape[-2 if self._is_color else -1], "coefficients")
+        self._c: Numbers = array
+
+    # What it is
+
+    @property
+    def coefficients(self) -> Numbers:
+        """The coefficients, (..., n²) or (..., n², 3)."""
+        return self._c
+
+    @property
+    def order(self) -> int:
+        """The number of bands n."""
+        return self._order
+
+    @property
+    def is_color(self) -> bool:
+        """Whether coefficients are colors."""
+        return self._is_color
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The leading dimensions, those of the batch."""
+        return self._c.shape[: -2 if self._is_color else -1]
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        """float32 or float64."""
+        return self._c.dtype
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Numbers:
+        array = self._c if dtype is None else self._c.astype(dtype, copy=False)
+        return array.copy() if copy else array
+
+    def __repr__(self) -> str:
+        batch = f", shape {self.shape}" if self.shape else ""
+        return f"Sh(order {self._order}, {'rgb ' if self._is_color else ''}{self.dtype}{batch})"
+
+    def __getitem__(self, key: Any) -> Sh:
+        """Functions of the batch: `f[3]`, `f[..., :2]`. Axes of coefficients are kept."""
+        keys = key if isinstance(key, tuple) else (key,)
+        kept = 2 if self._is_color else 1
+        if Ellipsis not in keys:
+            keys = (*keys, Ellipsis)
+        return Sh(self._c[(*keys, *(slice(None),) * kept)])
+
+    def __len__(self) -> int:
+        if not self.shape:
+            raise TypeError("one function has no length")
+        return self.shape[0]
+
+    def __add__(self, other: Sh) -> Sh:
+        if not isinstance(other, Sh):
+            return NotImplemented
+        return Sh(self._c + self._alike(other)._c)
+
+    def __sub__(self, other: Sh) -> Sh:
+        if not isinstance(other, Sh):
+            return NotImplemented
+        return Sh(self._c - self._alike(other)._c)
+
+    def __mul__(self, factor: float) -> Sh:
+        """The function times a number; for products of functions see `product`."""
+        if isinstance(factor, Sh):
+            raise TypeError("expected a number, found functions: their product is a.product(b)")
+        if np.ndim(factor) != 0:
+            raise TypeError("expected a number; for factors of a batch, multiply the coefficients")
+        return Sh((self._c * factor).astype(self.dtype, copy=False))
+
+    __rmul__ = __mul__
+
+    def __neg__(self) -> Sh:
+        return Sh(-self._c)
+
+    # What is done to it
+
+    def eval(self, d: npt.ArrayLike) -> Numbers:
+        """Values towards directions of shape (..., 3), of any length above zero: (batch, ...), for colors (batch, ..., 3)."""
+        unit, shape = directions(d)
+        values = _lobe.eval(self._rows(), self._order, unit)
+        return values.reshape(self.shape + shape + ((3,) if self._is_color else ()))
+
+    def rotate(self, r: npt.ArrayLike) -> Sh:
+        """The functions turned by a rotation matrix R of shape (3, 3): the value at R s is what it was at s."""
+        return self._like(_lobe.rotate(self._rows(), self._order, rotation_matrix(r)), self._order)
+
+    def product(self, other: Sh, order: int | None = None) -> Sh:
+        """The product with other functions, projected onto `order` bands, as many as the larger order unless given.
+
+        Batches broadcast as in numpy, and a function of numbers multiplies each channel of one of colors. Both have one dtype.
+        """
+        if not isinstance(other, Sh):
+            raise TypeError(f"expected functions, found {type(other).__name__}")
+        if self.dtype != other.dtype:
+            raise TypeError(f"expected functions of one dtype, found {self.dtype} and {other.dtype}")
+        out = whole(max(self._order, other._order) if order is None else order, "order", 1, MAX_ORDER)
+        is_color = self._is_color or other._is_color
+        a, b = (f._c if f._is_color or not is_color else np.repeat(f._c[..., None], 3, axis=-1) for f in (self, other))
+        tail = 2 if is_color else 1
+        batch = np.broadcast_shapes(a.shape[:-tail], b.shape[:-tail])
+        pairs = [np.broadcast_to(f, batch + f.shape[-tail:]) for f in (a, b)]
+        joined = np.concatenate(pairs, axis=-tail)
+        rows = np.ascontiguousarray(joined.reshape((-1,) + joined.shape[-tail:]))
+        values = _lobe.product(rows, self._order, out)
+        return Sh(values.reshape(batch + values.shape[1:]))
+
+    def convolve(self, kernel: str | npt.ArrayLike, parameter: float = 0.0) -> Sh:
+        """The convolution with a kernel that is symmetric about its axis.
+
+        `kernel` is "cosine" (clamped; radiance becomes irradiance), "phong" with its exponent as parameter, "ggx" with α in [0, 1] as
+        parameter, the last two of integral 1; or n numbers, the factors √(4π/(2l+1)) h_l of the bands.
+        """
+        if isinstance(kernel, str):
+            parameter = float(parameter)
+            if kernel == "phong" and not (0.0 <= parameter < np.inf):
+                raise ValueError(f"parameter: expected an exponent of 0 or more, found {parameter}")
+            if kernel == "ggx" and not 0.0 <= parameter <= 1.0:
+                raise ValueError(f"parameter: expected α in [0, 1], found {parameter}")
+            factors = _lobe.kernel_factors(kernel, parameter, self._order)
+        else:
+            factors = self._factors(kernel)
+        return self._scaled(factors)
+
+    def window(self, window: str | npt.ArrayLike) -> Sh:
+        """Bands scaled by a window named as in the command, such as "hanning:6" or "lanczos:8", or by n factors."""
+        if isinstance(window, str):
+            return self._scaled(_lobe.window_factors(window, self._order))
+        return self._scaled(self._factors(window))
+
+    def dering(self, method: str = "least-change", of_irradiance: bool = False) -> Sh:
+        """The functions made non-negative by factors of their bands; or such that their irradiance is not negative.
+
+        Methods are named as in the command. The mean stays; a function whose mean is negative, or not finite, is refused.
+        """
+        return self._like(_lobe.dering(self._rows(), self._order, method, bool(of_irradiance)), self._order)
+
+    def exp(self) -> Sh:
+        """e to the functions, projected onto their bands (Ren et al. 2006, on a grid). Refuses coefficients that are not finite."""
+        return self._like(_lobe.exp(self._rows(), self._order), self._order)
+
+    def log(self, clamp: float = LOG_CLAMP) -> Sh:
+        """The logarithm of functions such as visibilities, so that sums of them stand for products; what is below `clamp` times the
+        largest eigenvalue of the product matrix is raised to it. Refuses coefficients that are not finite."""
+        if not 0.0 < clamp <= 1.0:
+            raise ValueError(f"clamp: expected a number above 0, up to 1, found {clamp}")
+        return self._like(_lobe.log(self._rows(), self._order, float(clamp)), self._order)
+
+    def resized(self, order: int) -> Sh:
+        """The functions with as many bands, cut off or filled up with zeros."""
+        order = whole(order, "order", 1, MAX_ORDER)
+        axis = -2 if self._is_color else -1
+        count = min(order, self._order) ** 2
+        shape = list(self._c.shape)
+        shape[axis] = order * order
+        c = np.zeros(shape, self.dtype)
+        kept = (slice(None), slice(count), slice(None)) if self._is_color else (slice(None), slice(count))
+        c[(Ellipsis, *kept[1:])] = self._c[(Ellipsis, *kept[1:])]
+        return Sh(c)
+
+    # What is found in it
+
+    def minimum(self, tolerance: float = 1e-6) -> tuple[Numbers, Numbers]:
+        """The least value of each function, to within `tolerance`, with proof, and a direction in which it is: (...), (..., 3); for colors
+        of each channel, (..., 3), (..., 3, 3). Refuses coefficients that are not finite."""
+        if not (np.isfinite(tolerance) and tolerance > 0):
+            raise ValueError(f"tolerance: expected a number above 0, found {tolerance}")
+        c = np.moveaxis(self._c, -1, -2) if self._is_color else self._c
+        rows = np.ascontiguousarray(c, dtype=np.float64).reshape(-1, self._order**2)
+        values, where = _lobe.minimum(rows, self._order, float(tolerance))
+        shape = c.shape[:-1]
+        return values.reshape(shape), where.reshape((*shape, 3))
+
+    def lights(self, count: int = 1, refine: bool = False) -> Lights:
+        """Directional lights and ambient light that approximate radiance (Sloan 2008), by its irradiance: `count` of them at most; where fewer
+        are found, the rest have no intensity. From order 2 on; refuses coefficients that are not finite."""
+        count = whole(count, "count", 1, 64)
+        rows = self._rows().astype(np.float64, copy=False)
+        found, intensities, ambient = _lobe.lights(rows, self._order, count, bool(refine))
+        tail = (3,) if self._is_color else ()
+        return Lights(
+            found.reshape((*self.shape, count, 3)),
+            intensities.reshape((*self.shape, count, *tail)),
+            ambient.reshape(self.shape + tail),
+        )
+
+    def band_energies(self) -> Numbers:
+        """Σ_m c_lm² of each band: (..., n), for colors (..., n, 3)."""
+        axis = -2 if self._is_color else -1
+        ends = [l * l for l in range(self._order)]
+        return np.add.reduceat(self._c * self._c, ends, axis=axis)
+
+    def mean(self) -> Numbers:
+        """The mean over the sphere, c_00/√4π."""
+        first: Numbers = self._c[..., 0, :] if self._is_color else self._c[..., 0]
+        mean: Numbers = first / self.dtype.type(np.sqrt(4.0 * np.pi))
+        return mean
+
+    # Within
+
+    def _rows(self) -> Numbers:
+        shape = (-1, self._order**2, 3) if self._is_color else (-1, self._order**2)
+        rows = np.ascontiguousarray(self._c)
+        return rows.reshape((int(np.prod(self.shape)), *shape[1:]))
+
+    def _like(self, rows: Numbers, order: int) -> Sh:
+        return Sh(rows.reshape(self.shape + ((order * order, 3) if self._is_color else (order * order,))))
+
+    def _scaled(self, factors: list[float]) -> Sh:
+        return self._like(_lobe.scale_bands(self._rows(), factors), self._order)
+
+    def _factors(self, values: npt.ArrayLike) -> list[float]:
+        array = numbers(values, "factors")
+        if array.shape != (self._order,):
+            raise ValueError(f"factors: expected one for each of {self._order} bands, found an array of shape {array.shape}")
+        factors: list[float] = array.astype(np.float64).tolist()
+        return factors
+
+    def _alike(self, other: Sh) -> Sh:
+        if (self._order, self._is_color) != (other._order, other._is_color):
+            raise ValueError(f"expected functions of one order and kind, found {self!r} and {other!r}")
+        return other

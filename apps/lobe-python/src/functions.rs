@@ -1,0 +1,170 @@
+//! What is done to functions on the sphere, one row of coefficients after the other.
+
+use lobe::sh::{
+    Coefficient, DeringOptions, DeringOutcome, ExpMethod, Expansion as _, Exponential, Real, Rotation,
+    RotationMatrices, ShVec, Window, Zonal, coefficient_count, dering_in_place, product_into, scale_bands_in_place,
+};
+use pyo3::prelude::*;
+
+use crate::rows::{Numbers, RowWork, map_rows, value_error};
+
+struct Rotate<T>(RotationMatrices<T>);
+
+impl<T: Real> RowWork<T> for Rotate<T> {
+    fn run<C: Coefficient<Scalar = T>>(&self, row: &[C], out: &mut [C]) -> Result<(), String> {
+        self.0.apply_into(row, out);
+        Ok(())
+    }
+}
+
+/// Functions turned by a rotation, a matrix whose columns are where the axes go.
+#[pyfunction]
+pub(crate) fn rotate<'py>(
+    py: Python<'py>,
+    c: Numbers<'py>,
+    order: usize,
+    matrix: [[f64; 3]; 3],
+) -> PyResult<Bound<'py, PyAny>> {
+    let rotation = Rotation::from_matrix(matrix).map_err(value_error)?;
+    let (single, double) = (RotationMatrices::new(&rotation, order), RotationMatrices::new(&rotation, order));
+    map_rows(py, &c, coefficient_count(order), (&Rotate(single), &Rotate(double)))
+}
+
+/// Both factors of a product in one row.
+struct Product {
+    first: usize,
+}
+
+impl<T: Real> RowWork<T> for Product {
+    fn run<C: Coefficient<Scalar = T>>(&self, row: &[C], out: &mut [C]) -> Result<(), String> {
+        let (a, b) = row.split_at(self.first);
+        product_into(a, b, out);
+        Ok(())
+    }
+}
+
+/// Products of pairs of functions, `(rows, a² + b²[, 3])`, projected onto `order` bands.
+#[pyfunction]
+pub(crate) fn product<'py>(
+    py: Python<'py>,
+    pairs: Numbers<'py>,
+    first: usize,
+    order: usize,
+) -> PyResult<Bound<'py, PyAny>> {
+    let work = Product { first: coefficient_count(first) };
+    map_rows(py, &pairs, coefficient_count(order), (&work, &work))
+}
+
+/// A factor for each band.
+struct Scale(Vec<f64>);
+
+impl<T: Real> RowWork<T> for Scale {
+    fn run<C: Coefficient<Scalar = T>>(&self, row: &[C], out: &mut [C]) -> Result<(), String> {
+        out.copy_from_slice(row);
+        scale_bands_in_place(out, &self.0);
+        Ok(())
+    }
+}
+
+/// Functions whose bands are multiplied by factors.
+#[pyfunction]
+pub(crate) fn scale_bands<'py>(py: Python<'py>, c: Numbers<'py>, factors: Vec<f64>) -> PyResult<Bound<'py, PyAny>> {
+    let (count, work) = (coefficient_count(factors.len()), Scale(factors));
+    map_rows(py, &c, count, (&work, &work))
+}
+
+/// The factors by which a convolution multiplies bands: `cosine`, `phong` (its exponent) or `ggx` (its α).
+#[pyfunction]
+pub(crate) fn kernel_factors(name: &str, parameter: f64, order: usize) -> PyResult<Vec<f64>> {
+    let kernel = match name {
+        "cosine" => Zonal::clamped_cosine(order),
+        "phong" => Zonal::phong(order, parameter),
+        "ggx" => Zonal::ggx(order, parameter),
+        _ => return Err(value_error(format!("expected the kernel cosine, phong or ggx, found {name:?}"))),
+    };
+    Ok(kernel.convolution_factors())
+}
+
+/// The factors of a window, named as in the command: `hanning:4`.
+#[pyfunction]
+pub(crate) fn window_factors(name: &str, order: usize) -> PyResult<Vec<f64>> {
+    Ok(name.parse::<Window>().map_err(value_error)?.factors(order))
+}
+
+struct Dering(DeringOptions);
+
+impl<T: Real> RowWork<T> for Dering {
+    fn run<C: Coefficient<Scalar = T>>(&self, row: &[C], out: &mut [C]) -> Result<(), String> {
+        out.copy_from_slice(row);
+        match dering_in_place(out, &self.0).outcome {
+            DeringOutcome::Unchanged | DeringOutcome::Windowed => Ok(()),
+            DeringOutcome::MeanNotPositive { channel } => {
+                Err(format!("expected a positive mean, found one of channel {channel} that is not: no window helps"))
+            }
+            DeringOutcome::NotFinite => Err("expected finite coefficients, found one that is not".to_owned()),
+            outcome => Err(format!("the method cannot: {outcome:?}")),
+        }
+    }
+}
+
+/// Functions made non-negative by a method named as in the command; or their irradiance alone.
+#[pyfunction]
+pub(crate) fn dering<'py>(
+    py: Python<'py>,
+    c: Numbers<'py>,
+    order: usize,
+    method: &str,
+    of_irradiance: bool,
+) -> PyResult<Bound<'py, PyAny>> {
+    let kernel = of_irradiance.then(|| Zonal::clamped_cosine(order));
+    let options = DeringOptions::default().method(method.parse().map_err(value_error)?).kernel(kernel);
+    let work = Dering(options);
+    map_rows(py, &c, coefficient_count(order), (&work, &work))
+}
+
+/// A function of the values of each channel, which is computed in double precision.
+fn each_channel<C: Coefficient>(row: &[C], out: &mut [C], f: impl Fn(&ShVec<f64>) -> ShVec<f64>) -> Result<(), String> {
+    if !row.iter().all(|c| (0..C::CHANNELS).all(|k| c.channel(k).to_f64().is_finite())) {
+        return Err("expected finite coefficients, found one that is not".to_owned());
+    }
+    let channels: Vec<ShVec<f64>> = (0..C::CHANNELS)
+        .filter_map(|k| ShVec::from_vec(row.iter().map(|c| c.channel(k).to_f64()).collect()))
+        .map(|channel| f(&channel))
+        .collect();
+    for (i, out) in out.iter_mut().enumerate() {
+        *out = C::from_channels(|k| C::Scalar::from_f64(channels[k].coefficients()[i]));
+    }
+    Ok(())
+}
+
+struct Exp(Exponential);
+
+impl<T: Real> RowWork<T> for Exp {
+    fn run<C: Coefficient<Scalar = T>>(&self, row: &[C], out: &mut [C]) -> Result<(), String> {
+        each_channel(row, out, |f| self.0.of(f))
+    }
+}
+
+/// `exp f` of functions.
+#[pyfunction]
+pub(crate) fn exp<'py>(py: Python<'py>, c: Numbers<'py>, order: usize) -> PyResult<Bound<'py, PyAny>> {
+    let work = Exp(Exponential::new(order, ExpMethod::default()));
+    map_rows(py, &c, coefficient_count(order), (&work, &work))
+}
+
+struct Log {
+    clamp: f64,
+}
+
+impl<T: Real> RowWork<T> for Log {
+    fn run<C: Coefficient<Scalar = T>>(&self, row: &[C], out: &mut [C]) -> Result<(), String> {
+        each_channel(row, out, |f| lobe::sh::logarithm(f, self.clamp))
+    }
+}
+
+/// `log f` of functions that are clamped from below.
+#[pyfunction]
+pub(crate) fn log<'py>(py: Python<'py>, c: Numbers<'py>, order: usize, clamp: f64) -> PyResult<Bound<'py, PyAny>> {
+    let work = Log { clamp };
+    map_rows(py, &c, coefficient_count(order), (&work, &work))
+}

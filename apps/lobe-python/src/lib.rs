@@ -1,0 +1,28 @@
+//! The Python module `lobe._lobe`: kernels of Lobe over numpy arrays, which the package `lobe` wraps.
+//!
+//! Read `rows` first: how an array becomes rows of coefficients, numbers or colors in single or double precision, and how work is done
+//! on all of them without the interpreter's lock. `eval` and `functions` are what is done to functions on the sphere, `search` what
+//! is found in them, `maps` environment maps. The package checks shapes and has the words for users.
+
+#![expect(clippy::needless_pass_by_value, reason = "Python hands arguments over by value")]
+
+mod eval;
+mod functions;
+mod maps;
+mod rows;
+mod search;
+
+use pyo3::prelude::*;
+
+/// Kernels over arrays whose shapes the package `lobe` has checked.
+#[pymodule]
+mod _lobe {
+    #[pymodule_export]
+    use crate::eval::eval;
+    #[pymodule_export]
+    use crate::functions::{dering, exp, kernel_factors, log, product, rotate, scale_bands, window_factors};
+    #[pymodule_export]
+    use crate::maps::{Map, bundled, load, reconstruct, sky};
+    #[pymodule_export]
+    use crate::search::{lights, minimum};
+}

@@ -1,0 +1,116 @@
+//! What is found in functions on the sphere.
+
+use lobe::sh::{
+    Coefficient, LightFit, LightFitOptions, Rgb, ShVec, certified_minimum, coefficient_count, extract_lights,
+};
+use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
+use pyo3::prelude::*;
+use rayon::prelude::*;
+
+use crate::rows::{array_of, contiguous, shape_error, value_error};
+
+/// Functions that are searched before the interpreter may stop the search.
+const SEARCHED_TOGETHER: usize = 64;
+
+/// An array of double precision.
+type Doubles<'py> = Bound<'py, PyArrayDyn<f64>>;
+
+/// Least values of functions `(rows, n²)`, and where they are: `(rows)`, `(rows, 3)`.
+#[pyfunction]
+pub(crate) fn minimum<'py>(
+    py: Python<'py>,
+    c: PyReadonlyArrayDyn<'py, f64>,
+    order: usize,
+    tolerance: f64,
+) -> PyResult<(Doubles<'py>, Doubles<'py>)> {
+    let found = search(py, contiguous(&c)?, order, |f| {
+        let least = certified_minimum(f, tolerance);
+        if least.hi.is_finite() {
+            Ok(least)
+        } else {
+            Err("expected finite coefficients, found one that is not".to_owned())
+        }
+    })?;
+    let values = found.iter().map(|least| least.hi).collect();
+    let directions = found.iter().flat_map(|least| least.dir.to_array()).collect();
+    Ok((array_of(py, values, &[found.len()])?, array_of(py, directions, &[found.len(), 3])?))
+}
+
+/// Directions `(rows, count, 3)`, intensities `(rows, count[, 3])` and ambient light `(rows[, 3])`.
+type Lights<'py> = (Doubles<'py>, Doubles<'py>, Doubles<'py>);
+
+/// Directional lights in functions `(rows, n²)` or `(rows, n², 3)`. Where there are fewer than `count`, the rest have no intensity and
+/// point up.
+#[pyfunction]
+pub(crate) fn lights<'py>(
+    py: Python<'py>,
+    c: PyReadonlyArrayDyn<'py, f64>,
+    order: usize,
+    count: usize,
+    refine: bool,
+) -> PyResult<Lights<'py>> {
+    let options = LightFitOptions::default().count(count).refine(refine);
+    let values = contiguous(&c)?;
+    match *c.shape() {
+        [rows, _] => {
+            let fits = search(py, values, order, |f| fit::<f64>(f, &options))?;
+            let [directions, intensities, ambient] = numbers(&fits, count);
+            Ok((
+                array_of(py, directions, &[rows, count, 3])?,
+                array_of(py, intensities, &[rows, count])?,
+                array_of(py, ambient, &[rows])?,
+            ))
+        }
+        [rows, _, 3] => {
+            let colors: &[Rgb<f64>] = bytemuck::cast_slice(values);
+            let fits = search(py, colors, order, |f| fit::<Rgb<f64>>(f, &options))?;
+            let [directions, intensities, ambient] = numbers(&fits, count);
+            Ok((
+                array_of(py, directions, &[rows, count, 3])?,
+                array_of(py, intensities, &[rows, count, 3])?,
+                array_of(py, ambient, &[rows, 3])?,
+            ))
+        }
+        ref other => Err(shape_error(other)),
+    }
+}
+
+fn fit<C: Coefficient>(f: &[C], options: &LightFitOptions) -> Result<LightFit<C::Wide>, String> {
+    let f = ShVec::from_vec(f.to_vec()).ok_or("expected n² coefficients")?;
+    extract_lights(&f, options).map_err(|error| error.to_string())
+}
+
+/// Searches functions in parallel, without the interpreter's lock.
+fn search<C: Coefficient, F: Send>(
+    py: Python<'_>,
+    functions: &[C],
+    order: usize,
+    work: impl Fn(&[C]) -> Result<F, String> + Sync,
+) -> PyResult<Vec<F>> {
+    let count = coefficient_count(order).max(1);
+    let mut all = Vec::with_capacity(functions.len() / count);
+    for part in functions.chunks(count * SEARCHED_TOGETHER) {
+        py.check_signals()?;
+        let found: Vec<Result<F, String>> = py.detach(|| part.par_chunks_exact(count).map(&work).collect());
+        for found in found {
+            let row = all.len();
+            all.push(found.map_err(|fault| value_error(format!("function {row}: {fault}")))?);
+        }
+    }
+    Ok(all)
+}
+
+/// Directions, intensities and ambient light of fits, `count` lights each.
+fn numbers<C: Coefficient<Scalar = f64>>(fits: &[LightFit<C>], count: usize) -> [Vec<f64>; 3] {
+    let channels = |c: C| (0..C::CHANNELS).map(move |k| c.channel(k));
+    let (mut directions, mut intensities, mut ambient) = (Vec::new(), Vec::new(), Vec::new());
+    for fit in fits {
+        for k in 0..count {
+            let light = fit.lights.get(k);
+            directions.extend(light.map_or([0.0, 0.0, 1.0], |light| light.dir.to_array()));
+            intensities.extend(channels(light.map_or(C::ZERO, |light| light.intensity)));
+        }
+        ambient.extend(channels(fit.ambient));
+    }
+    [directions, intensities, ambient]
+}

@@ -1,0 +1,102 @@
+"""Arrays of every kind: what is taken, and what is refused in which words."""
+
+import numpy as np
+import pytest
+
+import lobe
+
+
+def test_arrays_of_any_layout_have_the_same_values():
+    c = np.random.default_rng(0).normal(size=(6, 9, 3))
+    expected = lobe.Sh(c).eval([[0, 0, 1], [1, 2, 3]])
+    read_only = c.copy()
+    read_only.flags.writeable = False
+    for other in [np.asfortranarray(c), np.repeat(c, 2, axis=0)[::2], c.astype(">f8"), read_only, c.tolist()]:
+        np.testing.assert_array_equal(lobe.Sh(other).eval([[0, 0, 1], [1, 2, 3]]), expected)
+
+
+def test_empty_batches_have_empty_results():
+    f = lobe.Sh(np.zeros((0, 4, 9, 3), np.float32))
+    assert f.eval([0, 0, 1]).shape == (0, 4, 3) and f.rotate(np.eye(3)).shape == (0, 4)
+    assert f.product(f).shape == (0, 4) and f.dering().shape == (0, 4) and f.exp().shape == (0, 4)
+    assert f.minimum()[0].shape == (0, 4, 3) and f.lights().ambient.shape == (0, 4, 3)
+    assert lobe.Sh(np.ones(9)).eval(np.zeros((0, 3))).shape == (0,)
+
+
+def test_integers_are_numbers():
+    assert lobe.Sh([1, 0, 0, 0]).dtype == np.float64
+
+
+@pytest.mark.parametrize("values", [["a"] * 4, [None] * 4, [1j] * 4, [True] * 4, np.zeros(4, np.float16), np.zeros(4, "M8[s]")])
+def test_what_is_no_number_is_a_type_error(values):
+    with pytest.raises(TypeError, match="expected numbers of float32 or float64"):
+        lobe.Sh(values)
+
+
+@pytest.mark.parametrize(
+    ("shape", "message"),
+    [((), "found a number"), ((5,), "found 5"), ((2, 8), "found 8"), ((4, 2), "found 2"), ((0,), "found 0"), ((65**2,), "4225")],
+)
+def test_what_is_no_expansion_is_a_value_error(shape, message):
+    with pytest.raises(ValueError, match=message):
+        lobe.Sh(np.zeros(shape))
+
+
+def test_arguments_at_fault_say_what_was_expected():
+    f = lobe.Sh(np.ones(9))
+    for call, error, message in [
+        (lambda: f.eval([1, 2]), ValueError, r"shape \(..., 3\)"),
+        (lambda: f.eval([0, 0, 0]), ValueError, "vectors with a length"),
+        (lambda: f.eval([np.nan, 0, 1]), ValueError, "vectors with a length"),
+        (lambda: f.rotate(np.eye(2)), ValueError, r"shape \(3, 3\)"),
+        (lambda: f.rotate(2 * np.eye(3)), ValueError, "rotation"),
+        (lambda: f.rotate(np.full((3, 3), np.nan)), ValueError, "finite"),
+        (lambda: f.product(np.ones(9)), TypeError, "expected functions"),
+        (lambda: f.product(lobe.Sh(np.ones(9, np.float32))), TypeError, "one dtype"),
+        (lambda: f.product(f, 0), ValueError, "order: expected 1 to 64"),
+        (lambda: f.product(f, 2.0), TypeError, "whole number"),
+        (lambda: f.convolve("box"), ValueError, "cosine, phong or ggx"),
+        (lambda: f.convolve("ggx", 2), ValueError, r"α in \[0, 1\]"),
+        (lambda: f.convolve("phong", -1), ValueError, "exponent"),
+        (lambda: f.convolve([1, 1]), ValueError, "each of 3 bands"),
+        (lambda: f.window("hanning"), ValueError, "hanning"),
+        (lambda: f.dering("magic"), ValueError, "least-change"),
+        (lambda: f.log(0), ValueError, "clamp"),
+        (lambda: f.minimum(0), ValueError, "tolerance"),
+        (lambda: f.lights(0), ValueError, "count"),
+        (lambda: lobe.Sh([1.0]).lights(), ValueError, "order"),
+        (lambda: f + lobe.Sh(np.ones(4)), ValueError, "one order"),
+        (lambda: f * f, TypeError, "product"),
+        (lambda: len(f), TypeError, "no length"),
+    ]:
+        with pytest.raises(error, match=message):
+            call()
+
+
+def test_coefficients_that_are_not_finite_go_through_or_are_refused():
+    c = np.ones((3, 9))
+    c[1, 4] = np.nan
+    f = lobe.Sh(c)
+    values = f.eval([0.1, 0.2, 0.3])
+    assert np.isnan(values[1]) and np.isfinite(values[[0, 2]]).all(), "only its own function"
+    for call in [f.exp, f.log, f.minimum, f.lights, f.dering]:
+        with pytest.raises(ValueError, match="function 1.*finite|finite.*function 1"):
+            call()
+
+
+def test_buffers_of_other_libraries_enter_by_dlpack():
+    class Buffer:
+        """As a tensor of torch or jax: no numpy array, but one that speaks DLPack."""
+
+        def __init__(self, array):
+            self.array = array
+
+        def __dlpack__(self, **options):
+            return self.array.__dlpack__(**options)
+
+        def __dlpack_device__(self):
+            return self.array.__dlpack_device__()
+
+    c = np.random.default_rng(2).normal(size=(4, 9)).astype(np.float32)
+    f = lobe.Sh(Buffer(c))
+    assert f.dtype == np.float32 and np.shares_memory(f.coefficients, c), "nothing is copied"
