@@ -2,12 +2,14 @@
 //!
 //! Read `rows` first: how an array becomes rows of coefficients, numbers or colors in single or double precision, and how work is done
 //! on all of them without the interpreter's lock. `eval` and `functions` are what is done to functions on the sphere, `search` what
-//! is found in them, `maps` environment maps. The package checks shapes and has the words for users.
+//! is found in them, `maps` environment maps, `bakes` what scenes do to light, by `job`. The package checks shapes and has the words for users.
 
 #![expect(clippy::needless_pass_by_value, reason = "Python hands arguments over by value")]
 
+mod bakes;
 mod eval;
 mod functions;
+mod job;
 mod maps;
 mod rows;
 mod search;
@@ -17,6 +19,10 @@ use pyo3::prelude::*;
 /// Kernels over arrays whose shapes the package `lobe` has checked.
 #[pymodule]
 mod _lobe {
+    use super::*;
+
+    #[pymodule_export]
+    use crate::bakes::{Bake, Transfer, load_transfer};
     #[pymodule_export]
     use crate::eval::eval;
     #[pymodule_export]
@@ -25,4 +31,10 @@ mod _lobe {
     use crate::maps::{Map, bundled, load, reconstruct, sky};
     #[pymodule_export]
     use crate::search::{lights, minimum};
+
+    /// The version of Lobe.
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
 }

@@ -1,66 +1,34 @@
 //! Environment maps.
 
-use std::error::Error;
-use std::io;
-use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 use lobe::env::{
-    EnvError, Ground, MappedMap, Mapping, PictureWriteOptions, PreethamSky, PrefilterOptions, Resample, SunOptions,
+    Ground, MappedMap, Mapping, PictureWriteOptions, PreethamSky, PrefilterOptions, Resample, SunOptions,
     bundled as bundled_maps, cube_source, extract_sun, irradiance_map, prefilter_ggx, project_map, resample, sky_map,
     write_env,
 };
-use lobe::io::{Job, Progress};
 use lobe::sh::{Dir, Expansion as _, Rgb, Rotation, ShVec};
 use numpy::{PyArrayDyn, PyReadonlyArray2, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
-use pyo3::exceptions::{PyKeyboardInterrupt, PyOSError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
+use crate::job::{error_of, watched};
 use crate::rows::{array_of, contiguous, value_error};
 
 /// An environment map in one of the mappings.
 #[pyclass(frozen, module = "lobe")]
 pub(crate) struct Map(MappedMap);
 
-/// A `ValueError`, or an `OSError` where the system refused.
-fn map_error(error: EnvError) -> PyErr {
-    if Error::source(&error).is_some_and(<dyn Error>::is::<io::Error>) {
-        return PyOSError::new_err(error.to_string());
-    }
-    value_error(error)
-}
-
 fn mapping_of(name: &str) -> PyResult<Mapping> {
     Mapping::from_name(name)
         .ok_or_else(|| value_error(format!("expected a mapping such as lat-long or cube, found {name:?}")))
 }
 
-/// Does work that takes a job, which Ctrl-C cancels.
-#[expect(clippy::redundant_closure_for_method_calls, reason = "the method alone is of one lifetime, not of any")]
-fn watched<T: Send>(py: Python<'_>, work: impl FnOnce(Job<'_>) -> Result<T, EnvError> + Send) -> PyResult<T> {
-    let mut interrupt = None;
-    let done = py.detach(|| {
-        let mut watch = |_: &Progress| match Python::attach(|py| py.check_signals()) {
-            Ok(()) => ControlFlow::Continue(()),
-            Err(error) => {
-                interrupt = Some(error);
-                ControlFlow::Break(())
-            }
-        };
-        work(Job::default().watched_by(&mut watch))
-    });
-    match (done, interrupt) {
-        (Ok(done), _) => Ok(done),
-        (Err(EnvError::Cancelled), interrupt) => Err(interrupt.unwrap_or_else(|| PyKeyboardInterrupt::new_err(()))),
-        (Err(error), _) => Err(map_error(error)),
-    }
-}
-
 /// A map from a file.
 #[pyfunction]
 pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<Map> {
-    py.detach(|| MappedMap::load(path)).map(Map).map_err(map_error)
+    py.detach(|| MappedMap::load(path)).map(Map).map_err(|error| error_of(&error))
 }
 
 /// A map that comes with Lobe.
@@ -78,7 +46,7 @@ pub(crate) fn bundled(name: &str) -> PyResult<Map> {
 #[pyfunction]
 pub(crate) fn sky(py: Python<'_>, sun: [f64; 3], turbidity: f64, albedo: [f64; 3], height: usize) -> PyResult<Map> {
     let sun = Dir::new(sun).ok_or_else(|| value_error("expected a direction, found a vector without one"))?;
-    let sky = PreethamSky::new(turbidity, sun).map_err(map_error)?;
+    let sky = PreethamSky::new(turbidity, sun).map_err(|error| error_of(&error))?;
     if height == 0 || height > 8192 {
         return Err(value_error(format!("expected a height of 1 to 8192 texels, found {height}")));
     }
@@ -109,7 +77,7 @@ impl Map {
             )));
         };
         let colors = bytemuck::cast_slice(contiguous(&texels)?).to_vec();
-        MappedMap::new(mapping_of(mapping)?, width, height, colors).map(Self).map_err(map_error)
+        MappedMap::new(mapping_of(mapping)?, width, height, colors).map(Self).map_err(|error| error_of(&error))
     }
 
     /// The name of the mapping.
@@ -162,14 +130,14 @@ impl Map {
         if let Some(matrix) = rotation {
             to = to.rotated(Rotation::from_matrix(matrix).map_err(value_error)?);
         }
-        watched(py, |job| resample(&self.0, &to, job)).map(Self)
+        watched(py, None, None, |job| resample(&self.0, &to, job)).map(Self)
     }
 
     /// Prefiltered for GGX: cubes of falling size.
     fn prefilter(&self, py: Python<'_>, size: usize, last_size: usize) -> PyResult<Vec<Self>> {
         let options = PrefilterOptions::default().size(size).last_size(last_size);
-        let cube = watched(py, |job| cube_source(&self.0, size, job))?;
-        let chain = watched(py, |job| prefilter_ggx(&cube, &options, job))?;
+        let cube = watched(py, None, None, |job| cube_source(&self.0, size, job))?;
+        let chain = watched(py, None, None, |job| prefilter_ggx(&cube, &options, job))?;
         Ok(chain.levels().iter().map(|level| Self((**level).clone())).collect())
     }
 
@@ -191,6 +159,6 @@ impl Map {
     /// Writes a picture; its ending says the format.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let written = py.detach(|| write_env(path, &self.0, &PictureWriteOptions::default()));
-        written.map(drop).map_err(|error| map_error(error.into()))
+        written.map(drop).map_err(|error| error_of(&error))
     }
 }

@@ -12,7 +12,22 @@ Directions are right-handed with +z up; order n means n bands, n² coefficients.
 irradiance E is what a surface receives in all and never includes 1/π.
 """
 
+from ._bake import BakeOptions, BakeReport, Transfer, bake, merge
 from ._env import EnvMap, Sun, project, reconstruct
+from ._lobe import __version__
 from ._sh import Lights, Sh
 
-__all__ = ["EnvMap", "Lights", "Sh", "Sun", "project", "reconstruct"]
+__all__ = [
+    "BakeOptions",
+    "BakeReport",
+    "EnvMap",
+    "Lights",
+    "Sh",
+    "Sun",
+    "Transfer",
+    "__version__",
+    "bake",
+    "merge",
+    "project",
+    "reconstruct",
+]

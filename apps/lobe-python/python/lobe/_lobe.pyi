@@ -1,11 +1,13 @@
 """Kernels of Lobe; arrays are contiguous, and their shapes are those that the package makes."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, final
 
 import numpy as np
 import numpy.typing as npt
+
+__version__: str
 
 Numbers = npt.NDArray[Any]
 Doubles = npt.NDArray[np.float64]
@@ -26,6 +28,39 @@ def load(path: str | os.PathLike[str]) -> Map: ...
 def bundled(name: str) -> Map: ...
 def sky(sun: Sequence[float], turbidity: float, albedo: Sequence[float], height: int) -> Map: ...
 def reconstruct(c: Doubles, width: int, height: int) -> Map: ...
+def load_transfer(path: str | os.PathLike[str]) -> Transfer: ...
+@final
+class Bake:
+    def __new__(
+        cls,
+        scene: str | os.PathLike[str],
+        mode: str,
+        order: int,
+        samples: int,
+        bounces: int,
+        energy_stop: float,
+        seed: int,
+        demodulated: bool,
+    ) -> Bake: ...
+    @property
+    def vertices(self) -> int: ...
+    def write(self, output: str | os.PathLike[str], progress: Callable[[int, int], object] | None) -> Any: ...
+    def write_shard(
+        self, output: str | os.PathLike[str], number: int, count: int, progress: Callable[[int, int], object] | None
+    ) -> Any: ...
+    def merge(
+        self,
+        parts: Sequence[str | os.PathLike[str]],
+        output: str | os.PathLike[str],
+        progress: Callable[[int, int], object] | None,
+    ) -> Any: ...
+@final
+class Transfer:
+    @property
+    def order(self) -> int: ...
+    def __len__(self) -> int: ...
+    def coefficients(self) -> npt.NDArray[np.float32] | None: ...
+    def exit_radiance(self, light: Doubles) -> npt.NDArray[np.float32]: ...
 @final
 class Map:
     def __new__(cls, texels: npt.NDArray[np.float32], mapping: str) -> Map: ...

@@ -1,0 +1,219 @@
+"""Bakes on many machines, by Dask: `bake` here, or `python -m lobe.distributed SCENE --scheduler tcp://HOST:PORT -o baked.glb`.
+
+A bake is cut into shards, each a task. Dask gives them to workers, to others if a worker dies, and to those that join late; the scene is sent to
+each worker once. What comes back is kept in a folder beside the output, so that a bake whose client or scheduler died goes on from there, and the
+shards are put together to the bytes that one machine alone writes. Needs `pip install distributed`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import os
+import sys
+import tempfile
+from collections.abc import Callable
+from contextlib import nullcontext
+from dataclasses import asdict, fields
+from typing import TYPE_CHECKING, Any
+
+from . import __version__
+from ._arrays import whole
+from ._bake import BakeOptions, BakeReport, Path, merge
+from ._bake import bake as bake_here
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+RETRIES = 3
+"""Times that a shard is tried again after an error. A worker that dies counts nothing here: Dask has a limit of its own."""
+
+SHARDS_PER_THREAD = 4
+"""Shards for each thread that a bake finds: what the last ones leave idle is a quarter of a share."""
+
+WHOLE_FILES = (".glb", ".vrm", ".ply")
+"""Files that name no others, so that their bytes are the scene. Others are read by workers under the same path."""
+
+
+def bake(
+    scene: Path,
+    output: Path,
+    options: BakeOptions | None = None,
+    *,
+    client: Client | None = None,
+    shards: int | None = None,
+    progress: Callable[[int, int], object] | None = None,
+) -> BakeReport:
+    """Bakes on the workers of a Dask client, and writes the bytes of `lobe.bake`.
+
+    Without a client a cluster of one process for each processor of this machine is started. A .glb, .vrm or .ply is sent to the workers; of other
+    scenes they read the files under the same path, as on a file system that they share. `progress(done, shards)` is called for each shard.
+
+    Shards that were done stay in the folder `OUTPUT.shards` until all are there; the same bake takes them up, with as many shards as before.
+    """
+    options = options or BakeOptions()
+    scene, output = os.fspath(scene), os.fspath(output)
+    # Refuse what could not be baked or written, before anything is sent.
+    vertices = options.of(scene).vertices
+    if options.mode == "glossy" and not output.endswith(".safetensors"):
+        raise ValueError(f"{output}: glossy transfer is written as .safetensors")
+    if not output.endswith((".glb", ".safetensors")):
+        raise ValueError(f"{output}: expected a name that ends in .glb or .safetensors")
+    with _client(client) as client, client.as_current():
+        if shards is None:
+            shards = SHARDS_PER_THREAD * max(1, sum(client.nthreads().values()))
+        shards = min(whole(shards, "shards", 1, 1 << 20), max(1, vertices))
+        parts = _Parts(output, _identity(scene, options, shards), shards)
+        _bake_missing(client, scene, options, parts, progress)
+    report = merge(scene, parts.paths(), output, options)
+    parts.remove()
+    return report
+
+
+def _client(client: Client | None) -> Any:
+    """The client as it is, or one of a cluster on this machine that ends with it."""
+    if client is not None:
+        return nullcontext(client)
+    from distributed import Client, LocalCluster
+
+    cluster = LocalCluster(n_workers=os.cpu_count() or 1, threads_per_worker=1, host="127.0.0.1", dashboard_address=None)
+    return Client(cluster, set_as_default=False)
+
+
+def _identity(scene: str, options: BakeOptions, shards: int) -> str:
+    """A name for this work: shards of other work are not taken for its own."""
+    digest = hashlib.blake2b(digest_size=8)
+    digest.update(repr((__version__, sorted(asdict(options).items()), shards, os.path.basename(scene))).encode())
+    if os.path.isfile(scene):
+        with open(scene, "rb") as file:
+            digest.update(hashlib.file_digest(file, "blake2b").digest() if hasattr(hashlib, "file_digest") else file.read())
+    return digest.hexdigest()
+
+
+class _Parts:
+    """The files of shards in a folder beside the output."""
+
+    def __init__(self, output: str, identity: str, count: int) -> None:
+        self.folder, self.identity, self.count = f"{output}.shards", identity, count
+        os.makedirs(self.folder, exist_ok=True)
+
+    def path(self, number: int) -> str:
+        return os.path.join(self.folder, f"{self.identity}-{number}-of-{self.count}.safetensors")
+
+    def paths(self) -> list[str]:
+        return [self.path(number) for number in range(1, self.count + 1)]
+
+    def missing(self) -> list[int]:
+        return [number for number in range(1, self.count + 1) if not os.path.exists(self.path(number))]
+
+    def keep(self, number: int, part: bytes) -> None:
+        """Writes a shard; until it is whole nothing has its name."""
+        staged = f"{self.path(number)}.{os.getpid()}"
+        try:
+            with open(staged, "wb") as file:
+                file.write(part)
+                file.flush()
+                os.fsync(file.fileno())
+            os.replace(staged, self.path(number))
+        finally:
+            if os.path.exists(staged):
+                os.remove(staged)
+
+    def remove(self) -> None:
+        """Takes the shards of this work away, and the folder if nothing else is in it."""
+        for path in self.paths():
+            os.remove(path)
+        if not os.listdir(self.folder):
+            os.rmdir(self.folder)
+
+
+def _bake_missing(
+    client: Client, scene: str, options: BakeOptions, parts: _Parts, progress: Callable[[int, int], object] | None
+) -> None:
+    from distributed import as_completed
+
+    missing = parts.missing()
+    if progress is not None:
+        progress(parts.count - len(missing), parts.count)
+    if not missing:
+        return
+    sent: Any = None
+    if scene.endswith(WHOLE_FILES) and not scene.startswith("built-in:"):
+        with open(scene, "rb") as file:
+            sent = client.scatter(file.read(), broadcast=True, hash=True)
+    elif not scene.startswith("built-in:"):
+        scene = os.path.abspath(scene)
+    arguments = (sent, scene, asdict(options), parts.identity, __version__)
+    futures = {
+        client.submit(
+            bake_shard, *arguments, number, parts.count, key=f"lobe-{parts.identity}-{number}", pure=False, retries=RETRIES
+        ): number
+        for number in missing
+    }
+    try:
+        left = len(missing)
+        for future in as_completed(list(futures)):
+            parts.keep(futures[future], future.result())
+            # The bytes are on this disk now; the worker may forget them.
+            future.release()
+            left -= 1
+            if progress is not None:
+                progress(parts.count - left, parts.count)
+    finally:
+        client.cancel([future for future in futures if not future.done()])
+
+
+def bake_shard(
+    sent: bytes | None, scene: str, options: dict[str, Any], identity: str, version: str, number: int, count: int
+) -> bytes:
+    """The task of a worker: a shard as the bytes of its file."""
+    if version != __version__:
+        raise RuntimeError(f"this worker has lobe {__version__} and the client has {version}: install one version on all machines")
+    with tempfile.TemporaryDirectory(prefix="lobe-") as folder:
+        if sent is not None:
+            # The file's name is in the recipe, and its ending says what it is.
+            scene = os.path.join(folder, os.path.basename(scene))
+            with open(scene, "wb") as file:
+                file.write(sent)
+        part = os.path.join(folder, f"{identity}.safetensors")
+        bake_here(scene, part, BakeOptions(**options), shard=(number, count))
+        with open(part, "rb") as file:
+            return file.read()
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """The command; errors are one line, and exit code 2."""
+    parser = argparse.ArgumentParser(prog="python -m lobe.distributed", description="Bake a scene on the workers of a Dask scheduler.")
+    parser.add_argument("scene", help="a .glb, .gltf, .obj or .ply file, or built-in:NAME")
+    parser.add_argument("-o", "--output", required=True, help="a .glb or .safetensors file")
+    parser.add_argument("--scheduler", help="its address, such as tcp://10.0.0.1:8786 [default: a cluster on this machine]")
+    parser.add_argument("--shards", type=int, help=f"parts of the work [default: {SHARDS_PER_THREAD} for each thread]")
+    for field in fields(BakeOptions):
+        name = "--" + field.name.replace("_", "-")
+        parser.add_argument(name, type=type(field.default), default=field.default, help=f"[default: {field.default}]")
+    given = parser.parse_args(arguments)
+    options = {field.name: getattr(given, field.name) for field in fields(BakeOptions)}
+
+    def tell(done: int, count: int) -> None:
+        print(f"progress: {done} of {count} shards", file=sys.stderr)
+
+    try:
+        from distributed import Client
+
+        client = None if given.scheduler is None else Client(given.scheduler, timeout=10, set_as_default=False)
+        try:
+            bake(given.scene, given.output, BakeOptions(**options), client=client, shards=given.shards, progress=tell)
+        finally:
+            if client is not None:
+                client.close()
+    except ModuleNotFoundError as error:
+        print(f"error: {error}; pip install distributed", file=sys.stderr)
+        return 2
+    except (OSError, RuntimeError, TypeError, ValueError) as error:
+        print(f"error: {' '.join(str(error).split())}", file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,83 @@
+//! Long work: progress to a callable of Python, and Ctrl-C.
+
+use std::error::Error;
+use std::io;
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use lobe::io::{Job, Progress};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyOSError};
+use pyo3::prelude::*;
+
+use crate::rows::value_error;
+
+/// An error of the library, which may be that its work was stopped.
+pub(crate) trait WorkError: Error + Send + 'static {
+    fn is_cancelled(&self) -> bool;
+}
+
+impl WorkError for lobe::env::EnvError {
+    fn is_cancelled(&self) -> bool {
+        matches!(self, Self::Cancelled)
+    }
+}
+
+impl WorkError for lobe::prt::PrtError {
+    fn is_cancelled(&self) -> bool {
+        matches!(self, Self::Cancelled)
+    }
+}
+
+impl WorkError for lobe::io::IoError {
+    fn is_cancelled(&self) -> bool {
+        matches!(self, Self::Cancelled)
+    }
+}
+
+/// An error as Python has it: `OSError` where the system refused, else `ValueError`.
+pub(crate) fn error_of(error: &(dyn Error + 'static)) -> PyErr {
+    let mut cause = error.source();
+    while let Some(inner) = cause {
+        if inner.is::<io::Error>() {
+            return PyOSError::new_err(error.to_string());
+        }
+        cause = inner.source();
+    }
+    value_error(error)
+}
+
+/// Does work without the interpreter's lock. `progress(done, total)` is called now and then, if there is one; what it raises stops
+/// the work, as Ctrl-C does.
+pub(crate) fn watched<T: Send, E: WorkError>(
+    py: Python<'_>,
+    progress: Option<&Py<PyAny>>,
+    checkpoint: Option<&Path>,
+    work: impl FnOnce(Job<'_>) -> Result<T, E> + Send,
+) -> PyResult<T> {
+    let mut raised = None;
+    let done = py.detach(|| {
+        let mut watch = |state: &Progress| {
+            let told = Python::attach(|py| {
+                py.check_signals()?;
+                progress.map_or(Ok(()), |call| call.call1(py, (state.done, state.total)).map(drop))
+            });
+            match told {
+                Ok(()) => ControlFlow::Continue(()),
+                Err(error) => {
+                    raised = Some(error);
+                    ControlFlow::Break(())
+                }
+            }
+        };
+        let job = Job::default().watched_by(&mut watch);
+        work(match checkpoint {
+            Some(path) => job.kept_in(path),
+            None => job,
+        })
+    });
+    match (done, raised) {
+        (Ok(done), _) => Ok(done),
+        (Err(error), raised) if error.is_cancelled() => Err(raised.unwrap_or_else(|| PyKeyboardInterrupt::new_err(()))),
+        (Err(error), _) => Err(error_of(&error)),
+    }
+}

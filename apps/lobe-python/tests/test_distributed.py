@@ -1,0 +1,189 @@
+"""Bakes on Dask, with real processes on the loopback interface that are killed, join late and are of other versions."""
+
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+import lobe
+
+distributed = pytest.importorskip("distributed", reason="dask's distributed is not installed")
+
+import lobe.distributed as on_dask  # noqa: E402
+
+# Warnings of Dask about its own processes, which are killed here on purpose.
+pytestmark = pytest.mark.filterwarnings("ignore")
+
+OPTIONS = lobe.BakeOptions(mode="shadowed", order=3, samples=64)
+SCENE = "built-in:ball"
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    path = tmp_path_factory.mktemp("whole") / "o.safetensors"
+    lobe.bake(SCENE, path, OPTIONS)
+    return path.read_bytes()
+
+
+class Processes:
+    """A scheduler and workers, each a process of its own."""
+
+    def __init__(self, folder):
+        self.folder, self.all = folder, []
+        self.file = str(folder / "scheduler.json")
+        self.scheduler = self.start("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard")
+
+    def start(self, kind, *arguments, path=None):
+        environment = dict(os.environ)
+        if path is not None:
+            environment["PYTHONPATH"] = os.pathsep.join([str(path), environment.get("PYTHONPATH", "")])
+        command = [sys.executable, "-m", "distributed.cli.dask_" + kind, "--scheduler-file", self.file, *arguments]
+        process = subprocess.Popen(command, cwd=self.folder, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.all.append(process)
+        return process
+
+    def worker(self, **options):
+        return self.start("worker", "--host", "127.0.0.1", "--nthreads", "1", "--no-dashboard", "--no-nanny", **options)
+
+    def client(self):
+        deadline = time.monotonic() + 60
+        while not os.path.exists(self.file):
+            assert time.monotonic() < deadline, "the scheduler did not start"
+            time.sleep(0.05)
+        return distributed.Client(scheduler_file=self.file, set_as_default=False, timeout=60)
+
+    def stop(self):
+        for process in self.all:
+            process.kill()
+        for process in self.all:
+            process.wait()
+
+
+@pytest.fixture
+def processes(tmp_path):
+    started = Processes(tmp_path)
+    yield started
+    started.stop()
+
+
+def test_a_bake_on_two_workers_has_the_bytes_of_one_machine(processes, tmp_path, whole):
+    for _ in range(2):
+        processes.worker()
+    with processes.client() as client:
+        client.wait_for_workers(2, timeout=60)
+        for shards in [1, 3, 7]:
+            told = []
+            on_dask.bake(SCENE, tmp_path / "o.safetensors", OPTIONS, client=client, shards=shards, progress=lambda d, n: told.append((d, n)))
+            assert (tmp_path / "o.safetensors").read_bytes() == whole, f"{shards} shards"
+            assert told == [(d, shards) for d in range(shards + 1)]
+    assert not (tmp_path / "o.safetensors.shards").exists()
+
+
+def test_a_file_is_sent_to_workers_that_do_not_have_it(processes, tmp_path):
+    (tmp_path / "here").mkdir()
+    scene = tmp_path / "here" / "s.ply"
+    scene.write_text(
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 2\n"
+        "property list uchar int vertex_indices\nend_header\n-1 -1 0\n1 -1 0\n1 1 0\n-1 1 0\n3 0 1 2\n3 0 2 3\n"
+    )
+    lobe.bake(scene, tmp_path / "whole.glb", OPTIONS)
+    processes.worker()
+    with processes.client() as client:
+        client.wait_for_workers(1, timeout=60)
+        on_dask.bake(scene, tmp_path / "o.glb", OPTIONS, client=client, shards=2)
+    assert (tmp_path / "o.glb").read_bytes() == (tmp_path / "whole.glb").read_bytes()
+
+
+def test_a_worker_that_is_killed_in_the_middle_and_one_that_joins_late_change_no_byte(processes, tmp_path, whole):
+    victim = processes.worker()
+    with processes.client() as client:
+        client.wait_for_workers(1, timeout=60)
+
+        def disturb(done, shards):
+            if done == 2:
+                victim.send_signal(signal.SIGKILL)
+                victim.wait()
+                processes.worker()
+
+        on_dask.bake(SCENE, tmp_path / "o.safetensors", OPTIONS, client=client, shards=8, progress=disturb)
+    assert (tmp_path / "o.safetensors").read_bytes() == whole
+
+
+def test_a_bake_whose_scheduler_died_goes_on_with_another(processes, tmp_path, whole):
+    processes.worker()
+    output = tmp_path / "o.safetensors"
+    with processes.client() as client:
+        client.wait_for_workers(1, timeout=60)
+
+        def die(done, shards):
+            if done == 3:
+                processes.stop()
+                raise ConnectionError("the scheduler is gone")
+
+        with pytest.raises(ConnectionError):
+            on_dask.bake(SCENE, output, OPTIONS, client=client, shards=6, progress=die)
+    assert not output.exists() and len(list((tmp_path / "o.safetensors.shards").iterdir())) == 3
+    (tmp_path / "again").mkdir()
+    again = Processes(tmp_path / "again")
+    try:
+        again.worker()
+        with again.client() as client:
+            told = []
+            on_dask.bake(SCENE, output, OPTIONS, client=client, shards=6, progress=lambda d, n: told.append(d))
+        assert told[0] == 3, "three shards are taken up"
+    finally:
+        again.stop()
+    assert output.read_bytes() == whole
+
+
+def test_a_worker_of_another_version_says_so_in_one_line(processes, tmp_path):
+    # The package once more, with another version.
+    other = tmp_path / "other" / "lobe"
+    shutil.copytree(pathlib.Path(lobe.__file__).parent, other)
+    init = other / "__init__.py"
+    init.write_text(init.read_text() + '\n__version__ = "0.0.1"\n')
+    processes.worker(path=tmp_path / "other")
+    with processes.client() as client:
+        client.wait_for_workers(1, timeout=60)
+        with pytest.raises(RuntimeError, match=r"worker has lobe 0\.0\.1 and the client has .*: install one version"):
+            on_dask.bake(SCENE, tmp_path / "o.safetensors", OPTIONS, client=client, shards=2)
+    assert not (tmp_path / "o.safetensors").exists()
+
+
+def test_the_command_bakes_and_refuses_in_one_line(processes, tmp_path, whole):
+    processes.worker()
+    with processes.client() as client:
+        client.wait_for_workers(1, timeout=60)
+        address = client.scheduler.address
+    options = ["--mode", "shadowed", "--order", "3", "--samples", "64"]
+    output = str(tmp_path / "o.safetensors")
+    assert on_dask.main([SCENE, "-o", output, "--scheduler", address, "--shards", "2", *options]) == 0
+    assert pathlib.Path(output).read_bytes() == whole
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["built-in:moon", "-o", "o.glb"], "error: expected one of ball"),
+        (["none.glb", "-o", "o.glb"], "none.glb"),
+        (["built-in:ball", "-o", "o.png"], "o.png: expected a name"),
+        (["built-in:ball", "-o", "o.glb", "--order", "9"], "order: expected 1 to 8"),
+        (["built-in:ball", "-o", "o.glb", "--scheduler", "tcp://127.0.0.1:1"], "127.0.0.1:1"),
+    ],
+)
+def test_errors_of_the_command_are_one_line(arguments, message, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert on_dask.main(arguments) == 2
+    lines = capsys.readouterr().err.strip().splitlines()
+    assert len(lines) == 1 and message in lines[0], lines
+    assert os.listdir(tmp_path) == [], "nothing is left behind"
+
+
+def test_a_cluster_of_this_machine_needs_no_client(tmp_path, whole):
+    on_dask.bake(SCENE, tmp_path / "o.safetensors", OPTIONS, shards=2)
+    assert (tmp_path / "o.safetensors").read_bytes() == whole
