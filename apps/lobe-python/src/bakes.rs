@@ -39,7 +39,7 @@ fn mode_of(name: &str) -> PyResult<BakeMode> {
 }
 
 /// A scene from a file or from Lobe, and all that a glTF file holds beside it.
-fn read(path: &Path) -> Result<(Scene, Option<GltfDocument>), PrtError> {
+pub(crate) fn read(path: &Path) -> Result<(Scene, Option<GltfDocument>), PrtError> {
     let text = path.display().to_string();
     if let Some(name) = text.strip_prefix(BUILT_IN) {
         let scene = built_in::named(name).ok_or_else(|| {

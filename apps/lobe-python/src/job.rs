@@ -28,6 +28,12 @@ impl WorkError for lobe::prt::PrtError {
     }
 }
 
+impl WorkError for lobe::render::RenderError {
+    fn is_cancelled(&self) -> bool {
+        matches!(self, Self::Cancelled)
+    }
+}
+
 impl WorkError for lobe::io::IoError {
     fn is_cancelled(&self) -> bool {
         matches!(self, Self::Cancelled)

@@ -2,7 +2,8 @@
 //!
 //! Read `rows` first: how an array becomes rows of coefficients, numbers or colors in single or double precision, and how work is done
 //! on all of them without the interpreter's lock. `eval` and `functions` are what is done to functions on the sphere, `search` what
-//! is found in them, `maps` environment maps, `bakes` what scenes do to light, by `job`. The package checks shapes and has the words for users.
+//! is found in them, `maps` environment maps, `bakes` what scenes do to light, by `job`, `pictures` what they
+//! look like. The package checks shapes and has the words for users.
 
 #![expect(clippy::needless_pass_by_value, reason = "Python hands arguments over by value")]
 
@@ -11,6 +12,7 @@ mod eval;
 mod functions;
 mod job;
 mod maps;
+mod pictures;
 mod rows;
 mod search;
 
@@ -29,6 +31,8 @@ mod _lobe {
     use crate::functions::{dering, exp, kernel_factors, log, product, rotate, scale_bands, window_factors};
     #[pymodule_export]
     use crate::maps::{Map, bundled, load, reconstruct, sky};
+    #[pymodule_export]
+    use crate::pictures::{compare, render_baked, render_traced};
     #[pymodule_export]
     use crate::search::{lights, minimum};
 

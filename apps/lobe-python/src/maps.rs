@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use lobe::env::{
-    Ground, MappedMap, Mapping, PictureWriteOptions, PreethamSky, PrefilterOptions, Resample, SunOptions,
+    EnvMap, Ground, MappedMap, Mapping, PictureWriteOptions, PreethamSky, PrefilterOptions, Resample, SunOptions,
     bundled as bundled_maps, cube_source, extract_sun, irradiance_map, prefilter_ggx, project_map, resample, sky_map,
     write_env,
 };
@@ -18,7 +18,20 @@ use crate::rows::{array_of, contiguous, value_error};
 
 /// An environment map in one of the mappings.
 #[pyclass(frozen, module = "lobe")]
-pub(crate) struct Map(MappedMap);
+pub(crate) struct Map(pub(crate) MappedMap);
+
+impl Map {
+    /// The map as a lat-long one, about as fine.
+    pub(crate) fn to_lat_long(&self, py: Python<'_>) -> PyResult<EnvMap> {
+        if self.0.mapping() == Mapping::LatLong {
+            return self.0.clone().into_env_map().map_err(|error| error_of(&error));
+        }
+        // A face of a cube is a quarter of the horizon; other mappings are about as wide as half of it.
+        let width = 4 * self.0.width();
+        let to = Resample::to(Mapping::LatLong, width, Mapping::LatLong.height_for(width));
+        watched(py, None, None, |job| resample(&self.0, &to, job)?.into_env_map())
+    }
+}
 
 fn mapping_of(name: &str) -> PyResult<Mapping> {
     Mapping::from_name(name)

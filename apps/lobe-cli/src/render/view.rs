@@ -4,15 +4,10 @@ use std::str::FromStr;
 
 use anyhow::bail;
 use clap::Args;
-use lobe::render::{Camera, View};
+use lobe::render::Camera;
 use lobe::scene::Scene;
-use lobe::sh::Dir;
 
 use crate::args::values;
-
-/// The direction towards the eye without --eye: models of glTF face its +z, which is -y here; a little from the right
-/// and from above.
-const FRONT: [f64; 3] = [0.5, -1.0, 0.4];
 
 /// The most pixels on a side.
 const MAX_SIDE: usize = 16384;
@@ -71,8 +66,7 @@ impl ViewInput {
     pub(crate) fn camera_around(&self, [min, max]: [[f64; 3]; 2]) -> anyhow::Result<Camera> {
         let half_angle = 0.5 * self.fov.to_radians();
         let (Some(eye), Some(target)) = (self.eye, self.target) else {
-            let Some(eye) = Dir::new(FRONT) else { unreachable!("the front is a direction") };
-            return Ok(Camera::framing(min, max, View::from_eye(eye), half_angle));
+            return Ok(Camera::in_front_of(min, max, half_angle));
         };
         match Camera::look_at(eye, target, half_angle) {
             Some(camera) => Ok(camera),

@@ -15,19 +15,26 @@ irradiance E is what a surface receives in all and never includes 1/π.
 from ._bake import BakeOptions, BakeReport, Transfer, bake, merge
 from ._env import EnvMap, Sun, project, reconstruct
 from ._lobe import __version__
+from ._render import Camera, Difference, Traced, compare, render, trace
 from ._sh import Lights, Sh
 
 __all__ = [
     "BakeOptions",
     "BakeReport",
+    "Camera",
+    "Difference",
     "EnvMap",
     "Lights",
     "Sh",
     "Sun",
+    "Traced",
     "Transfer",
     "__version__",
     "bake",
+    "compare",
     "merge",
     "project",
     "reconstruct",
+    "render",
+    "trace",
 ]

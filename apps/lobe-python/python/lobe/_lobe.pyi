@@ -29,6 +29,28 @@ def bundled(name: str) -> Map: ...
 def sky(sun: Sequence[float], turbidity: float, albedo: Sequence[float], height: int) -> Map: ...
 def reconstruct(c: Doubles, width: int, height: int) -> Map: ...
 def load_transfer(path: str | os.PathLike[str]) -> Transfer: ...
+def render_baked(
+    scene: str | os.PathLike[str],
+    light: Doubles,
+    background: Map | None,
+    view: tuple[list[float] | None, list[float] | None, float],
+    width: int,
+    height: int,
+    rays: int,
+) -> npt.NDArray[np.float32]: ...
+def render_traced(
+    scene: str | os.PathLike[str],
+    light: Doubles | None,
+    map: Map | None,
+    view: tuple[list[float] | None, list[float] | None, float],
+    width: int,
+    height: int,
+    paths: tuple[int, int, int],
+    progress: Callable[[int, int], object] | None,
+) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]: ...
+def compare(
+    image: npt.NDArray[np.float32], reference: npt.NDArray[np.float32]
+) -> tuple[float, float, float, float]: ...
 @final
 class Bake:
     def __new__(

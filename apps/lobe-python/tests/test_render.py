@@ -1,0 +1,68 @@
+"""Pictures of scenes: transfer beside the truth, furnaces, and the command."""
+
+import numpy as np
+import pytest
+
+import lobe
+
+WHITE = lobe.Sh([np.sqrt(4 * np.pi)])
+SMALL = {"width": 32, "height": 24}
+
+
+@pytest.fixture(scope="module")
+def baked(tmp_path_factory):
+    path = tmp_path_factory.mktemp("baked") / "b.glb"
+    lobe.bake("built-in:ball", path, lobe.BakeOptions(samples=256, order=4))
+    return path
+
+
+def test_transfer_is_near_its_truth(baked):
+    sky = lobe.EnvMap.bundled("sunset").project(4).dering()
+    fast = lobe.render(baked, sky, **SMALL)
+    truth = lobe.trace("built-in:ball", sky, samples=256, **SMALL)
+    assert fast.shape == truth.mean.shape == truth.variance.shape == (24, 32, 3) and fast.dtype == np.float32
+    found = lobe.compare(fast, truth.mean)
+    assert found.psnr > 30 and found.flip < 0.1, found
+    # The noise is what the variance says.
+    again = lobe.trace("built-in:ball", sky, samples=256, seed=1, **SMALL)
+    seen = truth.variance[..., 1] + again.variance[..., 1]
+    z = (truth.mean - again.mean)[..., 1][seen > 0] / np.sqrt(seen[seen > 0])
+    assert 0.7 < np.std(z) < 1.4, np.std(z)
+
+
+def test_a_white_furnace_is_white():
+    picture = lobe.trace("built-in:furnace", WHITE, samples=4, bounces=50, camera=lobe.Camera((0, 0, 0), (1, 0, 0)), **SMALL).mean
+    assert picture.min() >= 0 and picture.max() < 1 + 1e-5
+
+
+def test_the_background_is_the_light(baked):
+    studio = lobe.EnvMap.bundled("studio")
+    away = lobe.Camera((0, -50, 1), (0, -60, 1), fov=20)
+    for picture in [lobe.render(baked, studio, camera=away, **SMALL), lobe.trace(baked, studio, camera=away, samples=64, **SMALL).mean]:
+        expected = studio.radiance([0, -1, 0])
+        np.testing.assert_allclose(picture[11:13, 15:17].mean(axis=(0, 1)), expected, rtol=0.3)
+
+
+def test_equal_pictures_do_not_differ_and_noise_is_measured():
+    a = np.random.default_rng(0).random((16, 16, 3)).astype(np.float32)
+    same = lobe.compare(a, a)
+    assert same.rmse == 0 and same.psnr == np.inf and same.flip == 0
+    b = a + np.float32(0.1)
+    found = lobe.compare(b, a)
+    assert abs(found.rmse - 0.1) < 1e-6 and abs(found.psnr - 20 * np.log10(a.max() / 0.1)) < 1e-3 and found.flip > 0
+
+
+def test_what_cannot_be_shown_says_so(baked, tmp_path):
+    for call, error, message in [
+        (lambda: lobe.render(tmp_path / "none.glb", WHITE), OSError, "none.glb"),
+        (lambda: lobe.render(baked, lobe.Sh(np.ones((2, 9)))), ValueError, "one function"),
+        (lambda: lobe.render(baked, WHITE, width=0), ValueError, "width"),
+        (lambda: lobe.render(baked, WHITE, camera=lobe.Camera(fov=180)), ValueError, "fov"),
+        (lambda: lobe.render(baked, WHITE, camera=lobe.Camera(target=(0, 0, 0))), ValueError, "only with an eye"),
+        (lambda: lobe.render(baked, WHITE, camera=lobe.Camera((0, 0, 1), (0, 0, 1))), ValueError, "another point"),
+        (lambda: lobe.trace("built-in:ball", WHITE, samples=1), ValueError, "samples"),
+        (lambda: lobe.compare(np.ones((2, 2, 3)), np.ones((2, 3, 3))), ValueError, "one size"),
+        (lambda: lobe.compare(np.ones((2, 2)), np.ones((2, 2))), ValueError, "shape"),
+    ]:
+        with pytest.raises(error, match=message):
+            call()
