@@ -12,6 +12,7 @@
 //! | receivers | [`Receivers`]; [`TexelReceivers`] of a lightmap, shown by [`Lightmap`] |
 //! | adaptive subdivision | [`split_adaptively`], [`AdaptiveOptions`], [`AdaptiveReport`], [`split_checkpoints`] |
 //! | baking | [`fn@bake`], [`bake_on_disk`], [`bake_shard`], [`BakeOptions`], [`BakeMode`], [`AlbedoMode`], [`BakeReport`] |
+//! | a bake as a piece of work, with its points, shards and file | [`BakeWork`], [`BakedRows`] |
 //! | baked glTF scenes | [`BakedGlb`], [`fn@read_baked`], [`Baked`]; baked or not: [`read_baked_or_scene`] |
 //! | files of transfer alone | [`write_transfer`], [`read_transfer`]; lightmaps [`write_lightmap`], [`read_lightmap`] |
 //! | compression (CPCA) | [`CompressedTransfer`], [`error_curve`] |
@@ -31,6 +32,7 @@
 //! file.
 
 mod bake;
+mod bake_work;
 mod compression;
 mod error;
 mod files;
@@ -48,6 +50,7 @@ pub use bake::options::{AlbedoMode, BakeMode, BakeOptions, BakeReport};
 pub use bake::transfer_grid::{
     Neighborhood, NeighborhoodGrid, bake_neighborhood, bake_neighborhood_on_disk, bake_neighborhood_shard,
 };
+pub use bake_work::{BakeWork, BakedRows};
 pub use compression::compress::{
     CompressOptions, CompressReport, CurvePoint, compress_table, compress_table_within, error_curve,
 };

@@ -1,0 +1,355 @@
+//! A bake as a piece of work: what is baked at which points, all at once or in shards, and the file of the results.
+
+use std::path::Path;
+use std::sync::{Arc, OnceLock};
+
+use lobe_io::{Job, Shard};
+use lobe_scene::{Bvh, Scene};
+
+use crate::{
+    BakeMode, BakeOptions, BakeReport, Channels, NeighborhoodGrid, PrtError, Receivers, Recipe, StoredMatrices,
+    StoredTransfer, TexelReceivers, bake_matrices_on_disk, bake_matrices_shard, bake_neighborhood_on_disk,
+    bake_neighborhood_shard, bake_on_disk, bake_shard, write_lightmap, write_matrices, write_neighborhood,
+    write_transfer,
+};
+
+/// A bake of a scene whose points are known: at its vertices, at the texels of its lightmap, or in space.
+///
+/// ```
+/// use lobe_io::{Job, Shard};
+/// use lobe_prt::{BakeOptions, BakeWork};
+/// use lobe_scene::built_in;
+///
+/// let work = BakeWork::at_vertices(built_in::ball_over_ground(4), BakeOptions::default().order(2).samples(16))?;
+/// let folder = tempfile::tempdir()?;
+/// let half = Shard::new(1, 2).unwrap();
+/// let report = work.bake_shard(half, Job::default().kept_in(folder.path().join("half.safetensors")))?;
+/// assert!(report.receivers <= work.points());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct BakeWork {
+    scene: Arc<Scene>,
+    /// Made when the first ray is traced, and kept for the shards that follow.
+    bvh: OnceLock<Bvh>,
+    options: BakeOptions,
+    points: Points,
+}
+
+#[derive(Debug)]
+enum Points {
+    Vertices(Receivers),
+    Texels(TexelReceivers),
+    Grid(NeighborhoodGrid, Option<[f64; 6]>),
+}
+
+/// The results of a bake, in its checkpoint.
+#[derive(Debug)]
+pub enum BakedRows {
+    /// Transfer vectors.
+    Transfer(StoredTransfer),
+    /// Transfer matrices: of glossy light, and of points in space.
+    Matrices(StoredMatrices),
+}
+
+impl BakeWork {
+    /// Transfer vectors at the vertices of a scene; of [`BakeMode::Glossy`] matrices.
+    ///
+    /// # Errors
+    /// Those of [`Receivers::at_vertices`].
+    pub fn at_vertices(scene: impl Into<Arc<Scene>>, options: BakeOptions) -> Result<Self, PrtError> {
+        let scene = scene.into();
+        let points = Points::Vertices(Receivers::at_vertices(&scene)?);
+        Ok(Self::new(scene, points, options))
+    }
+
+    /// Transfer vectors at the texels of a lightmap of `width` × `width`.
+    ///
+    /// # Errors
+    /// Those of [`TexelReceivers::new`].
+    pub fn at_texels(scene: impl Into<Arc<Scene>>, width: usize, options: BakeOptions) -> Result<Self, PrtError> {
+        let scene = scene.into();
+        let points = Points::Texels(TexelReceivers::new(&scene, width)?);
+        Ok(Self::new(scene, points, options))
+    }
+
+    /// Matrices of the light that arrives at `counts` points along the axes: between two corners, which are points, or else in the
+    /// middle of as many equal parts of the scene's box, and so not at its sides, where floors and walls are.
+    ///
+    /// # Errors
+    /// Those of [`NeighborhoodGrid::between`].
+    pub fn in_grid(
+        scene: impl Into<Arc<Scene>>,
+        counts: [usize; 3],
+        corners: Option<[f64; 6]>,
+        options: BakeOptions,
+    ) -> Result<Self, PrtError> {
+        let scene = scene.into();
+        let [min, max] = match corners {
+            Some(numbers) => {
+                let [a, b] = [0, 3].map(|first| [0, 1, 2].map(|k| numbers[first + k]));
+                [[0, 1, 2].map(|k| a[k].min(b[k])), [0, 1, 2].map(|k| a[k].max(b[k]))]
+            }
+            None => {
+                let [min, max] = scene.world_bounds();
+                let half = |k: usize| (max[k] - min[k]) / (2 * counts[k]) as f64;
+                [[0, 1, 2].map(|k| min[k] + half(k)), [0, 1, 2].map(|k| max[k] - half(k))]
+            }
+        };
+        let points = Points::Grid(NeighborhoodGrid::between(min, max, counts)?, corners);
+        Ok(Self::new(scene, points, options))
+    }
+
+    fn new(scene: Arc<Scene>, points: Points, options: BakeOptions) -> Self {
+        Self { scene, bvh: OnceLock::new(), options, points }
+    }
+
+    /// The scene.
+    #[must_use]
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The options.
+    #[must_use]
+    pub fn options(&self) -> &BakeOptions {
+        &self.options
+    }
+
+    /// Points that are baked.
+    #[must_use]
+    pub fn points(&self) -> usize {
+        match &self.points {
+            Points::Vertices(receivers) => receivers.len(),
+            Points::Texels(texels) => texels.receivers().len(),
+            Points::Grid(grid, _) => grid.counts().iter().product(),
+        }
+    }
+
+    /// Vectors or matrices of each point.
+    #[must_use]
+    pub fn channels(&self) -> Channels {
+        let is_gray = match &self.points {
+            Points::Vertices(receivers) => receivers.is_gray(),
+            Points::Texels(texels) => texels.receivers().is_gray(),
+            Points::Grid(..) => true,
+        };
+        self.options.channels_for(&self.scene, is_gray)
+    }
+
+    /// Bytes of the results in a checkpoint, but for its header.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        self.bytes_of(self.points())
+    }
+
+    /// Bytes of the numbers in the file of the results: of a lightmap all texels have some.
+    #[must_use]
+    pub fn file_bytes(&self) -> u64 {
+        match &self.points {
+            Points::Texels(texels) => self.bytes_of(texels.width() * texels.width()),
+            Points::Vertices(_) | Points::Grid(..) => self.bytes(),
+        }
+    }
+
+    fn bytes_of(&self, points: usize) -> u64 {
+        let numbers = self.options.order.pow(if self.has_matrices() { 4 } else { 2 });
+        (points as u64).saturating_mul((size_of::<f32>() * numbers * self.channels().count()) as u64)
+    }
+
+    fn has_matrices(&self) -> bool {
+        match &self.points {
+            Points::Vertices(_) => self.options.mode == BakeMode::Glossy,
+            Points::Texels(_) => false,
+            Points::Grid(..) => true,
+        }
+    }
+
+    fn bvh(&self) -> &Bvh {
+        self.bvh.get_or_init(|| Bvh::new(&self.scene))
+    }
+
+    /// Bakes all points. The results stay in the checkpoint of the job.
+    ///
+    /// # Errors
+    /// Those of [`bake_on_disk`].
+    pub fn bake(&self, job: Job<'_>) -> Result<(BakedRows, BakeReport), PrtError> {
+        let (scene, bvh, options) = (&*self.scene, self.bvh(), &self.options);
+        let transfer = |(rows, report)| (BakedRows::Transfer(rows), report);
+        let matrices = |(rows, report)| (BakedRows::Matrices(rows), report);
+        match &self.points {
+            Points::Vertices(receivers) if self.has_matrices() => {
+                bake_matrices_on_disk(scene, bvh, receivers, options, job).map(matrices)
+            }
+            Points::Vertices(receivers) => bake_on_disk(scene, bvh, receivers, options, job).map(transfer),
+            Points::Texels(texels) => bake_on_disk(scene, bvh, texels.receivers(), options, job).map(transfer),
+            Points::Grid(grid, _) => bake_neighborhood_on_disk(scene, bvh, grid, options, job).map(matrices),
+        }
+    }
+
+    /// Bakes the points of a shard, whose file is that of the job. [`lobe_io::merge_shards`] makes a checkpoint of the files of all
+    /// shards, from which [`BakeWork::bake`] takes up everything.
+    ///
+    /// # Errors
+    /// Those of [`bake_on_disk`].
+    pub fn bake_shard(&self, shard: Shard, job: Job<'_>) -> Result<BakeReport, PrtError> {
+        let (scene, bvh, options) = (&*self.scene, self.bvh(), &self.options);
+        match &self.points {
+            Points::Vertices(receivers) if self.has_matrices() => {
+                bake_matrices_shard(scene, bvh, receivers, options, shard, job)
+            }
+            Points::Vertices(receivers) => bake_shard(scene, bvh, receivers, options, shard, job),
+            Points::Texels(texels) => bake_shard(scene, bvh, texels.receivers(), options, shard, job),
+            Points::Grid(grid, _) => bake_neighborhood_shard(scene, bvh, grid, options, shard, job),
+        }
+    }
+
+    /// The record of this bake: the scene's hash, the options, the points and the report.
+    #[must_use]
+    pub fn recipe(&self, report: &BakeReport) -> Recipe {
+        let recipe = Recipe::of_bake(&self.scene, &self.options, report);
+        match &self.points {
+            Points::Vertices(_) => recipe,
+            Points::Texels(texels) => recipe.texels(texels.width()),
+            Points::Grid(grid, corners) => recipe.grid(grid.counts()).grid_box(*corners),
+        }
+    }
+
+    /// Writes results as a file of their own, .safetensors; of a lightmap as an .exr picture if the name ends so. The results of
+    /// vertices may be [part of their scene](crate::BakedGlb) instead.
+    ///
+    /// # Errors
+    /// [`PrtError::Options`] if the results are not of this kind of bake; [`PrtError::Io`] if the system refuses, and
+    /// [`PrtError::Cancelled`] if the job was told to stop.
+    pub fn write(
+        &self,
+        path: impl AsRef<Path>,
+        baked: &BakedRows,
+        recipe: &Recipe,
+        job: Job<'_>,
+    ) -> Result<(), PrtError> {
+        let path = path.as_ref();
+        match (&self.points, baked) {
+            (Points::Vertices(_), BakedRows::Transfer(rows)) => write_transfer(path, rows, recipe, job),
+            (Points::Vertices(_), BakedRows::Matrices(rows)) => write_matrices(path, rows, recipe, job),
+            (Points::Texels(texels), BakedRows::Transfer(rows)) => {
+                let is_picture = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("exr"));
+                let picture = texels.rows(rows)?;
+                if is_picture {
+                    write_lightmap(path, &picture, recipe, job)
+                } else {
+                    write_transfer(path, &picture, recipe, job)
+                }
+            }
+            (Points::Grid(grid, _), BakedRows::Matrices(rows)) => write_neighborhood(path, grid, rows, recipe, job),
+            (Points::Texels(_), BakedRows::Matrices(_)) | (Points::Grid(..), BakedRows::Transfer(_)) => {
+                let message = "expected the results of this bake: vectors of texels, matrices of a grid";
+                Err(PrtError::Options(message.to_owned()))
+            }
+        }
+    }
+}
+
+impl BakedRows {
+    /// The transfer vectors, unless there are matrices.
+    #[must_use]
+    pub fn into_transfer(self) -> Option<StoredTransfer> {
+        match self {
+            Self::Transfer(rows) => Some(rows),
+            Self::Matrices(_) => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use lobe_io::merge_shards;
+    use lobe_scene::built_in;
+
+    use super::*;
+
+    fn options() -> BakeOptions {
+        BakeOptions::default().order(2).samples(16)
+    }
+
+    /// A work of each kind, with the ending of its file.
+    fn works() -> [(BakeWork, &'static str); 5] {
+        let ball = || built_in::ball_over_ground(6);
+        let room = || built_in::named("cornell").unwrap();
+        [
+            (BakeWork::at_vertices(ball(), options()).unwrap(), "safetensors"),
+            (BakeWork::at_vertices(ball(), options().mode(BakeMode::Glossy)).unwrap(), "safetensors"),
+            (BakeWork::at_texels(room(), 16, options()).unwrap(), "safetensors"),
+            (BakeWork::at_texels(room(), 16, options()).unwrap(), "exr"),
+            (BakeWork::in_grid(ball(), [2, 3, 2], None, options()).unwrap(), "safetensors"),
+        ]
+    }
+
+    fn bytes_written(work: &BakeWork, checkpoint: &Path, output: &Path) -> Vec<u8> {
+        let (baked, report) = work.bake(Job::default().kept_in(checkpoint)).unwrap();
+        work.write(output, &baked, &work.recipe(&report), Job::default()).unwrap();
+        fs::read(output).unwrap()
+    }
+
+    #[test]
+    fn every_kind_of_bake_has_the_same_bytes_from_shards_in_any_order() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        for (kind, (work, ending)) in works().iter().enumerate() {
+            let output = at(&format!("{kind}.{ending}"));
+            let alone = bytes_written(work, &at(&format!("{kind}-alone")), &output);
+            for count in [1, 2, 3, 7] {
+                let mut points = 0;
+                let mut parts: Vec<_> = (1..=count).map(|number| at(&format!("{kind}-{number}-{count}"))).collect();
+                for (number, part) in (1..).zip(&parts) {
+                    let shard = Shard::new(number, count).unwrap();
+                    points += work.bake_shard(shard, Job::default().kept_in(part)).unwrap().receivers;
+                }
+                assert_eq!(points, work.points(), "kind {kind}: points of {count} shards");
+                parts.reverse();
+                let checkpoint = at(&format!("{kind}-of-{count}"));
+                merge_shards(&parts, &checkpoint, Job::default()).unwrap();
+                let merged = bytes_written(work, &checkpoint, &output);
+                assert!(merged == alone, "kind {kind}: {count} shards give other bytes than one machine");
+            }
+        }
+    }
+
+    #[test]
+    fn bytes_are_those_of_the_results() {
+        for (kind, (work, _)) in works().iter().enumerate() {
+            let folder = tempfile::tempdir().unwrap();
+            let checkpoint = folder.path().join("checkpoint");
+            let (baked, _) = work.bake(Job::default().kept_in(&checkpoint)).unwrap();
+            let numbers = match baked {
+                BakedRows::Transfer(rows) => rows.load().unwrap().coefficients().len(),
+                BakedRows::Matrices(rows) => rows.load().unwrap().coefficients().len(),
+            };
+            assert_eq!(work.bytes(), 4 * numbers as u64, "kind {kind}");
+            assert!(work.file_bytes() >= work.bytes(), "kind {kind}: texels without a triangle have numbers, too");
+        }
+    }
+
+    #[test]
+    fn a_grid_without_corners_keeps_off_the_sides_and_corners_may_be_swapped() {
+        let scene = Arc::new(built_in::ball_over_ground(4));
+        let corners = |work: &BakeWork| match &work.points {
+            Points::Grid(grid, _) => grid.corners(),
+            other => panic!("expected a grid, found {other:?}"),
+        };
+        let inside = corners(&BakeWork::in_grid(Arc::clone(&scene), [2, 2, 4], None, options()).unwrap());
+        let [min, max] = scene.world_bounds();
+        for k in 0..3 {
+            assert!(min[k] < inside[0][k] && inside[1][k] < max[k], "axis {k}: {inside:?} within {min:?} to {max:?}");
+        }
+        let swapped = BakeWork::in_grid(scene, [2, 2, 2], Some([1.0, -1.0, 2.0, -1.0, 1.0, 0.0]), options()).unwrap();
+        assert_eq!(corners(&swapped), [[-1.0, -1.0, 0.0], [1.0, 1.0, 2.0]], "the corners of the box");
+        let folder = tempfile::tempdir().unwrap();
+        let job = Job::default().kept_in(folder.path().join("all"));
+        let recipe = swapped.recipe(&swapped.bake_shard(Shard::WHOLE, job).unwrap());
+        let box_of_recipe = Some([1.0, -1.0, 2.0, -1.0, 1.0, 0.0]);
+        assert_eq!((recipe.grid, recipe.grid_box), (Some([2, 2, 2]), box_of_recipe), "what was asked for");
+    }
+}
