@@ -1,15 +1,14 @@
-//! Bakes: what a scene does to light, at its vertices.
+//! Bakes: what a scene does to light, at its vertices, its texels or points in space.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use lobe::io::{Job, Shard, merge_shards};
+use lobe::io::{Shard, merge_shards};
 use lobe::prt::{
-    AlbedoMode, AnyTransfer, BakeMode, BakeOptions, BakeReport, BakedGlb, PrtError, Receivers, Recipe,
-    bake_matrices_on_disk, bake_matrices_shard, bake_on_disk, bake_shard, read_any_transfer, read_baked,
-    write_matrices, write_transfer,
+    AlbedoMode, AnyTransfer, BakeMode, BakeOptions, BakeReport, BakeWork, BakedGlb, BakedRows, PrtError,
+    read_any_transfer, read_baked,
 };
-use lobe::scene::{Bvh, GltfDocument, Scene, SceneReadOptions, built_in, is_gltf, read_scene, read_scene_and_document};
+use lobe::scene::{GltfDocument, Scene, SceneReadOptions, built_in, is_gltf, read_scene, read_scene_and_document};
 use lobe::sh::Rgb;
 use numpy::{PyArrayDyn, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -21,13 +20,33 @@ use crate::rows::{array_of, contiguous, value_error};
 /// The prefix of scenes that come with Lobe.
 const BUILT_IN: &str = "built-in:";
 
-/// A scene whose light at vertices can be baked, and how.
+/// The options of a bake, whose ranges the package has checked.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Settings {
+    mode: String,
+    order: usize,
+    samples: u32,
+    bounces: usize,
+    energy_stop: f64,
+    seed: u64,
+    albedo: String,
+    max_edge: Option<f64>,
+    texels: Option<usize>,
+    grid: Option<[usize; 3]>,
+    grid_box: Option<[f64; 6]>,
+}
+
+/// A scene whose light can be baked, where, and how.
 #[pyclass(frozen, module = "lobe")]
 pub(crate) struct Bake {
     name: String,
-    scene: Scene,
+    work: BakeWork,
+    /// All that a glTF file holds, unless its scene was split.
     document: Option<GltfDocument>,
-    options: BakeOptions,
+    max_edge: Option<f64>,
+    /// Endings of the names that the results may have.
+    endings: &'static [&'static str],
 }
 
 fn mode_of(name: &str) -> PyResult<BakeMode> {
@@ -54,34 +73,66 @@ pub(crate) fn read(path: &Path) -> Result<(Scene, Option<GltfDocument>), PrtErro
     Ok((read_scene(path, &SceneReadOptions::default())?.0, None))
 }
 
-#[pymethods]
-impl Bake {
-    /// Reads a scene. What does not fit together is refused by the bake.
-    #[new]
-    #[expect(clippy::too_many_arguments, reason = "the options of a bake, by name in Python")]
-    fn new(
-        py: Python<'_>,
-        scene: PathBuf,
-        mode: &str,
-        order: usize,
-        samples: u32,
-        bounces: usize,
-        energy_stop: f64,
-        seed: u64,
-        demodulated: bool,
-    ) -> PyResult<Self> {
-        let albedo = if demodulated { AlbedoMode::None } else { AlbedoMode::Vertex };
-        let options = BakeOptions::default().mode(mode_of(mode)?).order(order).samples(samples);
-        let options = options.bounces(bounces).energy_stop(energy_stop).seed(seed).albedo(albedo);
-        let name = scene.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let (scene, document) = py.detach(|| read(&scene)).map_err(|error| error_of(&error))?;
-        Ok(Self { name, scene, document, options })
+impl Settings {
+    fn options(&self) -> PyResult<BakeOptions> {
+        let albedo = if self.albedo == "none" { AlbedoMode::None } else { AlbedoMode::Vertex };
+        let options = BakeOptions::default().mode(mode_of(&self.mode)?).order(self.order).samples(self.samples);
+        Ok(options.bounces(self.bounces).energy_stop(self.energy_stop).seed(self.seed).albedo(albedo))
     }
 
-    /// The number of vertices.
+    fn work(&self, scene: Scene, options: BakeOptions) -> Result<BakeWork, PrtError> {
+        match (self.texels, self.grid) {
+            (Some(width), _) => BakeWork::at_texels(scene, width, options),
+            (None, Some(counts)) => BakeWork::in_grid(scene, counts, self.grid_box, options),
+            (None, None) => BakeWork::at_vertices(scene, options),
+        }
+    }
+
+    fn endings(&self) -> &'static [&'static str] {
+        match (self.texels, self.grid) {
+            (Some(_), _) => &["safetensors", "exr"],
+            (None, Some(_)) => &["safetensors"],
+            (None, None) if self.mode == BakeMode::Glossy.name() => &["safetensors"],
+            (None, None) => &["glb", "safetensors"],
+        }
+    }
+}
+
+#[pymethods]
+impl Bake {
+    /// Reads a scene. Options that are out of range are refused by the bake.
+    #[new]
+    #[expect(clippy::needless_pass_by_value, reason = "extracted from an argument of Python")]
+    fn new(py: Python<'_>, scene: PathBuf, settings: Settings) -> PyResult<Self> {
+        let options = settings.options()?;
+        let made = py.detach(|| {
+            let (mut found, mut document) = read(&scene)?;
+            if let Some(max_edge) = settings.max_edge {
+                found = found.split_edges(max_edge as f32)?;
+                document = None;
+            }
+            Ok((settings.work(found, options)?, document))
+        });
+        let (work, document) = made.map_err(|error: PrtError| error_of(&error))?;
+        let name = scene.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        Ok(Self { name, work, document, max_edge: settings.max_edge, endings: settings.endings() })
+    }
+
+    /// The number of points: vertices, texels that are seen, or points in space.
     #[getter]
-    fn vertices(&self) -> usize {
-        self.scene.vertex_count()
+    fn points(&self) -> usize {
+        self.work.points()
+    }
+
+    /// Refuses the name of a file that cannot hold the results.
+    #[expect(clippy::needless_pass_by_value, reason = "extracted from an argument of Python")]
+    fn check_output(&self, output: PathBuf) -> PyResult<()> {
+        if self.endings.iter().any(|ending| has_ending(&output, ending)) {
+            return Ok(());
+        }
+        let endings: Vec<String> = self.endings.iter().map(|ending| format!(".{ending}")).collect();
+        let name = output.display();
+        Err(value_error(format!("{name}: expected a name that ends in {}", endings.join(" or "))))
     }
 
     /// Bakes, with results kept beside the output until it is written.
@@ -91,34 +142,15 @@ impl Bake {
         output: PathBuf,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let checkpoint = beside(&output, ".checkpoint");
-        let (bvh, receivers) = self.prepare(py)?;
-        let progress = progress.as_ref();
-        let report = if self.options.mode == BakeMode::Glossy {
-            if has_ending(&output, "glb") {
-                return Err(value_error("glossy transfer is written as .safetensors"));
-            }
-            let bake = |job: Job<'_>| bake_matrices_on_disk(&self.scene, &bvh, &receivers, &self.options, job);
-            let (matrices, report) = watched(py, progress, Some(&checkpoint), bake)?;
-            watched(py, progress, None, |job| write_matrices(&output, &matrices, &self.recipe(&report), job))?;
-            report
-        } else if has_ending(&output, "glb") {
-            let glb = self.glb().map_err(|error| error_of(&error))?;
-            let channels = self.options.channels_for(&self.scene, receivers.is_gray());
-            glb.check_size(self.options.order, channels).map_err(|error| error_of(&error))?;
-            let bake = |job: Job<'_>| bake_on_disk(&self.scene, &bvh, &receivers, &self.options, job);
-            let (transfer, report) = watched(py, progress, Some(&checkpoint), bake)?;
-            watched(py, progress, None, |job| glb.write(&output, &transfer, &self.recipe(&report), job))?;
-            report
-        } else if has_ending(&output, "safetensors") {
-            let bake = |job: Job<'_>| bake_on_disk(&self.scene, &bvh, &receivers, &self.options, job);
-            let (transfer, report) = watched(py, progress, Some(&checkpoint), bake)?;
-            watched(py, progress, None, |job| write_transfer(&output, &transfer, &self.recipe(&report), job))?;
-            report
-        } else {
-            let name = output.display();
-            return Err(value_error(format!("{name}: expected a name that ends in .glb or .safetensors")));
-        };
+        self.check_output(output.clone())?;
+        let (checkpoint, progress) = (beside(&output, ".checkpoint"), progress.as_ref());
+        let glb = if has_ending(&output, "glb") { Some(self.glb().map_err(|error| error_of(&error))?) } else { None };
+        let (baked, report) = watched(py, progress, Some(&checkpoint), |job| self.work.bake(job))?;
+        let recipe = self.work.recipe(&report).scene(self.name.clone()).max_edge(self.max_edge);
+        watched(py, progress, None, |job| match (&glb, &baked) {
+            (Some(glb), BakedRows::Transfer(transfer)) => glb.write(&output, transfer, &recipe, job),
+            _ => self.work.write(&output, &baked, &recipe, job),
+        })?;
         // The results are safe; a checkpoint that stays is taken up by the same bake.
         let _ = fs::remove_file(&checkpoint);
         report_of(py, &report)
@@ -135,11 +167,7 @@ impl Bake {
     ) -> PyResult<Bound<'py, PyDict>> {
         let shard = Shard::new(number, count)
             .ok_or_else(|| value_error(format!("shard: expected one of {count} from 1 on, found {number}")))?;
-        let (bvh, receivers) = self.prepare(py)?;
-        let report = watched(py, progress.as_ref(), Some(&output), |job| match self.options.mode {
-            BakeMode::Glossy => bake_matrices_shard(&self.scene, &bvh, &receivers, &self.options, shard, job),
-            _ => bake_shard(&self.scene, &bvh, &receivers, &self.options, shard, job),
-        })?;
+        let report = watched(py, progress.as_ref(), Some(&output), |job| self.work.bake_shard(shard, job))?;
         report_of(py, &report)
     }
 
@@ -161,20 +189,15 @@ impl Bake {
 }
 
 impl Bake {
-    fn prepare(&self, py: Python<'_>) -> PyResult<(Bvh, Receivers)> {
-        let prepared = py.detach(|| Ok((Bvh::new(&self.scene), Receivers::at_vertices(&self.scene)?)));
-        prepared.map_err(|error: PrtError| error_of(&error))
-    }
-
+    /// The scene that the results become part of, which has to have room for them.
     fn glb(&self) -> Result<BakedGlb, PrtError> {
-        match &self.document {
-            Some(document) => BakedGlb::of_document(document.clone(), &self.scene),
-            None => Ok(BakedGlb::of_scene(&self.scene)),
-        }
-    }
-
-    fn recipe(&self, report: &BakeReport) -> Recipe {
-        Recipe::of_bake(&self.scene, &self.options, report).scene(self.name.clone())
+        let scene = self.work.scene();
+        let glb = match &self.document {
+            Some(document) => BakedGlb::of_document(document.clone(), scene)?,
+            None => BakedGlb::of_scene(scene),
+        };
+        glb.check_size(self.work.options().order, self.work.channels())?;
+        Ok(glb)
     }
 }
 

@@ -153,3 +153,50 @@ def test_the_command_writes_the_same_bytes(scene, tmp_path):
         expected = (tmp_path / name).read_bytes()
         lobe.bake(scene, tmp_path / f"b{name}", lobe.BakeOptions(order=3, samples=32, bounces=2))
         assert (tmp_path / f"b{name}").read_bytes() == expected, name
+
+
+@pytest.mark.parametrize(
+    ("scene", "name", "options", "arguments"),
+    [
+        ("built-in:ball", "o.glb", dict(max_edge=3.0), "--max-edge 3"),
+        ("built-in:cornell", "o.safetensors", dict(texels=16), "--texels 16"),
+        ("built-in:cornell", "o.exr", dict(texels=16, albedo="none"), "--texels 16 --albedo none"),
+        ("built-in:ball", "o.safetensors", dict(grid=(2, 3, 2)), "--grid 2,3,2"),
+        ("built-in:ball", "o.safetensors", dict(grid=(2, 2, 2), grid_box=(0, 0, 1, 1, 1, 2)), "--grid 2,2,2 --grid-box 0,0,1,1,1,2"),
+    ],
+)
+def test_every_kind_of_bake_has_the_bytes_of_the_command_alone_and_from_shards(tmp_path, scene, name, options, arguments):
+    command = os.environ.get("LOBE") or shutil.which("lobe")
+    if command is None:
+        pytest.skip("the command lobe is not built: set LOBE to it")
+    options = lobe.BakeOptions(order=2, samples=16, bounces=1, **options)
+    common = "--order 2 --samples 16 --bounces 1 --quiet"
+    subprocess.run([command, "bake", scene, "-o", name, *arguments.split(), *common.split()], check=True, cwd=tmp_path)
+    expected = (tmp_path / name).read_bytes()
+    lobe.bake(scene, tmp_path / f"whole-{name}", options)
+    assert (tmp_path / f"whole-{name}").read_bytes() == expected
+    parts = [tmp_path / f"{number}.safetensors" for number in (1, 2, 3)]
+    for number, part in enumerate(parts, 1):
+        lobe.bake(scene, part, options, shard=(number, 3))
+    lobe.merge(scene, parts[::-1], tmp_path / f"merged-{name}", options)
+    assert (tmp_path / f"merged-{name}").read_bytes() == expected
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (dict(max_edge=float("nan")), "max_edge: expected a length"),
+        (dict(texels=0), "texels: expected 1"),
+        (dict(grid=(1, 2, 2)), "grid: expected 2"),
+        (dict(grid=(2, 2)), "grid: expected three"),
+        (dict(grid=(2, 2, 2), texels=4), "expected one of them"),
+        (dict(grid=(2, 2, 2), grid_box=(0.0, 1.0)), "grid_box: expected the six"),
+        (dict(grid_box=(0.0, 0.0, 0.0, 1.0, 1.0, 1.0)), "grid_box: only with grid"),
+        (dict(texels=4, max_edge=1.0), "not at vertices"),
+        (dict(mode="glossy", texels=4), "at vertices only"),
+        (dict(mode="glossy", albedo="none"), "matrices never have it"),
+    ],
+)
+def test_options_that_do_not_fit_are_refused_before_anything_is_read(options, message):
+    with pytest.raises(ValueError, match=message):
+        lobe.BakeOptions(**options)

@@ -155,6 +155,33 @@ def test_a_worker_of_another_version_says_so_in_one_line(processes, tmp_path):
     assert not (tmp_path / "o.safetensors").exists()
 
 
+def test_a_worker_whose_disk_is_full_is_named(processes, tmp_path):
+    # The system refuses what a full disk refuses: files of more than a few thousand bytes.
+    full = tmp_path / "full"
+    full.mkdir()
+    limit = "import resource\nresource.setrlimit(resource.RLIMIT_FSIZE, (4096, resource.RLIM_INFINITY))\n"
+    (full / "sitecustomize.py").write_text(limit)
+    processes.worker(path=full)
+    with processes.client() as client:
+        client.wait_for_workers(1, timeout=60)
+        with pytest.raises(OSError, match=r"worker tcp://127\.0\.0\.1:.*\.safetensors"):
+            on_dask.bake(SCENE, tmp_path / "o.safetensors", OPTIONS, client=client, shards=2)
+    assert not (tmp_path / "o.safetensors").exists()
+
+
+def test_a_grid_and_split_triangles_are_shared_like_vertices(processes, tmp_path):
+    processes.worker()
+    with processes.client() as client:
+        client.wait_for_workers(1, timeout=60)
+        for name, options in [
+            ("o.safetensors", lobe.BakeOptions(order=2, samples=16, grid=(2, 3, 2))),
+            ("o.glb", lobe.BakeOptions(order=2, samples=16, max_edge=3.0)),
+        ]:
+            lobe.bake(SCENE, tmp_path / f"whole-{name}", options)
+            on_dask.bake(SCENE, tmp_path / name, options, client=client, shards=3)
+            assert (tmp_path / name).read_bytes() == (tmp_path / f"whole-{name}").read_bytes(), name
+
+
 def test_the_command_bakes_and_refuses_in_one_line(processes, tmp_path, whole):
     processes.worker()
     with processes.client() as client:

@@ -1,4 +1,4 @@
-"""Bakes: what a scene does to light, at its vertices, for any light to come."""
+"""Bakes: what a scene does to light, at its vertices, its texels or points in space, for any light to come."""
 
 from __future__ import annotations
 
@@ -46,18 +46,48 @@ class BakeOptions:
     """Bakes with different seeds have independent errors."""
     albedo: str = "vertex"
     """vertex, or none: whoever shades multiplies by the base color."""
+    max_edge: float | None = None
+    """Triangles are split first until no edge is longer, in the scene's unit of length."""
+    texels: int | None = None
+    """Texels along a side of a lightmap, where light is baked instead of at vertices."""
+    grid: tuple[int, int, int] | None = None
+    """Points in space along x, y and z, where the light that arrives is baked as matrices."""
+    grid_box: tuple[float, float, float, float, float, float] | None = None
+    """Two corners of the grid's box, which are points; without them points are in the middle of as many equal parts of the scene's box."""
 
     def __post_init__(self) -> None:
         if self.albedo not in ("vertex", "none"):
             raise ValueError(f"albedo: expected vertex or none, found {self.albedo!r}")
         for name, least, most in [("order", 1, 8), ("samples", 1, 1 << 24), ("bounces", 0, 255), ("seed", 0, 2**64 - 1)]:
             whole(getattr(self, name), name, least, most)
+        self._check_points()
+
+    def _check_points(self) -> None:
+        if self.max_edge is not None and not (np.isfinite(self.max_edge) and self.max_edge > 0):
+            raise ValueError(f"max_edge: expected a length above 0, found {self.max_edge}")
+        if self.texels is not None:
+            whole(self.texels, "texels", 1, 1 << 14)
+        if self.grid is not None and len([whole(count, "grid", 2, 4096) for count in self.grid]) != 3:
+            raise ValueError(f"grid: expected three numbers of points, found {self.grid}")
+        if self.grid_box is not None and (len(self.grid_box) != 6 or not np.isfinite(self.grid_box).all()):
+            raise ValueError(f"grid_box: expected the six numbers of two corners, found {self.grid_box}")
+        is_elsewhere = self.texels is not None or self.grid is not None
+        for is_refused, why in [
+            (self.texels is not None and self.grid is not None, "texels and grid: expected one of them"),
+            (self.grid_box is not None and self.grid is None, "grid_box: only with grid"),
+            (self.max_edge is not None and is_elsewhere, "max_edge: light is not at vertices with texels and grid"),
+            (self.mode == "glossy" and is_elsewhere, "mode: glossy at vertices only; grid bakes matrices by itself"),
+            (
+                self.albedo == "none" and (self.mode == "glossy" or self.grid is not None),
+                "albedo: matrices never have it, none is for vectors",
+            ),
+        ]:
+            if is_refused:
+                raise ValueError(why)
 
     def of(self, scene: Path) -> _lobe.Bake:
         """The bake of a scene."""
-        o = asdict(self)
-        demodulated = o.pop("albedo") == "none"
-        return _lobe.Bake(scene, **o, demodulated=demodulated)
+        return _lobe.Bake(scene, asdict(self))
 
 
 def bake(
@@ -68,7 +98,8 @@ def bake(
     shard: tuple[int, int] | None = None,
     progress: Progress | None = None,
 ) -> BakeReport:
-    """Bakes the transfer of a scene at its vertices, and writes a .glb or a .safetensors file: the bytes of `lobe bake`.
+    """Bakes the transfer of a scene, and writes the bytes of `lobe bake`: a .glb of transfer at vertices, a .safetensors file of any, an .exr of
+    texels.
 
     `scene` is a file, or "built-in:still-life" or another scene of Lobe. Results are kept beside the output while they are found: a bake that was
     stopped, by Ctrl-C or by what `progress(done, total)` raises, goes on from there. With `shard=(i, n)` part i of n is baked, from 1 on,

@@ -17,10 +17,9 @@ from contextlib import nullcontext
 from dataclasses import asdict, fields
 from typing import TYPE_CHECKING, Any
 
-from . import __version__
+from . import __version__, _lobe
 from ._arrays import whole
-from ._bake import BakeOptions, BakeReport, Path, merge
-from ._bake import bake as bake_here
+from ._bake import BakeOptions, BakeReport, Path
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -54,18 +53,15 @@ def bake(
     options = options or BakeOptions()
     scene, output = os.fspath(scene), os.fspath(output)
     # Refuse what could not be baked or written, before anything is sent.
-    vertices = options.of(scene).vertices
-    if options.mode == "glossy" and not output.endswith(".safetensors"):
-        raise ValueError(f"{output}: glossy transfer is written as .safetensors")
-    if not output.endswith((".glb", ".safetensors")):
-        raise ValueError(f"{output}: expected a name that ends in .glb or .safetensors")
+    made = options.of(scene)
+    made.check_output(output)
     with _client(client) as client, client.as_current():
         if shards is None:
             shards = SHARDS_PER_THREAD * max(1, sum(client.nthreads().values()))
-        shards = min(whole(shards, "shards", 1, 1 << 20), max(1, vertices))
+        shards = min(whole(shards, "shards", 1, 1 << 20), max(1, made.points))
         parts = _Parts(output, _identity(scene, options, shards), shards)
         _bake_missing(client, scene, options, parts, progress)
-    report = merge(scene, parts.paths(), output, options)
+    report: BakeReport = made.merge(parts.paths(), output, None)
     parts.remove()
     return report
 
@@ -163,22 +159,57 @@ def _bake_missing(
         client.cancel([future for future in futures if not future.done()])
 
 
+_read: dict[str, _lobe.Bake] = {}
+"""The bake that this worker has had last, its scene read and its tree built."""
+
+
 def bake_shard(
     sent: bytes | None, scene: str, options: dict[str, Any], identity: str, version: str, number: int, count: int
 ) -> bytes:
     """The task of a worker: a shard as the bytes of its file."""
     if version != __version__:
         raise RuntimeError(f"this worker has lobe {__version__} and the client has {version}: install one version on all machines")
-    with tempfile.TemporaryDirectory(prefix="lobe-") as folder:
-        if sent is not None:
-            # The file's name is in the recipe, and its ending says what it is.
-            scene = os.path.join(folder, os.path.basename(scene))
-            with open(scene, "wb") as file:
-                file.write(sent)
-        part = os.path.join(folder, f"{identity}.safetensors")
-        bake_here(scene, part, BakeOptions(**options), shard=(number, count))
-        with open(part, "rb") as file:
-            return file.read()
+    try:
+        with tempfile.TemporaryDirectory(prefix="lobe-") as folder:
+            if identity not in _read:
+                _read.clear()
+                if sent is not None:
+                    # The file's name is in the recipe, and its ending says what it is.
+                    scene = os.path.join(folder, os.path.basename(scene))
+                    with open(scene, "wb") as file:
+                        file.write(sent)
+                _read[identity] = BakeOptions(**options).of(scene)
+            part = os.path.join(folder, f"{identity}.safetensors")
+            _read[identity].write_shard(part, number, count, None)
+            with open(part, "rb") as file:
+                return file.read()
+    except OSError as error:
+        raise OSError(f"worker {_worker_name()}: {error}") from error
+
+
+def _worker_name() -> str:
+    from distributed import get_worker
+
+    try:
+        return str(get_worker().address)
+    except ValueError:
+        return f"of process {os.getpid()}"
+
+
+def _numbers(kind: Callable[[str], float]) -> Callable[[str], tuple[float, ...]]:
+    def numbers(text: str) -> tuple[float, ...]:
+        return tuple(kind(part) for part in text.split(","))
+
+    return numbers
+
+
+OPTIONAL: dict[str, Callable[[str], Any]] = {
+    "max_edge": float,
+    "texels": int,
+    "grid": _numbers(int),
+    "grid_box": _numbers(float),
+}
+"""How options that may be left out are read."""
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -190,7 +221,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--shards", type=int, help=f"parts of the work [default: {SHARDS_PER_THREAD} for each thread]")
     for field in fields(BakeOptions):
         name = "--" + field.name.replace("_", "-")
-        parser.add_argument(name, type=type(field.default), default=field.default, help=f"[default: {field.default}]")
+        kind = OPTIONAL.get(field.name) or type(field.default)
+        parser.add_argument(name, type=kind, default=field.default, help=f"[default: {field.default}]")
     given = parser.parse_args(arguments)
     options = {field.name: getattr(given, field.name) for field in fields(BakeOptions)}
 
