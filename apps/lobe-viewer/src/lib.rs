@@ -13,6 +13,7 @@
 //! | the rooms of skies, functions and motion | [`SkyRoom`], [`FunctionsRoom`], [`MotionRoom`] |
 //! | what is shown of a scene | [`Mode`], [`Taming`], [`Orbit`] |
 //! | reading and baking off the thread of the window | [`Task`], [`open_scene`], [`open_sky`], [`bake_scene`], [`bake_glossy`] |
+//! | pictures as files | [`ExportPlan`], [`SceneExport`] |
 
 mod app;
 mod cli;
@@ -28,6 +29,7 @@ pub use app::kept::{Kept, RoomName, Theme};
 pub use app::viewer_app::ViewerApp;
 pub use loading::bake::{GlossyBake, SceneData, SceneNews, bake_glossy, bake_options, bake_scene};
 pub use loading::cache::UserFolder;
+pub use loading::export::{ExportPlan, SceneExport};
 pub use loading::mode::Mode;
 pub use loading::scene_source::{OpenedScene, open_scene};
 pub use loading::sky_source::{OpenedSky, open_sky};

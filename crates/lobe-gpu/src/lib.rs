@@ -47,7 +47,7 @@
 //! | entities with occlusion fields | [`GpuShadowFields`], [`FieldResponse`] | `shadow_fields`, `product` |
 //! | skins and morph targets | [`GpuSkin`], [`GpuVertex`], [`MorphTarget`] | `skin` |
 //! | pictures of scenes | [`SceneView`], [`SurfaceShading`], [`GlossyMesh`], [`GpuCamera`] | `camera`, `surface`, `shade_*`, `draw_*`, `backdrop`, `resolve`, `tone`, `display` |
-//! | without a window: frames to files, times of passes | [`write_turntable`], [`render_turntable`], [`BenchReport`] | |
+//! | without a window: frames to files, times of passes | [`write_turntable`], [`render_turntable`], [`TurningLight`], [`BenchReport`] | |
 //!
 //! # Precision
 //!
@@ -79,6 +79,7 @@ pub use context::context::Context;
 pub use context::options::{AdapterChoice, ContextOptions, Interface};
 pub use error::GpuError;
 pub use headless::bench::BenchReport;
+pub use headless::turning_light::TurningLight;
 pub use headless::turntable::{TurntableOptions, render_turntable, write_turntable};
 pub use lookup::basis::{MAX_ORDER, basis_towards};
 pub use lookup::environment::Environment;

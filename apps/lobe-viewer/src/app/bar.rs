@@ -14,6 +14,8 @@ pub(crate) enum BarAsked {
     OpenRecent(PathBuf),
     Step(Step),
     Help,
+    Export,
+    Shoot,
     Reset,
 }
 
@@ -57,6 +59,12 @@ pub(crate) fn bar(ui: &mut Ui, kept: &mut Kept, can: Can) -> Option<BarAsked> {
         }
         if ui.add_enabled(can.redo, Button::new("Redo")).on_hover_text("Ctrl+Shift+Z").clicked() {
             asked = Some(BarAsked::Step(Step::Redo));
+        }
+        if ui.button("Screenshot").on_hover_text("The window as PNG, into the folder of Export (F12)").clicked() {
+            asked = Some(BarAsked::Shoot);
+        }
+        if ui.button("Export").on_hover_text("The scene as a picture or a turntable (Ctrl+E)").clicked() {
+            asked = Some(BarAsked::Export);
         }
         if ui.button("Keys").on_hover_text("F1").clicked() {
             asked = Some(BarAsked::Help);

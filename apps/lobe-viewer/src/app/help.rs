@@ -3,7 +3,7 @@
 use eframe::egui::{Context, Grid, Window};
 
 /// What is pressed and what it does.
-const KEYS: [(&str, &str); 19] = [
+const KEYS: [(&str, &str); 21] = [
     ("Drag", "turn the view, or a balloon"),
     ("Shift + drag", "turn the sky"),
     ("Ctrl + drag, right drag", "move the view"),
@@ -18,6 +18,8 @@ const KEYS: [(&str, &str); 19] = [
     ("Ctrl + O", "open a file"),
     ("Ctrl + Z", "take a change back"),
     ("Ctrl + Shift + Z", "make it again"),
+    ("F12", "the window as a picture"),
+    ("Ctrl + E", "pictures and turntables of the scene"),
     ("Ctrl + 1 2 3 4", "the rooms"),
     ("Ctrl + plus, minus", "larger, smaller"),
     ("Esc", "stop what is under way"),

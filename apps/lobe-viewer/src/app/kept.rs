@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::loading::cache::{UserFolder, read_text};
+use crate::loading::export::ExportPlan;
 use crate::rooms::functions::edits::FunctionsEdits;
 use crate::rooms::scene::edits::SceneEdits;
 use crate::rooms::sky::edits::SkyEdits;
@@ -83,6 +84,8 @@ pub struct Kept {
     pub functions: FunctionsEdits,
     /// Changes in the room of skies.
     pub sky: SkyEdits,
+    /// Where pictures are exported to, and how large they are.
+    pub export: ExportPlan,
 }
 
 impl Default for Kept {
@@ -96,6 +99,7 @@ impl Default for Kept {
             orbit: None,
             functions: FunctionsEdits::default(),
             sky: SkyEdits::default(),
+            export: ExportPlan::default(),
         }
     }
 }

@@ -5,9 +5,11 @@ use std::path::{Path, PathBuf};
 use eframe::egui::{Align2, Area, Context, Frame, Id, Key, KeyboardShortcut, Modifiers, Panel, ThemePreference, Ui};
 
 use crate::app::bar::{BarAsked, bar};
+use crate::app::exports::Exports;
 use crate::app::help::help;
 use crate::app::kept::{Kept, RoomName, Theme};
 use crate::loading::cache::UserFolder;
+use crate::loading::export::ExportPlan;
 use crate::loading::{scene_source, sky_source};
 use crate::rooms::functions::functions_room::FunctionsRoom;
 use crate::rooms::motion::motion_room::MotionRoom;
@@ -16,6 +18,7 @@ use crate::rooms::sky::sky_room::SkyRoom;
 use crate::widgets::file_list::FileList;
 use crate::widgets::gpu::Gpu;
 use crate::widgets::history::Step;
+use crate::widgets::notice::Notice;
 
 /// Seconds between two times at which what changed is kept.
 const KEEP_EVERY: f64 = 3.0;
@@ -32,6 +35,8 @@ pub struct ViewerApp {
     functions: FunctionsRoom,
     motion: MotionRoom,
     files: FileList,
+    exports: Exports,
+    notice: Notice,
     is_help_open: bool,
     applied: Option<(Theme, f32)>,
 }
@@ -47,6 +52,7 @@ impl ViewerApp {
     }
 
     fn with(kept: Kept, gpu: Option<Gpu>, folder: UserFolder) -> Self {
+        let exports = Exports::new(&kept.export);
         Self {
             scene: SceneRoom::new(kept.scene.clone(), kept.orbit, folder.clone()),
             sky: SkyRoom::new(kept.sky.clone()),
@@ -58,6 +64,8 @@ impl ViewerApp {
             folder,
             gpu,
             files: FileList::default(),
+            exports,
+            notice: Notice::default(),
             is_help_open: false,
             applied: None,
         }
@@ -87,6 +95,23 @@ impl ViewerApp {
         self.kept.room
     }
 
+    /// Where pictures are written to, and how large they are.
+    pub fn export_plan_mut(&mut self) -> &mut ExportPlan {
+        &mut self.kept.export
+    }
+
+    /// Whether no picture is being written.
+    #[must_use]
+    pub fn is_written(&self) -> bool {
+        self.exports.is_idle()
+    }
+
+    /// What was done or went wrong last, in one line.
+    #[must_use]
+    pub fn notice(&self) -> Option<&str> {
+        self.notice.text()
+    }
+
     fn open(&mut self, path: &Path) {
         let is_file = path.is_file();
         // Built-in scenes and skies have no ending.
@@ -113,6 +138,8 @@ impl ViewerApp {
                 RoomName::Functions => self.functions.step(step),
                 RoomName::Motion => self.motion.step(step),
             },
+            BarAsked::Export => self.exports.toggle(),
+            BarAsked::Shoot => self.exports.shoot(ctx),
             BarAsked::Help => self.is_help_open = !self.is_help_open,
             BarAsked::Reset => {
                 let kept = Kept { recent: self.kept.recent.clone(), room: self.kept.room, ..Kept::default() };
@@ -137,11 +164,16 @@ impl ViewerApp {
             (redo, BarAsked::Step(Step::Redo)),
             (pressed(Modifiers::COMMAND, Key::Z), BarAsked::Step(Step::Undo)),
             (pressed(Modifiers::COMMAND, Key::O), BarAsked::Open),
+            (pressed(Modifiers::COMMAND, Key::E), BarAsked::Export),
+            (pressed(Modifiers::NONE, Key::F12), BarAsked::Shoot),
             (pressed(Modifiers::NONE, Key::F1), BarAsked::Help),
         ];
         asked.into_iter().filter(|(is_pressed, _)| *is_pressed).for_each(|(_, asked)| self.answer(ctx, asked));
         if pressed(Modifiers::COMMAND, Key::Plus) || pressed(Modifiers::COMMAND, Key::Equals) {
             self.kept.zoom = (self.kept.zoom + 0.25).min(2.0);
+        }
+        if ctx.input(|input| input.key_pressed(Key::Escape)) {
+            self.exports.cancel();
         }
         if pressed(Modifiers::COMMAND, Key::Minus) {
             self.kept.zoom = (self.kept.zoom - 0.25).max(0.75);
@@ -201,6 +233,7 @@ impl ViewerApp {
         self.keys(&ctx);
         self.take_drops(&ctx);
         self.scene.advance(&ctx);
+        self.exports.advance(&ctx, &self.kept.export, &mut self.notice);
         if self.scene.take_wish_for_file() {
             self.files.open(&endings());
         }
@@ -222,6 +255,9 @@ impl ViewerApp {
             RoomName::Motion => self.motion.ui(ui, self.gpu.as_ref(), self.scene.sky()),
         }
         help(&ctx, &mut self.is_help_open);
+        let (scene, plan, gpu) = (&mut self.scene, &mut self.kept.export, self.gpu.as_ref());
+        self.exports.show(&ctx, plan, gpu, || scene.export(), &mut self.notice);
+        self.notice.show(&ctx);
         if let Some(path) = self.files.show(&ctx, &endings()) {
             self.open(&path);
         }

@@ -2,7 +2,7 @@
 //! a graphics device draws.
 //!
 //! Read `orbit`, then `named`, which gives names to what is painted, `tone`, `picture` and `balloon`, `bars`, `curve` and `file_list`,
-//! `history`, and `gpu`. Uses no other room.
+//! `history`, `notice`, and `gpu`. Uses no other room.
 
 pub(crate) mod balloon;
 pub(crate) mod bars;
@@ -11,6 +11,7 @@ pub(crate) mod file_list;
 pub(crate) mod gpu;
 pub(crate) mod history;
 pub(crate) mod named;
+pub(crate) mod notice;
 pub(crate) mod orbit;
 pub(crate) mod picture;
 pub(crate) mod tone;

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-fn viewer(folder: &Path, arguments: &str) -> Output {
+pub(crate) fn viewer(folder: &Path, arguments: &str) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lobe-viewer"));
     command.current_dir(folder).args(arguments.split_whitespace()).env("LOBE_VIEWER_FOLDER", folder);
     command.output().unwrap()

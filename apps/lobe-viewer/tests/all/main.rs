@@ -4,6 +4,7 @@
 
 mod command;
 mod drops;
+mod exports;
 mod functions;
 mod kept;
 mod orbit;

@@ -1,6 +1,7 @@
 //! Pictures and times without a window: what a program needs that renders to files.
 //!
-//! Read `turntable`, then `bench`. Uses `scene_view` and `renderer`.
+//! Read `turning_light`, then `turntable` and `bench`. Uses `scene_view` and `renderer`.
 
 pub(crate) mod bench;
+pub(crate) mod turning_light;
 pub(crate) mod turntable;

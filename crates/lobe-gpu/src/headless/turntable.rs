@@ -6,9 +6,9 @@ use std::time::Instant;
 use derive_setters::Setters;
 use lobe_image::{Picture, PictureWriteOptions, Tone, write_animated_png, write_picture};
 use lobe_io::{Job, Progress};
-use lobe_sh::{Dir, Rgb, Rotation, ShVec};
+use lobe_sh::{Dir, Rotation};
 
-use crate::{GpuError, SceneView};
+use crate::{GpuError, SceneView, TurningLight};
 
 /// Options of [`render_turntable`].
 #[derive(Clone, Copy, Debug, PartialEq, Setters)]
@@ -31,7 +31,7 @@ impl Default for TurntableOptions {
     }
 }
 
-/// Renders a scene under a light that turns about +z with the backdrop, and hands each picture, in linear light, to `frame`, with
+/// Renders a scene under a sky that turns about +z with the backdrop, and hands each picture, in linear light, to `frame`, with
 /// its number and the tone mapping, which is that of the display from the second on.
 ///
 /// The steps of `job` are pictures; it cannot be kept in a file.
@@ -41,18 +41,18 @@ impl Default for TurntableOptions {
 /// [`GpuError::Device`] if the device fails, and what `frame` returns.
 pub fn render_turntable(
     view: &SceneView,
-    light: &ShVec<Rgb<f64>>,
+    light: impl Into<TurningLight>,
     options: &TurntableOptions,
     mut frame: impl FnMut(usize, Picture, &Tone) -> Result<(), GpuError>,
     mut job: Job<'_>,
 ) -> Result<(), GpuError> {
     job.expect_no_checkpoint().map_err(GpuError::Options)?;
-    let begin = Instant::now();
+    let (light, begin) = (light.into(), Instant::now());
     let mut tone = options.tone;
     for number in 0..options.frames {
         let turn = Rotation::from_axis_angle(Dir::Z, number as f64 * options.step);
-        view.set_light(&turn.rotated(light))?;
-        view.turn_backdrop(&turn)?;
+        view.set_light(&light.turned(&turn))?;
+        view.turn_backdrop(&light.begin.then(turn))?;
         view.render()?;
         let picture = view.picture()?;
         if number == 0 {
@@ -76,7 +76,7 @@ pub fn render_turntable(
 /// [`GpuError::Image`] if a file cannot be written; else as [`render_turntable`].
 pub fn write_turntable(
     view: &SceneView,
-    light: &ShVec<Rgb<f64>>,
+    light: impl Into<TurningLight>,
     options: &TurntableOptions,
     path: impl AsRef<Path>,
     job: Job<'_>,

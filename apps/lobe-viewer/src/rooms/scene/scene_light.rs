@@ -5,6 +5,7 @@ use std::sync::Arc;
 use lobe::env::{MappedMap, project_map};
 use lobe::prt::Transfer;
 use lobe::sh::{Coefficient as _, Rgb, ShVec};
+use lobe_gpu::TurningLight;
 
 use crate::loading::sky_source::OpenedSky;
 use crate::rooms::light::Taming;
@@ -32,12 +33,22 @@ impl SceneLight {
     /// Sky and lamps are tamed apart, so that neither is tamed again while the sky turns; what is nowhere negative remains so in
     /// the sum.
     pub(crate) fn light(&mut self, edits: &SceneEdits, sky: Option<&OpenedSky>) -> ShVec<Rgb<f64>> {
-        let mut light = match sky {
-            Some(sky) => edits.rotation().rotated(self.tamed_sky(edits, sky)),
-            None => ShVec::zero(edits.order),
-        };
+        let mut light = self.turned_sky(edits, sky);
         light += self.tamed_lamps(edits);
         light
+    }
+
+    /// The same in its two parts, for a sky that turns on.
+    pub(crate) fn turning(&mut self, edits: &SceneEdits, sky: Option<&OpenedSky>) -> TurningLight {
+        let turned = self.turned_sky(edits, sky);
+        TurningLight::new(turned, edits.rotation()).with_still(self.tamed_lamps(edits).clone())
+    }
+
+    fn turned_sky(&mut self, edits: &SceneEdits, sky: Option<&OpenedSky>) -> ShVec<Rgb<f64>> {
+        match sky {
+            Some(sky) => edits.rotation().rotated(self.tamed_sky(edits, sky)),
+            None => ShVec::zero(edits.order),
+        }
     }
 
     fn tamed_sky(&mut self, edits: &SceneEdits, sky: &OpenedSky) -> &ShVec<Rgb<f64>> {

@@ -9,6 +9,7 @@ use lobe::prt::{BakeMode, Transfer};
 
 use crate::loading::bake::{self, GlossyBake, KEPT_SAMPLES, SceneData, SceneNews};
 use crate::loading::cache::UserFolder;
+use crate::loading::export::SceneExport;
 use crate::loading::mode::Mode;
 use crate::loading::scene_source;
 use crate::loading::sky_source::{self, OpenedSky, open_sky};
@@ -143,6 +144,23 @@ impl SceneRoom {
     /// Whether the user asked for the list of files, once.
     pub fn take_wish_for_file(&mut self) -> bool {
         std::mem::take(&mut self.wants_file)
+    }
+
+    /// What the room shows, for a picture in a file; none before a scene is open.
+    pub fn export(&mut self) -> Option<SceneExport> {
+        let data = self.scene.found.clone()?;
+        self.choose_transfer();
+        let sky = self.sky.found.clone();
+        Some(SceneExport {
+            transfer: self.shown.as_ref().map(|(_, transfer)| transfer.clone()),
+            order: self.edits.order,
+            glossy: shining(&self.edits, self.shown.is_some(), &self.glossy).to_vec(),
+            light: self.light.turning(&self.edits, sky.as_ref()),
+            camera: self.orbit.on_device()?,
+            tone: self.viewport.tone(self.edits.exposure),
+            sky,
+            data,
+        })
     }
 
     /// Takes the last change back, or makes it again.
@@ -416,9 +434,7 @@ impl SceneRoom {
         let turn = self.edits.rotation();
         let frame = Frame { size, orbit: self.orbit, light, turn, exposure: self.edits.exposure };
         let transfer = self.shown.as_ref().map(|(_, transfer)| transfer);
-        // Metals shine by paths with interreflections.
-        let is_shining = self.edits.has_gloss && self.edits.mode == Mode::Interreflected && transfer.is_some();
-        let glossy: &[GlossyBake] = if is_shining { &self.glossy } else { &[] };
+        let glossy = shining(&self.edits, transfer.is_some(), &self.glossy);
         let has_gloss = !glossy.is_empty();
         let wanted = Wanted { data: &data, transfer, glossy, sky: self.sky.found.as_ref(), order: self.edits.order };
         match self.viewport.draw(gpu, &wanted, &frame) {
@@ -457,4 +473,9 @@ impl SceneRoom {
             ui.painter().image(texture, rect, whole, Color32::WHITE);
         }
     }
+}
+
+/// The meshes that shine in what is shown: metals, by paths with interreflections.
+fn shining<'a>(edits: &SceneEdits, is_baked: bool, glossy: &'a [GlossyBake]) -> &'a [GlossyBake] {
+    if edits.has_gloss && edits.mode == Mode::Interreflected && is_baked { glossy } else { &[] }
 }

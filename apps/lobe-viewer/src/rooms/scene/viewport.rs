@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use eframe::egui::TextureId;
 use lobe::env::MappedMap;
-use lobe::image::Picture;
+use lobe::image::{Picture, Tone};
 use lobe::prt::{Transfer, TransferMatrices};
 use lobe::scene::Scene;
 use lobe::sh::{Rgb, Rotation, ShVec};
@@ -16,7 +16,7 @@ use crate::loading::sky_source::OpenedSky;
 use crate::rooms::scene::status::Status;
 use crate::widgets::gpu::Gpu;
 use crate::widgets::orbit::Orbit;
-use crate::widgets::tone::{fitting, photograph};
+use crate::widgets::tone::{fitting, photograph, photograph_of_any};
 
 /// After so long without a change the picture is drawn again with more samples a pixel.
 pub(crate) const REST: Duration = Duration::from_millis(250);
@@ -138,6 +138,11 @@ impl Viewport {
     pub(crate) fn picture_at_rest(&self) -> Option<(Picture, f64)> {
         let (_, view) = self.view.as_ref().filter(|_| !self.is_coarse())?;
         Some((view.picture().ok()?, self.fitting?))
+    }
+
+    /// The tone mapping of what is shown at so many stops; before anything was shown, that of the command line.
+    pub(crate) fn tone(&self, stops: f64) -> Tone {
+        self.fitting.map_or_else(|| photograph_of_any(stops), |factor| photograph(factor, stops))
     }
 
     /// Forgets the exposure that fits, for another scene or sky.
