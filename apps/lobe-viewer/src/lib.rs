@@ -41,7 +41,7 @@ pub use rooms::motion::motion_room::MotionRoom;
 pub use rooms::scene::edits::{Comparison, SceneEdits, SceneLamp};
 pub use rooms::scene::probe::{Vertex, transfer_of, vertex_under};
 pub use rooms::scene::scene_room::SceneRoom;
-pub use rooms::sky::edits::SkyEdits;
+pub use rooms::sky::edits::{OwnCoefficient, SkyEdits};
 pub use rooms::sky::sky_room::SkyRoom;
 pub use widgets::gpu::Gpu;
 pub use widgets::history::Step;

@@ -2,10 +2,10 @@
 
 use eframe::egui::Key;
 use egui_kittest::Harness;
-use egui_kittest::kittest::Queryable as _;
+use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use lobe::env::project_map;
-use lobe::sh::{Expansion as _, LightFitOptions, Rgb, certified_minimum, extract_lights};
-use lobe_viewer::{OpenedSky, SkyEdits, SkyRoom, Taming, open_sky};
+use lobe::sh::{Dir, Expansion as _, LightFitOptions, Rgb, Rotation, certified_minimum, extract_lights};
+use lobe_viewer::{OpenedSky, SkyEdits, SkyRoom, Step, Taming, open_sky};
 
 struct Shown {
     room: SkyRoom,
@@ -74,4 +74,101 @@ fn skies_by_formula_are_light_everywhere_above_and_unknown_names_are_told() {
     let line = open_sky("made:midnight".as_ref()).unwrap_err().to_string();
     assert!(line.contains("made:evening") && !line.contains('\n'), "{line}");
     assert!(open_sky("no-such-file.exr".as_ref()).is_err(), "no file");
+}
+
+/// Types into a cell of the table and leaves it.
+fn type_into(harness: &mut Harness<'_, Shown>, cell: &str, text: &str) {
+    harness.get_by_label(cell).focus();
+    harness.run_steps(2);
+    harness.key_press_modifiers(eframe::egui::Modifiers::COMMAND, Key::A);
+    harness.get_by_label(cell).type_text(text);
+    harness.run_steps(2);
+    harness.key_press(Key::Enter);
+    harness.run_steps(3);
+}
+
+/// The line of the minimum for an expansion.
+fn minimum_of(light: &lobe::sh::ShVec<Rgb<f64>>) -> String {
+    let least = certified_minimum(light.map(Rgb::luminance).coefficients(), 1e-6);
+    format!("Minimum of the luminance: {:.4} (blue cross)", least.lo)
+}
+
+#[test]
+fn a_coefficient_that_is_typed_changes_the_expansion_and_is_undone() {
+    let sky = open_sky("bundled:sunset".as_ref()).unwrap();
+    let mut harness = open(SkyEdits::default(), Some(sky.clone()));
+    harness.run_steps(20);
+    let before = project_map(&sky.map, 8).resized(4);
+    assert!(harness.query_by_label(&minimum_of(&before)).is_some(), "the sky's own");
+    type_into(&mut harness, "Band 1, 0, red", "-2.5");
+    let mut changed = before.clone();
+    changed.coefficients_mut()[2].r = -2.5;
+    assert_ne!(minimum_of(&changed), minimum_of(&before), "it shows");
+    assert!(harness.query_by_label(&minimum_of(&changed)).is_some(), "{}", minimum_of(&changed));
+    // Undo knows a change once it has rested for a second.
+    harness.run_steps(200);
+    harness.state_mut().room.step(Step::Undo);
+    harness.run_steps(2);
+    assert!(harness.query_by_label(&minimum_of(&before)).is_some(), "undone");
+    harness.state_mut().room.step(Step::Redo);
+    harness.run_steps(2);
+    assert!(harness.query_by_label(&minimum_of(&changed)).is_some(), "made again");
+    harness.get_by_label("Those of the sky again").click();
+    harness.run_steps(2);
+    assert!(harness.query_by_label(&minimum_of(&before)).is_some(), "all of them back");
+}
+
+#[test]
+fn what_is_no_number_is_refused_in_words_and_changes_nothing() {
+    let sky = open_sky("made:evening".as_ref()).unwrap();
+    let mut harness = open(SkyEdits::default(), Some(sky));
+    for text in ["NaN", "inf", "red", " ", "1e300", "1,5"] {
+        type_into(&mut harness, "Band 1, -1, blue", text);
+        let said = format!("Band 1, -1, blue: expected a number from -1000000 to 1000000, found '{}'", text.trim());
+        assert!(harness.query_by_label_contains(&said).is_some(), "{said}");
+        assert!(harness.state().room.edits().own.is_empty(), "{text}: nothing changed");
+    }
+    type_into(&mut harness, "Band 1, -1, blue", "1.5");
+    assert!(harness.query_by_label_contains("expected a number").is_none(), "a number ends the complaint");
+    assert_eq!(harness.state().room.edits().own[0].value[2], 1.5, "and is taken");
+}
+
+#[test]
+fn coefficients_change_every_second_and_come_around() {
+    let sky = open_sky("bundled:sunset".as_ref()).unwrap();
+    let mut harness = open(SkyEdits::default(), Some(sky.clone()));
+    harness.get_by_label("Change every second").click();
+    harness.run_steps(1);
+    let light = project_map(&sky.map, 8).resized(4);
+    let dt = 0.25;
+    let steps = |seconds: f64| (seconds / dt) as usize;
+    let cell =
+        |harness: &Harness<'_, Shown>| harness.get_by_label("Band 1, 1, green").accesskit_node().value().unwrap();
+    let mut seen = vec![cell(&harness)];
+    for _ in 0..24 {
+        harness.run_steps(steps(1.0));
+        seen.push(cell(&harness));
+    }
+    let expected = |step: usize| {
+        let turn = Rotation::from_axis_angle(Dir::Z, std::f64::consts::TAU * step as f64 / 24.0);
+        format!("{:.4}", turn.rotated(&light).coefficients()[3].g)
+    };
+    let first = (0..24).find(|k| expected(*k) == seen[0]).unwrap();
+    for (passed, found) in seen.iter().enumerate() {
+        assert_eq!(*found, expected((first + passed) % 24), "after {passed} seconds");
+    }
+}
+
+#[test]
+fn what_was_typed_belongs_to_its_sky() {
+    let sky = open_sky("made:even".as_ref()).unwrap();
+    let mut edits = SkyEdits::default();
+    edits.replace(2, Rgb::new(1.0, 2.0, 3.0));
+    edits.replace(2, Rgb::new(4.0, 5.0, 6.0));
+    assert_eq!(edits.own.len(), 1, "one value for a coefficient");
+    let mut harness = open(edits, Some(sky));
+    assert_eq!(harness.state().room.edits().own[0].value, [4.0, 5.0, 6.0], "kept for the first sky that is opened");
+    harness.state_mut().sky = Some(open_sky("made:noon".as_ref()).unwrap());
+    harness.run_steps(2);
+    assert!(harness.state().room.edits().own.is_empty(), "another sky has coefficients of its own");
 }

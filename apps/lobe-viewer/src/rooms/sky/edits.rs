@@ -1,5 +1,6 @@
 //! What a user changes in the room.
 
+use lobe::sh::{Expansion as _, Rgb, ShVec};
 use serde::{Deserialize, Serialize};
 
 use crate::rooms::light::Taming;
@@ -19,10 +20,44 @@ pub struct SkyEdits {
     pub exposure: f64,
     /// Lights that are looked for in the expansion.
     pub lights: usize,
+    /// Coefficients that were typed, in the place of those of the sky.
+    pub own: Vec<OwnCoefficient>,
+}
+
+/// A coefficient that was typed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct OwnCoefficient {
+    /// Its number, `l (l + 1) + m`.
+    pub number: usize,
+    /// Red, green and blue.
+    pub value: [f64; 3],
+}
+
+impl SkyEdits {
+    /// Puts a coefficient in the place of that of the sky.
+    pub fn replace(&mut self, number: usize, value: Rgb<f64>) {
+        let value = value.into();
+        match self.own.iter_mut().find(|own| own.number == number) {
+            Some(own) => own.value = value,
+            None => self.own.push(OwnCoefficient { number, value }),
+        }
+    }
+
+    /// An expansion with the coefficients that were typed; those above its order have no place in it.
+    #[must_use]
+    pub fn replaced(&self, mut light: ShVec<Rgb<f64>>) -> ShVec<Rgb<f64>> {
+        for own in &self.own {
+            if let Some(coefficient) = light.coefficients_mut().get_mut(own.number) {
+                *coefficient = own.value.into();
+            }
+        }
+        light
+    }
 }
 
 impl Default for SkyEdits {
     fn default() -> Self {
-        Self { order: 4, taming: Taming::None, mapping: "octahedral".into(), exposure: 0.0, lights: 2 }
+        Self { order: 4, taming: Taming::None, mapping: "octahedral".into(), exposure: 0.0, lights: 2, own: Vec::new() }
     }
 }

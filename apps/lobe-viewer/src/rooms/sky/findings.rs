@@ -7,11 +7,12 @@ use lobe::image::{Picture, compare};
 use lobe::prt::Transfer;
 use lobe::render::{lat_long_picture, lat_long_picture_of};
 use lobe::sh::{
-    Coefficient as _, Expansion as _, Extremum, LightFit, LightFitOptions, Rgb, ShVec, Zonal, certified_minimum,
-    convolved, extract_lights,
+    Coefficient as _, Dir, Expansion as _, Extremum, LightFit, LightFitOptions, Rgb, Rotation, ShVec, Zonal,
+    certified_minimum, convolved, extract_lights,
 };
 
-use crate::rooms::sky::edits::SkyEdits;
+use crate::rooms::light::Taming;
+use crate::rooms::sky::edits::{OwnCoefficient, SkyEdits};
 
 /// Columns and rows of the pictures that are compared.
 pub(crate) const SIZE: [usize; 2] = [256, 128];
@@ -23,10 +24,10 @@ const TOLERANCE: f64 = 1e-6;
 pub(crate) struct Findings {
     map: Arc<MappedMap>,
     whole: ShVec<Rgb<f64>>,
-    order: usize,
-    taming: crate::rooms::light::Taming,
-    count: usize,
-    /// The expansion, tamed.
+    key: Key,
+    /// By which sky and expansion are turned.
+    turn: Rotation,
+    /// The expansion, tamed, with what was typed, turned.
     pub(crate) light: ShVec<Rgb<f64>>,
     /// Of the irradiance that it gives.
     pub(crate) irradiance: ShVec<Rgb<f64>>,
@@ -48,38 +49,38 @@ pub(crate) struct Findings {
 
 impl Findings {
     /// Those of before where nothing changed, or new ones.
-    pub(crate) fn of(before: Option<Self>, map: &Arc<MappedMap>, edits: &SkyEdits) -> Self {
+    pub(crate) fn of(before: Option<Self>, map: &Arc<MappedMap>, edits: &SkyEdits, turn: Rotation) -> Self {
+        let key = Key::of(edits);
         let (is_same_map, version) = match &before {
             Some(found) => (Arc::ptr_eq(&found.map, map), found.version + 1),
             None => (false, 0),
         };
         match before {
-            Some(found)
-                if is_same_map
-                    && (found.order, found.taming, found.count) == (edits.order, edits.taming, edits.lights) =>
-            {
-                found
+            Some(found) if is_same_map && found.key == key && found.turn == turn => found,
+            Some(found) if is_same_map && found.turn == turn => {
+                Self::find(map, found.whole, found.picture, (edits, turn), version)
             }
-            Some(found) if is_same_map => Self::find(map, found.whole, found.picture, edits, version),
-            _ => {
-                let whole = project_map(map, Transfer::MAX_ORDER);
-                let picture = lat_long_picture(SIZE[0], SIZE[1], |s| map.radiance(s).widen());
-                Self::find(map, whole, picture, edits, version)
-            }
+            Some(found) if is_same_map => Self::find(map, found.whole, seen(map, turn), (edits, turn), version),
+            _ => Self::find(map, project_map(map, Transfer::MAX_ORDER), seen(map, turn), (edits, turn), version),
         }
     }
 
-    fn find(map: &Arc<MappedMap>, whole: ShVec<Rgb<f64>>, picture: Picture, edits: &SkyEdits, version: u64) -> Self {
-        let light = edits.taming.tamed(&whole.resized(edits.order));
+    fn find(
+        map: &Arc<MappedMap>,
+        whole: ShVec<Rgb<f64>>,
+        picture: Picture,
+        (edits, turn): (&SkyEdits, Rotation),
+        version: u64,
+    ) -> Self {
+        let light = turn.rotated(&edits.replaced(edits.taming.tamed(&whole.resized(edits.order))));
         let luminance = light.map(Rgb::luminance);
         let reconstruction = lat_long_picture_of(SIZE[0], SIZE[1], &light);
         let options = LightFitOptions::default().count(edits.lights);
         let mean = picture.mean().iter().sum::<f64>() / 3.0;
         Self {
             map: map.clone(),
-            order: edits.order,
-            taming: edits.taming,
-            count: edits.lights,
+            key: Key::of(edits),
+            turn,
             irradiance: convolved(&light, &Zonal::clamped_cosine(edits.order)),
             minimum: certified_minimum(luminance.coefficients(), TOLERANCE),
             lights: if edits.lights > 0 { extract_lights(&light, &options).ok() } else { None },
@@ -97,4 +98,34 @@ impl Findings {
     pub(crate) fn map(&self) -> &Arc<MappedMap> {
         &self.map
     }
+
+    /// The radiance of the sky, turned.
+    pub(crate) fn radiance(&self, s: Dir) -> Rgb<f64> {
+        turned_radiance(&self.map, self.turn, s)
+    }
+}
+
+/// What of the edits the findings follow from.
+#[derive(Clone, Debug, PartialEq)]
+struct Key {
+    order: usize,
+    taming: Taming,
+    lights: usize,
+    own: Vec<OwnCoefficient>,
+}
+
+impl Key {
+    fn of(edits: &SkyEdits) -> Self {
+        let SkyEdits { order, taming, lights, .. } = *edits;
+        Self { order, taming, lights, own: edits.own.clone() }
+    }
+}
+
+/// A turned sky, lat-long.
+fn seen(map: &MappedMap, turn: Rotation) -> Picture {
+    lat_long_picture(SIZE[0], SIZE[1], |s| turned_radiance(map, turn, s))
+}
+
+fn turned_radiance(map: &MappedMap, turn: Rotation, s: Dir) -> Rgb<f64> {
+    map.radiance(turn.inverse().rotate_dir(s)).widen()
 }

@@ -4,10 +4,10 @@ use eframe::egui::{
     Align, Align2, Color32, FontId, Label, Layout, Painter, Pos2, Rect, Response, Rgba, RichText, Stroke, Ui, Vec2,
     vec2,
 };
-use lobe::env::{MappedMap, Mapping};
+use lobe::env::Mapping;
 use lobe::image::{Curve, Picture, Tone};
 use lobe::render::{Ball, View};
-use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb};
+use lobe::sh::{Dir, Expansion as _, Rgb};
 
 use crate::rooms::sky::edits::SkyEdits;
 use crate::rooms::sky::findings::Findings;
@@ -64,7 +64,7 @@ impl Panels {
             let height = mapping.height_for(UNFOLDED);
             let size = vec2(180.0 * UNFOLDED as f32 / height.max(1) as f32, 180.0);
             panel(ui, &format!("Unfolded: {}", mapping.name()), size, |ui| {
-                let make = || (unfolded(found.map(), mapping, height), tone);
+                let make = || (unfolded(found, mapping, height), tone);
                 self.unfolded.show(ui, "The sky, unfolded", size, unfolded_key, make)
             });
             self.balls(ui, found, (&key, tone));
@@ -86,7 +86,7 @@ impl Panels {
         };
         let response = panel(ui, "A mirror, with the lights", size, |ui| {
             self.mirror.show(ui, "Mirror ball", size, key.to_vec(), || {
-                (ball.picture(background, |n| found.map().radiance(reflected(n)).widen()), tone)
+                (ball.picture(background, |n| found.radiance(reflected(n))), tone)
             })
         });
         arrows(&ui.painter_at(response.rect), response.rect, found, view);
@@ -113,10 +113,10 @@ fn panel(ui: &mut Ui, title: &str, size: Vec2, show: impl FnOnce(&mut Ui) -> Res
 }
 
 /// The sky in another mapping; black where that shows nothing.
-fn unfolded(map: &MappedMap, mapping: Mapping, height: usize) -> Picture {
+fn unfolded(found: &Findings, mapping: Mapping, height: usize) -> Picture {
     Picture::from_fn(UNFOLDED, height, |x, y| {
         let (u, v) = ((x as f64 + 0.5) / UNFOLDED as f64, (y as f64 + 0.5) / height as f64);
-        mapping.dir_from_uv(u, v).map_or([0.0; 3], |s| map.radiance(s).into())
+        mapping.dir_from_uv(u, v).map_or([0.0; 3], |s| <[f64; 3]>::from(found.radiance(s)).map(|c| c as f32))
     })
 }
 

@@ -1,19 +1,27 @@
 //! The room: the panel, and the pictures.
 
-use eframe::egui::{CentralPanel, ComboBox, Panel, ScrollArea, Slider, Ui};
+use std::f64::consts::TAU;
+use std::sync::Arc;
+use std::time::Duration;
+
+use eframe::egui::{Button, CentralPanel, ComboBox, Context, Panel, ScrollArea, Slider, Ui};
 use lobe::env::Mapping;
 use lobe::prt::Transfer;
-use lobe::sh::Expansion as _;
+use lobe::sh::{Dir, Rotation};
 
 use crate::loading::sky_source::OpenedSky;
 use crate::rooms::sky::edits::SkyEdits;
 use crate::rooms::sky::findings::Findings;
 use crate::rooms::sky::panels::Panels;
 use crate::widgets::bars::bars;
+use crate::widgets::coefficient_table::CoefficientTable;
 use crate::widgets::history::{Can, History, Step};
 
 /// The most lights that are looked for.
 const MOST_LIGHTS: usize = 4;
+
+/// Steps of a turn of the sky that changes every second: 15 degrees each.
+const STEPS: f64 = 24.0;
 
 /// An environment and its expansions.
 pub struct SkyRoom {
@@ -21,6 +29,9 @@ pub struct SkyRoom {
     history: History<SkyEdits>,
     found: Option<Findings>,
     panels: Panels,
+    table: CoefficientTable,
+    /// Since when the sky turns by a step each second, in seconds of the window.
+    looping: Option<f64>,
 }
 
 impl SkyRoom {
@@ -29,7 +40,8 @@ impl SkyRoom {
     pub fn new(mut edits: SkyEdits) -> Self {
         edits.order = edits.order.clamp(1, Transfer::MAX_ORDER);
         edits.lights = edits.lights.min(MOST_LIGHTS);
-        Self { edits, history: History::default(), found: None, panels: Panels::default() }
+        let (history, panels, table) = Default::default();
+        Self { edits, history, found: None, panels, table, looping: None }
     }
 
     /// What a user changed.
@@ -50,8 +62,13 @@ impl SkyRoom {
     /// Shows the room on an environment.
     pub fn ui(&mut self, ui: &mut Ui, sky: Option<&OpenedSky>) {
         self.history.watch(ui.ctx(), &self.edits);
+        let turn = Rotation::from_axis_angle(Dir::Z, self.turn(ui.ctx()));
         if let Some(sky) = sky {
-            self.found = Some(Findings::of(self.found.take(), &sky.map, &self.edits));
+            // What was typed belongs to the sky that was there.
+            if self.found.as_ref().is_some_and(|found| !Arc::ptr_eq(found.map(), &sky.map)) {
+                self.edits.own.clear();
+            }
+            self.found = Some(Findings::of(self.found.take(), &sky.map, &self.edits, turn));
         }
         Panel::left("sky controls").default_size(320.0).size_range(240.0..=480.0).show(ui, |ui| {
             ScrollArea::vertical().auto_shrink(false).show(ui, |ui| self.panel(ui, sky));
@@ -64,6 +81,14 @@ impl SkyRoom {
                 }
             });
         });
+    }
+
+    /// The turn of the sky in radians: a step for each second that has passed, 0 at rest.
+    fn turn(&self, ctx: &Context) -> f64 {
+        let Some(since) = self.looping else { return 0.0 };
+        let passed = (ctx.input(|input| input.time) - since).max(0.0);
+        ctx.request_repaint_after(Duration::from_secs_f64(1.0 - passed.fract()));
+        TAU * (passed.floor() % STEPS) / STEPS
     }
 
     fn panel(&mut self, ui: &mut Ui, sky: Option<&OpenedSky>) {
@@ -97,13 +122,19 @@ impl SkyRoom {
         ui.separator();
         ui.strong("Coefficients of the luminance");
         bars(ui, "Coefficients of the luminance", &found.luminance);
-        ui.collapsing("As numbers", |ui| {
-            for l in 0..found.light.order() {
-                for (k, c) in found.light.band(l).iter().enumerate() {
-                    let [r, g, b] = <[f64; 3]>::from(*c);
-                    ui.monospace(format!("{l}, {:>2}: {r:9.4} {g:9.4} {b:9.4}", k as isize - l as isize));
-                }
-            }
-        });
+        let mut is_looping = self.looping.is_some();
+        let hint = "The sky turns by 15 degrees each second; its coefficients change, the energy of each band does not";
+        if ui.checkbox(&mut is_looping, "Change every second").on_hover_text(hint).changed() {
+            self.looping = is_looping.then(|| ui.input(|input| input.time));
+        }
+        ui.strong("Coefficients, red, green and blue");
+        ui.weak(if is_looping { "They can be typed while they are at rest." } else { "Type into a cell, then Enter." });
+        if let Some((number, value)) = self.table.show(ui, &found.light, !is_looping) {
+            self.edits.replace(number, value);
+        }
+        let count = self.edits.own.len();
+        if ui.add_enabled(count > 0, Button::new("Those of the sky again")).clicked() {
+            self.edits.own.clear();
+        }
     }
 }
