@@ -10,6 +10,7 @@ use crate::rooms::functions::edits::FunctionsEdits;
 use crate::rooms::scene::edits::SceneEdits;
 use crate::rooms::sky::edits::SkyEdits;
 use crate::widgets::orbit::Orbit;
+use crate::widgets::within::within;
 
 /// The file.
 const NAME: &str = "window.json";
@@ -105,14 +106,26 @@ impl Default for Kept {
 }
 
 impl Kept {
-    /// What was kept in a folder; what cannot be read is as at the first start.
+    /// What was kept in a folder; what cannot be read is as at the first start, and numbers are brought into their ranges.
     #[must_use]
     pub fn read(folder: &UserFolder) -> Self {
         let text = folder.file(NAME).and_then(|path| read_text(&path));
         let mut kept: Self = text.and_then(|text| serde_json::from_str(&text).ok()).unwrap_or_default();
-        kept.zoom = if kept.zoom.is_finite() { kept.zoom.clamp(0.5, 3.0) } else { 1.0 };
-        kept.scene.order = kept.scene.order.clamp(1, lobe::prt::Transfer::MAX_ORDER);
+        kept.check();
         kept
+    }
+
+    /// Brings every number into the range that its control has, whoever wrote the file.
+    fn check(&mut self) {
+        self.zoom = within(f64::from(self.zoom), 0.5..=3.0, 1.0) as f32;
+        self.recent.truncate(MOST_RECENT);
+        self.scene.check();
+        if let Some(orbit) = &mut self.orbit {
+            orbit.check();
+        }
+        self.functions.check();
+        self.sky.check();
+        self.export.check();
     }
 
     /// Keeps it. That it cannot is no error.

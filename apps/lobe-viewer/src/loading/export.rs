@@ -46,6 +46,15 @@ impl Default for ExportPlan {
     }
 }
 
+impl ExportPlan {
+    /// Brings its numbers into their ranges.
+    pub(crate) fn check(&mut self) {
+        self.size = self.size.map(|side| side.clamp(1, MOST_PIXELS));
+        self.rays = self.rays.clamp(1, MOST_RAYS);
+        self.frames = self.frames.clamp(2, MOST_FRAMES);
+    }
+}
+
 /// The folder of the user's pictures: `$XDG_PICTURES_DIR`, or `Pictures` in the home folder if it is there, or that of the program.
 fn pictures_folder() -> PathBuf {
     let set = |name: &str| env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());

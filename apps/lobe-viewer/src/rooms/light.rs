@@ -1,8 +1,18 @@
 //! What is done to the expansion of a light before it lights anything: windows and dering.
 
+use std::ops::RangeInclusive;
+
 use eframe::egui::{ComboBox, Slider, Ui};
 use lobe::sh::{DeringOptions, Rgb, ShVec, Window, deringed, windowed};
 use serde::{Deserialize, Serialize};
+
+use crate::widgets::within::within;
+
+/// Widths of windows in bands, up to four times the highest order.
+const WIDTHS: RangeInclusive<f64> = 1.5..=32.0;
+
+/// Widths of heat kernels in radians.
+const SIGMAS: RangeInclusive<f64> = 0.01..=1.2;
 
 /// What tames the ringing of an expansion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -66,6 +76,15 @@ impl Taming {
         }
     }
 
+    /// Brings its width into its range.
+    pub(crate) fn check(&mut self) {
+        match self {
+            Self::Hanning(width) | Self::Lanczos(width) => *width = within(*width, WIDTHS, 4.0),
+            Self::Gauss(sigma) => *sigma = within(*sigma, SIGMAS, 0.3),
+            Self::None | Self::Dering => {}
+        }
+    }
+
     /// A choice, and the strength of what was chosen. `order` is that of the expansion.
     pub(crate) fn controls(&mut self, ui: &mut Ui, order: usize) {
         let order = order as f64;
@@ -80,10 +99,12 @@ impl Taming {
         });
         match self {
             Self::Hanning(width) | Self::Lanczos(width) => {
-                ui.add(Slider::new(width, 1.5..=4.0 * order.max(1.0)).text("Width in bands").fixed_decimals(2));
+                ui.add(
+                    Slider::new(width, *WIDTHS.start()..=4.0 * order.max(1.0)).text("Width in bands").fixed_decimals(2),
+                );
             }
             Self::Gauss(sigma) => {
-                ui.add(Slider::new(sigma, 0.01..=1.2).text("Width in radians").fixed_decimals(3));
+                ui.add(Slider::new(sigma, SIGMAS).text("Width in radians").fixed_decimals(3));
             }
             Self::None | Self::Dering => {}
         }

@@ -8,7 +8,7 @@ const CELL: f32 = 66.0;
 const BAR: f32 = 120.0;
 
 /// A cell takes numbers up to this: light beyond it is none of a picture, and its squares still have digits.
-const MOST: f64 = 1e6;
+pub(crate) const MOST: f64 = 1e6;
 
 /// The names of the channels.
 const CHANNELS: [&str; 3] = ["red", "green", "blue"];

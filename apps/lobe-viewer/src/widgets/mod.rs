@@ -2,7 +2,7 @@
 //! a graphics device draws.
 //!
 //! Read `orbit`, then `named`, which gives names to what is painted, `tone`, `picture` and `balloon`, `bars`, `coefficient_table`, `curve` and `file_list`,
-//! `history`, `notice`, and `gpu`. Uses no other room.
+//! `history`, `notice`, `within`, and `gpu`. Uses no other room.
 
 pub(crate) mod balloon;
 pub(crate) mod bars;
@@ -16,3 +16,4 @@ pub(crate) mod notice;
 pub(crate) mod orbit;
 pub(crate) mod picture;
 pub(crate) mod tone;
+pub(crate) mod within;

@@ -7,6 +7,8 @@ use lobe::sh::Dir;
 use lobe_gpu::GpuCamera;
 use serde::{Deserialize, Serialize};
 
+use crate::widgets::within::within;
+
 /// Half the angle of view from top to bottom, in radians.
 const HALF_ANGLE: f64 = 0.3;
 
@@ -21,6 +23,9 @@ const FROM_AXIS: f64 = 0.01;
 
 /// The least and the greatest distance, as parts of the one that frames the scene.
 const DISTANCES: [f64; 2] = [1e-3, 1e3];
+
+/// Kept targets are at most so far from the origin along each axis, in meters.
+const FARTHEST: f64 = 1e6;
 
 /// An eye at a distance from a point, by azimuth and height above the horizon, +z upwards.
 ///
@@ -46,6 +51,16 @@ impl Default for Orbit {
 }
 
 impl Orbit {
+    /// Brings its numbers into their ranges; angles that are none are those of the first start.
+    pub(crate) fn check(&mut self) {
+        let first = Self::default();
+        let most = FRAC_PI_2 - FROM_AXIS;
+        self.azimuth = within(self.azimuth, -2.0 * PI..=2.0 * PI, first.azimuth);
+        self.height = within(self.height, -most..=most, first.height);
+        self.target = std::array::from_fn(|k| within(self.target[k], -FARTHEST..=FARTHEST, first.target[k]));
+        self.distance = within(self.distance, DISTANCES[0]..=DISTANCES[1], first.distance);
+    }
+
     /// The same view from where the ball around a box is a little higher than the picture.
     #[must_use]
     pub fn framing(self, [min, max]: [[f64; 3]; 2]) -> Self {

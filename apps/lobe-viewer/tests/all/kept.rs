@@ -2,7 +2,7 @@
 
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
-use lobe_viewer::{Kept, RoomName, SceneLamp, Theme, UserFolder, ViewerApp};
+use lobe_viewer::{Kept, Orbit, RoomName, SceneLamp, Shape, Taming, Theme, UserFolder, ViewerApp};
 
 #[test]
 fn what_is_written_is_read_again_and_nonsense_is_as_a_first_start() {
@@ -25,6 +25,67 @@ fn what_is_written_is_read_again_and_nonsense_is_as_a_first_start() {
     let read = Kept::read(&user);
     assert_eq!((read.zoom, read.scene.order), (3.0, 8), "numbers out of range");
     assert_eq!(Kept::read(&UserFolder::none()), Kept::default(), "without a folder");
+}
+
+/// The same JSON with every number, in turn those of whole numbers or of all others, replaced.
+fn with_numbers(value: &mut serde_json::Value, whole: bool, number: &serde_json::Value) {
+    match value {
+        serde_json::Value::Number(found) if whole == (found.is_u64() || found.is_i64()) => *value = number.clone(),
+        serde_json::Value::Array(all) => all.iter_mut().for_each(|value| with_numbers(value, whole, number)),
+        serde_json::Value::Object(all) => all.values_mut().for_each(|value| with_numbers(value, whole, number)),
+        _ => {}
+    }
+}
+
+/// The largest number in JSON.
+fn largest(value: &serde_json::Value) -> f64 {
+    match value {
+        serde_json::Value::Number(found) => found.as_f64().unwrap().abs(),
+        serde_json::Value::Array(all) => all.iter().map(largest).fold(0.0, f64::max),
+        serde_json::Value::Object(all) => all.values().map(largest).fold(0.0, f64::max),
+        // Numbers that are none are written as null.
+        serde_json::Value::Null => f64::INFINITY,
+        _ => 0.0,
+    }
+}
+
+#[test]
+fn every_number_that_is_kept_comes_back_in_its_range_and_the_rooms_stand_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let user = UserFolder::at(folder.path());
+    let mut kept = Kept::default();
+    kept.scene.scene = "built-in:furnace".into();
+    kept.scene.lamps = vec![SceneLamp::default(); 3];
+    (kept.scene.taming, kept.sky.taming, kept.functions.taming) =
+        (Taming::Hanning(3.0), Taming::Gauss(0.2), Taming::Lanczos(3.0));
+    kept.orbit = Some(Orbit::default());
+    kept.functions.shape = Shape::Cone(20.5);
+    kept.sky.replace(3, lobe::sh::Rgb::new(0.5, 0.25, 0.125));
+    let good = serde_json::to_value(&kept).unwrap();
+    let bad = |whole: bool, number: serde_json::Value| {
+        let mut value = good.clone();
+        with_numbers(&mut value, whole, &number);
+        value
+    };
+    let others = [1e30, -1e30, 0.0].map(|number| bad(false, number.into()));
+    let wholes = [0_u32, u32::MAX].map(|number| bad(true, number.into()));
+    for value in others.into_iter().chain(wholes) {
+        std::fs::write(folder.path().join("window.json"), value.to_string()).unwrap();
+        let read = Kept::read(&user);
+        assert_eq!(read.scene.scene.to_str(), Some("built-in:furnace"), "it was read: {value}");
+        let back = serde_json::to_value(&read).unwrap();
+        assert!(largest(&back) <= 1e6, "{back}");
+        assert!((1..=8).contains(&read.scene.order) && (1..=8).contains(&read.functions.order), "{back}");
+        assert!(read.export.frames >= 2 && read.export.size.iter().all(|side| (1..=4096).contains(side)), "{back}");
+        assert!(read.orbit.unwrap().distance > 0.0 && read.orbit.unwrap().camera().is_some(), "{back}");
+        let app = ViewerApp::new(None, user.clone(), &[]);
+        let mut harness =
+            Harness::builder().with_size([900.0, 700.0]).build_ui_state(|ui, app: &mut ViewerApp| app.show(ui), app);
+        for room in RoomName::ALL {
+            harness.get_all_by_label(room.title()).next().unwrap().click();
+            harness.run_steps(3);
+        }
+    }
 }
 
 #[test]

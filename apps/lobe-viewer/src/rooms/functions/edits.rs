@@ -5,6 +5,7 @@ use lobe::sh::{Dir, Expansion as _, Rotation, ShVec, Zonal};
 use serde::{Deserialize, Serialize};
 
 use crate::rooms::light::Taming;
+use crate::widgets::within::within;
 
 /// The highest order of the room, whose coefficients still fit beside the balloons.
 pub(crate) const MAX_ORDER: usize = 8;
@@ -88,6 +89,18 @@ impl Shape {
         }
     }
 
+    fn check(&mut self) {
+        match self {
+            Self::Basis(l, m) => {
+                *l = (*l).min(MAX_ORDER - 1);
+                *m = (*m).clamp(-(*l as isize), *l as isize);
+            }
+            Self::Cone(degrees) => *degrees = within(*degrees, 1.0..=180.0, 30.0),
+            Self::Lobe(exponent) => *exponent = within(*exponent, 0.0..=64.0, 8.0),
+            Self::Impulse | Self::Cosine => {}
+        }
+    }
+
     /// A choice, and the numbers of what was chosen.
     pub(crate) fn controls(&mut self, ui: &mut Ui, label: &str, order: usize) {
         ComboBox::from_label(label).selected_text(self.title()).show_ui(ui, |ui| {
@@ -162,6 +175,19 @@ impl Default for FunctionsEdits {
 }
 
 impl FunctionsEdits {
+    /// Brings its numbers into their ranges.
+    pub(crate) fn check(&mut self) {
+        let first = Self::default();
+        self.order = self.order.clamp(1, MAX_ORDER);
+        [&mut self.shape, &mut self.other].into_iter().for_each(Shape::check);
+        self.taming.check();
+        self.angles = self.angles.map(|angle| within(angle, -180.0..=180.0, 0.0));
+        self.between = within(self.between, 0.0..=180.0, first.between);
+        self.half_angle = within(self.half_angle, 1.0..=90.0, first.half_angle);
+        self.light_at = within(self.light_at, 0.0..=360.0, first.light_at);
+        self.light_height = within(self.light_height, -90.0..=90.0, first.light_height);
+    }
+
     /// The rotation of the study of rotations.
     #[must_use]
     pub fn rotation(&self) -> Rotation {

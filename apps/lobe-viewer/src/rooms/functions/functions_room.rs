@@ -20,7 +20,7 @@ impl FunctionsRoom {
     /// The room as it was left.
     #[must_use]
     pub fn new(mut edits: FunctionsEdits) -> Self {
-        edits.order = edits.order.clamp(1, MAX_ORDER);
+        edits.check();
         let eye = Orbit { azimuth: 0.6, height: 0.45, ..Orbit::default() };
         Self { edits, history: History::default(), eye, balloons: Default::default() }
     }

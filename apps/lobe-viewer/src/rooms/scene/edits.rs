@@ -1,13 +1,22 @@
 //! What a user changes in the room.
 
+use std::f64::consts::{PI, TAU};
 use std::path::PathBuf;
 
+use lobe::prt::Transfer;
 use lobe::sh::{Dir, Light, Normalization, Rgb, Rotation, ShError, ShVec};
 use serde::{Deserialize, Serialize};
 
 use crate::loading::mode::Mode;
 use crate::loading::{scene_source, sky_source};
 use crate::rooms::light::Taming;
+use crate::widgets::within::within;
+
+/// The most lamps.
+pub(crate) const MOST_LAMPS: usize = 16;
+
+/// Exposure by keys goes so far either way: beyond it all is black or white.
+pub(crate) const MOST_STOPS: f64 = 16.0;
 
 /// Whether the picture is compared with the truth.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -90,6 +99,19 @@ impl Default for SceneEdits {
 }
 
 impl SceneEdits {
+    /// Brings its numbers into their ranges.
+    pub(crate) fn check(&mut self) {
+        let first = Self::default();
+        self.order = self.order.clamp(1, Transfer::MAX_ORDER);
+        self.taming.check();
+        self.sky_strength = within(self.sky_strength, 0.0..=8.0, first.sky_strength);
+        self.turn = within(self.turn, 0.0..=TAU, first.turn);
+        self.tilt = within(self.tilt, -PI..=PI, first.tilt);
+        self.exposure = within(self.exposure, -MOST_STOPS..=MOST_STOPS, first.exposure);
+        self.lamps.truncate(MOST_LAMPS);
+        self.lamps.iter_mut().for_each(SceneLamp::check);
+    }
+
     /// The rotation of the sky.
     #[must_use]
     pub fn rotation(&self) -> Rotation {
@@ -124,6 +146,16 @@ impl Default for SceneLamp {
 }
 
 impl SceneLamp {
+    fn check(&mut self) {
+        let first = Self::default();
+        self.azimuth = within(self.azimuth, -180.0..=180.0, first.azimuth);
+        self.height = within(self.height, -90.0..=90.0, first.height);
+        self.half_angle = within(self.half_angle, 1.0..=90.0, first.half_angle);
+        self.strength = within(self.strength, 0.0..=20.0, first.strength);
+        self.color =
+            std::array::from_fn(|k| within(f64::from(self.color[k]), 0.0..=1.0, f64::from(first.color[k])) as f32);
+    }
+
     /// Towards the lamp.
     #[must_use]
     pub fn dir(&self) -> Dir {

@@ -2,10 +2,7 @@
 
 use eframe::egui::{Slider, Ui};
 
-use crate::rooms::scene::edits::SceneLamp;
-
-/// The most lamps.
-const MOST: usize = 16;
+use crate::rooms::scene::edits::{MOST_LAMPS, SceneLamp};
 
 /// A slider in whole degrees.
 fn degrees<'a>(slider: Slider<'a>, text: &str) -> Slider<'a> {
@@ -36,7 +33,7 @@ pub(crate) fn lamps(ui: &mut Ui, lamps: &mut Vec<SceneLamp>) {
         lamps.remove(number);
     }
     ui.horizontal(|ui| {
-        let has_room = lamps.len() < MOST;
+        let has_room = lamps.len() < MOST_LAMPS;
         if ui.add_enabled(has_room, eframe::egui::Button::new("Add a sun")).clicked() {
             lamps.push(SceneLamp { half_angle: 1.0, strength: 1.0, ..SceneLamp::default() });
         }

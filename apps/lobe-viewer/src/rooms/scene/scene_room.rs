@@ -15,7 +15,7 @@ use crate::loading::scene_source;
 use crate::loading::sky_source::{self, OpenedSky, open_sky};
 use crate::loading::task::{Task, TaskEvent};
 use crate::rooms::scene::controls::{self, Asked, BakePlan, Known};
-use crate::rooms::scene::edits::{Comparison, SceneEdits};
+use crate::rooms::scene::edits::{Comparison, MOST_STOPS, SceneEdits};
 use crate::rooms::scene::lamps::lamps;
 use crate::rooms::scene::opened::{Opened, failure, take_back};
 use crate::rooms::scene::pointer;
@@ -341,7 +341,9 @@ impl SceneRoom {
             }
         }
         let steps = [(Key::OpenBracket, -0.5), (Key::CloseBracket, 0.5)];
-        steps.iter().filter(|(key, _)| pressed(*key)).for_each(|(_, by)| self.edits.exposure += by);
+        for (_, by) in steps.iter().filter(|(key, _)| pressed(*key)) {
+            self.edits.exposure = (self.edits.exposure + by).clamp(-MOST_STOPS, MOST_STOPS);
+        }
         if pressed(Key::Comma) {
             self.edits.order = (self.edits.order - 1).max(1);
         }

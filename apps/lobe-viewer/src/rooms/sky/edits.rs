@@ -1,9 +1,16 @@
 //! What a user changes in the room.
 
+use lobe::env::Mapping;
+use lobe::prt::Transfer;
 use lobe::sh::{Expansion as _, Rgb, ShVec};
 use serde::{Deserialize, Serialize};
 
 use crate::rooms::light::Taming;
+use crate::widgets::coefficient_table::MOST;
+use crate::widgets::within::within;
+
+/// The most lights that are looked for.
+pub(crate) const MOST_LIGHTS: usize = 4;
 
 /// All that is kept from one start to the next.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -35,6 +42,23 @@ pub struct OwnCoefficient {
 }
 
 impl SkyEdits {
+    /// Brings its numbers into their ranges, and forgets what names nothing.
+    pub(crate) fn check(&mut self) {
+        let first = Self::default();
+        self.order = self.order.clamp(1, Transfer::MAX_ORDER);
+        self.lights = self.lights.min(MOST_LIGHTS);
+        self.taming.check();
+        self.exposure = within(self.exposure, -8.0..=8.0, first.exposure);
+        if Mapping::from_name(&self.mapping).is_none() {
+            self.mapping = first.mapping;
+        }
+        self.own.retain(|own| {
+            own.number < Transfer::MAX_ORDER * Transfer::MAX_ORDER && own.value.iter().all(|c| c.abs() <= MOST)
+        });
+        self.own.sort_by_key(|own| own.number);
+        self.own.dedup_by_key(|own| own.number);
+    }
+
     /// Puts a coefficient in the place of that of the sky.
     pub fn replace(&mut self, number: usize, value: Rgb<f64>) {
         let value = value.into();

@@ -7,12 +7,12 @@ use eframe::egui::{
 use lobe::env::Mapping;
 use lobe::image::{Curve, Picture, Tone};
 use lobe::render::{Ball, View};
-use lobe::sh::{Dir, Expansion as _, Rgb};
+use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb};
 
 use crate::rooms::sky::edits::SkyEdits;
 use crate::rooms::sky::findings::Findings;
 use crate::widgets::picture::PictureView;
-use crate::widgets::tone::{fitting, photograph};
+use crate::widgets::tone::{fitting, photograph, shown_as};
 
 /// Width of an unfolded mapping, in texels.
 const UNFOLDED: usize = 256;
@@ -72,9 +72,9 @@ impl Panels {
     }
 
     fn balls(&mut self, ui: &mut Ui, found: &Findings, (key, tone): (&[u64], Tone)) {
-        let back = Rgba::from(ui.visuals().panel_fill);
-        let background = Rgb::new(back.r(), back.g(), back.b());
-        // The background is already exposed and mapped: what is shown there is close enough.
+        let background = background(ui.visuals().panel_fill, &tone);
+        let mut key = key.to_vec();
+        key.extend(<[f32; 3]>::from(background).map(|c| u64::from(c.to_bits())));
         let view = View::ALONG_X;
         let ball = Ball::new(BALL).seen(view);
         let towards_eye = -Dir::X;
@@ -85,21 +85,28 @@ impl Panels {
             Dir::new(std::array::from_fn(|k| c * n[k] - e[k])).unwrap_or(towards_eye)
         };
         let response = panel(ui, "A mirror, with the lights", size, |ui| {
-            self.mirror.show(ui, "Mirror ball", size, key.to_vec(), || {
+            self.mirror.show(ui, "Mirror ball", size, key.clone(), || {
                 (ball.picture(background, |n| found.radiance(reflected(n))), tone)
             })
         });
         arrows(&ui.painter_at(response.rect), response.rect, found, view);
         panel(ui, "A mirror of the expansion", size, |ui| {
-            self.glossy.show(ui, "Mirror ball of the expansion", size, key.to_vec(), || {
+            self.glossy.show(ui, "Mirror ball of the expansion", size, key.clone(), || {
                 (ball.picture(background, |n| found.light.eval(reflected(n))), tone)
             })
         });
         panel(ui, "Matte, by the expansion", size, |ui| {
             let make = || (ball.lit_by_sh(background, &found.irradiance), tone);
-            self.matte.show(ui, "Matte ball", size, key.to_vec(), make)
+            self.matte.show(ui, "Matte ball", size, key, make)
         });
     }
+}
+
+/// The light behind the balls that the tone mapping shows as the color of the panel.
+fn background(panel: Color32, tone: &Tone) -> Rgb<f32> {
+    let shown = Rgba::from(panel);
+    let light = shown_as(tone, Rgb::new(shown.r(), shown.g(), shown.b()).widen());
+    Rgb::from(<[f64; 3]>::from(light).map(|c| c as f32))
 }
 
 /// A picture of this size under its title.
@@ -168,5 +175,21 @@ fn arrows(painter: &Painter, rect: Rect, found: &Findings, view: View) {
         let width = if towards_eye > 0.0 { 3.0 } else { 1.2 };
         painter.arrow(start, -from * 0.55, Stroke::new(width + 2.0, Color32::BLACK));
         painter.arrow(start, -from * 0.55, Stroke::new(width, Color32::YELLOW));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn beside_a_ball_there_is_the_color_of_the_panel_and_no_other() {
+        for (panel, factor) in [(27, 0.05), (27, 40.0), (248, 1.0)] {
+            let panel = Color32::from_gray(panel);
+            let tone = photograph(factor, 1.5);
+            let ball = Ball::new(16).picture(background(panel, &tone), |_| Rgb::new(1.0, 1.0, 1.0));
+            let corner = &tone.to_bytes(&ball)[..3];
+            assert_eq!(corner, [panel.r(), panel.g(), panel.b()], "at exposure {factor}");
+        }
     }
 }

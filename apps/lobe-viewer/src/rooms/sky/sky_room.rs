@@ -10,15 +10,12 @@ use lobe::prt::Transfer;
 use lobe::sh::{Dir, Rotation};
 
 use crate::loading::sky_source::OpenedSky;
-use crate::rooms::sky::edits::SkyEdits;
+use crate::rooms::sky::edits::{MOST_LIGHTS, SkyEdits};
 use crate::rooms::sky::findings::Findings;
 use crate::rooms::sky::panels::Panels;
 use crate::widgets::bars::bars;
 use crate::widgets::coefficient_table::CoefficientTable;
 use crate::widgets::history::{Can, History, Step};
-
-/// The most lights that are looked for.
-const MOST_LIGHTS: usize = 4;
 
 /// Steps of a turn of the sky that changes every second: 15 degrees each.
 const STEPS: f64 = 24.0;
@@ -38,8 +35,7 @@ impl SkyRoom {
     /// The room as it was left.
     #[must_use]
     pub fn new(mut edits: SkyEdits) -> Self {
-        edits.order = edits.order.clamp(1, Transfer::MAX_ORDER);
-        edits.lights = edits.lights.min(MOST_LIGHTS);
+        edits.check();
         let (history, panels, table) = Default::default();
         Self { edits, history, found: None, panels, table, looping: None }
     }
