@@ -12,7 +12,7 @@
 //! | the room of scenes | [`SceneRoom`], [`SceneEdits`], [`SceneLamp`], [`Comparison`], [`vertex_under`], [`transfer_of`] |
 //! | the rooms of skies, functions and motion | [`SkyRoom`], [`FunctionsRoom`], [`MotionRoom`] |
 //! | what is shown of a scene | [`Mode`], [`Taming`], [`Orbit`] |
-//! | reading and baking off the thread of the window | [`Task`], [`open_scene`], [`open_sky`], [`bake_scene`], [`bake_glossy`] |
+//! | reading and baking off the thread of the window | [`Task`], [`open_scene`], [`open_moving`], [`open_sky`], [`bake_scene`], [`bake_glossy`] |
 //! | pictures as files | [`ExportPlan`], [`SceneExport`] |
 
 mod app;
@@ -31,6 +31,7 @@ pub use loading::bake::{GlossyBake, SceneData, SceneNews, bake_glossy, bake_opti
 pub use loading::cache::UserFolder;
 pub use loading::export::{ExportPlan, SceneExport};
 pub use loading::mode::Mode;
+pub use loading::moving_source::open_moving;
 pub use loading::scene_source::{OpenedScene, open_scene};
 pub use loading::sky_source::{OpenedSky, open_sky};
 pub use loading::task::{Control, Task, TaskEvent};

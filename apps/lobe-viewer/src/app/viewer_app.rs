@@ -10,7 +10,7 @@ use crate::app::help::help;
 use crate::app::kept::{Kept, RoomName, Theme};
 use crate::loading::cache::UserFolder;
 use crate::loading::export::ExportPlan;
-use crate::loading::{scene_source, sky_source};
+use crate::loading::{moving_source, scene_source, sky_source};
 use crate::rooms::functions::functions_room::FunctionsRoom;
 use crate::rooms::motion::motion_room::MotionRoom;
 use crate::rooms::scene::scene_room::SceneRoom;
@@ -120,12 +120,28 @@ impl ViewerApp {
             self.scene.edits_mut().scene = path.into();
         } else if text.starts_with("made:") || text.starts_with("bundled:") {
             self.scene.edits_mut().sky = path.into();
+        } else if self.is_of_motion(path) {
+            self.motion.open(path);
+            self.kept.room = RoomName::Motion;
         } else {
             self.scene.open(path);
         }
         if is_file {
             self.kept.remember(path);
         }
+    }
+
+    /// Whether a file is for the room of motion: descriptions are, and scenes that are opened there.
+    fn is_of_motion(&self, path: &Path) -> bool {
+        let is_scene = scene_source::has_ending(path, &scene_source::ENDINGS);
+        scene_source::has_ending(path, &[moving_source::DESCRIPTION])
+            || (is_scene && self.kept.room == RoomName::Motion)
+    }
+
+    /// The room of motion.
+    #[must_use]
+    pub fn motion(&self) -> &MotionRoom {
+        &self.motion
     }
 
     fn answer(&mut self, ctx: &Context, asked: BarAsked) {
@@ -200,8 +216,10 @@ impl ViewerApp {
         let dropped: Vec<PathBuf> =
             ctx.input(|input| input.raw.dropped_files.iter().map(|file| file.path().to_path_buf()).collect());
         for path in dropped {
+            if !self.is_of_motion(&path) {
+                self.kept.room = RoomName::Scene;
+            }
             self.open(&path);
-            self.kept.room = RoomName::Scene;
         }
         if ctx.input(|input| !input.raw.hovered_files.is_empty()) {
             Area::new(Id::unique("drop")).anchor(Align2::CENTER_CENTER, [0.0, 0.0]).show(ctx, |ui| {
@@ -234,7 +252,7 @@ impl ViewerApp {
         self.take_drops(&ctx);
         self.scene.advance(&ctx);
         self.exports.advance(&ctx, &self.kept.export, &mut self.notice);
-        if self.scene.take_wish_for_file() {
+        if self.scene.take_wish_for_file() || self.motion.take_wish_for_file() {
             self.files.open(&endings());
         }
         let can = match self.kept.room {
@@ -267,7 +285,8 @@ impl ViewerApp {
 
 /// Endings of all files that can be opened.
 fn endings() -> Vec<&'static str> {
-    scene_source::ENDINGS.iter().chain(&sky_source::ENDINGS).copied().collect()
+    let scenes = scene_source::ENDINGS.iter().chain([&moving_source::DESCRIPTION]);
+    scenes.chain(&sky_source::ENDINGS).copied().collect()
 }
 
 impl eframe::App for ViewerApp {

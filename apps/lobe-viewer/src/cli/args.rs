@@ -12,7 +12,7 @@ use crate::loading::mode::Mode;
 #[derive(Clone, Debug, Parser)]
 #[command(name = "lobe-viewer", version, max_term_width = 100)]
 pub(crate) struct Arguments {
-    /// Scenes (.glb, .gltf, .obj, .ply) and environments (.hdr, .exr, ..) to open in the window
+    /// Scenes (.glb, .gltf, .obj, .ply), environments (.hdr, .exr, ..) and scenes that move (.json) to open in the window
     #[arg(value_name = "FILE", conflicts_with_all = ["headless", "bench"])]
     pub(crate) files: Vec<PathBuf>,
     /// Render this scene to a file, without a window: a scene file, baked or not, or built-in:NAME

@@ -7,7 +7,7 @@ use lobe::prt::{Baked, BakedOrScene, read_baked_or_scene};
 use lobe::scene::{Scene, SceneReadOptions, built_in, read_scene};
 
 /// The prefix of the names of built-in scenes, as of the command `lobe`.
-const BUILT_IN: &str = "built-in:";
+pub(crate) const BUILT_IN: &str = "built-in:";
 
 /// The scene that the window opens with.
 pub(crate) const FIRST: &str = "built-in:still-life";

@@ -7,6 +7,7 @@ mod drops;
 mod exports;
 mod functions;
 mod kept;
+mod motion;
 mod orbit;
 mod scene;
 mod sky;

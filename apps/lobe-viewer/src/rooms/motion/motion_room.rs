@@ -1,5 +1,6 @@
 //! The room: the panel, the clock, and the picture.
 
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use eframe::egui::{
@@ -10,10 +11,13 @@ use lobe::env::project_map;
 use lobe::render::MovingMethod;
 use lobe::scene::built_in;
 use lobe::sh::{Rgb, ShVec};
+use lobe::shadow::SphereFitMethod;
 
+use crate::loading::moving_source::built_in_moving;
+use crate::loading::scene_source::BUILT_IN;
 use crate::loading::sky_source::OpenedSky;
 use crate::loading::task::TaskEvent;
-use crate::rooms::motion::player::{Asked, Cast, Hand, News, ORDER, Player, Shown};
+use crate::rooms::motion::player::{Asked, Cast, Fit, Hand, News, ORDER, Player, Shown};
 use crate::rooms::motion::spheres::rings;
 use crate::rooms::motion::stage::Stage;
 use crate::widgets::gpu::Gpu;
@@ -21,10 +25,16 @@ use crate::widgets::history::{Can, History, Step};
 use crate::widgets::named::name_image;
 use crate::widgets::orbit::Orbit;
 
+/// The most spheres of a part.
+const MOST_SPHERES: usize = 64;
+
 /// What a user changes in the room.
 #[derive(Clone, Debug, PartialEq)]
 struct MotionEdits {
-    name: String,
+    /// The scene: a file, or a built-in one.
+    source: PathBuf,
+    /// The spheres of exponentials.
+    fit: Fit,
     method: MovingMethod,
     /// Whether parts are where the user has put them, and not where the animation does.
     is_by_hand: bool,
@@ -33,9 +43,9 @@ struct MotionEdits {
 }
 
 impl MotionEdits {
-    fn of_scene(name: &str) -> Self {
-        let (name, method) = (name.to_owned(), MovingMethod::Fields);
-        Self { name, method, is_by_hand: false, hands: Vec::new(), has_spheres: false }
+    fn of_scene(source: PathBuf) -> Self {
+        let (fit, method) = (Fit::default(), MovingMethod::Fields);
+        Self { source, fit, method, is_by_hand: false, hands: Vec::new(), has_spheres: false }
     }
 }
 
@@ -43,7 +53,9 @@ impl MotionEdits {
 pub struct MotionRoom {
     edits: MotionEdits,
     history: History<MotionEdits>,
-    player: Option<(String, Player)>,
+    player: Option<(PathBuf, Player)>,
+    /// The source of the last scene that was opened.
+    good: PathBuf,
     cast: Option<Cast>,
     chosen: usize,
     is_playing: bool,
@@ -55,12 +67,14 @@ pub struct MotionRoom {
     is_waiting: bool,
     stage: Stage,
     message: Option<String>,
+    wants_file: bool,
 }
 
 impl Default for MotionRoom {
     fn default() -> Self {
         Self {
-            edits: MotionEdits::of_scene(built_in::MOVING_NAMES[0]),
+            edits: MotionEdits::of_scene(built_in_moving(built_in::MOVING_NAMES[0])),
+            good: PathBuf::new(),
             history: History::default(),
             player: None,
             cast: None,
@@ -74,6 +88,7 @@ impl Default for MotionRoom {
             is_waiting: false,
             stage: Stage::default(),
             message: None,
+            wants_file: false,
         }
     }
 }
@@ -89,6 +104,48 @@ impl MotionRoom {
     #[must_use]
     pub fn milliseconds(&self) -> Option<f64> {
         self.lit.as_ref().map(|lit| lit.milliseconds)
+    }
+
+    /// Whether the scene is being opened, baked or lit.
+    #[must_use]
+    pub fn is_at_work(&self) -> bool {
+        self.player.as_ref().is_some_and(|(_, player)| player.task().is_at_work())
+    }
+
+    /// The scene.
+    #[must_use]
+    pub fn source(&self) -> &Path {
+        &self.edits.source
+    }
+
+    /// The names of its parts; none before it is opened.
+    #[must_use]
+    pub fn parts(&self) -> &[String] {
+        self.cast.as_ref().map_or(&[], |cast| &cast.names)
+    }
+
+    /// The number of spheres that hid the sky in the last moment.
+    #[must_use]
+    pub fn spheres(&self) -> usize {
+        self.lit.as_ref().map_or(0, |lit| lit.spheres.len())
+    }
+
+    /// What went wrong last, in one line.
+    #[must_use]
+    pub fn message(&self) -> Option<&str> {
+        self.message.as_deref()
+    }
+
+    /// Opens a moving scene, as [`open_moving`](crate::open_moving). One that cannot be opened leaves that which is there.
+    pub fn open(&mut self, path: &Path) {
+        let MotionEdits { fit, method, has_spheres, .. } = self.edits;
+        self.edits = MotionEdits { fit, method, has_spheres, ..MotionEdits::of_scene(path.into()) };
+        self.message = None;
+    }
+
+    /// Whether the user asked for the list of files, once.
+    pub fn take_wish_for_file(&mut self) -> bool {
+        std::mem::take(&mut self.wants_file)
     }
 
     /// Takes the last change back, or makes it again.
@@ -138,6 +195,7 @@ impl MotionRoom {
                     }
                     self.chosen = cast.is_still.iter().position(|still| !still).unwrap_or(0);
                     self.edits.is_by_hand &= cast.is_rigid;
+                    self.good.clone_from(&self.edits.source);
                     self.cast = Some(cast);
                 }
                 TaskEvent::Result(News::Lit(lit)) => {
@@ -147,18 +205,25 @@ impl MotionRoom {
                     self.lit = Some(Arc::from(lit));
                     self.is_waiting = false;
                 }
-                TaskEvent::Failed(message) => {
-                    self.message = Some(message);
-                    self.is_waiting = false;
-                }
+                TaskEvent::Failed(message) => self.fail(message),
                 TaskEvent::Done | TaskEvent::Cancelled => {}
             }
         }
     }
 
+    /// Says what went wrong; of a scene that could not be opened the one before is opened again.
+    fn fail(&mut self, message: String) {
+        self.is_waiting = false;
+        if self.cast.is_none() && !self.good.as_os_str().is_empty() && self.good != self.edits.source {
+            let good = self.good.clone();
+            self.open(&good);
+        }
+        self.message = Some(message);
+    }
+
     /// Starts the player, lets time pass, and asks for the moment that is to be seen.
     fn advance(&mut self, ctx: &Context, sky: Option<&OpenedSky>) {
-        if self.player.as_ref().is_none_or(|(name, _)| *name != self.edits.name) {
+        if self.player.as_ref().is_none_or(|(source, _)| *source != self.edits.source) {
             self.start(ctx);
         }
         // Hands that come with the scene are no change of a user.
@@ -178,7 +243,8 @@ impl MotionRoom {
             ctx.request_repaint();
         }
         let hands = self.edits.is_by_hand.then(|| self.edits.hands.clone());
-        let asked = Asked { time: self.time, method: self.edits.method, light: light.clone(), hands };
+        let MotionEdits { method, fit, .. } = self.edits;
+        let asked = Asked { time: self.time, method, light: light.clone(), fit, hands };
         if !self.is_waiting
             && self.asked.as_ref() != Some(&asked)
             && let Some((_, player)) = &self.player
@@ -192,29 +258,33 @@ impl MotionRoom {
     /// Starts on the scene of the edits, which nothing of the one before belongs to.
     fn start(&mut self, ctx: &Context) {
         let ctx = ctx.clone();
-        let player = Player::start(&self.edits.name, move || ctx.request_repaint());
-        self.player = Some((self.edits.name.clone(), player));
-        (self.cast, self.asked, self.lit, self.message) = (None, None, None, None);
+        let player = Player::start(&self.edits.source, move || ctx.request_repaint());
+        self.player = Some((self.edits.source.clone(), player));
+        (self.cast, self.asked, self.lit) = (None, None, None);
         (self.time, self.is_waiting, self.orbit) = (0.0, false, Orbit::default());
         self.stage.clear();
     }
 
     fn panel(&mut self, ui: &mut Ui) {
         ui.spacing_mut().slider_width = 120.0;
-        let mut name = self.edits.name.clone();
-        ComboBox::from_label("Scene").selected_text(name.as_str()).show_ui(ui, |ui| {
+        let mut source = self.edits.source.clone();
+        let name = source.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        ComboBox::from_label("Scene").selected_text(name.trim_start_matches(BUILT_IN)).show_ui(ui, |ui| {
             for known in built_in::MOVING_NAMES {
-                ui.selectable_value(&mut name, known.to_owned(), known);
+                ui.selectable_value(&mut source, built_in_moving(known), known);
             }
         });
-        if name != self.edits.name {
-            let MotionEdits { method, has_spheres, .. } = self.edits;
-            self.edits = MotionEdits { method, has_spheres, ..MotionEdits::of_scene(&name) };
+        if source != self.edits.source {
+            self.open(&source);
         }
+        let hint = "A .glb that moves, or a description of a scene; or drop it on the window (Ctrl+O)";
+        self.wants_file |= ui.button("Open a file").on_hover_text(hint).clicked();
         ui.separator();
         ui.radio_value(&mut self.edits.method, MovingMethod::Fields, "Shadow fields");
         ui.radio_value(&mut self.edits.method, MovingMethod::Exponentials, "Spheres, SH exponentials");
         ui.checkbox(&mut self.edits.has_spheres, "Draw the spheres");
+        let is_by_spheres = self.edits.method == MovingMethod::Exponentials;
+        ui.add_enabled_ui(is_by_spheres, |ui| fit_controls(ui, &mut self.edits.fit));
         ui.separator();
         let player = self.player.as_ref().map(|(_, player)| player);
         if let Some(player) = player.filter(|player| player.task().is_at_work()) {
@@ -344,5 +414,19 @@ impl MotionRoom {
             .filter(|k| !cast.is_still[*k])
             .filter(hit)
             .max_by(|a, b| size(a).total_cmp(&size(b)))
+    }
+}
+
+/// The number of spheres, and how they are fitted.
+fn fit_controls(ui: &mut Ui, fit: &mut Fit) {
+    let slider = Slider::new(&mut fit.count, 1..=MOST_SPHERES).text("Spheres of a part");
+    // Each number is a fit of its own: while the handle is held, none is asked for.
+    ui.add(slider.update_while_editing(false));
+    let ways = [
+        (SphereFitMethod::Variational, "Variational", "The least volume outside of the part"),
+        (SphereFitMethod::MedialAxis, "Medial axis", "Quicker, and worse"),
+    ];
+    for (method, title, hint) in ways {
+        ui.radio_value(&mut fit.method, method, title).on_hover_text(hint);
     }
 }

@@ -1,5 +1,6 @@
 //! Moments of a moving scene, lit beside the window.
 
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::Instant;
@@ -7,12 +8,14 @@ use std::time::Instant;
 use lobe::io::Job;
 use lobe::prt::{BakeMode, BakeOptions};
 use lobe::render::{
-    Moment, Motion, MovingBakeOptions, MovingMethod, MovingOptions, MovingPart, MovingScene, MovingShading, RenderError,
+    Moment, Motion, MovingBakeOptions, MovingMethod, MovingOptions, MovingPart, MovingScene, MovingShading,
+    PartBakeKind, RenderError,
 };
-use lobe::scene::{Mesh, Scene, built_in};
+use lobe::scene::{Mesh, Scene};
 use lobe::sh::{Dir, Rgb, Rotation, ShVec};
 use lobe::shadow::{FieldOptions, Placement, SphereFitMethod, SphereFitOptions, Track, WorldSphere};
 
+use crate::loading::moving_source::{is_file, open_moving};
 use crate::loading::task::{Control, Task, TaskEvent};
 
 /// Number of bands of light, transfer, fields and spheres.
@@ -24,10 +27,21 @@ const SAMPLES: u32 = 64;
 /// Directions traced from each point around a part for its field.
 const FIELD_RAYS: u32 = 128;
 
-/// Spheres fitted to a part that keeps its shape, and points that they are fitted to: fewer than the library takes, and by the
-/// quicker method, so that the fit ends in seconds.
-const SPHERES: usize = 16;
+/// Points that spheres are fitted to: fewer than the library takes, so that a fit ends in seconds.
 const FIT_SAMPLES: usize = 1500;
+
+/// How spheres are fitted to a part that keeps its shape.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Fit {
+    pub(crate) count: usize,
+    pub(crate) method: SphereFitMethod,
+}
+
+impl Default for Fit {
+    fn default() -> Self {
+        Self { count: 16, method: SphereFitMethod::Variational }
+    }
+}
 
 /// Where a user has put a part.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -45,6 +59,8 @@ pub(crate) struct Asked {
     pub(crate) time: f64,
     pub(crate) method: MovingMethod,
     pub(crate) light: ShVec<Rgb<f64>>,
+    /// Of exponentials.
+    pub(crate) fit: Fit,
     /// Where each part is; none while the animation plays.
     pub(crate) hands: Option<Vec<Hand>>,
 }
@@ -90,11 +106,11 @@ pub(crate) struct Player {
 }
 
 impl Player {
-    /// Starts on a built-in scene; bakes its parts first.
-    pub(crate) fn start(name: &str, wake: impl Fn() + Send + 'static) -> Self {
+    /// Opens a scene and bakes its parts.
+    pub(crate) fn start(source: &Path, wake: impl Fn() + Send + 'static) -> Self {
         let (asks, asked) = channel();
-        let name = name.to_owned();
-        let task = Task::start("Parts", wake, move |control| play(control, &name, &asked).map_err(|e| e.to_string()));
+        let source = source.to_owned();
+        let task = Task::start("Parts", wake, move |control| play(control, &source, &asked).map_err(|e| e.to_string()));
         Self { task, asks }
     }
 
@@ -113,20 +129,19 @@ impl Player {
     }
 }
 
-fn play(control: &Control<News>, name: &str, asked: &Receiver<Asked>) -> Result<(), RenderError> {
-    control.stage(name);
-    let Some(animated) = built_in::moving(name) else {
-        return Err(RenderError::Options(format!("there is no moving scene {name}")));
-    };
-    let bare = MovingScene::animated(animated, Some(0))?.looped(true);
-    let transfer = BakeOptions::default().mode(BakeMode::Shadowed).order(ORDER).samples(SAMPLES);
-    let field = FieldOptions::default().order(ORDER).rays(FIELD_RAYS);
-    let spheres = SphereFitOptions::default().method(SphereFitMethod::MedialAxis).count(SPHERES).samples(FIT_SAMPLES);
+fn play(control: &Control<News>, source: &Path, asked: &Receiver<Asked>) -> anyhow::Result<()> {
+    control.stage(source.file_name().unwrap_or_default().to_string_lossy());
+    let mut common = open_moving(source)?;
+    common.bake_lamps(ORDER)?;
+    let mut fit = Fit::default();
     // The built-in scenes stand on open ground, which hides nothing from what moves over it.
-    let options = MovingBakeOptions::default().transfer(transfer).field(field).spheres(spheres).still_hides(false);
+    let still_hides = is_file(source);
+    if !prepare(control, &mut common, MovingMethod::Fields, &bake_options(fit, still_hides), IS_COMMON)? {
+        return Ok(());
+    }
     // What has fields needs no spheres, and the other way round: each way has a scene of its own.
-    let mut scenes = [bare.clone(), bare];
-    if !prepare(control, &mut scenes[0], MovingMethod::Fields, &options)? {
+    let mut scenes = [common.clone(), common.clone()];
+    if !prepare(control, &mut scenes[0], MovingMethod::Fields, &bake_options(fit, still_hides), IS_ANY)? {
         return Ok(());
     }
     control.send(News::Ready(cast(&scenes[0])?));
@@ -137,8 +152,12 @@ fn play(control: &Control<News>, name: &str, asked: &Receiver<Asked>) -> Result<
         while let Ok(later) = asked.try_recv() {
             next = later;
         }
+        if next.fit != fit && next.method == MovingMethod::Exponentials {
+            fit = next.fit;
+            scenes[1] = common.clone();
+        }
         let scene = &mut scenes[number_of(next.method)];
-        if !prepare(control, scene, next.method, &options)? {
+        if !prepare(control, scene, next.method, &bake_options(fit, still_hides), IS_ANY)? {
             break;
         }
         let by_hand = next.hands.as_ref().map(|hands| placed(&*scene, hands)).transpose()?;
@@ -148,14 +167,29 @@ fn play(control: &Control<News>, name: &str, asked: &Receiver<Asked>) -> Result<
     Ok(())
 }
 
+fn bake_options(fit: Fit, still_hides: bool) -> MovingBakeOptions {
+    let transfer = BakeOptions::default().mode(BakeMode::Shadowed).order(ORDER).samples(SAMPLES);
+    let field = FieldOptions::default().order(ORDER).rays(FIELD_RAYS);
+    let spheres = SphereFitOptions::default().method(fit.method).count(fit.count).samples(FIT_SAMPLES);
+    MovingBakeOptions::default().transfer(transfer).field(field).spheres(spheres).still_hides(still_hides)
+}
+
+/// Which bakes are done now.
+type Wanted = fn(PartBakeKind) -> bool;
+
+/// Those that fields and spheres share, so that other spheres do not bake them again.
+const IS_COMMON: Wanted = |kind| matches!(kind, PartBakeKind::Transfer | PartBakeKind::Visibility);
+const IS_ANY: Wanted = |_| true;
+
 /// Bakes what a scene lacks for a way; whether to go on.
 fn prepare(
     control: &Control<News>,
     scene: &mut MovingScene,
     method: MovingMethod,
     options: &MovingBakeOptions,
+    is_wanted: Wanted,
 ) -> Result<bool, RenderError> {
-    for bake in scene.lacking(method, options) {
+    for bake in scene.lacking(method, options).into_iter().filter(|bake| is_wanted(bake.kind)) {
         control.stage(bake.to_string());
         let mut watch = control.watch();
         match scene.bake_part(&bake, options, Job::default().watched_by(&mut watch)) {

@@ -1,0 +1,142 @@
+//! The room of motion, without a device: files that are opened, and spheres that are fitted.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use eframe::egui::Key;
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable as _;
+use lobe_viewer::{MotionRoom, OpenedSky, open_moving, open_sky};
+
+/// Bakes of tests end in seconds, or something is wrong.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// Corners and triangles of a tetrahedron that encloses a volume.
+const CORNERS: [[f32; 3]; 4] = [[0.5, 0.0, -0.3], [-0.3, 0.4, -0.3], [-0.3, -0.4, -0.3], [0.0, 0.0, 0.5]];
+const TRIANGLES: [[u16; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+
+/// A tetrahedron that slides by 2 m in a second, as glTF with its numbers beside it.
+fn sliding(folder: &Path) -> PathBuf {
+    let numbers = |all: &[f32]| all.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
+    let mut bytes = numbers(CORNERS.as_flattened());
+    bytes.extend(TRIANGLES.as_flattened().iter().flat_map(|i| i.to_le_bytes()));
+    bytes.extend(numbers(&[0.0, 1.0]));
+    bytes.extend(numbers(&[0.0, 0.0, 0.0, 2.0, 0.0, 0.0]));
+    std::fs::write(folder.join("sliding.bin"), &bytes).unwrap();
+    let text = format!(
+        r#"{{"asset": {{"version": "2.0"}}, "scene": 0, "scenes": [{{"nodes": [0]}}],
+        "nodes": [{{"name": "wedge", "mesh": 0}}],
+        "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}, "indices": 1}}]}}],
+        "animations": [{{"name": "Slide", "channels": [{{"sampler": 0, "target": {{"node": 0, "path": "translation"}}}}],
+            "samplers": [{{"input": 2, "output": 3}}]}}],
+        "buffers": [{{"uri": "sliding.bin", "byteLength": {}}}],
+        "bufferViews": [{{"buffer": 0, "byteOffset": 0, "byteLength": 48}}, {{"buffer": 0, "byteOffset": 48, "byteLength": 24}},
+            {{"buffer": 0, "byteOffset": 72, "byteLength": 8}}, {{"buffer": 0, "byteOffset": 80, "byteLength": 24}}],
+        "accessors": [
+            {{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [-0.3, -0.4, -0.3], "max": [0.5, 0.4, 0.5]}},
+            {{"bufferView": 1, "componentType": 5123, "count": 12, "type": "SCALAR"}},
+            {{"bufferView": 2, "componentType": 5126, "count": 2, "type": "SCALAR", "min": [0], "max": [1]}},
+            {{"bufferView": 3, "componentType": 5126, "count": 2, "type": "VEC3"}}]}}"#,
+        bytes.len()
+    );
+    let path = folder.join("sliding.gltf");
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+/// A ground and a tetrahedron that falls on it, as a description.
+fn described(folder: &Path) -> PathBuf {
+    let mut wedge = String::new();
+    for [x, y, z] in CORNERS {
+        writeln!(wedge, "v {x} {y} {z}").unwrap();
+    }
+    for [a, b, c] in TRIANGLES {
+        writeln!(wedge, "f {} {} {}", a + 1, b + 1, c + 1).unwrap();
+    }
+    std::fs::write(folder.join("wedge.obj"), wedge).unwrap();
+    std::fs::write(folder.join("ground.obj"), "v -2 0 2\nv 2 0 2\nv 2 0 -2\nv -2 0 -2\nf 1 2 3\nf 1 3 4\n").unwrap();
+    let text = r#"{"format": "lobe-scene", "version": 1, "still": ["ground.obj"],
+        "entities": [{"name": "falling", "mesh": "wedge.obj",
+            "keys": [{"time": 0, "translation": [0, 0, 2]}, {"time": 2, "translation": [0, 0, 1]}]}]}"#;
+    let path = folder.join("falls.json");
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+struct Shown {
+    room: MotionRoom,
+    sky: OpenedSky,
+}
+
+fn open(source: &Path) -> Harness<'static, Shown> {
+    let mut room = MotionRoom::default();
+    room.open(source);
+    let show = |ui: &mut eframe::egui::Ui, shown: &mut Shown| shown.room.ui(ui, None, Some(&shown.sky));
+    let state = Shown { room, sky: open_sky("made:even".as_ref()).unwrap() };
+    Harness::builder().with_size([1000.0, 800.0]).build_ui_state(show, state)
+}
+
+/// Steps until `is_so`.
+fn wait(harness: &mut Harness<'_, Shown>, what: &str, is_so: impl Fn(&MotionRoom) -> bool) {
+    let begin = Instant::now();
+    while !is_so(&harness.state().room) {
+        assert!(begin.elapsed() < PATIENCE, "not {what}: {:?}", harness.state().room.message());
+        std::thread::sleep(Duration::from_millis(5));
+        harness.run_steps(2);
+    }
+}
+
+#[test]
+fn files_that_move_are_opened_baked_and_lit() {
+    let folder = tempfile::tempdir().unwrap();
+    for (path, part, span) in
+        [(sliding(folder.path()), "wedge", [0.0, 1.0]), (described(folder.path()), "falling", [0.0, 2.0])]
+    {
+        let scene = open_moving(&path).unwrap();
+        assert_eq!(scene.span(), span, "{}", path.display());
+        let mut harness = open(&path);
+        wait(&mut harness, "lit", MotionRoom::is_ready);
+        let room = &harness.state().room;
+        assert!(room.parts().iter().any(|name| name.contains(part)), "{:?}", room.parts());
+        assert_eq!((room.message(), room.source()), (None, path.as_path()), "nothing went wrong");
+    }
+}
+
+#[test]
+fn as_many_spheres_are_fitted_as_the_slider_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = open(&described(folder.path()));
+    wait(&mut harness, "lit", MotionRoom::is_ready);
+    harness.get_by_label("Spheres, SH exponentials").click();
+    wait(&mut harness, "lit by 16 spheres", |room| room.spheres() == 16);
+    harness.get_all_by_label("Spheres of a part").next().unwrap().focus();
+    harness.run_steps(2);
+    for count in [15, 14] {
+        harness.key_press(Key::ArrowLeft);
+        wait(&mut harness, "lit by one sphere less", |room| room.spheres() == count);
+    }
+    assert_eq!(harness.state().room.message(), None, "and nothing went wrong");
+}
+
+#[test]
+fn files_that_cannot_move_are_told_in_one_line_and_leave_the_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let good = described(folder.path());
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("torn.glb"), b"glTF\x02\0\0\0\xff\xff\xff\x7f").unwrap();
+    std::fs::write(at("torn.json"), r#"{"format": "lobe-scene", "version": 1, "entities": [{"mesh": "none.glb"}]}"#)
+        .unwrap();
+    std::fs::write(at("notes.txt"), "no scene").unwrap();
+    let mut harness = open(&good);
+    wait(&mut harness, "lit", MotionRoom::is_ready);
+    for name in ["torn.glb", "torn.json", "notes.txt", "gone.glb"] {
+        harness.state_mut().room.open(&at(name));
+        wait(&mut harness, "told", |room| room.message().is_some());
+        let message = harness.state().room.message().unwrap().to_owned();
+        assert!(message.lines().count() == 1 && message.len() > 20, "{name}: {message}");
+        assert_eq!(harness.state().room.source(), good, "{name}: the scene before is opened again");
+        wait(&mut harness, "lit again", MotionRoom::is_ready);
+        assert_eq!(harness.state().room.message(), Some(message.as_str()), "{name}: and the message remains");
+    }
+}
