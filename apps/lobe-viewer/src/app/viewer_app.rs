@@ -1,8 +1,12 @@
 //! The application: the bar, and the room that is open.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
-use eframe::egui::{Align2, Area, Context, Frame, Id, Key, KeyboardShortcut, Modifiers, Panel, ThemePreference, Ui};
+use eframe::egui::{
+    Align2, Area, Context, Frame, Id, Key, KeyboardShortcut, Modifiers, Panel, ThemePreference, Ui, ViewportCommand,
+};
 
 use crate::app::bar::{BarAsked, bar};
 use crate::app::exports::Exports;
@@ -37,6 +41,7 @@ pub struct ViewerApp {
     files: FileList,
     exports: Exports,
     notice: Notice,
+    lost: Arc<AtomicBool>,
     is_help_open: bool,
     applied: Option<(Theme, f32)>,
 }
@@ -66,6 +71,7 @@ impl ViewerApp {
             files: FileList::default(),
             exports,
             notice: Notice::default(),
+            lost: Arc::default(),
             is_help_open: false,
             applied: None,
         }
@@ -244,9 +250,33 @@ impl ViewerApp {
         self.written = self.kept.clone();
     }
 
-    /// Shows all of it in a window.
+    /// Says by `lost` that the device of the window is gone, whereupon the window closes, to be opened again.
+    #[must_use]
+    pub fn reporting_loss_to(self, lost: Arc<AtomicBool>) -> Self {
+        Self { lost, ..self }
+    }
+
+    /// Says what went wrong, until it is closed.
+    pub fn complain(&mut self, text: impl Into<String>) {
+        self.notice.fail(text);
+    }
+
+    /// Whether the device is gone. Then nothing may be drawn: the library of the window panics on triangles without a device.
+    fn gives_up(&self, ctx: &Context) -> bool {
+        let is_lost = self.gpu.as_ref().is_some_and(|gpu| gpu.context().is_lost());
+        if is_lost {
+            self.lost.store(true, Ordering::Relaxed);
+            ctx.send_viewport_cmd(ViewportCommand::Close);
+        }
+        is_lost
+    }
+
+    /// Shows all of it in a window; nothing on a device that was lost.
     pub fn show(&mut self, ui: &mut Ui) {
         let ctx = ui.ctx().clone();
+        if self.gives_up(&ctx) {
+            return;
+        }
         self.apply_looks(&ctx);
         self.keys(&ctx);
         self.take_drops(&ctx);

@@ -1,9 +1,11 @@
 //! Opens the window.
 
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
-use anyhow::anyhow;
+use anyhow::{anyhow, bail};
 use eframe::egui::ViewportBuilder;
 use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup};
 use eframe::{NativeOptions, wgpu};
@@ -19,8 +21,28 @@ const SIZE: [f32; 2] = [1280.0, 800.0];
 /// The least size.
 const LEAST: [f32; 2] = [480.0, 320.0];
 
-/// Opens the window on what was left open, or on these files, and returns when it is closed.
+/// Devices that are lost, one after the other, before the window stays closed: one that is lost at once would be lost forever.
+const MOST_LOSSES: usize = 3;
+
+/// Opens the window on what was left open, or on these files, and returns when it is closed. One whose device is lost is opened again
+/// on another device, as it was.
 pub(crate) fn open(files: &[PathBuf]) -> anyhow::Result<()> {
+    for losses in 0..=MOST_LOSSES {
+        let lost = Arc::new(AtomicBool::new(false));
+        let files = if losses == 0 { files } else { &[] };
+        let ended = catch_unwind(AssertUnwindSafe(|| run(files, losses, &lost)));
+        match ended {
+            Ok(Ok(())) if !lost.load(Ordering::Relaxed) => return Ok(()),
+            Ok(Err(error)) if losses == 0 => return Err(error),
+            // A device that goes away while its window is drawn makes the library of the window panic.
+            Err(panic) if !lost.load(Ordering::Relaxed) => resume_unwind(panic),
+            _ => {}
+        }
+    }
+    bail!("the graphics device was lost {} times: update its driver, or start with WGPU_BACKEND=gl", MOST_LOSSES + 1)
+}
+
+fn run(files: &[PathBuf], losses: usize, lost: &Arc<AtomicBool>) -> anyhow::Result<()> {
     let viewport = ViewportBuilder::default()
         .with_title("Lobe")
         .with_app_id("lobe-viewer")
@@ -28,10 +50,14 @@ pub(crate) fn open(files: &[PathBuf]) -> anyhow::Result<()> {
         .with_min_inner_size(LEAST)
         .with_drag_and_drop(true);
     let options = NativeOptions { viewport, wgpu_options: device_options(), ..NativeOptions::default() };
-    let files = files.to_vec();
+    let (files, lost) = (files.to_vec(), lost.clone());
     let create = Box::new(move |creation: &eframe::CreationContext<'_>| {
         let gpu = creation.wgpu_render_state.as_ref().map(Gpu::of_window);
-        let app: Box<dyn eframe::App> = Box::new(ViewerApp::new(gpu, UserFolder::of_user(), &files));
+        let mut app = ViewerApp::new(gpu, UserFolder::of_user(), &files).reporting_loss_to(lost);
+        if losses > 0 {
+            app.complain("The graphics device was lost; the window was opened again with what was kept");
+        }
+        let app: Box<dyn eframe::App> = Box::new(app);
         Ok(app)
     });
     eframe::run_native("lobe-viewer", options, create).map_err(|error| {

@@ -174,6 +174,15 @@ impl Context {
         fault.map_or(Ok(()), |message| Err(GpuError::device(&self.info.name, message)))
     }
 
+    /// Whether the device was lost, which it remains: everything on it is gone, and a program opens another. Does not wait.
+    #[must_use]
+    pub fn is_lost(&self) -> bool {
+        // Reports come when the device is asked; that it cannot be asked any more is said below.
+        let asked = self.device.poll(wgpu::PollType::Poll);
+        drop(asked);
+        locked(&self.faults).lost.is_some()
+    }
+
     /// The compute programs.
     pub(crate) fn kernels(&self) -> &Programs<wgpu::ComputePipeline> {
         &self.kernels

@@ -27,7 +27,9 @@ fn a_device_that_is_lost_is_an_error_and_no_panic() {
     let context = Context::new(&options).or_else(|_| Context::new(&ContextOptions::default())).unwrap();
     let transfer = Transfer::new(1, Channels::Gray, vec![1.0]).unwrap();
     let shaded = GpuTransfer::new(&context, &transfer, Storage::F32).unwrap();
+    assert!(!context.is_lost(), "it is there");
     context.device().destroy();
+    assert!(context.is_lost(), "it was destroyed");
     let light = [lobe_sh::Rgb::new(1.0, 1.0, 1.0)];
     let error = shaded.exit_radiance(&light).expect_err("the device is gone");
     assert!(matches!(error, GpuError::Device { .. }), "{error}");

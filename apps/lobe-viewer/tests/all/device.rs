@@ -1,0 +1,82 @@
+//! The window on a device that goes away, and in sizes that show nothing.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use eframe::egui::{Shape, ViewportCommand, ViewportId};
+use eframe::egui_wgpu::{RenderState, RendererOptions, WgpuConfiguration};
+use eframe::wgpu;
+use egui_kittest::Harness;
+use lobe_viewer::{Gpu, Kept, RoomName, UserFolder, ViewerApp};
+
+/// Scenes of tests are opened in seconds, or something is wrong.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// A device as a window opens it; none, and one line that says so, on a machine without an adapter.
+fn device(test: &str) -> Option<RenderState> {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    let config = WgpuConfiguration::default();
+    let opened = pollster::block_on(RenderState::create(&config, &instance, None, RendererOptions::default()));
+    if opened.is_err() {
+        lobe_testkit::skipped(&format!("{test} of lobe-viewer: no graphics adapter"));
+    }
+    opened.ok()
+}
+
+fn open(gpu: &Gpu, room: RoomName, lost: &Arc<AtomicBool>) -> Harness<'static, ViewerApp> {
+    let folder = tempfile::tempdir().unwrap();
+    let user = UserFolder::at(folder.path());
+    let mut kept = Kept::default();
+    (kept.scene.scene, kept.scene.order, kept.room) = ("built-in:furnace".into(), 1, room);
+    kept.write(&user);
+    let app = ViewerApp::new(Some(gpu.clone()), user, &[]).reporting_loss_to(lost.clone());
+    let mut harness =
+        Harness::builder().with_size([800.0, 600.0]).build_ui_state(|ui, app: &mut ViewerApp| app.show(ui), app);
+    let begin = Instant::now();
+    while !harness.state().scene().is_idle() {
+        assert!(begin.elapsed() < PATIENCE, "still at work: {:?}", harness.state().scene().message());
+        std::thread::sleep(Duration::from_millis(5));
+        harness.run_steps(1);
+    }
+    harness
+}
+
+/// The lines of text in the last frame.
+fn texts(harness: &Harness<'_, ViewerApp>) -> usize {
+    harness.output().shapes.iter().filter(|shape| matches!(shape.shape, Shape::Text(_))).count()
+}
+
+#[test]
+fn a_window_whose_device_is_lost_draws_nothing_closes_and_says_so_in_every_room() {
+    for room in RoomName::ALL {
+        let Some(state) = device("a window whose device is lost") else { return };
+        let (gpu, lost) = (Gpu::of_window(&state), Arc::new(AtomicBool::new(false)));
+        let mut harness = open(&gpu, room, &lost);
+        harness.run_steps(2);
+        assert!(!lost.load(Ordering::Relaxed) && texts(&harness) > 5, "{room:?}: it is shown");
+        state.device.destroy();
+        harness.step();
+        let output = harness.output();
+        let asks = &output.viewport_output[&ViewportId::ROOT].commands;
+        assert!(asks.contains(&ViewportCommand::Close), "{room:?}: the window closes");
+        assert!(lost.load(Ordering::Relaxed), "{room:?}: and is opened again");
+        // The library of the window panics on triangles without a device. The background is the harness's own.
+        assert_eq!(texts(&harness), 0, "{room:?}: nothing is drawn");
+    }
+}
+
+#[test]
+fn pictures_stand_windows_without_pixels_and_come_back() {
+    for room in [RoomName::Scene, RoomName::Motion] {
+        let Some(state) = device("windows without pixels") else { return };
+        let (gpu, lost) = (Gpu::of_window(&state), Arc::new(AtomicBool::new(false)));
+        let mut harness = open(&gpu, room, &lost);
+        for size in [[0.0, 0.0], [1.0, 1.0], [800.0, 0.0], [0.0, 600.0], [5000.0, 2.0], [800.0, 600.0]] {
+            harness.set_size(size.into());
+            harness.run_steps(3);
+            assert!(gpu.context().check().is_ok(), "{room:?} at {size:?}: the device refused nothing");
+        }
+        assert!(!lost.load(Ordering::Relaxed), "{room:?}: it is still there");
+    }
+}
