@@ -2,8 +2,8 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 
 use anyhow::{anyhow, bail};
 use eframe::egui::ViewportBuilder;
@@ -30,19 +30,31 @@ pub(crate) fn open(files: &[PathBuf]) -> anyhow::Result<()> {
     for losses in 0..=MOST_LOSSES {
         let lost = Arc::new(AtomicBool::new(false));
         let files = if losses == 0 { files } else { &[] };
-        let ended = catch_unwind(AssertUnwindSafe(|| run(files, losses, &lost)));
+        let device = Arc::new(OnceLock::new());
+        let ended = catch_unwind(AssertUnwindSafe(|| run(files, losses, &lost, &device)));
         match ended {
             Ok(Ok(())) if !lost.load(Ordering::Relaxed) => return Ok(()),
             Ok(Err(error)) if losses == 0 => return Err(error),
-            // A device that goes away while its window is drawn makes the library of the window panic.
-            Err(panic) if !lost.load(Ordering::Relaxed) => resume_unwind(panic),
-            _ => {}
+            // A device that goes away while its window is drawn makes the library of the window panic, which opens no other then.
+            Err(_) if is_gone(&device) => bail!("the graphics device was lost: start again, what you changed is kept"),
+            Err(panic) => resume_unwind(panic),
+            Ok(_) => {}
         }
     }
     bail!("the graphics device was lost {} times: update its driver, or start with WGPU_BACKEND=gl", MOST_LOSSES + 1)
 }
 
-fn run(files: &[PathBuf], losses: usize, lost: &Arc<AtomicBool>) -> anyhow::Result<()> {
+/// Whether the device is lost, once it has ended what it was given.
+fn is_gone(device: &OnceLock<Context>) -> bool {
+    device.get().is_some_and(|context| context.wait().is_err() || context.is_lost())
+}
+
+fn run(
+    files: &[PathBuf],
+    losses: usize,
+    lost: &Arc<AtomicBool>,
+    device: &Arc<OnceLock<Context>>,
+) -> anyhow::Result<()> {
     let viewport = ViewportBuilder::default()
         .with_title("Lobe")
         .with_app_id("lobe-viewer")
@@ -50,9 +62,12 @@ fn run(files: &[PathBuf], losses: usize, lost: &Arc<AtomicBool>) -> anyhow::Resu
         .with_min_inner_size(LEAST)
         .with_drag_and_drop(true);
     let options = NativeOptions { viewport, wgpu_options: device_options(), ..NativeOptions::default() };
-    let (files, lost) = (files.to_vec(), lost.clone());
+    let (files, lost, device) = (files.to_vec(), lost.clone(), device.clone());
     let create = Box::new(move |creation: &eframe::CreationContext<'_>| {
         let gpu = creation.wgpu_render_state.as_ref().map(Gpu::of_window);
+        if let Some(gpu) = &gpu {
+            device.get_or_init(|| gpu.context().clone());
+        }
         let mut app = ViewerApp::new(gpu, UserFolder::of_user(), &files).reporting_loss_to(lost);
         if losses > 0 {
             app.complain("The graphics device was lost; the window was opened again with what was kept");

@@ -29,7 +29,8 @@ fn a_device_that_is_lost_is_an_error_and_no_panic() {
     let shaded = GpuTransfer::new(&context, &transfer, Storage::F32).unwrap();
     assert!(!context.is_lost(), "it is there");
     context.device().destroy();
-    assert!(context.is_lost(), "it was destroyed");
+    // What it still does comes to its end before the loss is reported.
+    assert!(context.wait().is_err() || context.is_lost(), "it was destroyed");
     let light = [lobe_sh::Rgb::new(1.0, 1.0, 1.0)];
     let error = shaded.exit_radiance(&light).expect_err("the device is gone");
     assert!(matches!(error, GpuError::Device { .. }), "{error}");
