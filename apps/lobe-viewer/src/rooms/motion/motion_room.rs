@@ -421,7 +421,7 @@ impl MotionRoom {
 fn fit_controls(ui: &mut Ui, fit: &mut Fit) {
     let slider = Slider::new(&mut fit.count, 1..=MOST_SPHERES).text("Spheres of a part");
     // Each number is a fit of its own: while the handle is held, none is asked for.
-    ui.add(slider.update_while_editing(false));
+    ui.add(slider.update_while_editing(false)).on_hover_text("Four times as many of a part that changes its shape");
     let ways = [
         (SphereFitMethod::Variational, "Variational", "The least volume outside of the part"),
         (SphereFitMethod::MedialAxis, "Medial axis", "Quicker, and worse"),

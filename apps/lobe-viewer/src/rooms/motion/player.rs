@@ -30,6 +30,9 @@ const FIELD_RAYS: u32 = 128;
 /// Points that spheres are fitted to: fewer than the library takes, so that a fit ends in seconds.
 const FIT_SAMPLES: usize = 1500;
 
+/// Times as many spheres for a part that changes its shape: it has limbs.
+const DEFORMED: usize = 4;
+
 /// How spheres are fitted to a part that keeps its shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Fit {
@@ -171,7 +174,8 @@ fn bake_options(fit: Fit, still_hides: bool) -> MovingBakeOptions {
     let transfer = BakeOptions::default().mode(BakeMode::Shadowed).order(ORDER).samples(SAMPLES);
     let field = FieldOptions::default().order(ORDER).rays(FIELD_RAYS);
     let spheres = SphereFitOptions::default().method(fit.method).count(fit.count).samples(FIT_SAMPLES);
-    MovingBakeOptions::default().transfer(transfer).field(field).spheres(spheres).still_hides(still_hides)
+    let options = MovingBakeOptions::default().transfer(transfer).field(field).spheres(spheres);
+    options.deformed_spheres(Some(DEFORMED * fit.count)).still_hides(still_hides)
 }
 
 /// Which bakes are done now.
