@@ -15,6 +15,9 @@ use crate::widgets::notice::Notice;
 /// The name of pictures of the window, of the scene, and of turntables, before their numbers.
 const NAMES: [&str; 3] = ["lobe-window", "lobe-scene", "lobe-turntable"];
 
+/// Where the window comes up, in points: below the bar, beside the controls of a room.
+const PLACE: [f32; 2] = [340.0, 60.0];
+
 /// What a user asks for in the window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum ExportAsked {
@@ -106,9 +109,12 @@ impl Exports {
         notice: &mut Notice,
     ) {
         let (mut is_open, mut asked) = (self.is_open, None);
-        Window::new("Export").open(&mut is_open).resizable(false).default_width(360.0).show(ctx, |ui| {
-            asked = self.content(ui, plan, gpu.is_some());
-        });
+        Window::new("Export").open(&mut is_open).resizable(false).default_width(360.0).default_pos(PLACE).show(
+            ctx,
+            |ui| {
+                asked = self.content(ui, plan, gpu.is_some());
+            },
+        );
         self.is_open = is_open;
         match asked {
             Some(ExportAsked::Window) => {

@@ -89,8 +89,8 @@ impl Default for SceneEdits {
             order: 4,
             taming: Taming::None,
             sky_strength: 1.0,
-            // The sun from the left of the first view.
-            turn: 2.8,
+            // The sun from the left of the first view, in whole degrees as its slider has them.
+            turn: 160.0_f64.to_radians(),
             tilt: 0.0,
             exposure: 0.0,
             lamps: Vec::new(),
