@@ -35,7 +35,8 @@ pub struct Renderer {
 pub struct PassTime {
     /// The name of the pass.
     pub name: String,
-    /// On the device; `None` where it measures no times.
+    /// On the device; `None` where it measures no times. A device that a program emulates (llvmpipe) takes the time of the pixels alone:
+    /// compute and vertices have run before, and are in the time of a frame only.
     pub milliseconds: Option<f64>,
     /// The bytes of everything the pass binds or draws into, each once: a floor of what it moves if it needs all of
     /// them.
