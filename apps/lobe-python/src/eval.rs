@@ -1,5 +1,6 @@
 //! Values of functions towards many directions.
 
+use lobe::sh::simd::Machine;
 use lobe::sh::{Basis, Coefficient, Rgb, coefficient_count};
 use numpy::{PyReadonlyArray2, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
@@ -88,9 +89,32 @@ fn planes<T: lobe::sh::Real>(basis: &Basis<T>, order: usize, block: &[[f64; 3]])
     planes
 }
 
+/// Adds the values of a function, whose basis is given in planes, by the widest instructions of the machine.
 fn add_block<C: Coefficient>(f: &[C], planes: &[C::Scalar], out: &mut [C]) {
-    for (c, plane) in f.iter().zip(planes.chunks_exact(out.len())) {
-        for (out, y) in out.iter_mut().zip(plane) {
+    Machine::detect().arch().dispatch(|| add_block_inline(f, planes, out));
+}
+
+/// Directions whose sums stay in registers.
+const TOGETHER: usize = 32;
+
+#[inline(always)]
+fn add_block_inline<C: Coefficient>(f: &[C], planes: &[C::Scalar], out: &mut [C]) {
+    let count = out.len();
+    let (whole, rest) = out.as_chunks_mut::<TOGETHER>();
+    for (k, out) in whole.iter_mut().enumerate() {
+        let mut sums = [C::ZERO; TOGETHER];
+        for (c, plane) in f.iter().zip(planes.chunks_exact(count)) {
+            if let Some(plane) = plane[k * TOGETHER..].first_chunk::<TOGETHER>() {
+                for lane in 0..TOGETHER {
+                    sums[lane] += c.scale(plane[lane]);
+                }
+            }
+        }
+        *out = sums;
+    }
+    let done = whole.len() * TOGETHER;
+    for (c, plane) in f.iter().zip(planes.chunks_exact(count)) {
+        for (out, y) in rest.iter_mut().zip(&plane[done..]) {
             *out += c.scale(*y);
         }
     }

@@ -17,6 +17,19 @@ impl<T: Real> RowWork<T> for Rotate<T> {
     }
 }
 
+/// The same without matrices, whose making takes the time of many rotations.
+struct RotateFew(Rotation);
+
+impl<T: Real> RowWork<T> for RotateFew {
+    fn run<C: Coefficient<Scalar = T>>(&self, row: &[C], out: &mut [C]) -> Result<(), String> {
+        self.0.apply_into(row, out);
+        Ok(())
+    }
+}
+
+/// Functions for which matrices are not worth making: at order 10 and 32 they take as long as some 10 rotations without.
+const FEW: usize = 8;
+
 /// Functions turned by a rotation, a matrix whose columns are where the axes go.
 #[pyfunction]
 pub(crate) fn rotate<'py>(
@@ -26,6 +39,10 @@ pub(crate) fn rotate<'py>(
     matrix: [[f64; 3]; 3],
 ) -> PyResult<Bound<'py, PyAny>> {
     let rotation = Rotation::from_matrix(matrix).map_err(value_error)?;
+    if c.rows() <= FEW {
+        let work = RotateFew(rotation);
+        return map_rows(py, &c, coefficient_count(order), (&work, &work));
+    }
     let (single, double) = (RotationMatrices::new(&rotation, order), RotationMatrices::new(&rotation, order));
     map_rows(py, &c, coefficient_count(order), (&Rotate(single), &Rotate(double)))
 }

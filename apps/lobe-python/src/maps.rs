@@ -7,6 +7,7 @@ use lobe::env::{
     bundled as bundled_maps, cube_source, extract_sun, irradiance_map, prefilter_ggx, project_map, resample, sky_map,
     write_env,
 };
+use lobe::image::{Picture, Tone};
 use lobe::sh::{Dir, Expansion as _, Rgb, Rotation, ShVec};
 use numpy::{PyArrayDyn, PyReadonlyArray2, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::exceptions::PyValueError;
@@ -167,6 +168,17 @@ impl Map {
         let report = py.detach(|| extract_sun(&self.0, &SunOptions::default()))?;
         let sun = report.sun;
         Some((sun.direction.to_array(), sun.irradiance.to_array(), sun.angular_diameter, Self(report.rest)))
+    }
+
+    /// The map as a tone-mapped PNG of at most `width` columns.
+    fn png(&self, py: Python<'_>, width: usize) -> PyResult<Vec<u8>> {
+        let shown = py.detach(|| {
+            let picture = Picture::new(self.0.width(), self.0.height(), self.0.texels().to_vec())?;
+            let width = width.clamp(1, picture.width());
+            let height = (picture.height() * width).div_ceil(picture.width());
+            picture.resized(width, height).to_png(&Tone::PHOTOGRAPH)
+        });
+        shown.map_err(|error| error_of(&error))
     }
 
     /// Writes a picture; its ending says the format.

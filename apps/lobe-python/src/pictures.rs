@@ -34,7 +34,10 @@ fn expansion(c: &PyReadonlyArray2<'_, f64>) -> PyResult<ShVec<Rgb<f64>>> {
     ShVec::from_vec(colors).ok_or_else(|| value_error("expected n² coefficients"))
 }
 
-fn pixels<'py>(py: Python<'py>, picture: &Picture) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+/// A picture, `(height, width, 3)`.
+type Pixels<'py> = Bound<'py, PyArrayDyn<f32>>;
+
+fn pixels<'py>(py: Python<'py>, picture: &Picture) -> PyResult<Pixels<'py>> {
     let numbers = picture.pixels().as_flattened().to_vec();
     array_of(py, numbers, &[picture.height(), picture.width(), 3])
 }
@@ -51,7 +54,7 @@ pub(crate) fn render_baked<'py>(
     width: usize,
     height: usize,
     rays: usize,
-) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+) -> PyResult<Pixels<'py>> {
     let light = expansion(&light)?;
     let baked = py.detach(|| BakedScene::read(&scene, &SceneReadOptions::default()));
     let baked = baked.map_err(|error| error_of(&error))?;
@@ -79,7 +82,7 @@ pub(crate) fn render_traced<'py>(
     height: usize,
     paths: (usize, usize, u64),
     progress: Option<Py<PyAny>>,
-) -> PyResult<(Bound<'py, PyArrayDyn<f32>>, Bound<'py, PyArrayDyn<f32>>)> {
+) -> PyResult<(Pixels<'py>, Pixels<'py>)> {
     let distant = match (light, map) {
         (Some(light), _) => DistantLight::from_expansion(expansion(&light)?),
         (None, Some(map)) => DistantLight::from_map(map.to_lat_long(py)?),

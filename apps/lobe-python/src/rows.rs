@@ -19,6 +19,17 @@ pub(crate) enum Numbers<'py> {
     Double(PyReadonlyArrayDyn<'py, f64>),
 }
 
+impl Numbers<'_> {
+    /// The length of the first axis.
+    pub(crate) fn rows(&self) -> usize {
+        let shape = match self {
+            Self::Single(array) => array.shape(),
+            Self::Double(array) => array.shape(),
+        };
+        shape.first().copied().unwrap_or(0)
+    }
+}
+
 /// `f32` or `f64`.
 pub(crate) trait Number: Real + Element + bytemuck::Pod {}
 

@@ -10,7 +10,7 @@ def test_arrays_of_any_layout_have_the_same_values():
     c = np.random.default_rng(0).normal(size=(6, 9, 3))
     expected = lobe.Sh(c).eval([[0, 0, 1], [1, 2, 3]])
     read_only = c.copy()
-    read_only.flags.writeable = False
+    read_only.setflags(write=False)
     for other in [np.asfortranarray(c), np.repeat(c, 2, axis=0)[::2], c.astype(">f8"), read_only, c.tolist()]:
         np.testing.assert_array_equal(lobe.Sh(other).eval([[0, 0, 1], [1, 2, 3]]), expected)
 

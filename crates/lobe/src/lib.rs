@@ -213,6 +213,9 @@ mod guide {
     #[doc = include_str!("../../../docs/guide/src/viewer.md")]
     mod viewer {}
 
+    #[doc = include_str!("../../../docs/guide/src/python.md")]
+    mod python {}
+
     #[doc = include_str!("../../../docs/guide/src/command-line.md")]
     mod command_line {}
 

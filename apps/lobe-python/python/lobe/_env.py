@@ -98,6 +98,10 @@ class EnvMap:
         height, width = self.shape
         return f"EnvMap({self.mapping}, {width} x {height})"
 
+    def _repr_png_(self) -> bytes:
+        """What a notebook shows: the map, tone mapped, 512 texels wide at most."""
+        return self._map.png(512)
+
     def radiance(self, d: npt.ArrayLike) -> npt.NDArray[np.float32]:
         """Radiance towards directions (..., 3), interpolated between texels: (..., 3)."""
         unit, shape = directions(d)

@@ -242,6 +242,30 @@ class Sh:
         mean: Numbers = first / self.dtype.type(np.sqrt(4.0 * np.pi))
         return mean
 
+    # How it looks
+
+    def plot(self, ax: Any = None, *, samples: int = 64) -> Any:
+        """A balloon by matplotlib: the distance from the origin is |f|, of colors their mean; red where f is positive, blue where it is
+        negative. `ax` is a 3d axes, which is made if there is none; it is returned. One function."""
+        import matplotlib.pyplot as plt
+
+        if self.shape:
+            raise ValueError(f"expected one function, found a batch of shape {self.shape}")
+        samples = whole(samples, "samples", 4, 1024)
+        theta, phi = np.meshgrid(np.linspace(0, np.pi, samples), np.linspace(-np.pi, np.pi, 2 * samples), indexing="ij")
+        d = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
+        values = self.eval(d)
+        values = values.mean(axis=-1) if self._is_color else values
+        if ax is None:
+            ax = plt.figure().add_subplot(projection="3d")
+        points = np.abs(values)[..., None] * d
+        colors = plt.get_cmap("coolwarm")(np.where(values >= 0, 1.0, 0.0))
+        ax.plot_surface(*np.moveaxis(points, -1, 0), facecolors=colors, rstride=1, cstride=1, linewidth=0)
+        reach = float(np.abs(values).max()) or 1.0
+        ax.set(xlim=(-reach, reach), ylim=(-reach, reach), zlim=(-reach, reach), xlabel="x", ylabel="y", zlabel="z")
+        ax.set_box_aspect((1, 1, 1))
+        return ax
+
     # Within
 
     def _rows(self) -> Numbers:

@@ -37,7 +37,7 @@ impl Default for RadianceOptions {
 /// ```
 ///
 /// A ball has a closed form at every point, zonal about the direction to its center ([`Zonal::cone`]). Rectangles are
-/// sampled like an [`OcclusionField`](crate::OcclusionField), each sample exact ([`SphericalPolygon`]).
+/// sampled like an [`OcclusionField`](crate::OcclusionField), each sample exact ([`SphericalPolygon`](lobe_sh::SphericalPolygon)).
 ///
 /// [Zhou et al. 2005]: https://doi.org/10.1145/1073204.1073332
 #[derive(Clone, Debug)]

@@ -1,0 +1,165 @@
+"""The package `lobe` beside pyshtools, healpy and sphericart: the same jobs, their times in one run, and how far the results are apart.
+
+    pip install ./apps/lobe-python pyshtools healpy sphericart
+    python peers/python/compare.py
+
+Every result of a peer is first brought to Lobe's convention and compared; a difference above the bound of its row ends the program with 1.
+"""
+
+import sys
+import time
+
+import healpy
+import numpy as np
+import pyshtools
+import sphericart
+
+import lobe
+
+
+def seconds(work, least=0.5):
+    """The least time of several runs."""
+    work()
+    best, until = np.inf, time.perf_counter() + least
+    while time.perf_counter() < until:
+        begun = time.perf_counter()
+        work()
+        best = min(best, time.perf_counter() - begun)
+    return best
+
+
+def directions(count):
+    v = np.random.default_rng(0).normal(size=(count, 3))
+    return v / np.linalg.norm(v, axis=1, keepdims=True)
+
+
+def of_pyshtools(c):
+    """Coefficients as pyshtools has them, orthonormal with the phase (-1)^m: [cosine or sine, l, m]."""
+    order = int(np.sqrt(len(c)))
+    out = np.zeros((2, order, order))
+    for l in range(order):
+        for m in range(-l, l + 1):
+            out[int(m < 0), l, abs(m)] = c[l * l + l + m]
+    return out
+
+
+def from_pyshtools(cilm):
+    order = cilm.shape[1]
+    return np.array([cilm[int(m < 0), l, abs(m)] for l in range(order) for m in range(-l, l + 1)])
+
+
+def of_healpy(c):
+    """The complex coefficients with m >= 0 of a real function, as healpy has them."""
+    order = int(np.sqrt(len(c)))
+    alm = np.zeros(healpy.Alm.getsize(order - 1), complex)
+    for l in range(order):
+        for m in range(l + 1):
+            k = healpy.Alm.getidx(order - 1, l, m)
+            alm[k] = c[l * l + l] if m == 0 else (c[l * l + l + m] - 1j * c[l * l + l - m]) / np.sqrt(2)
+    return alm
+
+
+def from_healpy(alm, order):
+    c = np.zeros(order * order)
+    for l in range(order):
+        for m in range(l + 1):
+            a = alm[healpy.Alm.getidx(order - 1, l, m)]
+            if m == 0:
+                c[l * l + l] = a.real
+            else:
+                c[l * l + l + m], c[l * l + l - m] = np.sqrt(2) * a.real, -np.sqrt(2) * a.imag
+    return c
+
+
+FAULTS = []
+
+
+def row(job, ours, peer, theirs, found, expected, bound):
+    off = float(np.abs(found - expected).max() / np.abs(expected).max())
+    a, b = seconds(ours), seconds(theirs)
+    print(f"{job:<52} {peer:<11} {1e3 * a:>9.3f} {1e3 * b:>9.3f} {a / b:>7.3f} {off:>9.1e}")
+    if off > bound:
+        FAULTS.append(f"{job}, {peer}: {off} apart")
+
+
+def evaluation():
+    for order, count, functions in [(4, 100_000, 1), (10, 100_000, 1), (10, 10_000, 100)]:
+        for dtype, bound in [(np.float64, 1e-12), (np.float32, 2e-5)]:
+            d = directions(count).astype(dtype)
+            c = np.random.default_rng(1).normal(size=(functions, order**2)).astype(dtype)
+            f, peer = lobe.Sh(c), sphericart.SphericalHarmonics(order - 1)
+            # sphericart has no phase (-1)^m.
+            phase = np.array([(-1.0) ** m for l in range(order) for m in range(-l, l + 1)], dtype)
+            theirs = lambda: (c * phase) @ peer.compute(d).T  # noqa: E731
+            name = f"values of {functions} functions, order {order}, {count} directions, {dtype.__name__}"
+            row(name, lambda: f.eval(d), "sphericart", theirs, theirs(), f.eval(d), bound)
+
+
+def rotation():
+    for order in [4, 10, 32]:
+        c = np.random.default_rng(2).normal(size=order**2)
+        alpha, beta, gamma = 0.3, 1.1, -0.7
+        z = lambda a: np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]])  # noqa: E731
+        y = np.array([[np.cos(beta), 0, np.sin(beta)], [0, 1, 0], [-np.sin(beta), 0, np.cos(beta)]])
+        r = z(alpha) @ y @ z(gamma)
+        expected = lobe.Sh(c).rotate(r).coefficients
+        ours = lambda: lobe.Sh(c).rotate(r)  # noqa: E731
+        coefficients = pyshtools.SHCoeffs.from_array(of_pyshtools(c), normalization="ortho", csphase=-1)
+        # The body turns here, as with us.
+        turned = lambda: coefficients.rotate(alpha, beta, gamma, degrees=False, convention="y", body=True)  # noqa: E731
+        row(f"rotation of one function, order {order}", ours, "pyshtools", turned, from_pyshtools(turned().coeffs), expected, 1e-9)
+        alm = of_healpy(c)
+
+        def healpy_turned():
+            a = alm.copy()
+            healpy.rotate_alm(a, gamma, beta, alpha)
+            return a
+
+        row(f"rotation of one function, order {order}", ours, "healpy", healpy_turned, from_healpy(healpy_turned(), order), expected, 1e-9)
+    order, count = 4, 10_000
+    c = np.random.default_rng(3).normal(size=(count, order**2))
+    alms = np.stack([of_healpy(row) for row in c])
+    r = z(alpha) @ y @ z(gamma)
+
+    def healpy_many():
+        for a in alms.copy():
+            healpy.rotate_alm(a, gamma, beta, alpha)
+
+    last = alms[-1].copy()
+    healpy.rotate_alm(last, gamma, beta, alpha)
+    ours = lambda: lobe.Sh(c).rotate(r)  # noqa: E731
+    row(f"rotation of {count} functions, order {order}", ours, "healpy", healpy_many, from_healpy(last, order), ours().coefficients[-1], 1e-9)
+
+
+def projection():
+    order, height = 16, 512
+    # A function of fewer bands than both grids hold, so that both are exact but for the texels of ours, which are averages.
+    c = np.random.default_rng(4).normal(size=order**2) / (1 + np.arange(order**2))
+    f = lobe.Sh(c)
+    latitude = np.pi * np.arange(height) / height
+    phi = 2 * np.pi * np.arange(2 * height) / (2 * height)
+    t, p = np.meshgrid(latitude, phi, indexing="ij")
+    grid = f.eval(np.stack([np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t)], axis=-1))
+    theirs = lambda: pyshtools.SHGrid.from_array(grid, grid="DH").expand(normalization="ortho", csphase=-1, lmax_calc=order - 1)  # noqa: E731
+    picture = lobe.reconstruct(f, 2 * height, height).texels[..., 0]
+    ours = lambda: lobe.project(picture, order)  # noqa: E731
+    row(f"projection of {2 * height} x {height}, order {order}", ours, "pyshtools", theirs, from_pyshtools(theirs().coeffs), ours().coefficients, 2e-3)
+    side = 256
+    x, y, z = healpy.pix2vec(side, np.arange(healpy.nside2npix(side)))
+    sphere = f.eval(np.stack([x, y, z], axis=-1))
+    theirs = lambda: healpy.map2alm(sphere, lmax=order - 1, iter=3)  # noqa: E731
+    row(f"projection of {len(sphere)} pixels, order {order} (ours lat-long)", ours, "healpy", theirs, from_healpy(theirs(), order), c, 1e-6)
+
+
+def main():
+    print(f"{'job':<52} {'peer':<11} {'lobe ms':>9} {'peer ms':>9} {'ratio':>7} {'apart':>9}")
+    evaluation()
+    rotation()
+    projection()
+    for fault in FAULTS:
+        print(f"error: {fault}", file=sys.stderr)
+    return int(bool(FAULTS))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
