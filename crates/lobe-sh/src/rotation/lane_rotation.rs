@@ -68,32 +68,29 @@ impl Kernel for Rotate<'_> {
     }
 }
 
-/// Turns the blocks of sixteen functions.
+/// Turns the blocks of sixteen functions. Bands up to 7, whose lengths the compiler then knows, are straight-line code.
 #[cfg(feature = "std")]
 #[inline(always)]
 fn rotate_group<S: pulp::Simd>(simd: S, columns: &[f32], order: usize, src: &[Lanes], dst: &mut [Lanes]) {
     dst[0] = src[0];
-    for part in 0..Wide::<S>::PARTS {
-        for l in 1..order {
-            let (columns, src, dst) = (band_columns(columns, l), &src[band_range(l)], &mut dst[band_range(l)]);
-            match l {
-                1 => band::<S, 3>(simd, part, columns, src, dst),
-                2 => band::<S, 5>(simd, part, columns, src, dst),
-                3 => band::<S, 7>(simd, part, columns, src, dst),
-                4 => band::<S, 9>(simd, part, columns, src, dst),
-                5 => band::<S, 11>(simd, part, columns, src, dst),
-                6 => band::<S, 13>(simd, part, columns, src, dst),
-                7 => band::<S, 15>(simd, part, columns, src, dst),
-                _ => high_band(simd, part, columns, src, dst),
-            }
+    band::<S, 3>(simd, columns, order, src, dst);
+    band::<S, 5>(simd, columns, order, src, dst);
+    band::<S, 7>(simd, columns, order, src, dst);
+    band::<S, 9>(simd, columns, order, src, dst);
+    band::<S, 11>(simd, columns, order, src, dst);
+    band::<S, 13>(simd, columns, order, src, dst);
+    band::<S, 15>(simd, columns, order, src, dst);
+    for l in 8..order {
+        for part in 0..Wide::<S>::PARTS {
+            high_band(simd, part, band_columns(columns, l), &src[band_range(l)], &mut dst[band_range(l)]);
         }
     }
 }
 
-/// The lowest order that planes are turned at by blocks: below, moving the blocks costs more than turning them (at order 3,
-/// 1.2 times the time of the loop over bands, on AVX-512).
+/// Groups of sixteen that are taken from all planes before the next: planes may be pages apart, and a page that is found once
+/// should be read for more than one line.
 #[cfg(feature = "std")]
-const LOWEST_IN_PLANES: usize = 4;
+const TILE: usize = 8;
 
 /// Turns as many of `count` functions, given in planes, as are whole blocks, if the machine has code for it; their number.
 #[cfg(feature = "std")]
@@ -105,7 +102,7 @@ pub(crate) fn rotate_planes(
     src: &[f32],
     dst: &mut [f32],
 ) -> usize {
-    if machine.is_plain() || order < LOWEST_IN_PLANES {
+    if machine.is_plain() || order == 0 {
         return 0;
     }
     machine.run(RotatePlanes { columns, order, count, src, dst })
@@ -128,16 +125,25 @@ impl Kernel for RotatePlanes<'_> {
     #[inline(always)]
     fn wide<S: pulp::Simd>(self, simd: S) -> usize {
         let Self { columns, order, count, src, dst } = self;
-        let (mut from, mut to) =
-            (vec![Lanes::ZERO; coefficient_count(order)], vec![Lanes::ZERO; coefficient_count(order)]);
+        let side = coefficient_count(order);
+        let (mut from, mut to) = (vec![Lanes::ZERO; TILE * side], vec![Lanes::ZERO; TILE * side]);
         let whole = count - count % LANES;
-        for start in (0..whole).step_by(LANES) {
-            for (block, plane) in from.iter_mut().zip(src.chunks_exact(count)) {
-                block.0.copy_from_slice(&plane[start..][..LANES]);
+        for start in (0..whole).step_by(TILE * LANES) {
+            let groups = TILE.min((whole - start) / LANES);
+            for (i, plane) in src.chunks_exact(count).enumerate() {
+                let lines = plane[start..][..groups * LANES].as_chunks::<LANES>().0;
+                for (blocks, line) in from.chunks_exact_mut(side).zip(lines) {
+                    blocks[i].0 = *line;
+                }
             }
-            rotate_group(simd, columns, order, &from, &mut to);
-            for (block, plane) in to.iter().zip(dst.chunks_exact_mut(count)) {
-                plane[start..][..LANES].copy_from_slice(&block.0);
+            for (from, to) in from.chunks_exact(side).zip(to.chunks_exact_mut(side)).take(groups) {
+                rotate_group(simd, columns, order, from, to);
+            }
+            for (i, plane) in dst.chunks_exact_mut(count).enumerate() {
+                let lines = plane[start..][..groups * LANES].as_chunks_mut::<LANES>().0;
+                for (blocks, line) in to.chunks_exact(side).zip(lines) {
+                    *line = blocks[i].0;
+                }
             }
         }
         whole
@@ -148,19 +154,31 @@ impl Kernel for RotatePlanes<'_> {
     }
 }
 
-/// A band of `SIDE` functions, its matrix column after column.
+/// The band of `SIDE` functions, if there is one below `order`.
 #[cfg(feature = "std")]
 #[inline(always)]
-fn band<S: pulp::Simd, const SIDE: usize>(simd: S, part: usize, columns: &[f32], src: &[Lanes], dst: &mut [Lanes]) {
-    let mut sums = [constant(simd, 0.0); SIDE];
-    for (column, f) in columns.as_chunks::<SIDE>().0.iter().zip(src) {
-        let f = Wide::load(simd, f, part);
-        for row in 0..SIDE {
-            sums[row] = f.times_plus(constant(simd, column[row]), sums[row]);
-        }
+fn band<S: pulp::Simd, const SIDE: usize>(simd: S, columns: &[f32], order: usize, src: &[Lanes], dst: &mut [Lanes]) {
+    let l = SIDE / 2;
+    if l >= order {
+        return;
     }
-    for (sum, g) in sums.into_iter().zip(dst) {
-        sum.store(g, part);
+    let columns = band_columns(columns, l).as_chunks::<SIDE>().0.as_array::<SIDE>();
+    let (Some(columns), Some(src), Some(dst)) =
+        (columns, src[band_range(l)].as_array::<SIDE>(), dst[band_range(l)].as_mut_array::<SIDE>())
+    else {
+        unreachable!("band {l} has {SIDE} functions")
+    };
+    for part in 0..Wide::<S>::PARTS {
+        let mut sums = [constant(simd, 0.0); SIDE];
+        for (column, f) in columns.iter().zip(src) {
+            let f = Wide::load(simd, f, part);
+            for row in 0..SIDE {
+                sums[row] = f.times_plus(constant(simd, column[row]), sums[row]);
+            }
+        }
+        for (sum, g) in sums.into_iter().zip(&mut *dst) {
+            sum.store(g, part);
+        }
     }
 }
 

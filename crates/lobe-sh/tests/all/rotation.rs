@@ -309,6 +309,28 @@ fn many_at_once_are_each_by_itself() {
 }
 
 #[test]
+fn planes_of_any_length_are_turned_to_their_end() {
+    let rotation = Rotation::from_euler_zyz(0.2, 2.0, -1.0);
+    for order in [1, 3, 4, 9] {
+        let matrices = RotationMatrices::<f32>::new(&rotation, order);
+        // Less than a block, a block, some; a tile of them, one with a rest, two and a rest.
+        for count in [15, 16, 47, 128, 131, 300] {
+            let src: Vec<f32> = Random::new(31).signed_vec(order * order * count).iter().map(|x| *x as f32).collect();
+            let mut dst = vec![f32::NAN; src.len()];
+            matrices.apply_many_into(count, &src, &mut dst);
+            for k in 0..count {
+                let take = |all: &[f32]| all[k..].iter().step_by(count).copied().collect::<Vec<f32>>();
+                let mut expected = vec![f32::NAN; order * order];
+                matrices.apply_into(&take(&src), &mut expected);
+                for (x, y) in take(&dst).into_iter().zip(expected) {
+                    assert!((x - y).abs() < 3e-6, "order {order}, function {k} of {count}: {x} against {y}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
 fn a_band_turns_the_same_whatever_the_order() {
     let f = random_expansion(20, 37);
     let rotation = Rotation::from_euler_zyz(-0.7, 0.9, 2.5);
