@@ -45,7 +45,7 @@ fn project_lat_long(bench: &mut Bench<'_>) {
             item: "texel",
             items: SIZE[0] * SIZE[1],
             cost: Some(Cost { operations, bytes: TEXEL, level: Level::Read }),
-            above: "in double precision, by the instructions that every machine has",
+            above: "in double precision, and colors are parted into channels first",
         };
         bench.measure(&job, || {
             black_box(project_env(black_box(&map), order));
@@ -93,7 +93,7 @@ fn reconstruct_map(bench: &mut Bench<'_>) {
             item: "texel",
             items: SIZE[0] * SIZE[1],
             cost: Some(Cost { operations: (6 * (2 * order - 1)) as f64, bytes: TEXEL, level: Level::Written }),
-            above: "in double precision, by the instructions that every machine has",
+            above: "in double precision, into pages that the system gives one by one",
         };
         bench.measure(&job, || {
             black_box(reconstruct(black_box(&f), SIZE[0], SIZE[1]));

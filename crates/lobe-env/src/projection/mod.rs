@@ -1,8 +1,9 @@
 //! Projection of maps onto spherical harmonics, reconstruction, and irradiance.
 //!
-//! Read [`project`] first. A lat-long map is projected row by row: a Fourier transform along the row ([`row_dft`]),
-//! exact integrals of Legendre functions across it ([`row_legendre`]). [`irradiance`] is the light on a Lambertian
-//! surface, by coefficients and by brute force ([`horizon`]). Uses `map` and `mapping`.
+//! Read [`project`] first. A lat-long map is projected row by row: a Fourier transform along the row ([`row_dft`],
+//! folded by symmetry in [`row_fold`]), exact integrals of Legendre functions across it ([`row_legendre`]). The inner
+//! loops are in [`table_sums`]. [`irradiance`] is the light on a Lambertian surface, by coefficients and by brute force
+//! ([`horizon`]). Uses `map` and `mapping`.
 
 pub(crate) mod horizon;
 pub(crate) mod irradiance;
@@ -11,4 +12,6 @@ pub(crate) mod project;
 pub(crate) mod project_map;
 pub(crate) mod reconstruct;
 pub(crate) mod row_dft;
+pub(crate) mod row_fold;
 pub(crate) mod row_legendre;
+pub(crate) mod table_sums;

@@ -21,10 +21,8 @@ use pulp::Simd;
 use rayon::prelude::*;
 
 use crate::mapping::cube::{self, FACES};
+use crate::projection::table_sums::{CHANNELS, PlainSums, TableSums, WideSums, widen};
 use crate::{MappedMap, Mapping};
-
-/// Red, green and blue.
-const CHANNELS: usize = 3;
 
 /// A part of the picture in which directions are one analytic function: `p = origin + a right + b down`, with `a` and `b`
 /// in `[-1, 1]` over the whole rectangle of the face in the picture.
@@ -259,9 +257,8 @@ struct Moments<'a> {
 const TOGETHER: usize = 4;
 
 impl Moments<'_> {
-    /// By `sum`, which has the sums of the products of four tables and three planes.
     #[inline(always)]
-    fn by<F: Sums>(&self, arithmetic: F) -> Vec<[f64; CHANNELS]> {
+    fn by<F: TableSums>(&self, arithmetic: F) -> Vec<[f64; CHANNELS]> {
         let nodes = self.nodes;
         let mut moments = vec![[0.0; CHANNELS]; self.columns.len() * nodes * nodes];
         let count = self.row.texels.len();
@@ -274,20 +271,17 @@ impl Moments<'_> {
                 if part.is_empty() {
                     continue;
                 }
-                for (c, plane) in planes.iter_mut().enumerate() {
-                    plane.clear();
-                    plane.extend(self.map.row(y)[part.clone()].iter().map(|texel| f64::from(texel.to_array()[c])));
-                }
+                widen(&self.map.row(y)[part.clone()], &mut planes);
                 let [r, g, b] = &planes;
                 let table =
                     |j: usize| &cell.integrals[j * cell.texels.len() + part.start - cell.texels.start..][..part.len()];
                 for (first, sums) in (0..nodes).step_by(TOGETHER).zip(sums.chunks_exact_mut(TOGETHER)) {
                     let tables = [table(first), table(first + 1), table(first + 2), table(first + 3)];
-                    arithmetic.sums_into(tables, [r, g, b], sums);
+                    sums.copy_from_slice(&arithmetic.sums(tables, [r, g, b]));
                 }
                 for (k, moments) in moments.chunks_exact_mut(nodes).enumerate() {
                     let integral = self.row.integrals[k * count + i];
-                    arithmetic.add_scaled(moments.as_flattened_mut(), sums.as_flattened(), integral);
+                    arithmetic.add_scaled(moments.as_flattened_mut(), [sums.as_flattened()], [integral]);
                 }
             }
         }
@@ -300,113 +294,10 @@ impl Kernel for Moments<'_> {
 
     #[inline(always)]
     fn wide<S: Simd>(self, simd: S) -> Self::Output {
-        self.by(Wide(simd))
+        self.by(WideSums(simd))
     }
 
     fn plain(self) -> Self::Output {
-        self.by(Plain)
+        self.by(PlainSums)
     }
-}
-
-/// The arithmetic of the moments.
-trait Sums: Copy {
-    /// The sums of the products of each table with each plane.
-    fn sums_into(self, tables: [&[f64]; TOGETHER], planes: [&[f64]; CHANNELS], sums: &mut [[f64; CHANNELS]]);
-
-    /// `to += from · scale`.
-    fn add_scaled(self, to: &mut [f64], from: &[f64], scale: f64);
-}
-
-/// In plain code.
-#[derive(Clone, Copy)]
-struct Plain;
-
-impl Sums for Plain {
-    #[inline(always)]
-    fn sums_into(self, tables: [&[f64]; TOGETHER], planes: [&[f64]; CHANNELS], sums: &mut [[f64; CHANNELS]]) {
-        for (sums, table) in sums.iter_mut().zip(tables) {
-            *sums = planes.map(|plane| sum_of_products(table, plane));
-        }
-    }
-
-    #[inline(always)]
-    fn add_scaled(self, to: &mut [f64], from: &[f64], scale: f64) {
-        to.iter_mut().zip(from).for_each(|(to, from)| *to += from * scale);
-    }
-}
-
-/// By the registers of the machine.
-#[derive(Clone, Copy)]
-struct Wide<S: Simd>(S);
-
-impl<S: Simd> Sums for Wide<S> {
-    #[inline(always)]
-    fn sums_into(self, tables: [&[f64]; TOGETHER], planes: [&[f64]; CHANNELS], sums: &mut [[f64; CHANNELS]]) {
-        let simd = self.0;
-        let mut wide = [[simd.splat_f64s(0.0); CHANNELS]; TOGETHER];
-        let [r, g, b] = planes;
-        let ((r, r_rest), (g, g_rest), (b, b_rest)) = (S::as_simd_f64s(r), S::as_simd_f64s(g), S::as_simd_f64s(b));
-        let [t0, t1, t2, t3] = tables;
-        let ((t0, t0_rest), (t1, t1_rest)) = (S::as_simd_f64s(t0), S::as_simd_f64s(t1));
-        let ((t2, t2_rest), (t3, t3_rest)) = (S::as_simd_f64s(t2), S::as_simd_f64s(t3));
-        for ((((((r, g), b), t0), t1), t2), t3) in r.iter().zip(g).zip(b).zip(t0).zip(t1).zip(t2).zip(t3) {
-            add_products(simd, &mut wide, [*t0, *t1, *t2, *t3], [*r, *g, *b]);
-        }
-        let tables = [
-            simd.partial_load_f64s(t0_rest),
-            simd.partial_load_f64s(t1_rest),
-            simd.partial_load_f64s(t2_rest),
-            simd.partial_load_f64s(t3_rest),
-        ];
-        let planes = [simd.partial_load_f64s(r_rest), simd.partial_load_f64s(g_rest), simd.partial_load_f64s(b_rest)];
-        add_products(simd, &mut wide, tables, planes);
-        for (sums, wide) in sums.iter_mut().zip(wide) {
-            for (sum, wide) in sums.iter_mut().zip(wide) {
-                *sum = simd.reduce_sum_f64s(wide);
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn add_scaled(self, to: &mut [f64], from: &[f64], scale: f64) {
-        let simd = self.0;
-        let wide = simd.splat_f64s(scale);
-        let ((to, to_rest), (from, from_rest)) = (S::as_mut_simd_f64s(to), S::as_simd_f64s(from));
-        for (to, from) in to.iter_mut().zip(from) {
-            *to = simd.mul_add_e_f64s(*from, wide, *to);
-        }
-        for (to, from) in to_rest.iter_mut().zip(from_rest) {
-            *to += from * scale;
-        }
-    }
-}
-
-#[inline(always)]
-fn add_products<S: Simd>(
-    simd: S,
-    sums: &mut [[S::f64s; CHANNELS]; TOGETHER],
-    tables: [S::f64s; TOGETHER],
-    planes: [S::f64s; CHANNELS],
-) {
-    for j in 0..TOGETHER {
-        for c in 0..CHANNELS {
-            sums[j][c] = simd.mul_add_e_f64s(tables[j], planes[c], sums[j][c]);
-        }
-    }
-}
-
-/// Sums kept side by side.
-const LANES: usize = 8;
-
-/// The sum of the products of two slices of one length.
-#[inline(always)]
-fn sum_of_products(a: &[f64], b: &[f64]) -> f64 {
-    let ((a, rest_a), (b, rest_b)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
-    let mut sums = [0.0; LANES];
-    for (a, b) in a.iter().zip(b) {
-        for lane in 0..LANES {
-            sums[lane] += a[lane] * b[lane];
-        }
-    }
-    sums.iter().sum::<f64>() + rest_a.iter().zip(rest_b).map(|(a, b)| a * b).sum::<f64>()
 }

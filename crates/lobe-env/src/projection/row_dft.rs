@@ -1,54 +1,23 @@
 //! Discrete Fourier transform along the rows of a lat-long picture, and its inverse.
 
-use lobe_sh::{Coefficient, Rgb};
+use lobe_sh::Rgb;
+use lobe_sh::simd::{Kernel, Machine};
+use pulp::Simd;
 
 use crate::mapping::lat_long::sin_cos_pi;
+use crate::projection::row_fold::{BLOCK, COS_EVEN, COS_ODD, FoldedBlock, SIN_EVEN, SIN_ODD};
+use crate::projection::table_sums::{PlainSums, TableSums, WideSums};
 
-// The columns of a picture of width w lie at φ_x = π (w - 2x - 1)/w. If w is a multiple of four they come in
-// quadruples that share their cosines and sines up to the sign. With a = φ_x of a column x < w/4 in the left quarter:
-//
-//     column        φ         cos mφ            sin mφ
-//     x             a         cos ma            sin ma             A
-//     w/2 - 1 - x   π - a     (-1)^m cos ma    -(-1)^m sin ma      B
-//     w/2 + x       a - π     (-1)^m cos ma     (-1)^m sin ma      C
-//     w - 1 - x     -a        cos ma           -sin ma             D
-//
-// So a row is first folded into four planes of w/4 numbers,
-//
-//     cos, m even: (A+D) + (B+C)      cos, m odd: (A+D) - (B+C)
-//     sin, m even: (A-D) - (B-C)      sin, m odd: (A-D) + (B-C)
-//
-// and each of the 2n - 1 sums runs over a quarter of the columns. Symmetric terms cancel before they are multiplied, so
-// the sines of a constant row are exactly 0. Other widths use the whole row as every plane.
-
-/// The planes of a folded row, in this order.
-const COS_EVEN: usize = 0;
-const COS_ODD: usize = 1;
-const SIN_EVEN: usize = 2;
-const SIN_ODD: usize = 3;
-const PLANES: usize = 4;
-
-/// Columns folded at a time: twelve planes of this many `f64` (24 KiB) stay in the first-level cache while every `m`
-/// passes over them.
-const BLOCK: usize = 256;
-
-/// Partial sums kept side by side: four 128-bit registers of `f64`, whose additions hide each other's latency. The
-/// tables are padded to multiples of it.
-const LANES: usize = 8;
-
-/// One channel of one plane of one block.
-type Plane = [f64; BLOCK];
+/// Waves that share a pass over the planes: their sums, with three channels each, fit the registers of every machine.
+const TOGETHER: usize = 3;
 
 /// `cos mφ_x` and `sin mφ_x` for `m < order` over the columns of a picture, one quarter of them where the rest follows
 /// by symmetry.
 pub(crate) struct RowDft {
-    width: usize,
     order: usize,
     folded: bool,
     /// Columns with an entry of their own.
     columns: usize,
-    /// `columns` rounded up to [`LANES`].
-    stride: usize,
     cos: Vec<f64>,
     sin: Vec<f64>,
 }
@@ -61,154 +30,141 @@ impl RowDft {
     pub(crate) fn new(width: usize, order: usize) -> Self {
         let folded = width.is_multiple_of(4);
         let columns = if folded { width / 4 } else { width };
-        let stride = columns.next_multiple_of(LANES);
-        let mut cos = vec![0.0; order * stride];
-        let mut sin = vec![0.0; order * stride];
+        let mut cos = vec![0.0; order * columns];
+        let mut sin = vec![0.0; order * columns];
         for m in 0..order {
             for x in 0..columns {
                 // mφ_x/π = m (w - 2x - 1)/w, reduced to a turn in integers: no digit is lost for any m.
                 let step = (m as i128 * (width as i128 - 2 * x as i128 - 1)).rem_euclid(2 * width as i128);
-                (sin[m * stride + x], cos[m * stride + x]) = sin_cos_pi(step as f64 / width as f64);
+                (sin[m * columns + x], cos[m * columns + x]) = sin_cos_pi(step as f64 / width as f64);
             }
         }
-        Self { width, order, folded, columns, stride, cos, sin }
+        Self { order, folded, columns, cos, sin }
     }
 
     /// Adds `Σ_x L(x) cos mφ_x` and `Σ_x L(x) sin mφ_x` of each row to its `order` sums in `sums`.
     ///
     /// The tables pass once through the cache for all `rows`, so pass several at a time.
     pub(crate) fn add_sums(&self, rows: &[&[Rgb<f32>]], sums: &mut RowSums) {
-        let mut planes = [[[0.0; BLOCK]; 3]; PLANES];
-        for start in (0..self.columns).step_by(BLOCK) {
-            let count = BLOCK.min(self.columns - start);
-            for (row, sums) in rows.iter().zip(sums.chunks_exact_mut(self.order)) {
-                self.fold(row, start, count, &mut planes);
-                self.add_block(&planes, start, count, sums);
-            }
-        }
-    }
-
-    /// Folds `count` columns from `start` on into the planes and pads them with zeros to a multiple of [`LANES`].
-    fn fold(&self, row: &[Rgb<f32>], start: usize, count: usize, planes: &mut [[Plane; 3]; PLANES]) {
-        if self.folded {
-            let (left, right) = row.split_at(self.width / 2);
-            let (a, b) = (&left[start..][..count], &left[left.len() - start - count..][..count]);
-            let (c, d) = (&right[start..][..count], &right[right.len() - start - count..][..count]);
-            let [cos_even, cos_odd, sin_even, sin_odd] = planes;
-            for k in 0..count {
-                let [a, b, c, d] = [a[k], b[count - 1 - k], c[k], d[count - 1 - k]].map(Coefficient::widen);
-                let (outer, inner) = (a + d, b + c);
-                store(cos_even, k, outer + inner);
-                store(cos_odd, k, outer - inner);
-                let (outer, inner) = (a - d, b - c);
-                store(sin_even, k, outer - inner);
-                store(sin_odd, k, outer + inner);
-            }
-        } else {
-            for (k, texel) in row[start..][..count].iter().enumerate() {
-                store(&mut planes[0], k, texel.widen());
-            }
-        }
-        let padded = count.next_multiple_of(LANES);
-        for channel in planes.as_flattened_mut() {
-            channel[count..padded].fill(0.0);
-        }
-    }
-
-    /// Adds the sums over one folded block to those of its row.
-    fn add_block(&self, planes: &[[Plane; 3]; PLANES], start: usize, count: usize, sums: &mut RowSums) {
-        let padded = count.next_multiple_of(LANES);
-        for (plane, table, first, part) in [
-            (COS_EVEN, &self.cos, 0, 0),
-            (COS_ODD, &self.cos, 1, 0),
-            (SIN_EVEN, &self.sin, 2, 1),
-            (SIN_ODD, &self.sin, 1, 1),
-        ] {
-            let values = planes[if self.folded { plane } else { 0 }].each_ref().map(|channel| &channel[..padded]);
-            let table = |m: usize| &table[m * self.stride + start..][..padded];
-            for m in (first..self.order).step_by(2) {
-                sums[m][part] += Rgb::from(values.map(|channel| dot(table(m), channel)));
-            }
-        }
+        Machine::detect().run(AddSums { dft: self, rows, sums });
     }
 
     /// Writes `Σ_m A_m cos mφ_x + B_m sin mφ_x` into every texel of a row; `waves` are `[A_m, B_m]`.
     pub(crate) fn synthesise_into(&self, waves: &RowSums, row: &mut [Rgb<f32>]) {
-        let mut planes = [[[0.0; BLOCK]; 3]; PLANES];
-        for start in (0..self.columns).step_by(BLOCK) {
-            let count = BLOCK.min(self.columns - start);
-            for plane in planes.as_flattened_mut() {
-                plane[..count].fill(0.0);
+        Machine::detect().run(Synthesise { dft: self, waves, row });
+    }
+
+    /// Each plane with its table, the first `m` that it has, and its place in [`RowSums`]; from there every second `m`.
+    fn parts(&self) -> [(usize, &[f64], usize, usize); 4] {
+        [
+            (COS_EVEN, &self.cos, 0, 0),
+            (COS_ODD, &self.cos, 1, 0),
+            (SIN_EVEN, &self.sin, 2, 1),
+            (SIN_ODD, &self.sin, 1, 1),
+        ]
+    }
+}
+
+struct AddSums<'a> {
+    dft: &'a RowDft,
+    rows: &'a [&'a [Rgb<f32>]],
+    sums: &'a mut RowSums,
+}
+
+impl AddSums<'_> {
+    #[inline(always)]
+    fn by<F: TableSums>(self, arithmetic: F) {
+        let Self { dft, rows, sums } = self;
+        let mut block = FoldedBlock::new(dft.folded);
+        for start in (0..dft.columns).step_by(BLOCK) {
+            let count = BLOCK.min(dft.columns - start);
+            for (row, sums) in rows.iter().zip(sums.chunks_exact_mut(dft.order)) {
+                block.fold(row, start, count);
+                for (plane, table, first, part) in dft.parts() {
+                    let plane = block.plane(plane);
+                    let table = |m: usize| &table[m * dft.columns + start..][..count];
+                    let mut m = first;
+                    while m + 2 * (TOGETHER - 1) < dft.order {
+                        let found = arithmetic.sums([table(m), table(m + 2), table(m + 4)], plane);
+                        for (k, found) in found.into_iter().enumerate() {
+                            sums[m + 2 * k][part] += Rgb::from(found);
+                        }
+                        m += 2 * TOGETHER;
+                    }
+                    while m < dft.order {
+                        sums[m][part] += Rgb::from(arithmetic.sums([table(m)], plane)[0]);
+                        m += 2;
+                    }
+                }
             }
-            for (m, &[a, b]) in waves.iter().enumerate() {
-                let cos = &self.cos[m * self.stride + start..][..count];
-                let sin = &self.sin[m * self.stride + start..][..count];
-                let odd = m % 2;
-                add_scaled(&mut planes[COS_EVEN + odd], a, cos);
-                add_scaled(&mut planes[SIN_EVEN + odd], b, sin);
+        }
+    }
+}
+
+impl Kernel for AddSums<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn wide<S: Simd>(self, simd: S) {
+        self.by(WideSums(simd));
+    }
+
+    fn plain(self) {
+        self.by(PlainSums);
+    }
+}
+
+struct Synthesise<'a> {
+    dft: &'a RowDft,
+    waves: &'a RowSums,
+    row: &'a mut [Rgb<f32>],
+}
+
+impl Synthesise<'_> {
+    #[inline(always)]
+    fn by<F: TableSums>(self, arithmetic: F) {
+        let Self { dft, waves, row } = self;
+        let mut block = FoldedBlock::new(dft.folded);
+        for start in (0..dft.columns).step_by(BLOCK) {
+            let count = BLOCK.min(dft.columns - start);
+            block.clear(count);
+            for (plane, table, first, part) in dft.parts() {
+                let table = |m: usize| &table[m * dft.columns + start..][..count];
+                for (c, channel) in block.plane_mut(plane).into_iter().enumerate() {
+                    let wave = |m: usize| waves[m][part].to_array()[c];
+                    let mut m = first;
+                    while m + 2 * (TOGETHER - 1) < dft.order {
+                        let tables = [table(m), table(m + 2), table(m + 4)];
+                        arithmetic.add_scaled(channel, tables, [wave(m), wave(m + 2), wave(m + 4)]);
+                        m += 2 * TOGETHER;
+                    }
+                    while m < dft.order {
+                        arithmetic.add_scaled(channel, [table(m)], [wave(m)]);
+                        m += 2;
+                    }
+                }
             }
-            self.unfold(&planes, start, count, row);
-        }
-    }
-
-    /// The inverse of [`RowDft::fold`], up to a factor of four.
-    fn unfold(&self, planes: &[[Plane; 3]; PLANES], start: usize, count: usize, row: &mut [Rgb<f32>]) {
-        let half = self.width / 2;
-        for k in 0..count {
-            let [cos_even, cos_odd, sin_even, sin_odd] = planes.each_ref().map(|plane| load(plane, k));
-            let x = start + k;
-            let (outer, inner) = (cos_even + cos_odd, cos_even - cos_odd);
-            let (outer_sin, inner_sin) = (sin_even + sin_odd, sin_odd - sin_even);
-            row[x] = Rgb::narrow(outer + outer_sin);
-            if self.folded {
-                row[half - 1 - x] = Rgb::narrow(inner + inner_sin);
-                row[half + x] = Rgb::narrow(inner - inner_sin);
-                row[self.width - 1 - x] = Rgb::narrow(outer - outer_sin);
-            }
+            block.unfold(start, row);
         }
     }
 }
 
-/// Writes a color to column `k` of a plane.
-#[inline(always)]
-fn store(plane: &mut [Plane; 3], k: usize, value: Rgb<f64>) {
-    for (channel, value) in plane.iter_mut().zip(value.to_array()) {
-        channel[k] = value;
-    }
-}
+impl Kernel for Synthesise<'_> {
+    type Output = ();
 
-/// The color in column `k` of a plane.
-#[inline(always)]
-fn load(plane: &[Plane; 3], k: usize) -> Rgb<f64> {
-    Rgb::from(plane.each_ref().map(|channel| channel[k]))
-}
-
-/// `plane += value table`, channel by channel.
-#[inline(always)]
-fn add_scaled(plane: &mut [Plane; 3], value: Rgb<f64>, table: &[f64]) {
-    for (channel, value) in plane.iter_mut().zip(value.to_array()) {
-        for (sum, t) in channel.iter_mut().zip(table) {
-            *sum += value * t;
-        }
+    #[inline(always)]
+    fn wide<S: Simd>(self, simd: S) {
+        self.by(WideSums(simd));
     }
-}
 
-/// The dot product of two slices of one length, a multiple of [`LANES`].
-///
-/// One table and one channel at a time: with several the compiler mixes lanes of different sums in one register.
-#[inline(always)]
-fn dot(table: &[f64], channel: &[f64]) -> f64 {
-    let mut sums = [0.0; LANES];
-    for (table, channel) in table.as_chunks::<LANES>().0.iter().zip(channel.as_chunks::<LANES>().0) {
-        for lane in 0..LANES {
-            sums[lane] += table[lane] * channel[lane];
-        }
+    fn plain(self) {
+        self.by(PlainSums);
     }
-    sums.iter().sum()
 }
 
 #[cfg(test)]
 mod tests {
+    use lobe_sh::Coefficient as _;
     use lobe_testkit::Random;
 
     use super::*;

@@ -1,0 +1,174 @@
+//! Sums of texels times tables, the inner loops of all projections and of reconstruction.
+
+use lobe_sh::Rgb;
+use pulp::Simd;
+
+/// Red, green and blue.
+pub(crate) const CHANNELS: usize = 3;
+
+/// Arithmetic on tables and on planes of one channel, all of one length, in double precision.
+///
+/// Types and loops instead of closures, also those of arrays, because closures need not be compiled for the instructions of the
+/// machine.
+pub(crate) trait TableSums: Copy {
+    /// `Σ_k tables_t(k) planes_c(k)` for each table and each channel.
+    fn sums<const TABLES: usize>(
+        self,
+        tables: [&[f64]; TABLES],
+        planes: [&[f64]; CHANNELS],
+    ) -> [[f64; CHANNELS]; TABLES];
+
+    /// `to(k) += Σ_t tables_t(k) scales_t`.
+    fn add_scaled<const TABLES: usize>(self, to: &mut [f64], tables: [&[f64]; TABLES], scales: [f64; TABLES]);
+}
+
+/// The channels of colors.
+#[inline(always)]
+pub(crate) fn widen(colors: &[Rgb<f32>], planes: &mut [Vec<f64>; CHANNELS]) {
+    let count = colors.len();
+    let [r, g, b] = planes;
+    r.resize(count, 0.0);
+    g.resize(count, 0.0);
+    b.resize(count, 0.0);
+    let (r, g, b) = (&mut r[..count], &mut g[..count], &mut b[..count]);
+    for k in 0..count {
+        r[k] = f64::from(colors[k].r);
+        g[k] = f64::from(colors[k].g);
+        b[k] = f64::from(colors[k].b);
+    }
+}
+
+/// In plain code.
+#[derive(Clone, Copy)]
+pub(crate) struct PlainSums;
+
+impl TableSums for PlainSums {
+    #[inline(always)]
+    fn sums<const TABLES: usize>(
+        self,
+        tables: [&[f64]; TABLES],
+        planes: [&[f64]; CHANNELS],
+    ) -> [[f64; CHANNELS]; TABLES] {
+        let mut sums = [[0.0; CHANNELS]; TABLES];
+        for t in 0..TABLES {
+            for c in 0..CHANNELS {
+                sums[t][c] = sum_of_products(tables[t], planes[c]);
+            }
+        }
+        sums
+    }
+
+    #[inline(always)]
+    fn add_scaled<const TABLES: usize>(self, to: &mut [f64], tables: [&[f64]; TABLES], scales: [f64; TABLES]) {
+        for (table, scale) in tables.into_iter().zip(scales) {
+            to.iter_mut().zip(table).for_each(|(to, from)| *to += from * scale);
+        }
+    }
+}
+
+/// By the registers of the machine.
+#[derive(Clone, Copy)]
+pub(crate) struct WideSums<S: Simd>(pub(crate) S);
+
+impl<S: Simd> TableSums for WideSums<S> {
+    #[inline(always)]
+    fn sums<const TABLES: usize>(
+        self,
+        tables: [&[f64]; TABLES],
+        planes: [&[f64]; CHANNELS],
+    ) -> [[f64; CHANNELS]; TABLES] {
+        let simd = self.0;
+        let mut wide = [[simd.splat_f64s(0.0); CHANNELS]; TABLES];
+        let (tables, table_rests) = registers::<S, TABLES>(tables);
+        let (planes, plane_rests) = registers::<S, CHANNELS>(planes);
+        let (mut of_tables, mut of_planes) = ([simd.splat_f64s(0.0); TABLES], [simd.splat_f64s(0.0); CHANNELS]);
+        for k in 0..planes[0].len() {
+            for t in 0..TABLES {
+                of_tables[t] = tables[t][k];
+            }
+            for c in 0..CHANNELS {
+                of_planes[c] = planes[c][k];
+            }
+            add_products(simd, &mut wide, of_tables, of_planes);
+        }
+        if !plane_rests[0].is_empty() {
+            for t in 0..TABLES {
+                of_tables[t] = simd.partial_load_f64s(table_rests[t]);
+            }
+            for c in 0..CHANNELS {
+                of_planes[c] = simd.partial_load_f64s(plane_rests[c]);
+            }
+            add_products(simd, &mut wide, of_tables, of_planes);
+        }
+        let mut sums = [[0.0; CHANNELS]; TABLES];
+        for t in 0..TABLES {
+            for c in 0..CHANNELS {
+                sums[t][c] = simd.reduce_sum_f64s(wide[t][c]);
+            }
+        }
+        sums
+    }
+
+    #[inline(always)]
+    fn add_scaled<const TABLES: usize>(self, to: &mut [f64], tables: [&[f64]; TABLES], scales: [f64; TABLES]) {
+        let simd = self.0;
+        let (to, to_rest) = S::as_mut_simd_f64s(to);
+        let (tables, rests) = registers::<S, TABLES>(tables);
+        let mut wide = [simd.splat_f64s(0.0); TABLES];
+        for t in 0..TABLES {
+            wide[t] = simd.splat_f64s(scales[t]);
+        }
+        for (k, to) in to.iter_mut().enumerate() {
+            for t in 0..TABLES {
+                *to = simd.mul_add_e_f64s(tables[t][k], wide[t], *to);
+            }
+        }
+        for (k, to) in to_rest.iter_mut().enumerate() {
+            for t in 0..TABLES {
+                *to += rests[t][k] * scales[t];
+            }
+        }
+    }
+}
+
+/// Slices of one length as registers of the same number, and what is left of each.
+#[inline(always)]
+fn registers<S: Simd, const N: usize>(slices: [&[f64]; N]) -> ([&[S::f64s]; N], [&[f64]; N]) {
+    let (mut whole, mut rests): ([&[S::f64s]; N], [&[f64]; N]) = ([&[]; N], [&[]; N]);
+    for n in 0..N {
+        (whole[n], rests[n]) = S::as_simd_f64s(&slices[n][..slices[0].len()]);
+    }
+    (whole, rests)
+}
+
+#[inline(always)]
+fn add_products<S: Simd, const TABLES: usize>(
+    simd: S,
+    sums: &mut [[S::f64s; CHANNELS]; TABLES],
+    tables: [S::f64s; TABLES],
+    planes: [S::f64s; CHANNELS],
+) {
+    for t in 0..TABLES {
+        for c in 0..CHANNELS {
+            sums[t][c] = simd.mul_add_e_f64s(tables[t], planes[c], sums[t][c]);
+        }
+    }
+}
+
+/// Sums kept side by side: four 128-bit registers of `f64`, whose additions hide each other's latency.
+const LANES: usize = 8;
+
+/// The sum of the products of two slices of one length.
+///
+/// One table and one channel at a time: with several the compiler mixes lanes of different sums in one register.
+#[inline(always)]
+fn sum_of_products(a: &[f64], b: &[f64]) -> f64 {
+    let ((a, rest_a), (b, rest_b)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
+    let mut sums = [0.0; LANES];
+    for (a, b) in a.iter().zip(b) {
+        for lane in 0..LANES {
+            sums[lane] += a[lane] * b[lane];
+        }
+    }
+    sums.iter().sum::<f64>() + rest_a.iter().zip(rest_b).map(|(a, b)| a * b).sum::<f64>()
+}
