@@ -1,5 +1,7 @@
 """Bakes on Dask, with real processes on the loopback interface that are killed, join late and are of other versions."""
 
+import concurrent.futures
+import dataclasses
 import os
 import pathlib
 import shutil
@@ -211,6 +213,29 @@ def test_errors_of_the_command_are_one_line(arguments, message, tmp_path, monkey
     assert os.listdir(tmp_path) == [], "nothing is left behind"
 
 
-def test_a_cluster_of_this_machine_needs_no_client(tmp_path, whole):
-    on_dask.bake(SCENE, tmp_path / "o.safetensors", OPTIONS, shards=2)
+def test_without_a_client_one_process_with_one_thread_and_the_memory_of_the_machine_bakes(tmp_path, whole):
+    def look(done, shards):
+        workers = distributed.get_client().scheduler_info()["workers"].values()
+        assert [worker["nthreads"] for worker in workers] == [1]
+        assert [worker["memory_limit"] for worker in workers] == [distributed.system.MEMORY_LIMIT]
+        assert shards == on_dask.SHARDS_PER_THREAD
+
+    on_dask.bake(SCENE, tmp_path / "o.safetensors", OPTIONS, progress=look)
     assert (tmp_path / "o.safetensors").read_bytes() == whole
+
+
+def test_a_worker_of_several_threads_reads_the_scene_once(tmp_path, monkeypatch):
+    read = []
+    of = lobe.BakeOptions.of
+
+    def slowly(options, scene):
+        read.append(scene)
+        # Long enough for the other threads to come.
+        time.sleep(0.2)
+        return of(options, scene)
+
+    monkeypatch.setattr(lobe.BakeOptions, "of", slowly)
+    arguments = (None, SCENE, dataclasses.asdict(OPTIONS), f"once-{tmp_path}".replace(os.sep, "-"), lobe.__version__)
+    with concurrent.futures.ThreadPoolExecutor(4) as threads:
+        parts = list(threads.map(lambda number: on_dask.bake_shard(*arguments, number, 4), range(1, 5)))
+    assert read == [SCENE] and len({*parts}) == 4

@@ -3,6 +3,10 @@
 A bake is cut into shards, each a task. Dask gives them to workers, to others if a worker dies, and to those that join late; the scene is sent to
 each worker once. What comes back is kept in a folder beside the output, so that a bake whose client or scheduler died goes on from there, and the
 shards are put together to the bytes that one machine alone writes. Needs `pip install distributed`.
+
+One process with one thread a machine, which is what `bake` starts without a client: a shard computes on all processors by itself, and each process
+has a copy of the scene. `dask worker tcp://HOST:PORT --nthreads 1 --memory-limit 1.0` is such a worker; without the second option Dask divides the
+machine's memory by its processors.
 """
 
 from __future__ import annotations
@@ -15,6 +19,7 @@ import tempfile
 from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import asdict, fields
+from threading import Lock
 from typing import TYPE_CHECKING, Any
 
 from . import __version__, _lobe
@@ -28,7 +33,7 @@ RETRIES = 3
 """Times that a shard is tried again after an error. A worker that dies counts nothing here: Dask has a limit of its own."""
 
 SHARDS_PER_THREAD = 4
-"""Shards for each thread that a bake finds: what the last ones leave idle is a quarter of a share."""
+"""Shards for each thread of a worker, which is one a machine: what the last ones leave idle is a quarter of a share."""
 
 WHOLE_FILES = (".glb", ".vrm", ".ply")
 """Files that name no others, so that their bytes are the scene. Others are read by workers under the same path."""
@@ -45,7 +50,7 @@ def bake(
 ) -> BakeReport:
     """Bakes on the workers of a Dask client, and writes the bytes of `lobe.bake`.
 
-    Without a client a cluster of one process for each processor of this machine is started. A .glb, .vrm or .ply is sent to the workers; of other
+    Without a client a process of this machine is started that computes on all processors; `lobe.bake` does the same work without one. A .glb, .vrm or .ply is sent to the workers; of other
     scenes they read the files under the same path, as on a file system that they share. `progress(done, shards)` is called for each shard.
 
     Shards that were done stay in the folder `OUTPUT.shards` until all are there; the same bake takes them up, with as many shards as before.
@@ -67,12 +72,13 @@ def bake(
 
 
 def _client(client: Client | None) -> Any:
-    """The client as it is, or one of a cluster on this machine that ends with it."""
+    """The client as it is, or one of a process on this machine that ends with it."""
     if client is not None:
         return nullcontext(client)
     from distributed import Client, LocalCluster
 
-    cluster = LocalCluster(n_workers=os.cpu_count() or 1, threads_per_worker=1, host="127.0.0.1", dashboard_address=None)
+    # One task at a time: it has as many threads as there are processors.
+    cluster = LocalCluster(n_workers=1, threads_per_worker=1, host="127.0.0.1", dashboard_address=None)
     return Client(cluster, set_as_default=False)
 
 
@@ -162,6 +168,22 @@ def _bake_missing(
 _read: dict[str, _lobe.Bake] = {}
 """The bake that this worker has had last, its scene read and its tree built."""
 
+_reading = Lock()
+"""Held while a scene is read: a worker of several threads reads it once, too."""
+
+
+def _read_once(sent: bytes | None, scene: str, options: dict[str, Any], identity: str, folder: str) -> _lobe.Bake:
+    with _reading:
+        if identity not in _read:
+            _read.clear()
+            if sent is not None:
+                # The file's name is in the recipe, and its ending says what it is.
+                scene = os.path.join(folder, os.path.basename(scene))
+                with open(scene, "wb") as file:
+                    file.write(sent)
+            _read[identity] = BakeOptions(**options).of(scene)
+        return _read[identity]
+
 
 def bake_shard(
     sent: bytes | None, scene: str, options: dict[str, Any], identity: str, version: str, number: int, count: int
@@ -171,16 +193,9 @@ def bake_shard(
         raise RuntimeError(f"this worker has lobe {__version__} and the client has {version}: install one version on all machines")
     try:
         with tempfile.TemporaryDirectory(prefix="lobe-") as folder:
-            if identity not in _read:
-                _read.clear()
-                if sent is not None:
-                    # The file's name is in the recipe, and its ending says what it is.
-                    scene = os.path.join(folder, os.path.basename(scene))
-                    with open(scene, "wb") as file:
-                        file.write(sent)
-                _read[identity] = BakeOptions(**options).of(scene)
+            made = _read_once(sent, scene, options, identity, folder)
             part = os.path.join(folder, f"{identity}.safetensors")
-            _read[identity].write_shard(part, number, count, None)
+            made.write_shard(part, number, count, None)
             with open(part, "rb") as file:
                 return file.read()
     except OSError as error:
@@ -217,8 +232,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m lobe.distributed", description="Bake a scene on the workers of a Dask scheduler.")
     parser.add_argument("scene", help="a .glb, .gltf, .obj or .ply file, or built-in:NAME")
     parser.add_argument("-o", "--output", required=True, help="a .glb or .safetensors file")
-    parser.add_argument("--scheduler", help="its address, such as tcp://10.0.0.1:8786 [default: a cluster on this machine]")
-    parser.add_argument("--shards", type=int, help=f"parts of the work [default: {SHARDS_PER_THREAD} for each thread]")
+    parser.add_argument("--scheduler", help="its address, such as tcp://10.0.0.1:8786 [default: a process on this machine]")
+    parser.add_argument("--shards", type=int, help=f"parts of the work [default: {SHARDS_PER_THREAD} for each thread of a worker]")
     for field in fields(BakeOptions):
         name = "--" + field.name.replace("_", "-")
         kind = OPTIONAL.get(field.name) or type(field.default)
