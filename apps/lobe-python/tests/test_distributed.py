@@ -218,7 +218,7 @@ def test_without_a_client_one_process_with_one_thread_and_the_memory_of_the_mach
         workers = distributed.get_client().scheduler_info()["workers"].values()
         assert [worker["nthreads"] for worker in workers] == [1]
         assert [worker["memory_limit"] for worker in workers] == [distributed.system.MEMORY_LIMIT]
-        assert shards == on_dask.SHARDS_PER_THREAD
+        assert shards == on_dask.SHARDS_PER_TASK
 
     on_dask.bake(SCENE, tmp_path / "o.safetensors", OPTIONS, progress=look)
     assert (tmp_path / "o.safetensors").read_bytes() == whole

@@ -32,8 +32,9 @@ if TYPE_CHECKING:
 RETRIES = 3
 """Times that a shard is tried again after an error. A worker that dies counts nothing here: Dask has a limit of its own."""
 
-SHARDS_PER_THREAD = 4
-"""Shards for each thread of a worker, which is one a machine: what the last ones leave idle is a quarter of a share."""
+SHARDS_PER_TASK = 16
+"""Shards for each task that the workers do at a time: enough that neither uneven shards nor slow workers leave the others idle for long,
+by the table of the guide's chapter on sharing work."""
 
 WHOLE_FILES = (".glb", ".vrm", ".ply")
 """Files that name no others, so that their bytes are the scene. Others are read by workers under the same path."""
@@ -50,8 +51,9 @@ def bake(
 ) -> BakeReport:
     """Bakes on the workers of a Dask client, and writes the bytes of `lobe.bake`.
 
-    Without a client a process of this machine is started that computes on all processors; `lobe.bake` does the same work without one. A .glb, .vrm or .ply is sent to the workers; of other
-    scenes they read the files under the same path, as on a file system that they share. `progress(done, shards)` is called for each shard.
+    Without a client a process of this machine is started that computes on all processors; `lobe.bake` does the same work without one. A .glb,
+    .vrm or .ply is sent to the workers; of other scenes they read the files under the same path, as on a file system that they share.
+    `progress(done, shards)` is called for each shard.
 
     Shards that were done stay in the folder `OUTPUT.shards` until all are there; the same bake takes them up, with as many shards as before.
     """
@@ -62,7 +64,7 @@ def bake(
     made.check_output(output)
     with _client(client) as client, client.as_current():
         if shards is None:
-            shards = SHARDS_PER_THREAD * max(1, sum(client.nthreads().values()))
+            shards = SHARDS_PER_TASK * max(1, sum(client.nthreads().values()))
         shards = min(whole(shards, "shards", 1, 1 << 20), max(1, made.points))
         parts = _Parts(output, _identity(scene, options, shards), shards)
         _bake_missing(client, scene, options, parts, progress)
@@ -233,7 +235,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("scene", help="a .glb, .gltf, .obj or .ply file, or built-in:NAME")
     parser.add_argument("-o", "--output", required=True, help="a .glb or .safetensors file")
     parser.add_argument("--scheduler", help="its address, such as tcp://10.0.0.1:8786 [default: a process on this machine]")
-    parser.add_argument("--shards", type=int, help=f"parts of the work [default: {SHARDS_PER_THREAD} for each thread of a worker]")
+    parser.add_argument("--shards", type=int, help=f"parts of the work [default: {SHARDS_PER_TASK} for each worker]")
     for field in fields(BakeOptions):
         name = "--" + field.name.replace("_", "-")
         kind = OPTIONAL.get(field.name) or type(field.default)
