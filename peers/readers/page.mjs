@@ -111,18 +111,18 @@ async function filament() {
   // Filament does not tell its textures: remember the cubes that it makes.
   const cubes = [];
   const make = WebGL2RenderingContext.prototype.texStorage2D;
-  WebGL2RenderingContext.prototype.texStorage2D = function (target, ...rest) {
-    make.call(this, target, ...rest);
-    if (target === this.TEXTURE_CUBE_MAP) cubes.push([this, this.getParameter(this.TEXTURE_BINDING_CUBE_MAP)]);
+  WebGL2RenderingContext.prototype.texStorage2D = function (target, levels, format, width, height) {
+    make.call(this, target, levels, format, width, height);
+    if (target === this.TEXTURE_CUBE_MAP) cubes.push({ gl: this, texture: this.getParameter(this.TEXTURE_BINDING_CUBE_MAP), width });
   };
   await script('/modules/filament/filament.js');
   await new Promise(done => Filament.init([file], done));
   const engine = Filament.Engine.create(canvas);
-  const before = cubes.length;
   const map = file.endsWith('.ktx2') ? engine.createTextureFromKtx2(file, {}) : engine.createTextureFromKtx1(file, {});
   if (!map) throw new Error('no texture');
   engine.execute();
-  const [gl, texture] = cubes[before] ?? [];
+  // Its own black cube of one texel is made at the same time.
+  const { gl, texture } = cubes.find(({ width }) => width > 1) ?? {};
   if (!texture) throw new Error('it is no cube map');
   gl.bindTexture(gl.TEXTURE_CUBE_MAP, texture);
   gl.texParameteri(gl.TEXTURE_CUBE_MAP, gl.TEXTURE_MIN_FILTER, gl.NEAREST_MIPMAP_NEAREST);
