@@ -34,7 +34,7 @@ RETRIES = 3
 
 SHARDS_PER_TASK = 16
 """Shards for each task that the workers do at a time: enough that neither uneven shards nor slow workers leave the others idle for long,
-by the table of the guide's chapter on sharing work."""
+by the table of the chapter on sharing work."""
 
 WHOLE_FILES = (".glb", ".vrm", ".ply")
 """Files that name no others, so that their bytes are the scene. Others are read by workers under the same path."""
