@@ -1,4 +1,4 @@
-"""Bakes on many machines, by Dask: `bake` here, or `python -m lobe.distributed SCENE --scheduler tcp://HOST:PORT -o baked.glb`.
+"""Bakes on many machines, by Dask: `bake` here, or `python -m lobe.distributed SCENE --scheduler tcp://HOST:PORT -o baked.glb`; `map` for many files.
 
 A bake is cut into shards, each a task. Dask gives them to workers, to others if a worker dies, and to those that join late; the scene is sent to
 each worker once. What comes back is kept in a folder beside the output, so that a bake whose client or scheduler died goes on from there, and the
@@ -17,17 +17,19 @@ import os
 import sys
 import tempfile
 from collections.abc import Callable
-from contextlib import nullcontext
 from dataclasses import asdict, fields
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
 from . import __version__, _lobe
 from ._arrays import whole
+from ._bag import Unfinished, client_or_own, map
 from ._bake import BakeOptions, BakeReport, Path
 
 if TYPE_CHECKING:
     from distributed import Client
+
+__all__ = ["Unfinished", "bake", "main", "map"]
 
 RETRIES = 3
 """Times that a shard is tried again after an error. A worker that dies counts nothing here: Dask has a limit of its own."""
@@ -62,7 +64,7 @@ def bake(
     # Refuse what could not be baked or written, before anything is sent.
     made = options.of(scene)
     made.check_output(output)
-    with _client(client) as client, client.as_current():
+    with client_or_own(client) as client, client.as_current():
         if shards is None:
             shards = SHARDS_PER_TASK * max(1, sum(client.nthreads().values()))
         shards = min(whole(shards, "shards", 1, 1 << 20), max(1, made.points))
@@ -71,17 +73,6 @@ def bake(
     report: BakeReport = made.merge(parts.paths(), output, None)
     parts.remove()
     return report
-
-
-def _client(client: Client | None) -> Any:
-    """The client as it is, or one of a process on this machine that ends with it."""
-    if client is not None:
-        return nullcontext(client)
-    from distributed import Client, LocalCluster
-
-    # One task at a time: it has as many threads as there are processors.
-    cluster = LocalCluster(n_workers=1, threads_per_worker=1, host="127.0.0.1", dashboard_address=None)
-    return Client(cluster, set_as_default=False)
 
 
 def _identity(scene: str, options: BakeOptions, shards: int) -> str:
