@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
@@ -37,15 +37,18 @@ def _name(item: object) -> str:
     return name if len(name) <= NAME_LENGTH else f"{name[:NAME_LENGTH]}..."
 
 
-def client_or_own(client: Client | None) -> Any:
+def client_or_own(client: Client | None) -> AbstractContextManager[Client]:
     """The client as it is, or one of a process on this machine that ends with it."""
     if client is not None:
         return nullcontext(client)
     from distributed import Client, LocalCluster
 
     # One task at a time: it has as many threads as there are processors.
-    cluster = LocalCluster(n_workers=1, threads_per_worker=1, host="127.0.0.1", dashboard_address=None)
-    return Client(cluster, set_as_default=False)
+    # Dask says that None is no dashboard, and not so in its types.
+    none: Any = None
+    cluster = LocalCluster(n_workers=1, threads_per_worker=1, host="127.0.0.1", dashboard_address=none)
+    own: AbstractContextManager[Client] = Client(cluster, set_as_default=False)
+    return own
 
 
 def map(
@@ -67,8 +70,8 @@ def map(
     given = list(items)
     results: list[Any] = [None] * len(given)
     errors: dict[int, BaseException] = {}
-    with client_or_own(client) as client, client.as_current():
-        futures = {client.submit(function, item, pure=False): index for index, item in enumerate(given)}
+    with client_or_own(client) as engine, engine.as_current():
+        futures = {engine.submit(function, item, pure=False): index for index, item in enumerate(given)}
         try:
             for done, future in enumerate(as_completed(list(futures)), 1):
                 index, error = futures[future], future.exception()
@@ -80,7 +83,7 @@ def map(
                 if progress is not None:
                     progress(done, len(given))
         finally:
-            client.cancel([future for future in futures if not future.done()])
+            engine.cancel([future for future in futures if not future.done()])
     if errors:
         raise Unfinished(given, results, dict(sorted(errors.items())))
     return results

@@ -64,12 +64,13 @@ def bake(
     # Refuse what could not be baked or written, before anything is sent.
     made = options.of(scene)
     made.check_output(output)
-    with client_or_own(client) as client, client.as_current():
+    with client_or_own(client) as engine, engine.as_current():
         if shards is None:
-            shards = SHARDS_PER_TASK * max(1, sum(client.nthreads().values()))
+            threads: Any = engine.nthreads()
+            shards = SHARDS_PER_TASK * max(1, sum(threads.values()))
         shards = min(whole(shards, "shards", 1, 1 << 20), max(1, made.points))
         parts = _Parts(output, _identity(scene, options, shards), shards)
-        _bake_missing(client, scene, options, parts, progress)
+        _bake_missing(engine, scene, options, parts, progress)
     report: BakeReport = made.merge(parts.paths(), output, None)
     parts.remove()
     return report
@@ -81,7 +82,9 @@ def _identity(scene: str, options: BakeOptions, shards: int) -> str:
     digest.update(repr((__version__, sorted(asdict(options).items()), shards, os.path.basename(scene))).encode())
     if os.path.isfile(scene):
         with open(scene, "rb") as file:
-            digest.update(hashlib.file_digest(file, "blake2b").digest() if hasattr(hashlib, "file_digest") else file.read())
+            # From Python 3.11 on a file need not be in memory.
+            file_digest: Any = getattr(hashlib, "file_digest", None)
+            digest.update(file.read() if file_digest is None else file_digest(file, "blake2b").digest())
     return digest.hexdigest()
 
 
