@@ -61,6 +61,9 @@ fn passes(python: &OsString, package: &Path, module: &str, arguments: &[&str]) {
     let output = command.output().expect("a Python that starts");
     let text = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
     println!("{text}");
+    for line in text.lines().filter(|line| line.starts_with("SKIPPED")) {
+        lobe_testkit::skipped(&format!("of the Python package, {}", line.trim_start_matches("SKIPPED ")));
+    }
     assert!(output.status.success(), "{module}: {text}");
 }
 

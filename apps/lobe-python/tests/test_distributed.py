@@ -242,6 +242,6 @@ def test_a_worker_of_several_threads_reads_the_scene_once(tmp_path, monkeypatch)
 
 
 def test_shards_are_some_for_each_task_and_not_more_than_a_client_hands_out():
-    assert [on_dask._shards_for(tasks) for tasks in [1, 100]] == [on_dask.SHARDS_PER_TASK, 100 * on_dask.SHARDS_PER_TASK]
-    assert on_dask._shards_for(4096) == on_dask.MOST_SHARDS
-    assert on_dask._shards_for(100_000) == 100_000, "none is idle from the beginning"
+    assert [on_dask.shards_for(tasks) for tasks in [1, 100]] == [on_dask.SHARDS_PER_TASK, 100 * on_dask.SHARDS_PER_TASK]
+    assert on_dask.shards_for(4096) == on_dask.MOST_SHARDS
+    assert on_dask.shards_for(100_000) == 100_000, "none is idle from the beginning"

@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 import hashlib
 import os
+import platform
 import sys
 import tempfile
 from collections.abc import Callable
@@ -62,21 +63,46 @@ def bake(
 
     Shards that were done stay in the folder `OUTPUT.shards` until all are there; the same bake takes them up, with as many shards as before.
     """
-    options = options or BakeOptions()
-    scene, output = os.fspath(scene), os.fspath(output)
-    # Refuse what could not be baked or written, before anything is sent.
-    made = options.of(scene)
-    made.check_output(output)
+    work = Work(scene, output, options or BakeOptions())
     with client_or_own(client) as engine, engine.as_current():
         if shards is None:
             threads: Any = engine.nthreads()
-            shards = SHARDS_PER_TASK * max(1, sum(threads.values()))
-        shards = min(whole(shards, "shards", 1, 1 << 20), max(1, made.points))
-        parts = _Parts(output, _identity(scene, options, shards), shards)
-        _bake_missing(engine, scene, options, parts, progress)
-    report: BakeReport = made.merge(parts.paths(), output, None)
-    parts.remove()
-    return report
+            shards = shards_for(sum(threads.values()))
+        parts = work.parts(shards)
+        _bake_missing(engine, work, parts, progress)
+    return work.merge(parts)
+
+
+class Work:
+    """A bake for workers: a scene that can be baked and an output that can be written, before anything is sent."""
+
+    def __init__(self, scene: Path, output: Path, options: BakeOptions) -> None:
+        self.scene, self.output, self.options = os.fspath(scene), os.fspath(output), options
+        self._made = options.of(self.scene)
+        self._made.check_output(self.output)
+
+    def parts(self, shards: int) -> Parts:
+        """The files of so many shards, or of fewer if there are fewer points."""
+        shards = min(whole(shards, "shards", 1, 1 << 20), max(1, self._made.points))
+        return Parts(self.output, _identity(self.scene, self.options, shards), shards)
+
+    def whole_scene(self) -> bytes | None:
+        """The scene as bytes to be sent; none if workers read it by themselves."""
+        if not self.scene.endswith(WHOLE_FILES) or self.scene.startswith("built-in:"):
+            return None
+        with open(self.scene, "rb") as file:
+            return file.read()
+
+    def arguments(self, parts: Parts) -> tuple[str, dict[str, Any], str, str]:
+        """What `bake_shard` takes between the bytes of the scene and the number of the shard."""
+        scene = self.scene if self.scene.startswith("built-in:") else os.path.abspath(self.scene)
+        return scene, asdict(self.options), parts.identity, __version__
+
+    def merge(self, parts: Parts) -> BakeReport:
+        """Writes the output from the files of all shards, and removes those."""
+        report: BakeReport = self._made.merge(parts.paths(), self.output, None)
+        parts.remove()
+        return report
 
 
 def _identity(scene: str, options: BakeOptions, shards: int) -> str:
@@ -91,12 +117,13 @@ def _identity(scene: str, options: BakeOptions, shards: int) -> str:
     return digest.hexdigest()
 
 
-def _shards_for(tasks: int) -> int:
+def shards_for(tasks: int) -> int:
     """Shards for workers that do so many tasks at a time."""
+    tasks = max(1, tasks)
     return min(SHARDS_PER_TASK * tasks, max(MOST_SHARDS, tasks))
 
 
-class _Parts:
+class Parts:
     """The files of shards in a folder beside the output."""
 
     def __init__(self, output: str, identity: str, count: int) -> None:
@@ -133,9 +160,7 @@ class _Parts:
             os.rmdir(self.folder)
 
 
-def _bake_missing(
-    client: Client, scene: str, options: BakeOptions, parts: _Parts, progress: Callable[[int, int], object] | None
-) -> None:
+def _bake_missing(client: Client, work: Work, parts: Parts, progress: Callable[[int, int], object] | None) -> None:
     from distributed import as_completed
 
     missing = parts.missing()
@@ -143,13 +168,10 @@ def _bake_missing(
         progress(parts.count - len(missing), parts.count)
     if not missing:
         return
-    sent: Any = None
-    if scene.endswith(WHOLE_FILES) and not scene.startswith("built-in:"):
-        with open(scene, "rb") as file:
-            sent = client.scatter(file.read(), broadcast=True, hash=True)
-    elif not scene.startswith("built-in:"):
-        scene = os.path.abspath(scene)
-    arguments = (sent, scene, asdict(options), parts.identity, __version__)
+    sent: Any = work.whole_scene()
+    if sent is not None:
+        sent = client.scatter(sent, broadcast=True, hash=True)
+    arguments = (sent, *work.arguments(parts))
     futures = {
         client.submit(
             bake_shard, *arguments, number, parts.count, key=f"lobe-{parts.identity}-{number}", pure=False, retries=RETRIES
@@ -207,12 +229,12 @@ def bake_shard(
 
 
 def _worker_name() -> str:
-    from distributed import get_worker
-
     try:
+        from distributed import get_worker
+
         return str(get_worker().address)
-    except ValueError:
-        return f"of process {os.getpid()}"
+    except (ImportError, ValueError):
+        return f"of process {os.getpid()} on {platform.node()}"
 
 
 def _numbers(kind: Callable[[str], float]) -> Callable[[str], tuple[float, ...]]:

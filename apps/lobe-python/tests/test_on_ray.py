@@ -1,0 +1,85 @@
+"""Bakes on Ray, with real processes that are killed."""
+
+import os
+import signal
+
+import pytest
+
+import lobe
+
+ray = pytest.importorskip("ray", reason="ray is not installed")
+
+import lobe.on_ray  # noqa: E402
+
+# Warnings of Ray about what it will change.
+pytestmark = pytest.mark.filterwarnings("ignore")
+
+OPTIONS = lobe.BakeOptions(mode="shadowed", order=3, samples=64)
+SCENE = "built-in:ball"
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    path = tmp_path_factory.mktemp("whole") / "o.safetensors"
+    lobe.bake(SCENE, path, OPTIONS)
+    return path.read_bytes()
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    # Two tasks at a time on this machine.
+    ray.init(num_cpus=2, include_dashboard=False, log_to_driver=False, runtime_env={"env_vars": {"PYTHONPATH": os.environ.get("PYTHONPATH", "")}})
+    yield
+    ray.shutdown()
+
+
+@pytest.mark.parametrize("shards", [1, 3, 7, None])
+def test_a_bake_on_ray_has_the_bytes_of_one_machine(cluster, tmp_path, whole, shards):
+    told = []
+    output = tmp_path / "o.safetensors"
+    lobe.on_ray.bake(SCENE, output, OPTIONS, shards=shards, progress=lambda *done: told.append(done))
+    assert output.read_bytes() == whole
+    assert told[0][0] == 0 and told[-1][0] == told[-1][1] == len(told) - 1
+    assert os.listdir(tmp_path) == ["o.safetensors"], "no shard is left"
+
+
+def test_a_worker_that_is_killed_in_the_middle_is_replaced(cluster, tmp_path, whole, monkeypatch):
+    bake_shard, killed = lobe.on_ray.bake_shard, str(tmp_path / "killed")
+
+    def dies_once(*arguments):
+        if not os.path.exists(killed):
+            open(killed, "x").close()
+            os.kill(os.getpid(), signal.SIGKILL)
+        return bake_shard(*arguments)
+
+    monkeypatch.setattr(lobe.on_ray, "bake_shard", dies_once)
+    output = tmp_path / "o.safetensors"
+    lobe.on_ray.bake(SCENE, output, OPTIONS, shards=4)
+    assert os.path.exists(killed) and output.read_bytes() == whole
+
+
+def test_shards_that_were_done_are_taken_up(cluster, tmp_path, whole):
+    output = tmp_path / "o.safetensors"
+
+    def stop(done, shards):
+        if done == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        lobe.on_ray.bake(SCENE, output, OPTIONS, shards=5, progress=stop)
+    assert len(os.listdir(f"{output}.shards")) == 2 and not output.exists()
+    told = []
+    lobe.on_ray.bake(SCENE, output, OPTIONS, shards=5, progress=lambda *done: told.append(done))
+    assert told[0] == (2, 5) and output.read_bytes() == whole
+
+
+def test_what_a_worker_refuses_is_one_line(cluster, tmp_path):
+    scene = tmp_path / "scene.obj"
+    scene.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+
+    def lose(done, shards):
+        scene.unlink(missing_ok=True)
+
+    with pytest.raises(OSError, match="scene.obj") as error:
+        lobe.on_ray.bake(scene, tmp_path / "o.safetensors", OPTIONS, shards=1, progress=lose)
+    assert "\n" not in str(error.value)
