@@ -6,11 +6,14 @@ use std::sync::{Arc, OnceLock};
 use lobe_io::{Job, Shard};
 use lobe_scene::{Bvh, Scene};
 
+use crate::bake::bake::bake_shard_knowing;
+use crate::bake::glossy::bake_matrices_shard_knowing;
+use crate::bake::pilot::KnownPilot;
+use crate::bake::transfer_grid::bake_neighborhood_shard_knowing;
 use crate::{
     BakeMode, BakeOptions, BakeReport, Channels, NeighborhoodGrid, PrtError, Receivers, Recipe, StoredMatrices,
-    StoredTransfer, TexelReceivers, bake_matrices_on_disk, bake_matrices_shard, bake_neighborhood_on_disk,
-    bake_neighborhood_shard, bake_on_disk, bake_shard, write_lightmap, write_matrices, write_neighborhood,
-    write_transfer,
+    StoredTransfer, TexelReceivers, bake_matrices_on_disk, bake_neighborhood_on_disk, bake_on_disk, write_lightmap,
+    write_matrices, write_neighborhood, write_transfer,
 };
 
 /// A bake of a scene whose points are known: at its vertices, at the texels of its lightmap, or in space.
@@ -32,6 +35,8 @@ pub struct BakeWork {
     scene: Arc<Scene>,
     /// Made when the first ray is traced, and kept for the shards that follow.
     bvh: OnceLock<Bvh>,
+    /// The same for the pilot.
+    pilot: KnownPilot,
     options: BakeOptions,
     points: Points,
 }
@@ -101,7 +106,7 @@ impl BakeWork {
     }
 
     fn new(scene: Arc<Scene>, points: Points, options: BakeOptions) -> Self {
-        Self { scene, bvh: OnceLock::new(), options, points }
+        Self { scene, bvh: OnceLock::new(), pilot: KnownPilot::new(), options, points }
     }
 
     /// The scene.
@@ -194,13 +199,14 @@ impl BakeWork {
     /// Those of [`bake_on_disk`].
     pub fn bake_shard(&self, shard: Shard, job: Job<'_>) -> Result<BakeReport, PrtError> {
         let (scene, bvh, options) = (&*self.scene, self.bvh(), &self.options);
+        let pilot = &self.pilot;
         match &self.points {
             Points::Vertices(receivers) if self.has_matrices() => {
-                bake_matrices_shard(scene, bvh, receivers, options, shard, job)
+                bake_matrices_shard_knowing(scene, bvh, receivers, options, shard, job, pilot)
             }
-            Points::Vertices(receivers) => bake_shard(scene, bvh, receivers, options, shard, job),
-            Points::Texels(texels) => bake_shard(scene, bvh, texels.receivers(), options, shard, job),
-            Points::Grid(grid, _) => bake_neighborhood_shard(scene, bvh, grid, options, shard, job),
+            Points::Vertices(receivers) => bake_shard_knowing(scene, bvh, receivers, options, shard, job, pilot),
+            Points::Texels(texels) => bake_shard_knowing(scene, bvh, texels.receivers(), options, shard, job, pilot),
+            Points::Grid(grid, _) => bake_neighborhood_shard_knowing(scene, bvh, grid, options, shard, job, pilot),
         }
     }
 

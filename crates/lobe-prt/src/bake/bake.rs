@@ -6,7 +6,7 @@ use lobe_io::{Fingerprint, Job, Shard};
 use lobe_scene::{Bvh, Scene};
 
 use crate::bake::diffuse::Diffuse;
-use crate::bake::pilot::{Pilot, pilot};
+use crate::bake::pilot::{KnownPilot, Pilot, pilot};
 use crate::job::checkpoint::Checkpoint;
 use crate::job::checkpoint::StoredRows;
 use crate::job::chunks::{Chunks, Estimator, Memory, Tally, run};
@@ -54,7 +54,7 @@ pub fn bake(
     options: &BakeOptions,
     job: Job<'_>,
 ) -> Result<(Transfer, BakeReport), PrtError> {
-    let bake = prepare(scene, bvh, receivers, options)?;
+    let bake = prepare(scene, bvh, receivers, options, &KnownPilot::new())?;
     let channels = bake.estimator.channels;
     let (rows, report) = bake.run(|_| fingerprint(scene, receivers, options), job)?;
     Ok((Transfer::new(options.order, channels, rows)?, report))
@@ -74,7 +74,7 @@ pub fn bake_on_disk(
     options: &BakeOptions,
     job: Job<'_>,
 ) -> Result<(StoredTransfer, BakeReport), PrtError> {
-    let bake = prepare(scene, bvh, receivers, options)?;
+    let bake = prepare(scene, bvh, receivers, options, &KnownPilot::new())?;
     let channels = bake.estimator.channels;
     let (rows, report) = bake.run_on_disk(|_| fingerprint(scene, receivers, options), job)?;
     Ok((StoredTransfer { order: options.order, channels, rows }, report))
@@ -93,7 +93,20 @@ pub fn bake_shard(
     shard: Shard,
     job: Job<'_>,
 ) -> Result<BakeReport, PrtError> {
-    let bake = prepare(scene, bvh, receivers, options)?;
+    bake_shard_knowing(scene, bvh, receivers, options, shard, job, &KnownPilot::new())
+}
+
+/// [`bake_shard`] where the pilot of another shard of the same bake may be known.
+pub(crate) fn bake_shard_knowing(
+    scene: &Scene,
+    bvh: &Bvh,
+    receivers: &Receivers,
+    options: &BakeOptions,
+    shard: Shard,
+    job: Job<'_>,
+    known: &KnownPilot,
+) -> Result<BakeReport, PrtError> {
+    let bake = prepare(scene, bvh, receivers, options, known)?;
     bake.run_shard(|_| fingerprint(scene, receivers, options), shard, job)
 }
 
@@ -116,10 +129,15 @@ pub(crate) struct PreparedBake<E> {
 }
 
 impl<E: Estimator> PreparedBake<E> {
-    /// Finds the number of bounces to bake by the pilot, and limits the estimator to it.
-    pub(crate) fn new(mut estimator: E, energy_stop: f64, limit_bounces: impl FnOnce(&mut E, usize)) -> Self {
+    /// Finds the number of bounces to bake by the pilot, unless it is known, and limits the estimator to it.
+    pub(crate) fn new(
+        mut estimator: E,
+        energy_stop: f64,
+        known: &KnownPilot,
+        limit_bounces: impl FnOnce(&mut E, usize),
+    ) -> Self {
         let start = Instant::now();
-        let pilot = pilot(&estimator, energy_stop);
+        let pilot = known.get_or_init(|| pilot(&estimator, energy_stop)).clone();
         limit_bounces(&mut estimator, pilot.bounces);
         Self { estimator, pilot, start }
     }
@@ -205,6 +223,7 @@ fn prepare<'a>(
     bvh: &'a Bvh,
     receivers: &'a Receivers,
     options: &'a BakeOptions,
+    known: &KnownPilot,
 ) -> Result<PreparedBake<Diffuse<'a>>, PrtError> {
     options.check()?;
     if options.mode == BakeMode::Glossy {
@@ -213,7 +232,7 @@ fn prepare<'a>(
     }
     check_tree(scene, bvh)?;
     let diffuse = Diffuse::new(scene, bvh, receivers, options);
-    Ok(PreparedBake::new(diffuse, options.energy_stop, |diffuse, bounces| diffuse.bounces = bounces))
+    Ok(PreparedBake::new(diffuse, options.energy_stop, known, |diffuse, bounces| diffuse.bounces = bounces))
 }
 
 /// Refuses the tree of another scene.

@@ -7,6 +7,7 @@ use lobe_scene::{Bvh, Ray, Scene, SurfaceRays};
 
 use crate::bake::bake::{PreparedBake, check_tree};
 use crate::bake::outer_sum::OuterSum;
+use crate::bake::pilot::KnownPilot;
 use crate::bake::tracer::{PathEnd, Tracer};
 use crate::job::chunks::{Estimator, Tally};
 use crate::job::fingerprint::fingerprint_scene;
@@ -58,7 +59,20 @@ pub fn bake_matrices_shard(
     shard: Shard,
     job: Job<'_>,
 ) -> Result<BakeReport, PrtError> {
-    bake_points_shard(scene, bvh, Points::of(receivers), options, shard, job)
+    bake_matrices_shard_knowing(scene, bvh, receivers, options, shard, job, &KnownPilot::new())
+}
+
+/// [`bake_matrices_shard`] where the pilot of another shard of the same bake may be known.
+pub(crate) fn bake_matrices_shard_knowing(
+    scene: &Scene,
+    bvh: &Bvh,
+    receivers: &Receivers,
+    options: &BakeOptions,
+    shard: Shard,
+    job: Job<'_>,
+    known: &KnownPilot,
+) -> Result<BakeReport, PrtError> {
+    bake_points_shard(scene, bvh, Points::of(receivers), options, shard, job, known)
 }
 
 /// The points that matrices are baked for: receivers on surfaces, or points in space.
@@ -82,7 +96,7 @@ pub(crate) fn bake_points(
     options: &BakeOptions,
     job: Job<'_>,
 ) -> Result<(TransferMatrices, BakeReport), PrtError> {
-    let bake = prepare(scene, bvh, points, options)?;
+    let bake = prepare(scene, bvh, points, options, &KnownPilot::new())?;
     let channels = bake.estimator.channels;
     let (rows, report) = bake.run(|matrices| matrices.fingerprint(scene), job)?;
     Ok((TransferMatrices::new(options.order, channels, rows)?, report))
@@ -95,7 +109,7 @@ pub(crate) fn bake_points_on_disk(
     options: &BakeOptions,
     job: Job<'_>,
 ) -> Result<(StoredMatrices, BakeReport), PrtError> {
-    let bake = prepare(scene, bvh, points, options)?;
+    let bake = prepare(scene, bvh, points, options, &KnownPilot::new())?;
     let channels = bake.estimator.channels;
     let (rows, report) = bake.run_on_disk(|matrices| matrices.fingerprint(scene), job)?;
     Ok((StoredMatrices { order: options.order, channels, rows }, report))
@@ -108,8 +122,9 @@ pub(crate) fn bake_points_shard(
     options: &BakeOptions,
     shard: Shard,
     job: Job<'_>,
+    known: &KnownPilot,
 ) -> Result<BakeReport, PrtError> {
-    prepare(scene, bvh, points, options)?.run_shard(|matrices| matrices.fingerprint(scene), shard, job)
+    prepare(scene, bvh, points, options, known)?.run_shard(|matrices| matrices.fingerprint(scene), shard, job)
 }
 
 /// Checks the arguments.
@@ -118,6 +133,7 @@ fn prepare<'a>(
     bvh: &'a Bvh,
     points: Points<'a>,
     options: &'a BakeOptions,
+    known: &KnownPilot,
 ) -> Result<PreparedBake<Matrices<'a>>, PrtError> {
     options.check()?;
     check_tree(scene, bvh)?;
@@ -129,7 +145,7 @@ fn prepare<'a>(
         channels: options.channels_for(scene, true),
         order: coherent_order(options.samples),
     };
-    Ok(PreparedBake::new(matrices, options.energy_stop, |matrices, bounces| matrices.bounces = bounces))
+    Ok(PreparedBake::new(matrices, options.energy_stop, known, |matrices, bounces| matrices.bounces = bounces))
 }
 
 /// The estimator of matrices:

@@ -1,5 +1,7 @@
 //! The pilot bake: a few receivers, from which the number of bounces and the standard error are estimated beforehand.
 
+use std::sync::OnceLock;
+
 use rayon::prelude::*;
 
 use crate::job::chunks::{Estimator, Tally};
@@ -27,6 +29,9 @@ pub(crate) struct Pilot {
     /// Relative standard error of the constant coefficient.
     pub(crate) stderr_dc: f64,
 }
+
+/// The pilot of one bake, found by the first of its shards that a process makes.
+pub(crate) type KnownPilot = OnceLock<Pilot>;
 
 /// Bakes evenly chosen receivers with other seeds, derived from that of the estimator.
 pub(crate) fn pilot<E: Estimator>(estimator: &E, energy_stop: f64) -> Pilot {

@@ -5,6 +5,7 @@ use lobe_scene::{Bounds, Bvh, Scene};
 use lobe_sh::{Rgb, ShVec};
 
 use crate::bake::glossy::{Points, bake_points, bake_points_on_disk, bake_points_shard};
+use crate::bake::pilot::KnownPilot;
 use crate::{BakeOptions, BakeReport, PrtError, StoredMatrices, TransferMatrices};
 
 /// Points of a grid along the axes of the world: at least two along each.
@@ -188,6 +189,19 @@ pub fn bake_neighborhood_shard(
     shard: Shard,
     job: Job<'_>,
 ) -> Result<BakeReport, PrtError> {
+    bake_neighborhood_shard_knowing(scene, bvh, grid, options, shard, job, &KnownPilot::new())
+}
+
+/// [`bake_neighborhood_shard`] where the pilot of another shard of the same bake may be known.
+pub(crate) fn bake_neighborhood_shard_knowing(
+    scene: &Scene,
+    bvh: &Bvh,
+    grid: &NeighborhoodGrid,
+    options: &BakeOptions,
+    shard: Shard,
+    job: Job<'_>,
+    known: &KnownPilot,
+) -> Result<BakeReport, PrtError> {
     let positions = grid.points(scene.origin());
-    bake_points_shard(scene, bvh, Points { positions: &positions, receivers: None }, options, shard, job)
+    bake_points_shard(scene, bvh, Points { positions: &positions, receivers: None }, options, shard, job, known)
 }
