@@ -70,7 +70,7 @@ fn expansions_of_small_maps_are_right_to_the_stated_error() {
             let map = random_map(mapping, width, width as u64);
             let (w, h) = (map.width(), map.height());
             // The same piecewise constant function on a map whose texels are parts of this one's.
-            let parts = 7;
+            let parts = 3;
             let texels = (0..parts * parts * w * h)
                 .map(|i| map.texel(i % (parts * w) / parts, i / (parts * w) / parts))
                 .collect();
@@ -122,14 +122,14 @@ fn band_1_of_a_cube_is_the_closed_form_of_its_texels() {
 }
 
 // Interpolation and the mean over a texel blur: hats have the variance δ²/6 along each axis, boxes δ²/12, and a blur of
-// variance σ² weakens band l by l(l+1) σ²/2. There and back again that is l(l+1) δ²/4, δ² = 4π/90000 on average:
-// 2.1e-4 of band 2, three times as much where a ball's texels are long.
+// variance σ² weakens band l by l(l+1) σ²/2. There and back again that is l(l+1) δ²/4, δ² = 4π/40000 on average:
+// 4.7e-4 of band 2, three times as much where a ball's texels are long.
 #[test]
 fn band_limited_maps_keep_their_coefficients_through_every_pair() {
     let order = 3;
     let f = band_limited(order);
     let planted = ShVec::from_vec(f.coefficients().iter().map(|c| Rgb::new(0.0, *c, 0.0)).collect()).unwrap();
-    let texels = 90_000;
+    let texels = 40_000;
     let mut worst = (0.0_f64, String::new());
     for from in Mapping::ALL {
         let (w, h) = size(from, texels);
@@ -142,7 +142,7 @@ fn band_limited_maps_keep_their_coefficients_through_every_pair() {
                 if error > worst.0 {
                     worst = (error, format!("{from} {there} {name}"));
                 }
-                assert!(error < 1e-3, "{from} to {there}, {name}: {error:e}");
+                assert!(error < 2.2e-3, "{from} to {there}, {name}: {error:e}");
             }
         }
     }
