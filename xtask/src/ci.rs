@@ -64,13 +64,12 @@ const DOCS: Step = Step { name: "docs", work: Work::Cargo("doc --workspace --no-
 const BOOK: Step = Step { name: "book", work: Work::Where(toolchain::has_mdbook, "mdbook", "build docs/guide") };
 /// The README's command, word for word.
 const TEST: Step = Step { name: "test", work: Work::Cargo("test --workspace", &[]) };
-/// The other encoder of BC6H, which links a C++ library and is therefore no default: the tests of files.
 /// The tests of the libraries once more for each narrower kind of instructions, for which every kernel has code of its own.
 const TEST_PLAIN: Step =
     Step { name: "test-plain", work: Work::Cargo("test --workspace --lib --test all", &[("LOBE_SIMD", "plain")]) };
 const TEST_AVX2: Step =
     Step { name: "test-avx2", work: Work::Cargo("test --workspace --lib --test all", &[("LOBE_SIMD", "avx2")]) };
-
+/// The other encoder of BC6H, which links a C++ library and is therefore no default: the tests of files.
 const TEST_BC6H: Step = Step { name: "test-bc6h", work: Work::Cargo("test --package lobe-image --features bc6h", &[]) };
 
 /// The fuzz targets, in a workspace of their own: libFuzzer is compiled C++. Checked, not linked: `cargo fuzz` builds them

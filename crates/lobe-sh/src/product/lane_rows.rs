@@ -1,4 +1,4 @@
-//! One product of two expansions of order 7 to 10 in `f32`, the rows of a quadrature rule side by side.
+//! One product of two expansions of order 5 to 10 in `f32`, the rows of a quadrature rule side by side.
 
 use alloc::vec::Vec;
 use core::f64::consts::PI;
@@ -8,10 +8,13 @@ use crate::once::Once;
 use crate::simd::{Kernel, LANES, Lanes, Machine, Wide, constant};
 use crate::{GauntTensor, eval_basis, gauss_legendre};
 
-/// The orders that are multiplied by rows: those below have straight-line code, and above the rows outnumber the lanes.
-pub(crate) const ORDERS: core::ops::RangeInclusive<usize> = 7..=10;
+/// The orders that are multiplied by rows: below straight-line code is quicker, and above the rows outnumber the lanes.
+pub(crate) const ORDERS: core::ops::RangeInclusive<usize> = 5..=10;
 
 const HIGHEST: usize = *ORDERS.end();
+
+/// The fewest coefficients that are multiplied by rows.
+pub(crate) const LEAST_COUNT: usize = ORDERS.start().pow(2);
 
 /// What depends on the order alone.
 ///

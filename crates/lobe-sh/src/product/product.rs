@@ -7,7 +7,7 @@ use crate::once::Once;
 use crate::product::generated;
 use crate::product::grid::product_on_grid;
 #[cfg(feature = "std")]
-use crate::product::lane_rows::multiply_by_rows;
+use crate::product::lane_rows::{LEAST_COUNT, multiply_by_rows};
 #[cfg(feature = "std")]
 use crate::simd::Machine;
 use crate::{Coefficient, Expansion, FixedOrder, GauntTensor, MAX_GAUNT_ORDER, Real as _, ShVec, Zonal};
@@ -25,9 +25,10 @@ use crate::{Coefficient, Expansion, FixedOrder, GauntTensor, MAX_GAUNT_ORDER, Re
 /// factors and truncates once.
 ///
 /// Common orders, 2 to 6 and some mixtures, have straight-line code, written by the program `xtask tables`; other
-/// orders up to [`MAX_GAUNT_ORDER`] use the sparse tensor of Gaunt coefficients, those of one order from 7 on in `f32` the
-/// rows of a quadrature rule side by side where the [`Machine`] has wide instructions, and higher ones a grid. All equal
-/// quadrature within 1e-12 of the largest coefficient (test `products_equal_quadrature_at_every_mix_of_orders`).
+/// orders up to [`MAX_GAUNT_ORDER`] use the sparse tensor of Gaunt coefficients, and higher ones a grid. Where the
+/// [`Machine`] has wide instructions, those of one order from 5 to 10 in `f32` use the rows of a quadrature rule side by
+/// side. All equal quadrature within 1e-12 of the largest coefficient (test
+/// `products_equal_quadrature_at_every_mix_of_orders`).
 ///
 /// The method of the generated code is after [Snyder 2006]; where it gathers triples of coefficients this one gathers
 /// triples of complex numbers, which needs a quarter fewer operations.
@@ -50,9 +51,21 @@ use crate::{Coefficient, Expansion, FixedOrder, GauntTensor, MAX_GAUNT_ORDER, Re
 pub fn product_into<T: Coefficient>(a: &[T], b: &[T], out: &mut [T]) {
     // Products commute, and the generated code has the factor of higher order first.
     let (a, b) = if a.len() < b.len() { (b, a) } else { (a, b) };
-    if !generated::general(a, b, out) {
+    if !product_by_rows(a, b, out) && !generated::general(a, b, out) {
         product_by_tensor_or_grid(a, b, out);
     }
+}
+
+/// The product in the lanes of the machine, where it has wide instructions for the type and the orders; whether it has.
+#[inline]
+fn product_by_rows<T: Coefficient>(a: &[T], b: &[T], out: &mut [T]) -> bool {
+    #[cfg(feature = "std")]
+    if a.len() >= LEAST_COUNT
+        && let (Some(a), Some(b), Some(out)) = (T::single_slice(a), T::single_slice(b), T::single_slice_mut(out))
+    {
+        return multiply_by_rows(Machine::detect(), a, b, out);
+    }
+    false
 }
 
 /// The product of two functions, cut off at `order`; see [`product_into`].
@@ -124,12 +137,6 @@ pub fn zonal_product_into<T: Coefficient>(zonal: &Zonal, b: &[T], out: &mut [T])
 fn product_by_tensor_or_grid<T: Coefficient>(a: &[T], b: &[T], out: &mut [T]) {
     let [n_a, n_b, n_out] = [order_of_slice(a), order_of_slice(b), order_of_slice(out)];
     let highest = n_a.max(n_b).max(n_out);
-    #[cfg(feature = "std")]
-    if let (Some(a), Some(b), Some(out)) = (T::single_slice(a), T::single_slice(b), T::single_slice_mut(out))
-        && multiply_by_rows(Machine::detect(), a, b, out)
-    {
-        return;
-    }
     if highest <= MAX_GAUNT_ORDER {
         shared_tensor([n_a, n_b, n_out]).product_into(a, b, out);
     } else {
