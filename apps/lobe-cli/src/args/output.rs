@@ -60,8 +60,8 @@ impl ShOutput {
 /// `--quantity`: the name of a result that has none by itself.
 #[derive(Args)]
 pub(crate) struct QuantityOption {
-    /// The quantity that the result is written as: radiance, irradiance, transfer, visibility or log-visibility [default: what
-    /// the inputs make, if that is one of these]
+    /// The quantity that the result is written as: radiance, irradiance, transfer, visibility, log-visibility or function,
+    /// which is none of them [default: what the inputs make, if that is one of these]
     #[arg(long, value_name = "QUANTITY", value_parser = str::parse::<Quantity>)]
     quantity: Option<Quantity>,
 }

@@ -1,5 +1,6 @@
 //! Scenes as inputs: files and built-in scenes.
 
+use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
@@ -52,6 +53,9 @@ pub(crate) struct SceneInput {
     /// without this they are opaque
     #[arg(long)]
     transparency: bool,
+    /// What a glTF file is to be read for.
+    #[arg(skip)]
+    peek: OnceCell<GltfPeek>,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -155,13 +159,18 @@ impl SceneInput {
 
     /// Whether this is a glTF file that carries transfer.
     pub(crate) fn is_baked(&self) -> bool {
-        self.is_gltf() && GltfPeek::at(&self.path).is_baked()
+        self.is_gltf() && self.peek().is_baked()
     }
 
     /// Whether this is a glTF file whose animations, skins or morph targets change how the scene stands. Of one that cannot be
     /// read, whoever reads it says why.
     pub(crate) fn has_poses(&self) -> bool {
-        self.is_gltf() && GltfPeek::at(&self.path).has_poses()
+        self.is_gltf() && self.peek().has_poses()
+    }
+
+    /// The head of the file, looked at once.
+    fn peek(&self) -> &GltfPeek {
+        self.peek.get_or_init(|| GltfPeek::at(&self.path))
     }
 
     /// Reads or makes the scene as [`SceneInput::read`], and with it all that a glTF file holds.

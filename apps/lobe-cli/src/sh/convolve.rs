@@ -109,6 +109,7 @@ impl Kernel {
         let is_light = matches!(p, Quantity::Radiance | Quantity::Visibility);
         match (self, p) {
             (Self::File(_), p) => Ok(p),
+            (_, Quantity::Function) => Ok(p),
             (Self::Cosine, _) if is_light => Ok(Quantity::Irradiance),
             (_, _) if is_light => Ok(p),
             (_, Quantity::Irradiance) => {
@@ -209,6 +210,7 @@ mod tests {
             (Quantity::Irradiance, None, None),
             (Quantity::Transfer, None, None),
             (Quantity::LogVisibility, None, None),
+            (Quantity::Function, Some(Quantity::Function), Some(Quantity::Function)),
         ] {
             assert_eq!(Kernel::Cosine.quantity_of_result(p).ok(), cosine, "cosine of {p}");
             assert_eq!(Kernel::Phong(3.0).quantity_of_result(p).ok(), phong, "phong of {p}");

@@ -45,14 +45,16 @@ impl ShProduct {
 
 /// The quantity of a product, or the reason that it has none.
 ///
-/// Visibility is a mask: what is masked stays what it is, another visibility too. Radiance times radiance and the like
-/// have units of their own, for which a file has no name: `--quantity` gives one.
+/// Visibility is a mask: what is masked stays what it is, another visibility too. Anything times a function of no quantity has
+/// none either. Radiance times radiance and the like have units of their own, for which a file has no name: `--quantity` gives
+/// one, such as `function`.
 fn quantity_of_product(a: Quantity, b: Quantity) -> Result<Quantity, String> {
     match (a, b) {
         (Quantity::LogVisibility, _) | (_, Quantity::LogVisibility) => {
             Err("log-visibility is not multiplied; the logarithm of a product is a sum, so add them instead".to_owned())
         }
         (Quantity::Visibility, other) | (other, Quantity::Visibility) => Ok(other),
+        (Quantity::Function, _) | (_, Quantity::Function) => Ok(Quantity::Function),
         (a, b) => Err(format!("{a} times {b} is no quantity of a file; expected visibility for one of them")),
     }
 }
@@ -62,17 +64,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn masks_keep_the_other_quantity_and_logarithms_are_refused() {
+    fn masks_keep_the_other_quantity_functions_have_none_and_logarithms_are_refused() {
         for a in Quantity::ALL {
             for b in Quantity::ALL {
                 let found = quantity_of_product(a, b);
                 let log = a == Quantity::LogVisibility || b == Quantity::LogVisibility;
-                let mask = a == Quantity::Visibility || b == Quantity::Visibility;
-                assert_eq!(found.is_ok(), !log && mask, "{a} times {b}: {found:?}");
+                let free = [Quantity::Visibility, Quantity::Function];
+                let free = free.contains(&a) || free.contains(&b);
+                assert_eq!(found.is_ok(), !log && free, "{a} times {b}: {found:?}");
                 assert_eq!(found.ok(), quantity_of_product(b, a).ok(), "{a} times {b} both ways");
             }
         }
         let masked = quantity_of_product(Quantity::Visibility, Quantity::Radiance);
         assert_eq!(masked, Ok(Quantity::Radiance), "masked radiance");
+        let free = quantity_of_product(Quantity::Radiance, Quantity::Function);
+        assert_eq!(free, Ok(Quantity::Function), "radiance times a function");
     }
 }

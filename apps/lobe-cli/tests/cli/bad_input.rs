@@ -137,7 +137,7 @@ fn expansions_with_a_wrong_head_or_wrong_rows_are_refused() {
         (
             "\"radiance\"",
             "\"light\"",
-            "\"quantity\": expected one of radiance, irradiance, transfer, visibility, log-visibility, found \"light\"",
+            "\"quantity\": expected one of radiance, irradiance, transfer, visibility, log-visibility, function, found \"light\"",
         ),
         ("lobe-sh", "other", "\"format\": expected \"lobe-sh\", found \"other\"; is this an expansion?"),
         ("]]}", "", "the file is cut off: EOF while parsing a list at line 1 column 86"),

@@ -247,7 +247,7 @@ fn a_result_without_a_quantity_of_its_own_gets_the_one_that_is_named() {
     }
     for (args, quantity, value) in [
         ("product a.sh.json b.sh.json --quantity radiance", Quantity::Radiance, 6.0),
-        ("product a.sh.json b.sh.json --quantity irradiance", Quantity::Irradiance, 6.0),
+        ("product a.sh.json b.sh.json --quantity function", Quantity::Function, 6.0),
         ("convolve t.sh.json --kernel phong:2 --quantity transfer", Quantity::Transfer, 2.0),
     ] {
         dir.lobe(&format!("sh {args} -o c.sh.json")).stdout();
@@ -257,7 +257,7 @@ fn a_result_without_a_quantity_of_its_own_gets_the_one_that_is_named() {
         assert!((found - value).abs() < TOLERANCE, "{args}: {found}, not {value}");
     }
     let line = dir.lobe("sh product a.sh.json b.sh.json --quantity love -o c.sh.json").error();
-    assert!(line.contains("expected one of radiance, irradiance, transfer, visibility, log-visibility"), "{line}");
+    assert!(line.contains("expected one of radiance, irradiance, transfer, visibility, log-visibility, function"), "{line}");
 }
 
 #[test]

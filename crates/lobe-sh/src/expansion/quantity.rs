@@ -19,12 +19,14 @@ pub enum Quantity {
     Visibility,
     /// The logarithm of visibility: sums stand for products.
     LogVisibility,
+    /// A function without a physical quantity of this list, such as radiance times radiance.
+    Function,
 }
 
 impl Quantity {
     /// Every quantity.
-    pub const ALL: [Self; 5] =
-        [Self::Radiance, Self::Irradiance, Self::Transfer, Self::Visibility, Self::LogVisibility];
+    pub const ALL: [Self; 6] =
+        [Self::Radiance, Self::Irradiance, Self::Transfer, Self::Visibility, Self::LogVisibility, Self::Function];
 
     /// The name used in files and messages, such as `log-visibility`.
     #[must_use]
@@ -35,6 +37,7 @@ impl Quantity {
             Self::Transfer => "transfer",
             Self::Visibility => "visibility",
             Self::LogVisibility => "log-visibility",
+            Self::Function => "function",
         }
     }
 }
@@ -68,6 +71,6 @@ mod tests {
     #[test]
     fn an_unknown_quantity_is_refused_with_the_known_ones() {
         let message = "Radiance".parse::<Quantity>().unwrap_err().to_string();
-        assert!(message.ends_with("visibility, log-visibility"), "{message}");
+        assert!(message.ends_with("log-visibility, function"), "{message}");
     }
 }
