@@ -12,10 +12,11 @@
 //! | the room of scenes | [`SceneRoom`], [`SceneEdits`], [`SceneLamp`], [`Comparison`], [`vertex_under`], [`transfer_of`] |
 //! | the rooms of skies, functions and motion | [`SkyRoom`], [`FunctionsRoom`], [`MotionRoom`] |
 //! | what is shown of a scene | [`Mode`], [`Taming`], [`Orbit`] |
-//! | reading and baking off the thread of the window | [`Task`], [`open_scene`], [`open_moving`], [`open_sky`], [`bake_scene`], [`bake_glossy`] |
+//! | reading and baking off the thread of the window | [`give_file`], [`Task`], [`open_scene`], [`open_moving`], [`open_sky`], [`bake_scene`], [`bake_glossy`] |
 //! | pictures as files | [`ExportPlan`], [`SceneExport`] |
 
 mod app;
+#[cfg(not(target_arch = "wasm32"))]
 mod cli;
 mod loading;
 mod rooms;
@@ -23,6 +24,7 @@ mod widgets;
 
 use std::process::ExitCode;
 
+#[cfg(not(target_arch = "wasm32"))]
 use clap::Parser as _;
 
 pub use app::kept::{Kept, RoomName, Theme};
@@ -32,6 +34,7 @@ pub use loading::cache::UserFolder;
 pub use loading::export::{ExportPlan, SceneExport};
 pub use loading::mode::Mode;
 pub use loading::moving_source::open_moving;
+pub use loading::place::give_file;
 pub use loading::scene_source::{OpenedScene, open_scene};
 pub use loading::sky_source::{OpenedSky, open_sky};
 pub use loading::task::{Control, Task, TaskEvent};
@@ -48,7 +51,16 @@ pub use widgets::gpu::Gpu;
 pub use widgets::history::Step;
 pub use widgets::orbit::Orbit;
 
+/// The program in a page of a browser, where it has no command line.
+#[cfg(target_arch = "wasm32")]
+#[must_use]
+pub fn main() -> ExitCode {
+    app::page::open();
+    ExitCode::SUCCESS
+}
+
 /// The program: reads the command line, and opens a window or works without one. Errors are one line, and exit code 2.
+#[cfg(not(target_arch = "wasm32"))]
 #[must_use]
 pub fn main() -> ExitCode {
     let arguments = match cli::args::Arguments::try_parse() {

@@ -1,6 +1,6 @@
 //! Portions of long work: how much of it to do between two reports.
 
-use std::time::{Duration, Instant};
+use web_time::{Duration, Instant};
 
 /// The steps between two reports of work whose results do not depend on how it is cut: few at first, then as many as the
 /// time of the last ones suggests.

@@ -1,9 +1,8 @@
 //! Progressive rendering: pixels in parallel, in portions after which the work can be watched and stopped.
 
-use std::time::{Duration, Instant};
-
 use lobe_io::{Portions, Progress};
 use rayon::prelude::*;
+use web_time::{Duration, Instant};
 
 use crate::RenderError;
 

@@ -257,7 +257,10 @@ fn a_result_without_a_quantity_of_its_own_gets_the_one_that_is_named() {
         assert!((found - value).abs() < TOLERANCE, "{args}: {found}, not {value}");
     }
     let line = dir.lobe("sh product a.sh.json b.sh.json --quantity love -o c.sh.json").error();
-    assert!(line.contains("expected one of radiance, irradiance, transfer, visibility, log-visibility, function"), "{line}");
+    assert!(
+        line.contains("expected one of radiance, irradiance, transfer, visibility, log-visibility, function"),
+        "{line}"
+    );
 }
 
 #[test]

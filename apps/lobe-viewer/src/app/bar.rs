@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use eframe::egui::{Button, Slider, Ui};
 
 use crate::app::kept::{Kept, RoomName, Theme};
+use crate::loading::place::IN_PAGE;
 use crate::widgets::history::{Can, Step};
 
 /// What a user asks for in the bar.
@@ -60,10 +61,13 @@ pub(crate) fn bar(ui: &mut Ui, kept: &mut Kept, can: Can) -> Option<BarAsked> {
         if ui.add_enabled(can.redo, Button::new("Redo")).on_hover_text("Ctrl+Shift+Z").clicked() {
             asked = Some(BarAsked::Step(Step::Redo));
         }
-        if ui.button("Screenshot").on_hover_text("The window as PNG, into the folder of Export (F12)").clicked() {
+        // A page has no folder for files.
+        if !IN_PAGE
+            && ui.button("Screenshot").on_hover_text("The window as PNG, into the folder of Export (F12)").clicked()
+        {
             asked = Some(BarAsked::Shoot);
         }
-        if ui.button("Export").on_hover_text("The scene as a picture or a turntable (Ctrl+E)").clicked() {
+        if !IN_PAGE && ui.button("Export").on_hover_text("The scene as a picture or a turntable (Ctrl+E)").clicked() {
             asked = Some(BarAsked::Export);
         }
         if ui.button("Keys").on_hover_text("F1").clicked() {

@@ -9,11 +9,16 @@ use eframe::egui::{
 };
 
 use crate::app::bar::{BarAsked, bar};
+#[cfg(not(target_arch = "wasm32"))]
+use crate::app::drops::Drops;
 use crate::app::exports::Exports;
 use crate::app::help::help;
 use crate::app::kept::{Kept, RoomName, Theme};
+#[cfg(target_arch = "wasm32")]
+use crate::app::page::Drops;
 use crate::loading::cache::UserFolder;
 use crate::loading::export::ExportPlan;
+use crate::loading::place::IN_PAGE;
 use crate::loading::{moving_source, scene_source, sky_source};
 use crate::rooms::functions::functions_room::FunctionsRoom;
 use crate::rooms::motion::motion_room::MotionRoom;
@@ -27,6 +32,10 @@ use crate::widgets::notice::Notice;
 /// Seconds between two times at which what changed is kept.
 const KEEP_EVERY: f64 = 3.0;
 
+/// What a page shows in place of the room of motion.
+const NO_MOTION: &str =
+    "What moves needs compute shaders and threads, which a page with WebGL 2 has not: start the program lobe-viewer.";
+
 /// The viewer.
 pub struct ViewerApp {
     kept: Kept,
@@ -39,6 +48,7 @@ pub struct ViewerApp {
     functions: FunctionsRoom,
     motion: MotionRoom,
     files: FileList,
+    drops: Drops,
     exports: Exports,
     notice: Notice,
     lost: Arc<AtomicBool>,
@@ -69,6 +79,7 @@ impl ViewerApp {
             folder,
             gpu,
             files: FileList::default(),
+            drops: Drops::default(),
             exports,
             notice: Notice::default(),
             lost: Arc::default(),
@@ -152,7 +163,7 @@ impl ViewerApp {
 
     fn answer(&mut self, ctx: &Context, asked: BarAsked) {
         match asked {
-            BarAsked::Open => self.files.open(&endings()),
+            BarAsked::Open => self.list_files(),
             BarAsked::OpenRecent(path) => self.open(&path),
             BarAsked::Step(step) => match self.kept.room {
                 RoomName::Scene => self.scene.step(step),
@@ -171,6 +182,15 @@ impl ViewerApp {
         }
     }
 
+    /// Opens the list of files; a page has none.
+    fn list_files(&mut self) {
+        if IN_PAGE {
+            self.notice.fail("Drop a file on the page to open it");
+        } else {
+            self.files.open(&endings());
+        }
+    }
+
     fn keys(&mut self, ctx: &Context) {
         let pressed = |modifiers: Modifiers, key: Key| {
             ctx.input_mut(|input| input.consume_shortcut(&KeyboardShortcut::new(modifiers, key)))
@@ -186,8 +206,8 @@ impl ViewerApp {
             (redo, BarAsked::Step(Step::Redo)),
             (pressed(Modifiers::COMMAND, Key::Z), BarAsked::Step(Step::Undo)),
             (pressed(Modifiers::COMMAND, Key::O), BarAsked::Open),
-            (pressed(Modifiers::COMMAND, Key::E), BarAsked::Export),
-            (pressed(Modifiers::NONE, Key::F12), BarAsked::Shoot),
+            (!IN_PAGE && pressed(Modifiers::COMMAND, Key::E), BarAsked::Export),
+            (!IN_PAGE && pressed(Modifiers::NONE, Key::F12), BarAsked::Shoot),
             (pressed(Modifiers::NONE, Key::F1), BarAsked::Help),
         ];
         asked.into_iter().filter(|(is_pressed, _)| *is_pressed).for_each(|(_, asked)| self.answer(ctx, asked));
@@ -219,9 +239,15 @@ impl ViewerApp {
     }
 
     fn take_drops(&mut self, ctx: &Context) {
-        let dropped: Vec<PathBuf> =
-            ctx.input(|input| input.raw.dropped_files.iter().map(|file| file.path().to_path_buf()).collect());
-        for path in dropped {
+        self.drops.begin(ctx, ctx.input(|input| input.raw.dropped_files.clone()));
+        for read in self.drops.take() {
+            let path = match read {
+                Ok(path) => path,
+                Err(message) => {
+                    self.notice.fail(message);
+                    continue;
+                }
+            };
             if !self.is_of_motion(&path) {
                 self.kept.room = RoomName::Scene;
             }
@@ -283,7 +309,7 @@ impl ViewerApp {
         self.scene.advance(&ctx);
         self.exports.advance(&ctx, &self.kept.export, &mut self.notice);
         if self.scene.take_wish_for_file() || self.motion.take_wish_for_file() {
-            self.files.open(&endings());
+            self.list_files();
         }
         let can = match self.kept.room {
             RoomName::Scene => self.scene.can(),
@@ -300,6 +326,7 @@ impl ViewerApp {
             RoomName::Scene => self.scene.ui(ui, self.gpu.as_ref()),
             RoomName::Sky => self.sky.ui(ui, self.scene.sky()),
             RoomName::Functions => self.functions.ui(ui),
+            RoomName::Motion if IN_PAGE => drop(ui.label(NO_MOTION)),
             RoomName::Motion => self.motion.ui(ui, self.gpu.as_ref(), self.scene.sky()),
         }
         help(&ctx, &mut self.is_help_open);

@@ -11,6 +11,7 @@ use lobe::scene::{Bvh, Scene};
 use lobe_gpu::GlossyMesh;
 
 use crate::loading::cache::UserFolder;
+use crate::loading::place::IN_PAGE;
 use crate::loading::scene_source::open_scene;
 use crate::loading::task::Control;
 
@@ -95,7 +96,7 @@ pub enum SceneNews {
     },
     /// Matrices of the meshes that shine.
     Glossy(Vec<GlossyBake>),
-    /// It is large, and not baked yet.
+    /// It is large, or in a page, and not baked yet.
     AskBeforeBake,
 }
 
@@ -142,7 +143,7 @@ pub(crate) fn open(
         control.send(SceneNews::Baked { mode, samples: baked.recipe.samples, transfer });
         return Ok(());
     }
-    if data.scene.vertex_count() > MOST_UNASKED {
+    if IN_PAGE || data.scene.vertex_count() > MOST_UNASKED {
         control.send(SceneNews::AskBeforeBake);
         return Ok(());
     }

@@ -1,6 +1,6 @@
 //! Files, built-in scenes and bakes, off the thread of the window: with progress, to be cancelled, with errors in one line.
 //!
-//! Read `task`, which runs work beside the window, then `mode`, the ways to light a scene, `scene_source`, `moving_source` and `sky_source`,
+//! Read `place`, which says whether there are threads and files at all, `task`, which runs work beside the window, then `mode`, the ways to light a scene, `scene_source`, `moving_source` and `sky_source`,
 //! which say where things are and read them, `bake`, `cache`, where bakes of built-in scenes are kept, and `export`, which goes the
 //! other way: pictures to files. Uses no other room.
 
@@ -9,6 +9,7 @@ pub(crate) mod cache;
 pub(crate) mod export;
 pub(crate) mod mode;
 pub(crate) mod moving_source;
+pub(crate) mod place;
 pub(crate) mod scene_source;
 pub(crate) mod sky_source;
 pub(crate) mod task;

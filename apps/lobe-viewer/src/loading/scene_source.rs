@@ -3,8 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use lobe::prt::{Baked, BakedOrScene, read_baked_or_scene};
-use lobe::scene::{Scene, SceneReadOptions, built_in, read_scene};
+use lobe::prt::{Baked, BakedOrScene, read_baked_or_scene, read_baked_or_scene_bytes};
+use lobe::scene::{Scene, SceneReadOptions, built_in, read_scene, read_scene_bytes};
+
+use crate::loading::place::given;
 
 /// The prefix of the names of built-in scenes, as of the command `lobe`.
 pub(crate) const BUILT_IN: &str = "built-in:";
@@ -52,7 +54,12 @@ pub fn open_scene(source: &Path) -> anyhow::Result<OpenedScene> {
     let name = source.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let options = SceneReadOptions::default();
     let is_gltf = has_ending(source, &["glb", "gltf"]);
-    let read = if is_gltf { read_baked_or_scene(source, &options)? } else { read_scene(source, &options)?.0.into() };
+    let read = match (given(source), is_gltf) {
+        (Some(bytes), true) => read_baked_or_scene_bytes(&bytes, &name, &options)?,
+        (Some(bytes), false) => read_scene_bytes(&bytes, &name, &options)?.0.into(),
+        (None, true) => read_baked_or_scene(source, &options)?,
+        (None, false) => read_scene(source, &options)?.0.into(),
+    };
     Ok(match read {
         BakedOrScene::Baked(baked) => {
             OpenedScene { name, scene: baked.scene.clone(), baked: Some(baked), is_built_in: false }

@@ -3,8 +3,10 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use lobe::env::{EnvMap, Ground, MapReadOptions, MappedMap, PreethamSky, Sky as _, read_map, sky_map};
+use lobe::env::{EnvMap, Ground, MapReadOptions, MappedMap, PreethamSky, Sky as _, read_map, read_map_bytes, sky_map};
 use lobe::sh::{Dir, Rgb};
+
+use crate::loading::place::given;
 
 /// The sky that the window opens with.
 pub(crate) const FIRST: &str = "made:evening";
@@ -54,7 +56,10 @@ pub fn open_sky(source: &Path) -> anyhow::Result<OpenedSky> {
         Some("noon") => made_sky(0.6, 0.6, 16.0, [1.0, 0.95, 0.86])?.into(),
         Some("even") => EnvMap::from_fn(16, 8, |_| Rgb::new(1.0, 1.0, 1.0)).into(),
         Some(_) => anyhow::bail!("{text}: there is no such sky; there are made:evening, made:noon and made:even"),
-        None => read_map(source, &MapReadOptions::default())?.0.into_base(),
+        None => match given(source) {
+            Some(bytes) => read_map_bytes(&bytes, &name, &MapReadOptions::default())?.0.into_base(),
+            None => read_map(source, &MapReadOptions::default())?.0.into_base(),
+        },
     };
     Ok(OpenedSky { name, map: Arc::new(map) })
 }

@@ -9,7 +9,9 @@ use std::thread;
 
 use lobe::io::Progress;
 
-/// Work on a thread of its own that sends results, can be watched, and stops when it is told to or forgotten.
+use crate::loading::place::IN_PAGE;
+
+/// Work on a thread of its own, in a page before anything else, that sends results, can be watched, and stops when it is told to or forgotten.
 ///
 /// ```
 /// use lobe_viewer::{Task, TaskEvent};
@@ -91,7 +93,9 @@ impl<T: Send + 'static> Task<T> {
             });
         };
         let title = title.into();
-        if let Err(error) = thread::Builder::new().name(title.clone()).spawn(run) {
+        if IN_PAGE {
+            run();
+        } else if let Err(error) = thread::Builder::new().name(title.clone()).spawn(run) {
             // The receiver is here.
             drop(unstarted.send(TaskEvent::Failed(format!("the system starts no thread: {error}"))));
         }

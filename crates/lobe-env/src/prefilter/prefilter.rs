@@ -38,13 +38,13 @@
 //! [Karis 2013]: https://blog.selfshadow.com/publications/s2013-shading-course/karis/s2013_pbs_epic_notes_v2.pdf
 
 use std::ops::ControlFlow;
-use std::time::Instant;
 
 use derive_setters::Setters;
 use lobe_image::{mip_level_count, mip_level_size};
 use lobe_io::{Job, Progress};
 use lobe_sh::{Coefficient, Dir, Rgb};
 use rayon::prelude::*;
+use web_time::Instant;
 
 use crate::map::cube_average::averaged_to;
 use crate::mapping::cube::FACES;

@@ -1,13 +1,13 @@
 //! Irradiance of a map for every normal, by spherical harmonics and by brute force.
 
 use std::f64::consts::PI;
-use std::time::Instant;
 
 use lobe_io::{Job, Progress};
 use lobe_sh::simd::Machine;
 use lobe_sh::{Coefficient, Dir, Expansion, Rgb, ShVec, Zonal, convolve_in_place};
 use pulp::NullaryFnOnce;
 use rayon::prelude::*;
+use web_time::Instant;
 
 use crate::mapping::lat_long::sin_cos_pi;
 use crate::projection::horizon::Horizon;

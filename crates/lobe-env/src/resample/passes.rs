@@ -1,8 +1,7 @@
 //! Progress of a resampling: rows of the target, counted in each pass over them.
 
-use std::time::Instant;
-
 use lobe_io::{Job, Progress};
+use web_time::Instant;
 
 use crate::EnvError;
 

@@ -24,6 +24,7 @@ pub struct Context {
     queue: wgpu::Queue,
     info: wgpu::AdapterInfo,
     max_storage_binding: u64,
+    has_storage: bool,
     light_format: wgpu::TextureFormat,
     faults: Arc<Mutex<Faults>>,
     kernels: Programs<wgpu::ComputePipeline>,
@@ -43,8 +44,7 @@ impl Context {
     /// Opens a device.
     ///
     /// # Errors
-    /// [`GpuError::NoAdapter`] if no adapter fits, [`GpuError::Unsupported`] if it has no compute shaders,
-    /// [`GpuError::Device`] if it cannot be opened.
+    /// [`GpuError::NoAdapter`] if no adapter fits, [`GpuError::Device`] if it cannot be opened.
     pub fn new(options: &ContextOptions) -> Result<Self, GpuError> {
         pollster::block_on(Self::open(options))
     }
@@ -65,10 +65,6 @@ impl Context {
         let adapter =
             instance.request_adapter(&wanted).await.map_err(|error| GpuError::NoAdapter(error.to_string()))?;
         let info = adapter.get_info();
-        if !adapter.get_downlevel_capabilities().flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS) {
-            let message = "expected compute shaders, found none: take another adapter or interface".into();
-            return Err(GpuError::Unsupported { place: info.name, message });
-        }
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("lobe"),
             required_features: adapter.features() & Self::optional_features(),
@@ -86,8 +82,7 @@ impl Context {
 
     /// A context around a device that another library opened, such as the one of a window.
     ///
-    /// It needs compute shaders; [`Context::optional_features`] are used where they are on. Errors that the device
-    /// reports go to this context from now on.
+    /// [`Context::optional_features`] are used where they are on. Errors that the device reports go to this context from now on.
     #[must_use]
     pub fn of_device(device: wgpu::Device, queue: wgpu::Queue, options: &ContextOptions) -> Self {
         let info = device.adapter_info();
@@ -113,10 +108,11 @@ impl Context {
             locked(&kept).lost.get_or_insert(format!("device lost, {reason:?}: {message}"));
         });
         let limit = device.limits().max_storage_buffer_binding_size;
+        let has_storage = !options.without_storage && device.limits().max_compute_workgroups_per_dimension > 0;
         let max_storage_binding = options.max_storage_binding.map_or(limit, |most| most.min(limit));
         let light_format = if is_single { wgpu::TextureFormat::Rgba32Float } else { wgpu::TextureFormat::Rgba16Float };
         let (kernels, drawings) = Default::default();
-        Self { device, queue, info, max_storage_binding, light_format, faults, kernels, drawings }
+        Self { device, queue, info, max_storage_binding, has_storage, light_format, faults, kernels, drawings }
     }
 
     /// What this crate uses where a device has it: times of passes.
@@ -154,6 +150,23 @@ impl Context {
     #[must_use]
     pub fn max_storage_binding(&self) -> u64 {
         self.max_storage_binding
+    }
+
+    /// Whether shaders read storage buffers, and compute. Where they do not, as in WebGL 2, scenes are lit by [transfer vectors at
+    /// vertices](crate::SurfaceShading::Vertices), irradiance or given radiance, and everything else is [`GpuError::Unsupported`].
+    #[must_use]
+    pub fn has_storage(&self) -> bool {
+        self.has_storage
+    }
+
+    /// Refuses work that needs storage buffers where there are none.
+    pub(crate) fn expect_storage(&self, name: &str) -> Result<(), GpuError> {
+        if self.has_storage {
+            return Ok(());
+        }
+        let message =
+            "expected storage buffers and compute shaders, found none: take another adapter or interface".into();
+        Err(GpuError::Unsupported { place: name.into(), message })
     }
 
     /// The format in which pictures of light are drawn: `Rgba32Float`, or `Rgba16Float` on devices that cannot draw that, as OpenGL

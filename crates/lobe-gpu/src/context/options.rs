@@ -44,6 +44,9 @@ pub struct ContextOptions {
     /// The most bytes of one storage binding, where fewer than the device's limit: what is larger is split over several
     /// dispatches. For tests, and to leave memory to others. Default: the limit of the device.
     pub max_storage_binding: Option<u64>,
+    /// Do without storage buffers and compute shaders, as WebGL 2 has to: surfaces are lit by transfer in textures. For tests; devices
+    /// that have none are used so in any case. Default: false.
+    pub without_storage: bool,
 }
 
 impl Interface {

@@ -2,9 +2,9 @@
 
 use std::f64::consts::TAU;
 use std::fmt;
-use std::time::Instant;
 
 use lobe_sh::{Dir, Rgb, Rotation, ShVec};
+use web_time::Instant;
 
 use crate::renderer::renderer::{PassTime, Renderer};
 use crate::{GpuError, SceneView};

@@ -1,12 +1,12 @@
 //! A scene under a turning sky, frame by frame.
 
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use derive_setters::Setters;
 use lobe_image::{Picture, PictureWriteOptions, Tone, write_animated_png, write_picture};
 use lobe_io::{Job, Progress};
 use lobe_sh::{Dir, Rotation};
+use web_time::Instant;
 
 use crate::{GpuError, SceneView, TurningLight};
 

@@ -30,6 +30,7 @@ pub(crate) struct Kernel {
 impl Kernel {
     /// Compiles the entry point `main` of a shader, once for a device.
     pub(crate) fn new(context: &Context, name: &str, shader: &Shader, slots: &[Slot]) -> Result<Self, GpuError> {
+        context.expect_storage(name)?;
         let key = format!("{slots:?}\n{}", shader.source());
         let program = context.kernels().get(key, || compile(context, name, shader, slots))?;
         Ok(Self { slots: slots.to_vec(), program })

@@ -159,7 +159,8 @@ impl Renderer {
     }
 
     pub(crate) fn upload<T: NoUninit>(&mut self, name: &str, numbers: &[T]) -> Result<(), GpuError> {
-        let usage = STORAGE | wgpu::BufferUsages::COPY_SRC;
+        let usage = if self.context.has_storage() { STORAGE } else { wgpu::BufferUsages::VERTEX };
+        let usage = usage | wgpu::BufferUsages::COPY_SRC;
         let buffer = self.context.upload(name, bytemuck::cast_slice(numbers), usage)?;
         self.insert(name, Kind::Buffer(buffer), true)
     }
@@ -178,6 +179,7 @@ impl Renderer {
 
     /// A storage buffer for passes to write.
     pub(crate) fn allocate(&mut self, name: &str, bytes: u64) -> Result<(), GpuError> {
+        self.context.expect_storage(name)?;
         let usage = STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
         let buffer = self.context.empty(name, bytes, usage)?;
         self.insert(name, Kind::Buffer(buffer), false)

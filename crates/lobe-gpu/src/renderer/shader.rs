@@ -19,6 +19,7 @@ const MODULES: &[(&str, &str)] = modules! {
     "dispatch" => "dispatch.wgsl",
     "display" => "display.wgsl",
     "draw_surface" => "draw_surface.wgsl",
+    "draw_transfer" => "draw_transfer.wgsl",
     "draw_vertices" => "draw_vertices.wgsl",
     "elementary" => "elementary.wgsl",
     "environment" => "environment.wgsl",

@@ -15,7 +15,7 @@ const DISPLAY: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 /// The textures whose sizes are those of the picture.
 const TEXTURES: [&str; 4] = ["samples", "depth", "picture", "display"];
 
-/// Bytes from vertex to vertex of the buffers `vertices` and `radiance`.
+/// Bytes from vertex to vertex of the attributes `vertices` and `radiance`, which are fetched in this order.
 const STRIDES: &[u64] = &[32, 16];
 
 /// What is drawn in every frame.
@@ -117,13 +117,14 @@ fn add_surface(
     is_first: bool,
 ) -> Result<(), GpuError> {
     let slots = std::iter::once(Slot::Uniform).chain(surface.reads.iter().map(|(_, slot)| *slot)).collect();
-    let strides = if matches!(surface.corners, Corners::Indexed(_)) { STRIDES } else { &[] };
+    let strides =
+        if let Corners::Indexed(_, attributes) = surface.corners { &STRIDES[..attributes.len()] } else { &[] };
     let (name, shader) = (surface.name.as_str(), surface.shader.clone());
     let program = Program { name, shader, slots, depth: Depth::Tested, strides };
     let drawing = program.drawing(renderer.context(), shown)?;
     let pass = match &surface.corners {
-        Corners::Indexed(count) => {
-            Pass::draw(name, &drawing, 0..*count, is_first).by_indices("indices", &["vertices", "radiance"])
+        Corners::Indexed(count, attributes) => {
+            Pass::draw(name, &drawing, 0..*count, is_first).by_indices("indices", attributes)
         }
         Corners::Numbered(range) => Pass::draw(name, &drawing, range.clone(), is_first),
     };

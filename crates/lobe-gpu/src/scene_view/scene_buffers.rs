@@ -47,6 +47,11 @@ pub(crate) fn add_scene(renderer: &mut Renderer, scene: &Scene) -> Result<(), Gp
         );
         return Err(GpuError::Unsupported { place: "scene".into(), message });
     }
+    renderer.upload("vertices", &vertices_of(scene))?;
+    if !renderer.context().has_storage() {
+        // Vertices and indices are all that is drawn by.
+        return if scene.has_holes() { renderer.context().expect_storage("surfaces with holes") } else { Ok(()) };
+    }
     let (mut first, mut corners, mut paints) = (0, Vec::new(), Vec::new());
     for (number, mesh) in scene.meshes().iter().enumerate() {
         corners.extend(mesh.triangles().iter().map(|[a, b, c]| [first + a, first + b, first + c, number as u32]));
@@ -60,7 +65,6 @@ pub(crate) fn add_scene(renderer: &mut Renderer, scene: &Scene) -> Result<(), Gp
     }
     let shape = |(number, mesh)| material_shape(scene, mesh, scene.material(number), &starts);
     let materials: Vec<MaterialShape> = scene.meshes().iter().enumerate().map(shape).collect();
-    renderer.upload("vertices", &vertices_of(scene))?;
     renderer.upload("corners", &corners)?;
     renderer.upload("paints", &paints)?;
     renderer.upload("materials", &materials)?;

@@ -16,6 +16,7 @@ use crate::renderer::shader::Shader;
 use crate::scene_view::scene_buffers::SURFACE;
 use crate::transfer::gpu_matrices::{add_incident, lobe_light};
 use crate::transfer::gpu_transfer::{add_clustered, add_light, add_transfer, light_vectors};
+use crate::transfer::texture_transfer::{add_transfer_texture, unshadowed};
 use crate::{GpuError, Storage};
 
 /// What lights the surfaces of a scene.
@@ -66,8 +67,8 @@ pub(crate) struct SurfacePass {
 /// Which corners of triangles are drawn.
 #[derive(Clone, Debug)]
 pub(crate) enum Corners {
-    /// Vertices by the first so many of the buffer `indices`, with `vertices` and `radiance` as attributes.
-    Indexed(u32),
+    /// Vertices by the first so many of the buffer `indices`, with these buffers as attributes.
+    Indexed(u32, &'static [&'static str]),
     /// Corners by their numbers among those of all triangles.
     Numbered(Range<u32>),
 }
@@ -115,6 +116,9 @@ impl Prepared<'_> {
             SurfaceShading::Mixed(transfer, glossy, storage) => {
                 let meshes: Vec<usize> = glossy.iter().map(|glossy| glossy.mesh).collect();
                 check_meshes(self.scene.meshes().len(), &meshes)?;
+                if !meshes.is_empty() {
+                    self.renderer.context().expect_storage("meshes that shine")?;
+                }
                 self.add_transfer(transfer, storage, &meshes)?;
                 glossy.iter().try_for_each(|glossy| self.add_glossy_mesh(glossy, storage))
             }
@@ -142,6 +146,9 @@ impl Prepared<'_> {
 
     fn add_irradiance(&mut self, order: usize) -> Result<(), GpuError> {
         check_order(order)?;
+        if !self.renderer.context().has_storage() {
+            return self.add_transfer(&unshadowed(self.scene, order)?, Storage::F32, &[]);
+        }
         add_light(self.renderer, "light")?;
         self.lights.0.push(("light".into(), LightUse::Irradiance(order)));
         let shader = Shader::new(&["shade_irradiance"]).order(order);
@@ -151,9 +158,24 @@ impl Prepared<'_> {
 
     fn add_transfer(&mut self, transfer: &Transfer, storage: Storage, without: &[usize]) -> Result<(), GpuError> {
         expect("vertices", self.scene.vertex_count(), transfer.receivers())?;
-        add_transfer(self.renderer, transfer, storage, "radiance")?;
         self.lights.0.push(("light".into(), LightUse::Radiance(transfer.order())));
+        if !self.renderer.context().has_storage() {
+            return self.add_texture(transfer, storage);
+        }
+        add_transfer(self.renderer, transfer, storage, "radiance")?;
         self.add_vertices(without)
+    }
+
+    /// Draws vertices by transfer in a texture.
+    fn add_texture(&mut self, transfer: &Transfer, storage: Storage) -> Result<(), GpuError> {
+        add_transfer_texture(self.renderer, transfer, storage)?;
+        let indices = indices(self.scene, &[]);
+        self.renderer.upload_indices("indices", &indices)?;
+        let shader = Shader::new(&["draw_transfer"]).constant("COEFFICIENTS", transfer.order().pow(2));
+        let reads = vec![("transfer".to_owned(), Slot::Texture), ("light".to_owned(), Slot::Uniform)];
+        let corners = Corners::Indexed(indices.len() as u32, &["vertices"]);
+        self.passes.push(SurfacePass { name: "surfaces".into(), shader, reads, corners });
+        Ok(())
     }
 
     /// Draws the radiance of vertices, without some meshes.
@@ -161,7 +183,8 @@ impl Prepared<'_> {
         if !self.scene.has_holes() {
             let indices = indices(self.scene, without);
             self.renderer.upload_indices("indices", &indices)?;
-            let (shader, corners) = (Shader::new(&["draw_vertices"]), Corners::Indexed(indices.len() as u32));
+            let (shader, corners) =
+                (Shader::new(&["draw_vertices"]), Corners::Indexed(indices.len() as u32, &["vertices", "radiance"]));
             self.passes.push(SurfacePass { name: "surfaces".into(), shader, reads: Vec::new(), corners });
             return Ok(());
         }

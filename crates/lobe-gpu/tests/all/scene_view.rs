@@ -17,7 +17,7 @@ use crate::{TOLERANCE, device};
 const SIZE: [u32; 2] = [96, 72];
 const HALF_ANGLE: f64 = 0.3;
 
-fn sky() -> EnvMap {
+pub(crate) fn sky() -> EnvMap {
     // A bright spot over a gradient: smooth, so that no texel's edge decides.
     EnvMap::from_fn(64, 32, |s| {
         let spot = (8.0 * (s.dot(Dir::from_angles(0.8, 0.5)) - 1.0)).exp() as f32;
@@ -26,7 +26,7 @@ fn sky() -> EnvMap {
 }
 
 /// The same camera for the device and for rays: it frames the scene.
-fn cameras(scene: &Scene) -> (GpuCamera, Eye) {
+pub(crate) fn cameras(scene: &Scene) -> (GpuCamera, Eye) {
     let [min, max] = scene.world_bounds();
     let e = Dir::from_angles(1.1, -0.6);
     let half: [f64; 3] = std::array::from_fn(|k| 0.5 * (max[k] - min[k]));
@@ -37,9 +37,9 @@ fn cameras(scene: &Scene) -> (GpuCamera, Eye) {
     (framing, Eye { eye, target, half_angle: HALF_ANGLE })
 }
 
-const RAYS: [usize; 3] = [SIZE[0] as usize, SIZE[1] as usize, 2];
+pub(crate) const RAYS: [usize; 3] = [SIZE[0] as usize, SIZE[1] as usize, 2];
 
-fn options() -> SceneViewOptions {
+pub(crate) fn options() -> SceneViewOptions {
     SceneViewOptions::default().width(SIZE[0]).height(SIZE[1])
 }
 
@@ -56,7 +56,7 @@ fn differing(found: &Picture, expected: &Picture, tolerance: f32) -> f64 {
 /// device snaps corners decides.
 const AT_EDGES: f64 = 4e-3;
 
-fn check(what: &str, view: &SceneView, expected: &Picture) {
+pub(crate) fn check(what: &str, view: &SceneView, expected: &Picture) {
     view.render().unwrap();
     let found = view.picture().unwrap();
     // Half precision rounds twice, by a 2048th each time.

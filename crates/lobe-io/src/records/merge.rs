@@ -3,7 +3,8 @@
 use std::fs::{File, TryLockError};
 use std::io::{self, BufReader, Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+
+use web_time::Instant;
 
 use crate::records::layout::{HEADER, Header, SUM, header_at};
 use crate::{IoError, Job, Progress, Shard, StagedFile, StagedWriter};

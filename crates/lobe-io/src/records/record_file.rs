@@ -3,7 +3,8 @@
 use std::fs::{File, TryLockError};
 use std::io::{self, BufReader, BufWriter, Read, Seek as _, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+
+use web_time::{Duration, Instant};
 
 use crate::records::layout::{HEADER, Header, SUM, header_at};
 use crate::{Fingerprint, IoError, RecordFormat, RecordLayout, RecordReader, Shard};

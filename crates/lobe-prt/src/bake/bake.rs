@@ -1,9 +1,8 @@
 //! The bake: transfer vectors of receivers, in memory or on disk, by the loop that all bakes share.
 
-use std::time::Instant;
-
 use lobe_io::{Fingerprint, Job, Shard};
 use lobe_scene::{Bvh, Scene};
+use web_time::Instant;
 
 use crate::bake::diffuse::Diffuse;
 use crate::bake::pilot::{KnownPilot, Pilot, pilot};

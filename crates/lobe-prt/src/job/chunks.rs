@@ -1,10 +1,10 @@
 //! The bake loop: receivers in chunks, estimated in parallel with results that do not depend on the number of threads.
 
 use std::ops::{AddAssign, Range};
-use std::time::{Duration, Instant};
 
 use lobe_io::{Job, Portions, Progress, Shard};
 use rayon::prelude::*;
+use web_time::{Duration, Instant};
 
 use crate::PrtError;
 

@@ -1,9 +1,9 @@
 //! Progress meter of a search that may end before its last step, or of a file while it is written.
 
 use std::io;
-use std::time::Instant;
 
 use lobe_io::{IoError, Job, Progress};
+use web_time::Instant;
 
 use crate::PrtError;
 

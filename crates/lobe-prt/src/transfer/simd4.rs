@@ -3,6 +3,7 @@
 //! Left to itself the compiler turns rows into columns by way of the stack, at three times the cost. Every operation
 //! rounds by itself and alike in both implementations, so the bytes are the same.
 
+#[cfg(target_arch = "x86_64")]
 use pulp::NullaryFnOnce;
 
 /// The number of lanes.
@@ -57,8 +58,10 @@ impl Machine {
 }
 
 /// A type, because closures are not inlined where the instructions are.
+#[cfg(target_arch = "x86_64")]
 struct Job<L, W>(L, W);
 
+#[cfg(target_arch = "x86_64")]
 impl<L: Lanes, W: Work> NullaryFnOnce for Job<L, W> {
     type Output = ();
 

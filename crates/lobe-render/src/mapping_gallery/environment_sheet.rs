@@ -1,7 +1,6 @@
 //! A contact sheet of environment mapping: every technique beside its reference, with its error.
 
 use std::f64::consts::PI;
-use std::time::Instant;
 
 use derive_setters::Setters;
 use lobe_env::{
@@ -11,6 +10,7 @@ use lobe_env::{
 use lobe_image::{Exposure, Label, Picture, Sheet, Tone};
 use lobe_io::{Job, Progress};
 use lobe_sh::{Coefficient, Dir, Expansion, Rgb, Zonal, convolve_in_place};
+use web_time::Instant;
 
 use crate::{
     BlinnNewell, BruteForceReflection, Bumped, Camera, CubeMapped, Exhibit, Glossy, HighlightMap, IrradiancePolynomial,

@@ -1,13 +1,12 @@
 //! Reference pictures by the path tracer: radiance with its variance, and auxiliary channels for each pixel.
 
-use std::time::Instant;
-
 use derive_setters::Setters;
 use lobe_image::Picture;
 use lobe_io::{Fingerprint, Job, Shard};
 use lobe_prt::fingerprint_scene;
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Coefficient as _, Rgb};
+use web_time::Instant;
 
 use crate::path_tracer::emitter::Emitter;
 use crate::path_tracer::estimate::{Moments, SampleCount};

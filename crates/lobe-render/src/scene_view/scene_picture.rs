@@ -1,12 +1,11 @@
 //! Ray casting: pictures of a scene of triangles, shaded by a function of the hit.
 
-use std::time::Instant;
-
 use derive_setters::Setters;
 use lobe_image::Picture;
 use lobe_io::Job;
 use lobe_scene::{Bvh, Ray, Scene, SurfaceRays};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
+use web_time::Instant;
 
 use crate::progressive::{in_portions, progress_of};
 use crate::{Camera, RenderError};

@@ -140,10 +140,10 @@ impl Machine {
 }
 
 /// A kernel with its instructions: a type, because closures are not compiled for them.
-#[cfg(feature = "std")]
+#[cfg(all(feature = "std", any(target_arch = "x86_64", target_arch = "aarch64")))]
 struct Job<S, K>(S, K);
 
-#[cfg(feature = "std")]
+#[cfg(all(feature = "std", any(target_arch = "x86_64", target_arch = "aarch64")))]
 impl<S: pulp::Simd, K: Kernel> pulp::NullaryFnOnce for Job<S, K> {
     type Output = K::Output;
 

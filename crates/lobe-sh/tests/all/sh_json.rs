@@ -84,7 +84,8 @@ fn a_scalar_file_is_gray_as_color() {
 
 #[test]
 fn heads_that_are_wrong_are_refused_with_what_was_expected_and_found() {
-    let quantity = "\"quantity\": expected one of radiance, irradiance, transfer, visibility, log-visibility, function, found ";
+    let quantity =
+        "\"quantity\": expected one of radiance, irradiance, transfer, visibility, log-visibility, function, found ";
     for (field, value, message) in [
         ("format", "\"gltf\"", "\"format\": expected \"lobe-sh\", found \"gltf\"; is this an expansion?"),
         ("format", "null", "\"format\": expected \"lobe-sh\", found nothing; is this an expansion?"),

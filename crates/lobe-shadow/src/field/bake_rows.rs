@@ -1,9 +1,8 @@
 //! Rows of numbers found in parallel, watched, and kept on disk while they are found.
 
-use std::time::{Duration, Instant};
-
 use lobe_io::{Fingerprint, Job, Progress, RecordFile, RecordFormat, RecordLayout, Shard};
 use rayon::prelude::*;
+use web_time::{Duration, Instant};
 
 use crate::ShadowError;
 

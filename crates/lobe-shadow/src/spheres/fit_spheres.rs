@@ -1,12 +1,12 @@
 //! Fitting sphere sets to meshes: options, report, the job.
 
-use std::time::Instant;
 use std::{iter, mem};
 
 use derive_setters::Setters;
 use glam::DVec3;
 use lobe_io::{Fingerprint, Job, Progress, RecordFile, RecordFormat, RecordLayout};
 use lobe_scene::Scene;
+use web_time::Instant;
 
 use crate::spheres::ball::{Ball, reach};
 use crate::spheres::cover_samples::CoverSamples;

@@ -3,7 +3,6 @@
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::time::Instant;
 
 use lobe::io::Job;
 use lobe::prt::{BakeMode, BakeOptions};
@@ -14,6 +13,7 @@ use lobe::render::{
 use lobe::scene::{Mesh, Scene};
 use lobe::sh::{Dir, Rgb, Rotation, ShVec};
 use lobe::shadow::{FieldOptions, Placement, SphereFitMethod, SphereFitOptions, Track, WorldSphere};
+use web_time::Instant;
 
 use crate::loading::moving_source::{is_file, open_moving};
 use crate::loading::task::{Control, Task, TaskEvent};

@@ -11,6 +11,7 @@ use crate::loading::bake::{self, GlossyBake, KEPT_SAMPLES, SceneData, SceneNews}
 use crate::loading::cache::UserFolder;
 use crate::loading::export::SceneExport;
 use crate::loading::mode::Mode;
+use crate::loading::place::IN_PAGE;
 use crate::loading::scene_source;
 use crate::loading::sky_source::{self, OpenedSky, open_sky};
 use crate::loading::task::{Task, TaskEvent};
@@ -30,6 +31,9 @@ use crate::widgets::orbit::Orbit;
 
 /// Radians a second by which the sky keeps turning.
 const SPEED: f64 = 0.5;
+
+/// What a page says in place of a bake.
+const NO_BAKES: &str = "A page with one thread does not bake: drop a .glb that lobe bake wrote, for its shadows.";
 
 /// A baked scene under a turning sky.
 pub struct SceneRoom {
@@ -273,7 +277,8 @@ impl SceneRoom {
             }
             SceneNews::Glossy(glossy) => self.glossy = glossy,
             SceneNews::AskBeforeBake => {
-                self.message = Some("This scene is large: press Bake for its shadows.".into());
+                self.message =
+                    Some(if IN_PAGE { NO_BAKES } else { "This scene is large: press Bake for its shadows." }.into());
             }
         }
     }
@@ -318,6 +323,10 @@ impl SceneRoom {
                 }
             }
             Asked::Bake => {
+                if IN_PAGE {
+                    self.message = Some(NO_BAKES.into());
+                    return;
+                }
                 let Some(data) = self.scene.found.clone() else { return };
                 let (plan, ctx) = (self.plan, ctx.clone());
                 let wake = move || ctx.request_repaint();

@@ -2,7 +2,8 @@
 
 use std::collections::VecDeque;
 use std::fmt;
-use std::time::{Duration, Instant};
+
+use web_time::{Duration, Instant};
 
 /// The time over which frames are counted.
 const SPAN: Duration = Duration::from_secs(1);

@@ -11,6 +11,7 @@ use lobe::sh::{Coefficient as _, Dir, Rgb, Rotation};
 
 use crate::loading::bake::{BOUNCES, SceneData};
 use crate::loading::mode::Mode;
+use crate::loading::place::IN_PAGE;
 use crate::loading::task::{Control, Task, TaskEvent};
 use crate::rooms::scene::edits::{Comparison, SceneEdits, SceneLamp};
 use crate::widgets::orbit::Orbit;
@@ -139,6 +140,10 @@ impl Truth {
 
     /// Starts where another truth is asked for, and takes what passes have found.
     pub(crate) fn follow(&mut self, ctx: &Context, still: &Still) {
+        if IN_PAGE {
+            self.message = Some("A page traces no paths: it has one thread".into());
+            return;
+        }
         if self.task.as_ref().is_none_or(|(before, _)| !before.is_same(still)) {
             self.stop();
             let (work, ctx) = (still.clone(), ctx.clone());

@@ -1,17 +1,18 @@
 //! The picture of the scene.
 
 use std::sync::Arc;
-use std::time::{Duration, Instant};
 
 use eframe::egui::TextureId;
 use lobe::env::MappedMap;
 use lobe::image::{Picture, Tone};
 use lobe::prt::{Transfer, TransferMatrices};
 use lobe::scene::Scene;
-use lobe::sh::{Rgb, Rotation, ShVec};
+use lobe::sh::{Expansion as _, Rgb, Rotation, ShVec};
 use lobe_gpu::{Environment, GlossyMesh, GpuError, SceneView, SceneViewOptions, Storage, SurfaceShading, ViewOutput};
+use web_time::{Duration, Instant};
 
 use crate::loading::bake::{GlossyBake, SceneData};
+use crate::loading::place::IN_PAGE;
 use crate::loading::sky_source::OpenedSky;
 use crate::rooms::scene::status::Status;
 use crate::widgets::gpu::Gpu;
@@ -94,6 +95,14 @@ impl ViewKey {
     }
 }
 
+/// What lights the vertices, or where no transfer is known, the sky: a picture that a page need not wait for.
+fn picture_of_vertices(key: &ViewKey, light: &ShVec<Rgb<f64>>) -> Picture {
+    let lit = key.transfer.as_ref().map(|transfer| transfer.exit_radiance(light.coefficients()));
+    let sky = || key.sky.as_ref().map(|sky| sky.texels().to_vec());
+    let pixels: Vec<[f32; 3]> = lit.or_else(sky).unwrap_or_default().into_iter().map(<[f32; 3]>::from).collect();
+    Picture::new(pixels.len(), 1, pixels).unwrap_or_else(|_| Picture::filled(1, 1, [1.0; 3]))
+}
+
 fn same<T>(a: Option<&Arc<T>>, b: Option<&Arc<T>>) -> bool {
     match (a, b) {
         (Some(a), Some(b)) => Arc::ptr_eq(a, b),
@@ -158,7 +167,9 @@ impl Viewport {
         }
         // What is not shown any more makes room first.
         self.view = None;
-        let glossy: Vec<GlossyMesh<'_>> = wanted.glossy.iter().map(GlossyBake::on_device).collect();
+        // What shines is matte on devices without storage buffers.
+        let glossy = if gpu.context().has_storage() { wanted.glossy } else { &[] };
+        let glossy: Vec<GlossyMesh<'_>> = glossy.iter().map(GlossyBake::on_device).collect();
         let shading = match wanted.transfer {
             Some(transfer) => SurfaceShading::Mixed(transfer, &glossy, Storage::F32),
             None => SurfaceShading::Irradiance(wanted.order),
@@ -174,7 +185,7 @@ impl Viewport {
     }
 
     fn render(&mut self, gpu: &Gpu, frame: &Frame, rays: u32) -> Result<(), GpuError> {
-        let Some((_, view)) = &mut self.view else { return Ok(()) };
+        let Some((key, view)) = &mut self.view else { return Ok(()) };
         let begin = Instant::now();
         let [width, height] = frame.size;
         // While things move only the display is drawn; the exposure is that of a picture whose light is kept.
@@ -192,6 +203,7 @@ impl Viewport {
         view.turn_backdrop(&frame.turn)?;
         let factor = match self.fitting {
             Some(factor) => factor,
+            None if IN_PAGE => *self.fitting.insert(fitting(&picture_of_vertices(key, &frame.light))),
             None => {
                 view.render()?;
                 *self.fitting.insert(fitting(&view.picture()?))
@@ -199,7 +211,7 @@ impl Viewport {
         };
         view.set_tone(&photograph(factor, frame.exposure))?;
         let now = Instant::now();
-        let is_due = self.measured.is_none_or(|measured| now.duration_since(measured) >= MEASURE);
+        let is_due = !IN_PAGE && self.measured.is_none_or(|measured| now.duration_since(measured) >= MEASURE);
         if is_due {
             let times = view.renderer().run_timed()?;
             self.status.gpu = times.iter().map(|pass| pass.milliseconds).sum();
