@@ -12,6 +12,7 @@ mod sizes;
 mod step;
 mod tables;
 mod toolchain;
+mod web;
 mod workspace;
 
 use std::process::ExitCode;
@@ -44,6 +45,7 @@ const CHORES: &[(&str, &str, Chore)] = &[
         "the command on public models and maps, fetched into a cache: [PROGRAM] [--small] [FOLDER ..]",
         corpus::run,
     ),
+    ("web", "the viewer as a page for any static host, in target/web; --check looks at it in Chromium", web::run),
     ("goldens", "the golden values are there, and read by a test", |_| goldens::check()),
 ];
 

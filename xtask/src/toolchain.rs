@@ -41,6 +41,14 @@ pub(crate) fn has_mdbook() -> Result<(), String> {
         .map_err(|_| "mdbook is not installed; cargo install --locked mdbook".to_string())
 }
 
+/// Whether there is a program that says its version.
+///
+/// # Errors
+/// The reason why not, and how to get it.
+pub(crate) fn has_program(program: &str, how_to_get_it: &str) -> Result<(), String> {
+    answer(program, &["--version"]).map(drop).map_err(|_| format!("{program} is not installed; {how_to_get_it}"))
+}
+
 /// `rust-version` of the workspace, as `1.95`.
 fn oldest_rust() -> Result<String, String> {
     let manifest = workspace::read(&workspace::root().join("Cargo.toml"))?;

@@ -138,7 +138,7 @@ pub(crate) fn header_at(bytes: &[u8]) -> Option<u64> {
         return Some(0);
     }
     let length = u64::from_le_bytes(*bytes.first_chunk()?);
-    (length <= MAX_PREFACE).then_some(8 + length)
+    (length <= MAX_PREFACE).then(|| 8 + length)
 }
 
 #[cfg(test)]
@@ -162,6 +162,15 @@ mod tests {
             bad[at] ^= 1;
             assert_eq!(Header::parse(&bad), None, "with a change at {at}");
             assert_eq!(Header::parse(&bytes[..at]), None, "of {at} bytes");
+        }
+    }
+
+    // Found by the fuzz target read_checkpoint: the end of the longest preface was no number.
+    #[test]
+    fn a_preface_of_any_length_ends_before_the_header_or_is_none() {
+        for length in [0, 7, MAX_PREFACE, MAX_PREFACE + 1, u64::MAX - 8, u64::MAX - 3, u64::MAX] {
+            let expected = (length <= MAX_PREFACE).then_some(length.wrapping_add(8));
+            assert_eq!(header_at(&length.to_le_bytes()), expected, "{length}");
         }
     }
 

@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
-use eframe::egui::{Button, ComboBox, ProgressBar, Slider, Ui};
+use eframe::egui::{Button, Checkbox, ComboBox, ProgressBar, Slider, Ui};
 use lobe::scene::built_in;
 
 use crate::loading::mode::Mode;
+use crate::loading::place::IN_PAGE;
 use crate::loading::scene_source::built_in_source;
 use crate::loading::sky_source;
 use crate::loading::task::Task;
@@ -96,7 +97,9 @@ pub(crate) fn modes(ui: &mut Ui, edits: &mut SceneEdits, known: &Known) {
     }
     edits.taming.controls(ui, edits.order);
     if edits.mode == Mode::Interreflected {
-        ui.checkbox(&mut edits.has_gloss, "Metals shine").on_hover_text("By transfer matrices; else they are matte");
+        // Matrices take storage buffers, and bakes that a page does not make.
+        ui.add_enabled(!IN_PAGE, Checkbox::new(&mut edits.has_gloss, "Metals shine"))
+            .on_hover_text("By transfer matrices; else they are matte");
     }
 }
 
