@@ -20,6 +20,8 @@ pub struct Progress {
     pub elapsed: Duration,
     /// The round that the other numbers are about, from 0. Only [work in rounds](Job::kept_in) has more than one.
     pub round: usize,
+    /// Whether `total` is only a bound, as the work ends where going on gains little: then nobody knows the time that is left.
+    pub is_bound: bool,
 }
 
 impl Progress {
@@ -29,11 +31,11 @@ impl Progress {
         self.rays as f64 / self.elapsed.as_secs_f64().max(1e-9)
     }
 
-    /// The time the rest will take at the mean pace of this run. None before anything is done.
+    /// The time the rest will take at the mean pace of this run. None before anything is done, and where the total is a bound.
     #[must_use]
     pub fn seconds_left(&self) -> Option<f64> {
         let done = self.done - self.resumed;
-        (done > 0).then(|| self.elapsed.as_secs_f64() / done as f64 * (self.total - self.done) as f64)
+        (done > 0 && !self.is_bound).then(|| self.elapsed.as_secs_f64() / done as f64 * (self.total - self.done) as f64)
     }
 }
 
@@ -157,9 +159,10 @@ mod tests {
     #[test]
     fn pace_and_rest_count_this_run_only() {
         let elapsed = Duration::from_secs(4);
-        let progress = Progress { done: 30, total: 50, resumed: 10, rays: 800, elapsed, round: 0 };
+        let progress = Progress { done: 30, total: 50, resumed: 10, rays: 800, elapsed, ..Progress::default() };
         assert_eq!(progress.seconds_left(), Some(4.0), "20 done in 4 s, 20 left");
         assert_eq!(progress.rays_per_second(), 200.0, "800 rays in 4 s");
         assert_eq!(Progress { done: 10, ..progress }.seconds_left(), None, "nothing is done yet");
+        assert_eq!(Progress { is_bound: true, ..progress }.seconds_left(), None, "it may end before the total");
     }
 }

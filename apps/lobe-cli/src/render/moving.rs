@@ -102,7 +102,7 @@ pub(crate) struct MovingInput {
     animation: Option<String>,
     /// shexp: the exponential: values on a grid of directions; the best linear function of single spheres; that after halving, then
     /// squared [default: grid]
-    #[arg(long, value_name = "grid|optimal-linear|hybrid", value_parser = fast_exponential)]
+    #[arg(long, value_name = "grid|optimal-linear|hybrid[:NORM]", value_parser = fast_exponential)]
     exponential: Option<ExpMethod>,
     /// fields, shexp: spheres fitted to each part that is deformed, and in shexp to each that moves [default: 64 and 16]
     #[arg(long, value_name = "K", value_parser = spheres)]
@@ -241,8 +241,11 @@ impl MovingInput {
         if self.is_looped || begin >= end {
             return;
         }
-        match times.iter().position(|time| *time > end) {
-            Some(_) if times.len() == 1 => {
+        match times.iter().position(|time| *time >= end) {
+            Some(first) if times.len() == 1 => {
+                if times[first] == end {
+                    return;
+                }
                 talk.note(name, &format!("has come to its end at {end:.3} s and rests there; --loop begins anew"));
             }
             Some(first) if first + 1 < times.len() => {

@@ -18,9 +18,9 @@ pub(crate) struct ShExp {
     /// The log-visibility, a .sh.json file, such as a sum of logarithms; - reads stdin
     #[arg(value_name = "Q")]
     input: ShInput,
-    /// How: on a grid of directions; by the best linear function; that after halving, then squared; by P truncated products;
+    /// How: on a grid of directions; by the best linear function; that after halving to a NORM (1), then squared; by P truncated products;
     /// by eigenvectors of the product matrix
-    #[arg(long, value_name = "grid|optimal-linear|hybrid|series:P|eigen", default_value = "grid", value_parser = exponential)]
+    #[arg(long, value_name = "grid|optimal-linear|hybrid[:NORM]|series:P|eigen", default_value = "grid", value_parser = exponential)]
     method: ExpMethod,
     /// The visibility, a .sh.json file; - writes to stdout
     #[arg(short, long, value_name = "P")]
@@ -35,8 +35,19 @@ impl ShExp {
         check_order(&self.input, &file.coefficients)?;
         let exponential = Exponential::new(file.coefficients.order(), self.method);
         let visibility = by_channel(&file.coefficients, |f| exponential.of(f));
+        if !is_finite(&visibility) {
+            bail!(
+                "{}: its exponential is not finite; expected the logarithm of a visibility, which is at most 0",
+                self.input
+            );
+        }
         self.output.write(&ShFile::new(Quantity::Visibility, visibility))
     }
+}
+
+/// Whether every coefficient is a finite number.
+fn is_finite(coefficients: &FileCoefficients) -> bool {
+    coefficients.to_rgb().coefficients().iter().all(|c| c.to_array().into_iter().all(f64::is_finite))
 }
 
 /// Refuses another quantity than the one that a command is for.

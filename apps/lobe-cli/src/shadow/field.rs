@@ -136,6 +136,12 @@ impl Field {
         let baked = checkpoint.watched(talk, |job| bake_field(&scene, &options, job));
         let (field, report) = self.sharing.merged(&checkpoint, baked)?;
         let storage = write_field(&self.output, &field, &self.storage())?;
+        if storage.bytes > storage.bytes_before {
+            let (found, single) = (storage.bytes, storage.bytes_before);
+            let text =
+                format!("takes {found} bytes, more than the {single} of f32: so few points are not worth clusters");
+            talk.note("--storage clustered", &text);
+        }
         checkpoint.finish();
         tell_if_too_late(&self.output, talk);
         let FieldReport { points, inside, rays, .. } = report;

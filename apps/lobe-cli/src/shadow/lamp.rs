@@ -153,7 +153,7 @@ impl LampCommand {
     }
 
     fn rectangle(&self, talk: Talk) -> anyhow::Result<(Lamp, usize)> {
-        let [width, height] = self.size.context("a rectangle has a --size")?;
+        let [width, height] = self.size.context("a rectangle has a --size: give it as --size W,H")?;
         // The first row is on top; pixels are mirrored, as `u × v` of rows to the right would point away from who looks.
         let rectangle = Rectangle::upright([width, height], self.two_sided);
         let patches = if self.pictures.is_empty() { [1, 1] } else { self.patches.unwrap_or([8, 8]) };

@@ -189,12 +189,13 @@ impl Spheres {
             return output::print_json(&json);
         }
         output::print(&format!(
-            "spheres         {}\nsolid volume    {:.6}\noutside volume  {:.6}, {:.2} % of that of the solid\nrounds          {}\n",
+            "spheres         {}\nsolid volume    {:.6}\noutside volume  {:.6}, {:.2} % of that of the solid\nrounds          {}\ncertain         {:.1} % of the box\n",
             json.spheres.len(),
             json.solid_volume,
             json.outside_volume,
             100.0 * json.outside_volume / json.solid_volume,
             json.history.len().saturating_sub(1),
+            100.0 * report.certainty,
         ))
     }
 

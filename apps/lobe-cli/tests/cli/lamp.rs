@@ -56,7 +56,7 @@ fn what_cannot_be_a_lamp_is_refused() {
     let dir = Dir::new();
     for (given, expected) in [
         ("sphere", "a sphere has a --radius"),
-        ("rectangle", "a rectangle has a --size"),
+        ("rectangle", "a rectangle has a --size: give it as --size W,H"),
         ("sphere --radius 1 --size 1,1", "--size: only of a rectangle"),
         ("rectangle --size 1,1 --radius 1", "--radius: only of a sphere"),
         ("rectangle --size 1,1 --patches 2,2", "--patches: only with --pictures"),

@@ -78,10 +78,12 @@ fn pictures_past_the_end_are_told() {
     let dir = scene(KEYS);
     let notes = dir.lobe(&format!("render s.json {TRUTH} --frames 0..4 --fps 2 -o f.png")).succeeds().1;
     assert!(
-        notes.contains("comes to its end at 1.000 s: the last 2 pictures are alike; --loop begins anew"),
+        notes.contains("comes to its end at 1.000 s: the last 3 pictures are alike; --loop begins anew"),
         "{notes}"
     );
+    assert!(dir.bytes("f-002.png") == dir.bytes("f-003.png"), "at the end and after it");
     assert!(dir.bytes("f-003.png") == dir.bytes("f-004.png"), "alike");
+    assert!(dir.bytes("f-001.png") != dir.bytes("f-002.png"), "before the end");
     assert!(dir.bytes("f-000.png") != dir.bytes("f-002.png"), "it moves");
     let notes = dir.lobe(&format!("render s.json {TRUTH} --frames 0..4 --fps 2 --loop -o g.png")).succeeds().1;
     assert!(!notes.contains("alike"), "{notes}");

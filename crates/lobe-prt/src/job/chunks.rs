@@ -155,7 +155,7 @@ pub(crate) fn run<E: Estimator>(estimator: &E, sink: &mut impl Sink, job: &mut J
         // Report the progress; end where the job says so, or all is done.
         let next = sink.done();
         let (done, total) = (chunks.before(next) - first, chunks.before(shard.end) - first);
-        let progress = Progress { done, total, resumed, rays, elapsed: start.elapsed(), round: 0 };
+        let progress = Progress { done, total, resumed, rays, elapsed: start.elapsed(), ..Progress::default() };
         let is_stopped = job.report(&progress).is_break();
         // A bake that is complete counts as done, not as stopped.
         if next >= shard.end {

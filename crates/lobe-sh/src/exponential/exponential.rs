@@ -40,7 +40,7 @@ impl Default for ExpMethod {
     /// [`Eigen`](Self::Eigen) 0.062 to 0.071, of [`Hybrid`](Self::Hybrid) with limit 1 0.070 to 0.116, of
     /// [`OptimalLinear`](Self::OptimalLinear) 0.074 to 0.219 (test
     /// `the_grid_is_nearer_to_the_truth_than_the_optimal_linear_and_the_hybrid_methods`); and what it costs does not depend
-    /// on the function. One more sphere may brighten its mean by up to 4e-3 of the open sky, in one of a hundred cases; with
+    /// on the function. One more sphere may brighten its mean by up to 4e-3 of what it was, in one of a hundred cases; with
     /// [`Eigen`](Self::Eigen) none did.
     fn default() -> Self {
         Self::Grid

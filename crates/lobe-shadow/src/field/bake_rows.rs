@@ -52,7 +52,7 @@ pub(crate) fn bake_rows<S>(
         // Tell how far it is; end where the job says so, or all is done.
         let done = rows.len() / work.width;
         let rays = (done - resumed) as u64 * work.rays;
-        let progress = Progress { done, total, resumed, rays, elapsed: begin.elapsed(), round: 0 };
+        let progress = Progress { done, total, resumed, rays, elapsed: begin.elapsed(), ..Progress::default() };
         if job.report(&progress).is_break() {
             return Err(ShadowError::Cancelled);
         }

@@ -323,8 +323,14 @@ fn run_rounds(
         None => None,
     };
     let resumed = rounds.len();
-    let progress =
-        |done: usize, total: usize| Progress { done, total, resumed, elapsed: start.elapsed(), ..Progress::default() };
+    let progress = |done: usize, total: usize| Progress {
+        done,
+        total,
+        resumed,
+        elapsed: start.elapsed(),
+        is_bound: done < total,
+        ..Progress::default()
+    };
     if rounds.is_empty() {
         let mut go_on = || job.report(&progress(0, layout.count)).is_continue();
         let balls = first(&mut go_on).ok_or(ShadowError::Cancelled)?;
