@@ -1,4 +1,4 @@
-//! What the fuzz targets ask of readers.
+//! Properties that the fuzz targets ask of readers.
 
 /// The message of a reader that refuses a file begins with the file's name, `fuzz`, and is one line.
 ///

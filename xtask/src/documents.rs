@@ -1,4 +1,5 @@
-//! `documents`: checks that links between files have a target, and that every work cited is in REFERENCES.bib.
+//! `documents`: checks that links between files have a target, that every work cited is in REFERENCES.bib, and that a file of
+//! Rust opens with the name of a thing.
 //!
 //! A citation is a bracketed label of names and a year, `[Sloan 2008]` or `[Sloan, Kautz and Snyder 2002]`. Its key in
 //! the bibliography is the same without spaces and small words: `Sloan2008`, `SloanKautzSnyder2002`.
@@ -42,8 +43,18 @@ pub(crate) fn check() -> Outcome {
             text.lines().filter(|row| row.trim_start().starts_with("//")).flat_map(|row| [row, "\n"]).collect();
         let name = workspace::relative(&path);
         faults.extend(unknown_citations(&comments, &keys).map(|label| not_in_bibliography(&name, &label)));
+        faults.extend(riddle(&text).map(|word| format!("{name}: opens with `{word}`; begin with a name of the field")));
     }
     if faults.is_empty() { Ok(()) } else { Err(faults) }
+}
+
+/// Words that begin a description where a name should stand.
+const RIDDLES: [&str; 9] = ["What", "How", "Where", "Ways", "Whether", "That", "Who", "When", "Which"];
+
+/// The word with which the documentation of a file begins, if it is one of [`RIDDLES`].
+fn riddle(text: &str) -> Option<&str> {
+    let first = text.lines().next()?.strip_prefix("//!")?.split_whitespace().next()?;
+    RIDDLES.contains(&first).then_some(first)
 }
 
 fn not_in_bibliography(name: &str, label: &str) -> String {
@@ -141,6 +152,13 @@ fn targets<'a>(row: &'a str, open: &'static str, close: char) -> impl Iterator<I
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_file_opens_with_a_name() {
+        assert_eq!(riddle("//! What moves.\n"), Some("What"), "a riddle");
+        assert_eq!(riddle("//! Whatever moves.\n//! What else.\n"), None, "another word, and another line");
+        assert_eq!(riddle("use std::fmt;\n"), None, "no documentation");
+    }
 
     #[test]
     fn planted_broken_links_are_found_and_good_ones_are_not() {

@@ -1,4 +1,4 @@
-//! What is done to functions on the sphere, one row of coefficients after the other.
+//! Operations on functions on the sphere, one row of coefficients after the other.
 
 use lobe::sh::{
     Coefficient, DeringOptions, DeringOutcome, ExpMethod, Expansion as _, Exponential, Real, Rotation,

@@ -1,4 +1,4 @@
-//! What is found in functions on the sphere.
+//! Searches in functions on the sphere.
 
 use lobe::sh::{
     Coefficient, LightFit, LightFitOptions, Rgb, ShVec, certified_minimum, coefficient_count, extract_lights,

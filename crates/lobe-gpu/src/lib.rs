@@ -81,7 +81,7 @@ pub use error::GpuError;
 pub use headless::bench::BenchReport;
 pub use headless::turning_light::TurningLight;
 pub use headless::turntable::{TurntableOptions, render_turntable, write_turntable};
-pub use lookup::basis::{MAX_ORDER, basis_towards};
+pub use lookup::basis::{MAX_SHADER_ORDER, basis_towards};
 pub use lookup::environment::Environment;
 pub use lookup::irradiance::irradiance_towards;
 pub use lookup::specular::SplitSum;

@@ -1,4 +1,4 @@
-//! What a frame of a moving scene takes with a tree of its own, and with that of the frame before, refit.
+//! Times of the frames of a moving scene, with a tree of their own and with that of the frame before, refit.
 //!
 //! For `built-in:three-objects` and `built-in:walking-figure`, prints the mean milliseconds of a picture of 160 × 120 pixels both
 //! ways, in turns, and their ratio. Before, `lobe render` built two trees for every frame: one to look for backs, one to shade.

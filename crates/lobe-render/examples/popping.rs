@@ -1,4 +1,4 @@
-//! How much the vertices of a moving scene change from one frame to the next: by shadow fields, by spheres, and in truth.
+//! Changes of the vertices of a moving scene from one frame to the next: by shadow fields, by spheres, and in truth.
 //!
 //! What pops is a change that the truth does not have. The truth is transfer that is baked anew for every frame, of the same
 //! order and by the same rays at every vertex. Prints the largest change of a vertex between two frames, and that which one of a

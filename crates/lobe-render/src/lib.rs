@@ -53,7 +53,7 @@
 //! | functions of one variable | [`LinePlot`], [`Curve2d`]; of the angle to an axis [`ProfilePlot`], [`Profile`] |
 //! | cross-sections of functions on the sphere | [`PolarPlot`], [`CrossSection`] |
 //! | lit objects | [`Ball`], seen from a [`View`] |
-//! | shapes before a camera | [`Exhibit`], [`Solid`], [`Torus`], [`Camera`]; what shades them: [`Shading`] |
+//! | shapes before a camera | [`Exhibit`], [`ExhibitSolid`], [`Torus`], [`Camera`]; what shades them: [`Shading`] |
 //! | mirrors | [`BlinnNewell`], [`SphereMapped`], [`CubeMapped`], [`Paraboloids`]; reference [`TracedMirror`] |
 //! | glossy reflection | [`Glossy`], [`HighlightMap`], [`ReflectionSpace`]; reference [`BruteForceReflection`] |
 //! | diffuse reflection | [`MatteByMap`], [`MatteBySh`] with [`IrradiancePolynomial`] |
@@ -95,7 +95,7 @@ pub use mapping_gallery::matte::{IrradiancePolynomial, MatteByMap, MatteBySh};
 pub use mapping_gallery::mirror_maps::{BlinnNewell, CubeMapped, SphereMapped};
 pub use mapping_gallery::paraboloids::Paraboloids;
 pub use mapping_gallery::reflection_space::{BruteForceReflection, ReflectionSpace};
-pub use mapping_gallery::solid::Solid;
+pub use mapping_gallery::solid::ExhibitSolid;
 pub use mapping_gallery::torus::Torus;
 pub use mapping_gallery::traced_mirror::TracedMirror;
 pub use moving::keep_transfer::KeptVertices;

@@ -1,4 +1,4 @@
-//! How near the exponential of a sum of logarithms is to what random spheres really leave of the sky.
+//! Errors of the exponential of a sum of logarithms, against what random spheres really leave of the sky.
 //!
 //! For clusters of 8 to 512 spheres, and orders 3 to 6, prints the mean of `‖found - truth‖/‖truth‖`, the truth being the
 //! projection of the sky's visibility by quadrature: for chained truncated products, for every method of

@@ -1,4 +1,4 @@
-//! How near the shadows of overlapping spheres are to those of their union: each sphere by itself, as published, and shared.
+//! Errors of the shadows of overlapping spheres, against those of their union: each sphere by itself, as published, and shared.
 //!
 //! Sets of 4, 16 and 64 spheres are fitted to a cube, a ring and a ball. For receivers that look at them from near by and from
 //! afar, prints the root mean square difference of visibility from that of the union, which is projected by quadrature, relative to

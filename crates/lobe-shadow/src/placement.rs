@@ -1,4 +1,4 @@
-//! Where a rigid entity is: turned, scaled alike in all directions, and moved.
+//! The placement of a rigid entity: turned, scaled alike in all directions, and moved.
 
 use lobe_sh::Rotation;
 

@@ -18,7 +18,7 @@ pub(crate) fn exponential(text: &str) -> Result<ExpMethod, String> {
         _ => match text.strip_prefix("series:") {
             Some(terms) => values::whole(terms, 1, MOST_TERMS, "a number of terms").map(ExpMethod::ProductSeries),
             None => fast_exponential(text)
-                .map_err(|why| why.replace("or hybrid[:NORM]", "hybrid[:NORM], series:P or eigen")),
+                .map_err(|why| why.replace(" or hybrid[:NORM]", ", hybrid[:NORM], series:P or eigen")),
         },
     }
 }

@@ -96,7 +96,7 @@ pub(crate) fn has_extension(path: &Path, extension: &str) -> bool {
 /// Refuses another extension than that of safetensors.
 pub(crate) fn check_safetensors(path: &Path) -> anyhow::Result<()> {
     if !has_extension(path, "safetensors") {
-        bail!("-o: {}: this is written as .safetensors", path.display());
+        bail!("-o: expected a name that ends in .safetensors, found {}", path.display());
     }
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! What a job needs at least of arithmetic and of bytes, and the floor that follows.
+//! The cost of a job: its arithmetic and its bytes, and the floor that follows from them.
 
 use lobe::sh::GauntTensor;
 

@@ -1,4 +1,4 @@
-//! What the machine does at most: arithmetic, and bytes at each level of its memory. Measured on one thread, with the
+//! The limits of the machine: arithmetic, and bytes at each level of its memory. Measured on one thread, with the
 //! instructions that the kernels use.
 
 use std::hint::black_box;

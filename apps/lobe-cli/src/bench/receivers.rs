@@ -1,4 +1,4 @@
-//! What is done for every receiver of light: shading by transfer, rays to the sky.
+//! Jobs of receivers of light: shading by transfer, rays to the sky.
 
 use std::hint::black_box;
 

@@ -1,4 +1,6 @@
-//! `lobe demo`: everything that Lobe does, on built-in data, as one folder with a page. Uses `args`, `run` and `sh`.
+//! `lobe demo`: everything that Lobe does, on built-in data, as one folder with a page.
+//!
+//! Read `overview` and `page` first, then any chapter: each draws its pictures and writes its part of the page. Uses `args`, `run` and `sh`.
 
 mod basis;
 mod encodings;

@@ -77,7 +77,7 @@ impl EnvSun {
         let mut options = SunOptions::default();
         options.max_radius = self.max_radius.to_radians();
         (options.min_contrast, options.min_peak) = (self.min_contrast, self.min_peak);
-        let Some(SunReport { sun, rest }) = extract_sun(&map, &options) else {
+        let Some(SunReport { sun, rest, .. }) = extract_sun(&map, &options) else {
             bail!(
                 "{}: nothing in it is as small and bright as a sun; --max-radius, --min-contrast and --min-peak say what \
                  counts as one",

@@ -3,12 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use lobe::prt::{AlbedoMode, BakeOptions, Baked, read_baked};
 use lobe::render::{MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, MovingShading, VisibilityGridOptions};
 use lobe::scene::AnimatedScene;
 use lobe::sh::ExpMethod;
-use lobe::shadow::{FieldOptions, LogTable, LogTableOptions, ShadowOptions, cached_log_table};
+use lobe::shadow::{
+    FieldOptions, LogTable, LogTableOptions, RadialInterpolation, ShadowFieldOptions, ShadowOptions, cached_log_table,
+};
 
 use crate::args::exponential::fast_exponential;
 use crate::args::memory::MemoryLimit;
@@ -116,10 +118,42 @@ pub(crate) struct MovingInput {
     /// fields, shexp: the width of a window on what single spheres leave visible, in bands [default: none]
     #[arg(long, value_name = "H", value_parser = values::positive)]
     sphere_window: Option<f64>,
+    /// fields, shexp: how fields are interpolated between their spheres: linear has kinks that a moving shadow shows, cubic has
+    /// none for twice the reads [default: linear]
+    #[arg(long, value_enum)]
+    interpolation: Option<InterpolationName>,
+    /// fields, shexp: vertices, a multiple of 16, for which spheres far away are summed once; 0: for each vertex [default: 0]
+    #[arg(long, value_name = "N", value_parser = group)]
+    group: Option<usize>,
     /// fields, shexp: points of the grid at which it is found how much of the sky the parts that stand still leave to those that
     /// move; 0: they hide nothing from them, and only receive shadows [default: 4096]
     #[arg(long, value_name = "N", value_parser = still_points)]
     still_points: Option<usize>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum InterpolationName {
+    Linear,
+    Cubic,
+}
+
+impl From<InterpolationName> for RadialInterpolation {
+    fn from(name: InterpolationName) -> Self {
+        match name {
+            InterpolationName::Linear => Self::Linear,
+            InterpolationName::Cubic => Self::Cubic,
+        }
+    }
+}
+
+/// Vertices that are still near each other in every scene.
+const MOST_IN_GROUP: usize = 4096;
+
+fn group(text: &str) -> Result<usize, String> {
+    match values::whole(text, 0, MOST_IN_GROUP, "a number of vertices")? {
+        odd if !odd.is_multiple_of(16) => Err(format!("expected a multiple of 16, found {odd}")),
+        group => Ok(group),
+    }
 }
 
 fn spheres(text: &str) -> Result<usize, String> {
@@ -154,6 +188,8 @@ impl MovingInput {
             (self.sphere_bounce, "--sphere-bounce"),
             (self.sphere_table.is_some(), "--sphere-table"),
             (self.sphere_window.is_some(), "--sphere-window"),
+            (self.interpolation.is_some(), "--interpolation"),
+            (self.group.is_some(), "--group"),
             (self.still_points.is_some(), "--still-points"),
         ]
         .into_iter()
@@ -292,7 +328,15 @@ impl MovingInput {
         let options = MovingOptions::default()
             .method(method)
             .order(transfer.order)
-            .spheres(ShadowOptions::default().method(self.exponential.unwrap_or_default()))
+            .fields(
+                ShadowFieldOptions::default()
+                    .interpolation(self.interpolation.map_or_else(Default::default, Into::into)),
+            )
+            .spheres(
+                ShadowOptions::default()
+                    .method(self.exponential.unwrap_or_default())
+                    .group(self.group.unwrap_or_default()),
+            )
             .bounce(self.sphere_bounce);
         Ok(Prepared { shading: MovingShading::with_table(options, table)?, kept })
     }

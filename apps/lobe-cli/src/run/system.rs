@@ -1,4 +1,4 @@
-//! What the standard library leaves to the system: memory that is refused, and a stdout that was closed.
+//! Failures that the standard library leaves to the system: memory that is refused, and a stdout that was closed.
 //!
 //! The one place of this program with `unsafe`. An allocator cannot be had without; refused memory ends the program by a
 //! signal, whose handler has to be asked for, because `std::alloc::set_alloc_error_hook` is not stable; and the standard

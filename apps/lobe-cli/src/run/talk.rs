@@ -111,7 +111,7 @@ impl ProgressLine {
         self.set_position(self.bar.position() + steps);
     }
 
-    /// Shows that so many steps are done.
+    /// Shows that `done` steps are done.
     pub(crate) fn set_position(&self, done: u64) {
         self.bar.set_position(done);
         let Some(Ok(mut log)) = self.log.as_ref().map(Mutex::lock) else { return };

@@ -1,4 +1,4 @@
-//! What moves: `lobe field`, `lobe lamp` and `lobe spheres`, a file each. Uses `args` and `run`.
+//! Occluders that move: `lobe field`, `lobe lamp` and `lobe spheres`, a file each. Uses `args` and `run`.
 
 pub(crate) mod field;
 pub(crate) mod lamp;

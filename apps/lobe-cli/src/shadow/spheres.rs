@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::bail;
 use clap::{ArgMatches, Args, Command, FromArgMatches};
 use lobe::shadow::{
-    LogTable, LogTableOptions, SphereFitMethod, SphereFitOptions, SphereSetJson, fit_spheres, write_log_table,
-    write_spheres,
+    LogTable, LogTableOptions, ShadowError, SphereFitMethod, SphereFitOptions, SphereSetJson, fit_spheres,
+    write_log_table, write_spheres,
 };
 
 use crate::args::exponential::clamp;
@@ -167,10 +167,15 @@ impl Spheres {
         if self.fresh {
             checkpoint.discard()?;
         }
+        // What cannot be fitted is the mesh.
+        let named = |error: ShadowError| match error {
+            ShadowError::Options(message) => ShadowError::Invalid { place: self.input.name(), message },
+            other => other,
+        };
         let (spheres, report) = if is_variational {
-            checkpoint.watched_fit(talk, |job| fit_spheres(&scene, &options, job))?
+            checkpoint.watched_fit(talk, |job| fit_spheres(&scene, &options, job).map_err(named))?
         } else {
-            let fitted = watched(talk, "fit", |job| fit_spheres(&scene, &options, job))?;
+            let fitted = watched(talk, "fit", |job| fit_spheres(&scene, &options, job).map_err(named))?;
             fitted.or_else(|_| bail!("stopped; nothing is written, and the same command starts anew"))?
         };
         if report.certainty < CERTAIN {

@@ -48,6 +48,24 @@ fn frames_of_a_moving_scene_are_numbered_by_their_times() {
 }
 
 #[test]
+fn fields_are_smooth_and_spheres_shared_by_neighbors_where_asked() {
+    let dir = Dir::new();
+    let picture = |name: &str, options: &str| {
+        let command = format!("render built-in:three-objects {VIEW} {options} --time 1 --exposure 1 -o {name}");
+        dir.lobe(&command).succeeds();
+    };
+    picture("linear.exr", "--mode fields");
+    picture("cubic.exr", "--mode fields --interpolation cubic");
+    picture("alone.exr", "--mode shexp --spheres 4");
+    picture("groups.exr", "--mode shexp --spheres 4 --group 64");
+    for (a, b) in [("linear.exr", "cubic.exr"), ("alone.exr", "groups.exr")] {
+        let (printed, _) = dir.lobe(&format!("compare {a} {b} --json")).succeeds();
+        let psnr = serde_json::from_str::<Value>(&printed).unwrap()["psnr"].as_f64().unwrap();
+        assert!(psnr > 40.0 && psnr.is_finite(), "{a} and {b} are near each other and not the same: {psnr}");
+    }
+}
+
+#[test]
 fn options_that_would_be_ignored_or_contradict_each_other_are_refused() {
     let dir = Dir::new();
     for (options, expected) in [
@@ -59,6 +77,8 @@ fn options_that_would_be_ignored_or_contradict_each_other_are_refused() {
         ("--mode fields --max-triangles 4", "--max-triangles: only of scenes in files"),
         ("--mode fields --up z", "--up: only .obj and .ply files"),
         ("--mode truth --spheres 4", "--spheres: only of --mode fields and shexp"),
+        ("--mode truth --interpolation cubic", "--interpolation: only of --mode fields and shexp"),
+        ("--mode shexp --group 20", "expected a multiple of 16, found 20"),
         ("--mode fields --exponential grid", "--exponential: only of --mode shexp"),
         ("--mode fields --fps 3", "--fps: only of --frames A..B"),
         ("--mode fields --time 1 --frames 0..3", "--time: --frames A..B says the times"),

@@ -64,6 +64,7 @@ fn what_cannot_be_is_refused_in_one_line() {
     dir.sh("v.sh.json", Quantity::Visibility, visibility(Direction::Z));
     dir.sh("r.sh.json", Quantity::Radiance, visibility(Direction::Z));
     dir.sh("large.sh.json", Quantity::Visibility, ShVec::constant(11, 1.0));
+    dir.sh("huge.sh.json", Quantity::LogVisibility, ShVec::constant(4, 1e6));
     for (command, said) in [
         (
             "sh log r.sh.json -o x.sh.json",
@@ -75,8 +76,13 @@ fn what_cannot_be_is_refused_in_one_line() {
         ),
         ("sh log large.sh.json -o x.sh.json", "expected order 10 at most, found 11"),
         ("sh log v.sh.json --clamp 0 -o x.sh.json", "expected a part above 0 and up to 1, found 0"),
-        ("sh exp v.sh.json --method best -o x.sh.json", "expected grid, optimal-linear, hybrid, series:P or eigen"),
+        (
+            "sh exp v.sh.json --method best -o x.sh.json",
+            "expected grid, optimal-linear, hybrid[:NORM], series:P or eigen",
+        ),
         ("sh exp v.sh.json --method series:0 -o x.sh.json", "a number of terms"),
+        ("sh exp huge.sh.json -o x.sh.json", "huge.sh.json: its exponential is not finite"),
+        ("sh exp huge.sh.json --method hybrid:4.8 -o x.sh.json", "huge.sh.json: its exponential is not finite"),
     ] {
         let line = dir.lobe(command).error();
         assert!(line.contains(said), "{command}: {line}");

@@ -92,7 +92,7 @@ fn shards_that_are_not_all_of_one_command_are_refused_by_name() {
     assert_eq!(dir.names(), before, "nothing is left of another command");
     for (options, expected) in [
         ("--shard 4/3 -o x.safetensors", "expected a shard such as 2/7"),
-        ("--shard 1/3 -o x.glb", "this is written as .safetensors"),
+        ("--shard 1/3 -o x.glb", "expected a name that ends in .safetensors"),
         ("--shard 1/3 --adaptive 0.1 -o x.safetensors", "--shard and --merge: not of --adaptive"),
         ("--shard 1/3 -o s.obj.safetensors --merge part-1.safetensors", "cannot be used with"),
     ] {

@@ -72,7 +72,7 @@ fn compressed_transfer_and_lobes_are_rendered_as_the_transfer_they_stand_for() {
         dir.lobe(&format!("render built-in:cave --transfer c.safetensors {view} --mode shadowed -o x.exr")).error();
     assert!(line.starts_with("c.safetensors: expected transfer of"), "{line}");
     let line = dir.lobe("compress b.glb -o c.glb").error();
-    assert_eq!(line, "-o: c.glb: this is written as .safetensors", "another kind of file");
+    assert_eq!(line, "-o: expected a name that ends in .safetensors, found c.glb", "another kind of file");
     for args in
         ["compress c.safetensors -o c.safetensors", "bake b.glb -o b.glb", "fit-lobes c.safetensors -o ./c.safetensors"]
     {

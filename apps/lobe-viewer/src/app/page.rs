@@ -3,11 +3,8 @@
 //! The page has a canvas named `lobe`, and beside it the file `still-life.glb`: the built-in scene, baked, because a page with
 //! one thread would bake it for minutes. Without the file the scene is lit without shadows.
 
-use std::cell::RefCell;
-use std::rc::Rc;
 use std::sync::Arc;
 
-use eframe::egui::{Context, DroppedFileHandle};
 use eframe::egui_wgpu::WgpuSetup;
 use eframe::{WebOptions, WebRunner, wgpu};
 use js_sys::Uint8Array;
@@ -76,33 +73,4 @@ async fn fetched(name: &str) -> Result<Vec<u8>, JsValue> {
         return Err(response.status_text().into());
     }
     Ok(Uint8Array::new(&JsFuture::from(response.array_buffer()?).await?).to_vec())
-}
-
-/// Files that were dropped on the page, read while it goes on.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Drops {
-    read: Rc<RefCell<Vec<Result<std::path::PathBuf, String>>>>,
-}
-
-impl Drops {
-    /// Begins to read what was dropped.
-    pub(crate) fn begin(&self, ctx: &Context, files: Vec<DroppedFileHandle>) {
-        for file in files {
-            let (read, ctx) = (self.read.clone(), ctx.clone());
-            spawn_local(async move {
-                let path = file.path().to_path_buf();
-                let given = file.bytes_async().await;
-                read.borrow_mut().push(given.map(|bytes| {
-                    give_file(&path, bytes);
-                    path
-                }));
-                ctx.request_repaint();
-            });
-        }
-    }
-
-    /// What has been read since this was asked last: the names of files that are [given](give_file).
-    pub(crate) fn take(&self) -> Vec<Result<std::path::PathBuf, String>> {
-        std::mem::take(&mut self.read.borrow_mut())
-    }
 }

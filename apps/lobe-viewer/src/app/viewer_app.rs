@@ -15,7 +15,7 @@ use crate::app::exports::Exports;
 use crate::app::help::help;
 use crate::app::kept::{Kept, RoomName, Theme};
 #[cfg(target_arch = "wasm32")]
-use crate::app::page::Drops;
+use crate::app::page_drops::Drops;
 use crate::loading::cache::UserFolder;
 use crate::loading::export::ExportPlan;
 use crate::loading::place::IN_PAGE;

@@ -51,7 +51,7 @@ pub(crate) struct Arguments {
     /// The scene to measure
     #[arg(long, value_name = "SCENE", requires = "bench")]
     pub(crate) scene: Option<PathBuf>,
-    /// Measure the built-in still life with so many cells along its ground, 128 as it is opened; 152 are 70000 vertices
+    /// Measure the built-in still life with N cells along its ground, 128 as it is opened; 152 are 70000 vertices
     #[arg(long, value_name = "N", requires = "bench", conflicts_with = "scene", value_parser = clap::value_parser!(u16).range(16..=1024))]
     pub(crate) cells: Option<u16>,
     /// Print the measurement as JSON

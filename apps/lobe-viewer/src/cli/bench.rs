@@ -1,4 +1,4 @@
-//! What the passes of a frame take.
+//! Measurement of the passes of a frame.
 
 use std::path::Path;
 

@@ -16,7 +16,7 @@ const SIZE: [u32; 2] = [640, 400];
 /// Samples of a pixel along each axis without another choice.
 const RAYS: u8 = 2;
 
-/// Renders a scene under its sky, which turns once around in so many frames.
+/// Renders a scene under its sky, which turns once around in `--frames` frames.
 pub(crate) fn run(arguments: &Arguments, scene: &Path, output: &Path) -> anyhow::Result<()> {
     let (size, rays) = (arguments.size.unwrap_or(SIZE), arguments.rays.unwrap_or(RAYS));
     let options = SceneViewOptions::default().width(size[0]).height(size[1]).rays(u32::from(rays));

@@ -1,4 +1,4 @@
-//! Where bakes of built-in scenes are kept from one start to the next.
+//! The cache of bakes of built-in scenes.
 
 use std::env;
 use std::fs;

@@ -1,4 +1,4 @@
-//! Ways to light a scene.
+//! Light paths of a picture: unshadowed, shadowed, interreflected, or a difference.
 
 use lobe::prt::{BakeMode, PrtError, Transfer};
 use serde::{Deserialize, Serialize};

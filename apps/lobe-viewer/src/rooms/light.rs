@@ -1,4 +1,4 @@
-//! What is done to the expansion of a light before it lights anything: windows and dering.
+//! Windows and dering of the expansion of a light.
 
 use std::ops::RangeInclusive;
 

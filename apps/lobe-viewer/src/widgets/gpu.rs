@@ -1,4 +1,4 @@
-//! What a graphics device draws, in the window.
+//! The graphics device of the window.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! What the rooms are built of: a camera that orbits, pictures, balloons, coefficients, curves, a list of files, and pictures that
+//! Widgets of the rooms: a camera that orbits, pictures, balloons, coefficients, curves, a list of files, and pictures that
 //! a graphics device draws.
 //!
 //! Read `orbit`, then `named`, which gives names to what is painted, `tone`, `picture` and `balloon`, `bars`, `coefficient_table`, `curve` and `file_list`,

@@ -94,7 +94,7 @@ impl Orbit {
         }
     }
 
-    /// Comes nearer by so many points of scrolling.
+    /// Comes nearer by `points` of scrolling.
     pub fn scroll(&mut self, points: f64) {
         self.zoom((SCROLL * points).exp());
     }

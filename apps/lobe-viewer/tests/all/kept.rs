@@ -1,4 +1,4 @@
-//! What the window remembers, and the window as a whole.
+//! The state that is kept, and the window as a whole.
 
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;

@@ -1,7 +1,7 @@
 //! Map files: the reader of any map ([`read_map`]), pictures, textures and the six faces of a cube ([`cube_faces`]), and
 //! the writers.
 //!
-//! Read [`read_options`] first, then [`read_map`]. Decoding and encoding belong to `lobe-image`; this room finds the mapping
+//! Read [`read_options`] first, then [`read_map`]. Decoding and encoding belong to `lobe-image`; this room finds the mapping,
 //! interprets the attribute `envmap` of OpenEXR ([`exr_envmap`]) and completes cropped panoramas ([`cropped`]). Uses `map` and `mapping`.
 
 pub mod bundled;

@@ -40,6 +40,7 @@ pub fn scale_in_place(map: &mut MappedMap, factor: Rgb<f64>) -> Result<(), EnvEr
 /// The report of clamping.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct ClampReport {
     /// The number of texels above the limit.
     pub texels: usize,
@@ -87,6 +88,7 @@ pub fn clamp_in_place(map: &mut MappedMap, limit: f32) -> Result<ClampReport, En
 /// The report of blackening negative channels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct BlackenReport {
     /// The number of texels with a negative channel.
     pub texels: usize,

@@ -64,7 +64,7 @@ impl FoldedBlock {
         [&mut r[..self.count], &mut g[..self.count], &mut b[..self.count]]
     }
 
-    /// Begins a block of so many columns with planes of zeros.
+    /// Begins a block of `count` columns with planes of zeros.
     #[inline(always)]
     pub(crate) fn clear(&mut self, count: usize) {
         self.count = count;

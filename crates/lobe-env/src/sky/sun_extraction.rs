@@ -84,6 +84,7 @@ impl Sun {
 
 /// The sun of a map, and the map without it, in the same mapping and size.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct SunReport {
     /// The light extracted.
     pub sun: Sun,

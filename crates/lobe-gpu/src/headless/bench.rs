@@ -1,4 +1,4 @@
-//! What each pass takes.
+//! Measurement of each pass.
 
 use std::f64::consts::TAU;
 use std::fmt;
@@ -22,7 +22,7 @@ pub struct BenchReport {
 }
 
 impl BenchReport {
-    /// Runs the passes so many times, after once to get warm, and keeps the least time of each.
+    /// Runs the passes `runs` times, after once to get warm, and keeps the least time of each.
     ///
     /// # Errors
     /// [`GpuError::Device`] if the device fails.
@@ -48,7 +48,7 @@ impl BenchReport {
     }
 
     /// Frames a second of a scene while its sky turns: for each, the light is rotated on the processor, uploaded, all passes run,
-    /// and the device is waited for. The mean over so many frames, after one to get warm.
+    /// and the device is waited for. The mean over `frames` frames, after one to get warm.
     ///
     /// # Errors
     /// [`GpuError::Options`] if there are no frames; [`GpuError::Device`] if the device fails.

@@ -7,7 +7,7 @@ use crate::renderer::shader::Shader;
 use crate::{Context, GpuError};
 
 /// The highest order that shaders evaluate, that of [`lobe_prt::Transfer`].
-pub const MAX_ORDER: usize = lobe_prt::Transfer::MAX_ORDER;
+pub const MAX_SHADER_ORDER: usize = lobe_prt::Transfer::MAX_ORDER;
 
 /// The values of all basis functions of orders 1 to `order` towards unit vectors, as
 /// [`eval_basis`](lobe_sh::eval_basis): direction by direction, in index order.
@@ -38,10 +38,10 @@ pub fn basis_towards(context: &Context, order: usize, dirs: &[[f32; 3]]) -> Resu
 
 /// Refuses an order without code.
 pub(crate) fn check_order(order: usize) -> Result<(), GpuError> {
-    if (1..=MAX_ORDER).contains(&order) {
+    if (1..=MAX_SHADER_ORDER).contains(&order) {
         return Ok(());
     }
-    Err(GpuError::Options(format!("expected an order of 1 to {MAX_ORDER}, found {order}")))
+    Err(GpuError::Options(format!("expected an order of 1 to {MAX_SHADER_ORDER}, found {order}")))
 }
 
 const MAIN: &str = "

@@ -249,7 +249,7 @@ fn cosine(order: usize) -> [[f32; 4]; 8] {
     factors
 }
 
-/// Entries of the rotation of so many bands.
+/// Entries of the rotation of `order` bands.
 fn entries(order: usize) -> usize {
     (0..order).map(|l| (2 * l + 1).pow(2)).sum()
 }

@@ -23,7 +23,7 @@ pub(crate) struct Use {
 
 #[derive(Clone, Debug)]
 pub(crate) enum Work {
-    /// A compute program over so many items.
+    /// A compute program over `items`.
     Compute { kernel: Kernel, items: u32 },
     /// These vertices drawn into the first texture that is written, with the second as depth: their attributes are in
     /// buffers, and with a buffer of indices, they are those vertices.

@@ -1,4 +1,4 @@
-//! Ways to light surfaces.
+//! Shading of surfaces: irradiance, transfer, lightmaps, glossy transfer, split sum.
 
 use std::ops::Range;
 
@@ -67,7 +67,7 @@ pub(crate) struct SurfacePass {
 /// Which corners of triangles are drawn.
 #[derive(Clone, Debug)]
 pub(crate) enum Corners {
-    /// Vertices by the first so many of the buffer `indices`, with these buffers as attributes.
+    /// Vertices by the first indices, this many, of the buffer `indices`, with these buffers as attributes.
     Indexed(u32, &'static [&'static str]),
     /// Corners by their numbers among those of all triangles.
     Numbered(Range<u32>),

@@ -3,7 +3,7 @@
 use lobe_prt::{Channels, CompressedTransfer, TableWeights, Transfer};
 use lobe_sh::Rgb;
 
-use crate::lookup::basis::{MAX_ORDER, check_order};
+use crate::lookup::basis::{MAX_SHADER_ORDER, check_order};
 use crate::renderer::kernel::{Kernel, Slot};
 use crate::renderer::pass::Pass;
 use crate::renderer::renderer::Renderer;
@@ -103,7 +103,11 @@ pub(crate) fn light_vectors(light: &[Rgb<f64>], order: usize) -> Vec<[f32; 4]> {
 
 /// Makes a uniform for a light of any order, if there is none of this name.
 pub(crate) fn add_light(renderer: &mut Renderer, name: &str) -> Result<(), GpuError> {
-    if renderer.has(name) { Ok(()) } else { renderer.uniform(name, &[[0.0_f32; 4]; MAX_ORDER * MAX_ORDER]) }
+    if renderer.has(name) {
+        Ok(())
+    } else {
+        renderer.uniform(name, &[[0.0_f32; 4]; MAX_SHADER_ORDER * MAX_SHADER_ORDER])
+    }
 }
 
 /// Passes that shade receivers of transfer vectors into the buffer `radiance`.
@@ -158,7 +162,7 @@ pub(crate) fn add_clustered(
     add_light(renderer, "light")?;
     let rows = transfer.receivers();
     renderer.allocate(radiance, VALUE * rows as u64)?;
-    // The products of means and directions with the light are those of so many receivers.
+    // The products of means and directions with the light are those of receivers, one for each vector.
     let vectors = table.bases().len() / table.width();
     renderer.allocate("cluster colors", VALUE * vectors as u64)?;
     let basis = |v: usize, out: &mut Vec<u32>| {
@@ -190,7 +194,7 @@ pub(crate) fn add_clustered(
     add_passes(renderer, &kernel, "cluster colors", &pieces, radiance)
 }
 
-/// Integers of so many bits in a word, the first in the lowest.
+/// Integers of `bits` bits in a word, the first in the lowest.
 fn word(numbers: impl Iterator<Item = u32>, bits: usize) -> u32 {
     numbers.enumerate().fold(0, |word, (k, q)| word | q << (k * bits))
 }

@@ -30,6 +30,7 @@ pub struct PictureWriteOptions {
 /// The loss of writing a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct PictureWriteReport {
     /// Texels with a channel outside the range of the format, which was clamped to it; NaN in `.hdr` becomes 0.
     pub clamped: usize,

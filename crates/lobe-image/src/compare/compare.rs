@@ -6,6 +6,7 @@ use crate::{ImageError, Picture, sequential};
 /// Error metrics of an image against its reference, over all values and channels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct ErrorReport {
     /// The root of the mean squared difference, `√(mean (a - b)²)`, in the unit of the values.
     pub rmse: f64,

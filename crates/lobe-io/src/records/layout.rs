@@ -1,4 +1,4 @@
-//! Where records are in their file, and what begins it.
+//! The layout of a file of records, and its header.
 
 use twox_hash::XxHash3_64;
 

@@ -201,7 +201,7 @@ impl<E: Estimator> PreparedBake<E> {
         Ok(checkpoint)
     }
 
-    /// The report of a bake of so many receivers, whose chunks add up to `tally`.
+    /// The report of a bake of `receivers` receivers, whose chunks add up to `tally`.
     fn report(&self, tally: &Tally, receivers: usize) -> BakeReport {
         let mean = |sum: f64| sum / receivers.max(1) as f64;
         BakeReport {

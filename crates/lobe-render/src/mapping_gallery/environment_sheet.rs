@@ -13,9 +13,9 @@ use lobe_sh::{Coefficient, Dir, Expansion, Rgb, Zonal, convolve_in_place};
 use web_time::Instant;
 
 use crate::{
-    BlinnNewell, BruteForceReflection, Bumped, Camera, CubeMapped, Exhibit, Glossy, HighlightMap, IrradiancePolynomial,
-    MatteByMap, MatteBySh, Paraboloids, ReflectionSpace, RenderError, Shading, Solid, SphereMapped, SurfacePoint,
-    Torus, TracedMirror, View, bumps, highlights_of_lights,
+    BlinnNewell, BruteForceReflection, Bumped, Camera, CubeMapped, Exhibit, ExhibitSolid, Glossy, HighlightMap,
+    IrradiancePolynomial, MatteByMap, MatteBySh, Paraboloids, ReflectionSpace, RenderError, Shading, SphereMapped,
+    SurfacePoint, Torus, TracedMirror, View, bumps, highlights_of_lights,
 };
 
 /// Reflections at most in the traced picture of a torus that mirrors itself.
@@ -145,7 +145,7 @@ pub fn environment_panels(
     // Set up the eye and the two shapes; the torus leans towards the eye and a little aside.
     let camera = Camera::perspective(View::ALONG_X, 4.0, 0.3);
     let axis = Dir::new([-0.6, 0.25, 0.75]).unwrap_or(Dir::Z);
-    let torus = Solid::Torus(Torus { axis, major: 0.7, minor: 0.3 });
+    let torus = ExhibitSolid::Torus(Torus { axis, major: 0.7, minor: 0.3 });
     // Render every technique on both shapes, and measure its error.
     let mut panels = Vec::new();
     let (start, total) = (Instant::now(), 2 * techniques.len() + 1);
@@ -153,7 +153,7 @@ pub fn environment_panels(
         let progress = Progress { done, total, elapsed: start.elapsed(), ..Progress::default() };
         if job.report(&progress).is_break() { Err(RenderError::Cancelled) } else { Ok(()) }
     };
-    for (name, solid) in [("ball", Solid::Ball { radius: 1.0 }), ("torus", torus)] {
+    for (name, solid) in [("ball", ExhibitSolid::Ball { radius: 1.0 }), ("torus", torus)] {
         let scene = Exhibit { solid, camera, samples: options.samples };
         let slow = Exhibit { samples: options.samples.min(SLOW_SAMPLES), ..scene };
         let [many, few] = MEASURED.map(|n| scene.points(n, n));

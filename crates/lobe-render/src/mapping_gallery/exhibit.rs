@@ -3,7 +3,7 @@
 use lobe_sh::{Coefficient, Dir, Rgb};
 use rayon::prelude::*;
 
-use crate::{Camera, Solid};
+use crate::{Camera, ExhibitSolid};
 use lobe_image::{ErrorReport, Picture, compare};
 use lobe_sh::vector::{add, dot, scale, sub};
 
@@ -56,7 +56,7 @@ impl<F: Fn(&SurfacePoint) -> Rgb<f32> + Sync> Shading for F {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exhibit {
     /// The shape.
-    pub solid: Solid,
+    pub solid: ExhibitSolid,
     /// The eye.
     pub camera: Camera,
     /// Rays along each side of a pixel: a pixel is the mean of `samples²`, in fixed places on a regular grid.
@@ -147,7 +147,7 @@ mod tests {
 
     fn ball(samples: usize) -> Exhibit {
         let camera = Camera::orthographic(View::ALONG_X, 1.25);
-        Exhibit { solid: Solid::Ball { radius: 1.0 }, camera, samples }
+        Exhibit { solid: ExhibitSolid::Ball { radius: 1.0 }, camera, samples }
     }
 
     #[test]
@@ -176,7 +176,7 @@ mod tests {
     #[test]
     fn points_are_those_that_the_camera_sees() {
         let axis = Dir::new([-0.6, 0.2, 0.7]).unwrap();
-        let torus = Solid::Torus(Torus { axis, major: 0.7, minor: 0.3 });
+        let torus = ExhibitSolid::Torus(Torus { axis, major: 0.7, minor: 0.3 });
         for scene in [ball(1), Exhibit { solid: torus, ..ball(1) }] {
             let points = scene.points(40, 40);
             assert!(points.len() > 300, "{} points", points.len());

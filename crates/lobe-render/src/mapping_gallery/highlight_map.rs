@@ -95,7 +95,7 @@ mod tests {
     use std::f64::consts::PI;
 
     use super::*;
-    use crate::{Camera, Exhibit, Solid, View, compare_shadings};
+    use crate::{Camera, Exhibit, ExhibitSolid, View, compare_shadings};
 
     fn lights() -> Vec<(Dir, Rgb<f32>)> {
         vec![
@@ -113,7 +113,7 @@ mod tests {
                 + k_s * highlights_of_lights(&lights, exponent, p.reflected())
         };
         let camera = Camera::orthographic(View::ALONG_X, 1.1);
-        let points = Exhibit { solid: Solid::Ball { radius: 1.0 }, camera, samples: 1 }.points(60, 60);
+        let points = Exhibit { solid: ExhibitSolid::Ball { radius: 1.0 }, camera, samples: 1 }.points(60, 60);
         let error = |size| {
             let map = HighlightMap::of_lights(size, &lights, exponent, k_d, k_s);
             compare_shadings(&points, &map, &truth).relative_rmse

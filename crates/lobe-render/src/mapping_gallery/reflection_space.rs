@@ -222,7 +222,7 @@ mod tests {
     use lobe_env::{Ggx, Lambert};
 
     use super::*;
-    use crate::{Camera, Exhibit, Solid, Torus, compare_shadings};
+    use crate::{Camera, Exhibit, ExhibitSolid, Torus, compare_shadings};
 
     /// A sky, a ground and a broad warm light to the upper right of the eye at -x.
     fn source() -> CubeMap {
@@ -237,7 +237,7 @@ mod tests {
     fn points(eye: Dir) -> Vec<SurfacePoint> {
         let camera = Camera::orthographic(View::from_eye(eye), 1.1);
         let torus = Torus { axis: eye, major: 0.7, minor: 0.3 };
-        [Solid::Ball { radius: 1.0 }, Solid::Torus(torus)]
+        [ExhibitSolid::Ball { radius: 1.0 }, ExhibitSolid::Torus(torus)]
             .iter()
             .flat_map(|solid| Exhibit { solid: *solid, camera, samples: 1 }.points(20, 20))
             .collect()

@@ -7,7 +7,7 @@ use lobe_sh::vector::{Vec3, add, dot, scale};
 
 /// A shape about the origin, met by rays exactly: no triangles.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Solid {
+pub enum ExhibitSolid {
     /// A ball.
     Ball {
         /// Its radius.
@@ -17,7 +17,7 @@ pub enum Solid {
     Torus(Torus),
 }
 
-impl Solid {
+impl ExhibitSolid {
     /// The distance at which the ray first meets the surface, beyond the distance `after`.
     #[must_use]
     pub fn hit(&self, origin: [f64; 3], towards: Dir, after: f64) -> Option<f64> {
@@ -54,7 +54,7 @@ mod tests {
 
     #[test]
     fn the_ball_is_met_where_its_normal_faces_the_ray() {
-        let ball = Solid::Ball { radius: 0.8 };
+        let ball = ExhibitSolid::Ball { radius: 0.8 };
         for s in directions() {
             let s = Dir::new(s).unwrap();
             let origin = scale(s.to_array(), 5.0);
@@ -69,7 +69,7 @@ mod tests {
 
     #[test]
     fn a_ray_through_the_hole_of_the_torus_misses_it() {
-        let torus = Solid::Torus(Torus { axis: Dir::Z, major: 0.7, minor: 0.3 });
+        let torus = ExhibitSolid::Torus(Torus { axis: Dir::Z, major: 0.7, minor: 0.3 });
         assert_eq!(torus.hit([0.1, 0.0, 5.0], -Dir::Z, 0.0), None, "down the hole");
         let t = torus.hit([0.7, 0.0, 5.0], -Dir::Z, 0.0).unwrap();
         assert!((t - 4.7).abs() < 1e-12, "onto the top of the tube: {t}");

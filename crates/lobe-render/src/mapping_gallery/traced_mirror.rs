@@ -2,7 +2,7 @@
 
 use lobe_sh::{Dir, Rgb};
 
-use crate::{Shading, Solid, SurfacePoint};
+use crate::{ExhibitSolid, Shading, SurfacePoint};
 use lobe_sh::vector::{add, scale};
 
 /// The offset of a reflected ray from its surface, in units of the shape: more than a hit is wrong by, and less than
@@ -23,7 +23,7 @@ pub struct TracedMirror<F> {
     /// The light from every direction.
     pub source: F,
     /// The shape that may be met again.
-    pub solid: Solid,
+    pub solid: ExhibitSolid,
     /// The most bounces.
     pub bounces: usize,
 }
@@ -52,7 +52,8 @@ mod tests {
     fn a_ball_never_mirrors_itself_and_a_torus_does() {
         let source = |s: Dir| Rgb::new(s.x() as f32, s.y() as f32, s.z() as f32);
         let torus = Torus { axis: Dir::new([-0.6, 0.2, 0.7]).unwrap(), major: 0.7, minor: 0.3 };
-        for (solid, mirrors_itself) in [(Solid::Ball { radius: 1.0 }, false), (Solid::Torus(torus), true)] {
+        for (solid, mirrors_itself) in [(ExhibitSolid::Ball { radius: 1.0 }, false), (ExhibitSolid::Torus(torus), true)]
+        {
             let scene = Exhibit { solid, camera: Camera::orthographic(View::ALONG_X, 1.2), samples: 1 };
             let points = scene.points(50, 50);
             let mirror = |bounces| TracedMirror { source, solid, bounces };
@@ -63,7 +64,7 @@ mod tests {
 
     #[test]
     fn any_number_of_bounces_keeps_an_even_light() {
-        let torus = Solid::Torus(Torus { axis: Dir::Z, major: 0.7, minor: 0.3 });
+        let torus = ExhibitSolid::Torus(Torus { axis: Dir::Z, major: 0.7, minor: 0.3 });
         let scene = Exhibit { solid: torus, camera: Camera::orthographic(View::three_quarter(), 1.2), samples: 1 };
         let mirror = TracedMirror { source: |_| Rgb::splat(0.5), solid: torus, bounces: 20 };
         for p in scene.points(40, 40) {

@@ -48,7 +48,7 @@ pub(crate) struct Shaded {
     pub(crate) is_white: bool,
 }
 
-/// Asked now and then; breaks off with an error.
+/// A callback between blocks of vertices; its error ends the work.
 pub(crate) type Ask<'a> = &'a mut dyn FnMut() -> Result<(), RenderError>;
 
 impl MovingShading {

@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use lobe_env::{EnvMap, bundled, irradiance_at, irradiance_map_brute_force, project_env};
 use lobe_image::{ErrorReport, compare};
 use lobe_render::{
-    BlinnNewell, Camera, CubeMapped, Exhibit, IrradiancePolynomial, MatteByMap, MatteBySh, Paraboloids, Shading, Solid,
-    SphereMapped, SurfacePoint, Torus, TracedMirror, View, compare_shadings,
+    BlinnNewell, Camera, CubeMapped, Exhibit, ExhibitSolid, IrradiancePolynomial, MatteByMap, MatteBySh, Paraboloids,
+    Shading, SphereMapped, SurfacePoint, Torus, TracedMirror, View, compare_shadings,
 };
 use lobe_sh::{Coefficient, Dir, Rgb};
 
@@ -14,7 +14,7 @@ use lobe_sh::{Coefficient, Dir, Rgb};
 fn scenes() -> [Exhibit; 2] {
     let camera = Camera::perspective(View::ALONG_X, 4.0, 0.3);
     let torus = Torus { axis: Dir::new([-0.6, 0.25, 0.75]).unwrap(), major: 0.7, minor: 0.3 };
-    [Solid::Ball { radius: 1.0 }, Solid::Torus(torus)].map(|solid| Exhibit { solid, camera, samples: 1 })
+    [ExhibitSolid::Ball { radius: 1.0 }, ExhibitSolid::Torus(torus)].map(|solid| Exhibit { solid, camera, samples: 1 })
 }
 
 /// A smooth light without any symmetry, with details 20° wide.

@@ -1,4 +1,4 @@
-//! What parts of a moving scene hide, reflect and share: against bakes of the whole, and what the bakes themselves promise.
+//! Occlusion, reflection and shared bakes of the parts of a moving scene: against bakes of the whole, and what the bakes themselves promise.
 
 use std::ops::ControlFlow;
 

@@ -95,7 +95,7 @@ fn knot(cells: usize) -> Shape {
     knot
 }
 
-/// Cells on so many meters, as dense as those of the ground.
+/// Cells on a length in meters, as dense as those of the ground.
 fn cells_on(length: f64, cells: usize) -> usize {
     (0.5 * length * cells as f64 / GROUND).ceil() as usize
 }

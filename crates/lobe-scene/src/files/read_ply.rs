@@ -48,7 +48,7 @@ struct Face {
 /// The elements may come in any order.
 pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scene, SceneError> {
     if !bytes.starts_with(b"ply") {
-        return Err(source.invalid("expected a PLY file, found another"));
+        return Err(source.invalid("expected a PLY file, which begins with `ply`, found something else"));
     }
     let mut data = Cursor::new(bytes);
     let broken =

@@ -139,7 +139,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// Refuses what would take more memory than allowed, with so many bytes that are held for a moment only.
+    /// Refuses what would take more memory than allowed, with the bytes that are held for a moment only.
     pub(crate) fn check_bytes(&self, bytes: u64) -> Result<(), SceneError> {
         let (taken, limit) = (self.bytes_taken().saturating_add(bytes), self.options.max_bytes);
         if taken <= limit {

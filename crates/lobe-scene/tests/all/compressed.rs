@@ -1,4 +1,4 @@
-//! What glTF files store compressed, and instances kept as arrays, is read as if it were plain; so is what is written.
+//! Compressed glTF files, and instances in arrays, are read as if they were plain; so are written ones.
 
 use std::fs;
 

@@ -1,4 +1,4 @@
-//! What animations do to shapes: what keeps its shape, what is scaled to nothing, and what opens only in a pose.
+//! Shapes under animation: what keeps its shape, what is scaled to nothing, and what opens only in a pose.
 
 use lobe_scene::{AnimatedScene, Bvh, EntityKind, Ray, SceneReadOptions, read_scene_bytes};
 use serde_json::{Value, json};

@@ -162,7 +162,7 @@ fn broken_ply_files_are_refused_in_one_line() {
     let negative = SQUARE_PLY.replace("4 0 1 2 3", "4 0 1 2 -3");
     let nan = SQUARE_PLY.replace("1 1 0 255", "1 nan 0 255");
     for (text, expected) in [
-        ("", "a.ply: expected a PLY file, found another".to_string()),
+        ("", "a.ply: expected a PLY file, which begins with `ply`, found something else".to_string()),
         (&huge, format!("a.ply: 3000000000 rows of `face` do not fit into {} bytes", huge.len())),
         (&outside, "a.ply: mesh `ply`: triangle 1 uses vertex 7, but there are 4 vertices".into()),
         (&negative, "a.ply: face 0 uses a vertex index below zero or above 2^32".into()),

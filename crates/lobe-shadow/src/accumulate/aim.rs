@@ -1,4 +1,4 @@
-//! Where a receiver sees a sphere, and how large.
+//! The direction and the angle at which a receiver sees a sphere.
 
 use lobe_sh::simd::{LANES, Lanes, Wide, constant};
 use pulp::Simd;

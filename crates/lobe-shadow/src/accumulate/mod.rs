@@ -1,4 +1,4 @@
-//! What many spheres together leave of the sky: the sum of their logarithms, and its exponential ([Ren et al. 2006]).
+//! SH exponentiation: the visibility of the sky past many spheres, as the sum of their logarithms, and its exponential ([Ren et al. 2006]).
 //!
 //! Read [`log_table`] first (and [`log_table_file`] for its file), then [`aim`], how a receiver sees a sphere,
 //! [`sum_logarithms`], the kernel in [`columns`], and [`batch_exponential`]. [`shares`] lets spheres that overlap

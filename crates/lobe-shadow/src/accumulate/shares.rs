@@ -1,4 +1,4 @@
-//! What overlapping spheres hide together, shared out among them.
+//! Shares of overlapping spheres in what they hide together.
 //!
 //! Spheres that stand for a solid overlap, and the sum of their logarithms counts what two of them hide twice: the logarithm
 //! becomes deeper than that of any solid, and rings as much more. Here every line of sight that passes through the union of

@@ -1,4 +1,4 @@
-//! What shines of a lamp: the surface to which rays are traced, and around which its light is sampled.
+//! The emitting surface of a lamp, to which rays are traced, and around which its light is sampled.
 
 use lobe_sh::Rgb;
 use lobe_sh::vector::{add, cross, length, sub};

@@ -1,4 +1,4 @@
-//! How much of the sky a scene hides at a point: rays and their sum over the basis.
+//! Occlusion of the sky at a point: rays and their sum over the basis.
 
 use lobe_scene::{Bvh, Ray, Scene};
 use lobe_sh::{Basis, Dir, Rotation, tangent_frame};

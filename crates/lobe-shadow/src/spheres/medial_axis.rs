@@ -53,7 +53,7 @@ pub(crate) fn medial_balls(solid: &Solid, samples: &CoverSamples, count: usize, 
     fitted(solid, &best, &samples.points, shrink)
 }
 
-/// Every so many, so that there are not too many.
+/// Points at equal steps through the list, so that there are not too many.
 fn thinned_out<T: Copy>(all: &[T]) -> Vec<T> {
     all.iter().copied().step_by(all.len().div_ceil(MOST_POINTS).max(1)).collect()
 }

@@ -1,4 +1,4 @@
-//! Where a surface overlaps itself, or is inside out: what the winding number counts too much there.
+//! Overlaps of a surface with itself, and parts that are inside out, which the winding number counts too much.
 
 use glam::DVec3;
 

@@ -15,7 +15,8 @@ use rayon::prelude::*;
 use crate::spheres::ball::{Ball, Search, enclosing_center, fitted};
 use crate::spheres::solid::Solid;
 
-/// A sphere of so many is tried to be cut each round, those with the most volume outside; and at least [`LEAST`].
+/// The part of the spheres that is tried to be cut each round, one of this number: those with the most volume outside, and at
+/// least [`LEAST`].
 const CUT_ONE_OF: usize = 4;
 
 /// The least number of spheres that are tried.

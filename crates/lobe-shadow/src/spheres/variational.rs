@@ -31,7 +31,7 @@ pub(crate) const TOUCH: f64 = 1e-9;
 /// Radii at which the outside volume about a center is computed; between them it is interpolated.
 const TABLE: usize = 16;
 
-/// One sphere of so many is taken away at a time.
+/// The part of the spheres that is taken away at a time: one of eight.
 const THIN_ONE_OF: usize = 8;
 
 /// What all rounds work on.

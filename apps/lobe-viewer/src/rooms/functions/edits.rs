@@ -1,4 +1,4 @@
-//! What a user changes in the room.
+//! The parameters of the room of functions, which a user changes.
 
 use eframe::egui::{ComboBox, Slider, Ui};
 use lobe::sh::{Dir, Expansion as _, Rotation, ShVec, Zonal};
@@ -53,7 +53,7 @@ pub enum Shape {
     Impulse,
     /// `max(cos, 0)`.
     Cosine,
-    /// 1 within so many degrees, 0 outside.
+    /// 1 within an angle in degrees, 0 outside.
     Cone(f64),
     /// A Phong lobe of this exponent.
     Lobe(f64),

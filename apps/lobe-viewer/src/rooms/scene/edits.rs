@@ -1,4 +1,4 @@
-//! What a user changes in the room.
+//! The parameters of the room of scenes, which a user changes.
 
 use std::f64::consts::{PI, TAU};
 use std::path::PathBuf;

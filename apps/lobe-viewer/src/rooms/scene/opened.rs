@@ -1,4 +1,4 @@
-//! What a room has open, and what becomes of it when opening something else fails.
+//! The file that a room has open, which stays when opening another one fails.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! What the mouse does in the picture.
+//! Mouse input in the picture: orbit, pan, zoom, and turning the sky.
 
 use eframe::egui::{Modifiers, PointerButton, Response, Ui};
 

@@ -1,4 +1,4 @@
-//! What a frame takes.
+//! The status line: frame times and sizes.
 
 use std::collections::VecDeque;
 use std::fmt;

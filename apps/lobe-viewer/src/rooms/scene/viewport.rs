@@ -149,7 +149,7 @@ impl Viewport {
         Some((view.picture().ok()?, self.fitting?))
     }
 
-    /// The tone mapping of what is shown at so many stops; before anything was shown, that of the command line.
+    /// The tone mapping of what is shown at `stops` stops; before anything was shown, that of the command line.
     pub(crate) fn tone(&self, stops: f64) -> Tone {
         self.fitting.map_or_else(|| photograph_of_any(stops), |factor| photograph(factor, stops))
     }

@@ -1,4 +1,4 @@
-//! What a user changes in the room.
+//! The parameters of the room of skies, which a user changes.
 
 use lobe::env::Mapping;
 use lobe::prt::Transfer;

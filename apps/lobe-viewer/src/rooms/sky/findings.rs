@@ -1,4 +1,4 @@
-//! What the library says of the sky's expansion.
+//! Numbers of the sky's expansion: errors, minimum, lights.
 
 use std::sync::Arc;
 

@@ -27,6 +27,9 @@ impl GltfFile {
     /// Reads JSON and buffers, from a .glb or from a .gltf with the files it references.
     pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>) -> Result<Self, SceneError> {
         let (text, blob) = container::split(bytes, source)?;
+        if !text.trim_ascii_start().starts_with(b"{") {
+            return Err(source.invalid("expected glTF, which begins with `glTF` or is JSON, found something else"));
+        }
         let json: Value = serde_json::from_slice(text)
             .map_err(|error| source.invalid(format!("expected glTF, found an error: {error}")))?;
         extensions::check(&json, source)?;

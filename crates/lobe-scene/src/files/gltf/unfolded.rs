@@ -1,4 +1,4 @@
-//! What a glTF file unfolds to, counted against the limits before anything is made of it.
+//! The size of a glTF file with its instances, counted against the limits before anything is made of it.
 
 use std::collections::HashMap;
 
