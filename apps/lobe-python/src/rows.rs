@@ -31,10 +31,24 @@ impl Numbers<'_> {
 }
 
 /// `f32` or `f64`.
-pub(crate) trait Number: Real + Element + bytemuck::Pod {}
+pub(crate) trait Number: Real + Element + bytemuck::Pod {
+    /// `self * factor + term`, rounded once: an instruction of most machines, slow where there is none.
+    fn fused(self, factor: Self, term: Self) -> Self;
+}
 
-impl Number for f32 {}
-impl Number for f64 {}
+impl Number for f32 {
+    #[inline(always)]
+    fn fused(self, factor: Self, term: Self) -> Self {
+        self.mul_add(factor, term)
+    }
+}
+
+impl Number for f64 {
+    #[inline(always)]
+    fn fused(self, factor: Self, term: Self) -> Self {
+        self.mul_add(factor, term)
+    }
+}
 
 /// Work on one row of coefficients of precision `T`, numbers or colors.
 pub(crate) trait RowWork<T>: Sync {
