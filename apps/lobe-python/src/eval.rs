@@ -1,11 +1,12 @@
 //! Values of functions towards many directions: the basis of some directions after the other, times the coefficients.
 
 use lobe::sh::{Basis, coefficient_count};
-use numpy::{PyReadonlyArray2, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
+use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
-use crate::rows::{Numbers, array_of, contiguous, shape_error};
+use crate::directions::Directions;
+use crate::rows::{Numbers, array_of, contiguous, shape_error, value_error};
 use crate::value_product::{Coefficients, Sums, Tiles, multiply};
 
 /// Directions that a thread has at a time: their basis, at order 10 in double precision 200 KiB, stays in its cache.
@@ -23,15 +24,18 @@ const FUNCTIONS_TOGETHER: usize = 1024;
 /// Blocks of directions after which the interpreter may stop the work: milliseconds for each thousand of functions.
 const BLOCKS_TOGETHER: usize = 64;
 
-/// Values of functions, `(rows, n²[, 3])`, towards unit vectors `(m, 3)`: `(rows, m[, 3])`.
+/// Values of functions, `(rows, n²[, 3])`, towards vectors `(m, 3)` of any length above zero: `(rows, m[, 3])`.
 #[pyfunction]
 pub(crate) fn eval<'py>(
     py: Python<'py>,
     c: Numbers<'py>,
     order: usize,
-    directions: PyReadonlyArray2<'py, f64>,
+    directions: Numbers<'py>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let directions = contiguous(&directions)?.as_chunks::<3>().0;
+    let directions = match &directions {
+        Numbers::Single(array) => Directions::Single(contiguous(array)?.as_chunks().0),
+        Numbers::Double(array) => Directions::Double(contiguous(array)?.as_chunks().0),
+    };
     match c {
         Numbers::Single(array) => eval_typed(py, &array, order, directions),
         Numbers::Double(array) => eval_typed(py, &array, order, directions),
@@ -42,7 +46,7 @@ fn eval_typed<'py, T: Sums>(
     py: Python<'py>,
     array: &PyReadonlyArrayDyn<'py, T>,
     order: usize,
-    directions: &[[f64; 3]],
+    directions: Directions<'_>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let (values, m) = (contiguous(array)?, directions.len());
     let (shape, channels) = match *array.shape() {
@@ -63,7 +67,7 @@ struct Work<'a, T> {
     functions: &'a [T],
     order: usize,
     channels: usize,
-    directions: &'a [[f64; 3]],
+    directions: Directions<'a>,
 }
 
 impl<T: Sums> Work<'_, T> {
@@ -94,30 +98,41 @@ impl<T: Sums> Work<'_, T> {
                 let parts = row.chunks_mut(BLOCK * self.channels);
                 places.iter_mut().zip(parts).for_each(|(places, part)| places.push(part));
             }
-            let parts = places.chunks_mut(BLOCKS_TOGETHER).zip(self.directions.chunks(BLOCK * BLOCKS_TOGETHER));
-            for (places, directions) in parts {
+            for (part, places) in places.chunks_mut(BLOCKS_TOGETHER).enumerate() {
                 py.check_signals()?;
-                py.detach(|| {
-                    let blocks = places.par_iter_mut().zip(directions.par_chunks(BLOCK));
-                    let tiles = || Tiles::new(self.order);
-                    blocks.for_each_init(tiles, |tiles, (rows, block)| {
-                        tiles.fill(basis, block);
-                        multiply(&coefficients, tiles, rows);
-                    });
+                let is_done = py.detach(|| {
+                    let blocks = places.par_iter_mut().enumerate();
+                    blocks
+                        .map_init(
+                            || Tiles::new(self.order),
+                            |tiles, (k, rows)| {
+                                let is_filled = tiles.fill(basis, self.block(part * BLOCKS_TOGETHER + k));
+                                multiply(&coefficients, tiles, rows);
+                                is_filled
+                            },
+                        )
+                        .reduce(|| true, |a, b| a && b)
                 });
+                is_done.then_some(()).ok_or_else(no_direction)?;
             }
         }
         Ok(())
+    }
+
+    /// The directions of a block.
+    fn block(&self, k: usize) -> Directions<'_> {
+        self.directions.range(k * BLOCK..self.directions.len().min((k + 1) * BLOCK))
     }
 
     /// Each thread has some functions, for directions whose basis is computed before.
     fn share_functions(&self, py: Python<'_>, basis: &Basis<T>, out: &mut [T]) -> PyResult<()> {
         let row = self.directions.len() * self.channels;
         let mut tiles = Tiles::new(self.order);
-        for (k, block) in self.directions.chunks(BLOCK).enumerate() {
+        for k in 0..self.directions.len().div_ceil(BLOCK) {
             py.check_signals()?;
-            py.detach(|| {
-                tiles.fill(basis, block);
+            let is_filled = py.detach(|| {
+                let block = self.block(k);
+                let is_filled = tiles.fill(basis, block);
                 let functions = self.functions.par_chunks(self.size() * FUNCTIONS);
                 functions.zip(out.par_chunks_mut(row * FUNCTIONS)).for_each(|(functions, out)| {
                     let coefficients = Coefficients::new(functions, self.order, self.channels);
@@ -125,8 +140,14 @@ impl<T: Sums> Work<'_, T> {
                     let mut rows: Vec<&mut [T]> = out.chunks_mut(row).map(|row| &mut row[part.clone()]).collect();
                     multiply(&coefficients, &tiles, &mut rows);
                 });
+                is_filled
             });
+            is_filled.then_some(()).ok_or_else(no_direction)?;
         }
         Ok(())
     }
+}
+
+fn no_direction() -> PyErr {
+    value_error("directions: expected vectors with a length, found one that is zero or not finite")
 }

@@ -11,6 +11,7 @@ use lobe::sh::simd::{Kernel, Machine};
 use lobe::sh::{Basis, coefficient_count};
 use pulp::{Scalar, Simd};
 
+use crate::directions::Directions;
 use crate::rows::Number;
 
 /// Directions of a tile.
@@ -58,17 +59,24 @@ impl<T: Number> Tiles<T> {
         Self { y: Vec::new(), directions: 0, size: coefficient_count(order) }
     }
 
-    /// Of other directions, unit vectors, in the same memory.
-    pub(crate) fn fill(&mut self, basis: &Basis<T>, directions: &[[f64; 3]]) {
+    /// Of other directions, in the same memory. Whether all of them are directions.
+    pub(crate) fn fill(&mut self, basis: &Basis<T>, directions: Directions<'_>) -> bool {
         self.directions = directions.len();
         self.y.resize(self.size * directions.len(), T::ZERO);
-        for (part, y) in directions.chunks(TILE).zip(self.y.chunks_mut(self.size * TILE)) {
+        let mut all = true;
+        for (t, y) in self.y.chunks_mut(self.size * TILE).enumerate() {
+            let width = TILE.min(self.directions - t * TILE);
             let mut components = [[T::ZERO; TILE]; 3];
-            for (k, s) in part.iter().enumerate() {
-                components.iter_mut().zip(s).for_each(|(component, s)| component[k] = T::from_f64(*s));
+            for k in 0..width {
+                let s = directions.unit(t * TILE + k);
+                all &= s.iter().all(|s| s.is_finite());
+                for (component, s) in components.iter_mut().zip(s) {
+                    component[k] = T::from_f64(s);
+                }
             }
-            basis.eval_many_into(components.each_ref().map(|component| &component[..part.len()]), y);
+            basis.eval_many_into(components.each_ref().map(|component| &component[..width]), y);
         }
+        all
     }
 }
 
