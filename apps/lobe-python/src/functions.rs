@@ -1,16 +1,21 @@
 //! Operations on functions on the sphere, one row of coefficients after the other.
 
 use lobe::sh::{
-    Coefficient, DeringOptions, DeringOutcome, ExpMethod, Expansion as _, Exponential, Real, Rotation,
+    Coefficient, DeringOptions, DeringOutcome, ExpMethod, Expansion as _, Exponential, Real, Rgb, Rotation,
     RotationMatrices, ShVec, Window, Zonal, coefficient_count, dering_in_place, product_into, scale_bands_in_place,
 };
+use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
 
-use crate::rows::{Numbers, RowWork, map_rows, value_error};
+use crate::rows::{
+    Number, Numbers, QUICK_ROWS_TOGETHER, RowWork, array_of, contiguous, do_rows, map_rows, shape_error, value_error,
+};
 
 struct Rotate<T>(RotationMatrices<T>);
 
 impl<T: Real> RowWork<T> for Rotate<T> {
+    const TOGETHER: usize = QUICK_ROWS_TOGETHER;
+
     fn run<C: Coefficient<Scalar = T>>(&self, row: &[C], out: &mut [C]) -> Result<(), String> {
         self.0.apply_into(row, out);
         Ok(())
@@ -47,35 +52,58 @@ pub(crate) fn rotate<'py>(
     map_rows(py, &c, coefficient_count(order), (&Rotate(single), &Rotate(double)))
 }
 
-/// Both factors of a product in one row.
-struct Product {
-    first: usize,
-}
-
-impl<T: Real> RowWork<T> for Product {
-    fn run<C: Coefficient<Scalar = T>>(&self, row: &[C], out: &mut [C]) -> Result<(), String> {
-        let (a, b) = row.split_at(self.first);
-        product_into(a, b, out);
-        Ok(())
-    }
-}
-
-/// Products of pairs of functions, `(rows, a² + b²[, 3])`, projected onto `order` bands.
+/// Products of functions, `(rows, a²[, 3])` and `(rows, b²[, 3])`, projected onto `order` bands.
 #[pyfunction]
 pub(crate) fn product<'py>(
     py: Python<'py>,
-    pairs: Numbers<'py>,
-    first: usize,
+    a: Numbers<'py>,
+    b: Numbers<'py>,
     order: usize,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let work = Product { first: coefficient_count(first) };
-    map_rows(py, &pairs, coefficient_count(order), (&work, &work))
+    match (&a, &b) {
+        (Numbers::Single(a), Numbers::Single(b)) => Ok(product_typed(py, a, b, order)?.into_any()),
+        (Numbers::Double(a), Numbers::Double(b)) => Ok(product_typed(py, a, b, order)?.into_any()),
+        _ => Err(value_error("expected factors of one precision")),
+    }
+}
+
+fn product_typed<'py, T: Number>(
+    py: Python<'py>,
+    a: &PyReadonlyArrayDyn<'py, T>,
+    b: &PyReadonlyArrayDyn<'py, T>,
+    order: usize,
+) -> PyResult<Bound<'py, PyArrayDyn<T>>>
+where
+    Rgb<T>: Coefficient<Scalar = T> + bytemuck::Pod,
+{
+    let (width, factors) = (coefficient_count(order), (contiguous(a)?, contiguous(b)?));
+    match (a.shape(), b.shape()) {
+        (&[rows, _], &[others, _]) if rows == others => {
+            array_of(py, products(py, rows, width, factors)?, &[rows, width])
+        }
+        (&[rows, _, 3], &[others, _, 3]) if rows == others => {
+            let factors = (bytemuck::cast_slice(factors.0), bytemuck::cast_slice(factors.1));
+            let out: Vec<Rgb<T>> = products(py, rows, width, factors)?;
+            array_of(py, bytemuck::cast_vec(out), &[rows, width, 3])
+        }
+        (other, _) => Err(shape_error(other)),
+    }
+}
+
+fn products<C: Coefficient>(py: Python<'_>, rows: usize, width: usize, (a, b): (&[C], &[C])) -> PyResult<Vec<C>> {
+    let (n, m) = (a.len() / rows.max(1), b.len() / rows.max(1));
+    do_rows(py, rows, width, QUICK_ROWS_TOGETHER, |k, out| {
+        product_into(&a[k * n..][..n], &b[k * m..][..m], out);
+        Ok(())
+    })
 }
 
 /// A factor for each band.
 struct Scale(Vec<f64>);
 
 impl<T: Real> RowWork<T> for Scale {
+    const TOGETHER: usize = QUICK_ROWS_TOGETHER;
+
     fn run<C: Coefficient<Scalar = T>>(&self, row: &[C], out: &mut [C]) -> Result<(), String> {
         out.copy_from_slice(row);
         scale_bands_in_place(out, &self.0);

@@ -1,13 +1,14 @@
 //! The Python module `lobe._lobe`: kernels of Lobe over numpy arrays, which the package `lobe` wraps.
 //!
 //! Read `rows` first: how an array becomes rows of coefficients, numbers or colors in single or double precision, and how work is done
-//! on all of them without the interpreter's lock. `eval` and `functions` are what is done to functions on the sphere, `search` what
-//! is found in them, `maps` environment maps, `bakes` what scenes do to light, by `job`, `pictures` what they
+//! on all of them without the interpreter's lock. `eval`, by `directions` and `value_product`, and `functions` are what is done to functions on the
+//! sphere, `search` what is found in them, `maps` environment maps, `bakes` what scenes do to light, by `job`, `pictures` what they
 //! look like. The package checks shapes and has the words for users.
 
 #![expect(clippy::needless_pass_by_value, reason = "Python hands arguments over by value")]
 
 mod bakes;
+mod directions;
 mod eval;
 mod functions;
 mod job;
@@ -15,6 +16,7 @@ mod maps;
 mod pictures;
 mod rows;
 mod search;
+mod value_product;
 
 use pyo3::prelude::*;
 

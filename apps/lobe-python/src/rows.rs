@@ -10,7 +10,10 @@ use pyo3::prelude::*;
 use rayon::prelude::*;
 
 /// Rows that are done before the interpreter may stop the work: some milliseconds even of the slowest kind.
-const ROWS_TOGETHER: usize = 4096;
+const ROWS_TOGETHER: usize = 1 << 12;
+
+/// The same of quick work, in which threads would else wait for each other too often.
+pub(crate) const QUICK_ROWS_TOGETHER: usize = 1 << 16;
 
 /// An array of single or double precision; anything else is a `TypeError`.
 #[derive(FromPyObject)]
@@ -31,13 +34,30 @@ impl Numbers<'_> {
 }
 
 /// `f32` or `f64`.
-pub(crate) trait Number: Real + Element + bytemuck::Pod {}
+pub(crate) trait Number: Real + Element + bytemuck::Pod {
+    /// `self * factor + term`, rounded once: an instruction of most machines, slow where there is none.
+    fn fused(self, factor: Self, term: Self) -> Self;
+}
 
-impl Number for f32 {}
-impl Number for f64 {}
+impl Number for f32 {
+    #[inline(always)]
+    fn fused(self, factor: Self, term: Self) -> Self {
+        self.mul_add(factor, term)
+    }
+}
+
+impl Number for f64 {
+    #[inline(always)]
+    fn fused(self, factor: Self, term: Self) -> Self {
+        self.mul_add(factor, term)
+    }
+}
 
 /// Work on one row of coefficients of precision `T`, numbers or colors.
 pub(crate) trait RowWork<T>: Sync {
+    /// Rows that are done before the interpreter may stop the work.
+    const TOGETHER: usize = ROWS_TOGETHER;
+
     /// Fills `out`, which is zero before, from a row; an error says what is wrong with the row.
     fn run<C: Coefficient<Scalar = T>>(&self, row: &[C], out: &mut [C]) -> Result<(), String>;
 }
@@ -56,11 +76,11 @@ pub(crate) fn map_rows<'py>(
     }
 }
 
-fn map_typed<'py, T: Number>(
+fn map_typed<'py, T: Number, W: RowWork<T>>(
     py: Python<'py>,
     array: &PyReadonlyArrayDyn<'py, T>,
     width: usize,
-    work: &impl RowWork<T>,
+    work: &W,
 ) -> PyResult<Bound<'py, PyArrayDyn<T>>>
 where
     Rgb<T>: Coefficient<Scalar = T> + bytemuck::Pod,
@@ -69,44 +89,46 @@ where
     let values = contiguous(array)?;
     let mut out_shape = shape.clone();
     match shape[..] {
-        [_, n] => {
+        [rows, n] => {
             out_shape[1] = width;
-            let out = do_rows(py, values, n, width, work)?;
+            let out = do_rows(py, rows, width, W::TOGETHER, |k, out| work.run(&values[k * n..][..n], out))?;
             array_of(py, out, &out_shape)
         }
-        [_, n, 3] => {
+        [rows, n, 3] => {
             out_shape[1] = width;
-            let out = do_rows::<Rgb<T>>(py, bytemuck::cast_slice(values), n, width, work)?;
+            let values: &[Rgb<T>] = bytemuck::cast_slice(values);
+            let out = do_rows(py, rows, width, W::TOGETHER, |k, out| work.run(&values[k * n..][..n], out))?;
             array_of(py, bytemuck::cast_vec(out), &out_shape)
         }
         _ => Err(shape_error(&shape)),
     }
 }
 
-/// The rows in parallel, without the interpreter's lock; Ctrl-C stops between some thousands of them.
-fn do_rows<C: Coefficient>(
+/// The rows in parallel, without the interpreter's lock; Ctrl-C stops between some of them. `work(k, out)` fills row `k`, which is
+/// zero before, or says what is wrong with it.
+pub(crate) fn do_rows<C: Coefficient>(
     py: Python<'_>,
-    values: &[C],
-    n: usize,
+    rows: usize,
     width: usize,
-    work: &impl RowWork<C::Scalar>,
+    together: usize,
+    work: impl Fn(usize, &mut [C]) -> Result<(), String> + Sync,
 ) -> PyResult<Vec<C>> {
-    let rows = values.len() / n.max(1);
     let mut out = vec![C::ZERO; rows * width];
-    if n == 0 || width == 0 {
+    if width == 0 {
         return Ok(out);
     }
-    let parts = values.chunks(n * ROWS_TOGETHER).zip(out.chunks_mut(width * ROWS_TOGETHER));
-    for (part, (values, out)) in parts.enumerate() {
+    for (part, out) in out.chunks_mut(width * together).enumerate() {
         py.check_signals()?;
         let done = py.detach(|| {
-            let rows = values.par_chunks_exact(n).zip(out.par_chunks_exact_mut(width)).enumerate();
+            let rows = out.par_chunks_exact_mut(width).enumerate();
             // The first row at fault, for any number of threads.
-            let faults = rows.filter_map(|(k, (row, out))| work.run(row, out).err().map(|fault| (k, fault)));
-            faults.min_by_key(|(k, _)| *k)
+            let faults = rows.filter_map(|(k, out)| {
+                let row = part * together + k;
+                work(row, out).err().map(|fault| (row, fault))
+            });
+            faults.min_by_key(|(row, _)| *row)
         });
-        if let Some((k, fault)) = done {
-            let row = part * ROWS_TOGETHER + k;
+        if let Some((row, fault)) = done {
             return Err(PyValueError::new_err(if rows > 1 { format!("function {row}: {fault}") } else { fault }));
         }
     }

@@ -16,6 +16,7 @@ import lobe
 
 distributed = pytest.importorskip("distributed", reason="dask's distributed is not installed")
 
+import lobe._shards as shards  # noqa: E402
 import lobe.distributed as on_dask  # noqa: E402
 
 # Warnings of Dask about its own processes, which are killed here on purpose.
@@ -218,7 +219,7 @@ def test_without_a_client_one_process_with_one_thread_and_the_memory_of_the_mach
         workers = distributed.get_client().scheduler_info()["workers"].values()
         assert [worker["nthreads"] for worker in workers] == [1]
         assert [worker["memory_limit"] for worker in workers] == [distributed.system.MEMORY_LIMIT]
-        assert shards == on_dask.SHARDS_PER_TASK
+        assert shards == 1, "a bake of less than a second"
 
     on_dask.bake(SCENE, tmp_path / "o.safetensors", OPTIONS, progress=look)
     assert (tmp_path / "o.safetensors").read_bytes() == whole
@@ -241,7 +242,54 @@ def test_a_worker_of_several_threads_reads_the_scene_once(tmp_path, monkeypatch)
     assert read == [SCENE] and len({*parts}) == 4
 
 
-def test_shards_are_some_for_each_task_and_not_more_than_a_client_hands_out():
-    assert [on_dask.shards_for(tasks) for tasks in [1, 100]] == [on_dask.SHARDS_PER_TASK, 100 * on_dask.SHARDS_PER_TASK]
-    assert on_dask.shards_for(4096) == on_dask.MOST_SHARDS
-    assert on_dask.shards_for(100_000) == 100_000, "none is idle from the beginning"
+def test_a_bake_without_a_number_of_shards_goes_on_with_those_that_are_there(processes, tmp_path, whole):
+    processes.worker()
+    output = tmp_path / "o.safetensors"
+
+    def stop(done, shards):
+        if done == 2:
+            raise KeyboardInterrupt
+
+    told = []
+    with processes.client() as client:
+        client.wait_for_workers(1, timeout=60)
+        with pytest.raises(KeyboardInterrupt):
+            on_dask.bake(SCENE, output, OPTIONS, client=client, shards=5, progress=stop)
+        on_dask.bake(SCENE, output, OPTIONS, client=client, progress=lambda *done: told.append(done))
+    assert told[0] == (2, 5) and output.read_bytes() == whole
+
+
+def test_a_costly_bake_has_more_shards_than_a_cheap_one(tmp_path):
+    costs = [shards.measured(lobe.BakeOptions(samples=samples).of(SCENE), str(tmp_path)) for samples in [16, 4096]]
+    assert costs[1].work > 8 * costs[0].work > 0, costs
+    assert os.listdir(tmp_path) == [], "nothing is left behind"
+    # As long as that, and on so many machines.
+    cheap, costly = (shards.shards_for(64, shards.Cost(cost.shard, 1000 * cost.work)) for cost in costs)
+    assert costly > cheap >= 64, (cheap, costly)
+
+
+def test_what_is_measured_is_near_to_what_a_bake_takes(tmp_path):
+    options = lobe.BakeOptions(samples=2048)
+    cost = shards.measured(options.of("built-in:columns"), str(tmp_path))
+    begun = time.perf_counter()
+    lobe.bake("built-in:columns", tmp_path / "o.safetensors", options)
+    took = time.perf_counter() - begun
+    # Other work of the machine may fall into either.
+    assert took / 8 < cost.work < 8 * took, (cost, took)
+
+
+@pytest.mark.parametrize(
+    ("tasks", "work", "shard", "expected"),
+    [
+        (2, 600.0, 0.0, 32),  # a sixteenth of what each has to do
+        (16, 360_000.0, 0.0, 12_000),  # of 30 s, less than a sixteenth
+        (2, 8.0, 0.0, 8),  # of a second, more than a sixteenth
+        (2, 0.1, 0.0, 2),  # none is idle
+        (2, 600.0, 2.0, 15),  # of 40 s, of which 2 s go by before the first receiver
+        (0, 64.0, 0.0, 16),  # workers that are to come
+        (4096, 1e9, 0.0, 1 << 14),  # what a client hands out
+        (100_000, 1e9, 0.0, 100_000),
+    ],
+)
+def test_shards_take_their_time_within_bounds(tasks, work, shard, expected):
+    assert shards.shards_for(tasks, shards.Cost(shard, work)) == expected

@@ -1,6 +1,7 @@
 """Bakes on Ray, with real processes that are killed."""
 
 import os
+import resource
 import signal
 
 import pytest
@@ -83,3 +84,26 @@ def test_what_a_worker_refuses_is_one_line(cluster, tmp_path):
     with pytest.raises(OSError, match="scene.obj") as error:
         lobe.on_ray.bake(scene, tmp_path / "o.safetensors", OPTIONS, shards=1, progress=lose)
     assert "\n" not in str(error.value)
+
+
+def test_a_worker_whose_disk_is_full_is_named(cluster, tmp_path, whole, monkeypatch):
+    bake_shard = lobe.on_ray.bake_shard
+
+    def on_a_full_disk(*arguments):
+        # The system refuses what a full disk refuses: files of more than a few thousand bytes.
+        limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (4096, limits[1]))
+        try:
+            return bake_shard(*arguments)
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+
+    monkeypatch.setattr(lobe.on_ray, "bake_shard", on_a_full_disk)
+    output = tmp_path / "o.safetensors"
+    with pytest.raises(OSError, match=r"worker of process \d+ on .*\.safetensors") as error:
+        lobe.on_ray.bake(SCENE, output, OPTIONS, shards=2)
+    assert "\n" not in str(error.value) and not output.exists()
+    # With room again the same call ends.
+    monkeypatch.setattr(lobe.on_ray, "bake_shard", bake_shard)
+    lobe.on_ray.bake(SCENE, output, OPTIONS, shards=2)
+    assert output.read_bytes() == whole

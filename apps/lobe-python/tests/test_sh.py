@@ -31,6 +31,18 @@ def test_more_directions_than_a_block_have_their_values():
     np.testing.assert_allclose(lobe.Sh(c[1]).eval(d), c[1] @ basis(3, d).T, atol=1e-12)
 
 
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize(("functions", "m", "tail"), [(1, 75, ()), (7, 2500, ()), (1030, 2100, ()), (1, 33, (3,)), (5, 2077, (3,))])
+def test_a_value_is_the_same_whatever_else_is_computed(functions, m, tail, dtype):
+    c = np.random.default_rng(5).normal(size=(functions, 9, *tail)).astype(dtype)
+    d = directions(m)
+    values = lobe.Sh(c).eval(d)
+    expected = np.einsum("fi...,mi->fm...", c.astype(float), basis(3, d))
+    np.testing.assert_allclose(values, expected, atol=1e-13 if dtype == np.float64 else 2e-5)
+    for k in {0, functions // 2, functions - 1}:
+        np.testing.assert_array_equal(lobe.Sh(c[k]).eval(d), values[k])
+
+
 @settings(max_examples=40, deadline=None)
 @given(
     batch=st.lists(st.integers(0, 3), max_size=3),

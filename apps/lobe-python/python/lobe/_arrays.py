@@ -37,11 +37,17 @@ def order_of(count: int, what: str) -> int:
     return order
 
 
-def directions(values: npt.ArrayLike) -> tuple[Doubles, tuple[int, ...]]:
-    """Unit vectors of shape (m, 3), and the shape without the last axis that they had."""
-    array = numbers(values, "directions").astype(np.float64, copy=False)
+def vectors(values: npt.ArrayLike) -> Numbers:
+    """Vectors of shape (..., 3), of any length."""
+    array = numbers(values, "directions")
     if array.ndim == 0 or array.shape[-1] != 3:
         raise ValueError(f"directions: expected an array of shape (..., 3), found {array.shape}")
+    return array
+
+
+def directions(values: npt.ArrayLike) -> tuple[Doubles, tuple[int, ...]]:
+    """Unit vectors of shape (m, 3), and the shape without the last axis that they had."""
+    array = vectors(values).astype(np.float64, copy=False)
     lengths = np.linalg.norm(array, axis=-1, keepdims=True)
     if not np.all((lengths > 0) & np.isfinite(lengths)):
         raise ValueError("directions: expected vectors with a length, found one that is zero or not finite")

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _lobe
-from ._arrays import MAX_ORDER, Doubles, Numbers, directions, numbers, order_of, rotation_matrix, whole
+from ._arrays import MAX_ORDER, Doubles, Numbers, numbers, order_of, rotation_matrix, vectors, whole
 
 # Eigenvalues below this part of the largest are raised to it, as `lobe sh log` does.
 LOG_CLAMP = 0.02
@@ -123,9 +123,9 @@ class Sh:
 
     def eval(self, d: npt.ArrayLike) -> Numbers:
         """Values towards directions of shape (..., 3), of any length above zero: (batch, ...), for colors (batch, ..., 3)."""
-        unit, shape = directions(d)
-        values = _lobe.eval(self._rows(), self._order, unit)
-        return values.reshape(self.shape + shape + ((3,) if self._is_color else ()))
+        towards = vectors(d)
+        values = _lobe.eval(self._rows(), self._order, np.ascontiguousarray(towards.reshape(-1, 3)))
+        return values.reshape(self.shape + towards.shape[:-1] + ((3,) if self._is_color else ()))
 
     def rotate(self, r: npt.ArrayLike) -> Sh:
         """The functions turned by a rotation matrix R of shape (3, 3): the value at R s is what it was at s."""
@@ -145,10 +145,9 @@ class Sh:
         a, b = (f._c if f._is_color or not is_color else np.repeat(f._c[..., None], 3, axis=-1) for f in (self, other))
         tail = 2 if is_color else 1
         batch = np.broadcast_shapes(a.shape[:-tail], b.shape[:-tail])
-        pairs = [np.broadcast_to(f, batch + f.shape[-tail:]) for f in (a, b)]
-        joined = np.concatenate(pairs, axis=-tail)
-        rows = np.ascontiguousarray(joined.reshape((-1,) + joined.shape[-tail:]))
-        values = _lobe.product(rows, self._order, out)
+        # Copies only where something is repeated.
+        rows = [np.ascontiguousarray(np.broadcast_to(f, batch + f.shape[-tail:]).reshape((-1,) + f.shape[-tail:])) for f in (a, b)]
+        values = _lobe.product(rows[0], rows[1], out)
         return Sh(values.reshape(batch + values.shape[1:]))
 
     def convolve(self, kernel: str | npt.ArrayLike, parameter: float = 0.0) -> Sh:

@@ -17,7 +17,8 @@ import os
 import platform
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, fields
 from threading import Lock
 from typing import TYPE_CHECKING, Any
@@ -26,6 +27,7 @@ from . import __version__, _lobe
 from ._arrays import whole
 from ._bag import Unfinished, client_or_own, map
 from ._bake import BakeOptions, BakeReport, Path
+from ._shards import Cost, measured, shards_for
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -34,13 +36,6 @@ __all__ = ["Unfinished", "bake", "main", "map"]
 
 RETRIES = 3
 """Times that a shard is tried again after an error. A worker that dies counts nothing here: Dask has a limit of its own."""
-
-SHARDS_PER_TASK = 16
-"""Shards for each task that the workers do at a time: enough that neither uneven shards nor slow workers leave the others idle for long,
-by the table of the chapter on sharing work."""
-
-MOST_SHARDS = 1 << 14
-"""Shards at most, unless there are more tasks: each costs the client 2.4 ms, by a thousand that were measured, thus these some 40 s."""
 
 WHOLE_FILES = (".glb", ".vrm", ".ply")
 """Files that name no others, so that their bytes are the scene. Others are read by workers under the same path."""
@@ -59,17 +54,21 @@ def bake(
 
     Without a client a process of this machine is started that computes on all processors; `lobe.bake` does the same work without one. A .glb,
     .vrm or .ply is sent to the workers; of other scenes they read the files under the same path, as on a file system that they share.
-    `progress(done, shards)` is called for each shard.
+    How many shards there are follows from what a worker measures that they cost, unless it is given. `progress(done, shards)` is called for each
+    shard.
 
     Shards that were done stay in the folder `OUTPUT.shards` until all are there; the same bake takes them up, with as many shards as before.
     """
     work = Work(scene, output, options or BakeOptions())
     with client_or_own(client) as engine, engine.as_current():
-        if shards is None:
-            threads: Any = engine.nthreads()
-            shards = shards_for(sum(threads.values()))
-        parts = work.parts(shards)
-        _bake_missing(engine, work, parts, progress)
+        shards = work.begun() if shards is None else shards
+        parts = None if shards is None else work.parts(shards)
+        if parts is None or parts.missing():
+            arguments = (_sent(engine, work), *work.arguments())
+            parts = work.parts(_shards_for(engine, work, arguments)) if parts is None else parts
+            _bake_missing(engine, parts, arguments, progress)
+        elif progress is not None:
+            progress(parts.count, parts.count)
     return work.merge(parts)
 
 
@@ -80,11 +79,20 @@ class Work:
         self.scene, self.output, self.options = os.fspath(scene), os.fspath(output), options
         self._made = options.of(self.scene)
         self._made.check_output(self.output)
+        self.identity = _identity(self.scene, self.options)
+
+    def begun(self) -> int | None:
+        """Of how many shards this bake has some already; of several such numbers that of which the largest share is done."""
+        folder, start, end = f"{self.output}.shards", f"{self.identity}-", ".safetensors"
+        names = os.listdir(folder) if os.path.isdir(folder) else []
+        ends = [name[len(start) : -len(end)].partition("-of-")[2] for name in names if name.startswith(start) and name.endswith(end)]
+        counts = [int(count) for count in ends if count.isdecimal()]
+        return max(counts, key=lambda count: counts.count(count) / count, default=None)
 
     def parts(self, shards: int) -> Parts:
         """The files of so many shards, or of fewer if there are fewer points."""
         shards = min(whole(shards, "shards", 1, 1 << 20), max(1, self._made.points))
-        return Parts(self.output, _identity(self.scene, self.options, shards), shards)
+        return Parts(self.output, self.identity, shards)
 
     def whole_scene(self) -> bytes | None:
         """The scene as bytes to be sent; none if workers read it by themselves."""
@@ -93,10 +101,10 @@ class Work:
         with open(self.scene, "rb") as file:
             return file.read()
 
-    def arguments(self, parts: Parts) -> tuple[str, dict[str, Any], str, str]:
-        """What `bake_shard` takes between the bytes of the scene and the number of the shard."""
+    def arguments(self) -> tuple[str, dict[str, Any], str, str]:
+        """What `bake_shard` takes between the bytes of the scene and the number of the shard, and `measure` after the bytes."""
         scene = self.scene if self.scene.startswith("built-in:") else os.path.abspath(self.scene)
-        return scene, asdict(self.options), parts.identity, __version__
+        return scene, asdict(self.options), self.identity, __version__
 
     def merge(self, parts: Parts) -> BakeReport:
         """Writes the output from the files of all shards, and removes those."""
@@ -105,22 +113,16 @@ class Work:
         return report
 
 
-def _identity(scene: str, options: BakeOptions, shards: int) -> str:
+def _identity(scene: str, options: BakeOptions) -> str:
     """A name for this work: shards of other work are not taken for its own."""
     digest = hashlib.blake2b(digest_size=8)
-    digest.update(repr((__version__, sorted(asdict(options).items()), shards, os.path.basename(scene))).encode())
+    digest.update(repr((__version__, sorted(asdict(options).items()), os.path.basename(scene))).encode())
     if os.path.isfile(scene):
         with open(scene, "rb") as file:
             # From Python 3.11 on a file need not be in memory.
             file_digest: Any = getattr(hashlib, "file_digest", None)
             digest.update(file.read() if file_digest is None else file_digest(file, "blake2b").digest())
     return digest.hexdigest()
-
-
-def shards_for(tasks: int) -> int:
-    """Shards for workers that do so many tasks at a time."""
-    tasks = max(1, tasks)
-    return min(SHARDS_PER_TASK * tasks, max(MOST_SHARDS, tasks))
 
 
 class Parts:
@@ -160,21 +162,37 @@ class Parts:
             os.rmdir(self.folder)
 
 
-def _bake_missing(client: Client, work: Work, parts: Parts, progress: Callable[[int, int], object] | None) -> None:
+def _sent(client: Client, work: Work) -> Any:
+    """The scene on all workers, or none if they read it by themselves."""
+    scene = work.whole_scene()
+    return None if scene is None else client.scatter(scene, broadcast=True, hash=True)
+
+
+def _shards_for(client: Client, work: Work, arguments: tuple[Any, ...]) -> int:
+    """Shards for the workers that are there when one of them has measured the cost."""
+    task = client.submit(measure, *arguments, key=f"lobe-{work.identity}-cost", pure=False, retries=RETRIES)
+    cost: Cost = task.result()
+    threads: Any = client.nthreads()
+    return shards_for(sum(threads.values()), cost)
+
+
+def _bake_missing(
+    client: Client, parts: Parts, arguments: tuple[Any, ...], progress: Callable[[int, int], object] | None
+) -> None:
     from distributed import as_completed
 
     missing = parts.missing()
     if progress is not None:
         progress(parts.count - len(missing), parts.count)
-    if not missing:
-        return
-    sent: Any = work.whole_scene()
-    if sent is not None:
-        sent = client.scatter(sent, broadcast=True, hash=True)
-    arguments = (sent, *work.arguments(parts))
     futures = {
         client.submit(
-            bake_shard, *arguments, number, parts.count, key=f"lobe-{parts.identity}-{number}", pure=False, retries=RETRIES
+            bake_shard,
+            *arguments,
+            number,
+            parts.count,
+            key=f"lobe-{parts.identity}-{number}-of-{parts.count}",
+            pure=False,
+            retries=RETRIES,
         ): number
         for number in missing
     }
@@ -215,15 +233,28 @@ def bake_shard(
     sent: bytes | None, scene: str, options: dict[str, Any], identity: str, version: str, number: int, count: int
 ) -> bytes:
     """The task of a worker: a shard as the bytes of its file."""
+    with _work_folder(version) as folder:
+        made = _read_once(sent, scene, options, identity, folder)
+        part = os.path.join(folder, f"{identity}.safetensors")
+        made.write_shard(part, number, count, None)
+        with open(part, "rb") as file:
+            return file.read()
+
+
+def measure(sent: bytes | None, scene: str, options: dict[str, Any], identity: str, version: str) -> Cost:
+    """The first task of a worker: what shards cost."""
+    with _work_folder(version) as folder:
+        return measured(_read_once(sent, scene, options, identity, folder), folder)
+
+
+@contextmanager
+def _work_folder(version: str) -> Iterator[str]:
+    """A folder for the files of a task of this version; what the system refuses is said with the worker's name."""
     if version != __version__:
         raise RuntimeError(f"this worker has lobe {__version__} and the client has {version}: install one version on all machines")
     try:
         with tempfile.TemporaryDirectory(prefix="lobe-") as folder:
-            made = _read_once(sent, scene, options, identity, folder)
-            part = os.path.join(folder, f"{identity}.safetensors")
-            made.write_shard(part, number, count, None)
-            with open(part, "rb") as file:
-                return file.read()
+            yield folder
     except OSError as error:
         raise OSError(f"worker {_worker_name()}: {error}") from error
 
@@ -259,7 +290,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("scene", help="a .glb, .gltf, .obj or .ply file, or built-in:NAME")
     parser.add_argument("-o", "--output", required=True, help="a .glb or .safetensors file")
     parser.add_argument("--scheduler", help="its address, such as tcp://10.0.0.1:8786 [default: a process on this machine]")
-    parser.add_argument("--shards", type=int, help=f"parts of the work [default: {SHARDS_PER_TASK} for each worker]")
+    parser.add_argument("--shards", type=int, help="parts of the work [default: by what a worker measures that they cost]")
     for field in fields(BakeOptions):
         name = "--" + field.name.replace("_", "-")
         kind = OPTIONAL.get(field.name) or type(field.default)

@@ -6,7 +6,8 @@ from collections.abc import Callable
 from typing import Any
 
 from ._bake import BakeOptions, BakeReport, Path
-from .distributed import RETRIES, Parts, Work, bake_shard, shards_for
+from ._shards import shards_for
+from .distributed import RETRIES, Parts, Work, bake_shard, measure
 
 AHEAD = 4
 """Shards that are handed out for each machine at a time: one that is baked, and some that wait, so that none has to ask."""
@@ -37,46 +38,69 @@ def bake(
         processors = [count for count in processors if count >= 1]
         if not processors:
             raise RuntimeError("the Ray cluster has no machine with processors: start one, or `ray.shutdown()` for this machine alone")
-        parts = work.parts(shards_for(len(processors)) if shards is None else shards)
-        _bake_missing(work, parts, int(min(processors)), AHEAD * len(processors), progress)
+        machines = Machines(work, int(min(processors)), len(processors))
+        shards = work.begun() if shards is None else shards
+        parts = work.parts(machines.shards() if shards is None else shards)
+        machines.bake_missing(parts, progress)
     finally:
         if own:
             ray.shutdown()
     return work.merge(parts)
 
 
-def _bake_missing(
-    work: Work, parts: Parts, processors: int, at_most: int, progress: Callable[[int, int], object] | None
-) -> None:
+class Machines:
+    """Machines that a bake is sent to, once there is something to do."""
+
+    def __init__(self, work: Work, processors: int, count: int) -> None:
+        self._work, self._processors, self._count = work, processors, count
+        self._arguments: tuple[Any, ...] | None = None
+
+    def shards(self) -> int:
+        """Shards for these machines, by what one of them measures that they cost."""
+        return shards_for(self._count, _result(self._start(measure), "the cost of shards"))
+
+    def bake_missing(self, parts: Parts, progress: Callable[[int, int], object] | None) -> None:
+        import ray
+
+        missing = parts.missing()[::-1]
+        done = parts.count - len(missing)
+        if progress is not None:
+            progress(done, parts.count)
+        running: dict[Any, int] = {}
+        try:
+            while missing or running:
+                while missing and len(running) < AHEAD * self._count:
+                    number = missing.pop()
+                    running[self._start(bake_shard, number, parts.count)] = number
+                [ready], _ = ray.wait(list(running))
+                part = _result(ready, f"shard {running[ready]} of {parts.count}")
+                parts.keep(running.pop(ready), part)
+                done += 1
+                if progress is not None:
+                    progress(done, parts.count)
+        finally:
+            for left in running:
+                ray.cancel(left, force=True)
+
+    def _start(self, function: Callable[..., Any], *more: int) -> Any:
+        """A task on one of the machines, which have the scene from the first on."""
+        import ray
+
+        if self._arguments is None:
+            self._arguments = (ray.put(self._work.whole_scene()), *self._work.arguments())
+        # All processors of the smallest machine: no two tasks on one, unless another has twice as many.
+        task: Any = ray.remote(num_cpus=self._processors, max_retries=RETRIES, retry_exceptions=True, scheduling_strategy="SPREAD")(function)
+        return task.remote(*self._arguments, *more)
+
+
+def _result(ready: Any, what: str) -> Any:
+    """What a task returned; its error, or one line about its end."""
     import ray
     from ray.exceptions import RayError, RayTaskError
 
-    # All processors of the smallest machine: no two shards on one, unless another has twice as many.
-    task: Any = ray.remote(num_cpus=processors, max_retries=RETRIES, retry_exceptions=True, scheduling_strategy="SPREAD")(bake_shard)
-    missing = parts.missing()[::-1]
-    done = parts.count - len(missing)
-    if progress is not None:
-        progress(done, parts.count)
-    if not missing:
-        return
-    arguments = (ray.put(work.whole_scene()), *work.arguments(parts))
-    running: dict[Any, int] = {}
     try:
-        while missing or running:
-            while missing and len(running) < at_most:
-                number = missing.pop()
-                running[task.remote(*arguments, number, parts.count)] = number
-            [ready], _ = ray.wait(list(running))
-            try:
-                part = ray.get(ready)
-            except RayTaskError as error:
-                raise error.cause from None
-            except RayError as error:
-                raise RuntimeError(f"shard {running[ready]} of {parts.count}: {' '.join(str(error).split())}") from None
-            parts.keep(running.pop(ready), part)
-            done += 1
-            if progress is not None:
-                progress(done, parts.count)
-    finally:
-        for left in running:
-            ray.cancel(left, force=True)
+        return ray.get(ready)
+    except RayTaskError as error:
+        raise error.cause from None
+    except RayError as error:
+        raise RuntimeError(f"{what}: {' '.join(str(error).split())}") from None
