@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::loading::cache::{UserFolder, read_text};
 use crate::loading::export::ExportPlan;
 use crate::rooms::functions::edits::FunctionsEdits;
+use crate::rooms::motion::edits::MotionEdits;
 use crate::rooms::scene::edits::SceneEdits;
 use crate::rooms::sky::edits::SkyEdits;
 use crate::widgets::orbit::Orbit;
@@ -85,6 +86,8 @@ pub struct Kept {
     pub functions: FunctionsEdits,
     /// Changes in the room of skies.
     pub sky: SkyEdits,
+    /// Changes in the room of motion.
+    pub motion: MotionEdits,
     /// Where pictures are exported to, and how large they are.
     pub export: ExportPlan,
 }
@@ -100,6 +103,7 @@ impl Default for Kept {
             orbit: None,
             functions: FunctionsEdits::default(),
             sky: SkyEdits::default(),
+            motion: MotionEdits::default(),
             export: ExportPlan::default(),
         }
     }
@@ -125,6 +129,7 @@ impl Kept {
         }
         self.functions.check();
         self.sky.check();
+        self.motion.check();
         self.export.check();
     }
 

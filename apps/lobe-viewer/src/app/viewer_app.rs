@@ -72,7 +72,7 @@ impl ViewerApp {
             scene: SceneRoom::new(kept.scene.clone(), kept.orbit, folder.clone()),
             sky: SkyRoom::new(kept.sky.clone()),
             functions: FunctionsRoom::new(kept.functions.clone()),
-            motion: MotionRoom::default(),
+            motion: MotionRoom::new(kept.motion.clone()),
             written: kept.clone(),
             written_at: 0.0,
             kept,
@@ -265,6 +265,7 @@ impl ViewerApp {
         self.kept.orbit = Some(*self.scene.orbit());
         self.kept.functions = self.functions.edits().clone();
         self.kept.sky = self.sky.edits().clone();
+        self.kept.motion = self.motion.edits().clone();
         if now - self.written_at >= KEEP_EVERY && self.kept != self.written {
             self.write();
             self.written_at = now;

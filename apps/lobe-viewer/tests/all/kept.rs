@@ -11,6 +11,7 @@ fn what_is_written_is_read_again_and_nonsense_is_as_a_first_start() {
     let mut kept = Kept::default();
     (kept.room, kept.theme, kept.zoom) = (RoomName::Functions, Theme::Light, 1.5);
     kept.scene.lamps.push(SceneLamp::default());
+    (kept.motion.source, kept.motion.has_exponentials) = ("built-in:walking-figure".into(), true);
     for number in 0..20 {
         kept.remember(format!("{number}.glb").as_ref());
     }

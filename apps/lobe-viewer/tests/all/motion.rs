@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use eframe::egui::Key;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
-use lobe_viewer::{MotionRoom, OpenedSky, open_moving, open_sky};
+use lobe_viewer::{MotionEdits, MotionRoom, OpenedSky, open_moving, open_sky};
 
 /// Bakes of tests end in seconds, or something is wrong.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -70,7 +70,7 @@ struct Shown {
 }
 
 fn open(source: &Path) -> Harness<'static, Shown> {
-    let mut room = MotionRoom::default();
+    let mut room = MotionRoom::new(MotionEdits::default());
     room.open(source);
     let show = |ui: &mut eframe::egui::Ui, shown: &mut Shown| shown.room.ui(ui, None, Some(&shown.sky));
     let state = Shown { room, sky: open_sky("made:even".as_ref()).unwrap() };

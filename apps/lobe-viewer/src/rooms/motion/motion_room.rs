@@ -17,37 +17,14 @@ use crate::loading::moving_source::built_in_moving;
 use crate::loading::scene_source::BUILT_IN;
 use crate::loading::sky_source::OpenedSky;
 use crate::loading::task::TaskEvent;
-use crate::rooms::motion::player::{Asked, Cast, Fit, Hand, News, ORDER, Player, Shown};
+use crate::rooms::motion::edits::{MOST_SPHERES, MotionEdits};
+use crate::rooms::motion::player::{Asked, Cast, Fit, News, ORDER, Player, Shown};
 use crate::rooms::motion::spheres::rings;
 use crate::rooms::motion::stage::Stage;
 use crate::widgets::gpu::Gpu;
 use crate::widgets::history::{Can, History, Step};
 use crate::widgets::named::name_image;
 use crate::widgets::orbit::Orbit;
-
-/// The most spheres of a part.
-const MOST_SPHERES: usize = 64;
-
-/// What a user changes in the room.
-#[derive(Clone, Debug, PartialEq)]
-struct MotionEdits {
-    /// The scene: a file, or a built-in one.
-    source: PathBuf,
-    /// The spheres of exponentials.
-    fit: Fit,
-    method: MovingMethod,
-    /// Whether parts are where the user has put them, and not where the animation does.
-    is_by_hand: bool,
-    hands: Vec<Hand>,
-    has_spheres: bool,
-}
-
-impl MotionEdits {
-    fn of_scene(source: PathBuf) -> Self {
-        let (fit, method) = (Fit::default(), MovingMethod::Fields);
-        Self { source, fit, method, is_by_hand: false, hands: Vec::new(), has_spheres: false }
-    }
-}
 
 /// What moves.
 pub struct MotionRoom {
@@ -70,10 +47,12 @@ pub struct MotionRoom {
     wants_file: bool,
 }
 
-impl Default for MotionRoom {
-    fn default() -> Self {
+impl MotionRoom {
+    /// The room as it was left, or as it is first.
+    #[must_use]
+    pub fn new(edits: MotionEdits) -> Self {
         Self {
-            edits: MotionEdits::of_scene(built_in_moving(built_in::MOVING_NAMES[0])),
+            edits,
             good: PathBuf::new(),
             history: History::default(),
             player: None,
@@ -91,9 +70,13 @@ impl Default for MotionRoom {
             wants_file: false,
         }
     }
-}
 
-impl MotionRoom {
+    /// What a user changed.
+    #[must_use]
+    pub fn edits(&self) -> &MotionEdits {
+        &self.edits
+    }
+
     /// Whether a moment is lit and shown.
     #[must_use]
     pub fn is_ready(&self) -> bool {
@@ -138,8 +121,8 @@ impl MotionRoom {
 
     /// Opens a moving scene, as [`open_moving`](crate::open_moving). One that cannot be opened leaves that which is there.
     pub fn open(&mut self, path: &Path) {
-        let MotionEdits { fit, method, has_spheres, .. } = self.edits;
-        self.edits = MotionEdits { fit, method, has_spheres, ..MotionEdits::of_scene(path.into()) };
+        let MotionEdits { fit, has_exponentials, has_spheres, .. } = self.edits;
+        self.edits = MotionEdits { fit, has_exponentials, has_spheres, ..MotionEdits::of_scene(path.into()) };
         self.message = None;
     }
 
@@ -214,8 +197,10 @@ impl MotionRoom {
     /// Says what went wrong; of a scene that could not be opened the one before is opened again.
     fn fail(&mut self, message: String) {
         self.is_waiting = false;
-        if self.cast.is_none() && !self.good.as_os_str().is_empty() && self.good != self.edits.source {
-            let good = self.good.clone();
+        if self.cast.is_none() && self.good != self.edits.source {
+            // A file that was kept may have gone: before any other was open, that is the first one of the program.
+            let is_first = self.good.as_os_str().is_empty();
+            let good = if is_first { MotionEdits::default().source } else { self.good.clone() };
             self.open(&good);
         }
         self.message = Some(message);
@@ -243,7 +228,7 @@ impl MotionRoom {
             ctx.request_repaint();
         }
         let hands = self.edits.is_by_hand.then(|| self.edits.hands.clone());
-        let MotionEdits { method, fit, .. } = self.edits;
+        let (method, fit) = (self.edits.method(), self.edits.fit);
         let asked = Asked { time: self.time, method, light: light.clone(), fit, hands };
         if !self.is_waiting
             && self.asked.as_ref() != Some(&asked)
@@ -280,10 +265,10 @@ impl MotionRoom {
         let hint = "A .glb that moves, or a description of a scene; or drop it on the window (Ctrl+O)";
         self.wants_file |= ui.button("Open a file").on_hover_text(hint).clicked();
         ui.separator();
-        ui.radio_value(&mut self.edits.method, MovingMethod::Fields, "Shadow fields");
-        ui.radio_value(&mut self.edits.method, MovingMethod::Exponentials, "Spheres, SH exponentials");
+        ui.radio_value(&mut self.edits.has_exponentials, false, "Shadow fields");
+        ui.radio_value(&mut self.edits.has_exponentials, true, "Spheres, SH exponentials");
         ui.checkbox(&mut self.edits.has_spheres, "Draw the spheres");
-        let is_by_spheres = self.edits.method == MovingMethod::Exponentials;
+        let is_by_spheres = self.edits.has_exponentials;
         ui.add_enabled_ui(is_by_spheres, |ui| fit_controls(ui, &mut self.edits.fit));
         ui.separator();
         let player = self.player.as_ref().map(|(_, player)| player);

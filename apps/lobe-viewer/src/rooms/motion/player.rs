@@ -13,6 +13,7 @@ use lobe::render::{
 use lobe::scene::{Mesh, Scene};
 use lobe::sh::{Dir, Rgb, Rotation, ShVec};
 use lobe::shadow::{FieldOptions, Placement, SphereFitMethod, SphereFitOptions, Track, WorldSphere};
+use serde::{Deserialize, Serialize};
 use web_time::Instant;
 
 use crate::loading::moving_source::{is_file, open_moving};
@@ -34,7 +35,8 @@ const FIT_SAMPLES: usize = 1500;
 const DEFORMED: usize = 4;
 
 /// How spheres are fitted to a part that keeps its shape.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
 pub(crate) struct Fit {
     pub(crate) count: usize,
     pub(crate) method: SphereFitMethod,
@@ -47,7 +49,7 @@ impl Default for Fit {
 }
 
 /// Where a user has put a part.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Hand {
     pub(crate) position: [f64; 3],
     /// About +z, in radians.
