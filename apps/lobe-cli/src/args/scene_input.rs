@@ -289,7 +289,7 @@ pub(crate) fn tell(report: &SceneReadReport, name: &str, talk: Talk) {
         let (made, all) = (report.made_normals, report.vertices);
         talk.note(
             name,
-            &format!("normals missing or zero: {made} of {all}, made from the triangles around each vertex"),
+            &format!("normals missing or zero: {made} of {all}, made from the triangles, as --missing-normals says"),
         );
     }
 }

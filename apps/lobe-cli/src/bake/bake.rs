@@ -95,6 +95,9 @@ impl Bake {
         talk: Talk,
     ) -> anyhow::Result<(BakeReport, Option<CompressReport>)> {
         // Prepare the output but for the transfer, so that its faults show before the bake.
+        if self.is_glb() {
+            self.check_document(scene)?;
+        }
         let glb = if self.is_glb() { Some(self.glb(scene, document, talk)?) } else { None };
         let work = self.work(scene)?;
         // Refuse an output that has no room, before the bake.
@@ -143,6 +146,18 @@ impl Bake {
             return Ok(BakeWork::at_texels(scene, width, options)?);
         }
         Ok(BakeWork::at_vertices(scene, options)?)
+    }
+
+    /// Refuses meshes that are too many for a .glb, which has an accessor for each attribute of each of them.
+    fn check_document(&self, scene: &Scene) -> anyhow::Result<()> {
+        /// A million meshes of one triangle took 9.35 GB at order 1, with four accessors each.
+        const BYTES_OF_ACCESSOR: u64 = 2340;
+        let channels = self.bake_options().channels_for(scene, scene.is_gray());
+        // Positions, normals and triangles; then four numbers of transfer each.
+        let accessors = 3 + (self.order.pow(2) * channels.count()).div_ceil(4);
+        let meshes = scene.meshes().len();
+        let bytes = BYTES_OF_ACCESSOR * (accessors * meshes) as u64;
+        self.memory.check(&format!("a .glb of {meshes} meshes"), bytes, "fewer instances, or -o FILE.safetensors")
     }
 
     /// Refuses a lightmap that takes too much memory: of an .exr picture all numbers, and the file while it grows.

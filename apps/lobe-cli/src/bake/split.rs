@@ -1,5 +1,6 @@
 //! Subdivision before a bake: options that split long edges, or those along which transfer changes.
 
+use anyhow::bail;
 use clap::Args;
 use lobe::prt::{AdaptiveOptions, AdaptiveReport, BakeMode, BakeOptions, split_adaptively};
 use lobe::scene::Scene;
@@ -56,6 +57,10 @@ impl Splitting {
         talk: Talk,
     ) -> anyhow::Result<(Scene, Option<AdaptiveReport>)> {
         let Some(threshold) = self.adaptive else { return Ok((scene, None)) };
+        let found = scene.vertex_count();
+        if self.max_vertices.is_some_and(|most| most < found) {
+            bail!("--max-vertices: expected at least the {found} vertices that the scene begins with");
+        }
         let mode = if bake.mode == BakeMode::Unshadowed { BakeMode::Unshadowed } else { BakeMode::Shadowed };
         let defaults = AdaptiveOptions::default();
         let bake = bake.clone().mode(mode).samples(defaults.bake.samples);
@@ -69,7 +74,8 @@ impl Splitting {
 /// The report of adaptive splitting, as a note: its outcome.
 pub(crate) fn note_of(report: &AdaptiveReport, threshold: f64) -> String {
     let AdaptiveReport { vertices_before, vertices, rounds, too_short, left_out, largest_error, .. } = report;
-    let text = format!("{vertices} vertices after {rounds} rounds of splitting, {vertices_before} before");
+    let plural = if *rounds == 1 { "" } else { "s" };
+    let text = format!("{vertices} vertices after {rounds} round{plural} of splitting, {vertices_before} before");
     if too_short + left_out == 0 {
         return format!(
             "{text}; transfer is off by {largest_error:.3} along any edge at most, --adaptive {threshold} is reached"
@@ -81,7 +87,7 @@ pub(crate) fn note_of(report: &AdaptiveReport, threshold: f64) -> String {
     ];
     let reasons = reasons.into_iter().filter(|(count, _)| **count > 0).map(|(count, why)| format!("{count} {why}"));
     format!(
-        "{text}; --adaptive {threshold} is not reached: transfer may be off by up to {largest_error:.3}, on edges of which {}",
+        "{text}; --adaptive {threshold} is not reached: transfer may be off by up to {largest_error:.3}; edges that are not split: {}",
         reasons.collect::<Vec<_>>().join(", ")
     )
 }

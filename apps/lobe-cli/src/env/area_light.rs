@@ -20,7 +20,7 @@ enum Shape {
     /// A luminous ball
     Sphere {
         /// Its center
-        #[arg(long, alias = "centre", value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::numbers::<3>)]
+        #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::numbers::<3>)]
         center: [f64; 3],
         /// Its radius
         #[arg(long, value_name = "R", allow_hyphen_values = true, value_parser = values::positive)]
@@ -31,7 +31,7 @@ enum Shape {
     /// A disc that shines to one side
     Disc {
         /// Its center
-        #[arg(long, alias = "centre", value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::numbers::<3>)]
+        #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::numbers::<3>)]
         center: [f64; 3],
         /// The direction it shines in
         #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::dir)]
@@ -45,7 +45,7 @@ enum Shape {
     /// A rectangle, or a parallelogram: center ± u ± v, which shines towards u × v
     Rectangle {
         /// Its center
-        #[arg(long, alias = "centre", value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::numbers::<3>)]
+        #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::numbers::<3>)]
         center: [f64; 3],
         /// Half of one side
         #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::numbers::<3>)]

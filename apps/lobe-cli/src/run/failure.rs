@@ -47,9 +47,14 @@ impl Failure {
         match self {
             Self::Different => ExitCode::from(DIFFERENT),
             Self::Usage { error, .. } if !error.use_stderr() => {
-                // If help cannot be shown, nobody is there to be told.
-                let _ = error.print();
-                ExitCode::SUCCESS
+                // A reader that has gone away has read enough.
+                match error.print() {
+                    Err(refused) if refused.kind() != io::ErrorKind::BrokenPipe => {
+                        let words = plain_refusal(&refused).map_or_else(|| refused.to_string(), str::to_owned);
+                        say(&format!("stdout: {words}"))
+                    }
+                    _ => ExitCode::SUCCESS,
+                }
             }
             Self::Usage { error, .. } if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
                 let _ = error.print();

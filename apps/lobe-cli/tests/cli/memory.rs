@@ -106,6 +106,29 @@ fn sixty_million_instanced_triangles_of_a_small_file_are_refused_in_one_line() {
     assert_eq!(dir.names(), ["many.bin", "many.gltf"], "nothing was written");
 }
 
+#[test]
+fn a_glb_of_many_meshes_is_refused_before_the_bake() {
+    const NODES: usize = 20_000;
+    let dir = Dir::new();
+    let bytes: Vec<u8> =
+        [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].into_iter().flat_map(f32::to_le_bytes).collect();
+    let gltf = json!({
+        "asset": {"version": "2.0"},
+        "scenes": [{"nodes": (0..NODES).collect::<Vec<_>>()}],
+        "nodes": (0..NODES).map(|k| json!({"mesh": 0, "translation": [k, 0, 0]})).collect::<Vec<_>>(),
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}],
+        "bufferViews": [{"buffer": 0, "byteLength": bytes.len()}],
+        "buffers": [{"uri": "one.bin", "byteLength": bytes.len()}],
+    });
+    dir.file("one.bin", &bytes);
+    dir.file("one.gltf", gltf.to_string());
+    let line = dir.lobe("bake one.gltf -o a.glb --samples 1 --order 1 --max-memory 0.1 --quiet").error();
+    let expected = "a .glb of 20000 meshes takes up to 187200000 bytes of memory";
+    assert!(line.contains(expected) && line.contains("-o FILE.safetensors"), "{line}");
+    assert_eq!(dir.names(), ["one.bin", "one.gltf"], "nothing was written");
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn what_the_system_does_not_give_is_told_and_nothing_aborts() {

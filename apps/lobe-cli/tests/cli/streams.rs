@@ -125,3 +125,16 @@ fn a_result_that_a_closed_stdout_would_lose_is_an_error_and_all_else_is_none() {
     assert_eq!((output.status.code(), output.stderr.as_slice()), (Some(0), &b""[..]), "nothing is printed");
     assert_eq!(dir.read_sh("q.sh.json").coefficients, dir.read_sh("p.sh.json").coefficients, "the file");
 }
+
+#[cfg(target_os = "linux")]
+#[test]
+fn help_that_has_no_room_is_an_error() {
+    for args in ["--help", "--version", "sh eval --help"] {
+        let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let lobe = env!("CARGO_BIN_EXE_lobe");
+        let output = Command::new(lobe).args(args.split(' ')).stdout(full).stderr(Stdio::piped()).output().unwrap();
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        let said = "lobe: stdout: no space is left; make room, or write somewhere else\n";
+        assert_eq!((output.status.code(), stderr.as_str()), (Some(2), said), "lobe {args}");
+    }
+}

@@ -40,7 +40,7 @@ pub fn referenced_file(folder: &Path, name: &str, allow_outside: bool, file: &st
             file,
             format!(
                 "names the file `{name}`, which is outside of its folder: move it there, or trust the file with \
-                 --allow-outside (SceneReadOptions::allow_outside)"
+                 --allow-outside"
             ),
         )
     })

@@ -4,6 +4,8 @@ use earcut::Earcut;
 use earcut::utils3d::project3d_to_2d;
 use glam::DVec3;
 
+use crate::files::source::Source;
+
 /// Divides polygons into triangles of their own corners; keeps its memory from one polygon to the next.
 ///
 /// A polygon that all its first corner's diagonals divide, such as a convex one, becomes the fan of these. Any other is
@@ -13,15 +15,26 @@ pub(crate) struct Triangulator {
     corners: Vec<[f64; 3]>,
     flat: Vec<[f64; 2]>,
     ears: Vec<u32>,
+    filled: usize,
 }
 
 /// The most corners of a polygon whose dents are cut: cutting ears can take time with the square of their number. No modeling
-/// program makes such a face, and a fan of it has the same number of triangles.
+/// program makes such a face; it becomes a fan, which fills its dents, and is [counted](Triangulator::note_filled).
 const MOST_CORNERS: usize = 10_000;
 
 impl Triangulator {
     pub(crate) fn new() -> Self {
-        Self { earcut: Earcut::new(), corners: Vec::new(), flat: Vec::new(), ears: Vec::new() }
+        Self { earcut: Earcut::new(), corners: Vec::new(), flat: Vec::new(), ears: Vec::new(), filled: 0 }
+    }
+
+    /// Notes how many polygons have too many corners for their dents to stay open.
+    pub(crate) fn note_filled(&self, source: &mut Source<'_>) {
+        let count = self.filled;
+        if count > 0 {
+            source.note(format!(
+                "faces of more than {MOST_CORNERS} corners: {count}, whose dents are filled; divide them into smaller ones"
+            ));
+        }
     }
 
     /// Adds the triangles of a polygon to `triangles`. Where a corner has no position, which whoever makes a mesh of
@@ -31,10 +44,12 @@ impl Triangulator {
         let corners = polygon.iter().map_while(|&i| Some(positions.get(i as usize)?.map(f64::from)));
         self.corners.clear();
         self.corners.extend(corners);
-        let may_have_dent = (4..=MOST_CORNERS).contains(&polygon.len()) && self.corners.len() == polygon.len();
+        let may_have_dent = polygon.len() >= 4 && self.corners.len() == polygon.len();
         let has_dent = may_have_dent && !self.is_divided_by(fan.clone());
+        let is_large = polygon.len() > MOST_CORNERS;
+        self.filled += usize::from(has_dent && is_large);
         self.ears.clear();
-        if has_dent && project3d_to_2d(&self.corners, polygon.len(), &mut self.flat) {
+        if has_dent && !is_large && project3d_to_2d(&self.corners, polygon.len(), &mut self.flat) {
             self.earcut.earcut_slice(&self.flat, &[], &mut self.ears);
         }
         if self.ears.is_empty() {

@@ -29,6 +29,7 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scen
         let parts = obj.mesh_parts(model, up, &mut triangulator, source)?;
         meshes.extend(source.mesh(parts)?);
     }
+    triangulator.note_filled(source);
     if meshes.is_empty() {
         return Err(source.no_triangles());
     }

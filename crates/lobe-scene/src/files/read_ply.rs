@@ -154,5 +154,6 @@ fn read_faces(rows: &[Face], parts: &mut MeshParts, source: &mut Source<'_>) -> 
         };
         triangulator.push(&corners, &parts.positions, &mut parts.triangles);
     }
+    triangulator.note_filled(source);
     Ok(())
 }

@@ -204,6 +204,25 @@ fn area(scene: &Scene) -> f64 {
 }
 
 #[test]
+fn a_face_of_too_many_corners_is_a_fan_with_a_note() {
+    // A star: every second corner is nearer to the middle.
+    let star = |corners: usize| {
+        let mut obj = String::new();
+        for k in 0..corners {
+            let (angle, radius) = (std::f64::consts::TAU * k as f64 / corners as f64, 1.0 - 0.5 * (k % 2) as f64);
+            obj += &format!("v {} {} 0\n", radius * angle.cos(), radius * angle.sin());
+        }
+        let face: Vec<String> = (1..=corners).map(|k| k.to_string()).collect();
+        obj + "f " + &face.join(" ") + "\n"
+    };
+    let (_, report) = read("a.obj", &star(10_000)).unwrap();
+    assert!(report.notes.is_empty(), "{:?}", report.notes);
+    let (_, report) = read("a.obj", &star(10_002)).unwrap();
+    let expected = "faces of more than 10000 corners: 1, whose dents are filled; divide them into smaller ones";
+    assert!(report.notes.iter().any(|note| note == expected), "{:?}", report.notes);
+}
+
+#[test]
 fn dented_polygons_keep_their_dent() {
     let obj = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0.5 0.2 0\nv 0 1 0\nf 1 2 3 4 5\n";
     let ply = "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n\
