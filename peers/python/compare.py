@@ -7,7 +7,6 @@ Every result of a peer is first brought to Lobe's convention and compared; a dif
 """
 
 import sys
-import time
 
 import healpy
 import numpy as np
@@ -15,17 +14,7 @@ import pyshtools
 import sphericart
 
 import lobe
-
-
-def seconds(work, least=0.5):
-    """The least time of several runs."""
-    work()
-    best, until = np.inf, time.perf_counter() + least
-    while time.perf_counter() < until:
-        begun = time.perf_counter()
-        work()
-        best = min(best, time.perf_counter() - begun)
-    return best
+from timing import seconds
 
 
 def directions(count):

@@ -124,6 +124,12 @@ impl Bake {
         self.work.points()
     }
 
+    /// Bytes of all results.
+    #[getter]
+    fn bytes(&self) -> u64 {
+        self.work.bytes()
+    }
+
     /// Refuses the name of a file that cannot hold the results.
     #[expect(clippy::needless_pass_by_value, reason = "extracted from an argument of Python")]
     fn check_output(&self, output: PathBuf) -> PyResult<()> {

@@ -293,3 +293,12 @@ def test_what_is_measured_is_near_to_what_a_bake_takes(tmp_path):
 )
 def test_shards_take_their_time_within_bounds(tasks, work, shard, expected):
     assert shards.shards_for(tasks, shards.Cost(shard, work)) == expected
+
+
+def test_a_shard_has_room_in_memory_however_cheap_it_is():
+    # A million receivers, order 6, glossy.
+    count = shards.shards_for(1, shards.Cost(10.0, 0.1, 5_184_000_000))
+    assert count == 78 and 5_184_000_000 / count <= shards.MOST_BYTES
+    made = lobe.BakeOptions(mode="glossy", order=6).of(SCENE)
+    # Three colors of four bytes.
+    assert made.bytes == made.points * 36 * 36 * 12

@@ -26,6 +26,9 @@ MOST_OVERHEAD = 0.05
 MOST_SHARDS = 1 << 14
 """Shards at most, unless there are more tasks: each costs the client 2.4 ms, by a thousand that were measured, thus these some 40 s."""
 
+MOST_BYTES = 1 << 26
+"""Results of a shard at most, whatever they cost: the worker has them in memory, and so has the client, one after the other."""
+
 PLACES = 4
 """Runs of receivers that are measured, spread evenly, as neighbors cost alike and parts of a scene do not."""
 
@@ -39,12 +42,14 @@ PATIENCE_SECONDS = 5.0
 
 @dataclass(frozen=True)
 class Cost:
-    """Seconds of one worker, by itself."""
+    """Seconds of one worker, by itself, and what comes of them."""
 
     shard: float
     """What each shard takes beside its receivers."""
     work: float
     """What all receivers take."""
+    size: int = 0
+    """Bytes of the results of all receivers."""
 
 
 def measured(made: _lobe.Bake, folder: str) -> Cost:
@@ -68,7 +73,7 @@ def measured(made: _lobe.Bake, folder: str) -> Cost:
         receivers = sum(receivers for _, receivers in runs)
         is_enough = seconds >= PLACES * MEASURED_SECONDS or time.perf_counter() - begun >= PATIENCE_SECONDS
         if count == PLACES or (receivers > 0 and is_enough):
-            return Cost(shard, seconds * made.points / max(receivers, 1))
+            return Cost(shard, seconds * made.points / max(receivers, 1), made.bytes)
         count = max(PLACES, count // 4)
 
 
@@ -77,4 +82,5 @@ def shards_for(tasks: int, cost: Cost) -> int:
     tasks = max(1, tasks)
     seconds = min(cost.work / (SHARDS_PER_TASK * tasks), MOST_SECONDS)
     seconds = max(seconds, LEAST_SECONDS, cost.shard / MOST_OVERHEAD)
-    return min(max(math.ceil(cost.work / seconds), tasks), max(MOST_SHARDS, tasks))
+    wanted = min(max(math.ceil(cost.work / seconds), tasks), max(MOST_SHARDS, tasks))
+    return max(wanted, math.ceil(cost.size / MOST_BYTES))

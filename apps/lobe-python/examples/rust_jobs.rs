@@ -1,0 +1,108 @@
+//! The jobs of `peers/python/rust.py` without Python: the same calls of the library on as many numbers, results in new memory.
+//!
+//! Prints a line for each: the job, the precision, the size of the batch, and the least seconds of some runs.
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use lobe::env::{MappedMap, Mapping, project_map};
+use lobe::sh::{
+    Basis, Real, Rgb, Rotation, RotationMatrices, Zonal, coefficient_count, product_into, scale_bands_in_place,
+};
+use rayon::prelude::*;
+
+/// Seconds that a job is repeated for.
+const REPEATED: f64 = 1.0;
+
+/// Bands of all functions.
+const ORDER: usize = 4;
+
+/// Directions whose basis is computed at a time.
+const BLOCK: usize = 512;
+
+/// The least seconds of a job.
+fn least(mut job: impl FnMut()) -> f64 {
+    job();
+    let (begun, mut best) = (Instant::now(), f64::INFINITY);
+    while begun.elapsed().as_secs_f64() < REPEATED {
+        let run = Instant::now();
+        job();
+        best = best.min(run.elapsed().as_secs_f64());
+    }
+    best
+}
+
+/// Numbers between -1 and 1 that have no pattern.
+fn numbers<T: Real>(count: usize) -> Vec<T> {
+    let turn = |k: usize| T::from_f64(2.0 * (k as f64 * 0.618_033_988_749_894_9).fract() - 1.0);
+    (0..count).map(turn).collect()
+}
+
+/// New rows from rows, in parallel.
+fn rows<T: Real>(rows: &[T], work: impl Fn(usize, &[T], &mut [T]) + Sync) -> Vec<T> {
+    let count = coefficient_count(ORDER);
+    let mut out = vec![T::ZERO; rows.len()];
+    out.par_chunks_exact_mut(count)
+        .zip(rows.par_chunks_exact(count))
+        .enumerate()
+        .for_each(|(k, (out, row))| work(k, row, out));
+    out
+}
+
+/// Values of one function towards directions of any length.
+fn values<T: Real>(basis: &Basis<T>, f: &[T], directions: &[[T; 3]]) -> Vec<T> {
+    let mut out = vec![T::ZERO; directions.len()];
+    out.par_chunks_mut(BLOCK).zip(directions.par_chunks(BLOCK)).for_each(|(out, part)| {
+        let mut components = [[T::ZERO; BLOCK]; 3];
+        for (k, s) in part.iter().enumerate() {
+            let s = s.map(T::to_f64);
+            let length = s.iter().map(|s| s * s).sum::<f64>().sqrt();
+            for c in 0..3 {
+                components[c][k] = T::from_f64(s[c] / length);
+            }
+        }
+        basis.eval_expansion_into(f, components.each_ref().map(|c| &c[..part.len()]), out);
+    });
+    out
+}
+
+fn jobs<T: Real>(name: &str, batch: usize) {
+    let count = coefficient_count(ORDER);
+    let (a, b) = (numbers::<T>(batch * count), numbers::<T>(batch * count + 1).split_off(1));
+    let tell = |job: &str, seconds: f64| println!("{job} {name} {batch} {seconds}");
+
+    let directions: Vec<[T; 3]> = numbers::<T>(3 * batch).as_chunks().0.to_vec();
+    Basis::<T>::with_shared(ORDER, |basis| {
+        tell("eval", least(|| drop(black_box(values(basis, &a[..count], &directions)))));
+    });
+    let matrices = RotationMatrices::<T>::new(&Rotation::from_euler_zyz(0.3, 1.1, -2.0), ORDER);
+    tell("rotate", least(|| drop(black_box(rows(&a, |_, row, out| matrices.apply_into(row, out))))));
+    let product = |k: usize, row: &[T], out: &mut [T]| product_into(row, &b[k * count..][..count], out);
+    tell("product", least(|| drop(black_box(rows(&a, product)))));
+    let factors = Zonal::clamped_cosine(ORDER).convolution_factors();
+    let convolve = |_: usize, row: &[T], out: &mut [T]| {
+        out.copy_from_slice(row);
+        scale_bands_in_place(out, &factors);
+    };
+    tell("convolve", least(|| drop(black_box(rows(&a, convolve)))));
+}
+
+/// Pictures twice as wide as high, of about so many pixels.
+fn projection(batch: usize) {
+    let height = (batch as f64 / 2.0).sqrt() as usize;
+    let texels: Vec<Rgb<f32>> =
+        numbers::<f32>(6 * height * height).as_chunks().0.iter().map(|c| Rgb::from(*c)).collect();
+    let project = || {
+        let map = MappedMap::new(Mapping::LatLong, 2 * height, height, texels.clone()).expect("a map");
+        drop(black_box(project_map(&map, ORDER)));
+    };
+    println!("project f32 {batch} {}", least(project));
+}
+
+fn main() {
+    for batch in [100_000, 1_000_000] {
+        jobs::<f32>("f32", batch);
+        jobs::<f64>("f64", batch);
+        projection(batch);
+    }
+}
