@@ -162,13 +162,16 @@ mod tests {
         assert_eq!(differences(&before, &after), expected, "four differences");
     }
 
-    /// The sub-commands that the program has are those of its help; here, of the files that hold one each.
+    /// The sub-commands that the program has are the variants of its `Command`, and of groups the files that hold one each.
     #[test]
     fn every_sub_command_is_run() {
         let source = crate::workspace::root().join("apps/lobe-cli/src");
-        let commands = "project light compare bake compress fit-lobes render demo man completions";
-        for command in commands.split(' ') {
-            assert!(lines().any(|line| line.split(' ').next() == Some(command)), "`{command}` is run by no line");
+        let text = fs::read_to_string(source.join("cli.rs")).unwrap();
+        let variants = text.lines().skip_while(|line| !line.contains("enum Command")).take_while(|line| *line != "}");
+        let commands: Vec<String> = variants.filter_map(command_of).filter(|command| command != "bench").collect();
+        assert!(commands.len() > 12 && commands.contains(&"fit-lobes".to_owned()), "{commands:?}");
+        for command in commands {
+            assert!(lines().any(|line| line.split(' ').next() == Some(&command)), "`{command}` is run by no line");
         }
         for group in ["sh", "env"] {
             for entry in fs::read_dir(source.join(group)).unwrap() {
@@ -178,6 +181,14 @@ mod tests {
                 assert!(name == "mod" || lines().any(|line| line.starts_with(&start)), "`{start}` is run by no line");
             }
         }
+    }
+
+    /// The command of a variant such as `    FitLobes(FitLobes),`: `fit-lobes`.
+    fn command_of(line: &str) -> Option<String> {
+        let (name, _) = line.trim_start().split_once(['(', ' ', '{'])?;
+        let is_variant = line.starts_with("    ") && !line.starts_with("     ") && name.starts_with(char::is_uppercase);
+        let words = name.chars().flat_map(|c| c.is_uppercase().then_some('-').into_iter().chain(c.to_lowercase()));
+        is_variant.then(|| words.skip(1).collect())
     }
 
     #[test]
