@@ -1,9 +1,9 @@
 //! Opens the window.
 
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind, set_hook};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use anyhow::{anyhow, bail};
 use eframe::egui::ViewportBuilder;
@@ -27,6 +27,7 @@ const MOST_LOSSES: usize = 3;
 /// Opens the window on what was left open, or on these files, and returns when it is closed. One whose device is lost is opened again
 /// on another device, as it was.
 pub(crate) fn open(files: &[PathBuf]) -> anyhow::Result<()> {
+    let said = keep_panics_quiet();
     for losses in 0..=MOST_LOSSES {
         let lost = Arc::new(AtomicBool::new(false));
         let files = if losses == 0 { files } else { &[] };
@@ -37,11 +38,23 @@ pub(crate) fn open(files: &[PathBuf]) -> anyhow::Result<()> {
             Ok(Err(error)) if losses == 0 => return Err(error),
             // A device that goes away while its window is drawn makes the library of the window panic, which opens no other then.
             Err(_) if is_gone(&device) => bail!("the graphics device was lost: start again, what you changed is kept"),
-            Err(panic) => resume_unwind(panic),
+            Err(panic) => {
+                eprintln!("{}", said.lock().unwrap_or_else(PoisonError::into_inner));
+                resume_unwind(panic)
+            }
             Ok(_) => {}
         }
     }
     bail!("the graphics device was lost {} times: update its driver, or start with WGPU_BACKEND=gl", MOST_LOSSES + 1)
+}
+
+/// From now on a panic prints nothing by itself: that of a window whose device is lost is told in other words, and those of tasks
+/// in the window. What the last one said is kept.
+fn keep_panics_quiet() -> Arc<Mutex<String>> {
+    let said = Arc::<Mutex<String>>::default();
+    let last = said.clone();
+    set_hook(Box::new(move |info| *last.lock().unwrap_or_else(PoisonError::into_inner) = info.to_string()));
+    said
 }
 
 /// Whether the device is lost, once it has ended what it was given.
