@@ -17,6 +17,7 @@ import os
 import platform
 import sys
 import tempfile
+import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, fields
@@ -170,7 +171,7 @@ def _sent(client: Client, work: Work) -> Any:
 
 def _shards_for(client: Client, work: Work, arguments: tuple[Any, ...]) -> int:
     """Shards for the workers that are there when one of them has measured the cost."""
-    task = client.submit(measure, *arguments, key=f"lobe-{work.identity}-cost", pure=False, retries=RETRIES)
+    task = client.submit(measure, *arguments, key=f"lobe-{work.identity}-cost-{uuid.uuid4().hex}", pure=False, retries=RETRIES)
     cost: Cost = task.result()
     threads: Any = client.nthreads()
     return shards_for(sum(threads.values()), cost)
@@ -184,13 +185,15 @@ def _bake_missing(
     missing = parts.missing()
     if progress is not None:
         progress(parts.count - len(missing), parts.count)
+    # A call that was stopped may still be cancelling shards of these names.
+    call = uuid.uuid4().hex
     futures = {
         client.submit(
             bake_shard,
             *arguments,
             number,
             parts.count,
-            key=f"lobe-{parts.identity}-{number}-of-{parts.count}",
+            key=f"lobe-{parts.identity}-{number}-of-{parts.count}-{call}",
             pure=False,
             retries=RETRIES,
         ): number
