@@ -1,16 +1,19 @@
 #!/usr/bin/env python3
 """Reads Lobe's files with the standard library alone, as docs/guide/src/formats.md describes them.
 
-read_by_hand.py FILE ... prints what each holds, and with --light LIGHT.sh.json what its receivers send back of the light.
+read_by_hand.py FILE ... prints what each holds; with --light LIGHT.sh.json what its receivers send back of the light, and with
+--at X,Y,Z what is seen of the sky, or shines, at a point around an entity or a lamp.
 """
 import json
 import math
+import pathlib
 import struct
 import sys
 
-CODES = {"F32": "f", "U16": "H", "U8": "B", 5126: "f", 5123: "H", 5121: "B"}
+CODES = {"F32": "f", "F16": "e", "U16": "H", "U8": "B", 5126: "f", 5123: "H", 5121: "B"}
 LARGEST = {"H": 65535, "B": 255}
 WIDTHS = {"SCALAR": 1, "VEC4": 4}
+VERSIONS = {"lobe-occlusion-field": 2, "lobe-lamp": 2}
 
 
 def read_sh_json(path):
@@ -25,11 +28,11 @@ def read_sh_json(path):
 
 def read_safetensors(path):
     """The metadata, and the tensors as flat lists beside their shapes."""
-    data = open(path, "rb").read()
+    data = pathlib.Path(path).read_bytes()
     (length,) = struct.unpack_from("<Q", data)
     head = json.loads(data[8 : 8 + length])
     about = json.loads(head.pop("__metadata__")["lobe"])
-    assert about["version"] == 1, about
+    assert about["version"] == VERSIONS.get(about["format"], 1), about
     tensors = {}
     for name, tensor in head.items():
         code, count = CODES[tensor["dtype"]], math.prod(tensor["shape"])
@@ -41,7 +44,7 @@ def read_safetensors(path):
 
 def read_glb(path):
     """`asset.extras.lobe`, and by vertex the numbers of its attributes in the order of their names' numbers."""
-    data = open(path, "rb").read()
+    data = pathlib.Path(path).read_bytes()
     (length,) = struct.unpack_from("<I", data, 12)
     gltf, start = json.loads(data[20 : 20 + length]), 20 + length + 8
     about = gltf["asset"]["extras"]["lobe"]
@@ -107,7 +110,7 @@ def basis(order, s):
 def transfer_of(about, tensors):
     """The transfer vectors of all receivers, one flat list each: channel by channel, in the order of the index."""
     order, channels = about["order"], about["channels"]
-    width = channels * order**2
+    width = about.get("width", channels * order**2)
     if "transfer" in tensors:
         flat = tensors["transfer"]
         return [flat[k : k + width] for k in range(0, len(flat), width)]
@@ -144,18 +147,143 @@ def exit_radiance(about, row, light):
     return [sum(light[i][c] * row[start[c] + i] for i in range(n2)) for c in range(3)]
 
 
+def points_of(about):
+    """The center and the radius of the sample points, and how they are weighed: pairs of row and weight by offset."""
+    if "center" in about:
+        center, radius = about["center"], about["radius"]
+    else:
+        corner, u, v = about["corner"], about["u"], about["v"]
+        center = [c + (a + b) / 2 for c, a, b in zip(corner, u, v)]
+        radius = max(math.dist(u, [sign * x for x in v]) for sign in (1, -1)) / 2
+    last, cells = about["spheres"] - 1, about["cells"]
+    side = cells + 1
+
+    def m(ratio):
+        return math.copysign(math.sqrt(abs(math.log(ratio))), math.log(ratio))
+
+    def place(r):
+        a, b, at = m(about["inner"]), m(about["outer"]), m(r / radius)
+        if last < 2 or not a < 0 < b:
+            return last / (b - a) * (at - a)
+        e = min(max(math.floor(-a * last / (b - a) + 0.5), 1), last - 1)
+        return e + at * (-e / a if at < 0 else (last - e) / b)
+
+    def weights(offset):
+        r, size = math.hypot(*offset), sum(map(abs, offset))
+        u, v, w = [c / size for c in offset]
+        if w < 0:
+            u, v = math.copysign(1 - abs(v), u), math.copysign(1 - abs(u), v)
+        (i, a), (j, b) = [(k, c - k) for c in ((u + 1) * cells / 2, (v + 1) * cells / 2) for k in [min(int(c), cells - 1)]]
+        corner = j * side + i
+        corners = [(corner, (1 - a) * (1 - b)), (corner + 1, a * (1 - b))]
+        corners += [(corner + side, (1 - a) * b), (corner + side + 1, a * b)]
+        k = place(r)
+        part = r / (radius * about["inner"])
+        if k <= 0:
+            spheres = [(0, part)]
+        else:
+            first = min(int(k), last)
+            spheres = [(first, 1 + first - k), (first + 1, k - first)] if first < last else [(last, 1)]
+        found = [(sphere * side**2 + p, x * w) for sphere, x in spheres for p, w in corners]
+        return found + ([((last + 1) * side**2, 1 - part)] if k <= 0 else [])
+
+    return center, radius, weights
+
+
+def around(about, table, start, point):
+    """`(z_l y_lm(d) + g_lm) / (1 + (r/R)²)` at a point, where row p begins at number start(p) of the table."""
+    n = about["order"]
+    center, radius, weights = points_of(about)
+    offset = [a - b for a, b in zip(point, center)]
+    row = [0.0] * (n + n * n)
+    for p, weight in weights(offset):
+        row = [a + weight * b for a, b in zip(row, table[start(p) : start(p) + len(row)])]
+    r = math.hypot(*offset)
+    y, scale = basis(n, [-c / r for c in offset]), 1 + (r / radius) ** 2
+    return [(row[math.isqrt(i)] * y[i] + row[n + i]) / scale for i in range(n * n)]
+
+
+def visibility(about, tensors, point):
+    """What an entity leaves of the sky at a point."""
+    width = about["order"] * (about["order"] + 1)
+    rows = tensors.get("rows")
+    if about["storage"] == "u8":
+        least, step = tensors["ranges"][:width], tensors["ranges"][width:]
+        rows = [least[i % width] + step[i % width] * q for i, q in enumerate(rows)]
+    elif about["storage"] == "clustered":
+        components = len(tensors["weights"]) // len(tensors["clusters"])
+        table = {"order": about["order"], "channels": 1, "components": components, "width": width}
+        rows = sum(transfer_of(table, tensors), [])
+    occlusion = around(about, rows, lambda p: p * width, point)
+    return [(math.sqrt(4 * math.pi) if i == 0 else 0) - o for i, o in enumerate(occlusion)]
+
+
+def shining(about, tensors, point, time=0.0):
+    """The light of a lamp at a point: red, green and blue."""
+    n = about["order"]
+    width = n * (n + 1)
+    if about["shape"] == "ball":
+        to_center = [a - b for a, b in zip(about["center"], point)]
+        r = math.hypot(*to_center)
+        c = math.sqrt(1 - (about["radius"] / r) ** 2) if r > about["radius"] else -1.0
+        p = [1.0, c]
+        for l in range(1, n):
+            p.append(((2 * l + 1) * c * p[l] - l * p[l - 1]) / (l + 1))
+        integrals = [1 - c] + [(p[l - 1] - p[l + 1]) / (2 * l + 1) for l in range(1, n)]
+        y = basis(n, [x / r for x in to_center])
+        cone = [2 * math.pi * integrals[math.isqrt(i)] * y[i] for i in range(n * n)]
+        return [[color * x for x in cone] for color in about["radiance"]]
+    if about["shape"] == "rectangle":
+        return [around(about, tensors["rows"], lambda p, c=c: (3 * p + c) * width, point) for c in range(3)]
+    patches = about["patches"][0] * about["patches"][1]
+    points = about["spheres"] * (about["cells"] + 1) ** 2 + 1
+    picture = math.floor(time * about["per_second"]) % about["pictures"]
+    light = [[0.0] * n * n for _ in range(3)]
+    for k in range(patches):
+        of_patch = around(about, tensors["patches"], lambda p, k=k: (k * points + p) * width, point)
+        for c in range(3):
+            radiance = tensors["radiance"][(picture * patches + k) * 3 + c]
+            light[c] = [a + radiance * b for a, b in zip(light[c], of_patch)]
+    return light
+
+
+def spheres(about, tensors):
+    """Centers and radii."""
+    centers, origin = tensors["centers"], about.get("origin", [0.0] * 3)
+    return [([o + x for o, x in zip(origin, centers[3 * k :])], r) for k, r in enumerate(tensors["radii"])]
+
+
+def option(arguments, name):
+    """The value of an option, which is taken out of the arguments."""
+    if name not in arguments:
+        return None
+    at = arguments.index(name)
+    value = arguments[at + 1]
+    del arguments[at : at + 2]
+    return value
+
+
 def main(arguments):
-    light = None
-    if "--light" in arguments:
-        at = arguments.index("--light")
-        light = read_sh_json(arguments[at + 1])
-        del arguments[at : at + 2]
+    light, at = option(arguments, "--light"), option(arguments, "--at")
+    light = light and read_sh_json(light)
+    at = at and [float(x) for x in at.split(",")]
     for path in arguments:
         if path.endswith(".json"):
             order, rows = read_sh_json(path)
             print(f"{path}: order {order}, mean {[c * math.sqrt(1 / (4 * math.pi)) for c in rows[0]]}")
             continue
         about, tensors = read_glb(path) if path.endswith(".glb") else read_safetensors(path)
+        kind = about.get("format", "baked scene")
+        if kind in ("lobe-occlusion-field", "lobe-lamp"):
+            print(f"{path}: {kind}, order {about['order']}")
+            if at is not None:
+                one = kind == "lobe-occlusion-field"
+                found = [visibility(about, tensors, at)] if one else shining(about, tensors, at)
+                print("  mean over the sphere", [f[0] * math.sqrt(1 / (4 * math.pi)) for f in found])
+            continue
+        if kind in ("lobe-spheres", "lobe-sphere-logarithms"):
+            print(f"{path}: {kind},", f"{len(tensors['radii'])} spheres" if "radii" in tensors else about["options"])
+            continue
         if "matrices" in tensors:
             print(f"{path}: {about['format']}, order {about['order']}, {len(tensors['matrices'])} numbers")
             continue

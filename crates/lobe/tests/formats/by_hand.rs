@@ -19,11 +19,35 @@ pub(crate) fn read_sh_json(path: &Path) -> (u64, String, Vec<[f64; 3]>) {
     (order, sh["quantity"].as_str().unwrap().to_owned(), rows)
 }
 
-/// Numbers of one type: `F32`, `U16` or `U8`, fractions of their largest if they are whole and `normalized`.
+/// The bytes of a record of a checkpoint.
+pub(crate) type Record = Vec<u8>;
+
+/// The kind of a checkpoint and its records, without their checksums.
+pub(crate) fn read_checkpoint(path: &Path) -> (String, Vec<Record>) {
+    let bytes = std::fs::read(path).unwrap();
+    let words = bytes.as_chunks::<8>().0;
+    assert_eq!((&bytes[..4], &bytes[8..12]), (&b"LOBE"[..], &[3, 0, 0, 0][..]), "a checkpoint of layout 3");
+    let [count, length, last] = [2, 3, 4].map(|k| u64::from_le_bytes(words[k]) as usize);
+    assert_eq!([words[7], words[8]], [1_u64.to_le_bytes(); 2], "the only shard");
+    assert_eq!(bytes.len(), 80 + (count - 1) * (length + 8) + last + 8, "header, {count} records and their checksums");
+    let record = |k: usize| bytes[80 + k * (length + 8)..][..if k + 1 == count { last } else { length }].to_vec();
+    (str::from_utf8(&bytes[4..8]).unwrap().to_owned(), (0..count).map(record).collect())
+}
+
+/// The number of half precision with these bits.
+fn half(bits: u16) -> f64 {
+    let (exponent, fraction) = (i32::from(bits >> 10 & 31), f64::from(bits & 1023) / 1024.0);
+    let size =
+        if exponent == 0 { fraction * 2.0_f64.powi(-14) } else { (1.0 + fraction) * 2.0_f64.powi(exponent - 15) };
+    if bits >> 15 == 1 { -size } else { size }
+}
+
+/// Numbers of one type: `F32`, `F16`, `U16` or `U8`, fractions of their largest if they are whole and `normalized`.
 fn numbers(kind: &str, normalized: bool, bytes: &[u8]) -> Vec<f64> {
     let fraction = |q: f64, largest: f64| if normalized { q / largest } else { q };
     match kind {
         "F32" => bytes.as_chunks().0.iter().map(|b| f64::from(f32::from_le_bytes(*b))).collect(),
+        "F16" => bytes.as_chunks().0.iter().map(|b| half(u16::from_le_bytes(*b))).collect(),
         "U16" => bytes.as_chunks().0.iter().map(|b| fraction(u16::from_le_bytes(*b).into(), 65535.0)).collect(),
         _ => bytes.iter().map(|b| fraction((*b).into(), 255.0)).collect(),
     }
@@ -38,7 +62,8 @@ pub(crate) fn read_safetensors(path: &Path) -> (Value, Table) {
     let start = 8 + u64::from_le_bytes(*bytes.first_chunk().unwrap()) as usize;
     let head: Value = serde_json::from_slice(&bytes[8..start]).unwrap();
     let about: Value = serde_json::from_str(head["__metadata__"]["lobe"].as_str().unwrap()).unwrap();
-    assert_eq!(about["version"], 1, "{about}");
+    let of_fields = ["lobe-occlusion-field", "lobe-lamp"].contains(&about["format"].as_str().unwrap());
+    assert_eq!(about["version"], if of_fields { 2 } else { 1 }, "{about}");
     let tensor = |(name, tensor): (&String, &Value)| {
         let [first, end] = [0, 1].map(|k| start + whole(&tensor["data_offsets"][k]));
         let shape = tensor["shape"].as_array().unwrap().iter().map(whole).collect();

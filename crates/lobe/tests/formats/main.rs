@@ -20,8 +20,10 @@ use lobe_testkit::Random;
 use serde_json::Value;
 
 mod by_hand;
+mod moving;
+mod moving_by_hand;
 
-use by_hand::{Table, exit_radiance, read_glb, read_safetensors, read_sh_json, transfer_of};
+use by_hand::{Table, exit_radiance, read_checkpoint, read_glb, read_safetensors, read_sh_json, transfer_of};
 
 /// Relative to the largest number: sums are made in another order, of `f32`.
 const ROUNDING: f64 = 1e-5;
@@ -222,15 +224,10 @@ fn a_checkpoint_is_laid_out_as_the_page_says() {
     let options = BakeOptions::default().mode(BakeMode::Shadowed).order(2).samples(8).channels(Some(Channels::Gray));
     let job = Job::default().kept_in(&path);
     let (transfer, report) = bake(&scene, &Bvh::new(&scene), &receivers, &options, job).unwrap();
-    let bytes = std::fs::read(&path).unwrap();
-    let words = bytes.as_chunks::<8>().0;
-    assert_eq!((&bytes[..8], &bytes[8..16]), (&b"LOBEPART"[..], &[3, 0, 0, 0, 1, 0, 0, 0][..]), "kind and versions");
-    let [count, length, last] = [2, 3, 4].map(|k| u64::from_le_bytes(words[k]) as usize);
-    assert_eq!([words[7], words[8]], [1_u64.to_le_bytes(); 2], "the only shard");
-    assert_eq!(bytes.len(), 80 + (count - 1) * (length + 8) + last + 8, "header, {count} records and their checksums");
+    let (kind, records) = read_checkpoint(&path);
+    assert_eq!(kind, "PART", "the kind of work");
     let (mut rays, mut rows) = (0, Vec::new());
-    for k in 0..count {
-        let record = &bytes[80 + k * (length + 8)..][..if k + 1 == count { last } else { length }];
+    for record in records {
         rays += u64::from_le_bytes(*record.first_chunk().unwrap());
         // Rays, the weight of the ends, and one number of reflections: 0.
         rows.extend(record[24..].as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)));
