@@ -3,14 +3,12 @@
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
 
 use eframe::egui::DroppedFile;
 use egui_kittest::Harness;
 use lobe_viewer::{Kept, RoomName, UserFolder, ViewerApp};
 
-/// Files of tests are opened in seconds, or something is wrong.
-const PATIENCE: Duration = Duration::from_secs(120);
+use crate::wait::step_until;
 
 /// A file as the system hands it to the window.
 #[derive(Debug)]
@@ -29,12 +27,7 @@ impl DroppedFile for Dropped {
 fn drop_file(harness: &mut Harness<'_, ViewerApp>, path: &Path) {
     harness.input_mut().dropped_files.push(Arc::new(Dropped(path.into())));
     harness.run_steps(2);
-    let begin = Instant::now();
-    while !harness.state().scene().is_idle() {
-        assert!(begin.elapsed() < PATIENCE, "still opening {}", path.display());
-        std::thread::sleep(Duration::from_millis(5));
-        harness.run_steps(2);
-    }
+    step_until(harness, |app| app.scene().is_idle());
 }
 
 #[test]
@@ -48,6 +41,12 @@ fn files_that_are_dropped_are_opened_or_told_in_one_line() {
     std::fs::write(at("one.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     std::fs::write(at("torn.glb"), b"glTF\x02\0\0\0\xff\xff\xff\x7f").unwrap();
     std::fs::write(at("torn.exr"), [0x76, 0x2f, 0x31, 0x01, 2, 0, 0, 0, 0xff, 0xff]).unwrap();
+    // A cube of which each face has its number for a color.
+    std::fs::create_dir(at("cube")).unwrap();
+    for (k, face) in ["px", "nx", "py", "ny", "pz", "nz"].into_iter().enumerate() {
+        let color = [1.0 + k as f32; 3].map(f32::to_le_bytes).concat();
+        std::fs::write(at("cube").join(format!("{face}.pfm")), [b"PF\n1 1\n-1.0\n", &*color].concat()).unwrap();
+    }
     // A hole of 300 MB, which takes no room.
     File::create(at("huge.hdr")).unwrap().set_len(300_000_000).unwrap();
     File::create(at("huge.glb")).unwrap().set_len(300_000_000).unwrap();
@@ -57,6 +56,9 @@ fn files_that_are_dropped_are_opened_or_told_in_one_line() {
     drop_file(&mut harness, &at("one.obj"));
     assert_eq!(harness.state().room(), RoomName::Scene, "what is dropped is shown");
     assert_eq!(harness.state().scene().edits().scene, at("one.obj"), "the scene");
+    assert_eq!(harness.state().scene().message(), None, "and nothing is wrong");
+    drop_file(&mut harness, &at("cube"));
+    assert_eq!(harness.state().scene().edits().sky, at("cube"), "a folder of six faces is a sky");
     assert_eq!(harness.state().scene().message(), None, "and nothing is wrong");
     for name in ["torn.glb", "torn.exr", "huge.hdr", "huge.glb", "none.obj"] {
         drop_file(&mut harness, &at(name));

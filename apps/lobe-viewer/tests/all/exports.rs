@@ -1,7 +1,6 @@
 //! Pictures of the window and of the scene as files.
 
 use std::sync::Arc;
-use std::time::{Duration, Instant};
 
 use eframe::egui::{Color32, ColorImage, Event, Key, Modifiers, ViewportCommand, ViewportId};
 use egui_kittest::Harness;
@@ -13,9 +12,7 @@ use lobe_gpu::{AdapterChoice, Context, ContextOptions};
 use lobe_viewer::{ExportPlan, Kept, Orbit, SceneEdits, SceneRoom, UserFolder, ViewerApp};
 
 use crate::command::viewer;
-
-/// Bakes and files of tests end in seconds, or something is wrong.
-const PATIENCE: Duration = Duration::from_secs(120);
+use crate::wait::step_until;
 
 fn app(folder: &std::path::Path) -> Harness<'static, ViewerApp> {
     let user = UserFolder::at(folder);
@@ -28,15 +25,8 @@ fn app(folder: &std::path::Path) -> Harness<'static, ViewerApp> {
 
 /// Steps until the notice says something.
 fn notice(harness: &mut Harness<'_, ViewerApp>) -> String {
-    let begin = Instant::now();
-    loop {
-        if let Some(text) = harness.state().notice() {
-            return text.to_owned();
-        }
-        assert!(begin.elapsed() < PATIENCE, "nothing was said");
-        std::thread::sleep(Duration::from_millis(5));
-        harness.run_steps(1);
-    }
+    step_until(harness, |app| app.notice().is_some());
+    harness.state().notice().unwrap().to_owned()
 }
 
 /// Presses a key in the next frame alone: of the frames of a step only the last is seen.
@@ -78,12 +68,7 @@ fn the_window_is_written_byte_for_byte_by_its_button_and_by_its_key_in_every_roo
         }
         assert_eq!(answered(&mut harness, &image), 1, "picture {number}: asked for once");
         let path = folder.path().join(format!("lobe-window-{number:04}.png"));
-        let begin = Instant::now();
-        while !path.exists() {
-            assert!(begin.elapsed() < PATIENCE, "{}", path.display());
-            std::thread::sleep(Duration::from_millis(5));
-            harness.run_steps(1);
-        }
+        step_until(&mut harness, |_| path.exists());
         let said = notice(&mut harness);
         assert!(said.starts_with("Written: "), "{said}");
         let (read, _) = read_picture(&path, &Default::default()).unwrap();
@@ -140,15 +125,8 @@ fn room() -> Harness<'static, SceneRoom> {
 
 /// Steps until nothing is being opened or baked.
 fn settle(harness: &mut Harness<'_, SceneRoom>) {
-    let begin = Instant::now();
-    loop {
-        harness.run_steps(2);
-        if harness.state().is_idle() {
-            return;
-        }
-        assert!(begin.elapsed() < PATIENCE, "still at work: {:?}", harness.state().message());
-        std::thread::sleep(Duration::from_millis(5));
-    }
+    harness.run_steps(2);
+    step_until(harness, SceneRoom::is_idle);
 }
 
 #[test]

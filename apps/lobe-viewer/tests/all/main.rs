@@ -13,3 +13,4 @@ mod orbit;
 mod scene;
 mod sky;
 mod task;
+mod wait;

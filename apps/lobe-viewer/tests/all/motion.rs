@@ -2,15 +2,13 @@
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
 
 use eframe::egui::Key;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 use lobe_viewer::{MotionEdits, MotionRoom, OpenedSky, open_moving, open_sky};
 
-/// Bakes of tests end in seconds, or something is wrong.
-const PATIENCE: Duration = Duration::from_secs(120);
+use crate::wait::step_until;
 
 /// Corners and triangles of a tetrahedron that encloses a volume.
 const CORNERS: [[f32; 3]; 4] = [[0.5, 0.0, -0.3], [-0.3, 0.4, -0.3], [-0.3, -0.4, -0.3], [0.0, 0.0, 0.5]];
@@ -78,13 +76,8 @@ fn open(source: &Path) -> Harness<'static, Shown> {
 }
 
 /// Steps until `is_so`.
-fn wait(harness: &mut Harness<'_, Shown>, what: &str, is_so: impl Fn(&MotionRoom) -> bool) {
-    let begin = Instant::now();
-    while !is_so(&harness.state().room) {
-        assert!(begin.elapsed() < PATIENCE, "not {what}: {:?}", harness.state().room.message());
-        std::thread::sleep(Duration::from_millis(5));
-        harness.run_steps(2);
-    }
+fn wait(harness: &mut Harness<'_, Shown>, is_so: impl Fn(&MotionRoom) -> bool) {
+    step_until(harness, |shown| is_so(&shown.room));
 }
 
 #[test]
@@ -96,7 +89,7 @@ fn files_that_move_are_opened_baked_and_lit() {
         let scene = open_moving(&path).unwrap();
         assert_eq!(scene.span(), span, "{}", path.display());
         let mut harness = open(&path);
-        wait(&mut harness, "lit", MotionRoom::is_ready);
+        wait(&mut harness, MotionRoom::is_ready);
         let room = &harness.state().room;
         assert!(room.parts().iter().any(|name| name.contains(part)), "{:?}", room.parts());
         assert_eq!((room.message(), room.source()), (None, path.as_path()), "nothing went wrong");
@@ -107,14 +100,14 @@ fn files_that_move_are_opened_baked_and_lit() {
 fn as_many_spheres_are_fitted_as_the_slider_says() {
     let folder = tempfile::tempdir().unwrap();
     let mut harness = open(&described(folder.path()));
-    wait(&mut harness, "lit", MotionRoom::is_ready);
+    wait(&mut harness, MotionRoom::is_ready);
     harness.get_by_label("Spheres, SH exponentials").click();
-    wait(&mut harness, "lit by 16 spheres", |room| room.spheres() == 16);
+    wait(&mut harness, |room| room.spheres() == 16);
     harness.get_all_by_label("Spheres of a part").next().unwrap().focus();
     harness.run_steps(2);
     for count in [15, 14] {
         harness.key_press(Key::ArrowLeft);
-        wait(&mut harness, "lit by one sphere less", |room| room.spheres() == count);
+        wait(&mut harness, |room| room.spheres() == count);
     }
     assert_eq!(harness.state().room.message(), None, "and nothing went wrong");
 }
@@ -129,14 +122,14 @@ fn files_that_cannot_move_are_told_in_one_line_and_leave_the_scene() {
         .unwrap();
     std::fs::write(at("notes.txt"), "no scene").unwrap();
     let mut harness = open(&good);
-    wait(&mut harness, "lit", MotionRoom::is_ready);
+    wait(&mut harness, MotionRoom::is_ready);
     for name in ["torn.glb", "torn.json", "notes.txt", "gone.glb"] {
         harness.state_mut().room.open(&at(name));
-        wait(&mut harness, "told", |room| room.message().is_some());
+        wait(&mut harness, |room| room.message().is_some());
         let message = harness.state().room.message().unwrap().to_owned();
         assert!(message.lines().count() == 1 && message.len() > 20, "{name}: {message}");
         assert_eq!(harness.state().room.source(), good, "{name}: the scene before is opened again");
-        wait(&mut harness, "lit again", MotionRoom::is_ready);
+        wait(&mut harness, MotionRoom::is_ready);
         assert_eq!(harness.state().room.message(), Some(message.as_str()), "{name}: and the message remains");
     }
 }

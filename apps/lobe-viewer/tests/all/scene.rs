@@ -1,7 +1,5 @@
 //! The room of scenes, without a device: what it opens, bakes, remembers and undoes.
 
-use std::time::{Duration, Instant};
-
 use eframe::egui::Key;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
@@ -9,8 +7,7 @@ use lobe::prt::BakeMode;
 use lobe::sh::{Dir, Expansion as _, Rgb, Zonal, convolved};
 use lobe_viewer::{Mode, SceneEdits, SceneLamp, SceneRoom, Step, UserFolder, transfer_of};
 
-/// Bakes of tests end in seconds, or something is wrong.
-const PATIENCE: Duration = Duration::from_secs(120);
+use crate::wait::step_until;
 
 fn open(change: impl FnOnce(&mut SceneEdits)) -> Harness<'static, SceneRoom> {
     let mut edits = SceneEdits::default();
@@ -29,15 +26,8 @@ fn open(change: impl FnOnce(&mut SceneEdits)) -> Harness<'static, SceneRoom> {
 
 /// Steps until nothing is being opened or baked.
 fn settle(harness: &mut Harness<'_, SceneRoom>) {
-    let begin = Instant::now();
-    loop {
-        harness.run_steps(2);
-        if harness.state().is_idle() {
-            return;
-        }
-        assert!(begin.elapsed() < PATIENCE, "still at work: {:?}", harness.state().message());
-        std::thread::sleep(Duration::from_millis(5));
-    }
+    harness.run_steps(2);
+    step_until(harness, SceneRoom::is_idle);
 }
 
 #[test]
