@@ -22,7 +22,7 @@ const MOST_TEXELS: usize = 1 << 35;
 #[derive(Args)]
 pub(crate) struct MapPath {
     /// The environment map: an .exr, .hdr, .pfm, .png or .jpg picture, a cube map as .ktx2 or .dds, FOLDER/PREFIX%.exr (or
-    /// another extension) for the six files px to nz or mz, posx to negz, right, left, top, bottom, front, back or rt, lf, up, dn,
+    /// another extension; or FOLDER alone) for the six files px to nz or mz, posx to negz, right, left, top, bottom, front, back or rt, lf, up, dn,
     /// ft, bk, or bundled:NAME
     #[arg(value_name = "IN")]
     path: PathBuf,
@@ -192,7 +192,7 @@ impl MapPath {
             let text = format!("read as the six faces of a cube ({}); --from says otherwise", layout_name(layout));
             talk.note(&name, &text);
         }
-        match FaceFiles::of(&self.path).and_then(|files| files.to_read()) {
+        match FaceFiles::of_input(&self.path)?.and_then(|files| files.to_read()) {
             Some(paths) => {
                 for (face, path) in report.faces.iter().zip(paths) {
                     tell(face, &path.display().to_string(), talk);

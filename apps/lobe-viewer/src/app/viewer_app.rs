@@ -130,7 +130,7 @@ impl ViewerApp {
     }
 
     fn open(&mut self, path: &Path) {
-        let is_file = path.is_file();
+        let is_on_disk = path.exists();
         // Built-in scenes and skies have no ending.
         let text = path.to_string_lossy();
         if text.starts_with("built-in:") {
@@ -143,7 +143,7 @@ impl ViewerApp {
         } else {
             self.scene.open(path);
         }
-        if is_file {
+        if is_on_disk {
             self.kept.remember(path);
         }
     }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use lobe::prt::{Baked, BakedOrScene, read_baked_or_scene, read_baked_or_scene_bytes};
-use lobe::scene::{Scene, SceneReadOptions, built_in, read_scene, read_scene_bytes};
+use lobe::scene::{Scene, SceneReadOptions, built_in, is_gltf, read_scene, read_scene_bytes};
 
 use crate::loading::place::given;
 
@@ -15,7 +15,7 @@ pub(crate) const BUILT_IN: &str = "built-in:";
 pub(crate) const FIRST: &str = "built-in:still-life";
 
 /// Endings of files that are scenes.
-pub(crate) const ENDINGS: [&str; 4] = ["glb", "gltf", "obj", "ply"];
+pub(crate) const ENDINGS: [&str; 5] = ["glb", "gltf", "vrm", "obj", "ply"];
 
 /// A scene, with the transfer that its file carries, if any.
 #[derive(Debug)]
@@ -38,7 +38,7 @@ impl OpenedScene {
     }
 }
 
-/// Reads a scene: a .glb, .gltf, .obj or .ply file, or `built-in:NAME`.
+/// Reads a scene: a .glb, .gltf, .vrm, .obj or .ply file, or `built-in:NAME`.
 ///
 /// # Errors
 /// One line that says what is wrong with the file or the name.
@@ -53,7 +53,7 @@ pub fn open_scene(source: &Path) -> anyhow::Result<OpenedScene> {
     }
     let name = source.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let options = SceneReadOptions::default();
-    let is_gltf = has_ending(source, &["glb", "gltf"]);
+    let is_gltf = is_gltf(source);
     let read = match (given(source), is_gltf) {
         (Some(bytes), true) => read_baked_or_scene_bytes(&bytes, &name, &options)?,
         (Some(bytes), false) => read_scene_bytes(&bytes, &name, &options)?.0.into(),

@@ -20,7 +20,7 @@ pub(crate) const BUILT_IN: [(&str, &str); 5] = [
     ("made:even", "Even white"),
 ];
 
-/// Endings of files that are environments.
+/// Endings of files that are environments. A folder with the pictures of six faces is one too.
 pub(crate) const ENDINGS: [&str; 8] = ["hdr", "exr", "pfm", "png", "jpg", "jpeg", "ktx2", "dds"];
 
 /// Rows of skies that are made by formula.
@@ -43,7 +43,7 @@ pub struct OpenedSky {
     pub map: Arc<MappedMap>,
 }
 
-/// Reads an environment: a picture file, `bundled:NAME`, or `made:NAME` with evening, noon or even, which are made by formula.
+/// Reads an environment: a picture file, a folder with the six faces of a cube, `bundled:NAME`, or `made:NAME` with evening, noon or even, which are made by formula.
 ///
 /// # Errors
 /// One line that says what is wrong with the file or the name.

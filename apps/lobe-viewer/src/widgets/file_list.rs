@@ -1,4 +1,4 @@
-//! A window that lists folders and files, to open one.
+//! A window that lists folders and files, to open one of either.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -58,7 +58,7 @@ impl FileList {
         self.entries.sort_by(|a, b| (!a.is_folder, &a.name).cmp(&(!b.is_folder, &b.name)));
     }
 
-    /// Shows the window; returns the file that was chosen.
+    /// Shows the window; returns the file or the folder that was chosen.
     pub(crate) fn show(&mut self, ctx: &Context, endings: &[&str]) -> Option<PathBuf> {
         if !self.is_open {
             return None;
@@ -75,11 +75,13 @@ impl FileList {
     }
 
     fn content(&mut self, ui: &mut Ui, endings: &[&str]) -> Option<PathBuf> {
-        let mut go = None;
+        let (mut go, mut is_whole) = (None, false);
         ui.horizontal(|ui| {
             if ui.button("Up").on_hover_text("The folder above").clicked() {
                 go = self.folder.parent().map(Path::to_path_buf);
             }
+            let hint = "Six pictures that are the faces of a cube, by their names";
+            is_whole = ui.button("Open this folder").on_hover_text(hint).clicked();
             let label = ui.label("Path");
             let typed = ui.add(TextEdit::singleline(&mut self.typed).desired_width(f32::INFINITY));
             if typed.labelled_by(label.id).lost_focus() && ui.input(|input| input.key_pressed(Key::Enter)) {
@@ -95,6 +97,9 @@ impl FileList {
                 }
             }
         });
+        if is_whole {
+            return Some(self.folder.clone());
+        }
         let path = go?;
         if path.is_dir() {
             self.folder = path;

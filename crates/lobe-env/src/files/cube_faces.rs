@@ -42,6 +42,48 @@ impl FaceFiles {
         (!after.contains(ANY_FACE) && !path.exists()).then_some(files)
     }
 
+    /// The files of a path that is read: those of a percent sign as [`FaceFiles::of`], and those of a folder with the six faces of
+    /// a cube, under any names that are read. None of the path of a file.
+    ///
+    /// # Errors
+    /// [`ImageError::Invalid`] for a folder with the faces of no cube, or of several; [`ImageError::Io`] if it cannot be listed.
+    pub fn of_input(path: &Path) -> Result<Option<Self>, ImageError> {
+        if !path.is_dir() {
+            return Ok(Self::of(path));
+        }
+        let place = path.display().to_string();
+        let mut cubes = Self::in_folder(path).map_err(|source| ImageError::Io { place: place.clone(), source })?;
+        let message = match &cubes[..] {
+            [_] => return Ok(cubes.pop()),
+            [] => format!(
+                "this is a folder without the six faces of a cube; name a picture, or the faces with {ANY_FACE}"
+            ),
+            [first, second, ..] => format!("there are the faces of several cubes here; name one: {first} or {second}"),
+        };
+        Err(ImageError::Invalid { place, message })
+    }
+
+    /// The cubes of which all six faces are in a folder, by name.
+    fn in_folder(folder: &Path) -> std::io::Result<Vec<Self>> {
+        let mut cubes = Vec::new();
+        for entry in folder.read_dir()? {
+            let name = entry?.file_name();
+            let Some(name) = name.to_str().filter(|name| !name.contains(ANY_FACE)) else { continue };
+            for [first, ..] in NAMES {
+                for (at, _) in name.match_indices(first) {
+                    let (before, after) = (name[..at].to_owned(), name[at + first.len()..].to_owned());
+                    let files = Self { folder: folder.to_owned(), before, after };
+                    if files.to_read().is_some_and(|faces| faces.iter().all(|face| face.is_file())) {
+                        cubes.push(files);
+                    }
+                }
+            }
+        }
+        cubes.sort_by_key(Self::to_string);
+        cubes.dedup();
+        Ok(cubes)
+    }
+
     /// The folder of the files.
     #[must_use]
     pub fn folder(&self) -> &Path {
@@ -201,6 +243,28 @@ mod tests {
             std::fs::rename(name("n"), name("m")).unwrap();
         }
         assert!(read_cube_faces(&files, &MapReadOptions::default()).unwrap().0 == cube, "px to mz");
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn a_folder_of_six_faces_stands_for_them_and_is_told_if_it_has_others() {
+        let cube = CubeMap::from_fn(2, |s| Rgb::new(s.x() as f32 + 2.0, s.y() as f32 + 2.0, s.z() as f32 + 2.0));
+        let folder = folder("whole");
+        let told = || FaceFiles::of_input(&folder).unwrap_err().to_string();
+        std::fs::write(folder.join("px.txt"), "a note").unwrap();
+        assert!(told().contains("without the six faces of a cube"), "{}", told());
+        let write = |name: &str| {
+            let files = FaceFiles::of(&folder.join(name)).unwrap();
+            write_cube_faces(&files, &cube, CubeHandedness::Right, &PictureWriteOptions::default()).unwrap();
+        };
+        // The name of a face stands in it twice.
+        write("px_%.pfm");
+        let found = FaceFiles::of_input(&folder).unwrap().unwrap();
+        assert_eq!(found.to_string(), folder.join("px_%.pfm").display().to_string(), "the cube");
+        let (read, report) = crate::read_map(&folder, &MapReadOptions::default()).unwrap();
+        assert_eq!((read.base().mapping(), report.faces.len()), (crate::Mapping::Cube, 6), "and its faces");
+        write("%.hdr");
+        assert!(told().contains("several cubes here; name one: ") && told().contains("%.hdr"), "{}", told());
         std::fs::remove_dir_all(folder).unwrap();
     }
 

@@ -90,7 +90,7 @@ impl MappedMap {
 ///
 /// The format is detected from the file's contents, not from its name.
 ///
-/// * `FOLDER/PREFIX%.EXT` stands for the six faces of a cube as [`FaceFiles::to_read`] names them,
+/// * `FOLDER/PREFIX%.EXT` stands for the six faces of a cube as [`FaceFiles::to_read`] names them, `FOLDER` for the one cube in it,
 ///   `bundled:NAME` for a map that is [part of the library](crate::bundled).
 /// * A texture (KTX2, DDS; [`read_cube_texture_bytes`] lists the texel formats) is a cube map, and so is an OpenEXR picture
 ///   whose attribute `envmap` says so. Faces, their order and handedness are those of [`CubeMap`].
@@ -132,7 +132,7 @@ pub fn read_map(path: impl AsRef<Path>, options: &MapReadOptions) -> Result<(Loa
         options.expect(Mapping::LatLong, &name, "lat-long")?;
         return read_map_bytes(bundled::named(bundled)?.bytes, &name, options);
     }
-    let Some(files) = FaceFiles::of(path) else {
+    let Some(files) = FaceFiles::of_input(path)? else {
         let (name, bytes) = picture_file_bytes(path)?;
         return read_map_bytes(&bytes, &name, options);
     };

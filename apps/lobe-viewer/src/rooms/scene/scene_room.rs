@@ -135,7 +135,7 @@ impl SceneRoom {
         if scene_source::has_ending(path, &scene_source::ENDINGS) {
             self.edits.scene = path.into();
             self.wants_frame = true;
-        } else if scene_source::has_ending(path, &sky_source::ENDINGS) {
+        } else if scene_source::has_ending(path, &sky_source::ENDINGS) || path.is_dir() {
             self.edits.sky = path.into();
         } else {
             let known =
