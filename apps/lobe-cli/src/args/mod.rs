@@ -2,7 +2,7 @@
 //!
 //! `values` parses numbers, `exponential` names of exponentials. `input`, `map_input`, `scene_input` (with
 //! `gltf_peek`) and `transfer_input` open files, `output`, `map_output`
-//! and `picture` check and write them; `compression`, `memory`, `sharing` and `turn` are options, `names` declares the values of
+//! and `picture` check and write them; `compression`, `memory`, `scene_limits`, `sharing` and `turn` are options, `names` declares the values of
 //! others. Uses `run`.
 
 pub(crate) mod compression;
@@ -16,6 +16,7 @@ pub(crate) mod names;
 pub(crate) mod output;
 pub(crate) mod picture;
 pub(crate) mod scene_input;
+pub(crate) mod scene_limits;
 pub(crate) mod sharing;
 pub(crate) mod transfer_input;
 pub(crate) mod turn;

@@ -13,7 +13,7 @@ use lobe::scene::{
 
 use crate::args::gltf_peek::GltfPeek;
 use crate::args::memory::MemoryLimit;
-use crate::args::values;
+use crate::args::scene_limits::SceneLimits;
 use crate::run::talk::Talk;
 
 /// The prefix of the names of built-in scenes.
@@ -31,9 +31,8 @@ pub(crate) struct SceneInput {
     /// Which axis points up in an .obj or .ply file [default: y]
     #[arg(long, value_enum)]
     up: Option<UpAxis>,
-    /// The most triangles, and the most vertices, that a file may hold, its instances counted [default: 67108864]
-    #[arg(long, value_name = "N", value_parser = max_triangles)]
-    max_triangles: Option<usize>,
+    #[command(flatten)]
+    limits: SceneLimits,
     /// Trust the file: it may name buffers, materials and pictures outside of its folder, which are read and may be copied into
     /// the output
     #[arg(long)]
@@ -46,9 +45,6 @@ pub(crate) struct SceneInput {
     /// transfer is black [default: white]
     #[arg(long, value_enum)]
     default_material: Option<MaterialName>,
-    /// The most texels that all textures of a file together may have [default: 268435456]
-    #[arg(long, value_name = "N", value_parser = max_texels)]
-    max_texels: Option<usize>,
     /// Let light straight through blended surfaces of a glTF file, by their alpha, and through glass, by its transmission;
     /// without this they are opaque
     #[arg(long)]
@@ -68,17 +64,6 @@ enum NormalsName {
 enum MaterialName {
     White,
     Gltf,
-}
-
-/// The most triangles that rays can be traced among.
-const MOST_TRIANGLES: usize = (1 << 31) - 1;
-
-fn max_triangles(text: &str) -> Result<usize, String> {
-    values::whole(text, 1, MOST_TRIANGLES, "a number of triangles")
-}
-
-fn max_texels(text: &str) -> Result<usize, String> {
-    values::whole(text, 1, usize::MAX >> 3, "a number of texels")
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -212,18 +197,16 @@ impl SceneInput {
 
     /// Refuses options of files for scenes that are made by a formula.
     fn check_built_in_options(&self) -> anyhow::Result<()> {
-        for (is_given, option) in [
-            (self.max_triangles.is_some(), "--max-triangles"),
+        let flags = [
             (self.allow_outside, "--allow-outside"),
             (self.missing_normals.is_some(), "--missing-normals"),
-            (self.max_texels.is_some(), "--max-texels"),
             (self.transparency, "--transparency"),
-        ] {
-            if is_given {
-                bail!("{option}: only of scenes in files; leave the option out");
-            }
+        ];
+        let flag = flags.into_iter().find_map(|(is_given, option)| is_given.then_some(option));
+        match self.limits.given().or(flag) {
+            Some(option) => bail!("{option}: only of scenes in files; leave the option out"),
+            None => Ok(()),
         }
-        Ok(())
     }
 
     /// Refuses options that would be ignored.
@@ -247,9 +230,8 @@ impl SceneInput {
 
     /// The options of reading a file.
     fn options(&self, memory: &MemoryLimit) -> SceneReadOptions {
-        let mut options = SceneReadOptions::default();
+        let mut options = self.limits.options(memory);
         options.up = if matches!(self.up, Some(UpAxis::Z)) { Up::Z } else { Up::Y };
-        options.max_triangles = self.max_triangles.unwrap_or(options.max_triangles);
         options.allow_outside = self.allow_outside;
         options.missing_normals = match self.missing_normals {
             None => MissingNormals::AsFormat,
@@ -259,8 +241,7 @@ impl SceneInput {
         if matches!(self.default_material, Some(MaterialName::Gltf)) {
             options.default_material = DefaultMaterial::AsFormat;
         }
-        options.max_texels = self.max_texels.unwrap_or(options.max_texels);
-        options.max_bytes(memory.bytes()).straight_through(self.transparency)
+        options.straight_through(self.transparency)
     }
 
     pub(crate) fn has_extension(&self, extensions: &[&str]) -> bool {

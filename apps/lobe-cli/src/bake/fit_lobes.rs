@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::Args;
-use lobe::prt::{ZonalFitOptions, ZonalTransfer, fit_zonal, write_zonal_transfer};
+use lobe::prt::{Transfer, ZonalFitOptions, ZonalTransfer, fit_zonal, write_zonal_transfer};
 use serde::Serialize;
 
 use crate::args::output;
@@ -16,8 +16,7 @@ use crate::run::talk::Talk;
 #[expect(clippy::doc_markdown, reason = "the keys of the JSON are shown on a terminal")]
 #[derive(Args)]
 pub(crate) struct FitLobes {
-    /// A baked scene (.glb), or transfer alone (.safetensors)
-    #[arg(value_name = "IN")]
+    #[command(flatten)]
     input: TransferInput,
     /// The lobes, a .safetensors file
     #[arg(short, long, value_name = "OUT")]
@@ -49,10 +48,16 @@ struct Printed {
 }
 
 impl FitLobes {
+    /// Bytes of the work in memory: twice the transfer, the lobes, and 56 for each receiver, as was measured.
+    fn bytes_of_work(&self, transfer: &Transfer) -> usize {
+        let of_lobe = 3 + transfer.channels().count() * transfer.order();
+        2 * size_of_val(transfer.coefficients()) + transfer.receivers() * (4 * self.lobes * of_lobe + 56)
+    }
+
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         output::check_safetensors(&self.output)?;
         output::prepare_file(&self.output, &[self.input.path()])?;
-        let (transfer, recipe) = self.input.read()?;
+        let (transfer, recipe) = self.input.read(|transfer| self.bytes_of_work(transfer))?;
         let options = ZonalFitOptions::default().lobes(self.lobes).optimize(!self.closed_form);
         let fitted = watched(talk, "fit", |job| fit_zonal(&transfer, &options, job))?;
         let Ok((zonal, report)) = fitted else {

@@ -69,7 +69,7 @@ impl Done<'_> {
     fn text(&self) -> String {
         let report = self.report;
         let mut text = format!(
-            "{} points, {} triangles; {} rays in {:.1} s; standard error of the constant coefficient {:.2} %",
+            "points: {}, triangles: {}; rays: {} in {:.1} s; standard error of the constant coefficient {:.2} %",
             report.receivers,
             self.scene.triangle_count(),
             report.rays,
@@ -79,7 +79,7 @@ impl Done<'_> {
         if self.options.mode.reflects() {
             let all = report.energy_left + report.energy_per_bounce.iter().sum::<f64>();
             let left = if all > 0.0 { 100.0 * report.energy_left / all } else { 0.0 };
-            text += &format!("; {} bounces, at most {left:.2} % of the light goes on", report.bounces);
+            text += &format!("; bounces: {}, at most {left:.2} % of the light goes on", report.bounces);
         }
         if let Some(saved) = self.compression {
             text += &format!("; compressed {:.1} : 1 at {:.2} % error", saved.ratio, 100.0 * saved.relative_error);

@@ -9,9 +9,9 @@ use serde_json::json;
 
 use crate::harness::Dir;
 
-/// The largest difference of two runs of the same work: freed memory stays with the program for a while.
+/// What the program takes by itself, and freed memory that stays with it for a while: 12 to 32 MiB were seen.
 #[cfg(target_os = "linux")]
-const SLACK: u64 = 8 << 20;
+const PROGRAM: u64 = 48 << 20;
 
 /// Runs `lobe` with `kib` KiB of address space, in one thread, since each has a stack and a heap of its own.
 #[cfg(target_os = "linux")]
@@ -168,8 +168,8 @@ fn memory_that_is_refused_in_the_middle_of_work_is_a_line_and_no_fault() {
     lobe_testkit::skipped("this system does not limit the memory of a program");
 }
 
-/// Runs `lobe` to its end, which must be good, and returns the most bytes that it had in memory; what it took in its
-/// last millisecond may be missing.
+/// Runs `lobe` to its end, which must be good, and returns the most bytes that it was seen to have in memory. Between two looks it
+/// may have had more, so this is a lower bound: what is above a limit is so for certain.
 #[cfg(target_os = "linux")]
 fn peak(dir: &Dir, args: &str) -> u64 {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lobe"));
@@ -193,23 +193,25 @@ fn peak(dir: &Dir, args: &str) -> u64 {
 fn work_takes_no_more_memory_than_is_said() {
     let dir = Dir::new();
     scene(&dir);
-    for (size, small, args) in [
-        ("--size 800x600", "--size 8x6", "render s.obj --env even.exr --mode truth --samples 2 -o a.exr"),
-        ("--size 800x600", "--size 8x6", "render s.obj --env even.exr --mode truth --samples 2 -o a.png"),
-        ("--size 1600x1200", "--size 8x6", "render s.obj --env even.exr --mode irradiance --samples 1 -o a.exr"),
-        ("--size 1600x1200", "--size 8x6", "render s.obj --env even.exr --mode irradiance --samples 1 -o a.png"),
-        ("--texels 1200", "--texels 8", "bake s.obj --mode unshadowed --order 1 -o a.safetensors"),
-        ("--texels 500", "--texels 8", "bake s.obj --mode unshadowed --order 6 -o a.exr"),
+    for args in [
+        "render s.obj --env even.exr --mode truth --samples 2 --size 800x600 -o a.exr",
+        "render s.obj --env even.exr --mode truth --samples 2 --size 800x600 -o a.png",
+        "render s.obj --env even.exr --mode irradiance --samples 1 --size 1600x1200 -o a.exr",
+        "render s.obj --env even.exr --mode irradiance --samples 1 --size 1600x1200 -o a.png",
+        "bake s.obj --mode unshadowed --order 1 --texels 1200 -o a.safetensors",
+        "bake s.obj --mode unshadowed --order 6 --texels 500 -o a.exr",
+        // Of the work before, which is the input of these.
+        "compress a.safetensors --clusters 2 --components 1 -o c.safetensors",
+        "fit-lobes a.safetensors --closed-form -o l.safetensors",
     ] {
-        let own = peak(&dir, &format!("{args} {small}"));
-        let args = format!("{args} {size}");
-        // It is said if nothing may be taken.
-        let line = dir.lobe(&format!("{args} --max-memory 0.000001")).arg("--quiet").error();
+        // It is said if no more may be taken than is to read a small input.
+        let limit = if args.contains("a.safetensors -") { "0.017" } else { "0.000001" };
+        let line = dir.lobe(&format!("{args} --max-memory {limit}")).arg("--quiet").error();
         let (_, rest) = line.split_once(" takes up to ").unwrap();
         let said: u64 = rest.split_once(" bytes").unwrap().0.parse().unwrap();
-        let found = peak(&dir, &args) - own;
+        let found = peak(&dir, args);
         // Up to a quarter was seen to stay with the allocator.
-        assert!(found < said + said / 4 + SLACK, "{args}: {found} bytes more than {own}, {said} were said");
+        assert!(found < said + said / 4 + PROGRAM, "{args}: {found} bytes, {said} were said");
     }
 }
 
@@ -219,8 +221,8 @@ fn pictures_of_an_animation_are_not_kept() {
     let dir = Dir::new();
     scene(&dir);
     let args = "render s.obj --env even.exr --mode irradiance --samples 1 --size 512x384 --frames";
-    let [few, many] = [2, 32].map(|frames| peak(&dir, &format!("{args} {frames} -o a{frames}.png")));
-    assert_eq!(dir.names().len(), 2 + 3 + 33, "pictures and animations");
-    // Thirty more are 71 MB as numbers, 18 MB as bytes.
-    assert!(many < few + SLACK, "{few} bytes with 2 pictures, {many} with 32");
+    let found = peak(&dir, &format!("{args} 32 -o a.png"));
+    assert_eq!(dir.names().len(), 2 + 33, "pictures and their animation");
+    // All of them are 75 MB as numbers.
+    assert!(found < PROGRAM + (16 << 20), "{found} bytes with 32 pictures");
 }
