@@ -274,6 +274,20 @@ fn corner_of(word: &str, counts: [usize; 3]) -> Option<Corner> {
     (parts.next().is_none() && corner[0] != NONE).then_some(corner)
 }
 
+/// A texture; none, with a note, where its file is missing, elsewhere or no picture: shapes and colors are known without, and names
+/// are often those of another machine.
+fn read_texture(file: &str, source: &mut Source<'_>) -> Result<Option<Texture>, SceneError> {
+    let bytes = source.referenced_file(file);
+    match bytes.and_then(|bytes| decode(&bytes, file, [Wrap::Repeat; 2], source)) {
+        Ok(texture) => Ok(Some(texture)),
+        Err(error @ SceneError::Refused { .. }) => Err(error),
+        Err(error) => {
+            source.note(format!("a texture is missing, its surfaces have their color alone: {error}"));
+            Ok(None)
+        }
+    }
+}
+
 fn read_materials(
     materials: &[MtlMaterial],
     source: &mut Source<'_>,
@@ -287,13 +301,16 @@ fn read_materials(
             let texture = match places.get(file) {
                 Some(&texture) => texture,
                 None => {
-                    let bytes = source.referenced_file(file)?;
-                    textures.push(decode(&bytes, file, [Wrap::Repeat; 2], source)?);
-                    places.insert(file, textures.len() - 1);
-                    textures.len() - 1
+                    let texture = read_texture(file, source)?.map(|texture| {
+                        textures.push(texture);
+                        textures.len() - 1
+                    });
+                    places.insert(file, texture);
+                    texture
                 }
             };
-            result.base_color_texture = Some(TextureUse { texture, uv_set: 0, uv_map: TextureUse::UV_UNCHANGED });
+            let of = |texture| TextureUse { texture, uv_set: 0, uv_map: TextureUse::UV_UNCHANGED };
+            result.base_color_texture = texture.map(of);
         }
         if material.is_transparent {
             source.note(format!("material `{name}` is transparent, and taken as opaque"));

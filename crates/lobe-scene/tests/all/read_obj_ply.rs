@@ -52,8 +52,15 @@ fn obj_materials_textures_and_colors_are_read() {
 
     fs::write(folder.path().join("a.mtl"), "newmtl red\nKd 0.8 0.1 0.05\nnewmtl wood\nKd 1 1 1\nmap_Kd w.png\n")
         .unwrap();
-    let error = read_scene(&path, &SceneReadOptions::default()).unwrap_err();
-    assert!(matches!(error, SceneError::Io { .. }) && error.to_string().contains("w.png, named by"), "{error}");
+    for content in [None, Some("no picture")] {
+        content.map(|text| fs::write(folder.path().join("w.png"), text).unwrap());
+        let (scene, report) = read_scene(&path, &SceneReadOptions::default()).unwrap();
+        assert_eq!((scene.textures().len(), scene.vertex_base_color(1, 0)), (0, [1.0; 4]), "the color alone");
+        assert!(report.notes.len() == 1 && report.notes[0].contains("w.png"), "{content:?}: {:?}", report.notes);
+    }
+    fs::write(folder.path().join("w.png"), Texture::new(2, 1, vec![[0; 4]; 2], [Wrap::Repeat; 2]).to_png()).unwrap();
+    let small = SceneReadOptions::default().max_texels(1);
+    assert!(matches!(read_scene(&path, &small), Err(SceneError::Refused { .. })), "a limit is no missing file");
 
     let picture = Texture::new(1, 2, vec![[255, 0, 255, 255], [0, 0, 0, 255]], [Wrap::Repeat; 2]);
     fs::write(folder.path().join("w.png"), picture.to_png()).unwrap();

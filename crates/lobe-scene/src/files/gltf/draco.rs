@@ -64,8 +64,7 @@ fn decode_primitive(
     let view = Index::new(view.ok_or("expected a buffer view, found none")?);
     let mesh = mesh_of(view_bytes(file, view)?, limits)?;
     let corners: Vec<u8> = mesh.faces().iter().flatten().flat_map(|corner| corner.0.to_le_bytes()).collect();
-    set_accessor(file, indices, (3 * mesh.num_faces(), 4), &corners)?;
-    file.json["accessors"][indices]["componentType"] = json!(5125);
+    set_accessor(file, indices, (3 * mesh.num_faces(), 4), 5125, &corners)?;
     for (name, id) in compressed["attributes"].as_object().into_iter().flatten() {
         let Some(accessor) = accessor_of(&primitive["attributes"][name]) else { continue };
         let attribute = id.as_u64().and_then(|id| mesh.attribute_by_unique_id(u32::try_from(id).ok()?));
@@ -73,7 +72,7 @@ fn decode_primitive(
         let component = accessor_of(&file.json["accessors"][accessor]["componentType"]).unwrap_or(0);
         let (size, bytes) = values_of(attribute, mesh.num_points(), component)
             .ok_or_else(|| format!("{name} is not of the type that its accessor says"))?;
-        set_accessor(file, accessor, (mesh.num_points(), size), &bytes)?;
+        set_accessor(file, accessor, (mesh.num_points(), size), component, &bytes)?;
     }
     Ok(true)
 }
@@ -98,11 +97,13 @@ fn mesh_of(bytes: &[u8], limits: DecodeLimits) -> Result<Mesh, String> {
     }
 }
 
-/// Gives an accessor `count` elements of `size` bytes.
+/// Gives an accessor `count` elements of `size` bytes, of this type of component. Its bounds become theirs: those of the file are
+/// often of what was compressed, with loss.
 fn set_accessor(
     file: &mut GltfFile,
     accessor: usize,
     (count, size): (usize, usize),
+    component: usize,
     bytes: &[u8],
 ) -> Result<(), String> {
     let view = file.push_elements(bytes, size);
@@ -115,7 +116,29 @@ fn set_accessor(
     }
     accessor.remove("byteOffset");
     accessor.insert("bufferView".to_owned(), json!(view));
+    accessor.insert("componentType".to_owned(), json!(component));
+    for (name, bound) in [("min", f64::min as fn(f64, f64) -> f64), ("max", f64::max)] {
+        if accessor.contains_key(name) {
+            accessor.insert(name.to_owned(), json!(bounds(bytes, size, component, bound)));
+        }
+    }
     Ok(())
+}
+
+/// The least or the largest number of each component; none of no elements.
+fn bounds(bytes: &[u8], size: usize, component: usize, bound: fn(f64, f64) -> f64) -> Vec<f64> {
+    let numbers = |element: &[u8]| -> Vec<f64> {
+        match component {
+            5120 => element.iter().map(|b| f64::from(b.cast_signed())).collect(),
+            5121 => element.iter().map(|b| f64::from(*b)).collect(),
+            5122 => element.as_chunks().0.iter().map(|b| f64::from(i16::from_le_bytes(*b))).collect(),
+            5123 => element.as_chunks().0.iter().map(|b| f64::from(u16::from_le_bytes(*b))).collect(),
+            5125 => element.as_chunks().0.iter().map(|b| f64::from(u32::from_le_bytes(*b))).collect(),
+            _ => element.as_chunks().0.iter().map(|b| f64::from(f32::from_le_bytes(*b))).collect(),
+        }
+    };
+    let elements = bytes.chunks_exact(size.max(1)).map(numbers);
+    elements.reduce(|all, next| all.iter().zip(&next).map(|(a, b)| bound(*a, *b)).collect()).unwrap_or_default()
 }
 
 /// The values of an attribute for all points, as a component type of glTF; with them the bytes of each.
@@ -165,6 +188,16 @@ fn push_value(value: &[u8], kind: DataType, component: usize, out: &mut Vec<u8>)
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn bounds_are_those_of_each_component() {
+        let floats: Vec<u8> = [1.0_f32, -2.0, 3.0, -1.0, 5.0, 3.5].into_iter().flat_map(f32::to_le_bytes).collect();
+        assert_eq!(bounds(&floats, 12, 5126, f64::min), [-1.0, -2.0, 3.0], "least");
+        assert_eq!(bounds(&floats, 12, 5126, f64::max), [1.0, 5.0, 3.5], "largest");
+        assert_eq!(bounds(&[255, 1, 2, 127], 2, 5120, f64::min), [-1.0, 1.0], "signed bytes");
+        assert_eq!(bounds(&[255, 1, 2, 0], 2, 5123, f64::max), [511.0], "of 16 bits");
+        assert!(bounds(&[], 12, 5126, f64::max).is_empty(), "of nothing");
+    }
 
     #[test]
     fn numbers_of_kinds_that_gltf_does_not_have_are_refused() {
