@@ -64,11 +64,11 @@ const DOCS: Step = Step { name: "docs", work: Work::Cargo("doc --workspace --no-
 const BOOK: Step = Step { name: "book", work: Work::Where(toolchain::has_mdbook, "mdbook", "build docs/guide") };
 /// The README's command, word for word.
 const TEST: Step = Step { name: "test", work: Work::Cargo("test --workspace", &[]) };
-/// The tests of the libraries once more for each narrower kind of instructions, for which every kernel has code of its own.
-const TEST_PLAIN: Step =
-    Step { name: "test-plain", work: Work::Cargo("test --workspace --lib --test all", &[("LOBE_SIMD", "plain")]) };
-const TEST_AVX2: Step =
-    Step { name: "test-avx2", work: Work::Cargo("test --workspace --lib --test all", &[("LOBE_SIMD", "avx2")]) };
+/// The tests of the libraries once more for each narrower kind of instructions, for which every kernel has code of its own. What
+/// shades on a device, and the window, have none.
+const LIBRARIES: &str = "test --workspace --exclude lobe-gpu --exclude lobe-viewer --lib --test all";
+const TEST_PLAIN: Step = Step { name: "test-plain", work: Work::Cargo(LIBRARIES, &[("LOBE_SIMD", "plain")]) };
+const TEST_AVX2: Step = Step { name: "test-avx2", work: Work::Cargo(LIBRARIES, &[("LOBE_SIMD", "avx2")]) };
 /// The other encoder of BC6H, which links a C++ library and is therefore no default: the tests of files.
 const TEST_BC6H: Step = Step { name: "test-bc6h", work: Work::Cargo("test --package lobe-image --features bc6h", &[]) };
 
@@ -81,6 +81,8 @@ const FUZZ: Step =
 /// The comparisons with peers, in workspaces of their own: they link with what nothing else needs. Checked, not linked.
 const FMT_PEERS: Step =
     Step { name: "fmt-peers", work: Work::Cargo("fmt --manifest-path peers/embree/Cargo.toml --check", &[]) };
+const FMT_BEVY: Step =
+    Step { name: "fmt-bevy", work: Work::Cargo("fmt --manifest-path peers/bevy/Cargo.toml --check", &[]) };
 const PEERS: Step = Step {
     name: "peers",
     work: Work::Cargo("check --locked --manifest-path peers/embree/Cargo.toml --target-dir target", &[]),
@@ -92,12 +94,60 @@ const CORPUS: Step = Step {
     work: Work::Where(corpus::has_small_part, "cargo", "run --package xtask -- corpus --small"),
 };
 
+/// All of them.
+const CORPUS_WHOLE: Step =
+    Step { name: "corpus-whole", work: Work::Where(corpus::has_small_part, "cargo", "run --package xtask -- corpus") };
+/// The program as users build it, for the peers of [`nightly`].
+const RELEASE: Step = Step {
+    name: "release",
+    work: Work::Cargo("build --release --package lobe-cli --package lobe-scene --example poses --bin lobe", &[]),
+};
+/// Other programs read what Lobe writes: the glTF validator, three.js, Babylon.js, PlayCanvas, Filament, ktx-parse, OpenEXR.
+const READERS: Step = Step {
+    name: "readers",
+    work: Work::Where(has_node_and_chromium, "node", "peers/readers/readers.mjs target/release/lobe"),
+};
+/// Cube maps in bevy, which is compiled for it.
+const BEVY: Step = Step {
+    name: "bevy",
+    work: Work::Cargo(
+        "run --locked --manifest-path peers/bevy/Cargo.toml --target-dir target/bevy -- target/release/lobe",
+        &[],
+    ),
+};
+/// Another program poses what Lobe poses.
+const MOTION: Step = Step {
+    name: "motion",
+    work: Work::Where(has_node_and_chromium, "node", "peers/motion/motion.mjs target/release/examples/poses"),
+};
+/// Another renderer bakes what Lobe bakes.
+const MITSUBA: Step =
+    Step { name: "mitsuba", work: Work::Where(has_mitsuba, "python3", "peers/mitsuba/compare.py target/release/lobe") };
+/// The window in a browser.
+const WEB: Step =
+    Step { name: "web", work: Work::Where(has_node_and_chromium, "cargo", "run --package xtask -- web --check") };
+
+fn has_node_and_chromium() -> Result<(), String> {
+    toolchain::has_program("node", "https://nodejs.org")?;
+    toolchain::has_program("chromium", "apt-get install chromium")
+}
+
+fn has_mitsuba() -> Result<(), String> {
+    toolchain::has_module("mitsuba")
+}
+
+/// What takes long or needs other programs: the whole corpus, and every peer that judges files and pictures.
+pub(crate) fn nightly() -> Outcome {
+    run_all(&[RELEASE, READERS, BEVY, MOTION, MITSUBA, WEB, CORPUS_WHOLE])
+}
+
 /// Everything, the cheap steps first.
 pub(crate) fn ci() -> Outcome {
     run_all(&[
         FMT,
         FMT_FUZZ,
         FMT_PEERS,
+        FMT_BEVY,
         TYPOS,
         DENY,
         ARCH,

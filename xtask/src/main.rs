@@ -25,6 +25,7 @@ type Chore = fn(&[String]) -> Outcome;
 /// Every chore: its name, its help, its function.
 const CHORES: &[(&str, &str, Chore)] = &[
     ("ci", "everything continuous integration checks, each step with its time", |_| ci::ci()),
+    ("nightly", "what takes long or needs other programs: the whole corpus and the peers", |_| ci::nightly()),
     ("quick", "what to run before each commit: under 30 s when warm", |_| ci::quick()),
     (
         "arch",

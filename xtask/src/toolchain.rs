@@ -49,6 +49,16 @@ pub(crate) fn has_program(program: &str, how_to_get_it: &str) -> Result<(), Stri
     answer(program, &["--version"]).map(drop).map_err(|_| format!("{program} is not installed; {how_to_get_it}"))
 }
 
+/// Whether Python has a module.
+///
+/// # Errors
+/// The reason why not.
+pub(crate) fn has_module(module: &str) -> Result<(), String> {
+    answer("python3", &["-c", &format!("import {module}")])
+        .map(drop)
+        .map_err(|_| format!("python3 has no {module}; pip install {module}"))
+}
+
 /// `rust-version` of the workspace, as `1.95`.
 fn oldest_rust() -> Result<String, String> {
     let manifest = workspace::read(&workspace::root().join("Cargo.toml"))?;

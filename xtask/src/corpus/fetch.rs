@@ -1,4 +1,4 @@
-//! Packages of public registries in a cache outside the repository, by the user's own npm and pip.
+//! Packages of public registries in a cache outside the repository, by the user's own npm, pip and cargo.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ const PACKAGES: &str = include_str!("packages.txt");
 
 /// A package of the list.
 pub(super) struct Package {
-    /// `npm` or `pip`.
+    /// `npm`, `pip` or `cargo`.
     from: &'static str,
     pub(super) name: &'static str,
     version: &'static str,
@@ -61,6 +61,11 @@ impl Package {
         println!("fetching {} {}", self.name, self.version);
         match self.from {
             "npm" => run("npm", &["pack", "--silent", &format!("{}@{}", self.name, self.version)], &folder)?,
+            "cargo" => {
+                // Cargo unpacks what it tells of, and copies are left to the cache.
+                run("cargo", &["info", "--quiet", &format!("{}@{}", self.name, self.version)], &folder)?;
+                run("cp", &["-r", &unpacked(self.name, self.version)?.to_string_lossy(), "."], &folder)?;
+            }
             _ => {
                 let wanted = format!("{}=={}", self.name, self.version);
                 let only = ["-m", "pip", "download", "--quiet", "--no-deps", "--only-binary=:all:", &wanted];
@@ -80,6 +85,17 @@ impl Package {
         }
         fs::write(folder.join(COMPLETE), "").map_err(|error| format!("{}: {error}", folder.display()))
     }
+}
+
+/// Where cargo keeps the sources of a crate that it has fetched: `registry/src` of its home, in a folder for each registry.
+fn unpacked(name: &str, version: &str) -> Result<PathBuf, String> {
+    let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
+    let home = home.or_else(|| std::env::var_os("HOME").map(|home| PathBuf::from(home).join(".cargo")));
+    let sources = home.ok_or("expected the environment variable HOME, found none")?.join("registry/src");
+    let registries = fs::read_dir(&sources).map_err(|error| format!("{}: {error}", sources.display()))?;
+    let crates = registries.flatten().map(|registry| registry.path().join(format!("{name}-{version}")));
+    let missing = || format!("{name} {version} is not in {}", sources.display());
+    crates.into_iter().find(|path| path.is_dir()).ok_or_else(missing)
 }
 
 /// Runs a program in a folder, without its output.

@@ -20,7 +20,7 @@ pub(crate) use fetch::has_small_part;
 use fetch::{files, packages};
 use step::{End, run as run_step};
 
-const MODELS: &[&str] = &["glb", "gltf", "obj", "ply"];
+const MODELS: &[&str] = &["glb", "gltf", "vrm", "obj", "ply"];
 const MAPS: &[&str] = &["hdr", "exr", "ktx2", "dds", "pfm"];
 
 /// Files of a kind that the small part takes of a package.
