@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use lobe::io::{Shard, merge_shards};
 use lobe::prt::{
-    AlbedoMode, AnyTransfer, BakeMode, BakeOptions, BakeReport, BakeWork, BakedGlb, BakedRows, PrtError,
+    AlbedoMode, AnyTransfer, BakeMode, BakeOptions, BakeReport, BakeWork, BakedGlb, BakedRows, Pilot, PrtError,
     read_any_transfer, read_baked,
 };
 use lobe::scene::{GltfDocument, Scene, SceneReadOptions, built_in, is_gltf, read_scene, read_scene_and_document};
@@ -128,6 +128,18 @@ impl Bake {
     #[getter]
     fn bytes(&self) -> u64 {
         self.work.bytes()
+    }
+
+    /// What the pilot has found, bounces and an error; none before the first shard.
+    #[getter]
+    fn pilot(&self) -> Option<(usize, f64)> {
+        self.work.pilot().map(|Pilot { bounces, stderr_dc }| (bounces, stderr_dc))
+    }
+
+    /// Takes what the pilot of the same bake has found elsewhere.
+    fn know(&self, pilot: (usize, f64)) -> PyResult<()> {
+        let (bounces, stderr_dc) = pilot;
+        self.work.know(Pilot { bounces, stderr_dc }).map_err(|error| error_of(&error))
     }
 
     /// Refuses the name of a file that cannot hold the results.

@@ -281,12 +281,12 @@ def test_what_is_measured_is_near_to_what_a_bake_takes(tmp_path):
 @pytest.mark.parametrize(
     ("tasks", "work", "shard", "expected"),
     [
-        (2, 600.0, 0.0, 32),  # a sixteenth of what each has to do
-        (16, 360_000.0, 0.0, 12_000),  # of 30 s, less than a sixteenth
-        (2, 8.0, 0.0, 8),  # of a second, more than a sixteenth
+        (2, 600.0, 0.0, 128),  # a sixty-fourth of what each has to do
+        (16, 360_000.0, 0.0, 12_000),  # of 30 s, less than a sixty-fourth
+        (2, 8.0, 0.0, 8),  # of a second, more than a sixty-fourth
         (2, 0.1, 0.0, 2),  # none is idle
         (2, 600.0, 2.0, 15),  # of 40 s, of which 2 s go by before the first receiver
-        (0, 64.0, 0.0, 16),  # workers that are to come
+        (0, 64.0, 0.0, 64),  # workers that are to come
         (4096, 1e9, 0.0, 1 << 14),  # what a client hands out
         (100_000, 1e9, 0.0, 100_000),
     ],

@@ -6,14 +6,12 @@ use std::sync::{Arc, OnceLock};
 use lobe_io::{Job, Shard};
 use lobe_scene::{Bvh, Scene};
 
-use crate::bake::bake::bake_shard_knowing;
-use crate::bake::glossy::bake_matrices_shard_knowing;
+use crate::bake::bake::{bake_on_disk_knowing, bake_shard_knowing};
+use crate::bake::glossy::{Points as MatrixPoints, bake_points_on_disk, bake_points_shard};
 use crate::bake::pilot::KnownPilot;
-use crate::bake::transfer_grid::bake_neighborhood_shard_knowing;
 use crate::{
-    BakeMode, BakeOptions, BakeReport, Channels, NeighborhoodGrid, PrtError, Receivers, Recipe, StoredMatrices,
-    StoredTransfer, TexelReceivers, bake_matrices_on_disk, bake_neighborhood_on_disk, bake_on_disk, write_lightmap,
-    write_matrices, write_neighborhood, write_transfer,
+    BakeMode, BakeOptions, BakeReport, Channels, NeighborhoodGrid, Pilot, PrtError, Receivers, Recipe, StoredMatrices,
+    StoredTransfer, TexelReceivers, write_lightmap, write_matrices, write_neighborhood, write_transfer,
 };
 
 /// A bake of a scene whose points are known: at its vertices, at the texels of its lightmap, or in space.
@@ -174,21 +172,44 @@ impl BakeWork {
         self.bvh.get_or_init(|| Bvh::new(&self.scene))
     }
 
+    /// What the pilot of this work has found; none before the first bake or shard.
+    #[must_use]
+    pub fn pilot(&self) -> Option<Pilot> {
+        self.pilot.get().copied()
+    }
+
+    /// Takes what the pilot of the same work has found elsewhere, so that it is not made again: as long as a pilot takes, each
+    /// process of a bake that many share would do the same. If a pilot is there already, it stays.
+    ///
+    /// # Errors
+    /// [`PrtError::Options`] if no pilot of this work can have found it.
+    pub fn know(&self, pilot: Pilot) -> Result<(), PrtError> {
+        let most = self.options.most_bounces();
+        if pilot.bounces > most || !(pilot.stderr_dc.is_finite() && pilot.stderr_dc >= 0.0) {
+            let message = format!("expected a pilot of at most {most} bounces and a finite error, found {pilot:?}");
+            return Err(PrtError::Options(message));
+        }
+        self.pilot.get_or_init(|| pilot);
+        Ok(())
+    }
+
     /// Bakes all points. The results stay in the checkpoint of the job.
     ///
     /// # Errors
-    /// Those of [`bake_on_disk`].
+    /// Those of [`bake_on_disk`](crate::bake_on_disk).
     pub fn bake(&self, job: Job<'_>) -> Result<(BakedRows, BakeReport), PrtError> {
-        let (scene, bvh, options) = (&*self.scene, self.bvh(), &self.options);
-        let transfer = |(rows, report)| (BakedRows::Transfer(rows), report);
-        let matrices = |(rows, report)| (BakedRows::Matrices(rows), report);
-        match &self.points {
-            Points::Vertices(receivers) if self.has_matrices() => {
-                bake_matrices_on_disk(scene, bvh, receivers, options, job).map(matrices)
+        let (scene, bvh, options, pilot) = (&*self.scene, self.bvh(), &self.options, &self.pilot);
+        match self.receivers() {
+            Some(receivers) if !self.has_matrices() => {
+                let (rows, report) = bake_on_disk_knowing(scene, bvh, receivers, options, job, pilot)?;
+                Ok((BakedRows::Transfer(rows), report))
             }
-            Points::Vertices(receivers) => bake_on_disk(scene, bvh, receivers, options, job).map(transfer),
-            Points::Texels(texels) => bake_on_disk(scene, bvh, texels.receivers(), options, job).map(transfer),
-            Points::Grid(grid, _) => bake_neighborhood_on_disk(scene, bvh, grid, options, job).map(matrices),
+            receivers => {
+                let positions = self.positions();
+                let points = matrix_points(receivers, &positions);
+                let (rows, report) = bake_points_on_disk(scene, bvh, points, options, job, pilot)?;
+                Ok((BakedRows::Matrices(rows), report))
+            }
         }
     }
 
@@ -196,17 +217,34 @@ impl BakeWork {
     /// shards, from which [`BakeWork::bake`] takes up everything.
     ///
     /// # Errors
-    /// Those of [`bake_on_disk`].
+    /// Those of [`bake_on_disk`](crate::bake_on_disk).
     pub fn bake_shard(&self, shard: Shard, job: Job<'_>) -> Result<BakeReport, PrtError> {
-        let (scene, bvh, options) = (&*self.scene, self.bvh(), &self.options);
-        let pilot = &self.pilot;
-        match &self.points {
-            Points::Vertices(receivers) if self.has_matrices() => {
-                bake_matrices_shard_knowing(scene, bvh, receivers, options, shard, job, pilot)
+        let (scene, bvh, options, pilot) = (&*self.scene, self.bvh(), &self.options, &self.pilot);
+        match self.receivers() {
+            Some(receivers) if !self.has_matrices() => {
+                bake_shard_knowing(scene, bvh, receivers, options, shard, job, pilot)
             }
-            Points::Vertices(receivers) => bake_shard_knowing(scene, bvh, receivers, options, shard, job, pilot),
-            Points::Texels(texels) => bake_shard_knowing(scene, bvh, texels.receivers(), options, shard, job, pilot),
-            Points::Grid(grid, _) => bake_neighborhood_shard_knowing(scene, bvh, grid, options, shard, job, pilot),
+            receivers => {
+                let positions = self.positions();
+                bake_points_shard(scene, bvh, matrix_points(receivers, &positions), options, shard, job, pilot)
+            }
+        }
+    }
+
+    /// The receivers, if the points are on surfaces.
+    fn receivers(&self) -> Option<&Receivers> {
+        match &self.points {
+            Points::Vertices(receivers) => Some(receivers),
+            Points::Texels(texels) => Some(texels.receivers()),
+            Points::Grid(..) => None,
+        }
+    }
+
+    /// The points in space; none on surfaces.
+    fn positions(&self) -> Vec<[f32; 3]> {
+        match &self.points {
+            Points::Grid(grid, _) => grid.points(self.scene.origin()),
+            Points::Vertices(_) | Points::Texels(_) => Vec::new(),
         }
     }
 
@@ -254,6 +292,11 @@ impl BakeWork {
             }
         }
     }
+}
+
+/// Points that matrices are baked for: receivers, or else positions in space.
+fn matrix_points<'a>(receivers: Option<&'a Receivers>, positions: &'a [[f32; 3]]) -> MatrixPoints<'a> {
+    receivers.map_or(MatrixPoints { positions, receivers: None }, MatrixPoints::of)
 }
 
 impl BakedRows {
@@ -319,6 +362,35 @@ mod tests {
                 merge_shards(&parts, &checkpoint, Job::default()).unwrap();
                 let merged = bytes_written(work, &checkpoint, &output);
                 assert!(merged == alone, "kind {kind}: {count} shards give other bytes than one machine");
+            }
+        }
+    }
+
+    #[test]
+    fn a_pilot_that_is_known_is_not_made_again_and_changes_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        for (kind, (work, ending)) in works().iter().enumerate() {
+            assert_eq!(work.pilot(), None, "kind {kind}: nothing is baked yet");
+            let output = at(&format!("{kind}.{ending}"));
+            let alone = bytes_written(work, &at(&format!("{kind}-alone")), &output);
+            let pilot = work.pilot().unwrap();
+            let (other, _) = &works()[kind];
+            other.know(pilot).unwrap();
+            assert!(bytes_written(other, &at(&format!("{kind}-other")), &output) == alone, "kind {kind}: the bytes");
+            // That of a third is made up, and found in its report.
+            let (third, _) = &works()[kind];
+            third.know(Pilot { stderr_dc: 0.125, ..pilot }).unwrap();
+            third.know(pilot).unwrap();
+            let half = Shard::new(1, 2).unwrap();
+            let report = third.bake_shard(half, Job::default().kept_in(at(&format!("{kind}-half")))).unwrap();
+            assert_eq!(
+                (report.stderr_dc, report.bounces),
+                (0.125, pilot.bounces),
+                "kind {kind}: the first that was known"
+            );
+            for bad in [Pilot { bounces: 1000, ..pilot }, Pilot { stderr_dc: f64::NAN, ..pilot }] {
+                assert!(matches!(other.know(bad), Err(PrtError::Options(_))), "kind {kind}: {bad:?}");
             }
         }
     }

@@ -47,6 +47,7 @@ pub use bake::adaptive::{AdaptiveOptions, AdaptiveReport, split_adaptively, spli
 pub use bake::bake::{bake, bake_on_disk, bake_shard};
 pub use bake::glossy::{bake_matrices, bake_matrices_on_disk, bake_matrices_shard};
 pub use bake::options::{AlbedoMode, BakeMode, BakeOptions, BakeReport};
+pub use bake::pilot::Pilot;
 pub use bake::transfer_grid::{
     Neighborhood, NeighborhoodGrid, bake_neighborhood, bake_neighborhood_on_disk, bake_neighborhood_shard,
 };

@@ -18,7 +18,7 @@ SEEDS = 5
 """Runs of each cell; the median is printed."""
 
 MACHINES = (16, 256, 4096)
-SHARDS_EACH = (1, 4, 16)
+SHARDS_EACH = (1, 4, 16, 64)
 
 
 @dataclasses.dataclass(frozen=True)

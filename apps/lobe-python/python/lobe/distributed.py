@@ -35,6 +35,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Unfinished", "bake", "main", "map"]
 
+Pilot = tuple[int, float]
+"""What the pilot of a bake has found: bounces, and an error."""
+
 RETRIES = 3
 """Times that a shard is tried again after an error. A worker that dies counts nothing here: Dask has a limit of its own."""
 
@@ -67,7 +70,7 @@ def bake(
         if parts is None or parts.missing():
             arguments = (_sent(engine, work), *work.arguments())
             parts = work.parts(_shards_for(engine, work, arguments)) if parts is None else parts
-            _bake_missing(engine, parts, arguments, progress)
+            _bake_missing(engine, parts, arguments, work.pilot, progress)
         elif progress is not None:
             progress(parts.count, parts.count)
     return work.merge(parts)
@@ -81,6 +84,13 @@ class Work:
         self._made = options.of(self.scene)
         self._made.check_output(self.output)
         self.identity = _identity(self.scene, self.options)
+        self.pilot: Pilot | None = None
+
+    def know(self, pilot: Pilot | None) -> None:
+        """Takes what the pilot has found on a worker: the others and the client need not make it again."""
+        if pilot is not None:
+            self._made.know(pilot)
+        self.pilot = pilot
 
     def begun(self) -> int | None:
         """Of how many shards this bake has some already; of several such numbers that of which the largest share is done."""
@@ -173,12 +183,17 @@ def _shards_for(client: Client, work: Work, arguments: tuple[Any, ...]) -> int:
     """Shards for the workers that are there when one of them has measured the cost."""
     task = client.submit(measure, *arguments, key=f"lobe-{work.identity}-cost-{uuid.uuid4().hex}", pure=False, retries=RETRIES)
     cost: Cost = task.result()
+    work.know(cost.pilot)
     threads: Any = client.nthreads()
     return shards_for(sum(threads.values()), cost)
 
 
 def _bake_missing(
-    client: Client, parts: Parts, arguments: tuple[Any, ...], progress: Callable[[int, int], object] | None
+    client: Client,
+    parts: Parts,
+    arguments: tuple[Any, ...],
+    pilot: Pilot | None,
+    progress: Callable[[int, int], object] | None,
 ) -> None:
     from distributed import as_completed
 
@@ -193,6 +208,7 @@ def _bake_missing(
             *arguments,
             number,
             parts.count,
+            pilot,
             key=f"lobe-{parts.identity}-{number}-of-{parts.count}-{call}",
             pure=False,
             retries=RETRIES,
@@ -219,7 +235,9 @@ _reading = Lock()
 """Held while a scene is read: a worker of several threads reads it once, too."""
 
 
-def _read_once(sent: bytes | None, scene: str, options: dict[str, Any], identity: str, folder: str) -> _lobe.Bake:
+def _read_once(
+    sent: bytes | None, scene: str, options: dict[str, Any], identity: str, folder: str, pilot: Pilot | None = None
+) -> _lobe.Bake:
     with _reading:
         if identity not in _read:
             _read.clear()
@@ -228,16 +246,26 @@ def _read_once(sent: bytes | None, scene: str, options: dict[str, Any], identity
                 scene = os.path.join(folder, os.path.basename(scene))
                 with open(scene, "wb") as file:
                     file.write(sent)
-            _read[identity] = BakeOptions(**options).of(scene)
+            made = BakeOptions(**options).of(scene)
+            if pilot is not None:
+                made.know(pilot)
+            _read[identity] = made
         return _read[identity]
 
 
 def bake_shard(
-    sent: bytes | None, scene: str, options: dict[str, Any], identity: str, version: str, number: int, count: int
+    sent: bytes | None,
+    scene: str,
+    options: dict[str, Any],
+    identity: str,
+    version: str,
+    number: int,
+    count: int,
+    pilot: Pilot | None = None,
 ) -> bytes:
     """The task of a worker: a shard as the bytes of its file."""
     with _work_folder(version) as folder:
-        made = _read_once(sent, scene, options, identity, folder)
+        made = _read_once(sent, scene, options, identity, folder, pilot)
         part = os.path.join(folder, f"{identity}.safetensors")
         made.write_shard(part, number, count, None)
         with open(part, "rb") as file:

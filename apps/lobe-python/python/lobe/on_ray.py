@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ._bake import BakeOptions, BakeReport, Path
-from ._shards import shards_for
+from ._shards import Cost, shards_for
 from .distributed import RETRIES, Parts, Work, bake_shard, measure
 
 AHEAD = 4
@@ -57,7 +57,9 @@ class Machines:
 
     def shards(self) -> int:
         """Shards for these machines, by what one of them measures that they cost."""
-        return shards_for(self._count, _result(self._start(measure), "the cost of shards"))
+        cost: Cost = _result(self._start(measure), "the cost of shards")
+        self._work.know(cost.pilot)
+        return shards_for(self._count, cost)
 
     def bake_missing(self, parts: Parts, progress: Callable[[int, int], object] | None) -> None:
         import ray
@@ -71,7 +73,7 @@ class Machines:
             while missing or running:
                 while missing and len(running) < AHEAD * self._count:
                     number = missing.pop()
-                    running[self._start(bake_shard, number, parts.count)] = number
+                    running[self._start(bake_shard, number, parts.count, self._work.pilot)] = number
                 [ready], _ = ray.wait(list(running))
                 part = _result(ready, f"shard {running[ready]} of {parts.count}")
                 parts.keep(running.pop(ready), part)
@@ -82,7 +84,7 @@ class Machines:
             for left in running:
                 ray.cancel(left, force=True)
 
-    def _start(self, function: Callable[..., Any], *more: int) -> Any:
+    def _start(self, function: Callable[..., Any], *more: Any) -> Any:
         """A task on one of the machines, which have the scene from the first on."""
         import ray
 

@@ -73,7 +73,19 @@ pub fn bake_on_disk(
     options: &BakeOptions,
     job: Job<'_>,
 ) -> Result<(StoredTransfer, BakeReport), PrtError> {
-    let bake = prepare(scene, bvh, receivers, options, &KnownPilot::new())?;
+    bake_on_disk_knowing(scene, bvh, receivers, options, job, &KnownPilot::new())
+}
+
+/// [`bake_on_disk`] where the pilot may be known from a shard of the same bake.
+pub(crate) fn bake_on_disk_knowing(
+    scene: &Scene,
+    bvh: &Bvh,
+    receivers: &Receivers,
+    options: &BakeOptions,
+    job: Job<'_>,
+    known: &KnownPilot,
+) -> Result<(StoredTransfer, BakeReport), PrtError> {
+    let bake = prepare(scene, bvh, receivers, options, known)?;
     let channels = bake.estimator.channels;
     let (rows, report) = bake.run_on_disk(|_| fingerprint(scene, receivers, options), job)?;
     Ok((StoredTransfer { order: options.order, channels, rows }, report))
@@ -136,7 +148,7 @@ impl<E: Estimator> PreparedBake<E> {
         limit_bounces: impl FnOnce(&mut E, usize),
     ) -> Self {
         let start = Instant::now();
-        let pilot = known.get_or_init(|| pilot(&estimator, energy_stop)).clone();
+        let pilot = *known.get_or_init(|| pilot(&estimator, energy_stop));
         limit_bounces(&mut estimator, pilot.bounces);
         Self { estimator, pilot, start }
     }

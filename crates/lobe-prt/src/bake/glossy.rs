@@ -44,7 +44,7 @@ pub fn bake_matrices_on_disk(
     options: &BakeOptions,
     job: Job<'_>,
 ) -> Result<(StoredMatrices, BakeReport), PrtError> {
-    bake_points_on_disk(scene, bvh, Points::of(receivers), options, job)
+    bake_points_on_disk(scene, bvh, Points::of(receivers), options, job, &KnownPilot::new())
 }
 
 /// A shard of [`bake_matrices_on_disk`], as [`crate::bake_shard`] makes it.
@@ -59,20 +59,7 @@ pub fn bake_matrices_shard(
     shard: Shard,
     job: Job<'_>,
 ) -> Result<BakeReport, PrtError> {
-    bake_matrices_shard_knowing(scene, bvh, receivers, options, shard, job, &KnownPilot::new())
-}
-
-/// [`bake_matrices_shard`] where the pilot of another shard of the same bake may be known.
-pub(crate) fn bake_matrices_shard_knowing(
-    scene: &Scene,
-    bvh: &Bvh,
-    receivers: &Receivers,
-    options: &BakeOptions,
-    shard: Shard,
-    job: Job<'_>,
-    known: &KnownPilot,
-) -> Result<BakeReport, PrtError> {
-    bake_points_shard(scene, bvh, Points::of(receivers), options, shard, job, known)
+    bake_points_shard(scene, bvh, Points::of(receivers), options, shard, job, &KnownPilot::new())
 }
 
 /// The points that matrices are baked for: receivers on surfaces, or points in space.
@@ -84,7 +71,7 @@ pub(crate) struct Points<'a> {
 }
 
 impl<'a> Points<'a> {
-    fn of(receivers: &'a Receivers) -> Self {
+    pub(crate) fn of(receivers: &'a Receivers) -> Self {
         Self { positions: receivers.positions(), receivers: Some(receivers) }
     }
 }
@@ -102,19 +89,22 @@ pub(crate) fn bake_points(
     Ok((TransferMatrices::new(options.order, channels, rows)?, report))
 }
 
+/// [`bake_matrices_on_disk`] of any points, where the pilot may be known from a shard of the same bake.
 pub(crate) fn bake_points_on_disk(
     scene: &Scene,
     bvh: &Bvh,
     points: Points<'_>,
     options: &BakeOptions,
     job: Job<'_>,
+    known: &KnownPilot,
 ) -> Result<(StoredMatrices, BakeReport), PrtError> {
-    let bake = prepare(scene, bvh, points, options, &KnownPilot::new())?;
+    let bake = prepare(scene, bvh, points, options, known)?;
     let channels = bake.estimator.channels;
     let (rows, report) = bake.run_on_disk(|matrices| matrices.fingerprint(scene), job)?;
     Ok((StoredMatrices { order: options.order, channels, rows }, report))
 }
 
+/// [`bake_matrices_shard`] of any points, where the pilot may be known from another shard of the same bake.
 pub(crate) fn bake_points_shard(
     scene: &Scene,
     bvh: &Bvh,

@@ -21,16 +21,16 @@ const RECEIVERS_FOR_ONE: usize = 128;
 /// is killed.
 const MOST_PATHS: usize = 1 << 22;
 
-/// The estimates of the pilot.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Pilot {
+/// What a pilot has found: it bakes a few receivers to know beforehand how many bounces matter, and how far results vary.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Pilot {
     /// Bounces that carry enough energy.
-    pub(crate) bounces: usize,
+    pub bounces: usize,
     /// Relative standard error of the constant coefficient.
-    pub(crate) stderr_dc: f64,
+    pub stderr_dc: f64,
 }
 
-/// The pilot of one bake, found by the first of its shards that a process makes.
+/// The pilot of one bake, found by whichever part of it a process makes first.
 pub(crate) type KnownPilot = OnceLock<Pilot>;
 
 /// Bakes evenly chosen receivers with other seeds, derived from that of the estimator.

@@ -174,7 +174,7 @@ pub fn bake_neighborhood_on_disk(
 ) -> Result<(StoredMatrices, BakeReport), PrtError> {
     let positions = grid.points(scene.origin());
     let points = Points { positions: &positions, receivers: None };
-    bake_points_on_disk(scene, bvh, points, options, job)
+    bake_points_on_disk(scene, bvh, points, options, job, &KnownPilot::new())
 }
 
 /// A shard of [`bake_neighborhood_on_disk`], as [`crate::bake_shard`] makes it.
@@ -189,19 +189,7 @@ pub fn bake_neighborhood_shard(
     shard: Shard,
     job: Job<'_>,
 ) -> Result<BakeReport, PrtError> {
-    bake_neighborhood_shard_knowing(scene, bvh, grid, options, shard, job, &KnownPilot::new())
-}
-
-/// [`bake_neighborhood_shard`] where the pilot of another shard of the same bake may be known.
-pub(crate) fn bake_neighborhood_shard_knowing(
-    scene: &Scene,
-    bvh: &Bvh,
-    grid: &NeighborhoodGrid,
-    options: &BakeOptions,
-    shard: Shard,
-    job: Job<'_>,
-    known: &KnownPilot,
-) -> Result<BakeReport, PrtError> {
     let positions = grid.points(scene.origin());
-    bake_points_shard(scene, bvh, Points { positions: &positions, receivers: None }, options, shard, job, known)
+    let points = Points { positions: &positions, receivers: None };
+    bake_points_shard(scene, bvh, points, options, shard, job, &KnownPilot::new())
 }
