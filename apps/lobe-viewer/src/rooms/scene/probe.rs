@@ -9,12 +9,18 @@ use crate::loading::bake::SceneData;
 use crate::widgets::balloon::{BalloonView, Shown};
 use crate::widgets::orbit::Orbit;
 
+/// Sides of the balloon in points.
+const LARGEST: f32 = 190.0;
+const LEAST: f32 = 96.0;
+
 /// Shows what a vertex does to light: red where light from there reaches the eye from it, blue where the expansion rings.
 #[derive(Default)]
 pub(crate) struct Probe {
     pub(crate) is_on: bool,
     vertex: Option<Vertex>,
     balloon: BalloonView,
+    /// Whether the panel has scrolled to the balloon since it was switched on.
+    is_found: bool,
 }
 
 /// A vertex by its number among all, and where it is.
@@ -86,6 +92,7 @@ impl Probe {
     pub(crate) fn controls(&mut self, ui: &mut Ui, transfer: Option<&Transfer>, orbit: &mut Orbit) {
         ui.checkbox(&mut self.is_on, "Transfer under the pointer (P)");
         if !self.is_on {
+            self.is_found = false;
             return;
         }
         let Some(vertex) = self.vertex else {
@@ -100,7 +107,14 @@ impl Probe {
         ui.label(format!("Vertex {}, mean {mean:.4}", vertex.number));
         let key: Vec<f64> = f.coefficients().to_vec();
         let shown = Shown { name: "Transfer of the vertex", key: &key, f: |s| f.eval(s), extent: None };
-        let side = ui.available_width().min(190.0);
-        self.balloon.show(ui, side, orbit, &shown);
+        // As large as there is room for below, and never so small that nothing is seen: then the panel scrolls to it.
+        let below = ui.clip_rect().bottom() - ui.cursor().top();
+        let side = ui.available_width().min(LARGEST).min(below.max(LEAST));
+        let balloon = self.balloon.show(ui, side, orbit, &shown);
+        // Once: who scrolls away again is left there.
+        if below < LEAST && !self.is_found {
+            balloon.scroll_to_me(None);
+        }
+        self.is_found = true;
     }
 }
