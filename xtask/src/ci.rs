@@ -102,7 +102,7 @@ const RELEASE: Step = Step {
     name: "release",
     work: Work::Cargo("build --release --package lobe-cli --package lobe-scene --example poses --bin lobe", &[]),
 };
-/// Other programs read what Lobe writes: the glTF validator, three.js, Babylon.js, PlayCanvas, Filament, ktx-parse, OpenEXR.
+/// Other programs read what Lobe writes: the glTF validator, engines of the web, `OpenEXR`.
 const READERS: Step = Step {
     name: "readers",
     work: Work::Where(has_node_and_chromium, "node", "peers/readers/readers.mjs target/release/lobe"),
