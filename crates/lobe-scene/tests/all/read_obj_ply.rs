@@ -53,7 +53,9 @@ fn obj_materials_textures_and_colors_are_read() {
     fs::write(folder.path().join("a.mtl"), "newmtl red\nKd 0.8 0.1 0.05\nnewmtl wood\nKd 1 1 1\nmap_Kd w.png\n")
         .unwrap();
     for content in [None, Some("no picture")] {
-        content.map(|text| fs::write(folder.path().join("w.png"), text).unwrap());
+        if let Some(text) = content {
+            fs::write(folder.path().join("w.png"), text).unwrap();
+        }
         let (scene, report) = read_scene(&path, &SceneReadOptions::default()).unwrap();
         assert_eq!((scene.textures().len(), scene.vertex_base_color(1, 0)), (0, [1.0; 4]), "the color alone");
         assert!(report.notes.len() == 1 && report.notes[0].contains("w.png"), "{content:?}: {:?}", report.notes);

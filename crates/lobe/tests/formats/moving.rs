@@ -159,7 +159,7 @@ fn the_records_of_fields_visibility_and_spheres_hold_what_the_page_says() {
     let kept = |name: &str| folder.path().join(name);
     // Points are not filled, so that they are as they were sampled.
     let options = FieldOptions::default().order(2).spheres(3).cells(4).rays(32).fill_inside(false);
-    let (field, report) = bake_field(&scene, &options, Job::default().kept_in(&kept("f"))).unwrap();
+    let (field, report) = bake_field(&scene, &options, Job::default().kept_in(kept("f"))).unwrap();
     let (kind, records) = read_checkpoint(&kept("f"));
     assert_eq!((kind.as_str(), records[0].len()), ("OCCF", 32 * 5 * 4), "32 points of n² + 1 numbers each");
     let numbers = floats(&records);
@@ -177,12 +177,12 @@ fn the_records_of_fields_visibility_and_spheres_hold_what_the_page_says() {
     let (positions, normals) = ([[0.0, 0.0, 3.0], [0.0, 0.5, 3.0]], [[0.0, 0.0, 1.0]; 2]);
     let options = VisibilityOptions::default().order(2).rays(32);
     let visibility =
-        bake_visibility(&scene, &positions, &normals, &options, Job::default().kept_in(&kept("v"))).unwrap();
+        bake_visibility(&scene, &positions, &normals, &options, Job::default().kept_in(kept("v"))).unwrap();
     let (kind, records) = read_checkpoint(&kept("v"));
     assert_eq!((kind.as_str(), floats(&records)), ("VISB", visibility), "n² numbers for each receiver");
 
     let options = SphereFitOptions::default().count(3).samples(200).rounds(4);
-    let (_, report) = fit_spheres(&tetrahedron(), &options, Job::default().kept_in(&kept("s"))).unwrap();
+    let (_, report) = fit_spheres(&tetrahedron(), &options, Job::default().kept_in(kept("s"))).unwrap();
     let (kind, records) = read_checkpoint(&kept("s"));
     assert_eq!((kind.as_str(), records[0].len()), ("SPHR", 8 * (1 + 5 * 3)), "the energy, then five numbers each");
     for (record, energy) in records.iter().zip(&report.history) {
