@@ -17,6 +17,9 @@ use rayon::prelude::*;
 use crate::job::{error_of, watched};
 use crate::rows::{array_of, contiguous, value_error};
 
+/// Texels from which on all threads share in copying them: fewer are copied before another thread is awake.
+const MANY: usize = 1 << 17;
+
 /// An environment map in one of the mappings.
 #[pyclass(frozen, module = "lobe")]
 pub(crate) struct Map(pub(crate) MappedMap);
@@ -83,14 +86,16 @@ pub(crate) fn reconstruct(py: Python<'_>, c: PyReadonlyArray2<'_, f64>, width: u
 impl Map {
     /// From texels `(height, width, 3)`.
     #[new]
-    fn new(texels: PyReadonlyArrayDyn<'_, f32>, mapping: &str) -> PyResult<Self> {
+    fn new(py: Python<'_>, texels: PyReadonlyArrayDyn<'_, f32>, mapping: &str) -> PyResult<Self> {
         let [height, width, 3] = *texels.shape() else {
             return Err(PyValueError::new_err(format!(
                 "expected an array of shape (height, width, 3), found {:?}",
                 texels.shape()
             )));
         };
-        let colors = bytemuck::cast_slice(contiguous(&texels)?).to_vec();
+        let colors: &[Rgb<f32>] = bytemuck::cast_slice(contiguous(&texels)?);
+        let colors =
+            if colors.len() < MANY { colors.to_vec() } else { py.detach(|| colors.par_iter().copied().collect()) };
         MappedMap::new(mapping_of(mapping)?, width, height, colors).map(Self).map_err(|error| error_of(&error))
     }
 

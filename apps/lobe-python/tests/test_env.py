@@ -35,6 +35,12 @@ def test_a_projection_is_the_sum_over_texels():
     np.testing.assert_array_equal(gray.coefficients, found.coefficients[:, 1])
 
 
+@pytest.mark.parametrize("height", [8, 512])
+def test_texels_are_kept_however_many_there_are(height):
+    texels = np.random.default_rng(height).random((height, 2 * height, 3), dtype=np.float32)
+    np.testing.assert_array_equal(lobe.EnvMap(texels).texels, texels)
+
+
 def test_a_constant_is_exact():
     f = lobe.project(np.full((3, 7, 3), 2.0), 5)
     expected = np.zeros((25, 3))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -270,7 +271,7 @@ class Sh:
     def _rows(self) -> Numbers:
         shape = (-1, self._order**2, 3) if self._is_color else (-1, self._order**2)
         rows = np.ascontiguousarray(self._c)
-        return rows.reshape((int(np.prod(self.shape)), *shape[1:]))
+        return rows.reshape((math.prod(self.shape), *shape[1:]))
 
     def _like(self, rows: Numbers, order: int) -> Sh:
         return Sh(rows.reshape(self.shape + ((order * order, 3) if self._is_color else (order * order,))))
