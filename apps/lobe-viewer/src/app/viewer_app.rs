@@ -151,7 +151,7 @@ impl ViewerApp {
     /// Whether a file is for the room of motion: descriptions are, and scenes that are opened there.
     fn is_of_motion(&self, path: &Path) -> bool {
         let is_scene = scene_source::has_ending(path, &scene_source::ENDINGS);
-        scene_source::has_ending(path, &[moving_source::DESCRIPTION])
+        (scene_source::has_ending(path, &[moving_source::DESCRIPTION]) && !sky_source::is_expansion(path))
             || (is_scene && self.kept.room == RoomName::Motion)
     }
 

@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use lobe::render::MovingScene;
-use lobe::scene::{AnimatedScene, SceneReadOptions, built_in};
+use lobe::scene::{AnimatedScene, SceneReadOptions, built_in, is_gltf};
 
 use crate::loading::scene_source::{BUILT_IN, ENDINGS, has_ending, open_scene};
 
 /// The ending of descriptions of scenes.
 pub(crate) const DESCRIPTION: &str = "json";
 
-/// Reads a scene that may move, repeated from its end: a .glb or .gltf file with its first animation, a description (.json) as the
+/// Reads a scene that may move, repeated from its end: a .glb, .gltf or .vrm file with its first animation, a description (.json) as the
 /// command `lobe render --mode fields` takes it, another scene, which stands still, or `built-in:NAME`.
 ///
 /// # Errors
@@ -27,7 +27,7 @@ pub fn open_moving(source: &Path) -> anyhow::Result<MovingScene> {
         MovingScene::animated(animated, Some(0))?
     } else if has_ending(source, &[DESCRIPTION]) {
         MovingScene::read(source, &options)?.0
-    } else if has_ending(source, &["glb", "gltf"]) {
+    } else if is_gltf(source) {
         let (animated, _) = AnimatedScene::read(source, &options)?;
         let animation = (!animated.animations().is_empty()).then_some(0);
         MovingScene::animated(animated, animation)?
@@ -35,7 +35,7 @@ pub fn open_moving(source: &Path) -> anyhow::Result<MovingScene> {
         MovingScene::animated(AnimatedScene::still(open_scene(source)?.scene), None)?
     } else {
         let name = source.file_name().unwrap_or_default().to_string_lossy();
-        bail!("{name}: not a scene that can move; there are .glb, .gltf, .obj, .ply and descriptions, .json");
+        bail!("{name}: not a scene that can move; there are .glb, .gltf, .vrm, .obj, .ply and descriptions, .json");
     };
     Ok(moving.looped(true))
 }

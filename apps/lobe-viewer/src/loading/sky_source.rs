@@ -3,10 +3,13 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use lobe::env::{EnvMap, Ground, MapReadOptions, MappedMap, PreethamSky, Sky as _, read_map, read_map_bytes, sky_map};
-use lobe::sh::{Dir, Rgb};
+use lobe::env::{
+    EnvMap, Ground, MapReadOptions, MappedMap, PreethamSky, Sky as _, read_map, read_map_bytes, reconstruct, sky_map,
+};
+use lobe::sh::{Dir, Quantity, Rgb, read_sh_json, read_sh_json_bytes};
 
 use crate::loading::place::given;
+use crate::loading::scene_source::has_ending;
 
 /// The sky that the window opens with.
 pub(crate) const FIRST: &str = "made:evening";
@@ -22,6 +25,12 @@ pub(crate) const BUILT_IN: [(&str, &str); 5] = [
 
 /// Endings of files that are environments. A folder with the pictures of six faces is one too.
 pub(crate) const ENDINGS: [&str; 8] = ["hdr", "exr", "pfm", "png", "jpg", "jpeg", "ktx2", "dds"];
+
+/// The ending of files of expansions, whose radiance is a sky too.
+const EXPANSION: &str = ".sh.json";
+
+/// Rows of the picture of an expansion: projected again, band 7 is back to 10⁻⁴ ([`reconstruct`]).
+const EXPANSION_HEIGHT: usize = 512;
 
 /// Rows of skies that are made by formula.
 const MADE_HEIGHT: usize = 256;
@@ -43,7 +52,29 @@ pub struct OpenedSky {
     pub map: Arc<MappedMap>,
 }
 
-/// Reads an environment: a picture file, a folder with the six faces of a cube, `bundled:NAME`, or `made:NAME` with evening, noon or even, which are made by formula.
+/// Whether a file is an environment, by its name: a picture, a folder with the faces of a cube, or an expansion.
+pub(crate) fn is_sky(path: &Path) -> bool {
+    has_ending(path, &ENDINGS) || path.is_dir() || is_expansion(path)
+}
+
+/// Whether a file is an expansion, by its name.
+pub(crate) fn is_expansion(path: &Path) -> bool {
+    path.file_name().is_some_and(|name| name.to_string_lossy().to_ascii_lowercase().ends_with(EXPANSION))
+}
+
+/// The radiance of an expansion as a picture; below zero where it rings.
+fn open_expansion(source: &Path, name: &str) -> anyhow::Result<MappedMap> {
+    let file = match given(source) {
+        Some(bytes) => read_sh_json_bytes(&bytes, name)?,
+        None => read_sh_json(source)?,
+    };
+    if file.quantity != Quantity::Radiance {
+        anyhow::bail!("{name}: expected the radiance of surroundings, found {}", file.quantity);
+    }
+    Ok(reconstruct(&file.coefficients.to_rgb(), 2 * EXPANSION_HEIGHT, EXPANSION_HEIGHT).into())
+}
+
+/// Reads an environment: a picture file, an expansion of radiance (.sh.json), a folder with the six faces of a cube, `bundled:NAME`, or `made:NAME` with evening, noon or even, which are made by formula.
 ///
 /// # Errors
 /// One line that says what is wrong with the file or the name.
@@ -56,6 +87,7 @@ pub fn open_sky(source: &Path) -> anyhow::Result<OpenedSky> {
         Some("noon") => made_sky(0.6, 0.6, 16.0, [1.0, 0.95, 0.86])?.into(),
         Some("even") => EnvMap::from_fn(16, 8, |_| Rgb::new(1.0, 1.0, 1.0)).into(),
         Some(_) => anyhow::bail!("{text}: there is no such sky; there are made:evening, made:noon and made:even"),
+        None if is_expansion(source) => open_expansion(source, &name)?,
         None => match given(source) {
             Some(bytes) => read_map_bytes(&bytes, &name, &MapReadOptions::default())?.0.into_base(),
             None => read_map(source, &MapReadOptions::default())?.0.into_base(),

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use eframe::egui::DroppedFile;
 use egui_kittest::Harness;
+use lobe::sh::{Quantity, Rgb, ShFile, ShVec, write_sh_json};
 use lobe_viewer::{Kept, RoomName, UserFolder, ViewerApp};
 
 use crate::wait::step_until;
@@ -60,6 +61,11 @@ fn files_that_are_dropped_are_opened_or_told_in_one_line() {
     drop_file(&mut harness, &at("cube"));
     assert_eq!(harness.state().scene().edits().sky, at("cube"), "a folder of six faces is a sky");
     assert_eq!(harness.state().scene().message(), None, "and nothing is wrong");
+    let light = ShVec::constant(2, Rgb::new(2.0, 1.0, 0.5));
+    write_sh_json(at("light.sh.json"), &ShFile::new(Quantity::Radiance, light)).unwrap();
+    drop_file(&mut harness, &at("light.sh.json"));
+    assert_eq!(harness.state().scene().edits().sky, at("light.sh.json"), "an expansion is a sky");
+    assert_eq!(harness.state().room(), RoomName::Scene, "and no scene that moves");
     for name in ["torn.glb", "torn.exr", "huge.hdr", "huge.glb", "none.obj"] {
         drop_file(&mut harness, &at(name));
         let message = harness.state().scene().message().unwrap_or_default().to_owned();

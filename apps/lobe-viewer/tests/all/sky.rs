@@ -4,7 +4,10 @@ use eframe::egui::Key;
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use lobe::env::project_map;
-use lobe::sh::{Dir, Expansion as _, LightFitOptions, Rgb, Rotation, certified_minimum, extract_lights};
+use lobe::sh::{
+    Dir, Expansion as _, LightFitOptions, Quantity, Rgb, Rotation, ShFile, ShVec, certified_minimum, extract_lights,
+    write_sh_json,
+};
 use lobe_viewer::{OpenedSky, SkyEdits, SkyRoom, Step, Taming, open_sky};
 
 struct Shown {
@@ -76,6 +79,25 @@ fn skies_by_formula_are_light_everywhere_above_and_unknown_names_are_told() {
     assert!(open_sky("no-such-file.exr".as_ref()).is_err(), "no file");
 }
 
+#[test]
+fn an_expansion_of_radiance_is_a_sky_and_comes_back_as_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("light.SH.json");
+    let color = |i: usize| Rgb::new((i as f64).cos(), 0.5 * (i as f64).sin(), if i == 0 { 3.0 } else { -0.1 });
+    let light = ShVec::from_vec((0..16).map(color).collect()).unwrap();
+    write_sh_json(&path, &ShFile::new(Quantity::Radiance, light.clone())).unwrap();
+    let sky = open_sky(&path).unwrap();
+    let back = project_map(&sky.map, 4);
+    for (i, (a, b)) in back.coefficients().iter().zip(light.coefficients()).enumerate() {
+        let apart = (*a - *b).to_array().into_iter().fold(0.0, |most: f64, c| most.max(c.abs()));
+        // 12 Δ²/24 of band 3, with Δ = π/512.
+        assert!(apart < 5e-5, "coefficient {i}: {a:?}, written {b:?}");
+    }
+    write_sh_json(&path, &ShFile::new(Quantity::Irradiance, light)).unwrap();
+    let line = open_sky(&path).unwrap_err().to_string();
+    assert!(line.contains("light.SH.json: expected the radiance of surroundings, found irradiance"), "{line}");
+}
+
 /// Types into a cell of the table and leaves it.
 fn type_into(harness: &mut Harness<'_, Shown>, cell: &str, text: &str) {
     harness.get_by_label(cell).focus();
@@ -88,7 +110,7 @@ fn type_into(harness: &mut Harness<'_, Shown>, cell: &str, text: &str) {
 }
 
 /// The line of the minimum for an expansion.
-fn minimum_of(light: &lobe::sh::ShVec<Rgb<f64>>) -> String {
+fn minimum_of(light: &ShVec<Rgb<f64>>) -> String {
     let least = certified_minimum(light.map(Rgb::luminance).coefficients(), 1e-6);
     format!("Minimum of the luminance: {:.4} (blue cross)", least.lo)
 }

@@ -135,13 +135,13 @@ impl SceneRoom {
         if scene_source::has_ending(path, &scene_source::ENDINGS) {
             self.edits.scene = path.into();
             self.wants_frame = true;
-        } else if scene_source::has_ending(path, &sky_source::ENDINGS) || path.is_dir() {
+        } else if sky_source::is_sky(path) {
             self.edits.sky = path.into();
         } else {
             let known =
                 scene_source::ENDINGS.iter().chain(&sky_source::ENDINGS).copied().collect::<Vec<_>>().join(", .");
             let name = path.file_name().unwrap_or_default().to_string_lossy();
-            self.message = Some(format!("{name}: not a file that Lobe reads; it reads .{known}"));
+            self.message = Some(format!("{name}: nothing to show by itself; this opens .{known}, .json and .sh.json"));
         }
     }
 
