@@ -5,7 +5,7 @@ use numpy::ndarray::Dimension;
 use numpy::{
     Element, PyArray1, PyArrayDyn, PyArrayMethods as _, PyReadonlyArray, PyReadonlyArrayDyn, PyUntypedArrayMethods as _,
 };
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
@@ -16,10 +16,24 @@ const ROWS_TOGETHER: usize = 1 << 12;
 pub(crate) const QUICK_ROWS_TOGETHER: usize = 1 << 16;
 
 /// An array of single or double precision; anything else is a `TypeError`.
-#[derive(FromPyObject)]
 pub(crate) enum Numbers<'py> {
     Single(PyReadonlyArrayDyn<'py, f32>),
     Double(PyReadonlyArrayDyn<'py, f64>),
+}
+
+impl<'a, 'py> FromPyObject<'a, 'py> for Numbers<'py> {
+    type Error = PyErr;
+
+    // Derived, this makes an exception for what is not of the first kind, which takes longer than to turn a function.
+    fn extract(given: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        if let Ok(array) = given.cast::<PyArrayDyn<f64>>() {
+            Ok(Self::Double(array.try_readonly()?))
+        } else if let Ok(array) = given.cast::<PyArrayDyn<f32>>() {
+            Ok(Self::Single(array.try_readonly()?))
+        } else {
+            Err(PyTypeError::new_err("expected an array of float32 or float64"))
+        }
+    }
 }
 
 impl Numbers<'_> {
@@ -117,6 +131,11 @@ pub(crate) fn do_rows<C: Coefficient>(
     if width == 0 {
         return Ok(out);
     }
+    if rows == 1 {
+        // To wake another thread takes longer than most functions.
+        py.detach(|| work(0, &mut out)).map_err(PyValueError::new_err)?;
+        return Ok(out);
+    }
     for (part, out) in out.chunks_mut(width * together).enumerate() {
         py.check_signals()?;
         let done = py.detach(|| {
@@ -129,7 +148,7 @@ pub(crate) fn do_rows<C: Coefficient>(
             faults.min_by_key(|(row, _)| *row)
         });
         if let Some((row, fault)) = done {
-            return Err(PyValueError::new_err(if rows > 1 { format!("function {row}: {fault}") } else { fault }));
+            return Err(PyValueError::new_err(format!("function {row}: {fault}")));
         }
     }
     Ok(out)

@@ -86,6 +86,16 @@ def test_products_are_their_projections(a, b, out, seed):
     np.testing.assert_allclose(np.asarray(f.product(g, out)), expected, atol=1e-12 * (a + b) ** 2)
 
 
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("tail", [(16,), (16, 3)])
+def test_one_function_is_done_as_the_first_of_two(dtype, tail):
+    c = random((2, *tail), 3, dtype)
+    for work in (lambda f: f.rotate(rotation(4)), lambda f: f.product(f), lambda f: f.convolve("cosine")):
+        one, both = work(lobe.Sh(c[0])), work(lobe.Sh(c))
+        assert one.dtype == dtype and one.shape == ()
+        np.testing.assert_array_equal(one.coefficients, both.coefficients[0])
+
+
 def test_batches_broadcast_and_numbers_multiply_colors():
     gray, color = lobe.Sh(random((5, 1, 9))), lobe.Sh(random((4, 9, 3)))
     product = gray.product(color)

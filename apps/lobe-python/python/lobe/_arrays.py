@@ -11,6 +11,9 @@ import numpy.typing as npt
 Numbers = npt.NDArray[Any]
 Doubles = npt.NDArray[np.float64]
 
+NATIVE = (np.dtype(np.float64), np.dtype(np.float32))
+"""What the kernels read as it is."""
+
 MAX_ORDER = 64
 """Bands at most of the functions of this package."""
 
@@ -18,6 +21,9 @@ MAX_ORDER = 64
 def numbers(values: npt.ArrayLike, what: str) -> Numbers:
     """An array of float32 or float64; integers become float64, and anything else is a TypeError."""
     given: Any = values
+    if type(given) is np.ndarray and given.dtype in NATIVE:
+        known: Numbers = given
+        return known
     if hasattr(given, "__dlpack__") and not isinstance(given, np.ndarray):
         given = np.from_dlpack(given)
     array = np.asarray(given)

@@ -269,12 +269,14 @@ class Sh:
     # Within
 
     def _rows(self) -> Numbers:
-        shape = (-1, self._order**2, 3) if self._is_color else (-1, self._order**2)
-        rows = np.ascontiguousarray(self._c)
-        return rows.reshape((math.prod(self.shape), *shape[1:]))
+        batch = self.shape
+        return np.ascontiguousarray(self._c).reshape((math.prod(batch), *self._c.shape[len(batch) :]))
 
     def _like(self, rows: Numbers, order: int) -> Sh:
-        return Sh(rows.reshape(self.shape + ((order * order, 3) if self._is_color else (order * order,))))
+        like = object.__new__(Sh)
+        like._is_color, like._order = self._is_color, order
+        like._c = rows.reshape(self.shape + ((order * order, 3) if self._is_color else (order * order,)))
+        return like
 
     def _scaled(self, factors: list[float]) -> Sh:
         return self._like(_lobe.scale_bands(self._rows(), factors), self._order)
