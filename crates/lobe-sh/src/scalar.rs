@@ -58,6 +58,12 @@ pub trait Coefficient:
     /// Rounds from `f64` channels.
     fn narrow(wide: Self::Wide) -> Self;
 
+    /// `self.scale(s) + plus`, each channel rounded once. Quick where the code is compiled for fused multiply-adds.
+    #[doc(hidden)]
+    #[cfg(feature = "std")]
+    #[must_use]
+    fn scale_plus(self, s: Self::Scalar, plus: Self) -> Self;
+
     /// The slice if the type is `f32`, for kernels that exist for it alone.
     #[doc(hidden)]
     #[inline]
@@ -105,6 +111,12 @@ macro_rules! numbers {
             #[inline(always)]
             fn scale(self, s: Self) -> Self {
                 self * s
+            }
+
+            #[cfg(feature = "std")]
+            #[inline(always)]
+            fn scale_plus(self, s: Self, plus: Self) -> Self {
+                self.mul_add(s, plus)
             }
 
             #[inline]
@@ -270,6 +282,12 @@ impl<S: Real> Coefficient for Rgb<S> {
     #[inline(always)]
     fn scale(self, s: S) -> Self {
         Self::new(self.r * s, self.g * s, self.b * s)
+    }
+
+    #[cfg(feature = "std")]
+    #[inline(always)]
+    fn scale_plus(self, s: S, plus: Self) -> Self {
+        Self::new(self.r.scale_plus(s, plus.r), self.g.scale_plus(s, plus.g), self.b.scale_plus(s, plus.b))
     }
 
     #[inline]

@@ -45,11 +45,11 @@ fn file(header: &str, l: usize) -> String {
     let function = Function {
         doc: format!("Rotates band {l}."),
         seen_by: "crate",
-        signature: format!("rotate<T: Coefficient>({turns}, f: &[T; {side}], out: &mut [T; {side}])"),
+        signature: format!("rotate<T: Term>({turns}, f: &[T; {side}], out: &mut [T; {side}])"),
         graph: &graph,
         results: &results,
     };
-    format!("{header}\nuse crate::Coefficient;\nuse crate::scalar::constant as k;\n\n{}", function.source())
+    format!("{header}\nuse crate::rotation::term::{{Term, number as k}};\n\n{}", function.source_to_fuse())
 }
 
 /// The coefficients of the rotated band, from its coefficients `f` and the turns `p`, `q` and `r`.
@@ -65,7 +65,7 @@ fn build(l: usize) -> (Graph, Vec<Value>) {
     (graph, band)
 }
 
-/// A rotation about z: `f_-m' = cos f_-m + sin f_m` and `f_m' = cos f_m - sin f_-m`.
+/// A rotation about z by one of the angles: `f_-m' = cos f_-m + sin f_m` and `f_m' = cos f_m - sin f_-m`.
 fn turn(graph: &mut Graph, by: char, band: &[Value]) -> Vec<Value> {
     let l = band.len() / 2;
     let mut turned = band.to_vec();

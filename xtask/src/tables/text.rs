@@ -1,6 +1,7 @@
 //! Code generation: Rust or WGSL source from an expression graph.
 //!
-//! In Rust for lanes a sum with a product that nothing else needs becomes one operation, as their registers have it.
+//! In Rust for lanes and for what is fused a sum with a product that nothing else needs becomes one operation, as the
+//! registers have it.
 
 use std::fmt::Write as _;
 
@@ -39,23 +40,37 @@ impl Function<'_> {
         text + "}\n"
     }
 
+    /// The function with its sums and products as methods that a machine may fuse, `x.times_plus(a, y)` for `a x + y`. Each
+    /// product is that of a value by a number.
+    pub(super) fn source_to_fuse(&self) -> String {
+        let cost = self.graph.cost(self.results);
+        let mut text = format!(
+            "/// {}\n///\n/// {} multiplications and {} additions.\n#[inline(always)]\npub({}) fn {} {{\n",
+            self.doc, cost.multiplications, cost.additions, self.seen_by, self.signature
+        );
+        self.write(&mut text, Dialect { constant: |c| format!("k({c:?})"), kind: Kind::Fused });
+        text + "}\n"
+    }
+
     /// The function for lanes, in `f32`: inputs are loaded where they are first needed.
     pub(super) fn source_for_lanes(&self) -> String {
         let mut text = format!("/// {}\n#[inline(always)]\npub({}) fn {} {{\n", self.doc, self.seen_by, self.signature);
-        self.write(&mut text, Dialect { constant: |c| format!("k(simd, {:?})", c as f32), lanes: true });
+        self.write(&mut text, Dialect { constant: |c| format!("k(simd, {:?})", c as f32), kind: Kind::Lanes });
         text + "}\n"
     }
 
     /// The statements, with constants as `constant` writes them.
     pub(super) fn body(&self, text: &mut String, constant: fn(f64) -> String) {
-        self.write(text, Dialect { constant, lanes: false });
+        self.write(text, Dialect { constant, kind: Kind::Operators });
     }
 
     fn write(&self, text: &mut String, dialect: Dialect) {
         let writer = Writer::new(self.graph, self.results, dialect);
         for id in 0..self.graph.len() {
             let results = self.results.iter().enumerate().filter(|(_, value)| value.is_some_and(|term| term.id == id));
-            if let (Op::Input((array, place)), true) = (self.graph.op(id), dialect.lanes && writer.uses[id] > 0) {
+            if let (Op::Input((array, place)), true) =
+                (self.graph.op(id), dialect.is_for_lanes() && writer.uses[id] > 0)
+            {
                 let _ = writeln!(text, "    let {array}{place} = Wide::load(simd, &{array}[{place}], part);");
             }
             if writer.is_named(id) {
@@ -68,7 +83,7 @@ impl Function<'_> {
                     (true, true) => format!("-t{id}"),
                     (true, false) => format!("-({})", writer.expression(id)),
                 };
-                let _ = if dialect.lanes {
+                let _ = if dialect.is_for_lanes() {
                     let value = if writer.is_named(id) { value } else { format!("({value})") };
                     writeln!(text, "    {value}.store(&mut out[{k}], part);")
                 } else {
@@ -83,8 +98,27 @@ impl Function<'_> {
 #[derive(Clone, Copy)]
 struct Dialect {
     constant: fn(f64) -> String,
+    kind: Kind,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    /// Rust or WGSL with operators.
+    Operators,
+    /// Rust with methods.
+    Fused,
     /// Rust for lanes.
-    lanes: bool,
+    Lanes,
+}
+
+impl Dialect {
+    fn is_for_lanes(self) -> bool {
+        self.kind == Kind::Lanes
+    }
+
+    fn has_fused_sums(self) -> bool {
+        self.kind != Kind::Operators
+    }
 }
 
 struct Writer<'a> {
@@ -104,8 +138,8 @@ impl<'a> Writer<'a> {
             let operation = usize::from(!matches!(graph.op(id), Op::Input(_)));
             writer.length[id] = operation;
             for operand in graph.op(id).operands() {
-                // Name the longer operand first if the line grows too long, but no product that is added for lanes.
-                if dialect.lanes && writer.is_sum(id) && writer.is_inner_product(operand) {
+                // Name the longer operand first if the line grows too long, but no product that is fused with a sum.
+                if dialect.has_fused_sums() && writer.is_sum(id) && writer.is_inner_product(operand) {
                     writer.length[id] += writer.length[operand];
                 } else if writer.uses[operand] > 1 || writer.length[id] + writer.length[operand] > LONGEST {
                     writer.named[operand] = true;
@@ -124,7 +158,7 @@ impl<'a> Writer<'a> {
 
     fn name(&self, id: Id) -> String {
         match self.graph.op(id) {
-            Op::Input((array, place)) if self.dialect.lanes => format!("{array}{place}"),
+            Op::Input((array, place)) if self.dialect.is_for_lanes() => format!("{array}{place}"),
             Op::Input((array, place)) => format!("{array}[{place}]"),
             _ if self.is_named(id) => format!("t{id}"),
             _ => self.expression(id),
@@ -133,7 +167,7 @@ impl<'a> Writer<'a> {
 
     /// As an operand of a product or on the right of a difference.
     fn factor(&self, id: Id) -> String {
-        let is_open = self.is_sum(id) || self.dialect.lanes && !matches!(self.graph.op(id), Op::Input(_));
+        let is_open = self.is_sum(id) || self.dialect.is_for_lanes() && !matches!(self.graph.op(id), Op::Input(_));
         if is_open && !self.is_named(id) { format!("({})", self.expression(id)) } else { self.name(id) }
     }
 
@@ -152,6 +186,9 @@ impl<'a> Writer<'a> {
             Op::Scale(constant, x) => {
                 let constant = f64::from_bits(constant);
                 (self.factor(x), (self.dialect.constant)(if negative { -constant } else { constant }), false)
+            }
+            Op::Mul(x, y) if self.dialect.kind == Kind::Fused && self.is_scalar(x) => {
+                (self.factor(y), self.name(x), negative)
             }
             Op::Mul(x, y) => (self.factor(x), self.name(y), negative),
             op => unreachable!("{op:?} is no product"),
@@ -175,15 +212,19 @@ impl<'a> Writer<'a> {
     }
 
     fn expression(&self, id: Id) -> String {
-        if let (true, Some(fused)) = (self.dialect.lanes, self.fused(id)) {
+        if let (true, Some(fused)) = (self.dialect.has_fused_sums(), self.fused(id)) {
             return fused;
         }
         match self.graph.op(id) {
             Op::Input(_) => self.name(id),
+            Op::Scale(..) | Op::Mul(..) if self.dialect.kind == Kind::Fused => {
+                let (a, b, _) = self.factors(id, false);
+                format!("{a}.times({b})")
+            }
             Op::Scale(constant, x) => {
                 format!("{} * {}", self.factor(x), (self.dialect.constant)(f64::from_bits(constant)))
             }
-            Op::Mul(x, y) if self.dialect.lanes => format!("{} * {}", self.factor(x), self.factor(y)),
+            Op::Mul(x, y) if self.dialect.is_for_lanes() => format!("{} * {}", self.factor(x), self.factor(y)),
             Op::Mul(x, y) => match [self.is_scalar(x), self.is_scalar(y)] {
                 [true, false] => format!("{}.scale({})", self.factor(y), self.name(x)),
                 [false, true] => format!("{}.scale({})", self.factor(x), self.name(y)),

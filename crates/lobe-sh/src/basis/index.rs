@@ -28,9 +28,20 @@ pub const fn coefficient_count(order: usize) -> usize {
 /// The order of an expansion of `len` coefficients; `None` if `len` is no perfect square.
 #[must_use]
 pub const fn order_of(len: usize) -> Option<usize> {
-    let n = len.isqrt();
+    let n = if len < SMALL_ROOTS.len() { SMALL_ROOTS[len] as usize } else { len.isqrt() };
     if n * n == len { Some(n) } else { None }
 }
+
+/// `⌊√len⌋`: for a single expansion of order 8 and below a root takes longer than much of the work.
+const SMALL_ROOTS: [u8; 65] = {
+    let mut roots = [0; 65];
+    let mut len = 0;
+    while len < roots.len() {
+        roots[len] = len.isqrt() as u8;
+        len += 1;
+    }
+    roots
+};
 
 /// The order of a slice of coefficients.
 ///

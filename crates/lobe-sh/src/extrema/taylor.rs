@@ -98,7 +98,7 @@ impl Taylor {
             CosSin { cos: s[2], sin: -s[0].hypot(s[1]) },
             CosSin { sin: -azimuth.sin, ..azimuth },
         ];
-        rotate_bands_zyz(angles, 0, work);
+        rotate_bands_zyz(angles, work);
         let mut waves = [[[0.0; 2]; 5]; 5];
         for l in 0..order_of_slice(work) {
             let (band, t) = (&work[band_range(l)], &table.bands[l]);

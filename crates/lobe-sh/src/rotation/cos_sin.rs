@@ -20,7 +20,14 @@ impl CosSin {
         Self::and_length(x, y).0
     }
 
+    /// Those of the sum of both angles.
+    #[inline(always)]
+    pub(crate) fn and(self, other: Self) -> Self {
+        Self { cos: self.cos * other.cos - self.sin * other.sin, sin: self.sin * other.cos + self.cos * other.sin }
+    }
+
     /// [`CosSin::of_vector`], and the length of the vector; 0 for one that is negligible.
+    #[inline]
     pub(crate) fn and_length(x: f64, y: f64) -> (Self, f64) {
         let square = x * x + y * y;
         if square < ZERO_SQUARE {

@@ -1,17 +1,20 @@
 //! Rotations, reflections and exchanges of axes.
 //!
-//! Read [`rotation`] first; it turns coefficients by [`zyz`]: bands 1 and 2 in closed form and all others by rotations
-//! about z between exchanges of y and z ([`yz_exchange`], computed from Wigner's d-matrices of 90°), bands 3 to 7 by
-//! straight-line code ([`middle_bands`]; [`generated`], written by `cargo xtask tables`). [`ivanic`] builds
+//! Read [`rotation`] first; it turns bands 1 and 2 in closed form ([`closed_bands`]) and all others by [`zyz`], rotations
+//! about z between exchanges of y and z ([`yz_exchange`], computed from Wigner's d-matrices of 90°), up to band 7 by
+//! straight-line code ([`low_bands`]; [`generated`], written by `cargo xtask tables`) whose sums a machine may round once
+//! ([`term`]). [`ivanic`] builds
 //! one matrix for each band, for many expansions; [`lane_rotation`] applies them to sixteen at once. [`axis_permutation`] is
 //! exact. Uses `basis`, `expansion`, `simd` and `sphere`.
 
 pub(crate) mod axis_permutation;
+pub(crate) mod closed_bands;
 pub(crate) mod cos_sin;
 pub(crate) mod generated;
 pub(crate) mod ivanic;
 pub(crate) mod lane_rotation;
-pub(crate) mod middle_bands;
+pub(crate) mod low_bands;
 pub(crate) mod rotation;
+pub(crate) mod term;
 pub(crate) mod yz_exchange;
 pub(crate) mod zyz;

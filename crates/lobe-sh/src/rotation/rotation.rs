@@ -5,9 +5,10 @@ use alloc::format;
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use crate::basis::index::{band_range, order_of_slice};
+use crate::basis::index::order_of_slice;
 use crate::rotation::cos_sin::CosSin;
-use crate::rotation::zyz::{rotate_band_1, rotate_band_2, rotate_bands_zyz};
+use crate::rotation::low_bands::{FIRST_BAND_BY_TABLES, rotate_low_bands};
+use crate::rotation::zyz::rotate_bands_by_tables;
 use crate::{Coefficient, Dir, Expansion, ShError};
 
 /// The tolerance of the entries of `RᵀR` against the identity: matrices printed with four decimals and long products of
@@ -21,9 +22,6 @@ const QUATERNION_TOLERANCE: f64 = 1e-2;
 /// Steps of Newton's method towards the nearest rotation. The residual `e` becomes `3/4 e²`, so that two steps from
 /// [`ORTHONORMAL_TOLERANCE`] reach rounding; one more is margin.
 const NEWTON_STEPS: usize = 3;
-
-/// The first band that has no closed form here.
-const FIRST_ZYZ_BAND: usize = 3;
 
 /// A rotation about the origin. It rotates the function itself:
 ///
@@ -233,14 +231,9 @@ impl Rotation {
     /// If the length is no perfect square.
     pub fn apply_in_place<T: Coefficient>(&self, coefficients: &mut [T]) {
         let order = order_of_slice(coefficients);
-        if order > 1 {
-            rotate_band_1(&self.matrix, &mut coefficients[band_range(1)]);
-        }
-        if order > 2 {
-            rotate_band_2(&self.matrix, &mut coefficients[band_range(2)]);
-        }
-        if order > FIRST_ZYZ_BAND {
-            rotate_bands_zyz(self.zyz_cos_sin(), FIRST_ZYZ_BAND, coefficients);
+        rotate_low_bands(self, coefficients);
+        if order > FIRST_BAND_BY_TABLES {
+            rotate_bands_by_tables(self.zyz_cos_sin(), FIRST_BAND_BY_TABLES, coefficients);
         }
     }
 
@@ -261,6 +254,7 @@ impl Rotation {
     // γ from that row compensates the error of α: close to β = 0 and π the direction (cos α, sin α) is rounding noise,
     // but the product of the three rotations is still R, without a threshold for "close". The rows and columns of R being
     // unit vectors, β and γ need no scaling.
+    #[inline]
     pub(crate) fn zyz_cos_sin(&self) -> [CosSin; 3] {
         let m = &self.matrix;
         let (alpha, sin_beta) = CosSin::and_length(m[0][2], m[1][2]);

@@ -1,14 +1,10 @@
-//! Rotation of coefficients: bands 1 and 2 in closed form, all by Euler angles, with rotations about z and fixed exchanges of
-//! y and z.
+//! Rotation of coefficients by Euler angles, with rotations about z and fixed exchanges of y and z.
 
 use alloc::vec;
 
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
-
 use crate::basis::index::{band_range, order_of_slice};
 use crate::rotation::cos_sin::CosSin;
-use crate::rotation::middle_bands::{MIDDLE_BANDS, rotate_middle_bands};
+use crate::rotation::low_bands::{MIDDLE_BANDS, rotate_middle_bands};
 use crate::rotation::yz_exchange::{SplitBand, YzExchange, YzExchangeBand};
 use crate::{Coefficient, Real};
 
@@ -40,14 +36,14 @@ const STACK_ROTATION_PLACES: usize = 3 * z_rotation_places(STACK_ORDER);
 /// Source: [Pinchon and Hoggan 2007].
 ///
 /// [Pinchon and Hoggan 2007]: https://doi.org/10.1088/1751-8113/40/7/011
-pub(crate) fn rotate_bands_zyz<T: Coefficient>(angles: [CosSin; 3], first_band: usize, coefficients: &mut [T]) {
+pub(crate) fn rotate_bands_zyz<T: Coefficient>(angles: [CosSin; 3], coefficients: &mut [T]) {
+    rotate_middle_bands(angles, coefficients);
+    rotate_bands_by_tables(angles, 0, coefficients);
+}
+
+/// Rotates the bands from `first_band` on that have no code of their own.
+pub(crate) fn rotate_bands_by_tables<T: Coefficient>(angles: [CosSin; 3], first_band: usize, coefficients: &mut [T]) {
     let order = order_of_slice(coefficients);
-    if order > *MIDDLE_BANDS.start() {
-        rotate_middle_bands(angles, first_band, coefficients);
-    }
-    if (first_band..order).all(|l| MIDDLE_BANDS.contains(&l)) {
-        return;
-    }
     if order <= STACK_ORDER {
         let (mut work, mut turns) = ([T::ZERO; STACK_PLACES], [T::Scalar::ZERO; STACK_ROTATION_PLACES]);
         rotate_with(angles, first_band, coefficients, &mut work, &mut turns);
@@ -158,56 +154,6 @@ fn rotate_pairs<T: Coefficient>(cos: &[T::Scalar], sin: &[T::Scalar], minus: &mu
     }
 }
 
-/// Rotates the three coefficients of band 1, which are a vector.
-///
-/// ```text
-///   f = √(3/4π) v · s        v = (-f_1, -f_-1, f_0)        v' = R v
-///
-///                                     [ R_11 -R_12  R_10 ]
-///   so that (f_-1, f_0, f_1)' is the  [-R_21  R_22 -R_20 ]  multiple of (f_-1, f_0, f_1),
-///                                     [ R_01 -R_02  R_00 ]
-/// ```
-///
-/// rows and columns of `R` counted from 0.
-pub(crate) fn rotate_band_1<T: Coefficient>(r: &[[f64; 3]; 3], f: &mut [T]) {
-    let v = [-f[2], -f[0], f[1]];
-    let [x, y, z] = r.map(|row| dot(row.map(T::Scalar::from_f64), v));
-    f.copy_from_slice(&[-y, z, -x]);
-}
-
-/// Rotates the five coefficients of band 2, which are a symmetric matrix without trace.
-///
-/// ```text
-///   f = √(15/16π) sᵀ B s        B' = R B Rᵀ
-///
-///       [ f_2 - f_0/√3     f_-2             -f_1      ]          f_0 = √3/2 B_zz
-///   B = [ f_-2            -f_2 - f_0/√3     -f_-1     ]          f_2 = (B_xx - B_yy)/2
-///       [-f_1             -f_-1              2 f_0/√3 ]
-/// ```
-///
-/// 48 multiplications.
-pub(crate) fn rotate_band_2<T: Coefficient>(r: &[[f64; 3]; 3], f: &mut [T]) {
-    let number = T::Scalar::from_f64;
-    let r = r.map(|row| row.map(number));
-    let third = f[2].scale(number(3.0_f64.sqrt().recip()));
-    let b = [[f[4] - third, f[0], -f[3]], [f[0], -f[4] - third, -f[1]], [-f[3], -f[1], third + third]];
-    // B is symmetric: its rows are its columns.
-    let rb = r.map(|row| b.map(|column| dot(row, column)));
-    let entry = |i: usize, j: usize| dot(r[j], rb[i]);
-    f.copy_from_slice(&[
-        entry(0, 1),
-        -entry(1, 2),
-        entry(2, 2).scale(number(0.75_f64.sqrt())),
-        -entry(0, 2),
-        (entry(0, 0) - entry(1, 1)).scale(number(0.5)),
-    ]);
-}
-
-#[inline(always)]
-fn dot<T: Coefficient>(row: [T::Scalar; 3], v: [T; 3]) -> T {
-    v[0].scale(row[0]) + v[1].scale(row[1]) + v[2].scale(row[2])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -221,7 +167,7 @@ mod tests {
             let f = ShVec::from_vec(random.signed_vec(9)).unwrap();
             let closed = rotation.rotated(&f);
             let mut exchanged = f.clone();
-            rotate_bands_zyz(rotation.zyz_cos_sin(), 0, exchanged.coefficients_mut());
+            rotate_bands_zyz(rotation.zyz_cos_sin(), exchanged.coefficients_mut());
             for i in 0..9 {
                 assert!((closed[i] - exchanged[i]).abs() < 3e-15, "{i}: {} against {}", closed[i], exchanged[i]);
             }
@@ -233,8 +179,8 @@ mod tests {
         let f = lobe_testkit::Random::new(42).signed_vec((STACK_ORDER + 1).pow(2));
         let angles = Rotation::from_euler_zyz(0.3, 1.2, -2.0).zyz_cos_sin();
         let (mut short, mut long) = (f[..STACK_ORDER * STACK_ORDER].to_vec(), f);
-        rotate_bands_zyz(angles, 0, &mut short);
-        rotate_bands_zyz(angles, 0, &mut long);
+        rotate_bands_zyz(angles, &mut short);
+        rotate_bands_zyz(angles, &mut long);
         assert_eq!(short, long[..short.len()], "the bands that both have");
     }
 }

@@ -1,0 +1,143 @@
+//! Bands 1 to 7 by straight-line code, with fused multiply-adds where the machine has them.
+
+use crate::basis::index::band_range;
+use crate::rotation::closed_bands::{rotate_band_1, rotate_band_2};
+use crate::rotation::cos_sin::CosSin;
+use crate::rotation::generated::{band_3, band_4, band_5, band_6, band_7};
+#[cfg(feature = "std")]
+use crate::rotation::term::Fused;
+use crate::rotation::term::Term;
+use crate::simd::{Kernel, Machine};
+use crate::{Coefficient, Real, Rotation};
+
+/// The bands that are turned by angles and have code of their own.
+pub(crate) const MIDDLE_BANDS: core::ops::RangeInclusive<usize> = 3..=7;
+
+/// The first band that has no code of its own.
+pub(crate) const FIRST_BAND_BY_TABLES: usize = *MIDDLE_BANDS.end() + 1;
+
+/// Cosine and sine of `m` times an angle in places `2(m - 1)` and `2(m - 1) + 1`.
+type Turns<S> = [S; 2 * *MIDDLE_BANDS.end()];
+
+/// Rotates bands 1 and 2 by the matrix, and bands 3 to 7 by its angles and the formula of `rotate_bands_zyz`.
+pub(crate) fn rotate_low_bands<T: Coefficient>(rotation: &Rotation, coefficients: &mut [T]) {
+    Machine::detect().run(LowBands { rotation, coefficients });
+}
+
+/// Rotates bands 3 to 7 by `R_z(α) R_y(β) R_z(γ)`.
+pub(crate) fn rotate_middle_bands<T: Coefficient>(angles: [CosSin; 3], coefficients: &mut [T]) {
+    Machine::detect().run(MiddleBands { angles, coefficients });
+}
+
+struct LowBands<'a, T> {
+    rotation: &'a Rotation,
+    coefficients: &'a mut [T],
+}
+
+struct MiddleBands<'a, T> {
+    angles: [CosSin; 3],
+    coefficients: &'a mut [T],
+}
+
+impl<T: Coefficient> Kernel for LowBands<'_, T> {
+    type Output = ();
+
+    #[cfg(feature = "std")]
+    #[inline(always)]
+    fn wide<S: pulp::Simd>(self, _: S) {
+        low_bands::<Fused<T>>(self.rotation, self.coefficients);
+    }
+
+    fn plain(self) {
+        low_bands::<T>(self.rotation, self.coefficients);
+    }
+}
+
+impl<T: Coefficient> Kernel for MiddleBands<'_, T> {
+    type Output = ();
+
+    #[cfg(feature = "std")]
+    #[inline(always)]
+    fn wide<S: pulp::Simd>(self, _: S) {
+        middle_bands::<Fused<T>>(self.angles, self.coefficients);
+    }
+
+    fn plain(self) {
+        middle_bands::<T>(self.angles, self.coefficients);
+    }
+}
+
+/// Replaces a band, if the coefficients have it, by what the function makes of its terms.
+macro_rules! band {
+    ($coefficients:ident, $l:literal, $function:expr, $($turn:expr),*) => {
+        if let Some(f) = $coefficients.get_mut(band_range($l)).and_then(<[_]>::first_chunk_mut::<{ 2 * $l + 1 }>) {
+            let mut before = [A::of(f[0]); 2 * $l + 1];
+            for (term, f) in before.iter_mut().zip(&*f) {
+                *term = A::of(*f);
+            }
+            let mut after = before;
+            $function($($turn,)* &before, &mut after);
+            for (f, term) in f.iter_mut().zip(after) {
+                *f = term.value();
+            }
+        }
+    };
+}
+
+#[inline(always)]
+fn low_bands<A: Term>(rotation: &Rotation, coefficients: &mut [A::Value]) {
+    let r = rotation.matrix();
+    let mut numbers = [[A::Scalar::ZERO; 3]; 3];
+    for (numbers, row) in numbers.iter_mut().zip(&r) {
+        for (number, entry) in numbers.iter_mut().zip(row) {
+            *number = A::Scalar::from_f64(*entry);
+        }
+    }
+    band!(coefficients, 1, rotate_band_1, &numbers);
+    band!(coefficients, 2, rotate_band_2, &numbers);
+    if coefficients.len() > band_range(2).end {
+        middle_bands::<A>(rotation.zyz_cos_sin(), coefficients);
+    }
+}
+
+#[inline(always)]
+fn middle_bands<A: Term>([alpha, beta, gamma]: [CosSin; 3], coefficients: &mut [A::Value]) {
+    let [p, q, r] = [Multiples::of(gamma), Multiples::of(CosSin { sin: -beta.sin, ..beta }), Multiples::of(alpha)];
+    let [a, b, c]: [Turns<A::Scalar>; 3] = [p.turns(), q.turns(), r.turns()];
+    band!(coefficients, 3, band_3::rotate, &a, &b, &c);
+    band!(coefficients, 4, band_4::rotate, &a, &b, &c);
+    if coefficients.len() > band_range(4).end {
+        let [a, b, c]: [Turns<A::Scalar>; 3] = [p.all_turns(), q.all_turns(), r.all_turns()];
+        band!(coefficients, 5, band_5::rotate, &a, &b, &c);
+        band!(coefficients, 6, band_6::rotate, &a, &b, &c);
+        band!(coefficients, 7, band_7::rotate, &a, &b, &c);
+    }
+}
+
+/// An angle times 1 to 4, in `f64`, by `e^{i(j+k)a} = e^{ija} e^{ika}`: three products lead to the seventh multiple.
+struct Multiples([CosSin; 4]);
+
+impl Multiples {
+    #[inline(always)]
+    fn of(one: CosSin) -> Self {
+        let two = one.and(one);
+        Self([one, two, one.and(two), two.and(two)])
+    }
+
+    /// The first four, zero above.
+    #[inline(always)]
+    fn turns<S: Real>(&self) -> Turns<S> {
+        let (n, [a, b, c, d]) = (S::from_f64, &self.0);
+        let [e, f] = [S::ZERO; 2];
+        [n(a.cos), n(a.sin), n(b.cos), n(b.sin), n(c.cos), n(c.sin), n(d.cos), n(d.sin), e, f, e, f, e, f]
+    }
+
+    /// All seven.
+    #[inline(always)]
+    fn all_turns<S: Real>(&self) -> Turns<S> {
+        let (n, [_, two, three, four]) = (S::from_f64, &self.0);
+        let [e, f, g] = [two.and(*three), three.and(*three), three.and(*four)];
+        let [a, b, c, d, h, i, j, k, ..] = self.turns();
+        [a, b, c, d, h, i, j, k, n(e.cos), n(e.sin), n(f.cos), n(f.sin), n(g.cos), n(g.sin)]
+    }
+}
