@@ -75,8 +75,7 @@ impl<S: Simd> Wide<S> {
     #[inline(always)]
     pub fn sign(self) -> Self {
         let simd = self.simd;
-        let negative = simd.less_than_f32s(self.values, simd.splat_f32s(0.0));
-        self.with(simd.select_f32s(negative, simd.splat_f32s(-1.0), simd.splat_f32s(1.0)))
+        self.if_less(constant(simd, 0.0), constant(simd, -1.0), constant(simd, 1.0))
     }
 
     /// The smaller of each two.
@@ -106,7 +105,11 @@ impl<S: Simd> Wide<S> {
     /// `then` where this is less than `other`, `or` elsewhere.
     #[inline(always)]
     pub fn if_less(self, other: Self, then: Self, or: Self) -> Self {
-        self.with(self.simd.select_f32s(self.simd.less_than_f32s(self.values, other.values), then.values, or.values))
+        let simd = self.simd;
+        // By their bits: the selection of numbers is a call of pulp that is compiled without AVX2.
+        let (then, or) = (simd.transmute_u32s_f32s(then.values), simd.transmute_u32s_f32s(or.values));
+        let chosen = simd.select_u32s(simd.less_than_f32s(self.values, other.values), then, or);
+        self.with(simd.transmute_f32s_u32s(chosen))
     }
 
     /// Whether any is above `limit`.
