@@ -2,16 +2,18 @@
 //!
 //! Read `rows` first: how an array becomes rows of coefficients, numbers or colors in single or double precision, and how work is done
 //! on all of them without the interpreter's lock. `eval`, by `directions` and `value_product`, and `functions` are what is done to functions on the
-//! sphere, `search` what is found in them, `maps` environment maps, `bakes` what scenes do to light, by `job`, `pictures` what they
+//! sphere, `search` what is found in them, `encodings` irradiance in a few numbers, `lights` functions from lights, `maps` environment maps, `bakes` what scenes do to light, by `job`, `pictures` what they
 //! look like. The package checks shapes and has the words for users.
 
 #![expect(clippy::needless_pass_by_value, reason = "Python hands arguments over by value")]
 
 mod bakes;
 mod directions;
+mod encodings;
 mod eval;
 mod functions;
 mod job;
+mod lights;
 mod maps;
 mod pictures;
 mod rows;
@@ -28,9 +30,13 @@ mod _lobe {
     #[pymodule_export]
     use crate::bakes::{Bake, Transfer, load_transfer};
     #[pymodule_export]
+    use crate::encodings::{Encoded, encode, encoding_errors};
+    #[pymodule_export]
     use crate::eval::eval;
     #[pymodule_export]
     use crate::functions::{dering, exp, kernel_factors, log, product, rotate, scale_bands, window_factors};
+    #[pymodule_export]
+    use crate::lights::light;
     #[pymodule_export]
     use crate::maps::{Map, bundled, load, reconstruct, sky};
     #[pymodule_export]

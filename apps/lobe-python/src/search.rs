@@ -81,7 +81,7 @@ fn fit<C: Coefficient>(f: &[C], options: &LightFitOptions) -> Result<LightFit<C:
 }
 
 /// Searches functions in parallel, without the interpreter's lock.
-fn search<C: Coefficient, F: Send>(
+pub(crate) fn search<C: Coefficient, F: Send>(
     py: Python<'_>,
     functions: &[C],
     order: usize,

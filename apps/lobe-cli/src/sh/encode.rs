@@ -6,8 +6,8 @@ use std::fmt::Write as _;
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::sh::{
-    AxisPermutation, Coefficient, Dir, EncodedIrradiance, Expansion as _, FileCoefficients, IrradianceEncoding,
-    IrradianceMatrix, PackedIrradiance, Quantity, Rgb, ShError, ShVec, Zonal, convolved, tangent_frame,
+    AxisPermutation, Coefficient, Dir, Expansion as _, FileCoefficients, IrradianceEncoding, IrradianceMatrix,
+    PackedIrradiance, Quantity, Rgb, ShError, ShVec, Zonal, convolved, tangent_frame,
 };
 use serde::Serialize;
 
@@ -129,7 +129,8 @@ impl ShEncode {
                 ("matrix", 48, numbers)
             }
             Form::Encoding(encoding) => {
-                let numbers = numbers_of(&encoding.encode(irradiance, tangent_frame(self.normal)));
+                let encoded = encoding.encode(irradiance, tangent_frame(self.normal));
+                let numbers = encoded.numbers().into_iter().map(|(name, values)| row(name, values)).collect();
                 (encoding.name(), encoding.floats(T::CHANNELS), numbers)
             }
         }
@@ -138,35 +139,6 @@ impl ShEncode {
 
 fn irradiance_of<T: Coefficient>(radiance: &ShVec<T>) -> ShVec<T> {
     convolved(radiance, &Zonal::clamped_cosine(radiance.order()))
-}
-
-fn numbers_of<T: Coefficient<Scalar = f64>>(encoded: &EncodedIrradiance<T>) -> Vec<Row> {
-    let channels = |value: T| -> Vec<f64> { (0..T::CHANNELS).map(|c| value.channel(c)).collect() };
-    let numbered = |name: &str, first: usize, all: &[T]| -> Vec<Row> {
-        all.iter().enumerate().map(|(k, value)| row(format!("{name}_{}", first + k), channels(*value))).collect()
-    };
-    match encoded {
-        EncodedIrradiance::Sh2(e) => numbered("E", 0, e.coefficients()),
-        EncodedIrradiance::Sh3(e) => numbered("E", 0, e.coefficients()),
-        EncodedIrradiance::NonLinearL1(e) => numbered("E", 0, e.linear.coefficients()),
-        EncodedIrradiance::Zh3(e) => {
-            let mut rows = numbered("E", 0, e.linear.coefficients());
-            rows.push(row("zonal", channels(e.zonal)));
-            rows
-        }
-        EncodedIrradiance::AmbientCube(e) => {
-            let faces = ["+x", "-x", "+y", "-y", "+z", "-z"];
-            faces.into_iter().zip(e.faces).map(|(name, value)| row(name, channels(value))).collect()
-        }
-        EncodedIrradiance::Ahd(e) => vec![
-            row("ambient", channels(e.ambient)),
-            row("highlight", channels(e.highlight)),
-            row("direction", e.direction.to_array()),
-        ],
-        EncodedIrradiance::HBasis4(e) => numbered("H", 1, &e.coefficients),
-        EncodedIrradiance::HBasis6(e) => numbered("H", 1, &e.coefficients),
-        EncodedIrradiance::Hl2(e) => numbered("c", 1, &e.colors),
-    }
 }
 
 impl Encoded {

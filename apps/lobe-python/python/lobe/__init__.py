@@ -13,7 +13,9 @@ irradiance E is what a surface receives in all and never includes 1/π.
 """
 
 from ._bake import BakeOptions, BakeReport, Transfer, bake, merge
+from ._encodings import Encoded, EncodingError
 from ._env import EnvMap, Sun, project, reconstruct
+from ._light import light
 from ._lobe import __version__
 from ._render import Camera, Difference, Traced, compare, render, trace
 from ._sh import Lights, Sh
@@ -23,6 +25,8 @@ __all__ = [
     "BakeReport",
     "Camera",
     "Difference",
+    "Encoded",
+    "EncodingError",
     "EnvMap",
     "Lights",
     "Sh",
@@ -32,6 +36,7 @@ __all__ = [
     "__version__",
     "bake",
     "compare",
+    "light",
     "merge",
     "project",
     "reconstruct",

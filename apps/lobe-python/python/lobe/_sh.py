@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from . import _lobe
 from ._arrays import MAX_ORDER, Doubles, Numbers, numbers, order_of, rotation_matrix, vectors, whole
+from ._encodings import Encoded, EncodingError, encode
 
 # Eigenvalues below this part of the largest are raised to it, as `lobe sh log` does.
 LOG_CLAMP = 0.02
@@ -229,6 +230,19 @@ class Sh:
             intensities.reshape((*self.shape, count, *tail)),
             ambient.reshape(self.shape + tail),
         )
+
+    def encode(self, name: str, normal: npt.ArrayLike = (0.0, 0.0, 1.0)) -> Encoded:
+        """Irradiance in fewer numbers, in an encoding named as in the command, such as "zh3", "ahd", "ambient-cube" or "h-6"; `encodings` lists
+        them with their errors. `normal` is the geometric one of those that serve one side of a surface only. The functions are
+        irradiance, `convolve("cosine")` of radiance; bands that they lack count as zero."""
+        return encode(self._rows().astype(np.float64, copy=False), self._order, name, normal, self.shape)
+
+    def encodings(self, normals: int = 1024) -> list[EncodingError]:
+        """How far each encoding of this irradiance is from it, for that many normals over the sphere. One function."""
+        if self.shape:
+            raise ValueError(f"expected one function, found a batch of shape {self.shape}")
+        normals = whole(normals, "normals", 1, 1 << 20)
+        return [EncodingError(*row) for row in _lobe.encoding_errors(self._rows().astype(np.float64, copy=False), normals)]
 
     def band_energies(self) -> Numbers:
         """Σ_m c_lm² of each band: (..., n), for colors (..., n, 3)."""

@@ -1,7 +1,9 @@
 //! All irradiance encodings in one enum, to loop over, and their errors.
 
 use alloc::format;
+use alloc::string::String;
 use alloc::vec;
+use alloc::vec::Vec;
 use core::fmt;
 use core::str::FromStr;
 
@@ -9,8 +11,8 @@ use core::str::FromStr;
 use num_traits::Float as _;
 
 use crate::{
-    Ahd, AmbientCube, Coefficient, Dir, Expansion, HBasis4, HBasis6, Hl2, NonLinearL1, Rotation, Sh, ShError, Zh3,
-    Zh3Axis, even_directions, hemisphere_least_squares, tangent_frame,
+    Ahd, AmbientCube, Coefficient, Dir, Expansion, HBasis4, HBasis6, Hl2, NonLinearL1, Real as _, Rotation, Sh,
+    ShError, Zh3, Zh3Axis, even_directions, hemisphere_least_squares, tangent_frame,
 };
 
 /// An encoding of irradiance in a few numbers. [`IrradianceEncoding::ALL`] lists them.
@@ -200,6 +202,40 @@ pub enum EncodedIrradiance<T = f32> {
 }
 
 impl<T: Coefficient> EncodedIrradiance<T> {
+    /// The numbers that are kept, by name: of a coefficient or a color its channels, of a direction x, y and z. Coefficients are
+    /// counted from 0, those of a hemisphere from 1, as their sources do. The zonal coefficients of a hallucinated [`Zh3`] are among them,
+    /// though a shader can find them again.
+    #[must_use]
+    pub fn numbers(&self) -> Vec<(String, Vec<f64>)> {
+        let channels = |value: &T| -> Vec<f64> { (0..T::CHANNELS).map(|c| value.channel(c).to_f64()).collect() };
+        let one = |name: &str, value: &T| (name.into(), channels(value));
+        let counted = |name: &str, first: usize, all: &[T]| -> Vec<(String, Vec<f64>)> {
+            all.iter().enumerate().map(|(k, value)| (format!("{name}_{}", first + k), channels(value))).collect()
+        };
+        match self {
+            Self::Sh2(e) => counted("E", 0, e.coefficients()),
+            Self::Sh3(e) => counted("E", 0, e.coefficients()),
+            Self::NonLinearL1(e) => counted("E", 0, e.linear.coefficients()),
+            Self::Zh3(e) => {
+                let mut numbers = counted("E", 0, e.linear.coefficients());
+                numbers.push(one("zonal", &e.zonal));
+                numbers
+            }
+            Self::AmbientCube(e) => {
+                let faces = ["+x", "-x", "+y", "-y", "+z", "-z"];
+                faces.into_iter().zip(&e.faces).map(|(name, value)| one(name, value)).collect()
+            }
+            Self::Ahd(e) => vec![
+                one("ambient", &e.ambient),
+                one("highlight", &e.highlight),
+                ("direction".into(), e.direction.to_array().to_vec()),
+            ],
+            Self::HBasis4(e) => counted("H", 1, &e.coefficients),
+            Self::HBasis6(e) => counted("H", 1, &e.coefficients),
+            Self::Hl2(e) => counted("c", 1, &e.colors),
+        }
+    }
+
     /// The irradiance of a surface with normal `n`.
     #[must_use]
     pub fn eval(&self, n: Dir) -> T {

@@ -308,3 +308,15 @@ fn without_a_linear_direction_zh3_is_order_2() {
         }
     }
 }
+
+#[test]
+fn an_encoding_keeps_as_many_numbers_as_it_says() {
+    let sun = Zonal::clamped_cosine(9).towards(Dir::X, Rgb::new(1.0, 0.9, 0.8));
+    for encoding in IrradianceEncoding::ALL {
+        let numbers = encoding.encode(&sun, Rotation::IDENTITY).numbers();
+        let count: usize = numbers.iter().map(|(_, values)| values.len()).sum();
+        // What is hallucinated need not be kept.
+        let found_again = if matches!(encoding, IrradianceEncoding::Zh3Hallucinated(_)) { 3 } else { 0 };
+        assert_eq!(count, encoding.floats(3) + found_again, "{encoding}: {numbers:?}");
+    }
+}
