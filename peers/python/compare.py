@@ -1,6 +1,6 @@
-"""The package `lobe` beside pyshtools, healpy and sphericart: the same jobs, their times in one run, and how far the results are apart.
+"""The package `lobe` beside pyshtools, healpy, sphericart and the code that programs paste: the same jobs, their times in one run, and how far the results are apart.
 
-    pip install ./apps/lobe-python pyshtools healpy sphericart
+    pip install ./apps/lobe-python pyshtools healpy scipy sphericart
     python peers/python/compare.py
 
 Every result of a peer is first brought to Lobe's convention and compared; a difference above the bound of its row ends the program with 1.
@@ -14,6 +14,7 @@ import pyshtools
 import sphericart
 
 import lobe
+import pasted
 from timing import seconds
 
 
@@ -84,6 +85,15 @@ def evaluation():
             row(name, lambda: f.eval(d), "sphericart", theirs, theirs(), f.eval(d), bound)
 
 
+def evaluation_pasted():
+    d = directions(100_000)
+    for order, basis, name in [(3, pasted.nine, "nine terms"), (10, lambda d: pasted.by_scipy(10, d), "scipy, loop")]:
+        c = np.random.default_rng(5).normal(size=order**2)
+        f = lobe.Sh(c)
+        job = f"values of 1 functions, order {order}, {len(d)} directions, float64"
+        row(job, lambda: f.eval(d), name, lambda: basis(d) @ c, basis(d) @ c, f.eval(d), 1e-12)
+
+
 def rotation():
     for order in [4, 10, 32]:
         c = np.random.default_rng(2).normal(size=order**2)
@@ -140,11 +150,23 @@ def projection():
     row(f"projection of {len(sphere)} pixels, order {order} (ours lat-long)", ours, "healpy", theirs, from_healpy(theirs(), order), c, 1e-6)
 
 
+def projection_pasted():
+    height = 512
+    picture = lobe.EnvMap.bundled("sunset").convert("lat-long", 2 * height, height).texels[..., 1].astype(np.float64)
+    ours = lambda: lobe.project(picture, 3)  # noqa: E731
+    theirs = lambda: pasted.project(picture)  # noqa: E731
+    job = f"projection of {2 * height} x {height}, order 3, a sunset"
+    # The middles of texels against their exact integrals: the sun fills a few.
+    row(job, ours, "nine terms", theirs, theirs(), ours().coefficients, 1e-4)
+
+
 def main():
     print(f"{'job':<52} {'peer':<11} {'lobe ms':>9} {'peer ms':>9} {'ratio':>7} {'apart':>9}")
     evaluation()
+    evaluation_pasted()
     rotation()
     projection()
+    projection_pasted()
     for fault in FAULTS:
         print(f"error: {fault}", file=sys.stderr)
     return int(bool(FAULTS))
