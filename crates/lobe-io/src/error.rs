@@ -26,7 +26,7 @@ pub enum IoError {
         message: String,
     },
     /// The watch of the job said to stop.
-    #[error("stopped")]
+    #[error("stopped before the end")]
     Cancelled,
     /// The operating system refused.
     #[error("{place}: {source}")]
@@ -43,7 +43,17 @@ impl IoError {
         Self::Invalid { place: path.display().to_string(), message: message.into() }
     }
 
-    pub(crate) fn io(path: &Path, source: io::Error) -> Self {
+    /// The refusal of the system, at this file.
+    #[must_use]
+    pub fn io(path: &Path, source: io::Error) -> Self {
         Self::Io { place: path.display().to_string(), source }
     }
+}
+
+/// The bytes of a file.
+///
+/// # Errors
+/// [`IoError::Io`] if it cannot be read.
+pub fn read_file(path: &Path) -> Result<Vec<u8>, IoError> {
+    std::fs::read(path).map_err(|source| IoError::io(path, source))
 }

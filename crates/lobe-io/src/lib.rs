@@ -3,6 +3,7 @@
 //! | to | use |
 //! |---|---|
 //! | write a file all or nothing | [`write_atomically`]; piece by piece [`StagedWriter`]; several at once [`StagedFile`] |
+//! | read a file, and say which if that fails | [`read_file`] |
 //! | watch, stop and continue long work | [`Job`], [`Progress`]; between two reports [`Portions`] |
 //! | tell one piece of work from another | [`Fingerprint`] |
 //! | keep its results in a checkpoint and continue from it | [`RecordFile`], read by [`RecordReader`] |
@@ -20,7 +21,7 @@ mod staged;
 #[cfg(feature = "tensors")]
 mod tensors;
 
-pub use error::IoError;
+pub use error::{IoError, read_file};
 pub use fingerprint::Fingerprint;
 pub use job::{Job, Progress, Watch};
 pub use portions::Portions;

@@ -1,7 +1,5 @@
 //! The error type of this crate.
 
-use std::io;
-
 use lobe_io::IoError;
 use lobe_scene::SceneError;
 
@@ -36,14 +34,9 @@ pub enum PrtError {
     /// The scene is at fault.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// The operating system refused.
-    #[error("{place}: {source}")]
-    Io {
-        /// The file, or the name the caller gave to the data.
-        place: String,
-        /// The refusal.
-        source: io::Error,
-    },
+    /// A file could not be read or written, or what is kept in one is at fault.
+    #[error(transparent)]
+    Io(IoError),
 }
 
 impl PrtError {
@@ -61,13 +54,11 @@ impl PrtError {
 }
 
 impl From<IoError> for PrtError {
+    /// Work that was stopped is [`PrtError::Cancelled`], wherever it was.
     fn from(error: IoError) -> Self {
         match error {
-            IoError::Io { place, source } => Self::Io { place, source },
             IoError::Cancelled => Self::Cancelled,
-            IoError::Invalid { place, message } => Self::Invalid { place, message },
-            IoError::Unsupported { place, message } => Self::Unsupported { place, message },
-            other => Self::Invalid { place: "checkpoint".to_owned(), message: other.to_string() },
+            other => Self::Io(other),
         }
     }
 }

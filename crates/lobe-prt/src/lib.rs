@@ -21,8 +21,8 @@
 //! | files of both | [`write_compressed_transfer`], [`read_compressed_transfer`], [`write_zonal_transfer`], [`read_zonal_transfer`] |
 //! | files of any form | [`AnyTransfer`], [`read_any_transfer`] |
 //! | transfer matrices | [`TransferMatrices`], [`MatrixRows`], [`StoredMatrices`] |
-//! | baking matrices | [`bake_matrices`], [`bake_matrices_on_disk`], [`bake_matrices_shard`] |
-//! | neighborhood transfer | [`bake_neighborhood`], [`bake_neighborhood_on_disk`], [`bake_neighborhood_shard`], [`Neighborhood`], [`NeighborhoodGrid`] |
+//! | baking matrices | [`bake_matrices`]; on disk and in shards [`BakeWork`] |
+//! | neighborhood transfer | [`bake_neighborhood`], [`Neighborhood`], [`NeighborhoodGrid`] |
 //! | files of matrices | [`write_matrices`], [`read_matrices`], [`write_neighborhood`], [`read_neighborhood`] |
 //! | the record of how transfer was made | [`Recipe`] |
 //! | fingerprints of scenes | [`fingerprint_scene`], [`scene_hash`] |
@@ -45,12 +45,10 @@ mod zonal;
 
 pub use bake::adaptive::{AdaptiveOptions, AdaptiveReport, split_adaptively, split_checkpoints};
 pub use bake::bake::{bake, bake_on_disk, bake_shard};
-pub use bake::glossy::{bake_matrices, bake_matrices_on_disk, bake_matrices_shard};
+pub use bake::glossy::bake_matrices;
 pub use bake::options::{AlbedoMode, BakeMode, BakeOptions, BakeReport};
 pub use bake::pilot::Pilot;
-pub use bake::transfer_grid::{
-    Neighborhood, NeighborhoodGrid, bake_neighborhood, bake_neighborhood_on_disk, bake_neighborhood_shard,
-};
+pub use bake::transfer_grid::{Neighborhood, NeighborhoodGrid, bake_neighborhood};
 pub use bake_work::{BakeWork, BakedRows};
 pub use compression::compress::{
     CompressOptions, CompressReport, CurvePoint, compress_table, compress_table_within, error_curve,

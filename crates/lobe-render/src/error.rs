@@ -46,19 +46,14 @@ pub enum RenderError {
         /// What was wrong.
         source: Box<Self>,
     },
-    /// The operating system refused.
-    #[error("{place}: {source}")]
-    Io {
-        /// The file.
-        place: String,
-        /// The error of the operating system.
-        source: std::io::Error,
-    },
+    /// A file could not be read or written, or what is kept in one is at fault.
+    #[error(transparent)]
+    Io(IoError),
 }
 
 impl RenderError {
     pub(crate) fn io(path: &Path) -> impl Fn(std::io::Error) -> Self {
-        move |source| Self::Io { place: path.display().to_string(), source }
+        move |source| Self::Io(IoError::io(path, source))
     }
 
     /// The same error at work on a part of a scene; being stopped is nobody's fault.
@@ -75,14 +70,11 @@ impl RenderError {
 }
 
 impl From<IoError> for RenderError {
+    /// Work that was stopped is [`RenderError::Cancelled`], wherever it was.
     fn from(error: IoError) -> Self {
         match error {
-            IoError::Io { place, source } => Self::Io { place, source },
             IoError::Cancelled => Self::Cancelled,
-            IoError::Invalid { place, message } | IoError::Unsupported { place, message } => {
-                Self::Invalid { place, message }
-            }
-            other => Self::Invalid { place: "checkpoint".to_owned(), message: other.to_string() },
+            other => Self::Io(other),
         }
     }
 }

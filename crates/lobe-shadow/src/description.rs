@@ -16,9 +16,10 @@
 //! quaternions x, y, z, w, are in Lobe's frame, z up; files are named relative to the description.
 
 use std::fs::File;
-use std::io::{self, Read as _};
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
+use lobe_io::IoError;
 use lobe_scene::referenced_file;
 use serde::Deserialize;
 
@@ -211,7 +212,7 @@ impl SceneJson {
 
 /// The bytes of a description, whatever the system says of their number.
 fn read_bytes(path: &Path, place: &str) -> Result<Vec<u8>, ShadowError> {
-    let io = |source: io::Error| ShadowError::Io { place: place.to_owned(), source };
+    let io = |source| IoError::io(path, source);
     let mut bytes = Vec::new();
     File::open(path).map_err(io)?.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(io)?;
     if bytes.len() as u64 > MAX_BYTES {

@@ -1,7 +1,5 @@
 //! The error type of this crate.
 
-use std::io;
-
 use lobe_io::IoError;
 use lobe_scene::SceneError;
 
@@ -28,25 +26,17 @@ pub enum ShadowError {
     /// The scene is at fault.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// The operating system refused.
-    #[error("{place}: {source}")]
-    Io {
-        /// The file, or the name the caller gave to the data.
-        place: String,
-        /// The refusal.
-        source: io::Error,
-    },
+    /// A file could not be read or written, or what is kept in one is at fault.
+    #[error(transparent)]
+    Io(IoError),
 }
 
 impl From<IoError> for ShadowError {
+    /// Work that was stopped is [`ShadowError::Cancelled`], wherever it was.
     fn from(error: IoError) -> Self {
         match error {
-            IoError::Io { place, source } => Self::Io { place, source },
             IoError::Cancelled => Self::Cancelled,
-            IoError::Invalid { place, message } | IoError::Unsupported { place, message } => {
-                Self::Invalid { place, message }
-            }
-            other => Self::Invalid { place: "checkpoint".to_owned(), message: other.to_string() },
+            other => Self::Io(other),
         }
     }
 }

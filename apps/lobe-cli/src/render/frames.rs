@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use anyhow::bail;
 use lobe::image::{AnimatedPng, ImageError, Picture, Tone};
-use lobe::io::{Job, Progress, StagedFile, StagedWriter};
+use lobe::io::{IoError, Job, Progress, StagedFile, StagedWriter};
 use lobe::render::RenderError;
 
 use crate::render::pictures::{Pictures, Rendered};
@@ -59,7 +59,7 @@ impl Frames<'_> {
         checkpoints: &[Checkpoint],
         render: &mut RenderOne<'_>,
     ) -> anyhow::Result<()> {
-        let io = |source| RenderError::Io { place: path.display().to_string(), source };
+        let io = |source| RenderError::from(IoError::io(path, source));
         let in_file = |error| match error {
             ImageError::Output(source) => io(source),
             other => other.into(),

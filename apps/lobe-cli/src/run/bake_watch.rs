@@ -22,29 +22,17 @@ pub(crate) trait Cancellable: Error + Send + Sync + 'static {
     fn is_cancelled(&self) -> bool;
 }
 
-impl Cancellable for IoError {
-    fn is_cancelled(&self) -> bool {
-        matches!(self, Self::Cancelled)
-    }
+macro_rules! cancellable {
+    ($($error:ty),*) => {$(
+        impl Cancellable for $error {
+            fn is_cancelled(&self) -> bool {
+                matches!(self, Self::Cancelled)
+            }
+        }
+    )*};
 }
 
-impl Cancellable for PrtError {
-    fn is_cancelled(&self) -> bool {
-        matches!(self, Self::Cancelled)
-    }
-}
-
-impl Cancellable for ShadowError {
-    fn is_cancelled(&self) -> bool {
-        matches!(self, Self::Cancelled)
-    }
-}
-
-impl Cancellable for RenderError {
-    fn is_cancelled(&self) -> bool {
-        matches!(self, Self::Cancelled)
-    }
-}
+cancellable!(IoError, PrtError, ShadowError, RenderError);
 
 /// Does work, with a line of progress on a terminal, until it is done or the user presses Ctrl-C: then the inner error
 /// says how far it was.

@@ -172,7 +172,7 @@ fn of_render(error: &RenderError) -> Option<Cause<'_>> {
         RenderError::Shadow(error) => of_shadow(error),
         RenderError::Prt(error) => of_prt(error),
         RenderError::Part { source, .. } => of_render(source),
-        RenderError::Io { place, source } => Some(Cause::System(place, source)),
+        RenderError::Io(error) => of_io(error),
         _ => None,
     }
 }
@@ -180,7 +180,7 @@ fn of_render(error: &RenderError) -> Option<Cause<'_>> {
 fn of_shadow(error: &ShadowError) -> Option<Cause<'_>> {
     match error {
         ShadowError::Scene(error) => Some(of_scene(error)),
-        ShadowError::Io { place, source } => Some(Cause::System(place, source)),
+        ShadowError::Io(error) => of_io(error),
         _ => None,
     }
 }
@@ -188,7 +188,7 @@ fn of_shadow(error: &ShadowError) -> Option<Cause<'_>> {
 fn of_prt(error: &PrtError) -> Option<Cause<'_>> {
     match error {
         PrtError::Scene(error) => Some(of_scene(error)),
-        PrtError::Io { place, source } => Some(Cause::System(place, source)),
+        PrtError::Io(error) => of_io(error),
         _ => None,
     }
 }
@@ -292,7 +292,7 @@ mod tests {
         assert_eq!(said(ours), "a.exr: the folder b does not exist; make it first", "a message of ours");
         let missing = || io::Error::from_raw_os_error(2);
         let place = || "a.exr".to_owned();
-        let part = RenderError::from(ShadowError::Io { place: place(), source: missing() });
+        let part = RenderError::from(ShadowError::from(IoError::Io { place: place(), source: missing() }));
         let part = RenderError::Part { name: "cat".into(), source: Box::new(part) };
         let nested: [(anyhow::Error, &str); 3] = [
             (part.into(), "part `cat`: "),

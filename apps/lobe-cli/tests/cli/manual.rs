@@ -55,7 +55,7 @@ fn try_run(dir: &Dir, program: &str, args: &[&str]) -> Option<[String; 2]> {
     match Command::new(program).args(args).current_dir(dir.path("")).output() {
         Ok(output) => Some([output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned())),
         Err(_) => {
-            println!("SKIPPED: {program} is not installed");
+            lobe_testkit::skipped(&format!("manual pages by {program}, which is not installed"));
             None
         }
     }

@@ -82,7 +82,7 @@ fn being_asked_to_end_stops_as_ctrl_c_does() {
     let args = "render built-in:ball --env bundled:studio --mode truth --samples 65536 --quiet -o out.exr";
     for signal in ["-TERM", "-HUP"] {
         if signal == "-HUP" && hangups_are_ignored() {
-            eprintln!("skipped: these tests were started with nohup, and so is what they start");
+            lobe_testkit::skipped("hangups: these tests were started with nohup, and so is what they start");
             continue;
         }
         let output = signaled(&dir, started(&dir, args), "out.exr.checkpoint", signal).unwrap();

@@ -33,35 +33,6 @@ pub fn bake_matrices(
     bake_points(scene, bvh, Points::of(receivers), options, job)
 }
 
-/// [`bake_matrices`] with results that stay in the checkpoint, as [`crate::bake_on_disk`] leaves them.
-///
-/// # Errors
-/// Those of [`crate::bake_on_disk`].
-pub fn bake_matrices_on_disk(
-    scene: &Scene,
-    bvh: &Bvh,
-    receivers: &Receivers,
-    options: &BakeOptions,
-    job: Job<'_>,
-) -> Result<(StoredMatrices, BakeReport), PrtError> {
-    bake_points_on_disk(scene, bvh, Points::of(receivers), options, job, &KnownPilot::new())
-}
-
-/// A shard of [`bake_matrices_on_disk`], as [`crate::bake_shard`] makes it.
-///
-/// # Errors
-/// Those of [`crate::bake_on_disk`].
-pub fn bake_matrices_shard(
-    scene: &Scene,
-    bvh: &Bvh,
-    receivers: &Receivers,
-    options: &BakeOptions,
-    shard: Shard,
-    job: Job<'_>,
-) -> Result<BakeReport, PrtError> {
-    bake_points_shard(scene, bvh, Points::of(receivers), options, shard, job, &KnownPilot::new())
-}
-
 /// The points that matrices are baked for: receivers on surfaces, or points in space.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Points<'a> {
@@ -89,7 +60,8 @@ pub(crate) fn bake_points(
     Ok((TransferMatrices::new(options.order, channels, rows)?, report))
 }
 
-/// [`bake_matrices_on_disk`] of any points, where the pilot may be known from a shard of the same bake.
+/// [`bake_matrices`] of any points with results that stay in the checkpoint, as [`crate::bake_on_disk`] leaves them. The pilot may be
+/// known from a shard of the same bake.
 pub(crate) fn bake_points_on_disk(
     scene: &Scene,
     bvh: &Bvh,
@@ -104,7 +76,7 @@ pub(crate) fn bake_points_on_disk(
     Ok((StoredMatrices { order: options.order, channels, rows }, report))
 }
 
-/// [`bake_matrices_shard`] of any points, where the pilot may be known from another shard of the same bake.
+/// A shard of it.
 pub(crate) fn bake_points_shard(
     scene: &Scene,
     bvh: &Bvh,

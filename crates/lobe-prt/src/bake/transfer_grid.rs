@@ -1,12 +1,11 @@
 //! Neighborhood transfer: transfer matrices at the points of a grid around or within a scene.
 
-use lobe_io::{Job, Shard};
+use lobe_io::Job;
 use lobe_scene::{Bounds, Bvh, Scene};
 use lobe_sh::{Rgb, ShVec};
 
-use crate::bake::glossy::{Points, bake_points, bake_points_on_disk, bake_points_shard};
-use crate::bake::pilot::KnownPilot;
-use crate::{BakeOptions, BakeReport, PrtError, StoredMatrices, TransferMatrices};
+use crate::bake::glossy::{Points, bake_points};
+use crate::{BakeOptions, BakeReport, PrtError, TransferMatrices};
 
 /// Points of a grid along the axes of the world: at least two along each.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -159,37 +158,4 @@ pub fn bake_neighborhood(
     let points = Points { positions: &positions, receivers: None };
     let (matrices, report) = bake_points(scene, bvh, points, options, job)?;
     Ok((Neighborhood::new(*grid, matrices)?, report))
-}
-
-/// The matrices of [`bake_neighborhood`], which stay in the checkpoint as [`crate::bake_on_disk`] leaves them.
-///
-/// # Errors
-/// Those of [`crate::bake_on_disk`].
-pub fn bake_neighborhood_on_disk(
-    scene: &Scene,
-    bvh: &Bvh,
-    grid: &NeighborhoodGrid,
-    options: &BakeOptions,
-    job: Job<'_>,
-) -> Result<(StoredMatrices, BakeReport), PrtError> {
-    let positions = grid.points(scene.origin());
-    let points = Points { positions: &positions, receivers: None };
-    bake_points_on_disk(scene, bvh, points, options, job, &KnownPilot::new())
-}
-
-/// A shard of [`bake_neighborhood_on_disk`], as [`crate::bake_shard`] makes it.
-///
-/// # Errors
-/// Those of [`crate::bake_on_disk`].
-pub fn bake_neighborhood_shard(
-    scene: &Scene,
-    bvh: &Bvh,
-    grid: &NeighborhoodGrid,
-    options: &BakeOptions,
-    shard: Shard,
-    job: Job<'_>,
-) -> Result<BakeReport, PrtError> {
-    let positions = grid.points(scene.origin());
-    let points = Points { positions: &positions, receivers: None };
-    bake_points_shard(scene, bvh, points, options, shard, job, &KnownPilot::new())
 }

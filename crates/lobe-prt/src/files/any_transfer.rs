@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use lobe_image::FileFormat;
+use lobe_io::read_file;
 use lobe_sh::Rgb;
 
 use crate::files::compressed_file::{COMPRESSED, ZONAL, compressed_of, zonal_of};
 use crate::files::lightmap_file::read_lightmap_bytes;
-use crate::files::tensor_file::{TransferFile, load};
+use crate::files::tensor_file::TransferFile;
 use crate::files::transfer_file::{TRANSFER, transfer_of};
 use crate::{CompressedTransfer, PrtError, Recipe, Transfer, ZonalTransfer};
 
@@ -73,7 +74,7 @@ impl From<Transfer> for AnyTransfer {
 /// [`PrtError::Invalid`] if it is none of these or contradicts itself.
 pub fn read_any_transfer(path: impl AsRef<Path>) -> Result<(AnyTransfer, Recipe), PrtError> {
     let path = path.as_ref();
-    read_any_transfer_bytes(&load(path)?, &path.display().to_string())
+    read_any_transfer_bytes(&read_file(path)?, &path.display().to_string())
 }
 
 /// [`read_any_transfer`] from the bytes of a file, whose name stands in messages.

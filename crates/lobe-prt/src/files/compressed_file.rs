@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use lobe_io::{Dtype, Numbers, Tensor, TensorFormat, write_tensors};
+use lobe_io::{Dtype, Numbers, Tensor, TensorFormat, read_file, write_tensors};
 
-use crate::files::tensor_file::{Header, TransferFile, format, load};
+use crate::files::tensor_file::{Header, TransferFile, format};
 use crate::{CompressedTable, CompressedTransfer, PrtError, Recipe, TableWeights, ZonalTransfer};
 
 pub(crate) const COMPRESSED: TensorFormat = format("lobe-compressed-transfer");
@@ -49,7 +49,7 @@ pub fn write_compressed_transfer(
 /// not of this kind, or of a later version.
 pub fn read_compressed_transfer(path: impl AsRef<Path>) -> Result<(CompressedTransfer, Recipe), PrtError> {
     let path = path.as_ref();
-    read_compressed_transfer_bytes(&load(path)?, &path.display().to_string())
+    read_compressed_transfer_bytes(&read_file(path)?, &path.display().to_string())
 }
 
 /// [`read_compressed_transfer`] from the bytes of a file, whose name stands in messages. Nothing is allocated that is
@@ -112,7 +112,7 @@ pub fn write_zonal_transfer(path: impl AsRef<Path>, transfer: &ZonalTransfer, re
 /// As for [`read_compressed_transfer`].
 pub fn read_zonal_transfer(path: impl AsRef<Path>) -> Result<(ZonalTransfer, Recipe), PrtError> {
     let path = path.as_ref();
-    read_zonal_transfer_bytes(&load(path)?, &path.display().to_string())
+    read_zonal_transfer_bytes(&read_file(path)?, &path.display().to_string())
 }
 
 /// [`read_zonal_transfer`] from the bytes of a file, whose name stands in messages. Nothing is allocated that is larger
@@ -214,6 +214,6 @@ mod tests {
         let foreign = read_zonal_transfer_bytes(&bytes, "c").unwrap_err().to_string();
         assert_eq!(foreign, "c: expected lobe-zonal-transfer, found lobe-compressed-transfer", "another kind");
         let missing = read_zonal_transfer(folder.path().join("none")).unwrap_err();
-        assert!(matches!(missing, PrtError::Io { .. }), "{missing}");
+        assert!(matches!(missing, PrtError::Io(_)), "{missing}");
     }
 }

@@ -1,10 +1,9 @@
 //! Lightmaps of transfer as OpenEXR pictures.
 
-use std::fs;
 use std::path::Path;
 
 use lobe_image::{ExrAttribute, ExrLayers, ImageError};
-use lobe_io::{Job, write_atomically};
+use lobe_io::{IoError, Job, read_file, write_atomically};
 use serde_json::{Value, json};
 
 use crate::job::checkpoint::rows_at_once;
@@ -76,7 +75,7 @@ pub fn write_lightmap(
     }
     picture.attribute(ATTRIBUTE, ExrAttribute::Text(about.to_string()));
     let bytes = picture.into_bytes().map_err(|message| PrtError::invalid(&file, message))?;
-    write_atomically(path, |out| out.write_all(&bytes)).map_err(|source| PrtError::Io { place: file, source })
+    write_atomically(path, |out| out.write_all(&bytes)).map_err(|source| IoError::io(path, source).into())
 }
 
 /// The pictures of all coefficients, channel by channel; `place` stands for them in messages.
@@ -88,7 +87,7 @@ fn planes(transfer: &dyn TransferRows, place: &str, meter: &mut Meter<'_>) -> Re
         meter.go_on()?;
         let rows = &mut rows[..row * rows_at_once(row).min(receivers - first)];
         let read = transfer.read_rows(first, rows);
-        read.map_err(|source| PrtError::Io { place: place.to_owned(), source })?;
+        read.map_err(|source| IoError::io(Path::new(place), source))?;
         for (k, plane) in planes.iter_mut().enumerate() {
             plane.extend(rows[k..].iter().step_by(row));
         }
@@ -104,9 +103,7 @@ fn planes(transfer: &dyn TransferRows, place: &str, meter: &mut Meter<'_>) -> Re
 /// [`PrtError::Invalid`] if it is none of ours or contradicts itself.
 pub fn read_lightmap(path: impl AsRef<Path>) -> Result<(Transfer, Recipe), PrtError> {
     let path = path.as_ref();
-    let name = path.display().to_string();
-    let bytes = fs::read(path).map_err(|source| PrtError::Io { place: name.clone(), source })?;
-    read_lightmap_bytes(&bytes, &name)
+    read_lightmap_bytes(&read_file(path)?, &path.display().to_string())
 }
 
 /// [`read_lightmap`] from the bytes of a file, whose name stands in messages.
@@ -178,7 +175,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.exr");
         write_lightmap(&path, transfer, &Recipe::default().scene("Gießerei".to_owned()), Job::default()).unwrap();
-        fs::read(path).unwrap()
+        std::fs::read(path).unwrap()
     }
 
     fn numbered(order: usize, channels: Channels, texels: usize) -> Transfer {

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use lobe_io::{Job, TensorFormat};
+use lobe_io::{Job, TensorFormat, read_file};
 
-use crate::files::tensor_file::{GridMember, Header, TransferFile, format, load, write_streamed};
+use crate::files::tensor_file::{GridMember, Header, TransferFile, format, write_streamed};
 use crate::{MatrixRows, Neighborhood, NeighborhoodGrid, PrtError, Recipe, TransferMatrices};
 
 const MATRICES: TensorFormat = format("lobe-transfer-matrices");
@@ -35,7 +35,7 @@ pub fn write_matrices(
 /// [`PrtError::Invalid`] if it is none of ours or contradicts itself.
 pub fn read_matrices(path: impl AsRef<Path>) -> Result<(TransferMatrices, Recipe), PrtError> {
     let path = path.as_ref();
-    read_matrices_bytes(&load(path)?, &path.display().to_string())
+    read_matrices_bytes(&read_file(path)?, &path.display().to_string())
 }
 
 /// [`read_matrices`] from the bytes of a file, whose name stands in messages.
@@ -70,7 +70,7 @@ pub fn write_neighborhood(
 /// As [`read_matrices`].
 pub fn read_neighborhood(path: impl AsRef<Path>) -> Result<(Neighborhood, Recipe), PrtError> {
     let path = path.as_ref();
-    read_neighborhood_bytes(&load(path)?, &path.display().to_string())
+    read_neighborhood_bytes(&read_file(path)?, &path.display().to_string())
 }
 
 /// [`read_neighborhood`] from the bytes of a file, whose name stands in messages.

@@ -1,9 +1,9 @@
 //! Safetensors files of transfer: one header for all of their formats.
 
 use std::cell::RefCell;
+use std::io;
 use std::ops::Deref;
 use std::path::Path;
-use std::{fs, io};
 
 use lobe_io::{Job, Numbers, Tensor, TensorFile, TensorFormat, write_tensors};
 use serde::{Deserialize, Serialize};
@@ -81,14 +81,6 @@ pub(crate) fn write_streamed(
         meter.reach(rows);
     }
     meter.written(written)
-}
-
-/// A file's bytes.
-///
-/// # Errors
-/// [`PrtError::Io`] if it cannot be read.
-pub(crate) fn load(path: &Path) -> Result<Vec<u8>, PrtError> {
-    fs::read(path).map_err(|source| PrtError::Io { place: path.display().to_string(), source })
 }
 
 /// A file that has been read, its header understood.

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use lobe_io::{Job, TensorFormat};
+use lobe_io::{Job, TensorFormat, read_file};
 
-use crate::files::tensor_file::{Header, TransferFile, format, load, write_streamed};
+use crate::files::tensor_file::{Header, TransferFile, format, write_streamed};
 use crate::{PrtError, Recipe, Transfer, TransferRows};
 
 pub(crate) const TRANSFER: TensorFormat = format("lobe-transfer");
@@ -40,7 +40,7 @@ pub fn write_transfer(
 /// [`PrtError::Invalid`] if it is none of ours or contradicts itself.
 pub fn read_transfer(path: impl AsRef<Path>) -> Result<(Transfer, Recipe), PrtError> {
     let path = path.as_ref();
-    read_transfer_bytes(&load(path)?, &path.display().to_string())
+    read_transfer_bytes(&read_file(path)?, &path.display().to_string())
 }
 
 /// [`read_transfer`] from the bytes of a file, whose name stands in messages. Nothing is allocated that is larger than

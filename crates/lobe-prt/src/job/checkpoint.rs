@@ -3,7 +3,7 @@
 use std::io;
 use std::path::Path;
 
-use lobe_io::{Fingerprint, RecordFile, RecordFormat, RecordLayout, RecordReader, Shard};
+use lobe_io::{Fingerprint, IoError, RecordFile, RecordFormat, RecordLayout, RecordReader, Shard};
 
 use crate::PrtError;
 use crate::job::chunks::{Chunk, Chunks, Estimator, Sink, Tally};
@@ -208,7 +208,7 @@ impl StoredRows {
         let mut rows = vec![0.0; self.layout.receivers() * row];
         for (k, rows) in rows.chunks_mut(at_once * row).enumerate() {
             let read = self.read_into(k * at_once, rows);
-            read.map_err(|source| PrtError::Io { place: self.records.path().display().to_string(), source })?;
+            read.map_err(|source| IoError::io(self.records.path(), source))?;
         }
         Ok(rows)
     }

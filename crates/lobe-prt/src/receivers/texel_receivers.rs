@@ -1,8 +1,10 @@
 //! Texel receivers: conservative rasterization of a scene into the texels of a lightmap.
 
 use std::collections::VecDeque;
+use std::path::Path;
 
 use glam::{DVec2, DVec3};
+use lobe_io::IoError;
 use lobe_scene::{Hit, Scene};
 
 use crate::receivers::inset::{inset_distance, step};
@@ -193,7 +195,7 @@ impl TexelReceivers {
         let rows = self.rows(transfer)?;
         let mut coefficients = vec![0.0; rows.receivers() * rows.row_len()];
         let read = rows.read_rows(0, &mut coefficients);
-        read.map_err(|source| PrtError::Io { place: "lightmap".to_owned(), source })?;
+        read.map_err(|source| IoError::io(Path::new("lightmap"), source))?;
         Transfer::new(transfer.order(), transfer.channels(), coefficients)
     }
 }

@@ -189,7 +189,7 @@ fn a_checkpoint_that_cannot_be_written_is_an_error_before_the_bake() {
             Job::default().watched_by(&mut watch).kept_in(&path),
         )
         .unwrap_err();
-        assert!(matches!(found, PrtError::Io { .. }), "{}: {found}", path.display());
+        assert!(matches!(found, PrtError::Io(_)), "{}: {found}", path.display());
         assert_eq!((calls, found.to_string().lines().count()), (0, 1), "{found}");
     }
     #[cfg(target_os = "linux")]

@@ -6,7 +6,7 @@ use crate::common::{baked, options, receiver, scene_of};
 use lobe_io::Job;
 use lobe_prt::{
     BakeMode, BakeOptions, Channels, Neighborhood, NeighborhoodGrid, Receivers, TransferMatrices, bake_matrices,
-    bake_matrices_on_disk, bake_neighborhood,
+    bake_neighborhood,
 };
 use lobe_scene::{Bounds, Bvh, Scene, built_in};
 use lobe_sh::{Dir, Expansion as _, Rgb, ShVec, SphereQuadrature, Zonal};
@@ -163,11 +163,7 @@ fn matrices_resume_from_their_checkpoint_and_from_no_other() {
     let (bvh, receivers) = (Bvh::new(&scene), Receivers::at_vertices(&scene).unwrap());
     let options = options(BakeMode::Interreflected, 2, 64).bounces(1);
     let expected = bake_matrices(&scene, &bvh, &receivers, &options, Job::default()).unwrap().0;
-    let bake = || {
-        let (stored, _) =
-            bake_matrices_on_disk(&scene, &bvh, &receivers, &options, Job::default().kept_in(&path)).unwrap();
-        stored.load().unwrap()
-    };
+    let bake = || bake_matrices(&scene, &bvh, &receivers, &options, Job::default().kept_in(&path)).unwrap().0;
     assert!(bake() == expected, "the first time");
     let complete = std::fs::read(&path).unwrap();
     std::fs::write(&path, &complete[..complete.len() / 2]).unwrap();

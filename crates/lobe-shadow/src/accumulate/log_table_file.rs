@@ -4,7 +4,7 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::Path;
 
-use lobe_io::{IoError, Numbers, Tensor, TensorFile, TensorFormat, write_tensors};
+use lobe_io::{IoError, Numbers, Tensor, TensorFile, TensorFormat, read_file, write_tensors};
 use serde::{Deserialize, Serialize};
 
 use crate::ShadowError;
@@ -43,9 +43,8 @@ pub fn write_log_table(path: impl AsRef<Path>, table: &LogTable) -> Result<(), S
 /// [`ShadowError::Io`] if the file cannot be read, [`ShadowError::Invalid`] if it is none of ours, of another version, or
 /// contradicts itself.
 pub fn read_log_table(path: impl AsRef<Path>) -> Result<LogTable, ShadowError> {
-    let place = path.as_ref().display().to_string();
-    let bytes = fs::read(path.as_ref()).map_err(|source| ShadowError::Io { place: place.clone(), source })?;
-    read_log_table_bytes(&bytes, &place)
+    let path = path.as_ref();
+    read_log_table_bytes(&read_file(path)?, &path.display().to_string())
 }
 
 /// [`read_log_table`] from the bytes of a file, whose name stands in messages.
@@ -95,7 +94,7 @@ pub fn cached_log_table(path: impl AsRef<Path>, options: &LogTableOptions) -> Re
     let bytes = match fs::read(path) {
         Ok(bytes) => Some(bytes),
         Err(error) if error.kind() == ErrorKind::NotFound => None,
-        Err(source) => return Err(ShadowError::Io { place, source }),
+        Err(source) => return Err(IoError::io(path, source).into()),
     };
     let read = bytes.map(|bytes| TensorFile::parse(&bytes, &place, &[FORMAT]).and_then(|file| table_of(&file)));
     let table = match read {

@@ -1,10 +1,9 @@
 //! Occlusion fields as safetensors: `NAME.field.safetensors`.
 
-use std::fs;
 use std::path::Path;
 
 use half::f16;
-use lobe_io::{Dtype, IoError, Numbers, Tensor, TensorFile, TensorFormat, write_tensors};
+use lobe_io::{Dtype, IoError, Numbers, Tensor, TensorFile, TensorFormat, read_file, write_tensors};
 use lobe_prt::{CompressedTable, PrtError, TableWeights};
 use serde::{Deserialize, Serialize};
 
@@ -101,9 +100,7 @@ fn clustered_tensors(table: &CompressedTable) -> Vec<Tensor<'_>> {
 /// off, or contradicts itself.
 pub fn read_field(path: impl AsRef<Path>) -> Result<OcclusionField, ShadowError> {
     let path = path.as_ref();
-    let place = path.display().to_string();
-    let bytes = fs::read(path).map_err(|source| ShadowError::Io { place: place.clone(), source })?;
-    read_field_bytes(&bytes, &place)
+    read_field_bytes(&read_file(path)?, &path.display().to_string())
 }
 
 /// [`read_field`] from the bytes of a file, whose name stands in messages.

@@ -134,7 +134,7 @@ impl StoredRows {
 fn of_table(error: PrtError) -> ShadowError {
     match error {
         PrtError::Cancelled => ShadowError::Cancelled,
-        PrtError::Io { place, source } => ShadowError::Io { place, source },
+        PrtError::Io(error) => ShadowError::Io(error),
         other => ShadowError::Options(other.to_string()),
     }
 }

@@ -1,9 +1,8 @@
 //! Lamps as safetensors: `NAME.lamp.safetensors`.
 
-use std::fs;
 use std::path::Path;
 
-use lobe_io::{Numbers, Tensor, TensorFile, TensorFormat, write_tensors};
+use lobe_io::{Numbers, Tensor, TensorFile, TensorFormat, read_file, write_tensors};
 use lobe_sh::Rgb;
 use serde::{Deserialize, Serialize};
 
@@ -127,9 +126,7 @@ pub fn write_lamp(path: impl AsRef<Path>, lamp: &Lamp) -> Result<(), ShadowError
 /// off, or contradicts itself.
 pub fn read_lamp(path: impl AsRef<Path>) -> Result<Lamp, ShadowError> {
     let path = path.as_ref();
-    let place = path.display().to_string();
-    let bytes = fs::read(path).map_err(|source| ShadowError::Io { place: place.clone(), source })?;
-    read_lamp_bytes(&bytes, &place)
+    read_lamp_bytes(&read_file(path)?, &path.display().to_string())
 }
 
 /// [`read_lamp`] from the bytes of a file, whose name stands in messages.

@@ -1,9 +1,8 @@
 //! Sphere sets as safetensors.
 
-use std::fs;
 use std::path::Path;
 
-use lobe_io::{Numbers, Tensor, TensorFile, TensorFormat, write_tensors};
+use lobe_io::{Numbers, Tensor, TensorFile, TensorFormat, read_file, write_tensors};
 use serde::{Deserialize, Serialize};
 
 use crate::spheres::sphere_set::check;
@@ -45,9 +44,7 @@ pub fn write_spheres(path: impl AsRef<Path>, set: &SphereSet) -> Result<(), Shad
 /// itself.
 pub fn read_spheres(path: impl AsRef<Path>) -> Result<SphereSet, ShadowError> {
     let path = path.as_ref();
-    let place = path.display().to_string();
-    let bytes = fs::read(path).map_err(|source| ShadowError::Io { place: place.clone(), source })?;
-    read_spheres_bytes(&bytes, &place)
+    read_spheres_bytes(&read_file(path)?, &path.display().to_string())
 }
 
 /// [`read_spheres`] from the bytes of a file, whose name stands in messages. Nothing is allocated that is larger than
