@@ -199,9 +199,17 @@ impl Bake {
     ) -> PyResult<Bound<'py, PyDict>> {
         let checkpoint = beside(&output, ".checkpoint");
         watched(py, progress.as_ref(), None, |job| merge_shards(&parts, &checkpoint, job))?;
-        self.write(py, output, progress).inspect_err(|_| {
+        self.write(py, output, progress).map_err(|error| {
             // It is made again in no time, and would be in the way of another bake.
             let _ = fs::remove_file(&checkpoint);
+            let at_checkpoint = format!("{}: ", checkpoint.display());
+            match parts.first() {
+                Some(part) if error.value(py).to_string().starts_with(&at_checkpoint) => value_error(format!(
+                    "{}: this shard and the others are not of this bake: the scene, options that decide the numbers or the version of Lobe differ",
+                    part.display()
+                )),
+                _ => error,
+            }
         })
     }
 }

@@ -1,5 +1,7 @@
 //! Arrays as rows of coefficients.
 
+use std::time::{Duration, Instant};
+
 use lobe::sh::{Coefficient, Real, Rgb};
 use numpy::ndarray::Dimension;
 use numpy::{
@@ -9,8 +11,14 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
-/// Rows that are done before the interpreter may stop the work: some milliseconds even of the slowest kind.
+/// Rows that are done before the interpreter may stop the work, at most.
 const ROWS_TOGETHER: usize = 1 << 12;
+
+/// The first of them, from which on they double as long as they are quick: a function of order 16 without ringing takes 30 ms.
+const FIRST_ROWS: usize = 16;
+
+/// How long work may go on before the interpreter may stop it: less than anyone waits for.
+const UNSTOPPED: Duration = Duration::from_millis(50);
 
 /// The same of quick work, in which threads would else wait for each other too often.
 pub(crate) const QUICK_ROWS_TOGETHER: usize = 1 << 16;
@@ -136,22 +144,47 @@ pub(crate) fn do_rows<C: Coefficient>(
         py.detach(|| work(0, &mut out)).map_err(PyValueError::new_err)?;
         return Ok(out);
     }
-    for (part, out) in out.chunks_mut(width * together).enumerate() {
+    // Quick work begins with enough for all threads.
+    let mut pace = Pace::new(if together > ROWS_TOGETHER { ROWS_TOGETHER } else { FIRST_ROWS }, together);
+    let (mut first, mut rest) = (0, &mut out[..]);
+    while !rest.is_empty() {
         py.check_signals()?;
+        let (part, behind) = rest.split_at_mut((width * pace.rows).min(rest.len()));
+        let (count, begun) = (part.len() / width, Instant::now());
         let done = py.detach(|| {
-            let rows = out.par_chunks_exact_mut(width).enumerate();
+            let rows = part.par_chunks_exact_mut(width).enumerate();
             // The first row at fault, for any number of threads.
-            let faults = rows.filter_map(|(k, out)| {
-                let row = part * together + k;
-                work(row, out).err().map(|fault| (row, fault))
-            });
+            let faults = rows.filter_map(|(k, out)| work(first + k, out).err().map(|fault| (first + k, fault)));
             faults.min_by_key(|(row, _)| *row)
         });
         if let Some((row, fault)) = done {
             return Err(PyValueError::new_err(format!("function {row}: {fault}")));
         }
+        pace.took(begun.elapsed());
+        (first, rest) = (first + count, behind);
     }
     Ok(out)
+}
+
+/// How many rows are done before the interpreter is asked again. What comes out does not depend on it.
+pub(crate) struct Pace {
+    pub(crate) rows: usize,
+    most: usize,
+}
+
+impl Pace {
+    pub(crate) fn new(first: usize, most: usize) -> Self {
+        Self { rows: first.min(most), most }
+    }
+
+    /// Twice as many if they were quick, half as many if they were slow.
+    pub(crate) fn took(&mut self, time: Duration) {
+        if time < UNSTOPPED / 2 {
+            self.rows = (2 * self.rows).min(self.most);
+        } else if time > 2 * UNSTOPPED {
+            self.rows = (self.rows / 2).max(1);
+        }
+    }
 }
 
 /// A numpy array of numbers and a shape.

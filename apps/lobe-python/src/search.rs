@@ -1,5 +1,7 @@
 //! Searches in functions on the sphere.
 
+use std::time::Instant;
+
 use lobe::sh::{
     Coefficient, LightFit, LightFitOptions, Rgb, ShVec, certified_minimum, coefficient_count, extract_lights,
 };
@@ -7,10 +9,12 @@ use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
-use crate::rows::{array_of, contiguous, shape_error, value_error};
+use crate::rows::{Pace, array_of, contiguous, shape_error, value_error};
 
-/// Functions that are searched before the interpreter may stop the search.
-const SEARCHED_TOGETHER: usize = 64;
+/// Functions that are searched before the interpreter may stop the search, at most and at first: the least value of one of order 64 may take
+/// a second.
+const SEARCHED_TOGETHER: usize = 1 << 12;
+const FIRST_SEARCHED: usize = 2;
 
 /// An array of double precision.
 type Doubles<'py> = Bound<'py, PyArrayDyn<f64>>;
@@ -89,9 +93,14 @@ pub(crate) fn search<C: Coefficient, F: Send>(
 ) -> PyResult<Vec<F>> {
     let count = coefficient_count(order).max(1);
     let mut all = Vec::with_capacity(functions.len() / count);
-    for part in functions.chunks(count * SEARCHED_TOGETHER) {
+    let (mut pace, mut rest) = (Pace::new(FIRST_SEARCHED, SEARCHED_TOGETHER), functions);
+    while !rest.is_empty() {
         py.check_signals()?;
+        let (part, behind) = rest.split_at((count * pace.rows).min(rest.len()));
+        let begun = Instant::now();
         let found: Vec<Result<F, String>> = py.detach(|| part.par_chunks_exact(count).map(&work).collect());
+        pace.took(begun.elapsed());
+        rest = behind;
         for found in found {
             let row = all.len();
             all.push(found.map_err(|fault| value_error(format!("function {row}: {fault}")))?);

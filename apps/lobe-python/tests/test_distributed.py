@@ -144,6 +144,47 @@ def test_a_bake_whose_scheduler_died_goes_on_with_another(processes, tmp_path, w
     assert output.read_bytes() == whole
 
 
+def test_a_scheduler_that_dies_ends_the_bake_in_one_line_that_says_what_to_do(processes, tmp_path, whole):
+    processes.worker()
+    output = tmp_path / "o.safetensors"
+    with processes.client() as client:
+        client.wait_for_workers(1, timeout=60)
+
+        def die(done, shards):
+            if done == 3:
+                processes.stop()
+
+        with pytest.raises(RuntimeError, match="o.safetensors: the scheduler is gone; start one and repeat the call") as fault:
+            on_dask.bake(SCENE, output, OPTIONS, client=client, shards=40, progress=die)
+    assert "\n" not in str(fault.value)
+    done = len(list((tmp_path / "o.safetensors.shards").iterdir()))
+    assert not output.exists() and 3 <= done < 40
+    told = []
+    on_dask.bake(SCENE, output, OPTIONS, progress=lambda *at: told.append(at))
+    assert told[0] == (done, 40) and output.read_bytes() == whole
+
+
+def test_the_module_is_a_program(tmp_path, whole):
+    options = [part for name in ("mode", "order", "samples") for part in (f"--{name}", str(getattr(OPTIONS, name)))]
+    command = [sys.executable, "-m", "lobe.distributed", SCENE, "-o", "o.safetensors", "--shards", "2", *options]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "o.safetensors").read_bytes() == whole
+
+
+def test_a_worker_has_few_results_however_slow_the_client_is(processes, tmp_path):
+    processes.worker()
+    held = []
+    with processes.client() as client:
+        client.wait_for_workers(1, timeout=60)
+
+        def count(done, shards):
+            held.append(sum(client.run(lambda dask_worker: len(dask_worker.data)).values()))
+
+        on_dask.bake(SCENE, tmp_path / "o.safetensors", OPTIONS, client=client, shards=20, progress=count)
+    assert max(held) <= on_dask.AHEAD, held
+
+
 def test_a_worker_of_another_version_says_so_in_one_line(processes, tmp_path):
     # The package once more, with another version.
     other = tmp_path / "other" / "lobe"

@@ -14,6 +14,14 @@ def test_maps_show_themselves_as_png():
     assert lobe.EnvMap(np.ones((1, 2, 3)))._repr_png_().startswith(b"\x89PNG")
 
 
+def test_a_function_shows_its_balloon_and_a_batch_its_words():
+    pytest.importorskip("matplotlib", reason="matplotlib is not installed")
+    shown = lobe.Sh([0.0, 0.0, 2.0, 0.0])._repr_png_()
+    assert shown.startswith(b"\x89PNG") and len(shown) > 5000
+    assert lobe.Sh(np.ones((4, 3)))._repr_png_().startswith(b"\x89PNG"), "of color"
+    assert lobe.Sh(np.ones((2, 4)))._repr_png_() is None
+
+
 def test_balloons_reach_as_far_as_the_largest_value():
     matplotlib = pytest.importorskip("matplotlib", reason="matplotlib is not installed")
     matplotlib.use("Agg")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -261,7 +262,7 @@ class Sh:
     def plot(self, ax: Any = None, *, samples: int = 64) -> Any:
         """A balloon by matplotlib: the distance from the origin is |f|, of colors their mean; red where f is positive, blue where it is
         negative. `ax` is a 3d axes, which is made if there is none; it is returned. One function."""
-        import matplotlib.pyplot as plt
+        import matplotlib
 
         if self.shape:
             raise ValueError(f"expected one function, found a batch of shape {self.shape}")
@@ -271,14 +272,32 @@ class Sh:
         values = self.eval(d)
         values = values.mean(axis=-1) if self._is_color else values
         if ax is None:
+            import matplotlib.pyplot as plt
+
             ax = plt.figure().add_subplot(projection="3d")
         points = np.abs(values)[..., None] * d
-        colors = plt.get_cmap("coolwarm")(np.where(values >= 0, 1.0, 0.0))
+        colors = matplotlib.colormaps["coolwarm"](np.where(values >= 0, 1.0, 0.0))
         ax.plot_surface(*np.moveaxis(points, -1, 0), facecolors=colors, rstride=1, cstride=1, linewidth=0)
         reach = float(np.abs(values).max()) or 1.0
         ax.set(xlim=(-reach, reach), ylim=(-reach, reach), zlim=(-reach, reach), xlabel="x", ylabel="y", zlabel="z")
         ax.set_box_aspect((1, 1, 1))
         return ax
+
+    def _repr_png_(self) -> bytes | None:
+        """The balloon of one function as a notebook shows it; a batch, or where matplotlib is not installed, shows itself in words."""
+        if self.shape:
+            return None
+        try:
+            from matplotlib.backends.backend_agg import FigureCanvasAgg
+            from matplotlib.figure import Figure
+        except ModuleNotFoundError:
+            return None
+        figure = Figure(figsize=(3.2, 3.2))
+        FigureCanvasAgg(figure)
+        self.plot(figure.add_subplot(projection="3d"))
+        picture = io.BytesIO()
+        figure.savefig(picture, format="png", dpi=100)
+        return picture.getvalue()
 
     # Within
 

@@ -14,32 +14,31 @@ from __future__ import annotations
 import argparse
 import hashlib
 import os
-import platform
 import sys
-import tempfile
 import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, fields
-from threading import Lock
 from typing import TYPE_CHECKING, Any
 
-from . import __version__, _lobe
+from . import __version__
 from ._arrays import whole
 from ._bag import Unfinished, client_or_own, map
 from ._bake import BakeOptions, BakeReport, Path
-from ._shards import Cost, measured, shards_for
+from ._shards import Cost, shards_for
+from ._tasks import Pilot, bake_shard, measure
 
 if TYPE_CHECKING:
     from distributed import Client
 
 __all__ = ["Unfinished", "bake", "main", "map"]
 
-Pilot = tuple[int, float]
-"""What the pilot of a bake has found: bounces, and an error."""
-
 RETRIES = 3
 """Times that a shard is tried again after an error. A worker that dies counts nothing here: Dask has a limit of its own."""
+
+AHEAD = 4
+"""Shards that are handed out for each thread of a worker at a time: one that is baked, and some that wait or whose results do, so that
+none has to ask and no worker keeps more."""
 
 WHOLE_FILES = (".glb", ".vrm", ".ply")
 """Files that name no others, so that their bytes are the scene. Others are read by workers under the same path."""
@@ -68,9 +67,10 @@ def bake(
         shards = work.begun() if shards is None else shards
         parts = None if shards is None else work.parts(shards)
         if parts is None or parts.missing():
-            arguments = (_sent(engine, work), *work.arguments())
-            parts = work.parts(_shards_for(engine, work, arguments)) if parts is None else parts
-            _bake_missing(engine, parts, arguments, work.pilot, progress)
+            with _ends_in_one_line(work):
+                arguments = (_sent(engine, work), *work.arguments())
+                parts = work.parts(_shards_for(engine, work, arguments)) if parts is None else parts
+                _bake_missing(engine, parts, arguments, work.pilot, progress)
         elif progress is not None:
             progress(parts.count, parts.count)
     return work.merge(parts)
@@ -173,6 +173,24 @@ class Parts:
             os.rmdir(self.folder)
 
 
+@contextmanager
+def _ends_in_one_line(work: Work) -> Iterator[None]:
+    """Says what to do where the engine, and not the work, has failed."""
+    from concurrent.futures import CancelledError
+
+    from distributed import KilledWorker
+
+    try:
+        yield
+    except CancelledError:
+        fault = "the scheduler is gone; start one and repeat the call"
+    except KilledWorker as error:
+        fault = f"{' '.join(str(error).split())} Give workers more memory, or repeat the call with more shards"
+    else:
+        return
+    raise RuntimeError(f"{work.output}: {fault}, which takes up the shards that are done, in {work.output}.shards") from None
+
+
 def _sent(client: Client, work: Work) -> Any:
     """The scene on all workers, or none if they read it by themselves."""
     scene = work.whole_scene()
@@ -197,106 +215,39 @@ def _bake_missing(
 ) -> None:
     from distributed import as_completed
 
-    missing = parts.missing()
+    missing = parts.missing()[::-1]
+    left = len(missing)
     if progress is not None:
-        progress(parts.count - len(missing), parts.count)
+        progress(parts.count - left, parts.count)
     # A call that was stopped may still be cancelling shards of these names.
     call = uuid.uuid4().hex
-    futures = {
-        client.submit(
-            bake_shard,
-            *arguments,
-            number,
-            parts.count,
-            pilot,
-            key=f"lobe-{parts.identity}-{number}-of-{parts.count}-{call}",
-            pure=False,
-            retries=RETRIES,
-        ): number
-        for number in missing
-    }
+    futures: dict[Any, int] = {}
+
+    def start() -> Any:
+        number = missing.pop()
+        key = f"lobe-{parts.identity}-{number}-of-{parts.count}-{call}"
+        future = client.submit(bake_shard, *arguments, number, parts.count, pilot, key=key, pure=False, retries=RETRIES)
+        futures[future] = number
+        return future
+
+    def room() -> int:
+        threads: Any = client.nthreads()
+        return min(len(missing), max(0, AHEAD * max(1, sum(threads.values())) - len(futures)))
+
     try:
-        left = len(missing)
-        for future in as_completed(list(futures)):
+        ready = as_completed([start() for _ in range(room())])
+        for future in ready:
             parts.keep(futures[future], future.result())
             # The bytes are on this disk now; the worker may forget them.
+            del futures[future]
             future.release()
             left -= 1
+            for _ in range(room()):
+                ready.add(start())
             if progress is not None:
                 progress(parts.count - left, parts.count)
     finally:
         client.cancel([future for future in futures if not future.done()])
-
-
-_read: dict[str, _lobe.Bake] = {}
-"""The bake that this worker has had last, its scene read and its tree built."""
-
-_reading = Lock()
-"""Held while a scene is read: a worker of several threads reads it once, too."""
-
-
-def _read_once(
-    sent: bytes | None, scene: str, options: dict[str, Any], identity: str, folder: str, pilot: Pilot | None = None
-) -> _lobe.Bake:
-    with _reading:
-        if identity not in _read:
-            _read.clear()
-            if sent is not None:
-                # The file's name is in the recipe, and its ending says what it is.
-                scene = os.path.join(folder, os.path.basename(scene))
-                with open(scene, "wb") as file:
-                    file.write(sent)
-            made = BakeOptions(**options).of(scene)
-            if pilot is not None:
-                made.know(pilot)
-            _read[identity] = made
-        return _read[identity]
-
-
-def bake_shard(
-    sent: bytes | None,
-    scene: str,
-    options: dict[str, Any],
-    identity: str,
-    version: str,
-    number: int,
-    count: int,
-    pilot: Pilot | None = None,
-) -> bytes:
-    """The task of a worker: a shard as the bytes of its file."""
-    with _work_folder(version) as folder:
-        made = _read_once(sent, scene, options, identity, folder, pilot)
-        part = os.path.join(folder, f"{identity}.safetensors")
-        made.write_shard(part, number, count, None)
-        with open(part, "rb") as file:
-            return file.read()
-
-
-def measure(sent: bytes | None, scene: str, options: dict[str, Any], identity: str, version: str) -> Cost:
-    """The first task of a worker: what shards cost."""
-    with _work_folder(version) as folder:
-        return measured(_read_once(sent, scene, options, identity, folder), folder)
-
-
-@contextmanager
-def _work_folder(version: str) -> Iterator[str]:
-    """A folder for the files of a task of this version; what the system refuses is said with the worker's name."""
-    if version != __version__:
-        raise RuntimeError(f"this worker has lobe {__version__} and the client has {version}: install one version on all machines")
-    try:
-        with tempfile.TemporaryDirectory(prefix="lobe-") as folder:
-            yield folder
-    except OSError as error:
-        raise OSError(f"worker {_worker_name()}: {error}") from error
-
-
-def _worker_name() -> str:
-    try:
-        from distributed import get_worker
-
-        return str(get_worker().address)
-    except (ImportError, ValueError):
-        return f"of process {os.getpid()} on {platform.node()}"
 
 
 def _numbers(kind: Callable[[str], float]) -> Callable[[str], tuple[float, ...]]:

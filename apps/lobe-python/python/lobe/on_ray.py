@@ -7,7 +7,8 @@ from typing import Any
 
 from ._bake import BakeOptions, BakeReport, Path
 from ._shards import Cost, shards_for
-from .distributed import RETRIES, Parts, Work, bake_shard, measure
+from ._tasks import bake_shard, measure
+from .distributed import RETRIES, Parts, Work
 
 AHEAD = 4
 """Shards that are handed out for each machine at a time: one that is baked, and some that wait, so that none has to ask."""
