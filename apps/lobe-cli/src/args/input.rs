@@ -43,6 +43,10 @@ impl fmt::Display for ShInput {
     }
 }
 
+/// The highest order of functions whose least or greatest values are searched for: the number of cells grows with the square
+/// of the order, and so does the work in each.
+const MOST_SEARCHED: usize = 64;
+
 impl ShInput {
     /// Reads the expansion.
     pub(crate) fn read(&self) -> anyhow::Result<ShFile> {
@@ -50,6 +54,19 @@ impl ShInput {
             Self::Stdin => read_sh_json_from(io::stdin().lock(), "stdin")?,
             Self::File(path) => read_sh_json(path)?,
         })
+    }
+
+    /// Reads the expansion, of an order at which the whole sphere is searched in seconds.
+    pub(crate) fn read_to_search(&self) -> anyhow::Result<ShFile> {
+        let file = self.read()?;
+        let order = file.coefficients.order();
+        if order > MOST_SEARCHED {
+            bail!(
+                "{self}: expected order {MOST_SEARCHED} at most, found {order}: a search of the sphere would take hours; \
+                 lobe sh add --order {MOST_SEARCHED} leaves the lower bands"
+            );
+        }
+        Ok(file)
     }
 
     /// Reads two expansions, of which one at most can be stdin.
