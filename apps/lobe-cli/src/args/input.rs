@@ -43,8 +43,8 @@ impl fmt::Display for ShInput {
     }
 }
 
-/// The highest order of functions whose least or greatest values are searched for: the number of cells grows with the square
-/// of the order, and so does the work in each.
+/// The highest order of functions that are looked at all over the sphere, direction by direction: the number of directions grows
+/// with the square of the order, and so does the work in each.
 const MOST_SEARCHED: usize = 64;
 
 impl ShInput {
@@ -56,14 +56,14 @@ impl ShInput {
         })
     }
 
-    /// Reads the expansion, of an order at which the whole sphere is searched in seconds.
+    /// Reads the expansion, of an order at which the whole sphere can be searched or drawn.
     pub(crate) fn read_to_search(&self) -> anyhow::Result<ShFile> {
         let file = self.read()?;
         let order = file.coefficients.order();
         if order > MOST_SEARCHED {
             bail!(
-                "{self}: expected order {MOST_SEARCHED} at most, found {order}: a search of the sphere would take hours; \
-                 lobe sh add --order {MOST_SEARCHED} leaves the lower bands"
+                "{self}: expected order {MOST_SEARCHED} at most, found {order}: looking at the whole sphere would take \
+                 too long; project to fewer bands"
             );
         }
         Ok(file)

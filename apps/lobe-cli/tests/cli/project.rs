@@ -167,7 +167,14 @@ fn order_256_goes_from_picture_to_picture() {
     let error = error.map(|(a, b)| (a.r - b.r).abs()).fold(0.0, f64::max);
     assert!(error < 1e-12, "turned and moved differ by {error:e}");
     dir.lobe("env reconstruct turned.sh.json -o r.exr --size 64").stdout();
-    for command in ["dering a.sh.json -o c.sh.json", "min a.sh.json", "peaks a.sh.json", "lights a.sh.json"] {
+    for command in [
+        "dering a.sh.json -o c.sh.json",
+        "min a.sh.json",
+        "peaks a.sh.json",
+        "lights a.sh.json",
+        "plot a.sh.json -o c.png",
+        "window a.sh.json --kind hanning --content -o c.sh.json",
+    ] {
         let error = dir.lobe(&format!("sh {command}")).error();
         assert!(error.starts_with("a.sh.json: expected order 64 at most, found 256"), "{command}: {error}");
     }

@@ -62,9 +62,7 @@ fn product_block<S: Simd, const REGISTERS: usize>(
         let mut line = [simd.splat_f64s(0.0); REGISTERS];
         for (table, row) in table.iter().zip(rows) {
             let registers = S::as_simd_f64s(table).0;
-            for r in 0..REGISTERS {
-                line[r] = registers[first + r];
-            }
+            line.copy_from_slice(&registers[first..][..REGISTERS]);
             for c in 0..ROW {
                 let x = simd.splat_f64s(row[c]);
                 for r in 0..REGISTERS {
@@ -179,9 +177,7 @@ fn values_block<S: Simd, const REGISTERS: usize>(
         let mut sums = [[[zero; REGISTERS]; WAVE]; 2];
         let (mut p, mut d, mut own) =
             ([simd.splat_f64s(column.first); REGISTERS], [zero; REGISTERS], [zero; REGISTERS]);
-        for r in 0..REGISTERS {
-            own[r] = S::as_simd_f64s(w).0[first + r];
-        }
+        own.copy_from_slice(&S::as_simd_f64s(w).0[first..][..REGISTERS]);
         let (pairs, last) = f.as_chunks::<2>();
         for (i, pair) in pairs.iter().enumerate() {
             for half in 0..2 {
