@@ -135,7 +135,7 @@ struct Common {
     /// The unit of colors
     #[arg(long, value_enum, default_value = "projected")]
     normalize: Normalize,
-    /// The order (number of bands), 1 to 64: n² coefficients
+    /// The order (number of bands), 1 to 256: n² coefficients
     #[arg(long, value_name = "N", default_value = "3", value_parser = values::order)]
     order: usize,
     /// The expansion of the light, a .sh.json file; - writes to stdout

@@ -22,7 +22,7 @@ pub(crate) struct Project {
     /// The expansion of its radiance, a .sh.json file; - writes to stdout
     #[arg(short, long, value_name = "P")]
     output: ShOutput,
-    /// The order (number of bands), 1 to 64: n² coefficients
+    /// The order (number of bands), 1 to 256: n² coefficients
     #[arg(long, value_name = "N", default_value = "3", value_parser = values::order)]
     order: usize,
     /// The method of integration

@@ -53,7 +53,7 @@ def test_arguments_at_fault_say_what_was_expected():
         (lambda: f.rotate(np.full((3, 3), np.nan)), ValueError, "finite"),
         (lambda: f.product(np.ones(9)), TypeError, "expected functions"),
         (lambda: f.product(lobe.Sh(np.ones(9, np.float32))), TypeError, "one dtype"),
-        (lambda: f.product(f, 0), ValueError, "order: expected 1 to 64"),
+        (lambda: f.product(f, 0), ValueError, "order: expected 1 to 256"),
         (lambda: f.product(f, 2.0), TypeError, "whole number"),
         (lambda: f.convolve("box"), ValueError, "cosine, phong or ggx"),
         (lambda: f.convolve("ggx", 2), ValueError, r"α in \[0, 1\]"),

@@ -11,7 +11,7 @@ use lobe_sh::{Dir, Rgb};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 const SIZE: (usize, usize) = (2048, 1024);
-const ORDERS: [usize; 4] = [3, 6, 16, 64];
+const ORDERS: [usize; 6] = [3, 6, 16, 64, 128, 256];
 const NORMALS: usize = 256;
 
 fn pool(threads: usize) -> ThreadPool {

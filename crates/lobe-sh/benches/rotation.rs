@@ -28,7 +28,7 @@ fn build(c: &mut Criterion) {
 /// One vector by a rotation that is new to it: no matrix is built.
 fn one(c: &mut Criterion) {
     let mut group = c.benchmark_group("rotation-one-f32");
-    for order in ORDERS {
+    for order in ORDERS.into_iter().chain([128, 256]) {
         let f: Vec<f32> = Random::new(1).signed_vec(coefficient_count(order)).iter().map(|x| *x as f32).collect();
         let mut g = vec![0.0; coefficient_count(order)];
         let rotation = rotation();

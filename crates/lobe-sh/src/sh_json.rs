@@ -16,9 +16,9 @@ const FORMAT: &str = "lobe-sh";
 /// The version this code reads and writes.
 const VERSION: u64 = 1;
 
-/// No expansion needs more bytes: 64² rows of three numbers take 0.3 MiB as Lobe writes them, below 1 MiB if each
+/// No expansion needs more bytes: 256² rows of three numbers take 4 MiB as Lobe writes them, below 16 MiB if each
 /// number has an indented line of its own. A longer file is not read to its end.
-const MAX_BYTES: u64 = 4 << 20;
+const MAX_BYTES: u64 = 32 << 20;
 
 /// The largest coefficient: the sun's radiance has eight digits, and sums and squares of such numbers stay far inside
 /// `f64`, pictures of their functions inside `f32`.
@@ -100,7 +100,7 @@ impl From<ShVec<Rgb<f64>>> for FileCoefficients {
 ///
 /// # Errors
 /// If the file cannot be read, or its text is cut off, no JSON, of another format or version, of an order outside
-/// `1..=64`, of an unknown quantity, or has not exactly `n²` rows that all hold one or all hold three numbers of at
+/// `1..=256`, of an unknown quantity, or has not exactly `n²` rows that all hold one or all hold three numbers of at
 /// most 1e30.
 pub fn read_sh_json(path: impl AsRef<Path>) -> Result<ShFile, ShError> {
     let path = path.as_ref();
@@ -136,7 +136,7 @@ pub fn read_sh_json_from(reader: impl Read, name: &str) -> Result<ShFile, ShErro
 /// coefficient on each; the same bytes for the same numbers, each the shortest that reads back as the same `f64`.
 ///
 /// # Errors
-/// If the file cannot be written, a coefficient is not finite or larger than 1e30, or the order is outside `1..=64`.
+/// If the file cannot be written, a coefficient is not finite or larger than 1e30, or the order is outside `1..=256`.
 pub fn write_sh_json(path: impl AsRef<Path>, file: &ShFile) -> Result<(), ShError> {
     let path = path.as_ref();
     let name = path.display().to_string();

@@ -43,6 +43,10 @@ impl fmt::Display for ShInput {
     }
 }
 
+/// The highest order of functions that are looked at all over the sphere, direction by direction: the number of directions grows
+/// with the square of the order, and so does the work in each.
+const MOST_SEARCHED: usize = 64;
+
 impl ShInput {
     /// Reads the expansion.
     pub(crate) fn read(&self) -> anyhow::Result<ShFile> {
@@ -50,6 +54,19 @@ impl ShInput {
             Self::Stdin => read_sh_json_from(io::stdin().lock(), "stdin")?,
             Self::File(path) => read_sh_json(path)?,
         })
+    }
+
+    /// Reads the expansion, of an order at which the whole sphere can be searched or drawn.
+    pub(crate) fn read_to_search(&self) -> anyhow::Result<ShFile> {
+        let file = self.read()?;
+        let order = file.coefficients.order();
+        if order > MOST_SEARCHED {
+            bail!(
+                "{self}: expected order {MOST_SEARCHED} at most, found {order}: looking at the whole sphere would take \
+                 too long; project to fewer bands"
+            );
+        }
+        Ok(file)
     }
 
     /// Reads two expansions, of which one at most can be stdin.

@@ -26,6 +26,7 @@ pub(crate) fn run(bench: &mut Bench<'_>) {
     basis(bench);
     products(bench);
     rotation(bench);
+    rotation_of_one(bench);
 }
 
 /// Functions of any coefficients: what kernels do does not depend on the numbers.
@@ -108,5 +109,21 @@ fn rotation(bench: &mut Bench<'_>) {
             above: "each entry of the matrices is loaded for every sixteen functions",
         };
         bench.measure(&job, || black_box(&f).rotated_into(&matrices, black_box(&mut out)));
+    }
+}
+
+/// One function of a high order, turned without a matrix.
+fn rotation_of_one(bench: &mut Bench<'_>) {
+    let name = "rotation-of-one";
+    if !bench.wants(name) {
+        return;
+    }
+    let turn = Rotation::from_axis_angle(Dir::from_angles(0.7, 1.9), 0.8);
+    for order in [64, 128, 256] {
+        let f: Vec<f64> = (0..order * order).map(|k| (0.618 * k as f64).sin()).collect();
+        let mut out = f.clone();
+        let job =
+            BenchJob { name, order: Some(order), item: "function", items: 1, cost: None, above: "in double precision" };
+        bench.measure(&job, || turn.apply_into(black_box(&f), black_box(&mut out)));
     }
 }

@@ -35,7 +35,7 @@ pub(crate) struct EnvIrradiance {
     /// The method of integration
     #[arg(long, value_enum, default_value = "sh")]
     method: Method,
-    /// With --method sh: the order (number of bands), 1 to 64 [default: 3]
+    /// With --method sh: the order (number of bands), 1 to 256 [default: 3]
     #[arg(long, value_name = "N", value_parser = values::order)]
     order: Option<usize>,
     /// Of OUT: the height of the picture in pixels, 1 to 8192; it is twice as wide [default: 64]

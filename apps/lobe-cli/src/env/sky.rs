@@ -47,7 +47,7 @@ pub(crate) struct EnvSky {
     /// Of a picture: its height in pixels, 1 to 8192; it is twice as wide [default: 256]
     #[arg(long, value_name = "H", value_parser = values::rows)]
     size: Option<usize>,
-    /// Of an expansion: its order (number of bands), 1 to 64 [default: 3]
+    /// Of an expansion: its order (number of bands), 1 to 256 [default: 3]
     #[arg(long, value_name = "N", value_parser = values::order)]
     order: Option<usize>,
     /// Of an expansion of preetham: by the polynomials in the sun's height and the turbidity instead of by integration

@@ -34,7 +34,7 @@ pub(crate) struct EnvSun {
     /// expansion of OUT
     #[arg(long, value_name = "P")]
     light: Option<ShOutput>,
-    /// With --light: the order (number of bands), 1 to 64 [default: 3]
+    /// With --light: the order (number of bands), 1 to 256 [default: 3]
     #[arg(long, value_name = "N", value_parser = values::order, requires = "light")]
     order: Option<usize>,
     /// Print {"direction", "irradiance", "radiance", "diameter", "texels"} instead of text; the diameter is in degrees

@@ -23,7 +23,7 @@ pub(crate) struct LightInput {
     /// The light: an environment map as for lobe project, bundled:NAME, or an expansion of radiance, a .sh.json file
     #[arg(long, value_name = "ENV")]
     env: PathBuf,
-    /// Light with the expansion of this order, 1 to 64 (transfer goes to 8) [default: truth: the map itself; irradiance: 3;
+    /// Light with the expansion of this order, 1 to 256 (transfer goes to 8) [default: truth: the map itself; irradiance: 3;
     /// else that of the transfer, or 4; a .sh.json file has its own]
     #[arg(long, value_name = "N", value_parser = values::order)]
     order: Option<usize>,

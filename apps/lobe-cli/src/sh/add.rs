@@ -13,7 +13,7 @@ pub(crate) struct ShAdd {
     /// Expansions of the same quantity, .sh.json files; one may be - for stdin. Numbers are added to colors as gray
     #[arg(value_name = "P", required = true, num_args = 2..)]
     inputs: Vec<ShInput>,
-    /// The order (number of bands) of the sum, 1 to 64 [default: the highest order of the inputs]
+    /// The order (number of bands) of the sum, 1 to 256 [default: the highest order of the inputs]
     #[arg(long, value_name = "N", value_parser = values::order)]
     order: Option<usize>,
     #[command(flatten)]

@@ -75,7 +75,7 @@ impl ShDering {
             bail!("stdout: both the expansion and the JSON would go there; name a file for -o, or leave --json out");
         }
         self.output.check()?;
-        let file = self.input.read()?;
+        let file = self.input.read_to_search()?;
         let dering = DeringOptions::default().method(self.method).kernel(self.kernel(&file)?);
         let (coefficients, report): (FileCoefficients, DeringReport) = match &file.coefficients {
             FileCoefficients::Scalar(f) => self.deringed(f, &dering)?,

@@ -92,7 +92,7 @@ struct Found {
 
 impl ShLights {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
-        let file = self.input.read()?;
+        let file = self.input.read_to_search()?;
         if file.quantity != Quantity::Radiance {
             bail!("{}: lights are found in radiance, this is {}", self.input, file.quantity);
         }

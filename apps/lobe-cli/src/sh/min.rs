@@ -54,7 +54,7 @@ fn channel_names(count: usize) -> &'static [&'static str] {
 
 impl ShMin {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
-        let file = self.input.read()?;
+        let file = if self.bound { self.input.read()? } else { self.input.read_to_search()? };
         if self.bound {
             return match file.coefficients {
                 FileCoefficients::Scalar(f) => self.print_bounds(&f),

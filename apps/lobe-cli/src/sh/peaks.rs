@@ -39,7 +39,7 @@ struct Found {
 
 impl ShPeaks {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
-        let f = match self.input.read()?.coefficients {
+        let f = match self.input.read_to_search()?.coefficients {
             FileCoefficients::Scalar(f) => f,
             FileCoefficients::Rgb(f) => f.map(Rgb::luminance),
         };

@@ -128,7 +128,7 @@ impl ShPlot {
 
     /// The channel that is drawn.
     fn function(&self, input: &ShInput) -> anyhow::Result<ShVec<f64>> {
-        Ok(match input.read()?.coefficients {
+        Ok(match input.read_to_search()?.coefficients {
             FileCoefficients::Scalar(f) => f,
             FileCoefficients::Rgb(f) => f.map(|c| match self.channel {
                 Channel::Luminance => c.luminance(),

@@ -16,7 +16,7 @@ pub(crate) struct ShProduct {
     /// The second expansion, a .sh.json file; - reads stdin. Colors may be multiplied by numbers
     #[arg(value_name = "B")]
     b: ShInput,
-    /// The order (number of bands) of the product, 1 to 64 [default: the higher order of A and B]
+    /// The order (number of bands) of the product, 1 to 256 [default: the higher order of A and B]
     #[arg(long, value_name = "N", value_parser = values::order)]
     order: Option<usize>,
     #[command(flatten)]

@@ -78,7 +78,7 @@ impl ShWindow {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         self.check_options()?;
         self.output.check()?;
-        let file = self.input.read()?;
+        let file = if self.content { self.input.read_to_search()? } else { self.input.read()? };
         let coefficients: FileCoefficients = match file.coefficients {
             FileCoefficients::Scalar(f) => self.windowed(&f, talk).into(),
             FileCoefficients::Rgb(f) => self.windowed(&f, talk).into(),

@@ -132,8 +132,8 @@ fn expansions_with_a_wrong_head_or_wrong_rows_are_refused() {
         ("[[1,2,3]]", "[[1,2,3],[1,2,3]]", "\"coefficients\": order 1 has 1 rows, found 2"),
         ("[[1,2,3]]", "[[1,2]]", "\"coefficients\": expected an array of 1 or 3 numbers in row 0, found 2"),
         ("\"version\":1", "\"version\":7", "\"version\": this Lobe reads version 1, found 7; a newer Lobe may read it"),
-        ("\"order\":1", "\"order\":0", "\"order\": expected a whole number from 1 to 64, found 0"),
-        ("\"order\":1", "\"order\":65", "\"order\": expected a whole number from 1 to 64, found 65"),
+        ("\"order\":1", "\"order\":0", "\"order\": expected a whole number from 1 to 256, found 0"),
+        ("\"order\":1", "\"order\":257", "\"order\": expected a whole number from 1 to 256, found 257"),
         (
             "\"radiance\"",
             "\"light\"",

@@ -28,15 +28,15 @@ fn slips_on_the_command_line_are_one_line() {
         ),
         (
             "project x.exr -o - --order 0",
-            "invalid value '0' for '--order <N>': expected an order (number of bands) from 1 to 64; see lobe project --help",
+            "invalid value '0' for '--order <N>': expected an order (number of bands) from 1 to 256; see lobe project --help",
         ),
         (
             "project x.exr -o - --order -1",
-            "invalid value '-1' for '--order <N>': expected an order (number of bands) from 1 to 64; see lobe project --help",
+            "invalid value '-1' for '--order <N>': expected an order (number of bands) from 1 to 256; see lobe project --help",
         ),
         (
-            "project x.exr -o - --order 65",
-            "invalid value '65' for '--order <N>': expected an order (number of bands) from 1 to 64; see lobe project --help",
+            "project x.exr -o - --order 257",
+            "invalid value '257' for '--order <N>': expected an order (number of bands) from 1 to 256; see lobe project --help",
         ),
         (
             "project x.exr -o - --method magic",

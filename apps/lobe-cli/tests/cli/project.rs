@@ -148,3 +148,34 @@ fn options_of_another_method_are_refused() {
         assert!(line.starts_with(start), "{options}: {line}");
     }
 }
+
+/// A rotation about z by whole columns is what moving the columns is, to the rounding of the picture.
+#[test]
+fn order_256_goes_from_picture_to_picture() {
+    const SIZE: [usize; 2] = [128, 64];
+    let dir = Dir::new();
+    let texel = |x: usize, y: usize| [(x * 7 + y * 3) as f32 % 5.0, 1.0, 0.5];
+    dir.map("a.exr", SIZE[0], SIZE[1], texel);
+    // The azimuth falls from left to right: 90 degrees are a quarter of the columns to the left.
+    dir.map("b.exr", SIZE[0], SIZE[1], |x, y| texel((x + SIZE[0] / 4) % SIZE[0], y));
+    dir.lobe("project a.exr --order 256 -o a.sh.json").stdout();
+    dir.lobe("project b.exr --order 256 -o b.sh.json").stdout();
+    dir.lobe("sh rotate a.sh.json --axis 0,0,1 --angle 90 -o turned.sh.json").stdout();
+    let [turned, moved] = ["turned.sh.json", "b.sh.json"].map(|name| dir.read_sh(name).coefficients.to_rgb());
+    assert_eq!(turned.order(), 256, "order");
+    let error = turned.coefficients().iter().zip(moved.coefficients());
+    let error = error.map(|(a, b)| (a.r - b.r).abs()).fold(0.0, f64::max);
+    assert!(error < 1e-12, "turned and moved differ by {error:e}");
+    dir.lobe("env reconstruct turned.sh.json -o r.exr --size 64").stdout();
+    for command in [
+        "dering a.sh.json -o c.sh.json",
+        "min a.sh.json",
+        "peaks a.sh.json",
+        "lights a.sh.json",
+        "plot a.sh.json -o c.png",
+        "window a.sh.json --kind hanning --content -o c.sh.json",
+    ] {
+        let error = dir.lobe(&format!("sh {command}")).error();
+        assert!(error.starts_with("a.sh.json: expected order 64 at most, found 256"), "{command}: {error}");
+    }
+}

@@ -102,7 +102,7 @@ fn by_content_the_sun_keeps_its_peak_and_the_far_half_its_window() {
     let (flat, note) = written("--content");
     assert!(note.contains("band 1 has no direction; the window is applied everywhere"), "{note}");
     assert_eq!(flat.order(), 3, "a constant: {flat:?}");
-    for (options, part) in [("--order 8", "--content"), ("--content --order 65", "from 1 to 64")] {
+    for (options, part) in [("--order 8", "--content"), ("--content --order 257", "from 1 to 256")] {
         let error = dir.lobe(&format!("sh window p.sh.json --kind hanning {options} -o r.sh.json")).error();
         assert!(error.contains(part), "{options}: {error}");
     }

@@ -14,7 +14,7 @@ Doubles = npt.NDArray[np.float64]
 NATIVE = (np.dtype(np.float64), np.dtype(np.float32))
 """What the kernels read as it is."""
 
-MAX_ORDER = 64
+MAX_ORDER = 256
 """Bands at most of the functions of this package."""
 
 

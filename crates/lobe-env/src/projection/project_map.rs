@@ -9,8 +9,8 @@ use crate::{MappedMap, Mapping};
 
 /// The target error of a texel's integral of one basis function, relative to its solid angle.
 const NODE_ERROR: f64 = 1e-10;
-/// The most Gauss-Legendre nodes in one direction across a texel: enough for maps of two by two texels and order 64.
-const MAX_NODES: usize = 128;
+/// The most Gauss-Legendre nodes in one direction across a texel: enough for maps of two by two texels and order 256.
+const MAX_NODES: usize = 512;
 /// The longest side by which [`node_count`] describes the texel that is a whole face of a cube.
 const FLAT_SIDE: f64 = 2.9;
 /// Rows are summed in at most this many chunks, whatever the number of threads.

@@ -1,7 +1,7 @@
 //! Bands, orders and the flat index.
 
 /// The highest order (number of bands) that Lobe is tested for.
-pub const MAX_ORDER: usize = 64;
+pub const MAX_ORDER: usize = 256;
 
 /// The flat index `i = l(l+1) + m` of band `l` and `-l <= m <= l`.
 #[inline(always)]

@@ -38,3 +38,20 @@ impl CosSin {
         (Self { cos: x * scale, sin: y * scale }, length)
     }
 }
+
+/// Cosine and sine of `α`, `β`, `γ` with `R = R_z(α) R_y(β) R_z(γ)`.
+//
+// The last column of R is (sin β cos α, sin β sin α, cos β). With any α at all,
+//
+//   R_z(-α) R = R_y(β) R_z(γ)   has the second row   (sin γ, cos γ, 0).
+//
+// γ from that row compensates the error of α: close to β = 0 and π the direction (cos α, sin α) is rounding noise,
+// but the product of the three rotations is still R, without a threshold for "close". The rows and columns of R being
+// unit vectors, β and γ need no scaling.
+#[inline]
+pub(crate) fn zyz_of(m: &[[f64; 3]; 3]) -> [CosSin; 3] {
+    let (alpha, sin_beta) = CosSin::and_length(m[0][2], m[1][2]);
+    let sin = alpha.cos * m[1][0] - alpha.sin * m[0][0];
+    let cos = alpha.cos * m[1][1] - alpha.sin * m[0][1];
+    [alpha, CosSin { cos: m[2][2], sin: sin_beta }, CosSin { cos, sin }]
+}

@@ -2,13 +2,13 @@
 
 use crate::basis::index::band_range;
 use crate::rotation::closed_bands::{rotate_band_1, rotate_band_2};
-use crate::rotation::cos_sin::CosSin;
+use crate::rotation::cos_sin::{CosSin, zyz_of};
 use crate::rotation::generated::{band_3, band_4, band_5, band_6, band_7};
 #[cfg(feature = "std")]
 use crate::rotation::term::Fused;
 use crate::rotation::term::Term;
 use crate::simd::{Kernel, Machine};
-use crate::{Coefficient, Real, Rotation};
+use crate::{Coefficient, Real};
 
 /// The bands that are turned by angles and have code of their own.
 pub(crate) const MIDDLE_BANDS: core::ops::RangeInclusive<usize> = 3..=7;
@@ -19,9 +19,12 @@ pub(crate) const FIRST_BAND_BY_TABLES: usize = *MIDDLE_BANDS.end() + 1;
 /// Cosine and sine of `m` times an angle in places `2(m - 1)` and `2(m - 1) + 1`.
 type Turns<S> = [S; 2 * *MIDDLE_BANDS.end()];
 
+/// The matrix of a rotation, row by row.
+type Matrix = [[f64; 3]; 3];
+
 /// Rotates bands 1 and 2 by the matrix, and bands 3 to 7 by its angles and the formula of `rotate_bands_zyz`.
-pub(crate) fn rotate_low_bands<T: Coefficient>(rotation: &Rotation, coefficients: &mut [T]) {
-    Machine::detect().run(LowBands { rotation, coefficients });
+pub(crate) fn rotate_low_bands<T: Coefficient>(matrix: &Matrix, coefficients: &mut [T]) {
+    Machine::detect().run(LowBands { matrix, coefficients });
 }
 
 /// Rotates bands 3 to 7 by `R_z(α) R_y(β) R_z(γ)`.
@@ -30,7 +33,7 @@ pub(crate) fn rotate_middle_bands<T: Coefficient>(angles: [CosSin; 3], coefficie
 }
 
 struct LowBands<'a, T> {
-    rotation: &'a Rotation,
+    matrix: &'a Matrix,
     coefficients: &'a mut [T],
 }
 
@@ -45,11 +48,11 @@ impl<T: Coefficient> Kernel for LowBands<'_, T> {
     #[cfg(feature = "std")]
     #[inline(always)]
     fn wide<S: pulp::Simd>(self, _: S) {
-        low_bands::<Fused<T>>(self.rotation, self.coefficients);
+        low_bands::<Fused<T>>(self.matrix, self.coefficients);
     }
 
     fn plain(self) {
-        low_bands::<T>(self.rotation, self.coefficients);
+        low_bands::<T>(self.matrix, self.coefficients);
     }
 }
 
@@ -85,10 +88,9 @@ macro_rules! band {
 }
 
 #[inline(always)]
-fn low_bands<A: Term>(rotation: &Rotation, coefficients: &mut [A::Value]) {
-    let r = rotation.matrix();
+fn low_bands<A: Term>(matrix: &Matrix, coefficients: &mut [A::Value]) {
     let mut numbers = [[A::Scalar::ZERO; 3]; 3];
-    for (numbers, row) in numbers.iter_mut().zip(&r) {
+    for (numbers, row) in numbers.iter_mut().zip(matrix) {
         for (number, entry) in numbers.iter_mut().zip(row) {
             *number = A::Scalar::from_f64(*entry);
         }
@@ -96,7 +98,7 @@ fn low_bands<A: Term>(rotation: &Rotation, coefficients: &mut [A::Value]) {
     band!(coefficients, 1, rotate_band_1, &numbers);
     band!(coefficients, 2, rotate_band_2, &numbers);
     if coefficients.len() > band_range(2).end {
-        middle_bands::<A>(rotation.zyz_cos_sin(), coefficients);
+        middle_bands::<A>(zyz_of(matrix), coefficients);
     }
 }
 

@@ -1,8 +1,8 @@
 //! Rotations, reflections and exchanges of axes.
 //!
 //! Read [`rotation`] first; it turns bands 1 and 2 in closed form ([`closed_bands`]) and all others by [`zyz`], rotations
-//! about z between exchanges of y and z ([`yz_exchange`], computed from Wigner's d-matrices of 90°), up to band 7 by
-//! straight-line code ([`low_bands`]; [`generated`], written by `cargo xtask tables`) whose sums a machine may round once
+//! about z between exchanges of y and z ([`yz_exchange`], computed from Wigner's d-matrices of 90°; from band 64 on
+//! [`high_bands`], without matrices, its sums in [`exchange_lanes`]), up to band 7 by straight-line code ([`low_bands`]; [`generated`], written by `cargo xtask tables`) whose sums a machine may round once
 //! ([`term`]). [`ivanic`] builds
 //! one matrix for each band, for many expansions; [`lane_rotation`] applies them to sixteen at once. [`axis_permutation`] is
 //! exact. Uses `basis`, `expansion`, `simd` and `sphere`.
@@ -10,7 +10,9 @@
 pub(crate) mod axis_permutation;
 pub(crate) mod closed_bands;
 pub(crate) mod cos_sin;
+pub(crate) mod exchange_lanes;
 pub(crate) mod generated;
+pub(crate) mod high_bands;
 pub(crate) mod ivanic;
 pub(crate) mod lane_rotation;
 pub(crate) mod low_bands;

@@ -6,7 +6,7 @@ use alloc::format;
 use num_traits::Float as _;
 
 use crate::basis::index::order_of_slice;
-use crate::rotation::cos_sin::CosSin;
+use crate::rotation::cos_sin::{CosSin, zyz_of};
 use crate::rotation::low_bands::{FIRST_BAND_BY_TABLES, rotate_low_bands};
 use crate::rotation::zyz::rotate_bands_by_tables;
 use crate::{Coefficient, Dir, Expansion, ShError};
@@ -224,14 +224,15 @@ impl Rotation {
 
     /// Rotates the function whose coefficients these are.
     ///
-    /// Each band is rotated separately and in the same way at every order. The error in `f64` is that of a few
+    /// Each band is rotated separately and in the same way at every order. The first call above order 64 makes constants
+    /// of 1 MB for all calls to order [`MAX_ORDER`](crate::MAX_ORDER). The error in `f64` is that of a few
     /// roundings: the tests `every_route_agrees_at_every_order` and `every_route_agrees_at_order_64` bound it by 1e-12.
     ///
     /// # Panics
     /// If the length is no perfect square.
     pub fn apply_in_place<T: Coefficient>(&self, coefficients: &mut [T]) {
         let order = order_of_slice(coefficients);
-        rotate_low_bands(self, coefficients);
+        rotate_low_bands(&self.matrix, coefficients);
         if order > FIRST_BAND_BY_TABLES {
             rotate_bands_by_tables(self.zyz_cos_sin(), FIRST_BAND_BY_TABLES, coefficients);
         }
@@ -245,21 +246,9 @@ impl Rotation {
         g
     }
 
-    /// Cosine and sine of `α`, `β`, `γ` with `R = R_z(α) R_y(β) R_z(γ)`.
-    //
-    // The last column of R is (sin β cos α, sin β sin α, cos β). With any α at all,
-    //
-    //   R_z(-α) R = R_y(β) R_z(γ)   has the second row   (sin γ, cos γ, 0).
-    //
-    // γ from that row compensates the error of α: close to β = 0 and π the direction (cos α, sin α) is rounding noise,
-    // but the product of the three rotations is still R, without a threshold for "close". The rows and columns of R being
-    // unit vectors, β and γ need no scaling.
-    #[inline]
+    /// [`zyz_of`] the matrix.
     pub(crate) fn zyz_cos_sin(&self) -> [CosSin; 3] {
-        let m = &self.matrix;
-        let (alpha, sin_beta) = CosSin::and_length(m[0][2], m[1][2]);
-        let second_row = |k: usize| alpha.cos * m[1][k] - alpha.sin * m[0][k];
-        [alpha, CosSin { cos: m[2][2], sin: sin_beta }, CosSin { cos: second_row(1), sin: second_row(0) }]
+        zyz_of(&self.matrix)
     }
 }
 

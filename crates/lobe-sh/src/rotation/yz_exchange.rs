@@ -9,7 +9,8 @@ use num_traits::Float as _;
 
 use crate::basis::index::{band_range, order_of_slice};
 use crate::once::Once;
-use crate::{Coefficient, MAX_ORDER, Real};
+use crate::rotation::high_bands::{FIRST_HIGH_BAND, exchange_high_bands};
+use crate::{Coefficient, Real};
 
 /// Rows of a [`Block`] that are summed together: one AVX register of `f64`, one SSE register of `f32`.
 const LANES: usize = 4;
@@ -115,11 +116,10 @@ impl<'a, T: Coefficient> SplitBand<'a, T> {
 }
 
 impl YzExchange {
-    /// Calls `f` with a table of at least `order` bands: the one shared by the whole process up to [`MAX_ORDER`], a
-    /// new one above.
-    pub(crate) fn with_shared<R>(order: usize, f: impl FnOnce(&Self) -> R) -> R {
+    /// Calls `f` with the table of the bands below [`FIRST_HIGH_BAND`] (0.7 MB), shared by the whole process.
+    pub(crate) fn with_shared<R>(f: impl FnOnce(&Self) -> R) -> R {
         static SHARED: Once<YzExchange> = Once::new();
-        if order <= MAX_ORDER { f(SHARED.get_or_init(|| Self::new(MAX_ORDER))) } else { f(&Self::new(order)) }
+        f(SHARED.get_or_init(|| Self::new(FIRST_HIGH_BAND)))
     }
 
     pub(crate) fn new(order: usize) -> Self {
@@ -239,11 +239,12 @@ impl Block {
 
 /// Exchanges y and z: the coefficients of `g(x, y, z) = f(x, z, y)`.
 pub(crate) fn exchange_yz_in_place<T: Coefficient>(coefficients: &mut [T]) {
-    let order = order_of_slice(coefficients);
+    exchange_high_bands(coefficients);
+    let order = order_of_slice(coefficients).min(FIRST_HIGH_BAND);
     let mut work = vec![T::ZERO; 2 * SplitBand::<T>::places(order)];
     let (from, to) = work.split_at_mut(SplitBand::<T>::places(order));
     let (mut from, mut to) = (SplitBand::new(order, from), SplitBand::new(order, to));
-    YzExchange::with_shared(order, |table| {
+    YzExchange::with_shared(|table| {
         for l in 0..order {
             let band = &mut coefficients[band_range(l)];
             from.load(l, band);
@@ -326,7 +327,7 @@ mod tests {
 
     #[test]
     fn the_exchange_swaps_y_and_z_of_the_direction() {
-        for order in [1, 2, 3, 4, 5, 17, 64, 66] {
+        for order in [1, 2, 3, 4, 5, 17, 64, 66, 129, 256] {
             let f = random(order);
             let mut g = f.clone();
             exchange_yz_in_place(g.coefficients_mut());
@@ -340,7 +341,7 @@ mod tests {
 
     #[test]
     fn the_exchange_is_its_own_inverse() {
-        let f = random(MAX_ORDER);
+        let f = random(FIRST_HIGH_BAND);
         let mut g = f.clone();
         exchange_yz_in_place(g.coefficients_mut());
         exchange_yz_in_place(g.coefficients_mut());
@@ -351,8 +352,8 @@ mod tests {
 
     #[test]
     fn the_exchange_is_symmetric() {
-        let table = YzExchange::new(MAX_ORDER);
-        for l in 0..MAX_ORDER {
+        let table = YzExchange::new(FIRST_HIGH_BAND);
+        for l in 0..FIRST_HIGH_BAND {
             let band = table.band(l);
             for (a, b) in [
                 (&band.cos_from_cos, &band.cos_from_cos),

@@ -2,8 +2,9 @@
 
 use alloc::vec;
 
-use crate::basis::index::{band_range, order_of_slice};
+use crate::basis::index::{band_range, coefficient_count, order_of_slice};
 use crate::rotation::cos_sin::CosSin;
+use crate::rotation::high_bands::{FIRST_HIGH_BAND, rotate_high_bands};
 use crate::rotation::low_bands::{MIDDLE_BANDS, rotate_middle_bands};
 use crate::rotation::yz_exchange::{SplitBand, YzExchange, YzExchangeBand};
 use crate::{Coefficient, Real};
@@ -31,7 +32,8 @@ const STACK_ROTATION_PLACES: usize = 3 * z_rotation_places(STACK_ORDER);
 /// take 0, 12, 44, 104, 194, 316 multiplications for l = 0 to 5 (test
 /// `three_z_rotations_and_two_exchanges_take_few_multiplications`), where Green 2003 needs 340 to l = 4.
 ///
-/// Bands 3 to 7 have straight-line code ([`rotate_middle_bands`]), the others tables.
+/// Bands 3 to 7 have straight-line code ([`rotate_middle_bands`]), those to 63 tables, those above three terms
+/// ([`rotate_high_bands`]).
 ///
 /// Source: [Pinchon and Hoggan 2007].
 ///
@@ -43,7 +45,10 @@ pub(crate) fn rotate_bands_zyz<T: Coefficient>(angles: [CosSin; 3], coefficients
 
 /// Rotates the bands from `first_band` on that have no code of their own.
 pub(crate) fn rotate_bands_by_tables<T: Coefficient>(angles: [CosSin; 3], first_band: usize, coefficients: &mut [T]) {
-    let order = order_of_slice(coefficients);
+    let all = coefficients;
+    rotate_high_bands(angles, all);
+    let order = order_of_slice(all).min(FIRST_HIGH_BAND);
+    let coefficients = &mut all[..coefficient_count(order)];
     if order <= STACK_ORDER {
         let (mut work, mut turns) = ([T::ZERO; STACK_PLACES], [T::Scalar::ZERO; STACK_ROTATION_PLACES]);
         rotate_with(angles, first_band, coefficients, &mut work, &mut turns);
@@ -71,7 +76,7 @@ fn rotate_with<T: Coefficient>(
         ZRotation::new(CosSin { sin: -beta.sin, ..beta }, order, beta_turn),
         ZRotation::new(gamma, order, gamma_turn),
     ];
-    YzExchange::with_shared(order, |table| {
+    YzExchange::with_shared(|table| {
         for l in (first_band..order).filter(|l| !MIDDLE_BANDS.contains(l)) {
             let (band, exchange) = (&mut coefficients[band_range(l)], table.band(l));
             // With a constant band the loops unroll, which saves much of the time at these sizes.

@@ -91,11 +91,11 @@ fn heads_that_are_wrong_are_refused_with_what_was_expected_and_found() {
         ("format", "null", "\"format\": expected \"lobe-sh\", found nothing; is this an expansion?"),
         ("version", "2", "\"version\": this Lobe reads version 1, found 2; a newer Lobe may read it"),
         ("version", "\"1\"", "\"version\": expected 1, found \"1\""),
-        ("order", "0", "\"order\": expected a whole number from 1 to 64, found 0"),
-        ("order", "65", "\"order\": expected a whole number from 1 to 64, found 65"),
-        ("order", "-3", "\"order\": expected a whole number from 1 to 64, found -3"),
-        ("order", "1.5", "\"order\": expected a whole number from 1 to 64, found 1.5"),
-        ("order", "1e300", "\"order\": expected a whole number from 1 to 64, found 1e+300"),
+        ("order", "0", "\"order\": expected a whole number from 1 to 256, found 0"),
+        ("order", "257", "\"order\": expected a whole number from 1 to 256, found 257"),
+        ("order", "-3", "\"order\": expected a whole number from 1 to 256, found -3"),
+        ("order", "1.5", "\"order\": expected a whole number from 1 to 256, found 1.5"),
+        ("order", "1e300", "\"order\": expected a whole number from 1 to 256, found 1e+300"),
         ("quantity", "\"color\"", &format!("{quantity}\"color\"")),
         ("quantity", "7", &format!("{quantity}7")),
         ("coefficients", "{}", "\"coefficients\": expected an array of rows, found an object"),
@@ -167,7 +167,7 @@ fn files_of_other_kinds_are_named() {
 #[test]
 fn an_endless_file_is_not_read_to_its_end() {
     let error = read_sh_json_from(std::io::repeat(b' '), "in").unwrap_err().to_string();
-    assert_eq!(error, "in: expected a .sh.json file of at most 4194304 bytes, found a longer one", "endless blanks");
+    assert_eq!(error, "in: expected a .sh.json file of at most 33554432 bytes, found a longer one", "endless blanks");
 }
 
 #[test]
@@ -211,7 +211,7 @@ fn what_a_file_cannot_hold_is_not_written() {
     for (f, part) in [
         (ShVec::from_vec(vec![1.0, f64::NAN, 0.0, 0.0]).unwrap(), "coefficient 1 is NaN"),
         (ShVec::zero(0), "this one has order 0"),
-        (ShVec::zero(MAX_ORDER + 1), "this one has order 65"),
+        (ShVec::zero(MAX_ORDER + 1), "this one has order 257"),
     ] {
         let error = write_sh_json(&path, &ShFile::new(Quantity::Radiance, f)).unwrap_err();
         assert!(matches!(&error, ShError::Options(m) if m.contains(part)), "{error}");
