@@ -41,7 +41,7 @@ def least(work, seconds=2.0):
 
 def of_lobe(program):
     """Milliseconds of `lobe bench` by job and order."""
-    words = ["project", "reconstruct", "rotation-of-one"]
+    words = ["project", "reconstruct", "rotation-one-f64"]
     printed = subprocess.run([program, "bench", *words, "--seconds", "2", "--json"], check=True, capture_output=True, text=True)
     texels = WIDTH * HEIGHT
     return {
@@ -64,7 +64,7 @@ def of_ducc0(order):
         found["reconstruct", bits] = least(
             lambda: [ducc0.sht.synthesis_2d(alm=c, ntheta=HEIGHT, nphi=WIDTH, **common) for c in a]
         )
-    found["rotation-of-one", 64] = least(lambda: ducc0.sht.rotate_alm(alm[0, 0], last, *ANGLES, nthreads=1))
+    found["rotation-one-f64", 64] = least(lambda: ducc0.sht.rotate_alm(alm[0, 0], last, *ANGLES, nthreads=1))
     return found
 
 
@@ -83,9 +83,9 @@ def main():
     print(f"{'job':<16} {'order':>5} {'lobe':>8} {'ducc0 f32':>16} {'ducc0 f64':>16} {'SHTns':>16}   ms, lobe / peer")
     for order in ORDERS:
         peer = of_ducc0(order)
-        for job in ("project", "reconstruct", "rotation-of-one"):
+        for job in ("project", "reconstruct", "rotation-one-f64"):
             own = lobe[job, order]
-            others = [peer.get((job, 32)), peer.get((job, 64)), of_shtns(order) if job == "rotation-of-one" else None]
+            others = [peer.get((job, 32)), peer.get((job, 64)), of_shtns(order) if job == "rotation-one-f64" else None]
             cells = ["" if other is None else f"{other:.3g} ({own / other:.2f})" for other in others]
             print(f"{job:<16} {order:>5} {own:>8.3g} {cells[0]:>16} {cells[1]:>16} {cells[2]:>16}")
 

@@ -33,7 +33,7 @@ const CHORES: &[(&str, &str, Chore)] = &[
         arch::run,
     ),
     ("sizes", "the length of every Rust file", |_| sizes::check()),
-    ("bench", "the benchmarks beside their peers and floors; --table prints the last results", bench::bench),
+    ("bench", "the kernels beside their floors and other libraries, measured here in one run", bench::bench),
     ("documents", "links between documents, and citations against REFERENCES.bib", |_| documents::check()),
     (
         "tables",

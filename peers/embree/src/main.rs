@@ -1,8 +1,8 @@
-//! Occlusion rays of lobe-scene beside those of Embree 3, one thread; see the README beside this file.
+//! Rays and trees of lobe-scene beside those of Embree 4, one thread; see the README beside this file.
 
 use std::time::Instant;
 
-use lobe_scene::Bvh;
+use lobe_scene::{Bvh, Ray};
 
 mod embree;
 #[path = "../../../crates/lobe-scene/benches/rays/workload.rs"]
@@ -17,54 +17,125 @@ const SIZES: [(&str, usize, usize); 2] = [("100k", 100, 36), ("1M", 320, 112)];
 /// Rounds; in each, every tracer answers all rays once, so that a busy machine slows all of them alike.
 const ROUNDS: usize = 21;
 
-/// The part of all rays by which two tracers may differ about what is occluded: those that graze an edge.
+/// Rounds of builds, which take longer.
+const BUILDS: usize = 7;
+
+/// The part of what is counted by which two tracers may differ: rays that graze an edge.
 const SAME: f64 = 1e-4;
 
-type Trace<'a> = Box<dyn FnMut([f32; 3], &[[f32; 3]]) -> usize + 'a>;
+/// What the rays from a point find: how many are occluded, or the sum of the distances.
+type Trace<'a> = Box<dyn FnMut([f32; 3], &[[f32; 3]]) -> f64 + 'a>;
 
-fn main() {
-    for (size, cells, around) in SIZES {
-        let work = Workload::new(cells, around);
-        compare(size, "any order", &work);
-        compare(size, "ordered", &work.ordered());
+/// A tracer and its name.
+type Tracer<'a> = (&'static str, Trace<'a>);
+
+fn main() -> Result<(), rayon::ThreadPoolBuildError> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    pool.install(|| {
+        for (size, cells, around) in SIZES {
+            compare(size, &Workload::new(cells, around));
+        }
+    });
+    Ok(())
+}
+
+fn compare(size: &str, work: &Workload) {
+    println!(
+        "{size}: {} triangles, {RAYS_PER_POINT} rays from each of {} points",
+        work.corners.len(),
+        work.points.len()
+    );
+    builds(&work.corners);
+    let bvh = Bvh::from_corners(&work.corners);
+    let (fast, robust) = (Embree::new(&work.corners, false), Embree::new(&work.corners, true));
+    let ordered = work.ordered();
+    for (order, work) in [("any order", work), ("ordered", &ordered)] {
+        rays(
+            &format!("occlusion, the rays of a point in one call, {order}"),
+            work,
+            occlusion(together(&bvh), &fast, &robust),
+        );
+        rays(&format!("occlusion, one ray in a call, {order}"), work, occlusion(single(&bvh), &fast, &robust));
+        rays(&format!("closest hit, one ray in a call, {order}"), work, closest(&bvh, &fast, &robust));
     }
 }
 
-fn compare(size: &str, order: &str, work: &Workload) {
-    let bvh = Bvh::from_corners(&work.corners);
-    let (fast, robust) = (Embree::new(&work.corners, false), Embree::new(&work.corners, true));
+/// The time for the tree, the triangles at hand in the layout that each reads.
+fn builds(corners: &[[[f32; 3]; 3]]) {
+    let mut seconds = [const { Vec::new() }; 3];
+    for _ in 0..BUILDS {
+        let start = Instant::now();
+        let bvh = Bvh::from_corners(corners);
+        seconds[0].push(start.elapsed().as_secs_f64());
+        drop(bvh);
+        seconds[1].push(Embree::new(corners, false).build_seconds);
+        seconds[2].push(Embree::new(corners, true).build_seconds);
+    }
+    println!("  build");
+    let lobe = median(&seconds[0]);
+    for (name, seconds) in ["lobe", "embree", "embree robust"].iter().zip(&seconds) {
+        let time = median(seconds);
+        println!("    {name:14} {:7.1} ms        lobe / it {:5.3}", 1e3 * time, lobe / time);
+    }
+}
+
+fn together(bvh: &Bvh) -> Trace<'_> {
     let mut occluded = vec![false; RAYS_PER_POINT];
-    let mut tracers: [(&str, Trace<'_>); 3] = [
-        (
-            "lobe",
-            Box::new(|origin, directions| {
-                bvh.occluded_from_into(origin, directions, &mut occluded);
-                occluded.iter().filter(|&&o| o).count()
-            }),
-        ),
+    Box::new(move |origin, directions| {
+        bvh.occluded_from_into(origin, directions, &mut occluded);
+        occluded.iter().filter(|&&o| o).count() as f64
+    })
+}
+
+fn single(bvh: &Bvh) -> Trace<'_> {
+    Box::new(|origin, directions| {
+        directions.iter().filter(|&&direction| bvh.is_occluded(&Ray::new(origin, direction))).count() as f64
+    })
+}
+
+fn occlusion<'a>(lobe: Trace<'a>, fast: &'a Embree, robust: &'a Embree) -> [Tracer<'a>; 3] {
+    [
+        ("lobe", lobe),
         ("embree", Box::new(|origin, directions| fast.occluded(origin, directions))),
         ("embree robust", Box::new(|origin, directions| robust.occluded(origin, directions))),
-    ];
-    let rays = (work.points.len() * RAYS_PER_POINT) as f64;
+    ]
+}
+
+fn closest<'a>(bvh: &'a Bvh, fast: &'a Embree, robust: &'a Embree) -> [Tracer<'a>; 3] {
+    let lobe = |origin, directions: &[[f32; 3]]| {
+        let hits = directions.iter().filter_map(|&direction| bvh.closest(&Ray::new(origin, direction)));
+        hits.map(|hit| f64::from(hit.t)).sum()
+    };
+    [
+        ("lobe", Box::new(lobe)),
+        ("embree", Box::new(|origin, directions| fast.closest(origin, directions))),
+        ("embree robust", Box::new(|origin, directions| robust.closest(origin, directions))),
+    ]
+}
+
+/// Times all tracers in turns, and fails where they find something else.
+fn rays(job: &str, work: &Workload, mut tracers: [Tracer<'_>; 3]) {
     let mut seconds = [const { Vec::new() }; 3];
-    let mut counts = [0; 3];
+    let mut found = [0.0; 3];
     for _ in 0..ROUNDS {
         for (k, (_, trace)) in tracers.iter_mut().enumerate() {
             let start = Instant::now();
-            counts[k] = work.count(&mut *trace);
+            found[k] = work.points.iter().map(|(origin, directions)| trace(*origin, directions)).sum();
             seconds[k].push(start.elapsed().as_secs_f64());
         }
     }
-    let median = |k: usize| {
-        let mut sorted = seconds[k].clone();
-        sorted.sort_by(f64::total_cmp);
-        sorted[ROUNDS / 2]
-    };
-    println!("{size}, {} triangles, {RAYS_PER_POINT} rays from each point, {order}", work.corners.len());
-    for (k, (name, _)) in tracers.iter().enumerate() {
-        let (rate, part) = (rays / median(k) / 1e6, counts[k] as f64 / rays);
-        let difference = (part - counts[0] as f64 / rays).abs();
-        assert!(difference < SAME, "{name} finds {part} of the rays occluded, {difference} more or less than lobe");
-        println!("  {name:14} {rate:6.2} Mrays/s   lobe / it {:5.3}   occluded {part:.6}", median(k) / median(0));
+    let count = (work.points.len() * RAYS_PER_POINT) as f64;
+    let lobe = median(&seconds[0]);
+    println!("  {job}");
+    for ((name, _), (seconds, sum)) in tracers.iter().zip(seconds.iter().zip(found)) {
+        let (time, off) = (median(seconds), (sum - found[0]).abs() / found[0]);
+        assert!(off < SAME, "{job}: {name} finds {sum}, lobe {}: {off} apart", found[0]);
+        println!("    {name:14} {:7.2} Mrays/s   lobe's rate / its {:5.3}", count / time / 1e6, time / lobe);
     }
+}
+
+fn median(seconds: &[f64]) -> f64 {
+    let mut sorted = seconds.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted[sorted.len() / 2]
 }

@@ -1,5 +1,6 @@
 //! `lobe bench`: the command, its table and its JSON.
 
+use std::path::PathBuf;
 use std::time::Duration;
 
 use anyhow::{Context as _, bail};
@@ -29,6 +30,10 @@ pub(crate) struct BenchCommand {
     /// ratio are null where none is known
     #[arg(long)]
     json: bool,
+    /// Write the triangles of the job occlusion, its rays and which of them are hidden to a .safetensors file: corners, points,
+    /// directions and hidden. Other tracers can answer the same rays
+    #[arg(long, value_name = "FILE")]
+    rays: Option<PathBuf>,
 }
 
 /// The JSON of `--json`.
@@ -42,6 +47,9 @@ impl BenchCommand {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         let time = Duration::try_from_secs_f64(self.seconds)
             .with_context(|| format!("--seconds: expected fewer seconds, found {}", self.seconds))?;
+        if let Some(path) = &self.rays {
+            output::prepare_file(path, &[])?;
+        }
         // One thread, as the floors are of one.
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().context("the system gives no thread")?;
         let line = talk.waiting("measuring");
@@ -51,7 +59,7 @@ impl BenchCommand {
         pool.install(|| {
             functions::run(&mut bench);
             pictures::run(&mut bench)?;
-            receivers::run(&mut bench)
+            receivers::run(&mut bench, self.rays.as_deref())
         })?;
         if bench.rows.is_empty() {
             bail!("expected a word in the name of a job, found {:?}; jobs: {}", self.words, bench.names.join(", "));

@@ -1,8 +1,8 @@
-//! Functions on the sphere, sixteen side by side: basis, products, squares, rotations.
+//! Functions on the sphere: basis, products, squares and rotations sixteen side by side, products and rotations one by one.
 
 use std::hint::black_box;
 
-use lobe::sh::{Dir, DirBatch, Rotation, RotationMatrices, ShBatch, even_directions};
+use lobe::sh::{Dir, DirBatch, Rotation, RotationMatrices, ShBatch, even_directions, product_into};
 
 use crate::bench::cost::{Cost, Level, basis_operations, product_operations, rotation_operations, square_operations};
 use crate::bench::measure::{Bench, BenchJob};
@@ -25,20 +25,30 @@ const NUMBER: f64 = size_of::<f32>() as f64;
 pub(crate) fn run(bench: &mut Bench<'_>) {
     basis(bench);
     products(bench);
+    product_of_one(bench);
     rotation(bench);
     rotation_of_one(bench);
+    high_rotation_of_one(bench);
 }
 
-/// Functions of any coefficients: what kernels do does not depend on the numbers.
-fn functions(order: usize, count: usize) -> ShBatch {
+/// Coefficients of any value: what kernels do does not depend on them.
+fn coefficients(order: usize, count: usize) -> Vec<f32> {
     // Small steps of an irrational angle, so that no two numbers are the same and none grows.
-    let planes: Vec<f32> = (0..count * order * order).map(|k| (0.618 * k as f32).sin()).collect();
-    ShBatch::from_planes(order, count, &planes)
+    (0..count * order * order).map(|k| (0.618 * k as f32).sin()).collect()
+}
+
+fn functions(order: usize, count: usize) -> ShBatch {
+    ShBatch::from_planes(order, count, &coefficients(order, count))
+}
+
+/// Any rotation.
+fn turn() -> Rotation {
+    Rotation::from_axis_angle(Dir::from_angles(0.7, 1.9), 0.8)
 }
 
 fn basis(bench: &mut Bench<'_>) {
     for (name, count, orders, level) in
-        [("basis", TILE, &[3, 4, 6, 10][..], Level::First), ("basis-streamed", MESH, &[6], Level::Written)]
+        [("basis", TILE, &[3, 4, 6, 10][..], Level::First), ("basis-streamed", MESH, &[3, 4, 6, 10], Level::Written)]
     {
         if !bench.wants(name) {
             continue;
@@ -90,14 +100,41 @@ fn products(bench: &mut Bench<'_>) {
     }
 }
 
+/// Pairs one after the other, in the order of their coefficients.
+fn product_of_one(bench: &mut Bench<'_>) {
+    let name = "product-one";
+    if !bench.wants(name) {
+        return;
+    }
+    for order in [3, 4, 6] {
+        let n = order * order;
+        let (a, mut out) = (coefficients(order, PAIRS), vec![0.0; PAIRS * n]);
+        let b: Vec<f32> = a.iter().rev().copied().collect();
+        let bytes = NUMBER * 3.0 * n as f64;
+        let job = BenchJob {
+            name,
+            order: Some(order),
+            item: "pair",
+            items: PAIRS,
+            cost: Some(Cost { operations: product_operations(order), bytes, level: Level::Second }),
+            above: "one pair leaves lanes empty, and its sums wait for each other",
+        };
+        bench.measure(&job, || {
+            let pairs = black_box(&a).chunks_exact(n).zip(black_box(&b).chunks_exact(n));
+            for ((a, b), out) in pairs.zip(black_box(&mut out).chunks_exact_mut(n)) {
+                product_into(a, b, out);
+            }
+        });
+    }
+}
+
 fn rotation(bench: &mut Bench<'_>) {
     let name = "rotation";
     if !bench.wants(name) {
         return;
     }
     for order in [3, 4, 6] {
-        let turn = Rotation::from_axis_angle(Dir::from_angles(0.7, 1.9), 0.8);
-        let matrices = RotationMatrices::<f32>::new(&turn, order);
+        let matrices = RotationMatrices::<f32>::new(&turn(), order);
         let (f, mut out) = (functions(order, TURNED), ShBatch::zero(order, TURNED));
         let bytes = NUMBER * 2.0 * (order * order) as f64;
         let job = BenchJob {
@@ -113,17 +150,31 @@ fn rotation(bench: &mut Bench<'_>) {
 }
 
 /// One function of a high order, turned without a matrix.
-fn rotation_of_one(bench: &mut Bench<'_>) {
-    let name = "rotation-of-one";
+fn high_rotation_of_one(bench: &mut Bench<'_>) {
+    let name = "rotation-one-f64";
     if !bench.wants(name) {
         return;
     }
-    let turn = Rotation::from_axis_angle(Dir::from_angles(0.7, 1.9), 0.8);
+    let turn = turn();
     for order in [64, 128, 256] {
         let f: Vec<f64> = (0..order * order).map(|k| (0.618 * k as f64).sin()).collect();
         let mut out = f.clone();
         let job =
             BenchJob { name, order: Some(order), item: "function", items: 1, cost: None, above: "in double precision" };
         bench.measure(&job, || turn.apply_into(black_box(&f), black_box(&mut out)));
+    }
+}
+
+/// A function by a rotation that is new to it: no matrix is built.
+fn rotation_of_one(bench: &mut Bench<'_>) {
+    let name = "rotation-one";
+    if !bench.wants(name) {
+        return;
+    }
+    for order in [3, 4, 6, 10] {
+        let (turn, f) = (turn(), coefficients(order, 1));
+        let mut out = vec![0.0; f.len()];
+        let job = BenchJob { name, order: Some(order), item: "function", items: 1, cost: None, above: "" };
+        bench.measure(&job, || black_box(&turn).apply_into(black_box(&f), black_box(&mut out)));
     }
 }

@@ -1,7 +1,10 @@
 //! Jobs of receivers of light: shading by transfer, rays to the sky.
 
 use std::hint::black_box;
+use std::path::Path;
 
+use anyhow::bail;
+use lobe::io::{Numbers, Tensor, TensorFormat, write_tensors};
 use lobe::prt::{Channels, Transfer};
 use lobe::scene::{Bvh, built_in};
 use lobe::sh::{Rgb, even_directions};
@@ -23,11 +26,15 @@ const POINTS: usize = 512;
 /// Cells of the still life, of which it has some hundred thousand triangles.
 const CELLS: usize = 96;
 
+/// The file of rays.
+const FORMAT: TensorFormat = TensorFormat { name: "lobe-bench-rays", version: 1, if_older: "write it anew" };
+
 /// Runs the jobs of this file.
-pub(crate) fn run(bench: &mut Bench<'_>) -> anyhow::Result<()> {
+///
+/// `rays_file` is what the rays of the job `occlusion` are written to.
+pub(crate) fn run(bench: &mut Bench<'_>, rays_file: Option<&Path>) -> anyhow::Result<()> {
     transfer(bench)?;
-    occlusion(bench);
-    Ok(())
+    occlusion(bench, rays_file)
 }
 
 fn transfer(bench: &mut Bench<'_>) -> anyhow::Result<()> {
@@ -60,23 +67,63 @@ fn transfer(bench: &mut Bench<'_>) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn occlusion(bench: &mut Bench<'_>) {
+/// Rays to the whole sky from points on the ground of the still life.
+struct SkyRays {
+    corners: Vec<[[f32; 3]; 3]>,
+    bvh: Bvh,
+    points: Vec<[f32; 3]>,
+    /// Of each point.
+    directions: Vec<[f32; 3]>,
+}
+
+impl SkyRays {
+    fn new() -> Self {
+        let scene = built_in::still_life(CELLS);
+        let corners: Vec<_> = scene.corners().collect();
+        let bvh = Bvh::from_corners(&corners);
+        let directions = even_directions(RAYS).map(|s| s.to_array().map(|c| c as f32)).collect();
+        let mesh = &scene.meshes()[0];
+        let step = (mesh.positions().len() / POINTS).max(1);
+        let ground = mesh.positions().iter().zip(mesh.normals()).step_by(step);
+        let points = ground.map(|(p, n)| bvh.origin_above(*p, *n)).collect();
+        Self { corners, bvh, points, directions }
+    }
+
+    /// Which of all rays hit something, those of a point side by side.
+    fn trace_into(&self, hidden: &mut [bool]) {
+        for (point, hidden) in self.points.iter().zip(hidden.chunks_exact_mut(RAYS)) {
+            self.bvh.occluded_from_into(*point, black_box(&self.directions), hidden);
+        }
+    }
+
+    /// Writes triangles, rays and what they found.
+    fn write(&self, hidden: &[bool], path: &Path) -> anyhow::Result<()> {
+        let hidden: Vec<u8> = hidden.iter().map(|&h| u8::from(h)).collect();
+        let tensors = [
+            Tensor::new(
+                "corners",
+                [self.corners.len(), 3, 3],
+                Numbers::F32(self.corners.as_flattened().as_flattened()),
+            ),
+            Tensor::new("points", [self.points.len(), 3], Numbers::F32(self.points.as_flattened())),
+            Tensor::new("directions", [RAYS, 3], Numbers::F32(self.directions.as_flattened())),
+            Tensor::new("hidden", [self.points.len(), RAYS], Numbers::U8(&hidden)),
+        ];
+        Ok(write_tensors(path, FORMAT, &(), &tensors)?)
+    }
+}
+
+fn occlusion(bench: &mut Bench<'_>, rays_file: Option<&Path>) -> anyhow::Result<()> {
     let name = "occlusion";
     if !bench.wants(name) {
-        return;
+        return match rays_file {
+            Some(_) => bail!("--rays: expected {name} among the jobs, whose rays they are"),
+            None => Ok(()),
+        };
     }
-    let scene = built_in::still_life(CELLS);
-    let bvh = Bvh::new(&scene);
-    let directions: Vec<[f32; 3]> = even_directions(RAYS).map(|s| s.to_array().map(|c| c as f32)).collect();
-    let mesh = &scene.meshes()[0];
-    let step = (mesh.positions().len() / POINTS).max(1);
-    let points: Vec<[f32; 3]> =
-        mesh.positions().iter().zip(mesh.normals()).step_by(step).map(|(p, n)| bvh.origin_above(*p, *n)).collect();
-    let mut hidden = vec![false; RAYS];
-    let job = BenchJob { name, order: None, item: "ray", items: points.len() * RAYS, cost: None, above: "" };
-    bench.measure(&job, || {
-        for point in &points {
-            bvh.occluded_from_into(*point, black_box(&directions), black_box(&mut hidden));
-        }
-    });
+    let rays = SkyRays::new();
+    let mut hidden = vec![false; rays.points.len() * RAYS];
+    let job = BenchJob { name, order: None, item: "ray", items: hidden.len(), cost: None, above: "" };
+    bench.measure(&job, || rays.trace_into(black_box(&mut hidden)));
+    rays_file.map_or(Ok(()), |path| rays.write(&hidden, path))
 }

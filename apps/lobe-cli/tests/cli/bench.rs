@@ -1,5 +1,6 @@
 //! `lobe bench`: what it prints, and what it refuses. The times themselves are no test.
 
+use lobe::scene::Bvh;
 use serde_json::Value;
 
 use crate::harness::Dir;
@@ -14,7 +15,8 @@ fn jobs_are_measured_beside_their_floors() {
     }
     let jobs = printed["jobs"].as_array().unwrap();
     let names: Vec<_> = jobs.iter().map(|job| (job["job"].as_str().unwrap(), job["order"].as_u64().unwrap())).collect();
-    let expected = ["product", "square"].into_iter().flat_map(|name| [3, 4, 6].map(|order| (name, order)));
+    let expected =
+        ["product", "square", "product-one"].into_iter().flat_map(|name| [3, 4, 6].map(|order| (name, order)));
     assert_eq!(names, expected.collect::<Vec<_>>(), "the jobs that are asked for");
     for job in jobs {
         let [time, floor, ratio] = ["nanoseconds", "floor", "ratio"].map(|key| job[key].as_f64().unwrap());
@@ -30,6 +32,40 @@ fn the_table_has_a_line_for_each_job_and_says_by_what_it_is_bound() {
     let lines: Vec<_> = text.lines().filter(|line| line.starts_with("rotation  ")).collect();
     assert_eq!(lines.len(), 3, "{text}");
     assert!(lines.iter().all(|line| line.contains("second-level cache") || line.contains("arithmetic")), "{text}");
+}
+
+#[test]
+fn rays_that_are_written_find_what_the_file_says() {
+    let dir = Dir::new();
+    dir.lobe("bench occlusion --seconds 0.001 --rays rays.safetensors").stdout();
+    let bytes = std::fs::read(dir.path("rays.safetensors")).unwrap();
+    let (header, numbers) =
+        bytes[8..].split_at(usize::try_from(u64::from_le_bytes(bytes[..8].try_into().unwrap())).unwrap());
+    let header: Value = serde_json::from_slice(header).unwrap();
+    let tensor = |name: &str| {
+        let at = |k: usize| usize::try_from(header[name]["data_offsets"][k].as_u64().unwrap()).unwrap();
+        &numbers[at(0)..at(1)]
+    };
+    let vectors = |name: &str| -> Vec<[f32; 3]> {
+        let floats = tensor(name).as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect::<Vec<_>>();
+        floats.as_chunks::<3>().0.to_vec()
+    };
+    let (corners, points, directions) = (vectors("corners"), vectors("points"), vectors("directions"));
+    let bvh = Bvh::from_corners(corners.as_chunks::<3>().0);
+    let mut hidden = vec![false; directions.len()];
+    let mut all = Vec::new();
+    for point in points {
+        bvh.occluded_from_into(point, &directions, &mut hidden);
+        all.extend(hidden.iter().map(|&h| u8::from(h)));
+    }
+    let part = all.iter().map(|&h| f64::from(h)).sum::<f64>() / all.len() as f64;
+    assert!(
+        (0.2..0.8).contains(&part),
+        "{part} of the rays are hidden: the ground hides the lower half, the knot some more"
+    );
+    assert!(all == tensor("hidden"), "{part} of the rays are hidden, the file says otherwise");
+    let line = dir.lobe("bench basis --seconds 0.001 --rays rays.safetensors").error();
+    assert!(line.contains("--rays: expected occlusion among the jobs"), "{line}");
 }
 
 #[test]

@@ -1,9 +1,9 @@
 //! Rotations, reflections and exchanges of axes.
 //!
 //! Read [`rotation`] first; it turns bands 1 and 2 in closed form ([`closed_bands`]) and all others by [`zyz`], rotations
-//! about z between exchanges of y and z ([`yz_exchange`], computed from Wigner's d-matrices of 90°; from band 64 on
-//! [`high_bands`], without matrices, its sums in [`exchange_lanes`]), up to band 7 by straight-line code ([`low_bands`]; [`generated`], written by `cargo xtask tables`) whose sums a machine may round once
-//! ([`term`]). [`ivanic`] builds
+//! about z between exchanges of y and z ([`yz_exchange`], computed from Wigner's d-matrices of 90°): up to band 7 by
+//! straight-line code ([`low_bands`]; [`generated`], written by `cargo xtask tables`) whose sums a machine may round once
+//! ([`term`]), from band 64 on without matrices ([`high_bands`], its sums in [`exchange_lanes`]). [`ivanic`] builds
 //! one matrix for each band, for many expansions; [`lane_rotation`] applies them to sixteen at once. [`axis_permutation`] is
 //! exact. Uses `basis`, `expansion`, `simd` and `sphere`.
 
