@@ -29,7 +29,7 @@ def whole(tmp_path_factory):
 @pytest.fixture(scope="module")
 def cluster():
     # Two tasks at a time on this machine.
-    ray.init(num_cpus=2, include_dashboard=False, log_to_driver=False, runtime_env={"env_vars": {"PYTHONPATH": os.environ.get("PYTHONPATH", "")}})
+    ray.init(address="local", num_cpus=2, include_dashboard=False, log_to_driver=False, runtime_env={"env_vars": {"PYTHONPATH": os.environ.get("PYTHONPATH", "")}})
     yield
     ray.shutdown()
 
