@@ -231,7 +231,7 @@ def _bake_missing(
         return future
 
     def room() -> int:
-        threads: Any = client.nthreads()
+        threads: dict[str, int] = client.nthreads()
         return min(len(missing), max(0, AHEAD * max(1, sum(threads.values())) - len(futures)))
 
     try:
