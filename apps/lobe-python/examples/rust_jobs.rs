@@ -87,7 +87,7 @@ fn jobs<T: Real>(name: &str, batch: usize) {
     tell("convolve", least(|| drop(black_box(rows(&a, convolve)))));
 }
 
-/// Pictures twice as wide as high, of about so many pixels.
+/// Pictures twice as wide as high, of about `batch` pixels.
 fn projection(batch: usize) {
     let height = (batch as f64 / 2.0).sqrt() as usize;
     let texels: Vec<Rgb<f32>> =

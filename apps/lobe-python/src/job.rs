@@ -52,8 +52,8 @@ pub(crate) fn error_of(error: &(dyn Error + 'static)) -> PyErr {
     value_error(error)
 }
 
-/// Does work without the interpreter's lock. `progress(done, total)` is called now and then, if there is one; what it raises stops
-/// the work, as Ctrl-C does.
+/// Does work without the interpreter's lock. `progress(done, total)`, if there is one, is called after each step of it; what it raises
+/// stops the work, as Ctrl-C does.
 pub(crate) fn watched<T: Send, E: WorkError>(
     py: Python<'_>,
     progress: Option<&Py<PyAny>>,

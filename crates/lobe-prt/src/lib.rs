@@ -13,7 +13,7 @@
 //! | adaptive subdivision | [`split_adaptively`], [`AdaptiveOptions`], [`AdaptiveReport`], [`split_checkpoints`] |
 //! | baking | [`fn@bake`], [`bake_on_disk`], [`bake_shard`], [`BakeOptions`], [`BakeMode`], [`AlbedoMode`], [`BakeReport`] |
 //! | a bake as a piece of work, with its points, shards and file | [`BakeWork`], [`BakedRows`] |
-//! | baked glTF scenes | [`BakedGlb`], [`fn@read_baked`], [`Baked`]; baked or not: [`read_baked_or_scene`] |
+//! | baked glTF scenes | [`BakedGlb`], [`fn@read_baked`], [`Baked`]; baked or not: [`read_baked_or_scene`]; of an open file: [`BakedTransfer`] |
 //! | files of transfer alone | [`write_transfer`], [`read_transfer`]; lightmaps [`write_lightmap`], [`read_lightmap`] |
 //! | compression (CPCA) | [`CompressedTransfer`], [`error_curve`] |
 //! | compression of any table | [`compress_table`], [`compress_table_within`] |
@@ -68,7 +68,8 @@ pub use files::matrix_file::{
     read_matrices, read_matrices_bytes, read_neighborhood, read_neighborhood_bytes, write_matrices, write_neighborhood,
 };
 pub use files::read_baked::{
-    Baked, BakedOrScene, read_baked, read_baked_bytes, read_baked_or_scene, read_baked_or_scene_bytes,
+    Baked, BakedOrScene, BakedTransfer, is_baked, read_baked, read_baked_bytes, read_baked_or_scene,
+    read_baked_or_scene_bytes,
 };
 pub use files::transfer_file::{read_transfer, read_transfer_bytes, write_transfer};
 pub use job::fingerprint::{fingerprint_scene, scene_hash};

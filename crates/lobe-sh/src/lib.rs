@@ -105,6 +105,7 @@
 
 #![cfg_attr(not(any(feature = "std", test)), no_std)]
 
+#[macro_use]
 extern crate alloc;
 
 mod basis;

@@ -5,12 +5,16 @@
 
 use std::fmt::Debug;
 
-use lobe::env::{CubeWriteOptions, MapReadOptions, Mapping, PrefilterOptions, Resample, SkyFitOptions, SunOptions};
+use lobe::env::{
+    CubeWriteOptions, DiscLight, MapReadOptions, Mapping, PrefilterOptions, Resample, SkyFitOptions, SpecularLobe,
+    SphereLight, SunOptions, VectorIrradiance,
+};
 use lobe::image::{PictureReadOptions, PictureWriteOptions, TexelFormat, Tone};
 use lobe::prt::{AdaptiveOptions, BakeOptions, CompressOptions, ZonalFitOptions};
-use lobe::render::{PathOptions, TruthOptions, ViewOptions};
+use lobe::render::{MovingMethod, MovingOptions, PathOptions, TruthOptions, ViewOptions};
 use lobe::scene::{Material, SceneReadOptions};
-use lobe::sh::{Dir, Rotation};
+use lobe::sh::{Dir, ExpMethod, Rgb, Rotation, Window};
+use lobe::shadow::ShadowOptions;
 use serde_json::{Value, from_str, to_string};
 
 fn keeps<T: serde::Serialize + serde::de::DeserializeOwned + PartialEq + Debug>(value: &T) {
@@ -38,6 +42,17 @@ fn options_come_back_from_json_as_they_went() {
     keeps(&ViewOptions::default());
     keeps(&TruthOptions::default());
     keeps(&PathOptions::default());
+    keeps(&ShadowOptions::default().method(ExpMethod::Hybrid { limit: 0.5 }).group(32));
+    keeps(&MovingOptions::default().method(MovingMethod::Exponentials).bounce(true));
+}
+
+#[test]
+fn values_come_back_from_json_as_they_went() {
+    keeps(&SphereLight { center: [0.0, 1.0, 2.5], radius: 0.5 });
+    keeps(&DiscLight { center: [0.0, 1.0, 2.5], normal: Dir::Z, radius: 0.5 });
+    keeps(&SpecularLobe::BlinnPhong { exponent: 12.0 });
+    keeps(&VectorIrradiance::<Rgb<f64>>::default());
+    keeps(&Window::Hanning { width: 4.5 });
 }
 
 #[test]

@@ -1,18 +1,18 @@
 //! Arguments that several commands share: inputs, outputs, numbers and limits, with their checks.
 //!
 //! `values` parses numbers, `exponential` names of exponentials. `input`, `map_input`, `scene_input` (with
-//! `gltf_peek`) and `transfer_input` open files, `output`, `map_output`
+//! `open_scene`) and `transfer_input` open files, `output`, `map_output`
 //! and `picture` check and write them; `compression`, `memory`, `scene_limits`, `sharing` and `turn` are options, `names` declares the values of
 //! others. Uses `run`.
 
 pub(crate) mod compression;
 pub(crate) mod exponential;
-pub(crate) mod gltf_peek;
 pub(crate) mod input;
 pub(crate) mod map_input;
 pub(crate) mod map_output;
 pub(crate) mod memory;
 pub(crate) mod names;
+pub(crate) mod open_scene;
 pub(crate) mod output;
 pub(crate) mod picture;
 pub(crate) mod scene_input;

@@ -1,23 +1,21 @@
 //! Scenes as inputs: files and built-in scenes.
 
-use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use lobe::prt::{BakedOrScene, read_baked_or_scene};
 use lobe::scene::{
-    AnimatedScene, DefaultMaterial, GltfDocument, MissingNormals, Scene, SceneReadOptions, SceneReadReport, Up,
-    built_in, is_gltf, read_scene, read_scene_and_document,
+    DefaultMaterial, GltfDocument, MissingNormals, Scene, SceneReadOptions, SceneReadReport, Up, built_in, is_gltf,
+    read_scene_and_document,
 };
 
-use crate::args::gltf_peek::GltfPeek;
 use crate::args::memory::MemoryLimit;
+use crate::args::open_scene::OpenScene;
 use crate::args::scene_limits::SceneLimits;
 use crate::run::talk::Talk;
 
 /// The prefix of the names of built-in scenes.
-const BUILT_IN: &str = "built-in:";
+pub(crate) const BUILT_IN: &str = "built-in:";
 
 /// Where a scene is.
 #[derive(Args)]
@@ -49,9 +47,6 @@ pub(crate) struct SceneInput {
     /// without this they are opaque
     #[arg(long)]
     transparency: bool,
-    /// What a glTF file is to be read for.
-    #[arg(skip)]
-    peek: OnceCell<GltfPeek>,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -102,60 +97,14 @@ impl SceneInput {
         is_gltf(&self.path)
     }
 
+    /// Opens its file, if it is in one.
+    pub(crate) fn open<'a>(&'a self, memory: &'a MemoryLimit, talk: Talk) -> anyhow::Result<OpenScene<'a>> {
+        OpenScene::new(self, memory, talk)
+    }
+
     /// Reads or makes the scene, and notes the findings.
     pub(crate) fn read(&self, memory: &MemoryLimit, talk: Talk) -> anyhow::Result<Scene> {
-        let name = self.name();
-        self.check_options()?;
-        if let Some(built_in_name) = name.strip_prefix(BUILT_IN) {
-            self.check_built_in_options()?;
-            if self.is_built_in_motion() {
-                bail!("{name}: moves; lobe render shows it, by --mode truth, fields or shexp");
-            }
-            let Some(scene) = built_in::named(built_in_name) else {
-                let known = built_in::NAMES.map(|known| format!("{BUILT_IN}{known}")).join(", ");
-                bail!("{name}: there is no such scene in the program; there are {known}");
-            };
-            return Ok(scene);
-        }
-        let (scene, report) = read_scene(&self.path, &self.options(memory))?;
-        tell(&report, &name, talk);
-        Ok(scene)
-    }
-
-    /// Makes a scene of the program that moves; none of another name.
-    pub(crate) fn made_in_motion(&self) -> anyhow::Result<Option<AnimatedScene>> {
-        let Some(made) = self.name().strip_prefix(BUILT_IN).and_then(built_in::moving) else { return Ok(None) };
-        self.check_options()?;
-        self.check_built_in_options()?;
-        Ok(Some(made))
-    }
-
-    /// Reads what moves of a glTF file, and notes the findings.
-    pub(crate) fn read_in_motion(&self, memory: &MemoryLimit, talk: Talk) -> anyhow::Result<AnimatedScene> {
-        self.check_options()?;
-        let name = self.name();
-        if self.is_baked() && self.transparency {
-            bail!("--transparency: {name} is baked, with or without; render the scene it was baked from");
-        }
-        let (animated, report) = AnimatedScene::read(&self.path, &self.options(memory))?;
-        tell(&report, &name, talk);
-        Ok(animated)
-    }
-
-    /// Whether this is a glTF file that carries transfer.
-    pub(crate) fn is_baked(&self) -> bool {
-        self.is_gltf() && self.peek().is_baked()
-    }
-
-    /// Whether this is a glTF file whose animations, skins or morph targets change how the scene stands. Of one that cannot be
-    /// read, whoever reads it says why.
-    pub(crate) fn has_poses(&self) -> bool {
-        self.is_gltf() && self.peek().has_poses()
-    }
-
-    /// The head of the file, looked at once.
-    fn peek(&self) -> &GltfPeek {
-        self.peek.get_or_init(|| GltfPeek::at(&self.path))
+        self.open(memory, talk)?.scene()
     }
 
     /// Reads or makes the scene as [`SceneInput::read`], and with it all that a glTF file holds.
@@ -167,36 +116,13 @@ impl SceneInput {
         if !self.is_gltf() {
             return Ok((self.read(memory, talk)?, None));
         }
-        self.check_options()?;
-        let (scene, report, document) = read_scene_and_document(&self.path, &self.options(memory))?;
+        let (scene, report, document) = read_scene_and_document(&self.path, &self.checked_options(memory)?)?;
         tell(&report, &self.name(), talk);
         Ok((scene, Some(document)))
     }
 
-    /// Reads or makes the scene as [`SceneInput::read`], and with it the transfer that a baked glTF file holds.
-    pub(crate) fn read_or_baked(&self, memory: &MemoryLimit, talk: Talk) -> anyhow::Result<BakedOrScene> {
-        if !self.is_gltf() {
-            return Ok(self.read(memory, talk)?.into());
-        }
-        let read = read_baked_or_scene(&self.path, &self.options(memory))?;
-        match &read {
-            BakedOrScene::Baked(_) if self.transparency => {
-                bail!("--transparency: {} is baked, with or without; bake its scene with the option", self.name());
-            }
-            BakedOrScene::Baked(baked) => {
-                let name = self.name();
-                baked.report.notes.iter().for_each(|note| talk.note(&name, note));
-            }
-            BakedOrScene::Scene(_, report) => {
-                self.check_options()?;
-                tell(report, &self.name(), talk);
-            }
-        }
-        Ok(read)
-    }
-
     /// Refuses options of files for scenes that are made by a formula.
-    fn check_built_in_options(&self) -> anyhow::Result<()> {
+    pub(crate) fn check_built_in_options(&self) -> anyhow::Result<()> {
         let flags = [
             (self.allow_outside, "--allow-outside"),
             (self.missing_normals.is_some(), "--missing-normals"),
@@ -222,14 +148,9 @@ impl SceneInput {
         Ok(())
     }
 
-    /// The options of reading a file that is read elsewhere.
+    /// The options of reading a file.
     pub(crate) fn checked_options(&self, memory: &MemoryLimit) -> anyhow::Result<SceneReadOptions> {
         self.check_options()?;
-        Ok(self.options(memory))
-    }
-
-    /// The options of reading a file.
-    fn options(&self, memory: &MemoryLimit) -> SceneReadOptions {
         let mut options = self.limits.options(memory);
         options.up = if matches!(self.up, Some(UpAxis::Z)) { Up::Z } else { Up::Y };
         options.allow_outside = self.allow_outside;
@@ -241,7 +162,7 @@ impl SceneInput {
         if matches!(self.default_material, Some(MaterialName::Gltf)) {
             options.default_material = DefaultMaterial::AsFormat;
         }
-        options.straight_through(self.transparency)
+        Ok(options.straight_through(self.transparency))
     }
 
     pub(crate) fn has_extension(&self, extensions: &[&str]) -> bool {

@@ -4,9 +4,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use lobe::prt::{AlbedoMode, BakeOptions, Baked, read_baked};
+use lobe::prt::{AlbedoMode, BakeOptions, BakedTransfer};
 use lobe::render::{MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, MovingShading, VisibilityGridOptions};
-use lobe::scene::AnimatedScene;
 use lobe::sh::ExpMethod;
 use lobe::shadow::{
     FieldOptions, LogTable, LogTableOptions, RadialInterpolation, ShadowFieldOptions, ShadowOptions, cached_log_table,
@@ -14,7 +13,8 @@ use lobe::shadow::{
 
 use crate::args::exponential::fast_exponential;
 use crate::args::memory::MemoryLimit;
-use crate::args::scene_input::{SceneInput, tell};
+use crate::args::open_scene::OpenScene;
+use crate::args::scene_input::tell;
 use crate::args::values;
 use crate::run::bake_watch::Checkpoint;
 use crate::run::talk::Talk;
@@ -49,15 +49,8 @@ pub(crate) struct AskedBake {
 
 impl AskedBake {
     /// Keeps the transfer of a baked file for what stands still in it, if it is as asked.
-    fn keep(
-        &self,
-        moving: &mut MovingScene,
-        input: &SceneInput,
-        memory: &MemoryLimit,
-        talk: Talk,
-    ) -> anyhow::Result<()> {
-        let name = input.name();
-        let Baked { recipe, transfer, .. } = read_baked(input.path(), &input.checked_options(memory)?)?;
+    fn keep(&self, moving: &mut MovingScene, baked: &BakedTransfer, name: &str, talk: Talk) {
+        let BakedTransfer { recipe, transfer, .. } = baked;
         let options = recipe.bake_options();
         let not_used = if recipe.straight_through == Some(true) {
             Some("light goes straight through surfaces in it".to_owned())
@@ -70,8 +63,8 @@ impl AskedBake {
         };
         let text = match not_used {
             Some(why) => format!("its transfer is not used: {why}; all parts are baked"),
-            None => match moving.keep_transfer(&transfer, &options) {
-                Some(found) if found.kept == found.still => return Ok(()),
+            None => match moving.keep_transfer(transfer, &options) {
+                Some(found) if found.kept == found.still => return,
                 Some(found) => format!(
                     "{} of {} vertices that stand still keep their transfer; the others are near what moves, whose shadow was \
                      baked into them: they are baked without it",
@@ -80,8 +73,7 @@ impl AskedBake {
                 None => "its transfer is not used: nothing in it stands still; all parts are baked".to_owned(),
             },
         };
-        talk.note(&name, &text);
-        Ok(())
+        talk.note(name, &text);
     }
 }
 
@@ -232,35 +224,17 @@ impl MovingInput {
     }
 
     /// Reads or makes the scene. If bakes of it are of use, and a baked file holds some, it brings along those that suit.
-    pub(crate) fn read(
-        &self,
-        input: &SceneInput,
-        bake: Option<&AskedBake>,
-        memory: &MemoryLimit,
-        talk: Talk,
-    ) -> anyhow::Result<MovingScene> {
-        let mut moving = self.read_once(input, memory, talk)?.looped(self.is_looped);
-        if let Some(bake) = bake.filter(|_| input.is_baked()) {
-            bake.keep(&mut moving, input, memory, talk)?;
-        }
-        Ok(moving)
-    }
-
-    fn read_once(&self, input: &SceneInput, memory: &MemoryLimit, talk: Talk) -> anyhow::Result<MovingScene> {
-        let name = input.name();
+    pub(crate) fn read(&self, open: OpenScene<'_>, bake: Option<&AskedBake>) -> anyhow::Result<MovingScene> {
+        let (input, talk, name) = (open.input, open.talk, open.input.name());
         if input.has_extension(&["json"]) {
             if self.animation.is_some() {
                 bail!("--animation: only of glTF files; a scene description says which animations its entities play");
             }
-            let (moving, reports) = MovingScene::read(input.path(), &input.checked_options(memory)?)?;
+            let (moving, reports) = MovingScene::read(input.path(), &input.checked_options(open.memory)?)?;
             reports.iter().for_each(|(file, report)| tell(report, &file.display().to_string(), talk));
-            return Ok(moving);
+            return Ok(moving.looped(self.is_looped));
         }
-        let animated = match input.made_in_motion()? {
-            Some(animated) => animated,
-            None if input.is_gltf() => input.read_in_motion(memory, talk)?,
-            None => AnimatedScene::still(input.read(memory, talk)?),
-        };
+        let (animated, baked) = open.animated()?;
         let animation = match &self.animation {
             Some(asked) => Some(animated.animation(asked)?),
             None => (!animated.animations().is_empty()).then_some(0),
@@ -268,7 +242,11 @@ impl MovingInput {
         if animation.is_none() {
             talk.note(&name, "has no animation; it is shown as it stands");
         }
-        Ok(MovingScene::animated(animated, animation)?)
+        let mut moving = MovingScene::animated(animated, animation)?.looped(self.is_looped);
+        if let (Some(asked), Some(baked)) = (bake, &baked) {
+            asked.keep(&mut moving, baked, &name, talk);
+        }
+        Ok(moving)
     }
 
     /// Notes which pictures show what has come to its end.

@@ -15,6 +15,7 @@ use lobe::scene::{Bvh, Scene};
 use lobe::sh::{Dir, Rgb, Rotation, ShVec};
 
 use crate::args::memory::MemoryLimit;
+use crate::args::open_scene::OpenScene;
 use crate::args::output;
 use crate::args::scene_input::SceneInput;
 use crate::args::sharing::{self, Sharing};
@@ -275,32 +276,34 @@ impl Render {
 
     /// The scene as the mode needs it, the camera that sees it, and the files of its bakes.
     fn stage(&self, talk: Talk) -> anyhow::Result<(Stage, Camera, Vec<Checkpoint>)> {
-        if self.is_moving() || (self.mode == Mode::Truth && self.scene.has_poses()) {
-            return self.moving_stage(talk);
+        let open = self.scene.open(&self.memory, talk)?;
+        if self.is_moving() || (self.mode == Mode::Truth && open.has_poses()) {
+            return self.moving_stage(open);
         }
         let name = self.scene.name();
-        if self.scene.has_poses() {
+        if open.has_poses() {
             talk.note(&name, "is shown as its nodes stand; --mode truth, fields and shexp pose it, at --time");
         }
         let (stage, camera) = match self.asked() {
             None => {
-                let scene = self.scene.read(&self.memory, talk)?;
+                let scene = open.scene()?;
                 let (bvh, camera) = (Bvh::new(&scene), self.view.camera(&scene)?);
                 (Stage::Plain(scene, bvh), camera)
             }
             Some(asked) => {
                 let view = |scene: &Scene| Ok((self.view.camera(scene)?, self.view_options()));
-                let (baked, camera) = asked.prepare(&self.scene, view, &self.memory, talk)?;
+                let (baked, camera) = asked.prepare(open, view)?;
                 (Stage::Baked(Box::new(baked)), camera)
             }
         };
         Ok((stage, camera, Vec::new()))
     }
 
-    fn moving_stage(&self, talk: Talk) -> anyhow::Result<(Stage, Camera, Vec<Checkpoint>)> {
+    fn moving_stage(&self, open: OpenScene<'_>) -> anyhow::Result<(Stage, Camera, Vec<Checkpoint>)> {
         let asked = AskedBake { order: self.light.order(), bounces: self.bounces };
         let asked = self.moving_method().map(|_| asked);
-        let mut moving = self.moving.read(&self.scene, asked.as_ref(), &self.memory, talk)?;
+        let talk = open.talk;
+        let mut moving = self.moving.read(open, asked.as_ref())?;
         let name = self.scene.name();
         let times: Vec<f64> = (0..self.pictures.count()).map(|k| self.moving.time_of(self.pictures.frame(k))).collect();
         if self.pictures.is_turn() && moving.span()[0] < moving.span()[1] {

@@ -9,7 +9,7 @@ use lobe::render::{BakedScene, Camera, RenderError, ViewOptions, transfer_bytes}
 use lobe::scene::Scene;
 
 use crate::args::memory::MemoryLimit;
-use crate::args::scene_input::SceneInput;
+use crate::args::open_scene::OpenScene;
 use crate::args::values;
 use crate::run::bake_watch::watched;
 use crate::run::ctrl_c;
@@ -46,39 +46,33 @@ impl Asked {
     /// backs of double-sided surfaces as far as `view` shows them.
     pub(crate) fn prepare(
         &self,
-        input: &SceneInput,
+        open: OpenScene<'_>,
         view: impl FnOnce(&Scene) -> anyhow::Result<(Camera, ViewOptions)>,
-        memory: &MemoryLimit,
-        talk: Talk,
     ) -> anyhow::Result<(BakedScene, Camera)> {
         if let Some(order) = self.order.filter(|&order| order > Transfer::MAX_ORDER) {
             bail!("--order: transfer has an order of 1 to {}, found {order}", Transfer::MAX_ORDER);
         }
-        let (mut baked, file) = self.read_or_bake(input, memory, talk)?;
+        let (memory, talk) = (open.memory, open.talk);
+        let (mut baked, file) = self.read_or_bake(open)?;
         let (camera, view) = view(baked.scene())?;
         bake_backs(&mut baked, file.as_deref(), (&camera, &view), memory, talk)?;
         Ok((baked, camera))
     }
 
     /// The scene with the transfer of its fronts, and the file that this was read from.
-    fn read_or_bake(
-        &self,
-        input: &SceneInput,
-        memory: &MemoryLimit,
-        talk: Talk,
-    ) -> anyhow::Result<(BakedScene, Option<String>)> {
+    fn read_or_bake(&self, open: OpenScene<'_>) -> anyhow::Result<(BakedScene, Option<String>)> {
+        let (memory, talk, input) = (open.memory, open.talk, open.input.name());
         if let Some(file) = &self.file {
-            let baked = BakedScene::read_transfer(input.read(memory, talk)?, file, self.lobe)?;
+            let baked = BakedScene::read_transfer(open.scene()?, file, self.lobe)?;
             let name = file.display().to_string();
             return Ok((self.checked(baked, &name)?, Some(name)));
         }
         // A baked scene holds no matrices.
-        let scene =
-            if self.lobe.is_some() { input.read(memory, talk)?.into() } else { input.read_or_baked(memory, talk)? };
+        let scene = if self.lobe.is_some() { open.scene()?.into() } else { open.baked_or_scene()? };
         match scene {
             BakedOrScene::Baked(baked) => {
-                let baked = self.checked(BakedScene::from(*baked), &input.name())?;
-                Ok((baked, Some(input.name())))
+                let baked = self.checked(BakedScene::from(*baked), &input)?;
+                Ok((baked, Some(input)))
             }
             BakedOrScene::Scene(scene, _) => Ok((self.bake(scene, memory, talk)?, None)),
         }

@@ -66,7 +66,7 @@ impl Talk {
 }
 
 /// The progress of work: the part that is done, the pace, the time left. On a terminal it is one line, which goes away when
-/// dropped; elsewhere, as in a log, a line now and then of what takes longer than two seconds.
+/// dropped; elsewhere, as in a log, a line every [`LOG_EVERY`] of what takes longer than [`LOG_AFTER`].
 pub(crate) struct ProgressLine {
     bar: ProgressBar,
     what: Cow<'static, str>,

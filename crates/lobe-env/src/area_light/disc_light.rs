@@ -28,6 +28,7 @@ use crate::{AreaLight, PointLight, VectorIrradiance};
 /// Degenerate cases: a receiver behind the disc or in its plane (edge-on) gets 0; radius 0 gives 0; on the disc itself
 /// it is in its plane, so 0, although the limit from the front is `π` for a normal that faces it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct DiscLight {
     /// The center.
     pub center: [f64; 3],
@@ -52,7 +53,7 @@ pub struct DiscLight {
 // the others vanish, which leaves the vector above.
 
 /// The disc in the frame of the receiver.
-struct Seen {
+struct LocalDisc {
     u: Vec3,
     v: Vec3,
     w: Vec3,
@@ -63,7 +64,7 @@ struct Seen {
     s: f64,
 }
 
-impl Seen {
+impl LocalDisc {
     /// `None` from behind or edge-on.
     fn new(light: &DiscLight, point: Vec3) -> Option<Self> {
         debug_assert!(light.radius >= 0.0, "a radius of {}", light.radius);
@@ -140,11 +141,11 @@ impl Seen {
 
 impl AreaLight for DiscLight {
     fn irradiance(&self, point: [f64; 3], normal: Dir) -> f64 {
-        Seen::new(self, point).map_or(0.0, |disc| disc.irradiance(normal.to_array()))
+        LocalDisc::new(self, point).map_or(0.0, |disc| disc.irradiance(normal.to_array()))
     }
 
     fn vector_irradiance(&self, point: [f64; 3]) -> VectorIrradiance<f64> {
-        Seen::new(self, point).map_or_else(VectorIrradiance::default, |disc| from_vec3(disc.vector()))
+        LocalDisc::new(self, point).map_or_else(VectorIrradiance::default, |disc| from_vec3(disc.vector()))
     }
 
     fn as_point(&self) -> PointLight {

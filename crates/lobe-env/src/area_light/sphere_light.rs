@@ -30,6 +30,7 @@ use lobe_sh::vector::{dot, length, sub};
 ///
 /// [Snyder 1996]: https://www.microsoft.com/en-us/research/publication/area-light-sources-for-real-time-graphics/
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SphereLight {
     /// The center.
     pub center: [f64; 3],

@@ -22,6 +22,7 @@ const NOTHING: f64 = 1e-13;
 /// It points towards the mean direction of the light. Where all light comes from one side of the surface, `E(-n) = 0`
 /// and `n·e` is the irradiance itself. In W m⁻² for radiance in W m⁻² sr⁻¹.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct VectorIrradiance<T = Rgb<f64>> {
     components: [T; 3],
 }

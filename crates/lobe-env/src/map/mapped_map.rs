@@ -244,7 +244,7 @@ impl From<MappedMap> for Cow<'_, MappedMap> {
     }
 }
 
-/// The ways of a map of one mapping to a [`MappedMap`], which it wraps: lent, changed, given away.
+/// Conversions of a map of one mapping from and to the [`MappedMap`] that it wraps, by reference and by value.
 macro_rules! of_one_mapping {
     ($map:ty) => {
         impl $map {

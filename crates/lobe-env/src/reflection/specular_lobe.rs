@@ -28,6 +28,7 @@ use crate::EnvError;
 /// [Karis 2013]: https://blog.selfshadow.com/publications/s2013-shading-course/karis/s2013_pbs_epic_notes_v2.pdf
 /// [Miller and Hoffman 1984]: https://www.pauldebevec.com/ReflectionMapping/IlluMAP84.html
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum SpecularLobe {
     /// GGX seen along the normal.
     Ggx {

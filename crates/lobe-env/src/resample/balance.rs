@@ -62,7 +62,7 @@ pub(crate) struct Balance<'a> {
 
 /// The energy of a source texel in the target, and its deficit.
 #[derive(Clone, Copy, Debug, Default)]
-struct Seen {
+struct Coverage {
     /// `E_s`.
     energy: f32,
     /// `Ω_s - E_s`.
@@ -116,7 +116,7 @@ impl<'a> Balance<'a> {
             // Scale the factors: by Sinkhorn iteration at first, then by Newton steps.
             if count <= SINKHORN_PASSES {
                 self.weights.scale(|s| {
-                    let Seen { energy, missing } = seen[s];
+                    let Coverage { energy, missing } = seen[s];
                     let ratio = if energy > 0.0 { 1.0 + missing / energy } else { 1.0 };
                     ratio.clamp(1.0 / MOST_CHANGE, MOST_CHANGE)
                 });
@@ -130,13 +130,13 @@ impl<'a> Balance<'a> {
     /// A Newton step: solves `M a = Ω - E` by conjugate gradients, preconditioned with the diagonal `E`.
     fn newton(
         &self,
-        seen: &[Seen],
+        seen: &[Coverage],
         map: &MappedMap,
         count: &mut usize,
         passes: &mut Passes<'_>,
     ) -> Result<Vec<f32>, EnvError> {
         // Make the right side orthogonal to constants: rounding and texels without samples leave a rest.
-        let sum = |value: fn(&Seen) -> f32| seen.iter().map(|s| f64::from(value(s))).sum::<f64>();
+        let sum = |value: fn(&Coverage) -> f32| seen.iter().map(|s| f64::from(value(s))).sum::<f64>();
         let rest = sum(|s| s.missing) / sum(|s| s.energy);
         let mut residual: Vec<f32> =
             seen.iter().map(|s| (f64::from(s.missing) - rest * f64::from(s.energy)) as f32).collect();
@@ -189,13 +189,13 @@ impl<'a> Balance<'a> {
     }
 
     /// Energy and deficit of each source texel.
-    fn seen(&self, energies: &[f64]) -> Vec<Seen> {
+    fn seen(&self, energies: &[f64]) -> Vec<Coverage> {
         let width = self.weights.sampler().source.width;
-        let mut seen = vec![Seen::default(); energies.len()];
+        let mut seen = vec![Coverage::default(); energies.len()];
         seen.par_chunks_mut(width).enumerate().for_each(|(y, seen)| {
             for (x, seen) in seen.iter_mut().enumerate() {
                 let (energy, missing) = (self.of_texel(energies, x, y), self.missing(energies, x, y));
-                *seen = Seen { energy: energy as f32, missing: missing as f32 };
+                *seen = Coverage { energy: energy as f32, missing: missing as f32 };
             }
         });
         seen

@@ -36,7 +36,7 @@ pub struct Context {
 struct Faults {
     /// That it was lost, which it remains.
     lost: Option<String>,
-    /// The first work that it refused since somebody asked.
+    /// The first work that it refused since [`Context::check`] was called last.
     refused: Option<String>,
 }
 

@@ -3,7 +3,7 @@
 use std::io;
 use std::ops::Range;
 
-use lobe_scene::{GltfAttributes, Mesh};
+use lobe_scene::{GltfReader, Mesh};
 use serde_json::{Value, json};
 
 use crate::files::baked_layout::{Attribute, VertexData, read_column};
@@ -94,24 +94,24 @@ impl VertexData for Compressed<'_> {
 /// Reads what [`Compressed`] wrote of all meshes.
 pub(crate) fn read_compressed(
     meshes: &[Mesh],
-    attributes: &GltfAttributes,
+    gltf: &GltfReader,
     (order, channels): (usize, Channels),
     name: &str,
 ) -> Result<CompressedTransfer, PrtError> {
-    let lobe = &attributes.asset_extras()["lobe"];
+    let lobe = &gltf.asset_extras()["lobe"];
     let said = &lobe["compression"];
     let wrong = || PrtError::invalid(name, format!("expected components and weights of f32, u16 or u8, found {said}"));
     let components = said["components"].as_u64().and_then(|n| usize::try_from(n).ok()).ok_or_else(wrong)?;
     let view = lobe["bases"].as_u64().and_then(|view| u32::try_from(view).ok());
     let view =
         view.ok_or_else(|| PrtError::invalid(name, format!("expected a buffer view, found {}", lobe["bases"])))?;
-    let bases = attributes.buffer_view(view)?.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
+    let bases = gltf.buffer_view(view)?.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
     let (mut clusters, mut weights) = (Vec::new(), Vec::new());
     for mesh in meshes {
         let count = mesh.positions().len();
-        clusters.extend(read_column::<1>(attributes, mesh, "_CLUSTER", name)?.iter().map(|[k]| *k as u16));
+        clusters.extend(read_column::<1>(gltf, mesh, "_CLUSTER", name)?.iter().map(|[k]| *k as u16));
         let columns: Vec<Vec<[f32; 4]>> = (0..components.div_ceil(4))
-            .map(|j| read_column(attributes, mesh, &format!("_WEIGHTS_{j}"), name))
+            .map(|j| read_column(gltf, mesh, &format!("_WEIGHTS_{j}"), name))
             .collect::<Result<_, _>>()?;
         for vertex in 0..count {
             weights.extend(columns.iter().flat_map(|column| column[vertex]).take(components));

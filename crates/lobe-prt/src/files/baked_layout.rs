@@ -3,7 +3,7 @@
 use std::io;
 use std::ops::Range;
 
-use lobe_scene::{GltfAttributes, Mesh};
+use lobe_scene::{GltfReader, Mesh};
 use serde_json::{Value, json};
 
 use crate::{PrtError, TransferRows};
@@ -136,7 +136,7 @@ impl VertexData for PlainTransfer<'_> {
 
 /// The values of an attribute at all vertices of a mesh, in the file called `name`.
 pub(crate) fn read_column<const N: usize>(
-    attributes: &GltfAttributes,
+    gltf: &GltfReader,
     mesh: &Mesh,
     attribute: &str,
     name: &str,
@@ -146,7 +146,7 @@ pub(crate) fn read_column<const N: usize>(
     };
     let vertices = mesh.positions().len();
     let place = format!("mesh {}, primitive {}", at.mesh, at.primitive);
-    match attributes.vectors(at, attribute)? {
+    match gltf.vectors(at, attribute)? {
         Some(column) if column.len() == vertices => Ok(column),
         Some(column) => {
             let found = column.len();

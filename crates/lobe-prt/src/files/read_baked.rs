@@ -2,10 +2,7 @@
 
 use std::path::Path;
 
-use lobe_scene::{
-    GltfAttributes, Mesh, Scene, SceneReadOptions, SceneReadReport, is_gltf, read_scene_and_attributes,
-    read_scene_and_attributes_bytes,
-};
+use lobe_scene::{GltfReader, Mesh, Scene, SceneReadOptions, SceneReadReport, is_gltf};
 use serde_json::Value;
 
 use crate::files::baked_compressed::read_compressed;
@@ -34,15 +31,13 @@ pub struct Baked {
 /// it carries no transfer, or not at every vertex, or of another type than it says.
 pub fn read_baked(path: impl AsRef<Path>, options: &SceneReadOptions) -> Result<Baked, PrtError> {
     let path = path.as_ref();
-    let name = path.display().to_string();
     if !is_gltf(path) {
         return Err(PrtError::Unsupported {
-            place: name,
+            place: path.display().to_string(),
             message: "expected a baked .glb; bake the scene first".into(),
         });
     }
-    let (scene, report, attributes) = read_scene_and_attributes(path, options)?;
-    baked(scene, report, &attributes, &name)
+    Baked::of(&GltfReader::open(path, options)?)
 }
 
 /// [`read_baked`] from the bytes of a .glb or .gltf file that references no other; `name` stands in messages.
@@ -50,8 +45,66 @@ pub fn read_baked(path: impl AsRef<Path>, options: &SceneReadOptions) -> Result<
 /// # Errors
 /// As [`read_baked`], and [`PrtError::Scene`] if the bytes reference other files.
 pub fn read_baked_bytes(bytes: &[u8], name: &str, options: &SceneReadOptions) -> Result<Baked, PrtError> {
-    let (scene, report, attributes) = read_scene_and_attributes_bytes(bytes, name, options)?;
-    baked(scene, report, &attributes, name)
+    Baked::of(&GltfReader::open_bytes(bytes, name, options)?)
+}
+
+/// Whether a glTF file carries transfer.
+#[must_use]
+pub fn is_baked(gltf: &GltfReader) -> bool {
+    !gltf.asset_extras()["lobe"].is_null()
+}
+
+/// The transfer of a baked glTF file, of whose scene it is.
+#[derive(Clone, Debug)]
+pub struct BakedTransfer {
+    /// The transfer of the vertices, mesh by mesh.
+    pub transfer: Transfer,
+    /// The compressed form, of which `transfer` is made, if the file has that.
+    pub compressed: Option<CompressedTransfer>,
+    /// The options and versions that made the transfer.
+    pub recipe: Recipe,
+}
+
+impl BakedTransfer {
+    /// Whether each mesh of a scene that was read from an open file carries transfer. Those without any area at rest, which
+    /// animated scenes keep, do not.
+    #[must_use]
+    pub fn covers(gltf: &GltfReader, scene: &Scene) -> bool {
+        let names = ["_TRANSFER_0", "_CLUSTER"];
+        is_baked(gltf) && scene.meshes().iter().all(|mesh| names.iter().any(|name| gltf.has(mesh, name)))
+    }
+
+    /// The transfer at the vertices of a scene that was read from an open file.
+    ///
+    /// # Errors
+    /// Those of [`read_baked`].
+    pub fn of(gltf: &GltfReader, scene: &Scene) -> Result<Self, PrtError> {
+        let (lobe, name) = (&gltf.asset_extras()["lobe"], gltf.name());
+        let (order, channels) = check_extras(lobe, name)?;
+        let recipe = Recipe::from(lobe["recipe"].clone()).understood(name)?;
+        if lobe["compression"].is_object() {
+            let compressed = read_compressed(scene.meshes(), gltf, (order, channels), name)?;
+            return Ok(Self { transfer: compressed.to_transfer(), compressed: Some(compressed), recipe });
+        }
+        let mut coefficients = Vec::new();
+        for mesh in scene.meshes() {
+            read_mesh(mesh, gltf, (order, channels), name, &mut coefficients)?;
+        }
+        let transfer = Transfer::new(order, channels, coefficients).map_err(|error| error.within(name))?;
+        Ok(Self { transfer, compressed: None, recipe })
+    }
+}
+
+impl Baked {
+    /// The scene of an open file with its transfer.
+    ///
+    /// # Errors
+    /// Those of [`read_baked`].
+    pub fn of(gltf: &GltfReader) -> Result<Self, PrtError> {
+        let (scene, report) = gltf.scene()?;
+        let BakedTransfer { transfer, compressed, recipe } = BakedTransfer::of(gltf, &scene)?;
+        Ok(Self { scene, transfer, compressed, recipe, report })
+    }
 }
 
 /// A scene from a glTF file, with its transfer if the file carries any.
@@ -70,14 +123,12 @@ impl From<Scene> for BakedOrScene {
     }
 }
 
-/// Reads a .glb or .gltf file that may or may not be baked, in one pass.
+/// Reads a .glb or .gltf file that may or may not be baked.
 ///
 /// # Errors
-/// Those of [`read_scene`](lobe_scene::read_scene) and, if the file carries transfer, those of [`read_baked`].
+/// As [`BakedOrScene::of`].
 pub fn read_baked_or_scene(path: impl AsRef<Path>, options: &SceneReadOptions) -> Result<BakedOrScene, PrtError> {
-    let path = path.as_ref();
-    let (scene, report, attributes) = read_scene_and_attributes(path, options)?;
-    baked_or_scene(scene, report, &attributes, &path.display().to_string())
+    BakedOrScene::of(&GltfReader::open(path, options)?)
 }
 
 /// [`read_baked_or_scene`] from the bytes of a file that references no other; `name` stands in messages.
@@ -89,38 +140,21 @@ pub fn read_baked_or_scene_bytes(
     name: &str,
     options: &SceneReadOptions,
 ) -> Result<BakedOrScene, PrtError> {
-    let (scene, report, attributes) = read_scene_and_attributes_bytes(bytes, name, options)?;
-    baked_or_scene(scene, report, &attributes, name)
+    BakedOrScene::of(&GltfReader::open_bytes(bytes, name, options)?)
 }
 
-fn baked_or_scene(
-    scene: Scene,
-    report: SceneReadReport,
-    attributes: &GltfAttributes,
-    name: &str,
-) -> Result<BakedOrScene, PrtError> {
-    if attributes.asset_extras()["lobe"].is_null() {
-        return Ok(BakedOrScene::Scene(scene, report));
-    }
-    Ok(BakedOrScene::Baked(Box::new(baked(scene, report, attributes, name)?)))
-}
-
-/// The transfer of a scene that was read from the file called `name`.
-fn baked(scene: Scene, report: SceneReadReport, attributes: &GltfAttributes, name: &str) -> Result<Baked, PrtError> {
-    let lobe = &attributes.asset_extras()["lobe"];
-    let (order, channels) = check_extras(lobe, name)?;
-    let recipe = Recipe::from(lobe["recipe"].clone()).understood(name)?;
-    let (transfer, compressed) = if lobe["compression"].is_object() {
-        let compressed = read_compressed(scene.meshes(), attributes, (order, channels), name)?;
-        (compressed.to_transfer(), Some(compressed))
-    } else {
-        let mut coefficients = Vec::new();
-        for mesh in scene.meshes() {
-            read_mesh(mesh, attributes, (order, channels), name, &mut coefficients)?;
+impl BakedOrScene {
+    /// The scene of an open file, which may or may not be baked.
+    ///
+    /// # Errors
+    /// Those of [`read_scene`](lobe_scene::read_scene) and, if the file carries transfer, those of [`read_baked`].
+    pub fn of(gltf: &GltfReader) -> Result<Self, PrtError> {
+        if is_baked(gltf) {
+            return Ok(Self::Baked(Box::new(Baked::of(gltf)?)));
         }
-        (Transfer::new(order, channels, coefficients).map_err(|error| error.within(name))?, None)
-    };
-    Ok(Baked { recipe, scene, transfer, compressed, report })
+        let (scene, report) = gltf.scene()?;
+        Ok(Self::Scene(scene, report))
+    }
 }
 
 /// Order and channels that `asset.extras.lobe` states.
@@ -148,14 +182,14 @@ fn check_extras(lobe: &Value, name: &str) -> Result<(usize, Channels), PrtError>
 
 fn read_mesh(
     mesh: &Mesh,
-    attributes: &GltfAttributes,
+    gltf: &GltfReader,
     (order, channels): (usize, Channels),
     name: &str,
     coefficients: &mut Vec<f32>,
 ) -> Result<(), PrtError> {
     let per_channel = attributes_per_channel(order);
     let columns: Vec<Vec<[f32; 4]>> = (0..channels.count() * per_channel)
-        .map(|k| read_column(attributes, mesh, &format!("_TRANSFER_{k}"), name))
+        .map(|k| read_column(gltf, mesh, &format!("_TRANSFER_{k}"), name))
         .collect::<Result<_, _>>()?;
     for vertex in 0..mesh.positions().len() {
         for channel in columns.chunks_exact(per_channel) {

@@ -16,7 +16,9 @@ pub enum MovingMethod {
 }
 
 /// Options of shading a moving scene.
-#[derive(Clone, Debug, Setters)]
+#[derive(Clone, Debug, PartialEq, Setters)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default))]
 #[non_exhaustive]
 pub struct MovingOptions {
     /// How moving parts hide the sky.

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use lobe_prt::{AlbedoMode, BakeOptions, BakedOrScene, Transfer, read_baked_or_scene};
-use lobe_scene::{AnimatedScene, Scene, SceneReadOptions, SceneReadReport, built_in, is_gltf, read_scene};
+use lobe_prt::{AlbedoMode, BakeOptions, BakedOrScene, BakedTransfer, Transfer, read_baked_or_scene};
+use lobe_scene::{AnimatedScene, GltfReader, Scene, SceneReadOptions, SceneReadReport, built_in, is_gltf, read_scene};
 use lobe_shadow::{
     EntityDescription, Lamp, LampDescription, LampSource, SceneDescription, SphereSet, StillDescription, read_field,
     read_lamp, read_spheres,
@@ -54,8 +54,9 @@ impl MovingScene {
         for entity in description.entities {
             match &entity.animation {
                 Some(animation) => {
-                    let animated = reader.animated(&entity, animation)?;
-                    let baked = reader.baked_of(&entity.mesh)?;
+                    let gltf = reader.open(&entity.mesh)?;
+                    let animated = reader.animated(&entity, animation, gltf.as_ref())?;
+                    let baked = gltf.map(|gltf| reader.baked_of(&gltf, animated.0.rest())).transpose()?.flatten();
                     moving.add_animated(&entity.name, animated, baked.as_ref(), entity.track)?;
                 }
                 None => moving.add(reader.rigid(entity)?),
@@ -102,11 +103,18 @@ impl Reader {
         }
     }
 
+    /// An open glTF file; none of another kind.
+    fn open(&self, file: &Path) -> Result<Option<GltfReader>, RenderError> {
+        let is_file = is_gltf(file) && !file.display().to_string().starts_with("built-in:");
+        Ok(is_file.then(|| GltfReader::open(file, &self.options)).transpose()?)
+    }
+
     /// A glTF file with one of its animations, and whether that begins anew.
     fn animated(
         &mut self,
         entity: &EntityDescription,
         animation: &str,
+        gltf: Option<&GltfReader>,
     ) -> Result<(AnimatedScene, usize, bool), RenderError> {
         let file = &entity.mesh;
         if entity.field.is_some() || entity.spheres.is_some() {
@@ -118,7 +126,10 @@ impl Reader {
         let scene = match made {
             Some(scene) => scene,
             None => {
-                let (scene, report) = AnimatedScene::read(file, &self.options)?;
+                let (scene, report) = match gltf {
+                    Some(gltf) => AnimatedScene::from_gltf(gltf)?,
+                    None => AnimatedScene::read(file, &self.options)?,
+                };
                 self.reports.push((file.clone(), report));
                 scene
             }
@@ -129,16 +140,15 @@ impl Reader {
     }
 
     /// The transfer of an animated file's vertices and the options that made it, if the file is baked.
-    fn baked_of(&mut self, file: &Path) -> Result<Option<(Transfer, BakeOptions)>, RenderError> {
-        if !is_gltf(file) {
+    fn baked_of(&self, gltf: &GltfReader, rest: &Scene) -> Result<Option<(Transfer, BakeOptions)>, RenderError> {
+        if !BakedTransfer::covers(gltf, rest) {
             return Ok(None);
         }
-        let BakedOrScene::Baked(baked) = read_baked_or_scene(file, &self.options)? else { return Ok(None) };
-        self.expect_not_straight_through(file)?;
-        let options = baked.recipe.bake_options();
+        let BakedTransfer { transfer, recipe, .. } = BakedTransfer::of(gltf, rest)?;
+        self.expect_not_straight_through(Path::new(gltf.name()))?;
         // What light went straight through in the bake lets it through nowhere else.
-        let is_opaque = baked.recipe.straight_through != Some(true);
-        Ok(is_opaque.then_some((baked.transfer, options)))
+        let is_opaque = recipe.straight_through != Some(true);
+        Ok(is_opaque.then(|| (transfer, recipe.bake_options())))
     }
 
     /// Refuses a baked file where light is asked to go straight through.

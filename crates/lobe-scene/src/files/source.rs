@@ -22,6 +22,7 @@ const TRIANGLE: u64 = 320;
 const MOST_NOTES: usize = 100;
 
 /// The file being read.
+#[derive(Clone)]
 pub(crate) struct Source<'a> {
     pub(crate) name: &'a str,
     /// The folder of the files it references; `None` if only its bytes are known.
@@ -42,6 +43,12 @@ impl<'a> Source<'a> {
     pub(crate) fn new(name: &'a str, folder: Option<PathBuf>, options: &SceneReadOptions) -> Self {
         let report = SceneReadReport::default();
         Self { name, folder, options: options.clone(), unfolded: (0, 0), texels: 0, bytes: 0, more_notes: 0, report }
+    }
+
+    /// The same under a name that lives longer or shorter.
+    pub(crate) fn named<'b>(&self, name: &'b str) -> Source<'b> {
+        let Self { folder, options, unfolded, texels, bytes, more_notes, report, .. } = self.clone();
+        Source { name, folder, options, unfolded, texels, bytes, more_notes, report }
     }
 
     /// The report of the finished scene.

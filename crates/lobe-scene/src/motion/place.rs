@@ -13,7 +13,7 @@ pub struct Place {
 }
 
 /// A place that only moves, turns and scales by one number: a point p of the frame is at `t + s R p`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct Similarity {
     /// `t`.

@@ -22,7 +22,9 @@ use crate::motion::read_skins::Skins;
 use crate::motion::rig::Rig;
 use crate::motion::shape::Part;
 use crate::scene::transform::Affine;
-use crate::{AnimatedScene, Mesh, Scene, SceneError, SceneReadOptions, SceneReadReport, Up, y_up_from_z_up};
+use crate::{
+    AnimatedScene, GltfReader, Mesh, Scene, SceneError, SceneReadOptions, SceneReadReport, Up, y_up_from_z_up,
+};
 
 /// What moves of a node; its transform is read with the scene.
 #[derive(Deserialize)]
@@ -64,6 +66,14 @@ impl AnimatedScene {
     ) -> Result<(Self, SceneReadReport), SceneError> {
         read(bytes, Source::new(name, None, options), options.up)
     }
+
+    /// The scene with its animations of an open file.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn from_gltf(gltf: &GltfReader) -> Result<(Self, SceneReadReport), SceneError> {
+        animated_scene_of(&gltf.file, gltf.source())
+    }
 }
 
 fn read(bytes: &[u8], mut source: Source<'_>, up: Up) -> Result<(AnimatedScene, SceneReadReport), SceneError> {
@@ -72,13 +82,17 @@ fn read(bytes: &[u8], mut source: Source<'_>, up: Up) -> Result<(AnimatedScene, 
         return Ok((AnimatedScene::still(scene), report));
     }
     let file = plain::read(bytes, &mut source)?;
-    let rest = standing_scene_of(&file, Flattened::Kept, &mut source)?;
-    let nodes = members::<GltfNode>(&file, "nodes", &source)?;
+    animated_scene_of(&file, source)
+}
+
+fn animated_scene_of(file: &GltfFile, mut source: Source<'_>) -> Result<(AnimatedScene, SceneReadReport), SceneError> {
+    let rest = standing_scene_of(file, Flattened::Kept, &mut source)?;
+    let nodes = members::<GltfNode>(file, "nodes", &source)?;
     let mut numbers = Numbers::default();
-    let rig = rig_of(&file, &nodes, &rest, &mut numbers, &mut source)?;
-    let animations = read_animations::read(&file, &rig, &mut numbers, &mut source)?;
-    let mut skins = Skins::of(&file, &rig, &source)?;
-    let parts = parts_of((&file, &nodes), (&rest, &rig, &mut skins), &mut numbers, &mut source)?;
+    let rig = rig_of(file, &nodes, &rest, &mut numbers, &mut source)?;
+    let animations = read_animations::read(file, &rig, &mut numbers, &mut source)?;
+    let mut skins = Skins::of(file, &rig, &source)?;
+    let parts = parts_of((file, &nodes), (&rest, &rig, &mut skins), &mut numbers, &mut source)?;
     let report = source.into_report(&rest);
     Ok((AnimatedScene::new(rest, rig, parts, skins.into_all(), animations), report))
 }

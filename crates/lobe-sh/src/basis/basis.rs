@@ -1,6 +1,5 @@
 //! The real spherical-harmonic basis of any order.
 
-use alloc::vec;
 use alloc::vec::Vec;
 use core::any::{Any, TypeId};
 

@@ -1,6 +1,5 @@
 //! The complex spherical harmonics and the map to and from the real ones.
 
-use alloc::vec;
 use alloc::vec::Vec;
 
 #[cfg(not(feature = "std"))]

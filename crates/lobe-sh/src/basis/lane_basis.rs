@@ -88,7 +88,6 @@ impl Kernel for EvalPlanes<'_> {
 
 #[cfg(test)]
 pub(crate) mod tests {
-    use alloc::vec;
     use alloc::vec::Vec;
 
     use super::*;

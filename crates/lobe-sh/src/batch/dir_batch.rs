@@ -1,6 +1,5 @@
 //! Many directions, sixteen side by side.
 
-use alloc::vec;
 use alloc::vec::Vec;
 
 use crate::Dir;

@@ -1,6 +1,5 @@
 //! Many expansions of one order, sixteen side by side.
 
-use alloc::vec;
 use alloc::vec::Vec;
 
 use crate::basis::index::{coefficient_count, order_of_slice};

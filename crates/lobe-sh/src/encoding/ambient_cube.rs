@@ -1,6 +1,5 @@
 //! The ambient cube: six colors, one for each axis direction.
 
-use alloc::vec;
 use alloc::vec::Vec;
 use core::f64::consts::PI;
 

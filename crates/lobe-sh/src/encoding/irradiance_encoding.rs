@@ -1,8 +1,6 @@
 //! All irradiance encodings in one enum, to loop over, and their errors.
 
-use alloc::format;
 use alloc::string::String;
-use alloc::vec;
 use alloc::vec::Vec;
 use core::fmt;
 use core::str::FromStr;

@@ -1,6 +1,5 @@
 //! Gradients on the sphere.
 
-use alloc::vec;
 use alloc::vec::Vec;
 
 use crate::basis::basis::Step;

@@ -1,6 +1,5 @@
 //! The physical quantity that an expansion describes.
 
-use alloc::format;
 use core::fmt;
 use core::str::FromStr;
 

@@ -1,6 +1,5 @@
 //! An expansion whose order is known at run time.
 
-use alloc::vec;
 use alloc::vec::Vec;
 use core::ops::{Add, AddAssign, Index, IndexMut, Mul, MulAssign, Neg, Sub, SubAssign};
 

@@ -1,6 +1,5 @@
 //! A function that is symmetric about an axis.
 
-use alloc::vec;
 use alloc::vec::Vec;
 use core::f64::consts::PI;
 use core::ops::{Add, AddAssign, Index, Mul, Neg, Sub, SubAssign};

@@ -1,6 +1,5 @@
 //! The exponential of a function on the sphere, by five methods.
 
-use alloc::vec;
 use alloc::vec::Vec;
 
 #[cfg(not(feature = "std"))]
@@ -11,6 +10,7 @@ use crate::{Basis, Expansion, ShVec, SphereQuadrature, coefficient_count, produc
 
 /// Methods of [`Exponential`]. All isolate the mean, `exp(f) = exp(f_0/√4π) exp(f̂)` with `f̂_0 = 0`, which is exact.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum ExpMethod {
     /// By the eigenvectors of the product matrix of `f̂`, `1 + R (e^D - 1)/D Rᵀ f̂`: what an endless series of

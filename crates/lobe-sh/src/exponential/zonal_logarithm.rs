@@ -1,6 +1,5 @@
 //! The logarithm of a function that is symmetric about an axis, many times faster than that of any function.
 
-use alloc::vec;
 use alloc::vec::Vec;
 use core::f64::consts::PI;
 

@@ -1,6 +1,5 @@
 //! Certified extreme values of a function on the sphere by branch and bound.
 
-use alloc::vec;
 use alloc::vec::Vec;
 
 #[cfg(not(feature = "std"))]

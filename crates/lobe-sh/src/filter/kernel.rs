@@ -1,6 +1,5 @@
 //! Convolution of a function with a zonal kernel: the clamped cosine, Phong and GGX lobes.
 
-use alloc::vec;
 use core::f64::consts::PI;
 
 use crate::basis::index::{band_range, order_of_slice};

@@ -1,6 +1,5 @@
 //! Windows: factors per band that exchange ringing for blur.
 
-use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 use core::f64::consts::PI;

@@ -4,7 +4,6 @@
 //! has a name is that name: a quantity `"log-visibility"`, a window `"hanning:12"`. Reading checks what a constructor
 //! would check; numbers that were written come back bit for bit.
 
-use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 

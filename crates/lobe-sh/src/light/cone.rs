@@ -1,6 +1,5 @@
 //! Cones of light, with a hard edge (also the light of a sphere) and with a soft one.
 
-use alloc::vec;
 use alloc::vec::Vec;
 use core::f64::consts::PI;
 

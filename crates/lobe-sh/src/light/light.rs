@@ -1,6 +1,5 @@
 //! Analytic lights by name, as a program or a command line describes them.
 
-use alloc::format;
 use core::f64::consts::PI;
 
 #[cfg(not(feature = "std"))]

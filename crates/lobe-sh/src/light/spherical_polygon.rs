@@ -1,7 +1,5 @@
 //! The exact expansion of a polygon of constant radiance, by integrals along its edges.
 
-use alloc::format;
-use alloc::vec;
 use alloc::vec::Vec;
 use core::f64::consts::PI;
 

@@ -1,7 +1,5 @@
 //! The least-squares fit of directional lights and ambient light to an expansion.
 
-use alloc::format;
-use alloc::vec;
 use alloc::vec::Vec;
 use core::f64::consts::PI;
 

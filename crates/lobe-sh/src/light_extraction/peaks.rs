@@ -1,6 +1,5 @@
 //! All local maxima of a function on the sphere.
 
-use alloc::vec;
 use alloc::vec::Vec;
 use core::f64::consts::PI;
 

@@ -1,6 +1,5 @@
 //! Products of any number of functions, multiplied point by point on a quadrature grid.
 
-use alloc::vec;
 use alloc::vec::Vec;
 use core::f64::consts::PI;
 

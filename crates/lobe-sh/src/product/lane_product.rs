@@ -1,6 +1,5 @@
 //! Products of many pairs of expansions of one order, cut off at that order, sixteen side by side in `f32`.
 
-use alloc::vec;
 #[cfg(feature = "std")]
 use alloc::vec::Vec;
 

@@ -180,7 +180,6 @@ fn at<S: pulp::Simd>(simd: S, part: usize, series: &Series, m: usize) -> [Wide<S
 
 #[cfg(test)]
 mod tests {
-    use alloc::vec;
 
     use super::*;
     use crate::coefficient_count;

@@ -1,6 +1,5 @@
 //! Multiplication by a fixed function as a matrix.
 
-use alloc::vec;
 use alloc::vec::Vec;
 use core::f64::consts::PI;
 

@@ -1,7 +1,5 @@
 //! The product of two functions.
 
-use alloc::vec;
-
 use crate::basis::index::{coefficient_count, order_of_slice};
 use crate::once::Once;
 use crate::product::generated;

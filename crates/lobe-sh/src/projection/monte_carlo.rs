@@ -1,6 +1,5 @@
 //! Projection of a function by Monte Carlo integration.
 
-use alloc::vec;
 use alloc::vec::Vec;
 use core::f64::consts::PI;
 use derive_setters::Setters;

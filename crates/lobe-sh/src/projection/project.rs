@@ -1,6 +1,5 @@
 //! Projection of a function by quadrature.
 
-use alloc::vec;
 use alloc::vec::Vec;
 use core::f64::consts::PI;
 

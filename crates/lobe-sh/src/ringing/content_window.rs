@@ -1,6 +1,5 @@
 //! A window that keeps the function towards the light and smooths it elsewhere.
 
-use alloc::vec;
 use alloc::vec::Vec;
 use core::f64::consts::TAU;
 

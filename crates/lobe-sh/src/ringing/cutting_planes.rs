@@ -1,6 +1,5 @@
 //! Kelley's cutting planes: the factors per band that make a function non-negative with the least change, at any order.
 
-use alloc::vec;
 use alloc::vec::Vec;
 
 #[cfg(not(feature = "std"))]

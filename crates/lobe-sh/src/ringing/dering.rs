@@ -1,8 +1,6 @@
 //! Dering: the window that makes a function non-negative.
 
-use alloc::format;
 use alloc::string::String;
-use alloc::vec;
 use alloc::vec::Vec;
 use core::fmt;
 use core::str::FromStr;
@@ -148,6 +146,7 @@ pub struct DeringOptions {
 
 /// The report of [`dering_in_place`].
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct DeringReport {
     /// How it ended: changed, unchanged or refused.

@@ -17,6 +17,7 @@ pub const DERING_ALLOWED: f64 = 5e-7;
 
 /// The outcome of dering: whether a function was changed and, if not, why.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum DeringOutcome {
     /// It was not negative (to within [`DERING_ALLOWED`]), and no bit of it was changed.

@@ -23,6 +23,7 @@ const ROUNDING: f64 = 1e-14;
 
 /// The result of [`dering_order_3_in_place`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct QuadraticDeringReport {
     /// How it ended.

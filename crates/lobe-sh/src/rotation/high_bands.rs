@@ -1,6 +1,5 @@
 //! The exchange of the y and z axes in high bands, without a matrix: its entries follow from each other by three terms.
 
-use alloc::vec;
 use alloc::vec::Vec;
 use core::f64::consts::SQRT_2;
 

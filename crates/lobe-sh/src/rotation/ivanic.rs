@@ -1,6 +1,5 @@
 //! Rotation matrices of all bands by the recurrence of Ivanic and Ruedenberg, for one rotation of many expansions.
 
-use alloc::vec;
 use alloc::vec::Vec;
 
 #[cfg(not(feature = "std"))]

@@ -1,8 +1,6 @@
 //! One rotation of many expansions, sixteen side by side in `f32`.
 
 #[cfg(feature = "std")]
-use alloc::vec;
-
 use crate::basis::index::{band_range, coefficient_count};
 use crate::simd::{Kernel, LANES, Lanes, Machine};
 #[cfg(feature = "std")]

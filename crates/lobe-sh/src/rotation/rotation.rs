@@ -1,7 +1,5 @@
 //! A rotation of the sphere, and of functions on it.
 
-use alloc::format;
-
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 

@@ -1,6 +1,5 @@
 //! The exchange of the y and z axes, as matrices on the coefficients of each band, from Wigner's d-matrices of the angle π/2.
 
-use alloc::vec;
 use alloc::vec::Vec;
 use core::f64::consts::SQRT_2;
 

@@ -1,7 +1,5 @@
 //! Rotation of coefficients by Euler angles, with rotations about z and fixed exchanges of y and z.
 
-use alloc::vec;
-
 use crate::basis::index::{band_range, coefficient_count, order_of_slice};
 use crate::rotation::cos_sin::CosSin;
 use crate::rotation::high_bands::{FIRST_HIGH_BAND, rotate_high_bands};

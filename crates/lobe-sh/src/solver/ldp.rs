@@ -1,6 +1,5 @@
 //! LDP, least distance programming: the shortest vector in an intersection of half spaces.
 
-use alloc::vec;
 use alloc::vec::Vec;
 
 #[cfg(not(feature = "std"))]

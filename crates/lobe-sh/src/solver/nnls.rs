@@ -1,6 +1,5 @@
 //! NNLS: least squares in few unknowns, none of them negative.
 
-use alloc::vec;
 use alloc::vec::Vec;
 
 #[cfg(not(feature = "std"))]

@@ -1,6 +1,5 @@
 //! A unit direction.
 
-use alloc::format;
 use core::ops::Neg;
 
 #[cfg(not(feature = "std"))]

@@ -20,7 +20,8 @@ use crate::accumulate::sum_logarithms::add_logarithms;
 use crate::{ShadowError, ShadowReceivers};
 
 /// Options of [`SphereShadows`].
-#[derive(Clone, Copy, Debug, PartialEq, Setters)]
+#[derive(Clone, Copy, Debug, PartialEq, Setters, serde::Serialize, serde::Deserialize)]
+#[serde(default)]
 #[non_exhaustive]
 pub struct ShadowOptions {
     /// The exponential: [`ExpMethod::Grid`], [`ExpMethod::OptimalLinear`] or [`ExpMethod::Hybrid`].

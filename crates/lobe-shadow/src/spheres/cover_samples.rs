@@ -104,7 +104,7 @@ struct Lattice {
     cells: [usize; 3],
 }
 
-/// What of a lattice is inside a solid.
+/// The points of a lattice inside a solid.
 struct Inside {
     points: Vec<DVec3>,
     volume: f64,

@@ -20,9 +20,9 @@
 
 use glam::DVec3;
 
-/// What of a surface is in a ball and what is not, seen from the center of the ball.
+/// A surface split by a ball: integrals over its part inside and over that outside, seen from the center of the ball.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Seen {
+pub(crate) struct Split {
     /// Signed volume of the cones from the center to the part in the ball: Σ h A / 3.
     pub(crate) near_volume: f64,
     /// The vector area of the part in the ball: Σ n A.
@@ -31,7 +31,7 @@ pub(crate) struct Seen {
     pub(crate) far_angle: f64,
 }
 
-impl Seen {
+impl Split {
     pub(crate) fn add(&mut self, other: Self) {
         self.near_volume += other.near_volume;
         self.near_area += other.near_area;
@@ -51,22 +51,22 @@ pub(crate) fn solid_angle([a, b, c]: [DVec3; 3]) -> f64 {
 }
 
 /// A triangle, its corners relative to the center of a ball of radius `radius`.
-pub(crate) fn triangle_in_ball(corners: [DVec3; 3], radius: f64) -> Seen {
+pub(crate) fn triangle_in_ball(corners: [DVec3; 3], radius: f64) -> Split {
     let [a, b, c] = corners;
     let doubled = (b - a).cross(c - a);
     let length = doubled.length();
     if length == 0.0 {
-        return Seen::default();
+        return Split::default();
     }
     let square = radius * radius;
     if corners.iter().all(|p| p.length_squared() <= square) {
-        return Seen { near_volume: a.dot(doubled) / 6.0, near_area: doubled * 0.5, far_angle: 0.0 };
+        return Split { near_volume: a.dot(doubled) / 6.0, near_area: doubled * 0.5, far_angle: 0.0 };
     }
     let normal = doubled / length;
     let h = normal.dot(a);
     let disk = square - h * h;
     if disk <= 0.0 {
-        return Seen { far_angle: solid_angle(corners), ..Seen::default() };
+        return Split { far_angle: solid_angle(corners), ..Split::default() };
     }
     let foot = normal * h;
     let plane = Plane { normal, h: h.abs(), radius, disk };
@@ -76,7 +76,7 @@ pub(crate) fn triangle_in_ball(corners: [DVec3; 3], radius: f64) -> Seen {
         area += near;
         angle += far;
     }
-    Seen { near_volume: h * area / 3.0, near_area: normal * area, far_angle: h.signum() * angle }
+    Split { near_volume: h * area / 3.0, near_area: normal * area, far_angle: h.signum() * angle }
 }
 
 /// The plane of a triangle: its normal, |h|, R and r₀².

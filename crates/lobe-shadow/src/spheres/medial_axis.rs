@@ -17,7 +17,7 @@ use crate::spheres::ball::{Ball, reach};
 use crate::spheres::cover_samples::CoverSamples;
 use crate::spheres::solid::Solid;
 
-/// Candidates at least, where there are so many points on the surface.
+/// Candidates at least, where the surface has that many points.
 const LEAST_CANDIDATES: usize = 1000;
 
 /// Candidates for each sphere.

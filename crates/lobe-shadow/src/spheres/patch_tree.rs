@@ -17,7 +17,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use crate::spheres::far_part::{Seen, solid_angle, triangle_in_ball};
+use crate::spheres::far_part::{Split, solid_angle, triangle_in_ball};
 
 /// Triangles of a leaf: a rim of fewer is hardly shorter than the patch.
 const LEAF: usize = 4;
@@ -113,8 +113,8 @@ impl PatchTree {
     }
 
     /// What a ball sees of the surface.
-    pub(crate) fn seen(&self, center: DVec3, radius: f64) -> Seen {
-        let mut seen = Seen::default();
+    pub(crate) fn seen(&self, center: DVec3, radius: f64) -> Split {
+        let mut seen = Split::default();
         let square = radius * radius;
         self.visit(|node, is_leaf| {
             let nearest = center.clamp(node.min, node.max).distance_squared(center);

@@ -6,7 +6,7 @@ use glam::DVec3;
 use lobe_scene::Scene;
 
 use crate::ShadowError;
-use crate::spheres::far_part::Seen;
+use crate::spheres::far_part::Split;
 use crate::spheres::overlaps::Overlaps;
 use crate::spheres::patch_tree::PatchTree;
 
@@ -185,7 +185,7 @@ impl Solid {
 }
 
 /// `V_in` of what a ball sees.
-fn volume(seen: &Seen, radius: f64) -> f64 {
+fn volume(seen: &Split, radius: f64) -> f64 {
     // Nothing is farther than infinity.
     let far = if seen.far_angle == 0.0 { 0.0 } else { radius.powi(3) / 3.0 * seen.far_angle };
     seen.near_volume + far

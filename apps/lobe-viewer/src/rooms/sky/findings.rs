@@ -105,7 +105,7 @@ impl Findings {
     }
 }
 
-/// What of the edits the findings follow from.
+/// The edits from which the findings follow.
 #[derive(Clone, Debug, PartialEq)]
 struct Key {
     order: usize,

@@ -1,0 +1,88 @@
+//! An open scene: its file is read once, whatever of it is asked for.
+
+use anyhow::bail;
+use lobe::prt::{BakedOrScene, BakedTransfer, is_baked};
+use lobe::scene::{AnimatedScene, GltfReader, Scene, built_in, read_scene};
+
+use crate::args::memory::MemoryLimit;
+use crate::args::scene_input::{BUILT_IN, SceneInput, tell};
+use crate::run::talk::Talk;
+
+/// A scene that was given, with its glTF file if it is in one. What is read of it is noted.
+pub(crate) struct OpenScene<'a> {
+    pub(crate) input: &'a SceneInput,
+    pub(crate) memory: &'a MemoryLimit,
+    pub(crate) talk: Talk,
+    gltf: Option<GltfReader>,
+}
+
+impl<'a> OpenScene<'a> {
+    pub(crate) fn new(input: &'a SceneInput, memory: &'a MemoryLimit, talk: Talk) -> anyhow::Result<Self> {
+        let options = input.checked_options(memory)?;
+        let gltf = input.is_gltf().then(|| GltfReader::open(input.path(), &options)).transpose()?;
+        Ok(Self { input, memory, talk, gltf })
+    }
+
+    /// Whether animations, skins or morph targets of a glTF file change how the scene stands.
+    pub(crate) fn has_poses(&self) -> bool {
+        self.gltf.as_ref().is_some_and(GltfReader::has_poses)
+    }
+
+    /// The scene as its nodes stand.
+    pub(crate) fn scene(self) -> anyhow::Result<Scene> {
+        let name = self.input.name();
+        if let Some(built_in_name) = name.strip_prefix(BUILT_IN) {
+            self.input.check_built_in_options()?;
+            if self.input.is_built_in_motion() {
+                bail!("{name}: moves; lobe render shows it, by --mode truth, fields or shexp");
+            }
+            let Some(scene) = built_in::named(built_in_name) else {
+                let known = built_in::NAMES.map(|known| format!("{BUILT_IN}{known}")).join(", ");
+                bail!("{name}: there is no such scene in the program; there are {known}");
+            };
+            return Ok(scene);
+        }
+        let (scene, report) = match &self.gltf {
+            Some(gltf) => gltf.scene()?,
+            None => read_scene(self.input.path(), &self.input.checked_options(self.memory)?)?,
+        };
+        tell(&report, &name, self.talk);
+        Ok(scene)
+    }
+
+    /// The scene, and with it the transfer that a baked glTF file holds.
+    pub(crate) fn baked_or_scene(self) -> anyhow::Result<BakedOrScene> {
+        let Some(gltf) = &self.gltf else { return Ok(self.scene()?.into()) };
+        self.expect_not_straight_through()?;
+        let read = BakedOrScene::of(gltf)?;
+        match &read {
+            BakedOrScene::Baked(baked) => {
+                baked.report.notes.iter().for_each(|note| self.talk.note(gltf.name(), note));
+            }
+            BakedOrScene::Scene(_, report) => tell(report, gltf.name(), self.talk),
+        }
+        Ok(read)
+    }
+
+    /// The scene with what moves it: nothing, unless it is a glTF file or one of the program that moves.
+    pub(crate) fn animated(self) -> anyhow::Result<(AnimatedScene, Option<BakedTransfer>)> {
+        if let Some(made) = self.input.name().strip_prefix(BUILT_IN).and_then(built_in::moving) {
+            self.input.check_built_in_options()?;
+            return Ok((made, None));
+        }
+        let Some(gltf) = &self.gltf else { return Ok((AnimatedScene::still(self.scene()?), None)) };
+        self.expect_not_straight_through()?;
+        let (animated, report) = AnimatedScene::from_gltf(gltf)?;
+        tell(&report, gltf.name(), self.talk);
+        let baked = BakedTransfer::covers(gltf, animated.rest()).then(|| BakedTransfer::of(gltf, animated.rest()));
+        Ok((animated, baked.transpose()?))
+    }
+
+    /// Refuses a baked file where light is asked to go straight through.
+    fn expect_not_straight_through(&self) -> anyhow::Result<()> {
+        if self.input.is_see_through() && self.gltf.as_ref().is_some_and(is_baked) {
+            bail!("--transparency: {} is baked, with or without; bake its scene with the option", self.input.name());
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,126 @@
+//! glTF reader: a file that is opened once, for all that is asked of it.
+
+use std::path::Path;
+
+use gltf_json::mesh::Semantic;
+use gltf_json::validation::Checked;
+use gltf_json::{Accessor, Index, buffer};
+use serde_json::Value;
+
+use crate::files::gltf::accessor::{Accessors, view_bytes};
+use crate::files::gltf::files::GltfFile;
+use crate::files::gltf::plain;
+use crate::files::read_gltf;
+use crate::files::source::{Source, folder_of, read_file};
+use crate::{Mesh, MeshSource, Scene, SceneError, SceneReadOptions, SceneReadReport};
+
+/// A .gltf or .glb file that has been read, with the buffers that it references: its scene, its
+/// [animations](crate::AnimatedScene::from_gltf), and its application-specific attributes, whose names begin with `_`.
+pub struct GltfReader {
+    name: String,
+    pub(crate) file: GltfFile,
+    /// What reading has counted and noted so far; it has no name.
+    begun: Source<'static>,
+}
+
+impl GltfReader {
+    /// Opens a file.
+    ///
+    /// # Errors
+    /// As [`read_scene`](crate::read_scene), and [`SceneError::Invalid`] if the file is no glTF.
+    pub fn open(path: impl AsRef<Path>, options: &SceneReadOptions) -> Result<Self, SceneError> {
+        let path = path.as_ref();
+        let (name, bytes) = read_file(path)?;
+        Self::of(&bytes, Source::new(&name, folder_of(path), options))
+    }
+
+    /// Opens the bytes of a file that references no other; `name` stands in messages.
+    ///
+    /// # Errors
+    /// As [`Self::open`], and [`SceneError::Unsupported`] if the bytes reference other files.
+    pub fn open_bytes(bytes: &[u8], name: &str, options: &SceneReadOptions) -> Result<Self, SceneError> {
+        Self::of(bytes, Source::new(name, None, options))
+    }
+
+    fn of(bytes: &[u8], mut source: Source<'_>) -> Result<Self, SceneError> {
+        let file = plain::read(bytes, &mut source)?;
+        Ok(Self { name: source.name.to_owned(), file, begun: source.named("") })
+    }
+
+    /// The name of the file in messages.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The file as a source from which reading goes on.
+    pub(crate) fn source(&self) -> Source<'_> {
+        self.begun.named(&self.name)
+    }
+
+    /// The scene, as [`read_scene`](crate::read_scene) gives it.
+    ///
+    /// # Errors
+    /// As [`read_scene`](crate::read_scene).
+    pub fn scene(&self) -> Result<(Scene, SceneReadReport), SceneError> {
+        let mut source = self.source();
+        let scene = read_gltf::scene_of(&self.file, &mut source)?;
+        let report = source.into_report(&scene);
+        Ok((scene, report))
+    }
+
+    /// Whether a pose may differ from how the nodes stand: there are animations, skins, or weights of morph targets.
+    #[must_use]
+    pub fn has_poses(&self) -> bool {
+        let json = &self.file.json;
+        let items = |member: &str| json[member].as_array().map_or(&[][..], Vec::as_slice);
+        let mut weights = items("meshes").iter().chain(items("nodes")).filter_map(|of| of["weights"].as_array());
+        !items("animations").is_empty()
+            || !items("skins").is_empty()
+            || weights.any(|weights| weights.iter().any(|weight| weight.as_f64().is_some_and(|w| w != 0.0)))
+    }
+
+    /// The value of `asset.extras`; null without one.
+    #[must_use]
+    pub fn asset_extras(&self) -> &Value {
+        &self.file.json["asset"]["extras"]
+    }
+
+    /// Whether the primitive from which a mesh comes has an attribute of this name.
+    #[must_use]
+    pub fn has(&self, mesh: &Mesh, name: &str) -> bool {
+        mesh.source().is_some_and(|at| self.accessor(at, name).is_some_and(|found| found.is_some()))
+    }
+
+    /// The attribute of this name, with `N` floats for each vertex, of the primitive from which a mesh comes; `None`
+    /// without one.
+    ///
+    /// # Errors
+    /// [`SceneError::Invalid`] if it does not hold vectors of `N` floats, or its numbers are not in the file.
+    pub fn vectors<const N: usize>(&self, at: MeshSource, name: &str) -> Result<Option<Vec<[f32; N]>>, SceneError> {
+        let source = self.source();
+        let Some(found) = self.accessor(at, name) else {
+            let message = format!("mesh {} has no primitive {}", at.mesh, at.primitive);
+            return Err(source.invalid(message));
+        };
+        let Some(index) = found else { return Ok(None) };
+        let place = format!("mesh {}, primitive {}", at.mesh, at.primitive);
+        Accessors { file: &self.file, place }.vectors(name, index, &source).map(Some)
+    }
+
+    /// The accessor of an attribute, if there is one; nothing if there is no such primitive.
+    fn accessor(&self, at: MeshSource, name: &str) -> Option<Option<Index<Accessor>>> {
+        let primitive = self.file.root.meshes.get(at.mesh)?.primitives.get(at.primitive)?;
+        let semantic = Semantic::Extras(name.trim_start_matches('_').to_string());
+        Some(primitive.attributes.get(&Checked::Valid(semantic)).copied())
+    }
+
+    /// The bytes of a buffer view.
+    ///
+    /// # Errors
+    /// [`SceneError::Invalid`] if there is no such view, or its bytes are not in the file.
+    pub fn buffer_view(&self, index: u32) -> Result<&[u8], SceneError> {
+        let view: Index<buffer::View> = Index::new(index);
+        view_bytes(&self.file, view).map_err(|message| SceneError::invalid(&self.name, message))
+    }
+}
