@@ -120,6 +120,7 @@ mod interop;
 mod light;
 mod light_extraction;
 mod once;
+mod prelude;
 mod product;
 mod projection;
 mod ringing;

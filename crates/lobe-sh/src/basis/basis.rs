@@ -1,15 +1,12 @@
 //! The real spherical-harmonic basis of any order.
 
-use alloc::vec::Vec;
 use core::any::{Any, TypeId};
-
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
 
 use crate::basis::index::{coefficient_count, coefficient_index, order_of, order_of_slice};
 #[cfg(feature = "std")]
 use crate::basis::lane_basis::eval_planes;
 use crate::once::Once;
+use crate::prelude::*;
 #[cfg(feature = "std")]
 use crate::simd::Machine;
 use crate::{Coefficient, Dir, MAX_ORDER, Real};

@@ -1,15 +1,11 @@
 //! The complex spherical harmonics and the map to and from the real ones.
 
-use alloc::vec::Vec;
-
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
-
 use num_complex::Complex64;
 
 use crate::Dir;
 use crate::basis::index::{coefficient_count, coefficient_index, order_of_slice};
 use crate::basis::legendre::legendre_normalized_at;
+use crate::prelude::*;
 
 /// The complex basis function `Y_l^m(s)`, orthonormal, with the Condon-Shortley phase.
 ///

@@ -1,14 +1,11 @@
 //! The ambient cube: six colors, one for each axis direction.
 
-use alloc::vec::Vec;
 use core::f64::consts::PI;
-
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
 
 use nalgebra::{Matrix6, Vector6};
 
 use crate::expansion::sh_vec::widened;
+use crate::prelude::*;
 use crate::scalar::weighted_sum;
 use crate::{Coefficient, Dir, Expansion, Real, Sh, Zonal, convolved};
 

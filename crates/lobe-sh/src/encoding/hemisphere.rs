@@ -1,10 +1,6 @@
 //! Least squares over the hemisphere of normals on one side of a surface.
 
-use alloc::vec::Vec;
-
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
-
+use crate::prelude::*;
 use crate::sphere::quadrature::gauss_legendre;
 use crate::{Coefficient, Dir, Expansion, ShVec, least_squares, tangent_frame};
 

@@ -1,13 +1,9 @@
 //! All irradiance encodings in one enum, to loop over, and their errors.
 
-use alloc::string::String;
-use alloc::vec::Vec;
 use core::fmt;
 use core::str::FromStr;
 
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
-
+use crate::prelude::*;
 use crate::{
     Ahd, AmbientCube, Coefficient, Dir, Expansion, HBasis4, HBasis6, Hl2, NonLinearL1, Real as _, Rotation, Sh,
     ShError, Zh3, Zh3Axis, even_directions, hemisphere_least_squares, tangent_frame,

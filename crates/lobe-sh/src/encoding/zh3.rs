@@ -1,12 +1,9 @@
 //! ZH3: bands 0 and 1 and one zonal coefficient of band 2.
 
-use alloc::vec::Vec;
 use core::f64::consts::PI;
 
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
-
 use crate::encoding::{LINEAR_SHARE, QUADRATIC_SHARE, channel_of, coefficient, linear_vector};
+use crate::prelude::*;
 use crate::scalar::{luminance, luminance_weight};
 use crate::solver::newton_on_sphere::ascend;
 use crate::sphere::vector::dot;

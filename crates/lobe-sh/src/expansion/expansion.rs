@@ -1,11 +1,7 @@
 //! The operations common to all expansions, whether the order is known at compile time or at run time.
 
-use alloc::vec::Vec;
-
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
-
 use crate::basis::index::{band_range, order_of_slice};
+use crate::prelude::*;
 use crate::scalar::luminance;
 use crate::{Basis, Coefficient, Dir};
 

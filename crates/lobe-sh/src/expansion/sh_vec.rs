@@ -1,12 +1,9 @@
 //! An expansion whose order is known at run time.
 
-use alloc::vec::Vec;
 use core::ops::{Add, AddAssign, Index, IndexMut, Mul, MulAssign, Neg, Sub, SubAssign};
 
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
-
 use crate::basis::index::{coefficient_count, order_of};
+use crate::prelude::*;
 use crate::{Coefficient, Dir, Expansion, FixedOrder, Sh, eval_basis};
 
 /// An expansion of any order, its `n²` coefficients in index order `i = l(l+1) + m`.

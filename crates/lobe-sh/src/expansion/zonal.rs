@@ -1,15 +1,12 @@
 //! A function that is symmetric about an axis.
 
-use alloc::vec::Vec;
 use core::f64::consts::PI;
 use core::ops::{Add, AddAssign, Index, Mul, Neg, Sub, SubAssign};
-
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
 
 use crate::basis::index::{band_range, coefficient_count, order_of_slice};
 use crate::basis::legendre::legendre_all;
 use crate::expansion::sh_vec::sums;
+use crate::prelude::*;
 use crate::sphere::quadrature::gauss_legendre;
 use crate::sphere::vector::dot_slices;
 use crate::{Basis, Coefficient, Dir, Expansion, FixedOrder, ShVec};

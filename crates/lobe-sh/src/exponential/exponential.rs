@@ -1,11 +1,7 @@
 //! The exponential of a function on the sphere, by five methods.
 
-use alloc::vec::Vec;
-
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
-
 use crate::exponential::optimal_linear::{OptimalLinear, exponential_by_eigenvectors, isolate_mean};
+use crate::prelude::*;
 use crate::{Basis, Expansion, ShVec, SphereQuadrature, coefficient_count, product_into, square_into};
 
 /// Methods of [`Exponential`]. All isolate the mean, `exp(f) = exp(f_0/√4π) exp(f̂)` with `f̂_0 = 0`, which is exact.

@@ -1,14 +1,11 @@
 //! The optimal linear exponential, `exp(f) ≈ a 1 + b f`, its two numbers tabulated over the norm of `f`.
 
-use alloc::vec::Vec;
 use core::f64::consts::PI;
-
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
 
 use crate::exponential::logarithm::LOG_CLAMP;
 use crate::exponential::matrix_function::{apply, spectrum};
 use crate::exponential::zonal_logarithm::ZonalLogarithm;
+use crate::prelude::*;
 use crate::{Dir, Expansion, ShVec};
 
 /// Angles of the spheres that the table is made from. Between two of them `a` and `b` change by less than 3 %, below the

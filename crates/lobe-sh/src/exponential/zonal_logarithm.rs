@@ -1,16 +1,13 @@
 //! The logarithm of a function that is symmetric about an axis, many times faster than that of any function.
 
-use alloc::vec::Vec;
 use core::f64::consts::PI;
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
-
 use crate::Zonal;
 use crate::basis::legendre::legendre_normalized;
 use crate::exponential::logarithm::{check_clamp, slope_of_ln};
+use crate::prelude::*;
 use crate::sphere::quadrature::gauss_legendre;
 
 /// Logarithms of visibilities that are symmetric about an axis, of one order, with what they share prepared: for tables.

@@ -1,10 +1,5 @@
 //! Certified extreme values of a function on the sphere by branch and bound.
 
-use alloc::vec::Vec;
-
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
-
 use alloc::collections::BinaryHeap;
 
 use crate::basis::index::{coefficient_count, order_of_slice};
@@ -12,6 +7,7 @@ use crate::basis::second_order::{LocalQuadratic, second_order};
 use crate::extrema::cap_bound::{SmoothFunction, quadratic_lower_bound};
 use crate::extrema::quadratic_form::QuadraticForm;
 use crate::extrema::taylor::{PoleDerivatives, Taylor};
+use crate::prelude::*;
 use crate::sphere::triangulation::{Triangle, triangulation};
 use crate::{Basis, Dir, Extremum, Real};
 

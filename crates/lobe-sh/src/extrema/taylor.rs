@@ -1,13 +1,9 @@
 //! The Taylor polynomial of fourth degree of a function on the sphere, and bounds of its derivatives.
 
-use alloc::vec::Vec;
-
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
-
 use crate::MAX_ORDER;
 use crate::basis::index::{band_range, order_of_slice};
 use crate::once::Once;
+use crate::prelude::*;
 use crate::rotation::cos_sin::CosSin;
 use crate::rotation::zyz::rotate_bands_zyz;
 

@@ -1,15 +1,11 @@
 //! Windows: factors per band that exchange ringing for blur.
 
-use alloc::string::String;
-use alloc::vec::Vec;
 use core::f64::consts::PI;
 use core::fmt;
 use core::str::FromStr;
 
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
-
 use crate::basis::index::{band_range, order_of_slice};
+use crate::prelude::*;
 use crate::{Coefficient, Expansion, Real, ShError};
 
 /// One factor for each band, 1 for band 0, so that the mean over the sphere does not change.

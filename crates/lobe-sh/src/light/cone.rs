@@ -1,13 +1,10 @@
 //! Cones of light, with a hard edge (also the light of a sphere) and with a soft one.
 
-use alloc::vec::Vec;
 use core::f64::consts::PI;
-
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
 
 use crate::Zonal;
 use crate::expansion::zonal::zonal_norm;
+use crate::prelude::*;
 
 /// Below this `x = ka` the series of [`ease_sine`] is summed, above it its closed form is taken. There the closed form
 /// has lost a factor of 3 by cancellation, and the series needs [`SERIES_TERMS`].

@@ -1,12 +1,9 @@
 //! The exact expansion of a polygon of constant radiance, by integrals along its edges.
 
-use alloc::vec::Vec;
 use core::f64::consts::PI;
 
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
-
 use crate::basis::index::{band_range, coefficient_index, order_of_slice};
+use crate::prelude::*;
 use crate::sphere::vector::{cross, dot, length, sub};
 use crate::{Basis, Dir, Rotation, ShError, ShVec};
 

@@ -1,16 +1,13 @@
 //! The least-squares fit of directional lights and ambient light to an expansion.
 
-use alloc::vec::Vec;
 use core::f64::consts::PI;
-
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::basis::legendre::legendre_all;
 use crate::expansion::sh_vec::widened;
 use crate::expansion::zonal::zonal_norm;
+use crate::prelude::*;
 use crate::scalar::{luminance, weighted_sum};
 use crate::solver::nnls::{NormalEquations, least_squares_solution, nnls};
 use crate::{Coefficient, Dir, Expansion, Real as _, ShError, ShVec, Zonal, directional_normalization, eval_basis};

@@ -1,14 +1,11 @@
 //! All local maxima of a function on the sphere.
 
-use alloc::vec::Vec;
 use core::f64::consts::PI;
-
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
 
 use crate::basis::index::{coefficient_count, coefficient_index};
 use crate::expansion::sh_vec::widened;
 use crate::once::Once;
+use crate::prelude::*;
 use crate::solver::bfgs_on_sphere::BfgsAscent;
 use crate::sphere::point_sets::thomson_points;
 use crate::{Dir, Expansion, ShVec, eval_basis};

@@ -1,12 +1,9 @@
 //! Refinement of directions and intensities together: variable projection with Levenberg-Marquardt steps.
 
-use alloc::vec::Vec;
-
 use nalgebra::{DMatrix, DVector};
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
 
 use crate::light_extraction::light_fit::{LightProblem, total};
+use crate::prelude::*;
 use crate::solver::bfgs_on_sphere::stepped;
 use crate::sphere::vector::{dot, tangents};
 use crate::{Coefficient, Dir, Expansion as _, LightFit, eval_basis, eval_basis_gradients};

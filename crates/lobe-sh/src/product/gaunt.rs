@@ -1,13 +1,10 @@
 //! Gaunt coefficients: the integrals of three basis functions, in exact arithmetic.
 
-use alloc::vec::Vec;
 use core::f64::consts::PI;
-
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
 
 use crate::basis::index::{band_range, coefficient_count};
 use crate::once::Once;
+use crate::prelude::*;
 use crate::{Coefficient, Real, band_and_m};
 
 /// The highest order for which Lobe computes Gaunt coefficients. Products of higher orders go over a grid: its cost

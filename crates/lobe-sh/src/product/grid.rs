@@ -1,12 +1,9 @@
 //! Products of any number of functions, multiplied point by point on a quadrature grid.
 
-use alloc::vec::Vec;
 use core::f64::consts::PI;
 
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
-
 use crate::basis::index::{coefficient_count, coefficient_index, order_of_slice};
+use crate::prelude::*;
 use crate::{Basis, Coefficient, ShVec, SphereQuadrature};
 
 /// The product of any number of functions of any orders, cut off at `order` once, at the end.

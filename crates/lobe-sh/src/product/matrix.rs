@@ -1,12 +1,9 @@
 //! Multiplication by a fixed function as a matrix.
 
-use alloc::vec::Vec;
 use core::f64::consts::PI;
 
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
-
 use crate::basis::index::{coefficient_count, coefficient_index, order_of_slice};
+use crate::prelude::*;
 use crate::product::grid::RowGrid;
 use crate::{Coefficient, Dir, Expansion, GauntTensor, MAX_GAUNT_ORDER, Real, band_and_m};
 

@@ -1,13 +1,9 @@
 //! Least-squares fit of an expansion to scattered samples.
 
-use alloc::vec::Vec;
-
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
-
 use nalgebra::{DMatrix, DVector};
 
 use crate::basis::index::coefficient_count;
+use crate::prelude::*;
 use crate::{Basis, Coefficient, Dir, Real, ShVec};
 
 /// Rows gathered before they are folded into the triangular factor. More rows cost memory, fewer cost time: each

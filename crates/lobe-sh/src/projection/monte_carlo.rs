@@ -1,13 +1,10 @@
 //! Projection of a function by Monte Carlo integration.
 
-use alloc::vec::Vec;
 use core::f64::consts::PI;
 use derive_setters::Setters;
 
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
-
 use crate::basis::index::coefficient_count;
+use crate::prelude::*;
 use crate::{Basis, Coefficient, Dir, ShVec};
 
 /// The choice of the directions of a Monte Carlo projection.

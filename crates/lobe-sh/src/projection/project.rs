@@ -1,12 +1,9 @@
 //! Projection of a function by quadrature.
 
-use alloc::vec::Vec;
 use core::f64::consts::PI;
 
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
-
 use crate::basis::index::{coefficient_count, coefficient_index};
+use crate::prelude::*;
 use crate::{Coefficient, Dir, FixedOrder, ShVec, SphereQuadrature};
 
 /// The degree from which [`project_to_accuracy`] starts, beyond twice the order.

@@ -1,14 +1,11 @@
 //! A window that keeps the function towards the light and smooths it elsewhere.
 
-use alloc::vec::Vec;
 use core::f64::consts::TAU;
-
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
 
 use crate::basis::index::{band_range, coefficient_count};
 use crate::basis::legendre::legendre_all;
 use crate::expansion::sh_vec::widened;
+use crate::prelude::*;
 use crate::scalar::weighted_sum;
 use crate::sphere::quadrature::gauss_legendre;
 use crate::{

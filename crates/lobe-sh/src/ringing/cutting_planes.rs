@@ -1,13 +1,9 @@
 //! Kelley's cutting planes: the factors per band that make a function non-negative with the least change, at any order.
 
-use alloc::vec::Vec;
-
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
-
 use crate::basis::index::{band_range, order_of_slice};
 use crate::basis::second_order::second_order;
 use crate::extrema::branch_and_bound::{minimum_of, newton_descent};
+use crate::prelude::*;
 use crate::solver::ldp::least_distance;
 use crate::sphere::triangulation::fine_directions;
 use crate::sphere::vector::dot;

@@ -1,18 +1,14 @@
 //! Dering: the window that makes a function non-negative.
 
-use alloc::string::String;
-use alloc::vec::Vec;
 use core::fmt;
 use core::str::FromStr;
 use derive_setters::Setters;
-
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
 
 use crate::basis::index::{band_range, coefficient_count, order_of_slice};
 use crate::extrema::branch_and_bound::minimum_of;
 use crate::extrema::quadratic_form::QuadraticForm;
 use crate::filter::window::band_energies;
+use crate::prelude::*;
 use crate::ringing::cutting_planes::{LeastChange, excess_at, least_change};
 use crate::ringing::quadratic_dering::{least_change_order_3, unit_roundoff};
 use crate::ringing::sloan_table::{dering_table_factors, table_place};

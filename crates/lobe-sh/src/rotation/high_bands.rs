@@ -1,13 +1,10 @@
 //! The exchange of the y and z axes in high bands, without a matrix: its entries follow from each other by three terms.
 
-use alloc::vec::Vec;
 use core::f64::consts::SQRT_2;
-
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
 
 use crate::basis::index::{band_range, order_of_slice};
 use crate::once::Once;
+use crate::prelude::*;
 use crate::rotation::cos_sin::CosSin;
 use crate::rotation::exchange_lanes::{Exchange, PADDED};
 use crate::simd::Machine;

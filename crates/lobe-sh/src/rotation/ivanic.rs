@@ -1,11 +1,7 @@
 //! Rotation matrices of all bands by the recurrence of Ivanic and Ruedenberg, for one rotation of many expansions.
 
-use alloc::vec::Vec;
-
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
-
 use crate::basis::index::{band_range, coefficient_count, order_of_slice};
+use crate::prelude::*;
 #[cfg(feature = "std")]
 use crate::rotation::lane_rotation::rotate_planes;
 use crate::rotation::lane_rotation::{band_columns, first_entry};

@@ -1,6 +1,5 @@
 //! One rotation of many expansions, sixteen side by side in `f32`.
 
-#[cfg(feature = "std")]
 use crate::basis::index::{band_range, coefficient_count};
 use crate::simd::{Kernel, LANES, Lanes, Machine};
 #[cfg(feature = "std")]

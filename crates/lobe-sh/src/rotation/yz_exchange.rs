@@ -1,13 +1,10 @@
 //! The exchange of the y and z axes, as matrices on the coefficients of each band, from Wigner's d-matrices of the angle π/2.
 
-use alloc::vec::Vec;
 use core::f64::consts::SQRT_2;
-
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
 
 use crate::basis::index::{band_range, order_of_slice};
 use crate::once::Once;
+use crate::prelude::*;
 use crate::rotation::high_bands::{FIRST_HIGH_BAND, exchange_high_bands};
 use crate::{Coefficient, Real};
 

@@ -1,10 +1,6 @@
 //! LDP, least distance programming: the shortest vector in an intersection of half spaces.
 
-use alloc::vec::Vec;
-
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
-
+use crate::prelude::*;
 use crate::solver::nnls::{NnlsProblem, nnls};
 use crate::sphere::vector::dot_slices as dot;
 

@@ -1,10 +1,6 @@
 //! NNLS: least squares in few unknowns, none of them negative.
 
-use alloc::vec::Vec;
-
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
-
+use crate::prelude::*;
 use nalgebra::{DMatrix, DVector};
 
 /// A problem `min |A x - b|²`, `x >= 0`, as the active-set method needs it.

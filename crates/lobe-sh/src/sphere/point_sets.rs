@@ -1,11 +1,7 @@
 //! Directions spread over the sphere: a Fibonacci spiral, and points at rest in Thomson's problem.
 
-use alloc::vec::Vec;
-
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
-
 use crate::Dir;
+use crate::prelude::*;
 use crate::sphere::vector::{dot, sub, unit};
 
 /// The most steps: the largest set needs some 500.

@@ -1,12 +1,9 @@
 //! Exact integration of polynomials on an interval and on the sphere.
 
-use alloc::vec::Vec;
 use core::f64::consts::PI;
 
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
-
 use crate::Dir;
+use crate::prelude::*;
 
 /// Newton steps after which a Gauss-Legendre node has converged: the start is good to `O(n⁻²)` and every step
 /// doubles the digits, so four suffice; the rest is margin.

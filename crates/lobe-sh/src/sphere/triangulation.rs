@@ -1,11 +1,7 @@
 //! Triangulations of the sphere, by subdividing an icosahedron.
 
-use alloc::vec::Vec;
-
-#[cfg(not(feature = "std"))]
-use num_traits::Float as _;
-
 use crate::once::Once;
+use crate::prelude::*;
 use crate::sphere::vector::{cross, dot, unit};
 
 /// A spherical triangle inside a cap.
