@@ -1,7 +1,7 @@
 //! Arguments that several commands share: inputs, outputs, numbers and limits, with their checks.
 //!
-//! `values` parses numbers, `exponential` names of exponentials. `input`, `map_input`, `scene_input` (with
-//! `open_scene`) and `transfer_input` open files, `output`, `map_output`
+//! `values` parses numbers, `exponential` names of exponentials. `input`, `map_input`, `scene_input` (which
+//! `open_scene` opens) and `transfer_input` open files, `output`, `map_output`
 //! and `picture` check and write them; `compression`, `memory`, `scene_limits`, `sharing` and `turn` are options, `names` declares the values of
 //! others. Uses `run`.
 

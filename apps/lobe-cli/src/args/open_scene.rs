@@ -2,7 +2,7 @@
 
 use anyhow::bail;
 use lobe::prt::{BakedOrScene, BakedTransfer, is_baked};
-use lobe::scene::{AnimatedScene, GltfReader, Scene, built_in, read_scene};
+use lobe::scene::{AnimatedScene, GltfDocument, GltfReader, Scene, built_in, read_scene, read_scene_and_document};
 
 use crate::args::memory::MemoryLimit;
 use crate::args::scene_input::{BUILT_IN, SceneInput, tell};
@@ -17,6 +17,7 @@ pub(crate) struct OpenScene<'a> {
 }
 
 impl<'a> OpenScene<'a> {
+    /// Opens the file, if it is in one.
     pub(crate) fn new(input: &'a SceneInput, memory: &'a MemoryLimit, talk: Talk) -> anyhow::Result<Self> {
         let options = input.checked_options(memory)?;
         let gltf = input.is_gltf().then(|| GltfReader::open(input.path(), &options)).transpose()?;
@@ -48,6 +49,20 @@ impl<'a> OpenScene<'a> {
         };
         tell(&report, &name, self.talk);
         Ok(scene)
+    }
+
+    /// Reads or makes a scene as its nodes stand, and with it all that a glTF file holds.
+    pub(crate) fn read_with_document(
+        input: &SceneInput,
+        memory: &MemoryLimit,
+        talk: Talk,
+    ) -> anyhow::Result<(Scene, Option<GltfDocument>)> {
+        if !input.is_gltf() {
+            return Ok((OpenScene::new(input, memory, talk)?.scene()?, None));
+        }
+        let (scene, report, document) = read_scene_and_document(input.path(), &input.checked_options(memory)?)?;
+        tell(&report, &input.name(), talk);
+        Ok((scene, Some(document)))
     }
 
     /// The scene, and with it the transfer that a baked glTF file holds.

@@ -4,13 +4,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use lobe::scene::{
-    DefaultMaterial, GltfDocument, MissingNormals, Scene, SceneReadOptions, SceneReadReport, Up, built_in, is_gltf,
-    read_scene_and_document,
-};
+use lobe::scene::{DefaultMaterial, MissingNormals, SceneReadOptions, SceneReadReport, Up, built_in, is_gltf};
 
 use crate::args::memory::MemoryLimit;
-use crate::args::open_scene::OpenScene;
 use crate::args::scene_limits::SceneLimits;
 use crate::run::talk::Talk;
 
@@ -95,30 +91,6 @@ impl SceneInput {
     /// Whether the scene is read from a glTF file.
     pub(crate) fn is_gltf(&self) -> bool {
         is_gltf(&self.path)
-    }
-
-    /// Opens its file, if it is in one.
-    pub(crate) fn open<'a>(&'a self, memory: &'a MemoryLimit, talk: Talk) -> anyhow::Result<OpenScene<'a>> {
-        OpenScene::new(self, memory, talk)
-    }
-
-    /// Reads or makes the scene, and notes the findings.
-    pub(crate) fn read(&self, memory: &MemoryLimit, talk: Talk) -> anyhow::Result<Scene> {
-        self.open(memory, talk)?.scene()
-    }
-
-    /// Reads or makes the scene as [`SceneInput::read`], and with it all that a glTF file holds.
-    pub(crate) fn read_with_document(
-        &self,
-        memory: &MemoryLimit,
-        talk: Talk,
-    ) -> anyhow::Result<(Scene, Option<GltfDocument>)> {
-        if !self.is_gltf() {
-            return Ok((self.read(memory, talk)?, None));
-        }
-        let (scene, report, document) = read_scene_and_document(&self.path, &self.checked_options(memory)?)?;
-        tell(&report, &self.name(), talk);
-        Ok((scene, Some(document)))
     }
 
     /// Refuses options of files for scenes that are made by a formula.

@@ -10,6 +10,7 @@ use lobe::prt::{
 };
 use lobe::scene::{GltfDocument, Scene};
 
+use crate::args::open_scene::OpenScene;
 use crate::args::output::{self, has_extension};
 use crate::args::sharing;
 use crate::bake::options::{Bake, ModeName};
@@ -30,9 +31,9 @@ impl Bake {
         // A .glb keeps what a glTF file holds beside the scene, unless the scene is changed.
         let is_kept = self.is_glb() && !self.splitting.is_asked();
         let (scene, document) = if is_kept {
-            self.input.read_with_document(&self.memory, talk)?
+            OpenScene::read_with_document(&self.input, &self.memory, talk)?
         } else {
-            (self.input.read(&self.memory, talk)?, None)
+            (OpenScene::new(&self.input, &self.memory, talk)?.scene()?, None)
         };
         let scene = self.splitting.split_long(scene)?;
         if self.fresh {

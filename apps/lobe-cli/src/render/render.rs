@@ -276,7 +276,7 @@ impl Render {
 
     /// The scene as the mode needs it, the camera that sees it, and the files of its bakes.
     fn stage(&self, talk: Talk) -> anyhow::Result<(Stage, Camera, Vec<Checkpoint>)> {
-        let open = self.scene.open(&self.memory, talk)?;
+        let open = OpenScene::new(&self.scene, &self.memory, talk)?;
         if self.is_moving() || (self.mode == Mode::Truth && open.has_poses()) {
             return self.moving_stage(open);
         }

@@ -9,6 +9,7 @@ use lobe::shadow::{FieldOptions, FieldReport, FieldStorage, StorageReport, bake_
 use serde::Serialize;
 
 use crate::args::memory::MemoryLimit;
+use crate::args::open_scene::OpenScene;
 use crate::args::output;
 use crate::args::scene_input::SceneInput;
 use crate::args::sharing::{self, Sharing};
@@ -118,7 +119,7 @@ impl Field {
         output::check_safetensors(&self.output)?;
         let inputs: Vec<_> = self.sharing.inputs().chain([self.input.path()]).collect();
         output::prepare_file(&self.output, &inputs)?;
-        let scene = self.input.read(&self.memory, talk)?;
+        let scene = OpenScene::new(&self.input, &self.memory, talk)?.scene()?;
         let options = self.options();
         self.check_memory(&options)?;
         let checkpoint = self.sharing.checkpoint(&self.output);

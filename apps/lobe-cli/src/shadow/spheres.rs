@@ -12,6 +12,7 @@ use lobe::shadow::{
 use crate::args::exponential::clamp;
 use crate::args::memory::MemoryLimit;
 use crate::args::names::names;
+use crate::args::open_scene::OpenScene;
 use crate::args::output;
 use crate::args::scene_input::SceneInput;
 use crate::args::values;
@@ -159,7 +160,7 @@ impl Spheres {
         }
         output::check_safetensors(&self.output)?;
         output::prepare_file(&self.output, &[self.input.path()])?;
-        let scene = self.input.read(&self.memory, talk)?;
+        let scene = OpenScene::new(&self.input, &self.memory, talk)?.scene()?;
         let options = self.options();
         let what = format!("a fit to {} points", options.samples);
         self.memory.check(&what, POINT * options.samples as u64, "fewer --points")?;
