@@ -136,9 +136,16 @@ fn has_mitsuba() -> Result<(), String> {
     toolchain::has_module("mitsuba")
 }
 
+/// The tests that take longest, which no other group runs.
+const TEST_LONG: Step =
+    Step { name: "test-long", work: Work::Cargo("test --workspace --lib --test all -- --ignored", &[]) };
+/// The same bytes from every command by any number of threads.
+const OUTPUTS: Step =
+    Step { name: "outputs", work: Work::Cargo("run --package xtask -- outputs target/release/lobe", &[]) };
+
 /// What takes long or needs other programs: the whole corpus, and every peer that judges files and pictures.
 pub(crate) fn nightly() -> Outcome {
-    run_all(&[RELEASE, READERS, BEVY, MOTION, MITSUBA, WEB, CORPUS_WHOLE])
+    run_all(&[TEST_LONG, TEST_BC6H, RELEASE, OUTPUTS, READERS, BEVY, MOTION, MITSUBA, WEB, CORPUS_WHOLE])
 }
 
 /// Everything, the cheap steps first.
@@ -167,7 +174,6 @@ pub(crate) fn ci() -> Outcome {
         TEST,
         TEST_PLAIN,
         TEST_AVX2,
-        TEST_BC6H,
         FUZZ,
         CORPUS,
     ])

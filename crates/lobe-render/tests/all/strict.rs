@@ -274,6 +274,7 @@ fn transfer_and_paths_agree_in_the_columns_hall() {
 }
 
 #[test]
+#[ignore = "long: of the nightly group"]
 fn transfer_and_paths_agree_in_the_cave() {
     // Most paths end in the dark: more of them are needed for the same noise.
     agree("cave", &built_in::cave(48), 24576);
