@@ -8,7 +8,7 @@ use lobe::prt::{
     AlbedoMode, AnyTransfer, BakeMode, BakeOptions, BakeReport, BakeWork, BakedGlb, BakedRows, Pilot, PrtError,
     read_any_transfer, read_baked,
 };
-use lobe::scene::{GltfDocument, Scene, SceneReadOptions, built_in, is_gltf, read_scene, read_scene_and_document};
+use lobe::scene::{GltfDocument, GltfReader, Scene, SceneReadOptions, built_in, is_gltf, read_scene};
 use lobe::sh::Rgb;
 use numpy::{PyArrayDyn, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -67,7 +67,8 @@ pub(crate) fn read(path: &Path) -> Result<(Scene, Option<GltfDocument>), PrtErro
         return Ok((scene, None));
     }
     if is_gltf(path) {
-        let (scene, _, document) = read_scene_and_document(path, &SceneReadOptions::default())?;
+        let (scene, _, document) =
+            GltfReader::open(path, &SceneReadOptions::default()).and_then(GltfReader::into_scene_and_document)?;
         return Ok((scene, Some(document)));
     }
     Ok((read_scene(path, &SceneReadOptions::default())?.0, None))

@@ -46,7 +46,7 @@
 //! |---|---|
 //! | scenes | [`Scene`]; its parts [`Mesh`], [`Material`], [`Texture`] |
 //! | files | [`read_scene`], [`read_scene_bytes`], [`SceneReadOptions`], [`SceneReadReport`] |
-//! | glTF beyond scenes: whole files, custom attributes, scenes as glTF | [`GltfReader`], [`read_scene_and_document`], [`GltfDocument`] |
+//! | glTF beyond scenes: whole files, custom attributes, scenes as glTF | [`GltfReader`], [`GltfDocument`] |
 //! | scenes in motion: animations, skins, morph targets | [`AnimatedScene`], [`Animation`], [`PosedScene`] |
 //! | what moves in them, and where it is | [`Entity`], [`EntityKind`], [`Place`], [`Similarity`] |
 //! | built-in scenes | [`built_in`] |
@@ -68,7 +68,7 @@ pub use bvh::surface_rays::SurfaceRays;
 pub use error::{SceneError, SceneReadOption};
 pub use files::folder::referenced_file;
 
-pub use files::gltf::document::{GltfDocument, read_scene_and_document, read_scene_and_document_bytes};
+pub use files::gltf::document::GltfDocument;
 pub use files::gltf::reader::GltfReader;
 pub use files::read::{is_gltf, read_scene, read_scene_bytes};
 pub use files::read_options::{DefaultMaterial, MissingNormals, SceneReadOptions, SceneReadReport};

@@ -2,7 +2,7 @@
 
 use anyhow::bail;
 use lobe::prt::{BakedOrScene, BakedTransfer, is_baked};
-use lobe::scene::{AnimatedScene, GltfDocument, GltfReader, Scene, built_in, read_scene, read_scene_and_document};
+use lobe::scene::{AnimatedScene, GltfDocument, GltfReader, Scene, built_in, read_scene};
 
 use crate::args::memory::MemoryLimit;
 use crate::args::scene_input::{BUILT_IN, SceneInput, tell};
@@ -60,7 +60,8 @@ impl<'a> OpenScene<'a> {
         if !input.is_gltf() {
             return Ok((OpenScene::new(input, memory, talk)?.scene()?, None));
         }
-        let (scene, report, document) = read_scene_and_document(input.path(), &input.checked_options(memory)?)?;
+        let (scene, report, document) = GltfReader::open(input.path(), &input.checked_options(memory)?)
+            .and_then(GltfReader::into_scene_and_document)?;
         tell(&report, &input.name(), talk);
         Ok((scene, Some(document)))
     }

@@ -185,6 +185,7 @@ fn peak(dir: &Dir, args: &str) -> u64 {
     }
     let output = child.wait_with_output().unwrap();
     assert_eq!((output.status.code(), &*String::from_utf8_lossy(&output.stderr)), (Some(0), ""), "{args}");
+    assert!(peak > 0, "{args}: it was never seen at work");
     peak
 }
 

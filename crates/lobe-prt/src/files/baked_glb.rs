@@ -48,7 +48,7 @@ struct Place {
 
 impl BakedGlb {
     /// The file a scene was read from, with all that it holds beside the scene: both come from
-    /// [`read_scene_and_document`](lobe_scene::read_scene_and_document).
+    /// [`GltfReader::into_scene_and_document`](lobe_scene::GltfReader::into_scene_and_document).
     ///
     /// A mesh that several nodes show has different transfer at each: further nodes get a copy of the mesh that shares
     /// its data. Meshes that only nodes outside of the scene show stay without transfer, and transfer of an earlier

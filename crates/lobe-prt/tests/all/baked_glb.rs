@@ -9,8 +9,8 @@ use lobe_prt::{
     Transfer, WeightBits, read_baked, read_baked_bytes, read_baked_or_scene_bytes,
 };
 use lobe_scene::{
-    Alpha, GltfDocument, Material, Mesh, MeshParts, Scene, SceneReadOptions, Texture, TextureUse, Wrap, built_in,
-    read_scene, read_scene_and_document, read_scene_and_document_bytes,
+    Alpha, GltfDocument, GltfReader, Material, Mesh, MeshParts, Scene, SceneReadOptions, Texture, TextureUse, Wrap,
+    built_in, read_scene,
 };
 use lobe_testkit::glb_faults;
 use serde_json::{Value, json};
@@ -28,7 +28,8 @@ fn scene_of(path: &Path) -> Scene {
 
 /// The output of a bake of a file, without its transfer.
 fn glb_of_file(path: &Path) -> BakedGlb {
-    let (scene, _, document) = read_scene_and_document(path, &SceneReadOptions::default()).unwrap();
+    let (scene, _, document) =
+        GltfReader::open(path, &SceneReadOptions::default()).and_then(GltfReader::into_scene_and_document).unwrap();
     BakedGlb::of_document(document, &scene).unwrap()
 }
 
@@ -183,7 +184,8 @@ fn a_gltf_file_keeps_all_it_has_and_every_node_has_transfer_of_its_own() {
     let scene = scene_of(&input);
     assert_eq!(scene.meshes().len(), 3, "the ground and two balls");
     let transfer = transfer_of(&scene, 3, Channels::Rgb);
-    let (_, report, document) = read_scene_and_document(&input, &SceneReadOptions::default()).unwrap();
+    let (_, report, document) =
+        GltfReader::open(&input, &SceneReadOptions::default()).and_then(GltfReader::into_scene_and_document).unwrap();
     let baked = BakedGlb::of_document(document, &scene).unwrap();
     let path = folder.path().join("baked.glb");
     baked.write(&path, &transfer, &Recipe::default().seed(7), Job::default()).unwrap();
@@ -371,7 +373,9 @@ fn what_does_not_belong_together_is_not_written() {
     let input = rich_file(&folder);
     let scene = scene_of(&input);
     let other = built_in::ball_over_ground(8);
-    let document = || read_scene_and_document(&input, &SceneReadOptions::default()).unwrap().2;
+    let document = || {
+        GltfReader::open(&input, &SceneReadOptions::default()).and_then(GltfReader::into_scene_and_document).unwrap().2
+    };
     let error = BakedGlb::of_document(document(), &other).unwrap_err().to_string();
     assert_eq!(error, "expected the glTF document that the scene was read with; write the scene itself", "another");
     let split = scene.split_edges(0.3).unwrap();
@@ -473,7 +477,8 @@ fn bytes_are_read_as_the_file_is_and_a_bake_of_another_version_is_not_written_ov
     let error = read_baked_bytes(&bytes[..99], "a.glb", &options).unwrap_err().to_string();
     assert!(error.starts_with("a.glb: "), "{error}");
 
-    let (scene, _, mut document) = read_scene_and_document_bytes(&bytes, "a.glb", &options).unwrap();
+    let (scene, _, mut document) =
+        GltfReader::open_bytes(&bytes, "a.glb", &options).and_then(GltfReader::into_scene_and_document).unwrap();
     document.json["asset"]["extras"]["lobe"]["version"] = json!(2);
     let error = BakedGlb::of_document(document, &scene).unwrap_err();
     assert!(matches!(error, PrtError::Unsupported { .. }), "{error:?}");

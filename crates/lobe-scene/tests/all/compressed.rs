@@ -3,8 +3,8 @@
 use std::fs;
 
 use lobe_scene::{
-    DefaultMaterial, GltfDocument, MissingNormals, Scene, SceneError, SceneReadOption, SceneReadOptions,
-    read_scene_and_document, read_scene_bytes,
+    DefaultMaterial, GltfDocument, GltfReader, MissingNormals, Scene, SceneError, SceneReadOption, SceneReadOptions,
+    read_scene_bytes,
 };
 use meshoptimizer_rs::Workspace;
 use meshoptimizer_rs::codec::{VertexEncoding, encode_index_buffer, encode_vertex_buffer};
@@ -17,7 +17,8 @@ fn read(file: &Gltf) -> (Scene, GltfDocument) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.glb");
     fs::write(&path, file.glb()).unwrap();
-    let (scene, _, document) = read_scene_and_document(&path, &SceneReadOptions::default()).unwrap();
+    let (scene, _, document) =
+        GltfReader::open(&path, &SceneReadOptions::default()).and_then(GltfReader::into_scene_and_document).unwrap();
     let plain = Gltf { json: document.json.clone(), buffer: document.bytes.clone() };
     let again = read_scene_bytes(&plain.glb(), "again.glb", &SceneReadOptions::default()).unwrap().0;
     assert_eq!(again.meshes(), scene.meshes(), "the document holds the scene");

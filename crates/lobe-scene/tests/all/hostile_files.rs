@@ -3,8 +3,8 @@
 use std::fs;
 
 use lobe_scene::{
-    Material, Mesh, MeshParts, MissingNormals, Scene, SceneError, SceneReadOption, SceneReadOptions, TextureUse,
-    read_scene, read_scene_and_document, read_scene_bytes,
+    GltfReader, Material, Mesh, MeshParts, MissingNormals, Scene, SceneError, SceneReadOption, SceneReadOptions,
+    TextureUse, read_scene, read_scene_bytes,
 };
 use serde_json::{Value, json};
 
@@ -41,7 +41,10 @@ fn json_of_a_wrong_kind_is_read_or_refused_in_one_line() {
         for value in [json!([]), json!({}), json!(null), json!("a"), json!(u64::MAX), mesh.clone()] {
             let changed = Gltf { json: file.json.clone(), buffer: file.buffer.clone() }.with(pointer, value.clone());
             fs::write(&path, changed.glb()).unwrap();
-            let found = [read_scene(&path, &options).map(|_| ()), read_scene_and_document(&path, &options).map(|_| ())];
+            let found = [
+                read_scene(&path, &options).map(|_| ()),
+                GltfReader::open(&path, &options).and_then(GltfReader::into_scene_and_document).map(|_| ()),
+            ];
             for error in found.into_iter().filter_map(Result::err) {
                 let message = error.to_string();
                 assert!(!message.contains('\n'), "{pointer} as {value}: {message:?}");

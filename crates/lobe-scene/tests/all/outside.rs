@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 
-use lobe_scene::{SceneError, SceneReadOptions, SceneReadReport, read_scene, read_scene_and_document};
+use lobe_scene::{GltfReader, SceneError, SceneReadOptions, SceneReadReport, read_scene};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
@@ -77,7 +77,10 @@ fn buffers_outside_of_the_folder_are_refused_unless_the_file_is_trusted() {
             let file = Gltf::square().with("/buffers/0/uri", json!(uri));
             let path = place.file("a.gltf", file.json.to_string());
             assert_outside(read_scene(&path, &SceneReadOptions::default()), &name);
-            assert_outside(read_scene_and_document(&path, &SceneReadOptions::default()), &name);
+            assert_outside(
+                GltfReader::open(&path, &SceneReadOptions::default()).and_then(GltfReader::into_scene_and_document),
+                &name,
+            );
             // Read as the secret, the square is no scene; but it is read.
             let trusted = SceneReadOptions::default().allow_outside(true);
             let read = read_scene(&path, &trusted).map_err(|error| error.to_string());
@@ -94,7 +97,8 @@ fn buffers_that_nothing_uses_are_not_read_and_not_copied() {
         for options in [SceneReadOptions::default(), SceneReadOptions::default().allow_outside(true)] {
             let file = Gltf::square().with("/buffers/1", json!({"uri": name, "byteLength": 4}));
             let path = place.file("a.glb", file.glb());
-            let (scene, report, document) = read_scene_and_document(&path, &options).unwrap();
+            let (scene, report, document) =
+                GltfReader::open(&path, &options).and_then(GltfReader::into_scene_and_document).unwrap();
             assert_eq!(scene.triangle_count(), 2, "{name}: the scene is read");
             assert_eq!(report.notes, ["buffer 1 is not used, and was not read"], "{name}");
             assert!(!has_secret(&document.bytes), "{name} was copied");
@@ -114,7 +118,9 @@ fn pictures_outside_of_the_folder_are_refused_where_they_are_used_and_never_copi
         assert_outside(read_scene(&path, &SceneReadOptions::default()), &name);
         // A picture that the scene does not use stays a name.
         let path = place.file("a.glb", textured.with("/materials", json!([])).glb());
-        let (_, report, document) = read_scene_and_document(&path, &SceneReadOptions::default()).unwrap();
+        let (_, report, document) = GltfReader::open(&path, &SceneReadOptions::default())
+            .and_then(GltfReader::into_scene_and_document)
+            .unwrap();
         assert!(notes_outside(&report), "{name}: {:?}", report.notes);
         assert!(!has_secret(&document.bytes), "{name} was copied");
         assert_eq!(document.json["images"][0], json!({"uri": name}), "{name}: kept as it was");
@@ -165,7 +171,8 @@ fn document_and_scene_are_of_one_reading() {
     let place = Place::new();
     place.file("a.bin", &Gltf::square().buffer);
     let path = place.file("a.gltf", Gltf::square().with("/buffers/0/uri", json!("a.bin")).json.to_string());
-    let (scene, _, document) = read_scene_and_document(&path, &SceneReadOptions::default()).unwrap();
+    let (scene, _, document) =
+        GltfReader::open(&path, &SceneReadOptions::default()).and_then(GltfReader::into_scene_and_document).unwrap();
     assert_eq!(scene.meshes(), read_scene(&path, &SceneReadOptions::default()).unwrap().0.meshes(), "the same scene");
     assert_eq!(document.bytes, Gltf::square().buffer, "the buffer");
     assert_eq!(document.json["buffers"][0], json!({"byteLength": 60}), "embedded: {}", document.json["buffers"]);

@@ -1,15 +1,11 @@
 //! glTF document: a whole file, to be extended and written again.
 
-use std::path::Path;
-
 use serde_json::{Map, Value, json};
 
+use crate::SceneError;
 use crate::files::gltf::files::{GltfFile, VIEW_EXTENSIONS, items, push};
-use crate::files::gltf::plain;
 use crate::files::gltf::uri::read_uri;
-use crate::files::read_gltf;
-use crate::files::source::{Source, folder_of, read_file};
-use crate::{Scene, SceneError, SceneReadOptions, SceneReadReport};
+use crate::files::source::Source;
 
 /// The JSON of a glTF file with all its members, and all its bytes in one buffer: what a .glb holds.
 ///
@@ -22,48 +18,9 @@ pub struct GltfDocument {
     pub bytes: Vec<u8>,
 }
 
-/// Reads a scene from a .gltf or .glb file as [`read_scene`](crate::read_scene), and with it the whole file: read once,
-/// they belong together whatever happens to the file. The report notes each picture that could not be embedded.
-///
-/// # Errors
-/// As [`read_scene`](crate::read_scene). A missing picture that the scene does not use is no error: its URI is kept.
-pub fn read_scene_and_document(
-    path: impl AsRef<Path>,
-    options: &SceneReadOptions,
-) -> Result<(Scene, SceneReadReport, GltfDocument), SceneError> {
-    let path = path.as_ref();
-    let (name, bytes) = read_file(path)?;
-    let mut source = Source::new(&name, folder_of(path), options);
-    let file = plain::read(&bytes, &mut source)?;
-    drop(bytes);
-    read_from(file, source)
-}
-
-/// [`read_scene_and_document`] from the bytes of a file that references no other; `name` stands in messages.
-///
-/// # Errors
-/// As [`read_scene_and_document`], and [`SceneError::Unsupported`] if the bytes reference other files.
-pub fn read_scene_and_document_bytes(
-    bytes: &[u8],
-    name: &str,
-    options: &SceneReadOptions,
-) -> Result<(Scene, SceneReadReport, GltfDocument), SceneError> {
-    let mut source = Source::new(name, None, options);
-    let file = plain::read(bytes, &mut source)?;
-    read_from(file, source)
-}
-
-fn read_from(mut file: GltfFile, mut source: Source<'_>) -> Result<(Scene, SceneReadReport, GltfDocument), SceneError> {
-    embed_images(&mut file, &mut source)?;
-    let scene = read_gltf::scene_of(&file, &mut source)?;
-    let document = GltfDocument::of_file(file, &source)?;
-    let report = source.into_report(&scene);
-    Ok((scene, report, document))
-}
-
 impl GltfDocument {
-    /// The file with its buffers put together.
-    fn of_file(file: GltfFile, source: &Source<'_>) -> Result<Self, SceneError> {
+    /// The file with its buffers put together, and pictures beside it that [`embed_images`] has not left out.
+    pub(crate) fn of_file(file: GltfFile, source: &Source<'_>) -> Result<Self, SceneError> {
         let mut document = Self { json: file.json, bytes: Vec::new() };
         document.merge_buffers(file.buffers).map_err(|message| source.invalid(message))?;
         document.declare_buffer();
@@ -121,7 +78,7 @@ impl GltfDocument {
 }
 
 /// Makes pictures beside the file part of its buffers, with a note on each that is kept by its URI.
-fn embed_images(file: &mut GltfFile, source: &mut Source<'_>) -> Result<(), SceneError> {
+pub(crate) fn embed_images(file: &mut GltfFile, source: &mut Source<'_>) -> Result<(), SceneError> {
     for i in 0..file.root.images.len() {
         let Some(uri) = file.root.images[i].uri.clone() else { continue };
         let bytes = match read_uri(&uri, source) {

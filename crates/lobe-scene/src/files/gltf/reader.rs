@@ -8,11 +8,12 @@ use gltf_json::{Accessor, Index, buffer};
 use serde_json::Value;
 
 use crate::files::gltf::accessor::{Accessors, view_bytes};
+use crate::files::gltf::document::embed_images;
 use crate::files::gltf::files::GltfFile;
 use crate::files::gltf::plain;
 use crate::files::read_gltf;
 use crate::files::source::{Source, folder_of, read_file};
-use crate::{Mesh, MeshSource, Scene, SceneError, SceneReadOptions, SceneReadReport};
+use crate::{GltfDocument, Mesh, MeshSource, Scene, SceneError, SceneReadOptions, SceneReadReport};
 
 /// A .gltf or .glb file that has been read, with the buffers that it references: its scene, its
 /// [animations](crate::AnimatedScene::from_gltf), and its application-specific attributes, whose names begin with `_`.
@@ -67,6 +68,20 @@ impl GltfReader {
         let scene = read_gltf::scene_of(&self.file, &mut source)?;
         let report = source.into_report(&scene);
         Ok((scene, report))
+    }
+
+    /// The scene, and the whole file: they belong together whatever happens to the file on the disk. The report notes each picture
+    /// that could not be embedded.
+    ///
+    /// # Errors
+    /// As [`Self::scene`]. A missing picture that the scene does not use is no error: its URI is kept.
+    pub fn into_scene_and_document(mut self) -> Result<(Scene, SceneReadReport, GltfDocument), SceneError> {
+        let mut source = self.begun.named(&self.name);
+        embed_images(&mut self.file, &mut source)?;
+        let scene = read_gltf::scene_of(&self.file, &mut source)?;
+        let document = GltfDocument::of_file(self.file, &source)?;
+        let report = source.into_report(&scene);
+        Ok((scene, report, document))
     }
 
     /// Whether a pose may differ from how the nodes stand: there are animations, skins, or weights of morph targets.
