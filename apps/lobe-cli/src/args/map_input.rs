@@ -71,7 +71,7 @@ names! {
     }
 }
 
-fn max_texels(text: &str) -> Result<usize, String> {
+pub(crate) fn max_texels(text: &str) -> Result<usize, String> {
     values::whole(text, 1, MOST_TEXELS, "a number of pixels")
 }
 

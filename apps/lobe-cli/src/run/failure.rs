@@ -15,6 +15,8 @@ use lobe::scene::{SceneError, SceneReadOption};
 use lobe::sh::ShError;
 use lobe::shadow::ShadowError;
 
+use crate::run::system::stdout;
+
 /// The exit code for "compared and different".
 const DIFFERENT: u8 = 1;
 
@@ -48,7 +50,7 @@ impl Failure {
             Self::Different => ExitCode::from(DIFFERENT),
             Self::Usage { error, .. } if !error.use_stderr() => {
                 // A reader that has gone away has read enough.
-                match error.print() {
+                match printed(&error) {
                     Err(refused) if refused.kind() != io::ErrorKind::BrokenPipe => {
                         let words = plain_refusal(&refused).map_or_else(|| refused.to_string(), str::to_owned);
                         say(&format!("stdout: {words}"))
@@ -65,6 +67,12 @@ impl Failure {
             Self::Error(error) => say(&plain(&error)),
         }
     }
+}
+
+/// Prints help that was asked for. On a terminal it is styled, which clap does by itself.
+fn printed(error: &clap::Error) -> io::Result<()> {
+    drop(stdout()?);
+    error.print()
 }
 
 /// The message of the last panic, and its place.

@@ -10,7 +10,8 @@ use lobe::sh::Rgb;
 use lobe::shadow::{Lamp, LampSequence, PatchField, RadianceField, RadianceOptions, Rectangle, write_lamp};
 use serde::Serialize;
 
-use crate::args::input::tell;
+use crate::args::input::{NonfiniteOption, tell};
+use crate::args::map_input::max_texels;
 use crate::args::output;
 use crate::args::values;
 use crate::run::talk::Talk;
@@ -60,6 +61,11 @@ pub(crate) struct LampCommand {
     /// The innermost and the outermost sphere, in half diagonals of the rectangle [default: 0.25,8]
     #[arg(long, value_name = "INNER,OUTER", value_parser = field::range)]
     range: Option<[f64; 2]>,
+    #[command(flatten)]
+    nonfinite: NonfiniteOption,
+    /// The most pixels of a picture; a larger one is refused
+    #[arg(long, value_name = "N", default_value_t = PictureReadOptions::default().max_texels, value_parser = max_texels)]
+    max_texels: usize,
     /// Print {"order", "patches", "pictures", "bytes"} on stdout
     #[arg(long)]
     json: bool,
@@ -164,8 +170,9 @@ impl LampCommand {
             return Ok((Lamp::Still(still), bytes));
         }
         let mut pictures = Vec::new();
+        let options = PictureReadOptions::default().nonfinite((&self.nonfinite).into()).max_texels(self.max_texels);
         for path in &self.pictures {
-            let (picture, report) = read_picture(path, &PictureReadOptions::default())?;
+            let (picture, report) = read_picture(path, &options)?;
             tell(&report, &path.display().to_string(), talk);
             pictures.push(self.colors(&field, &picture)?);
         }

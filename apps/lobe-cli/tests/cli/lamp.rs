@@ -52,6 +52,24 @@ fn pictures_are_seen_from_the_front_and_follow_each_other() {
 }
 
 #[test]
+fn pictures_that_an_option_keeps_out_come_in_by_the_option_that_is_named() {
+    let dir = Dir::new();
+    dir.map("nan.exr", 4, 2, |x, _| if x == 0 { [f32::NAN; 3] } else { [1.0; 3] });
+    let lamp = format!("lamp rectangle --size 2,1 --patches 2,1 {COARSE} --pictures nan.exr -o l.safetensors");
+    for (options, named, then) in
+        [("", "--nonfinite zero", ""), ("--nonfinite zero --max-texels 7", "--max-texels", "--nonfinite zero")]
+    {
+        let message = dir.lobe(&format!("{lamp} {options}")).error();
+        assert!(message.starts_with("nan.exr: ") && message.contains(named), "{options}: {message}");
+        if !then.is_empty() {
+            dir.lobe(&format!("{lamp} {then}")).succeeds();
+        }
+    }
+    let lit = read_lamp(dir.path("l.safetensors")).unwrap();
+    assert!(at(&lit, 0.0, [0.0, 0.0, 1.0])[0] > 0.0, "the texels that are numbers shine");
+}
+
+#[test]
 fn what_cannot_be_a_lamp_is_refused() {
     let dir = Dir::new();
     for (given, expected) in [

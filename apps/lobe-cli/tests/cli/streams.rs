@@ -115,6 +115,9 @@ fn a_result_that_a_closed_stdout_would_lose_is_an_error_and_all_else_is_none() {
         "sh eval p.sh.json --dir 0,0,1",
         "sh eval p.sh.json --json --dir 0,0,1",
         "sh rotate p.sh.json --quat 0,0,0,1 -o -",
+        "--help",
+        "--version",
+        "sh eval --help",
     ] {
         let output = closed(&dir, args);
         let stderr = String::from_utf8(output.stderr).unwrap();
