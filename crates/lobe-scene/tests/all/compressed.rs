@@ -189,6 +189,28 @@ fn instances_kept_as_arrays_become_nodes() {
     assert_eq!(uneven, "a.glb: node 0, EXT_mesh_gpu_instancing: the attributes have [4, 3] elements", "uneven");
 }
 
+/// Seeds of the fuzz target of scenes: each kind of compression once, pictures in the buffer, where they can be damaged.
+#[test]
+#[ignore = "writes files: LOBE_SEEDS=FOLDER cargo test -p lobe-scene --test all -- --ignored write_the_seeds"]
+fn write_the_seeds() {
+    let Some(folder) = std::env::var_os("LOBE_SEEDS").map(std::path::PathBuf::from) else {
+        lobe_testkit::skipped("the seeds of compressed scenes: no LOBE_SEEDS says where to");
+        return;
+    };
+    let embedded = |picture: &[u8], kind: &str, extension: &str| {
+        let (_, document) = read(&textured(picture, kind, extension));
+        Gltf { json: document.json, buffer: document.bytes }
+    };
+    for (name, file) in [
+        ("draco", draco_square()),
+        ("meshopt", meshopt_square()),
+        ("webp", embedded(&webp(), "image/webp", "EXT_texture_webp")),
+        ("basis", embedded(&uastc([9, 8, 7, 6]), "image/ktx2", "KHR_texture_basisu")),
+    ] {
+        fs::write(folder.join(format!("{name}.glb")), file.glb()).unwrap();
+    }
+}
+
 /// A file whose square has the one color of this picture, and the extension that names it.
 fn textured(picture: &[u8], kind: &str, extension: &str) -> Gltf {
     let uri = format!("data:{kind};base64,{}", crate::common::base64(picture));
@@ -217,13 +239,18 @@ fn uastc([r, g, b, a]: [u8; 4]) -> Vec<u8> {
     ktx2
 }
 
+/// A WebP of 2 x 2 texels.
+fn webp() -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let picture = [255, 0, 255, 0].repeat(4);
+    image_webp::WebPEncoder::new(&mut bytes).encode(&picture, 2, 2, image_webp::ColorType::Rgba8).unwrap();
+    bytes
+}
+
 #[test]
 fn webp_and_basis_universal_textures_are_read() {
-    let mut webp = Vec::new();
-    let picture = [255, 0, 255, 0].repeat(4);
-    image_webp::WebPEncoder::new(&mut webp).encode(&picture, 2, 2, image_webp::ColorType::Rgba8).unwrap();
     for (bytes, kind, extension) in
-        [(webp, "image/webp", "EXT_texture_webp"), (uastc([255, 0, 255, 0]), "image/ktx2", "KHR_texture_basisu")]
+        [(webp(), "image/webp", "EXT_texture_webp"), (uastc([255, 0, 255, 0]), "image/ktx2", "KHR_texture_basisu")]
     {
         let (scene, document) = read(&textured(&bytes, kind, extension));
         assert_eq!(scene.vertex_base_color(0, 0), [1.0, 0.0, 1.0, 0.0], "{extension}");
