@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::bail;
 use lobe::io::{Numbers, Tensor, TensorFormat, write_tensors};
-use lobe::prt::{Channels, Transfer};
+use lobe::prt::{Channels, Transfer, TransferMatrices};
 use lobe::scene::{Bvh, built_in};
 use lobe::sh::{Rgb, even_directions};
 
@@ -34,6 +34,7 @@ const FORMAT: TensorFormat = TensorFormat { name: "lobe-bench-rays", version: 1,
 /// `rays_file` is what the rays of the job `occlusion` are written to.
 pub(crate) fn run(bench: &mut Bench<'_>, rays_file: Option<&Path>) -> anyhow::Result<()> {
     transfer(bench)?;
+    incident(bench)?;
     occlusion(bench, rays_file)
 }
 
@@ -63,6 +64,37 @@ fn transfer(bench: &mut Bench<'_>) -> anyhow::Result<()> {
             above: "not known",
         };
         bench.measure(&job, || transfer.exit_radiance_into(black_box(&light), black_box(&mut out)));
+    }
+    Ok(())
+}
+
+/// Points with matrices: as many numbers as the transfer of all receivers.
+const POINTS_OF_MATRICES: usize = RECEIVERS / (ORDER * ORDER);
+
+fn incident(bench: &mut Bench<'_>) -> anyhow::Result<()> {
+    for (name, channels) in [("incident", Channels::Gray), ("incident-rgb", Channels::Rgb)] {
+        if !bench.wants(name) {
+            continue;
+        }
+        let (bands, width) = (ORDER * ORDER, ORDER.pow(4) * channels.count());
+        let numbers = (0..POINTS_OF_MATRICES * width).map(|k| ((k % 1021) as f32).sin()).collect();
+        let matrices = TransferMatrices::new(ORDER, channels, numbers)?;
+        let light: Vec<Rgb<f64>> = (0..bands).map(|k| Rgb::new(1.0, 0.5, 1.0 / (1 + k) as f64)).collect();
+        let mut out = vec![Rgb::new(0.0, 0.0, 0.0); POINTS_OF_MATRICES * bands];
+        let job = BenchJob {
+            name,
+            order: Some(ORDER),
+            item: "matrix",
+            items: POINTS_OF_MATRICES,
+            // Three colors of the light; each number is read once, n² colors are written once.
+            cost: Some(Cost {
+                operations: (2 * 3 * bands * bands) as f64,
+                bytes: (size_of::<f32>() * width + size_of::<Rgb<f32>>() * bands) as f64,
+                level: Level::Read,
+            }),
+            above: "not known",
+        };
+        bench.measure(&job, || matrices.incident_into(black_box(&light), black_box(&mut out)));
     }
     Ok(())
 }

@@ -36,6 +36,67 @@ pub(crate) fn exit_radiance(rows: &[f32], order: usize, channels: usize, light: 
     chunks.for_each(|(rows, out)| machine.run(RowsOfChunk { rows, order, channels, light: &light, out }));
 }
 
+/// The light that arrives at points by matrices of `channels · order⁴` numbers; see
+/// [`TransferMatrices::incident_into`](crate::TransferMatrices::incident_into).
+///
+/// # Panics
+/// If the order is not 1 to 8, or `out` has not `order²` places for each matrix.
+pub(crate) fn incident(matrices: &[f32], order: usize, channels: usize, light: &[Rgb<f64>], out: &mut [Rgb<f32>]) {
+    if channels == 1 {
+        // Each row is one vector for all colors.
+        return exit_radiance(matrices, order, 1, light, out);
+    }
+    let bands = order * order;
+    assert_eq!(matrices.len(), channels * bands * out.len(), "n² places for each point");
+    let light = light_of_len(light, bands);
+    let machine = Machine::detect();
+    let points = (CHUNK / bands).max(1);
+    let chunks = matrices.par_chunks(points * channels * bands * bands).zip(out.par_chunks_mut(points * bands));
+    chunks.for_each(|(matrices, out)| machine.run(MatricesOfChunk { matrices, order, light: &light, out }));
+}
+
+struct MatricesOfChunk<'a> {
+    matrices: &'a [f32],
+    order: usize,
+    light: &'a [Rgb<f32>],
+    out: &'a mut [Rgb<f32>],
+}
+
+impl Work for MatricesOfChunk<'_> {
+    #[inline(always)]
+    fn work<L: Lanes>(self, lanes: L) {
+        let Self { matrices, order, light, out } = self;
+        macro_rules! by_order {
+            ($($order:literal)*) => {
+                match order {
+                    $($order => rgb_matrices::<L, { $order * $order }>(lanes, matrices, light, out),)*
+                    _ => unreachable!("matrices of order {order}"),
+                }
+            };
+        }
+        by_order!(1 2 3 4 5 6 7 8);
+    }
+}
+
+/// A matrix for each color: `out[p][i].c = Σ_j matrices[p][c][i][j] light[j].c`.
+#[inline(always)]
+fn rgb_matrices<L: Lanes, const N: usize>(lanes: L, matrices: &[f32], light: &[Rgb<f32>], out: &mut [Rgb<f32>]) {
+    let planes = planes_of::<N>(light);
+    let points = matrices.as_chunks::<N>().0.chunks_exact(3 * N).zip(out.as_chunks_mut::<N>().0);
+    for (rows, out) in points {
+        for (i, out) in out.iter_mut().enumerate() {
+            let [r, g, b] = std::array::from_fn(|c| dot(lanes, &rows[c * N + i], &planes[c]));
+            *out = Rgb::new(r, g, b);
+        }
+    }
+}
+
+/// The light, color by color.
+#[inline(always)]
+fn planes_of<const N: usize>(light: &[Rgb<f32>]) -> [[f32; N]; 3] {
+    std::array::from_fn(|c| std::array::from_fn(|i| [light[i].r, light[i].g, light[i].b][c]))
+}
+
 struct RowsOfChunk<'a> {
     rows: &'a [f32],
     order: usize,
@@ -103,8 +164,7 @@ fn color<L: Lanes>(lanes: L, sum: L::Vector) -> Rgb<f32> {
 /// A vector for each color: `out[r].c = Σ_i rows[r][c][i] light[i].c`.
 #[inline(always)]
 fn rgb_rows<L: Lanes, const N: usize>(lanes: L, rows: &[f32], light: &[Rgb<f32>], out: &mut [Rgb<f32>]) {
-    let planes: [[f32; N]; 3] =
-        std::array::from_fn(|c| std::array::from_fn(|i| [light[i].r, light[i].g, light[i].b][c]));
+    let planes = planes_of::<N>(light);
     let rows = rows.as_chunks::<N>().0.as_chunks::<3>().0;
     for (row, out) in rows.iter().zip(out) {
         let [r, g, b] = std::array::from_fn(|c| dot(lanes, &row[c], &planes[c]));
@@ -209,6 +269,34 @@ mod tests {
                         let error = pairs.map(|(a, b)| (f64::from(a) - b).abs()).into_iter().fold(0.0, f64::max);
                         // n roundings of sums below n.
                         assert!(error < 1e-7 * n as f64, "order {order}, {channels} channels, receiver {k}: {error}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn light_by_matrices_is_that_of_their_rows_for_every_order_and_count() {
+        let mut random = Random::new(3);
+        for order in 1..=8 {
+            for channels in [1, 3] {
+                for points in [0, 1, 5, CHUNK / (order * order) + 2] {
+                    let n = order * order;
+                    let matrices: Vec<f32> =
+                        random.signed_vec(n * n * channels * points).iter().map(|x| *x as f32).collect();
+                    let light: Vec<_> =
+                        (0..n).map(|_| Rgb::new(random.signed(), random.signed(), random.signed())).collect();
+                    let mut out = vec![Rgb::new(f32::NAN, f32::NAN, f32::NAN); points * n];
+                    incident(&matrices, order, channels, &light, &mut out);
+                    for (k, found) in out.iter().enumerate() {
+                        let row =
+                            |c: usize| &matrices[((k / n * channels + c.min(channels - 1)) * n + k % n) * n..][..n];
+                        let rows: Vec<f32> = (0..channels).flat_map(|c| row(c).to_vec()).collect();
+                        let expected = slowly(&rows, n, channels, &light)[0];
+                        let pairs = [(found.r, expected.r), (found.g, expected.g), (found.b, expected.b)];
+                        let error = pairs.map(|(a, b)| (f64::from(a) - b).abs()).into_iter().fold(0.0, f64::max);
+                        // n roundings of sums below n.
+                        assert!(error < 1e-7 * n as f64, "order {order}, {channels} channels, row {k}: {error}");
                     }
                 }
             }

@@ -2,6 +2,7 @@
 
 use lobe_sh::{Dir, Expansion as _, Rgb, ShVec, Zonal};
 
+use crate::transfer::dot_rows::incident;
 use crate::transfer::transfer::{check_order, check_rows};
 use crate::{Channels, PrtError};
 
@@ -132,6 +133,15 @@ impl TransferMatrices {
             }
         }
         ShVec::from_vec(incident).unwrap_or_else(|| unreachable!("n² coefficients"))
+    }
+
+    /// The light that arrives at every point: n² coefficients for each, point by point. As [`Self::incident`], in `f32` and with all
+    /// threads; the sums have one order, which neither the threads nor the instructions of the machine change.
+    ///
+    /// # Panics
+    /// If `out` has not n² places for each point.
+    pub fn incident_into(&self, light: &[Rgb<f64>], out: &mut [Rgb<f32>]) {
+        incident(&self.coefficients, self.order, self.channels.count(), light, out);
     }
 
     /// The radiance of a receiver with a lobe towards the eye.

@@ -120,8 +120,12 @@ impl SurfaceTransfer {
             (Self::Matte(transfer), _) => LitReceivers::Matte(transfer.exit_radiance(light.coefficients())),
             (Self::Glossy(matrices), Some(gloss)) => {
                 let zonal = gloss.lobe.zonal(matrices.order());
-                let blurred = |p| convolved(&matrices.incident(p, light.coefficients()), &zonal);
-                LitReceivers::Glossy((0..matrices.points()).into_par_iter().map(blurred).collect())
+                let bands = matrices.order().pow(2);
+                let mut incident = vec![Rgb::new(0.0, 0.0, 0.0); matrices.points() * bands];
+                matrices.incident_into(light.coefficients(), &mut incident);
+                let wide = |f: &[Rgb<f32>]| ShVec::from_vec(f.iter().map(|c| c.widen()).collect());
+                let blurred = |f| convolved(&wide(f).unwrap_or_else(|| unreachable!("n² coefficients")), &zonal);
+                LitReceivers::Glossy(incident.par_chunks_exact(bands).map(blurred).collect())
             }
             (Self::Glossy(_), None) => unreachable!("matrices come with a lobe"),
         }
