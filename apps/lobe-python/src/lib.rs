@@ -2,7 +2,7 @@
 //!
 //! Read `rows` first: how an array becomes rows of coefficients, numbers or colors in single or double precision, and how work is done
 //! on all of them without the interpreter's lock. `eval`, by `directions` and `value_product`, and `functions` are what is done to functions on the
-//! sphere, `search` what is found in them, `encodings` irradiance in a few numbers, `lights` functions from lights, `maps` environment maps, `bakes` what scenes do to light, by `job`, `pictures` what they
+//! sphere, `files` where they are kept, `search` what is found in them, `encodings` irradiance in a few numbers, `lights` functions from lights, `maps` environment maps, `bakes` and `matrices` what scenes do to light, by `job`, `pictures` what they
 //! look like. The package checks shapes and has the words for users.
 
 #![expect(clippy::needless_pass_by_value, reason = "Python hands arguments over by value")]
@@ -11,10 +11,12 @@ mod bakes;
 mod directions;
 mod encodings;
 mod eval;
+mod files;
 mod functions;
 mod job;
 mod lights;
 mod maps;
+mod matrices;
 mod pictures;
 mod rows;
 mod search;
@@ -34,15 +36,19 @@ mod _lobe {
     #[pymodule_export]
     use crate::eval::eval;
     #[pymodule_export]
+    use crate::files::{load_sh, save_sh};
+    #[pymodule_export]
     use crate::functions::{dering, exp, kernel_factors, log, product, rotate, scale_bands, window_factors};
     #[pymodule_export]
     use crate::lights::light;
     #[pymodule_export]
-    use crate::maps::{Map, bundled, load, reconstruct, sky};
+    use crate::maps::{Map, bundled, cie_sky, load, reconstruct, sky};
+    #[pymodule_export]
+    use crate::matrices::{Matrices, load_matrices};
     #[pymodule_export]
     use crate::pictures::{compare, render_baked, render_traced};
     #[pymodule_export]
-    use crate::search::{lights, minimum};
+    use crate::search::{lights, minimum, peaks};
 
     /// The version of Lobe.
     #[pymodule_init]

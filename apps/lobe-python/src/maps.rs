@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use lobe::env::{
-    EnvMap, Ground, MappedMap, Mapping, PictureWriteOptions, PreethamSky, PrefilterOptions, Resample, SunOptions,
-    SunReport, bundled as bundled_maps, cube_source, extract_sun, irradiance_map, prefilter_ggx, project_map, resample,
-    sky_map, write_env,
+    CieSky, CubeHandedness, EnvMap, Ground, MapReadOptions, MappedMap, Mapping, Nonfinite, Padding,
+    PictureWriteOptions, PreethamSky, PrefilterOptions, Resample, SunOptions, SunReport, bundled as bundled_maps,
+    cube_source, extract_sun, irradiance_map, prefilter_ggx, project_map, read_map, resample, sky_map, write_env,
 };
-use lobe::image::{ImageError, Picture, Tone};
+use lobe::image::{ImageError, Picture, PictureReadOptions, Tone};
 use lobe::io::write_atomically;
 use lobe::sh::{Dir, Expansion as _, Rgb, Rotation, ShVec};
 use numpy::{PyArrayDyn, PyReadonlyArray2, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
@@ -64,12 +64,68 @@ fn mapping_of(name: &str) -> PyResult<Mapping> {
         .ok_or_else(|| value_error(format!("expected a mapping such as lat-long or cube, found {name:?}")))
 }
 
-/// A map from a file.
+/// How a file is read, as by the options of the command.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Reading {
+    mapping: Option<String>,
+    left_handed: bool,
+    /// In radians.
+    elevations: Option<[f64; 2]>,
+    padding: String,
+    nonfinite: String,
+    to_rec709: bool,
+    max_texels: Option<usize>,
+}
+
+impl Reading {
+    fn options(&self) -> PyResult<MapReadOptions> {
+        let mut picture = PictureReadOptions::default().to_rec_709(self.to_rec709);
+        picture.nonfinite = match &*self.nonfinite {
+            "error" => Nonfinite::Error,
+            "zero" => Nonfinite::Zero,
+            other => return Err(value_error(format!("nonfinite: expected error or zero, found {other:?}"))),
+        };
+        let padding = match &*self.padding {
+            "black" => Padding::Black,
+            "edge" => Padding::Edge,
+            other => return Err(value_error(format!("padding: expected black or edge, found {other:?}"))),
+        };
+        picture.max_texels = self.max_texels.unwrap_or(picture.max_texels);
+        Ok(MapReadOptions::default()
+            .picture(picture)
+            .mapping(self.mapping.as_deref().map(mapping_of).transpose()?)
+            .elevations(self.elevations)
+            .padding(padding)
+            .handedness(if self.left_handed { CubeHandedness::Left } else { CubeHandedness::Right }))
+    }
+}
+
+/// A map from a file, and what reading it found.
 #[pyfunction]
-pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<Map> {
+pub(crate) fn load(py: Python<'_>, path: PathBuf, reading: Reading) -> PyResult<(Map, Vec<String>)> {
+    let options = reading.options()?;
     // A file that is not there says so by itself.
     let size = std::fs::metadata(&path).map_or(0, |file| file.len() as usize);
-    answered(py, size, || MappedMap::load(path))?.map(Map::from).map_err(|error| error_of(&error))
+    let read = answered(py, size, move || read_map(&path, &options))?;
+    let (map, report) = read.map_err(|error| error_of(&error))?;
+    Ok((map.into_base().into(), report.picture.notes))
+}
+
+/// The sky of a type of the CIE with this radiance at the zenith, over a ground of an albedo.
+#[pyfunction]
+pub(crate) fn cie_sky(
+    py: Python<'_>,
+    kind: usize,
+    sun: [f64; 3],
+    zenith: [f64; 3],
+    albedo: [f64; 3],
+    height: usize,
+) -> PyResult<Map> {
+    let sun = Dir::new(sun).ok_or_else(|| value_error("expected a direction, found a vector without one"))?;
+    let sky = CieSky::new(kind, sun, Rgb::from(zenith)).map_err(|error| error_of(&error))?;
+    let ground = Ground { albedo: Rgb::from(albedo), ..Ground::default() };
+    Ok(answered(py, 6 * height * height, move || sky_map(&sky, &ground, 2 * height, height))?.into())
 }
 
 /// A map that comes with Lobe.
@@ -126,8 +182,21 @@ impl Map {
             )));
         };
         let colors: &[Rgb<f32>] = bytemuck::cast_slice(contiguous(&texels)?);
-        let colors =
-            if colors.len() < MANY { colors.to_vec() } else { py.detach(|| colors.par_iter().copied().collect()) };
+        let is_off = |c: &Rgb<f32>| !(c.r + c.g + c.b).is_finite() && !c.to_array().iter().all(|c| c.is_finite());
+        let (colors, off) = if colors.len() < MANY {
+            (colors.to_vec(), colors.iter().position(is_off))
+        } else {
+            py.detach(|| (colors.par_iter().copied().collect(), colors.par_iter().position_first(is_off)))
+        };
+        if let Some(at) = off {
+            let found = colors[at].to_array();
+            let message = format!(
+                "texels: expected finite numbers, found {found:?} at row {}, column {}",
+                at / width,
+                at % width
+            );
+            return Err(value_error(message));
+        }
         MappedMap::new(mapping_of(mapping)?, width, height, colors).map(Self::from).map_err(|error| error_of(&error))
     }
 
