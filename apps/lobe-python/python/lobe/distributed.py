@@ -232,8 +232,9 @@ def _bake_missing(
         return future
 
     def room() -> int:
-        threads: dict[str, int] = client.nthreads()
-        return min(len(missing), max(0, AHEAD * max(1, sum(threads.values())) - len(futures)))
+        threads: Any = client.nthreads()
+        tasks: int = sum(threads.values())
+        return min(len(missing), max(0, AHEAD * max(1, tasks) - len(futures)))
 
     try:
         ready = as_completed([start() for _ in range(room())])
