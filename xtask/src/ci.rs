@@ -118,7 +118,7 @@ const BEVY: Step = Step {
 /// Another program poses what Lobe poses.
 const MOTION: Step = Step {
     name: "motion",
-    work: Work::Where(has_node_and_chromium, "node", "peers/motion/motion.mjs target/release/examples/poses"),
+    work: Work::Where(has_node, "node", "peers/motion/motion.mjs target/release/examples/poses"),
 };
 /// Another renderer bakes what Lobe bakes.
 const MITSUBA: Step =
@@ -127,8 +127,12 @@ const MITSUBA: Step =
 const WEB: Step =
     Step { name: "web", work: Work::Where(has_node_and_chromium, "cargo", "run --package xtask -- web --check") };
 
+fn has_node() -> Result<(), String> {
+    toolchain::has_program("node", "https://nodejs.org")
+}
+
 fn has_node_and_chromium() -> Result<(), String> {
-    toolchain::has_program("node", "https://nodejs.org")?;
+    has_node()?;
     toolchain::has_program("chromium", "apt-get install chromium")
 }
 
