@@ -22,6 +22,7 @@ mod rows;
 mod search;
 mod value_product;
 
+use numpy::PyArray1;
 use pyo3::prelude::*;
 
 /// Kernels over arrays whose shapes the package `lobe` has checked.
@@ -53,6 +54,8 @@ mod _lobe {
     /// The version of Lobe.
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        // numpy's table of functions is looked up with the first array: Ctrl-C in the middle of that would be a panic.
+        drop(PyArray1::<f64>::zeros(module.py(), 0, false));
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

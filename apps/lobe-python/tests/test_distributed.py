@@ -18,6 +18,7 @@ import lobe
 distributed = pytest.importorskip("distributed", reason="dask's distributed is not installed")
 
 import lobe._shards as shards  # noqa: E402
+import lobe._tasks as tasks  # noqa: E402
 import lobe.distributed as on_dask  # noqa: E402
 
 # Warnings of Dask about its own processes, which are killed here on purpose.
@@ -277,8 +278,10 @@ def test_a_worker_of_several_threads_reads_the_scene_once(tmp_path, monkeypatch)
         time.sleep(0.2)
         return of(options, scene)
 
+    identity = tasks.identity_of(OPTIONS.of(SCENE), SCENE, OPTIONS)
+    monkeypatch.setattr(tasks, "_read", {})
     monkeypatch.setattr(lobe.BakeOptions, "of", slowly)
-    arguments = (None, SCENE, dataclasses.asdict(OPTIONS), f"once-{tmp_path}".replace(os.sep, "-"), lobe.__version__)
+    arguments = (None, SCENE, dataclasses.asdict(OPTIONS), identity, lobe.__version__)
     with concurrent.futures.ThreadPoolExecutor(4) as threads:
         parts = list(threads.map(lambda number: on_dask.bake_shard(*arguments, number, 4), range(1, 5)))
     assert read == [SCENE] and len({*parts}) == 4

@@ -11,7 +11,7 @@ LONG = {
     "minimum": "f.minimum()",
     "product": "f.product(f, 31)",
     "encoding": "f.resized(3).encode('zh3').eval(np.tile([0.0, 0.0, 1.0], (100_000, 1)))",
-    "errors of encodings": "lobe.Sh(np.asarray(f)[0]).encodings(normals=10**7)",
+    "errors of encodings": "lobe.Sh(np.asarray(f)[0]).encodings(normals=1 << 20)",
     "sky": "lobe.EnvMap.sky([0, 0, 1], height=8192)",
     "reconstruction": "lobe.reconstruct(lobe.Sh(np.asarray(f)[0]), 16384, 8192)",
     "projection": "lobe.project(np.ones((6 * 2048, 2048, 3), np.float32), 16, 'cube')",

@@ -67,8 +67,10 @@ class BakeOptions:
         self._check_points()
 
     def _check_points(self) -> None:
-        if self.max_edge is not None and real(self.max_edge, "max_edge", 0.0) == 0.0:
-            raise ValueError("max_edge: expected a length above 0, found 0")
+        if self.max_edge is not None:
+            expect(self.max_edge, (int, float, np.integer, np.floating), "max_edge", "a number")
+            if not (np.isfinite(self.max_edge) and self.max_edge > 0):
+                raise ValueError(f"max_edge: expected a length above 0, found {self.max_edge}")
         if self.texels is not None:
             whole(self.texels, "texels", 1, 1 << 14)
         for corners, what, expected in [(self.grid, "grid", "three numbers of points"), (self.grid_box, "grid_box", "two corners")]:
