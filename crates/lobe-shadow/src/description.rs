@@ -12,7 +12,8 @@
 //!
 //! What stands still is the name of a file, an object with `mesh` and `field`, or a list of such. What may be left out: `still`, `lamps`,
 //! all of an entity but its name and mesh, and of a key all but what differs from resting at the origin at time 0. An
-//! `animation` is that of a glTF file, by name or number; the keys then move the animated whole. Translations and rotations, unit
+//! `animation` is that of a glTF file, by name or number; the keys then move the animated whole, and `spheres` may be a list, each of
+//! a part that the animation moves. Translations and rotations, unit
 //! quaternions x, y, z, w, are in Lobe's frame, z up; files are named relative to the description.
 
 use std::fs::File;
@@ -23,6 +24,7 @@ use lobe_io::IoError;
 use lobe_scene::referenced_file;
 use serde::Deserialize;
 
+use crate::error::one_line;
 use crate::lamp_description::{LampJson, MAX_LAMPS};
 use crate::track_json::{KeyJson, track_of};
 use crate::{LampDescription, ShadowError, Track};
@@ -69,8 +71,8 @@ pub struct EntityDescription {
     pub mesh: PathBuf,
     /// The file of its occlusion field.
     pub field: Option<PathBuf>,
-    /// The file of its sphere set.
-    pub spheres: Option<PathBuf>,
+    /// The files of its sphere sets: one at most of what moves as a whole, one for each part of what an animation moves.
+    pub spheres: Vec<PathBuf>,
     /// The animation of a glTF file that is played, by its name or number.
     pub animation: Option<String>,
     /// Whether the animation begins anew when it has ended; else it rests.
@@ -126,6 +128,23 @@ enum AnimationJson {
     Number(u32),
 }
 
+/// One file or several.
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "expected the name of a file, or a list of such")]
+enum NamesJson {
+    One(String),
+    Several(Vec<String>),
+}
+
+impl NamesJson {
+    fn names(&self) -> &[String] {
+        match self {
+            Self::One(one) => std::slice::from_ref(one),
+            Self::Several(several) => several,
+        }
+    }
+}
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct EntityJson {
@@ -134,7 +153,7 @@ struct EntityJson {
     #[serde(default)]
     field: Option<String>,
     #[serde(default)]
-    spheres: Option<String>,
+    spheres: Option<NamesJson>,
     #[serde(default)]
     animation: Option<AnimationJson>,
     #[serde(default, rename = "loop")]
@@ -172,11 +191,16 @@ impl SceneDescription {
             if entity.is_looped && entity.animation.is_none() {
                 return Err(within("expected `loop` beside an `animation`, found it alone".to_owned()));
             }
+            let spheres = entity.spheres.as_ref().map(NamesJson::names).unwrap_or_default();
+            if spheres.len() > 1 && entity.animation.is_none() {
+                let found = spheres.len();
+                return Err(within(format!("expected one file of `spheres` without an `animation`, found {found}")));
+            }
             Ok(EntityDescription {
                 name: one_line(&entity.name),
                 mesh: file(&entity.mesh)?,
                 field: optional(&entity.field)?,
-                spheres: optional(&entity.spheres)?,
+                spheres: spheres.iter().map(|name| file(name)).collect::<Result<_, _>>()?,
                 animation: entity.animation.as_ref().map(|animation| match animation {
                     AnimationJson::Name(name) => name.clone(),
                     AnimationJson::Number(number) => number.to_string(),
@@ -256,11 +280,6 @@ fn parse(bytes: &[u8], place: &str) -> Result<SceneJson, ShadowError> {
 
 fn invalid(place: &str, message: String) -> ShadowError {
     ShadowError::Invalid { place: place.to_owned(), message }
-}
-
-/// A name of a file in a message: control characters do not break the line.
-fn one_line(text: &str) -> String {
-    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
 
 #[cfg(test)]
@@ -380,6 +399,14 @@ mod tests {
             (format!("{GOOD} x"), "the end"),
             (with("\"keys\"", "\"loop\": true, \"keys\""), "entity `ball`: expected `loop` beside an `animation`"),
             (with("\"keys\"", "\"animation\": [], \"keys\""), "entities[0].animation: expected the name or the number"),
+            (
+                with("\"keys\"", "\"spheres\": {}, \"keys\""),
+                "entities[0].spheres: expected the name of a file, or a list",
+            ),
+            (
+                with("\"keys\"", "\"spheres\": [\"a\", \"b\"], \"keys\""),
+                "entity `ball`: expected one file of `spheres` without an `animation`, found 2",
+            ),
             (with("\"entities\"", "\"still\": {}, \"entities\""), "still: expected the name of a file"),
             (
                 with("[4, 0, 1]", "[4, 0, 1e16]"),

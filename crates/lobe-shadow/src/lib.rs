@@ -15,7 +15,7 @@
 //! | lamps near by | [`LampSurface`], its [`RadianceField`], [`PatchField`]; files of them [`Lamp`], [`write_lamp`], [`read_lamp`] |
 //! | entities together, and shading | [`ShadowFields`], [`PlacedField`], [`LocalLight`], [`ShadowReceivers`] |
 //! | sphere sets | [`SphereSet`], [`fit_spheres`], [`SphereFitOptions`] |
-//! | spheres that follow joints | [`SkinnedMesh`], [`Skin`], [`WorldSphere`] |
+//! | spheres that follow joints | [`SphereSet::bind_to`] an entity, its [`Skeleton`]; [`SkinnedMesh`], [`Skin`], [`WorldSphere`] |
 //! | files of sphere sets | [`write_spheres`], [`read_spheres`], [`SphereSetJson`] |
 //! | spheres' shadows ([Ren et al. 2006]) | [`SphereShadows`] of [`Occluder`]s, [`ShadowOptions`], [`ShadowReceivers`]; many far ones as one [`SphereTree`] |
 //! | the table that they need | [`LogTable`], [`cached_log_table`], [`read_log_table`], [`write_log_table`] |
@@ -63,6 +63,7 @@ pub use placement::Placement;
 pub use receivers::ShadowReceivers;
 pub use spheres::fit_spheres::{SphereFitMethod, SphereFitOptions, SphereFitReport, fit_spheres, refine_spheres};
 pub use spheres::pose::{SkinnedMesh, WorldSphere};
+pub use spheres::skeleton::Skeleton;
 pub use spheres::skin::Skin;
 pub use spheres::solid::Solid;
 pub use spheres::sphere_file::{read_spheres, read_spheres_bytes, write_spheres};

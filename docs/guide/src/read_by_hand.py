@@ -253,6 +253,23 @@ def spheres(about, tensors):
     return [([o + x for o, x in zip(origin, centers[3 * k :])], r) for k, r in enumerate(tensors["radii"])]
 
 
+def posed_spheres(about, tensors, matrices):
+    """Centers and radii where joints are: for each 12 numbers, the rows of M, and last for the node of the entity."""
+
+    def det(m):
+        return sum(m[i] * (m[4 + (i + 1) % 3] * m[8 + (i + 2) % 3] - m[4 + (i + 2) % 3] * m[8 + (i + 1) % 3]) for i in range(3))
+
+    found = []
+    for k, (c, radius) in enumerate(spheres(about, tensors)):
+        joints, weights = [len(matrices) - 1], [1.0]
+        if "joints" in tensors:
+            joints, weights = tensors["joints"][4 * k :][:4], tensors["weights"][4 * k :][:4]
+        four = [(w, matrices[j]) for j, w in zip(joints, weights) if w > 0]
+        center = [sum(w * (sum(m[4 * i + x] * c[x] for x in range(3)) + m[4 * i + 3]) for w, m in four) for i in range(3)]
+        found.append((center, radius * sum(w * abs(det(m)) ** (1 / 3) for w, m in four)))
+    return found
+
+
 def option(arguments, name):
     """The value of an option, which is taken out of the arguments."""
     if name not in arguments:
@@ -283,6 +300,9 @@ def main(arguments):
             continue
         if kind in ("lobe-spheres", "lobe-sphere-logarithms"):
             print(f"{path}: {kind},", f"{len(tensors['radii'])} spheres" if "radii" in tensors else about["options"])
+            if "skeleton" in about:
+                still = [[float(i % 5 == 0) for i in range(12)]] * (len(about["skeleton"]["joints"]) + 1)
+                print("  of", about["skeleton"]["entity"], "bound at", posed_spheres(about, tensors, still)[0])
             continue
         if "matrices" in tensors:
             print(f"{path}: {about['format']}, order {about['order']}, {len(tensors['matrices'])} numbers")

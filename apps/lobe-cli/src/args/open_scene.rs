@@ -35,7 +35,9 @@ impl<'a> OpenScene<'a> {
         if let Some(built_in_name) = name.strip_prefix(BUILT_IN) {
             self.input.check_built_in_options()?;
             if self.input.is_built_in_motion() {
-                bail!("{name}: moves; lobe render shows it, by --mode truth, fields or shexp");
+                bail!(
+                    "{name}: moves; lobe render shows it, by --mode truth, fields or shexp, and lobe spheres fits one --entity NAME of it"
+                );
             }
             let Some(scene) = built_in::named(built_in_name) else {
                 let known = built_in::NAMES.map(|known| format!("{BUILT_IN}{known}")).join(", ");

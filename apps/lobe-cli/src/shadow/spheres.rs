@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::{ArgMatches, Args, Command, FromArgMatches};
+use lobe::io::Job;
 use lobe::shadow::{
     LogTable, LogTableOptions, ShadowError, SphereFitMethod, SphereFitOptions, SphereSetJson, fit_spheres,
     write_log_table, write_spheres,
@@ -86,6 +87,10 @@ pub(crate) struct Spheres {
     /// The spheres, a .safetensors file
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
+    /// Only this entity of a scene: a mesh, or a node of a glTF file, by name or number; in the shape that its skin was bound to.
+    /// The file then has the joints of each sphere, which follow them where an animation moves the entity
+    #[arg(long, value_name = "NAME")]
+    entity: Option<String>,
     /// Number of spheres, 1 to 4096
     #[arg(short = 'n', long, value_name = "K", value_parser = count)]
     count: usize,
@@ -160,7 +165,15 @@ impl Spheres {
         }
         output::check_safetensors(&self.output)?;
         output::prepare_file(&self.output, &[self.input.path()])?;
-        let scene = OpenScene::new(&self.input, &self.memory, talk)?.scene()?;
+        let opened = OpenScene::new(&self.input, &self.memory, talk)?;
+        let (scene, entity) = match &self.entity {
+            Some(name) => {
+                let (animated, _) = opened.animated()?;
+                let entity = animated.entity(name)?.clone();
+                (animated.own_scene(&entity)?, Some((animated, entity)))
+            }
+            None => (opened.scene()?, None),
+        };
         let options = self.options();
         let what = format!("a fit to {} points", options.samples);
         self.memory.check(&what, POINT * options.samples as u64, "fewer --points")?;
@@ -173,10 +186,18 @@ impl Spheres {
             ShadowError::Options(message) => ShadowError::Invalid { place: self.input.name(), message },
             other => other,
         };
+        let fit = |mut job: Job<'_>| {
+            let (spheres, report) = fit_spheres(&scene, &options, job.reborrow()).map_err(named)?;
+            let bound = match &entity {
+                Some((animated, entity)) => spheres.bind_to(animated, entity, &mut job)?,
+                None => spheres,
+            };
+            Ok::<_, ShadowError>((bound, report))
+        };
         let (spheres, report) = if is_variational {
-            checkpoint.watched_fit(talk, |job| fit_spheres(&scene, &options, job).map_err(named))?
+            checkpoint.watched_fit(talk, fit)?
         } else {
-            let fitted = watched(talk, "fit", |job| fit_spheres(&scene, &options, job).map_err(named))?;
+            let fitted = watched(talk, "fit", fit)?;
             fitted.or_else(|_| bail!("stopped; nothing is written, and the same command starts anew"))?
         };
         if report.certainty < CERTAIN {

@@ -33,6 +33,7 @@ mod sh;
 mod sh_arithmetic;
 mod sh_log_exp;
 mod sharing;
+mod skinned_spheres;
 #[cfg(unix)]
 mod stopped;
 mod streams;

@@ -127,17 +127,8 @@ impl PlacedPart {
         entity: &Entity,
         scene: &Scene,
     ) -> Result<Self, RenderError> {
-        // The node moves what has no joints: of a part with a skin some meshes may not.
-        let joints = entity.skin().map(|skin| posed.joint_maps(skin)).unwrap_or_default();
-        let maps = joints.into_iter().chain([posed.place(entity)]);
-        let origin = posed.scene().origin();
-        let rows = maps.map(|place| {
-            let mut rows = place.rows();
-            (0..3).for_each(|k| rows[k][3] += origin[k]);
-            rows
-        });
         let spheres = match &part.spheres {
-            Some(set) => set.posed(&rows.collect::<Vec<_>>())?,
+            Some(set) => set.posed_with(posed, entity)?,
             None => Vec::new(),
         };
         let frame = Placement::new(scene.origin(), Rotation::IDENTITY, 1.0);

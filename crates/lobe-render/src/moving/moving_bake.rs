@@ -15,7 +15,6 @@ use lobe_shadow::{
 
 use crate::moving::part_backs::PartBacks;
 use crate::moving::sphere_albedo::sphere_albedos;
-use crate::moving::sphere_joints::bound;
 use crate::moving::swept_box::swept_box;
 use crate::{
     Motion, MovingMethod, MovingPart, MovingScene, RenderError, VisibilityGrid, VisibilityGridOptions, transfer_bytes,
@@ -209,7 +208,11 @@ impl MovingScene {
             }
             PartBakeKind::Spheres => {
                 let (spheres, _) = fit_spheres(&part.scene, &options.spheres_of(part), job.reborrow())?;
-                let spheres = Arc::new(bound(spheres, part, self.rig_of(of.parts[0]), &mut job)?);
+                let spheres = match (&part.motion, self.rig_of(of.parts[0])) {
+                    (Motion::Deformed(entity), Some(rig)) => spheres.bind_to(rig, entity, &mut job)?,
+                    _ => spheres,
+                };
+                let spheres = Arc::new(spheres);
                 self.share(of, |part| part.spheres = Some(Arc::clone(&spheres)));
             }
             PartBakeKind::Visibility => {

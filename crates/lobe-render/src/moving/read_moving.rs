@@ -6,10 +6,11 @@ use std::sync::Arc;
 use lobe_prt::{AlbedoMode, BakeOptions, BakedOrScene, BakedTransfer, Transfer, read_baked_or_scene};
 use lobe_scene::{AnimatedScene, GltfReader, Scene, SceneReadOptions, SceneReadReport, built_in, is_gltf, read_scene};
 use lobe_shadow::{
-    EntityDescription, Lamp, LampDescription, LampSource, SceneDescription, SphereSet, StillDescription, read_field,
-    read_lamp, read_spheres,
+    EntityDescription, Lamp, LampDescription, LampSource, SceneDescription, StillDescription, read_field, read_lamp,
 };
 
+use crate::moving::ABOUT;
+use crate::moving::named_spheres::rigid_spheres;
 use crate::{Motion, MovingLamp, MovingPart, MovingScene, RenderError};
 
 /// Bytes of a vertex and of a triangle of a scene, as files are counted when they are read.
@@ -57,7 +58,9 @@ impl MovingScene {
                     let gltf = reader.open(&entity.mesh)?;
                     let animated = reader.animated(&entity, animation, gltf.as_ref())?;
                     let baked = gltf.map(|gltf| reader.baked_of(&gltf, animated.0.rest())).transpose()?.flatten();
+                    let first = moving.parts().len();
                     moving.add_animated(&entity.name, animated, baked.as_ref(), entity.track)?;
+                    moving.take_spheres(first..moving.parts().len(), &entity.spheres)?;
                 }
                 None => moving.add(reader.rigid(entity)?),
             }
@@ -78,11 +81,7 @@ impl Reader {
     fn rigid(&mut self, entity: EntityDescription) -> Result<MovingPart, RenderError> {
         let mut part = self.part(&entity.mesh, &entity.name, Motion::Track(entity.track))?;
         part.field = entity.field.as_ref().map(|file| field_of(&part, file)).transpose()?;
-        if let Some(file) = &entity.spheres {
-            let spheres = read_spheres(file)?;
-            expect_near(&part, file, &spheres)?;
-            part.spheres = Some(Arc::new(spheres));
-        }
+        part.spheres = entity.spheres.first().map(|file| rigid_spheres(&part, file)).transpose()?;
         Ok(part)
     }
 
@@ -117,9 +116,8 @@ impl Reader {
         gltf: Option<&GltfReader>,
     ) -> Result<(AnimatedScene, usize, bool), RenderError> {
         let file = &entity.mesh;
-        if entity.field.is_some() || entity.spheres.is_some() {
-            let message =
-                "is animated: a field and spheres of the parts that it moves are made, none can be named for it";
+        if entity.field.is_some() {
+            let message = "is animated: fields of the parts that it moves are made, none can be named for it";
             return Err(RenderError::invalid(file, message));
         }
         let made = file.display().to_string().strip_prefix("built-in:").and_then(built_in::moving);
@@ -228,30 +226,6 @@ fn field_of(part: &MovingPart, file: &Path) -> Result<Arc<lobe_shadow::Occlusion
     }
 }
 
-/// How far what belongs to a mesh may be from it, as a part of its size: rounding, and a mesh that was split or simplified.
-const ABOUT: f64 = 0.05;
-
 fn widest(half: [f64; 3]) -> f64 {
     half.iter().fold(0.0, |a, b| a.max(*b))
-}
-
-/// Refuses spheres of a file that are not about a part: none may have its center farther from the middle of the part's box than
-/// the corners.
-fn expect_near(part: &MovingPart, file: &Path, spheres: &SphereSet) -> Result<(), RenderError> {
-    let bounds = part.scene.bounds();
-    let middle: [f64; 3] = std::array::from_fn(|k| 0.5 * (f64::from(bounds.min[k]) + f64::from(bounds.max[k])));
-    let half: [f64; 3] = std::array::from_fn(|k| 0.5 * (f64::from(bounds.max[k]) - f64::from(bounds.min[k])));
-    let reach = (1.0 + ABOUT) * half.iter().map(|c| c * c).sum::<f64>().sqrt();
-    for (k, (center, radius)) in spheres.centers().iter().zip(spheres.radii()).enumerate() {
-        let off = (0..3).map(|i| (f64::from(center[i]) - middle[i]).powi(2)).sum::<f64>().sqrt();
-        if off > reach || f64::from(*radius) > 2.0 * reach {
-            let message = format!(
-                "expected spheres of `{}`, within {reach:.4} of {middle:?}, found number {k} at {center:?} with the radius {radius}; \
-                 fit them to that mesh",
-                part.name
-            );
-            return Err(RenderError::invalid(file, message));
-        }
-    }
-    Ok(())
 }

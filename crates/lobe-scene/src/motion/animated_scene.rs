@@ -13,6 +13,9 @@ use crate::motion::skin::Skin;
 use crate::scene::transform::Trs;
 use crate::{Animation, Entity, EntityKind, Material, Mesh, PosedScene, Scene, SceneError};
 
+/// The most names of entities in a message.
+const LISTED: usize = 16;
+
 /// A scene whose nodes, skins and morph targets animations move.
 ///
 /// A [pose](Self::pose) has the same meshes, vertices and triangles, in the same order, as the scene at rest, which is
@@ -117,6 +120,27 @@ impl AnimatedScene {
     #[must_use]
     pub fn entities(&self) -> &[Entity] {
         &self.entities
+    }
+
+    /// The entity of a name, or of the number of its node, where none has it as its name. Of several of one name, the first.
+    ///
+    /// # Errors
+    /// [`SceneError::Options`] if there is no such entity, with the names of those that are there.
+    pub fn entity(&self, name: &str) -> Result<&Entity, SceneError> {
+        let by_name = self.entities.iter().find(|entity| entity.name() == Some(name));
+        let by_number = || name.parse().ok().and_then(|node: usize| self.entities.iter().find(|e| e.node() == node));
+        by_name.or_else(by_number).ok_or_else(|| {
+            let named = |entity: &Entity| match entity.name() {
+                Some(name) => format!("`{name}`"),
+                None => entity.node().to_string(),
+            };
+            let mut all: Vec<String> = self.entities.iter().take(LISTED).map(named).collect();
+            if self.entities.len() > LISTED {
+                all.push(format!("{} more", self.entities.len() - LISTED));
+            }
+            let all = all.join(", ");
+            SceneError::Options(one_line(&format!("found no entity `{name}` in the scene: expected one of {all}")))
+        })
     }
 
     /// Whether one animation moves or deforms an entity. [`Self::kinds_in`] answers for all at once.

@@ -114,6 +114,16 @@ fn times_outside_are_clamped_and_can_be_looped() {
 }
 
 #[test]
+fn entities_are_found_by_name_or_by_the_number_of_their_node() {
+    let scene = lobe_scene::built_in::walking_figure(8);
+    let figure = scene.entity("figure").unwrap();
+    assert!(figure.skin().is_some(), "the one with a skin");
+    assert_eq!(scene.entity(&figure.node().to_string()).unwrap(), figure, "by number");
+    let error = scene.entity("no\none").unwrap_err().to_string();
+    assert_eq!(error, "found no entity `no one` in the scene: expected one of `ground`, `figure`", "message");
+}
+
+#[test]
 fn animations_are_found_by_name_or_by_number() {
     let keys: (&[f32], &str, &[f32]) = (&[0.5], "VEC3", &[3.0, 0.0, 0.0]);
     let file = Gltf::square()

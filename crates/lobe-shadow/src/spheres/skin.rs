@@ -2,6 +2,9 @@
 
 use crate::ShadowError;
 
+/// How far from 1 the weights of a file may sum: what is written with four digits still counts, a forgotten joint does not.
+const SUM_TOLERANCE: f32 = 1e-4;
+
 /// The joints that spheres move with: four for each, with weights that sum to 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Skin {
@@ -30,11 +33,22 @@ impl Skin {
         Ok(Self { joints, weights })
     }
 
-    /// Weights that sum to 1 already are taken as they are, so that what is read is what was written.
+    /// Joints and weights of a file, which must sum to 1. Those that do to rounding are taken as they are, so that what is read is
+    /// what was written.
     pub(crate) fn from_normalized(joints: Vec<[u16; 4]>, weights: Vec<[f32; 4]>) -> Result<Self, ShadowError> {
         let skin = Self::new(joints, weights.clone())?;
-        let is_normalized = weights.iter().all(|four| (four.iter().sum::<f32>() - 1.0).abs() <= 4.0 * f32::EPSILON);
+        let off = |four: &[f32; 4]| (four.iter().sum::<f32>() - 1.0).abs();
+        if let Some(k) = weights.iter().position(|four| off(four) > SUM_TOLERANCE) {
+            let four = weights[k];
+            return Err(ShadowError::Options(format!("expected weights that sum to 1, found {four:?} at sphere {k}")));
+        }
+        let is_normalized = weights.iter().all(|four| off(four) <= 4.0 * f32::EPSILON);
         Ok(if is_normalized { Self { weights, ..skin } } else { skin })
+    }
+
+    /// The same weights of joints with other numbers, as many as there were.
+    pub(crate) fn with_joints(self, joints: Vec<[u16; 4]>) -> Self {
+        Self { joints, ..self }
     }
 
     /// Four joints for each sphere.

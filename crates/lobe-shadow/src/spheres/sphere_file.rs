@@ -6,7 +6,7 @@ use lobe_io::{Numbers, Tensor, TensorFile, TensorFormat, read_file, write_tensor
 use serde::{Deserialize, Serialize};
 
 use crate::spheres::sphere_set::check;
-use crate::{ShadowError, Skin, SphereSet};
+use crate::{ShadowError, Skeleton, Skin, SphereSet};
 
 const SPHERES: TensorFormat = TensorFormat { name: "lobe-spheres", version: 1, if_older: "make the spheres anew" };
 
@@ -14,13 +14,16 @@ const SPHERES: TensorFormat = TensorFormat { name: "lobe-spheres", version: 1, i
 struct Header {
     #[serde(default)]
     origin: [f64; 3],
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    skeleton: Option<Skeleton>,
 }
 
 /// Writes a set: tensors `centers` of `[n, 3]` and `radii` of `[n]` floats, and of a set with a [`Skin`] also
 /// `joints`, 16-bit numbers, and `weights`, floats, both of `[n, 4]`.
 ///
-/// The metadata's entry `lobe` is JSON: format `lobe-spheres`, version 1, and `origin`, the point of the mesh's own frame from
-/// which the centers count. Until all is written, nothing has the file's name.
+/// The metadata's entry `lobe` is JSON: format `lobe-spheres`, version 1, `origin`, the point of the mesh's own frame from
+/// which the centers count, and of a set that is bound to an entity its [`Skeleton`]: `skeleton`, an object of `entity`, `node` and
+/// `joints`. Until all is written, nothing has the file's name.
 ///
 /// # Errors
 /// [`ShadowError::Io`] if the system refuses.
@@ -34,7 +37,8 @@ pub fn write_spheres(path: impl AsRef<Path>, set: &SphereSet) -> Result<(), Shad
         tensors.push(Tensor::new("joints", [n, 4], Numbers::U16(skin.joints().as_flattened())));
         tensors.push(Tensor::new("weights", [n, 4], Numbers::F32(skin.weights().as_flattened())));
     }
-    Ok(write_tensors(path.as_ref(), SPHERES, &Header { origin: set.origin() }, &tensors)?)
+    let header = Header { origin: set.origin(), skeleton: set.skeleton().cloned() };
+    Ok(write_tensors(path.as_ref(), SPHERES, &header, &tensors)?)
 }
 
 /// Reads what [`write_spheres`] wrote. A set without spheres and spheres of radius 0 are read as they are.
@@ -55,16 +59,19 @@ pub fn read_spheres(path: impl AsRef<Path>) -> Result<SphereSet, ShadowError> {
 pub fn read_spheres_bytes(bytes: &[u8], name: &str) -> Result<SphereSet, ShadowError> {
     let file = TensorFile::parse(bytes, name, &[SPHERES])?;
     let within = |error: ShadowError| file.invalid(error.to_string());
-    let Header { origin } = file.header()?;
+    let Header { origin, skeleton } = file.header()?;
     let centers = file.f32("centers", &[None, Some(3)])?.as_chunks().0.to_vec();
     let radii = file.f32("radii", &[None])?;
     check(&centers, &radii).map_err(|message| file.invalid(message))?;
-    let set = SphereSet::new(centers, radii).and_then(|set| set.with_origin(origin)).map_err(within)?;
-    if !file.has("joints") && !file.has("weights") {
-        return Ok(set);
+    let mut set = SphereSet::new(centers, radii).and_then(|set| set.with_origin(origin)).map_err(within)?;
+    if file.has("joints") || file.has("weights") {
+        let joints = file.u16("joints", &[None, Some(4)])?.as_chunks().0.to_vec();
+        let weights = file.f32("weights", &[None, Some(4)])?.as_chunks().0.to_vec();
+        let skin = Skin::from_normalized(joints, weights).map_err(within)?;
+        set = set.with_skin(skin).map_err(within)?;
     }
-    let joints = file.u16("joints", &[None, Some(4)])?.as_chunks().0.to_vec();
-    let weights = file.f32("weights", &[None, Some(4)])?.as_chunks().0.to_vec();
-    let skin = Skin::from_normalized(joints, weights).map_err(within)?;
-    Ok(set.with_skin(skin).map_err(within)?)
+    if let Some(skeleton) = skeleton {
+        set = set.with_skeleton(skeleton).map_err(within)?;
+    }
+    Ok(set)
 }

@@ -1,6 +1,7 @@
 //! Sets of spheres that stand for a solid.
 
 use crate::ShadowError;
+use crate::spheres::skeleton::Skeleton;
 use crate::spheres::skin::Skin;
 
 /// Spheres in the frame of the mesh that they stand for, and the joints they move with, if any.
@@ -23,6 +24,7 @@ pub struct SphereSet {
     radii: Vec<f32>,
     origin: [f64; 3],
     skin: Option<Skin>,
+    skeleton: Option<Skeleton>,
 }
 
 impl SphereSet {
@@ -32,7 +34,7 @@ impl SphereSet {
     /// [`ShadowError::Options`] if there are not as many of both, or one is not finite, or a radius is negative.
     pub fn new(centers: Vec<[f32; 3]>, radii: Vec<f32>) -> Result<Self, ShadowError> {
         check(&centers, &radii).map_err(ShadowError::Options)?;
-        Ok(Self { centers, radii, origin: [0.0; 3], skin: None })
+        Ok(Self { centers, radii, origin: [0.0; 3], skin: None, skeleton: None })
     }
 
     /// The number of spheres.
@@ -91,7 +93,13 @@ impl SphereSet {
         self.skin.as_ref()
     }
 
-    /// The set with other joints.
+    /// The entity that it was [bound to](Self::bind_to), if any.
+    #[must_use]
+    pub fn skeleton(&self) -> Option<&Skeleton> {
+        self.skeleton.as_ref()
+    }
+
+    /// The set with other joints, of no entity that it would know.
     ///
     /// # Errors
     /// [`ShadowError::Options`] if they are not of as many spheres.
@@ -100,7 +108,29 @@ impl SphereSet {
             let (found, expected) = (skin.joints().len(), self.len());
             return Err(ShadowError::Options(format!("expected joints of {expected} spheres, found those of {found}")));
         }
-        self.skin = Some(skin);
+        (self.skin, self.skeleton) = (Some(skin), None);
+        Ok(self)
+    }
+
+    /// The set as one of an entity whose joints it moves with.
+    ///
+    /// # Errors
+    /// [`ShadowError::Options`] if the entity has no such joint.
+    pub fn with_skeleton(mut self, skeleton: Skeleton) -> Result<Self, ShadowError> {
+        // The node counts as one joint more.
+        let node = skeleton.joints().len();
+        for (k, (four, weights)) in
+            self.skin.iter().flat_map(|skin| skin.joints().iter().zip(skin.weights())).enumerate()
+        {
+            let beyond = four.iter().zip(weights).find(|(j, w)| **w > 0.0 && usize::from(**j) > node);
+            if let Some((joint, _)) = beyond {
+                let of = skeleton.label();
+                return Err(ShadowError::Options(format!(
+                    "expected joints of {of}, which has {node}, found number {joint} at sphere {k}"
+                )));
+            }
+        }
+        self.skeleton = Some(skeleton);
         Ok(self)
     }
 }

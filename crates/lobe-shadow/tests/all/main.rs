@@ -17,6 +17,7 @@ mod shapes;
 mod shares;
 mod solids;
 mod sphere_bounce;
+mod sphere_entities;
 mod sphere_files;
 mod sphere_fits;
 mod sphere_skins;

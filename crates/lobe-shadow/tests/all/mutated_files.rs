@@ -2,6 +2,7 @@
 
 use lobe_io::Job;
 use lobe_prt::CompressOptions;
+use lobe_scene::built_in;
 use lobe_sh::{Expansion as _, Rgb};
 use lobe_shadow::{
     FieldOptions, FieldStorage, Lamp, LampSequence, PatchField, RadialInterpolation, RadianceOptions, Rectangle,
@@ -14,6 +15,8 @@ use crate::shapes::ball;
 
 /// Changed files of each kind.
 const COUNT: usize = 3000;
+
+const STILL: [[f64; 4]; 3] = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
 
 /// Some bytes changed: most of the time in the header, digits for digits among them.
 fn mutated(whole: &[u8], random: &mut Random) -> Vec<u8> {
@@ -102,14 +105,23 @@ fn changed_files_are_read_or_refused_in_one_line() {
             },
         );
     }
-    write_spheres(&path, &SphereSet::new(vec![[0.0; 3], [1.0, 2.0, 3.0]], vec![0.5, 0.7]).unwrap()).unwrap();
-    let whole = std::fs::read(&path).unwrap();
-    check(
-        "spheres",
-        &whole,
-        |bytes| read_spheres_bytes(bytes, "mutated"),
-        |set| {
-            assert!(set.radii().iter().all(|r| *r >= 0.0), "{set:?}");
-        },
-    );
+    let plain = SphereSet::new(vec![[0.0; 3], [1.0, 2.0, 3.0]], vec![0.5, 0.7]).unwrap();
+    let walking = built_in::walking_figure(8);
+    let bound = plain.clone().bind_to(&walking, &walking.entities()[1], &mut Job::default()).unwrap();
+    for set in [plain, bound] {
+        write_spheres(&path, &set).unwrap();
+        let whole = std::fs::read(&path).unwrap();
+        check(
+            "spheres",
+            &whole,
+            |bytes| read_spheres_bytes(bytes, "mutated"),
+            |set| {
+                assert!(set.radii().iter().all(|r| *r >= 0.0), "{set:?}");
+                match set.for_entity(&walking, &walking.entities()[1]) {
+                    Ok(set) => assert!(set.posed(&[STILL; 17]).is_ok(), "joints of the entity"),
+                    Err(error) => assert!(!error.to_string().contains('\n'), "{error}"),
+                }
+            },
+        );
+    }
 }

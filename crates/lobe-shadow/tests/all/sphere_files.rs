@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use lobe_shadow::{Skin, SphereSet, read_spheres, read_spheres_bytes, write_spheres};
+use lobe_shadow::{Skeleton, Skin, SphereSet, read_spheres, read_spheres_bytes, write_spheres};
 
 fn set() -> SphereSet {
     let set = SphereSet::new(vec![[0.0, 1.0, 2.0], [3.0, 4.0, 5.0]], vec![0.5, 0.0]).unwrap();
@@ -58,6 +58,49 @@ fn files_written_before_they_had_one_count_from_zero() {
     assert!(without.len() < header.len(), "{header} has an origin");
     let old = [&(without.len() as u64).to_le_bytes()[..], without.as_bytes(), &file[8 + length..]].concat();
     assert_eq!(read_spheres_bytes(&old, "s").unwrap(), set(), "the same set");
+}
+
+#[test]
+fn files_keep_the_entity_and_the_names_of_its_joints() {
+    let names = (0..8).map(|j| (j != 4).then(|| format!("joint \"{j}\"\n"))).collect();
+    let bound = set().with_skeleton(Skeleton::new(Some("figure".to_owned()), 3, names)).unwrap();
+    let file = bytes_of(&bound);
+    let unnamed = set().with_skeleton(Skeleton::new(None, 0, vec![None; 7])).unwrap();
+    bytes_of(&unnamed);
+    let without = bytes_of(&set());
+    assert!(!String::from_utf8_lossy(&without).contains("skeleton"), "nothing of a set that is bound to no entity");
+    for (from, to, expected) in [
+        (r#"\"node\":3"#, r#"\"node\":-3"#, "s: "),
+        (r#"\"node\":3"#, r#"\"nodes\":3"#, "s: "),
+        (r#",null,"#, r#",7,"#, "s: "),
+        (
+            r#"\"joints\":["#,
+            r#"\"other\":["#,
+            "s: expected joints of `figure`, which has 0, found number 1 at sphere 0",
+        ),
+    ] {
+        let message = changed(&file, from, to);
+        assert!(message.starts_with(expected) && !message.contains('\n'), "{from} as {to}: {message}");
+    }
+}
+
+#[test]
+fn weights_that_do_not_sum_to_one_are_refused() {
+    let file = bytes_of(&set());
+    let weight = 1.0_f32.to_le_bytes();
+    let at = file.windows(4).rposition(|bytes| bytes == weight).unwrap();
+    let with = |weight: f32| {
+        let mut other = file.clone();
+        other[at..at + 4].copy_from_slice(&weight.to_le_bytes());
+        read_spheres_bytes(&other, "s")
+    };
+    assert_eq!(with(1.0).unwrap(), set(), "as it was");
+    for off in [0.5, 0.999, 1.001, 4.0] {
+        let expected = format!("s: expected weights that sum to 1, found [{off:?}, 0.0, 0.0, 0.0] at sphere 1");
+        assert_eq!(with(off).unwrap_err().to_string(), expected, "{off}");
+    }
+    let rounded = with(0.99995).unwrap();
+    assert_eq!(rounded.skin().unwrap().weights()[1], [1.0, 0.0, 0.0, 0.0], "written with few digits: scaled");
 }
 
 #[test]

@@ -13,7 +13,7 @@ use lobe::shadow::{
 use lobe_testkit::Random;
 
 use crate::by_hand::{Record, read_checkpoint, read_safetensors};
-use crate::moving_by_hand::{Points, light_of_lamp, logarithm_of_sphere, rows_of_field, vector};
+use crate::moving_by_hand::{Points, light_of_lamp, logarithm_of_sphere, posed_spheres, rows_of_field, vector};
 use crate::{ROUNDING, folder};
 
 const LINEAR: RadialInterpolation = RadialInterpolation::Linear;
@@ -122,6 +122,38 @@ fn sphere_sets_are_read_from_the_page() {
     expect_near("joints", &table["joints"].1, joints.concat().into_iter().map(f32::from), 0.0);
     let sums: Vec<f64> = table["weights"].1.chunks(4).map(|w| w.iter().sum()).collect();
     assert!(sums.iter().all(|sum| (sum - 1.0).abs() < ROUNDING), "{sums:?} are 1");
+}
+
+#[test]
+fn spheres_that_follow_joints_are_posed_from_the_page() {
+    let folder = folder();
+    let path = folder.path().join("s.spheres.safetensors");
+    let scene = built_in::walking_figure(8);
+    let figure = scene.entity("figure").unwrap();
+    let mut random = Random::new(15);
+    let center = |random: &mut Random| [0.3 * random.signed(), 0.2 * random.signed(), 1.7 * random.unit()];
+    let centers: Vec<[f32; 3]> = (0..20).map(|_| center(&mut random).map(|c| c as f32)).collect();
+    let set = SphereSet::new(centers, vec![0.25; 20]).unwrap().bind_to(&scene, figure, &mut Job::default()).unwrap();
+    write_spheres(&path, &set).unwrap();
+    let (about, table) = read_safetensors(&path);
+    let names: Vec<Option<&str>> =
+        about["skeleton"]["joints"].as_array().unwrap().iter().map(serde_json::Value::as_str).collect();
+    assert_eq!(names, scene.skin_names(figure.skin().unwrap()).1, "in the order of the skin");
+    assert_eq!(
+        (&about["skeleton"]["entity"], &about["skeleton"]["node"]),
+        (&"figure".into(), &figure.node().into()),
+        ""
+    );
+    for time in [0.0, 0.3, 0.9] {
+        let pose = scene.pose(0, time).unwrap();
+        let maps = pose.joint_maps(figure.skin().unwrap()).into_iter().chain([pose.place(figure)]);
+        let found = posed_spheres(&about, &table, &maps.map(|map| map.rows()).collect::<Vec<_>>());
+        for (k, (found, expected)) in found.iter().zip(set.posed_with(&pose, figure).unwrap()).enumerate() {
+            let off = [0, 1, 2].map(|axis| (found.0[axis] - expected.center[axis]).abs());
+            assert!(off.iter().all(|off| *off < ROUNDING), "{time} s, center {k} is {off:?} off");
+            assert!((found.1 - expected.radius).abs() < ROUNDING, "{time} s, radius {k}");
+        }
+    }
 }
 
 #[test]

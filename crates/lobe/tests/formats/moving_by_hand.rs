@@ -175,3 +175,25 @@ pub(crate) fn logarithm_of_sphere(about: &Value, table: &Table, half_angle: f64)
     let t = place - first as f64;
     (0..n).map(|l| (1.0 - t) * rows[first * n + l] + t * rows[(first + 1) * n + l]).collect()
 }
+
+/// Centers and radii of spheres where joints are: for each of them the rows of its matrix, and last for the node of the entity.
+pub(crate) fn posed_spheres(about: &Value, table: &Table, matrices: &[[[f64; 4]; 3]]) -> Vec<([f64; 3], f64)> {
+    let (origin, centers, radii) = (vector(&about["origin"]), &table["centers"].1, &table["radii"].1);
+    let determinant = |[a, b, c]: [[f64; 4]; 3]| {
+        let minor = |i: usize, j: usize| b[i] * c[j] - b[j] * c[i];
+        a[0] * minor(1, 2) - a[1] * minor(0, 2) + a[2] * minor(0, 1)
+    };
+    let posed = |k: usize| {
+        let center = [0, 1, 2].map(|axis| origin[axis] + centers[3 * k + axis]);
+        let (mut at, mut radius) = ([0.0; 3], 0.0);
+        for four in 4 * k..4 * k + 4 {
+            let (weight, matrix) = (table["weights"].1[four], matrices[table["joints"].1[four] as usize]);
+            for (x, row) in at.iter_mut().zip(matrix) {
+                *x += weight * (row[0] * center[0] + row[1] * center[1] + row[2] * center[2] + row[3]);
+            }
+            radius += weight * radii[k] * determinant(matrix).abs().cbrt();
+        }
+        (at, radius)
+    };
+    (0..radii.len()).map(posed).collect()
+}
