@@ -2,7 +2,7 @@
 //! a graphics device draws.
 //!
 //! Read `orbit`, then `named`, which gives names to what is painted, `tone`, `picture` and `balloon`, `bars`, `coefficient_table`, `curve` and `file_list`,
-//! `history`, `notice`, `within`, and `gpu`. Uses no other room.
+//! `history`, `notice`, `status`, `within`, and `gpu`. Uses no other room.
 
 pub(crate) mod balloon;
 pub(crate) mod bars;
@@ -15,5 +15,6 @@ pub(crate) mod named;
 pub(crate) mod notice;
 pub(crate) mod orbit;
 pub(crate) mod picture;
+pub(crate) mod status;
 pub(crate) mod tone;
 pub(crate) mod within;

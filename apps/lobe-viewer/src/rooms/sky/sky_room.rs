@@ -64,7 +64,7 @@ impl SkyRoom {
             if self.found.as_ref().is_some_and(|found| !Arc::ptr_eq(found.map(), &sky.map)) {
                 self.edits.own.clear();
             }
-            self.found = Some(Findings::of(self.found.take(), &sky.map, &self.edits, turn));
+            self.found = Some(Findings::of(self.found.take(), sky, &self.edits, turn));
         }
         Panel::left("sky controls").default_size(320.0).size_range(240.0..=480.0).show(ui, |ui| {
             ScrollArea::vertical().auto_shrink(false).show(ui, |ui| self.panel(ui, sky));

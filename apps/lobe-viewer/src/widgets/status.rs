@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::fmt;
 
+use eframe::egui::{Label, Ui};
 use web_time::{Duration, Instant};
 
 /// The time over which frames are counted.
@@ -40,6 +41,14 @@ impl Status {
         let span = last.duration_since(*first).as_secs_f64();
         let is_moving = now.duration_since(*last) < SPAN;
         (is_moving && self.drawn.len() > 1 && span > 0.0).then(|| (self.drawn.len() - 1) as f64 / span)
+    }
+}
+
+impl Status {
+    /// Shows it in one line, the whole of it where the pointer is.
+    pub(crate) fn show(&self, ui: &mut Ui) {
+        let text = self.to_string();
+        ui.add(Label::new(&text).truncate()).on_hover_text(text);
     }
 }
 
