@@ -89,9 +89,10 @@ fn both_ways_are_shown_beside_the_truth_with_their_distance_from_it() {
     let mut harness = Harness::builder().with_size([700.0, 900.0]).build_ui_state(show, room);
     let ways = [MotionView::Fields, MotionView::Exponentials];
     step_until(&mut harness, |room| ways.iter().all(|way| room.error(*way).is_some()));
+    // The panel says in a frame what the one before has found.
+    let errors = ways.map(|way| harness.state().error(way).unwrap());
     harness.run_steps(1);
-    for way in ways {
-        let error = harness.state().error(way).unwrap();
+    for (way, error) in ways.into_iter().zip(errors) {
         // Two paths a pixel are noisy; what is shadowed by another thing altogether would be farther.
         assert!(error > 0.0 && error < 1.0, "{way:?}: {error}");
         let text = format!("{}: {:.1} % from the truth", way.title(), 100.0 * error);

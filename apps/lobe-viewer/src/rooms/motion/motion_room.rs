@@ -204,7 +204,7 @@ impl MotionRoom {
             if let Some(message) = &self.message {
                 ui.colored_label(ui.visuals().error_fg_color, message);
             }
-            ui.add(Label::new(self.describe()).truncate()).on_hover_text(self.describe());
+            ui.add(Label::new(self.describe()).wrap());
             self.panes.status.show(ui);
         });
         CentralPanel::no_frame().show(ui, |ui| self.picture(ui, gpu));

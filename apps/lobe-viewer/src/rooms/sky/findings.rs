@@ -23,9 +23,11 @@ const TOLERANCE: f64 = 1e-6;
 /// The sky, its expansion, and what follows from it; made again where the sky or the edits changed.
 pub(crate) struct Findings {
     map: Arc<MappedMap>,
+    whole: Arc<ShVec<Rgb<f64>>>,
     key: Key,
     /// By which sky and expansion are turned.
     turn: Rotation,
+    back: Rotation,
     /// The expansion, tamed, with what was typed, turned.
     pub(crate) light: ShVec<Rgb<f64>>,
     /// Of the irradiance that it gives.
@@ -69,8 +71,10 @@ impl Findings {
         let mean = picture.mean().iter().sum::<f64>() / 3.0;
         Self {
             map: sky.map.clone(),
+            whole: sky.light.clone(),
             key: Key::of(edits),
             turn,
+            back: turn.inverse(),
             irradiance: convolved(&light, &Zonal::clamped_cosine(edits.order)),
             minimum: certified_minimum(luminance.coefficients(), TOLERANCE),
             lights: if edits.lights > 0 { extract_lights(&light, &options).ok() } else { None },
@@ -83,14 +87,19 @@ impl Findings {
         }
     }
 
-    /// The map.
-    pub(crate) fn map(&self) -> &Arc<MappedMap> {
-        &self.map
+    /// The expansion of the sky to the highest order, turned and nothing else.
+    pub(crate) fn whole_light(&self) -> ShVec<Rgb<f64>> {
+        self.turn.rotated(&self.whole)
     }
 
     /// The radiance of the sky, turned.
     pub(crate) fn radiance(&self, s: Dir) -> Rgb<f64> {
-        turned_radiance(&self.map, self.turn, s)
+        self.map.radiance(self.back.rotate_dir(s)).widen()
+    }
+
+    /// From the world to the frame of the sky.
+    pub(crate) fn back(&self) -> Rotation {
+        self.back
     }
 }
 
@@ -112,9 +121,6 @@ impl Key {
 
 /// A turned sky, lat-long.
 fn seen(map: &MappedMap, turn: Rotation) -> Picture {
-    lat_long_picture(SIZE[0], SIZE[1], |s| turned_radiance(map, turn, s))
-}
-
-fn turned_radiance(map: &MappedMap, turn: Rotation, s: Dir) -> Rgb<f64> {
-    map.radiance(turn.inverse().rotate_dir(s)).widen()
+    let back = turn.inverse();
+    lat_long_picture(SIZE[0], SIZE[1], |s| map.radiance(back.rotate_dir(s)).widen())
 }
