@@ -10,9 +10,9 @@
 //! | the program | [`main`] |
 //! | the application | [`ViewerApp`], [`RoomName`], [`Kept`], [`UserFolder`], [`Gpu`] |
 //! | the room of scenes | [`SceneRoom`], [`SceneEdits`], [`SceneLamp`], [`Comparison`], [`vertex_under`], [`transfer_of`] |
-//! | the rooms of skies, functions and motion | [`SkyRoom`], [`FunctionsRoom`], [`MotionRoom`], [`MotionEdits`] |
+//! | the rooms of skies, functions and motion | [`SkyRoom`], [`Shelf`], [`FunctionsRoom`], [`MotionRoom`], [`MotionEdits`], [`MotionView`] |
 //! | what is shown of a scene | [`Mode`], [`Taming`], [`Orbit`] |
-//! | reading and baking off the thread of the window | [`give_file`], [`Task`], [`open_scene`], [`open_moving`], [`open_sky`], [`bake_scene`], [`bake_glossy`] |
+//! | reading and baking off the thread of the window | [`give_file`], [`Task`], [`open_scene`], [`open_moving`], [`open_sky`], [`bake_scene`], [`bake_glossy`], [`moving_bake_options`] |
 //! | pictures as files | [`ExportPlan`], [`SceneExport`] |
 
 mod app;
@@ -38,15 +38,16 @@ pub use loading::place::give_file;
 pub use loading::scene_source::{OpenedScene, open_scene};
 pub use loading::sky_source::{OpenedSky, open_sky};
 pub use loading::task::{Control, Task, TaskEvent};
-pub use rooms::functions::edits::{FunctionsEdits, Shape, Study};
+pub use rooms::functions::edits::{FunctionsEdits, Section, Shape, Study};
 pub use rooms::functions::functions_room::FunctionsRoom;
 pub use rooms::light::Taming;
-pub use rooms::motion::edits::MotionEdits;
+pub use rooms::motion::edits::{MotionEdits, MotionView};
 pub use rooms::motion::motion_room::MotionRoom;
+pub use rooms::motion::player::moving_bake_options;
 pub use rooms::scene::edits::{Comparison, SceneEdits, SceneLamp};
 pub use rooms::scene::probe::{Vertex, transfer_of, vertex_under};
 pub use rooms::scene::scene_room::SceneRoom;
-pub use rooms::sky::edits::{OwnCoefficient, SkyEdits};
+pub use rooms::sky::edits::{OwnCoefficient, Shelf, SkyEdits};
 pub use rooms::sky::sky_room::SkyRoom;
 pub use widgets::gpu::Gpu;
 pub use widgets::history::Step;

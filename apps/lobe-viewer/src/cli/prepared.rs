@@ -4,7 +4,6 @@ use std::io::{IsTerminal as _, Write as _, stderr};
 use std::ops::ControlFlow;
 
 use anyhow::{Context as _, bail};
-use lobe::env::project_map;
 use lobe::io::Progress;
 use lobe::prt::{BakeMode, Transfer};
 use lobe::sh::{Rgb, ShVec};
@@ -77,7 +76,7 @@ pub(crate) fn prepare(
     let [azimuth, height] = arguments.eye.map(f64::to_radians);
     let orbit = Orbit { azimuth, height, ..Orbit::default() }.framing(data.scene.world_bounds());
     view.set_camera(&orbit.on_device().context("the scene has no extent")?)?;
-    let light = project_map(&sky.map, usize::from(arguments.order));
+    let light = sky.light.resized(usize::from(arguments.order));
     Ok(Prepared { view, light, vertices: data.scene.vertex_count(), name: data.name })
 }
 

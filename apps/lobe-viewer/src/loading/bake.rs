@@ -57,6 +57,11 @@ impl SceneData {
         let bvh = Arc::new(Bvh::new(&scene));
         Self { name: name.into(), scene: Arc::new(scene), bvh }
     }
+
+    /// A moment of what moves, with its tree.
+    pub(crate) fn of_moment(scene: &Scene, bvh: &Bvh) -> Self {
+        Self { name: String::new(), scene: Arc::new(scene.clone()), bvh: Arc::new(bvh.clone()) }
+    }
 }
 
 /// A mesh that shines: a metal with the transfer matrices of its vertices.

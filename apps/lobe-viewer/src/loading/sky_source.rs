@@ -3,8 +3,11 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use lobe::env::{EnvMap, Ground, MappedMap, PreethamSky, Sky as _, read_map, read_map_bytes, reconstruct, sky_map};
-use lobe::sh::{Dir, Quantity, Rgb, read_sh_json, read_sh_json_bytes};
+use lobe::env::{
+    EnvMap, Ground, MappedMap, PreethamSky, Sky as _, project_map, read_map, read_map_bytes, reconstruct, sky_map,
+};
+use lobe::prt::Transfer;
+use lobe::sh::{Dir, Quantity, Rgb, ShVec, read_sh_json, read_sh_json_bytes};
 
 use crate::loading::limits;
 use crate::loading::place::given;
@@ -49,6 +52,8 @@ pub struct OpenedSky {
     pub name: String,
     /// The map.
     pub map: Arc<MappedMap>,
+    /// Its expansion, of the highest order of the window.
+    pub light: Arc<ShVec<Rgb<f64>>>,
 }
 
 /// Whether a file is an environment, by its name: a picture, a folder with the faces of a cube, or an expansion.
@@ -92,7 +97,8 @@ pub fn open_sky(source: &Path) -> anyhow::Result<OpenedSky> {
             None => read_map(source, &limits::of_skies())?.0.into_base(),
         },
     };
-    Ok(OpenedSky { name, map: Arc::new(map) })
+    let light = Arc::new(project_map(&map, Transfer::MAX_ORDER));
+    Ok(OpenedSky { name, map: Arc::new(map), light })
 }
 
 /// A clear sky over a gray ground, with a sun whose irradiance is `strength` times the sky's.

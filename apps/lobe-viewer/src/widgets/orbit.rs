@@ -71,6 +71,14 @@ impl Orbit {
         Self { target: std::array::from_fn(|k| min[k] + half[k]), distance, ..self }
     }
 
+    /// The same view in a picture that is higher than wide, from so far away that as much is seen from side to side as from top to
+    /// bottom of others.
+    #[must_use]
+    pub fn fitting(self, width: f64, height: f64) -> Self {
+        let farther = (height / width.max(1.0)).clamp(1.0, 1e3);
+        Self { distance: farther * self.distance, ..self }
+    }
+
     /// Turns by a drag in parts of the height of the picture: what is under the pointer follows it.
     pub fn turn(&mut self, right: f64, down: f64) {
         self.azimuth = (self.azimuth - TURN * right).rem_euclid(2.0 * PI);

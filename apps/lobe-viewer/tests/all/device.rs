@@ -3,11 +3,12 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use eframe::egui::{Shape, ViewportCommand, ViewportId};
+use eframe::egui::{Key, Shape, ViewportCommand, ViewportId};
 use eframe::egui_wgpu::{RenderState, RendererOptions, WgpuConfiguration};
 use eframe::wgpu;
 use egui_kittest::Harness;
-use lobe_viewer::{Gpu, Kept, RoomName, UserFolder, ViewerApp};
+use egui_kittest::kittest::Queryable as _;
+use lobe_viewer::{Gpu, Kept, MotionEdits, MotionRoom, MotionView, RoomName, UserFolder, ViewerApp, open_sky};
 
 use crate::wait::step_until;
 
@@ -74,4 +75,31 @@ fn pictures_stand_windows_without_pixels_and_come_back() {
         }
         assert!(!lost.load(Ordering::Relaxed), "{room:?}: it is still there");
     }
+}
+
+#[test]
+fn both_ways_are_shown_beside_the_truth_with_their_distance_from_it() {
+    let Some(state) = device("what moves beside its truth") else { return };
+    let gpu = Gpu::of_window(&state);
+    let mut room = MotionRoom::new(MotionEdits::default());
+    room.pause_at(0.5);
+    room.edits_mut().view = MotionView::Beside;
+    let sky = open_sky("made:noon".as_ref()).unwrap();
+    let show = |ui: &mut eframe::egui::Ui, room: &mut MotionRoom| room.ui(ui, Some(&gpu), Some(&sky));
+    let mut harness = Harness::builder().with_size([700.0, 900.0]).build_ui_state(show, room);
+    let ways = [MotionView::Fields, MotionView::Exponentials];
+    step_until(&mut harness, |room| ways.iter().all(|way| room.error(*way).is_some()));
+    // The panel says in a frame what the one before has found.
+    let errors = ways.map(|way| harness.state().error(way).unwrap());
+    harness.run_steps(1);
+    for (way, error) in ways.into_iter().zip(errors) {
+        // Two paths a pixel are noisy; what is shadowed by another thing altogether would be farther.
+        assert!(error > 0.0 && error < 1.0, "{way:?}: {error}");
+        let text = format!("{}: {:.1} % from the truth", way.title(), 100.0 * error);
+        assert!(harness.query_by_label(&text).is_some(), "{text}");
+    }
+    harness.key_press(Key::Num1);
+    harness.run_steps(2);
+    assert_eq!(harness.state().edits().view, MotionView::Fields, "one picture by its key");
+    assert!(gpu.context().check().is_ok(), "the device refused nothing");
 }

@@ -1,15 +1,20 @@
 //! The room of functions: what is pressed, and what is shown.
 
-use eframe::egui::Key;
+use eframe::egui::{Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 use lobe::sh::{AmbientCube, Dir, Expansion as _, ShL2, Zonal, certified_minimum, convolved, product};
 use lobe_viewer::{FunctionsEdits, FunctionsRoom, Shape, Study, Taming};
 
+/// Frames after which a room that shows its pictures one after the other is at rest, on any machine.
+const STEPS: u64 = 500;
+
 fn open(edits: FunctionsEdits) -> Harness<'static, FunctionsRoom> {
     let room = FunctionsRoom::new(edits);
-    let mut harness =
-        Harness::builder().with_size([1200.0, 1500.0]).build_ui_state(|ui, room: &mut FunctionsRoom| room.ui(ui), room);
+    let mut harness = Harness::builder()
+        .with_size([1200.0, 1500.0])
+        .with_max_steps(STEPS)
+        .build_ui_state(|ui, room: &mut FunctionsRoom| room.ui(ui), room);
     harness.run();
     harness
 }
@@ -90,10 +95,17 @@ fn the_cube_wobbles_by_what_is_shown() {
 #[test]
 fn every_study_shows_its_balloons_under_their_names() {
     for (study, names) in [
-        (Study::Rotate, &["Balloon of f", "Coefficients of f turned"][..]),
-        (Study::Product, &["Balloon of f", "Balloon of g", "Balloon of f g"]),
+        (Study::Rotate, &["Balloon of f", "Unfolded cube of f turned", "Polar plot of f turned, x and z"][..]),
+        (Study::Product, &["Balloon of f", "Balloon of g", "Balloon of f g", "Polar plot of f g, x and z"]),
         (Study::Ringing, &["Balloon of the light", "Radiance by the angle from the axis"]),
-        (Study::AmbientCube, &["Irradiance by an ambient cube", "Irradiance facing the light, by its azimuth"]),
+        (
+            Study::AmbientCube,
+            &[
+                "Irradiance by an ambient cube",
+                "Unfolded cube of Ambient cube",
+                "Irradiance facing the light, by its azimuth",
+            ],
+        ),
     ] {
         let harness = open(edits(|edits| edits.study = study));
         for name in names {
@@ -109,4 +121,37 @@ fn a_function_of_the_basis_has_one_coefficient_whatever_is_kept_of_it() {
         let count = f.coefficients().iter().filter(|c| **c != 0.0).count();
         assert_eq!(count, usize::from(l < 4), "band {l}, number {m}");
     }
+}
+
+#[test]
+fn keys_turn_the_function_and_come_nearer_and_frame_goes_back() {
+    let mut harness = open(edits(|edits| (edits.shape, edits.angles) = (Shape::Basis(2, 1), [0.0; 3])));
+    let before = *harness.state().orbit();
+    harness.key_press_modifiers(Modifiers::SHIFT, Key::ArrowRight);
+    harness.run();
+    harness.key_press_modifiers(Modifiers::SHIFT, Key::ArrowDown);
+    harness.run();
+    let edits = harness.state().edits().clone();
+    for (found, expected) in edits.angles.into_iter().zip([5.0, 0.0, 5.0]) {
+        assert!((found - expected).abs() < 1e-9, "{:?}", edits.angles);
+    }
+    let turned = edits.rotation().rotated(&edits.function());
+    let row: Vec<String> = turned.band(2).iter().map(|c| format!("{c:8.4}")).collect();
+    let text = format!("band 2: {}   energy {:.4}", row.join(" "), turned.band_energies()[2]);
+    assert!(harness.query_by_label(&text).is_some(), "{text}");
+    harness.key_press(Key::Plus);
+    harness.run();
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::ArrowRight);
+    harness.run();
+    let orbit = *harness.state().orbit();
+    assert!(orbit.distance < before.distance && orbit.target != before.target, "nearer and moved: {orbit:?}");
+    harness.key_press(Key::F);
+    harness.run();
+    assert_eq!(*harness.state().orbit(), before, "as at first");
+    harness.key_press(Key::Num3);
+    harness.run();
+    harness.key_press(Key::D);
+    harness.run();
+    let edits = harness.state().edits();
+    assert_eq!((edits.study, edits.taming), (Study::Ringing, Taming::Dering), "study and dering by keys");
 }

@@ -2,7 +2,7 @@
 
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
-use lobe_viewer::{Kept, Orbit, RoomName, SceneLamp, Shape, Taming, Theme, UserFolder, ViewerApp};
+use lobe_viewer::{Kept, MotionView, Orbit, RoomName, SceneLamp, Shape, Taming, Theme, UserFolder, ViewerApp};
 
 #[test]
 fn what_is_written_is_read_again_and_nonsense_is_as_a_first_start() {
@@ -11,7 +11,7 @@ fn what_is_written_is_read_again_and_nonsense_is_as_a_first_start() {
     let mut kept = Kept::default();
     (kept.room, kept.theme, kept.zoom) = (RoomName::Functions, Theme::Light, 1.5);
     kept.scene.lamps.push(SceneLamp::default());
-    (kept.motion.source, kept.motion.has_exponentials) = ("built-in:walking-figure".into(), true);
+    (kept.motion.source, kept.motion.view) = ("built-in:walking-figure".into(), MotionView::Beside);
     for number in 0..20 {
         kept.remember(format!("{number}.glb").as_ref());
     }
@@ -77,6 +77,7 @@ fn every_number_that_is_kept_comes_back_in_its_range_and_the_rooms_stand_it() {
         let back = serde_json::to_value(&read).unwrap();
         assert!(largest(&back) <= 1e6, "{back}");
         assert!((1..=8).contains(&read.scene.order) && (1..=8).contains(&read.functions.order), "{back}");
+        assert!((1..=8).contains(&read.motion.order) && (1..=8).contains(&read.sky.order), "{back}");
         assert!(read.export.frames >= 2 && read.export.size.iter().all(|side| (1..=4096).contains(side)), "{back}");
         assert!(read.orbit.unwrap().distance > 0.0 && read.orbit.unwrap().camera().is_some(), "{back}");
         let app = ViewerApp::new(None, user.clone(), &[]);

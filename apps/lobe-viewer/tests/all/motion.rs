@@ -3,10 +3,14 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use eframe::egui::Key;
+use eframe::egui::{Key, Modifiers};
 use egui_kittest::Harness;
-use egui_kittest::kittest::Queryable as _;
-use lobe_viewer::{MotionEdits, MotionRoom, OpenedSky, open_moving, open_sky};
+use egui_kittest::kittest::{NodeT as _, Queryable as _};
+use lobe::io::Job;
+use lobe::render::{MovingMethod, MovingOptions, MovingShading};
+use lobe::sh::{Dir, Expansion as _, Rotation};
+use lobe::shadow::SphereFitMethod;
+use lobe_viewer::{MotionEdits, MotionRoom, MotionView, OpenedSky, Taming, moving_bake_options, open_moving, open_sky};
 
 use crate::wait::step_until;
 
@@ -103,6 +107,7 @@ fn as_many_spheres_are_fitted_as_the_slider_says() {
     wait(&mut harness, MotionRoom::is_ready);
     harness.get_by_label("Spheres, SH exponentials").click();
     wait(&mut harness, |room| room.spheres() == 16);
+    assert_eq!(harness.state().room.edits().view, MotionView::Exponentials, "the view that was pressed");
     harness.get_all_by_label("Spheres of a part").next().unwrap().focus();
     harness.run_steps(2);
     for count in [15, 14] {
@@ -132,4 +137,95 @@ fn files_that_cannot_move_are_told_in_one_line_and_leave_the_scene() {
         wait(&mut harness, MotionRoom::is_ready);
         assert_eq!(harness.state().room.message(), Some(message.as_str()), "{name}: and the message remains");
     }
+}
+
+#[test]
+fn the_order_on_the_screen_is_that_of_the_light_and_of_all_that_is_baked() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = open(&sliding(folder.path()));
+    wait(&mut harness, MotionRoom::is_ready);
+    harness.get_all_by_label("Order").next().unwrap().focus();
+    harness.run_steps(2);
+    for order in [3, 2] {
+        harness.key_press(Key::ArrowLeft);
+        wait(&mut harness, |room| room.light().is_some_and(|light| light.order() == order));
+        let room = &harness.state().room;
+        assert_eq!((room.edits().order, room.message()), (order, None), "and nothing went wrong");
+        let text = format!("order {order}, products of shadow fields");
+        assert!(harness.query_by_label_contains(&text).is_some(), "{text}");
+    }
+}
+
+#[test]
+fn the_light_is_that_of_the_library_turned_and_tamed_by_keys() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = open(&described(folder.path()));
+    harness.state_mut().sky = open_sky("bundled:sunset".as_ref()).unwrap();
+    wait(&mut harness, MotionRoom::is_ready);
+    harness.get_by_label("Play").click();
+    harness.run_steps(2);
+    // Play has no keyboard: the keys are those of the picture.
+    harness.key_press_modifiers(Modifiers::SHIFT, Key::ArrowRight);
+    harness.run_steps(1);
+    harness.key_press(Key::D);
+    harness.key_press(Key::CloseBracket);
+    harness.run_steps(2);
+    let edits = harness.state().room.edits().clone();
+    assert_eq!((edits.taming, edits.exposure), (Taming::Dering, 0.5), "by keys");
+    // A drag of the whole height is half a turn, and a key a 36th of that.
+    assert!((edits.turn.to_degrees() - 5.0).abs() < 1e-9, "{}", edits.turn);
+    let sky = open_sky("bundled:sunset".as_ref()).unwrap();
+    let expected = Rotation::from_axis_angle(Dir::Z, edits.turn).rotated(&Taming::Dering.tamed(&sky.light.resized(4)));
+    wait(&mut harness, |room| room.light() == Some(&expected));
+    let turn = harness.get_all_by_label("Turn of the sky").next().unwrap().accesskit_node().numeric_value().unwrap();
+    assert!((turn - 5.0).abs() < 1e-9, "the slider says {turn}");
+}
+
+#[test]
+fn both_ways_of_one_moment_are_those_of_the_library() {
+    let folder = tempfile::tempdir().unwrap();
+    let source = described(folder.path());
+    let mut harness = open(&source);
+    harness.state_mut().room.pause_at(0.0);
+    harness.get_by_label("All three beside each other").click();
+    let both = [MovingMethod::Fields, MovingMethod::Exponentials];
+    wait(&mut harness, |room| both.iter().all(|method| room.radiance(*method).is_some()));
+    let room = &harness.state().room;
+    let light = room.light().unwrap().clone();
+    let found: Vec<_> = both.iter().map(|method| room.radiance(*method).unwrap().to_vec()).collect();
+    for (found, method) in found.iter().zip(both) {
+        let mut scene = open_moving(&source).unwrap();
+        let options = moving_bake_options(4, SphereFitMethod::Variational, 16, true);
+        scene.bake(method, &options, Job::default()).unwrap();
+        let shading = MovingShading::new(MovingOptions::default().order(4).method(method)).unwrap();
+        let expected = shading.exit_radiance(&scene.at(0.0).unwrap(), &light).unwrap();
+        assert_eq!(*found, expected, "{method:?}");
+    }
+    assert_ne!(found[0], found[1], "two ways");
+}
+
+#[test]
+fn the_camera_is_moved_by_keys_as_by_the_mouse() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = open(&described(folder.path()));
+    harness.state_mut().room.pause_at(0.0);
+    wait(&mut harness, MotionRoom::is_ready);
+    let before = *harness.state().room.orbit();
+    let mut expected = before;
+    harness.key_press(Key::ArrowRight);
+    harness.run_steps(1);
+    expected.turn(1.0 / 36.0, 0.0);
+    assert_eq!(*harness.state().room.orbit(), expected, "turned");
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::ArrowDown);
+    harness.run_steps(1);
+    expected.pan(0.0, 1.0 / 36.0);
+    assert_eq!(*harness.state().room.orbit(), expected, "moved");
+    harness.key_press(Key::Plus);
+    harness.run_steps(1);
+    expected.zoom(1.1);
+    assert_eq!(*harness.state().room.orbit(), expected, "nearer");
+    harness.key_press(Key::F);
+    harness.run_steps(1);
+    let framed = harness.state().room.orbit();
+    assert_eq!((framed.distance, framed.target), (before.distance, before.target), "framed as at first");
 }

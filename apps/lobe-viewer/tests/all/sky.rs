@@ -1,14 +1,16 @@
 //! The room of skies.
 
-use eframe::egui::Key;
+use eframe::egui::{Event, Key, Modifiers, PointerButton, Pos2, pos2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
-use lobe::env::project_map;
+use lobe::env::{Mapping, SunOptions, extract_sun, project_map};
 use lobe::sh::{
-    Dir, Expansion as _, LightFitOptions, Quantity, Rgb, Rotation, ShFile, ShVec, certified_minimum, extract_lights,
-    write_sh_json,
+    Dir, Expansion as _, IrradianceEncoding, LightFitOptions, Quantity, Rgb, Rotation, ShFile, ShVec, Zonal,
+    certified_minimum, convolved, encoding_error, even_directions, extract_lights, write_sh_json,
 };
-use lobe_viewer::{OpenedSky, SkyEdits, SkyRoom, Step, Taming, open_sky};
+use lobe_viewer::{OpenedSky, Shelf, SkyEdits, SkyRoom, Step, Taming, open_sky};
+
+use crate::wait::step_until;
 
 struct Shown {
     room: SkyRoom,
@@ -19,7 +21,7 @@ fn open(edits: SkyEdits, sky: Option<OpenedSky>) -> Harness<'static, Shown> {
     let state = Shown { room: SkyRoom::new(edits), sky };
     let show = |ui: &mut eframe::egui::Ui, shown: &mut Shown| shown.room.ui(ui, shown.sky.as_ref());
     let mut harness = Harness::builder().with_size([1200.0, 1500.0]).build_ui_state(show, state);
-    harness.run();
+    harness.run_steps(4);
     harness
 }
 
@@ -30,9 +32,9 @@ fn minimum_and_lights_on_the_screen_are_those_of_the_library() {
     for key in [None, Some(Key::ArrowLeft)] {
         if let Some(key) = key {
             harness.get_all_by_label("Order").next().unwrap().focus();
-            harness.run();
+            harness.run_steps(4);
             harness.key_press(key);
-            harness.run();
+            harness.run_steps(4);
         }
         let edits = harness.state().room.edits().clone();
         let light = project_map(&sky.map, 8).resized(edits.order);
@@ -102,7 +104,7 @@ fn an_expansion_of_radiance_is_a_sky_and_comes_back_as_it_was() {
 fn type_into(harness: &mut Harness<'_, Shown>, cell: &str, text: &str) {
     harness.get_by_label(cell).focus();
     harness.run_steps(2);
-    harness.key_press_modifiers(eframe::egui::Modifiers::COMMAND, Key::A);
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::A);
     harness.get_by_label(cell).type_text(text);
     harness.run_steps(2);
     harness.key_press(Key::Enter);
@@ -193,4 +195,114 @@ fn what_was_typed_belongs_to_its_sky() {
     harness.state_mut().sky = Some(open_sky("made:noon".as_ref()).unwrap());
     harness.run_steps(2);
     assert!(harness.state().room.edits().own.is_empty(), "another sky has coefficients of its own");
+}
+
+/// Presses and releases the mouse at a place.
+fn click_at(harness: &mut Harness<'_, Shown>, at: Pos2) {
+    harness.event(Event::PointerMoved(at));
+    harness.run_steps(2);
+    for pressed in [true, false] {
+        let (button, modifiers) = (PointerButton::Primary, Modifiers::NONE);
+        harness.event(Event::PointerButton { pos: at, button, pressed, modifiers });
+        harness.run_steps(1);
+    }
+    harness.run_steps(2);
+}
+
+/// Where a direction is in the lat-long picture of the sky.
+fn place_in_sky(harness: &Harness<'_, Shown>, s: Dir) -> Pos2 {
+    let rect = harness.get_by_label("The sky, lat-long").rect();
+    let (u, v) = Mapping::LatLong.uv_from_dir(s);
+    pos2(rect.left() + u as f32 * rect.width(), rect.top() + v as f32 * rect.height())
+}
+
+#[test]
+fn a_sun_is_taken_out_by_a_click_on_it_and_what_is_left_is_that_of_the_library() {
+    let sky = open_sky("bundled:sunset".as_ref()).unwrap();
+    let report = extract_sun(&sky.map, &SunOptions::default()).unwrap();
+    let mut harness = open(SkyEdits::default(), Some(sky.clone()));
+    step_until(&mut harness, |shown| shown.room.has_looked_for_suns());
+    let away = place_in_sky(&harness, -report.sun.direction);
+    click_at(&mut harness, away);
+    assert!(harness.query_by_label_contains("No sun at azimuth").is_some(), "it says that there is none");
+    let at = place_in_sky(&harness, report.sun.direction);
+    click_at(&mut harness, at);
+    step_until(&mut harness, |shown| !shown.room.suns().is_empty());
+    harness.run_steps(3);
+    assert_eq!(harness.state().room.suns(), [report.sun], "the sun of the library");
+    let [r, g, b] = <[f64; 3]>::from(report.sun.irradiance);
+    let text = format!("Irradiance {r:.3} {g:.3} {b:.3}, from {} texels", report.sun.texels);
+    assert!(harness.query_by_label(&text).is_some(), "{text}");
+    let rest = project_map(&report.rest, 8).resized(4);
+    assert!(harness.query_by_label(&minimum_of(&rest)).is_some(), "{}", minimum_of(&rest));
+    harness.get_by_label("Put the suns back").click();
+    harness.run_steps(2);
+    step_until(&mut harness, |shown| shown.room.suns().is_empty());
+    harness.run_steps(3);
+    let whole = minimum_of(&project_map(&sky.map, 8).resized(4));
+    assert!(harness.query_by_label(&whole).is_some(), "{whole}");
+}
+
+#[test]
+fn the_errors_of_encodings_are_those_of_the_library() {
+    let sky = open_sky("bundled:sunset".as_ref()).unwrap();
+    let mut harness = open(SkyEdits::default(), Some(sky.clone()));
+    harness.get_by_label("Encodings of irradiance").click();
+    harness.run_steps(40);
+    let irradiance = convolved(&*sky.light, &Zonal::clamped_cosine(8));
+    let truth: Vec<_> = even_directions(256).map(|n| (n, irradiance.eval(n))).collect();
+    for encoding in IrradianceEncoding::ALL {
+        let error = encoding_error(encoding, &irradiance, &truth).rms;
+        let text = format!("{}: {} numbers, {:.1} %", encoding.name(), encoding.floats(3), 100.0 * error);
+        assert!(harness.query_by_label(&text).is_some(), "{text}");
+    }
+}
+
+#[test]
+fn every_technique_has_a_ball_and_a_distance_from_the_first_of_its_row() {
+    let mut edits = SkyEdits::default();
+    edits.shelf = Shelf::Techniques;
+    let mut harness = open(edits, Some(open_sky("made:noon".as_ref()).unwrap()));
+    let names = [
+        "Mirrors, the map itself",
+        "Mirrors, lat-long map",
+        "Mirrors, sphere map",
+        "Mirrors, cube map",
+        "Mirrors, dual paraboloid",
+        "Mirrors, by the expansion",
+        "Glossy: GGX of α = 0.3, truth: a sum over lights",
+        "Glossy: GGX of α = 0.3, split sum",
+        "Glossy: GGX of α = 0.3, maps of 12 views",
+        "Glossy: GGX of α = 0.3, by the expansion",
+        "Matte, truth: a sum over lights",
+        "Matte, irradiance map",
+        "Matte, nine coefficients",
+        "Matte, by the expansion",
+    ];
+    while !names.iter().all(|name| harness.query_by_label(name).is_some()) {
+        harness.run_steps(2);
+    }
+    let percents = harness.get_all_by_label_contains(" %").count();
+    assert!(percents >= names.len() - 3, "all but the three truths have an error: {percents}");
+}
+
+#[test]
+fn keys_turn_the_camera_the_sky_and_its_expansion() {
+    let sky = open_sky("bundled:sunset".as_ref()).unwrap();
+    let mut harness = open(SkyEdits::default(), Some(sky.clone()));
+    let before = *harness.state().room.orbit();
+    harness.key_press(Key::ArrowLeft);
+    harness.key_press(Key::Minus);
+    harness.run_steps(2);
+    let orbit = harness.state().room.orbit();
+    assert!(orbit.azimuth != before.azimuth && orbit.distance > before.distance, "turned and farther: {orbit:?}");
+    harness.key_press_modifiers(Modifiers::SHIFT, Key::ArrowRight);
+    harness.key_press(Key::Comma);
+    harness.run_steps(3);
+    let edits = harness.state().room.edits().clone();
+    assert_eq!((edits.order, edits.turn.to_degrees().round()), (3, 5.0), "the sky and the order");
+    // The minimum is that of the turned expansion, elsewhere and of the same value.
+    let turned = edits.rotation().rotated(&project_map(&sky.map, 8).resized(3));
+    let cell = harness.get_by_label("Band 1, 1, green").accesskit_node().value().unwrap();
+    assert_eq!(cell, format!("{:.4}", turned.coefficients()[3].g), "the coefficients are those of the turned sky");
 }

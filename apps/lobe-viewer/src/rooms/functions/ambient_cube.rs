@@ -6,9 +6,8 @@ use eframe::egui::{Color32, Slider, Ui, vec2};
 use lobe::sh::{AmbientCube, Dir, Expansion as _, Sh, ShL2, Zonal, convolved};
 
 use crate::rooms::functions::edits::FunctionsEdits;
-use crate::widgets::balloon::{BalloonView, Shown};
+use crate::rooms::functions::figures::{Pair, Stand, in_rows};
 use crate::widgets::curve::{Curve, curves};
-use crate::widgets::orbit::Orbit;
 
 /// A slider in whole degrees.
 fn degrees<'a>(slider: Slider<'a>, text: &str) -> Slider<'a> {
@@ -27,7 +26,7 @@ pub(crate) fn irradiance(light: Dir) -> Sh<9, f64> {
     convolved(&ShL2::impulse(light, 1.0), &Zonal::clamped_cosine(3))
 }
 
-pub(crate) fn show(ui: &mut Ui, edits: &FunctionsEdits, balloons: &mut [BalloonView; 3], eye: &mut Orbit) {
+pub(crate) fn show(ui: &mut Ui, edits: &FunctionsEdits, stand: &mut Stand<'_>) {
     let height = edits.light_height.to_radians();
     let light = |azimuth: f64| Dir::from_angles(std::f64::consts::FRAC_PI_2 - height, azimuth);
     let now = light(edits.light_at.to_radians());
@@ -35,19 +34,15 @@ pub(crate) fn show(ui: &mut Ui, edits: &FunctionsEdits, balloons: &mut [BalloonV
     let cube = AmbientCube::from_irradiance_sh(&f);
     let extent = Some(f.eval(now));
     let key = [edits.light_at, edits.light_height];
-    ui.horizontal_wrapped(|ui| {
-        let [first, second, _] = balloons;
-        ui.vertical(|ui| {
-            ui.strong("Nine coefficients");
-            let shown = Shown { name: "Irradiance by nine coefficients", key: &key, f: |s| f.eval(s), extent };
-            first.show(ui, 240.0, eye, &shown);
-        });
-        ui.vertical(|ui| {
-            ui.strong("Ambient cube");
-            let shown = Shown { name: "Irradiance by an ambient cube", key: &key, f: |s| cube.eval(s), extent };
-            second.show(ui, 240.0, eye, &shown);
-        });
-    });
+    let (by_sh, by_cube) = (|s: Dir| f.eval(s), |s: Dir| cube.eval(s));
+    let rows: [(&str, &str, Pair<'_>); 2] = [
+        ("Nine coefficients", "Irradiance by nine coefficients", Pair { f: &by_sh, beside: None }),
+        ("Ambient cube", "Irradiance by an ambient cube", Pair { f: &by_cube, beside: Some(&by_sh) }),
+    ];
+    for (number, (title, balloon, pair)) in rows.iter().enumerate() {
+        ui.strong(*title);
+        in_rows(ui, |ui| stand.show(ui, number, (title, balloon), pair, (&key, extent)));
+    }
     ui.label(format!("Facing the light: {:.4} by coefficients, {:.4} by the cube", f.eval(now), cube.eval(now)));
     let by_sh = |azimuth: f64| irradiance(light(azimuth)).eval(light(azimuth));
     let by_cube = |azimuth: f64| AmbientCube::from_irradiance_sh(&irradiance(light(azimuth))).eval(light(azimuth));

@@ -1,10 +1,13 @@
 //! The parameters of the room of functions, which a user changes.
 
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
 use eframe::egui::{ComboBox, Slider, Ui};
+use lobe::render::CrossSection;
 use lobe::sh::{Dir, Expansion as _, Rotation, ShVec, Zonal};
 use serde::{Deserialize, Serialize};
 
-use crate::rooms::light::Taming;
+use crate::rooms::light::{LightHand, Taming};
 use crate::widgets::within::within;
 
 /// The highest order of the room, whose coefficients still fit beside the balloons.
@@ -38,6 +41,47 @@ impl Study {
             Self::Product => "Product",
             Self::Ringing => "Ringing",
             Self::AmbientCube => "Ambient cube",
+        }
+    }
+}
+
+/// The plane of polar plots.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Section {
+    /// No plots.
+    None,
+    /// +x to the right, +z upwards.
+    #[default]
+    XZ,
+    /// +y to the right, +z upwards.
+    YZ,
+    /// +x to the right, +y upwards.
+    XY,
+}
+
+impl Section {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::None, Self::XZ, Self::YZ, Self::XY];
+
+    /// The name for people.
+    #[must_use]
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::XZ => "x and z",
+            Self::YZ => "y and z",
+            Self::XY => "x and y",
+        }
+    }
+
+    pub(crate) fn plane(self) -> Option<CrossSection> {
+        match self {
+            Self::None => None,
+            Self::XZ => Some(CrossSection::XZ),
+            Self::YZ => Some(CrossSection::YZ),
+            Self::XY => Some(CrossSection::XY),
         }
     }
 }
@@ -155,6 +199,10 @@ pub struct FunctionsEdits {
     pub light_at: f64,
     /// How high above the horizon it is, in degrees.
     pub light_height: f64,
+    /// Whether functions are shown on unfolded cubes, too.
+    pub has_crosses: bool,
+    /// The plane of polar plots.
+    pub section: Section,
 }
 
 impl Default for FunctionsEdits {
@@ -170,6 +218,8 @@ impl Default for FunctionsEdits {
             taming: Taming::None,
             light_at: 20.0,
             light_height: 0.0,
+            has_crosses: true,
+            section: Section::XZ,
         }
     }
 }
@@ -186,6 +236,26 @@ impl FunctionsEdits {
         self.half_angle = within(self.half_angle, 1.0..=90.0, first.half_angle);
         self.light_at = within(self.light_at, 0.0..=360.0, first.light_at);
         self.light_height = within(self.light_height, -90.0..=90.0, first.light_height);
+    }
+
+    /// Changes its light, or what stands for it: a turn and a tilt are those of the function, about +z and +x, or of the light of
+    /// the ambient cube.
+    pub(crate) fn with_light<R>(&mut self, change: impl FnOnce(&mut LightHand<'_>) -> R) -> R {
+        let is_cube = self.study == Study::AmbientCube;
+        let [mut yaw, pitch, mut roll] = self.angles.map(f64::to_radians);
+        let (mut azimuth, mut height) = (self.light_at.to_radians(), self.light_height.to_radians());
+        let before = [yaw, roll, azimuth, height];
+        let taming = (self.study == Study::Ringing).then_some(&mut self.taming);
+        let (turn, tilt) = if is_cube { (&mut azimuth, &mut height) } else { (&mut yaw, &mut roll) };
+        let hand = &mut LightHand { order: &mut self.order, most_order: MAX_ORDER, taming, turn, tilt, exposure: None };
+        let result = change(hand);
+        if [yaw, roll, azimuth, height] != before {
+            let half_turns = |angle: f64| (angle + PI).rem_euclid(TAU) - PI;
+            self.angles = [half_turns(yaw), pitch, half_turns(roll)].map(f64::to_degrees);
+            self.light_at = azimuth.to_degrees();
+            self.light_height = height.clamp(-FRAC_PI_2, FRAC_PI_2).to_degrees();
+        }
+        result
     }
 
     /// The rotation of the study of rotations.

@@ -4,9 +4,8 @@ use eframe::egui::{Slider, Ui};
 use lobe::sh::{Expansion as _, product};
 
 use crate::rooms::functions::edits::FunctionsEdits;
-use crate::rooms::functions::rotate::{column, numbers};
-use crate::widgets::balloon::BalloonView;
-use crate::widgets::orbit::Orbit;
+use crate::rooms::functions::figures::Stand;
+use crate::rooms::functions::rotate::{numbers, row};
 
 pub(crate) fn controls(ui: &mut Ui, edits: &mut FunctionsEdits) {
     edits.shape.controls(ui, "f", edits.order);
@@ -15,15 +14,13 @@ pub(crate) fn controls(ui: &mut Ui, edits: &mut FunctionsEdits) {
     ui.weak("The product of two functions of order n has order 2n - 1; what is kept is its first n bands.");
 }
 
-pub(crate) fn show(ui: &mut Ui, edits: &FunctionsEdits, balloons: &mut [BalloonView; 3], eye: &mut Orbit) {
+pub(crate) fn show(ui: &mut Ui, edits: &FunctionsEdits, stand: &mut Stand<'_>) {
     let (f, g) = (edits.function(), edits.other_factor());
     let kept = product(&f, &g, edits.order);
     let all = product(&f, &g, 2 * edits.order - 1);
-    ui.horizontal_wrapped(|ui| {
-        for (balloon, (name, f)) in balloons.iter_mut().zip([("f", &f), ("g", &g), ("f g", &kept)]) {
-            ui.vertical(|ui| column(ui, name, f, balloon, eye));
-        }
-    });
+    for (number, (name, f)) in [("f", &f), ("g", &g), ("f g", &kept)].into_iter().enumerate() {
+        row(ui, stand, number, name, (f, None));
+    }
     let (kept_energy, energy) = (kept.dot(&kept), all.dot(&all));
     let lost = if energy > 0.0 { 100.0 * (1.0 - kept_energy / energy) } else { 0.0 };
     ui.label(format!("Energy cut off with the bands above: {lost:.2} %"));

@@ -4,10 +4,9 @@ use eframe::egui::{Color32, Slider, Ui, vec2};
 use lobe::sh::{Dir, Expansion as _, certified_minimum};
 
 use crate::rooms::functions::edits::FunctionsEdits;
-use crate::rooms::functions::rotate::column;
-use crate::widgets::balloon::BalloonView;
+use crate::rooms::functions::figures::Stand;
+use crate::rooms::functions::rotate::row;
 use crate::widgets::curve::{Curve, curves};
-use crate::widgets::orbit::Orbit;
 
 /// The part of the largest value within which a minimum is found.
 const TOLERANCE: f64 = 1e-9;
@@ -20,14 +19,11 @@ pub(crate) fn controls(ui: &mut Ui, edits: &mut FunctionsEdits) {
     ui.weak("Cut off at a band, a small light swings below zero around it. Windows blur it until it no longer does; dering takes as little as it can.");
 }
 
-pub(crate) fn show(ui: &mut Ui, edits: &FunctionsEdits, balloons: &mut [BalloonView; 3], eye: &mut Orbit) {
+pub(crate) fn show(ui: &mut Ui, edits: &FunctionsEdits, stand: &mut Stand<'_>) {
     let before = edits.ringing_light();
     let after = edits.taming.tamed_gray(&before);
-    ui.horizontal_wrapped(|ui| {
-        for (balloon, (name, f)) in balloons.iter_mut().zip([("the light", &before), ("the light, tamed", &after)]) {
-            ui.vertical(|ui| column(ui, name, f, balloon, eye));
-        }
-    });
+    row(ui, stand, 0, "the light", (&before, None));
+    row(ui, stand, 1, "the light, tamed", (&after, Some(&before)));
     for (name, f) in [("Minimum", &before), ("Minimum, tamed", &after)] {
         let found = certified_minimum(f.coefficients(), TOLERANCE);
         let at = found.dir.theta().to_degrees();

@@ -1,12 +1,11 @@
 //! A function that is turned.
 
 use eframe::egui::{Slider, Ui};
-use lobe::sh::{Expansion as _, ShVec};
+use lobe::sh::{Dir, Expansion as _, ShVec};
 
 use crate::rooms::functions::edits::FunctionsEdits;
-use crate::widgets::balloon::{BalloonView, Shown};
+use crate::rooms::functions::figures::{Pair, Stand, in_rows};
 use crate::widgets::bars::bars;
-use crate::widgets::orbit::Orbit;
 
 pub(crate) fn controls(ui: &mut Ui, edits: &mut FunctionsEdits) {
     edits.shape.controls(ui, "f", edits.order);
@@ -16,24 +15,32 @@ pub(crate) fn controls(ui: &mut Ui, edits: &mut FunctionsEdits) {
     ui.weak("A rotation mixes the coefficients within a band and leaves the energy of each band as it is.");
 }
 
-pub(crate) fn show(ui: &mut Ui, edits: &FunctionsEdits, balloons: &mut [BalloonView; 3], eye: &mut Orbit) {
+pub(crate) fn show(ui: &mut Ui, edits: &FunctionsEdits, stand: &mut Stand<'_>) {
     let before = edits.function();
     let after = edits.rotation().rotated(&before);
-    ui.horizontal_wrapped(|ui| {
-        for (balloon, (name, f)) in balloons.iter_mut().zip([("f", &before), ("f turned", &after)]) {
-            ui.vertical(|ui| column(ui, name, f, balloon, eye));
-        }
-    });
+    row(ui, stand, 0, "f", (&before, None));
+    row(ui, stand, 1, "f turned", (&after, Some(&before)));
     numbers(ui, "f turned", &after);
 }
 
-/// A balloon and the bars of its coefficients.
-pub(crate) fn column(ui: &mut Ui, name: &str, f: &ShVec<f64>, balloon: &mut BalloonView, eye: &mut Orbit) {
+/// The figures of a function and the bars of its coefficients, with another function dashed in the polar plot.
+pub(crate) fn row(
+    ui: &mut Ui,
+    stand: &mut Stand<'_>,
+    number: usize,
+    name: &str,
+    (f, beside): (&ShVec<f64>, Option<&ShVec<f64>>),
+) {
     ui.strong(name);
-    let title = format!("Balloon of {name}");
-    let shown = Shown { name: &title, key: f.coefficients(), f: |s| f.eval(s), extent: None };
-    balloon.show(ui, 240.0, eye, &shown);
-    bars(ui, &format!("Coefficients of {name}"), f);
+    in_rows(ui, |ui| {
+        let key: Vec<f64> =
+            f.coefficients().iter().chain(beside.iter().flat_map(|f| f.coefficients())).copied().collect();
+        let of = |s: Dir| f.eval(s);
+        let of_beside = |s: Dir| beside.map_or(0.0, |f| f.eval(s));
+        let pair = Pair { f: &of, beside: beside.is_some().then_some(&of_beside) };
+        stand.show(ui, number, (name, &format!("Balloon of {name}")), &pair, (&key, None));
+        bars(ui, &format!("Coefficients of {name}"), f);
+    });
 }
 
 /// The coefficients and the energy of each band as text.

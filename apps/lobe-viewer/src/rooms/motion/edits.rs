@@ -4,10 +4,12 @@ use std::path::PathBuf;
 
 use lobe::render::MovingMethod;
 use lobe::scene::built_in;
+use lobe::sh::Rotation;
 use serde::{Deserialize, Serialize};
 
 use crate::loading::moving_source::built_in_moving;
-use crate::rooms::motion::player::{Fit, Hand};
+use crate::rooms::light::{LightHand, MOST_STOPS, Taming, sky_rotation};
+use crate::rooms::motion::player::{Fit, Hand, MOST_ORDER};
 use crate::widgets::within::within;
 
 /// The most spheres of a part.
@@ -15,17 +17,78 @@ pub(crate) const MOST_SPHERES: usize = 64;
 
 /// The farthest from the origin that a part is kept, in meters, and how much larger or smaller than it was.
 const FARTHEST: f64 = 1e6;
-const SCALES: std::ops::RangeInclusive<f64> = 1e-3..=1e3;
+pub(crate) const SCALES: std::ops::RangeInclusive<f64> = 1e-3..=1e3;
 
-/// What moves, how its shadows are computed, and where a user has put its parts.
+/// How what moves is seen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum MotionView {
+    /// Parts hide the sky by shadow fields.
+    #[default]
+    Fields,
+    /// By exponentials of sums of spheres.
+    Exponentials,
+    /// Paths are traced while nothing moves.
+    Truth,
+    /// All three beside each other.
+    Beside,
+}
+
+impl MotionView {
+    /// All of them, in the order of the window.
+    pub const ALL: [Self; 4] = [Self::Fields, Self::Exponentials, Self::Truth, Self::Beside];
+
+    /// The name in the window.
+    #[must_use]
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Fields => "Shadow fields",
+            Self::Exponentials => "Spheres, SH exponentials",
+            Self::Truth => "Truth by rays",
+            Self::Beside => "All three beside each other",
+        }
+    }
+
+    /// The pictures, from left to right.
+    pub(crate) fn panes(self) -> &'static [Self] {
+        match self {
+            Self::Fields => &[Self::Fields],
+            Self::Exponentials => &[Self::Exponentials],
+            Self::Truth => &[Self::Truth],
+            Self::Beside => &[Self::Fields, Self::Exponentials, Self::Truth],
+        }
+    }
+
+    /// How parts hide the sky in one picture; none in the truth.
+    pub(crate) fn method(self) -> Option<MovingMethod> {
+        match self {
+            Self::Fields => Some(MovingMethod::Fields),
+            Self::Exponentials => Some(MovingMethod::Exponentials),
+            Self::Truth | Self::Beside => None,
+        }
+    }
+}
+
+/// What moves, how its shadows are computed, its light, and where a user has put its parts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 #[non_exhaustive]
 pub struct MotionEdits {
     /// The scene: a file, or a built-in one.
     pub source: PathBuf,
-    /// Whether parts hide the sky by exponentials of sums of spheres, and not by shadow fields.
-    pub has_exponentials: bool,
+    /// How it is seen.
+    pub view: MotionView,
+    /// Number of bands of the light, and of all that is baked.
+    pub order: usize,
+    /// What is done to the expansion of the light.
+    pub taming: Taming,
+    /// By which the sky is turned about +z, in radians.
+    pub turn: f64,
+    /// By which it is tilted about +x before that, in radians.
+    pub tilt: f64,
+    /// Stops of exposure above that which fits the first picture.
+    pub exposure: f64,
     /// Whether parts are where the user has put them, and not where the animation does.
     pub is_by_hand: bool,
     /// Whether the spheres are drawn.
@@ -37,23 +100,54 @@ pub struct MotionEdits {
 
 impl Default for MotionEdits {
     fn default() -> Self {
-        Self::of_scene(built_in_moving(built_in::MOVING_NAMES[0]))
+        Self {
+            source: built_in_moving(built_in::MOVING_NAMES[0]),
+            view: MotionView::Fields,
+            order: 4,
+            taming: Taming::None,
+            turn: 0.0,
+            tilt: 0.0,
+            exposure: 0.0,
+            is_by_hand: false,
+            has_spheres: false,
+            fit: Fit::default(),
+            hands: Vec::new(),
+        }
     }
 }
 
 impl MotionEdits {
-    pub(crate) fn of_scene(source: PathBuf) -> Self {
-        let (has_exponentials, is_by_hand, has_spheres) = (false, false, false);
-        Self { source, has_exponentials, is_by_hand, has_spheres, fit: Fit::default(), hands: Vec::new() }
+    /// The same for another scene, of which nothing was moved yet.
+    pub(crate) fn of_scene(&self, source: PathBuf) -> Self {
+        Self { source, is_by_hand: false, hands: Vec::new(), ..self.clone() }
     }
 
-    /// How moving parts hide the sky.
-    pub(crate) fn method(&self) -> MovingMethod {
-        if self.has_exponentials { MovingMethod::Exponentials } else { MovingMethod::Fields }
+    /// The ways by which the pictures are lit.
+    pub(crate) fn methods(&self) -> Vec<MovingMethod> {
+        self.view.panes().iter().filter_map(|pane| pane.method()).collect()
+    }
+
+    /// The rotation of the sky.
+    #[must_use]
+    pub fn rotation(&self) -> Rotation {
+        sky_rotation(self.turn, self.tilt)
+    }
+
+    /// Its light, to be changed; of what came baked only as many bands can be had as that has.
+    pub(crate) fn light(&mut self, most_order: usize) -> LightHand<'_> {
+        let Self { order, taming, turn, tilt, exposure, .. } = self;
+        let (taming, exposure) = (Some(taming), Some(exposure));
+        LightHand { order, most_order, taming, turn, tilt, exposure }
     }
 
     /// Brings its numbers into their ranges.
     pub(crate) fn check(&mut self) {
+        let first = Self::default();
+        self.order = self.order.clamp(1, MOST_ORDER);
+        self.taming.check();
+        self.turn = within(self.turn, 0.0..=std::f64::consts::TAU, first.turn);
+        self.tilt = within(self.tilt, -std::f64::consts::PI..=std::f64::consts::PI, first.tilt);
+        self.exposure = within(self.exposure, -MOST_STOPS..=MOST_STOPS, first.exposure);
         self.fit.count = self.fit.count.clamp(1, MOST_SPHERES);
         for hand in &mut self.hands {
             hand.position = hand.position.map(|c| within(c, -FARTHEST..=FARTHEST, 0.0));

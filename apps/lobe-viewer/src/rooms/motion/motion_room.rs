@@ -4,27 +4,33 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use eframe::egui::{
-    CentralPanel, Color32, ComboBox, Context, Panel, ProgressBar, Rect, Response, ScrollArea, Sense, Slider, Ui, pos2,
-    vec2,
+    CentralPanel, ComboBox, Context, Id, Key, Label, Modifiers, Panel, ProgressBar, Rect, Response, ScrollArea, Sense,
+    Slider, Ui, vec2,
 };
-use lobe::env::project_map;
 use lobe::render::MovingMethod;
 use lobe::scene::built_in;
-use lobe::sh::{Rgb, ShVec};
-use lobe::shadow::SphereFitMethod;
+use lobe::sh::{Expansion as _, Rgb, ShVec};
+use lobe::shadow::WorldSphere;
 
 use crate::loading::moving_source::built_in_moving;
 use crate::loading::scene_source::BUILT_IN;
 use crate::loading::sky_source::OpenedSky;
 use crate::loading::task::TaskEvent;
-use crate::rooms::motion::edits::{MOST_SPHERES, MotionEdits};
-use crate::rooms::motion::player::{Asked, Cast, Fit, News, ORDER, Player, Shown};
+use crate::rooms::light::TamedSky;
+use crate::rooms::motion::controls;
+use crate::rooms::motion::edits::{MotionEdits, MotionView, SCALES};
+use crate::rooms::motion::panes::{Panes, Scenery};
+use crate::rooms::motion::player::{Asked, Cast, MOST_ORDER, News, Player, Shown, Way};
 use crate::rooms::motion::spheres::rings;
-use crate::rooms::motion::stage::Stage;
+use crate::rooms::motion::stage::Frame;
+use crate::rooms::steer;
 use crate::widgets::gpu::Gpu;
 use crate::widgets::history::{Can, History, Step};
 use crate::widgets::named::name_image;
 use crate::widgets::orbit::Orbit;
+
+/// Radians a second by which the sky keeps turning.
+const SKY_SPEED: f64 = 0.5;
 
 /// What moves.
 pub struct MotionRoom {
@@ -38,11 +44,14 @@ pub struct MotionRoom {
     is_playing: bool,
     time: f64,
     orbit: Orbit,
-    light: Option<(OpenedSky, ShVec<Rgb<f64>>)>,
+    sky: Option<OpenedSky>,
+    light: TamedSky,
+    is_sky_turning: bool,
     asked: Option<Asked>,
     lit: Option<Shown>,
     is_waiting: bool,
-    stage: Stage,
+    panes: Panes,
+    picture_ids: Vec<Id>,
     message: Option<String>,
     wants_file: bool,
 }
@@ -61,11 +70,14 @@ impl MotionRoom {
             is_playing: true,
             time: 0.0,
             orbit: Orbit::default(),
-            light: None,
+            sky: None,
+            light: TamedSky::default(),
+            is_sky_turning: false,
             asked: None,
             lit: None,
             is_waiting: false,
-            stage: Stage::default(),
+            panes: Panes::default(),
+            picture_ids: Vec::new(),
             message: None,
             wants_file: false,
         }
@@ -77,16 +89,21 @@ impl MotionRoom {
         &self.edits
     }
 
+    /// The same, to change it from a program.
+    pub fn edits_mut(&mut self) -> &mut MotionEdits {
+        &mut self.edits
+    }
+
     /// Whether a moment is lit and shown.
     #[must_use]
     pub fn is_ready(&self) -> bool {
         self.lit.is_some()
     }
 
-    /// Milliseconds that the light of the last moment took; none before there is one.
+    /// Milliseconds that the light of the last moment took, by all ways that are seen; none before there is one.
     #[must_use]
     pub fn milliseconds(&self) -> Option<f64> {
-        self.lit.as_ref().map(|lit| lit.milliseconds)
+        self.lit.as_ref().map(|lit| lit.ways.iter().map(|way| way.milliseconds).sum())
     }
 
     /// Whether the scene is being opened, baked or lit.
@@ -110,7 +127,42 @@ impl MotionRoom {
     /// The number of spheres that hid the sky in the last moment.
     #[must_use]
     pub fn spheres(&self) -> usize {
-        self.lit.as_ref().map_or(0, |lit| lit.spheres.len())
+        self.spheres_of_moment().len()
+    }
+
+    fn spheres_of_moment(&self) -> &[WorldSphere] {
+        let way = self.lit.as_ref().and_then(|lit| lit.way(MovingMethod::Exponentials));
+        way.map_or(&[], |way| way.spheres.as_slice())
+    }
+
+    /// The exit radiance of all vertices in the last moment by a way; none before it is lit so.
+    #[must_use]
+    pub fn radiance(&self, method: MovingMethod) -> Option<&[Rgb<f32>]> {
+        self.lit.as_ref()?.way(method).map(|way| way.radiance.as_slice())
+    }
+
+    /// The light of the last moment, turned and tamed.
+    #[must_use]
+    pub fn light(&self) -> Option<&ShVec<Rgb<f64>>> {
+        self.lit.as_ref().map(|lit| &lit.asked.light)
+    }
+
+    /// How far the shadow fields, or the exponentials, are from the truth as far as it is traced: the root mean square of the
+    /// difference over the mean.
+    #[must_use]
+    pub fn error(&self, view: MotionView) -> Option<f64> {
+        self.panes.error(view)
+    }
+
+    /// Stops the animation at a time, in seconds.
+    pub fn pause_at(&mut self, time: f64) {
+        (self.is_playing, self.time) = (false, time);
+    }
+
+    /// The camera.
+    #[must_use]
+    pub fn orbit(&self) -> &Orbit {
+        &self.orbit
     }
 
     /// What went wrong last, in one line.
@@ -121,8 +173,7 @@ impl MotionRoom {
 
     /// Opens a moving scene, as [`open_moving`](crate::open_moving). One that cannot be opened leaves that which is there.
     pub fn open(&mut self, path: &Path) {
-        let MotionEdits { fit, has_exponentials, has_spheres, .. } = self.edits;
-        self.edits = MotionEdits { fit, has_exponentials, has_spheres, ..MotionEdits::of_scene(path.into()) };
+        self.edits = self.edits.of_scene(path.into());
         self.message = None;
     }
 
@@ -144,6 +195,7 @@ impl MotionRoom {
     pub fn ui(&mut self, ui: &mut Ui, gpu: Option<&Gpu>, sky: Option<&OpenedSky>) {
         let ctx = ui.ctx().clone();
         self.take_news();
+        self.keys(&ctx);
         self.advance(&ctx, sky);
         Panel::left("motion controls").default_size(300.0).size_range(220.0..=480.0).show(ui, |ui| {
             ScrollArea::vertical().auto_shrink(false).show(ui, |ui| self.panel(ui));
@@ -152,19 +204,58 @@ impl MotionRoom {
             if let Some(message) = &self.message {
                 ui.colored_label(ui.visuals().error_fg_color, message);
             }
-            ui.label(self.status());
+            ui.add(Label::new(self.describe()).wrap());
+            self.panes.status.show(ui);
         });
         CentralPanel::no_frame().show(ui, |ui| self.picture(ui, gpu));
     }
 
-    fn status(&self) -> String {
+    /// How the last moment was lit, in one line.
+    fn describe(&self) -> String {
         let Some(lit) = &self.lit else { return "Preparing".into() };
-        let (vertices, spheres) = (lit.radiance.len(), lit.spheres.len());
-        let by = match lit.asked.method {
-            MovingMethod::Exponentials => format!("exponentials of {spheres} spheres"),
-            _ => "products of shadow fields".into(),
+        let by = |way: &Way| match way.method {
+            MovingMethod::Exponentials => {
+                format!("exponentials of {} spheres in {:.0} ms", way.spheres.len(), way.milliseconds)
+            }
+            _ => format!("products of shadow fields in {:.0} ms", way.milliseconds),
         };
-        format!("{vertices} vertices, {by}, order {ORDER}: {:.0} ms of light", lit.milliseconds)
+        let ways: Vec<String> = lit.ways.iter().map(by).collect();
+        let (vertices, order) = (lit.data.scene.vertex_count(), lit.asked.light.order());
+        [format!("{vertices} vertices, order {order}")].into_iter().chain(ways).collect::<Vec<_>>().join(", ")
+    }
+
+    /// Keys of the room, where no control has the keyboard.
+    fn keys(&mut self, ctx: &Context) {
+        if !steer::has_keys(ctx, &self.picture_ids) {
+            return;
+        }
+        let most_order = self.most_order();
+        let steered = steer::keys(ctx, &mut self.orbit, &mut self.edits.light(most_order));
+        self.is_sky_turning ^= steered.turning;
+        if steered.frame {
+            self.frame();
+        }
+        let pressed = |key: Key| ctx.input(|input| input.modifiers.is_none() && input.key_pressed(key));
+        for (key, view) in [Key::Num1, Key::Num2, Key::Num3, Key::Num4].into_iter().zip(MotionView::ALL) {
+            if pressed(key) {
+                self.edits.view = view;
+            }
+        }
+        if pressed(Key::Space) && !self.edits.is_by_hand {
+            self.is_playing = !self.is_playing;
+        }
+    }
+
+    /// Brings the whole scene into the picture.
+    fn frame(&mut self) {
+        if let Some(lit) = &self.lit {
+            self.orbit = self.orbit.framing(lit.data.scene.world_bounds());
+        }
+    }
+
+    /// The most bands that can be had of the scene.
+    fn most_order(&self) -> usize {
+        self.cast.as_ref().map_or(MOST_ORDER, |cast| cast.most_order)
     }
 
     fn take_news(&mut self) {
@@ -176,6 +267,7 @@ impl MotionRoom {
                     if self.edits.hands.len() != cast.hands.len() {
                         self.edits.hands.clone_from(&cast.hands);
                     }
+                    self.time = self.time.clamp(cast.span[0], cast.span[1]);
                     self.chosen = cast.is_still.iter().position(|still| !still).unwrap_or(0);
                     self.edits.is_by_hand &= cast.is_rigid;
                     self.good.clone_from(&self.edits.source);
@@ -183,10 +275,11 @@ impl MotionRoom {
                 }
                 TaskEvent::Result(News::Lit(lit)) => {
                     if self.lit.is_none() {
-                        self.orbit = self.orbit.framing(lit.scene.world_bounds());
+                        self.orbit = self.orbit.framing(lit.data.scene.world_bounds());
                     }
                     self.lit = Some(Arc::from(lit));
-                    self.is_waiting = false;
+                    // Of several ways the one that was baked already comes first.
+                    self.is_waiting = self.lit.as_ref().is_some_and(|lit| lit.ways.len() < lit.asked.methods.len());
                 }
                 TaskEvent::Failed(message) => self.fail(message),
                 TaskEvent::Done | TaskEvent::Cancelled => {}
@@ -216,11 +309,17 @@ impl MotionRoom {
             self.history.watch(ctx, &self.edits);
         }
         if let Some(sky) = sky
-            && self.light.as_ref().is_none_or(|(before, _)| !Arc::ptr_eq(&before.map, &sky.map))
+            && self.sky.as_ref().is_none_or(|before| !Arc::ptr_eq(&before.map, &sky.map))
         {
-            self.light = Some((sky.clone(), project_map(&sky.map, ORDER)));
+            self.sky = Some(sky.clone());
+            self.panes.fit_exposure();
         }
-        let (Some(cast), Some((_, light))) = (&self.cast, &self.light) else { return };
+        if self.is_sky_turning {
+            let passed = ctx.input(|input| f64::from(input.stable_dt.min(0.1)));
+            self.edits.turn = (self.edits.turn + SKY_SPEED * passed).rem_euclid(std::f64::consts::TAU);
+            ctx.request_repaint();
+        }
+        let (Some(cast), Some(sky)) = (&self.cast, &self.sky) else { return };
         if self.is_playing && !self.edits.is_by_hand {
             let [begin, end] = cast.span;
             let passed = ctx.input(|input| f64::from(input.stable_dt.min(0.1)));
@@ -228,9 +327,12 @@ impl MotionRoom {
             ctx.request_repaint();
         }
         let hands = self.edits.is_by_hand.then(|| self.edits.hands.clone());
-        let (method, fit) = (self.edits.method(), self.edits.fit);
-        let asked = Asked { time: self.time, method, light: light.clone(), fit, hands };
-        if !self.is_waiting
+        let order = self.edits.order.min(cast.most_order);
+        let light = self.edits.rotation().rotated(self.light.of(sky, order, self.edits.taming));
+        let asked = Asked { time: self.time, methods: self.edits.methods(), light, fit: self.edits.fit, hands };
+        // What needs other bakes need not wait for those that are under way.
+        let is_free = !self.is_waiting || self.asked.as_ref().is_some_and(|before| before.needs_other_bakes(&asked));
+        if is_free
             && self.asked.as_ref() != Some(&asked)
             && let Some((_, player)) = &self.player
         {
@@ -243,11 +345,11 @@ impl MotionRoom {
     /// Starts on the scene of the edits, which nothing of the one before belongs to.
     fn start(&mut self, ctx: &Context) {
         let ctx = ctx.clone();
-        let player = Player::start(&self.edits.source, move || ctx.request_repaint());
+        let player = Player::start(&self.edits.source, self.edits.order, move || ctx.request_repaint());
         self.player = Some((self.edits.source.clone(), player));
         (self.cast, self.asked, self.lit) = (None, None, None);
-        (self.time, self.is_waiting, self.orbit) = (0.0, false, Orbit::default());
-        self.stage.clear();
+        (self.is_waiting, self.orbit) = (false, Orbit::default());
+        self.panes.clear();
     }
 
     fn panel(&mut self, ui: &mut Ui) {
@@ -264,12 +366,14 @@ impl MotionRoom {
         }
         let hint = "A .glb that moves, or a description of a scene; or drop it on the window (Ctrl+O)";
         self.wants_file |= ui.button("Open a file").on_hover_text(hint).clicked();
+        if ui.button("Frame").on_hover_text("The whole scene in the picture (F)").clicked() {
+            self.frame();
+        }
         ui.separator();
-        ui.radio_value(&mut self.edits.has_exponentials, false, "Shadow fields");
-        ui.radio_value(&mut self.edits.has_exponentials, true, "Spheres, SH exponentials");
-        ui.checkbox(&mut self.edits.has_spheres, "Draw the spheres");
-        let is_by_spheres = self.edits.has_exponentials;
-        ui.add_enabled_ui(is_by_spheres, |ui| fit_controls(ui, &mut self.edits.fit));
+        controls::view(ui, &mut self.edits, &self.panes);
+        ui.separator();
+        let most_order = self.most_order();
+        controls::light(ui, &mut self.edits, most_order, &mut self.is_sky_turning);
         ui.separator();
         let player = self.player.as_ref().map(|(_, player)| player);
         if let Some(player) = player.filter(|player| player.task().is_at_work()) {
@@ -290,66 +394,54 @@ impl MotionRoom {
             response.on_disabled_hover_text("What changes its shape is moved by its animation only");
         });
         if self.edits.is_by_hand {
-            self.hand_controls(ui, &cast);
+            controls::hands(ui, &mut self.edits, &mut self.chosen, &cast);
         }
-    }
-
-    fn hand_controls(&mut self, ui: &mut Ui, cast: &Cast) {
-        ComboBox::from_label("Object").selected_text(cast.names[self.chosen].as_str()).show_ui(ui, |ui| {
-            for (number, name) in cast.names.iter().enumerate().filter(|(k, _)| !cast.is_still[*k]) {
-                ui.selectable_value(&mut self.chosen, number, name.as_str());
-            }
-        });
-        let hand = &mut self.edits.hands[self.chosen];
-        for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
-            ui.add(Slider::new(&mut hand.position[axis], -4.0..=4.0).text(name).suffix(" m").fixed_decimals(2));
-        }
-        let mut degrees = hand.turn.to_degrees();
-        if ui.add(Slider::new(&mut degrees, -180.0..=180.0).text("Turn").suffix("°").fixed_decimals(0)).changed() {
-            hand.turn = degrees.to_radians();
-        }
-        ui.add(Slider::new(&mut hand.scale, 0.3..=2.0).text("Size").fixed_decimals(2));
-        if ui.button("Put back").clicked() {
-            self.edits.hands.clone_from(&cast.hands);
-        }
-        ui.weak("Drag an object in the picture to move it, with Shift to turn it.");
     }
 
     fn picture(&mut self, ui: &mut Ui, gpu: Option<&Gpu>) {
-        let rect = ui.available_rect_before_wrap();
-        let response = ui.interact(rect, ui.scope_id().with("picture"), Sense::click_and_drag());
-        name_image(&response, "Picture of what moves");
-        self.follow(ui, &response);
-        ui.painter().rect_filled(rect, 0.0, ui.visuals().panel_fill);
+        let whole = ui.available_rect_before_wrap();
+        let places = Panes::places(self.edits.view, whole);
+        self.picture_ids.clear();
+        ui.painter().rect_filled(whole, 0.0, ui.visuals().panel_fill);
+        for (number, (pane, rect)) in places.iter().enumerate() {
+            let response = ui.interact(*rect, ui.scope_id().with(("picture", number)), Sense::click_and_drag());
+            name_image(&response, &format!("Picture of what moves: {}", pane.title()));
+            self.follow(ui, &response);
+            self.picture_ids.push(response.id);
+            steer::hold_keys(ui, &response);
+        }
         let (Some(gpu), Some(lit)) = (gpu, self.lit.clone()) else {
             let text = if gpu.is_none() { "No graphics device: the picture is not drawn." } else { "Preparing" };
             ui.centered_and_justified(|ui| ui.label(text));
             return;
         };
         let scale = ui.ctx().pixels_per_point();
-        let size = [rect.width(), rect.height()].map(|points| (points.max(0.0) * scale).round() as u32);
-        let sky = self.light.as_ref().map(|(sky, _)| &sky.map);
-        match self.stage.draw(gpu, &lit, sky, &self.orbit, size) {
-            Ok(Some(texture)) => {
-                let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
-                ui.painter().image(texture, rect, whole, Color32::WHITE);
-            }
-            Ok(None) => {}
-            Err(error) => {
-                ui.centered_and_justified(|ui| {
-                    ui.label(format!("The graphics device failed: {error}. Restart the viewer."))
-                });
-            }
+        let side = |points: f32| (points.max(0.0) * scale).round() as u32;
+        let size = places.first().map_or([0, 0], |(_, rect)| [side(rect.width()), side(rect.height())]);
+        let is_playing = self.is_playing && !self.edits.is_by_hand;
+        let is_still = !is_playing && !self.is_sky_turning && !self.is_waiting;
+        let sky = self.sky.as_ref().map(|sky| &sky.map);
+        let scenery = Scenery { lit: &lit, sky, is_still };
+        let orbit = places.first().map_or(self.orbit, |(_, rect)| self.seen(*rect));
+        let frame = Frame { orbit, size, turn: self.edits.rotation(), exposure: self.edits.exposure };
+        if let Err(error) = self.panes.show(ui, gpu, &places, &scenery, &frame) {
+            let text = format!("The graphics device failed: {error}. Restart the viewer; what you changed is kept.");
+            ui.centered_and_justified(|ui| ui.label(text));
         }
         if self.edits.has_spheres {
-            rings(&ui.painter_at(rect), rect, &self.orbit, &lit.spheres);
+            for (_, rect) in places.iter().filter(|(pane, _)| pane.method() == Some(MovingMethod::Exponentials)) {
+                rings(&ui.painter_at(*rect), *rect, &orbit, self.spheres_of_moment());
+            }
         }
     }
 
-    /// A drag on an object moves it, with Shift turns it; elsewhere it turns the view.
+    /// The camera of a picture at a place: what is in the picture remains there beside others.
+    fn seen(&self, place: Rect) -> Orbit {
+        self.orbit.fitting(f64::from(place.width()), f64::from(place.height()))
+    }
+
+    /// A drag on an object moves, turns or scales it; elsewhere it changes the camera and the light.
     fn follow(&mut self, ui: &Ui, response: &Response) {
-        let height = f64::from(response.rect.height().max(1.0));
-        let by = [response.drag_delta().x, response.drag_delta().y].map(|c| f64::from(c) / height);
         if response.drag_started() {
             let at = ui.input(|input| input.pointer.press_origin());
             let found = at.filter(|_| self.edits.is_by_hand).and_then(|at| self.object_at(response.rect, at));
@@ -358,25 +450,27 @@ impl MotionRoom {
             }
             ui.data_mut(|data| data.insert_temp(response.id, found.is_some()));
         }
-        if response.dragged() {
-            if ui.data(|data| data.get_temp(response.id)).unwrap_or(false) {
-                self.drag_object(ui.input(|input| input.modifiers.shift), by);
-            } else {
-                self.orbit.turn(by[0], by[1]);
-            }
-        }
-        if response.hovered() {
-            self.orbit.scroll(f64::from(ui.input(|input| input.smooth_scroll_delta.y)));
+        if response.dragged() && ui.data(|data| data.get_temp(response.id)).unwrap_or(false) {
+            let orbit = self.seen(response.rect);
+            self.drag_object(&orbit, ui.input(|input| input.modifiers), steer::drag_of(response));
+            steer::zoom(ui, response, &mut self.orbit);
+        } else {
+            let most_order = self.most_order();
+            steer::pointer(ui, response, &mut self.orbit, &mut self.edits.light(most_order));
         }
     }
 
-    fn drag_object(&mut self, is_turn: bool, [right, down]: [f64; 2]) {
+    fn drag_object(&mut self, orbit: &Orbit, modifiers: Modifiers, [right, down]: [f64; 2]) {
         let hand = &mut self.edits.hands[self.chosen];
-        if is_turn {
+        if modifiers.shift {
             hand.turn += std::f64::consts::TAU * right;
             return;
         }
-        let (Some(size), Some(camera)) = (self.orbit.size_at(hand.position), self.orbit.camera()) else { return };
+        if modifiers.command {
+            hand.scale = (hand.scale * (-2.0 * down).exp()).clamp(*SCALES.start(), *SCALES.end());
+            return;
+        }
+        let (Some(size), Some(camera)) = (orbit.size_at(hand.position), orbit.camera()) else { return };
         let by = camera.view().point([2.0 * right / size, -2.0 * down / size, 0.0]);
         (0..3).for_each(|k| hand.position[k] += by[k]);
     }
@@ -384,34 +478,20 @@ impl MotionRoom {
     /// The object whose ball is under a point, the nearest to the eye.
     fn object_at(&self, rect: Rect, at: eframe::egui::Pos2) -> Option<usize> {
         let cast = self.cast.as_ref()?;
-        let half = 0.5 * rect.height();
+        let (orbit, half) = (self.seen(rect), 0.5 * rect.height());
         let hit = |k: &usize| {
             let (Some([right, up]), Some(size)) =
-                (self.orbit.project(self.edits.hands[*k].position), self.orbit.size_at(self.edits.hands[*k].position))
+                (orbit.project(self.edits.hands[*k].position), orbit.size_at(self.edits.hands[*k].position))
             else {
                 return false;
             };
             let place = rect.center() + vec2(right as f32, -up as f32) * half;
             place.distance(at) <= (cast.radii[*k] * self.edits.hands[*k].scale * size) as f32 * half
         };
-        let size = |k: &usize| self.orbit.size_at(self.edits.hands[*k].position).unwrap_or(0.0);
+        let size = |k: &usize| orbit.size_at(self.edits.hands[*k].position).unwrap_or(0.0);
         (0..self.edits.hands.len())
             .filter(|k| !cast.is_still[*k])
             .filter(hit)
             .max_by(|a, b| size(a).total_cmp(&size(b)))
-    }
-}
-
-/// The number of spheres, and how they are fitted.
-fn fit_controls(ui: &mut Ui, fit: &mut Fit) {
-    let slider = Slider::new(&mut fit.count, 1..=MOST_SPHERES).text("Spheres of a part");
-    // Each number is a fit of its own: while the handle is held, none is asked for.
-    ui.add(slider.update_while_editing(false)).on_hover_text("Four times as many of a part that changes its shape");
-    let ways = [
-        (SphereFitMethod::Variational, "Variational", "The least volume outside of the part"),
-        (SphereFitMethod::MedialAxis, "Medial axis", "Quicker, and worse"),
-    ];
-    for (method, title, hint) in ways {
-        ui.radio_value(&mut fit.method, method, title).on_hover_text(hint);
     }
 }

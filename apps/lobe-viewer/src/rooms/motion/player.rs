@@ -1,26 +1,29 @@
 //! Moments of a moving scene, lit beside the window.
 
+use std::cell::RefCell;
+use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
-use lobe::io::Job;
+use lobe::io::{Job, Progress};
 use lobe::prt::{BakeMode, BakeOptions};
 use lobe::render::{
-    Moment, Motion, MovingBakeOptions, MovingMethod, MovingOptions, MovingPart, MovingScene, MovingShading,
+    Emitter, Motion, MovingBakeOptions, MovingMethod, MovingOptions, MovingPart, MovingScene, MovingShading,
     PartBakeKind, RenderError,
 };
 use lobe::scene::{Mesh, Scene};
-use lobe::sh::{Dir, Rgb, Rotation, ShVec};
+use lobe::sh::{Dir, Expansion as _, Rgb, Rotation, ShVec};
 use lobe::shadow::{FieldOptions, Placement, SphereFitMethod, SphereFitOptions, Track, WorldSphere};
 use serde::{Deserialize, Serialize};
 use web_time::Instant;
 
+use crate::loading::bake::SceneData;
 use crate::loading::moving_source::{is_file, open_moving};
 use crate::loading::task::{Control, Task, TaskEvent};
 
-/// Number of bands of light, transfer, fields and spheres.
-pub(crate) const ORDER: usize = 4;
+/// The most bands of light, transfer, fields and spheres.
+pub(crate) const MOST_ORDER: usize = 8;
 
 /// Paths from each vertex for the transfer of parts.
 const SAMPLES: u32 = 64;
@@ -62,12 +65,21 @@ pub(crate) struct Hand {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Asked {
     pub(crate) time: f64,
-    pub(crate) method: MovingMethod,
+    /// How parts hide the sky: one way or several, of the same moment.
+    pub(crate) methods: Vec<MovingMethod>,
+    /// Of the order to which the parts are to be baked.
     pub(crate) light: ShVec<Rgb<f64>>,
     /// Of exponentials.
     pub(crate) fit: Fit,
     /// Where each part is; none while the animation plays.
     pub(crate) hands: Option<Vec<Hand>>,
+}
+
+impl Asked {
+    /// Whether other bakes are needed for it, those of another order or other spheres.
+    pub(crate) fn needs_other_bakes(&self, other: &Self) -> bool {
+        self.light.order() != other.light.order() || self.fit != other.fit || self.methods != other.methods
+    }
 }
 
 /// What comes from the player.
@@ -92,30 +104,50 @@ pub(crate) struct Cast {
     pub(crate) is_rigid: bool,
     /// The first and the last time, in seconds.
     pub(crate) span: [f64; 2],
+    /// The most bands that its parts can have: those that came with transfer or a field have theirs.
+    pub(crate) most_order: usize,
 }
 
 /// A moment and its light.
 pub(crate) struct Lit {
     pub(crate) asked: Asked,
-    pub(crate) scene: Scene,
+    /// Its triangles in the world.
+    pub(crate) data: SceneData,
+    /// Its lamps, to be traced.
+    pub(crate) emitters: Vec<Emitter>,
+    /// One for each way that is baked already.
+    pub(crate) ways: Vec<Way>,
+}
+
+/// A moment by one way.
+pub(crate) struct Way {
+    pub(crate) method: MovingMethod,
     pub(crate) radiance: Vec<Rgb<f32>>,
     pub(crate) spheres: Vec<WorldSphere>,
-    /// What the light of all vertices took.
+    /// Milliseconds that the light took.
     pub(crate) milliseconds: f64,
 }
 
-/// A thread that lights the moment that was asked for last.
+impl Lit {
+    /// The moment by a way; none if that is not baked yet.
+    pub(crate) fn way(&self, method: MovingMethod) -> Option<&Way> {
+        self.ways.iter().find(|way| way.method == method)
+    }
+}
+
+/// Bakes parts, then lights the moment that was asked for last.
 pub(crate) struct Player {
     task: Task<News>,
     asks: Sender<Asked>,
 }
 
 impl Player {
-    /// Opens a scene and bakes its parts.
-    pub(crate) fn start(source: &Path, wake: impl Fn() + Send + 'static) -> Self {
+    /// Opens a scene and bakes its parts, to an order as far as they came without.
+    pub(crate) fn start(source: &Path, order: usize, wake: impl Fn() + Send + 'static) -> Self {
         let (asks, asked) = channel();
         let source = source.to_owned();
-        let task = Task::start("Parts", wake, move |control| play(control, &source, &asked).map_err(|e| e.to_string()));
+        let work = move |control: &_| play(control, &source, order, asked).map_err(|error| error.to_string());
+        let task = Task::start("Parts", wake, work);
         Self { task, asks }
     }
 
@@ -134,91 +166,203 @@ impl Player {
     }
 }
 
-fn play(control: &Control<News>, source: &Path, asked: &Receiver<Asked>) -> anyhow::Result<()> {
+fn play(control: &Control<News>, source: &Path, order: usize, asked: Receiver<Asked>) -> anyhow::Result<()> {
     control.stage(source.file_name().unwrap_or_default().to_string_lossy());
-    let mut common = open_moving(source)?;
-    common.bake_lamps(ORDER)?;
-    let mut fit = Fit::default();
+    let mut opened = open_moving(source)?;
+    let most_order = opened.order().unwrap_or(MOST_ORDER).min(MOST_ORDER);
+    opened.bake_lamps(most_order)?;
     // The built-in scenes stand on open ground, which hides nothing from what moves over it.
-    let still_hides = is_file(source);
-    if !prepare(control, &mut common, MovingMethod::Fields, &bake_options(fit, still_hides), IS_COMMON)? {
+    let desk = Desk { control, inbox: Inbox { asked, next: RefCell::default() }, still_hides: is_file(source) };
+    let mut bakes = Bakes::begin(&opened, order.min(most_order), Fit::default())?;
+    if bakes.prepare(MovingMethod::Fields, &desk)? != Prepared::Ready {
         return Ok(());
     }
-    // What has fields needs no spheres, and the other way round: each way has a scene of its own.
-    let mut scenes = [common.clone(), common.clone()];
-    if !prepare(control, &mut scenes[0], MovingMethod::Fields, &bake_options(fit, still_hides), IS_ANY)? {
-        return Ok(());
-    }
-    control.send(News::Ready(cast(&scenes[0])?));
-    let shading = |method| MovingShading::new(MovingOptions::default().order(ORDER).method(method));
-    let shadings = [shading(MovingMethod::Fields)?, shading(MovingMethod::Exponentials)?];
-    while let Ok(mut next) = asked.recv() {
-        // Only the last counts.
-        while let Ok(later) = asked.try_recv() {
-            next = later;
+    control.send(News::Ready(cast(&bakes.scenes[0], most_order)?));
+    while let Some(next) = desk.inbox.take() {
+        if next.light.order() != bakes.order {
+            bakes = Bakes::begin(&opened, next.light.order(), next.fit)?;
+        } else if next.fit != bakes.fit && next.methods.contains(&MovingMethod::Exponentials) {
+            bakes.refit(next.fit);
         }
-        if next.fit != fit && next.method == MovingMethod::Exponentials {
-            fit = next.fit;
-            scenes[1] = common.clone();
+        // What is baked already is shown while the rest is being baked.
+        let ready: Vec<_> = next.methods.iter().copied().filter(|way| bakes.is_ready(*way, &desk)).collect();
+        if !ready.is_empty() && ready.len() < next.methods.len() {
+            control.send(News::Lit(Box::new(bakes.lit(&ready, &next)?)));
         }
-        let scene = &mut scenes[number_of(next.method)];
-        if !prepare(control, scene, next.method, &bake_options(fit, still_hides), IS_ANY)? {
-            break;
+        let prepared = next.methods.iter().map(|method| bakes.prepare(*method, &desk)).find(|prepared| {
+            // Stops at the first that is none.
+            !matches!(prepared, Ok(Prepared::Ready))
+        });
+        match prepared.transpose()? {
+            None => control.send(News::Lit(Box::new(bakes.lit(&next.methods, &next)?))),
+            Some(Prepared::Cancelled) => break,
+            Some(_) => {}
         }
-        let by_hand = next.hands.as_ref().map(|hands| placed(&*scene, hands)).transpose()?;
-        let moment = by_hand.as_ref().unwrap_or(&*scene).at(next.time)?;
-        control.send(News::Lit(Box::new(lit(&moment, &shadings, next)?)));
     }
     Ok(())
 }
 
-fn bake_options(fit: Fit, still_hides: bool) -> MovingBakeOptions {
-    let transfer = BakeOptions::default().mode(BakeMode::Shadowed).order(ORDER).samples(SAMPLES);
-    let field = FieldOptions::default().order(ORDER).rays(FIELD_RAYS);
-    let spheres = SphereFitOptions::default().method(fit.method).count(fit.count).samples(FIT_SAMPLES);
-    let options = MovingBakeOptions::default().transfer(transfer).field(field).spheres(spheres);
-    options.deformed_spheres(Some(DEFORMED * fit.count)).still_hides(still_hides)
+/// What work needs to know while it is done.
+struct Desk<'a> {
+    control: &'a Control<News>,
+    inbox: Inbox,
+    still_hides: bool,
 }
 
-/// Which bakes are done now.
-type Wanted = fn(PartBakeKind) -> bool;
+/// What was asked for and not begun, of which only the last counts.
+struct Inbox {
+    asked: Receiver<Asked>,
+    next: RefCell<Option<Asked>>,
+}
 
-/// Those that fields and spheres share, so that other spheres do not bake them again.
-const IS_COMMON: Wanted = |kind| matches!(kind, PartBakeKind::Transfer | PartBakeKind::Visibility);
-const IS_ANY: Wanted = |_| true;
+impl Inbox {
+    fn look(&self) {
+        if let Some(last) = self.asked.try_iter().last() {
+            self.next.replace(Some(last));
+        }
+    }
 
-/// Bakes what a scene lacks for a way; whether to go on.
-fn prepare(
-    control: &Control<News>,
+    /// The last, once there is one; none when nobody asks any more.
+    fn take(&self) -> Option<Asked> {
+        self.look();
+        let next = self.next.take().or_else(|| self.asked.recv().ok())?;
+        self.look();
+        Some(self.next.take().unwrap_or(next))
+    }
+
+    /// Whether bakes of another order are asked for.
+    fn is_past(&self, order: usize) -> bool {
+        self.look();
+        self.next.borrow().as_ref().is_some_and(|next| next.light.order() != order)
+    }
+}
+
+/// How a preparation ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Prepared {
+    Ready,
+    /// Another order was asked for meanwhile.
+    Outdated,
+    Cancelled,
+}
+
+/// All that is baked to an order. What has fields needs no spheres, and the other way round: each way has a scene of its own.
+struct Bakes {
+    order: usize,
+    fit: Fit,
+    /// With what both ways share.
+    common: MovingScene,
+    scenes: [MovingScene; 2],
+    shadings: [MovingShading; 2],
+}
+
+impl Bakes {
+    fn begin(opened: &MovingScene, order: usize, fit: Fit) -> Result<Self, RenderError> {
+        let shading = |method| MovingShading::new(MovingOptions::default().order(order).method(method));
+        let shadings = [shading(MovingMethod::Fields)?, shading(MovingMethod::Exponentials)?];
+        let [common, fields, exponentials] = [(); 3].map(|()| opened.clone());
+        Ok(Self { order, fit, common, scenes: [fields, exponentials], shadings })
+    }
+
+    /// Forgets the spheres, for others.
+    fn refit(&mut self, fit: Fit) {
+        self.fit = fit;
+        self.scenes[1] = self.common.clone();
+    }
+
+    fn options(&self, still_hides: bool) -> MovingBakeOptions {
+        moving_bake_options(self.order, self.fit.method, self.fit.count, still_hides)
+    }
+
+    fn is_ready(&self, method: MovingMethod, desk: &Desk<'_>) -> bool {
+        self.scenes[number_of(method)].lacking(method, &self.options(desk.still_hides)).is_empty()
+    }
+
+    /// Bakes what is lacking for a way.
+    fn prepare(&mut self, method: MovingMethod, desk: &Desk<'_>) -> Result<Prepared, RenderError> {
+        let is_common = |kind| matches!(kind, PartBakeKind::Transfer | PartBakeKind::Visibility);
+        let (options, order) = (self.options(desk.still_hides), self.order);
+        let number = number_of(method);
+        if !self.is_ready(method, desk) {
+            let common = bake_lacking(&mut self.common, (method, &options, order), is_common, desk)?;
+            if common != Prepared::Ready {
+                return Ok(common);
+            }
+            self.scenes[number] = self.common.clone();
+        }
+        bake_lacking(&mut self.scenes[number], (method, &options, order), |_| true, desk)
+    }
+
+    /// A moment by ways that are prepared.
+    fn lit(&self, methods: &[MovingMethod], asked: &Asked) -> Result<Lit, RenderError> {
+        let (mut seen, mut ways) = (None, Vec::new());
+        for &method in methods {
+            let scene = &self.scenes[number_of(method)];
+            let by_hand = asked.hands.as_ref().map(|hands| placed(scene, hands)).transpose()?;
+            let moment = by_hand.as_ref().unwrap_or(scene).at(asked.time)?;
+            let begin = Instant::now();
+            let radiance = self.shadings[number_of(method)].exit_radiance(&moment, &asked.light)?;
+            let milliseconds = 1e3 * begin.elapsed().as_secs_f64();
+            let spheres = (0..moment.parts().len()).flat_map(|part| moment.spheres(part).iter().copied()).collect();
+            ways.push(Way { method, radiance, spheres, milliseconds });
+            seen.get_or_insert_with(|| (SceneData::of_moment(moment.scene(), moment.bvh()), moment.emitters()));
+        }
+        let (data, emitters) = match seen {
+            Some(seen) => seen,
+            None => {
+                let by_hand = asked.hands.as_ref().map(|hands| placed(&self.common, hands)).transpose()?;
+                let moment = by_hand.as_ref().unwrap_or(&self.common).at(asked.time)?;
+                (SceneData::of_moment(moment.scene(), moment.bvh()), moment.emitters())
+            }
+        };
+        Ok(Lit { asked: asked.clone(), data, emitters, ways })
+    }
+}
+
+/// The options of the bakes of moving parts of the window, with `count` spheres for a part that keeps its shape. `still_hides` says
+/// whether what stands still hides the sky from what moves.
+#[must_use]
+pub fn moving_bake_options(
+    order: usize,
+    method: SphereFitMethod,
+    count: usize,
+    still_hides: bool,
+) -> MovingBakeOptions {
+    let transfer = BakeOptions::default().mode(BakeMode::Shadowed).order(order).samples(SAMPLES);
+    let field = FieldOptions::default().order(order).rays(FIELD_RAYS);
+    let spheres = SphereFitOptions::default().method(method).count(count).samples(FIT_SAMPLES);
+    let options = MovingBakeOptions::default().transfer(transfer).field(field).spheres(spheres);
+    options.deformed_spheres(Some(DEFORMED * count)).still_hides(still_hides)
+}
+
+/// Does the bakes that a scene lacks for a way.
+fn bake_lacking(
     scene: &mut MovingScene,
-    method: MovingMethod,
-    options: &MovingBakeOptions,
-    is_wanted: Wanted,
-) -> Result<bool, RenderError> {
+    (method, options, order): (MovingMethod, &MovingBakeOptions, usize),
+    is_wanted: impl Fn(PartBakeKind) -> bool,
+    desk: &Desk<'_>,
+) -> Result<Prepared, RenderError> {
+    let Desk { control, inbox, .. } = desk;
     for bake in scene.lacking(method, options).into_iter().filter(|bake| is_wanted(bake.kind)) {
-        control.stage(bake.to_string());
-        let mut watch = control.watch();
+        control.stage(format!("{bake}, order {order}"));
+        let mut tell = control.watch();
+        let mut watch = |progress: &Progress| match inbox.is_past(order) {
+            true => ControlFlow::Break(()),
+            false => tell(progress),
+        };
         match scene.bake_part(&bake, options, Job::default().watched_by(&mut watch)) {
-            Err(RenderError::Cancelled) => return Ok(false),
+            Err(RenderError::Cancelled) if !control.is_cancelled() => return Ok(Prepared::Outdated),
+            Err(RenderError::Cancelled) => return Ok(Prepared::Cancelled),
             other => other?,
         }
     }
     control.rest();
-    Ok(!control.is_cancelled())
+    Ok(if control.is_cancelled() { Prepared::Cancelled } else { Prepared::Ready })
 }
 
 /// The place of a way among scenes and shadings.
 fn number_of(method: MovingMethod) -> usize {
     usize::from(method == MovingMethod::Exponentials)
-}
-
-fn lit(moment: &Moment<'_>, shadings: &[MovingShading; 2], asked: Asked) -> Result<Lit, RenderError> {
-    let begin = Instant::now();
-    let shading = &shadings[number_of(asked.method)];
-    let radiance = shading.exit_radiance(moment, &asked.light)?;
-    let milliseconds = 1e3 * begin.elapsed().as_secs_f64();
-    let spheres = (0..moment.parts().len()).flat_map(|part| moment.spheres(part).iter().copied()).collect();
-    Ok(Lit { scene: moment.scene().clone(), radiance, spheres, milliseconds, asked })
 }
 
 /// The same parts where a user has put them.
@@ -234,7 +378,7 @@ fn placed(scene: &MovingScene, hands: &[Hand]) -> Result<MovingScene, RenderErro
     MovingScene::new(scene.parts().iter().zip(hands).map(part).collect())
 }
 
-fn cast(scene: &MovingScene) -> Result<Cast, RenderError> {
+fn cast(scene: &MovingScene, most_order: usize) -> Result<Cast, RenderError> {
     let span = scene.span();
     let moment = scene.at(span[0])?;
     let (mut hands, mut radii, mut first) = (Vec::new(), Vec::new(), 0);
@@ -256,6 +400,7 @@ fn cast(scene: &MovingScene) -> Result<Cast, RenderError> {
         hands,
         radii,
         span,
+        most_order,
     })
 }
 

@@ -1,9 +1,12 @@
-//! The picture of a moment.
+//! The picture of a moment by one way.
 
 use std::sync::Arc;
 
 use eframe::egui::TextureId;
 use lobe::env::MappedMap;
+use lobe::image::Picture;
+use lobe::render::MovingMethod;
+use lobe::sh::Rotation;
 use lobe_gpu::{Environment, GpuError, SceneView, SceneViewOptions, SurfaceShading};
 
 use crate::rooms::motion::player::Shown;
@@ -14,35 +17,52 @@ use crate::widgets::tone::{fitting, photograph};
 /// Samples of a pixel along each axis.
 const RAYS: u32 = 1;
 
+/// What changes from frame to frame beside the moment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Frame {
+    pub(crate) orbit: Orbit,
+    /// Columns and rows.
+    pub(crate) size: [u32; 2],
+    /// How the sky is turned.
+    pub(crate) turn: Rotation,
+    /// Stops above the exposure that fits.
+    pub(crate) exposure: f64,
+}
+
 /// A view on the device and what it shows.
 #[derive(Default)]
 pub(crate) struct Stage {
     view: Option<SceneView>,
     texture: Option<TextureId>,
     sky: Option<Arc<MappedMap>>,
-    shown: Option<(Shown, Orbit, [u32; 2])>,
-    exposure: Option<f64>,
+    shown: Option<(Shown, Frame)>,
+}
+
+/// What was drawn.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Drawn {
+    pub(crate) texture: TextureId,
+    /// Whether it is another picture than before.
+    pub(crate) is_new: bool,
 }
 
 impl Stage {
     /// Forgets the scene, for another one.
     pub(crate) fn clear(&mut self) {
-        (self.view, self.shown, self.exposure) = (None, None, None);
+        (self.view, self.shown) = (None, None);
     }
 
-    /// The texture that shows a moment.
+    /// The texture that shows a moment by a way that it was lit by. `fits` is the exposure that fits, which the first picture says.
     pub(crate) fn draw(
         &mut self,
         gpu: &Gpu,
-        lit: &Shown,
+        (lit, method): (&Shown, MovingMethod),
         sky: Option<&Arc<MappedMap>>,
-        orbit: &Orbit,
-        size: [u32; 2],
-    ) -> Result<Option<TextureId>, GpuError> {
+        frame: &Frame,
+        fits: &mut Option<f64>,
+    ) -> Result<Option<Drawn>, GpuError> {
         gpu.context().check()?;
-        if size.contains(&0) {
-            return Ok(None);
-        }
+        let Some(way) = lit.way(method).filter(|_| !frame.size.contains(&0)) else { return Ok(None) };
         let is_same_sky = match (&self.sky, sky) {
             (Some(before), Some(sky)) => Arc::ptr_eq(before, sky),
             (before, sky) => before.is_none() && sky.is_none(),
@@ -51,41 +71,55 @@ impl Stage {
             self.clear();
             self.sky = sky.cloned();
         }
-        let options = SceneViewOptions::default().width(size[0]).height(size[1]).rays(RAYS);
+        let options = SceneViewOptions::default().width(frame.size[0]).height(frame.size[1]).rays(RAYS);
         if self.view.is_none() {
             let environment = sky.map(|sky| Environment::from(&**sky));
-            let shading = SurfaceShading::Radiance(&lit.radiance);
-            let view = SceneView::new(gpu.context(), &lit.scene, &shading, environment.as_ref(), &options)?;
+            let shading = SurfaceShading::Radiance(&way.radiance);
+            let view = SceneView::new(gpu.context(), &lit.data.scene, &shading, environment.as_ref(), &options)?;
             self.texture = Some(gpu.show(self.texture, &view.renderer().view("display")?));
             self.view = Some(view);
         }
-        let Some(view) = &mut self.view else { return Ok(None) };
-        if let Some((shown, before, at)) = &self.shown
-            && Arc::ptr_eq(shown, lit)
-            && before == orbit
-            && *at == size
-        {
-            return Ok(self.texture);
+        let (Some(view), Some(texture)) = (&mut self.view, self.texture) else { return Ok(None) };
+        if self.shown.as_ref().is_some_and(|(shown, at)| Arc::ptr_eq(shown, lit) && at == frame) {
+            return Ok(Some(Drawn { texture, is_new: false }));
         }
         if *view.options() != options {
             view.resize(&options)?;
             self.texture = Some(gpu.show(self.texture, &view.renderer().view("display")?));
         }
-        view.set_vertices(&lit.scene)?;
-        view.set_radiance(&lit.radiance)?;
-        if let Some(camera) = orbit.on_device() {
+        view.set_vertices(&lit.data.scene)?;
+        view.set_radiance(&way.radiance)?;
+        if let Some(camera) = frame.orbit.on_device() {
             view.set_camera(&camera)?;
         }
-        let exposure = match self.exposure {
-            Some(exposure) => exposure,
+        view.turn_backdrop(&frame.turn)?;
+        let factor = match *fits {
+            Some(factor) => factor,
             None => {
                 view.render()?;
-                *self.exposure.insert(fitting(&view.picture()?))
+                *fits.insert(fitting(&view.picture()?))
             }
         };
-        view.set_tone(&photograph(exposure, 0.0))?;
+        view.set_tone(&photograph(factor, frame.exposure))?;
         view.render()?;
-        self.shown = Some((lit.clone(), *orbit, size));
-        Ok(self.texture)
+        self.shown = Some((lit.clone(), *frame));
+        Ok(Some(Drawn { texture: self.texture.unwrap_or(texture), is_new: true }))
+    }
+
+    /// The picture in linear light, which waits for the device; none before one was drawn.
+    pub(crate) fn picture(&self) -> Option<Picture> {
+        self.shown.as_ref()?;
+        self.view.as_ref()?.picture().ok()
+    }
+
+    /// Milliseconds on the device, which is waited for; none where it measures no times.
+    pub(crate) fn milliseconds(&self) -> Option<f64> {
+        let times = self.view.as_ref()?.renderer().run_timed().ok()?;
+        times.iter().map(|pass| pass.milliseconds).sum()
+    }
+
+    /// Passes that draw, and bytes on the device.
+    pub(crate) fn load(&self) -> (usize, u64) {
+        self.view.as_ref().map_or((0, 0), |view| (view.renderer().draw_calls(), view.renderer().bytes()))
     }
 }

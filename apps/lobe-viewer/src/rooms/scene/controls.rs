@@ -81,7 +81,7 @@ pub(crate) fn modes(ui: &mut Ui, edits: &mut SceneEdits, known: &Known) {
         let hint = format!("{} ({})", mode.explain(), number + 1);
         ui.radio_value(&mut edits.mode, mode, mode.title()).on_hover_text(hint);
     }
-    ui.add(Slider::new(&mut edits.order, ORDERS).text("Order"));
+    edits.light().expansion_controls(ui);
     match (edits.mode, known.order) {
         (Mode::Unshadowed, _) => {}
         (_, Some(order)) if order < edits.order => {
@@ -95,7 +95,6 @@ pub(crate) fn modes(ui: &mut Ui, edits: &mut SceneEdits, known: &Known) {
         }
         (_, None) => {}
     }
-    edits.taming.controls(ui, edits.order);
     if edits.mode == Mode::Interreflected {
         // Matrices take storage buffers, and bakes that a page does not make.
         ui.add_enabled(!IN_PAGE, Checkbox::new(&mut edits.has_gloss, "Metals shine"))
@@ -118,19 +117,9 @@ pub(crate) fn comparison(ui: &mut Ui, edits: &mut SceneEdits, known: &str) {
 }
 
 pub(crate) fn sky_and_exposure(ui: &mut Ui, edits: &mut SceneEdits, is_turning: &mut bool) {
-    angle(ui, &mut edits.turn, 0.0..=360.0, "Turn of the sky");
-    angle(ui, &mut edits.tilt, -180.0..=180.0, "Tilt of the sky");
+    edits.light().sky_controls(ui);
     ui.checkbox(is_turning, "Keep turning (T)");
     ui.add(Slider::new(&mut edits.sky_strength, 0.0..=8.0).text("Strength of the sky").fixed_decimals(2));
-    ui.add(Slider::new(&mut edits.exposure, -6.0..=6.0).text("Exposure").suffix(" stops").fixed_decimals(1));
-}
-
-/// A slider in degrees for an angle in radians.
-fn angle(ui: &mut Ui, radians: &mut f64, range: std::ops::RangeInclusive<f64>, text: &str) {
-    let mut degrees = radians.to_degrees();
-    if ui.add(Slider::new(&mut degrees, range).text(text).suffix("°").fixed_decimals(0)).changed() {
-        *radians = degrees.to_radians();
-    }
 }
 
 pub(crate) fn bake<T>(ui: &mut Ui, plan: &mut BakePlan, known: &Known, task: Option<&Task<T>>) -> Option<Asked> {

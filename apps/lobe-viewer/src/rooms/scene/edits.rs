@@ -9,14 +9,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::loading::mode::Mode;
 use crate::loading::{scene_source, sky_source};
-use crate::rooms::light::Taming;
+use crate::rooms::light::{LightHand, MOST_STOPS, Taming, sky_rotation};
+use crate::rooms::truth::Disc;
 use crate::widgets::within::within;
 
 /// The most lamps.
 pub(crate) const MOST_LAMPS: usize = 16;
-
-/// Exposure by keys goes so far either way: beyond it all is black or white.
-pub(crate) const MOST_STOPS: f64 = 16.0;
 
 /// Whether the picture is compared with the truth.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -115,8 +113,14 @@ impl SceneEdits {
     /// The rotation of the sky.
     #[must_use]
     pub fn rotation(&self) -> Rotation {
-        let tilt = Rotation::from_axis_angle(Dir::X, self.tilt);
-        tilt.then(Rotation::from_axis_angle(Dir::Z, self.turn))
+        sky_rotation(self.turn, self.tilt)
+    }
+
+    /// Its light, to be changed.
+    pub(crate) fn light(&mut self) -> LightHand<'_> {
+        let Self { order, taming, turn, tilt, exposure, .. } = self;
+        let (taming, exposure) = (Some(taming), Some(exposure));
+        LightHand { order, most_order: Transfer::MAX_ORDER, taming, turn, tilt, exposure }
     }
 }
 
@@ -160,6 +164,12 @@ impl SceneLamp {
     #[must_use]
     pub fn dir(&self) -> Dir {
         Dir::from_angles((90.0 - self.height).to_radians(), self.azimuth.to_radians())
+    }
+
+    /// The disc, for rays.
+    pub(crate) fn disc(&self) -> Disc {
+        let color = self.color.map(|c| f64::from(c) * self.strength);
+        Disc { dir: self.dir(), half_angle: self.half_angle.to_radians(), color }
     }
 
     /// Its expansion, normalized so that the strength is what a white surface that faces it reflects.

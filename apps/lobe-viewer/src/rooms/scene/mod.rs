@@ -1,17 +1,14 @@
 //! The room that the window opens with: a baked scene under a turning sky.
 //!
 //! Read `edits`, what a user can change and undo, then `scene_light`, the light that follows from it, `viewport`, the picture,
-//! `truth`, with which it is compared, `pointer`, what the mouse does there, `probe`, the transfer of a vertex, `controls` and `lamps`, the panel, `status`, the line below,
-//! `opened`, what is open, and `scene_room`, which holds them together.
+//! `probe`, the transfer of a vertex, `controls` and `lamps`, the panel, `opened`, what is open, and `scene_room`, which holds them
+//! together.
 
 pub(crate) mod controls;
 pub(crate) mod edits;
 pub(crate) mod lamps;
 pub(crate) mod opened;
-pub(crate) mod pointer;
 pub(crate) mod probe;
 pub(crate) mod scene_light;
 pub(crate) mod scene_room;
-pub(crate) mod status;
-pub(crate) mod truth;
 pub(crate) mod viewport;

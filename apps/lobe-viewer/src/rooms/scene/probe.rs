@@ -111,6 +111,8 @@ impl Probe {
         let below = ui.clip_rect().bottom() - ui.cursor().top();
         let side = ui.available_width().min(LARGEST).min(below.max(LEAST));
         let balloon = self.balloon.show(ui, side, orbit, &shown);
+        let by = balloon.drag_delta() / side;
+        orbit.turn(f64::from(by.x), f64::from(by.y));
         // Once: who scrolls away again is left there.
         if below < LEAST && !self.is_found {
             balloon.scroll_to_me(None);

@@ -1,26 +1,19 @@
 //! The light of the room: the sky, turned, and the lamps.
 
-use std::sync::Arc;
-
-use lobe::env::{MappedMap, project_map};
-use lobe::prt::Transfer;
 use lobe::sh::{Coefficient as _, Rgb, ShVec};
 use lobe_gpu::TurningLight;
 
 use crate::loading::sky_source::OpenedSky;
-use crate::rooms::light::Taming;
+use crate::rooms::light::{TamedSky, Taming};
 use crate::rooms::scene::edits::{SceneEdits, SceneLamp};
 
 /// Expansions that remain while the sky turns: turning costs one rotation of `n²` colors.
 #[derive(Debug, Default)]
 pub(crate) struct SceneLight {
-    /// The sky to the highest order, and the map of which it is.
-    projected: Option<(Arc<MappedMap>, ShVec<Rgb<f64>>)>,
-    sky: Option<(SkyKey, ShVec<Rgb<f64>>)>,
+    sky: TamedSky,
     lamps: Option<(LampKey, ShVec<Rgb<f64>>)>,
 }
 
-type SkyKey = (usize, Taming, f64);
 type LampKey = (usize, Taming, Vec<SceneLamp>);
 
 impl SceneLight {
@@ -45,24 +38,9 @@ impl SceneLight {
     }
 
     fn turned_sky(&mut self, edits: &SceneEdits, sky: Option<&OpenedSky>) -> ShVec<Rgb<f64>> {
-        match sky {
-            Some(sky) => edits.rotation().rotated(self.tamed_sky(edits, sky)),
-            None => ShVec::zero(edits.order),
-        }
-    }
-
-    fn tamed_sky(&mut self, edits: &SceneEdits, sky: &OpenedSky) -> &ShVec<Rgb<f64>> {
-        if self.projected.as_ref().is_none_or(|(map, _)| !Arc::ptr_eq(map, &sky.map)) {
-            self.projected = Some((sky.map.clone(), project_map(&sky.map, Transfer::MAX_ORDER)));
-            self.sky = None;
-        }
-        let key = (edits.order, edits.taming, edits.sky_strength);
-        if self.sky.as_ref().is_some_and(|(kept, _)| *kept != key) {
-            self.sky = None;
-        }
-        let projected =
-            self.projected.as_ref().map_or_else(|| ShVec::zero(edits.order), |(_, f)| f.resized(edits.order));
-        &self.sky.get_or_insert_with(|| (key, edits.taming.tamed(&projected).map(|c| c.scale(edits.sky_strength)))).1
+        let Some(sky) = sky else { return ShVec::zero(edits.order) };
+        let tamed = self.sky.of(sky, edits.order, edits.taming);
+        edits.rotation().rotated(tamed).map(|c| c.scale(edits.sky_strength))
     }
 
     fn tamed_lamps(&mut self, edits: &SceneEdits) -> &ShVec<Rgb<f64>> {

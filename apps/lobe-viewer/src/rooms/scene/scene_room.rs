@@ -4,10 +4,12 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use eframe::egui::{CentralPanel, Color32, Context, Key, Label, Panel, Rect, ScrollArea, Sense, Ui, pos2};
+use eframe::egui::{CentralPanel, Color32, Context, Id, Key, Panel, Rect, ScrollArea, Sense, Ui, pos2};
+use lobe::env::MappedMap;
 use lobe::prt::{BakeMode, Transfer};
+use lobe::render::Surfaces;
 
-use crate::loading::bake::{self, GlossyBake, KEPT_SAMPLES, SceneData, SceneNews};
+use crate::loading::bake::{self, BOUNCES, GlossyBake, KEPT_SAMPLES, SceneData, SceneNews};
 use crate::loading::cache::UserFolder;
 use crate::loading::export::SceneExport;
 use crate::loading::mode::Mode;
@@ -16,14 +18,14 @@ use crate::loading::scene_source;
 use crate::loading::sky_source::{self, OpenedSky, open_sky};
 use crate::loading::task::{Task, TaskEvent};
 use crate::rooms::scene::controls::{self, Asked, BakePlan, Known};
-use crate::rooms::scene::edits::{Comparison, MOST_STOPS, SceneEdits};
+use crate::rooms::scene::edits::{Comparison, SceneEdits, SceneLamp};
 use crate::rooms::scene::lamps::lamps;
 use crate::rooms::scene::opened::{Opened, failure, take_back};
-use crate::rooms::scene::pointer;
 use crate::rooms::scene::probe::Probe;
 use crate::rooms::scene::scene_light::SceneLight;
-use crate::rooms::scene::truth::{Still, Truth};
 use crate::rooms::scene::viewport::{Frame, REST, Viewport, Wanted};
+use crate::rooms::steer;
+use crate::rooms::truth::{Shows, Still, Truth};
 use crate::widgets::gpu::Gpu;
 use crate::widgets::history::{Can, History, Step};
 use crate::widgets::named::name_image;
@@ -53,6 +55,7 @@ pub struct SceneRoom {
     light: SceneLight,
     viewport: Viewport,
     probe: Probe,
+    picture_id: Option<Id>,
     message: Option<String>,
     is_fallback: bool,
     is_turning: bool,
@@ -82,6 +85,7 @@ impl SceneRoom {
             light: SceneLight::default(),
             viewport: Viewport::default(),
             probe: Probe::default(),
+            picture_id: None,
             message: None,
             is_fallback: false,
             is_turning: false,
@@ -338,10 +342,15 @@ impl SceneRoom {
         }
     }
 
-    /// Keys of the room, where no text is typed.
+    /// Keys of the room, where no control has the keyboard.
     fn keys(&mut self, ctx: &Context) {
-        if ctx.egui_wants_keyboard_input() {
+        if !steer::has_keys(ctx, self.picture_id.as_slice()) {
             return;
+        }
+        let steered = steer::keys(ctx, &mut self.orbit, &mut self.edits.light());
+        self.is_turning ^= steered.turning;
+        if steered.frame {
+            self.answer(ctx, Asked::Frame);
         }
         let pressed = |key: Key| ctx.input(|input| input.modifiers.is_none() && input.key_pressed(key));
         for (key, mode) in [Key::Num1, Key::Num2, Key::Num3, Key::Num4].into_iter().zip(Mode::ALL) {
@@ -349,28 +358,12 @@ impl SceneRoom {
                 self.edits.mode = mode;
             }
         }
-        let steps = [(Key::OpenBracket, -0.5), (Key::CloseBracket, 0.5)];
-        for (_, by) in steps.iter().filter(|(key, _)| pressed(*key)) {
-            self.edits.exposure = (self.edits.exposure + by).clamp(-MOST_STOPS, MOST_STOPS);
-        }
-        if pressed(Key::Comma) {
-            self.edits.order = (self.edits.order - 1).max(1);
-        }
-        if pressed(Key::Period) {
-            self.edits.order = (self.edits.order + 1).min(Transfer::MAX_ORDER);
-        }
-        if pressed(Key::T) {
-            self.is_turning = !self.is_turning;
-        }
         if pressed(Key::R) {
             let number = Comparison::ALL.iter().position(|known| *known == self.edits.comparison).unwrap_or(0);
             self.edits.comparison = Comparison::ALL[(number + 1) % Comparison::ALL.len()];
         }
         if pressed(Key::P) {
             self.probe.is_on = !self.probe.is_on;
-        }
-        if pressed(Key::F) {
-            self.answer(ctx, Asked::Frame);
         }
         if pressed(Key::Escape) {
             self.answer(ctx, Asked::Cancel);
@@ -393,8 +386,7 @@ impl SceneRoom {
             if let Some(message) = &self.message {
                 ui.colored_label(ui.visuals().error_fg_color, message);
             }
-            let status = self.viewport.status.to_string();
-            ui.add(Label::new(&status).truncate()).on_hover_text(status);
+            self.viewport.status.show(ui);
         });
         CentralPanel::no_frame().show(ui, |ui| self.picture(ui, gpu));
     }
@@ -429,7 +421,8 @@ impl SceneRoom {
         let rect = ui.available_rect_before_wrap();
         let response = ui.interact(rect, ui.scope_id().with("picture"), Sense::click_and_drag());
         name_image(&response, "Picture of the scene");
-        pointer::follow(ui, &response, &mut self.orbit, &mut self.edits);
+        self.picture_id = Some(response.id);
+        steer::pointer(ui, &response, &mut self.orbit, &mut self.edits.light());
         ui.painter().rect_filled(rect, 0.0, ui.visuals().panel_fill);
         let Some(data) = self.scene.found.clone() else {
             ui.centered_and_justified(|ui| ui.label(if self.is_idle() { "No scene" } else { "Opening" }));
@@ -464,6 +457,7 @@ impl SceneRoom {
             ui.ctx().request_repaint_after(REST);
         }
         self.compare(ui, rect, &data, size, has_gloss);
+        steer::hold_keys(ui, &response);
         self.probe.look(&ui.painter_at(rect), rect, response.hover_pos(), &data, &self.orbit);
     }
 
@@ -475,11 +469,12 @@ impl SceneRoom {
             return;
         }
         let sky = self.sky.found.as_ref().map(|sky| &sky.map);
-        let still = Still::of(data, sky, &self.edits, self.orbit, size, has_gloss);
+        let still = still(data, sky, &self.edits, (self.orbit, size), has_gloss);
         self.truth.follow(ui.ctx(), &still);
         let viewport = &self.viewport;
         let found = || viewport.picture_at_rest();
-        if let Some(texture) = self.truth.texture(ui.ctx(), comparison, found, self.edits.exposure) {
+        let shows = if comparison == Comparison::Truth { Shows::Truth } else { Shows::Difference };
+        if let Some(texture) = self.truth.texture(ui.ctx(), shows, found, self.edits.exposure) {
             let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
             ui.painter().image(texture, rect, whole, Color32::WHITE);
         }
@@ -489,4 +484,26 @@ impl SceneRoom {
 /// The meshes that shine in what is shown: metals, by paths with interreflections.
 fn shining<'a>(edits: &SceneEdits, is_baked: bool, glossy: &'a [GlossyBake]) -> &'a [GlossyBake] {
     if edits.has_gloss && edits.mode == Mode::Interreflected && is_baked { glossy } else { &[] }
+}
+
+/// What the truth of a scene depends on. Metals shine where the picture has them shine; else all is matte, as transfer takes it.
+fn still(
+    data: &SceneData,
+    sky: Option<&Arc<MappedMap>>,
+    edits: &SceneEdits,
+    (orbit, size): (Orbit, [u32; 2]),
+    has_gloss: bool,
+) -> Still {
+    Still {
+        data: data.clone(),
+        emitters: Vec::new(),
+        sky: sky.cloned(),
+        orbit,
+        size,
+        turn: edits.rotation(),
+        strength: edits.sky_strength,
+        lamps: edits.lamps.iter().filter(|lamp| lamp.is_on).map(SceneLamp::disc).collect(),
+        bounces: if edits.mode == Mode::Shadowed { 0 } else { BOUNCES },
+        surfaces: if has_gloss { Surfaces::MetallicRoughness } else { Surfaces::Matte },
+    }
 }

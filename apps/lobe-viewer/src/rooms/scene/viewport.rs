@@ -14,9 +14,9 @@ use web_time::{Duration, Instant};
 use crate::loading::bake::{GlossyBake, SceneData};
 use crate::loading::place::IN_PAGE;
 use crate::loading::sky_source::OpenedSky;
-use crate::rooms::scene::status::Status;
 use crate::widgets::gpu::Gpu;
 use crate::widgets::orbit::Orbit;
+use crate::widgets::status::Status;
 use crate::widgets::tone::{fitting, photograph, photograph_of_any};
 
 /// After so long without a change the picture is drawn again with more samples a pixel.

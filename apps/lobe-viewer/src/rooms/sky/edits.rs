@@ -2,15 +2,47 @@
 
 use lobe::env::Mapping;
 use lobe::prt::Transfer;
-use lobe::sh::{Expansion as _, Rgb, ShVec};
+use lobe::sh::{Expansion as _, Rgb, Rotation, ShVec};
 use serde::{Deserialize, Serialize};
 
-use crate::rooms::light::Taming;
+use crate::rooms::light::{LightHand, MOST_STOPS, Taming, sky_rotation};
 use crate::widgets::coefficient_table::MOST;
 use crate::widgets::within::within;
 
 /// The most lights that are looked for.
 pub(crate) const MOST_LIGHTS: usize = 4;
+
+/// The most suns that are taken out.
+pub(crate) const MOST_SUNS: usize = 8;
+
+/// What is shown below the sky.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum Shelf {
+    /// The sky, its expansion and its mappings.
+    #[default]
+    Maps,
+    /// Mirrors, glossy and matte balls by each technique.
+    Techniques,
+    /// Matte balls by each encoding of irradiance.
+    Encodings,
+}
+
+impl Shelf {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Maps, Self::Techniques, Self::Encodings];
+
+    /// The name in the window.
+    #[must_use]
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Maps => "Maps and expansion",
+            Self::Techniques => "Balls by each technique",
+            Self::Encodings => "Encodings of irradiance",
+        }
+    }
+}
 
 /// All that is kept from one start to the next.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -25,8 +57,18 @@ pub struct SkyEdits {
     pub mapping: String,
     /// Stops of exposure.
     pub exposure: f64,
+    /// By which the sky is turned about +z, in radians.
+    pub turn: f64,
+    /// By which it is tilted about +x before that, in radians.
+    pub tilt: f64,
     /// Lights that are looked for in the expansion.
     pub lights: usize,
+    /// Suns that are taken out of the sky, by azimuth and height as it has them, in degrees.
+    pub suns: Vec<[f64; 2]>,
+    /// Whether the balls before the sky are lit by its expansion, and not by itself.
+    pub has_expansion: bool,
+    /// What is shown below the sky.
+    pub shelf: Shelf,
     /// Coefficients that were typed, in the place of those of the sky.
     pub own: Vec<OwnCoefficient>,
 }
@@ -48,7 +90,14 @@ impl SkyEdits {
         self.order = self.order.clamp(1, Transfer::MAX_ORDER);
         self.lights = self.lights.min(MOST_LIGHTS);
         self.taming.check();
-        self.exposure = within(self.exposure, -8.0..=8.0, first.exposure);
+        self.exposure = within(self.exposure, -MOST_STOPS..=MOST_STOPS, first.exposure);
+        self.turn = within(self.turn, 0.0..=std::f64::consts::TAU, first.turn);
+        self.tilt = within(self.tilt, -std::f64::consts::PI..=std::f64::consts::PI, first.tilt);
+        self.suns.truncate(MOST_SUNS);
+        for [azimuth, height] in &mut self.suns {
+            *azimuth = within(*azimuth, -180.0..=180.0, 0.0);
+            *height = within(*height, -90.0..=90.0, 0.0);
+        }
         if Mapping::from_name(&self.mapping).is_none() {
             self.mapping = first.mapping;
         }
@@ -57,6 +106,25 @@ impl SkyEdits {
         });
         self.own.sort_by_key(|own| own.number);
         self.own.dedup_by_key(|own| own.number);
+    }
+
+    /// The rotation of the sky.
+    #[must_use]
+    pub fn rotation(&self) -> Rotation {
+        sky_rotation(self.turn, self.tilt)
+    }
+
+    /// Its light, to be changed.
+    pub(crate) fn light(&mut self) -> LightHand<'_> {
+        let Self { order, taming, turn, tilt, exposure, .. } = self;
+        let (taming, exposure) = (Some(taming), Some(exposure));
+        LightHand { order, most_order: Transfer::MAX_ORDER, taming, turn, tilt, exposure }
+    }
+
+    /// Forgets what belongs to the sky that was there.
+    pub(crate) fn forget_sky(&mut self) {
+        self.own.clear();
+        self.suns.clear();
     }
 
     /// Puts a coefficient in the place of that of the sky.
@@ -82,6 +150,18 @@ impl SkyEdits {
 
 impl Default for SkyEdits {
     fn default() -> Self {
-        Self { order: 4, taming: Taming::None, mapping: "octahedral".into(), exposure: 0.0, lights: 2, own: Vec::new() }
+        Self {
+            order: 4,
+            taming: Taming::None,
+            mapping: "octahedral".into(),
+            exposure: 0.0,
+            turn: 0.0,
+            tilt: 0.0,
+            lights: 2,
+            suns: Vec::new(),
+            has_expansion: false,
+            shelf: Shelf::Maps,
+            own: Vec::new(),
+        }
     }
 }

@@ -2,15 +2,15 @@
 
 use std::sync::Arc;
 
-use lobe::env::{MappedMap, project_map};
+use lobe::env::MappedMap;
 use lobe::image::{Picture, compare};
-use lobe::prt::Transfer;
 use lobe::render::{lat_long_picture, lat_long_picture_of};
 use lobe::sh::{
     Coefficient as _, Dir, Expansion as _, Extremum, LightFit, LightFitOptions, Rgb, Rotation, ShVec, Zonal,
     certified_minimum, convolved, extract_lights,
 };
 
+use crate::loading::sky_source::OpenedSky;
 use crate::rooms::light::Taming;
 use crate::rooms::sky::edits::{OwnCoefficient, SkyEdits};
 
@@ -23,10 +23,11 @@ const TOLERANCE: f64 = 1e-6;
 /// The sky, its expansion, and what follows from it; made again where the sky or the edits changed.
 pub(crate) struct Findings {
     map: Arc<MappedMap>,
-    whole: ShVec<Rgb<f64>>,
+    whole: Arc<ShVec<Rgb<f64>>>,
     key: Key,
     /// By which sky and expansion are turned.
     turn: Rotation,
+    back: Rotation,
     /// The expansion, tamed, with what was typed, turned.
     pub(crate) light: ShVec<Rgb<f64>>,
     /// Of the irradiance that it gives.
@@ -49,43 +50,35 @@ pub(crate) struct Findings {
 
 impl Findings {
     /// Those of before where nothing changed, or new ones.
-    pub(crate) fn of(before: Option<Self>, map: &Arc<MappedMap>, edits: &SkyEdits, turn: Rotation) -> Self {
-        let key = Key::of(edits);
+    pub(crate) fn of(before: Option<Self>, sky: &OpenedSky, edits: &SkyEdits, turn: Rotation) -> Self {
+        let (map, key) = (&sky.map, Key::of(edits));
         let (is_same_map, version) = match &before {
             Some(found) => (Arc::ptr_eq(&found.map, map), found.version + 1),
             None => (false, 0),
         };
         match before {
             Some(found) if is_same_map && found.key == key && found.turn == turn => found,
-            Some(found) if is_same_map && found.turn == turn => {
-                Self::find(map, found.whole, found.picture, (edits, turn), version)
-            }
-            Some(found) if is_same_map => Self::find(map, found.whole, seen(map, turn), (edits, turn), version),
-            _ => Self::find(map, project_map(map, Transfer::MAX_ORDER), seen(map, turn), (edits, turn), version),
+            Some(found) if is_same_map && found.turn == turn => Self::find(sky, found.picture, (edits, turn), version),
+            _ => Self::find(sky, seen(map, turn), (edits, turn), version),
         }
     }
 
-    fn find(
-        map: &Arc<MappedMap>,
-        whole: ShVec<Rgb<f64>>,
-        picture: Picture,
-        (edits, turn): (&SkyEdits, Rotation),
-        version: u64,
-    ) -> Self {
-        let light = turn.rotated(&edits.replaced(edits.taming.tamed(&whole.resized(edits.order))));
+    fn find(sky: &OpenedSky, picture: Picture, (edits, turn): (&SkyEdits, Rotation), version: u64) -> Self {
+        let light = turn.rotated(&edits.replaced(edits.taming.tamed(&sky.light.resized(edits.order))));
         let luminance = light.map(Rgb::luminance);
         let reconstruction = lat_long_picture_of(SIZE[0], SIZE[1], &light);
         let options = LightFitOptions::default().count(edits.lights);
         let mean = picture.mean().iter().sum::<f64>() / 3.0;
         Self {
-            map: map.clone(),
+            map: sky.map.clone(),
+            whole: sky.light.clone(),
             key: Key::of(edits),
             turn,
+            back: turn.inverse(),
             irradiance: convolved(&light, &Zonal::clamped_cosine(edits.order)),
             minimum: certified_minimum(luminance.coefficients(), TOLERANCE),
             lights: if edits.lights > 0 { extract_lights(&light, &options).ok() } else { None },
             error: compare(reconstruction.pixels(), picture.pixels()).rmse / mean.max(1e-12),
-            whole,
             light,
             luminance,
             picture,
@@ -94,14 +87,19 @@ impl Findings {
         }
     }
 
-    /// The map.
-    pub(crate) fn map(&self) -> &Arc<MappedMap> {
-        &self.map
+    /// The expansion of the sky to the highest order, turned and nothing else.
+    pub(crate) fn whole_light(&self) -> ShVec<Rgb<f64>> {
+        self.turn.rotated(&self.whole)
     }
 
     /// The radiance of the sky, turned.
     pub(crate) fn radiance(&self, s: Dir) -> Rgb<f64> {
-        turned_radiance(&self.map, self.turn, s)
+        self.map.radiance(self.back.rotate_dir(s)).widen()
+    }
+
+    /// From the world to the frame of the sky.
+    pub(crate) fn back(&self) -> Rotation {
+        self.back
     }
 }
 
@@ -123,9 +121,6 @@ impl Key {
 
 /// A turned sky, lat-long.
 fn seen(map: &MappedMap, turn: Rotation) -> Picture {
-    lat_long_picture(SIZE[0], SIZE[1], |s| turned_radiance(map, turn, s))
-}
-
-fn turned_radiance(map: &MappedMap, turn: Rotation, s: Dir) -> Rgb<f64> {
-    map.radiance(turn.inverse().rotate_dir(s)).widen()
+    let back = turn.inverse();
+    lat_long_picture(SIZE[0], SIZE[1], |s| map.radiance(back.rotate_dir(s)).widen())
 }

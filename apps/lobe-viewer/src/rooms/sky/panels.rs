@@ -1,30 +1,26 @@
 //! The pictures of the room.
 
-use eframe::egui::{
-    Align, Align2, Color32, FontId, Label, Layout, Painter, Pos2, Rect, Response, Rgba, RichText, Stroke, Ui, Vec2,
-    vec2,
-};
-use lobe::env::Mapping;
+use eframe::egui::{Align, Align2, Color32, FontId, Label, Layout, Response, RichText, Stroke, Ui, Vec2, vec2};
+use lobe::env::{Mapping, Sun};
 use lobe::image::{Curve, Picture, Tone};
-use lobe::render::{Ball, View};
-use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb};
+use lobe::sh::{Dir, Rgb, Rotation};
 
 use crate::rooms::sky::edits::SkyEdits;
 use crate::rooms::sky::findings::Findings;
 use crate::widgets::picture::PictureView;
-use crate::widgets::tone::{fitting, photograph, shown_as};
+use crate::widgets::tone::{fitting, photograph};
 
 /// Width of an unfolded mapping, in texels.
 const UNFOLDED: usize = 256;
-
-/// Pixels of a ball.
-const BALL: usize = 176;
 
 /// Size of a lat-long picture, in points.
 const WIDE: Vec2 = vec2(360.0, 180.0);
 
 /// Height of a title, in points.
 const TITLE: f32 = 22.0;
+
+/// The color of suns that were taken out.
+pub(crate) const SUN: Color32 = Color32::from_rgb(255, 120, 30);
 
 /// All pictures of the room.
 #[derive(Default)]
@@ -33,19 +29,23 @@ pub(crate) struct Panels {
     reconstruction: PictureView,
     difference: PictureView,
     unfolded: PictureView,
-    mirror: PictureView,
-    glossy: PictureView,
-    matte: PictureView,
 }
 
 impl Panels {
-    /// Shows them. `version` tells changes of the findings.
-    pub(crate) fn show(&mut self, ui: &mut Ui, found: &Findings, edits: &SkyEdits) {
+    /// Shows them; returns the direction that was clicked on, in the world.
+    pub(crate) fn show(&mut self, ui: &mut Ui, found: &Findings, suns: &[Sun], edits: &SkyEdits) -> Option<Dir> {
         let key = vec![found.version, edits.exposure.to_bits()];
         let tone = photograph(fitting(&found.picture), edits.exposure);
+        let mut clicked = None;
         ui.horizontal_wrapped(|ui| {
-            panel(ui, "The sky", WIDE, |ui| {
+            let sky = panel(ui, "The sky", WIDE, |ui| {
                 self.sky.show(ui, "The sky, lat-long", WIDE, key.clone(), || (found.picture.clone(), tone))
+            });
+            mark_suns(ui, &sky, suns, found.back().inverse());
+            let at = sky.interact_pointer_pos().filter(|_| sky.clicked());
+            clicked = at.and_then(|at| {
+                let from = (at - sky.rect.min) / sky.rect.size();
+                Mapping::LatLong.dir_from_uv(f64::from(from.x), f64::from(from.y))
             });
             let title = format!("Its expansion, order {}", edits.order);
             let shown = panel(ui, &title, WIDE, |ui| {
@@ -67,46 +67,9 @@ impl Panels {
                 let make = || (unfolded(found, mapping, height), tone);
                 self.unfolded.show(ui, "The sky, unfolded", size, unfolded_key, make)
             });
-            self.balls(ui, found, (&key, tone));
         });
+        clicked
     }
-
-    fn balls(&mut self, ui: &mut Ui, found: &Findings, (key, tone): (&[u64], Tone)) {
-        let background = background(ui.visuals().panel_fill, &tone);
-        let mut key = key.to_vec();
-        key.extend(<[f32; 3]>::from(background).map(|c| u64::from(c.to_bits())));
-        let view = View::ALONG_X;
-        let ball = Ball::new(BALL).seen(view);
-        let towards_eye = -Dir::X;
-        let size = Vec2::splat(180.0);
-        let reflected = |n: Dir| {
-            let c = 2.0 * n.dot(towards_eye);
-            let (n, e) = (n.to_array(), towards_eye.to_array());
-            Dir::new(std::array::from_fn(|k| c * n[k] - e[k])).unwrap_or(towards_eye)
-        };
-        let response = panel(ui, "A mirror, with the lights", size, |ui| {
-            self.mirror.show(ui, "Mirror ball", size, key.clone(), || {
-                (ball.picture(background, |n| found.radiance(reflected(n))), tone)
-            })
-        });
-        arrows(&ui.painter_at(response.rect), response.rect, found, view);
-        panel(ui, "A mirror of the expansion", size, |ui| {
-            self.glossy.show(ui, "Mirror ball of the expansion", size, key.clone(), || {
-                (ball.picture(background, |n| found.light.eval(reflected(n))), tone)
-            })
-        });
-        panel(ui, "Matte, by the expansion", size, |ui| {
-            let make = || (ball.lit_by_sh(background, &found.irradiance), tone);
-            self.matte.show(ui, "Matte ball", size, key, make)
-        });
-    }
-}
-
-/// The light behind the balls that the tone mapping shows as the color of the panel.
-fn background(panel: Color32, tone: &Tone) -> Rgb<f32> {
-    let shown = Rgba::from(panel);
-    let light = shown_as(tone, Rgb::new(shown.r(), shown.g(), shown.b()).widen());
-    Rgb::from(<[f64; 3]>::from(light).map(|c| c as f32))
 }
 
 /// A picture of this size under its title.
@@ -140,6 +103,17 @@ fn difference(found: &Findings) -> Picture {
     })
 }
 
+/// Marks the suns that were taken out.
+fn mark_suns(ui: &Ui, shown: &Response, suns: &[Sun], turn: Rotation) {
+    let painter = ui.painter_at(shown.rect);
+    for sun in suns {
+        let (u, v) = Mapping::LatLong.uv_from_dir(turn.rotate_dir(sun.direction));
+        let at = shown.rect.min + vec2(shown.rect.width() * u as f32, shown.rect.height() * v as f32);
+        painter.circle_stroke(at, 8.0, Stroke::new(3.0, Color32::BLACK));
+        painter.circle_stroke(at, 8.0, Stroke::new(1.5, SUN));
+    }
+}
+
 /// Marks the minimum with a cross and the lights with rings.
 fn mark(ui: &Ui, shown: &Response, found: &Findings) {
     let painter = ui.painter_at(shown.rect);
@@ -161,35 +135,6 @@ fn mark(ui: &Ui, shown: &Response, found: &Findings) {
         for (by, color) in [(1.0, Color32::BLACK), (0.0, Color32::YELLOW)] {
             let place = at(light.dir) + vec2(10.0 + by, by - 6.0);
             painter.text(place, Align2::LEFT_BOTTOM, &text, FontId::monospace(14.0), color);
-        }
-    }
-}
-
-/// The lights as arrows that point at the ball, those from behind it thinner.
-fn arrows(painter: &Painter, rect: Rect, found: &Findings, view: View) {
-    let radius = 0.5 * rect.height();
-    for light in found.lights.iter().flat_map(|fit| &fit.lights) {
-        let [right, up, towards_eye] = view.project(light.dir.to_array());
-        let from = vec2(right as f32, -up as f32) * radius;
-        let start: Pos2 = rect.center() + from * 0.98;
-        let width = if towards_eye > 0.0 { 3.0 } else { 1.2 };
-        painter.arrow(start, -from * 0.55, Stroke::new(width + 2.0, Color32::BLACK));
-        painter.arrow(start, -from * 0.55, Stroke::new(width, Color32::YELLOW));
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn beside_a_ball_there_is_the_color_of_the_panel_and_no_other() {
-        for (panel, factor) in [(27, 0.05), (27, 40.0), (248, 1.0)] {
-            let panel = Color32::from_gray(panel);
-            let tone = photograph(factor, 1.5);
-            let ball = Ball::new(16).picture(background(panel, &tone), |_| Rgb::new(1.0, 1.0, 1.0));
-            let corner = &tone.to_bytes(&ball)[..3];
-            assert_eq!(corner, [panel.r(), panel.g(), panel.b()], "at exposure {factor}");
         }
     }
 }

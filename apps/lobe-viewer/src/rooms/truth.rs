@@ -6,14 +6,14 @@ use eframe::egui::{ColorImage, Context, TextureHandle, TextureId, TextureOptions
 use lobe::env::{EnvMap, MappedMap};
 use lobe::image::{Curve, Picture, Tone, compare};
 use lobe::io::Job;
-use lobe::render::{DistantLight, PathOptions, RenderError, SampleCount, Surfaces, TruthOptions, render_truth};
+use lobe::render::{
+    DistantLight, Emitter, PathOptions, RenderError, SampleCount, Surfaces, TruthOptions, render_truth_with_emitters,
+};
 use lobe::sh::{Coefficient as _, Dir, Rgb, Rotation};
 
-use crate::loading::bake::{BOUNCES, SceneData};
-use crate::loading::mode::Mode;
+use crate::loading::bake::SceneData;
 use crate::loading::place::IN_PAGE;
 use crate::loading::task::{Control, Task, TaskEvent};
-use crate::rooms::scene::edits::{Comparison, SceneEdits, SceneLamp};
 use crate::widgets::orbit::Orbit;
 use crate::widgets::tone::photograph;
 
@@ -26,43 +26,33 @@ const PASSES: u64 = 1024;
 /// Rows of the light: texels of a third of a degree, so that a sun is several of them wide.
 const ROWS: usize = 512;
 
+/// A disc of light far away.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Disc {
+    pub(crate) dir: Dir,
+    /// Half its angle, in radians.
+    pub(crate) half_angle: f64,
+    /// The radiance that a white surface facing it reflects.
+    pub(crate) color: [f64; 3],
+}
+
 /// All that a truth depends on.
 #[derive(Clone)]
 pub(crate) struct Still {
     pub(crate) data: SceneData,
+    /// Lamps near by, of a scene that is another where they are others.
+    pub(crate) emitters: Vec<Emitter>,
     pub(crate) sky: Option<Arc<MappedMap>>,
     pub(crate) orbit: Orbit,
     pub(crate) size: [u32; 2],
     pub(crate) turn: Rotation,
     pub(crate) strength: f64,
-    pub(crate) lamps: Vec<SceneLamp>,
+    pub(crate) lamps: Vec<Disc>,
     pub(crate) bounces: usize,
     pub(crate) surfaces: Surfaces,
 }
 
 impl Still {
-    /// Metals shine where the picture has them shine; else all is matte, as transfer takes it.
-    pub(crate) fn of(
-        data: &SceneData,
-        sky: Option<&Arc<MappedMap>>,
-        edits: &SceneEdits,
-        orbit: Orbit,
-        size: [u32; 2],
-        has_gloss: bool,
-    ) -> Self {
-        Self {
-            data: data.clone(),
-            sky: sky.cloned(),
-            orbit,
-            size,
-            turn: edits.rotation(),
-            strength: edits.sky_strength,
-            lamps: edits.lamps.iter().filter(|lamp| lamp.is_on).copied().collect(),
-            bounces: if edits.mode == Mode::Shadowed { 0 } else { BOUNCES },
-            surfaces: if has_gloss { Surfaces::MetallicRoughness } else { Surfaces::Matte },
-        }
-    }
-
     fn is_same(&self, other: &Self) -> bool {
         let is_same_sky = match (&self.sky, &other.sky) {
             (Some(a), Some(b)) => Arc::ptr_eq(a, b),
@@ -95,16 +85,16 @@ impl Still {
 
 /// Towards a lamp, the cosine of its rim, and its radiance: that with which the texels of its disc make a white surface that faces
 /// it reflect its strength, `π strength = Σ L cos Ω`.
-fn disc(lamp: &SceneLamp, grid: &EnvMap) -> (Dir, f64, Rgb<f64>) {
-    let (towards, rim) = (lamp.dir(), lamp.half_angle.to_radians().cos());
+fn disc(lamp: &Disc, grid: &EnvMap) -> (Dir, f64, Rgb<f64>) {
+    let (towards, rim) = (lamp.dir, lamp.half_angle.cos());
     let texel = |k: usize| {
         let (x, y) = (k % grid.width(), k / grid.width());
         let cosine = grid.dir(x, y).dot(towards);
         (cosine >= rim).then(|| cosine * grid.solid_angle(x, y))
     };
     let projected: f64 = (0..grid.width() * grid.height()).filter_map(texel).sum();
-    let radiance = if projected > 0.0 { std::f64::consts::PI * lamp.strength / projected } else { 0.0 };
-    (towards, rim, Rgb::from(lamp.color.map(|c| f64::from(c) * radiance)))
+    let radiance = if projected > 0.0 { std::f64::consts::PI / projected } else { 0.0 };
+    (towards, rim, Rgb::from(lamp.color).scale(radiance))
 }
 
 /// What passes have found so far.
@@ -113,6 +103,15 @@ pub(crate) struct Refined {
     pub(crate) mean: Picture,
     /// Paths of each pixel.
     pub(crate) paths: u64,
+}
+
+impl Refined {
+    /// The root mean square of the difference to a picture over the mean; none of a picture of another size.
+    pub(crate) fn error_of(&self, found: &Picture) -> Option<f64> {
+        let mean = self.mean.mean().iter().sum::<f64>() / 3.0;
+        let is_same_size = (found.width(), found.height()) == (self.mean.width(), self.mean.height());
+        is_same_size.then(|| compare(found.pixels(), self.mean.pixels()).rmse / mean.max(f64::MIN_POSITIVE))
+    }
 }
 
 /// The truth of what stands still, and how it is shown.
@@ -129,7 +128,15 @@ pub(crate) struct Truth {
 }
 
 /// The paths, the exposure and the comparison that a texture shows.
-type ShownKey = (u64, u64, Comparison);
+type ShownKey = (u64, u64, Shows);
+
+/// What a texture shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Shows {
+    Truth,
+    /// Red where the picture is too bright, blue where it is too dark.
+    Difference,
+}
 
 impl Truth {
     /// Forgets it, for something that moves.
@@ -159,6 +166,11 @@ impl Truth {
         }
     }
 
+    /// What passes have found so far.
+    pub(crate) fn refined(&self) -> Option<&Refined> {
+        self.refined.as_ref()
+    }
+
     /// What is known, in one line.
     pub(crate) fn describe(&self) -> String {
         match (&self.message, &self.refined, self.error) {
@@ -175,23 +187,21 @@ impl Truth {
     pub(crate) fn texture(
         &mut self,
         ctx: &Context,
-        comparison: Comparison,
+        shows: Shows,
         found: impl FnOnce() -> Option<(Picture, f64)>,
         stops: f64,
     ) -> Option<TextureId> {
         let refined = self.refined.as_ref()?;
-        let key = (refined.paths, stops.to_bits(), comparison);
+        let key = (refined.paths, stops.to_bits(), shows);
         if let Some(texture) = self.texture.as_ref().filter(|_| self.shown == Some(key)) {
             return Some(texture.id());
         }
         let (found, fitting) = found()?;
         let tone = photograph(fitting, stops);
-        let mean = refined.mean.mean().iter().sum::<f64>() / 3.0;
         let is_same_size = (found.width(), found.height()) == (refined.mean.width(), refined.mean.height());
-        self.error =
-            is_same_size.then(|| compare(found.pixels(), refined.mean.pixels()).rmse / mean.max(f64::MIN_POSITIVE));
-        let bytes = match comparison {
-            Comparison::Difference if is_same_size => {
+        self.error = refined.error_of(&found);
+        let bytes = match shows {
+            Shows::Difference if is_same_size => {
                 Tone { curve: Curve::Clip, ..tone }.to_bytes(&difference(&found, &refined.mean))
             }
             _ => tone.to_bytes(&refined.mean),
@@ -218,7 +228,7 @@ fn difference(found: &Picture, truth: &Picture) -> Picture {
 /// Traces pass after pass, each by random numbers of its own, and hands out the mean of all.
 fn refine(control: &Control<Refined>, still: &Still) -> Result<(), String> {
     control.stage("tracing");
-    let light = DistantLight::from_map(still.light());
+    let (light, emitters) = (DistantLight::from_map(still.light()), &still.emitters);
     let Some(camera) = still.orbit.camera() else { return Err("the camera looks at its own place".into()) };
     let [width, height] = still.size.map(|side| side as usize);
     let mut sums = vec![[0.0_f64; 3]; width * height];
@@ -227,7 +237,8 @@ fn refine(control: &Control<Refined>, still: &Still) -> Result<(), String> {
         let options = TruthOptions::default().width(width).height(height).count(PATHS).paths(paths);
         let mut watch = control.watch();
         let job = Job::default().watched_by(&mut watch);
-        let traced = match render_truth(&still.data.scene, &still.data.bvh, &camera, &light, &options, job) {
+        let (scene, bvh) = (&still.data.scene, &still.data.bvh);
+        let traced = match render_truth_with_emitters(scene, bvh, &camera, &light, emitters, &options, job) {
             Err(RenderError::Cancelled) => return Ok(()),
             other => other.map_err(|error| error.to_string())?,
         };

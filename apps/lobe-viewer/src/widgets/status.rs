@@ -3,7 +3,10 @@
 use std::collections::VecDeque;
 use std::fmt;
 
+use eframe::egui::{Context, Label, Ui};
 use web_time::{Duration, Instant};
+
+use crate::widgets::drawing_time::drawn;
 
 /// The time over which frames are counted.
 const SPAN: Duration = Duration::from_secs(1);
@@ -23,6 +26,8 @@ pub(crate) struct Status {
     pub(crate) bytes: u64,
     /// Columns and rows of the picture.
     pub(crate) size: [u32; 2],
+    /// Pictures that the processor drew last, where it draws all of them.
+    pub(crate) by_processor: Option<usize>,
 }
 
 impl Status {
@@ -43,6 +48,26 @@ impl Status {
     }
 }
 
+impl Status {
+    /// Notes what the processor drew in this frame, in a room whose pictures are all its own.
+    pub(crate) fn note_drawn(&mut self, ctx: &Context) {
+        let drawn = drawn(ctx);
+        let known = self.by_processor.get_or_insert_default();
+        if drawn.pictures > 0 {
+            *known = drawn.pictures;
+            self.cpu = drawn.milliseconds;
+            self.drew(Instant::now());
+        }
+        let textures = ctx.tex_manager();
+        self.bytes = textures.read().allocated().map(|(_, texture)| texture.bytes_used() as u64).sum();
+    }
+
+    /// Shows it, in as many lines as it takes.
+    pub(crate) fn show(&self, ui: &mut Ui) {
+        ui.add(Label::new(self.to_string()).wrap());
+    }
+}
+
 impl fmt::Display for Status {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.rate(Instant::now()) {
@@ -55,6 +80,13 @@ impl fmt::Display for Status {
         }
         let [width, height] = self.size;
         let megabytes = self.bytes as f64 * 1e-6;
+        if let Some(pictures) = self.by_processor {
+            let pictures = if pictures == 1 { "1 picture".into() } else { format!("{pictures} pictures") };
+            return write!(
+                f,
+                ", GPU 0 ms | {pictures} by the processor | 0 vertices, 0 draw calls, {megabytes:.0} MB of textures"
+            );
+        }
         write!(
             f,
             " | {} vertices, {} triangles, {} draw calls, {megabytes:.0} MB on the device | {width} x {height}",

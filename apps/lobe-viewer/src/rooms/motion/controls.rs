@@ -1,0 +1,81 @@
+//! The panel beside the picture: how what moves is seen, its light, and where its parts are.
+
+use eframe::egui::{ComboBox, Slider, SliderClamping, Ui};
+use lobe::render::MovingMethod;
+use lobe::shadow::SphereFitMethod;
+
+use crate::rooms::motion::edits::{MOST_SPHERES, MotionEdits, MotionView};
+use crate::rooms::motion::panes::Panes;
+use crate::rooms::motion::player::{Cast, Fit, MOST_ORDER};
+
+/// How what moves is seen, and what is known of its truth.
+pub(crate) fn view(ui: &mut Ui, edits: &mut MotionEdits, panes: &Panes) {
+    for (number, view) in MotionView::ALL.into_iter().enumerate() {
+        ui.radio_value(&mut edits.view, view, view.title()).on_hover_text(format!("{}", number + 1));
+    }
+    if edits.view.panes().contains(&MotionView::Truth) {
+        ui.label(panes.describe());
+    }
+    for pane in edits.view.panes() {
+        if let Some(error) = panes.error(*pane) {
+            ui.label(format!("{}: {:.1} % from the truth", pane.title(), 100.0 * error));
+        }
+    }
+    ui.checkbox(&mut edits.has_spheres, "Draw the spheres");
+    let is_by_spheres = edits.methods().contains(&MovingMethod::Exponentials);
+    ui.add_enabled_ui(is_by_spheres, |ui| spheres(ui, &mut edits.fit));
+}
+
+/// The order of all that is baked, and the light.
+pub(crate) fn light(ui: &mut Ui, edits: &mut MotionEdits, most_order: usize, is_turning: &mut bool) {
+    let mut order = edits.order.min(most_order);
+    let slider = Slider::new(&mut order, 1..=most_order).text("Order");
+    // Each order is a bake of its own: while the handle is held, none is asked for.
+    let hint = "Number of bands of the light and of all that is baked (comma, point)";
+    if ui.add(slider.update_while_editing(false)).on_hover_text(hint).changed() {
+        edits.order = order;
+    }
+    if most_order < MOST_ORDER {
+        ui.weak(format!("Parts came baked to order {most_order}."));
+    }
+    edits.taming.controls(ui, order);
+    edits.light(most_order).sky_controls(ui);
+    ui.checkbox(is_turning, "Keep turning (T)");
+}
+
+/// Where a user puts the parts.
+pub(crate) fn hands(ui: &mut Ui, edits: &mut MotionEdits, chosen: &mut usize, cast: &Cast) {
+    ComboBox::from_label("Object").selected_text(cast.names[*chosen].as_str()).show_ui(ui, |ui| {
+        for (number, name) in cast.names.iter().enumerate().filter(|(k, _)| !cast.is_still[*k]) {
+            ui.selectable_value(chosen, number, name.as_str());
+        }
+    });
+    let hand = &mut edits.hands[*chosen];
+    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+        ui.add(Slider::new(&mut hand.position[axis], -4.0..=4.0).text(name).suffix(" m").fixed_decimals(2));
+    }
+    let mut degrees = hand.turn.to_degrees();
+    if ui.add(Slider::new(&mut degrees, -180.0..=180.0).text("Turn").suffix("°").fixed_decimals(0)).changed() {
+        hand.turn = degrees.to_radians();
+    }
+    let size = Slider::new(&mut hand.scale, 0.3..=2.0).text("Size").fixed_decimals(2);
+    ui.add(size.clamping(SliderClamping::Edits));
+    if ui.button("Put back").clicked() {
+        edits.hands.clone_from(&cast.hands);
+    }
+    ui.weak("Drag an object in the picture to move it, with Shift to turn it, with Ctrl to make it larger or smaller.");
+}
+
+/// The number of spheres, and how they are fitted.
+fn spheres(ui: &mut Ui, fit: &mut Fit) {
+    let slider = Slider::new(&mut fit.count, 1..=MOST_SPHERES).text("Spheres of a part");
+    // Each number is a fit of its own: while the handle is held, none is asked for.
+    ui.add(slider.update_while_editing(false)).on_hover_text("Four times as many of a part that changes its shape");
+    let ways = [
+        (SphereFitMethod::Variational, "Variational", "The least volume outside of the part"),
+        (SphereFitMethod::MedialAxis, "Medial axis", "Quicker, and worse"),
+    ];
+    for (method, title, hint) in ways {
+        ui.radio_value(&mut fit.method, method, title).on_hover_text(hint);
+    }
+}
