@@ -6,77 +6,144 @@ use crate::harness::Dir;
 const SCENE: &str = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nv -0.5 -0.5 0.5\nv 0.5 -0.5 0.5\nv 0.5 0.5 0.5\n\
     vt 0 0\nvt 0.5 0\nvt 0.5 1\nvt 0 1\nvt 0.6 0\nvt 1 0\nvt 1 1\nvn 0 0 1\nf 1/1/1 2/2/1 3/3/1 4/4/1\nf 5/5/1 6/6/1 7/7/1\n";
 
-/// Every kind of work that can be shared: the command without its output, and the extension of that.
-const KINDS: [(&str, &str); 6] = [
+/// Shards that work is cut into: all of it in one, halves, and numbers that divide few others.
+const COUNTS: [usize; 4] = [1, 2, 3, 7];
+
+/// A command without its output, and the extension of that.
+type Kind = (&'static str, &'static str);
+
+/// Bakes at vertices: in each mode, as each kind of file, in colors, split, compressed, and of fewer vertices than there are shards.
+const AT_VERTICES: [Kind; 10] = [
     ("bake s.obj --order 2 --samples 64 --max-edge 0.1", "glb"),
+    ("bake s.obj --order 3 --samples 64 --mode unshadowed", "glb"),
+    ("bake s.obj --order 3 --samples 64 --mode shadowed --seed 5", "safetensors"),
+    ("bake s.obj --order 2 --samples 64 --energy-stop 0 --albedo none", "safetensors"),
+    ("bake s.obj --order 2 --samples 64 --max-edge 0.4 --clusters 3 --components 2 --weights 16", "glb"),
     ("bake s.obj --order 2 --samples 64 --mode glossy", "safetensors"),
-    ("bake s.obj --order 2 --samples 64 --texels 16", "exr"),
-    ("bake s.obj --order 2 --samples 64 --grid 3,3,3", "safetensors"),
-    ("field s.obj --order 2 --rays 64 --spheres 4 --cells 4", "safetensors"),
-    ("render s.obj --mode truth --env bundled:sunset --size 16x12 --samples 4", "exr"),
+    ("bake built-in:cornell --order 2 --samples 4 --bounces 1", "glb"),
+    ("bake built-in:cornell --order 2 --samples 4 --bounces 1 --mode glossy", "safetensors"),
+    ("bake three.obj --order 2 --samples 64", "glb"),
+    ("bake three.obj --order 2 --samples 64 --mode glossy", "safetensors"),
 ];
 
-/// Makes the shards of a command as `part-1` and so on, and returns their names.
+/// Bakes at texels and at points in space.
+const ELSEWHERE: [Kind; 8] = [
+    ("bake s.obj --order 2 --samples 64 --texels 16", "exr"),
+    ("bake s.obj --order 2 --samples 64 --texels 16 --mode shadowed", "safetensors"),
+    ("bake built-in:cornell --order 2 --samples 4 --bounces 1 --texels 8 --albedo none", "safetensors"),
+    ("bake s.obj --order 2 --samples 64 --grid 3,3,3", "safetensors"),
+    ("bake built-in:cornell --order 2 --samples 16 --bounces 1 --grid 2,2,2 --grid-box -1,-1,0,1,1,1", "safetensors"),
+    ("field s.obj --order 2 --rays 64 --spheres 4 --cells 4", "safetensors"),
+    ("field s.obj --order 2 --rays 64 --spheres 4 --cells 4 --range 0.5,3 --seed 2 --storage u8", "safetensors"),
+    ("field s.obj --order 2 --rays 64 --spheres 4 --cells 4 --storage clustered", "safetensors"),
+];
+
+/// Path-traced pictures: under a map, under its expansion, with the materials of glTF, of a scene that moves, and of fewer pixels than shards.
+const PICTURES: [Kind; 5] = [
+    ("render s.obj --mode truth --env bundled:sunset --size 16x12 --samples 4", "exr"),
+    ("render s.obj --mode truth --env bundled:sunset --order 3 --size 7x5 --samples 4 --seed 3", "exr"),
+    (
+        "render built-in:cornell --mode truth --env bundled:studio --surfaces gltf --size 8x6 --samples 4 --exposure 1",
+        "png",
+    ),
+    ("render built-in:three-objects --time 1 --mode truth --env bundled:sunset --size 8x6 --samples 4", "exr"),
+    ("render s.obj --mode truth --env bundled:sunset --size 2x1 --samples 4", "exr"),
+];
+
+/// A folder with the scenes of the commands above.
+fn scenes() -> Dir {
+    let dir = Dir::new();
+    dir.file("s.obj", SCENE);
+    dir.file("three.obj", "v 0 0 0\nv 1 0 0\nv 0 0 -1\nf 1 2 3\n");
+    dir
+}
+
+/// Makes the shards of a command, and returns their names.
 fn shards(dir: &Dir, command: &str, count: usize) -> Vec<String> {
     let part = |number: usize| {
-        let name = format!("part-{number}.safetensors");
+        let name = format!("part-{number}-of-{count}.safetensors");
         dir.lobe(&format!("{command} --shard {number}/{count} -o {name}")).succeeds();
         name
     };
     (1..=count).map(part).collect()
 }
 
-/// The bytes of one machine, and those merged of shards in another order.
-fn both_ways(dir: &Dir, command: &str, extension: &str, count: usize) -> [Vec<u8>; 2] {
-    dir.lobe(&format!("{command} -o one.{extension}")).succeeds();
-    let mut parts = shards(dir, command, count);
-    parts.reverse();
-    parts.rotate_left(count / 2);
+/// Whether the merge of shards in this order has the bytes of one machine, which `one` holds.
+fn merges_to(dir: &Dir, (command, extension): Kind, parts: &[String], one: &[u8]) -> bool {
     dir.lobe(&format!("{command} --merge {} -o merged.{extension}", parts.join(" "))).succeeds();
-    ["one", "merged"].map(|name| dir.bytes(&format!("{name}.{extension}")))
+    dir.bytes(&format!("merged.{extension}")) == one
 }
 
-#[test]
-fn shards_of_every_kind_of_work_make_the_bytes_of_one_machine() {
-    for (command, extension) in KINDS {
-        let dir = Dir::new();
-        dir.file("s.obj", SCENE);
-        let [one, merged] = both_ways(&dir, command, extension, 3);
-        assert!(one == merged, "{command}");
+/// What one machine writes alone.
+fn alone(dir: &Dir, (command, extension): Kind) -> Vec<u8> {
+    dir.lobe(&format!("{command} -o one.{extension}")).succeeds();
+    dir.bytes(&format!("one.{extension}"))
+}
+
+/// Cuts each kind of work into each number of shards, which come in an order that is neither theirs nor the reverse.
+fn all_numbers_of_shards_make_the_bytes_of_one_machine(kinds: &[Kind]) {
+    for &kind in kinds {
+        let dir = scenes();
+        let one = alone(&dir, kind);
+        for count in COUNTS {
+            let mut parts = shards(&dir, kind.0, count);
+            parts.reverse();
+            parts.rotate_left(count / 2);
+            assert!(merges_to(&dir, kind, &parts, &one), "{}: {count} shards", kind.0);
+        }
         let left: Vec<String> = dir.names().into_iter().filter(|name| name.contains("checkpoint")).collect();
-        assert_eq!(left, Vec::<String>::new(), "{command}");
+        assert_eq!(left, Vec::<String>::new(), "{}", kind.0);
     }
 }
 
 #[test]
-fn any_number_of_shards_makes_the_same_bytes() {
-    let (command, extension) = KINDS[0];
-    for count in [1, 2, 7] {
-        let dir = Dir::new();
-        dir.file("s.obj", SCENE);
-        let [one, merged] = both_ways(&dir, command, extension, count);
-        assert!(one == merged, "{count} shards");
+fn shards_of_bakes_at_vertices_make_the_bytes_of_one_machine() {
+    all_numbers_of_shards_make_the_bytes_of_one_machine(&AT_VERTICES);
+}
+
+#[test]
+fn shards_of_bakes_at_texels_and_points_in_space_make_the_bytes_of_one_machine() {
+    all_numbers_of_shards_make_the_bytes_of_one_machine(&ELSEWHERE);
+}
+
+#[test]
+fn shards_of_path_traced_pictures_make_the_bytes_of_one_machine() {
+    all_numbers_of_shards_make_the_bytes_of_one_machine(&PICTURES);
+}
+
+#[test]
+fn shards_are_merged_in_any_order() {
+    for kind in [AT_VERTICES[0], AT_VERTICES[5], ELSEWHERE[0], ELSEWHERE[3], ELSEWHERE[5], PICTURES[0]] {
+        let dir = scenes();
+        let one = alone(&dir, kind);
+        let parts = shards(&dir, kind.0, 3);
+        for order in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
+            let parts = order.map(|part| parts[part].clone());
+            assert!(merges_to(&dir, kind, &parts, &one), "{}: {order:?}", kind.0);
+        }
     }
 }
 
 #[test]
 fn shards_that_are_not_all_of_one_command_are_refused_by_name() {
-    let dir = Dir::new();
-    dir.file("s.obj", SCENE);
-    let command = KINDS[0].0;
+    let dir = scenes();
+    let command = AT_VERTICES[0].0;
     shards(&dir, command, 3);
     dir.lobe(&format!("{command} --seed 7 --shard 2/3 -o other.safetensors")).succeeds();
     dir.file("none.safetensors", "no shard");
-    let bytes = dir.bytes("part-2.safetensors");
+    let bytes = dir.bytes("part-2-of-3.safetensors");
     dir.file("short.safetensors", &bytes[..bytes.len() - 9]);
     let before = dir.names();
-    let [a, b, c] = [1, 2, 3].map(|number| format!("part-{number}.safetensors"));
+    let [a, b, c] = [1, 2, 3].map(|number| format!("part-{number}-of-3.safetensors"));
     let refusal = |options: &str, parts: &[&str]| {
         dir.lobe(&format!("{command} {options} --quiet --merge {} -o m.glb", parts.join(" "))).error()
     };
     for (parts, expected) in [
         (vec![a.as_str(), &c], "expected 3 shards, found 2; missing: 2/3"),
-        (vec![&a, &b, &b, &c], "part-2.safetensors: is shard 2/3, and so is part-2.safetensors; leave one of them out"),
+        (
+            vec![&a, &b, &b, &c],
+            "part-2-of-3.safetensors: is shard 2/3, and so is part-2-of-3.safetensors; leave one of them out",
+        ),
         (vec![&a, "other.safetensors", &c], "other.safetensors: is a shard of other work"),
         (vec![&a, "none.safetensors", &c], "none.safetensors: expected a shard, as this version of Lobe leaves it"),
         (vec![&a, "short.safetensors", &c], "short.safetensors: shard 2/3 is not complete"),
@@ -88,13 +155,13 @@ fn shards_that_are_not_all_of_one_command_are_refused_by_name() {
     }
     // All of them, but of another command.
     let error = refusal("--seed 1", &[&a, &b, &c]);
-    assert!(error.contains("part-1.safetensors: this shard and the others are not of this command"), "{error}");
+    assert!(error.contains("part-1-of-3.safetensors: this shard and the others are not of this command"), "{error}");
     assert_eq!(dir.names(), before, "nothing is left of another command");
     for (options, expected) in [
         ("--shard 4/3 -o x.safetensors", "expected a shard such as 2/7"),
         ("--shard 1/3 -o x.glb", "expected a name that ends in .safetensors"),
         ("--shard 1/3 --adaptive 0.1 -o x.safetensors", "--shard and --merge: not of --adaptive"),
-        ("--shard 1/3 -o s.obj.safetensors --merge part-1.safetensors", "cannot be used with"),
+        ("--shard 1/3 -o s.obj.safetensors --merge part-1-of-3.safetensors", "cannot be used with"),
     ] {
         let error = dir.lobe(&format!("{command} {options}")).error();
         assert!(error.contains(expected), "{options}: {error}");
@@ -107,9 +174,8 @@ fn shards_that_are_not_all_of_one_command_are_refused_by_name() {
 
 #[test]
 fn a_shard_goes_on_where_it_was_cut_off_and_tells_what_it_has() {
-    let dir = Dir::new();
-    dir.file("s.obj", SCENE);
-    let command = format!("{} --shard 2/2 -o part.safetensors", KINDS[0].0);
+    let dir = scenes();
+    let command = format!("{} --shard 2/2 -o part.safetensors", AT_VERTICES[0].0);
     let (_, notes) = dir.lobe(&command).succeeds();
     assert!(notes.contains("part.safetensors: shard 2/2: "), "{notes}");
     let whole = dir.bytes("part.safetensors");
