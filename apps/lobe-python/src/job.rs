@@ -4,12 +4,14 @@ use std::error::Error;
 use std::io;
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::thread;
 
 use lobe::io::{Job, Progress};
-use pyo3::exceptions::{PyKeyboardInterrupt, PyOSError};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyOSError, PyRuntimeError};
 use pyo3::prelude::*;
 
-use crate::rows::value_error;
+use crate::rows::{UNSTOPPED, value_error};
 
 /// An error of the library, which may be that its work was stopped.
 pub(crate) trait WorkError: Error + Send + 'static {
@@ -50,6 +52,39 @@ pub(crate) fn error_of(error: &(dyn Error + 'static)) -> PyErr {
         cause = inner.source();
     }
     value_error(error)
+}
+
+/// Numbers that are worked on before anyone waits: to start a thread takes as long as some thousands of them.
+const QUICK: usize = 1 << 15;
+
+/// Does work that cannot be stopped without the interpreter's lock, on `size` numbers; all that it needs is its own. Ctrl-C is answered
+/// at once: the work goes on to its end by itself, which takes seconds, and what comes of it is dropped.
+pub(crate) fn answered<T: Send + 'static>(
+    py: Python<'_>,
+    size: usize,
+    work: impl FnOnce() -> T + Send + 'static,
+) -> PyResult<T> {
+    if size < QUICK {
+        return Ok(py.detach(work));
+    }
+    let (send, mut receive) = mpsc::sync_channel(1);
+    thread::spawn(move || send.send(work()));
+    loop {
+        let waited = py.detach(move || {
+            let found = receive.recv_timeout(UNSTOPPED);
+            (receive, found)
+        });
+        match waited {
+            (_, Ok(done)) => return Ok(done),
+            (left, Err(RecvTimeoutError::Timeout)) => {
+                py.check_signals()?;
+                receive = left;
+            }
+            (_, Err(RecvTimeoutError::Disconnected)) => {
+                return Err(PyRuntimeError::new_err("a fault of lobe, please report it: work ended by a panic"));
+            }
+        }
+    }
 }
 
 /// Does work without the interpreter's lock. `progress(done, total)`, if there is one, is called after each step of it; what it raises

@@ -2,7 +2,7 @@
 //!
 //! Read `rows` first: how an array becomes rows of coefficients, numbers or colors in single or double precision, and how work is done
 //! on all of them without the interpreter's lock. `eval`, by `directions` and `value_product`, and `functions` are what is done to functions on the
-//! sphere, `search` what is found in them, `encodings` irradiance in a few numbers, `lights` functions from lights, `maps` environment maps, `bakes` what scenes do to light, by `job`, `pictures` what they
+//! sphere, `files` where they are kept, `search` what is found in them, `encodings` irradiance in a few numbers, `lights` functions from lights, `maps` environment maps, `bakes` and `matrices` what scenes do to light, by `job`, `pictures` what they
 //! look like. The package checks shapes and has the words for users.
 
 #![expect(clippy::needless_pass_by_value, reason = "Python hands arguments over by value")]
@@ -11,15 +11,18 @@ mod bakes;
 mod directions;
 mod encodings;
 mod eval;
+mod files;
 mod functions;
 mod job;
 mod lights;
 mod maps;
+mod matrices;
 mod pictures;
 mod rows;
 mod search;
 mod value_product;
 
+use numpy::PyArray1;
 use pyo3::prelude::*;
 
 /// Kernels over arrays whose shapes the package `lobe` has checked.
@@ -34,19 +37,25 @@ mod _lobe {
     #[pymodule_export]
     use crate::eval::eval;
     #[pymodule_export]
+    use crate::files::{load_sh, save_sh};
+    #[pymodule_export]
     use crate::functions::{dering, exp, kernel_factors, log, product, rotate, scale_bands, window_factors};
     #[pymodule_export]
     use crate::lights::light;
     #[pymodule_export]
-    use crate::maps::{Map, bundled, load, reconstruct, sky};
+    use crate::maps::{Map, bundled, cie_sky, load, reconstruct, sky};
+    #[pymodule_export]
+    use crate::matrices::{Matrices, load_matrices};
     #[pymodule_export]
     use crate::pictures::{compare, render_baked, render_traced};
     #[pymodule_export]
-    use crate::search::{lights, minimum};
+    use crate::search::{lights, minimum, peaks};
 
     /// The version of Lobe.
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        // numpy's table of functions is looked up with the first array: Ctrl-C in the middle of that would be a panic.
+        drop(PyArray1::<f64>::zeros(module.py(), 0, false));
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

@@ -1,51 +1,131 @@
 //! Environment maps.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use lobe::env::{
-    EnvMap, Ground, MappedMap, Mapping, PictureWriteOptions, PreethamSky, PrefilterOptions, Resample, SunOptions,
-    bundled as bundled_maps, cube_source, extract_sun, irradiance_map, prefilter_ggx, project_map, resample, sky_map,
-    write_env,
+    CieSky, CubeHandedness, EnvMap, Ground, MapReadOptions, MappedMap, Mapping, Nonfinite, Padding,
+    PictureWriteOptions, PreethamSky, PrefilterOptions, Resample, SunOptions, SunReport, bundled as bundled_maps,
+    cube_source, extract_sun, irradiance_map, prefilter_ggx, project_map, read_map, resample, sky_map, write_env,
 };
-use lobe::image::{Picture, Tone};
+use lobe::image::{ImageError, Picture, PictureReadOptions, Tone};
+use lobe::io::write_atomically;
 use lobe::sh::{Dir, Expansion as _, Rgb, Rotation, ShVec};
 use numpy::{PyArrayDyn, PyReadonlyArray2, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
-use crate::job::{error_of, watched};
-use crate::rows::{array_of, contiguous, value_error};
+use crate::job::{answered, error_of, watched};
+use crate::rows::{QUICK_ROWS_TOGETHER, array_of, contiguous, do_rows, value_error};
 
 /// Texels from which on all threads share in copying them: fewer are copied before another thread is awake.
 const MANY: usize = 1 << 17;
 
 /// An environment map in one of the mappings.
 #[pyclass(frozen, module = "lobe")]
-pub(crate) struct Map(pub(crate) MappedMap);
+pub(crate) struct Map(pub(crate) Arc<MappedMap>);
+
+impl From<MappedMap> for Map {
+    fn from(map: MappedMap) -> Self {
+        Self(Arc::new(map))
+    }
+}
+
+impl From<EnvMap> for Map {
+    fn from(map: EnvMap) -> Self {
+        MappedMap::from(map).into()
+    }
+}
 
 impl Map {
+    /// Numbers of the texels.
+    fn size(&self) -> usize {
+        3 * self.0.texels().len()
+    }
+
     /// The map as a lat-long one, about as fine.
     pub(crate) fn to_lat_long(&self, py: Python<'_>) -> PyResult<EnvMap> {
         if self.0.mapping() == Mapping::LatLong {
-            return self.0.clone().into_env_map().map_err(|error| error_of(&error));
+            return MappedMap::clone(&self.0).into_env_map().map_err(|error| error_of(&error));
         }
         // A face of a cube is a quarter of the horizon; other mappings are about as wide as half of it.
         let width = 4 * self.0.width();
         let to = Resample::to(Mapping::LatLong, width, Mapping::LatLong.height_for(width));
-        watched(py, None, None, |job| resample(&self.0, &to, job)?.into_env_map())
+        watched(py, None, None, |job| resample(&*self.0, &to, job)?.into_env_map())
     }
 }
+
+/// Direction, irradiance and angular diameter of a sun, and the map without it.
+type FoundSun = ([f64; 3], [f64; 3], f64, Map);
 
 fn mapping_of(name: &str) -> PyResult<Mapping> {
     Mapping::from_name(name)
         .ok_or_else(|| value_error(format!("expected a mapping such as lat-long or cube, found {name:?}")))
 }
 
-/// A map from a file.
+/// How a file is read, as by the options of the command.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Reading {
+    mapping: Option<String>,
+    left_handed: bool,
+    /// In radians.
+    elevations: Option<[f64; 2]>,
+    padding: String,
+    nonfinite: String,
+    to_rec709: bool,
+    max_texels: Option<usize>,
+}
+
+impl Reading {
+    fn options(&self) -> PyResult<MapReadOptions> {
+        let mut picture = PictureReadOptions::default().to_rec_709(self.to_rec709);
+        picture.nonfinite = match &*self.nonfinite {
+            "error" => Nonfinite::Error,
+            "zero" => Nonfinite::Zero,
+            other => return Err(value_error(format!("nonfinite: expected error or zero, found {other:?}"))),
+        };
+        let padding = match &*self.padding {
+            "black" => Padding::Black,
+            "edge" => Padding::Edge,
+            other => return Err(value_error(format!("padding: expected black or edge, found {other:?}"))),
+        };
+        picture.max_texels = self.max_texels.unwrap_or(picture.max_texels);
+        Ok(MapReadOptions::default()
+            .picture(picture)
+            .mapping(self.mapping.as_deref().map(mapping_of).transpose()?)
+            .elevations(self.elevations)
+            .padding(padding)
+            .handedness(if self.left_handed { CubeHandedness::Left } else { CubeHandedness::Right }))
+    }
+}
+
+/// A map from a file, and what reading it found.
 #[pyfunction]
-pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<Map> {
-    py.detach(|| MappedMap::load(path)).map(Map).map_err(|error| error_of(&error))
+pub(crate) fn load(py: Python<'_>, path: PathBuf, reading: Reading) -> PyResult<(Map, Vec<String>)> {
+    let options = reading.options()?;
+    // A file that is not there says so by itself.
+    let size = std::fs::metadata(&path).map_or(0, |file| file.len() as usize);
+    let read = answered(py, size, move || read_map(&path, &options))?;
+    let (map, report) = read.map_err(|error| error_of(&error))?;
+    Ok((map.into_base().into(), report.picture.notes))
+}
+
+/// The sky of a type of the CIE with this radiance at the zenith, over a ground of an albedo.
+#[pyfunction]
+pub(crate) fn cie_sky(
+    py: Python<'_>,
+    kind: usize,
+    sun: [f64; 3],
+    zenith: [f64; 3],
+    albedo: [f64; 3],
+    height: usize,
+) -> PyResult<Map> {
+    let sun = Dir::new(sun).ok_or_else(|| value_error("expected a direction, found a vector without one"))?;
+    let sky = CieSky::new(kind, sun, Rgb::from(zenith)).map_err(|error| error_of(&error))?;
+    let ground = Ground { albedo: Rgb::from(albedo), ..Ground::default() };
+    Ok(answered(py, 6 * height * height, move || sky_map(&sky, &ground, 2 * height, height))?.into())
 }
 
 /// A map that comes with Lobe.
@@ -56,7 +136,7 @@ pub(crate) fn bundled(name: &str) -> PyResult<Map> {
         "studio" => bundled_maps::studio().map(),
         _ => return Err(value_error(format!("expected sunset or studio, found {name:?}"))),
     };
-    Ok(Map(map.into()))
+    Ok(map.into())
 }
 
 /// The clear sky of Preetham, in kcd/m², over a ground of an albedo.
@@ -68,7 +148,7 @@ pub(crate) fn sky(py: Python<'_>, sun: [f64; 3], turbidity: f64, albedo: [f64; 3
         return Err(value_error(format!("expected a height of 1 to 8192 texels, found {height}")));
     }
     let ground = Ground { albedo: Rgb::from(albedo), ..Ground::default() };
-    Ok(Map(py.detach(|| sky_map(&sky, &ground, 2 * height, height)).into()))
+    Ok(answered(py, 6 * height * height, move || sky_map(&sky, &ground, 2 * height, height))?.into())
 }
 
 /// The map of an expansion `(n², 3)`.
@@ -79,7 +159,15 @@ pub(crate) fn reconstruct(py: Python<'_>, c: PyReadonlyArray2<'_, f64>, width: u
     if width == 0 || height == 0 {
         return Err(value_error(format!("expected a picture with texels, found {width} x {height}")));
     }
-    Ok(Map(py.detach(|| lobe::env::reconstruct(&f, width, height)).into()))
+    Ok(answered(py, 3 * width * height, move || lobe::env::reconstruct(&f, width, height))?.into())
+}
+
+/// Writes a map to be looked at, which tells its mapping.
+fn write_png(path: &Path, map: &MappedMap) -> Result<(), ImageError> {
+    let picture = Picture::new(map.width(), map.height(), map.texels().to_vec())?;
+    let bytes = picture.to_png_with(&Tone::PHOTOGRAPH, map.untold_mapping())?;
+    let place = path.display().to_string();
+    write_atomically(path, |file| file.write_all(&bytes)).map_err(|source| ImageError::Io { place, source })
 }
 
 #[pymethods]
@@ -94,9 +182,22 @@ impl Map {
             )));
         };
         let colors: &[Rgb<f32>] = bytemuck::cast_slice(contiguous(&texels)?);
-        let colors =
-            if colors.len() < MANY { colors.to_vec() } else { py.detach(|| colors.par_iter().copied().collect()) };
-        MappedMap::new(mapping_of(mapping)?, width, height, colors).map(Self).map_err(|error| error_of(&error))
+        let is_off = |c: &Rgb<f32>| !(c.r + c.g + c.b).is_finite() && !c.to_array().iter().all(|c| c.is_finite());
+        let (colors, off) = if colors.len() < MANY {
+            (colors.to_vec(), colors.iter().position(is_off))
+        } else {
+            py.detach(|| (colors.par_iter().copied().collect(), colors.par_iter().position_first(is_off)))
+        };
+        if let Some(at) = off {
+            let found = colors[at].to_array();
+            let message = format!(
+                "texels: expected finite numbers, found {found:?} at row {}, column {}",
+                at / width,
+                at % width
+            );
+            return Err(value_error(message));
+        }
+        MappedMap::new(mapping_of(mapping)?, width, height, colors).map(Self::from).map_err(|error| error_of(&error))
     }
 
     /// The name of the mapping.
@@ -124,14 +225,17 @@ impl Map {
         directions: PyReadonlyArray2<'py, f64>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
         let directions = contiguous(&directions)?.as_chunks::<3>().0;
-        let light = |s: &[f64; 3]| Dir::new(*s).map_or([f32::NAN; 3], |s| self.0.radiance(s).to_array());
-        let values: Vec<[f32; 3]> = py.detach(|| directions.par_iter().map(light).collect());
+        let values: Vec<Rgb<f32>> = do_rows(py, directions.len(), 1, QUICK_ROWS_TOGETHER, |k, out| {
+            out[0] = Dir::new(directions[k]).map_or(Rgb::from([f32::NAN; 3]), |s| self.0.radiance(s));
+            Ok(())
+        })?;
         array_of(py, bytemuck::cast_vec(values), &[directions.len(), 3])
     }
 
     /// The expansion, `(n², 3)`.
     fn project<'py>(&self, py: Python<'py>, order: usize) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let f = py.detach(|| project_map(&self.0, order));
+        let map = Arc::clone(&self.0);
+        let f = answered(py, self.size(), move || project_map(&map, order))?;
         let numbers: Vec<f64> = f.coefficients().iter().flat_map(|c| c.to_array()).collect();
         array_of(py, numbers, &[order * order, 3])
     }
@@ -149,15 +253,15 @@ impl Map {
         if let Some(matrix) = rotation {
             to = to.rotated(Rotation::from_matrix(matrix).map_err(value_error)?);
         }
-        watched(py, None, None, |job| resample(&self.0, &to, job)).map(Self)
+        watched(py, None, None, |job| resample(&*self.0, &to, job)).map(Self::from)
     }
 
     /// Prefiltered for GGX: cubes of falling size.
     fn prefilter(&self, py: Python<'_>, size: usize, last_size: usize) -> PyResult<Vec<Self>> {
         let options = PrefilterOptions::default().size(size).last_size(last_size);
-        let cube = watched(py, None, None, |job| cube_source(&self.0, size, job))?;
+        let cube = watched(py, None, None, |job| cube_source(&*self.0, size, job))?;
         let chain = watched(py, None, None, |job| prefilter_ggx(&cube, &options, job))?;
-        Ok(chain.levels().iter().map(|level| Self((**level).clone())).collect())
+        Ok(chain.levels().iter().map(|level| Self::from((**level).clone())).collect())
     }
 
     /// Irradiance by an expansion, as a lat-long map.
@@ -165,30 +269,40 @@ impl Map {
         if width == 0 || height == 0 {
             return Err(value_error(format!("expected a picture with texels, found {width} x {height}")));
         }
-        Ok(Self(py.detach(|| irradiance_map(&self.0, order, width, height)).into()))
+        let (map, size) = (Arc::clone(&self.0), self.size().max(3 * width * height));
+        Ok(answered(py, size, move || irradiance_map(&map, order, width, height))?.into())
     }
 
     /// The sun's direction, irradiance and angular diameter, and the map without it; none if there is none.
-    fn sun(&self, py: Python<'_>) -> Option<([f64; 3], [f64; 3], f64, Self)> {
-        let report = py.detach(|| extract_sun(&self.0, &SunOptions::default()))?;
-        let sun = report.sun;
-        Some((sun.direction.to_array(), sun.irradiance.to_array(), sun.angular_diameter, Self(report.rest)))
+    fn sun(&self, py: Python<'_>) -> PyResult<Option<FoundSun>> {
+        let map = Arc::clone(&self.0);
+        let found = answered(py, self.size(), move || extract_sun(&map, &SunOptions::default()))?;
+        Ok(found.map(|SunReport { sun, rest, .. }| {
+            (sun.direction.to_array(), sun.irradiance.to_array(), sun.angular_diameter, rest.into())
+        }))
     }
 
     /// The map as a tone-mapped PNG of at most `width` columns.
     fn png(&self, py: Python<'_>, width: usize) -> PyResult<Vec<u8>> {
-        let shown = py.detach(|| {
-            let picture = Picture::new(self.0.width(), self.0.height(), self.0.texels().to_vec())?;
+        let map = Arc::clone(&self.0);
+        let shown = answered(py, self.size(), move || {
+            let picture = Picture::new(map.width(), map.height(), map.texels().to_vec())?;
             let width = width.clamp(1, picture.width());
             let height = (picture.height() * width).div_ceil(picture.width());
             picture.resized(width, height).to_png(&Tone::PHOTOGRAPH)
-        });
+        })?;
         shown.map_err(|error| error_of(&error))
     }
 
     /// Writes a picture; its ending says the format.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        let written = py.detach(|| write_env(path, &self.0, &PictureWriteOptions::default()));
-        written.map(drop).map_err(|error| error_of(&error))
+        let map = Arc::clone(&self.0);
+        let written = answered(py, self.size(), move || {
+            if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png")) {
+                return write_png(&path, &map);
+            }
+            write_env(path, &map, &PictureWriteOptions::default()).map(drop)
+        })?;
+        written.map_err(|error| error_of(&error))
     }
 }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use lobe::image::{FLIP_PIXELS_PER_DEGREE, Picture, compare as compare_pixels, hdr_flip, relative_mse};
+use lobe::image::{FLIP_PIXELS_PER_DEGREE, ImageError, Picture, compare as compare_pixels, hdr_flip, relative_mse};
 use lobe::render::{
     BakedScene, Camera, DistantLight, PathOptions, SampleCount, TruthOptions, ViewOptions, light_baked_scene,
     render_truth,
@@ -13,7 +13,7 @@ use numpy::{PyArrayDyn, PyReadonlyArray2, PyReadonlyArrayDyn, PyUntypedArrayMeth
 use pyo3::prelude::*;
 
 use crate::bakes;
-use crate::job::{error_of, watched};
+use crate::job::{answered, error_of, watched};
 use crate::maps::Map;
 use crate::rows::{array_of, contiguous, value_error};
 
@@ -56,7 +56,7 @@ pub(crate) fn render_baked<'py>(
     rays: usize,
 ) -> PyResult<Pixels<'py>> {
     let light = expansion(&light)?;
-    let baked = py.detach(|| BakedScene::read(&scene, &SceneReadOptions::default()));
+    let baked = answered(py, usize::MAX, move || BakedScene::read(&scene, &SceneReadOptions::default()))?;
     let baked = baked.map_err(|error| error_of(&error))?;
     let camera = camera_of(baked.scene(), view)?;
     let options = ViewOptions::default().width(width).height(height).rays(rays);
@@ -88,7 +88,7 @@ pub(crate) fn render_traced<'py>(
         (None, Some(map)) => DistantLight::from_map(map.to_lat_long(py)?),
         (None, None) => return Err(value_error("expected light, found none")),
     };
-    let read = py.detach(|| bakes::read(&scene).map(|(scene, _)| (Bvh::new(&scene), scene)));
+    let read = answered(py, usize::MAX, move || bakes::read(&scene).map(|(scene, _)| (Bvh::new(&scene), scene)))?;
     let (bvh, scene) = read.map_err(|error| error_of(&error))?;
     let camera = camera_of(&scene, view)?;
     let (samples, bounces, seed) = paths;
@@ -112,10 +112,10 @@ pub(crate) fn compare(
         Picture::new(width, height, colors).map_err(|error| error_of(&error))
     };
     let (image, reference) = (picture(&image)?, picture(&reference)?);
-    py.detach(|| {
+    let compared = answered(py, 3 * image.pixels().len(), move || {
         let report = compare_pixels(image.pixels(), reference.pixels());
         let flip = hdr_flip(&image, &reference, FLIP_PIXELS_PER_DEGREE)?;
         Ok((report.rmse, relative_mse(image.pixels(), reference.pixels()), report.psnr, flip.mean()))
-    })
-    .map_err(|error: lobe::image::ImageError| error_of(&error))
+    })?;
+    compared.map_err(|error: ImageError| error_of(&error))
 }

@@ -18,7 +18,7 @@ const ROWS_TOGETHER: usize = 1 << 12;
 const FIRST_ROWS: usize = 16;
 
 /// How long work may go on before the interpreter may stop it: less than anyone waits for.
-const UNSTOPPED: Duration = Duration::from_millis(50);
+pub(crate) const UNSTOPPED: Duration = Duration::from_millis(50);
 
 /// The same of quick work, in which threads would else wait for each other too often.
 pub(crate) const QUICK_ROWS_TOGETHER: usize = 1 << 16;

@@ -3,7 +3,8 @@
 use std::time::Instant;
 
 use lobe::sh::{
-    Coefficient, LightFit, LightFitOptions, Rgb, ShVec, certified_minimum, coefficient_count, extract_lights,
+    Coefficient, LightFit, LightFitOptions, PeakSearch, Rgb, ShVec, certified_minimum, coefficient_count,
+    extract_lights, local_maxima,
 };
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
@@ -38,6 +39,23 @@ pub(crate) fn minimum<'py>(
     let values = found.iter().map(|least| least.hi).collect();
     let directions = found.iter().flat_map(|least| least.dir.to_array()).collect();
     Ok((array_of(py, values, &[found.len()])?, array_of(py, directions, &[found.len(), 3])?))
+}
+
+/// The local maxima of one function: directions `(k, 3)` and values `(k)`, the highest first.
+#[pyfunction]
+pub(crate) fn peaks<'py>(
+    py: Python<'py>,
+    c: PyReadonlyArrayDyn<'py, f64>,
+    order: usize,
+) -> PyResult<(Doubles<'py>, Doubles<'py>)> {
+    let found = search(py, contiguous(&c)?, order, |f| {
+        let f = ShVec::from_vec(f.to_vec()).ok_or_else(|| "expected n² coefficients".to_owned())?;
+        Ok(local_maxima(&f, PeakSearch::Grid))
+    })?
+    .concat();
+    let directions = found.iter().flat_map(|peak| peak.dir.to_array()).collect();
+    let values = found.iter().map(|peak| peak.value).collect();
+    Ok((array_of(py, directions, &[found.len(), 3])?, array_of(py, values, &[found.len()])?))
 }
 
 /// Directions `(rows, count, 3)`, intensities `(rows, count[, 3])` and ambient light `(rows[, 3])`.

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 
+import numpy as np
 import pytest
 
 import lobe
@@ -17,6 +18,7 @@ import lobe
 distributed = pytest.importorskip("distributed", reason="dask's distributed is not installed")
 
 import lobe._shards as shards  # noqa: E402
+import lobe._tasks as tasks  # noqa: E402
 import lobe.distributed as on_dask  # noqa: E402
 
 # Warnings of Dask about its own processes, which are killed here on purpose.
@@ -276,11 +278,44 @@ def test_a_worker_of_several_threads_reads_the_scene_once(tmp_path, monkeypatch)
         time.sleep(0.2)
         return of(options, scene)
 
+    identity = tasks.identity_of(OPTIONS.of(SCENE), SCENE, OPTIONS)
+    monkeypatch.setattr(tasks, "_read", {})
     monkeypatch.setattr(lobe.BakeOptions, "of", slowly)
-    arguments = (None, SCENE, dataclasses.asdict(OPTIONS), f"once-{tmp_path}".replace(os.sep, "-"), lobe.__version__)
+    arguments = (None, SCENE, dataclasses.asdict(OPTIONS), identity, lobe.__version__)
     with concurrent.futures.ThreadPoolExecutor(4) as threads:
         parts = list(threads.map(lambda number: on_dask.bake_shard(*arguments, number, 4), range(1, 5)))
     assert read == [SCENE] and len({*parts}) == 4
+
+
+@pytest.mark.parametrize("changed", ["s.mtl", "s.png"])
+def test_shards_of_a_scene_whose_files_have_changed_are_baked_anew(processes, tmp_path, changed):
+    def textured(color):
+        lobe.EnvMap(np.broadcast_to(np.float32(color), (2, 4, 3))).save(tmp_path / "s.png")
+
+    corners = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nv 0 0 1\nvt 0 0\nvt 1 0\nvt 1 1\n"
+    faces = "usemtl a\nf 1/1 2/2 3/3\nf 1/1 3/3 4/2\nf 1/1 2/2 5/3\n"
+    (tmp_path / "s.obj").write_text("mtllib s.mtl\n" + corners + faces)
+    (tmp_path / "s.mtl").write_text("newmtl a\nKd 1 0.5 0.25\nmap_Kd s.png\n")
+    textured([1.0, 0.1, 0.1])
+    options, output = lobe.BakeOptions(order=2, samples=64), tmp_path / "o.safetensors"
+    processes.worker()
+
+    def die(done, shards):
+        if done == 1:
+            raise KeyboardInterrupt
+
+    with processes.client() as client:
+        with pytest.raises(KeyboardInterrupt):
+            on_dask.bake(tmp_path / "s.obj", output, options, client=client, shards=3, progress=die)
+        if changed == "s.mtl":
+            (tmp_path / "s.mtl").write_text("newmtl a\nKd 0.2 0.5 0.9\nmap_Kd s.png\n")
+        else:
+            textured([0.1, 0.1, 1.0])
+        with pytest.warns(UserWarning, match="1 shards are of another scene, or of other options, than now: baked anew"):
+            on_dask.bake(tmp_path / "s.obj", output, options, client=client, shards=3)
+    lobe.bake(tmp_path / "s.obj", tmp_path / "fresh.safetensors", options)
+    assert output.read_bytes() == (tmp_path / "fresh.safetensors").read_bytes()
+    assert not (tmp_path / "o.safetensors.shards").exists(), "those of before are gone too"
 
 
 def test_a_bake_without_a_number_of_shards_goes_on_with_those_that_are_there(processes, tmp_path, whole):

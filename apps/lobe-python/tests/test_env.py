@@ -55,6 +55,17 @@ def test_maps_keep_their_texels_and_mapping():
     np.testing.assert_array_equal(np.asarray(cube), texels)
 
 
+@pytest.mark.parametrize("mapping, shape", [("lat-long", (8, 16)), ("octahedral", (8, 8))])
+def test_a_png_is_the_picture_of_a_map_and_tells_its_mapping(tmp_path, mapping, shape):
+    path = tmp_path / "map.png"
+    lobe.EnvMap(np.linspace(0, 4, 3 * shape[0] * shape[1]).reshape((*shape, 3)), mapping).save(path)
+    shown = lobe.EnvMap.load(path)
+    assert (shown.mapping, shown.shape) == (mapping, shape)
+    assert 0 < shown.texels.max() <= 1, "tone mapped"
+    with pytest.raises(OSError, match="none"):
+        shown.save(tmp_path / "none" / "map.png")
+
+
 def test_conversions_and_rotations_keep_the_mean_and_turn_the_light():
     sky = lobe.EnvMap.bundled("sunset")
     r = rotation(5)

@@ -68,6 +68,7 @@ pub fn main() -> ExitCode {
         Ok(arguments) => arguments,
         Err(error) => return cli::failure::usage(&error),
     };
+    loading::limits::set(arguments.limits());
     let ended = match (&arguments.headless, &arguments.output) {
         (Some(scene), Some(output)) => cli::headless::run(&arguments, scene, output),
         _ if arguments.bench => cli::bench::run(&arguments),

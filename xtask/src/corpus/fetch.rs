@@ -7,6 +7,9 @@ use std::process::Command;
 /// The file in a package's folder that says that all of it is there.
 const COMPLETE: &str = ".complete";
 
+/// Files of a kind that the small part takes of a package, unless it says how many.
+const SMALL: usize = 4;
+
 const PACKAGES: &str = include_str!("packages.txt");
 
 /// A package of the list.
@@ -15,8 +18,8 @@ pub(super) struct Package {
     from: &'static str,
     pub(super) name: &'static str,
     version: &'static str,
-    /// Continuous integration has it too.
-    pub(super) is_small: bool,
+    /// The files of each kind that continuous integration has of it.
+    pub(super) small: usize,
 }
 
 /// The list.
@@ -24,7 +27,12 @@ pub(super) fn packages() -> impl Iterator<Item = Package> {
     PACKAGES.lines().filter(|line| !line.starts_with('#')).filter_map(|line| {
         let mut words = line.split_whitespace();
         let (from, name, version) = (words.next()?, words.next()?, words.next()?);
-        Some(Package { from, name, version, is_small: words.next() == Some("small") })
+        Some(Package {
+            from,
+            name,
+            version,
+            small: words.next().map_or(0, |_| words.next().map_or(SMALL, |n| n.parse().unwrap_or(SMALL))),
+        })
     })
 }
 
@@ -134,7 +142,7 @@ pub(super) fn files(folder: &Path, extensions: &[&str]) -> Vec<PathBuf> {
 /// # Errors
 /// The reason why not.
 pub(crate) fn has_small_part() -> Result<(), String> {
-    let missing: Vec<_> = packages().filter(|package| package.is_small && !package.is_there()).collect();
+    let missing: Vec<_> = packages().filter(|package| package.small > 0 && !package.is_there()).collect();
     missing.iter().try_for_each(Package::fetch).map_err(|reason| {
         format!("models cannot be fetched here: {}", reason.lines().next().unwrap_or("no reason was given"))
     })

@@ -23,9 +23,6 @@ use step::{End, run as run_step};
 const MODELS: &[&str] = &["glb", "gltf", "vrm", "obj", "ply"];
 const MAPS: &[&str] = &["hdr", "exr", "ktx2", "dds", "pfm"];
 
-/// Files of a kind that the small part takes of a package.
-const SMALL: usize = 4;
-
 /// The validator of glTF files, where npm has put it.
 struct Validator(PathBuf);
 
@@ -37,11 +34,11 @@ pub(crate) fn run(arguments: &[String]) -> Outcome {
         paths.next().map_or_else(build, Ok).and_then(|p| p.canonicalize().map_err(|e| format!("{}: {e}", p.display())));
     let program = program.map_err(|fault| vec![fault])?;
     let mut inputs = Vec::new();
-    for package in packages().filter(|package| package.is_small || !is_small) {
+    for package in packages().filter(|package| package.small > 0 || !is_small) {
         package.fetch().map_err(|fault| vec![fault])?;
         for kinds in [MODELS, MAPS] {
             let found = files(&package.folder(), kinds);
-            inputs.extend(found.into_iter().take(if is_small { SMALL } else { usize::MAX }));
+            inputs.extend(found.into_iter().take(if is_small { package.small } else { usize::MAX }));
         }
     }
     for folder in paths {
@@ -120,7 +117,10 @@ fn all_steps(program: &Path, input: &Path, validator: Option<&Validator>, folder
         words.into_iter().chain(small_picture).collect()
     };
     let commands: Vec<Vec<&str>> = if is_model {
-        vec![bake, render("baked.glb", "interreflected"), render(&*input_name, "truth")]
+        // What moves is posed between two keys, by its skin if it has one.
+        let mut posed = render(&*input_name, "truth");
+        posed.extend(["--time", "0.37"]);
+        vec![bake, render("baked.glb", "interreflected"), posed]
     } else {
         vec![
             vec!["--quiet", "env", "info", &input_name],

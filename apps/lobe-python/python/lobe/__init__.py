@@ -12,7 +12,7 @@ Directions are right-handed with +z up; order n means n bands, n² coefficients.
 irradiance E is what a surface receives in all and never includes 1/π.
 """
 
-from ._bake import BakeOptions, BakeReport, Transfer, bake, merge
+from ._bake import BakeOptions, BakeReport, Matrices, Transfer, bake, merge
 from ._encodings import Encoded, EncodingError
 from ._env import EnvMap, Sun, project, reconstruct
 from ._light import light
@@ -29,6 +29,7 @@ __all__ = [
     "EncodingError",
     "EnvMap",
     "Lights",
+    "Matrices",
     "Sh",
     "Sun",
     "Traced",

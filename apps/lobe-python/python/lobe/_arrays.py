@@ -26,6 +26,8 @@ def numbers(values: npt.ArrayLike, what: str) -> Numbers:
         return known
     if hasattr(given, "__dlpack__") and not isinstance(given, np.ndarray):
         given = np.from_dlpack(given)
+    if isinstance(given, np.ma.MaskedArray):
+        raise TypeError(f"{what}: expected an array, found a masked one: fill it, with `filled(value)`")
     array = np.asarray(given)
     if array.dtype.kind in "iu":
         array = array.astype(np.float64)
@@ -51,6 +53,14 @@ def vectors(values: npt.ArrayLike) -> Numbers:
     return array
 
 
+def points(values: npt.ArrayLike, what: str) -> tuple[Doubles, tuple[int, ...]]:
+    """Places of shape (m, 3), and the shape without the last axis that they had."""
+    array = numbers(values, what).astype(np.float64, copy=False)
+    if array.ndim == 0 or array.shape[-1] != 3:
+        raise ValueError(f"{what}: expected an array of shape (..., 3), found {array.shape}")
+    return np.ascontiguousarray(finite(array, what).reshape(-1, 3)), array.shape[:-1]
+
+
 def directions(values: npt.ArrayLike) -> tuple[Doubles, tuple[int, ...]]:
     """Unit vectors of shape (m, 3), and the shape without the last axis that they had."""
     array = vectors(values).astype(np.float64, copy=False)
@@ -68,6 +78,31 @@ def rotation_matrix(values: npt.ArrayLike) -> list[list[float]]:
         raise ValueError(f"rotation: expected a matrix of shape (3, 3), found {array.shape}")
     rows: list[list[float]] = array.tolist()
     return rows
+
+
+def finite(values: Numbers, what: str) -> Numbers:
+    """An array whose numbers are all finite."""
+    if not np.isfinite(values).all():
+        place = tuple(int(k) for k in np.argwhere(~np.isfinite(values))[0])
+        raise ValueError(f"{what}: expected finite numbers, found {values[place]} at {place}")
+    return values
+
+
+def real(value: object, what: str, least: float, most: float = math.inf) -> float:
+    """A finite number in a range."""
+    if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
+        raise TypeError(f"{what}: expected a number, found {value!r}")
+    number = float(value)
+    if not (math.isfinite(number) and least <= number <= most):
+        bounds = f"{least} to {most}" if most < math.inf else f"a finite number of {least} or more"
+        raise ValueError(f"{what}: expected {bounds}, found {value}")
+    return number
+
+
+def expect(value: object, kinds: type | tuple[type, ...], what: str, expected: str) -> None:
+    """Refuses a value of another type."""
+    if not isinstance(value, kinds):
+        raise TypeError(f"{what}: expected {expected}, found {type(value).__name__}")
 
 
 def whole(value: object, what: str, least: int, most: int) -> int:

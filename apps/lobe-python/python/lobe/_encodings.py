@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _lobe
-from ._arrays import Doubles, directions
+from ._arrays import Doubles, directions, finite
 
 
 @dataclass(frozen=True)
@@ -64,6 +64,7 @@ class Encoded:
 
 def encode(c: Doubles, order: int, name: str, normal: npt.ArrayLike, shape: tuple[int, ...]) -> Encoded:
     """Irradiances of shape (rows, n²) or (rows, n², 3), whose batch has the shape given, in an encoding."""
+    finite(c, "coefficients")
     unit, of_normal = directions(normal)
     if of_normal:
         raise ValueError(f"normal: expected one vector, found an array of shape {np.shape(normal)}")

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _lobe
-from ._arrays import MAX_ORDER, Doubles, Numbers, directions, numbers, rotation_matrix, whole
+from ._arrays import MAX_ORDER, Doubles, Numbers, directions, expect, finite, numbers, real, rotation_matrix, whole
 from ._sh import Sh
 
 MAX_SIDE = 32768
@@ -44,6 +44,7 @@ class EnvMap:
             array = np.repeat(array[..., None], 3, axis=-1)
         if array.ndim != 3 or array.shape[-1] != 3:
             raise ValueError(f"texels: expected an array of shape (height, width, 3), found {array.shape}")
+        expect(mapping, str, "mapping", "a name such as lat-long")
         self._map = _lobe.Map(array, mapping)
 
     @classmethod
@@ -53,9 +54,38 @@ class EnvMap:
         return made
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> EnvMap:
-        """A map from any file that the command reads, in the mapping that it tells."""
-        return cls._of(_lobe.load(path))
+    def load(
+        cls,
+        path: str | os.PathLike[str],
+        *,
+        mapping: str | None = None,
+        left_handed: bool = False,
+        elevations: tuple[float, float] | None = None,
+        padding: str = "black",
+        nonfinite: str = "error",
+        to_rec709: bool = False,
+        max_texels: int | None = None,
+    ) -> EnvMap:
+        """A map from any file that the command reads.
+
+        `mapping` says what it is where the file and its proportions do not. `left_handed`: the faces of a cube were made for left-handed
+        directions, as by Direct3D. `elevations` are those of the lowest and the highest row of a cropped panorama, in radians; what is above and
+        below is black, or with `padding="edge"` the nearest row. `nonfinite="zero"` reads NaN and infinity as black instead of refusing
+        them. `to_rec709` converts other primaries where the file tells them; `max_texels` is the limit of the picture.
+        """
+        if elevations is not None:
+            low, high = (real(angle, "elevations", -np.pi / 2, np.pi / 2) for angle in elevations)
+            elevations = (low, high)
+        reading: dict[str, object] = {
+            "mapping": mapping,
+            "left_handed": bool(left_handed),
+            "elevations": elevations,
+            "padding": padding,
+            "nonfinite": nonfinite,
+            "to_rec709": bool(to_rec709),
+            "max_texels": None if max_texels is None else whole(max_texels, "max_texels", 1, 1 << 40),
+        }
+        return cls._of(_lobe.load(path, reading)[0])
 
     @classmethod
     def bundled(cls, name: str) -> EnvMap:
@@ -74,7 +104,30 @@ class EnvMap:
         if ground.shape != (3,) or not np.all((ground >= 0) & (ground <= 1)):
             raise ValueError("albedo: expected three numbers of 0 to 1")
         rows = whole(height, "height", 1, 8192)
-        return cls._of(_lobe.sky(unit[0].tolist(), float(turbidity), ground.tolist(), rows))
+        return cls._of(_lobe.sky(unit[0].tolist(), real(turbidity, "turbidity", 2, 10), ground.tolist(), rows))
+
+    @classmethod
+    def cie_sky(
+        cls,
+        kind: int,
+        sun: npt.ArrayLike,
+        zenith: npt.ArrayLike = (1.0, 1.0, 1.0),
+        albedo: npt.ArrayLike = (0.0, 0.0, 0.0),
+        height: int = 256,
+    ) -> EnvMap:
+        """The sky of a type of the CIE (ISO 15469), 1 overcast to 12 clear to 15, or 16, the traditional overcast one, with this radiance or luminance
+        at the zenith, over a ground of an albedo."""
+        unit, shape = directions(sun)
+        if shape:
+            raise ValueError("sun: expected one direction")
+        colors = []
+        for values, what in ((zenith, "zenith"), (albedo, "albedo")):
+            color = finite(numbers(values, what).astype(np.float64), what)
+            if color.shape != (3,):
+                raise ValueError(f"{what}: expected three numbers, found an array of shape {color.shape}")
+            colors.append(color.tolist())
+        number, rows = whole(kind, "kind", 1, 16), whole(height, "height", 1, 8192)
+        return cls._of(_lobe.cie_sky(number, unit[0].tolist(), colors[0], colors[1], rows))
 
     @property
     def mapping(self) -> str:
@@ -162,7 +215,7 @@ def reconstruct(f: Sh, width: int, height: int) -> EnvMap:
     """The lat-long map of one function: its values at the centers of texels."""
     if f.shape:
         raise ValueError(f"expected one function, found a batch of shape {f.shape}")
-    c = f.coefficients.astype(np.float64)
+    c = finite(f.coefficients.astype(np.float64), "coefficients")
     colors = np.ascontiguousarray(c if f.is_color else np.repeat(c[:, None], 3, axis=1))
     sides = (whole(side, "size", 1, MAX_SIDE) for side in (width, height))
     return EnvMap._of(_lobe.reconstruct(colors, *sides))

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _lobe
-from ._arrays import Doubles, numbers, whole
+from ._arrays import Doubles, expect, finite, numbers, whole
 from ._bake import Path, Progress
 from ._env import EnvMap
 from ._sh import Sh
@@ -58,10 +58,17 @@ class Traced:
     """The variance of the means, (height, width, 3): the square of their standard error."""
 
 
+def _checked(light: EnvMap | Sh, camera: Camera | None) -> Camera:
+    """The camera, where the light is one."""
+    expect(light, (EnvMap, Sh), "light", "an EnvMap or an Sh")
+    expect(camera, (Camera, type(None)), "camera", "a Camera")
+    return camera or Camera()
+
+
 def _colors(light: Sh) -> Doubles:
     if light.shape:
         raise ValueError(f"light: expected one function, found a batch of shape {light.shape}")
-    c = light.coefficients.astype(np.float64)
+    c = finite(light.coefficients.astype(np.float64), "light")
     return np.ascontiguousarray(c if light.is_color else np.repeat(c[:, None], 3, axis=1))
 
 
@@ -82,11 +89,11 @@ def render(
 
     Behind the scene is the map, or the expansion itself. `rays` squared rays are averaged for each pixel.
     """
+    view = _checked(light, camera)._view()
     width, height = _size(width, height)
     background = light._map if isinstance(light, EnvMap) else None
     # Bands beyond those of the transfer count nothing; eight are the most that it has.
     colors = _colors(light.project(8) if isinstance(light, EnvMap) else light)
-    view = (camera or Camera())._view()
     return _lobe.render_baked(scene, colors, background, view, width, height, whole(rays, "rays", 1, 64))
 
 
@@ -107,10 +114,10 @@ def trace(
     `scene` is a file, or "built-in:still-life" or another scene of Lobe; surfaces are matte. `samples` paths for each pixel, of up to `bounces`
     reflections before the visible one. Ctrl-C and what `progress(done, total)` raises stop it.
     """
+    view = _checked(light, camera)._view()
     width, height = _size(width, height)
     paths = (whole(samples, "samples", 2, 1 << 20), whole(bounces, "bounces", 0, 255), whole(seed, "seed", 0, 2**64 - 1))
     colors, source = (None, light._map) if isinstance(light, EnvMap) else (_colors(light), None)
-    view = (camera or Camera())._view()
     return Traced(*_lobe.render_traced(scene, colors, source, view, width, height, paths, progress))
 
 
@@ -130,7 +137,7 @@ class Difference:
 
 def compare(image: npt.ArrayLike, reference: npt.ArrayLike) -> Difference:
     """How far a picture of shape (height, width, 3) in linear light is from a reference of the same size."""
-    a, b = (np.ascontiguousarray(numbers(x, "picture"), dtype=np.float32) for x in (image, reference))
+    a, b = (finite(np.ascontiguousarray(numbers(x, "picture"), dtype=np.float32), "picture") for x in (image, reference))
     for x in (a, b):
         if x.ndim != 3 or x.shape[-1] != 3 or x.size == 0:
             raise ValueError(f"picture: expected an array of shape (height, width, 3), found {x.shape}")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import io
 import math
+import os
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _lobe
-from ._arrays import MAX_ORDER, Doubles, Numbers, numbers, order_of, rotation_matrix, vectors, whole
+from ._arrays import MAX_ORDER, Doubles, Numbers, finite, numbers, order_of, rotation_matrix, vectors, whole
 from ._encodings import Encoded, EncodingError, encode
 
 # Eigenvalues below this part of the largest are raised to it, as `lobe sh log` does.
@@ -50,6 +52,22 @@ class Sh:
             raise ValueError("coefficients: expected an array of shape (..., n²) or (..., n², 3), found a number")
         self._order = order_of(array.shape[-2 if self._is_color else -1], "coefficients")
         self._c: Numbers = array
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str], quantity: str | None = None) -> Sh:
+        """The function of a .sh.json file of the command, float64. With `quantity`, such as "radiance" or "irradiance", a file of another one is
+        refused."""
+        c, found = _lobe.load_sh(path)
+        if quantity is not None and found != quantity:
+            raise ValueError(f"{os.fspath(path)}: expected {quantity}, found {found}")
+        return cls(c)
+
+    def save(self, path: str | os.PathLike[str], quantity: str = "radiance") -> None:
+        """Writes one function as a .sh.json file of a quantity: radiance, irradiance, transfer, visibility, log-visibility or function. Until all is
+        written nothing has the name."""
+        if self.shape:
+            raise ValueError(f"expected one function, found a batch of shape {self.shape}")
+        _lobe.save_sh(np.ascontiguousarray(self._c, dtype=np.float64), quantity, path)
 
     # What it is
 
@@ -93,6 +111,11 @@ class Sh:
         if Ellipsis not in keys:
             keys = (*keys, Ellipsis)
         return Sh(self._c[(*keys, *(slice(None),) * kept)])
+
+    def __iter__(self) -> Iterator[Sh]:
+        if not self.shape:
+            raise TypeError("one function is no sequence; its coefficients are")
+        return (self[k] for k in range(len(self)))
 
     def __len__(self) -> int:
         if not self.shape:
@@ -218,6 +241,17 @@ class Sh:
         values, where = _lobe.minimum(rows, self._order, float(tolerance))
         shape = c.shape[:-1]
         return values.reshape(shape), where.reshape((*shape, 3))
+
+    def peaks(self) -> tuple[Doubles, Doubles]:
+        """All local maxima of one function, of the luminance of colors: directions (k, 3) and values (k,), the highest first; none of a function
+        that is the same everywhere. Orders to 64; refuses coefficients that are not finite."""
+        if self.shape:
+            raise ValueError(f"expected one function, found a batch of shape {self.shape}")
+        whole(self._order, "order", 1, 64)
+        c = finite(self._c.astype(np.float64), "coefficients")
+        # The luminance of Rec. 709.
+        row = c @ np.array([0.2126, 0.7152, 0.0722]) if self._is_color else c
+        return _lobe.peaks(np.ascontiguousarray(row)[None], self._order)
 
     def lights(self, count: int = 1, refine: bool = False) -> Lights:
         """Directional lights and ambient light that approximate radiance (Sloan 2008), by its irradiance: `count` of them at most; where fewer

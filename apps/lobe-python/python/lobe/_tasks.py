@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import platform
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import asdict
 from threading import Lock
 from typing import Any
 
@@ -24,6 +26,13 @@ _reading = Lock()
 """Held while a scene is read: a worker of several threads reads it once, too."""
 
 
+def identity_of(made: _lobe.Bake, scene: str, options: BakeOptions) -> str:
+    """A name for this work, by all of the scene that decides it: shards of other work are not taken for its own."""
+    digest = hashlib.blake2b(digest_size=8)
+    digest.update(repr((__version__, sorted(asdict(options).items()), os.path.basename(scene), made.scene_hash)).encode())
+    return digest.hexdigest()
+
+
 def _read_once(
     sent: bytes | None, scene: str, options: dict[str, Any], identity: str, folder: str, pilot: Pilot | None = None
 ) -> _lobe.Bake:
@@ -35,7 +44,10 @@ def _read_once(
                 scene = os.path.join(folder, os.path.basename(scene))
                 with open(scene, "wb") as file:
                     file.write(sent)
-            made = BakeOptions(**options).of(scene)
+            asked = BakeOptions(**options)
+            made = asked.of(scene)
+            if identity_of(made, scene, asked) != identity:
+                raise RuntimeError(f"worker {_worker_name()}: {scene}: is not the client's: give all machines the same files")
             if pilot is not None:
                 made.know(pilot)
             _read[identity] = made

@@ -12,9 +12,10 @@ machine's memory by its processors.
 from __future__ import annotations
 
 import argparse
-import hashlib
 import os
+import re
 import sys
+import warnings
 import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -26,7 +27,7 @@ from ._arrays import whole
 from ._bag import Unfinished, client_or_own, map
 from ._bake import BakeOptions, BakeReport, Path
 from ._shards import Cost, shards_for
-from ._tasks import Pilot, bake_shard, measure
+from ._tasks import Pilot, bake_shard, identity_of, measure
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -39,6 +40,9 @@ RETRIES = 3
 AHEAD = 4
 """Shards that are handed out for each thread of a worker at a time: one that is baked, and some that wait or whose results do, so that
 none has to ask and no worker keeps more."""
+
+SHARD = re.compile(r"[0-9a-f]{16}-[0-9]+-of-[0-9]+\.safetensors")
+"""The names of shards in their folder."""
 
 WHOLE_FILES = (".glb", ".vrm", ".ply")
 """Files that name no others, so that their bytes are the scene. Others are read by workers under the same path."""
@@ -83,7 +87,7 @@ class Work:
         self.scene, self.output, self.options = os.fspath(scene), os.fspath(output), options
         self._made = options.of(self.scene)
         self._made.check_output(self.output)
-        self.identity = _identity(self.scene, self.options)
+        self.identity = identity_of(self._made, self.scene, self.options)
         self.pilot: Pilot | None = None
 
     def know(self, pilot: Pilot | None) -> None:
@@ -103,7 +107,11 @@ class Work:
     def parts(self, shards: int) -> Parts:
         """The files of so many shards, or of fewer if there are fewer points."""
         shards = min(whole(shards, "shards", 1, 1 << 20), max(1, self._made.points))
-        return Parts(self.output, self.identity, shards)
+        parts = Parts(self.output, self.identity, shards)
+        if others := parts.others():
+            text = "of another scene, or of other options, than now: baked anew, and removed when the output is written"
+            warnings.warn(f"{parts.folder}: {len(others)} shards are {text}", stacklevel=3)
+        return parts
 
     def whole_scene(self) -> bytes | None:
         """The scene as bytes to be sent; none if workers read it by themselves."""
@@ -122,18 +130,6 @@ class Work:
         report: BakeReport = self._made.merge(parts.paths(), self.output, None)
         parts.remove()
         return report
-
-
-def _identity(scene: str, options: BakeOptions) -> str:
-    """A name for this work: shards of other work are not taken for its own."""
-    digest = hashlib.blake2b(digest_size=8)
-    digest.update(repr((__version__, sorted(asdict(options).items()), os.path.basename(scene))).encode())
-    if os.path.isfile(scene):
-        with open(scene, "rb") as file:
-            # From Python 3.11 on a file need not be in memory.
-            file_digest: Any = getattr(hashlib, "file_digest", None)
-            digest.update(file.read() if file_digest is None else file_digest(file, "blake2b").digest())
-    return digest.hexdigest()
 
 
 class Parts:
@@ -165,10 +161,15 @@ class Parts:
             if os.path.exists(staged):
                 os.remove(staged)
 
+    def others(self) -> list[str]:
+        """Shards of other work for the same output: of a scene that was changed since, or of other options."""
+        return [name for name in os.listdir(self.folder) if SHARD.fullmatch(name) and not name.startswith(f"{self.identity}-")]
+
     def remove(self) -> None:
-        """Takes the shards of this work away, and the folder if nothing else is in it."""
-        for path in self.paths():
-            os.remove(path)
+        """Takes the shards away, those of earlier work for the same output too, and the folder if nothing else is in it."""
+        for name in os.listdir(self.folder):
+            if SHARD.fullmatch(name):
+                os.remove(os.path.join(self.folder, name))
         if not os.listdir(self.folder):
             os.rmdir(self.folder)
 
@@ -231,8 +232,9 @@ def _bake_missing(
         return future
 
     def room() -> int:
-        threads: dict[str, int] = client.nthreads()
-        return min(len(missing), max(0, AHEAD * max(1, sum(threads.values())) - len(futures)))
+        threads: Any = client.nthreads()
+        tasks: int = sum(threads.values())
+        return min(len(missing), max(0, AHEAD * max(1, tasks) - len(futures)))
 
     try:
         ready = as_completed([start() for _ in range(room())])

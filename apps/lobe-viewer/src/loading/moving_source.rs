@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use lobe::render::MovingScene;
-use lobe::scene::{AnimatedScene, SceneReadOptions, built_in, is_gltf};
+use lobe::scene::{AnimatedScene, built_in, is_gltf};
 
+use crate::loading::limits;
 use crate::loading::scene_source::{BUILT_IN, ENDINGS, has_ending, open_scene};
 
 /// The ending of descriptions of scenes.
@@ -18,7 +19,7 @@ pub(crate) const DESCRIPTION: &str = "json";
 /// One line that says what is wrong with the file or the name.
 pub fn open_moving(source: &Path) -> anyhow::Result<MovingScene> {
     let text = source.to_string_lossy();
-    let options = SceneReadOptions::default();
+    let options = limits::of_scenes();
     let moving = if let Some(name) = text.strip_prefix(BUILT_IN) {
         let Some(animated) = built_in::moving(name) else {
             let known = built_in::MOVING_NAMES.map(|known| format!("{BUILT_IN}{known}")).join(", ");
@@ -26,9 +27,9 @@ pub fn open_moving(source: &Path) -> anyhow::Result<MovingScene> {
         };
         MovingScene::animated(animated, Some(0))?
     } else if has_ending(source, &[DESCRIPTION]) {
-        MovingScene::read(source, &options)?.0
+        MovingScene::read(source, &options).map_err(limits::in_flags)?.0
     } else if is_gltf(source) {
-        let (animated, _) = AnimatedScene::read(source, &options)?;
+        let (animated, _) = AnimatedScene::read(source, &options).map_err(limits::in_flags)?;
         let animation = (!animated.animations().is_empty()).then_some(0);
         MovingScene::animated(animated, animation)?
     } else if has_ending(source, &ENDINGS) {

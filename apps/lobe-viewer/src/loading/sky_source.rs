@@ -3,11 +3,10 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use lobe::env::{
-    EnvMap, Ground, MapReadOptions, MappedMap, PreethamSky, Sky as _, read_map, read_map_bytes, reconstruct, sky_map,
-};
+use lobe::env::{EnvMap, Ground, MappedMap, PreethamSky, Sky as _, read_map, read_map_bytes, reconstruct, sky_map};
 use lobe::sh::{Dir, Quantity, Rgb, read_sh_json, read_sh_json_bytes};
 
+use crate::loading::limits;
 use crate::loading::place::given;
 use crate::loading::scene_source::has_ending;
 
@@ -89,8 +88,8 @@ pub fn open_sky(source: &Path) -> anyhow::Result<OpenedSky> {
         Some(_) => anyhow::bail!("{text}: there is no such sky; there are made:evening, made:noon and made:even"),
         None if is_expansion(source) => open_expansion(source, &name)?,
         None => match given(source) {
-            Some(bytes) => read_map_bytes(&bytes, &name, &MapReadOptions::default())?.0.into_base(),
-            None => read_map(source, &MapReadOptions::default())?.0.into_base(),
+            Some(bytes) => read_map_bytes(&bytes, &name, &limits::of_skies())?.0.into_base(),
+            None => read_map(source, &limits::of_skies())?.0.into_base(),
         },
     };
     Ok(OpenedSky { name, map: Arc::new(map) })

@@ -134,7 +134,18 @@ fn decode_ktx2(bytes: &[u8], name: &str, source: &mut Source<'_>) -> Result<Texe
     }
     // The library allocates what a level compressed by Zstandard claims: sixteen bytes for each block of 4 x 4.
     let most = u64::from(width.div_ceil(4)) * u64::from(height.div_ceil(4)) * 16;
-    let claimed = u64::from(size(100)) << 32 | u64::from(size(96));
+    let long = |at: usize| u64::from(size(at + 4)) << 32 | u64::from(size(at));
+    // The library adds the two, whatever they are.
+    if long(80).checked_add(long(88)).is_none_or(|end| end > bytes.len() as u64) {
+        let message = format!(
+            "{name}: expected the first level of the KTX2 within its {} bytes, found {} at byte {}",
+            bytes.len(),
+            long(88),
+            long(80)
+        );
+        return Err(source.invalid(message));
+    }
+    let claimed = long(96);
     if size(44) == ZSTANDARD && claimed > most {
         let message = format!("{name}: expected at most {most} bytes in the first level of the KTX2, found {claimed}");
         return Err(source.invalid(message));

@@ -275,6 +275,16 @@ fn webp_and_basis_universal_textures_are_read() {
     let found = refusal(&textured(&claims, "image/ktx2", "KHR_texture_basisu"));
     let expected = "a.glb: image 0: expected at most 16 bytes in the first level of the KTX2, found 1125899906842624";
     assert_eq!(found, expected, "a level that claims more than its texels take");
+    for (offset, length) in [(u64::MAX - 7, 16), (160, 17), (1 << 40, 16), (160, u64::MAX)] {
+        let mut elsewhere = uastc([0; 4]);
+        elsewhere[80..88].copy_from_slice(&u64::to_le_bytes(offset));
+        elsewhere[88..96].copy_from_slice(&u64::to_le_bytes(length));
+        let found = refusal(&textured(&elsewhere, "image/ktx2", "KHR_texture_basisu"));
+        let expected = format!(
+            "a.glb: image 0: expected the first level of the KTX2 within its 176 bytes, found {length} at byte {offset}"
+        );
+        assert_eq!(found, expected, "a level that is not in the file");
+    }
     let mut faces = uastc([0; 4]);
     faces[36..40].copy_from_slice(&6_u32.to_le_bytes());
     let found = refusal(&textured(&faces, "image/ktx2", "KHR_texture_basisu"));

@@ -76,6 +76,22 @@ fn variational_sets_do_better_than_those_of_the_medial_axis() {
     }
 }
 
+/// The claim of Wang et al. 2006, against the medial axis as it was published, and where it does not hold: a tube is filled by few balls
+/// of its axis (table of `fit_spheres`).
+#[test]
+fn half_the_spheres_leave_no_more_outside_than_the_published_medial_axis_but_for_few_in_a_tube() {
+    for (name, triangles, count, holds) in
+        [("star", star(), 16, true), ("torus", torus(32, 12), 32, true), ("torus", torus(32, 12), 8, false)]
+    {
+        let scene = scene(&triangles);
+        let outside =
+            |options: SphereFitOptions| fit_spheres(&scene, &options, Job::default()).unwrap().1.outside_volume;
+        let medial = options(2 * count).method(SphereFitMethod::MedialAxis).shrink(false);
+        let (ours, published) = (outside(options(count)), outside(medial));
+        assert_eq!(ours <= published, holds, "{name}: {ours} by {count} spheres, {published} by {}", 2 * count);
+    }
+}
+
 /// The energy of spheres evenly spaced on the center line of a torus, as large as its vertices need.
 fn evenly_spaced(count: u32, triangles: &[Triangle]) -> f64 {
     let centers: Vec<[f64; 3]> = (0..count)

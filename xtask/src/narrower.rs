@@ -1,0 +1,109 @@
+//! `test-plain`, `test-avx2`: the tests of kernels once more, by narrower instructions than the machine has.
+//!
+//! The programs are those that `cargo test --workspace` has compiled. With fewer packages the others would have other features, and be
+//! compiled anew; so all are built, which takes no time after the step `test`, and those of crates with kernels are run.
+
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+
+use serde_json::Value;
+
+use crate::outcome::{self, Outcome};
+use crate::workspace;
+
+/// The crates that choose their instructions by `lobe_sh::simd::Machine`.
+const WITH_KERNELS: [&str; 5] = ["lobe-sh", "lobe-env", "lobe-scene", "lobe-prt", "lobe-shadow"];
+
+/// The plain code, which is the specification of the others.
+pub(crate) fn plain() -> Outcome {
+    run("plain")
+}
+
+/// AVX2, for machines without AVX-512.
+pub(crate) fn avx2() -> Outcome {
+    run("avx2")
+}
+
+/// A program of tests, and the folder of its package.
+struct Tests {
+    package: String,
+    program: PathBuf,
+}
+
+fn run(instructions: &str) -> Outcome {
+    let tests = built().map_err(|fault| vec![fault])?;
+    let mut faults = Vec::new();
+    for krate in WITH_KERNELS {
+        let of_crate: Vec<_> = tests.iter().filter(|tests| tests.package == krate).collect();
+        if of_crate.is_empty() {
+            faults.push(format!("{krate}: expected programs of tests, found none"));
+        }
+        for Tests { program, .. } in of_crate {
+            println!("     {krate}: {}", program.display());
+            let folder = workspace::root().join("crates").join(krate);
+            let status =
+                Command::new(program).current_dir(folder).arg("--quiet").env("LOBE_SIMD", instructions).status();
+            if !status.as_ref().is_ok_and(std::process::ExitStatus::success) {
+                faults.push(format!("LOBE_SIMD={instructions} {} failed: {status:?}", program.display()));
+            }
+        }
+    }
+    outcome::of(faults)
+}
+
+/// Builds the tests of libraries, those within them and those named `all`.
+fn built() -> Result<Vec<Tests>, String> {
+    let arguments = ["test", "--workspace", "--lib", "--test", "all", "--no-run", "--message-format=json"];
+    let output = Command::new(workspace::cargo())
+        .current_dir(workspace::root())
+        .args(arguments)
+        .stderr(Stdio::inherit())
+        .output();
+    let output = output.map_err(|error| format!("cargo did not start: {error}"))?;
+    if !output.status.success() {
+        return Err(format!("cargo {} failed ({})", arguments.join(" "), output.status));
+    }
+    Ok(String::from_utf8_lossy(&output.stdout).lines().filter_map(tests_of).collect())
+}
+
+/// The program of tests that a message of cargo tells of, if it does.
+fn tests_of(message: &str) -> Option<Tests> {
+    let message: Value = serde_json::from_str(message).ok()?;
+    let program = message["executable"].as_str().filter(|_| message["profile"]["test"] == true)?;
+    let package = PathBuf::from(message["manifest_path"].as_str()?);
+    Some(Tests { package: package.parent()?.file_name()?.to_str()?.to_owned(), program: program.into() })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    #[test]
+    fn programs_of_tests_are_told_from_libraries_and_programs() {
+        let message = |test: bool, executable: &str| {
+            format!(
+                r#"{{"reason":"compiler-artifact","manifest_path":"/w/crates/lobe-sh/Cargo.toml","profile":{{"test":{test}}},"executable":{executable}}}"#
+            )
+        };
+        let found = tests_of(&message(true, "\"/w/target/debug/deps/lobe_sh-1\"")).expect("tests");
+        assert_eq!((found.package.as_str(), found.program), ("lobe-sh", "/w/target/debug/deps/lobe_sh-1".into()));
+        for other in [message(false, "\"/w/target/debug/lobe\""), message(true, "null"), "no JSON".to_owned()] {
+            assert!(tests_of(&other).is_none(), "{other}");
+        }
+    }
+
+    #[test]
+    fn the_crates_are_those_that_ask_for_the_instructions() {
+        let asks = |path: &PathBuf| workspace::read(path).is_ok_and(|text| text.contains("Machine::detect()"));
+        let of_crate = |path: &PathBuf| {
+            let path = workspace::relative(path);
+            let (krate, _) = path.strip_prefix("crates/")?.split_once("/src/")?;
+            Some(krate.to_owned())
+        };
+        let found: BTreeSet<_> =
+            workspace::files("rs").unwrap().iter().filter(|path| asks(path)).filter_map(of_crate).collect();
+        assert_eq!(found, WITH_KERNELS.map(str::to_owned).into(), "crates with kernels");
+    }
+}
