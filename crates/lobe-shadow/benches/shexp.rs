@@ -5,8 +5,8 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use lobe_sh::simd::{LANES, Lanes, Machine};
-use lobe_sh::{Basis, Rgb, ShL2, Zonal, coefficient_count, product_into, product_of_blocks};
+use lobe_sh::simd::{Kernel, LANES, Lanes, Machine, Wide, constant};
+use lobe_sh::{Basis, DirBatch, Rgb, ShBatch, ShL2, Zonal, coefficient_count, product_into, product_of_blocks};
 use lobe_shadow::{LogTable, LogTableOptions, Occluder, ShadowOptions, ShadowReceivers, SkyLight, SphereShadows};
 use lobe_testkit::Random;
 
@@ -19,17 +19,23 @@ const REPETITIONS: usize = 200;
 
 const UP: [f32; 3] = [0.0, 0.0, 1.0];
 
+/// The highest order that is timed.
+const HIGHEST: usize = 6;
+
+/// Spheres whose factors are made together for sixteen receivers: they stay in the nearest cache.
+const TOGETHER: usize = 8;
+
 fn main() {
     println!(
         "                       chain of products    shexp                  irradiance             visibility         sixteen at once"
     );
     println!(
-        "ns per receiver       products      whole visibility    ratios      chain    shexp ratio   cut     grouped   products ratio"
+        "ns per receiver       products      whole visibility    ratios      chain    shexp ratio   cut     grouped   products      whole      ratios"
     );
     // In the one thread of a pool: nothing is handed from thread to thread.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     pool.install(|| {
-        for order in [3, 4, 6] {
+        for order in [3, 4, HIGHEST] {
             let table = LogTable::new(&LogTableOptions::default().order(order)).unwrap();
             for count in [8, 32, 128, 512] {
                 row(order, count, &table);
@@ -52,7 +58,8 @@ fn row(order: usize, count: usize, table: &LogTable) {
     let chain = Chain::new(order, &spheres);
     let factors: Vec<f32> = positions[..CHAINS].iter().flat_map(|p| chain.factors(*p)).collect();
     let blocks = chain.blocks(&positions[..LANES]);
-    let mut best = [f64::INFINITY; 8];
+    expect_same(&chain, &positions[..LANES]);
+    let mut best = [f64::INFINITY; 9];
     for _ in 0..REPETITIONS {
         let few = &positions[..CHAINS];
         for (best, run) in best.iter_mut().zip([
@@ -67,15 +74,28 @@ fn row(order: usize, count: usize, table: &LogTable) {
         }
         best[6] = best[6].min(seconds(|| all[0].irradiance(black_box(&receivers), &sky)) / RECEIVERS as f64);
         best[7] = best[7].min(seconds(|| chain.products_of_blocks(&blocks)) / LANES as f64);
+        best[8] = best[8].min(seconds(|| chain.visibility_of_blocks(&positions[..LANES])) / LANES as f64);
     }
-    let [products, whole, lit, visibility, cut, grouped, irradiance, together] = best.map(|seconds| 1e9 * seconds);
+    let [products, whole, lit, visibility, cut, grouped, irradiance, together, whole_together] =
+        best.map(|seconds| 1e9 * seconds);
     println!(
-        "order {order}, {count:3} {products:12.0} {whole:10.0} {visibility:10.0} {:6.1} {:5.1} {lit:9.0} {irradiance:8.0} {:6.1} {cut:7.0} {grouped:8.0} {together:10.0} {:5.1}",
+        "order {order}, {count:3} {products:12.0} {whole:10.0} {visibility:10.0} {:6.1} {:5.1} {lit:9.0} {irradiance:8.0} {:6.1} {cut:7.0} {grouped:8.0} {together:10.0} {whole_together:10.0} {:6.1} {:5.1}",
         products / visibility,
         whole / visibility,
         lit / irradiance,
         together / visibility,
+        whole_together / visibility,
     );
+}
+
+/// The chain of sixteen receivers at once has the result of the chain of each by itself.
+fn expect_same(chain: &Chain<'_>, positions: &[[f32; 3]]) {
+    let found = chain.visibility_of_blocks(positions);
+    for (lane, p) in positions.iter().enumerate() {
+        for (found, expected) in found.iter().zip(chain.visibility(*p)) {
+            assert!((found[lane] - expected).abs() < 1e-3, "receiver {lane}: {} and {expected}", found[lane]);
+        }
+    }
 }
 
 fn seconds<T>(run: impl Fn() -> T) -> f64 {
@@ -172,6 +192,32 @@ impl<'a> Chain<'a> {
         all[0][0]
     }
 
+    /// The whole [`visibility`](Self::visibility) of sixteen receivers at once: the factors of a few spheres, then their products.
+    fn visibility_of_blocks(&self, positions: &[[f32; 3]]) -> Vec<Lanes> {
+        let (machine, n) = (Machine::detect(), coefficient_count(self.order));
+        let at = [0, 1, 2].map(|axis| Lanes(std::array::from_fn(|lane| black_box(positions)[lane][axis])));
+        let (mut all, mut next) = (vec![Lanes::ZERO; n], vec![Lanes::ZERO; n]);
+        let mut factors = ShBatch::zero(self.order, TOGETHER * LANES);
+        let mut bands = [[Lanes::ZERO; HIGHEST]; TOGETHER];
+        let mut towards = [[0.0; TOGETHER * LANES], [0.0; TOGETHER * LANES], [1.0; TOGETHER * LANES]];
+        for (first, spheres) in self.spheres.chunks(TOGETHER).enumerate() {
+            machine.run(Cones { order: self.order, spheres, at: &at, towards: &mut towards, bands: &mut bands });
+            factors.set_basis(&DirBatch::from_components(towards.each_ref().map(<[f32; TOGETHER * LANES]>::as_slice)));
+            for (k, (factor, bands)) in
+                factors.blocks_mut().chunks_exact_mut(n).zip(&bands).take(spheres.len()).enumerate()
+            {
+                machine.run(Turned { order: self.order, bands, factor });
+                if first + k == 0 {
+                    all.copy_from_slice(factor);
+                    continue;
+                }
+                product_of_blocks(machine, self.order, &all, factor, &mut next);
+                std::mem::swap(&mut all, &mut next);
+            }
+        }
+        all
+    }
+
     fn visibility(&self, p: [f32; 3]) -> Vec<f32> {
         let n = coefficient_count(self.order);
         let (mut all, mut next, mut factor) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
@@ -194,5 +240,103 @@ impl<'a> Chain<'a> {
         product_into(&visibility, &cosine, &mut seen);
         let light = black_box([(4.0 * std::f32::consts::PI).sqrt(); 3]);
         Rgb::new(seen[0] * light[0], seen[0] * light[1], seen[0] * light[2])
+    }
+}
+
+/// What hides nothing: `√4π y_00 = 1`.
+const OPEN: f32 = 3.544_907_7;
+
+/// The directions to some spheres from sixteen receivers, and for each band what the functions towards them are multiplied by in
+/// `1 - O`, as in [`Chain::factor`].
+struct Cones<'a> {
+    order: usize,
+    spheres: &'a [Occluder],
+    at: &'a [Lanes; 3],
+    towards: &'a mut [[f32; TOGETHER * LANES]; 3],
+    bands: &'a mut [[Lanes; HIGHEST]; TOGETHER],
+}
+
+impl Kernel for Cones<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn wide<S: pulp::Simd>(self, simd: S) {
+        for (k, (sphere, bands)) in self.spheres.iter().zip(self.bands).enumerate() {
+            for part in 0..Wide::<S>::PARTS {
+                let [x, y, z] = [0, 1, 2];
+                let x = constant(simd, sphere.center[x]) - Wide::load(simd, &self.at[x], part);
+                let y = constant(simd, sphere.center[y]) - Wide::load(simd, &self.at[y], part);
+                let z = constant(simd, sphere.center[z]) - Wide::load(simd, &self.at[z], part);
+                let inverse = x.times_plus(x, y.times_plus(y, z * z)).inverse_sqrt();
+                for (axis, component) in [x, y, z].into_iter().enumerate() {
+                    if let Some(place) = self.towards[axis][k * LANES..].first_chunk_mut() {
+                        (component * inverse).store_array(place, part);
+                    }
+                }
+                let sine = (constant(simd, sphere.radius) * inverse).min(constant(simd, 1.0));
+                let c = sine.times_from(sine, constant(simd, 1.0)).sqrt();
+                let scale = |value: f32| constant(simd, value);
+                let (mut before, mut now) = (scale(1.0), c);
+                (scale(-2.0 * std::f32::consts::PI) * (scale(1.0) - c)).store(&mut bands[0], part);
+                for l in 1..self.order {
+                    let next = (scale((2 * l + 1) as f32 / (l + 1) as f32) * c)
+                        .times_minus(now, scale(l as f32 / (l + 1) as f32) * before);
+                    let factor = scale(-2.0 * std::f32::consts::PI / (2 * l + 1) as f32);
+                    (factor * (before - next)).store(&mut bands[l], part);
+                    (before, now) = (now, next);
+                }
+            }
+        }
+    }
+
+    fn plain(self) {
+        for (k, (sphere, bands)) in self.spheres.iter().zip(self.bands).enumerate() {
+            for lane in 0..LANES {
+                let to = [0, 1, 2].map(|axis| sphere.center[axis] - self.at[axis][lane]);
+                let inverse = to.iter().map(|c| c * c).sum::<f32>().sqrt().recip();
+                (0..3).for_each(|axis| self.towards[axis][k * LANES + lane] = to[axis] * inverse);
+                let sine = (sphere.radius * inverse).min(1.0);
+                let c = (1.0 - sine * sine).sqrt();
+                let (mut before, mut now) = (1.0, c);
+                bands[0][lane] = -2.0 * std::f32::consts::PI * (1.0 - c);
+                for l in 1..self.order {
+                    let next = ((2 * l + 1) as f32 * c * now - l as f32 * before) / (l + 1) as f32;
+                    bands[l][lane] = -2.0 * std::f32::consts::PI / (2 * l + 1) as f32 * (before - next);
+                    (before, now) = (now, next);
+                }
+            }
+        }
+    }
+}
+
+/// The basis towards a sphere becomes `1 - O` of it.
+struct Turned<'a> {
+    order: usize,
+    bands: &'a [Lanes; HIGHEST],
+    factor: &'a mut [Lanes],
+}
+
+impl Kernel for Turned<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn wide<S: pulp::Simd>(self, simd: S) {
+        for part in 0..Wide::<S>::PARTS {
+            for (l, band) in self.bands.iter().enumerate().take(self.order) {
+                let band = Wide::load(simd, band, part);
+                for y in &mut self.factor[l * l..(l + 1) * (l + 1)] {
+                    (Wide::load(simd, y, part) * band).store(y, part);
+                }
+            }
+            let first = &mut self.factor[0];
+            (Wide::load(simd, first, part) + constant(simd, OPEN)).store(first, part);
+        }
+    }
+
+    fn plain(self) {
+        for (i, y) in self.factor.iter_mut().enumerate() {
+            y.0.iter_mut().zip(&self.bands[i.isqrt()].0).for_each(|(y, band)| *y *= band);
+        }
+        self.factor[0].0.iter_mut().for_each(|y| *y += OPEN);
     }
 }

@@ -18,8 +18,10 @@ mod reconstruction;
 mod ringing;
 mod rotation;
 mod skies;
+mod stage;
 mod transfer;
 mod transfer_ringing;
+mod walking;
 mod windows;
 
 use std::fs;
@@ -52,7 +54,7 @@ const BACKDROP: Rgb<f32> = Rgb::new(0.0, 0.0, 0.0);
 const MEAN_KEY: f64 = 0.3;
 
 /// The steps of the progress bar: files, tables and the page.
-const STEPS: u64 = 152;
+const STEPS: u64 = 157;
 
 #[derive(Args)]
 pub(crate) struct Demo {
@@ -165,6 +167,8 @@ fn write_demo(folder: &Path, detail: Detail, progress: &mut dyn FnMut(&str)) -> 
             hall = Some(demo.transfer(&sky)?);
             demo.publish(State::Growing)?;
             demo.motion(&sky)?;
+            demo.publish(State::Growing)?;
+            demo.walking(&sky)?;
         }
         demo.publish(State::Growing)?;
         demo.environment_mapping(&sky)?;
