@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Parser;
+use lobe_gpu::Storage;
 
-use crate::loading::limits::{self, Limits};
+use crate::loading::limits::ReadLimits;
 use crate::loading::mode::Mode;
 
 /// See and steer spherical-harmonic lighting and precomputed radiance transfer in real time.
@@ -31,6 +32,9 @@ pub(crate) struct Arguments {
     /// Paths from each vertex, where the scene is baked first
     #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     pub(crate) samples: u32,
+    /// How the numbers of transfer are stored on the device: half precision is half of the bytes, and changes colors by 3e-4
+    #[arg(long, value_enum, default_value = "f32")]
+    pub(crate) storage: StorageName,
     /// Pictures, with the sky turning once around from the first to the last
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) frames: u16,
@@ -58,38 +62,29 @@ pub(crate) struct Arguments {
     /// Print the measurement as JSON
     #[arg(long, requires = "bench")]
     pub(crate) json: bool,
-    /// What a scene may take in memory while it is read, in GiB
-    #[arg(long, value_name = "GIB", default_value_t = limits::MEMORY, value_parser = positive)]
-    pub(crate) max_memory: f64,
-    /// The most triangles, and the most vertices, that a scene's file may hold [default: 67108864]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..1 << 31))]
-    pub(crate) max_triangles: Option<u64>,
-    /// The most texels that all textures of a scene together may have, and the picture of a sky [default: 268435456]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..1 << 40))]
-    pub(crate) max_texels: Option<u64>,
-    /// Trust the files: they may name buffers, materials and pictures outside of their folders
-    #[arg(long)]
-    pub(crate) allow_outside: bool,
+    #[command(flatten)]
+    pub(crate) limits: ReadLimits,
     /// Take the program that emulates a graphics card
     #[arg(long)]
     pub(crate) software: bool,
 }
 
-impl Arguments {
-    /// The limits of what is read.
-    pub(crate) fn limits(&self) -> Limits {
-        Limits {
-            max_memory: self.max_memory,
-            max_triangles: self.max_triangles.map(|n| n as usize),
-            max_texels: self.max_texels.map(|n| n as usize),
-            allow_outside: self.allow_outside,
-        }
-    }
+/// The numbers of transfer on the device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum StorageName {
+    /// Single precision.
+    F32,
+    /// Half precision.
+    F16,
 }
 
-fn positive(text: &str) -> Result<f64, String> {
-    let number = text.parse().ok().filter(|x: &f64| x.is_finite() && *x > 0.0);
-    number.ok_or_else(|| format!("expected a number above 0, found '{text}'"))
+impl From<StorageName> for Storage {
+    fn from(name: StorageName) -> Self {
+        match name {
+            StorageName::F32 => Self::F32,
+            StorageName::F16 => Self::F16,
+        }
+    }
 }
 
 /// Reads `WxH`.

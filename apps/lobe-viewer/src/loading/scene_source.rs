@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use lobe::prt::{AlbedoMode, Baked, BakedOrScene, Receivers, read_baked_or_scene, read_baked_or_scene_bytes};
+use lobe::prt::{Baked, BakedOrScene, read_baked_or_scene, read_baked_or_scene_bytes};
 use lobe::scene::{Scene, built_in, is_gltf, read_scene, read_scene_bytes};
 
-use crate::loading::limits;
+use crate::loading::limits::{ReadLimits, plain};
 use crate::loading::place::given;
 
 /// The prefix of the names of built-in scenes, as of the command `lobe`.
@@ -43,7 +43,7 @@ impl OpenedScene {
 ///
 /// # Errors
 /// One line that says what is wrong with the file or the name.
-pub fn open_scene(source: &Path) -> anyhow::Result<OpenedScene> {
+pub fn open_scene(source: &Path, limits: &ReadLimits) -> anyhow::Result<OpenedScene> {
     let text = source.to_string_lossy();
     if let Some(name) = text.strip_prefix(BUILT_IN) {
         let Some(scene) = built_in::named(name) else {
@@ -53,22 +53,16 @@ pub fn open_scene(source: &Path) -> anyhow::Result<OpenedScene> {
         return Ok(OpenedScene::of_built_in(name, scene));
     }
     let name = source.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let options = limits::of_scenes();
+    let options = limits.scene();
     let is_gltf = is_gltf(source);
-    let read = match (given(source), is_gltf) {
-        (Some(bytes), true) => read_baked_or_scene_bytes(&bytes, &name, &options).map_err(limits::in_flags)?,
-        (Some(bytes), false) => read_scene_bytes(&bytes, &name, &options).map_err(limits::in_flags)?.0.into(),
-        (None, true) => read_baked_or_scene(source, &options).map_err(limits::in_flags)?,
-        (None, false) => read_scene(source, &options).map_err(limits::in_flags)?.0.into(),
+    let read: BakedOrScene = match (given(source), is_gltf) {
+        (Some(bytes), true) => read_baked_or_scene_bytes(&bytes, &name, &options).map_err(plain)?,
+        (Some(bytes), false) => read_scene_bytes(&bytes, &name, &options).map_err(plain)?.0.into(),
+        (None, true) => read_baked_or_scene(source, &options).map_err(plain)?,
+        (None, false) => read_scene(source, &options).map_err(plain)?.0.into(),
     };
     Ok(match read {
-        BakedOrScene::Baked(mut baked) => {
-            if baked.recipe.bake_options().albedo == AlbedoMode::None {
-                // The window draws what vertices send: their albedos are part of it, as the pictures between them are not.
-                let receivers = Receivers::at_vertices(&baked.scene)?;
-                baked.transfer = baked.transfer.with_albedo(receivers.albedos())?;
-                baked.compressed = None;
-            }
+        BakedOrScene::Baked(baked) => {
             OpenedScene { name, scene: baked.scene.clone(), baked: Some(baked), is_built_in: false }
         }
         BakedOrScene::Scene(scene, _) => OpenedScene { name, scene, baked: None, is_built_in: false },

@@ -3,7 +3,6 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod command;
-mod demodulated;
 mod device;
 mod drops;
 mod exports;
