@@ -1,4 +1,4 @@
-//! What the sections of things that move share: a camera and a light, and pictures of moments by what was baked and by paths.
+//! Stage of the sections of things that move: a camera and a light, and pictures of moments by what was baked and by paths.
 
 use lobe::image::{Picture, Tone, compare, write_animated_png};
 use lobe::io::Job;

@@ -3,10 +3,10 @@
 use lobe_env::{bundled, project_env};
 use lobe_io::Job;
 use lobe_prt::{BakeMode, BakeOptions};
-use lobe_render::{Motion, MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, MovingShading};
+use lobe_render::{Motion, MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, MovingShading, PartBakeKind};
 use lobe_scene::{AnimatedScene, EntityKind, Scene, SceneReadOptions, built_in};
 use lobe_sh::Rgb;
-use lobe_shadow::{FieldOptions, SphereFitOptions};
+use lobe_shadow::{FieldOptions, SphereFitOptions, SphereSet, write_spheres};
 use serde_json::{Value, json};
 
 /// A glTF file in memory: a box of side 1 about the origin, in several nodes.
@@ -98,6 +98,10 @@ impl File {
     }
 
     fn read(&self) -> AnimatedScene {
+        AnimatedScene::read_bytes(&self.bytes(), "a.glb", &SceneReadOptions::default()).unwrap().0
+    }
+
+    fn bytes(&self) -> Vec<u8> {
         let (mut json, mut bin) = (self.json.to_string().into_bytes(), self.buffer.clone());
         json.resize(json.len().next_multiple_of(4), b' ');
         bin.resize(bin.len().next_multiple_of(4), 0);
@@ -108,7 +112,7 @@ impl File {
             bytes.extend(kind);
             bytes.extend(chunk);
         }
-        AnimatedScene::read_bytes(&bytes, "a.glb", &SceneReadOptions::default()).unwrap().0
+        bytes
     }
 }
 
@@ -215,6 +219,50 @@ fn parts_keep_their_shape_where_scales_are_even_though_they_vanish() {
         let moving = MovingScene::animated(scene, Some(0)).unwrap();
         let part = moving.parts().iter().find(|part| !matches!(part.motion, Motion::Still)).unwrap();
         assert_eq!(matches!(part.motion, Motion::Node(_)), is_rigid, "{name}");
+    }
+}
+
+/// Far away in a file, positions are rounded to `f32` before they are posed.
+const ROUNDING: f64 = 1e-4;
+
+#[test]
+fn spheres_that_a_description_names_go_where_the_vertices_at_their_centers_go() {
+    let node = json!([{"mesh": 0}]);
+    let pop = [1.0, 1.0, 1.0, 1.0, 2.0, 0.5];
+    for (name, file) in [
+        ("with a skin", bending([0.0; 3])),
+        ("with a skin far away", bending([50.0, 0.0, 8.0])),
+        ("moved", File::new(node.clone(), [0.0; 3]).translated(0)),
+        ("stretched", File::new(node.clone(), [0.0; 3]).moved(0, "scale", "VEC3", &pop)),
+        ("far away", File::new(node, [9e4, 0.0, 3e5]).translated(0)),
+    ] {
+        let (scene, folder) = (file.read(), tempfile::tempdir().unwrap());
+        let entity = &scene.entities()[0];
+        let own = scene.own_scene(entity).unwrap();
+        let corners: Vec<[f32; 3]> = own.meshes().iter().flat_map(|mesh| mesh.positions().to_vec()).collect();
+        let set =
+            SphereSet::new(corners.clone(), vec![0.01; corners.len()]).unwrap().with_origin(own.origin()).unwrap();
+        let set = set.bind_to(&scene, entity, &mut Job::default()).unwrap();
+        write_spheres(folder.path().join("a.spheres.safetensors"), &set).unwrap();
+        std::fs::write(folder.path().join("a.glb"), file.bytes()).unwrap();
+        let keys = json!([{"translation": [1.0, 2.0, 3.0]}]);
+        let moved =
+            json!({"name": "a", "mesh": "a.glb", "animation": 0, "spheres": "a.spheres.safetensors", "keys": keys});
+        let description = json!({"format": "lobe-scene", "version": 1, "entities": [moved]}).to_string();
+        std::fs::write(folder.path().join("s.json"), description).unwrap();
+        let (moving, _) = MovingScene::read(folder.path().join("s.json"), &SceneReadOptions::default()).unwrap();
+        for time in [0.0, 0.3, 1.0] {
+            let (moment, pose) = (moving.at(time).unwrap(), scene.pose(0, time).unwrap());
+            let expected = positions(pose.scene(), entity.meshes());
+            let found = moment.spheres(0);
+            assert_eq!(found.len(), expected.len(), "{name}: a sphere for each corner");
+            for (k, (found, expected)) in found.iter().zip(expected).enumerate() {
+                let off = [0, 1, 2].map(|axis| (found.center[axis] - expected[axis] - (axis + 1) as f64).abs());
+                assert!(off.iter().all(|off| *off < ROUNDING), "{name} at {time}: corner {k} is {off:?} off");
+            }
+        }
+        let lacking = moving.lacking(MovingMethod::Exponentials, &MovingBakeOptions::default());
+        assert!(lacking.iter().all(|bake| bake.kind != PartBakeKind::Spheres), "{name}: spheres are there");
     }
 }
 
