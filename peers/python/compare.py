@@ -63,18 +63,31 @@ def from_healpy(alm, order):
 
 FAULTS = []
 
+TURNS, TURN = 5, 0.2
+"""How often each side of a row has its turn, and for how many seconds at least."""
+
+
+def check(job, found, expected, bound):
+    """How far ours is from what it should be, where the peer's numbers are others."""
+    off = float(np.abs(found - expected).max() / np.abs(expected).max())
+    if not off <= bound:
+        FAULTS.append(f"{job}, lobe: {off} off")
+
 
 def row(job, ours, peer, theirs, found, expected, bound):
     off = float(np.abs(found - expected).max() / np.abs(expected).max())
-    a, b = seconds(ours), seconds(theirs)
-    print(f"{job:<52} {peer:<11} {1e3 * a:>9.3f} {1e3 * b:>9.3f} {a / b:>7.3f} {off:>9.1e}")
-    if off > bound:
+    # In turns, so that whatever else the machine does falls on both.
+    times = [(seconds(ours, TURN), seconds(theirs, TURN)) for _ in range(TURNS)]
+    a, b = (min(column) for column in zip(*times, strict=True))
+    print(f"{job:<68} {peer:<11} {1e3 * a:>9.3f} {1e3 * b:>9.3f} {a / b:>7.3f} {off:>9.1e}")
+    if not off <= bound:
         FAULTS.append(f"{job}, {peer}: {off} apart")
 
 
 def evaluation():
-    for order, count, functions in [(4, 100_000, 1), (10, 100_000, 1), (10, 10_000, 100)]:
-        for dtype, bound in [(np.float64, 1e-12), (np.float32, 2e-5)]:
+    for order, count, functions in [(4, 100_000, 1), (10, 100_000, 1), (10, 10_000, 100), (16, 100_000, 1), (64, 10_000, 1)]:
+        # Of 64 bands sphericart has numbers in double precision only.
+        for dtype, bound in [(np.float64, 1e-12), (np.float32, 2e-5)][: 1 if order > 32 else 2]:
             d = directions(count).astype(dtype)
             c = np.random.default_rng(1).normal(size=(functions, order**2)).astype(dtype)
             f, peer = lobe.Sh(c), sphericart.SphericalHarmonics(order - 1)
@@ -130,24 +143,76 @@ def rotation():
     row(f"rotation of {count} functions, order {order}", ours, "healpy", healpy_many, from_healpy(last, order), ours().coefficients[-1], 1e-9)
 
 
-def projection():
-    order, height = 16, 512
-    # A function of fewer bands than both grids hold, so that both are exact but for the texels of ours, which are averages.
-    c = np.random.default_rng(4).normal(size=order**2) / (1 + np.arange(order**2))
+HEIGHT, PIXELS = 512, 640
+"""Rows of our map beside a grid of pyshtools, which has as many, and beside healpy's 786 432 pixels, which are fewer than ours."""
+
+SIDE = 256
+
+
+def smooth(order):
+    """A function whose bands get fainter, as those of pictures do."""
+    l = np.repeat(np.arange(order), 2 * np.arange(order) + 1)
+    return np.random.default_rng(4).normal(size=order**2) / (1 + l) ** 2
+
+
+def poles(height):
+    """Directions of a grid of pyshtools, whose first row is a pole, and whose first column is towards +x."""
+    return directions_of(np.pi * np.arange(height) / height, np.pi * np.arange(2 * height) / height)
+
+
+def middles(height):
+    """Directions of the middles of our texels, +x in the middle and +y to the left."""
+    return directions_of(np.pi * (np.arange(height) + 0.5) / height, np.pi - np.pi * (np.arange(2 * height) + 0.5) / height)
+
+
+def directions_of(theta, phi):
+    t, p = np.meshgrid(theta, phi, indexing="ij")
+    return np.stack([np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t)], axis=-1)
+
+
+def pixels():
+    return np.stack(healpy.pix2vec(SIDE, np.arange(healpy.nside2npix(SIDE))), axis=-1)
+
+
+def projection(order):
+    # A function of fewer bands than the grids hold, so that all are exact but for the texels of ours, which are averages.
+    c = smooth(order)
     f = lobe.Sh(c)
-    latitude = np.pi * np.arange(height) / height
-    phi = 2 * np.pi * np.arange(2 * height) / (2 * height)
-    t, p = np.meshgrid(latitude, phi, indexing="ij")
-    grid = f.eval(np.stack([np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t)], axis=-1))
+    grid = f.eval(poles(HEIGHT))
     theirs = lambda: pyshtools.SHGrid.from_array(grid, grid="DH").expand(normalization="ortho", csphase=-1, lmax_calc=order - 1)  # noqa: E731
-    picture = lobe.reconstruct(f, 2 * height, height).texels[..., 0]
+    picture = lobe.reconstruct(f, 2 * HEIGHT, HEIGHT).texels[..., 0]
     ours = lambda: lobe.project(picture, order)  # noqa: E731
-    row(f"projection of {2 * height} x {height}, order {order}", ours, "pyshtools", theirs, from_pyshtools(theirs().coeffs), ours().coefficients, 2e-3)
-    side = 256
-    x, y, z = healpy.pix2vec(side, np.arange(healpy.nside2npix(side)))
-    sphere = f.eval(np.stack([x, y, z], axis=-1))
+    row(f"projection of {2 * HEIGHT} x {HEIGHT}, order {order}", ours, "pyshtools", theirs, from_pyshtools(theirs().coeffs), c, 1e-9)
+    # The average of a texel takes a little from the highest bands.
+    check(f"projection, order {order}", ours().coefficients, c, 4e-6 * order**2)
+    sphere = f.eval(pixels())
     theirs = lambda: healpy.map2alm(sphere, lmax=order - 1, iter=3)  # noqa: E731
-    row(f"projection of {len(sphere)} pixels, order {order} (ours lat-long)", ours, "healpy", theirs, from_healpy(theirs(), order), c, 1e-6)
+    picture = lobe.reconstruct(f, 2 * PIXELS, PIXELS).texels[..., 0]
+    row(f"projection of {2 * PIXELS} x {PIXELS}, order {order}", ours, "healpy", theirs, from_healpy(theirs(), order), c, 1e-6)
+
+
+def synthesis(order):
+    c = smooth(order)
+    f = lobe.Sh(c)
+    coefficients = pyshtools.SHCoeffs.from_array(of_pyshtools(c), normalization="ortho", csphase=-1)
+    ours = lambda: lobe.reconstruct(f, 2 * HEIGHT, HEIGHT)  # noqa: E731
+    theirs = lambda: coefficients.expand(grid="DH2", lmax=HEIGHT // 2 - 1, extend=False)  # noqa: E731
+    name = f"picture of {2 * HEIGHT} x {HEIGHT}, order {order}"
+    row(name, ours, "pyshtools", theirs, theirs().data, f.eval(poles(HEIGHT)), 1e-9)
+    check(name, ours().texels[..., 0], f.eval(middles(HEIGHT)), 2e-6)
+    alm = of_healpy(c)
+    ours = lambda: lobe.reconstruct(f, 2 * PIXELS, PIXELS)  # noqa: E731
+    theirs = lambda: healpy.alm2map(alm, SIDE, lmax=order - 1)  # noqa: E731
+    row(f"picture of {2 * PIXELS} x {PIXELS}, order {order}", ours, "healpy", theirs, theirs(), f.eval(pixels()), 1e-9)
+
+
+def product(order):
+    a, b = smooth(order), smooth(order)[::-1].copy()
+    f, g = lobe.Sh(a), lobe.Sh(b)
+    x, y = of_pyshtools(a), of_pyshtools(b)
+    ours = lambda: f.product(g, order=2 * order - 1)  # noqa: E731
+    theirs = lambda: pyshtools.expand.SHMultiply(x, y, norm=4, csphase=-1)  # noqa: E731
+    row(f"exact product of a pair, order {order}", ours, "pyshtools", theirs, from_pyshtools(theirs()), ours().coefficients, 1e-9)
 
 
 def projection_pasted():
@@ -161,11 +226,15 @@ def projection_pasted():
 
 
 def main():
-    print(f"{'job':<52} {'peer':<11} {'lobe ms':>9} {'peer ms':>9} {'ratio':>7} {'apart':>9}")
+    print(f"{'job':<68} {'peer':<11} {'lobe ms':>9} {'peer ms':>9} {'ratio':>7} {'apart':>9}")
     evaluation()
     evaluation_pasted()
     rotation()
-    projection()
+    for order in [16, 64]:
+        projection(order)
+        synthesis(order)
+    for order in [4, 16, 64]:
+        product(order)
     projection_pasted()
     for fault in FAULTS:
         print(f"error: {fault}", file=sys.stderr)

@@ -82,21 +82,3 @@ def test_coefficients_that_are_not_finite_go_through_or_are_refused():
     for call in [f.exp, f.log, f.minimum, f.lights, f.dering]:
         with pytest.raises(ValueError, match="function 1.*finite|finite.*function 1"):
             call()
-
-
-def test_buffers_of_other_libraries_enter_by_dlpack():
-    class Buffer:
-        """As a tensor of torch or jax: no numpy array, but one that speaks DLPack."""
-
-        def __init__(self, array):
-            self.array = array
-
-        def __dlpack__(self, **options):
-            return self.array.__dlpack__(**options)
-
-        def __dlpack_device__(self):
-            return self.array.__dlpack_device__()
-
-    c = np.random.default_rng(2).normal(size=(4, 9)).astype(np.float32)
-    f = lobe.Sh(Buffer(c))
-    assert f.dtype == np.float32 and np.shares_memory(f.coefficients, c), "nothing is copied"

@@ -88,7 +88,7 @@ VIEWS = {
 
 def _frozen(array):
     array = array.copy()
-    array.flags.writeable = False
+    array.setflags(write=False)
     return array
 
 

@@ -58,22 +58,6 @@ def test_shadows_fall_under_the_roof(scene, tmp_path):
     assert lit.min() < 0.5 * lit.max()
 
 
-def test_any_number_of_shards_in_any_order_has_the_bytes_of_one_bake(scene, tmp_path):
-    for mode, ending in [("shadowed", "glb"), ("interreflected", "safetensors"), ("glossy", "safetensors")]:
-        options = lobe.BakeOptions(mode=mode, order=2, samples=16, bounces=1)
-        whole = tmp_path / f"whole.{ending}"
-        lobe.bake(scene, whole, options)
-        for count in [1, 2, 3, 7]:
-            parts = [tmp_path / f"{i}.safetensors" for i in range(1, count + 1)]
-            for i, part in enumerate(parts, 1):
-                lobe.bake(scene, part, options, shard=(i, count))
-            merged = tmp_path / f"merged.{ending}"
-            lobe.merge(scene, parts[::-1], merged, options)
-            assert merged.read_bytes() == whole.read_bytes(), f"{mode}, {count} shards"
-            for path in [*parts, merged]:
-                path.unlink()
-
-
 def test_shards_that_do_not_belong_together_are_refused_by_name(scene, tmp_path):
     parts = [tmp_path / f"{i}.safetensors" for i in (1, 2, 3)]
     for i, part in enumerate(parts, 1):
@@ -153,33 +137,6 @@ def test_the_command_writes_the_same_bytes(scene, tmp_path):
         expected = (tmp_path / name).read_bytes()
         lobe.bake(scene, tmp_path / f"b{name}", lobe.BakeOptions(order=3, samples=32, bounces=2))
         assert (tmp_path / f"b{name}").read_bytes() == expected, name
-
-
-@pytest.mark.parametrize(
-    ("scene", "name", "options", "arguments"),
-    [
-        ("built-in:ball", "o.glb", dict(max_edge=3.0), "--max-edge 3"),
-        ("built-in:cornell", "o.safetensors", dict(texels=16), "--texels 16"),
-        ("built-in:cornell", "o.exr", dict(texels=16, albedo="none"), "--texels 16 --albedo none"),
-        ("built-in:ball", "o.safetensors", dict(grid=(2, 3, 2)), "--grid 2,3,2"),
-        ("built-in:ball", "o.safetensors", dict(grid=(2, 2, 2), grid_box=(0, 0, 1, 1, 1, 2)), "--grid 2,2,2 --grid-box 0,0,1,1,1,2"),
-    ],
-)
-def test_every_kind_of_bake_has_the_bytes_of_the_command_alone_and_from_shards(tmp_path, scene, name, options, arguments):
-    command = os.environ.get("LOBE") or shutil.which("lobe")
-    if command is None:
-        pytest.skip("the command lobe is not built: set LOBE to it")
-    options = lobe.BakeOptions(order=2, samples=16, bounces=1, **options)
-    common = "--order 2 --samples 16 --bounces 1 --quiet"
-    subprocess.run([command, "bake", scene, "-o", name, *arguments.split(), *common.split()], check=True, cwd=tmp_path)
-    expected = (tmp_path / name).read_bytes()
-    lobe.bake(scene, tmp_path / f"whole-{name}", options)
-    assert (tmp_path / f"whole-{name}").read_bytes() == expected
-    parts = [tmp_path / f"{number}.safetensors" for number in (1, 2, 3)]
-    for number, part in enumerate(parts, 1):
-        lobe.bake(scene, part, options, shard=(number, 3))
-    lobe.merge(scene, parts[::-1], tmp_path / f"merged-{name}", options)
-    assert (tmp_path / f"merged-{name}").read_bytes() == expected
 
 
 @pytest.mark.parametrize(

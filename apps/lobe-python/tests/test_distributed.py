@@ -1,6 +1,7 @@
 """Bakes on Dask, with real processes on the loopback interface that are killed, join late and are of other versions."""
 
 import concurrent.futures
+import contextlib
 import dataclasses
 import os
 import pathlib
@@ -8,7 +9,8 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
+import threading
+import types
 
 import numpy as np
 import pytest
@@ -27,12 +29,18 @@ pytestmark = pytest.mark.filterwarnings("ignore")
 OPTIONS = lobe.BakeOptions(mode="shadowed", order=3, samples=64)
 SCENE = "built-in:ball"
 
+THREADS = 4
+
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
     path = tmp_path_factory.mktemp("whole") / "o.safetensors"
     lobe.bake(SCENE, path, OPTIONS)
     return path.read_bytes()
+
+
+LOOK_SECONDS = 0.05
+"""How often one looks whether a process has got on. None of them has a deadline: one waits until it has, or has ended."""
 
 
 class Processes:
@@ -55,12 +63,21 @@ class Processes:
     def worker(self, **options):
         return self.start("worker", "--host", "127.0.0.1", "--nthreads", "1", "--no-dashboard", "--no-nanny", **options)
 
-    def client(self):
-        deadline = time.monotonic() + 60
+    def client(self, workers=1):
+        """A client of the scheduler, when so many workers have joined."""
         while not os.path.exists(self.file):
-            assert time.monotonic() < deadline, "the scheduler did not start"
-            time.sleep(0.05)
-        return distributed.Client(scheduler_file=self.file, set_as_default=False, timeout=60)
+            self.are_alive()
+        client = distributed.Client(scheduler_file=self.file, set_as_default=False)
+        while len(client.nthreads()) < workers:
+            self.are_alive()
+        return client
+
+    def are_alive(self):
+        """Lets the processes get on for a moment; a fault if one has ended."""
+        for process in self.all:
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                status = process.wait(timeout=LOOK_SECONDS)
+                raise AssertionError(f"{process.args} has ended with {status}")
 
     def stop(self):
         for process in self.all:
@@ -79,8 +96,7 @@ def processes(tmp_path):
 def test_a_bake_on_two_workers_has_the_bytes_of_one_machine(processes, tmp_path, whole):
     for _ in range(2):
         processes.worker()
-    with processes.client() as client:
-        client.wait_for_workers(2, timeout=60)
+    with processes.client(workers=2) as client:
         for shards in [1, 3, 7]:
             told = []
             on_dask.bake(SCENE, tmp_path / "o.safetensors", OPTIONS, client=client, shards=shards, progress=lambda d, n: told.append((d, n)))
@@ -99,7 +115,6 @@ def test_a_file_is_sent_to_workers_that_do_not_have_it(processes, tmp_path):
     lobe.bake(scene, tmp_path / "whole.glb", OPTIONS)
     processes.worker()
     with processes.client() as client:
-        client.wait_for_workers(1, timeout=60)
         on_dask.bake(scene, tmp_path / "o.glb", OPTIONS, client=client, shards=2)
     assert (tmp_path / "o.glb").read_bytes() == (tmp_path / "whole.glb").read_bytes()
 
@@ -107,8 +122,6 @@ def test_a_file_is_sent_to_workers_that_do_not_have_it(processes, tmp_path):
 def test_a_worker_that_is_killed_in_the_middle_and_one_that_joins_late_change_no_byte(processes, tmp_path, whole):
     victim = processes.worker()
     with processes.client() as client:
-        client.wait_for_workers(1, timeout=60)
-
         def disturb(done, shards):
             if done == 2:
                 victim.send_signal(signal.SIGKILL)
@@ -123,8 +136,6 @@ def test_a_bake_whose_scheduler_died_goes_on_with_another(processes, tmp_path, w
     processes.worker()
     output = tmp_path / "o.safetensors"
     with processes.client() as client:
-        client.wait_for_workers(1, timeout=60)
-
         def die(done, shards):
             if done == 3:
                 processes.stop()
@@ -150,8 +161,6 @@ def test_a_scheduler_that_dies_ends_the_bake_in_one_line_that_says_what_to_do(pr
     processes.worker()
     output = tmp_path / "o.safetensors"
     with processes.client() as client:
-        client.wait_for_workers(1, timeout=60)
-
         def die(done, shards):
             if done == 3:
                 processes.stop()
@@ -178,8 +187,6 @@ def test_a_worker_has_few_results_however_slow_the_client_is(processes, tmp_path
     processes.worker()
     held = []
     with processes.client() as client:
-        client.wait_for_workers(1, timeout=60)
-
         def count(done, shards):
             held.append(sum(client.run(lambda dask_worker: len(dask_worker.data)).values()))
 
@@ -195,7 +202,6 @@ def test_a_worker_of_another_version_says_so_in_one_line(processes, tmp_path):
     init.write_text(init.read_text() + '\n__version__ = "0.0.1"\n')
     processes.worker(path=tmp_path / "other")
     with processes.client() as client:
-        client.wait_for_workers(1, timeout=60)
         with pytest.raises(RuntimeError, match=r"worker has lobe 0\.0\.1 and the client has .*: install one version"):
             on_dask.bake(SCENE, tmp_path / "o.safetensors", OPTIONS, client=client, shards=2)
     assert not (tmp_path / "o.safetensors").exists()
@@ -209,7 +215,6 @@ def test_a_worker_whose_disk_is_full_is_named(processes, tmp_path):
     (full / "sitecustomize.py").write_text(limit)
     processes.worker(path=full)
     with processes.client() as client:
-        client.wait_for_workers(1, timeout=60)
         with pytest.raises(OSError, match=r"worker tcp://127\.0\.0\.1:.*\.safetensors"):
             on_dask.bake(SCENE, tmp_path / "o.safetensors", OPTIONS, client=client, shards=2)
     assert not (tmp_path / "o.safetensors").exists()
@@ -218,7 +223,6 @@ def test_a_worker_whose_disk_is_full_is_named(processes, tmp_path):
 def test_a_grid_and_split_triangles_are_shared_like_vertices(processes, tmp_path):
     processes.worker()
     with processes.client() as client:
-        client.wait_for_workers(1, timeout=60)
         for name, options in [
             ("o.safetensors", lobe.BakeOptions(order=2, samples=16, grid=(2, 3, 2))),
             ("o.glb", lobe.BakeOptions(order=2, samples=16, max_edge=3.0)),
@@ -231,7 +235,6 @@ def test_a_grid_and_split_triangles_are_shared_like_vertices(processes, tmp_path
 def test_the_command_bakes_and_refuses_in_one_line(processes, tmp_path, whole):
     processes.worker()
     with processes.client() as client:
-        client.wait_for_workers(1, timeout=60)
         address = client.scheduler.address
     options = ["--mode", "shadowed", "--order", "3", "--samples", "64"]
     output = str(tmp_path / "o.safetensors")
@@ -262,29 +265,50 @@ def test_without_a_client_one_process_with_one_thread_and_the_memory_of_the_mach
         workers = distributed.get_client().scheduler_info()["workers"].values()
         assert [worker["nthreads"] for worker in workers] == [1]
         assert [worker["memory_limit"] for worker in workers] == [distributed.system.MEMORY_LIMIT]
-        assert shards == 1, "a bake of less than a second"
 
     on_dask.bake(SCENE, tmp_path / "o.safetensors", OPTIONS, progress=look)
     assert (tmp_path / "o.safetensors").read_bytes() == whole
 
 
-def test_a_worker_of_several_threads_reads_the_scene_once(tmp_path, monkeypatch):
-    read = []
-    of = lobe.BakeOptions.of
+def test_a_worker_of_several_threads_reads_the_scene_once(monkeypatch):
+    read, come, all_have_come = [], set(), threading.Event()
+    of, reading = lobe.BakeOptions.of, tasks._reading
+
+    def comes():
+        """The thread wants the scene, whether it waits for another that reads it or reads it by itself."""
+        come.add(threading.get_ident())
+        if len(come) == THREADS:
+            all_have_come.set()
+
+    class Lock:
+        def __enter__(self):
+            comes()
+            return reading.__enter__()
+
+        def __exit__(self, *error):
+            return reading.__exit__(*error)
 
     def slowly(options, scene):
+        comes()
+        all_have_come.wait()
         read.append(scene)
-        # Long enough for the other threads to come.
-        time.sleep(0.2)
         return of(options, scene)
 
     identity = tasks.identity_of(OPTIONS.of(SCENE), SCENE, OPTIONS)
-    monkeypatch.setattr(tasks, "_read", {})
+    tasks._read.clear()
+    monkeypatch.setattr(tasks, "_reading", Lock())
     monkeypatch.setattr(lobe.BakeOptions, "of", slowly)
     arguments = (None, SCENE, dataclasses.asdict(OPTIONS), identity, lobe.__version__)
-    with concurrent.futures.ThreadPoolExecutor(4) as threads:
-        parts = list(threads.map(lambda number: on_dask.bake_shard(*arguments, number, 4), range(1, 5)))
-    assert read == [SCENE] and len({*parts}) == 4
+    start = threading.Barrier(THREADS)
+
+    def shard(number):
+        # No thread takes two of them.
+        start.wait()
+        return on_dask.bake_shard(*arguments, number, THREADS)
+
+    with concurrent.futures.ThreadPoolExecutor(THREADS) as threads:
+        parts = list(threads.map(shard, range(1, THREADS + 1)))
+    assert read == [SCENE] and len({*parts}) == THREADS
 
 
 @pytest.mark.parametrize("changed", ["s.mtl", "s.png"])
@@ -328,30 +352,46 @@ def test_a_bake_without_a_number_of_shards_goes_on_with_those_that_are_there(pro
 
     told = []
     with processes.client() as client:
-        client.wait_for_workers(1, timeout=60)
         with pytest.raises(KeyboardInterrupt):
             on_dask.bake(SCENE, output, OPTIONS, client=client, shards=5, progress=stop)
         on_dask.bake(SCENE, output, OPTIONS, client=client, progress=lambda *done: told.append(done))
     assert told[0] == (2, 5) and output.read_bytes() == whole
 
 
-def test_a_costly_bake_has_more_shards_than_a_cheap_one(tmp_path):
-    costs = [shards.measured(lobe.BakeOptions(samples=samples).of(SCENE), str(tmp_path)) for samples in [16, 4096]]
-    assert costs[1].work > 8 * costs[0].work > 0, costs
+class Timed:
+    """A bake whose shards take times that are known, on a clock of its own."""
+
+    points, bytes, pilot = 6400, 123, (2, 0.5)
+
+    def __init__(self, scale):
+        self.now, self.scale = 0.0, scale
+
+    def write_shard(self, path, number, count, progress):
+        receivers = range((number - 1) * self.points // count, number * self.points // count)
+        pathlib.Path(path).write_bytes(b"")
+        self.now += 0.5 + sum(self.scale * (1 + receiver / self.points) for receiver in receivers)
+        return {"receivers": len(receivers)}
+
+
+def test_what_is_measured_is_what_receivers_take_in_all(tmp_path, monkeypatch):
+    costs = []
+    for scale in [1e-3, 1.0]:
+        bake = Timed(scale)
+        monkeypatch.setattr(shards, "time", types.SimpleNamespace(perf_counter=lambda bake=bake: bake.now))
+        cost = shards.measured(bake, str(tmp_path))
+        # Receivers cost from one to two times the scale, evenly, and four runs of them are measured.
+        assert cost.shard == 0.5 and cost.work == pytest.approx(1.5 * scale * bake.points, rel=1e-2)
+        assert (cost.size, cost.pilot) == (bake.bytes, bake.pilot)
+        costs.append(cost)
+    assert shards.shards_for(2, costs[1]) > shards.shards_for(2, costs[0]) >= 1, "what is costly is cut smaller"
     assert os.listdir(tmp_path) == [], "nothing is left behind"
-    # As long as that, and on so many machines.
-    cheap, costly = (shards.shards_for(64, shards.Cost(cost.shard, 1000 * cost.work)) for cost in costs)
-    assert costly > cheap >= 64, (cheap, costly)
 
 
-def test_what_is_measured_is_near_to_what_a_bake_takes(tmp_path):
-    options = lobe.BakeOptions(samples=2048)
-    cost = shards.measured(options.of("built-in:columns"), str(tmp_path))
-    begun = time.perf_counter()
-    lobe.bake("built-in:columns", tmp_path / "o.safetensors", options)
-    took = time.perf_counter() - begun
-    # Other work of the machine may fall into either.
-    assert took / 8 < cost.work < 8 * took, (cost, took)
+def test_a_bake_is_measured_by_shards_of_it(tmp_path):
+    made = OPTIONS.of(SCENE)
+    cost = shards.measured(made, str(tmp_path))
+    assert cost.shard > 0 and cost.work > 0 and cost.size == made.bytes and cost.pilot == made.pilot
+    assert os.listdir(tmp_path) == [], "nothing is left behind"
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ use std::sync::{Arc, OnceLock};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
-use crate::run::failure::ERROR;
+use crate::run::ERROR;
 
 /// Whether a signal has come; there once signals are watched.
 static STOP: OnceLock<Arc<AtomicBool>> = OnceLock::new();

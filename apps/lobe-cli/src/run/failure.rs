@@ -15,13 +15,11 @@ use lobe::scene::{SceneError, SceneReadOption};
 use lobe::sh::ShError;
 use lobe::shadow::ShadowError;
 
+use crate::run::ERROR;
 use crate::run::system::stdout;
 
 /// The exit code for "compared and different".
 const DIFFERENT: u8 = 1;
-
-/// The exit code for every error, and for work that was stopped by Ctrl-C.
-pub(crate) const ERROR: u8 = 2;
 
 /// A reason for which a command fails.
 pub(crate) enum Failure {

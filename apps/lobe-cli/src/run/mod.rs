@@ -8,3 +8,6 @@ pub(crate) mod ctrl_c;
 pub(crate) mod failure;
 pub(crate) mod system;
 pub(crate) mod talk;
+
+/// The exit code for every error, and for work that was stopped by Ctrl-C.
+pub(crate) const ERROR: u8 = 2;

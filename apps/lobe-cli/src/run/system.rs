@@ -68,7 +68,7 @@ pub(crate) fn tell_refused_memory() {
 fn on_abort() {
     use std::io::Write as _;
 
-    use crate::run::failure::ERROR;
+    use crate::run::ERROR;
 
     let bytes = REFUSED.load(Ordering::Relaxed);
     if bytes == 0 {

@@ -25,7 +25,11 @@ def numbers(values: npt.ArrayLike, what: str) -> Numbers:
         known: Numbers = given
         return known
     if hasattr(given, "__dlpack__") and not isinstance(given, np.ndarray):
-        given = np.from_dlpack(given)
+        try:
+            given = np.from_dlpack(given)
+        except (BufferError, RuntimeError, TypeError, ValueError) as error:
+            text = " ".join(str(error).split())
+            raise TypeError(f"{what}: expected a tensor of float32 or float64 in the memory of the processor: {text}") from None
     if isinstance(given, np.ma.MaskedArray):
         raise TypeError(f"{what}: expected an array, found a masked one: fill it, with `filled(value)`")
     array = np.asarray(given)

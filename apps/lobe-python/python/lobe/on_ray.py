@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import socket
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from ._bake import BakeOptions, BakeReport, Path
@@ -12,6 +15,13 @@ from .distributed import RETRIES, Parts, Work
 
 AHEAD = 4
 """Shards that are handed out for each machine at a time: one that is baked, and some that wait, so that none has to ask."""
+
+LOOK_SECONDS = 2.0
+"""How often one looks for the head of the cluster while no shard comes."""
+
+HEAD_SECONDS = 30.0
+"""How long the head may be gone, as one that is started again is, before the bake ends: Ray ends the whole process after 60 s, and says nothing of
+what to do."""
 
 
 def bake(
@@ -26,7 +36,8 @@ def bake(
 
     A shard takes all processors of a machine. A .glb, .vrm or .ply is sent to each machine once; of other scenes they read the files under
     the same path. `progress(done, shards)` is called for each shard. A shard whose worker died or that failed is tried again; those that are
-    done stay in the folder `OUTPUT.shards` until all are there, and the same bake takes them up, on Dask as well.
+    done stay in the folder `OUTPUT.shards` until all are there, and the same bake takes them up, on Dask as well. Machines that join later are
+    given shards too, if they have as many processors as the smallest of the first. Where the cluster itself dies, an error says so in one line.
     """
     import ray
 
@@ -35,32 +46,72 @@ def bake(
     if own:
         ray.init(include_dashboard=False, log_to_driver=False)
     try:
-        processors = [node["Resources"].get("CPU", 0.0) for node in ray.nodes() if node["Alive"]]
-        processors = [count for count in processors if count >= 1]
+        processors = [count for count in _processors() if count >= 1]
         if not processors:
             raise RuntimeError("the Ray cluster has no machine with processors: start one, or `ray.shutdown()` for this machine alone")
-        machines = Machines(work, int(min(processors)), len(processors))
+        machines = Machines(work, int(min(processors)))
         shards = work.begun() if shards is None else shards
-        parts = work.parts(machines.shards() if shards is None else shards)
-        machines.bake_missing(parts, progress)
+        with _ends_in_one_line(work):
+            parts = work.parts(machines.shards() if shards is None else shards)
+            machines.bake_missing(parts, progress)
     finally:
         if own:
             ray.shutdown()
     return work.merge(parts)
 
 
+def _processors() -> list[float]:
+    """How many processors each machine of the cluster has."""
+    import ray
+
+    return [node["Resources"].get("CPU", 0.0) for node in ray.nodes() if node["Alive"]]
+
+
+class _HeadIsGone(Exception):
+    """The head of the cluster does not answer any more."""
+
+
+class Head:
+    """The head of the cluster, without which Ray hands out nothing and waits, until it ends this process."""
+
+    def __init__(self) -> None:
+        import ray
+
+        host, _, port = ray.get_runtime_context().gcs_address.rpartition(":")
+        self._address, self._seen = (host.strip("[]"), int(port)), time.monotonic()
+
+    def answers(self) -> bool:
+        """Whether it answers now; an error if it has not done so for too long."""
+        try:
+            socket.create_connection(self._address, timeout=LOOK_SECONDS).close()
+        except OSError:
+            if time.monotonic() - self._seen >= HEAD_SECONDS:
+                raise _HeadIsGone from None
+            return False
+        self._seen = time.monotonic()
+        return True
+
+
 class Machines:
     """Machines that a bake is sent to, once there is something to do."""
 
-    def __init__(self, work: Work, processors: int, count: int) -> None:
-        self._work, self._processors, self._count = work, processors, count
+    def __init__(self, work: Work, processors: int) -> None:
+        self._work, self._processors = work, processors
+        self._head = Head()
         self._arguments: tuple[Any, ...] | None = None
+
+    def count(self) -> int:
+        """Those that are there now and have enough processors."""
+        return max(1, sum(count >= self._processors for count in _processors()))
 
     def shards(self) -> int:
         """Shards for these machines, by what one of them measures that they cost."""
-        cost: Cost = _result(self._start(measure), "the cost of shards")
+        task = self._start(measure)
+        while not self._wait([task]):
+            self._head.answers()
+        cost: Cost = _result(task)
         self._work.know(cost.pilot)
-        return shards_for(self._count, cost)
+        return shards_for(self.count(), cost)
 
     def bake_missing(self, parts: Parts, progress: Callable[[int, int], object] | None) -> None:
         import ray
@@ -72,18 +123,28 @@ class Machines:
         running: dict[Any, int] = {}
         try:
             while missing or running:
-                while missing and len(running) < AHEAD * self._count:
-                    number = missing.pop()
+                # Without a head Ray would wait for one here.
+                room = AHEAD * self.count() - len(running) if self._head.answers() else 0
+                for number in [missing.pop() for _ in range(min(room, len(missing)))]:
                     running[self._start(bake_shard, number, parts.count, self._work.pilot)] = number
-                [ready], _ = ray.wait(list(running))
-                part = _result(ready, f"shard {running[ready]} of {parts.count}")
-                parts.keep(running.pop(ready), part)
-                done += 1
-                if progress is not None:
-                    progress(done, parts.count)
+                for ready in self._wait(list(running)):
+                    parts.keep(running.pop(ready), _result(ready))
+                    done += 1
+                    if progress is not None:
+                        progress(done, parts.count)
         finally:
             for left in running:
                 ray.cancel(left, force=True)
+
+    def _wait(self, running: list[Any]) -> list[Any]:
+        """One of these tasks that has ended, or none after a while."""
+        import ray
+
+        if not running:
+            time.sleep(LOOK_SECONDS)
+            return []
+        ready, _ = ray.wait(running, timeout=LOOK_SECONDS)
+        return list(ready)
 
     def _start(self, function: Callable[..., Any], *more: Any) -> Any:
         """A task on one of the machines, which have the scene from the first on."""
@@ -96,14 +157,29 @@ class Machines:
         return task.remote(*self._arguments, *more)
 
 
-def _result(ready: Any, what: str) -> Any:
-    """What a task returned; its error, or one line about its end."""
+def _result(ready: Any) -> Any:
+    """What a task returned, or its error."""
     import ray
-    from ray.exceptions import RayError, RayTaskError
+    from ray.exceptions import RayTaskError
 
     try:
         return ray.get(ready)
     except RayTaskError as error:
         raise error.cause from None
+
+
+@contextmanager
+def _ends_in_one_line(work: Work) -> Iterator[None]:
+    """Says what to do where the engine, and not the work, has failed."""
+    from ray.exceptions import LocalRayletDiedError, RayError
+
+    try:
+        yield
+    except (_HeadIsGone, LocalRayletDiedError):
+        fault = "the Ray cluster is gone; start one, `ray.shutdown()` and `ray.init()` here"
     except RayError as error:
-        raise RuntimeError(f"{what}: {' '.join(str(error).split())}") from None
+        fault = f"{' '.join(str(error).split())} Give machines more memory"
+    else:
+        return
+    text = "and repeat the call, which takes up the shards that are done"
+    raise RuntimeError(f"{work.output}: {fault}, {text}, in {work.output}.shards") from None

@@ -17,9 +17,10 @@ use crate::{Basis, Coefficient, ShVec, SphereQuadrature};
 /// projected. Unlike a chain of products that are cut off one by one it does not depend on the order of the factors
 /// (test `a_chain_of_truncated_products_differs_from_the_grid`). The product of no factors is the constant 1.
 ///
-/// Rows of equal `z` are transformed on their own, so that with `J = ⌊D/2⌋ + 1` rows of `K = D + 1` points the cost
-/// is about `J (n² + 2nK)` multiplications for each factor of order `n` and as many for the result, which grows with
-/// `n³` and with the square of the number of factors.
+/// Rows of equal `z` are transformed on their own, those at `z` and `-z` together, whose bands differ in signs alone, and of
+/// each row the points at `φ` and `-φ`, where cosines are equal and sines opposite. With `J = ⌊D/2⌋ + 1` rows of `K = D + 1`
+/// points the cost is about `J (n²/2 + nK)` multiplications for each factor of order `n` and as many for the result, which
+/// grows with `n³` and with the square of the number of factors.
 ///
 /// # Panics
 /// If the length of a factor is no perfect square.
@@ -31,19 +32,26 @@ pub fn product_on_grid<T: Coefficient>(factors: &[&[T]], order: usize) -> ShVec<
     }
     let degree = orders.iter().map(|n| n - 1).sum::<usize>() + order - 1;
     let grid = RowGrid::new(degree, orders.iter().copied().fold(order, usize::max));
+    let turns = HalfTurns::new(&grid);
     let mut sum = vec![T::Wide::ZERO; coefficient_count(order)];
     let mut theta = vec![0.0; coefficient_count(grid.order)];
-    let (mut values, mut product) = (vec![T::Wide::ZERO; grid.azimuths], vec![T::Wide::ZERO; grid.azimuths]);
-    for &(z, weight) in grid.rule.rows() {
+    let [mut values, mut product] = [(); 2].map(|()| [(); 2].map(|()| Row::<T::Wide>::new(turns.count)));
+    let rows = grid.rule.rows();
+    for (j, &(z, weight)) in rows.iter().enumerate().skip(rows.len() / 2) {
         grid.theta_into(z, &mut theta);
-        product.fill(T::Wide::splat(weight * 2.0 * PI / grid.azimuths as f64));
+        let weight = weight * 2.0 * PI / grid.azimuths as f64;
+        // The row in the middle is its own mirror image, and counts once.
+        let mirrored = if 2 * j + 1 == rows.len() { 0.0 } else { weight };
+        for (product, weight) in product.iter_mut().zip([weight, mirrored]) {
+            product.fill_with_weights(weight, grid.azimuths);
+        }
         for factor in factors {
-            grid.evaluate_row(factor, &theta, &mut values);
-            for (product, value) in product.iter_mut().zip(&values) {
-                *product = *product * *value;
+            turns.evaluate_rows(factor, &theta, &mut values);
+            for (product, values) in product.iter_mut().zip(&values) {
+                product.multiply_by(values);
             }
         }
-        grid.project_row(&product, &theta, &mut sum);
+        turns.project_rows(&product, &theta, &mut sum);
     }
     let mut out = ShVec::zero(order);
     for (out, sum) in crate::Expansion::coefficients_mut(&mut out).iter_mut().zip(sum) {
@@ -82,45 +90,139 @@ impl RowGrid {
     pub(crate) fn turn(&self, m: usize, k: usize) -> (f64, f64) {
         self.turns[m * k % self.azimuths]
     }
+}
 
-    /// The values along a row: for every `m` the sum over bands, then the Fourier series.
-    fn evaluate_row<T: Coefficient>(&self, f: &[T], theta: &[f64], values: &mut [T::Wide]) {
-        let order = order_of_slice(f);
-        values.fill(T::Wide::ZERO);
-        for m in 0..order {
-            let (mut cos, mut sin) = (T::Wide::ZERO, T::Wide::ZERO);
-            for l in m..order {
-                let y = theta[coefficient_index(l, m as isize)];
-                cos += f[coefficient_index(l, m as isize)].widen().scale(y);
-                sin += f[coefficient_index(l, -(m as isize))].widen().scale(y);
-            }
-            if m == 0 {
-                sin = T::Wide::ZERO;
-            }
-            for (k, value) in values.iter_mut().enumerate() {
-                let (c, s) = self.turn(m, k);
-                *value += cos.scale(c) + sin.scale(s);
-            }
+/// The values of a row at the azimuths `φ_k = 2π k/K` of a half turn, `0 <= φ <= π`, and of the other half by symmetry:
+/// `f(φ) = e + o` and `f(-φ) = e - o`.
+struct Row<W> {
+    even: Vec<W>,
+    odd: Vec<W>,
+}
+
+impl<W: Coefficient<Scalar = f64>> Row<W> {
+    fn new(count: usize) -> Self {
+        Self { even: vec![W::ZERO; count], odd: vec![W::ZERO; count] }
+    }
+
+    /// A weight for each point: two of them are at `φ` and `-φ`, one at 0 and at π.
+    fn fill_with_weights(&mut self, weight: f64, azimuths: usize) {
+        self.odd.fill(W::ZERO);
+        for (k, even) in self.even.iter_mut().enumerate() {
+            let is_alone = k == 0 || 2 * k == azimuths;
+            *even = W::splat(if is_alone { weight } else { 2.0 * weight });
         }
     }
 
-    /// Adds what a row contributes to the coefficients: the Fourier sums, then every band.
-    fn project_row<W: Coefficient<Scalar = f64>>(&self, values: &[W], theta: &[f64], sum: &mut [W]) {
-        let order = order_of_slice(sum);
-        for m in 0..order {
-            let (mut cos, mut sin) = (W::ZERO, W::ZERO);
-            for (k, value) in values.iter().enumerate() {
-                let (c, s) = self.turn(m, k);
-                cos += value.scale(c);
-                sin += value.scale(s);
+    /// `(e + o) (e' + o') = (e e' + o o') + (e o' + o e')`, of which the first part is even.
+    fn multiply_by(&mut self, other: &Self) {
+        let (even, odd) = (self.even.iter_mut().zip(&other.even), self.odd.iter_mut().zip(&other.odd));
+        for ((e, other_e), (o, other_o)) in even.zip(odd) {
+            (*e, *o) = (*e * *other_e + *o * *other_o, *e * *other_o + *o * *other_e);
+        }
+    }
+}
+
+/// `cos mφ_k` and `sin mφ_k` at the azimuths of a half turn, those of each `m` one after the other.
+struct HalfTurns {
+    cos: Vec<f64>,
+    sin: Vec<f64>,
+    /// Azimuths.
+    count: usize,
+}
+
+/// What the mirrored row makes of bands whose `l - m` is odd.
+const SIGNS: [f64; 2] = [1.0, -1.0];
+
+impl HalfTurns {
+    fn new(grid: &RowGrid) -> Self {
+        let count = grid.azimuths / 2 + 1;
+        let (mut cos, mut sin) = (Vec::with_capacity(grid.order * count), Vec::with_capacity(grid.order * count));
+        for m in 0..grid.order {
+            // The angle as a part of K, without a division for each point.
+            let mut at = 0;
+            for _ in 0..count {
+                let (c, s) = grid.turns[at];
+                cos.push(c);
+                sin.push(s);
+                at += m;
+                if at >= grid.azimuths {
+                    at -= grid.azimuths;
+                }
             }
+        }
+        Self { cos, sin, count }
+    }
+
+    fn of(&self, m: usize) -> (&[f64], &[f64]) {
+        let range = m * self.count..(m + 1) * self.count;
+        (&self.cos[range.clone()], &self.sin[range])
+    }
+
+    /// The values along the rows at `z` and `-z`: for every `m` the sum over bands, then the Fourier series.
+    fn evaluate_rows<T: Coefficient>(&self, f: &[T], theta: &[f64], rows: &mut [Row<T::Wide>; 2]) {
+        let order = order_of_slice(f);
+        for row in rows.iter_mut() {
+            row.even.fill(T::Wide::ZERO);
+            row.odd.fill(T::Wide::ZERO);
+        }
+        for m in 0..order {
+            // Bands whose l - m is even, and odd.
+            let (mut cos, mut sin) = ([T::Wide::ZERO; 2], [T::Wide::ZERO; 2]);
             for l in m..order {
                 let y = theta[coefficient_index(l, m as isize)];
-                sum[coefficient_index(l, m as isize)] += cos.scale(y);
-                if m > 0 {
-                    sum[coefficient_index(l, -(m as isize))] += sin.scale(y);
+                cos[(l - m) % 2] += f[coefficient_index(l, m as isize)].widen().scale(y);
+                sin[(l - m) % 2] += f[coefficient_index(l, -(m as isize))].widen().scale(y);
+            }
+            let turns = self.of(m);
+            for (row, sign) in rows.iter_mut().zip(SIGNS) {
+                let (cos, sin) = (cos[0] + cos[1].scale(sign), sin[0] + sin[1].scale(sign));
+                for (value, turn) in row.even.iter_mut().zip(turns.0) {
+                    *value += cos.scale(*turn);
+                }
+                // Of m = 0 all sines are zero.
+                for (value, turn) in row.odd.iter_mut().zip(turns.1) {
+                    *value += sin.scale(*turn);
                 }
             }
         }
     }
+
+    /// Adds what the rows at `z` and `-z` contribute to the coefficients: the Fourier sums, then every band.
+    fn project_rows<W: Coefficient<Scalar = f64>>(&self, rows: &[Row<W>; 2], theta: &[f64], sum: &mut [W]) {
+        let order = order_of_slice(sum);
+        for m in 0..order {
+            let turns = self.of(m);
+            let cos = rows.each_ref().map(|row| scaled_sum(&row.even, turns.0));
+            let sin = rows.each_ref().map(|row| scaled_sum(&row.odd, turns.1));
+            // For bands whose l - m is even, and odd.
+            let [cos, sin] = [cos, sin].map(|[up, down]| SIGNS.map(|sign| up + down.scale(sign)));
+            for l in m..order {
+                let y = theta[coefficient_index(l, m as isize)];
+                sum[coefficient_index(l, m as isize)] += cos[(l - m) % 2].scale(y);
+                if m > 0 {
+                    sum[coefficient_index(l, -(m as isize))] += sin[(l - m) % 2].scale(y);
+                }
+            }
+        }
+    }
+}
+
+/// `Σ_k v_k t_k`, in sums side by side: one after the other each would wait for the last.
+fn scaled_sum<W: Coefficient<Scalar = f64>>(values: &[W], turns: &[f64]) -> W {
+    const SUMS: usize = 8;
+    let ((values, last_values), (turns, last_turns)) = (values.as_chunks::<SUMS>(), turns.as_chunks::<SUMS>());
+    let mut sums = [W::ZERO; SUMS];
+    for (values, turns) in values.iter().zip(turns) {
+        for ((sum, value), turn) in sums.iter_mut().zip(values).zip(turns) {
+            *sum += value.scale(*turn);
+        }
+    }
+    let mut all = W::ZERO;
+    for sum in sums {
+        all += sum;
+    }
+    for (value, turn) in last_values.iter().zip(last_turns) {
+        all += value.scale(*turn);
+    }
+    all
 }

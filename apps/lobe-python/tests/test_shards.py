@@ -1,0 +1,100 @@
+"""Bakes of every kind in shards: by hand, and on Dask, with the bytes of the command alone whatever the order in which shards come."""
+
+import os
+import random
+import shutil
+import subprocess
+
+import pytest
+
+import lobe
+
+COMMAND = os.environ.get("LOBE") or shutil.which("lobe")
+
+COMMON = {"order": 2, "samples": 16, "bounces": 1}
+
+COUNTS = [1, 2, 3, 7]
+
+# The scene, the name of the output, options, and the same as the command has them. The triangle has fewer vertices than there are shards.
+KINDS = {
+    "unshadowed": ("built-in:cornell", "o.glb", {"mode": "unshadowed"}, "--mode unshadowed"),
+    "shadowed": ("built-in:cornell", "o.safetensors", {"mode": "shadowed", "seed": 3}, "--mode shadowed --seed 3"),
+    "interreflected": ("built-in:cornell", "o.glb", {"energy_stop": 0.0}, "--energy-stop 0"),
+    "without albedo": ("built-in:cornell", "o.safetensors", {"albedo": "none"}, "--albedo none"),
+    "split": ("built-in:ball", "o.glb", {"max_edge": 3.0}, "--max-edge 3"),
+    "glossy": ("built-in:cornell", "o.safetensors", {"mode": "glossy"}, "--mode glossy"),
+    "three vertices": ("three.obj", "o.glb", {}, ""),
+    "three glossy vertices": ("three.obj", "o.safetensors", {"mode": "glossy"}, "--mode glossy"),
+    "texels": ("built-in:cornell", "o.safetensors", {"texels": 16}, "--texels 16"),
+    "a picture of texels": ("built-in:cornell", "o.exr", {"texels": 16, "albedo": "none"}, "--texels 16 --albedo none"),
+    "a grid": ("built-in:ball", "o.safetensors", {"grid": (2, 3, 2)}, "--grid 2,3,2"),
+    "a grid in a box": ("built-in:cornell", "o.safetensors", {"grid": (2, 2, 2), "grid_box": (0, 0, 1, 1, 1, 2)}, "--grid 2,2,2 --grid-box 0,0,1,1,1,2"),
+}
+
+
+@pytest.fixture(params=KINDS)
+def kind(request, tmp_path, monkeypatch):
+    """The scene, the name of the output, options, and the bytes that the command writes."""
+    if COMMAND is None:
+        pytest.skip("the command lobe is not built: set LOBE to it")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "three.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 0 -1\nf 1 2 3\n")
+    scene, name, options, arguments = KINDS[request.param]
+    common = [part for option, value in COMMON.items() for part in (f"--{option}", str(value))]
+    if "--mode" in arguments and "glossy" not in arguments:
+        common = common[:-2]
+    subprocess.run([COMMAND, "bake", scene, "-o", name, *common, *arguments.split(), "--quiet"], check=True)
+    return scene, name, lobe.BakeOptions(**COMMON, **options), (tmp_path / name).read_bytes()
+
+
+def test_every_number_of_shards_in_any_order_has_the_bytes_of_the_command(kind, tmp_path):
+    scene, name, options, expected = kind
+    lobe.bake(scene, f"whole-{name}", options)
+    assert (tmp_path / f"whole-{name}").read_bytes() == expected
+    for count in COUNTS:
+        parts = [f"{number}-of-{count}.safetensors" for number in range(1, count + 1)]
+        for number, part in enumerate(parts, 1):
+            lobe.bake(scene, part, options, shard=(number, count))
+        for order in [parts[::-1], random.Random(count).sample(parts, count)]:
+            lobe.merge(scene, order, f"merged-{name}", options)
+            assert (tmp_path / f"merged-{name}").read_bytes() == expected, order
+
+
+@pytest.fixture(scope="module")
+def client():
+    distributed = pytest.importorskip("distributed", reason="dask's distributed is not installed")
+    with (
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None) as cluster,
+        distributed.Client(cluster, set_as_default=False) as client,
+    ):
+        yield client
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("arrival", ["as they come", "last first", "shuffled"])
+def test_shards_from_workers_have_these_bytes_in_any_order_of_arrival(kind, tmp_path, monkeypatch, client, arrival):
+    import distributed
+
+    import lobe.distributed as on_dask
+
+    class Arriving:
+        """Results of tasks in an order that does not depend on the workers."""
+
+        def __init__(self, futures):
+            self._futures, self._random = list(futures), random.Random(0)
+
+        def add(self, future):
+            self._futures.append(future)
+
+        def __iter__(self):
+            while self._futures:
+                at = -1 if arrival == "last first" else self._random.randrange(len(self._futures))
+                yield self._futures.pop(at)
+
+    if arrival != "as they come":
+        monkeypatch.setattr(distributed, "as_completed", Arriving)
+    scene, name, options, expected = kind
+    for count in COUNTS:
+        on_dask.bake(scene, name, options, client=client, shards=count)
+        assert (tmp_path / name).read_bytes() == expected, f"{count} shards"
+        assert not os.path.exists(f"{name}.shards")
