@@ -18,7 +18,7 @@ use crate::app::kept::{Kept, RoomName, Theme};
 use crate::app::page_drops::Drops;
 use crate::loading::cache::UserFolder;
 use crate::loading::export::ExportPlan;
-use crate::loading::file_kind::{FileKind, TENSORS};
+use crate::loading::file_kind::{self, FileKind, TENSORS};
 use crate::loading::limits::ReadLimits;
 use crate::loading::place::IN_PAGE;
 use crate::loading::{moving_source, scene_source, sky_source};
@@ -372,7 +372,7 @@ impl ViewerApp {
 
 /// Endings of all files that can be opened.
 fn endings() -> Vec<&'static str> {
-    let scenes = scene_source::ENDINGS.iter().chain([&moving_source::DESCRIPTION]);
+    let scenes = scene_source::ENDINGS.iter().chain([&file_kind::DESCRIPTION]);
     scenes.chain(&sky_source::ENDINGS).chain([&TENSORS]).copied().collect()
 }
 

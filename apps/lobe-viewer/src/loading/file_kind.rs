@@ -4,12 +4,14 @@ use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
 
-use lobe::sh::{Quantity, ShFile, read_sh_json, read_sh_json_bytes};
+use lobe::sh::Quantity;
 
-use crate::loading::moving_source::DESCRIPTION;
 use crate::loading::place::given;
 use crate::loading::scene_source::{self, has_ending};
 use crate::loading::sky_source;
+
+/// The ending of descriptions of scenes.
+pub(crate) const DESCRIPTION: &str = "json";
 
 /// The ending of files of transfer, fields and spheres.
 pub(crate) const TENSORS: &str = "safetensors";
@@ -51,7 +53,7 @@ impl FileKind {
             return Ok(Self::Scene);
         }
         if sky_source::is_expansion(path) {
-            let file = read_expansion(path).map_err(|error| error.to_string())?;
+            let file = sky_source::read_expansion(path).map_err(|error| error.to_string())?;
             return Ok(if file.quantity == Quantity::Radiance { Self::Sky } else { Self::Function });
         }
         if sky_source::is_sky(path) {
@@ -74,15 +76,6 @@ impl FileKind {
             "{name}: nothing to show by itself; this opens scenes (.{scenes}, .json), skies (.{skies}), .sh.json and .{TENSORS}"
         ))
     }
-}
-
-/// Reads an expansion of any quantity.
-pub(crate) fn read_expansion(path: &Path) -> anyhow::Result<ShFile> {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    Ok(match given(path) {
-        Some(bytes) => read_sh_json_bytes(&bytes, &name)?,
-        None => read_sh_json(path)?,
-    })
 }
 
 fn head_of(path: &Path) -> std::io::Result<String> {

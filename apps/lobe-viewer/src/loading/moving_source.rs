@@ -8,12 +8,9 @@ use lobe::render::{Motion, MovingPart, MovingScene};
 use lobe::scene::{AnimatedScene, built_in, is_gltf};
 use lobe::shadow::{SphereSet, read_field, read_spheres};
 
-use crate::loading::file_kind::FileKind;
+use crate::loading::file_kind::{DESCRIPTION, FileKind};
 use crate::loading::limits::{ReadLimits, plain};
 use crate::loading::scene_source::{BUILT_IN, ENDINGS, has_ending, open_scene};
-
-/// The ending of descriptions of scenes.
-pub(crate) const DESCRIPTION: &str = "json";
 
 /// How far a field or spheres may be from a part, and how much larger or smaller, in radii of the part: spheres reach out of it.
 const FITS: f64 = 0.5;

@@ -7,9 +7,8 @@ use lobe::env::{
     EnvMap, Ground, MappedMap, PreethamSky, Sky as _, project_map, read_map, read_map_bytes, reconstruct, sky_map,
 };
 use lobe::prt::Transfer;
-use lobe::sh::{Dir, Quantity, Rgb, ShVec};
+use lobe::sh::{Dir, Quantity, Rgb, ShFile, ShVec, read_sh_json, read_sh_json_bytes};
 
-use crate::loading::file_kind::read_expansion;
 use crate::loading::limits::{ReadLimits, plain};
 use crate::loading::place::given;
 use crate::loading::scene_source::has_ending;
@@ -146,4 +145,12 @@ pub(crate) fn open(control: &Control<OpenedSky>, source: &Path, limits: &ReadLim
         control.send(opened);
     }
     Ok(())
+}
+/// Reads an expansion of any quantity.
+pub(crate) fn read_expansion(path: &Path) -> anyhow::Result<ShFile> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    Ok(match given(path) {
+        Some(bytes) => read_sh_json_bytes(&bytes, &name)?,
+        None => read_sh_json(path)?,
+    })
 }

@@ -8,7 +8,7 @@ use lobe::render::CrossSection;
 use lobe::sh::{Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal};
 use serde::{Deserialize, Serialize};
 
-use crate::loading::file_kind::read_expansion;
+use crate::loading::sky_source::read_expansion;
 use crate::rooms::light::{LightHand, Taming};
 use crate::widgets::coefficient_table::MOST;
 use crate::widgets::within::within;
