@@ -12,7 +12,7 @@
 //! | the room of scenes | [`SceneRoom`], [`SceneEdits`], [`SceneLamp`], [`Comparison`], [`vertex_under`], [`transfer_of`] |
 //! | the rooms of skies, functions and motion | [`SkyRoom`], [`Shelf`], [`FunctionsRoom`], [`MotionRoom`], [`MotionEdits`], [`MotionView`] |
 //! | what is shown of a scene | [`Mode`], [`Taming`], [`Orbit`] |
-//! | reading and baking off the thread of the window | [`give_file`], [`Task`], [`open_scene`], [`open_moving`], [`open_sky`], [`bake_scene`], [`bake_glossy`], [`moving_bake_options`] |
+//! | reading and baking off the thread of the window | [`give_file`], [`ReadLimits`], [`Task`], [`open_scene`], [`open_moving`], [`open_sky`], [`bake_scene`], [`bake_glossy`], [`moving_bake_options`] |
 //! | pictures as files | [`ExportPlan`], [`SceneExport`] |
 
 mod app;
@@ -32,13 +32,14 @@ pub use app::viewer_app::ViewerApp;
 pub use loading::bake::{GlossyBake, SceneData, SceneNews, bake_glossy, bake_options, bake_scene};
 pub use loading::cache::UserFolder;
 pub use loading::export::{ExportPlan, SceneExport};
+pub use loading::limits::ReadLimits;
 pub use loading::mode::Mode;
 pub use loading::moving_source::open_moving;
 pub use loading::place::give_file;
 pub use loading::scene_source::{OpenedScene, open_scene};
 pub use loading::sky_source::{OpenedSky, open_sky};
 pub use loading::task::{Control, Task, TaskEvent};
-pub use rooms::functions::edits::{FunctionsEdits, Section, Shape, Study};
+pub use rooms::functions::edits::{FunctionsEdits, OpenedFunction, Section, Shape, Study};
 pub use rooms::functions::functions_room::FunctionsRoom;
 pub use rooms::light::Taming;
 pub use rooms::motion::edits::{MotionEdits, MotionView};
@@ -72,7 +73,7 @@ pub fn main() -> ExitCode {
     let ended = match (&arguments.headless, &arguments.output) {
         (Some(scene), Some(output)) => cli::headless::run(&arguments, scene, output),
         _ if arguments.bench => cli::bench::run(&arguments),
-        _ => app::window::open(&arguments.files),
+        _ => app::window::open(&arguments.files, arguments.limits),
     };
     match ended {
         Ok(()) => ExitCode::SUCCESS,

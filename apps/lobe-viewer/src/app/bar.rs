@@ -30,7 +30,7 @@ pub(crate) fn bar(ui: &mut Ui, kept: &mut Kept, can: Can) -> Option<BarAsked> {
         }
         ui.separator();
         ui.menu_button("File", |ui| {
-            if ui.button("Open a scene or a sky").clicked() {
+            if ui.button("Open a file").clicked() {
                 asked = Some(BarAsked::Open);
             }
             for path in &kept.recent {

@@ -1,18 +1,22 @@
 //! The keys, and what the mouse does.
 
-use eframe::egui::{Context, Grid, Window};
+use eframe::egui::{Context, Grid, ScrollArea, Ui, Window};
 
 /// What is pressed and what it does.
-const KEYS: [(&str, &str); 21] = [
-    ("Drag", "turn the view, or a balloon"),
-    ("Shift + drag", "turn the sky"),
-    ("Ctrl + drag, right drag", "move the view"),
-    ("Scroll", "come nearer, go away"),
+const KEYS: [(&str, &str); 25] = [
+    ("Drag, arrows", "turn the view, or a balloon"),
+    ("Shift + drag, Shift + arrows", "turn the sky, or the function"),
+    ("Ctrl + drag, Ctrl + arrows, right drag", "move the view"),
+    ("Scroll, plus, minus", "come nearer, go away"),
     ("F", "the whole scene in the picture"),
     ("T", "the sky keeps turning"),
-    ("1 2 3 4", "unshadowed, shadowed, interreflected, difference"),
+    ("1 2 3 4", "light paths, pictures below the sky, studies, or ways of shadows"),
     (", .", "lower, higher order"),
     ("[ ]", "less, more exposure"),
+    ("W", "the next window of the expansion"),
+    ("D", "dering on, off"),
+    ("Space", "play, stop (room of motion)"),
+    ("Click on a sun", "take it out of the sky (room of skies)"),
     ("R", "the truth by rays, the difference to it"),
     ("P", "transfer under the pointer"),
     ("Ctrl + O", "open a file"),
@@ -30,12 +34,19 @@ const KEYS: [(&str, &str); 21] = [
 /// Shows the list.
 pub(crate) fn help(ctx: &Context, is_open: &mut bool) {
     Window::new("Keys and mouse").open(is_open).resizable(false).show(ctx, |ui| {
-        Grid::new("keys").num_columns(2).spacing([24.0, 4.0]).striped(true).show(ui, |ui| {
-            for (key, does) in KEYS {
-                ui.strong(key);
-                ui.label(does);
-                ui.end_row();
-            }
+        let most = ctx.content_rect().height() - 120.0;
+        ScrollArea::vertical().max_height(most.max(60.0)).show(ui, |ui| {
+            keys(ui);
         });
+    });
+}
+
+fn keys(ui: &mut Ui) {
+    Grid::new("keys").num_columns(2).spacing([24.0, 4.0]).striped(true).show(ui, |ui| {
+        for (key, does) in KEYS {
+            ui.strong(key);
+            ui.label(does);
+            ui.end_row();
+        }
     });
 }

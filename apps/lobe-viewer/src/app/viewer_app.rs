@@ -18,6 +18,8 @@ use crate::app::kept::{Kept, RoomName, Theme};
 use crate::app::page_drops::Drops;
 use crate::loading::cache::UserFolder;
 use crate::loading::export::ExportPlan;
+use crate::loading::file_kind::{FileKind, TENSORS};
+use crate::loading::limits::ReadLimits;
 use crate::loading::place::IN_PAGE;
 use crate::loading::{moving_source, scene_source, sky_source};
 use crate::rooms::functions::functions_room::FunctionsRoom;
@@ -49,6 +51,7 @@ pub struct ViewerApp {
     motion: MotionRoom,
     files: FileList,
     drops: Drops,
+    limits: ReadLimits,
     exports: Exports,
     notice: Notice,
     lost: Arc<AtomicBool>,
@@ -80,6 +83,7 @@ impl ViewerApp {
             gpu,
             files: FileList::default(),
             drops: Drops::default(),
+            limits: ReadLimits::default(),
             exports,
             notice: Notice::default(),
             lost: Arc::default(),
@@ -137,22 +141,48 @@ impl ViewerApp {
             self.scene.edits_mut().scene = path.into();
         } else if text.starts_with("made:") || text.starts_with("bundled:") {
             self.scene.edits_mut().sky = path.into();
-        } else if self.is_of_motion(path) {
-            self.motion.open(path);
-            self.kept.room = RoomName::Motion;
         } else {
-            self.scene.open(path);
+            self.open_file(path);
         }
         if is_on_disk {
             self.kept.remember(path);
         }
     }
 
-    /// Whether a file is for the room of motion: descriptions are, and scenes that are opened there.
-    fn is_of_motion(&self, path: &Path) -> bool {
-        let is_scene = scene_source::has_ending(path, &scene_source::ENDINGS);
-        (scene_source::has_ending(path, &[moving_source::DESCRIPTION]) && !sky_source::is_expansion(path))
-            || (is_scene && self.kept.room == RoomName::Motion)
+    /// Opens a file in the room that shows it.
+    fn open_file(&mut self, path: &Path) {
+        let kind = match FileKind::of(path) {
+            Ok(kind) => kind,
+            Err(message) => return self.notice.fail(message),
+        };
+        let is_in_motion = self.kept.room == RoomName::Motion;
+        self.kept.room = match kind {
+            FileKind::Description => RoomName::Motion,
+            // What stands still is opened in the room of motion only by who is there.
+            FileKind::Scene if is_in_motion => RoomName::Motion,
+            FileKind::Field | FileKind::Spheres => RoomName::Motion,
+            FileKind::Function => RoomName::Functions,
+            FileKind::Sky if matches!(self.kept.room, RoomName::Sky | RoomName::Motion) => self.kept.room,
+            FileKind::Scene | FileKind::Sky | FileKind::Transfer => RoomName::Scene,
+        };
+        match kind {
+            FileKind::Description => self.motion.open(path),
+            FileKind::Scene if is_in_motion => self.motion.open(path),
+            FileKind::Field | FileKind::Spheres => self.motion.open_part_file(path),
+            FileKind::Function => {
+                if let Err(error) = self.functions.open(path) {
+                    self.notice.fail(error.to_string());
+                }
+            }
+            FileKind::Scene | FileKind::Sky | FileKind::Transfer => self.scene.open(path),
+        }
+    }
+
+    /// The same viewer with other limits of reading.
+    #[must_use]
+    pub fn reading_within(self, limits: ReadLimits) -> Self {
+        let (scene, motion) = (self.scene.reading_within(limits), self.motion.reading_within(limits));
+        Self { scene, motion, limits, ..self }
     }
 
     /// The room of motion.
@@ -176,7 +206,9 @@ impl ViewerApp {
             BarAsked::Help => self.is_help_open = !self.is_help_open,
             BarAsked::Reset => {
                 let kept = Kept { recent: self.kept.recent.clone(), room: self.kept.room, ..Kept::default() };
-                *self = Self::with(kept, self.gpu.take(), self.folder.clone());
+                let (lost, limits) = (self.lost.clone(), self.limits);
+                let first = Self::with(kept, self.gpu.take(), self.folder.clone());
+                *self = first.reporting_loss_to(lost).reading_within(limits);
                 ctx.request_repaint();
             }
         }
@@ -248,14 +280,11 @@ impl ViewerApp {
                     continue;
                 }
             };
-            if !self.is_of_motion(&path) {
-                self.kept.room = RoomName::Scene;
-            }
             self.open(&path);
         }
         if ctx.input(|input| !input.raw.hovered_files.is_empty()) {
             Area::new(Id::unique("drop")).anchor(Align2::CENTER_CENTER, [0.0, 0.0]).show(ctx, |ui| {
-                Frame::popup(ui.style()).show(ui, |ui| ui.heading("Drop a scene or a sky"));
+                Frame::popup(ui.style()).show(ui, |ui| ui.heading("Drop a scene, a sky, an expansion or a bake"));
             });
         }
     }
@@ -344,7 +373,7 @@ impl ViewerApp {
 /// Endings of all files that can be opened.
 fn endings() -> Vec<&'static str> {
     let scenes = scene_source::ENDINGS.iter().chain([&moving_source::DESCRIPTION]);
-    scenes.chain(&sky_source::ENDINGS).copied().collect()
+    scenes.chain(&sky_source::ENDINGS).chain([&TENSORS]).copied().collect()
 }
 
 impl eframe::App for ViewerApp {

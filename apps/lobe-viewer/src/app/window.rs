@@ -13,6 +13,7 @@ use lobe_gpu::Context;
 
 use crate::app::viewer_app::ViewerApp;
 use crate::loading::cache::UserFolder;
+use crate::loading::limits::ReadLimits;
 use crate::widgets::gpu::Gpu;
 
 /// The size of the window at the first start, in points.
@@ -26,13 +27,13 @@ const MOST_LOSSES: usize = 3;
 
 /// Opens the window on what was left open, or on these files, and returns when it is closed. One whose device is lost is opened again
 /// on another device, as it was.
-pub(crate) fn open(files: &[PathBuf]) -> anyhow::Result<()> {
+pub(crate) fn open(files: &[PathBuf], limits: ReadLimits) -> anyhow::Result<()> {
     let said = keep_panics_quiet();
     for losses in 0..=MOST_LOSSES {
         let lost = Arc::new(AtomicBool::new(false));
         let files = if losses == 0 { files } else { &[] };
         let device = Arc::new(OnceLock::new());
-        let ended = catch_unwind(AssertUnwindSafe(|| run(files, losses, &lost, &device)));
+        let ended = catch_unwind(AssertUnwindSafe(|| run((files, limits), losses, &lost, &device)));
         match ended {
             Ok(Ok(())) if !lost.load(Ordering::Relaxed) => return Ok(()),
             Ok(Err(error)) if losses == 0 => return Err(error),
@@ -63,7 +64,7 @@ fn is_gone(device: &OnceLock<Context>) -> bool {
 }
 
 fn run(
-    files: &[PathBuf],
+    (files, limits): (&[PathBuf], ReadLimits),
     losses: usize,
     lost: &Arc<AtomicBool>,
     device: &Arc<OnceLock<Context>>,
@@ -81,7 +82,7 @@ fn run(
         if let Some(gpu) = &gpu {
             device.get_or_init(|| gpu.context().clone());
         }
-        let mut app = ViewerApp::new(gpu, UserFolder::of_user(), &files).reporting_loss_to(lost);
+        let mut app = ViewerApp::new(gpu, UserFolder::of_user(), &files).reporting_loss_to(lost).reading_within(limits);
         if losses > 0 {
             app.complain("The graphics device was lost; the window was opened again with what was kept");
         }

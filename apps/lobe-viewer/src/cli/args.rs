@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Parser;
+use lobe_gpu::Storage;
 
+use crate::loading::limits::ReadLimits;
 use crate::loading::mode::Mode;
 
 /// See and steer spherical-harmonic lighting and precomputed radiance transfer in real time.
@@ -30,6 +32,9 @@ pub(crate) struct Arguments {
     /// Paths from each vertex, where the scene is baked first
     #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     pub(crate) samples: u32,
+    /// How the numbers of transfer are stored on the device: half precision is half of the bytes, and changes colors by 3e-4
+    #[arg(long, value_enum, default_value = "f32")]
+    pub(crate) storage: StorageName,
     /// Pictures, with the sky turning once around from the first to the last
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) frames: u16,
@@ -57,9 +62,29 @@ pub(crate) struct Arguments {
     /// Print the measurement as JSON
     #[arg(long, requires = "bench")]
     pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) limits: ReadLimits,
     /// Take the program that emulates a graphics card
     #[arg(long)]
     pub(crate) software: bool,
+}
+
+/// The numbers of transfer on the device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum StorageName {
+    /// Single precision.
+    F32,
+    /// Half precision.
+    F16,
+}
+
+impl From<StorageName> for Storage {
+    fn from(name: StorageName) -> Self {
+        match name {
+            StorageName::F32 => Self::F32,
+            StorageName::F16 => Self::F16,
+        }
+    }
 }
 
 /// Reads `WxH`.

@@ -23,7 +23,7 @@ const FRAMES: usize = 30;
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let opened = match arguments.cells {
         Some(cells) => OpenedScene::of_built_in("still-life", built_in::still_life(usize::from(cells))),
-        None => open_scene(arguments.scene.as_deref().unwrap_or(Path::new(scene_source::FIRST)))?,
+        None => open_scene(arguments.scene.as_deref().unwrap_or(Path::new(scene_source::FIRST)), &arguments.limits)?,
     };
     let (size, rays) = (arguments.size.unwrap_or(SIZE), arguments.rays.unwrap_or(1));
     // As the window draws what moves.

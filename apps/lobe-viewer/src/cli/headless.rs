@@ -20,7 +20,7 @@ const RAYS: u8 = 2;
 pub(crate) fn run(arguments: &Arguments, scene: &Path, output: &Path) -> anyhow::Result<()> {
     let (size, rays) = (arguments.size.unwrap_or(SIZE), arguments.rays.unwrap_or(RAYS));
     let options = SceneViewOptions::default().width(size[0]).height(size[1]).rays(u32::from(rays));
-    let Prepared { view, light, .. } = prepare(arguments, open_scene(scene)?, &options)?;
+    let Prepared { view, light, .. } = prepare(arguments, open_scene(scene, &arguments.limits)?, &options)?;
     let frames = usize::from(arguments.frames);
     let options = TurntableOptions::default().frames(frames).step(TAU / frames as f64);
     write_turntable(&view, &light, &options, output, Job::default())?;

@@ -8,12 +8,11 @@ use lobe::io::Progress;
 use lobe::prt::{BakeMode, Transfer};
 use lobe::sh::{Rgb, ShVec};
 use lobe_gpu::{
-    AdapterChoice, Context, ContextOptions, Environment, GlossyMesh, SceneView, SceneViewOptions, Storage,
-    SurfaceShading,
+    AdapterChoice, Context, ContextOptions, Environment, GlossyMesh, SceneView, SceneViewOptions, SurfaceShading,
 };
 
 use crate::cli::args::Arguments;
-use crate::loading::bake::{GlossyBake, SceneData, bake_glossy, bake_options, bake_scene};
+use crate::loading::bake::{self, GlossyBake, SceneData, bake_glossy, bake_options, bake_scene};
 use crate::loading::mode::Mode;
 use crate::loading::scene_source::OpenedScene;
 use crate::loading::sky_source::open_sky;
@@ -33,10 +32,11 @@ pub(crate) fn prepare(
     opened: OpenedScene,
     options: &SceneViewOptions,
 ) -> anyhow::Result<Prepared> {
-    let sky = open_sky(&arguments.env)?;
+    let sky = open_sky(&arguments.env, &arguments.limits)?;
     let data = SceneData::new(opened.name, opened.scene);
     let mut order = usize::from(arguments.order);
     let mut baked = Vec::new();
+    let mut is_demodulated = false;
     let is_baked = opened.baked.is_some();
     if let Some(file) = opened.baked {
         let found = file.recipe.mode.unwrap_or(BakeMode::Interreflected);
@@ -52,6 +52,7 @@ pub(crate) fn prepare(
             bail!("--order {order}: {} was baked to order {}; ask for that", data.name, file.transfer.order());
         }
         order = file.transfer.order();
+        is_demodulated = bake::is_demodulated(&file.recipe);
         baked.push((found, file.transfer));
     } else {
         for &mode in arguments.mode.bakes() {
@@ -69,7 +70,8 @@ pub(crate) fn prepare(
     let context = Context::new(&ContextOptions::default().adapter(adapter))?;
     let meshes: Vec<GlossyMesh<'_>> = glossy.iter().map(GlossyBake::on_device).collect();
     let shading = match &transfer {
-        Some(transfer) => SurfaceShading::Mixed(transfer, &meshes, Storage::F32),
+        Some(transfer) if is_demodulated => SurfaceShading::Demodulated(transfer, arguments.storage.into()),
+        Some(transfer) => SurfaceShading::Mixed(transfer, &meshes, arguments.storage.into()),
         None => SurfaceShading::Irradiance(order),
     };
     let view = SceneView::new(&context, &data.scene, &shading, Some(&Environment::from(&*sky.map)), options)?;

@@ -5,13 +5,15 @@ use std::sync::Arc;
 
 use lobe::io::{Job, Progress};
 use lobe::prt::{
-    BakeMode, BakeOptions, GlossyLobe, PrtError, Receivers, Recipe, Transfer, TransferMatrices, bake, bake_matrices,
+    AlbedoMode, BakeMode, BakeOptions, GlossyLobe, PrtError, Receivers, Recipe, Transfer, TransferMatrices, bake,
+    bake_matrices, read_transfer, read_transfer_bytes,
 };
 use lobe::scene::{Bvh, Scene};
 use lobe_gpu::GlossyMesh;
 
 use crate::loading::cache::UserFolder;
-use crate::loading::place::IN_PAGE;
+use crate::loading::limits::ReadLimits;
+use crate::loading::place::{IN_PAGE, given};
 use crate::loading::scene_source::open_scene;
 use crate::loading::task::Control;
 
@@ -96,6 +98,8 @@ pub enum SceneNews {
         mode: BakeMode,
         /// Paths from each vertex; none if the file does not say.
         samples: Option<u32>,
+        /// Whether it leaves out the albedo, which each pixel has then.
+        is_demodulated: bool,
         /// The transfer.
         transfer: Arc<Transfer>,
     },
@@ -103,6 +107,46 @@ pub enum SceneNews {
     Glossy(Vec<GlossyBake>),
     /// It is large, or in a page, and not baked yet.
     AskBeforeBake,
+}
+
+impl SceneNews {
+    fn of_bake(mode: BakeMode, samples: u32, transfer: Transfer) -> Self {
+        Self::Baked { mode, samples: Some(samples), is_demodulated: false, transfer: Arc::new(transfer) }
+    }
+
+    fn of_file(transfer: Transfer, recipe: &Recipe) -> Self {
+        Self::Baked {
+            mode: recipe.mode.unwrap_or(BakeMode::Interreflected),
+            samples: recipe.samples,
+            is_demodulated: is_demodulated(recipe),
+            transfer: Arc::new(transfer),
+        }
+    }
+}
+
+/// Whether a bake leaves out the albedo.
+pub(crate) fn is_demodulated(recipe: &Recipe) -> bool {
+    recipe.bake_options().albedo == AlbedoMode::None
+}
+
+/// Reads a file of transfer for the scene that is open.
+pub(crate) fn adopt(control: &Control<SceneNews>, data: &SceneData, path: &Path) -> Result<(), String> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    control.stage(name.clone());
+    let read = match given(path) {
+        Some(bytes) => read_transfer_bytes(&bytes, &name),
+        None => read_transfer(path),
+    };
+    let (transfer, recipe) = read.map_err(|error| error.to_string())?;
+    let (found, expected) = (transfer.receivers(), data.scene.vertex_count());
+    if found != expected {
+        return Err(format!(
+            "{name}: transfer of {found} receivers, but {} has {expected} vertices; open the scene that it was baked from first",
+            data.name
+        ));
+    }
+    control.send(SceneNews::of_file(transfer, &recipe));
+    Ok(())
 }
 
 /// The options of a bake of the window.
@@ -132,20 +176,18 @@ pub(crate) fn open(
     control: &Control<SceneNews>,
     source: &Path,
     order: usize,
-    folder: &UserFolder,
+    (folder, limits): (&UserFolder, &ReadLimits),
 ) -> Result<(), String> {
     let name = source.file_name().unwrap_or_default().to_string_lossy();
     control.stage(name);
-    let opened = open_scene(source).map_err(|error| error.to_string())?;
+    let opened = open_scene(source, limits).map_err(|error| error.to_string())?;
     if control.is_cancelled() {
         return Ok(());
     }
     let data = SceneData::new(opened.name, opened.scene);
     control.send(SceneNews::Opened(data.clone()));
     if let Some(baked) = opened.baked {
-        let mode = baked.recipe.mode.unwrap_or(BakeMode::Interreflected);
-        let transfer = Arc::new(baked.transfer);
-        control.send(SceneNews::Baked { mode, samples: baked.recipe.samples, transfer });
+        control.send(SceneNews::of_file(baked.transfer, &baked.recipe));
         return Ok(());
     }
     if IN_PAGE || data.scene.vertex_count() > MOST_UNASKED {
@@ -169,7 +211,7 @@ pub(crate) fn rounds(
     for mode in MODES {
         match folder.kept_bake(&data.scene, &bake_options(mode, order, samples)) {
             Some(transfer) => {
-                control.send(SceneNews::Baked { mode, samples: Some(samples), transfer: Arc::new(transfer) });
+                control.send(SceneNews::of_bake(mode, samples, transfer));
             }
             None => missing.push(mode),
         }
@@ -186,7 +228,7 @@ pub(crate) fn rounds(
             if round == samples {
                 folder.keep_bake(&data.scene, &options, &transfer, &recipe);
             }
-            control.send(SceneNews::Baked { mode, samples: Some(round), transfer: Arc::new(transfer) });
+            control.send(SceneNews::of_bake(mode, round, transfer));
         }
     }
     for round in [FIRST_GLOSSY.min(samples), samples] {

@@ -97,6 +97,8 @@ pub struct SceneExport {
     pub(crate) data: SceneData,
     /// Without one, the scene is lit by its normals, to this order.
     pub(crate) transfer: Option<std::sync::Arc<lobe::prt::Transfer>>,
+    /// Whether that leaves out the albedo.
+    pub(crate) is_demodulated: bool,
     pub(crate) order: usize,
     pub(crate) glossy: Vec<GlossyBake>,
     pub(crate) sky: Option<OpenedSky>,
@@ -121,6 +123,7 @@ impl SceneExport {
     ) -> Result<(), GpuError> {
         let meshes: Vec<GlossyMesh<'_>> = self.glossy.iter().map(GlossyBake::on_device).collect();
         let shading = match &self.transfer {
+            Some(transfer) if self.is_demodulated => SurfaceShading::Demodulated(transfer, Storage::F32),
             Some(transfer) => SurfaceShading::Mixed(transfer, &meshes, Storage::F32),
             None => SurfaceShading::Irradiance(self.order),
         };

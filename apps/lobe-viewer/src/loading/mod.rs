@@ -7,6 +7,8 @@
 pub(crate) mod bake;
 pub(crate) mod cache;
 pub(crate) mod export;
+pub(crate) mod file_kind;
+pub(crate) mod limits;
 pub(crate) mod mode;
 pub(crate) mod moving_source;
 pub(crate) mod place;

@@ -1,24 +1,31 @@
 //! Moving scenes by name.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use anyhow::bail;
-use lobe::render::MovingScene;
-use lobe::scene::{AnimatedScene, SceneReadOptions, built_in, is_gltf};
+use lobe::render::{Motion, MovingPart, MovingScene};
+use lobe::scene::{AnimatedScene, built_in, is_gltf};
+use lobe::shadow::{SphereSet, read_field, read_spheres};
 
+use crate::loading::file_kind::FileKind;
+use crate::loading::limits::{ReadLimits, plain};
 use crate::loading::scene_source::{BUILT_IN, ENDINGS, has_ending, open_scene};
 
 /// The ending of descriptions of scenes.
 pub(crate) const DESCRIPTION: &str = "json";
+
+/// How far a field or spheres may be from a part, and how much larger or smaller, in radii of the part: spheres reach out of it.
+const FITS: f64 = 0.5;
 
 /// Reads a scene that may move, repeated from its end: a .glb, .gltf or .vrm file with its first animation, a description (.json) as the
 /// command `lobe render --mode fields` takes it, another scene, which stands still, or `built-in:NAME`.
 ///
 /// # Errors
 /// One line that says what is wrong with the file or the name.
-pub fn open_moving(source: &Path) -> anyhow::Result<MovingScene> {
+pub fn open_moving(source: &Path, limits: &ReadLimits) -> anyhow::Result<MovingScene> {
     let text = source.to_string_lossy();
-    let options = SceneReadOptions::default();
+    let options = limits.scene();
     let moving = if let Some(name) = text.strip_prefix(BUILT_IN) {
         let Some(animated) = built_in::moving(name) else {
             let known = built_in::MOVING_NAMES.map(|known| format!("{BUILT_IN}{known}")).join(", ");
@@ -26,13 +33,13 @@ pub fn open_moving(source: &Path) -> anyhow::Result<MovingScene> {
         };
         MovingScene::animated(animated, Some(0))?
     } else if has_ending(source, &[DESCRIPTION]) {
-        MovingScene::read(source, &options)?.0
+        MovingScene::read(source, &options).map_err(plain)?.0
     } else if is_gltf(source) {
-        let (animated, _) = AnimatedScene::read(source, &options)?;
+        let (animated, _) = AnimatedScene::read(source, &options).map_err(plain)?;
         let animation = (!animated.animations().is_empty()).then_some(0);
         MovingScene::animated(animated, animation)?
     } else if has_ending(source, &ENDINGS) {
-        MovingScene::animated(AnimatedScene::still(open_scene(source)?.scene), None)?
+        MovingScene::animated(AnimatedScene::still(open_scene(source, limits)?.scene), None)?
     } else {
         let name = source.file_name().unwrap_or_default().to_string_lossy();
         bail!("{name}: not a scene that can move; there are .glb, .gltf, .vrm, .obj, .ply and descriptions, .json");
@@ -48,4 +55,70 @@ pub(crate) fn is_file(source: &Path) -> bool {
 /// The name of a built-in moving scene as a source.
 pub(crate) fn built_in_moving(name: &str) -> PathBuf {
     PathBuf::from(format!("{BUILT_IN}{name}"))
+}
+
+/// The same scene with fields and spheres from files, each of the part that it is nearest to.
+///
+/// # Errors
+/// One line that says what is wrong with a file, or that no part is where it is.
+pub(crate) fn with_files(scene: MovingScene, files: &[PathBuf]) -> anyhow::Result<MovingScene> {
+    if files.is_empty() {
+        return Ok(scene);
+    }
+    let mut parts = scene.parts().to_vec();
+    for file in files {
+        match FileKind::of(file).map_err(anyhow::Error::msg)? {
+            FileKind::Field => {
+                let field = read_field(file)?;
+                let part = part_at(&mut parts, field.grid().center(), field.grid().radius(), file)?;
+                part.field = Some(Arc::new(field));
+            }
+            FileKind::Spheres => {
+                let spheres = read_spheres(file)?;
+                let (center, radius) = ball_of(&spheres);
+                part_at(&mut parts, center, radius, file)?.spheres = Some(Arc::new(spheres));
+            }
+            _ => bail!("{}: expected an occlusion field or spheres", file.display()),
+        }
+    }
+    Ok(MovingScene::new(parts)?.with_lamps(scene.lamps().to_vec()).looped(true))
+}
+
+/// The part that moves whose ball is nearest to one, by its middle and its size.
+fn part_at<'a>(
+    parts: &'a mut [MovingPart],
+    center: [f64; 3],
+    radius: f64,
+    file: &Path,
+) -> anyhow::Result<&'a mut MovingPart> {
+    let off = |part: &MovingPart| {
+        let [min, max] = part.scene.world_bounds();
+        let middle: [f64; 3] = std::array::from_fn(|k| 0.5 * (min[k] + max[k]));
+        let reach = length(std::array::from_fn(|k| 0.5 * (max[k] - min[k])));
+        let apart = length(std::array::from_fn(|k| middle[k] - center[k]));
+        (apart + (reach - radius).abs()) / reach.max(f64::MIN_POSITIVE)
+    };
+    let moving = parts.iter_mut().filter(|part| !matches!(part.motion, Motion::Still));
+    let nearest = moving.map(|part| (off(part), part)).min_by(|a, b| a.0.total_cmp(&b.0));
+    match nearest {
+        Some((off, part)) if off < FITS => Ok(part),
+        _ => bail!(
+            "{}: around {center:.2?} with a radius of {radius:.2}, where no part of the scene is; open the scene that it was made for \
+             first",
+            file.file_name().unwrap_or_default().to_string_lossy()
+        ),
+    }
+}
+
+/// The ball around spheres.
+fn ball_of(spheres: &SphereSet) -> ([f64; 3], f64) {
+    let all = || (0..spheres.len()).map(|k| (spheres.center(k), f64::from(spheres.radii()[k])));
+    let bound = |k: usize, sign: f64| all().map(|(c, r)| sign * c[k] + r).fold(f64::NEG_INFINITY, f64::max);
+    let [max, min] = [1.0, -1.0].map(|sign| std::array::from_fn::<f64, 3, _>(|k| sign * bound(k, sign)));
+    let center = std::array::from_fn(|k| 0.5 * (min[k] + max[k]));
+    (center, length(std::array::from_fn(|k| 0.5 * (max[k] - min[k]))))
+}
+
+fn length(v: [f64; 3]) -> f64 {
+    v.iter().map(|c| c * c).sum::<f64>().sqrt()
 }

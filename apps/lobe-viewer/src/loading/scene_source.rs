@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use lobe::prt::{Baked, BakedOrScene, read_baked_or_scene, read_baked_or_scene_bytes};
-use lobe::scene::{Scene, SceneReadOptions, built_in, is_gltf, read_scene, read_scene_bytes};
+use lobe::scene::{Scene, built_in, is_gltf, read_scene, read_scene_bytes};
 
+use crate::loading::limits::{ReadLimits, plain};
 use crate::loading::place::given;
 
 /// The prefix of the names of built-in scenes, as of the command `lobe`.
@@ -42,7 +43,7 @@ impl OpenedScene {
 ///
 /// # Errors
 /// One line that says what is wrong with the file or the name.
-pub fn open_scene(source: &Path) -> anyhow::Result<OpenedScene> {
+pub fn open_scene(source: &Path, limits: &ReadLimits) -> anyhow::Result<OpenedScene> {
     let text = source.to_string_lossy();
     if let Some(name) = text.strip_prefix(BUILT_IN) {
         let Some(scene) = built_in::named(name) else {
@@ -52,13 +53,13 @@ pub fn open_scene(source: &Path) -> anyhow::Result<OpenedScene> {
         return Ok(OpenedScene::of_built_in(name, scene));
     }
     let name = source.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let options = SceneReadOptions::default();
+    let options = limits.scene();
     let is_gltf = is_gltf(source);
-    let read = match (given(source), is_gltf) {
-        (Some(bytes), true) => read_baked_or_scene_bytes(&bytes, &name, &options)?,
-        (Some(bytes), false) => read_scene_bytes(&bytes, &name, &options)?.0.into(),
-        (None, true) => read_baked_or_scene(source, &options)?,
-        (None, false) => read_scene(source, &options)?.0.into(),
+    let read: BakedOrScene = match (given(source), is_gltf) {
+        (Some(bytes), true) => read_baked_or_scene_bytes(&bytes, &name, &options).map_err(plain)?,
+        (Some(bytes), false) => read_scene_bytes(&bytes, &name, &options).map_err(plain)?.0.into(),
+        (None, true) => read_baked_or_scene(source, &options).map_err(plain)?,
+        (None, false) => read_scene(source, &options).map_err(plain)?.0.into(),
     };
     Ok(match read {
         BakedOrScene::Baked(baked) => {

@@ -4,14 +4,16 @@ use std::path::Path;
 use std::sync::Arc;
 
 use lobe::env::{
-    EnvMap, Ground, MapReadOptions, MappedMap, PreethamSky, Sky as _, project_map, read_map, read_map_bytes,
-    reconstruct, sky_map,
+    EnvMap, Ground, MappedMap, PreethamSky, Sky as _, project_map, read_map, read_map_bytes, reconstruct, sky_map,
 };
 use lobe::prt::Transfer;
-use lobe::sh::{Dir, Quantity, Rgb, ShVec, read_sh_json, read_sh_json_bytes};
+use lobe::sh::{Dir, Quantity, Rgb, ShVec};
 
+use crate::loading::file_kind::read_expansion;
+use crate::loading::limits::{ReadLimits, plain};
 use crate::loading::place::given;
 use crate::loading::scene_source::has_ending;
+use crate::loading::task::Control;
 
 /// The sky that the window opens with.
 pub(crate) const FIRST: &str = "made:evening";
@@ -68,10 +70,7 @@ pub(crate) fn is_expansion(path: &Path) -> bool {
 
 /// The radiance of an expansion as a picture; below zero where it rings.
 fn open_expansion(source: &Path, name: &str) -> anyhow::Result<MappedMap> {
-    let file = match given(source) {
-        Some(bytes) => read_sh_json_bytes(&bytes, name)?,
-        None => read_sh_json(source)?,
-    };
+    let file = read_expansion(source)?;
     if file.quantity != Quantity::Radiance {
         anyhow::bail!("{name}: expected the radiance of surroundings, found {}", file.quantity);
     }
@@ -82,7 +81,13 @@ fn open_expansion(source: &Path, name: &str) -> anyhow::Result<MappedMap> {
 ///
 /// # Errors
 /// One line that says what is wrong with the file or the name.
-pub fn open_sky(source: &Path) -> anyhow::Result<OpenedSky> {
+pub fn open_sky(source: &Path, limits: &ReadLimits) -> anyhow::Result<OpenedSky> {
+    let (name, map) = read_sky(source, limits)?;
+    Ok(OpenedSky::of(name, map))
+}
+
+/// The name and the map of an environment, which is expanded after that.
+pub(crate) fn read_sky(source: &Path, limits: &ReadLimits) -> anyhow::Result<(String, MappedMap)> {
     let text = source.to_string_lossy().into_owned();
     let title = BUILT_IN.iter().find(|(name, _)| *name == text).map(|(_, title)| (*title).to_owned());
     let name = title.unwrap_or_else(|| source.file_name().unwrap_or_default().to_string_lossy().into_owned());
@@ -93,12 +98,19 @@ pub fn open_sky(source: &Path) -> anyhow::Result<OpenedSky> {
         Some(_) => anyhow::bail!("{text}: there is no such sky; there are made:evening, made:noon and made:even"),
         None if is_expansion(source) => open_expansion(source, &name)?,
         None => match given(source) {
-            Some(bytes) => read_map_bytes(&bytes, &name, &MapReadOptions::default())?.0.into_base(),
-            None => read_map(source, &MapReadOptions::default())?.0.into_base(),
+            Some(bytes) => read_map_bytes(&bytes, &name, &limits.map()).map_err(plain)?.0.into_base(),
+            None => read_map(source, &limits.map()).map_err(plain)?.0.into_base(),
         },
     };
-    let light = Arc::new(project_map(&map, Transfer::MAX_ORDER));
-    Ok(OpenedSky { name, map: Arc::new(map), light })
+    Ok((name, map))
+}
+
+impl OpenedSky {
+    /// A map with its expansion, which is made now.
+    pub(crate) fn of(name: String, map: MappedMap) -> Self {
+        let light = Arc::new(project_map(&map, Transfer::MAX_ORDER));
+        Self { name, map: Arc::new(map), light }
+    }
 }
 
 /// A clear sky over a gray ground, with a sun whose irradiance is `strength` times the sky's.
@@ -119,4 +131,19 @@ fn made_sky(theta: f64, phi: f64, strength: f64, tint: [f64; 3]) -> anyhow::Resu
         let all = if s.dot(sun) > cos { sky + radiance } else { sky };
         Rgb::new(all.r as f32, all.g as f32, all.b as f32)
     }))
+}
+
+/// Opens an environment beside the window; between reading and expanding it can be stopped.
+pub(crate) fn open(control: &Control<OpenedSky>, source: &Path, limits: &ReadLimits) -> Result<(), String> {
+    control.stage(format!("reading {}", source.file_name().unwrap_or_default().to_string_lossy()));
+    let (name, map) = read_sky(source, limits).map_err(|error| error.to_string())?;
+    if control.is_cancelled() {
+        return Ok(());
+    }
+    control.stage(format!("expanding {name}, {} x {} texels", map.width(), map.height()));
+    let opened = OpenedSky::of(name, map);
+    if !control.is_cancelled() {
+        control.send(opened);
+    }
+    Ok(())
 }

@@ -32,6 +32,8 @@ fn bad_input_is_one_line_and_exit_code_2() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     std::fs::write(at.join("bad.glb"), b"nonsense").unwrap();
+    std::fs::write(at.join("three.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 3 2\n").unwrap();
+    std::fs::write(at.join("wide.pfm"), [b"PF\n2 1\n-1.0\n".as_slice(), &[0; 24]].concat()).unwrap();
     for (arguments, word) in [
         ("--headless none.glb -o a.png", "none.glb"),
         ("--headless bad.glb -o a.png", "bad.glb"),
@@ -41,6 +43,10 @@ fn bad_input_is_one_line_and_exit_code_2() {
         ("--headless built-in:ball --order 9 -o a.png", "--order"),
         ("--headless built-in:ball --size 0x4 -o a.png", "0x4"),
         ("--headless built-in:ball --mode glossy -o a.png", "glossy"),
+        ("--headless three.obj --max-triangles 1 -o a.png", "start with a higher --max-triangles"),
+        ("--headless three.obj --max-memory 1e-9 -o a.png", "start with a higher --max-memory"),
+        ("--headless built-in:ball --env wide.pfm --max-texels 1 -o a.png", "start with a higher --max-texels"),
+        ("--headless outside.obj --max-memory 0 -o a.png", "--max-memory"),
         ("--json", "--bench"),
         ("--nonsense", "--nonsense"),
     ] {

@@ -8,7 +8,9 @@ use eframe::egui_wgpu::{RenderState, RendererOptions, WgpuConfiguration};
 use eframe::wgpu;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
-use lobe_viewer::{Gpu, Kept, MotionEdits, MotionRoom, MotionView, RoomName, UserFolder, ViewerApp, open_sky};
+use lobe_viewer::{
+    Gpu, Kept, MotionEdits, MotionRoom, MotionView, ReadLimits, RoomName, UserFolder, ViewerApp, open_sky,
+};
 
 use crate::wait::step_until;
 
@@ -84,7 +86,7 @@ fn both_ways_are_shown_beside_the_truth_with_their_distance_from_it() {
     let mut room = MotionRoom::new(MotionEdits::default());
     room.pause_at(0.5);
     room.edits_mut().view = MotionView::Beside;
-    let sky = open_sky("made:noon".as_ref()).unwrap();
+    let sky = open_sky("made:noon".as_ref(), &ReadLimits::default()).unwrap();
     let show = |ui: &mut eframe::egui::Ui, room: &mut MotionRoom| room.ui(ui, Some(&gpu), Some(&sky));
     let mut harness = Harness::builder().with_size([700.0, 900.0]).build_ui_state(show, room);
     let ways = [MotionView::Fields, MotionView::Exponentials];

@@ -4,10 +4,18 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use eframe::egui::DroppedFile;
+use eframe::egui::{DroppedFile, Key};
 use egui_kittest::Harness;
-use lobe::sh::{Quantity, Rgb, ShFile, ShVec, write_sh_json};
-use lobe_viewer::{Kept, RoomName, UserFolder, ViewerApp};
+use egui_kittest::kittest::Queryable as _;
+use lobe::env::{EnvMap, write_env};
+use lobe::io::Job;
+use lobe::prt::{BakeMode, Transfer, write_transfer};
+use lobe::sh::{Expansion as _, Quantity, Rgb, ShFile, ShVec, write_sh_json};
+use lobe::shadow::{SphereFitOptions, SphereSet, fit_spheres, write_spheres};
+use lobe_viewer::{
+    Kept, MotionEdits, MotionRoom, MotionView, ReadLimits, RoomName, SceneData, UserFolder, ViewerApp, bake_options,
+    bake_scene, open_moving, open_sky,
+};
 
 use crate::wait::step_until;
 
@@ -73,4 +81,119 @@ fn files_that_are_dropped_are_opened_or_told_in_one_line() {
         assert_eq!(harness.state().scene().edits().scene, at("one.obj"), "{name}: the scene is still there");
         assert!(harness.state().scene().sky().is_some(), "{name}: and the sky");
     }
+}
+
+/// The window on the least scene.
+fn small_window(folder: &Path) -> Harness<'static, ViewerApp> {
+    let user = UserFolder::at(folder.join("user"));
+    let mut kept = Kept::default();
+    (kept.scene.scene, kept.scene.order) = ("built-in:furnace".into(), 1);
+    kept.write(&user);
+    let app = ViewerApp::new(None, user, &[]);
+    let mut harness =
+        Harness::builder().with_size([1000.0, 900.0]).build_ui_state(|ui, app: &mut ViewerApp| app.show(ui), app);
+    harness.run_steps(2);
+    step_until(&mut harness, |app| app.scene().is_idle());
+    harness
+}
+
+#[test]
+fn expansions_of_any_quantity_are_functions_with_the_numbers_of_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = small_window(folder.path());
+    for quantity in Quantity::ALL.into_iter().filter(|quantity| *quantity != Quantity::Radiance) {
+        let f = ShVec::from_vec((0..9).map(|i| 0.125 * f64::from(i) - 0.5).collect()).unwrap();
+        let path = folder.path().join(format!("{quantity}.sh.json"));
+        write_sh_json(&path, &ShFile::new(quantity, f.clone())).unwrap();
+        drop_file(&mut harness, &path);
+        assert_eq!(harness.state().room(), RoomName::Functions, "{quantity}");
+        assert_eq!(harness.state().functions().edits().function(), f, "{quantity}: the function of the file");
+        harness.run_steps(3);
+        let row: Vec<String> = f.band(2).iter().map(|c| format!("{c:8.4}")).collect();
+        let text = format!("band 2: {}   energy {:.4}", row.join(" "), f.band_energies()[2]);
+        assert!(harness.query_by_label(&text).is_some(), "{quantity}: {text}");
+    }
+}
+
+#[test]
+fn transfer_is_shown_on_the_scene_that_it_is_of_and_refused_on_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = small_window(folder.path());
+    let scene = lobe::scene::built_in::named("furnace").unwrap();
+    let data = SceneData::new("furnace", scene);
+    let (transfer, recipe) =
+        bake_scene(&data, &bake_options(BakeMode::Interreflected, 2, 16), |_| std::ops::ControlFlow::Continue(()))
+            .unwrap();
+    let path = folder.path().join("furnace.safetensors");
+    write_transfer(&path, &transfer, &recipe, Job::default()).unwrap();
+    drop_file(&mut harness, &path);
+    harness.run_steps(2);
+    assert_eq!(**harness.state().scene().transfer().unwrap(), transfer, "the transfer of the file");
+    assert!(harness.query_by_label("Baked: order 2, 16 paths").is_some(), "and the panel says so");
+    let other = Transfer::new(3, transfer.channels(), transfer.coefficients()[..3 * 12].to_vec()).unwrap();
+    let path = folder.path().join("other.safetensors");
+    write_transfer(&path, &other, &recipe, Job::default()).unwrap();
+    drop_file(&mut harness, &path);
+    let line = harness.state().scene().message().unwrap().to_owned();
+    assert!(line.contains("transfer of 3 receivers") && line.contains("open the scene"), "{line}");
+    assert_eq!(**harness.state().scene().transfer().unwrap(), transfer, "and what was there remains");
+    std::fs::write(folder.path().join("noise.safetensors"), [7_u8; 64]).unwrap();
+    drop_file(&mut harness, &folder.path().join("noise.safetensors"));
+    let line = harness.state().notice().unwrap();
+    assert!(line.contains("noise.safetensors: expected transfer, an occlusion field or spheres"), "{line}");
+}
+
+#[test]
+fn a_sky_that_was_cancelled_is_not_shown_afterwards() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = small_window(folder.path());
+    let before = harness.state().scene().sky().unwrap().clone();
+    // Large enough that it is being read for some frames.
+    let map = EnvMap::from_fn(2048, 1024, |_| Rgb::new(9.0, 9.0, 9.0));
+    let path = folder.path().join("large.hdr");
+    write_env(&path, &map, &Default::default()).unwrap();
+    harness.input_mut().dropped_files.push(Arc::new(Dropped(path.clone())));
+    harness.run_steps(2);
+    assert!(!harness.state().scene().is_idle(), "it is being read");
+    harness.key_press(Key::Escape);
+    harness.run_steps(2);
+    assert!(harness.state().scene().is_idle(), "cancelled at once");
+    // As long as the same sky takes to be read: then it would be there.
+    assert!(open_sky(&path, &ReadLimits::default()).is_ok());
+    harness.run_steps(5);
+    let after = harness.state().scene();
+    assert!(Arc::ptr_eq(&after.sky().unwrap().map, &before.map), "the sky before is still there");
+    assert_ne!(after.edits().sky, path, "and the next start does not open the other");
+    assert!(after.message().is_some_and(|line| line.starts_with("Cancelled")), "{:?}", after.message());
+}
+
+#[test]
+fn fields_and_spheres_are_those_of_the_part_that_they_were_made_of() {
+    let folder = tempfile::tempdir().unwrap();
+    let source = "built-in:three-objects";
+    let scene = open_moving(source.as_ref(), &ReadLimits::default()).unwrap();
+    let ring = scene.parts().iter().find(|part| part.name == "ring").unwrap();
+    let options = SphereFitOptions::default().count(5).samples(200);
+    let (spheres, _) = fit_spheres(&ring.scene, &options, Job::default()).unwrap();
+    let path = folder.path().join("ring.safetensors");
+    write_spheres(&path, &spheres).unwrap();
+    let mut room = MotionRoom::new(MotionEdits::default());
+    room.open(source.as_ref());
+    room.open_part_file(&path);
+    room.edits_mut().view = MotionView::Exponentials;
+    room.edits_mut().order = 1;
+    let sky = open_sky("made:even".as_ref(), &ReadLimits::default()).unwrap();
+    let show = |ui: &mut eframe::egui::Ui, room: &mut MotionRoom| room.ui(ui, None, Some(&sky));
+    let mut harness = Harness::builder().with_size([900.0, 700.0]).build_ui_state(show, room);
+    // Sixteen of each of the two others.
+    step_until(&mut harness, |room| room.spheres() == 16 + 16 + 5);
+    assert_eq!(harness.state().message(), None, "nothing went wrong");
+    // Those of a part that is not there.
+    let far = SphereSet::new(vec![[90.0, 0.0, 0.0]], vec![1.0]).unwrap();
+    let path = folder.path().join("far.safetensors");
+    write_spheres(&path, &far).unwrap();
+    harness.state_mut().open_part_file(&path);
+    step_until(&mut harness, |room| room.message().is_some());
+    let line = harness.state().message().unwrap().to_owned();
+    assert!(line.contains("far.safetensors") && line.contains("open the scene"), "{line}");
 }

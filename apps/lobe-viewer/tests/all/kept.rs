@@ -1,5 +1,6 @@
 //! The state that is kept, and the window as a whole.
 
+use eframe::egui::Key;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 use lobe_viewer::{Kept, MotionView, Orbit, RoomName, SceneLamp, Shape, Taming, Theme, UserFolder, ViewerApp};
@@ -110,4 +111,27 @@ fn rooms_open_by_name_and_nothing_panics_in_a_window_of_any_size() {
             harness.run_steps(2);
         }
     }
+}
+
+#[test]
+fn the_list_of_keys_fits_into_a_small_window_and_scrolls() {
+    let folder = tempfile::tempdir().unwrap();
+    let user = UserFolder::at(folder.path());
+    let mut kept = Kept::default();
+    // As a window of 1280 x 720 at 150 %.
+    (kept.scene.scene, kept.scene.order, kept.room) = ("built-in:furnace".into(), 1, RoomName::Functions);
+    kept.write(&user);
+    let size = [853.0, 480.0];
+    let app = ViewerApp::new(None, user, &[]);
+    let mut harness = Harness::builder().with_size(size).build_ui_state(|ui, app: &mut ViewerApp| app.show(ui), app);
+    harness.run_steps(2);
+    harness.key_press(Key::F1);
+    harness.run_steps(3);
+    let window = |harness: &Harness<'_, ViewerApp>| harness.get_by_label("Keys and mouse").rect();
+    assert!(window(&harness).bottom() <= size[1] && window(&harness).top() >= 0.0, "{:?}", window(&harness));
+    let last = |harness: &Harness<'_, ViewerApp>| harness.get_by_label("this list").rect().bottom();
+    assert!(last(&harness) > size[1], "the last line is below at first: {}", last(&harness));
+    harness.get_by_label("this list").scroll_to_me();
+    harness.run_steps(30);
+    assert!(last(&harness) <= size[1], "and comes up: {}", last(&harness));
 }

@@ -10,7 +10,9 @@ use lobe::io::Job;
 use lobe::render::{MovingMethod, MovingOptions, MovingShading};
 use lobe::sh::{Dir, Expansion as _, Rotation};
 use lobe::shadow::SphereFitMethod;
-use lobe_viewer::{MotionEdits, MotionRoom, MotionView, OpenedSky, Taming, moving_bake_options, open_moving, open_sky};
+use lobe_viewer::{
+    MotionEdits, MotionRoom, MotionView, OpenedSky, ReadLimits, Taming, moving_bake_options, open_moving, open_sky,
+};
 
 use crate::wait::step_until;
 
@@ -75,7 +77,7 @@ fn open(source: &Path) -> Harness<'static, Shown> {
     let mut room = MotionRoom::new(MotionEdits::default());
     room.open(source);
     let show = |ui: &mut eframe::egui::Ui, shown: &mut Shown| shown.room.ui(ui, None, Some(&shown.sky));
-    let state = Shown { room, sky: open_sky("made:even".as_ref()).unwrap() };
+    let state = Shown { room, sky: open_sky("made:even".as_ref(), &ReadLimits::default()).unwrap() };
     Harness::builder().with_size([1000.0, 800.0]).build_ui_state(show, state)
 }
 
@@ -90,7 +92,7 @@ fn files_that_move_are_opened_baked_and_lit() {
     for (path, part, span) in
         [(sliding(folder.path()), "wedge", [0.0, 1.0]), (described(folder.path()), "falling", [0.0, 2.0])]
     {
-        let scene = open_moving(&path).unwrap();
+        let scene = open_moving(&path, &ReadLimits::default()).unwrap();
         assert_eq!(scene.span(), span, "{}", path.display());
         let mut harness = open(&path);
         wait(&mut harness, MotionRoom::is_ready);
@@ -160,7 +162,7 @@ fn the_order_on_the_screen_is_that_of_the_light_and_of_all_that_is_baked() {
 fn the_light_is_that_of_the_library_turned_and_tamed_by_keys() {
     let folder = tempfile::tempdir().unwrap();
     let mut harness = open(&described(folder.path()));
-    harness.state_mut().sky = open_sky("bundled:sunset".as_ref()).unwrap();
+    harness.state_mut().sky = open_sky("bundled:sunset".as_ref(), &ReadLimits::default()).unwrap();
     wait(&mut harness, MotionRoom::is_ready);
     harness.get_by_label("Play").click();
     harness.run_steps(2);
@@ -174,7 +176,7 @@ fn the_light_is_that_of_the_library_turned_and_tamed_by_keys() {
     assert_eq!((edits.taming, edits.exposure), (Taming::Dering, 0.5), "by keys");
     // A drag of the whole height is half a turn, and a key a 36th of that.
     assert!((edits.turn.to_degrees() - 5.0).abs() < 1e-9, "{}", edits.turn);
-    let sky = open_sky("bundled:sunset".as_ref()).unwrap();
+    let sky = open_sky("bundled:sunset".as_ref(), &ReadLimits::default()).unwrap();
     let expected = Rotation::from_axis_angle(Dir::Z, edits.turn).rotated(&Taming::Dering.tamed(&sky.light.resized(4)));
     wait(&mut harness, |room| room.light() == Some(&expected));
     let turn = harness.get_all_by_label("Turn of the sky").next().unwrap().accesskit_node().numeric_value().unwrap();
@@ -194,7 +196,7 @@ fn both_ways_of_one_moment_are_those_of_the_library() {
     let light = room.light().unwrap().clone();
     let found: Vec<_> = both.iter().map(|method| room.radiance(*method).unwrap().to_vec()).collect();
     for (found, method) in found.iter().zip(both) {
-        let mut scene = open_moving(&source).unwrap();
+        let mut scene = open_moving(&source, &ReadLimits::default()).unwrap();
         let options = moving_bake_options(4, SphereFitMethod::Variational, 16, true);
         scene.bake(method, &options, Job::default()).unwrap();
         let shading = MovingShading::new(MovingOptions::default().order(4).method(method)).unwrap();

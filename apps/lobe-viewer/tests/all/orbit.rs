@@ -1,7 +1,7 @@
 //! The camera that orbits.
 
 use lobe::scene::{Bvh, built_in};
-use lobe_viewer::{Orbit, SceneData, open_scene, vertex_under};
+use lobe_viewer::{Orbit, ReadLimits, SceneData, open_scene, vertex_under};
 
 fn close(a: [f64; 3], b: [f64; 3]) -> bool {
     a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-9)
@@ -46,7 +46,7 @@ fn a_framed_box_is_in_the_picture_and_zoom_keeps_its_bounds() {
 
 #[test]
 fn the_vertex_under_a_point_is_where_that_point_projects() {
-    let opened = open_scene("built-in:ball".as_ref()).unwrap();
+    let opened = open_scene("built-in:ball".as_ref(), &ReadLimits::default()).unwrap();
     let data = SceneData::new(opened.name, opened.scene);
     let orbit = Orbit::default().framing(data.scene.world_bounds());
     let top = orbit.project([0.0, 0.0, 2.4]).unwrap();

@@ -8,7 +8,7 @@ use lobe::sh::{
     Dir, Expansion as _, IrradianceEncoding, LightFitOptions, Quantity, Rgb, Rotation, ShFile, ShVec, Zonal,
     certified_minimum, convolved, encoding_error, even_directions, extract_lights, write_sh_json,
 };
-use lobe_viewer::{OpenedSky, Shelf, SkyEdits, SkyRoom, Step, Taming, open_sky};
+use lobe_viewer::{OpenedSky, ReadLimits, Shelf, SkyEdits, SkyRoom, Step, Taming, open_sky};
 
 use crate::wait::step_until;
 
@@ -27,7 +27,7 @@ fn open(edits: SkyEdits, sky: Option<OpenedSky>) -> Harness<'static, Shown> {
 
 #[test]
 fn minimum_and_lights_on_the_screen_are_those_of_the_library() {
-    let sky = open_sky("bundled:sunset".as_ref()).unwrap();
+    let sky = open_sky("bundled:sunset".as_ref(), &ReadLimits::default()).unwrap();
     let mut harness = open(SkyEdits::default(), Some(sky.clone()));
     for key in [None, Some(Key::ArrowLeft)] {
         if let Some(key) = key {
@@ -51,7 +51,7 @@ fn minimum_and_lights_on_the_screen_are_those_of_the_library() {
 
 #[test]
 fn dering_leaves_no_channel_negative_and_the_room_says_so() {
-    let sky = open_sky("made:evening".as_ref()).unwrap();
+    let sky = open_sky("made:evening".as_ref(), &ReadLimits::default()).unwrap();
     let mut edits = SkyEdits::default();
     edits.taming = Taming::Dering;
     let harness = open(edits, Some(sky.clone()));
@@ -71,14 +71,14 @@ fn without_a_sky_the_room_waits() {
 #[test]
 fn skies_by_formula_are_light_everywhere_above_and_unknown_names_are_told() {
     for name in ["made:evening", "made:noon", "made:even"] {
-        let sky = open_sky(name.as_ref()).unwrap();
+        let sky = open_sky(name.as_ref(), &ReadLimits::default()).unwrap();
         let texels = sky.map.texels();
         assert!(texels.iter().all(|t| t.r >= 0.0 && t.g >= 0.0 && t.b >= 0.0), "{name}: no light is negative");
         assert!(sky.map.mean().luminance() > 0.01, "{name}: {:?}", sky.map.mean());
     }
-    let line = open_sky("made:midnight".as_ref()).unwrap_err().to_string();
+    let line = open_sky("made:midnight".as_ref(), &ReadLimits::default()).unwrap_err().to_string();
     assert!(line.contains("made:evening") && !line.contains('\n'), "{line}");
-    assert!(open_sky("no-such-file.exr".as_ref()).is_err(), "no file");
+    assert!(open_sky("no-such-file.exr".as_ref(), &ReadLimits::default()).is_err(), "no file");
 }
 
 #[test]
@@ -88,7 +88,7 @@ fn an_expansion_of_radiance_is_a_sky_and_comes_back_as_it_was() {
     let color = |i: usize| Rgb::new((i as f64).cos(), 0.5 * (i as f64).sin(), if i == 0 { 3.0 } else { -0.1 });
     let light = ShVec::from_vec((0..16).map(color).collect()).unwrap();
     write_sh_json(&path, &ShFile::new(Quantity::Radiance, light.clone())).unwrap();
-    let sky = open_sky(&path).unwrap();
+    let sky = open_sky(&path, &ReadLimits::default()).unwrap();
     let back = project_map(&sky.map, 4);
     for (i, (a, b)) in back.coefficients().iter().zip(light.coefficients()).enumerate() {
         let apart = (*a - *b).to_array().into_iter().fold(0.0, |most: f64, c| most.max(c.abs()));
@@ -96,7 +96,7 @@ fn an_expansion_of_radiance_is_a_sky_and_comes_back_as_it_was() {
         assert!(apart < 5e-5, "coefficient {i}: {a:?}, written {b:?}");
     }
     write_sh_json(&path, &ShFile::new(Quantity::Irradiance, light)).unwrap();
-    let line = open_sky(&path).unwrap_err().to_string();
+    let line = open_sky(&path, &ReadLimits::default()).unwrap_err().to_string();
     assert!(line.contains("light.SH.json: expected the radiance of surroundings, found irradiance"), "{line}");
 }
 
@@ -119,7 +119,7 @@ fn minimum_of(light: &ShVec<Rgb<f64>>) -> String {
 
 #[test]
 fn a_coefficient_that_is_typed_changes_the_expansion_and_is_undone() {
-    let sky = open_sky("bundled:sunset".as_ref()).unwrap();
+    let sky = open_sky("bundled:sunset".as_ref(), &ReadLimits::default()).unwrap();
     let mut harness = open(SkyEdits::default(), Some(sky.clone()));
     harness.run_steps(20);
     let before = project_map(&sky.map, 8).resized(4);
@@ -144,7 +144,7 @@ fn a_coefficient_that_is_typed_changes_the_expansion_and_is_undone() {
 
 #[test]
 fn what_is_no_number_is_refused_in_words_and_changes_nothing() {
-    let sky = open_sky("made:evening".as_ref()).unwrap();
+    let sky = open_sky("made:evening".as_ref(), &ReadLimits::default()).unwrap();
     let mut harness = open(SkyEdits::default(), Some(sky));
     for text in ["NaN", "inf", "red", " ", "1e300", "1,5"] {
         type_into(&mut harness, "Band 1, -1, blue", text);
@@ -159,7 +159,7 @@ fn what_is_no_number_is_refused_in_words_and_changes_nothing() {
 
 #[test]
 fn coefficients_change_every_second_and_come_around() {
-    let sky = open_sky("bundled:sunset".as_ref()).unwrap();
+    let sky = open_sky("bundled:sunset".as_ref(), &ReadLimits::default()).unwrap();
     let mut harness = open(SkyEdits::default(), Some(sky.clone()));
     harness.get_by_label("Change every second").click();
     harness.run_steps(1);
@@ -185,14 +185,14 @@ fn coefficients_change_every_second_and_come_around() {
 
 #[test]
 fn what_was_typed_belongs_to_its_sky() {
-    let sky = open_sky("made:even".as_ref()).unwrap();
+    let sky = open_sky("made:even".as_ref(), &ReadLimits::default()).unwrap();
     let mut edits = SkyEdits::default();
     edits.replace(2, Rgb::new(1.0, 2.0, 3.0));
     edits.replace(2, Rgb::new(4.0, 5.0, 6.0));
     assert_eq!(edits.own.len(), 1, "one value for a coefficient");
     let mut harness = open(edits, Some(sky));
     assert_eq!(harness.state().room.edits().own[0].value, [4.0, 5.0, 6.0], "kept for the first sky that is opened");
-    harness.state_mut().sky = Some(open_sky("made:noon".as_ref()).unwrap());
+    harness.state_mut().sky = Some(open_sky("made:noon".as_ref(), &ReadLimits::default()).unwrap());
     harness.run_steps(2);
     assert!(harness.state().room.edits().own.is_empty(), "another sky has coefficients of its own");
 }
@@ -218,7 +218,7 @@ fn place_in_sky(harness: &Harness<'_, Shown>, s: Dir) -> Pos2 {
 
 #[test]
 fn a_sun_is_taken_out_by_a_click_on_it_and_what_is_left_is_that_of_the_library() {
-    let sky = open_sky("bundled:sunset".as_ref()).unwrap();
+    let sky = open_sky("bundled:sunset".as_ref(), &ReadLimits::default()).unwrap();
     let report = extract_sun(&sky.map, &SunOptions::default()).unwrap();
     let mut harness = open(SkyEdits::default(), Some(sky.clone()));
     step_until(&mut harness, |shown| shown.room.has_looked_for_suns());
@@ -245,7 +245,7 @@ fn a_sun_is_taken_out_by_a_click_on_it_and_what_is_left_is_that_of_the_library()
 
 #[test]
 fn the_errors_of_encodings_are_those_of_the_library() {
-    let sky = open_sky("bundled:sunset".as_ref()).unwrap();
+    let sky = open_sky("bundled:sunset".as_ref(), &ReadLimits::default()).unwrap();
     let mut harness = open(SkyEdits::default(), Some(sky.clone()));
     harness.get_by_label("Encodings of irradiance").click();
     harness.run_steps(40);
@@ -262,7 +262,7 @@ fn the_errors_of_encodings_are_those_of_the_library() {
 fn every_technique_has_a_ball_and_a_distance_from_the_first_of_its_row() {
     let mut edits = SkyEdits::default();
     edits.shelf = Shelf::Techniques;
-    let mut harness = open(edits, Some(open_sky("made:noon".as_ref()).unwrap()));
+    let mut harness = open(edits, Some(open_sky("made:noon".as_ref(), &ReadLimits::default()).unwrap()));
     let names = [
         "Mirrors, the map itself",
         "Mirrors, lat-long map",
@@ -288,7 +288,7 @@ fn every_technique_has_a_ball_and_a_distance_from_the_first_of_its_row() {
 
 #[test]
 fn keys_turn_the_camera_the_sky_and_its_expansion() {
-    let sky = open_sky("bundled:sunset".as_ref()).unwrap();
+    let sky = open_sky("bundled:sunset".as_ref(), &ReadLimits::default()).unwrap();
     let mut harness = open(SkyEdits::default(), Some(sky.clone()));
     let before = *harness.state().room.orbit();
     harness.key_press(Key::ArrowLeft);

@@ -33,6 +33,7 @@ const MODULES: &[(&str, &str)] = modules! {
     "shade_irradiance" => "shade_irradiance.wgsl",
     "shade_lightmap" => "shade_lightmap.wgsl",
     "shade_specular" => "shade_specular.wgsl",
+    "shade_demodulated" => "shade_demodulated.wgsl",
     "shade_vertices" => "shade_vertices.wgsl",
     "shadow_fields" => "shadow_fields.wgsl",
     "skin" => "skin.wgsl",

@@ -27,6 +27,9 @@ pub enum SurfaceShading<'a> {
     Irradiance(usize),
     /// Transfer vectors at vertices.
     Vertices(&'a Transfer, Storage),
+    /// Transfer vectors at vertices that leave out the albedo, [`AlbedoMode::None`](lobe_prt::AlbedoMode): what they send back is
+    /// multiplied by the base color of each pixel.
+    Demodulated(&'a Transfer, Storage),
     /// Transfer vectors at vertices, and some meshes that shine instead, by matrices.
     Mixed(&'a Transfer, &'a [GlossyMesh<'a>], Storage),
     /// Transfer in clusters, at vertices.
@@ -113,6 +116,15 @@ impl Prepared<'_> {
         match *shading {
             SurfaceShading::Irradiance(order) => self.add_irradiance(order),
             SurfaceShading::Vertices(transfer, storage) => self.add_transfer(transfer, storage, &[]),
+            SurfaceShading::Demodulated(transfer, storage) => {
+                self.renderer.context().expect_storage("transfer without albedo")?;
+                expect("vertices", vertices, transfer.receivers())?;
+                self.lights.0.push(("light".into(), LightUse::Radiance(transfer.order())));
+                add_transfer(self.renderer, transfer, storage, "radiance")?;
+                let (shader, all) = (Shader::new(&["shade_demodulated"]), 0..self.scene.meshes().len());
+                self.add_pass("surfaces", shader, &[("radiance", Slot::Read)], all);
+                Ok(())
+            }
             SurfaceShading::Mixed(transfer, glossy, storage) => {
                 let meshes: Vec<usize> = glossy.iter().map(|glossy| glossy.mesh).collect();
                 check_meshes(self.scene.meshes().len(), &meshes)?;

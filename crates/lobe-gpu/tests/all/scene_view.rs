@@ -2,12 +2,12 @@
 
 use lobe_env::{CubeMap, DfgTable, EnvMap, PrefilterOptions, RoughnessLevels, prefilter_ggx, project_env};
 use lobe_gpu::{
-    BenchReport, Environment, GlossyMesh, GpuCamera, GpuError, SceneView, SceneViewOptions, SplitSum, Storage,
-    SurfaceShading, TurntableOptions, ViewOutput, render_turntable,
+    BenchReport, Context, ContextOptions, Environment, GlossyMesh, GpuCamera, GpuError, SceneView, SceneViewOptions,
+    SplitSum, Storage, SurfaceShading, TurntableOptions, ViewOutput, render_turntable,
 };
 use lobe_image::{Curve, Exposure, Picture, Tone};
 use lobe_io::Job;
-use lobe_prt::{BakeOptions, GlossyLobe, Lightmap, Receivers, bake, bake_matrices};
+use lobe_prt::{AlbedoMode, BakeOptions, GlossyLobe, Lightmap, Receivers, bake, bake_matrices};
 use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene, Texture, TextureUse, Wrap, built_in};
 use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal, convolved};
 
@@ -168,6 +168,49 @@ fn pictures_by_transfer_are_those_of_the_processor() {
             assert!(matches!(refused, Err(GpuError::Options(_))), "no light is kept: {refused:?}");
         }
     }
+}
+
+#[test]
+fn transfer_without_albedo_is_multiplied_by_the_base_color_of_each_pixel() {
+    let Some(context) = device("transfer_without_albedo_is_multiplied_by_the_base_color_of_each_pixel") else { return };
+    // Textures, colors of vertices, holes and a side that is not double-sided.
+    let (scene, sky) = (painted(), sky());
+    let light: ShVec<Rgb<f64>> = project_env(&sky, 3);
+    let (gpu, cpu) = cameras(&scene);
+    let bake_options = BakeOptions::default().order(3).samples(64).albedo(AlbedoMode::None);
+    let receivers = Receivers::at_vertices(&scene).unwrap();
+    let (transfer, _) = bake(&scene, &Bvh::new(&scene), &receivers, &bake_options, Job::default()).unwrap();
+    let values = transfer.exit_radiance(light.coefficients());
+    let shading = SurfaceShading::Demodulated(&transfer, Storage::F32);
+    let environment = Environment::from(&*sky);
+    let view = SceneView::new(&context, &scene, &shading, Some(&environment), &options()).unwrap();
+    view.set_camera(&gpu).unwrap();
+    view.set_light(&light).unwrap();
+    let shade = |s: &Seen<'_>| if s.is_front { s.albedo * s.at_corners(&values) } else { Rgb::ZERO };
+    let expected = traced(&scene, cpu, RAYS, |s| sky.radiance(s).widen(), shade);
+    check("demodulated", &view, &expected);
+}
+
+#[test]
+fn what_does_not_fit_a_binding_says_what_to_do() {
+    let Some(context) = device("what_does_not_fit_a_binding_says_what_to_do") else { return };
+    let narrow = Context::of_device(
+        context.device().clone(),
+        context.queue().clone(),
+        &ContextOptions::default().max_storage_binding(1024_u64),
+    );
+    let scene = built_in::ball_over_ground(16);
+    let refused = SceneView::new(&narrow, &scene, &SurfaceShading::Irradiance(3), None, &options())
+        .and_then(|view| view.render());
+    let line = refused.unwrap_err().to_string();
+    assert!(line.contains("at most 1024 bytes") && line.contains("bake the scene"), "{line}");
+    // Lit by vertices, the same scene is drawn: they are fetched, and transfer is cut into pieces.
+    let receivers = Receivers::at_vertices(&scene).unwrap();
+    let bake_options = BakeOptions::default().order(2).samples(4);
+    let (transfer, _) = bake(&scene, &Bvh::new(&scene), &receivers, &bake_options, Job::default()).unwrap();
+    let shading = SurfaceShading::Vertices(&transfer, Storage::F32);
+    let view = SceneView::new(&narrow, &scene, &shading, None, &options()).unwrap();
+    assert!(view.render().is_ok(), "drawn");
 }
 
 #[test]

@@ -1,13 +1,16 @@
 //! The parameters of the room of functions, which a user changes.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::path::Path;
 
 use eframe::egui::{ComboBox, Slider, Ui};
 use lobe::render::CrossSection;
-use lobe::sh::{Dir, Expansion as _, Rotation, ShVec, Zonal};
+use lobe::sh::{Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal};
 use serde::{Deserialize, Serialize};
 
+use crate::loading::file_kind::read_expansion;
 use crate::rooms::light::{LightHand, Taming};
+use crate::widgets::coefficient_table::MOST;
 use crate::widgets::within::within;
 
 /// The highest order of the room, whose coefficients still fit beside the balloons.
@@ -101,6 +104,8 @@ pub enum Shape {
     Cone(f64),
     /// A Phong lobe of this exponent.
     Lobe(f64),
+    /// That of a file which was opened.
+    Opened,
 }
 
 impl Shape {
@@ -111,6 +116,7 @@ impl Shape {
             Self::Cosine => "Clamped cosine",
             Self::Cone(_) => "Cone",
             Self::Lobe(_) => "Phong lobe",
+            Self::Opened => "From a file",
         }
     }
 
@@ -130,6 +136,8 @@ impl Shape {
             Self::Cosine => Zonal::clamped_cosine(order).towards(axis, 1.0),
             Self::Cone(degrees) => Zonal::cone(order, degrees.to_radians()).towards(axis, 1.0),
             Self::Lobe(exponent) => Zonal::phong(order, exponent).towards(axis, 1.0),
+            // Its numbers are those of the edits.
+            Self::Opened => ShVec::zero(order),
         }
     }
 
@@ -141,7 +149,7 @@ impl Shape {
             }
             Self::Cone(degrees) => *degrees = within(*degrees, 1.0..=180.0, 30.0),
             Self::Lobe(exponent) => *exponent = within(*exponent, 0.0..=64.0, 8.0),
-            Self::Impulse | Self::Cosine => {}
+            Self::Impulse | Self::Cosine | Self::Opened => {}
         }
     }
 
@@ -149,7 +157,7 @@ impl Shape {
     pub(crate) fn controls(&mut self, ui: &mut Ui, label: &str, order: usize) {
         ComboBox::from_label(label).selected_text(self.title()).show_ui(ui, |ui| {
             let all = [Self::Basis(2, 0), Self::Impulse, Self::Cosine, Self::Cone(30.0), Self::Lobe(8.0)];
-            for shape in all {
+            for shape in all.into_iter().chain((*self == Self::Opened).then_some(Self::Opened)) {
                 let is_chosen = shape.title() == self.title();
                 if ui.selectable_label(is_chosen, shape.title()).clicked() && !is_chosen {
                     *self = shape;
@@ -169,8 +177,44 @@ impl Shape {
             Self::Lobe(exponent) => {
                 ui.add(Slider::new(exponent, 0.0..=64.0).text(format!("Exponent of {label}")));
             }
-            Self::Impulse | Self::Cosine => {}
+            Self::Impulse | Self::Cosine | Self::Opened => {}
         }
+    }
+}
+
+/// A function of a file: of colors their luminance, up to the highest order of the room.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct OpenedFunction {
+    /// The name of the file, and what its numbers are.
+    pub name: String,
+    /// The coefficients, band by band.
+    pub coefficients: Vec<f64>,
+}
+
+impl OpenedFunction {
+    /// Reads the expansion of a .sh.json file.
+    ///
+    /// # Errors
+    /// One line that says what is wrong with the file.
+    pub fn read(path: &Path) -> anyhow::Result<Self> {
+        let file = read_expansion(path)?;
+        let order = file.coefficients.to_rgb().order().min(MAX_ORDER);
+        let luminance = file.coefficients.to_rgb().resized(order).map(Rgb::luminance);
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        Ok(Self { name: format!("{name}: {}", file.quantity), coefficients: luminance.coefficients().to_vec() })
+    }
+
+    fn expansion(&self, order: usize) -> ShVec<f64> {
+        ShVec::from_vec(self.coefficients.clone()).map_or_else(|| ShVec::zero(order), |f| f.resized(order))
+    }
+
+    /// Its numbers in their range; none if they are not as many as an expansion has.
+    fn checked(self) -> Option<Self> {
+        let is_sound = self.coefficients.iter().all(|c| c.abs() <= MOST)
+            && self.coefficients.len() <= MAX_ORDER * MAX_ORDER
+            && ShVec::from_vec(self.coefficients.clone()).is_some();
+        is_sound.then_some(self)
     }
 }
 
@@ -199,6 +243,8 @@ pub struct FunctionsEdits {
     pub light_at: f64,
     /// How high above the horizon it is, in degrees.
     pub light_height: f64,
+    /// The function of a file.
+    pub opened: Option<OpenedFunction>,
     /// Whether functions are shown on unfolded cubes, too.
     pub has_crosses: bool,
     /// The plane of polar plots.
@@ -218,6 +264,7 @@ impl Default for FunctionsEdits {
             taming: Taming::None,
             light_at: 20.0,
             light_height: 0.0,
+            opened: None,
             has_crosses: true,
             section: Section::XZ,
         }
@@ -231,6 +278,10 @@ impl FunctionsEdits {
         self.order = self.order.clamp(1, MAX_ORDER);
         [&mut self.shape, &mut self.other].into_iter().for_each(Shape::check);
         self.taming.check();
+        self.opened = self.opened.take().and_then(OpenedFunction::checked);
+        if self.opened.is_none() && self.shape == Shape::Opened {
+            self.shape = first.shape;
+        }
         self.angles = self.angles.map(|angle| within(angle, -180.0..=180.0, 0.0));
         self.between = within(self.between, 0.0..=180.0, first.between);
         self.half_angle = within(self.half_angle, 1.0..=90.0, first.half_angle);
@@ -268,7 +319,10 @@ impl FunctionsEdits {
     /// The function before it is turned.
     #[must_use]
     pub fn function(&self) -> ShVec<f64> {
-        self.shape.expansion(self.order, Dir::Z)
+        match (self.shape, &self.opened) {
+            (Shape::Opened, Some(opened)) => opened.expansion(self.order),
+            _ => self.shape.expansion(self.order, Dir::Z),
+        }
     }
 
     /// The other factor, about an axis that leans from +z towards +x.

@@ -1,8 +1,10 @@
 //! The room: the panel of the study, and what it shows.
 
+use std::path::Path;
+
 use eframe::egui::{CentralPanel, ComboBox, Context, Id, Key, Panel, ScrollArea, Slider, Ui};
 
-use crate::rooms::functions::edits::{FunctionsEdits, MAX_ORDER, Section, Study};
+use crate::rooms::functions::edits::{FunctionsEdits, MAX_ORDER, OpenedFunction, Section, Shape, Study};
 use crate::rooms::functions::figures::{Figures, Stand};
 use crate::rooms::functions::{ambient_cube, multiply, ringing, rotate};
 use crate::rooms::steer;
@@ -48,6 +50,19 @@ impl FunctionsRoom {
     #[must_use]
     pub fn orbit(&self) -> &Orbit {
         &self.eye
+    }
+
+    /// Shows the expansion of a .sh.json file, of any quantity, as the function that is turned.
+    ///
+    /// # Errors
+    /// One line that says what is wrong with the file.
+    pub fn open(&mut self, path: &Path) -> anyhow::Result<()> {
+        let opened = OpenedFunction::read(path)?;
+        self.edits.order = opened.coefficients.len().isqrt().clamp(1, MAX_ORDER);
+        (self.edits.study, self.edits.shape) = (Study::Rotate, Shape::Opened);
+        self.edits.angles = [0.0; 3];
+        self.edits.opened = Some(opened);
+        Ok(())
     }
 
     /// Shows the room.
@@ -103,6 +118,9 @@ impl FunctionsRoom {
             Study::Product => multiply::controls(ui, &mut self.edits),
             Study::Ringing => ringing::controls(ui, &mut self.edits),
             Study::AmbientCube => ambient_cube::controls(ui, &mut self.edits),
+        }
+        if let (Some(opened), Shape::Opened) = (&self.edits.opened, self.edits.shape) {
+            ui.label(&opened.name);
         }
         ui.separator();
         ui.checkbox(&mut self.edits.has_crosses, "Unfolded cubes");

@@ -77,6 +77,8 @@ impl MotionView {
 pub struct MotionEdits {
     /// The scene: a file, or a built-in one.
     pub source: PathBuf,
+    /// Files of fields and spheres for its parts.
+    pub files: Vec<PathBuf>,
     /// How it is seen.
     pub view: MotionView,
     /// Number of bands of the light, and of all that is baked.
@@ -102,6 +104,7 @@ impl Default for MotionEdits {
     fn default() -> Self {
         Self {
             source: built_in_moving(built_in::MOVING_NAMES[0]),
+            files: Vec::new(),
             view: MotionView::Fields,
             order: 4,
             taming: Taming::None,
@@ -119,7 +122,7 @@ impl Default for MotionEdits {
 impl MotionEdits {
     /// The same for another scene, of which nothing was moved yet.
     pub(crate) fn of_scene(&self, source: PathBuf) -> Self {
-        Self { source, is_by_hand: false, hands: Vec::new(), ..self.clone() }
+        Self { source, files: Vec::new(), is_by_hand: false, hands: Vec::new(), ..self.clone() }
     }
 
     /// The ways by which the pictures are lit.

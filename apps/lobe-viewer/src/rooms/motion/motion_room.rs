@@ -12,6 +12,7 @@ use lobe::scene::built_in;
 use lobe::sh::{Expansion as _, Rgb, ShVec};
 use lobe::shadow::WorldSphere;
 
+use crate::loading::limits::ReadLimits;
 use crate::loading::moving_source::built_in_moving;
 use crate::loading::scene_source::BUILT_IN;
 use crate::loading::sky_source::OpenedSky;
@@ -20,7 +21,7 @@ use crate::rooms::light::TamedSky;
 use crate::rooms::motion::controls;
 use crate::rooms::motion::edits::{MotionEdits, MotionView, SCALES};
 use crate::rooms::motion::panes::{Panes, Scenery};
-use crate::rooms::motion::player::{Asked, Cast, MOST_ORDER, News, Player, Shown, Way};
+use crate::rooms::motion::player::{Asked, Cast, MOST_ORDER, News, Player, Shown, Source, Way};
 use crate::rooms::motion::spheres::rings;
 use crate::rooms::motion::stage::Frame;
 use crate::rooms::steer;
@@ -36,7 +37,10 @@ const SKY_SPEED: f64 = 0.5;
 pub struct MotionRoom {
     edits: MotionEdits,
     history: History<MotionEdits>,
-    player: Option<(PathBuf, Player)>,
+    player: Option<(Source, Player)>,
+    limits: ReadLimits,
+    /// The files of the last scene that was opened.
+    good_files: Vec<PathBuf>,
     /// The source of the last scene that was opened.
     good: PathBuf,
     cast: Option<Cast>,
@@ -65,6 +69,8 @@ impl MotionRoom {
             good: PathBuf::new(),
             history: History::default(),
             player: None,
+            limits: ReadLimits::default(),
+            good_files: Vec::new(),
             cast: None,
             chosen: 0,
             is_playing: true,
@@ -177,6 +183,19 @@ impl MotionRoom {
         self.message = None;
     }
 
+    /// Opens a file of an occlusion field or of spheres, for the part of the scene that it was made of.
+    pub fn open_part_file(&mut self, path: &Path) {
+        self.edits.files.retain(|file| file != path);
+        self.edits.files.push(path.into());
+        self.message = None;
+    }
+
+    /// The same room with other limits of reading.
+    #[must_use]
+    pub fn reading_within(self, limits: ReadLimits) -> Self {
+        Self { limits, ..self }
+    }
+
     /// Whether the user asked for the list of files, once.
     pub fn take_wish_for_file(&mut self) -> bool {
         std::mem::take(&mut self.wants_file)
@@ -271,6 +290,7 @@ impl MotionRoom {
                     self.chosen = cast.is_still.iter().position(|still| !still).unwrap_or(0);
                     self.edits.is_by_hand &= cast.is_rigid;
                     self.good.clone_from(&self.edits.source);
+                    self.good_files.clone_from(&self.edits.files);
                     self.cast = Some(cast);
                 }
                 TaskEvent::Result(News::Lit(lit)) => {
@@ -290,18 +310,20 @@ impl MotionRoom {
     /// Says what went wrong; of a scene that could not be opened the one before is opened again.
     fn fail(&mut self, message: String) {
         self.is_waiting = false;
-        if self.cast.is_none() && self.good != self.edits.source {
+        let is_good = self.good == self.edits.source && self.good_files == self.edits.files;
+        if self.cast.is_none() && !is_good {
             // A file that was kept may have gone: before any other was open, that is the first one of the program.
             let is_first = self.good.as_os_str().is_empty();
             let good = if is_first { MotionEdits::default().source } else { self.good.clone() };
             self.open(&good);
+            self.edits.files.clone_from(&self.good_files);
         }
         self.message = Some(message);
     }
 
     /// Starts the player, lets time pass, and asks for the moment that is to be seen.
     fn advance(&mut self, ctx: &Context, sky: Option<&OpenedSky>) {
-        if self.player.as_ref().is_none_or(|(source, _)| *source != self.edits.source) {
+        if self.player.as_ref().is_none_or(|(source, _)| *source != self.wanted()) {
             self.start(ctx);
         }
         // Hands that come with the scene are no change of a user.
@@ -342,11 +364,18 @@ impl MotionRoom {
         }
     }
 
+    /// The scene of the edits.
+    fn wanted(&self) -> Source {
+        let MotionEdits { source, files, .. } = &self.edits;
+        Source { path: source.clone(), files: files.clone(), limits: self.limits }
+    }
+
     /// Starts on the scene of the edits, which nothing of the one before belongs to.
     fn start(&mut self, ctx: &Context) {
         let ctx = ctx.clone();
-        let player = Player::start(&self.edits.source, self.edits.order, move || ctx.request_repaint());
-        self.player = Some((self.edits.source.clone(), player));
+        let source = self.wanted();
+        let player = Player::start(&source, self.edits.order, move || ctx.request_repaint());
+        self.player = Some((source, player));
         (self.cast, self.asked, self.lit) = (None, None, None);
         (self.is_waiting, self.orbit) = (false, Orbit::default());
         self.panes.clear();

@@ -2,7 +2,7 @@
 
 use std::cell::RefCell;
 use std::ops::ControlFlow;
-use std::path::Path;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
@@ -19,7 +19,8 @@ use serde::{Deserialize, Serialize};
 use web_time::Instant;
 
 use crate::loading::bake::SceneData;
-use crate::loading::moving_source::{is_file, open_moving};
+use crate::loading::limits::ReadLimits;
+use crate::loading::moving_source::{is_file, open_moving, with_files};
 use crate::loading::task::{Control, Task, TaskEvent};
 
 /// The most bands of light, transfer, fields and spheres.
@@ -135,6 +136,15 @@ impl Lit {
     }
 }
 
+/// A scene that moves, and where it comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Source {
+    pub(crate) path: PathBuf,
+    /// Fields and spheres for its parts.
+    pub(crate) files: Vec<PathBuf>,
+    pub(crate) limits: ReadLimits,
+}
+
 /// Bakes parts, then lights the moment that was asked for last.
 pub(crate) struct Player {
     task: Task<News>,
@@ -143,9 +153,9 @@ pub(crate) struct Player {
 
 impl Player {
     /// Opens a scene and bakes its parts, to an order as far as they came without.
-    pub(crate) fn start(source: &Path, order: usize, wake: impl Fn() + Send + 'static) -> Self {
+    pub(crate) fn start(source: &Source, order: usize, wake: impl Fn() + Send + 'static) -> Self {
         let (asks, asked) = channel();
-        let source = source.to_owned();
+        let source = source.clone();
         let work = move |control: &_| play(control, &source, order, asked).map_err(|error| error.to_string());
         let task = Task::start("Parts", wake, work);
         Self { task, asks }
@@ -166,9 +176,10 @@ impl Player {
     }
 }
 
-fn play(control: &Control<News>, source: &Path, order: usize, asked: Receiver<Asked>) -> anyhow::Result<()> {
+fn play(control: &Control<News>, source: &Source, order: usize, asked: Receiver<Asked>) -> anyhow::Result<()> {
+    let Source { path: source, files, limits } = source;
     control.stage(source.file_name().unwrap_or_default().to_string_lossy());
-    let mut opened = open_moving(source)?;
+    let mut opened = with_files(open_moving(source, limits)?, files)?;
     let most_order = opened.order().unwrap_or(MOST_ORDER).min(MOST_ORDER);
     opened.bake_lamps(most_order)?;
     // The built-in scenes stand on open ground, which hides nothing from what moves over it.

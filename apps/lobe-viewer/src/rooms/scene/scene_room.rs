@@ -1,7 +1,7 @@
 //! The room: what it holds, what comes from tasks, and what is shown.
 
 use std::collections::HashMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use eframe::egui::{CentralPanel, Color32, Context, Id, Key, Panel, Rect, ScrollArea, Sense, Ui, pos2};
@@ -12,10 +12,12 @@ use lobe::render::Surfaces;
 use crate::loading::bake::{self, BOUNCES, GlossyBake, KEPT_SAMPLES, SceneData, SceneNews};
 use crate::loading::cache::UserFolder;
 use crate::loading::export::SceneExport;
+use crate::loading::file_kind::FileKind;
+use crate::loading::limits::ReadLimits;
 use crate::loading::mode::Mode;
 use crate::loading::place::IN_PAGE;
 use crate::loading::scene_source;
-use crate::loading::sky_source::{self, OpenedSky, open_sky};
+use crate::loading::sky_source::{self, OpenedSky};
 use crate::loading::task::{Task, TaskEvent};
 use crate::rooms::scene::controls::{self, Asked, BakePlan, Known};
 use crate::rooms::scene::edits::{Comparison, SceneEdits, SceneLamp};
@@ -37,6 +39,13 @@ const SPEED: f64 = 0.5;
 /// What a page says in place of a bake.
 const NO_BAKES: &str = "A page with one thread does not bake: drop a .glb that lobe bake wrote, for its shadows.";
 
+/// What is known of the light of a scene.
+struct Baked {
+    transfer: Arc<Transfer>,
+    samples: Option<u32>,
+    is_demodulated: bool,
+}
+
 /// A baked scene under a turning sky.
 pub struct SceneRoom {
     edits: SceneEdits,
@@ -47,7 +56,10 @@ pub struct SceneRoom {
     sky: Opened<OpenedSky>,
     scene_task: Option<Task<SceneNews>>,
     sky_task: Option<Task<OpenedSky>>,
-    bakes: HashMap<BakeMode, (Arc<Transfer>, Option<u32>)>,
+    limits: ReadLimits,
+    /// A file of transfer, for the scene when that is open.
+    adopting: Option<PathBuf>,
+    bakes: HashMap<BakeMode, Baked>,
     glossy: Vec<GlossyBake>,
     shown: Option<(Mode, Arc<Transfer>)>,
     truth: Truth,
@@ -78,6 +90,8 @@ impl SceneRoom {
             sky: Opened::default(),
             scene_task: None,
             sky_task: None,
+            limits: ReadLimits::default(),
+            adopting: None,
             bakes: HashMap::new(),
             glossy: Vec::new(),
             shown: None,
@@ -125,7 +139,7 @@ impl SceneRoom {
     /// Whether nothing is being opened or baked.
     #[must_use]
     pub fn is_idle(&self) -> bool {
-        self.scene_task.is_none() && self.sky_task.is_none()
+        self.scene_task.is_none() && self.sky_task.is_none() && self.adopting.is_none()
     }
 
     /// What went wrong last, in one line.
@@ -134,19 +148,24 @@ impl SceneRoom {
         self.message.as_deref()
     }
 
-    /// Opens a scene or an environment, as the ending of the file says.
+    /// Opens a scene, an environment, or transfer for the scene that is open, as the file says.
     pub fn open(&mut self, path: &Path) {
-        if scene_source::has_ending(path, &scene_source::ENDINGS) {
-            self.edits.scene = path.into();
-            self.wants_frame = true;
-        } else if sky_source::is_sky(path) {
-            self.edits.sky = path.into();
-        } else {
-            let known =
-                scene_source::ENDINGS.iter().chain(&sky_source::ENDINGS).copied().collect::<Vec<_>>().join(", .");
-            let name = path.file_name().unwrap_or_default().to_string_lossy();
-            self.message = Some(format!("{name}: nothing to show by itself; this opens .{known}, .json and .sh.json"));
+        match FileKind::of(path) {
+            Ok(FileKind::Scene) => {
+                self.edits.scene = path.into();
+                self.wants_frame = true;
+            }
+            Ok(FileKind::Sky) => self.edits.sky = path.into(),
+            Ok(FileKind::Transfer) => self.adopting = Some(path.into()),
+            Ok(_) => self.message = Some(format!("{}: of another room", path.display())),
+            Err(message) => self.message = Some(message),
         }
+    }
+
+    /// The same room with other limits of reading.
+    #[must_use]
+    pub fn reading_within(self, limits: ReadLimits) -> Self {
+        Self { limits, ..self }
     }
 
     /// Whether the user asked for the list of files, once.
@@ -161,6 +180,7 @@ impl SceneRoom {
         let sky = self.sky.found.clone();
         Some(SceneExport {
             transfer: self.shown.as_ref().map(|(_, transfer)| transfer.clone()),
+            is_demodulated: self.is_demodulated(),
             order: self.edits.order,
             glossy: shining(&self.edits, self.shown.is_some(), &self.glossy).to_vec(),
             light: self.light.turning(&self.edits, sky.as_ref()),
@@ -207,19 +227,26 @@ impl SceneRoom {
         };
         if self.scene.source != self.edits.scene {
             self.scene.source.clone_from(&self.edits.scene);
-            let (source, order, folder) = (self.edits.scene.clone(), self.plan.order, self.folder.clone());
-            let work = move |control: &_| bake::open(control, &source, order, &folder);
+            let (source, order) = (self.edits.scene.clone(), self.plan.order);
+            let (folder, limits) = (self.folder.clone(), self.limits);
+            let work = move |control: &_| bake::open(control, &source, order, (&folder, &limits));
             self.scene_task = Some(Task::start("Scene", wake(ctx), work));
             self.forget_message();
         }
         if self.sky.source != self.edits.sky {
             self.sky.source.clone_from(&self.edits.sky);
-            let source = self.edits.sky.clone();
-            self.sky_task = Some(Task::start("Sky", wake(ctx), move |control| {
-                control.stage(source.file_name().unwrap_or_default().to_string_lossy());
-                control.send(open_sky(&source).map_err(|error| error.to_string())?);
-                Ok(())
-            }));
+            let (source, limits) = (self.edits.sky.clone(), self.limits);
+            let work = move |control: &_| sky_source::open(control, &source, &limits);
+            self.sky_task = Some(Task::start("Sky", wake(ctx), work));
+            self.forget_message();
+        }
+        if self.scene_task.is_none()
+            && let (Some(path), Some(data)) = (&self.adopting, &self.scene.found)
+        {
+            let (path, data) = (path.clone(), data.clone());
+            let work = move |control: &_| bake::adopt(control, &data, &path);
+            self.scene_task = Some(Task::start("Transfer", wake(ctx), work));
+            self.adopting = None;
             self.forget_message();
         }
     }
@@ -275,8 +302,8 @@ impl SceneRoom {
                 self.probe.forget();
                 self.viewport.fit_exposure();
             }
-            SceneNews::Baked { mode, samples, transfer } => {
-                self.bakes.insert(mode, (transfer, samples));
+            SceneNews::Baked { mode, samples, is_demodulated, transfer } => {
+                self.bakes.insert(mode, Baked { transfer, samples, is_demodulated });
                 self.shown = None;
             }
             SceneNews::Glossy(glossy) => self.glossy = glossy,
@@ -293,11 +320,11 @@ impl SceneRoom {
         if self.shown.as_ref().is_some_and(|(shown, _)| *shown == mode) {
             return;
         }
-        let of = |wanted: BakeMode| self.bakes.get(&wanted).map(|(transfer, _)| &**transfer);
+        let of = |wanted: BakeMode| self.bakes.get(&wanted).map(|baked| &*baked.transfer);
         self.shown = match mode {
             Mode::Shadowed | Mode::Interreflected => {
                 let baked = mode.bakes().first().and_then(|mode| self.bakes.get(mode));
-                baked.map(|(transfer, _)| (mode, transfer.clone()))
+                baked.map(|baked| (mode, baked.transfer.clone()))
             }
             _ => match mode.transfer(of) {
                 Ok(made) => made.map(|made| (mode, Arc::new(made))),
@@ -309,18 +336,25 @@ impl SceneRoom {
         };
     }
 
+    /// The first bake of the mode.
+    fn baked(&self) -> Option<&Baked> {
+        self.edits.mode.bakes().first().and_then(|mode| self.bakes.get(mode))
+    }
+
+    /// Whether the transfer that is shown leaves out the albedo.
+    fn is_demodulated(&self) -> bool {
+        self.baked().is_some_and(|baked| baked.is_demodulated)
+    }
+
     fn known(&self) -> Known {
-        let samples = self.edits.mode.bakes().first().and_then(|mode| self.bakes.get(mode)).and_then(|(_, n)| *n);
+        let samples = self.baked().and_then(|baked| baked.samples);
         Known { order: self.transfer().map(|t| t.order()), samples, has_scene: self.scene.found.is_some() }
     }
 
     fn answer(&mut self, ctx: &Context, asked: Asked) {
         match asked {
             Asked::OpenFile => self.wants_file = true,
-            Asked::Cancel => {
-                self.scene_task.iter().for_each(Task::cancel);
-                self.sky_task.iter().for_each(Task::cancel);
-            }
+            Asked::Cancel => self.cancel(),
             Asked::Frame => {
                 if let Some(data) = &self.scene.found {
                     self.orbit = self.orbit.framing(data.scene.world_bounds());
@@ -339,6 +373,22 @@ impl SceneRoom {
                 }));
                 self.message = None;
             }
+        }
+    }
+
+    /// Stops what is under way. What cannot be interrupted goes on where nobody waits for it, and is forgotten: it is not shown.
+    fn cancel(&mut self) {
+        let was_at_work = self.scene_task.is_some() || self.sky_task.is_some();
+        if self.scene_task.take().is_some() {
+            let ended = TaskEvent::<SceneNews>::Cancelled;
+            self.is_fallback |= take_back(&ended, &mut self.edits.scene, &mut self.scene, scene_source::FIRST);
+        }
+        if self.sky_task.take().is_some() {
+            let ended = TaskEvent::<OpenedSky>::Cancelled;
+            self.is_fallback |= take_back(&ended, &mut self.edits.sky, &mut self.sky, sky_source::FIRST);
+        }
+        if was_at_work {
+            self.message = failure(TaskEvent::<()>::Cancelled);
         }
     }
 
@@ -440,7 +490,15 @@ impl SceneRoom {
         let transfer = self.shown.as_ref().map(|(_, transfer)| transfer);
         let glossy = shining(&self.edits, transfer.is_some(), &self.glossy);
         let has_gloss = !glossy.is_empty();
-        let wanted = Wanted { data: &data, transfer, glossy, sky: self.sky.found.as_ref(), order: self.edits.order };
+        let is_demodulated = self.is_demodulated();
+        let wanted = Wanted {
+            data: &data,
+            transfer,
+            is_demodulated,
+            glossy,
+            sky: self.sky.found.as_ref(),
+            order: self.edits.order,
+        };
         match self.viewport.draw(gpu, &wanted, &frame) {
             Ok(Some(texture)) => {
                 let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));

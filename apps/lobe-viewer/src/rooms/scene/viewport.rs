@@ -34,6 +34,8 @@ pub(crate) struct Wanted<'a> {
     pub(crate) data: &'a SceneData,
     /// Without one, the scene is lit by its normals.
     pub(crate) transfer: Option<&'a Arc<Transfer>>,
+    /// Whether that leaves out the albedo.
+    pub(crate) is_demodulated: bool,
     /// Meshes that shine among those lit by transfer.
     pub(crate) glossy: &'a [GlossyBake],
     pub(crate) sky: Option<&'a OpenedSky>,
@@ -171,6 +173,7 @@ impl Viewport {
         let glossy = if gpu.context().has_storage() { wanted.glossy } else { &[] };
         let glossy: Vec<GlossyMesh<'_>> = glossy.iter().map(GlossyBake::on_device).collect();
         let shading = match wanted.transfer {
+            Some(transfer) if wanted.is_demodulated => SurfaceShading::Demodulated(transfer, Storage::F32),
             Some(transfer) => SurfaceShading::Mixed(transfer, &glossy, Storage::F32),
             None => SurfaceShading::Irradiance(wanted.order),
         };

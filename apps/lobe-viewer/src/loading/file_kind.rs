@@ -1,0 +1,95 @@
+//! What a file is, by its name and its first bytes.
+
+use std::fs::File;
+use std::io::Read as _;
+use std::path::Path;
+
+use lobe::sh::{Quantity, ShFile, read_sh_json, read_sh_json_bytes};
+
+use crate::loading::moving_source::DESCRIPTION;
+use crate::loading::place::given;
+use crate::loading::scene_source::{self, has_ending};
+use crate::loading::sky_source;
+
+/// The ending of files of transfer, fields and spheres.
+pub(crate) const TENSORS: &str = "safetensors";
+
+/// Bytes of a file of tensors in which its format is named.
+const HEAD: u64 = 1 << 16;
+
+/// Formats of tensors, as files name them.
+const FORMATS: [(&str, FileKind); 3] = [
+    ("\"lobe-transfer\"", FileKind::Transfer),
+    ("\"lobe-occlusion-field\"", FileKind::Field),
+    ("\"lobe-spheres\"", FileKind::Spheres),
+];
+
+/// What a file is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum FileKind {
+    Scene,
+    /// A description of a scene that moves.
+    Description,
+    Sky,
+    /// An expansion of anything but radiance.
+    Function,
+    /// Of the vertices of a scene.
+    Transfer,
+    /// What a part of a moving scene hides around it.
+    Field,
+    /// The spheres that stand for a part.
+    Spheres,
+}
+
+impl FileKind {
+    /// The kind of a file.
+    ///
+    /// # Errors
+    /// One line that says what can be opened, or what is wrong with a file of tensors or of an expansion.
+    pub(crate) fn of(path: &Path) -> Result<Self, String> {
+        if has_ending(path, &scene_source::ENDINGS) {
+            return Ok(Self::Scene);
+        }
+        if sky_source::is_expansion(path) {
+            let file = read_expansion(path).map_err(|error| error.to_string())?;
+            return Ok(if file.quantity == Quantity::Radiance { Self::Sky } else { Self::Function });
+        }
+        if sky_source::is_sky(path) {
+            return Ok(Self::Sky);
+        }
+        if has_ending(path, &[DESCRIPTION]) {
+            return Ok(Self::Description);
+        }
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if has_ending(path, &[TENSORS]) {
+            let head = head_of(path).map_err(|error| format!("{name}: {error}"))?;
+            let found = FORMATS.into_iter().find(|(format, _)| head.contains(format));
+            return found.map(|(_, kind)| kind).ok_or_else(|| {
+                format!("{name}: expected transfer, an occlusion field or spheres of Lobe, found other tensors")
+            });
+        }
+        let scenes = scene_source::ENDINGS.join(", .");
+        let skies = sky_source::ENDINGS.join(", .");
+        Err(format!(
+            "{name}: nothing to show by itself; this opens scenes (.{scenes}, .json), skies (.{skies}), .sh.json and .{TENSORS}"
+        ))
+    }
+}
+
+/// Reads an expansion of any quantity.
+pub(crate) fn read_expansion(path: &Path) -> anyhow::Result<ShFile> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    Ok(match given(path) {
+        Some(bytes) => read_sh_json_bytes(&bytes, &name)?,
+        None => read_sh_json(path)?,
+    })
+}
+
+fn head_of(path: &Path) -> std::io::Result<String> {
+    let mut bytes = Vec::new();
+    match given(path) {
+        Some(all) => bytes.extend(all.iter().take(HEAD as usize)),
+        None => drop(File::open(path)?.take(HEAD).read_to_end(&mut bytes)?),
+    }
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
