@@ -21,7 +21,7 @@ use crate::loading::export::ExportPlan;
 use crate::loading::file_kind::{self, FileKind, TENSORS};
 use crate::loading::limits::ReadLimits;
 use crate::loading::place::IN_PAGE;
-use crate::loading::{moving_source, scene_source, sky_source};
+use crate::loading::{scene_source, sky_source};
 use crate::rooms::functions::functions_room::FunctionsRoom;
 use crate::rooms::motion::motion_room::MotionRoom;
 use crate::rooms::scene::scene_room::SceneRoom;

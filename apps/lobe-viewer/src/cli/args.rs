@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Parser;
+use lobe::render::MovingMethod;
 use lobe_gpu::Storage;
 
 use crate::loading::limits::ReadLimits;
@@ -23,9 +24,15 @@ pub(crate) struct Arguments {
     /// The environment: a picture, bundled:sunset, bundled:studio, made:evening, made:noon or made:even
     #[arg(long, value_name = "ENV", default_value = "made:evening")]
     pub(crate) env: PathBuf,
-    /// The light paths that are shown
+    /// The light paths that are shown; of a scene that moves, how its parts hide the sky
     #[arg(long, value_enum, default_value = "interreflected")]
-    pub(crate) mode: Mode,
+    pub(crate) mode: ModeName,
+    /// Spheres for each part, with --mode exponentials; four times as many of a part that changes its shape
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) spheres: u16,
+    /// A file of an occlusion field or of spheres for a part of a scene that moves; once for each
+    #[arg(long = "part", value_name = "FILE")]
+    pub(crate) parts: Vec<PathBuf>,
     /// Number of bands of the light, 1 to 8; of a scene that is baked already at most those it has
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u8).range(1..=8))]
     pub(crate) order: u8,
@@ -35,7 +42,7 @@ pub(crate) struct Arguments {
     /// How the numbers of transfer are stored on the device: half precision is half of the bytes, and changes colors by 3e-4
     #[arg(long, value_enum, default_value = "f32")]
     pub(crate) storage: StorageName,
-    /// Pictures, with the sky turning once around from the first to the last
+    /// Pictures, with the sky turning once around from the first to the last; of a scene that moves, moments of its time
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) frames: u16,
     /// Columns and rows [default: 640x400, and 1280x720 to measure]
@@ -59,6 +66,9 @@ pub(crate) struct Arguments {
     /// Measure the built-in still life with N cells along its ground, 128 as it is opened; 152 are 70000 vertices
     #[arg(long, value_name = "N", requires = "bench", conflicts_with = "scene", value_parser = clap::value_parser!(u16).range(16..=1024))]
     pub(crate) cells: Option<u16>,
+    /// Receivers under 128 spheres that are measured beside the scene, 0 for none
+    #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = clap::value_parser!(u32).range(0..=1 << 24))]
+    pub(crate) receivers: u32,
     /// Print the measurement as JSON
     #[arg(long, requires = "bench")]
     pub(crate) json: bool,
@@ -67,6 +77,45 @@ pub(crate) struct Arguments {
     /// Take the program that emulates a graphics card
     #[arg(long)]
     pub(crate) software: bool,
+}
+
+/// The light paths of a scene that stands still, and the ways of one that moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum ModeName {
+    /// Irradiance of the normal alone, which needs no bake
+    Unshadowed,
+    /// Direct light with shadows
+    Shadowed,
+    /// Shadows, and the light that surfaces send each other
+    Interreflected,
+    /// Only the light that surfaces send each other
+    Difference,
+    /// Parts that move hide the sky by shadow fields
+    Fields,
+    /// By exponentials of sums of spheres
+    Exponentials,
+}
+
+impl ModeName {
+    /// Of a scene that stands still.
+    pub(crate) fn of_still(self) -> Option<Mode> {
+        match self {
+            Self::Unshadowed => Some(Mode::Unshadowed),
+            Self::Shadowed => Some(Mode::Shadowed),
+            Self::Interreflected => Some(Mode::Interreflected),
+            Self::Difference => Some(Mode::Difference),
+            Self::Fields | Self::Exponentials => None,
+        }
+    }
+
+    /// Of one that moves.
+    pub(crate) fn of_moving(self) -> Option<MovingMethod> {
+        match self {
+            Self::Fields => Some(MovingMethod::Fields),
+            Self::Exponentials => Some(MovingMethod::Exponentials),
+            _ => None,
+        }
+    }
 }
 
 /// The numbers of transfer on the device.

@@ -7,7 +7,9 @@ use lobe_gpu::{BenchReport, SceneViewOptions, ViewOutput};
 use serde_json::json;
 
 use crate::cli::args::Arguments;
+use crate::cli::exponentials::{SPHERES, measure};
 use crate::cli::prepared::{Prepared, prepare};
+use crate::loading::mode::Mode;
 use crate::loading::scene_source::{self, OpenedScene, open_scene};
 
 /// The size of a picture that is measured without another choice.
@@ -28,23 +30,56 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let (size, rays) = (arguments.size.unwrap_or(SIZE), arguments.rays.unwrap_or(1));
     // As the window draws what moves.
     let options = SceneViewOptions::default().width(size[0]).height(size[1]).rays(u32::from(rays));
-    let Prepared { view, light, vertices, name } = prepare(arguments, opened, &options.output(ViewOutput::Display))?;
+    let Prepared { context, view, light, vertices, name } =
+        prepare(arguments, opened, &options.output(ViewOutput::Display))?;
     let rate = BenchReport::frames_per_second(&view, &light, FRAMES.max(usize::from(arguments.frames)))?;
     let report = BenchReport::of_view(&view, RUNS)?;
+    let copied = BenchReport::copied_bytes_a_second(&context)?;
+    let order = usize::from(arguments.order);
+    let receivers = arguments.receivers as usize;
+    let shadows = (receivers > 0).then(|| measure(&context, order, receivers)).transpose()?;
+    let floor = |bytes: u64| 1e3 * bytes as f64 / copied;
     let [width, height] = size;
     if arguments.json {
-        let pass = |pass: &lobe_gpu::PassTime| json!({"name": pass.name, "ms": pass.milliseconds, "bytes": pass.bytes});
+        let pass = |pass: &lobe_gpu::PassTime| {
+            json!({
+                "name": pass.name, "ms": pass.milliseconds, "bytes": pass.bytes, "floor_ms": floor(pass.bytes)
+            })
+        };
+        let shadows = shadows.map(|found| {
+            json!({
+                "spheres": SPHERES, "receivers": receivers, "order": order, "ms": found.milliseconds, "bytes": found.bytes,
+                "floor_ms": floor(found.bytes)
+            })
+        });
+        let mode = arguments.mode.of_still();
         let text = json!({
             "machine": report.device, "scene": name, "vertices": vertices, "order": arguments.order,
-            "mode": arguments.mode, "size": size, "rays": rays, "frames_per_second": rate,
+            "mode": mode, "size": size, "rays": rays, "frames_per_second": rate,
             "passes": report.passes.iter().map(pass).collect::<Vec<_>>(),
+            "exponentials": shadows, "copied_bytes_per_second": copied,
         });
         println!("{text}");
         return Ok(());
     }
     print!("{report}");
-    let (mode, order) = (arguments.mode.title().to_lowercase(), arguments.order);
+    let bytes: u64 = report.passes.iter().map(|pass| pass.bytes).sum();
+    let speed = 1e-9 * copied;
+    println!(
+        "floor of all passes: {:.3} ms, {:.3} MB at the {speed:.1} GB/s of a copy",
+        floor(bytes),
+        1e-6 * bytes as f64
+    );
+    let mode = arguments.mode.of_still().map_or("", Mode::title).to_lowercase();
     println!("{name}: {vertices} vertices, {mode}, order {order}, {width} x {height}, {rays} x {rays} samples a pixel");
     println!("{rate:.1} frames a second with the sky turning");
+    if let Some(found) = shadows {
+        println!(
+            "exponentials of {SPHERES} spheres at {receivers} receivers, order {order}: {:.3} ms; floor {:.3} ms, {:.3} MB",
+            found.milliseconds,
+            floor(found.bytes),
+            1e-6 * found.bytes as f64
+        );
+    }
     Ok(())
 }

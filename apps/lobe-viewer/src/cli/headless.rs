@@ -7,6 +7,7 @@ use lobe::io::Job;
 use lobe_gpu::{SceneViewOptions, TurntableOptions, write_turntable};
 
 use crate::cli::args::Arguments;
+use crate::cli::moving;
 use crate::cli::prepared::{Prepared, prepare};
 use crate::loading::scene_source::open_scene;
 
@@ -16,10 +17,13 @@ const SIZE: [u32; 2] = [640, 400];
 /// Samples of a pixel along each axis without another choice.
 const RAYS: u8 = 2;
 
-/// Renders a scene under its sky, which turns once around in `--frames` frames.
+/// Renders a scene under its sky, which turns once around in `--frames` frames, or one that moves.
 pub(crate) fn run(arguments: &Arguments, scene: &Path, output: &Path) -> anyhow::Result<()> {
     let (size, rays) = (arguments.size.unwrap_or(SIZE), arguments.rays.unwrap_or(RAYS));
     let options = SceneViewOptions::default().width(size[0]).height(size[1]).rays(u32::from(rays));
+    if let Some(method) = arguments.mode.of_moving() {
+        return moving::run(arguments, (scene, method), &options, output);
+    }
     let Prepared { view, light, .. } = prepare(arguments, open_scene(scene, &arguments.limits)?, &options)?;
     let frames = usize::from(arguments.frames);
     let options = TurntableOptions::default().frames(frames).step(TAU / frames as f64);

@@ -1,10 +1,13 @@
 //! The command line: what opens a window, and what renders and measures without one.
 //!
-//! Read `args`, then `prepared`, which makes a scene ready for a device, `headless`, `bench` and `failure`. Uses `loading`
+//! Read `args`, then `prepared`, which makes a scene ready for a device, `headless` and `moving`,
+//! `bench` and `exponentials`, and `failure`. Uses `loading`
 //! and `widgets`.
 
 pub(crate) mod args;
 pub(crate) mod bench;
+pub(crate) mod exponentials;
 pub(crate) mod failure;
 pub(crate) mod headless;
+pub(crate) mod moving;
 pub(crate) mod prepared;

@@ -8,7 +8,8 @@ use lobe::io::Progress;
 use lobe::prt::{BakeMode, Transfer};
 use lobe::sh::{Rgb, ShVec};
 use lobe_gpu::{
-    AdapterChoice, Context, ContextOptions, Environment, GlossyMesh, SceneView, SceneViewOptions, SurfaceShading,
+    AdapterChoice, Context, ContextOptions, Environment, GlossyMesh, GpuError, SceneView, SceneViewOptions,
+    SurfaceShading,
 };
 
 use crate::cli::args::Arguments;
@@ -20,6 +21,7 @@ use crate::widgets::orbit::Orbit;
 
 /// A scene on a device under a light.
 pub(crate) struct Prepared {
+    pub(crate) context: Context,
     pub(crate) view: SceneView,
     pub(crate) light: ShVec<Rgb<f64>>,
     pub(crate) vertices: usize,
@@ -32,6 +34,12 @@ pub(crate) fn prepare(
     opened: OpenedScene,
     options: &SceneViewOptions,
 ) -> anyhow::Result<Prepared> {
+    let Some(mode) = arguments.mode.of_still() else {
+        bail!("--mode fields and exponentials: of scenes that move, with --headless; leave the option out");
+    };
+    if let Some(file) = arguments.parts.first() {
+        bail!("--part {}: of scenes that move; ask for --mode fields or exponentials too", file.display());
+    }
     let sky = open_sky(&arguments.env, &arguments.limits)?;
     let data = SceneData::new(opened.name, opened.scene);
     let mut order = usize::from(arguments.order);
@@ -40,8 +48,8 @@ pub(crate) fn prepare(
     let is_baked = opened.baked.is_some();
     if let Some(file) = opened.baked {
         let found = file.recipe.mode.unwrap_or(BakeMode::Interreflected);
-        if !arguments.mode.bakes().iter().all(|needed| *needed == found) {
-            let wanted = arguments.mode.title().to_lowercase();
+        if !mode.bakes().iter().all(|needed| *needed == found) {
+            let wanted = mode.title().to_lowercase();
             bail!(
                 "--mode {wanted}: {} was baked as {}; ask for that, or for the scene it was baked from",
                 data.name,
@@ -55,19 +63,18 @@ pub(crate) fn prepare(
         is_demodulated = bake::is_demodulated(&file.recipe);
         baked.push((found, file.transfer));
     } else {
-        for &mode in arguments.mode.bakes() {
+        for &mode in mode.bakes() {
             let options = bake_options(mode, order, arguments.samples);
-            let (transfer, _) = bake_scene(&data, &options, progress(mode.name()))?;
+            let (transfer, _) = bake_scene(&data, &options, progress(format!("{} transfer", mode.name())))?;
             baked.push((mode, transfer));
         }
     }
-    let is_shining = !is_baked && arguments.mode == Mode::Interreflected;
+    let is_shining = !is_baked && mode == Mode::Interreflected;
     let glossy =
         if is_shining { bake_glossy(&data, order, arguments.samples, progress("metals"))? } else { Vec::new() };
     let of = |mode: BakeMode| baked.iter().find(|(found, _)| *found == mode).map(|(_, transfer)| transfer);
-    let transfer: Option<Transfer> = arguments.mode.transfer(of)?;
-    let adapter = if arguments.software { AdapterChoice::Software } else { AdapterChoice::Fastest };
-    let context = Context::new(&ContextOptions::default().adapter(adapter))?;
+    let transfer: Option<Transfer> = mode.transfer(of)?;
+    let context = device(arguments)?;
     let meshes: Vec<GlossyMesh<'_>> = glossy.iter().map(GlossyBake::on_device).collect();
     let shading = match &transfer {
         Some(transfer) if is_demodulated => SurfaceShading::Demodulated(transfer, arguments.storage.into()),
@@ -79,18 +86,24 @@ pub(crate) fn prepare(
     let orbit = Orbit { azimuth, height, ..Orbit::default() }.framing(data.scene.world_bounds());
     view.set_camera(&orbit.on_device().context("the scene has no extent")?)?;
     let light = sky.light.resized(usize::from(arguments.order));
-    Ok(Prepared { view, light, vertices: data.scene.vertex_count(), name: data.name })
+    Ok(Prepared { context, view, light, vertices: data.scene.vertex_count(), name: data.name })
+}
+
+/// The device that is asked for.
+pub(crate) fn device(arguments: &Arguments) -> Result<Context, GpuError> {
+    let adapter = if arguments.software { AdapterChoice::Software } else { AdapterChoice::Fastest };
+    Context::new(&ContextOptions::default().adapter(adapter))
 }
 
 /// A line on the terminal that says how far a bake is.
-fn progress(what: &'static str) -> impl FnMut(&Progress) -> ControlFlow<()> {
-    let is_shown = stderr().is_terminal();
+pub(crate) fn progress(what: impl Into<String>) -> impl FnMut(&Progress) -> ControlFlow<()> {
+    let (is_shown, what) = (stderr().is_terminal(), what.into());
     move |progress| {
         if is_shown {
             let percent = 100 * progress.done / progress.total.max(1);
             let end = if progress.done == progress.total { "\r\x1b[K" } else { "" };
             // A terminal that has gone away is told nothing.
-            drop(write!(stderr(), "\r{what} transfer: {percent} %{end}"));
+            drop(write!(stderr(), "\r{what}: {percent} %{end}"));
         }
         ControlFlow::Continue(())
     }

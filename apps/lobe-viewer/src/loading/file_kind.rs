@@ -1,4 +1,4 @@
-//! What a file is, by its name and its first bytes.
+//! Kinds of files, by their names and first bytes.
 
 use std::fs::File;
 use std::io::Read as _;
@@ -19,11 +19,11 @@ pub(crate) const TENSORS: &str = "safetensors";
 /// Bytes of a file of tensors in which its format is named.
 const HEAD: u64 = 1 << 16;
 
-/// Formats of tensors, as files name them.
+/// Formats of tensors, as files name them: within a text of JSON that is itself a string of JSON, so that quotes around them vary.
 const FORMATS: [(&str, FileKind); 3] = [
-    ("\"lobe-transfer\"", FileKind::Transfer),
-    ("\"lobe-occlusion-field\"", FileKind::Field),
-    ("\"lobe-spheres\"", FileKind::Spheres),
+    ("lobe-transfer", FileKind::Transfer),
+    ("lobe-occlusion-field", FileKind::Field),
+    ("lobe-spheres", FileKind::Spheres),
 ];
 
 /// What a file is.

@@ -1,4 +1,4 @@
-//! What files may ask for, as of the command `lobe`.
+//! Limits of files, as of the command `lobe`.
 
 use anyhow::anyhow;
 use lobe::env::{EnvError, MapReadOptions};

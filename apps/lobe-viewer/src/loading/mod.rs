@@ -1,8 +1,9 @@
 //! Files, built-in scenes and bakes, off the thread of the window: with progress, to be cancelled, with errors in one line.
 //!
-//! Read `place`, which says whether there are threads and files at all, `task`, which runs work beside the window, then `mode`, the ways to light a scene, `scene_source`, `moving_source` and `sky_source`,
-//! which say where things are and read them, `bake`, `cache`, where bakes of built-in scenes are kept, and `export`, which goes the
-//! other way: pictures to files. Uses no other room.
+//! Read `place`, which says whether there are threads and files at all, `task`, which runs work beside the window, `limits`, what files
+//! may ask for, and `file_kind`, what they are, then `mode`, the ways to light a scene, `scene_source`, `moving_source` and
+//! `sky_source`, which say where things are and read them, `bake` and `moving_bakes`, `cache`, where bakes of built-in scenes are kept,
+//! and `export`, which goes the other way: pictures to files. Uses no other room.
 
 pub(crate) mod bake;
 pub(crate) mod cache;
@@ -10,6 +11,7 @@ pub(crate) mod export;
 pub(crate) mod file_kind;
 pub(crate) mod limits;
 pub(crate) mod mode;
+pub(crate) mod moving_bakes;
 pub(crate) mod moving_source;
 pub(crate) mod place;
 pub(crate) mod scene_source;

@@ -146,6 +146,7 @@ pub(crate) fn open(control: &Control<OpenedSky>, source: &Path, limits: &ReadLim
     }
     Ok(())
 }
+
 /// Reads an expansion of any quantity.
 pub(crate) fn read_expansion(path: &Path) -> anyhow::Result<ShFile> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();

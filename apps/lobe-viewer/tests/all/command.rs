@@ -46,7 +46,10 @@ fn bad_input_is_one_line_and_exit_code_2() {
         ("--headless three.obj --max-triangles 1 -o a.png", "start with a higher --max-triangles"),
         ("--headless three.obj --max-memory 1e-9 -o a.png", "start with a higher --max-memory"),
         ("--headless built-in:ball --env wide.pfm --max-texels 1 -o a.png", "start with a higher --max-texels"),
-        ("--headless outside.obj --max-memory 0 -o a.png", "--max-memory"),
+        ("--headless three.obj --max-memory 0 -o a.png", "--max-memory"),
+        ("--headless built-in:ball --mode fields --order 9 -o a.png", "--order"),
+        ("--headless built-in:ball --mode fields -o a.png", "built-in:three-objects"),
+        ("--bench --mode fields", "--mode fields"),
         ("--json", "--bench"),
         ("--nonsense", "--nonsense"),
     ] {
@@ -77,15 +80,61 @@ fn a_scene_is_rendered_to_a_file_in_every_mode() {
 #[test]
 fn a_measurement_is_a_table_or_json() {
     let folder = tempfile::tempdir().unwrap();
-    let small = "--bench --scene built-in:furnace --order 2 --samples 4 --size 32x20 --software";
+    let small = "--bench --scene built-in:furnace --order 2 --samples 4 --size 32x20 --receivers 500 --software";
     let table = viewer(folder.path(), small);
     if is_without_adapter(&table) {
         return;
     }
     let text = String::from_utf8(table.stdout).unwrap();
     assert!(text.contains("surfaces") && text.contains("frames a second"), "{text}");
+    assert!(text.contains("exponentials of 128 spheres at 500 receivers, order 2"), "{text}");
+    assert!(text.contains("floor of all passes"), "{text}");
     let json = viewer(folder.path(), &format!("{small} --json")).stdout;
     let value: serde_json::Value = serde_json::from_slice(&json).unwrap();
     assert!(value["frames_per_second"].as_f64().is_some_and(|rate| rate > 0.0), "{value}");
     assert_eq!(value["size"], serde_json::json!([32, 20]), "{value}");
+    let copied = value["copied_bytes_per_second"].as_f64().unwrap();
+    let all = value["passes"].as_array().unwrap().iter().chain([&value["exponentials"]]);
+    for pass in all {
+        let (bytes, floor) = (pass["bytes"].as_f64().unwrap(), pass["floor_ms"].as_f64().unwrap());
+        assert!((floor - 1e3 * bytes / copied).abs() <= 1e-9 * floor, "{pass}: bytes over the speed of a copy");
+    }
+    assert!(value["exponentials"]["ms"].as_f64().is_some_and(|ms| ms > 0.0), "{value}");
+}
+
+#[test]
+fn what_moves_is_rendered_moment_by_moment_in_both_ways_and_numbers_may_be_halved() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let wedge = "v 0.5 0 -0.3\nv -0.3 0.4 -0.3\nv -0.3 -0.4 -0.3\nv 0 0 0.5\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
+    std::fs::write(at.join("wedge.obj"), wedge).unwrap();
+    std::fs::write(at.join("ground.obj"), "v -2 0 2\nv 2 0 2\nv 2 0 -2\nv -2 0 -2\nf 1 2 3\nf 1 3 4\n").unwrap();
+    let falls = r#"{"format": "lobe-scene", "version": 1, "still": ["ground.obj"], "entities": [{"name": "falling",
+        "mesh": "wedge.obj", "keys": [{"time": 0, "translation": [0, 0, 2]}, {"time": 2, "translation": [0, 0, 1]}]}]}"#;
+    std::fs::write(at.join("falls.json"), falls).unwrap();
+    let small = "--order 2 --size 40x24 --rays 1 --env made:even --software";
+    let read = |name: &str| lobe::image::read_picture(at.join(name), &Default::default()).unwrap().0;
+    for mode in ["fields", "exponentials"] {
+        let arguments = format!("--headless falls.json --mode {mode} --spheres 4 --frames 2 {small} -o {mode}.exr");
+        let output = viewer(at, &arguments);
+        if is_without_adapter(&output) {
+            return;
+        }
+        assert!(output.status.success(), "{mode}: {}", String::from_utf8_lossy(&output.stderr));
+        let [first, second] = ["0000", "0001"].map(|number| read(&format!("{mode}.{number}.exr")));
+        assert_ne!(first.pixels(), second.pixels(), "{mode}: it moves");
+    }
+    assert_ne!(read("fields.0000.exr").pixels(), read("exponentials.0000.exr").pixels(), "two ways");
+    for storage in ["f32", "f16"] {
+        let arguments = format!("--headless built-in:ball --samples 4 --storage {storage} {small} -o {storage}.exr");
+        assert!(viewer(at, &arguments).status.success(), "{storage}");
+    }
+    let [whole, half] = ["f32.exr", "f16.exr"].map(read);
+    let most = whole.pixels().iter().flatten().fold(0.0_f32, |most, c| most.max(*c));
+    let apart = whole.pixels().iter().flatten().zip(half.pixels().iter().flatten()).map(|(a, b)| (a - b).abs());
+    let apart = apart.fold(0.0_f32, f32::max);
+    // Half of eleven bits for each number; the sums of a few are as far apart.
+    assert!(apart > 0.0 && apart < 2e-3 * most, "{apart} of {most}");
+    let said = error(at, "--headless built-in:ball --part wedge.safetensors -o a.png");
+    assert!(said.contains("--part wedge.safetensors"), "{said}");
 }

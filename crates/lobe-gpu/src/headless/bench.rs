@@ -7,7 +7,12 @@ use lobe_sh::{Dir, Rgb, Rotation, ShVec};
 use web_time::Instant;
 
 use crate::renderer::renderer::{PassTime, Renderer};
-use crate::{GpuError, SceneView};
+use crate::{Context, GpuError, SceneView};
+
+/// Bytes of a copy that measures how fast the device moves them, more than caches hold, and copies in one submission, which hide what
+/// that itself takes.
+const COPIED: u64 = 128 << 20;
+const COPIES: usize = 8;
 
 /// What the passes of a renderer take: printed, a table.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,6 +72,48 @@ impl BenchReport {
         let begin = Instant::now();
         (1..=frames).try_for_each(frame)?;
         Ok(frames as f64 / begin.elapsed().as_secs_f64())
+    }
+
+    /// Milliseconds of a run of all passes by the clock, with the wait for the device: the least of `runs`, after one to get warm. Where
+    /// a device measures no times, or those of pixels alone as programs that emulate one do, this says what compute takes.
+    ///
+    /// # Errors
+    /// [`GpuError::Device`] if the device fails.
+    pub fn milliseconds_a_run(renderer: &Renderer, runs: usize) -> Result<f64, GpuError> {
+        let run = || {
+            let begin = Instant::now();
+            renderer.run()?;
+            renderer.context().wait()?;
+            Ok::<_, GpuError>(1e3 * begin.elapsed().as_secs_f64())
+        };
+        run()?;
+        (0..runs.max(1)).try_fold(f64::INFINITY, |least, _| Ok(least.min(run()?)))
+    }
+
+    /// Bytes a second that the device copies from one buffer to another, each counted twice, read and written: what passes that only move
+    /// bytes would take is `bytes` over this.
+    ///
+    /// # Errors
+    /// [`GpuError::Device`] if the device fails.
+    pub fn copied_bytes_a_second(context: &Context) -> Result<f64, GpuError> {
+        let device = context.device();
+        let bytes = COPIED.min(device.limits().max_buffer_size);
+        let usage = wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
+        let buffer = |label| context.empty(label, bytes, usage);
+        let (from, to) = (buffer("copied from")?, buffer("copied to")?);
+        let run = || {
+            let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            for _ in 0..COPIES {
+                encoder.copy_buffer_to_buffer(&from, 0, &to, 0, bytes);
+            }
+            let begin = Instant::now();
+            context.queue().submit([encoder.finish()]);
+            context.wait()?;
+            Ok::<_, GpuError>(begin.elapsed().as_secs_f64())
+        };
+        run()?;
+        let seconds = (0..3).try_fold(f64::INFINITY, |least, _| run().map(|seconds| seconds.min(least)))?;
+        Ok(2.0 * COPIES as f64 * bytes as f64 / seconds)
     }
 
     /// Milliseconds of all passes; `None` if the device measures no times.

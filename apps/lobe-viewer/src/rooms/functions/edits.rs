@@ -244,6 +244,7 @@ pub struct FunctionsEdits {
     /// How high above the horizon it is, in degrees.
     pub light_height: f64,
     /// The function of a file.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub opened: Option<OpenedFunction>,
     /// Whether functions are shown on unfolded cubes, too.
     pub has_crosses: bool,

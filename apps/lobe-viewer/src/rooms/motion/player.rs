@@ -7,36 +7,24 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 use lobe::io::{Job, Progress};
-use lobe::prt::{BakeMode, BakeOptions};
 use lobe::render::{
     Emitter, Motion, MovingBakeOptions, MovingMethod, MovingOptions, MovingPart, MovingScene, MovingShading,
     PartBakeKind, RenderError,
 };
 use lobe::scene::{Mesh, Scene};
 use lobe::sh::{Dir, Expansion as _, Rgb, Rotation, ShVec};
-use lobe::shadow::{FieldOptions, Placement, SphereFitMethod, SphereFitOptions, Track, WorldSphere};
+use lobe::shadow::{Placement, SphereFitMethod, Track, WorldSphere};
 use serde::{Deserialize, Serialize};
 use web_time::Instant;
 
 use crate::loading::bake::SceneData;
 use crate::loading::limits::ReadLimits;
+use crate::loading::moving_bakes::moving_bake_options;
 use crate::loading::moving_source::{is_file, open_moving, with_files};
 use crate::loading::task::{Control, Task, TaskEvent};
 
 /// The most bands of light, transfer, fields and spheres.
 pub(crate) const MOST_ORDER: usize = 8;
-
-/// Paths from each vertex for the transfer of parts.
-const SAMPLES: u32 = 64;
-
-/// Directions traced from each point around a part for its field.
-const FIELD_RAYS: u32 = 128;
-
-/// Points that spheres are fitted to: fewer than the library takes, so that a fit ends in seconds.
-const FIT_SAMPLES: usize = 1500;
-
-/// Times as many spheres for a part that changes its shape: it has limbs.
-const DEFORMED: usize = 4;
 
 /// How spheres are fitted to a part that keeps its shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -328,22 +316,6 @@ impl Bakes {
         };
         Ok(Lit { asked: asked.clone(), data, emitters, ways })
     }
-}
-
-/// The options of the bakes of moving parts of the window, with `count` spheres for a part that keeps its shape. `still_hides` says
-/// whether what stands still hides the sky from what moves.
-#[must_use]
-pub fn moving_bake_options(
-    order: usize,
-    method: SphereFitMethod,
-    count: usize,
-    still_hides: bool,
-) -> MovingBakeOptions {
-    let transfer = BakeOptions::default().mode(BakeMode::Shadowed).order(order).samples(SAMPLES);
-    let field = FieldOptions::default().order(order).rays(FIELD_RAYS);
-    let spheres = SphereFitOptions::default().method(method).count(count).samples(FIT_SAMPLES);
-    let options = MovingBakeOptions::default().transfer(transfer).field(field).spheres(spheres);
-    options.deformed_spheres(Some(DEFORMED * count)).still_hides(still_hides)
 }
 
 /// Does the bakes that a scene lacks for a way.
