@@ -59,35 +59,28 @@ pub(crate) fn built_in_moving(name: &str) -> PathBuf {
 /// # Errors
 /// One line that says what is wrong with a file, or that no part is where it is.
 pub(crate) fn with_files(scene: MovingScene, files: &[PathBuf]) -> anyhow::Result<MovingScene> {
-    if files.is_empty() {
-        return Ok(scene);
-    }
-    let mut parts = scene.parts().to_vec();
+    let mut scene = scene;
     for file in files {
         match FileKind::of(file).map_err(anyhow::Error::msg)? {
             FileKind::Field => {
                 let field = read_field(file)?;
-                let part = part_at(&mut parts, field.grid().center(), field.grid().radius(), file)?;
-                part.field = Some(Arc::new(field));
+                let part = part_at(scene.parts(), field.grid().center(), field.grid().radius(), file)?;
+                scene.set_field(part, Arc::new(field));
             }
             FileKind::Spheres => {
                 let spheres = read_spheres(file)?;
                 let (center, radius) = ball_of(&spheres);
-                part_at(&mut parts, center, radius, file)?.spheres = Some(Arc::new(spheres));
+                let part = part_at(scene.parts(), center, radius, file)?;
+                scene.set_spheres(part, Arc::new(spheres));
             }
             _ => bail!("{}: expected an occlusion field or spheres", file.display()),
         }
     }
-    Ok(MovingScene::new(parts)?.with_lamps(scene.lamps().to_vec()).looped(true))
+    Ok(scene)
 }
 
-/// The part that moves whose ball is nearest to one, by its middle and its size.
-fn part_at<'a>(
-    parts: &'a mut [MovingPart],
-    center: [f64; 3],
-    radius: f64,
-    file: &Path,
-) -> anyhow::Result<&'a mut MovingPart> {
+/// The part that moves and keeps its shape whose ball is nearest to one, by its middle and its size.
+fn part_at(parts: &[MovingPart], center: [f64; 3], radius: f64, file: &Path) -> anyhow::Result<usize> {
     let off = |part: &MovingPart| {
         let [min, max] = part.scene.world_bounds();
         let middle: [f64; 3] = std::array::from_fn(|k| 0.5 * (min[k] + max[k]));
@@ -95,10 +88,11 @@ fn part_at<'a>(
         let apart = length(std::array::from_fn(|k| middle[k] - center[k]));
         (apart + (reach - radius).abs()) / reach.max(f64::MIN_POSITIVE)
     };
-    let moving = parts.iter_mut().filter(|part| !matches!(part.motion, Motion::Still));
-    let nearest = moving.map(|part| (off(part), part)).min_by(|a, b| a.0.total_cmp(&b.0));
+    let moving =
+        parts.iter().enumerate().filter(|(_, part)| !matches!(part.motion, Motion::Still | Motion::Deformed(_)));
+    let nearest = moving.map(|(number, part)| (off(part), number)).min_by(|a, b| a.0.total_cmp(&b.0));
     match nearest {
-        Some((off, part)) if off < FITS => Ok(part),
+        Some((off, number)) if off < FITS => Ok(number),
         _ => bail!(
             "{}: around {center:.2?} with a radius of {radius:.2}, where no part of the scene is; open the scene that it was made for \
              first",

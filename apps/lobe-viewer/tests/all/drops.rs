@@ -130,7 +130,9 @@ fn transfer_is_shown_on_the_scene_that_it_is_of_and_refused_on_others() {
     harness.run_steps(2);
     assert_eq!(**harness.state().scene().transfer().unwrap(), transfer, "the transfer of the file");
     assert!(harness.query_by_label("Baked: order 2, 16 paths").is_some(), "and the panel says so");
-    let other = Transfer::new(3, transfer.channels(), transfer.coefficients()[..3 * 12].to_vec()).unwrap();
+    let other =
+        Transfer::new(3, transfer.channels(), transfer.coefficients()[..3 * 9 * transfer.channels().count()].to_vec())
+            .unwrap();
     let path = folder.path().join("other.safetensors");
     write_transfer(&path, &other, &recipe, Job::default()).unwrap();
     drop_file(&mut harness, &path);

@@ -1,11 +1,12 @@
 //! Moving scenes: parts, and the scene that they make at a time.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use lobe_prt::{BakeOptions, Transfer};
 use lobe_scene::{AnimatedScene, Bvh, Entity, EntityKind, PosedScene, Scene};
 use lobe_sh::Rotation;
-use lobe_shadow::{Placement, Track};
+use lobe_shadow::{OcclusionField, Placement, SphereSet, Track};
 
 use crate::moving::moment::{Moment, PlacedPart};
 use crate::{Motion, MovingLamp, MovingPart, RenderError};
@@ -168,6 +169,22 @@ impl MovingScene {
     /// The animated scene whose entities are the parts.
     pub(crate) fn animated_scene(&self) -> Option<&AnimatedScene> {
         self.animated.as_ref().map(|(scene, _)| scene)
+    }
+
+    /// Gives a part its occlusion field, in place of one that would be baked.
+    ///
+    /// # Panics
+    /// If there is no such part.
+    pub fn set_field(&mut self, part: usize, field: Arc<OcclusionField>) {
+        self.parts[part].field = Some(field);
+    }
+
+    /// Gives a part its spheres, in place of some that would be fitted.
+    ///
+    /// # Panics
+    /// If there is no such part.
+    pub fn set_spheres(&mut self, part: usize, spheres: Arc<SphereSet>) {
+        self.parts[part].spheres = Some(spheres);
     }
 
     pub(crate) fn parts_mut(&mut self) -> &mut [MovingPart] {
