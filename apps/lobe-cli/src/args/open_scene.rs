@@ -82,8 +82,9 @@ impl<'a> OpenScene<'a> {
         Ok(read)
     }
 
-    /// The scene with what moves it: nothing, unless it is a glTF file or one of the program that moves.
-    pub(crate) fn animated(self) -> anyhow::Result<(AnimatedScene, Option<BakedTransfer>)> {
+    /// The scene with what moves it: nothing, unless it is a glTF file or one of the program that moves. With it, if it is of use, the
+    /// transfer that a baked file holds.
+    pub(crate) fn animated(self, takes_transfer: bool) -> anyhow::Result<(AnimatedScene, Option<BakedTransfer>)> {
         if let Some(made) = self.input.name().strip_prefix(BUILT_IN).and_then(built_in::moving) {
             self.input.check_built_in_options()?;
             return Ok((made, None));
@@ -92,7 +93,9 @@ impl<'a> OpenScene<'a> {
         self.expect_not_straight_through()?;
         let (animated, report) = AnimatedScene::from_gltf(gltf)?;
         tell(&report, gltf.name(), self.talk);
-        let baked = BakedTransfer::covers(gltf, animated.rest()).then(|| BakedTransfer::of(gltf, animated.rest()));
+        let rest = animated.rest();
+        let is_taken = takes_transfer && BakedTransfer::covers(gltf, rest);
+        let baked = is_taken.then(|| BakedTransfer::of(gltf, rest));
         Ok((animated, baked.transpose()?))
     }
 

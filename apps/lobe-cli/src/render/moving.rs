@@ -234,7 +234,7 @@ impl MovingInput {
             reports.iter().for_each(|(file, report)| tell(report, &file.display().to_string(), talk));
             return Ok(moving.looped(self.is_looped));
         }
-        let (animated, baked) = open.animated()?;
+        let (animated, baked) = open.animated(bake.is_some())?;
         let animation = match &self.animation {
             Some(asked) => Some(animated.animation(asked)?),
             None => (!animated.animations().is_empty()).then_some(0),

@@ -168,7 +168,7 @@ impl Spheres {
         let opened = OpenScene::new(&self.input, &self.memory, talk)?;
         let (scene, entity) = match &self.entity {
             Some(name) => {
-                let (animated, _) = opened.animated()?;
+                let (animated, _) = opened.animated(false)?;
                 let entity = animated.entity(name)?.clone();
                 (animated.own_scene(&entity)?, Some((animated, entity)))
             }

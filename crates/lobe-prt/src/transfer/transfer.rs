@@ -147,28 +147,6 @@ impl Transfer {
         Self::new(order, channels, differences)
     }
 
-    /// Demodulated transfer ([`AlbedoMode::None`](crate::AlbedoMode::None)) times the albedo of each receiver, `ρ T`: what
-    /// [`AlbedoMode::Vertex`](crate::AlbedoMode::Vertex) bakes, for those who show vertices and no textures. It has three channels unless
-    /// both are gray.
-    ///
-    /// # Errors
-    /// [`PrtError::Options`] unless there are as many albedos as receivers.
-    pub fn with_albedo(&self, albedos: &[[f32; 3]]) -> Result<Self, PrtError> {
-        if self.receivers() != albedos.len() {
-            let (expected, found) = (self.receivers(), albedos.len());
-            return Err(PrtError::Options(format!("expected albedos of {expected} receivers, found {found}")));
-        }
-        let is_gray = self.channels == Channels::Gray && albedos.iter().all(|[r, g, b]| r == g && g == b);
-        let channels = if is_gray { Channels::Gray } else { Channels::Rgb };
-        let mut products = Vec::with_capacity(albedos.len() * channels.count() * self.order * self.order);
-        for (receiver, albedo) in albedos.iter().enumerate() {
-            for (channel, rho) in albedo.iter().enumerate().take(channels.count()) {
-                products.extend(self.vector(receiver, channel).iter().map(|t| rho * t));
-            }
-        }
-        Self::new(self.order, channels, products)
-    }
-
     fn row(&self) -> usize {
         self.order * self.order * self.channels.count()
     }

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 
 use crate::common::{baked, cone_transfer, is_gray, largest_difference, options, receiver, revolved, scene_of};
 use lobe_io::Job;
-use lobe_prt::{AlbedoMode, BakeMode, BakeOptions, Channels, PrtError, Receivers, bake};
+use lobe_prt::{BakeMode, BakeOptions, Channels, PrtError, Receivers, bake};
 use lobe_scene::{Bounds, Bvh, Material, Mesh, MeshParts, Scene, built_in};
 use lobe_sh::{Dir, Expansion as _, Zonal};
 use lobe_testkit::directions;
@@ -392,26 +392,4 @@ fn transfer_does_not_depend_on_where_a_scene_is() {
     let far = at([1e5, -1e5, 1e5], middle);
     assert!(far.origin() == [1e5, -1e5, 1e5], "its place: {:?}", far.origin());
     assert!(transfer(&far) == here, "1e5 units away");
-}
-
-#[test]
-fn demodulated_transfer_times_albedo_is_what_a_bake_with_albedo_gives() {
-    for (name, scene) in [("gray", built_in::closed_white_box(2)), ("colored", built_in::cornell_box(8))] {
-        let (bvh, receivers) = (Bvh::new(&scene), Receivers::at_vertices(&scene).unwrap());
-        let options = BakeOptions::default().order(3).samples(64).bounces(1);
-        let baked = |albedo| bake(&scene, &bvh, &receivers, &options.clone().albedo(albedo), Job::default()).unwrap().0;
-        let (with, without) = (baked(AlbedoMode::Vertex), baked(AlbedoMode::None));
-        let made = without.with_albedo(receivers.albedos()).unwrap();
-        assert_eq!((made.order(), made.receivers()), (with.order(), with.receivers()), "{name}");
-        for receiver in 0..with.receivers() {
-            for channel in 0..3 {
-                let pairs = made.vector(receiver, channel).iter().zip(with.vector(receiver, channel));
-                let off = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-                // Two roundings of numbers below 1.
-                assert!(off < 3e-7, "{name}, receiver {receiver}, channel {channel}: {off}");
-            }
-        }
-        let few = without.with_albedo(&receivers.albedos()[1..]).unwrap_err().to_string();
-        assert!(few.contains("expected albedos of"), "{few}");
-    }
 }
