@@ -38,9 +38,6 @@ pub enum ImageError {
     /// The caller asked for something that cannot be.
     #[error("{0}")]
     Options(String),
-    /// The output of a picture failed.
-    #[error("cannot write the picture: {0}")]
-    Output(io::Error),
     /// The operating system refused.
     #[error("{place}: {source}")]
     Io {

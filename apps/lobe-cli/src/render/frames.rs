@@ -61,7 +61,7 @@ impl Frames<'_> {
     ) -> anyhow::Result<()> {
         let io = |source| RenderError::from(IoError::io(path, source));
         let in_file = |error| match error {
-            ImageError::Output(source) => io(source),
+            ImageError::Io { source, .. } => io(source),
             other => other.into(),
         };
         let mut file = StagedWriter::new(path).map_err(io)?;

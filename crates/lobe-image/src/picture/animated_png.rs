@@ -35,7 +35,7 @@ impl<W: Write> AnimatedPng<W> {
     ///
     /// # Errors
     /// [`ImageError::Invalid`] if there are no pixels or too many for the format; [`ImageError::Options`] if there are
-    /// no pictures, or one would be shown for less than 1 ms or more than 65 s; [`ImageError::Output`] if `out`
+    /// no pictures, or one would be shown for less than 1 ms or more than 65 s; [`ImageError::Io`] if `out`
     /// refuses.
     pub fn new(
         out: W,
@@ -73,7 +73,7 @@ impl<W: Write> AnimatedPng<W> {
     ///
     /// # Errors
     /// [`ImageError::Options`] if it is of another size, [`ImageError::Invalid`] if it is one too many;
-    /// [`ImageError::Output`] if the file refuses.
+    /// [`ImageError::Io`] if the file refuses.
     pub fn add(&mut self, picture: &Picture, tone: &Tone) -> Result<(), ImageError> {
         let ((width, height), (w, h)) = (self.size, (picture.width(), picture.height()));
         if (w, h) != (width, height) {
@@ -85,19 +85,24 @@ impl<W: Write> AnimatedPng<W> {
     /// Ends the file.
     ///
     /// # Errors
-    /// [`ImageError::Invalid`] if pictures are missing; [`ImageError::Output`] if the file refuses.
+    /// [`ImageError::Invalid`] if pictures are missing; [`ImageError::Io`] if the file refuses.
     pub fn finish(self) -> Result<(), ImageError> {
         self.writer.finish().map_err(|error| refused(self.size, error))
     }
 }
 
-fn invalid((width, height): (usize, usize), what: &str) -> ImageError {
-    ImageError::Invalid { place: format!("a {width} x {height} animation as PNG"), message: what.to_owned() }
+fn invalid(size: (usize, usize), what: &str) -> ImageError {
+    ImageError::Invalid { place: place(size), message: what.to_owned() }
+}
+
+/// The name of an animation, whose writer need not be a file.
+fn place((width, height): (usize, usize)) -> String {
+    format!("a {width} x {height} animation as PNG")
 }
 
 fn refused(size: (usize, usize), error: png::EncodingError) -> ImageError {
     match error {
-        png::EncodingError::IoError(source) => ImageError::Output(source),
+        png::EncodingError::IoError(source) => ImageError::Io { place: place(size), source },
         other => invalid(size, &other.to_string()),
     }
 }
@@ -181,6 +186,6 @@ mod tests {
         let mut animation = AnimatedPng::new(Full(200), 64, 64, 9, 1.0).unwrap();
         let picture = Picture::from_fn(64, 64, |x, y| [(x * y % 7) as f32 / 7.0; 3]);
         let error = (0..9).find_map(|_| animation.add(&picture, &Tone::PLAIN).err());
-        assert!(matches!(error, Some(ImageError::Output(_))), "{error:?}");
+        assert!(matches!(error, Some(ImageError::Io { .. })), "{error:?}");
     }
 }
