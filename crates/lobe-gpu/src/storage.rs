@@ -2,6 +2,7 @@
 
 /// How numbers are stored on the device; shaders compute with single precision in any case.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum Storage {
     /// Single precision.

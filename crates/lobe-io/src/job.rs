@@ -7,6 +7,7 @@ use std::time::Duration;
 
 /// How far a piece of long work is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Progress {
     /// Steps that are done: receivers, points or pixels, as the function that works says.
     pub done: usize,

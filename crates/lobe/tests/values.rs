@@ -10,6 +10,7 @@ use lobe::env::{
     SphereLight, SunOptions, VectorIrradiance,
 };
 use lobe::image::{PictureReadOptions, PictureWriteOptions, TexelFormat, Tone};
+use lobe::io::{Progress, Shard};
 use lobe::prt::{AdaptiveOptions, BakeOptions, CompressOptions, ZonalFitOptions};
 use lobe::render::{MovingMethod, MovingOptions, PathOptions, TruthOptions, ViewOptions};
 use lobe::scene::{Material, SceneReadOptions};
@@ -53,6 +54,14 @@ fn values_come_back_from_json_as_they_went() {
     keeps(&SpecularLobe::BlinnPhong { exponent: 12.0 });
     keeps(&VectorIrradiance::<Rgb<f64>>::default());
     keeps(&Window::Hanning { width: 4.5 });
+    keeps(&Shard::new(2, 7));
+}
+
+#[test]
+fn a_shard_is_its_text_and_checked_as_that_is() {
+    assert_eq!(to_string(&Shard::new(2, 7)).unwrap(), "\"2/7\"", "its text");
+    let error = from_str::<Shard>("\"8/7\"").unwrap_err().to_string();
+    assert!(error.contains("expected a shard such as 2/7"), "{error}");
 }
 
 #[test]
@@ -69,4 +78,6 @@ fn reports_are_objects_with_the_names_of_their_fields() {
     let (_, report) = lobe::env::read_map_bytes(sunset.bytes, "sunset", &MapReadOptions::default()).unwrap();
     let Value::Object(members) = serde_json::to_value(&report).unwrap() else { panic!("{report:?}") };
     assert_eq!(members["picture"]["width"], 512, "{members:?}");
+    let progress = serde_json::to_value(Progress { done: 3, total: 10, ..Progress::default() }).unwrap();
+    assert_eq!((&progress["done"], &progress["total"]), (&3.into(), &10.into()), "{progress}");
 }

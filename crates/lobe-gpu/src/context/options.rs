@@ -4,6 +4,7 @@ use derive_setters::Setters;
 
 /// Which adapter of the machine to take.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum AdapterChoice {
     /// The fastest; a program that emulates one if there is no other.
@@ -17,6 +18,7 @@ pub enum AdapterChoice {
 
 /// Which interface of the system to go through.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum Interface {
     /// What the system has: Vulkan, Metal or Direct3D 12 before OpenGL.
@@ -35,6 +37,7 @@ pub enum Interface {
 /// Options of [`Context::new`](crate::Context::new).
 #[derive(Clone, Debug, Default, PartialEq, Setters)]
 #[setters(strip_option)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct ContextOptions {
     /// The adapter. Default: [`AdapterChoice::Fastest`].

@@ -16,6 +16,7 @@ const COPIES: usize = 8;
 
 /// What the passes of a renderer take: printed, a table.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct BenchReport {
     /// The device.

@@ -12,6 +12,7 @@ use crate::{GpuError, SceneView, TurningLight};
 
 /// Options of [`render_turntable`].
 #[derive(Clone, Copy, Debug, PartialEq, Setters)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct TurntableOptions {
     /// Pictures. Default: 1.

@@ -31,6 +31,7 @@ pub struct Renderer {
 
 /// What one pass took; see [`Renderer::run_timed`].
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct PassTime {
     /// The name of the pass.

@@ -6,6 +6,7 @@ use crate::GpuError;
 
 /// The size and the sampling of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Setters)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct SceneViewOptions {
     /// Columns, at least 1.
@@ -20,6 +21,7 @@ pub struct SceneViewOptions {
 
 /// What a view keeps of a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum ViewOutput {
     /// The picture in linear light, and what a display shows of it.

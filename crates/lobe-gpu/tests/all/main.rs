@@ -9,6 +9,7 @@ mod moving;
 mod scene_view;
 mod traced;
 mod transfer;
+mod values;
 mod without_storage;
 
 use std::sync::OnceLock;

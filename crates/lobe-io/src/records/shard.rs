@@ -6,6 +6,7 @@ use std::str::FromStr;
 
 /// One of several parts of a piece of work, as equal as they can be: of `N` shards, number `I` has the records from
 /// `⌊(I-1) R / N⌋` up to `⌊I R / N⌋` of all `R`. Some are empty if there are more shards than records.
+/// By serde it is its text, `"2/3"`.
 ///
 /// ```
 /// use lobe_io::Shard;
@@ -16,6 +17,11 @@ use std::str::FromStr;
 /// # Ok::<(), String>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "String", into = "String")
+)]
 pub struct Shard {
     number: u32,
     count: u32,
@@ -70,6 +76,22 @@ impl FromStr for Shard {
         shard.ok_or_else(|| {
             format!("expected a shard such as 2/7, its number from 1 and how many there are, found {text}")
         })
+    }
+}
+
+#[cfg(feature = "serde")]
+impl From<Shard> for String {
+    fn from(shard: Shard) -> Self {
+        shard.to_string()
+    }
+}
+
+#[cfg(feature = "serde")]
+impl TryFrom<String> for Shard {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        text.parse()
     }
 }
 
