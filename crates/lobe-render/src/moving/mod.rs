@@ -3,7 +3,7 @@
 //! Read `moving_part`, `moving_lamp` and `moving_scene` first, then `moment`, the scene at one time, and `moments`,
 //! one after the other; `read_moving` reads descriptions, `keep_transfer` takes over what a file holds (`kept_transfer`),
 //! `moving_bake` makes what parts lack, `moving_shading` lights a moment by the options in `moving_options`, and `moving_picture`
-//! shows it. The others are steps of these: `visibility_grid` in the `swept_box`, `named_spheres` and `sphere_albedo`,
+//! shows it. The others are steps of these: `visibility_grid` in the `swept_box`, `part_files` and `sphere_albedo`,
 //! `part_backs`, `part_light` and `lamp_light`. Uses `camera`, `path_tracer` and `scene_view`.
 
 pub(crate) mod keep_transfer;
@@ -18,13 +18,10 @@ pub(crate) mod moving_part;
 pub(crate) mod moving_picture;
 pub(crate) mod moving_scene;
 pub(crate) mod moving_shading;
-mod named_spheres;
 mod part_backs;
+mod part_files;
 mod part_light;
 mod read_moving;
 mod sphere_albedo;
 mod swept_box;
 pub(crate) mod visibility_grid;
-
-/// How far what belongs to a mesh may be from it, as a part of its size: rounding, and a mesh that was split or simplified.
-const ABOUT: f64 = 0.05;

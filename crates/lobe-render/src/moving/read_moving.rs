@@ -6,11 +6,10 @@ use std::sync::Arc;
 use lobe_prt::{AlbedoMode, BakeOptions, BakedOrScene, BakedTransfer, Transfer, read_baked_or_scene};
 use lobe_scene::{AnimatedScene, GltfReader, Scene, SceneReadOptions, SceneReadReport, built_in, is_gltf, read_scene};
 use lobe_shadow::{
-    EntityDescription, Lamp, LampDescription, LampSource, SceneDescription, StillDescription, read_field, read_lamp,
+    EntityDescription, Lamp, LampDescription, LampSource, SceneDescription, StillDescription, read_lamp,
 };
 
-use crate::moving::ABOUT;
-use crate::moving::named_spheres::rigid_spheres;
+use crate::moving::part_files::{field_of, rigid_spheres};
 use crate::{Motion, MovingLamp, MovingPart, MovingScene, RenderError};
 
 /// Bytes of a vertex and of a triangle of a scene, as files are counted when they are read.
@@ -198,34 +197,4 @@ impl Reader {
         self.reports.push((file.to_path_buf(), report));
         Ok(part)
     }
-}
-
-/// A field from a file, which must be about the part.
-fn field_of(part: &MovingPart, file: &Path) -> Result<Arc<lobe_shadow::OcclusionField>, RenderError> {
-    let field = read_field(file)?;
-    let (grid, [min, max]) = (field.grid(), part.scene.world_bounds());
-    let half: [f64; 3] = std::array::from_fn(|k| 0.5 * (max[k] - min[k]));
-    let off: [f64; 3] = std::array::from_fn(|k| grid.center()[k] - 0.5 * (min[k] + max[k]));
-    let [reach, off] = [half, off].map(|v| v.iter().map(|c| c * c).sum::<f64>().sqrt());
-    // Its sphere is about the box, and no larger than that of the box.
-    let is_of_part =
-        off <= ABOUT * reach && grid.radius() <= (1.0 + ABOUT) * reach && (1.0 + ABOUT) * grid.radius() >= widest(half);
-    match is_of_part {
-        true => Ok(Arc::new(field)),
-        false => Err(RenderError::invalid(
-            file,
-            format!(
-                "expected the field of `{}`, around {:?} with a radius of about {reach:.4}, found one around {:?} with {:.4}; \
-                 bake it from that mesh",
-                part.name,
-                std::array::from_fn::<f64, 3, _>(|k| 0.5 * (min[k] + max[k])),
-                grid.center(),
-                grid.radius()
-            ),
-        )),
-    }
-}
-
-fn widest(half: [f64; 3]) -> f64 {
-    half.iter().fold(0.0, |a, b| a.max(*b))
 }

@@ -12,6 +12,7 @@ mod masks;
 mod moving;
 mod moving_parts;
 mod moving_poses;
+mod part_files;
 mod path_tracer;
 mod png;
 mod strict;
