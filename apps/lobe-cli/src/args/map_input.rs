@@ -30,7 +30,8 @@ pub(crate) struct MapPath {
     /// as high; a cube if it is a cross, a row or a column of six faces]
     #[arg(long, value_name = "MAPPING", value_enum)]
     from: Option<Form>,
-    /// The faces of the cube were made for left-handed directions, as by Direct3D or three.js
+    /// The faces of the cube were made for left-handed directions, as by Direct3D or three.js [default: what the file says; those
+    /// that lobe wrote do, but .dds and .pfm]
     #[arg(long)]
     from_left_handed: bool,
     /// Of a cropped panorama, which shows all around but not all of the height: the degrees that it is high, half of them

@@ -202,6 +202,7 @@ impl MapOutput {
         match &self.output {
             MapFile::Picture(picture) if map.mapping() == Mapping::Cube => {
                 let layout = self.layout.unwrap_or(Layout::HorizontalCross).into();
+                let options = options.mapping(self.handedness().mapping_name().map(str::to_owned));
                 picture.write(&map.into_cube_map()?.to_picture(layout, self.handedness()), &options, talk)
             }
             MapFile::Picture(picture) => picture.write_map(&map, &options, talk),
@@ -253,7 +254,7 @@ impl MapOutput {
         let is_ktx1 = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ktx"));
         let usual = if is_ktx1 { TexelFormat::R11G11B10F } else { TexelFormat::default() };
         let options = CubeWriteOptions::default().texels(self.texels.map_or(usual, TexelFormat::from)).zstd(self.zstd);
-        let report = write_cube(path, &chain.of_handedness(self.handedness()), &options)?;
+        let report = write_cube(path, &chain, &options.handedness(self.handedness()))?;
         note_clamped(&path.display().to_string(), report, talk);
         Ok(())
     }

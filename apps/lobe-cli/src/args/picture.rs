@@ -64,11 +64,11 @@ impl PictureOutput {
         Ok(())
     }
 
-    /// Writes a picture that is no map, and notes the values that the format could not hold.
+    /// Writes a picture in which directions are laid out as the options say, if at all, and notes the values that the format could not hold.
     pub(crate) fn write(&self, picture: &Picture, options: &PictureWriteOptions, talk: Talk) -> anyhow::Result<()> {
         match self.kind {
             Kind::Light => note_clamped(&self.name(), write_picture(&self.path, picture, options)?, talk),
-            Kind::Display => self.write_png(picture, None, talk)?,
+            Kind::Display => self.write_png(picture, options.mapping.as_deref(), talk)?,
         }
         Ok(())
     }

@@ -142,14 +142,17 @@ pub(crate) fn read_cube_faces(
         let message = format!("none of the six files is there; tried for {ANY_FACE}: {tried}");
         return Err(ImageError::Invalid { place: files.to_string(), message }.into());
     };
-    let mut texels: Vec<Rgb<f32>> = Vec::new();
+    let (mut texels, mut options): (Vec<Rgb<f32>>, _) = (Vec::new(), options.clone());
     let mut reports: Vec<PictureReadReport> = Vec::with_capacity(FACES);
     for path in paths {
-        let (face, report) = read_picture(&path, &options.picture)?;
+        let (face, mut report) = read_picture(&path, &options.picture)?;
         let (width, height, size) = (face.width(), face.height(), reports.first().map_or(face.width(), |r| r.width));
         if (width, height) != (size, size) {
             let message = format!("a face of {size} x {size} expected, but this is {width} x {height}");
             return Err(invalid(&path, message).into());
+        }
+        if reports.is_empty() {
+            options = options.for_file(report.mapping.as_deref(), &mut report.notes);
         }
         texels.extend(face.into_pixels::<Rgb<f32>>());
         reports.push(report);
@@ -158,7 +161,7 @@ pub(crate) fn read_cube_faces(
 }
 
 /// Writes a cube as [six files](FaceFiles::to_write), in a format of [`write_env`](crate::write_env), or as `.png`, tone-mapped
-/// for looking at with one exposure for all faces; the report counts over all faces.
+/// for looking at with one exposure for all faces; the report counts over all faces. All formats but `.pfm` keep the handedness.
 ///
 /// The files are renamed into place, one after another, when all six are on the disk: where one cannot be written, none is.
 ///
@@ -171,6 +174,7 @@ pub fn write_cube_faces(
     options: &PictureWriteOptions,
 ) -> Result<PictureWriteReport, ImageError> {
     let io = |path: &Path, source| ImageError::Io { place: path.display().to_string(), source };
+    let options = options.clone().mapping(handedness.mapping_name().map(str::to_owned));
     let paths = files.to_write();
     for path in &paths {
         check_writable(path).map_err(|e| io(path, e))?;
@@ -181,9 +185,9 @@ pub fn write_cube_faces(
     let mut staged = Vec::with_capacity(FACES);
     for (path, face) in paths.iter().zip(cube.faces(handedness)) {
         let bytes = if let Some(tone) = &tone {
-            Picture::new(cube.size(), cube.size(), face)?.to_png(tone)?
+            Picture::new(cube.size(), cube.size(), face)?.to_png_with(tone, options.mapping.as_deref())?
         } else {
-            let (bytes, found) = encode_picture(path, cube.size(), &face, options)?;
+            let (bytes, found) = encode_picture(path, cube.size(), &face, &options)?;
             report.clamped += found.clamped;
             bytes
         };
@@ -281,6 +285,12 @@ mod tests {
         std::fs::remove_dir_all(folder).unwrap();
     }
 
+    /// Light that every format holds exactly, another at each face.
+    fn dice(s: lobe_sh::Dir) -> Rgb<f32> {
+        let sides = [s.x(), s.y(), s.z()].map(|c| if c > 0.0 { 1.0 } else { 2.0 });
+        Rgb::new(sides[0], sides[1], sides[2])
+    }
+
     #[test]
     fn six_files_come_back_as_they_went_out() {
         let folder = folder("round-trip");
@@ -297,6 +307,13 @@ mod tests {
             read_cube_faces(&files(&folder, "exr"), &MapReadOptions::default().handedness(CubeHandedness::Left))
                 .unwrap();
         assert!(other != cube, "faces written as right-handed are no left-handed ones");
+        for (extension, is_kept) in [("exr", true), ("hdr", true), ("pfm", false)] {
+            let files = files(&folder, extension);
+            let write = PictureWriteOptions::default();
+            write_cube_faces(&files, &CubeMap::from_fn(4, dice), CubeHandedness::Left, &write).unwrap();
+            let (back, reports) = read_cube_faces(&files, &MapReadOptions::default()).unwrap();
+            assert_eq!(back == CubeMap::from_fn(4, dice), is_kept, "{extension}: {:?}", reports[0].notes);
+        }
         std::fs::remove_dir_all(folder).unwrap();
     }
 

@@ -102,6 +102,10 @@ impl MappedMap {
 ///
 /// * A panorama that shows all around but not all of the height is completed by [`MapReadOptions::elevations`].
 ///
+/// * Faces of a cube that [`write_cube`](crate::write_cube()) and [`write_cube_faces`](crate::write_cube_faces) made left-handed are turned around again, but
+///   from `.dds`, `.ktx` and `.pfm`, which have no room to say so: for them, and for other programs' files, there is
+///   [`MapReadOptions::handedness`].
+///
 /// A file is opened and decoded once.
 ///
 /// ```
@@ -152,13 +156,15 @@ pub fn read_map_bytes(
 ) -> Result<(LoadedMap, MapReadReport), EnvError> {
     let read = if FileFormat::of_bytes(bytes, name)?.is_texture() {
         options.expect(Mapping::Cube, name, "a cube map")?;
-        let (texture, report) = read_cube_texture_bytes(bytes, name, &options.picture)?;
+        let (texture, mut report) = read_cube_texture_bytes(bytes, name, &options.picture)?;
+        let options = options.for_file(report.mapping.as_deref(), &mut report.notes);
         let levels = texture.levels.into_iter();
         let levels = levels.map(|(size, texels)| CubeMap::new(size, texels.into_iter().map(Rgb::from).collect()));
         let chain = CubeMipChain::new(levels.collect::<Result<_, _>>()?)?;
         (LoadedMap::Chain(chain.of_handedness(options.handedness)), report.into())
     } else {
         let (picture, mut report) = read_picture_bytes(bytes, name, &options.picture)?;
+        let options = &options.for_file(report.mapping.as_deref(), &mut report.notes);
         let kept = report.mapping.as_deref().and_then(Mapping::from_name);
         match (options.asked(), report.envmap, kept) {
             (Some(mapping), _, _) => map_of(mapping, picture, report.into(), name, options)?,

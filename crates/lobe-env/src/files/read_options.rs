@@ -29,7 +29,7 @@ pub struct MapReadOptions {
     pub elevations: Option<[f64; 2]>,
     /// What other elevations get; black by default.
     pub padding: Padding,
-    /// The handedness for which the faces of a cube were made; by default right.
+    /// The handedness for which the faces of a cube were made; by default what the file says, else right.
     pub handedness: CubeHandedness,
 }
 
@@ -51,6 +51,16 @@ impl MapReadOptions {
     /// The mapping that was asked for; only lat-long pictures have elevations.
     pub(crate) fn asked(&self) -> Option<Mapping> {
         self.mapping.or(self.elevations.map(|_| Mapping::LatLong))
+    }
+
+    /// The options for a file that names this mapping: the faces of its cube may be left-handed. Then that is noted.
+    pub(crate) fn for_file(&self, mapping: Option<&str>, notes: &mut Vec<String>) -> Self {
+        let is_cube = self.asked().is_none_or(|mapping| mapping == Mapping::Cube);
+        if !is_cube || !CubeHandedness::is_left(mapping) {
+            return self.clone();
+        }
+        notes.push("the faces of the cube are left-handed, as the file says".to_owned());
+        self.clone().handedness(CubeHandedness::Left)
     }
 
     /// Refuses another requested mapping than that of the file, which is called `found`.

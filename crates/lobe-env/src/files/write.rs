@@ -5,7 +5,7 @@ use std::path::Path;
 use derive_setters::Setters;
 use lobe_image::{ImageError, PictureWriteOptions, PictureWriteReport, TexelFormat, write_cube_texture, write_pixels};
 
-use crate::{CubeMipChain, MappedMap};
+use crate::{CubeHandedness, CubeMipChain, MappedMap};
 
 /// Writes a map as a picture in its mapping; [`lobe_image::write_picture`] lists the formats.
 ///
@@ -33,6 +33,8 @@ pub struct CubeWriteOptions {
     pub texels: TexelFormat,
     /// Compress `.ktx2` with Zstandard, without loss.
     pub zstd: bool,
+    /// The handedness for which the faces are made; only `.ktx2` has room to say which. Default: right.
+    pub handedness: CubeHandedness,
 }
 
 /// Writes a cube map with all its levels as `.ktx2`, `.dds` or `.ktx`, depending on the extension; see [`write_cube_texture`].
@@ -44,6 +46,8 @@ pub fn write_cube(
     chain: &CubeMipChain,
     options: &CubeWriteOptions,
 ) -> Result<PictureWriteReport, ImageError> {
-    let levels: Vec<_> = chain.levels().iter().map(|level| (level.size(), level.texels())).collect();
-    write_cube_texture(path, &levels, options.texels, options.zstd)
+    let turned = (options.handedness == CubeHandedness::Left).then(|| chain.clone().of_handedness(options.handedness));
+    let levels = turned.as_ref().unwrap_or(chain).levels();
+    let levels: Vec<_> = levels.iter().map(|level| (level.size(), level.texels())).collect();
+    write_cube_texture(path, &levels, options.texels, options.zstd, options.handedness.mapping_name())
 }

@@ -23,6 +23,21 @@ pub enum CubeHandedness {
     Left,
 }
 
+impl CubeHandedness {
+    /// The name by which a file keeps that the faces of its cube are left-handed, in the place of its mapping's
+    /// ([`PictureWriteOptions::mapping`](lobe_image::PictureWriteOptions::mapping)), so that [`read_map`](crate::read_map()) turns them around again. Right-handed
+    /// ones need none.
+    #[must_use]
+    pub fn mapping_name(self) -> Option<&'static str> {
+        (self == Self::Left).then_some("cube-left-handed")
+    }
+
+    /// Whether a file says that the faces of its cube are left-handed.
+    pub(crate) fn is_left(mapping: Option<&str>) -> bool {
+        mapping.is_some() && mapping == Self::Left.mapping_name()
+    }
+}
+
 /// The faces of a cube in one picture.
 ///
 /// The cube's own names of the faces. In all layouts every face stands upright, except that the vertical cross turns -Z

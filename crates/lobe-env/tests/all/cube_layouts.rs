@@ -150,6 +150,13 @@ fn textures_of_either_hand_come_back_with_all_levels() {
         let row: Vec<_> = letters[SIZE..2 * SIZE].iter().rev().copied().collect();
         assert_eq!(written.base().face(0)[SIZE..2 * SIZE], row, "{name}: the letter's first row");
         assert!(written.of_handedness(CubeHandedness::Left) == chain, "{name}: and back");
+        let left = options.clone().handedness(CubeHandedness::Left);
+        write_cube(&path, &chain, &left).unwrap();
+        let (found, report) = read_map(&path, &MapReadOptions::default()).unwrap();
+        let is_kept = name.ends_with("ktx2");
+        assert_eq!(found.into_chain().unwrap() == chain, is_kept, "{name}: {:?}", report.picture.notes);
+        let told = read_map(&path, &MapReadOptions::default().handedness(CubeHandedness::Left)).unwrap().0;
+        assert!(told.into_chain().unwrap() == chain, "{name}: told all the same");
     }
 }
 

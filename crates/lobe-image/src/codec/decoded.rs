@@ -46,6 +46,8 @@ pub struct CubeTexture {
     pub levels: Vec<(usize, Vec<Pixel>)>,
     /// Remarks for the caller.
     pub(crate) notes: Vec<String>,
+    /// The mapping that the file names.
+    pub(crate) mapping: Option<String>,
 }
 
 /// Refuses a picture larger than the caller allows, before memory is allocated.

@@ -9,6 +9,7 @@ use ktx2::{
 use crate::codec::decoded::{CubeTexture, check_cube_size};
 use crate::codec::decoded::{invalid, reserve, unsupported};
 use crate::codec::decoded::{mip_level_count, mip_level_size};
+use crate::picture::png::MAPPING_KEY;
 use crate::{ImageError, TexelFormat};
 
 /// The largest compression ratio of Zstandard: a block of one repeated byte stores 128 KiB in four bytes.
@@ -36,7 +37,8 @@ pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Cube
     let index = level_index(bytes, levels, name)?;
     check_places(&header, &index, bytes.len(), name)?;
     let zstd = header.supercompression_scheme.is_some();
-    let mut cube = CubeTexture { format, levels: Vec::with_capacity(levels), notes: notes(&header, bytes, name)? };
+    let (notes, mapping) = notes(&header, bytes, name)?;
+    let mut cube = CubeTexture { format, levels: Vec::with_capacity(levels), notes, mapping };
     for (k, level) in index.iter().enumerate() {
         let side = mip_level_size(size, k);
         let expected = 6 * format.face_bytes(side);
@@ -137,9 +139,9 @@ fn level_source(stored: &[u8], zstd: bool) -> io::Result<Box<dyn Read + '_>> {
     if zstd { Ok(Box::new(zstd::Decoder::with_buffer(stored)?)) } else { Ok(Box::new(stored)) }
 }
 
-/// Remarks for the caller; refuses an orientation that would turn the picture around.
-fn notes(header: &Header, bytes: &[u8], name: &str) -> Result<Vec<String>, ImageError> {
-    let mut notes = Vec::new();
+/// Remarks for the caller, and the mapping that the file names; refuses an orientation that would turn the picture around.
+fn notes(header: &Header, bytes: &[u8], name: &str) -> Result<(Vec<String>, Option<String>), ImageError> {
+    let (mut notes, mut mapping) = (Vec::new(), None);
     let keys = &bytes[header.index.kvd_byte_offset as usize..][..header.index.kvd_byte_length as usize];
     for (key, value) in KeyValueDataIterator::new(keys) {
         let value = String::from_utf8_lossy(value);
@@ -153,6 +155,7 @@ fn notes(header: &Header, bytes: &[u8], name: &str) -> Result<Vec<String>, Image
                 let message = format!("channels in the order rgb expected, found KTXswizzle {value:?}");
                 return Err(unsupported(name, message));
             }
+            MAPPING_KEY => mapping = Some(value.to_owned()),
             _ => {}
         }
     }
@@ -166,7 +169,7 @@ fn notes(header: &Header, bytes: &[u8], name: &str) -> Result<Vec<String>, Image
         notes.push(format!("the primaries are {primaries:?}; they are not converted"));
     }
     match TransferFunction::new(transfer) {
-        None | Some(TransferFunction::Linear) => Ok(notes),
+        None | Some(TransferFunction::Linear) => Ok((notes, mapping)),
         Some(other) => Err(unsupported(name, format!("linear light expected, found the transfer function {other:?}"))),
     }
 }

@@ -53,6 +53,7 @@ pub fn read_cube_texture_bytes(
     let size = decoded.levels.first().map_or(0, |(size, _)| *size);
     let mut report = PictureReadReport::new(size, size, format, std::mem::take(&mut decoded.notes));
     report.levels = decoded.levels.len();
+    report.mapping = decoded.mapping.take();
     report.notes.insert(0, format!("the texels are {}", decoded.format));
     for (size, texels) in &mut decoded.levels {
         inspect(texels, *size, &mut report);
@@ -65,7 +66,8 @@ pub fn read_cube_texture_bytes(
 /// read), depending on the extension: size and texels of each level, as in [`CubeTexture`].
 ///
 /// No partial file ever has the final name. Channels outside the range of the texel format are clamped to it, and
-/// counted over all levels. `zstd` compresses `.ktx2` without loss.
+/// counted over all levels. `zstd` compresses `.ktx2` without loss, and `mapping` is the name of a mapping of directions that it keeps, so
+/// that a reader finds it again ([`PictureReadReport::mapping`]); the others have no room for it.
 ///
 /// # Errors
 /// [`ImageError::Options`] for another extension, Zstandard outside of `.ktx2`, or a format that is not written;
@@ -75,6 +77,7 @@ pub fn write_cube_texture(
     levels: &[(usize, &[impl IntoPixel])],
     format: TexelFormat,
     zstd: bool,
+    mapping: Option<&str>,
 ) -> Result<PictureWriteReport, ImageError> {
     let path = path.as_ref();
     let wrong = |message: String| ImageError::Options(format!("{}: {message}", path.display()));
@@ -98,7 +101,7 @@ pub fn write_cube_texture(
     }
     let io = |source| ImageError::Io { place: path.display().to_string(), source };
     let pieces = match extension.as_str() {
-        "ktx2" => write_ktx2::pieces(*size, format, encoded, zstd).map_err(io)?,
+        "ktx2" => write_ktx2::pieces(*size, format, encoded, zstd, mapping).map_err(io)?,
         "ktx" => write_ktx1::pieces(*size, encoded),
         _ => dds::pieces(*size, format, encoded),
     };

@@ -42,7 +42,7 @@ pub(crate) fn levels(sizes: &[usize]) -> Levels {
 /// Writes levels as a file.
 fn write(path: &Path, levels: &Levels, texels: TexelFormat, zstd: bool) -> Result<PictureWriteReport, ImageError> {
     let levels: Vec<_> = levels.iter().map(|(size, texels)| (*size, texels.as_slice())).collect();
-    write_cube_texture(path, &levels, texels, zstd)
+    write_cube_texture(path, &levels, texels, zstd, None)
 }
 
 pub(crate) fn encoded(name: &str, levels: &Levels, texels: TexelFormat, zstd: bool) -> Vec<u8> {
