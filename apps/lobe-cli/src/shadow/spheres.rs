@@ -172,7 +172,14 @@ impl Spheres {
                 let entity = animated.entity(name)?.clone();
                 (animated.own_scene(&entity)?, Some((animated, entity)))
             }
-            None => (opened.scene()?, None),
+            None => {
+                if opened.has_poses() {
+                    let text = "is posed by animations, skins or morph targets, which these spheres do not follow; --entity NAME \
+                                fits some that do";
+                    talk.note(&self.input.name(), text);
+                }
+                (opened.scene()?, None)
+            }
         };
         let options = self.options();
         let what = format!("a fit to {} points", options.samples);

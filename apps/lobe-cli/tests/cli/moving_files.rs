@@ -31,29 +31,48 @@ fn describe(dir: &Dir, members: &str) {
 
 const KEYS: &str = r#","keys":[{"translation":[0,0,1]},{"time":1,"translation":[2,0,1]}]"#;
 
-/// A glTF file of a triangle that an animation moves from x = 0 to x = 4 within 2 seconds.
-fn animated_gltf(dir: &Dir) {
-    let floats = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 2.0, 1.0, 0.0, 0.0, 4.0, 0.0, 0.0_f32];
-    dir.file("a.bin", floats.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>());
+const TRIANGLE: [[f32; 3]; 3] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+
+/// A glTF file of triangles, three corners each, that an animation moves from x = 0 to x = 4 within 2 seconds.
+fn animated_gltf(dir: &Dir, corners: &[[f32; 3]]) {
+    let keys = [0.0, 2.0, 1.0, 0.0, 0.0, 4.0, 0.0, 0.0];
+    dir.file("a.bin", corners.iter().flatten().chain(&keys).flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>());
+    let (count, bytes) = (corners.len(), 12 * corners.len());
     dir.file(
         "a.gltf",
-        r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
-            "buffers":[{"uri":"a.bin","byteLength":68}],
-            "bufferViews":[{"buffer":0,"byteLength":36},{"buffer":0,"byteOffset":36,"byteLength":8},
-                {"buffer":0,"byteOffset":44,"byteLength":24}],
-            "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]},
-                {"bufferView":1,"componentType":5126,"count":2,"type":"SCALAR","min":[0],"max":[2]},
-                {"bufferView":2,"componentType":5126,"count":2,"type":"VEC3"}],
-            "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
-            "animations":[{"name":"Slide","channels":[{"sampler":0,"target":{"node":0,"path":"translation"}}],
-                "samplers":[{"input":1,"output":2}]}]}"#,
+        format!(
+            r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
+            "buffers":[{{"uri":"a.bin","byteLength":{}}}],
+            "bufferViews":[{{"buffer":0,"byteLength":{bytes}}},{{"buffer":0,"byteOffset":{bytes},"byteLength":8}},
+                {{"buffer":0,"byteOffset":{},"byteLength":24}}],
+            "accessors":[{{"bufferView":0,"componentType":5126,"count":{count},"type":"VEC3","min":[0,0,0],"max":[1,1,1]}},
+                {{"bufferView":1,"componentType":5126,"count":2,"type":"SCALAR","min":[0],"max":[2]}},
+                {{"bufferView":2,"componentType":5126,"count":2,"type":"VEC3"}}],
+            "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],
+            "animations":[{{"name":"Slide","channels":[{{"sampler":0,"target":{{"node":0,"path":"translation"}}}}],
+                "samplers":[{{"input":1,"output":2}}]}}]}}"#,
+            bytes + 32,
+            bytes + 8
+        ),
     );
+}
+
+#[test]
+fn spheres_of_a_whole_file_that_moves_say_that_they_do_not_follow() {
+    let dir = Dir::new();
+    let [o, x, y, z] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    animated_gltf(&dir, &[o, y, x, o, z, y, o, x, z, x, y, z]);
+    let fit = "spheres a.gltf -n 2 --points 100 --rounds 1 -o f.safetensors";
+    let (_, notes) = dir.lobe(fit).succeeds();
+    assert!(notes.contains("note: a.gltf: is posed by animations") && notes.contains("--entity NAME"), "{notes}");
+    let (_, notes) = dir.lobe(&format!("{fit} --entity 0")).succeeds();
+    assert!(!notes.contains("--entity"), "{notes}");
 }
 
 #[test]
 fn the_truth_of_an_animated_file_is_posed_as_fields_are() {
     let dir = Dir::new();
-    animated_gltf(&dir);
+    animated_gltf(&dir, &TRIANGLE);
     let view = "--eye 0.5,-8,1 --target 0.5,0,1 --fov 60";
     let truth =
         |more: &str, out: &str| dir.lobe(&format!("render a.gltf {TRUTH} {view} {more} -o {out}.exr")).succeeds().1;
