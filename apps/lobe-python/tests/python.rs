@@ -71,6 +71,11 @@ fn passes(python: &OsString, package: &Path, module: &str, arguments: &[&str]) {
 fn the_tests_of_the_package_pass_and_its_types_are_strict() {
     let Some(python) = interpreter() else { return };
     let package = package();
-    passes(&python, &package, "pytest", &["-p", "no:cacheprovider", "tests"]);
+    let mut arguments = vec!["-p", "no:cacheprovider", "tests"];
+    // Much of the time of these tests is waiting for clusters.
+    if Command::new(&python).args(["-c", "import xdist"]).output().is_ok_and(|output| output.status.success()) {
+        arguments.extend(["--numprocesses", "2", "--dist", "loadfile"]);
+    }
+    passes(&python, &package, "pytest", &arguments);
     passes(&python, &package, "mypy", &["--cache-dir=/dev/null", "python/lobe"]);
 }
