@@ -1,4 +1,4 @@
-//! Continuous integration: `ci` runs every check, `quick` the fast ones.
+//! Continuous integration: `ci` runs every check, in two parts where tools are installed beside the first; `quick` the fast ones.
 
 use crate::outcome::Outcome;
 use crate::step::{Step, Work, run_all};
@@ -150,35 +150,45 @@ pub(crate) fn nightly() -> Outcome {
     run_all(&[TEST_LONG, TEST_BC6H, RELEASE, OUTPUTS, READERS, BEVY, MOTION, MITSUBA, WEB, CORPUS_WHOLE])
 }
 
-/// Everything, the cheap steps first.
+/// What needs Rust alone, the cheap steps first.
+const CHECKS: &[Step] = &[
+    FMT,
+    FMT_FUZZ,
+    FMT_PEERS,
+    FMT_BEVY,
+    ARCH,
+    SIZES,
+    DOCUMENTS,
+    GOLDENS,
+    CLIPPY,
+    PEERS,
+    FEATURES,
+    DEFAULTS,
+    WASM,
+    NO_STD,
+    OLDEST_RUST,
+    FUZZ,
+    DOCS_PRIVATE,
+    DOCS,
+    BOOK,
+];
+
+/// The tests, and what needs the tools that `.ci/run` installs beside the [`CHECKS`].
+const TESTS: &[Step] = &[TYPOS, DENY, TEST, TEST_PLAIN, TEST_AVX2, CORPUS];
+
+/// The first part of [`ci`].
+pub(crate) fn checks() -> Outcome {
+    run_all(CHECKS)
+}
+
+/// The second part of [`ci`].
+pub(crate) fn tests() -> Outcome {
+    run_all(TESTS)
+}
+
+/// Everything.
 pub(crate) fn ci() -> Outcome {
-    run_all(&[
-        FMT,
-        FMT_FUZZ,
-        FMT_PEERS,
-        FMT_BEVY,
-        TYPOS,
-        DENY,
-        ARCH,
-        SIZES,
-        DOCUMENTS,
-        GOLDENS,
-        CLIPPY,
-        PEERS,
-        FEATURES,
-        DEFAULTS,
-        WASM,
-        NO_STD,
-        OLDEST_RUST,
-        DOCS_PRIVATE,
-        DOCS,
-        BOOK,
-        TEST,
-        TEST_PLAIN,
-        TEST_AVX2,
-        FUZZ,
-        CORPUS,
-    ])
+    run_all(&[CHECKS, TESTS].concat())
 }
 
 /// The steps to run before each commit.

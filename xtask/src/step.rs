@@ -8,6 +8,7 @@ use crate::outcome::Outcome;
 use crate::workspace;
 
 /// The work of a step.
+#[derive(Clone, Copy)]
 pub(crate) enum Work {
     /// A cargo command, and what it adds to the environment.
     Cargo(&'static str, &'static [(&'static str, &'static str)]),
@@ -29,6 +30,7 @@ enum Passed {
 }
 
 /// A named piece of a longer chore.
+#[derive(Clone, Copy)]
 pub(crate) struct Step {
     pub(crate) name: &'static str,
     pub(crate) work: Work,
