@@ -21,7 +21,7 @@ const KEYS: [(&str, &str); 25] = [
     ("P", "transfer under the pointer"),
     ("Ctrl + O", "open a file"),
     ("Ctrl + Z", "take a change back"),
-    ("Ctrl + Shift + Z", "make it again"),
+    ("Ctrl + Shift + Z, Ctrl + Y", "make it again"),
     ("F12", "the window as a picture"),
     ("Ctrl + E", "pictures and turntables of the scene"),
     ("Ctrl + 1 2 3 4", "the rooms"),
@@ -31,13 +31,19 @@ const KEYS: [(&str, &str); 25] = [
     ("F1", "this list"),
 ];
 
+/// Points that the window of the list, its title and its margins need around it.
+const AROUND: [f32; 2] = [60.0, 120.0];
+
+/// The list has at least so many points along each side.
+const LEAST: f32 = 60.0;
+
 /// Shows the list.
 pub(crate) fn help(ctx: &Context, is_open: &mut bool) {
     Window::new("Keys and mouse").open(is_open).resizable(false).show(ctx, |ui| {
-        let most = ctx.content_rect().height() - 120.0;
-        ScrollArea::vertical().max_height(most.max(60.0)).show(ui, |ui| {
-            keys(ui);
-        });
+        // What does not fit a small window is scrolled to, in both directions.
+        let [width, height] = [ctx.content_rect().width(), ctx.content_rect().height()];
+        let most = [width - AROUND[0], height - AROUND[1]].map(|side| side.max(LEAST));
+        ScrollArea::both().max_width(most[0]).max_height(most[1]).show(ui, keys);
     });
 }
 
