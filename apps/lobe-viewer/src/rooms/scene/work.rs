@@ -1,4 +1,4 @@
-//! What is opened and baked beside the window: the scene, the sky, transfer from files, and what went wrong with them.
+//! Opening and baking beside the window: the scene, the sky, transfer from files, and what went wrong with them.
 
 use std::path::PathBuf;
 
