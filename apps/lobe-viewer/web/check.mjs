@@ -1,5 +1,6 @@
 #!/usr/bin/env node
-// Opens the page of the viewer in headless Chromium through WebGL 2, looks into its rooms, and fails on an error on the console.
+// Opens the page of the viewer in headless Chromium through WebGL 2, looks into its rooms, and fails on an error on the console and
+// where a room shows no picture.
 //
 //   node check.mjs FOLDER PICTURES
 //
@@ -26,6 +27,11 @@ const TYPES = { '.html': 'text/html', '.js': 'text/javascript', '.wasm': 'applic
 // What a room draws first: reading a scene of fifty thousand vertices and a sky, in a page that emulates a device.
 const PATIENCE = 120_000;
 
+// Right of the panel and between the bars, where rooms have their pictures.
+const PICTURE = { left: 330, top: 70, right: 1270, bottom: 740 };
+// Colors of the least picture: words on a panel have some tens, the shades of their edges.
+const FEWEST_COLORS = 400;
+
 const server = createServer((request, response) => {
   const file = path.join(folder, path.normalize(new URL(request.url, 'http://page').pathname).replace(/\/$/, '/index.html'));
   if (!file.startsWith(folder) || !existsSync(file)) {
@@ -47,16 +53,31 @@ page.on('console', message => {
   console.log(`${message.type()}: ${message.text()}`);
   if (message.type() === 'error') faults.push(message.text());
 });
+// Counts the colors of the part of a screenshot that has the picture of a room.
+const reader = await browser.newPage();
+const colors = shot => reader.evaluate(async ([png, { left, top, right, bottom }]) => {
+  const bytes = Uint8Array.from(atob(png), letter => letter.charCodeAt(0));
+  const picture = await createImageBitmap(new Blob([bytes], { type: 'image/png' }));
+  const canvas = new OffscreenCanvas(picture.width, picture.height).getContext('2d');
+  canvas.drawImage(picture, 0, 0);
+  const texels = new Uint32Array(canvas.getImageData(left, top, right - left, bottom - top).data.buffer);
+  return new Set(texels).size;
+}, [shot.toString('base64'), PICTURE]);
 mkdirSync(pictures, { recursive: true });
 try {
   await page.goto(`http://127.0.0.1:${server.address().port}/`);
   await page.waitForFunction(() => document.getElementById('message') === null, null, { timeout: PATIENCE });
   await page.waitForTimeout(4000);
-  for (const [key, room] of [['1', 'scene'], ['2', 'sky'], ['3', 'functions'], ['4', 'motion']]) {
+  // The room of motion only says that a page with one thread has none.
+  for (const [key, room, fewest] of [['1', 'scene', FEWEST_COLORS], ['2', 'sky', FEWEST_COLORS], ['3', 'functions', FEWEST_COLORS], ['4', 'motion', 2]]) {
     await page.locator('#lobe').focus();
     await page.keyboard.press(`Control+${key}`);
     await page.waitForTimeout(3000);
-    shots.push(await page.screenshot({ path: path.join(pictures, `${room}.png`), timeout: PATIENCE }));
+    const shot = await page.screenshot({ path: path.join(pictures, `${room}.png`), timeout: PATIENCE });
+    const found = await colors(shot);
+    console.log(`room ${room}: ${found} colors`);
+    if (found < fewest) faults.push(`room ${room} shows no picture: expected ${fewest} colors at least, found ${found}`);
+    shots.push(shot);
   }
   // Another light path is another picture: the scene is lit by its transfer.
   await page.keyboard.press('Control+1');

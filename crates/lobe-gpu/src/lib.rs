@@ -55,6 +55,17 @@
 //! functions of their own; textures of light are read texel by texel and weighted here, because filters of devices have eight
 //! bits for a weight.
 //!
+//! # Sizes
+//!
+//! A binding of a storage buffer holds what the device says, 128 MiB where it promises no more than WebGPU. What grows with
+//! receivers, vertices, triangles, texels of a lightmap or fields is cut into pieces that fit, each a pass of its own, with the
+//! same results to the last digit (tests of `pieces`). These remain whole, and are refused in one line where they do not fit:
+//!
+//! * what every item looks up anywhere: spheres (64 bytes each), the products of the light with clusters, joints (48 bytes);
+//! * one texture of a surface, and a triangle over more rows of a lightmap than a binding holds, because a triangle is drawn at once;
+//! * environments and pictures, which are textures: up to the side that the device has, 8192 texels in WebGPU;
+//! * buffers of all receivers that are read back or fetched as one, radiance, visibility, vertices: up to the largest buffer.
+//!
 //! # What can go wrong
 //!
 //! Devices are lost, run out of memory, or refuse work: each is a [`GpuError`], and nothing panics. A machine without an

@@ -1,6 +1,6 @@
 //! The keys, and what the mouse does.
 
-use eframe::egui::{Context, Grid, ScrollArea, Ui, Window};
+use eframe::egui::{Context, Grid, Label, RichText, ScrollArea, Ui, Window};
 
 /// What is pressed and what it does.
 const KEYS: [(&str, &str); 25] = [
@@ -21,7 +21,7 @@ const KEYS: [(&str, &str); 25] = [
     ("P", "transfer under the pointer"),
     ("Ctrl + O", "open a file"),
     ("Ctrl + Z", "take a change back"),
-    ("Ctrl + Shift + Z", "make it again"),
+    ("Ctrl + Shift + Z, Ctrl + Y", "make it again"),
     ("F12", "the window as a picture"),
     ("Ctrl + E", "pictures and turntables of the scene"),
     ("Ctrl + 1 2 3 4", "the rooms"),
@@ -31,22 +31,38 @@ const KEYS: [(&str, &str); 25] = [
     ("F1", "this list"),
 ];
 
-/// Shows the list.
+/// Points that the window of the list, its title and its margins need around it.
+const AROUND: [f32; 2] = [60.0, 120.0];
+
+/// The list has at least so many points along each side.
+const LEAST: f32 = 60.0;
+
+/// Shows the list. In a small window its lines wrap, and it scrolls.
 pub(crate) fn help(ctx: &Context, is_open: &mut bool) {
+    let [width, height] = [ctx.content_rect().width(), ctx.content_rect().height()];
+    let [width, height] = [width - AROUND[0], height - AROUND[1]].map(|side| side.max(LEAST));
     Window::new("Keys and mouse").open(is_open).resizable(false).show(ctx, |ui| {
-        let most = ctx.content_rect().height() - 120.0;
-        ScrollArea::vertical().max_height(most.max(60.0)).show(ui, |ui| {
-            keys(ui);
-        });
+        ScrollArea::vertical().max_height(height).show(ui, |ui| keys(ui, width));
     });
 }
 
-fn keys(ui: &mut Ui) {
-    Grid::new("keys").num_columns(2).spacing([24.0, 4.0]).striped(true).show(ui, |ui| {
+fn keys(ui: &mut Ui, width: f32) {
+    let grid = Grid::new("keys").num_columns(2).spacing([24.0, 4.0]).striped(true);
+    // What is done has the longer texts.
+    let [of_keys, of_doing] = [0.4, 0.55].map(|part| part * width);
+    grid.show(ui, |ui| {
         for (key, does) in KEYS {
-            ui.strong(key);
-            ui.label(does);
+            wrapped(ui, RichText::new(key).strong(), of_keys);
+            wrapped(ui, RichText::new(does), of_doing);
             ui.end_row();
         }
+    });
+}
+
+/// A text of at most this width, in as many lines as it takes.
+fn wrapped(ui: &mut Ui, text: RichText, width: f32) {
+    ui.vertical(|ui| {
+        ui.set_max_width(width);
+        ui.add(Label::new(text).wrap());
     });
 }

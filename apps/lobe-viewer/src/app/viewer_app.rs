@@ -5,7 +5,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use eframe::egui::{
-    Align2, Area, Context, Frame, Id, Key, KeyboardShortcut, Modifiers, Panel, ThemePreference, Ui, ViewportCommand,
+    Align2, Area, CentralPanel, Context, Frame, Id, Key, KeyboardShortcut, Modifiers, Panel, ThemePreference, Ui,
+    ViewportCommand,
 };
 
 use crate::app::bar::{BarAsked, bar};
@@ -356,7 +357,9 @@ impl ViewerApp {
             RoomName::Scene => self.scene.ui(ui, self.gpu.as_ref()),
             RoomName::Sky => self.sky.ui(ui, self.scene.sky()),
             RoomName::Functions => self.functions.ui(ui),
-            RoomName::Motion if IN_PAGE => drop(ui.label(NO_MOTION)),
+            RoomName::Motion if IN_PAGE => {
+                drop(CentralPanel::default().show(ui, |ui| ui.centered_and_justified(|ui| ui.label(NO_MOTION))))
+            }
             RoomName::Motion => self.motion.ui(ui, self.gpu.as_ref(), self.scene.sky()),
         }
         help(&ctx, &mut self.is_help_open);

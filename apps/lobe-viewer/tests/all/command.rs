@@ -19,7 +19,7 @@ fn error(folder: &Path, arguments: &str) -> String {
 }
 
 /// Whether this machine has no graphics adapter, told once.
-fn is_without_adapter(output: &Output) -> bool {
+pub(crate) fn is_without_adapter(output: &Output) -> bool {
     let is_without = String::from_utf8_lossy(&output.stderr).contains("no graphics adapter");
     if is_without {
         lobe_testkit::skipped("pictures of lobe-viewer: no graphics adapter");

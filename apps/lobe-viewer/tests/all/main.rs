@@ -9,6 +9,7 @@ mod exports;
 mod functions;
 mod kept;
 mod motion;
+mod moving_pictures;
 mod orbit;
 mod scene;
 mod sky;

@@ -24,6 +24,7 @@ pub struct Context {
     queue: wgpu::Queue,
     info: wgpu::AdapterInfo,
     max_storage_binding: u64,
+    max_texture_side: u32,
     has_storage: bool,
     light_format: wgpu::TextureFormat,
     faults: Arc<Mutex<Faults>>,
@@ -110,9 +111,22 @@ impl Context {
         let limit = device.limits().max_storage_buffer_binding_size;
         let has_storage = !options.without_storage && device.limits().max_compute_workgroups_per_dimension > 0;
         let max_storage_binding = options.max_storage_binding.map_or(limit, |most| most.min(limit));
+        let limit = device.limits().max_texture_dimension_2d;
+        let max_texture_side = options.max_texture_side.map_or(limit, |most| most.min(limit));
         let light_format = if is_single { wgpu::TextureFormat::Rgba32Float } else { wgpu::TextureFormat::Rgba16Float };
         let (kernels, drawings) = Default::default();
-        Self { device, queue, info, max_storage_binding, has_storage, light_format, faults, kernels, drawings }
+        Self {
+            device,
+            queue,
+            info,
+            max_storage_binding,
+            max_texture_side,
+            has_storage,
+            light_format,
+            faults,
+            kernels,
+            drawings,
+        }
     }
 
     /// What this crate uses where a device has it: times of passes.
@@ -150,6 +164,12 @@ impl Context {
     #[must_use]
     pub fn max_storage_binding(&self) -> u64 {
         self.max_storage_binding
+    }
+
+    /// The most texels along a side of a texture.
+    #[must_use]
+    pub fn max_texture_side(&self) -> u32 {
+        self.max_texture_side
     }
 
     /// Whether shaders read storage buffers, and compute. Where they do not, as in WebGL 2, scenes are lit by [transfer vectors at

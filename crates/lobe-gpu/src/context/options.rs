@@ -47,6 +47,8 @@ pub struct ContextOptions {
     /// The most bytes of one storage binding, where fewer than the device's limit: what is larger is split over several
     /// dispatches. For tests, and to leave memory to others. Default: the limit of the device.
     pub max_storage_binding: Option<u64>,
+    /// The most texels along a side of a texture, where fewer than the device's limit. For tests. Default: the limit of the device.
+    pub max_texture_side: Option<u32>,
     /// Do without storage buffers and compute shaders, as WebGL 2 has to: surfaces are lit by transfer in textures. For tests; devices
     /// that have none are used so in any case. Default: false.
     pub without_storage: bool,

@@ -1,14 +1,17 @@
 //! Precomputed shadow fields on the device.
 
 use std::f64::consts::FRAC_1_PI;
+use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
 use lobe_prt::Transfer;
 use lobe_sh::{Rgb, Rotation, RotationMatrices, Zonal};
 use lobe_shadow::{PlacedField, RadialInterpolation, ShadowFieldOptions, ShadowReceivers};
 
+use crate::moving::field_parts::FieldParts;
 use crate::renderer::kernel::{Kernel, Slot};
 use crate::renderer::pass::Pass;
+use crate::renderer::pieces::{Piece, VALUE, cut};
 use crate::renderer::renderer::Renderer;
 use crate::renderer::shader::Shader;
 use crate::{Context, GpuError};
@@ -56,12 +59,13 @@ pub enum FieldResponse<'a> {
 ///   V = V_own Π_k (1 - O_k)  nearest first        B = ρ Σ_i L_i (V T)_i
 /// ```
 ///
-/// One pass, `shadow fields`. Entities may move between two calls. Positions are single precision here: the scene is to be near its
+/// One pass, `shadow fields`, for as many pieces of the receivers as the bindings of the device demand; before it passes
+/// `look up fields` if the fields are larger than a binding. Entities may move between two calls. Positions are single precision here: the scene is to be near its
 /// origin.
 #[derive(Debug)]
 pub struct GpuShadowFields {
     renderer: Renderer,
-    sizes: Sizes,
+    receivers: usize,
     order: usize,
     /// The first number of each entity's field.
     fields: Vec<u32>,
@@ -85,42 +89,56 @@ impl GpuShadowFields {
         check(order, entities, receivers, response, options)?;
         let (n, count) = (order * order, receivers.len());
         let mut renderer = Renderer::new(context);
-        let own = receivers.own_visibility();
-        let sizes = Sizes {
-            receivers: count as u32,
-            entities: entities.len() as u32,
-            own: u32::from(!own.is_empty()),
-            negligible: options.negligible as f32,
-        };
-        renderer.uniform("sizes", &sizes)?;
         renderer.uniform("light", &[[0.0_f32; 4]; 64])?;
         renderer.uniform("cosine", &cosine(order))?;
-        renderer.upload("receivers", &receiver_shapes(receivers))?;
-        let fields = add_fields(&mut renderer, entities)?;
+        let parts = FieldParts::upload(&mut renderer, entities)?;
         let most = entities.len().max(1);
         renderer.upload("entities", &vec![EntityShape::zeroed(); most])?;
         renderer.upload("turns", &vec![0.0_f32; most * entries(order)])?;
-        let (channels, transfer) = match response {
-            FieldResponse::Cosine => (0, &[][..]),
-            FieldResponse::Transfer(transfer) => (transfer.channels().count(), transfer.coefficients()),
-        };
-        renderer.upload("given", &[own, transfer].concat())?;
         renderer.allocate("visibility", 4 * (n * count) as u64)?;
-        renderer.allocate("radiance", 16 * count as u64)?;
+        renderer.allocate("radiance", VALUE * count as u64)?;
+        let given = Given::of(receivers, response, n);
+        let (own, seen, found) = (size_of::<ReceiverShape>() as u64, 4 * n as u64, parts.found_bytes(order));
+        let largest = own.max(4 * given.numbers() as u64).max(found);
+        let pieces = cut(context, "receivers", count, largest, &[seen, VALUE])?;
         let shader = Shader::new(&[])
-            .constant("CHANNELS", channels)
+            .constant("CHANNELS", given.channels)
             .constant("MOST_ENTITIES", most)
+            .constant("LOOKED_UP", usize::from(!parts.is_whole()))
             .order(order)
             .product(order)
             .module("shadow_fields");
         let slots = [[Slot::Uniform; 3].as_slice(), &[Slot::Read; 5], &[Slot::Write; 2]].concat();
         let kernel = Kernel::new(context, "shadow fields", &shader, &slots)?;
-        let mut pass = Pass::compute("shadow fields", &kernel, count as u32);
-        for name in ["sizes", "light", "cosine", "receivers", "entities", "turns", "fields", "given"] {
-            pass = pass.read(name);
+        let look_up = if parts.is_whole() { None } else { Some(FieldParts::kernel(context, order)?) };
+        if let (Some(_), Some(first)) = (&look_up, pieces.first()) {
+            renderer.allocate("found", u64::from(first.count()) * found)?;
         }
-        renderer.add(pass.write("visibility").write("radiance"))?;
-        let fields = Self { renderer, sizes, order, fields };
+        let sizes = Sizes {
+            receivers: 0,
+            entities: entities.len() as u32,
+            own: u32::from(!given.own.is_empty()),
+            negligible: options.negligible as f32,
+        };
+        for piece in &pieces {
+            renderer.uniform(&piece.of("sizes"), &Sizes { receivers: piece.count(), ..sizes })?;
+            renderer.upload(&piece.of("receivers"), &receiver_shapes(receivers, piece.items.clone()))?;
+            renderer.upload(&piece.of("given"), &given.of_piece(piece))?;
+            if let Some(kernel) = &look_up {
+                parts.add_look_ups(&mut renderer, kernel, piece, found)?;
+            }
+            let mut pass = Pass::compute(piece.of("shadow fields"), &kernel, piece.count()).read(&piece.of("sizes"));
+            for name in ["light", "cosine", &piece.of("receivers"), "entities", "turns"] {
+                pass = pass.read(name);
+            }
+            pass = match &look_up {
+                Some(_) => pass.read_part("found", 0..u64::from(piece.count()) * found),
+                None => pass.read("fields"),
+            };
+            pass = pass.read(&piece.of("given")).write_part("visibility", piece.part(seen));
+            renderer.add(pass.write_part("radiance", piece.values()))?;
+        }
+        let fields = Self { renderer, receivers: count, order, fields: parts.firsts };
         fields.place(entities)?;
         Ok(fields)
     }
@@ -165,7 +183,7 @@ impl GpuShadowFields {
         vectors.resize(n, [0.0; 4]);
         self.renderer.update("light", &vectors)?;
         self.renderer.run()?;
-        let values: Vec<[f32; 4]> = self.renderer.read("radiance", self.sizes.receivers as usize)?;
+        let values: Vec<[f32; 4]> = self.renderer.read("radiance", self.receivers)?;
         Ok(values.into_iter().map(|[r, g, b, _]| Rgb::new(r, g, b)).collect())
     }
 }
@@ -205,20 +223,6 @@ fn check(
         ));
     }
     Ok(())
-}
-
-/// Uploads every field once, however many entities have it; the first number of each entity's.
-fn add_fields(renderer: &mut Renderer, entities: &[PlacedField<'_>]) -> Result<Vec<u32>, GpuError> {
-    let (mut numbers, mut firsts) = (Vec::new(), Vec::<u32>::new());
-    for (k, entity) in entities.iter().enumerate() {
-        let before = entities[..k].iter().position(|other| std::ptr::eq(other.field, entity.field));
-        firsts.push(before.map_or(numbers.len() as u32, |other| firsts[other]));
-        if before.is_none() {
-            numbers.extend_from_slice(entity.field.rows());
-        }
-    }
-    renderer.upload("fields", &numbers)?;
-    Ok(firsts)
 }
 
 fn entity_shape(entity: &PlacedField<'_>, first: u32, turn: [u32; 2]) -> EntityShape {
@@ -261,11 +265,46 @@ fn turn_entries(rotation: &Rotation, order: usize) -> Vec<f32> {
     (0..order as isize).flat_map(rows).map(|(l, m, k)| matrices.entry(l as usize, m, k)).collect()
 }
 
-fn receiver_shapes(receivers: &ShadowReceivers<'_>) -> Vec<[f32; 12]> {
-    let all = receivers.positions().iter().zip(receivers.normals()).enumerate();
-    all.map(|(k, (p, n))| {
+/// Position, normal and albedo of a receiver, each with a fourth number.
+type ReceiverShape = [f32; 12];
+
+fn receiver_shapes(receivers: &ShadowReceivers<'_>, of: Range<usize>) -> Vec<ReceiverShape> {
+    let some = of.clone().zip(&receivers.positions()[of.clone()]).zip(&receivers.normals()[of]);
+    some.map(|((k, p), n)| {
         let [r, g, b] = receivers.albedo(k);
         [p[0], p[1], p[2], 1.0, n[0], n[1], n[2], 0.0, r, g, b, 0.0]
     })
     .collect()
+}
+
+/// What is known of receivers besides the entities: what they see themselves, and their transfer.
+struct Given<'a> {
+    own: &'a [f32],
+    transfer: &'a [f32],
+    channels: usize,
+    /// Coefficients of an expansion.
+    count: usize,
+}
+
+impl<'a> Given<'a> {
+    fn of(receivers: &'a ShadowReceivers<'_>, response: FieldResponse<'a>, count: usize) -> Self {
+        let (channels, transfer) = match response {
+            FieldResponse::Cosine => (0, &[][..]),
+            FieldResponse::Transfer(transfer) => (transfer.channels().count(), transfer.coefficients()),
+        };
+        Self { own: receivers.own_visibility(), transfer, channels, count }
+    }
+
+    /// Numbers of a receiver.
+    fn numbers(&self) -> usize {
+        self.count * (usize::from(!self.own.is_empty()) + self.channels)
+    }
+
+    /// The numbers of a piece: first what its receivers see, then their transfer.
+    fn of_piece(&self, piece: &Piece) -> Vec<f32> {
+        let some = |numbers: &[f32], each: usize| {
+            numbers.get(each * piece.items.start..each * piece.items.end).unwrap_or_default().to_vec()
+        };
+        [some(self.own, self.count), some(self.transfer, self.count * self.channels)].concat()
+    }
 }

@@ -5,6 +5,7 @@ use lobe_scene::{AnimatedScene, Entity, Place, PosedScene, SceneError};
 
 use crate::renderer::kernel::{Kernel, Slot};
 use crate::renderer::pass::Pass;
+use crate::renderer::pieces::{Piece, cut};
 use crate::renderer::renderer::Renderer;
 use crate::renderer::shader::Shader;
 use crate::{Context, GpuError};
@@ -34,7 +35,8 @@ pub struct MorphTarget<'a> {
 ///   p' = M (p_0 + Σ w_k Δp_k)        n' ∝ M⁻ᵀ (n_0 + Σ w_k Δn_k)        M = Σ w_j M_j
 /// ```
 ///
-/// One pass, `skin`, which writes the buffer `posed` of [`GpuVertex`].
+/// One pass, `skin`, for as many pieces of the vertices as the bindings of the device demand, which writes the buffer `posed` of
+/// [`GpuVertex`].
 #[derive(Debug)]
 pub struct GpuSkin {
     renderer: Renderer,
@@ -59,29 +61,19 @@ impl GpuSkin {
     ) -> Result<Self, GpuError> {
         let count = positions.len();
         check(count, normals, influences, joints, targets)?;
-        let rest: Vec<GpuVertex> = vertices(positions, normals, 1.0);
-        let mut packed = vec![0; count + 1];
-        for (v, own) in influences.iter().enumerate() {
-            packed[v + 1] = packed[v] + own.len() as u32;
-        }
-        packed.extend(influences.iter().flatten().flat_map(|(joint, weight)| [*joint, weight.to_bits()]));
-        let added: Vec<GpuVertex> =
-            targets.iter().flat_map(|target| vertices(target.positions, target.normals, 0.0)).collect();
         let mut renderer = Renderer::new(context);
-        renderer.uniform("sizes", &[count as u32, targets.len() as u32, 0, 0])?;
-        renderer.upload("rest", &rest)?;
-        renderer.upload("influences", &packed)?;
         renderer.upload("joints", &vec![[0.0_f32; 12]; joints])?;
-        renderer.upload("targets", &added)?;
         renderer.upload("weights", &vec![0.0_f32; targets.len()])?;
-        renderer.allocate("posed", (size_of::<GpuVertex>() * count) as u64)?;
+        let vertex = size_of::<GpuVertex>() as u64;
+        renderer.allocate("posed", vertex * count as u64)?;
         let slots = [[Slot::Uniform].as_slice(), &[Slot::Read; 5], &[Slot::Write]].concat();
         let kernel = Kernel::new(context, "skin", &Shader::new(&["skin"]), &slots)?;
-        let mut pass = Pass::compute("skin", &kernel, count as u32);
-        for name in ["sizes", "rest", "influences", "joints", "targets", "weights"] {
-            pass = pass.read(name);
+        let most = influences.iter().map(Vec::len).max().unwrap_or(0);
+        // The joints of a vertex: a word where they begin, two for each, and one for where the last end.
+        let own = (vertex * targets.len().max(1) as u64).max(4 * (2 + 2 * most) as u64);
+        for piece in cut(context, "skin", count, own, &[vertex])? {
+            add_piece(&mut renderer, &kernel, &piece, [positions, normals], influences, targets)?;
         }
-        renderer.add(pass.write("posed"))?;
         Ok(Self { renderer, vertices: count, joints, targets: targets.len() })
     }
 
@@ -160,6 +152,39 @@ impl GpuSkin {
         self.renderer.run()?;
         self.renderer.read("posed", self.vertices)
     }
+}
+
+/// Uploads the vertices of a piece, and adds the pass that poses them.
+fn add_piece(
+    renderer: &mut Renderer,
+    kernel: &Kernel,
+    piece: &Piece,
+    [positions, normals]: [&[[f32; 3]]; 2],
+    influences: &[Vec<(u32, f32)>],
+    targets: &[MorphTarget<'_>],
+) -> Result<(), GpuError> {
+    let some = piece.items.clone();
+    let rest = vertices(&positions[some.clone()], &normals[some.clone()], 1.0);
+    let influences = &influences[some.clone()];
+    let mut packed = vec![0; influences.len() + 1];
+    for (v, own) in influences.iter().enumerate() {
+        packed[v + 1] = packed[v] + own.len() as u32;
+    }
+    packed.extend(influences.iter().flatten().flat_map(|(joint, weight)| [*joint, weight.to_bits()]));
+    let of_target = |target: &MorphTarget<'_>| {
+        let normals = target.normals.get(some.clone()).unwrap_or_default();
+        vertices(&target.positions[some.clone()], normals, 0.0)
+    };
+    let added: Vec<GpuVertex> = targets.iter().flat_map(of_target).collect();
+    let names = ["sizes", "rest", "influences", "targets"].map(|name| piece.of(name));
+    let [own_sizes, own_rest, own_influences, own_targets] = &names;
+    renderer.uniform(own_sizes, &[piece.count(), targets.len() as u32, 0, 0])?;
+    renderer.upload(own_rest, &rest)?;
+    renderer.upload(own_influences, &packed)?;
+    renderer.upload(own_targets, &added)?;
+    let pass = Pass::compute(piece.of("skin"), kernel, piece.count()).read(own_sizes).read(own_rest);
+    let pass = pass.read(own_influences).read("joints").read(own_targets).read("weights");
+    renderer.add(pass.write_part("posed", piece.part(size_of::<GpuVertex>() as u64)))
 }
 
 fn check(

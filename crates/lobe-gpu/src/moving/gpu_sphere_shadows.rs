@@ -1,5 +1,7 @@
 //! The shadows of spheres on the device.
 
+use std::ops::Range;
+
 use bytemuck::{Pod, Zeroable};
 use lobe_sh::{ExpMethod, Rgb, eval_basis};
 use lobe_shadow::{LogTable, ShadowReceivers, SkyLight, SphereShadows};
@@ -7,6 +9,7 @@ use lobe_shadow::{LogTable, ShadowReceivers, SkyLight, SphereShadows};
 use crate::lookup::basis::check_order;
 use crate::renderer::kernel::{Kernel, Slot};
 use crate::renderer::pass::Pass;
+use crate::renderer::pieces::{Piece, VALUE, cut};
 use crate::renderer::renderer::Renderer;
 use crate::renderer::shader::Shader;
 use crate::{Context, GpuError};
@@ -30,11 +33,16 @@ struct Sizes {
 ///   V = exp(Σ_spheres log V_sphere)        E(n) = ∫ V L max(n·s, 0) ds
 /// ```
 ///
-/// Passes `accumulate` and `sky light`. Spheres may move between two calls, as many as there is room for.
+/// Passes `accumulate` and `sky light`, for as many pieces of the receivers as the bindings of the device demand. Spheres may move
+/// between two calls, as many as there is room for. Every receiver looks at all of them, which so have to fit one binding: two
+/// million in the 128 MiB of WebGPU.
 #[derive(Debug)]
 pub struct GpuSphereShadows {
     renderer: Renderer,
+    /// Of each piece, but for its receivers.
     sizes: Sizes,
+    pieces: Vec<Piece>,
+    receivers: usize,
     order: usize,
     most_spheres: usize,
 }
@@ -54,27 +62,34 @@ impl GpuSphereShadows {
         check_order(order)?;
         let n = order * order;
         let (polynomials, fit_end) = table.polynomials();
-        let sizes = Sizes { receivers: count as u32, spheres: 0, intervals: (table.row_count() - 1) as u32, fit_end };
+        let sizes = Sizes { receivers: 0, spheres: 0, intervals: (table.row_count() - 1) as u32, fit_end };
         let mut renderer = Renderer::new(context);
-        renderer.uniform("sizes", &sizes)?;
-        renderer.upload("receivers", &receiver_shapes(receivers))?;
         renderer.upload("spheres", &vec![[0.0_f32; 16]; most_spheres.max(1)])?;
         renderer.upload("log table", &[polynomials.as_flattened(), table.rows()].concat())?;
         renderer.upload("grid", &grid(order))?;
+        renderer.upload("sky light", &vec![[0.0_f32; 4]; MOST_ROWS * n])?;
         renderer.allocate("visibility", 4 * (n * count) as u64)?;
+        renderer.allocate("irradiance", VALUE * count as u64)?;
         let shader = Shader::new(&[]).order(order).module("accumulate");
         let slots = [Slot::Uniform, Slot::Read, Slot::Read, Slot::Read, Slot::Read, Slot::Write];
-        let kernel = Kernel::new(context, "accumulate", &shader, &slots)?;
-        let pass = Pass::compute("accumulate", &kernel, count as u32).read("sizes").read("receivers");
-        renderer.add(pass.read("spheres").read("log table").read("grid").write("visibility"))?;
-        renderer.upload("sky light", &vec![[0.0_f32; 4]; MOST_ROWS * n])?;
-        renderer.allocate("irradiance", 16 * count as u64)?;
+        let accumulate = Kernel::new(context, "accumulate", &shader, &slots)?;
         let shader = Shader::new(&[]).order(order).module("sky_light");
-        let slots = [Slot::Read, Slot::Read, Slot::Read, Slot::Write];
-        let kernel = Kernel::new(context, "sky light", &shader, &slots)?;
-        let pass = Pass::compute("sky light", &kernel, count as u32).read("sky light").read("receivers");
-        renderer.add(pass.read("visibility").write("irradiance"))?;
-        Ok(Self { renderer, sizes, order, most_spheres: most_spheres.max(1) })
+        let slots = [Slot::Uniform, Slot::Read, Slot::Read, Slot::Read, Slot::Write];
+        let sky_light = Kernel::new(context, "sky light", &shader, &slots)?;
+        let seen = 4 * n as u64;
+        let pieces = cut(context, "receivers", count, size_of::<ReceiverShape>() as u64, &[seen, VALUE])?;
+        for piece in &pieces {
+            let (own, at) = (piece.of("sizes"), piece.of("receivers"));
+            renderer.uniform(&own, &Sizes { receivers: piece.count(), ..sizes })?;
+            renderer.upload(&at, &receiver_shapes(receivers, piece.items.clone()))?;
+            let pass = Pass::compute(piece.of("accumulate"), &accumulate, piece.count()).read(&own).read(&at);
+            let pass = pass.read("spheres").read("log table").read("grid");
+            renderer.add(pass.write_part("visibility", piece.part(seen)))?;
+            let pass = Pass::compute(piece.of("sky light"), &sky_light, piece.count()).read(&own).read("sky light");
+            let pass = pass.read(&at).read_part("visibility", piece.part(seen));
+            renderer.add(pass.write_part("irradiance", piece.values()))?;
+        }
+        Ok(Self { renderer, sizes, pieces, receivers: count, order, most_spheres: most_spheres.max(1) })
     }
 
     /// The passes, and the buffers `visibility` and `irradiance` that they write.
@@ -104,7 +119,9 @@ impl GpuSphereShadows {
         }
         self.sizes.spheres = spheres.len() as u32;
         self.renderer.update("spheres", &spheres)?;
-        self.renderer.update("sizes", &[self.sizes])
+        self.pieces.iter().try_for_each(|piece| {
+            self.renderer.update(&piece.of("sizes"), &[Sizes { receivers: piece.count(), ..self.sizes }])
+        })
     }
 
     /// The irradiance of every receiver from a sky that the spheres hide.
@@ -124,7 +141,7 @@ impl GpuSphereShadows {
         rows.resize(MOST_ROWS * self.order * self.order, [0.0; 4]);
         self.renderer.update("sky light", &rows)?;
         self.renderer.run()?;
-        let values: Vec<[f32; 4]> = self.renderer.read("irradiance", self.sizes.receivers as usize)?;
+        let values: Vec<[f32; 4]> = self.renderer.read("irradiance", self.receivers)?;
         Ok(values.into_iter().map(|[r, g, b, _]| Rgb::new(r, g, b)).collect())
     }
 
@@ -133,17 +150,24 @@ impl GpuSphereShadows {
     /// # Errors
     /// [`GpuError::Device`] if the device fails.
     pub fn visibility(&self) -> Result<Vec<f32>, GpuError> {
-        let (n, count) = (self.order * self.order, self.sizes.receivers as usize);
+        let n = self.order * self.order;
         self.renderer.run()?;
-        let values: Vec<f32> = self.renderer.read("visibility", n * count)?;
-        Ok((0..count).flat_map(|r| (0..n).map(move |i| i * count + r)).map(|k| values[k]).collect())
+        let values: Vec<f32> = self.renderer.read("visibility", n * self.receivers)?;
+        // Coefficient by coefficient in each piece.
+        let of_piece = |piece: &Piece| {
+            let (first, count) = (n * piece.items.start, piece.items.len());
+            (0..count).flat_map(move |r| (0..n).map(move |i| first + i * count + r))
+        };
+        Ok(self.pieces.iter().flat_map(of_piece).map(|k| values[k]).collect())
     }
 }
 
-/// Positions and normals for shaders.
-pub(crate) fn receiver_shapes(receivers: &ShadowReceivers<'_>) -> Vec<[f32; 8]> {
-    let all = receivers.positions().iter().zip(receivers.normals());
-    all.map(|(p, n)| [p[0], p[1], p[2], 1.0, n[0], n[1], n[2], 0.0]).collect()
+/// A position and a unit normal for shaders, each with a fourth number.
+type ReceiverShape = [f32; 8];
+
+fn receiver_shapes(receivers: &ShadowReceivers<'_>, of: Range<usize>) -> Vec<ReceiverShape> {
+    let some = receivers.positions()[of.clone()].iter().zip(&receivers.normals()[of]);
+    some.map(|(p, n)| [p[0], p[1], p[2], 1.0, n[0], n[1], n[2], 0.0]).collect()
 }
 
 /// For each point of the grid of [`ExpMethod::Grid`] the basis, then the weight.

@@ -2,11 +2,13 @@
 //! printed.
 //!
 //! Read `shader`, `kernel` and `drawing`, which become programs on the device, then `pass`, `resource` and `step`, a pass with what it
-//! binds, and `renderer`, which holds buffers and textures by name and runs the passes. Uses `context`.
+//! binds, `renderer`, which holds buffers and textures by name and runs the passes, and `pieces`, which cuts passes over many items where
+//! a device binds too little at once. Uses `context`.
 
 pub(crate) mod drawing;
 pub(crate) mod kernel;
 pub(crate) mod pass;
+pub(crate) mod pieces;
 pub(crate) mod renderer;
 pub(crate) mod resource;
 pub(crate) mod shader;

@@ -53,8 +53,16 @@ impl Pass {
         Self { name: name.into(), reads: Vec::new(), writes: Vec::new(), work }
     }
 
-    pub(crate) fn read(mut self, resource: &str) -> Self {
-        self.reads.push(Use { name: resource.into(), bytes: None });
+    pub(crate) fn read(self, resource: &str) -> Self {
+        self.read_use(Use { name: resource.into(), bytes: None })
+    }
+
+    pub(crate) fn read_part(self, resource: &str, bytes: Range<u64>) -> Self {
+        self.read_use(Use { name: resource.into(), bytes: Some(bytes) })
+    }
+
+    pub(crate) fn read_use(mut self, used: Use) -> Self {
+        self.reads.push(used);
         self
     }
 

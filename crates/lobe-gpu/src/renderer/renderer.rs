@@ -221,7 +221,7 @@ impl Renderer {
         format: wgpu::TextureFormat,
         usage: wgpu::TextureUsages,
     ) -> Result<wgpu::Texture, GpuError> {
-        let most = self.context.device().limits().max_texture_dimension_2d;
+        let most = self.context.max_texture_side();
         if width == 0 || height == 0 || width.max(height) > most {
             let message = format!("expected a texture of 1 to {most} texels along each side, found {width} x {height}");
             return Err(GpuError::Unsupported { place: name.into(), message });

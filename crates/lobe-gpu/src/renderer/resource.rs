@@ -71,9 +71,9 @@ impl<'a> Bound<'a> {
         let bytes = range.end - range.start;
         let most = context.max_storage_binding();
         if slot != Slot::Uniform && bytes > most {
-            let advice = advice_for(&used.name);
             let message = format!(
-                "expected at most {most} bytes, which one binding of this device holds, found {bytes}; {advice}"
+                "expected at most {most} bytes, which one binding of this device holds, found {bytes}; make it smaller, or take another \
+                 device"
             );
             return Err(GpuError::Unsupported { place: used.name.clone(), message });
         }
@@ -90,19 +90,5 @@ impl<'a> Bound<'a> {
             }),
         };
         wgpu::BindGroupEntry { binding: binding as u32, resource }
-    }
-}
-
-/// What to do where a buffer of this name does not fit a binding. Transfer is cut into pieces that do; drawn by transfer without
-/// holes, vertices are fetched and not bound.
-fn advice_for(name: &str) -> &'static str {
-    match name {
-        "vertices" | "corners" | "paints" | "materials" => {
-            "bake the scene, for surfaces without holes that are lit by their vertices have no such limit, make it smaller, or take \
-             another device"
-        }
-        "texels" => "make the textures smaller, or take another device",
-        "radiance" => "make the scene smaller, or take another device",
-        _ => "make it smaller, or take another device",
     }
 }

@@ -118,17 +118,17 @@ fn add_surface(
 ) -> Result<(), GpuError> {
     let slots = std::iter::once(Slot::Uniform).chain(surface.reads.iter().map(|(_, slot)| *slot)).collect();
     let strides =
-        if let Corners::Indexed(_, attributes) = surface.corners { &STRIDES[..attributes.len()] } else { &[] };
+        if let Corners::Indexed(_, attributes) = &surface.corners { &STRIDES[..attributes.len()] } else { &[] };
     let (name, shader) = (surface.name.as_str(), surface.shader.clone());
     let program = Program { name, shader, slots, depth: Depth::Tested, strides };
     let drawing = program.drawing(renderer.context(), shown)?;
     let pass = match &surface.corners {
-        Corners::Indexed(count, attributes) => {
-            Pass::draw(name, &drawing, 0..*count, is_first).by_indices("indices", attributes)
+        Corners::Indexed(range, attributes) => {
+            Pass::draw(name, &drawing, range.clone(), is_first).by_indices("indices", attributes)
         }
         Corners::Numbered(range) => Pass::draw(name, &drawing, range.clone(), is_first),
     };
-    let pass = surface.reads.iter().fold(pass.read("camera"), |pass, (name, _)| pass.read(name));
+    let pass = surface.reads.iter().fold(pass.read("camera"), |pass, (used, _)| pass.read_use(used.clone()));
     renderer.add(shown.read(pass).write(target).write("depth"))
 }
 

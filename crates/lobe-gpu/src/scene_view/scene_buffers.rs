@@ -1,13 +1,13 @@
 //! A scene in buffers: vertices, triangles, materials and textures.
 
 use bytemuck::{Pod, Zeroable};
-use lobe_scene::{Alpha, Material, Mesh, Scene, Wrap};
+use lobe_scene::{Alpha, Mesh, Scene, Wrap};
 
 use crate::GpuError;
+use crate::renderer::kernel::Slot;
+use crate::renderer::pass::Use;
 use crate::renderer::renderer::Renderer;
-
-/// The names of the buffers that the module `surface` binds after the camera, in its order.
-pub(crate) const SURFACE: [&str; 5] = ["vertices", "corners", "paints", "materials", "texels"];
+use crate::scene_view::surface_pieces::{SurfacePiece, SurfacePieces, TEXTURE_STEP, texel_starts, texture_of};
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -35,40 +35,73 @@ struct MaterialShape {
     numbers: [f32; 4],
 }
 
-/// Uploads what shaders need to know of a scene: the buffers of [`SURFACE`].
+/// Bytes of a place in the buffers `vertices` and `paints`, of a triangle in `corners`, of a mesh in `materials`, of a texel.
+pub(crate) const VERTEX: u64 = size_of::<Vertex>() as u64;
+pub(crate) const PAINT: u64 = size_of::<Paint>() as u64;
+pub(crate) const CORNERS: u64 = size_of::<[u32; 4]>() as u64;
+pub(crate) const MATERIAL: u64 = size_of::<MaterialShape>() as u64;
+pub(crate) const TEXEL: u64 = size_of::<u32>() as u64;
+
+/// Refuses surfaces that light goes straight through.
 ///
 /// # Errors
-/// [`GpuError::Unsupported`] if it does not fit the bindings of the device, or light goes straight through its surfaces.
-pub(crate) fn add_scene(renderer: &mut Renderer, scene: &Scene) -> Result<(), GpuError> {
-    if let Some(material) = scene.materials().iter().find(|m| m.has_holes() && !matches!(m.alpha, Alpha::Mask(_))) {
-        let message = format!(
-            "light goes straight through material `{}`, which is not drawn: read the scene without",
-            material.name
-        );
-        return Err(GpuError::Unsupported { place: "scene".into(), message });
+/// [`GpuError::Unsupported`].
+pub(crate) fn check_scene(scene: &Scene) -> Result<(), GpuError> {
+    match scene.materials().iter().find(|m| m.has_holes() && !matches!(m.alpha, Alpha::Mask(_))) {
+        None => Ok(()),
+        Some(material) => {
+            let message = format!(
+                "light goes straight through material `{}`, which is not drawn: read the scene without",
+                material.name
+            );
+            Err(GpuError::Unsupported { place: "scene".into(), message })
+        }
     }
-    renderer.upload("vertices", &vertices_of(scene))?;
-    if !renderer.context().has_storage() {
-        // Vertices and indices are all that is drawn by.
-        return if scene.has_holes() { renderer.context().expect_storage("surfaces with holes") } else { Ok(()) };
+}
+
+/// Uploads what the module `surface` knows of a scene, besides its vertices; [`surface_reads`] binds it.
+///
+/// # Errors
+/// [`GpuError::Unsupported`] if it does not fit the buffers of the device.
+pub(crate) fn add_surfaces(renderer: &mut Renderer, scene: &Scene, surfaces: &SurfacePieces) -> Result<(), GpuError> {
+    let paints = |mesh: &Mesh| (0..mesh.positions().len()).map(|i| paint(mesh, i)).collect::<Vec<_>>();
+    let paints: Vec<Paint> = scene.meshes().iter().flat_map(paints).collect();
+    renderer.upload("paints", &surfaces.order.placed(paints))?;
+    let (starts, end) = texel_starts(scene, 0..scene.textures().len());
+    let mut texels = vec![0; end];
+    for (texture, start) in scene.textures().iter().zip(&starts) {
+        let own = &mut texels[*start as usize..][..texture.texels().len()];
+        own.iter_mut().zip(texture.texels()).for_each(|(out, texel)| *out = u32::from_le_bytes(*texel));
     }
-    let (mut first, mut corners, mut paints) = (0, Vec::new(), Vec::new());
-    for (number, mesh) in scene.meshes().iter().enumerate() {
-        corners.extend(mesh.triangles().iter().map(|[a, b, c]| [first + a, first + b, first + c, number as u32]));
-        first += mesh.positions().len() as u32;
-        paints.extend((0..mesh.positions().len()).map(|i| paint(mesh, i)));
+    renderer.upload("texels", &texels)?;
+    for piece in &surfaces.pieces {
+        renderer.upload(&surfaces.name(piece, "corners"), &surfaces.corners[piece.triangles.clone()])?;
+        let first = starts.get(piece.textures.start).copied().unwrap_or(0);
+        let shape = |mesh| material_shape(scene, mesh, |texture| starts[texture] - first);
+        let materials: Vec<MaterialShape> = piece.meshes.clone().map(shape).collect();
+        renderer.upload(&surfaces.name(piece, "materials"), &materials)?;
     }
-    let (mut starts, mut texels) = (Vec::new(), Vec::new());
-    for texture in scene.textures() {
-        starts.push(texels.len() as u32);
-        texels.extend(texture.texels().iter().map(|texel| u32::from_le_bytes(*texel)));
-    }
-    let shape = |(number, mesh)| material_shape(scene, mesh, scene.material(number), &starts);
-    let materials: Vec<MaterialShape> = scene.meshes().iter().enumerate().map(shape).collect();
-    renderer.upload("corners", &corners)?;
-    renderer.upload("paints", &paints)?;
-    renderer.upload("materials", &materials)?;
-    renderer.upload("texels", &texels)
+    Ok(())
+}
+
+/// What the module `surface` binds after the camera, in its order.
+pub(crate) fn surface_reads(scene: &Scene, surfaces: &SurfacePieces, piece: &SurfacePiece) -> Vec<(Use, Slot)> {
+    let (starts, end) = texel_starts(scene, 0..scene.textures().len());
+    let start = |texture: usize| TEXEL * starts.get(texture).map_or(end as u64, |start| u64::from(*start));
+    let (first, last) = (start(piece.textures.start), start(piece.textures.end));
+    // A piece without textures reads no texels, but some have to be bound.
+    let last = last.max(first + TEXEL * TEXTURE_STEP as u64);
+    let texels = if surfaces.is_whole() { None } else { Some(first..last) };
+    let part = |bytes| if surfaces.is_whole() { None } else { Some(piece.places.part(bytes)) };
+    [
+        Use { name: "vertices".into(), bytes: part(VERTEX) },
+        Use { name: surfaces.name(piece, "corners"), bytes: None },
+        Use { name: "paints".into(), bytes: part(PAINT) },
+        Use { name: surfaces.name(piece, "materials"), bytes: None },
+        Use { name: "texels".into(), bytes: texels },
+    ]
+    .map(|used| (used, Slot::Read))
+    .into()
 }
 
 /// The vertices of all meshes, mesh by mesh.
@@ -87,11 +120,10 @@ fn paint(mesh: &Mesh, i: usize) -> Paint {
     Paint { color, uvs: [u0, v0, u1, v1], lightmap: [u, v, 0.0, 0.0] }
 }
 
-fn material_shape(scene: &Scene, mesh: &Mesh, material: &Material, starts: &[u32]) -> MaterialShape {
+fn material_shape(scene: &Scene, mesh: usize, start: impl Fn(usize) -> u32) -> MaterialShape {
+    let material = scene.material(mesh);
     let mut shape = MaterialShape { base_color: material.base_color, ..MaterialShape::zeroed() };
-    // Without coordinates a texture is left out.
-    let used = material.base_color_texture.filter(|used| !mesh.uvs(used.uv_set).is_empty());
-    if let Some(used) = used {
+    if let Some(used) = texture_of(scene, mesh) {
         let texture = &scene.textures()[used.texture];
         let wrap = texture.wrap().map(|wrap| match wrap {
             Wrap::Repeat => 0,
@@ -101,7 +133,7 @@ fn material_shape(scene: &Scene, mesh: &Mesh, material: &Material, starts: &[u32
         let [u, v] = used.uv_map;
         shape.u_row[..3].copy_from_slice(&u);
         shape.v_row[..3].copy_from_slice(&v);
-        shape.picture = [starts[used.texture], texture.width() as u32, texture.height() as u32, wrap[0] + 3 * wrap[1]];
+        shape.picture = [start(used.texture), texture.width() as u32, texture.height() as u32, wrap[0] + 3 * wrap[1]];
         shape.flags[0] = 1 + used.uv_set as u32;
     }
     shape.flags[1] = u32::from(material.double_sided);

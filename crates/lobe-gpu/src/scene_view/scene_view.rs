@@ -7,8 +7,10 @@ use lobe_sh::{Rgb, Rotation, ShVec};
 use crate::lookup::environment::{Environment, EnvironmentShape};
 use crate::renderer::renderer::Renderer;
 use crate::scene_view::frame_passes::{FramePasses, backdrop_shader};
-use crate::scene_view::scene_buffers::{add_scene, vertices_of};
-use crate::scene_view::surface_shading::{Lights, expect_values, vectors};
+use crate::scene_view::lights::Lights;
+use crate::scene_view::scene_buffers::{check_scene, vertices_of};
+use crate::scene_view::surface_pieces::{PlaceOrder, SurfacePieces};
+use crate::scene_view::surface_shading::{expect_values, vectors};
 use crate::{Context, GpuCamera, GpuError, SceneViewOptions, SurfaceShading, ViewOutput};
 
 /// A scene on a device, ready to be seen under any light by any camera.
@@ -19,7 +21,9 @@ use crate::{Context, GpuCamera, GpuError, SceneViewOptions, SurfaceShading, View
 /// `pictures_by_transfer_are_those_of_the_processor`).
 ///
 /// The passes: those of the shading, `surfaces`, `backdrop`, `resolve` unless a pixel is one sample, `tone` unless only the display is
-/// kept. Turning the light uploads `n²` colors.
+/// kept. Turning the light uploads `n²` colors. A scene beyond the bindings of the device is drawn in pieces, each pass
+/// for one of them, with vertices that several pieces share in each; of a lightmap that is too large in another order, which shows
+/// only where surfaces coincide. A picture, an environment, and one texture have to fit as they are.
 #[derive(Debug)]
 pub struct SceneView {
     renderer: Renderer,
@@ -27,6 +31,7 @@ pub struct SceneView {
     frame: FramePasses,
     backdrop: Option<EnvironmentShape>,
     origin: [f64; 3],
+    order: PlaceOrder,
     vertices: usize,
     options: SceneViewOptions,
 }
@@ -51,8 +56,14 @@ impl SceneView {
         let camera = GpuCamera::framing(scene.world_bounds(), -lobe_sh::Dir::X, 0.35);
         let camera = camera.unwrap_or_else(|| unreachable!("the angle is in range"));
         renderer.uniform("camera", &camera.shape(origin, samples))?;
-        add_scene(&mut renderer, scene)?;
-        let (surfaces, lights) = shading.prepare(&mut renderer, scene)?;
+        check_scene(scene)?;
+        if !context.has_storage() && scene.has_holes() {
+            // Vertices and indices are all that is drawn by.
+            context.expect_storage("surfaces with holes")?;
+        }
+        let pieces = SurfacePieces::new(scene, &shading.most(context, scene))?;
+        renderer.upload("vertices", &pieces.order.placed(vertices_of(scene)))?;
+        let (surfaces, lights) = shading.prepare(&mut renderer, scene, &pieces)?;
         renderer.uniform("tone", &[0.0_f32; 4])?;
         renderer.uniform("rays", &[0_u32; 4])?;
         if let Some(environment) = backdrop {
@@ -62,7 +73,8 @@ impl SceneView {
         frame.add_to(&mut renderer, options)?;
         let backdrop = backdrop.map(Environment::shape);
         let vertices = scene.vertex_count();
-        let view = Self { renderer, lights, frame, backdrop, origin, vertices, options: *options };
+        let order = pieces.order;
+        let view = Self { renderer, lights, frame, backdrop, origin, order, vertices, options: *options };
         view.set_tone(&Tone::PLAIN)?;
         Ok(view)
     }
@@ -87,7 +99,7 @@ impl SceneView {
     /// [`GpuError::Device`] if the device fails.
     pub fn resize(&mut self, options: &SceneViewOptions) -> Result<(), GpuError> {
         let samples = options.samples()?;
-        let most = self.renderer.context().device().limits().max_texture_dimension_2d;
+        let most = self.renderer.context().max_texture_side();
         if samples[0].max(samples[1]) > most {
             let [width, height] = samples;
             let message = format!("expected at most {most} samples along each side, found {width} x {height}");
@@ -126,7 +138,7 @@ impl SceneView {
             return Err(GpuError::Options("expected a view of radiance, found one that computes it".into()));
         }
         expect_values(self.vertices, values.len())?;
-        self.renderer.update("radiance", &vectors(values))
+        self.renderer.update("radiance", &self.order.placed(vectors(values)))
     }
 
     /// Moves the vertices to those of another scene, such as another moment of one that moves. All else remains.
@@ -139,7 +151,7 @@ impl SceneView {
             let message = format!("expected another moment of the same scene of {expected} vertices, found {found}");
             return Err(GpuError::Options(message));
         }
-        self.renderer.update("vertices", &vertices_of(scene))
+        self.renderer.update("vertices", &self.order.placed(vertices_of(scene)))
     }
 
     /// Turns the backdrop from where its environment has it: what was seen towards s is then towards R s.

@@ -6,18 +6,22 @@ use bytemuck::{Pod, Zeroable};
 use lobe_env::DfgTable;
 use lobe_prt::{CompressedTransfer, GlossyLobe, Lightmap, Transfer, TransferMatrices};
 use lobe_scene::Scene;
-use lobe_sh::{Expansion as _, Rgb, ShVec, Zonal, convolved};
+use lobe_sh::Rgb;
 
 use crate::lookup::basis::check_order;
 use crate::lookup::specular::SplitSum;
 use crate::renderer::kernel::Slot;
+use crate::renderer::pass::Use;
+use crate::renderer::pieces::{VALUE, aligned_items};
 use crate::renderer::renderer::Renderer;
 use crate::renderer::shader::Shader;
-use crate::scene_view::scene_buffers::SURFACE;
-use crate::transfer::gpu_matrices::{add_incident, lobe_light};
-use crate::transfer::gpu_transfer::{add_clustered, add_light, add_transfer, light_vectors};
-use crate::transfer::texture_transfer::{add_transfer_texture, unshadowed};
-use crate::{GpuError, Storage};
+use crate::scene_view::lights::{LightUse, Lights};
+use crate::scene_view::scene_buffers::{CORNERS, MATERIAL, PAINT, TEXEL, VERTEX, add_surfaces, surface_reads};
+use crate::scene_view::surface_pieces::{Most, SurfacePiece, SurfacePieces};
+use crate::transfer::gpu_matrices::{add_incident, incident_bytes};
+use crate::transfer::gpu_transfer::{Rows, add_clustered, add_light, add_transfer};
+use crate::transfer::texture_transfer::{add_transfer_texture, unshadowed, vertices_in_texture};
+use crate::{Context, GpuError, Storage};
 
 /// What lights the surfaces of a scene.
 #[derive(Clone, Copy, Debug)]
@@ -63,36 +67,24 @@ pub(crate) struct SurfacePass {
     pub(crate) name: String,
     pub(crate) shader: Shader,
     /// What it binds after the camera.
-    pub(crate) reads: Vec<(String, Slot)>,
+    pub(crate) reads: Vec<(Use, Slot)>,
     pub(crate) corners: Corners,
 }
 
 /// Which corners of triangles are drawn.
 #[derive(Clone, Debug)]
 pub(crate) enum Corners {
-    /// Vertices by the first indices, this many, of the buffer `indices`, with these buffers as attributes.
-    Indexed(u32, &'static [&'static str]),
-    /// Corners by their numbers among those of all triangles.
+    /// Vertices by these indices of the buffer `indices`, with these buffers as attributes.
+    Indexed(Range<u32>, &'static [&'static str]),
+    /// Corners by their numbers among those of the piece.
     Numbered(Range<u32>),
-}
-
-/// What becomes of the light before it is uploaded: each for the uniform of this name.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Lights(Vec<(String, LightUse)>);
-
-#[derive(Clone, Debug)]
-enum LightUse {
-    Radiance(usize),
-    Irradiance(usize),
-    Lobe(usize, Zonal),
-    /// The radiance of vertices comes from elsewhere.
-    Given,
 }
 
 /// A shading while it is prepared.
 struct Prepared<'a> {
     renderer: &'a mut Renderer,
     scene: &'a Scene,
+    surfaces: &'a SurfacePieces,
     passes: Vec<SurfacePass>,
     lights: Lights,
 }
@@ -103,10 +95,59 @@ impl SurfaceShading<'_> {
         &self,
         renderer: &mut Renderer,
         scene: &Scene,
+        surfaces: &SurfacePieces,
     ) -> Result<(Vec<SurfacePass>, Lights), GpuError> {
-        let mut prepared = Prepared { renderer, scene, passes: Vec::new(), lights: Lights::default() };
+        if self.binds_surfaces(renderer.context(), scene) {
+            add_surfaces(renderer, scene, surfaces)?;
+        }
+        let mut prepared = Prepared { renderer, scene, surfaces, passes: Vec::new(), lights: Lights::default() };
         prepared.add(self)?;
         Ok((prepared.passes, prepared.lights))
+    }
+
+    /// Whether shaders look up corners of triangles; else vertices are fetched by indices.
+    fn binds_surfaces(&self, context: &Context, scene: &Scene) -> bool {
+        let is_looked_up = match self {
+            Self::Vertices(..) | Self::Clusters(_) | Self::Radiance(_) => scene.has_holes(),
+            Self::Mixed(_, glossy, _) => scene.has_holes() || !glossy.is_empty(),
+            _ => true,
+        };
+        context.has_storage() && is_looked_up
+    }
+
+    /// What a piece of the surfaces has at most on a device.
+    pub(crate) fn most(&self, context: &Context, scene: &Scene) -> Most {
+        if !context.has_storage() {
+            return match self {
+                Self::Irradiance(order) => Most::of_places(vertices_in_texture(context, *order)),
+                Self::Vertices(transfer, _) | Self::Mixed(transfer, ..) => {
+                    Most::of_places(vertices_in_texture(context, transfer.order()))
+                }
+                _ => Most::of_places(usize::MAX),
+            };
+        }
+        if !self.binds_surfaces(context, scene) {
+            return Most::of_places(usize::MAX);
+        }
+        let fitting = |bytes: u64| (context.max_storage_binding() / bytes) as usize;
+        let mut of_place = vec![VERTEX, PAINT, VALUE];
+        let (mut alone, mut rows, mut width) = (Vec::new(), usize::MAX, 0);
+        match self {
+            Self::Glossy(matrices, ..) => of_place.push(incident_bytes(matrices)),
+            Self::Mixed(_, glossy, _) => {
+                of_place.extend(glossy.iter().map(|glossy| incident_bytes(glossy.matrices)));
+                alone.extend(glossy.iter().map(|glossy| glossy.mesh));
+            }
+            Self::Lightmap(_, lightmap, _) => {
+                width = lightmap.width();
+                rows = fitting(VALUE * width.max(1) as u64);
+            }
+            _ => {}
+        }
+        let (step, largest) = (aligned_items(&of_place), of_place.iter().copied().max().unwrap_or(VALUE));
+        let places = fitting(largest) / step * step;
+        let (triangles, meshes, texels) = (fitting(CORNERS), fitting(MATERIAL), fitting(TEXEL));
+        Most { places, step, triangles, meshes, texels, rows, width, alone }
     }
 }
 
@@ -120,9 +161,9 @@ impl Prepared<'_> {
                 self.renderer.context().expect_storage("transfer without albedo")?;
                 expect("vertices", vertices, transfer.receivers())?;
                 self.lights.0.push(("light".into(), LightUse::Radiance(transfer.order())));
-                add_transfer(self.renderer, transfer, storage, "radiance")?;
+                self.add_radiance(transfer, storage)?;
                 let (shader, all) = (Shader::new(&["shade_demodulated"]), 0..self.scene.meshes().len());
-                self.add_pass("surfaces", shader, &[("radiance", Slot::Read)], all);
+                self.add_passes("surfaces", &shader, &all, |pieces, piece| vec![radiance_of(pieces, piece)]);
                 Ok(())
             }
             SurfaceShading::Mixed(transfer, glossy, storage) => {
@@ -136,7 +177,8 @@ impl Prepared<'_> {
             }
             SurfaceShading::Clusters(transfer) => {
                 expect("vertices", vertices, transfer.receivers())?;
-                add_clustered(self.renderer, transfer, "radiance")?;
+                let places = self.surfaces.order.len(transfer.receivers());
+                add_clustered(self.renderer, transfer, (places, &|r| self.surfaces.order.vertex(r)), "radiance")?;
                 self.lights.0.push(("light".into(), LightUse::Radiance(transfer.order())));
                 self.add_vertices(&[])
             }
@@ -148,7 +190,7 @@ impl Prepared<'_> {
             }
             SurfaceShading::Radiance(values) => {
                 expect_values(vertices, values.len())?;
-                self.renderer.upload("radiance", &vectors(values))?;
+                self.renderer.upload("radiance", &self.surfaces.order.placed(vectors(values)))?;
                 self.lights.0.push((String::new(), LightUse::Given));
                 self.add_vertices(&[])
             }
@@ -164,8 +206,16 @@ impl Prepared<'_> {
         add_light(self.renderer, "light")?;
         self.lights.0.push(("light".into(), LightUse::Irradiance(order)));
         let shader = Shader::new(&["shade_irradiance"]).order(order);
-        self.add_pass("surfaces", shader, &[("light", Slot::Uniform)], 0..self.scene.meshes().len());
+        let all = 0..self.scene.meshes().len();
+        self.add_passes("surfaces", &shader, &all, |_, _| vec![(whole("light"), Slot::Uniform)]);
         Ok(())
+    }
+
+    /// The radiance of all places by transfer of their vertices.
+    fn add_radiance(&mut self, transfer: &Transfer, storage: Storage) -> Result<(), GpuError> {
+        let order = &self.surfaces.order;
+        let rows: Rows<'_> = (order.len(transfer.receivers()), &|r| order.vertex(r));
+        add_transfer(self.renderer, transfer, storage, rows, "radiance")
     }
 
     fn add_transfer(&mut self, transfer: &Transfer, storage: Storage, without: &[usize]) -> Result<(), GpuError> {
@@ -174,29 +224,51 @@ impl Prepared<'_> {
         if !self.renderer.context().has_storage() {
             return self.add_texture(transfer, storage);
         }
-        add_transfer(self.renderer, transfer, storage, "radiance")?;
+        self.add_radiance(transfer, storage)?;
         self.add_vertices(without)
     }
 
-    /// Draws vertices by transfer in a texture.
+    /// Draws vertices by transfer in textures.
     fn add_texture(&mut self, transfer: &Transfer, storage: Storage) -> Result<(), GpuError> {
-        add_transfer_texture(self.renderer, transfer, storage)?;
-        let indices = indices(self.scene, &[]);
-        self.renderer.upload_indices("indices", &indices)?;
+        let ranges = self.upload_indices(&[])?;
         let shader = Shader::new(&["draw_transfer"]).constant("COEFFICIENTS", transfer.order().pow(2));
-        let reads = vec![("transfer".to_owned(), Slot::Texture), ("light".to_owned(), Slot::Uniform)];
-        let corners = Corners::Indexed(indices.len() as u32, &["vertices"]);
-        self.passes.push(SurfacePass { name: "surfaces".into(), shader, reads, corners });
+        for (piece, range) in self.surfaces.pieces.iter().zip(ranges) {
+            let name = self.surfaces.name(piece, "transfer");
+            let places = piece.places.items.clone();
+            let of: &dyn Fn(usize) -> usize = &|place| self.surfaces.order.vertex(place);
+            add_transfer_texture(self.renderer, transfer, storage, (places.clone(), of), &name)?;
+            self.renderer.uniform(&format!("{name} shape"), &[places.start as u32, 0, 0, 0])?;
+            let shape = whole(&format!("{name} shape"));
+            let reads = vec![(whole(&name), Slot::Texture), (whole("light"), Slot::Uniform), (shape, Slot::Uniform)];
+            let (name, shader) = (self.surfaces.name(piece, "surfaces"), shader.clone());
+            self.passes.push(SurfacePass { name, shader, reads, corners: Corners::Indexed(range, &["vertices"]) });
+        }
         Ok(())
+    }
+
+    /// Uploads the places of the corners of all triangles but those of some meshes, as `indices`; returns those of each piece.
+    fn upload_indices(&mut self, without: &[usize]) -> Result<Vec<Range<u32>>, GpuError> {
+        let (mut indices, mut ranges) = (Vec::with_capacity(3 * self.scene.triangle_count()), Vec::new());
+        for piece in &self.surfaces.pieces {
+            let (begin, first) = (indices.len() as u32, piece.places.items.start as u32);
+            for [a, b, c, mesh] in &self.surfaces.corners[piece.triangles.clone()] {
+                if !without.contains(&(piece.meshes.start + *mesh as usize)) {
+                    indices.extend([first + a, first + b, first + c]);
+                }
+            }
+            ranges.push(begin..indices.len() as u32);
+        }
+        self.renderer.upload_indices("indices", &indices)?;
+        Ok(ranges)
     }
 
     /// Draws the radiance of vertices, without some meshes.
     fn add_vertices(&mut self, without: &[usize]) -> Result<(), GpuError> {
         if !self.scene.has_holes() {
-            let indices = indices(self.scene, without);
-            self.renderer.upload_indices("indices", &indices)?;
+            // Fetched and not bound, all pieces are drawn at once.
+            let end = self.upload_indices(without)?.last().map_or(0, |range| range.end);
             let (shader, corners) =
-                (Shader::new(&["draw_vertices"]), Corners::Indexed(indices.len() as u32, &["vertices", "radiance"]));
+                (Shader::new(&["draw_vertices"]), Corners::Indexed(0..end, &["vertices", "radiance"]));
             self.passes.push(SurfacePass { name: "surfaces".into(), shader, reads: Vec::new(), corners });
             return Ok(());
         }
@@ -205,9 +277,11 @@ impl Prepared<'_> {
         let mut left_out = without.to_vec();
         left_out.sort_unstable();
         left_out.push(self.scene.meshes().len());
+        let shader = Shader::new(&["shade_vertices"]);
         for end in left_out {
             if end > first {
-                self.add_pass("surfaces", Shader::new(&["shade_vertices"]), &[("radiance", Slot::Read)], first..end);
+                let some = first..end;
+                self.add_passes("surfaces", &shader, &some, |pieces, piece| vec![radiance_of(pieces, piece)]);
             }
             first = end + 1;
         }
@@ -215,14 +289,31 @@ impl Prepared<'_> {
     }
 
     fn add_lightmap(&mut self, transfer: &Transfer, lightmap: &Lightmap, storage: Storage) -> Result<(), GpuError> {
-        expect("texels", lightmap.width().pow(2), transfer.receivers())?;
-        add_transfer(self.renderer, transfer, storage, "radiance")?;
-        let charts: Vec<u32> =
-            lightmap.charts_of_texels().iter().chain(lightmap.charts_of_triangles()).copied().collect();
-        self.renderer.upload("charts", &charts)?;
+        let width = lightmap.width();
+        expect("texels", width.pow(2), transfer.receivers())?;
+        add_transfer(self.renderer, transfer, storage, (transfer.receivers(), &|r| r), "radiance")?;
+        self.renderer.upload("charts of texels", lightmap.charts_of_texels())?;
+        let charts = lightmap.charts_of_triangles();
+        for piece in &self.surfaces.pieces {
+            let numbers = &self.surfaces.numbers[piece.triangles.clone()];
+            let own: Vec<u32> = numbers.iter().map(|number| charts[*number as usize]).collect();
+            self.renderer.upload(&self.surfaces.name(piece, "charts of triangles"), &own)?;
+            let shape = [width as u32, piece.rows.start as u32, 0, 0];
+            self.renderer.uniform(&self.surfaces.name(piece, "lightmap"), &shape)?;
+        }
         self.lights.0.push(("light".into(), LightUse::Radiance(transfer.order())));
-        let reads = [("radiance", Slot::Read), ("charts", Slot::Read)];
-        self.add_pass("surfaces", Shader::new(&["shade_lightmap"]), &reads, 0..self.scene.meshes().len());
+        let all = 0..self.scene.meshes().len();
+        self.add_passes("surfaces", &Shader::new(&["shade_lightmap"]), &all, |pieces, piece| {
+            let rows = |name: &str, bytes: u64| {
+                let row = bytes * width as u64;
+                Use { name: name.into(), bytes: Some(piece.rows.start as u64 * row..piece.rows.end as u64 * row) }
+            };
+            let (radiance, charts) = (rows("radiance", VALUE), rows("charts of texels", CHART));
+            let read = |used: Use| (if pieces.is_whole() { whole(&used.name) } else { used }, Slot::Read);
+            let own = whole(&pieces.name(piece, "charts of triangles"));
+            let shape = whole(&pieces.name(piece, "lightmap"));
+            vec![read(radiance), read(charts), (own, Slot::Read), (shape, Slot::Uniform)]
+        });
         Ok(())
     }
 
@@ -243,21 +334,39 @@ impl Prepared<'_> {
         meshes: Range<usize>,
         of: &str,
     ) -> Result<(), GpuError> {
-        add_incident(self.renderer, matrices, storage, of)?;
+        let own = |piece: &&SurfacePiece| piece.meshes.start < meshes.end && meshes.start < piece.meshes.end;
+        let of_meshes: Vec<&SurfacePiece> = self.surfaces.pieces.iter().filter(own).collect();
+        // In pieces, those of these meshes have no others.
+        let places = match (&of_meshes[..], self.surfaces.is_whole()) {
+            ([begin, .., end], false) => begin.places.items.start..end.places.items.end,
+            ([one], false) => one.places.items.clone(),
+            _ => first..first + matrices.points(),
+        };
+        let order = &self.surfaces.order;
+        // Places that fill a piece up have a vertex of any mesh.
+        let points: Rows<'_> = (places.len(), &|r| order.vertex(places.start + r).saturating_sub(first));
+        add_incident(self.renderer, matrices, storage, points, of)?;
+        let (first, begin) = if self.surfaces.is_whole() { (first, 0) } else { (0, places.start) };
         let (is_microfacets, roughness) = match lobe {
             GlossyLobe::Phong(_) => (0, 0.0),
             GlossyLobe::Ggx(alpha) => (1, alpha.sqrt() as f32),
         };
-        let gloss = GlossShape { is_microfacets, first: first as u32, count: matrices.points() as u32, roughness };
+        let gloss = GlossShape { is_microfacets, first: first as u32, roughness, unused: 0 };
         self.renderer.uniform(&format!("gloss{of}"), &gloss)?;
         if !self.renderer.has("dfg") {
             SplitSum::add_dfg_to(&DfgTable::default(), self.renderer, "dfg")?;
         }
         let order = matrices.order();
         self.lights.0.push((format!("light{of}"), LightUse::Lobe(order, lobe.zonal(order))));
-        let (incident, gloss) = (format!("incident{of}"), format!("gloss{of}"));
-        let reads = [(incident.as_str(), Slot::Read), (gloss.as_str(), Slot::Uniform), ("dfg", Slot::Texture)];
-        self.add_pass(name, Shader::new(&["shade_glossy"]).order(order), &reads, meshes);
+        let vector = incident_bytes(matrices);
+        self.add_passes(name, &Shader::new(&["shade_glossy"]).order(order), &meshes, |pieces, piece| {
+            let places = piece.places.items.start - begin..piece.places.items.end - begin;
+            let part = vector * places.start as u64..vector * places.end as u64;
+            let bytes = if pieces.is_whole() { None } else { Some(part) };
+            let incident = Use { name: format!("incident{of}"), bytes };
+            let gloss = whole(&format!("gloss{of}"));
+            vec![(incident, Slot::Read), (gloss, Slot::Uniform), (whole("dfg"), Slot::Texture)]
+        });
         Ok(())
     }
 
@@ -272,19 +381,46 @@ impl Prepared<'_> {
             ("gloss", Slot::Uniform),
             ("dfg", Slot::Texture),
         ];
-        self.add_pass("surfaces", shader, &reads, 0..self.scene.meshes().len());
+        let all = 0..self.scene.meshes().len();
+        self.add_passes("surfaces", &shader, &all, |_, _| reads.map(|(name, slot)| (whole(name), slot)).into());
         Ok(())
     }
 
-    /// A pass that draws meshes with a shader that has `shade`, and what that binds after the surface.
-    fn add_pass(&mut self, name: &str, shader: Shader, reads: &[(&str, Slot)], meshes: Range<usize>) {
-        let surface = SURFACE.into_iter().map(|name| (name, Slot::Read));
-        let reads = surface.chain(reads.iter().copied()).map(|(name, slot)| (name.to_owned(), slot)).collect();
-        let before = |end: usize| -> usize { self.scene.meshes()[..end].iter().map(|m| m.triangles().len()).sum() };
-        let corners = Corners::Numbered(3 * before(meshes.start) as u32..3 * before(meshes.end) as u32);
-        self.passes.push(SurfacePass { name: name.into(), shader: shader.module("draw_surface"), reads, corners });
+    /// Passes that draw meshes, piece by piece, with a shader that has `shade`, and what that binds after the surface.
+    fn add_passes(
+        &mut self,
+        name: &str,
+        shader: &Shader,
+        meshes: &Range<usize>,
+        reads: impl Fn(&SurfacePieces, &SurfacePiece) -> Vec<(Use, Slot)>,
+    ) {
+        let shader = shader.clone().module("draw_surface");
+        for piece in &self.surfaces.pieces {
+            let triangles = self.surfaces.of_meshes(piece, meshes);
+            if triangles.is_empty() && !self.surfaces.is_whole() {
+                continue;
+            }
+            let mut bound = surface_reads(self.scene, self.surfaces, piece);
+            bound.extend(reads(self.surfaces, piece));
+            let (name, shader) = (self.surfaces.name(piece, name), shader.clone());
+            let corners = Corners::Numbered(3 * triangles.start..3 * triangles.end);
+            self.passes.push(SurfacePass { name, shader, reads: bound, corners });
+        }
     }
 }
+
+fn whole(name: &str) -> Use {
+    Use { name: name.into(), bytes: None }
+}
+
+/// The radiance of the places of a piece.
+fn radiance_of(surfaces: &SurfacePieces, piece: &SurfacePiece) -> (Use, Slot) {
+    let bytes = if surfaces.is_whole() { None } else { Some(piece.places.values()) };
+    (Use { name: "radiance".into(), bytes }, Slot::Read)
+}
+
+/// Bytes of the chart of a texel.
+const CHART: u64 = size_of::<u32>() as u64;
 
 /// What a glossy shader knows of its surfaces.
 #[repr(C)]
@@ -292,45 +428,8 @@ impl Prepared<'_> {
 struct GlossShape {
     is_microfacets: u32,
     first: u32,
-    count: u32,
     roughness: f32,
-}
-
-/// The corners of all triangles but those of some meshes, by their numbers among all vertices.
-fn indices(scene: &Scene, without: &[usize]) -> Vec<u32> {
-    let (mut first, mut indices) = (0, Vec::with_capacity(3 * scene.triangle_count()));
-    for (number, mesh) in scene.meshes().iter().enumerate() {
-        if !without.contains(&number) {
-            indices.extend(mesh.triangles().iter().flatten().map(|i| first + i));
-        }
-        first += mesh.positions().len() as u32;
-    }
-    indices
-}
-
-impl Lights {
-    /// Whether the radiance of vertices comes from elsewhere.
-    pub(crate) fn is_given(&self) -> bool {
-        self.0.iter().any(|(_, of)| matches!(of, LightUse::Given))
-    }
-
-    /// Uploads an expansion of the radiance of the surroundings, in the world frame.
-    pub(crate) fn update(&self, renderer: &Renderer, light: &ShVec<Rgb<f64>>) -> Result<(), GpuError> {
-        for (name, of) in &self.0 {
-            match of {
-                LightUse::Given => {}
-                LightUse::Radiance(order) => renderer.update(name, &light_vectors(light.coefficients(), *order))?,
-                LightUse::Irradiance(order) => {
-                    let irradiance = convolved(light, &Zonal::clamped_cosine(*order));
-                    renderer.update(name, &light_vectors(irradiance.coefficients(), *order))?;
-                }
-                LightUse::Lobe(order, lobe) => {
-                    renderer.update(name, &lobe_light(light.coefficients(), lobe, *order))?;
-                }
-            }
-        }
-        Ok(())
-    }
+    unused: u32,
 }
 
 /// Colors as shaders have them.

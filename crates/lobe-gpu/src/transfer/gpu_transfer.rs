@@ -6,9 +6,9 @@ use lobe_sh::Rgb;
 use crate::lookup::basis::{MAX_SHADER_ORDER, check_order};
 use crate::renderer::kernel::{Kernel, Slot};
 use crate::renderer::pass::Pass;
+use crate::renderer::pieces::{Piece, VALUE, pack, upload_rows, words_of};
 use crate::renderer::renderer::Renderer;
 use crate::renderer::shader::Shader;
-use crate::transfer::pieces::{Piece, VALUE, pack, upload_rows, words_of};
 use crate::{Context, GpuError, Storage};
 
 /// Bindings of the programs `transfer` and `clustered`.
@@ -22,7 +22,8 @@ const CLUSTERED_SLOTS: [Slot; 4] = [Slot::Uniform, Slot::Read, Slot::Read, Slot:
 /// ```
 ///
 /// As [`Transfer::exit_radiance`] and [`CompressedTransfer::exit_radiance`]. A light costs the upload of `n²` colors. What is
-/// larger than a storage binding of the device is split over several dispatches.
+/// larger than a storage binding of the device is split over several dispatches; but for the products of the light with the clusters,
+/// which every receiver reads: 16 bytes for each mean and direction.
 ///
 /// ```no_run
 /// use lobe_gpu::{Context, ContextOptions, GpuTransfer, Storage};
@@ -50,7 +51,7 @@ impl GpuTransfer {
     /// [`GpuError::Unsupported`] if they do not fit the device; [`GpuError::Device`] if the device fails.
     pub fn new(context: &Context, transfer: &Transfer, storage: Storage) -> Result<Self, GpuError> {
         let mut renderer = Renderer::new(context);
-        add_transfer(&mut renderer, transfer, storage, "radiance")?;
+        add_transfer(&mut renderer, transfer, storage, (transfer.receivers(), &|r| r), "radiance")?;
         Ok(Self { renderer, order: transfer.order(), receivers: transfer.receivers() })
     }
 
@@ -60,7 +61,7 @@ impl GpuTransfer {
     /// As [`GpuTransfer::new`].
     pub fn of_clusters(context: &Context, transfer: &CompressedTransfer) -> Result<Self, GpuError> {
         let mut renderer = Renderer::new(context);
-        add_clustered(&mut renderer, transfer, "radiance")?;
+        add_clustered(&mut renderer, transfer, (transfer.receivers(), &|r| r), "radiance")?;
         Ok(Self { renderer, order: transfer.order(), receivers: transfer.receivers() })
     }
 
@@ -110,22 +111,27 @@ pub(crate) fn add_light(renderer: &mut Renderer, name: &str) -> Result<(), GpuEr
     }
 }
 
-/// Passes that shade receivers of transfer vectors into the buffer `radiance`.
+/// So many rows, and the receiver that each of them is.
+pub(crate) type Rows<'a> = (usize, &'a dyn Fn(usize) -> usize);
+
+/// Passes that shade receivers of transfer vectors into the rows of the buffer `radiance`.
 pub(crate) fn add_transfer(
     renderer: &mut Renderer,
     transfer: &Transfer,
     storage: Storage,
+    (rows, receiver): Rows<'_>,
     radiance: &str,
 ) -> Result<(), GpuError> {
     check_order(transfer.order())?;
     let numbers = transfer.order().pow(2) * transfer.channels().count();
     add_light(renderer, "light")?;
-    let rows = transfer.receivers();
     renderer.allocate(radiance, VALUE * rows as u64)?;
-    let row = |r: usize, out: &mut Vec<u32>| pack(&transfer.coefficients()[r * numbers..][..numbers], storage, out);
-    let pieces = upload_rows(renderer, "transfer", rows, words_of(numbers, storage), row)?;
+    let row = |r: usize, out: &mut Vec<u32>| {
+        pack(&transfer.coefficients()[receiver(r) * numbers..][..numbers], storage, out);
+    };
+    let pieces = upload_rows(renderer, "transfer", rows, (words_of(numbers, storage), VALUE), row)?;
     let kernel = transfer_kernel(renderer.context(), transfer.order(), transfer.channels(), storage)?;
-    add_passes(renderer, &kernel, "light", &pieces, radiance)
+    add_passes(renderer, &kernel, "light", ("transfer", &pieces), radiance)
 }
 
 fn transfer_kernel(context: &Context, order: usize, channels: Channels, storage: Storage) -> Result<Kernel, GpuError> {
@@ -141,26 +147,27 @@ fn add_passes(
     renderer: &mut Renderer,
     kernel: &Kernel,
     input: &str,
-    pieces: &[Piece],
+    (name, pieces): (&str, &[Piece]),
     radiance: &str,
 ) -> Result<(), GpuError> {
     for piece in pieces {
-        let pass = Pass::compute(&piece.words, kernel, piece.count()).read(&piece.shape).read(input);
-        renderer.add(pass.read(&piece.words).write_part(radiance, piece.values()))?;
+        let (words, shape) = (piece.of(name), piece.of(&format!("{name} shape")));
+        let pass = Pass::compute(&words, kernel, piece.count()).read(&shape).read(input);
+        renderer.add(pass.read(&words).write_part(radiance, piece.values()))?;
     }
     Ok(())
 }
 
-/// Passes that shade receivers in clusters into the buffer `radiance`.
+/// Passes that shade receivers in clusters into the rows of the buffer `radiance`.
 pub(crate) fn add_clustered(
     renderer: &mut Renderer,
     transfer: &CompressedTransfer,
+    (rows, receiver): Rows<'_>,
     radiance: &str,
 ) -> Result<(), GpuError> {
     check_order(transfer.order())?;
     let table = transfer.table();
     add_light(renderer, "light")?;
-    let rows = transfer.receivers();
     renderer.allocate(radiance, VALUE * rows as u64)?;
     // The products of means and directions with the light are those of receivers, one for each vector.
     let vectors = table.bases().len() / table.width();
@@ -168,9 +175,9 @@ pub(crate) fn add_clustered(
     let basis = |v: usize, out: &mut Vec<u32>| {
         pack(&table.bases()[v * table.width()..][..table.width()], Storage::F32, out);
     };
-    let bases = upload_rows(renderer, "clusters", vectors, table.width(), basis)?;
+    let bases = upload_rows(renderer, "clusters", vectors, (table.width(), VALUE), basis)?;
     let kernel = transfer_kernel(renderer.context(), transfer.order(), transfer.channels(), Storage::F32)?;
-    add_passes(renderer, &kernel, "light", &bases, "cluster colors")?;
+    add_passes(renderer, &kernel, "light", ("clusters", &bases), "cluster colors")?;
     // The receivers.
     let in_word = match table.weights() {
         TableWeights::U8(_) => 4,
@@ -180,6 +187,7 @@ pub(crate) fn add_clustered(
     let components = table.components();
     let row = |r: usize, out: &mut Vec<u32>| {
         out.clear();
+        let r = receiver(r);
         out.push(u32::from(table.clusters()[r]));
         let places = r * components..(r + 1) * components;
         match table.weights() {
@@ -188,10 +196,10 @@ pub(crate) fn add_clustered(
             TableWeights::F32(w) => out.extend(w[places].iter().map(|w| w.to_bits())),
         }
     };
-    let pieces = upload_rows(renderer, "weights", rows, 1 + components.div_ceil(in_word), row)?;
+    let pieces = upload_rows(renderer, "weights", rows, (1 + components.div_ceil(in_word), VALUE), row)?;
     let shader = Shader::new(&["clustered"]).constant("COMPONENTS", components).constant("WEIGHTS_IN_WORD", in_word);
     let kernel = Kernel::new(renderer.context(), "clustered", &shader, &CLUSTERED_SLOTS)?;
-    add_passes(renderer, &kernel, "cluster colors", &pieces, radiance)
+    add_passes(renderer, &kernel, "cluster colors", ("weights", &pieces), radiance)
 }
 
 /// Integers of `bits` bits in a word, the first in the lowest.

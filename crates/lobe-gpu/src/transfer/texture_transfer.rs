@@ -1,5 +1,7 @@
 //! Transfer of matte vertices in a texture, for devices whose shaders read no buffers.
 
+use std::ops::Range;
+
 use half::f16;
 use lobe_prt::{Channels, Receivers, Transfer};
 use lobe_scene::Scene;
@@ -8,13 +10,19 @@ use lobe_sh::{Dir, Zonal, eval_basis};
 use crate::lookup::basis::check_order;
 use crate::renderer::renderer::Renderer;
 use crate::transfer::gpu_transfer::add_light;
-use crate::{GpuError, Storage};
+use crate::{Context, GpuError, Storage};
 
 /// The largest number of half precision.
 const MOST: f32 = 65504.0;
 
-/// Uploads the texture `transfer`: one texel for each coefficient of a vertex, side by side, with the colors in its channels; as many
-/// vertices in a row as fit. The shader `draw_transfer` sums them.
+/// Vertices at most in a texture of the device, for transfer of this order.
+pub(crate) fn vertices_in_texture(context: &Context, order: usize) -> usize {
+    let most = context.max_texture_side() as usize;
+    most / order.pow(2).max(1) * most
+}
+
+/// Uploads a texture of the transfer of vertices: one texel for each coefficient of a vertex, side by side, with the colors in its
+/// channels; as many vertices in a row as fit. The shader `draw_transfer` sums them. `vertices` are places and the vertex in each.
 ///
 /// # Errors
 /// [`GpuError::Unsupported`] if they do not fit a texture of the device.
@@ -22,42 +30,32 @@ pub(crate) fn add_transfer_texture(
     renderer: &mut Renderer,
     transfer: &Transfer,
     storage: Storage,
+    (places, vertex): (Range<usize>, &dyn Fn(usize) -> usize),
+    name: &str,
 ) -> Result<(), GpuError> {
     check_order(transfer.order())?;
     add_light(renderer, "light")?;
-    let most = renderer.context().device().limits().max_texture_dimension_2d as usize;
-    let (count, receivers) = (transfer.order().pow(2), transfer.receivers().max(1));
-    let columns = (most / count).min(receivers);
-    let rows = receivers.div_ceil(columns);
-    if rows > most {
-        let message = format!("expected at most {} vertices of this order, found {receivers}", columns * most);
-        return Err(GpuError::Unsupported { place: "transfer in a texture".into(), message });
+    let most = renderer.context().max_texture_side() as usize;
+    let (count, vertices) = (transfer.order().pow(2), places.len().max(1));
+    let columns = (most / count).clamp(1, vertices);
+    let rows = vertices.div_ceil(columns);
+    let mut texels = Vec::with_capacity(columns * rows * count);
+    let channels = transfer.channels().count();
+    for place in places {
+        let vector = &transfer.coefficients()[vertex(place) * channels * count..][..channels * count];
+        let of = |channel: usize, i: usize| vector[channel.min(channels - 1) * count + i];
+        texels.extend((0..count).map(|i| [of(0, i), of(1, i), of(2, i), 0.0]));
     }
-    let texels = texels(transfer, columns * rows);
+    texels.resize(columns * rows * count, [0.0; 4]);
     let size = [(columns * count) as u32, rows as u32];
     match storage {
-        Storage::F32 => renderer.upload_texture("transfer", size, wgpu::TextureFormat::Rgba32Float, &texels),
+        Storage::F32 => renderer.upload_texture(name, size, wgpu::TextureFormat::Rgba32Float, &texels),
         Storage::F16 => {
             let halves: Vec<[u16; 4]> =
                 texels.iter().map(|texel| texel.map(|c| f16::from_f32(c.clamp(-MOST, MOST)).to_bits())).collect();
-            renderer.upload_texture("transfer", size, wgpu::TextureFormat::Rgba16Float, &halves)
+            renderer.upload_texture(name, size, wgpu::TextureFormat::Rgba16Float, &halves)
         }
     }
-}
-
-/// The texels of all vertices, and zeros to this many vertices.
-fn texels(transfer: &Transfer, vertices: usize) -> Vec<[f32; 4]> {
-    let count = transfer.order().pow(2);
-    let channels = transfer.channels().count();
-    let mut texels = Vec::with_capacity(vertices * count);
-    for vector in transfer.coefficients().chunks_exact(channels * count) {
-        texels.extend((0..count).map(|i| {
-            let of = |channel: usize| vector[channel.min(channels - 1) * count + i];
-            [of(0), of(1), of(2), 0.0]
-        }));
-    }
-    texels.resize(vertices * count, [0.0; 4]);
-    texels
 }
 
 /// What a scene does to light without shadows, at its vertices.

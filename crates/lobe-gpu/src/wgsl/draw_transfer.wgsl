@@ -5,6 +5,8 @@
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var transfer: texture_2d<f32>;
 @group(0) @binding(2) var<uniform> light: array<vec4f, COEFFICIENTS>;
+// The first vertex of the texture.
+@group(0) @binding(3) var<uniform> piece: vec4u;
 
 struct Varying {
     @builtin(position) position: vec4f,
@@ -14,7 +16,8 @@ struct Varying {
 @vertex
 fn vertex(@builtin(vertex_index) number: u32, @location(0) position: vec3f) -> Varying {
     let columns = textureDimensions(transfer).x / COEFFICIENTS;
-    let first = vec2u(number % columns * COEFFICIENTS, number / columns);
+    let own = number - piece.x;
+    let first = vec2u(own % columns * COEFFICIENTS, own / columns);
     var radiance = vec3f(0.0);
     for (var i = 0u; i < COEFFICIENTS; i++) {
         radiance += light[i].rgb * textureLoad(transfer, first + vec2u(i, 0u), 0).rgb;

@@ -2,8 +2,8 @@
 // Incident light of glossy receivers, blurred by the lobe of the reflection, `lobe_prt::TransferMatrices::exit_radiance`:
 // coefficient i is alpha_l (M L)_i, with alpha_l of the band of i in the fourth number of the light.
 //
-// Number k = (channel * COEFFICIENTS + i) * COEFFICIENTS + j of a receiver is entry i, j of a channel's M; coefficient i of receiver
-// r of all `receivers` is written at i * receivers + r.
+// Number k = (channel * COEFFICIENTS + i) * COEFFICIENTS + j of a receiver is entry i, j of a channel's M; the coefficients of a receiver
+// are written side by side, so that those of any receivers that follow each other can be bound alone.
 
 @group(0) @binding(1) var<uniform> light: array<vec4f, COEFFICIENTS>;
 @group(0) @binding(3) var<storage, read_write> incident: array<vec4f>;
@@ -27,5 +27,5 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             sum += light[j].rgb * m;
         }
     }
-    incident[i * piece.z + piece.y + r] = vec4f(light[i].w * sum, 0.0);
+    incident[r * COEFFICIENTS + i] = vec4f(light[i].w * sum, 0.0);
 }

@@ -3,15 +3,16 @@
 // nothing below the surface.
 
 @group(0) @binding(0) var<uniform> eye: vec4f;
-@group(0) @binding(1) var<storage, read> incident: array<vec4f>;
+// Receivers in this piece.
+@group(0) @binding(1) var<uniform> piece: vec4u;
 @group(0) @binding(2) var<storage, read> receivers: array<Receiver>;
-@group(0) @binding(3) var<storage, read_write> radiance: array<vec4f>;
+@group(0) @binding(3) var<storage, read> incident: array<vec4f>;
+@group(0) @binding(4) var<storage, read_write> radiance: array<vec4f>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let r = item_of(id, groups);
-    let count = arrayLength(&receivers);
-    if r >= count {
+    if r >= piece.x {
         return;
     }
     let n = receivers[r].normal.xyz;
@@ -21,7 +22,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     if cosine > 0.0 {
         let y = basis(normalize(2.0 * cosine * n - v));
         for (var i = 0u; i < COEFFICIENTS; i++) {
-            sum += y[i] * incident[i * count + r].rgb;
+            sum += y[i] * incident[r * COEFFICIENTS + i].rgb;
         }
     }
     radiance[r] = vec4f(sum, 1.0);

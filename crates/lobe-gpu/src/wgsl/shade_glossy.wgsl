@@ -4,10 +4,10 @@
 
 struct Gloss {
     is_microfacets: u32,
-    // The first of the vertices whose incident light is known, and how many there are.
+    // The first of the vertices whose incident light is known.
     first: u32,
-    count: u32,
     roughness: f32,
+    unused: u32,
 }
 
 @group(0) @binding(6) var<storage, read> incident: array<vec4f>;
@@ -18,11 +18,11 @@ fn shade(s: Surface) -> vec3f {
     if !s.is_front {
         return vec3f(0.0);
     }
-    let known = s.corners - gloss.first;
+    let known = (s.corners - gloss.first) * COEFFICIENTS;
     let y = basis(mirrored(s));
     var sum = vec3f(0.0);
     for (var i = 0u; i < COEFFICIENTS; i++) {
-        let at = i * gloss.count + known;
+        let at = known + i;
         let light = s.weights.x * incident[at.x].rgb + s.weights.y * incident[at.y].rgb + s.weights.z * incident[at.z].rgb;
         sum += y[i] * light;
     }

@@ -1,30 +1,9 @@
-// uses: dispatch, product
+// uses: field_stencil, product
 // Precomputed shadow fields, `lobe_shadow::ShadowFields` (Zhou et al. 2005): what entities leave visible at receivers, nearest first,
 //
 //   V = V_own prod_k (1 - O_k)        B = sum_i L_i (V T)_i
 //
 // each product cut off at the order. Fields are interpolated linearly between their spheres.
-
-struct Receiver {
-    position: vec4f,
-    normal: vec4f,
-    albedo: vec4f,
-}
-
-struct Entity {
-    // Of the middle in the world, and the bounding radius there.
-    center: vec4f,
-    // From differences in the world to those in the entity's frame, in its radii: rows.
-    to_own_x: vec4f,
-    to_own_y: vec4f,
-    to_own_z: vec4f,
-    // The innermost sphere, the place of the bounding radius, and places per step within and beyond.
-    radial: vec4f,
-    // Spheres, cells, the first number of the field, its order.
-    grid: vec4u,
-    // The first number of its turn; 1 if it is turned.
-    turn: vec4u,
-}
 
 struct Sizes {
     receivers: u32,
@@ -42,6 +21,7 @@ struct Sizes {
 @group(0) @binding(3) var<storage, read> receivers: array<Receiver>;
 @group(0) @binding(4) var<storage, read> entities: array<Entity>;
 @group(0) @binding(5) var<storage, read> turns: array<f32>;
+// The numbers of all fields; where LOOKED_UP is 1, what `look_up_fields` found in them.
 @group(0) @binding(6) var<storage, read> fields: array<f32>;
 // Visibility of receivers' own, then their transfer: COEFFICIENTS numbers each, and for each of CHANNELS.
 @group(0) @binding(7) var<storage, read> given: array<f32>;
@@ -49,74 +29,22 @@ struct Sizes {
 @group(0) @binding(9) var<storage, read_write> radiance: array<vec4f>;
 
 const TAU = 6.28318530717959;
-const AT_CENTER = 1e-6;
 const BELOW = -1.0;
 
-alias Expansion = array<f32, COEFFICIENTS>;
-
-struct LookUp {
-    zonal: array<f32, ORDER>,
-    rest: Expansion,
-}
-
-// The points of a field around a point and their weights: four of each of two spheres, or of one and the center.
-struct Stencil {
-    points: array<u32, 8>,
-    weights: array<f32, 8>,
-    len: u32,
-}
-
-fn sign_of(x: f32) -> f32 {
-    return select(1.0, -1.0, x < 0.0);
-}
-
-// The samples around a point of the entity's frame, in its radii from the center.
-fn stencil_at(entity: Entity, own: vec3f) -> Stencil {
-    var stencil: Stencil;
-    let relative = length(own);
-    let spheres = entity.grid.x;
-    let side = entity.grid.y + 1u;
-    let center = spheres * side * side;
-    if relative <= AT_CENTER {
-        stencil.points[0] = center;
-        stencil.weights[0] = 1.0;
-        stencil.len = 1u;
-        return stencil;
-    }
-    // The cell of the octahedral grid.
-    let p = own.xy / (abs(own.x) + abs(own.y) + abs(own.z));
-    let folded = (1.0 - abs(p.yx)) * vec2f(sign_of(p.x), sign_of(p.y));
-    let c = (select(folded, p, own.z >= 0.0) + 1.0) * 0.5 * f32(entity.grid.y);
-    let cell = min(vec2u(c), vec2u(entity.grid.y - 1u));
-    let f = min(c - vec2f(cell), vec2f(1.0));
-    // The two spheres.
-    let logarithm = log(relative);
-    let root = sqrt(abs(logarithm));
-    let place = entity.radial.y + select(entity.radial.w * root, -entity.radial.z * root, logarithm < 0.0);
-    let is_inside = place <= 0.0;
-    let low = min(u32(max(place, 0.0)), spheres - 2u);
-    let t = select(clamp(place - f32(low), 0.0, 1.0), 0.0, is_inside);
-    let unscaled = 1.0 / (1.0 + relative * relative);
-    // Between the innermost sphere and the center linearly in the distance.
-    let part = select(1.0, relative / entity.radial.x, is_inside);
-    for (var k = 0u; k < 8u; k++) {
-        let corner = vec2u(k & 1u, (k >> 1u) & 1u);
-        let across = select(1.0 - f.x, f.x, corner.x == 1u) * select(1.0 - f.y, f.y, corner.y == 1u);
-        let sphere = low + (k >> 2u);
-        stencil.points[k] = sphere * side * side + (cell.y + corner.y) * side + cell.x + corner.x;
-        stencil.weights[k] = unscaled * part * across * select(1.0 - t, t, k > 3u);
-    }
-    stencil.len = 8u;
-    if is_inside {
-        stencil.points[4] = center;
-        stencil.weights[4] = unscaled * (1.0 - part);
-        stencil.len = 5u;
-    }
-    return stencil;
-}
-
-fn rows_at(entity: Entity, own: vec3f) -> LookUp {
+// What receiver r finds in the field of entity k.
+fn rows_at(k: u32, r: u32, own: vec3f) -> LookUp {
     var found: LookUp;
+    if LOOKED_UP == 1u {
+        let first = k * ROW * sizes.receivers + r;
+        for (var l = 0u; l < ORDER; l++) {
+            found.zonal[l] = fields[first + l * sizes.receivers];
+        }
+        for (var i = 0u; i < COEFFICIENTS; i++) {
+            found.rest[i] = fields[first + (ORDER + i) * sizes.receivers];
+        }
+        return found;
+    }
+    let entity = entities[k];
     var stencil = stencil_at(entity, own);
     let order = entity.grid.w;
     for (var k = 0u; k < stencil.len; k++) {
@@ -132,10 +60,10 @@ fn rows_at(entity: Entity, own: vec3f) -> LookUp {
     return found;
 }
 
-// What an entity hides from a point at `offset` from its middle, in the directions of the world.
-fn occlusion_at(entity: Entity, offset: vec3f) -> Expansion {
-    let own = vec3f(dot(entity.to_own_x.xyz, offset), dot(entity.to_own_y.xyz, offset), dot(entity.to_own_z.xyz, offset));
-    var found = rows_at(entity, own);
+// What entity k hides from receiver r at `offset` from its middle, in the directions of the world.
+fn occlusion_at(k: u32, r: u32, offset: vec3f) -> Expansion {
+    let entity = entities[k];
+    var found = rows_at(k, r, own_of(entity, offset));
     var out = found.rest;
     if entity.turn.y == 1u {
         var entry = entity.turn.x;
@@ -224,7 +152,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             break;
         }
         squares[nearest] = -1.0;
-        let hidden = product(v, occlusion_at(entities[nearest], at.position.xyz - entities[nearest].center.xyz));
+        let hidden = product(v, occlusion_at(nearest, r, at.position.xyz - entities[nearest].center.xyz));
         for (var i = 0u; i < COEFFICIENTS; i++) {
             v[i] -= hidden[i];
         }

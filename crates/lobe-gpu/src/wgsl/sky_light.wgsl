@@ -2,15 +2,17 @@
 // From visibility to irradiance under one sky, `lobe_shadow::SkyLight`: E(n) = sum_j y_j(n) sum_i (A_j G_ji) V_i, with a row of
 // COEFFICIENTS colors for each function y_j of which the clamped cosine has a band; its number is in the fourth place of each.
 
-@group(0) @binding(0) var<storage, read> operator_rows: array<vec4f>;
-@group(0) @binding(1) var<storage, read> receivers: array<Receiver>;
-@group(0) @binding(2) var<storage, read> visibility: array<f32>;
-@group(0) @binding(3) var<storage, read_write> irradiance: array<vec4f>;
+// The receivers of this piece, and what else `accumulate` is told.
+@group(0) @binding(0) var<uniform> sizes: vec4u;
+@group(0) @binding(1) var<storage, read> operator_rows: array<vec4f>;
+@group(0) @binding(2) var<storage, read> receivers: array<Receiver>;
+@group(0) @binding(3) var<storage, read> visibility: array<f32>;
+@group(0) @binding(4) var<storage, read_write> irradiance: array<vec4f>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let r = item_of(id, groups);
-    let count = arrayLength(&receivers);
+    let count = sizes.x;
     if r >= count {
         return;
     }

@@ -51,7 +51,7 @@ fn the_order_of_passes_is_a_table() {
     let shaded = GpuTransfer::new(&context, &transfer, Storage::F32).unwrap();
     let expected = "\
 pass       | reads                                | writes
-transfer 0 | transfer 0 shape, light, transfer 0 | radiance
+transfer 0 | transfer shape 0, light, transfer 0 | radiance
 ";
     let squeezed = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
     assert_eq!(squeezed(&shaded.renderer().to_string()), squeezed(expected), "the table");

@@ -6,6 +6,7 @@ mod context;
 mod glossy;
 mod lookup;
 mod moving;
+mod pieces;
 mod scene_view;
 mod traced;
 mod transfer;
@@ -37,6 +38,11 @@ pub(crate) fn device(test: &str) -> Option<Context> {
         lobe_testkit::skipped(&format!("{test} of lobe-gpu: no graphics adapter"));
     }
     context
+}
+
+/// The same device with options of its own, such as smaller limits.
+pub(crate) fn with(context: &Context, options: &ContextOptions) -> Context {
+    Context::of_device(context.device().clone(), context.queue().clone(), options)
 }
 
 /// The largest difference of two lists of numbers over the largest expected one.

@@ -13,7 +13,7 @@ use lobe_testkit::Random;
 use crate::{TOLERANCE, device, flat, relative_difference};
 
 /// Spheres that overlap, above, below and around the receivers.
-fn spheres(count: usize, random: &mut Random) -> Vec<Occluder> {
+pub(crate) fn spheres(count: usize, random: &mut Random) -> Vec<Occluder> {
     let sphere = |_| {
         let center = [0, 1, 2].map(|_| (2.0 * random.signed()) as f32);
         Occluder::new(center, (0.1 + 0.5 * random.unit()) as f32)
@@ -21,7 +21,7 @@ fn spheres(count: usize, random: &mut Random) -> Vec<Occluder> {
     (0..count).map(sphere).collect()
 }
 
-fn sky(order: usize) -> ShVec<Rgb<f32>> {
+pub(crate) fn sky(order: usize) -> ShVec<Rgb<f32>> {
     let mut random = Random::new(7);
     let mut c: Vec<Rgb<f32>> = (0..order * order)
         .map(|_| Rgb::new(0.2 * random.signed() as f32, 0.2 * random.signed() as f32, 0.2 * random.signed() as f32))
@@ -64,14 +64,14 @@ fn spheres_leave_as_much_of_the_sky_as_on_the_processor() {
 }
 
 /// A field of noise: what is looked up where matters here, not what hides.
-fn noise_field(order: usize, random: &mut Random) -> OcclusionField {
+pub(crate) fn noise_field(order: usize, random: &mut Random) -> OcclusionField {
     let grid = FieldGrid::new([0.1, -0.2, 0.3], 0.7, [0.3, 6.0], 5, 4).unwrap();
     let count = grid.points() * (order + order * order);
     let rows = random.signed_vec(count).into_iter().map(|x| 0.2 * x as f32).collect();
     OcclusionField::new(grid, order, rows).unwrap()
 }
 
-fn placements(count: usize, random: &mut Random) -> Vec<Placement> {
+pub(crate) fn placements(count: usize, random: &mut Random) -> Vec<Placement> {
     let place = |k: usize| {
         let turn = Rotation::from_axis_angle(Dir::new(random.direction()).unwrap(), 3.0 * random.signed());
         let turn = if k == 0 { Rotation::IDENTITY } else { turn };

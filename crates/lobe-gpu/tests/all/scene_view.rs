@@ -2,8 +2,8 @@
 
 use lobe_env::{CubeMap, DfgTable, EnvMap, PrefilterOptions, RoughnessLevels, prefilter_ggx, project_env};
 use lobe_gpu::{
-    BenchReport, Context, ContextOptions, Environment, GlossyMesh, GpuCamera, GpuError, SceneView, SceneViewOptions,
-    SplitSum, Storage, SurfaceShading, TurntableOptions, ViewOutput, render_turntable,
+    BenchReport, Environment, GlossyMesh, GpuCamera, GpuError, SceneView, SceneViewOptions, SplitSum, Storage,
+    SurfaceShading, TurntableOptions, ViewOutput, render_turntable,
 };
 use lobe_image::{Curve, Exposure, Picture, Tone};
 use lobe_io::Job;
@@ -98,7 +98,7 @@ fn a_picture_by_irradiance_is_that_of_the_processor() {
 }
 
 /// Boxes with a texture that is turned, vertex colors, holes and a side that is not double-sided.
-fn painted() -> Scene {
+pub(crate) fn painted() -> Scene {
     let quad = |name: &str, at: f32, material: usize, colors: Vec<[f32; 4]>| {
         Mesh::new(MeshParts {
             name: name.into(),
@@ -189,28 +189,6 @@ fn transfer_without_albedo_is_multiplied_by_the_base_color_of_each_pixel() {
     let shade = |s: &Seen<'_>| if s.is_front { s.albedo * s.at_corners(&values) } else { Rgb::ZERO };
     let expected = traced(&scene, cpu, RAYS, |s| sky.radiance(s).widen(), shade);
     check("demodulated", &view, &expected);
-}
-
-#[test]
-fn what_does_not_fit_a_binding_says_what_to_do() {
-    let Some(context) = device("what_does_not_fit_a_binding_says_what_to_do") else { return };
-    let narrow = Context::of_device(
-        context.device().clone(),
-        context.queue().clone(),
-        &ContextOptions::default().max_storage_binding(1024_u64),
-    );
-    let scene = built_in::ball_over_ground(16);
-    let refused = SceneView::new(&narrow, &scene, &SurfaceShading::Irradiance(3), None, &options())
-        .and_then(|view| view.render());
-    let line = refused.unwrap_err().to_string();
-    assert!(line.contains("at most 1024 bytes") && line.contains("bake the scene"), "{line}");
-    // Lit by vertices, the same scene is drawn: they are fetched, and transfer is cut into pieces.
-    let receivers = Receivers::at_vertices(&scene).unwrap();
-    let bake_options = BakeOptions::default().order(2).samples(4);
-    let (transfer, _) = bake(&scene, &Bvh::new(&scene), &receivers, &bake_options, Job::default()).unwrap();
-    let shading = SurfaceShading::Vertices(&transfer, Storage::F32);
-    let view = SceneView::new(&narrow, &scene, &shading, None, &options()).unwrap();
-    assert!(view.render().is_ok(), "drawn");
 }
 
 #[test]

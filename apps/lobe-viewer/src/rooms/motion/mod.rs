@@ -1,11 +1,13 @@
 //! The room of what moves: objects and skins whose shadows are products of fields, or exponentials of sums of spheres.
 //!
 //! Read `edits`, then `player`, which bakes the parts and lights moments beside the window, then `stage`, a picture, `panes`, several of them
-//! and the truth, `spheres`, what is drawn over them, `controls`, the panel, and
-//! `motion_room`.
+//! and the truth, `spheres`, what is drawn over them, `clock`, the time, `hands`, objects that are dragged, `controls`, the panel, and
+//! `motion_room`, which holds them together.
 
+pub(crate) mod clock;
 pub(crate) mod controls;
 pub(crate) mod edits;
+pub(crate) mod hands;
 pub(crate) mod motion_room;
 pub(crate) mod panes;
 pub(crate) mod player;

@@ -4,8 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use eframe::egui::{
-    CentralPanel, ComboBox, Context, Id, Key, Label, Modifiers, Panel, ProgressBar, Rect, Response, ScrollArea, Sense,
-    Slider, Ui, vec2,
+    CentralPanel, ComboBox, Context, Id, Key, Label, Panel, ProgressBar, Rect, Response, ScrollArea, Sense, Ui,
 };
 use lobe::render::MovingMethod;
 use lobe::scene::built_in;
@@ -18,12 +17,13 @@ use crate::loading::scene_source::BUILT_IN;
 use crate::loading::sky_source::OpenedSky;
 use crate::loading::task::TaskEvent;
 use crate::rooms::light::TamedSky;
-use crate::rooms::motion::controls;
-use crate::rooms::motion::edits::{MotionEdits, MotionView, SCALES};
+use crate::rooms::motion::clock::{Clock, passed};
+use crate::rooms::motion::edits::{MotionEdits, MotionView};
 use crate::rooms::motion::panes::{Panes, Scenery};
 use crate::rooms::motion::player::{Asked, Cast, MOST_ORDER, News, Player, Shown, Source, Way};
 use crate::rooms::motion::spheres::rings;
 use crate::rooms::motion::stage::Frame;
+use crate::rooms::motion::{controls, hands};
 use crate::rooms::steer;
 use crate::widgets::gpu::Gpu;
 use crate::widgets::history::{Can, History, Step};
@@ -45,8 +45,7 @@ pub struct MotionRoom {
     good: PathBuf,
     cast: Option<Cast>,
     chosen: usize,
-    is_playing: bool,
-    time: f64,
+    clock: Clock,
     orbit: Orbit,
     sky: Option<OpenedSky>,
     light: TamedSky,
@@ -73,8 +72,7 @@ impl MotionRoom {
             good_files: Vec::new(),
             cast: None,
             chosen: 0,
-            is_playing: true,
-            time: 0.0,
+            clock: Clock::default(),
             orbit: Orbit::default(),
             sky: None,
             light: TamedSky::default(),
@@ -162,7 +160,7 @@ impl MotionRoom {
 
     /// Stops the animation at a time, in seconds.
     pub fn pause_at(&mut self, time: f64) {
-        (self.is_playing, self.time) = (false, time);
+        self.clock.pause_at(time);
     }
 
     /// The camera.
@@ -261,7 +259,7 @@ impl MotionRoom {
             }
         }
         if pressed(Key::Space) && !self.edits.is_by_hand {
-            self.is_playing = !self.is_playing;
+            self.clock.toggle();
         }
     }
 
@@ -286,7 +284,7 @@ impl MotionRoom {
                     if self.edits.hands.len() != cast.hands.len() {
                         self.edits.hands.clone_from(&cast.hands);
                     }
-                    self.time = self.time.clamp(cast.span[0], cast.span[1]);
+                    self.clock.keep_within(cast.span);
                     self.chosen = cast.is_still.iter().position(|still| !still).unwrap_or(0);
                     self.edits.is_by_hand &= cast.is_rigid;
                     self.good.clone_from(&self.edits.source);
@@ -337,21 +335,17 @@ impl MotionRoom {
             self.panes.fit_exposure();
         }
         if self.is_sky_turning {
-            let passed = ctx.input(|input| f64::from(input.stable_dt.min(0.1)));
-            self.edits.turn = (self.edits.turn + SKY_SPEED * passed).rem_euclid(std::f64::consts::TAU);
+            self.edits.turn = (self.edits.turn + SKY_SPEED * passed(ctx)).rem_euclid(std::f64::consts::TAU);
             ctx.request_repaint();
         }
         let (Some(cast), Some(sky)) = (&self.cast, &self.sky) else { return };
-        if self.is_playing && !self.edits.is_by_hand {
-            let [begin, end] = cast.span;
-            let passed = ctx.input(|input| f64::from(input.stable_dt.min(0.1)));
-            self.time = begin + (self.time + passed - begin).rem_euclid((end - begin).max(1e-3));
-            ctx.request_repaint();
+        if !self.edits.is_by_hand {
+            self.clock.advance(ctx, cast.span);
         }
         let hands = self.edits.is_by_hand.then(|| self.edits.hands.clone());
         let order = self.edits.order.min(cast.most_order);
         let light = self.edits.rotation().rotated(self.light.of(sky, order, self.edits.taming));
-        let asked = Asked { time: self.time, methods: self.edits.methods(), light, fit: self.edits.fit, hands };
+        let asked = Asked { time: self.clock.time, methods: self.edits.methods(), light, fit: self.edits.fit, hands };
         // What needs other bakes need not wait for those that are under way.
         let is_free = !self.is_waiting || self.asked.as_ref().is_some_and(|before| before.needs_other_bakes(&asked));
         if is_free
@@ -414,9 +408,7 @@ impl MotionRoom {
         }
         let Some(cast) = self.cast.clone() else { return };
         ui.add_enabled_ui(!self.edits.is_by_hand, |ui| {
-            ui.checkbox(&mut self.is_playing, "Play");
-            let [begin, end] = cast.span;
-            ui.add(Slider::new(&mut self.time, begin..=end).text("Time").suffix(" s").fixed_decimals(2));
+            self.clock.controls(ui, cast.span);
         });
         ui.add_enabled_ui(cast.is_rigid, |ui| {
             let response = ui.checkbox(&mut self.edits.is_by_hand, "Move objects by hand");
@@ -447,7 +439,7 @@ impl MotionRoom {
         let scale = ui.ctx().pixels_per_point();
         let side = |points: f32| (points.max(0.0) * scale).round() as u32;
         let size = places.first().map_or([0, 0], |(_, rect)| [side(rect.width()), side(rect.height())]);
-        let is_playing = self.is_playing && !self.edits.is_by_hand;
+        let is_playing = self.clock.is_playing && !self.edits.is_by_hand;
         let is_still = !is_playing && !self.is_sky_turning && !self.is_waiting;
         let sky = self.sky.as_ref().map(|sky| &sky.map);
         let scenery = Scenery { lit: &lit, sky, is_still };
@@ -473,7 +465,9 @@ impl MotionRoom {
     fn follow(&mut self, ui: &Ui, response: &Response) {
         if response.drag_started() {
             let at = ui.input(|input| input.pointer.press_origin());
-            let found = at.filter(|_| self.edits.is_by_hand).and_then(|at| self.object_at(response.rect, at));
+            let found = at.zip(self.cast.as_ref()).filter(|_| self.edits.is_by_hand).and_then(|(at, cast)| {
+                hands::object_at(&self.edits.hands, cast, &self.seen(response.rect), response.rect, at)
+            });
             if let Some(found) = found {
                 self.chosen = found;
             }
@@ -481,46 +475,12 @@ impl MotionRoom {
         }
         if response.dragged() && ui.data(|data| data.get_temp(response.id)).unwrap_or(false) {
             let orbit = self.seen(response.rect);
-            self.drag_object(&orbit, ui.input(|input| input.modifiers), steer::drag_of(response));
+            let modifiers = ui.input(|input| input.modifiers);
+            hands::drag(&mut self.edits.hands[self.chosen], &orbit, modifiers, steer::drag_of(response));
             steer::zoom(ui, response, &mut self.orbit);
         } else {
             let most_order = self.most_order();
             steer::pointer(ui, response, &mut self.orbit, &mut self.edits.light(most_order));
         }
-    }
-
-    fn drag_object(&mut self, orbit: &Orbit, modifiers: Modifiers, [right, down]: [f64; 2]) {
-        let hand = &mut self.edits.hands[self.chosen];
-        if modifiers.shift {
-            hand.turn += std::f64::consts::TAU * right;
-            return;
-        }
-        if modifiers.command {
-            hand.scale = (hand.scale * (-2.0 * down).exp()).clamp(*SCALES.start(), *SCALES.end());
-            return;
-        }
-        let (Some(size), Some(camera)) = (orbit.size_at(hand.position), orbit.camera()) else { return };
-        let by = camera.view().point([2.0 * right / size, -2.0 * down / size, 0.0]);
-        (0..3).for_each(|k| hand.position[k] += by[k]);
-    }
-
-    /// The object whose ball is under a point, the nearest to the eye.
-    fn object_at(&self, rect: Rect, at: eframe::egui::Pos2) -> Option<usize> {
-        let cast = self.cast.as_ref()?;
-        let (orbit, half) = (self.seen(rect), 0.5 * rect.height());
-        let hit = |k: &usize| {
-            let (Some([right, up]), Some(size)) =
-                (orbit.project(self.edits.hands[*k].position), orbit.size_at(self.edits.hands[*k].position))
-            else {
-                return false;
-            };
-            let place = rect.center() + vec2(right as f32, -up as f32) * half;
-            place.distance(at) <= (cast.radii[*k] * self.edits.hands[*k].scale * size) as f32 * half
-        };
-        let size = |k: &usize| orbit.size_at(self.edits.hands[*k].position).unwrap_or(0.0);
-        (0..self.edits.hands.len())
-            .filter(|k| !cast.is_still[*k])
-            .filter(hit)
-            .max_by(|a, b| size(a).total_cmp(&size(b)))
     }
 }

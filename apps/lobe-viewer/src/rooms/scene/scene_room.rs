@@ -1,7 +1,7 @@
-//! The room: what it holds, what comes from tasks, and what is shown.
+//! The room: what it holds, and what is shown.
 
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use eframe::egui::{CentralPanel, Color32, Context, Id, Key, Panel, Rect, ScrollArea, Sense, Ui, pos2};
@@ -9,23 +9,20 @@ use lobe::env::MappedMap;
 use lobe::prt::{BakeMode, Transfer};
 use lobe::render::Surfaces;
 
-use crate::loading::bake::{self, BOUNCES, GlossyBake, KEPT_SAMPLES, SceneData, SceneNews};
+use crate::loading::bake::{BOUNCES, GlossyBake, KEPT_SAMPLES, SceneData, SceneNews};
 use crate::loading::cache::UserFolder;
 use crate::loading::export::SceneExport;
 use crate::loading::file_kind::FileKind;
 use crate::loading::limits::ReadLimits;
 use crate::loading::mode::Mode;
-use crate::loading::place::IN_PAGE;
-use crate::loading::scene_source;
-use crate::loading::sky_source::{self, OpenedSky};
-use crate::loading::task::{Task, TaskEvent};
+use crate::loading::sky_source::OpenedSky;
 use crate::rooms::scene::controls::{self, Asked, BakePlan, Known};
 use crate::rooms::scene::edits::{Comparison, SceneEdits, SceneLamp};
 use crate::rooms::scene::lamps::lamps;
-use crate::rooms::scene::opened::{Opened, failure, take_back};
 use crate::rooms::scene::probe::Probe;
 use crate::rooms::scene::scene_light::SceneLight;
 use crate::rooms::scene::viewport::{Frame, REST, Viewport, Wanted};
+use crate::rooms::scene::work::{News, Work};
 use crate::rooms::steer;
 use crate::rooms::truth::{Shows, Still, Truth};
 use crate::widgets::gpu::Gpu;
@@ -35,9 +32,6 @@ use crate::widgets::orbit::Orbit;
 
 /// Radians a second by which the sky keeps turning.
 const SPEED: f64 = 0.5;
-
-/// What a page says in place of a bake.
-const NO_BAKES: &str = "A page with one thread does not bake: drop a .glb that lobe bake wrote, for its shadows.";
 
 /// What is known of the light of a scene.
 struct Baked {
@@ -51,14 +45,7 @@ pub struct SceneRoom {
     edits: SceneEdits,
     orbit: Orbit,
     history: History<SceneEdits>,
-    folder: UserFolder,
-    scene: Opened<SceneData>,
-    sky: Opened<OpenedSky>,
-    scene_task: Option<Task<SceneNews>>,
-    sky_task: Option<Task<OpenedSky>>,
-    limits: ReadLimits,
-    /// A file of transfer, for the scene when that is open.
-    adopting: Option<PathBuf>,
+    work: Work,
     bakes: HashMap<BakeMode, Baked>,
     glossy: Vec<GlossyBake>,
     shown: Option<(Mode, Arc<Transfer>)>,
@@ -68,8 +55,6 @@ pub struct SceneRoom {
     viewport: Viewport,
     probe: Probe,
     picture_id: Option<Id>,
-    message: Option<String>,
-    is_fallback: bool,
     is_turning: bool,
     wants_frame: bool,
     wants_file: bool,
@@ -85,13 +70,7 @@ impl SceneRoom {
             wants_frame: orbit.is_none(),
             orbit: orbit.unwrap_or_default(),
             history: History::default(),
-            folder,
-            scene: Opened::default(),
-            sky: Opened::default(),
-            scene_task: None,
-            sky_task: None,
-            limits: ReadLimits::default(),
-            adopting: None,
+            work: Work::new(folder),
             bakes: HashMap::new(),
             glossy: Vec::new(),
             shown: None,
@@ -100,8 +79,6 @@ impl SceneRoom {
             viewport: Viewport::default(),
             probe: Probe::default(),
             picture_id: None,
-            message: None,
-            is_fallback: false,
             is_turning: false,
             wants_file: false,
         }
@@ -127,7 +104,7 @@ impl SceneRoom {
     /// The environment that is open.
     #[must_use]
     pub fn sky(&self) -> Option<&OpenedSky> {
-        self.sky.found.as_ref()
+        self.work.sky()
     }
 
     /// The transfer that lights the scene; none before it is there, and where none is needed.
@@ -139,13 +116,13 @@ impl SceneRoom {
     /// Whether nothing is being opened or baked.
     #[must_use]
     pub fn is_idle(&self) -> bool {
-        self.scene_task.is_none() && self.sky_task.is_none() && self.adopting.is_none()
+        self.work.is_idle()
     }
 
     /// What went wrong last, in one line.
     #[must_use]
     pub fn message(&self) -> Option<&str> {
-        self.message.as_deref()
+        self.work.message.as_deref()
     }
 
     /// Opens a scene, an environment, or transfer for the scene that is open, as the file says.
@@ -156,16 +133,17 @@ impl SceneRoom {
                 self.wants_frame = true;
             }
             Ok(FileKind::Sky) => self.edits.sky = path.into(),
-            Ok(FileKind::Transfer) => self.adopting = Some(path.into()),
-            Ok(_) => self.message = Some(format!("{}: of another room", path.display())),
-            Err(message) => self.message = Some(message),
+            Ok(FileKind::Transfer) => self.work.adopt(path.into()),
+            Ok(_) => self.work.message = Some(format!("{}: of another room", path.display())),
+            Err(message) => self.work.message = Some(message),
         }
     }
 
     /// The same room with other limits of reading.
     #[must_use]
-    pub fn reading_within(self, limits: ReadLimits) -> Self {
-        Self { limits, ..self }
+    pub fn reading_within(mut self, limits: ReadLimits) -> Self {
+        self.work.limits = limits;
+        self
     }
 
     /// Whether the user asked for the list of files, once.
@@ -175,9 +153,9 @@ impl SceneRoom {
 
     /// What the room shows, for a picture in a file; none before a scene is open.
     pub fn export(&mut self) -> Option<SceneExport> {
-        let data = self.scene.found.clone()?;
+        let data = self.work.scene().cloned()?;
         self.choose_transfer();
-        let sky = self.sky.found.clone();
+        let sky = self.work.sky().cloned();
         Some(SceneExport {
             transfer: self.shown.as_ref().map(|(_, transfer)| transfer.clone()),
             is_demodulated: self.is_demodulated(),
@@ -208,8 +186,13 @@ impl SceneRoom {
 
     /// Starts what the edits ask for, and takes what has come. Called for each frame.
     pub fn advance(&mut self, ctx: &Context) {
-        self.start_tasks(ctx);
-        self.take_news();
+        self.work.start(ctx, &self.edits, self.plan);
+        for news in self.work.news(&mut self.edits) {
+            match news {
+                News::Scene(news) => self.take_scene_news(news),
+                News::Sky => self.viewport.fit_exposure(),
+            }
+        }
         if self.is_turning {
             let seconds = ctx.input(|input| f64::from(input.stable_dt.min(0.1)));
             self.edits.turn = (self.edits.turn + SPEED * seconds).rem_euclid(std::f64::consts::TAU);
@@ -220,73 +203,6 @@ impl SceneRoom {
         }
     }
 
-    fn start_tasks(&mut self, ctx: &Context) {
-        let wake = |ctx: &Context| {
-            let ctx = ctx.clone();
-            move || ctx.request_repaint()
-        };
-        if self.scene.source != self.edits.scene {
-            self.scene.source.clone_from(&self.edits.scene);
-            let (source, order) = (self.edits.scene.clone(), self.plan.order);
-            let (folder, limits) = (self.folder.clone(), self.limits);
-            let work = move |control: &_| bake::open(control, &source, order, (&folder, &limits));
-            self.scene_task = Some(Task::start("Scene", wake(ctx), work));
-            self.forget_message();
-        }
-        if self.sky.source != self.edits.sky {
-            self.sky.source.clone_from(&self.edits.sky);
-            let (source, limits) = (self.edits.sky.clone(), self.limits);
-            let work = move |control: &_| sky_source::open(control, &source, &limits);
-            self.sky_task = Some(Task::start("Sky", wake(ctx), work));
-            self.forget_message();
-        }
-        if self.scene_task.is_none()
-            && let (Some(path), Some(data)) = (&self.adopting, &self.scene.found)
-        {
-            let (path, data) = (path.clone(), data.clone());
-            let work = move |control: &_| bake::adopt(control, &data, &path);
-            self.scene_task = Some(Task::start("Transfer", wake(ctx), work));
-            self.adopting = None;
-            self.forget_message();
-        }
-    }
-
-    /// Forgets what went wrong, unless what is opened now stands in for it.
-    fn forget_message(&mut self) {
-        if !std::mem::take(&mut self.is_fallback) {
-            self.message = None;
-        }
-    }
-
-    fn take_news(&mut self) {
-        let events = self.scene_task.as_ref().map(Task::events).unwrap_or_default();
-        for event in events {
-            match event {
-                TaskEvent::Result(news) => self.take_scene_news(news),
-                ended => {
-                    self.scene_task = None;
-                    self.is_fallback |= take_back(&ended, &mut self.edits.scene, &mut self.scene, scene_source::FIRST);
-                    self.message = self.message.take().or(failure(ended));
-                }
-            }
-        }
-        let events = self.sky_task.as_ref().map(Task::events).unwrap_or_default();
-        for event in events {
-            match event {
-                TaskEvent::Result(sky) => {
-                    self.sky.found = Some(sky);
-                    self.sky.good.clone_from(&self.sky.source);
-                    self.viewport.fit_exposure();
-                }
-                ended => {
-                    self.sky_task = None;
-                    self.is_fallback |= take_back(&ended, &mut self.edits.sky, &mut self.sky, sky_source::FIRST);
-                    self.message = self.message.take().or(failure(ended));
-                }
-            }
-        }
-    }
-
     fn take_scene_news(&mut self, news: SceneNews) {
         match news {
             SceneNews::Opened(data) => {
@@ -294,8 +210,6 @@ impl SceneRoom {
                     self.orbit = self.orbit.framing(data.scene.world_bounds());
                     self.wants_frame = false;
                 }
-                self.scene.found = Some(data);
-                self.scene.good.clone_from(&self.scene.source);
                 self.bakes.clear();
                 self.glossy.clear();
                 self.shown = None;
@@ -307,10 +221,7 @@ impl SceneRoom {
                 self.shown = None;
             }
             SceneNews::Glossy(glossy) => self.glossy = glossy,
-            SceneNews::AskBeforeBake => {
-                self.message =
-                    Some(if IN_PAGE { NO_BAKES } else { "This scene is large: press Bake for its shadows." }.into());
-            }
+            SceneNews::AskBeforeBake => {}
         }
     }
 
@@ -329,7 +240,7 @@ impl SceneRoom {
             _ => match mode.transfer(of) {
                 Ok(made) => made.map(|made| (mode, Arc::new(made))),
                 Err(error) => {
-                    self.message = Some(error.to_string());
+                    self.work.message = Some(error.to_string());
                     None
                 }
             },
@@ -348,47 +259,19 @@ impl SceneRoom {
 
     fn known(&self) -> Known {
         let samples = self.baked().and_then(|baked| baked.samples);
-        Known { order: self.transfer().map(|t| t.order()), samples, has_scene: self.scene.found.is_some() }
+        Known { order: self.transfer().map(|t| t.order()), samples, has_scene: self.work.scene().is_some() }
     }
 
     fn answer(&mut self, ctx: &Context, asked: Asked) {
         match asked {
             Asked::OpenFile => self.wants_file = true,
-            Asked::Cancel => self.cancel(),
+            Asked::Cancel => self.work.cancel(&mut self.edits),
             Asked::Frame => {
-                if let Some(data) = &self.scene.found {
+                if let Some(data) = self.work.scene() {
                     self.orbit = self.orbit.framing(data.scene.world_bounds());
                 }
             }
-            Asked::Bake => {
-                if IN_PAGE {
-                    self.message = Some(NO_BAKES.into());
-                    return;
-                }
-                let Some(data) = self.scene.found.clone() else { return };
-                let (plan, ctx) = (self.plan, ctx.clone());
-                let wake = move || ctx.request_repaint();
-                self.scene_task = Some(Task::start("Bake", wake, move |control| {
-                    bake::rounds(control, &data, plan.order, plan.samples, &UserFolder::none())
-                }));
-                self.message = None;
-            }
-        }
-    }
-
-    /// Stops what is under way. What cannot be interrupted goes on where nobody waits for it, and is forgotten: it is not shown.
-    fn cancel(&mut self) {
-        let was_at_work = self.scene_task.is_some() || self.sky_task.is_some();
-        if self.scene_task.take().is_some() {
-            let ended = TaskEvent::<SceneNews>::Cancelled;
-            self.is_fallback |= take_back(&ended, &mut self.edits.scene, &mut self.scene, scene_source::FIRST);
-        }
-        if self.sky_task.take().is_some() {
-            let ended = TaskEvent::<OpenedSky>::Cancelled;
-            self.is_fallback |= take_back(&ended, &mut self.edits.sky, &mut self.sky, sky_source::FIRST);
-        }
-        if was_at_work {
-            self.message = failure(TaskEvent::<()>::Cancelled);
+            Asked::Bake => self.work.bake(ctx, self.plan),
         }
     }
 
@@ -433,7 +316,7 @@ impl SceneRoom {
             self.answer(&ctx, asked);
         }
         Panel::bottom("scene status").resizable(false).show(ui, |ui| {
-            if let Some(message) = &self.message {
+            if let Some(message) = &self.work.message {
                 ui.colored_label(ui.visuals().error_fg_color, message);
             }
             self.viewport.status.show(ui);
@@ -456,9 +339,9 @@ impl SceneRoom {
         lamps(ui, &mut self.edits.lamps);
         ui.separator();
         ui.strong("Bake");
-        let bake = match &self.sky_task {
-            Some(task) if self.scene_task.is_none() => controls::bake(ui, &mut self.plan, &known, Some(task)),
-            _ => controls::bake(ui, &mut self.plan, &known, self.scene_task.as_ref()),
+        let bake = match (self.work.scene_task(), self.work.sky_task()) {
+            (None, Some(task)) => controls::bake(ui, &mut self.plan, &known, Some(task)),
+            (task, _) => controls::bake(ui, &mut self.plan, &known, task),
         };
         asked = asked.or(bake);
         ui.separator();
@@ -474,7 +357,7 @@ impl SceneRoom {
         self.picture_id = Some(response.id);
         steer::pointer(ui, &response, &mut self.orbit, &mut self.edits.light());
         ui.painter().rect_filled(rect, 0.0, ui.visuals().panel_fill);
-        let Some(data) = self.scene.found.clone() else {
+        let Some(data) = self.work.scene().cloned() else {
             ui.centered_and_justified(|ui| ui.label(if self.is_idle() { "No scene" } else { "Opening" }));
             return;
         };
@@ -484,21 +367,15 @@ impl SceneRoom {
         };
         let scale = ui.ctx().pixels_per_point();
         let size = [rect.width(), rect.height()].map(|points| (points.max(0.0) * scale).round() as u32);
-        let light = self.light.light(&self.edits, self.sky.found.as_ref());
+        let light = self.light.light(&self.edits, self.work.sky());
         let turn = self.edits.rotation();
         let frame = Frame { size, orbit: self.orbit, light, turn, exposure: self.edits.exposure };
         let transfer = self.shown.as_ref().map(|(_, transfer)| transfer);
         let glossy = shining(&self.edits, transfer.is_some(), &self.glossy);
         let has_gloss = !glossy.is_empty();
         let is_demodulated = self.is_demodulated();
-        let wanted = Wanted {
-            data: &data,
-            transfer,
-            is_demodulated,
-            glossy,
-            sky: self.sky.found.as_ref(),
-            order: self.edits.order,
-        };
+        let wanted =
+            Wanted { data: &data, transfer, is_demodulated, glossy, sky: self.work.sky(), order: self.edits.order };
         match self.viewport.draw(gpu, &wanted, &frame) {
             Ok(Some(texture)) => {
                 let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
@@ -526,7 +403,7 @@ impl SceneRoom {
             self.truth.stop();
             return;
         }
-        let sky = self.sky.found.as_ref().map(|sky| &sky.map);
+        let sky = self.work.sky().map(|sky| &sky.map);
         let still = still(data, sky, &self.edits, (self.orbit, size), has_gloss);
         self.truth.follow(ui.ctx(), &still);
         let viewport = &self.viewport;

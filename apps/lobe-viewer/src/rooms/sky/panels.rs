@@ -37,9 +37,10 @@ impl Panels {
         let key = vec![found.version, edits.exposure.to_bits()];
         let tone = photograph(fitting(&found.picture), edits.exposure);
         let mut clicked = None;
+        let (width, wide) = (ui.available_width(), fitting_into(ui.available_width(), WIDE));
         ui.horizontal_wrapped(|ui| {
-            let sky = panel(ui, "The sky", WIDE, |ui| {
-                self.sky.show(ui, "The sky, lat-long", WIDE, key.clone(), || (found.picture.clone(), tone))
+            let sky = panel(ui, "The sky", wide, |ui| {
+                self.sky.show(ui, "The sky, lat-long", wide, key.clone(), || (found.picture.clone(), tone))
             });
             mark_suns(ui, &sky, suns, found.back().inverse());
             let at = sky.interact_pointer_pos().filter(|_| sky.clicked());
@@ -48,13 +49,13 @@ impl Panels {
                 Mapping::LatLong.dir_from_uv(f64::from(from.x), f64::from(from.y))
             });
             let title = format!("Its expansion, order {}", edits.order);
-            let shown = panel(ui, &title, WIDE, |ui| {
+            let shown = panel(ui, &title, wide, |ui| {
                 let make = || (found.reconstruction.clone(), tone);
-                self.reconstruction.show(ui, "The expansion, lat-long", WIDE, key.clone(), make)
+                self.reconstruction.show(ui, "The expansion, lat-long", wide, key.clone(), make)
             });
             mark(ui, &shown, found);
-            panel(ui, "What is cut off: red missing, blue too much", WIDE, |ui| {
-                self.difference.show(ui, "The difference, lat-long", WIDE, key.clone(), || {
+            panel(ui, "What is cut off: red missing, blue too much", wide, |ui| {
+                self.difference.show(ui, "The difference, lat-long", wide, key.clone(), || {
                     (difference(found), Tone { curve: Curve::Clip, ..tone })
                 })
             });
@@ -62,7 +63,7 @@ impl Panels {
             let mut unfolded_key = key.clone();
             unfolded_key.push(Mapping::ALL.iter().position(|known| *known == mapping).unwrap_or(0) as u64);
             let height = mapping.height_for(UNFOLDED);
-            let size = vec2(180.0 * UNFOLDED as f32 / height.max(1) as f32, 180.0);
+            let size = fitting_into(width, vec2(180.0 * UNFOLDED as f32 / height.max(1) as f32, 180.0));
             panel(ui, &format!("Unfolded: {}", mapping.name()), size, |ui| {
                 let make = || (unfolded(found, mapping, height), tone);
                 self.unfolded.show(ui, "The sky, unfolded", size, unfolded_key, make)
@@ -70,6 +71,11 @@ impl Panels {
         });
         clicked
     }
+}
+
+/// A size, smaller where this width is too little for it.
+fn fitting_into(width: f32, size: Vec2) -> Vec2 {
+    size * (width / size.x).clamp(0.1, 1.0)
 }
 
 /// A picture of this size under its title.

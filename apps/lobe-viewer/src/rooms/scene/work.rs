@@ -1,0 +1,204 @@
+//! Opening and baking beside the window: the scene, the sky, transfer from files, and what went wrong with them.
+
+use std::path::PathBuf;
+
+use eframe::egui::Context;
+
+use crate::loading::bake::{self, SceneData, SceneNews};
+use crate::loading::cache::UserFolder;
+use crate::loading::limits::ReadLimits;
+use crate::loading::place::IN_PAGE;
+use crate::loading::scene_source;
+use crate::loading::sky_source::{self, OpenedSky};
+use crate::loading::task::{Task, TaskEvent};
+use crate::rooms::scene::controls::BakePlan;
+use crate::rooms::scene::edits::SceneEdits;
+use crate::rooms::scene::opened::{Opened, failure, take_back};
+
+/// What a page says in place of a bake.
+const NO_BAKES: &str = "A page with one thread does not bake: drop a .glb that lobe bake wrote, for its shadows.";
+
+/// Files that are open or being opened, and the tasks that do it.
+pub(crate) struct Work {
+    pub(crate) limits: ReadLimits,
+    /// What went wrong last, in one line.
+    pub(crate) message: Option<String>,
+    folder: UserFolder,
+    scene: Opened<SceneData>,
+    sky: Opened<OpenedSky>,
+    scene_task: Option<Task<SceneNews>>,
+    sky_task: Option<Task<OpenedSky>>,
+    /// A file of transfer, for the scene when that is open.
+    adopting: Option<PathBuf>,
+    is_fallback: bool,
+}
+
+/// What came from a task.
+pub(crate) enum News {
+    Scene(SceneNews),
+    Sky,
+}
+
+impl Work {
+    /// Nothing is open. `folder` keeps the bakes of built-in scenes.
+    pub(crate) fn new(folder: UserFolder) -> Self {
+        Self {
+            limits: ReadLimits::default(),
+            message: None,
+            folder,
+            scene: Opened::default(),
+            sky: Opened::default(),
+            scene_task: None,
+            sky_task: None,
+            adopting: None,
+            is_fallback: false,
+        }
+    }
+
+    /// The scene that is open.
+    pub(crate) fn scene(&self) -> Option<&SceneData> {
+        self.scene.found.as_ref()
+    }
+
+    /// The environment that is open.
+    pub(crate) fn sky(&self) -> Option<&OpenedSky> {
+        self.sky.found.as_ref()
+    }
+
+    /// Whether nothing is being opened or baked.
+    pub(crate) fn is_idle(&self) -> bool {
+        self.scene_task.is_none() && self.sky_task.is_none() && self.adopting.is_none()
+    }
+
+    /// The task of the scene.
+    pub(crate) fn scene_task(&self) -> Option<&Task<SceneNews>> {
+        self.scene_task.as_ref()
+    }
+
+    /// The task of the sky.
+    pub(crate) fn sky_task(&self) -> Option<&Task<OpenedSky>> {
+        self.sky_task.as_ref()
+    }
+
+    /// Takes transfer from a file for the scene when that is open.
+    pub(crate) fn adopt(&mut self, path: PathBuf) {
+        self.adopting = Some(path);
+    }
+
+    /// Starts what the edits ask for.
+    pub(crate) fn start(&mut self, ctx: &Context, edits: &SceneEdits, plan: BakePlan) {
+        if self.scene.source != edits.scene {
+            self.scene.source.clone_from(&edits.scene);
+            let (source, order) = (edits.scene.clone(), plan.order);
+            let (folder, limits) = (self.folder.clone(), self.limits);
+            let work = move |control: &_| bake::open(control, &source, order, (&folder, &limits));
+            self.scene_task = Some(Task::start("Scene", wake(ctx), work));
+            self.forget_message();
+        }
+        if self.sky.source != edits.sky {
+            self.sky.source.clone_from(&edits.sky);
+            let (source, limits) = (edits.sky.clone(), self.limits);
+            let work = move |control: &_| sky_source::open(control, &source, &limits);
+            self.sky_task = Some(Task::start("Sky", wake(ctx), work));
+            self.forget_message();
+        }
+        if self.scene_task.is_none()
+            && let (Some(path), Some(data)) = (&self.adopting, &self.scene.found)
+        {
+            let (path, data) = (path.clone(), data.clone());
+            let work = move |control: &_| bake::adopt(control, &data, &path);
+            self.scene_task = Some(Task::start("Transfer", wake(ctx), work));
+            self.adopting = None;
+            self.forget_message();
+        }
+    }
+
+    /// Bakes the scene that is open anew.
+    pub(crate) fn bake(&mut self, ctx: &Context, plan: BakePlan) {
+        if IN_PAGE {
+            self.message = Some(NO_BAKES.into());
+            return;
+        }
+        let Some(data) = self.scene.found.clone() else { return };
+        self.scene_task = Some(Task::start("Bake", wake(ctx), move |control| {
+            bake::rounds(control, &data, plan.order, plan.samples, &UserFolder::none())
+        }));
+        self.message = None;
+    }
+
+    /// Forgets what went wrong, unless what is opened now stands in for it.
+    fn forget_message(&mut self) {
+        if !std::mem::take(&mut self.is_fallback) {
+            self.message = None;
+        }
+    }
+
+    /// What has come since this was asked last. After a failure the edits have the file again that is open.
+    pub(crate) fn news(&mut self, edits: &mut SceneEdits) -> Vec<News> {
+        let mut came = Vec::new();
+        for event in self.scene_task.as_ref().map(Task::events).unwrap_or_default() {
+            match event {
+                TaskEvent::Result(news) => {
+                    self.note(&news);
+                    came.push(News::Scene(news));
+                }
+                ended => {
+                    self.scene_task = None;
+                    self.is_fallback |= take_back(&ended, &mut edits.scene, &mut self.scene, scene_source::FIRST);
+                    self.message = self.message.take().or(failure(ended));
+                }
+            }
+        }
+        for event in self.sky_task.as_ref().map(Task::events).unwrap_or_default() {
+            match event {
+                TaskEvent::Result(sky) => {
+                    self.sky.found = Some(sky);
+                    self.sky.good.clone_from(&self.sky.source);
+                    came.push(News::Sky);
+                }
+                ended => {
+                    self.sky_task = None;
+                    self.is_fallback |= take_back(&ended, &mut edits.sky, &mut self.sky, sky_source::FIRST);
+                    self.message = self.message.take().or(failure(ended));
+                }
+            }
+        }
+        came
+    }
+
+    fn note(&mut self, news: &SceneNews) {
+        match news {
+            SceneNews::Opened(data) => {
+                self.scene.found = Some(data.clone());
+                self.scene.good.clone_from(&self.scene.source);
+            }
+            SceneNews::AskBeforeBake => {
+                self.message =
+                    Some(if IN_PAGE { NO_BAKES } else { "This scene is large: press Bake for its shadows." }.into());
+            }
+            _ => {}
+        }
+    }
+
+    /// Stops what is under way. What cannot be interrupted goes on where nobody waits for it, and is forgotten: it is not shown.
+    pub(crate) fn cancel(&mut self, edits: &mut SceneEdits) {
+        let was_at_work = self.scene_task.is_some() || self.sky_task.is_some();
+        if self.scene_task.take().is_some() {
+            let ended = TaskEvent::<SceneNews>::Cancelled;
+            self.is_fallback |= take_back(&ended, &mut edits.scene, &mut self.scene, scene_source::FIRST);
+        }
+        if self.sky_task.take().is_some() {
+            let ended = TaskEvent::<OpenedSky>::Cancelled;
+            self.is_fallback |= take_back(&ended, &mut edits.sky, &mut self.sky, sky_source::FIRST);
+        }
+        if was_at_work {
+            self.message = failure(TaskEvent::<()>::Cancelled);
+        }
+    }
+}
+
+/// What a task calls when it has something to say.
+fn wake(ctx: &Context) -> impl Fn() + Send + Sync + 'static {
+    let ctx = ctx.clone();
+    move || ctx.request_repaint()
+}
