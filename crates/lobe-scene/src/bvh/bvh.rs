@@ -1,8 +1,8 @@
 //! Bounding volume hierarchy with eight children per node (BVH8): construction and ray queries.
 
+use crate::bvh::binned;
 use crate::bvh::collapse::collapse;
 use crate::bvh::lanes::Machine;
-use crate::bvh::ploc;
 use crate::bvh::ray_frame::ROUNDING;
 use crate::bvh::ray_stream::RayStream;
 use crate::bvh::refit::{cost, refit};
@@ -91,7 +91,7 @@ impl Bvh {
                 built_cost: None,
             };
         }
-        let (nodes, blocks) = build(corners);
+        let (nodes, blocks) = collapse(&binned::build(corners), corners);
         Self { nodes, blocks, bounds, triangles, machine, built_cost: None }
     }
 
@@ -226,14 +226,4 @@ impl Bvh {
     fn tree(&self) -> Tree<'_> {
         Tree { nodes: &self.nodes, blocks: &self.blocks, bounds: &self.bounds }
     }
-}
-
-/// Builds the binary tree and collapses it into a wide one.
-fn build(corners: &[[[f32; 3]; 3]]) -> (Vec<Node>, Vec<Block>) {
-    let extreme =
-        |of: &[[f32; 3]; 3], pick: fn(f32, f32) -> f32| [0, 1, 2].map(|k| of.iter().map(|p| p[k]).fold(of[0][k], pick));
-    let bounds = |of: &[[f32; 3]; 3]| Bounds { min: extreme(of, f32::min), max: extreme(of, f32::max) };
-    // Single triangles at the leaves leave every cut open to `collapse`.
-    let binary = ploc::build(&corners.iter().map(bounds).collect::<Vec<_>>());
-    collapse(&binary, corners)
 }
