@@ -85,7 +85,7 @@ impl Subtree<'_> {
                 bins.add(&grid, chunk);
                 bins
             };
-            *bins = self.primitives.par_chunks(CHUNK).map(binned).reduce(Bins::new, Bins::and);
+            *bins = self.primitives.par_chunks(CHUNK).map(binned).reduce(Bins::new, |a, b| a.and(&b));
         }
         let is_poor = |split: &Split| split.left_count.max(count - split.left_count) as f32 > POOR * count as f32;
         match bins.best_split(&grid, |area, count| area * count.div_ceil(WIDTH as u32) as f32) {

@@ -183,7 +183,7 @@ impl Bins {
     }
 
     /// Adds what another has in its bins of the same grid.
-    pub(crate) fn and(mut self, other: Self) -> Self {
+    pub(crate) fn and(mut self, other: &Self) -> Self {
         for axis in 0..3 {
             for bin in 0..MOST_BINS {
                 self.boxes[axis][bin] = self.boxes[axis][bin].and(other.boxes[axis][bin]);

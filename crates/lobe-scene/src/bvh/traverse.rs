@@ -175,7 +175,9 @@ impl<F: FnMut(&Hit) -> bool> Work for Closest<'_, '_, F> {
                 let node = &self.tree.nodes[item as usize];
                 // Intersect the eight boxes, and push the children that are met, the nearest on top.
                 let (mask, enters) = slabs.meets(lanes, node, lanes.splat(end));
-                push_farthest_first(node, mask, &lanes.store(enters), &mut stack, |item| self.tree.prefetch(lanes, item));
+                push_farthest_first(node, mask, &lanes.store(enters), &mut stack, |item| {
+                    self.tree.prefetch(lanes, item);
+                });
             }
             next = stack.pop();
         }
@@ -185,7 +187,13 @@ impl<F: FnMut(&Hit) -> bool> Work for Closest<'_, '_, F> {
 
 /// Pushes the children of a mask so that the nearest comes out first.
 #[inline(always)]
-fn push_farthest_first(node: &Node, mask: u32, enters: &[f32; WIDTH], stack: &mut Stack<(f32, u32)>, prefetch: impl Fn(u32)) {
+fn push_farthest_first(
+    node: &Node,
+    mask: u32,
+    enters: &[f32; WIDTH],
+    stack: &mut Stack<(f32, u32)>,
+    prefetch: impl Fn(u32),
+) {
     let mut sorted = [(0.0_f32, 0_u32); WIDTH];
     let mut count = 0;
     let mut mask = mask;
