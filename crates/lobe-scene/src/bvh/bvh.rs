@@ -1,8 +1,8 @@
 //! Bounding volume hierarchy with eight children per node (BVH8): construction and ray queries.
 
+use crate::bvh::binned;
 use crate::bvh::collapse::collapse;
 use crate::bvh::lanes::Machine;
-use crate::bvh::ploc;
 use crate::bvh::ray_frame::ROUNDING;
 use crate::bvh::ray_stream::RayStream;
 use crate::bvh::refit::{cost, refit};
@@ -39,7 +39,7 @@ pub struct Bvh {
 }
 
 /// A tree is built anew where refits have made its expected cost this many times that of when it was built. A walking figure
-/// makes it 1.04 at most, of a tree over figure and ground, where rays at the figure take 1.1 to 1.2 times as long.
+/// makes it 1.09 at most, of a tree over figure and ground, where rays at the figure take 1.03 to 1.08 times as long.
 const WORN: f32 = 1.1;
 
 /// The height above a surface at which a ray has to start so as not to hit it, relative to the largest coordinate of
@@ -91,7 +91,7 @@ impl Bvh {
                 built_cost: None,
             };
         }
-        let (nodes, blocks) = build(corners);
+        let (nodes, blocks) = collapse(&binned::build(corners), corners);
         Self { nodes, blocks, bounds, triangles, machine, built_cost: None }
     }
 
@@ -113,8 +113,8 @@ impl Bvh {
     /// The tree of another pose of the scene: [refit](Self::refit), or built anew where the triangles have parted so far that
     /// its [expected cost](Self::expected_cost) is 1.1 times that of when it was built.
     ///
-    /// On a walking figure of 11 and of 111 thousand triangles, one thread, a refit takes 1/54 and 1/78 of the time of building
-    /// anew; half of the walk later rays at the figure take 1.17 and 1.10 times as long as in a new tree (`cargo bench -p
+    /// On a walking figure of 11 and of 111 thousand triangles, one thread, a refit takes 1/14 and 1/12 of the time of building
+    /// anew; half of the walk later rays at the figure take 1.08 and 1.03 times as long as in a new tree (`cargo bench -p
     /// lobe-scene --bench poses`). So a tree is refit for each frame, and built anew for a picture of many millions of rays.
     ///
     /// # Panics
@@ -226,14 +226,4 @@ impl Bvh {
     fn tree(&self) -> Tree<'_> {
         Tree { nodes: &self.nodes, blocks: &self.blocks, bounds: &self.bounds }
     }
-}
-
-/// Builds the binary tree and collapses it into a wide one.
-fn build(corners: &[[[f32; 3]; 3]]) -> (Vec<Node>, Vec<Block>) {
-    let extreme =
-        |of: &[[f32; 3]; 3], pick: fn(f32, f32) -> f32| [0, 1, 2].map(|k| of.iter().map(|p| p[k]).fold(of[0][k], pick));
-    let bounds = |of: &[[f32; 3]; 3]| Bounds { min: extreme(of, f32::min), max: extreme(of, f32::max) };
-    // Single triangles at the leaves leave every cut open to `collapse`.
-    let binary = ploc::build(&corners.iter().map(bounds).collect::<Vec<_>>());
-    collapse(&binary, corners)
 }

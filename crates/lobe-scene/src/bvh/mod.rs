@@ -1,12 +1,15 @@
 //! Ray tracing: a bounding volume hierarchy with eight children per node (BVH8), its traversal, and watertight
 //! intersection of triangles.
 //!
-//! Read `bvh` first, the public type; then `ploc`, which builds a binary tree, `collapse`, which makes wide nodes of it,
-//! and `wide_node`, their layout in memory, and `refit`, which moves the boxes of a tree; then `traverse`, one ray at a time:
+//! Read `bvh` first, the public type; then `binned`, which builds a `binary_tree` by `bins`, `collapse`, which makes wide nodes of
+//! it, and `wide_node`, their layout in memory, and `refit`, which moves the boxes of a tree; then `traverse`, one ray at a time:
 //! `ray_frame` prepares it, `watertight` intersects triangles. `ray_stream` traces many rays from one point at once:
 //! `octant_slabs` for boxes, `edge_planes` for triangles. `surface_rays` asks surfaces whether they have holes. `lanes` has
 //! the vector instructions of all this. Uses `scene`.
 
+pub(crate) mod binary_tree;
+pub(crate) mod binned;
+pub(crate) mod bins;
 pub(crate) mod bvh;
 pub(crate) mod collapse;
 pub(crate) mod edge_planes;
@@ -14,7 +17,6 @@ pub(crate) mod lanes;
 #[cfg(target_arch = "x86_64")]
 pub(crate) mod lanes_x86;
 pub(crate) mod octant_slabs;
-pub(crate) mod ploc;
 pub(crate) mod ray_frame;
 pub(crate) mod ray_stream;
 pub(crate) mod refit;

@@ -136,7 +136,7 @@ impl<L: Lanes> Bundle<'_, L> {
                 while met != 0 {
                     let slot = met.trailing_zeros() as usize % WIDTH;
                     met &= met - 1;
-                    self.prefetch(lanes, node.child(slot));
+                    self.tree.prefetch(lanes, node.child(slot));
                     stack.push((node.child(slot), sets[slot]));
                 }
             } else {
@@ -168,15 +168,5 @@ impl<L: Lanes> Bundle<'_, L> {
         let ray = Ray::new(self.start.origin, self.directions[self.rays[k].place as usize]);
         let hit = |frame| block.hit(&ShearedRay::new(ray.origin, &frame, ray.t_max), lane);
         self.start.frame_of(&ray).and_then(hit).is_some()
-    }
-
-    #[inline(always)]
-    fn prefetch(&self, lanes: L, item: u32) {
-        let index = (item & !BLOCK_BIT) as usize;
-        if item & BLOCK_BIT == 0 {
-            lanes.prefetch(&self.tree.nodes[index]);
-        } else {
-            lanes.prefetch(&self.tree.blocks[index]);
-        }
     }
 }

@@ -17,6 +17,19 @@ pub(crate) struct Tree<'a> {
     pub(crate) bounds: &'a Bounds,
 }
 
+impl Tree<'_> {
+    /// Has a child read ahead, which waits on the stack while others are tested.
+    #[inline(always)]
+    pub(crate) fn prefetch<L: Lanes>(&self, lanes: L, item: u32) {
+        let index = (item & !BLOCK_BIT) as usize;
+        if item & BLOCK_BIT == 0 {
+            lanes.prefetch(&self.nodes[index]);
+        } else {
+            lanes.prefetch(&self.blocks[index]);
+        }
+    }
+}
+
 /// The stack of children to visit. Its first part needs no allocation.
 pub(crate) struct Stack<T> {
     near: [T; STACK],
@@ -113,7 +126,9 @@ fn any_hit<L: Lanes>(
             let node = &tree.nodes[item as usize];
             // Intersect the eight boxes, and push the children that are met.
             let (mask, _) = slabs.meets(lanes, node, t_max);
-            stack.push_front(&lanes.compress(&node.children(), mask), mask.count_ones() as usize);
+            let (met, count) = (lanes.compress(&node.children(), mask), mask.count_ones() as usize);
+            met[..count].iter().for_each(|&item| tree.prefetch(lanes, item));
+            stack.push_front(&met, count);
         } else if tree.blocks[(item & !BLOCK_BIT) as usize].hits(lanes, ray, &mut *accept) {
             return true;
         }
@@ -160,7 +175,9 @@ impl<F: FnMut(&Hit) -> bool> Work for Closest<'_, '_, F> {
                 let node = &self.tree.nodes[item as usize];
                 // Intersect the eight boxes, and push the children that are met, the nearest on top.
                 let (mask, enters) = slabs.meets(lanes, node, lanes.splat(end));
-                push_farthest_first(node, mask, &lanes.store(enters), &mut stack);
+                push_farthest_first(node, mask, &lanes.store(enters), &mut stack, |item| {
+                    self.tree.prefetch(lanes, item);
+                });
             }
             next = stack.pop();
         }
@@ -170,7 +187,13 @@ impl<F: FnMut(&Hit) -> bool> Work for Closest<'_, '_, F> {
 
 /// Pushes the children of a mask so that the nearest comes out first.
 #[inline(always)]
-fn push_farthest_first(node: &Node, mask: u32, enters: &[f32; WIDTH], stack: &mut Stack<(f32, u32)>) {
+fn push_farthest_first(
+    node: &Node,
+    mask: u32,
+    enters: &[f32; WIDTH],
+    stack: &mut Stack<(f32, u32)>,
+    prefetch: impl Fn(u32),
+) {
     let mut sorted = [(0.0_f32, 0_u32); WIDTH];
     let mut count = 0;
     let mut mask = mask;
@@ -183,6 +206,7 @@ fn push_farthest_first(node: &Node, mask: u32, enters: &[f32; WIDTH], stack: &mu
             sorted[place] = sorted[place - 1];
             place -= 1;
         }
+        prefetch(node.child(slot));
         sorted[place] = (enters[slot], node.child(slot));
         count += 1;
     }

@@ -51,6 +51,15 @@ impl Node {
         self.rows[CHILDREN][slot] = f32::from_bits(child);
     }
 
+    /// Gives the children that there are other indices.
+    pub(crate) fn move_children(&mut self, moved: impl Fn(u32) -> u32) {
+        for slot in 0..WIDTH {
+            if self.bounds(slot).is_some() {
+                self.set_child(slot, moved(self.child(slot)));
+            }
+        }
+    }
+
     /// One coordinate of all eight boxes.
     #[inline(always)]
     pub(crate) fn row<L: Lanes>(&self, lanes: L, row: usize) -> L::Vector {
