@@ -4,7 +4,7 @@
 use num_traits::Float as _;
 
 use crate::Basis;
-use crate::basis::basis::Step;
+use crate::basis::constants::Step;
 use crate::basis::index::{coefficient_index, order_of_slice};
 use crate::sphere::vector::{dot, tangents, unit};
 

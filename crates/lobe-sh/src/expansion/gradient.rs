@@ -2,7 +2,7 @@
 
 use alloc::vec::Vec;
 
-use crate::basis::basis::Step;
+use crate::basis::constants::Step;
 use crate::basis::index::{coefficient_count, coefficient_index};
 use crate::{Basis, Coefficient, Dir, Expansion, Real};
 
