@@ -142,12 +142,13 @@ pub use basis::basis::{Basis, eval_basis, eval_basis_into};
 pub use basis::complex::{complex_from_real, eval_complex, real_from_complex};
 pub use basis::index::{MAX_ORDER, band_and_m, band_range, coefficient_count, coefficient_index, order_of};
 pub use basis::legendre::{legendre, legendre_normalized};
+#[cfg(feature = "std")]
+pub use basis::vectors::Vectors;
 pub use batch::dir_batch::DirBatch;
 pub use batch::sh_batch::ShBatch;
 #[cfg(feature = "std")]
-pub use batch::values::{BasisTiles, Functions};
-#[cfg(feature = "std")]
-pub use batch::vectors::Vectors;
+pub use batch::values::{BasisTiles, Functions, Tiled};
+
 pub use encoding::ahd::Ahd;
 pub use encoding::ambient_cube::AmbientCube;
 pub use encoding::h_basis::{HBasis, HBasis4, HBasis6};

@@ -2,10 +2,12 @@
 
 use core::any::{Any, TypeId};
 
-use crate::basis::constants::{BALANCE, Constants, Step};
-use crate::basis::index::{coefficient_count, coefficient_index, order_of, order_of_slice};
+use crate::basis::index::{coefficient_count, order_of, order_of_slice};
 #[cfg(feature = "std")]
-use crate::basis::lane_basis::{eval_planes, eval_sums};
+use crate::basis::lane_basis::eval_planes;
+#[cfg(feature = "std")]
+use crate::basis::lane_sums::eval_sums;
+use crate::basis::recurrence::{Constants, Step, lanes};
 use crate::once::Once;
 use crate::prelude::*;
 #[cfg(feature = "std")]
@@ -254,51 +256,16 @@ impl<S: Real> Basis<S> {
         self.for_each_in_block(s.map(|c| [c]), order, |i, [y]| emit(i, *y));
     }
 
-    /// The kernel: `W` directions at once, in structure-of-arrays form.
+    /// [`Constants::for_each_in_block`].
     #[inline(always)]
     pub(crate) fn for_each_in_block<const W: usize>(
         &self,
-        [x, y, z]: [[S; W]; 3],
+        s: [[S; W]; 3],
         order: usize,
-        mut emit: impl FnMut(usize, &[S; W]),
+        emit: impl FnMut(usize, &[S; W]),
     ) {
-        self.0.assert_reaches(order);
-        let side: [S; W] = lanes(|k| if z[k] < S::ZERO { -S::ONE } else { S::ONE });
-        let w: [S; W] = lanes(|k| z[k] * side[k] - S::ONE);
-        let balance = S::from_f64(BALANCE);
-        let mut cos = [S::ONE / balance; W];
-        let mut sin = [S::ZERO; W];
-        for m in 0..order {
-            // Below the equator the functions of odd l - m change sign.
-            let cos_odd: [S; W] = lanes(|k| cos[k] * side[k]);
-            let sin_odd: [S; W] = lanes(|k| sin[k] * side[k]);
-            let mut p = [self.diagonal(m) * balance; W];
-            let mut difference = [S::ZERO; W];
-            let recurrence = self.0.steps(m, order);
-            for l in m..order {
-                let (c, s) = if (l - m).is_multiple_of(2) { (&cos, &sin) } else { (&cos_odd, &sin_odd) };
-                emit(coefficient_index(l, m as isize), &lanes(|k| p[k] * c[k]));
-                if m > 0 {
-                    emit(coefficient_index(l, -(m as isize)), &lanes(|k| p[k] * s[k]));
-                }
-                if let Some(&Step { a, b, g }) = recurrence.get(l - m) {
-                    difference = lanes(|k| b * difference[k] + (g + a * w[k]) * p[k]);
-                    p = lanes(|k| p[k] + difference[k]);
-                }
-            }
-            (cos, sin) = (lanes(|k| x[k] * cos[k] - y[k] * sin[k]), lanes(|k| x[k] * sin[k] + y[k] * cos[k]));
-        }
+        self.0.for_each_in_block(s, order, emit);
     }
-}
-
-/// One value for each lane.
-#[inline(always)]
-fn lanes<S: Real, const W: usize>(mut f: impl FnMut(usize) -> S) -> [S; W] {
-    let mut out = [S::ZERO; W];
-    for (k, out) in out.iter_mut().enumerate() {
-        *out = f(k);
-    }
-    out
 }
 
 /// `BLOCK` components from `start`.
@@ -338,7 +305,7 @@ pub fn eval_basis_into<S: Real>(s: [S; 3], out: &mut [S]) {
 mod tests {
     use super::*;
     use crate::expansion::zonal::zonal_norm;
-    use crate::{SphereQuadrature, band_and_m, band_range};
+    use crate::{SphereQuadrature, band_and_m, band_range, coefficient_index};
     use lobe_testkit::{directions, golden_f64s};
 
     #[test]

@@ -3,10 +3,10 @@
 
 use pulp::Simd;
 
-use crate::basis::constants::Constants;
 use crate::basis::lane_recurrence::{PlacesTogether, recurrence};
 use crate::basis::lanes;
 use crate::basis::places::Places;
+use crate::basis::recurrence::Constants;
 use crate::simd::{Kernel, Lane, Machine, Wide};
 
 /// The highest order that has straight-line code.
@@ -173,112 +173,12 @@ impl<T: Lane> Kernel for EvalPlanes<'_, T> {
     }
 }
 
-/// The sums of the values of a tile times coefficients of one function, whose channels are numbers of their own.
-pub(crate) struct TileSums<'a, S: Simd, T: Lane, const CHANNELS: usize> {
-    coefficients: &'a [[T; CHANNELS]],
-    simd: S,
-    first: usize,
-    sums: [[Wide<S, T>; CHANNELS]; MOST_TOGETHER],
-    /// The sums, channel after channel.
-    pub(crate) out: [[T; TILE]; CHANNELS],
-}
-
-/// Registers of a tile at most at a time.
-const MOST_TOGETHER: usize = 4;
-
-impl<'a, S: Simd, T: Lane, const CHANNELS: usize> TileSums<'a, S, T, CHANNELS> {
-    /// Of the coefficients of a function.
-    #[inline(always)]
-    pub(crate) fn new(simd: S, coefficients: &'a [[T; CHANNELS]]) -> Self {
-        let sums = [[Wide::splat(simd, T::ZERO); CHANNELS]; MOST_TOGETHER];
-        Self { coefficients, simd, first: 0, sums, out: [[T::ZERO; TILE]; CHANNELS] }
-    }
-}
-
-impl<S: Simd, T: Lane, const CHANNELS: usize> Places<S, T> for TileSums<'_, S, T, CHANNELS> {
-    #[inline(always)]
-    fn put(&mut self, i: usize, value: Wide<S, T>) {
-        self.put_register(i, 0, value);
-    }
-}
-
-impl<S: Simd, T: Lane, const CHANNELS: usize> PlacesTogether<S, T> for TileSums<'_, S, T, CHANNELS> {
-    #[inline(always)]
-    fn put_register(&mut self, i: usize, r: usize, value: Wide<S, T>) {
-        for c in 0..CHANNELS {
-            let factor = Wide::splat(self.simd, self.coefficients[i][c]);
-            self.sums[r][c] = value.times_plus(factor, self.sums[r][c]);
-        }
-    }
-}
-
-impl<S: Simd, T: Lane, const CHANNELS: usize> TilePlaces<S, T> for TileSums<'_, S, T, CHANNELS> {
-    #[inline(always)]
-    fn begin(&mut self, first: usize) {
-        self.first = first;
-        self.sums = [[Wide::splat(self.simd, T::ZERO); CHANNELS]; MOST_TOGETHER];
-    }
-
-    #[inline(always)]
-    fn end(&mut self, count: usize) {
-        for r in 0..count {
-            for c in 0..CHANNELS {
-                self.sums[r][c].store_array(&mut self.out[c], self.first + r);
-            }
-        }
-    }
-}
-
-/// `Basis::eval_expansion_into` of as many directions as are whole tiles, if the machine has code for it; the number of directions that are
-/// done.
-pub(crate) fn eval_sums<T: Lane>(
-    machine: Machine,
-    constants: &Constants<T>,
-    coefficients: &[T],
-    order: usize,
-    components: [&[T]; 3],
-    out: &mut [T],
-) -> usize {
-    if order == 0 || machine.is_plain() {
-        return 0;
-    }
-    constants.assert_reaches(order);
-    machine.run(EvalSums { constants, coefficients, order, components, out })
-}
-
-struct EvalSums<'a, T> {
-    constants: &'a Constants<T>,
-    coefficients: &'a [T],
-    order: usize,
-    components: [&'a [T]; 3],
-    out: &'a mut [T],
-}
-
-impl<T: Lane> Kernel for EvalSums<'_, T> {
-    type Output = usize;
-
-    #[inline(always)]
-    fn wide<S: Simd>(self, simd: S) -> usize {
-        let mut sums = TileSums::new(simd, self.coefficients.as_chunks::<1>().0);
-        let [x, y, z] = self.components;
-        let tiles = x.as_chunks().0.iter().zip(y.as_chunks().0).zip(z.as_chunks().0);
-        for (((x, y), z), out) in tiles.zip(self.out.as_chunks_mut::<TILE>().0) {
-            tile_basis(simd, self.constants, self.order, &[*x, *y, *z], &mut sums);
-            *out = sums.out[0];
-        }
-        x.len() / TILE * TILE
-    }
-
-    fn plain(self) -> usize {
-        0
-    }
-}
-
 #[cfg(test)]
 pub(crate) mod tests {
     use alloc::vec::Vec;
 
     use super::*;
+    use crate::basis::lane_sums::eval_sums;
     use crate::{coefficient_count, eval_basis_into};
 
     /// The error that single directions are tested for at order 20.

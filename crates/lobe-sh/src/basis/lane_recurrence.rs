@@ -2,8 +2,8 @@
 
 use pulp::Simd;
 
-use crate::basis::constants::{BALANCE, Constants, Step};
 use crate::basis::index::coefficient_index;
+use crate::basis::recurrence::{BALANCE, Constants, Step};
 use crate::simd::{Lane, Wide, rounded};
 
 /// Where the values of registers go whose recurrences run side by side.

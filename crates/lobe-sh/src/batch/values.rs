@@ -9,15 +9,18 @@
 //! rounded together where the machine can, so that a value does not depend on what else is computed.
 
 use alloc::vec::Vec;
+use core::ops::Range;
 
 use pulp::{Scalar, Simd};
 
 use crate::Basis;
 use crate::basis::index::{coefficient_count, coefficient_index};
-use crate::basis::lane_basis::{TILE, Tile, TilePlaces, TileSums, tile_basis};
+use crate::basis::lane_basis::{TILE, TilePlaces, tile_basis};
 use crate::basis::lane_recurrence::PlacesTogether;
+use crate::basis::lane_sums::{Directions, EvalSums};
 use crate::basis::places::Places;
-use crate::batch::vectors::{Vectors, unit_plain};
+use crate::basis::recurrence::Constants;
+use crate::basis::vectors::Vectors;
 use crate::simd::{Kernel, Lane, Machine, Wide};
 
 /// Functions whose coefficients lie side by side: as many sums, with two registers of directions each, have room in 32 registers.
@@ -56,7 +59,7 @@ pub struct Functions<'a, T> {
     count: usize,
 }
 
-impl<'a, T: Lane> Functions<'a, T> {
+impl<'a, T: Tiled> Functions<'a, T> {
     /// Of functions one after the other, of `channels` numbers a coefficient, 1 or 3.
     ///
     /// # Panics
@@ -104,7 +107,32 @@ impl<'a, T: Lane> Functions<'a, T> {
 
     fn eval_by(&self, machine: Machine, vectors: Vectors<'_>, rows: &mut [&mut [T]]) -> bool {
         self.assert_rows(vectors.len(), rows);
-        Basis::<T>::with_shared(self.order, |basis| machine.run(Eval { functions: self, vectors, basis, rows }))
+        let order = self.order;
+        Basis::<T>::with_shared(order, |basis| {
+            let constants = basis.constants();
+            if let [row] = rows {
+                let directions = Directions::Vectors(vectors);
+                return if self.channels == 1 {
+                    T::eval(machine, EvalSums { constants, coefficients: self.functions, order, directions, out: row })
+                } else {
+                    T::eval_color(
+                        machine,
+                        EvalSums { constants, coefficients: self.functions, order, directions, out: row },
+                    )
+                };
+            }
+            // A tile of the basis after the other, which stays in the first-level cache.
+            let mut y = vec![[T::ZERO; TILE]; coefficient_count(order)];
+            let mut all = true;
+            for t in 0..vectors.len().div_ceil(TILE) {
+                let tile = vectors.tile(t);
+                all &= T::fill(machine, Fill { vectors: tile, constants, order, y: &mut y });
+                let first = t * TILE;
+                let range = first..first + tile.len();
+                T::multiply(machine, Multiply { functions: self, groups: &self.groups, y: &y, range, rows });
+            }
+            all
+        })
     }
 
     /// The same towards directions whose basis is known.
@@ -120,7 +148,10 @@ impl<'a, T: Lane> Functions<'a, T> {
         self.assert_rows(tiles.count, rows);
         let made = if self.groups.is_empty() { self.grouped() } else { Vec::new() };
         let groups = if self.groups.is_empty() { &made } else { &self.groups };
-        machine.run(Multiply { functions: self, groups, tiles, rows });
+        for (t, y) in tiles.y.chunks_exact(coefficient_count(self.order)).enumerate() {
+            let range = t * TILE..tiles.count.min((t + 1) * TILE);
+            T::multiply(machine, Multiply { functions: self, groups, y, range, rows });
+        }
     }
 
     fn assert_rows(&self, vectors: usize, rows: &[&mut [T]]) {
@@ -154,7 +185,7 @@ pub struct BasisTiles<T> {
     y: Vec<[T; TILE]>,
 }
 
-impl<T: Lane> BasisTiles<T> {
+impl<T: Tiled> BasisTiles<T> {
     /// Of no directions.
     #[must_use]
     pub fn new(order: usize) -> Self {
@@ -171,7 +202,9 @@ impl<T: Lane> BasisTiles<T> {
         self.count = vectors.len();
         self.y.resize(self.count.div_ceil(TILE) * size, [T::ZERO; TILE]);
         let order = self.order;
-        Basis::<T>::with_shared(order, |basis| machine.run(Fill { vectors, basis, order, y: &mut self.y }))
+        Basis::<T>::with_shared(order, |basis| {
+            T::fill(machine, Fill { vectors, constants: basis.constants(), order, y: &mut self.y })
+        })
     }
 }
 
@@ -211,9 +244,11 @@ impl<S: Simd, T: Lane> TilePlaces<S, T> for Rows<'_, T> {
     fn end(&mut self, _: usize) {}
 }
 
-struct Fill<'a, T> {
+/// The basis towards the directions of vectors, tile after tile.
+#[derive(Debug)]
+pub struct Fill<'a, T> {
     vectors: Vectors<'a>,
-    basis: &'a Basis<T>,
+    constants: &'a Constants<T>,
     order: usize,
     y: &'a mut [[T; TILE]],
 }
@@ -226,9 +261,9 @@ impl<T: Lane> Kernel for Fill<'_, T> {
         let mut tile = [[T::ZERO; TILE]; 3];
         let mut all = true;
         for (t, y) in self.y.chunks_exact_mut(coefficient_count(self.order)).enumerate() {
-            all &= tile_of(self.vectors, t).unit_into(simd, &mut tile);
+            all &= self.vectors.tile(t).unit_into(simd, &mut tile);
             let mut rows = Rows { y, at: 0, first: 0, together: 0 };
-            tile_basis(simd, self.basis.constants(), self.order, &tile, &mut rows);
+            tile_basis(simd, self.constants, self.order, &tile, &mut rows);
         }
         all
     }
@@ -237,9 +272,9 @@ impl<T: Lane> Kernel for Fill<'_, T> {
         let mut tile = [[T::ZERO; TILE]; 3];
         let mut all = true;
         for (t, y) in self.y.chunks_exact_mut(coefficient_count(self.order)).enumerate() {
-            all &= unit_plain(tile_of(self.vectors, t), &mut tile);
+            all &= self.vectors.tile(t).unit_into_plain(&mut tile);
             let mut rows = y.iter_mut();
-            self.basis.for_each_in_block(tile, self.order, |_, values| {
+            self.constants.for_each_in_block(tile, self.order, |_, values| {
                 rows.next().map(|row| *row = *values);
             });
         }
@@ -247,109 +282,13 @@ impl<T: Lane> Kernel for Fill<'_, T> {
     }
 }
 
-/// The vectors of tile `t`.
-#[inline(always)]
-fn tile_of(vectors: Vectors<'_>, t: usize) -> Vectors<'_> {
-    vectors.range(t * TILE..vectors.len().min((t + 1) * TILE))
-}
-
-struct Eval<'a, 'b, T> {
-    functions: &'a Functions<'a, T>,
-    vectors: Vectors<'a>,
-    basis: &'a Basis<T>,
-    rows: &'a mut [&'b mut [T]],
-}
-
-impl<T: Lane> Eval<'_, '_, T> {
-    /// One function, of which the basis is nowhere written.
-    #[inline(always)]
-    fn one<S: Simd, const CHANNELS: usize>(self, simd: S) -> bool {
-        let coefficients = self.functions.functions.as_chunks::<CHANNELS>().0;
-        let mut sums = TileSums::new(simd, coefficients);
-        let mut tile: Tile<T> = [[T::ZERO; TILE]; 3];
-        let mut all = true;
-        for row in self.rows {
-            for (t, out) in row.chunks_mut(TILE * CHANNELS).enumerate() {
-                all &= tile_of(self.vectors, t).unit_into(simd, &mut tile);
-                tile_basis(simd, self.basis.constants(), self.functions.order, &tile, &mut sums);
-                for (k, out) in out.as_chunks_mut::<CHANNELS>().0.iter_mut().enumerate() {
-                    for c in 0..CHANNELS {
-                        out[c] = sums.out[c][k];
-                    }
-                }
-            }
-        }
-        all
-    }
-
-    /// One function in plain code.
-    fn one_plain(self) -> bool {
-        let Self { functions, vectors, basis, rows } = self;
-        let (order, channels) = (functions.order, functions.channels);
-        let mut tile: Tile<T> = [[T::ZERO; TILE]; 3];
-        let mut all = true;
-        for row in rows {
-            for (t, out) in row.chunks_mut(TILE * channels).enumerate() {
-                all &= unit_plain(tile_of(vectors, t), &mut tile);
-                let mut sums = [[T::ZERO; TILE]; 3];
-                basis.for_each_in_block(tile, order, |i, y| {
-                    for (sums, c) in sums.iter_mut().zip(&functions.functions[i * channels..][..channels]) {
-                        for (sum, y) in sums.iter_mut().zip(y) {
-                            *sum += *c * *y;
-                        }
-                    }
-                });
-                for (k, out) in out.chunks_exact_mut(channels).enumerate() {
-                    out.iter_mut().zip(&sums).for_each(|(out, sums)| *out = sums[k]);
-                }
-            }
-        }
-        all
-    }
-}
-
-impl<T: Lane> Kernel for Eval<'_, '_, T> {
-    type Output = bool;
-
-    #[inline(always)]
-    fn wide<S: Simd>(self, simd: S) -> bool {
-        if self.functions.count == 1 {
-            return self.one::<S, 1>(simd);
-        }
-        if self.functions.count == 3 && self.functions.channels == 3 {
-            return self.one::<S, 3>(simd);
-        }
-        let Self { functions, vectors, basis, rows } = self;
-        let mut y = vec![[T::ZERO; TILE]; coefficient_count(functions.order)];
-        let mut all = true;
-        for t in 0..vectors.len().div_ceil(TILE) {
-            let tile = tile_of(vectors, t);
-            all &= Fill { vectors: tile, basis, order: functions.order, y: &mut y }.wide(simd);
-            multiply(simd, functions, &functions.groups, &y, t * TILE..t * TILE + tile.len(), rows);
-        }
-        all
-    }
-
-    fn plain(self) -> bool {
-        if self.functions.groups.is_empty() {
-            return self.one_plain();
-        }
-        let Self { functions, vectors, basis, rows } = self;
-        let mut y = vec![[T::ZERO; TILE]; coefficient_count(functions.order)];
-        let mut all = true;
-        for t in 0..vectors.len().div_ceil(TILE) {
-            let tile = tile_of(vectors, t);
-            all &= Fill { vectors: tile, basis, order: functions.order, y: &mut y }.plain();
-            multiply(Scalar::new(), functions, &functions.groups, &y, t * TILE..t * TILE + tile.len(), rows);
-        }
-        all
-    }
-}
-
-struct Multiply<'a, 'b, T> {
+/// The values of all functions towards the directions of a tile, which are `range` of all.
+#[derive(Debug)]
+pub struct Multiply<'a, 'b, T> {
     functions: &'a Functions<'a, T>,
     groups: &'a [[T; GROUP]],
-    tiles: &'a BasisTiles<T>,
+    y: &'a [[T; TILE]],
+    range: Range<usize>,
     rows: &'a mut [&'b mut [T]],
 }
 
@@ -358,9 +297,21 @@ impl<T: Lane> Kernel for Multiply<'_, '_, T> {
 
     #[inline(always)]
     fn wide<S: Simd>(self, simd: S) {
-        let Self { functions, groups, tiles, rows } = self;
-        for (t, y) in tiles.y.chunks_exact(coefficient_count(functions.order)).enumerate() {
-            multiply(simd, functions, groups, y, t * TILE..tiles.count.min((t + 1) * TILE), rows);
+        let Self { functions, groups, y, range, rows } = self;
+        let mut sums = [[T::ZERO; TILE]; GROUP];
+        let mut store = Store { channels: functions.channels, range, rows };
+        for (g, group) in groups.chunks_exact(y.len()).enumerate() {
+            let first = g * GROUP;
+            let count = GROUP.min(functions.count - first);
+            if T::count::<S>() * size_of::<T>() == WIDEST && count > HALF {
+                tile_sums::<S, T, GROUP>(simd, group, 0, y, &mut sums);
+            } else {
+                tile_sums::<S, T, HALF>(simd, group, 0, y, &mut sums);
+                if count > HALF {
+                    tile_sums::<S, T, HALF>(simd, group, HALF, y, &mut sums);
+                }
+            }
+            store.store(first, &sums[..count]);
         }
     }
 
@@ -369,32 +320,44 @@ impl<T: Lane> Kernel for Multiply<'_, '_, T> {
     }
 }
 
-/// Writes the values of all functions towards the directions of a tile, which are `range` of all.
-#[inline(always)]
-fn multiply<S: Simd, T: Lane>(
-    simd: S,
-    functions: &Functions<'_, T>,
-    groups: &[[T; GROUP]],
-    y: &[[T; TILE]],
-    range: core::ops::Range<usize>,
-    rows: &mut [&mut [T]],
-) {
-    let mut sums = [[T::ZERO; TILE]; GROUP];
-    let mut store = Store { channels: functions.channels, range, rows };
-    for (g, group) in groups.chunks_exact(y.len()).enumerate() {
-        let first = g * GROUP;
-        let count = GROUP.min(functions.count - first);
-        if T::count::<S>() * size_of::<T>() == WIDEST && count > HALF {
-            tile_sums::<S, T, GROUP>(simd, group, 0, y, &mut sums);
-        } else {
-            tile_sums::<S, T, HALF>(simd, group, 0, y, &mut sums);
-            if count > HALF {
-                tile_sums::<S, T, HALF>(simd, group, HALF, y, &mut sums);
+/// `f32` or `f64`, for which the kernels of this file are compiled here, once, and not where they are called.
+pub trait Tiled: Lane {
+    #[doc(hidden)]
+    fn fill(machine: Machine, kernel: Fill<'_, Self>) -> bool;
+
+    #[doc(hidden)]
+    fn multiply(machine: Machine, kernel: Multiply<'_, '_, Self>);
+
+    #[doc(hidden)]
+    fn eval(machine: Machine, kernel: EvalSums<'_, Self, 1>) -> bool;
+
+    #[doc(hidden)]
+    fn eval_color(machine: Machine, kernel: EvalSums<'_, Self, 3>) -> bool;
+}
+
+macro_rules! tiled {
+    ($($number:ty),*) => {$(
+        impl Tiled for $number {
+            fn fill(machine: Machine, kernel: Fill<'_, Self>) -> bool {
+                machine.run(kernel)
+            }
+
+            fn multiply(machine: Machine, kernel: Multiply<'_, '_, Self>) {
+                machine.run(kernel);
+            }
+
+            fn eval(machine: Machine, kernel: EvalSums<'_, Self, 1>) -> bool {
+                machine.run(kernel)
+            }
+
+            fn eval_color(machine: Machine, kernel: EvalSums<'_, Self, 3>) -> bool {
+                machine.run(kernel)
             }
         }
-        store.store(first, &sums[..count]);
-    }
+    )*};
 }
+
+tiled!(f32, f64);
 
 /// The sums of `COUNT` functions of a group, from `first` on, over a whole tile.
 #[inline(always)]
@@ -430,7 +393,7 @@ fn tile_sums<S: Simd, T: Lane, const COUNT: usize>(
 /// The places of the directions of a tile in the rows of all functions.
 struct Store<'a, 'b, T> {
     channels: usize,
-    range: core::ops::Range<usize>,
+    range: Range<usize>,
     rows: &'a mut [&'b mut [T]],
 }
 
@@ -470,7 +433,7 @@ mod tests {
     }
 
     /// The values of functions of some channels towards vectors, all of which have a direction.
-    fn values<T: Lane>(machine: Machine, c: &[T], order: usize, channels: usize, vectors: Vectors<'_>) -> Vec<T> {
+    fn values<T: Tiled>(machine: Machine, c: &[T], order: usize, channels: usize, vectors: Vectors<'_>) -> Vec<T> {
         let rows = c.len() / coefficient_count(order) / channels;
         let mut out = vec![T::ZERO; rows * vectors.len() * channels];
         let functions = Functions::new(c, order, channels);
@@ -480,7 +443,7 @@ mod tests {
     }
 
     /// Against sums over single directions, relative to the norm of a function.
-    fn assert_values<T: Lane>(limit: f64) {
+    fn assert_values<T: Tiled>(limit: f64) {
         let doubles = vectors(70);
         let singles: Vec<[f32; 3]> = doubles.iter().map(|v| v.map(|c| c as f32)).collect();
         for (machine, order) in Machine::available().flat_map(|machine| ORDERS.map(|order| (machine, order))) {

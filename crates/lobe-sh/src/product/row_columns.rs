@@ -4,8 +4,8 @@ use alloc::vec::Vec;
 
 use pulp::Simd;
 
-use crate::basis::constants::Constants;
 use crate::basis::index::{coefficient_index, order_of_slice};
+use crate::basis::recurrence::Constants;
 use crate::simd::Kernel;
 
 /// Rows side by side: two registers of AVX-512, four of AVX2.

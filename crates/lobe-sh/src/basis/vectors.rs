@@ -49,6 +49,26 @@ impl<'a> Vectors<'a> {
         }
     }
 
+    /// Those of a tile.
+    #[inline(always)]
+    pub(crate) fn tile(self, t: usize) -> Self {
+        self.range(t * TILE..self.len().min((t + 1) * TILE))
+    }
+
+    /// [`Vectors::unit_into`] in plain code.
+    pub(crate) fn unit_into_plain<T: Real>(self, tile: &mut Tile<T>) -> bool {
+        match self {
+            Self::Single(vectors) => {
+                split(vectors, tile);
+                normalize_each(vectors, tile)
+            }
+            Self::Double(vectors) => {
+                split(vectors, tile);
+                normalize_each(vectors, tile)
+            }
+        }
+    }
+
     /// The unit vectors of the first [`TILE`] vectors, +z where there are fewer. Whether all of them have a direction; what has none is NaN.
     ///
     /// In the precision of the vectors or, if that is higher, of the result.
@@ -145,18 +165,4 @@ fn normalize_each<V: Real, T: Real>(vectors: &[[V; 3]], tile: &mut Tile<T>) -> b
         }
     }
     all
-}
-
-/// The first `TILE` unit vectors in plain code; see [`Vectors::unit_into`].
-pub(crate) fn unit_plain<T: Real>(vectors: Vectors<'_>, tile: &mut Tile<T>) -> bool {
-    match vectors {
-        Vectors::Single(vectors) => {
-            split(vectors, tile);
-            normalize_each(vectors, tile)
-        }
-        Vectors::Double(vectors) => {
-            split(vectors, tile);
-            normalize_each(vectors, tile)
-        }
-    }
 }

@@ -1,6 +1,7 @@
-//! The constants of the recurrence of the basis.
+//! The recurrence of the basis: its constants, and its plain code.
 
 use crate::Real;
+use crate::basis::index::coefficient_index;
 use crate::prelude::*;
 
 /// `P̄` is kept times this and `(x + iy)^m` divided by it, so that both stay in the range of `f32` to [`MAX_ORDER`].
@@ -73,4 +74,50 @@ impl<S: Real> Constants<S> {
     fn column_start(&self, m: usize) -> usize {
         m * (2 * self.order - 1 - m) / 2
     }
+
+    /// The recurrence in plain code: calls `emit(i, y_i)` once for every basis function, column by column of equal `|m|`, for `W` directions at once, in structure-of-arrays form.
+    #[inline(always)]
+    pub(crate) fn for_each_in_block<const W: usize>(
+        &self,
+        [x, y, z]: [[S; W]; 3],
+        order: usize,
+        mut emit: impl FnMut(usize, &[S; W]),
+    ) {
+        self.assert_reaches(order);
+        let side: [S; W] = lanes(|k| if z[k] < S::ZERO { -S::ONE } else { S::ONE });
+        let w: [S; W] = lanes(|k| z[k] * side[k] - S::ONE);
+        let balance = S::from_f64(BALANCE);
+        let mut cos = [S::ONE / balance; W];
+        let mut sin = [S::ZERO; W];
+        for m in 0..order {
+            // Below the equator the functions of odd l - m change sign.
+            let cos_odd: [S; W] = lanes(|k| cos[k] * side[k]);
+            let sin_odd: [S; W] = lanes(|k| sin[k] * side[k]);
+            let mut p = [self.diagonal[m] * balance; W];
+            let mut difference = [S::ZERO; W];
+            let recurrence = self.steps(m, order);
+            for l in m..order {
+                let (c, s) = if (l - m).is_multiple_of(2) { (&cos, &sin) } else { (&cos_odd, &sin_odd) };
+                emit(coefficient_index(l, m as isize), &lanes(|k| p[k] * c[k]));
+                if m > 0 {
+                    emit(coefficient_index(l, -(m as isize)), &lanes(|k| p[k] * s[k]));
+                }
+                if let Some(&Step { a, b, g }) = recurrence.get(l - m) {
+                    difference = lanes(|k| b * difference[k] + (g + a * w[k]) * p[k]);
+                    p = lanes(|k| p[k] + difference[k]);
+                }
+            }
+            (cos, sin) = (lanes(|k| x[k] * cos[k] - y[k] * sin[k]), lanes(|k| x[k] * sin[k] + y[k] * cos[k]));
+        }
+    }
+}
+
+/// One value for each lane.
+#[inline(always)]
+pub(crate) fn lanes<S: Real, const W: usize>(mut f: impl FnMut(usize) -> S) -> [S; W] {
+    let mut out = [S::ZERO; W];
+    for (k, out) in out.iter_mut().enumerate() {
+        *out = f(k);
+    }
+    out
 }
