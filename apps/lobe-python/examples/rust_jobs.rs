@@ -5,9 +5,10 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use lobe::env::{MappedMap, Mapping, project_map};
+use lobe::env::project_lat_long;
 use lobe::sh::{
-    Basis, Real, Rgb, Rotation, RotationMatrices, Zonal, coefficient_count, product_into, scale_bands_in_place,
+    Functions, Real, Rgb, Rotation, RotationMatrices, Tiled, Vectors, Zonal, coefficient_count, product_into,
+    scale_bands_in_place,
 };
 use rayon::prelude::*;
 
@@ -17,7 +18,7 @@ const REPEATED: f64 = 1.0;
 /// Bands of all functions.
 const ORDER: usize = 4;
 
-/// Directions whose basis is computed at a time.
+/// Directions that a thread has at a time.
 const BLOCK: usize = 512;
 
 /// The least seconds of a job.
@@ -50,31 +51,24 @@ fn rows<T: Real>(rows: &[T], work: impl Fn(usize, &[T], &mut [T]) + Sync) -> Vec
 }
 
 /// Values of one function towards directions of any length.
-fn values<T: Real>(basis: &Basis<T>, f: &[T], directions: &[[T; 3]]) -> Vec<T> {
-    let mut out = vec![T::ZERO; directions.len()];
+fn values<T: Tiled>(f: &[T], directions: &[[T; 3]], vectors: AsVectors<T>) -> Vec<T> {
+    let (mut out, functions) = (vec![T::ZERO; directions.len()], Functions::new(f, ORDER, 1));
     out.par_chunks_mut(BLOCK).zip(directions.par_chunks(BLOCK)).for_each(|(out, part)| {
-        let mut components = [[T::ZERO; BLOCK]; 3];
-        for (k, s) in part.iter().enumerate() {
-            let s = s.map(T::to_f64);
-            let length = s.iter().map(|s| s * s).sum::<f64>().sqrt();
-            for c in 0..3 {
-                components[c][k] = T::from_f64(s[c] / length);
-            }
-        }
-        basis.eval_expansion_into(f, components.each_ref().map(|c| &c[..part.len()]), out);
+        assert!(functions.eval_into(vectors(part), &mut [out]), "a vector without a direction");
     });
     out
 }
 
-fn jobs<T: Real>(name: &str, batch: usize) {
+/// Vectors of a precision.
+type AsVectors<T> = for<'a> fn(&'a [[T; 3]]) -> Vectors<'a>;
+
+fn jobs<T: Tiled>(name: &str, batch: usize, vectors: AsVectors<T>) {
     let count = coefficient_count(ORDER);
     let (a, b) = (numbers::<T>(batch * count), numbers::<T>(batch * count + 1).split_off(1));
     let tell = |job: &str, seconds: f64| println!("{job} {name} {batch} {seconds}");
 
     let directions: Vec<[T; 3]> = numbers::<T>(3 * batch).as_chunks().0.to_vec();
-    Basis::<T>::with_shared(ORDER, |basis| {
-        tell("eval", least(|| drop(black_box(values(basis, &a[..count], &directions)))));
-    });
+    tell("eval", least(|| drop(black_box(values(&a[..count], &directions, vectors)))));
     let matrices = RotationMatrices::<T>::new(&Rotation::from_euler_zyz(0.3, 1.1, -2.0), ORDER);
     tell("rotate", least(|| drop(black_box(rows(&a, |_, row, out| matrices.apply_into(row, out))))));
     let product = |k: usize, row: &[T], out: &mut [T]| product_into(row, &b[k * count..][..count], out);
@@ -93,16 +87,15 @@ fn projection(batch: usize) {
     let texels: Vec<Rgb<f32>> =
         numbers::<f32>(6 * height * height).as_chunks().0.iter().map(|c| Rgb::from(*c)).collect();
     let project = || {
-        let map = MappedMap::new(Mapping::LatLong, 2 * height, height, texels.clone()).expect("a map");
-        drop(black_box(project_map(&map, ORDER)));
+        drop(black_box(project_lat_long(&texels, 2 * height, ORDER)));
     };
     println!("project f32 {batch} {}", least(project));
 }
 
 fn main() {
     for batch in [100_000, 1_000_000] {
-        jobs::<f32>("f32", batch);
-        jobs::<f64>("f64", batch);
+        jobs::<f32>("f32", batch, Vectors::Single);
+        jobs::<f64>("f64", batch, Vectors::Double);
         projection(batch);
     }
 }

@@ -1,19 +1,17 @@
-//! Values of functions towards many directions: the basis of some directions after the other, times the coefficients.
+//! Values of functions towards many directions.
 
-use lobe::sh::{Basis, coefficient_count};
+use lobe::sh::{BasisTiles, Functions, Tiled, Vectors, coefficient_count};
 use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
-use crate::directions::Directions;
-use crate::rows::{Numbers, array_of, contiguous, shape_error, value_error};
-use crate::value_product::{Coefficients, Sums, Tiles, multiply};
+use crate::rows::{Number, Numbers, contiguous, empty_array, shape_error, value_error, writable};
 
-/// Directions that a thread has at a time: their basis, at order 10 in double precision 200 KiB, stays in its cache.
-const BLOCK: usize = 256;
+/// Directions that a thread has at a time.
+const BLOCK: usize = 512;
 
 /// Blocks of directions for each thread from which on threads share directions, and not functions.
-const BLOCKS_EACH: usize = 4;
+const BLOCKS_EACH: usize = 2;
 
 /// Functions that threads have at a time if they share functions: enough that a tile of the basis is read from its cache for most.
 const FUNCTIONS: usize = 16;
@@ -21,8 +19,8 @@ const FUNCTIONS: usize = 16;
 /// Functions whose values are found before the basis is computed again, if threads share directions: it takes the time of some ten of them.
 const FUNCTIONS_TOGETHER: usize = 1024;
 
-/// Blocks of directions after which the interpreter may stop the work: milliseconds for each thousand of functions.
-const BLOCKS_TOGETHER: usize = 64;
+/// Products of a coefficient and a value of the basis, for each thread, after which the interpreter may stop the work: some 10 ms.
+const PRODUCTS_TOGETHER: usize = 1 << 26;
 
 /// Values of functions, `(rows, n²[, 3])`, towards vectors `(m, 3)` of any length above zero: `(rows, m[, 3])`.
 #[pyfunction]
@@ -32,34 +30,34 @@ pub(crate) fn eval<'py>(
     order: usize,
     directions: Numbers<'py>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let directions = match &directions {
-        Numbers::Single(array) => Directions::Single(contiguous(array)?.as_chunks().0),
-        Numbers::Double(array) => Directions::Double(contiguous(array)?.as_chunks().0),
+    let vectors = match &directions {
+        Numbers::Single(array) => Vectors::Single(contiguous(array)?.as_chunks().0),
+        Numbers::Double(array) => Vectors::Double(contiguous(array)?.as_chunks().0),
     };
     match c {
-        Numbers::Single(array) => eval_typed(py, &array, order, directions),
-        Numbers::Double(array) => eval_typed(py, &array, order, directions),
+        Numbers::Single(array) => eval_typed(py, &array, order, vectors),
+        Numbers::Double(array) => eval_typed(py, &array, order, vectors),
     }
 }
 
-fn eval_typed<'py, T: Sums>(
+fn eval_typed<'py, T: Number + Tiled>(
     py: Python<'py>,
     array: &PyReadonlyArrayDyn<'py, T>,
     order: usize,
-    directions: Directions<'_>,
+    vectors: Vectors<'_>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let (values, m) = (contiguous(array)?, directions.len());
+    let (functions, m) = (contiguous(array)?, vectors.len());
     let (shape, channels) = match *array.shape() {
         [rows, _] => (vec![rows, m], 1),
         [rows, _, 3] => (vec![rows, m, 3], 3),
         ref other => return Err(shape_error(other)),
     };
-    let mut out = vec![T::ZERO; shape.iter().product()];
-    if !out.is_empty() {
-        let work = Work { functions: values, order, channels, directions };
-        Basis::<T>::with_shared(order, |basis| work.run(py, basis, &mut out))?;
+    let out = empty_array::<T>(py, &shape)?;
+    if shape.iter().all(|side| *side > 0) {
+        let work = Work { functions, order, channels, vectors };
+        work.run(py, writable(&out)?.as_slice_mut()?)?;
     }
-    Ok(array_of(py, out, &shape)?.into_any())
+    Ok(out.into_any())
 }
 
 /// Functions one after the other, with one or three numbers a coefficient, and where their values are wanted.
@@ -67,51 +65,56 @@ struct Work<'a, T> {
     functions: &'a [T],
     order: usize,
     channels: usize,
-    directions: Directions<'a>,
+    vectors: Vectors<'a>,
 }
 
-impl<T: Sums> Work<'_, T> {
+impl<T: Number + Tiled> Work<'_, T> {
     /// Numbers of a function.
     fn size(&self) -> usize {
         coefficient_count(self.order) * self.channels
     }
 
-    fn run(&self, py: Python<'_>, basis: &Basis<T>, out: &mut [T]) -> PyResult<()> {
-        if self.directions.len() >= BLOCK * BLOCKS_EACH * rayon::current_num_threads() {
-            self.share_directions(py, basis, out)
+    /// Numbers of the values of a function.
+    fn row(&self) -> usize {
+        self.vectors.len() * self.channels
+    }
+
+    fn run(&self, py: Python<'_>, out: &mut [T]) -> PyResult<()> {
+        let threads = rayon::current_num_threads();
+        if threads == 1 || self.vectors.len() >= BLOCK * BLOCKS_EACH * threads {
+            self.share_directions(py, threads, out)
         } else {
-            self.share_functions(py, basis, out)
+            self.share_functions(py, out)
         }
     }
 
     /// Each thread has some directions, for which it computes the basis and the values of all functions.
-    fn share_directions(&self, py: Python<'_>, basis: &Basis<T>, out: &mut [T]) -> PyResult<()> {
-        let row = self.directions.len() * self.channels;
-        let groups =
-            self.functions.chunks(self.size() * FUNCTIONS_TOGETHER).zip(out.chunks_mut(row * FUNCTIONS_TOGETHER));
+    fn share_directions(&self, py: Python<'_>, threads: usize, out: &mut [T]) -> PyResult<()> {
+        let groups = self
+            .functions
+            .chunks(self.size() * FUNCTIONS_TOGETHER)
+            .zip(out.chunks_mut(self.row() * FUNCTIONS_TOGETHER));
         for (functions, out) in groups {
-            let coefficients = Coefficients::new(functions, self.order, self.channels);
+            let blocks = self.vectors.len().div_ceil(BLOCK);
+            let together = (PRODUCTS_TOGETHER / (BLOCK * functions.len())).max(1) * threads;
+            let coefficients = Functions::new(functions, self.order, self.channels);
             // The places of the values of each block, in all rows.
             let mut places: Vec<Vec<&mut [T]>> = Vec::new();
-            places.resize_with(self.directions.len().div_ceil(BLOCK), Vec::new);
-            for row in out.chunks_mut(row) {
+            places.resize_with(blocks, || Vec::with_capacity(functions.len() / self.size()));
+            for row in out.chunks_mut(self.row()) {
                 let parts = row.chunks_mut(BLOCK * self.channels);
                 places.iter_mut().zip(parts).for_each(|(places, part)| places.push(part));
             }
-            for (part, places) in places.chunks_mut(BLOCKS_TOGETHER).enumerate() {
+            for (part, places) in places.chunks_mut(together).enumerate() {
                 py.check_signals()?;
+                let block =
+                    |k: usize, rows: &mut [&mut [T]]| coefficients.eval_into(self.block(part * together + k), rows);
                 let is_done = py.detach(|| {
-                    let blocks = places.par_iter_mut().enumerate();
-                    blocks
-                        .map_init(
-                            || Tiles::new(self.order),
-                            |tiles, (k, rows)| {
-                                let is_filled = tiles.fill(basis, self.block(part * BLOCKS_TOGETHER + k));
-                                multiply(&coefficients, tiles, rows);
-                                is_filled
-                            },
-                        )
-                        .reduce(|| true, |a, b| a && b)
+                    if threads == 1 {
+                        // Not by the one thread of the pool, which first would have to be woken.
+                        return places.iter_mut().enumerate().fold(true, |all, (k, rows)| block(k, rows) && all);
+                    }
+                    places.par_iter_mut().enumerate().map(|(k, rows)| block(k, rows)).reduce(|| true, |a, b| a && b)
                 });
                 is_done.then_some(()).ok_or_else(no_direction)?;
             }
@@ -120,25 +123,28 @@ impl<T: Sums> Work<'_, T> {
     }
 
     /// The directions of a block.
-    fn block(&self, k: usize) -> Directions<'_> {
-        self.directions.range(k * BLOCK..self.directions.len().min((k + 1) * BLOCK))
+    fn block(&self, k: usize) -> Vectors<'_> {
+        self.vectors.range(k * BLOCK..self.vectors.len().min((k + 1) * BLOCK))
     }
 
     /// Each thread has some functions, for directions whose basis is computed before.
-    fn share_functions(&self, py: Python<'_>, basis: &Basis<T>, out: &mut [T]) -> PyResult<()> {
-        let row = self.directions.len() * self.channels;
-        let mut tiles = Tiles::new(self.order);
-        for k in 0..self.directions.len().div_ceil(BLOCK) {
+    fn share_functions(&self, py: Python<'_>, out: &mut [T]) -> PyResult<()> {
+        let row = self.row();
+        let mut tiles = BasisTiles::new(self.order);
+        for k in 0..self.vectors.len().div_ceil(BLOCK) {
             py.check_signals()?;
             let is_filled = py.detach(|| {
                 let block = self.block(k);
-                let is_filled = tiles.fill(basis, block);
+                let part = k * BLOCK * self.channels..(k * BLOCK + block.len()) * self.channels;
+                if out.len() == row {
+                    return Functions::new(self.functions, self.order, self.channels)
+                        .eval_into(block, &mut [&mut out[part]]);
+                }
+                let is_filled = tiles.fill(block);
                 let functions = self.functions.par_chunks(self.size() * FUNCTIONS);
                 functions.zip(out.par_chunks_mut(row * FUNCTIONS)).for_each(|(functions, out)| {
-                    let coefficients = Coefficients::new(functions, self.order, self.channels);
-                    let part = k * BLOCK * self.channels..(k * BLOCK + block.len()) * self.channels;
                     let mut rows: Vec<&mut [T]> = out.chunks_mut(row).map(|row| &mut row[part.clone()]).collect();
-                    multiply(&coefficients, &tiles, &mut rows);
+                    Functions::new(functions, self.order, self.channels).eval_tiles_into(&tiles, &mut rows);
                 });
                 is_filled
             });

@@ -1,14 +1,13 @@
 //! The Python module `lobe._lobe`: kernels of Lobe over numpy arrays, which the package `lobe` wraps.
 //!
 //! Read `rows` first: how an array becomes rows of coefficients, numbers or colors in single or double precision, and how work is done
-//! on all of them without the interpreter's lock. `eval`, by `directions` and `value_product`, and `functions` are what is done to functions on the
+//! on all of them without the interpreter's lock. `eval` and `functions` are what is done to functions on the
 //! sphere, `files` where they are kept, `search` what is found in them, `encodings` irradiance in a few numbers, `lights` functions from lights, `maps` environment maps, `bakes` and `matrices` what scenes do to light, by `job`, `pictures` what they
 //! look like. The package checks shapes and has the words for users.
 
 #![expect(clippy::needless_pass_by_value, reason = "Python hands arguments over by value")]
 
 mod bakes;
-mod directions;
 mod encodings;
 mod eval;
 mod files;
@@ -20,7 +19,6 @@ mod matrices;
 mod pictures;
 mod rows;
 mod search;
-mod value_product;
 
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -43,7 +41,7 @@ mod _lobe {
     #[pymodule_export]
     use crate::lights::light;
     #[pymodule_export]
-    use crate::maps::{Map, bundled, cie_sky, load, reconstruct, sky};
+    use crate::maps::{Map, bundled, cie_sky, load, project_lat_long, reconstruct, sky, texels};
     #[pymodule_export]
     use crate::matrices::{Matrices, load_matrices};
     #[pymodule_export]

@@ -3,21 +3,26 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use lobe::env;
 use lobe::env::{
     CieSky, CubeHandedness, EnvMap, Ground, MapReadOptions, MappedMap, Mapping, Nonfinite, Padding,
     PictureWriteOptions, PreethamSky, PrefilterOptions, Resample, SunOptions, SunReport, bundled as bundled_maps,
-    cube_source, extract_sun, irradiance_map, prefilter_ggx, project_map, read_map, resample, sky_map, write_env,
+    cube_source, extract_sun, irradiance_map, prefilter_ggx, project_map, read_map, reconstruct_into, resample,
+    sky_map, write_env,
 };
 use lobe::image::{ImageError, Picture, PictureReadOptions, Tone};
 use lobe::io::write_atomically;
-use lobe::sh::{Dir, Expansion as _, Rgb, Rotation, ShVec};
+use lobe::sh::{Coefficient, Dir, Expansion as _, Real as _, Rgb, Rotation, ShVec};
 use numpy::{PyArrayDyn, PyReadonlyArray2, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
 use crate::job::{answered, error_of, watched};
-use crate::rows::{QUICK_ROWS_TOGETHER, array_of, contiguous, do_rows, value_error};
+use crate::rows::{
+    Number, Numbers, QUICK_ROWS_TOGETHER, array_of, contiguous, do_rows, empty_array, shape_error, value_error,
+    writable,
+};
 
 /// Texels from which on all threads share in copying them: fewer are copied before another thread is awake.
 const MANY: usize = 1 << 17;
@@ -151,15 +156,174 @@ pub(crate) fn sky(py: Python<'_>, sun: [f64; 3], turbidity: f64, albedo: [f64; 3
     Ok(answered(py, 6 * height * height, move || sky_map(&sky, &ground, 2 * height, height))?.into())
 }
 
-/// The map of an expansion `(n², 3)`.
+/// The map of an expansion, `(n²,)` or `(n², 3)`.
 #[pyfunction]
-pub(crate) fn reconstruct(py: Python<'_>, c: PyReadonlyArray2<'_, f64>, width: usize, height: usize) -> PyResult<Map> {
-    let colors: Vec<Rgb<f64>> = contiguous(&c)?.as_chunks::<3>().0.iter().map(|c| Rgb::from(*c)).collect();
-    let f = ShVec::from_vec(colors).ok_or_else(|| value_error("expected n² coefficients"))?;
+pub(crate) fn reconstruct(
+    py: Python<'_>,
+    c: PyReadonlyArrayDyn<'_, f64>,
+    width: usize,
+    height: usize,
+) -> PyResult<Map> {
+    let is_color = c.shape().len() == 2;
+    let texels = if is_color {
+        of_size(py, expansion_of::<Rgb<f32>>(bytemuck::cast_slice::<f64, Rgb<f64>>(contiguous(&c)?))?, width, height)?
+    } else {
+        let values: Vec<f32> = of_size(py, expansion_of::<f32>(contiguous(&c)?)?, width, height)?;
+        values.into_iter().map(Rgb::splat).collect()
+    };
+    MappedMap::new(Mapping::LatLong, width, height, texels).map(Map::from).map_err(|error| error_of(&error))
+}
+
+fn expansion_of<C: Coefficient>(c: &[C::Wide]) -> PyResult<ShVec<C::Wide>> {
+    ShVec::from_vec(c.to_vec()).ok_or_else(|| value_error("expected n² coefficients"))
+}
+
+/// The texels of an expansion; Ctrl-C is answered.
+fn of_size<C: Coefficient>(py: Python<'_>, f: ShVec<C::Wide>, width: usize, height: usize) -> PyResult<Vec<C>> {
     if width == 0 || height == 0 {
         return Err(value_error(format!("expected a picture with texels, found {width} x {height}")));
     }
-    Ok(answered(py, 3 * width * height, move || lobe::env::reconstruct(&f, width, height))?.into())
+    answered(py, C::CHANNELS * width * height, move || {
+        let mut texels = vec![C::ZERO; width * height];
+        reconstruct_into(&f, width, &mut texels);
+        texels
+    })
+}
+
+/// The values of functions, `(rows, n²[, 3])`, at the centers of the texels of a lat-long map: `(rows, height, width[, 3])`.
+#[pyfunction]
+pub(crate) fn texels<'py>(
+    py: Python<'py>,
+    c: Numbers<'py>,
+    width: usize,
+    height: usize,
+) -> PyResult<Bound<'py, PyAny>> {
+    match c {
+        Numbers::Single(array) => texels_typed(py, &array, width, height),
+        Numbers::Double(array) => texels_typed(py, &array, width, height),
+    }
+}
+
+fn texels_typed<'py, T: Number>(
+    py: Python<'py>,
+    array: &PyReadonlyArrayDyn<'py, T>,
+    width: usize,
+    height: usize,
+) -> PyResult<Bound<'py, PyAny>>
+where
+    Rgb<T>: Coefficient<Scalar = T> + bytemuck::Pod,
+{
+    let values = contiguous(array)?;
+    let out = match *array.shape() {
+        [rows, _] => {
+            let out = empty_array::<T>(py, &[rows, height, width])?;
+            texels_of::<T>(py, values, [rows, width], writable(&out)?.as_slice_mut()?)?;
+            out
+        }
+        [rows, _, 3] => {
+            let out = empty_array::<T>(py, &[rows, height, width, 3])?;
+            let mut texels = writable(&out)?;
+            let texels = bytemuck::cast_slice_mut(texels.as_slice_mut()?);
+            texels_of::<Rgb<T>>(py, bytemuck::cast_slice(values), [rows, width], texels)?;
+            out
+        }
+        ref other => return Err(shape_error(other)),
+    };
+    Ok(out.into_any())
+}
+
+/// Of each function the texels, one function after the other.
+fn texels_of<C: Coefficient>(
+    py: Python<'_>,
+    functions: &[C],
+    [rows, width]: [usize; 2],
+    out: &mut [C],
+) -> PyResult<()> {
+    if out.is_empty() {
+        return Ok(());
+    }
+    let (size, texels) = (functions.len() / rows, out.len() / rows);
+    for (function, out) in functions.chunks_exact(size).zip(out.chunks_exact_mut(texels)) {
+        py.check_signals()?;
+        let f = expansion_of::<C>(&function.iter().map(|c| c.widen()).collect::<Vec<_>>())?;
+        if texels * C::CHANNELS <= WHERE_THEY_LIE {
+            py.detach(|| reconstruct_into(&f, width, out));
+        } else {
+            out.copy_from_slice(&of_size::<C>(py, f, width, texels / width)?);
+        }
+    }
+    Ok(())
+}
+
+/// Numbers of a picture up to which it is read and written where it lies, without an answer to Ctrl-C: a tenth of a second at most.
+const WHERE_THEY_LIE: usize = 1 << 25;
+
+/// The expansion of a lat-long picture, `(height, width[, 3])`: `(n²[, 3])`.
+#[pyfunction]
+pub(crate) fn project_lat_long<'py>(
+    py: Python<'py>,
+    image: Numbers<'py>,
+    order: usize,
+) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    match image {
+        Numbers::Single(array) => project_typed(py, &array, order),
+        Numbers::Double(array) => project_typed(py, &array, order),
+    }
+}
+
+fn project_typed<'py, T: Number>(
+    py: Python<'py>,
+    image: &PyReadonlyArrayDyn<'py, T>,
+    order: usize,
+) -> PyResult<Bound<'py, PyArrayDyn<f64>>>
+where
+    Rgb<T>: Coefficient<Scalar = T, Wide = Rgb<f64>> + bytemuck::Pod,
+{
+    let texels = contiguous(image)?;
+    match *image.shape() {
+        [height, width] => {
+            let f = project_texels::<T>(py, texels, [width, height], order)?;
+            array_of(py, f.coefficients().iter().map(|c| c.channel(0)).collect(), &[order * order])
+        }
+        [height, width, 3] => {
+            let f = project_texels::<Rgb<T>>(py, bytemuck::cast_slice(texels), [width, height], order)?;
+            array_of(py, f.coefficients().iter().flat_map(|c| c.to_array()).collect(), &[order * order, 3])
+        }
+        ref other => Err(shape_error(other)),
+    }
+}
+
+fn project_texels<C: Coefficient>(
+    py: Python<'_>,
+    texels: &[C],
+    [width, height]: [usize; 2],
+    order: usize,
+) -> PyResult<ShVec<C::Wide>> {
+    if texels.is_empty() {
+        return Err(value_error(format!("an environment map needs texels, but {width} x {height} has none")));
+    }
+    let size = C::CHANNELS * texels.len();
+    let f = if size <= WHERE_THEY_LIE {
+        py.detach(|| env::project_lat_long(texels, width, order))
+    } else {
+        let own = texels.to_vec();
+        answered(py, size, move || env::project_lat_long(&own, width, order))?
+    };
+    // A texel that is not finite is in every sum: only then it is looked for.
+    let is_off = |c: &C| !(0..C::CHANNELS).all(|k| c.channel(k).to_f64().is_finite());
+    let is_finite = (0..C::CHANNELS).all(|k| f.coefficients()[0].channel(k).is_finite());
+    match if is_finite { None } else { texels.iter().position(is_off) } {
+        None => Ok(f),
+        Some(at) => {
+            let found: Vec<f64> = (0..C::CHANNELS).map(|k| texels[at].channel(k).to_f64()).collect();
+            Err(not_finite(&found, at, width))
+        }
+    }
+}
+
+fn not_finite(found: &[f64], at: usize, width: usize) -> PyErr {
+    let (y, x) = (at / width, at % width);
+    value_error(format!("texels: expected finite numbers, found {found:?} at row {y}, column {x}"))
 }
 
 /// Writes a map to be looked at, which tells its mapping.
@@ -189,13 +353,7 @@ impl Map {
             py.detach(|| (colors.par_iter().copied().collect(), colors.par_iter().position_first(is_off)))
         };
         if let Some(at) = off {
-            let found = colors[at].to_array();
-            let message = format!(
-                "texels: expected finite numbers, found {found:?} at row {}, column {}",
-                at / width,
-                at % width
-            );
-            return Err(value_error(message));
+            return Err(not_finite(&colors[at].to_array().map(f64::from), at, width));
         }
         MappedMap::new(mapping_of(mapping)?, width, height, colors).map(Self::from).map_err(|error| error_of(&error))
     }

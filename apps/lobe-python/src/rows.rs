@@ -5,10 +5,13 @@ use std::time::{Duration, Instant};
 use lobe::sh::{Coefficient, Real, Rgb};
 use numpy::ndarray::Dimension;
 use numpy::{
-    Element, PyArray1, PyArrayDyn, PyArrayMethods as _, PyReadonlyArray, PyReadonlyArrayDyn, PyUntypedArrayMethods as _,
+    Element, PyArray1, PyArrayDyn, PyArrayMethods as _, PyReadonlyArray, PyReadonlyArrayDyn, PyReadwriteArrayDyn,
+    PyUntypedArrayMethods as _,
 };
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::PyTuple;
 use rayon::prelude::*;
 
 /// Rows that are done before the interpreter may stop the work, at most.
@@ -56,24 +59,11 @@ impl Numbers<'_> {
 }
 
 /// `f32` or `f64`.
-pub(crate) trait Number: Real + Element + bytemuck::Pod {
-    /// `self * factor + term`, rounded once: an instruction of most machines, slow where there is none.
-    fn fused(self, factor: Self, term: Self) -> Self;
-}
+pub(crate) trait Number: Real + Element + bytemuck::Pod {}
 
-impl Number for f32 {
-    #[inline(always)]
-    fn fused(self, factor: Self, term: Self) -> Self {
-        self.mul_add(factor, term)
-    }
-}
+impl Number for f32 {}
 
-impl Number for f64 {
-    #[inline(always)]
-    fn fused(self, factor: Self, term: Self) -> Self {
-        self.mul_add(factor, term)
-    }
-}
+impl Number for f64 {}
 
 /// Work on one row of coefficients of precision `T`, numbers or colors.
 pub(crate) trait RowWork<T>: Sync {
@@ -185,6 +175,19 @@ impl Pace {
             self.rows = (self.rows / 2).max(1);
         }
     }
+}
+
+/// A new array of a shape, whose numbers are to be written: by `numpy.empty`, which, unlike a vector of zeros, costs no pass over memory.
+pub(crate) fn empty_array<'py, T: Element>(py: Python<'py>, shape: &[usize]) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
+    static EMPTY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+    let empty = EMPTY.import(py, "numpy", "empty")?;
+    let shape = PyTuple::new(py, shape)?;
+    Ok(empty.call1((shape, T::get_dtype(py)))?.cast_into()?)
+}
+
+/// The array, to be written; it is ours alone.
+pub(crate) fn writable<'py, T: Element>(array: &Bound<'py, PyArrayDyn<T>>) -> PyResult<PyReadwriteArrayDyn<'py, T>> {
+    Ok(array.try_readwrite()?)
 }
 
 /// A numpy array of numbers and a shape.

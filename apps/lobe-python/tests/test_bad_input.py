@@ -32,6 +32,13 @@ REFUSED = {
         ValueError,
         "at row 2, column 0",
     ),
+    "a number among texels that is NaN": (
+        lambda p: lobe.project(np.where(np.arange(32).reshape(4, 8) == 10, np.nan, 1.0), 3),
+        ValueError,
+        "texels: expected finite numbers, found [NaN] at row 1, column 2",
+    ),
+    "texels in a row": (lambda p: lobe.project(np.ones(8), 3), ValueError, "image: expected an array of shape"),
+    "texels of functions beyond the largest": (lambda p: F.texels(1 << 20, 4), ValueError, "size: expected 1 to 32768"),
     "texels that are masked": (lambda p: lobe.project(MASKED, 3), TypeError, "image: expected an array, found a masked one"),
     "a map without texels": (lambda p: lobe.project(np.ones((0, 0, 3)), 3), ValueError, "needs texels, but 0 x 0 has none"),
     "a map that is nothing": (lambda p: lobe.EnvMap(None), TypeError, "texels: expected numbers"),

@@ -35,6 +35,31 @@ def test_a_projection_is_the_sum_over_texels():
     np.testing.assert_array_equal(gray.coefficients, found.coefficients[:, 1])
 
 
+@pytest.mark.parametrize("order, width, height", [(1, 1, 1), (3, 16, 8), (16, 36, 17), (20, 30, 9), (40, 64, 32)])
+def test_the_texels_of_functions_are_their_values_towards_the_centers(order, width, height):
+    d, _ = centers(height, width)
+    for shape in [(order**2,), (2, 3, order**2), (2, order**2, 3)]:
+        c = np.random.default_rng(order).normal(size=shape)
+        for dtype, bound in [(np.float64, 1e-12), (np.float32, 2e-5)]:
+            f = lobe.Sh(c.astype(dtype))
+            found = f.texels(width, height)
+            assert found.dtype == dtype and found.shape == f.shape + (height, width) + ((3,) if f.is_color else ())
+            np.testing.assert_allclose(found, lobe.Sh(c).eval(d), atol=bound * order)
+
+
+@pytest.mark.parametrize("order", [4, 20])
+def test_a_picture_of_double_precision_is_not_rounded(order):
+    c = np.zeros(order**2)
+    c[0], c[2] = 1.0, 1e-10
+    picture = lobe.Sh(c).texels(64, 32)
+    assert abs(lobe.project(picture, order).coefficients[2] / c[2] - 1) < 1e-2, "texels are averages here and points there"
+    color = np.repeat(picture[..., None], 3, axis=-1)
+    np.testing.assert_allclose(lobe.project(color, order).coefficients[:, 1], lobe.project(picture, order).coefficients, atol=1e-15)
+    every_second = np.repeat(picture, 2, axis=1)[:, ::2]
+    assert not every_second.flags.c_contiguous
+    np.testing.assert_array_equal(lobe.project(every_second, order).coefficients, lobe.project(picture, order).coefficients)
+
+
 @pytest.mark.parametrize("height", [8, 512])
 def test_texels_are_kept_however_many_there_are(height):
     texels = np.random.default_rng(height).random((height, 2 * height, 3), dtype=np.float32)

@@ -130,9 +130,9 @@ pub use prefilter::prefilter::{
     PrefilterMethod, PrefilterOptions, RoughnessLevels, filter_lobe, filter_lobe_lat_long, filter_zonal, prefilter_ggx,
 };
 pub use projection::irradiance::{irradiance_at, irradiance_map, irradiance_map_brute_force, irradiance_sh};
-pub use projection::project::{project_env, project_env_as};
+pub use projection::project::{project_env, project_env_as, project_lat_long};
 pub use projection::project_map::project_map;
-pub use projection::reconstruct::reconstruct;
+pub use projection::reconstruct::{reconstruct, reconstruct_into};
 pub use reflection::brdf::{Brdf, Ggx, Lambert, Phong};
 pub use reflection::dfg::{Dfg, DfgTable, dfg};
 pub use reflection::specular_lobe::SpecularLobe;

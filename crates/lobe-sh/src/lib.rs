@@ -65,6 +65,7 @@
 //! | exchange data with an engine | `From` and `Into` of arrays, `[[f32; 3]; 9]`; features `glam`, `mint`, `bytemuck`, `serde` |
 //! | read, compare, evaluate any of the first two | [`Expansion`]; coefficients are [`Coefficient`]s: `f32`, `f64`, [`Rgb`] |
 //! | hold and compute many functions at once | [`ShBatch`], [`DirBatch`]: basis, rotation, products by the widest instructions of the machine ([`simd`]) |
+//! | evaluate many functions towards many vectors | [`Functions`] of numbers or colors one after the other, towards [`Vectors`] |
 //! | evaluate the basis | [`eval_basis`], [`Basis`] (many directions), [`eval_basis_gradients`], [`eval_complex`], [`fn@legendre`] |
 //! | number bands and coefficients | [`coefficient_index`], [`band_range`], [`band_and_m`], [`coefficient_count`], [`order_of`] |
 //! | turn a function into an expansion | [`fn@project`] (exact), [`project_to_accuracy`], [`project_monte_carlo`], [`Zonal::project`] |
@@ -141,8 +142,13 @@ pub use basis::basis::{Basis, eval_basis, eval_basis_into};
 pub use basis::complex::{complex_from_real, eval_complex, real_from_complex};
 pub use basis::index::{MAX_ORDER, band_and_m, band_range, coefficient_count, coefficient_index, order_of};
 pub use basis::legendre::{legendre, legendre_normalized};
+#[cfg(feature = "std")]
+pub use basis::vectors::Vectors;
 pub use batch::dir_batch::DirBatch;
 pub use batch::sh_batch::ShBatch;
+#[cfg(feature = "std")]
+pub use batch::values::{BasisTiles, Functions, Tiled};
+
 pub use encoding::ahd::Ahd;
 pub use encoding::ambient_cube::AmbientCube;
 pub use encoding::h_basis::{HBasis, HBasis4, HBasis6};

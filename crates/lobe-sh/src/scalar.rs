@@ -79,6 +79,22 @@ pub trait Coefficient:
         let _ = slice;
         None
     }
+
+    /// The slice if the type is `f64`.
+    #[doc(hidden)]
+    #[inline]
+    fn double_slice(slice: &[Self]) -> Option<&[f64]> {
+        let _ = slice;
+        None
+    }
+
+    /// [`Real::double_slice`] to write to.
+    #[doc(hidden)]
+    #[inline]
+    fn double_slice_mut(slice: &mut [Self]) -> Option<&mut [f64]> {
+        let _ = slice;
+        None
+    }
 }
 
 /// `f32` or `f64`: the number type of a kernel.
@@ -171,7 +187,17 @@ numbers!(
             Some(slice)
         }
     },
-    f64
+    f64 {
+        #[inline]
+        fn double_slice(slice: &[Self]) -> Option<&[f64]> {
+            Some(slice)
+        }
+
+        #[inline]
+        fn double_slice_mut(slice: &mut [Self]) -> Option<&mut [f64]> {
+            Some(slice)
+        }
+    }
 );
 
 /// A linear color: red, green and blue with Rec. 709 primaries unless the data says otherwise.

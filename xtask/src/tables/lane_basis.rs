@@ -1,4 +1,4 @@
-//! The basis towards sixteen directions at once: the recurrence of [`lobe_sh::Basis`] unrolled, with its constants.
+//! The basis towards as many directions at once as a register holds: the recurrence of [`lobe_sh::Basis`] unrolled, with its constants.
 
 use std::fmt::Write as _;
 
@@ -38,9 +38,9 @@ fn file(header: &str, constants: &Basis<f64>, order: usize) -> String {
         _ => "[x, y, z]",
     };
     let mut text = format!(
-        "{header}\nuse pulp::Simd;\n\nuse crate::basis::places::Places;\nuse crate::simd::{{Wide, constant as k}};\n\n\
+        "{header}\nuse pulp::Simd;\n\nuse crate::basis::places::Places;\nuse crate::simd::{{Lane, Wide, rounded as k}};\n\n\
          /// The {} functions of order {order}.\n#[inline(always)]\n\
-         pub(crate) fn basis<S: Simd>(simd: S, {axes}: [Wide<S>; 3], out: &mut impl Places<S>) {{\n",
+         pub(crate) fn basis<S: Simd, T: Lane>(simd: S, {axes}: [Wide<S, T>; 3], out: &mut impl Places<S, T>) {{\n",
         coefficient_count(order)
     );
     if order > 2 {
@@ -111,7 +111,7 @@ fn column(text: &mut String, constants: &Basis<f64>, order: usize, m: usize) {
     }
 }
 
-/// The `f32` nearest to a constant, in every lane.
+/// The number nearest to a constant, in every lane.
 fn number(x: f64) -> String {
-    format!("k(simd, {:?})", x as f32)
+    format!("k(simd, {x:?})")
 }

@@ -17,6 +17,9 @@ NATIVE = (np.dtype(np.float64), np.dtype(np.float32))
 MAX_ORDER = 256
 """Bands at most of the functions of this package."""
 
+MAX_SIDE = 32768
+"""Texels at most along a side of a map that is made."""
+
 
 def numbers(values: npt.ArrayLike, what: str) -> Numbers:
     """An array of float32 or float64; integers become float64, and anything else is a TypeError."""

@@ -10,12 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _lobe
-from ._arrays import MAX_ORDER, Doubles, Numbers, directions, expect, finite, numbers, real, rotation_matrix, whole
+from ._arrays import MAX_ORDER, MAX_SIDE, Doubles, Numbers, directions, expect, finite, numbers, real, rotation_matrix, whole
 from ._sh import Sh
-
-MAX_SIDE = 32768
-"""Texels at most along a side of a map that is made."""
-
 
 @dataclass(frozen=True)
 class Sun:
@@ -204,18 +200,22 @@ class EnvMap:
 def project(image: npt.ArrayLike, order: int, mapping: str = "lat-long") -> Sh:
     """The expansion of a picture of everything around a point: (height, width, 3) gives colors, (height, width) numbers.
 
-    Float64, exact for a picture that is constant over each texel. Pictures are rounded to float32 first.
+    Float64, exact for a picture that is constant over each texel. Lat-long pictures are read as they are, others rounded to float32 first.
     """
     array = numbers(image, "image")
-    f = EnvMap(array, mapping).project(order)
-    return f if array.ndim == 3 else Sh(np.ascontiguousarray(f.coefficients[:, 0]))
+    if mapping != "lat-long":
+        f = EnvMap(array, mapping).project(order)
+        return f if array.ndim == 3 else Sh(np.ascontiguousarray(f.coefficients[:, 0]))
+    order = whole(order, "order", 1, MAX_ORDER)
+    if array.ndim != 2 and (array.ndim != 3 or array.shape[-1] != 3):
+        raise ValueError(f"image: expected an array of shape (height, width) or (height, width, 3), found {array.shape}")
+    return Sh(_lobe.project_lat_long(np.ascontiguousarray(array), order))
 
 
 def reconstruct(f: Sh, width: int, height: int) -> EnvMap:
-    """The lat-long map of one function: its values at the centers of texels."""
+    """The lat-long map of one function: its values at the centers of texels. For values alone, of numbers or of batches, see `Sh.texels`."""
     if f.shape:
         raise ValueError(f"expected one function, found a batch of shape {f.shape}")
-    c = finite(f.coefficients.astype(np.float64), "coefficients")
-    colors = np.ascontiguousarray(c if f.is_color else np.repeat(c[:, None], 3, axis=1))
+    c = np.ascontiguousarray(finite(f.coefficients.astype(np.float64), "coefficients"))
     sides = (whole(side, "size", 1, MAX_SIDE) for side in (width, height))
-    return EnvMap._of(_lobe.reconstruct(colors, *sides))
+    return EnvMap._of(_lobe.reconstruct(c, *sides))

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _lobe
-from ._arrays import MAX_ORDER, Doubles, Numbers, finite, numbers, order_of, rotation_matrix, vectors, whole
+from ._arrays import MAX_ORDER, MAX_SIDE, Doubles, Numbers, finite, numbers, order_of, rotation_matrix, vectors, whole
 from ._encodings import Encoded, EncodingError, encode
 
 # Eigenvalues below this part of the largest are raised to it, as `lobe sh log` does.
@@ -152,6 +152,12 @@ class Sh:
         towards = vectors(d)
         values = _lobe.eval(self._rows(), self._order, np.ascontiguousarray(towards.reshape(-1, 3)))
         return values.reshape(self.shape + towards.shape[:-1] + ((3,) if self._is_color else ()))
+
+    def texels(self, width: int, height: int) -> Numbers:
+        """Values towards the centers of the texels of a lat-long map, row 0 on top: (batch, height, width), for colors (batch, height, width, 3)."""
+        sides = [whole(side, "size", 1, MAX_SIDE) for side in (width, height)]
+        values = _lobe.texels(self._rows(), *sides)
+        return values.reshape(self.shape + values.shape[1:])
 
     def rotate(self, r: npt.ArrayLike) -> Sh:
         """The functions turned by a rotation matrix R of shape (3, 3): the value at R s is what it was at s."""

@@ -7,11 +7,11 @@ use pulp::Simd;
 /// Numbers of a table side by side: two registers of AVX-512, four of AVX2.
 pub(crate) const BLOCK: usize = 16;
 
-/// Numbers that share a pass over a table: three channels of cosines and sines of two `m`.
+/// Numbers that share a pass over a table: the channels of cosines and sines of two `m` for colors, of six for numbers.
 pub(crate) const ROW: usize = 12;
 
-/// Channels of cosine and sine of one `m`.
-pub(crate) const WAVE: usize = 6;
+/// Channels of cosine and sine of one `m`, for numbers and for colors.
+pub(crate) const WAVE: [usize; 2] = [2, 6];
 
 /// A block of each number of a row.
 pub(crate) type Blocks = [[f64; BLOCK]; ROW];
@@ -90,9 +90,9 @@ pub(crate) struct Column<'a> {
 }
 
 /// `Σ_j P̄_l^m(z_j) x_j(c)` for each `l` from `m` on, of the first numbers `x` where `l - m` is even and the second where it is odd.
-pub(crate) struct LegendreSums<'a> {
+pub(crate) struct LegendreSums<'a, const WAVE: usize> {
     pub(crate) column: Column<'a>,
-    /// For each block of latitudes six of the twelve numbers, from `offset` on.
+    /// For each block of latitudes the numbers of one wave, from `offset` on.
     pub(crate) x: [&'a [Blocks]; 2],
     pub(crate) offset: usize,
     /// Room for two blocks for each block of latitudes.
@@ -100,7 +100,7 @@ pub(crate) struct LegendreSums<'a> {
     pub(crate) sums: &'a mut [[f64; WAVE]],
 }
 
-impl Kernel for LegendreSums<'_> {
+impl<const WAVE: usize> Kernel for LegendreSums<'_, WAVE> {
     type Output = ();
 
     #[inline(always)]
@@ -137,24 +137,27 @@ impl Kernel for LegendreSums<'_> {
     }
 }
 
-/// `Σ_l P̄_l^m(z_j) f_l(c)` at each latitude: over even `l - m` into the first six numbers of a block, over odd into the others.
-pub(crate) struct LegendreValues<'a> {
+/// The values of a wave at a block of latitudes: of even `l - m`, and of odd.
+pub(crate) type WaveBlocks<const WAVE: usize> = [[[f64; BLOCK]; WAVE]; 2];
+
+/// `Σ_l P̄_l^m(z_j) f_l(c)` at each latitude: over even `l - m`, and over odd.
+pub(crate) struct LegendreValues<'a, const WAVE: usize> {
     pub(crate) column: Column<'a>,
     /// For each `l` from `m` on.
     pub(crate) f: &'a [[f64; WAVE]],
-    pub(crate) values: &'a mut [Blocks],
+    pub(crate) values: &'a mut [WaveBlocks<WAVE>],
 }
 
-impl Kernel for LegendreValues<'_> {
+impl<const WAVE: usize> Kernel for LegendreValues<'_, WAVE> {
     type Output = ();
 
     #[inline(always)]
     fn wide<S: Simd>(self, simd: S) {
         for (w, out) in self.column.w.iter().zip(self.values) {
             if S::F64_LANES >= 8 {
-                values_block::<S, 2>(simd, self.column, self.f, w, out);
+                values_block::<S, 2, WAVE>(simd, self.column, self.f, w, out);
             } else {
-                values_block::<S, 1>(simd, self.column, self.f, w, out);
+                values_block::<S, 1, WAVE>(simd, self.column, self.f, w, out);
             }
         }
     }
@@ -165,12 +168,12 @@ impl Kernel for LegendreValues<'_> {
 }
 
 #[inline(always)]
-fn values_block<S: Simd, const REGISTERS: usize>(
+fn values_block<S: Simd, const REGISTERS: usize, const WAVE: usize>(
     simd: S,
     column: Column<'_>,
     f: &[[f64; WAVE]],
     w: &[f64; BLOCK],
-    out: &mut Blocks,
+    out: &mut WaveBlocks<WAVE>,
 ) {
     let zero = simd.splat_f64s(0.0);
     for first in (0..BLOCK / S::F64_LANES).step_by(REGISTERS) {
@@ -207,7 +210,7 @@ fn values_block<S: Simd, const REGISTERS: usize>(
         for half in 0..2 {
             for c in 0..WAVE {
                 for r in 0..REGISTERS {
-                    S::as_mut_simd_f64s(&mut out[half * WAVE + c]).0[first + r] = sums[half][c][r];
+                    S::as_mut_simd_f64s(&mut out[half][c]).0[first + r] = sums[half][c][r];
                 }
             }
         }

@@ -47,14 +47,14 @@ impl Latitudes {
         Column { first, steps, w: &self.w }
     }
 
-    /// Multiplies some numbers of each block by `sin^m θ`; by 0 where that is no normal number and no function of `m` is seen.
-    pub(crate) fn scale_by_power(&self, m: usize, blocks: &mut [Blocks], numbers: std::ops::Range<usize>) {
+    /// Multiplies the numbers of each block by `sin^m θ`; by 0 where that is no normal number and no function of `m` is seen.
+    pub(crate) fn scale_by_power<'a>(&self, m: usize, blocks: impl Iterator<Item = &'a mut [[f64; BLOCK]]>) {
         for (sin, block) in self.sin.as_chunks::<BLOCK>().0.iter().zip(blocks) {
             let power = sin.map(|sin| {
                 let power = sin.powi(m as i32);
                 if power < f64::MIN_POSITIVE { 0.0 } else { power }
             });
-            for number in &mut block[numbers.clone()] {
+            for number in block {
                 number.iter_mut().zip(power).for_each(|(number, power)| *number *= power);
             }
         }

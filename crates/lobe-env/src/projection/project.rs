@@ -5,11 +5,12 @@ use std::f64::consts::PI;
 use lobe_sh::{Coefficient, Expansion, FixedOrder, Rgb, ShVec, coefficient_count, coefficient_index};
 use rayon::prelude::*;
 
+use crate::EnvMap;
 use crate::mapping::lat_long::sin_cos_pi;
 use crate::projection::high_orders::{FIRST_HIGH_ORDER, project_high};
+use crate::projection::lat_long_rows::LatLongRows;
 use crate::projection::row_dft::RowDft;
 use crate::projection::row_legendre::{RowLegendre, for_each_column};
-use crate::{EnvMap, MappedMap};
 
 /// Pairs of mirrored rows that share one pass over the tables of cosines.
 const PAIRS_TOGETHER: usize = 8;
@@ -51,7 +52,7 @@ const MAX_CHUNKS: usize = 64;
 /// ```
 #[must_use]
 pub fn project_env(map: &EnvMap, order: usize) -> ShVec<Rgb<f64>> {
-    project_rows(map, order)
+    project_rows(LatLongRows::from(&**map), order)
 }
 
 /// [`project_env`] with the order and coefficients of the type `E`.
@@ -82,26 +83,44 @@ where
     E::from_coefficients(&coefficients)
 }
 
-/// [`project_env`] of a lat-long map.
-pub(crate) fn project_rows(map: &MappedMap, order: usize) -> ShVec<Rgb<f64>> {
+/// [`project_env`] of texels row after row, numbers or colors of `f32` or `f64`, which are read where they are.
+///
+/// ```
+/// use lobe_env::project_lat_long;
+///
+/// // A sky of 1 over a ground of 0, of numbers: a mean and a part along z.
+/// let texels: Vec<f64> = (0..64 * 32).map(|k| if k < 64 * 16 { 1.0 } else { 0.0 }).collect();
+/// let f = project_lat_long(&texels, 64, 2);
+/// let pi = std::f64::consts::PI;
+/// assert!((f[0] - pi.sqrt()).abs() < 1e-12 && (f[2] - (0.75 * pi).sqrt()).abs() < 1e-12 && f[1].abs() < 1e-12);
+/// ```
+///
+/// # Panics
+/// If `width` is 0, or the texels are not whole rows of it, or there are none.
+#[must_use]
+pub fn project_lat_long<C: Coefficient>(texels: &[C], width: usize, order: usize) -> ShVec<C::Wide> {
+    project_rows(LatLongRows::new(texels, width), order)
+}
+
+pub(crate) fn project_rows<C: Coefficient>(rows: LatLongRows<'_, C>, order: usize) -> ShVec<C::Wide> {
     if order == 0 {
         return ShVec::zero(0);
     }
-    let columns = column_factors(map.width(), order);
+    let columns = column_factors(rows.width(), order);
     if order >= FIRST_HIGH_ORDER {
-        return project_high(map, &columns);
+        return project_high(rows, &columns);
     }
-    project_low(map, &columns)
+    project_low(rows, &columns)
 }
 
 /// Pair of rows by pair, with the functions integrated over each.
-fn project_low(map: &MappedMap, columns: &[f64]) -> ShVec<Rgb<f64>> {
+fn project_low<C: Coefficient>(map: LatLongRows<'_, C>, columns: &[f64]) -> ShVec<C::Wide> {
     let order = columns.len();
     let azimuth = RowDft::new(map.width(), order);
     let polar = RowLegendre::integrals(order, map.height());
     let pairs = map.height().div_ceil(2);
     let chunk = pairs.div_ceil(MAX_CHUNKS).max(PAIRS_TOGETHER);
-    let parts: Vec<ShVec<Rgb<f64>>> = (0..pairs.div_ceil(chunk))
+    let parts: Vec<ShVec<C::Wide>> = (0..pairs.div_ceil(chunk))
         .into_par_iter()
         .map(|c| {
             let mut part = ShVec::zero(order);
@@ -130,17 +149,17 @@ fn column_factors(width: usize, order: usize) -> Vec<f64> {
 }
 
 /// Adds the contributions of the rows `y` and `h - 1 - y`, for all `y` in `pairs`.
-fn add_pairs(
-    map: &MappedMap,
+fn add_pairs<C: Coefficient>(
+    map: LatLongRows<'_, C>,
     pairs: std::ops::Range<usize>,
     azimuth: &RowDft,
     polar: &RowLegendre,
     columns: &[f64],
-    part: &mut ShVec<Rgb<f64>>,
+    part: &mut ShVec<C::Wide>,
 ) {
     let order = columns.len();
     let mirrored = |y: usize| map.height() - 1 - y;
-    let mut sums = vec![[Rgb::ZERO; 2]; 2 * pairs.len() * order];
+    let mut sums = vec![[C::Wide::ZERO; 2]; 2 * pairs.len() * order];
     let rows: Vec<_> = pairs.clone().flat_map(|y| [map.row(y), map.row(mirrored(y))]).collect();
     azimuth.add_sums(&rows, &mut sums);
     let mut integrals = vec![0.0; coefficient_count(order)];
@@ -166,7 +185,6 @@ mod tests {
     use lobe_testkit::Random;
 
     use super::*;
-    use crate::Mapping;
 
     #[test]
     fn high_orders_have_the_integrals_over_every_row() {
@@ -174,13 +192,34 @@ mod tests {
             [(17, 8, 4), (33, 30, 17), (64, 64, 31), (65, 17, 1), (100, 1, 40), (130, 100, 50), (256, 36, 9)]
         {
             let mut random = Random::new(order as u64);
-            let texels = (0..w * h).map(|_| Rgb::from([(); 3].map(|()| random.unit().powi(4) as f32))).collect();
-            let map = MappedMap::new(Mapping::LatLong, w, h, texels).unwrap();
-            let columns = column_factors(w, order);
-            let (found, expected) = (project_high(&map, &columns), project_low(&map, &columns));
+            let texels: Vec<_> =
+                (0..w * h).map(|_| Rgb::from([(); 3].map(|()| random.unit().powi(4) as f32))).collect();
+            let (map, columns) = (LatLongRows::new(&texels, w), column_factors(w, order));
+            let (found, expected) = (project_high(map, &columns), project_low(map, &columns));
             let error = found.coefficients().iter().zip(expected.coefficients());
             let error = error.flat_map(|(a, b)| (*a - *b).to_array()).fold(0.0, |worst: f64, e| worst.max(e.abs()));
             assert!(error < 1e-13 * expected[0].g, "order {order}, {w} x {h}: {error:e} of {}", expected[0].g);
+        }
+    }
+
+    #[test]
+    fn numbers_have_the_projection_of_a_channel_in_their_precision() {
+        for (order, w, h) in [(1, 1, 1), (4, 64, 33), (16, 30, 17), (17, 8, 4), (40, 64, 31), (70, 33, 20)] {
+            let mut random = Random::new(order as u64);
+            let singles: Vec<f32> = (0..w * h).map(|_| random.unit() as f32).collect();
+            let doubles: Vec<f64> = singles.iter().map(|v| f64::from(*v)).collect();
+            let colors: Vec<Rgb<f32>> = singles.iter().map(|v| Rgb::new(0.0, *v, 1.0)).collect();
+            let wide: Vec<Rgb<f64>> = colors.iter().map(|c| c.widen()).collect();
+            let expected = project_lat_long(&colors, w, order);
+            let (single, double) = (project_lat_long(&singles, w, order), project_lat_long(&doubles, w, order));
+            let wide = project_lat_long(&wide, w, order);
+            let limit = 1e-13 * expected[0].g;
+            for i in 0..coefficient_count(order) {
+                let expected = expected[i].g;
+                for found in [single[i], double[i], wide[i].g] {
+                    assert!((found - expected).abs() < limit, "order {order}, {w} x {h}, c_{i}: {found}, {expected}");
+                }
+            }
         }
     }
 }

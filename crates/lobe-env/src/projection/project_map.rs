@@ -3,6 +3,7 @@
 use lobe_sh::{Basis, Coefficient, Dir, Expansion, Rgb, ShVec, coefficient_count, gauss_legendre};
 use rayon::prelude::*;
 
+use crate::projection::lat_long_rows::LatLongRows;
 use crate::projection::patch_moments::Patches;
 use crate::projection::project::project_rows;
 use crate::{MappedMap, Mapping};
@@ -44,7 +45,7 @@ pub fn project_map(map: &MappedMap, order: usize) -> ShVec<Rgb<f64>> {
         return ShVec::zero(0);
     }
     if map.mapping() == Mapping::LatLong {
-        return project_rows(map, order);
+        return project_rows(LatLongRows::from(map), order);
     }
     let nodes = node_count(map, order);
     let by_texels = map.texels().len() * nodes * nodes;

@@ -1,6 +1,6 @@
 //! Discrete Fourier transform along the rows of a lat-long picture, and its inverse.
 
-use lobe_sh::Rgb;
+use lobe_sh::Coefficient;
 use lobe_sh::simd::{Kernel, Machine};
 use pulp::Simd;
 
@@ -8,7 +8,7 @@ use crate::mapping::lat_long::sin_cos_pi;
 use crate::projection::row_fold::{BLOCK, COS_EVEN, COS_ODD, FoldedBlock, SIN_EVEN, SIN_ODD};
 use crate::projection::table_sums::{PlainSums, TableSums, WideSums};
 
-/// Waves that share a pass over the planes: their sums, with three channels each, fit the registers of every machine.
+/// Waves that share a pass over the planes: their sums, with three or four lines each, fit the registers of every machine.
 const TOGETHER: usize = 3;
 
 /// `cos mφ_x` and `sin mφ_x` for `m < order` over the columns of a picture, one quarter of them where the rest follows
@@ -23,7 +23,10 @@ pub(crate) struct RowDft {
 }
 
 /// The sums of one or several rows: `[cos, sin]` for every `m < order`.
-pub(crate) type RowSums = [[Rgb<f64>; 2]];
+pub(crate) type RowSums<W> = [[W; 2]];
+
+/// Lines that share the passes over the tables: the channels of a color, or as many rows of numbers.
+const LINES: [usize; 2] = [3, 4];
 
 impl RowDft {
     /// The tables for `m < order` and `width` columns.
@@ -45,13 +48,23 @@ impl RowDft {
     /// Adds `Σ_x L(x) cos mφ_x` and `Σ_x L(x) sin mφ_x` of each row to its `order` sums in `sums`.
     ///
     /// The tables pass once through the cache for all `rows`, so pass several at a time.
-    pub(crate) fn add_sums(&self, rows: &[&[Rgb<f32>]], sums: &mut RowSums) {
-        Machine::detect().run(AddSums { dft: self, rows, sums });
+    pub(crate) fn add_sums<C: Coefficient>(&self, rows: &[&[C]], sums: &mut RowSums<C::Wide>) {
+        let machine = Machine::detect();
+        if C::CHANNELS == 1 {
+            machine.run(AddSums::<C, { LINES[1] }> { dft: self, rows, sums });
+        } else {
+            machine.run(AddSums::<C, { LINES[0] }> { dft: self, rows, sums });
+        }
     }
 
-    /// Writes `Σ_m A_m cos mφ_x + B_m sin mφ_x` into every texel of a row; `waves` are `[A_m, B_m]`.
-    pub(crate) fn synthesise_into(&self, waves: &RowSums, row: &mut [Rgb<f32>]) {
-        Machine::detect().run(Synthesise { dft: self, waves, row });
+    /// Writes `Σ_m A_m cos mφ_x + B_m sin mφ_x` into every texel of some rows; `waves` are the `[A_m, B_m]` of each row.
+    pub(crate) fn synthesise_into<C: Coefficient>(&self, waves: &[&RowSums<C::Wide>], rows: &mut [&mut [C]]) {
+        let machine = Machine::detect();
+        if C::CHANNELS == 1 {
+            machine.run(Synthesise::<C, { LINES[1] }> { dft: self, waves, rows });
+        } else {
+            machine.run(Synthesise::<C, { LINES[0] }> { dft: self, waves, rows });
+        }
     }
 
     /// Each plane with its table, the first `m` that it has, and its place in [`RowSums`]; from there every second `m`.
@@ -65,34 +78,35 @@ impl RowDft {
     }
 }
 
-struct AddSums<'a> {
+struct AddSums<'a, C: Coefficient, const N: usize> {
     dft: &'a RowDft,
-    rows: &'a [&'a [Rgb<f32>]],
-    sums: &'a mut RowSums,
+    rows: &'a [&'a [C]],
+    sums: &'a mut RowSums<C::Wide>,
 }
 
-impl AddSums<'_> {
+impl<C: Coefficient, const N: usize> AddSums<'_, C, N> {
     #[inline(always)]
     fn by<F: TableSums>(self, arithmetic: F) {
         let Self { dft, rows, sums } = self;
-        let mut block = FoldedBlock::new(dft.folded);
+        let mut block = FoldedBlock::<C::Scalar, N>::new(dft.folded);
+        let together = N / C::CHANNELS;
         for start in (0..dft.columns).step_by(BLOCK) {
             let count = BLOCK.min(dft.columns - start);
-            for (row, sums) in rows.iter().zip(sums.chunks_exact_mut(dft.order)) {
-                block.fold(row, start, count);
+            for (rows, sums) in rows.chunks(together).zip(sums.chunks_mut(together * dft.order)) {
+                block.fold(rows, start, count);
                 for (plane, table, first, part) in dft.parts() {
                     let plane = block.plane(plane);
                     let table = |m: usize| &table[m * dft.columns + start..][..count];
                     let mut m = first;
                     while m + 2 * (TOGETHER - 1) < dft.order {
                         let found = arithmetic.sums([table(m), table(m + 2), table(m + 4)], plane);
-                        for (k, found) in found.into_iter().enumerate() {
-                            sums[m + 2 * k][part] += Rgb::from(found);
+                        for (k, found) in found.iter().enumerate() {
+                            add_to_rows::<C>(sums, dft.order, m + 2 * k, part, found);
                         }
                         m += 2 * TOGETHER;
                     }
                     while m < dft.order {
-                        sums[m][part] += Rgb::from(arithmetic.sums([table(m)], plane)[0]);
+                        add_to_rows::<C>(sums, dft.order, m, part, &arithmetic.sums([table(m)], plane)[0]);
                         m += 2;
                     }
                 }
@@ -101,7 +115,15 @@ impl AddSums<'_> {
     }
 }
 
-impl Kernel for AddSums<'_> {
+/// Adds the sums of lines to those of their rows.
+#[inline(always)]
+fn add_to_rows<C: Coefficient>(sums: &mut RowSums<C::Wide>, order: usize, m: usize, part: usize, found: &[f64]) {
+    for (row, found) in sums.chunks_exact_mut(order).zip(found.chunks_exact(C::CHANNELS)) {
+        row[m][part] += C::Wide::from_channels(|c| found[c]);
+    }
+}
+
+impl<C: Coefficient, const N: usize> Kernel for AddSums<'_, C, N> {
     type Output = ();
 
     #[inline(always)]
@@ -114,42 +136,47 @@ impl Kernel for AddSums<'_> {
     }
 }
 
-struct Synthesise<'a> {
+struct Synthesise<'a, 'b, C: Coefficient, const N: usize> {
     dft: &'a RowDft,
-    waves: &'a RowSums,
-    row: &'a mut [Rgb<f32>],
+    waves: &'a [&'a RowSums<C::Wide>],
+    rows: &'a mut [&'b mut [C]],
 }
 
-impl Synthesise<'_> {
+impl<C: Coefficient, const N: usize> Synthesise<'_, '_, C, N> {
     #[inline(always)]
     fn by<F: TableSums>(self, arithmetic: F) {
-        let Self { dft, waves, row } = self;
-        let mut block = FoldedBlock::new(dft.folded);
+        let Self { dft, waves, rows } = self;
+        let mut block = FoldedBlock::<C::Scalar, N>::new(dft.folded);
+        let together = N / C::CHANNELS;
         for start in (0..dft.columns).step_by(BLOCK) {
             let count = BLOCK.min(dft.columns - start);
-            block.clear(count);
-            for (plane, table, first, part) in dft.parts() {
-                let table = |m: usize| &table[m * dft.columns + start..][..count];
-                for (c, channel) in block.plane_mut(plane).into_iter().enumerate() {
-                    let wave = |m: usize| waves[m][part].to_array()[c];
-                    let mut m = first;
-                    while m + 2 * (TOGETHER - 1) < dft.order {
-                        let tables = [table(m), table(m + 2), table(m + 4)];
-                        arithmetic.add_scaled(channel, tables, [wave(m), wave(m + 2), wave(m + 4)]);
-                        m += 2 * TOGETHER;
-                    }
-                    while m < dft.order {
-                        arithmetic.add_scaled(channel, [table(m)], [wave(m)]);
-                        m += 2;
+            for (waves, rows) in waves.chunks(together).zip(rows.chunks_mut(together)) {
+                block.clear(count);
+                for (plane, table, first, part) in dft.parts() {
+                    let table = |m: usize| &table[m * dft.columns + start..][..count];
+                    let lines = block.plane_mut(plane).into_iter().take(waves.len() * C::CHANNELS);
+                    for (k, line) in lines.enumerate() {
+                        let (waves, c) = (waves[k / C::CHANNELS], k % C::CHANNELS);
+                        let wave = |m: usize| waves[m][part].channel(c);
+                        let mut m = first;
+                        while m + 2 * (TOGETHER - 1) < dft.order {
+                            let tables = [table(m), table(m + 2), table(m + 4)];
+                            arithmetic.add_scaled(line, tables, [wave(m), wave(m + 2), wave(m + 4)]);
+                            m += 2 * TOGETHER;
+                        }
+                        while m < dft.order {
+                            arithmetic.add_scaled(line, [table(m)], [wave(m)]);
+                            m += 2;
+                        }
                     }
                 }
+                block.unfold(start, rows);
             }
-            block.unfold(start, row);
         }
     }
 }
 
-impl Kernel for Synthesise<'_> {
+impl<C: Coefficient, const N: usize> Kernel for Synthesise<'_, '_, C, N> {
     type Output = ();
 
     #[inline(always)]
@@ -164,7 +191,7 @@ impl Kernel for Synthesise<'_> {
 
 #[cfg(test)]
 mod tests {
-    use lobe_sh::Coefficient as _;
+    use lobe_sh::Rgb;
     use lobe_testkit::Random;
 
     use super::*;
@@ -219,14 +246,42 @@ mod tests {
             let mut random = Random::new(3);
             let waves: Vec<[Rgb<f64>; 2]> =
                 (0..order).map(|_| [(); 2].map(|()| Rgb::from([(); 3].map(|()| random.signed())))).collect();
-            let mut row = vec![Rgb::ZERO; width];
-            RowDft::new(width, order).synthesise_into(&waves, &mut row);
+            let mut row = vec![Rgb::<f32>::ZERO; width];
+            RowDft::new(width, order).synthesise_into(&[&waves], &mut [&mut row]);
             for (x, found) in row.iter().enumerate() {
                 let phi = std::f64::consts::PI * (1.0 - (2 * x + 1) as f64 / width as f64);
                 let expected: f64 = (0..order)
                     .map(|m| waves[m][0].g * (m as f64 * phi).cos() + waves[m][1].g * (m as f64 * phi).sin())
                     .sum();
                 assert!((f64::from(found.g) - expected).abs() < 1e-6, "width {width}, x {x}: {found:?}, {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn rows_of_numbers_have_the_sums_and_the_texels_of_a_channel() {
+        for (width, order, count) in [(1, 2, 3), (8, 5, 4), (17, 9, 1), (1028, 12, 9)] {
+            let colors: Vec<Vec<Rgb<f32>>> =
+                (0..count).map(|row| random_row(width + 7 * row)[..width].to_vec()).collect();
+            let numbers: Vec<Vec<f64>> =
+                colors.iter().map(|row| row.iter().map(|color| f64::from(color.g)).collect()).collect();
+            let dft = RowDft::new(width, order);
+            let mut of_colors = vec![[Rgb::ZERO; 2]; count * order];
+            let mut of_numbers = vec![[0.0; 2]; count * order];
+            dft.add_sums(&colors.iter().map(|row| &row[..]).collect::<Vec<_>>(), &mut of_colors);
+            dft.add_sums(&numbers.iter().map(|row| &row[..]).collect::<Vec<_>>(), &mut of_numbers);
+            for (number, color) in of_numbers.iter().flatten().zip(of_colors.iter().flatten()) {
+                assert!((number - color.g).abs() < 1e-14 * width as f64, "width {width}: {number} and {}", color.g);
+            }
+            let mut texels = vec![Rgb::<f32>::ZERO; count * width];
+            let mut values = vec![0.0_f64; count * width];
+            let waves: Vec<_> = of_colors.chunks(order).collect();
+            dft.synthesise_into(&waves, &mut texels.chunks_mut(width).collect::<Vec<_>>());
+            let waves: Vec<_> = of_numbers.chunks(order).collect();
+            dft.synthesise_into(&waves, &mut values.chunks_mut(width).collect::<Vec<_>>());
+            for (value, texel) in values.iter().zip(&texels) {
+                let limit = 1e-6 * (width * order) as f64;
+                assert!((value - f64::from(texel.g)).abs() < limit, "width {width}: {value} and {}", texel.g);
             }
         }
     }

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use lobe_sh::Rgb;
 use lobe_sh::simd::Machine;
+use lobe_sh::{Coefficient, Real as _};
 use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftPlanner, FftPlannerScalar};
 
@@ -16,6 +16,9 @@ use crate::projection::row_dft::RowSums;
 //
 // The columns lie at φ_x = π (w - 2x - 1)/w, so that Σ_x u(x) e^{imφ_x} = t_m U_m, t_m = e^{iπm(w - 1)/w}; and
 // Σ_m A_m cos mφ_x + B_m sin mφ_x = Re Σ_m (A_m - iB_m) t_m e^{-2πimx/w}, half of which each of m and w - m gives.
+
+/// Channels of a color.
+const MOST_CHANNELS: usize = 3;
 
 /// The transform of rows of one width, waves `m < order`.
 pub(crate) struct RowFft {
@@ -48,51 +51,55 @@ impl RowFft {
     }
 
     /// `Σ_x L(x) cos mφ_x` and `Σ_x L(x) sin mφ_x` of two rows.
-    pub(crate) fn sums_into(&self, rows: [&[Rgb<f32>]; 2], sums: [&mut RowSums; 2], work: &mut FftWork) {
-        let [red, green, blue] = &mut work.channels;
-        let places = red.iter_mut().zip(green).zip(blue);
-        for ((u, v), ((r, g), b)) in rows[0].iter().zip(rows[1]).zip(places) {
-            *r = Complex::new(f64::from(u.r), f64::from(v.r));
-            *g = Complex::new(f64::from(u.g), f64::from(v.g));
-            *b = Complex::new(f64::from(u.b), f64::from(v.b));
+    pub(crate) fn sums_into<C: Coefficient>(
+        &self,
+        rows: [&[C]; 2],
+        sums: [&mut RowSums<C::Wide>; 2],
+        work: &mut FftWork,
+    ) {
+        for (c, channel) in work.channels.iter_mut().enumerate() {
+            for ((u, v), z) in rows[0].iter().zip(rows[1]).zip(channel) {
+                *z = Complex::new(u.channel(c).to_f64(), v.channel(c).to_f64());
+            }
         }
         self.transform(work);
-        let [red, green, blue] = &work.channels;
         let [upper, lower] = sums;
-        for ((&Wave { turn, at, mirrored }, upper), lower) in self.waves.iter().zip(upper).zip(lower) {
-            let parts = |z: &[Complex<f64>]| {
-                let (z, mirrored) = (z[at], z[mirrored].conj());
+        for ((wave, upper), lower) in self.waves.iter().zip(upper).zip(lower) {
+            // Of each channel the sums of both rows.
+            let mut parts = [[Complex::new(0.0, 0.0); 2]; MOST_CHANNELS];
+            for (parts, z) in parts.iter_mut().zip(&work.channels) {
+                let (z, mirrored) = (z[wave.at], z[wave.mirrored].conj());
                 let (u, v) = (z + mirrored, mirrored - z);
-                [u * turn, Complex::new(-v.im, v.re) * turn]
-            };
-            let [[u_r, v_r], [u_g, v_g], [u_b, v_b]] = [parts(red), parts(green), parts(blue)];
-            *upper = [Rgb::new(u_r.re, u_g.re, u_b.re), Rgb::new(u_r.im, u_g.im, u_b.im)];
-            *lower = [Rgb::new(v_r.re, v_g.re, v_b.re), Rgb::new(v_r.im, v_g.im, v_b.im)];
+                *parts = [u * wave.turn, Complex::new(-v.im, v.re) * wave.turn];
+            }
+            for (row, out) in [upper, lower].into_iter().enumerate() {
+                *out = [C::Wide::from_channels(|c| parts[c][row].re), C::Wide::from_channels(|c| parts[c][row].im)];
+            }
         }
     }
 
     /// `Σ_m A_m cos mφ_x + B_m sin mφ_x` into every texel of two rows; `waves` are the `[A_m, B_m]` of each.
-    pub(crate) fn synthesize_into(&self, waves: [&RowSums; 2], rows: [&mut [Rgb<f32>]; 2], work: &mut FftWork) {
-        for channel in &mut work.channels {
-            channel.fill(Complex::new(0.0, 0.0));
-        }
-        let [red, green, blue] = &mut work.channels;
-        for ((&Wave { turn, at, mirrored }, u), v) in self.waves.iter().zip(waves[0]).zip(waves[1]) {
-            let add = |z: &mut [Complex<f64>], u: [f64; 2], v: [f64; 2]| {
-                let (u, v) = (Complex::new(u[0], -u[1]) * turn, Complex::new(v[0], -v[1]) * turn);
+    pub(crate) fn synthesize_into<C: Coefficient>(
+        &self,
+        waves: [&RowSums<C::Wide>; 2],
+        rows: [&mut [C]; 2],
+        work: &mut FftWork,
+    ) {
+        for (c, z) in work.channels.iter_mut().enumerate() {
+            z.fill(Complex::new(0.0, 0.0));
+            for ((&Wave { turn, at, mirrored }, u), v) in self.waves.iter().zip(waves[0]).zip(waves[1]) {
+                let of_row = |row: &[C::Wide; 2]| Complex::new(row[0].channel(c), -row[1].channel(c)) * turn;
+                let (u, v) = (of_row(u), of_row(v));
                 z[at] += Complex::new(u.re - v.im, u.im + v.re);
                 z[mirrored] += Complex::new(u.re + v.im, v.re - u.im);
-            };
-            add(red, [u[0].r, u[1].r], [v[0].r, v[1].r]);
-            add(green, [u[0].g, u[1].g], [v[0].g, v[1].g]);
-            add(blue, [u[0].b, u[1].b], [v[0].b, v[1].b]);
+            }
         }
         self.transform(work);
-        let [red, green, blue] = &work.channels;
         let [upper, lower] = rows;
-        for ((u, v), ((r, g), b)) in upper.iter_mut().zip(lower).zip(red.iter().zip(green).zip(blue)) {
-            *u = Rgb::new(r.re as f32, g.re as f32, b.re as f32);
-            *v = Rgb::new(r.im as f32, g.im as f32, b.im as f32);
+        let channels = &work.channels;
+        for (x, (u, v)) in upper.iter_mut().zip(lower).enumerate() {
+            *u = C::from_channels(|c| C::Scalar::from_f64(channels[c][x].re));
+            *v = C::from_channels(|c| C::Scalar::from_f64(channels[c][x].im));
         }
     }
 
@@ -102,26 +109,23 @@ impl RowFft {
         }
     }
 
-    /// Room for one thread.
-    pub(crate) fn work(&self) -> FftWork {
+    /// Room for one thread and rows of some channels.
+    pub(crate) fn work(&self, channels: usize) -> FftWork {
         let zeros = |count| vec![Complex::new(0.0, 0.0); count];
-        FftWork {
-            channels: [(); 3].map(|()| zeros(self.fft.len())),
-            scratch: zeros(self.fft.get_inplace_scratch_len()),
-        }
+        FftWork { channels: vec![zeros(self.fft.len()); channels], scratch: zeros(self.fft.get_inplace_scratch_len()) }
     }
 }
 
 /// The scratch space of one thread.
 pub(crate) struct FftWork {
     /// Two rows of each channel.
-    channels: [Vec<Complex<f64>>; 3],
+    channels: Vec<Vec<Complex<f64>>>,
     scratch: Vec<Complex<f64>>,
 }
 
 #[cfg(test)]
 mod tests {
-    use lobe_sh::Coefficient as _;
+    use lobe_sh::Rgb;
     use lobe_testkit::Random;
 
     use super::*;
@@ -139,7 +143,7 @@ mod tests {
             let fft = RowFft::new(width, order);
             let mut sums = [vec![[Rgb::ZERO; 2]; order], vec![[Rgb::ZERO; 2]; order]];
             let [upper, lower] = &mut sums;
-            fft.sums_into([&rows[0], &rows[1]], [upper, lower], &mut fft.work());
+            fft.sums_into([&rows[0], &rows[1]], [upper, lower], &mut fft.work(3));
             for (row, sums) in rows.iter().zip(&sums) {
                 let mut expected = vec![[Rgb::ZERO; 2]; order];
                 RowDft::new(width, order).add_sums(&[row], &mut expected);
@@ -161,12 +165,12 @@ mod tests {
             };
             let waves = [waves(), waves()];
             let fft = RowFft::new(width, order);
-            let mut rows = [vec![Rgb::ZERO; width], vec![Rgb::ZERO; width]];
+            let mut rows = [vec![Rgb::<f32>::ZERO; width], vec![Rgb::<f32>::ZERO; width]];
             let [upper, lower] = &mut rows;
-            fft.synthesize_into([&waves[0], &waves[1]], [upper, lower], &mut fft.work());
+            fft.synthesize_into([&waves[0], &waves[1]], [upper, lower], &mut fft.work(3));
             for (waves, row) in waves.iter().zip(&rows) {
-                let mut expected = vec![Rgb::ZERO; width];
-                RowDft::new(width, order).synthesise_into(waves, &mut expected);
+                let mut expected = vec![Rgb::<f32>::ZERO; width];
+                RowDft::new(width, order).synthesise_into(&[waves], &mut [&mut expected]);
                 for (x, (found, expected)) in row.iter().zip(&expected).enumerate() {
                     let error = (found.widen() - expected.widen()).to_array().map(f64::abs);
                     assert!(error.iter().all(|e| *e < 2e-6 * order as f64), "width {width}, x {x}: {error:?}");

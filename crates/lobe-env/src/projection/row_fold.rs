@@ -1,6 +1,6 @@
 //! Rows of a lat-long picture folded by the symmetries of cosine and sine.
 
-use lobe_sh::{Coefficient, Rgb};
+use lobe_sh::{Coefficient, Real};
 
 // The columns of a picture of width w lie at φ_x = π (w - 2x - 1)/w. If w is a multiple of four they come in
 // quadruples that share their cosines and sines up to the sign. With a = φ_x of a column x < w/4 in the left quarter:
@@ -26,7 +26,7 @@ pub(crate) const SIN_EVEN: usize = 2;
 pub(crate) const SIN_ODD: usize = 3;
 const PLANES: usize = 4;
 
-/// Columns folded at a time: twelve planes of this many `f64` (24 KiB) stay in the first-level cache while every `m`
+/// Columns folded at a time: twelve or sixteen planes of this many `f64` (32 KiB) stay in the first-level cache, or nearly so, while every `m`
 /// passes over them.
 pub(crate) const BLOCK: usize = 256;
 
@@ -34,63 +34,66 @@ pub(crate) const BLOCK: usize = 256;
 /// some columns come in reverse. Of 16, 32 and 64 the quickest, by a tenth.
 const TOGETHER: usize = 32;
 
-/// The four planes of a block of columns, each a channel after the other, and the texels that are folded into them or unfolded from them.
-pub(crate) struct FoldedBlock {
-    planes: [[[f64; BLOCK]; 3]; PLANES],
-    quarters: [[[f32; BLOCK]; 3]; 4],
+/// The four planes of a block of columns of `N` lines, each a channel of a row, and the texels that are folded into them or unfolded from them: the
+/// channels of the first row, then those of the second, and so on.
+pub(crate) struct FoldedBlock<T, const N: usize> {
+    planes: [[[f64; BLOCK]; N]; PLANES],
+    quarters: [[[T; BLOCK]; N]; 4],
     /// Columns of the block.
     count: usize,
     /// Whether the planes differ; if not, all of them are the row itself.
     folded: bool,
 }
 
-impl FoldedBlock {
+impl<T: Real, const N: usize> FoldedBlock<T, N> {
     /// A block of zeros, of rows that are folded or not.
     pub(crate) fn new(folded: bool) -> Self {
-        Self { planes: [[[0.0; BLOCK]; 3]; PLANES], quarters: [[[0.0; BLOCK]; 3]; 4], count: 0, folded }
+        Self { planes: [[[0.0; BLOCK]; N]; PLANES], quarters: [[[T::ZERO; BLOCK]; N]; 4], count: 0, folded }
     }
 
-    /// The channels of a plane.
+    /// The lines of a plane.
     #[inline(always)]
-    pub(crate) fn plane(&self, plane: usize) -> [&[f64]; 3] {
-        let [r, g, b] = &self.planes[if self.folded { plane } else { 0 }];
-        [&r[..self.count], &g[..self.count], &b[..self.count]]
+    pub(crate) fn plane(&self, plane: usize) -> [&[f64]; N] {
+        self.planes[if self.folded { plane } else { 0 }].each_ref().map(|line| &line[..self.count])
     }
 
-    /// The channels of a plane to be written.
+    /// The lines of a plane to be written.
     #[inline(always)]
-    pub(crate) fn plane_mut(&mut self, plane: usize) -> [&mut [f64]; 3] {
-        let [r, g, b] = &mut self.planes[plane];
-        [&mut r[..self.count], &mut g[..self.count], &mut b[..self.count]]
+    pub(crate) fn plane_mut(&mut self, plane: usize) -> [&mut [f64]; N] {
+        let count = self.count;
+        self.planes[plane].each_mut().map(|line| &mut line[..count])
     }
 
     /// Begins a block of `count` columns with planes of zeros.
     #[inline(always)]
     pub(crate) fn clear(&mut self, count: usize) {
         self.count = count;
-        for channel in self.planes.as_flattened_mut() {
-            channel[..count].fill(0.0);
+        for line in self.planes.as_flattened_mut() {
+            line[..count].fill(0.0);
         }
     }
 
-    /// Folds `count` columns from `start` on.
+    /// Folds `count` columns from `start` on, of as many rows as there are lines for, or fewer.
     #[inline(always)]
-    pub(crate) fn fold(&mut self, row: &[Rgb<f32>], start: usize, count: usize) {
+    pub(crate) fn fold<C: Coefficient<Scalar = T>>(&mut self, rows: &[&[C]], start: usize, count: usize) {
         self.count = count;
-        if self.folded {
-            let (left, right) = row.split_at(row.len() / 2);
-            let end = left.len() - start;
-            let columns = [&left[start..], &left[end - count..], &right[start..], &right[end - count..]];
-            for (quarter, columns) in self.quarters.iter_mut().zip(columns) {
-                split(&columns[..count], quarter);
-            }
-            for channel in 0..3 {
-                self.fold_channel(channel);
-            }
-        } else {
-            for (k, texel) in row[start..][..count].iter().enumerate() {
-                for (channel, value) in self.planes[0].iter_mut().zip(texel.widen().to_array()) {
-                    channel[k] = value;
+        for (i, row) in rows.iter().enumerate() {
+            let first = i * C::CHANNELS;
+            if self.folded {
+                let (left, right) = row.split_at(row.len() / 2);
+                let end = left.len() - start;
+                let columns = [&left[start..], &left[end - count..], &right[start..], &right[end - count..]];
+                for (quarter, columns) in self.quarters.iter_mut().zip(columns) {
+                    split(&columns[..count], &mut quarter[first..]);
+                }
+                for line in first..first + C::CHANNELS {
+                    self.fold_channel(line);
+                }
+            } else {
+                for (k, texel) in row[start..][..count].iter().enumerate() {
+                    for c in 0..C::CHANNELS {
+                        self.planes[0][first + c][k] = texel.channel(c).to_f64();
+                    }
                 }
             }
         }
@@ -130,22 +133,25 @@ impl FoldedBlock {
         }
     }
 
-    /// Writes the columns from `start` on: the inverse of [`FoldedBlock::fold`], up to a factor of four.
+    /// Writes the columns from `start` on, of rows as they are folded: the inverse of [`FoldedBlock::fold`], up to a factor of four.
     #[inline(always)]
-    pub(crate) fn unfold(&mut self, start: usize, row: &mut [Rgb<f32>]) {
+    pub(crate) fn unfold<C: Coefficient<Scalar = T>>(&mut self, start: usize, rows: &mut [&mut [C]]) {
         let count = self.count;
-        for channel in 0..3 {
-            self.unfold_channel(channel);
-        }
-        if self.folded {
-            let (left, right) = row.split_at_mut(row.len() / 2);
-            let end = left.len() - start;
-            merge(&self.quarters[0], &mut left[start..][..count]);
-            merge(&self.quarters[1], &mut left[end - count..][..count]);
-            merge(&self.quarters[2], &mut right[start..][..count]);
-            merge(&self.quarters[3], &mut right[end - count..][..count]);
-        } else {
-            merge(&self.quarters[0], &mut row[start..][..count]);
+        for (i, row) in rows.iter_mut().enumerate() {
+            let first = i * C::CHANNELS;
+            for line in first..first + C::CHANNELS {
+                self.unfold_channel(line);
+            }
+            if self.folded {
+                let (left, right) = row.split_at_mut(row.len() / 2);
+                let end = left.len() - start;
+                merge(&self.quarters[0][first..], &mut left[start..][..count]);
+                merge(&self.quarters[1][first..], &mut left[end - count..][..count]);
+                merge(&self.quarters[2][first..], &mut right[start..][..count]);
+                merge(&self.quarters[3][first..], &mut right[end - count..][..count]);
+            } else {
+                merge(&self.quarters[0][first..], &mut row[start..][..count]);
+            }
         }
     }
 
@@ -161,7 +167,7 @@ impl FoldedBlock {
             for plane in 0..PLANES {
                 folded[plane].copy_from_slice(&planes[plane][channel][k..][..TOGETHER]);
             }
-            let mut quarters = [[0.0; TOGETHER]; 4];
+            let mut quarters = [[T::ZERO; TOGETHER]; 4];
             for i in 0..TOGETHER {
                 let mirrored = TOGETHER - 1 - i;
                 [quarters[0][i], quarters[1][mirrored], quarters[2][i], quarters[3][mirrored]] =
@@ -182,38 +188,58 @@ impl FoldedBlock {
 
 /// The four planes at the columns A, B, C, D.
 #[inline(always)]
-fn fold([a, b, c, d]: [f32; 4]) -> [f64; PLANES] {
-    let (a, b, c, d) = (f64::from(a), f64::from(b), f64::from(c), f64::from(d));
+fn fold<T: Real>([a, b, c, d]: [T; 4]) -> [f64; PLANES] {
+    let (a, b, c, d) = (a.to_f64(), b.to_f64(), c.to_f64(), d.to_f64());
     [(a + d) + (b + c), (a + d) - (b + c), (a - d) - (b - c), (a - d) + (b - c)]
 }
 
 /// The columns A, B, C, D of four planes.
 #[inline(always)]
-fn unfold([cos_even, cos_odd, sin_even, sin_odd]: [f64; PLANES]) -> [f32; 4] {
+fn unfold<T: Real>([cos_even, cos_odd, sin_even, sin_odd]: [f64; PLANES]) -> [T; 4] {
     let (outer, inner) = (cos_even + cos_odd, cos_even - cos_odd);
     let (outer_sin, inner_sin) = (sin_even + sin_odd, sin_odd - sin_even);
-    [(outer + outer_sin) as f32, (inner + inner_sin) as f32, (inner - inner_sin) as f32, (outer - outer_sin) as f32]
+    let columns = [outer + outer_sin, inner + inner_sin, inner - inner_sin, outer - outer_sin];
+    columns.map(T::from_f64)
 }
 
-/// Colors as three channels.
+/// Texels as lines, one for each channel.
 #[inline(always)]
-fn split(colors: &[Rgb<f32>], [r, g, b]: &mut [[f32; BLOCK]; 3]) {
+fn split<C: Coefficient>(texels: &[C], lines: &mut [[C::Scalar; BLOCK]]) {
     // That no slice is longer than a block has to be seen here for wide instructions.
-    let count = colors.len().min(BLOCK);
-    let (colors, r, g, b) = (&colors[..count], &mut r[..count], &mut g[..count], &mut b[..count]);
-    for k in 0..count {
-        r[k] = colors[k].r;
-        g[k] = colors[k].g;
-        b[k] = colors[k].b;
+    let count = texels.len().min(BLOCK);
+    if let [r, g, b, ..] = lines
+        && C::CHANNELS == 3
+    {
+        let (texels, r, g, b) = (&texels[..count], &mut r[..count], &mut g[..count], &mut b[..count]);
+        for k in 0..count {
+            r[k] = texels[k].channel(0);
+            g[k] = texels[k].channel(1);
+            b[k] = texels[k].channel(2);
+        }
+    } else if let [line, ..] = lines {
+        let (texels, line) = (&texels[..count], &mut line[..count]);
+        for k in 0..count {
+            line[k] = texels[k].channel(0);
+        }
     }
 }
 
-/// Three channels as colors.
+/// Lines, one for each channel, as texels.
 #[inline(always)]
-fn merge([r, g, b]: &[[f32; BLOCK]; 3], colors: &mut [Rgb<f32>]) {
-    let count = colors.len().min(BLOCK);
-    let (colors, r, g, b) = (&mut colors[..count], &r[..count], &g[..count], &b[..count]);
-    for k in 0..count {
-        colors[k] = Rgb::new(r[k], g[k], b[k]);
+fn merge<C: Coefficient>(lines: &[[C::Scalar; BLOCK]], texels: &mut [C]) {
+    let count = texels.len().min(BLOCK);
+    if let [r, g, b, ..] = lines
+        && C::CHANNELS == 3
+    {
+        let (texels, r, g, b) = (&mut texels[..count], &r[..count], &g[..count], &b[..count]);
+        for k in 0..count {
+            let color = [r[k], g[k], b[k]];
+            texels[k] = C::from_channels(|c| color[c]);
+        }
+    } else if let [line, ..] = lines {
+        let (texels, line) = (&mut texels[..count], &line[..count]);
+        for k in 0..count {
+            texels[k] = C::splat(line[k]);
+        }
     }
 }

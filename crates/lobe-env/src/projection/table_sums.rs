@@ -6,17 +6,17 @@ use pulp::Simd;
 /// Red, green and blue.
 pub(crate) const CHANNELS: usize = 3;
 
-/// Arithmetic on tables and on planes of one channel, all of one length, in double precision.
+/// Arithmetic on tables and on planes, each a channel of a row, all of one length, in double precision.
 ///
 /// Types and loops instead of closures, also those of arrays, because closures need not be compiled for the instructions of the
 /// machine.
 pub(crate) trait TableSums: Copy {
-    /// `Σ_k tables_t(k) planes_c(k)` for each table and each channel.
-    fn sums<const TABLES: usize>(
+    /// `Σ_k tables_t(k) planes_c(k)` for each table and each plane.
+    fn sums<const TABLES: usize, const PLANES: usize>(
         self,
         tables: [&[f64]; TABLES],
-        planes: [&[f64]; CHANNELS],
-    ) -> [[f64; CHANNELS]; TABLES];
+        planes: [&[f64]; PLANES],
+    ) -> [[f64; PLANES]; TABLES];
 
     /// `to(k) += Σ_t tables_t(k) scales_t`.
     fn add_scaled<const TABLES: usize>(self, to: &mut [f64], tables: [&[f64]; TABLES], scales: [f64; TABLES]);
@@ -44,14 +44,14 @@ pub(crate) struct PlainSums;
 
 impl TableSums for PlainSums {
     #[inline(always)]
-    fn sums<const TABLES: usize>(
+    fn sums<const TABLES: usize, const PLANES: usize>(
         self,
         tables: [&[f64]; TABLES],
-        planes: [&[f64]; CHANNELS],
-    ) -> [[f64; CHANNELS]; TABLES] {
-        let mut sums = [[0.0; CHANNELS]; TABLES];
+        planes: [&[f64]; PLANES],
+    ) -> [[f64; PLANES]; TABLES] {
+        let mut sums = [[0.0; PLANES]; TABLES];
         for t in 0..TABLES {
-            for c in 0..CHANNELS {
+            for c in 0..PLANES {
                 sums[t][c] = sum_of_products(tables[t], planes[c]);
             }
         }
@@ -72,21 +72,21 @@ pub(crate) struct WideSums<S: Simd>(pub(crate) S);
 
 impl<S: Simd> TableSums for WideSums<S> {
     #[inline(always)]
-    fn sums<const TABLES: usize>(
+    fn sums<const TABLES: usize, const PLANES: usize>(
         self,
         tables: [&[f64]; TABLES],
-        planes: [&[f64]; CHANNELS],
-    ) -> [[f64; CHANNELS]; TABLES] {
+        planes: [&[f64]; PLANES],
+    ) -> [[f64; PLANES]; TABLES] {
         let simd = self.0;
-        let mut wide = [[simd.splat_f64s(0.0); CHANNELS]; TABLES];
+        let mut wide = [[simd.splat_f64s(0.0); PLANES]; TABLES];
         let (tables, table_rests) = registers::<S, TABLES>(tables);
-        let (planes, plane_rests) = registers::<S, CHANNELS>(planes);
-        let (mut of_tables, mut of_planes) = ([simd.splat_f64s(0.0); TABLES], [simd.splat_f64s(0.0); CHANNELS]);
+        let (planes, plane_rests) = registers::<S, PLANES>(planes);
+        let (mut of_tables, mut of_planes) = ([simd.splat_f64s(0.0); TABLES], [simd.splat_f64s(0.0); PLANES]);
         for k in 0..planes[0].len() {
             for t in 0..TABLES {
                 of_tables[t] = tables[t][k];
             }
-            for c in 0..CHANNELS {
+            for c in 0..PLANES {
                 of_planes[c] = planes[c][k];
             }
             add_products(simd, &mut wide, of_tables, of_planes);
@@ -95,14 +95,14 @@ impl<S: Simd> TableSums for WideSums<S> {
             for t in 0..TABLES {
                 of_tables[t] = simd.partial_load_f64s(table_rests[t]);
             }
-            for c in 0..CHANNELS {
+            for c in 0..PLANES {
                 of_planes[c] = simd.partial_load_f64s(plane_rests[c]);
             }
             add_products(simd, &mut wide, of_tables, of_planes);
         }
-        let mut sums = [[0.0; CHANNELS]; TABLES];
+        let mut sums = [[0.0; PLANES]; TABLES];
         for t in 0..TABLES {
-            for c in 0..CHANNELS {
+            for c in 0..PLANES {
                 sums[t][c] = simd.reduce_sum_f64s(wide[t][c]);
             }
         }
@@ -142,14 +142,14 @@ fn registers<S: Simd, const N: usize>(slices: [&[f64]; N]) -> ([&[S::f64s]; N], 
 }
 
 #[inline(always)]
-fn add_products<S: Simd, const TABLES: usize>(
+fn add_products<S: Simd, const TABLES: usize, const PLANES: usize>(
     simd: S,
-    sums: &mut [[S::f64s; CHANNELS]; TABLES],
+    sums: &mut [[S::f64s; PLANES]; TABLES],
     tables: [S::f64s; TABLES],
-    planes: [S::f64s; CHANNELS],
+    planes: [S::f64s; PLANES],
 ) {
     for t in 0..TABLES {
-        for c in 0..CHANNELS {
+        for c in 0..PLANES {
             sums[t][c] = simd.mul_add_e_f64s(tables[t], planes[c], sums[t][c]);
         }
     }
@@ -160,7 +160,7 @@ const LANES: usize = 8;
 
 /// The sum of the products of two slices of one length.
 ///
-/// One table and one channel at a time: with several the compiler mixes lanes of different sums in one register.
+/// One table and one plane at a time: with several the compiler mixes lanes of different sums in one register.
 #[inline(always)]
 fn sum_of_products(a: &[f64], b: &[f64]) -> f64 {
     let ((a, rest_a), (b, rest_b)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());

@@ -2,9 +2,12 @@
 
 use core::any::{Any, TypeId};
 
-use crate::basis::index::{coefficient_count, coefficient_index, order_of, order_of_slice};
+use crate::basis::index::{coefficient_count, order_of, order_of_slice};
 #[cfg(feature = "std")]
 use crate::basis::lane_basis::eval_planes;
+#[cfg(feature = "std")]
+use crate::basis::lane_sums::eval_sums;
+use crate::basis::recurrence::{Constants, Step, lanes};
 use crate::once::Once;
 use crate::prelude::*;
 #[cfg(feature = "std")]
@@ -16,9 +19,6 @@ const BLOCK: usize = 16;
 
 /// The order up to which most functions go: their constants lie close together.
 const USUAL_ORDER: usize = 64;
-
-/// `P̄` is kept times this and `(x + iy)^m` divided by it, so that both stay in the range of `f32` to [`MAX_ORDER`].
-const BALANCE: f64 = 1.0 / (1_u64 << 56) as f64;
 
 /// The real orthonormal basis `y_i`, orders 1 to `order`, ready to be evaluated.
 ///
@@ -56,47 +56,13 @@ const BALANCE: f64 = 1.0 / (1_u64 << 56) as f64;
 /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
 /// [Sloan 2013]: https://jcgt.org/published/0002/02/06/
 #[derive(Clone, Debug)]
-pub struct Basis<S> {
-    order: usize,
-    /// `P̄_m^m` for every `m`.
-    diagonal: Vec<S>,
-    /// For `l` from `m+1` to `order-1`, column after column.
-    recurrence: Vec<Step<S>>,
-}
-
-/// The constants of the step to band `l` of one column; see [`Basis`].
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Step<S> {
-    pub(crate) a: S,
-    pub(crate) b: S,
-    pub(crate) g: S,
-}
+pub struct Basis<S>(Constants<S>);
 
 impl<S: Real> Basis<S> {
     /// The constants of the recurrence for bands `0..order`. Computed in `f64` and rounded once.
     #[must_use]
     pub fn new(order: usize) -> Self {
-        let mut diagonal = Vec::with_capacity(order);
-        let mut recurrence = Vec::with_capacity(order * order.saturating_sub(1) / 2);
-        let mut d = (4.0 * core::f64::consts::PI).sqrt().recip();
-        for m in 0..order {
-            let mf = m as f64;
-            match m {
-                0 => {}
-                1 => d *= -(3.0_f64.sqrt()),
-                _ => d *= -((2.0 * mf + 1.0) / (2.0 * mf)).sqrt(),
-            }
-            diagonal.push(S::from_f64(d));
-            let mut a_before = f64::INFINITY;
-            for l in m + 1..order {
-                let lf = l as f64;
-                let a = ((4.0 * lf * lf - 1.0) / ((lf - mf) * (lf + mf))).sqrt();
-                let b = a / a_before;
-                recurrence.push(Step { a: S::from_f64(a), b: S::from_f64(b), g: S::from_f64(a - 1.0 - b) });
-                a_before = a;
-            }
-        }
-        Self { order, diagonal, recurrence }
+        Self(Constants::new(order))
     }
 
     /// Calls `f` with a basis of at least `order`: one of two shared by the whole process up to [`MAX_ORDER`] (48 KiB
@@ -122,7 +88,7 @@ impl<S: Real> Basis<S> {
     /// The number of bands the constants reach.
     #[must_use]
     pub fn order(&self) -> usize {
-        self.order
+        self.0.order()
     }
 
     /// The constants `[a, b, g]` of the step to band `l > m` in column `m`, for code that is generated from them.
@@ -131,7 +97,7 @@ impl<S: Real> Basis<S> {
     /// If `l <= m` or `l` is no band of this basis.
     #[must_use]
     pub fn step(&self, m: usize, l: usize) -> [S; 3] {
-        assert!(m < l && l < self.order, "no step to band {l} in column {m} of a basis of order {}", self.order);
+        assert!(m < l && l < self.order(), "no step to band {l} in column {m} of a basis of order {}", self.order());
         let Step { a, b, g } = self.recurrence(m, l);
         [a, b, g]
     }
@@ -142,17 +108,18 @@ impl<S: Real> Basis<S> {
     /// If `m` is no band of this basis.
     #[must_use]
     pub fn diagonal(&self, m: usize) -> S {
-        self.diagonal[m]
+        self.0.diagonal(m)
     }
 
     /// The step to band `l > m` in column `m`.
     pub(crate) fn recurrence(&self, m: usize, l: usize) -> Step<S> {
-        self.recurrence[self.column_start(m) + l - m - 1]
+        self.0.steps(m, l + 1)[l - m - 1]
     }
 
-    /// The start of column `m`: after `m` columns of `order-1`, `order-2`, .. entries.
-    fn column_start(&self, m: usize) -> usize {
-        m * (2 * self.order - 1 - m) / 2
+    /// The constants, for kernels.
+    #[cfg(feature = "std")]
+    pub(crate) fn constants(&self) -> &Constants<S> {
+        &self.0
     }
 
     /// The values of all basis functions towards the unit vector `s`, in index order. `out` has `n²` places.
@@ -165,7 +132,7 @@ impl<S: Real> Basis<S> {
 
     /// The values towards many unit vectors: `out[i * count + k]` is `y_i` towards vector `k`.
     ///
-    /// In `f32` by the instructions of the [`Machine`], orders 1 to 10 as straight-line code.
+    /// By the instructions of the [`Machine`](crate::simd::Machine), orders to 10 as straight-line code.
     ///
     /// # Panics
     /// If the components differ in length, or `out` is not `n²` times as long for an order of this basis.
@@ -181,11 +148,28 @@ impl<S: Real> Basis<S> {
             Some(order) if coefficient_count(order) * count == out.len() => order,
             _ => panic!("out has {} places, not n² for each of {count} directions", out.len()),
         };
-        let single = (self as &dyn Any).downcast_ref::<Basis<f32>>();
-        match (single, [x, y, z].map(S::single_slice), S::single_slice_mut(out)) {
-            (Some(basis), [Some(x), Some(y), Some(z)], Some(out)) => basis.eval_many_single(order, [x, y, z], out),
-            _ => self.eval_many_from(0, order, [x, y, z], out),
+        #[cfg(feature = "std")]
+        let done = self.eval_planes(order, [x, y, z], out);
+        #[cfg(not(feature = "std"))]
+        let done = 0;
+        self.eval_many_from(done, order, [x, y, z], out);
+    }
+
+    /// By the instructions of the machine, compiled once for `f32` and once for `f64`: the directions that are done.
+    #[cfg(feature = "std")]
+    fn eval_planes(&self, order: usize, components: [&[S]; 3], out: &mut [S]) -> usize {
+        let (machine, any) = (Machine::detect(), self as &dyn Any);
+        if let (Some(basis), [Some(x), Some(y), Some(z)], Some(out)) =
+            (any.downcast_ref::<Basis<f32>>(), components.map(S::single_slice), S::single_slice_mut(out))
+        {
+            return eval_planes::<f32>(machine, basis.constants(), order, [x, y, z], out);
         }
+        if let (Some(basis), [Some(x), Some(y), Some(z)], Some(out)) =
+            (any.downcast_ref::<Basis<f64>>(), components.map(S::double_slice), S::double_slice_mut(out))
+        {
+            return eval_planes::<f64>(machine, basis.constants(), order, [x, y, z], out);
+        }
+        0
     }
 
     /// [`Basis::eval_many_into`] of the directions from `done` on, in plain code.
@@ -222,8 +206,12 @@ impl<S: Real> Basis<S> {
             x.len() == out.len() && y.len() == out.len() && z.len() == out.len(),
             "components and out differ in length"
         );
+        #[cfg(feature = "std")]
+        let done = self.eval_sums(coefficients, [x, y, z], out);
+        #[cfg(not(feature = "std"))]
+        let done = 0;
         let blocks = out.len() / BLOCK;
-        for block in 0..blocks {
+        for block in done / BLOCK..blocks {
             let start = block * BLOCK;
             let mut sum = [T::ZERO; BLOCK];
             self.for_each_in_block([x, y, z].map(|c| block_of(c, start)), order, |i, y| {
@@ -239,68 +227,45 @@ impl<S: Real> Basis<S> {
         }
     }
 
+    /// The same of numbers by the instructions of the machine: the directions that are done.
+    #[cfg(feature = "std")]
+    fn eval_sums<T: Coefficient<Scalar = S>>(&self, coefficients: &[T], components: [&[S]; 3], out: &mut [T]) -> usize {
+        let (machine, any, order) = (Machine::detect(), self as &dyn Any, order_of_slice(coefficients));
+        if let (Some(basis), Some(c), [Some(x), Some(y), Some(z)], Some(out)) = (
+            any.downcast_ref::<Basis<f32>>(),
+            T::single_slice(coefficients),
+            components.map(S::single_slice),
+            T::single_slice_mut(out),
+        ) {
+            return eval_sums::<f32>(machine, basis.constants(), c, order, [x, y, z], out);
+        }
+        if let (Some(basis), Some(c), [Some(x), Some(y), Some(z)], Some(out)) = (
+            any.downcast_ref::<Basis<f64>>(),
+            T::double_slice(coefficients),
+            components.map(S::double_slice),
+            T::double_slice_mut(out),
+        ) {
+            return eval_sums::<f64>(machine, basis.constants(), c, order, [x, y, z], out);
+        }
+        0
+    }
+
     /// Calls `emit(i, y_i(s))` once for every basis function of `order`, column by column of equal `|m|`.
     #[inline(always)]
     pub(crate) fn for_each(&self, s: [S; 3], order: usize, mut emit: impl FnMut(usize, S)) {
         self.for_each_in_block(s.map(|c| [c]), order, |i, [y]| emit(i, *y));
     }
 
-    /// The kernel: `W` directions at once, in structure-of-arrays form.
+    /// [`Constants::for_each_in_block`].
     #[inline(always)]
     pub(crate) fn for_each_in_block<const W: usize>(
         &self,
-        [x, y, z]: [[S; W]; 3],
+        s: [[S; W]; 3],
         order: usize,
-        mut emit: impl FnMut(usize, &[S; W]),
+        emit: impl FnMut(usize, &[S; W]),
     ) {
-        assert!(order <= self.order, "this basis reaches order {}, not {order}", self.order);
-        let side: [S; W] = lanes(|k| if z[k] < S::ZERO { -S::ONE } else { S::ONE });
-        let w: [S; W] = lanes(|k| z[k] * side[k] - S::ONE);
-        let balance = S::from_f64(BALANCE);
-        let mut cos = [S::ONE / balance; W];
-        let mut sin = [S::ZERO; W];
-        for m in 0..order {
-            // Below the equator the functions of odd l - m change sign.
-            let cos_odd: [S; W] = lanes(|k| cos[k] * side[k]);
-            let sin_odd: [S; W] = lanes(|k| sin[k] * side[k]);
-            let mut p = [self.diagonal[m] * balance; W];
-            let mut difference = [S::ZERO; W];
-            let recurrence = &self.recurrence[self.column_start(m)..][..order - 1 - m];
-            for l in m..order {
-                let (c, s) = if (l - m).is_multiple_of(2) { (&cos, &sin) } else { (&cos_odd, &sin_odd) };
-                emit(coefficient_index(l, m as isize), &lanes(|k| p[k] * c[k]));
-                if m > 0 {
-                    emit(coefficient_index(l, -(m as isize)), &lanes(|k| p[k] * s[k]));
-                }
-                if let Some(&Step { a, b, g }) = recurrence.get(l - m) {
-                    difference = lanes(|k| b * difference[k] + (g + a * w[k]) * p[k]);
-                    p = lanes(|k| p[k] + difference[k]);
-                }
-            }
-            (cos, sin) = (lanes(|k| x[k] * cos[k] - y[k] * sin[k]), lanes(|k| x[k] * sin[k] + y[k] * cos[k]));
-        }
+        self.0.for_each_in_block(s, order, emit);
     }
-}
-
-impl Basis<f32> {
-    /// [`Basis::eval_many_into`] by the instructions of the machine, compiled once.
-    fn eval_many_single(&self, order: usize, components: [&[f32]; 3], out: &mut [f32]) {
-        #[cfg(feature = "std")]
-        let done = eval_planes(Machine::detect(), order, components, out);
-        #[cfg(not(feature = "std"))]
-        let done = 0;
-        self.eval_many_from(done, order, components, out);
-    }
-}
-
-/// One value for each lane.
-#[inline(always)]
-fn lanes<S: Real, const W: usize>(mut f: impl FnMut(usize) -> S) -> [S; W] {
-    let mut out = [S::ZERO; W];
-    for (k, out) in out.iter_mut().enumerate() {
-        *out = f(k);
-    }
-    out
 }
 
 /// `BLOCK` components from `start`.
@@ -340,7 +305,7 @@ pub fn eval_basis_into<S: Real>(s: [S; 3], out: &mut [S]) {
 mod tests {
     use super::*;
     use crate::expansion::zonal::zonal_norm;
-    use crate::{SphereQuadrature, band_and_m, band_range};
+    use crate::{SphereQuadrature, band_and_m, band_range, coefficient_index};
     use lobe_testkit::{directions, golden_f64s};
 
     #[test]

@@ -1,8 +1,8 @@
 //! The real spherical-harmonic basis: numbering, values and derivatives.
 //!
-//! Read [`index`] first, then [`basis`] with the recurrence that everything rests on. [`legendre`] and [`complex`] are
-//! the textbook functions; [`second_order`] adds slopes and curvatures. [`lane_basis`] evaluates sixteen directions at once by
-//! straight-line code ([`lanes`], written by `cargo xtask tables`). Uses `simd` and `sphere`.
+//! Read [`index`] first, then [`basis`] with the formula that everything rests on, and its [`recurrence`]. [`legendre`] and [`complex`] are
+//! the textbook functions; [`second_order`] adds slopes and curvatures. [`lane_basis`] evaluates registers of directions at once by
+//! straight-line code ([`lanes`], written by `cargo xtask tables`), or by the recurrence ([`lane_recurrence`]); [`lane_sums`] sums one function towards them. [`vectors`] become unit vectors. Uses `simd` and `sphere`.
 
 pub(crate) mod basis;
 pub(crate) mod complex;
@@ -10,8 +10,15 @@ pub(crate) mod index;
 #[cfg(feature = "std")]
 pub(crate) mod lane_basis;
 #[cfg(feature = "std")]
+pub(crate) mod lane_recurrence;
+#[cfg(feature = "std")]
+pub(crate) mod lane_sums;
+#[cfg(feature = "std")]
 pub(crate) mod lanes;
 pub(crate) mod legendre;
 #[cfg(feature = "std")]
 pub(crate) mod places;
+pub(crate) mod recurrence;
 pub(crate) mod second_order;
+#[cfg(feature = "std")]
+pub(crate) mod vectors;

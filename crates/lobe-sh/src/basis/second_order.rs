@@ -4,8 +4,8 @@
 use num_traits::Float as _;
 
 use crate::Basis;
-use crate::basis::basis::Step;
 use crate::basis::index::{coefficient_index, order_of_slice};
+use crate::basis::recurrence::Step;
 use crate::sphere::vector::{dot, tangents, unit};
 
 /// The value, gradient and Hessian of a function at a direction, in the plane of two unit tangents.

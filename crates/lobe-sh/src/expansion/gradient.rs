@@ -2,8 +2,8 @@
 
 use alloc::vec::Vec;
 
-use crate::basis::basis::Step;
 use crate::basis::index::{coefficient_count, coefficient_index};
+use crate::basis::recurrence::Step;
 use crate::{Basis, Coefficient, Dir, Expansion, Real};
 
 impl<S: Real> Basis<S> {

@@ -4,6 +4,8 @@ use core::f64::consts::PI;
 
 use crate::basis::index::{coefficient_count, coefficient_index, order_of_slice};
 use crate::prelude::*;
+#[cfg(feature = "std")]
+use crate::product::grid_fft::product_by_fft;
 use crate::{Basis, Coefficient, ShVec, SphereQuadrature};
 
 /// The product of any number of functions of any orders, cut off at `order` once, at the end.
@@ -19,8 +21,8 @@ use crate::{Basis, Coefficient, ShVec, SphereQuadrature};
 ///
 /// Rows of equal `z` are transformed on their own, those at `z` and `-z` together, whose bands differ in signs alone, and of
 /// each row the points at `φ` and `-φ`, where cosines are equal and sines opposite. With `J = ⌊D/2⌋ + 1` rows of `K = D + 1`
-/// points the cost is about `J (n²/2 + nK)` multiplications for each factor of order `n` and as many for the result, which
-/// grows with `n³` and with the square of the number of factors.
+/// points the cost is about `J (n²/2 + nK)` multiplications for each factor of order `n` and as many for the result; with the
+/// feature `std` `J (n²/2 + K log K)`, by FFT, from a degree of 24 on. It grows with `n³` and with the square of the number of factors.
 ///
 /// # Panics
 /// If the length of a factor is no perfect square.
@@ -31,7 +33,40 @@ pub fn product_on_grid<T: Coefficient>(factors: &[&[T]], order: usize) -> ShVec<
         return ShVec::zero(order);
     }
     let degree = orders.iter().map(|n| n - 1).sum::<usize>() + order - 1;
-    let grid = RowGrid::new(degree, orders.iter().copied().fold(order, usize::max));
+    let highest = orders.iter().copied().fold(order, usize::max);
+    #[cfg(feature = "std")]
+    if degree >= FIRST_FFT_DEGREE {
+        return by_fft(factors, order, [degree, highest]);
+    }
+    direct(factors, order, [degree, highest])
+}
+
+/// The degree of the integrand from which on rows are transformed by FFT.
+#[cfg(feature = "std")]
+const FIRST_FFT_DEGREE: usize = 24;
+
+/// Each channel alone.
+#[cfg(feature = "std")]
+fn by_fft<T: Coefficient>(factors: &[&[T]], order: usize, [degree, highest]: [usize; 2]) -> ShVec<T> {
+    let channels: Vec<Vec<f64>> = (0..T::CHANNELS)
+        .map(|c| {
+            let channel = |f: &&[T]| f.iter().map(|f| f.widen().channel(c)).collect();
+            let factors: Vec<Vec<f64>> = factors.iter().map(channel).collect();
+            let mut sums = vec![0.0; coefficient_count(order)];
+            product_by_fft(&factors.iter().map(|f| &f[..]).collect::<Vec<_>>(), degree, highest, &mut sums);
+            sums
+        })
+        .collect();
+    let mut out = ShVec::zero(order);
+    for (i, out) in crate::Expansion::coefficients_mut(&mut out).iter_mut().enumerate() {
+        *out = T::narrow(T::Wide::from_channels(|c| channels[c][i]));
+    }
+    out
+}
+
+/// Row by row with the sums of each `m`, in plain code.
+fn direct<T: Coefficient>(factors: &[&[T]], order: usize, [degree, highest]: [usize; 2]) -> ShVec<T> {
+    let grid = RowGrid::new(degree, highest);
     let turns = HalfTurns::new(&grid);
     let mut sum = vec![T::Wide::ZERO; coefficient_count(order)];
     let mut theta = vec![0.0; coefficient_count(grid.order)];
@@ -225,4 +260,35 @@ fn scaled_sum<W: Coefficient<Scalar = f64>>(values: &[W], turns: &[f64]) -> W {
         all += value.scale(*turn);
     }
     all
+}
+
+#[cfg(all(test, feature = "std"))]
+mod tests {
+    use lobe_testkit::Random;
+
+    use super::*;
+    use crate::{Expansion as _, Rgb};
+
+    #[test]
+    fn the_transforms_by_fft_are_those_of_each_wave() {
+        // Numbers of rows that are odd and even, one factor and three, and orders below those of the factors.
+        let cases: [(&[usize], usize); 6] =
+            [(&[4], 4), (&[13, 13], 25), (&[16, 9], 20), (&[2, 3, 30], 7), (&[40, 40], 79), (&[1, 1], 1)];
+        for (orders, order) in cases {
+            let mut random = Random::new(order as u64);
+            let factors: Vec<Vec<Rgb<f64>>> = orders
+                .iter()
+                .map(|n| (0..n * n).map(|_| Rgb::from([(); 3].map(|()| random.signed()))).collect())
+                .collect();
+            let factors: Vec<&[Rgb<f64>]> = factors.iter().map(|f| &f[..]).collect();
+            let degree = orders.iter().map(|n| n - 1).sum::<usize>() + order - 1;
+            let sizes = [degree, orders.iter().copied().fold(order, usize::max)];
+            let (found, expected) = (by_fft(&factors, order, sizes), direct(&factors, order, sizes));
+            let largest = expected.coefficients().iter().fold(0.0_f64, |most, c| most.max(c.g.abs()));
+            for (i, (a, b)) in found.coefficients().iter().zip(expected.coefficients()).enumerate() {
+                let error = (*a - *b).to_array().into_iter().fold(0.0_f64, |worst, e| worst.max(e.abs()));
+                assert!(error < 1e-14 * order as f64 * largest, "{orders:?} at {order}, c_{i}: {a:?} against {b:?}");
+            }
+        }
+    }
 }

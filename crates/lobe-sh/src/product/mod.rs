@@ -1,7 +1,8 @@
 //! Products of functions.
 //!
 //! Read [`product`] first: it picks one of three routes, straight-line code ([`generated`], written by `cargo xtask
-//! tables`), the sparse tensor of Gaunt coefficients ([`gaunt`]) or a [`grid`]. [`matrix`] multiplies many functions by
+//! tables`), the sparse tensor of Gaunt coefficients ([`gaunt`]) or a [`grid`], the rows of which [`grid_fft`] transforms at
+//! high orders by [`row_columns`] and FFT. [`matrix`] multiplies many functions by
 //! one. [`lane_product`] multiplies sixteen pairs at once ([`lanes`], generated too), [`lane_rows`] one pair of order 7
 //! to 10 by wide instructions. Uses `basis`, `expansion`, `simd` and
 //! `sphere`.
@@ -11,6 +12,8 @@ pub(crate) mod cost;
 pub(crate) mod gaunt;
 pub(crate) mod generated;
 pub(crate) mod grid;
+#[cfg(feature = "std")]
+pub(crate) mod grid_fft;
 pub(crate) mod lane_product;
 #[cfg(feature = "std")]
 pub(crate) mod lane_rows;
@@ -18,3 +21,5 @@ pub(crate) mod lane_rows;
 pub(crate) mod lanes;
 pub(crate) mod matrix;
 pub(crate) mod product;
+#[cfg(feature = "std")]
+pub(crate) mod row_columns;

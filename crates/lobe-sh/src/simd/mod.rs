@@ -1,9 +1,11 @@
-//! Kernels for sixteen `f32` side by side, by the widest instructions of the machine.
+//! Kernels for numbers side by side, by the widest instructions of the machine.
 //!
 //! Read `machine` first: it asks the processor once and runs a [`Kernel`] by its registers. `lanes` is the block of
-//! sixteen numbers in memory, `wide` the arithmetic on as many of them as a register holds, `wide_functions` roots and
-//! exponentials. Uses no other room.
+//! sixteen `f32` in memory, `wide` the arithmetic on as many `f32` or `f64` as a register holds, by `lane`, and `wide_functions`
+//! roots and exponentials. Uses no other room.
 
+#[cfg(feature = "std")]
+pub(crate) mod lane;
 pub(crate) mod lanes;
 pub(crate) mod machine;
 #[cfg(feature = "std")]
@@ -11,7 +13,11 @@ pub(crate) mod wide;
 #[cfg(feature = "std")]
 pub(crate) mod wide_functions;
 
+#[cfg(feature = "std")]
+pub use lane::Lane;
 pub use lanes::{LANES, Lanes};
 pub use machine::{Kernel, Machine};
+#[cfg(feature = "std")]
+pub(crate) use wide::rounded;
 #[cfg(feature = "std")]
 pub use wide::{Wide, constant};

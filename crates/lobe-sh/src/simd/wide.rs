@@ -1,22 +1,28 @@
-//! Arithmetic on as many `f32` at once as a register of the machine holds.
+//! Arithmetic on as many numbers at once as a register of the machine holds.
 
-use core::ops::{Add, Mul, Sub};
+use core::ops::{Add, Div, Mul, Sub};
 
 use pulp::Simd;
 
-use crate::simd::{LANES, Lanes};
+use crate::simd::{LANES, Lane, Lanes};
 
 /// As many numbers as a register holds.
 #[derive(Clone, Copy, Debug)]
-pub struct Wide<S: Simd> {
+pub struct Wide<S: Simd, T: Lane = f32> {
     pub(super) simd: S,
-    pub(super) values: S::f32s,
+    pub(super) values: T::Register<S>,
 }
 
 /// A constant in every lane.
 #[inline(always)]
 pub fn constant<S: Simd>(simd: S, value: f32) -> Wide<S> {
-    Wide { simd, values: simd.splat_f32s(value) }
+    Wide::splat(simd, value)
+}
+
+/// The number nearest to a constant, in every lane.
+#[inline(always)]
+pub(crate) fn rounded<S: Simd, T: Lane>(simd: S, value: f64) -> Wide<S, T> {
+    Wide::splat(simd, T::from_f64(value))
 }
 
 impl<S: Simd> Wide<S> {
@@ -29,28 +35,36 @@ impl<S: Simd> Wide<S> {
         Self::load_array(simd, &block.0, part)
     }
 
-    /// Part `part` of sixteen numbers.
-    #[inline(always)]
-    pub fn load_array(simd: S, block: &[f32; LANES], part: usize) -> Self {
-        Self { simd, values: S::as_simd_f32s(block).0[part] }
-    }
-
     /// To part `part` of a block.
     #[inline(always)]
     pub fn store(self, block: &mut Lanes, part: usize) {
         self.store_array(&mut block.0, part);
     }
+}
 
-    /// To part `part` of sixteen numbers.
+impl<S: Simd, T: Lane> Wide<S, T> {
+    /// One number in every lane.
     #[inline(always)]
-    pub fn store_array(self, block: &mut [f32; LANES], part: usize) {
-        S::as_mut_simd_f32s(block).0[part] = self.values;
+    pub fn splat(simd: S, value: T) -> Self {
+        Self { simd, values: <T as Lane>::splat(simd, value) }
+    }
+
+    /// Part `part` of numbers, of which a register holds each.
+    #[inline(always)]
+    pub fn load_array(simd: S, numbers: &[T], part: usize) -> Self {
+        Self { simd, values: T::registers::<S>(numbers).0[part] }
+    }
+
+    /// To part `part` of numbers, of which a register holds each.
+    #[inline(always)]
+    pub fn store_array(self, numbers: &mut [T], part: usize) {
+        T::registers_mut::<S>(numbers).0[part] = self.values;
     }
 
     /// `self · factor + term`, rounded once.
     #[inline(always)]
     pub fn times_plus(self, factor: Self, term: Self) -> Self {
-        self.with(self.simd.mul_add_e_f32s(self.values, factor.values, term.values))
+        self.with(T::mul_add(self.simd, self.values, factor.values, term.values))
     }
 
     /// `term - self · factor`, rounded once.
@@ -68,75 +82,72 @@ impl<S: Simd> Wide<S> {
     /// `-self`.
     #[inline(always)]
     pub fn negated(self) -> Self {
-        self.with(self.simd.xor_f32s(self.values, self.simd.splat_f32s(-0.0)))
+        self.with(<T as Lane>::neg(self.simd, self.values))
     }
 
     /// -1 where this is negative, else 1.
     #[inline(always)]
     pub fn sign(self) -> Self {
         let simd = self.simd;
-        self.if_less(constant(simd, 0.0), constant(simd, -1.0), constant(simd, 1.0))
+        self.if_less(Self::splat(simd, T::ZERO), Self::splat(simd, -T::ONE), Self::splat(simd, T::ONE))
     }
 
     /// The smaller of each two.
     #[inline(always)]
     pub fn min(self, other: Self) -> Self {
-        self.with(self.simd.min_f32s(self.values, other.values))
+        self.with(T::min(self.simd, self.values, other.values))
     }
 
     /// The larger of each two.
     #[inline(always)]
     pub fn max(self, other: Self) -> Self {
-        self.with(self.simd.max_f32s(self.values, other.values))
+        self.with(T::max(self.simd, self.values, other.values))
     }
 
     /// The square root.
     #[inline(always)]
     pub fn sqrt(self) -> Self {
-        self.with(self.simd.sqrt_f32s(self.values))
+        self.with(T::sqrt(self.simd, self.values))
     }
 
     /// One divided by this.
     #[inline(always)]
     pub fn recip(self) -> Self {
-        self.with(self.simd.div_f32s(self.simd.splat_f32s(1.0), self.values))
+        Self::splat(self.simd, T::ONE) / self
     }
 
     /// `then` where this is less than `other`, `or` elsewhere.
     #[inline(always)]
     pub fn if_less(self, other: Self, then: Self, or: Self) -> Self {
-        let simd = self.simd;
-        // By their bits: the selection of numbers is a call of pulp that is compiled without AVX2.
-        let (then, or) = (simd.transmute_u32s_f32s(then.values), simd.transmute_u32s_f32s(or.values));
-        let chosen = simd.select_u32s(simd.less_than_f32s(self.values, other.values), then, or);
-        self.with(simd.transmute_f32s_u32s(chosen))
+        self.with(T::if_less(self.simd, [self.values, other.values], [then.values, or.values]))
     }
 
     /// Whether any is above `limit`.
     #[inline(always)]
     pub fn any_above(self, limit: Self) -> bool {
-        self.simd.first_true_m32s(self.simd.less_than_f32s(limit.values, self.values)) < S::F32_LANES
+        T::any_less(self.simd, limit.values, self.values)
     }
 
     #[inline(always)]
-    pub(super) fn with(self, values: S::f32s) -> Self {
+    pub(super) fn with(self, values: T::Register<S>) -> Self {
         Self { simd: self.simd, values }
     }
 }
 
 macro_rules! operator {
-    ($trait:ident $method:ident $of_simd:ident) => {
-        impl<S: Simd> $trait for Wide<S> {
+    ($trait:ident $method:ident) => {
+        impl<S: Simd, T: Lane> $trait for Wide<S, T> {
             type Output = Self;
 
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
-                self.with(self.simd.$of_simd(self.values, other.values))
+                self.with(<T as Lane>::$method(self.simd, self.values, other.values))
             }
         }
     };
 }
 
-operator!(Add add add_f32s);
-operator!(Sub sub sub_f32s);
-operator!(Mul mul mul_f32s);
+operator!(Add add);
+operator!(Sub sub);
+operator!(Mul mul);
+operator!(Div div);

@@ -3,10 +3,10 @@
 use pulp::Simd;
 
 use crate::basis::places::Places;
-use crate::simd::{Wide, constant as k};
+use crate::simd::{Lane, Wide, rounded as k};
 
 /// The 1 functions of order 1.
 #[inline(always)]
-pub(crate) fn basis<S: Simd>(simd: S, _: [Wide<S>; 3], out: &mut impl Places<S>) {
-    out.put(0, k(simd, 0.2820948));
+pub(crate) fn basis<S: Simd, T: Lane>(simd: S, _: [Wide<S, T>; 3], out: &mut impl Places<S, T>) {
+    out.put(0, k(simd, 0.28209479177387814));
 }

@@ -3,14 +3,14 @@
 use pulp::Simd;
 
 use crate::basis::places::Places;
-use crate::simd::{Wide, constant as k};
+use crate::simd::{Lane, Wide, rounded as k};
 
 /// The 4 functions of order 2.
 #[inline(always)]
-pub(crate) fn basis<S: Simd>(simd: S, [x, y, z]: [Wide<S>; 3], out: &mut impl Places<S>) {
-    out.put(0, k(simd, 0.2820948));
-    out.put(2, z * k(simd, 0.48860252));
+pub(crate) fn basis<S: Simd, T: Lane>(simd: S, [x, y, z]: [Wide<S, T>; 3], out: &mut impl Places<S, T>) {
+    out.put(0, k(simd, 0.28209479177387814));
+    out.put(2, z * k(simd, 0.48860251190291987));
     let (c_1, s_1) = (x, y);
-    out.put(3, c_1 * k(simd, -0.48860252));
-    out.put(1, s_1 * k(simd, -0.48860252));
+    out.put(3, c_1 * k(simd, -0.48860251190291987));
+    out.put(1, s_1 * k(simd, -0.48860251190291987));
 }

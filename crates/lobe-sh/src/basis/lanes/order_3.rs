@@ -3,29 +3,29 @@
 use pulp::Simd;
 
 use crate::basis::places::Places;
-use crate::simd::{Wide, constant as k};
+use crate::simd::{Lane, Wide, rounded as k};
 
 /// The 9 functions of order 3.
 #[inline(always)]
-pub(crate) fn basis<S: Simd>(simd: S, [x, y, z]: [Wide<S>; 3], out: &mut impl Places<S>) {
+pub(crate) fn basis<S: Simd, T: Lane>(simd: S, [x, y, z]: [Wide<S, T>; 3], out: &mut impl Places<S, T>) {
     let side = z.sign();
     let high = z * side;
     let w = high - k(simd, 1.0);
-    out.put(0, k(simd, 0.2820948));
-    out.put(2, z * k(simd, 0.48860252));
-    let p_0_1 = high * k(simd, 0.48860252);
-    let q_0_1 = w.times_plus(k(simd, 0.48860252), k(simd, 0.20650773));
-    let q_0_2 = w.times_plus(k(simd, 1.9364917), k(simd, -0.18154232)).times_plus(p_0_1, q_0_1 * k(simd, 1.118034));
+    out.put(0, k(simd, 0.28209479177387814));
+    out.put(2, z * k(simd, 0.48860251190291987));
+    let p_0_1 = high * k(simd, 0.48860251190291987);
+    let q_0_1 = w.times_plus(k(simd, 0.48860251190291987), k(simd, 0.20650772012904176));
+    let q_0_2 = w.times_plus(k(simd, 1.9364916731037085), k(simd, -0.1815423156461864)).times_plus(p_0_1, q_0_1 * k(simd, 1.118033988749895));
     let p_0_2 = p_0_1 + q_0_2;
     out.put(6, p_0_2);
     let (c_1, s_1) = (x, y);
-    out.put(3, c_1 * k(simd, -0.48860252));
-    out.put(1, s_1 * k(simd, -0.48860252));
-    let z_1 = z * k(simd, -1.0925485);
+    out.put(3, c_1 * k(simd, -0.48860251190291987));
+    out.put(1, s_1 * k(simd, -0.48860251190291987));
+    let z_1 = z * k(simd, -1.092548430592079);
     out.put(7, z_1 * c_1);
     out.put(5, z_1 * s_1);
     let c_2 = y.times_from(s_1, x * c_1);
     let s_2 = x.times_plus(s_1, y * c_1);
-    out.put(8, c_2 * k(simd, 0.54627424));
-    out.put(4, s_2 * k(simd, 0.54627424));
+    out.put(8, c_2 * k(simd, 0.5462742152960395));
+    out.put(4, s_2 * k(simd, 0.5462742152960395));
 }

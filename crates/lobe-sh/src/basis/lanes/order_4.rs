@@ -3,45 +3,45 @@
 use pulp::Simd;
 
 use crate::basis::places::Places;
-use crate::simd::{Wide, constant as k};
+use crate::simd::{Lane, Wide, rounded as k};
 
 /// The 16 functions of order 4.
 #[inline(always)]
-pub(crate) fn basis<S: Simd>(simd: S, [x, y, z]: [Wide<S>; 3], out: &mut impl Places<S>) {
+pub(crate) fn basis<S: Simd, T: Lane>(simd: S, [x, y, z]: [Wide<S, T>; 3], out: &mut impl Places<S, T>) {
     let side = z.sign();
     let high = z * side;
     let w = high - k(simd, 1.0);
-    out.put(0, k(simd, 0.2820948));
-    out.put(2, z * k(simd, 0.48860252));
-    let p_0_1 = high * k(simd, 0.48860252);
-    let q_0_1 = w.times_plus(k(simd, 0.48860252), k(simd, 0.20650773));
-    let q_0_2 = w.times_plus(k(simd, 1.9364917), k(simd, -0.18154232)).times_plus(p_0_1, q_0_1 * k(simd, 1.118034));
+    out.put(0, k(simd, 0.28209479177387814));
+    out.put(2, z * k(simd, 0.48860251190291987));
+    let p_0_1 = high * k(simd, 0.48860251190291987);
+    let q_0_1 = w.times_plus(k(simd, 0.48860251190291987), k(simd, 0.20650772012904176));
+    let q_0_2 = w.times_plus(k(simd, 1.9364916731037085), k(simd, -0.1815423156461864)).times_plus(p_0_1, q_0_1 * k(simd, 1.118033988749895));
     let p_0_2 = p_0_1 + q_0_2;
     out.put(6, p_0_2);
-    let q_0_3 = w.times_plus(k(simd, 1.9720266), k(simd, -0.04632356)).times_plus(p_0_2, q_0_2 * k(simd, 1.0183501));
+    let q_0_3 = w.times_plus(k(simd, 1.9720265943665387), k(simd, -0.04632356006809246)).times_plus(p_0_2, q_0_2 * k(simd, 1.0183501544346312));
     let p_0_3 = p_0_2 + q_0_3;
     out.put(12, p_0_3 * side);
     let (c_1, s_1) = (x, y);
-    out.put(3, c_1 * k(simd, -0.48860252));
-    out.put(1, s_1 * k(simd, -0.48860252));
-    let z_1 = z * k(simd, -1.0925485);
+    out.put(3, c_1 * k(simd, -0.48860251190291987));
+    out.put(1, s_1 * k(simd, -0.48860251190291987));
+    let z_1 = z * k(simd, -1.092548430592079);
     out.put(7, z_1 * c_1);
     out.put(5, z_1 * s_1);
-    let p_1_2 = high * k(simd, -1.0925485);
-    let q_1_2 = w.times_plus(k(simd, -1.0925485), k(simd, -0.6039459));
-    let q_1_3 = w.times_plus(k(simd, 2.09165), k(simd, 0.15623572)).times_plus(p_1_2, q_1_2 * k(simd, 0.9354144));
+    let p_1_2 = high * k(simd, -1.092548430592079);
+    let q_1_2 = w.times_plus(k(simd, -1.092548430592079), k(simd, -0.6039459186891591));
+    let q_1_3 = w.times_plus(k(simd, 2.091650066335189), k(simd, 0.15623571964170357)).times_plus(p_1_2, q_1_2 * k(simd, 0.9354143466934853));
     let p_1_3 = p_1_2 + q_1_3;
     out.put(13, p_1_3 * c_1);
     out.put(11, p_1_3 * s_1);
     let c_2 = y.times_from(s_1, x * c_1);
     let s_2 = x.times_plus(s_1, y * c_1);
-    out.put(8, c_2 * k(simd, 0.54627424));
-    out.put(4, s_2 * k(simd, 0.54627424));
-    let z_2 = z * k(simd, 1.4453057);
+    out.put(8, c_2 * k(simd, 0.5462742152960395));
+    out.put(4, s_2 * k(simd, 0.5462742152960395));
+    let z_2 = z * k(simd, 1.445305721320277);
     out.put(14, z_2 * c_2);
     out.put(10, z_2 * s_2);
     let c_3 = y.times_from(s_2, x * c_2);
     let s_3 = x.times_plus(s_2, y * c_2);
-    out.put(15, c_3 * k(simd, -0.5900436));
-    out.put(9, s_3 * k(simd, -0.5900436));
+    out.put(15, c_3 * k(simd, -0.5900435899266435));
+    out.put(9, s_3 * k(simd, -0.5900435899266435));
 }
