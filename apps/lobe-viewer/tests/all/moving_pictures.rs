@@ -39,7 +39,7 @@ fn what_moves_is_in_files_as_rays_on_the_processor_show_it() {
     let floor: Vec<String> = (0..81).map(|k| format!("v {} 0 {}\n", k % 9 - 4, 4 - k / 9)).collect();
     let face = |k: usize| {
         let first = k / 8 * 9 + k % 8 + 1;
-        format!("f {} {} {} {}\n", first, first + 9, first + 10, first + 1)
+        format!("f {} {} {} {}\n", first, first + 1, first + 10, first + 9)
     };
     let floor = floor.concat() + &(0..64).map(face).collect::<String>();
     std::fs::write(at.join("ground.obj"), floor).unwrap();
@@ -52,7 +52,7 @@ fn what_moves_is_in_files_as_rays_on_the_processor_show_it() {
     let sky = open_sky("made:evening".as_ref(), &limits).unwrap();
     let light = sky.light.resized(ORDER);
     let [width, height] = SIZE;
-    let view = ViewOptions { width, height, rays: 1 };
+    let view = ViewOptions::default().width(width).height(height).rays(1_usize);
     for (mode, method) in [("fields", MovingMethod::Fields), ("exponentials", MovingMethod::Exponentials)] {
         let arguments = format!(
             "--headless falls.json --mode {mode} --order {ORDER} --spheres {SPHERES} --frames 2 --size {width}x{height} \
