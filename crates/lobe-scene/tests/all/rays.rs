@@ -105,6 +105,17 @@ fn hits_are_the_same_by_all_vector_instructions_and_by_brute_force() {
 }
 
 #[test]
+fn boxes_that_tile_a_square_get_the_tree_of_least_cost() {
+    // 8⁴ triangles, each in a cell of its own, by chance along x and y.
+    let cell = |i: usize| [(i * 1031 % 4096 % 64) as f32, (i * 1031 % 4096 / 64) as f32];
+    let triangle = |[x, y]: [f32; 2]| [[x, y, 0.0], [x + 1.0, y, 0.0], [x, y + 1.0, 0.0]];
+    let corners: Vec<Corners> = (0..4096).map(|i| triangle(cell(i))).collect();
+    // The root, 8 nodes and 64 nodes, and 8³ full blocks that cost 1.2 each: every level has the area of the square once.
+    let (cost, least) = (Bvh::from_corners(&corners).expected_cost(), 1.0 + 1.0 + 1.0 + 1.2);
+    assert!((cost - least).abs() < 1e-3, "expected cost {cost}, the least is {least}");
+}
+
+#[test]
 fn hits_agree_with_moeller_and_trumbore_in_double_precision() {
     let soup: Vec<(Corners, Bvh)> = soup(60, 3).into_iter().map(|c| (c, Bvh::from_corners(&[c]))).collect();
     let mut hits = 0;
