@@ -94,8 +94,8 @@ fn projection(batch: usize) {
 
 fn main() {
     for batch in [100_000, 1_000_000] {
-        jobs::<f32>("f32", batch, Vectors::Single);
-        jobs::<f64>("f64", batch, Vectors::Double);
+        jobs::<f32>("f32", batch, |directions| Vectors::Single(directions));
+        jobs::<f64>("f64", batch, |directions| Vectors::Double(directions));
         projection(batch);
     }
 }
