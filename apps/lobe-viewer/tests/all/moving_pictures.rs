@@ -3,6 +3,7 @@
 use lobe::image::Picture;
 use lobe::io::Job;
 use lobe::render::{MovingMethod, MovingOptions, MovingShading, ViewOptions, light_moving_scene};
+use lobe::sh::Coefficient as _;
 use lobe::shadow::SphereFitMethod;
 use lobe_viewer::{Orbit, ReadLimits, moving_bake_options, open_moving, open_sky};
 
