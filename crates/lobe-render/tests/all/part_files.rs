@@ -5,14 +5,15 @@ use std::path::Path;
 use lobe_io::Job;
 use lobe_render::{Motion, MovingPart, MovingScene, RenderError};
 use lobe_scene::{AnimatedScene, Entity, Scene, built_in};
+use lobe_sh::Rotation;
 use lobe_shadow::{
-    FieldOptions, Key, Placement, SphereFitOptions, SphereSet, Track, bake_field, fit_spheres, write_field,
-    write_spheres,
+    FieldOptions, FieldStorage, Key, Placement, SphereFitOptions, SphereSet, Track, bake_field, fit_spheres,
+    write_field, write_spheres,
 };
 
 fn field_of(scene: &Scene, path: &Path) {
     let options = FieldOptions::default().order(2).spheres(4).cells(4).rays(16);
-    write_field(path, &bake_field(scene, &options, Job::default()).unwrap().0).unwrap();
+    write_field(path, &bake_field(scene, &options, Job::default()).unwrap().0, &FieldStorage::F32).unwrap();
 }
 
 fn spheres_of(scene: &Scene) -> SphereSet {
@@ -25,7 +26,8 @@ fn three_objects() -> MovingScene {
 
 /// A part that stands at the origin of its track.
 fn part(name: &str, scene: Scene) -> MovingPart {
-    let track = Track::new(vec![Key { time: 0.0, placement: Placement::default() }]).unwrap();
+    let track =
+        Track::new(vec![Key { time: 0.0, placement: Placement::new([0.0; 3], Rotation::IDENTITY, 1.0) }]).unwrap();
     MovingPart::new(name, scene, Motion::Track(track))
 }
 
