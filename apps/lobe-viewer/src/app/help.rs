@@ -1,6 +1,6 @@
 //! The keys, and what the mouse does.
 
-use eframe::egui::{Context, Grid, Label, RichText, ScrollArea, Ui, Window};
+use eframe::egui::{Context, Frame, Grid, Label, Margin, RichText, ScrollArea, Ui, Window};
 
 /// What is pressed and what it does.
 const KEYS: [(&str, &str); 25] = [
@@ -37,12 +37,18 @@ const AROUND: [f32; 2] = [60.0, 120.0];
 /// The list has at least so many points along each side.
 const LEAST: f32 = 60.0;
 
+/// Points to the right of the list: the bar that scrolls lies over what is scrolled.
+const OF_BAR: i8 = 12;
+
 /// Shows the list. In a small window its lines wrap, and it scrolls.
 pub(crate) fn help(ctx: &Context, is_open: &mut bool) {
     let [width, height] = [ctx.content_rect().width(), ctx.content_rect().height()];
     let [width, height] = [width - AROUND[0], height - AROUND[1]].map(|side| side.max(LEAST));
     Window::new("Keys and mouse").open(is_open).resizable(false).show(ctx, |ui| {
-        ScrollArea::vertical().max_height(height).show(ui, |ui| keys(ui, width));
+        // Without a least height the list would be as low as new windows are.
+        let list = ScrollArea::vertical().max_height(height).min_scrolled_height(height);
+        let beside_bar = Frame::NONE.inner_margin(Margin { right: OF_BAR, ..Margin::ZERO });
+        list.show(ui, |ui| beside_bar.show(ui, |ui| keys(ui, width)));
     });
 }
 
