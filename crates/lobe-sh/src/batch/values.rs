@@ -275,7 +275,9 @@ impl<T: Lane> Kernel for Fill<'_, T> {
             all &= self.vectors.tile(t).unit_into_plain(&mut tile);
             let mut rows = y.iter_mut();
             self.constants.for_each_in_block(tile, self.order, |_, values| {
-                rows.next().map(|row| *row = *values);
+                if let Some(row) = rows.next() {
+                    *row = *values;
+                }
             });
         }
         all
