@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use lobe_scene::Entity;
+use lobe_scene::{Entity, Mesh};
 use lobe_shadow::{OcclusionField, ShadowError, Skeleton, SphereSet, read_field, read_spheres};
 
 use crate::{Motion, MovingPart, MovingScene, RenderError};
@@ -263,7 +263,7 @@ fn half_of(part: &MovingPart) -> [f64; 3] {
 /// The middle of the box of a part, and the distance of its farthest vertex from it.
 fn ball_of(part: &MovingPart) -> Ball {
     let (middle, origin) = (middle_of(part), part.scene.origin());
-    let positions = part.scene.meshes().iter().flat_map(|mesh| mesh.positions());
+    let positions = part.scene.meshes().iter().flat_map(Mesh::positions);
     let off = |p: &[f32; 3]| apart(std::array::from_fn(|k| f64::from(p[k]) + origin[k]), middle);
     (middle, positions.map(off).fold(0.0, f64::max))
 }
