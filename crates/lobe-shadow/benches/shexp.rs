@@ -269,7 +269,7 @@ impl Kernel for Cones<'_> {
                 let z = constant(simd, sphere.center[z]) - Wide::load(simd, &self.at[z], part);
                 let inverse = x.times_plus(x, y.times_plus(y, z * z)).inverse_sqrt();
                 for (axis, component) in [x, y, z].into_iter().enumerate() {
-                    if let Some(place) = self.towards[axis][k * LANES..].first_chunk_mut() {
+                    if let Some(place) = self.towards[axis][k * LANES..].get_mut(..LANES) {
                         (component * inverse).store_array(place, part);
                     }
                 }

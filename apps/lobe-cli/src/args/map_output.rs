@@ -209,7 +209,7 @@ impl MapOutput {
             MapFile::Texture(_) => {
                 let cube = map.into_cube_map()?;
                 let chain = if self.mips { CubeMipChain::averaged(cube) } else { CubeMipChain::single(cube) };
-                self.write_chain(chain, talk)
+                self.write_chain(&chain, talk)
             }
             MapFile::Faces(files) => {
                 let cube = map.into_cube_map()?;
@@ -228,7 +228,7 @@ impl MapOutput {
     /// Writes all levels of a chain: into a texture, or each as a lat-long picture of its own, noting what `level` says of it.
     pub(crate) fn write_levels(
         &self,
-        chain: CubeMipChain,
+        chain: &CubeMipChain,
         level: impl Fn(usize) -> String,
         talk: Talk,
     ) -> anyhow::Result<()> {
@@ -247,14 +247,14 @@ impl MapOutput {
     }
 
     /// Writes all levels of a chain; only a texture holds them.
-    pub(crate) fn write_chain(&self, chain: CubeMipChain, talk: Talk) -> anyhow::Result<()> {
+    pub(crate) fn write_chain(&self, chain: &CubeMipChain, talk: Talk) -> anyhow::Result<()> {
         let MapFile::Texture(path) = &self.output else {
             bail!("-o: a chain of levels is written as .ktx2, .dds or .ktx");
         };
         let is_ktx1 = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ktx"));
         let usual = if is_ktx1 { TexelFormat::R11G11B10F } else { TexelFormat::default() };
         let options = CubeWriteOptions::default().texels(self.texels.map_or(usual, TexelFormat::from)).zstd(self.zstd);
-        let report = write_cube(path, &chain, &options.handedness(self.handedness()))?;
+        let report = write_cube(path, chain, &options.handedness(self.handedness()))?;
         note_clamped(&path.display().to_string(), report, talk);
         Ok(())
     }

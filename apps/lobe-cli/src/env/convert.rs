@@ -39,7 +39,7 @@ impl EnvConvert {
             LoadedMap::Chain(chain)
                 if mapping == Mapping::Cube && keeps_size(chain.base()) && self.output.keeps_levels() =>
             {
-                return self.output.write_chain(chain, talk);
+                return self.output.write_chain(&chain, talk);
             }
             levels => self.input.base_of(levels, talk),
         };

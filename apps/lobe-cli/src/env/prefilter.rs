@@ -104,7 +104,7 @@ impl EnvPrefilter {
                 let chain = talk.watch("prefilter", |job| prefilter_ggx(&source, &options, job))?;
                 let roughness = |k| options.roughness.roughness_of_level(k, options.levels());
                 let level = |k| format!("roughness {:.4}, alpha {:.4}", roughness(k), options.alpha_of_level(k));
-                self.output.write_levels(chain, level, talk)
+                self.output.write_levels(&chain, level, talk)
             }
             Lobe::Phong(exponent) => self.write_highlights(&source, SpecularLobe::Phong { exponent }, talk),
             Lobe::BlinnPhong(exponent) => self.write_highlights(&source, SpecularLobe::BlinnPhong { exponent }, talk),

@@ -358,7 +358,7 @@ impl ViewerApp {
             RoomName::Sky => self.sky.ui(ui, self.scene.sky()),
             RoomName::Functions => self.functions.ui(ui),
             RoomName::Motion if IN_PAGE => {
-                drop(CentralPanel::default().show(ui, |ui| ui.centered_and_justified(|ui| ui.label(NO_MOTION))))
+                drop(CentralPanel::default().show(ui, |ui| ui.centered_and_justified(|ui| ui.label(NO_MOTION))));
             }
             RoomName::Motion => self.motion.ui(ui, self.gpu.as_ref(), self.scene.sky()),
         }

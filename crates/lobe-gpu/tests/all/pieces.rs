@@ -38,7 +38,7 @@ fn points(count: usize, random: &mut Random) -> [Vec<[f32; 3]>; 3] {
 }
 
 fn bits(colors: &[Rgb<f32>]) -> Vec<[u32; 3]> {
-    colors.iter().map(|c| c.to_array().map(|c| (c as f32).to_bits())).collect()
+    colors.iter().map(|c| c.to_array().map(f32::to_bits)).collect()
 }
 
 #[test]

@@ -23,8 +23,12 @@ impl MovingScene {
         let file = file.as_ref();
         let field = read_field(file)?;
         let place = around(&field);
+        let off = |part: &MovingPart| {
+            let (middle, reach) = ball_of(part);
+            apart(middle, place.0) + (reach - place.1).abs()
+        };
         let fitting = self.parts().iter().enumerate().filter(|(_, part)| part.is_rigid() && is_around(part, &field));
-        let part = nearest(fitting, place)
+        let part = nearest(fitting, off)
             .ok_or_else(|| nowhere(file, "a field", place))?
             .map_err(|[a, b]| as_near(file, "a field", [a, b]))?;
         self.set_field(part, Arc::new(field));
@@ -90,17 +94,19 @@ impl MovingScene {
 
     /// The part among these that moves and keeps its shape, and is where the spheres are.
     fn part_around(&self, parts: Range<usize>, set: &SphereSet, file: &Path) -> Result<usize, RenderError> {
-        let place = ball_around(set);
+        let [middle, half] = box_around(set);
+        let off = |part: &MovingPart| apart(middle_of(part), middle) + apart(half_of(part), half);
         let moving = parts.map(|k| (k, &self.parts()[k]));
         let fitting = moving.filter(|(_, part)| {
             part.is_rigid()
                 && !matches!(part.motion, Motion::Still)
                 && outside(part, set).is_none()
-                && is_as_large(part, place.1)
+                && is_as_large(part, half)
         });
-        nearest(fitting, place)
-            .ok_or_else(|| nowhere(file, "spheres that name no entity", place))?
-            .map_err(|parts| as_near(file, "spheres that name no entity", parts))
+        let what = "spheres that name no entity";
+        nearest(fitting, off)
+            .ok_or_else(|| nowhere(file, what, (middle, length(half))))?
+            .map_err(|parts| as_near(file, what, parts))
     }
 }
 
@@ -171,18 +177,11 @@ fn label_of(entity: &Entity) -> String {
     entity.name().map_or_else(|| format!("node {}", entity.node()), |name| format!("`{}`", name.escape_debug()))
 }
 
-/// A ball: its center and its radius.
-type Ball = ([f64; 3], f64);
-
-/// The one among parts whose ball is nearest to one, by its center and its radius; two names if that is not one.
+/// The one among parts that is least off; two names if that is not one.
 fn nearest<'a>(
     parts: impl Iterator<Item = (usize, &'a MovingPart)>,
-    (center, radius): Ball,
+    off: impl Fn(&MovingPart) -> f64,
 ) -> Option<Result<usize, [String; 2]>> {
-    let off = |part: &MovingPart| {
-        let (own, reach) = ball_of(part);
-        apart(own, center) + (reach - radius).abs()
-    };
     let mut found: Vec<(f64, usize, &MovingPart)> = parts.map(|(number, part)| (off(part), number, part)).collect();
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
     Some(match found.as_slice() {
@@ -191,6 +190,9 @@ fn nearest<'a>(
         [a, ..] => Ok(a.1),
     })
 }
+
+/// A ball: its center and its radius.
+type Ball = ([f64; 3], f64);
 
 fn nowhere(file: &Path, what: &str, (center, radius): Ball) -> RenderError {
     let message = format!(
@@ -218,10 +220,9 @@ fn around(field: &OcclusionField) -> Ball {
     (field.grid().center(), field.grid().radius())
 }
 
-/// Whether the ball around spheres has more than half of the radius of the ball around a part: spheres fill a solid from
-/// within, and of a smaller part they are.
-fn is_as_large(part: &MovingPart, radius: f64) -> bool {
-    2.0 * radius >= length(half_of(part))
+/// Whether the box around spheres has at least half of the diagonal of that of a part: those of a smaller one fill no more of it.
+fn is_as_large(part: &MovingPart, half: [f64; 3]) -> bool {
+    2.0 * length(half) >= length(half_of(part))
 }
 
 /// Refuses spheres of a file that are not about a part.
@@ -268,12 +269,11 @@ fn ball_of(part: &MovingPart) -> Ball {
     (middle, positions.map(off).fold(0.0, f64::max))
 }
 
-/// The middle of the box around spheres, and the distance of the farthest of their points from it.
-fn ball_around(spheres: &SphereSet) -> Ball {
+/// The middle of the box around spheres, and half of its sides.
+fn box_around(spheres: &SphereSet) -> [[f64; 3]; 2] {
     let all = || (0..spheres.len()).map(|k| (spheres.center(k), f64::from(spheres.radii()[k])));
     let bound = |k: usize, sign: f64| all().map(|(c, r)| sign * c[k] + r).fold(f64::NEG_INFINITY, f64::max);
-    let middle = std::array::from_fn(|k| 0.5 * (bound(k, 1.0) - bound(k, -1.0)));
-    (middle, all().map(|(c, r)| apart(c, middle) + r).fold(0.0, f64::max))
+    [-1.0, 1.0].map(|sign| std::array::from_fn(|k| 0.5 * (bound(k, 1.0) + sign * bound(k, -1.0))))
 }
 
 fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {

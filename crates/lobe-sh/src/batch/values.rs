@@ -42,7 +42,8 @@ const WIDEST: usize = 64;
 ///
 /// // A constant and z, towards two vectors of any length.
 /// let norm = (4.0 * std::f64::consts::PI).sqrt();
-/// let functions = Functions::new(&[norm, 0.0, 0.0, 0.0, 0.0, 0.0, norm / 3.0_f64.sqrt(), 0.0], 2, 1);
+/// let numbers = [norm, 0.0, 0.0, 0.0, 0.0, 0.0, norm / 3.0_f64.sqrt(), 0.0];
+/// let functions = Functions::new(&numbers, 2, 1);
 /// let (mut one, mut z) = ([0.0; 2], [0.0; 2]);
 /// let all_have_directions =
 ///     functions.eval_into(Vectors::Double(&[[0.0, 0.0, 7.0], [3.0, 0.0, -4.0]]), &mut [&mut one, &mut z]);
