@@ -36,8 +36,9 @@ impl MovingScene {
     }
 
     /// Gives a part the spheres in a file, in place of others or of some that would be fitted: the entity that the file
-    /// names, else the part that moves and keeps its shape within which the spheres are, of several the one that is
-    /// nearest by middle and size. Returns its number.
+    /// names, else the part that moves and keeps its shape within which the spheres are, of several the one whose box
+    /// is nearest to theirs. Returns its number. A few spheres do not tell a cube from a ball of its size about the same middle: a
+    /// description of the scene does, or spheres that name their entity.
     ///
     /// # Errors
     /// [`RenderError::Shadow`] with those of [`read_spheres`]; [`RenderError::Invalid`] if there is no such part, several are
