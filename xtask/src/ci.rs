@@ -18,6 +18,10 @@ const FEATURES: Step =
     Step { name: "no-features", work: Work::Cargo("check --package lobe-sh --no-default-features", &[]) };
 /// The command as users build it: the tests and clippy have every feature on.
 const DEFAULTS: Step = Step { name: "default-features", work: Work::Cargo("check", &[]) };
+/// The Python package as it is built for users: in the whole workspace a dependency may get features from another crate.
+const PYTHON_ALONE: Step = Step { name: "python-alone", work: Work::Cargo("check --package lobe-python", &[]) };
+/// The window likewise.
+const VIEWER_ALONE: Step = Step { name: "viewer-alone", work: Work::Cargo("check --package lobe-viewer", &[]) };
 /// The mathematics in a browser: nothing of the standard library is used.
 const WASM: Step = Step {
     name: "wasm32",
@@ -164,6 +168,8 @@ const CHECKS: &[Step] = &[
     PEERS,
     FEATURES,
     DEFAULTS,
+    PYTHON_ALONE,
+    VIEWER_ALONE,
     WASM,
     NO_STD,
     OLDEST_RUST,

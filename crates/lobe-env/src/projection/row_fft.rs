@@ -1,11 +1,8 @@
 //! Discrete Fourier transform along pairs of rows of a lat-long picture by FFT, and its inverse.
 
-use std::sync::Arc;
-
+use lobe_fft::{Complex, Registers, Transform};
 use lobe_sh::simd::Machine;
 use lobe_sh::{Coefficient, Real as _};
-use rustfft::num_complex::Complex;
-use rustfft::{Fft, FftPlanner, FftPlannerScalar};
 
 use crate::mapping::lat_long::sin_cos_pi;
 use crate::projection::row_dft::RowSums;
@@ -22,7 +19,7 @@ const MOST_CHANNELS: usize = 3;
 
 /// The transform of rows of one width, waves `m < order`.
 pub(crate) struct RowFft {
-    fft: Arc<dyn Fft<f64>>,
+    transform: Transform,
     waves: Vec<Wave>,
 }
 
@@ -34,20 +31,16 @@ struct Wave {
 }
 
 impl RowFft {
-    /// By AVX if the machine has it and `LOBE_SIMD` allows it.
+    /// By the widest registers, unless `LOBE_SIMD` forbids them.
     pub(crate) fn new(width: usize, order: usize) -> Self {
-        let fft = if Machine::detect().is_plain() {
-            FftPlannerScalar::new().plan_fft_forward(width)
-        } else {
-            FftPlanner::new().plan_fft_forward(width)
-        };
+        let registers = if Machine::detect().is_plain() { Registers::Plain } else { Registers::Widest };
         let wave = |m: usize| {
             // Reduced to a turn in integers: no digit is lost for any m.
             let step = (m as i128 * (width as i128 - 1)).rem_euclid(2 * width as i128);
             let (sin, cos) = sin_cos_pi(step as f64 / width as f64);
             Wave { turn: 0.5 * Complex::new(cos, sin), at: m % width, mirrored: (width - m % width) % width }
         };
-        Self { fft, waves: (0..order).map(wave).collect() }
+        Self { transform: Transform::new(width, registers), waves: (0..order).map(wave).collect() }
     }
 
     /// `Σ_x L(x) cos mφ_x` and `Σ_x L(x) sin mφ_x` of two rows.
@@ -105,14 +98,14 @@ impl RowFft {
 
     fn transform(&self, work: &mut FftWork) {
         for channel in &mut work.channels {
-            self.fft.process_with_scratch(channel, &mut work.scratch);
+            self.transform.apply(channel, &mut work.scratch);
         }
     }
 
     /// Room for one thread and rows of some channels.
     pub(crate) fn work(&self, channels: usize) -> FftWork {
-        let zeros = |count| vec![Complex::new(0.0, 0.0); count];
-        FftWork { channels: vec![zeros(self.fft.len()); channels], scratch: zeros(self.fft.get_inplace_scratch_len()) }
+        let row = vec![Complex::ZERO; self.transform.length()];
+        FftWork { channels: vec![row; channels], scratch: self.transform.scratch() }
     }
 }
 

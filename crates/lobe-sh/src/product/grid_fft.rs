@@ -1,12 +1,9 @@
 //! Products of functions on a grid whose rows are transformed by FFT.
 
-use alloc::sync::Arc;
 use alloc::vec::Vec;
 use core::f64::consts::PI;
-use std::sync::{Mutex, PoisonError};
 
-use rustfft::num_complex::Complex;
-use rustfft::{Fft, FftPlanner, FftPlannerScalar};
+use lobe_fft::{Complex, Registers, Transform};
 
 use crate::basis::index::order_of_slice;
 use crate::product::row_columns::{BLOCK, Coefficients, NO_WAVE, Rows, Series, Wave};
@@ -77,7 +74,7 @@ fn fft_length(least: usize) -> usize {
 struct Grid {
     azimuths: usize,
     rows: Rows,
-    fft: Arc<dyn Fft<f64>>,
+    transform: Transform,
 }
 
 /// The scratch space of a product.
@@ -88,22 +85,15 @@ struct Work {
 }
 
 impl Grid {
-    /// By AVX if the machine has it and `LOBE_SIMD` allows it. Transforms are kept for the next product.
+    /// By the widest registers, unless `LOBE_SIMD` forbids them.
     fn new(azimuths: usize, rows: Rows) -> Self {
-        static PLANNER: Mutex<Option<FftPlanner<f64>>> = Mutex::new(None);
-        let fft = if Machine::detect().is_plain() {
-            FftPlannerScalar::new().plan_fft_forward(azimuths)
-        } else {
-            let mut planner = PLANNER.lock().unwrap_or_else(PoisonError::into_inner);
-            planner.get_or_insert_with(FftPlanner::new).plan_fft_forward(azimuths)
-        };
-        Self { azimuths, rows, fft }
+        let registers = if Machine::detect().is_plain() { Registers::Plain } else { Registers::Widest };
+        Self { azimuths, rows, transform: Transform::new(azimuths, registers) }
     }
 
     fn work(&self) -> Work {
         let zeros = |count| vec![Complex::new(0.0, 0.0); count];
-        let scratch = zeros(self.fft.get_inplace_scratch_len());
-        Work { row: zeros(self.azimuths), product: zeros(self.azimuths), scratch }
+        Work { row: zeros(self.azimuths), product: zeros(self.azimuths), scratch: self.transform.scratch() }
     }
 
     /// Multiplies the products on row `j` and its mirror image by the values of a function.
@@ -122,7 +112,7 @@ impl Grid {
                 work.row[self.azimuths - m] = 0.5 * Complex::new(a + d, c - b);
             }
         }
-        self.fft.process_with_scratch(&mut work.row, &mut work.scratch);
+        self.transform.apply(&mut work.row, &mut work.scratch);
         for (product, value) in work.product.iter_mut().zip(&work.row) {
             *product = Complex::new(product.re * value.re, product.im * value.im);
         }
@@ -132,7 +122,7 @@ impl Grid {
     fn analyze(&self, j: usize, work: &mut Work, waves: &mut [Wave]) {
         let (blocks, block, k) = (self.rows.blocks(), j / BLOCK, j % BLOCK);
         let Work { product, scratch, .. } = work;
-        self.fft.process_with_scratch(product, scratch);
+        self.transform.apply(product, scratch);
         for (m, waves) in waves.chunks_exact_mut(blocks).enumerate() {
             let (z, mirrored) = (product[m], product[(self.azimuths - m) % self.azimuths].conj());
             let (u, v) = (z + mirrored, mirrored - z);
