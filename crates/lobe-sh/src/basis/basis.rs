@@ -4,9 +4,7 @@ use core::any::{Any, TypeId};
 
 use crate::basis::index::{coefficient_count, order_of, order_of_slice};
 #[cfg(feature = "std")]
-use crate::basis::lane_basis::eval_planes;
-#[cfg(feature = "std")]
-use crate::basis::lane_sums::eval_sums;
+use crate::basis::lane_kernels::{eval_planes, eval_sums};
 use crate::basis::recurrence::{Constants, Step, lanes};
 use crate::once::Once;
 use crate::prelude::*;

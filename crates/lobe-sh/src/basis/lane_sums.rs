@@ -7,7 +7,7 @@ use crate::basis::lane_recurrence::PlacesTogether;
 use crate::basis::places::Places;
 use crate::basis::recurrence::Constants;
 use crate::basis::vectors::Vectors;
-use crate::simd::{Kernel, Lane, Machine, Wide};
+use crate::simd::{Kernel, Lane, Wide};
 
 /// The sums of the values of a tile times coefficients of one function, whose channels are numbers of their own.
 struct TileSums<'a, S: Simd, T: Lane, const CHANNELS: usize> {
@@ -139,24 +139,4 @@ impl<T: Lane, const CHANNELS: usize> Kernel for EvalSums<'_, T, CHANNELS> {
         }
         all
     }
-}
-
-/// `Basis::eval_expansion_into` of as many directions as are whole tiles, if the machine has code for it; the number of directions that are
-/// done.
-pub(crate) fn eval_sums<T: Lane>(
-    machine: Machine,
-    constants: &Constants<T>,
-    coefficients: &[T],
-    order: usize,
-    components: [&[T]; 3],
-    out: &mut [T],
-) -> usize {
-    if order == 0 || machine.is_plain() {
-        return 0;
-    }
-    constants.assert_reaches(order);
-    let done = out.len() / TILE * TILE;
-    let directions = Directions::Planes(components);
-    machine.run(EvalSums::<T, 1> { constants, coefficients, order, directions, out: &mut out[..done] });
-    done
 }

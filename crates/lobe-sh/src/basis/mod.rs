@@ -2,7 +2,8 @@
 //!
 //! Read [`index`] first, then [`basis`] with the formula that everything rests on, and its [`recurrence`]. [`legendre`] and [`complex`] are
 //! the textbook functions; [`second_order`] adds slopes and curvatures. [`lane_basis`] evaluates registers of directions at once by
-//! straight-line code ([`lanes`], written by `cargo xtask tables`), or by the recurrence ([`lane_recurrence`]); [`lane_sums`] sums one function towards them. [`vectors`] become unit vectors. Uses `simd` and `sphere`.
+//! straight-line code ([`lanes`], written by `cargo xtask tables`), or by the recurrence ([`lane_recurrence`]), [`lane_rows`] into rows of a tile and [`lane_planes`] into planes
+//! of all directions; [`lane_sums`] sums one function towards them. [`lane_kernels`] has these for `f32` and `f64`. [`vectors`] become unit vectors. Uses `simd` and `sphere`.
 
 pub(crate) mod basis;
 pub(crate) mod complex;
@@ -10,7 +11,13 @@ pub(crate) mod index;
 #[cfg(feature = "std")]
 pub(crate) mod lane_basis;
 #[cfg(feature = "std")]
+pub(crate) mod lane_kernels;
+#[cfg(feature = "std")]
+pub(crate) mod lane_planes;
+#[cfg(feature = "std")]
 pub(crate) mod lane_recurrence;
+#[cfg(feature = "std")]
+pub(crate) mod lane_rows;
 #[cfg(feature = "std")]
 pub(crate) mod lane_sums;
 #[cfg(feature = "std")]

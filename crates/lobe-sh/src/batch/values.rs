@@ -14,11 +14,11 @@ use core::ops::Range;
 use pulp::{Scalar, Simd};
 
 use crate::Basis;
-use crate::basis::index::{coefficient_count, coefficient_index};
-use crate::basis::lane_basis::{TILE, TilePlaces, tile_basis};
-use crate::basis::lane_recurrence::PlacesTogether;
+use crate::basis::index::coefficient_count;
+use crate::basis::lane_basis::TILE;
+use crate::basis::lane_kernels::LaneKernels;
+use crate::basis::lane_rows::{column_order, tile_rows};
 use crate::basis::lane_sums::{Directions, EvalSums};
-use crate::basis::places::Places;
 use crate::basis::recurrence::Constants;
 use crate::basis::vectors::Vectors;
 use crate::simd::{Kernel, Lane, Machine, Wide};
@@ -114,9 +114,9 @@ impl<'a, T: Tiled> Functions<'a, T> {
             if let [row] = rows {
                 let directions = Directions::Vectors(vectors);
                 return if self.channels == 1 {
-                    T::eval(machine, EvalSums { constants, coefficients: self.functions, order, directions, out: row })
+                    T::sums(machine, EvalSums { constants, coefficients: self.functions, order, directions, out: row })
                 } else {
-                    T::eval_color(
+                    T::color_sums(
                         machine,
                         EvalSums { constants, coefficients: self.functions, order, directions, out: row },
                     )
@@ -163,20 +163,6 @@ impl<'a, T: Tiled> Functions<'a, T> {
     }
 }
 
-/// The functions of the basis in the order in which the recurrence has them: column by column of equal `|m|`.
-fn column_order(order: usize) -> Vec<usize> {
-    let mut all = Vec::with_capacity(coefficient_count(order));
-    for m in 0..order {
-        for l in m..order {
-            all.push(coefficient_index(l, m as isize));
-            if m > 0 {
-                all.push(coefficient_index(l, -(m as isize)));
-            }
-        }
-    }
-    all
-}
-
 /// The basis towards directions, tile by tile of them.
 #[derive(Clone, Debug)]
 pub struct BasisTiles<T> {
@@ -209,42 +195,6 @@ impl<T: Tiled> BasisTiles<T> {
     }
 }
 
-/// Rows of a tile that are filled in the order in which values come.
-struct Rows<'a, T> {
-    y: &'a mut [[T; TILE]],
-    at: usize,
-    first: usize,
-    together: usize,
-}
-
-impl<S: Simd, T: Lane> Places<S, T> for Rows<'_, T> {
-    #[inline(always)]
-    fn put(&mut self, _: usize, value: Wide<S, T>) {
-        value.store_array(&mut self.y[self.at], self.first);
-        self.at += 1;
-    }
-}
-
-impl<S: Simd, T: Lane> PlacesTogether<S, T> for Rows<'_, T> {
-    #[inline(always)]
-    fn put_register(&mut self, _: usize, r: usize, value: Wide<S, T>) {
-        // The registers of one function one after the other, beginning with the first.
-        self.at += usize::from(r == 0 && self.together > 0);
-        self.together = 1;
-        value.store_array(&mut self.y[self.at], self.first + r);
-    }
-}
-
-impl<S: Simd, T: Lane> TilePlaces<S, T> for Rows<'_, T> {
-    #[inline(always)]
-    fn begin(&mut self, first: usize) {
-        (self.first, self.at, self.together) = (first, 0, 0);
-    }
-
-    #[inline(always)]
-    fn end(&mut self, _: usize) {}
-}
-
 /// The basis towards the directions of vectors, tile after tile.
 #[derive(Debug)]
 pub struct Fill<'a, T> {
@@ -263,8 +213,7 @@ impl<T: Lane> Kernel for Fill<'_, T> {
         let mut all = true;
         for (t, y) in self.y.chunks_exact_mut(coefficient_count(self.order)).enumerate() {
             all &= self.vectors.tile(t).unit_into(simd, &mut tile);
-            let mut rows = Rows { y, at: 0, first: 0, together: 0 };
-            tile_basis(simd, self.constants, self.order, &tile, &mut rows);
+            tile_rows(simd, self.constants, self.order, &tile, y, 1);
         }
         all
     }
@@ -324,18 +273,12 @@ impl<T: Lane> Kernel for Multiply<'_, '_, T> {
 }
 
 /// `f32` or `f64`, for which the kernels of this file are compiled here, once, and not where they are called.
-pub trait Tiled: Lane {
+pub trait Tiled: LaneKernels {
     #[doc(hidden)]
     fn fill(machine: Machine, kernel: Fill<'_, Self>) -> bool;
 
     #[doc(hidden)]
     fn multiply(machine: Machine, kernel: Multiply<'_, '_, Self>);
-
-    #[doc(hidden)]
-    fn eval(machine: Machine, kernel: EvalSums<'_, Self, 1>) -> bool;
-
-    #[doc(hidden)]
-    fn eval_color(machine: Machine, kernel: EvalSums<'_, Self, 3>) -> bool;
 }
 
 macro_rules! tiled {
@@ -347,14 +290,6 @@ macro_rules! tiled {
 
             fn multiply(machine: Machine, kernel: Multiply<'_, '_, Self>) {
                 machine.run(kernel);
-            }
-
-            fn eval(machine: Machine, kernel: EvalSums<'_, Self, 1>) -> bool {
-                machine.run(kernel)
-            }
-
-            fn eval_color(machine: Machine, kernel: EvalSums<'_, Self, 3>) -> bool {
-                machine.run(kernel)
             }
         }
     )*};
@@ -533,15 +468,6 @@ mod tests {
                 let expected = values(machine, &c, 4, 1, Vectors::Double(&[[0.0, 0.6, -0.8]]));
                 assert!((found[0] - expected[0]).abs() < 1e-14, "{} at {length}: {found:?}", machine.name());
             }
-        }
-    }
-
-    #[test]
-    fn the_sums_run_over_every_function_of_the_basis_once() {
-        for order in ORDERS {
-            let mut all = column_order(order);
-            all.sort_unstable();
-            assert!(all.into_iter().eq(0..coefficient_count(order)), "order {order}");
         }
     }
 }

@@ -2,12 +2,14 @@
 //!
 //! Read `machine` first: it asks the processor once and runs a [`Kernel`] by its registers. `lanes` is the block of
 //! sixteen `f32` in memory, `wide` the arithmetic on as many `f32` or `f64` as a register holds, by `lane`, and `wide_functions`
-//! roots and exponentials. Uses no other room.
+//! roots and exponentials; `past_caches` copies what is not read soon. Uses no other room.
 
 #[cfg(feature = "std")]
 pub(crate) mod lane;
 pub(crate) mod lanes;
 pub(crate) mod machine;
+#[cfg(feature = "std")]
+pub(crate) mod past_caches;
 #[cfg(feature = "std")]
 pub(crate) mod wide;
 #[cfg(feature = "std")]
