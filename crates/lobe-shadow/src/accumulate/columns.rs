@@ -10,7 +10,7 @@ pub(crate) const MOST_BANDS: usize = 9;
 /// `P̄_m^m` and the steps `P̄_l^m = a z P̄_{l-1}^m - b P̄_{l-2}^m`; see [`lobe_sh::Basis`].
 ///
 /// The plain recurrence, half the operations of the one there, is within 3e-6 to order 8 (test
-/// `sums_in_lanes_are_those_of_the_scalar_path`).
+/// `polynomials_of_leading_coefficient_1_are_the_basis`, for the same recurrence).
 #[derive(Clone, Debug)]
 pub(crate) struct Columns {
     pub(crate) diagonal: [f32; MOST_BANDS],

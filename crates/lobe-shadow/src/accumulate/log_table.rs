@@ -10,6 +10,9 @@ use crate::ShadowError;
 /// The highest order of a table.
 pub(crate) const MAX_TABLE_ORDER: usize = 8;
 
+/// Coefficients of that order.
+pub(crate) const MAX_LEN: usize = MAX_TABLE_ORDER * MAX_TABLE_ORDER;
+
 /// What a [`LogTable`] is made for; files keep it, and a table of other options is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Setters, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]

@@ -9,8 +9,8 @@ use rayon::prelude::*;
 use crate::accumulate::aim::ReceiverBlock;
 use crate::accumulate::batch_exponential::BatchExponential;
 use crate::accumulate::bounce::Bounce;
-use crate::accumulate::columns::Columns;
 use crate::accumulate::log_table::LogTable;
+use crate::accumulate::monic_columns::MonicColumns;
 use crate::accumulate::occluder::Occluder;
 use crate::accumulate::receiver_groups::{Group, sort_out};
 use crate::accumulate::shares::Share;
@@ -102,7 +102,7 @@ impl ShadowOptions {
 pub struct SphereShadows<'a> {
     table: &'a LogTable,
     tree: SphereTree,
-    columns: Columns,
+    columns: MonicColumns,
     exponential: BatchExponential,
     arch: Arch,
     /// The spheres one by one.
@@ -135,7 +135,7 @@ impl<'a> SphereShadows<'a> {
         Ok(Self {
             table,
             tree,
-            columns: Columns::new(),
+            columns: MonicColumns::new(),
             exponential,
             arch: Machine::detect().arch(),
             leaves,

@@ -5,12 +5,9 @@ use lobe_sh::simd::{Lanes, Wide, constant};
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::accumulate::aim::{ReceiverBlock, ReceiverLanes, aim};
-use crate::accumulate::columns::Columns;
-use crate::accumulate::log_table::{FIT, LogTable, MAX_TABLE_ORDER};
+use crate::accumulate::log_table::{FIT, LogTable, MAX_LEN};
+use crate::accumulate::monic_columns::MonicColumns;
 use crate::accumulate::sphere_tree::Node;
-
-/// Coefficients of the highest order.
-pub(crate) const MAX_LEN: usize = MAX_TABLE_ORDER * MAX_TABLE_ORDER;
 
 /// Adds the logarithms of spheres, as each of sixteen receivers sees them, to `sums`, `n²` blocks.
 ///
@@ -18,7 +15,7 @@ pub(crate) const MAX_LEN: usize = MAX_TABLE_ORDER * MAX_TABLE_ORDER;
 pub(crate) fn add_logarithms(
     arch: Arch,
     table: &LogTable,
-    columns: &Columns,
+    columns: &MonicColumns,
     at: &ReceiverBlock,
     nodes: &[Node],
     plane: bool,
@@ -41,7 +38,7 @@ pub(crate) fn add_logarithms(
 /// To be compiled for the machine's registers, once for each order `N`.
 struct AddLogarithms<'a, const N: usize, const PLANE: bool> {
     table: &'a LogTable,
-    columns: &'a Columns,
+    columns: &'a MonicColumns,
     at: &'a ReceiverBlock,
     nodes: &'a [Node],
     sums: &'a mut [Lanes],
@@ -59,17 +56,14 @@ impl<const N: usize, const PLANE: bool> WithSimd for AddLogarithms<'_, N, PLANE>
         for part in 0..Wide::<S>::PARTS {
             let at = ReceiverLanes::load(simd, self.at, part);
             let mut sums = [constant(simd, 0.0); MAX_LEN];
-            for (sum, out) in sums.iter_mut().zip(out.iter()) {
-                *sum = Wide::load(simd, out, part);
-            }
             for node in self.nodes {
                 let seen = aim::<S, PLANE>(simd, &at, node.center, node.radius);
                 let count = node.share.towards(simd, seen.towards) * constant(simd, node.count);
                 let factors = factors::<S, N>(simd, self.table, &fit, seen.sin_squared, count);
                 add_rotated::<S, N>(simd, self.columns, seen.towards, &factors, &mut sums);
             }
-            for (sum, out) in sums.iter().zip(out.iter_mut()) {
-                sum.store(out, part);
+            for ((sum, leading), out) in sums.iter().zip(&self.columns.leading).zip(out.iter_mut()) {
+                sum.times_plus(constant(simd, *leading), Wide::load(simd, out, part)).store(out, part);
             }
         }
     }
@@ -122,25 +116,29 @@ fn look_up<const N: usize>(table: &LogTable, sizes: &Lanes, counts: &Lanes, rows
     }
 }
 
-/// Adds `F_l y_lm(s)` to the sums, column by column of equal `|m|`: as [`Columns::eval`], with the order known.
+/// Adds `F_l p_l^m(z)` times `C_m` and `S_m` to the sums, column by column of equal `|m|`; their leading coefficients are left
+/// for the end.
 #[inline(always)]
 fn add_rotated<S: Simd, const N: usize>(
     simd: S,
-    columns: &Columns,
+    columns: &MonicColumns,
     [x, y, z]: [Wide<S>; 3],
     factors: &[Wide<S>; N],
     sums: &mut [Wide<S>; MAX_LEN],
 ) {
-    let splat = |value| constant(simd, value);
-    let (mut cos, mut sin) = (splat(1.0), splat(0.0));
+    let one = constant(simd, 1.0);
+    let (mut cos, mut sin) = (one, one);
     for m in 0..N {
-        let (mut before, mut p) = (splat(0.0), splat(columns.diagonal[m]));
+        let (mut before, mut p) = (one, one);
         for l in m..N {
-            if l > m {
-                let [a, b] = columns.steps[m][l];
-                (before, p) = (p, (splat(a) * z).times_plus(p, splat(-b) * before));
+            // Up to m + 1 they are 1 and z.
+            if l == m + 1 {
+                p = z;
+            } else if l > m {
+                let b = constant(simd, -columns.steps[m][l]);
+                (before, p) = (p, z.times_plus(p, b * before));
             }
-            let value = factors[l] * p;
+            let value = if l == m { factors[l] } else { factors[l] * p };
             let middle = l * (l + 1);
             if m == 0 {
                 sums[middle] = sums[middle] + value;
