@@ -122,6 +122,12 @@ impl MapInput {
         self.map.name()
     }
 
+    /// The files that are read.
+    pub(crate) fn files(&self) -> anyhow::Result<Vec<PathBuf>> {
+        let faces = FaceFiles::of_input(&self.map.path)?.and_then(|files| files.to_read());
+        Ok(faces.map_or_else(|| vec![self.map.path.clone()], |faces| faces.to_vec()))
+    }
+
     /// Reads the map, and notes the findings; pixels that are no numbers are treated as the options say.
     ///
     /// Of a chain of levels the largest is the map, and that there are others is noted.

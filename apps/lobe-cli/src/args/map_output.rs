@@ -148,8 +148,8 @@ impl MapOutput {
         }
     }
 
-    /// Refuses an output that could not be written, before any work is done for it.
-    pub(crate) fn check(&self, mapping: Mapping) -> anyhow::Result<()> {
+    /// Refuses an output that could not be written or is an input, before any work is done for it.
+    pub(crate) fn check(&self, mapping: Mapping, inputs: &[&Path]) -> anyhow::Result<()> {
         let is_texture = self.is_texture();
         let is_picture = matches!(self.output, MapFile::Picture(_));
         let ends_in = |kind: &str| matches!(&self.output, MapFile::Texture(path) if output::has_extension(path, kind));
@@ -182,15 +182,15 @@ impl MapOutput {
             bail!("{message}; leave it out");
         }
         match &self.output {
-            MapFile::Picture(picture) => picture.check(),
-            MapFile::Texture(path) => output::prepare_file(path, &[]),
+            MapFile::Picture(picture) => picture.check(inputs),
+            MapFile::Texture(path) => output::prepare_file(path, inputs),
             MapFile::Faces(files) => {
                 let folder = files.folder();
                 // The folders that are missing are made when there is something to put into them.
                 let is_missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
                 match folder.ancestors().take_while(is_missing).last() {
-                    Some(outermost) => output::prepare_file(outermost, &[]),
-                    None => files.to_write().iter().try_for_each(|path| output::prepare_file(path, &[])),
+                    Some(outermost) => output::prepare_file(outermost, inputs),
+                    None => files.to_write().iter().try_for_each(|path| output::prepare_file(path, inputs)),
                 }
             }
         }

@@ -88,6 +88,11 @@ pub(crate) fn prepare_file(path: &Path, inputs: &[&Path]) -> anyhow::Result<()> 
     Ok(())
 }
 
+/// Paths as they are asked for.
+pub(crate) fn borrowed(paths: &[PathBuf]) -> Vec<&Path> {
+    paths.iter().map(PathBuf::as_path).collect()
+}
+
 /// Whether a file has this extension, in letters of any case.
 pub(crate) fn has_extension(path: &Path, extension: &str) -> bool {
     path.extension().is_some_and(|found| found.eq_ignore_ascii_case(extension))

@@ -1,6 +1,6 @@
 //! Pictures as outputs: kinds of files, and notes on values that they cannot hold.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use lobe::env::{MappedMap, write_env};
@@ -47,9 +47,9 @@ impl PictureOutput {
         output::has_extension(&self.path, "exr")
     }
 
-    /// Refuses an output that could not be written, before any work is done for it.
-    pub(crate) fn check(&self) -> anyhow::Result<()> {
-        output::prepare_file(&self.path, &[])
+    /// Refuses an output that could not be written or is an input, before any work is done for it.
+    pub(crate) fn check(&self, inputs: &[&Path]) -> anyhow::Result<()> {
+        output::prepare_file(&self.path, inputs)
     }
 
     /// Writes a map, and notes the values that the format could not hold.

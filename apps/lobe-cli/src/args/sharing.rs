@@ -40,9 +40,17 @@ impl Sharing {
         if self.shard.is_some() { output::check_safetensors(output) } else { Ok(()) }
     }
 
-    /// The file that results are kept in: a shard is what it leaves.
+    /// The file that results are kept in: a shard is what it leaves, and shards come together beside what a bake that was stopped may have kept.
     pub(crate) fn checkpoint(&self, output: &Path) -> Checkpoint {
-        if self.shard.is_some() { Checkpoint::at(output.to_path_buf()) } else { Checkpoint::beside(output) }
+        if self.shard.is_some() {
+            Checkpoint::at(output.to_path_buf())
+        } else if self.merge.is_empty() {
+            Checkpoint::beside(output)
+        } else {
+            let mut merged = output.as_os_str().to_owned();
+            merged.push(".merged");
+            Checkpoint::beside(Path::new(&merged))
+        }
     }
 
     /// The files that are read.

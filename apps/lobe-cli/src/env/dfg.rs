@@ -28,7 +28,7 @@ fn size(text: &str) -> Result<usize, String> {
 
 impl EnvDfg {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
-        self.output.check()?;
+        self.output.check(&[])?;
         let table = DfgTable::new(self.size);
         let texels: Vec<[f32; 3]> = table.texels().iter().map(|dfg| [dfg.scale as f32, dfg.bias as f32, 0.0]).collect();
         self.output.write(&Picture::new(self.size, self.size, texels)?, &PictureWriteOptions::default(), talk)

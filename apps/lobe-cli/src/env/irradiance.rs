@@ -8,6 +8,7 @@ use lobe::sh::{Dir, Expansion as _, Rgb, Zonal, convolved};
 
 use crate::args::map_input::MapInput;
 use crate::args::output;
+use crate::args::output::borrowed;
 use crate::args::picture::PictureOutput;
 use crate::args::values;
 use crate::run::talk::Talk;
@@ -63,7 +64,7 @@ impl EnvIrradiance {
             bail!("--order: --method brute-force has no order; choose sh, or leave the order out");
         }
         if let Some(output) = &self.output {
-            output.check()?;
+            output.check(&borrowed(&self.input.files()?))?;
         }
         let map = self.input.read(talk)?;
         let order = self.order.unwrap_or(DEFAULT_ORDER);

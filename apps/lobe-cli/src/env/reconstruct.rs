@@ -24,7 +24,7 @@ pub(crate) struct EnvReconstruct {
 
 impl EnvReconstruct {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
-        self.output.check()?;
+        self.output.check(&[])?;
         let f = self.input.read()?.coefficients.to_rgb();
         self.output.write_map(&reconstruct(&f, 2 * self.size, self.size), &PictureWriteOptions::default(), talk)
     }

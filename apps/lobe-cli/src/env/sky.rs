@@ -133,7 +133,7 @@ impl EnvSky {
         let ground = Ground { albedo: self.ground, sun: self.sun_irradiance };
         match &self.output {
             SkyOutput::Picture(output) => {
-                output.check()?;
+                output.check(&[])?;
                 let rows = self.size.unwrap_or(DEFAULT_ROWS);
                 output.write_map(&sky_map(sky, &ground, 2 * rows, rows), &PictureWriteOptions::default(), talk)
             }

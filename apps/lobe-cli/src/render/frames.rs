@@ -37,10 +37,13 @@ pub(crate) struct Frames<'a> {
 type RenderOne<'a> = dyn FnMut(usize, Job<'_>) -> Result<Rendered, RenderError> + 'a;
 
 impl Frames<'_> {
-    /// Renders and writes all pictures, and their animation; `fresh` forgets unfinished ones.
-    pub(crate) fn render(&self, fresh: bool, render: &mut RenderOne<'_>) -> anyhow::Result<()> {
-        let checkpoints: Vec<_> =
-            (0..self.pictures.count()).map(|k| Checkpoint::beside(&self.pictures.path(k))).collect();
+    /// Renders and writes all pictures, and their animation; `fresh` forgets unfinished ones. The shards of a single picture lie
+    /// in `merged`.
+    pub(crate) fn render(&self, fresh: bool, merged: Option<&Path>, render: &mut RenderOne<'_>) -> anyhow::Result<()> {
+        let of_picture = |k| {
+            merged.map_or_else(|| Checkpoint::beside(&self.pictures.path(k)), |path| Checkpoint::at(path.to_path_buf()))
+        };
+        let checkpoints: Vec<_> = (0..self.pictures.count()).map(of_picture).collect();
         if fresh {
             checkpoints.iter().try_for_each(Checkpoint::discard)?;
         }

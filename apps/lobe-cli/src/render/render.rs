@@ -238,7 +238,8 @@ impl Render {
         let count = if is_range { 1 } else { self.pictures.count() };
         let checkpoint = self.sharing.checkpoint(self.pictures.output());
         self.sharing.merge(&checkpoint, talk)?;
-        let rendered = frames.render(self.fresh && self.sharing.merge.is_empty(), &mut |k, job| {
+        let merges = !self.sharing.merge.is_empty();
+        let rendered = frames.render(self.fresh && !merges, merges.then_some(checkpoint.path()), &mut |k, job| {
             let (turn, time) = (self.light.turn(k % count, count), self.moving.time_of(self.pictures.frame(k)));
             self.render(&mut work, &turn, time, job)
         });

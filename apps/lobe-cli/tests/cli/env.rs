@@ -53,6 +53,27 @@ fn info_prints_json_for_machines() {
 }
 
 #[test]
+fn no_map_is_replaced_by_what_is_made_of_it() {
+    let dir = Dir::new();
+    dir.map("sky.exr", 16, 8, |x, y| [x as f32, y as f32, 1.0]);
+    let before = std::fs::read(dir.path("sky.exr")).unwrap();
+    for command in [
+        "rotate sky.exr --axis 0,0,1 --angle 90",
+        "adjust sky.exr --exposure 1",
+        "convert sky.exr --to octahedral",
+        "sun sky.exr",
+        "irradiance sky.exr --size 4",
+    ] {
+        let line = dir.lobe(&format!("env {command} -o sky.exr")).error();
+        assert!(line.ends_with("is an input, which would be lost; give another name"), "{command}: {line}");
+        assert_eq!(std::fs::read(dir.path("sky.exr")).unwrap(), before, "{command}");
+    }
+    dir.lobe("env convert sky.exr --to cube -o face%.exr").stdout();
+    let line = dir.lobe("env convert face%.exr --to cube -o face%.exr").error();
+    assert!(line.ends_with("is an input, which would be lost; give another name"), "faces: {line}");
+}
+
+#[test]
 fn both_methods_give_pi_under_a_constant_sky() {
     let dir = Dir::new();
     dir.file("one.hdr", flat_hdr(128, 64, &[ONE; 128 * 64]));
