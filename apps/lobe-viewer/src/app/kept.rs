@@ -136,7 +136,7 @@ impl Kept {
     /// Keeps it. That it cannot is no error.
     pub fn write(&self, folder: &UserFolder) {
         if let (Some(path), Ok(text)) = (folder.file(NAME), serde_json::to_string_pretty(self)) {
-            drop(std::fs::write(path, text));
+            drop(lobe::io::write_atomically(&path, |file| file.write_all(text.as_bytes())));
         }
     }
 

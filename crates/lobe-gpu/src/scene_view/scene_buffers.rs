@@ -12,7 +12,7 @@ use crate::scene_view::surface_pieces::{SurfacePiece, SurfacePieces, TEXTURE_STE
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(crate) struct Vertex {
-    position: [f32; 4],
+    pub(crate) position: [f32; 4],
     normal: [f32; 4],
 }
 

@@ -144,14 +144,24 @@ impl SceneView {
     /// Moves the vertices to those of another scene, such as another moment of one that moves. All else remains.
     ///
     /// # Errors
-    /// [`GpuError::Options`] if it has not as many vertices, or counts them from another origin.
+    /// [`GpuError::Options`] if it has not as many vertices.
     pub fn set_vertices(&self, scene: &Scene) -> Result<(), GpuError> {
-        if scene.vertex_count() != self.vertices || scene.origin() != self.origin {
+        if scene.vertex_count() != self.vertices {
             let (expected, found) = (self.vertices, scene.vertex_count());
             let message = format!("expected another moment of the same scene of {expected} vertices, found {found}");
             return Err(GpuError::Options(message));
         }
-        self.renderer.update("vertices", &self.order.placed(vertices_of(scene)))
+        let mut vertices = vertices_of(scene);
+        // Where nothing stands still, moments count from origins of their own.
+        let [from, to] = [scene.origin(), self.origin];
+        if from != to {
+            for vertex in &mut vertices {
+                for axis in 0..3 {
+                    vertex.position[axis] = (f64::from(vertex.position[axis]) + (from[axis] - to[axis])) as f32;
+                }
+            }
+        }
+        self.renderer.update("vertices", &self.order.placed(vertices))
     }
 
     /// Turns the backdrop from where its environment has it: what was seen towards s is then towards R s.

@@ -445,8 +445,12 @@ fn radiance_from_elsewhere_is_shown_and_vertices_move() {
         Mesh::new(parts).unwrap()
     };
     let meshes = parts.0.into_iter().map(raised).collect();
-    view.set_vertices(&Scene::new(meshes, parts.1, parts.2).unwrap()).unwrap();
+    let raised = Scene::new(meshes, parts.1, parts.2).unwrap();
+    view.set_vertices(&raised).unwrap();
     assert!(differing(&show(&view), &expected, 1e-2) > 0.02, "the picture moved");
+    // Its numbers count from half a unit lower: it is where it was.
+    view.set_vertices(&raised.moved([0.0, 0.0, -0.5])).unwrap();
+    assert!(differing(&show(&view), &expected, 1e-4) <= AT_EDGES, "another origin");
     assert!(view.set_radiance(&values[1..]).is_err(), "too few values");
     assert!(view.set_vertices(&built_in::cave(16)).is_err(), "another scene");
     let computed = make(&SurfaceShading::Irradiance(3));
