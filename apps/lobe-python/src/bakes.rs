@@ -41,6 +41,8 @@ pub(crate) struct Settings {
 #[pyclass(frozen, module = "lobe")]
 pub(crate) struct Bake {
     name: String,
+    /// Where the scene was read, which no result may replace.
+    source: PathBuf,
     work: BakeWork,
     /// All that a glTF file holds, unless its scene was split.
     document: Option<GltfDocument>,
@@ -99,6 +101,29 @@ impl Settings {
     }
 }
 
+impl Bake {
+    /// Bakes, with results kept in `checkpoint` until the output is written.
+    fn write_with<'py>(
+        &self,
+        py: Python<'py>,
+        output: &Path,
+        checkpoint: &Path,
+        progress: Option<&Py<PyAny>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        self.check_output(output.to_path_buf())?;
+        let glb = if has_ending(output, "glb") { Some(self.glb().map_err(|error| error_of(&error))?) } else { None };
+        let (baked, report) = watched(py, progress, Some(checkpoint), |job| self.work.bake(job))?;
+        let recipe = self.work.recipe(&report).scene(self.name.clone()).max_edge(self.max_edge);
+        watched(py, progress, None, |job| match (&glb, &baked) {
+            (Some(glb), BakedRows::Transfer(transfer)) => glb.write(output, transfer, &recipe, job),
+            _ => self.work.write(output, &baked, &recipe, job),
+        })?;
+        // The results are safe; a checkpoint that stays is taken up by the same bake.
+        let _ = fs::remove_file(checkpoint);
+        report_of(py, &report)
+    }
+}
+
 #[pymethods]
 impl Bake {
     /// Reads a scene. Options that are out of range are refused by the bake.
@@ -117,7 +142,7 @@ impl Bake {
         })?;
         let (work, document) = made.map_err(|error: PrtError| error_of(&error))?;
         let name = scene.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        Ok(Self { name, work, document, max_edge: settings.max_edge, endings: settings.endings() })
+        Ok(Self { name, source: scene, work, document, max_edge: settings.max_edge, endings: settings.endings() })
     }
 
     /// The fingerprint of all of the scene that decides the results, 32 hexadecimal digits.
@@ -150,9 +175,13 @@ impl Bake {
         self.work.know(Pilot { bounces, stderr_dc }).map_err(|error| error_of(&error))
     }
 
-    /// Refuses the name of a file that cannot hold the results.
+    /// Refuses the name of a file that cannot hold the results, and that of the scene, which would be lost.
     #[expect(clippy::needless_pass_by_value, reason = "extracted from an argument of Python")]
     fn check_output(&self, output: PathBuf) -> PyResult<()> {
+        if matches!((output.canonicalize(), self.source.canonicalize()), (Ok(output), Ok(source)) if output == source) {
+            let name = output.display();
+            return Err(value_error(format!("{name}: is the scene, which would be lost; give another name")));
+        }
         if self.endings.iter().any(|ending| has_ending(&output, ending)) {
             return Ok(());
         }
@@ -168,18 +197,8 @@ impl Bake {
         output: PathBuf,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        self.check_output(output.clone())?;
-        let (checkpoint, progress) = (beside(&output, ".checkpoint"), progress.as_ref());
-        let glb = if has_ending(&output, "glb") { Some(self.glb().map_err(|error| error_of(&error))?) } else { None };
-        let (baked, report) = watched(py, progress, Some(&checkpoint), |job| self.work.bake(job))?;
-        let recipe = self.work.recipe(&report).scene(self.name.clone()).max_edge(self.max_edge);
-        watched(py, progress, None, |job| match (&glb, &baked) {
-            (Some(glb), BakedRows::Transfer(transfer)) => glb.write(&output, transfer, &recipe, job),
-            _ => self.work.write(&output, &baked, &recipe, job),
-        })?;
-        // The results are safe; a checkpoint that stays is taken up by the same bake.
-        let _ = fs::remove_file(&checkpoint);
-        report_of(py, &report)
+        let checkpoint = beside(&output, ".checkpoint");
+        self.write_with(py, &output, &checkpoint, progress.as_ref())
     }
 
     /// Bakes a shard, which is the file that it is kept in.
@@ -205,9 +224,11 @@ impl Bake {
         output: PathBuf,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let checkpoint = beside(&output, ".checkpoint");
+        self.check_output(output.clone())?;
+        // Beside what a bake that was stopped may have kept.
+        let checkpoint = beside(&output, ".merged.checkpoint");
         watched(py, progress.as_ref(), None, |job| merge_shards(&parts, &checkpoint, job))?;
-        self.write(py, output, progress).map_err(|error| {
+        self.write_with(py, &output, &checkpoint, progress.as_ref()).map_err(|error| {
             // It is made again in no time, and would be in the way of another bake.
             let _ = fs::remove_file(&checkpoint);
             let at_checkpoint = format!("{}: ", checkpoint.display());

@@ -117,7 +117,9 @@ pub(crate) fn watched<T: Send, E: WorkError>(
         })
     });
     match (done, raised) {
-        (Ok(done), _) => Ok(done),
+        // Even where all was done already: what was raised is for the caller.
+        (Ok(_), Some(error)) => Err(error),
+        (Ok(done), None) => Ok(done),
         (Err(error), raised) if error.is_cancelled() => Err(raised.unwrap_or_else(|| PyKeyboardInterrupt::new_err(()))),
         (Err(error), _) => Err(error_of(&error)),
     }

@@ -127,6 +127,34 @@ def test_what_cannot_be_baked_says_so(scene, tmp_path):
     assert sorted(os.listdir(tmp_path)) == ["bad.glb", "roof.obj"], "nothing is left behind"
 
 
+def test_no_result_replaces_the_scene(scene, tmp_path):
+    baked = tmp_path / "baked.glb"
+    lobe.bake(scene, baked, QUICK)
+    before = baked.read_bytes()
+    for write in [lobe.bake, lambda source, output, options: lobe.merge(source, [], output, options)]:
+        with pytest.raises(ValueError, match="which would be lost"):
+            write(baked, baked, QUICK)
+    assert baked.read_bytes() == before
+
+
+def test_shards_of_another_bake_leave_a_stopped_one_alone(scene, tmp_path):
+    lobe.bake(scene, tmp_path / "part.safetensors", QUICK, shard=(1, 1))
+    (tmp_path / "o.safetensors.checkpoint").write_bytes(b"hours of rays")
+    with pytest.raises(ValueError, match="not of this bake"):
+        lobe.merge("built-in:ball", [tmp_path / "part.safetensors"], tmp_path / "o.safetensors", QUICK)
+    assert (tmp_path / "o.safetensors.checkpoint").read_bytes() == b"hours of rays"
+    assert sorted(os.listdir(tmp_path)) == ["o.safetensors.checkpoint", "part.safetensors", "roof.obj"]
+
+
+def test_what_progress_raises_at_the_end_reaches_the_caller(scene, tmp_path):
+    def raises(done, total):
+        if done == total:
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        lobe.bake(scene, tmp_path / "o.safetensors", QUICK, progress=raises)
+
+
 def test_the_command_writes_the_same_bytes(scene, tmp_path):
     command = os.environ.get("LOBE") or shutil.which("lobe")
     if command is None:

@@ -7,7 +7,7 @@ import sys
 import pytest
 
 LONG = {
-    "log": "f.log()",
+    "log": "f.resized(10).log()",
     "minimum": "f.minimum()",
     "product": "f.product(f, 31)",
     "encoding": "f.resized(3).encode('zh3').eval(np.tile([0.0, 0.0, 1.0], (100_000, 1)))",

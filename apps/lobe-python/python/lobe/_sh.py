@@ -19,6 +19,10 @@ from ._encodings import Encoded, EncodingError, encode
 # Eigenvalues below this part of the largest are raised to it, as `lobe sh log` does.
 LOG_CLAMP = 0.02
 
+# As in the command: beyond, a grid or a product matrix of one function takes gigabytes, and a search over the sphere minutes.
+MOST_EXPONENTIATED = 10
+MOST_SEARCHED = 64
+
 
 @dataclass(frozen=True)
 class Lights:
@@ -208,17 +212,20 @@ class Sh:
     def dering(self, method: str = "least-change", of_irradiance: bool = False) -> Sh:
         """The functions made non-negative by factors of their bands; or such that their irradiance is not negative.
 
-        Methods are named as in the command. The mean stays; a function whose mean is negative, or not finite, is refused.
+        Methods are named as in the command. The mean stays; a function whose mean is negative, or not finite, is refused. To order 64.
         """
+        self._expect_order(MOST_SEARCHED)
         return self._like(_lobe.dering(self._rows(), self._order, method, bool(of_irradiance)), self._order)
 
     def exp(self) -> Sh:
-        """e to the functions, projected onto their bands (Ren et al. 2006, on a grid). Refuses coefficients that are not finite."""
+        """e to the functions, projected onto their bands (Ren et al. 2006, on a grid), to order 10. Refuses coefficients that are not finite."""
+        self._expect_order(MOST_EXPONENTIATED)
         return self._like(_lobe.exp(self._rows(), self._order), self._order)
 
     def log(self, clamp: float = LOG_CLAMP) -> Sh:
         """The logarithm of functions such as visibilities, so that sums of them stand for products; what is below `clamp` times the
-        largest eigenvalue of the product matrix is raised to it. Refuses coefficients that are not finite."""
+        largest eigenvalue of the product matrix is raised to it. To order 10. Refuses coefficients that are not finite."""
+        self._expect_order(MOST_EXPONENTIATED)
         if not 0.0 < clamp <= 1.0:
             raise ValueError(f"clamp: expected a number above 0, up to 1, found {clamp}")
         return self._like(_lobe.log(self._rows(), self._order, float(clamp)), self._order)
@@ -239,7 +246,8 @@ class Sh:
 
     def minimum(self, tolerance: float = 1e-6) -> tuple[Numbers, Numbers]:
         """The least value of each function, to within `tolerance`, with proof, and a direction in which it is: (...), (..., 3); for colors
-        of each channel, (..., 3), (..., 3, 3). Refuses coefficients that are not finite."""
+        of each channel, (..., 3), (..., 3, 3). To order 64. Refuses coefficients that are not finite."""
+        self._expect_order(MOST_SEARCHED)
         if not (np.isfinite(tolerance) and tolerance > 0):
             raise ValueError(f"tolerance: expected a number above 0, found {tolerance}")
         c = np.moveaxis(self._c, -1, -2) if self._is_color else self._c
@@ -261,7 +269,8 @@ class Sh:
 
     def lights(self, count: int = 1, refine: bool = False) -> Lights:
         """Directional lights and ambient light that approximate radiance (Sloan 2008), by its irradiance: `count` of them at most; where fewer
-        are found, the rest have no intensity. From order 2 on; refuses coefficients that are not finite."""
+        are found, the rest have no intensity. From order 2 on, to order 64; refuses coefficients that are not finite."""
+        self._expect_order(MOST_SEARCHED)
         count = whole(count, "count", 1, 64)
         rows = self._rows().astype(np.float64, copy=False)
         found, intensities, ambient = _lobe.lights(rows, self._order, count, bool(refine))
@@ -340,6 +349,10 @@ class Sh:
         return picture.getvalue()
 
     # Within
+
+    def _expect_order(self, most: int) -> None:
+        if self._order > most:
+            raise ValueError(f"expected functions of order {most} at most, found order {self._order}; .resized({most}) cuts them off")
 
     def _rows(self) -> Numbers:
         batch = self.shape
