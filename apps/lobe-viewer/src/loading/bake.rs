@@ -98,6 +98,8 @@ pub enum SceneNews {
         mode: BakeMode,
         /// Paths from each vertex; none if the file does not say.
         samples: Option<u32>,
+        /// Reflections at most, of a mode that has any.
+        bounces: usize,
         /// Whether it leaves out the albedo, which each pixel has then.
         is_demodulated: bool,
         /// The transfer.
@@ -111,13 +113,15 @@ pub enum SceneNews {
 
 impl SceneNews {
     fn of_bake(mode: BakeMode, samples: u32, transfer: Transfer) -> Self {
-        Self::Baked { mode, samples: Some(samples), is_demodulated: false, transfer: Arc::new(transfer) }
+        let samples = Some(samples);
+        Self::Baked { mode, samples, bounces: BOUNCES, is_demodulated: false, transfer: Arc::new(transfer) }
     }
 
     fn of_file(transfer: Transfer, recipe: &Recipe) -> Self {
         Self::Baked {
             mode: recipe.mode.unwrap_or(BakeMode::Interreflected),
             samples: recipe.samples,
+            bounces: recipe.bounces.unwrap_or(BOUNCES),
             is_demodulated: is_demodulated(recipe),
             transfer: Arc::new(transfer),
         }

@@ -9,7 +9,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 use lobe::env::{EnvMap, write_env};
 use lobe::io::Job;
-use lobe::prt::{BakeMode, Transfer, write_transfer};
+use lobe::prt::{AlbedoMode, BakeMode, Transfer, write_transfer};
 use lobe::sh::{Expansion as _, Quantity, Rgb, ShFile, ShVec, write_sh_json};
 use lobe::shadow::{SphereFitOptions, SphereSet, fit_spheres, write_spheres};
 use lobe_viewer::{
@@ -143,6 +143,29 @@ fn transfer_is_shown_on_the_scene_that_it_is_of_and_refused_on_others() {
     drop_file(&mut harness, &folder.path().join("noise.safetensors"));
     let line = harness.state().notice().unwrap();
     assert!(line.contains("noise.safetensors: expected transfer, an occlusion field or spheres"), "{line}");
+}
+
+#[test]
+fn no_difference_is_shown_of_bakes_with_and_without_albedo() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = small_window(folder.path());
+    harness.run_steps(2);
+    step_until(&mut harness, |app| app.scene().is_idle());
+    let data = SceneData::new("furnace", lobe::scene::built_in::named("furnace").unwrap());
+    let order = harness.state().scene().edits().order;
+    let options = bake_options(BakeMode::Shadowed, order, 16).albedo(AlbedoMode::None);
+    let (transfer, recipe) = bake_scene(&data, &options, |_| std::ops::ControlFlow::Continue(())).unwrap();
+    let path = folder.path().join("direct.safetensors");
+    write_transfer(&path, &transfer, &recipe, Job::default()).unwrap();
+    harness.key_press(Key::Num4);
+    harness.run_steps(2);
+    step_until(&mut harness, |app| app.scene().is_idle());
+    assert!(harness.state().scene().transfer().is_some(), "of two that are alike");
+    drop_file(&mut harness, &path);
+    harness.run_steps(2);
+    let line = harness.state().scene().message().unwrap().to_owned();
+    assert!(line.contains("leaves out the albedo"), "{line}");
+    assert!(harness.state().scene().transfer().is_none(), "no difference of unlike things");
 }
 
 #[test]

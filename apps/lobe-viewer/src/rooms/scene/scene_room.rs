@@ -37,6 +37,7 @@ const SPEED: f64 = 0.5;
 struct Baked {
     transfer: Arc<Transfer>,
     samples: Option<u32>,
+    bounces: usize,
     is_demodulated: bool,
 }
 
@@ -216,8 +217,8 @@ impl SceneRoom {
                 self.probe.forget();
                 self.viewport.fit_exposure();
             }
-            SceneNews::Baked { mode, samples, is_demodulated, transfer } => {
-                self.bakes.insert(mode, Baked { transfer, samples, is_demodulated });
+            SceneNews::Baked { mode, samples, bounces, is_demodulated, transfer } => {
+                self.bakes.insert(mode, Baked { transfer, samples, bounces, is_demodulated });
                 self.shown = None;
             }
             SceneNews::Glossy(glossy) => self.glossy = glossy,
@@ -232,6 +233,14 @@ impl SceneRoom {
             return;
         }
         let of = |wanted: BakeMode| self.bakes.get(&wanted).map(|baked| &*baked.transfer);
+        let mut albedo = mode.bakes().iter().filter_map(|mode| self.bakes.get(mode)).map(|baked| baked.is_demodulated);
+        if albedo.next().is_some_and(|first| albedo.any(|other| other != first)) {
+            // A difference of unlike things.
+            self.work.message =
+                Some("one of the two bakes leaves out the albedo (--albedo none); bake both alike".into());
+            self.shown = None;
+            return;
+        }
         self.shown = match mode {
             Mode::Shadowed | Mode::Interreflected => {
                 let baked = mode.bakes().first().and_then(|mode| self.bakes.get(mode));
@@ -404,7 +413,10 @@ impl SceneRoom {
             return;
         }
         let sky = self.work.sky().map(|sky| &sky.map);
-        let still = still(data, sky, &self.edits, (self.orbit, size), has_gloss);
+        // With as many reflections as what it is compared with.
+        let bounces = self.edits.mode.bakes().last().and_then(|mode| self.bakes.get(mode));
+        let bounces = bounces.map_or(BOUNCES, |baked| baked.bounces);
+        let still = still(data, sky, &self.edits, (self.orbit, size), (has_gloss, bounces));
         self.truth.follow(ui.ctx(), &still);
         let viewport = &self.viewport;
         let found = || viewport.picture_at_rest();
@@ -427,7 +439,7 @@ fn still(
     sky: Option<&Arc<MappedMap>>,
     edits: &SceneEdits,
     (orbit, size): (Orbit, [u32; 2]),
-    has_gloss: bool,
+    (has_gloss, bounces): (bool, usize),
 ) -> Still {
     Still {
         data: data.clone(),
@@ -438,7 +450,7 @@ fn still(
         turn: edits.rotation(),
         strength: edits.sky_strength,
         lamps: edits.lamps.iter().filter(|lamp| lamp.is_on).map(SceneLamp::disc).collect(),
-        bounces: if edits.mode == Mode::Shadowed { 0 } else { BOUNCES },
+        bounces: if edits.mode == Mode::Shadowed { 0 } else { bounces },
         surfaces: if has_gloss { Surfaces::MetallicRoughness } else { Surfaces::Matte },
     }
 }
