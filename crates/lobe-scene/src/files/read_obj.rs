@@ -204,13 +204,20 @@ impl Obj {
             normals: complete(&corners, normals, name, "normals", source),
             uvs: [complete(&corners, uvs, name, "texture coordinates", source), Vec::new()],
             colors: complete(&corners, colors, name, "colors", source),
-            material: model
-                .material
-                .as_ref()
-                .and_then(|name| self.materials.iter().rposition(|material| material.name == *name)),
+            material: self.material_of(model, source),
             source: None,
             name: name.clone(),
         })
+    }
+
+    /// The last material of the name that a model uses. Where libraries were read and none of them has it, that is noted.
+    fn material_of(&self, model: &Model, source: &mut Source<'_>) -> Option<usize> {
+        let name = model.material.as_ref()?;
+        let found = self.materials.iter().rposition(|material| material.name == *name);
+        if found.is_none() && !self.materials.is_empty() {
+            source.note(format!("material {name:?} is in none of the libraries; its faces are white"));
+        }
+        found
     }
 
     /// The distinct corners of a model in the order of first use, and for each corner of its faces the index of its own.

@@ -48,7 +48,9 @@ fn obj_materials_textures_and_colors_are_read() {
     fs::write(folder.path().join("red.mtl"), "newmtl red\nKd 0.8 0.1 0.05\n").unwrap();
     let (scene, report) = read_scene(&two, &SceneReadOptions::default()).unwrap();
     assert_eq!(scene.vertex_base_color(0, 0), [0.8, 0.1, 0.05, 1.0], "of two files in a line the one that is there");
-    assert!(report.notes.len() == 1 && report.notes[0].contains("b.mtl"), "{:?}", report.notes);
+    let [missing, unknown] = &*report.notes else { panic!("{:?}", report.notes) };
+    assert!(missing.contains("b.mtl"), "{missing}");
+    assert_eq!(unknown, "material \"wood\" is in none of the libraries; its faces are white", "what none of them has");
 
     fs::write(folder.path().join("a.mtl"), "newmtl red\nKd 0.8 0.1 0.05\nnewmtl wood\nKd 1 1 1\nmap_Kd w.png\n")
         .unwrap();
