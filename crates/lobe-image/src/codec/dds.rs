@@ -128,7 +128,7 @@ fn faces(data: &[u8], size: usize, levels: usize, format: TexelFormat, name: &st
             read.map_err(|e| invalid(name, format!("the file ends early: {e}")))?;
         }
     }
-    Ok(CubeTexture { format, levels: decoded, notes, mapping: None })
+    Ok(CubeTexture { format, levels: decoded, notes, mapping: None, primaries: None })
 }
 
 /// Flags of the fields that are set: capabilities, height, width, format, number of levels.

@@ -48,6 +48,8 @@ pub struct CubeTexture {
     pub(crate) notes: Vec<String>,
     /// The mapping that the file names.
     pub(crate) mapping: Option<String>,
+    /// Primaries other than those of Rec. 709, by their name.
+    pub(crate) primaries: Option<(String, Option<Primaries>)>,
 }
 
 /// Refuses a picture larger than the caller allows, before memory is allocated.

@@ -10,6 +10,7 @@ use crate::codec::decoded::{CubeTexture, check_cube_size};
 use crate::codec::decoded::{invalid, reserve, unsupported};
 use crate::codec::decoded::{mip_level_count, mip_level_size};
 use crate::picture::png::MAPPING_KEY;
+use crate::picture::primaries::Primaries;
 use crate::{ImageError, TexelFormat};
 
 /// The largest compression ratio of Zstandard: a block of one repeated byte stores 128 KiB in four bytes.
@@ -38,7 +39,8 @@ pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Cube
     check_places(&header, &index, bytes.len(), name)?;
     let zstd = header.supercompression_scheme.is_some();
     let (notes, mapping) = notes(&header, bytes, name)?;
-    let mut cube = CubeTexture { format, levels: Vec::with_capacity(levels), notes, mapping };
+    let primaries = primaries(&header, bytes);
+    let mut cube = CubeTexture { format, levels: Vec::with_capacity(levels), notes, mapping, primaries };
     for (k, level) in index.iter().enumerate() {
         let side = mip_level_size(size, k);
         let expected = 6 * format.face_bytes(side);
@@ -162,16 +164,40 @@ fn notes(header: &Header, bytes: &[u8], name: &str) -> Result<(Vec<String>, Opti
     if header.level_count == 0 {
         notes.push("the file asks for smaller levels to be made; it holds one".into());
     }
-    let format = &bytes[header.index.dfd_byte_offset as usize..][..header.index.dfd_byte_length as usize];
-    // The format number determines all but these two; a file without the descriptor is read all the same.
-    let [primaries, transfer] = [1, 2].map(|at| format.get(DFD_MODEL + at).copied().unwrap_or(0));
-    if let Some(primaries) = ColorPrimaries::new(primaries).filter(|p| *p != ColorPrimaries::BT709) {
-        notes.push(format!("the primaries are {primaries:?}; they are not converted"));
-    }
-    match TransferFunction::new(transfer) {
+    match TransferFunction::new(described(header, bytes, 2)) {
         None | Some(TransferFunction::Linear) => Ok((notes, mapping)),
         Some(other) => Err(unsupported(name, format!("linear light expected, found the transfer function {other:?}"))),
     }
+}
+
+/// A byte of the descriptor of the format, counted from the color model. The format number determines all but the primaries and the transfer
+/// function; a file without the descriptor is read all the same.
+fn described(header: &Header, bytes: &[u8], at: usize) -> u8 {
+    let format = &bytes[header.index.dfd_byte_offset as usize..][..header.index.dfd_byte_length as usize];
+    format.get(DFD_MODEL + at).copied().unwrap_or(0)
+}
+
+/// The white of daylight, D65.
+const D65: [f64; 2] = [0.3127, 0.3290];
+
+/// The white of ACES.
+const ACES_WHITE: [f64; 2] = [0.32168, 0.33767];
+
+/// Primaries other than those of Rec. 709, and their chromaticities where the Khronos Data Format Specification 1.4, section 14.1, is sure of them: those of
+/// old analog television are left out.
+fn primaries(header: &Header, bytes: &[u8]) -> Option<(String, Option<Primaries>)> {
+    let primaries = ColorPrimaries::new(described(header, bytes, 1)).filter(|p| *p != ColorPrimaries::BT709)?;
+    let [red, green, blue, white] = match primaries {
+        ColorPrimaries::BT601EBU => [[0.640, 0.330], [0.290, 0.600], [0.150, 0.060], D65],
+        ColorPrimaries::BT601SMPTE => [[0.630, 0.340], [0.310, 0.595], [0.155, 0.070], D65],
+        ColorPrimaries::BT2020 => [[0.708, 0.292], [0.170, 0.797], [0.131, 0.046], D65],
+        ColorPrimaries::ACES => [[0.7347, 0.2653], [0.0, 1.0], [0.0001, -0.0770], ACES_WHITE],
+        ColorPrimaries::ACESCC => [[0.713, 0.293], [0.165, 0.830], [0.128, 0.044], ACES_WHITE],
+        ColorPrimaries::DISPLAYP3 => [[0.680, 0.320], [0.265, 0.690], [0.150, 0.060], D65],
+        ColorPrimaries::AdobeRGB => [[0.640, 0.330], [0.210, 0.710], [0.150, 0.060], D65],
+        _ => return Some((format!("{primaries:?}"), None)),
+    };
+    Some((format!("{primaries:?}"), Primaries::new(red, green, blue, white)))
 }
 
 fn damaged(level: usize, error: &io::Error, name: &str) -> ImageError {

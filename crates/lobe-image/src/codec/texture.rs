@@ -55,6 +55,17 @@ pub fn read_cube_texture_bytes(
     report.levels = decoded.levels.len();
     report.mapping = decoded.mapping.take();
     report.notes.insert(0, format!("the texels are {}", decoded.format));
+    if let Some((primaries, chromaticities)) = decoded.primaries.take() {
+        let done = match chromaticities {
+            Some(chromaticities) if options.to_rec_709 => {
+                decoded.levels.iter_mut().for_each(|(_, texels)| chromaticities.convert(texels));
+                "they are converted to those of Rec. 709"
+            }
+            None if options.to_rec_709 => "how they are converted is not known",
+            _ => "the values are taken as they are",
+        };
+        report.notes.push(format!("the primaries are {primaries}, not those of Rec. 709; {done}"));
+    }
     for (size, texels) in &mut decoded.levels {
         inspect(texels, *size, &mut report);
     }

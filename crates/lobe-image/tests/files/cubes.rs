@@ -267,3 +267,33 @@ fn signed_bc6h_is_read() {
     assert!((texel[0] + 0.5).abs() < 0.01 && texel[1] == 0.0, "{texel:?}");
     assert_eq!((report.negative, report.levels), (96, 1), "negative texels are kept and counted");
 }
+
+#[test]
+fn other_primaries_of_a_ktx2_are_noted_or_converted() {
+    /// The offset of the primaries in the descriptor, which lies behind the header and the index of one level.
+    const PRIMARIES: usize = 80 + 24 + 4 + 8 + 1;
+    let mut bytes = encoded("a.ktx2", &levels(&[4]), TexelFormat::Rgba32F, false);
+    assert_eq!(bytes[PRIMARIES], 1, "Rec. 709");
+    let converting = PictureReadOptions::default().to_rec_709(true);
+    // CIE XYZ, which no matrix between primaries reaches.
+    bytes[PRIMARIES] = 5;
+    let (_, report) = read_cube_texture_bytes(&bytes, "test", &converting).unwrap();
+    assert!(report.notes[1].ends_with("how they are converted is not known"), "{:?}", report.notes);
+    // Rec. 2020.
+    bytes[PRIMARIES] = 4;
+    let (kept, report) = read(&bytes).unwrap();
+    assert!(report.notes[1].ends_with("the values are taken as they are"), "{:?}", report.notes);
+    let (converted, report) = read_cube_texture_bytes(&bytes, "test", &converting).unwrap();
+    assert!(report.notes[1].ends_with("they are converted to those of Rec. 709"), "{:?}", report.notes);
+    // ITU-R BT.2087, rounded to four digits.
+    const ROUNDED: f32 = 2e-4;
+    const LARGEST: f32 = 32.0;
+    let matrix = [[1.6605, -0.5876, -0.0728], [-0.1246, 1.1329, -0.0083], [-0.0182, -0.1006, 1.1187]];
+    for (found, color) in converted.levels[0].1.iter().zip(&kept.levels[0].1) {
+        assert!(color.iter().all(|c| *c < LARGEST), "{color:?}");
+        let expected = matrix.map(|row: [f32; 3]| row[0] * color[0] + row[1] * color[1] + row[2] * color[2]);
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found - expected).abs() < ROUNDED * LARGEST, "{found} against {expected}");
+        }
+    }
+}
