@@ -174,6 +174,29 @@ fn an_occluder_more_never_brightens_the_mean_beyond_its_ringing() {
     }
 }
 
+/// What large spheres behind one another leave: order, half angles in degrees, the mean with the first and with both. Their logarithms have few bands
+/// for a deep valley, and ring high above zero beside it; the sum of two rings twice as high. The truth of both is that of the larger.
+const BEHIND: [(usize, [f64; 2], [f64; 2]); 4] = [
+    (3, [70.0, 65.0], [0.734, 0.952]),
+    (4, [90.0, 90.0], [0.525, 0.599]),
+    (5, [40.0, 40.0], [0.905, 0.988]),
+    (6, [65.0, 60.0], [0.738, 0.785]),
+];
+
+#[test]
+fn large_occluders_behind_one_another_brighten_the_mean_by_what_is_stated() {
+    for (order, angles, expected) in BEHIND {
+        let logarithm = ZonalLogarithm::new(order, LOG_CLAMP);
+        let [first, second] = angles.map(|angle| logarithm.of_sphere(angle.to_radians()).towards(Dir::Z, 1.0));
+        let exponential = Exponential::new(order, ExpMethod::Grid);
+        let found = [exponential.of(&first).mean(), exponential.of(&(&first + &second)).mean()];
+        println!("order {order}, {angles:?}: {found:.3?}");
+        for (found, expected) in found.into_iter().zip(expected) {
+            assert!((found - expected).abs() < 2e-3, "order {order}, {angles:?}: {found}, expected {expected}");
+        }
+    }
+}
+
 #[test]
 fn the_fast_logarithm_of_a_zonal_function_is_that_of_any() {
     for order in 1..=8 {
@@ -314,4 +337,32 @@ fn degenerate_functions_have_the_documented_values() {
     let all = Zonal::sphere_logarithm(3, PI, LOG_CLAMP);
     let value = LOG_CLAMP.ln() / (1.0 - LOG_CLAMP);
     assert!((all.coefficients()[0] / (4.0 * PI).sqrt() - value).abs() < 1e-12, "inside a sphere: {all:?}");
+}
+
+/// The root mean square errors of the grid and of eigenvectors at orders 3 to 6, where two spheres of 40° to 80° hide the sky.
+const LARGE: [(usize, [f64; 2]); 4] =
+    [(3, [0.047, 0.026]), (4, [0.036, 0.020]), (5, [0.034, 0.020]), (6, [0.027, 0.017])];
+
+#[test]
+fn of_large_occluders_eigenvectors_are_the_nearer_ones_as_stated() {
+    const CASES: usize = 40;
+    let mut random = Random::new(9);
+    for (order, stated) in LARGE {
+        let mut errors = [0.0; 2];
+        for _ in 0..CASES {
+            let large = |random: &mut Random| (random_direction(random), (40.0 + 40.0 * random.unit()).to_radians());
+            let spheres = [large(&mut random), large(&mut random)];
+            let (sum, expected) = (sum_of_logarithms(order, &spheres), truth(order, &spheres));
+            for (error, method) in errors.iter_mut().zip([ExpMethod::Grid, ExpMethod::Eigen]) {
+                *error += difference(&Exponential::new(order, method).of(&sum), &expected) / CASES as f64;
+            }
+        }
+        // The norm over the sphere, as a root mean square.
+        let errors = errors.map(|error| error / (4.0 * PI).sqrt());
+        println!("order {order}: {errors:.4?}");
+        for (found, stated) in errors.into_iter().zip(stated) {
+            assert!((found - stated).abs() < 1e-3, "order {order}: {found}, stated {stated}");
+        }
+        assert!(errors[1] < 0.85 * errors[0], "order {order}: {errors:?}");
+    }
 }
