@@ -36,6 +36,20 @@ fn many(c: &mut Criterion, name: &str, count: usize) {
     }
 }
 
+fn sums(c: &mut Criterion, name: &str, count: usize) {
+    let mut group = c.benchmark_group(name);
+    group.throughput(Throughput::Elements(count as u64));
+    let [x, y, z] = directions(count);
+    for order in ORDERS {
+        let basis = Basis::<f32>::new(order);
+        let f: Vec<f32> = Random::new(3).signed_vec(coefficient_count(order)).iter().map(|c| *c as f32).collect();
+        let mut out = vec![0.0; count];
+        group.bench_function(BenchmarkId::from_parameter(order), |b| {
+            b.iter(|| basis.eval_expansion_into(black_box(&f), [&x, &y, &z], &mut out));
+        });
+    }
+}
+
 fn batch(c: &mut Criterion, name: &str, count: usize) {
     let mut group = c.benchmark_group(name);
     group.throughput(Throughput::Elements(count as u64));
@@ -100,6 +114,7 @@ fn main() {
     many(&mut c, "basis-streamed-f32", STREAMED);
     batch(&mut c, "basis-batch-cached-f32", CACHED);
     batch(&mut c, "basis-batch-streamed-f32", STREAMED);
+    sums(&mut c, "values-cached-f32", CACHED);
     one(&mut c);
     c.final_summary();
 }

@@ -130,7 +130,7 @@ impl<S: Real> Basis<S> {
 
     /// The values towards many unit vectors: `out[i * count + k]` is `y_i` towards vector `k`.
     ///
-    /// By the instructions of the [`Machine`], orders to 10 as straight-line code.
+    /// By the instructions of the [`Machine`], orders to 6 as straight-line code.
     ///
     /// # Panics
     /// If the components differ in length, or `out` is not `n²` times as long for an order of this basis.

@@ -12,7 +12,8 @@ use crate::simd::{Lane, Wide};
 /// The highest order that has straight-line code.
 pub(crate) const HIGHEST_ORDER: usize = 10;
 
-/// The highest order whose tiles take that code. Above, its values leave the registers, and the recurrence of some registers at a time is as quick.
+/// The highest order whose tiles take that code. Above, the recurrence of some registers at a time
+/// takes 0.6 of the time to planes and up to 1.08 of it in sums (order 10), and is compiled sooner.
 pub(crate) const STRAIGHT_TILES: usize = 6;
 
 /// Directions of a tile, whole registers of every machine.
@@ -34,23 +35,17 @@ pub(crate) trait TilePlaces<S: Simd, T: Lane>: Places<S, T> + PlacesTogether<S, 
 #[inline(always)]
 pub(crate) fn basis<S: Simd, T: Lane>(simd: S, order: usize, s: [Wide<S, T>; 3], out: &mut impl Places<S, T>) {
     match order {
-        1 => lanes::order_1::basis(simd, s, out),
-        2 => lanes::order_2::basis(simd, s, out),
-        3 => lanes::order_3::basis(simd, s, out),
-        4 => lanes::order_4::basis(simd, s, out),
-        5 => lanes::order_5::basis(simd, s, out),
-        6 => lanes::order_6::basis(simd, s, out),
         7 => lanes::order_7::basis(simd, s, out),
         8 => lanes::order_8::basis(simd, s, out),
         9 => lanes::order_9::basis(simd, s, out),
-        10 => lanes::order_10::basis(simd, s, out),
-        _ => {}
+        HIGHEST_ORDER => lanes::order_10::basis(simd, s, out),
+        _ => basis_of_tiles(simd, order, s, out),
     }
 }
 
-/// [`basis`] of the orders of tiles.
+/// The same of the orders to [`STRAIGHT_TILES`].
 #[inline(always)]
-fn low_basis<S: Simd, T: Lane>(simd: S, order: usize, s: [Wide<S, T>; 3], out: &mut impl Places<S, T>) {
+fn basis_of_tiles<S: Simd, T: Lane>(simd: S, order: usize, s: [Wide<S, T>; 3], out: &mut impl Places<S, T>) {
     match order {
         1 => lanes::order_1::basis(simd, s, out),
         2 => lanes::order_2::basis(simd, s, out),
@@ -77,7 +72,7 @@ pub(crate) fn tile_basis<S: Simd, T: Lane>(
             out.begin(r);
             let [x, y, z] = tile;
             let s = [Wide::load_array(simd, x, r), Wide::load_array(simd, y, r), Wide::load_array(simd, z, r)];
-            low_basis(simd, order, s, out);
+            basis_of_tiles(simd, order, s, out);
             out.end(1);
         }
     } else if registers >= 4 {

@@ -4,7 +4,7 @@ use crate::basis::lane_basis::TILE;
 use crate::basis::lane_planes::EvalPlanes;
 use crate::basis::lane_sums::{Directions, EvalSums};
 use crate::basis::recurrence::Constants;
-use crate::simd::{Lane, Machine};
+use crate::simd::{Lane, Machine, past_caches};
 
 /// `f32` or `f64`, for which the kernels of the basis are compiled in this crate, once, and not in every crate that calls what is generic.
 pub trait LaneKernels: Lane {
@@ -54,7 +54,8 @@ pub(crate) fn eval_planes<T: LaneKernels>(
         return 0;
     }
     constants.assert_reaches(order);
-    T::planes(machine, EvalPlanes { constants, order, components, out })
+    let leaves = past_caches::are_many(out);
+    T::planes(machine, EvalPlanes { constants, order, components, out, leaves })
 }
 
 /// `Basis::eval_expansion_into` of as many directions as are whole tiles, if the machine has code for it; the number of directions that are
@@ -108,6 +109,35 @@ mod tests {
                         assert_close(out[i * all.len() + k], order, i, *s, machine.name());
                     }
                 }
+            }
+        }
+    }
+
+    /// As [`eval_planes`] of tables larger than the caches.
+    fn planes_past_caches<T: LaneKernels>(machine: Machine, order: usize, components: [&[T]; 3]) -> Vec<T> {
+        let constants = &Constants::new(order);
+        let mut out = vec![T::ZERO; coefficient_count(order) * components[0].len()];
+        let done = T::planes(machine, EvalPlanes { constants, order, components, out: &mut out, leaves: true });
+        assert_eq!(done, components[0].len() / TILE * TILE, "whole tiles");
+        out
+    }
+
+    #[test]
+    fn planes_past_the_caches_are_the_same() {
+        // More than one run of the lowest order, and of no whole number of tiles: the planes lie anywhere in their lines.
+        let all: Vec<[f32; 3]> = directions().into_iter().cycle().take(130 * TILE + 5).collect();
+        let single = [0, 1, 2].map(|axis| all.iter().map(|s| s[axis]).collect::<Vec<f32>>());
+        let double = [0, 1, 2].map(|axis| all.iter().map(|s| f64::from(s[axis])).collect::<Vec<f64>>());
+        for order in [3, 6, 7, 20] {
+            for machine in Machine::available().filter(|machine| !machine.is_plain()) {
+                let mut near = vec![0.0; coefficient_count(order) * all.len()];
+                let [x, y, z] = &single;
+                eval_planes(machine, &Constants::new(order), order, [x, y, z], &mut near);
+                assert_eq!(planes_past_caches(machine, order, [x, y, z]), near, "{}, order {order}", machine.name());
+                let mut near = vec![0.0; coefficient_count(order) * all.len()];
+                let [x, y, z] = &double;
+                eval_planes(machine, &Constants::new(order), order, [x, y, z], &mut near);
+                assert_eq!(planes_past_caches(machine, order, [x, y, z]), near, "{}, order {order}", machine.name());
             }
         }
     }

@@ -6,9 +6,9 @@ use crate::basis::index::coefficient_count;
 use crate::basis::lane_basis::{HIGHEST_ORDER, basis};
 #[cfg(feature = "std")]
 use crate::basis::places::Places;
-#[cfg(feature = "std")]
-use crate::simd::Wide;
 use crate::simd::{Kernel, Lanes, Machine};
+#[cfg(feature = "std")]
+use crate::simd::{Wide, past_caches};
 
 /// Part `part` of blocks, one for each function.
 #[cfg(feature = "std")]
@@ -30,13 +30,22 @@ pub(crate) fn eval_blocks(machine: Machine, order: usize, directions: &[[Lanes; 
     let count = coefficient_count(order);
     assert_eq!(out.len(), count * directions.len(), "blocks of values against those of directions");
     if count > 0 {
-        machine.run(EvalBlocks { order, directions, out });
+        machine.run(EvalBlocks {
+            order,
+            directions,
+            #[cfg(feature = "std")]
+            leaves: past_caches::are_many(out),
+            out,
+        });
     }
 }
 
 struct EvalBlocks<'a> {
     order: usize,
     directions: &'a [[Lanes; 3]],
+    /// Whether results are so many that they go past the caches.
+    #[cfg(feature = "std")]
+    leaves: bool,
     out: &'a mut [Lanes],
 }
 
@@ -50,11 +59,22 @@ impl Kernel for EvalBlocks<'_> {
             return self.plain();
         }
         let count = coefficient_count(self.order);
-        for (s, blocks) in self.directions.iter().zip(self.out.chunks_exact_mut(count)) {
+        // They stay in the nearest cache.
+        let mut room = vec![Lanes::ZERO; if self.leaves { count } else { 0 }];
+        for (s, out) in self.directions.iter().zip(self.out.chunks_exact_mut(count)) {
+            let blocks = if self.leaves { &mut *room } else { &mut *out };
             for part in 0..Wide::<S>::PARTS {
                 let s = [Wide::load(simd, &s[0], part), Wide::load(simd, &s[1], part), Wide::load(simd, &s[2], part)];
                 basis(simd, self.order, s, &mut Blocks { blocks, part });
             }
+            if self.leaves {
+                for (block, out) in room.iter().zip(out) {
+                    past_caches::copy(&block.0, &mut out.0);
+                }
+            }
+        }
+        if self.leaves {
+            past_caches::finish();
         }
     }
 
@@ -86,6 +106,11 @@ mod tests {
             for machine in Machine::available() {
                 let mut out = vec![Lanes([f32::NAN; LANES]); count * blocks.len()];
                 eval_blocks(machine, order, &blocks, &mut out);
+                if count > 0 {
+                    let mut past = vec![Lanes::ZERO; out.len()];
+                    machine.run(EvalBlocks { order, directions: &blocks, out: &mut past, leaves: true });
+                    assert_eq!(past, out, "{}, order {order}: past the caches", machine.name());
+                }
                 for (k, s) in all.iter().enumerate() {
                     for i in 0..count {
                         assert_close(out[k / LANES * count + i].0[k % LANES], order, i, *s, machine.name());

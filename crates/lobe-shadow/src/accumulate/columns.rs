@@ -10,7 +10,7 @@ pub(crate) const MOST_BANDS: usize = 9;
 /// `P̄_m^m` and the steps `P̄_l^m = a z P̄_{l-1}^m - b P̄_{l-2}^m`; see [`lobe_sh::Basis`].
 ///
 /// The plain recurrence, half the operations of the one there, is within 3e-6 to order 8 (test
-/// `polynomials_of_leading_coefficient_1_are_the_basis`, for the same recurrence).
+/// `the_functions_in_lanes_are_the_basis`).
 #[derive(Clone, Debug)]
 pub(crate) struct Columns {
     pub(crate) diagonal: [f32; MOST_BANDS],
@@ -65,5 +65,29 @@ impl Columns {
             (cos, sin) = if m == 0 { (x, y) } else { (x * cos - y * sin, x * sin + y * cos) };
         }
         out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use lobe_sh::eval_basis_into;
+    use lobe_testkit::directions;
+    use pulp::Scalar;
+
+    use super::*;
+
+    #[test]
+    fn the_functions_in_lanes_are_the_basis() {
+        let (columns, simd) = (Columns::new(), Scalar::new());
+        let mut y = [0.0; MOST_BANDS * MOST_BANDS];
+        for s in directions() {
+            eval_basis_into(s, &mut y);
+            let found = columns.eval(simd, MOST_BANDS, s.map(|c| constant(simd, c as f32)));
+            for (i, (found, y)) in found.into_iter().zip(y).enumerate() {
+                let mut number = [0.0_f32];
+                found.store_array(&mut number, 0);
+                assert!((f64::from(number[0]) - y).abs() < 3e-6, "y_{i} towards {s:?}: {} against {y}", number[0]);
+            }
+        }
     }
 }
