@@ -149,7 +149,7 @@ impl MapOutput {
     }
 
     /// Refuses an output that could not be written or is an input, before any work is done for it.
-    pub(crate) fn check(&self, mapping: Mapping, inputs: &[&Path]) -> anyhow::Result<()> {
+    pub(crate) fn check(&self, mapping: Mapping, inputs: &[PathBuf]) -> anyhow::Result<()> {
         let is_texture = self.is_texture();
         let is_picture = matches!(self.output, MapFile::Picture(_));
         let ends_in = |kind: &str| matches!(&self.output, MapFile::Texture(path) if output::has_extension(path, kind));

@@ -37,7 +37,7 @@ impl ShOutput {
         match self {
             Self::Stdout => Ok(()),
             Self::File(path) => {
-                prepare_file(path, &[])?;
+                prepare_file(path, NO_INPUTS)?;
                 // A device or a pipe has no extension.
                 if !has_extension(path, "json") && (path.is_file() || !path.exists()) {
                     bail!("{option}: {}: an expansion is written as .sh.json, or to stdout with -", path.display());
@@ -76,21 +76,22 @@ impl QuantityOption {
     }
 }
 
+/// For [`prepare_file`], where nothing is read that a file may lie under.
+pub(crate) const NO_INPUTS: &[&Path] = &[];
+
 /// Refuses a file that could not be written, or that is one of the inputs, which would be lost. Clears away what killed
 /// commands have left in its folder.
-pub(crate) fn prepare_file(path: &Path, inputs: &[&Path]) -> anyhow::Result<()> {
+pub(crate) fn prepare_file<P: AsRef<Path>>(path: &Path, inputs: &[P]) -> anyhow::Result<()> {
     let output = path.canonicalize();
-    if inputs.iter().any(|input| matches!((&output, input.canonicalize()), (Ok(out), Ok(input)) if *out == input)) {
+    if inputs
+        .iter()
+        .any(|input| matches!((&output, input.as_ref().canonicalize()), (Ok(out), Ok(input)) if *out == input))
+    {
         bail!("-o: {} is an input, which would be lost; give another name", path.display());
     }
     check_writable(path).map_err(|source| IoError::Io { place: path.display().to_string(), source })?;
     remove_abandoned(path);
     Ok(())
-}
-
-/// Paths as they are asked for.
-pub(crate) fn borrowed(paths: &[PathBuf]) -> Vec<&Path> {
-    paths.iter().map(PathBuf::as_path).collect()
 }
 
 /// Whether a file has this extension, in letters of any case.

@@ -1,6 +1,6 @@
 //! Pictures as outputs: kinds of files, and notes on values that they cannot hold.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::str::FromStr;
 
 use lobe::env::{MappedMap, write_env};
@@ -48,7 +48,7 @@ impl PictureOutput {
     }
 
     /// Refuses an output that could not be written or is an input, before any work is done for it.
-    pub(crate) fn check(&self, inputs: &[&Path]) -> anyhow::Result<()> {
+    pub(crate) fn check(&self, inputs: &[PathBuf]) -> anyhow::Result<()> {
         output::prepare_file(&self.path, inputs)
     }
 

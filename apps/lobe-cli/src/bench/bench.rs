@@ -48,7 +48,7 @@ impl BenchCommand {
         let time = Duration::try_from_secs_f64(self.seconds)
             .with_context(|| format!("--seconds: expected fewer seconds, found {}", self.seconds))?;
         if let Some(path) = &self.rays {
-            output::prepare_file(path, &[])?;
+            output::prepare_file(path, output::NO_INPUTS)?;
         }
         // One thread, as the floors are of one.
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().context("the system gives no thread")?;

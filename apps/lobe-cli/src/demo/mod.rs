@@ -131,7 +131,7 @@ impl Demo {
 fn write_demo(folder: &Path, detail: Detail, progress: &mut dyn FnMut(&str)) -> anyhow::Result<PathBuf> {
     fs::create_dir_all(folder).map_err(|source| io_error(folder, source))?;
     let index = folder.join(PAGE);
-    output::prepare_file(&index, &[])?;
+    output::prepare_file(&index, output::NO_INPUTS)?;
     let Detail { ball, picture } = detail;
     let mut demo = Writer { folder, ball, picture, index, progress, page: Page::new(TITLE) };
     demo.page.text(

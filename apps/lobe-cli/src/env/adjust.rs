@@ -11,7 +11,6 @@ use serde::Serialize;
 use crate::args::map_input::MapInput;
 use crate::args::map_output::MapOutput;
 use crate::args::output;
-use crate::args::output::borrowed;
 use crate::args::values;
 use crate::run::talk::Talk;
 
@@ -83,7 +82,7 @@ impl EnvAdjust {
             bail!("--json: only with --non-negative or --clamp; leave it out");
         }
         let mut map = self.input.read(talk)?;
-        self.output.check(map.mapping(), &borrowed(&self.input.files()?))?;
+        self.output.check(map.mapping(), &self.input.files()?)?;
         if let Some(stops) = self.exposure {
             expose_in_place(&mut map, stops).map_err(|e| anyhow::anyhow!("--exposure: {e}"))?;
         }

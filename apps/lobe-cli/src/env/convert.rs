@@ -5,7 +5,6 @@ use lobe::env::{CubeMap, LoadedMap, Mapping, Resample, resample};
 
 use crate::args::map_input::{Form, MapInput};
 use crate::args::map_output::MapOutput;
-use crate::args::output::borrowed;
 use crate::args::values;
 use crate::run::talk::Talk;
 
@@ -29,12 +28,13 @@ impl EnvConvert {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         let is_cube = self.output.is_cube_only() || self.output.has_layout();
         let said = self.to.map(Mapping::from).or(is_cube.then_some(Mapping::Cube));
+        let inputs = self.input.files()?;
         if let Some(mapping) = said {
-            self.output.check(mapping, &borrowed(&self.input.files()?))?;
+            self.output.check(mapping, &inputs)?;
         }
         let levels = self.input.read_levels(talk)?;
         let mapping = said.unwrap_or_else(|| levels.base().mapping());
-        self.output.check(mapping, &borrowed(&self.input.files()?))?;
+        self.output.check(mapping, &inputs)?;
         let keeps_size = |cube: &CubeMap| self.size.is_none_or(|size| size == cube.size());
         let map = match levels {
             LoadedMap::Chain(chain)

@@ -8,7 +8,6 @@ use lobe::sh::{Dir, Expansion as _, Rgb, Zonal, convolved};
 
 use crate::args::map_input::MapInput;
 use crate::args::output;
-use crate::args::output::borrowed;
 use crate::args::picture::PictureOutput;
 use crate::args::values;
 use crate::run::talk::Talk;
@@ -64,7 +63,7 @@ impl EnvIrradiance {
             bail!("--order: --method brute-force has no order; choose sh, or leave the order out");
         }
         if let Some(output) = &self.output {
-            output.check(&borrowed(&self.input.files()?))?;
+            output.check(&self.input.files()?)?;
         }
         let map = self.input.read(talk)?;
         let order = self.order.unwrap_or(DEFAULT_ORDER);

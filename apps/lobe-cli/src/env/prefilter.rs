@@ -12,7 +12,6 @@ use lobe::env::{
 use crate::args::map_input::MapInput;
 use crate::args::map_output::MapOutput;
 use crate::args::names::names;
-use crate::args::output::borrowed;
 use crate::args::values;
 use crate::run::talk::Talk;
 
@@ -97,7 +96,7 @@ fn samples(text: &str) -> Result<usize, String> {
 impl EnvPrefilter {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         self.check_options()?;
-        self.output.check(Mapping::Cube, &borrowed(&self.input.files()?))?;
+        self.output.check(Mapping::Cube, &self.input.files()?)?;
         let source = self.source(talk)?;
         match self.lobe {
             Lobe::Ggx => {

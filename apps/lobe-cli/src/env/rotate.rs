@@ -5,7 +5,6 @@ use lobe::env::rotate_map;
 
 use crate::args::map_input::MapInput;
 use crate::args::map_output::MapOutput;
-use crate::args::output::borrowed;
 use crate::args::turn::Turn;
 use crate::run::talk::Talk;
 
@@ -23,7 +22,7 @@ impl EnvRotate {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         let rotation = self.turn.rotation()?;
         let map = self.input.read(talk)?;
-        self.output.check(map.mapping(), &borrowed(&self.input.files()?))?;
+        self.output.check(map.mapping(), &self.input.files()?)?;
         self.output.write(talk.watch("rotate", |job| rotate_map(&map, &rotation, job))?, talk)
     }
 }

@@ -38,7 +38,7 @@ fn size(text: &str) -> Result<usize, String> {
 impl EnvShow {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         output::check_png(&self.output)?;
-        output::prepare_file(&self.output, &[])?;
+        output::prepare_file(&self.output, &self.input.files()?)?;
         let map: MappedMap = self.input.read(talk)?;
         let [fine, size, last_size] = CHAIN;
         let to = Resample::to(Mapping::Cube, fine, Mapping::Cube.height_for(fine));

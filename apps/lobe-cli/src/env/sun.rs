@@ -8,7 +8,6 @@ use serde::Serialize;
 
 use crate::args::map_input::MapInput;
 use crate::args::map_output::MapOutput;
-use crate::args::output::borrowed;
 use crate::args::output::{self, ShOutput};
 use crate::args::values;
 use crate::run::talk::Talk;
@@ -74,7 +73,7 @@ impl EnvSun {
             None => {}
         }
         let map = self.input.read(talk)?;
-        self.output.check(map.mapping(), &borrowed(&self.input.files()?))?;
+        self.output.check(map.mapping(), &self.input.files()?)?;
         let mut options = SunOptions::default();
         options.max_radius = self.max_radius.to_radians();
         (options.min_contrast, options.min_peak) = (self.min_contrast, self.min_peak);

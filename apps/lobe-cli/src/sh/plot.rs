@@ -101,7 +101,7 @@ fn size(text: &str) -> Result<usize, String> {
 impl ShPlot {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
         self.check_options()?;
-        output::prepare_file(&self.output.path, &[])?;
+        output::prepare_file(&self.output.path, output::NO_INPUTS)?;
         let f = self.function(&self.input)?;
         let others = self.beside.iter().map(|input| self.function(input)).collect::<anyhow::Result<Vec<_>>>()?;
         let bytes = self.figure(&f, &others)?;

@@ -1,6 +1,6 @@
 //! `lobe spheres`: few spheres that stand for a mesh; and `lobe spheres table`: the logarithms that their shadows look up.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::{ArgMatches, Args, Command, FromArgMatches};
@@ -250,7 +250,7 @@ impl Spheres {
 impl SphereTable {
     fn run(&self) -> anyhow::Result<()> {
         output::check_safetensors(&self.output)?;
-        output::prepare_file(&self.output, &[] as &[&Path])?;
+        output::prepare_file(&self.output, output::NO_INPUTS)?;
         let defaults = LogTableOptions::default();
         let mut options = defaults.order(self.order).clamp(self.clamp.unwrap_or(defaults.clamp));
         options.window = self.window;

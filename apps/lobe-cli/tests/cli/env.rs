@@ -68,6 +68,10 @@ fn no_map_is_replaced_by_what_is_made_of_it() {
         assert!(line.ends_with("is an input, which would be lost; give another name"), "{command}: {line}");
         assert_eq!(std::fs::read(dir.path("sky.exr")).unwrap(), before, "{command}");
     }
+    // A file is known by its content.
+    std::fs::copy(dir.path("sky.exr"), dir.path("sky.png")).unwrap();
+    let line = dir.lobe("env show sky.png -o sky.png").error();
+    assert!(line.ends_with("is an input, which would be lost; give another name"), "show: {line}");
     dir.lobe("env convert sky.exr --to cube -o face%.exr").stdout();
     let line = dir.lobe("env convert face%.exr --to cube -o face%.exr").error();
     assert!(line.ends_with("is an input, which would be lost; give another name"), "faces: {line}");

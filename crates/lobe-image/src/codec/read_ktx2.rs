@@ -183,8 +183,10 @@ const D65: [f64; 2] = [0.3127, 0.3290];
 /// The white of ACES.
 const ACES_WHITE: [f64; 2] = [0.32168, 0.33767];
 
-/// Primaries other than those of Rec. 709, and their chromaticities where the Khronos Data Format Specification 1.4, section 14.1, is sure of them: those of
-/// old analog television are left out.
+/// Illuminant C, as NTSC and the Japanese standard of 525 lines have it.
+const C: [[f64; 2]; 2] = [[0.310, 0.316], [0.3101, 0.3162]];
+
+/// Primaries other than those of Rec. 709, and their chromaticities, as Khronos' own library of descriptors has them (dfdutils). Those of CIE XYZ are no colors.
 fn primaries(header: &Header, bytes: &[u8]) -> Option<(String, Option<Primaries>)> {
     let primaries = ColorPrimaries::new(described(header, bytes, 1)).filter(|p| *p != ColorPrimaries::BT709)?;
     let [red, green, blue, white] = match primaries {
@@ -195,6 +197,8 @@ fn primaries(header: &Header, bytes: &[u8]) -> Option<(String, Option<Primaries>
         ColorPrimaries::ACESCC => [[0.713, 0.293], [0.165, 0.830], [0.128, 0.044], ACES_WHITE],
         ColorPrimaries::DISPLAYP3 => [[0.680, 0.320], [0.265, 0.690], [0.150, 0.060], D65],
         ColorPrimaries::AdobeRGB => [[0.640, 0.330], [0.210, 0.710], [0.150, 0.060], D65],
+        ColorPrimaries::NTSC1953 => [[0.67, 0.33], [0.21, 0.71], [0.14, 0.08], C[0]],
+        ColorPrimaries::PAL525 => [[0.630, 0.340], [0.310, 0.595], [0.155, 0.070], C[1]],
         _ => return Some((format!("{primaries:?}"), None)),
     };
     Some((format!("{primaries:?}"), Primaries::new(red, green, blue, white)))
