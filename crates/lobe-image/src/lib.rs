@@ -36,7 +36,7 @@
 //! | pictures | [`Picture`], [`Sheet`], [`Label`], [`color_bar()`]; colors for numbers: [`sequential`], [`diverging`] |
 //! | reading | [`read_picture`], [`read_picture_bytes`], [`PictureReadOptions`], [`PictureReadReport`]; OpenEXR of any channels: [`ExrLayers`]; what a file is: [`FileFormat`] |
 //! | writing light | [`write_picture`], [`encode_picture`], [`PictureWriteOptions`], [`PictureWriteReport`]; OpenEXR of any channels: [`ExrLayers`] |
-//! | writing for display | [`Picture::write_png`], [`AnimatedPng`], [`Tone`], [`Exposure`], [`Curve`]; [`srgb_encode`], [`srgb_decode`] |
+//! | writing for display | [`Picture::write_png`], [`AnimatedPng`], [`FrameSequence`], [`Tone`], [`Exposure`], [`Curve`]; [`srgb_encode`], [`srgb_decode`] |
 //! | cube textures | [`read_cube_texture`], [`write_cube_texture`], [`CubeTexture`], [`TexelFormat`] |
 //! | differences | [`compare()`], [`relative_mse`], [`error_map`]; perceptual [`flip()`], [`hdr_flip()`]; statistical [`ZTest`] |
 //!
@@ -58,6 +58,7 @@ mod pixel;
 pub use codec::decoded::{CubeTexture, EnvmapAttribute, mip_level_count, mip_level_size};
 pub use codec::encode::{PictureWriteOptions, PictureWriteReport, encode_picture, write_picture, write_pixels};
 pub use codec::exr_layers::{ExrAttribute, ExrLayers};
+pub use codec::frames::FrameSequence;
 pub use codec::read::{
     FileFormat, Nonfinite, PictureReadOptions, PictureReadReport, picture_file_bytes, read_picture, read_picture_bytes,
 };
@@ -68,7 +69,7 @@ pub use compare::flip::{FLIP_PIXELS_PER_DEGREE, Flip, flip};
 pub use compare::hdr_flip::hdr_flip;
 pub use compare::z_test::{Measured, ZTest};
 pub use error::{ImageError, ReadOption};
-pub use picture::animated_png::{AnimatedPng, animated_png, write_animated_png};
+pub use picture::animated_png::{AddFrame, AnimatedPng, animated_png, write_animated_png};
 pub use picture::color_bar::color_bar;
 pub use picture::colormap::{diverging, sequential};
 pub use picture::picture::Picture;

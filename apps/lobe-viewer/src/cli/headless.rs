@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 use std::path::Path;
 
+use lobe::image::FrameSequence;
 use lobe::io::Job;
 use lobe_gpu::{SceneViewOptions, TurntableOptions, write_turntable};
 
@@ -21,11 +22,13 @@ const RAYS: u8 = 2;
 pub(crate) fn run(arguments: &Arguments, scene: &Path, output: &Path) -> anyhow::Result<()> {
     let (size, rays) = (arguments.size.unwrap_or(SIZE), arguments.rays.unwrap_or(RAYS));
     let options = SceneViewOptions::default().width(size[0]).height(size[1]).rays(u32::from(rays));
+    let frames = usize::from(arguments.frames);
+    let (width, height) = (size[0] as usize, size[1] as usize);
+    FrameSequence { width, height, frames, seconds_per_frame: TurntableOptions::default().seconds }.check(output)?;
     if let Some(method) = arguments.mode.of_moving() {
         return moving::run(arguments, (scene, method), &options, output);
     }
     let Prepared { view, light, .. } = prepare(arguments, open_scene(scene, &arguments.limits)?, &options)?;
-    let frames = usize::from(arguments.frames);
     let options = TurntableOptions::default().frames(frames).step(TAU / frames as f64);
     write_turntable(&view, &light, &options, output, Job::default())?;
     Ok(())

@@ -1,13 +1,13 @@
 //! Pictures of what moves to files, without a window: the moments of its time one after the other.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::{Context as _, bail};
-use lobe::image::{Exposure, Picture, PictureWriteOptions, Tone, write_animated_png, write_picture};
+use lobe::image::{Exposure, FrameSequence, Tone};
 use lobe::io::Job;
 use lobe::render::{MovingMethod, MovingOptions, MovingScene, MovingShading};
 use lobe::shadow::SphereFitMethod;
-use lobe_gpu::{Environment, SceneView, SceneViewOptions, SurfaceShading};
+use lobe_gpu::{Environment, SceneView, SceneViewOptions, SurfaceShading, TurntableOptions};
 
 use crate::cli::args::Arguments;
 use crate::cli::prepared::{device, progress};
@@ -43,36 +43,37 @@ pub(crate) fn run(
     let shown = SurfaceShading::Radiance(&radiance);
     let view = SceneView::new(&context, first.scene(), &shown, Some(&environment), options)?;
     let [azimuth, height] = arguments.eye.map(f64::to_radians);
-    let orbit = Orbit { azimuth, height, ..Orbit::default() }.framing(first.scene().world_bounds());
+    let orbit = Orbit { azimuth, height, ..Orbit::default() }.framing(bounds(&scene, (0..frames).map(time))?);
     view.set_camera(&orbit.on_device().context("the scene has no extent")?)?;
-    let is_png = output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png"));
-    let (mut kept, mut tone) = (Vec::new(), Tone::PHOTOGRAPH);
-    for frame in 0..frames {
-        let moment = scene.at(time(frame))?;
-        view.set_vertices(moment.scene())?;
-        view.set_radiance(&shading.exit_radiance(&moment, &light)?)?;
-        view.render()?;
-        let picture = view.picture()?;
-        if !matches!(tone.exposure, Exposure::Fixed(_)) {
-            tone = tone.fixed_for(&picture);
+    let (width, height) = (options.width as usize, options.height as usize);
+    let sequence = FrameSequence { width, height, frames, seconds_per_frame: TurntableOptions::default().seconds };
+    let mut tone = Tone::PHOTOGRAPH;
+    sequence.write(output, |add| {
+        for frame in 0..frames {
+            let moment = scene.at(time(frame))?;
+            view.set_vertices(moment.scene())?;
+            view.set_radiance(&shading.exit_radiance(&moment, &light)?)?;
+            view.render()?;
+            let picture = view.picture()?;
+            if !matches!(tone.exposure, Exposure::Fixed(_)) {
+                tone = tone.fixed_for(&picture);
+            }
+            add(&picture, &tone)?;
         }
-        if is_png {
-            kept.push(picture);
-        } else {
-            write_picture(numbered(output, frame, frames), &picture, &PictureWriteOptions::default())?;
-        }
-    }
-    write_kept(output, &kept, &tone)
+        Ok(())
+    })
 }
 
-fn write_kept(output: &Path, kept: &[Picture], tone: &Tone) -> anyhow::Result<()> {
-    /// Seconds for which an animated picture shows each.
-    const SECONDS: f64 = 0.05;
-    match kept {
-        [] => Ok(()),
-        [picture] => Ok(picture.write_png(output, tone)?),
-        pictures => Ok(write_animated_png(output, pictures, tone, SECONDS)?),
+/// The box around the scene at all of these times, so that nothing leaves the pictures.
+fn bounds(scene: &MovingScene, times: impl Iterator<Item = f64>) -> anyhow::Result<[[f64; 3]; 2]> {
+    let mut all = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+    for time in times {
+        let [min, max] = scene.at(time)?.scene().world_bounds();
+        for k in 0..3 {
+            (all[0][k], all[1][k]) = (all[0][k].min(min[k]), all[1][k].max(max[k]));
+        }
     }
+    Ok(all)
 }
 
 fn bake(scene: &mut MovingScene, method: MovingMethod, arguments: &Arguments, still_hides: bool) -> anyhow::Result<()> {
@@ -84,13 +85,4 @@ fn bake(scene: &mut MovingScene, method: MovingMethod, arguments: &Arguments, st
         scene.bake_part(&bake, &options, Job::default().watched_by(&mut watch))?;
     }
     Ok(())
-}
-
-/// `name.0007.exr` of `name.exr`; the path itself for one frame.
-fn numbered(path: &Path, number: usize, frames: usize) -> PathBuf {
-    if frames == 1 {
-        return path.to_owned();
-    }
-    let ending = path.extension().map(|ending| ending.to_string_lossy().into_owned()).unwrap_or_default();
-    path.with_extension(format!("{number:04}.{ending}"))
 }

@@ -1,9 +1,9 @@
 //! A scene under a turning sky, frame by frame.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use derive_setters::Setters;
-use lobe_image::{Picture, PictureWriteOptions, Tone, write_animated_png, write_picture};
+use lobe_image::{FrameSequence, Picture, Tone};
 use lobe_io::{Job, Progress};
 use lobe_sh::{Dir, Rotation};
 use web_time::Instant;
@@ -70,8 +70,8 @@ pub fn render_turntable(
     Ok(())
 }
 
-/// Renders a turntable to files: one picture in linear light or for display, as the ending says (.exr, .hdr, .png, ..); of several
-/// frames an animated .png, for which all are kept until the end, or files with the number of the frame before their ending.
+/// Renders a turntable to files, as [`FrameSequence::write`]: one picture in linear light or for display, as the ending says (.exr,
+/// .hdr, .png, ..); of several frames an animated .png, or files with the number of the frame before their ending.
 ///
 /// # Errors
 /// [`GpuError::Image`] if a file cannot be written; else as [`render_turntable`].
@@ -82,31 +82,10 @@ pub fn write_turntable(
     path: impl AsRef<Path>,
     job: Job<'_>,
 ) -> Result<(), GpuError> {
-    let path = path.as_ref();
-    let is_png = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png"));
-    let (mut kept, mut shown) = (Vec::new(), options.tone);
-    let keep = |number: usize, picture: Picture, tone: &Tone| {
-        shown = *tone;
-        if is_png {
-            kept.push(picture);
-        } else {
-            write_picture(numbered(path, number, options.frames), &picture, &PictureWriteOptions::default())?;
-        }
-        Ok(())
-    };
-    render_turntable(view, light, options, keep, job)?;
-    match kept.as_slice() {
-        [] => Ok(()),
-        [picture] => Ok(picture.write_png(path, &shown)?),
-        pictures => Ok(write_animated_png(path, pictures, &shown, options.seconds)?),
-    }
-}
-
-/// `name.0007.exr` of `name.exr`; the path itself for one frame.
-fn numbered(path: &Path, number: usize, frames: usize) -> PathBuf {
-    if frames == 1 {
-        return path.to_owned();
-    }
-    let ending = path.extension().map(|ending| ending.to_string_lossy().into_owned()).unwrap_or_default();
-    path.with_extension(format!("{number:04}.{ending}"))
+    let [width, height] = [view.options().width, view.options().height].map(|side| side as usize);
+    let sequence = FrameSequence { width, height, frames: options.frames, seconds_per_frame: options.seconds };
+    sequence.write(path, |add| {
+        let frame = |_, picture: Picture, tone: &Tone| Ok(add(&picture, tone)?);
+        render_turntable(view, light, options, frame, job)
+    })
 }

@@ -14,6 +14,9 @@ use crate::{ImageError, Picture};
 /// The largest value of RGBE: mantissa 255/256, exponent 127.
 const MAX_RGBE: f32 = 255.0 / 256.0 * 1.7014118e38;
 
+/// The endings of pictures in linear light.
+pub(crate) const ENDINGS: [&str; 3] = ["hdr", "exr", "pfm"];
+
 /// Options of writing a picture.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Setters)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]

@@ -1,7 +1,7 @@
 //! Codecs of picture files.
 //!
 //! [`read`] detects the format from the first bytes, checks the caller's limits before memory is allocated, and calls
-//! the reader of the format (`read_*`); [`decoded`] is shared by those; [`encode`] chooses the writer. Cube textures
+//! the reader of the format (`read_*`); [`decoded`] is shared by those; [`encode`] chooses the writer, [`frames`] writes several. Cube textures
 //! (KTX2, DDS) hold the six faces of each level as pictures ([`texture`]), whose texels are stored in a
 //! [`texel_format`].
 //!
@@ -14,6 +14,7 @@ pub(crate) mod dds;
 pub(crate) mod decoded;
 pub(crate) mod encode;
 pub(crate) mod exr_layers;
+pub(crate) mod frames;
 pub(crate) mod jpeg_end;
 pub(crate) mod packed_float;
 pub(crate) mod read;

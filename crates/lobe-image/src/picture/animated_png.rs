@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::Path;
 
-use lobe_io::write_atomically;
+use lobe_io::{StagedFile, StagedWriter};
 
 use crate::picture::png::cannot_write;
 use crate::{ImageError, Picture, Tone};
@@ -132,9 +132,33 @@ pub fn write_animated_png(
     tone: &Tone,
     seconds_per_frame: f64,
 ) -> Result<(), ImageError> {
-    let path = path.as_ref();
-    let bytes = animated_png(frames, tone, seconds_per_frame)?;
-    write_atomically(path, |file| file.write_all(&bytes)).map_err(|error| cannot_write(path, &error))
+    let (width, height) = frames.first().map_or((1, 1), |first| (first.width(), first.height()));
+    write_animation(path.as_ref(), (width, height), frames.len(), seconds_per_frame, |add| {
+        frames.iter().try_for_each(|frame| add(frame, tone))
+    })
+}
+
+/// Takes the next picture and the tone mapping of its display.
+pub type AddFrame<'a> = dyn FnMut(&Picture, &Tone) -> Result<(), ImageError> + 'a;
+
+/// Writes an [`AnimatedPng`] as a file, to which `render` adds the pictures; one that it gives up is not there.
+pub(crate) fn write_animation<E: From<ImageError>>(
+    path: &Path,
+    (width, height): (usize, usize),
+    pictures: usize,
+    seconds_per_picture: f64,
+    render: impl FnOnce(&mut AddFrame<'_>) -> Result<(), E>,
+) -> Result<(), E> {
+    let io = |error| cannot_write(path, &error);
+    let in_file = |error| match error {
+        ImageError::Io { source, .. } => cannot_write(path, &source),
+        other => other,
+    };
+    let mut file = StagedWriter::new(path).map_err(io)?;
+    let mut animation = AnimatedPng::new(&mut file, width, height, pictures, seconds_per_picture).map_err(in_file)?;
+    render(&mut |picture, tone| animation.add(picture, tone).map_err(in_file))?;
+    animation.finish().map_err(in_file)?;
+    Ok(file.finish().and_then(StagedFile::publish).map_err(io)?)
 }
 
 #[cfg(test)]
