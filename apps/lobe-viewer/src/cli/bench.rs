@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use lobe::scene::built_in;
-use lobe_gpu::{BenchReport, SceneViewOptions, ViewOutput};
+use lobe_gpu::{BenchReport, PassTime, SceneViewOptions, ViewOutput};
 use serde_json::json;
 
 use crate::cli::args::Arguments;
@@ -41,15 +41,15 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let floor = |bytes: u64| 1e3 * bytes as f64 / copied;
     let [width, height] = size;
     if arguments.json {
-        let pass = |pass: &lobe_gpu::PassTime| {
+        let pass = |pass: &PassTime| {
             json!({
                 "name": pass.name, "ms": pass.milliseconds, "bytes": pass.bytes, "floor_ms": floor(pass.bytes)
             })
         };
         let shadows = shadows.map(|found| {
             json!({
-                "spheres": SPHERES, "receivers": receivers, "order": order, "ms": found.milliseconds, "bytes": found.bytes,
-                "floor_ms": floor(found.bytes)
+                "spheres": SPHERES, "receivers": receivers, "order": order, "ms": found.milliseconds, "bytes": found.bytes(),
+                "floor_ms": floor(found.bytes()), "passes": found.passes.iter().map(pass).collect::<Vec<_>>()
             })
         });
         let mode = arguments.mode.of_still();
@@ -77,9 +77,12 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         println!(
             "exponentials of {SPHERES} spheres at {receivers} receivers, order {order}: {:.3} ms; floor {:.3} ms, {:.3} MB",
             found.milliseconds,
-            floor(found.bytes),
-            1e-6 * found.bytes as f64
+            floor(found.bytes()),
+            1e-6 * found.bytes() as f64
         );
+        for PassTime { name, milliseconds, .. } in &found.passes {
+            println!("  {name}: {} ms", milliseconds.map_or_else(|| "-".to_owned(), |ms| format!("{ms:.3}")));
+        }
     }
     Ok(())
 }

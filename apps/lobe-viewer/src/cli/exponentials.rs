@@ -3,7 +3,7 @@
 use lobe::env::bundled;
 use lobe::sh::{Coefficient as _, Dir, Rgb, even_directions};
 use lobe::shadow::{LogTable, LogTableOptions, Occluder, ShadowOptions, ShadowReceivers, SkyLight, SphereShadows};
-use lobe_gpu::{BenchReport, Context, GpuSphereShadows};
+use lobe_gpu::{BenchReport, Context, GpuSphereShadows, PassTime};
 
 /// Spheres over the receivers.
 pub(crate) const SPHERES: usize = 128;
@@ -19,10 +19,17 @@ const AROUND: f64 = 2.0;
 
 /// What a frame of receivers takes.
 pub(crate) struct Measured {
-    /// Milliseconds of both passes, with the wait for the device.
+    /// Milliseconds of both passes by the clock, with the wait for the device.
     pub(crate) milliseconds: f64,
-    /// Bytes that both passes bind.
-    pub(crate) bytes: u64,
+    /// What the device says of each pass.
+    pub(crate) passes: Vec<PassTime>,
+}
+
+impl Measured {
+    /// Bytes that the passes bind.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.passes.iter().map(|pass| pass.bytes).sum()
+    }
 }
 
 /// Measures receivers on a ground under spheres that move.
@@ -43,6 +50,6 @@ pub(crate) fn measure(context: &Context, order: usize, count: usize) -> anyhow::
     let light = lobe::env::project_env(&bundled::sunset().map(), order).map(|c: Rgb<f64>| Rgb::<f32>::narrow(c));
     // Once, with its light; what is measured then is the passes alone.
     shaded.irradiance(&SkyLight::new(&light, order)?)?;
-    let bytes = shaded.renderer().run_timed()?.iter().map(|pass| pass.bytes).sum();
-    Ok(Measured { milliseconds: BenchReport::milliseconds_a_run(shaded.renderer(), RUNS)?, bytes })
+    let passes = BenchReport::measure(shaded.renderer(), RUNS)?.passes;
+    Ok(Measured { milliseconds: BenchReport::milliseconds_a_run(shaded.renderer(), RUNS)?, passes })
 }

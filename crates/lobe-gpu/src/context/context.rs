@@ -51,20 +51,7 @@ impl Context {
     }
 
     async fn open(options: &ContextOptions) -> Result<Self, GpuError> {
-        let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
-        descriptor.backends = options.interface.backends();
-        let instance = wgpu::Instance::new(descriptor);
-        let wanted = wgpu::RequestAdapterOptions {
-            power_preference: match options.adapter {
-                AdapterChoice::LeastPower => wgpu::PowerPreference::LowPower,
-                _ => wgpu::PowerPreference::HighPerformance,
-            },
-            force_fallback_adapter: options.adapter == AdapterChoice::Software,
-            compatible_surface: None,
-            ..Default::default()
-        };
-        let adapter =
-            instance.request_adapter(&wanted).await.map_err(|error| GpuError::NoAdapter(error.to_string()))?;
+        let adapter = adapter(options).await?;
         let info = adapter.get_info();
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("lobe"),
@@ -235,4 +222,36 @@ impl Context {
         self.check()?;
         waited.map(drop).map_err(|error| GpuError::device(&self.info.name, error))
     }
+}
+
+/// The adapter that is asked for: of the first interface that has one, but rather a device of another than a program that emulates one.
+async fn adapter(options: &ContextOptions) -> Result<wgpu::Adapter, GpuError> {
+    let is_software = options.adapter == AdapterChoice::Software;
+    let mut found = None;
+    for backends in options.interface.backends() {
+        match adapter_of(*backends, options).await {
+            Ok(adapter) if is_software || adapter.get_info().device_type != wgpu::DeviceType::Cpu => {
+                return Ok(adapter);
+            }
+            // The first that emulates one, before what went wrong.
+            other => found = Some(found.and_then(Result::ok).map_or(other, Ok)),
+        }
+    }
+    found.unwrap_or_else(|| Err(GpuError::NoAdapter("no interface to ask".into())))
+}
+
+async fn adapter_of(backends: wgpu::Backends, options: &ContextOptions) -> Result<wgpu::Adapter, GpuError> {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = backends;
+    let wanted = wgpu::RequestAdapterOptions {
+        power_preference: match options.adapter {
+            AdapterChoice::LeastPower => wgpu::PowerPreference::LowPower,
+            _ => wgpu::PowerPreference::HighPerformance,
+        },
+        force_fallback_adapter: options.adapter == AdapterChoice::Software,
+        compatible_surface: None,
+        ..Default::default()
+    };
+    let found = wgpu::Instance::new(descriptor).request_adapter(&wanted).await;
+    found.map_err(|error| GpuError::NoAdapter(error.to_string()))
 }

@@ -55,13 +55,15 @@ pub struct ContextOptions {
 }
 
 impl Interface {
-    pub(crate) fn backends(self) -> wgpu::Backends {
+    /// What is asked for an adapter, one after the other. OpenGL is not even opened where there is another: NVIDIA's driver 580 came to
+    /// a halt where it was closed in one thread and a Vulkan device in another.
+    pub(crate) fn backends(self) -> &'static [wgpu::Backends] {
         match self {
-            Self::Any => wgpu::Backends::all(),
-            Self::Vulkan => wgpu::Backends::VULKAN,
-            Self::Gl => wgpu::Backends::GL,
-            Self::Metal => wgpu::Backends::METAL,
-            Self::Dx12 => wgpu::Backends::DX12,
+            Self::Any => &[wgpu::Backends::PRIMARY, wgpu::Backends::GL],
+            Self::Vulkan => &[wgpu::Backends::VULKAN],
+            Self::Gl => &[wgpu::Backends::GL],
+            Self::Metal => &[wgpu::Backends::METAL],
+            Self::Dx12 => &[wgpu::Backends::DX12],
         }
     }
 }

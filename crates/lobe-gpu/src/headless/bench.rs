@@ -6,13 +6,19 @@ use std::fmt;
 use lobe_sh::{Dir, Rgb, Rotation, ShVec};
 use web_time::Instant;
 
+use crate::renderer::kernel::{Kernel, Slot};
+use crate::renderer::pass::Pass;
+use crate::renderer::pieces::VALUE;
 use crate::renderer::renderer::{PassTime, Renderer};
+use crate::renderer::shader::Shader;
 use crate::{Context, GpuError, SceneView};
 
 /// Bytes of a copy that measures how fast the device moves them, more than caches hold, and copies in one submission, which hide what
-/// that itself takes.
+/// that itself takes, on a quick device more of them.
 const COPIED: u64 = 128 << 20;
 const COPIES: usize = 8;
+const MORE_COPIES: usize = 64;
+const QUICK: f64 = 0.02;
 
 /// What the passes of a renderer take: printed, a table.
 #[derive(Clone, Debug, PartialEq)]
@@ -91,30 +97,17 @@ impl BenchReport {
         (0..runs.max(1)).try_fold(f64::INFINITY, |least, _| Ok(least.min(run()?)))
     }
 
-    /// Bytes a second that the device copies from one buffer to another, each counted twice, read and written: what passes that only move
-    /// bytes would take is `bytes` over this.
+    /// Bytes a second that the device copies from one buffer to another, by its own command or by a shader, as is quicker, each
+    /// counted twice, read and written: what passes that only move bytes would take is `bytes` over this.
     ///
     /// # Errors
     /// [`GpuError::Device`] if the device fails.
     pub fn copied_bytes_a_second(context: &Context) -> Result<f64, GpuError> {
-        let device = context.device();
-        let bytes = COPIED.min(device.limits().max_buffer_size);
-        let usage = wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
-        let buffer = |label| context.empty(label, bytes, usage);
-        let (from, to) = (buffer("copied from")?, buffer("copied to")?);
-        let run = || {
-            let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            for _ in 0..COPIES {
-                encoder.copy_buffer_to_buffer(&from, 0, &to, 0, bytes);
-            }
-            let begin = Instant::now();
-            context.queue().submit([encoder.finish()]);
-            context.wait()?;
-            Ok::<_, GpuError>(begin.elapsed().as_secs_f64())
-        };
-        run()?;
-        let seconds = (0..3).try_fold(f64::INFINITY, |least, _| run().map(|seconds| seconds.min(least)))?;
-        Ok(2.0 * COPIES as f64 * bytes as f64 / seconds)
+        let limits = context.device().limits();
+        let bytes = COPIED.min(limits.max_buffer_size).min(limits.max_storage_buffer_binding_size) / VALUE * VALUE;
+        let by_shader = seconds_a_copy(context, &shader_copy(context, bytes)?)?;
+        let by_command = seconds_a_copy(context, &command_copy(context, bytes)?)?;
+        Ok(2.0 * bytes as f64 / by_shader.min(by_command))
     }
 
     /// Milliseconds of all passes; `None` if the device measures no times.
@@ -122,6 +115,44 @@ impl BenchReport {
     pub fn total(&self) -> Option<f64> {
         self.passes.iter().map(|pass| pass.milliseconds).sum()
     }
+}
+
+/// So many copies, one after the other.
+type Copies<'a> = dyn Fn(usize) -> Result<(), GpuError> + 'a;
+
+/// The least time of a copy over three runs, after one to get warm.
+fn seconds_a_copy(context: &Context, copy: &Copies<'_>) -> Result<f64, GpuError> {
+    let run = |copies: usize| {
+        let begin = Instant::now();
+        copy(copies)?;
+        context.wait()?;
+        Ok::<_, GpuError>(begin.elapsed().as_secs_f64() / copies as f64)
+    };
+    run(1)?;
+    let copies = if COPIES as f64 * run(COPIES)? < QUICK { MORE_COPIES } else { COPIES };
+    (0..3).try_fold(f64::INFINITY, |least, _| Ok(least.min(run(copies)?)))
+}
+
+fn shader_copy(context: &Context, bytes: u64) -> Result<impl Fn(usize) -> Result<(), GpuError>, GpuError> {
+    let mut renderer = Renderer::new(context);
+    renderer.upload("from", &vec![0_u8; bytes as usize])?;
+    renderer.allocate("to", bytes)?;
+    let kernel = Kernel::new(context, "copy", &Shader::new(&["copy"]), &[Slot::Read, Slot::Write])?;
+    renderer.add(Pass::compute("copy", &kernel, (bytes / VALUE) as u32).read("from").write("to"))?;
+    Ok(move |copies| (0..copies).try_for_each(|_| renderer.run()))
+}
+
+fn command_copy(context: &Context, bytes: u64) -> Result<impl Fn(usize) -> Result<(), GpuError>, GpuError> {
+    let usage = wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
+    let (from, to) = (context.empty("copied from", bytes, usage)?, context.empty("copied to", bytes, usage)?);
+    Ok(move |copies| {
+        let mut encoder = context.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        for _ in 0..copies {
+            encoder.copy_buffer_to_buffer(&from, 0, &to, 0, bytes);
+        }
+        context.queue().submit([encoder.finish()]);
+        Ok(())
+    })
 }
 
 impl fmt::Display for BenchReport {

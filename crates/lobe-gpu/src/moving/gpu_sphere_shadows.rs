@@ -7,6 +7,7 @@ use lobe_sh::{ExpMethod, Rgb, eval_basis};
 use lobe_shadow::{LogTable, ShadowReceivers, SkyLight, SphereShadows};
 
 use crate::lookup::basis::check_order;
+use crate::moving::straight_line::{self, LANES, point_vectors};
 use crate::renderer::kernel::{Kernel, Slot};
 use crate::renderer::pass::Pass;
 use crate::renderer::pieces::{Piece, VALUE, cut};
@@ -24,6 +25,8 @@ struct Sizes {
     spheres: u32,
     intervals: u32,
     fit_end: f32,
+    points: u32,
+    unused: [u32; 3],
 }
 
 /// Receivers under a sky that spheres hide, on a device: [`SphereShadows`] with every receiver and every sphere by itself, the
@@ -62,18 +65,23 @@ impl GpuSphereShadows {
         check_order(order)?;
         let n = order * order;
         let (polynomials, fit_end) = table.polynomials();
-        let sizes = Sizes { receivers: 0, spheres: 0, intervals: (table.row_count() - 1) as u32, fit_end };
+        let (grid, fit) = (grid(order), polynomials.as_flattened());
+        let points = (grid.len() / point_vectors(order)) as u32;
+        let intervals = (table.row_count() - 1) as u32;
+        let sizes = Sizes { receivers: 0, spheres: 0, intervals, fit_end, points, unused: [0; 3] };
         let mut renderer = Renderer::new(context);
         renderer.upload("spheres", &vec![[0.0_f32; 16]; most_spheres.max(1)])?;
-        renderer.upload("log table", &[polynomials.as_flattened(), table.rows()].concat())?;
-        renderer.upload("grid", &grid(order))?;
+        renderer.uniform_list("polynomials", fit)?;
+        renderer.upload("log table", table.rows())?;
+        renderer.upload("grid", &grid)?;
         renderer.upload("sky light", &vec![[0.0_f32; 4]; MOST_ROWS * n])?;
         renderer.allocate("visibility", 4 * (n * count) as u64)?;
         renderer.allocate("irradiance", VALUE * count as u64)?;
-        let shader = Shader::new(&[]).order(order).module("accumulate");
-        let slots = [Slot::Uniform, Slot::Read, Slot::Read, Slot::Read, Slot::Read, Slot::Write];
+        let shader = Shader::new(&[]).order(order).constant("POLYNOMIALS", fit.len() / LANES).module("accumulate");
+        let shader = shader.with(&straight_line::accumulate(order, fit.len() / order));
+        let slots = [Slot::Uniform, Slot::Read, Slot::Read, Slot::Uniform, Slot::Read, Slot::Read, Slot::Write];
         let accumulate = Kernel::new(context, "accumulate", &shader, &slots)?;
-        let shader = Shader::new(&[]).order(order).module("sky_light");
+        let shader = Shader::new(&[]).order(order).module("sky_light").with(&straight_line::sky_light(order));
         let slots = [Slot::Uniform, Slot::Read, Slot::Read, Slot::Read, Slot::Write];
         let sky_light = Kernel::new(context, "sky light", &shader, &slots)?;
         let seen = 4 * n as u64;
@@ -83,7 +91,7 @@ impl GpuSphereShadows {
             renderer.uniform(&own, &Sizes { receivers: piece.count(), ..sizes })?;
             renderer.upload(&at, &receiver_shapes(receivers, piece.items.clone()))?;
             let pass = Pass::compute(piece.of("accumulate"), &accumulate, piece.count()).read(&own).read(&at);
-            let pass = pass.read("spheres").read("log table").read("grid");
+            let pass = pass.read("spheres").read("polynomials").read("log table").read("grid");
             renderer.add(pass.write_part("visibility", piece.part(seen)))?;
             let pass = Pass::compute(piece.of("sky light"), &sky_light, piece.count()).read(&own).read("sky light");
             let pass = pass.read(&at).read_part("visibility", piece.part(seen));
@@ -170,9 +178,14 @@ fn receiver_shapes(receivers: &ShadowReceivers<'_>, of: Range<usize>) -> Vec<Rec
     some.map(|(p, n)| [p[0], p[1], p[2], 1.0, n[0], n[1], n[2], 0.0]).collect()
 }
 
-/// For each point of the grid of [`ExpMethod::Grid`] the basis, then the weight.
-fn grid(order: usize) -> Vec<f32> {
+/// For each point of the grid of [`ExpMethod::Grid`] the basis, then the weight, as whole vectors.
+fn grid(order: usize) -> Vec<[f32; LANES]> {
     let rule = ExpMethod::grid(order);
-    let point = |(s, weight)| eval_basis(s, order).into_iter().chain([weight]).map(|x| x as f32);
-    rule.points().flat_map(point).collect()
+    let point = |(s, weight)| {
+        let mut numbers: Vec<f32> = eval_basis(s, order).into_iter().chain([weight]).map(|x| x as f32).collect();
+        numbers.resize(LANES * point_vectors(order), 0.0);
+        numbers
+    };
+    let numbers: Vec<f32> = rule.points().flat_map(point).collect();
+    bytemuck::cast_slice(&numbers).to_vec()
 }

@@ -178,6 +178,12 @@ impl Renderer {
         self.insert(name, Kind::Buffer(buffer), true)
     }
 
+    /// Constants of which there are many, whole vectors of them.
+    pub(crate) fn uniform_list(&mut self, name: &str, numbers: &[f32]) -> Result<(), GpuError> {
+        let buffer = self.context.upload(name, bytemuck::cast_slice(numbers), wgpu::BufferUsages::UNIFORM)?;
+        self.insert(name, Kind::Buffer(buffer), true)
+    }
+
     /// A storage buffer for passes to write.
     pub(crate) fn allocate(&mut self, name: &str, bytes: u64) -> Result<(), GpuError> {
         self.context.expect_storage(name)?;

@@ -15,6 +15,7 @@ const MODULES: &[(&str, &str)] = modules! {
     "basis" => "generated/basis.wgsl",
     "camera" => "camera.wgsl",
     "clustered" => "clustered.wgsl",
+    "copy" => "copy.wgsl",
     "dfg" => "dfg.wgsl",
     "dispatch" => "dispatch.wgsl",
     "display" => "display.wgsl",
@@ -51,7 +52,7 @@ const MODULES: &[(&str, &str)] = modules! {
 ///
 /// A module that needs others names them in its first line, `// uses: a, b`: put their texts before it. Modules whose
 /// arrays have the length of an order need constants `ORDER` and `COEFFICIENTS`, and a function `basis` that calls
-/// `basis_1` to `basis_8`.
+/// `basis_1` to `basis_8`. `accumulate` and `sky_light` also need what they say is written out for each order.
 ///
 /// ```
 /// let basis = lobe_gpu::wgsl_module("basis").unwrap_or_default();

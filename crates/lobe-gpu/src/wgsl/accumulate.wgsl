@@ -11,24 +11,25 @@ struct Sphere {
     share_2: vec4f,
 }
 
-// FIT coefficients of a polynomial for each band, as in lobe-shadow/accumulate/log_table, then rows of the table for equal steps of 1 - cos.
-const FIT = 8u;
-
 struct Sizes {
     receivers: u32,
     spheres: u32,
     intervals: u32,
     // The end of the polynomials, in the square of the sine.
     fit_end: f32,
+    // Of the grid.
+    points: u32,
 }
 
 @group(0) @binding(0) var<uniform> sizes: Sizes;
 @group(0) @binding(1) var<storage, read> receivers: array<Receiver>;
 @group(0) @binding(2) var<storage, read> spheres: array<Sphere>;
-@group(0) @binding(3) var<storage, read> log_table: array<f32>;
+// FIT coefficients of a polynomial for each band, as in lobe-shadow/accumulate/log_table, which then has rows for equal steps of 1 - cos.
+@group(0) @binding(3) var<uniform> polynomials: array<vec4f, POLYNOMIALS>;
+@group(0) @binding(4) var<storage, read> log_table: array<f32>;
 // For each point of the grid the basis, then the weight.
-@group(0) @binding(4) var<storage, read> grid: array<f32>;
-@group(0) @binding(5) var<storage, read_write> visibility: array<f32>;
+@group(0) @binding(5) var<storage, read> grid: array<vec4f>;
+@group(0) @binding(6) var<storage, read_write> visibility: array<f32>;
 
 // The height at which a sinking sphere counts, as a part of that of its top, and the least square of a distance, as in
 // lobe-shadow/accumulate/aim.
@@ -59,27 +60,15 @@ fn share_towards(sphere: Sphere, s: vec3f) -> f32 {
     return clamp(first + second + sphere.share_2.x * (s.x * s.x - s.y * s.y), 0.0, 1.0);
 }
 
-// F_l of one sphere of sin^2 = u.
+// F_l of one sphere of sin^2 = u. Here and below, functions that are not in this module are written out for each order, place by
+// place, by moving/straight_line.
 fn log_factors(u: f32) -> array<f32, ORDER> {
-    var factors: array<f32, ORDER>;
     if u <= sizes.fit_end {
-        let x = u * (2.0 / sizes.fit_end) - 1.0;
-        for (var l = 0u; l < ORDER; l++) {
-            var p = 0.0;
-            for (var k = FIT; k > 0u; k--) {
-                p = p * x + log_table[l * FIT + k - 1u];
-            }
-            factors[l] = p * u;
-        }
-        return factors;
+        return fitted(u * (2.0 / sizes.fit_end) - 1.0, u);
     }
     let place = (1.0 - sqrt(max(1.0 - u, 0.0))) * f32(sizes.intervals);
     let row = min(u32(place), sizes.intervals - 1u);
-    let first = ORDER * (FIT + row);
-    for (var l = 0u; l < ORDER; l++) {
-        factors[l] = mix(log_table[first + l], log_table[first + ORDER + l], place - f32(row));
-    }
-    return factors;
+    return between_rows(ORDER * row, place - f32(row));
 }
 
 @compute @workgroup_size(64)
@@ -94,32 +83,13 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let sphere = spheres[k];
         let seen = aim(at, sphere);
         let share = share_towards(sphere, seen.towards);
-        let factors = log_factors(seen.sin_squared);
-        let y = basis(seen.towards);
-        for (var l = 0u; l < ORDER; l++) {
-            for (var i = l * l; i < (l + 1u) * (l + 1u); i++) {
-                f[i] += share * factors[l] * y[i];
-            }
-        }
+        f = with_sphere(f, share, log_factors(seen.sin_squared), basis(seen.towards));
     }
     // The mean is taken out of the grid.
-    let mean = f[0];
-    f[0] = 0.0;
     var v: array<f32, COEFFICIENTS>;
-    const POINT = COEFFICIENTS + 1u;
-    for (var p = 0u; p < arrayLength(&grid) / POINT; p++) {
-        var value = 0.0;
-        for (var i = 0u; i < COEFFICIENTS; i++) {
-            value += f[i] * grid[p * POINT + i];
-        }
-        let weighted = grid[p * POINT + COEFFICIENTS] * exp(value);
-        for (var i = 0u; i < COEFFICIENTS; i++) {
-            v[i] += weighted * grid[p * POINT + i];
-        }
+    for (var p = 0u; p < sizes.points; p++) {
+        v = with_point(v, f, p);
     }
     // y_0 = 1/sqrt(4 pi)
-    let factor = exp(0.282094791773878 * mean);
-    for (var i = 0u; i < COEFFICIENTS; i++) {
-        visibility[i * sizes.receivers + r] = factor * v[i];
-    }
+    leave(v, exp(0.282094791773878 * f[0]), r, sizes.receivers);
 }

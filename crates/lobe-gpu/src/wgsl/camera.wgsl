@@ -29,14 +29,25 @@ fn camera_eye(camera: Camera) -> vec3f {
     return camera.middle.xyz + camera.lens.y * camera.towards_eye.xyz;
 }
 
-// The direction of the ray through a point of the picture, in pixels from its top left corner.
+// A point of the picture, in pixels from its top left corner, in the plane through what the camera looks at, per lens.z.
+fn camera_place(camera: Camera, pixel: vec2f) -> vec3f {
+    let half = 0.5 * camera.size.xy;
+    let place = vec2f(pixel.x - half.x, half.y - pixel.y) / half.y;
+    return place.x * camera.right.xyz + place.y * camera.up.xyz;
+}
+
+// Where the ray through a point of the picture begins.
+fn camera_origin(camera: Camera, pixel: vec2f) -> vec3f {
+    let beside = select(camera.lens.z, 0.0, camera.lens.x == 1.0);
+    return camera_eye(camera) + beside * camera_place(camera, pixel);
+}
+
+// The direction of that ray.
 fn camera_towards(camera: Camera, pixel: vec2f) -> vec3f {
     if camera.lens.x == 0.0 {
         return -camera.towards_eye.xyz;
     }
-    let half = 0.5 * camera.size.xy;
-    let place = camera.lens.z * vec2f(pixel.x - half.x, half.y - pixel.y) / half.y;
-    return normalize(place.x * camera.right.xyz + place.y * camera.up.xyz - camera.towards_eye.xyz);
+    return normalize(camera.lens.z * camera_place(camera, pixel) - camera.towards_eye.xyz);
 }
 
 // A triangle that covers the picture.

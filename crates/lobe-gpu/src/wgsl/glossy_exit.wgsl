@@ -20,7 +20,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     let cosine = dot(n, v);
     var sum = vec3f(0.0);
     if cosine > 0.0 {
-        let y = basis(normalize(2.0 * cosine * n - v));
+        var y = basis(normalize(2.0 * cosine * n - v));
         for (var i = 0u; i < COEFFICIENTS; i++) {
             sum += y[i] * incident[r * COEFFICIENTS + i].rgb;
         }

@@ -19,7 +19,7 @@ fn shade(s: Surface) -> vec3f {
         return vec3f(0.0);
     }
     let known = (s.corners - gloss.first) * COEFFICIENTS;
-    let y = basis(mirrored(s));
+    var y = basis(mirrored(s));
     var sum = vec3f(0.0);
     for (var i = 0u; i < COEFFICIENTS; i++) {
         let at = known + i;

@@ -4,7 +4,7 @@
 @group(0) @binding(6) var<uniform> irradiance: array<vec4f, COEFFICIENTS>;
 
 fn shade(s: Surface) -> vec3f {
-    let y = basis(s.normal);
+    var y = basis(s.normal);
     var sum = vec3f(0.0);
     for (var i = 0u; i < COEFFICIENTS; i++) {
         sum += y[i] * irradiance[i].rgb;

@@ -80,7 +80,7 @@ fn occlusion_at(k: u32, r: u32, offset: vec3f) -> Expansion {
     }
     let distance = length(offset);
     if distance > 0.0 {
-        let y = basis(-offset / distance);
+        var y = basis(-offset / distance);
         for (var l = 0u; l < ORDER; l++) {
             for (var i = l * l; i < (l + 1u) * (l + 1u); i++) {
                 out[i] += found.zonal[l] * y[i];
@@ -152,7 +152,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
             break;
         }
         squares[nearest] = -1.0;
-        let hidden = product(v, occlusion_at(nearest, r, at.position.xyz - entities[nearest].center.xyz));
+        var hidden = product(v, occlusion_at(nearest, r, at.position.xyz - entities[nearest].center.xyz));
         for (var i = 0u; i < COEFFICIENTS; i++) {
             v[i] -= hidden[i];
         }
@@ -167,13 +167,13 @@ fn sent_back(at: Receiver, r: u32, v: Expansion) -> vec3f {
     var sum = vec3f(0.0);
     var response: Expansion;
     if CHANNELS == 0u {
-        let y = basis(at.normal.xyz);
+        var y = basis(at.normal.xyz);
         for (var l = 0u; l < ORDER; l++) {
             for (var i = l * l; i < (l + 1u) * (l + 1u); i++) {
                 response[i] = cosine[l].x * y[i];
             }
         }
-        let seen = product(v, response);
+        var seen = product(v, response);
         for (var i = 0u; i < COEFFICIENTS; i++) {
             sum += seen[i] * light[i].rgb;
         }
@@ -184,7 +184,7 @@ fn sent_back(at: Receiver, r: u32, v: Expansion) -> vec3f {
         for (var i = 0u; i < COEFFICIENTS; i++) {
             response[i] = given[first + c * COEFFICIENTS + i];
         }
-        let seen = product(v, response);
+        var seen = product(v, response);
         for (var i = 0u; i < COEFFICIENTS; i++) {
             if CHANNELS == 1u {
                 sum += seen[i] * light[i].rgb;

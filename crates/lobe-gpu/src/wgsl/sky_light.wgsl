@@ -1,6 +1,7 @@
 // uses: dispatch, receiver
 // From visibility to irradiance under one sky, `lobe_shadow::SkyLight`: E(n) = sum_j y_j(n) sum_i (A_j G_ji) V_i, with a row of
 // COEFFICIENTS colors for each function y_j of which the clamped cosine has a band; its number is in the fourth place of each.
+// `seen_by` and `along` are written out for each order, place by place, by moving/straight_line.
 
 // The receivers of this piece, and what else `accumulate` is told.
 @group(0) @binding(0) var<uniform> sizes: vec4u;
@@ -16,14 +17,13 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     if r >= count {
         return;
     }
-    let y = basis_9(receivers[r].normal.xyz);
+    // A variable, as everywhere: of a list without a place in memory compilers make a copy for each place that a loop asks for.
+    var y = basis_9(receivers[r].normal.xyz);
+    let v = seen_by(r, count);
     var sum = vec3f(0.0);
     for (var row = 0u; row < arrayLength(&operator_rows) / COEFFICIENTS; row++) {
-        var along = vec3f(0.0);
-        for (var i = 0u; i < COEFFICIENTS; i++) {
-            along += visibility[i * count + r] * operator_rows[row * COEFFICIENTS + i].rgb;
-        }
-        sum += y[u32(operator_rows[row * COEFFICIENTS].w)] * along;
+        let first = row * COEFFICIENTS;
+        sum += y[u32(operator_rows[first].w)] * along(v, first);
     }
     irradiance[r] = vec4f(sum, 1.0);
 }

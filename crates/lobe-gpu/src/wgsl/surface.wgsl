@@ -50,6 +50,25 @@ fn vertex(@builtin(vertex_index) number: u32) -> Varying {
     return Varying(camera_clip(camera, p), weights, triangle);
 }
 
+// Of a triangle and a ray: the square of the sine between them, under which what is interpolated is nearer than what is computed.
+const EDGE_ON = 1e-6;
+
+// The weights of the corners where a ray meets the plane of a triangle (Moeller and Trumbore 1997). What devices interpolate has some
+// 17 bits, which shows where a texture varies from pixel to pixel, and corners snapped to a grid.
+fn weights_along(origin: vec3f, towards: vec3f, a: Vertex, b: Vertex, c: Vertex, interpolated: vec3f) -> vec3f {
+    let ab = b.position.xyz - a.position.xyz;
+    let ac = c.position.xyz - a.position.xyz;
+    let across = cross(ab, ac);
+    let to_plane = dot(across, towards);
+    let at = origin - a.position.xyz;
+    let turned = cross(at, towards);
+    let met = vec2f(dot(ac, turned), -dot(ab, turned)) / -to_plane;
+    let is_edge_on = to_plane * to_plane <= EDGE_ON * dot(across, across);
+    // Beyond the edges, where they are snapped, as at them.
+    let found = max(select(vec3f(1.0 - met.x - met.y, met), interpolated, is_edge_on), vec3f(0.0));
+    return found / (found.x + found.y + found.z);
+}
+
 struct Surface {
     triangle: u32,
     corners: vec3u,
@@ -69,9 +88,8 @@ fn surface_at(in: Varying) -> Surface {
     let a = vertices[triangle.x];
     let b = vertices[triangle.y];
     let c = vertices[triangle.z];
-    // Rounding of the interpolation.
-    let weights = in.weights / (in.weights.x + in.weights.y + in.weights.z);
     let towards = camera_towards(camera, in.position.xy);
+    let weights = weights_along(camera_origin(camera, in.position.xy), towards, a, b, c, in.weights);
     let geometric = normalize(cross(b.position.xyz - a.position.xyz, c.position.xyz - a.position.xyz));
     let blended = weights.x * a.normal.xyz + weights.y * b.normal.xyz + weights.z * c.normal.xyz;
     let length_of = length(blended);

@@ -6,7 +6,7 @@ use lobe_prt::{Channels, CompressOptions, CompressedTransfer, Transfer, WeightBi
 use lobe_sh::Rgb;
 use lobe_testkit::Random;
 
-use crate::{TOLERANCE, device, flat, relative_difference};
+use crate::{TOLERANCE, device, flat, relative_difference, with};
 
 const RECEIVERS: usize = 1000;
 
@@ -39,20 +39,16 @@ fn transfer_of_every_order_gives_the_radiance_of_the_processor() {
     }
 }
 
-/// A context on a device of its own whose bindings are so small that work is split.
-fn small_bindings(bytes: u64) -> Context {
-    let options = ContextOptions::default().max_storage_binding(bytes);
-    let software = options.clone().adapter(lobe_gpu::AdapterChoice::Software);
-    Context::new(&software).or_else(|_| Context::new(&options)).unwrap()
+/// The same device with bindings so small that work is split.
+fn small_bindings(context: &Context, bytes: u64) -> Context {
+    with(context, &ContextOptions::default().max_storage_binding(bytes))
 }
 
 #[test]
 fn what_is_larger_than_a_binding_is_split_and_gives_the_same() {
-    if device("what_is_larger_than_a_binding_is_split_and_gives_the_same").is_none() {
-        return;
-    }
+    let Some(whole) = device("what_is_larger_than_a_binding_is_split_and_gives_the_same") else { return };
     let transfer = transfer(4, Channels::Rgb);
-    let context = small_bindings(40_000);
+    let context = small_bindings(&whole, 40_000);
     let shaded = GpuTransfer::new(&context, &transfer, Storage::F32).unwrap();
     // 192 bytes a receiver, 208 receivers a piece.
     assert_eq!(shaded.renderer().passes().count(), 5, "passes:\n{}", shaded.renderer());
@@ -60,7 +56,8 @@ fn what_is_larger_than_a_binding_is_split_and_gives_the_same() {
     let found = shaded.exit_radiance(&light).unwrap();
     let worst = relative_difference(flat(&found), flat(&transfer.exit_radiance(&light)));
     assert!(worst < 1e-5, "{worst:e}");
-    let error = GpuTransfer::new(&small_bindings(1000), &transfer, Storage::F32).expect_err("16 receivers do not fit");
+    let error =
+        GpuTransfer::new(&small_bindings(&whole, 1000), &transfer, Storage::F32).expect_err("16 receivers do not fit");
     assert!(matches!(error, GpuError::Unsupported { .. }), "{error}");
 }
 
@@ -97,7 +94,7 @@ fn clusters_give_the_radiance_of_the_processor_in_every_number_format() {
     }
     let (clustered, _) =
         CompressedTransfer::new(&transfer(3, Channels::Rgb), &CompressOptions::default(), Job::default()).unwrap();
-    let shaded = GpuTransfer::of_clusters(&small_bindings(16384), &clustered).unwrap();
+    let shaded = GpuTransfer::of_clusters(&small_bindings(&context, 16384), &clustered).unwrap();
     let found = shaded.exit_radiance(&light(9)).unwrap();
     let worst = relative_difference(flat(&found), flat(&clustered.exit_radiance(&light(9))));
     assert!(worst < TOLERANCE, "in pieces: {worst:e}\n{}", shaded.renderer());
