@@ -37,6 +37,7 @@ pub use loading::mode::Mode;
 pub use loading::moving_bakes::moving_bake_options;
 pub use loading::moving_source::open_moving;
 pub use loading::place::give_file;
+pub use loading::places::Places;
 pub use loading::scene_source::{OpenedScene, open_scene};
 pub use loading::sky_source::{OpenedSky, open_sky};
 pub use loading::task::{Control, Task, TaskEvent};

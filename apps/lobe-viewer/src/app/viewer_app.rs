@@ -164,7 +164,7 @@ impl ViewerApp {
             FileKind::Field | FileKind::Spheres => RoomName::Motion,
             FileKind::Function => RoomName::Functions,
             FileKind::Sky if matches!(self.kept.room, RoomName::Sky | RoomName::Motion) => self.kept.room,
-            FileKind::Scene | FileKind::Sky | FileKind::Transfer => RoomName::Scene,
+            FileKind::Scene | FileKind::Sky | FileKind::Transfer | FileKind::Matrices => RoomName::Scene,
         };
         match kind {
             FileKind::Description => self.motion.open(path),
@@ -175,7 +175,7 @@ impl ViewerApp {
                     self.notice.fail(error.to_string());
                 }
             }
-            FileKind::Scene | FileKind::Sky | FileKind::Transfer => self.scene.open(path),
+            FileKind::Scene | FileKind::Sky | FileKind::Transfer | FileKind::Matrices => self.scene.open(path),
         }
     }
 

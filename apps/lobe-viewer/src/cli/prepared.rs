@@ -13,8 +13,9 @@ use lobe_gpu::{
 };
 
 use crate::cli::args::Arguments;
-use crate::loading::bake::{self, GlossyBake, SceneData, bake_glossy, bake_options, bake_scene};
+use crate::loading::bake::{GlossyBake, SceneData, bake_glossy, bake_options, bake_scene};
 use crate::loading::mode::Mode;
+use crate::loading::places::Places;
 use crate::loading::scene_source::OpenedScene;
 use crate::loading::sky_source::open_sky;
 use crate::widgets::orbit::Orbit;
@@ -44,7 +45,7 @@ pub(crate) fn prepare(
     let data = SceneData::new(opened.name, opened.scene);
     let mut order = usize::from(arguments.order);
     let mut baked = Vec::new();
-    let mut is_demodulated = false;
+    let mut places = Places::Vertices;
     let is_baked = opened.baked.is_some();
     if let Some(file) = opened.baked {
         let found = file.recipe.mode.unwrap_or(BakeMode::Interreflected);
@@ -60,7 +61,7 @@ pub(crate) fn prepare(
             bail!("--order {order}: {} was baked to order {}; ask for that", data.name, file.transfer.order());
         }
         order = file.transfer.order();
-        is_demodulated = bake::is_demodulated(&file.recipe);
+        places = Places::vertices(&file.recipe);
         baked.push((found, file.transfer));
     } else {
         for &mode in mode.bakes() {
@@ -77,8 +78,7 @@ pub(crate) fn prepare(
     let context = device(arguments)?;
     let meshes: Vec<GlossyMesh<'_>> = glossy.iter().map(GlossyBake::on_device).collect();
     let shading = match &transfer {
-        Some(transfer) if is_demodulated => SurfaceShading::Demodulated(transfer, arguments.storage.into()),
-        Some(transfer) => SurfaceShading::Mixed(transfer, &meshes, arguments.storage.into()),
+        Some(transfer) => places.shading(transfer, &meshes, arguments.storage.into()),
         None => SurfaceShading::Irradiance(order),
     };
     let view = SceneView::new(&context, &data.scene, &shading, Some(&Environment::from(&*sky.map)), options)?;

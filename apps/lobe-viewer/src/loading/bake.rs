@@ -1,19 +1,20 @@
 //! Bakes of what the window shows, first with few paths, then with many.
 
+use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
 use lobe::io::{Job, Progress};
 use lobe::prt::{
-    AlbedoMode, BakeMode, BakeOptions, GlossyLobe, PrtError, Receivers, Recipe, Transfer, TransferMatrices, bake,
-    bake_matrices, read_transfer, read_transfer_bytes,
+    BakeMode, BakeOptions, GlossyLobe, PrtError, Receivers, Recipe, Transfer, TransferMatrices, bake, bake_matrices,
 };
 use lobe::scene::{Bvh, Scene};
 use lobe_gpu::GlossyMesh;
 
 use crate::loading::cache::UserFolder;
 use crate::loading::limits::ReadLimits;
-use crate::loading::place::{IN_PAGE, given};
+use crate::loading::place::IN_PAGE;
+use crate::loading::places::Places;
 use crate::loading::scene_source::open_scene;
 use crate::loading::task::Control;
 
@@ -100,8 +101,8 @@ pub enum SceneNews {
         samples: Option<u32>,
         /// Reflections at most, of a mode that has any.
         bounces: usize,
-        /// Whether it leaves out the albedo, which each pixel has then.
-        is_demodulated: bool,
+        /// What its rows are of.
+        places: Places,
         /// The transfer.
         transfer: Arc<Transfer>,
     },
@@ -114,43 +115,18 @@ pub enum SceneNews {
 impl SceneNews {
     fn of_bake(mode: BakeMode, samples: u32, transfer: Transfer) -> Self {
         let samples = Some(samples);
-        Self::Baked { mode, samples, bounces: BOUNCES, is_demodulated: false, transfer: Arc::new(transfer) }
+        Self::Baked { mode, samples, bounces: BOUNCES, places: Places::Vertices, transfer: Arc::new(transfer) }
     }
 
-    fn of_file(transfer: Transfer, recipe: &Recipe) -> Self {
+    pub(crate) fn of_file(transfer: Transfer, recipe: &Recipe, places: Places) -> Self {
         Self::Baked {
             mode: recipe.mode.unwrap_or(BakeMode::Interreflected),
             samples: recipe.samples,
             bounces: recipe.bounces.unwrap_or(BOUNCES),
-            is_demodulated: is_demodulated(recipe),
+            places,
             transfer: Arc::new(transfer),
         }
     }
-}
-
-/// Whether a bake leaves out the albedo.
-pub(crate) fn is_demodulated(recipe: &Recipe) -> bool {
-    recipe.bake_options().albedo == AlbedoMode::None
-}
-
-/// Reads a file of transfer for the scene that is open.
-pub(crate) fn adopt(control: &Control<SceneNews>, data: &SceneData, path: &Path) -> Result<(), String> {
-    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    control.stage(name.clone());
-    let read = match given(path) {
-        Some(bytes) => read_transfer_bytes(&bytes, &name),
-        None => read_transfer(path),
-    };
-    let (transfer, recipe) = read.map_err(|error| error.to_string())?;
-    let (found, expected) = (transfer.receivers(), data.scene.vertex_count());
-    if found != expected {
-        return Err(format!(
-            "{name}: transfer of {found} receivers, but {} has {expected} vertices; open the scene that it was baked from first",
-            data.name
-        ));
-    }
-    control.send(SceneNews::of_file(transfer, &recipe));
-    Ok(())
 }
 
 /// The options of a bake of the window.
@@ -191,7 +167,8 @@ pub(crate) fn open(
     let data = SceneData::new(opened.name, opened.scene);
     control.send(SceneNews::Opened(data.clone()));
     if let Some(baked) = opened.baked {
-        control.send(SceneNews::of_file(baked.transfer, &baked.recipe));
+        let places = Places::vertices(&baked.recipe);
+        control.send(SceneNews::of_file(baked.transfer, &baked.recipe, places));
         return Ok(());
     }
     if IN_PAGE || data.scene.vertex_count() > MOST_UNASKED {
@@ -268,8 +245,7 @@ pub fn bake_glossy(
     let options = bake_options(BakeMode::Interreflected, order, samples);
     let mut baked = Vec::new();
     for (mesh, lobe) in meshes {
-        let before = |end: usize| -> usize { data.scene.meshes()[..end].iter().map(|m| m.positions().len()).sum() };
-        let own = receivers.subset(&(before(mesh)..before(mesh + 1)).collect::<Vec<_>>())?;
+        let own = receivers.subset(&vertices_of(&data.scene, mesh).collect::<Vec<_>>())?;
         let job = Job::default().watched_by(&mut watch);
         let (matrices, _) = bake_matrices(&data.scene, &data.bvh, &own, &options, job)?;
         baked.push(GlossyBake { mesh, lobe, matrices: Arc::new(matrices) });
@@ -277,8 +253,14 @@ pub fn bake_glossy(
     Ok(baked)
 }
 
+/// The vertices of a mesh among those of its scene.
+pub(crate) fn vertices_of(scene: &Scene, mesh: usize) -> Range<usize> {
+    let before = |end: usize| -> usize { scene.meshes()[..end].iter().map(|m| m.positions().len()).sum() };
+    before(mesh)..before(mesh + 1)
+}
+
 /// The meshes of metals that shine, by their numbers, with their lobes.
-fn shining(scene: &Scene) -> Vec<(usize, GlossyLobe)> {
+pub(crate) fn shining(scene: &Scene) -> Vec<(usize, GlossyLobe)> {
     let lobe = |mesh: usize| {
         let material = scene.material(mesh);
         let alpha = f64::from(material.roughness).powi(2);

@@ -13,6 +13,7 @@ use lobe_gpu::{
 use serde::{Deserialize, Serialize};
 
 use crate::loading::bake::{GlossyBake, SceneData};
+use crate::loading::places::Places;
 use crate::loading::sky_source::OpenedSky;
 
 /// The largest side of a picture, in pixels, and the most pictures of a turntable: what fits into a few gigabytes.
@@ -97,8 +98,8 @@ pub struct SceneExport {
     pub(crate) data: SceneData,
     /// Without one, the scene is lit by its normals, to this order.
     pub(crate) transfer: Option<std::sync::Arc<lobe::prt::Transfer>>,
-    /// Whether that leaves out the albedo.
-    pub(crate) is_demodulated: bool,
+    /// What that is of.
+    pub(crate) places: Places,
     pub(crate) order: usize,
     pub(crate) glossy: Vec<GlossyBake>,
     pub(crate) sky: Option<OpenedSky>,
@@ -123,8 +124,7 @@ impl SceneExport {
     ) -> Result<(), GpuError> {
         let meshes: Vec<GlossyMesh<'_>> = self.glossy.iter().map(GlossyBake::on_device).collect();
         let shading = match &self.transfer {
-            Some(transfer) if self.is_demodulated => SurfaceShading::Demodulated(transfer, Storage::F32),
-            Some(transfer) => SurfaceShading::Mixed(transfer, &meshes, Storage::F32),
+            Some(transfer) => self.places.shading(transfer, &meshes, Storage::F32),
             None => SurfaceShading::Irradiance(self.order),
         };
         let [width, height] = plan.size;

@@ -20,11 +20,23 @@ pub(crate) const TENSORS: &str = "safetensors";
 const HEAD: u64 = 1 << 16;
 
 /// Formats of tensors, as files name them: within a text of JSON that is itself a string of JSON, so that quotes around them vary.
-const FORMATS: [(&str, FileKind); 3] = [
+const FORMATS: [(&str, FileKind); 6] = [
+    ("lobe-transfer-matrices", FileKind::Matrices),
+    ("lobe-compressed-transfer", FileKind::Transfer),
+    ("lobe-zonal-transfer", FileKind::Transfer),
     ("lobe-transfer", FileKind::Transfer),
     ("lobe-occlusion-field", FileKind::Field),
     ("lobe-spheres", FileKind::Spheres),
 ];
+
+/// Formats that are shown as parts of something else, and how.
+const PARTS: [(&str, &str); 2] = [
+    ("lobe-lamp", "a lamp is placed by a description of a scene that moves (.json); open that"),
+    ("lobe-neighbourhood-transfer", "transfer around an object lights what enters it; lobe info describes it"),
+];
+
+/// The format of lightmaps, in an attribute of an OpenEXR file.
+const LIGHTMAP: &str = "lobe-lightmap";
 
 /// What a file is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,8 +47,10 @@ pub(crate) enum FileKind {
     Sky,
     /// An expansion of anything but radiance.
     Function,
-    /// Of the vertices of a scene.
+    /// Of the vertices of a scene, or of the texels of its lightmap.
     Transfer,
+    /// Transfer matrices of the vertices of a scene.
+    Matrices,
     /// What a part of a moving scene hides around it.
     Field,
     /// The spheres that stand for a part.
@@ -57,7 +71,7 @@ impl FileKind {
             return Ok(if file.quantity == Quantity::Radiance { Self::Sky } else { Self::Function });
         }
         if sky_source::is_sky(path) {
-            return Ok(Self::Sky);
+            return Ok(if Self::is_lightmap(path) { Self::Transfer } else { Self::Sky });
         }
         if has_ending(path, &[DESCRIPTION]) {
             return Ok(Self::Description);
@@ -65,6 +79,9 @@ impl FileKind {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         if has_ending(path, &[TENSORS]) {
             let head = head_of(path).map_err(|error| format!("{name}: {error}"))?;
+            if let Some((_, advice)) = PARTS.into_iter().find(|(format, _)| head.contains(format)) {
+                return Err(format!("{name}: {advice}"));
+            }
             let found = FORMATS.into_iter().find(|(format, _)| head.contains(format));
             return found.map(|(_, kind)| kind).ok_or_else(|| {
                 format!("{name}: expected transfer, an occlusion field or spheres of Lobe, found other tensors")
@@ -75,6 +92,13 @@ impl FileKind {
         Err(format!(
             "{name}: nothing to show by itself; this opens scenes (.{scenes}, .json), skies (.{skies}), .sh.json and .{TENSORS}"
         ))
+    }
+}
+
+impl FileKind {
+    /// Whether a file is a lightmap of transfer; what cannot be read is none.
+    pub(crate) fn is_lightmap(path: &Path) -> bool {
+        has_ending(path, &["exr"]) && head_of(path).is_ok_and(|head| head.contains(LIGHTMAP))
     }
 }
 

@@ -2,9 +2,10 @@
 //!
 //! Read `place`, which says whether there are threads and files at all, `task`, which runs work beside the window, `limits`, what files
 //! may ask for, and `file_kind`, what they are, then `mode`, the ways to light a scene, `scene_source`, `moving_source` and
-//! `sky_source`, which say where things are and read them, `bake` and `moving_bakes`, `cache`, where bakes of built-in scenes are kept,
+//! `sky_source`, which say where things are and read them, `bake` with `places`, what transfer is of, `adopt`, which reads transfer, and `moving_bakes`, `cache`, where bakes of built-in scenes are kept,
 //! and `export`, which goes the other way: pictures to files. Uses no other room.
 
+pub(crate) mod adopt;
 pub(crate) mod bake;
 pub(crate) mod cache;
 pub(crate) mod export;
@@ -14,6 +15,7 @@ pub(crate) mod mode;
 pub(crate) mod moving_bakes;
 pub(crate) mod moving_source;
 pub(crate) mod place;
+pub(crate) mod places;
 pub(crate) mod scene_source;
 pub(crate) mod sky_source;
 pub(crate) mod task;

@@ -9,12 +9,16 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 use lobe::env::{EnvMap, write_env};
 use lobe::io::Job;
-use lobe::prt::{AlbedoMode, BakeMode, Transfer, write_transfer};
+use lobe::prt::{
+    AlbedoMode, BakeMode, Channels, CompressOptions, CompressedTransfer, Recipe, Transfer, TransferMatrices,
+    ZonalFitOptions, fit_zonal, write_compressed_transfer, write_lightmap, write_matrices, write_transfer,
+    write_zonal_transfer,
+};
 use lobe::sh::{Expansion as _, Quantity, Rgb, ShFile, ShVec, write_sh_json};
 use lobe::shadow::{SphereFitOptions, SphereSet, fit_spheres, write_spheres};
 use lobe_viewer::{
-    Kept, MotionEdits, MotionRoom, MotionView, ReadLimits, RoomName, SceneData, UserFolder, ViewerApp, bake_options,
-    bake_scene, open_moving, open_sky,
+    Kept, MotionEdits, MotionRoom, MotionView, Places, ReadLimits, RoomName, SceneData, UserFolder, ViewerApp,
+    bake_options, bake_scene, open_moving, open_sky,
 };
 
 use crate::wait::step_until;
@@ -144,6 +148,91 @@ fn transfer_is_shown_on_the_scene_that_it_is_of_and_refused_on_others() {
     let line = harness.state().notice().unwrap();
     assert!(line.contains("noise.safetensors: expected transfer, an occlusion field or spheres"), "{line}");
 }
+
+#[test]
+fn every_form_of_transfer_is_shown_as_what_it_stands_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = small_window(folder.path());
+    let data = SceneData::new("furnace", lobe::scene::built_in::named("furnace").unwrap());
+    let (transfer, recipe) =
+        bake_scene(&data, &bake_options(BakeMode::Interreflected, 3, 16), |_| std::ops::ControlFlow::Continue(()))
+            .unwrap();
+    let compressed = CompressedTransfer::new(&transfer, &CompressOptions::default(), Job::default()).unwrap().0;
+    let zonal = fit_zonal(&transfer, &ZonalFitOptions::default(), Job::default()).unwrap().0;
+    let at = |name: &str| folder.path().join(name);
+    write_compressed_transfer(at("clusters.safetensors"), &compressed, &recipe).unwrap();
+    write_zonal_transfer(at("lobes.safetensors"), &zonal, &recipe).unwrap();
+    for (name, expected) in [("clusters", compressed.to_transfer()), ("lobes", zonal.to_transfer())] {
+        drop_file(&mut harness, &at(&format!("{name}.safetensors")));
+        harness.run_steps(2);
+        assert_eq!(harness.state().scene().message(), None, "{name}");
+        assert_eq!(**harness.state().scene().transfer().unwrap(), expected, "{name}");
+        assert!(matches!(harness.state().scene().places(), Places::Vertices), "{name}");
+    }
+}
+
+#[test]
+fn a_lightmap_is_transfer_of_texels_and_no_sky() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = small_window(folder.path());
+    let sky = harness.state().scene().edits().sky.clone();
+    let scene = folder.path().join("wall.gltf");
+    std::fs::write(&scene, WALL).unwrap();
+    drop_file(&mut harness, &scene);
+    let transfer = Transfer::new(2, Channels::Gray, (0..4 * 64).map(|k| 1.0 / (1.0 + k as f32)).collect()).unwrap();
+    let recipe = Recipe::from(serde_json::json!({"mode": "interreflected", "samples": 5}));
+    let path = folder.path().join("wall.exr");
+    write_lightmap(&path, &transfer, &recipe, Job::default()).unwrap();
+    drop_file(&mut harness, &path);
+    harness.run_steps(2);
+    let room = harness.state().scene();
+    assert_eq!((room.message(), &room.edits().sky), (None, &sky), "nothing went wrong, and the sky is still there");
+    assert_eq!(**room.transfer().unwrap(), transfer, "the numbers of the file");
+    let Places::Texels(lightmap) = room.places() else { panic!("{:?}", room.places()) };
+    assert_eq!(lightmap.width(), 8, "texels");
+}
+
+#[test]
+fn matrices_are_those_of_metals_and_what_is_part_of_something_else_says_of_what() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = small_window(folder.path());
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("wall.gltf"), WALL).unwrap();
+    let recipe = Recipe::from(serde_json::json!({}));
+    let matrices = |points: usize| TransferMatrices::new(1, Channels::Gray, vec![0.5; points]).unwrap();
+    write_matrices(at("three.safetensors"), &matrices(3), &recipe, Job::default()).unwrap();
+    write_matrices(at("four.safetensors"), &matrices(4), &recipe, Job::default()).unwrap();
+    drop_file(&mut harness, &at("four.safetensors"));
+    let line = harness.state().scene().message().unwrap().to_owned();
+    assert!(line.contains("transfer matrices of 4 receivers, but furnace has"), "{line}");
+    drop_file(&mut harness, &at("wall.gltf"));
+    drop_file(&mut harness, &at("four.safetensors"));
+    let room = harness.state().scene();
+    assert_eq!((room.message(), room.glossy().len()), (None, 1), "one metal");
+    assert_eq!(*room.glossy()[0].matrices, matrices(4), "with the numbers of the file");
+    drop_file(&mut harness, &at("three.safetensors"));
+    assert_eq!(harness.state().scene().glossy().len(), 1, "what was there remains");
+    for (format, advice) in [("lobe-lamp", "open that"), ("lobe-neighbourhood-transfer", "lobe info")] {
+        let about = format!(r#"{{"__metadata__":{{"lobe":"{{\"format\":\"{format}\",\"version\":1}}"}}}}"#);
+        let bytes = [&(about.len() as u64).to_le_bytes()[..], about.as_bytes()].concat();
+        std::fs::write(at("part.safetensors"), bytes).unwrap();
+        drop_file(&mut harness, &at("part.safetensors"));
+        let line = harness.state().notice().unwrap();
+        assert!(line.starts_with("part.safetensors: ") && line.contains(advice), "{format}: {line}");
+    }
+}
+
+/// A square of metal whose texture coordinates are the whole lightmap.
+const WALL: &str = r#"{"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+"meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2, "material": 0}]}],
+"materials": [{"pbrMetallicRoughness": {"metallicFactor": 1, "roughnessFactor": 0.5}}],
+"accessors": [
+{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]},
+{"bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC2"},
+{"bufferView": 2, "componentType": 5123, "count": 6, "type": "SCALAR"}],
+"bufferViews": [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 32},
+{"buffer": 0, "byteOffset": 80, "byteLength": 12}],
+"buffers": [{"byteLength": 92, "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAACAPwAAgD8AAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/AAAAAAAAgD8AAIA/AAAAAAAAgD8AAAEAAgAAAAIAAwA="}]}"#;
 
 #[test]
 fn no_difference_is_shown_of_bakes_with_and_without_albedo() {

@@ -88,8 +88,8 @@ impl Probe {
         self.vertex = None;
     }
 
-    /// The switch, the number of the vertex and its balloon, seen from where the picture is.
-    pub(crate) fn controls(&mut self, ui: &mut Ui, transfer: Option<&Transfer>, orbit: &mut Orbit) {
+    /// The switch, the number of the vertex and its balloon, seen from where the picture is, or why there is none.
+    pub(crate) fn controls(&mut self, ui: &mut Ui, transfer: Result<&Transfer, &str>, orbit: &mut Orbit) {
         ui.checkbox(&mut self.is_on, "Transfer under the pointer (P)");
         if !self.is_on {
             self.is_found = false;
@@ -99,9 +99,13 @@ impl Probe {
             ui.weak("Point at a surface.");
             return;
         };
-        let Some(f) = transfer.and_then(|transfer| transfer_of(transfer, vertex.number)) else {
-            ui.weak("This mode needs no transfer.");
-            return;
+        let f = match transfer.map(|transfer| transfer_of(transfer, vertex.number)) {
+            Ok(Some(f)) => f,
+            Ok(None) => return,
+            Err(why) => {
+                ui.weak(why);
+                return;
+            }
         };
         let mean = f.mean();
         ui.label(format!("Vertex {}, mean {mean:.4}", vertex.number));

@@ -15,6 +15,7 @@ use crate::loading::export::SceneExport;
 use crate::loading::file_kind::FileKind;
 use crate::loading::limits::ReadLimits;
 use crate::loading::mode::Mode;
+use crate::loading::places::Places;
 use crate::loading::sky_source::OpenedSky;
 use crate::rooms::scene::controls::{self, Asked, BakePlan, Known};
 use crate::rooms::scene::edits::{Comparison, SceneEdits, SceneLamp};
@@ -38,7 +39,7 @@ struct Baked {
     transfer: Arc<Transfer>,
     samples: Option<u32>,
     bounces: usize,
-    is_demodulated: bool,
+    places: Places,
 }
 
 /// A baked scene under a turning sky.
@@ -134,7 +135,7 @@ impl SceneRoom {
                 self.wants_frame = true;
             }
             Ok(FileKind::Sky) => self.edits.sky = path.into(),
-            Ok(FileKind::Transfer) => self.work.adopt(path.into()),
+            Ok(FileKind::Transfer | FileKind::Matrices) => self.work.adopt(path.into()),
             Ok(_) => self.work.message = Some(format!("{}: of another room", path.display())),
             Err(message) => self.work.message = Some(message),
         }
@@ -159,9 +160,9 @@ impl SceneRoom {
         let sky = self.work.sky().cloned();
         Some(SceneExport {
             transfer: self.shown.as_ref().map(|(_, transfer)| transfer.clone()),
-            is_demodulated: self.is_demodulated(),
+            places: self.places(),
             order: self.edits.order,
-            glossy: shining(&self.edits, self.shown.is_some(), &self.glossy).to_vec(),
+            glossy: self.shining().to_vec(),
             light: self.light.turning(&self.edits, sky.as_ref()),
             camera: self.orbit.on_device()?,
             tone: self.viewport.tone(self.edits.exposure),
@@ -217,8 +218,8 @@ impl SceneRoom {
                 self.probe.forget();
                 self.viewport.fit_exposure();
             }
-            SceneNews::Baked { mode, samples, bounces, is_demodulated, transfer } => {
-                self.bakes.insert(mode, Baked { transfer, samples, bounces, is_demodulated });
+            SceneNews::Baked { mode, samples, bounces, places, transfer } => {
+                self.bakes.insert(mode, Baked { transfer, samples, bounces, places });
                 self.shown = None;
             }
             SceneNews::Glossy(glossy) => self.glossy = glossy,
@@ -233,11 +234,12 @@ impl SceneRoom {
             return;
         }
         let of = |wanted: BakeMode| self.bakes.get(&wanted).map(|baked| &*baked.transfer);
-        let mut albedo = mode.bakes().iter().filter_map(|mode| self.bakes.get(mode)).map(|baked| baked.is_demodulated);
-        if albedo.next().is_some_and(|first| albedo.any(|other| other != first)) {
+        let mut places = mode.bakes().iter().filter_map(|mode| self.bakes.get(mode)).map(|baked| &baked.places);
+        if places.next().is_some_and(|first| places.any(|other| !other.is_alike(first))) {
             // A difference of unlike things.
-            self.work.message =
-                Some("one of the two bakes leaves out the albedo (--albedo none); bake both alike".into());
+            self.work.message = Some(
+                "one of the two bakes leaves out the albedo (--albedo none) or is of texels; bake both alike".into(),
+            );
             self.shown = None;
             return;
         }
@@ -261,9 +263,22 @@ impl SceneRoom {
         self.edits.mode.bakes().first().and_then(|mode| self.bakes.get(mode))
     }
 
-    /// Whether the transfer that is shown leaves out the albedo.
-    fn is_demodulated(&self) -> bool {
-        self.baked().is_some_and(|baked| baked.is_demodulated)
+    /// The meshes that shine where interreflections are shown.
+    #[must_use]
+    pub fn glossy(&self) -> &[GlossyBake] {
+        &self.glossy
+    }
+
+    /// What the transfer that is shown is of.
+    #[must_use]
+    pub fn places(&self) -> Places {
+        self.baked().map_or(Places::Vertices, |baked| baked.places.clone())
+    }
+
+    /// The meshes that shine in what is shown: metals, by paths with interreflections, among vertices with their albedo.
+    fn shining(&self) -> &[GlossyBake] {
+        let is_shown = self.edits.has_gloss && self.edits.mode == Mode::Interreflected && self.shown.is_some();
+        if is_shown && matches!(self.places(), Places::Vertices) { &self.glossy } else { &[] }
     }
 
     fn known(&self) -> Known {
@@ -354,7 +369,11 @@ impl SceneRoom {
         };
         asked = asked.or(bake);
         ui.separator();
-        let transfer = self.shown.as_ref().map(|(_, transfer)| &**transfer);
+        let transfer = match (&self.shown, self.places()) {
+            (_, Places::Texels(_)) => Err("The transfer is of texels, not of vertices."),
+            (Some((_, transfer)), _) => Ok(&**transfer),
+            (None, _) => Err("This mode needs no transfer."),
+        };
         self.probe.controls(ui, transfer, &mut self.orbit);
         asked
     }
@@ -380,11 +399,16 @@ impl SceneRoom {
         let turn = self.edits.rotation();
         let frame = Frame { size, orbit: self.orbit, light, turn, exposure: self.edits.exposure };
         let transfer = self.shown.as_ref().map(|(_, transfer)| transfer);
-        let glossy = shining(&self.edits, transfer.is_some(), &self.glossy);
+        let (glossy, places) = (self.shining().to_vec(), self.places());
         let has_gloss = !glossy.is_empty();
-        let is_demodulated = self.is_demodulated();
-        let wanted =
-            Wanted { data: &data, transfer, is_demodulated, glossy, sky: self.work.sky(), order: self.edits.order };
+        let wanted = Wanted {
+            data: &data,
+            transfer,
+            places: &places,
+            glossy: &glossy,
+            sky: self.work.sky(),
+            order: self.edits.order,
+        };
         match self.viewport.draw(gpu, &wanted, &frame) {
             Ok(Some(texture)) => {
                 let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
@@ -426,11 +450,6 @@ impl SceneRoom {
             ui.painter().image(texture, rect, whole, Color32::WHITE);
         }
     }
-}
-
-/// The meshes that shine in what is shown: metals, by paths with interreflections.
-fn shining<'a>(edits: &SceneEdits, is_baked: bool, glossy: &'a [GlossyBake]) -> &'a [GlossyBake] {
-    if edits.has_gloss && edits.mode == Mode::Interreflected && is_baked { glossy } else { &[] }
 }
 
 /// What the truth of a scene depends on. Metals shine where the picture has them shine; else all is matte, as transfer takes it.

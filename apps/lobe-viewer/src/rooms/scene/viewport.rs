@@ -13,6 +13,7 @@ use web_time::{Duration, Instant};
 
 use crate::loading::bake::{GlossyBake, SceneData};
 use crate::loading::place::IN_PAGE;
+use crate::loading::places::Places;
 use crate::loading::sky_source::OpenedSky;
 use crate::widgets::gpu::Gpu;
 use crate::widgets::orbit::Orbit;
@@ -34,8 +35,8 @@ pub(crate) struct Wanted<'a> {
     pub(crate) data: &'a SceneData,
     /// Without one, the scene is lit by its normals.
     pub(crate) transfer: Option<&'a Arc<Transfer>>,
-    /// Whether that leaves out the albedo.
-    pub(crate) is_demodulated: bool,
+    /// What that is of.
+    pub(crate) places: &'a Places,
     /// Meshes that shine among those lit by transfer.
     pub(crate) glossy: &'a [GlossyBake],
     pub(crate) sky: Option<&'a OpenedSky>,
@@ -173,8 +174,7 @@ impl Viewport {
         let glossy = if gpu.context().has_storage() { wanted.glossy } else { &[] };
         let glossy: Vec<GlossyMesh<'_>> = glossy.iter().map(GlossyBake::on_device).collect();
         let shading = match wanted.transfer {
-            Some(transfer) if wanted.is_demodulated => SurfaceShading::Demodulated(transfer, Storage::F32),
-            Some(transfer) => SurfaceShading::Mixed(transfer, &glossy, Storage::F32),
+            Some(transfer) => wanted.places.shading(transfer, &glossy, Storage::F32),
             None => SurfaceShading::Irradiance(wanted.order),
         };
         let environment = wanted.sky.map(|sky| Environment::from(&*sky.map));

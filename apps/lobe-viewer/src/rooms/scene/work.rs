@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use eframe::egui::Context;
 
+use crate::loading::adopt;
 use crate::loading::bake::{self, SceneData, SceneNews};
 use crate::loading::cache::UserFolder;
 use crate::loading::limits::ReadLimits;
@@ -106,7 +107,7 @@ impl Work {
             && let (Some(path), Some(data)) = (&self.adopting, &self.scene.found)
         {
             let (path, data) = (path.clone(), data.clone());
-            let work = move |control: &_| bake::adopt(control, &data, &path);
+            let work = move |control: &_| adopt::adopt(control, &data, &path);
             self.scene_task = Some(Task::start("Transfer", wake(ctx), work));
             self.adopting = None;
             self.forget_message();
