@@ -12,6 +12,7 @@ use lobe::render::{TracedPicture, read_traced_picture};
 use serde::Serialize;
 
 use crate::args::input::{tell, without_options};
+use crate::args::memory::MemoryLimit;
 use crate::args::output;
 use crate::args::values;
 use crate::run::talk::Talk;
@@ -48,6 +49,8 @@ pub(crate) struct Compare {
     /// "p_spread"}}; psnr is null for equal pictures
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    memory: MemoryLimit,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -105,7 +108,7 @@ impl Compare {
             output::check_png(path)?;
             output::prepare_file(path, &[&self.image, &self.reference])?;
         }
-        let read = |path| if self.z_test { read_traced(path) } else { read(path, talk) };
+        let read = |path| if self.z_test { read_traced(path, &self.memory) } else { read(path, talk) };
         let (image, reference) = (read(&self.image)?, read(&self.reference)?);
         let (a, b) = (&image.picture, &reference.picture);
         let flip = self.flip(&image, &reference)?;
@@ -170,7 +173,8 @@ fn read(path: &Path, talk: Talk) -> anyhow::Result<Read> {
 }
 
 /// A picture of `lobe render --mode truth`, with its variance.
-fn read_traced(path: &Path) -> anyhow::Result<Read> {
+fn read_traced(path: &Path, memory: &MemoryLimit) -> anyhow::Result<Read> {
+    memory.check_file(path)?;
     let TracedPicture { mean, variance, degrees_of_freedom, .. } = read_traced_picture(path)?;
     Ok(Read { picture: mean, is_display: false, variance: Some((variance, degrees_of_freedom)) })
 }

@@ -1,9 +1,18 @@
 //! Memory limit: work that would take more is refused before it begins.
 
+use std::fs;
+use std::path::Path;
+
 use anyhow::bail;
 use clap::Args;
+use lobe::image::{ExrLayers, FileFormat};
+use lobe::io::read_file;
 
 use crate::args::values;
+
+/// Bytes in memory while a file is read for each of the file: it, its numbers, and what is made of them; of a scene its triangles.
+/// Measured 2.0 of a table, 3.0 of a scene, which a bake made finer.
+pub(crate) const COPIES: u64 = 3;
 
 /// Bytes of a gibibyte.
 const GIB: f64 = (1_u64 << 30) as f64;
@@ -12,7 +21,7 @@ const GIB: f64 = (1_u64 << 30) as f64;
 /// against it when it is read, and the other work when that is known, each alone.
 #[derive(Args)]
 pub(crate) struct MemoryLimit {
-    /// Refuse a scene, with its instances and the tree over its triangles, and work beside it that takes more memory than
+    /// Refuse a scene, with its instances and the tree over its triangles, and work or files beside it that take more memory than
     /// this, in GiB. 4 hold some 12 million triangles, each instance counted, which take about a minute to read
     #[arg(long, value_name = "GIB", default_value = "4", value_parser = values::positive)]
     max_memory: f64,
@@ -22,6 +31,20 @@ impl MemoryLimit {
     /// The limit in bytes.
     pub(crate) fn bytes(&self) -> u64 {
         (self.max_memory * GIB) as u64
+    }
+
+    /// Refuses a file of numbers that takes more than that while it is read, in any form: itself, its numbers, and what is made of
+    /// them. One that is not there is left to the reader.
+    pub(crate) fn check_file(&self, path: &Path) -> anyhow::Result<()> {
+        let name = path.display().to_string();
+        let check = |bytes| self.check(&name, bytes, "a bake of fewer receivers or a lower order");
+        let length = fs::metadata(path).map_or(0, |file| file.len());
+        check(COPIES.saturating_mul(length))?;
+        let bytes = read_file(path)?;
+        if let Ok(FileFormat::OpenExr) = FileFormat::of_bytes(&bytes, &name) {
+            check(COPIES.saturating_mul(ExrLayers::bytes_in_memory(&bytes, &name)?))?;
+        }
+        Ok(())
     }
 
     /// Refuses the work `what`, which takes at most `bytes`, if that is above the limit or the system does not give it;

@@ -7,13 +7,9 @@ use anyhow::bail;
 use clap::Args;
 use lobe::prt::{Recipe, Transfer, read_baked, read_transfer};
 
-use crate::args::memory::MemoryLimit;
+use crate::args::memory::{COPIES, MemoryLimit};
 use crate::args::output::has_extension;
 use crate::args::scene_limits::SceneLimits;
-
-/// Bytes in memory while a file is read for each of the file: it, and its numbers; of a scene its triangles too. Measured 2.0 of
-/// a table, 3.0 of a scene, which a bake made finer.
-const COPIES: u64 = 3;
 
 /// A file that carries transfer.
 #[derive(Args)]

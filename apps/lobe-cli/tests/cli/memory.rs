@@ -30,6 +30,27 @@ fn scene(dir: &Dir) {
 }
 
 #[test]
+fn a_small_file_of_many_equal_numbers_is_held_against_the_limit() {
+    let dir = Dir::new();
+    scene(&dir);
+    let mut layers = lobe::image::ExrLayers::new(2048, 2048);
+    for name in ["R", "G", "B", "variance.R", "variance.G", "variance.B"] {
+        layers.channel(name, vec![0.0; 2048 * 2048]);
+    }
+    let bytes = layers.into_bytes().unwrap();
+    assert!(bytes.len() < 2 << 20, "{} bytes hold 96 MiB", bytes.len());
+    std::fs::write(dir.path("flat.exr"), bytes).unwrap();
+    for args in [
+        "render s.obj --env even.exr --transfer flat.exr --mode shadowed --size 4x4 --max-memory 0.1 -o a.png",
+        "compare flat.exr flat.exr --z-test --max-memory 0.1",
+    ] {
+        let line = dir.lobe(args).arg("--quiet").error();
+        assert!(line.contains("flat.exr takes up to 301989888 bytes of memory"), "{args}: {line}");
+        assert!(line.contains("more than the limit of 0.1 GiB"), "{args}: {line}");
+    }
+}
+
+#[test]
 fn what_takes_more_than_the_limit_is_refused_in_one_line() {
     let dir = Dir::new();
     scene(&dir);

@@ -80,18 +80,23 @@ impl ExrLayers {
         guarded(FileFormat::OpenExr, name, || Self::decode(bytes, name))
     }
 
+    /// The bytes of the numbers of a file in memory, to be asked before [`ExrLayers::from_bytes`]; a small file can hold many that
+    /// are alike.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn bytes_in_memory(bytes: &[u8], name: &str) -> Result<u64, ImageError> {
+        let of_part = |header: &Header| {
+            let numbers = header.layer_size.area().saturating_mul(header.channels.list.len());
+            (numbers as u64).saturating_mul(size_of::<f32>() as u64)
+        };
+        let meta = guarded(FileFormat::OpenExr, name, || checked(bytes, name))?;
+        Ok(meta.headers.iter().map(of_part).fold(0, u64::saturating_add))
+    }
+
     fn decode(bytes: &[u8], name: &str) -> Result<Self, ImageError> {
         let broken = |error: exr::error::Error| invalid(name, format!("expected an OpenEXR picture: {error}"));
-        // Check the claims before the library allocates what is claimed.
-        check_windows(bytes, name)?;
-        let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(broken)?;
-        let claimed = |header: &Header| header.layer_size.area().saturating_mul(header.channels.bytes_per_pixel);
-        let claimed = meta.headers.iter().map(claimed).fold(0, usize::saturating_add);
-        if claimed > bytes.len().saturating_mul(MOST_BYTES_PER_BYTE) {
-            let message = format!("damaged: a file of {} bytes claims to hold {claimed}", bytes.len());
-            return Err(invalid(name, message));
-        }
-        check_table(&meta.headers, bytes.len(), name)?;
+        let meta = checked(bytes, name)?;
         // Blocks compressed by DWA claim sizes of their own, which the library believes.
         let refused = |header: &Header| {
             use Compression::{DWAA, DWAB, HTJ2K32, HTJ2K256};
@@ -176,6 +181,21 @@ impl ExrLayers {
     }
 }
 
+/// The headers of a file, whose claims are checked before anybody allocates what is claimed.
+fn checked(bytes: &[u8], name: &str) -> Result<MetaData, ImageError> {
+    check_windows(bytes, name)?;
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false)
+        .map_err(|error| invalid(name, format!("expected an OpenEXR picture: {error}")))?;
+    let claimed = |header: &Header| header.layer_size.area().saturating_mul(header.channels.bytes_per_pixel);
+    let claimed = meta.headers.iter().map(claimed).fold(0, usize::saturating_add);
+    if claimed > bytes.len().saturating_mul(MOST_BYTES_PER_BYTE) {
+        let message = format!("damaged: a file of {} bytes claims to hold {claimed}", bytes.len());
+        return Err(invalid(name, message));
+    }
+    check_table(&meta.headers, bytes.len(), name)?;
+    Ok(meta)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -209,6 +229,18 @@ mod tests {
         assert!(line.contains("claims to hold"), "{line}");
         let line = refused(include_bytes!("../../tests/data/dwaa.exr"));
         assert!(line.contains("compressed by DWA"), "{line}");
+    }
+
+    #[test]
+    fn what_a_file_takes_in_memory_is_known_before_it_is_decoded() {
+        let mut layers = ExrLayers::new(512, 256);
+        for name in ["a", "b", "c"] {
+            layers.channel(name, vec![1.0; 512 * 256]);
+        }
+        let bytes = layers.into_bytes().unwrap();
+        assert_eq!(ExrLayers::bytes_in_memory(&bytes, "a.exr").unwrap(), 3 * 4 * 512 * 256, "of {} bytes", bytes.len());
+        let error = ExrLayers::bytes_in_memory(&bytes[..40], "a.exr").unwrap_err().to_string();
+        assert!(error.starts_with("a.exr: "), "{error}");
     }
 
     #[test]
