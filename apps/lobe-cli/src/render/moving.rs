@@ -65,6 +65,11 @@ impl AskedBake {
             Some(why) => format!("its transfer is not used: {why}; all parts are baked"),
             None => match moving.keep_transfer(transfer, &options) {
                 Some(found) if found.kept == found.still => return,
+                Some(found) if found.reshaped > 0 => format!(
+                    "{} of {} vertices that stand still keep their transfer; skins or morph targets give {} of the others another \
+                     shape than they were baked in: these, and what is near them or near what moves, are baked as they stand",
+                    found.kept, found.still, found.reshaped
+                ),
                 Some(found) => format!(
                     "{} of {} vertices that stand still keep their transfer; the others are near what moves, whose shadow was \
                      baked into them: they are baked without it",

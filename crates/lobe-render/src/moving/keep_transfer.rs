@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use lobe_prt::{BakeOptions, Transfer};
-use lobe_scene::{Mesh, Scene};
+use lobe_scene::{AnimatedScene, Mesh};
 use lobe_sh::vector::{Vec3, dot, length, sub};
 
 use crate::moving::kept_transfer::{KeptTransfer, row_width};
@@ -22,9 +22,19 @@ pub struct KeptVertices {
     pub kept: usize,
     /// All that stand still.
     pub still: usize,
+    /// Those of them that the file was baked with in other places or with other normals than they stand in: a skin or the weights
+    /// of morph targets at rest, which bakes leave out, changes their mesh. None of these keeps its transfer.
+    pub reshaped: usize,
 }
 
-/// A ball around what moves, as it stood when the file was baked.
+/// A vertex that moved by less than this part of the radius of its mesh did not move: matrices of joints that undo each other
+/// leave a rounding of `f32`.
+const SAME_PLACE: f64 = 1e-5;
+
+/// Normals that differ by less than this length did not turn: 0.06 degrees, above their rounding in compressed files.
+const SAME_NORMAL: f64 = 1e-3;
+
+/// A ball around what hides the sky in another place than where the file was baked, or did so then.
 struct Around {
     center: Vec3,
     radius: f64,
@@ -45,34 +55,63 @@ impl Around {
     }
 }
 
+/// What is not, or will not stay, as a file was baked.
+struct Changes {
+    /// Of each mesh of the file, whether it moves.
+    is_moving: Vec<bool>,
+    /// Of each mesh of the file, whether it stands in another shape than it was baked in.
+    is_reshaped: Vec<bool>,
+    around: Vec<Around>,
+}
+
+impl Changes {
+    /// Those of the scene of an animated file.
+    fn of(moving: &MovingScene, animated: &AnimatedScene) -> Option<Self> {
+        let baked = animated.rest().meshes();
+        let posed = animated.rest_pose().ok()?;
+        let standing = posed.scene().meshes();
+        let mut is_moving = vec![false; baked.len()];
+        let mut around = Vec::new();
+        for part in moving.parts().iter().filter_map(|part| part.entity()) {
+            is_moving[part.meshes()].fill(true);
+            around.push(ball(&baked[part.meshes()]));
+        }
+        let is_reshaped: Vec<bool> = baked.iter().zip(standing).map(|(a, b)| !is_alike(a, b)).collect();
+        for k in (0..baked.len()).filter(|k| is_reshaped[*k] && !is_moving[*k]) {
+            around.extend([baked, standing].map(|meshes| ball(&meshes[k..=k])));
+        }
+        Some(Self { is_moving, is_reshaped, around })
+    }
+}
+
 impl MovingScene {
     /// Keeps the transfer of a baked file for what stands still in it, with the shadows and the light of its parts among each other:
     /// of vertices from which what moves looked smaller than a thousandth of a hemisphere as it stood. The others would show its
     /// shadow where it is no more: they are baked by what stands still alone, with the options of the file.
     ///
+    /// Files are baked without skins and morph targets. A mesh that these give another shape as it stands counts as one that moved,
+    /// from the one shape to the other: its own vertices are baked anew, and so are those that see much of either.
+    ///
     /// `transfer` is that of all vertices of the file and `options` those that made it. `None` and no change if it has not as many
     /// vertices as the scene, nothing stands still, or the scene is not that of one animated file.
     pub fn keep_transfer(&mut self, transfer: &Transfer, options: &BakeOptions) -> Option<KeptVertices> {
-        let rest = self.animated_scene()?.rest().clone();
+        let animated = self.animated_scene()?;
+        let rest = animated.rest();
         if transfer.receivers() != rest.vertex_count() || !matches!(self.parts().first()?.motion, Motion::Still) {
             return None;
         }
-        let mut moving = vec![false; rest.meshes().len()];
-        for part in self.parts().iter().filter_map(|part| part.entity()) {
-            moving[part.meshes()].fill(true);
-        }
-        let around: Vec<Around> =
-            self.parts().iter().filter_map(|part| part.entity()).map(|e| around(&rest, e.meshes())).collect();
-        let (mut rows, mut keeps, mut first) = (Vec::new(), Vec::new(), 0);
+        let Changes { is_moving, is_reshaped, around } = Changes::of(self, animated)?;
+        let (mut rows, mut keeps, mut reshaped, mut first) = (Vec::new(), Vec::new(), 0, 0);
         let width = row_width(transfer);
-        for (mesh, is_moving) in rest.meshes().iter().zip(moving) {
+        for (k, mesh) in rest.meshes().iter().enumerate() {
             let count = mesh.positions().len();
-            if !is_moving {
+            if !is_moving[k] {
                 rows.extend_from_slice(&transfer.coefficients()[first * width..][..count * width]);
                 keeps.extend(mesh.positions().iter().zip(mesh.normals()).map(|(p, n)| {
                     let (p, n) = (p.map(f64::from), n.map(f64::from));
-                    around.iter().map(|around| around.solid_angle(p, n)).sum::<f64>() <= NEGLIGIBLE
+                    !is_reshaped[k] && around.iter().map(|around| around.solid_angle(p, n)).sum::<f64>() <= NEGLIGIBLE
                 }));
+                reshaped += if is_reshaped[k] { count } else { 0 };
             }
             first += count;
         }
@@ -81,7 +120,7 @@ impl MovingScene {
             return None;
         }
         let rows = Transfer::new(transfer.order(), transfer.channels(), rows).ok()?;
-        let found = KeptVertices { kept: keeps.iter().filter(|keeps| **keeps).count(), still: keeps.len() };
+        let found = KeptVertices { kept: keeps.iter().filter(|keeps| **keeps).count(), still: keeps.len(), reshaped };
         let kept = KeptTransfer { transfer: rows, keeps, options: options.clone() };
         if found.kept == found.still {
             (still.is_demodulated, still.transfer) = (kept.is_demodulated(), Some(Arc::new(kept.transfer)));
@@ -92,9 +131,21 @@ impl MovingScene {
     }
 }
 
+/// Whether two meshes of the same vertices are the same surface, but for rounding.
+fn is_alike(baked: &Mesh, standing: &Mesh) -> bool {
+    let differ = |a: &[[f32; 3]], b: &[[f32; 3]], most: f64| {
+        a.iter().zip(b).any(|(a, b)| length(sub(a.map(f64::from), b.map(f64::from))) > most)
+    };
+    let Around { center, radius } = ball(std::slice::from_ref(baked));
+    // Coordinates far from the origin are rounded to their own size.
+    let largest_place = SAME_PLACE * radius + f64::from(f32::EPSILON) * (length(center) + radius);
+    !differ(baked.positions(), standing.positions(), largest_place)
+        && !differ(baked.normals(), standing.normals(), SAME_NORMAL)
+}
+
 /// A ball around some meshes of a scene.
-fn around(scene: &Scene, meshes: std::ops::Range<usize>) -> Around {
-    let points = || scene.meshes()[meshes.clone()].iter().flat_map(Mesh::positions).map(|p| p.map(f64::from));
+fn ball(meshes: &[Mesh]) -> Around {
+    let points = || meshes.iter().flat_map(Mesh::positions).map(|p| p.map(f64::from));
     let (mut min, mut max) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for p in points() {
         (min, max) = ([0, 1, 2].map(|k| min[k].min(p[k])), [0, 1, 2].map(|k| max[k].max(p[k])));

@@ -2,9 +2,9 @@
 
 use lobe_env::{bundled, project_env};
 use lobe_io::Job;
-use lobe_prt::{BakeMode, BakeOptions};
+use lobe_prt::{BakeMode, BakeOptions, Receivers, bake};
 use lobe_render::{Motion, MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, MovingShading, PartBakeKind};
-use lobe_scene::{AnimatedScene, EntityKind, Scene, SceneReadOptions, built_in};
+use lobe_scene::{AnimatedScene, Bvh, EntityKind, Scene, SceneReadOptions, built_in};
 use lobe_sh::Rgb;
 use lobe_shadow::{FieldOptions, SphereFitOptions, SphereSet, write_spheres};
 use serde_json::{Value, json};
@@ -316,5 +316,45 @@ fn what_is_scaled_to_nothing_hides_nothing() {
         let mean = alone.iter().map(|c| c.g).sum::<f32>() / alone.len() as f32;
         assert!(largest_difference(&gone, &alone) < 1e-4 * mean, "{method:?}: gone, {gone:?}, alone {alone:?}");
         assert!(largest_difference(&there, &alone) > 0.05 * mean, "{method:?}: it hides the sky before");
+    }
+}
+
+/// Two boxes that stand, `apart` from each other, the first one the node `first`, and one that moves far away.
+fn standing_boxes(first: &Value, apart: f32) -> AnimatedScene {
+    let second = json!({"mesh": 0, "translation": [apart, 0.0, 0.0]});
+    File::new(json!([first, second, {"mesh": 0, "translation": [900.0, 0.0, 0.0]}]), [0.0; 3])
+        .moved(2, "translation", "VEC3", &[900.0, 0.0, 0.0, 900.0, 1.0, 0.0])
+        .read()
+}
+
+#[test]
+fn transfer_is_kept_where_the_shape_is_the_one_that_was_baked() {
+    let options = BakeOptions::default().mode(BakeMode::Shadowed).order(ORDER).samples(256);
+    let baked = |scene: &Scene| {
+        let receivers = Receivers::at_vertices(scene).unwrap();
+        bake(scene, &Bvh::new(scene), &receivers, &options, Job::default()).unwrap().0
+    };
+    let plain = json!({"mesh": 0});
+    let lifted = json!({"mesh": 0, "weights": [1.0]});
+    // The vertices that keep it, and those that have another shape. Of a box beside the lifted one those keep it that look away.
+    for (name, first, apart, kept, reshaped) in [
+        ("as it was baked", &plain, 1.3, 16, 0),
+        ("lifted", &lifted, 300.0, 8, 8),
+        ("lifted near the other", &lifted, 1.3, 4, 8),
+    ] {
+        let animated = standing_boxes(first, apart);
+        let transfer = baked(animated.rest());
+        let mut moving = MovingScene::animated(animated, Some(0)).unwrap();
+        let found = moving.keep_transfer(&transfer, &options).unwrap();
+        assert_eq!((found.kept, found.still, found.reshaped), (kept, 16, reshaped), "{name}");
+        // Whatever is kept, the part is lit as one that was baked in the shape it stands in.
+        let expected = baked(&moving.parts()[0].scene);
+        let lacking = MovingBakeOptions::default().transfer(options.clone());
+        moving.bake(MovingMethod::Fields, &lacking, Job::default()).unwrap();
+        let transfer = moving.parts()[0].transfer.clone().unwrap();
+        let off =
+            transfer.coefficients().iter().zip(expected.coefficients()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        // Rays of one vertex in several scenes differ: 256 of them are right to a few percent.
+        assert!(off < 0.03, "{name}: off by {off}");
     }
 }
