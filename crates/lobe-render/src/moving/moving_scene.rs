@@ -36,12 +36,12 @@ pub struct MovingScene {
 
 /// An animated file whose parts are carried along a track, which are these of the scene.
 #[derive(Clone, Debug)]
-struct Carried {
-    scene: AnimatedScene,
-    animation: usize,
+pub(crate) struct Carried {
+    pub(crate) scene: AnimatedScene,
+    pub(crate) animation: usize,
     is_looped: bool,
-    track: Track,
-    parts: Range<usize>,
+    pub(crate) track: Track,
+    pub(crate) parts: Range<usize>,
 }
 
 impl Carried {
@@ -230,6 +230,16 @@ impl MovingScene {
         let length = 2.0 * (0.5 * end - 0.5 * begin);
         let within = begin + (time - begin).rem_euclid(length);
         if within < end { within } else { begin }
+    }
+
+    /// The animated scene whose entities are the parts, and which of its animations moves them.
+    pub(crate) fn animation(&self) -> Option<(&AnimatedScene, usize)> {
+        self.animated.as_ref().and_then(|(scene, animation)| Some((scene, (*animation)?)))
+    }
+
+    /// The animated scenes that tracks carry.
+    pub(crate) fn all_carried(&self) -> &[Carried] {
+        &self.carried
     }
 
     /// The animated scenes that tracks carry at a time, with their parts and where the track is.

@@ -50,6 +50,16 @@ impl Animation {
         self.channels.iter().map(|channel| channel.sampler.end()).fold(0.0, f64::max)
     }
 
+    /// The times at which anything has a key, in seconds, in rising order and each once: between two of them all that moves does so
+    /// along one piece of its line, arc or spline.
+    #[must_use]
+    pub fn key_times(&self) -> Vec<f64> {
+        let mut times: Vec<f64> = self.channels.iter().flat_map(|channel| channel.sampler.times()).collect();
+        times.sort_unstable_by(f64::total_cmp);
+        times.dedup();
+        times
+    }
+
     /// The time within the animation when it is played over and over: `t` modulo the duration, from 0 to below the
     /// duration. Zero if the animation has no duration.
     ///

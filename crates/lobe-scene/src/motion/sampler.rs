@@ -94,6 +94,11 @@ impl Sampler {
         }
     }
 
+    /// The times of the keys, in rising order.
+    pub(crate) fn times(&self) -> impl Iterator<Item = f64> {
+        self.times.iter().copied().map(f64::from)
+    }
+
     /// The time of the last key.
     pub(crate) fn end(&self) -> f64 {
         self.times.last().copied().map_or(0.0, f64::from)
