@@ -19,7 +19,6 @@
 use lobe_sh::simd::{Wide, constant};
 use lobe_sh::{Basis, SphereQuadrature};
 use pulp::Simd;
-use rayon::prelude::*;
 
 use crate::accumulate::occluder::Occluder;
 
@@ -113,33 +112,15 @@ pub(crate) fn to_monomials(b: [f64; 9]) -> [f64; MONOMIALS] {
     ]
 }
 
-/// The share of every sphere among all. Takes time in the square of their number for finding which overlap.
-pub(crate) fn shares(spheres: &[Occluder]) -> Vec<Share> {
-    let surface = Surface::new();
-    spheres.par_iter().enumerate().map(|(k, sphere)| surface.share(sphere, &overlapping(spheres, k))).collect()
-}
-
-/// The other spheres that reach into sphere `k`.
-fn overlapping(spheres: &[Occluder], k: usize) -> Vec<Occluder> {
-    let own = spheres[k];
-    let overlaps = |other: &Occluder| {
-        let squared: f32 = (0..3).map(|axis| (own.center[axis] - other.center[axis]).powi(2)).sum();
-        squared < (own.radius + other.radius).powi(2)
-    };
-    let others =
-        spheres.iter().enumerate().filter(|(other, sphere)| *other != k && sphere.radius > 0.0 && overlaps(sphere));
-    others.map(|(_, sphere)| *sphere).collect()
-}
-
 /// Points on a sphere, with what each adds to the expansion of a share.
-struct Surface {
+pub(crate) struct Surface {
     points: Vec<([f64; 3], [f64; 9])>,
     /// The distance between neighbors, in radii.
     spacing: f64,
 }
 
 impl Surface {
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let rule = SphereQuadrature::of_degree(DEGREE);
         let points: Vec<_> = rule
             .points()
@@ -155,7 +136,8 @@ impl Surface {
         Self { points, spacing }
     }
 
-    fn share(&self, sphere: &Occluder, others: &[Occluder]) -> Share {
+    /// The share of a sphere among others that overlap it.
+    pub(crate) fn share(&self, sphere: &Occluder, others: &[Occluder]) -> Share {
         if others.is_empty() {
             return Share::Whole;
         }
@@ -201,6 +183,15 @@ const COVERED: f64 = 7.0;
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The shares of two spheres that overlap, if they do.
+    fn shares(spheres: &[Occluder; 2]) -> [Share; 2] {
+        let surface = Surface::new();
+        let [a, b] = spheres;
+        let apart = (0..3).map(|k| (a.center[k] - b.center[k]).powi(2)).sum::<f32>().sqrt() >= a.radius + b.radius;
+        let share = |own, other: &Occluder| surface.share(own, if apart { &[] } else { std::slice::from_ref(other) });
+        [share(a, b), share(b, a)]
+    }
 
     /// `w(s)` for a receiver in direction `s` from the sphere.
     fn towards(share: &Share, s: [f32; 3]) -> f32 {

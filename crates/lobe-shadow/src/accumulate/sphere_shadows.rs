@@ -114,10 +114,10 @@ impl<'a> SphereShadows<'a> {
     /// Prepares spheres, with a tree of its own over them.
     ///
     /// # Errors
-    /// [`ShadowError::Options`] for options out of their range, [`ShadowError::Invalid`] for spheres with numbers that are not
-    /// finite or negative radii.
+    /// [`ShadowError::Options`] for options out of their range, [`ShadowError::Invalid`] as [`SphereTree::over`].
     pub fn new(table: &'a LogTable, spheres: &[Occluder], options: &ShadowOptions) -> Result<Self, ShadowError> {
-        Self::with_tree(table, SphereTree::over(spheres)?, options)
+        let tree = if options.share_overlaps { SphereTree::over(spheres) } else { SphereTree::unshared(spheres) };
+        Self::with_tree(table, tree?, options)
     }
 
     /// Prepares spheres that are in a tree.
@@ -128,7 +128,7 @@ impl<'a> SphereShadows<'a> {
         options.check()?;
         let exponential = BatchExponential::new(table.order(), options.method)?;
         if !options.share_overlaps {
-            tree.nodes.iter_mut().for_each(|node| node.share = Share::Whole);
+            tree.unshare();
         }
         let shows = |node: &Node| node.is_leaf() && node.share != Share::Nothing;
         let leaves = tree.nodes.iter().copied().filter(shows).collect();
@@ -333,6 +333,24 @@ mod tests {
         #[cfg(not(target_arch = "x86_64"))]
         let v3 = None;
         [Some(Arch::Scalar), v3].into_iter().flatten().collect()
+    }
+
+    #[test]
+    fn what_stands_for_several_spheres_lies_where_they_hide_the_sky() {
+        // The second is inside the first, and shares nothing; the third is apart.
+        let spheres =
+            [Occluder::new([0.0; 3], 1.0), Occluder::new([0.1, 0.0, 0.0], 0.3), Occluder::new([8.0, 0.0, 0.0], 1.0)];
+        let table = LogTable::new(&LogTableOptions::default().order(2).tolerance(0.1)).unwrap();
+        for (shared, hidden) in [(true, [1.0, 0.0, 1.0]), (false, [1.0, 0.09, 1.0])] {
+            let options = ShadowOptions::default().share_overlaps(shared);
+            let shadows = SphereShadows::new(&table, &spheres, &options).unwrap();
+            let handed = SphereShadows::with_tree(&table, SphereTree::over(&spheres).unwrap(), &options).unwrap();
+            assert_eq!(shadows.tree.nodes, handed.tree.nodes, "of a tree that was made before");
+            let root = shadows.tree.nodes[0];
+            let sum: f32 = hidden.iter().sum();
+            let expected: f32 = hidden.iter().zip(&spheres).map(|(h, s)| h * s.center[0]).sum::<f32>() / sum;
+            assert!((root.center[0] - expected).abs() < 1e-3, "shared {shared}: {root:?}, expected {expected}");
+        }
     }
 
     #[test]

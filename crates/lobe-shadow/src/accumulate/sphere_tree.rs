@@ -1,10 +1,13 @@
 //! Spheres in a tree, so that many of them far away count as one.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
 
 use crate::ShadowError;
 use crate::accumulate::occluder::Occluder;
-use crate::accumulate::shares::{Share, shares};
+use crate::accumulate::shares::{Share, Surface};
 
 /// What stands for all spheres under a node, as seen from far away.
 ///
@@ -34,6 +37,10 @@ impl Node {
     pub(crate) fn is_leaf(&self) -> bool {
         self.child_count == 0
     }
+
+    fn sphere(&self) -> Occluder {
+        Occluder::new(self.center, self.radius)
+    }
 }
 
 /// The tree over a set of spheres, for [`SphereShadows`](crate::SphereShadows).
@@ -50,20 +57,38 @@ pub struct SphereTree {
 /// Of a node that is no leaf.
 const NO_SPHERE: u32 = u32::MAX;
 
+/// The most pairs of overlapping spheres that share what they hide, each counted from both sides: a second or two of work. Spheres that
+/// are fitted to solids overlap some tens of others each.
+const MOST_OVERLAPS: usize = 1 << 22;
+
+/// Spheres that are apart by less than this part of their distance may overlap: the sums of the tree are rounded.
+const ROUNDING: f32 = 1e-5;
+
 impl SphereTree {
     /// A binary tree: halves by the median along the longest side of the box of the centers, down to single spheres.
-    /// Spheres of radius 0 are left out.
+    /// Spheres of radius 0 are left out. Those that overlap [share](crate::ShadowOptions::share_overlaps) what they hide; which do is found
+    /// by the tree, in `n log n` steps for `n` spheres that overlap few others each.
     ///
     /// # Errors
-    /// [`ShadowError::Invalid`] of `spheres` if a number is not finite or a radius is negative.
+    /// [`ShadowError::Invalid`] of `spheres` if a number is not finite, a radius is negative, or more than 2²¹ pairs overlap.
     pub fn over(spheres: &[Occluder]) -> Result<Self, ShadowError> {
+        let mut tree = Self::unshared(spheres)?;
+        tree.share()?;
+        Ok(tree)
+    }
+
+    /// The same of spheres each of which hides all that it hides.
+    ///
+    /// # Errors
+    /// As [`SphereTree::over`], for any number of overlaps.
+    pub(crate) fn unshared(spheres: &[Occluder]) -> Result<Self, ShadowError> {
         check(spheres)?;
         let mut members: Vec<u32> = (0..spheres.len() as u32).filter(|k| spheres[*k as usize].radius > 0.0).collect();
         let mut tree = Self::default();
         if !members.is_empty() {
             tree.push_empty();
             tree.split(0, &mut members, spheres);
-            tree.refit_nodes(spheres);
+            tree.place(spheres);
         }
         Ok(tree)
     }
@@ -79,8 +104,8 @@ impl SphereTree {
             let message = format!("expected the spheres of the tree, {} or more, found {}", last + 1, spheres.len());
             return Err(ShadowError::Invalid { place: "spheres".to_owned(), message });
         }
-        self.refit_nodes(spheres);
-        Ok(())
+        self.place(spheres);
+        self.share()
     }
 
     /// Whether there is no sphere.
@@ -122,18 +147,73 @@ impl SphereTree {
         self.split(first + 1, high, spheres);
     }
 
-    /// Computes the nodes from the last, so that children come before their parents.
-    fn refit_nodes(&mut self, spheres: &[Occluder]) {
-        let shares = shares(spheres);
+    /// Puts the leaves where their spheres are, none of which shares anything, and what stands for them above.
+    fn place(&mut self, spheres: &[Occluder]) {
+        for (node, which) in self.nodes.iter_mut().zip(&self.spheres).filter(|(node, _)| node.is_leaf()) {
+            let Occluder { center, radius } = spheres[*which as usize];
+            *node = Node { center, radius, count: 1.0, share: Share::Whole, reach: radius, ..*node };
+        }
+        self.merge();
+    }
+
+    /// Lets spheres that overlap share what they hide.
+    fn share(&mut self) -> Result<(), ShadowError> {
+        let surface = Surface::new();
+        let found = AtomicUsize::new(0);
+        let share = |leaf: &Node| {
+            let others = self.overlapping(leaf);
+            if found.fetch_add(others.len(), Ordering::Relaxed) + others.len() > MOST_OVERLAPS {
+                let message = format!(
+                    "expected {} pairs of overlapping spheres at most, found more: take fewer or smaller ones, or each by itself \
+                     (share_overlaps)",
+                    MOST_OVERLAPS / 2
+                );
+                return Err(ShadowError::Invalid { place: "spheres".to_owned(), message });
+            }
+            Ok((leaf.place, surface.share(&leaf.sphere(), &others)))
+        };
+        let leaves: Vec<&Node> = self.nodes.iter().filter(|node| node.is_leaf()).collect();
+        let shares = leaves.into_par_iter().map(share).collect::<Result<Vec<_>, _>>()?;
+        for (place, share) in shares {
+            self.nodes[place as usize].share = share;
+        }
+        self.merge();
+        Ok(())
+    }
+
+    /// Lets each sphere hide all that it hides.
+    pub(crate) fn unshare(&mut self) {
+        self.nodes.iter_mut().for_each(|node| node.share = Share::Whole);
+        self.merge();
+    }
+
+    /// The other spheres that reach into that of a leaf, in their order.
+    fn overlapping(&self, leaf: &Node) -> Vec<Occluder> {
+        let mut found = Vec::new();
+        let mut waiting = vec![0];
+        while let Some(k) = waiting.pop() {
+            let node: &Node = &self.nodes[k];
+            let together = node.reach + leaf.radius;
+            let squared = squared(node.center, leaf.center);
+            if node.is_leaf() {
+                if node.place != leaf.place && squared < together * together {
+                    found.push((self.spheres[k], node.sphere()));
+                }
+            } else if squared <= (together * (1.0 + ROUNDING)).powi(2) {
+                waiting.extend(node.children());
+            }
+        }
+        found.sort_unstable_by_key(|(which, _)| *which);
+        found.into_iter().map(|(_, sphere)| sphere).collect()
+    }
+
+    /// Computes what stands for several from the last node, so that children come before their parents.
+    fn merge(&mut self) {
         for k in (0..self.nodes.len()).rev() {
             let node = self.nodes[k];
-            self.nodes[k] = if node.is_leaf() {
-                let which = self.spheres[k] as usize;
-                let Occluder { center, radius } = spheres[which];
-                Node { center, radius, count: 1.0, share: shares[which], reach: radius, ..node }
-            } else {
-                merged(node, &self.nodes[node.children()])
-            };
+            if !node.is_leaf() {
+                self.nodes[k] = merged(node, &self.nodes[node.children()]);
+            }
         }
     }
 }
@@ -156,8 +236,12 @@ fn merged(node: Node, children: &[Node]) -> Node {
     Node { center, radius, count, share, reach, ..node }
 }
 
+fn squared(a: [f32; 3], b: [f32; 3]) -> f32 {
+    (0..3).map(|k| (a[k] - b[k]).powi(2)).sum()
+}
+
 pub(crate) fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
-    (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f32>().sqrt()
+    squared(a, b).sqrt()
 }
 
 /// The largest coordinate or radius: their squares, and sums of these, are far from the largest float.
@@ -171,4 +255,47 @@ fn check(spheres: &[Occluder]) -> Result<(), ShadowError> {
         return Err(ShadowError::Invalid { place: format!("sphere {k}"), message });
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lobe_testkit::Random;
+
+    fn strewn(count: usize, largest: f64) -> Vec<Occluder> {
+        let mut random = Random::new(3);
+        let mut sphere = || {
+            let center = [0, 1, 2].map(|_| random.signed() as f32);
+            Occluder::new(center, (largest * random.unit().powi(3)) as f32)
+        };
+        (0..count).map(|_| sphere()).collect()
+    }
+
+    #[test]
+    fn the_tree_finds_the_overlaps_that_all_pairs_find() {
+        for largest in [0.05, 0.3, 1.5] {
+            let spheres = strewn(300, largest);
+            let tree = SphereTree::unshared(&spheres).unwrap();
+            for leaf in tree.nodes.iter().filter(|node| node.is_leaf()) {
+                let own = tree.spheres[leaf.place as usize] as usize;
+                let pairs = |k: &usize| {
+                    let sum = spheres[own].radius + spheres[*k].radius;
+                    *k != own
+                        && spheres[*k].radius > 0.0
+                        && squared(spheres[own].center, spheres[*k].center) < sum * sum
+                };
+                let expected: Vec<Occluder> = (0..spheres.len()).filter(pairs).map(|k| spheres[k]).collect();
+                let found: Vec<Occluder> = tree.overlapping(leaf);
+                assert_eq!(found, expected, "sphere {own} of radii up to {largest}");
+            }
+        }
+    }
+
+    #[test]
+    fn spheres_that_all_overlap_are_refused_in_one_line() {
+        let many = vec![Occluder::new([1.0, 2.0, 3.0], 0.5); 50_000];
+        let message = SphereTree::over(&many).unwrap_err().to_string();
+        assert!(message.starts_with("spheres: expected 2097152 pairs") && !message.contains('\n'), "{message}");
+        assert!(SphereTree::unshared(&many).is_ok(), "each by itself they are no matter");
+    }
 }
