@@ -8,6 +8,9 @@ use serde::{Deserialize, Serialize};
 use crate::spheres::sphere_set::check;
 use crate::{ShadowError, Skeleton, Skin, SphereSet};
 
+/// The most bytes of a file: those of the most spheres of a set, and many times the names that joints have.
+const MOST_BYTES: u64 = 1 << 26;
+
 const SPHERES: TensorFormat = TensorFormat { name: "lobe-spheres", version: 1, if_older: "make the spheres anew" };
 
 #[derive(Serialize, Deserialize)]
@@ -44,10 +47,15 @@ pub fn write_spheres(path: impl AsRef<Path>, set: &SphereSet) -> Result<(), Shad
 /// Reads what [`write_spheres`] wrote. A set without spheres and spheres of radius 0 are read as they are.
 ///
 /// # Errors
-/// [`ShadowError::Io`] if the file cannot be read, [`ShadowError::Invalid`] if it is none of ours or contradicts
-/// itself.
+/// [`ShadowError::Io`] if the file cannot be read, [`ShadowError::Invalid`] if it is none of ours, contradicts
+/// itself, is longer than 64 MiB, or has more spheres than [a set](SphereSet::new).
 pub fn read_spheres(path: impl AsRef<Path>) -> Result<SphereSet, ShadowError> {
     let path = path.as_ref();
+    // What cannot be a set is not read.
+    if let Some(found) = std::fs::metadata(path).ok().map(|file| file.len()).filter(|found| *found > MOST_BYTES) {
+        let message = format!("expected spheres in a file of at most {MOST_BYTES} bytes, found {found}");
+        return Err(ShadowError::Invalid { place: path.display().to_string(), message });
+    }
     read_spheres_bytes(&read_file(path)?, &path.display().to_string())
 }
 

@@ -4,6 +4,9 @@ use crate::ShadowError;
 use crate::spheres::skeleton::Skeleton;
 use crate::spheres::skin::Skin;
 
+/// The most spheres of a set: more than a fit makes, and few enough that a file of them takes a moment.
+const MOST_SPHERES: usize = 1 << 16;
+
 /// Spheres in the frame of the mesh that they stand for, and the joints they move with, if any.
 ///
 /// Centers count from the [origin](Self::origin) of the set, which is that of the scene it was fitted to: far from the origin
@@ -31,7 +34,7 @@ impl SphereSet {
     /// A set by centers and radii, about the origin of the mesh's frame.
     ///
     /// # Errors
-    /// [`ShadowError::Options`] if there are not as many of both, or one is not finite, or a radius is negative.
+    /// [`ShadowError::Options`] if there are not as many of both, or more than 65536, or one is not finite, or a radius is negative.
     pub fn new(centers: Vec<[f32; 3]>, radii: Vec<f32>) -> Result<Self, ShadowError> {
         check(&centers, &radii).map_err(ShadowError::Options)?;
         Ok(Self { centers, radii, origin: [0.0; 3], skin: None, skeleton: None })
@@ -139,6 +142,9 @@ impl SphereSet {
 pub(crate) fn check(centers: &[[f32; 3]], radii: &[f32]) -> Result<(), String> {
     if centers.len() != radii.len() {
         return Err(format!("expected as many radii as centers, found {} and {}", radii.len(), centers.len()));
+    }
+    if radii.len() > MOST_SPHERES {
+        return Err(format!("expected at most {MOST_SPHERES} spheres of a set, found {}: fit fewer", radii.len()));
     }
     if let Some(k) = centers.iter().position(|c| c.iter().any(|x| !x.is_finite())) {
         return Err(format!("expected finite centers, found {:?} at sphere {k}", centers[k]));

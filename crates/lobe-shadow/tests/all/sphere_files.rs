@@ -148,3 +148,29 @@ fn numbers_that_are_no_sphere_are_refused() {
     assert_eq!(with(0.25, f32::NAN), "s: expected finite radii of at least 0, found NaN at sphere 0", "no number");
     assert_eq!(with(7.0, f32::INFINITY), "s: expected finite centers, found [inf, 7.0, 7.0] at sphere 0", "infinite");
 }
+
+#[test]
+fn more_spheres_than_a_set_has_are_refused_in_one_line() {
+    let most = 65_536;
+    let whole = SphereSet::new(vec![[0.5; 3]; most], vec![0.5; most]).unwrap();
+    let file = bytes_of(&whole);
+    let length = u64::from_le_bytes(file[..8].try_into().unwrap()) as usize;
+    let mut header = String::from_utf8(file[8..8 + length].to_vec()).unwrap();
+    // One more: 12 bytes of a center, and 4 of a radius.
+    for bytes in [1, 12, 16] {
+        let (from, to) = ((bytes * most).to_string(), (bytes * (most + 1)).to_string());
+        assert!(header.contains(&from), "{header} has {from}");
+        header = header.replace(&from, &to);
+    }
+    let numbers = vec![0_u8; 16 * (most + 1)];
+    let bytes = [&(header.len() as u64).to_le_bytes()[..], header.as_bytes(), &numbers].concat();
+    let message = read_spheres_bytes(&bytes, "s").unwrap_err().to_string();
+    assert_eq!(message, "s: expected at most 65536 spheres of a set, found 65537: fit fewer", "said");
+
+    // A file of a terabyte without contents is not read.
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("s.spheres.safetensors");
+    fs::File::create(&path).unwrap().set_len(1 << 40).unwrap();
+    let message = read_spheres(&path).unwrap_err().to_string();
+    assert!(message.contains("expected spheres in a file of at most 67108864 bytes"), "{message}");
+}
