@@ -319,6 +319,20 @@ fn what_is_scaled_to_nothing_hides_nothing() {
     }
 }
 
+#[test]
+fn what_is_scaled_to_nothing_is_lit_past_spheres_far_away() {
+    // In the frame of the first box at 1 s, which has the scale 1e-12, the second one is farther than 1e15.
+    let nodes = json!([{"mesh": 0}, {"mesh": 0, "translation": [3000.0, 0.0, 0.0]}]);
+    let file = File::new(nodes, [0.0; 3])
+        .moved(0, "scale", "VEC3", &[1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0])
+        .moved(1, "translation", "VEC3", &[3000.0, 0.0, 0.0, 3000.0, 1.0, 0.0]);
+    let mut moving = MovingScene::animated(file.read(), Some(0)).unwrap();
+    let [there, gone] = [0.0, 1.0].map(|time| lit(&mut moving, MovingMethod::Exponentials, time));
+    assert!(gone.iter().all(|c| c.g.is_finite() && c.g >= 0.0), "{gone:?}");
+    let mean = there.iter().map(|c| c.g).sum::<f32>() / there.len() as f32;
+    assert!(largest_difference(&there, &gone) < 1e-2 * mean, "it turns nowhere: {there:?} and {gone:?}");
+}
+
 /// Two boxes that stand, `apart` from each other, the first one the node `first`, and one that moves far away.
 fn standing_boxes(first: &Value, apart: f32) -> AnimatedScene {
     let second = json!({"mesh": 0, "translation": [apart, 0.0, 0.0]});

@@ -4,6 +4,7 @@ use lobe_sh::simd::{LANES, Lanes, Wide, constant};
 use pulp::Simd;
 
 use crate::ShadowReceivers;
+use crate::accumulate::sphere_tree::Unit;
 
 /// Sixteen receivers: places and unit normals, coordinate by coordinate.
 #[derive(Clone, Debug)]
@@ -13,12 +14,12 @@ pub(crate) struct ReceiverBlock {
 }
 
 impl ReceiverBlock {
-    /// Those of up to sixteen numbers; the last one fills up.
-    pub(crate) fn of(receivers: &ShadowReceivers<'_>, members: &[u32]) -> Self {
+    /// Those of up to sixteen numbers, in the units of a tree; the last one fills up.
+    pub(crate) fn of(receivers: &ShadowReceivers<'_>, members: &[u32], unit: Unit) -> Self {
         let mut block = Self { position: [Lanes::ZERO; 3], normal: [Lanes::ZERO; 3] };
         for k in 0..LANES {
             let member = members[k.min(members.len() - 1)] as usize;
-            let (position, normal) = (receivers.positions()[member], receivers.normals()[member]);
+            let (position, normal) = (unit.scaled(receivers.positions()[member]), receivers.normals()[member]);
             for axis in 0..3 {
                 block.position[axis][k] = position[axis];
                 block.normal[axis][k] = normal[axis];

@@ -2,7 +2,7 @@
 
 use crate::ShadowReceivers;
 use crate::accumulate::shares::Share;
-use crate::accumulate::sphere_tree::{Node, SphereTree, distance};
+use crate::accumulate::sphere_tree::{Node, SphereTree, Unit, distance};
 
 /// A sphere around receivers, and a cone around their normals.
 pub(crate) struct Group {
@@ -17,13 +17,15 @@ pub(crate) struct Group {
 const LEAST_AXIS: f32 = 1e-3;
 
 impl Group {
-    pub(crate) fn new(receivers: &ShadowReceivers<'_>, members: &[u32]) -> Self {
+    /// That of receivers, in the units of a tree.
+    pub(crate) fn new(receivers: &ShadowReceivers<'_>, members: &[u32], unit: Unit) -> Self {
         let mean = |of: &dyn Fn(u32) -> [f32; 3]| {
             let sum = members.iter().map(|k| of(*k)).fold([0.0; 3], |sum, v| [0, 1, 2].map(|axis| sum[axis] + v[axis]));
             sum.map(|c| c / members.len().max(1) as f32)
         };
-        let center = mean(&|k| receivers.positions()[k as usize]);
-        let radius = members.iter().map(|k| distance(center, receivers.positions()[*k as usize])).fold(0.0, f32::max);
+        let position = |k: u32| unit.scaled(receivers.positions()[k as usize]);
+        let center = mean(&position);
+        let radius = members.iter().map(|k| distance(center, position(*k))).fold(0.0, f32::max);
         let axis = mean(&|k| receivers.normals()[k as usize]);
         let length = distance(axis, [0.0; 3]);
         let (axis, least) = if length > LEAST_AXIS {
@@ -110,7 +112,7 @@ mod tests {
             let spheres: Vec<Occluder> = (0..count).map(|_| Occluder::new(center(&mut random), 0.02)).collect();
             let tree = SphereTree::over(&spheres).unwrap();
             let (mut near, mut far) = (Vec::new(), Vec::new());
-            sort_out(&tree, &Group::new(&receivers, &members), 0.1, None, &mut near, &mut far);
+            sort_out(&tree, &Group::new(&receivers, &members, tree.unit), 0.1, None, &mut near, &mut far);
             let all: f32 = near.iter().map(|node| node.count).sum();
             assert_eq!(all, count as f32, "every sphere is under one of the nodes");
             near.len()

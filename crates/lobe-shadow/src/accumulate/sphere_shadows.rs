@@ -149,7 +149,7 @@ impl<'a> SphereShadows<'a> {
         self.leaves.iter().map(|leaf| {
             let factors =
                 if let Share::Part(factors) = leaf.share { factors } else { [1.0, 0., 0., 0., 0., 0., 0., 0., 0.] };
-            (Occluder::new(leaf.center, leaf.radius), factors)
+            (self.tree.unit.of_world(Occluder::new(leaf.center, leaf.radius)), factors)
         })
     }
 
@@ -290,7 +290,7 @@ impl<'a> SphereShadows<'a> {
         let (mut near, mut far) = (Vec::new(), Vec::new());
         let mut shared = vec![Lanes::ZERO; n];
         if !self.is_plain() {
-            let group = Group::new(receivers, members);
+            let group = Group::new(receivers, members, self.tree.unit);
             let limit = (self.options.group > 0).then_some(self.options.far);
             sort_out(&self.tree, &group, self.options.cut, limit, &mut near, &mut far);
             // Accumulate what is far once, as the center of the group sees it.
@@ -300,7 +300,7 @@ impl<'a> SphereShadows<'a> {
         let nodes = Nodes { near: if self.is_plain() { &self.leaves } else { &near }, far: &far };
         let (mut f, mut room) = (shared.clone(), shared.clone());
         for (members, out) in members.chunks(LANES).zip(out.chunks_mut(LANES * stride)) {
-            let at = ReceiverBlock::of(receivers, members);
+            let at = ReceiverBlock::of(receivers, members, self.tree.unit);
             f.copy_from_slice(&shared);
             self.add(&at, nodes.near, true, &mut f);
             self.exponential.of_block_with(&mut f, &mut room);
@@ -346,11 +346,62 @@ mod tests {
             let shadows = SphereShadows::new(&table, &spheres, &options).unwrap();
             let handed = SphereShadows::with_tree(&table, SphereTree::over(&spheres).unwrap(), &options).unwrap();
             assert_eq!(shadows.tree.nodes, handed.tree.nodes, "of a tree that was made before");
-            let root = shadows.tree.nodes[0];
+            let root = shadows.tree.unit.of_world(Occluder::new(shadows.tree.nodes[0].center, 0.0));
             let sum: f32 = hidden.iter().sum();
             let expected: f32 = hidden.iter().zip(&spheres).map(|(h, s)| h * s.center[0]).sum::<f32>() / sum;
             assert!((root.center[0] - expected).abs() < 1e-3, "shared {shared}: {root:?}, expected {expected}");
         }
+    }
+
+    #[test]
+    fn shadows_do_not_depend_on_the_unit_of_length() {
+        let table = LogTable::new(&LogTableOptions::default().order(3).tolerance(0.1)).unwrap();
+        let mut random = Random::new(4);
+        let mut within = |side: f64| [0, 1, 2].map(|_| (side * random.signed()) as f32);
+        let spheres: Vec<Occluder> = (0..40).map(|_| Occluder::new(within(2.0), 0.4)).collect();
+        let positions: Vec<[f32; 3]> = (0..50).map(|_| within(3.0)).collect();
+        let normals = vec![[0.0, 0.6, 0.8]; positions.len()];
+        for options in [ShadowOptions::default(), ShadowOptions::default().cut(0.0), ShadowOptions::default().group(16)]
+        {
+            let seen = |exponent: i32| {
+                let by = 2.0_f32.powi(exponent);
+                let scaled = |p: [f32; 3]| p.map(|c| by * c);
+                let spheres: Vec<Occluder> =
+                    spheres.iter().map(|s| Occluder::new(scaled(s.center), by * s.radius)).collect();
+                let positions: Vec<[f32; 3]> = positions.iter().map(|p| scaled(*p)).collect();
+                let receivers = ShadowReceivers::new(&positions, &normals).unwrap();
+                SphereShadows::new(&table, &spheres, &options).unwrap().visibility(&receivers)
+            };
+            let ours = seen(0);
+            for exponent in [-60, -30, 30, 60, 120] {
+                assert_eq!(seen(exponent), ours, "2^{exponent} and {options:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_part_that_is_scaled_to_nothing_sees_spheres_far_away() {
+        // In a frame of scale 1e-12 what is 2000 away is at 2e15, and its surface is a point.
+        let table = LogTable::new(&LogTableOptions::default().order(3).tolerance(0.1)).unwrap();
+        let normals = [[0.0, 0.0, 1.0]];
+        let seen = |scale: f32, at: [f32; 3]| {
+            let spheres = [Occluder::new([0.0, 300.0 / scale, 2000.0 / scale], 500.0 / scale)];
+            let positions = [at];
+            let receivers = ShadowReceivers::new(&positions, &normals).unwrap();
+            SphereShadows::new(&table, &spheres, &ShadowOptions::default()).unwrap().visibility(&receivers)
+        };
+        let expected = seen(1.0, [0.0; 3]);
+        for (scale, at) in [(1e-12, [0.3, -0.2, 0.1]), (1e-15, [1.0; 3]), (1e12, [1e-16; 3])] {
+            let found = seen(scale, at);
+            let off = found.iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+            assert!(off < 1e-5, "scale {scale}: {found:?}, expected {expected:?}");
+        }
+        // From farther than squares of lengths have numbers nothing is hidden.
+        let far = seen(1.0, [3e38, -3e38, 1e30]);
+        assert!(
+            (far[0] - (4.0 * std::f32::consts::PI).sqrt()).abs() < 1e-5 && far[1..].iter().all(|v| v.abs() < 1e-5),
+            "{far:?}"
+        );
     }
 
     #[test]

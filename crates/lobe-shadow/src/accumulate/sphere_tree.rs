@@ -47,11 +47,20 @@ impl Node {
 ///
 /// It is made for the places of the spheres at one time and can [follow](SphereTree::refit) them: which spheres lie together
 /// stays, where they are and what stands for them is computed anew.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct SphereTree {
+    /// In units of which there are `unit` in one of the spheres'.
     pub(crate) nodes: Vec<Node>,
     /// The sphere of each leaf, by the place of the node; `u32::MAX` for other nodes.
     pub(crate) spheres: Vec<u32>,
+    pub(crate) unit: Unit,
+}
+
+impl Default for SphereTree {
+    /// No spheres.
+    fn default() -> Self {
+        Self { nodes: Vec::new(), spheres: Vec::new(), unit: Unit::of(&[]) }
+    }
 }
 
 /// Of a node that is no leaf.
@@ -149,8 +158,10 @@ impl SphereTree {
 
     /// Puts the leaves where their spheres are, none of which shares anything, and what stands for them above.
     fn place(&mut self, spheres: &[Occluder]) {
+        self.unit = Unit::of(spheres);
         for (node, which) in self.nodes.iter_mut().zip(&self.spheres).filter(|(node, _)| node.is_leaf()) {
             let Occluder { center, radius } = spheres[*which as usize];
+            let (center, radius) = (self.unit.scaled(center), self.unit.length(radius));
             *node = Node { center, radius, count: 1.0, share: Share::Whole, reach: radius, ..*node };
         }
         self.merge();
@@ -244,14 +255,55 @@ pub(crate) fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
     squared(a, b).sqrt()
 }
 
-/// The largest coordinate or radius: their squares, and sums of these, are far from the largest float.
-const LARGEST: f32 = 1e15;
+/// The exponent of the largest coordinate or radius of a tree: squares of what is 10²⁷ times as small are still above the least
+/// normal float, and those of what is a million times as far away below the largest.
+const TOP: i32 = 40;
+
+/// A receiver is nowhere farther than this along an axis, in the units of a tree: what is hidden from it is below 10⁻¹¹ of the sky.
+const FARTHEST: f32 = 1e18;
+
+/// The power of two by which lengths of the world become those of a tree. Shadows depend on ratios of lengths alone, and products
+/// with powers of two are exact: so spheres of any size hide the same, whatever the unit of length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Unit(f32);
+
+impl Unit {
+    /// That by which the largest number of spheres has the exponent [`TOP`].
+    fn of(spheres: &[Occluder]) -> Self {
+        let numbers = spheres.iter().flat_map(|s| s.center.into_iter().chain([s.radius]));
+        let largest = numbers.fold(0.0_f32, |largest, c| largest.max(c.abs()));
+        if largest == 0.0 {
+            return Self(1.0);
+        }
+        // Subnormal numbers have the exponent -127 here, and stay as small as they are.
+        let exponent = (largest.to_bits() >> MANTISSA) as i32 - BIAS;
+        let power = (TOP - exponent).min(BIAS);
+        Self(f32::from_bits(((power + BIAS) as u32) << MANTISSA))
+    }
+
+    fn length(self, length: f32) -> f32 {
+        self.0 * length
+    }
+
+    /// A point of the world in the units of the tree.
+    pub(crate) fn scaled(self, p: [f32; 3]) -> [f32; 3] {
+        p.map(|c| (self.0 * c).clamp(-FARTHEST, FARTHEST))
+    }
+
+    /// A sphere in the world.
+    pub(crate) fn of_world(self, sphere: Occluder) -> Occluder {
+        Occluder::new(sphere.center.map(|c| c / self.0), sphere.radius / self.0)
+    }
+}
+
+/// Bits of the mantissa of an `f32`, and the bias of its exponent.
+const MANTISSA: u32 = 23;
+const BIAS: i32 = 127;
 
 fn check(spheres: &[Occluder]) -> Result<(), ShadowError> {
-    let is_fine = |s: &Occluder| s.center.iter().all(|c| c.abs() <= LARGEST) && s.radius >= 0.0 && s.radius <= LARGEST;
+    let is_fine = |s: &Occluder| s.center.iter().all(|c| c.is_finite()) && s.radius.is_finite() && s.radius >= 0.0;
     if let Some(k) = spheres.iter().position(|sphere| !is_fine(sphere)) {
-        let message =
-            format!("expected centers and radii of at most {LARGEST:e}, radii of 0 or more, found {:?}", spheres[k]);
+        let message = format!("expected finite centers and radii, radii of 0 or more, found {:?}", spheres[k]);
         return Err(ShadowError::Invalid { place: format!("sphere {k}"), message });
     }
     Ok(())
@@ -285,7 +337,7 @@ mod tests {
                         && squared(spheres[own].center, spheres[*k].center) < sum * sum
                 };
                 let expected: Vec<Occluder> = (0..spheres.len()).filter(pairs).map(|k| spheres[k]).collect();
-                let found: Vec<Occluder> = tree.overlapping(leaf);
+                let found: Vec<Occluder> = tree.overlapping(leaf).into_iter().map(|s| tree.unit.of_world(s)).collect();
                 assert_eq!(found, expected, "sphere {own} of radii up to {largest}");
             }
         }
@@ -297,5 +349,17 @@ mod tests {
         let message = SphereTree::over(&many).unwrap_err().to_string();
         assert!(message.starts_with("spheres: expected 2097152 pairs") && !message.contains('\n'), "{message}");
         assert!(SphereTree::unshared(&many).is_ok(), "each by itself they are no matter");
+    }
+
+    #[test]
+    fn a_tree_is_the_same_in_every_unit_of_length() {
+        let spheres = strewn(50, 0.3);
+        let tree = SphereTree::over(&spheres).unwrap();
+        for exponent in [-60, -20, 50, 120] {
+            let by = 2.0_f32.powi(exponent);
+            let scaled = |s: &Occluder| Occluder::new(s.center.map(|c| by * c), by * s.radius);
+            let scaled: Vec<Occluder> = spheres.iter().map(scaled).collect();
+            assert_eq!(SphereTree::over(&scaled).unwrap().nodes, tree.nodes, "2^{exponent}");
+        }
     }
 }
