@@ -68,7 +68,7 @@ pub(crate) struct Field {
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
-enum Storage {
+pub(crate) enum Storage {
     /// Four bytes each
     F32,
     /// Two bytes each
@@ -77,6 +77,29 @@ enum Storage {
     U8,
     /// Clustered principal components of 64 clusters
     Clustered,
+}
+
+impl From<Storage> for FieldStorage {
+    fn from(storage: Storage) -> Self {
+        match storage {
+            Storage::F32 => Self::F32,
+            Storage::F16 => Self::F16,
+            Storage::U8 => Self::U8,
+            Storage::Clustered => Self::Clustered(CompressOptions::default().clusters(CLUSTERS).components(COMPONENTS)),
+        }
+    }
+}
+
+impl Storage {
+    /// Notes that a form takes more bytes than single precision.
+    pub(crate) fn tell_if_larger(report: &StorageReport, talk: Talk) {
+        if report.bytes > report.bytes_before {
+            let (found, single) = (report.bytes, report.bytes_before);
+            let text =
+                format!("takes {found} bytes, more than the {single} of f32: so few points are not worth clusters");
+            talk.note("--storage clustered", &text);
+        }
+    }
 }
 
 pub(crate) fn order(text: &str) -> Result<usize, String> {
@@ -136,13 +159,8 @@ impl Field {
         self.sharing.merge(&checkpoint, talk)?;
         let baked = checkpoint.watched(talk, |job| bake_field(&scene, &options, job));
         let (field, report) = self.sharing.merged(&checkpoint, baked)?;
-        let storage = write_field(&self.output, &field, &self.storage())?;
-        if storage.bytes > storage.bytes_before {
-            let (found, single) = (storage.bytes, storage.bytes_before);
-            let text =
-                format!("takes {found} bytes, more than the {single} of f32: so few points are not worth clusters");
-            talk.note("--storage clustered", &text);
-        }
+        let storage = write_field(&self.output, &field, &self.storage.into())?;
+        Storage::tell_if_larger(&storage, talk);
         checkpoint.finish();
         tell_if_too_late(&self.output, talk);
         let FieldReport { points, inside, rays, .. } = report;
@@ -162,17 +180,6 @@ impl Field {
             .outer(outer)
             .rays(self.rays.unwrap_or(defaults.rays))
             .seed(self.seed)
-    }
-
-    fn storage(&self) -> FieldStorage {
-        match self.storage {
-            Storage::F32 => FieldStorage::F32,
-            Storage::F16 => FieldStorage::F16,
-            Storage::U8 => FieldStorage::U8,
-            Storage::Clustered => {
-                FieldStorage::Clustered(CompressOptions::default().clusters(CLUSTERS).components(COMPONENTS))
-            }
-        }
     }
 
     /// Rows are held as they are made and as a field, then as a field, encoded, and decoded for the report.

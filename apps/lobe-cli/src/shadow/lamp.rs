@@ -1,25 +1,28 @@
 //! `lobe lamp`: the light of a lamp at every point around it, for shadows of what moves before it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
-use lobe::image::{Picture, PictureReadOptions, read_picture};
-use lobe::io::Job;
+use lobe::image::{PictureReadOptions, read_picture};
 use lobe::sh::Rgb;
-use lobe::shadow::{Lamp, LampSequence, PatchField, RadianceField, RadianceOptions, Rectangle, write_lamp};
+use lobe::shadow::{
+    Lamp, LampSequence, PatchField, RadianceField, RadianceOptions, Rectangle, StorageReport, write_lamp,
+};
 use serde::Serialize;
 
 use crate::args::input::{NonfiniteOption, tell};
 use crate::args::map_input::max_texels;
 use crate::args::output;
 use crate::args::values;
+use crate::run::bake_watch::{Checkpoint, tell_if_too_late};
 use crate::run::talk::Talk;
-use crate::shadow::field;
+use crate::shadow::field::{self, Storage};
 
 /// The most patches along each side of a rectangle.
 const MAX_PATCHES: usize = 64;
 
+#[expect(clippy::doc_markdown, reason = "the keys of the JSON are shown on a terminal")]
 #[derive(Args)]
 pub(crate) struct LampCommand {
     /// Its shape: a sphere around the origin, or a rectangle in the plane z = 0 around it that shines towards +z
@@ -61,12 +64,18 @@ pub(crate) struct LampCommand {
     /// The innermost and the outermost sphere, in half diagonals of the rectangle [default: 0.25,8]
     #[arg(long, value_name = "INNER,OUTER", value_parser = field::range)]
     range: Option<[f64; 2]>,
+    /// How the numbers of a rectangle are stored
+    #[arg(long, value_enum, default_value = "f32")]
+    storage: Storage,
+    /// Start anew, even if there is a checkpoint of a bake that was stopped
+    #[arg(long)]
+    fresh: bool,
     #[command(flatten)]
     nonfinite: NonfiniteOption,
     /// The most pixels of a picture; a larger one is refused
     #[arg(long, value_name = "N", default_value_t = PictureReadOptions::default().max_texels, value_parser = max_texels)]
     max_texels: usize,
-    /// Print {"order", "patches", "pictures", "bytes"} on stdout
+    /// Print {"order", "patches", "pictures", "bytes", "relative_error"} on stdout
     #[arg(long)]
     json: bool,
 }
@@ -99,6 +108,7 @@ struct Printed {
     patches: [usize; 2],
     pictures: usize,
     bytes: usize,
+    relative_error: f64,
 }
 
 impl LampCommand {
@@ -107,17 +117,28 @@ impl LampCommand {
         let inputs: Vec<_> = self.pictures.iter().map(PathBuf::as_path).collect();
         output::prepare_file(&self.output, &inputs)?;
         self.check()?;
-        let (lamp, bytes) = match self.shape {
+        let checkpoint = Checkpoint::beside(&self.output);
+        if self.fresh {
+            checkpoint.discard()?;
+        }
+        let lamp = match self.shape {
             Shape::Sphere => self.sphere()?,
-            Shape::Rectangle => self.rectangle(talk)?,
+            Shape::Rectangle => self.rectangle(&checkpoint, talk)?,
         };
-        write_lamp(&self.output, &lamp)?;
+        let report = write_lamp(&self.output, &lamp, &self.storage.into())?;
+        Storage::tell_if_larger(&report, talk);
+        let StorageReport { bytes, relative_error, .. } = report;
+        checkpoint.finish();
+        tell_if_too_late(&self.output, talk);
         let patches = match &lamp {
             Lamp::Sequence(sequence) => sequence.patches().patches(),
             Lamp::Still(_) => [1, 1],
         };
-        let printed = Printed { order: self.order, patches, pictures: self.pictures.len(), bytes };
-        if self.json { output::print_json(&printed) } else { output::print(&format!("bytes  {bytes}\n")) }
+        let printed = Printed { order: self.order, patches, pictures: self.pictures.len(), bytes, relative_error };
+        if self.json {
+            return output::print_json(&printed);
+        }
+        output::print(&format!("bytes           {bytes}\nrelative error  {relative_error:.3e} of storage\n"))
     }
 
     /// Refuses options of the other shape, and those that say nothing.
@@ -131,6 +152,7 @@ impl LampCommand {
             ("--spheres", self.spheres.is_some()),
             ("--cells", self.cells.is_some()),
             ("--range", self.range.is_some()),
+            ("--storage", self.storage != Storage::F32),
         ];
         if self.shape == Shape::Sphere
             && let Some((option, _)) = of_rectangles.iter().find(|(_, given)| *given)
@@ -153,46 +175,41 @@ impl LampCommand {
         self.radiance.unwrap_or(Rgb::new(1.0, 1.0, 1.0))
     }
 
-    fn sphere(&self) -> anyhow::Result<(Lamp, usize)> {
+    fn sphere(&self) -> anyhow::Result<Lamp> {
         let radius = self.radius.context("a sphere has a --radius")?;
-        Ok((Lamp::Still(RadianceField::ball(self.order, [0.0; 3], radius, self.radiance())?), 0))
+        Ok(Lamp::Still(RadianceField::ball(self.order, [0.0; 3], radius, self.radiance())?))
     }
 
-    fn rectangle(&self, talk: Talk) -> anyhow::Result<(Lamp, usize)> {
+    fn rectangle(&self, checkpoint: &Checkpoint, talk: Talk) -> anyhow::Result<Lamp> {
         let [width, height] = self.size.context("a rectangle has a --size: give it as --size W,H")?;
         // The first row is on top; pixels are mirrored, as `u × v` of rows to the right would point away from who looks.
         let rectangle = Rectangle::upright([width, height], self.two_sided);
         let patches = if self.pictures.is_empty() { [1, 1] } else { self.patches.unwrap_or([8, 8]) };
-        let field = PatchField::bake(&rectangle, patches, &self.options(), Job::default())?;
-        if self.pictures.is_empty() {
-            let still = field.with_colors(&[self.radiance()])?;
-            let bytes = still.bytes();
-            return Ok((Lamp::Still(still), bytes));
-        }
-        let mut pictures = Vec::new();
-        let options = PictureReadOptions::default().nonfinite((&self.nonfinite).into()).max_texels(self.max_texels);
-        for path in &self.pictures {
-            let (picture, report) = read_picture(path, &options)?;
-            tell(&report, &path.display().to_string(), talk);
-            pictures.push(self.colors(&field, &picture)?);
-        }
-        if let [one] = &*pictures {
-            let still = field.with_colors(one)?;
-            let bytes = still.bytes();
-            return Ok((Lamp::Still(still), bytes));
-        }
-        let narrow = |c: Rgb<f64>| Rgb::from(c.to_array().map(|c| c as f32));
-        let pictures = pictures.into_iter().map(|colors| colors.into_iter().map(narrow).collect()).collect();
-        let bytes = field.bytes();
-        Ok((Lamp::Sequence(LampSequence::new(field, pictures, self.fps.unwrap_or(24.0))?), bytes))
+        // A picture that is refused is so before the bake.
+        let pictures = self.pictures.iter().map(|path| self.colors(path, patches, talk));
+        let pictures = pictures.collect::<anyhow::Result<Vec<_>>>()?;
+        let options = self.options();
+        let field = checkpoint.watched(talk, |job| PatchField::bake(&rectangle, patches, &options, job))?;
+        Ok(match &*pictures {
+            [] => Lamp::Still(field.with_colors(&[self.radiance()])?),
+            [one] => Lamp::Still(field.with_colors(one)?),
+            _ => {
+                let narrow = |c: &Rgb<f64>| Rgb::from(c.to_array().map(|c| c as f32));
+                let pictures = pictures.iter().map(|colors| colors.iter().map(narrow).collect()).collect();
+                Lamp::Sequence(LampSequence::new(field, pictures, self.fps.unwrap_or(24.0))?)
+            }
+        })
     }
 
     /// The radiance of the patches under a picture.
-    fn colors(&self, field: &PatchField, picture: &Picture) -> anyhow::Result<Vec<Rgb<f64>>> {
+    fn colors(&self, path: &Path, patches: [usize; 2], talk: Talk) -> anyhow::Result<Vec<Rgb<f64>>> {
+        let options = PictureReadOptions::default().nonfinite((&self.nonfinite).into()).max_texels(self.max_texels);
+        let (picture, report) = read_picture(path, &options)?;
+        tell(&report, &path.display().to_string(), talk);
         let rows = picture.pixels().chunks_exact(picture.width().max(1));
         let mirrored: Vec<Rgb<f32>> = rows.flat_map(|row| row.iter().rev().map(|pixel| Rgb::from(*pixel))).collect();
         let [r, g, b] = self.radiance().to_array();
-        let colors = field.patch_colors(picture.width(), &mirrored)?;
+        let colors = PatchField::colors_of_patches(patches, picture.width(), &mirrored)?;
         Ok(colors.into_iter().map(|c| Rgb::new(c.r * r, c.g * g, c.b * b)).collect())
     }
 

@@ -1,7 +1,9 @@
 //! Bad input of the commands for what moves: each is one line, and nothing is written.
 
 use lobe::sh::{Quantity, ShVec};
-use lobe::shadow::{Lamp, RadianceField, RadianceOptions, Rectangle, SphereSet, write_lamp, write_spheres};
+use lobe::shadow::{
+    FieldStorage, Lamp, RadianceField, RadianceOptions, Rectangle, SphereSet, write_lamp, write_spheres,
+};
 
 use crate::harness::Dir;
 
@@ -108,7 +110,7 @@ fn a_lamp_of_a_file_has_its_order() {
     let options = RadianceOptions::default().order(2).spheres(4).cells(4);
     let light = lobe::sh::Rgb::new(1.0, 1.0, 1.0);
     let field = RadianceField::rectangle(&Rectangle::upright([1.0, 1.0], true), light, &options).unwrap();
-    write_lamp(dir.path("l.safetensors"), &Lamp::Still(field)).unwrap();
+    write_lamp(dir.path("l.safetensors"), &Lamp::Still(field), &FieldStorage::F32).unwrap();
     let line = refused(&dir, "render s.json --env bundled:sunset --size 8x6 --mode fields --order 3 --quiet -o x.png");
     assert!(line.contains("lamp `panel`: expected light of 3 bands at least, found 2"), "{line}");
     dir.lobe(&format!("render s.json {RENDER} --mode fields")).stdout();

@@ -4,6 +4,7 @@ use lobe::shadow::{Lamp, RadialInterpolation, read_lamp};
 use serde_json::Value;
 
 use crate::harness::{Dir, flat_hdr};
+use crate::stopped::{line, started, stopped};
 
 /// Few samples, so that it is quick.
 const COARSE: &str = "--order 3 --spheres 4 --cells 4";
@@ -85,4 +86,50 @@ fn what_cannot_be_a_lamp_is_refused() {
         let message = dir.lobe(&format!("lamp {given} -o l.safetensors")).error();
         assert!(message.contains(expected), "{given}: {message}");
     }
+}
+
+#[test]
+fn a_lamp_that_was_stopped_goes_on_to_the_same_bytes() {
+    let dir = Dir::new();
+    dir.file("a.hdr", flat_hdr(2, 1, &[[128, 0, 0, 129], [0, 0, 128, 129]]));
+    // More work each time it was done before it could be stopped.
+    for patches in [8, 16, 32, 64] {
+        let args = format!(
+            "lamp rectangle --size 2,1 --pictures a.hdr --patches {patches},{patches} --quiet -o l.safetensors"
+        );
+        let Some(output) = stopped(&dir, started(&dir, &args), "l.safetensors.checkpoint") else {
+            std::fs::remove_file(dir.path("l.safetensors")).unwrap();
+            continue;
+        };
+        let line = line(output);
+        let go_on = " points; the same command goes on from there, --fresh starts anew\n";
+        assert!(line.starts_with("lobe: stopped after ") && line.ends_with(go_on), "{line:?}");
+        assert_eq!(dir.names(), ["a.hdr", "l.safetensors.checkpoint"], "files after Ctrl-C");
+        let other = dir.lobe(&args.replace("--size 2,1", "--size 2,2")).error();
+        assert!(other.contains("l.safetensors.checkpoint"), "the checkpoint of another lamp: {other}");
+        dir.lobe(&args).stdout();
+        assert_eq!(dir.names(), ["a.hdr", "l.safetensors"], "files at the end");
+        dir.lobe(&args.replace("l.safetensors", "whole.safetensors")).stdout();
+        assert!(dir.bytes("l.safetensors") == dir.bytes("whole.safetensors"), "the same bytes as without a stop");
+        return;
+    }
+    panic!("the bake was done before it could be stopped");
+}
+
+#[test]
+fn a_lamp_in_half_precision_takes_half_the_bytes() {
+    let dir = Dir::new();
+    let bytes = |options: &str| {
+        let command = format!("lamp rectangle --size 2,1 {COARSE} {options} -o r.safetensors --json");
+        let printed: Value = serde_json::from_str(&dir.lobe(&command).succeeds().0).unwrap();
+        let error = printed["relative_error"].as_f64().unwrap();
+        assert!(error < 0.02, "{printed}");
+        read_lamp(dir.path("r.safetensors")).unwrap();
+        printed["bytes"].as_u64().unwrap()
+    };
+    let [single, half, eighth] = ["", "--storage f16", "--storage u8"].map(bytes);
+    assert_eq!(half * 2, single, "bytes in half precision");
+    assert!(eighth < half, "{eighth} of eight bits, {half} of half precision");
+    let message = dir.lobe("lamp sphere --radius 1 --storage f16 -o s.safetensors").error();
+    assert!(message.contains("--storage: only of a rectangle"), "{message}");
 }

@@ -4,10 +4,9 @@ use half::f16;
 use lobe_io::Job;
 use lobe_prt::{CompressOptions, CompressedTable, PrtError, TableWeights, compress_table};
 
-use crate::field::axial::Axial;
-use crate::{OcclusionField, ShadowError};
+use crate::ShadowError;
 
-/// How the numbers of a field are stored in a file. In memory they are always `f32`.
+/// How the numbers of a field, of a lamp or of visibility are stored in a file. In memory they are always `f32`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum FieldStorage {
@@ -40,7 +39,7 @@ pub struct StorageReport {
 /// Encoded rows.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum StoredRows {
-    /// As the field has them.
+    /// As they are in memory.
     F32,
     F16(Vec<f16>),
     /// The least value of each coefficient, then the step of each; the numbers of steps.
@@ -52,12 +51,11 @@ pub(crate) enum StoredRows {
 }
 
 impl StoredRows {
-    /// Rows of a field in a form of storage.
+    /// Rows of `width` numbers in a form of storage.
     ///
     /// # Errors
     /// [`ShadowError::Options`] for options of the clusters out of range, or numbers beyond those of the form.
-    pub(crate) fn encode(field: &OcclusionField, storage: &FieldStorage) -> Result<Self, ShadowError> {
-        let (rows, width) = (field.rows(), Axial::width(field.order()));
+    pub(crate) fn encode(rows: &[f32], width: usize, storage: &FieldStorage) -> Result<Self, ShadowError> {
         let too_large = |form: &str, most: f32| {
             let found = rows.iter().fold(0.0_f32, |most, x| most.max(x.abs()));
             if found <= most {
@@ -101,9 +99,9 @@ impl StoredRows {
         }
     }
 
-    fn bytes(&self, field: &OcclusionField) -> usize {
+    fn bytes(&self, rows: &[f32]) -> usize {
         match self {
-            Self::F32 => field.bytes(),
+            Self::F32 => size_of_val(rows),
             Self::F16(rows) => 2 * rows.len(),
             Self::U8 { ranges, steps } => 4 * ranges.len() + steps.len(),
             Self::Clustered(table) => {
@@ -117,16 +115,17 @@ impl StoredRows {
         }
     }
 
-    pub(crate) fn report(&self, field: &OcclusionField) -> StorageReport {
+    /// The cost of storing these rows, which were encoded.
+    pub(crate) fn report(&self, rows: &[f32]) -> StorageReport {
         let (mut squares, mut errors, mut largest_error) = (0.0, 0.0, 0.0_f64);
-        for (found, x) in self.decode().iter().flatten().zip(field.rows()) {
+        for (found, x) in self.decode().iter().flatten().zip(rows) {
             let difference = f64::from(*found) - f64::from(*x);
             squares += f64::from(*x).powi(2);
             errors += difference.powi(2);
             largest_error = largest_error.max(difference.abs());
         }
         let relative_error = if errors > 0.0 { (errors / squares).sqrt() } else { 0.0 };
-        StorageReport { bytes: self.bytes(field), bytes_before: field.bytes(), relative_error, largest_error }
+        StorageReport { bytes: self.bytes(rows), bytes_before: size_of_val(rows), relative_error, largest_error }
     }
 }
 

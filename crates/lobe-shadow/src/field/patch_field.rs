@@ -1,11 +1,11 @@
 //! The light of a rectangle in patches: one table for every picture on it.
 
-use lobe_io::{Job, Progress};
+use lobe_io::{Fingerprint, Job, RecordFormat};
 use lobe_sh::vector::{cross, length};
 use lobe_sh::{Dir, Expansion as _, Rgb, SphericalPolygon};
-use rayon::prelude::*;
 
 use crate::field::axial::Axial;
+use crate::field::bake_rows::{RowWork, bake_rows};
 use crate::field::lamp_surface::check_patches;
 use crate::field::radiance_field::{check_order, expect_rows};
 use crate::{FieldGrid, LampSurface, PatchedRectangle, RadianceField, RadianceOptions, Rectangle, ShadowError};
@@ -13,6 +13,16 @@ use crate::{FieldGrid, LampSurface, PatchedRectangle, RadianceField, RadianceOpt
 /// Sample points nearer to the plane of the rectangle than this part of its radius are moved to its front by as much:
 /// within the plane it has no solid angle, and all of a hemisphere on it.
 const OFF_PLANE: f64 = 1e-6;
+
+/// Fingerprints of lamps among those of Lobe.
+const PATCH_KIND: u64 = 23;
+
+const PATCH_FORMAT: RecordFormat = RecordFormat {
+    kind: *b"LAMP",
+    version: 1,
+    work: "bake of a lamp",
+    arguments: "the rectangle, its patches or the options",
+};
 
 /// The light of a rectangle patch by patch, for pictures and sequences of pictures on it.
 ///
@@ -39,29 +49,37 @@ impl PatchField {
     ///
     /// # Errors
     /// [`ShadowError::Options`] if the rectangle has no area or is not finite, there are not 1 to 64 patches along each
-    /// side, or for what [`FieldGrid::new`] refuses; [`ShadowError::Cancelled`] if the job says so. It cannot be resumed.
+    /// side, or for what [`FieldGrid::new`] refuses; [`ShadowError::Cancelled`] if the job says so, and those of its checkpoint, from
+    /// which it is resumed.
     pub fn bake(
         rectangle: &Rectangle,
         patches: [usize; 2],
         options: &RadianceOptions,
-        mut job: Job<'_>,
+        job: Job<'_>,
     ) -> Result<Self, ShadowError> {
-        job.expect_no_checkpoint().map_err(ShadowError::Options)?;
         check_order(options.order)?;
         check_patches(patches)?;
         let grid = rectangle.grid([options.inner, options.outer], options.spheres, options.cells)?;
-        let total = patches[0] * patches[1];
-        grid.check_bytes(total * Axial::width(options.order))?;
-        let mut table = Vec::with_capacity(total * grid.points() * Axial::width(options.order));
-        for k in 0..=total {
-            let progress = Progress { done: k, total, ..Progress::default() };
-            if job.report(&progress).is_break() {
-                return Err(ShadowError::Cancelled);
-            }
-            if k < total {
-                table.extend(rows_of(&rectangle.patch(patches, k), &grid, options.order));
-            }
-        }
+        let (total, width) = (patches[0] * patches[1], Axial::width(options.order));
+        grid.check_bytes(total * width)?;
+        let light: Vec<PatchLight> = (0..total).map(|k| PatchLight::new(rectangle.patch(patches, k))).collect();
+        let axial = Axial::new(options.order);
+        let work = RowWork {
+            rows: total * grid.points(),
+            width,
+            rays: 0,
+            format: PATCH_FORMAT,
+            fingerprint: fingerprint(rectangle, patches, options),
+        };
+        let table = bake_rows(
+            &work,
+            None,
+            job,
+            || (),
+            |row, (), out| {
+                light[row / grid.points()].split_into(&grid, row % grid.points(), options.order, &axial, out);
+            },
+        )?;
         Ok(Self { order: options.order, rectangle: *rectangle, grid, patches, table })
     }
 
@@ -155,17 +173,30 @@ impl PatchField {
     /// # Errors
     /// [`ShadowError::Invalid`] if the pixels are no whole number of rows, at least one.
     pub fn patch_colors(&self, width: usize, pixels: &[Rgb<f32>]) -> Result<Vec<Rgb<f64>>, ShadowError> {
+        Self::colors_of_patches(self.patches, width, pixels)
+    }
+
+    /// [`PatchField::patch_colors`] for a field that is not baked yet.
+    ///
+    /// # Errors
+    /// As there, and [`ShadowError::Options`] if there are not 1 to 64 patches along each side.
+    pub fn colors_of_patches(
+        patches: [usize; 2],
+        width: usize,
+        pixels: &[Rgb<f32>],
+    ) -> Result<Vec<Rgb<f64>>, ShadowError> {
+        check_patches(patches)?;
         if width == 0 || pixels.is_empty() || !pixels.len().is_multiple_of(width) {
             let message = format!("expected rows of {width} pixels, found {} in all", pixels.len());
             return Err(ShadowError::Invalid { place: "radiance field".to_owned(), message });
         }
         let height = pixels.len() / width;
-        let mut colors = Vec::with_capacity(self.patches[0] * self.patches[1]);
-        for j in 0..self.patches[1] {
-            for i in 0..self.patches[0] {
-                let columns = parts(i, self.patches[0], width);
+        let mut colors = Vec::with_capacity(patches[0] * patches[1]);
+        for j in 0..patches[1] {
+            for i in 0..patches[0] {
+                let columns = parts(i, patches[0], width);
                 let mut sum = Rgb::new(0.0, 0.0, 0.0);
-                for (y, part_y) in parts(j, self.patches[1], height) {
+                for (y, part_y) in parts(j, patches[1], height) {
                     for &(x, part_x) in &columns {
                         let pixel = pixels[y * width + x].to_array();
                         sum += Rgb::from(pixel.map(|c| f64::from(c) * part_x * part_y));
@@ -213,12 +244,31 @@ fn parts(patch: usize, patches: usize, pixels: usize) -> Vec<(usize, f64)> {
     (from as usize..last).map(|x| (x, (to.min(x as f64 + 1.0) - from.max(x as f64)).max(0.0) / (to - from))).collect()
 }
 
-/// `w(r) S` of a rectangle of radiance 1 at every sample point, split.
-fn rows_of(rectangle: &Rectangle, grid: &FieldGrid, order: usize) -> Vec<f32> {
-    let (axial, width) = (Axial::new(order), Axial::width(order));
-    let mut rows = vec![0.0; grid.points() * width];
-    let normal = cross(rectangle.u, rectangle.v).map(|c| c / length(cross(rectangle.u, rectangle.v)));
-    rows.par_chunks_exact_mut(width).enumerate().for_each(|(point, row)| {
+fn fingerprint(rectangle: &Rectangle, patches: [usize; 2], options: &RadianceOptions) -> Fingerprint {
+    let Rectangle { corner, u, v, two_sided } = rectangle;
+    let RadianceOptions { order, spheres, cells, inner, outer } = options;
+    let mut all = Fingerprint::of_kind(PATCH_KIND);
+    let whole = [patches[0], patches[1], usize::from(*two_sided), *order, *spheres, *cells];
+    all.words(whole.into_iter().map(|n| n as u64));
+    [corner, u, v].into_iter().flatten().chain([inner, outer]).for_each(|x| all.word(x.to_bits()));
+    all
+}
+
+/// A patch of radiance 1.
+struct PatchLight {
+    rectangle: Rectangle,
+    normal: [f64; 3],
+}
+
+impl PatchLight {
+    fn new(rectangle: Rectangle) -> Self {
+        let area = cross(rectangle.u, rectangle.v);
+        Self { rectangle, normal: area.map(|c| c / length(area)) }
+    }
+
+    /// `w(r) S` at a sample point, split; zero, as `row` is, behind it.
+    fn split_into(&self, grid: &FieldGrid, point: usize, order: usize, axial: &Axial, row: &mut [f32]) {
+        let Self { rectangle, normal } = self;
         let offset = grid.offset(point);
         let mut p: [f64; 3] = std::array::from_fn(|k| grid.center()[k] + offset[k]);
         let height: f64 = (0..3).map(|k| normal[k] * (p[k] - rectangle.corner[k])).sum();
@@ -238,8 +288,7 @@ fn rows_of(rectangle: &Rectangle, grid: &FieldGrid, order: usize) -> Vec<f32> {
             let axis = Dir::new(offset.map(|c| -c)).map(Dir::to_array);
             axial.split_into(axis, &light, row);
         }
-    });
-    rows
+    }
 }
 
 #[cfg(test)]

@@ -92,7 +92,7 @@ fn changed_files_are_read_or_refused_in_one_line() {
     let gray = |c: f32| Rgb::new(c, c, c);
     let sequence = LampSequence::new(patches.clone(), vec![vec![gray(1.0), gray(2.0)]; 2], 24.0).unwrap();
     for lamp in [Lamp::Sequence(sequence), Lamp::Still(patches.with_colors(&[Rgb::new(1.0, 2.0, 3.0); 2]).unwrap())] {
-        write_lamp(&path, &lamp).unwrap();
+        write_lamp(&path, &lamp, &FieldStorage::F32).unwrap();
         let whole = std::fs::read(&path).unwrap();
         check(
             "lamp",

@@ -89,7 +89,7 @@ fn lamps_of_every_shape_are_read_from_the_page() {
         (Lamp::Sequence(sequence.clone()), 1.5 / 24.0),
         (Lamp::Sequence(sequence), -0.5 / 24.0),
     ] {
-        write_lamp(&path, &lamp).unwrap();
+        write_lamp(&path, &lamp, &FieldStorage::F32).unwrap();
         let (about, table) = read_safetensors(&path);
         let field = lamp.at(time).unwrap();
         for point in points_around(field.center(), 1.0) {
