@@ -282,3 +282,50 @@ fn an_animated_entity_is_carried_along_its_track_as_a_whole() {
     let off = off(&lit(&mut carried, &turn.rotated(&sky())), &lit(&mut still, &sky()));
     assert!(off < 1e-3, "{off}");
 }
+
+/// Ground, vertices 0 to 3, and the front of a low wall behind it, vertices 4 to 7, which looks along +x.
+fn ground_and_wall() -> Scene {
+    let ground = [[0.0, -2.0, 0.0], [3.0, -2.0, 0.0], [3.0, 2.0, 0.0], [0.0, 2.0, 0.0]];
+    let wall = [[0.0, -1.0, 0.0], [0.0, 1.0, 0.0], [0.0, 1.0, 0.4], [0.0, -1.0, 0.4]];
+    let quad = |first: u32| [[first, first + 1, first + 2], [first, first + 2, first + 3]];
+    let positions = [ground, wall].concat();
+    let normals = [[[0.0, 0.0, 1.0]; 4], [[1.0, 0.0, 0.0]; 4]].concat();
+    let triangles = [quad(0), quad(4)].concat();
+    let mesh = Mesh::new(MeshParts { positions, triangles, normals, ..MeshParts::default() }).unwrap();
+    Scene::new(vec![mesh], Vec::new(), Vec::new()).unwrap()
+}
+
+#[test]
+fn what_is_behind_a_surface_hides_its_baked_reflections_by_fields_and_not_by_spheres() {
+    // The ball is behind the wall, and hides from the ground before it some of the sky that the wall reflects.
+    let bake_options = BakeOptions::default().mode(BakeMode::Interreflected).bounces(1).order(ORDER).samples(4096);
+    let scene = || {
+        MovingScene::new(vec![
+            MovingPart::new("still", ground_and_wall(), Motion::Still),
+            ball([-1.2, 0.0, 1.2], [-1.2, 0.0, 1.2], 1.0),
+        ])
+    };
+    let light = sky();
+    let of_wall = |radiance: &[Rgb<f32>]| f64::from(radiance[4..8].iter().map(|c| c.g).sum::<f32>() / 4.0);
+    let shaded = |method: MovingMethod, hides: bool| {
+        let mut moving = scene().unwrap();
+        let options = options().transfer(bake_options.clone());
+        moving.bake(method, &options, Job::default()).unwrap();
+        let moving = if hides { moving } else { moving.without_occluders() };
+        of_wall(&shading(method).exit_radiance(&moving.at(0.0).unwrap(), &light).unwrap())
+    };
+    let open = shaded(MovingMethod::Fields, false);
+    let (fields, spheres) = (shaded(MovingMethod::Fields, true), shaded(MovingMethod::Exponentials, true));
+    let moving = scene().unwrap();
+    let moment = moving.at(0.0).unwrap();
+    let receivers = Receivers::at_vertices(moment.scene()).unwrap();
+    let (truth, _) = bake(moment.scene(), moment.bvh(), &receivers, &bake_options, Job::default()).unwrap();
+    let truth = of_wall(&truth.exit_radiance(light.coefficients()));
+    println!("without the ball {open:.4}, fields {fields:.4}, spheres {spheres:.4}, a bake of all {truth:.4}");
+    assert!((spheres - open).abs() < 1e-6 * open, "spheres: {spheres}, without the ball {open}");
+    assert!(fields < open, "fields: {fields}, without the ball {open}");
+    for (name, found) in [("fields", fields), ("spheres", spheres)] {
+        // Paths of the truth pass other places than the receiver, at which both ask what is hidden: neither is right.
+        assert!((found / truth - 1.0).abs() < 0.02, "{name}: {found}, a bake of all {truth}");
+    }
+}
