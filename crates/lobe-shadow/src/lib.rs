@@ -11,7 +11,7 @@
 //! | scenes of entities in files | [`SceneDescription`], its [`LampDescription`]s |
 //! | occlusion fields | [`OcclusionField`], [`FieldGrid`], [`bake_field`], [`bake_field_shard`], [`FieldOptions`] |
 //! | files of fields | [`write_field`], [`read_field`], [`FieldStorage`] |
-//! | visibility of an entity's own surface | [`bake_visibility`] |
+//! | visibility of an entity's own surface | [`bake_visibility`]; files of it [`SurfaceVisibility`], [`write_visibility`], [`read_visibility`] |
 //! | lamps near by | [`LampSurface`], its [`RadianceField`], [`PatchField`]; files of them [`Lamp`], [`write_lamp`], [`read_lamp`] |
 //! | entities together, and shading | [`ShadowFields`], [`PlacedField`], [`LocalLight`], [`ShadowReceivers`] |
 //! | sphere sets | [`SphereSet`], [`fit_spheres`], [`SphereFitOptions`] |
@@ -58,6 +58,7 @@ pub use field::occlusion_field::OcclusionField;
 pub use field::patch_field::PatchField;
 pub use field::radiance_field::{RadianceField, RadianceOptions};
 pub use field::shadow_fields::{LocalLight, PlacedField, ShadowFieldOptions, ShadowFields, relative_placement};
+pub use field::visibility_file::{SurfaceVisibility, read_visibility, read_visibility_bytes, write_visibility};
 pub use lamp_description::{LampDescription, LampSource};
 pub use placement::Placement;
 pub use receivers::ShadowReceivers;

@@ -5,7 +5,11 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use lobe::prt::CompressOptions;
-use lobe::shadow::{FieldOptions, FieldReport, FieldStorage, StorageReport, bake_field, bake_field_shard, write_field};
+use lobe::scene::{Mesh, Scene};
+use lobe::shadow::{
+    FieldOptions, FieldReport, FieldStorage, StorageReport, SurfaceVisibility, VisibilityOptions, bake_field,
+    bake_field_shard, bake_visibility, write_field, write_visibility,
+};
 use serde::Serialize;
 
 use crate::args::memory::MemoryLimit;
@@ -14,13 +18,16 @@ use crate::args::output;
 use crate::args::scene_input::SceneInput;
 use crate::args::sharing::{self, Sharing};
 use crate::args::values;
-use crate::run::bake_watch::tell_if_too_late;
+use crate::run::bake_watch::{Checkpoint, tell_if_too_late};
 use crate::run::talk::Talk;
 
 /// Limits of the options. Larger numbers are taken for typing errors.
 const MAX_SPHERES: usize = 256;
 const MAX_CELLS: usize = 256;
 const MAX_RAYS: usize = 1 << 20;
+
+/// How often all numbers are held at once.
+const COPIES: u64 = 3;
 
 /// Clusters and components of `--storage clustered`: at order 4 less than a third of the bytes of single precision.
 const CLUSTERS: usize = 64;
@@ -52,6 +59,10 @@ pub(crate) struct Field {
     /// Another seed gives other rays
     #[arg(long, value_name = "S", default_value = "0")]
     seed: u64,
+    /// Write instead what each vertex sees of the sky past the entity itself: its own visibility, by which those that other entities leave are
+    /// multiplied
+    #[arg(long, conflicts_with_all = ["spheres", "cells", "range", "shard", "merge"])]
+    self_visibility: bool,
     /// How numbers are stored
     #[arg(long, value_enum, default_value = "f32")]
     storage: Storage,
@@ -60,7 +71,8 @@ pub(crate) struct Field {
     /// Start anew, even if there is a checkpoint of a bake that was stopped
     #[arg(long)]
     fresh: bool,
-    /// Print {"points", "inside", "rays", "storage": {"bytes", "bytes_before", "relative_error", "largest_error"}} on stdout
+    /// Print {"points", "inside", "rays", "storage": {"bytes", "bytes_before", "relative_error", "largest_error"}} on stdout; with
+    /// --self-visibility "vertices" instead of the first two
     #[arg(long)]
     json: bool,
     #[command(flatten)]
@@ -137,18 +149,29 @@ struct Printed {
     storage: StorageReport,
 }
 
+/// The same with `--self-visibility`.
+#[derive(Serialize)]
+struct PrintedVisibility {
+    vertices: usize,
+    rays: u64,
+    storage: StorageReport,
+}
+
 impl Field {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         output::check_safetensors(&self.output)?;
         let inputs: Vec<_> = self.sharing.inputs().chain([self.input.path()]).collect();
         output::prepare_file(&self.output, &inputs)?;
         let scene = OpenScene::new(&self.input, &self.memory, talk)?.scene()?;
-        let options = self.options();
-        self.check_memory(&options)?;
         let checkpoint = self.sharing.checkpoint(&self.output);
         if self.fresh {
             checkpoint.discard()?;
         }
+        if self.self_visibility {
+            return self.bake_self_visibility(&scene, &checkpoint, talk);
+        }
+        let options = self.options();
+        self.check_memory(&options)?;
         if let Some(shard) = self.sharing.shard {
             let begin = Instant::now();
             let [points, points_in_all] =
@@ -166,6 +189,29 @@ impl Field {
         let FieldReport { points, inside, rays, .. } = report;
         let printed = Printed { points, inside, rays, storage };
         if self.json { output::print_json(&printed) } else { output::print(&printed.to_text()) }
+    }
+
+    fn bake_self_visibility(&self, scene: &Scene, checkpoint: &Checkpoint, talk: Talk) -> anyhow::Result<()> {
+        let vertices = scene.vertex_count();
+        let what = format!("the visibility of {vertices} vertices at order {}", self.order);
+        let numbers = vertices * self.order * self.order;
+        self.memory.check(&what, COPIES * size_of::<f32>() as u64 * numbers as u64, "fewer bands (--order)")?;
+        let vectors = |of: fn(&Mesh) -> &[[f32; 3]]| scene.meshes().iter().flat_map(of).copied().collect::<Vec<_>>();
+        let (positions, normals) = (vectors(Mesh::positions), vectors(Mesh::normals));
+        let defaults = VisibilityOptions::default();
+        let per_vertex = self.rays.unwrap_or(defaults.rays);
+        let options = defaults.order(self.order).rays(per_vertex).seed(self.seed);
+        let rows = checkpoint.watched(talk, |job| bake_visibility(scene, &positions, &normals, &options, job))?;
+        let visibility = SurfaceVisibility::new(self.order, rows)?;
+        let storage = write_visibility(&self.output, &visibility, &self.storage.into())?;
+        Storage::tell_if_larger(&storage, talk);
+        checkpoint.finish();
+        tell_if_too_late(&self.output, talk);
+        let rays = vertices as u64 * u64::from(per_vertex);
+        if self.json {
+            return output::print_json(&PrintedVisibility { vertices, rays, storage });
+        }
+        output::print(&format!("vertices        {vertices}\nrays            {rays}\n{}", text_of_storage(&storage)))
     }
 
     fn options(&self) -> FieldOptions {
@@ -187,17 +233,22 @@ impl Field {
         let width = options.order * (options.order + 1);
         let points = (options.cells + 1).pow(2) * options.spheres + 1;
         let what = format!("a field of {points} sample points at order {}", options.order);
-        self.memory.check(&what, 3 * 4 * (points * width) as u64, "fewer --spheres or --cells")
+        self.memory.check(
+            &what,
+            COPIES * size_of::<f32>() as u64 * (points * width) as u64,
+            "fewer --spheres or --cells",
+        )
     }
 }
 
 impl Printed {
     fn to_text(&self) -> String {
         let Self { points, inside, rays, storage } = self;
-        format!(
-            "sample points   {points}, {inside} inside the solid\nrays            {rays}\nbytes           {}\nrelative error  \
-             {:.3e} of storage\n",
-            storage.bytes, storage.relative_error
-        )
+        let storage = text_of_storage(storage);
+        format!("sample points   {points}, {inside} inside the solid\nrays            {rays}\n{storage}")
     }
+}
+
+fn text_of_storage(storage: &StorageReport) -> String {
+    format!("bytes           {}\nrelative error  {:.3e} of storage\n", storage.bytes, storage.relative_error)
 }

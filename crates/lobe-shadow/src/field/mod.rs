@@ -5,7 +5,7 @@
 //! `occlusion_field`, made by `bake_field` with the rays of `sky_rays`, and `radiance_field`, which `patch_field` makes of a
 //! `lamp_surface`. At run time `shadow_fields` is the
 //! way in and `chain` the loop over what `nearest_first` lists, sixteen receivers at once: `placed` looks up in `block_stencil`.
-//! `field_file` and `lamp_file` are its files, `field_storage` and `stored_tensors` the forms of their numbers. Uses no other room.
+//! `field_file`, `lamp_file` and `visibility_file` are its files, `field_storage` and `stored_tensors` the forms of their numbers. Uses no other room.
 
 pub(crate) mod axial;
 pub(crate) mod bake_field;
@@ -29,3 +29,4 @@ pub(crate) mod radiance_field;
 pub(crate) mod shadow_fields;
 pub(crate) mod sky_rays;
 mod stored_tensors;
+pub(crate) mod visibility_file;

@@ -21,3 +21,4 @@ mod sphere_entities;
 mod sphere_files;
 mod sphere_fits;
 mod sphere_skins;
+mod visibility_files;
