@@ -21,6 +21,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::ShadowError;
 use crate::spheres::ball::{Ball, Search, improved, reach};
 use crate::spheres::solid::Solid;
 use crate::spheres::teleport::{teleported, thinned};
@@ -46,20 +47,23 @@ pub(crate) fn energy(balls: &[Ball]) -> f64 {
 }
 
 impl Cover<'_> {
-    /// Takes spheres away until `count` are left, a few at a time, with a round before each time. `None` if `go_on`,
-    /// asked before each round, says no.
-    pub(crate) fn thinned(&self, balls: Vec<Ball>, count: usize, go_on: &mut dyn FnMut() -> bool) -> Option<Vec<Ball>> {
+    /// Takes spheres away until `count` are left, a few at a time, with a round before each time. `step` is handed the spheres before
+    /// each round, and may end it.
+    pub(crate) fn thinned(
+        &self,
+        balls: Vec<Ball>,
+        count: usize,
+        step: &mut dyn FnMut(&[Ball]) -> Result<(), ShadowError>,
+    ) -> Result<Vec<Ball>, ShadowError> {
         let mut balls = balls;
         while balls.len() > count {
-            if !go_on() {
-                return None;
-            }
+            step(&balls)?;
             balls = self.round(&balls);
             let most = (balls.len() - count).min(balls.len().div_ceil(THIN_ONE_OF));
             let groups = self.assigned(&balls);
             balls = thinned(self.solid, balls, &groups, most);
         }
-        Some(balls)
+        Ok(balls)
     }
 
     fn grouped(&self, count: usize, choose: impl Fn(DVec3) -> usize + Sync) -> Vec<Vec<DVec3>> {

@@ -156,6 +156,34 @@ fn a_fit_that_was_stopped_continues_to_the_same_spheres() {
 }
 
 #[test]
+fn a_fit_that_was_stopped_in_its_start_goes_on_from_the_last_step() {
+    let scene = scene(&star());
+    let options = options(12);
+    let folder = tempfile::tempdir().unwrap();
+    // The steps of the start that begin before the watch, in its call number `stop_at`, says to stop.
+    let steps = |path: Option<&std::path::Path>, stop_at: usize| {
+        let mut steps = 0;
+        let mut watch = |progress: &Progress| {
+            steps += usize::from(progress.done == 0);
+            if steps < stop_at { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        };
+        let job = Job::default().watched_by(&mut watch);
+        let found = fit_spheres(&scene, &options, if let Some(path) = path { job.kept_in(path) } else { job });
+        (steps, found)
+    };
+    let (all, whole) = steps(None, usize::MAX);
+    assert!(all >= 4, "{all} steps");
+    for stop_at in 1..=all {
+        let path = folder.path().join(format!("{stop_at}.checkpoint"));
+        let (_, stopped) = steps(Some(&path), stop_at);
+        assert_eq!(stopped.unwrap_err().to_string(), "stopped before the end", "stopped in step {stop_at}");
+        let (left, continued) = steps(Some(&path), usize::MAX);
+        assert_eq!(continued.unwrap(), whole.as_ref().unwrap().clone(), "stopped in step {stop_at}");
+        assert_eq!(left, all - stop_at + 1, "the step that was stopped and those after it");
+    }
+}
+
+#[test]
 fn a_set_can_be_refined_further() {
     let scene = scene(&star());
     let (start, before) = fit_spheres(&scene, &options(6).rounds(0), Job::default()).unwrap();

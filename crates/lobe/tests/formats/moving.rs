@@ -216,11 +216,17 @@ fn the_records_of_fields_visibility_and_spheres_hold_what_the_page_says() {
     let options = SphereFitOptions::default().count(3).samples(200).rounds(4);
     let (_, report) = fit_spheres(&tetrahedron(), &options, Job::default().kept_in(kept("s"))).unwrap();
     let (kind, records) = read_checkpoint(&kept("s"));
-    assert_eq!((kind.as_str(), records[0].len()), ("SPHR", 8 * (1 + 5 * 3)), "the energy, then five numbers each");
-    for (record, energy) in records.iter().zip(&report.history) {
-        let numbers: Vec<f64> = record.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect();
-        let outside: f64 = numbers[1..].as_chunks::<5>().0.iter().map(|ball| ball[4]).sum();
-        assert_eq!(numbers[0], *energy, "the energy of the round");
+    assert_eq!((kind.as_str(), records[0].len()), ("SPHR", 8 * (2 + 5 * 6)), "room for twice the spheres");
+    let numbers =
+        |record: &Vec<u8>| -> Vec<f64> { record.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect() };
+    let records: Vec<Vec<f64>> = records.iter().map(numbers).collect();
+    let (start, rounds): (Vec<_>, Vec<_>) = records.iter().partition(|numbers| numbers[1] > 3.0);
+    assert!(start.iter().all(|numbers| numbers[1] <= 6.0), "twice as many at most: {start:?}");
+    for (numbers, energy) in rounds.iter().zip(&report.history) {
+        let balls = &numbers[2..][..5 * numbers[1] as usize];
+        let outside: f64 = balls.as_chunks::<5>().0.iter().map(|ball| ball[4]).sum();
+        assert_eq!((numbers[0], numbers[1]), (*energy, 3.0), "the energy of the round and the number of spheres");
         assert!((outside - energy).abs() <= 1e-9 * energy.abs(), "{outside} is the sum {energy}");
     }
+    assert!(rounds.len() >= report.history.len(), "a record for each round");
 }
