@@ -127,8 +127,8 @@ pub struct SphereFitReport {
 ///
 /// The variational method starts with twice as many balls of the medial axis, takes spheres away until as many are
 /// left as were asked for, and then runs rounds of two kinds in turn: Lloyd's with teleportation, and tightening.
-/// Progress counts rounds. It can be resumed after any of them and after any step of the start, in which nothing else is counted: of 100 000
-/// triangles that took 9 s for 64 spheres and 25 s for 512 on two cores. For the other method a checkpoint is refused.
+/// Progress counts rounds. It can be resumed after any of them and after any step of the start, in which nothing else is counted: of 100 352
+/// triangles that took 9 s of processor time for 64 spheres and 33 s for 512. For the other method a checkpoint is refused.
 ///
 /// E over the volume of the solid, as the example `sphere_sets` prints it; "shrunk" are balls of the medial axis that
 /// shrink to their own points at last, which in the published method they do not:
