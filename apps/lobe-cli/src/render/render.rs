@@ -24,7 +24,7 @@ use crate::render::frames::{Frames, SECONDS_PER_FRAME};
 use crate::render::light::{LightInput, ReadLight};
 use crate::render::moving::{AskedBake, Keep, MovingInput, Prepared};
 use crate::render::pictures::{Pictures, Rendered};
-use crate::render::transfer::{Asked, parse_lobe};
+use crate::render::transfer::Asked;
 use crate::render::truth::{self, TruthInput};
 use crate::render::view::ViewInput;
 use crate::run::bake_watch::Checkpoint;
@@ -91,7 +91,7 @@ pub(crate) struct Render {
     moving: MovingInput,
     /// glossy: the lobe of reflection about the mirrored view, tinted by the base color [default: ggx:0.3]. For metals of α 0.3
     /// the picture differs by 18 % from --mode truth --surfaces gltf, for rougher ones by more
-    #[arg(long, value_name = "phong:E|ggx:ALPHA", value_parser = parse_lobe)]
+    #[arg(long, value_name = "phong:E|ggx:ALPHA")]
     lobe: Option<GlossyLobe>,
     /// All but truth, which shows the light that it uses: the background behind the scene; light, to compare with a truth of
     /// the same --order [default: env]

@@ -10,7 +10,6 @@ use lobe::scene::Scene;
 
 use crate::args::memory::MemoryLimit;
 use crate::args::open_scene::OpenScene;
-use crate::args::values;
 use crate::run::bake_watch::watched;
 use crate::run::ctrl_c;
 use crate::run::talk::Talk;
@@ -28,17 +27,6 @@ pub(crate) struct Asked {
     pub(crate) lobe: Option<GlossyLobe>,
     /// The file of transfer that was baked before.
     pub(crate) file: Option<PathBuf>,
-}
-
-/// Reads `phong:E` or `ggx:ALPHA`.
-pub(crate) fn parse_lobe(text: &str) -> Result<GlossyLobe, String> {
-    let expected = "expected phong:E with an exponent of 0 or more, or ggx:ALPHA with 0 to 1";
-    let (kind, number) = text.split_once(':').ok_or(expected)?;
-    match (kind, values::finite(number)?) {
-        ("phong", exponent) if exponent >= 0.0 => Ok(GlossyLobe::Phong(exponent)),
-        ("ggx", alpha) if (0.0..=1.0).contains(&alpha) => Ok(GlossyLobe::Ggx(alpha)),
-        _ => Err(expected.to_owned()),
-    }
 }
 
 impl Asked {
@@ -169,21 +157,4 @@ fn check_memory(
 ) -> anyhow::Result<()> {
     let what = format!("transfer of {count} vertices at order {}", options.order);
     memory.check(&what, transfer_bytes(scene, count, options, is_glossy), "a lower --order")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lobes_have_a_kind_and_a_number() {
-        assert_eq!(
-            (parse_lobe("phong:20"), parse_lobe("ggx:0.25")),
-            (Ok(GlossyLobe::Phong(20.0)), Ok(GlossyLobe::Ggx(0.25))),
-            "lobes"
-        );
-        for bad in ["phong", "phong:-1", "ggx:2", "ggx:x", "box:1", ""] {
-            assert!(parse_lobe(bad).is_err(), "{bad:?}");
-        }
-    }
 }

@@ -6,7 +6,6 @@ use lobe::sh::{
     Coefficient as _, ExpMethod, Expansion as _, Exponential, FileCoefficients, Quantity, Rgb, ShFile, ShVec,
 };
 
-use crate::args::exponential::exponential;
 use crate::args::input::ShInput;
 use crate::args::output::ShOutput;
 
@@ -20,7 +19,7 @@ pub(crate) struct ShExp {
     input: ShInput,
     /// How: on a grid of directions; by the best linear function; that after halving to a NORM (1), then squared; by P truncated products;
     /// by eigenvectors of the product matrix
-    #[arg(long, value_name = "grid|optimal-linear|hybrid[:NORM]|series:P|eigen", default_value = "grid", value_parser = exponential)]
+    #[arg(long, value_name = "grid|optimal-linear|hybrid[:NORM]|series:P|eigen", default_value = "grid")]
     method: ExpMethod,
     /// The visibility, a .sh.json file; - writes to stdout
     #[arg(short, long, value_name = "P")]

@@ -1,10 +1,20 @@
 //! The exponential of a function on the sphere, by five methods.
 
+use core::str::FromStr;
+
 use crate::exponential::optimal_linear::{OptimalLinear, exponential_by_eigenvectors, isolate_mean};
 use crate::prelude::*;
-use crate::{Basis, Expansion, ShVec, SphereQuadrature, coefficient_count, product_into, square_into};
+use crate::{Basis, Expansion, ShError, ShVec, SphereQuadrature, coefficient_count, product_into, square_into};
+
+/// The limit of `hybrid` in text that names none: at 1 it is nearest to the truth among those of the example `exponential_errors`.
+const HYBRID_LIMIT: f64 = 1.0;
+
+/// The most terms of a series of products in text; `e^x` to rounding needs fewer for any sum of logarithms that leaves light.
+const MOST_TERMS: usize = 100;
 
 /// Methods of [`Exponential`]. All isolate the mean, `exp(f) = exp(f_0/√4π) exp(f̂)` with `f̂_0 = 0`, which is exact.
+///
+/// In text a method is `grid`, `optimal-linear`, `hybrid` (of limit 1), `hybrid:LIMIT`, `series:TERMS` or `eigen`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -54,6 +64,40 @@ impl ExpMethod {
     #[must_use]
     pub fn grid(order: usize) -> SphereQuadrature {
         SphereQuadrature::of_degree((3 * order.saturating_sub(1)) | 1)
+    }
+
+    /// Whether it is fast enough for one function of every receiver.
+    #[must_use]
+    pub fn is_fast(self) -> bool {
+        matches!(self, Self::Grid | Self::OptimalLinear | Self::Hybrid { .. })
+    }
+
+    fn parse(text: &str) -> Result<Self, &'static str> {
+        let (name, number) = text.split_once(':').map_or((text, None), |(name, number)| (name, Some(number)));
+        match (name, number) {
+            ("grid", None) => Ok(Self::Grid),
+            ("optimal-linear", None) => Ok(Self::OptimalLinear),
+            ("eigen", None) => Ok(Self::Eigen),
+            ("hybrid", None) => Ok(Self::Hybrid { limit: HYBRID_LIMIT }),
+            ("hybrid", Some(limit)) => match limit.parse::<f64>() {
+                Ok(limit) if limit > 0.0 && limit.is_finite() => Ok(Self::Hybrid { limit }),
+                _ => Err("expected a norm above 0"),
+            },
+            ("series", Some(terms)) => match terms.parse() {
+                Ok(terms) if (1..=MOST_TERMS).contains(&terms) => Ok(Self::ProductSeries(terms)),
+                _ => Err("expected a number of terms from 1 to 100"),
+            },
+            _ => Err("expected grid, optimal-linear, hybrid[:NORM], series:P or eigen"),
+        }
+    }
+}
+
+impl FromStr for ExpMethod {
+    type Err = ShError;
+
+    fn from_str(text: &str) -> Result<Self, ShError> {
+        Self::parse(text)
+            .map_err(|expected| ShError::Options(alloc::format!("exponential: {expected}, found '{text}'")))
     }
 }
 

@@ -366,3 +366,25 @@ fn of_large_occluders_eigenvectors_are_the_nearer_ones_as_stated() {
         assert!(errors[1] < 0.85 * errors[0], "order {order}: {errors:?}");
     }
 }
+
+#[test]
+fn exponentials_have_names_and_a_series_its_terms() {
+    for (text, method) in [
+        ("series:12", ExpMethod::ProductSeries(12)),
+        ("grid", ExpMethod::Grid),
+        ("optimal-linear", ExpMethod::OptimalLinear),
+        ("hybrid", ExpMethod::Hybrid { limit: 1.0 }),
+        ("hybrid:4.8", ExpMethod::Hybrid { limit: 4.8 }),
+        ("eigen", ExpMethod::Eigen),
+    ] {
+        let found = text.parse::<ExpMethod>().expect(text);
+        assert_eq!(found, method, "{text}");
+        let is_slow = matches!(method, ExpMethod::Eigen | ExpMethod::ProductSeries(_));
+        assert_eq!(found.is_fast(), !is_slow, "{text}");
+    }
+    for bad in
+        ["series:0", "series:101", "series", "Grid", "", "hybrid:0", "hybrid:-1", "hybrid:nan", "hybrid:", "grid:1"]
+    {
+        assert!(bad.parse::<ExpMethod>().is_err(), "{bad:?}");
+    }
+}
