@@ -1,8 +1,9 @@
 //! Operations on functions on the sphere, one row of coefficients after the other.
 
 use lobe::sh::{
-    Coefficient, DeringOptions, DeringOutcome, ExpMethod, Expansion as _, Exponential, Real, Rgb, Rotation,
+    Coefficient, ContentWindow, DeringOptions, DeringOutcome, Expansion as _, Exponential, Real, Rgb, Rotation,
     RotationMatrices, ShVec, Window, Zonal, band_range, coefficient_count, dering_in_place, product_into,
+    window_in_place,
 };
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
@@ -140,6 +141,53 @@ pub(crate) fn window_factors(name: &str, order: usize) -> PyResult<Vec<f64>> {
     Ok(name.parse::<Window>().map_err(value_error)?.factors(order))
 }
 
+struct Keep(f64);
+
+impl<T: Real> RowWork<T> for Keep {
+    fn run<C: Coefficient<Scalar = T>>(&self, row: &[C], out: &mut [C]) -> Result<(), String> {
+        let window = Window::squared_laplacian_of(row, self.0);
+        out.copy_from_slice(row);
+        window_in_place(out, &window);
+        Ok(())
+    }
+}
+
+/// Functions under the window that leaves a part of the squared Laplacian of each, summed over channels.
+#[pyfunction]
+pub(crate) fn window_keep<'py>(
+    py: Python<'py>,
+    c: Numbers<'py>,
+    order: usize,
+    keep: f64,
+) -> PyResult<Bound<'py, PyAny>> {
+    map_rows(py, &c, coefficient_count(order), (&Keep(keep), &Keep(keep)))
+}
+
+struct Content {
+    window: Window,
+    order: usize,
+}
+
+impl<T: Real> RowWork<T> for Content {
+    fn run<C: Coefficient<Scalar = T>>(&self, row: &[C], out: &mut [C]) -> Result<(), String> {
+        let f = ShVec::from_vec(row.to_vec()).ok_or("expected n² coefficients")?;
+        out.copy_from_slice(ContentWindow::of(&f, self.window).project(&f, self.order).coefficients());
+        Ok(())
+    }
+}
+
+/// Functions as they are towards their light, and under a window away from it, on `order` bands.
+#[pyfunction]
+pub(crate) fn content_window<'py>(
+    py: Python<'py>,
+    c: Numbers<'py>,
+    window: &str,
+    order: usize,
+) -> PyResult<Bound<'py, PyAny>> {
+    let work = Content { window: window.parse().map_err(value_error)?, order };
+    map_rows(py, &c, coefficient_count(order), (&work, &work))
+}
+
 struct Dering(DeringOptions);
 
 impl<T: Real> RowWork<T> for Dering {
@@ -194,10 +242,10 @@ impl<T: Real> RowWork<T> for Exp {
     }
 }
 
-/// `exp f` of functions.
+/// `exp f` of functions, by a method named as in the command.
 #[pyfunction]
-pub(crate) fn exp<'py>(py: Python<'py>, c: Numbers<'py>, order: usize) -> PyResult<Bound<'py, PyAny>> {
-    let work = Exp(Exponential::new(order, ExpMethod::default()));
+pub(crate) fn exp<'py>(py: Python<'py>, c: Numbers<'py>, order: usize, method: &str) -> PyResult<Bound<'py, PyAny>> {
+    let work = Exp(Exponential::new(order, method.parse().map_err(value_error)?));
     map_rows(py, &c, coefficient_count(order), (&work, &work))
 }
 

@@ -2,11 +2,13 @@
 //!
 //! Read `rows` first: how an array becomes rows of coefficients, numbers or colors in single or double precision, and how work is done
 //! on all of them without the interpreter's lock. `eval` and `functions` are what is done to functions on the
-//! sphere, `files` where they are kept, `search` what is found in them, `encodings` irradiance in a few numbers, `lights` functions from lights, `maps` environment maps, `bakes` and `matrices` what scenes do to light, by `job`, `pictures` what they
+//! sphere, `files` where they are kept, `search` what is found in them, `encodings` irradiance in a few numbers, `lights` functions from lights, `maps` environment maps and `map_filters`
+//! what is integrated over them, `area_lights` and `reflection` closed forms, `bakes` and `matrices` what scenes do to light, by `job`, `pictures` what they
 //! look like. The package checks shapes and has the words for users.
 
 #![expect(clippy::needless_pass_by_value, reason = "Python hands arguments over by value")]
 
+mod area_lights;
 mod bakes;
 mod encodings;
 mod eval;
@@ -14,9 +16,11 @@ mod files;
 mod functions;
 mod job;
 mod lights;
+mod map_filters;
 mod maps;
 mod matrices;
 mod pictures;
+mod reflection;
 mod rows;
 mod search;
 
@@ -29,6 +33,8 @@ mod _lobe {
     use super::*;
 
     #[pymodule_export]
+    use crate::area_lights::AreaLight;
+    #[pymodule_export]
     use crate::bakes::{Bake, Transfer, load_transfer};
     #[pymodule_export]
     use crate::encodings::{Encoded, encode, encoding_errors};
@@ -37,15 +43,21 @@ mod _lobe {
     #[pymodule_export]
     use crate::files::{load_sh, save_sh};
     #[pymodule_export]
-    use crate::functions::{dering, exp, kernel_factors, log, product, rotate, scale_bands, window_factors};
+    use crate::functions::{
+        content_window, dering, exp, kernel_factors, log, product, rotate, scale_bands, window_factors, window_keep,
+    };
     #[pymodule_export]
     use crate::lights::light;
+    #[pymodule_export]
+    use crate::map_filters::{filter_lobe, irradiance, irradiance_at, prefilter, sun, vector_irradiance};
     #[pymodule_export]
     use crate::maps::{Map, bundled, cie_sky, load, project_lat_long, reconstruct, sky, texels};
     #[pymodule_export]
     use crate::matrices::{Matrices, load_matrices};
     #[pymodule_export]
     use crate::pictures::{compare, render_baked, render_traced};
+    #[pymodule_export]
+    use crate::reflection::{dfg, dfg_table, directional_albedo};
     #[pymodule_export]
     use crate::search::{lights, minimum, peaks};
 

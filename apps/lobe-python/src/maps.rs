@@ -6,9 +6,8 @@ use std::sync::Arc;
 use lobe::env;
 use lobe::env::{
     CieSky, CubeHandedness, EnvMap, Ground, MapReadOptions, MappedMap, Mapping, Nonfinite, Padding,
-    PictureWriteOptions, PreethamSky, PrefilterOptions, Resample, SunOptions, SunReport, bundled as bundled_maps,
-    cube_source, extract_sun, irradiance_map, prefilter_ggx, project_map, read_map, reconstruct_into, resample,
-    sky_map, write_env,
+    PictureWriteOptions, PreethamSky, Resample, bundled as bundled_maps, project_map, read_map, reconstruct_into,
+    resample, sky_map, write_env,
 };
 use lobe::image::{ImageError, Picture, PictureReadOptions, Tone};
 use lobe::io::write_atomically;
@@ -45,7 +44,7 @@ impl From<EnvMap> for Map {
 
 impl Map {
     /// Numbers of the texels.
-    fn size(&self) -> usize {
+    pub(crate) fn size(&self) -> usize {
         3 * self.0.texels().len()
     }
 
@@ -60,9 +59,6 @@ impl Map {
         watched(py, None, None, |job| resample(&*self.0, &to, job)?.into_env_map())
     }
 }
-
-/// Direction, irradiance and angular diameter of a sun, and the map without it.
-type FoundSun = ([f64; 3], [f64; 3], f64, Map);
 
 fn mapping_of(name: &str) -> PyResult<Mapping> {
     Mapping::from_name(name)
@@ -412,32 +408,6 @@ impl Map {
             to = to.rotated(Rotation::from_matrix(matrix).map_err(value_error)?);
         }
         watched(py, None, None, |job| resample(&*self.0, &to, job)).map(Self::from)
-    }
-
-    /// Prefiltered for GGX: cubes of falling size.
-    fn prefilter(&self, py: Python<'_>, size: usize, last_size: usize) -> PyResult<Vec<Self>> {
-        let options = PrefilterOptions::default().size(size).last_size(last_size);
-        let cube = watched(py, None, None, |job| cube_source(&*self.0, size, job))?;
-        let chain = watched(py, None, None, |job| prefilter_ggx(&cube, &options, job))?;
-        Ok(chain.levels().iter().map(|level| Self::from((**level).clone())).collect())
-    }
-
-    /// Irradiance by an expansion, as a lat-long map.
-    fn irradiance(&self, py: Python<'_>, order: usize, width: usize, height: usize) -> PyResult<Self> {
-        if width == 0 || height == 0 {
-            return Err(value_error(format!("expected a picture with texels, found {width} x {height}")));
-        }
-        let (map, size) = (Arc::clone(&self.0), self.size().max(3 * width * height));
-        Ok(answered(py, size, move || irradiance_map(&map, order, width, height))?.into())
-    }
-
-    /// The sun's direction, irradiance and angular diameter, and the map without it; none if there is none.
-    fn sun(&self, py: Python<'_>) -> PyResult<Option<FoundSun>> {
-        let map = Arc::clone(&self.0);
-        let found = answered(py, self.size(), move || extract_sun(&map, &SunOptions::default()))?;
-        Ok(found.map(|SunReport { sun, rest, .. }| {
-            (sun.direction.to_array(), sun.irradiance.to_array(), sun.angular_diameter, rest.into())
-        }))
     }
 
     /// The map as a tone-mapped PNG of at most `width` columns.

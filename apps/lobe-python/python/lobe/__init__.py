@@ -12,15 +12,18 @@ Directions are right-handed with +z up; order n means n bands, n² coefficients.
 irradiance E is what a surface receives in all and never includes 1/π.
 """
 
+from ._area_light import AreaLight
 from ._bake import BakeOptions, BakeReport, Matrices, Transfer, bake, merge
 from ._encodings import Encoded, EncodingError
 from ._env import EnvMap, Sun, project, reconstruct
 from ._light import light
 from ._lobe import __version__
+from ._reflection import dfg, dfg_table, directional_albedo
 from ._render import Camera, Difference, Traced, compare, render, trace
 from ._sh import Lights, Sh
 
 __all__ = [
+    "AreaLight",
     "BakeOptions",
     "BakeReport",
     "Camera",
@@ -37,6 +40,9 @@ __all__ = [
     "__version__",
     "bake",
     "compare",
+    "dfg",
+    "dfg_table",
+    "directional_albedo",
     "light",
     "merge",
     "project",

@@ -13,6 +13,7 @@ from . import _lobe
 from ._arrays import MAX_ORDER, MAX_SIDE, Doubles, Numbers, directions, expect, finite, numbers, real, rotation_matrix, whole
 from ._sh import Sh
 
+
 @dataclass(frozen=True)
 class Sun:
     """The brightest small light of a map; see `EnvMap.sun`."""
@@ -21,8 +22,13 @@ class Sun:
     """Towards the sun, (3,)."""
     irradiance: Doubles
     """What a surface receives that faces it, (3,); never includes 1/π."""
+    radiance: Doubles
+    """Of the disc of constant radiance, (3,): `lobe.light("cone", order, direction=..., half_angle=angular_diameter / 2, color=radiance,
+    normalize="none")` is its expansion."""
     angular_diameter: float
     """In radians."""
+    texels: int
+    """Texels of the map that were changed."""
     rest: EnvMap
     """The map without it."""
 
@@ -174,27 +180,98 @@ class EnvMap:
         height, width = self.shape
         return self.convert(self.mapping, width, height, rotation)
 
-    def prefilter(self, size: int = 256, last_size: int = 16) -> list[EnvMap]:
-        """A chain of cubes for glossy reflection by GGX (split sum), from the mirror to roughness 1, linear in the level."""
+    def prefilter(
+        self,
+        size: int = 256,
+        last_size: int | None = None,
+        *,
+        roughness: str = "linear",
+        method: str = "gather",
+        tolerance: float | None = None,
+        samples: int | None = None,
+    ) -> list[EnvMap]:
+        """A chain of cubes for glossy reflection by GGX (split sum), from the mirror to roughness 1.
+
+        The faces of the last are not smaller than `last_size` [default: 16, or `size` if that is smaller]. Level k of 0 to K has the roughness
+        r = √α = k/K; with `roughness="quadratic"` k = K r (2 - r), more levels for smooth surfaces. `method` is "gather", a sum over all of the map
+        to a `tolerance`, 1e-6 to 0.1, of the peak that a single small light makes [default: 0.02]; or "importance", with `samples` for
+        each texel, 1 to 65536 [default: 1024].
+        """
         size = whole(size, "size", 1, 8192)
-        return [EnvMap._of(level) for level in self._map.prefilter(size, whole(last_size, "last_size", 1, size))]
+        last = min(16, size) if last_size is None else whole(last_size, "last_size", 1, size)
+        quadrature = _quadrature(method, tolerance, samples)
+        return [EnvMap._of(level) for level in _lobe.prefilter(self._map, (size, last), roughness, quadrature)]
 
-    def irradiance(self, order: int = 3, width: int = 64, height: int = 32) -> EnvMap:
-        """The irradiance for every normal, as a lat-long map, from `order` bands."""
+    def filter_lobe(
+        self,
+        lobe: str,
+        parameter: float,
+        size: int = 256,
+        *,
+        method: str = "gather",
+        tolerance: float | None = None,
+        samples: int | None = None,
+    ) -> EnvMap:
+        """One cube blurred by a lobe, divided by the lobe's integral: a highlight map. `lobe` is "phong" or "blinn-phong" with an exponent of 0 or more as
+        parameter, or "ggx" with α, 0 to 1; the others are those of `prefilter`."""
+        number = real(parameter, "parameter", 0.0, 1.0 if lobe == "ggx" else np.inf)
+        quadrature = _quadrature(method, tolerance, samples)
+        return EnvMap._of(_lobe.filter_lobe(self._map, lobe, number, whole(size, "size", 1, 8192), quadrature))
+
+    def irradiance(self, order: int | None = None, width: int = 64, height: int = 32, *, method: str = "sh") -> EnvMap:
+        """The irradiance for every normal, as a lat-long map, from `order` bands [default: 3]; with `method="brute-force"` a sum over all
+        texels of the map for each, which has no order."""
         sides = (whole(side, "size", 1, MAX_SIDE) for side in (width, height))
-        return EnvMap._of(self._map.irradiance(whole(order, "order", 1, MAX_ORDER), *sides))
+        if method not in ("sh", "brute-force"):
+            raise ValueError(f"method: expected sh or brute-force, found {method!r}")
+        if method == "brute-force" and order is not None:
+            raise ValueError("order: not of the method brute-force, which leaves nothing out")
+        bands = None if method == "brute-force" else whole(3 if order is None else order, "order", 1, MAX_ORDER)
+        return EnvMap._of(_lobe.irradiance(self._map, bands, *sides))
 
-    def sun(self) -> Sun | None:
-        """The sun of a photograph as a directional light, and the map without it; None if the map has none."""
-        found = self._map.sun()
+    def irradiance_at(self, normal: npt.ArrayLike) -> Doubles:
+        """The irradiance of surfaces that face normals (..., 3), a sum over all texels: (..., 3). From few bands it is
+        `project(order).convolve("cosine").eval(normal)`."""
+        unit, shape = directions(normal)
+        return _lobe.irradiance_at(self._map, unit).reshape((*shape, 3))
+
+    def vector_irradiance(self) -> Doubles:
+        """The vector irradiance (net flux) e = ∫ L(s) s ds, (3, 3), one vector for each channel: `normal @ e.T` is what surfaces receive on their
+        front less what they do on their back, for each channel."""
+        return _lobe.vector_irradiance(self._map)
+
+    def sun(
+        self, *, max_radius: float = float(np.radians(2.5)), min_contrast: float = 20.0, min_peak: float = 100.0
+    ) -> Sun | None:
+        """The sun of a photograph as a directional light, and the map without it; None if the map has none.
+
+        A sun has a radius of `max_radius` radians at most, 0 to π/2; its brightest texel is at least `min_contrast` times as bright as
+        what surrounds it, and `min_peak` times as bright as the mean of the map.
+        """
+        radius = real(max_radius, "max_radius", 0.0, np.pi / 2)
+        found = _lobe.sun(self._map, radius, real(min_contrast, "min_contrast", 0.0), real(min_peak, "min_peak", 0.0))
         if found is None:
             return None
-        direction, irradiance, diameter, rest = found
-        return Sun(np.array(direction), np.array(irradiance), diameter, EnvMap._of(rest))
+        direction, irradiance, radiance, diameter, texels, rest = found
+        return Sun(np.array(direction), np.array(irradiance), np.array(radiance), diameter, texels, EnvMap._of(rest))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes an .exr, .hdr or .pfm picture, or a tone-mapped .png; until all is written nothing has the name."""
         self._map.save(path)
+
+
+MAX_SAMPLES = 1 << 16
+"""Samples of a texel at most, as in the command."""
+
+
+def _quadrature(method: str, tolerance: float | None, samples: int | None) -> tuple[str, float, int]:
+    """The quadrature of a filter; refuses what it would ignore."""
+    if tolerance is not None and method != "gather":
+        raise ValueError("tolerance: only of the method gather")
+    if samples is not None and method != "importance":
+        raise ValueError("samples: only of the method importance")
+    limit = 0.02 if tolerance is None else real(tolerance, "tolerance", 1e-6, 0.1)
+    return method, limit, 1024 if samples is None else whole(samples, "samples", 1, MAX_SAMPLES)
 
 
 def project(image: npt.ArrayLike, order: int, mapping: str = "lat-long") -> Sh:

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _lobe
-from ._arrays import MAX_ORDER, MAX_SIDE, Doubles, Numbers, finite, numbers, order_of, rotation_matrix, vectors, whole
+from ._arrays import MAX_ORDER, MAX_SIDE, Doubles, Numbers, expect, finite, numbers, order_of, real, rotation_matrix, vectors, whole
 from ._encodings import Encoded, EncodingError, encode
 
 # Eigenvalues below this part of the largest are raised to it, as `lobe sh log` does.
@@ -22,6 +22,9 @@ LOG_CLAMP = 0.02
 # As in the command: beyond, a grid or a product matrix of one function takes gigabytes, and a search over the sphere minutes.
 MOST_EXPONENTIATED = 10
 MOST_SEARCHED = 64
+
+# The power of the sigma factors that has a name of its own.
+SINC4 = 4
 
 
 @dataclass(frozen=True)
@@ -203,11 +206,46 @@ class Sh:
             factors = self._factors(kernel)
         return self._scaled(factors)
 
-    def window(self, window: str | npt.ArrayLike) -> Sh:
-        """Bands scaled by a window named as in the command, such as "hanning:6" or "lanczos:8", or by n factors."""
-        if isinstance(window, str):
-            return self._scaled(_lobe.window_factors(window, self._order))
-        return self._scaled(self._factors(window))
+    def window(
+        self, window: str | npt.ArrayLike, *, keep: float | None = None, content: bool = False, order: int | None = None
+    ) -> Sh:
+        """Bands scaled by a window, or by n factors.
+
+        "hanning", "lanczos" and "sinc4" reach zero at the band n, or at another such as "hanning:6"; "lanczos:6:4" has a power, "gauss:0.2" a
+        standard deviation in radians, "squared-laplacian:0.01" a weight; "punctual-light" has three factors. "squared-laplacian" with `keep`,
+        above 0 to 1, finds the weight of each function that leaves this part of its squared Laplacian. With `content` a
+        function stays as it is towards its light, the direction of band 1, and the window comes in away from it; the blend needs more
+        bands than the function, of which `order` are computed [default: n].
+        """
+        if keep is not None:
+            return self._kept(window, keep, content)
+        if order is not None and not content:
+            raise ValueError("order: only with content")
+        if not isinstance(window, str):
+            if content:
+                raise TypeError(f"window: expected the name of a window with content, found {type(window).__name__}")
+            return self._scaled(self._factors(window))
+        name = self._window_name(window)
+        if not content:
+            return self._scaled(_lobe.window_factors(name, self._order))
+        self._expect_order(MOST_SEARCHED)
+        out = whole(self._order if order is None else order, "order", 1, MAX_ORDER)
+        return self._like(_lobe.content_window(self._rows(), name, out), out)
+
+    def _kept(self, window: str | npt.ArrayLike, keep: float, content: bool) -> Sh:
+        if content or not isinstance(window, str) or window != "squared-laplacian":
+            raise ValueError("keep: only of the window squared-laplacian, without content")
+        part = real(keep, "keep", 0.0, 1.0)
+        if part == 0.0:
+            raise ValueError("keep: expected a number above 0, found 0.0")
+        return self._like(_lobe.window_keep(self._rows(), self._order, part), self._order)
+
+    def _window_name(self, window: str) -> str:
+        """The window with all its numbers."""
+        name, _, width = window.partition(":")
+        if name == "sinc4":
+            return f"lanczos:{width or self._order}:{SINC4}"
+        return f"{name}:{self._order}" if window in ("hanning", "lanczos") else window
 
     def dering(self, method: str = "least-change", of_irradiance: bool = False) -> Sh:
         """The functions made non-negative by factors of their bands; or such that their irradiance is not negative.
@@ -217,10 +255,15 @@ class Sh:
         self._expect_order(MOST_SEARCHED)
         return self._like(_lobe.dering(self._rows(), self._order, method, bool(of_irradiance)), self._order)
 
-    def exp(self) -> Sh:
-        """e to the functions, projected onto their bands (Ren et al. 2006, on a grid), to order 10. Refuses coefficients that are not finite."""
+    def exp(self, method: str = "grid") -> Sh:
+        """e to the functions, projected onto their bands, to order 10. Refuses coefficients that are not finite.
+
+        Methods are those of the command (Ren et al. 2006): "grid", on a grid of directions; "optimal-linear", the best linear function;
+        "hybrid" or "hybrid:NORM", that after halving to a norm [default: 1], then squared; "series:P", by P truncated products;
+        "eigen", by eigenvectors of the product matrix: the reference, a second for one function of order 10."""
         self._expect_order(MOST_EXPONENTIATED)
-        return self._like(_lobe.exp(self._rows(), self._order), self._order)
+        expect(method, str, "method", "a name such as grid")
+        return self._like(_lobe.exp(self._rows(), self._order, method), self._order)
 
     def log(self, clamp: float = LOG_CLAMP) -> Sh:
         """The logarithm of functions such as visibilities, so that sums of them stand for products; what is below `clamp` times the
