@@ -86,7 +86,7 @@ pub use camera::view::View;
 pub use error::RenderError;
 pub use mapping_gallery::bump::{Bumped, bumped_normal, bumps};
 pub use mapping_gallery::environment_sheet::{
-    EnvironmentPanel, EnvironmentSheetOptions, environment_mapping_sheet, environment_panels,
+    EnvironmentPanel, EnvironmentSheetOptions, EnvironmentSheetSource, environment_mapping_sheet, environment_panels,
 };
 pub use mapping_gallery::exhibit::{Exhibit, Shading, SurfacePoint, compare_shadings};
 pub use mapping_gallery::glossy::{Glossy, between_levels};

@@ -3,9 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use lobe::env::{MappedMap, Mapping, PrefilterOptions, Resample, prefilter_ggx, resample};
 use lobe::image::Tone;
-use lobe::render::{EnvironmentSheetOptions, environment_mapping_sheet};
+use lobe::render::{EnvironmentSheetOptions, EnvironmentSheetSource, environment_mapping_sheet};
 
 use crate::args::map_input::MapInput;
 use crate::args::output;
@@ -14,8 +13,6 @@ use crate::run::talk::Talk;
 
 /// The most pixels on a side of one of the pictures.
 const MAX_SIZE: usize = 1024;
-/// The size of the faces from which mirrors are blurred, and of the first and the last level of the chain.
-const CHAIN: [usize; 3] = [256, 128, 8];
 
 #[derive(Args)]
 pub(crate) struct EnvShow {
@@ -39,21 +36,10 @@ impl EnvShow {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         output::check_png(&self.output)?;
         output::prepare_file(&self.output, &self.input.files()?)?;
-        let map: MappedMap = self.input.read(talk)?;
-        let [fine, size, last_size] = CHAIN;
-        let to = Resample::to(Mapping::Cube, fine, Mapping::Cube.height_for(fine));
-        let cube = talk.watch("convert", |job| resample(&map, &to, job))?.into_cube_map()?;
-        let options = PrefilterOptions::default().size(size).last_size(last_size);
-        let chain = talk.watch("prefilter", |job| prefilter_ggx(&cube, &options, job))?;
-        let sky = if map.mapping() == Mapping::LatLong {
-            map
-        } else {
-            let to = Resample::to(Mapping::LatLong, 8 * fine, 4 * fine);
-            talk.watch("convert", |job| resample(map, &to, job))?
-        };
-        let options = EnvironmentSheetOptions::default().size(self.size).prefiltered(&chain);
-        let sky = sky.into_env_map()?;
-        let sheet = talk.watch("techniques", |job| environment_mapping_sheet(&sky, &options, job))?;
+        let map = self.input.read(talk)?;
+        let source = talk.watch("prefilter", |job| EnvironmentSheetSource::new(map, job))?;
+        let options = EnvironmentSheetOptions::default().size(self.size).prefiltered(&source.chain);
+        let sheet = talk.watch("techniques", |job| environment_mapping_sheet(&source.sky, &options, job))?;
         sheet.write_png(&self.output, &Tone::PLAIN)?;
         Ok(())
     }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use lobe::prt::{AlbedoMode, BakeOptions, BakedTransfer};
+use lobe::prt::{AlbedoMode, BakeOptions};
 use lobe::render::{MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, MovingShading, VisibilityGridOptions};
 use lobe::sh::ExpMethod;
 use lobe::shadow::{
@@ -45,41 +45,6 @@ pub(crate) struct Prepared {
 pub(crate) struct AskedBake {
     pub(crate) order: Option<usize>,
     pub(crate) bounces: Option<usize>,
-}
-
-impl AskedBake {
-    /// Keeps the transfer of a baked file for what stands still in it, if it is as asked.
-    fn keep(&self, moving: &mut MovingScene, baked: &BakedTransfer, name: &str, talk: Talk) {
-        let BakedTransfer { recipe, transfer, .. } = baked;
-        let options = recipe.bake_options();
-        let not_used = if recipe.straight_through == Some(true) {
-            Some("light goes straight through surfaces in it".to_owned())
-        } else if self.order.is_some_and(|order| order > transfer.order()) {
-            Some(format!("it has {} bands, fewer than --order", transfer.order()))
-        } else if self.bounces.is_some_and(|bounces| bounces != options.bounces) {
-            Some(format!("it has {} reflections, not those of --bounces", options.bounces))
-        } else {
-            None
-        };
-        let text = match not_used {
-            Some(why) => format!("its transfer is not used: {why}; all parts are baked"),
-            None => match moving.keep_transfer(transfer, &options) {
-                Some(found) if found.kept == found.still => return,
-                Some(found) if found.reshaped > 0 => format!(
-                    "{} of {} vertices that stand still keep their transfer; skins or morph targets give {} of the others another \
-                     shape than they were baked in: these, and what is near them or near what moves, are baked as they stand",
-                    found.kept, found.still, found.reshaped
-                ),
-                Some(found) => format!(
-                    "{} of {} vertices that stand still keep their transfer; the others are near what moves, whose shadow was \
-                     baked into them: they are baked without it",
-                    found.kept, found.still
-                ),
-                None => "its transfer is not used: nothing in it stands still; all parts are baked".to_owned(),
-            },
-        };
-        talk.note(name, &text);
-    }
 }
 
 /// Options of scenes that move.
@@ -248,8 +213,10 @@ impl MovingInput {
             talk.note(&name, "has no animation; it is shown as it stands");
         }
         let mut moving = MovingScene::animated(animated, animation)?.looped(self.is_looped);
-        if let (Some(asked), Some(baked)) = (bake, &baked) {
-            asked.keep(&mut moving, baked, &name, talk);
+        if let (Some(asked), Some(baked)) = (bake, &baked)
+            && let Some(note) = moving.keep_baked(baked, asked.order, asked.bounces)
+        {
+            talk.note(&name, &note);
         }
         Ok(moving)
     }

@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use derive_setters::Setters;
 use lobe_env::{
-    CubeMap, CubeMipChain, DfgTable, EnvMap, Ggx, cube, irradiance_at, irradiance_map, irradiance_map_brute_force,
-    project_env, reconstruct,
+    CubeMap, CubeMipChain, DfgTable, EnvError, EnvMap, Ggx, MappedMap, Mapping, PrefilterOptions, Resample, cube,
+    irradiance_at, irradiance_map, irradiance_map_brute_force, prefilter_ggx, project_env, reconstruct, resample,
 };
 use lobe_image::{Exposure, Label, Picture, Sheet, Tone};
 use lobe_io::{Job, Progress};
@@ -67,6 +67,36 @@ impl Default for EnvironmentSheetOptions<'_> {
     /// Pictures of 160 x 160 pixels with 9 rays each, maps of 128 texels.
     fn default() -> Self {
         Self { size: 160, samples: 3, map_size: 128, prefiltered: None }
+    }
+}
+
+/// The size of the faces from which the mirrors of [`EnvironmentSheetSource`] are blurred, and of the first and the last level of its chain.
+const CHAIN: [usize; 3] = [256, 128, 8];
+
+/// A map as [`environment_panels`] takes it: as a lat-long one, and prefiltered.
+#[derive(Clone, Debug)]
+pub struct EnvironmentSheetSource {
+    /// What is mirrored.
+    pub sky: EnvMap,
+    /// For [`EnvironmentSheetOptions::prefiltered`].
+    pub chain: CubeMipChain,
+}
+
+impl EnvironmentSheetSource {
+    /// From a map in any mapping. Progress is that of one step after the other.
+    ///
+    /// # Errors
+    /// Those of [`resample`] and [`prefilter_ggx`].
+    pub fn new(map: MappedMap, mut job: Job<'_>) -> Result<Self, EnvError> {
+        let [fine, size, last_size] = CHAIN;
+        let to = Resample::to(Mapping::Cube, fine, Mapping::Cube.height_for(fine));
+        let cube = resample(&map, &to, job.reborrow())?.into_cube_map()?;
+        let chain = prefilter_ggx(&cube, &PrefilterOptions::default().size(size).last_size(last_size), job.reborrow())?;
+        let sky = match map.mapping() {
+            Mapping::LatLong => map,
+            _ => resample(map, &Resample::to(Mapping::LatLong, 8 * fine, 4 * fine), job)?,
+        };
+        Ok(Self { sky: sky.into_env_map()?, chain })
     }
 }
 

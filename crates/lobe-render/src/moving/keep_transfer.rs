@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use lobe_prt::{BakeOptions, Transfer};
+use lobe_prt::{BakeOptions, BakedTransfer, Transfer};
 use lobe_scene::{AnimatedScene, Mesh};
 use lobe_sh::vector::{Vec3, dot, length, sub};
 
@@ -85,6 +85,44 @@ impl Changes {
 }
 
 impl MovingScene {
+    /// Keeps what suits of the transfer that a file holds, see [`MovingScene::keep_transfer`], if it is as asked: of `order` bands at least, of
+    /// `bounces` reflections. What is not kept, and why, is a note for the user.
+    pub fn keep_baked(
+        &mut self,
+        baked: &BakedTransfer,
+        order: Option<usize>,
+        bounces: Option<usize>,
+    ) -> Option<String> {
+        let BakedTransfer { recipe, transfer, .. } = baked;
+        let options = recipe.bake_options();
+        let not_used = if recipe.straight_through == Some(true) {
+            "light goes straight through surfaces in it".to_owned()
+        } else if order.is_some_and(|order| order > transfer.order()) {
+            format!("it has {} bands, fewer than are asked for", transfer.order())
+        } else if bounces.is_some_and(|bounces| bounces != options.bounces) {
+            format!("it has {} reflections, not those that are asked for", options.bounces)
+        } else {
+            match self.keep_transfer(transfer, &options) {
+                Some(KeptVertices { kept, still, .. }) if kept == still => return None,
+                Some(KeptVertices { kept, still, reshaped }) if reshaped > 0 => {
+                    return Some(format!(
+                        "{kept} of {still} vertices that stand still keep their transfer; skins or morph targets give {reshaped} of \
+                         the others another shape than they were baked in: these, and what is near them or near what moves, are \
+                         baked as they stand"
+                    ));
+                }
+                Some(KeptVertices { kept, still, .. }) => {
+                    return Some(format!(
+                        "{kept} of {still} vertices that stand still keep their transfer; the others are near what moves, whose \
+                         shadow was baked into them: they are baked without it"
+                    ));
+                }
+                None => "nothing in it stands still".to_owned(),
+            }
+        };
+        Some(format!("its transfer is not used: {not_used}; all parts are baked"))
+    }
+
     /// Keeps the transfer of a baked file for what stands still in it, with the shadows and the light of its parts among each other:
     /// of vertices from which what moves looked smaller than a thousandth of a hemisphere as it stood. The others would show its
     /// shadow where it is no more: they are baked by what stands still alone, with the options of the file.
