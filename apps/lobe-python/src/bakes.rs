@@ -15,10 +15,11 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::job::{answered, error_of, watched};
+use crate::outputs::{beside, has_ending, prepare};
 use crate::rows::{array_of, contiguous, value_error};
 
 /// The prefix of scenes that come with Lobe.
-const BUILT_IN: &str = "built-in:";
+pub(crate) const BUILT_IN: &str = "built-in:";
 
 /// The options of a bake, whose ranges the package has checked.
 #[derive(Clone, FromPyObject)]
@@ -51,7 +52,7 @@ pub(crate) struct Bake {
     endings: &'static [&'static str],
 }
 
-fn mode_of(name: &str) -> PyResult<BakeMode> {
+pub(crate) fn mode_of(name: &str) -> PyResult<BakeMode> {
     let all = [BakeMode::Unshadowed, BakeMode::Shadowed, BakeMode::Interreflected, BakeMode::Glossy];
     let found = all.into_iter().find(|mode| mode.name() == name);
     found.ok_or_else(|| {
@@ -178,16 +179,7 @@ impl Bake {
     /// Refuses the name of a file that cannot hold the results, and that of the scene, which would be lost.
     #[expect(clippy::needless_pass_by_value, reason = "extracted from an argument of Python")]
     fn check_output(&self, output: PathBuf) -> PyResult<()> {
-        if matches!((output.canonicalize(), self.source.canonicalize()), (Ok(output), Ok(source)) if output == source) {
-            let name = output.display();
-            return Err(value_error(format!("{name}: is the scene, which would be lost; give another name")));
-        }
-        if self.endings.iter().any(|ending| has_ending(&output, ending)) {
-            return Ok(());
-        }
-        let endings: Vec<String> = self.endings.iter().map(|ending| format!(".{ending}")).collect();
-        let name = output.display();
-        Err(value_error(format!("{name}: expected a name that ends in {}", endings.join(" or "))))
+        prepare(&output, self.endings, &[&self.source])
     }
 
     /// Bakes, with results kept beside the output until it is written.
@@ -254,16 +246,6 @@ impl Bake {
         glb.check_size(self.work.options().order, self.work.channels())?;
         Ok(glb)
     }
-}
-
-fn beside(output: &Path, ending: &str) -> PathBuf {
-    let mut name = output.as_os_str().to_owned();
-    name.push(ending);
-    name.into()
-}
-
-fn has_ending(path: &Path, ending: &str) -> bool {
-    path.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending))
 }
 
 fn report_of<'py>(py: Python<'py>, report: &BakeReport) -> PyResult<Bound<'py, PyDict>> {

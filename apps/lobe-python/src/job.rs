@@ -36,6 +36,12 @@ impl WorkError for lobe::render::RenderError {
     }
 }
 
+impl WorkError for lobe::shadow::ShadowError {
+    fn is_cancelled(&self) -> bool {
+        matches!(self, Self::Cancelled)
+    }
+}
+
 impl WorkError for lobe::io::IoError {
     fn is_cancelled(&self) -> bool {
         matches!(self, Self::Cancelled)

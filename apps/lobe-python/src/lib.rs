@@ -4,7 +4,7 @@
 //! on all of them without the interpreter's lock. `eval` and `functions` are what is done to functions on the
 //! sphere, `files` where they are kept, `search` what is found in them, `encodings` irradiance in a few numbers, `lights` functions from lights, `maps` environment maps and `map_filters`
 //! what is integrated over them, `area_lights` and `reflection` closed forms, `bakes` and `matrices` what scenes do to light, by `job`, `pictures` what they
-//! look like. The package checks shapes and has the words for users.
+//! look like, `motion` and `shadows` what moves. `outputs` are the files that are written. The package checks shapes and has the words for users.
 
 #![expect(clippy::needless_pass_by_value, reason = "Python hands arguments over by value")]
 
@@ -19,10 +19,13 @@ mod lights;
 mod map_filters;
 mod maps;
 mod matrices;
+mod motion;
+mod outputs;
 mod pictures;
 mod reflection;
 mod rows;
 mod search;
+mod shadows;
 
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -55,11 +58,17 @@ mod _lobe {
     #[pymodule_export]
     use crate::matrices::{Matrices, load_matrices};
     #[pymodule_export]
-    use crate::pictures::{compare, render_baked, render_traced};
+    use crate::motion::Moving;
+    #[pymodule_export]
+    use crate::outputs::{clear_abandoned, write_whole};
+    #[pymodule_export]
+    use crate::pictures::{compare, render_still, render_traced};
     #[pymodule_export]
     use crate::reflection::{dfg, dfg_table, directional_albedo};
     #[pymodule_export]
     use crate::search::{lights, minimum, peaks};
+    #[pymodule_export]
+    use crate::shadows::{field, lamp, sphere_table, spheres};
 
     /// The version of Lobe.
     #[pymodule_init]

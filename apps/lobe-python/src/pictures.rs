@@ -1,13 +1,14 @@
 //! Pictures of scenes, and how far two pictures are apart.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use lobe::image::{FLIP_PIXELS_PER_DEGREE, ImageError, Picture, compare as compare_pixels, hdr_flip, relative_mse};
+use lobe::prt::{BakeOptions, BakedOrScene, GlossyLobe};
 use lobe::render::{
-    BakedScene, Camera, DistantLight, PathOptions, SampleCount, TruthOptions, ViewOptions, light_baked_scene,
-    render_truth,
+    BakedScene, Camera, DistantLight, PathOptions, RenderError, SampleCount, TruthOptions, ViewOptions,
+    light_baked_scene, light_by_irradiance, render_truth,
 };
-use lobe::scene::{Bvh, Scene, SceneReadOptions};
+use lobe::scene::{Bvh, GltfReader, Scene, SceneReadOptions, is_gltf};
 use lobe::sh::{Coefficient as _, Dir, Rgb, ShVec};
 use numpy::{PyArrayDyn, PyReadonlyArray2, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
@@ -19,54 +20,202 @@ use crate::rows::{array_of, contiguous, value_error};
 
 /// An eye, its target and the angle of view from the bottom to the top of the picture, in radians; without an eye all of the scene is in
 /// view.
-type View = (Option<[f64; 3]>, Option<[f64; 3]>, f64);
+pub(crate) type View = (Option<[f64; 3]>, Option<[f64; 3]>, f64);
 
-fn camera_of(scene: &Scene, (eye, target, angle): View) -> PyResult<Camera> {
-    let [min, max] = scene.world_bounds();
+fn camera_of(scene: &Scene, view: View) -> PyResult<Camera> {
+    camera_around(scene.world_bounds(), view)
+}
+
+/// The camera for a box in the world.
+pub(crate) fn camera_around([min, max]: [[f64; 3]; 2], (eye, target, angle): View) -> PyResult<Camera> {
     let Some(eye) = eye else { return Ok(Camera::in_front_of(min, max, 0.5 * angle)) };
     let target = target.unwrap_or_else(|| std::array::from_fn(|k| 0.5 * (min[k] + max[k])));
     Camera::look_at(eye, target, 0.5 * angle)
         .ok_or_else(|| value_error("eye: expected another point than the target, found the same"))
 }
 
-fn expansion(c: &PyReadonlyArray2<'_, f64>) -> PyResult<ShVec<Rgb<f64>>> {
+/// A light of colors, `(n², 3)`.
+pub(crate) fn expansion(c: &PyReadonlyArray2<'_, f64>) -> PyResult<ShVec<Rgb<f64>>> {
     let colors = contiguous(c)?.as_chunks::<3>().0.iter().map(|c| Rgb::from(*c)).collect();
     ShVec::from_vec(colors).ok_or_else(|| value_error("expected n² coefficients"))
 }
 
 /// A picture, `(height, width, 3)`.
-type Pixels<'py> = Bound<'py, PyArrayDyn<f32>>;
+pub(crate) type Pixels<'py> = Bound<'py, PyArrayDyn<f32>>;
 
-fn pixels<'py>(py: Python<'py>, picture: &Picture) -> PyResult<Pixels<'py>> {
+pub(crate) fn pixels<'py>(py: Python<'py>, picture: &Picture) -> PyResult<Pixels<'py>> {
     let numbers = picture.pixels().as_flattened().to_vec();
     array_of(py, numbers, &[picture.height(), picture.width(), 3])
 }
 
-/// A baked scene under light, before a map or, without one, before the light itself: `(height, width, 3)`.
+/// How the picture of a scene that stands still is made.
+#[derive(Clone, FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Method {
+    /// As of the command; none takes the transfer that is baked, whatever its mode.
+    mode: Option<String>,
+    /// A file of transfer alone.
+    transfer: Option<PathBuf>,
+    /// Of the mode `glossy`.
+    lobe: Option<String>,
+    /// Of transfer that is baked on the way.
+    order: Option<usize>,
+    samples: Option<u32>,
+    bounces: Option<usize>,
+}
+
+/// A scene as it was read.
+enum Found {
+    Baked(Box<BakedScene>),
+    Scene(Scene),
+}
+
+impl Method {
+    fn lobe(&self) -> PyResult<Option<GlossyLobe>> {
+        self.lobe.as_ref().map(|lobe| lobe.parse().map_err(value_error)).transpose()
+    }
+
+    /// The scene, with the transfer of its fronts if that is in a file.
+    fn read(&self, path: &Path, lobe: Option<GlossyLobe>) -> Result<Found, RenderError> {
+        if let Some(file) = &self.transfer {
+            let baked = BakedScene::read_transfer(bakes::read(path)?.0, file, lobe)?;
+            return Ok(Found::Baked(Box::new(self.checked(baked, file)?)));
+        }
+        let is_built_in = path.to_string_lossy().starts_with(bakes::BUILT_IN);
+        match &self.mode {
+            None if is_built_in => {
+                let text = "mode: expected one, such as interreflected, as the scenes of Lobe are not baked";
+                Err(RenderError::Options(text.to_owned()))
+            }
+            None => Ok(Found::Baked(Box::new(BakedScene::read(path, &SceneReadOptions::default())?))),
+            // A baked scene holds no matrices.
+            Some(mode) if lobe.is_none() && mode != IRRADIANCE && is_gltf(path) => {
+                match BakedOrScene::of(&GltfReader::open(path, &SceneReadOptions::default())?)? {
+                    BakedOrScene::Baked(baked) => {
+                        Ok(Found::Baked(Box::new(self.checked(BakedScene::from(*baked), path)?)))
+                    }
+                    BakedOrScene::Scene(scene, _) => Ok(Found::Scene(scene)),
+                }
+            }
+            Some(_) => Ok(Found::Scene(bakes::read(path)?.0)),
+        }
+    }
+
+    /// Refuses transfer that was baked in another way than is asked for.
+    fn checked(&self, baked: BakedScene, file: &Path) -> Result<BakedScene, RenderError> {
+        let Some(mode) = &self.mode else { return Ok(baked) };
+        let found = baked.recipe().mode_name().unwrap_or(mode).to_owned();
+        let refused = |what: &str, found: &str, asked: &str| {
+            let place = file.display().to_string();
+            Err(RenderError::Invalid { place, message: format!("{what}: baked as {found}, not as {asked}") })
+        };
+        if found != *mode {
+            return refused("mode", &found, mode);
+        }
+        let recipe = baked.recipe();
+        let text = |number: Option<usize>| number.map_or("unknown".to_owned(), |number| number.to_string());
+        for (what, asked, found) in [
+            ("samples", self.samples.map(|n| n as usize), recipe.samples.map(|n| n as usize)),
+            ("bounces", self.bounces, recipe.bounces),
+        ] {
+            if asked.is_some() && asked != found {
+                return refused(what, &text(found), &text(asked));
+            }
+        }
+        if self.order.is_some_and(|order| order > baked.order()) {
+            return refused("order", &text(Some(baked.order())), &text(self.order));
+        }
+        let mode = bakes::mode_of(mode).map_err(|error| RenderError::Options(error.to_string()))?;
+        let options = baked.options().clone().mode(mode);
+        Ok(baked.with_options(options))
+    }
+
+    fn options(&self, mode: &str) -> PyResult<BakeOptions> {
+        let defaults = BakeOptions::default();
+        let (order, samples) = (self.order.unwrap_or(defaults.order), self.samples.unwrap_or(defaults.samples));
+        let bounces = self.bounces.unwrap_or(defaults.bounces);
+        Ok(defaults.clone().mode(bakes::mode_of(mode)?).order(order).samples(samples).bounces(bounces))
+    }
+}
+
+/// The mode that has no transfer.
+const IRRADIANCE: &str = "irradiance";
+
+/// A scene under light, before a map or, without one, before the light itself: `(height, width, 3)`.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "a picture takes its scene, its light, its view and its size")]
-pub(crate) fn render_baked<'py>(
+pub(crate) fn render_still<'py>(
     py: Python<'py>,
     scene: PathBuf,
+    method: Method,
     light: PyReadonlyArray2<'py, f64>,
     background: Option<&Map>,
     view: View,
-    width: usize,
-    height: usize,
+    size: (usize, usize),
     rays: usize,
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<Pixels<'py>> {
-    let light = expansion(&light)?;
-    let baked = answered(py, usize::MAX, move || BakedScene::read(&scene, &SceneReadOptions::default()))?;
-    let baked = baked.map_err(|error| error_of(&error))?;
+    let (light, lobe) = (expansion(&light)?, method.lobe()?);
+    let asked = method.clone();
+    let found = answered(py, usize::MAX, move || asked.read(&scene, lobe))?.map_err(|error| error_of(&error))?;
+    let options = ViewOptions::default().width(size.0).height(size.1).rays(rays);
+    let map = background.map(|map| &*map.0);
+    let shown = |s: Dir| map.map_or_else(|| light_towards(&light, s), |map| map.radiance(s).widen());
+    let progress = progress.as_ref();
+    let mut baked = match (found, method.mode.as_deref()) {
+        (Found::Baked(baked), _) => *baked,
+        (Found::Scene(scene), Some(IRRADIANCE) | None) => {
+            let (bvh, camera) = (py.detach(|| Bvh::new(&scene)), camera_of(&scene, view)?);
+            let lit = watched(py, progress, None, |job| {
+                light_by_irradiance(&scene, &bvh, &light, &camera, &options, shown, job)
+            })?;
+            return pixels(py, &lit.picture);
+        }
+        (Found::Scene(scene), Some(mode)) => {
+            let bake = method.options(mode)?;
+            watched(py, progress, None, |job| BakedScene::bake(scene, &bake, lobe, job))?
+        }
+    };
     let camera = camera_of(baked.scene(), view)?;
-    let options = ViewOptions::default().width(width).height(height).rays(rays);
-    let shown = |s: Dir| background.map_or_else(|| light_towards(&light, s), |map| map.0.radiance(s).widen());
-    let lit = watched(py, None, None, |job| light_baked_scene(&baked, &light, &camera, &options, shown, job))?;
+    // Files hold the fronts of surfaces; backs are baked as far as the view shows them.
+    let lit = watched(py, progress, None, |mut job| {
+        let seen = baked.backs_in_view(&camera, &options, job.reborrow())?;
+        if !seen.is_empty() {
+            baked.bake_backs(&seen, job.reborrow())?;
+        }
+        light_baked_scene(&baked, &light, &camera, &options, shown, job)
+    })?;
     pixels(py, &lit.picture)
 }
 
-fn light_towards(light: &ShVec<Rgb<f64>>, s: Dir) -> Rgb<f64> {
+/// The value of a light.
+pub(crate) fn light_towards(light: &ShVec<Rgb<f64>>, s: Dir) -> Rgb<f64> {
     lobe::sh::Expansion::eval(light, s)
+}
+
+/// Samples of each pixel, bounces before the visible surface, and a seed.
+#[derive(FromPyObject)]
+pub(crate) struct Paths(usize, usize, u64);
+
+impl Paths {
+    pub(crate) fn options(&self, (width, height): (usize, usize)) -> TruthOptions {
+        let Self(samples, bounces, seed) = *self;
+        let paths = PathOptions::default().bounces(bounces).seed(seed);
+        TruthOptions::default().width(width).height(height).count(SampleCount::of(samples)).paths(paths)
+    }
+}
+
+/// The light of a map or, without one, of an expansion.
+pub(crate) fn distant_light(
+    py: Python<'_>,
+    light: Option<PyReadonlyArray2<'_, f64>>,
+    map: Option<&Map>,
+) -> PyResult<DistantLight> {
+    match (light, map) {
+        (Some(light), _) => Ok(DistantLight::from_expansion(expansion(&light)?)),
+        (None, Some(map)) => Ok(DistantLight::from_map(map.to_lat_long(py)?)),
+        (None, None) => Err(value_error("expected light, found none")),
+    }
 }
 
 /// A scene path traced under a lat-long map or an expansion: the picture and the variance of its means, `(height, width, 3)` each.
@@ -78,22 +227,15 @@ pub(crate) fn render_traced<'py>(
     light: Option<PyReadonlyArray2<'py, f64>>,
     map: Option<&Map>,
     view: View,
-    width: usize,
-    height: usize,
-    paths: (usize, usize, u64),
+    size: (usize, usize),
+    paths: Paths,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(Pixels<'py>, Pixels<'py>)> {
-    let distant = match (light, map) {
-        (Some(light), _) => DistantLight::from_expansion(expansion(&light)?),
-        (None, Some(map)) => DistantLight::from_map(map.to_lat_long(py)?),
-        (None, None) => return Err(value_error("expected light, found none")),
-    };
+    let distant = distant_light(py, light, map)?;
     let read = answered(py, usize::MAX, move || bakes::read(&scene).map(|(scene, _)| (Bvh::new(&scene), scene)))?;
     let (bvh, scene) = read.map_err(|error| error_of(&error))?;
     let camera = camera_of(&scene, view)?;
-    let (samples, bounces, seed) = paths;
-    let paths = PathOptions::default().bounces(bounces).seed(seed);
-    let options = TruthOptions::default().width(width).height(height).count(SampleCount::of(samples)).paths(paths);
+    let options = paths.options(size);
     let truth =
         watched(py, progress.as_ref(), None, |job| render_truth(&scene, &bvh, &camera, &distant, &options, job))?;
     Ok((pixels(py, &truth.mean)?, pixels(py, &truth.variance)?))

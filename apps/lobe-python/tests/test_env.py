@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 import subprocess
+import warnings
 
 import numpy as np
 import pytest
@@ -84,7 +85,9 @@ def test_maps_keep_their_texels_and_mapping():
 def test_a_png_is_the_picture_of_a_map_and_tells_its_mapping(tmp_path, mapping, shape):
     path = tmp_path / "map.png"
     lobe.EnvMap(np.linspace(0, 4, 3 * shape[0] * shape[1]).reshape((*shape, 3)), mapping).save(path)
-    shown = lobe.EnvMap.load(path)
+    with pytest.warns(lobe.LoadNote) as told:
+        shown = lobe.EnvMap.load(path)
+    assert "map.png: PNG of 8 bits" in str(told[0].message)
     assert (shown.mapping, shown.shape) == (mapping, shape)
     assert 0 < shown.texels.max() <= 1, "tone mapped"
     with pytest.raises(OSError, match="none"):
@@ -143,6 +146,23 @@ def test_files_are_written_and_read(tmp_path):
         lobe.EnvMap(texels).save(tmp_path / name)
         back = lobe.EnvMap.load(tmp_path / name)
         np.testing.assert_allclose(back.texels, texels, rtol=1e-3)
+
+
+def test_what_a_reader_notes_is_a_warning_in_the_words_of_the_command(tmp_path):
+    path = tmp_path / "map.png"
+    lobe.EnvMap(np.ones((4, 8, 3))).save(path)
+    with pytest.warns(lobe.LoadNote) as told:
+        lobe.EnvMap.load(path)
+    command = os.environ.get("LOBE") or shutil.which("lobe")
+    if command is None:
+        pytest.skip("the command lobe is not built: set LOBE to it")
+    run = [command, "project", path, "--order", "1", "-o", tmp_path / "s.sh.json"]
+    notes = subprocess.run(run, check=True, capture_output=True, text=True).stderr.splitlines()
+    assert [f"note: {warning.message}" for warning in told] == notes
+    # Who has read them may have enough of them.
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", lobe.LoadNote)
+        lobe.EnvMap.load(path)
 
 
 def test_what_is_no_map_says_so(tmp_path):

@@ -14,13 +14,16 @@ irradiance E is what a surface receives in all and never includes 1/π.
 
 from ._area_light import AreaLight
 from ._bake import BakeOptions, BakeReport, Matrices, Transfer, bake, merge
+from ._camera import Camera, Traced
 from ._encodings import Encoded, EncodingError
-from ._env import EnvMap, Sun, project, reconstruct
+from ._env import EnvMap, LoadNote, Sun, project, reconstruct
 from ._light import light
 from ._lobe import __version__
+from ._moving import MovingOptions, MovingScene
 from ._reflection import dfg, dfg_table, directional_albedo
-from ._render import Camera, Difference, Traced, compare, render, trace
+from ._render import Difference, compare, render, trace
 from ._sh import Lights, Sh
+from ._shadow import FieldReport, Spheres, field, lamp, sphere_table, spheres
 
 __all__ = [
     "AreaLight",
@@ -31,9 +34,14 @@ __all__ = [
     "Encoded",
     "EncodingError",
     "EnvMap",
+    "FieldReport",
     "Lights",
+    "LoadNote",
     "Matrices",
+    "MovingOptions",
+    "MovingScene",
     "Sh",
+    "Spheres",
     "Sun",
     "Traced",
     "Transfer",
@@ -43,10 +51,14 @@ __all__ = [
     "dfg",
     "dfg_table",
     "directional_albedo",
+    "field",
+    "lamp",
     "light",
     "merge",
     "project",
     "reconstruct",
     "render",
+    "sphere_table",
+    "spheres",
     "trace",
 ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +13,10 @@ import numpy.typing as npt
 from . import _lobe
 from ._arrays import MAX_ORDER, MAX_SIDE, Doubles, Numbers, directions, expect, finite, numbers, real, rotation_matrix, whole
 from ._sh import Sh
+
+
+class LoadNote(UserWarning):
+    """What a reader found in a file that may not be what was meant: `warnings.simplefilter("ignore", lobe.LoadNote)` silences all of them."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +78,8 @@ class EnvMap:
         `mapping` says what it is where the file and its proportions do not. `left_handed`: the faces of a cube were made for left-handed
         directions, as by Direct3D. `elevations` are those of the lowest and the highest row of a cropped panorama, in radians; what is above and
         below is black, or with `padding="edge"` the nearest row. `nonfinite="zero"` reads NaN and infinity as black instead of refusing
-        them. `to_rec709` converts other primaries where the file tells them; `max_texels` is the limit of the picture.
+        them. `to_rec709` converts other primaries where the file tells them; `max_texels` is the limit of the picture. What the command notes, such as
+        other primaries that stay, is a warning of the category `LoadNote`.
         """
         if elevations is not None:
             low, high = (real(angle, "elevations", -np.pi / 2, np.pi / 2) for angle in elevations)
@@ -87,7 +93,10 @@ class EnvMap:
             "to_rec709": bool(to_rec709),
             "max_texels": None if max_texels is None else whole(max_texels, "max_texels", 1, 1 << 40),
         }
-        return cls._of(_lobe.load(path, reading)[0])
+        found, notes = _lobe.load(path, reading)
+        for note in notes:
+            warnings.warn(f"{os.fspath(path)}: {note}", LoadNote, stacklevel=2)
+        return cls._of(found)
 
     @classmethod
     def bundled(cls, name: str) -> EnvMap:

@@ -12,6 +12,7 @@ __version__: str
 Numbers = npt.NDArray[Any]
 Doubles = npt.NDArray[np.float64]
 Matrix = Sequence[Sequence[float]]
+View = tuple[list[float] | None, list[float] | None, float]
 
 def eval(c: Numbers, order: int, directions: Numbers) -> Numbers: ...
 def rotate(c: Numbers, order: int, matrix: Matrix) -> Numbers: ...
@@ -64,26 +65,48 @@ def sun(
 def dfg(rows: Doubles) -> Doubles: ...
 def dfg_table(size: int) -> Doubles: ...
 def directional_albedo(brdf: str, cos_v: Doubles, parameters: Doubles) -> Doubles: ...
+def write_whole(path: str | os.PathLike[str], bytes: bytes) -> None: ...
+def clear_abandoned(path: str | os.PathLike[str]) -> None: ...
 def load_transfer(path: str | os.PathLike[str]) -> Transfer: ...
-def render_baked(
+def render_still(
     scene: str | os.PathLike[str],
+    method: dict[str, object],
     light: Doubles,
     background: Map | None,
-    view: tuple[list[float] | None, list[float] | None, float],
-    width: int,
-    height: int,
+    view: View,
+    size: tuple[int, int],
     rays: int,
+    progress: Callable[[int, int], object] | None,
 ) -> npt.NDArray[np.float32]: ...
 def render_traced(
     scene: str | os.PathLike[str],
     light: Doubles | None,
     map: Map | None,
-    view: tuple[list[float] | None, list[float] | None, float],
-    width: int,
-    height: int,
+    view: View,
+    size: tuple[int, int],
     paths: tuple[int, int, int],
     progress: Callable[[int, int], object] | None,
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]: ...
+def field(
+    scene: str | os.PathLike[str],
+    output: str | os.PathLike[str],
+    settings: dict[str, object],
+    progress: Callable[[int, int], object] | None,
+) -> Any: ...
+def spheres(
+    scene: str | os.PathLike[str],
+    entity: str | None,
+    output: str | os.PathLike[str] | None,
+    settings: dict[str, object],
+    progress: Callable[[int, int], object] | None,
+) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32], float, float, list[float], float]: ...
+def sphere_table(output: str | os.PathLike[str], order: int, window: float | None, clamp: float) -> int: ...
+def lamp(
+    output: str | os.PathLike[str],
+    settings: dict[str, object],
+    pictures: list[npt.NDArray[np.float32]],
+    progress: Callable[[int, int], object] | None,
+) -> int: ...
 def compare(
     image: npt.NDArray[np.float32], reference: npt.NDArray[np.float32]
 ) -> tuple[float, float, float, float]: ...
@@ -139,6 +162,42 @@ class Bake:
         output: str | os.PathLike[str],
         progress: Callable[[int, int], object] | None,
     ) -> Any: ...
+@final
+class Moving:
+    @staticmethod
+    def load(
+        path: str | os.PathLike[str], animation: str | None, is_looped: bool, asked: tuple[int | None, int | None]
+    ) -> tuple[Moving, list[str]]: ...
+    @property
+    def span(self) -> list[float]: ...
+    def parts(self) -> list[str]: ...
+    def bounds(self, time: float) -> list[list[float]]: ...
+    def bake(
+        self,
+        shading: dict[str, object],
+        checkpoint: str | os.PathLike[str] | None,
+        progress: Callable[[int, int], object] | None,
+    ) -> int: ...
+    def render(
+        self,
+        time: float,
+        light: Doubles,
+        background: Map | None,
+        view: View,
+        size: tuple[int, int],
+        rays: int,
+        progress: Callable[[int, int], object] | None,
+    ) -> npt.NDArray[np.float32]: ...
+    def trace(
+        self,
+        time: float,
+        light: Doubles | None,
+        map: Map | None,
+        view: View,
+        size: tuple[int, int],
+        paths: tuple[int, int, int],
+        progress: Callable[[int, int], object] | None,
+    ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]: ...
 @final
 class Transfer:
     @property

@@ -2,105 +2,95 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _lobe
-from ._arrays import Doubles, expect, finite, numbers, whole
+from ._arrays import finite, numbers, whole
 from ._bake import Path, Progress
+from ._camera import Camera, Picture, Traced, checked, colors_of, size_of
 from ._env import EnvMap
+from ._moving import MovingOptions, MovingScene
 from ._sh import Sh
 
-Picture = npt.NDArray[np.float32]
+MODES = ("irradiance", "unshadowed", "shadowed", "interreflected", "glossy", "fields", "shexp")
 
-MAX_SIDE = 16384
-"""Pixels at most along a side."""
+MOST_BANDS = 8
+"""Bands of transfer at most: those of the light beyond count nothing."""
 
-
-@dataclass(frozen=True)
-class Camera:
-    """An eye and where it looks, in the world of the scene, z up."""
-
-    eye: tuple[float, float, float] | None = None
-    """None: in front of the scene, so far away that all of it is in view."""
-    target: tuple[float, float, float] | None = None
-    """None: the middle of the scene."""
-    fov: float = 40.0
-    """The angle from the bottom to the top of the picture, in degrees."""
-
-    def _view(self) -> tuple[list[float] | None, list[float] | None, float]:
-        if not 0.0 < self.fov < 180.0:
-            raise ValueError(f"fov: expected an angle above 0 and below 180 degrees, found {self.fov}")
-        if self.eye is None and self.target is not None:
-            raise ValueError("target: only with an eye")
-        return _point(self.eye, "eye"), _point(self.target, "target"), float(np.radians(self.fov))
-
-
-def _point(values: npt.ArrayLike | None, what: str) -> list[float] | None:
-    if values is None:
-        return None
-    array = numbers(values, what).astype(np.float64)
-    if array.shape != (3,) or not np.all(np.isfinite(array)):
-        raise ValueError(f"{what}: expected three finite numbers")
-    point: list[float] = array.tolist()
-    return point
-
-
-@dataclass(frozen=True)
-class Traced:
-    """A path traced picture."""
-
-    mean: Picture
-    """Radiance, (height, width, 3)."""
-    variance: Picture
-    """The variance of the means, (height, width, 3): the square of their standard error."""
-
-
-def _checked(light: EnvMap | Sh, camera: Camera | None) -> Camera:
-    """The camera, where the light is one."""
-    expect(light, (EnvMap, Sh), "light", "an EnvMap or an Sh")
-    expect(camera, (Camera, type(None)), "camera", "a Camera")
-    return camera or Camera()
-
-
-def _colors(light: Sh) -> Doubles:
-    if light.shape:
-        raise ValueError(f"light: expected one function, found a batch of shape {light.shape}")
-    c = finite(light.coefficients.astype(np.float64), "light")
-    return np.ascontiguousarray(c if light.is_color else np.repeat(c[:, None], 3, axis=1))
-
-
-def _size(width: int, height: int) -> tuple[int, int]:
-    return whole(width, "width", 1, MAX_SIDE), whole(height, "height", 1, MAX_SIDE)
+IRRADIANCE_BANDS = 3
+"""Bands of a map of which irradiance is made: higher ones hardly show."""
 
 
 def render(
     scene: Path,
     light: EnvMap | Sh,
     *,
+    mode: str | None = None,
+    transfer: Path | None = None,
+    lobe: str | None = None,
+    order: int | None = None,
+    bake_samples: int | None = None,
+    bounces: int | None = None,
+    time: float | None = None,
     camera: Camera | None = None,
     width: int = 512,
     height: int = 384,
     rays: int = 2,
+    progress: Progress | None = None,
 ) -> Picture:
-    """A baked .glb or .gltf under light from everywhere, by its transfer, at once: radiance of shape (height, width, 3), row 0 on top.
+    """A scene under light from everywhere, as by `lobe render`: radiance of shape (height, width, 3), row 0 on top.
 
-    Behind the scene is the map, or the expansion itself. `rays` squared rays are averaged for each pixel.
+    Without a mode the transfer that is baked into a .glb or .gltf lights it at once, or that in a file of `transfer`, which `lobe.bake`, `compress` or
+    `fit_lobes` wrote for this scene without it, a lightmap among them. `mode` asks for another: "irradiance", that of the light by the shading normal; "unshadowed",
+    "shadowed" or "interreflected" transfer, baked on the way where the scene is not; "glossy" with a `lobe` of reflection, "phong:E" or "ggx:ALPHA"
+    [default: ggx:0.3], by the matrices in `transfer` or baked on the way; "fields" or "shexp", a scene that moves at a `time` in seconds
+    [default: 0], of which `MovingScene` has the options. What is baked has an `order` of 1 to 8 [default: 4], `bake_samples` paths from each vertex
+    [default: 1024] and `bounces` [default: 3]; of what was baked before they are expected to be these.
+
+    Behind the scene is the map, or the expansion itself. `rays` squared rays are averaged for each pixel. Backs of double-sided surfaces, which files do
+    not hold, are baked as far as the view shows them. Ctrl-C and what `progress(done, total)` raises, for one step after the other, stop it.
     """
-    view = _checked(light, camera)._view()
-    width, height = _size(width, height)
+    if mode is not None and mode not in MODES:
+        raise ValueError(f"mode: expected {', '.join(MODES[:-1])} or {MODES[-1]}, found {mode!r}")
+    moves = mode in ("fields", "shexp")
+    for is_refused, why in [
+        (time is not None and not moves, "time: only of the modes fields and shexp"),
+        (transfer is not None and (moves or mode == "irradiance"), f"transfer: not of the mode {mode}"),
+        (lobe is not None and mode != "glossy", "lobe: only of the mode glossy"),
+        (mode in (None, "irradiance") and (order, bake_samples, bounces) != (None, None, None), "order, bake_samples and bounces: only of a mode with transfer"),
+    ]:
+        if is_refused:
+            raise ValueError(why)
+    samples = None if bake_samples is None else whole(bake_samples, "bake_samples", 1, 1 << 20)
+    if mode is not None and moves:
+        options = MovingOptions(mode, order, 1024 if samples is None else samples, bounces)
+        moving = MovingScene(scene, options)
+        seconds = 0.0 if time is None else time
+        return moving.render(light, seconds, camera=camera, width=width, height=height, rays=rays, progress=progress)
+    method: dict[str, object] = {
+        "mode": mode,
+        "transfer": None if transfer is None else os.fspath(transfer),
+        "lobe": "ggx:0.3" if mode == "glossy" and lobe is None else lobe,
+        "order": None if order is None else whole(order, "order", 1, MOST_BANDS),
+        "samples": samples,
+        "bounces": None if bounces is None else whole(bounces, "bounces", 0, 255),
+    }
+    view, size = checked(light, camera)._view(), size_of(width, height)
     background = light._map if isinstance(light, EnvMap) else None
-    # Bands beyond those of the transfer count nothing; eight are the most that it has.
-    colors = _colors(light.project(8) if isinstance(light, EnvMap) else light)
-    return _lobe.render_baked(scene, colors, background, view, width, height, whole(rays, "rays", 1, 64))
+    bands = IRRADIANCE_BANDS if mode == "irradiance" else MOST_BANDS
+    colors = colors_of(light.project(bands) if isinstance(light, EnvMap) else light)
+    return _lobe.render_still(scene, method, colors, background, view, size, whole(rays, "rays", 1, 64), progress)
 
 
 def trace(
     scene: Path,
     light: EnvMap | Sh,
     *,
+    time: float | None = None,
     camera: Camera | None = None,
     width: int = 512,
     height: int = 384,
@@ -111,14 +101,17 @@ def trace(
 ) -> Traced:
     """A scene path traced under light from everywhere: the truth beside `render`.
 
-    `scene` is a file, or "built-in:still-life" or another scene of Lobe; surfaces are matte. `samples` paths for each pixel, of up to `bounces`
-    reflections before the visible one. Ctrl-C and what `progress(done, total)` raises stop it.
+    `scene` is a file, or "built-in:still-life" or another scene of Lobe; surfaces are matte. With a `time`, in seconds, it is one that moves, with its lamps.
+    `samples` paths for each pixel, of up to `bounces` reflections before the visible one. Ctrl-C and what `progress(done, total)` raises stop it.
     """
-    view = _checked(light, camera)._view()
-    width, height = _size(width, height)
+    if time is not None:
+        moving = MovingScene(scene)
+        options = {"samples": samples, "bounces": bounces, "seed": seed}
+        return moving.trace(light, time, camera=camera, width=width, height=height, progress=progress, **options)
+    view, size = checked(light, camera)._view(), size_of(width, height)
     paths = (whole(samples, "samples", 2, 1 << 20), whole(bounces, "bounces", 0, 255), whole(seed, "seed", 0, 2**64 - 1))
-    colors, source = (None, light._map) if isinstance(light, EnvMap) else (_colors(light), None)
-    return Traced(*_lobe.render_traced(scene, colors, source, view, width, height, paths, progress))
+    colors, source = (None, light._map) if isinstance(light, EnvMap) else (colors_of(light), None)
+    return Traced(*_lobe.render_traced(scene, colors, source, view, size, paths, progress))
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,216 @@
+"""Occluders and lamps that move: occlusion fields, sets of spheres, and the light of lamps, as the command writes them to files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypedDict
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _lobe
+from ._arrays import Doubles, expect, finite, numbers, real, whole
+from ._bake import Path, Progress
+
+MAX_SPHERES, MAX_CELLS, MAX_PATCHES, MAX_FITTED = 256, 256, 64, 4096
+"""Limits as of the command, beyond which a number is taken for a typing error."""
+
+CLUSTERED = (64, 4)
+"""Clusters and components of `storage="clustered"`: at order 4 less than a third of the bytes of single precision."""
+
+
+class FieldReport(TypedDict):
+    """What `field` tells of its work."""
+
+    points: int
+    """Sample points."""
+    inside: int
+    """Those inside the solid."""
+    rays: int
+    bytes: int
+    """Of the numbers as they are stored, and in single precision."""
+    bytes_before: int
+    relative_error: float
+    """Of storage: the root of the sum of squared differences over that of squares."""
+    largest_error: float
+
+
+def field(
+    scene: Path,
+    output: Path,
+    *,
+    order: int = 4,
+    spheres: int = 16,
+    cells: int = 16,
+    range: tuple[float, float] = (0.25, 8.0),
+    rays: int = 1024,
+    seed: int = 0,
+    storage: str = "f32",
+    progress: Progress | None = None,
+) -> FieldReport:
+    """Bakes the occlusion field of an entity, and writes the bytes of `lobe field`: how much of the sky it hides from the places around it.
+
+    `scene`, a file or "built-in:ball" or another scene of Lobe, is the entity. Sample points lie on `spheres` concentric spheres, 2 or more, whose
+    radii are `range` in radii of the entity, at the corners of `cells` by `cells` cells of an octahedral grid, an even number.
+    `storage` is f32, f16, u8 or clustered. Results are kept beside the output, a .safetensors file, while they are found: what was stopped, by Ctrl-C or by
+    what `progress(done, total)` raises, goes on from there.
+    """
+    settings = {
+        "order": whole(order, "order", 1, 8),
+        "spheres": whole(spheres, "spheres", 2, MAX_SPHERES),
+        "cells": _even(cells),
+        "range": _range(range),
+        "rays": whole(rays, "rays", 1, 1 << 20),
+        "seed": whole(seed, "seed", 0, 2**64 - 1),
+        "storage": storage,
+        "clusters": CLUSTERED,
+    }
+    report: FieldReport = _lobe.field(scene, output, settings, progress)
+    return report
+
+
+@dataclass(frozen=True)
+class Spheres:
+    """Spheres that stand for a mesh; see `spheres`."""
+
+    centers: npt.NDArray[np.float32]
+    """In the frame of the mesh, (k, 3)."""
+    radii: npt.NDArray[np.float32]
+    """(k,)."""
+    outside_volume: float
+    """The volumes of the spheres outside the solid, summed."""
+    solid_volume: float
+    """The volume of the solid."""
+    history: Doubles
+    """The first of them at the start and after each round."""
+    certainty: float
+    """The part of the mesh's box of which it is certain whether it is solid: below 0.9 the mesh is not closed."""
+
+
+def spheres(
+    scene: Path,
+    count: int,
+    output: Path | None = None,
+    *,
+    entity: str | None = None,
+    method: str = "variational",
+    points: int = 12288,
+    rounds: int | None = None,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Spheres:
+    """Fits spheres to the solid inside a mesh, as `lobe spheres` does: all of it is in some sphere, and little else.
+
+    With `entity`, a mesh or a node of a glTF file by name or number, they are fitted to it in the shape that its skin was bound to, and the
+    file has the joints that they follow. `method` is "variational", of `rounds` at most [default: 100], or "medial-axis", which is faster and worse. About
+    `points` points of the solid have to be covered. With an output, a .safetensors file, its bytes are those of the command, and a
+    variational fit that was stopped goes on from what is kept beside it.
+    """
+    if rounds is not None and method != "variational":
+        raise ValueError("rounds: only of the method variational")
+    expect(entity, (str, type(None)), "entity", "a name")
+    settings = {
+        "count": whole(count, "count", 1, MAX_FITTED),
+        "method": method,
+        "points": whole(points, "points", 1, 1 << 22),
+        "rounds": 100 if rounds is None else whole(rounds, "rounds", 0, 10_000),
+        "seed": whole(seed, "seed", 0, 2**64 - 1),
+    }
+    centers, radii, outside, solid, history, certainty = _lobe.spheres(scene, entity, output, settings, progress)
+    return Spheres(centers, radii, outside, solid, np.array(history), certainty)
+
+
+def sphere_table(output: Path, *, order: int = 4, window: float | None = None, clamp: float = 0.02) -> int:
+    """Writes the table of what single spheres hide, as logarithms, as `lobe spheres table` does; its number of rows.
+
+    `window` is the width of a window on the visibility, in bands; `clamp` the least eigenvalue of a logarithm as a part of the
+    largest, above 0 to 1."""
+    if window is not None and real(window, "window", 0.0) == 0.0:
+        raise ValueError("window: expected a width above 0, found 0")
+    if real(clamp, "clamp", 0.0, 1.0) == 0.0:
+        raise ValueError("clamp: expected a number above 0, found 0")
+    return _lobe.sphere_table(output, whole(order, "order", 1, 8), window, float(clamp))
+
+
+def lamp(
+    shape: str,
+    output: Path,
+    *,
+    radius: float | None = None,
+    size: tuple[float, float] | None = None,
+    radiance: npt.ArrayLike = (1.0, 1.0, 1.0),
+    pictures: Sequence[npt.ArrayLike] = (),
+    patches: tuple[int, int] = (8, 8),
+    fps: float = 24.0,
+    two_sided: bool = False,
+    order: int = 4,
+    spheres: int = 16,
+    cells: int = 16,
+    range: tuple[float, float] = (0.25, 8.0),
+    progress: Progress | None = None,
+) -> int:
+    """Writes a lamp and its light at every point around it, as `lobe lamp` does: a .safetensors file; bytes of its numbers.
+
+    `shape` is "sphere", of a `radius` around the origin, or "rectangle", of a `size` along x and y around it, which shines towards +z. `radiance` is (3,). A
+    rectangle may show `pictures`, (height, width, 3), to one who looks at it with x to the right and y up: in `patches` of one radiance along width and
+    height, `fps` of them in a second, multiplied by `radiance`. `spheres`, `cells` and `range`, in half diagonals of the rectangle, are those of `field`.
+    """
+    if shape not in ("sphere", "rectangle"):
+        raise ValueError(f"shape: expected sphere or rectangle, found {shape!r}")
+    is_sphere = shape == "sphere"
+    if is_sphere != (radius is not None) or is_sphere == (size is not None):
+        raise ValueError(f"{shape}: expected a {'radius' if is_sphere else 'size'} alone")
+    if is_sphere and (len(pictures) or two_sided):
+        raise ValueError("pictures and two_sided: only of a rectangle")
+    color = finite(numbers(radiance, "radiance").astype(np.float64, copy=False), "radiance")
+    if color.shape != (3,):
+        raise ValueError(f"radiance: expected three numbers, found an array of shape {color.shape}")
+    settings = {
+        "order": whole(order, "order", 1, 8),
+        "radiance": color.tolist(),
+        "radius": None if radius is None else _above_zero(radius, "radius"),
+        "size": None if size is None else [_above_zero(side, "size") for side in _pair(size, "size")],
+        "two_sided": bool(two_sided),
+        "patches": [whole(count, "patches", 1, MAX_PATCHES) for count in _pair(patches, "patches")],
+        "fps": _above_zero(fps, "fps"),
+        "spheres": whole(spheres, "spheres", 2, MAX_SPHERES),
+        "cells": _even(cells),
+        "range": _range(range),
+    }
+    return _lobe.lamp(output, settings, [_shown(picture) for picture in pictures], progress)
+
+
+def _shown(picture: npt.ArrayLike) -> npt.NDArray[np.float32]:
+    """A picture mirrored, as the light goes out of it."""
+    array = finite(np.asarray(numbers(picture, "picture"), dtype=np.float32), "picture")
+    if array.ndim != 3 or array.shape[-1] != 3 or array.size == 0:
+        raise ValueError(f"picture: expected an array of shape (height, width, 3), found {array.shape}")
+    return np.ascontiguousarray(array[:, ::-1])
+
+
+def _pair(values: object, what: str) -> tuple[object, object]:
+    if not isinstance(values, (tuple, list, np.ndarray)) or len(values) != 2:
+        raise ValueError(f"{what}: expected two numbers, found {values!r}")
+    return values[0], values[1]
+
+
+def _above_zero(value: object, what: str) -> float:
+    number = real(value, what, 0.0)
+    if number == 0.0:
+        raise ValueError(f"{what}: expected a number above 0, found {value}")
+    return number
+
+
+def _range(values: object) -> list[float]:
+    inner, outer = (_above_zero(radius, "range") for radius in _pair(values, "range"))
+    if inner >= outer:
+        raise ValueError(f"range: expected radii that rise, found {values}")
+    return [inner, outer]
+
+
+def _even(cells: object) -> int:
+    count = whole(cells, "cells", 2, MAX_CELLS)
+    if count % 2:
+        raise ValueError(f"cells: expected an even number, found {count}")
+    return count

@@ -1,0 +1,283 @@
+//! Scenes that move: their moments under distant light, by transfer of their parts, and path traced.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use lobe::prt::{AlbedoMode, BakeOptions, BakedTransfer, PrtError};
+use lobe::render::{
+    Camera, DistantLight, MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, MovingShading, RenderError,
+    Truth, TruthOptions, ViewOptions, VisibilityGridOptions, light_moving_scene, render_truth_with_emitters,
+};
+use lobe::scene::{AnimatedScene, Bvh, GltfReader, SceneReadOptions, built_in, is_gltf};
+use lobe::sh::{Coefficient as _, Dir};
+use lobe::shadow::{FieldOptions, LogTable, LogTableOptions, RadialInterpolation, ShadowFieldOptions, ShadowOptions};
+use numpy::PyReadonlyArray2;
+use pyo3::prelude::*;
+
+use crate::bakes;
+use crate::job::{answered, error_of, watched};
+use crate::maps::Map;
+use crate::pictures::{Paths, Pixels, View, camera_around, distant_light, expansion, light_towards, pixels};
+use crate::rows::value_error;
+
+/// What bakes parts and shades them, whose ranges the package has checked.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Shading {
+    mode: String,
+    /// That of what is baked already, or 4.
+    order: Option<usize>,
+    samples: u32,
+    bounces: Option<usize>,
+    exponential: String,
+    spheres: Option<usize>,
+    sphere_bounce: bool,
+    sphere_window: Option<f64>,
+    interpolation: String,
+    group: usize,
+    still_points: usize,
+}
+
+impl Shading {
+    fn method(&self) -> PyResult<MovingMethod> {
+        match &*self.mode {
+            "fields" => Ok(MovingMethod::Fields),
+            "shexp" => Ok(MovingMethod::Exponentials),
+            other => Err(value_error(format!("mode: expected fields or shexp, found {other:?}"))),
+        }
+    }
+
+    /// Of the transfer of each part.
+    fn transfer(&self, moving: &MovingScene) -> BakeOptions {
+        let defaults = BakeOptions::default();
+        let (order, bounces) = (self.order.or_else(|| moving.order()), self.bounces.unwrap_or(defaults.bounces));
+        defaults.clone().order(order.unwrap_or(defaults.order)).samples(self.samples).bounces(bounces)
+    }
+
+    fn bakes(&self, transfer: &BakeOptions) -> MovingBakeOptions {
+        let bake = MovingBakeOptions::default();
+        let (spheres, visibility) = (bake.spheres.clone(), VisibilityGridOptions::default());
+        let (count, deformed) = (self.spheres.unwrap_or(spheres.count), self.spheres.or(bake.deformed_spheres));
+        bake.transfer(transfer.clone().albedo(AlbedoMode::None))
+            .field(FieldOptions::default().order(transfer.order))
+            .spheres(spheres.count(count))
+            .deformed_spheres(deformed)
+            .visibility(visibility.order(transfer.order).points(self.still_points))
+            .still_hides(self.still_points > 0)
+    }
+
+    fn shading(&self, order: usize) -> PyResult<MovingShading> {
+        let interpolation = match &*self.interpolation {
+            "linear" => RadialInterpolation::Linear,
+            "cubic" => RadialInterpolation::Cubic,
+            other => return Err(value_error(format!("interpolation: expected linear or cubic, found {other:?}"))),
+        };
+        let exponential = self.exponential.parse().map_err(value_error)?;
+        let options = MovingOptions::default()
+            .method(self.method()?)
+            .order(order)
+            .fields(ShadowFieldOptions::default().interpolation(interpolation))
+            .spheres(ShadowOptions::default().method(exponential).group(self.group))
+            .bounce(self.sphere_bounce);
+        let mut table = LogTableOptions::default().order(order);
+        table.window = self.sphere_window;
+        let table = LogTable::new(&table).map_err(|error| error_of(&error))?;
+        MovingShading::with_table(options, table).map_err(|error| error_of(&error))
+    }
+}
+
+/// A scene with what moves it, and the open file if it is of a glTF file.
+pub(crate) fn animated(path: &Path) -> Result<(AnimatedScene, Option<GltfReader>), PrtError> {
+    let name = path.display().to_string();
+    if let Some(made) = name.strip_prefix(bakes::BUILT_IN).and_then(built_in::moving) {
+        return Ok((made, None));
+    }
+    if !is_gltf(path) {
+        return Ok((AnimatedScene::still(bakes::read(path)?.0), None));
+    }
+    let gltf = GltfReader::open(path, &SceneReadOptions::default())?;
+    Ok((AnimatedScene::from_gltf(&gltf)?.0, Some(gltf)))
+}
+
+/// Reads or makes a scene, and the notes of its reader.
+fn read(
+    path: &Path,
+    animation: Option<&str>,
+    asked: (Option<usize>, Option<usize>),
+) -> Result<(MovingScene, Vec<String>), RenderError> {
+    let note = |file: &Path, text: &str| format!("{}: {text}", file.display());
+    if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("json")) {
+        if animation.is_some() {
+            let text = "animation: only of glTF files; a scene description says which animations its entities play";
+            return Err(RenderError::Options(text.to_owned()));
+        }
+        let (moving, reports) = MovingScene::read(path, &SceneReadOptions::default())?;
+        let notes = reports.iter().flat_map(|(file, report)| report.notes.iter().map(|text| note(file, text)));
+        return Ok((moving, notes.collect()));
+    }
+    let (animated, gltf) = animated(path)?;
+    let mut notes = Vec::new();
+    let baked = match gltf.as_ref().filter(|gltf| BakedTransfer::covers(gltf, animated.rest())) {
+        Some(gltf) => Some(BakedTransfer::of(gltf, animated.rest())?),
+        None => None,
+    };
+    let chosen = match animation {
+        Some(name) => Some(animated.animation(name)?),
+        None => (!animated.animations().is_empty()).then_some(0),
+    };
+    let mut moving = MovingScene::animated(animated, chosen)?;
+    let (order, bounces) = asked;
+    notes.extend(baked.and_then(|baked| moving.keep_baked(&baked, order, bounces)).map(|text| note(path, &text)));
+    Ok((moving, notes))
+}
+
+/// A scene that moves, and how it is shaded once its parts are baked.
+#[pyclass(frozen, module = "lobe")]
+pub(crate) struct Moving {
+    span: [f64; 2],
+    inner: Mutex<Inner>,
+}
+
+struct Inner {
+    scene: MovingScene,
+    /// And the options of bakes of backs.
+    shading: Option<(MovingShading, BakeOptions)>,
+    /// Of the moment that was shaded before.
+    tree: Option<Bvh>,
+}
+
+impl Moving {
+    fn lock(&self) -> MutexGuard<'_, Inner> {
+        self.inner.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[pymethods]
+impl Moving {
+    /// Reads a scene, and the notes of its reader; `asked` is the order and the bounces that transfer in the file is kept for.
+    #[staticmethod]
+    fn load(
+        py: Python<'_>,
+        path: PathBuf,
+        animation: Option<String>,
+        is_looped: bool,
+        asked: (Option<usize>, Option<usize>),
+    ) -> PyResult<(Self, Vec<String>)> {
+        let read = answered(py, usize::MAX, move || read(&path, animation.as_deref(), asked))?;
+        let (scene, notes) = read.map_err(|error| error_of(&error))?;
+        let scene = scene.looped(is_looped);
+        let span = scene.span();
+        Ok((Self { span, inner: Mutex::new(Inner { scene, shading: None, tree: None }) }, notes))
+    }
+
+    /// The times, in seconds, between which the scene moves.
+    #[getter]
+    fn span(&self) -> [f64; 2] {
+        self.span
+    }
+
+    /// The names of its parts.
+    fn parts(&self, py: Python<'_>) -> Vec<String> {
+        py.detach(|| self.lock().scene.parts().iter().map(|part| part.name.clone()).collect())
+    }
+
+    /// Two corners of the box around the scene at a time.
+    fn bounds(&self, py: Python<'_>, time: f64) -> PyResult<[[f64; 3]; 2]> {
+        py.detach(|| self.lock().scene.world_bounds(time)).map_err(|error| error_of(&error))
+    }
+
+    /// Bakes what the parts lack, kept in files whose names begin with `checkpoint` if there is one; the order.
+    fn bake(
+        &self,
+        py: Python<'_>,
+        shading: Shading,
+        checkpoint: Option<PathBuf>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<usize> {
+        let method = shading.method()?;
+        let transfer = py.detach(|| shading.transfer(&self.lock().scene));
+        let made = shading.shading(transfer.order)?;
+        let bakes = shading.bakes(&transfer);
+        watched(py, progress.as_ref(), checkpoint.as_deref(), |job| {
+            let mut inner = self.lock();
+            inner.scene.expect_order(transfer.order)?;
+            inner.scene.bake(method, &bakes, job)?;
+            inner.shading = Some((made, transfer.clone()));
+            Ok::<_, RenderError>(())
+        })?;
+        Ok(transfer.order)
+    }
+
+    /// A moment under light, before a map or, without one, before the light itself: `(height, width, 3)`.
+    #[expect(clippy::too_many_arguments, reason = "a picture takes its time, its light, its view and its size")]
+    fn render<'py>(
+        &self,
+        py: Python<'py>,
+        time: f64,
+        light: PyReadonlyArray2<'py, f64>,
+        background: Option<&Map>,
+        view: View,
+        size: (usize, usize),
+        rays: usize,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Pixels<'py>> {
+        let (light, options) = (expansion(&light)?, ViewOptions::default().width(size.0).height(size.1).rays(rays));
+        let camera = camera_around(self.bounds(py, time)?, view)?;
+        let map = background.map(|map| &*map.0);
+        let shown = |s: Dir| map.map_or_else(|| light_towards(&light, s), |map| map.radiance(s).widen());
+        let lit = watched(py, progress.as_ref(), None, |mut job| {
+            let inner = &mut *self.lock();
+            let Some((shading, bake)) = &inner.shading else {
+                return Err(RenderError::Options("the parts are not baked; bake them first".to_owned()));
+            };
+            let mut moment = inner.scene.at_with(time, inner.tree.take())?;
+            let seen = MovingScene::backs_in_view(&moment, &camera, &options, job.reborrow())?;
+            if !seen.is_empty() {
+                let bvh = moment.into_bvh();
+                inner.scene.bake_backs(&seen, bake, job.reborrow())?;
+                moment = inner.scene.at_with(time, Some(bvh))?;
+            }
+            let lit = light_moving_scene(&moment, shading, &light, &camera, &options, shown, job)?;
+            inner.tree = Some(moment.into_bvh());
+            Ok(lit)
+        })?;
+        pixels(py, &lit.picture)
+    }
+
+    /// A moment path traced under a lat-long map or an expansion, with the scene's lamps: the picture and the variance of its means.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "a picture takes its time, its light, its view, its size and its paths"
+    )]
+    fn trace<'py>(
+        &self,
+        py: Python<'py>,
+        time: f64,
+        light: Option<PyReadonlyArray2<'py, f64>>,
+        map: Option<&Map>,
+        view: View,
+        size: (usize, usize),
+        paths: Paths,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<(Pixels<'py>, Pixels<'py>)> {
+        let distant = distant_light(py, light, map)?;
+        let camera = camera_around(self.bounds(py, time)?, view)?;
+        let truth = watched(py, progress.as_ref(), None, |job| {
+            let inner = self.lock();
+            traced(&inner.scene, time, &distant, &camera, &paths.options(size), job)
+        })?;
+        Ok((pixels(py, &truth.mean)?, pixels(py, &truth.variance)?))
+    }
+}
+
+fn traced(
+    scene: &MovingScene,
+    time: f64,
+    light: &DistantLight,
+    camera: &Camera,
+    options: &TruthOptions,
+    job: lobe::io::Job<'_>,
+) -> Result<Truth, RenderError> {
+    let moment = scene.at(time)?;
+    render_truth_with_emitters(moment.scene(), moment.bvh(), camera, light, &moment.emitters(), options, job)
+}
