@@ -418,3 +418,38 @@ def test_a_shard_has_room_in_memory_however_cheap_it_is():
     made = lobe.BakeOptions(mode="glossy", order=6).of(SCENE)
     # Three colors of four bytes.
     assert made.bytes == made.points * 36 * 36 * 12
+
+
+KILLED_WHILE_IT_WRITES = """
+import resource, signal
+import lobe, lobe.distributed, distributed
+
+def die(done, shards):
+    # By the system, in the middle of the shard that is written next.
+    if done == 2:
+        signal.signal(signal.SIGXFSZ, signal.SIG_DFL)
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
+
+options = lobe.BakeOptions(mode="shadowed", order=3, samples=64)
+with distributed.Client(scheduler_file={file!r}, set_as_default=False) as client:
+    lobe.distributed.bake({scene!r}, {output!r}, options, client=client, shards=6, progress=die)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="it has no limits of files")
+def test_what_a_client_that_is_killed_has_begun_to_write_is_cleared_and_what_it_wrote_taken_up(processes, tmp_path, whole):
+    processes.worker()
+    output = tmp_path / "o.safetensors"
+    with processes.client() as client:
+        program = KILLED_WHILE_IT_WRITES.format(file=processes.file, scene=SCENE, output=str(output))
+        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+        assert done.returncode == -signal.SIGXFSZ, done.stderr
+        left = os.listdir(f"{output}.shards")
+        whole_ones = [name for name in left if on_dask.SHARD.fullmatch(name)]
+        assert len(whole_ones) == 2 and len(left) == 3, left
+        told = []
+        on_dask.bake(SCENE, output, OPTIONS, client=client, progress=lambda done, shards: told.append((done, shards)))
+    assert told[0] == (2, 6), "the shards that were done are taken up"
+    assert output.read_bytes() == whole
+    assert not pathlib.Path(f"{output}.shards").exists(), "nothing of it is left"

@@ -22,7 +22,7 @@ from contextlib import contextmanager
 from dataclasses import asdict, fields
 from typing import TYPE_CHECKING, Any
 
-from . import __version__
+from . import __version__, _lobe
 from ._arrays import whole
 from ._bag import Unfinished, client_or_own, map
 from ._bake import BakeOptions, BakeReport, Path
@@ -138,6 +138,8 @@ class Parts:
     def __init__(self, output: str, identity: str, count: int) -> None:
         self.folder, self.identity, self.count = f"{output}.shards", identity, count
         os.makedirs(self.folder, exist_ok=True)
+        # A client that was killed while it wrote a shard has left what it wrote; that of one that still does stays.
+        _lobe.clear_abandoned(self.path(1))
 
     def path(self, number: int) -> str:
         return os.path.join(self.folder, f"{self.identity}-{number}-of-{self.count}.safetensors")
@@ -149,17 +151,8 @@ class Parts:
         return [number for number in range(1, self.count + 1) if not os.path.exists(self.path(number))]
 
     def keep(self, number: int, part: bytes) -> None:
-        """Writes a shard; until it is whole nothing has its name."""
-        staged = f"{self.path(number)}.{os.getpid()}"
-        try:
-            with open(staged, "wb") as file:
-                file.write(part)
-                file.flush()
-                os.fsync(file.fileno())
-            os.replace(staged, self.path(number))
-        finally:
-            if os.path.exists(staged):
-                os.remove(staged)
+        """Writes a shard; until it is whole and on the disk nothing has its name."""
+        _lobe.write_whole(self.path(number), part)
 
     def others(self) -> list[str]:
         """Shards of other work for the same output: of a scene that was changed since, or of other options."""
@@ -167,6 +160,7 @@ class Parts:
 
     def remove(self) -> None:
         """Takes the shards away, those of earlier work for the same output too, and the folder if nothing else is in it."""
+        _lobe.clear_abandoned(self.path(1))
         for name in os.listdir(self.folder):
             if SHARD.fullmatch(name):
                 os.remove(os.path.join(self.folder, name))
