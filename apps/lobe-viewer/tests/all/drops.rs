@@ -212,7 +212,9 @@ fn matrices_are_those_of_metals_and_what_is_part_of_something_else_says_of_what(
     assert_eq!(*room.glossy()[0].matrices, matrices(4), "with the numbers of the file");
     drop_file(&mut harness, &at("three.safetensors"));
     assert_eq!(harness.state().scene().glossy().len(), 1, "what was there remains");
-    for (format, advice) in [("lobe-lamp", "open that"), ("lobe-neighbourhood-transfer", "lobe info")] {
+    for (format, advice) in
+        [("lobe-lamp", "open that"), ("lobe-neighbourhood-transfer", "lobe info"), ("lobe-visibility", "bakes its own")]
+    {
         let about = format!(r#"{{"__metadata__":{{"lobe":"{{\"format\":\"{format}\",\"version\":1}}"}}}}"#);
         let bytes = [&(about.len() as u64).to_le_bytes()[..], about.as_bytes()].concat();
         std::fs::write(at("part.safetensors"), bytes).unwrap();
