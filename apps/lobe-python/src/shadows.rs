@@ -250,7 +250,7 @@ pub(crate) fn lamp(
         }
         (None, None) => return Err(value_error("lamp: expected a radius or a size")),
     };
-    py.detach(|| write_lamp(&output, &lamp)).map_err(fault)?;
+    py.detach(|| write_lamp(&output, &lamp, &FieldStorage::F32)).map_err(fault)?;
     Ok(bytes)
 }
 
