@@ -2,7 +2,7 @@
 
 use anyhow::bail;
 use clap::Args;
-use lobe::prt::{AdaptiveOptions, AdaptiveReport, BakeMode, BakeOptions, split_adaptively};
+use lobe::prt::{AdaptiveOptions, AdaptiveReport, BakeOptions, split_adaptively};
 use lobe::scene::Scene;
 
 use crate::args::values;
@@ -61,11 +61,9 @@ impl Splitting {
         if self.max_vertices.is_some_and(|most| most < found) {
             bail!("--max-vertices: expected at least the {found} vertices that the scene begins with");
         }
-        let mode = if bake.mode == BakeMode::Unshadowed { BakeMode::Unshadowed } else { BakeMode::Shadowed };
-        let defaults = AdaptiveOptions::default();
-        let bake = bake.clone().mode(mode).samples(defaults.bake.samples);
         let min_edge = self.min_edge.map(|edge| edge as f32);
-        let options = defaults.threshold(threshold).min_edge(min_edge).max_vertices(self.max_vertices).bake(bake);
+        let options =
+            AdaptiveOptions::before(bake).threshold(threshold).min_edge(min_edge).max_vertices(self.max_vertices);
         let (finer, report) = checkpoint.watched_rounds(talk, |job| split_adaptively(&scene, &options, job))?;
         Ok((finer, Some(report)))
     }

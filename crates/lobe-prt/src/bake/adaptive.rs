@@ -41,6 +41,17 @@ impl Default for AdaptiveOptions {
     }
 }
 
+impl AdaptiveOptions {
+    /// For a bake that follows: its options, but for reflections, which do not show where edges are off, and for the paths, as few as by default.
+    #[must_use]
+    pub fn before(bake: &BakeOptions) -> Self {
+        let mode = if bake.mode == BakeMode::Unshadowed { BakeMode::Unshadowed } else { BakeMode::Shadowed };
+        let defaults = Self::default();
+        let samples = defaults.bake.samples;
+        defaults.bake(bake.clone().mode(mode).samples(samples))
+    }
+}
+
 /// The report of an adaptive split.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 #[non_exhaustive]
