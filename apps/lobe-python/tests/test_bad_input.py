@@ -89,6 +89,7 @@ VIEWS = {
     "columns": lambda a: np.asfortranarray(a),
     "read-only": lambda a: _frozen(a),
     "every second": lambda a: np.repeat(a, 2, axis=0)[::2],
+    "across words": lambda a: _unaligned(a),
     "the other order of bytes": lambda a: a.astype(a.dtype.newbyteorder()),
 }
 
@@ -97,6 +98,14 @@ def _frozen(array):
     array = array.copy()
     array.setflags(write=False)
     return array
+
+
+def _unaligned(array):
+    """Numbers at an odd place, as in a packed record."""
+    moved = np.empty(array.nbytes + 1, np.uint8)[1:].view(array.dtype).reshape(array.shape)
+    moved[...] = array
+    assert not moved.flags.aligned
+    return moved
 
 
 @pytest.mark.parametrize("view", VIEWS)
@@ -108,9 +117,11 @@ def test_how_numbers_lie_in_memory_changes_nothing(view, dtype):
     seen = VIEWS[view](c)
     d = np.random.default_rng(1).normal(size=(5, 3))
     np.testing.assert_array_equal(lobe.Sh(seen).eval(d), lobe.Sh(c).eval(d))
+    np.testing.assert_array_equal(lobe.Sh(c).eval(VIEWS[view](d)), lobe.Sh(c).eval(d))
     np.testing.assert_array_equal(np.asarray(lobe.Sh(seen).dering()), np.asarray(lobe.Sh(c).dering()))
     image = np.random.default_rng(2).random((4, 8, 3)).astype(dtype)
     np.testing.assert_array_equal(lobe.EnvMap(VIEWS[view](image)).texels, lobe.EnvMap(image).texels)
+    np.testing.assert_array_equal(lobe.project(VIEWS[view](image), 3).coefficients, lobe.project(image, 3).coefficients)
 
 
 def test_batches_without_functions_have_results_without_values():

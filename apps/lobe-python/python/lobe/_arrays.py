@@ -22,9 +22,10 @@ MAX_SIDE = 32768
 
 
 def numbers(values: npt.ArrayLike, what: str) -> Numbers:
-    """An array of float32 or float64; integers become float64, and anything else is a TypeError."""
+    """An array of float32 or float64; integers become float64, and anything else is a TypeError. Numbers that lie across the words of
+    memory, as those of packed records and of files mapped at an odd place, are copied."""
     given: Any = values
-    if type(given) is np.ndarray and given.dtype in NATIVE:
+    if type(given) is np.ndarray and given.dtype in NATIVE and given.flags.aligned:
         known: Numbers = given
         return known
     if hasattr(given, "__dlpack__") and not isinstance(given, np.ndarray):
@@ -40,8 +41,8 @@ def numbers(values: npt.ArrayLike, what: str) -> Numbers:
         array = array.astype(np.float64)
     if array.dtype.kind != "f" or array.dtype.itemsize not in (4, 8):
         raise TypeError(f"{what}: expected numbers of float32 or float64, found {array.dtype}")
-    # In the order of bytes of this machine, as the kernels read them.
-    return array.astype(array.dtype.newbyteorder("="), copy=False)
+    # In the order of bytes of this machine and at whole words, as the kernels read them.
+    return np.require(array, array.dtype.newbyteorder("="), "A")
 
 
 def order_of(count: int, what: str) -> int:

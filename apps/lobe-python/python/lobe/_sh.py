@@ -44,7 +44,7 @@ class Sh:
 
     `c` has shape (..., n²), or (..., n², 3) for colors, where n is the order, the number of bands, and coefficient l² + l + m
     belongs to y_lm, with the phase (-1)^m: y_1,-1 = -√(3/4π) y, y_10 = √(3/4π) z, y_11 = -√(3/4π) x. Leading dimensions are a batch. Numbers are float32
-    or float64, and what is computed of them has the same; they are not copied if they are contiguous. Of coefficients that are not
+    or float64, and what is computed of them has the same; they are not copied if they are contiguous and aligned. Of coefficients that are not
     finite the values are not finite, unless a method says that it refuses them.
     """
 
