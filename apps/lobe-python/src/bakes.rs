@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 
 use lobe::io::{Shard, merge_shards};
 use lobe::prt::{
-    AlbedoMode, AnyTransfer, BakeMode, BakeOptions, BakeReport, BakeWork, BakedGlb, BakedRows, Pilot, PrtError,
-    read_any_transfer, read_baked, scene_hash,
+    AdaptiveOptions, AlbedoMode, AnyTransfer, BakeMode, BakeOptions, BakeReport, BakeWork, BakedGlb, BakedRows,
+    CompressOptions, CompressedTransfer, Pilot, PrtError, Recipe, read_any_transfer, read_baked, scene_hash,
+    split_adaptively, split_checkpoints, write_compressed_transfer,
 };
 use lobe::scene::{GltfDocument, GltfReader, Scene, SceneReadOptions, built_in, is_gltf, read_scene};
 use lobe::sh::Rgb;
@@ -14,6 +15,7 @@ use numpy::{PyArrayDyn, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::compression::{compress_options, report_of_compression};
 use crate::job::{answered, error_of, watched};
 use crate::outputs::{beside, has_ending, prepare};
 use crate::rows::{array_of, contiguous, value_error};
@@ -36,6 +38,13 @@ pub(crate) struct Settings {
     texels: Option<usize>,
     grid: Option<[usize; 3]>,
     grid_box: Option<[f64; 6]>,
+    adaptive: Option<f64>,
+    min_edge: Option<f64>,
+    max_vertices: Option<usize>,
+    /// Compressed if any of these is given.
+    clusters: Option<usize>,
+    components: Option<usize>,
+    weights: Option<usize>,
 }
 
 /// A scene whose light can be baked, where, and how.
@@ -47,9 +56,7 @@ pub(crate) struct Bake {
     work: BakeWork,
     /// All that a glTF file holds, unless its scene was split.
     document: Option<GltfDocument>,
-    max_edge: Option<f64>,
-    /// Endings of the names that the results may have.
-    endings: &'static [&'static str],
+    settings: Settings,
 }
 
 pub(crate) fn mode_of(name: &str) -> PyResult<BakeMode> {
@@ -100,6 +107,14 @@ impl Settings {
             (None, None) => &["glb", "safetensors"],
         }
     }
+
+    /// How results are compressed, if they are.
+    fn compression(&self) -> PyResult<Option<CompressOptions>> {
+        if self.clusters.is_none() && self.components.is_none() && self.weights.is_none() {
+            return Ok(None);
+        }
+        compress_options(self.clusters, self.components, self.weights).map(Some)
+    }
 }
 
 impl Bake {
@@ -107,21 +122,80 @@ impl Bake {
     fn write_with<'py>(
         &self,
         py: Python<'py>,
+        work: &BakeWork,
         output: &Path,
         checkpoint: &Path,
         progress: Option<&Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         self.check_output(output.to_path_buf())?;
-        let glb = if has_ending(output, "glb") { Some(self.glb().map_err(|error| error_of(&error))?) } else { None };
-        let (baked, report) = watched(py, progress, Some(checkpoint), |job| self.work.bake(job))?;
-        let recipe = self.work.recipe(&report).scene(self.name.clone()).max_edge(self.max_edge);
-        watched(py, progress, None, |job| match (&glb, &baked) {
-            (Some(glb), BakedRows::Transfer(transfer)) => glb.write(output, transfer, &recipe, job),
-            _ => self.work.write(output, &baked, &recipe, job),
-        })?;
+        let is_glb = has_ending(output, "glb");
+        let glb = if is_glb { Some(self.glb(work).map_err(|error| error_of(&error))?) } else { None };
+        let compression = self.settings.compression()?;
+        let (baked, report) = watched(py, progress, Some(checkpoint), |job| work.bake(job))?;
+        let recipe = self.recipe(work, &report, compression.as_ref());
+        let told = report_of(py, &report)?;
+        match compression {
+            None => watched(py, progress, None, |job| match (&glb, &baked) {
+                (Some(glb), BakedRows::Transfer(transfer)) => glb.write(output, transfer, &recipe, job),
+                _ => work.write(output, &baked, &recipe, job),
+            })?,
+            Some(options) => {
+                let transfer =
+                    baked.into_transfer().ok_or_else(|| value_error("clusters: of transfer vectors only"))?;
+                let (compressed, saved) =
+                    watched(py, progress, None, |job| CompressedTransfer::new(&transfer.load()?, &options, job))?;
+                let recipe = recipe.relative_error(saved.relative_error);
+                let written = py.detach(|| match glb {
+                    Some(glb) => glb.write_compressed(output, &compressed, &recipe),
+                    None => write_compressed_transfer(output, &compressed, &recipe),
+                });
+                written.map_err(|error| error_of(&error))?;
+                told.set_item("compression", report_of_compression(py, &saved)?)?;
+            }
+        }
         // The results are safe; a checkpoint that stays is taken up by the same bake.
         let _ = fs::remove_file(checkpoint);
-        report_of(py, &report)
+        Ok(told)
+    }
+
+    /// Everything that decides the bytes of the output.
+    fn recipe(&self, work: &BakeWork, report: &BakeReport, compression: Option<&CompressOptions>) -> Recipe {
+        let Settings { max_edge, adaptive, min_edge, max_vertices, .. } = self.settings;
+        let recipe = work.recipe(report).scene(self.name.clone()).max_edge(max_edge);
+        let recipe = recipe.adaptive(adaptive).min_edge(min_edge).max_vertices(max_vertices);
+        recipe
+            .clusters(compression.map(|options| options.clusters))
+            .components(compression.map(|options| options.components))
+            .weights(compression.map(|options| 8 * options.weights.bytes()))
+    }
+
+    /// The scene with further vertices where its transfer changes by more than a part of the mean, and what was found.
+    fn split<'py>(
+        &self,
+        py: Python<'py>,
+        threshold: f64,
+        checkpoint: &Path,
+        progress: Option<&Py<PyAny>>,
+    ) -> PyResult<(Scene, Bound<'py, PyDict>)> {
+        let Settings { min_edge, max_vertices, .. } = self.settings;
+        let found = self.work.scene().vertex_count();
+        if max_vertices.is_some_and(|most| most < found) {
+            let text = format!("max_vertices: expected at least the {found} vertices that the scene begins with");
+            return Err(value_error(text));
+        }
+        let options = AdaptiveOptions::before(self.work.options()).threshold(threshold);
+        let options = options.min_edge(min_edge.map(|edge| edge as f32)).max_vertices(max_vertices);
+        let (scene, report) =
+            watched(py, progress, Some(checkpoint), |job| split_adaptively(self.work.scene(), &options, job))?;
+        let all = PyDict::new(py);
+        all.set_item("rounds", report.rounds)?;
+        all.set_item("vertices_before", report.vertices_before)?;
+        all.set_item("vertices", report.vertices)?;
+        all.set_item("rays", report.rays)?;
+        all.set_item("too_short", report.too_short)?;
+        all.set_item("left_out", report.left_out)?;
+        all.set_item("largest_error", report.largest_error)?;
+        Ok((scene, all))
     }
 }
 
@@ -129,7 +203,6 @@ impl Bake {
 impl Bake {
     /// Reads a scene. Options that are out of range are refused by the bake.
     #[new]
-    #[expect(clippy::needless_pass_by_value, reason = "extracted from an argument of Python")]
     fn new(py: Python<'_>, scene: PathBuf, settings: Settings) -> PyResult<Self> {
         let options = settings.options()?;
         let (path, asked) = (scene.clone(), settings.clone());
@@ -137,13 +210,15 @@ impl Bake {
             let (mut found, mut document) = read(&path)?;
             if let Some(max_edge) = asked.max_edge {
                 found = found.split_edges(max_edge as f32)?;
+            }
+            if asked.max_edge.is_some() || asked.adaptive.is_some() {
                 document = None;
             }
             Ok((asked.work(found, options)?, document))
         })?;
         let (work, document) = made.map_err(|error: PrtError| error_of(&error))?;
         let name = scene.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        Ok(Self { name, source: scene, work, document, max_edge: settings.max_edge, endings: settings.endings() })
+        Ok(Self { name, source: scene, work, document, settings })
     }
 
     /// The fingerprint of all of the scene that decides the results, 32 hexadecimal digits.
@@ -179,7 +254,7 @@ impl Bake {
     /// Refuses the name of a file that cannot hold the results, and that of the scene, which would be lost.
     #[expect(clippy::needless_pass_by_value, reason = "extracted from an argument of Python")]
     fn check_output(&self, output: PathBuf) -> PyResult<()> {
-        prepare(&output, self.endings, &[&self.source])
+        prepare(&output, self.settings.endings(), &[&self.source])
     }
 
     /// Bakes, with results kept beside the output until it is written.
@@ -189,8 +264,21 @@ impl Bake {
         output: PathBuf,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let checkpoint = beside(&output, ".checkpoint");
-        self.write_with(py, &output, &checkpoint, progress.as_ref())
+        let (checkpoint, progress) = (beside(&output, ".checkpoint"), progress.as_ref());
+        let Some(threshold) = self.settings.adaptive else {
+            return self.write_with(py, &self.work, &output, &checkpoint, progress);
+        };
+        self.check_output(output.clone())?;
+        let (scene, found) = self.split(py, threshold, &checkpoint, progress)?;
+        let work = py.detach(|| BakeWork::at_vertices(scene, self.work.options().clone()));
+        let work = work.map_err(|error| error_of(&error))?;
+        let report = self.write_with(py, &work, &output, &checkpoint, progress)?;
+        // The last first, so that what is left by a fault has no gaps.
+        for path in split_checkpoints(&checkpoint).iter().rev() {
+            let _ = fs::remove_file(path);
+        }
+        report.set_item("adaptive", found)?;
+        Ok(report)
     }
 
     /// Bakes a shard, which is the file that it is kept in.
@@ -220,7 +308,7 @@ impl Bake {
         // Beside what a bake that was stopped may have kept.
         let checkpoint = beside(&output, ".merged.checkpoint");
         watched(py, progress.as_ref(), None, |job| merge_shards(&parts, &checkpoint, job))?;
-        self.write_with(py, &output, &checkpoint, progress.as_ref()).map_err(|error| {
+        self.write_with(py, &self.work, &output, &checkpoint, progress.as_ref()).map_err(|error| {
             // It is made again in no time, and would be in the way of another bake.
             let _ = fs::remove_file(&checkpoint);
             let at_checkpoint = format!("{}: ", checkpoint.display());
@@ -237,13 +325,13 @@ impl Bake {
 
 impl Bake {
     /// The scene that the results become part of, which has to have room for them.
-    fn glb(&self) -> Result<BakedGlb, PrtError> {
-        let scene = self.work.scene();
+    fn glb(&self, work: &BakeWork) -> Result<BakedGlb, PrtError> {
+        let scene = work.scene();
         let glb = match &self.document {
             Some(document) => BakedGlb::of_document(document.clone(), scene)?,
             None => BakedGlb::of_scene(scene),
         };
-        glb.check_size(self.work.options().order, self.work.channels())?;
+        glb.check_size(work.options().order, work.channels())?;
         Ok(glb)
     }
 }

@@ -1,15 +1,17 @@
 //! The Python module `lobe._lobe`: kernels of Lobe over numpy arrays, which the package `lobe` wraps.
 //!
 //! Read `rows` first: how an array becomes rows of coefficients, numbers or colors in single or double precision, and how work is done
-//! on all of them without the interpreter's lock. `eval` and `functions` are what is done to functions on the
-//! sphere, `files` where they are kept, `search` what is found in them, `encodings` irradiance in a few numbers, `lights` functions from lights, `maps` environment maps and `map_filters`
-//! what is integrated over them, `area_lights` and `reflection` closed forms, `bakes` and `matrices` what scenes do to light, by `job`, `pictures` what they
-//! look like, `motion` and `shadows` what moves. `outputs` are the files that are written. The package checks shapes and has the words for users.
+//! on all of them without the interpreter's lock. `eval` and `functions` are what is done to functions on the sphere, `files` where they
+//! are kept, `search` what is found in them, `encodings` irradiance in a few numbers, `lights` functions from lights. `area_lights` and
+//! `reflection` are closed forms. `maps` are environment maps, `map_filters` integrals over them, `techniques` pictures by them. `bakes` and
+//! `matrices` are what scenes do to light, by `job`, `compression` that in fewer numbers, `pictures` what they look like, `motion` and
+//! `shadows` what moves, `outputs` the files that are written. The package checks shapes and has the words for users.
 
 #![expect(clippy::needless_pass_by_value, reason = "Python hands arguments over by value")]
 
 mod area_lights;
 mod bakes;
+mod compression;
 mod encodings;
 mod eval;
 mod files;
@@ -26,6 +28,7 @@ mod reflection;
 mod rows;
 mod search;
 mod shadows;
+mod techniques;
 
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -39,6 +42,8 @@ mod _lobe {
     use crate::area_lights::AreaLight;
     #[pymodule_export]
     use crate::bakes::{Bake, Transfer, load_transfer};
+    #[pymodule_export]
+    use crate::compression::{compress, error_curve, fit_lobes};
     #[pymodule_export]
     use crate::encodings::{Encoded, encode, encoding_errors};
     #[pymodule_export]
@@ -69,6 +74,8 @@ mod _lobe {
     use crate::search::{lights, minimum, peaks};
     #[pymodule_export]
     use crate::shadows::{field, lamp, sphere_table, spheres};
+    #[pymodule_export]
+    use crate::techniques::{show, techniques};
 
     /// The version of Lobe.
     #[pymodule_init]

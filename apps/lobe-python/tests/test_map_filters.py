@@ -86,3 +86,14 @@ def test_options_that_would_be_ignored_are_refused():
     ]:
         with pytest.raises(ValueError, match=message):
             call()
+
+
+def test_the_sheet_of_techniques_is_that_of_the_command(tmp_path):
+    lobe_command("env show bundled:sunset --size 32 -o", tmp_path / "a.png")
+    SKY.show(tmp_path / "b.png", 32)
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+    panels = SKY.techniques(32)
+    assert {panel.solid for panel in panels} == {"ball", "torus"}
+    assert all(panel.picture.shape == (32, 32, 3) and np.isfinite(panel.picture).all() for panel in panels)
+    errors = [panel.error for panel in panels if panel.error is not None]
+    assert 0 < len(errors) < len(panels) and max(errors) < 1, errors

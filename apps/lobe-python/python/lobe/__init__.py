@@ -13,10 +13,11 @@ irradiance E is what a surface receives in all and never includes 1/π.
 """
 
 from ._area_light import AreaLight
-from ._bake import BakeOptions, BakeReport, Matrices, Transfer, bake, merge
+from ._bake import AdaptiveReport, BakeOptions, BakeReport, CompressReport, Matrices, Transfer, bake, merge
 from ._camera import Camera, Traced
+from ._compression import CompressedReport, CurvePoint, LobesReport, compress, error_curve, fit_lobes
 from ._encodings import Encoded, EncodingError
-from ._env import EnvMap, LoadNote, Sun, project, reconstruct
+from ._env import EnvMap, LoadNote, Sun, Technique, project, reconstruct
 from ._light import light
 from ._lobe import __version__
 from ._moving import MovingOptions, MovingScene
@@ -26,10 +27,14 @@ from ._sh import Lights, Sh
 from ._shadow import FieldReport, Spheres, field, lamp, sphere_table, spheres
 
 __all__ = [
+    "AdaptiveReport",
     "AreaLight",
     "BakeOptions",
     "BakeReport",
     "Camera",
+    "CompressReport",
+    "CompressedReport",
+    "CurvePoint",
     "Difference",
     "Encoded",
     "EncodingError",
@@ -37,21 +42,26 @@ __all__ = [
     "FieldReport",
     "Lights",
     "LoadNote",
+    "LobesReport",
     "Matrices",
     "MovingOptions",
     "MovingScene",
     "Sh",
     "Spheres",
     "Sun",
+    "Technique",
     "Traced",
     "Transfer",
     "__version__",
     "bake",
     "compare",
+    "compress",
     "dfg",
     "dfg_table",
     "directional_albedo",
+    "error_curve",
     "field",
+    "fit_lobes",
     "lamp",
     "light",
     "merge",

@@ -18,14 +18,56 @@ Path = str | os.PathLike[str]
 Progress = Callable[[int, int], object]
 
 
-class BakeReport(TypedDict):
-    """What a bake tells of itself."""
+MAX_CLUSTERS, MAX_COMPONENTS = 1 << 16, 192
+"""Of compressed transfer: of the highest order in color a row has as many numbers as there are components at most."""
 
+
+class CompressReport(TypedDict):
+    """What compression tells of itself."""
+
+    clusters: int
+    components: int
+    squared_error: float
+    """The squared differences of all coefficients, summed."""
+    relative_error: float
+    """The root of that over the squares of the coefficients."""
+    bytes_before: int
+    bytes: int
+    ratio: float
+    iterations: list[float]
+    """The squared error after each round of clustering."""
+
+
+class AdaptiveReport(TypedDict):
+    """What splitting before a bake tells of itself."""
+
+    rounds: int
+    vertices_before: int
+    vertices: int
+    rays: int
+    too_short: int
+    """Edges that may be off by more, being too short to be halved."""
+    left_out: int
+    """Edges that are off by more, for which `max_vertices` has no room."""
+    largest_error: float
+    """The largest error along an edge at the end, in the unit of the threshold."""
+
+
+class _BakeReport(TypedDict):
     receivers: int
     rays: int
     seconds: float
     bounces: int
     stderr_dc: float
+
+
+class BakeReport(_BakeReport, total=False):
+    """What a bake tells of itself."""
+
+    adaptive: AdaptiveReport
+    """With `adaptive`."""
+    compression: CompressReport
+    """With `clusters`, `components` or `weights`."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +96,19 @@ class BakeOptions:
     """Points in space along x, y and z, where the light that arrives is baked as matrices."""
     grid_box: tuple[float, float, float, float, float, float] | None = None
     """Two corners of the grid's box, which are points; without them points are in the middle of as many equal parts of the scene's box."""
+    adaptive: float | None = None
+    """Edges are split first in whose middle interpolated transfer is off by more than this part of the mean, such as 0.05. Not of shards,
+    as rounds of splitting build on each other."""
+    min_edge: float | None = None
+    """With adaptive: edges that are shorter are left; None: 1/512 of the scene's diagonal."""
+    max_vertices: int | None = None
+    """With adaptive: vertices at most, spent where interpolation is worst; None: as many as it takes."""
+    clusters: int | None = None
+    """Transfer is compressed if this or one of the next two is given: to as many clusters at most, 1 to 65536; None: 64."""
+    components: int | None = None
+    """Components in each cluster, 0 to 192; None: 8."""
+    weights: int | None = None
+    """Bits of a weight, 8, 16 or 32; None: 16."""
 
     def __post_init__(self) -> None:
         modes = ("unshadowed", "shadowed", "interreflected", "glossy")
@@ -66,11 +121,29 @@ class BakeOptions:
         real(self.energy_stop, "energy_stop", 0.0, 1.0)
         self._check_points()
 
+    @property
+    def _is_compressed(self) -> bool:
+        return (self.clusters, self.components, self.weights) != (None, None, None)
+
+    def _check_numbers(self) -> None:
+        for length, what in [(self.max_edge, "max_edge"), (self.adaptive, "adaptive"), (self.min_edge, "min_edge")]:
+            if length is not None:
+                expect(length, (int, float, np.integer, np.floating), what, "a number")
+                if not (np.isfinite(length) and length > 0):
+                    expected = "a number" if what == "adaptive" else "a length"
+                    raise ValueError(f"{what}: expected {expected} above 0, found {length}")
+        for count, what, least, most in [
+            (self.max_vertices, "max_vertices", 1, 2**32 - 1),
+            (self.clusters, "clusters", 1, MAX_CLUSTERS),
+            (self.components, "components", 0, MAX_COMPONENTS),
+        ]:
+            if count is not None:
+                whole(count, what, least, most)
+        if self.weights is not None:
+            expect_bits(self.weights)
+
     def _check_points(self) -> None:
-        if self.max_edge is not None:
-            expect(self.max_edge, (int, float, np.integer, np.floating), "max_edge", "a number")
-            if not (np.isfinite(self.max_edge) and self.max_edge > 0):
-                raise ValueError(f"max_edge: expected a length above 0, found {self.max_edge}")
+        self._check_numbers()
         if self.texels is not None:
             whole(self.texels, "texels", 1, 1 << 14)
         for corners, what, expected in [(self.grid, "grid", "three numbers of points"), (self.grid_box, "grid_box", "two corners")]:
@@ -84,6 +157,13 @@ class BakeOptions:
             (self.texels is not None and self.grid is not None, "texels and grid: expected one of them"),
             (self.grid_box is not None and self.grid is None, "grid_box: only with grid"),
             (self.max_edge is not None and is_elsewhere, "max_edge: light is not at vertices with texels and grid"),
+            (self.adaptive is not None and is_elsewhere, "adaptive: light is not at vertices with texels and grid"),
+            (self.min_edge is not None and self.adaptive is None, "min_edge: only with adaptive"),
+            (self.max_vertices is not None and self.adaptive is None, "max_vertices: only with adaptive"),
+            (
+                self._is_compressed and (self.mode == "glossy" or self.grid is not None),
+                "clusters, components and weights: of transfer vectors only, not of matrices",
+            ),
             (self.mode == "glossy" and is_elsewhere, "mode: glossy at vertices only; grid bakes matrices by itself"),
             (
                 self.albedo == "none" and (self.mode == "glossy" or self.grid is not None),
@@ -96,6 +176,18 @@ class BakeOptions:
     def of(self, scene: Path) -> _lobe.Bake:
         """The bake of a scene."""
         return _lobe.Bake(scene, asdict(self))
+
+    def expect_shards(self) -> None:
+        """Refuses what cannot be shared among machines."""
+        if self.adaptive is not None:
+            raise ValueError("adaptive: not of shards, as rounds of splitting build on each other; max_edge splits without")
+
+
+def expect_bits(weights: int) -> int:
+    """The bits of a weight."""
+    if weights not in (8, 16, 32):
+        raise ValueError(f"weights: expected 8, 16 or 32 bits, found {weights}")
+    return int(weights)
 
 
 def bake(
@@ -113,14 +205,15 @@ def bake(
     stopped, by Ctrl-C or by what `progress(done, total)` raises, goes on from there. With `shard=(i, n)` part i of n is baked, from 1 on,
     and written as a .safetensors file, which `merge` puts together with the others.
     """
-    made = (options or BakeOptions()).of(scene)
+    options = options or BakeOptions()
     if shard is None:
-        report: BakeReport = made.write(output, progress)
+        report: BakeReport = options.of(scene).write(output, progress)
         return report
+    options.expect_shards()
     if not isinstance(shard, (tuple, list)) or len(shard) != 2:
         raise TypeError(f"shard: expected a pair such as (1, 4), found {shard!r}")
     number, count = (whole(k, "shard", 1, 1 << 20) for k in shard)
-    part: BakeReport = made.write_shard(output, number, count, progress)
+    part: BakeReport = options.of(scene).write_shard(output, number, count, progress)
     return part
 
 
@@ -136,7 +229,9 @@ def merge(
     that are there twice are refused by name."""
     if isinstance(parts, (str, bytes, os.PathLike)) or not isinstance(parts, Sequence):
         raise TypeError(f"parts: expected a list of files, found {parts!r}")
-    report: BakeReport = (options or BakeOptions()).of(scene).merge(list(parts), output, progress)
+    options = options or BakeOptions()
+    options.expect_shards()
+    report: BakeReport = options.of(scene).merge(list(parts), output, progress)
     return report
 
 

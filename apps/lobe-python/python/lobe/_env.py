@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -36,6 +37,21 @@ class Sun:
     """Texels of the map that were changed."""
     rest: EnvMap
     """The map without it."""
+
+
+@dataclass(frozen=True)
+class Technique:
+    """A picture by a technique of environment mapping; see `EnvMap.techniques`."""
+
+    solid: str
+    """ball or torus."""
+    name: str
+    picture: npt.NDArray[np.float32]
+    """Linear light, (size, size, 3)."""
+    error: float | None
+    """Against the truth that it approximates, over the visible surface, Σ|a - b| / Σ|b|; None of the truth itself."""
+    mirrors: bool
+    """Whether the surface mirrors the map as it is; others blur it."""
 
 
 class EnvMap:
@@ -263,6 +279,16 @@ class EnvMap:
             return None
         direction, irradiance, radiance, diameter, texels, rest = found
         return Sun(np.array(direction), np.array(irradiance), np.array(radiance), diameter, texels, EnvMap._of(rest))
+
+    def techniques(self, size: int = 192, *, progress: Callable[[int, int], object] | None = None) -> list[Technique]:
+        """A ball and a torus under the map, by each technique of environment mapping beside the truth, in pictures of (size, size, 3), 32 to 1024:
+        mirrors by lat-long, sphere map, cube and paraboloids; rough mirrors by filtered maps; highlight maps; matte by irradiance map and by nine
+        coefficients; bumps; blended views."""
+        return [Technique(*panel) for panel in _lobe.techniques(self._map, whole(size, "size", 32, 1024), progress)]
+
+    def show(self, output: str | os.PathLike[str], size: int = 192, *, progress: Callable[[int, int], object] | None = None) -> None:
+        """Writes `techniques` as one sheet, a .png, as `lobe env show` does."""
+        _lobe.show(self._map, output, whole(size, "size", 32, 1024), progress)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes an .exr, .hdr or .pfm picture, or a tone-mapped .png; until all is written nothing has the name."""

@@ -85,6 +85,7 @@ class Work:
 
     def __init__(self, scene: Path, output: Path, options: BakeOptions) -> None:
         self.scene, self.output, self.options = os.fspath(scene), os.fspath(output), options
+        options.expect_shards()
         self._made = options.of(self.scene)
         self._made.check_output(self.output)
         self.identity = identity_of(self._made, self.scene, self.options)
@@ -258,8 +259,14 @@ OPTIONAL: dict[str, Callable[[str], Any]] = {
     "texels": int,
     "grid": _numbers(int),
     "grid_box": _numbers(float),
+    "clusters": int,
+    "components": int,
+    "weights": int,
 }
 """How options that may be left out are read."""
+
+WHOLE_ONLY = ("adaptive", "min_edge", "max_vertices")
+"""Options of bakes that are not shared."""
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -269,12 +276,13 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("-o", "--output", required=True, help="a .glb or .safetensors file")
     parser.add_argument("--scheduler", help="its address, such as tcp://10.0.0.1:8786 [default: a process on this machine]")
     parser.add_argument("--shards", type=int, help="parts of the work [default: by what a worker measures that they cost]")
-    for field in fields(BakeOptions):
+    shared = [field for field in fields(BakeOptions) if field.name not in WHOLE_ONLY]
+    for field in shared:
         name = "--" + field.name.replace("_", "-")
         kind = OPTIONAL.get(field.name) or type(field.default)
         parser.add_argument(name, type=kind, default=field.default, help=f"[default: {field.default}]")
     given = parser.parse_args(arguments)
-    options = {field.name: getattr(given, field.name) for field in fields(BakeOptions)}
+    options = {field.name: getattr(given, field.name) for field in shared}
 
     def tell(done: int, count: int) -> None:
         print(f"progress: {done} of {count} shards", file=sys.stderr)
