@@ -9,7 +9,7 @@ use lobe::env::{
     PictureWriteOptions, PreethamSky, Resample, bundled as bundled_maps, project_map, read_map, reconstruct_into,
     resample, sky_map, write_env,
 };
-use lobe::image::{ImageError, Picture, PictureReadOptions, Tone};
+use lobe::image::{ImageError, Picture, PictureReadOptions, PictureReadReport, Tone};
 use lobe::io::write_atomically;
 use lobe::sh::{Coefficient, Dir, Expansion as _, Real as _, Rgb, Rotation, ShVec};
 use numpy::{PyArrayDyn, PyReadonlyArray2, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
@@ -102,7 +102,7 @@ impl Reading {
     }
 }
 
-/// A map from a file, and what reading it found.
+/// A map from a file, and what reading it found that may not be what was meant.
 #[pyfunction]
 pub(crate) fn load(py: Python<'_>, path: PathBuf, reading: Reading) -> PyResult<(Map, Vec<String>)> {
     let options = reading.options()?;
@@ -110,7 +110,11 @@ pub(crate) fn load(py: Python<'_>, path: PathBuf, reading: Reading) -> PyResult<
     let size = std::fs::metadata(&path).map_or(0, |file| file.len() as usize);
     let read = answered(py, size, move || read_map(&path, &options))?;
     let (map, report) = read.map_err(|error| error_of(&error))?;
-    Ok((map.into_base().into(), report.picture.notes))
+    let findings = match &*report.faces {
+        [] => report.picture.findings(),
+        faces => faces.iter().flat_map(PictureReadReport::findings).collect(),
+    };
+    Ok((map.into_base().into(), findings))
 }
 
 /// The sky of a type of the CIE with this radiance at the zenith, over a ground of an albedo.

@@ -59,7 +59,7 @@ def test_arguments_at_fault_say_what_was_expected():
         (lambda: f.convolve("ggx", 2), ValueError, r"α in \[0, 1\]"),
         (lambda: f.convolve("phong", -1), ValueError, "exponent"),
         (lambda: f.convolve([1, 1]), ValueError, "each of 3 bands"),
-        (lambda: f.window("hanning"), ValueError, "hanning"),
+        (lambda: f.window("hanning:0"), ValueError, "hanning"),
         (lambda: f.dering("magic"), ValueError, "least-change"),
         (lambda: f.log(0), ValueError, "clamp"),
         (lambda: f.resized(11).exp(), ValueError, "order 10 at most"),

@@ -84,6 +84,8 @@ def test_skies_of_the_cie_are_those_of_the_command(kind, tmp_path):
     np.testing.assert_allclose(made.texels, lobe.EnvMap.load(out).texels, rtol=1e-6)
 
 
+# What a cropped panorama shows is noted.
+@pytest.mark.filterwarnings("ignore::lobe.LoadNote")
 def test_a_file_is_read_as_the_options_say(tmp_path):
     texels = np.random.default_rng(0).random((8, 8, 3), dtype=np.float32)
     lobe.EnvMap(texels, "octahedral").save(tmp_path / "o.exr")

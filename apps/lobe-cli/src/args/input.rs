@@ -150,19 +150,12 @@ fn holds_expansion(path: &Path) -> bool {
 
 /// Notes the findings of reading a file.
 pub(crate) fn tell(report: &PictureReadReport, name: &str, talk: Talk) {
-    for note in &report.notes {
-        talk.note(name, note);
-    }
-    if let Some((x, y)) = report.first_nonfinite {
-        let texels = texels_are(report.nonfinite);
-        talk.note(name, &format!("{texels} NaN or infinite, first at column {x}, row {y}; read as black"));
-    }
-    if report.negative > 0 {
-        let texels = texels_are(report.negative);
-        talk.note(
-            name,
-            &format!("{texels} negative in some channel; kept (lobe env adjust --non-negative makes them black)"),
-        );
+    let findings = report.findings();
+    for (k, finding) in findings.iter().enumerate() {
+        // The last one is of negative texels, if there are any.
+        let is_negative = report.negative > 0 && k + 1 == findings.len();
+        let advice = if is_negative { " (lobe env adjust --non-negative makes them black)" } else { "" };
+        talk.note(name, &format!("{finding}{advice}"));
     }
 }
 

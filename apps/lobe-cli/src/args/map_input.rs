@@ -199,6 +199,7 @@ impl MapPath {
             let text = format!("read as the six faces of a cube ({}); --from says otherwise", layout_name(layout));
             talk.note(&name, &text);
         }
+        report.told.iter().for_each(|remark| talk.note(&name, remark));
         match FaceFiles::of_input(&self.path)?.and_then(|files| files.to_read()) {
             Some(paths) => {
                 for (face, path) in report.faces.iter().zip(paths) {

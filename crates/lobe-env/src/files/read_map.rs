@@ -142,7 +142,7 @@ pub fn read_map(path: impl AsRef<Path>, options: &MapReadOptions) -> Result<(Loa
     };
     options.expect(Mapping::Cube, &name, "a cube")?;
     let (cube, faces) = read_cube_faces(&files, options)?;
-    Ok((LoadedMap::Single(cube.into()), MapReadReport { picture: faces[0].clone(), layout: None, faces }))
+    Ok((LoadedMap::Single(cube.into()), MapReadReport { faces: faces.clone(), ..faces[0].clone().into() }))
 }
 
 /// Reads a map of any mapping from the bytes of a file; `name` stands for the file in messages.
@@ -154,29 +154,31 @@ pub fn read_map_bytes(
     name: &str,
     options: &MapReadOptions,
 ) -> Result<(LoadedMap, MapReadReport), EnvError> {
-    let read = if FileFormat::of_bytes(bytes, name)?.is_texture() {
+    let mut told = Vec::new();
+    let mut read = if FileFormat::of_bytes(bytes, name)?.is_texture() {
         options.expect(Mapping::Cube, name, "a cube map")?;
-        let (texture, mut report) = read_cube_texture_bytes(bytes, name, &options.picture)?;
-        let options = options.for_file(report.mapping.as_deref(), &mut report.notes);
+        let (texture, report) = read_cube_texture_bytes(bytes, name, &options.picture)?;
+        let options = options.for_file(report.mapping.as_deref(), &mut told);
         let levels = texture.levels.into_iter();
         let levels = levels.map(|(size, texels)| CubeMap::new(size, texels.into_iter().map(Rgb::from).collect()));
         let chain = CubeMipChain::new(levels.collect::<Result<_, _>>()?)?;
         (LoadedMap::Chain(chain.of_handedness(options.handedness)), report.into())
     } else {
-        let (picture, mut report) = read_picture_bytes(bytes, name, &options.picture)?;
-        let options = &options.for_file(report.mapping.as_deref(), &mut report.notes);
+        let (picture, report) = read_picture_bytes(bytes, name, &options.picture)?;
+        let options = &options.for_file(report.mapping.as_deref(), &mut told);
         let kept = report.mapping.as_deref().and_then(Mapping::from_name);
         match (options.asked(), report.envmap, kept) {
             (Some(mapping), _, _) => map_of(mapping, picture, report.into(), name, options)?,
             (None, Some(envmap), _) => map_of_edges(envmap, picture, report, name, options)?,
             (None, None, Some(mapping)) => {
-                report.notes.push(format!("the map is {mapping}, as the file says"));
+                told.push(format!("the map is {mapping}, as the file says"));
                 map_of(mapping, picture, report.into(), name, options)?
             }
             (None, None, None) => map_as_told(picture, report, name, options)?,
         }
     };
     options.check_handedness(read.0.base().mapping(), name)?;
+    read.1.told = told;
     Ok(read)
 }
 

@@ -94,10 +94,12 @@ pub struct MapReadReport {
     pub layout: Option<CubeLayout>,
     /// The reports of the six files of a cube; otherwise none.
     pub faces: Vec<PictureReadReport>,
+    /// What the file itself says of the map and decides how it is read, as remarks: its mapping, the hand of a cube's faces.
+    pub told: Vec<String>,
 }
 
 impl From<PictureReadReport> for MapReadReport {
     fn from(picture: PictureReadReport) -> Self {
-        Self { picture, layout: None, faces: Vec::new() }
+        Self { picture, layout: None, faces: Vec::new(), told: Vec::new() }
     }
 }

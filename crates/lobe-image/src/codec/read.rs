@@ -168,6 +168,24 @@ pub struct PictureReadReport {
     pub notes: Vec<String>,
 }
 
+impl PictureReadReport {
+    /// All that was found in the file and may not be what was meant, a line each: the notes, texels that are no numbers, and last those that are negative.
+    #[must_use]
+    pub fn findings(&self) -> Vec<String> {
+        let texels_are =
+            |count: usize| if count == 1 { "1 texel is".to_owned() } else { format!("{count} texels are") };
+        let mut all = self.notes.clone();
+        if let Some((x, y)) = self.first_nonfinite {
+            let texels = texels_are(self.nonfinite);
+            all.push(format!("{texels} NaN or infinite, first at column {x}, row {y}; read as black"));
+        }
+        if self.negative > 0 {
+            all.push(format!("{} negative in some channel; kept", texels_are(self.negative)));
+        }
+        all
+    }
+}
+
 /// Reads a picture from a Radiance .hdr, OpenEXR, .pfm, PNG or JPEG file.
 ///
 /// The format is detected from the file's contents, not from its name.

@@ -250,8 +250,8 @@ fn every_mapping_is_found_again_in_files_with_room_for_its_name() {
             write_env(&path, &map, &PictureWriteOptions::default()).unwrap();
             let (found, report) = read_map(&path, &options).unwrap();
             assert_eq!(found.base().mapping(), mapping, "{name}");
-            let is_noted = report.picture.notes.iter().any(|note| note.contains("as the file says"));
-            assert_eq!(is_noted, map.untold_mapping().is_some(), "{mapping}: {:?}", report.picture.notes);
+            let is_noted = report.told.iter().any(|remark| remark.contains("as the file says"));
+            assert_eq!(is_noted, map.untold_mapping().is_some(), "{mapping}: {:?}", report.told);
             let asked = read_map(&path, &options.clone().mapping(Mapping::Octahedral)).map(|(map, _)| map.into_base());
             assert!(
                 asked.is_ok_and(|map| map.mapping() == Mapping::Octahedral) || mapping == Mapping::Cube,
