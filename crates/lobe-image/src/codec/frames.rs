@@ -54,7 +54,7 @@ impl FrameSequence {
     /// kept in memory, and no partial file ever has its final name; an animation that `render` gives up is not there.
     ///
     /// # Errors
-    /// What `render` returns; [`ImageError`] if a file cannot be written, as [`AnimatedPng`] and [`write_picture`].
+    /// What `render` returns; [`ImageError`] if a file cannot be written, as [`AnimatedPng`](crate::AnimatedPng) and [`write_picture`].
     pub fn write<E: From<ImageError>>(
         &self,
         path: impl AsRef<Path>,
