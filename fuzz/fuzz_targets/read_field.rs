@@ -1,10 +1,10 @@
-//! Occlusion fields and lamps: what is read can be looked up.
+//! Occlusion fields, lamps and visibility of surfaces: what is read can be looked up.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
 use lobe_fuzz::refused_in_one_line;
 use lobe_sh::Expansion as _;
-use lobe_shadow::{RadialInterpolation, read_field_bytes, read_lamp_bytes};
+use lobe_shadow::{RadialInterpolation, read_field_bytes, read_lamp_bytes, read_visibility_bytes};
 
 fuzz_target!(|bytes: &[u8]| {
     if let Ok(field) = read_field_bytes(bytes, "fuzz") {
@@ -13,4 +13,5 @@ fuzz_target!(|bytes: &[u8]| {
     }
     refused_in_one_line(read_field_bytes(bytes, "fuzz"));
     refused_in_one_line(read_lamp_bytes(bytes, "fuzz"));
+    refused_in_one_line(read_visibility_bytes(bytes, "fuzz"));
 });

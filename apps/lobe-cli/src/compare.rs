@@ -49,8 +49,9 @@ pub(crate) struct Compare {
     /// "p_spread"}}; psnr is null for equal pictures
     #[arg(long)]
     json: bool,
-    #[command(flatten)]
-    memory: MemoryLimit,
+    /// With --z-test, refuse pictures that take more memory than this, in GiB [default: 4]
+    #[arg(long, value_name = "GIB", requires = "z_test", value_parser = values::positive)]
+    max_memory: Option<f64>,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -108,7 +109,8 @@ impl Compare {
             output::check_png(path)?;
             output::prepare_file(path, &[&self.image, &self.reference])?;
         }
-        let read = |path| if self.z_test { read_traced(path, &self.memory) } else { read(path, talk) };
+        let read =
+            |path| if self.z_test { read_traced(path, &MemoryLimit::of(self.max_memory)) } else { read(path, talk) };
         let (image, reference) = (read(&self.image)?, read(&self.reference)?);
         let (a, b) = (&image.picture, &reference.picture);
         let flip = self.flip(&image, &reference)?;
@@ -174,7 +176,7 @@ fn read(path: &Path, talk: Talk) -> anyhow::Result<Read> {
 
 /// A picture of `lobe render --mode truth`, with its variance.
 fn read_traced(path: &Path, memory: &MemoryLimit) -> anyhow::Result<Read> {
-    memory.check_file(path)?;
+    memory.check_file(path, "smaller pictures")?;
     let TracedPicture { mean, variance, degrees_of_freedom, .. } = read_traced_picture(path)?;
     Ok(Read { picture: mean, is_display: false, variance: Some((variance, degrees_of_freedom)) })
 }

@@ -89,10 +89,19 @@ impl Shape {
             }
         }
     }
-}
 
-fn towards(normal: [f64; 3]) -> Dir {
-    Dir::from_unit(normal)
+    /// A number for each place and the unit vector that it faces.
+    fn facing<'py>(
+        &self,
+        py: Python<'py>,
+        places: &PyReadonlyArray2<'py, f64>,
+        normals: &PyReadonlyArray2<'py, f64>,
+        of: impl Fn([f64; 3], Dir) -> f64 + Sync,
+    ) -> PyResult<Doubles<'py>> {
+        let [places, normals] = rows(places, normals)?;
+        let found = self.each(py, places, 1, |k, out| out[0] = of(places[k], Dir::from_unit(normals[k])))?;
+        array_of(py, found, &[places.len()])
+    }
 }
 
 #[pymethods]
@@ -106,7 +115,7 @@ impl AreaLight {
     /// A disc that shines to the side of a unit vector.
     #[staticmethod]
     fn disc(center: [f64; 3], normal: [f64; 3], radius: f64) -> Self {
-        Self(Shape::Disc(DiscLight { center, normal: towards(normal), radius }))
+        Self(Shape::Disc(DiscLight { center, normal: Dir::from_unit(normal), radius }))
     }
 
     /// A rectangle or parallelogram, center ± u ± v.
@@ -130,9 +139,7 @@ impl AreaLight {
         places: PyReadonlyArray2<'py, f64>,
         normals: PyReadonlyArray2<'py, f64>,
     ) -> PyResult<Doubles<'py>> {
-        let [places, normals] = rows(&places, &normals)?;
-        let found = self.0.each(py, places, 1, |k, out| out[0] = self.0.irradiance(places[k], towards(normals[k])))?;
-        array_of(py, found, &[places.len()])
+        self.0.facing(py, &places, &normals, |place, normal| self.0.irradiance(place, normal))
     }
 
     /// The vector irradiance at places `(m, 3)`: `(m, 3)`.
@@ -151,9 +158,8 @@ impl AreaLight {
         places: PyReadonlyArray2<'py, f64>,
         normals: PyReadonlyArray2<'py, f64>,
     ) -> PyResult<Doubles<'py>> {
-        let ([places, normals], point) = (rows(&places, &normals)?, self.0.as_point());
-        let found = self.0.each(py, places, 1, |k, out| out[0] = point.irradiance(places[k], towards(normals[k])))?;
-        array_of(py, found, &[places.len()])
+        let point = self.0.as_point();
+        self.0.facing(py, &places, &normals, |place, normal| point.irradiance(place, normal))
     }
 
     /// The irradiance, of surfaces that face unit vectors, of the parallel beam that agrees at a place of reference: `(m)`.
@@ -163,11 +169,9 @@ impl AreaLight {
         references: PyReadonlyArray2<'py, f64>,
         normals: PyReadonlyArray2<'py, f64>,
     ) -> PyResult<Doubles<'py>> {
-        let [places, normals] = rows(&references, &normals)?;
-        let found = self.0.each(py, places, 1, |k, out| {
-            out[0] = self.0.as_beam(places[k]).map_or(0.0, |beam| beam.irradiance(towards(normals[k])));
-        })?;
-        array_of(py, found, &[places.len()])
+        self.0.facing(py, &references, &normals, |place, normal| {
+            self.0.as_beam(place).map_or(0.0, |beam| beam.irradiance(normal))
+        })
     }
 }
 

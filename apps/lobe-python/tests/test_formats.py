@@ -74,6 +74,40 @@ def test_a_lamp_fills_its_solid_angle(reader, lobe, tmp_path):
             assert rectangle[c][0] == pytest.approx(color * of_rectangle * math.sqrt(0.25 / math.pi), rel=0.01)
 
 
+@pytest.mark.parametrize("storage", ["f16", "u8", "clustered"])
+@pytest.mark.parametrize("shape", ["still", "sequence"])
+def test_a_lamp_of_any_storage_is_that_of_single_precision(reader, lobe, tmp_path, storage, shape):
+    options = ["--size", "2,1", "--order", 3, "--spheres", 5, "--cells", 4]
+    if shape == "sequence":
+        for k, brightness in enumerate([b"\x00\x00\x00\x3f", b"\x00\x00\x00\x40"]):
+            (tmp_path / f"{k}.pfm").write_bytes(b"PF\n1 1\n-1.0\n" + 3 * brightness)
+        options += ["--pictures", "0.pfm", "1.pfm", "--patches", "2,1"]
+    lobe("lamp", "rectangle", *options, "-o", "whole.safetensors")
+    lobe("lamp", "rectangle", *options, "--storage", storage, "-o", "stored.safetensors")
+    for point in [[0.1, 0.2, 1.5], [-3.0, 1.0, 2.0], [4.0, 20.0, 9.0]]:
+        whole, stored = (
+            reader.shining(*reader.read_safetensors(tmp_path / f"{name}.safetensors"), point, 0.0)
+            for name in ("whole", "stored")
+        )
+        for a, b in zip(whole, stored):
+            # Eight bits of the range of each number, or four components of it.
+            assert b == pytest.approx(a, abs=0.05 * max(map(abs, a))), (storage, point)
+
+
+@pytest.mark.parametrize("storage", ["f32", "f16", "u8", "clustered"])
+def test_a_convex_body_sees_half_of_the_sky_from_each_vertex(reader, lobe, tmp_path, storage):
+    write_ball(tmp_path / "ball.obj", rows=8)
+    options = ["--self-visibility", "--order", 2, "--rays", 256, "--storage", storage]
+    lobe("field", "ball.obj", *options, "-o", "own.safetensors")
+    about, tensors = reader.read_safetensors(tmp_path / "own.safetensors")
+    rows = reader.own_visibility(about, tensors)
+    assert about["format"] == "lobe-visibility" and len(rows) > 8 * 16
+    for row in rows:
+        # Integrals of y_00 over half a sphere, and of y_1m along its normal; faces that meet at a vertex leave a little.
+        assert row[0] == pytest.approx(2 * math.pi * math.sqrt(0.25 / math.pi), rel=0.1)
+        assert math.hypot(*row[1:]) == pytest.approx(math.pi * math.sqrt(0.75 / math.pi), rel=0.1)
+
+
 def test_spheres_are_where_the_command_says(reader, lobe, tmp_path):
     write_ball(tmp_path / "ball.obj", rows=8)
     lobe("spheres", "ball.obj", "-n", 4, "-o", "s.safetensors")

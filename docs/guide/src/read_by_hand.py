@@ -203,19 +203,32 @@ def around(about, table, start, point):
     return [(row[math.isqrt(i)] * y[i] + row[n + i]) / scale for i in range(n * n)]
 
 
+def stored(about, tensors, name, width):
+    """The numbers of rows of this width, which tensor `name` has unless they are in clusters."""
+    storage = about.get("storage", "f32")
+    if storage == "u8":
+        least, step = tensors["ranges"][:width], tensors["ranges"][width:]
+        return [least[i % width] + step[i % width] * q for i, q in enumerate(tensors[name])]
+    if storage == "clustered":
+        components = len(tensors["weights"]) // len(tensors["clusters"])
+        table = {"order": about["order"], "channels": 1, "components": components, "width": width}
+        return sum(transfer_of(table, tensors), [])
+    return tensors[name]
+
+
 def visibility(about, tensors, point):
     """What an entity leaves of the sky at a point."""
     width = about["order"] * (about["order"] + 1)
-    rows = tensors.get("rows")
-    if about["storage"] == "u8":
-        least, step = tensors["ranges"][:width], tensors["ranges"][width:]
-        rows = [least[i % width] + step[i % width] * q for i, q in enumerate(rows)]
-    elif about["storage"] == "clustered":
-        components = len(tensors["weights"]) // len(tensors["clusters"])
-        table = {"order": about["order"], "channels": 1, "components": components, "width": width}
-        rows = sum(transfer_of(table, tensors), [])
+    rows = stored(about, tensors, "rows", width)
     occlusion = around(about, rows, lambda p: p * width, point)
     return [(math.sqrt(4 * math.pi) if i == 0 else 0) - o for i, o in enumerate(occlusion)]
+
+
+def own_visibility(about, tensors):
+    """What each vertex of a scene sees of the sky past that scene."""
+    width = about["order"] ** 2
+    rows = stored(about, tensors, "rows", width)
+    return [rows[k : k + width] for k in range(0, len(rows), width)]
 
 
 def shining(about, tensors, point, time=0.0):
@@ -234,13 +247,15 @@ def shining(about, tensors, point, time=0.0):
         cone = [2 * math.pi * integrals[math.isqrt(i)] * y[i] for i in range(n * n)]
         return [[color * x for x in cone] for color in about["radiance"]]
     if about["shape"] == "rectangle":
-        return [around(about, tensors["rows"], lambda p, c=c: (3 * p + c) * width, point) for c in range(3)]
+        rows = stored(about, tensors, "rows", 3 * width)
+        return [around(about, rows, lambda p, c=c: (3 * p + c) * width, point) for c in range(3)]
+    of_patches = stored(about, tensors, "patches", width)
     patches = about["patches"][0] * about["patches"][1]
     points = about["spheres"] * (about["cells"] + 1) ** 2 + 1
     picture = math.floor(time * about["per_second"]) % about["pictures"]
     light = [[0.0] * n * n for _ in range(3)]
     for k in range(patches):
-        of_patch = around(about, tensors["patches"], lambda p, k=k: (k * points + p) * width, point)
+        of_patch = around(about, of_patches, lambda p, k=k: (k * points + p) * width, point)
         for c in range(3):
             radiance = tensors["radiance"][(picture * patches + k) * 3 + c]
             light[c] = [a + radiance * b for a, b in zip(light[c], of_patch)]
@@ -297,6 +312,11 @@ def main(arguments):
                 one = kind == "lobe-occlusion-field"
                 found = [visibility(about, tensors, at)] if one else shining(about, tensors, at)
                 print("  mean over the sphere", [f[0] * math.sqrt(1 / (4 * math.pi)) for f in found])
+            continue
+        if kind == "lobe-visibility":
+            rows = own_visibility(about, tensors)
+            mean = sum(row[0] for row in rows) / max(len(rows), 1) * math.sqrt(1 / (4 * math.pi))
+            print(f"{path}: {kind}, order {about['order']}, vertices {len(rows)}, mean {mean}")
             continue
         if kind in ("lobe-spheres", "lobe-sphere-logarithms"):
             print(f"{path}: {kind},", f"{len(tensors['radii'])} spheres" if "radii" in tensors else about["options"])

@@ -1,12 +1,12 @@
 //! Memory limit: work that would take more is refused before it begins.
 
-use std::fs;
+use std::fs::{self, File};
+use std::io::Read as _;
 use std::path::Path;
 
 use anyhow::bail;
 use clap::Args;
 use lobe::image::{ExrLayers, FileFormat};
-use lobe::io::read_file;
 
 use crate::args::values;
 
@@ -14,35 +14,43 @@ use crate::args::values;
 /// Measured 2.0 of a table, 3.0 of a scene, which a bake made finer.
 pub(crate) const COPIES: u64 = 3;
 
+/// The limit without another choice: the most common machines have 8 GiB, and half of it is left for everything else.
+const GIB_BY_DEFAULT: f64 = 4.0;
+
 /// Bytes of a gibibyte.
 const GIB: f64 = (1_u64 << 30) as f64;
 
-/// `--max-memory`. The default leaves the most common machines, of 8 GiB, half of it for everything else. The scene is held
-/// against it when it is read, and the other work when that is known, each alone.
+/// `--max-memory`. The scene is held against it when it is read, and the other work when that is known, each alone.
 #[derive(Args)]
 pub(crate) struct MemoryLimit {
     /// Refuse a scene, with its instances and the tree over its triangles, and work or files beside it that take more memory than
     /// this, in GiB. 4 hold some 12 million triangles, each instance counted, which take about a minute to read
-    #[arg(long, value_name = "GIB", default_value = "4", value_parser = values::positive)]
+    #[arg(long, value_name = "GIB", default_value_t = GIB_BY_DEFAULT, value_parser = values::positive)]
     max_memory: f64,
 }
 
 impl MemoryLimit {
+    /// A limit in GiB, that of all commands if there is none.
+    pub(crate) fn of(gib: Option<f64>) -> Self {
+        Self { max_memory: gib.unwrap_or(GIB_BY_DEFAULT) }
+    }
+
     /// The limit in bytes.
     pub(crate) fn bytes(&self) -> u64 {
         (self.max_memory * GIB) as u64
     }
 
     /// Refuses a file of numbers that takes more than that while it is read, in any form: itself, its numbers, and what is made of
-    /// them. One that is not there is left to the reader.
-    pub(crate) fn check_file(&self, path: &Path) -> anyhow::Result<()> {
+    /// them. One that cannot be read is left to its reader, which says so.
+    pub(crate) fn check_file(&self, path: &Path, instead: &str) -> anyhow::Result<()> {
         let name = path.display().to_string();
-        let check = |bytes| self.check(&name, bytes, "a bake of fewer receivers or a lower order");
-        let length = fs::metadata(path).map_or(0, |file| file.len());
-        check(COPIES.saturating_mul(length))?;
-        let bytes = read_file(path)?;
-        if let Ok(FileFormat::OpenExr) = FileFormat::of_bytes(&bytes, &name) {
-            check(COPIES.saturating_mul(ExrLayers::bytes_in_memory(&bytes, &name)?))?;
+        let check = |bytes: u64| self.check(&name, COPIES.saturating_mul(bytes), instead);
+        check(fs::metadata(path).map_or(0, |file| file.len()))?;
+        let mut begin = [0; 4];
+        let is_exr = File::open(path).and_then(|mut file| file.read_exact(&mut begin)).is_ok()
+            && matches!(FileFormat::of_bytes(&begin, &name), Ok(FileFormat::OpenExr));
+        if is_exr && let Ok(bytes) = fs::read(path) {
+            check(ExrLayers::bytes_in_memory(&bytes, &name)?)?;
         }
         Ok(())
     }

@@ -4,8 +4,8 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::bail;
-use lobe::image::{AnimatedPng, ImageError, Picture, Tone};
-use lobe::io::{IoError, Job, Progress, StagedFile, StagedWriter};
+use lobe::image::{FrameSequence, Picture, Tone};
+use lobe::io::{Job, Progress};
 use lobe::render::RenderError;
 
 use crate::render::pictures::{Pictures, Rendered};
@@ -62,18 +62,11 @@ impl Frames<'_> {
         checkpoints: &[Checkpoint],
         render: &mut RenderOne<'_>,
     ) -> anyhow::Result<()> {
-        let io = |source| RenderError::from(IoError::io(path, source));
-        let in_file = |error| match error {
-            ImageError::Io { source, .. } => io(source),
-            other => other.into(),
-        };
-        let mut file = StagedWriter::new(path).map_err(io)?;
         let (width, height) = self.size;
-        let mut animation =
-            AnimatedPng::new(&mut file, width, height, checkpoints.len(), self.seconds_per_frame).map_err(in_file)?;
-        self.render_each(checkpoints, render, &mut |picture, tone| animation.add(picture, tone).map_err(in_file))?;
-        animation.finish().map_err(in_file)?;
-        Ok(file.finish().and_then(StagedFile::publish).map_err(io)?)
+        let (frames, seconds_per_frame) = (checkpoints.len(), self.seconds_per_frame);
+        let sequence = FrameSequence { width, height, frames, seconds_per_frame };
+        sequence
+            .animate(path, |add| self.render_each(checkpoints, render, &mut |picture, tone| Ok(add(picture, tone)?)))
     }
 
     /// Renders and writes all pictures, one after the other; each is handed to `animate` and dropped.

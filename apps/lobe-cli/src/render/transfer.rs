@@ -51,7 +51,7 @@ impl Asked {
     fn read_or_bake(&self, open: OpenScene<'_>) -> anyhow::Result<(BakedScene, Option<String>)> {
         let (memory, talk, input) = (open.memory, open.talk, open.input.name());
         if let Some(file) = &self.file {
-            memory.check_file(file)?;
+            memory.check_file(file, "a bake of fewer receivers or a lower order")?;
             let baked = BakedScene::read_transfer(open.scene()?, file, self.lobe)?;
             let name = file.display().to_string();
             return Ok((self.checked(baked, &name)?, Some(name)));

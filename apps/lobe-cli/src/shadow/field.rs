@@ -104,12 +104,12 @@ impl From<Storage> for FieldStorage {
 
 impl Storage {
     /// Notes that a form takes more bytes than single precision.
-    pub(crate) fn tell_if_larger(report: &StorageReport, talk: Talk) {
+    pub(crate) fn tell_if_larger(self, report: &StorageReport, talk: Talk) {
         if report.bytes > report.bytes_before {
             let (found, single) = (report.bytes, report.bytes_before);
-            let text =
-                format!("takes {found} bytes, more than the {single} of f32: so few points are not worth clusters");
-            talk.note("--storage clustered", &text);
+            let text = format!("takes {found} bytes, more than the {single} of f32: there are too few points for it");
+            let name = self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned());
+            talk.note(&format!("--storage {name}"), &text);
         }
     }
 }
@@ -183,7 +183,7 @@ impl Field {
         let baked = checkpoint.watched(talk, |job| bake_field(&scene, &options, job));
         let (field, report) = self.sharing.merged(&checkpoint, baked)?;
         let storage = write_field(&self.output, &field, &self.storage.into())?;
-        Storage::tell_if_larger(&storage, talk);
+        self.storage.tell_if_larger(&storage, talk);
         checkpoint.finish();
         tell_if_too_late(&self.output, talk);
         let FieldReport { points, inside, rays, .. } = report;
@@ -204,7 +204,7 @@ impl Field {
         let rows = checkpoint.watched(talk, |job| bake_visibility(scene, &positions, &normals, &options, job))?;
         let visibility = SurfaceVisibility::new(self.order, rows)?;
         let storage = write_visibility(&self.output, &visibility, &self.storage.into())?;
-        Storage::tell_if_larger(&storage, talk);
+        self.storage.tell_if_larger(&storage, talk);
         checkpoint.finish();
         tell_if_too_late(&self.output, talk);
         let rays = vertices as u64 * u64::from(per_vertex);

@@ -126,7 +126,7 @@ impl LampCommand {
             Shape::Rectangle => self.rectangle(&checkpoint, talk)?,
         };
         let report = write_lamp(&self.output, &lamp, &self.storage.into())?;
-        Storage::tell_if_larger(&report, talk);
+        self.storage.tell_if_larger(&report, talk);
         let StorageReport { bytes, relative_error, .. } = report;
         checkpoint.finish();
         tell_if_too_late(&self.output, talk);

@@ -47,7 +47,13 @@ fn a_small_file_of_many_equal_numbers_is_held_against_the_limit() {
         let line = dir.lobe(args).arg("--quiet").error();
         assert!(line.contains("flat.exr takes up to 301989888 bytes of memory"), "{args}: {line}");
         assert!(line.contains("more than the limit of 0.1 GiB"), "{args}: {line}");
+        let advice = if args.starts_with("compare") { "ask for smaller pictures" } else { "a lower order" };
+        assert!(line.contains(advice), "{args}: {line}");
     }
+    let line = dir.lobe("compare flat.exr flat.exr --max-memory 0.1").error();
+    assert!(line.contains("--z-test"), "no limit that would not be kept: {line}");
+    let line = dir.lobe("compare none.exr none.exr --z-test").error();
+    assert!(line.contains("none.exr: No such file"), "{line}");
 }
 
 #[test]

@@ -68,7 +68,7 @@ pub(crate) fn run(
 fn bounds(scene: &MovingScene, times: impl Iterator<Item = f64>) -> anyhow::Result<[[f64; 3]; 2]> {
     let mut all = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
     for time in times {
-        let [min, max] = scene.at(time)?.scene().world_bounds();
+        let [min, max] = scene.world_bounds(time)?;
         for k in 0..3 {
             (all[0][k], all[1][k]) = (all[0][k].min(min[k]), all[1][k].max(max[k]));
         }

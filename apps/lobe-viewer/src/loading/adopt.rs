@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use lobe::image::ExrLayers;
 use lobe::io::read_file;
 use lobe::prt::{
     AnyTransfer, Lightmap, PrtError, Recipe, Transfer, TransferMatrices, read_any_transfer_bytes, read_matrices_bytes,
@@ -10,17 +11,30 @@ use lobe::prt::{
 
 use crate::loading::bake::{GlossyBake, SceneData, SceneNews, shining, vertices_of};
 use crate::loading::file_kind::FileKind;
+use crate::loading::limits::ReadLimits;
 use crate::loading::place::given;
 use crate::loading::places::Places;
 use crate::loading::task::Control;
 
+/// Bytes in memory for each of a file of numbers while it is read: it, its numbers, and what is made of them.
+const COPIES: u64 = 3;
+
 /// Reads a file of transfer or of transfer matrices for the scene that is open.
-pub(crate) fn adopt(control: &Control<SceneNews>, data: &SceneData, path: &Path) -> Result<(), String> {
+pub(crate) fn adopt(
+    control: &Control<SceneNews>,
+    data: &SceneData,
+    path: &Path,
+    limits: &ReadLimits,
+) -> Result<(), String> {
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     control.stage(name.clone());
     let bytes = match given(path) {
         Some(bytes) => bytes,
-        None => Arc::from(read_file(path).map_err(|error| error.to_string())?),
+        None => {
+            let length = std::fs::metadata(path).map_or(0, |file| file.len());
+            limits.check_memory(&name, COPIES.saturating_mul(length))?;
+            Arc::from(read_file(path).map_err(|error| error.to_string())?)
+        }
     };
     let line = |error: PrtError| error.to_string();
     let news = if FileKind::of(path)? == FileKind::Matrices {
@@ -28,16 +42,23 @@ pub(crate) fn adopt(control: &Control<SceneNews>, data: &SceneData, path: &Path)
         SceneNews::Glossy(meshes_of(data, &name, &matrices)?)
     } else {
         let is_lightmap = FileKind::is_lightmap(path);
+        if is_lightmap {
+            let numbers = ExrLayers::bytes_in_memory(&bytes, &name).map_err(|error| error.to_string())?;
+            limits.check_memory(&name, COPIES.saturating_mul(numbers))?;
+        }
         let (transfer, recipe) = read_any_transfer_bytes(&bytes, &name).map_err(line)?;
+        if !is_lightmap {
+            // Before clusters or lobes are made into vectors, of which a small file can hold many.
+            expect_vertices(data, &format!("{name}: transfer"), transfer.receivers())?;
+            let numbers = 3 * transfer.receivers() * transfer.order().pow(2);
+            limits.check_memory(&name, (size_of::<f32>() * numbers) as u64)?;
+        }
         let transfer = match transfer {
             AnyTransfer::Plain(transfer) => transfer,
             AnyTransfer::Compressed(compressed) => compressed.to_transfer(),
             AnyTransfer::Zonal(lobes) => lobes.to_transfer(),
         };
         let places = if is_lightmap { texels(data, &name, &transfer, &recipe)? } else { Places::vertices(&recipe) };
-        if !is_lightmap {
-            expect_vertices(data, &format!("{name}: transfer"), transfer.receivers())?;
-        }
         SceneNews::of_file(transfer, &recipe, places)
     };
     control.send(news);

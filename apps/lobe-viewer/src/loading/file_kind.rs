@@ -5,6 +5,7 @@ use std::io::Read as _;
 use std::path::Path;
 
 use lobe::sh::Quantity;
+use serde_json::Value;
 
 use crate::loading::place::given;
 use crate::loading::scene_source::{self, has_ending};
@@ -16,10 +17,10 @@ pub(crate) const DESCRIPTION: &str = "json";
 /// The ending of files of transfer, fields and spheres.
 pub(crate) const TENSORS: &str = "safetensors";
 
-/// Bytes of a file of tensors in which its format is named.
-const HEAD: u64 = 1 << 16;
+/// The most bytes at the begin of a file of tensors or of an OpenEXR file that are looked at. Those of names of joints take most.
+const HEAD: u64 = 1 << 20;
 
-/// Formats of tensors, as files name them: within a text of JSON that is itself a string of JSON, so that quotes around them vary.
+/// Formats of tensors, as files name them.
 const FORMATS: [(&str, FileKind); 6] = [
     ("lobe-transfer-matrices", FileKind::Matrices),
     ("lobe-compressed-transfer", FileKind::Transfer),
@@ -37,7 +38,7 @@ const PARTS: [(&str, &str); 3] = [
 ];
 
 /// The format of lightmaps, in an attribute of an OpenEXR file.
-const LIGHTMAP: &str = "lobe-lightmap";
+const LIGHTMAP: &str = r#""format":"lobe-lightmap""#;
 
 /// What a file is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,12 +81,15 @@ impl FileKind {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         if has_ending(path, &[TENSORS]) {
             let head = head_of(path).map_err(|error| format!("{name}: {error}"))?;
-            if let Some((_, advice)) = PARTS.into_iter().find(|(format, _)| head.contains(format)) {
+            let format = format_of(&head).unwrap_or_default();
+            if let Some((_, advice)) = PARTS.into_iter().find(|(known, _)| *known == format) {
                 return Err(format!("{name}: {advice}"));
             }
-            let found = FORMATS.into_iter().find(|(format, _)| head.contains(format));
+            let found = FORMATS.into_iter().find(|(known, _)| *known == format);
             return found.map(|(_, kind)| kind).ok_or_else(|| {
-                format!("{name}: expected transfer, an occlusion field or spheres of Lobe, found other tensors")
+                format!(
+                    "{name}: expected transfer, transfer matrices, an occlusion field or spheres of Lobe, found other tensors"
+                )
             });
         }
         let scenes = scene_source::ENDINGS.join(", .");
@@ -99,15 +103,25 @@ impl FileKind {
 impl FileKind {
     /// Whether a file is a lightmap of transfer; what cannot be read is none.
     pub(crate) fn is_lightmap(path: &Path) -> bool {
-        has_ending(path, &["exr"]) && head_of(path).is_ok_and(|head| head.contains(LIGHTMAP))
+        let is_named = |head: Vec<u8>| head.windows(LIGHTMAP.len()).any(|text| text == LIGHTMAP.as_bytes());
+        has_ending(path, &["exr"]) && head_of(path).is_ok_and(is_named)
     }
 }
 
-fn head_of(path: &Path) -> std::io::Result<String> {
+/// The format that a file of tensors names: eight bytes are the length of a header of JSON, of whose metadata `lobe` is again JSON.
+fn format_of(head: &[u8]) -> Option<String> {
+    let (length, rest) = head.split_first_chunk()?;
+    let header = rest.get(..usize::try_from(u64::from_le_bytes(*length)).ok()?)?;
+    let header: Value = serde_json::from_slice(header).ok()?;
+    let about: Value = serde_json::from_str(header["__metadata__"]["lobe"].as_str()?).ok()?;
+    Some(about["format"].as_str()?.to_owned())
+}
+
+fn head_of(path: &Path) -> std::io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     match given(path) {
         Some(all) => bytes.extend(all.iter().take(HEAD as usize)),
         None => drop(File::open(path)?.take(HEAD).read_to_end(&mut bytes)?),
     }
-    Ok(String::from_utf8_lossy(&bytes).into_owned())
+    Ok(bytes)
 }

@@ -14,7 +14,7 @@ const GIB: f64 = (1_u64 << 30) as f64;
 #[derive(Clone, Copy, Debug, PartialEq, clap::Args)]
 #[non_exhaustive]
 pub struct ReadLimits {
-    /// Refuse a scene, with its instances and the tree over its triangles, that takes more memory than this, in GiB
+    /// Refuse a scene, with its instances and the tree over its triangles, or transfer, that takes more memory than this, in GiB
     #[arg(long, value_name = "GIB", default_value_t = 4.0, value_parser = positive)]
     pub max_memory: f64,
     /// The most triangles, and the most vertices, that a file may hold, its instances counted
@@ -45,6 +45,18 @@ impl ReadLimits {
     pub(crate) fn scene(&self) -> SceneReadOptions {
         let options = SceneReadOptions::default().max_bytes((self.max_memory * GIB) as u64);
         options.max_triangles(self.max_triangles).max_texels(self.max_texels).allow_outside(self.allow_outside)
+    }
+
+    /// Refuses a file whose numbers take more memory than that, in one line.
+    pub(crate) fn check_memory(&self, name: &str, bytes: u64) -> Result<(), String> {
+        if bytes as f64 <= self.max_memory * GIB {
+            return Ok(());
+        }
+        let (gib, limit) = (bytes as f64 / GIB, self.max_memory);
+        Err(format!(
+            "{name}: takes up to {bytes} bytes of memory ({gib:.1} GiB), more than the limit of {limit} GiB; start with a higher \
+             --max-memory"
+        ))
     }
 
     /// The options of reading an environment.

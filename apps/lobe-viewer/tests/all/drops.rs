@@ -146,7 +146,7 @@ fn transfer_is_shown_on_the_scene_that_it_is_of_and_refused_on_others() {
     std::fs::write(folder.path().join("noise.safetensors"), [7_u8; 64]).unwrap();
     drop_file(&mut harness, &folder.path().join("noise.safetensors"));
     let line = harness.state().notice().unwrap();
-    assert!(line.contains("noise.safetensors: expected transfer, an occlusion field or spheres"), "{line}");
+    assert!(line.contains("noise.safetensors: expected transfer, transfer matrices"), "{line}");
 }
 
 #[test]
@@ -193,6 +193,26 @@ fn a_lightmap_is_transfer_of_texels_and_no_sky() {
 }
 
 #[test]
+fn transfer_that_takes_more_memory_than_the_limit_is_refused_before_it_is_decoded() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = small_window(folder.path());
+    // Sixteen million numbers that are alike.
+    let transfer = Transfer::new(2, Channels::Gray, vec![0.5; 4 << 22]).unwrap();
+    let path = folder.path().join("flat.exr");
+    write_lightmap(&path, &transfer, &Recipe::from(serde_json::json!({})), Job::default()).unwrap();
+    let mut limits = ReadLimits::default();
+    limits.max_memory = 0.05;
+    let app = std::mem::replace(harness.state_mut(), ViewerApp::new(None, UserFolder::none(), &[]));
+    *harness.state_mut() = app.reading_within(limits);
+    drop_file(&mut harness, &path);
+    let line = harness.state().scene().message().unwrap().to_owned();
+    assert!(
+        line.starts_with("flat.exr: takes up to 201326592 bytes of memory") && line.contains("--max-memory"),
+        "{line}"
+    );
+}
+
+#[test]
 fn matrices_are_those_of_metals_and_what_is_part_of_something_else_says_of_what() {
     let folder = tempfile::tempdir().unwrap();
     let mut harness = small_window(folder.path());
@@ -212,6 +232,23 @@ fn matrices_are_those_of_metals_and_what_is_part_of_something_else_says_of_what(
     assert_eq!(*room.glossy()[0].matrices, matrices(4), "with the numbers of the file");
     drop_file(&mut harness, &at("three.safetensors"));
     assert_eq!(harness.state().scene().glossy().len(), 1, "what was there remains");
+    // Words of a recipe are no format, and of files that are dropped together each is taken.
+    let transfer = Transfer::new(1, Channels::Gray, vec![0.25; 4]).unwrap();
+    let about =
+        Recipe::from(serde_json::json!({"mode": "interreflected", "scene": "lobe-lamp in lobe-transfer-matrices"}));
+    write_transfer(at("rows.safetensors"), &transfer, &about, Job::default()).unwrap();
+    let other = TransferMatrices::new(1, Channels::Gray, vec![0.75; 4]).unwrap();
+    write_matrices(at("four.safetensors"), &other, &recipe, Job::default()).unwrap();
+    for name in ["rows.safetensors", "four.safetensors"] {
+        harness.input_mut().dropped_files.push(Arc::new(Dropped(at(name))));
+    }
+    harness.run_steps(2);
+    step_until(&mut harness, |app| app.scene().is_idle());
+    harness.run_steps(2);
+    let room = harness.state().scene();
+    assert_eq!((room.message(), harness.state().notice()), (None, None), "nothing went wrong");
+    assert_eq!(**room.transfer().unwrap(), transfer, "the vectors");
+    assert_eq!(*room.glossy()[0].matrices, other, "and the matrices");
     for (format, advice) in
         [("lobe-lamp", "open that"), ("lobe-neighbourhood-transfer", "lobe info"), ("lobe-visibility", "bakes its own")]
     {

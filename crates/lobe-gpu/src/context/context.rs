@@ -95,13 +95,9 @@ impl Context {
         device.set_device_lost_callback(move |reason, message| {
             locked(&kept).lost.get_or_insert(format!("device lost, {reason:?}: {message}"));
         });
-        let limit = device.limits().max_storage_buffer_binding_size;
-        let has_storage = !options.without_storage && device.limits().max_compute_workgroups_per_dimension > 0;
-        let max_storage_binding = options.max_storage_binding.map_or(limit, |most| most.min(limit));
-        let limit = device.limits().max_texture_dimension_2d;
-        let max_texture_side = options.max_texture_side.map_or(limit, |most| most.min(limit));
         let light_format = if is_single { wgpu::TextureFormat::Rgba32Float } else { wgpu::TextureFormat::Rgba16Float };
         let (kernels, drawings) = Default::default();
+        let (max_storage_binding, max_texture_side, has_storage) = limits(&device, options);
         Self {
             device,
             queue,
@@ -114,6 +110,13 @@ impl Context {
             kernels,
             drawings,
         }
+    }
+
+    /// The same device with the limits of these options; what it reports goes to both contexts.
+    #[must_use]
+    pub fn limited(&self, options: &ContextOptions) -> Self {
+        let (max_storage_binding, max_texture_side, has_storage) = limits(&self.device, options);
+        Self { max_storage_binding, max_texture_side, has_storage, ..self.clone() }
     }
 
     /// What this crate uses where a device has it: times of passes.
@@ -224,23 +227,40 @@ impl Context {
     }
 }
 
+/// The most bytes of a storage binding and texels along a side of a texture, and whether shaders read buffers.
+fn limits(device: &wgpu::Device, options: &ContextOptions) -> (u64, u32, bool) {
+    let limits = device.limits();
+    let bytes = limits.max_storage_buffer_binding_size;
+    let side = limits.max_texture_dimension_2d;
+    (
+        options.max_storage_binding.map_or(bytes, |most| most.min(bytes)),
+        options.max_texture_side.map_or(side, |most| most.min(side)),
+        !options.without_storage && limits.max_compute_workgroups_per_dimension > 0,
+    )
+}
+
 /// The adapter that is asked for: of the first interface that has one, but rather a device of another than a program that emulates one.
 async fn adapter(options: &ContextOptions) -> Result<wgpu::Adapter, GpuError> {
     let is_software = options.adapter == AdapterChoice::Software;
-    let mut found = None;
+    let (mut emulated, mut refusals) = (None, Vec::new());
     for backends in options.interface.backends() {
         match adapter_of(*backends, options).await {
             Ok(adapter) if is_software || adapter.get_info().device_type != wgpu::DeviceType::Cpu => {
                 return Ok(adapter);
             }
-            // The first that emulates one, before what went wrong.
-            other => found = Some(found.and_then(Result::ok).map_or(other, Ok)),
+            Ok(adapter) => {
+                emulated.get_or_insert(adapter);
+            }
+            Err(error) => refusals.push(error.to_string()),
         }
     }
-    found.unwrap_or_else(|| Err(GpuError::NoAdapter("no interface to ask".into())))
+    emulated.ok_or_else(|| GpuError::NoAdapter(refusals.join("; ")))
 }
 
-async fn adapter_of(backends: wgpu::Backends, options: &ContextOptions) -> Result<wgpu::Adapter, GpuError> {
+async fn adapter_of(
+    backends: wgpu::Backends,
+    options: &ContextOptions,
+) -> Result<wgpu::Adapter, wgpu::RequestAdapterError> {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
     descriptor.backends = backends;
     let wanted = wgpu::RequestAdapterOptions {
@@ -252,6 +272,5 @@ async fn adapter_of(backends: wgpu::Backends, options: &ContextOptions) -> Resul
         compatible_surface: None,
         ..Default::default()
     };
-    let found = wgpu::Instance::new(descriptor).request_adapter(&wanted).await;
-    found.map_err(|error| GpuError::NoAdapter(error.to_string()))
+    wgpu::Instance::new(descriptor).request_adapter(&wanted).await
 }

@@ -55,8 +55,8 @@ pub struct ContextOptions {
 }
 
 impl Interface {
-    /// What is asked for an adapter, one after the other. OpenGL is not even opened where there is another: NVIDIA's driver 580 came to
-    /// a halt where it was closed in one thread and a Vulkan device in another.
+    /// What is asked for an adapter, one after the other. OpenGL is not even opened where another has a device that no program emulates:
+    /// NVIDIA's driver 580 came to a halt where it was closed in one thread and a Vulkan device in another.
     pub(crate) fn backends(self) -> &'static [wgpu::Backends] {
         match self {
             Self::Any => &[wgpu::Backends::PRIMARY, wgpu::Backends::GL],

@@ -13,12 +13,15 @@ use crate::renderer::renderer::{PassTime, Renderer};
 use crate::renderer::shader::Shader;
 use crate::{Context, GpuError, SceneView};
 
-/// Bytes of a copy that measures how fast the device moves them, more than caches hold, and copies in one submission, which hide what
-/// that itself takes, on a quick device more of them.
+/// Bytes of a copy that measures how fast the device moves them: more than caches hold, and no more than the 128 MiB of a storage
+/// binding that WebGPU warrants.
 const COPIED: u64 = 128 << 20;
+
+/// Copies one after the other for which the device is waited once, so that the wait is a small part; more of them where that many take
+/// less than `QUICK_SECONDS`, of which the wait, some tenth of a millisecond, would be a percent.
 const COPIES: usize = 8;
 const MORE_COPIES: usize = 64;
-const QUICK: f64 = 0.02;
+const QUICK_SECONDS: f64 = 0.02;
 
 /// What the passes of a renderer take: printed, a table.
 #[derive(Clone, Debug, PartialEq)]
@@ -98,16 +101,21 @@ impl BenchReport {
     }
 
     /// Bytes a second that the device copies from one buffer to another, by its own command or by a shader, as is quicker, each
-    /// counted twice, read and written: what passes that only move bytes would take is `bytes` over this.
+    /// counted twice, read and written: what passes that only move bytes would take is `bytes` over this. By the command alone on a
+    /// device without storage buffers.
     ///
     /// # Errors
     /// [`GpuError::Device`] if the device fails.
     pub fn copied_bytes_a_second(context: &Context) -> Result<f64, GpuError> {
         let limits = context.device().limits();
-        let bytes = COPIED.min(limits.max_buffer_size).min(limits.max_storage_buffer_binding_size) / VALUE * VALUE;
-        let by_shader = seconds_a_copy(context, &shader_copy(context, bytes)?)?;
-        let by_command = seconds_a_copy(context, &command_copy(context, bytes)?)?;
-        Ok(2.0 * bytes as f64 / by_shader.min(by_command))
+        let bytes = COPIED.min(limits.max_buffer_size);
+        let by_command = bytes as f64 / seconds_a_copy(context, &command_copy(context, bytes)?)?;
+        if !context.has_storage() {
+            return Ok(2.0 * by_command);
+        }
+        let bytes = bytes.min(context.max_storage_binding()) / VALUE * VALUE;
+        let by_shader = bytes as f64 / seconds_a_copy(context, &shader_copy(context, bytes)?)?;
+        Ok(2.0 * by_command.max(by_shader))
     }
 
     /// Milliseconds of all passes; `None` if the device measures no times.
@@ -129,7 +137,7 @@ fn seconds_a_copy(context: &Context, copy: &Copies<'_>) -> Result<f64, GpuError>
         Ok::<_, GpuError>(begin.elapsed().as_secs_f64() / copies as f64)
     };
     run(1)?;
-    let copies = if COPIES as f64 * run(COPIES)? < QUICK { MORE_COPIES } else { COPIES };
+    let copies = if COPIES as f64 * run(COPIES)? < QUICK_SECONDS { MORE_COPIES } else { COPIES };
     (0..3).try_fold(f64::INFINITY, |least, _| Ok(least.min(run(copies)?)))
 }
 

@@ -36,6 +36,8 @@ struct Sizes {
 ///   V = exp(Σ_spheres log V_sphere)        E(n) = ∫ V L max(n·s, 0) ds
 /// ```
 ///
+/// Lengths are those of the world, in single precision: distances from 1e-15 to 1e18, where the processor counts in a unit of its own.
+///
 /// Passes `accumulate` and `sky light`, for as many pieces of the receivers as the bindings of the device demand. Spheres may move
 /// between two calls, as many as there is room for. Every receiver looks at all of them, which so have to fit one binding: two
 /// million in the 128 MiB of WebGPU.

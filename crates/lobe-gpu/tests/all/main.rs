@@ -42,7 +42,7 @@ pub(crate) fn device(test: &str) -> Option<Context> {
 
 /// The same device with options of its own, such as smaller limits.
 pub(crate) fn with(context: &Context, options: &ContextOptions) -> Context {
-    Context::of_device(context.device().clone(), context.queue().clone(), options)
+    context.limited(options)
 }
 
 /// The largest difference of two lists of numbers over the largest expected one.

@@ -1,7 +1,9 @@
 //! Devices whose shaders read no buffers and compute nothing, as those of WebGL 2: transfer is in textures.
 
 use lobe_env::project_env;
-use lobe_gpu::{Context, ContextOptions, Environment, GpuError, GpuTransfer, SceneView, Storage, SurfaceShading};
+use lobe_gpu::{
+    BenchReport, Context, ContextOptions, Environment, GpuError, GpuTransfer, SceneView, Storage, SurfaceShading,
+};
 use lobe_io::Job;
 use lobe_prt::{BakeMode, BakeOptions, Channels, GlossyLobe, Receivers, Transfer, TransferMatrices, bake};
 use lobe_scene::{Bvh, Scene, built_in};
@@ -94,6 +96,16 @@ fn half_precision_in_a_texture_is_half_precision_in_a_buffer() {
     };
     let error = crate::relative_difference(picture(&bare), picture(&whole));
     assert!(error < crate::TOLERANCE, "{error:e}");
+}
+
+#[test]
+fn the_speed_of_copies_is_measured_by_the_command_of_the_device_alone() {
+    let Some(context) = bare_device("the_speed_of_copies_is_measured_by_the_command_of_the_device_alone") else {
+        return;
+    };
+    // An emulated device moves more than a megabyte and less than a petabyte a second.
+    let speed = BenchReport::copied_bytes_a_second(&context).unwrap();
+    assert!((1e6..1e15).contains(&speed), "{speed} bytes a second");
 }
 
 #[test]

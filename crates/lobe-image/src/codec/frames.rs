@@ -5,20 +5,21 @@ use std::path::{Path, PathBuf};
 use lobe_io::check_writable;
 
 use crate::codec::encode::{ENDINGS, write_picture};
-use crate::picture::animated_png::write_animation;
+use crate::picture::animated_png::{milliseconds, write_animation};
 use crate::picture::png::cannot_write;
 use crate::{AddFrame, ImageError, PictureWriteOptions};
 
 /// What pictures that come one after another are.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FrameSequence {
-    /// Columns of each.
+    /// Columns of each, as an animation has to know before the first.
     pub width: usize,
-    /// Rows of each.
+    /// Rows of each, likewise.
     pub height: usize,
     /// How many there are.
     pub frames: usize,
-    /// Seconds for which an animation shows each.
+    /// Seconds for which an animation shows each, 0.001 to 65.
     pub seconds_per_frame: f64,
 }
 
@@ -38,13 +39,17 @@ impl FrameSequence {
     /// Whether [`FrameSequence::write`] could begin to write, to be asked before long work. Changes nothing.
     ///
     /// # Errors
-    /// [`ImageError::Options`] for another ending than .png, .exr, .hdr or .pfm; [`ImageError::Io`] if the folder refuses.
+    /// [`ImageError::Options`] for another ending than .png, .exr, .hdr or .pfm, or an animation whose pictures are shown for too short
+    /// or too long; [`ImageError::Io`] if the folder refuses.
     pub fn check(&self, path: impl AsRef<Path>) -> Result<(), ImageError> {
         let path = path.as_ref();
         let of = |ending: &str| path.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending));
         if !is_png(path) && !ENDINGS.into_iter().any(of) {
             let message = format!("{}: pictures are written as .png, .exr, .hdr or .pfm", path.display());
             return Err(ImageError::Options(message));
+        }
+        if self.is_animation(path) {
+            milliseconds(self.seconds_per_frame)?;
         }
         check_writable(&self.path(path, 0)).map_err(|error| cannot_write(path, &error))
     }
@@ -54,16 +59,16 @@ impl FrameSequence {
     /// kept in memory, and no partial file ever has its final name; an animation that `render` gives up is not there.
     ///
     /// # Errors
-    /// What `render` returns; [`ImageError`] if a file cannot be written, as [`AnimatedPng`](crate::AnimatedPng) and [`write_picture`].
+    /// What `render` returns; [`ImageError`] if a file cannot be written, as [`AnimatedPng`](crate::AnimatedPng) and [`write_picture`], or
+    /// there were more or fewer pictures.
     pub fn write<E: From<ImageError>>(
         &self,
         path: impl AsRef<Path>,
         render: impl FnOnce(&mut AddFrame<'_>) -> Result<(), E>,
     ) -> Result<(), E> {
         let path = path.as_ref();
-        if is_png(path) && self.frames > 1 {
-            let size = (self.width, self.height);
-            return write_animation(path, size, self.frames, self.seconds_per_frame, render);
+        if self.is_animation(path) {
+            return self.animate(path, render);
         }
         let mut number = 0;
         render(&mut |picture, tone| {
@@ -73,7 +78,28 @@ impl FrameSequence {
                 return picture.write_png(&file, tone);
             }
             write_picture(&file, picture, &PictureWriteOptions::default()).map(drop)
-        })
+        })?;
+        if number != self.frames {
+            let message = format!("{}: expected {} pictures, found {number}", path.display(), self.frames);
+            return Err(ImageError::Options(message).into());
+        }
+        Ok(())
+    }
+
+    /// The same as an animated PNG, of one picture too.
+    ///
+    /// # Errors
+    /// As [`FrameSequence::write`].
+    pub fn animate<E: From<ImageError>>(
+        &self,
+        path: impl AsRef<Path>,
+        render: impl FnOnce(&mut AddFrame<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        write_animation(path.as_ref(), (self.width, self.height), self.frames, self.seconds_per_frame, render)
+    }
+
+    fn is_animation(&self, path: &Path) -> bool {
+        is_png(path) && self.frames > 1
     }
 }
 
@@ -120,6 +146,10 @@ mod tests {
             check("a.gif").unwrap_err().ends_with("a.gif: pictures are written as .png, .exr, .hdr or .pfm"),
             "ending"
         );
+        let for_ever = FrameSequence { seconds_per_frame: 66.0, ..SEQUENCE };
+        let line = for_ever.check(folder.path().join("a.png")).unwrap_err().to_string();
+        assert!(line.starts_with("expected 0.001 to 65 seconds"), "{line}");
+        for_ever.check(folder.path().join("a.exr")).unwrap();
         assert!(check("none/a.png").unwrap_err().contains("cannot write the picture"), "no folder");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "nothing is written");
     }
@@ -133,6 +163,8 @@ mod tests {
             let file = folder.path().join(format!("turn.000{k}.exr"));
             assert_eq!(read(&file), gray(k), "picture {k}");
         }
+        let few = SEQUENCE.write(&path, |add| add(&gray(0), &Tone::PLAIN)).unwrap_err().to_string();
+        assert!(few.ends_with("expected 3 pictures, found 1"), "{few}");
         let one = FrameSequence { frames: 1, ..SEQUENCE };
         one.write(&path, |add| add(&gray(1), &Tone::PLAIN)).unwrap();
         assert_eq!(read(&path), gray(1), "one");

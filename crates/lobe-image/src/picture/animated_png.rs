@@ -44,11 +44,7 @@ impl<W: Write> AnimatedPng<W> {
         pictures: usize,
         seconds_per_picture: f64,
     ) -> Result<Self, ImageError> {
-        let milliseconds = (1000.0 * seconds_per_picture).round();
-        if !(1.0..=65_000.0).contains(&milliseconds) {
-            let message = format!("expected 0.001 to 65 seconds a picture, found {seconds_per_picture}");
-            return Err(ImageError::Options(message));
-        }
+        let milliseconds = milliseconds(seconds_per_picture)?;
         if pictures == 0 {
             return Err(ImageError::Options("an animation of no pictures".to_owned()));
         }
@@ -62,7 +58,7 @@ impl<W: Write> AnimatedPng<W> {
             encoder.set_depth(png::BitDepth::Eight);
             encoder.set_animated(count, 0)?;
             encoder.validate_sequence(true);
-            encoder.set_frame_delay(milliseconds as u16, 1000)?;
+            encoder.set_frame_delay(milliseconds, 1000)?;
             encoder.write_header()
         };
         Ok(Self { writer: begin().map_err(|error| refused(size, error))?, size })
@@ -89,6 +85,15 @@ impl<W: Write> AnimatedPng<W> {
     pub fn finish(self) -> Result<(), ImageError> {
         self.writer.finish().map_err(|error| refused(self.size, error))
     }
+}
+
+/// The time of a picture, in the unit of files.
+pub(crate) fn milliseconds(seconds: f64) -> Result<u16, ImageError> {
+    let milliseconds = (1000.0 * seconds).round();
+    if !(1.0..=65_000.0).contains(&milliseconds) {
+        return Err(ImageError::Options(format!("expected 0.001 to 65 seconds a picture, found {seconds}")));
+    }
+    Ok(milliseconds as u16)
 }
 
 fn invalid(size: (usize, usize), what: &str) -> ImageError {

@@ -11,8 +11,8 @@ use crate::{Motion, MovingPart, MovingScene, RenderError};
 /// the ends of these parts. Grids reach as much farther.
 const ARC: f64 = PI / 36.0;
 
-/// Times at which an animation is looked at, at least: more only where it has more keys.
-const LEAST_TIMES: usize = 256;
+/// Parts of equal time of an animation, at each of which it is looked at, and once between any two keys that are closer.
+const PARTS: f64 = 256.0;
 
 /// Vertices that are posed in all, so that files of many keys and vertices take seconds: then as many times as that allows are taken
 /// of those that there are, in golden steps, which fall in with no rhythm.
@@ -60,9 +60,12 @@ fn times_of_track(track: &Track) -> Vec<f64> {
 
 /// The keys of an animation, and times between them; at most `most`, but one.
 fn times_of_animation(keys: &[f64], most: usize) -> Vec<f64> {
-    let parts = LEAST_TIMES.div_ceil(keys.len().max(2) - 1);
     let mut times = keys.to_vec();
-    keys.windows(2).for_each(|pair| times.extend(between(pair[0], pair[1], parts)));
+    if let [begin, .., end] = keys {
+        // However many keys there are, what turns for long between two of them is looked at as often as if it were alone.
+        let parts = |pair: &[f64]| (PARTS * (pair[1] - pair[0]) / (end - begin)).ceil().max(2.0) as usize;
+        keys.windows(2).for_each(|pair| times.extend(between(pair[0], pair[1], parts(pair))));
+    }
     if times.len() > most.max(1) {
         times.sort_unstable_by(f64::total_cmp);
         let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
@@ -186,7 +189,11 @@ mod tests {
         let times = times_of_animation(&keys, 1 << 20);
         assert!(keys.iter().all(|key| times.contains(key)), "{} times", times.len());
         let two = times_of_animation(&[0.0, 1.0], 1 << 20);
-        assert!(two.len() > LEAST_TIMES, "{} times between two keys", two.len());
+        assert!(two.len() as f64 > PARTS, "{} times between two keys", two.len());
+        let mut last = keys.clone();
+        last.push(2.0 * keys[999]);
+        let between = times_of_animation(&last, 1 << 20).into_iter().filter(|time| *time > keys[999]).count();
+        assert!(between as f64 > 0.49 * PARTS, "{between} times in the half of the period that has no keys");
         let mut few = times_of_animation(&keys, 100);
         few.sort_unstable_by(f64::total_cmp);
         few.dedup();

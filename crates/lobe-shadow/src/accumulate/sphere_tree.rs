@@ -255,8 +255,8 @@ pub(crate) fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
     squared(a, b).sqrt()
 }
 
-/// The exponent of the largest coordinate or radius of a tree: squares of what is 10²⁷ times as small are still above the least
-/// normal float, and those of what is a million times as far away below the largest.
+/// The exponent of the largest coordinate or radius of a tree: the square of what is 10²⁷ times as small is still above the
+/// `NO_DISTANCE` of `aim`, and that of what is a million times as far away below the largest float.
 const TOP: i32 = 40;
 
 /// A receiver is nowhere farther than this along an axis, in the units of a tree: what is hidden from it is below 10⁻¹¹ of the sky.

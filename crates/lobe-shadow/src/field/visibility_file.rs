@@ -19,12 +19,9 @@ const FORMAT: TensorFormat = TensorFormat { name: "lobe-visibility", version: 1,
 
 /// What points of a surface see of the sky past the scene that it is of.
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub struct SurfaceVisibility {
-    /// Number of bands, 1 to 8.
-    pub order: usize,
-    /// `order²` numbers for each point, as [`bake_visibility`](crate::bake_visibility) returns them.
-    pub rows: Vec<f32>,
+    order: usize,
+    rows: Vec<f32>,
 }
 
 impl SurfaceVisibility {
@@ -45,6 +42,18 @@ impl SurfaceVisibility {
             return invalid(format!("expected finite numbers, found {bad}"));
         }
         Ok(Self { order, rows })
+    }
+
+    /// Number of bands, 1 to 8.
+    #[must_use]
+    pub fn order(&self) -> usize {
+        self.order
+    }
+
+    /// `order²` numbers for each point, as [`bake_visibility`](crate::bake_visibility) returns them.
+    #[must_use]
+    pub fn rows(&self) -> &[f32] {
+        &self.rows
     }
 
     /// Number of points.

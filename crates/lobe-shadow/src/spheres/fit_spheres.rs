@@ -16,7 +16,7 @@ use crate::spheres::variational::{Cover, energy};
 use crate::{ShadowError, SphereSet};
 
 /// Spheres of a set at most: rounds take time proportional to spheres times points.
-const MOST_SPHERES: usize = 4096;
+const MOST_FITTED: usize = 4096;
 
 /// Points to cover at most: each takes about 100 bytes while the fit runs.
 const MOST_SAMPLES: usize = 1 << 22;
@@ -83,8 +83,8 @@ impl Default for SphereFitOptions {
 impl SphereFitOptions {
     fn check(&self) -> Result<(), ShadowError> {
         let refuse = |message: String| Err(ShadowError::Options(message));
-        if !(1..=MOST_SPHERES).contains(&self.count) {
-            return refuse(format!("expected 1 to {MOST_SPHERES} spheres, found {}", self.count));
+        if !(1..=MOST_FITTED).contains(&self.count) {
+            return refuse(format!("expected 1 to {MOST_FITTED} spheres, found {}", self.count));
         }
         if !(1..=MOST_SAMPLES).contains(&self.samples) {
             return refuse(format!("expected 1 to {MOST_SAMPLES} samples, found {}", self.samples));

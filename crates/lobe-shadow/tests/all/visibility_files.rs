@@ -19,8 +19,8 @@ fn visibility_that_is_written_is_read() {
     {
         let report = write_visibility(&path, &visibility(), &storage).unwrap();
         let back = read_visibility(&path).unwrap();
-        assert_eq!((back.order, back.points()), (3, 200), "{storage:?}");
-        let off = back.rows.iter().zip(&visibility().rows).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert_eq!((back.order(), back.points()), (3, 200), "{storage:?}");
+        let off = back.rows().iter().zip(visibility().rows()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
         assert!(f64::from(off) <= most && report.largest_error <= most, "{storage:?}: off by {off}, {report:?}");
     }
 }

@@ -7,13 +7,13 @@ use lobe::sh::{Expansion as _, Rgb, ShVec};
 use lobe::shadow::{
     FieldGrid, FieldOptions, FieldStorage, Lamp, LampSequence, LogTable, LogTableOptions, OcclusionField, PatchField,
     RadialInterpolation, RadianceField, RadianceOptions, Rectangle, Skin, SphereFitOptions, SphereSet,
-    VisibilityOptions, bake_field, bake_visibility, fit_spheres, write_field, write_lamp, write_log_table,
-    write_spheres,
+    SurfaceVisibility, VisibilityOptions, bake_field, bake_visibility, fit_spheres, read_lamp, write_field, write_lamp,
+    write_log_table, write_spheres, write_visibility,
 };
 use lobe_testkit::Random;
 
 use crate::by_hand::{Record, read_checkpoint, read_safetensors};
-use crate::moving_by_hand::{Points, light_of_lamp, logarithm_of_sphere, posed_spheres, rows_of_field, vector};
+use crate::moving_by_hand::{Points, light_of_lamp, logarithm_of_sphere, posed_spheres, stored_rows, vector};
 use crate::{ROUNDING, folder};
 
 const LINEAR: RadialInterpolation = RadialInterpolation::Linear;
@@ -40,12 +40,16 @@ fn expect_near(what: &str, found: &[f64], expected: impl IntoIterator<Item = f32
     }
 }
 
+fn storages() -> [FieldStorage; 4] {
+    let clusters = CompressOptions::default().clusters(3).components(4).weights(WeightBits::U8);
+    [FieldStorage::F32, FieldStorage::F16, FieldStorage::U8, FieldStorage::Clustered(clusters)]
+}
+
 #[test]
 fn occlusion_fields_of_every_storage_are_read_from_the_page() {
     let folder = folder();
     let path = folder.path().join("f.field.safetensors");
-    let clusters = CompressOptions::default().clusters(3).components(4).weights(WeightBits::U8);
-    let storages = [FieldStorage::F32, FieldStorage::F16, FieldStorage::U8, FieldStorage::Clustered(clusters)];
+    let storages = storages();
     // Spheres on both sides of the bounding sphere, beyond it alone, and two.
     for (range, spheres) in [([0.25, 8.0], 9), ([1.5, 4.0], 3), ([0.5, 2.0], 2)] {
         let grid = FieldGrid::new([1.0, -2.0, 0.5], 0.75, range, spheres, 4).unwrap();
@@ -55,7 +59,7 @@ fn occlusion_fields_of_every_storage_are_read_from_the_page() {
             let report = write_field(&path, &field, storage).unwrap();
             let (about, table) = read_safetensors(&path);
             assert_eq!(about["format"], "lobe-occlusion-field", "{about}");
-            let rows = rows_of_field(&about, &table);
+            let rows = stored_rows(&about, &table, "rows", 12);
             let allowed = report.largest_error * 1.01 + 1e-6;
             let far = rows.iter().zip(field.rows()).find(|(a, b)| (**a - f64::from(**b)).abs() > allowed);
             assert_eq!(far, None, "{storage:?}: rows to within {allowed}");
@@ -72,7 +76,7 @@ fn occlusion_fields_of_every_storage_are_read_from_the_page() {
 }
 
 #[test]
-fn lamps_of_every_shape_are_read_from_the_page() {
+fn lamps_of_every_shape_and_storage_are_read_from_the_page() {
     let folder = folder();
     let path = folder.path().join("l.lamp.safetensors");
     let rectangle = Rectangle { corner: [0.5, 1.0, 2.0], u: [1.0, 0.0, 0.5], v: [0.0, -2.0, 0.0], two_sided: false };
@@ -89,17 +93,38 @@ fn lamps_of_every_shape_are_read_from_the_page() {
         (Lamp::Sequence(sequence.clone()), 1.5 / 24.0),
         (Lamp::Sequence(sequence), -0.5 / 24.0),
     ] {
-        write_lamp(&path, &lamp, &FieldStorage::F32).unwrap();
-        let (about, table) = read_safetensors(&path);
-        let field = lamp.at(time).unwrap();
-        for point in points_around(field.center(), 1.0) {
-            let found = light_of_lamp(&about, &table, point, time);
-            let expected = field.radiance_at(point, LINEAR);
-            let channel = |c: usize| expected.coefficients().iter().map(move |x| x.to_array()[c]);
-            for (c, found) in found.iter().enumerate() {
-                expect_near(&format!("{about}, color {c} at {point:?}"), found, channel(c), PLACES);
+        for storage in &storages() {
+            write_lamp(&path, &lamp, storage).unwrap();
+            let (about, table) = read_safetensors(&path);
+            // As Lobe reads it: the loss of the storage is tested with it.
+            let read = read_lamp(&path).unwrap();
+            let field = read.at(time).unwrap();
+            for point in points_around(field.center(), 1.0) {
+                let found = light_of_lamp(&about, &table, point, time);
+                let expected = field.radiance_at(point, LINEAR);
+                let channel = |c: usize| expected.coefficients().iter().map(move |x| x.to_array()[c]);
+                for (c, found) in found.iter().enumerate() {
+                    expect_near(&format!("{storage:?}, {about}, color {c} at {point:?}"), found, channel(c), PLACES);
+                }
             }
         }
+    }
+}
+
+#[test]
+fn visibility_of_every_storage_is_read_from_the_page() {
+    let folder = folder();
+    let path = folder.path().join("s.visibility.safetensors");
+    let rows: Vec<f32> = Random::new(8).signed_vec(9 * 40).into_iter().map(|x| x as f32).collect();
+    let visibility = SurfaceVisibility::new(3, rows).unwrap();
+    for storage in &storages() {
+        let report = write_visibility(&path, &visibility, storage).unwrap();
+        let (about, table) = read_safetensors(&path);
+        assert_eq!((&about["format"], &about["order"]), (&"lobe-visibility".into(), &3.into()), "{about}");
+        let found = stored_rows(&about, &table, "rows", 9);
+        let allowed = report.largest_error * 1.01 + 1e-6;
+        let far = found.iter().zip(visibility.rows()).find(|(a, b)| (**a - f64::from(**b)).abs() > allowed);
+        assert_eq!((found.len(), far), (9 * 40, None), "{storage:?}: numbers to within {allowed}");
     }
 }
 

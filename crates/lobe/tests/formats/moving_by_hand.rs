@@ -100,25 +100,25 @@ impl Points {
     }
 }
 
-/// The rows of an occlusion field of any storage, one after the other.
-pub(crate) fn rows_of_field(about: &Value, table: &Table) -> Vec<f64> {
+/// The numbers of rows of this width in any storage, one after the other; the tensor has them unless they are in clusters.
+pub(crate) fn stored_rows(about: &Value, table: &Table, name: &str, width: usize) -> Vec<f64> {
     let flat = |name: &str| &table[name].1;
-    match about["storage"].as_str().unwrap() {
+    match about["storage"].as_str().unwrap_or("f32") {
         "u8" => {
-            let (least, step) = flat("ranges").split_at(12);
-            flat("rows").iter().enumerate().map(|(i, q)| least[i % 12] + step[i % 12] * q).collect()
+            let (least, step) = flat("ranges").split_at(width);
+            flat(name).iter().enumerate().map(|(i, q)| least[i % width] + step[i % width] * q).collect()
         }
         "clustered" => {
             let (weights, bases, clusters) = (flat("weights"), flat("bases"), flat("clusters"));
             let count = weights.len() / clusters.len();
             let row = |(p, k): (usize, &f64)| -> Vec<f64> {
-                let basis = &bases[*k as usize * (1 + count) * 12..];
-                let weighted = |i: usize, j: usize| weights[p * count + j] * basis[(1 + j) * 12 + i];
-                (0..12).map(|i| basis[i] + (0..count).map(|j| weighted(i, j)).sum::<f64>()).collect()
+                let basis = &bases[*k as usize * (1 + count) * width..];
+                let weighted = |i: usize, j: usize| weights[p * count + j] * basis[(1 + j) * width + i];
+                (0..width).map(|i| basis[i] + (0..count).map(|j| weighted(i, j)).sum::<f64>()).collect()
             };
             clusters.iter().enumerate().flat_map(row).collect()
         }
-        _ => flat("rows").clone(),
+        _ => flat(name).clone(),
     }
 }
 
@@ -131,17 +131,20 @@ pub(crate) fn light_of_lamp(about: &Value, table: &Table, point: [f64; 3], t: f6
         }
         "rectangle" => {
             let points = Points::of_rectangle(about);
-            [0, 1, 2].map(|c| points.function_at(point, &table["rows"].1, |p| (3 * p + c) * 12))
+            let rows = stored_rows(about, table, "rows", 36);
+            [0, 1, 2].map(|c| points.function_at(point, &rows, |p| (3 * p + c) * 12))
         }
         _ => {
-            let (points, (shape, numbers)) = (Points::of_rectangle(about), &table["patches"]);
+            let (points, numbers) = (Points::of_rectangle(about), stored_rows(about, table, "patches", 12));
+            let patches = table["radiance"].0[1];
+            let of_each = numbers.len() / (12 * patches);
             let pictures = number(&about["pictures"]);
             let picture = (t * number(&about["per_second"])).floor().rem_euclid(pictures) as usize;
             let mut light = [[0.0; 9]; 3];
-            for k in 0..shape[0] {
-                let of_patch = points.function_at(point, numbers, |p| (k * shape[1] + p) * 12);
+            for k in 0..patches {
+                let of_patch = points.function_at(point, &numbers, |p| (k * of_each + p) * 12);
                 for (c, light) in light.iter_mut().enumerate() {
-                    let radiance = table["radiance"].1[(picture * shape[0] + k) * 3 + c];
+                    let radiance = table["radiance"].1[(picture * patches + k) * 3 + c];
                     light.iter_mut().zip(of_patch).for_each(|(sum, x)| *sum += radiance * x);
                 }
             }

@@ -1,5 +1,6 @@
 //! Opening and baking beside the window: the scene, the sky, transfer from files, and what went wrong with them.
 
+use std::collections::VecDeque;
 use std::path::PathBuf;
 
 use eframe::egui::Context;
@@ -29,8 +30,8 @@ pub(crate) struct Work {
     sky: Opened<OpenedSky>,
     scene_task: Option<Task<SceneNews>>,
     sky_task: Option<Task<OpenedSky>>,
-    /// A file of transfer, for the scene when that is open.
-    adopting: Option<PathBuf>,
+    /// Files of transfer, for the scene when that is open, one after the other.
+    adopting: VecDeque<PathBuf>,
     is_fallback: bool,
 }
 
@@ -51,7 +52,7 @@ impl Work {
             sky: Opened::default(),
             scene_task: None,
             sky_task: None,
-            adopting: None,
+            adopting: VecDeque::new(),
             is_fallback: false,
         }
     }
@@ -68,7 +69,7 @@ impl Work {
 
     /// Whether nothing is being opened or baked.
     pub(crate) fn is_idle(&self) -> bool {
-        self.scene_task.is_none() && self.sky_task.is_none() && self.adopting.is_none()
+        self.scene_task.is_none() && self.sky_task.is_none() && self.adopting.is_empty()
     }
 
     /// The task of the scene.
@@ -83,7 +84,10 @@ impl Work {
 
     /// Takes transfer from a file for the scene when that is open.
     pub(crate) fn adopt(&mut self, path: PathBuf) {
-        self.adopting = Some(path);
+        if self.adopting.is_empty() {
+            self.forget_message();
+        }
+        self.adopting.push_back(path);
     }
 
     /// Starts what the edits ask for.
@@ -104,13 +108,12 @@ impl Work {
             self.forget_message();
         }
         if self.scene_task.is_none()
-            && let (Some(path), Some(data)) = (&self.adopting, &self.scene.found)
+            && let Some(data) = self.scene.found.clone()
+            && let Some(path) = self.adopting.pop_front()
         {
-            let (path, data) = (path.clone(), data.clone());
-            let work = move |control: &_| adopt::adopt(control, &data, &path);
+            let limits = self.limits;
+            let work = move |control: &_| adopt::adopt(control, &data, &path, &limits);
             self.scene_task = Some(Task::start("Transfer", wake(ctx), work));
-            self.adopting = None;
-            self.forget_message();
         }
     }
 
@@ -192,6 +195,7 @@ impl Work {
             let ended = TaskEvent::<OpenedSky>::Cancelled;
             self.is_fallback |= take_back(&ended, &mut edits.sky, &mut self.sky, sky_source::FIRST);
         }
+        self.adopting.clear();
         if was_at_work {
             self.message = failure(TaskEvent::<()>::Cancelled);
         }
