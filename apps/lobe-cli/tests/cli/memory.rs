@@ -53,7 +53,7 @@ fn a_small_file_of_many_equal_numbers_is_held_against_the_limit() {
     let line = dir.lobe("compare flat.exr flat.exr --max-memory 0.1").error();
     assert!(line.contains("--z-test"), "no limit that would not be kept: {line}");
     let line = dir.lobe("compare none.exr none.exr --z-test").error();
-    assert!(line.contains("none.exr: No such file"), "{line}");
+    assert!(line.contains("none.exr: no such file"), "{line}");
 }
 
 #[test]
