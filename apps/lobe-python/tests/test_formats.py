@@ -1,6 +1,7 @@
 """The reader of the page of formats, which has the standard library alone, on files that the command has just written."""
 
 import importlib.util
+import itertools
 import math
 import os
 import pathlib
@@ -94,18 +95,38 @@ def test_a_lamp_of_any_storage_is_that_of_single_precision(reader, lobe, tmp_pat
             assert b == pytest.approx(a, abs=0.05 * max(map(abs, a))), (storage, point)
 
 
+CUBE = """
+v -1 -1 -1
+v 1 -1 -1
+v -1 1 -1
+v 1 1 -1
+v -1 -1 1
+v 1 -1 1
+v -1 1 1
+v 1 1 1
+f 1 3 4 2
+f 5 6 8 7
+f 1 2 6 5
+f 3 7 8 4
+f 1 5 7 3
+f 2 4 8 6
+"""
+
+
 @pytest.mark.parametrize("storage", ["f32", "f16", "u8", "clustered"])
-def test_a_convex_body_sees_half_of_the_sky_from_each_vertex(reader, lobe, tmp_path, storage):
-    write_ball(tmp_path / "ball.obj", rows=8)
-    options = ["--self-visibility", "--order", 2, "--rays", 256, "--storage", storage]
-    lobe("field", "ball.obj", *options, "-o", "own.safetensors")
+def test_a_corner_of_a_cube_sees_all_but_an_octant(reader, lobe, tmp_path, storage):
+    (tmp_path / "cube.obj").write_text(CUBE)
+    options = ["--self-visibility", "--order", 2, "--rays", 1024, "--storage", storage]
+    lobe("field", "cube.obj", *options, "-o", "own.safetensors")
     about, tensors = reader.read_safetensors(tmp_path / "own.safetensors")
     rows = reader.own_visibility(about, tensors)
-    assert about["format"] == "lobe-visibility" and len(rows) > 8 * 16
+    assert about["format"] == "lobe-visibility" and len(rows) == 8
     for row in rows:
-        # Integrals of y_00 over half a sphere, and of y_1m along its normal; faces that meet at a vertex leave a little.
-        assert row[0] == pytest.approx(2 * math.pi * math.sqrt(0.25 / math.pi), rel=0.1)
-        assert math.hypot(*row[1:]) == pytest.approx(math.pi * math.sqrt(0.75 / math.pi), rel=0.1)
+        # Of y_00, 4 pi less pi / 2; of each y_1m, pi / 4 either way, the integral of |x| over an octant.
+        assert row[0] == pytest.approx(7 / 2 * math.pi * math.sqrt(0.25 / math.pi), rel=0.01)
+        for value in row[1:]:
+            assert abs(value) == pytest.approx(math.pi / 4 * math.sqrt(0.75 / math.pi), rel=0.04)
+    assert {tuple(value > 0 for value in row[1:]) for row in rows} == set(itertools.product([False, True], repeat=3))
 
 
 def test_spheres_are_where_the_command_says(reader, lobe, tmp_path):
