@@ -144,14 +144,14 @@ fn has_mitsuba() -> Result<(), String> {
 
 /// The tests that take longest, which no other group runs.
 const TEST_LONG: Step =
-    Step { name: "test-long", work: Work::Cargo("test --workspace --lib --test all -- --ignored", &[]) };
+    Step { name: "test-long", work: Work::Cargo("test --workspace --lib --test all --test python -- --ignored", &[]) };
 /// The same bytes from every command by any number of threads.
 const OUTPUTS: Step =
     Step { name: "outputs", work: Work::Cargo("run --package xtask -- outputs target/release/lobe", &[]) };
 
-/// What takes long or needs other programs: the whole corpus, and every peer that judges files and pictures.
+/// Licenses, and what takes long or needs other programs: the whole corpus, and every peer that judges files and pictures.
 pub(crate) fn nightly() -> Outcome {
-    run_all(&[TEST_LONG, TEST_BC6H, RELEASE, OUTPUTS, READERS, BEVY, MOTION, MITSUBA, WEB, CORPUS_WHOLE])
+    run_all(&[DENY, TEST_LONG, TEST_BC6H, RELEASE, OUTPUTS, READERS, BEVY, MOTION, MITSUBA, WEB, CORPUS_WHOLE])
 }
 
 /// What needs Rust alone, the cheap steps first.
@@ -180,7 +180,7 @@ const CHECKS: &[Step] = &[
 ];
 
 /// The tests, and what needs the tools that `.ci/run` installs beside the [`CHECKS`].
-const TESTS: &[Step] = &[TYPOS, DENY, TEST, TEST_PLAIN, TEST_AVX2, CORPUS];
+const TESTS: &[Step] = &[TYPOS, TEST, TEST_PLAIN, TEST_AVX2, CORPUS];
 
 /// The first part of [`ci`].
 pub(crate) fn checks() -> Outcome {

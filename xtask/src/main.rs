@@ -28,7 +28,7 @@ const CHORES: &[(&str, &str, Chore)] = &[
     ("ci", "everything continuous integration checks, each step with its time", |_| ci::ci()),
     ("ci-checks", "its first part, which needs Rust alone", |_| ci::checks()),
     ("ci-tests", "its second part: the tests, and what needs other tools", |_| ci::tests()),
-    ("nightly", "what takes long or needs other programs: the whole corpus and the peers", |_| ci::nightly()),
+    ("nightly", "licenses, what takes long or needs other programs: the whole corpus and the peers", |_| ci::nightly()),
     ("quick", "what to run before each commit: under 30 s when warm", |_| ci::quick()),
     (
         "arch",

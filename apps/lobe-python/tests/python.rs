@@ -67,15 +67,27 @@ fn passes(python: &OsString, package: &Path, module: &str, arguments: &[&str]) {
     assert!(output.status.success(), "{module}: {text}");
 }
 
+/// Runs the tests of the package that a marker of pytest chooses, by `processes` where pytest can share them out.
+fn tests_pass(python: &OsString, package: &Path, marker: &str, processes: &str) {
+    let mut arguments = vec!["-p", "no:cacheprovider", "-m", marker, "tests"];
+    if Command::new(python).args(["-c", "import xdist"]).output().is_ok_and(|output| output.status.success()) {
+        arguments.extend(["--numprocesses", processes, "--dist", "loadfile"]);
+    }
+    passes(python, package, "pytest", &arguments);
+}
+
 #[test]
 fn the_tests_of_the_package_pass_and_its_types_are_strict() {
     let Some(python) = interpreter() else { return };
     let package = package();
-    let mut arguments = vec!["-p", "no:cacheprovider", "tests"];
-    // Much of the time of these tests is waiting for clusters.
-    if Command::new(&python).args(["-c", "import xdist"]).output().is_ok_and(|output| output.status.success()) {
-        arguments.extend(["--numprocesses", "2", "--dist", "loadfile"]);
-    }
-    passes(&python, &package, "pytest", &arguments);
+    // More than there are processors, mostly: much of the time of these tests is waiting for clusters.
+    tests_pass(&python, &package, "not nightly", "3");
     passes(&python, &package, "mypy", &["--cache-dir=/dev/null", "python/lobe"]);
+}
+
+#[test]
+#[ignore = "long: of the nightly group"]
+fn the_long_tests_of_the_package_pass() {
+    let Some(python) = interpreter() else { return };
+    tests_pass(&python, &package(), "nightly", "1");
 }

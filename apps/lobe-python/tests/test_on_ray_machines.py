@@ -16,7 +16,7 @@ import lobe
 cluster_utils = pytest.importorskip("ray.cluster_utils", reason="ray is not installed")
 
 # Warnings of Ray about what it will change, and about its processes, which are killed here on purpose.
-pytestmark = pytest.mark.filterwarnings("ignore")
+pytestmark = [pytest.mark.filterwarnings("ignore"), pytest.mark.nightly]
 
 OPTIONS = lobe.BakeOptions(mode="shadowed", order=3, samples=64)
 SCENE = "built-in:ball"

@@ -267,12 +267,13 @@ mod tests {
 
     #[test]
     fn the_search_finds_every_maximum_that_a_dense_grid_finds() {
-        // How many maxima such expansions have, to 2 %: one, 1.84 and so on each.
+        // How many maxima 2000 such expansions have, to 5 % of 500: one, 1.84 and so on each.
         for (order, expected) in [(2, 2000_usize), (3, 3681), (4, 6360), (5, 9801), (6, 14_098)] {
-            let (found, total, beyond) = found_of(order, 2000, PeakSearch::Grid);
+            let (found, total, beyond) = found_of(order, 500, PeakSearch::Grid);
             println!("order {order}: {found} of {total} maxima, {beyond} more");
-            assert_eq!(found, total, "order {order}: maxima of 2000 expansions");
-            assert!(total.abs_diff(expected) <= expected / 50, "order {order}: {total} maxima, expected {expected}");
+            assert_eq!(found, total, "order {order}: maxima of 500 expansions");
+            let expected = expected / 4;
+            assert!(total.abs_diff(expected) <= expected / 20, "order {order}: {total} maxima, expected {expected}");
             assert!(beyond <= 2, "order {order}: {beyond} maxima are not those of a dense grid");
         }
     }
