@@ -282,8 +282,9 @@ mod tests {
     #[test]
     fn the_demo_writes_every_file_that_its_page_shows() {
         let folder = tempfile::tempdir().unwrap();
+        let small = Detail { ball: 16, picture: 64 };
         let mut steps = 0;
-        let index = write_demo(folder.path(), Detail::QUICK, &mut |_| steps += 1).unwrap();
+        let index = write_demo(folder.path(), small, &mut |_| steps += 1).unwrap();
         assert_eq!(steps, STEPS, "the steps of the progress bar");
         let html = fs::read_to_string(index).unwrap();
         assert!(!html.contains("http-equiv"), "a complete page does not ask to be loaded again");
