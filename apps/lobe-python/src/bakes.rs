@@ -3,13 +3,12 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use lobe::io::{Shard, merge_shards};
 use lobe::prt::{
     AdaptiveOptions, AlbedoMode, AnyTransfer, BakeMode, BakeOptions, BakeReport, BakeWork, BakedGlb, BakedRows,
     CompressOptions, CompressedTransfer, Pilot, PrtError, Recipe, read_any_transfer, read_baked, scene_hash,
     split_adaptively, split_checkpoints, write_compressed_transfer,
 };
-use lobe::scene::{GltfDocument, GltfReader, Scene, SceneReadOptions, built_in, is_gltf, read_scene};
+use lobe::scene::{GltfDocument, Scene, SceneReadOptions};
 use lobe::sh::Rgb;
 use numpy::{PyArrayDyn, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -19,9 +18,8 @@ use crate::compression::{compress_options, report_of_compression};
 use crate::job::{answered, error_of, watched};
 use crate::outputs::{beside, has_ending, prepare};
 use crate::rows::{array_of, contiguous, value_error};
-
-/// The prefix of scenes that come with Lobe.
-pub(crate) const BUILT_IN: &str = "built-in:";
+use crate::scenes::{Read, SceneInput};
+use crate::sharing::{merge, of_merged, shard_of};
 
 /// The options of a bake, whose ranges the package has checked.
 #[derive(Clone, FromPyObject)]
@@ -52,7 +50,7 @@ pub(crate) struct Settings {
 pub(crate) struct Bake {
     name: String,
     /// Where the scene was read, which no result may replace.
-    source: PathBuf,
+    source: SceneInput,
     work: BakeWork,
     /// All that a glTF file holds, unless its scene was split.
     document: Option<GltfDocument>,
@@ -65,23 +63,6 @@ pub(crate) fn mode_of(name: &str) -> PyResult<BakeMode> {
     found.ok_or_else(|| {
         value_error(format!("mode: expected unshadowed, shadowed, interreflected or glossy, found {name:?}"))
     })
-}
-
-/// A scene from a file or from Lobe, and all that a glTF file holds beside it.
-pub(crate) fn read(path: &Path) -> Result<(Scene, Option<GltfDocument>), PrtError> {
-    let text = path.display().to_string();
-    if let Some(name) = text.strip_prefix(BUILT_IN) {
-        let scene = built_in::named(name).ok_or_else(|| {
-            PrtError::Options(format!("expected one of {}, found {name:?}", built_in::NAMES.join(", ")))
-        })?;
-        return Ok((scene, None));
-    }
-    if is_gltf(path) {
-        let (scene, _, document) =
-            GltfReader::open(path, &SceneReadOptions::default()).and_then(GltfReader::into_scene_and_document)?;
-        return Ok((scene, Some(document)));
-    }
-    Ok((read_scene(path, &SceneReadOptions::default())?.0, None))
 }
 
 impl Settings {
@@ -162,6 +143,7 @@ impl Bake {
     fn recipe(&self, work: &BakeWork, report: &BakeReport, compression: Option<&CompressOptions>) -> Recipe {
         let Settings { max_edge, adaptive, min_edge, max_vertices, .. } = self.settings;
         let recipe = work.recipe(report).scene(self.name.clone()).max_edge(max_edge);
+        let recipe = if self.source.options.straight_through { recipe.straight_through(true) } else { recipe };
         let recipe = recipe.adaptive(adaptive).min_edge(min_edge).max_vertices(max_vertices);
         recipe
             .clusters(compression.map(|options| options.clusters))
@@ -203,21 +185,21 @@ impl Bake {
 impl Bake {
     /// Reads a scene. Options that are out of range are refused by the bake.
     #[new]
-    fn new(py: Python<'_>, scene: PathBuf, settings: Settings) -> PyResult<Self> {
+    fn new(py: Python<'_>, scene: SceneInput, settings: Settings) -> PyResult<Self> {
         let options = settings.options()?;
-        let (path, asked) = (scene.clone(), settings.clone());
+        let (source, asked) = (scene.clone(), settings.clone());
         let made = answered(py, usize::MAX, move || {
-            let (mut found, mut document) = read(&path)?;
+            let Read { found: (mut found, mut document), remarks } = source.with_document()?;
             if let Some(max_edge) = asked.max_edge {
                 found = found.split_edges(max_edge as f32)?;
             }
             if asked.max_edge.is_some() || asked.adaptive.is_some() {
                 document = None;
             }
-            Ok((asked.work(found, options)?, document))
+            Ok(Read { found: (asked.work(found, options)?, document), remarks })
         })?;
-        let (work, document) = made.map_err(|error: PrtError| error_of(&error))?;
-        let name = scene.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let (work, document) = made.map_err(|error: PrtError| error_of(&error))?.told(py)?;
+        let name = scene.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         Ok(Self { name, source: scene, work, document, settings })
     }
 
@@ -254,7 +236,7 @@ impl Bake {
     /// Refuses the name of a file that cannot hold the results, and that of the scene, which would be lost.
     #[expect(clippy::needless_pass_by_value, reason = "extracted from an argument of Python")]
     fn check_output(&self, output: PathBuf) -> PyResult<()> {
-        prepare(&output, self.settings.endings(), &[&self.source])
+        prepare(&output, self.settings.endings(), &[&self.source.path])
     }
 
     /// Bakes, with results kept beside the output until it is written.
@@ -290,8 +272,7 @@ impl Bake {
         count: u32,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let shard = Shard::new(number, count)
-            .ok_or_else(|| value_error(format!("shard: expected one of {count} from 1 on, found {number}")))?;
+        let shard = shard_of(number, count)?;
         let report = watched(py, progress.as_ref(), Some(&output), |job| self.work.bake_shard(shard, job))?;
         report_of(py, &report)
     }
@@ -307,19 +288,9 @@ impl Bake {
         self.check_output(output.clone())?;
         // Beside what a bake that was stopped may have kept.
         let checkpoint = beside(&output, ".merged.checkpoint");
-        watched(py, progress.as_ref(), None, |job| merge_shards(&parts, &checkpoint, job))?;
-        self.write_with(py, &self.work, &output, &checkpoint, progress.as_ref()).map_err(|error| {
-            // It is made again in no time, and would be in the way of another bake.
-            let _ = fs::remove_file(&checkpoint);
-            let at_checkpoint = format!("{}: ", checkpoint.display());
-            match parts.first() {
-                Some(part) if error.value(py).to_string().starts_with(&at_checkpoint) => value_error(format!(
-                    "{}: this shard and the others are not of this bake: the scene, options that decide the numbers or the version of Lobe differ",
-                    part.display()
-                )),
-                _ => error,
-            }
-        })
+        merge(py, &parts, &checkpoint, progress.as_ref())?;
+        self.write_with(py, &self.work, &output, &checkpoint, progress.as_ref())
+            .map_err(|error| of_merged(py, error, &parts, &checkpoint))
     }
 }
 

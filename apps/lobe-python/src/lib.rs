@@ -26,8 +26,10 @@ mod outputs;
 mod pictures;
 mod reflection;
 mod rows;
+mod scenes;
 mod search;
 mod shadows;
+mod sharing;
 mod techniques;
 
 use numpy::PyArray1;
@@ -73,7 +75,7 @@ mod _lobe {
     #[pymodule_export]
     use crate::search::{lights, minimum, peaks};
     #[pymodule_export]
-    use crate::shadows::{field, lamp, sphere_table, spheres};
+    use crate::shadows::{field, field_shard, lamp, self_visibility, sphere_table, spheres};
     #[pymodule_export]
     use crate::techniques::{show, techniques};
 

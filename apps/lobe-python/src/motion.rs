@@ -1,24 +1,27 @@
 //! Scenes that move: their moments under distant light, by transfer of their parts, and path traced.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use lobe::prt::{AlbedoMode, BakeOptions, BakedTransfer, PrtError};
+use lobe::prt::{AlbedoMode, BakeOptions, BakedTransfer};
 use lobe::render::{
-    Camera, DistantLight, MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, MovingShading, RenderError,
-    Truth, TruthOptions, ViewOptions, VisibilityGridOptions, light_moving_scene, render_truth_with_emitters,
+    MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, MovingShading, RenderError, ViewOptions,
+    VisibilityGridOptions, light_moving_scene,
 };
-use lobe::scene::{AnimatedScene, Bvh, GltfReader, SceneReadOptions, built_in, is_gltf};
+use lobe::scene::{Bvh, SceneReadReport};
 use lobe::sh::{Coefficient as _, Dir};
 use lobe::shadow::{FieldOptions, LogTable, LogTableOptions, RadialInterpolation, ShadowFieldOptions, ShadowOptions};
 use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 
-use crate::bakes;
 use crate::job::{answered, error_of, watched};
 use crate::maps::Map;
-use crate::pictures::{Paths, Pixels, View, camera_around, distant_light, expansion, light_towards, pixels};
+use crate::pictures::{
+    Paths, Pixels, Traced, View, camera_around, distant_light, expansion, light_towards, pixels, trace, traced,
+};
 use crate::rows::value_error;
+use crate::scenes::{Read, SceneInput, remark};
+use crate::sharing::Share;
 
 /// What bakes parts and shades them, whose ranges the package has checked.
 #[derive(FromPyObject)]
@@ -86,37 +89,24 @@ impl Shading {
     }
 }
 
-/// A scene with what moves it, and the open file if it is of a glTF file.
-pub(crate) fn animated(path: &Path) -> Result<(AnimatedScene, Option<GltfReader>), PrtError> {
-    let name = path.display().to_string();
-    if let Some(made) = name.strip_prefix(bakes::BUILT_IN).and_then(built_in::moving) {
-        return Ok((made, None));
-    }
-    if !is_gltf(path) {
-        return Ok((AnimatedScene::still(bakes::read(path)?.0), None));
-    }
-    let gltf = GltfReader::open(path, &SceneReadOptions::default())?;
-    Ok((AnimatedScene::from_gltf(&gltf)?.0, Some(gltf)))
-}
-
-/// Reads or makes a scene, and the notes of its reader.
+/// Reads or makes a scene.
 fn read(
-    path: &Path,
+    input: &SceneInput,
     animation: Option<&str>,
     asked: (Option<usize>, Option<usize>),
-) -> Result<(MovingScene, Vec<String>), RenderError> {
-    let note = |file: &Path, text: &str| format!("{}: {text}", file.display());
-    if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("json")) {
+) -> Result<Read<MovingScene>, RenderError> {
+    if input.path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("json")) {
         if animation.is_some() {
             let text = "animation: only of glTF files; a scene description says which animations its entities play";
             return Err(RenderError::Options(text.to_owned()));
         }
-        let (moving, reports) = MovingScene::read(path, &SceneReadOptions::default())?;
-        let notes = reports.iter().flat_map(|(file, report)| report.notes.iter().map(|text| note(file, text)));
-        return Ok((moving, notes.collect()));
+        let (moving, reports) = MovingScene::read(&input.path, &input.options)?;
+        let of_file = |(file, report): &(PathBuf, SceneReadReport)| {
+            report.remarks().iter().map(|text| remark(file, text)).collect::<Vec<_>>()
+        };
+        return Ok(Read { found: moving, remarks: reports.iter().flat_map(of_file).collect() });
     }
-    let (animated, gltf) = animated(path)?;
-    let mut notes = Vec::new();
+    let Read { found: (animated, gltf), mut remarks } = input.animated()?;
     let baked = match gltf.as_ref().filter(|gltf| BakedTransfer::covers(gltf, animated.rest())) {
         Some(gltf) => Some(BakedTransfer::of(gltf, animated.rest())?),
         None => None,
@@ -127,8 +117,9 @@ fn read(
     };
     let mut moving = MovingScene::animated(animated, chosen)?;
     let (order, bounces) = asked;
-    notes.extend(baked.and_then(|baked| moving.keep_baked(&baked, order, bounces)).map(|text| note(path, &text)));
-    Ok((moving, notes))
+    let dropped = baked.and_then(|baked| moving.keep_baked(&baked, order, bounces));
+    remarks.extend(dropped.map(|text| remark(&input.path, &text)));
+    Ok(Read { found: moving, remarks })
 }
 
 /// A scene that moves, and how it is shaded once its parts are baked.
@@ -154,20 +145,19 @@ impl Moving {
 
 #[pymethods]
 impl Moving {
-    /// Reads a scene, and the notes of its reader; `asked` is the order and the bounces that transfer in the file is kept for.
+    /// Reads a scene; `asked` is the order and the bounces that transfer in the file is kept for.
     #[staticmethod]
     fn load(
         py: Python<'_>,
-        path: PathBuf,
+        input: SceneInput,
         animation: Option<String>,
         is_looped: bool,
         asked: (Option<usize>, Option<usize>),
-    ) -> PyResult<(Self, Vec<String>)> {
-        let read = answered(py, usize::MAX, move || read(&path, animation.as_deref(), asked))?;
-        let (scene, notes) = read.map_err(|error| error_of(&error))?;
-        let scene = scene.looped(is_looped);
+    ) -> PyResult<Self> {
+        let read = answered(py, usize::MAX, move || read(&input, animation.as_deref(), asked))?;
+        let scene = read.map_err(|error| error_of(&error))?.told(py)?.looped(is_looped);
         let span = scene.span();
-        Ok((Self { span, inner: Mutex::new(Inner { scene, shading: None, tree: None }) }, notes))
+        Ok(Self { span, inner: Mutex::new(Inner { scene, shading: None, tree: None }) })
     }
 
     /// The times, in seconds, between which the scene moves.
@@ -244,7 +234,7 @@ impl Moving {
         pixels(py, &lit.picture)
     }
 
-    /// A moment path traced under a lat-long map or an expansion, with the scene's lamps: the picture and the variance of its means.
+    /// A moment path traced under a lat-long map or an expansion, with the scene's lamps.
     #[expect(
         clippy::too_many_arguments,
         reason = "a picture takes its time, its light, its view, its size and its paths"
@@ -258,26 +248,19 @@ impl Moving {
         view: View,
         size: (usize, usize),
         paths: Paths,
+        share: Option<Share>,
         progress: Option<Py<PyAny>>,
-    ) -> PyResult<(Pixels<'py>, Pixels<'py>)> {
-        let distant = distant_light(py, light, map)?;
+    ) -> PyResult<Traced<'py>> {
+        let (distant, options) = (distant_light(py, light, map)?, paths.options(size)?);
         let camera = camera_around(self.bounds(py, time)?, view)?;
-        let truth = watched(py, progress.as_ref(), None, |job| {
+        if let Some(share) = &share {
+            share.begin(py, &[], progress.as_ref())?;
+        }
+        traced(py, share.as_ref(), progress.as_ref(), |shard, job| {
             let inner = self.lock();
-            traced(&inner.scene, time, &distant, &camera, &paths.options(size), job)
-        })?;
-        Ok((pixels(py, &truth.mean)?, pixels(py, &truth.variance)?))
+            let moment = inner.scene.at(time)?;
+            let emitters = moment.emitters();
+            trace(moment.scene(), moment.bvh(), &camera, (&distant, &emitters), &options, shard, job)
+        })
     }
-}
-
-fn traced(
-    scene: &MovingScene,
-    time: f64,
-    light: &DistantLight,
-    camera: &Camera,
-    options: &TruthOptions,
-    job: lobe::io::Job<'_>,
-) -> Result<Truth, RenderError> {
-    let moment = scene.at(time)?;
-    render_truth_with_emitters(moment.scene(), moment.bvh(), camera, light, &moment.emitters(), options, job)
 }

@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use lobe::image::{FLIP_PIXELS_PER_DEGREE, ImageError, Picture, compare as compare_pixels, hdr_flip, relative_mse};
+use lobe::io::{Job, Shard};
 use lobe::prt::{BakeOptions, BakedOrScene, GlossyLobe};
 use lobe::render::{
-    BakedScene, Camera, DistantLight, PathOptions, RenderError, SampleCount, TruthOptions, ViewOptions,
-    light_baked_scene, light_by_irradiance, render_truth,
+    BakedScene, Camera, DistantLight, Emitter, PathOptions, RenderError, SampleCount, Surfaces, Truth, TruthOptions,
+    ViewOptions, light_baked_scene, light_by_irradiance, render_truth_shard, render_truth_with_emitters,
 };
-use lobe::scene::{Bvh, GltfReader, Scene, SceneReadOptions, is_gltf};
+use lobe::scene::{Bvh, Scene, is_gltf};
 use lobe::sh::{Coefficient as _, Dir, Rgb, ShVec};
 use numpy::{PyArrayDyn, PyReadonlyArray2, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
@@ -17,6 +18,8 @@ use crate::bakes;
 use crate::job::{answered, error_of, watched};
 use crate::maps::Map;
 use crate::rows::{array_of, contiguous, value_error};
+use crate::scenes::{Read, SceneInput, remark};
+use crate::sharing::Share;
 
 /// An eye, its target and the angle of view from the bottom to the top of the picture, in radians; without an eye all of the scene is in
 /// view.
@@ -76,28 +79,39 @@ impl Method {
     }
 
     /// The scene, with the transfer of its fronts if that is in a file.
-    fn read(&self, path: &Path, lobe: Option<GlossyLobe>) -> Result<Found, RenderError> {
+    fn read(&self, input: &SceneInput, lobe: Option<GlossyLobe>) -> Result<Read<Found>, RenderError> {
         if let Some(file) = &self.transfer {
-            let baked = BakedScene::read_transfer(bakes::read(path)?.0, file, lobe)?;
-            return Ok(Found::Baked(Box::new(self.checked(baked, file)?)));
+            let Read { found: scene, remarks } = input.scene()?;
+            let baked = BakedScene::read_transfer(scene, file, lobe)?;
+            return Ok(Read { found: Found::Baked(Box::new(self.checked(baked, file)?)), remarks });
         }
-        let is_built_in = path.to_string_lossy().starts_with(bakes::BUILT_IN);
+        let is_baked_file = is_gltf(&input.path);
         match &self.mode {
-            None if is_built_in => {
+            None if input.is_built_in() => {
                 let text = "mode: expected one, such as interreflected, as the scenes of Lobe are not baked";
                 Err(RenderError::Options(text.to_owned()))
             }
-            None => Ok(Found::Baked(Box::new(BakedScene::read(path, &SceneReadOptions::default())?))),
+            None if !is_baked_file => {
+                let baked = BakedScene::read(&input.path, &input.options)?;
+                Ok(Read::silent(Found::Baked(Box::new(baked))))
+            }
             // A baked scene holds no matrices.
-            Some(mode) if lobe.is_none() && mode != IRRADIANCE && is_gltf(path) => {
-                match BakedOrScene::of(&GltfReader::open(path, &SceneReadOptions::default())?)? {
+            mode if lobe.is_none() && mode.as_deref() != Some(IRRADIANCE) && is_baked_file => {
+                match BakedOrScene::of(&input.gltf()?)? {
                     BakedOrScene::Baked(baked) => {
-                        Ok(Found::Baked(Box::new(self.checked(BakedScene::from(*baked), path)?)))
+                        let remarks = baked.report.notes.iter().map(|text| remark(&input.path, text)).collect();
+                        let baked = self.checked(BakedScene::from(*baked), &input.path)?;
+                        Ok(Read { found: Found::Baked(Box::new(baked)), remarks })
                     }
-                    BakedOrScene::Scene(scene, _) => Ok(Found::Scene(scene)),
+                    // Of a file without transfer, what a baked one lacks is said.
+                    BakedOrScene::Scene(..) if mode.is_none() => {
+                        let baked = BakedScene::read(&input.path, &input.options)?;
+                        Ok(Read::silent(Found::Baked(Box::new(baked))))
+                    }
+                    BakedOrScene::Scene(scene, report) => Ok(input.with_remarks(Found::Scene(scene), &report)),
                 }
             }
-            Some(_) => Ok(Found::Scene(bakes::read(path)?.0)),
+            _ => Ok(input.scene()?.map(Found::Scene)),
         }
     }
 
@@ -146,7 +160,7 @@ const IRRADIANCE: &str = "irradiance";
 #[expect(clippy::too_many_arguments, reason = "a picture takes its scene, its light, its view and its size")]
 pub(crate) fn render_still<'py>(
     py: Python<'py>,
-    scene: PathBuf,
+    scene: SceneInput,
     method: Method,
     light: PyReadonlyArray2<'py, f64>,
     background: Option<&Map>,
@@ -157,7 +171,8 @@ pub(crate) fn render_still<'py>(
 ) -> PyResult<Pixels<'py>> {
     let (light, lobe) = (expansion(&light)?, method.lobe()?);
     let asked = method.clone();
-    let found = answered(py, usize::MAX, move || asked.read(&scene, lobe))?.map_err(|error| error_of(&error))?;
+    let read = answered(py, usize::MAX, move || asked.read(&scene, lobe))?;
+    let found = read.map_err(|error| error_of(&error))?.told(py)?;
     let options = ViewOptions::default().width(size.0).height(size.1).rays(rays);
     let map = background.map(|map| &*map.0);
     let shown = |s: Dir| map.map_or_else(|| light_towards(&light, s), |map| map.radiance(s).widen());
@@ -193,15 +208,23 @@ pub(crate) fn light_towards(light: &ShVec<Rgb<f64>>, s: Dir) -> Rgb<f64> {
     lobe::sh::Expansion::eval(light, s)
 }
 
-/// Samples of each pixel, bounces before the visible surface, and a seed.
+/// Samples of each pixel, bounces before the visible surface, a seed, and the model of surfaces.
 #[derive(FromPyObject)]
-pub(crate) struct Paths(usize, usize, u64);
+pub(crate) struct Paths(usize, usize, u64, String);
 
 impl Paths {
-    pub(crate) fn options(&self, (width, height): (usize, usize)) -> TruthOptions {
-        let Self(samples, bounces, seed) = *self;
-        let paths = PathOptions::default().bounces(bounces).seed(seed);
-        TruthOptions::default().width(width).height(height).count(SampleCount::of(samples)).paths(paths)
+    pub(crate) fn options(&self, (width, height): (usize, usize)) -> PyResult<TruthOptions> {
+        let Self(samples, bounces, seed, surfaces) = self;
+        let surfaces = match &**surfaces {
+            "matte" => Surfaces::Matte,
+            "gltf" => Surfaces::MetallicRoughness,
+            "gltf-separable" => Surfaces::MetallicRoughnessSeparable,
+            other => {
+                return Err(value_error(format!("surfaces: expected matte, gltf or gltf-separable, found {other:?}")));
+            }
+        };
+        let paths = PathOptions::default().bounces(*bounces).seed(*seed).surfaces(surfaces);
+        Ok(TruthOptions::default().width(width).height(height).count(SampleCount::of(*samples)).paths(paths))
     }
 }
 
@@ -218,27 +241,65 @@ pub(crate) fn distant_light(
     }
 }
 
-/// A scene path traced under a lat-long map or an expansion: the picture and the variance of its means, `(height, width, 3)` each.
+/// The picture and the variance of its means, `(height, width, 3)` each; none of a shard.
+pub(crate) type Traced<'py> = Option<(Pixels<'py>, Pixels<'py>)>;
+
+/// A scene path traced under a lat-long map or an expansion.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "a picture takes its scene, its light, its view, its size and its paths")]
 pub(crate) fn render_traced<'py>(
     py: Python<'py>,
-    scene: PathBuf,
+    scene: SceneInput,
     light: Option<PyReadonlyArray2<'py, f64>>,
     map: Option<&Map>,
     view: View,
     size: (usize, usize),
     paths: Paths,
+    share: Option<Share>,
     progress: Option<Py<PyAny>>,
-) -> PyResult<(Pixels<'py>, Pixels<'py>)> {
-    let distant = distant_light(py, light, map)?;
-    let read = answered(py, usize::MAX, move || bakes::read(&scene).map(|(scene, _)| (Bvh::new(&scene), scene)))?;
-    let (bvh, scene) = read.map_err(|error| error_of(&error))?;
+) -> PyResult<Traced<'py>> {
+    let (distant, options) = (distant_light(py, light, map)?, paths.options(size)?);
+    if let Some(share) = &share {
+        share.begin(py, &[&scene.path], progress.as_ref())?;
+    }
+    let read = answered(py, usize::MAX, move || scene.scene().map(|read| read.map(|scene| (Bvh::new(&scene), scene))))?;
+    let (bvh, scene) = read.map_err(|error| error_of(&error))?.told(py)?;
     let camera = camera_of(&scene, view)?;
-    let options = paths.options(size);
-    let truth =
-        watched(py, progress.as_ref(), None, |job| render_truth(&scene, &bvh, &camera, &distant, &options, job))?;
-    Ok((pixels(py, &truth.mean)?, pixels(py, &truth.variance)?))
+    traced(py, share.as_ref(), progress.as_ref(), |shard, job| {
+        trace(&scene, &bvh, &camera, (&distant, &[]), &options, shard, job)
+    })
+}
+
+/// Traces a picture, or a shard of it, in the file of what is shared if it is.
+pub(crate) fn traced<'py>(
+    py: Python<'py>,
+    share: Option<&Share>,
+    progress: Option<&Py<PyAny>>,
+    trace: impl FnOnce(Option<Shard>, Job<'_>) -> Result<Option<Truth>, RenderError> + Send,
+) -> PyResult<Traced<'py>> {
+    let shard = share.map_or(Ok(None), Share::shard)?;
+    let truth = watched(py, progress, share.map(Share::file), |job| trace(shard, job));
+    let truth = match share {
+        Some(share) => share.outcome(py, truth)?,
+        None => truth?,
+    };
+    truth.map(|truth| Ok((pixels(py, &truth.mean)?, pixels(py, &truth.variance)?))).transpose()
+}
+
+/// A picture, or a shard of it, which stays in the file of the job.
+pub(crate) fn trace(
+    scene: &Scene,
+    bvh: &Bvh,
+    camera: &Camera,
+    (light, emitters): (&DistantLight, &[Emitter]),
+    options: &TruthOptions,
+    shard: Option<Shard>,
+    job: Job<'_>,
+) -> Result<Option<Truth>, RenderError> {
+    match shard {
+        Some(shard) => render_truth_shard(scene, bvh, camera, (light, emitters), options, shard, job).map(|()| None),
+        None => render_truth_with_emitters(scene, bvh, camera, light, emitters, options, job).map(Some),
+    }
 }
 
 /// RMSE, relative MSE, PSNR and FLIP of two pictures `(height, width, 3)` of linear light.

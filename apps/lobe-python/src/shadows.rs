@@ -1,26 +1,27 @@
 //! Occluders and lamps that move, a file each: occlusion fields, sets of spheres, and the light around lamps.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use lobe::io::Job;
-use lobe::prt::CompressOptions;
-use lobe::scene::{AnimatedScene, Entity, Scene};
+use lobe::prt::{CompressOptions, PrtError};
+use lobe::scene::{AnimatedScene, Entity, Mesh, Scene};
 use lobe::sh::Rgb;
 use lobe::shadow::{
     FieldOptions, FieldReport, FieldStorage, Lamp, LampSequence, LogTable, LogTableOptions, PatchField, RadianceField,
-    RadianceOptions, Rectangle, ShadowError, SphereFitMethod, SphereFitOptions, bake_field, fit_spheres, write_field,
-    write_lamp, write_log_table, write_spheres,
+    RadianceOptions, Rectangle, ShadowError, SphereFitMethod, SphereFitOptions, StorageReport, SurfaceVisibility,
+    VisibilityOptions, bake_field, bake_field_shard, bake_visibility, fit_spheres, write_field, write_lamp,
+    write_log_table, write_spheres, write_visibility,
 };
 use numpy::{PyArrayDyn, PyReadonlyArray3, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::bakes;
 use crate::job::{answered, error_of, watched};
-use crate::motion::animated;
 use crate::outputs::{beside, prepare};
 use crate::rows::{array_of, contiguous, value_error};
+use crate::scenes::{Read, SceneInput};
+use crate::sharing::{merge, of_merged, shard_of};
 
 /// The one ending of these files.
 const SAFETENSORS: &[&str] = &["safetensors"];
@@ -48,41 +49,113 @@ impl FieldSettings {
     }
 
     fn storage(&self) -> PyResult<FieldStorage> {
-        let (clusters, components) = self.clusters;
-        match &*self.storage {
-            "f32" => Ok(FieldStorage::F32),
-            "f16" => Ok(FieldStorage::F16),
-            "u8" => Ok(FieldStorage::U8),
-            "clustered" => {
-                Ok(FieldStorage::Clustered(CompressOptions::default().clusters(clusters).components(components)))
-            }
-            other => Err(value_error(format!("storage: expected f32, f16, u8 or clustered, found {other:?}"))),
-        }
+        storage_of(&self.storage, self.clusters)
     }
 }
 
-/// Bakes the occlusion field of a scene, with results kept beside the output until it is written.
+/// How numbers are stored; clusters and components of one of the ways.
+fn storage_of(name: &str, (clusters, components): (usize, usize)) -> PyResult<FieldStorage> {
+    match name {
+        "f32" => Ok(FieldStorage::F32),
+        "f16" => Ok(FieldStorage::F16),
+        "u8" => Ok(FieldStorage::U8),
+        "clustered" => {
+            Ok(FieldStorage::Clustered(CompressOptions::default().clusters(clusters).components(components)))
+        }
+        other => Err(value_error(format!("storage: expected f32, f16, u8 or clustered, found {other:?}"))),
+    }
+}
+
+/// Bakes the occlusion field of a scene, with results kept beside the output until it is written, or takes them from all of its shards.
 #[pyfunction]
 pub(crate) fn field<'py>(
     py: Python<'py>,
-    scene: PathBuf,
+    scene: SceneInput,
     output: PathBuf,
     settings: FieldSettings,
+    parts: Vec<PathBuf>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    prepare(&output, SAFETENSORS, &[&scene])?;
+    prepare(&output, SAFETENSORS, &[&scene.path])?;
     let (options, storage) = (settings.options(), settings.storage()?);
-    let (scene, _) = answered(py, usize::MAX, move || bakes::read(&scene))?.map_err(|error| error_of(&error))?;
-    let checkpoint = beside(&output, ".checkpoint");
-    let (field, report) = watched(py, progress.as_ref(), Some(&checkpoint), |job| bake_field(&scene, &options, job))?;
+    let scene = read(py, scene)?;
+    let progress = progress.as_ref();
+    let bake = |checkpoint: &Path| watched(py, progress, Some(checkpoint), |job| bake_field(&scene, &options, job));
+    let (checkpoint, baked) = if parts.is_empty() {
+        let checkpoint = beside(&output, ".checkpoint");
+        let baked = bake(&checkpoint);
+        (checkpoint, baked)
+    } else {
+        // Beside what a bake that was stopped may have kept.
+        let checkpoint = beside(&output, ".merged.checkpoint");
+        merge(py, &parts, &checkpoint, progress)?;
+        let baked = bake(&checkpoint).map_err(|error| of_merged(py, error, &parts, &checkpoint));
+        (checkpoint, baked)
+    };
+    let (field, report) = baked?;
     let stored = py.detach(|| write_field(&output, &field, &storage)).map_err(|error| error_of(&error))?;
     // The results are safe; a checkpoint that stays is taken up by the same bake.
     let _ = fs::remove_file(&checkpoint);
     let FieldReport { points, inside, rays, .. } = report;
-    let all = PyDict::new(py);
+    let all = report_of(py, &stored)?;
     all.set_item("points", points)?;
     all.set_item("inside", inside)?;
     all.set_item("rays", rays)?;
+    Ok(all)
+}
+
+/// Bakes a shard of the occlusion field, which is the file that it is kept in: its sample points, and those in all.
+#[pyfunction]
+pub(crate) fn field_shard(
+    py: Python<'_>,
+    scene: SceneInput,
+    output: PathBuf,
+    settings: FieldSettings,
+    shard: (u32, u32),
+    progress: Option<Py<PyAny>>,
+) -> PyResult<[usize; 2]> {
+    let shard = shard_of(shard.0, shard.1)?;
+    prepare(&output, SAFETENSORS, &[&scene.path])?;
+    let (options, scene) = (settings.options(), read(py, scene)?);
+    watched(py, progress.as_ref(), Some(&output), |job| bake_field_shard(&scene, &options, shard, job))
+}
+
+/// Writes what each vertex sees of the sky past the scene itself, with results kept beside the output until it is written.
+#[pyfunction]
+pub(crate) fn self_visibility<'py>(
+    py: Python<'py>,
+    scene: SceneInput,
+    output: PathBuf,
+    settings: FieldSettings,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    prepare(&output, SAFETENSORS, &[&scene.path])?;
+    let (storage, scene) = (settings.storage()?, read(py, scene)?);
+    let options = VisibilityOptions::default().order(settings.order).rays(settings.rays).seed(settings.seed);
+    let vectors = |of: fn(&Mesh) -> &[[f32; 3]]| scene.meshes().iter().flat_map(of).copied().collect::<Vec<_>>();
+    let (positions, normals) = (vectors(Mesh::positions), vectors(Mesh::normals));
+    let checkpoint = beside(&output, ".checkpoint");
+    let rows = watched(py, progress.as_ref(), Some(&checkpoint), |job| {
+        bake_visibility(&scene, &positions, &normals, &options, job)
+    })?;
+    let stored = py.detach(|| {
+        let visibility = SurfaceVisibility::new(settings.order, rows)?;
+        write_visibility(&output, &visibility, &storage)
+    });
+    let stored = stored.map_err(|error: ShadowError| error_of(&error))?;
+    let _ = fs::remove_file(&checkpoint);
+    let all = report_of(py, &stored)?;
+    all.set_item("vertices", positions.len())?;
+    all.set_item("rays", positions.len() as u64 * u64::from(settings.rays))?;
+    Ok(all)
+}
+
+fn read(py: Python<'_>, scene: SceneInput) -> PyResult<Scene> {
+    answered(py, usize::MAX, move || scene.scene())?.map_err(|error| error_of(&error))?.told(py)
+}
+
+fn report_of<'py>(py: Python<'py>, stored: &StorageReport) -> PyResult<Bound<'py, PyDict>> {
+    let all = PyDict::new(py);
     all.set_item("bytes", stored.bytes)?;
     all.set_item("bytes_before", stored.bytes_before)?;
     all.set_item("relative_error", stored.relative_error)?;
@@ -110,7 +183,7 @@ type Fitted<'py> = (Bound<'py, PyArrayDyn<f32>>, Bound<'py, PyArrayDyn<f32>>, f6
 #[pyfunction]
 pub(crate) fn spheres<'py>(
     py: Python<'py>,
-    scene: PathBuf,
+    scene: SceneInput,
     entity: Option<String>,
     output: Option<PathBuf>,
     settings: SphereSettings,
@@ -122,12 +195,13 @@ pub(crate) fn spheres<'py>(
         other => return Err(value_error(format!("method: expected variational or medial-axis, found {other:?}"))),
     };
     if let Some(output) = &output {
-        prepare(output, SAFETENSORS, &[&scene])?;
+        prepare(output, SAFETENSORS, &[&scene.path])?;
     }
-    let place = scene.display().to_string();
+    let place = scene.path.display().to_string();
     let options = SphereFitOptions::default().count(settings.count).method(method).samples(settings.points);
     let options = options.rounds(settings.rounds).seed(settings.seed);
-    let found = answered(py, usize::MAX, move || whole_or_entity(&scene, entity.as_deref()))??;
+    let found = answered(py, usize::MAX, move || whole_or_entity(&scene, entity.as_deref()))?;
+    let found = found.map_err(|error| error_of(&error))?.told(py)?;
     let (solid, entity) = &found;
     let checkpoint = output.as_ref().filter(|_| is_kept).map(|output| beside(output, ".checkpoint"));
     let fit = |mut job: Job<'_>| {
@@ -154,15 +228,16 @@ pub(crate) fn spheres<'py>(
     Ok((centers, radii, report.outside_volume, report.solid_volume, report.history, report.certainty))
 }
 
+/// A scene, or one entity of it with what moves it.
+type Solid = (Scene, Option<(AnimatedScene, Entity)>);
+
 /// A scene, or one entity of it in the shape that its skin was bound to.
-fn whole_or_entity(path: &std::path::Path, entity: Option<&str>) -> PyResult<(Scene, Option<(AnimatedScene, Entity)>)> {
-    let Some(name) = entity else {
-        return Ok((bakes::read(path).map_err(|error| error_of(&error))?.0, None));
-    };
-    let (animated, _) = animated(path).map_err(|error| error_of(&error))?;
-    let found = animated.entity(name).map_err(|error| error_of(&error))?.clone();
-    let own = animated.own_scene(&found).map_err(|error| error_of(&error))?;
-    Ok((own, Some((animated, found))))
+fn whole_or_entity(input: &SceneInput, entity: Option<&str>) -> Result<Read<Solid>, PrtError> {
+    let Some(name) = entity else { return Ok(input.scene()?.map(|scene| (scene, None))) };
+    let Read { found: (animated, _), remarks } = input.animated()?;
+    let entity = animated.entity(name)?.clone();
+    let own = animated.own_scene(&entity)?;
+    Ok(Read { found: (own, Some((animated, entity))), remarks })
 }
 
 /// Writes the table of what single spheres hide; the number of its rows.
@@ -191,6 +266,9 @@ pub(crate) fn sphere_table(
 pub(crate) struct LampSettings {
     order: usize,
     radiance: [f64; 3],
+    storage: String,
+    /// Of `clustered`.
+    clusters: (usize, usize),
     /// Of a sphere.
     radius: Option<f64>,
     /// Of a rectangle, and what follows.
@@ -224,9 +302,9 @@ pub(crate) fn lamp(
     prepare(&output, SAFETENSORS, &[])?;
     let fault = |error: ShadowError| error_of(&error);
     let radiance = Rgb::from(settings.radiance);
-    let (lamp, bytes) = match (settings.radius, settings.size) {
+    let lamp = match (settings.radius, settings.size) {
         (Some(radius), _) => {
-            (Lamp::Still(RadianceField::ball(settings.order, [0.0; 3], radius, radiance).map_err(fault)?), 0)
+            Lamp::Still(RadianceField::ball(settings.order, [0.0; 3], radius, radiance).map_err(fault)?)
         }
         (None, Some(size)) => {
             let rectangle = Rectangle::upright(size, settings.two_sided);
@@ -236,27 +314,22 @@ pub(crate) fn lamp(
             })?;
             let shown =
                 pictures.iter().map(|picture| colors(&field, picture, radiance)).collect::<PyResult<Vec<_>>>()?;
-            let still = |colors: &[Rgb<f64>]| field.with_colors(colors).map_err(fault);
+            let still = |colors: &[Rgb<f64>]| field.with_colors(colors).map(Lamp::Still).map_err(fault);
             match &*shown {
-                [] => still_of(still(&[radiance])?),
-                [one] => still_of(still(one)?),
+                [] => still(&[radiance])?,
+                [one] => still(one)?,
                 _ => {
                     let narrow = |c: Rgb<f64>| Rgb::from(c.to_array().map(|c| c as f32));
                     let shown = shown.into_iter().map(|colors| colors.into_iter().map(narrow).collect()).collect();
-                    let bytes = field.bytes();
-                    (Lamp::Sequence(LampSequence::new(field, shown, settings.fps).map_err(fault)?), bytes)
+                    Lamp::Sequence(LampSequence::new(field, shown, settings.fps).map_err(fault)?)
                 }
             }
         }
         (None, None) => return Err(value_error("lamp: expected a radius or a size")),
     };
-    py.detach(|| write_lamp(&output, &lamp, &FieldStorage::F32)).map_err(fault)?;
-    Ok(bytes)
-}
-
-fn still_of(field: RadianceField) -> (Lamp, usize) {
-    let bytes = field.bytes();
-    (Lamp::Still(field), bytes)
+    let storage = storage_of(&settings.storage, settings.clusters)?;
+    let stored = py.detach(|| write_lamp(&output, &lamp, &storage)).map_err(fault)?;
+    Ok(stored.bytes)
 }
 
 /// The radiance of the patches under a picture.

@@ -6,6 +6,9 @@ import pytest
 import lobe
 from command import lobe_command, lobe_json
 
+# Meshes without normals, of which their reader tells.
+pytestmark = pytest.mark.filterwarnings("ignore::lobe.LoadNote")
+
 SKY = lobe.EnvMap.bundled("sunset").project(4)
 BAKE = lobe.BakeOptions(order=4, samples=32, mode="shadowed")
 

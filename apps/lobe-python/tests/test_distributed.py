@@ -294,11 +294,12 @@ def test_a_worker_of_several_threads_reads_the_scene_once(monkeypatch):
         read.append(scene)
         return of(options, scene)
 
-    identity = tasks.identity_of(OPTIONS.of(SCENE), SCENE, OPTIONS)
+    scene = lobe.Scene(SCENE)
+    identity = tasks.identity_of(OPTIONS.of(scene), scene, OPTIONS)
     tasks._read.clear()
     monkeypatch.setattr(tasks, "_reading", Lock())
     monkeypatch.setattr(lobe.BakeOptions, "of", slowly)
-    arguments = (None, SCENE, dataclasses.asdict(OPTIONS), identity, lobe.__version__)
+    arguments = (None, scene, dataclasses.asdict(OPTIONS), identity, lobe.__version__)
     start = threading.Barrier(THREADS)
 
     def shard(number):
@@ -308,7 +309,7 @@ def test_a_worker_of_several_threads_reads_the_scene_once(monkeypatch):
 
     with concurrent.futures.ThreadPoolExecutor(THREADS) as threads:
         parts = list(threads.map(shard, range(1, THREADS + 1)))
-    assert read == [SCENE] and len({*parts}) == THREADS
+    assert read == [scene] and len({*parts}) == THREADS
 
 
 @pytest.mark.parametrize("changed", ["s.mtl", "s.png"])

@@ -6,6 +6,9 @@ import pytest
 import lobe
 from command import lobe_command, lobe_json
 
+# Meshes without normals, of which their reader tells.
+pytestmark = pytest.mark.filterwarnings("ignore::lobe.LoadNote")
+
 FIELD = {"order": 3, "spheres": 3, "cells": 4, "rays": 64}
 
 
@@ -36,6 +39,26 @@ def test_a_field_that_was_stopped_goes_on(tmp_path):
     assert seen[0] > 0, "it begins with what was done"
     lobe.field("built-in:ball", tmp_path / "b.safetensors", **options)
     assert (tmp_path / "a.safetensors").read_bytes() == (tmp_path / "b.safetensors").read_bytes()
+
+
+@pytest.mark.parametrize("storage", ["f32", "f16", "u8", "clustered"])
+def test_self_visibility_is_that_of_the_command(storage, tmp_path):
+    options = "--self-visibility --order 3 --rays 64 --seed 2 --storage"
+    told = lobe_json("field built-in:ball", options, storage, "-o", tmp_path / "a.safetensors")
+    report = lobe.self_visibility("built-in:ball", tmp_path / "b.safetensors", order=3, rays=64, seed=2, storage=storage)
+    assert (tmp_path / "b.safetensors").read_bytes() == (tmp_path / "a.safetensors").read_bytes()
+    assert {key: report[key] for key in ("vertices", "rays")} == {key: told[key] for key in ("vertices", "rays")}
+    assert {key: report[key] for key in told["storage"]} == told["storage"]
+    assert len(list(tmp_path.iterdir())) == 2, "no checkpoint is left"
+
+
+@pytest.mark.parametrize("storage", ["f16", "u8", "clustered"])
+def test_a_lamp_is_stored_as_by_the_command(storage, tmp_path):
+    options = "--size 2,1 --order 2 --spheres 3 --cells 4 --storage"
+    told = lobe_json("lamp rectangle", options, storage, "-o", tmp_path / "a.safetensors")
+    size = lobe.lamp("rectangle", tmp_path / "b.safetensors", size=(2, 1), order=2, spheres=3, cells=4, storage=storage)
+    assert (tmp_path / "b.safetensors").read_bytes() == (tmp_path / "a.safetensors").read_bytes()
+    assert size == told["bytes"]
 
 
 def octahedron(folder):

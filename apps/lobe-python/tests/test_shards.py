@@ -9,6 +9,9 @@ import pytest
 
 import lobe
 
+# Meshes without normals, of which their reader tells.
+pytestmark = pytest.mark.filterwarnings("ignore::lobe.LoadNote")
+
 COMMAND = os.environ.get("LOBE") or shutil.which("lobe")
 
 COMMON = {"order": 2, "samples": 16, "bounces": 1}

@@ -145,25 +145,5 @@ impl SceneInput {
 
 /// Notes the findings of reading a file.
 pub(crate) fn tell(report: &SceneReadReport, name: &str, talk: Talk) {
-    for note in &report.notes {
-        talk.note(name, note);
-    }
-    if report.dropped_triangles > 0 {
-        let (count, kept) = (report.dropped_triangles, report.triangles);
-        talk.note(name, &format!("triangles without area: {count}, dropped; {kept} are left"));
-    }
-    if report.coincident_triangles > 0 {
-        let (count, all) = (report.coincident_triangles, report.triangles);
-        talk.note(
-            name,
-            &format!("triangles at the place of others: {count} of {all}; leave duplicates out to save time"),
-        );
-    }
-    if report.made_normals > 0 {
-        let (made, all) = (report.made_normals, report.vertices);
-        talk.note(
-            name,
-            &format!("normals missing or zero: {made} of {all}, made from the triangles, as --missing-normals says"),
-        );
-    }
+    report.remarks().iter().for_each(|text| talk.note(name, text));
 }

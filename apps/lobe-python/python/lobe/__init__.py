@@ -22,9 +22,20 @@ from ._light import light
 from ._lobe import __version__
 from ._moving import MovingOptions, MovingScene
 from ._reflection import dfg, dfg_table, directional_albedo
-from ._render import Difference, compare, render, trace
+from ._render import Difference, compare, render, trace, trace_shard
+from ._scene import Scene
 from ._sh import Lights, Sh
-from ._shadow import FieldReport, Spheres, field, lamp, sphere_table, spheres
+from ._shadow import (
+    FieldReport,
+    Spheres,
+    VisibilityReport,
+    field,
+    field_shard,
+    lamp,
+    self_visibility,
+    sphere_table,
+    spheres,
+)
 
 __all__ = [
     "AdaptiveReport",
@@ -46,12 +57,14 @@ __all__ = [
     "Matrices",
     "MovingOptions",
     "MovingScene",
+    "Scene",
     "Sh",
     "Spheres",
     "Sun",
     "Technique",
     "Traced",
     "Transfer",
+    "VisibilityReport",
     "__version__",
     "bake",
     "compare",
@@ -61,6 +74,7 @@ __all__ = [
     "directional_albedo",
     "error_curve",
     "field",
+    "field_shard",
     "fit_lobes",
     "lamp",
     "light",
@@ -68,7 +82,9 @@ __all__ = [
     "project",
     "reconstruct",
     "render",
+    "self_visibility",
     "sphere_table",
     "spheres",
     "trace",
+    "trace_shard",
 ]

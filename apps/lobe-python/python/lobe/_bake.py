@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import TypedDict
 
@@ -12,11 +12,8 @@ import numpy.typing as npt
 
 from . import _lobe
 from ._arrays import Doubles, expect, points, real, whole
+from ._scene import Path, Progress, Scene
 from ._sh import Sh
-
-Path = str | os.PathLike[str]
-Progress = Callable[[int, int], object]
-
 
 MAX_CLUSTERS, MAX_COMPONENTS = 1 << 16, 192
 """Of compressed transfer: of the highest order in color a row has as many numbers as there are components at most."""
@@ -173,9 +170,9 @@ class BakeOptions:
             if is_refused:
                 raise ValueError(why)
 
-    def of(self, scene: Path) -> _lobe.Bake:
+    def of(self, scene: Path | Scene) -> _lobe.Bake:
         """The bake of a scene."""
-        return _lobe.Bake(scene, asdict(self))
+        return _lobe.Bake(Scene.of(scene), asdict(self))
 
     def expect_shards(self) -> None:
         """Refuses what cannot be shared among machines."""
@@ -191,7 +188,7 @@ def expect_bits(weights: int) -> int:
 
 
 def bake(
-    scene: Path,
+    scene: Path | Scene,
     output: Path,
     options: BakeOptions | None = None,
     *,
@@ -201,7 +198,7 @@ def bake(
     """Bakes the transfer of a scene, and writes the bytes of `lobe bake`: a .glb of transfer at vertices, a .safetensors file of any, an .exr of
     texels.
 
-    `scene` is a file, or "built-in:still-life" or another scene of Lobe. Results are kept beside the output while they are found: a bake that was
+    `scene` is a file, which `Scene` tells how to read, or "built-in:still-life" or another scene of Lobe. Results are kept beside the output while they are found: a bake that was
     stopped, by Ctrl-C or by what `progress(done, total)` raises, goes on from there. With `shard=(i, n)` part i of n is baked, from 1 on,
     and written as a .safetensors file, which `merge` puts together with the others.
     """
@@ -210,15 +207,28 @@ def bake(
         report: BakeReport = options.of(scene).write(output, progress)
         return report
     options.expect_shards()
-    if not isinstance(shard, (tuple, list)) or len(shard) != 2:
-        raise TypeError(f"shard: expected a pair such as (1, 4), found {shard!r}")
-    number, count = (whole(k, "shard", 1, 1 << 20) for k in shard)
+    number, count = expect_shard(shard)
     part: BakeReport = options.of(scene).write_shard(output, number, count, progress)
     return part
 
 
+def expect_shard(shard: object) -> tuple[int, int]:
+    """The number of a shard, from 1 on, and how many there are."""
+    if not isinstance(shard, (tuple, list)) or len(shard) != 2:
+        raise TypeError(f"shard: expected a pair such as (1, 4), found {shard!r}")
+    number, count = (whole(k, "shard", 1, 1 << 20) for k in shard)
+    return number, count
+
+
+def expect_parts(parts: object) -> list[Path]:
+    """The files of all shards."""
+    if isinstance(parts, (str, bytes, os.PathLike)) or not isinstance(parts, Sequence):
+        raise TypeError(f"parts: expected a list of files, found {parts!r}")
+    return list(parts)
+
+
 def merge(
-    scene: Path,
+    scene: Path | Scene,
     parts: Sequence[Path],
     output: Path,
     options: BakeOptions | None = None,
@@ -227,11 +237,10 @@ def merge(
 ) -> BakeReport:
     """Puts all shards of a bake together, in any order: the bytes that one machine alone writes. Shards of other work, missing ones and those
     that are there twice are refused by name."""
-    if isinstance(parts, (str, bytes, os.PathLike)) or not isinstance(parts, Sequence):
-        raise TypeError(f"parts: expected a list of files, found {parts!r}")
+    paths = expect_parts(parts)
     options = options or BakeOptions()
     options.expect_shards()
-    report: BakeReport = options.of(scene).merge(list(parts), output, progress)
+    report: BakeReport = options.of(scene).merge(paths, output, progress)
     return report
 
 

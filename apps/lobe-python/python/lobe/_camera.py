@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from . import _lobe
 from ._arrays import Doubles, expect, finite, numbers, whole
 from ._env import EnvMap
+from ._scene import Path
 from ._sh import Sh
 
 Picture = npt.NDArray[np.float32]
@@ -61,6 +67,40 @@ def checked(light: EnvMap | Sh, camera: Camera | None) -> Camera:
     expect(light, (EnvMap, Sh), "light", "an EnvMap or an Sh")
     expect(camera, (Camera, type(None)), "camera", "a Camera")
     return camera or Camera()
+
+
+def picture_of(traced: tuple[Picture, Picture] | None) -> Traced:
+    """A picture that is no shard."""
+    assert traced is not None
+    return Traced(*traced)
+
+
+SURFACES = ("matte", "gltf", "gltf-separable")
+
+Paths = tuple[int, int, int, str]
+"""Samples of each pixel, bounces before the visible surface, a seed, and the model of surfaces."""
+
+
+def paths_of(samples: int, bounces: int, seed: int, surfaces: str) -> Paths:
+    """The options of path tracing."""
+    if surfaces not in SURFACES:
+        raise ValueError(f"surfaces: expected {', '.join(SURFACES[:-1])} or {SURFACES[-1]}, found {surfaces!r}")
+    return whole(samples, "samples", 2, 1 << 20), whole(bounces, "bounces", 0, 255), whole(seed, "seed", 0, 2**64 - 1), surfaces
+
+
+def sources_of(light: EnvMap | Sh) -> tuple[Doubles | None, _lobe.Map | None]:
+    """The light of paths: an expansion or a map."""
+    return (None, light._map) if isinstance(light, EnvMap) else (colors_of(light), None)
+
+
+@contextmanager
+def merged(parts: list[Path]) -> Iterator[tuple[str, list[Path]] | None]:
+    """The shards of a picture, and a file to put them together in; none if there are no shards."""
+    if not parts:
+        yield None
+        return
+    with tempfile.TemporaryDirectory(prefix="lobe-") as folder:
+        yield os.path.join(folder, "merged.checkpoint"), parts
 
 
 def colors_of(light: Sh) -> Doubles:

@@ -8,7 +8,8 @@ from typing import TypedDict
 
 from . import _lobe
 from ._arrays import whole
-from ._bake import MAX_CLUSTERS, MAX_COMPONENTS, CompressReport, Path, Progress, expect_bits
+from ._bake import MAX_CLUSTERS, MAX_COMPONENTS, CompressReport, expect_bits
+from ._scene import Path, Progress
 
 MAX_LOBES = 8
 

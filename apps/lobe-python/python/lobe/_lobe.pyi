@@ -7,12 +7,17 @@ from typing import Any, final
 import numpy as np
 import numpy.typing as npt
 
+from ._scene import Scene
+
 __version__: str
 
 Numbers = npt.NDArray[Any]
 Doubles = npt.NDArray[np.float64]
 Matrix = Sequence[Sequence[float]]
 View = tuple[list[float] | None, list[float] | None, float]
+Share = (
+    tuple[str | os.PathLike[str], tuple[int, int]] | tuple[str | os.PathLike[str], Sequence[str | os.PathLike[str]]]
+)
 
 def eval(c: Numbers, order: int, directions: Numbers) -> Numbers: ...
 def rotate(c: Numbers, order: int, matrix: Matrix) -> Numbers: ...
@@ -94,7 +99,7 @@ def write_whole(path: str | os.PathLike[str], bytes: bytes) -> None: ...
 def clear_abandoned(path: str | os.PathLike[str]) -> None: ...
 def load_transfer(path: str | os.PathLike[str]) -> Transfer: ...
 def render_still(
-    scene: str | os.PathLike[str],
+    scene: Scene,
     method: dict[str, object],
     light: Doubles,
     background: Map | None,
@@ -104,22 +109,37 @@ def render_still(
     progress: Callable[[int, int], object] | None,
 ) -> npt.NDArray[np.float32]: ...
 def render_traced(
-    scene: str | os.PathLike[str],
+    scene: Scene,
     light: Doubles | None,
     map: Map | None,
     view: View,
     size: tuple[int, int],
-    paths: tuple[int, int, int],
+    paths: tuple[int, int, int, str],
+    share: Share | None,
     progress: Callable[[int, int], object] | None,
-) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]: ...
+) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]] | None: ...
 def field(
-    scene: str | os.PathLike[str],
+    scene: Scene,
+    output: str | os.PathLike[str],
+    settings: dict[str, object],
+    parts: Sequence[str | os.PathLike[str]],
+    progress: Callable[[int, int], object] | None,
+) -> Any: ...
+def field_shard(
+    scene: Scene,
+    output: str | os.PathLike[str],
+    settings: dict[str, object],
+    shard: tuple[int, int],
+    progress: Callable[[int, int], object] | None,
+) -> list[int]: ...
+def self_visibility(
+    scene: Scene,
     output: str | os.PathLike[str],
     settings: dict[str, object],
     progress: Callable[[int, int], object] | None,
 ) -> Any: ...
 def spheres(
-    scene: str | os.PathLike[str],
+    scene: Scene,
     entity: str | None,
     output: str | os.PathLike[str] | None,
     settings: dict[str, object],
@@ -166,7 +186,7 @@ class Matrices:
 
 @final
 class Bake:
-    def __new__(cls, scene: str | os.PathLike[str], settings: dict[str, object]) -> Bake: ...
+    def __new__(cls, scene: Scene, settings: dict[str, object]) -> Bake: ...
     @property
     def points(self) -> int: ...
     @property
@@ -191,8 +211,8 @@ class Bake:
 class Moving:
     @staticmethod
     def load(
-        path: str | os.PathLike[str], animation: str | None, is_looped: bool, asked: tuple[int | None, int | None]
-    ) -> tuple[Moving, list[str]]: ...
+        scene: Scene, animation: str | None, is_looped: bool, asked: tuple[int | None, int | None]
+    ) -> Moving: ...
     @property
     def span(self) -> list[float]: ...
     def parts(self) -> list[str]: ...
@@ -220,9 +240,10 @@ class Moving:
         map: Map | None,
         view: View,
         size: tuple[int, int],
-        paths: tuple[int, int, int],
+        paths: tuple[int, int, int, str],
+        share: Share | None,
         progress: Callable[[int, int], object] | None,
-    ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]: ...
+    ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]] | None: ...
 @final
 class Transfer:
     @property

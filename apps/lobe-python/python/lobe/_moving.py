@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import warnings
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
 
 from . import _lobe
 from ._arrays import expect, real, whole
-from ._bake import Path, Progress
-from ._camera import Camera, Picture, Traced, checked, colors_of, size_of
-from ._env import EnvMap, LoadNote
+from ._bake import expect_parts, expect_shard
+from ._camera import Camera, Picture, Traced, checked, colors_of, merged, paths_of, picture_of, size_of, sources_of
+from ._env import EnvMap
+from ._scene import Path, Progress, Scene
 from ._sh import Sh
 
 
@@ -73,7 +74,7 @@ class MovingScene:
 
     def __init__(
         self,
-        scene: Path,
+        scene: Path | Scene,
         options: MovingOptions | None = None,
         *,
         animation: str | int | None = None,
@@ -85,10 +86,8 @@ class MovingScene:
         self.options = options or MovingOptions()
         name = None if animation is None else str(animation)
         asked = (self.options.order, self.options.bounces)
-        self._moving, notes = _lobe.Moving.load(scene, name, bool(loop), asked)
+        self._moving = _lobe.Moving.load(Scene.of(scene), name, bool(loop), asked)
         self._order: int | None = None
-        for note in notes:
-            warnings.warn(note, LoadNote, stacklevel=2)
 
     @property
     def span(self) -> tuple[float, float]:
@@ -150,13 +149,40 @@ class MovingScene:
         samples: int = 64,
         bounces: int = 3,
         seed: int = 0,
+        surfaces: str = "matte",
+        merge: Sequence[Path] = (),
         progress: Progress | None = None,
     ) -> Traced:
         """A moment path traced, with the lamps of the scene: the truth beside `render`. Options are those of `lobe.trace`; nothing is baked for it."""
+        paths = paths_of(samples, bounces, seed, surfaces)
         view, size = checked(light, camera)._view(), size_of(width, height)
-        paths = (whole(samples, "samples", 2, 1 << 20), whole(bounces, "bounces", 0, 255), whole(seed, "seed", 0, 2**64 - 1))
-        colors, source = (None, light._map) if isinstance(light, EnvMap) else (colors_of(light), None)
-        return Traced(*self._moving.trace(_seconds(time), colors, source, view, size, paths, progress))
+        colors, source = sources_of(light)
+        with merged(expect_parts(merge)) as share:
+            traced = self._moving.trace(_seconds(time), colors, source, view, size, paths, share, progress)
+        return picture_of(traced)
+
+    def trace_shard(
+        self,
+        light: EnvMap | Sh,
+        output: Path,
+        shard: tuple[int, int],
+        time: float = 0.0,
+        *,
+        camera: Camera | None = None,
+        width: int = 512,
+        height: int = 384,
+        samples: int = 64,
+        bounces: int = 3,
+        seed: int = 0,
+        surfaces: str = "matte",
+        progress: Progress | None = None,
+    ) -> None:
+        """A shard of `trace`, as by `lobe.trace_shard`."""
+        paths = paths_of(samples, bounces, seed, surfaces)
+        view, size = checked(light, camera)._view(), size_of(width, height)
+        colors, source = sources_of(light)
+        share = (output, expect_shard(shard))
+        self._moving.trace(_seconds(time), colors, source, view, size, paths, share, progress)
 
 
 def _seconds(time: object) -> float:

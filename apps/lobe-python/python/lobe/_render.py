@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,10 +11,11 @@ import numpy.typing as npt
 
 from . import _lobe
 from ._arrays import finite, numbers, whole
-from ._bake import Path, Progress
-from ._camera import Camera, Picture, Traced, checked, colors_of, size_of
+from ._bake import expect_parts, expect_shard
+from ._camera import Camera, Picture, Traced, checked, colors_of, merged, paths_of, picture_of, size_of, sources_of
 from ._env import EnvMap
 from ._moving import MovingOptions, MovingScene
+from ._scene import Path, Progress, Scene
 from ._sh import Sh
 
 MODES = ("irradiance", "unshadowed", "shadowed", "interreflected", "glossy", "fields", "shexp")
@@ -26,7 +28,7 @@ IRRADIANCE_BANDS = 3
 
 
 def render(
-    scene: Path,
+    scene: Path | Scene,
     light: EnvMap | Sh,
     *,
     mode: str | None = None,
@@ -83,11 +85,11 @@ def render(
     background = light._map if isinstance(light, EnvMap) else None
     bands = IRRADIANCE_BANDS if mode == "irradiance" else MOST_BANDS
     colors = colors_of(light.project(bands) if isinstance(light, EnvMap) else light)
-    return _lobe.render_still(scene, method, colors, background, view, size, whole(rays, "rays", 1, 64), progress)
+    return _lobe.render_still(Scene.of(scene), method, colors, background, view, size, whole(rays, "rays", 1, 64), progress)
 
 
 def trace(
-    scene: Path,
+    scene: Path | Scene,
     light: EnvMap | Sh,
     *,
     time: float | None = None,
@@ -97,21 +99,80 @@ def trace(
     samples: int = 64,
     bounces: int = 3,
     seed: int = 0,
+    surfaces: str = "matte",
+    merge: Sequence[Path] = (),
     progress: Progress | None = None,
 ) -> Traced:
     """A scene path traced under light from everywhere: the truth beside `render`.
 
-    `scene` is a file, or "built-in:still-life" or another scene of Lobe; surfaces are matte. With a `time`, in seconds, it is one that moves, with its lamps.
-    `samples` paths for each pixel, of up to `bounces` reflections before the visible one. Ctrl-C and what `progress(done, total)` raises stop it.
+    `scene` is a file, or "built-in:still-life" or another scene of Lobe. With a `time`, in seconds, it is one that moves, with its lamps.
+    `samples` paths for each pixel, of up to `bounces` reflections before the visible one. `surfaces` are "matte", as in a bake; "gltf", by the
+    metallic-roughness model of glTF with height-correlated masking; or "gltf-separable", as its specification prints that. `merge` takes the paths from all files that
+    `trace_shard` wrote with the same options, on any machines. Ctrl-C and what `progress(done, total)` raises stop it.
     """
     if time is not None:
-        moving = MovingScene(scene)
-        options = {"samples": samples, "bounces": bounces, "seed": seed}
-        return moving.trace(light, time, camera=camera, width=width, height=height, progress=progress, **options)
+        return MovingScene(scene).trace(
+            light,
+            time,
+            camera=camera,
+            width=width,
+            height=height,
+            samples=samples,
+            bounces=bounces,
+            seed=seed,
+            surfaces=surfaces,
+            merge=merge,
+            progress=progress,
+        )
+    paths = paths_of(samples, bounces, seed, surfaces)
     view, size = checked(light, camera)._view(), size_of(width, height)
-    paths = (whole(samples, "samples", 2, 1 << 20), whole(bounces, "bounces", 0, 255), whole(seed, "seed", 0, 2**64 - 1))
-    colors, source = (None, light._map) if isinstance(light, EnvMap) else (colors_of(light), None)
-    return Traced(*_lobe.render_traced(scene, colors, source, view, size, paths, progress))
+    colors, source = sources_of(light)
+    with merged(expect_parts(merge)) as share:
+        traced = _lobe.render_traced(Scene.of(scene), colors, source, view, size, paths, share, progress)
+    return picture_of(traced)
+
+
+def trace_shard(
+    scene: Path | Scene,
+    light: EnvMap | Sh,
+    output: Path,
+    shard: tuple[int, int],
+    *,
+    time: float | None = None,
+    camera: Camera | None = None,
+    width: int = 512,
+    height: int = 384,
+    samples: int = 64,
+    bounces: int = 3,
+    seed: int = 0,
+    surfaces: str = "matte",
+    progress: Progress | None = None,
+) -> None:
+    """Traces part i of n of the pixels of `trace`, `shard=(i, n)` from 1 on, and writes them as a .safetensors file, as by `lobe render --shard`.
+
+    What was stopped, by Ctrl-C or by what `progress(done, total)` raises, goes on from its file. `trace(.., merge=files)` makes the picture of all.
+    """
+    if time is not None:
+        MovingScene(scene).trace_shard(
+            light,
+            output,
+            shard,
+            time,
+            camera=camera,
+            width=width,
+            height=height,
+            samples=samples,
+            bounces=bounces,
+            seed=seed,
+            surfaces=surfaces,
+            progress=progress,
+        )
+        return
+    paths = paths_of(samples, bounces, seed, surfaces)
+    view, size = checked(light, camera)._view(), size_of(width, height)
+    colors, source = sources_of(light)
+    share = (output, expect_shard(shard))
+    _lobe.render_traced(Scene.of(scene), colors, source, view, size, paths, share, progress)
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,8 @@ import numpy.typing as npt
 
 from . import _lobe
 from ._arrays import Doubles, expect, finite, numbers, real, whole
-from ._bake import Path, Progress
+from ._bake import expect_parts, expect_shard
+from ._scene import Path, Progress, Scene
 
 MAX_SPHERES, MAX_CELLS, MAX_PATCHES, MAX_FITTED = 256, 256, 64, 4096
 """Limits as of the command, beyond which a number is taken for a typing error."""
@@ -37,7 +38,7 @@ class FieldReport(TypedDict):
 
 
 def field(
-    scene: Path,
+    scene: Path | Scene,
     output: Path,
     *,
     order: int = 4,
@@ -47,6 +48,7 @@ def field(
     rays: int = 1024,
     seed: int = 0,
     storage: str = "f32",
+    merge: Sequence[Path] = (),
     progress: Progress | None = None,
 ) -> FieldReport:
     """Bakes the occlusion field of an entity, and writes the bytes of `lobe field`: how much of the sky it hides from the places around it.
@@ -54,20 +56,79 @@ def field(
     `scene`, a file or "built-in:ball" or another scene of Lobe, is the entity. Sample points lie on `spheres` concentric spheres, 2 or more, whose
     radii are `range` in radii of the entity, at the corners of `cells` by `cells` cells of an octahedral grid, an even number.
     `storage` is f32, f16, u8 or clustered. Results are kept beside the output, a .safetensors file, while they are found: what was stopped, by Ctrl-C or by
-    what `progress(done, total)` raises, goes on from there.
+    what `progress(done, total)` raises, goes on from there. `merge` takes them from all files that `field_shard` wrote with the same options.
     """
-    settings = {
+    settings = _field_settings(order, spheres, cells, range, rays, seed, storage)
+    report: FieldReport = _lobe.field(Scene.of(scene), output, settings, expect_parts(merge), progress)
+    return report
+
+
+def field_shard(
+    scene: Path | Scene,
+    output: Path,
+    shard: tuple[int, int],
+    *,
+    order: int = 4,
+    spheres: int = 16,
+    cells: int = 16,
+    range: tuple[float, float] = (0.25, 8.0),
+    rays: int = 1024,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> tuple[int, int]:
+    """Bakes part i of n of the sample points of `field`, `shard=(i, n)` from 1 on, and writes them as a .safetensors file, as by `lobe field --shard`:
+    how many they are, and how many in all.
+
+    What was stopped goes on from its file. `field(.., merge=files)` makes the field of all.
+    """
+    settings = _field_settings(order, spheres, cells, range, rays, seed, "f32")
+    points, in_all = _lobe.field_shard(Scene.of(scene), output, settings, expect_shard(shard), progress)
+    return points, in_all
+
+
+class VisibilityReport(TypedDict):
+    """What `self_visibility` tells of its work."""
+
+    vertices: int
+    rays: int
+    bytes: int
+    """Of the numbers as they are stored, and in single precision."""
+    bytes_before: int
+    relative_error: float
+    """Of storage: the root of the sum of squared differences over that of squares."""
+    largest_error: float
+
+
+def self_visibility(
+    scene: Path | Scene,
+    output: Path,
+    *,
+    order: int = 4,
+    rays: int = 1024,
+    seed: int = 0,
+    storage: str = "f32",
+    progress: Progress | None = None,
+) -> VisibilityReport:
+    """Writes what each vertex sees of the sky past the entity itself, as `lobe field --self-visibility` does: by it the visibility that other entities leave is
+    multiplied. With `rays` from each vertex. Kept, stopped and stored as `field`."""
+    settings = _field_settings(order, 2, 2, (1.0, 2.0), rays, seed, storage)
+    report: VisibilityReport = _lobe.self_visibility(Scene.of(scene), output, settings, progress)
+    return report
+
+
+def _field_settings(
+    order: int, spheres: int, cells: int, radii: tuple[float, float], rays: int, seed: int, storage: str
+) -> dict[str, object]:
+    return {
         "order": whole(order, "order", 1, 8),
         "spheres": whole(spheres, "spheres", 2, MAX_SPHERES),
         "cells": _even(cells),
-        "range": _range(range),
+        "range": _range(radii),
         "rays": whole(rays, "rays", 1, 1 << 20),
         "seed": whole(seed, "seed", 0, 2**64 - 1),
         "storage": storage,
         "clusters": CLUSTERED,
     }
-    report: FieldReport = _lobe.field(scene, output, settings, progress)
-    return report
 
 
 @dataclass(frozen=True)
@@ -89,7 +150,7 @@ class Spheres:
 
 
 def spheres(
-    scene: Path,
+    scene: Path | Scene,
     count: int,
     output: Path | None = None,
     *,
@@ -117,7 +178,7 @@ def spheres(
         "rounds": 100 if rounds is None else whole(rounds, "rounds", 0, 10_000),
         "seed": whole(seed, "seed", 0, 2**64 - 1),
     }
-    centers, radii, outside, solid, history, certainty = _lobe.spheres(scene, entity, output, settings, progress)
+    centers, radii, outside, solid, history, certainty = _lobe.spheres(Scene.of(scene), entity, output, settings, progress)
     return Spheres(centers, radii, outside, solid, np.array(history), certainty)
 
 
@@ -148,9 +209,10 @@ def lamp(
     spheres: int = 16,
     cells: int = 16,
     range: tuple[float, float] = (0.25, 8.0),
+    storage: str = "f32",
     progress: Progress | None = None,
 ) -> int:
-    """Writes a lamp and its light at every point around it, as `lobe lamp` does: a .safetensors file; bytes of its numbers.
+    """Writes a lamp and its light at every point around it, as `lobe lamp` does: a .safetensors file; bytes of its numbers, in the `storage` of `field`.
 
     `shape` is "sphere", of a `radius` around the origin, or "rectangle", of a `size` along x and y around it, which shines towards +z. `radiance` is (3,). A
     rectangle may show `pictures`, (height, width, 3), to one who looks at it with x to the right and y up: in `patches` of one radiance along width and
@@ -177,6 +239,8 @@ def lamp(
         "spheres": whole(spheres, "spheres", 2, MAX_SPHERES),
         "cells": _even(cells),
         "range": _range(range),
+        "storage": storage,
+        "clusters": CLUSTERED,
     }
     return _lobe.lamp(output, settings, [_shown(picture) for picture in pictures], progress)
 

@@ -14,6 +14,7 @@ from typing import Any
 
 from . import __version__, _lobe
 from ._bake import BakeOptions
+from ._scene import Scene
 from ._shards import Cost, measured
 
 Pilot = tuple[int, float]
@@ -26,28 +27,28 @@ _reading = Lock()
 """Held while a scene is read: a worker of several threads reads it once, too."""
 
 
-def identity_of(made: _lobe.Bake, scene: str, options: BakeOptions) -> str:
+def identity_of(made: _lobe.Bake, scene: Scene, options: BakeOptions) -> str:
     """A name for this work, by all of the scene that decides it: shards of other work are not taken for its own."""
     digest = hashlib.blake2b(digest_size=8)
-    digest.update(repr((__version__, sorted(asdict(options).items()), os.path.basename(scene), made.scene_hash)).encode())
+    digest.update(repr((__version__, sorted(asdict(options).items()), os.path.basename(scene.name), made.scene_hash)).encode())
     return digest.hexdigest()
 
 
 def _read_once(
-    sent: bytes | None, scene: str, options: dict[str, Any], identity: str, folder: str, pilot: Pilot | None = None
+    sent: bytes | None, scene: Scene, options: dict[str, Any], identity: str, folder: str, pilot: Pilot | None = None
 ) -> _lobe.Bake:
     with _reading:
         if identity not in _read:
             _read.clear()
             if sent is not None:
                 # The file's name is in the recipe, and its ending says what it is.
-                scene = os.path.join(folder, os.path.basename(scene))
-                with open(scene, "wb") as file:
+                scene = scene.at(os.path.join(folder, os.path.basename(scene.name)))
+                with open(scene.name, "wb") as file:
                     file.write(sent)
             asked = BakeOptions(**options)
             made = asked.of(scene)
             if identity_of(made, scene, asked) != identity:
-                raise RuntimeError(f"worker {_worker_name()}: {scene}: is not the client's: give all machines the same files")
+                raise RuntimeError(f"worker {_worker_name()}: {scene.name}: is not the client's: give all machines the same files")
             if pilot is not None:
                 made.know(pilot)
             _read[identity] = made
@@ -56,7 +57,7 @@ def _read_once(
 
 def bake_shard(
     sent: bytes | None,
-    scene: str,
+    scene: Scene,
     options: dict[str, Any],
     identity: str,
     version: str,
@@ -73,7 +74,7 @@ def bake_shard(
             return file.read()
 
 
-def measure(sent: bytes | None, scene: str, options: dict[str, Any], identity: str, version: str) -> Cost:
+def measure(sent: bytes | None, scene: Scene, options: dict[str, Any], identity: str, version: str) -> Cost:
     """The first task of a worker: what shards cost."""
     with _work_folder(version) as folder:
         return measured(_read_once(sent, scene, options, identity, folder), folder)

@@ -25,7 +25,8 @@ from typing import TYPE_CHECKING, Any
 from . import __version__, _lobe
 from ._arrays import whole
 from ._bag import Unfinished, client_or_own, map
-from ._bake import BakeOptions, BakeReport, Path
+from ._bake import BakeOptions, BakeReport
+from ._scene import Path, Scene
 from ._shards import Cost, shards_for
 from ._tasks import Pilot, bake_shard, identity_of, measure
 
@@ -49,7 +50,7 @@ WHOLE_FILES = (".glb", ".vrm", ".ply")
 
 
 def bake(
-    scene: Path,
+    scene: Path | Scene,
     output: Path,
     options: BakeOptions | None = None,
     *,
@@ -83,8 +84,8 @@ def bake(
 class Work:
     """A bake for workers: a scene that can be baked and an output that can be written, before anything is sent."""
 
-    def __init__(self, scene: Path, output: Path, options: BakeOptions) -> None:
-        self.scene, self.output, self.options = os.fspath(scene), os.fspath(output), options
+    def __init__(self, scene: Path | Scene, output: Path, options: BakeOptions) -> None:
+        self.scene, self.output, self.options = Scene.of(scene), os.fspath(output), options
         options.expect_shards()
         self._made = options.of(self.scene)
         self._made.check_output(self.output)
@@ -116,14 +117,16 @@ class Work:
 
     def whole_scene(self) -> bytes | None:
         """The scene as bytes to be sent; none if workers read it by themselves."""
-        if not self.scene.endswith(WHOLE_FILES) or self.scene.startswith("built-in:"):
+        name = self.scene.name
+        if not name.endswith(WHOLE_FILES) or name.startswith("built-in:"):
             return None
-        with open(self.scene, "rb") as file:
+        with open(name, "rb") as file:
             return file.read()
 
-    def arguments(self) -> tuple[str, dict[str, Any], str, str]:
+    def arguments(self) -> tuple[Scene, dict[str, Any], str, str]:
         """What `bake_shard` takes between the bytes of the scene and the number of the shard, and `measure` after the bytes."""
-        scene = self.scene if self.scene.startswith("built-in:") else os.path.abspath(self.scene)
+        name = self.scene.name
+        scene = self.scene if name.startswith("built-in:") else self.scene.at(os.path.abspath(name))
         return scene, asdict(self.options), self.identity, __version__
 
     def merge(self, parts: Parts) -> BakeReport:
@@ -281,8 +284,16 @@ def main(arguments: list[str] | None = None) -> int:
         name = "--" + field.name.replace("_", "-")
         kind = OPTIONAL.get(field.name) or type(field.default)
         parser.add_argument(name, type=kind, default=field.default, help=f"[default: {field.default}]")
+    read = [field for field in fields(Scene) if field.name != "path"]
+    for field in read:
+        name = "--" + field.name.replace("_", "-")
+        if isinstance(field.default, bool):
+            parser.add_argument(name, action="store_true", help="see lobe.Scene")
+        else:
+            parser.add_argument(name, type=int if field.name.startswith("max_") else str, default=field.default, help="see lobe.Scene")
     given = parser.parse_args(arguments)
     options = {field.name: getattr(given, field.name) for field in shared}
+    reading = {field.name: getattr(given, field.name) for field in read}
 
     def tell(done: int, count: int) -> None:
         print(f"progress: {done} of {count} shards", file=sys.stderr)
@@ -292,7 +303,7 @@ def main(arguments: list[str] | None = None) -> int:
 
         client = None if given.scheduler is None else Client(given.scheduler, timeout=10, set_as_default=False)
         try:
-            bake(given.scene, given.output, BakeOptions(**options), client=client, shards=given.shards, progress=tell)
+            bake(Scene(given.scene, **reading), given.output, BakeOptions(**options), client=client, shards=given.shards, progress=tell)
         finally:
             if client is not None:
                 client.close()

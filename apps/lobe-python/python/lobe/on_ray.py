@@ -8,7 +8,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from ._bake import BakeOptions, BakeReport, Path
+from ._bake import BakeOptions, BakeReport
+from ._scene import Path, Scene
 from ._shards import Cost, shards_for
 from ._tasks import bake_shard, measure
 from .distributed import RETRIES, Parts, Work
@@ -25,7 +26,7 @@ what to do."""
 
 
 def bake(
-    scene: Path,
+    scene: Path | Scene,
     output: Path,
     options: BakeOptions | None = None,
     *,

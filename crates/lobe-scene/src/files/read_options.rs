@@ -96,3 +96,23 @@ pub struct SceneReadReport {
     /// others.
     pub notes: Vec<String>,
 }
+
+impl SceneReadReport {
+    /// What a user should know, each in one line: the notes, and what was dropped, doubled or made.
+    #[must_use]
+    pub fn remarks(&self) -> Vec<String> {
+        let Self { triangles, vertices, dropped_triangles, coincident_triangles, made_normals, .. } = *self;
+        let mut all = self.notes.clone();
+        if dropped_triangles > 0 {
+            all.push(format!("triangles without area: {dropped_triangles}, dropped; {triangles} are left"));
+        }
+        if coincident_triangles > 0 {
+            let text = "leave duplicates out to save time";
+            all.push(format!("triangles at the place of others: {coincident_triangles} of {triangles}; {text}"));
+        }
+        if made_normals > 0 {
+            all.push(format!("normals missing or zero: {made_normals} of {vertices}, made from the triangles"));
+        }
+        all
+    }
+}
