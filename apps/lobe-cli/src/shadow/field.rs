@@ -140,6 +140,16 @@ pub(crate) fn range(text: &str) -> Result<[f64; 2], String> {
     }
 }
 
+/// Sample points of a grid.
+fn points(spheres: usize, cells: usize) -> usize {
+    (cells + 1).pow(2) * spheres + 1
+}
+
+/// The most bytes of the rows of sample points while they are baked and written.
+pub(crate) fn bytes(order: usize, spheres: usize, cells: usize) -> u64 {
+    COPIES * size_of::<f32>() as u64 * (points(spheres, cells) * order * (order + 1)) as u64
+}
+
 /// The JSON of `--json`.
 #[derive(Serialize)]
 struct Printed {
@@ -230,14 +240,9 @@ impl Field {
 
     /// Rows are held as they are made and as a field, then as a field, encoded, and decoded for the report.
     fn check_memory(&self, options: &FieldOptions) -> anyhow::Result<()> {
-        let width = options.order * (options.order + 1);
-        let points = (options.cells + 1).pow(2) * options.spheres + 1;
-        let what = format!("a field of {points} sample points at order {}", options.order);
-        self.memory.check(
-            &what,
-            COPIES * size_of::<f32>() as u64 * (points * width) as u64,
-            "fewer --spheres or --cells",
-        )
+        let FieldOptions { order, spheres, cells, .. } = *options;
+        let what = format!("a field of {} sample points at order {order}", points(spheres, cells));
+        self.memory.check(&what, bytes(order, spheres, cells), "fewer --spheres or --cells")
     }
 }
 

@@ -13,6 +13,7 @@ use serde::Serialize;
 
 use crate::args::input::{NonfiniteOption, tell};
 use crate::args::map_input::max_texels;
+use crate::args::memory::MemoryLimit;
 use crate::args::output;
 use crate::args::values;
 use crate::run::bake_watch::{Checkpoint, tell_if_too_late};
@@ -67,6 +68,8 @@ pub(crate) struct LampCommand {
     /// How the numbers of a rectangle are stored
     #[arg(long, value_enum, default_value = "f32")]
     storage: Storage,
+    #[command(flatten)]
+    memory: MemoryLimit,
     /// Start anew, even if there is a checkpoint of a bake that was stopped
     #[arg(long)]
     fresh: bool,
@@ -185,10 +188,11 @@ impl LampCommand {
         // The first row is on top; pixels are mirrored, as `u × v` of rows to the right would point away from who looks.
         let rectangle = Rectangle::upright([width, height], self.two_sided);
         let patches = if self.pictures.is_empty() { [1, 1] } else { self.patches.unwrap_or([8, 8]) };
+        let options = self.options();
+        self.check_memory(patches, &options)?;
         // A picture that is refused is so before the bake.
         let pictures = self.pictures.iter().map(|path| self.colors(path, patches, talk));
         let pictures = pictures.collect::<anyhow::Result<Vec<_>>>()?;
-        let options = self.options();
         let field = checkpoint.watched(talk, |job| PatchField::bake(&rectangle, patches, &options, job))?;
         Ok(match &*pictures {
             [] => Lamp::Still(field.with_colors(&[self.radiance()])?),
@@ -211,6 +215,13 @@ impl LampCommand {
         let [r, g, b] = self.radiance().to_array();
         let colors = PatchField::colors_of_patches(patches, picture.width(), &mirrored)?;
         Ok(colors.into_iter().map(|c| Rgb::new(c.r * r, c.g * g, c.b * b)).collect())
+    }
+
+    /// Rows are held as those of a field.
+    fn check_memory(&self, [columns, rows]: [usize; 2], options: &RadianceOptions) -> anyhow::Result<()> {
+        let what = format!("a lamp of {columns} x {rows} patches at order {}", options.order);
+        let bytes = field::bytes(options.order, options.spheres, options.cells).saturating_mul((columns * rows) as u64);
+        self.memory.check(&what, bytes, "fewer --patches, --spheres or --cells")
     }
 
     fn options(&self) -> RadianceOptions {

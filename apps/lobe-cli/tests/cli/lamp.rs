@@ -133,3 +133,17 @@ fn a_lamp_in_half_precision_takes_half_the_bytes() {
     let message = dir.lobe("lamp sphere --radius 1 --storage f16 -o s.safetensors").error();
     assert!(message.contains("--storage: only of a rectangle"), "{message}");
 }
+
+#[test]
+fn a_lamp_beyond_the_limit_of_memory_is_refused_before_it_is_baked() {
+    let dir = Dir::new();
+    dir.file("a.hdr", flat_hdr(2, 1, &[[128, 0, 0, 129], [0, 0, 128, 129]]));
+    let lamp = "lamp rectangle --size 1,1 --pictures a.hdr --patches 64,64 -o l.safetensors --quiet";
+    let line = dir.lobe(&format!("{lamp} --spheres 256 --cells 256 --order 8")).error();
+    let expected = "a lamp of 64 x 64 patches at order 8 takes up to ";
+    assert!(line.contains(expected) && line.contains("ask for fewer --patches, --spheres or --cells"), "{line}");
+    let line = dir.lobe(&format!("{lamp} --spheres 2 --cells 2 --order 1 --max-memory 0.0001")).error();
+    assert!(line.contains("more than the limit of 0.0001 GiB"), "{line}");
+    dir.lobe(&format!("{lamp} --spheres 2 --cells 2 --order 1 --max-memory 0.01")).stdout();
+    assert_eq!(dir.names(), ["a.hdr", "l.safetensors"]);
+}

@@ -414,3 +414,26 @@ fn options_that_would_be_ignored_are_refused() {
     }
     assert_eq!(dir.names(), ["sky.exr", "square.pfm"], "files");
 }
+
+#[test]
+fn a_map_of_other_primaries_is_converted_where_asked_and_noted_where_not() {
+    let dir = Dir::new();
+    // Everything is the red of ITU-R BT.2020.
+    let pixels = [128, 0, 0, 129].repeat(2);
+    let head =
+        "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\nPRIMARIES= 0.708 0.292 0.17 0.797 0.131 0.046 0.3127 0.329\n\n-Y 1 +X 2\n";
+    dir.file("wide.hdr", [head.as_bytes(), &pixels].concat());
+    let mean = |options: &str| {
+        let (_, said) = dir.lobe(&format!("project wide.hdr --order 1 -o p.sh.json {options}")).succeeds();
+        let FileCoefficients::Rgb(f) = dir.read_sh("p.sh.json").coefficients else { panic!("expected colors") };
+        (f.mean().to_array(), said)
+    };
+    let (kept, said) = mean("");
+    assert!(said.contains("PRIMARIES of the header are not those of Rec. 709"), "{said}");
+    let (converted, said) = mean("--to-rec709");
+    assert!(said.contains("converted"), "{said}");
+    // A column of the matrix of ITU-R BT.2087, rounded to four digits.
+    for (found, expected) in kept.into_iter().chain(converted).zip([1.0, 0.0, 0.0, 1.6605, -0.1246, -0.0182]) {
+        assert!((found - expected).abs() < 2e-4, "{kept:?}, {converted:?}");
+    }
+}

@@ -242,11 +242,21 @@ mod tests {
             "{message}"
         );
         write_cube_faces(&files, &cube, CubeHandedness::Right, &PictureWriteOptions::default()).unwrap();
-        for axis in ["x", "y", "z"] {
-            let name = |sign: &str| folder.join(format!("sky_{sign}{axis}.pfm"));
-            std::fs::rename(name("n"), name("m")).unwrap();
+        // +X, -X, +Y, -Y, +Z, -Z as three.js, Unity's exporters and Quake's tools name their files.
+        let mut written = "px nx py ny pz nz";
+        for names in [
+            "px mx py my pz mz",
+            "posx negx posy negy posz negz",
+            "right left top bottom front back",
+            "rt lf up dn ft bk",
+        ] {
+            let file = |name: &str| folder.join(format!("sky_{name}.pfm"));
+            for (old, new) in written.split(' ').zip(names.split(' ')) {
+                std::fs::rename(file(old), file(new)).unwrap();
+            }
+            assert!(read_cube_faces(&files, &MapReadOptions::default()).unwrap().0 == cube, "{names}");
+            written = names;
         }
-        assert!(read_cube_faces(&files, &MapReadOptions::default()).unwrap().0 == cube, "px to mz");
         std::fs::remove_dir_all(folder).unwrap();
     }
 

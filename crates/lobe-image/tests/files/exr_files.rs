@@ -2,6 +2,7 @@
 
 use std::io::Cursor;
 
+use exr::meta::attribute::Chromaticities;
 use exr::prelude::*;
 
 /// A channel for [`exr_file`]: a name and one number for each texel of the data window.
@@ -64,6 +65,22 @@ pub(crate) fn exr_file(display: (usize, usize), parts: Vec<Part>) -> Vec<u8> {
 /// The file of one part with the whole display window as data window.
 pub(crate) fn exr_picture(size: (usize, usize), encoding: Encoding, planes: Vec<Plane>) -> Vec<u8> {
     exr_file(size, vec![Part { name: "color", encoding, position: (0, 0), size, planes }])
+}
+
+/// A picture of 6 x 3 texels that declares the places of red, green, blue and white in the chromaticity diagram.
+pub(crate) fn exr_with_chromaticities([red, green, blue, white]: [[f32; 2]; 4]) -> Vec<u8> {
+    let part = rgb_part((6, 3));
+    let channels = part.planes.into_iter().map(|p| AnyChannel::new(p.name, samples(p.sample_type, &p.values)));
+    let layer =
+        Layer::new(part.size, LayerAttributes::named(part.name), part.encoding, AnyChannels::sort(channels.collect()));
+    let mut attributes = ImageAttributes::new(IntegerBounds::from_dimensions(part.size));
+    let point = |[x, y]: [f32; 2]| Vec2(x, y);
+    let chromaticities =
+        Chromaticities { red: point(red), green: point(green), blue: point(blue), white: point(white) };
+    attributes.chromaticities = Some(chromaticities);
+    let mut bytes = Cursor::new(Vec::new());
+    Image::new(attributes, layer).write().to_buffered(&mut bytes).unwrap();
+    bytes.into_inner()
 }
 
 /// A tiled file with all mip levels; the smaller ones are black.

@@ -3,7 +3,9 @@
 use exr::prelude::*;
 use lobe_image::{FileFormat, ImageError, Picture, PictureReadOptions, PictureReadReport, read_picture_bytes};
 
-use crate::exr_files::{Part, SCAN_LINES, exr_file, exr_picture, exr_with_mip_levels, planes, rgb_part, value};
+use crate::exr_files::{
+    Part, SCAN_LINES, exr_file, exr_picture, exr_with_chromaticities, exr_with_mip_levels, planes, rgb_part, value,
+};
 
 const SIZE: (usize, usize) = (48, 24);
 
@@ -164,4 +166,26 @@ fn the_first_part_with_color_is_read() {
     let (map, report) = read(&exr_file(SIZE, vec![depth, rgb_part(SIZE), other]));
     assert_eq!(error_of(&map, [0, 1, 2]), 0.0, "multi-part");
     assert_eq!(report.notes, ["part 1 (\"color\") of 3 is read"], "notes");
+}
+
+#[test]
+fn other_chromaticities_are_noted_or_converted() {
+    let bytes = exr_with_chromaticities([[0.708, 0.292], [0.17, 0.797], [0.131, 0.046], [0.3127, 0.329]]);
+    let (kept, report) = read(&bytes);
+    let is_noted = |text: &str, notes: &[String]| notes.iter().any(|note| note.contains(text));
+    assert!(is_noted("chromaticities are not those of Rec. 709", &report.notes), "{:?}", report.notes);
+    let options = PictureReadOptions::default().to_rec_709(true);
+    let (converted, report) = read_picture_bytes(&bytes, "test", &options).unwrap();
+    assert!(is_noted("converted", &report.notes), "{:?}", report.notes);
+    // ITU-R BT.2087, rounded to four digits.
+    let matrix = [[1.6605, -0.5876, -0.0728], [-0.1246, 1.1329, -0.0083], [-0.0182, -0.1006, 1.1187]];
+    for (color, found) in kept.pixels().iter().zip(converted.pixels()) {
+        let expected = matrix.map(|row: [f32; 3]| row[0] * color[0] + row[1] * color[1] + row[2] * color[2]);
+        let largest = color.iter().fold(0.0_f32, |a, b| a.max(b.abs()));
+        for (a, b) in found.iter().zip(expected) {
+            assert!((a - b).abs() < 2e-4 * largest, "{color:?}: {found:?} against {expected:?}");
+        }
+    }
+    let rec_709 = exr_with_chromaticities([[0.64, 0.33], [0.3, 0.6], [0.15, 0.06], [0.3127, 0.329]]);
+    assert!(!is_noted("chromaticities", &read(&rec_709).1.notes), "those of Rec. 709 go without saying");
 }

@@ -107,3 +107,23 @@ fn other_orientations_and_color_spaces_are_refused_by_name() {
     let Err(ImageError::Unsupported { message, .. }) = error else { panic!("XYZE: {error:?}") };
     assert!(message.contains("xyze"), "{message}");
 }
+
+#[test]
+fn other_primaries_are_noted_or_converted() {
+    let lines = format!("{HEADER}PRIMARIES= 0.708 0.292 0.17 0.797 0.131 0.046 0.3127 0.329\n");
+    // Gray of ITU-R BT.2020, and its red.
+    let bytes = file(&lines, "-Y 1 +X 2", &[128, 128, 128, 129, 128, 0, 0, 129]);
+    let (kept, report) = read(&bytes);
+    assert_eq!(kept.pixels(), [[1.0; 3], [1.0, 0.0, 0.0]]);
+    assert!(report.notes[0].contains("not those of Rec. 709"), "{:?}", report.notes);
+    let options = PictureReadOptions::default().to_rec_709(true);
+    let (converted, report) = read_picture_bytes(&bytes, "test.hdr", &options).unwrap();
+    assert!(report.notes[0].contains("converted"), "{:?}", report.notes);
+    // A column of the matrix of ITU-R BT.2087, rounded to four digits.
+    for (found, expected) in converted.pixels().iter().zip([[1.0; 3], [1.6605, -0.1246, -0.0182]]) {
+        assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 2e-4), "{found:?} against {expected:?}");
+    }
+    let unknown = format!("{HEADER}PRIMARIES= 0 0 0 0 0 0 0 0\n");
+    let (_, report) = read(&file(&unknown, "-Y 1 +X 2", &[128, 128, 128, 129, 128, 0, 0, 129]));
+    assert!(report.notes.is_empty(), "zeros are none: {:?}", report.notes);
+}
