@@ -21,6 +21,8 @@ pub struct Progress {
     pub elapsed: Duration,
     /// The round that the other numbers are about, from 0. Only [work in rounds](Job::kept_in) has more than one.
     pub round: usize,
+    /// How far what there is may be off when the round begins, in the unit of the goal. Only of work in rounds that go on until it is reached; else 0.
+    pub error: f64,
     /// Whether `total` is only a bound, as the work ends where going on gains little: then nobody knows the time that is left.
     pub is_bound: bool,
 }

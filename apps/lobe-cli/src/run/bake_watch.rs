@@ -80,9 +80,9 @@ pub(crate) fn tell_if_too_late(output: &Path, talk: Talk) {
 /// Shows the progress of a bake, or of other work, which traces no rays. Of splitting also how many edges may be off,
 /// whose middles are baked.
 fn show(line: &ProgressLine, progress: &Progress) {
-    let Progress { done, total, rays, round, .. } = *progress;
+    let Progress { done, total, rays, round, error, .. } = *progress;
     let pace = (rays > 0).then(|| format!("{:.2} Mrays/s", progress.rays_per_second() / 1e6));
-    let edges = (round > 0).then(|| format!("round {round}: {total} edges may be off"));
+    let edges = (round > 0).then(|| format!("round {round}: {total} edges may be off, by up to {error:.3}"));
     let parts: Vec<String> = edges.into_iter().chain(pace).collect();
     let text = (!parts.is_empty()).then(|| parts.join(", "));
     line.show(done, total, text.as_deref(), progress.seconds_left());

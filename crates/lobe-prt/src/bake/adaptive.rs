@@ -91,7 +91,7 @@ pub struct AdaptiveReport {
 /// The rest of the scene hardly changes where edges are halved, and transfer is baked for new vertices alone. The first
 /// vertices of each mesh are those it had. The bake of the result is up to the caller.
 ///
-/// The job is told of each [round](Progress::round) anew. If it is [kept in a file](Job::kept_in), each round keeps
+/// The job is told of each [round](Progress::round) anew, and of the [largest error](Progress::error) that is left. If it is [kept in a file](Job::kept_in), each round keeps
 /// what it finds in a file of its own, see [`split_checkpoints`]. Splitting that was stopped, or killed at any moment,
 /// continues from these files and ends with the same scene; edges are halved once more, which takes no rays. All files stay
 /// locked until it ends. The caller removes them, the last one first, when the results are safe.
@@ -106,8 +106,8 @@ pub fn split_adaptively(
 ) -> Result<(Scene, AdaptiveReport), PrtError> {
     let checkpoint = job.checkpoint().map(Path::to_path_buf);
     let mut locked = Vec::new();
-    split(scene, options, &mut |round, scene, receivers, options| {
-        let mut watch = |progress: &Progress| job.report(&Progress { round, ..*progress });
+    split(scene, options, &mut |(round, error), scene, receivers, options| {
+        let mut watch = |progress: &Progress| job.report(&Progress { round, error, ..*progress });
         let job = Job::default().watched_by(&mut watch);
         let bvh = Bvh::new(scene);
         let Some(path) = &checkpoint else {
@@ -141,8 +141,8 @@ fn path_of_round(checkpoint: &Path, round: usize) -> PathBuf {
 /// The transfer of some receivers, and the number of rays traced for it.
 type Round = Result<(Transfer, u64), PrtError>;
 
-/// Bakes the receivers of a round, whose number comes first.
-type BakeRound<'a> = &'a mut dyn FnMut(usize, &Scene, &Receivers, &BakeOptions) -> Round;
+/// Bakes the receivers of a round, whose number comes first, with how far transfer may be off before it.
+type BakeRound<'a> = &'a mut dyn FnMut((usize, f64), &Scene, &Receivers, &BakeOptions) -> Round;
 
 fn split(
     scene: &Scene,
@@ -162,7 +162,7 @@ fn split(
     let channels = options.bake.channels_for(&scene, Receivers::at_vertices(&scene)?.is_gray());
     let bake = BakeOptions { channels: Some(channels), ..options.bake.clone() };
     // Bake the vertices there are.
-    let (transfer, rays) = bake_round(0, &scene, &Receivers::at_vertices(&scene)?, &bake)?;
+    let (transfer, rays) = bake_round((0, 0.0), &scene, &Receivers::at_vertices(&scene)?, &bake)?;
     report.rays = rays;
     let mut known = Known::new(&scene, &transfer);
     let limit = options.threshold * known.root_mean_square();
@@ -176,7 +176,10 @@ fn split(
         if !is_over {
             report.rounds += 1;
             let receivers = Receivers::at_vertices(&finer)?.subset(&middles.values().copied().collect::<Vec<_>>())?;
-            let (transfer, rays) = bake_round(report.rounds, &finer, &receivers, &bake)?;
+            let may_be_off = edges(&scene).into_iter().filter(|&(mesh, edge)| is_long(&scene, mesh, edge, min_edge));
+            let largest = may_be_off.map(|(mesh, edge)| known.error(mesh, edge)).fold(0.0, f64::max);
+            let begin = (report.rounds, options.threshold * largest / limit);
+            let (transfer, rays) = bake_round(begin, &finer, &receivers, &bake)?;
             report.rays += rays;
             known.add_middles(middles.into_keys(), &transfer);
         }

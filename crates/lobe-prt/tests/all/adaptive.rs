@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use lobe_io::Job;
+use lobe_io::{Job, Progress};
 use lobe_prt::{
     AdaptiveOptions, BakeMode, BakeOptions, PrtError, Receivers, Transfer, bake, split_adaptively, split_checkpoints,
 };
@@ -103,6 +103,23 @@ fn edges_that_are_short_are_left_and_counted() {
     assert!(longest > 0.0 && longest < 0.5, "the longest edge that is off is {longest}; {report:?}");
     assert!(report.too_short > 100 && report.left_out == 0, "{report:?}");
     assert!(report.largest_error > 0.005, "the goal is not reached; {report:?}");
+}
+
+#[test]
+fn each_round_tells_how_far_it_is_from_its_goal() {
+    let scene = built_in::ball_over_ground(8);
+    let options = options(BakeMode::Shadowed, 0.1, 0.01);
+    let mut told = Vec::new();
+    let mut watch = |progress: &Progress| {
+        told.push((progress.round, progress.error));
+        ControlFlow::Continue(())
+    };
+    let (_, report) = split_adaptively(&scene, &options, Job::default().watched_by(&mut watch)).unwrap();
+    told.dedup();
+    let rounds: Vec<_> = told.iter().map(|(round, _)| *round).collect();
+    assert_eq!(rounds, (0..=report.rounds).collect::<Vec<_>>(), "one error for each round: {told:?}");
+    assert!(told[1..].iter().all(|(_, error)| *error > 0.1), "rounds go on while the goal is not reached: {told:?}");
+    assert!(report.largest_error <= 0.1, "{report:?}");
 }
 
 #[test]

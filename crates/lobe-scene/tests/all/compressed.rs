@@ -329,6 +329,12 @@ fn meshes_without_normals_are_flat_as_gltf_asks_unless_they_are_to_be_smooth() {
     let found = smooth.meshes()[0].normals()[0];
     assert!((found[1] + half).abs() < 1e-6 && (found[2] - half).abs() < 1e-6, "the mean of both sides: {found:?}");
     assert_eq!(smooth.meshes()[0].positions().len(), 6, "as many vertices as in the file");
+    let (_, _, document) =
+        GltfReader::open_bytes(&file.glb(), "a.glb", &options).and_then(GltfReader::into_scene_and_document).unwrap();
+    let written = Gltf { json: document.json, buffer: document.bytes };
+    let (again, report) = read_scene_bytes(&written.glb(), "a.glb", &SceneReadOptions::default()).unwrap();
+    assert_eq!(again.meshes()[0].normals(), smooth.meshes()[0].normals(), "what is written of it is as smooth");
+    assert_eq!(report.made_normals, 0, "as its normals are there");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Primitives without normals: glTF asks for flat triangles, which share no vertex where their planes differ.
 
-use gltf_json::mesh::{Primitive, Semantic};
+use gltf_json::mesh::Semantic;
 use gltf_json::validation::Checked;
 use gltf_json::{Accessor, Index};
 use serde_json::{Value, json};
@@ -19,10 +19,8 @@ pub(crate) fn split_vertices(file: &mut GltfFile, source: &mut Source<'_>) -> Re
     let mut added = 0;
     for (mesh, times) in times_shown(file, source)?.into_iter().enumerate().filter(|&(_, times)| times > 0) {
         for primitive in 0..file.root.meshes[mesh].primitives.len() {
-            let flat = {
-                let place = place_of(&file.root.meshes[mesh], mesh, primitive);
-                flat_mesh(file, &file.root.meshes[mesh].primitives[primitive], place, source)?
-            };
+            let found = without_normals(file, [mesh, primitive], source)?;
+            let flat = found.map(|(positions, triangles)| FlatMesh::new(&positions, &triangles));
             if let Some(flat) = flat.filter(|flat| !flat.added.is_empty()) {
                 added += flat.added.len();
                 source.count(flat.added.len().saturating_mul(times), 0)?;
@@ -41,7 +39,7 @@ pub(crate) fn split_vertices(file: &mut GltfFile, source: &mut Source<'_>) -> Re
 }
 
 /// How often each mesh is shown.
-fn times_shown(file: &GltfFile, source: &Source<'_>) -> Result<Vec<usize>, SceneError> {
+pub(crate) fn times_shown(file: &GltfFile, source: &Source<'_>) -> Result<Vec<usize>, SceneError> {
     let mut times = vec![0; file.root.meshes.len()];
     for shown in walk(&file.root, &Origin::default(), source)?.shown {
         if let Some(times) = times.get_mut(shown.mesh) {
@@ -51,12 +49,14 @@ fn times_shown(file: &GltfFile, source: &Source<'_>) -> Result<Vec<usize>, Scene
     Ok(times)
 }
 
-fn flat_mesh(
+/// Points and triangles of a primitive that has no normals; none of one that has some, or no triangles.
+pub(crate) fn without_normals(
     file: &GltfFile,
-    primitive: &Primitive,
-    place: String,
+    [mesh, primitive]: [usize; 2],
     source: &Source<'_>,
-) -> Result<Option<FlatMesh>, SceneError> {
+) -> Result<Option<(Vec<[f32; 3]>, Vec<[u32; 3]>)>, SceneError> {
+    let place = place_of(&file.root.meshes[mesh], mesh, primitive);
+    let primitive = &file.root.meshes[mesh].primitives[primitive];
     let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
     let (Some(mode), Some(positions), None) =
         (is_of_triangles(primitive), attribute(Semantic::Positions), attribute(Semantic::Normals))
@@ -66,7 +66,7 @@ fn flat_mesh(
     let accessors = Accessors { file, place };
     let corners = corners_of(&accessors, primitive, positions, source)?;
     let positions = accessors.vectors("POSITION", positions, source)?;
-    Ok(Some(FlatMesh::new(&positions, &triangles(mode, &corners))))
+    Ok(Some((positions, triangles(mode, &corners))))
 }
 
 /// The index of an accessor; one that is not there for what is none.

@@ -24,5 +24,6 @@ pub(crate) mod plain;
 pub(crate) mod primitive;
 pub(crate) mod reader;
 pub(crate) mod root;
+pub(crate) mod smooth;
 pub(crate) mod unfolded;
 pub(crate) mod uri;

@@ -2,7 +2,7 @@
 
 use crate::SceneError;
 use crate::files::gltf::files::GltfFile;
-use crate::files::gltf::{draco, flat, instancing, meshopt, unfolded};
+use crate::files::gltf::{draco, flat, instancing, meshopt, smooth, unfolded};
 use crate::files::source::Source;
 
 /// Reads a file and makes it plain, in the order in which the parts may depend on each other.
@@ -14,6 +14,8 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>) -> Result<GltfFile, Sc
     instancing::expand(&mut file, source)?;
     if source.is_flat(true) {
         flat::split_vertices(&mut file, source)?;
+    } else {
+        smooth::write_normals(&mut file, source)?;
     }
     Ok(file)
 }
