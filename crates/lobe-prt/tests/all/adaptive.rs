@@ -161,7 +161,7 @@ fn a_split_that_is_stopped_everywhere_ends_with_the_same_scene() {
     let mut stops = 0;
     let (found, report) = loop {
         let mut calls = 0;
-        let mut stop = |_: &lobe_io::Progress| {
+        let mut stop = |_: &Progress| {
             calls += 1;
             if calls > 1 + stops { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };

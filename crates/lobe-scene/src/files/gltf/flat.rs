@@ -49,12 +49,15 @@ pub(crate) fn times_shown(file: &GltfFile, source: &Source<'_>) -> Result<Vec<us
     Ok(times)
 }
 
-/// Points and triangles of a primitive that has no normals; none of one that has some, or no triangles.
+/// Points, and triangles among them.
+type Surface = (Vec<[f32; 3]>, Vec<[u32; 3]>);
+
+/// The surface of a primitive that has no normals; none of one that has some, or no triangles.
 pub(crate) fn without_normals(
     file: &GltfFile,
     [mesh, primitive]: [usize; 2],
     source: &Source<'_>,
-) -> Result<Option<(Vec<[f32; 3]>, Vec<[u32; 3]>)>, SceneError> {
+) -> Result<Option<Surface>, SceneError> {
     let place = place_of(&file.root.meshes[mesh], mesh, primitive);
     let primitive = &file.root.meshes[mesh].primitives[primitive];
     let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
