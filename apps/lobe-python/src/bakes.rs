@@ -285,7 +285,8 @@ impl Bake {
         output: PathBuf,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        self.check_output(output.clone())?;
+        let inputs: Vec<&Path> = parts.iter().chain([&self.source.path]).map(PathBuf::as_path).collect();
+        prepare(&output, self.settings.endings(), &inputs)?;
         // Beside what a bake that was stopped may have kept.
         let checkpoint = beside(&output, ".merged.checkpoint");
         merge(py, &parts, &checkpoint, progress.as_ref())?;

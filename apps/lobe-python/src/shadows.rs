@@ -76,7 +76,8 @@ pub(crate) fn field<'py>(
     parts: Vec<PathBuf>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    prepare(&output, SAFETENSORS, &[&scene.path])?;
+    let inputs: Vec<&Path> = parts.iter().chain([&scene.path]).map(PathBuf::as_path).collect();
+    prepare(&output, SAFETENSORS, &inputs)?;
     let (options, storage) = (settings.options(), settings.storage()?);
     let scene = read(py, scene)?;
     let progress = progress.as_ref();

@@ -80,6 +80,8 @@ def test_shards_that_do_not_belong_together_are_refused_by_name(scene, tmp_path)
     ]:
         with pytest.raises((ValueError, OSError), match=message):
             lobe.merge(scene, given, tmp_path / "o.glb", QUICK)
+    with pytest.raises(ValueError, match="1.safetensors: is an input, which would be lost"):
+        lobe.merge(scene, parts, parts[0], QUICK)
     with pytest.raises(ValueError, match="1.safetensors: this shard and the others are not of this work"):
         lobe.merge(scene, parts, tmp_path / "o.glb", lobe.BakeOptions(mode="shadowed", order=3, samples=64))
     assert set(os.listdir(tmp_path)) == before, "nothing is written"
