@@ -339,6 +339,9 @@ fn a_picture_named_by_many_textures_is_kept_once_and_large_ones_are_refused_befo
     let expected =
         "a.glb: expected textures of at most 1199 texels, found 1200 or more: raise SceneReadOptions::max_texels";
     assert_eq!(error.to_string(), expected, "message");
+    let nowhere = file.with("/images", json!([{"name": "lost"}]));
+    let error = read_scene_bytes(&nowhere.glb(), "a.glb", &SceneReadOptions::default()).unwrap_err().to_string();
+    assert!(error.contains("image 0 has neither a URI nor a buffer view: export the scene again"), "{error}");
 }
 
 #[test]

@@ -149,7 +149,10 @@ impl Textures<'_> {
             (None, Some(view)) => {
                 view_bytes(self.file, view).map_err(|message| source.invalid(format!("image: {message}")))?.to_vec()
             }
-            (None, None) => return Err(source.invalid("an image has neither a URI nor a buffer view")),
+            (None, None) => {
+                let advice = "export the scene again with its pictures, or without that texture";
+                return Err(source.invalid(format!("image {index} has neither a URI nor a buffer view: {advice}")));
+            }
         };
         decode(&bytes, &format!("image {index}"), wrap, source)
     }
