@@ -81,16 +81,20 @@ Paths = tuple[int, int, int, str]
 """Samples of each pixel, bounces before the visible surface, a seed, and the model of surfaces."""
 
 
-def paths_of(samples: int, bounces: int, seed: int, surfaces: str) -> Paths:
-    """The options of path tracing."""
+Tracing = tuple[Doubles | None, _lobe.Map | None, tuple[list[float] | None, list[float] | None, float], tuple[int, int], Paths]
+"""Light, an expansion or a map; eye, size and paths of a picture."""
+
+
+def tracing_of(
+    light: EnvMap | Sh, camera: Camera | None, width: int, height: int, samples: int, bounces: int, seed: int, surfaces: str
+) -> Tracing:
+    """What a picture is traced by."""
+    view, size = checked(light, camera)._view(), size_of(width, height)
     if surfaces not in SURFACES:
         raise ValueError(f"surfaces: expected {', '.join(SURFACES[:-1])} or {SURFACES[-1]}, found {surfaces!r}")
-    return whole(samples, "samples", 2, 1 << 20), whole(bounces, "bounces", 0, 255), whole(seed, "seed", 0, 2**64 - 1), surfaces
-
-
-def sources_of(light: EnvMap | Sh) -> tuple[Doubles | None, _lobe.Map | None]:
-    """The light of paths: an expansion or a map."""
-    return (None, light._map) if isinstance(light, EnvMap) else (colors_of(light), None)
+    paths = whole(samples, "samples", 2, 1 << 20), whole(bounces, "bounces", 0, 255), whole(seed, "seed", 0, 2**64 - 1), surfaces
+    colors, source = (None, light._map) if isinstance(light, EnvMap) else (colors_of(light), None)
+    return colors, source, view, size, paths
 
 
 @contextmanager

@@ -10,7 +10,7 @@ import numpy as np
 from . import _lobe
 from ._arrays import expect, real, whole
 from ._bake import expect_parts, expect_shard
-from ._camera import Camera, Picture, Traced, checked, colors_of, merged, paths_of, picture_of, size_of, sources_of
+from ._camera import Camera, Picture, Traced, checked, colors_of, merged, picture_of, size_of, tracing_of
 from ._env import EnvMap
 from ._scene import Path, Progress, Scene
 from ._sh import Sh
@@ -154,12 +154,9 @@ class MovingScene:
         progress: Progress | None = None,
     ) -> Traced:
         """A moment path traced, with the lamps of the scene: the truth beside `render`. Options are those of `lobe.trace`; nothing is baked for it."""
-        paths = paths_of(samples, bounces, seed, surfaces)
-        view, size = checked(light, camera)._view(), size_of(width, height)
-        colors, source = sources_of(light)
+        asked = tracing_of(light, camera, width, height, samples, bounces, seed, surfaces)
         with merged(expect_parts(merge)) as share:
-            traced = self._moving.trace(_seconds(time), colors, source, view, size, paths, share, progress)
-        return picture_of(traced)
+            return picture_of(self._moving.trace(_seconds(time), *asked, share, progress))
 
     def trace_shard(
         self,
@@ -178,11 +175,8 @@ class MovingScene:
         progress: Progress | None = None,
     ) -> None:
         """A shard of `trace`, as by `lobe.trace_shard`."""
-        paths = paths_of(samples, bounces, seed, surfaces)
-        view, size = checked(light, camera)._view(), size_of(width, height)
-        colors, source = sources_of(light)
-        share = (output, expect_shard(shard))
-        self._moving.trace(_seconds(time), colors, source, view, size, paths, share, progress)
+        asked = tracing_of(light, camera, width, height, samples, bounces, seed, surfaces)
+        self._moving.trace(_seconds(time), *asked, (output, expect_shard(shard)), progress)
 
 
 def _seconds(time: object) -> float:

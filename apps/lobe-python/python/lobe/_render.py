@@ -12,7 +12,7 @@ import numpy.typing as npt
 from . import _lobe
 from ._arrays import finite, numbers, whole
 from ._bake import expect_parts, expect_shard
-from ._camera import Camera, Picture, Traced, checked, colors_of, merged, paths_of, picture_of, size_of, sources_of
+from ._camera import Camera, Picture, Traced, checked, colors_of, merged, picture_of, size_of, tracing_of
 from ._env import EnvMap
 from ._moving import MovingOptions, MovingScene
 from ._scene import Path, Progress, Scene
@@ -124,12 +124,9 @@ def trace(
             merge=merge,
             progress=progress,
         )
-    paths = paths_of(samples, bounces, seed, surfaces)
-    view, size = checked(light, camera)._view(), size_of(width, height)
-    colors, source = sources_of(light)
+    asked = tracing_of(light, camera, width, height, samples, bounces, seed, surfaces)
     with merged(expect_parts(merge)) as share:
-        traced = _lobe.render_traced(Scene.of(scene), colors, source, view, size, paths, share, progress)
-    return picture_of(traced)
+        return picture_of(_lobe.render_traced(Scene.of(scene), *asked, share, progress))
 
 
 def trace_shard(
@@ -168,11 +165,8 @@ def trace_shard(
             progress=progress,
         )
         return
-    paths = paths_of(samples, bounces, seed, surfaces)
-    view, size = checked(light, camera)._view(), size_of(width, height)
-    colors, source = sources_of(light)
-    share = (output, expect_shard(shard))
-    _lobe.render_traced(Scene.of(scene), colors, source, view, size, paths, share, progress)
+    asked = tracing_of(light, camera, width, height, samples, bounces, seed, surfaces)
+    _lobe.render_traced(Scene.of(scene), *asked, (output, expect_shard(shard)), progress)
 
 
 @dataclass(frozen=True)
