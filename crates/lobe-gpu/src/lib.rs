@@ -45,6 +45,7 @@
 //! | transfer of glossy ones | [`GpuMatrices`] | `glossy`, `glossy_exit` |
 //! | spheres that hide the sky | [`GpuSphereShadows`] | `accumulate`, `sky_light` |
 //! | entities with occlusion fields | [`GpuShadowFields`], [`FieldResponse`] | `shadow_fields`, `product` |
+//! | a part of a moving scene under all of these | [`GpuMovingPart`], [`StillGrid`] | `still_visibility` and those above |
 //! | skins and morph targets | [`GpuSkin`], [`GpuVertex`], [`MorphTarget`] | `skin` |
 //! | pictures of scenes | [`SceneView`], [`SurfaceShading`], [`GlossyMesh`], [`GpuCamera`] | `camera`, `surface`, `shade_*`, `draw_*`, `backdrop`, `resolve`, `tone`, `display` |
 //! | without a window: frames to files, times of passes | [`write_turntable`], [`render_turntable`], [`TurningLight`], [`BenchReport`] | |
@@ -96,9 +97,12 @@ pub use lookup::basis::{MAX_SHADER_ORDER, basis_towards};
 pub use lookup::environment::Environment;
 pub use lookup::irradiance::irradiance_towards;
 pub use lookup::specular::SplitSum;
-pub use moving::gpu_shadow_fields::{FieldResponse, GpuShadowFields};
+pub use moving::field_passes::FieldResponse;
+pub use moving::gpu_moving_part::{GpuMovingPart, MovingObstacles, MovingPlaces};
+pub use moving::gpu_shadow_fields::GpuShadowFields;
 pub use moving::gpu_skin::{GpuSkin, GpuVertex, MorphTarget};
 pub use moving::gpu_sphere_shadows::GpuSphereShadows;
+pub use moving::still_grid::StillGrid;
 pub use renderer::pass::Pass;
 pub use renderer::renderer::{PassTime, Renderer};
 pub use renderer::shader::{wgsl_module, wgsl_modules};

@@ -108,6 +108,7 @@ pub use moving::moving_part::{Motion, MovingPart};
 pub use moving::moving_picture::light_moving_scene;
 pub use moving::moving_scene::MovingScene;
 pub use moving::moving_shading::MovingShading;
+pub use moving::part_obstacles::{PartObstacles, PartReceivers};
 pub use moving::visibility_grid::{VisibilityGrid, VisibilityGridOptions};
 pub use path_tracer::distant_light::DistantLight;
 pub use path_tracer::emitter::Emitter;

@@ -8,6 +8,7 @@ use lobe_gpu::Storage;
 
 use crate::loading::limits::ReadLimits;
 use crate::loading::mode::Mode;
+use crate::loading::moving_light::LitOn;
 
 /// See and steer spherical-harmonic lighting and precomputed radiance transfer in real time.
 ///
@@ -72,6 +73,9 @@ pub(crate) struct Arguments {
     /// Print the measurement as JSON
     #[arg(long, requires = "bench")]
     pub(crate) json: bool,
+    /// Where what moves is lit, with --mode fields and exponentials
+    #[arg(long, value_name = "WHERE", value_enum, default_value_t = LitOn::Auto, requires = "headless")]
+    pub(crate) lit_on: LitOn,
     #[command(flatten)]
     pub(crate) limits: ReadLimits,
     /// Take the program that emulates a graphics card

@@ -1,4 +1,4 @@
-//! Failures: one line, and the exit code of errors.
+//! Failures: one line, and the exit code of errors; and notes of what went well.
 
 use std::process::ExitCode;
 
@@ -10,6 +10,11 @@ pub(crate) fn say(message: &str) -> ExitCode {
     let line = message.lines().map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join(": ");
     eprintln!("lobe-viewer: {line}");
     ExitCode::from(ERROR)
+}
+
+/// Says what is no failure, where it is not mistaken for what was asked for.
+pub(crate) fn note(message: &str) {
+    eprintln!("note: {message}");
 }
 
 /// What the parser of the command line has to say: help, or what is wrong in one line.

@@ -6,12 +6,15 @@ use anyhow::{Context as _, bail};
 use lobe::image::{Exposure, FrameSequence, Tone};
 use lobe::io::Job;
 use lobe::render::{MovingMethod, MovingOptions, MovingScene, MovingShading};
+use lobe::sh::Rgb;
 use lobe::shadow::SphereFitMethod;
 use lobe_gpu::{Environment, SceneView, SceneViewOptions, SurfaceShading, TurntableOptions};
 
 use crate::cli::args::Arguments;
+use crate::cli::failure::note;
 use crate::cli::prepared::{device, progress};
 use crate::loading::moving_bakes::moving_bake_options;
+use crate::loading::moving_light::MovingLight;
 use crate::loading::moving_source::{is_file, open_moving, with_files};
 use crate::loading::sky_source::open_sky;
 use crate::widgets::orbit::Orbit;
@@ -37,9 +40,10 @@ pub(crate) fn run(
     let frames = usize::from(arguments.frames);
     let time = |frame: usize| begin + (end - begin) * frame as f64 / frames as f64;
     let first = scene.at(begin)?;
-    let radiance = shading.exit_radiance(&first, &light)?;
     let environment = Environment::from(&*sky.map);
     let context = device(arguments)?;
+    let mut lit = MovingLight::new(shading, Some(&context), arguments.lit_on);
+    let radiance = vec![Rgb::new(0.0, 0.0, 0.0); first.scene().vertex_count()];
     let shown = SurfaceShading::Radiance(&radiance);
     let view = SceneView::new(&context, first.scene(), &shown, Some(&environment), options)?;
     let [azimuth, height] = arguments.eye.map(f64::to_radians);
@@ -48,11 +52,11 @@ pub(crate) fn run(
     let (width, height) = (options.width as usize, options.height as usize);
     let sequence = FrameSequence { width, height, frames, seconds_per_frame: TurntableOptions::default().seconds };
     let mut tone = Tone::PHOTOGRAPH;
-    sequence.write(output, |add| {
+    let written: anyhow::Result<()> = sequence.write(output, |add| {
         for frame in 0..frames {
             let moment = scene.at(time(frame))?;
             view.set_vertices(moment.scene())?;
-            view.set_radiance(&shading.exit_radiance(&moment, &light)?)?;
+            lit.show(&moment, &light, &view)?;
             view.render()?;
             let picture = view.picture()?;
             if !matches!(tone.exposure, Exposure::Fixed(_)) {
@@ -61,7 +65,10 @@ pub(crate) fn run(
             add(&picture, &tone)?;
         }
         Ok(())
-    })
+    });
+    written?;
+    note(&format!("lit {}", lit.place()));
+    Ok(())
 }
 
 /// The box around the scene at all of these times, so that nothing leaves the pictures.

@@ -231,3 +231,31 @@ fn the_camera_is_moved_by_keys_as_by_the_mouse() {
     let framed = harness.state().room.orbit();
     assert_eq!((framed.distance, framed.target), (before.distance, before.target), "framed as at first");
 }
+
+#[test]
+fn bakes_stop_at_a_key_and_begin_again_at_a_button() {
+    let mut harness = open("built-in:three-objects".as_ref());
+    wait(&mut harness, MotionRoom::is_at_work);
+    harness.key_press(Key::Escape);
+    wait(&mut harness, |room| room.message().is_some());
+    let room = &harness.state().room;
+    assert!(room.message().unwrap().contains("Bake"), "{:?}", room.message());
+    assert!(!room.is_ready() && !room.is_at_work(), "nothing goes on, and nothing is shown");
+    harness.get_by_label("Bake").click();
+    wait(&mut harness, MotionRoom::is_at_work);
+    assert_eq!(harness.state().room.message(), None, "and it begins again");
+    // The button does the same.
+    harness.get_by_label("Cancel").click();
+    wait(&mut harness, |room| room.message().is_some());
+}
+
+#[test]
+fn moments_say_where_they_were_lit() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = open(&described(folder.path()));
+    wait(&mut harness, MotionRoom::is_ready);
+    harness.get_by_label("the processor").click();
+    harness.run_steps(2);
+    // Without a device it is the processor anyway.
+    assert!(harness.query_by_label_contains("ms on the processor").is_some(), "the line below the picture");
+}

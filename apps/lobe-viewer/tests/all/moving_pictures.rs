@@ -54,10 +54,16 @@ fn what_moves_is_in_files_as_rays_on_the_processor_show_it() {
     let light = sky.light.resized(ORDER);
     let [width, height] = SIZE;
     let view = ViewOptions::default().width(width).height(height).rays(1_usize);
-    for (mode, method) in [("fields", MovingMethod::Fields), ("exponentials", MovingMethod::Exponentials)] {
+    // The device takes every sphere by itself, the processor some of them together.
+    let ways = [
+        ("fields", "device", MovingMethod::Fields),
+        ("fields", "processor", MovingMethod::Fields),
+        ("exponentials", "auto", MovingMethod::Exponentials),
+    ];
+    for (mode, lit_on, method) in ways {
         let arguments = format!(
             "--headless falls.json --mode {mode} --order {ORDER} --spheres {SPHERES} --frames 2 --size {width}x{height} \
-             --rays 1 --eye 40,25 --software -o {mode}.exr"
+             --rays 1 --eye 40,25 --software --lit-on {lit_on} -o {mode}.exr"
         );
         let output = viewer(at, &arguments);
         if is_without_adapter(&output) {

@@ -150,13 +150,37 @@ impl Renderer {
     /// # Errors
     /// [`GpuError::Options`] if there is no such buffer or it is shorter.
     pub fn update<T: NoUninit>(&self, name: &str, numbers: &[T]) -> Result<(), GpuError> {
+        self.update_at(name, 0, numbers)
+    }
+
+    /// Replaces numbers of an uploaded buffer from the `first` on, for the runs after this.
+    pub(crate) fn update_at<T: NoUninit>(&self, name: &str, first: usize, numbers: &[T]) -> Result<(), GpuError> {
         let (buffer, bytes) = (self.resource(name)?.buffer()?, bytemuck::cast_slice(numbers));
-        if bytes.len() as u64 > buffer.size() {
-            let message = format!("expected at most {} bytes for {name}, found {}", buffer.size(), bytes.len());
-            return Err(GpuError::Options(message));
+        let begin = (first * size_of::<T>()) as u64;
+        if begin + bytes.len() as u64 > buffer.size() {
+            let found = begin + bytes.len() as u64;
+            return Err(GpuError::Options(format!(
+                "expected at most {} bytes for {name}, found {found}",
+                buffer.size()
+            )));
         }
-        self.context.queue().write_buffer(buffer, 0, bytes);
+        self.context.queue().write_buffer(buffer, begin, bytes);
         Ok(())
+    }
+
+    /// Copies the first bytes of a buffer of another renderer of this device, after the passes of that one, to the buffer of the same
+    /// name here, `at` so many bytes from its begin, for the runs after this.
+    pub(crate) fn copy_from(&self, other: &Self, name: &str, bytes: u64, at: u64) -> Result<(), GpuError> {
+        let (from, to) = (other.resource(name)?.buffer()?, self.resource(name)?.buffer()?);
+        let scope = self.context.device().push_error_scope(wgpu::ErrorFilter::Validation);
+        let mut encoder = self.context.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        encoder.copy_buffer_to_buffer(from, 0, to, at, bytes);
+        self.context.queue().submit([encoder.finish()]);
+        if let Some(error) = pollster::block_on(scope.pop()) {
+            self.context.check()?;
+            return Err(GpuError::device(name, error));
+        }
+        self.context.check()
     }
 
     pub(crate) fn upload<T: NoUninit>(&mut self, name: &str, numbers: &[T]) -> Result<(), GpuError> {

@@ -5,13 +5,14 @@ use lobe_scene::Scene;
 use lobe_sh::{Rgb, Rotation, ShVec};
 
 use crate::lookup::environment::{Environment, EnvironmentShape};
+use crate::renderer::pieces::VALUE;
 use crate::renderer::renderer::Renderer;
 use crate::scene_view::frame_passes::{FramePasses, backdrop_shader};
 use crate::scene_view::lights::Lights;
 use crate::scene_view::scene_buffers::{check_scene, vertices_of};
 use crate::scene_view::surface_pieces::{PlaceOrder, SurfacePieces};
 use crate::scene_view::surface_shading::{expect_values, vectors};
-use crate::{Context, GpuCamera, GpuError, SceneViewOptions, SurfaceShading, ViewOutput};
+use crate::{Context, GpuCamera, GpuError, GpuMovingPart, SceneViewOptions, SurfaceShading, ViewOutput};
 
 /// A scene on a device, ready to be seen under any light by any camera.
 ///
@@ -139,6 +140,31 @@ impl SceneView {
         }
         expect_values(self.vertices, values.len())?;
         self.renderer.update("radiance", &self.order.placed(vectors(values)))
+    }
+
+    /// Sets the radiance of the vertices from `first` on to that of a part which was shaded on the same device, of a view that shows
+    /// [`SurfaceShading::Radiance`]. Nothing is read back, unless the scene had to be cut into pieces.
+    ///
+    /// # Errors
+    /// [`GpuError::Options`] if the view shows something else, or has not as many vertices; [`GpuError::Device`] if the device fails.
+    pub fn take_radiance(&self, first: usize, part: &GpuMovingPart) -> Result<(), GpuError> {
+        if !self.lights.is_given() {
+            return Err(GpuError::Options("expected a view of radiance, found one that computes it".into()));
+        }
+        let end = first + part.receivers();
+        if end > self.vertices {
+            let message = format!("expected receivers of {} vertices at most, found {end}", self.vertices);
+            return Err(GpuError::Options(message));
+        }
+        if self.order.is_as_given() {
+            let at = VALUE * first as u64;
+            return self.renderer.copy_from(part.renderer(), "radiance", VALUE * part.receivers() as u64, at);
+        }
+        let values = part.radiance()?;
+        for (place, vertex) in self.order.places_of(first..end) {
+            self.renderer.update_at("radiance", place, &vectors(&values[vertex - first..=vertex - first]))?;
+        }
+        Ok(())
     }
 
     /// Moves the vertices to those of another scene, such as another moment of one that moves. All else remains.

@@ -71,6 +71,17 @@ impl PlaceOrder {
         }
     }
 
+    /// Whether places are vertices.
+    pub(crate) fn is_as_given(&self) -> bool {
+        self.0.is_none()
+    }
+
+    /// The places of some vertices, with the vertex in each; of those that are in several pieces several.
+    pub(crate) fn places_of(&self, vertices: Range<usize>) -> impl Iterator<Item = (usize, usize)> {
+        let placed = self.0.iter().flatten().map(|vertex| *vertex as usize).enumerate();
+        placed.filter(move |(_, vertex)| vertices.contains(vertex))
+    }
+
     /// The vertex in a place.
     pub(crate) fn vertex(&self, place: usize) -> usize {
         self.0.as_ref().map_or(place, |order| order[place] as usize)
@@ -98,7 +109,7 @@ impl SurfacePieces {
 
     /// Whether there is one piece.
     pub(crate) fn is_whole(&self) -> bool {
-        self.order.0.is_none()
+        self.order.is_as_given()
     }
 
     /// A name for what belongs to a piece: as it is for the only one.

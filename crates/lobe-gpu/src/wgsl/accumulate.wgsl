@@ -1,4 +1,4 @@
-// uses: dispatch, receiver
+// uses: dispatch, shadow_receiver
 // What many spheres together leave of the sky, `lobe_shadow::SphereShadows` without tree and groups (Ren et al. 2006): the sum of the
 // logarithms of all spheres, each from the table by its size and turned to where the receiver sees it, and its
 // exponential on a grid; then irradiance by the operator of `lobe_shadow::SkyLight`.

@@ -1,11 +1,5 @@
-// uses: dispatch
-// Where the fields of entities are looked up, as `lobe_shadow::FieldGrid`, and what shaders know of receivers and entities.
-
-struct Receiver {
-    position: vec4f,
-    normal: vec4f,
-    albedo: vec4f,
-}
+// uses: dispatch, shadow_receiver
+// Where the fields of entities are looked up, as `lobe_shadow::FieldGrid`, and what shaders know of entities.
 
 struct Entity {
     // Of the middle in the world, and the bounding radius there.

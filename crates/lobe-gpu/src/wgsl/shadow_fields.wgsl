@@ -8,7 +8,7 @@
 struct Sizes {
     receivers: u32,
     entities: u32,
-    // 1 if receivers have visibility of their own, whose numbers come first in `given`.
+    // 1 if receivers have visibility of their own.
     own: u32,
     // The solid angle that may be left out.
     negligible: f32,
@@ -23,16 +23,19 @@ struct Sizes {
 @group(0) @binding(5) var<storage, read> turns: array<f32>;
 // The numbers of all fields; where LOOKED_UP is 1, what `look_up_fields` found in them.
 @group(0) @binding(6) var<storage, read> fields: array<f32>;
-// Visibility of receivers' own, then their transfer: COEFFICIENTS numbers each, and for each of CHANNELS.
+// Transfer of receivers: COEFFICIENTS numbers for each of CHANNELS.
 @group(0) @binding(7) var<storage, read> given: array<f32>;
-@group(0) @binding(8) var<storage, read_write> visibility: array<f32>;
-@group(0) @binding(9) var<storage, read_write> radiance: array<vec4f>;
+// Number i of receiver r, here and in `visibility`, is at i * receivers + r.
+@group(0) @binding(8) var<storage, read> own: array<f32>;
+@group(0) @binding(9) var<storage, read_write> visibility: array<f32>;
+// Where RESPONDS is 1.
+@group(0) @binding(10) var<storage, read_write> radiance: array<vec4f>;
 
 const TAU = 6.28318530717959;
 const BELOW = -1.0;
 
 // What receiver r finds in the field of entity k.
-fn rows_at(k: u32, r: u32, own: vec3f) -> LookUp {
+fn rows_at(k: u32, r: u32, there: vec3f) -> LookUp {
     var found: LookUp;
     if LOOKED_UP == 1u {
         let first = k * ROW * sizes.receivers + r;
@@ -45,7 +48,7 @@ fn rows_at(k: u32, r: u32, own: vec3f) -> LookUp {
         return found;
     }
     let entity = entities[k];
-    var stencil = stencil_at(entity, own);
+    var stencil = stencil_at(entity, there);
     let order = entity.grid.w;
     for (var k = 0u; k < stencil.len; k++) {
         let weight = stencil.weights[k];
@@ -137,7 +140,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     v[0] = 3.54490770181103;
     if sizes.own == 1u {
         for (var i = 0u; i < COEFFICIENTS; i++) {
-            v[i] = given[r * COEFFICIENTS + i];
+            v[i] = own[i * sizes.receivers + r];
         }
     }
     // Nearest first.
@@ -160,7 +163,9 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     for (var i = 0u; i < COEFFICIENTS; i++) {
         visibility[i * sizes.receivers + r] = v[i];
     }
-    radiance[r] = vec4f(sent_back(at, r, v), 1.0);
+    if RESPONDS == 1u {
+        radiance[r] = vec4f(sent_back(at, r, v), 1.0);
+    }
 }
 
 fn sent_back(at: Receiver, r: u32, v: Expansion) -> vec3f {
@@ -179,7 +184,7 @@ fn sent_back(at: Receiver, r: u32, v: Expansion) -> vec3f {
         }
         return sum * at.albedo.rgb;
     }
-    let first = sizes.own * sizes.receivers * COEFFICIENTS + r * CHANNELS * COEFFICIENTS;
+    let first = r * CHANNELS * COEFFICIENTS;
     for (var c = 0u; c < CHANNELS; c++) {
         for (var i = 0u; i < COEFFICIENTS; i++) {
             response[i] = given[first + c * COEFFICIENTS + i];
@@ -193,5 +198,5 @@ fn sent_back(at: Receiver, r: u32, v: Expansion) -> vec3f {
             }
         }
     }
-    return sum;
+    return sum * at.albedo.rgb;
 }

@@ -1,6 +1,6 @@
-// uses: dispatch, receiver
-// From visibility to irradiance under one sky, `lobe_shadow::SkyLight`: E(n) = sum_j y_j(n) sum_i (A_j G_ji) V_i, with a row of
-// COEFFICIENTS colors for each function y_j of which the clamped cosine has a band; its number is in the fourth place of each.
+// uses: dispatch, shadow_receiver
+// From visibility to irradiance under one sky, `lobe_shadow::SkyLight`: E(n) = sum_j y_j(n) sum_i (A_j G_ji) V_i, times the albedo of
+// the receiver, with a row of COEFFICIENTS colors for each function y_j of which the clamped cosine has a band; its number is in the fourth place of each.
 // `seen_by` and `along` are written out for each order, place by place, by moving/straight_line.
 
 // The receivers of this piece, and what else `accumulate` is told.
@@ -25,5 +25,5 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
         let first = row * COEFFICIENTS;
         sum += y[u32(operator_rows[first].w)] * along(v, first);
     }
-    irradiance[r] = vec4f(sum, 1.0);
+    irradiance[r] = vec4f(sum * receivers[r].albedo.rgb, 1.0);
 }

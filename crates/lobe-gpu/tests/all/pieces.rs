@@ -2,8 +2,9 @@
 
 use lobe_env::project_env;
 use lobe_gpu::{
-    Context, ContextOptions, Environment, FieldResponse, GlossyMesh, GpuMatrices, GpuShadowFields, GpuSkin,
-    GpuSphereShadows, MorphTarget, Renderer, SceneView, Storage, SurfaceShading,
+    Context, ContextOptions, Environment, FieldResponse, GlossyMesh, GpuMatrices, GpuMovingPart, GpuShadowFields,
+    GpuSkin, GpuSphereShadows, MorphTarget, MovingObstacles, MovingPlaces, Renderer, SceneView, StillGrid, Storage,
+    SurfaceShading,
 };
 use lobe_io::Job;
 use lobe_prt::{
@@ -79,6 +80,43 @@ fn receivers_of_sphere_shadows_in_pieces_see_the_same() {
             crate::flat(&expected),
         );
         assert!(worst < crate::TOLERANCE, "{count} receivers: {worst:e}");
+    }
+}
+
+#[test]
+fn a_moving_part_in_pieces_is_lit_the_same() {
+    let Some(context) = device("a_moving_part_in_pieces_is_lit_the_same") else { return };
+    let mut random = Random::new(31);
+    let (order, count, n) = (2, 300, 4);
+    let [positions, normals, albedos] = points(count, &mut random);
+    let receivers = ShadowReceivers::new(&positions, &normals).unwrap().with_albedos(&albedos).unwrap();
+    let rows = random.signed_vec(n * count).into_iter().map(|x| x as f32).collect();
+    let transfer = Transfer::new(order, Channels::Gray, rows).unwrap();
+    let numbers: Vec<f32> = random.signed_vec(9 * 27).into_iter().map(|x| x as f32).collect();
+    // Of more bands than are used.
+    let grid = StillGrid { order: 3, min: [-2.0; 3], step: [2.0; 3], counts: [3; 3], rows: &numbers };
+    let table = LogTable::new(&LogTableOptions::default().order(order)).unwrap();
+    let spheres = spheres(5, &mut random);
+    let shadows = SphereShadows::new(&table, &spheres, &ShadowOptions::default()).unwrap();
+    let field = noise_field(order, &mut random);
+    let placed: Vec<PlacedField<'_>> =
+        placements(2, &mut random).into_iter().map(|placement| PlacedField { field: &field, placement }).collect();
+    let frame = placements(2, &mut random)[1];
+    let light = ShVec::from_vec(crate::transfer::light(n)).unwrap();
+    for response in [FieldResponse::Cosine, FieldResponse::Transfer(&transfer)] {
+        let of = |most: u64| {
+            let options = ShadowFieldOptions::default();
+            let (fields, grids) = (placed.as_slice(), &[grid][..]);
+            let obstacles = MovingObstacles { fields, options: &options, grids, table: &table, most_spheres: 5 };
+            let narrow = narrow(&context, most);
+            let mut part = GpuMovingPart::new(&narrow, order, &receivers, response, &obstacles).unwrap();
+            let places = MovingPlaces { frame, fields, spheres: Some(&shadows), receivers: Some(receivers) };
+            part.shade(&places, &light).unwrap();
+            (bits(&part.radiance().unwrap()), part.renderer().passes().count())
+        };
+        let ((whole, passes), (cut, more)) = (of(1 << 20), of(1 << 12));
+        assert!(more > passes, "several pieces: {more} passes for {passes}");
+        assert_eq!(cut, whole, "{response:?}");
     }
 }
 

@@ -4,7 +4,7 @@
 //! one after the other; `read_moving` reads descriptions, `keep_transfer` takes over what a file holds (`kept_transfer`),
 //! `moving_bake` makes what parts lack, `moving_shading` lights a moment by the options in `moving_options`, and `moving_picture`
 //! shows it. The others are steps of these: `visibility_grid` in the `swept_box`, `part_files` and `sphere_albedo`,
-//! `part_backs`, `part_light` and `lamp_light`. Uses `camera`, `path_tracer` and `scene_view`.
+//! `part_backs`, `part_obstacles`, `part_light` and `lamp_light`. Uses `camera`, `path_tracer` and `scene_view`.
 
 pub(crate) mod keep_transfer;
 mod kept_transfer;
@@ -21,6 +21,7 @@ pub(crate) mod moving_shading;
 mod part_backs;
 mod part_files;
 mod part_light;
+pub(crate) mod part_obstacles;
 mod read_moving;
 mod sphere_albedo;
 mod swept_box;

@@ -79,6 +79,18 @@ impl MovingShading {
         self.options.order
     }
 
+    /// How parts are shaded.
+    #[must_use]
+    pub fn options(&self) -> &MovingOptions {
+        &self.options
+    }
+
+    /// Logarithms of spheres.
+    #[must_use]
+    pub fn table(&self) -> &LogTable {
+        &self.table
+    }
+
     /// How parts hide the sky.
     #[must_use]
     pub fn method(&self) -> MovingMethod {
@@ -180,7 +192,7 @@ impl MovingShading {
         expect_order(moment.parts(), self.options.order)?;
         moment.lamps.iter().try_for_each(|lamp| lamp.expect_order(self.options.order))?;
         let shade_one = |(index, (part, placed)): (usize, (&MovingPart, &PlacedPart))| {
-            let hiding = Hiding::of(moment, index, self.options.method, self.options.order, light);
+            let hiding = Hiding::of(moment, index, &self.options, light);
             let lamps = LampLight::of(moment, index, &self.options, &self.table)?;
             let lit = PartLight::new(&self.options, &self.table, hiding, lamps, &placed.surface.frame, light)?;
             shade(part, placed, &lit).map_err(|error| error.of_part(&part.name))

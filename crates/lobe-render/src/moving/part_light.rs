@@ -4,22 +4,17 @@ use std::f32::consts::FRAC_1_PI;
 
 use lobe_prt::Transfer;
 use lobe_sh::{Coefficient as _, Expansion as _, Rgb, RotationMatrices, ShVec, product_into};
-use lobe_shadow::{
-    LogTable, Occluder, PlacedField, Placement, ShadowFields, ShadowReceivers, SkyLight, SphereShadows,
-    relative_placement,
-};
+use lobe_shadow::{LogTable, Placement, ShadowFields, ShadowReceivers, SkyLight, SphereShadows};
 use rayon::prelude::*;
 
 use crate::moving::lamp_light::LampLight;
-use crate::moving::moment::{PlacedPart, Surface};
-use crate::moving::moving_part::HidesBy;
-use crate::{Moment, MovingMethod, MovingOptions, MovingPart, RenderError, VisibilityGrid};
+use crate::moving::moment::Surface;
+use crate::moving::part_obstacles::{PartObstacles, hiding_by_spheres, still_grids};
+use crate::{Moment, MovingOptions, RenderError, VisibilityGrid};
 
 /// What hides the sky from a part, in the frame of its surface.
 pub(crate) struct Hiding<'a> {
-    fields: Vec<PlacedField<'a>>,
-    grids: Vec<&'a VisibilityGrid>,
-    spheres: Vec<Occluder>,
+    obstacles: PartObstacles<'a>,
     /// The albedo of each sphere, dimmed by what stands still.
     albedos: Vec<Rgb<f32>>,
 }
@@ -29,43 +24,24 @@ impl<'a> Hiding<'a> {
     pub(crate) fn of(
         moment: &'a Moment<'_>,
         receiver: usize,
-        method: MovingMethod,
-        order: usize,
+        options: &MovingOptions,
         light: &ShVec<Rgb<f64>>,
     ) -> Self {
-        let parts = || moment.parts().iter().zip(&moment.placed).enumerate();
-        let is_moving = !matches!(moment.parts()[receiver].motion, crate::Motion::Still);
-        let frame = &moment.placed[receiver].surface.frame;
-        let grid = |(_, (part, _)): (usize, (&'a MovingPart, &PlacedPart))| match part.hides_by(method) {
-            Some(HidesBy::Grid(grid)) => Some(grid),
-            _ => None,
-        };
-        let grids: Vec<_> = parts().filter_map(grid).collect();
-        let mut hiding = Self { fields: Vec::new(), grids: Vec::new(), spheres: Vec::new(), albedos: Vec::new() };
-        for (index, (part, placed)) in parts() {
-            if index == receiver && part.is_rigid() {
-                continue;
-            }
-            match part.hides_by(method) {
-                Some(HidesBy::Field(field)) => {
-                    hiding.fields.push(PlacedField { field, placement: relative_placement(&placed.placement, frame) });
-                }
-                Some(HidesBy::Spheres) => {
-                    let mean = || vec![placed.surface.mean_albedo(); placed.spheres.len()];
-                    let known = Some(&part.sphere_albedos).filter(|albedos| albedos.len() == placed.spheres.len());
-                    let albedos = known.cloned().unwrap_or_else(mean);
-                    for (sphere, albedo) in placed.spheres.iter().zip(albedos) {
-                        let center = frame.to_own(sphere.center).map(|c| c as f32);
-                        hiding.spheres.push(Occluder::new(center, (sphere.radius / frame.scale()) as f32));
-                        hiding.albedos.push(dimmed(albedo, &grids, sphere.center, order, light));
-                    }
-                }
-                // A grid is known where parts move.
-                Some(HidesBy::Grid(grid)) if is_moving => hiding.grids.push(grid),
-                Some(HidesBy::Grid(_)) | None => {}
+        let obstacles = PartObstacles::of(moment, receiver, options.method);
+        let mut albedos = Vec::new();
+        if options.bounce {
+            let grids = still_grids(moment, options.method);
+            for (part, placed) in hiding_by_spheres(moment, receiver, options.method) {
+                let mean = || vec![placed.surface.mean_albedo(); placed.spheres.len()];
+                let known = Some(&part.sphere_albedos).filter(|albedos| albedos.len() == placed.spheres.len());
+                let of_part = known.cloned().unwrap_or_else(mean);
+                let dim = |(sphere, albedo): (&lobe_shadow::WorldSphere, Rgb<f32>)| {
+                    dimmed(albedo, &grids, sphere.center, options.order, light)
+                };
+                albedos.extend(placed.spheres.iter().zip(of_part).map(dim));
             }
         }
-        hiding
+        Self { obstacles, albedos }
     }
 }
 
@@ -120,7 +96,7 @@ impl<'a> PartLight<'a> {
     ) -> Result<Self, RenderError> {
         let to_own = frame.rotation().inverse();
         let light = to_own.rotated(light);
-        let Hiding { fields, grids, spheres, albedos } = hiding;
+        let Hiding { obstacles: PartObstacles { fields, grids, spheres }, albedos } = hiding;
         let shadows =
             (!spheres.is_empty()).then(|| SphereShadows::new(table, &spheres, &options.spheres)).transpose()?;
         Ok(Self {

@@ -138,6 +138,24 @@ impl VisibilityGrid {
         self.counts.iter().product()
     }
 
+    /// The first point and the distance of neighbors along each axis, in the world.
+    #[must_use]
+    pub fn lattice(&self) -> [[f64; 3]; 2] {
+        [self.min, self.step]
+    }
+
+    /// Points along each axis.
+    #[must_use]
+    pub fn counts(&self) -> [usize; 3] {
+        self.counts
+    }
+
+    /// `order²` numbers of each point, x rising first.
+    #[must_use]
+    pub fn rows(&self) -> &[f32] {
+        &self.rows
+    }
+
     /// The visibility of the sky at a point of the world, in its directions: the first numbers of as many bands as `out` has
     /// places for. Beyond the box that of the nearest point of the box.
     ///

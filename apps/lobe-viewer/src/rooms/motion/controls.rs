@@ -4,9 +4,17 @@ use eframe::egui::{ComboBox, Slider, SliderClamping, Ui};
 use lobe::render::MovingMethod;
 use lobe::shadow::SphereFitMethod;
 
+use crate::loading::moving_light::LitOn;
 use crate::rooms::motion::edits::{MOST_SPHERES, MotionEdits, MotionView};
 use crate::rooms::motion::panes::Panes;
 use crate::rooms::motion::player::{Cast, Fit, MOST_ORDER};
+
+/// Where moments can be lit.
+const PLACES: [(LitOn, &str, &str); 3] = [
+    (LitOn::Auto, "the faster", "The device, unless that is a program which emulates one"),
+    (LitOn::Device, "the device", "Orders up to 6, without lamps; else the processor"),
+    (LitOn::Processor, "the processor", "Everything"),
+];
 
 /// How what moves is seen, and what is known of its truth.
 pub(crate) fn view(ui: &mut Ui, edits: &mut MotionEdits, panes: &Panes) {
@@ -22,6 +30,12 @@ pub(crate) fn view(ui: &mut Ui, edits: &mut MotionEdits, panes: &Panes) {
         }
     }
     ui.checkbox(&mut edits.has_spheres, "Draw the spheres");
+    ui.horizontal_wrapped(|ui| {
+        ui.label("Lit on");
+        for (place, title, hint) in PLACES {
+            ui.radio_value(&mut edits.lit_on, place, title).on_hover_text(hint);
+        }
+    });
     let is_by_spheres = edits.methods().contains(&MovingMethod::Exponentials);
     ui.add_enabled_ui(is_by_spheres, |ui| spheres(ui, &mut edits.fit));
 }

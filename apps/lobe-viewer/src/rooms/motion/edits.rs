@@ -4,12 +4,13 @@ use std::path::PathBuf;
 
 use lobe::render::MovingMethod;
 use lobe::scene::built_in;
-use lobe::sh::Rotation;
+use lobe::sh::{Expansion as _, Rotation};
 use serde::{Deserialize, Serialize};
 
+use crate::loading::moving_light::LitOn;
 use crate::loading::moving_source::built_in_moving;
 use crate::rooms::light::{LightHand, MOST_STOPS, Taming, sky_rotation};
-use crate::rooms::motion::player::{Fit, Hand, MOST_ORDER};
+use crate::rooms::motion::player::{Asked, Fit, Hand, MOST_ORDER};
 use crate::widgets::within::within;
 
 /// The most spheres of a part.
@@ -95,6 +96,8 @@ pub struct MotionEdits {
     pub is_by_hand: bool,
     /// Whether the spheres are drawn.
     pub has_spheres: bool,
+    /// Where the light of moments is computed.
+    pub(crate) lit_on: LitOn,
     /// The spheres of exponentials.
     pub(crate) fit: Fit,
     pub(crate) hands: Vec<Hand>,
@@ -113,6 +116,7 @@ impl Default for MotionEdits {
             exposure: 0.0,
             is_by_hand: false,
             has_spheres: false,
+            lit_on: LitOn::default(),
             fit: Fit::default(),
             hands: Vec::new(),
         }
@@ -128,6 +132,16 @@ impl MotionEdits {
     /// The ways by which the pictures are lit.
     pub(crate) fn methods(&self) -> Vec<MovingMethod> {
         self.view.panes().iter().filter_map(|pane| pane.method()).collect()
+    }
+
+    /// Asks again for what needs no other bakes than a moment that is lit already.
+    pub(crate) fn return_to(&mut self, asked: &Asked) {
+        (self.order, self.fit) = (asked.light.order(), asked.fit);
+        let is_of =
+            |view: &MotionView| view.panes().iter().filter_map(|pane| pane.method()).eq(asked.methods.iter().copied());
+        if !is_of(&self.view) {
+            self.view = MotionView::ALL.into_iter().find(is_of).unwrap_or(self.view);
+        }
     }
 
     /// The rotation of the sky.

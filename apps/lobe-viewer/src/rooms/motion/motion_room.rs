@@ -39,6 +39,8 @@ pub struct MotionRoom {
     history: History<MotionEdits>,
     player: Option<(Source, Player)>,
     limits: ReadLimits,
+    /// That of the window.
+    device: Option<lobe_gpu::Context>,
     /// The files of the last scene that was opened.
     good_files: Vec<PathBuf>,
     /// The source of the last scene that was opened.
@@ -53,6 +55,8 @@ pub struct MotionRoom {
     asked: Option<Asked>,
     lit: Option<Shown>,
     is_waiting: bool,
+    /// Whether the bakes of the scene were cancelled before a moment was lit.
+    is_stopped: bool,
     panes: Panes,
     picture_ids: Vec<Id>,
     message: Option<String>,
@@ -69,6 +73,7 @@ impl MotionRoom {
             history: History::default(),
             player: None,
             limits: ReadLimits::default(),
+            device: None,
             good_files: Vec::new(),
             cast: None,
             chosen: 0,
@@ -80,6 +85,7 @@ impl MotionRoom {
             asked: None,
             lit: None,
             is_waiting: false,
+            is_stopped: false,
             panes: Panes::default(),
             picture_ids: Vec::new(),
             message: None,
@@ -211,6 +217,7 @@ impl MotionRoom {
     /// Shows the room under a sky.
     pub fn ui(&mut self, ui: &mut Ui, gpu: Option<&Gpu>, sky: Option<&OpenedSky>) {
         let ctx = ui.ctx().clone();
+        self.device = gpu.map(|gpu| gpu.context().clone());
         self.take_news();
         self.keys(&ctx);
         self.advance(&ctx, sky);
@@ -232,9 +239,9 @@ impl MotionRoom {
         let Some(lit) = &self.lit else { return "Preparing".into() };
         let by = |way: &Way| match way.method {
             MovingMethod::Exponentials => {
-                format!("exponentials of {} spheres in {:.0} ms", way.spheres.len(), way.milliseconds)
+                format!("exponentials of {} spheres in {:.0} ms {}", way.spheres.len(), way.milliseconds, way.place)
             }
-            _ => format!("products of shadow fields in {:.0} ms", way.milliseconds),
+            _ => format!("products of shadow fields in {:.0} ms {}", way.milliseconds, way.place),
         };
         let ways: Vec<String> = lit.ways.iter().map(by).collect();
         let (vertices, order) = (lit.data.scene.vertex_count(), lit.asked.light.order());
@@ -258,8 +265,20 @@ impl MotionRoom {
                 self.edits.view = view;
             }
         }
+        if pressed(Key::Escape) && self.is_at_work() {
+            self.cancel();
+        }
         if pressed(Key::Space) && !self.edits.is_by_hand {
             self.clock.toggle();
+        }
+    }
+
+    /// Stops the bakes that are under way: the last moment that was lit remains. Before there was one, the scene is left unbaked.
+    fn cancel(&mut self) {
+        match (&self.lit, &self.player) {
+            (Some(lit), _) => self.edits.return_to(&lit.asked),
+            (None, Some((_, player))) => player.task().cancel(),
+            (None, None) => {}
         }
     }
 
@@ -300,7 +319,11 @@ impl MotionRoom {
                     self.is_waiting = self.lit.as_ref().is_some_and(|lit| lit.ways.len() < lit.asked.methods.len());
                 }
                 TaskEvent::Failed(message) => self.fail(message),
-                TaskEvent::Done | TaskEvent::Cancelled => {}
+                TaskEvent::Cancelled => {
+                    self.is_stopped = true;
+                    self.fail("Stopped before the scene was baked. Bake begins again.".into());
+                }
+                TaskEvent::Done => {}
             }
         }
     }
@@ -345,7 +368,14 @@ impl MotionRoom {
         let hands = self.edits.is_by_hand.then(|| self.edits.hands.clone());
         let order = self.edits.order.min(cast.most_order);
         let light = self.edits.rotation().rotated(self.light.of(sky, order, self.edits.taming));
-        let asked = Asked { time: self.clock.time, methods: self.edits.methods(), light, fit: self.edits.fit, hands };
+        let asked = Asked {
+            time: self.clock.time,
+            methods: self.edits.methods(),
+            light,
+            fit: self.edits.fit,
+            lit_on: self.edits.lit_on,
+            hands,
+        };
         // What needs other bakes need not wait for those that are under way.
         let is_free = !self.is_waiting || self.asked.as_ref().is_some_and(|before| before.needs_other_bakes(&asked));
         if is_free
@@ -368,10 +398,10 @@ impl MotionRoom {
     fn start(&mut self, ctx: &Context) {
         let ctx = ctx.clone();
         let source = self.wanted();
-        let player = Player::start(&source, self.edits.order, move || ctx.request_repaint());
+        let player = Player::start(&source, self.edits.order, self.device.clone(), move || ctx.request_repaint());
         self.player = Some((source, player));
         (self.cast, self.asked, self.lit) = (None, None, None);
-        (self.is_waiting, self.orbit) = (false, Orbit::default());
+        (self.is_waiting, self.is_stopped, self.orbit) = (false, false, Orbit::default());
         self.panes.clear();
     }
 
@@ -398,14 +428,7 @@ impl MotionRoom {
         let most_order = self.most_order();
         controls::light(ui, &mut self.edits, most_order, &mut self.is_sky_turning);
         ui.separator();
-        let player = self.player.as_ref().map(|(_, player)| player);
-        if let Some(player) = player.filter(|player| player.task().is_at_work()) {
-            ui.label(player.task().describe());
-            match player.task().progress() {
-                Some(part) => ui.add(ProgressBar::new(part).show_percentage()),
-                None => ui.spinner(),
-            };
-        }
+        self.progress(ui);
         let Some(cast) = self.cast.clone() else { return };
         ui.add_enabled_ui(!self.edits.is_by_hand, |ui| {
             self.clock.controls(ui, cast.span);
@@ -416,6 +439,24 @@ impl MotionRoom {
         });
         if self.edits.is_by_hand {
             controls::hands(ui, &mut self.edits, &mut self.chosen, &cast);
+        }
+    }
+
+    /// How far the bakes are, and their end; or their begin, if they were stopped before anything was there.
+    fn progress(&mut self, ui: &mut Ui) {
+        let Some((_, player)) = &self.player else { return };
+        let task = player.task();
+        if task.is_at_work() {
+            ui.label(task.describe());
+            match task.progress() {
+                Some(part) => ui.add(ProgressBar::new(part).show_percentage()),
+                None => ui.spinner(),
+            };
+            if ui.button("Cancel").on_hover_text("Stop; what was lit last remains (Esc)").clicked() {
+                self.cancel();
+            }
+        } else if self.is_stopped && ui.button("Bake").on_hover_text("Open and bake the scene again").clicked() {
+            (self.player, self.message) = (None, None);
         }
     }
 

@@ -14,12 +14,14 @@ use lobe::render::{
 use lobe::scene::{Mesh, Scene};
 use lobe::sh::{Dir, Expansion as _, Rgb, Rotation, ShVec};
 use lobe::shadow::{Placement, SphereFitMethod, Track, WorldSphere};
+use lobe_gpu::Context;
 use serde::{Deserialize, Serialize};
 use web_time::Instant;
 
 use crate::loading::bake::SceneData;
 use crate::loading::limits::ReadLimits;
 use crate::loading::moving_bakes::moving_bake_options;
+use crate::loading::moving_light::{LitOn, MovingLight};
 use crate::loading::moving_source::{is_file, open_moving, with_files};
 use crate::loading::task::{Control, Task, TaskEvent};
 
@@ -60,6 +62,8 @@ pub(crate) struct Asked {
     pub(crate) light: ShVec<Rgb<f64>>,
     /// Of exponentials.
     pub(crate) fit: Fit,
+    /// Where its light is computed.
+    pub(crate) lit_on: LitOn,
     /// Where each part is; none while the animation plays.
     pub(crate) hands: Option<Vec<Hand>>,
 }
@@ -113,8 +117,9 @@ pub(crate) struct Way {
     pub(crate) method: MovingMethod,
     pub(crate) radiance: Vec<Rgb<f32>>,
     pub(crate) spheres: Vec<WorldSphere>,
-    /// Milliseconds that the light took.
+    /// Milliseconds that the light took, and where.
     pub(crate) milliseconds: f64,
+    pub(crate) place: String,
 }
 
 impl Lit {
@@ -140,11 +145,17 @@ pub(crate) struct Player {
 }
 
 impl Player {
-    /// Opens a scene and bakes its parts, to an order as far as they came without.
-    pub(crate) fn start(source: &Source, order: usize, wake: impl Fn() + Send + 'static) -> Self {
+    /// Opens a scene and bakes its parts, to an order as far as they came without. Moments can be lit on a device.
+    pub(crate) fn start(
+        source: &Source,
+        order: usize,
+        device: Option<Context>,
+        wake: impl Fn() + Send + 'static,
+    ) -> Self {
         let (asks, asked) = channel();
         let source = source.clone();
-        let work = move |control: &_| play(control, &source, order, asked).map_err(|error| error.to_string());
+        let work =
+            move |control: &_| play(control, &source, order, device.as_ref(), asked).map_err(|error| error.to_string());
         let task = Task::start("Parts", wake, work);
         Self { task, asks }
     }
@@ -164,7 +175,13 @@ impl Player {
     }
 }
 
-fn play(control: &Control<News>, source: &Source, order: usize, asked: Receiver<Asked>) -> anyhow::Result<()> {
+fn play(
+    control: &Control<News>,
+    source: &Source,
+    order: usize,
+    device: Option<&Context>,
+    asked: Receiver<Asked>,
+) -> anyhow::Result<()> {
     let Source { path: source, files, limits } = source;
     control.stage(source.file_name().unwrap_or_default().to_string_lossy());
     let mut opened = with_files(open_moving(source, limits)?, files)?;
@@ -172,15 +189,21 @@ fn play(control: &Control<News>, source: &Source, order: usize, asked: Receiver<
     opened.bake_lamps(most_order)?;
     // The built-in scenes stand on open ground, which hides nothing from what moves over it.
     let desk = Desk { control, inbox: Inbox { asked, next: RefCell::default() }, still_hides: is_file(source) };
-    let mut bakes = Bakes::begin(&opened, order.min(most_order), Fit::default())?;
+    let mut bakes = Bakes::begin(&opened, order.min(most_order), Fit::default(), device)?;
     if bakes.prepare(MovingMethod::Fields, &desk)? != Prepared::Ready {
         return Ok(());
     }
     control.send(News::Ready(cast(&bakes.scenes[0], most_order)?));
+    // Those of the order before, for a user who goes back to it.
+    let mut before: Option<Bakes> = None;
     while let Some(next) = desk.inbox.take() {
-        if next.light.order() != bakes.order {
-            bakes = Bakes::begin(&opened, next.light.order(), next.fit)?;
-        } else if next.fit != bakes.fit && next.methods.contains(&MovingMethod::Exponentials) {
+        let order = next.light.order();
+        if order != bakes.order {
+            let known = before.take().filter(|before| before.order == order);
+            let others = known.map_or_else(|| Bakes::begin(&opened, order, next.fit, device), Ok)?;
+            before = Some(std::mem::replace(&mut bakes, others));
+        }
+        if next.fit != bakes.fit && next.methods.contains(&MovingMethod::Exponentials) {
             bakes.refit(next.fit);
         }
         // What is baked already is shown while the rest is being baked.
@@ -229,10 +252,13 @@ impl Inbox {
         Some(self.next.take().unwrap_or(next))
     }
 
-    /// Whether bakes of another order are asked for.
-    fn is_past(&self, order: usize) -> bool {
+    /// Whether what is asked for needs other bakes than those for a way that are under way.
+    fn is_past(&self, method: MovingMethod, order: usize, fit: Fit) -> bool {
         self.look();
-        self.next.borrow().as_ref().is_some_and(|next| next.light.order() != order)
+        self.next.borrow().as_ref().is_some_and(|next| {
+            let is_other_fit = method == MovingMethod::Exponentials && next.fit != fit;
+            next.light.order() != order || is_other_fit || !next.methods.contains(&method)
+        })
     }
 }
 
@@ -240,7 +266,7 @@ impl Inbox {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Prepared {
     Ready,
-    /// Another order was asked for meanwhile.
+    /// Something else was asked for meanwhile.
     Outdated,
     Cancelled,
 }
@@ -252,15 +278,18 @@ struct Bakes {
     /// With what both ways share.
     common: MovingScene,
     scenes: [MovingScene; 2],
-    shadings: [MovingShading; 2],
+    lights: [MovingLight; 2],
 }
 
 impl Bakes {
-    fn begin(opened: &MovingScene, order: usize, fit: Fit) -> Result<Self, RenderError> {
-        let shading = |method| MovingShading::new(MovingOptions::default().order(order).method(method));
-        let shadings = [shading(MovingMethod::Fields)?, shading(MovingMethod::Exponentials)?];
+    fn begin(opened: &MovingScene, order: usize, fit: Fit, device: Option<&Context>) -> Result<Self, RenderError> {
+        let light = |method| -> Result<_, RenderError> {
+            let shading = MovingShading::new(MovingOptions::default().order(order).method(method))?;
+            Ok(MovingLight::new(shading, device, LitOn::default()))
+        };
+        let lights = [light(MovingMethod::Fields)?, light(MovingMethod::Exponentials)?];
         let [common, fields, exponentials] = [(); 3].map(|()| opened.clone());
-        Ok(Self { order, fit, common, scenes: [fields, exponentials], shadings })
+        Ok(Self { order, fit, common, scenes: [fields, exponentials], lights })
     }
 
     /// Forgets the spheres, for others.
@@ -280,30 +309,33 @@ impl Bakes {
     /// Bakes what is lacking for a way.
     fn prepare(&mut self, method: MovingMethod, desk: &Desk<'_>) -> Result<Prepared, RenderError> {
         let is_common = |kind| matches!(kind, PartBakeKind::Transfer | PartBakeKind::Visibility);
-        let (options, order) = (self.options(desk.still_hides), self.order);
+        let (options, of) = (self.options(desk.still_hides), (self.order, self.fit));
         let number = number_of(method);
         if !self.is_ready(method, desk) {
-            let common = bake_lacking(&mut self.common, (method, &options, order), is_common, desk)?;
+            let common = bake_lacking(&mut self.common, (method, &options, of), is_common, desk)?;
             if common != Prepared::Ready {
                 return Ok(common);
             }
             self.scenes[number] = self.common.clone();
         }
-        bake_lacking(&mut self.scenes[number], (method, &options, order), |_| true, desk)
+        bake_lacking(&mut self.scenes[number], (method, &options, of), |_| true, desk)
     }
 
     /// A moment by ways that are prepared.
-    fn lit(&self, methods: &[MovingMethod], asked: &Asked) -> Result<Lit, RenderError> {
+    fn lit(&mut self, methods: &[MovingMethod], asked: &Asked) -> anyhow::Result<Lit> {
         let (mut seen, mut ways) = (None, Vec::new());
         for &method in methods {
             let scene = &self.scenes[number_of(method)];
             let by_hand = asked.hands.as_ref().map(|hands| placed(scene, hands)).transpose()?;
             let moment = by_hand.as_ref().unwrap_or(scene).at(asked.time)?;
             let begin = Instant::now();
-            let radiance = self.shadings[number_of(method)].exit_radiance(&moment, &asked.light)?;
+            let light = &mut self.lights[number_of(method)];
+            light.move_to(asked.lit_on);
+            let radiance = light.exit_radiance(&moment, &asked.light)?;
             let milliseconds = 1e3 * begin.elapsed().as_secs_f64();
+            let place = light.place();
             let spheres = (0..moment.parts().len()).flat_map(|part| moment.spheres(part).iter().copied()).collect();
-            ways.push(Way { method, radiance, spheres, milliseconds });
+            ways.push(Way { method, radiance, spheres, milliseconds, place });
             seen.get_or_insert_with(|| (SceneData::of_moment(moment.scene(), moment.bvh()), moment.emitters()));
         }
         let (data, emitters) = match seen {
@@ -321,7 +353,7 @@ impl Bakes {
 /// Does the bakes that a scene lacks for a way.
 fn bake_lacking(
     scene: &mut MovingScene,
-    (method, options, order): (MovingMethod, &MovingBakeOptions, usize),
+    (method, options, (order, fit)): (MovingMethod, &MovingBakeOptions, (usize, Fit)),
     is_wanted: impl Fn(PartBakeKind) -> bool,
     desk: &Desk<'_>,
 ) -> Result<Prepared, RenderError> {
@@ -329,7 +361,7 @@ fn bake_lacking(
     for bake in scene.lacking(method, options).into_iter().filter(|bake| is_wanted(bake.kind)) {
         control.stage(format!("{bake}, order {order}"));
         let mut tell = control.watch();
-        let mut watch = |progress: &Progress| match inbox.is_past(order) {
+        let mut watch = |progress: &Progress| match inbox.is_past(method, order, fit) {
             true => ControlFlow::Break(()),
             false => tell(progress),
         };
