@@ -79,9 +79,24 @@ impl Part {
     }
 }
 
+/// A shard of the work that most of them are of, the first in their order; of works with as many shards that of the lowest number. The one
+/// that does not belong there is more often one than most, and as often the first as any other.
+fn of_most(parts: &[Part]) -> Option<&Part> {
+    let work = |part: &Part| (Header { shard: Shard::WHOLE, ..part.header }, part.header.shard.count());
+    let mut works: Vec<(&Part, usize)> = Vec::new();
+    for part in parts {
+        match works.iter_mut().find(|(first, _)| work(first) == work(part)) {
+            Some((_, shards)) => *shards += 1,
+            None => works.push((part, 1)),
+        }
+    }
+    // The last of the greatest is what `max_by_key` finds.
+    works.into_iter().rev().max_by_key(|&(_, shards)| shards).map(|(first, _)| first)
+}
+
 /// Refuses shards, in their order, that are not those of one piece of work.
 fn expect_all(parts: &[Part], checkpoint: &Path) -> Result<(), IoError> {
-    let Some(first) = parts.first() else {
+    let Some(first) = of_most(parts) else {
         return Err(IoError::invalid(checkpoint, "expected the files of its shards, found none"));
     };
     let name = |part: &Part| part.path.display().to_string();
@@ -270,12 +285,30 @@ mod tests {
             (vec![a, &half, c], "half: shard 2/3 is not complete: 1 of 3 records are whole; repeat its command, "),
             (vec![a, &short, c], "short: shard 2/3 is not complete: 2 of 3 records are whole; "),
             (vec![a, &text, c], "text: expected a shard, as this version of Lobe leaves it, found something else"),
-            (vec![a, &whole, c], "part1-3: is shard 1/3, found among shards of 1, such as "),
+            (vec![a, &whole, c], "whole: is shard 1/1, found among shards of 3, such as "),
         ] {
             let given: Vec<PathBuf> = given.into_iter().cloned().collect();
             let error = merge_shards(&given, &merged, Job::default()).unwrap_err().to_string();
             assert!(error.contains(expected), "{given:?}: {error}");
             assert_eq!(fs::read(&merged).unwrap(), b"what stood there", "{expected}");
+        }
+    }
+
+    #[test]
+    fn the_shard_that_does_not_belong_is_accused_wherever_it_stands() {
+        let folder = tempfile::tempdir().unwrap();
+        let (parts, _) = shards(folder.path(), 5);
+        let merged = folder.path().join("merged");
+        for (number, of, message) in (1..=5).flat_map(|n| [(n, 5, "is a shard of other work: "), (n, 6, "is shard ")]) {
+            let foreign = folder.path().join(format!("foreign{number}-{of}"));
+            make(&foreign, if of == 5 { 2 } else { 1 }, Shard::new(number, of), usize::MAX);
+            let mut given = parts.clone();
+            given[number as usize - 1] = foreign;
+            let error = merge_shards(&given, &merged, Job::default()).unwrap_err().to_string();
+            assert!(error.contains(&format!("foreign{number}-{of}: {message}")), "{number} of {of}: {error}");
+            let of_most = if number == 1 { "part2-5" } else { "part1-5" };
+            assert!(error.ends_with(of_most), "{number} of {of}: {error}");
+            assert!(!merged.exists(), "{number} of {of}");
         }
     }
 
