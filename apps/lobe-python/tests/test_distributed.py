@@ -175,6 +175,84 @@ def test_a_scheduler_that_dies_ends_the_bake_in_one_line_that_says_what_to_do(pr
     assert told[0] == (done, 40) and output.read_bytes() == whole
 
 
+def test_a_scheduler_that_died_before_the_bake_is_told_in_one_line(processes, tmp_path):
+    processes.worker()
+    output = tmp_path / "o.safetensors"
+    with processes.client() as client:
+        processes.stop()
+        with pytest.raises(RuntimeError, match="o.safetensors: the scheduler is gone; start one and repeat the call") as fault:
+            on_dask.bake(SCENE, output, OPTIONS, client=client, shards=8)
+    assert "\n" not in str(fault.value) and not output.exists()
+
+
+def test_a_bag_whose_scheduler_dies_keeps_what_was_returned(processes):
+    processes.worker()
+    with processes.client() as client:
+        def die(done, count):
+            if done == 3:
+                processes.stop()
+
+        with pytest.raises(on_dask.Unfinished, match="items are not done: the scheduler is gone; start one and repeat the call") as fault:
+            on_dask.map(lambda number: number * number, range(500), client=client, progress=die)
+    results, errors = fault.value.results, fault.value.errors
+    assert "\n" not in str(fault.value) and errors and len(results) == 500
+    done = [number for number in range(500) if number not in errors]
+    assert len(done) >= 3 and all(results[number] == number * number for number in done)
+    assert all(results[number] is None for number in errors)
+
+
+@pytest.mark.parametrize("what", ["bake", "map"])
+def test_a_scheduler_without_workers_is_told_and_one_that_joins_does_the_work(processes, tmp_path, whole, what, capfd):
+    output = str(tmp_path / "o.safetensors")
+    with processes.client(workers=0) as client, concurrent.futures.ThreadPoolExecutor(1) as thread:
+        if what == "bake":
+            work = thread.submit(on_dask.bake, SCENE, output, OPTIONS, client=client, shards=3)
+        else:
+            work = thread.submit(on_dask.map, abs, [-1, 2], client=client)
+        told = ""
+        while "waiting for a worker" not in told:
+            processes.are_alive()
+            assert not work.done(), work.result()
+            told += capfd.readouterr().err
+        assert len(told.splitlines()) == 1 and told.startswith(f"{client.scheduler.address}: ")
+        processes.worker()
+        result = work.result()
+    assert result == [1, 2] if what == "map" else pathlib.Path(output).read_bytes() == whole
+
+
+def test_ctrl_c_ends_the_program_in_one_line_and_the_same_command_goes_on(tmp_path, whole):
+    options = [part for name in ("mode", "order", "samples") for part in (f"--{name}", str(getattr(OPTIONS, name)))]
+    command = [sys.executable, "-m", "lobe.distributed", SCENE, "-o", "o.safetensors", "--shards", "60", *options]
+    # A group of its own, all of which gets the signal, as from a terminal.
+    program = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    lines = []
+    for line in program.stderr:
+        lines.append(line)
+        if line.startswith("progress: 3 of"):
+            os.killpg(program.pid, signal.SIGINT)
+    assert program.wait() == 130, lines
+    told = [line for line in lines if not line.startswith("progress: ")]
+    assert told == ["error: stopped; the same command takes up the shards that are done\n"], told
+    again = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert again.returncode == 0 and not again.stderr.startswith("progress: 0 "), again.stderr
+    assert (tmp_path / "o.safetensors").read_bytes() == whole
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "the following arguments are required: scene, -o/--output"),
+        ([SCENE, "-o", "o.glb", "--order", "many"], "argument --order: invalid int value: 'many'"),
+        ([SCENE, "-o", "o.glb", "--colour"], "unrecognized arguments: --colour"),
+    ],
+)
+def test_what_the_program_does_not_understand_is_one_line(arguments, message, tmp_path):
+    command = [sys.executable, "-m", "lobe.distributed", *arguments]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr == f"error: {message}; python -m lobe.distributed --help lists the arguments\n"
+
+
 def test_the_module_is_a_program(tmp_path, whole):
     options = [part for name in ("mode", "order", "samples") for part in (f"--{name}", str(getattr(OPTIONS, name)))]
     command = [sys.executable, "-m", "lobe.distributed", SCENE, "-o", "o.safetensors", "--shards", "2", *options]
@@ -207,17 +285,74 @@ def test_a_worker_of_another_version_says_so_in_one_line(processes, tmp_path):
     assert not (tmp_path / "o.safetensors").exists()
 
 
-def test_a_worker_whose_disk_is_full_is_named(processes, tmp_path):
-    # The system refuses what a full disk refuses: files of more than a few thousand bytes.
-    full = tmp_path / "full"
+def on_a_full_disk(folder):
+    """A path by which workers are refused what a full disk refuses: files of more than a few thousand bytes."""
+    full = folder / "full"
     full.mkdir()
     limit = "import resource\nresource.setrlimit(resource.RLIMIT_FSIZE, (4096, resource.RLIM_INFINITY))\n"
     (full / "sitecustomize.py").write_text(limit)
-    processes.worker(path=full)
+    return full
+
+
+@pytest.mark.parametrize("shards", [12, None])
+def test_a_worker_whose_disk_is_full_is_named_and_the_other_bakes_its_shards(processes, tmp_path, whole, shards):
+    processes.worker(path=on_a_full_disk(tmp_path))
     with processes.client() as client:
-        with pytest.raises(OSError, match=r"worker tcp://127\.0\.0\.1:.*\.safetensors"):
-            on_dask.bake(SCENE, tmp_path / "o.safetensors", OPTIONS, client=client, shards=2)
-    assert not (tmp_path / "o.safetensors").exists()
+        processes.worker()
+        while len(client.nthreads()) < 2:
+            processes.are_alive()
+        # Each of the two workers has a shard, or is the first that has nothing to do.
+        with pytest.warns(UserWarning, match=r"worker tcp://127\.0\.0\.1:.*\.safetensors: .*; other workers bake its shards: free space there") as told:
+            on_dask.bake(SCENE, tmp_path / "o.safetensors", OPTIONS, client=client, shards=shards)
+    assert (tmp_path / "o.safetensors").read_bytes() == whole
+    assert len([warning for warning in told if "other workers" in str(warning.message)]) == 1
+
+
+def test_where_no_worker_has_room_the_bake_says_what_to_do_and_goes_on_when_it_is_done(processes, tmp_path, whole):
+    output = tmp_path / "o.safetensors"
+    good = processes.worker()
+    with processes.client() as client:
+        def fill(done, shards):
+            if done == 3:
+                processes.worker(path=on_a_full_disk(tmp_path))
+                while len(client.nthreads()) < 2:
+                    processes.are_alive()
+                good.kill()
+                processes.all.remove(good)
+                good.wait()
+
+        with pytest.raises(OSError, match=r"o\.safetensors: worker tcp://.*\.safetensors: .*; free space there, or stop that worker, and repeat the call") as fault:
+            on_dask.bake(SCENE, output, OPTIONS, client=client, shards=40, progress=fill)
+        assert "\n" not in str(fault.value) and str(fault.value).endswith(f"which takes up the shards that are done, in {output}.shards")
+        done = len(os.listdir(f"{output}.shards"))
+        assert not output.exists() and 3 <= done < 40
+        processes.all.pop().kill()
+        processes.worker()
+        told = []
+        on_dask.bake(SCENE, output, OPTIONS, client=client, shards=40, progress=lambda *at: told.append(at))
+    assert told[0] == (done, 40) and output.read_bytes() == whole
+
+
+def test_shards_for_workers_that_are_left_go_to_others_when_those_die(processes, tmp_path, whole):
+    processes.worker(path=on_a_full_disk(tmp_path))
+    with processes.client() as client:
+        good = processes.worker()
+        while len(client.nthreads()) < 2:
+            processes.are_alive()
+
+        def die(done, shards):
+            # The last of the shards are for the one worker that is left.
+            if done == 12:
+                processes.worker()
+                while len(client.nthreads()) < 3:
+                    processes.are_alive()
+                good.kill()
+                processes.all.remove(good)
+                good.wait()
+
+        with pytest.warns(UserWarning, match="other workers bake its shards"):
+            on_dask.bake(SCENE, tmp_path / "o.safetensors", OPTIONS, client=client, shards=16, progress=die)
+    assert (tmp_path / "o.safetensors").read_bytes() == whole
 
 
 def test_a_grid_and_split_triangles_are_shared_like_vertices(processes, tmp_path):

@@ -48,7 +48,7 @@ options = lobe.BakeOptions(**{{"mode": {OPTIONS.mode!r}, "order": {OPTIONS.order
 try:
     lobe.on_ray.bake({SCENE!r}, output, options, shards=int(shards), progress=told)
     print("written", flush=True)
-except RuntimeError as error:
+except (OSError, RuntimeError) as error:
     print("error:", error, flush=True)
 # Ray waits for a cluster that is gone.
 os._exit(0)
@@ -69,6 +69,8 @@ class Processes:
         self._clusters, self._bakes = [], []
 
     def cluster(self, processors=1):
+        # Where it notes the last cluster, in a folder that only some of its ways to start make.
+        pathlib.Path(tempfile.gettempdir(), "ray").mkdir(exist_ok=True)
         # Ray puts sockets there, whose paths have to be short.
         folder = tempfile.mkdtemp(prefix="lobe-ray-")
         head = {"num_cpus": processors, "include_dashboard": False, "temp_dir": folder}
@@ -180,3 +182,26 @@ def test_a_machine_of_another_version_says_so_in_one_line(processes, tmp_path, m
     said = bake.end()
     assert said.startswith("error: this worker has lobe 0.0.1 and the client has ") and said.endswith(": install one version on all machines")
     assert not output.exists()
+
+
+def test_a_machine_whose_disk_is_full_gives_its_shards_to_another(processes, tmp_path, whole, monkeypatch):
+    # The system refuses what a full disk refuses: files of more than a few thousand bytes. Only in Lobe's tasks: Ray writes files, too.
+    full = tmp_path / "full" / "lobe"
+    shutil.copytree(pathlib.Path(lobe.__file__).parent, full)
+    tasks = full / "_tasks.py"
+    limit = "\nimport resource\n_in = _in_a_folder\ndef _in_a_folder(version, work):\n    def limited(folder):\n"
+    limit += "        before = resource.getrlimit(resource.RLIMIT_FSIZE)\n        resource.setrlimit(resource.RLIMIT_FSIZE, (4096, before[1]))\n"
+    limit += "        try:\n            return work(folder)\n        finally:\n            resource.setrlimit(resource.RLIMIT_FSIZE, before)\n"
+    tasks.write_text(tasks.read_text() + limit + "    return _in(version, limited)\n")
+    cluster, output = processes.cluster(processors=0), tmp_path / "o.safetensors"
+    with monkeypatch.context() as environment:
+        environment.setenv("PYTHONPATH", os.pathsep.join([str(full.parent), os.environ.get("PYTHONPATH", "")]))
+        cluster.add_node(num_cpus=1)
+    bake = processes.bake(cluster, output, 24)
+    bake.until(0)
+    said = bake.end()
+    assert re.fullmatch(r"error: .*o\.safetensors: worker of process \d+ on .*; free space there, or stop that worker, and repeat the call, .*", said), said
+    cluster.add_node(num_cpus=1)
+    again = processes.bake(cluster, output, 24)
+    assert again.end() == "written"
+    assert output.read_bytes() == whole

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from contextlib import AbstractContextManager, nullcontext
+from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, TypeVar
+
+from ._engine import LOOK_SECONDS, Gone, Waiting, asked, cancel, client_or_own, value_of
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -18,14 +20,21 @@ NAME_LENGTH = 80
 """Letters of an item's name at most, so that arrays do not fill the screen."""
 
 
-class Unfinished(RuntimeError):
-    """Some items failed, after all others were done."""
+GONE = "the scheduler is gone"
 
-    def __init__(self, items: list[Any], results: list[Any], errors: dict[int, BaseException]) -> None:
+
+class Unfinished(RuntimeError):
+    """Some items failed, after all others were done; or the scheduler was gone before they were."""
+
+    def __init__(self, items: list[Any], results: list[Any], errors: dict[int, BaseException], gone: bool = False) -> None:
         self.results: list[Any] = results
         """What was returned, in the order of the items; None where there is an error."""
         self.errors: dict[int, BaseException] = errors
-        """What was raised, by the number of the item, from 0 on."""
+        """What was raised, by the number of the item, from 0 on; an error for each that was not done yet when the scheduler was gone."""
+        if gone:
+            text = "start one and repeat the call with the items of `errors`; what the others returned is in `results`"
+            super().__init__(f"{len(errors)} of {len(items)} items are not done: {GONE}; {text}")
+            return
         told = [f"{_name(items[index])}: {' '.join(str(error).split())}" for index, error in list(errors.items())[:NAMED]]
         if len(errors) > NAMED:
             told.append(f"and {len(errors) - NAMED} more")
@@ -35,20 +44,6 @@ class Unfinished(RuntimeError):
 def _name(item: object) -> str:
     name = " ".join(str(item).split())
     return name if len(name) <= NAME_LENGTH else f"{name[:NAME_LENGTH]}..."
-
-
-def client_or_own(client: Client | None) -> AbstractContextManager[Client]:
-    """The client as it is, or one of a process on this machine that ends with it."""
-    if client is not None:
-        return nullcontext(client)
-    from distributed import Client, LocalCluster
-
-    # One task at a time: it has as many threads as there are processors.
-    # Dask says that None is no dashboard, and not so in its types.
-    none: Any = None
-    cluster = LocalCluster(n_workers=1, threads_per_worker=1, host="127.0.0.1", dashboard_address=none)
-    own: AbstractContextManager[Client] = Client(cluster, set_as_default=False)
-    return own
 
 
 def map(
@@ -63,27 +58,43 @@ def map(
         light = lobe.distributed.map(lambda path: lobe.EnvMap.load(path).project(3), paths, client=client)
 
     Items are best small, such as paths of files that the workers share, or a path and a range of rows. Where an item fails the others
-    are done first; then `Unfinished` names it, and has what they returned. `progress(done, count)` is called for each.
+    are done first; then `Unfinished` names it, and has what they returned, as it does where the scheduler is gone. `progress(done, count)` is
+    called for each.
     """
-    from distributed import as_completed
-
     given = list(items)
     results: list[Any] = [None] * len(given)
     errors: dict[int, BaseException] = {}
+    left = set(range(len(given)))
     with client_or_own(client) as engine, engine.as_current():
-        futures = {engine.submit(function, item, pure=False): index for index, item in enumerate(given)}
+        waiting, futures, ended = Waiting(engine), dict[Any, int](), SimpleQueue[Any]()
         try:
-            for done, future in enumerate(as_completed(list(futures)), 1):
-                index, error = futures[future], future.exception()
-                if error is None:
-                    results[index] = future.result()
-                else:
+            for index, item in enumerate(given):
+                with asked():
+                    future = engine.submit(function, item, pure=False)
+                futures[future] = index
+                future.add_done_callback(ended.put)
+            while left:
+                try:
+                    future = ended.get(timeout=LOOK_SECONDS)
+                except Empty:
+                    waiting.look()
+                    continue
+                index = futures[future]
+                try:
+                    results[index] = value_of(future)
+                except Gone:
+                    raise
+                except Exception as error:
                     errors[index] = error
+                left.remove(index)
                 future.release()
                 if progress is not None:
-                    progress(done, len(given))
+                    progress(len(given) - len(left), len(given))
+        except Gone:
+            errors |= {index: RuntimeError(GONE) for index in left}
+            raise Unfinished(given, results, dict(sorted(errors.items())), gone=True) from None
         finally:
-            engine.cancel([future for future in futures if not future.done()])
+            cancel(engine, [future for future in futures if not future.done()])
     if errors:
         raise Unfinished(given, results, dict(sorted(errors.items())))
     return results

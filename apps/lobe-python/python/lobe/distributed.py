@@ -19,16 +19,18 @@ import warnings
 import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, fields
-from typing import TYPE_CHECKING, Any
+from dataclasses import asdict, dataclass, fields
+from queue import Empty, SimpleQueue
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from . import __version__, _lobe
 from ._arrays import whole
-from ._bag import Unfinished, client_or_own, map
+from ._bag import GONE, Unfinished, map
 from ._bake import BakeOptions, BakeReport
+from ._engine import LOOK_SECONDS, Gone, Waiting, asked, cancel, client_or_own, threads_of, value_of
 from ._scene import Path, Scene
 from ._shards import Cost, shards_for
-from ._tasks import Pilot, bake_shard, identity_of, measure
+from ._tasks import Pilot, Refused, bake_shard, identity_of, measure
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -65,6 +67,9 @@ def bake(
     How many shards there are follows from what a worker measures that they cost, unless it is given. `progress(done, shards)` is called for each
     shard.
 
+    A worker whose system refuses something, such as one with a full disk, gets no more shards while there is another, and is named by a warning;
+    where none is left an error says what to do. Where there is no worker at all, a line on the standard error says that one is waited for.
+
     Shards that were done stay in the folder `OUTPUT.shards` until all are there; the same bake takes them up, with as many shards as before.
     """
     work = Work(scene, output, options or BakeOptions())
@@ -73,9 +78,12 @@ def bake(
         parts = None if shards is None else work.parts(shards)
         if parts is None or parts.missing():
             with _ends_in_one_line(work):
-                arguments = (_sent(engine, work), *work.arguments())
-                parts = work.parts(_shards_for(engine, work, arguments)) if parts is None else parts
-                _bake_missing(engine, parts, arguments, work.pilot, progress)
+                workers = Workers(engine, work)
+                try:
+                    parts = work.parts(_shards_for(workers, work)) if parts is None else parts
+                    _bake_missing(workers, parts, work.pilot, progress)
+                finally:
+                    workers.stop()
         elif progress is not None:
             progress(parts.count, parts.count)
     return work.merge(parts)
@@ -91,6 +99,8 @@ class Work:
         self._made.check_output(self.output)
         self.identity = identity_of(self._made, self.scene, self.options)
         self.pilot: Pilot | None = None
+        self.taken_up = f"which takes up the shards that are done, in {self.output}.shards"
+        """What becomes of shards, in messages."""
 
     def know(self, pilot: Pilot | None) -> None:
         """Takes what the pilot has found on a worker: the others and the client need not make it again."""
@@ -175,79 +185,137 @@ class Parts:
 @contextmanager
 def _ends_in_one_line(work: Work) -> Iterator[None]:
     """Says what to do where the engine, and not the work, has failed."""
-    from concurrent.futures import CancelledError
-
     from distributed import KilledWorker
 
     try:
         yield
-    except CancelledError:
-        fault = "the scheduler is gone; start one and repeat the call"
+    except Gone:
+        fault = f"{GONE}; start one and repeat the call"
     except KilledWorker as error:
         fault = f"{' '.join(str(error).split())} Give workers more memory, or repeat the call with more shards"
     else:
         return
-    raise RuntimeError(f"{work.output}: {fault}, which takes up the shards that are done, in {work.output}.shards") from None
+    raise RuntimeError(f"{work.output}: {fault}, {work.taken_up}") from None
 
 
-def _sent(client: Client, work: Work) -> Any:
-    """The scene on all workers, or none if they read it by themselves."""
-    scene = work.whole_scene()
-    return None if scene is None else client.scatter(scene, broadcast=True, hash=True)
+@dataclass(frozen=True)
+class Task:
+    """What a worker does, beside the arguments that all tasks of a bake have."""
+
+    function: Callable[..., Any]
+    name: str
+    more: tuple[Any, ...] = ()
 
 
-def _shards_for(client: Client, work: Work, arguments: tuple[Any, ...]) -> int:
+class Workers:
+    """The workers of a client, those that have a bake's scene, without those whose system has refused a task of it."""
+
+    def __init__(self, client: Client, work: Work) -> None:
+        self._client, self._work = client, work
+        self._refused: set[str] = set()
+        self._ended: SimpleQueue[Any] = SimpleQueue()
+        self.running: dict[Any, tuple[Task, list[str]]] = {}
+        """Tasks that were given out, by their futures, and the workers that each was given to; none if to any."""
+        self._waiting = Waiting(client)
+        # Nothing can be sent to none.
+        self._waiting.wait()
+        scene = work.whole_scene()
+        with asked():
+            # None if workers read it by themselves.
+            sent: Any = None if scene is None else client.scatter(scene, broadcast=True, hash=True)
+        self._arguments = (sent, *work.arguments())
+
+    def threads(self) -> int:
+        """The threads of those that tasks are given to."""
+        return sum(self._left().values())
+
+    def _left(self) -> dict[str, int]:
+        return {worker: count for worker, count in threads_of(self._client).items() if worker not in self._refused}
+
+    def start(self, task: Task) -> None:
+        # On any worker, also one that joins later; but where one has refused, on those that are left.
+        chosen = list(self._left()) if self._refused else []
+        # A call that was stopped may still be cancelling tasks of these names.
+        key = f"lobe-{self._work.identity}-{task.name}-{uuid.uuid4().hex}"
+        with asked():
+            future = self._client.submit(
+                task.function, *self._arguments, *task.more, key=key, pure=False, retries=RETRIES, workers=chosen or None
+            )
+        self.running[future] = (task, chosen)
+        future.add_done_callback(self._ended.put)
+
+    def ended(self) -> tuple[Task, Any]:
+        """The next task that has ended on a worker that did not refuse it, and what it returned."""
+        while True:
+            try:
+                future = self._ended.get(timeout=LOOK_SECONDS)
+            except Empty:
+                if self._waiting.look():
+                    self._start_again()
+                continue
+            if future not in self.running:
+                continue
+            task, _ = self.running[future]
+            result = value_of(future)
+            # What the worker has is here now, and it may forget it.
+            del self.running[future]
+            future.release()
+            if not isinstance(result, Refused):
+                return task, result
+            self._leave_out(result)
+            self.start(task)
+
+    def _start_again(self) -> None:
+        """Gives to others what was for workers that are gone since."""
+        there = threads_of(self._client)
+        for future, (task, chosen) in list(self.running.items()):
+            if chosen and not any(worker in there for worker in chosen):
+                del self.running[future]
+                cancel(self._client, [future])
+                self.start(task)
+
+    def _leave_out(self, refused: Refused) -> None:
+        """Gives a worker no more tasks; an error if no other is left."""
+        known = refused.place in self._refused
+        self._refused.add(refused.place)
+        if not self._left():
+            raise OSError(f"{self._work.output}: {refused}; {refused.remedy}, and repeat the call, {self._work.taken_up}")
+        if not known:
+            warnings.warn(f"{refused}; other workers bake its shards: {refused.remedy}", stacklevel=5)
+
+    def stop(self) -> None:
+        """Takes back what is not done."""
+        cancel(self._client, [future for future in self.running if not future.done()])
+
+
+def _shards_for(workers: Workers, work: Work) -> int:
     """Shards for the workers that are there when one of them has measured the cost."""
-    task = client.submit(measure, *arguments, key=f"lobe-{work.identity}-cost-{uuid.uuid4().hex}", pure=False, retries=RETRIES)
-    cost: Cost = task.result()
+    workers.start(Task(measure, "cost"))
+    cost: Cost = workers.ended()[1]
     work.know(cost.pilot)
-    threads: Any = client.nthreads()
-    return shards_for(sum(threads.values()), cost)
+    return shards_for(workers.threads(), cost)
 
 
-def _bake_missing(
-    client: Client,
-    parts: Parts,
-    arguments: tuple[Any, ...],
-    pilot: Pilot | None,
-    progress: Callable[[int, int], object] | None,
-) -> None:
-    from distributed import as_completed
-
+def _bake_missing(workers: Workers, parts: Parts, pilot: Pilot | None, progress: Callable[[int, int], object] | None) -> None:
     missing = parts.missing()[::-1]
     left = len(missing)
     if progress is not None:
         progress(parts.count - left, parts.count)
-    # A call that was stopped may still be cancelling shards of these names.
-    call = uuid.uuid4().hex
-    futures: dict[Any, int] = {}
 
-    def start() -> Any:
-        number = missing.pop()
-        key = f"lobe-{parts.identity}-{number}-of-{parts.count}-{call}"
-        future = client.submit(bake_shard, *arguments, number, parts.count, pilot, key=key, pure=False, retries=RETRIES)
-        futures[future] = number
-        return future
+    def start() -> None:
+        room = AHEAD * max(1, workers.threads()) - len(workers.running)
+        for _ in range(min(len(missing), max(0, room))):
+            number = missing.pop()
+            workers.start(Task(bake_shard, f"{number}-of-{parts.count}", (number, parts.count, pilot)))
 
-    def room() -> int:
-        threads: Any = client.nthreads()
-        tasks: int = sum(threads.values())
-        return min(len(missing), max(0, AHEAD * max(1, tasks) - len(futures)))
-
-    try:
-        ready = as_completed([start() for _ in range(room())])
-        for future in ready:
-            parts.keep(futures[future], future.result())
-            # The bytes are on this disk now; the worker may forget them.
-            del futures[future]
-            future.release()
-            left -= 1
-            for _ in range(room()):
-                ready.add(start())
-            if progress is not None:
-                progress(parts.count - left, parts.count)
-    finally:
-        client.cancel([future for future in futures if not future.done()])
+    start()
+    while left:
+        task, part = workers.ended()
+        parts.keep(task.more[0], part)
+        left -= 1
+        start()
+        if progress is not None:
+            progress(parts.count - left, parts.count)
 
 
 def _numbers(kind: Callable[[str], float]) -> Callable[[str], tuple[float, ...]]:
@@ -272,9 +340,35 @@ WHOLE_ONLY = ("adaptive", "min_edge", "max_vertices")
 """Options of bakes that are not shared."""
 
 
+class _Parser(argparse.ArgumentParser):
+    """Says in one line what it does not understand, and not the usage of all options."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"error: {' '.join(message.split())}; {self.prog} --help lists the arguments\n")
+
+
+def _bake_by(scheduler: str | None, scene: Scene, output: str, options: BakeOptions, shards: int | None) -> None:
+    """A bake of the command, whose progress is told."""
+    from distributed import Client
+
+    def tell(done: int, count: int) -> None:
+        print(f"progress: {done} of {count} shards", file=sys.stderr)
+
+    client = None if scheduler is None else Client(scheduler, timeout=10, set_as_default=False)
+    try:
+        bake(scene, output, options, client=client, shards=shards, progress=tell)
+    finally:
+        if client is not None:
+            client.close()
+
+
+STOPPED = 130
+"""The exit code of what Ctrl-C has stopped."""
+
+
 def main(arguments: list[str] | None = None) -> int:
     """The command; errors are one line, and exit code 2."""
-    parser = argparse.ArgumentParser(prog="python -m lobe.distributed", description="Bake a scene on the workers of a Dask scheduler.")
+    parser = _Parser(prog="python -m lobe.distributed", description="Bake a scene on the workers of a Dask scheduler.")
     parser.add_argument("scene", help="a .glb, .gltf, .obj or .ply file, or built-in:NAME")
     parser.add_argument("-o", "--output", required=True, help="a .glb or .safetensors file")
     parser.add_argument("--scheduler", help="its address, such as tcp://10.0.0.1:8786 [default: a process on this machine]")
@@ -295,24 +389,22 @@ def main(arguments: list[str] | None = None) -> int:
     options = {field.name: getattr(given, field.name) for field in shared}
     reading = {field.name: getattr(given, field.name) for field in read}
 
-    def tell(done: int, count: int) -> None:
-        print(f"progress: {done} of {count} shards", file=sys.stderr)
+    def warn(message: Warning | str, *_: object, **__: object) -> None:
+        print(f"warning: {' '.join(str(message).split())}", file=sys.stderr)
 
     try:
-        from distributed import Client
-
-        client = None if given.scheduler is None else Client(given.scheduler, timeout=10, set_as_default=False)
-        try:
-            bake(Scene(given.scene, **reading), given.output, BakeOptions(**options), client=client, shards=given.shards, progress=tell)
-        finally:
-            if client is not None:
-                client.close()
+        with warnings.catch_warnings():
+            warnings.showwarning = warn
+            _bake_by(given.scheduler, Scene(given.scene, **reading), given.output, BakeOptions(**options), given.shards)
     except ModuleNotFoundError as error:
         print(f"error: {error}; pip install distributed", file=sys.stderr)
         return 2
     except (OSError, RuntimeError, TypeError, ValueError) as error:
         print(f"error: {' '.join(str(error).split())}", file=sys.stderr)
         return 2
+    except KeyboardInterrupt:
+        print("error: stopped; the same command takes up the shards that are done", file=sys.stderr)
+        return STOPPED
     return 0
 
 

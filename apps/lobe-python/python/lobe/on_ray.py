@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 import time
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -11,7 +12,7 @@ from typing import Any
 from ._bake import BakeOptions, BakeReport
 from ._scene import Path, Scene
 from ._shards import Cost, shards_for
-from ._tasks import bake_shard, measure
+from ._tasks import Refused, bake_shard, measure
 from .distributed import RETRIES, Parts, Work
 
 AHEAD = 4
@@ -38,7 +39,8 @@ def bake(
     A shard takes all processors of a machine. A .glb, .vrm or .ply is sent to each machine once; of other scenes they read the files under
     the same path. `progress(done, shards)` is called for each shard. A shard whose worker died or that failed is tried again; those that are
     done stay in the folder `OUTPUT.shards` until all are there, and the same bake takes them up, on Dask as well. Machines that join later are
-    given shards too, if they have as many processors as the smallest of the first. Where the cluster itself dies, an error says so in one line.
+    given shards too, if they have as many processors as the smallest of the first. A machine whose system refuses something, such as one with a full
+    disk, gets no more while there is another, and is named by a warning. Where the cluster itself dies, an error says so in one line.
     """
     import ray
 
@@ -47,7 +49,7 @@ def bake(
     if own:
         ray.init(include_dashboard=False, log_to_driver=False)
     try:
-        processors = [count for count in _processors() if count >= 1]
+        processors = [count for node in _machines() if (count := node["Resources"].get("CPU", 0.0)) >= 1]
         if not processors:
             raise RuntimeError("the Ray cluster has no machine with processors: start one, or `ray.shutdown()` for this machine alone")
         machines = Machines(work, int(min(processors)))
@@ -61,11 +63,11 @@ def bake(
     return work.merge(parts)
 
 
-def _processors() -> list[float]:
-    """How many processors each machine of the cluster has."""
+def _machines() -> list[dict[str, Any]]:
+    """The machines of the cluster that are there."""
     import ray
 
-    return [node["Resources"].get("CPU", 0.0) for node in ray.nodes() if node["Alive"]]
+    return [node for node in ray.nodes() if node["Alive"]]
 
 
 class _HeadIsGone(Exception):
@@ -100,19 +102,37 @@ class Machines:
         self._work, self._processors = work, processors
         self._head = Head()
         self._arguments: tuple[Any, ...] | None = None
+        self._refused: set[str] = set()
+        self._turn = 0
+
+    def _left(self) -> list[str]:
+        """The identities of those that are there now, have enough processors and have refused nothing."""
+        machines = [node for node in _machines() if node["NodeID"] not in self._refused]
+        return [node["NodeID"] for node in machines if node["Resources"].get("CPU", 0.0) >= self._processors]
 
     def count(self) -> int:
-        """Those that are there now and have enough processors."""
-        return max(1, sum(count >= self._processors for count in _processors()))
+        return max(1, len(self._left()))
 
     def shards(self) -> int:
         """Shards for these machines, by what one of them measures that they cost."""
-        task = self._start(measure)
-        while not self._wait([task]):
-            self._head.answers()
-        cost: Cost = _result(task)
-        self._work.know(cost.pilot)
-        return shards_for(self.count(), cost)
+        while True:
+            task = self._start(measure)
+            while not self._wait([task]):
+                self._head.answers()
+            cost: Cost | Refused = _result(task)
+            if not isinstance(cost, Refused):
+                self._work.know(cost.pilot)
+                return shards_for(self.count(), cost)
+            self._leave_out(cost)
+
+    def _leave_out(self, refused: Refused) -> None:
+        """Gives a machine no more tasks; an error if no other is left."""
+        known = refused.place in self._refused
+        self._refused.add(refused.place)
+        if not self._left():
+            raise OSError(f"{self._work.output}: {refused}; {refused.remedy}, and repeat the call, {self._work.taken_up}")
+        if not known:
+            warnings.warn(f"{refused}; other machines bake its shards: {refused.remedy}", stacklevel=4)
 
     def bake_missing(self, parts: Parts, progress: Callable[[int, int], object] | None) -> None:
         import ray
@@ -129,7 +149,12 @@ class Machines:
                 for number in [missing.pop() for _ in range(min(room, len(missing)))]:
                     running[self._start(bake_shard, number, parts.count, self._work.pilot)] = number
                 for ready in self._wait(list(running)):
-                    parts.keep(running.pop(ready), _result(ready))
+                    number, part = running.pop(ready), _result(ready)
+                    if isinstance(part, Refused):
+                        self._leave_out(part)
+                        missing.append(number)
+                        continue
+                    parts.keep(number, part)
                     done += 1
                     if progress is not None:
                         progress(done, parts.count)
@@ -150,11 +175,17 @@ class Machines:
     def _start(self, function: Callable[..., Any], *more: Any) -> Any:
         """A task on one of the machines, which have the scene from the first on."""
         import ray
+        from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy
 
         if self._arguments is None:
             self._arguments = (ray.put(self._work.whole_scene()), *self._work.arguments())
+        strategy: Any = "SPREAD"
+        if self._refused and (left := self._left()):
+            # On the next of those that are left, and on another should it die.
+            self._turn += 1
+            strategy = NodeAffinitySchedulingStrategy(left[self._turn % len(left)], soft=True)
         # All processors of the smallest machine: no two tasks on one, unless another has twice as many.
-        task: Any = ray.remote(num_cpus=self._processors, max_retries=RETRIES, retry_exceptions=True, scheduling_strategy="SPREAD")(function)
+        task: Any = ray.remote(num_cpus=self._processors, max_retries=RETRIES, retry_exceptions=True, scheduling_strategy=strategy)(function)
         return task.remote(*self._arguments, *more)
 
 
@@ -182,5 +213,4 @@ def _ends_in_one_line(work: Work) -> Iterator[None]:
         fault = f"{' '.join(str(error).split())} Give machines more memory"
     else:
         return
-    text = "and repeat the call, which takes up the shards that are done"
-    raise RuntimeError(f"{work.output}: {fault}, {text}, in {work.output}.shards") from None
+    raise RuntimeError(f"{work.output}: {fault}, and repeat the call, {work.taken_up}") from None
