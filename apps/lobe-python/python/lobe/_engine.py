@@ -60,8 +60,9 @@ def asked() -> Iterator[None]:
 def threads_of(client: Client) -> dict[str, int]:
     """How many threads each worker has, by its address."""
     with asked():
-        threads: dict[str, int] = dict(client.nthreads())
-        return threads
+        # In Dask's types it may be a coroutine.
+        threads: Any = client.nthreads()
+        return dict(threads)
 
 
 class Waiting:
