@@ -1,8 +1,10 @@
 //! Irradiance in a few numbers, and their errors.
 
+use std::f64::consts::FRAC_1_PI;
+
 use lobe::sh::{
-    Coefficient, Dir, EncodedIrradiance, EncodingError, Expansion as _, IrradianceEncoding, Rgb, ShVec, encoding_error,
-    even_directions, tangent_frame,
+    AxisPermutation, Coefficient, Dir, EncodedIrradiance, EncodingError, Expansion as _, IrradianceEncoding,
+    IrradianceMatrix, PackedIrradiance, Rgb, ShError, ShVec, encoding_error, even_directions, tangent_frame,
 };
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
@@ -18,6 +20,46 @@ pub(crate) struct Encoded(Kind);
 enum Kind {
     Numbers(Vec<EncodedIrradiance<f64>>),
     Colors(Vec<EncodedIrradiance<Rgb<f64>>>),
+    /// Constants of a shader for three channels, and whether the functions have as many.
+    Constants(Vec<Constants>, bool),
+}
+
+/// What a shader evaluates irradiance by.
+enum Constants {
+    Packed(PackedIrradiance),
+    Matrix(IrradianceMatrix),
+}
+
+impl Constants {
+    /// None of an encoding of another name.
+    fn of<C: Coefficient<Scalar = f64>>(name: &str, irradiance: &ShVec<C>) -> Option<Self> {
+        let colors = || irradiance.map(|e| Rgb::from_channels(|c| e.channel(c % C::CHANNELS)));
+        match name {
+            "packed" => Some(Self::Packed(PackedIrradiance::from_irradiance_sh(&colors()))),
+            "matrix" => Some(Self::Matrix(IrradianceMatrix::from_irradiance_sh(&colors()))),
+            _ => None,
+        }
+    }
+
+    fn numbers(&self) -> Vec<(&'static str, Vec<f64>)> {
+        match self {
+            Self::Packed(PackedIrradiance { a, b, c }) => {
+                let names = ["cAr", "cAg", "cAb", "cBr", "cBg", "cBb"].into_iter();
+                let vectors = names.zip(a.iter().chain(b)).map(|(name, v)| (name, v.to_vec()));
+                vectors.chain([("cC", c.to_vec())]).collect()
+            }
+            Self::Matrix(IrradianceMatrix { m }) => {
+                ["Mr", "Mg", "Mb"].into_iter().zip(m).map(|(name, m)| (name, m.concat())).collect()
+            }
+        }
+    }
+
+    fn eval(&self, n: Dir) -> Rgb<f64> {
+        match self {
+            Self::Packed(packed) => packed.eval(n),
+            Self::Matrix(matrix) => matrix.eval(n),
+        }
+    }
 }
 
 /// An array with its name.
@@ -28,8 +70,9 @@ impl Encoded {
     /// What is kept, by name: arrays of shape (rows, channels), of a direction (rows, 3).
     fn numbers<'py>(&self, py: Python<'py>) -> PyResult<Vec<Named<'py>>> {
         match &self.0 {
-            Kind::Numbers(all) => columns(py, all),
-            Kind::Colors(all) => columns(py, all),
+            Kind::Numbers(all) => columns(py, all.iter().map(EncodedIrradiance::numbers).collect()),
+            Kind::Colors(all) => columns(py, all.iter().map(EncodedIrradiance::numbers).collect()),
+            Kind::Constants(all, _) => columns(py, all.iter().map(Constants::numbers).collect()),
         }
     }
 
@@ -41,65 +84,98 @@ impl Encoded {
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let normals: Vec<Dir> = contiguous(&normals)?.as_chunks().0.iter().map(|n| Dir::from_unit(*n)).collect();
         match &self.0 {
-            Kind::Numbers(all) => array_of(py, values(py, all, &normals)?, &[all.len(), normals.len()]),
+            Kind::Numbers(all) => {
+                array_of(py, values(py, all, &normals, |e, n| e.eval(n))?, &[all.len(), normals.len()])
+            }
             Kind::Colors(all) => {
-                let values = values(py, all, &normals)?;
+                let values = values(py, all, &normals, |e, n| e.eval(n))?;
                 array_of(py, bytemuck::cast_vec(values), &[all.len(), normals.len(), 3])
+            }
+            Kind::Constants(all, true) => {
+                let values = values(py, all, &normals, Constants::eval)?;
+                array_of(py, bytemuck::cast_vec(values), &[all.len(), normals.len(), 3])
+            }
+            Kind::Constants(all, false) => {
+                let values = values(py, all, &normals, |e, n| e.eval(n).channel(0))?;
+                array_of(py, values, &[all.len(), normals.len()])
             }
         }
     }
 }
 
-fn columns<'py, C: Coefficient<Scalar = f64>>(
-    py: Python<'py>,
-    all: &[EncodedIrradiance<C>],
-) -> PyResult<Vec<Named<'py>>> {
-    let rows: Vec<_> = all.iter().map(EncodedIrradiance::numbers).collect();
+/// The numbers of each row, by their names, which all have.
+fn columns<N: Into<String> + Clone>(py: Python<'_>, rows: Vec<Vec<(N, Vec<f64>)>>) -> PyResult<Vec<Named<'_>>> {
     let Some(first) = rows.first() else { return Ok(Vec::new()) };
-    let column = |(k, (name, values)): (usize, &(String, Vec<f64>))| {
+    let column = |(k, (name, values)): (usize, &(N, Vec<f64>))| {
         let column = rows.iter().flat_map(|row| row[k].1.iter().copied()).collect();
-        Ok((name.clone(), array_of(py, column, &[rows.len(), values.len()])?))
+        Ok((name.clone().into(), array_of(py, column, &[rows.len(), values.len()])?))
     };
     first.iter().enumerate().map(column).collect()
 }
 
-fn values<C: Coefficient<Scalar = f64>>(
+fn values<E: Sync, C: Coefficient>(
     py: Python<'_>,
-    all: &[EncodedIrradiance<C>],
+    all: &[E],
     normals: &[Dir],
+    eval: impl Fn(&E, Dir) -> C + Sync,
 ) -> PyResult<Vec<C>> {
     do_rows(py, all.len(), normals.len(), 1 << 12, |k, out| {
         for (out, n) in out.iter_mut().zip(normals) {
-            *out = all[k].eval(*n);
+            *out = eval(&all[k], *n);
         }
         Ok(())
     })
 }
 
-/// Irradiances `(rows, n²)` or `(rows, n², 3)` in an encoding; `normal` is the geometric one of those of a hemisphere.
+/// What irradiance is encoded in.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct EncodeSettings {
+    name: String,
+    /// The geometric one of encodings of a hemisphere.
+    normal: [f64; 3],
+    over_pi: bool,
+    /// Whether the numbers are used where y points up.
+    up_is_y: bool,
+}
+
+/// Irradiances `(rows, n²)` or `(rows, n², 3)` in an encoding.
 #[pyfunction]
 pub(crate) fn encode<'py>(
     py: Python<'py>,
     c: PyReadonlyArrayDyn<'py, f64>,
     order: usize,
-    name: &str,
-    normal: [f64; 3],
+    settings: EncodeSettings,
 ) -> PyResult<Encoded> {
-    let encoding: IrradianceEncoding = name.parse().map_err(value_error)?;
-    let frame = tangent_frame(Dir::from_unit(normal));
     let values = contiguous(&c)?;
     match c.shape() {
-        [_, _] => {
-            let encoded = search(py, values, order, |f| Ok(encoding.encode(&expansion::<f64>(f)?, frame)))?;
-            Ok(Encoded(Kind::Numbers(encoded)))
-        }
-        [_, _, 3] => {
-            let colors: &[Rgb<f64>] = bytemuck::cast_slice(values);
-            let encoded = search(py, colors, order, |f| Ok(encoding.encode(&expansion(f)?, frame)))?;
-            Ok(Encoded(Kind::Colors(encoded)))
-        }
+        [_, _] => encoded::<f64>(py, values, order, &settings, Kind::Numbers, false),
+        [_, _, 3] => encoded::<Rgb<f64>>(py, bytemuck::cast_slice(values), order, &settings, Kind::Colors, true),
         other => Err(shape_error(other)),
     }
+}
+
+fn encoded<C: Coefficient<Scalar = f64>>(
+    py: Python<'_>,
+    functions: &[C],
+    order: usize,
+    settings: &EncodeSettings,
+    kind: fn(Vec<EncodedIrradiance<C>>) -> Kind,
+    are_colors: bool,
+) -> PyResult<Encoded> {
+    let used = |f: &[C]| {
+        let irradiance = expansion(f)?;
+        let scaled = if settings.over_pi { irradiance.map(|e| e.scale(FRAC_1_PI)) } else { irradiance };
+        Ok::<_, String>(if settings.up_is_y { AxisPermutation::Y_UP_FROM_Z_UP.applied(&scaled) } else { scaled })
+    };
+    if let "packed" | "matrix" = &*settings.name {
+        let constants = |f: &[C]| Constants::of(&settings.name, &used(f)?).ok_or_else(String::new);
+        return Ok(Encoded(Kind::Constants(search(py, functions, order, constants)?, are_colors)));
+    }
+    let unknown = |error: ShError| value_error(error.to_string().replacen("one of", "packed, matrix or one of", 1));
+    let encoding: IrradianceEncoding = settings.name.parse().map_err(unknown)?;
+    let frame = tangent_frame(Dir::from_unit(settings.normal));
+    Ok(Encoded(kind(search(py, functions, order, |f| Ok(encoding.encode(&used(f)?, frame)))?)))
 }
 
 /// Name, floats, whether it is of a hemisphere, then mean, RMS and largest error, and the lowest value.

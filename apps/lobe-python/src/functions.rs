@@ -1,9 +1,9 @@
 //! Operations on functions on the sphere, one row of coefficients after the other.
 
 use lobe::sh::{
-    Coefficient, ContentWindow, DeringOptions, DeringOutcome, Expansion as _, Exponential, Real, Rgb, Rotation,
-    RotationMatrices, ShVec, Window, Zonal, band_range, coefficient_count, dering_in_place, product_into,
-    window_in_place,
+    Axis, Coefficient, ContentWindow, DeringOptions, DeringOutcome, Expansion as _, Exponential, Real, Rgb, Rotation,
+    RotationMatrices, ShVec, Window, Zonal, band_range, coefficient_count, dering_in_place, mirror_in_place,
+    product_into, window_in_place,
 };
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
@@ -264,4 +264,18 @@ impl<T: Real> RowWork<T> for Log {
 pub(crate) fn log<'py>(py: Python<'py>, c: Numbers<'py>, order: usize, clamp: f64) -> PyResult<Bound<'py, PyAny>> {
     let work = Log { clamp };
     map_rows(py, &c, coefficient_count(order), (&work, &work))
+}
+
+/// What a mirror that reverses an axis, x, y or z, multiplies each of n² coefficients by.
+#[pyfunction]
+pub(crate) fn mirror_signs(order: usize, axis: &str) -> PyResult<Vec<f64>> {
+    let axis = match axis {
+        "x" => Axis::X,
+        "y" => Axis::Y,
+        "z" => Axis::Z,
+        other => return Err(value_error(format!("axis: expected x, y or z, found {other:?}"))),
+    };
+    let mut signs = vec![1.0; order * order];
+    mirror_in_place(&mut signs, axis);
+    Ok(signs)
 }

@@ -54,7 +54,8 @@ mod _lobe {
     use crate::files::{load_sh, save_sh};
     #[pymodule_export]
     use crate::functions::{
-        content_window, dering, exp, kernel_factors, log, product, rotate, scale_bands, window_factors, window_keep,
+        content_window, dering, exp, kernel_factors, log, mirror_signs, product, rotate, scale_bands, window_factors,
+        window_keep,
     };
     #[pymodule_export]
     use crate::lights::light;
@@ -69,7 +70,7 @@ mod _lobe {
     #[pymodule_export]
     use crate::outputs::{clear_abandoned, write_whole};
     #[pymodule_export]
-    use crate::pictures::{compare, render_still, render_traced};
+    use crate::pictures::{compare, render_still, render_traced, z_test};
     #[pymodule_export]
     use crate::reflection::{dfg, dfg_table, directional_albedo};
     #[pymodule_export]

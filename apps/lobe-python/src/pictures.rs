@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use lobe::image::{FLIP_PIXELS_PER_DEGREE, ImageError, Picture, compare as compare_pixels, hdr_flip, relative_mse};
+use lobe::image::{ImageError, Measured, Picture, ZTest, compare as compare_pixels, flip, hdr_flip, relative_mse};
 use lobe::io::{Job, Shard};
 use lobe::prt::{BakeOptions, BakedOrScene, GlossyLobe};
 use lobe::render::{
@@ -241,8 +241,8 @@ pub(crate) fn distant_light(
     }
 }
 
-/// The picture and the variance of its means, `(height, width, 3)` each; none of a shard.
-pub(crate) type Traced<'py> = Option<(Pixels<'py>, Pixels<'py>)>;
+/// The picture and the variance of its means, `(height, width, 3)` each, and the degrees of freedom of the latter; none of a shard.
+pub(crate) type Traced<'py> = Option<(Pixels<'py>, Pixels<'py>, usize)>;
 
 /// A scene path traced under a lat-long map or an expansion.
 #[pyfunction]
@@ -283,7 +283,8 @@ pub(crate) fn traced<'py>(
         Some(share) => share.outcome(py, truth)?,
         None => truth?,
     };
-    truth.map(|truth| Ok((pixels(py, &truth.mean)?, pixels(py, &truth.variance)?))).transpose()
+    let of = |truth: Truth| Ok((pixels(py, &truth.mean)?, pixels(py, &truth.variance)?, truth.degrees_of_freedom));
+    truth.map(of).transpose()
 }
 
 /// A picture, or a shard of it, which stays in the file of the job.
@@ -302,23 +303,49 @@ pub(crate) fn trace(
     }
 }
 
-/// RMSE, relative MSE, PSNR and FLIP of two pictures `(height, width, 3)` of linear light.
+/// RMSE, relative MSE, PSNR and FLIP of two pictures `(height, width, 3)` of linear light, of those for a display by FLIP for these.
 #[pyfunction]
 pub(crate) fn compare(
     py: Python<'_>,
     image: PyReadonlyArrayDyn<'_, f32>,
     reference: PyReadonlyArrayDyn<'_, f32>,
+    pixels_per_degree: f64,
+    for_display: bool,
 ) -> PyResult<(f64, f64, f64, f64)> {
-    let picture = |array: &PyReadonlyArrayDyn<'_, f32>| {
-        let [height, width, 3] = *array.shape() else { return Err(value_error("expected (height, width, 3)")) };
-        let colors: Vec<[f32; 3]> = contiguous(array)?.as_chunks::<3>().0.to_vec();
-        Picture::new(width, height, colors).map_err(|error| error_of(&error))
-    };
-    let (image, reference) = (picture(&image)?, picture(&reference)?);
+    let (image, reference) = (picture_of(&image)?, picture_of(&reference)?);
     let compared = answered(py, 3 * image.pixels().len(), move || {
         let report = compare_pixels(image.pixels(), reference.pixels());
-        let flip = hdr_flip(&image, &reference, FLIP_PIXELS_PER_DEGREE)?;
+        let flip = if for_display { flip } else { hdr_flip }(&image, &reference, pixels_per_degree)?;
         Ok((report.rmse, relative_mse(image.pixels(), reference.pixels()), report.psnr, flip.mean()))
     })?;
     compared.map_err(|error: ImageError| error_of(&error))
+}
+
+/// The mean of z, the probability of one that far from 0, the spread of z and the probability of one that large, of each channel; and
+/// whether all of them are as chance has them.
+type Judged = ([f64; 3], [f64; 3], [f64; 3], [f64; 3], bool);
+
+/// A picture `(height, width, 3)`, the variance of its pixels and the degrees of freedom of that.
+type MeasuredPicture<'py> = (PyReadonlyArrayDyn<'py, f32>, PyReadonlyArrayDyn<'py, f32>, f64);
+
+/// Whether chance explains the differences of two pictures, at a level of significance.
+#[pyfunction]
+pub(crate) fn z_test(a: MeasuredPicture<'_>, b: MeasuredPicture<'_>, level: f64) -> PyResult<Judged> {
+    let pictures = |(means, variances, freedom): &MeasuredPicture<'_>| {
+        Ok::<_, PyErr>((picture_of(means)?, picture_of(variances)?, *freedom))
+    };
+    let (a, b) = (pictures(&a)?, pictures(&b)?);
+    let [a, b] = [&a, &b].map(|(means, variances, degrees_of_freedom)| Measured {
+        means: means.pixels(),
+        variances: variances.pixels(),
+        degrees_of_freedom: *degrees_of_freedom,
+    });
+    let test = ZTest::new(&a, &b).map_err(|error| error_of(&error))?;
+    Ok((test.mean_z, test.p_bias, test.spread, test.p_spread, test.passes(level)))
+}
+
+fn picture_of(array: &PyReadonlyArrayDyn<'_, f32>) -> PyResult<Picture> {
+    let [height, width, 3] = *array.shape() else { return Err(value_error("expected (height, width, 3)")) };
+    let colors: Vec<[f32; 3]> = contiguous(array)?.as_chunks::<3>().0.to_vec();
+    Picture::new(width, height, colors).map_err(|error| error_of(&error))
 }

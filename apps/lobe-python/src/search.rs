@@ -3,8 +3,8 @@
 use std::time::Instant;
 
 use lobe::sh::{
-    Coefficient, LightFit, LightFitOptions, PeakSearch, Rgb, ShVec, certified_minimum, coefficient_count,
-    extract_lights, local_maxima,
+    Coefficient, Expansion as _, LightChoice, LightFit, LightFitOptions, LightMetric, PeakSearch, Rgb, ShVec,
+    certified_minimum, coefficient_count, extract_light, extract_lights, local_maxima,
 };
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
@@ -20,25 +20,28 @@ const FIRST_SEARCHED: usize = 2;
 /// An array of double precision.
 type Doubles<'py> = Bound<'py, PyArrayDyn<f64>>;
 
-/// Least values of functions `(rows, n²)`, and where they are: `(rows)`, `(rows, 3)`.
+/// Least values of functions `(rows, n²)`, what none of their values is below, and where they are: `(rows)`, `(rows)`, `(rows, 3)`.
 #[pyfunction]
 pub(crate) fn minimum<'py>(
     py: Python<'py>,
     c: PyReadonlyArrayDyn<'py, f64>,
     order: usize,
     tolerance: f64,
-) -> PyResult<(Doubles<'py>, Doubles<'py>)> {
+) -> PyResult<(Doubles<'py>, Doubles<'py>, Doubles<'py>)> {
     let found = search(py, contiguous(&c)?, order, |f| {
         let least = certified_minimum(f, tolerance);
-        if least.hi.is_finite() {
-            Ok(least)
-        } else {
-            Err("expected finite coefficients, found one that is not".to_owned())
+        if !least.hi.is_finite() {
+            return Err("expected finite coefficients, found one that is not".to_owned());
         }
+        let f = ShVec::from_vec(f.to_vec()).ok_or_else(|| "expected n² coefficients".to_owned())?;
+        // The interval allows for more rounding than this one sum has.
+        Ok((f.eval(least.dir).clamp(least.lo, least.hi), least))
     })?;
-    let values = found.iter().map(|least| least.hi).collect();
-    let directions = found.iter().flat_map(|least| least.dir.to_array()).collect();
-    Ok((array_of(py, values, &[found.len()])?, array_of(py, directions, &[found.len(), 3])?))
+    let values = found.iter().map(|(value, _)| *value).collect();
+    let bounds = found.iter().map(|(_, least)| least.lo).collect();
+    let directions = found.iter().flat_map(|(_, least)| least.dir.to_array()).collect();
+    let count = found.len();
+    Ok((array_of(py, values, &[count])?, array_of(py, bounds, &[count])?, array_of(py, directions, &[count, 3])?))
 }
 
 /// The local maxima of one function: directions `(k, 3)` and values `(k)`, the highest first.
@@ -58,8 +61,38 @@ pub(crate) fn peaks<'py>(
     Ok((array_of(py, directions, &[found.len(), 3])?, array_of(py, values, &[found.len()])?))
 }
 
-/// Directions `(rows, count, 3)`, intensities `(rows, count[, 3])` and ambient light `(rows[, 3])`.
-type Lights<'py> = (Doubles<'py>, Doubles<'py>, Doubles<'py>);
+/// Directions `(rows, count, 3)`, intensities `(rows, count[, 3])`, ambient light and what is left of the energy `(rows[, 3])`.
+type Lights<'py> = (Doubles<'py>, Doubles<'py>, Doubles<'py>, Doubles<'py>);
+
+/// How lights are found.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct LightSettings {
+    count: usize,
+    refine: bool,
+    metric: String,
+    choose: String,
+    /// One light in closed form, whatever else is set.
+    closed: bool,
+}
+
+impl LightSettings {
+    /// None for the closed form.
+    fn options(&self) -> PyResult<Option<LightFitOptions>> {
+        let metric = match &*self.metric {
+            "irradiance" => LightMetric::Irradiance,
+            "radiance" => LightMetric::Radiance,
+            other => return Err(value_error(format!("metric: expected irradiance or radiance, found {other:?}"))),
+        };
+        let choice = match &*self.choose {
+            "residual" => LightChoice::Residual,
+            "height" => LightChoice::Height,
+            other => return Err(value_error(format!("choose: expected residual or height, found {other:?}"))),
+        };
+        let options = LightFitOptions::default().count(self.count).refine(self.refine).metric(metric).choice(choice);
+        Ok((!self.closed).then_some(options))
+    }
+}
 
 /// Directional lights in functions `(rows, n²)` or `(rows, n², 3)`. Where there are fewer than `count`, the rest have no intensity and
 /// point up.
@@ -68,38 +101,36 @@ pub(crate) fn lights<'py>(
     py: Python<'py>,
     c: PyReadonlyArrayDyn<'py, f64>,
     order: usize,
-    count: usize,
-    refine: bool,
+    settings: LightSettings,
 ) -> PyResult<Lights<'py>> {
-    let options = LightFitOptions::default().count(count).refine(refine);
+    let (options, count) = (settings.options()?, settings.count);
     let values = contiguous(&c)?;
-    match *c.shape() {
+    let (rows, channels, found) = match *c.shape() {
         [rows, _] => {
-            let fits = search(py, values, order, |f| fit::<f64>(f, &options))?;
-            let [directions, intensities, ambient] = numbers(&fits, count);
-            Ok((
-                array_of(py, directions, &[rows, count, 3])?,
-                array_of(py, intensities, &[rows, count])?,
-                array_of(py, ambient, &[rows])?,
-            ))
+            let fits = search(py, values, order, |f| fit::<f64>(f, options.as_ref()))?;
+            (rows, None, numbers(&fits, count))
         }
         [rows, _, 3] => {
             let colors: &[Rgb<f64>] = bytemuck::cast_slice(values);
-            let fits = search(py, colors, order, |f| fit::<Rgb<f64>>(f, &options))?;
-            let [directions, intensities, ambient] = numbers(&fits, count);
-            Ok((
-                array_of(py, directions, &[rows, count, 3])?,
-                array_of(py, intensities, &[rows, count, 3])?,
-                array_of(py, ambient, &[rows, 3])?,
-            ))
+            let fits = search(py, colors, order, |f| fit::<Rgb<f64>>(f, options.as_ref()))?;
+            (rows, Some(3), numbers(&fits, count))
         }
-        ref other => Err(shape_error(other)),
-    }
+        ref other => return Err(shape_error(other)),
+    };
+    let [directions, intensities, ambient, residual] = found;
+    let shape = |leading: &[usize]| leading.iter().copied().chain(channels).collect::<Vec<_>>();
+    Ok((
+        array_of(py, directions, &[rows, count, 3])?,
+        array_of(py, intensities, &shape(&[rows, count]))?,
+        array_of(py, ambient, &shape(&[rows]))?,
+        array_of(py, residual, &shape(&[rows]))?,
+    ))
 }
 
-fn fit<C: Coefficient>(f: &[C], options: &LightFitOptions) -> Result<LightFit<C::Wide>, String> {
+fn fit<C: Coefficient>(f: &[C], options: Option<&LightFitOptions>) -> Result<LightFit<C::Wide>, String> {
     let f = ShVec::from_vec(f.to_vec()).ok_or("expected n² coefficients")?;
-    extract_lights(&f, options).map_err(|error| error.to_string())
+    let fit = options.map_or_else(|| extract_light(&f), |options| extract_lights(&f, options));
+    fit.map_err(|error| error.to_string())
 }
 
 /// Searches functions in parallel, without the interpreter's lock.
@@ -127,10 +158,10 @@ pub(crate) fn search<C: Coefficient, F: Send>(
     Ok(all)
 }
 
-/// Directions, intensities and ambient light of fits, `count` lights each.
-fn numbers<C: Coefficient<Scalar = f64>>(fits: &[LightFit<C>], count: usize) -> [Vec<f64>; 3] {
+/// Directions, intensities, ambient light and residuals of fits, `count` lights each.
+fn numbers<C: Coefficient<Scalar = f64>>(fits: &[LightFit<C>], count: usize) -> [Vec<f64>; 4] {
     let channels = |c: C| (0..C::CHANNELS).map(move |k| c.channel(k));
-    let (mut directions, mut intensities, mut ambient) = (Vec::new(), Vec::new(), Vec::new());
+    let [mut directions, mut intensities, mut ambient, mut residual] = [const { Vec::new() }; 4];
     for fit in fits {
         for k in 0..count {
             let light = fit.lights.get(k);
@@ -138,6 +169,7 @@ fn numbers<C: Coefficient<Scalar = f64>>(fits: &[LightFit<C>], count: usize) -> 
             intensities.extend(channels(light.map_or(C::ZERO, |light| light.intensity)));
         }
         ambient.extend(channels(fit.ambient));
+        residual.extend(channels(fit.residual));
     }
-    [directions, intensities, ambient]
+    [directions, intensities, ambient, residual]
 }

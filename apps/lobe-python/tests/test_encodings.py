@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import lobe
+from command import lobe_json
 from oracles import directions
 
 WHOLE_SPHERE = ["sh-2", "sh-3", "non-linear-l1", "zh3", "zh3-hallucinated", "ambient-cube", "ahd"]
@@ -61,6 +62,30 @@ def test_one_side_of_a_surface_turns_with_its_normal(name):
     assert turned.eval(n @ turn.T) == pytest.approx(up, abs=1e-6)
 
 
+@pytest.mark.parametrize("name", ["packed", "matrix"])
+def test_constants_of_shaders_have_the_values_of_three_bands(irradiance, name):
+    n = directions(64)
+    three = irradiance.resized(3)
+    assert irradiance.encode(name).eval(n) == pytest.approx(three.eval(n), abs=1e-12)
+    green = lobe.Sh(np.ascontiguousarray(np.asarray(irradiance)[:, 1])).encode(name)
+    assert green.eval(n) == pytest.approx(three.eval(n)[:, 1], abs=1e-12)
+    # Where y points up, and of what a white surface leaves.
+    used = irradiance.encode(name, over_pi=True, up="y")
+    assert used.eval(n[:, [0, 2, 1]] * [1, 1, -1]) == pytest.approx(three.eval(n) / np.pi, abs=1e-12)
+
+
+@pytest.mark.parametrize("name", ["packed", "matrix", "zh3", "h-4"])
+def test_numbers_of_an_encoding_are_those_of_the_command(irradiance, tmp_path, name):
+    irradiance.save(tmp_path / "e.sh.json", quantity="irradiance")
+    expected = lobe_json("sh encode", tmp_path / "e.sh.json", "--over-pi --up y --as", name)
+    found = irradiance.encode(name, over_pi=True, up="y").numbers
+    assert [row["name"] for row in expected["numbers"]] == list(found)
+    for row in expected["numbers"]:
+        assert np.ravel(found[row["name"]]) == pytest.approx(row["values"], rel=1e-12, abs=1e-14), row["name"]
+    with pytest.raises(ValueError, match="up: expected y or z, found 'x'"):
+        irradiance.encode(name, up="x")
+
+
 def test_errors_are_those_of_their_definition(irradiance):
     errors = {error.name: error for error in irradiance.encodings(512)}
     assert len(errors) == 18
@@ -70,7 +95,7 @@ def test_errors_are_those_of_their_definition(irradiance):
 
 
 def test_what_cannot_be_encoded_says_so(irradiance):
-    with pytest.raises(ValueError, match="expected one of sh-2"):
+    with pytest.raises(ValueError, match="expected packed, matrix or one of sh-2"):
         irradiance.encode("zh4")
     with pytest.raises(ValueError, match="zero or not finite"):
         irradiance.encode("h-4", normal=(0, 0, 0))

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import lobe
+from command import lobe_json
 
 WHITE = lobe.Sh([np.sqrt(4 * np.pi)])
 SMALL = {"width": 32, "height": 24}
@@ -50,6 +51,33 @@ def test_equal_pictures_do_not_differ_and_noise_is_measured():
     b = a + np.float32(0.1)
     found = lobe.compare(b, a)
     assert abs(found.rmse - 0.1) < 1e-6 and abs(found.psnr - 20 * np.log10(a.max() / 0.1)) < 1e-3 and found.flip > 0
+
+
+def test_pictures_are_apart_as_far_away_as_one_looks(tmp_path):
+    a, b = np.random.default_rng(1).random((2, 24, 32, 3)).astype(np.float32)
+    for path, picture in [("a.pfm", a), ("b.pfm", b)]:
+        lobe.EnvMap(picture).save(tmp_path / path)
+    for per_degree in [20.0, 67.0]:
+        expected = lobe_json("compare", tmp_path / "a.pfm", tmp_path / "b.pfm", f"--pixels-per-degree {per_degree}")
+        assert lobe.compare(a, b, pixels_per_degree=per_degree).flip == pytest.approx(expected["flip"], rel=1e-6)
+    assert lobe.compare(a, b, for_display=True).flip != lobe.compare(a, b).flip
+    with pytest.raises(ValueError, match="pixels_per_degree: expected a number above 0"):
+        lobe.compare(a, b, pixels_per_degree=0)
+
+
+def test_chance_explains_other_paths_and_not_another_light():
+    one, other = (lobe.trace("built-in:ball", WHITE, samples=256, seed=seed, **SMALL) for seed in (1, 2))
+    found = lobe.z_test(one, other)
+    assert found.passes and one.degrees_of_freedom >= 5, found
+    z = (one.mean - other.mean).astype(float) / np.sqrt(np.maximum(one.variance.astype(float) + other.variance, 1e-30))
+    assert found.mean_z == pytest.approx(z.mean(axis=(0, 1)), abs=1e-4)
+    brighter = lobe.trace("built-in:ball", lobe.Sh(1.02 * WHITE.coefficients), samples=256, seed=2, **SMALL)
+    biased = lobe.z_test(brighter, one)
+    assert not biased.passes and min(biased.p_bias) < 1e-3, biased
+    with pytest.raises(ValueError, match="level: expected a probability"):
+        lobe.z_test(one, other, level=1.0)
+    with pytest.raises(TypeError, match="picture: expected what lobe.trace returns"):
+        lobe.z_test(one.mean, other)
 
 
 def test_what_cannot_be_shown_says_so(baked, tmp_path):

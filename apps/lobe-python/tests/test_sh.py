@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import lobe
+from command import lobe_json
 from oracles import basis, directions, quadrature, rotation
 
 
@@ -134,8 +135,10 @@ def test_dering_leaves_no_point_below_zero_and_the_mean():
 
 def test_the_minimum_is_the_least_of_many_values():
     f = lobe.Sh(random((3, 2, 16, 3)))
-    values, where = f.minimum()
-    assert values.shape == (3, 2, 3) and where.shape == (3, 2, 3, 3)
+    values, where, at_least = f.minimum()
+    assert values.shape == at_least.shape == (3, 2, 3) and where.shape == (3, 2, 3, 3)
+    rms = np.sqrt((f.coefficients**2).sum(axis=-2) / (4 * np.pi))
+    assert np.all(at_least <= values) and np.all(values - at_least <= 1.01e-6 * rms)
     sampled = f.eval(directions(20000)).min(axis=-2)
     assert np.all(values <= sampled + 1e-6) and np.all(values > sampled - 0.05 * np.abs(sampled) - 0.05)
     at = lobe.Sh(f.coefficients[1, 0]).eval(where[1, 0, 2])[2]
@@ -152,6 +155,53 @@ def test_a_planted_light_is_found():
     np.testing.assert_allclose(found.intensities[0] / found.intensities[0, 0], [1, 0.5, 0.25], rtol=1e-6)
     two = lobe.Sh(np.stack([color, color])).lights(count=3)
     assert two.intensities.shape == (2, 3, 3) and np.all(two.intensities[:, 1:] >= 0)
+
+
+@pytest.mark.parametrize(("axis", "k"), [("x", 0), ("y", 1), ("z", 2)])
+def test_a_mirror_has_the_value_of_the_other_side(axis, k):
+    for f in [lobe.Sh(random((2, 25))), lobe.Sh(random((2, 25, 3)).astype(np.float32))]:
+        n = directions(50)
+        other = n * np.where(np.arange(3) == k, -1.0, 1.0)
+        mirrored = f.mirror(axis)
+        assert mirrored.dtype == f.dtype
+        np.testing.assert_allclose(mirrored.eval(n), f.eval(other), rtol=1e-4, atol=1e-5)
+        np.testing.assert_array_equal(mirrored.mirror(axis).coefficients, f.coefficients)
+    with pytest.raises(ValueError, match="axis: expected x, y or z, found \"w\""):
+        f.mirror("w")
+
+
+LIGHTS = {
+    "--count 3 --refine --metric radiance": {"count": 3, "refine": True, "metric": "radiance"},
+    "--count 2 --choose height": {"count": 2, "choose": "height"},
+    "--closed": {"closed": True},
+    "--count 2 --per-channel": {"count": 2, "per_channel": True},
+}
+
+
+@pytest.mark.parametrize("options", LIGHTS)
+def test_lights_of_every_option_are_those_of_the_command(tmp_path, options):
+    f = lobe.EnvMap.bundled("sunset").project(5)
+    f.save(tmp_path / "f.sh.json")
+    found = f.lights(**LIGHTS[options])
+    expected = lobe_json("sh lights", tmp_path / "f.sh.json", options)
+    parts = expected["channels"] if "--per-channel" in options else [expected]
+    for c, part in enumerate(parts):
+        one = (c,) if "--per-channel" in options else ()
+        for k, light in enumerate(part["lights"]):
+            np.testing.assert_allclose(found.directions[(*one, k)], light["dir"], atol=1e-9)
+            np.testing.assert_allclose(np.ravel(found.intensities[(*one, k)]), light["intensity"], rtol=1e-9)
+        assert not found.intensities[one][len(part["lights"]) :].any()
+        np.testing.assert_allclose(np.ravel(found.ambient[one]), part["ambient"], rtol=1e-9)
+        np.testing.assert_allclose(np.ravel(found.residual[one]), part["residual"], rtol=1e-6, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [({"metric": "luck"}, "metric: expected irradiance or radiance"), ({"choose": "luck"}, "choose: expected"), ({"closed": True, "count": 2}, "closed: expected no other")],
+)
+def test_lights_that_cannot_be_chosen_say_so(options, message):
+    with pytest.raises(ValueError, match=message):
+        lobe.Sh(random((16,))).lights(**options)
 
 
 def test_exp_undoes_log_and_sums_become_products():

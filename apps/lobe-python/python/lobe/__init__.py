@@ -22,9 +22,9 @@ from ._light import light
 from ._lobe import __version__
 from ._moving import MovingOptions, MovingScene
 from ._reflection import dfg, dfg_table, directional_albedo
-from ._render import Difference, compare, render, trace, trace_shard
+from ._render import Difference, ZTest, compare, render, trace, trace_shard, z_test
 from ._scene import Scene
-from ._sh import Lights, Sh
+from ._sh import Lights, Minimum, Sh
 from ._shadow import (
     FieldReport,
     Spheres,
@@ -55,6 +55,7 @@ __all__ = [
     "LoadNote",
     "LobesReport",
     "Matrices",
+    "Minimum",
     "MovingOptions",
     "MovingScene",
     "Scene",
@@ -65,6 +66,7 @@ __all__ = [
     "Traced",
     "Transfer",
     "VisibilityReport",
+    "ZTest",
     "__version__",
     "bake",
     "compare",
@@ -87,4 +89,5 @@ __all__ = [
     "spheres",
     "trace",
     "trace_shard",
+    "z_test",
 ]

@@ -60,6 +60,8 @@ class Traced:
     """Radiance, (height, width, 3)."""
     variance: Picture
     """The variance of the means, (height, width, 3): the square of their standard error."""
+    degrees_of_freedom: float
+    """Of each variance: how many differences it is estimated from."""
 
 
 def checked(light: EnvMap | Sh, camera: Camera | None) -> Camera:
@@ -69,7 +71,7 @@ def checked(light: EnvMap | Sh, camera: Camera | None) -> Camera:
     return camera or Camera()
 
 
-def picture_of(traced: tuple[Picture, Picture] | None) -> Traced:
+def picture_of(traced: tuple[Picture, Picture, int] | None) -> Traced:
     """A picture that is no shard."""
     assert traced is not None
     return Traced(*traced)

@@ -62,10 +62,15 @@ class Encoded:
         return f"Encoded({batch}{self._name}{', rgb' if self._is_color else ''})"
 
 
-def encode(c: Doubles, order: int, name: str, normal: npt.ArrayLike, shape: tuple[int, ...]) -> Encoded:
+def encode(
+    c: Doubles, order: int, name: str, normal: npt.ArrayLike, over_pi: bool, up: str, shape: tuple[int, ...]
+) -> Encoded:
     """Irradiances of shape (rows, n²) or (rows, n², 3), whose batch has the shape given, in an encoding."""
     finite(c, "coefficients")
     unit, of_normal = directions(normal)
     if of_normal:
         raise ValueError(f"normal: expected one vector, found an array of shape {np.shape(normal)}")
-    return Encoded(name, _lobe.encode(c, order, name, unit[0].tolist()), shape, c.ndim == 3)
+    if up not in ("y", "z"):
+        raise ValueError(f"up: expected y or z, found {up!r}")
+    settings = {"name": name, "normal": unit[0].tolist(), "over_pi": bool(over_pi), "up_is_y": up == "y"}
+    return Encoded(name, _lobe.encode(c, order, settings), shape, c.ndim == 3)

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _lobe
-from ._arrays import finite, numbers, whole
+from ._arrays import expect, finite, numbers, whole
 from ._bake import expect_parts, expect_shard
 from ._camera import Camera, Picture, Traced, checked, colors_of, merged, picture_of, size_of, tracing_of
 from ._env import EnvMap
@@ -180,15 +180,62 @@ class Difference:
     psnr: float
     """The peak signal-to-noise ratio in decibels; infinite for equal pictures."""
     flip: float
-    """HDR-FLIP, 0 to 1: the difference that one sees when flipping between them."""
+    """HDR-FLIP, of pictures for a display FLIP, 0 to 1: the difference that one sees when flipping between them."""
 
 
-def compare(image: npt.ArrayLike, reference: npt.ArrayLike) -> Difference:
-    """How far a picture of shape (height, width, 3) in linear light is from a reference of the same size."""
-    a, b = (finite(np.ascontiguousarray(numbers(x, "picture"), dtype=np.float32), "picture") for x in (image, reference))
-    for x in (a, b):
-        if x.ndim != 3 or x.shape[-1] != 3 or x.size == 0:
-            raise ValueError(f"picture: expected an array of shape (height, width, 3), found {x.shape}")
+PIXELS_PER_DEGREE = 67.0
+"""Of a 4K display that is as far away as it is wide."""
+
+
+def compare(
+    image: npt.ArrayLike, reference: npt.ArrayLike, *, pixels_per_degree: float = PIXELS_PER_DEGREE, for_display: bool = False
+) -> Difference:
+    """How far a picture of shape (height, width, 3) in linear light is from a reference of the same size.
+
+    `pixels_per_degree` of visual angle are for FLIP. With `for_display` the pictures are what a display shows, 0 to 1 in linear light, and FLIP is
+    that of such pictures, as the command takes it of .png and .jpg files.
+    """
+    a, b = (_picture(x) for x in (image, reference))
     if a.shape != b.shape:
         raise ValueError(f"pictures: expected one size, found {a.shape} and {b.shape}")
-    return Difference(*_lobe.compare(a, b))
+    if not (np.isfinite(pixels_per_degree) and pixels_per_degree > 0):
+        raise ValueError(f"pixels_per_degree: expected a number above 0, found {pixels_per_degree}")
+    return Difference(*_lobe.compare(a, b, float(pixels_per_degree), bool(for_display)))
+
+
+def _picture(image: npt.ArrayLike) -> Picture:
+    picture = finite(np.ascontiguousarray(numbers(image, "picture"), dtype=np.float32), "picture")
+    if picture.ndim != 3 or picture.shape[-1] != 3 or picture.size == 0:
+        raise ValueError(f"picture: expected an array of shape (height, width, 3), found {picture.shape}")
+    return picture
+
+
+@dataclass(frozen=True)
+class ZTest:
+    """Whether chance explains the differences of two traced pictures; three numbers each, for red, green and blue."""
+
+    mean_z: tuple[float, ...]
+    """The mean of the differences in units of their standard deviation; 0 without a bias."""
+    p_bias: tuple[float, ...]
+    """The probability of a mean that far from 0 by chance."""
+    spread: tuple[float, ...]
+    """The mean of their squares as a multiple of what is expected; 1 if the variances are right."""
+    p_spread: tuple[float, ...]
+    """The probability of one that large by chance."""
+    passes: bool
+    """Whether chance explains them at the level of significance, for all six numbers together (Šidák)."""
+
+
+def z_test(picture: Traced, reference: Traced, *, level: float = 0.01) -> ZTest:
+    """Tests by their variance whether two path-traced pictures of one size, of other paths, show the same light, as `lobe compare --z-test`
+    does: `level` is the probability that two such are told apart by mistake. Needs variances of five degrees of freedom or more."""
+    if not 0.0 < level < 1.0:
+        raise ValueError(f"level: expected a probability above 0 and below 1, found {level}")
+    for traced in (picture, reference):
+        expect(traced, Traced, "picture", "what lobe.trace returns")
+    a, b = ((_picture(x.mean), _picture(x.variance), float(x.degrees_of_freedom)) for x in (picture, reference))
+    if not a[0].shape == a[1].shape == b[0].shape == b[1].shape:
+        raise ValueError(f"pictures: expected one size, found {[x.shape for x in (*a[:2], *b[:2])]}")
+    *numbers_of, passes = _lobe.z_test(a, b, float(level))
+    mean_z, p_bias, spread, p_spread = (tuple(x) for x in numbers_of)
+    return ZTest(mean_z, p_bias, spread, p_spread, passes)

@@ -7,7 +7,7 @@ import math
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -29,7 +29,7 @@ SINC4 = 4
 
 @dataclass(frozen=True)
 class Lights:
-    """Directional lights and ambient light of functions; see `Sh.lights`."""
+    """Directional lights and ambient light of functions; see `Sh.lights`, also for the shapes where each channel has lights of its own."""
 
     directions: Doubles
     """Towards the lights, (..., count, 3)."""
@@ -37,6 +37,19 @@ class Lights:
     """The radiance that a white diffuse surface facing a light reflects, (..., count) or (..., count, 3)."""
     ambient: Doubles
     """The radiance of the ambient light, (...) or (..., 3)."""
+    residual: Doubles
+    """What is left of the energy: the square of the distance of the lights' function from this one, by the metric, (...) or (..., 3)."""
+
+
+class Minimum(NamedTuple):
+    """Least values of functions; see `Sh.minimum`."""
+
+    value: Numbers
+    """The values found, (...), for colors of each channel (..., 3)."""
+    direction: Numbers
+    """In which directions they are, (..., 3), for colors (..., 3, 3)."""
+    at_least: Numbers
+    """What no value is below, with proof: of the shape of `value`."""
 
 
 class Sh:
@@ -255,6 +268,12 @@ class Sh:
         self._expect_order(MOST_SEARCHED)
         return self._like(_lobe.dering(self._rows(), self._order, method, bool(of_irradiance)), self._order)
 
+    def mirror(self, axis: str) -> Sh:
+        """The functions reflected along an axis, "x", "y" or "z", which changes its sign: the value at (-x, y, z) is what it was at (x, y, z)."""
+        expect(axis, str, "axis", "x, y or z")
+        signs = np.asarray(_lobe.mirror_signs(self._order, axis), dtype=self.dtype)
+        return Sh(self._c * (signs[:, None] if self._is_color else signs))
+
     def exp(self, method: str = "grid") -> Sh:
         """e to the functions, projected onto their bands, to order 10. Refuses coefficients that are not finite.
 
@@ -287,17 +306,18 @@ class Sh:
 
     # What is found in it
 
-    def minimum(self, tolerance: float = 1e-6) -> tuple[Numbers, Numbers]:
-        """The least value of each function, to within `tolerance`, with proof, and a direction in which it is: (...), (..., 3); for colors
-        of each channel, (..., 3), (..., 3, 3). To order 64. Refuses coefficients that are not finite."""
+    def minimum(self, tolerance: float = 1e-6) -> Minimum:
+        """The least value of each function, a direction in which it is, and what no value is below: (...), (..., 3) and (...); for colors of
+        each channel, (..., 3), (..., 3, 3) and (..., 3). The two values differ by `tolerance` at most, as a part of the root mean square. To
+        order 64. Refuses coefficients that are not finite."""
         self._expect_order(MOST_SEARCHED)
         if not (np.isfinite(tolerance) and tolerance > 0):
             raise ValueError(f"tolerance: expected a number above 0, found {tolerance}")
         c = np.moveaxis(self._c, -1, -2) if self._is_color else self._c
         rows = np.ascontiguousarray(c, dtype=np.float64).reshape(-1, self._order**2)
-        values, where = _lobe.minimum(rows, self._order, float(tolerance))
+        values, bounds, where = _lobe.minimum(rows, self._order, float(tolerance))
         shape = c.shape[:-1]
-        return values.reshape(shape), where.reshape((*shape, 3))
+        return Minimum(values.reshape(shape), where.reshape((*shape, 3)), bounds.reshape(shape))
 
     def peaks(self) -> tuple[Doubles, Doubles]:
         """All local maxima of one function, of the luminance of colors: directions (k, 3) and values (k,), the highest first; none of a function
@@ -310,25 +330,54 @@ class Sh:
         row = c @ np.array([0.2126, 0.7152, 0.0722]) if self._is_color else c
         return _lobe.peaks(np.ascontiguousarray(row)[None], self._order)
 
-    def lights(self, count: int = 1, refine: bool = False) -> Lights:
-        """Directional lights and ambient light that approximate radiance (Sloan 2008), by its irradiance: `count` of them at most; where fewer
-        are found, the rest have no intensity. From order 2 on, to order 64; refuses coefficients that are not finite."""
+    def lights(
+        self,
+        count: int = 1,
+        refine: bool = False,
+        *,
+        metric: str = "irradiance",
+        choose: str = "residual",
+        closed: bool = False,
+        per_channel: bool = False,
+    ) -> Lights:
+        """Directional lights and ambient light that approximate radiance (Sloan 2008): `count` of them at most; where fewer are found, the rest have
+        no intensity. From order 2 on, to order 64; refuses coefficients that are not finite.
+
+        `metric` is the function that they reproduce, "irradiance" or "radiance"; `choose` says which maxima become lights: by the "residual", one
+        after the other, or by their "height". `closed` is one light in closed form, from where the linear band points, without these options;
+        it and the ambient light may come out negative. With `per_channel` each channel of colors has lights of its own, not the directions of the
+        luminance: directions (..., 3, count, 3), intensities (..., 3, count), ambient light and residual (..., 3)."""
         self._expect_order(MOST_SEARCHED)
         count = whole(count, "count", 1, 64)
+        if closed and (count, bool(refine), metric, choose) != (1, False, "irradiance", "residual"):
+            raise ValueError("closed: expected no other option, as it has one light by its irradiance")
+        if per_channel and self._is_color:
+            channels = Sh(np.ascontiguousarray(np.moveaxis(self._c, -1, -2)))
+            return channels.lights(count, refine, metric=metric, choose=choose, closed=closed)
         rows = self._rows().astype(np.float64, copy=False)
-        found, intensities, ambient = _lobe.lights(rows, self._order, count, bool(refine))
+        settings = {"count": count, "refine": bool(refine), "metric": metric, "choose": choose, "closed": bool(closed)}
+        found, intensities, ambient, residual = _lobe.lights(rows, self._order, settings)
         tail = (3,) if self._is_color else ()
         return Lights(
             found.reshape((*self.shape, count, 3)),
             intensities.reshape((*self.shape, count, *tail)),
             ambient.reshape(self.shape + tail),
+            residual.reshape(self.shape + tail),
         )
 
-    def encode(self, name: str, normal: npt.ArrayLike = (0.0, 0.0, 1.0)) -> Encoded:
+    def encode(
+        self, name: str, normal: npt.ArrayLike = (0.0, 0.0, 1.0), *, over_pi: bool = False, up: str = "z"
+    ) -> Encoded:
         """Irradiance in fewer numbers, in an encoding named as in the command, such as "zh3", "ahd", "ambient-cube" or "h-6"; `encodings` lists
-        them with their errors. `normal` is the geometric one of those that serve one side of a surface only. The functions are
-        irradiance, `convolve("cosine")` of radiance; bands that they lack count as zero."""
-        return encode(self._rows().astype(np.float64, copy=False), self._order, name, normal, self.shape)
+        them with their errors. "packed" are the seven vectors cAr .. cC of Sloan's shader, "matrix" the 4x4 matrices of Ramamoorthi and
+        Hanrahan, row after row, both of three bands and for three channels, which a function of numbers has alike.
+
+        `normal` is the geometric one of those that serve one side of a surface only. `over_pi` divides by π, as the shaders of Sloan's paper,
+        Direct3D and Unity expect: what a white matte surface leaves of the irradiance. `up="y"` is for where y points up: directions, that of
+        `normal` and those of `Encoded.eval` too, are then (x, z, -y) of Lobe's. The functions are irradiance, `convolve("cosine")` of
+        radiance; bands that they lack count as zero."""
+        rows = self._rows().astype(np.float64, copy=False)
+        return encode(rows, self._order, name, normal, over_pi, up, self.shape)
 
     def encodings(self, normals: int = 1024) -> list[EncodingError]:
         """How far each encoding of this irradiance is from it, for that many normals over the sphere. One function."""
