@@ -9,6 +9,7 @@ use lobe::render::{MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, 
 use lobe::sh::ExpMethod;
 use lobe::shadow::{
     FieldOptions, LogTable, LogTableOptions, RadialInterpolation, ShadowFieldOptions, ShadowOptions, cached_log_table,
+    read_log_table,
 };
 
 use crate::args::exponential::fast_exponential;
@@ -74,7 +75,8 @@ pub(crate) struct MovingInput {
     /// fields, shexp: light that spheres send on, one bounce
     #[arg(long)]
     sphere_bounce: bool,
-    /// fields, shexp: the table of spheres, a .safetensors file of lobe spheres table; made and written if it is not there
+    /// fields, shexp: the table of spheres, a .safetensors file of lobe spheres table, of any clamp and tolerance; made and written if
+    /// it is not there
     #[arg(long, value_name = "FILE")]
     sphere_table: Option<PathBuf>,
     /// fields, shexp: the width of a window on what single spheres leave visible, in bands [default: none]
@@ -291,14 +293,18 @@ impl MovingInput {
         Ok(Prepared { shading: MovingShading::with_table(options, table)?, kept })
     }
 
-    /// The table of spheres, kept in a file if one is named.
+    /// The table of spheres, kept in a file if one is named. One that is there says itself of which clamp and tolerance it is; order and
+    /// window are those asked for.
     fn table(&self, order: usize) -> anyhow::Result<LogTable> {
         let mut options = LogTableOptions::default().order(order);
         options.window = self.sphere_window;
-        Ok(match &self.sphere_table {
-            Some(file) => cached_log_table(file, &options)?,
-            None => LogTable::new(&options)?,
-        })
+        let Some(file) = &self.sphere_table else { return Ok(LogTable::new(&options)?) };
+        // What cannot be read is told, or made anew, below.
+        if let Ok(kept) = read_log_table(file) {
+            let LogTableOptions { clamp, tolerance, .. } = *kept.options();
+            options = options.clamp(clamp).tolerance(tolerance);
+        }
+        Ok(cached_log_table(file, &options)?)
     }
 
     /// The bakes of parts.

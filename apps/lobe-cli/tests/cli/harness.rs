@@ -51,6 +51,12 @@ impl Dir {
         read_sh_json(self.path(name)).unwrap()
     }
 
+    /// All numbers of a picture.
+    pub(crate) fn numbers(&self, name: &str) -> Vec<f32> {
+        let (picture, _) = lobe::image::read_picture(self.path(name), &Default::default()).unwrap();
+        picture.pixels().as_flattened().to_vec()
+    }
+
     /// Writes an environment map; the name's extension decides the format.
     pub(crate) fn map(&self, name: &str, width: usize, height: usize, texel: impl Fn(usize, usize) -> [f32; 3]) {
         let texels = (0..width * height).map(|i| Rgb::from(texel(i % width, i / width))).collect();
@@ -72,6 +78,11 @@ impl Dir {
         command.args(args.split_whitespace()).current_dir(self.folder.path());
         TestCommand { command, args: args.to_owned(), stdin: Vec::new() }
     }
+}
+
+/// The mean of numbers.
+pub(crate) fn mean(numbers: &[f32]) -> f64 {
+    numbers.iter().map(|x| f64::from(*x)).sum::<f64>() / numbers.len() as f64
 }
 
 /// One run of `lobe`.

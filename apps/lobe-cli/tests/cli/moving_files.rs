@@ -2,7 +2,7 @@
 
 use lobe::shadow::{SphereSet, write_spheres};
 
-use crate::harness::Dir;
+use crate::harness::{Dir, mean};
 #[cfg(unix)]
 use crate::stopped::{line, started, stopped};
 
@@ -143,6 +143,30 @@ fn a_table_of_spheres_is_kept_and_one_of_another_window_refused() {
     assert!(error.starts_with("w.safetensors: ") && error.contains("a window of 3"), "{error}");
     render("--sphere-table w.safetensors --sphere-window 3 -o d.exr").succeeds();
     assert!(dir.bytes("d.exr") != dir.bytes("a.exr"), "a window changes shadows");
+}
+
+#[test]
+fn a_table_of_spheres_says_its_own_clamp_and_tolerance() {
+    let dir = scene(KEYS);
+    let render =
+        |more: &str| dir.lobe(&format!("render s.json {VIEW} --mode shexp --order 2 --spheres 2 {more} --quiet"));
+    render("-o default.exr").succeeds();
+    for (name, option) in [("clamp", "--clamp 0.4"), ("coarse", "--tolerance 0.3")] {
+        dir.lobe(&format!("spheres table -o {name}.safetensors --order 2 {option}")).succeeds();
+        let kept = dir.bytes(&format!("{name}.safetensors"));
+        render(&format!("--sphere-table {name}.safetensors -o {name}.exr")).succeeds();
+        assert!(dir.bytes(&format!("{name}.safetensors")) == kept, "{option}: taken as it is");
+    }
+    // The more of a logarithm the clamp takes, the less is hidden.
+    let [clamped, default] = ["clamp.exr", "default.exr"].map(|name| mean(&dir.numbers(name)));
+    assert!(clamped > default, "a clamp of 0.4 leaves {clamped}, of 0.02 {default}");
+    let error = dir
+        .lobe(&format!("render s.json {VIEW} --mode shexp --sphere-table clamp.safetensors --quiet -o x.exr"))
+        .error();
+    assert!(
+        error.starts_with("clamp.safetensors: a table of another order: expected order 4, found order 2"),
+        "{error}"
+    );
 }
 
 #[test]
