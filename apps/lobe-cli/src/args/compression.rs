@@ -11,14 +11,16 @@ const MAX_COMPONENTS: usize = 3 * Transfer::MAX_ORDER * Transfer::MAX_ORDER;
 /// Options of what can be compressed, and is if any of them is given.
 #[derive(Args)]
 pub(crate) struct Compression {
-    /// Compress to this many clusters of vertices at most, 1 to 65536; 1 gives ordinary principal components [default where
-    /// transfer is compressed: 64]
+    /// Compress to this many clusters of vertices, or of sample points of a field, at most, 1 to 65536; 1 gives ordinary principal
+    /// components [default where there is compression: 64]
     #[arg(long, value_name = "K", value_parser = clusters)]
     clusters: Option<usize>,
-    /// Compress to this many components in each cluster, 0 to 192; 0 gives vector quantization [default likewise: 8]
+    /// Compress to this many components in each cluster, 0 to 192; 0 gives vector quantization [default likewise: 8, of a
+    /// field 4]
     #[arg(long, value_name = "N", value_parser = components)]
     components: Option<usize>,
-    /// Compress, with this many bits for each weight: 8 or 16 in steps of its range, or 32 [default likewise: 16]
+    /// Compress, with this many bits for each weight: 8 or 16 in steps of its range, or 32 [default likewise: 16, of
+    /// a field 32]
     #[arg(long, value_name = "BITS", value_parser = weight_bits)]
     weights: Option<WeightBits>,
 }
@@ -26,17 +28,31 @@ pub(crate) struct Compression {
 impl Compression {
     /// The options of compression, if that was asked for.
     pub(crate) fn options(&self) -> Option<CompressOptions> {
-        let is_asked = self.clusters.is_some() || self.components.is_some() || self.weights.is_some();
-        is_asked.then(|| self.options_or_default())
+        self.asked().map(|_| self.options_or_default())
+    }
+
+    /// The name of an option that is given.
+    pub(crate) fn asked(&self) -> Option<&'static str> {
+        [
+            (self.clusters.is_some(), "--clusters"),
+            (self.components.is_some(), "--components"),
+            (self.weights.is_some(), "--weights"),
+        ]
+        .into_iter()
+        .find_map(|(is_asked, name)| is_asked.then_some(name))
     }
 
     /// The options of compression, whether or not one was given.
     pub(crate) fn options_or_default(&self) -> CompressOptions {
-        let defaults = CompressOptions::default();
+        self.options_over(CompressOptions::default().weights(WeightBits::U16))
+    }
+
+    /// The options of compression that are given, the others as here.
+    pub(crate) fn options_over(&self, defaults: CompressOptions) -> CompressOptions {
         defaults
             .clusters(self.clusters.unwrap_or(defaults.clusters))
             .components(self.components.unwrap_or(defaults.components))
-            .weights(self.weights.unwrap_or(WeightBits::U16))
+            .weights(self.weights.unwrap_or(defaults.weights))
     }
 }
 

@@ -1,5 +1,6 @@
 //! Scenes that move in `lobe render`: their files, the times of the pictures, and the bakes that their parts lack.
 
+use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
@@ -89,6 +90,21 @@ pub(crate) struct MovingInput {
     /// fields, shexp: vertices, a multiple of 16, for which spheres far away are summed once; 0: for each vertex [default: 0]
     #[arg(long, value_name = "N", value_parser = group)]
     group: Option<usize>,
+    /// fields, shexp: with --group, spheres are far away where its radius is at most this part of their distance, 0 to 1: the less, the
+    /// nearer to no groups [default: 0.05]
+    #[arg(long, value_name = "X", value_parser = part)]
+    far: Option<f32>,
+    /// fields, shexp: spheres near each other count as one where what holds them all reaches at most this part of its distance, 0 to 1; 0:
+    /// each counts by itself [default: 0.2]
+    #[arg(long, value_name = "X", value_parser = part)]
+    cut: Option<f32>,
+    /// fields, shexp: every sphere hides all that it covers, as published; without this those that overlap share it
+    #[arg(long)]
+    no_share_overlaps: bool,
+    /// fields, shexp: for each vertex the fields that look smallest are left out, up to this solid angle in all, in steradians; 0: none
+    /// [default: 0.0063, a thousandth of a hemisphere]
+    #[arg(long, value_name = "SR", value_parser = solid_angle)]
+    negligible: Option<f64>,
     /// fields, shexp: points of the grid at which it is found how much of the sky the parts that stand still leave to those that
     /// move; 0: they hide nothing from them, and only receive shadows [default: 4096]
     #[arg(long, value_name = "N", value_parser = still_points)]
@@ -117,6 +133,21 @@ fn group(text: &str) -> Result<usize, String> {
     match values::whole(text, 0, MOST_IN_GROUP, "a number of vertices")? {
         odd if !odd.is_multiple_of(16) => Err(format!("expected a multiple of 16, found {odd}")),
         group => Ok(group),
+    }
+}
+
+fn part(text: &str) -> Result<f32, String> {
+    match values::finite(text)? {
+        x if (0.0..=1.0).contains(&x) => Ok(x as f32),
+        x => Err(format!("expected a part from 0 to 1, found {x}")),
+    }
+}
+
+/// A solid angle, up to that of the whole sphere.
+fn solid_angle(text: &str) -> Result<f64, String> {
+    match values::finite(text)? {
+        x if (0.0..=4.0 * PI).contains(&x) => Ok(x),
+        x => Err(format!("expected a solid angle from 0 to 4π steradians, found {x}")),
     }
 }
 
@@ -154,6 +185,10 @@ impl MovingInput {
             (self.sphere_window.is_some(), "--sphere-window"),
             (self.interpolation.is_some(), "--interpolation"),
             (self.group.is_some(), "--group"),
+            (self.far.is_some(), "--far"),
+            (self.cut.is_some(), "--cut"),
+            (self.no_share_overlaps, "--no-share-overlaps"),
+            (self.negligible.is_some(), "--negligible"),
             (self.still_points.is_some(), "--still-points"),
         ]
         .into_iter()
@@ -175,6 +210,9 @@ impl MovingInput {
         }
         if self.exponential.is_some() && method != Some(MovingMethod::Exponentials) {
             bail!("--exponential: only of --mode shexp; leave the option out");
+        }
+        if self.far.is_some() && self.group.unwrap_or_default() == 0 {
+            bail!("--far: only of groups of vertices; give --group N too, or leave the option out");
         }
         if let Some(file) = &self.sphere_table {
             crate::args::output::check_safetensors(file)?;
@@ -280,17 +318,30 @@ impl MovingInput {
         let options = MovingOptions::default()
             .method(method)
             .order(transfer.order)
-            .fields(
-                ShadowFieldOptions::default()
-                    .interpolation(self.interpolation.map_or_else(Default::default, Into::into)),
-            )
-            .spheres(
-                ShadowOptions::default()
-                    .method(self.exponential.unwrap_or_default())
-                    .group(self.group.unwrap_or_default()),
-            )
+            .fields(self.field_options())
+            .spheres(self.sphere_options())
             .bounce(self.sphere_bounce);
         Ok(Prepared { shading: MovingShading::with_table(options, table)?, kept })
+    }
+
+    /// What fields hide.
+    fn field_options(&self) -> ShadowFieldOptions {
+        let defaults = ShadowFieldOptions::default();
+        let (interpolation, negligible) = (defaults.interpolation, defaults.negligible);
+        defaults
+            .interpolation(self.interpolation.map_or(interpolation, Into::into))
+            .negligible(self.negligible.unwrap_or(negligible))
+    }
+
+    /// What spheres hide.
+    fn sphere_options(&self) -> ShadowOptions {
+        let defaults = ShadowOptions::default();
+        defaults
+            .method(self.exponential.unwrap_or(defaults.method))
+            .group(self.group.unwrap_or(defaults.group))
+            .far(self.far.unwrap_or(defaults.far))
+            .cut(self.cut.unwrap_or(defaults.cut))
+            .share_overlaps(!self.no_share_overlaps)
     }
 
     /// The table of spheres, kept in a file if one is named. One that is there says itself of which clamp and tolerance it is; order and

@@ -3,8 +3,7 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use clap::{Args, ValueEnum};
-use lobe::prt::CompressOptions;
+use clap::Args;
 use lobe::scene::{Mesh, Scene};
 use lobe::shadow::{
     FieldOptions, FieldReport, FieldStorage, StorageReport, SurfaceVisibility, VisibilityOptions, bake_field,
@@ -12,6 +11,7 @@ use lobe::shadow::{
 };
 use serde::Serialize;
 
+use crate::args::field_storage::StorageOptions;
 use crate::args::memory::MemoryLimit;
 use crate::args::open_scene::OpenScene;
 use crate::args::output;
@@ -28,10 +28,6 @@ const MAX_RAYS: usize = 1 << 20;
 
 /// How often all numbers are held at once.
 const COPIES: u64 = 3;
-
-/// Clusters and components of `--storage clustered`: at order 4 less than a third of the bytes of single precision.
-const CLUSTERS: usize = 64;
-const COMPONENTS: usize = 4;
 
 #[expect(clippy::doc_markdown, reason = "the keys of the JSON are shown on a terminal")]
 #[derive(Args)]
@@ -63,9 +59,8 @@ pub(crate) struct Field {
     /// multiplied
     #[arg(long, conflicts_with_all = ["spheres", "cells", "range", "shard", "merge"])]
     self_visibility: bool,
-    /// How numbers are stored
-    #[arg(long, value_enum, default_value = "f32")]
-    storage: Storage,
+    #[command(flatten)]
+    storage: StorageOptions,
     #[command(flatten)]
     memory: MemoryLimit,
     /// Start anew, even if there is a checkpoint of a bake that was stopped
@@ -77,41 +72,6 @@ pub(crate) struct Field {
     json: bool,
     #[command(flatten)]
     sharing: Sharing,
-}
-
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-pub(crate) enum Storage {
-    /// Four bytes each
-    F32,
-    /// Two bytes each
-    F16,
-    /// One byte each, in even steps over the range of each coefficient
-    U8,
-    /// Clustered principal components of 64 clusters
-    Clustered,
-}
-
-impl From<Storage> for FieldStorage {
-    fn from(storage: Storage) -> Self {
-        match storage {
-            Storage::F32 => Self::F32,
-            Storage::F16 => Self::F16,
-            Storage::U8 => Self::U8,
-            Storage::Clustered => Self::Clustered(CompressOptions::default().clusters(CLUSTERS).components(COMPONENTS)),
-        }
-    }
-}
-
-impl Storage {
-    /// Notes that a form takes more bytes than single precision.
-    pub(crate) fn tell_if_larger(self, report: &StorageReport, talk: Talk) {
-        if report.bytes > report.bytes_before {
-            let (found, single) = (report.bytes, report.bytes_before);
-            let text = format!("takes {found} bytes, more than the {single} of f32: there are too few points for it");
-            let name = self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned());
-            talk.note(&format!("--storage {name}"), &text);
-        }
-    }
 }
 
 pub(crate) fn order(text: &str) -> Result<usize, String> {
@@ -170,6 +130,7 @@ struct PrintedVisibility {
 impl Field {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         output::check_safetensors(&self.output)?;
+        let form = self.storage.form()?;
         let inputs: Vec<_> = self.sharing.inputs().chain([self.input.path()]).collect();
         output::prepare_file(&self.output, &inputs)?;
         let scene = OpenScene::new(&self.input, &self.memory, talk)?.scene()?;
@@ -178,7 +139,7 @@ impl Field {
             checkpoint.discard()?;
         }
         if self.self_visibility {
-            return self.bake_self_visibility(&scene, &checkpoint, talk);
+            return self.bake_self_visibility(&scene, &checkpoint, &form, talk);
         }
         let options = self.options();
         self.check_memory(&options)?;
@@ -192,7 +153,7 @@ impl Field {
         self.sharing.merge(&checkpoint, talk)?;
         let baked = checkpoint.watched(talk, |job| bake_field(&scene, &options, job));
         let (field, report) = self.sharing.merged(&checkpoint, baked)?;
-        let storage = write_field(&self.output, &field, &self.storage.into())?;
+        let storage = write_field(&self.output, &field, &form)?;
         self.storage.tell_if_larger(&storage, talk);
         checkpoint.finish();
         tell_if_too_late(&self.output, talk);
@@ -201,7 +162,13 @@ impl Field {
         if self.json { output::print_json(&printed) } else { output::print(&printed.to_text()) }
     }
 
-    fn bake_self_visibility(&self, scene: &Scene, checkpoint: &Checkpoint, talk: Talk) -> anyhow::Result<()> {
+    fn bake_self_visibility(
+        &self,
+        scene: &Scene,
+        checkpoint: &Checkpoint,
+        form: &FieldStorage,
+        talk: Talk,
+    ) -> anyhow::Result<()> {
         let vertices = scene.vertex_count();
         let what = format!("the visibility of {vertices} vertices at order {}", self.order);
         let numbers = vertices * self.order * self.order;
@@ -213,7 +180,7 @@ impl Field {
         let options = defaults.order(self.order).rays(per_vertex).seed(self.seed);
         let rows = checkpoint.watched(talk, |job| bake_visibility(scene, &positions, &normals, &options, job))?;
         let visibility = SurfaceVisibility::new(self.order, rows)?;
-        let storage = write_visibility(&self.output, &visibility, &self.storage.into())?;
+        let storage = write_visibility(&self.output, &visibility, form)?;
         self.storage.tell_if_larger(&storage, talk);
         checkpoint.finish();
         tell_if_too_late(&self.output, talk);

@@ -11,6 +11,7 @@ use lobe::shadow::{
 };
 use serde::Serialize;
 
+use crate::args::field_storage::StorageOptions;
 use crate::args::input::{NonfiniteOption, tell};
 use crate::args::map_input::max_texels;
 use crate::args::memory::MemoryLimit;
@@ -18,7 +19,7 @@ use crate::args::output;
 use crate::args::values;
 use crate::run::bake_watch::{Checkpoint, tell_if_too_late};
 use crate::run::talk::Talk;
-use crate::shadow::field::{self, Storage};
+use crate::shadow::field;
 
 /// The most patches along each side of a rectangle.
 const MAX_PATCHES: usize = 64;
@@ -65,9 +66,8 @@ pub(crate) struct LampCommand {
     /// The innermost and the outermost sphere, in half diagonals of the rectangle [default: 0.25,8]
     #[arg(long, value_name = "INNER,OUTER", value_parser = field::range)]
     range: Option<[f64; 2]>,
-    /// How the numbers of a rectangle are stored
-    #[arg(long, value_enum, default_value = "f32")]
-    storage: Storage,
+    #[command(flatten)]
+    storage: StorageOptions,
     #[command(flatten)]
     memory: MemoryLimit,
     /// Start anew, even if there is a checkpoint of a bake that was stopped
@@ -120,6 +120,7 @@ impl LampCommand {
         let inputs: Vec<_> = self.pictures.iter().map(PathBuf::as_path).collect();
         output::prepare_file(&self.output, &inputs)?;
         self.check()?;
+        let form = self.storage.form()?;
         let checkpoint = Checkpoint::beside(&self.output);
         if self.fresh {
             checkpoint.discard()?;
@@ -128,7 +129,7 @@ impl LampCommand {
             Shape::Sphere => self.sphere()?,
             Shape::Rectangle => self.rectangle(&checkpoint, talk)?,
         };
-        let report = write_lamp(&self.output, &lamp, &self.storage.into())?;
+        let report = write_lamp(&self.output, &lamp, &form)?;
         self.storage.tell_if_larger(&report, talk);
         let StorageReport { bytes, relative_error, .. } = report;
         checkpoint.finish();
@@ -155,7 +156,7 @@ impl LampCommand {
             ("--spheres", self.spheres.is_some()),
             ("--cells", self.cells.is_some()),
             ("--range", self.range.is_some()),
-            ("--storage", self.storage != Storage::F32),
+            (self.storage.asked().unwrap_or("--storage"), self.storage.asked().is_some()),
         ];
         if self.shape == Shape::Sphere
             && let Some((option, _)) = of_rectangles.iter().find(|(_, given)| *given)

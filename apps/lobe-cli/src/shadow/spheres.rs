@@ -101,6 +101,10 @@ pub(crate) struct Spheres {
     /// About how many points of the solid the spheres must cover [default: 12288]
     #[arg(long, value_name = "N", value_parser = points)]
     points: Option<usize>,
+    /// medial-axis: balls keep the size that they were selected with, as published; without this each shrinks at last to the points that
+    /// are its own
+    #[arg(long)]
+    no_shrink: bool,
     /// variational: rounds at most [default: 100]
     #[arg(long, value_name = "N", value_parser = rounds)]
     rounds: Option<usize>,
@@ -140,6 +144,10 @@ pub(crate) struct SphereTable {
     /// The least eigenvalue of a logarithm, as a part of the largest, above 0 and up to 1 [default: 0.02]
     #[arg(long, value_name = "X", value_parser = clamp)]
     clamp: Option<f64>,
+    /// The most that a logarithm between two rows may be off, as a norm, above 0; 0.01 is 0.3 % of visibility in the root mean square
+    /// [default: 0.01]
+    #[arg(long, value_name = "X", value_parser = values::positive)]
+    tolerance: Option<f64>,
 }
 
 fn order(text: &str) -> Result<usize, String> {
@@ -163,6 +171,9 @@ impl Spheres {
         let is_variational = self.method == Method::Variational;
         if self.rounds.is_some() && !is_variational {
             bail!("--rounds: only of --method variational; leave the option out");
+        }
+        if self.no_shrink && is_variational {
+            bail!("--no-shrink: only of --method medial-axis; leave the option out");
         }
         output::check_safetensors(&self.output)?;
         output::prepare_file(&self.output, &[self.input.path()])?;
@@ -242,6 +253,7 @@ impl Spheres {
             .count(self.count)
             .method(self.method.into())
             .samples(self.points.unwrap_or(defaults.samples))
+            .shrink(!self.no_shrink)
             .rounds(self.rounds.unwrap_or(defaults.rounds))
             .seed(self.seed)
     }
@@ -252,7 +264,10 @@ impl SphereTable {
         output::check_safetensors(&self.output)?;
         output::prepare_file(&self.output, output::NO_INPUTS)?;
         let defaults = LogTableOptions::default();
-        let mut options = defaults.order(self.order).clamp(self.clamp.unwrap_or(defaults.clamp));
+        let mut options = defaults
+            .order(self.order)
+            .clamp(self.clamp.unwrap_or(defaults.clamp))
+            .tolerance(self.tolerance.unwrap_or(defaults.tolerance));
         options.window = self.window;
         let table = LogTable::new(&options)?;
         write_log_table(&self.output, &table)?;

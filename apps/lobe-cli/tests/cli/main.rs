@@ -32,6 +32,7 @@ mod scene_options;
 mod sh;
 mod sh_arithmetic;
 mod sh_log_exp;
+mod shadow_options;
 mod sharing;
 mod skinned_spheres;
 #[cfg(unix)]
