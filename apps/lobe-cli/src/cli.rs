@@ -229,7 +229,7 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
         Command::Sh(ShCommand::Mirror(args)) => args.run()?,
         Command::Sh(ShCommand::Product(args)) => args.run()?,
         Command::Sh(ShCommand::Log(args)) => args.run()?,
-        Command::Sh(ShCommand::Exp(args)) => args.run()?,
+        Command::Sh(ShCommand::Exp(args)) => args.run(talk)?,
         Command::Sh(ShCommand::Convolve(args)) => args.run(talk)?,
         Command::Sh(ShCommand::Window(args)) => args.run(talk)?,
         Command::Sh(ShCommand::Dering(args)) => args.run(talk)?,

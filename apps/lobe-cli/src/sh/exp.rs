@@ -5,12 +5,19 @@ use clap::Args;
 use lobe::sh::{
     Coefficient as _, ExpMethod, Expansion as _, Exponential, FileCoefficients, Quantity, Rgb, ShFile, ShVec,
 };
+use serde::Serialize;
 
 use crate::args::input::ShInput;
-use crate::args::output::ShOutput;
+use crate::args::output::{self, ShOutput};
+use crate::run::talk::Talk;
 
 /// The highest order of logarithms and exponentials: the eigenvectors of one function of order 10 take a second.
 const MOST_BANDS: usize = 10;
+
+/// With two digits and this factor no bound is printed as less than it is.
+const ROUNDED_UP: f64 = 1.05;
+
+const JSON_HELP: &str = r#"Print {"error_bound"}: for each channel a bound on the norm of the error, of grid against the projection of the true exponential, of series against eigen; null by the other methods, which have none"#;
 
 #[derive(Args)]
 pub(crate) struct ShExp {
@@ -24,10 +31,21 @@ pub(crate) struct ShExp {
     /// The visibility, a .sh.json file; - writes to stdout
     #[arg(short, long, value_name = "P")]
     output: ShOutput,
+    #[arg(long, help = JSON_HELP)]
+    json: bool,
+}
+
+/// The JSON of `--json`.
+#[derive(Serialize)]
+struct Report {
+    error_bound: Vec<Option<f64>>,
 }
 
 impl ShExp {
-    pub(crate) fn run(&self) -> anyhow::Result<()> {
+    pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
+        if self.json && self.output == ShOutput::Stdout {
+            bail!("stdout: both the expansion and the JSON would go there; name a file for -o, or leave --json out");
+        }
         self.output.check()?;
         let file = self.input.read()?;
         expect(&self.input, file.quantity, Quantity::LogVisibility)?;
@@ -40,8 +58,22 @@ impl ShExp {
                 self.input
             );
         }
-        self.output.write(&ShFile::new(Quantity::Visibility, visibility))
+        self.output.write(&ShFile::new(Quantity::Visibility, visibility))?;
+        let error_bound = channels(&file.coefficients).iter().map(|f| exponential.error_bound(f)).collect();
+        if self.json {
+            return output::print_json(&Report { error_bound });
+        }
+        if let Some(text) = in_words(&error_bound) {
+            talk.note(&self.input.to_string(), &text);
+        }
+        Ok(())
     }
+}
+
+/// The largest bound of the channels, if the method has one.
+fn in_words(bounds: &[Option<f64>]) -> Option<String> {
+    let worst = bounds.iter().flatten().copied().reduce(f64::max)?;
+    Some(format!("the norm of the error of its exponential is at most {:.1e}", ROUNDED_UP * worst))
 }
 
 /// Whether every coefficient is a finite number.
@@ -78,7 +110,7 @@ pub(crate) fn by_channel(
     match coefficients {
         FileCoefficients::Scalar(f) => function(f).into(),
         FileCoefficients::Rgb(f) => {
-            let [r, g, b] = [0, 1, 2].map(|k| function(&f.map(|c| c.channel(k))));
+            let [r, g, b] = colors(f).map(|f| function(&f));
             let mut out = f.clone();
             for (i, c) in out.coefficients_mut().iter_mut().enumerate() {
                 *c = Rgb::new(r[i], g[i], b[i]);
@@ -86,4 +118,16 @@ pub(crate) fn by_channel(
             out.into()
         }
     }
+}
+
+/// Every channel by itself.
+fn channels(coefficients: &FileCoefficients) -> Vec<ShVec<f64>> {
+    match coefficients {
+        FileCoefficients::Scalar(f) => vec![f.clone()],
+        FileCoefficients::Rgb(f) => colors(f).into(),
+    }
+}
+
+fn colors(f: &ShVec<Rgb<f64>>) -> [ShVec<f64>; 3] {
+    [0, 1, 2].map(|k| f.map(|c| c.channel(k)))
 }

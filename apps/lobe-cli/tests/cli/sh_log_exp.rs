@@ -2,8 +2,9 @@
 
 use lobe::sh::{
     Coefficient as _, Dir as Direction, ExpMethod, Expansion as _, Exponential, FileCoefficients, LOG_CLAMP, Quantity,
-    Rgb, ShFile, ShVec, Zonal, logarithm,
+    Rgb, ShFile, ShVec, Zonal, logarithm, project,
 };
+use serde_json::Value;
 
 use crate::harness::Dir;
 
@@ -36,13 +37,53 @@ fn shadows_add_up_as_logarithms() {
         ("--method series:4", ExpMethod::ProductSeries(4)),
         ("--method eigen", ExpMethod::Eigen),
     ] {
-        dir.lobe(&format!("sh exp sum.sh.json -o both.sh.json {option}")).stdout();
+        dir.lobe(&format!("sh exp sum.sh.json -o both.sh.json {option}")).succeeds();
         let found = dir.read_sh("both.sh.json");
         assert_eq!(found.quantity, Quantity::Visibility, "{option}");
         let (found, expected) = (numbers(found), Exponential::new(4, method).of(&sum));
         let worst = found.coefficients().iter().zip(expected.coefficients()).map(|(a, b)| (a - b).abs());
         assert!(worst.clone().fold(0.0, f64::max) < 1e-12, "{option}: {:?}", worst.collect::<Vec<_>>());
     }
+}
+
+#[test]
+fn the_bound_that_is_printed_holds() {
+    let dir = Dir::new();
+    let sphere = |towards| Zonal::sphere_logarithm(4, 8.0_f64.to_radians(), LOG_CLAMP).towards(towards, 1.0);
+    let sum = &sphere(Direction::Z) + &sphere(Direction::X);
+    let dim = &sum + &ShVec::constant(4, -0.5);
+    let double = sum.map(|c| 2.0 * c);
+    let channels = [&sum, &dim, &double];
+    let mut rgb = sum.map(Rgb::splat);
+    for (i, c) in rgb.coefficients_mut().iter_mut().enumerate() {
+        *c = Rgb::from(channels.map(|f| f[i]));
+    }
+    dir.sh("q.sh.json", Quantity::LogVisibility, rgb);
+    for (option, method) in [("grid", ExpMethod::Grid), ("series:2", ExpMethod::ProductSeries(2))] {
+        let command = format!("sh exp q.sh.json -o p.sh.json --method {option}");
+        let (_, note) = dir.lobe(&command).succeeds();
+        let printed: Value = serde_json::from_str(&dir.lobe(&format!("{command} --json")).stdout()).unwrap();
+        let bounds: Vec<f64> = printed["error_bound"].as_array().unwrap().iter().map(|b| b.as_f64().unwrap()).collect();
+        assert_eq!(bounds.len(), 3, "{printed}");
+        let said: f64 = note.trim_end().rsplit(' ').next().unwrap().parse().unwrap();
+        let worst = bounds.iter().copied().fold(0.0, f64::max);
+        assert!(said >= worst && said < 1.2 * worst, "{note}: {worst}");
+        let FileCoefficients::Rgb(found) = dir.read_sh("p.sh.json").coefficients else { panic!("expected colors") };
+        for (k, (f, bound)) in channels.iter().zip(bounds).enumerate() {
+            let truth = match method {
+                ExpMethod::Grid => project(4, 60, |s: Direction| f.eval(s).exp()),
+                _ => Exponential::new(4, ExpMethod::Eigen).of(*f),
+            };
+            let rest = &found.map(|c| c.to_array()[k]) + &truth.map(|c| -c);
+            let error = rest.dot(&rest).sqrt();
+            assert!(error > 0.0 && error <= bound && bound < 0.5, "{option}, channel {k}: {error}, bound {bound}");
+        }
+    }
+    let printed = dir.lobe("sh exp q.sh.json -o p.sh.json --method eigen --json").stdout();
+    assert_eq!(printed, "{\"error_bound\":[null,null,null]}\n", "eigenvectors have none");
+    assert_eq!(dir.lobe("sh exp q.sh.json -o p.sh.json --method hybrid").stdout(), "", "nor has the hybrid");
+    let error = dir.lobe("sh exp q.sh.json -o - --json").error();
+    assert!(error.starts_with("stdout: both the expansion and the JSON"), "{error}");
 }
 
 #[test]
