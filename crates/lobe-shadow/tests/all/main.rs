@@ -7,6 +7,7 @@ mod balls_in_solids;
 mod field_bakes;
 mod field_errors;
 mod field_files;
+mod horizon;
 mod lamp_files;
 mod log_table;
 mod many_spheres;
