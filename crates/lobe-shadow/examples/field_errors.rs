@@ -134,6 +134,7 @@ fn storages(case: &Case) {
         ("u8", FieldStorage::U8),
         ("8 clusters, 8 components", FieldStorage::Clustered(clusters(8, 8))),
         ("8 clusters, 8 components of u8", FieldStorage::Clustered(clusters(8, 8).weights(WeightBits::U8))),
+        ("64 clusters, 4 components", FieldStorage::Clustered(clusters(64, 4))),
         ("16 clusters, 4 components of u8", FieldStorage::Clustered(clusters(16, 4).weights(WeightBits::U8))),
     ] {
         let Ok(report) = write_field(&path, &field, &storage) else { continue };
