@@ -85,10 +85,10 @@ impl Encoded {
         let normals: Vec<Dir> = contiguous(&normals)?.as_chunks().0.iter().map(|n| Dir::from_unit(*n)).collect();
         match &self.0 {
             Kind::Numbers(all) => {
-                array_of(py, values(py, all, &normals, |e, n| e.eval(n))?, &[all.len(), normals.len()])
+                array_of(py, values(py, all, &normals, EncodedIrradiance::eval)?, &[all.len(), normals.len()])
             }
             Kind::Colors(all) => {
-                let values = values(py, all, &normals, |e, n| e.eval(n))?;
+                let values = values(py, all, &normals, EncodedIrradiance::eval)?;
                 array_of(py, bytemuck::cast_vec(values), &[all.len(), normals.len(), 3])
             }
             Kind::Constants(all, true) => {

@@ -1,7 +1,7 @@
 //! Pictures of scenes on the device: surfaces whose light is known, what is behind them, and display.
 //!
 //! Read `camera` and `options`, then `surface_pieces`, which cuts what is too large for a device, `scene_buffers`, which lays a scene out for shaders, `lights` and `surface_shading`, the ways to light it,
-//! `frame_passes`, what is drawn in each frame, and `scene_view`, which puts all in order. Uses `transfer`, `lookup`, `renderer` and `context`.
+//! `frame_passes`, what is drawn in each frame, and `scene_view`, which puts all in order. Uses `moving`, `transfer`, `lookup`, `renderer` and `context`.
 
 pub(crate) mod camera;
 pub(crate) mod frame_passes;
