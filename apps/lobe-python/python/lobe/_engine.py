@@ -30,6 +30,10 @@ class Gone(Exception):
     """The scheduler does not answer any more."""
 
 
+class NotYet(Exception):
+    """What a task returned has not come in time; its worker may be gone, and another be needed."""
+
+
 def client_or_own(client: Client | None) -> AbstractContextManager[Client]:
     """The client as it is, or one of a process on this machine that ends with it."""
     if client is not None:
@@ -88,12 +92,15 @@ class Waiting:
             time.sleep(LOOK_SECONDS)
 
 
-def value_of(future: Any) -> Any:
-    """What a task that has ended returned, or raises its error; `Gone` where the scheduler took it along."""
+def value_of(future: Any, seconds: float | None = None) -> Any:
+    """What a task that has ended returned, or raises its error; `Gone` where the scheduler took it along, `NotYet` after some seconds."""
     if future.status == "error":
         return future.result()
     with asked():
-        return future.result()
+        try:
+            return future.result(timeout=seconds)
+        except (TimeoutError, asyncio.TimeoutError):
+            raise NotYet from None
 
 
 def cancel(client: Client, futures: list[Any]) -> None:

@@ -27,7 +27,7 @@ from . import __version__, _lobe
 from ._arrays import whole
 from ._bag import GONE, Unfinished, map
 from ._bake import BakeOptions, BakeReport
-from ._engine import LOOK_SECONDS, Gone, Waiting, asked, cancel, client_or_own, threads_of, value_of
+from ._engine import LOOK_SECONDS, Gone, NotYet, Waiting, asked, cancel, client_or_own, threads_of, value_of
 from ._scene import Path, Scene
 from ._shards import Cost, shards_for
 from ._tasks import Pilot, Refused, bake_shard, identity_of, measure
@@ -214,6 +214,7 @@ class Workers:
         self._client, self._work = client, work
         self._refused: set[str] = set()
         self._ended: SimpleQueue[Any] = SimpleQueue()
+        self._tries: dict[Any, int] = {}
         self.running: dict[Any, tuple[Task, list[str]]] = {}
         """Tasks that were given out, by their futures, and the workers that each was given to; none if to any."""
         self._waiting = Waiting(client)
@@ -256,7 +257,17 @@ class Workers:
             if future not in self.running:
                 continue
             task, _ = self.running[future]
-            result = value_of(future)
+            tries = self._tries.get(future, 0)
+            try:
+                # What is long on its way gets more time from try to try.
+                result = value_of(future, LOOK_SECONDS * 2**tries)
+            except NotYet:
+                # The worker that had the result may have died with it, and the task be for that one alone.
+                self._tries[future] = tries + 1
+                if self._waiting.look():
+                    self._start_again()
+                self._ended.put(future)
+                continue
             # What the worker has is here now, and it may forget it.
             del self.running[future]
             future.release()

@@ -7,3 +7,9 @@ use eframe::egui::{Response, WidgetInfo};
 pub(crate) fn name_image(response: &Response, name: &str) {
     response.widget_info(|| WidgetInfo::labeled(Role::Image, true, name));
 }
+
+/// Gives a control a longer name for screen readers than the one beside it, where several have the same.
+pub(crate) fn name_fully(response: &Response, name: &str) {
+    // Nobody listens where nothing is built.
+    let _is_built: Option<()> = response.ctx.accesskit_node_builder(response.id, |node| node.set_label(name));
+}

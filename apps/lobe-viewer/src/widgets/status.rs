@@ -26,6 +26,8 @@ pub(crate) struct Status {
     pub(crate) bytes: u64,
     /// Columns and rows of the picture.
     pub(crate) size: [u32; 2],
+    /// What the device leaves out of the picture.
+    pub(crate) left_out: Option<&'static str>,
     /// Pictures that the processor drew last, where it draws all of them.
     pub(crate) by_processor: Option<usize>,
 }
@@ -75,8 +77,10 @@ impl fmt::Display for Status {
             None => write!(f, "at rest")?,
         }
         write!(f, ", CPU {:.1} ms", self.cpu)?;
-        if let Some(gpu) = self.gpu {
-            write!(f, ", GPU {gpu:.1} ms")?;
+        match self.gpu {
+            Some(gpu) => write!(f, ", GPU {gpu:.1} ms")?,
+            None if self.by_processor.is_none() => write!(f, ", GPU not timed")?,
+            None => {}
         }
         let [width, height] = self.size;
         let megabytes = self.bytes as f64 * 1e-6;
@@ -91,6 +95,7 @@ impl fmt::Display for Status {
             f,
             " | {} vertices, {} triangles, {} draw calls, {megabytes:.0} MB on the device | {width} x {height}",
             self.vertices, self.triangles, self.draw_calls
-        )
+        )?;
+        self.left_out.map_or(Ok(()), |what| write!(f, " | {what}"))
     }
 }

@@ -114,6 +114,28 @@ fn lamps_are_added_and_removed_by_name() {
 }
 
 #[test]
+fn controls_of_each_lamp_have_names_of_their_own_and_change_that_lamp() {
+    let mut harness = open(|edits| edits.lamps = vec![SceneLamp::default(); 2]);
+    settle(&mut harness);
+    let lamp = SceneLamp::default();
+    for what in ["Azimuth", "Height", "Half angle", "Strength"] {
+        harness.get_all_by_label(&format!("Lamp 2: {what}")).next().unwrap().focus();
+        harness.run_steps(2);
+        harness.key_press(Key::ArrowRight);
+        harness.run_steps(2);
+    }
+    let [first, second] = &harness.state().edits().lamps[..] else { panic!("two lamps") };
+    assert_eq!(*first, lamp, "the first is as it was");
+    let grew = [
+        second.azimuth > lamp.azimuth,
+        second.height > lamp.height,
+        second.half_angle > lamp.half_angle,
+        second.strength > lamp.strength,
+    ];
+    assert_eq!(grew, [true; 4], "the second has more of each: {second:?}");
+}
+
+#[test]
 fn a_white_surface_that_faces_a_lamp_reflects_its_strength() {
     let mut lamp = SceneLamp::default();
     (lamp.color, lamp.strength, lamp.half_angle) = ([1.0, 0.5, 0.25], 3.0, 10.0);

@@ -1,13 +1,14 @@
 //! The panel beside the picture: how what moves is seen, its light, and where its parts are.
 
-use eframe::egui::{ComboBox, Slider, SliderClamping, Ui};
+use eframe::egui::{ComboBox, ProgressBar, Slider, SliderClamping, Ui};
 use lobe::render::MovingMethod;
 use lobe::shadow::SphereFitMethod;
 
 use crate::loading::moving_light::LitOn;
+use crate::loading::task::Task;
 use crate::rooms::motion::edits::{MOST_SPHERES, MotionEdits, MotionView};
 use crate::rooms::motion::panes::Panes;
-use crate::rooms::motion::player::{Cast, Fit, MOST_ORDER};
+use crate::rooms::motion::player::{Cast, Fit, MOST_ORDER, News};
 
 /// Where moments can be lit.
 const PLACES: [(LitOn, &str, &str); 3] = [
@@ -38,6 +39,30 @@ pub(crate) fn view(ui: &mut Ui, edits: &mut MotionEdits, panes: &Panes) {
     });
     let is_by_spheres = edits.methods().contains(&MovingMethod::Exponentials);
     ui.add_enabled_ui(is_by_spheres, |ui| spheres(ui, &mut edits.fit));
+}
+
+/// What is to become of bakes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Wish {
+    /// They end; the last moment that was lit remains.
+    Cancel,
+    /// The scene is opened and baked again.
+    Bake,
+}
+
+/// How far the bakes are, and their end; or their begin, if they were stopped before anything was there.
+pub(crate) fn progress(ui: &mut Ui, task: &Task<News>, is_stopped: bool) -> Option<Wish> {
+    if task.is_at_work() {
+        ui.label(task.describe());
+        match task.progress() {
+            Some(part) => ui.add(ProgressBar::new(part).show_percentage()),
+            None => ui.spinner(),
+        };
+        let button = ui.button("Cancel").on_hover_text("Stop; what was lit last remains (Esc)");
+        return button.clicked().then_some(Wish::Cancel);
+    }
+    let is_pressed = is_stopped && ui.button("Bake").on_hover_text("Open and bake the scene again").clicked();
+    is_pressed.then_some(Wish::Bake)
 }
 
 /// The order of all that is baked, and the light.

@@ -3,9 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use eframe::egui::{
-    CentralPanel, ComboBox, Context, Id, Key, Label, Panel, ProgressBar, Rect, Response, ScrollArea, Sense, Ui,
-};
+use eframe::egui::{CentralPanel, ComboBox, Context, Id, Key, Label, Panel, Rect, Response, ScrollArea, Sense, Ui};
 use lobe::render::MovingMethod;
 use lobe::scene::built_in;
 use lobe::sh::{Expansion as _, Rgb, ShVec};
@@ -18,12 +16,13 @@ use crate::loading::sky_source::OpenedSky;
 use crate::loading::task::TaskEvent;
 use crate::rooms::light::TamedSky;
 use crate::rooms::motion::clock::{Clock, passed};
+use crate::rooms::motion::controls::{self, Wish};
 use crate::rooms::motion::edits::{MotionEdits, MotionView};
+use crate::rooms::motion::hands;
 use crate::rooms::motion::panes::{Panes, Scenery};
 use crate::rooms::motion::player::{Asked, Cast, MOST_ORDER, News, Player, Shown, Source, Way};
 use crate::rooms::motion::spheres::rings;
 use crate::rooms::motion::stage::Frame;
-use crate::rooms::motion::{controls, hands};
 use crate::rooms::steer;
 use crate::widgets::gpu::Gpu;
 use crate::widgets::history::{Can, History, Step};
@@ -428,7 +427,12 @@ impl MotionRoom {
         let most_order = self.most_order();
         controls::light(ui, &mut self.edits, most_order, &mut self.is_sky_turning);
         ui.separator();
-        self.progress(ui);
+        let task = self.player.as_ref().map(|(_, player)| player.task());
+        match task.and_then(|task| controls::progress(ui, task, self.is_stopped)) {
+            Some(Wish::Cancel) => self.cancel(),
+            Some(Wish::Bake) => (self.player, self.message) = (None, None),
+            None => {}
+        }
         let Some(cast) = self.cast.clone() else { return };
         ui.add_enabled_ui(!self.edits.is_by_hand, |ui| {
             self.clock.controls(ui, cast.span);
@@ -439,24 +443,6 @@ impl MotionRoom {
         });
         if self.edits.is_by_hand {
             controls::hands(ui, &mut self.edits, &mut self.chosen, &cast);
-        }
-    }
-
-    /// How far the bakes are, and their end; or their begin, if they were stopped before anything was there.
-    fn progress(&mut self, ui: &mut Ui) {
-        let Some((_, player)) = &self.player else { return };
-        let task = player.task();
-        if task.is_at_work() {
-            ui.label(task.describe());
-            match task.progress() {
-                Some(part) => ui.add(ProgressBar::new(part).show_percentage()),
-                None => ui.spinner(),
-            };
-            if ui.button("Cancel").on_hover_text("Stop; what was lit last remains (Esc)").clicked() {
-                self.cancel();
-            }
-        } else if self.is_stopped && ui.button("Bake").on_hover_text("Open and bake the scene again").clicked() {
-            (self.player, self.message) = (None, None);
         }
     }
 

@@ -3,10 +3,11 @@
 use eframe::egui::{Slider, Ui};
 
 use crate::rooms::scene::edits::{MOST_LAMPS, SceneLamp};
+use crate::widgets::named::name_fully;
 
 /// A slider in whole degrees.
-fn degrees<'a>(slider: Slider<'a>, text: &str) -> Slider<'a> {
-    slider.text(text).suffix("°").fixed_decimals(0)
+fn degrees(slider: Slider<'_>) -> Slider<'_> {
+    slider.suffix("°").fixed_decimals(0)
 }
 
 /// Lamps to add, change and remove.
@@ -14,18 +15,24 @@ pub(crate) fn lamps(ui: &mut Ui, lamps: &mut Vec<SceneLamp>) {
     let mut removed = None;
     for (number, lamp) in lamps.iter_mut().enumerate() {
         ui.push_id(number, |ui| {
+            let name = format!("Lamp {}", number + 1);
             ui.horizontal(|ui| {
-                ui.checkbox(&mut lamp.is_on, format!("Lamp {}", number + 1));
-                ui.color_edit_button_rgb(&mut lamp.color).on_hover_text("Color of the lamp");
-                if ui.button(format!("Remove lamp {}", number + 1)).clicked() {
+                ui.checkbox(&mut lamp.is_on, &name);
+                let color = ui.color_edit_button_rgb(&mut lamp.color).on_hover_text("Color of the lamp");
+                name_fully(&color, &format!("Color of {}", name.to_lowercase()));
+                if ui.button(format!("Remove {}", name.to_lowercase())).clicked() {
                     removed = Some(number);
                 }
             });
             ui.add_enabled_ui(lamp.is_on, |ui| {
-                ui.add(degrees(Slider::new(&mut lamp.azimuth, -180.0..=180.0), "Azimuth"));
-                ui.add(degrees(Slider::new(&mut lamp.height, -90.0..=90.0), "Height"));
-                ui.add(degrees(Slider::new(&mut lamp.half_angle, 1.0..=90.0), "Half angle"));
-                ui.add(Slider::new(&mut lamp.strength, 0.0..=20.0).logarithmic(true).text("Strength"));
+                let mut add = |slider: Slider<'_>, what: &str| {
+                    let response = ui.add(slider.text(what));
+                    name_fully(&response, &format!("{name}: {what}"));
+                };
+                add(degrees(Slider::new(&mut lamp.azimuth, -180.0..=180.0)), "Azimuth");
+                add(degrees(Slider::new(&mut lamp.height, -90.0..=90.0)), "Height");
+                add(degrees(Slider::new(&mut lamp.half_angle, 1.0..=90.0)), "Half angle");
+                add(Slider::new(&mut lamp.strength, 0.0..=20.0).logarithmic(true), "Strength");
             });
         });
     }

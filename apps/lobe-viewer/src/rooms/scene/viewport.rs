@@ -170,8 +170,10 @@ impl Viewport {
         }
         // What is not shown any more makes room first.
         self.view = None;
-        // What shines is matte on devices without storage buffers.
-        let glossy = if gpu.context().has_storage() { wanted.glossy } else { &[] };
+        let has_storage = gpu.context().has_storage();
+        let is_without = !has_storage && !wanted.glossy.is_empty();
+        self.status.left_out = is_without.then_some("metals are matte: this device has no storage buffers");
+        let glossy = if has_storage { wanted.glossy } else { &[] };
         let glossy: Vec<GlossyMesh<'_>> = glossy.iter().map(GlossyBake::on_device).collect();
         let shading = match wanted.transfer {
             Some(transfer) => wanted.places.shading(transfer, &glossy, Storage::F32),
