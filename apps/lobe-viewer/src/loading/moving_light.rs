@@ -295,7 +295,7 @@ mod tests {
         let scenes = [
             (built_in::three_objects(8), false, 3),
             (built_in::three_objects(8), true, 2),
-            (built_in::walking_figure(4), true, 3),
+            (built_in::walking_figure(8), true, 3),
         ];
         for (animated, still_hides, order) in scenes {
             for method in [MovingMethod::Fields, MovingMethod::Exponentials] {

@@ -85,6 +85,10 @@ impl<T: Send + 'static> Task<T> {
             // What decoders do to damaged files is no reason to lose the window.
             let ended = catch_unwind(AssertUnwindSafe(|| work(&control)));
             let is_cancelled = control.is_cancelled();
+            if is_cancelled {
+                // A stage that failed is told; one that was cancelled is none.
+                control.rest();
+            }
             control.tell(match ended {
                 Ok(_) if is_cancelled => TaskEvent::Cancelled,
                 Ok(Ok(())) => TaskEvent::Done,
