@@ -55,6 +55,11 @@ impl MovingLight {
         self.on = on;
     }
 
+    /// Forgets what is on the device, for parts that are baked anew: others may come to lie where they were in memory.
+    pub(crate) fn forget(&mut self) {
+        self.parts.clear();
+    }
+
     /// The device, if moments are to be lit there.
     fn device(&self) -> Option<&Context> {
         let is_wanted = |device: &&Context| match self.on {
@@ -70,6 +75,7 @@ impl MovingLight {
         match (self.device(), self.why_not, self.on) {
             (Some(_), None, _) => "on the device".into(),
             (Some(_), Some(why), _) => format!("on the processor, because of {why}"),
+            (None, _, LitOn::Device) if self.given.is_none() => "on the processor, because there is no device".into(),
             (None, _, LitOn::Device) => "on the processor, because the device has no storage buffers".into(),
             (None, ..) => "on the processor".into(),
         }

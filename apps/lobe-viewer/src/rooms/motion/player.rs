@@ -296,6 +296,7 @@ impl Bakes {
     fn refit(&mut self, fit: Fit) {
         self.fit = fit;
         self.scenes[1] = self.common.clone();
+        self.lights[1].forget();
     }
 
     fn options(&self, still_hides: bool) -> MovingBakeOptions {
