@@ -1,4 +1,4 @@
-//! How the numbers of fields, lamps and visibility are stored.
+//! Storage of fields, lamps and visibility: the type of number, clusters and components.
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};

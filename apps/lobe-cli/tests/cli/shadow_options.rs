@@ -1,4 +1,4 @@
-//! What shadows of moving scenes leave out, cut off or compress: each option changes the result in the direction that it states.
+//! Options of shadows in moving scenes, by which something is left out, cut off or compressed: each changes the result in the direction that it states.
 
 use serde_json::Value;
 

@@ -1,4 +1,4 @@
-//! What stands still leaves of the sky, on a grid.
+//! Visibility of the sky beside the still parts, on a grid.
 
 use bytemuck::{Pod, Zeroable};
 use lobe_sh::Rotation;

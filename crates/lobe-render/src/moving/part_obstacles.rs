@@ -1,4 +1,4 @@
-//! What hides the sky from a part of a moving scene, and the vertices that it is hidden from.
+//! Obstacles between a part of a moving scene and the sky, and the vertices that they hide it from.
 
 use lobe_prt::Transfer;
 use lobe_shadow::{Occluder, PlacedField, Placement, relative_placement};

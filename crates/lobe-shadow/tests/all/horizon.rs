@@ -1,4 +1,4 @@
-//! What leaving out entities below the horizon of a receiver changes, against the bound by what bands leave of the cosine there.
+//! Entities below the horizon of a receiver: the change where they are left out, against the bound by the bands of the cosine there.
 
 use std::f64::consts::PI;
 
