@@ -57,7 +57,12 @@ pub struct StagedWriter(Staged);
 #[derive(Debug)]
 enum Staged {
     InPlace(BufWriter<File>),
-    Replace(BufWriter<NamedTempFile>, PathBuf),
+    /// The temporary file is written by its handle: by itself it puts its own name before the refusals of the system.
+    Replace {
+        buffered: BufWriter<File>,
+        temporary: NamedTempFile,
+        path: PathBuf,
+    },
 }
 
 impl StagedWriter {
@@ -68,7 +73,10 @@ impl StagedWriter {
     pub fn new(path: &Path) -> io::Result<Self> {
         Ok(Self(match Target::of(path)? {
             Target::InPlace(path) => Staged::InPlace(BufWriter::new(File::options().write(true).open(path)?)),
-            Target::Replace(path) => Staged::Replace(BufWriter::new(temporary_beside(&path)?), path),
+            Target::Replace(path) => {
+                let temporary = temporary_beside(&path)?;
+                Staged::Replace { buffered: BufWriter::new(temporary.as_file().try_clone()?), temporary, path }
+            }
         }))
     }
 
@@ -82,8 +90,8 @@ impl StagedWriter {
                 buffered.flush()?;
                 Ok(StagedFile { waiting: None })
             }
-            Staged::Replace(buffered, path) => {
-                let temporary = buffered.into_inner().map_err(io::IntoInnerError::into_error)?;
+            Staged::Replace { mut buffered, temporary, path } => {
+                buffered.flush()?;
                 if let Ok(old) = path.metadata() {
                     temporary.as_file().set_permissions(old.permissions())?;
                 }
@@ -97,15 +105,13 @@ impl StagedWriter {
 impl Write for StagedWriter {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         match &mut self.0 {
-            Staged::InPlace(buffered) => buffered.write(bytes),
-            Staged::Replace(buffered, _) => buffered.write(bytes),
+            Staged::InPlace(buffered) | Staged::Replace { buffered, .. } => buffered.write(bytes),
         }
     }
 
     fn flush(&mut self) -> io::Result<()> {
         match &mut self.0 {
-            Staged::InPlace(buffered) => buffered.flush(),
-            Staged::Replace(buffered, _) => buffered.flush(),
+            Staged::InPlace(buffered) | Staged::Replace { buffered, .. } => buffered.flush(),
         }
     }
 }

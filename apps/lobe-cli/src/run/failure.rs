@@ -244,6 +244,10 @@ fn plain_refusal(refusal: &io::Error) -> Option<&'static str> {
         io::ErrorKind::IsADirectory => "this is a folder; give the name of a file",
         io::ErrorKind::NotADirectory => "no such file: what stands for a folder in its name is a file",
         io::ErrorKind::StorageFull => "no space is left; make room, or write somewhere else",
+        io::ErrorKind::QuotaExceeded => "the quota of space is used up; make room, or write somewhere else",
+        io::ErrorKind::FileTooLarge => {
+            "larger than the system lets this program write; raise its limit, or write somewhere else"
+        }
         io::ErrorKind::ReadOnlyFilesystem => "nothing can be written here; write somewhere else",
         _ => return None,
     })

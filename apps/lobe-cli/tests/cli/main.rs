@@ -14,6 +14,8 @@ mod compare;
 mod double_sided;
 mod encodings;
 mod env;
+#[cfg(target_os = "linux")]
+mod full_disk;
 mod guide;
 mod harness;
 mod kept_bake;

@@ -120,14 +120,17 @@ fn expect_all(parts: &[Part], checkpoint: &Path) -> Result<(), IoError> {
         }
     }
     let count = first.header.shard.count();
-    let is_there = |number: &u32| parts.binary_search_by_key(number, |part| part.header.shard.number()).is_ok();
-    let missing: Vec<String> = (1..=count).filter(|n| !is_there(n)).map(|n| format!("{n}/{count}")).collect();
-    if missing.is_empty() {
+    let missing = count as usize - parts.len();
+    if missing == 0 {
         return Ok(());
     }
-    let named = missing[..missing.len().min(MOST_NAMED)].join(", ");
-    let more = missing.len().saturating_sub(MOST_NAMED);
+    // The count is a promise of a file: no list is as long.
+    let is_there = |number: &u32| parts.binary_search_by_key(number, |part| part.header.shard.number()).is_ok();
+    let named: Vec<String> =
+        (1..=count).filter(|n| !is_there(n)).take(MOST_NAMED).map(|n| format!("{n}/{count}")).collect();
+    let more = missing - named.len();
     let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    let named = named.join(", ");
     let message = format!("expected {count} shards, found {}; missing: {named}{more}", parts.len());
     Err(IoError::invalid(checkpoint, message))
 }
@@ -158,16 +161,24 @@ impl Copy<'_, '_> {
     fn records_of(&mut self, part: Part) -> Result<(), IoError> {
         let Part { path, file, header } = part;
         let (layout, range) = (header.layout, header.shard.range(header.layout.count));
+        let file_bytes = file.metadata().map_err(|source| IoError::io(&path, source))?.len();
         let mut reader = BufReader::with_capacity(1 << 20, file);
         let mut bytes = Vec::new();
         for record in range.clone() {
-            bytes.resize(layout.len(record) + SUM, 0);
-            let is_whole = match reader.read_exact(&mut bytes) {
-                Ok(()) => bytes
-                    .split_last_chunk()
-                    .is_some_and(|(body, sum)| u64::from_le_bytes(*sum) == header.checksum(record as u64, body)),
-                Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => false,
-                Err(source) => return Err(IoError::io(&path, source)),
+            // What the header promises is taken for true only where the file is as long.
+            let promised = layout.len(record).checked_add(SUM).filter(|&bytes| bytes as u64 <= file_bytes);
+            let is_whole = match promised {
+                None => false,
+                Some(length) => {
+                    bytes.resize(length, 0);
+                    match reader.read_exact(&mut bytes) {
+                        Ok(()) => bytes.split_last_chunk().is_some_and(|(body, sum)| {
+                            u64::from_le_bytes(*sum) == header.checksum(record as u64, body)
+                        }),
+                        Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => false,
+                        Err(source) => return Err(IoError::io(&path, source)),
+                    }
+                }
             };
             if !is_whole {
                 let (done, all) = (record - range.start, range.len());
@@ -310,6 +321,17 @@ mod tests {
             assert!(error.ends_with(of_most), "{number} of {of}: {error}");
             assert!(!merged.exists(), "{number} of {of}");
         }
+    }
+
+    #[test]
+    fn no_memory_is_taken_for_records_that_the_file_is_too_short_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, merged) = (folder.path().join("part"), folder.path().join("merged"));
+        let layout = RecordLayout { count: 1, bytes: 1 << 60, last: 1 << 60 };
+        drop(RecordFile::open(&path, &FORMAT, layout, &Fingerprint::of_kind(1), Some(Shard::WHOLE), |_| ()).unwrap());
+        let error = merge_shards(&[path], &merged, Job::default()).unwrap_err().to_string();
+        assert!(error.contains("shard 1/1 is not complete: 0 of 1 records are whole"), "{error}");
+        assert!(!merged.exists(), "no checkpoint");
     }
 
     #[test]
