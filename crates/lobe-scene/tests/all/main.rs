@@ -11,6 +11,7 @@ mod motion_built_in;
 mod motion_faults;
 mod motion_shapes;
 mod motion_skins;
+mod other_encoders;
 mod outside;
 mod posed_rays;
 mod rays;
