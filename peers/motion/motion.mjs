@@ -3,13 +3,14 @@
 //
 //   node peers/motion/motion.mjs target/release/examples/poses [FILE...]
 import { execFileSync } from 'node:child_process';
-import { copyFileSync, existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
-import { homedir, tmpdir } from 'node:os';
+import { existsSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
 import path from 'node:path';
 
 import { dancer } from './character.mjs';
 import { makeModel } from './made.mjs';
 import { models } from './models.mjs';
+import { cache, getPackages } from './packages.mjs';
 import { openWithThree, poseAt, vertexOf } from './three.mjs';
 
 // Positions are relative to the largest side of the box around the pose, normals are unit vectors.
@@ -17,25 +18,10 @@ const MOST = 1e-5;
 // Times as parts of each animation: both ends, and some between keys.
 const PARTS = [0, 0.13, 0.37, 0.5, 0.81, 1];
 
-const cache = process.env.LOBE_MOTION ?? path.join(process.env.XDG_CACHE_HOME ?? path.join(homedir(), '.cache'), 'lobe-motion');
 const poses = process.argv[2] && path.resolve(process.argv[2]);
 if (!poses || !existsSync(poses)) {
   console.error('usage: motion.mjs PROGRAM [FILE...], such as target/release/examples/poses');
   process.exit(2);
-}
-
-// Gets the packages of package.json into the cache.
-function getThree() {
-  mkdirSync(cache, { recursive: true });
-  const wanted = path.join(import.meta.dirname, 'package.json');
-  const there = path.join(cache, 'package.json');
-  if (!existsSync(there) || readFileSync(there, 'utf8') !== readFileSync(wanted, 'utf8')) {
-    const all = Object.entries(JSON.parse(readFileSync(wanted)).dependencies).map(([name, version]) => `${name}@${version}`);
-    const options = ['--ignore-scripts', '--no-audit', '--no-fund', '--no-save', '--no-package-lock'];
-    execFileSync('npm', ['install', '--prefix', cache, ...options, ...all], { stdio: ['ignore', 'ignore', 'inherit'] });
-    copyFileSync(wanted, there);
-  }
-  return path.join(cache, 'node_modules');
 }
 
 // The largest differences of one animation of a file over all times and vertices. With `late`, three.js is late by that part of
@@ -78,7 +64,7 @@ function compare(file, three, animation, folder, late = 0) {
   return most;
 }
 
-const modules = getThree();
+const modules = getPackages();
 const folder = mkdtempSync(path.join(tmpdir(), 'lobe-motion-'));
 let failures = 0;
 try {

@@ -122,6 +122,11 @@ const MOTION: Step = Step {
     name: "motion",
     work: Work::Where(has_node, "node", "peers/motion/motion.mjs target/release/examples/poses"),
 };
+/// Characters of others are lit by spheres as by paths.
+const LIT: Step = Step {
+    name: "lit",
+    work: Work::Where(has_node, "node", "peers/motion/lit.mjs target/release/lobe Fox dolphin spider_animated"),
+};
 /// Another renderer bakes what Lobe bakes.
 const MITSUBA: Step =
     Step { name: "mitsuba", work: Work::Where(has_mitsuba, "python3", "peers/mitsuba/compare.py target/release/lobe") };
@@ -151,7 +156,7 @@ const OUTPUTS: Step =
 
 /// Licenses, and what takes long or needs other programs: the whole corpus, and every peer that judges files and pictures.
 pub(crate) fn nightly() -> Outcome {
-    run_all(&[DENY, TEST_LONG, TEST_BC6H, RELEASE, OUTPUTS, READERS, BEVY, MOTION, MITSUBA, WEB, CORPUS_WHOLE])
+    run_all(&[DENY, TEST_LONG, TEST_BC6H, RELEASE, OUTPUTS, READERS, BEVY, MOTION, LIT, MITSUBA, WEB, CORPUS_WHOLE])
 }
 
 /// What needs Rust alone, the cheap steps first.
