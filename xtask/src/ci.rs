@@ -2,7 +2,7 @@
 
 use crate::outcome::Outcome;
 use crate::step::{Step, Work, run_all};
-use crate::{arch, corpus, documents, goldens, narrower, sizes, toolchain};
+use crate::{arch, corpus, documents, goldens, instructions, narrower, sizes, toolchain};
 
 const DENY_DOC_WARNINGS: &[(&str, &str)] = &[("RUSTDOCFLAGS", "-D warnings")];
 
@@ -71,6 +71,11 @@ const TEST: Step = Step { name: "test", work: Work::Cargo("test --workspace", &[
 /// The tests of kernels once more for each narrower kind of instructions, for which every kernel has code of its own.
 const TEST_PLAIN: Step = Step { name: "test-plain", work: Work::Chore(narrower::plain) };
 const TEST_AVX2: Step = Step { name: "test-avx2", work: Work::Chore(narrower::avx2) };
+/// The instructions that kernels execute: the times of a shared machine tell too little.
+const INSTRUCTIONS: Step = Step {
+    name: "instructions",
+    work: Work::Where(instructions::can_count, "cargo", "run --package xtask -- instructions"),
+};
 /// The other encoder of BC6H, which links a C++ library and is therefore no default: the tests of files.
 const TEST_BC6H: Step = Step { name: "test-bc6h", work: Work::Cargo("test --package lobe-image --features bc6h", &[]) };
 
@@ -156,7 +161,22 @@ const OUTPUTS: Step =
 
 /// Licenses, and what takes long or needs other programs: the whole corpus, and every peer that judges files and pictures.
 pub(crate) fn nightly() -> Outcome {
-    run_all(&[DENY, TEST_LONG, TEST_BC6H, RELEASE, OUTPUTS, READERS, BEVY, MOTION, LIT, MITSUBA, WEB, CORPUS_WHOLE])
+    run_all(&[
+        DENY,
+        PYTHON_ALONE,
+        VIEWER_ALONE,
+        TEST_LONG,
+        TEST_BC6H,
+        RELEASE,
+        OUTPUTS,
+        READERS,
+        BEVY,
+        MOTION,
+        LIT,
+        MITSUBA,
+        WEB,
+        CORPUS_WHOLE,
+    ])
 }
 
 /// What needs Rust alone, the cheap steps first.
@@ -173,8 +193,6 @@ const CHECKS: &[Step] = &[
     PEERS,
     FEATURES,
     DEFAULTS,
-    PYTHON_ALONE,
-    VIEWER_ALONE,
     WASM,
     NO_STD,
     OLDEST_RUST,
@@ -185,7 +203,7 @@ const CHECKS: &[Step] = &[
 ];
 
 /// The tests, and what needs the tools that `.ci/run` installs beside the [`CHECKS`].
-const TESTS: &[Step] = &[TYPOS, TEST, TEST_PLAIN, TEST_AVX2, CORPUS];
+const TESTS: &[Step] = &[TYPOS, TEST, TEST_PLAIN, TEST_AVX2, INSTRUCTIONS, CORPUS];
 
 /// The first part of [`ci`].
 pub(crate) fn checks() -> Outcome {

@@ -6,6 +6,7 @@ mod ci;
 mod corpus;
 mod documents;
 mod goldens;
+mod instructions;
 mod narrower;
 mod outcome;
 mod outputs;
@@ -50,6 +51,11 @@ const CHORES: &[(&str, &str, Chore)] = &[
         corpus::run,
     ),
     ("web", "the viewer as a page for any static host, in target/web; --check looks at it in Chromium", web::run),
+    (
+        "instructions",
+        "what kernels execute, counted by valgrind, against the counts on record; --write records them",
+        instructions::run,
+    ),
     ("test-plain", "the tests of kernels by plain code, after `cargo test --workspace`", |_| narrower::plain()),
     ("test-avx2", "the same by AVX2", |_| narrower::avx2()),
     ("goldens", "the golden values are there, and read by a test", |_| goldens::check()),

@@ -41,6 +41,14 @@ pub(crate) fn has_mdbook() -> Result<(), String> {
         .map_err(|_| "mdbook is not installed; cargo install --locked mdbook".to_string())
 }
 
+/// What the compiler says of itself.
+///
+/// # Errors
+/// If there is none.
+pub(crate) fn compiler() -> Result<String, String> {
+    answer("rustc", &["--version"])
+}
+
 /// Whether there is a program that says its version.
 ///
 /// # Errors

@@ -95,3 +95,14 @@ pub(crate) fn read(path: &Path) -> Result<String, String> {
 pub(crate) fn relative(path: &Path) -> String {
     path.strip_prefix(root()).unwrap_or(path).display().to_string()
 }
+/// The command `lobe` as the tests of the workspace have it: with other features most of the workspace would be compiled anew.
+///
+/// # Errors
+/// If cargo fails.
+pub(crate) fn command_of_tests() -> Result<PathBuf, String> {
+    const BUILD: &str = "test --workspace --no-run --test cli";
+    let status = Command::new(cargo()).args(BUILD.split(' ')).current_dir(root()).status();
+    let status = status.map_err(|error| format!("cargo did not start: {error}"))?;
+    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from);
+    if status.success() { Ok(target.join("debug/lobe")) } else { Err(format!("`cargo {BUILD}` failed")) }
+}

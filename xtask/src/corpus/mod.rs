@@ -30,8 +30,10 @@ struct Validator(PathBuf);
 pub(crate) fn run(arguments: &[String]) -> Outcome {
     let is_small = arguments.iter().any(|argument| argument == "--small");
     let mut paths = arguments.iter().filter(|argument| *argument != "--small").map(PathBuf::from);
-    let program =
-        paths.next().map_or_else(build, Ok).and_then(|p| p.canonicalize().map_err(|e| format!("{}: {e}", p.display())));
+    let program = paths
+        .next()
+        .map_or_else(workspace::command_of_tests, Ok)
+        .and_then(|p| p.canonicalize().map_err(|e| format!("{}: {e}", p.display())));
     let program = program.map_err(|fault| vec![fault])?;
     let mut inputs = Vec::new();
     for package in packages().filter(|package| package.small > 0 || !is_small) {
@@ -56,18 +58,6 @@ pub(crate) fn run(arguments: &[String]) -> Outcome {
     // Remove the files; a failure to do so is no fault of the program.
     let _ = fs::remove_dir_all(&folder);
     if faults.is_empty() { Ok(()) } else { Err(faults) }
-}
-
-/// The command as the tests of the workspace have it: with other features most of the workspace would be compiled anew.
-fn build() -> Result<PathBuf, String> {
-    const BUILD: &str = "test --workspace --no-run --test cli";
-    let status = Command::new(workspace::cargo())
-        .args(BUILD.split(' '))
-        .current_dir(workspace::root())
-        .status()
-        .map_err(|error| format!("cargo did not start: {error}"))?;
-    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| workspace::root().join("target"), PathBuf::from);
-    if status.success() { Ok(target.join("debug/lobe")) } else { Err(format!("`cargo {BUILD}` failed")) }
 }
 
 /// Prints a line for each file, and returns the faults.

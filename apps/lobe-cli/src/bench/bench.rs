@@ -9,8 +9,8 @@ use serde::Serialize;
 
 use crate::args::{output, values};
 use crate::bench::floors::Floors;
-use crate::bench::measure::{Bench, Row};
-use crate::bench::{functions, pictures, receivers};
+use crate::bench::measure::{Bench, Pace, Row};
+use crate::bench::{functions, lights, pictures, receivers};
 use crate::run::talk::Talk;
 
 /// Times its floor above which a job says why.
@@ -22,6 +22,12 @@ pub(crate) struct BenchCommand {
     /// Only jobs whose names contain one of these words, such as basis or product
     #[arg(value_name = "WORD")]
     words: Vec<String>,
+    /// Only jobs of this order
+    #[arg(long, value_name = "N")]
+    order: Option<usize>,
+    /// Do each job of exactly these names once, and print their names and orders: for programs that count instructions
+    #[arg(long, hide = true, conflicts_with_all = ["seconds", "json", "rays"])]
+    counted: bool,
     /// Seconds for each line of the table
     #[arg(long, value_name = "S", default_value = "0.5", value_parser = values::positive)]
     seconds: f64,
@@ -53,19 +59,32 @@ impl BenchCommand {
         // One thread, as the floors are of one.
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().context("the system gives no thread")?;
         let line = talk.waiting("measuring");
-        line.say("floors");
-        let floors = Floors::measure(time);
-        let mut bench = Bench { floors, time, words: &self.words, rows: Vec::new(), names: Vec::new(), line };
+        let pace = if self.counted {
+            Pace::Counted
+        } else {
+            line.say("floors");
+            Pace::Timed { floors: Floors::measure(time), time }
+        };
+        let (words, order) = (&*self.words, self.order);
+        let mut bench = Bench { pace, words, order, rows: Vec::new(), counted: Vec::new(), names: Vec::new(), line };
         pool.install(|| {
             functions::run(&mut bench);
             pictures::run(&mut bench)?;
+            lights::run(&mut bench)?;
             receivers::run(&mut bench, self.rays.as_deref())
         })?;
-        if bench.rows.is_empty() {
-            bail!("expected a word in the name of a job, found {:?}; jobs: {}", self.words, bench.names.join(", "));
-        }
-        let (floors, rows) = (bench.floors, bench.rows);
         drop(bench.line);
+        if bench.rows.is_empty() && bench.counted.is_empty() {
+            let order = self.order.map(|order| format!(" of order {order}")).unwrap_or_default();
+            let names = bench.names.join(", ");
+            bail!("expected a word in the name of a job{order}, found {:?}; jobs: {names}", self.words);
+        }
+        let (rows, counted) = (bench.rows, bench.counted);
+        let Pace::Timed { floors, .. } = bench.pace else {
+            let order = |order: Option<usize>| order.map(|order| format!(" {order}")).unwrap_or_default();
+            let lines: String = counted.iter().map(|(name, of)| format!("{name}{}\n", order(*of))).collect();
+            return output::print(&lines);
+        };
         if self.json {
             return output::print_json(&Printed { machine: &floors, jobs: &rows });
         }

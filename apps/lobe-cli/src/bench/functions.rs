@@ -54,7 +54,7 @@ fn basis(bench: &mut Bench<'_>) {
             continue;
         }
         let directions: DirBatch = even_directions(count).collect();
-        for &order in orders {
+        for order in bench.orders(orders) {
             let mut out = ShBatch::zero(order, count);
             let bytes = NUMBER * (order * order) as f64;
             let job = BenchJob {
@@ -63,8 +63,7 @@ fn basis(bench: &mut Bench<'_>) {
                 item: "direction",
                 items: count,
                 cost: Some(Cost { operations: basis_operations(order), bytes, level }),
-                above: "high orders keep more sums than there are registers, and store the rest; what leaves the caches is read before \
-                        it is overwritten",
+                above: "high orders keep more sums than there are registers, and store the rest",
             };
             bench.measure(&job, || black_box(&mut out).set_basis(black_box(&directions)));
         }
@@ -76,7 +75,7 @@ fn products(bench: &mut Bench<'_>) {
         if !bench.wants(name) {
             continue;
         }
-        for order in [3, 4, 6] {
+        for order in bench.orders(&[3, 4, 6]) {
             let (a, b, mut out) = (functions(order, PAIRS), functions(order, PAIRS), ShBatch::zero(order, PAIRS));
             let read = if is_square { 1.0 } else { 2.0 };
             let operations = if is_square { square_operations(order) } else { product_operations(order) };
@@ -106,7 +105,7 @@ fn product_of_one(bench: &mut Bench<'_>) {
     if !bench.wants(name) {
         return;
     }
-    for order in [3, 4, 6] {
+    for order in bench.orders(&[3, 4, 6]) {
         let n = order * order;
         let (a, mut out) = (coefficients(order, PAIRS), vec![0.0; PAIRS * n]);
         let b: Vec<f32> = a.iter().rev().copied().collect();
@@ -133,7 +132,7 @@ fn rotation(bench: &mut Bench<'_>) {
     if !bench.wants(name) {
         return;
     }
-    for order in [3, 4, 6] {
+    for order in bench.orders(&[3, 4, 6]) {
         let matrices = RotationMatrices::<f32>::new(&turn(), order);
         let (f, mut out) = (functions(order, TURNED), ShBatch::zero(order, TURNED));
         let bytes = NUMBER * 2.0 * (order * order) as f64;
@@ -156,7 +155,7 @@ fn high_rotation_of_one(bench: &mut Bench<'_>) {
         return;
     }
     let turn = turn();
-    for order in [64, 128, 256] {
+    for order in bench.orders(&[64, 128, 256]) {
         let f: Vec<f64> = (0..order * order).map(|k| (0.618 * k as f64).sin()).collect();
         let mut out = f.clone();
         let job =
@@ -171,7 +170,7 @@ fn rotation_of_one(bench: &mut Bench<'_>) {
     if !bench.wants(name) {
         return;
     }
-    for order in [3, 4, 6, 10] {
+    for order in bench.orders(&[3, 4, 6, 10]) {
         let (turn, f) = (turn(), coefficients(order, 1));
         let mut out = vec![0.0; f.len()];
         let job = BenchJob { name, order: Some(order), item: "function", items: 1, cost: None, above: "" };

@@ -43,7 +43,7 @@ fn project_lat_long(bench: &mut Bench<'_>) {
         return;
     }
     let map = EnvMap::from_fn(SIZE[0], SIZE[1], light);
-    for order in [3, 6, 64, 128, 256] {
+    for order in bench.orders(&[3, 6, 64, 128, 256]) {
         let operations = row_operations(order);
         let job = BenchJob {
             name,
@@ -66,7 +66,7 @@ fn project_cube(bench: &mut Bench<'_>) -> anyhow::Result<()> {
     }
     let height = Mapping::Cube.height_for(FACE);
     let map = MappedMap::from_fn(Mapping::Cube, FACE, height, light);
-    for order in [3, 6] {
+    for order in bench.orders(&[3, 6]) {
         let n = order as f64;
         // The basis, its three products with the color, and the weight.
         let operations = n * (n + 1.0) + n * n + 4.0 * (n - 1.0) + 6.0 * n * n + 9.0;
@@ -90,7 +90,7 @@ fn reconstruct_map(bench: &mut Bench<'_>) {
     if !bench.wants(name) {
         return;
     }
-    for order in [3, 6, 64, 128, 256] {
+    for order in bench.orders(&[3, 6, 64, 128, 256]) {
         let colors = (0..order * order).map(|k| Rgb::splat(1.0 / (1 + k) as f64)).collect();
         let Some(f) = ShVec::<Rgb<f64>>::from_vec(colors) else { continue };
         let job = BenchJob {

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::bail;
 use lobe::io::{Numbers, Tensor, TensorFormat, write_tensors};
-use lobe::prt::{Channels, Transfer, TransferMatrices};
+use lobe::prt::{Channels, CompressedTable, CompressedTransfer, TableWeights, Transfer, TransferMatrices};
 use lobe::scene::{Bvh, built_in};
 use lobe::sh::{Rgb, even_directions};
 
@@ -34,8 +34,16 @@ const FORMAT: TensorFormat = TensorFormat { name: "lobe-bench-rays", version: 1,
 /// `rays_file` is what the rays of the job `occlusion` are written to.
 pub(crate) fn run(bench: &mut Bench<'_>, rays_file: Option<&Path>) -> anyhow::Result<()> {
     transfer(bench)?;
+    clustered(bench)?;
     incident(bench)?;
     occlusion(bench, rays_file)
+}
+
+/// Any numbers: shading does not depend on them.
+fn numbers(count: usize) -> Vec<f32> {
+    // A prime number of them, so that no column of a power of two has the same in all rows.
+    let some: Vec<f32> = (0..1021).map(|k| (k as f32).sin()).collect();
+    some.iter().copied().cycle().take(count).collect()
 }
 
 fn transfer(bench: &mut Bench<'_>) -> anyhow::Result<()> {
@@ -44,57 +52,99 @@ fn transfer(bench: &mut Bench<'_>) -> anyhow::Result<()> {
             continue;
         }
         let width = ORDER * ORDER * channels.count();
-        // Any numbers: shading does not depend on them.
-        let numbers = (0..RECEIVERS * width).map(|k| ((k % 1021) as f32).sin()).collect();
+        let numbers = numbers(RECEIVERS * width);
         let transfer = Transfer::new(ORDER, channels, numbers)?;
         let light: Vec<Rgb<f64>> = (0..ORDER * ORDER).map(|k| Rgb::new(1.0, 0.5, 1.0 / (1 + k) as f64)).collect();
         let mut out = vec![Rgb::new(0.0, 0.0, 0.0); RECEIVERS];
         let read = (size_of::<f32>() * width) as f64;
-        let job = BenchJob {
-            name,
-            order: Some(ORDER),
-            item: "receiver",
-            items: RECEIVERS,
-            // Three colors of the light; each number is read once, each color written once.
-            cost: Some(Cost {
-                operations: (2 * 3 * ORDER * ORDER) as f64,
-                bytes: read + size_of::<Rgb<f32>>() as f64,
-                level: Level::Read,
-            }),
-            above: "not known",
-        };
-        bench.measure(&job, || transfer.exit_radiance_into(black_box(&light), black_box(&mut out)));
+        for order in bench.orders(&[ORDER]) {
+            let job = BenchJob {
+                name,
+                order: Some(order),
+                item: "receiver",
+                items: RECEIVERS,
+                // Three colors of the light; each number is read once, each color written once.
+                cost: Some(Cost {
+                    operations: (2 * 3 * ORDER * ORDER) as f64,
+                    bytes: read + size_of::<Rgb<f32>>() as f64,
+                    level: Level::Read,
+                }),
+                above: "what is written counts as read",
+            };
+            bench.measure(&job, || transfer.exit_radiance_into(black_box(&light), black_box(&mut out)));
+        }
     }
     Ok(())
 }
 
-/// Points with matrices: as many numbers as the transfer of all receivers.
-const POINTS_OF_MATRICES: usize = RECEIVERS / (ORDER * ORDER);
+/// Of compressed transfer: clusters, runs of receivers in one, and weights of each receiver.
+const CLUSTERS: usize = 64;
+const RUN: usize = 512;
+const COMPONENTS: usize = 8;
+
+fn clustered(bench: &mut Bench<'_>) -> anyhow::Result<()> {
+    for (name, bytes) in [("clustered", size_of::<f32>()), ("clustered-u8", size_of::<u8>())] {
+        if !bench.wants(name) {
+            continue;
+        }
+        let width = ORDER * ORDER;
+        let clusters = (0..RECEIVERS).map(|k| ((k / RUN) % CLUSTERS) as u16).collect();
+        let bases = numbers(CLUSTERS * width * (COMPONENTS + 1));
+        let weights = match bytes {
+            1 => TableWeights::U8((0..RECEIVERS * COMPONENTS).map(|k| (k % 251) as u8).collect()),
+            _ => TableWeights::F32(numbers(RECEIVERS * COMPONENTS)),
+        };
+        let table = CompressedTable::new(width, COMPONENTS, clusters, weights, bases)?;
+        let transfer = CompressedTransfer::from_table(ORDER, Channels::Gray, table)?;
+        let light: Vec<Rgb<f64>> = (0..width).map(|k| Rgb::new(1.0, 0.5, 1.0 / (1 + k) as f64)).collect();
+        let mut out = vec![Rgb::new(0.0, 0.0, 0.0); RECEIVERS];
+        for order in bench.orders(&[ORDER]) {
+            let job = BenchJob {
+                name,
+                order: Some(order),
+                item: "receiver",
+                items: RECEIVERS,
+                // Bases times light are sums of the clusters; each weight and cluster is read once, each color written once.
+                cost: Some(Cost {
+                    operations: (2 * 3 * COMPONENTS) as f64,
+                    bytes: (bytes * COMPONENTS + size_of::<u16>() + size_of::<Rgb<f32>>()) as f64,
+                    level: Level::Read,
+                }),
+                above: "eight weights fill half of a register, and what is written counts as read",
+            };
+            bench.measure(&job, || transfer.exit_radiance_into(black_box(&light), black_box(&mut out)));
+        }
+    }
+    Ok(())
+}
 
 fn incident(bench: &mut Bench<'_>) -> anyhow::Result<()> {
     for (name, channels) in [("incident", Channels::Gray), ("incident-rgb", Channels::Rgb)] {
         if !bench.wants(name) {
             continue;
         }
-        let (bands, width) = (ORDER * ORDER, ORDER.pow(4) * channels.count());
-        let numbers = (0..POINTS_OF_MATRICES * width).map(|k| ((k % 1021) as f32).sin()).collect();
-        let matrices = TransferMatrices::new(ORDER, channels, numbers)?;
-        let light: Vec<Rgb<f64>> = (0..bands).map(|k| Rgb::new(1.0, 0.5, 1.0 / (1 + k) as f64)).collect();
-        let mut out = vec![Rgb::new(0.0, 0.0, 0.0); POINTS_OF_MATRICES * bands];
-        let job = BenchJob {
-            name,
-            order: Some(ORDER),
-            item: "matrix",
-            items: POINTS_OF_MATRICES,
-            // Three colors of the light; each number is read once, n² colors are written once.
-            cost: Some(Cost {
-                operations: (2 * 3 * bands * bands) as f64,
-                bytes: (size_of::<f32>() * width + size_of::<Rgb<f32>>() * bands) as f64,
-                level: Level::Read,
-            }),
-            above: "each row of sixteen numbers ends in additions across lanes",
-        };
-        bench.measure(&job, || matrices.incident_into(black_box(&light), black_box(&mut out)));
+        for order in bench.orders(&[4, 6]) {
+            let (bands, width) = (order * order, order.pow(4) * channels.count());
+            // As many numbers as the transfer of all receivers.
+            let points = RECEIVERS * ORDER * ORDER / order.pow(4);
+            let matrices = TransferMatrices::new(order, channels, numbers(points * width))?;
+            let light: Vec<Rgb<f64>> = (0..bands).map(|k| Rgb::new(1.0, 0.5, 1.0 / (1 + k) as f64)).collect();
+            let mut out = vec![Rgb::new(0.0, 0.0, 0.0); points * bands];
+            let job = BenchJob {
+                name,
+                order: Some(order),
+                item: "matrix",
+                items: points,
+                // Three colors of the light; each number is read once, n² colors are written once.
+                cost: Some(Cost {
+                    operations: (2 * 3 * bands * bands) as f64,
+                    bytes: (size_of::<f32>() * width + size_of::<Rgb<f32>>() * bands) as f64,
+                    level: Level::Read,
+                }),
+                above: "each row of a matrix ends in additions across lanes",
+            };
+            bench.measure(&job, || matrices.incident_into(black_box(&light), black_box(&mut out)));
+        }
     }
     Ok(())
 }
@@ -152,6 +202,9 @@ fn occlusion(bench: &mut Bench<'_>, rays_file: Option<&Path>) -> anyhow::Result<
             Some(_) => bail!("--rays: expected {name} among the jobs, whose rays they are"),
             None => Ok(()),
         };
+    }
+    if bench.order.is_some() {
+        return Ok(());
     }
     let rays = SkyRays::new();
     let mut hidden = vec![false; rays.points.len() * RAYS];

@@ -69,6 +69,16 @@ fn rays_that_are_written_find_what_the_file_says() {
 }
 
 #[test]
+fn an_order_picks_among_the_jobs_and_a_count_does_each_of_them_once() {
+    let dir = Dir::new();
+    let lines = |args: &str| dir.lobe(&format!("bench --counted {args}")).stdout();
+    assert_eq!(lines("basis product --order 4"), "basis 4\nproduct 4\n", "whole names, so no other basis or product");
+    assert_eq!(lines("irradiance dering"), "irradiance 3\ndering 3\n");
+    let line = dir.lobe("bench product --order 5 --seconds 0.001").error();
+    assert!(line.contains(r#"expected a word in the name of a job of order 5, found ["product"]"#), "{line}");
+}
+
+#[test]
 fn what_cannot_be_measured_is_refused() {
     let dir = Dir::new();
     let line = dir.lobe("bench fly --seconds 0.001").error();

@@ -1,0 +1,100 @@
+//! Light from all around a point: irradiance at normals, probes without ringing, maps filtered for rough surfaces.
+
+use std::hint::black_box;
+
+use lobe::env::{CubeMap, PrefilterOptions, prefilter_ggx};
+use lobe::io::Job;
+use lobe::sh::{
+    Coefficient as _, Dir, Expansion as _, PackedIrradiance, Rgb, ShL2, dering_order_3_in_place, eval_basis,
+    even_directions,
+};
+
+use crate::bench::cost::{Cost, Level};
+use crate::bench::measure::{Bench, BenchJob};
+
+/// Normals, and probes.
+const COUNT: usize = 1024;
+
+/// The order of irradiance and of the probes.
+const ORDER: usize = 3;
+
+/// Texels along a face of the map that is filtered.
+const FACE: usize = 128;
+
+/// Runs the jobs of this file.
+pub(crate) fn run(bench: &mut Bench<'_>) -> anyhow::Result<()> {
+    irradiance(bench);
+    dering(bench);
+    prefilter(bench)
+}
+
+/// A sky with a sun, whose expansion rings.
+fn light(seed: usize) -> ShL2<Rgb<f32>> {
+    let sun = Dir::from_angles(0.3, 0.618 * seed as f64);
+    let mut colors: Vec<Rgb<f32>> =
+        eval_basis(sun, ORDER).iter().map(|y| Rgb::narrow(Rgb::new(5.0, 4.0, 2.5).scale(*y))).collect();
+    colors[0] += Rgb::splat(1.0);
+    ShL2::from_slice(&colors)
+}
+
+fn irradiance(bench: &mut Bench<'_>) {
+    let name = "irradiance";
+    if !bench.wants(name) {
+        return;
+    }
+    let packed = PackedIrradiance::from_irradiance_sh(&light(0));
+    let normals: Vec<Dir> = even_directions(COUNT).collect();
+    let mut out = vec![Rgb::new(0.0, 0.0, 0.0); COUNT];
+    for order in bench.orders(&[ORDER]) {
+        let job = BenchJob {
+            name,
+            order: Some(order),
+            item: "normal",
+            items: COUNT,
+            // Five products of coordinates and a difference; nine multiply-adds for each color.
+            cost: Some(Cost { operations: 6.0 + 3.0 * 18.0, bytes: 24.0 + 12.0, level: Level::Second }),
+            above: "in double precision, one normal at a time",
+        };
+        bench.measure(&job, || {
+            for (out, n) in black_box(&mut out).iter_mut().zip(black_box(&normals)) {
+                *out = Rgb::narrow(packed.eval(*n));
+            }
+        });
+    }
+}
+
+fn dering(bench: &mut Bench<'_>) {
+    let name = "dering";
+    if !bench.wants(name) {
+        return;
+    }
+    let probes: Vec<ShL2<Rgb<f32>>> = (0..COUNT).map(light).collect();
+    let mut work = probes.clone();
+    for order in bench.orders(&[ORDER]) {
+        let job = BenchJob { name, order: Some(order), item: "probe", items: COUNT, cost: None, above: "" };
+        bench.measure(&job, || {
+            work.copy_from_slice(black_box(&probes));
+            for f in black_box(&mut work) {
+                dering_order_3_in_place(f.coefficients_mut());
+            }
+        });
+    }
+}
+
+/// All levels of a map for rough surfaces; counted by the texels of the first.
+fn prefilter(bench: &mut Bench<'_>) -> anyhow::Result<()> {
+    let name = "prefilter";
+    if !bench.wants(name) || bench.order.is_some() {
+        return Ok(());
+    }
+    let map = CubeMap::from_fn(FACE, |s| Rgb::splat(if s.z() > 0.99 { 100.0 } else { 1.5 + s.x() as f32 }));
+    let options = PrefilterOptions::default().size(FACE);
+    let items = 6 * FACE * FACE;
+    // Once where a fault can be told.
+    prefilter_ggx(&map, &options, Job::default())?;
+    let job = BenchJob { name, order: None, item: "texel", items, cost: None, above: "" };
+    bench.measure(&job, || {
+        let _ = black_box(prefilter_ggx(black_box(&map), &options, Job::default()));
+    });
+    Ok(())
+}

@@ -1,0 +1,170 @@
+//! `instructions`: what kernels execute, counted by valgrind, against the counts on record.
+//!
+//! A time tells little on a machine that is shared; a count is the same on every machine that executes the same instructions. `lobe bench
+//! --counted` does each job once within a function of a name of its own, within which valgrind collects, and after which it dumps.
+//! Counts are of one compiler, which is on record too.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::{Value, json};
+
+use crate::outcome::{self, Outcome};
+use crate::toolchain;
+use crate::workspace;
+
+const RECORD: &str = "apps/lobe-cli/instructions.json";
+
+/// Counts that are larger by more than this part are a fault. They are the same from run to run; the calls of the libraries of the system
+/// are not from machine to machine.
+const TOLERANCE: f64 = 0.02;
+
+/// Jobs of `lobe bench`: those of functions, whose work takes valgrind milliseconds.
+const JOBS: [&str; 8] =
+    ["basis", "product", "square", "product-one", "rotation", "rotation-one", "irradiance", "dering"];
+
+/// The function of the command within which valgrind counts; patterns are not understood by all of its options.
+const COUNTED: &str = "lobe::bench::measure::counted";
+
+/// What valgrind knows; it has no AVX-512.
+const INSTRUCTIONS: [&str; 2] = ["plain", "avx2"];
+
+/// Whether counts can be compared here.
+///
+/// # Errors
+/// The reason why not.
+pub(crate) fn can_count() -> Result<(), String> {
+    toolchain::has_program("valgrind", "apt-get install valgrind")?;
+    let (here, recorded) = (toolchain::compiler()?, record()?["compiler"].clone());
+    if recorded == here {
+        Ok(())
+    } else {
+        Err(format!("counts are of {recorded}, this is {here}; `cargo xtask instructions --write` counts anew"))
+    }
+}
+
+/// Counts, and compares or with `--write` records.
+pub(crate) fn run(arguments: &[String]) -> Outcome {
+    let writes = arguments.iter().any(|argument| argument == "--write");
+    let counts = counts().map_err(|fault| vec![fault])?;
+    if writes {
+        let text = toolchain::compiler().and_then(|compiler| {
+            serde_json::to_string_pretty(&json!({"compiler": compiler, "counts": counts})).map_err(|e| e.to_string())
+        });
+        let text = text.map_err(|fault| vec![fault])?;
+        return std::fs::write(workspace::root().join(RECORD), text + "\n").map_err(|e| vec![format!("{RECORD}: {e}")]);
+    }
+    let record = record().map_err(|fault| vec![fault])?;
+    let known: BTreeMap<String, u64> = serde_json::from_value(record["counts"].clone()).unwrap_or_default();
+    outcome::of(faults(&counts, &known))
+}
+
+fn record() -> Result<Value, String> {
+    let text = workspace::read(&workspace::root().join(RECORD))?;
+    serde_json::from_str(&text).map_err(|error| format!("{RECORD}: {error}"))
+}
+
+/// What is wrong with counts beside those on record: more than there were, or others.
+fn faults(counts: &BTreeMap<String, u64>, known: &BTreeMap<String, u64>) -> Vec<String> {
+    let mut faults = Vec::new();
+    for (name, &count) in counts {
+        match known.get(name) {
+            None => faults.push(format!("{name}: no count is on record; cargo xtask instructions --write")),
+            Some(&before) => {
+                let ratio = count as f64 / before as f64;
+                println!("     {name:<24} {count:>12}  {ratio:.3} of what it was");
+                if ratio > 1.0 + TOLERANCE {
+                    faults.push(format!("{name}: {count} instructions, {ratio:.3} times the {before} on record"));
+                }
+            }
+        }
+    }
+    faults.extend(known.keys().filter(|name| !counts.contains_key(*name)).map(|name| format!("{name}: not counted")));
+    faults
+}
+
+/// The instructions of each job.
+fn counts() -> Result<BTreeMap<String, u64>, String> {
+    let lobe = workspace::command_of_tests()?;
+    let folder = std::env::temp_dir().join(format!("lobe-instructions-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    let mut counts = BTreeMap::new();
+    for instructions in INSTRUCTIONS {
+        let of_jobs = count(&lobe, instructions, &folder.join(instructions));
+        let _ = std::fs::remove_dir_all(folder.join(instructions));
+        counts.extend(of_jobs?.into_iter().map(|(job, count)| (format!("{job} {instructions}"), count)));
+    }
+    // Remove the folder; a failure to do so is no fault of the program.
+    let _ = std::fs::remove_dir_all(&folder);
+    Ok(counts)
+}
+
+/// The jobs in their order, with what each executed.
+fn count(lobe: &Path, instructions: &str, folder: &Path) -> Result<Vec<(String, u64)>, String> {
+    std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    let output = Command::new("valgrind")
+        .arg("--tool=callgrind")
+        .arg(format!("--callgrind-out-file={}", folder.join("part").display()))
+        .args([format!("--toggle-collect={COUNTED}"), format!("--dump-after={COUNTED}")])
+        .arg(lobe)
+        .args(["--quiet", "bench", "--counted"])
+        .args(JOBS)
+        .env("LOBE_SIMD", instructions)
+        .output()
+        .map_err(|error| format!("valgrind: {error}"))?;
+    if !output.status.success() {
+        return Err(format!("valgrind lobe bench --counted: {}", String::from_utf8_lossy(&output.stderr)));
+    }
+    // Dumps are numbered from 1 on.
+    let part = |k: usize| workspace::read(&folder.join(format!("part.{k}")));
+    let jobs = String::from_utf8_lossy(&output.stdout).into_owned();
+    jobs.lines().enumerate().map(|(k, job)| Ok((job.to_owned(), total(&part(k + 1)?)?))).collect()
+}
+
+/// The instructions of a dump.
+fn total(dump: &str) -> Result<u64, String> {
+    let total = dump.lines().find_map(|line| line.strip_prefix("totals:").or(line.strip_prefix("summary:")));
+    let total = total.and_then(|total| total.trim().parse().ok()).filter(|total| *total > 0);
+    total.ok_or_else(|| "valgrind: expected instructions in every dump, found none".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn counts(pairs: &[(&str, u64)]) -> BTreeMap<String, u64> {
+        pairs.iter().map(|(name, count)| ((*name).to_owned(), *count)).collect()
+    }
+
+    #[test]
+    fn more_instructions_are_a_fault_and_fewer_are_none() {
+        let known = counts(&[("a", 1000), ("b", 1000), ("c", 1000)]);
+        assert!(faults(&counts(&[("a", 1010), ("b", 500), ("c", 1000)]), &known).is_empty(), "within the tolerance");
+        let found = faults(&counts(&[("a", 1030), ("b", 1000), ("d", 1)]), &known);
+        let expected = [
+            "a: 1030 instructions, 1.030 times the 1000 on record",
+            "d: no count is on record; cargo xtask instructions --write",
+            "c: not counted",
+        ];
+        assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn every_job_is_on_record() {
+        let record = record().unwrap();
+        let counts = record["counts"].as_object().unwrap();
+        for instructions in INSTRUCTIONS {
+            for job in JOBS {
+                let is_one = |name: &&String| name.starts_with(&format!("{job} ")) && name.ends_with(instructions);
+                assert!(counts.keys().any(|name| is_one(&name)), "{job} by {instructions}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_total_of_a_dump_is_read() {
+        assert_eq!(total("version: 1\nevents: Ir\nfn=(1) a\n1 2\ntotals: 1234\n"), Ok(1234));
+        assert!(total("version: 1\ntotals: 0\n").is_err(), "nothing was counted");
+    }
+}
