@@ -21,8 +21,18 @@ const RECORD: &str = "apps/lobe-cli/instructions.json";
 const TOLERANCE: f64 = 0.02;
 
 /// Jobs of `lobe bench`: those of functions, whose work takes valgrind milliseconds.
-const JOBS: [&str; 8] =
-    ["basis", "product", "square", "product-one", "rotation", "rotation-one", "irradiance", "dering"];
+const JOBS: [&str; 10] = [
+    "basis",
+    "eval",
+    "product",
+    "square",
+    "zonal-product",
+    "product-one",
+    "rotation",
+    "rotation-one",
+    "irradiance",
+    "dering",
+];
 
 /// The function of the command within which valgrind counts; patterns are not understood by all of its options.
 const COUNTED: &str = "lobe::bench::measure::counted";

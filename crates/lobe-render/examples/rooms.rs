@@ -49,7 +49,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// A ball on its way through a room.
 fn with_ball(room: &Scene) -> Result<MovingScene, Box<dyn Error>> {
-    let Some(ball) = built_in::ball_over_ground(48).part([1]) else { return Err("the ball has a mesh".into()) };
+    let ball = built_in::ball_over_ground(48).part([1])?;
     let [x, y, z] = MIDDLE;
     let key = |time: f64, y: f64| Key {
         time,

@@ -114,12 +114,11 @@ fn files(products: &[Product]) -> Vec<(String, String)> {
     files
 }
 
-/// The generated files for lanes: products of factors of one order to that order, and squares.
+/// The generated files for lanes: products of factors of one order to that order, squares, and products with zonal functions.
 fn lane_files(products: &[Product]) -> Vec<(String, String)> {
     let kinds = products.iter().filter(|product| match product.kind {
         Kind::General([a, b, out]) => a == b && a == out,
-        Kind::Square(_) => true,
-        Kind::Zonal(_) => false,
+        Kind::Square(_) | Kind::Zonal(_) => true,
     });
     let mut files = Vec::new();
     let mut index = format!(
@@ -203,7 +202,8 @@ impl Product {
         let [a, b, out] = self.kind.lengths();
         let factors = match self.kind {
             Kind::Square(_) => format!("a: &[Lanes; {a}]"),
-            _ => format!("a: &[Lanes; {a}], b: &[Lanes; {b}]"),
+            Kind::Zonal(_) => format!("z: &[Lanes; {a}], f: &[Lanes; {b}]"),
+            Kind::General(_) => format!("a: &[Lanes; {a}], b: &[Lanes; {b}]"),
         };
         let signature = format!("product<S: Simd>(simd: S, part: usize, {factors}, out: &mut [Lanes; {out}])");
         let function = Function { seen_by: "crate", signature, ..self.function() };

@@ -61,6 +61,17 @@ pub(crate) fn square_operations(order: usize) -> f64 {
     (2 * entries + pairs) as f64
 }
 
+/// Operations of the product of a zonal function about +z with another: `M^μ_ll' = Σ_k z_k Γ(k0, lμ, l'μ)` for `l ≥ l'`, `μ ≥ 0`, and that
+/// matrix times the coefficients of both signs of m.
+pub(crate) fn zonal_product_operations(order: usize) -> f64 {
+    let tensor = GauntTensor::new(order, order, order);
+    let is_zonal = |i: usize| (0..order).any(|l| i == l * (l + 1));
+    let is_above = |j: usize| (0..order).any(|l| (l * (l + 1)..(l + 1) * (l + 1)).contains(&j));
+    let entries = tensor.coefficients().iter().filter(|t| is_zonal(t.i) && t.j <= t.k && is_above(t.j)).count();
+    let matrix: usize = (0..order).map(|m| if m == 0 { order * order } else { 2 * (order - m).pow(2) }).sum();
+    2.0 * (entries + matrix) as f64
+}
+
 /// Entries `(i ≤ j, k)`, pairs `(i ≤ j)` that have some, and those with `i = j`.
 fn entries(order: usize) -> (usize, usize, usize) {
     let tensor = GauntTensor::new(order, order, order);
@@ -88,6 +99,8 @@ mod tests {
             assert_eq!((entries, pairs), expected, "order {order}");
             assert_eq!(squares, order * order, "order {order}: every function times itself has a mean");
         }
+        // M of order 2: z_0 in three places, z_1 between the bands; times one function and two.
+        assert_eq!(zonal_product_operations(2), 2.0 * (4.0 + 4.0 + 2.0), "entries, and 2² + 2 · 1²");
         assert_eq!(basis_operations(3), 12.0 + 9.0 + 8.0, "n (n + 1) + n² + 4 (n - 1)");
         // Bands of 3 and 5: 9 and 25 multiply-adds.
         assert_eq!(rotation_operations(3), 2.0 * (9.0 + 25.0), "bands 1 and 2");

@@ -2,9 +2,12 @@
 
 use std::hint::black_box;
 
+use lobe::sh::simd::LANES;
 use lobe::sh::{Dir, DirBatch, Rotation, RotationMatrices, ShBatch, even_directions, product_into};
 
-use crate::bench::cost::{Cost, Level, basis_operations, product_operations, rotation_operations, square_operations};
+use crate::bench::cost::{
+    Cost, Level, basis_operations, product_operations, rotation_operations, square_operations, zonal_product_operations,
+};
 use crate::bench::measure::{Bench, BenchJob};
 
 /// Directions of a tile, whose basis stays in the first-level cache up to order 5.
@@ -24,7 +27,9 @@ const NUMBER: f64 = size_of::<f32>() as f64;
 /// Runs the jobs of this file.
 pub(crate) fn run(bench: &mut Bench<'_>) {
     basis(bench);
+    values(bench);
     products(bench);
+    zonal_products(bench);
     product_of_one(bench);
     rotation(bench);
     rotation_of_one(bench);
@@ -96,6 +101,51 @@ fn products(bench: &mut Bench<'_>) {
                 }
             });
         }
+    }
+}
+
+/// The value of each function towards a direction of its own.
+fn values(bench: &mut Bench<'_>) {
+    let name = "eval";
+    if !bench.wants(name) {
+        return;
+    }
+    let directions: DirBatch = even_directions(TILE).collect();
+    for order in bench.orders(&[3, 4, 6]) {
+        let (f, mut out) = (functions(order, TILE), vec![0.0; TILE]);
+        let n = (order * order) as f64;
+        let job = BenchJob {
+            name,
+            order: Some(order),
+            item: "function",
+            items: TILE,
+            cost: Some(Cost { operations: basis_operations(order) + 2.0 * n, bytes: NUMBER * n, level: Level::Second }),
+            above: "the basis is stored and loaded again, and each sum waits for itself",
+        };
+        bench.measure(&job, || black_box(&f).eval_into(black_box(&directions), black_box(&mut out)));
+    }
+}
+
+/// Products with a zonal function for each.
+fn zonal_products(bench: &mut Bench<'_>) {
+    let name = "zonal-product";
+    if !bench.wants(name) {
+        return;
+    }
+    for order in bench.orders(&[3, 4, 6]) {
+        let (f, mut out) = (functions(order, PAIRS), ShBatch::zero(order, PAIRS));
+        // The blocks of other functions, of which there are more than of bands.
+        let zonal = &f.blocks()[..PAIRS.div_ceil(LANES) * order];
+        let bytes = NUMBER * (order + 2 * order * order) as f64;
+        let job = BenchJob {
+            name,
+            order: Some(order),
+            item: "pair",
+            items: PAIRS,
+            cost: Some(Cost { operations: zonal_product_operations(order), bytes, level: Level::Second }),
+            above: "the straight-line code of an order keeps more numbers alive than there are registers",
+        };
+        bench.measure(&job, || black_box(&f).zonal_product_into(black_box(zonal), black_box(&mut out)));
     }
 }
 

@@ -4,10 +4,14 @@ use alloc::vec::Vec;
 
 use crate::basis::index::{coefficient_count, order_of_slice};
 use crate::batch::basis_blocks::eval_blocks;
+use crate::batch::lane_dot;
 use crate::product::lane_product::{self, Factors};
 use crate::rotation::lane_rotation;
 use crate::simd::{LANES, Lanes, Machine};
 use crate::{DirBatch, Expansion, FixedOrder, RotationMatrices, ShVec};
+
+/// Blocks of directions whose basis is made before it is used: of order 6 it takes 18 KB, which a first-level cache holds.
+const EVAL_TILE: usize = 8;
 
 /// Many expansions of one order in `f32`, in the layout of the kernels that take sixteen at once.
 ///
@@ -210,6 +214,47 @@ impl ShBatch {
         self.assert_alike(out);
         let factors = Factors::One(&self.blocks);
         lane_product::multiply_blocks(Machine::detect(), self.order, factors, &mut out.blocks);
+    }
+
+    /// The product of each function with a zonal one about +z, cut off at their order; see
+    /// [`zonal_product_into`](crate::zonal_product_into). Orders 2 to 6 have straight-line code. `zonal` has a block for each band of
+    /// sixteen functions:
+    ///
+    /// ```text
+    ///   zonal[order b + l].0[k]        coefficient of band l of the factor of function 16 b + k
+    /// ```
+    ///
+    /// # Panics
+    /// If the orders or the numbers of functions differ, there are other than `order` blocks of `zonal` for sixteen functions, or the
+    /// order is above [`MAX_GAUNT_ORDER`](crate::MAX_GAUNT_ORDER).
+    pub fn zonal_product_into(&self, zonal: &[Lanes], out: &mut Self) {
+        self.assert_alike(out);
+        assert_eq!(zonal.len(), self.count.div_ceil(LANES) * self.order, "blocks of bands of zonal functions");
+        let factors = Factors::Zonal(zonal, &self.blocks);
+        lane_product::multiply_blocks(Machine::detect(), self.order, factors, &mut out.blocks);
+    }
+
+    /// The value of each function towards the direction of the same number.
+    ///
+    /// ```text
+    ///   out[k] = Σ_i f_ki y_i(s_k)
+    /// ```
+    ///
+    /// # Panics
+    /// If the numbers of functions, directions and values differ.
+    pub fn eval_into(&self, directions: &DirBatch, out: &mut [f32]) {
+        assert_eq!(self.count, directions.len(), "functions against directions");
+        assert_eq!(self.count, out.len(), "functions against values");
+        let machine = Machine::detect();
+        let tile = EVAL_TILE * coefficient_count(self.order);
+        let mut basis = vec![Lanes::ZERO; tile.min(self.blocks.len())];
+        let tiles = self.blocks.chunks(tile.max(1)).zip(directions.blocks().chunks(EVAL_TILE));
+        out.fill(0.0);
+        for ((functions, directions), out) in tiles.zip(out.chunks_mut(EVAL_TILE * LANES)) {
+            let basis = &mut basis[..functions.len()];
+            eval_blocks(machine, self.order, directions, basis);
+            lane_dot::dot_blocks(machine, self.order, functions, basis, out);
+        }
     }
 
     fn assert_alike(&self, other: &Self) {

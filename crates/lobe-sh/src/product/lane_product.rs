@@ -1,6 +1,5 @@
 //! Products of many pairs of expansions of one order, cut off at that order, sixteen side by side in `f32`.
 
-#[cfg(feature = "std")]
 use alloc::vec::Vec;
 
 #[cfg(feature = "std")]
@@ -16,11 +15,12 @@ use crate::simd::{Kernel, LANES, Lanes, Machine};
 #[cfg(feature = "std")]
 use crate::simd::{Wide, constant};
 
-/// The factors: blocks of two functions, or of one that is squared.
+/// The factors: blocks of two functions, of one that is squared, or of the bands of a zonal function and of another.
 #[derive(Clone, Copy)]
 pub(crate) enum Factors<'a> {
     Two(&'a [Lanes], &'a [Lanes]),
     One(&'a [Lanes]),
+    Zonal(&'a [Lanes], &'a [Lanes]),
 }
 
 /// The product of each pair of functions in blocks, cut off at their order: as
@@ -65,7 +65,7 @@ impl Kernel for Multiply<'_> {
     fn wide<S: pulp::Simd>(self, simd: S) {
         let Self { order, factors, out } = self;
         macro_rules! each {
-            ($count:literal, $general:ident, $square:ident) => {{
+            ($order:literal, $count:literal, $general:ident, $square:ident, $zonal:ident) => {{
                 let out = out.as_chunks_mut::<$count>().0;
                 match factors {
                     Factors::Two(a, b) => {
@@ -83,20 +83,33 @@ impl Kernel for Multiply<'_> {
                             }
                         }
                     }
+                    Factors::Zonal(z, f) => {
+                        let pairs = z.as_chunks::<$order>().0.iter().zip(f.as_chunks::<$count>().0);
+                        for ((z, f), out) in pairs.zip(out) {
+                            for part in 0..Wide::<S>::PARTS {
+                                lanes::$zonal::product(simd, part, z, f, out);
+                            }
+                        }
+                    }
                 }
             }};
         }
         match order {
-            2 => each!(4, general_2, square_2),
-            3 => each!(9, general_3, square_3),
-            4 => each!(16, general_4, square_4),
-            5 => each!(25, general_5, square_5),
-            6 => each!(36, general_6, square_6),
+            2 => each!(2, 4, general_2, square_2, zonal_2),
+            3 => each!(3, 9, general_3, square_3, zonal_3),
+            4 => each!(4, 16, general_4, square_4, zonal_4),
+            5 => each!(5, 25, general_5, square_5, zonal_5),
+            6 => each!(6, 36, general_6, square_6, zonal_6),
             _ => {
                 let count = coefficient_count(order);
+                let whole;
                 let (a, b) = match factors {
                     Factors::Two(a, b) => (a, b),
                     Factors::One(a) => (a, a),
+                    Factors::Zonal(z, f) => {
+                        whole = expanded(order, z);
+                        (&*whole, f)
+                    }
                 };
                 let terms = Terms::of_order(order);
                 let pairs = a.chunks_exact(count).zip(b.chunks_exact(count));
@@ -111,9 +124,14 @@ impl Kernel for Multiply<'_> {
 
     fn plain(self) {
         let count = coefficient_count(self.order);
+        let whole;
         let (a, b) = match self.factors {
             Factors::Two(a, b) => (a, Some(b)),
             Factors::One(a) => (a, None),
+            Factors::Zonal(z, f) => {
+                whole = expanded(self.order, z);
+                (&*whole, Some(f))
+            }
         };
         let mut single = [(); 3].map(|()| vec![0.0; count]);
         let [of_a, of_b, of_out] = &mut single;
@@ -134,6 +152,18 @@ impl Kernel for Multiply<'_> {
             }
         }
     }
+}
+
+/// The blocks of zonal functions as of any function: zero but for `m = 0`.
+fn expanded(order: usize, zonal: &[Lanes]) -> Vec<Lanes> {
+    let count = coefficient_count(order);
+    let mut out = vec![Lanes::ZERO; zonal.len() / order * count];
+    for (bands, out) in zonal.chunks_exact(order).zip(out.chunks_exact_mut(count)) {
+        for (l, band) in bands.iter().enumerate() {
+            out[l * (l + 1)] = *band;
+        }
+    }
+    out
 }
 
 /// The Gaunt coefficients of one order as a list, pair after pair.
@@ -211,6 +241,26 @@ mod tests {
     const ERROR: f32 = 2e-5;
 
     #[test]
+    fn zonal_functions_multiply_as_their_expansions() {
+        let mut random = Random::new(4);
+        for order in 1..=MAX_GAUNT_ORDER {
+            let mut blocks = |count: usize| -> Vec<Lanes> {
+                (0..count).map(|_| Lanes(core::array::from_fn(|_| random.signed() as f32))).collect()
+            };
+            let (zonal, f) = (blocks(2 * order), blocks(2 * coefficient_count(order)));
+            for machine in Machine::available() {
+                let [mut found, mut expected] = [(); 2].map(|()| vec![Lanes::ZERO; f.len()]);
+                multiply_blocks(machine, order, Factors::Zonal(&zonal, &f), &mut found);
+                multiply_blocks(machine, order, Factors::Two(&expanded(order, &zonal), &f), &mut expected);
+                for (found, expected) in found.iter().zip(&expected) {
+                    let near = found.0.iter().zip(expected.0).all(|(x, y)| (x - y).abs() < ERROR);
+                    assert!(near, "{}, order {order}: {found:?} for {expected:?}", machine.name());
+                }
+            }
+        }
+    }
+
+    #[test]
     fn every_machine_multiplies_as_one_pair_at_a_time() {
         let mut random = Random::new(3);
         for order in 0..=MAX_GAUNT_ORDER {
@@ -219,7 +269,12 @@ mod tests {
                 (0..2 * count).map(|_| Lanes(core::array::from_fn(|_| random.signed() as f32))).collect()
             };
             let (a, b) = (blocks(), blocks());
-            for factors in [Factors::Two(&a, &b), Factors::One(&a)] {
+            let zonal = &a[..2 * order];
+            for (what, factors) in [
+                ("product", Factors::Two(&a, &b)),
+                ("square", Factors::One(&a)),
+                ("zonal product", Factors::Zonal(zonal, &b)),
+            ] {
                 let mut expected = vec![Lanes::ZERO; 2 * count];
                 multiply_blocks(Machine::PLAIN, order, factors, &mut expected);
                 for machine in Machine::available() {
@@ -227,7 +282,7 @@ mod tests {
                     multiply_blocks(machine, order, factors, &mut found);
                     for (i, (found, expected)) in found.iter().zip(&expected).enumerate() {
                         for (lane, (x, y)) in found.0.iter().zip(expected.0).enumerate() {
-                            let what = (machine.name(), order, matches!(factors, Factors::One(_)));
+                            let what = (machine.name(), order, what);
                             assert!((x - y).abs() < ERROR, "{what:?}, block {i}, lane {lane}: {x} against {y}");
                         }
                     }

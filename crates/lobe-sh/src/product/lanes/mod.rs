@@ -24,3 +24,13 @@ pub(crate) mod square_4;
 pub(crate) mod square_5;
 #[rustfmt::skip]
 pub(crate) mod square_6;
+#[rustfmt::skip]
+pub(crate) mod zonal_2;
+#[rustfmt::skip]
+pub(crate) mod zonal_3;
+#[rustfmt::skip]
+pub(crate) mod zonal_4;
+#[rustfmt::skip]
+pub(crate) mod zonal_5;
+#[rustfmt::skip]
+pub(crate) mod zonal_6;
