@@ -8,6 +8,7 @@ use crate::MAX_GAUNT_ORDER;
 use crate::basis::index::coefficient_count;
 #[cfg(feature = "std")]
 use crate::once::Once;
+use crate::product::generated;
 #[cfg(feature = "std")]
 use crate::product::lanes;
 use crate::product::product::{product_into, square_into};
@@ -123,30 +124,35 @@ impl Kernel for Multiply<'_> {
     }
 
     fn plain(self) {
-        let count = coefficient_count(self.order);
-        let whole;
-        let (a, b) = match self.factors {
-            Factors::Two(a, b) => (a, Some(b)),
-            Factors::One(a) => (a, None),
-            Factors::Zonal(z, f) => {
-                whole = expanded(self.order, z);
-                (&*whole, Some(f))
-            }
-        };
+        let Self { order, factors, out } = self;
+        let count = coefficient_count(order);
         let mut single = [(); 3].map(|()| vec![0.0; count]);
         let [of_a, of_b, of_out] = &mut single;
         let take = |to: &mut [f32], from: &[Lanes], lane: usize| {
             to.iter_mut().zip(from).for_each(|(to, from)| *to = from.0[lane]);
         };
-        for (group, out) in self.out.chunks_exact_mut(count).enumerate() {
+        for (group, out) in out.chunks_exact_mut(count).enumerate() {
             let part = group * count..(group + 1) * count;
             for lane in 0..LANES {
-                take(of_a, &a[part.clone()], lane);
-                if let Some(b) = b {
-                    take(of_b, &b[part.clone()], lane);
-                    product_into(of_a, of_b, of_out);
-                } else {
-                    square_into(of_a, of_out);
+                match factors {
+                    Factors::Two(a, b) => {
+                        take(of_a, &a[part.clone()], lane);
+                        take(of_b, &b[part.clone()], lane);
+                        product_into(of_a, of_b, of_out);
+                    }
+                    Factors::One(a) => {
+                        take(of_a, &a[part.clone()], lane);
+                        square_into(of_a, of_out);
+                    }
+                    Factors::Zonal(z, f) => {
+                        let bands = &z[group * order..][..order];
+                        take(&mut of_a[..order], bands, lane);
+                        take(of_b, &f[part.clone()], lane);
+                        if !generated::zonal(&of_a[..order], of_b, of_out) {
+                            take(of_a, &expanded(order, bands), lane);
+                            product_into(of_a, of_b, of_out);
+                        }
+                    }
                 }
                 out.iter_mut().zip(&*of_out).for_each(|(out, value)| out.0[lane] = *value);
             }
