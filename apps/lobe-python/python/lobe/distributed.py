@@ -17,7 +17,7 @@ import re
 import sys
 import warnings
 import uuid
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, fields
 from queue import Empty, SimpleQueue
@@ -124,6 +124,17 @@ class Work:
             text = "of another scene, or of other options, than now: baked anew, and removed when the output is written"
             warnings.warn(f"{parts.folder}: {len(others)} shards are {text}", stacklevel=3)
         return parts
+
+    def leave_out(
+        self, refused: Refused, left_out: set[str], left: Callable[[], Collection[str]], kind: str, stacklevel: int
+    ) -> None:
+        """Adds who has refused to those that get no more tasks; an error if nobody is left, a warning the first time."""
+        known = refused.place in left_out
+        left_out.add(refused.place)
+        if not left():
+            raise OSError(f"{self.output}: {refused}; {refused.remedy}, and repeat the call, {self.taken_up}")
+        if not known:
+            warnings.warn(f"{refused}; other {kind} bake its shards: {refused.remedy}", stacklevel=stacklevel)
 
     def whole_scene(self) -> bytes | None:
         """The scene as bytes to be sent; none if workers read it by themselves."""
@@ -273,7 +284,7 @@ class Workers:
             future.release()
             if not isinstance(result, Refused):
                 return task, result
-            self._leave_out(result)
+            self._work.leave_out(result, self._refused, self._left, "workers", 5)
             self.start(task)
 
     def _start_again(self) -> None:
@@ -284,15 +295,6 @@ class Workers:
                 del self.running[future]
                 cancel(self._client, [future])
                 self.start(task)
-
-    def _leave_out(self, refused: Refused) -> None:
-        """Gives a worker no more tasks; an error if no other is left."""
-        known = refused.place in self._refused
-        self._refused.add(refused.place)
-        if not self._left():
-            raise OSError(f"{self._work.output}: {refused}; {refused.remedy}, and repeat the call, {self._work.taken_up}")
-        if not known:
-            warnings.warn(f"{refused}; other workers bake its shards: {refused.remedy}", stacklevel=5)
 
     def stop(self) -> None:
         """Takes back what is not done."""

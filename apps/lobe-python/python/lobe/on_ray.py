@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import socket
 import time
-import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -123,16 +122,7 @@ class Machines:
             if not isinstance(cost, Refused):
                 self._work.know(cost.pilot)
                 return shards_for(self.count(), cost)
-            self._leave_out(cost)
-
-    def _leave_out(self, refused: Refused) -> None:
-        """Gives a machine no more tasks; an error if no other is left."""
-        known = refused.place in self._refused
-        self._refused.add(refused.place)
-        if not self._left():
-            raise OSError(f"{self._work.output}: {refused}; {refused.remedy}, and repeat the call, {self._work.taken_up}")
-        if not known:
-            warnings.warn(f"{refused}; other machines bake its shards: {refused.remedy}", stacklevel=4)
+            self._work.leave_out(cost, self._refused, self._left, "machines", 4)
 
     def bake_missing(self, parts: Parts, progress: Callable[[int, int], object] | None) -> None:
         import ray
@@ -151,7 +141,7 @@ class Machines:
                 for ready in self._wait(list(running)):
                     number, part = running.pop(ready), _result(ready)
                     if isinstance(part, Refused):
-                        self._leave_out(part)
+                        self._work.leave_out(part, self._refused, self._left, "machines", 4)
                         missing.append(number)
                         continue
                     parts.keep(number, part)
