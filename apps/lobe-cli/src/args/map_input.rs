@@ -194,7 +194,8 @@ impl MapPath {
             .elevations(self.vertical_fov)
             .padding(self.padding.into())
             .handedness(handedness);
-        let (map, report) = read_map(&self.path, &options).map_err(|error| explain(&self.path, error))?;
+        let read = talk.while_waiting("read", || read_map(&self.path, &options));
+        let (map, report) = read.map_err(|error| explain(&self.path, error))?;
         if let Some(layout) = report.layout {
             let text = format!("read as the six faces of a cube ({}); --from says otherwise", layout_name(layout));
             talk.note(&name, &text);

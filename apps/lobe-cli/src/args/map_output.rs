@@ -214,7 +214,8 @@ impl MapOutput {
             MapFile::Faces(files) => {
                 let cube = map.into_cube_map()?;
                 create_folder(files)?;
-                let report = write_cube_faces(files, &cube, self.handedness(), &options)?;
+                let write = || write_cube_faces(files, &cube, self.handedness(), &options);
+                let report = talk.while_waiting("write", write)?;
                 let name = files.to_string();
                 note_clamped(&name, report, talk);
                 if files.extension() == "png" {
@@ -254,7 +255,8 @@ impl MapOutput {
         let is_ktx1 = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ktx"));
         let usual = if is_ktx1 { TexelFormat::R11G11B10F } else { TexelFormat::default() };
         let options = CubeWriteOptions::default().texels(self.texels.map_or(usual, TexelFormat::from)).zstd(self.zstd);
-        let report = write_cube(path, chain, &options.handedness(self.handedness()))?;
+        let options = options.handedness(self.handedness());
+        let report = talk.while_waiting("write", || write_cube(path, chain, &options))?;
         note_clamped(&path.display().to_string(), report, talk);
         Ok(())
     }

@@ -55,7 +55,10 @@ impl PictureOutput {
     /// Writes a map, and notes the values that the format could not hold.
     pub(crate) fn write_map(&self, map: &MappedMap, options: &PictureWriteOptions, talk: Talk) -> anyhow::Result<()> {
         match self.kind {
-            Kind::Light => note_clamped(&self.name(), write_env(&self.path, map, options)?, talk),
+            Kind::Light => {
+                let report = talk.while_waiting("write", || write_env(&self.path, map, options))?;
+                note_clamped(&self.name(), report, talk);
+            }
             Kind::Display => {
                 let picture = Picture::new(map.width(), map.height(), map.texels().to_vec())?;
                 self.write_png(&picture, map.untold_mapping(), talk)?;

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::io::{self, IsTerminal as _, Write as _};
 use std::ops::ControlFlow;
 use std::sync::Mutex;
+use std::sync::mpsc::{self, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -12,6 +13,9 @@ use lobe::io::{Job, Progress};
 /// The time after which work has a line in a log, and the time between two lines.
 const LOG_AFTER: Duration = Duration::from_secs(2);
 const LOG_EVERY: Duration = Duration::from_secs(10);
+
+/// The time between two looks at work that says nothing.
+const TICK: Duration = Duration::from_millis(200);
 
 /// Prints notes and progress, unless `--quiet` forbids it.
 #[derive(Clone, Copy)]
@@ -51,6 +55,24 @@ impl Talk {
             ControlFlow::Continue(())
         };
         work(Job::default().watched_by(&mut watch))
+    }
+
+    /// Does work that says nothing of how far it is, while a line shows how long it has taken.
+    pub(crate) fn while_waiting<T: Send>(self, what: &'static str, work: impl FnOnce() -> T + Send) -> T {
+        let line = self.waiting(what);
+        std::thread::scope(|scope| {
+            let (done, is_done) = mpsc::channel::<()>();
+            let work = scope.spawn(move || {
+                // Dropped at the end, by a panic too, which ends the wait below.
+                let _done = done;
+                work()
+            });
+            let begun = Instant::now();
+            while let Err(RecvTimeoutError::Timeout) = is_done.recv_timeout(TICK) {
+                line.wait(begun.elapsed());
+            }
+            work.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        })
     }
 
     fn line(self, what: Cow<'static, str>, steps: u64, template: &str) -> ProgressLine {
@@ -104,6 +126,19 @@ impl ProgressLine {
     pub(crate) fn say(&self, step: &'static str) {
         self.bar.set_message(step);
         self.set_position(0);
+    }
+
+    /// Shows how long the work has taken.
+    fn wait(&self, elapsed: Duration) {
+        let elapsed = duration(elapsed.as_secs_f64());
+        if let Some(Ok(mut log)) = self.log.as_ref().map(Mutex::lock)
+            && log.is_due(Instant::now())
+        {
+            // A line that nobody can read does not stop the work.
+            let _ = writeln!(io::stderr(), "progress: {}: {elapsed} so far", self.what);
+        }
+        self.bar.set_message(format!("{elapsed} so far"));
+        self.bar.tick();
     }
 
     /// Shows that further steps are done.
@@ -162,6 +197,19 @@ mod tests {
         ] {
             assert_eq!(duration(seconds), text, "{seconds} seconds");
         }
+    }
+
+    #[test]
+    fn work_that_says_nothing_is_waited_for() {
+        let talk = Talk { quiet: true };
+        let begun = Instant::now();
+        let answer = talk.while_waiting("think", || {
+            std::thread::sleep(2 * TICK);
+            42
+        });
+        assert!(answer == 42 && begun.elapsed() >= 2 * TICK, "{answer}");
+        let panicked = std::panic::catch_unwind(|| talk.while_waiting("think", || panic!("planted")));
+        assert_eq!(panicked.unwrap_err().downcast_ref(), Some(&"planted"), "a panic is that of the work");
     }
 
     #[test]
