@@ -12,6 +12,7 @@
 //! | the room of scenes | [`SceneRoom`], [`SceneEdits`], [`SceneLamp`], [`Comparison`], [`vertex_under`], [`transfer_of`] |
 //! | the rooms of skies, functions and motion | [`SkyRoom`], [`Shelf`], [`FunctionsRoom`], [`MotionRoom`], [`MotionEdits`], [`MotionView`] |
 //! | what is shown of a scene | [`Mode`], [`Taming`], [`Orbit`] |
+//! | what is computed | [`Formula`] |
 //! | reading and baking off the thread of the window | [`give_file`], [`ReadLimits`], [`Task`], [`open_scene`], [`open_moving`], [`open_sky`], [`bake_scene`], [`bake_glossy`], [`moving_bake_options`] |
 //! | pictures as files | [`ExportPlan`], [`SceneExport`] |
 
@@ -41,6 +42,7 @@ pub use loading::places::Places;
 pub use loading::scene_source::{OpenedScene, open_scene};
 pub use loading::sky_source::{OpenedSky, open_sky};
 pub use loading::task::{Control, Task, TaskEvent};
+pub use rooms::formulas::Formula;
 pub use rooms::functions::edits::{FunctionsEdits, OpenedFunction, Section, Shape, Study};
 pub use rooms::functions::functions_room::FunctionsRoom;
 pub use rooms::light::Taming;

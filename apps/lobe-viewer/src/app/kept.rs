@@ -19,6 +19,12 @@ const NAME: &str = "window.json";
 /// Files that are remembered.
 const MOST_RECENT: usize = 8;
 
+/// The least width and height of the window, in points.
+pub(crate) const LEAST: [f32; 2] = [480.0, 320.0];
+
+/// The largest that is kept, wider than any screen.
+const LARGEST: f32 = 16384.0;
+
 /// The rooms.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -76,6 +82,8 @@ pub struct Kept {
     pub theme: Theme,
     /// Size of everything, 1 for that of the system.
     pub zoom: f32,
+    /// Width and height of the window, in points of the system.
+    pub size: Option<[f32; 2]>,
     /// Files that were opened, the last first.
     pub recent: Vec<PathBuf>,
     /// Changes in the room of scenes.
@@ -84,10 +92,16 @@ pub struct Kept {
     pub orbit: Option<Orbit>,
     /// Changes in the room of functions.
     pub functions: FunctionsEdits,
+    /// The camera there.
+    pub functions_orbit: Option<Orbit>,
     /// Changes in the room of skies.
     pub sky: SkyEdits,
+    /// The camera there.
+    pub sky_orbit: Option<Orbit>,
     /// Changes in the room of motion.
     pub motion: MotionEdits,
+    /// The camera there; none before a scene was seen.
+    pub motion_orbit: Option<Orbit>,
     /// Where pictures are exported to, and how large they are.
     pub export: ExportPlan,
 }
@@ -98,12 +112,16 @@ impl Default for Kept {
             room: RoomName::default(),
             theme: Theme::default(),
             zoom: 1.0,
+            size: None,
             recent: Vec::new(),
             scene: SceneEdits::default(),
             orbit: None,
             functions: FunctionsEdits::default(),
+            functions_orbit: None,
             sky: SkyEdits::default(),
+            sky_orbit: None,
             motion: MotionEdits::default(),
+            motion_orbit: None,
             export: ExportPlan::default(),
         }
     }
@@ -124,9 +142,9 @@ impl Kept {
         self.zoom = within(f64::from(self.zoom), 0.5..=3.0, 1.0) as f32;
         self.recent.truncate(MOST_RECENT);
         self.scene.check();
-        if let Some(orbit) = &mut self.orbit {
-            orbit.check();
-        }
+        let orbits = [&mut self.orbit, &mut self.functions_orbit, &mut self.sky_orbit, &mut self.motion_orbit];
+        orbits.into_iter().flatten().for_each(Orbit::check);
+        self.size = self.size.filter(|size| is_window(*size));
         self.functions.check();
         self.sky.check();
         self.motion.check();
@@ -146,4 +164,9 @@ impl Kept {
         self.recent.insert(0, path.into());
         self.recent.truncate(MOST_RECENT);
     }
+}
+
+/// Whether a window can have this size.
+pub(crate) fn is_window(size: [f32; 2]) -> bool {
+    size.iter().zip(LEAST).all(|(side, least)| (least..=LARGEST).contains(side))
 }

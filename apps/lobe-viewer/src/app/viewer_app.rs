@@ -14,7 +14,7 @@ use crate::app::bar::{BarAsked, bar};
 use crate::app::drops::Drops;
 use crate::app::exports::Exports;
 use crate::app::help::help;
-use crate::app::kept::{Kept, RoomName, Theme};
+use crate::app::kept::{Kept, RoomName, Theme, is_window};
 #[cfg(target_arch = "wasm32")]
 use crate::app::page_drops::Drops;
 use crate::loading::cache::UserFolder;
@@ -74,9 +74,9 @@ impl ViewerApp {
         let exports = Exports::new(&kept.export);
         Self {
             scene: SceneRoom::new(kept.scene.clone(), kept.orbit, folder.clone()),
-            sky: SkyRoom::new(kept.sky.clone()),
-            functions: FunctionsRoom::new(kept.functions.clone()),
-            motion: MotionRoom::new(kept.motion.clone()),
+            sky: SkyRoom::new(kept.sky.clone()).seen_from(kept.sky_orbit),
+            functions: FunctionsRoom::new(kept.functions.clone()).seen_from(kept.functions_orbit),
+            motion: MotionRoom::new(kept.motion.clone()).seen_from(kept.motion_orbit),
             written: kept.clone(),
             written_at: 0.0,
             kept,
@@ -290,12 +290,19 @@ impl ViewerApp {
         }
     }
 
-    fn keep(&mut self, now: f64) {
+    fn keep(&mut self, ctx: &Context) {
+        let (now, size) = ctx.input(|input| (input.time, input.viewport_rect().size()));
+        let size = [size.x, size.y].map(|points| points * ctx.zoom_factor());
+        // A window that is being closed or laid aside has no size of its own.
+        self.kept.size = Some(size).filter(|size| is_window(*size)).or(self.kept.size);
         self.kept.scene = self.scene.edits().clone();
         self.kept.orbit = Some(*self.scene.orbit());
         self.kept.functions = self.functions.edits().clone();
+        self.kept.functions_orbit = Some(*self.functions.orbit());
         self.kept.sky = self.sky.edits().clone();
+        self.kept.sky_orbit = Some(*self.sky.orbit());
         self.kept.motion = self.motion.edits().clone();
+        self.kept.motion_orbit = self.motion.orbit_of_scene();
         if now - self.written_at >= KEEP_EVERY && self.kept != self.written {
             self.write();
             self.written_at = now;
@@ -369,7 +376,7 @@ impl ViewerApp {
         if let Some(path) = self.files.show(&ctx, &endings()) {
             self.open(&path);
         }
-        self.keep(ctx.input(|input| input.time));
+        self.keep(&ctx);
     }
 }
 

@@ -11,6 +11,7 @@ use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup};
 use eframe::{NativeOptions, wgpu};
 use lobe_gpu::Context;
 
+use crate::app::kept::{Kept, LEAST};
 use crate::app::viewer_app::ViewerApp;
 use crate::loading::cache::UserFolder;
 use crate::loading::limits::ReadLimits;
@@ -18,9 +19,6 @@ use crate::widgets::gpu::Gpu;
 
 /// The size of the window at the first start, in points.
 const SIZE: [f32; 2] = [1280.0, 800.0];
-
-/// The least size.
-const LEAST: [f32; 2] = [480.0, 320.0];
 
 /// Devices that are lost, one after the other, before the window stays closed: one that is lost at once would be lost forever.
 const MOST_LOSSES: usize = 3;
@@ -72,7 +70,7 @@ fn run(
     let viewport = ViewportBuilder::default()
         .with_title("Lobe")
         .with_app_id("lobe-viewer")
-        .with_inner_size(SIZE)
+        .with_inner_size(Kept::read(&UserFolder::of_user()).size.unwrap_or(SIZE))
         .with_min_inner_size(LEAST)
         .with_drag_and_drop(true);
     let options = NativeOptions { viewport, wgpu_options: device_options(), ..NativeOptions::default() };

@@ -10,6 +10,7 @@ use lobe::sh::{DeringOptions, Dir, Rgb, Rotation, ShVec, Window, deringed, windo
 use serde::{Deserialize, Serialize};
 
 use crate::loading::sky_source::OpenedSky;
+use crate::rooms::formulas::Formula;
 use crate::widgets::within::within;
 
 /// Exposure by keys goes so far either way: beyond it all is black or white.
@@ -69,6 +70,17 @@ impl Taming {
             Self::Hanning(width) => Some(Window::Hanning { width }),
             Self::Lanczos(width) => Some(Window::Lanczos { width, power: 1.0 }),
             Self::Gauss(sigma) => Some(Window::Gauss { sigma }),
+        }
+    }
+
+    /// Its formula.
+    pub(crate) fn formula(self) -> Option<Formula> {
+        match self {
+            Self::None => None,
+            Self::Hanning(_) => Some(Formula::HANNING),
+            Self::Lanczos(_) => Some(Formula::LANCZOS),
+            Self::Gauss(_) => Some(Formula::GAUSS),
+            Self::Dering => Some(Formula::DERING),
         }
     }
 

@@ -1,9 +1,10 @@
 //! The rooms of the application, each with its controls beside what they change.
 //!
-//! Read `light`, what all rooms do to a light, `steer`, how a hand changes it and the camera, and `truth`, what pictures are compared
-//! with, then the rooms: `scene`, a baked scene under a turning sky; `sky`, an environment
+//! Read `light`, what all rooms do to a light, `steer`, how a hand changes it and the camera, `truth`, what pictures are compared
+//! with, and `formulas`, a table of what is computed, then the rooms: `scene`, a baked scene under a turning sky; `sky`, an environment
 //! and its expansions; `functions`, functions on the sphere; `motion`, what moves. Uses `loading` and `widgets`.
 
+pub(crate) mod formulas;
 pub(crate) mod functions;
 pub(crate) mod light;
 pub(crate) mod motion;

@@ -171,6 +171,11 @@ impl Truth {
         self.refined.as_ref()
     }
 
+    /// The root mean square of the difference to what it was shown beside, over its mean; none before it was.
+    pub(crate) fn error(&self) -> Option<f64> {
+        self.error
+    }
+
     /// What is known, in one line.
     pub(crate) fn describe(&self) -> String {
         match (&self.message, &self.refined, self.error) {

@@ -9,7 +9,8 @@ use eframe::wgpu;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 use lobe_viewer::{
-    Gpu, Kept, MotionEdits, MotionRoom, MotionView, ReadLimits, RoomName, UserFolder, ViewerApp, open_sky,
+    Comparison, Gpu, Kept, Mode, MotionEdits, MotionRoom, MotionView, ReadLimits, RoomName, SceneEdits, SceneRoom,
+    UserFolder, ViewerApp, open_sky,
 };
 
 use crate::wait::step_until;
@@ -103,5 +104,46 @@ fn both_ways_are_shown_beside_the_truth_with_their_distance_from_it() {
     harness.key_press(Key::Num1);
     harness.run_steps(2);
     assert_eq!(harness.state().edits().view, MotionView::Fields, "one picture by its key");
+    assert!(gpu.context().check().is_ok(), "the device refused nothing");
+}
+
+/// The distance of a plain ground from its truth under a sky, as soon as it is near enough.
+fn distance_of_ground(gpu: &Gpu, sky: &str, order: usize, is_enough: impl Fn(f64) -> bool) -> f64 {
+    let folder = tempfile::tempdir().unwrap();
+    let ground = folder.path().join("ground.obj");
+    std::fs::write(&ground, "v -2 0 2\nv 2 0 2\nv 2 0 -2\nv -2 0 -2\nf 1 2 3\nf 1 3 4\n").unwrap();
+    let mut edits = SceneEdits::default();
+    (edits.scene, edits.sky, edits.order, edits.mode) = (ground, sky.into(), order, Mode::Unshadowed);
+    let room = SceneRoom::new(edits, None, UserFolder::none());
+    let show = |ui: &mut eframe::egui::Ui, room: &mut SceneRoom| {
+        room.advance(ui.ctx());
+        room.ui(ui, Some(gpu));
+    };
+    let mut harness = Harness::builder().with_size([420.0, 900.0]).build_ui_state(show, room);
+    harness.run_steps(2);
+    step_until(&mut harness, SceneRoom::is_idle);
+    harness.get_by_label("Difference to the truth").click();
+    harness.run_steps(2);
+    assert_eq!(harness.state().edits().comparison, Comparison::Difference, "it was pressed");
+    step_until(&mut harness, |room| room.error().is_some_and(&is_enough));
+    // The panel says in a frame what the one before has found.
+    let known = harness.state().error();
+    harness.run_steps(1);
+    let said = |error: f64| format!("RMS difference {:.1} % of the mean", 100.0 * error);
+    let is_said =
+        known.iter().chain(&harness.state().error()).any(|e| harness.query_by_label_contains(&said(*e)).is_some());
+    assert!(is_said, "{known:?} and {:?}", harness.state().error());
+    known.unwrap()
+}
+
+#[test]
+fn the_difference_to_the_truth_vanishes_where_the_light_has_no_more_bands_than_are_kept() {
+    let Some(state) = device("a scene beside its truth") else { return };
+    let gpu = Gpu::of_window(&state);
+    // An even sky is its first band: what is left is the noise of the paths, which falls.
+    let even = distance_of_ground(&gpu, "made:even", 1, |error| error < 0.03);
+    // Of a sun nothing is left in one band.
+    let sun = distance_of_ground(&gpu, "made:noon", 1, |_| true);
+    assert!(sun > 0.2 && even < 0.03, "{sun} and {even}");
     assert!(gpu.context().check().is_ok(), "the device refused nothing");
 }

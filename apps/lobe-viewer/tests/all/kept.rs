@@ -60,7 +60,9 @@ fn every_number_that_is_kept_comes_back_in_its_range_and_the_rooms_stand_it() {
     kept.scene.lamps = vec![SceneLamp::default(); 3];
     (kept.scene.taming, kept.sky.taming, kept.functions.taming) =
         (Taming::Hanning(3.0), Taming::Gauss(0.2), Taming::Lanczos(3.0));
-    kept.orbit = Some(Orbit::default());
+    let orbits = [&mut kept.orbit, &mut kept.sky_orbit, &mut kept.functions_orbit, &mut kept.motion_orbit];
+    orbits.into_iter().for_each(|orbit| *orbit = Some(Orbit::default()));
+    kept.size = Some([1000.0, 700.5]);
     kept.functions.shape = Shape::Cone(20.5);
     kept.sky.replace(3, lobe::sh::Rgb::new(0.5, 0.25, 0.125));
     let good = serde_json::to_value(&kept).unwrap();

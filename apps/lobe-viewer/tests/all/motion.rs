@@ -50,7 +50,7 @@ fn sliding(folder: &Path) -> PathBuf {
 }
 
 /// A ground and a tetrahedron that falls on it, as a description.
-fn described(folder: &Path) -> PathBuf {
+pub(crate) fn described(folder: &Path) -> PathBuf {
     let mut wedge = String::new();
     for [x, y, z] in CORNERS {
         writeln!(wedge, "v {x} {y} {z}").unwrap();
@@ -68,21 +68,21 @@ fn described(folder: &Path) -> PathBuf {
     path
 }
 
-struct Shown {
-    room: MotionRoom,
+pub(crate) struct Shown {
+    pub(crate) room: MotionRoom,
     sky: OpenedSky,
 }
 
-fn open(source: &Path) -> Harness<'static, Shown> {
+pub(crate) fn open(source: &Path) -> Harness<'static, Shown> {
     let mut room = MotionRoom::new(MotionEdits::default());
     room.open(source);
     let show = |ui: &mut eframe::egui::Ui, shown: &mut Shown| shown.room.ui(ui, None, Some(&shown.sky));
     let state = Shown { room, sky: open_sky("made:even".as_ref(), &ReadLimits::default()).unwrap() };
-    Harness::builder().with_size([1000.0, 800.0]).build_ui_state(show, state)
+    Harness::builder().with_size([1000.0, 1400.0]).build_ui_state(show, state)
 }
 
 /// Steps until `is_so`.
-fn wait(harness: &mut Harness<'_, Shown>, is_so: impl Fn(&MotionRoom) -> bool) {
+pub(crate) fn wait(harness: &mut Harness<'_, Shown>, is_so: impl Fn(&MotionRoom) -> bool) {
     step_until(harness, |shown| is_so(&shown.room));
 }
 

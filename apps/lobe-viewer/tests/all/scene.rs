@@ -100,6 +100,25 @@ fn what_cannot_be_opened_at_the_start_gives_way_to_the_built_in_sky() {
 }
 
 #[test]
+fn metals_are_made_to_shine_only_where_interreflections_are_shown() {
+    let mut harness = open(|_| ());
+    settle(&mut harness);
+    let is_there = |harness: &Harness<'_, SceneRoom>| harness.query_by_label("Metals shine").is_some();
+    for (mode, expected) in
+        [("Unshadowed", false), ("Shadowed", false), ("Difference", false), ("Interreflected", true)]
+    {
+        harness.get_by_label(mode).click();
+        harness.run_steps(2);
+        assert_eq!(is_there(&harness), expected, "{mode}");
+    }
+    for expected in [false, true] {
+        harness.get_by_label("Metals shine").click();
+        harness.run_steps(2);
+        assert_eq!(harness.state().edits().has_gloss, expected, "as it was pressed");
+    }
+}
+
+#[test]
 fn lamps_are_added_and_removed_by_name() {
     let mut harness = open(|edits| edits.mode = Mode::Unshadowed);
     settle(&mut harness);

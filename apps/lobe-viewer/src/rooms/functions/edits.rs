@@ -9,6 +9,7 @@ use lobe::sh::{Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal};
 use serde::{Deserialize, Serialize};
 
 use crate::loading::sky_source::read_expansion;
+use crate::rooms::formulas::Formula;
 use crate::rooms::light::{LightHand, Taming};
 use crate::widgets::coefficient_table::MOST;
 use crate::widgets::within::within;
@@ -308,6 +309,16 @@ impl FunctionsEdits {
             self.light_height = height.clamp(-FRAC_PI_2, FRAC_PI_2).to_degrees();
         }
         result
+    }
+
+    /// What the study computes.
+    pub(crate) fn formulas(&self) -> Vec<Formula> {
+        match self.study {
+            Study::Rotate => vec![Formula::PROJECTION, Formula::ROTATION],
+            Study::Product => vec![Formula::PRODUCT],
+            Study::Ringing => [Some(Formula::CONE), self.taming.formula()].into_iter().flatten().collect(),
+            Study::AmbientCube => vec![Formula::IRRADIANCE, Formula::AMBIENT_CUBE],
+        }
     }
 
     /// The rotation of the study of rotations.

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use eframe::egui::{CentralPanel, ComboBox, Context, Id, Key, Panel, ScrollArea, Slider, Ui};
 
+use crate::rooms::formulas::formulas;
 use crate::rooms::functions::edits::{FunctionsEdits, MAX_ORDER, OpenedFunction, Section, Shape, Study};
 use crate::rooms::functions::figures::{Figures, Stand};
 use crate::rooms::functions::{ambient_cube, multiply, ringing, rotate};
@@ -29,6 +30,12 @@ impl FunctionsRoom {
         edits.check();
         let (history, figures, status) = Default::default();
         Self { edits, history, eye: first_eye(), figures, balloons: Vec::new(), status }
+    }
+
+    /// The same with the camera that was left there.
+    #[must_use]
+    pub fn seen_from(self, orbit: Option<Orbit>) -> Self {
+        Self { eye: orbit.unwrap_or(self.eye), ..self }
     }
 
     /// What a user changed.
@@ -122,6 +129,7 @@ impl FunctionsRoom {
         if let (Some(opened), Shape::Opened) = (&self.edits.opened, self.edits.shape) {
             ui.label(&opened.name);
         }
+        formulas(ui, self.edits.formulas());
         ui.separator();
         ui.checkbox(&mut self.edits.has_crosses, "Unfolded cubes");
         ComboBox::from_label("Polar plots").selected_text(self.edits.section.title()).show_ui(ui, |ui| {

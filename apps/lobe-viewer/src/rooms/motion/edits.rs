@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::loading::moving_light::LitOn;
 use crate::loading::moving_source::built_in_moving;
+use crate::rooms::formulas::Formula;
 use crate::rooms::light::{LightHand, MOST_STOPS, Taming, sky_rotation};
 use crate::rooms::motion::player::{Asked, Fit, Hand, MOST_ORDER};
 use crate::widgets::within::within;
@@ -142,6 +143,18 @@ impl MotionEdits {
         if !is_of(&self.view) {
             self.view = MotionView::ALL.into_iter().find(is_of).unwrap_or(self.view);
         }
+    }
+
+    /// What is seen, and what it is compared with.
+    pub(crate) fn formulas(&self) -> Vec<Formula> {
+        let of = |pane: &MotionView| match pane {
+            MotionView::Fields => &[Formula::FIELDS][..],
+            MotionView::Exponentials => &[Formula::EXPONENTIALS],
+            _ => &[Formula::TRUTH, Formula::RMS],
+        };
+        let ways = (!self.methods().is_empty()).then_some([Formula::MOVING, Formula::PRODUCT]);
+        let panes = self.view.panes().iter().flat_map(of).copied();
+        ways.into_iter().flatten().chain(panes).chain(self.taming.formula()).collect()
     }
 
     /// The rotation of the sky.

@@ -14,6 +14,7 @@ use crate::loading::moving_source::built_in_moving;
 use crate::loading::scene_source::BUILT_IN;
 use crate::loading::sky_source::OpenedSky;
 use crate::loading::task::TaskEvent;
+use crate::rooms::formulas::formulas;
 use crate::rooms::light::TamedSky;
 use crate::rooms::motion::clock::{Clock, passed};
 use crate::rooms::motion::controls::{self, Wish};
@@ -48,6 +49,8 @@ pub struct MotionRoom {
     chosen: usize,
     clock: Clock,
     orbit: Orbit,
+    /// Whether the scene is to be in the picture as soon as it is seen.
+    wants_frame: bool,
     sky: Option<OpenedSky>,
     light: TamedSky,
     is_sky_turning: bool,
@@ -78,6 +81,7 @@ impl MotionRoom {
             chosen: 0,
             clock: Clock::default(),
             orbit: Orbit::default(),
+            wants_frame: true,
             sky: None,
             light: TamedSky::default(),
             is_sky_turning: false,
@@ -90,6 +94,12 @@ impl MotionRoom {
             message: None,
             wants_file: false,
         }
+    }
+
+    /// The same with the camera that was left there, for the scene that it opens first.
+    #[must_use]
+    pub fn seen_from(self, orbit: Option<Orbit>) -> Self {
+        Self { wants_frame: orbit.is_none(), orbit: orbit.unwrap_or(self.orbit), ..self }
     }
 
     /// What a user changed.
@@ -174,6 +184,11 @@ impl MotionRoom {
         &self.orbit
     }
 
+    /// The camera as it is kept for the scene; none before that was seen.
+    pub(crate) fn orbit_of_scene(&self) -> Option<Orbit> {
+        (!self.wants_frame).then_some(self.orbit)
+    }
+
     /// What went wrong last, in one line.
     #[must_use]
     pub fn message(&self) -> Option<&str> {
@@ -182,6 +197,7 @@ impl MotionRoom {
 
     /// Opens a moving scene, as [`open_moving`](crate::open_moving). One that cannot be opened leaves that which is there.
     pub fn open(&mut self, path: &Path) {
+        self.wants_frame |= path != self.edits.source;
         self.edits = self.edits.of_scene(path.into());
         self.message = None;
     }
@@ -310,7 +326,7 @@ impl MotionRoom {
                     self.cast = Some(cast);
                 }
                 TaskEvent::Result(News::Lit(lit)) => {
-                    if self.lit.is_none() {
+                    if std::mem::take(&mut self.wants_frame) {
                         self.orbit = self.orbit.framing(lit.data.scene.world_bounds());
                     }
                     self.lit = Some(Arc::from(lit));
@@ -397,10 +413,15 @@ impl MotionRoom {
     fn start(&mut self, ctx: &Context) {
         let ctx = ctx.clone();
         let source = self.wanted();
+        // Also where a change of the scene was taken back.
+        self.wants_frame |= self.player.as_ref().is_some_and(|(before, _)| before.path != source.path);
         let player = Player::start(&source, self.edits.order, self.device.clone(), move || ctx.request_repaint());
         self.player = Some((source, player));
         (self.cast, self.asked, self.lit) = (None, None, None);
-        (self.is_waiting, self.is_stopped, self.orbit) = (false, false, Orbit::default());
+        (self.is_waiting, self.is_stopped) = (false, false);
+        if self.wants_frame {
+            self.orbit = Orbit::default();
+        }
         self.panes.clear();
     }
 
@@ -423,6 +444,7 @@ impl MotionRoom {
         }
         ui.separator();
         controls::view(ui, &mut self.edits, &self.panes);
+        formulas(ui, self.edits.formulas());
         ui.separator();
         let most_order = self.most_order();
         controls::light(ui, &mut self.edits, most_order, &mut self.is_sky_turning);

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::loading::mode::Mode;
 use crate::loading::{scene_source, sky_source};
+use crate::rooms::formulas::Formula;
 use crate::rooms::light::{LightHand, MOST_STOPS, Taming, sky_rotation};
 use crate::rooms::truth::Disc;
 use crate::widgets::within::within;
@@ -114,6 +115,24 @@ impl SceneEdits {
     #[must_use]
     pub fn rotation(&self) -> Rotation {
         sky_rotation(self.turn, self.tilt)
+    }
+
+    /// What lights the scene, and what that is compared with.
+    pub(crate) fn formulas(&self) -> Vec<Formula> {
+        let light = match self.mode {
+            Mode::Unshadowed => &[Formula::UNSHADOWED][..],
+            Mode::Shadowed => &[Formula::TRANSFER, Formula::SHADOWED],
+            Mode::Interreflected if self.has_gloss => &[Formula::TRANSFER, Formula::INTERREFLECTED, Formula::GLOSSY],
+            Mode::Interreflected => &[Formula::TRANSFER, Formula::INTERREFLECTED],
+            Mode::Difference => &[Formula::TRANSFER, Formula::BOUNCES],
+        };
+        let truth = match self.comparison {
+            Comparison::Off => &[][..],
+            Comparison::Truth | Comparison::Difference => &[Formula::TRUTH, Formula::RMS],
+        };
+        let turned = [Some(Formula::ROTATION), self.taming.formula()];
+        let all = light.iter().copied().chain(turned.into_iter().flatten());
+        all.chain(truth.iter().copied()).collect()
     }
 
     /// Its light, to be changed.

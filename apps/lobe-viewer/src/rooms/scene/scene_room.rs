@@ -17,6 +17,7 @@ use crate::loading::limits::ReadLimits;
 use crate::loading::mode::Mode;
 use crate::loading::places::Places;
 use crate::loading::sky_source::OpenedSky;
+use crate::rooms::formulas::formulas;
 use crate::rooms::scene::controls::{self, Asked, BakePlan, Known};
 use crate::rooms::scene::edits::{Comparison, SceneEdits, SceneLamp};
 use crate::rooms::scene::lamps::lamps;
@@ -125,6 +126,12 @@ impl SceneRoom {
     #[must_use]
     pub fn message(&self) -> Option<&str> {
         self.work.message.as_deref()
+    }
+
+    /// How far the picture is from the truth as far as that is traced: the root mean square of the difference over the mean.
+    #[must_use]
+    pub fn error(&self) -> Option<f64> {
+        self.truth.error()
     }
 
     /// Opens a scene, an environment, or transfer for the scene that is open, as the file says.
@@ -356,6 +363,7 @@ impl SceneRoom {
         controls::modes(ui, &mut self.edits, &known);
         ui.separator();
         controls::comparison(ui, &mut self.edits, &self.truth.describe());
+        formulas(ui, self.edits.formulas());
         ui.separator();
         controls::sky_and_exposure(ui, &mut self.edits, &mut self.is_turning);
         ui.separator();

@@ -5,14 +5,15 @@ use std::f64::consts::FRAC_1_PI;
 use eframe::egui::{Align, Color32, Label, Layout, Response, Rgba, RichText, TextStyle, Ui, Vec2};
 use lobe::env::DfgTable;
 use lobe::image::Tone;
-use lobe::render::{Ball, Camera, Exhibit, ExhibitSolid, Shading, SurfacePoint, View};
+use lobe::render::{Ball, Camera, Exhibit, Shading, SurfacePoint, View};
 use lobe::sh::{
-    Coefficient as _, Dir, Expansion as _, IrradianceEncoding, Rgb, Rotation, ShVec, Zonal, convolved, encoding_error,
+    Coefficient as _, Dir, Expansion as _, IrradianceEncoding, Rgb, ShVec, Zonal, convolved, encoding_error,
     even_directions,
 };
 
 use crate::rooms::sky::findings::Findings;
-use crate::rooms::sky::techniques::{ALPHA, METAL, Surface, Technique, Turned, mean_error, measured_points};
+use crate::rooms::sky::surfaces::{Surface, Turned, mean_error, values};
+use crate::rooms::sky::techniques::{ALPHA, EXPONENT, K_D, K_S, METAL, Technique};
 use crate::widgets::orbit::Orbit;
 use crate::widgets::picture::PictureView;
 use crate::widgets::tone::shown_as;
@@ -39,7 +40,7 @@ const TABLE: usize = 32;
 #[derive(Default)]
 pub(crate) struct Balls {
     techniques: Vec<PictureView>,
-    expansions: [PictureView; 3],
+    expansions: [PictureView; Surface::ALL.len()],
     encodings: Vec<PictureView>,
     reference: PictureView,
     errors: Option<Errors>,
@@ -64,39 +65,47 @@ pub(crate) struct BallView<'a> {
 impl Balls {
     /// A glossy ball by the expansion of the room.
     pub(crate) fn glossy(&mut self, found: &Findings) -> ByExpansion<'_> {
-        ByExpansion::new(Surface::Glossy, found, self.table.get_or_insert_with(|| DfgTable::new(TABLE)))
+        let table = self.table.get_or_insert_with(|| DfgTable::new(TABLE));
+        ByExpansion::new(Surface::Glossy, (&found.light, &found.irradiance), table)
     }
 
     /// Mirrors, glossy and matte balls by each technique that is ready, and by the expansion of the room.
     pub(crate) fn techniques(&mut self, ui: &mut Ui, view: &BallView<'_>, ready: &[Technique]) -> Vec<Response> {
         let mut responses = Vec::new();
+        // Errors are those under the sky at rest, where the truth need not be summed again.
+        let [light, irradiance] = [&view.found.light, &view.found.irradiance].map(|f| view.found.back().rotated(f));
         self.techniques.resize_with(ready.len().max(self.techniques.len()), PictureView::default);
         for (number, surface) in Surface::ALL.into_iter().enumerate() {
             ui.strong(surface.title());
             ui.horizontal_wrapped(|ui| {
                 let all = ready.iter().zip(&mut self.techniques);
                 for (technique, picture) in all.filter(|(technique, _)| technique.surface == surface) {
-                    let shading = Turned { shading: &*technique.shading, back: view.found.back() };
+                    let (shading, relief) = (&*technique.shading, technique.relief);
+                    let shading = Turned { shading, relief, back: view.found.back() };
                     let known = technique.error.map_or_else(String::new, percent);
                     let name = format!("{}, {}", surface.title(), technique.name);
                     let pixels = if technique.is_slow { SLOW_PIXELS } else { PIXELS };
                     let title = (technique.name, &known[..], &name[..]);
-                    responses.push(before_the_sky(ui, picture, title, (view, pixels), &shading));
+                    responses.push(before_the_sky(ui, picture, title, (view, pixels), (surface, &shading)));
                 }
                 let table = self.table.get_or_insert_with(|| DfgTable::new(TABLE));
-                let expansion = ByExpansion::new(surface, view.found, table);
+                let expansion = ByExpansion::new(surface, (&view.found.light, &view.found.irradiance), table);
                 let title = format!("expansion, order {}", view.found.light.order());
                 let truth = ready.iter().find(|technique| technique.surface == surface);
-                let error = truth.map(|truth| expansion_error(&expansion, truth, view.found.back()));
+                let error = truth.map(|truth| {
+                    let expansion = ByExpansion::new(surface, (&light, &irradiance), table);
+                    expansion_error(&expansion, truth)
+                });
                 let known = error.map_or_else(String::new, percent);
                 let name = format!("{}, by the expansion", surface.title());
                 let picture = &mut self.expansions[number];
                 let title = (&title[..], &known[..], &name[..]);
-                responses.push(before_the_sky(ui, picture, title, (view, PIXELS), &expansion));
+                let shading = Turned::at_rest(&expansion, surface.relief());
+                responses.push(before_the_sky(ui, picture, title, (view, PIXELS), (surface, &shading)));
             });
         }
         ui.weak(
-            "Errors are sums of differences over the sum of the first of a row, over the ball as it is seen along +x.",
+            "Errors are sums of differences over the sum of the first of a row, over the shape as it is seen along +x.",
         );
         responses
     }
@@ -154,29 +163,42 @@ fn titled(ui: &mut Ui, name: &str, known: &str, show: impl FnOnce(&mut Ui) -> Re
     ui.allocate_ui_with_layout(size, Layout::top_down(Align::Min), content).inner
 }
 
+type Light = ShVec<Rgb<f64>>;
+
 /// A ball by the expansion of the room.
 pub(crate) struct ByExpansion<'a> {
     surface: Surface,
     /// What is looked up: by the reflected direction, or by the normal of a matte ball.
     light: ShVec<Rgb<f64>>,
+    /// The matte part below highlights, by the normal.
+    below: Option<ShVec<Rgb<f64>>>,
     table: &'a DfgTable,
 }
 
 impl<'a> ByExpansion<'a> {
-    fn new(surface: Surface, found: &Findings, table: &'a DfgTable) -> Self {
+    /// By an expansion and its irradiance.
+    fn new(surface: Surface, (light, irradiance): (&Light, &Light), table: &'a DfgTable) -> Self {
+        let order = light.order();
+        let matte = |albedo: f64| irradiance.map(|c| c.scale(albedo * FRAC_1_PI));
         let light = match surface {
-            Surface::Mirror => found.light.clone(),
-            Surface::Glossy => convolved(&found.light, &Zonal::ggx(found.light.order(), ALPHA)),
-            Surface::Matte => found.irradiance.map(|c| c.scale(FRAC_1_PI)),
+            Surface::Mirror | Surface::Bumpy | Surface::Ring => light.clone(),
+            Surface::Glossy => convolved(light, &Zonal::ggx(order, ALPHA)),
+            Surface::Highlights => convolved(light, &Zonal::phong(order, EXPONENT)).map(|c| c.scale(K_S)),
+            Surface::Matte => matte(1.0),
         };
-        Self { surface, light, table }
+        let below = (surface == Surface::Highlights).then(|| matte(K_D));
+        Self { surface, light, below, table }
     }
 }
 
 impl Shading for ByExpansion<'_> {
     fn radiance(&self, at: &SurfacePoint) -> Rgb<f32> {
         Rgb::narrow(match self.surface {
-            Surface::Mirror => self.light.eval(at.reflected()),
+            Surface::Mirror | Surface::Bumpy | Surface::Ring => self.light.eval(at.reflected()),
+            Surface::Highlights => {
+                let below = self.below.as_ref().map_or(Rgb::ZERO, |below| below.eval(at.normal));
+                below + self.light.eval(at.reflected())
+            }
             Surface::Glossy => {
                 let reflectance = self.table.lookup(at.cos_view(), ALPHA.sqrt()).reflectance(Rgb::splat(METAL));
                 self.light.eval(at.reflected()) * reflectance
@@ -187,11 +209,9 @@ impl Shading for ByExpansion<'_> {
 }
 
 /// How far the expansion is from the truth, as the other techniques are measured.
-fn expansion_error(expansion: &ByExpansion<'_>, truth: &Technique, back: Rotation) -> f64 {
-    let points = measured_points();
-    let truth = Turned { shading: &*truth.shading, back };
-    let values = |shading: &dyn Shading| -> Vec<Rgb<f32>> { points.iter().map(|p| shading.radiance(p)).collect() };
-    mean_error(&values(expansion), &values(&truth))
+fn expansion_error(expansion: &ByExpansion<'_>, truth: &Technique) -> f64 {
+    let surface = truth.surface;
+    mean_error(&values(surface, &Turned::at_rest(expansion, surface.relief())), &truth.values)
 }
 
 /// A ball before the sky, which the camera of the room circles.
@@ -200,7 +220,7 @@ fn before_the_sky(
     picture: &mut PictureView,
     (title, known, name): (&str, &str, &str),
     (view, pixels): (&BallView<'_>, usize),
-    shading: &dyn Shading,
+    (surface, shading): (Surface, &dyn Shading),
 ) -> Response {
     let is_moving = ui.input(|input| input.pointer.is_decidedly_dragging());
     let pixels = if is_moving { COARSE_PIXELS.min(pixels) } else { pixels };
@@ -211,7 +231,7 @@ fn before_the_sky(
     let shown = titled(ui, title, known, |ui| {
         picture.show(ui, name, size, key, || {
             let camera = Camera::perspective(View::from_eye(view.orbit.towards_eye()), DISTANCE, HALF_ANGLE);
-            let exhibit = Exhibit { solid: ExhibitSolid::Ball { radius: 1.0 }, camera, samples: 1 };
+            let exhibit = Exhibit { solid: surface.solid(), camera, samples: 1 };
             let background = |s: Dir| Rgb::narrow(view.found.radiance(s));
             (exhibit.picture(pixels, pixels, background, shading), view.tone)
         })

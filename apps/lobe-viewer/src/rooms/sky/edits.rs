@@ -5,6 +5,7 @@ use lobe::prt::Transfer;
 use lobe::sh::{Expansion as _, Rgb, Rotation, ShVec};
 use serde::{Deserialize, Serialize};
 
+use crate::rooms::formulas::Formula;
 use crate::rooms::light::{LightHand, MOST_STOPS, Taming, sky_rotation};
 use crate::widgets::coefficient_table::MOST;
 use crate::widgets::within::within;
@@ -112,6 +113,20 @@ impl SkyEdits {
     #[must_use]
     pub fn rotation(&self) -> Rotation {
         sky_rotation(self.turn, self.tilt)
+    }
+
+    /// What is computed of the sky that is shown.
+    pub(crate) fn formulas(&self) -> Vec<Formula> {
+        let shelf = match self.shelf {
+            Shelf::Maps => &[][..],
+            Shelf::Techniques => {
+                &[Formula::MIRROR, Formula::BUMPS, Formula::SPLIT_SUM, Formula::HIGHLIGHTS, Formula::IRRADIANCE]
+            }
+            Shelf::Encodings => &[Formula::IRRADIANCE, Formula::ZH3, Formula::AMBIENT_CUBE, Formula::H_BASIS],
+        };
+        let lights = (self.lights > 0).then_some(Formula::LIGHTS);
+        let expansion = [Some(Formula::PROJECTION), self.taming.formula(), lights];
+        expansion.into_iter().flatten().chain(shelf.iter().copied()).collect()
     }
 
     /// Its light, to be changed.

@@ -1,7 +1,7 @@
 //! The room of skies: an environment, its mappings, and what is left of it in an expansion.
 //!
-//! Read `edits`, then `findings`, what the library says of the expansion, `suns`, what is taken out, and `techniques`, how balls are
-//! shaded, then the pictures: `stage`, the sky itself, `panels`, maps, and `balls`, and `sky_room`.
+//! Read `edits`, then `findings`, what the library says of the expansion, `suns`, what is taken out, `surfaces`, what balls are made of, and
+//! `techniques`, how they are shaded, then the pictures: `stage`, the sky itself, `panels`, maps, and `balls`, and `sky_room`.
 
 pub(crate) mod balls;
 pub(crate) mod edits;
@@ -10,4 +10,5 @@ pub(crate) mod panels;
 pub(crate) mod sky_room;
 pub(crate) mod stage;
 pub(crate) mod suns;
+pub(crate) mod surfaces;
 pub(crate) mod techniques;

@@ -13,13 +13,15 @@ use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation};
 
 use crate::loading::place::IN_PAGE;
 use crate::loading::sky_source::OpenedSky;
+use crate::rooms::formulas::formulas;
 use crate::rooms::sky::balls::{BallView, Balls};
 use crate::rooms::sky::edits::{MOST_LIGHTS, MOST_SUNS, Shelf, SkyEdits};
 use crate::rooms::sky::findings::Findings;
 use crate::rooms::sky::panels::Panels;
 use crate::rooms::sky::stage::{Scenery, SkyStage, first_orbit, framed, seen_behind};
 use crate::rooms::sky::suns::{Suns, meant, place_of};
-use crate::rooms::sky::techniques::{Surface, Techniques, Turned};
+use crate::rooms::sky::surfaces::{Relief, Surface, Turned};
+use crate::rooms::sky::techniques::Techniques;
 use crate::rooms::steer;
 use crate::widgets::bars::bars;
 use crate::widgets::coefficient_table::CoefficientTable;
@@ -77,6 +79,12 @@ impl SkyRoom {
             picture_ids: Vec::new(),
             status: Status::default(),
         }
+    }
+
+    /// The same with the camera that was left there.
+    #[must_use]
+    pub fn seen_from(self, orbit: Option<Orbit>) -> Self {
+        Self { orbit: orbit.unwrap_or(self.orbit), ..self }
     }
 
     /// What a user changed.
@@ -261,7 +269,11 @@ impl SkyRoom {
         let blurred = |p: &SurfacePoint| -> Rgb<f32> { glossy_light.radiance(p) };
         let technique = |surface: Surface| {
             let found_one = self.techniques.of(surface).filter(|_| !by_expansion);
-            found_one.map(|technique| Turned { shading: &*technique.shading, back: found.back() })
+            found_one.map(|technique| Turned {
+                shading: &*technique.shading,
+                relief: Relief::Smooth,
+                back: found.back(),
+            })
         };
         let (glossy, dull) = (technique(Surface::Glossy), technique(Surface::Matte));
         let (has_glossy, has_dull) = (glossy.is_some(), dull.is_some());
@@ -311,6 +323,7 @@ impl SkyRoom {
                 ui.selectable_value(&mut edits.mapping, mapping.name().to_owned(), mapping.name());
             }
         });
+        formulas(ui, edits.formulas());
         ui.separator();
         let Some(found) = self.found.take() else { return };
         self.numbers(ui, &found);

@@ -1,5 +1,6 @@
 //! Techniques of environment mapping for mirrors, glossy and matte balls, prepared beside the window.
 
+use std::f64::consts::FRAC_1_PI;
 use std::sync::Arc;
 
 use lobe::env::{
@@ -8,13 +9,14 @@ use lobe::env::{
 };
 use lobe::io::Job;
 use lobe::render::{
-    BlinnNewell, BruteForceReflection, Camera, CubeMapped, Exhibit, ExhibitSolid, Glossy, IrradiancePolynomial,
-    MatteByMap, MatteBySh, Paraboloids, ReflectionSpace, Shading, SphereMapped, SurfacePoint, View,
+    BlinnNewell, BruteForceReflection, CubeMapped, Glossy, HighlightMap, IrradiancePolynomial, MatteByMap, MatteBySh,
+    Paraboloids, ReflectionSpace, Shading, SphereMapped, SurfacePoint, highlights_of_lights, irradiance_of_lights,
 };
-use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, Zonal, convolved};
+use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb, Zonal, convolved};
 
 use crate::loading::sky_source::OpenedSky;
 use crate::loading::task::{Control, Task, TaskEvent};
+use crate::rooms::sky::surfaces::{Relief, Surface, Turned, mean_error, values};
 
 /// Texels: the height of a lat-long map, the side of a sphere map and of each paraboloid, twice that of a face.
 const MIRROR_SIZE: usize = 128;
@@ -31,42 +33,35 @@ const FILTERED_SIZE: usize = 32;
 /// The reflectance along the normal of the rough balls: a metal.
 pub(crate) const METAL: f64 = 0.7;
 
+/// The exponent of highlights, the albedo of what has them, and their color.
+pub(crate) const EXPONENT: f64 = 30.0;
+pub(crate) const K_D: f64 = 0.4;
+pub(crate) const K_S: f64 = 0.3;
+
+/// The largest faces of the map that is blurred for highlights, which have 23 bands.
+const BLURRED_SIZE: usize = 64;
+
+/// Names of techniques that several surfaces have.
+const ITSELF: &str = "the map itself";
+const CUBE: &str = "cube map";
+const SUM: &str = "truth: a sum over lights";
+
 /// Rows of maps of irradiance, which has no details smaller than a few of them.
 const MATTE_ROWS: usize = 32;
 
 /// Bands of the map of irradiance.
 const MATTE_ORDER: usize = 9;
 
-/// Rows and columns of the points at which errors are measured.
-const MEASURED: usize = 48;
-
-/// What a ball is made of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Surface {
-    Mirror,
-    Glossy,
-    Matte,
-}
-
-impl Surface {
-    pub(crate) const ALL: [Self; 3] = [Self::Mirror, Self::Glossy, Self::Matte];
-
-    pub(crate) fn title(self) -> &'static str {
-        match self {
-            Self::Mirror => "Mirrors",
-            Self::Glossy => "Glossy: GGX of α = 0.3",
-            Self::Matte => "Matte",
-        }
-    }
-}
-
 /// A technique, in the frame of the sky.
 pub(crate) struct Technique {
     pub(crate) surface: Surface,
     pub(crate) name: &'static str,
     pub(crate) shading: Box<dyn Shading + Send>,
+    pub(crate) relief: Relief,
     /// `Σ|a - b| / Σ|b|` against the first of its surface, which is the truth; none of that itself.
     pub(crate) error: Option<f64>,
+    /// At the points where errors are measured.
+    pub(crate) values: Vec<Rgb<f32>>,
     /// Whether a point is a sum over many lights.
     pub(crate) is_slow: bool,
 }
@@ -108,19 +103,6 @@ impl Techniques {
     }
 }
 
-/// A technique under a sky that is turned.
-pub(crate) struct Turned<'a> {
-    pub(crate) shading: &'a dyn Shading,
-    pub(crate) back: Rotation,
-}
-
-impl Shading for Turned<'_> {
-    fn radiance(&self, at: &SurfacePoint) -> Rgb<f32> {
-        let [normal, view] = [at.normal, at.view].map(|s| self.back.rotate_dir(s));
-        self.shading.radiance(&SurfacePoint { normal, view, ..*at })
-    }
-}
-
 /// A rough ball by a map that was filtered for its roughness.
 struct SplitSum {
     chain: CubeMipChain,
@@ -134,41 +116,23 @@ impl Shading for SplitSum {
     }
 }
 
-/// The points of a ball at which errors are measured, seen along +x.
-pub(crate) fn measured_points() -> Vec<SurfacePoint> {
-    let camera = Camera::perspective(View::ALONG_X, 4.0, 0.3);
-    Exhibit { solid: ExhibitSolid::Ball { radius: 1.0 }, camera, samples: 1 }.points(MEASURED, MEASURED)
-}
-
-/// `Σ|a - b| / Σ|b|`: not squared, for where a map shows the sun one point in a thousand would decide alone.
-pub(crate) fn mean_error(found: &[Rgb<f32>], truth: &[Rgb<f32>]) -> f64 {
-    let channels = |c: &Rgb<f32>| [c.r, c.g, c.b].map(f64::from);
-    let sum = |all: &mut dyn Iterator<Item = [f64; 3]>| all.flatten().map(f64::abs).sum::<f64>();
-    let apart = found.iter().zip(truth).map(|(a, b)| {
-        let (a, b) = (channels(a), channels(b));
-        std::array::from_fn(|k| a[k] - b[k])
-    });
-    sum(&mut apart.into_iter()) / sum(&mut truth.iter().map(channels)).max(f64::MIN_POSITIVE)
-}
-
-type Named = (&'static str, Box<dyn Shading + Send>);
+type Named = (&'static str, Relief, Box<dyn Shading + Send>);
 
 fn prepare(control: &Control<Technique>, map: &Arc<MappedMap>) -> Result<(), String> {
-    let points = measured_points();
     let mut truth: Option<(Surface, Vec<Rgb<f32>>)> = None;
-    let mut send = |surface: Surface, is_slow: bool, (name, shading): Named| {
+    let mut send = |surface: Surface, is_slow: bool, (name, relief, shading): Named| {
         control.stage(name);
-        let values: Vec<Rgb<f32>> = points.iter().map(|point| shading.radiance(point)).collect();
+        let values = values(surface, &Turned::at_rest(&*shading, relief));
         let error = truth.as_ref().filter(|(of, _)| *of == surface).map(|(_, truth)| mean_error(&values, truth));
         if error.is_none() {
-            truth = Some((surface, values));
+            truth = Some((surface, values.clone()));
         }
-        control.send(Technique { surface, name, shading, error, is_slow });
+        control.send(Technique { surface, name, shading, relief, error, values, is_slow });
         !control.is_cancelled()
     };
     control.stage("mirrors");
-    for mirror in mirrors(map) {
-        if !send(Surface::Mirror, false, mirror) {
+    for (surface, mirror) in mirrors(map) {
+        if !send(surface, false, mirror) {
             return Ok(());
         }
     }
@@ -179,7 +143,7 @@ fn prepare(control: &Control<Technique>, map: &Arc<MappedMap>) -> Result<(), Str
     let Some(rough) = averaged.levels().iter().find(is_small).cloned() else { return Ok(()) };
     let metal = Ggx { alpha: ALPHA, f0: METAL };
     let brute = BruteForceReflection::new(&rough, metal);
-    if !send(Surface::Glossy, true, ("truth: a sum over lights", Box::new(brute))) {
+    if !send(Surface::Glossy, true, (SUM, Relief::Smooth, Box::new(brute))) {
         return Ok(());
     }
     let lobe = SpecularLobe::Ggx { alpha: ALPHA };
@@ -189,12 +153,18 @@ fn prepare(control: &Control<Technique>, map: &Arc<MappedMap>) -> Result<(), Str
     // What was stopped has no more to say.
     let Ok(filtered) = filtered else { return Ok(()) };
     let split = SplitSum { chain: CubeMipChain::single(filtered), table: DfgTable::new(32) };
-    if !send(Surface::Glossy, false, ("split sum", Box::new(split))) {
+    if !send(Surface::Glossy, false, ("split sum", Relief::Smooth, Box::new(split))) {
         return Ok(());
     }
     let views = ReflectionSpace::new(&rough, &metal, 0, 24).normalized();
-    if !send(Surface::Glossy, false, ("maps of 12 views", Box::new(views))) {
+    if !send(Surface::Glossy, false, ("maps of 12 views", Relief::Smooth, Box::new(views))) {
         return Ok(());
+    }
+    control.stage("highlights");
+    for (is_slow, highlights) in highlights(&averaged, &rough) {
+        if !send(Surface::Highlights, is_slow, highlights) {
+            return Ok(());
+        }
     }
     control.stage("matte balls");
     for matte in matte(map, &rough) {
@@ -206,16 +176,48 @@ fn prepare(control: &Control<Technique>, map: &Arc<MappedMap>) -> Result<(), Str
     Ok(())
 }
 
-/// Mirrors: first the map itself, as it is stored.
-fn mirrors(map: &Arc<MappedMap>) -> Vec<Named> {
+/// Mirrors: first the map itself, as it is stored, with bumps the same, of a ring that meets itself.
+fn mirrors(map: &Arc<MappedMap>) -> Vec<(Surface, Named)> {
     let source = |s: Dir| map.radiance(s);
-    let itself = map.clone();
-    vec![
-        ("the map itself", Box::new(move |p: &SurfacePoint| itself.radiance(p.reflected()))),
+    let itself = || -> Box<dyn Shading + Send> {
+        let map = map.clone();
+        Box::new(move |p: &SurfacePoint| map.radiance(p.reflected()))
+    };
+    let cube = CubeMapped::sampled(MIRROR_SIZE / 2, source);
+    let smooth: [(&'static str, Box<dyn Shading + Send>); 5] = [
+        (ITSELF, itself()),
         ("lat-long map", Box::new(BlinnNewell::sampled(MIRROR_SIZE, source))),
         ("sphere map", Box::new(SphereMapped::sampled(MIRROR_SIZE, source))),
-        ("cube map", Box::new(CubeMapped::sampled(MIRROR_SIZE / 2, source))),
+        (CUBE, Box::new(cube.clone())),
         ("dual paraboloid", Box::new(Paraboloids::sampled(MIRROR_SIZE, source))),
+    ];
+    let smooth = smooth.into_iter().map(|(name, shading)| (Surface::Mirror, (name, Relief::Smooth, shading)));
+    let others: [(Surface, Named); 5] = [
+        (Surface::Bumpy, (ITSELF, Relief::Bumps, itself())),
+        (Surface::Bumpy, (CUBE, Relief::Bumps, Box::new(cube.clone()))),
+        (Surface::Ring, ("truth: traced", Relief::Traced, itself())),
+        (Surface::Ring, (ITSELF, Relief::Smooth, itself())),
+        (Surface::Ring, (CUBE, Relief::Smooth, Box::new(cube))),
+    ];
+    smooth.chain(others).collect()
+}
+
+/// Matte balls with highlights: first the sum over all lights, which is slow.
+fn highlights(averaged: &CubeMipChain, rough: &CubeMap) -> Vec<(bool, Named)> {
+    let [k_d, k_s] = [K_D, K_S].map(|k| Rgb::splat(k as f32));
+    let lights: Vec<(Dir, Rgb<f32>)> = lights(rough).into_iter().map(|(s, light)| (s, Rgb::narrow(light))).collect();
+    let sum = move |p: &SurfacePoint| {
+        k_d * irradiance_of_lights(&lights, p.normal).scale(FRAC_1_PI as f32)
+            + k_s * highlights_of_lights(&lights, EXPONENT, p.reflected())
+    };
+    let is_small = |level: &&CubeMap| level.size() <= BLURRED_SIZE;
+    let blurred = averaged.levels().iter().find(is_small).unwrap_or(averaged.base());
+    let rows = 2 * blurred.size();
+    let map = EnvMap::from_fn(2 * rows, rows, |s| blurred.radiance(s));
+    let map = HighlightMap::of_surroundings(&map, EXPONENT, k_d, k_s);
+    vec![
+        (true, (SUM, Relief::Smooth, Box::new(sum) as Box<dyn Shading + Send>)),
+        (false, ("highlight map", Relief::Smooth, Box::new(map))),
     ]
 }
 
@@ -233,9 +235,9 @@ fn matte(map: &Arc<MappedMap>, rough: &CubeMap) -> Vec<Named> {
     let by_map = EnvMap::from_fn(2 * MATTE_ROWS, MATTE_ROWS, |n| Rgb::narrow(bands.eval(n)));
     let polynomial = IrradiancePolynomial::of_radiance(&light.resized(3));
     vec![
-        ("truth: a sum over lights", Box::new(MatteByMap { irradiance: truth, albedo })),
-        ("irradiance map", Box::new(MatteByMap { irradiance: by_map, albedo })),
-        ("nine coefficients", Box::new(MatteBySh { irradiance: polynomial, albedo })),
+        (SUM, Relief::Smooth, Box::new(MatteByMap { irradiance: truth, albedo })),
+        ("irradiance map", Relief::Smooth, Box::new(MatteByMap { irradiance: by_map, albedo })),
+        ("nine coefficients", Relief::Smooth, Box::new(MatteBySh { irradiance: polynomial, albedo })),
     ]
 }
 

@@ -1,0 +1,162 @@
+//! The bar of the window: light and dark, the size of everything, files that were opened, changes that are taken back.
+
+use std::path::Path;
+
+use eframe::egui::{Key, Modifiers, Theme as Shade};
+use egui_kittest::Harness;
+use egui_kittest::kittest::{NodeT as _, Queryable as _};
+use lobe::sh::Expansion as _;
+use lobe_viewer::{Kept, Orbit, RoomName, Theme, UserFolder, ViewerApp};
+
+use crate::mouse::are_close;
+use crate::press::slide;
+use crate::wait::step_until;
+
+/// The window on the least scene, in a room.
+fn window(folder: &Path, change: impl FnOnce(&mut Kept)) -> Harness<'static, ViewerApp> {
+    let user = UserFolder::at(folder);
+    let mut kept = Kept::default();
+    (kept.scene.scene, kept.scene.sky, kept.scene.order) = ("built-in:furnace".into(), "made:even".into(), 1);
+    change(&mut kept);
+    kept.write(&user);
+    again(folder)
+}
+
+/// The window as it was left.
+fn again(folder: &Path) -> Harness<'static, ViewerApp> {
+    let app = ViewerApp::new(None, UserFolder::at(folder), &[]);
+    let mut harness =
+        Harness::builder().with_size([1000.0, 900.0]).build_ui_state(|ui, app: &mut ViewerApp| app.show(ui), app);
+    harness.run_steps(2);
+    step_until(&mut harness, |app| app.scene().is_idle());
+    harness
+}
+
+/// What is kept after more than the few seconds between two times of writing.
+fn kept(harness: &mut Harness<'_, ViewerApp>, folder: &Path) -> Kept {
+    harness.run_steps(20);
+    Kept::read(&UserFolder::at(folder))
+}
+
+#[test]
+fn light_and_dark_and_the_size_are_chosen_in_the_bar_and_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = window(folder.path(), |kept| kept.room = RoomName::Functions);
+    for (name, theme, shade) in [("Light", Theme::Light, Shade::Light), ("Dark", Theme::Dark, Shade::Dark)] {
+        harness.get_all_by_label("Window").next().unwrap().click();
+        harness.run_steps(3);
+        harness.get_by_label(name).click();
+        harness.run_steps(3);
+        assert_eq!(harness.ctx.theme(), shade, "{name}: shown");
+        harness.key_press(Key::Escape);
+        assert_eq!(kept(&mut harness, folder.path()).theme, theme, "{name}: kept");
+    }
+    harness.get_all_by_label("Window").next().unwrap().click();
+    harness.run_steps(3);
+    slide(&mut harness, "Size", 150.0);
+    harness.run_steps(2);
+    assert_eq!(harness.ctx.zoom_factor(), 1.5, "half as large again");
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::Minus);
+    harness.run_steps(3);
+    assert_eq!(harness.ctx.zoom_factor(), 1.25, "a step less by its keys");
+    assert_eq!(kept(&mut harness, folder.path()).zoom, 1.25, "kept");
+}
+
+#[test]
+fn files_that_were_opened_are_in_the_menu_and_open_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let triangle = |name: &str| {
+        std::fs::write(folder.path().join(name), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+        folder.path().join(name)
+    };
+    let (first, second) = (triangle("first.obj"), triangle("second.obj"));
+    let user = folder.path().join("user");
+    let mut harness = window(&user, |kept| kept.recent = vec![first.clone(), second.clone()]);
+    harness.get_by_label("File").click();
+    harness.run_steps(3);
+    harness.get_by_label("second.obj").click();
+    harness.run_steps(3);
+    step_until(&mut harness, |app| app.scene().is_idle());
+    assert_eq!(harness.state().scene().edits().scene, second, "the one that was pressed");
+    assert_eq!(harness.state().scene().message(), None, "and nothing is wrong");
+    assert_eq!(kept(&mut harness, &user).recent, [second, first], "the last one comes first");
+}
+
+#[test]
+fn a_change_of_a_function_is_taken_back_and_made_again_by_the_buttons_of_the_bar() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = window(folder.path(), |kept| kept.room = RoomName::Functions);
+    harness.run_steps(10);
+    let is_off =
+        |harness: &Harness<'_, ViewerApp>, name: &str| harness.get_by_label(name).accesskit_node().is_disabled();
+    assert!(is_off(&harness, "Undo") && is_off(&harness, "Redo"), "nothing was changed");
+    let first = harness.state().functions().edits().clone();
+    slide(&mut harness, "Yaw", -75.0);
+    // Undo knows a change once it has rested for a second.
+    harness.run_steps(10);
+    let changed = harness.state().functions().edits().clone();
+    assert_eq!(changed.angles[0], -75.0, "as the slider says");
+    harness.get_by_label("Undo").click();
+    harness.run_steps(3);
+    assert_eq!(*harness.state().functions().edits(), first, "taken back");
+    let turned = first.rotation().rotated(&first.function());
+    let row: Vec<String> = turned.band(2).iter().map(|c| format!("{c:8.4}")).collect();
+    let text = format!("band 2: {}   energy {:.4}", row.join(" "), turned.band_energies()[2]);
+    assert!(harness.query_by_label(&text).is_some(), "the numbers are those of before: {text}");
+    harness.get_by_label("Redo").click();
+    harness.run_steps(3);
+    assert_eq!(*harness.state().functions().edits(), changed, "made again");
+}
+
+#[test]
+fn the_cameras_of_all_rooms_and_the_size_of_the_window_are_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let (user, moving) = (folder.path().join("user"), crate::motion::described(folder.path()));
+    let mut harness = window(&user, |kept| kept.motion.source = moving);
+    for room in RoomName::ALL {
+        harness.get_all_by_label(room.title()).next().unwrap().click();
+        harness.run_steps(3);
+        if room == RoomName::Motion {
+            assert_eq!(Kept::read(&UserFolder::at(&user)).motion_orbit, None, "no scene was seen there");
+            step_until(&mut harness, |app| app.motion().is_ready());
+        }
+        harness.key_press(Key::ArrowLeft);
+        harness.key_press(Key::Plus);
+        harness.run_steps(2);
+    }
+    harness.set_size([1234.0, 777.0].into());
+    let orbits = |app: &ViewerApp| {
+        [app.scene().orbit(), app.sky().orbit(), app.functions().orbit(), app.motion().orbit()].map(|orbit| *orbit)
+    };
+    let before = orbits(harness.state());
+    let written = kept(&mut harness, &user);
+    let found = [written.orbit, written.sky_orbit, written.functions_orbit, written.motion_orbit];
+    for (found, expected) in found.iter().zip(&before) {
+        assert!(found.is_some_and(|found| are_close(&found, expected)), "kept: {found:?}, expected {expected:?}");
+    }
+    assert_eq!(written.size, Some([1234.0, 777.0]), "the size");
+    let mut harness = again(&user);
+    step_until(&mut harness, |app| app.motion().is_ready());
+    for (found, expected) in orbits(harness.state()).iter().zip(&before) {
+        assert!(are_close(found, expected), "after another start: {found:?}, expected {expected:?}");
+    }
+    harness.get_by_label("Frame").click();
+    harness.run_steps(2);
+    assert_ne!(harness.state().motion().orbit().distance, before[3].distance, "framed anew");
+}
+
+#[test]
+fn sizes_and_cameras_that_are_none_are_those_of_the_first_start() {
+    let folder = tempfile::tempdir().unwrap();
+    let user = UserFolder::at(folder.path());
+    for size in [[0.0, 600.0], [1e9, 600.0], [-800.0, -600.0], [300.0, 200.0]] {
+        let mut kept = Kept::default();
+        kept.size = Some(size);
+        let orbit = Orbit { distance: 1e30, ..Orbit::default() };
+        (kept.sky_orbit, kept.motion_orbit) = (Some(orbit), Some(orbit));
+        kept.write(&user);
+        let read = Kept::read(&user);
+        assert_eq!(read.size, None, "{size:?}");
+        assert!(read.sky_orbit.unwrap().camera().is_some() && read.motion_orbit.unwrap().distance < 1e6, "{read:?}");
+    }
+}
