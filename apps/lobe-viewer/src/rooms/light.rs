@@ -215,10 +215,11 @@ pub(crate) fn sky_rotation(turn: f64, tilt: f64) -> Rotation {
     Rotation::from_axis_angle(Dir::X, tilt).then(Rotation::from_axis_angle(Dir::Z, turn))
 }
 
-/// A slider in degrees for an angle in radians.
+/// A slider in degrees for an angle in radians. It rounds what is set by it, and not what a drag or time has made of the angle.
 pub(crate) fn angle(ui: &mut Ui, radians: &mut f64, range: RangeInclusive<f64>, text: &str) -> Response {
     let mut degrees = radians.to_degrees();
-    let response = ui.add(Slider::new(&mut degrees, range).text(text).suffix("°").fixed_decimals(0));
+    let slider = Slider::new(&mut degrees, range).text(text).suffix("°").fixed_decimals(0);
+    let response = ui.add(slider.clamping(SliderClamping::Edits));
     if response.changed() {
         *radians = degrees.to_radians();
     }

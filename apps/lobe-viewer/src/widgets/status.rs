@@ -64,9 +64,15 @@ impl Status {
         self.bytes = textures.read().allocated().map(|(_, texture)| texture.bytes_used() as u64).sum();
     }
 
-    /// Shows it, in as many lines as it takes.
+    /// Shows it, in as many lines as it took at most: one more or less would make the picture above another, and begin its truth
+    /// anew.
     pub(crate) fn show(&self, ui: &mut Ui) {
-        ui.add(Label::new(self.to_string()).wrap());
+        let (id, width) = (ui.scope_id().with("status"), ui.available_width());
+        let known: Option<[f32; 2]> = ui.data(|data| data.get_temp(id));
+        let least = known.filter(|known| known[0] == width).map_or(0.0, |[_, height]| height);
+        let height = ui.add(Label::new(self.to_string()).wrap()).rect.height();
+        ui.add_space((least - height).max(0.0));
+        ui.data_mut(|data| data.insert_temp(id, [width, height.max(least)]));
     }
 }
 

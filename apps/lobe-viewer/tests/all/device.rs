@@ -119,7 +119,8 @@ fn distance_of_ground(gpu: &Gpu, sky: &str, order: usize, is_enough: impl Fn(f64
         room.advance(ui.ctx());
         room.ui(ui, Some(gpu));
     };
-    let mut harness = Harness::builder().with_size([420.0, 900.0]).build_ui_state(show, room);
+    // So narrow that the line of times wraps, now into more lines, now into fewer.
+    let mut harness = Harness::builder().with_size([400.0, 700.0]).build_ui_state(show, room);
     harness.run_steps(2);
     step_until(&mut harness, SceneRoom::is_idle);
     harness.get_by_label("Difference to the truth").click();
@@ -141,9 +142,9 @@ fn the_difference_to_the_truth_vanishes_where_the_light_has_no_more_bands_than_a
     let Some(state) = device("a scene beside its truth") else { return };
     let gpu = Gpu::of_window(&state);
     // An even sky is its first band: what is left is the noise of the paths, which falls.
-    let even = distance_of_ground(&gpu, "made:even", 1, |error| error < 0.03);
+    let even = distance_of_ground(&gpu, "made:even", 1, |error| error < 0.04);
     // Of a sun nothing is left in one band.
     let sun = distance_of_ground(&gpu, "made:noon", 1, |_| true);
-    assert!(sun > 0.2 && even < 0.03, "{sun} and {even}");
+    assert!(sun > 0.2 && even < 0.04, "{sun} and {even}");
     assert!(gpu.context().check().is_ok(), "the device refused nothing");
 }

@@ -3,8 +3,8 @@
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 use lobe_viewer::{
-    Formula, FunctionsEdits, FunctionsRoom, MotionEdits, MotionRoom, SceneEdits, SceneRoom, Shelf, SkyEdits, SkyRoom,
-    Study, Taming, UserFolder, open_sky,
+    Formula, FunctionsEdits, FunctionsRoom, MotionEdits, MotionRoom, SceneEdits, SceneRoom, Section, Shelf, SkyEdits,
+    SkyRoom, Study, Taming, UserFolder, open_sky,
 };
 
 use crate::press::choose;
@@ -49,10 +49,11 @@ fn formulas_are_folded_at_first_and_have_the_sources_of_the_list_and_chapters_of
 
 fn functions(study: Study) -> Harness<'static, FunctionsRoom> {
     let mut edits = FunctionsEdits::default();
-    edits.study = study;
+    // Few pictures, of few bands.
+    (edits.study, edits.order, edits.has_crosses, edits.section) = (study, 2, false, Section::None);
     let room = FunctionsRoom::new(edits);
     let mut harness =
-        Harness::builder().with_size([1200.0, 1500.0]).build_ui_state(|ui, room: &mut FunctionsRoom| room.ui(ui), room);
+        Harness::builder().with_size([700.0, 1500.0]).build_ui_state(|ui, room: &mut FunctionsRoom| room.ui(ui), room);
     harness.run_steps(2);
     harness
 }
@@ -85,7 +86,7 @@ fn the_room_of_skies_has_the_formulas_of_its_balls() {
     let sky = open_sky("made:even".as_ref(), &Default::default()).unwrap();
     let room = SkyRoom::new(sky_edits());
     let show = move |ui: &mut eframe::egui::Ui, room: &mut SkyRoom| room.ui(ui, Some(&sky));
-    let mut harness = Harness::builder().with_size([1000.0, 1500.0]).build_ui_state(show, room);
+    let mut harness = Harness::builder().with_size([500.0, 1500.0]).build_ui_state(show, room);
     harness.run_steps(3);
     unfold(&mut harness);
     assert_eq!(on_screen(&harness), [Formula::PROJECTION, Formula::HANNING], "of the expansion");

@@ -1,32 +1,41 @@
 //! The bar of the window: light and dark, the size of everything, files that were opened, changes that are taken back.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use eframe::egui::{Key, Modifiers, Theme as Shade};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use lobe::sh::Expansion as _;
-use lobe_viewer::{Kept, Orbit, RoomName, Theme, UserFolder, ViewerApp};
+use lobe_viewer::{Kept, Orbit, RoomName, Section, Shape, Theme, UserFolder, ViewerApp};
 
 use crate::mouse::are_close;
 use crate::press::slide;
 use crate::wait::step_until;
 
-/// The window on the least scene, in a room.
+/// The window on a triangle, and on functions of few bands without unfolded cubes: on what is drawn soonest.
 fn window(folder: &Path, change: impl FnOnce(&mut Kept)) -> Harness<'static, ViewerApp> {
     let user = UserFolder::at(folder);
     let mut kept = Kept::default();
-    (kept.scene.scene, kept.scene.sky, kept.scene.order) = ("built-in:furnace".into(), "made:even".into(), 1);
+    (kept.scene.scene, kept.scene.sky, kept.scene.order) = (triangle(folder, "triangle"), "made:even".into(), 1);
+    (kept.functions.order, kept.functions.shape) = (2, Shape::Basis(1, 0));
+    (kept.functions.has_crosses, kept.functions.section) = (false, Section::None);
+    (kept.sky.order, kept.sky.lights) = (1, 0);
     change(&mut kept);
     kept.write(&user);
     again(folder)
+}
+
+fn triangle(folder: &Path, name: &str) -> PathBuf {
+    let path = folder.join(format!("{name}.obj"));
+    std::fs::write(&path, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    path
 }
 
 /// The window as it was left.
 fn again(folder: &Path) -> Harness<'static, ViewerApp> {
     let app = ViewerApp::new(None, UserFolder::at(folder), &[]);
     let mut harness =
-        Harness::builder().with_size([1000.0, 900.0]).build_ui_state(|ui, app: &mut ViewerApp| app.show(ui), app);
+        Harness::builder().with_size([800.0, 700.0]).build_ui_state(|ui, app: &mut ViewerApp| app.show(ui), app);
     harness.run_steps(2);
     step_until(&mut harness, |app| app.scene().is_idle());
     harness
@@ -41,7 +50,7 @@ fn kept(harness: &mut Harness<'_, ViewerApp>, folder: &Path) -> Kept {
 #[test]
 fn light_and_dark_and_the_size_are_chosen_in_the_bar_and_kept() {
     let folder = tempfile::tempdir().unwrap();
-    let mut harness = window(folder.path(), |kept| kept.room = RoomName::Functions);
+    let mut harness = window(folder.path(), |_| ());
     for (name, theme, shade) in [("Light", Theme::Light, Shade::Light), ("Dark", Theme::Dark, Shade::Dark)] {
         harness.get_all_by_label("Window").next().unwrap().click();
         harness.run_steps(3);
@@ -65,13 +74,8 @@ fn light_and_dark_and_the_size_are_chosen_in_the_bar_and_kept() {
 #[test]
 fn files_that_were_opened_are_in_the_menu_and_open_again() {
     let folder = tempfile::tempdir().unwrap();
-    let triangle = |name: &str| {
-        std::fs::write(folder.path().join(name), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
-        folder.path().join(name)
-    };
-    let (first, second) = (triangle("first.obj"), triangle("second.obj"));
-    let user = folder.path().join("user");
-    let mut harness = window(&user, |kept| kept.recent = vec![first.clone(), second.clone()]);
+    let (first, second) = (triangle(folder.path(), "first"), triangle(folder.path(), "second"));
+    let mut harness = window(folder.path(), |kept| kept.recent = vec![first.clone(), second.clone()]);
     harness.get_by_label("File").click();
     harness.run_steps(3);
     harness.get_by_label("second.obj").click();
@@ -79,7 +83,7 @@ fn files_that_were_opened_are_in_the_menu_and_open_again() {
     step_until(&mut harness, |app| app.scene().is_idle());
     assert_eq!(harness.state().scene().edits().scene, second, "the one that was pressed");
     assert_eq!(harness.state().scene().message(), None, "and nothing is wrong");
-    assert_eq!(kept(&mut harness, &user).recent, [second, first], "the last one comes first");
+    assert_eq!(kept(&mut harness, folder.path()).recent, [second, first], "the last one comes first");
 }
 
 #[test]
@@ -100,8 +104,8 @@ fn a_change_of_a_function_is_taken_back_and_made_again_by_the_buttons_of_the_bar
     harness.run_steps(3);
     assert_eq!(*harness.state().functions().edits(), first, "taken back");
     let turned = first.rotation().rotated(&first.function());
-    let row: Vec<String> = turned.band(2).iter().map(|c| format!("{c:8.4}")).collect();
-    let text = format!("band 2: {}   energy {:.4}", row.join(" "), turned.band_energies()[2]);
+    let row: Vec<String> = turned.band(1).iter().map(|c| format!("{c:8.4}")).collect();
+    let text = format!("band 1: {}   energy {:.4}", row.join(" "), turned.band_energies()[1]);
     assert!(harness.query_by_label(&text).is_some(), "the numbers are those of before: {text}");
     harness.get_by_label("Redo").click();
     harness.run_steps(3);
@@ -111,13 +115,13 @@ fn a_change_of_a_function_is_taken_back_and_made_again_by_the_buttons_of_the_bar
 #[test]
 fn the_cameras_of_all_rooms_and_the_size_of_the_window_are_kept() {
     let folder = tempfile::tempdir().unwrap();
-    let (user, moving) = (folder.path().join("user"), crate::motion::described(folder.path()));
-    let mut harness = window(&user, |kept| kept.motion.source = moving);
+    let (user, moving) = (folder.path(), crate::motion::described(folder.path()));
+    let mut harness = window(user, |kept| kept.motion.source = moving);
     for room in RoomName::ALL {
         harness.get_all_by_label(room.title()).next().unwrap().click();
         harness.run_steps(3);
         if room == RoomName::Motion {
-            assert_eq!(Kept::read(&UserFolder::at(&user)).motion_orbit, None, "no scene was seen there");
+            assert_eq!(Kept::read(&UserFolder::at(user)).motion_orbit, None, "no scene was seen there");
             step_until(&mut harness, |app| app.motion().is_ready());
         }
         harness.key_press(Key::ArrowLeft);
@@ -129,13 +133,13 @@ fn the_cameras_of_all_rooms_and_the_size_of_the_window_are_kept() {
         [app.scene().orbit(), app.sky().orbit(), app.functions().orbit(), app.motion().orbit()].map(|orbit| *orbit)
     };
     let before = orbits(harness.state());
-    let written = kept(&mut harness, &user);
+    let written = kept(&mut harness, user);
     let found = [written.orbit, written.sky_orbit, written.functions_orbit, written.motion_orbit];
     for (found, expected) in found.iter().zip(&before) {
         assert!(found.is_some_and(|found| are_close(&found, expected)), "kept: {found:?}, expected {expected:?}");
     }
     assert_eq!(written.size, Some([1234.0, 777.0]), "the size");
-    let mut harness = again(&user);
+    let mut harness = again(user);
     step_until(&mut harness, |app| app.motion().is_ready());
     for (found, expected) in orbits(harness.state()).iter().zip(&before) {
         assert!(are_close(found, expected), "after another start: {found:?}, expected {expected:?}");

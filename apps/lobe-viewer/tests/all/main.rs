@@ -15,6 +15,7 @@ mod motion_numbers;
 mod mouse;
 mod moving_pictures;
 mod orbit;
+mod pace;
 mod press;
 mod scene;
 mod sky;

@@ -1,11 +1,12 @@
 //! The mouse on the pictures of each room: the camera and the sky follow it.
 
 use eframe::egui::{Modifiers, PointerButton, vec2};
+use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
-use lobe_viewer::{Orbit, ReadLimits, SkyEdits, open_sky};
+use lobe_viewer::{FunctionsEdits, FunctionsRoom, Orbit, ReadLimits, Section, Shape, SkyEdits, open_sky};
 
 use crate::press::{drag, scroll};
-use crate::sky::open;
+use crate::sky::open_in;
 
 /// Whether two cameras are the same to the rounding of points and of files.
 pub(crate) fn are_close(a: &Orbit, b: &Orbit) -> bool {
@@ -18,7 +19,7 @@ fn a_drag_turns_the_view_moves_it_with_ctrl_or_the_right_button_and_turns_the_sk
     let sky = open_sky("made:even".as_ref(), &ReadLimits::default()).unwrap();
     let mut edits = SkyEdits::default();
     (edits.order, edits.lights) = (2, 0);
-    let mut harness = open(edits, Some(sky));
+    let mut harness = open_in([500.0, 1500.0], edits, Some(sky));
     let rect = harness.get_by_label("The sky with a mirror, a glossy and a matte ball").rect();
     let (from, by) = (rect.center(), vec2(60.0, -30.0));
     let [right, down] = [by.x, by.y].map(|points| f64::from(points / rect.height()));
@@ -42,21 +43,23 @@ fn a_drag_turns_the_view_moves_it_with_ctrl_or_the_right_button_and_turns_the_sk
 }
 
 #[test]
-fn the_wheel_comes_nearer_over_a_picture_and_scrolls_elsewhere() {
-    let sky = open_sky("made:even".as_ref(), &ReadLimits::default()).unwrap();
-    let mut edits = SkyEdits::default();
-    (edits.order, edits.lights) = (2, 0);
-    let mut harness = open(edits, Some(sky));
-    let rect = harness.get_by_label("The sky with a mirror, a glossy and a matte ball").rect();
-    let mut expected = *harness.state().room.orbit();
+fn the_wheel_comes_nearer_over_a_picture_and_not_over_the_panel() {
+    let mut edits = FunctionsEdits::default();
+    (edits.order, edits.shape, edits.has_crosses, edits.section) = (2, Shape::Basis(1, 0), false, Section::None);
+    let room = FunctionsRoom::new(edits);
+    let show = |ui: &mut eframe::egui::Ui, room: &mut FunctionsRoom| room.ui(ui);
+    let mut harness = Harness::builder().with_size([800.0, 1000.0]).build_ui_state(show, room);
+    harness.run_steps(2);
+    let balloon = harness.get_by_label("Balloon of f").rect().center();
+    let mut expected = *harness.state().orbit();
     for points in [40.0, -90.0] {
-        scroll(&mut harness, rect.center(), points);
+        scroll(&mut harness, balloon, points);
         expected.scroll(f64::from(points));
-        let distance = harness.state().room.orbit().distance;
+        let distance = harness.state().orbit().distance;
         assert!((distance / expected.distance - 1.0).abs() < 1e-4, "{distance}, expected {}", expected.distance);
     }
-    let before = *harness.state().room.orbit();
+    let before = *harness.state().orbit();
     let beside = harness.get_by_label("Frame").rect().center();
     scroll(&mut harness, beside, 40.0);
-    assert_eq!(*harness.state().room.orbit(), before, "over the panel the view stays");
+    assert_eq!(*harness.state().orbit(), before, "over the panel the view stays");
 }

@@ -101,7 +101,10 @@ fn what_cannot_be_opened_at_the_start_gives_way_to_the_built_in_sky() {
 
 #[test]
 fn metals_are_made_to_shine_only_where_interreflections_are_shown() {
-    let mut harness = open(|_| ());
+    let folder = tempfile::tempdir().unwrap();
+    let triangle = folder.path().join("triangle.obj");
+    std::fs::write(&triangle, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let mut harness = open(|edits| edits.scene = triangle);
     settle(&mut harness);
     let is_there = |harness: &Harness<'_, SceneRoom>| harness.query_by_label("Metals shine").is_some();
     for (mode, expected) in

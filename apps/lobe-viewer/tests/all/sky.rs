@@ -18,9 +18,14 @@ pub(crate) struct Shown {
 }
 
 pub(crate) fn open(edits: SkyEdits, sky: Option<OpenedSky>) -> Harness<'static, Shown> {
+    open_in([1200.0, 1500.0], edits, sky)
+}
+
+/// The room in a window of this size: the narrower, the fewer pixels the sky has.
+pub(crate) fn open_in(size: [f32; 2], edits: SkyEdits, sky: Option<OpenedSky>) -> Harness<'static, Shown> {
     let state = Shown { room: SkyRoom::new(edits), sky };
     let show = |ui: &mut eframe::egui::Ui, shown: &mut Shown| shown.room.ui(ui, shown.sky.as_ref());
-    let mut harness = Harness::builder().with_size([1200.0, 1500.0]).build_ui_state(show, state);
+    let mut harness = Harness::builder().with_size(size).build_ui_state(show, state);
     harness.run_steps(4);
     harness
 }

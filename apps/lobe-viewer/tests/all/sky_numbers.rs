@@ -1,5 +1,7 @@
 //! Numbers of the room of skies beside those of the library, as each control changes them.
 
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable as _;
 use lobe::env::{Mapping, project_map};
 use lobe::image::compare;
 use lobe::render::{lat_long_picture, lat_long_picture_of};
@@ -8,10 +10,13 @@ use lobe::sh::{
 };
 use lobe_viewer::{OpenedSky, ReadLimits, SkyEdits, open_sky};
 
-use egui_kittest::kittest::Queryable as _;
-
 use crate::press::{choose, slide};
-use crate::sky::{minimum_of, open};
+use crate::sky::{Shown, minimum_of, open_in};
+
+/// The room in a narrow window, whose pictures are small.
+fn open(sky: &OpenedSky) -> Harness<'static, Shown> {
+    open_in([600.0, 1900.0], SkyEdits::default(), Some(sky.clone()))
+}
 
 fn sunset() -> OpenedSky {
     open_sky("bundled:sunset".as_ref(), &ReadLimits::default()).unwrap()
@@ -21,7 +26,7 @@ fn sunset() -> OpenedSky {
 fn each_window_and_dering_that_is_chosen_tames_the_expansion_as_the_library_does() {
     let sky = sunset();
     let light = project_map(&sky.map, 8).resized(4);
-    let mut harness = open(SkyEdits::default(), Some(sky));
+    let mut harness = open(&sky);
     let by = |window: Window| windowed(&light, &window);
     let all: [(&str, ShVec<Rgb<f64>>); 5] = [
         ("Hanning", by(Window::Hanning { width: 4.0 })),
@@ -49,7 +54,7 @@ fn the_error_of_every_order_is_that_of_the_two_pictures() {
     let sky = sunset();
     let truth = lat_long_picture(256, 128, |s| sky.map.radiance(s).widen());
     let mean = truth.mean().iter().sum::<f64>() / 3.0;
-    let mut harness = open(SkyEdits::default(), Some(sky.clone()));
+    let mut harness = open(&sky);
     let mut before = f64::INFINITY;
     for order in 1..=8_usize {
         slide(&mut harness, "Order", order as f64);
@@ -67,7 +72,7 @@ fn the_error_of_every_order_is_that_of_the_two_pictures() {
 fn as_many_lights_are_listed_as_the_slider_says_with_the_numbers_of_the_library() {
     let sky = sunset();
     let light = project_map(&sky.map, 8).resized(4);
-    let mut harness = open(SkyEdits::default(), Some(sky));
+    let mut harness = open(&sky);
     for count in [0, 1, 3, 4] {
         slide(&mut harness, "Lights", count as f64);
         let listed = harness.query_all_by_label_contains(": azimuth ").count();
@@ -92,7 +97,7 @@ fn as_many_lights_are_listed_as_the_slider_says_with_the_numbers_of_the_library(
 
 #[test]
 fn every_mapping_that_is_chosen_is_unfolded_in_its_own_shape() {
-    let mut harness = open(SkyEdits::default(), Some(sunset()));
+    let mut harness = open(&sunset());
     for mapping in Mapping::ALL {
         choose(&mut harness, "Mapping", mapping.name());
         assert_eq!(harness.state().room.edits().mapping, mapping.name(), "it is kept");

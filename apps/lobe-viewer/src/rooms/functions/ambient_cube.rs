@@ -2,16 +2,16 @@
 
 use std::f64::consts::TAU;
 
-use eframe::egui::{Color32, Slider, Ui, vec2};
+use eframe::egui::{Color32, Slider, SliderClamping, Ui, vec2};
 use lobe::sh::{AmbientCube, Dir, Expansion as _, Sh, ShL2, Zonal, convolved};
 
 use crate::rooms::functions::edits::FunctionsEdits;
 use crate::rooms::functions::figures::{Pair, Stand, in_rows};
 use crate::widgets::curve::{Curve, curves};
 
-/// A slider in whole degrees.
+/// A slider that sets whole degrees, and leaves what a drag has made of them.
 fn degrees<'a>(slider: Slider<'a>, text: &str) -> Slider<'a> {
-    slider.text(text).suffix("°").fixed_decimals(0)
+    slider.text(text).suffix("°").fixed_decimals(0).clamping(SliderClamping::Edits)
 }
 
 pub(crate) fn controls(ui: &mut Ui, edits: &mut FunctionsEdits) {

@@ -1,6 +1,6 @@
 //! A function that is turned.
 
-use eframe::egui::{Slider, Ui};
+use eframe::egui::{Slider, SliderClamping, Ui};
 use lobe::sh::{Dir, Expansion as _, ShVec};
 
 use crate::rooms::functions::edits::FunctionsEdits;
@@ -10,7 +10,9 @@ use crate::widgets::bars::bars;
 pub(crate) fn controls(ui: &mut Ui, edits: &mut FunctionsEdits) {
     edits.shape.controls(ui, "f", edits.order);
     for (angle, name) in edits.angles.iter_mut().zip(["Yaw", "Pitch", "Roll"]) {
-        ui.add(Slider::new(angle, -180.0..=180.0).text(name).suffix("°").fixed_decimals(0));
+        let slider = Slider::new(angle, -180.0..=180.0).text(name).suffix("°").fixed_decimals(0);
+        // Drags turn by parts of a degree.
+        ui.add(slider.clamping(SliderClamping::Edits));
     }
     ui.weak("A rotation mixes the coefficients within a band and leaves the energy of each band as it is.");
 }

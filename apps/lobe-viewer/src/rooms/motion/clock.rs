@@ -1,6 +1,6 @@
 //! The time of an animation, which plays around and around or stands still.
 
-use eframe::egui::{Context, Slider, Ui};
+use eframe::egui::{Context, Slider, SliderClamping, Ui};
 
 /// The longest step of time between two frames, in seconds: after a rest the animation goes on where it was.
 const MOST_STEP: f64 = 0.1;
@@ -48,7 +48,9 @@ impl Clock {
     /// Whether it plays, and the time, to be changed.
     pub(crate) fn controls(&mut self, ui: &mut Ui, [begin, end]: [f64; 2]) {
         ui.checkbox(&mut self.is_playing, "Play");
-        ui.add(Slider::new(&mut self.time, begin..=end).text("Time").suffix(" s").fixed_decimals(2));
+        let slider = Slider::new(&mut self.time, begin..=end).text("Time").suffix(" s").fixed_decimals(2);
+        // A frame takes less than the slider rounds to.
+        ui.add(slider.clamping(SliderClamping::Edits));
     }
 }
 

@@ -6,6 +6,7 @@ use lobe::shadow::SphereFitMethod;
 
 use crate::loading::moving_light::LitOn;
 use crate::loading::task::Task;
+use crate::rooms::light::angle;
 use crate::rooms::motion::edits::{MOST_SPHERES, MotionEdits, MotionView};
 use crate::rooms::motion::panes::Panes;
 use crate::rooms::motion::player::{Cast, Fit, MOST_ORDER, News};
@@ -91,12 +92,11 @@ pub(crate) fn hands(ui: &mut Ui, edits: &mut MotionEdits, chosen: &mut usize, ca
     });
     let hand = &mut edits.hands[*chosen];
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
-        ui.add(Slider::new(&mut hand.position[axis], -4.0..=4.0).text(name).suffix(" m").fixed_decimals(2));
+        let slider = Slider::new(&mut hand.position[axis], -4.0..=4.0).text(name).suffix(" m").fixed_decimals(2);
+        // Drags go farther, and by less than the slider rounds to.
+        ui.add(slider.clamping(SliderClamping::Edits));
     }
-    let mut degrees = hand.turn.to_degrees();
-    if ui.add(Slider::new(&mut degrees, -180.0..=180.0).text("Turn").suffix("°").fixed_decimals(0)).changed() {
-        hand.turn = degrees.to_radians();
-    }
+    angle(ui, &mut hand.turn, -180.0..=180.0, "Turn");
     let size = Slider::new(&mut hand.scale, 0.3..=2.0).text("Size").fixed_decimals(2);
     ui.add(size.clamping(SliderClamping::Edits));
     if ui.button("Put back").clicked() {
