@@ -107,7 +107,7 @@ fn the_room_of_skies_has_the_formulas_of_its_balls() {
 
 fn sky_edits() -> SkyEdits {
     let mut edits = SkyEdits::default();
-    (edits.lights, edits.taming, edits.order) = (0, Taming::Hanning(3.0), 2);
+    (edits.lights, edits.taming, edits.order, edits.has_expansion) = (0, Taming::Hanning(3.0), 1, true);
     edits
 }
 

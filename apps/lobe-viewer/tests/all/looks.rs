@@ -19,7 +19,7 @@ fn window(folder: &Path, change: impl FnOnce(&mut Kept)) -> Harness<'static, Vie
     (kept.scene.scene, kept.scene.sky, kept.scene.order) = (triangle(folder, "triangle"), "made:even".into(), 1);
     (kept.functions.order, kept.functions.shape) = (2, Shape::Basis(1, 0));
     (kept.functions.has_crosses, kept.functions.section) = (false, Section::None);
-    (kept.sky.order, kept.sky.lights) = (1, 0);
+    (kept.sky.order, kept.sky.lights, kept.sky.has_expansion) = (1, 0, true);
     change(&mut kept);
     kept.write(&user);
     again(folder)

@@ -18,7 +18,7 @@ pub(crate) fn are_close(a: &Orbit, b: &Orbit) -> bool {
 fn a_drag_turns_the_view_moves_it_with_ctrl_or_the_right_button_and_turns_the_sky_with_shift() {
     let sky = open_sky("made:even".as_ref(), &ReadLimits::default()).unwrap();
     let mut edits = SkyEdits::default();
-    (edits.order, edits.lights) = (2, 0);
+    (edits.order, edits.lights, edits.has_expansion) = (1, 0, true);
     let mut harness = open_in([500.0, 1500.0], edits, Some(sky));
     let rect = harness.get_by_label("The sky with a mirror, a glossy and a matte ball").rect();
     let (from, by) = (rect.center(), vec2(60.0, -30.0));

@@ -15,7 +15,10 @@ use crate::sky::{Shown, minimum_of, open_in};
 
 /// The room in a narrow window, whose pictures are small.
 fn open(sky: &OpenedSky) -> Harness<'static, Shown> {
-    open_in([600.0, 1900.0], SkyEdits::default(), Some(sky.clone()))
+    let mut edits = SkyEdits::default();
+    // Then no technique is prepared.
+    edits.has_expansion = true;
+    open_in([600.0, 1900.0], edits, Some(sky.clone()))
 }
 
 fn sunset() -> OpenedSky {

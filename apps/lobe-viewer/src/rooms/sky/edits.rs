@@ -109,6 +109,11 @@ impl SkyEdits {
         self.own.dedup_by_key(|own| own.number);
     }
 
+    /// Whether a ball that is shown is lit by a technique: those in their rows, or those before the sky.
+    pub(crate) fn needs_techniques(&self) -> bool {
+        self.shelf == Shelf::Techniques || !self.has_expansion
+    }
+
     /// The rotation of the sky.
     #[must_use]
     pub fn rotation(&self) -> Rotation {

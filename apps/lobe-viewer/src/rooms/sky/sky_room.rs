@@ -177,7 +177,7 @@ impl SkyRoom {
         self.suns.follow(wake(ctx), sky, &self.edits.suns);
         let rest = self.suns.found(sky).and_then(|found| found.rest.as_ref()).unwrap_or(sky);
         // A page has one thread, in which rough balls would stop the window.
-        if !IN_PAGE {
+        if !IN_PAGE && self.edits.needs_techniques() {
             self.techniques.follow(wake(ctx), rest);
         }
         let turn = self.edits.rotation().then(Rotation::from_axis_angle(Dir::Z, self.turn(ctx)));
