@@ -62,7 +62,7 @@ impl Formula {
     /// A disc of light.
     pub const CONE: Self = formula(
         "Cone of half angle a",
-        "f_l0 = √(π/(2l+1)) ·\n       (P_l-1(cos a) - P_l+1(cos a))",
+        "f_l0 = √(π/(2l+1)) ·\n     (P_l-1(cos a) - P_l+1(cos a))",
         "[Sloan 2008]",
         "Lights in and out",
     );
@@ -80,7 +80,7 @@ impl Formula {
     /// Lights that stand for an expansion.
     pub const LIGHTS: Self = formula(
         "Lights in an expansion",
-        "Σ_i (A_l/π)² (f_i - a √(4π) δ_i0\n     - Σ_k c_k N y_i(d_k))² is least\nd_k: maxima of f,   c_k ≥ 0,  a ≥ 0",
+        "Σ_i (A_l/π)² (f_i - a √(4π) δ_i0\n   - Σ_k c_k N y_i(d_k))² is least\nd_k: maxima of f,  c_k ≥ 0, a ≥ 0",
         "[Sloan 2008]",
         "Lights in and out",
     );
