@@ -83,6 +83,7 @@ pub struct Kept {
     /// Size of everything, 1 for that of the system.
     pub zoom: f32,
     /// Width and height of the window, in points of the system.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub size: Option<[f32; 2]>,
     /// Files that were opened, the last first.
     pub recent: Vec<PathBuf>,
@@ -93,14 +94,17 @@ pub struct Kept {
     /// Changes in the room of functions.
     pub functions: FunctionsEdits,
     /// The camera there.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub functions_orbit: Option<Orbit>,
     /// Changes in the room of skies.
     pub sky: SkyEdits,
     /// The camera there.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub sky_orbit: Option<Orbit>,
     /// Changes in the room of motion.
     pub motion: MotionEdits,
     /// The camera there; none before a scene was seen.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub motion_orbit: Option<Orbit>,
     /// Where pictures are exported to, and how large they are.
     pub export: ExportPlan,

@@ -6,7 +6,7 @@ use lobe::io::Job;
 use lobe::render::{Motion, MovingMethod, MovingOptions, MovingScene, MovingShading};
 use lobe::sh::{Dir, Expansion as _, Rotation};
 use lobe::shadow::{Placement, SphereFitMethod, Track};
-use lobe_viewer::{ReadLimits, Step, moving_bake_options, open_moving};
+use lobe_viewer::{MotionRoom, ReadLimits, Step, moving_bake_options, open_moving};
 
 use crate::motion::{described, open, wait};
 use crate::press::slide;
@@ -51,7 +51,7 @@ fn spheres_of_the_other_fit_are_those_of_the_library_and_undo_brings_the_first_o
     let source = described(folder.path());
     let mut harness = open(&source);
     harness.state_mut().room.pause_at(0.0);
-    wait(&mut harness, |room| room.is_ready());
+    wait(&mut harness, MotionRoom::is_ready);
     let is_off = harness.get_by_label("Medial axis").accesskit_node().is_disabled();
     assert!(is_off, "fields need no spheres");
     harness.get_by_label("Spheres, SH exponentials").click();
@@ -83,7 +83,7 @@ fn a_key_that_changed_the_light_is_taken_back() {
     let folder = tempfile::tempdir().unwrap();
     let mut harness = open(&described(folder.path()));
     harness.state_mut().room.pause_at(0.0);
-    wait(&mut harness, |room| room.is_ready());
+    wait(&mut harness, MotionRoom::is_ready);
     harness.run_steps(10);
     let before = harness.state().room.edits().clone();
     harness.key_press(Key::Comma);
