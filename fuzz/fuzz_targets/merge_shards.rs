@@ -30,7 +30,8 @@ static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {
 fn made(name: &str, layout: RecordLayout, shard: Option<Shard>) -> Vec<u8> {
     let path = FOLDER.join(name);
     let _ = fs::remove_file(&path);
-    let mut file = RecordFile::open(&path, &FORMAT, layout, &Fingerprint::of_kind(7), shard, |_| ()).expect("a new file");
+    let mut file =
+        RecordFile::open(&path, &FORMAT, layout, &Fingerprint::of_kind(7), shard, |_| ()).expect("a new file");
     let end = shard.map_or(layout.count, |shard| shard.range(layout.count).end);
     while layout == LAYOUT && file.done() < end {
         let bytes = if file.done() + 1 == LAYOUT.count { LAYOUT.last } else { LAYOUT.bytes };

@@ -15,8 +15,9 @@ fn jobs_are_measured_beside_their_floors() {
     }
     let jobs = printed["jobs"].as_array().unwrap();
     let names: Vec<_> = jobs.iter().map(|job| (job["job"].as_str().unwrap(), job["order"].as_u64().unwrap())).collect();
-    let expected =
-        ["product", "square", "product-one"].into_iter().flat_map(|name| [3, 4, 6].map(|order| (name, order)));
+    let expected = ["product", "square", "zonal-product", "product-one"]
+        .into_iter()
+        .flat_map(|name| [3, 4, 6].map(|order| (name, order)));
     assert_eq!(names, expected.collect::<Vec<_>>(), "the jobs that are asked for");
     for job in jobs {
         let [time, floor, ratio] = ["nanoseconds", "floor", "ratio"].map(|key| job[key].as_f64().unwrap());
@@ -82,7 +83,7 @@ fn an_order_picks_among_the_jobs_and_a_count_does_each_of_them_once() {
 fn what_cannot_be_measured_is_refused() {
     let dir = Dir::new();
     let line = dir.lobe("bench fly --seconds 0.001").error();
-    assert!(line.contains(r#"found ["fly"]; jobs: basis, basis-streamed, product"#), "{line}");
+    assert!(line.contains(r#"found ["fly"]; jobs: basis, basis-streamed, eval, product"#), "{line}");
     assert!(dir.lobe("bench --seconds 0").error().contains("--seconds"), "no time");
     assert!(dir.lobe("bench --seconds 1e300").error().contains("--seconds"), "too much time");
 }
