@@ -1,6 +1,6 @@
 //! The files of two shards, one of which was damaged, is cut off, or is another file: they become the checkpoint of all, or nothing is
 //! written. An odd first byte says that what follows are pairs of a place and a change of the second, after a length to cut it off
-//! at; with an even one follows what the header of the second promises.
+//! at; with an even one follows what the header of the second promises, which may be more than there is.
 #![no_main]
 
 use std::fs;
@@ -14,8 +14,8 @@ const FORMAT: RecordFormat = RecordFormat { kind: *b"FUZZ", version: 1, work: "t
 
 const LAYOUT: RecordLayout = RecordLayout { count: 5, bytes: 12, last: 4 };
 
-/// Sizes that a header promises, at most: larger ones overflow where this program writes them.
-const MAX_SIZE: u64 = 1 << 40;
+/// Sizes that a header promises, at most: a file takes its room when it is made.
+const MAX_SIZE: u64 = 1 << 10;
 
 /// A folder of this process, in memory where the system has one.
 static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {
@@ -59,13 +59,15 @@ fn damaged(edits: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// A shard without records, of the sizes that the bytes say.
+/// The beginning of a shard of the sizes that the bytes say.
 fn promising(bytes: &[u8]) -> Vec<u8> {
-    let mut sizes = bytes.as_chunks::<8>().0.iter().map(|size| u64::from_le_bytes(*size) % MAX_SIZE);
-    let mut next = || sizes.next().unwrap_or(1);
-    let bytes = next() as usize;
-    let layout = RecordLayout { count: (next() % (1 << 20)) as usize + 1, bytes, last: next() as usize % (bytes + 1) };
-    made("promise", layout, Shard::new(next() as u32, next() as u32))
+    let mut sizes = bytes.as_chunks::<2>().0.iter().map(|size| u64::from(u16::from_le_bytes(*size)) % MAX_SIZE);
+    let mut next = || sizes.next().unwrap_or(1) as usize;
+    let bytes = next();
+    let layout = RecordLayout { count: next() + 1, bytes, last: next() % (bytes + 1) };
+    let mut file = made("promise", layout, Shard::new(next() as u32, next() as u32));
+    file.truncate(next());
+    file
 }
 
 fuzz_target!(|bytes: &[u8]| {

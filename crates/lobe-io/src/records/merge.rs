@@ -328,7 +328,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (path, merged) = (folder.path().join("part"), folder.path().join("merged"));
         let layout = RecordLayout { count: 1, bytes: 1 << 60, last: 1 << 60 };
-        drop(RecordFile::open(&path, &FORMAT, layout, &Fingerprint::of_kind(1), Some(Shard::WHOLE), |_| ()).unwrap());
+        fs::write(&path, Header::new(&FORMAT, layout, &Fingerprint::of_kind(1), Shard::WHOLE).to_bytes()).unwrap();
         let error = merge_shards(&[path], &merged, Job::default()).unwrap_err().to_string();
         assert!(error.contains("shard 1/1 is not complete: 0 of 1 records are whole"), "{error}");
         assert!(!merged.exists(), "no checkpoint");
