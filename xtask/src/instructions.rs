@@ -16,9 +16,10 @@ use crate::workspace;
 
 const RECORD: &str = "apps/lobe-cli/instructions.json";
 
-/// Counts that are larger by more than this part are a fault. They are the same from run to run; the calls of the libraries of the system
-/// are not from machine to machine.
-const TOLERANCE: f64 = 0.02;
+/// Counts that are larger by more than this part are a fault. They are the same from run to run, but not from build to build: where crates
+/// lie, and which features they have, changes what the compiler puts together, by which up to 11 % more were seen. A kernel that
+/// is lost, or calls what it had in itself, takes several times as many.
+const TOLERANCE: f64 = 0.25;
 
 /// Jobs of `lobe bench`: those of functions, whose work takes valgrind milliseconds.
 const JOBS: [&str; 10] = [
@@ -150,10 +151,10 @@ mod tests {
     #[test]
     fn more_instructions_are_a_fault_and_fewer_are_none() {
         let known = counts(&[("a", 1000), ("b", 1000), ("c", 1000)]);
-        assert!(faults(&counts(&[("a", 1010), ("b", 500), ("c", 1000)]), &known).is_empty(), "within the tolerance");
-        let found = faults(&counts(&[("a", 1030), ("b", 1000), ("d", 1)]), &known);
+        assert!(faults(&counts(&[("a", 1110), ("b", 500), ("c", 1000)]), &known).is_empty(), "within the tolerance");
+        let found = faults(&counts(&[("a", 1300), ("b", 1000), ("d", 1)]), &known);
         let expected = [
-            "a: 1030 instructions, 1.030 times the 1000 on record",
+            "a: 1300 instructions, 1.300 times the 1000 on record",
             "d: no count is on record; cargo xtask instructions --write",
             "c: not counted",
         ];
