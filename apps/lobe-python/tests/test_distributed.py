@@ -19,6 +19,7 @@ import lobe
 
 distributed = pytest.importorskip("distributed", reason="dask's distributed is not installed")
 
+import dask  # noqa: E402
 import lobe._shards as shards  # noqa: E402
 import lobe._tasks as tasks  # noqa: E402
 import lobe.distributed as on_dask  # noqa: E402
@@ -175,7 +176,14 @@ def test_a_scheduler_that_dies_ends_the_bake_in_one_line_that_says_what_to_do(pr
     assert told[0] == (done, 40) and output.read_bytes() == whole
 
 
-def test_a_scheduler_that_died_before_the_bake_is_told_in_one_line(processes, tmp_path):
+@pytest.fixture
+def soon_given_up():
+    """Dask looks for a scheduler that is not there for two seconds instead of thirty."""
+    with dask.config.set({"distributed.comm.timeouts.connect": "2s"}):
+        yield
+
+
+def test_a_scheduler_that_died_before_the_bake_is_told_in_one_line(processes, tmp_path, soon_given_up):
     processes.worker()
     output = tmp_path / "o.safetensors"
     with processes.client() as client:
@@ -388,7 +396,7 @@ def test_the_command_bakes_and_refuses_in_one_line(processes, tmp_path, whole):
         (["built-in:ball", "-o", "o.glb", "--scheduler", "tcp://127.0.0.1:1"], "127.0.0.1:1"),
     ],
 )
-def test_errors_of_the_command_are_one_line(arguments, message, tmp_path, monkeypatch, capsys):
+def test_errors_of_the_command_are_one_line(arguments, message, tmp_path, monkeypatch, capsys, soon_given_up):
     monkeypatch.chdir(tmp_path)
     assert on_dask.main(arguments) == 2
     lines = capsys.readouterr().err.strip().splitlines()
