@@ -41,11 +41,24 @@ const COUNTED: &str = "lobe::bench::measure::counted";
 /// What valgrind knows; it has no AVX-512.
 const INSTRUCTIONS: [&str; 2] = ["plain", "avx2"];
 
+#[cfg(target_arch = "x86_64")]
+fn has_avx2() -> bool {
+    std::arch::is_x86_feature_detected!("avx2")
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+fn has_avx2() -> bool {
+    false
+}
+
 /// Whether counts can be compared here.
 ///
 /// # Errors
 /// The reason why not.
 pub(crate) fn can_count() -> Result<(), String> {
+    if !has_avx2() {
+        return Err("counts are of x86-64 with AVX2, which this machine is not".to_owned());
+    }
     toolchain::has_program("valgrind", "apt-get install valgrind")?;
     let (here, recorded) = (toolchain::compiler()?, record()?["compiler"].clone());
     if recorded == here {

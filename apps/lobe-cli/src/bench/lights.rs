@@ -84,7 +84,7 @@ fn dering(bench: &mut Bench<'_>) {
 /// All levels of a map for rough surfaces; counted by the texels of the first.
 fn prefilter(bench: &mut Bench<'_>) -> anyhow::Result<()> {
     let name = "prefilter";
-    if !bench.wants(name) || bench.order.is_some() {
+    if !bench.wants_without_order(name) {
         return Ok(());
     }
     let map = CubeMap::from_fn(FACE, |s| Rgb::splat(if s.z() > 0.99 { 100.0 } else { 1.5 + s.x() as f32 }));

@@ -89,6 +89,11 @@ impl Bench<'_> {
             })
     }
 
+    /// Whether a job without an order is asked for.
+    pub(crate) fn wants_without_order(&mut self, name: &'static str) -> bool {
+        self.wants(name) && self.order.is_none()
+    }
+
     /// Of the orders of a job those that are asked for.
     pub(crate) fn orders(&self, all: &[usize]) -> Vec<usize> {
         all.iter().copied().filter(|order| self.order.is_none_or(|wanted| wanted == *order)).collect()

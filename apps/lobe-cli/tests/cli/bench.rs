@@ -67,6 +67,8 @@ fn rays_that_are_written_find_what_the_file_says() {
     assert!(all == tensor("hidden"), "{part} of the rays are hidden, the file says otherwise");
     let line = dir.lobe("bench basis --seconds 0.001 --rays rays.safetensors").error();
     assert!(line.contains("--rays: expected occlusion among the jobs"), "{line}");
+    let line = dir.lobe("bench basis occlusion --order 3 --seconds 0.001 --rays rays.safetensors").error();
+    assert!(line.contains("--rays: expected occlusion among the jobs"), "rays have no order: {line}");
 }
 
 #[test]
