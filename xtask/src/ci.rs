@@ -70,7 +70,10 @@ const BOOK: Step = Step { name: "book", work: Work::Where(toolchain::has_mdbook,
 const TEST: Step = Step { name: "test", work: Work::Cargo("test --workspace", &[]) };
 /// The tests of kernels once more for each narrower kind of instructions, for which every kernel has code of its own.
 const TEST_PLAIN: Step = Step { name: "test-plain", work: Work::Chore(narrower::plain) };
-const TEST_AVX2: Step = Step { name: "test-avx2", work: Work::Chore(narrower::avx2) };
+const TEST_AVX2: Step = Step {
+    name: "test-avx2",
+    work: Work::Where(narrower::is_avx2_narrower, "cargo", "run --package xtask -- test-avx2"),
+};
 /// The instructions that kernels execute: the times of a shared machine tell too little.
 const INSTRUCTIONS: Step = Step {
     name: "instructions",

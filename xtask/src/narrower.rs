@@ -24,6 +24,19 @@ pub(crate) fn avx2() -> Outcome {
     run("avx2")
 }
 
+/// Whether AVX2 is narrower than what the tests without a limit run by.
+///
+/// # Errors
+/// The reason why not.
+pub(crate) fn is_avx2_narrower() -> Result<(), String> {
+    #[cfg(target_arch = "x86_64")]
+    let has_avx512 = std::is_x86_feature_detected!("avx512f");
+    #[cfg(not(target_arch = "x86_64"))]
+    let has_avx512 = false;
+    let reason = || "this machine has no AVX-512: the step test runs by AVX2, or by what else it has".to_owned();
+    has_avx512.then_some(()).ok_or_else(reason)
+}
+
 /// A program of tests, and the folder of its package.
 struct Tests {
     package: String,

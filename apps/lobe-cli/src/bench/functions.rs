@@ -120,7 +120,7 @@ fn values(bench: &mut Bench<'_>) {
             item: "function",
             items: TILE,
             cost: Some(Cost { operations: basis_operations(order) + 2.0 * n, bytes: NUMBER * n, level: Level::Second }),
-            above: "the basis is stored and loaded again, and each sum waits for itself",
+            above: "each coefficient is loaded for one multiplication",
         };
         bench.measure(&job, || black_box(&f).eval_into(black_box(&directions), black_box(&mut out)));
     }

@@ -115,7 +115,7 @@ fn clustered(bench: &mut Bench<'_>) -> anyhow::Result<()> {
                     bytes: (bytes * COMPONENTS + size_of::<u16>() + size_of::<Rgb<f32>>()) as f64,
                     level: Level::Read,
                 }),
-                above: "weights are added up four at a time, whatever the machine has, and what is written counts as read",
+                above: "each weight takes two loads for four lanes, and what is written counts as read",
             };
             bench.measure(&job, || transfer.exit_radiance_into(black_box(&light), black_box(&mut out)));
         }

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use clap::Parser;
+use lobe::prt::GlossyLobe;
 use lobe::render::MovingMethod;
 use lobe_gpu::Storage;
 
 use crate::loading::limits::ReadLimits;
-use crate::loading::mode::Mode;
 use crate::loading::moving_light::LitOn;
 
 /// See and steer spherical-harmonic lighting and precomputed radiance transfer in real time.
@@ -28,15 +28,25 @@ pub(crate) struct Arguments {
     /// The light paths that are shown; of a scene that moves, how its parts hide the sky
     #[arg(long, value_enum, default_value = "interreflected")]
     pub(crate) mode: ModeName,
+    /// Transfer for the scene that was kept by itself: vectors as they are, in clusters or lobes, a lightmap (.exr), or with --mode
+    /// glossy matrices; nothing is baked then
+    #[arg(long, value_name = "FILE", conflicts_with = "parts")]
+    pub(crate) transfer: Option<PathBuf>,
+    /// The lobe of reflection about the mirrored view, with --mode glossy
+    #[arg(long, value_name = "phong:E|ggx:ALPHA", default_value = "ggx:0.3")]
+    pub(crate) lobe: GlossyLobe,
+    /// The roughness √α of microfacets, 0 to 1, with --mode specular
+    #[arg(long, value_name = "X", default_value_t = 0.5, value_parser = roughness)]
+    pub(crate) roughness: f64,
     /// Spheres for each part, with --mode exponentials; four times as many of a part that changes its shape
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) spheres: u16,
     /// A file of an occlusion field or of spheres for a part of a scene that moves; once for each
     #[arg(long = "part", value_name = "FILE")]
     pub(crate) parts: Vec<PathBuf>,
-    /// Number of bands of the light, 1 to 8; of a scene that is baked already at most those it has
-    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u8).range(1..=8))]
-    pub(crate) order: u8,
+    /// Number of bands of the light, 1 to 8 [default: of what is baked already those it has, else 4]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=8))]
+    pub(crate) order: Option<u8>,
     /// Paths from each vertex, where the scene is baked first
     #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     pub(crate) samples: u32,
@@ -94,6 +104,10 @@ pub(crate) enum ModeName {
     Interreflected,
     /// Only the light that surfaces send each other
     Difference,
+    /// All surfaces as rough mirrors with shadows and interreflections, by transfer matrices and --lobe
+    Glossy,
+    /// Microfacets of one --roughness that reflect the prefiltered environment, without shadows: split sum
+    Specular,
     /// Parts that move hide the sky by shadow fields
     Fields,
     /// By exponentials of sums of spheres
@@ -101,17 +115,6 @@ pub(crate) enum ModeName {
 }
 
 impl ModeName {
-    /// Of a scene that stands still.
-    pub(crate) fn of_still(self) -> Option<Mode> {
-        match self {
-            Self::Unshadowed => Some(Mode::Unshadowed),
-            Self::Shadowed => Some(Mode::Shadowed),
-            Self::Interreflected => Some(Mode::Interreflected),
-            Self::Difference => Some(Mode::Difference),
-            Self::Fields | Self::Exponentials => None,
-        }
-    }
-
     /// Of one that moves.
     pub(crate) fn of_moving(self) -> Option<MovingMethod> {
         match self {
@@ -148,6 +151,12 @@ fn size(text: &str) -> Result<[u32; 2], String> {
     Ok([side(width).ok_or_else(expected)?, side(height).ok_or_else(expected)?])
 }
 
+/// Reads a number from 0 to 1.
+fn roughness(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|x: &f64| (0.0..=1.0).contains(x));
+    number.ok_or_else(|| format!("expected a roughness of 0 to 1, found '{text}'"))
+}
+
 /// Reads `AZIMUTH,HEIGHT`.
 fn eye(text: &str) -> Result<[f64; 2], String> {
     let expected = || format!("expected AZIMUTH,HEIGHT in degrees, the height from -90 to 90, found '{text}'");
@@ -172,6 +181,10 @@ mod tests {
         assert_eq!((size("640x400"), eye("-30, 20.5")), (Ok([640, 400]), Ok([-30.0, 20.5])), "good ones");
         for bad in ["640", "0x4", "4x0", "axb", "70000x1", "1x2x3", ""] {
             assert!(size(bad).is_err(), "{bad:?}");
+        }
+        assert_eq!((roughness("0"), roughness("1")), (Ok(0.0), Ok(1.0)), "mirror and rough");
+        for bad in ["-0.1", "1.1", "nan", "inf", "rough"] {
+            assert!(roughness(bad).is_err(), "{bad:?}");
         }
         for bad in ["640", "1,2,3", "0,91", "nan,1", ""] {
             assert!(eye(bad).is_err(), "{bad:?}");

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use clap::ValueEnum as _;
 use lobe::scene::built_in;
 use lobe_gpu::{BenchReport, PassTime, SceneViewOptions, ViewOutput};
 use serde_json::json;
@@ -9,7 +10,6 @@ use serde_json::json;
 use crate::cli::args::Arguments;
 use crate::cli::exponentials::{SPHERES, measure};
 use crate::cli::prepared::{Prepared, prepare};
-use crate::loading::mode::Mode;
 use crate::loading::scene_source::{self, OpenedScene, open_scene};
 
 /// The size of a picture that is measured without another choice.
@@ -30,14 +30,14 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let (size, rays) = (arguments.size.unwrap_or(SIZE), arguments.rays.unwrap_or(1));
     // As the window draws what moves.
     let options = SceneViewOptions::default().width(size[0]).height(size[1]).rays(u32::from(rays));
-    let Prepared { context, view, light, vertices, name } =
+    let Prepared { context, view, light, order, vertices, name } =
         prepare(arguments, opened, &options.output(ViewOutput::Display))?;
     let rate = BenchReport::frames_per_second(&view, &light, FRAMES.max(usize::from(arguments.frames)))?;
     let report = BenchReport::of_view(&view, RUNS)?;
     let copied = BenchReport::copied_bytes_a_second(&context)?;
-    let order = usize::from(arguments.order);
     let receivers = arguments.receivers as usize;
     let shadows = (receivers > 0).then(|| measure(&context, order, receivers)).transpose()?;
+    let mode = arguments.mode.to_possible_value().map(|mode| mode.get_name().to_owned());
     let floor = |bytes: u64| 1e3 * bytes as f64 / copied;
     let [width, height] = size;
     if arguments.json {
@@ -52,9 +52,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
                 "floor_ms": floor(found.bytes()), "passes": found.passes.iter().map(pass).collect::<Vec<_>>()
             })
         });
-        let mode = arguments.mode.of_still();
         let text = json!({
-            "machine": report.device, "scene": name, "vertices": vertices, "order": arguments.order,
+            "machine": report.device, "scene": name, "vertices": vertices, "order": order,
             "mode": mode, "size": size, "rays": rays, "frames_per_second": rate,
             "passes": report.passes.iter().map(pass).collect::<Vec<_>>(),
             "exponentials": shadows, "copied_bytes_per_second": copied,
@@ -70,7 +69,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         floor(bytes),
         1e-6 * bytes as f64
     );
-    let mode = arguments.mode.of_still().map_or("", Mode::title).to_lowercase();
+    let mode = mode.unwrap_or_default();
     println!("{name}: {vertices} vertices, {mode}, order {order}, {width} x {height}, {rays} x {rays} samples a pixel");
     println!("{rate:.1} frames a second with the sky turning");
     if let Some(found) = shadows {

@@ -12,7 +12,9 @@ use lobe_gpu::{Environment, SceneView, SceneViewOptions, SurfaceShading, Turntab
 
 use crate::cli::args::Arguments;
 use crate::cli::failure::note;
-use crate::cli::prepared::{device, progress};
+use crate::cli::prepared::device;
+use crate::cli::shown::ORDER;
+use crate::cli::told::progress;
 use crate::loading::moving_bakes::moving_bake_options;
 use crate::loading::moving_light::MovingLight;
 use crate::loading::moving_source::{is_file, open_moving, with_files};
@@ -28,12 +30,12 @@ pub(crate) fn run(
 ) -> anyhow::Result<()> {
     let sky = open_sky(&arguments.env, &arguments.limits)?;
     let mut scene = with_files(open_moving(source, &arguments.limits)?, &arguments.parts)?;
-    let order = usize::from(arguments.order);
-    let most = scene.order().unwrap_or(order);
-    if order > most {
+    let baked = scene.order();
+    let order = arguments.order.map_or(baked.unwrap_or(ORDER), usize::from);
+    if let Some(most) = baked.filter(|most| order > *most) {
         bail!("--order {order}: parts of {} came baked to order {most}; ask for that", source.display());
     }
-    bake(&mut scene, method, arguments, is_file(source))?;
+    bake(&mut scene, (method, order), arguments, is_file(source))?;
     let shading = MovingShading::new(MovingOptions::default().order(order).method(method))?;
     let light = sky.light.resized(order);
     let [begin, end] = scene.span();
@@ -83,8 +85,13 @@ fn bounds(scene: &MovingScene, times: impl Iterator<Item = f64>) -> anyhow::Resu
     Ok(all)
 }
 
-fn bake(scene: &mut MovingScene, method: MovingMethod, arguments: &Arguments, still_hides: bool) -> anyhow::Result<()> {
-    let (order, count) = (usize::from(arguments.order), usize::from(arguments.spheres));
+fn bake(
+    scene: &mut MovingScene,
+    (method, order): (MovingMethod, usize),
+    arguments: &Arguments,
+    still_hides: bool,
+) -> anyhow::Result<()> {
+    let count = usize::from(arguments.spheres);
     let options = moving_bake_options(order, SphereFitMethod::Variational, count, still_hides);
     scene.bake_lamps(order)?;
     for bake in scene.lacking(method, &options) {

@@ -2,7 +2,7 @@
 //!
 //! Read `place`, which says whether there are threads and files at all, `task`, which runs work beside the window, `limits`, what files
 //! may ask for, and `file_kind`, what they are, then `mode`, the ways to light a scene, `scene_source`, `moving_source` and
-//! `sky_source`, which say where things are and read them, `bake` with `places`, what transfer is of, `adopt`, which reads transfer, `moving_bakes` and `moving_light`, `cache`, where bakes of built-in scenes are kept,
+//! `sky_source`, which say where things are and read them, `bake` with `places`, what transfer is of, `kept_transfer`, which reads it, and `adopt`, which gives it to the scene that is open, `moving_bakes` and `moving_light`, `cache`, where bakes of built-in scenes are kept,
 //! and `export`, which goes the other way: pictures to files. Uses no other room.
 
 pub(crate) mod adopt;
@@ -10,6 +10,7 @@ pub(crate) mod bake;
 pub(crate) mod cache;
 pub(crate) mod export;
 pub(crate) mod file_kind;
+pub(crate) mod kept_transfer;
 pub(crate) mod limits;
 pub(crate) mod mode;
 pub(crate) mod moving_bakes;

@@ -30,7 +30,8 @@ pub struct SceneView {
     renderer: Renderer,
     lights: Lights,
     frame: FramePasses,
-    backdrop: Option<EnvironmentShape>,
+    /// What turns with the light: uniforms of the backdrop and of what microfacets reflect, as they were uploaded.
+    skies: Vec<(&'static str, EnvironmentShape)>,
     origin: [f64; 3],
     order: PlaceOrder,
     vertices: usize,
@@ -72,10 +73,11 @@ impl SceneView {
         }
         let frame = FramePasses { surfaces, backdrop: backdrop.map(backdrop_shader) };
         frame.add_to(&mut renderer, options)?;
-        let backdrop = backdrop.map(Environment::shape);
+        let skies = [("sky shape", backdrop), ("reflected shape", shading.reflected())];
+        let skies = skies.into_iter().filter_map(|(name, sky)| Some((name, sky?.shape()))).collect();
         let vertices = scene.vertex_count();
         let order = pieces.order;
-        let view = Self { renderer, lights, frame, backdrop, origin, order, vertices, options: *options };
+        let view = Self { renderer, lights, frame, skies, origin, order, vertices, options: *options };
         view.set_tone(&Tone::PLAIN)?;
         Ok(view)
     }
@@ -122,7 +124,7 @@ impl SceneView {
     }
 
     /// Sets the light, an expansion of the radiance of the surroundings in the world frame; bands above the order of the shading
-    /// are cut off. Microfacets reflect their environment instead.
+    /// are cut off. Microfacets reflect their environment instead, which is [turned](SceneView::turn_backdrop).
     ///
     /// # Errors
     /// [`GpuError::Device`] if the device fails.
@@ -190,15 +192,16 @@ impl SceneView {
         self.renderer.update("vertices", &self.order.placed(vertices))
     }
 
-    /// Turns the backdrop from where its environment has it: what was seen towards s is then towards R s.
+    /// Turns the backdrop, and the environment that microfacets reflect, from where they were given: what was seen towards s is then
+    /// towards R s.
     ///
     /// # Errors
     /// [`GpuError::Device`] if the device fails.
     pub fn turn_backdrop(&self, turn: &Rotation) -> Result<(), GpuError> {
-        match &self.backdrop {
-            Some(shape) => self.renderer.update("sky shape", &[shape.turned(turn)]),
-            None => Ok(()),
+        for (name, shape) in &self.skies {
+            self.renderer.update(name, &[shape.turned(turn)])?;
         }
+        Ok(())
     }
 
     /// Sets the tone mapping of the display. An exposure that depends on a picture is that of black: fix it with

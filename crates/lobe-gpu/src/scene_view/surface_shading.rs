@@ -9,6 +9,7 @@ use lobe_scene::Scene;
 use lobe_sh::Rgb;
 
 use crate::lookup::basis::check_order;
+use crate::lookup::environment::Environment;
 use crate::lookup::specular::SplitSum;
 use crate::renderer::kernel::Slot;
 use crate::renderer::pass::Use;
@@ -103,6 +104,14 @@ impl SurfaceShading<'_> {
         let mut prepared = Prepared { renderer, scene, surfaces, passes: Vec::new(), lights: Lights::default() };
         prepared.add(self)?;
         Ok((prepared.passes, prepared.lights))
+    }
+
+    /// The environment that is reflected as it is, without an expansion.
+    pub(crate) fn reflected(&self) -> Option<&Environment> {
+        match self {
+            Self::Specular(split, _) => Some(&split.environment),
+            _ => None,
+        }
     }
 
     /// Whether shaders look up corners of triangles; else vertices are fetched by indices.

@@ -284,13 +284,17 @@ fn reflections_of_the_environment_are_those_of_the_processor() {
     view.set_camera(&gpu).unwrap();
     let middle = levels.levels().len() / 2;
     assert_eq!(levels.levels().len(), 3, "roughness 0.5 is the middle of three levels");
-    let shade = |s: &Seen<'_>| {
-        let g: Rgb<f64> = levels.levels()[middle].radiance(s.reflected()).widen();
-        g * dfg.lookup(s.normal.dot(s.view), 0.5).reflectance(s.albedo)
-    };
-    let background = |s| sky.radiance(s).widen();
-    let expected = traced(&scene, cpu, RAYS, background, shade);
-    check("specular", &view, &expected);
+    for turn in [Rotation::IDENTITY, Rotation::from_axis_angle(Dir::Z, 0.7)] {
+        view.turn_backdrop(&turn).unwrap();
+        let back = turn.inverse();
+        let shade = |s: &Seen<'_>| {
+            let g: Rgb<f64> = levels.levels()[middle].radiance(back.rotate_dir(s.reflected())).widen();
+            g * dfg.lookup(s.normal.dot(s.view), 0.5).reflectance(s.albedo)
+        };
+        let background = |s| sky.radiance(back.rotate_dir(s)).widen();
+        let expected = traced(&scene, cpu, RAYS, background, shade);
+        check(&format!("specular {}", back == turn), &view, &expected);
+    }
 }
 
 #[test]

@@ -5,7 +5,7 @@ use lobe_sh::Rgb;
 
 use crate::PrtError;
 use crate::compression::pca::{Rows, Subspace};
-use crate::transfer::dot_rows::weighted;
+use crate::transfer::weighted_rows::weighted;
 
 /// The number format of a weight.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]

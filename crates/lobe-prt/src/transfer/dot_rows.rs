@@ -9,10 +9,10 @@ use rayon::prelude::*;
 use crate::transfer::simd4::{FOUR, Lanes, Machine, Work};
 
 /// Receivers that a thread takes at a time: their rows fit the second-level cache, and handing them out costs nothing.
-const CHUNK: usize = 4096;
+pub(crate) const CHUNK: usize = 4096;
 
 /// Receivers shaded together, so that the additions of one need not wait for another's.
-const TOGETHER: usize = 4;
+pub(crate) const TOGETHER: usize = 4;
 
 /// The light's coefficients of the first `len` places, black beyond its own.
 pub(crate) fn light_of_len(light: &[Rgb<f64>], len: usize) -> Vec<Rgb<f32>> {
@@ -155,8 +155,9 @@ fn gray_together<L: Lanes, const N: usize, const K: usize>(
     }
 }
 
+/// The color in the first three lanes.
 #[inline(always)]
-fn color<L: Lanes>(lanes: L, sum: L::Vector) -> Rgb<f32> {
+pub(crate) fn color<L: Lanes>(lanes: L, sum: L::Vector) -> Rgb<f32> {
     let [r, g, b, _] = lanes.store(sum);
     Rgb::new(r, g, b)
 }
@@ -188,51 +189,6 @@ fn dot<L: Lanes, const N: usize>(lanes: L, row: &[f32; N], plane: &[f32; N]) -> 
     }
     let sums = lanes.store(sums);
     start + ((sums[0] + sums[2]) + (sums[1] + sums[3]))
-}
-
-/// Weighted sums out of a small table of colors: `out[r] = table[k][0] + Σ_j weights[r n' + j] table[k][j+1]`, with
-/// `k = clusters[r]`, summed in the order of `j`.
-///
-/// `table` has `n' + 1` entries for each cluster.
-pub(crate) fn weighted<W: Copy + Into<f32> + Sync>(
-    clusters: &[u16],
-    weights: &[W],
-    components: usize,
-    table: &[[f32; 4]],
-    out: &mut [Rgb<f32>],
-) {
-    assert_eq!(clusters.len(), out.len(), "one place for each receiver");
-    assert_eq!(weights.len(), components * out.len(), "the weights of every receiver");
-    let machine = Machine::detect();
-    out.par_chunks_mut(CHUNK).enumerate().for_each(|(at, out)| {
-        let clusters = &clusters[at * CHUNK..at * CHUNK + out.len()];
-        let weights = &weights[at * CHUNK * components..(at * CHUNK + out.len()) * components];
-        machine.run(WeightsOfChunk { clusters, weights, components, table, out });
-    });
-}
-
-struct WeightsOfChunk<'a, W> {
-    clusters: &'a [u16],
-    weights: &'a [W],
-    components: usize,
-    table: &'a [[f32; 4]],
-    out: &'a mut [Rgb<f32>],
-}
-
-impl<W: Copy + Into<f32>> Work for WeightsOfChunk<'_, W> {
-    #[inline(always)]
-    fn work<L: Lanes>(self, lanes: L) {
-        let Self { clusters, weights, components, table, out } = self;
-        for (r, (k, out)) in clusters.iter().zip(out).enumerate() {
-            let start = usize::from(*k) * (components + 1);
-            let entries = &table[start..=start + components];
-            let mut sum = lanes.load(entries[0]);
-            for (entry, w) in entries[1..].iter().zip(&weights[r * components..(r + 1) * components]) {
-                sum = lanes.add_product(sum, lanes.splat((*w).into()), lanes.load(*entry));
-            }
-            *out = color(lanes, sum);
-        }
-    }
 }
 
 #[cfg(test)]
@@ -316,26 +272,6 @@ mod tests {
             let light = light_of_len(&light, n);
             Machine::Plain.run(RowsOfChunk { rows: &rows, order, channels, light: &light, out: &mut plain });
             assert_eq!(wide, plain, "order {order}, {channels} channels");
-        }
-    }
-
-    #[test]
-    fn weighted_sums_are_those_of_their_formula() {
-        let mut random = Random::new(3);
-        for components in [0, 1, 4, 9, 16, 17] {
-            let table: Vec<[f32; 4]> =
-                (0..3 * (components + 1)).map(|_| std::array::from_fn(|_| random.signed() as f32)).collect();
-            let clusters: Vec<u16> = (0..50).map(|r| r % 3).collect();
-            let weights: Vec<u8> = (0..50 * components).map(|_| random.next_u64() as u8).collect();
-            let mut out = vec![Rgb::new(0.0, 0.0, 0.0); 50];
-            weighted(&clusters, &weights, components, &table, &mut out);
-            for (r, found) in out.iter().enumerate() {
-                let start = usize::from(clusters[r]) * (components + 1);
-                let term = |j: usize| f64::from(weights[r * components + j]) * f64::from(table[start + 1 + j][1]);
-                let expected = f64::from(table[start][1]) + (0..components).map(term).sum::<f64>();
-                let error = (f64::from(found.g) - expected).abs();
-                assert!(error < 1e-3, "{components} components, receiver {r}: {} against {expected}", found.g);
-            }
         }
     }
 }

@@ -4,14 +4,11 @@ use alloc::vec::Vec;
 
 use crate::basis::index::{coefficient_count, order_of_slice};
 use crate::batch::basis_blocks::eval_blocks;
-use crate::batch::lane_dot;
+use crate::batch::lane_eval;
 use crate::product::lane_product::{self, Factors};
 use crate::rotation::lane_rotation;
 use crate::simd::{LANES, Lanes, Machine};
 use crate::{DirBatch, Expansion, FixedOrder, RotationMatrices, ShVec};
-
-/// Blocks of directions whose basis is made before it is used: of order 6 it takes 18 KB, which a first-level cache holds.
-const EVAL_TILE: usize = 8;
 
 /// Many expansions of one order in `f32`, in the layout of the kernels that take sixteen at once.
 ///
@@ -245,16 +242,7 @@ impl ShBatch {
     pub fn eval_into(&self, directions: &DirBatch, out: &mut [f32]) {
         assert_eq!(self.count, directions.len(), "functions against directions");
         assert_eq!(self.count, out.len(), "functions against values");
-        let machine = Machine::detect();
-        let tile = EVAL_TILE * coefficient_count(self.order);
-        let mut basis = vec![Lanes::ZERO; tile.min(self.blocks.len())];
-        let tiles = self.blocks.chunks(tile.max(1)).zip(directions.blocks().chunks(EVAL_TILE));
-        out.fill(0.0);
-        for ((functions, directions), out) in tiles.zip(out.chunks_mut(EVAL_TILE * LANES)) {
-            let basis = &mut basis[..functions.len()];
-            eval_blocks(machine, self.order, directions, basis);
-            lane_dot::dot_blocks(machine, self.order, functions, basis, out);
-        }
+        lane_eval::eval_functions(Machine::detect(), self.order, &self.blocks, directions.blocks(), out);
     }
 
     fn assert_alike(&self, other: &Self) {

@@ -2,9 +2,9 @@
 //!
 //! Read [`irradiance_encoding`] first: it lists all encodings, to loop over, and measures their errors. Every encoding
 //! is made from the expansion of the irradiance `E` (radiance convolved with the clamped cosine, not divided by π) and
-//! gives `E` back for a normal; bands that the expansion lacks count as zero. [`packed_irradiance`] and
-//! [`irradiance_matrix`] are order 3 rearranged; all others are approximations. The functions below read
-//! bands 0 to 2 for them. Uses `expansion`, `filter`, `projection`, `rotation`, `solver` and `sphere`.
+//! gives `E` back for a normal; bands that the expansion lacks count as zero. [`packed_irradiance`], of
+//! many normals by [`packed_lanes`], and [`irradiance_matrix`] are order 3 rearranged; all others are approximations. The functions
+//! below read bands 0 to 2 for them. Uses `batch`, `expansion`, `filter`, `projection`, `rotation`, `simd`, `solver` and `sphere`.
 
 pub(crate) mod ahd;
 pub(crate) mod ambient_cube;
@@ -15,6 +15,7 @@ pub(crate) mod irradiance_encoding;
 pub(crate) mod irradiance_matrix;
 pub(crate) mod non_linear_l1;
 pub(crate) mod packed_irradiance;
+mod packed_lanes;
 pub(crate) mod zh3;
 
 use core::array;

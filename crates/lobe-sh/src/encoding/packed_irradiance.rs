@@ -5,8 +5,10 @@ use core::f64::consts::PI;
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
+use crate::encoding::packed_lanes::EvalPacked;
 use crate::encoding::{coefficient, irradiance_under};
-use crate::{Coefficient, Dir, Expansion, Rgb};
+use crate::simd::Machine;
+use crate::{Coefficient, Dir, DirBatch, Expansion, Rgb};
 
 /// The polynomial form of nine coefficients in color: seven vectors of four numbers for three dot products for each
 /// channel.
@@ -67,6 +69,15 @@ impl PackedIrradiance {
         let (linear, quadratic) = ([x, y, z, 1.0], [x * y, y * z, z * z, z * x]);
         let dot4 = |a: [f64; 4], b: [f64; 4]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         Rgb::from_channels(|c| dot4(self.a[c], linear) + dot4(self.b[c], quadratic) + self.c[c] * (x * x - y * y))
+    }
+
+    /// [`PackedIrradiance::eval`] for many normals, in single precision.
+    ///
+    /// # Panics
+    /// If the numbers of normals and values differ.
+    pub fn eval_into(&self, normals: &DirBatch, out: &mut [Rgb<f32>]) {
+        assert_eq!(normals.len(), out.len(), "normals against values");
+        Machine::detect().run(EvalPacked { vectors: self.to_vectors(), normals: normals.blocks(), out });
     }
 
     /// The vectors in the order of the paper's shader, ready for upload: `cAr cAg cAb cBr cBg cBb cC`; the last number

@@ -1,0 +1,122 @@
+//! Weighted sums out of a table of each cluster, in explicit SIMD lanes.
+//!
+//! The order of each sum is that of `dot_rows`: the same for any width of registers and any number of threads.
+
+use lobe_sh::Rgb;
+use rayon::prelude::*;
+
+use crate::transfer::dot_rows::{CHUNK, TOGETHER, color};
+use crate::transfer::simd4::{Lanes, Machine, Work};
+
+/// Receivers whose weights are made `f32` at a time, by whole registers; those of eight components take 2 KB.
+const WIDENED: usize = 64;
+
+/// Weighted sums out of a small table of colors: `out[r] = table[k][0] + Σ_j weights[r n' + j] table[k][j+1]`, with
+/// `k = clusters[r]`, summed in the order of `j`.
+///
+/// `table` has `n' + 1` entries for each cluster.
+pub(crate) fn weighted<W: Copy + Into<f32> + Sync>(
+    clusters: &[u16],
+    weights: &[W],
+    components: usize,
+    table: &[[f32; 4]],
+    out: &mut [Rgb<f32>],
+) {
+    assert_eq!(clusters.len(), out.len(), "one place for each receiver");
+    assert_eq!(weights.len(), components * out.len(), "the weights of every receiver");
+    let machine = Machine::detect();
+    out.par_chunks_mut(CHUNK).enumerate().for_each(|(at, out)| {
+        let clusters = &clusters[at * CHUNK..at * CHUNK + out.len()];
+        let weights = &weights[at * CHUNK * components..(at * CHUNK + out.len()) * components];
+        machine.run(WeightsOfChunk { clusters, weights, components, table, out });
+    });
+}
+
+struct WeightsOfChunk<'a, W> {
+    clusters: &'a [u16],
+    weights: &'a [W],
+    components: usize,
+    table: &'a [[f32; 4]],
+    out: &'a mut [Rgb<f32>],
+}
+
+impl<W: Copy + Into<f32>> Work for WeightsOfChunk<'_, W> {
+    #[inline(always)]
+    fn work<L: Lanes>(self, lanes: L) {
+        let Self { clusters, weights, components, table, out } = self;
+        let mut numbers = vec![0.0; WIDENED * components];
+        for (at, (clusters, out)) in clusters.chunks(WIDENED).zip(out.chunks_mut(WIDENED)).enumerate() {
+            let weights = &weights[at * WIDENED * components..][..out.len() * components];
+            for (number, w) in numbers.iter_mut().zip(weights) {
+                *number = (*w).into();
+            }
+            let (four_clusters, last_clusters) = clusters.as_chunks::<TOGETHER>();
+            let (four_outs, last_outs) = out.as_chunks_mut::<TOGETHER>();
+            let (four_numbers, last_numbers) = numbers.split_at(TOGETHER * four_clusters.len() * components);
+            for (k, (clusters, out)) in four_clusters.iter().zip(four_outs).enumerate() {
+                let numbers = &four_numbers[k * TOGETHER * components..];
+                weighted_together(lanes, clusters, numbers, components, table, out);
+            }
+            for (k, (cluster, out)) in last_clusters.iter().zip(last_outs).enumerate() {
+                let out = std::array::from_mut(out);
+                weighted_together(lanes, &[*cluster], &last_numbers[k * components..], components, table, out);
+            }
+        }
+    }
+}
+
+/// The sums of `K` receivers side by side.
+#[inline(always)]
+fn weighted_together<L: Lanes, const K: usize>(
+    lanes: L,
+    clusters: &[u16; K],
+    weights: &[f32],
+    components: usize,
+    table: &[[f32; 4]],
+    out: &mut [Rgb<f32>; K],
+) {
+    let mut sums = [lanes.splat(0.0); K];
+    let mut bases: [&[[f32; 4]]; K] = [&[]; K];
+    let mut rows: [&[f32]; K] = [&[]; K];
+    for k in 0..K {
+        let entries = &table[usize::from(clusters[k]) * (components + 1)..];
+        sums[k] = lanes.load(entries[0]);
+        bases[k] = &entries[1..][..components];
+        rows[k] = &weights[k * components..][..components];
+    }
+    for j in 0..components {
+        for k in 0..K {
+            sums[k] = lanes.add_product(sums[k], lanes.splat(rows[k][j]), lanes.load(bases[k][j]));
+        }
+    }
+    for (out, sum) in out.iter_mut().zip(sums) {
+        *out = color(lanes, sum);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lobe_testkit::Random;
+
+    #[test]
+    fn weighted_sums_are_those_of_their_formula() {
+        let mut random = Random::new(3);
+        let receivers = 2 * WIDENED + 7;
+        for components in [0, 1, 4, 9, 16, 17] {
+            let table: Vec<[f32; 4]> =
+                (0..3 * (components + 1)).map(|_| std::array::from_fn(|_| random.signed() as f32)).collect();
+            let clusters: Vec<u16> = (0..receivers as u16).map(|r| r % 3).collect();
+            let weights: Vec<u8> = (0..receivers * components).map(|_| random.next_u64() as u8).collect();
+            let mut out = vec![Rgb::new(0.0, 0.0, 0.0); receivers];
+            weighted(&clusters, &weights, components, &table, &mut out);
+            for (r, found) in out.iter().enumerate() {
+                let start = usize::from(clusters[r]) * (components + 1);
+                let term = |j: usize| f64::from(weights[r * components + j]) * f64::from(table[start + 1 + j][1]);
+                let expected = f64::from(table[start][1]) + (0..components).map(term).sum::<f64>();
+                let error = (f64::from(found.g) - expected).abs();
+                assert!(error < 1e-3, "{components} components, receiver {r}: {} against {expected}", found.g);
+            }
+        }
+    }
+}
