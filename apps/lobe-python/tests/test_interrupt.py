@@ -24,7 +24,7 @@ LONG = {
     "reflectance": "lobe.dfg(np.linspace(0, 1, 10_000_000), 0.5)",
     "an area light": "lobe.AreaLight.disc((0, 0, 1), (0, 0.2, -1), 2.0).irradiance(np.tile([0.0, 0.5, 0.0], (20_000_000, 1)), (0, 1, 1))",
     "techniques": "lobe.EnvMap.bundled('sunset').techniques(1024)",
-    "spheres": "lobe.spheres('built-in:walking-figure', 512, entity='figure', points=1 << 17)",
+    "spheres": "lobe.spheres('built-in:walking-figure', 512, entity='figure', points=1 << 15)",
     "a scene that moves": "lobe.MovingScene('built-in:three-objects', lobe.MovingOptions(order=6, samples=1 << 20)).bake()",
     "a lamp": "lobe.lamp('rectangle', __import__('tempfile').mkdtemp() + '/l.safetensors', size=(1, 1), order=8, pictures=[np.ones((64, 64, 3))], patches=(64, 64))",
     "transfer on the way": "lobe.render('built-in:still-life', lobe.EnvMap.bundled('sunset'), mode='glossy', bake_samples=1 << 20)",

@@ -43,13 +43,13 @@ def test_a_field_that_was_stopped_goes_on(tmp_path):
 
 @pytest.mark.parametrize("storage", ["f32", "f16", "u8", "clustered"])
 def test_self_visibility_is_that_of_the_command(storage, tmp_path):
-    options = "--self-visibility --order 3 --rays 64 --seed 2 --storage"
-    told = lobe_json("field built-in:ball", options, storage, "-o", tmp_path / "a.safetensors")
-    report = lobe.self_visibility("built-in:ball", tmp_path / "b.safetensors", order=3, rays=64, seed=2, storage=storage)
+    mesh = octahedron(tmp_path)
+    told = lobe_json("field", mesh, "--self-visibility --order 3 --rays 64 --seed 2 --storage", storage, "-o", tmp_path / "a.safetensors")
+    report = lobe.self_visibility(mesh, tmp_path / "b.safetensors", order=3, rays=64, seed=2, storage=storage)
     assert (tmp_path / "b.safetensors").read_bytes() == (tmp_path / "a.safetensors").read_bytes()
     assert {key: report[key] for key in ("vertices", "rays")} == {key: told[key] for key in ("vertices", "rays")}
     assert {key: report[key] for key in told["storage"]} == told["storage"]
-    assert len(list(tmp_path.iterdir())) == 2, "no checkpoint is left"
+    assert len(list(tmp_path.iterdir())) == 3, "no checkpoint is left beside the mesh and both files"
 
 
 @pytest.mark.parametrize("storage", ["f16", "u8", "clustered"])

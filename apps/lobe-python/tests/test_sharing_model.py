@@ -80,6 +80,7 @@ def test_all_shards_are_done_whatever_befalls_machines():
         assert len(model.done_times(bake, 16, shards)) == 64, case
 
 
+@pytest.mark.nightly
 def test_the_table_of_the_chapter_is_what_the_program_prints():
     printed = subprocess.run([sys.executable, PROGRAM], capture_output=True, text=True, check=True).stdout
     assert printed in (GUIDE / "sharing.md").read_text(encoding="utf-8")
