@@ -17,11 +17,10 @@ use crate::{Context, GpuError, SceneView};
 /// binding that WebGPU warrants.
 const COPIED: u64 = 128 << 20;
 
-/// Copies one after the other for which the device is waited once, so that the wait is a small part; more of them where that many take
-/// less than `QUICK_SECONDS`, of which the wait, some tenth of a millisecond, would be a percent.
-const COPIES: usize = 8;
-const MORE_COPIES: usize = 64;
-const QUICK_SECONDS: f64 = 0.02;
+/// As many copies one after the other as take about this long are waited for once: of that the wait, some tenths of a millisecond, is a
+/// percent; but no more than so many.
+const WAITED_SECONDS: f64 = 0.02;
+const MOST_COPIES: f64 = 64.0;
 
 /// What the passes of a renderer take: printed, a table.
 #[derive(Clone, Debug, PartialEq)]
@@ -137,7 +136,7 @@ fn seconds_a_copy(context: &Context, copy: &Copies<'_>) -> Result<f64, GpuError>
         Ok::<_, GpuError>(begin.elapsed().as_secs_f64() / copies as f64)
     };
     run(1)?;
-    let copies = if COPIES as f64 * run(COPIES)? < QUICK_SECONDS { MORE_COPIES } else { COPIES };
+    let copies = (WAITED_SECONDS / run(1)?).clamp(1.0, MOST_COPIES) as usize;
     (0..3).try_fold(f64::INFINITY, |least, _| Ok(least.min(run(copies)?)))
 }
 

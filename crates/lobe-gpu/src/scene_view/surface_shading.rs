@@ -1,6 +1,7 @@
 //! Shading of surfaces: irradiance, transfer, lightmaps, glossy transfer, split sum.
 
 use std::ops::Range;
+use std::sync::LazyLock;
 
 use bytemuck::{Pod, Zeroable};
 use lobe_env::DfgTable;
@@ -23,6 +24,9 @@ use crate::transfer::gpu_matrices::{add_incident, incident_bytes};
 use crate::transfer::gpu_transfer::{Rows, add_clustered, add_light, add_transfer};
 use crate::transfer::texture_transfer::{add_transfer_texture, unshadowed, vertices_in_texture};
 use crate::{Context, GpuError, Storage};
+
+/// The table of what shines among matte meshes: the same for all scenes, computed for the first.
+static DFG: LazyLock<DfgTable> = LazyLock::new(DfgTable::default);
 
 /// What lights the surfaces of a scene.
 #[derive(Clone, Copy, Debug)]
@@ -363,7 +367,7 @@ impl Prepared<'_> {
         let gloss = GlossShape { is_microfacets, first: first as u32, roughness, unused: 0 };
         self.renderer.uniform(&format!("gloss{of}"), &gloss)?;
         if !self.renderer.has("dfg") {
-            SplitSum::add_dfg_to(&DfgTable::default(), self.renderer, "dfg")?;
+            SplitSum::add_dfg_to(&DFG, self.renderer, "dfg")?;
         }
         let order = matrices.order();
         self.lights.0.push((format!("light{of}"), LightUse::Lobe(order, lobe.zonal(order))));
