@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 
 use lobe::io::Job;
 use lobe::prt::{CompressOptions, PrtError};
-use lobe::scene::{AnimatedScene, Entity, Mesh, Scene};
+use lobe::scene::{AnimatedScene, Entity, Scene};
 use lobe::sh::Rgb;
 use lobe::shadow::{
     FieldOptions, FieldReport, FieldStorage, Lamp, LampSequence, LogTable, LogTableOptions, PatchField, RadianceField,
     RadianceOptions, Rectangle, ShadowError, SphereFitMethod, SphereFitOptions, StorageReport, SurfaceVisibility,
-    VisibilityOptions, bake_field, bake_field_shard, bake_visibility, fit_spheres, write_field, write_lamp,
+    VisibilityOptions, bake_field, bake_field_shard, bake_vertex_visibility, fit_spheres, write_field, write_lamp,
     write_log_table, write_spheres, write_visibility,
 };
 use numpy::{PyArrayDyn, PyReadonlyArray3, PyUntypedArrayMethods as _};
@@ -133,12 +133,8 @@ pub(crate) fn self_visibility<'py>(
     prepare(&output, SAFETENSORS, &[&scene.path])?;
     let (storage, scene) = (settings.storage()?, read(py, scene)?);
     let options = VisibilityOptions::default().order(settings.order).rays(settings.rays).seed(settings.seed);
-    let vectors = |of: fn(&Mesh) -> &[[f32; 3]]| scene.meshes().iter().flat_map(of).copied().collect::<Vec<_>>();
-    let (positions, normals) = (vectors(Mesh::positions), vectors(Mesh::normals));
     let checkpoint = beside(&output, ".checkpoint");
-    let rows = watched(py, progress.as_ref(), Some(&checkpoint), |job| {
-        bake_visibility(&scene, &positions, &normals, &options, job)
-    })?;
+    let rows = watched(py, progress.as_ref(), Some(&checkpoint), |job| bake_vertex_visibility(&scene, &options, job))?;
     let stored = py.detach(|| {
         let visibility = SurfaceVisibility::new(settings.order, rows)?;
         write_visibility(&output, &visibility, &storage)
@@ -146,8 +142,8 @@ pub(crate) fn self_visibility<'py>(
     let stored = stored.map_err(|error: ShadowError| error_of(&error))?;
     let _ = fs::remove_file(&checkpoint);
     let all = report_of(py, &stored)?;
-    all.set_item("vertices", positions.len())?;
-    all.set_item("rays", positions.len() as u64 * u64::from(settings.rays))?;
+    all.set_item("vertices", scene.vertex_count())?;
+    all.set_item("rays", scene.vertex_count() as u64 * u64::from(settings.rays))?;
     Ok(all)
 }
 

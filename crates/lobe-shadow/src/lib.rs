@@ -11,7 +11,7 @@
 //! | scenes of entities in files | [`SceneDescription`], its [`LampDescription`]s |
 //! | occlusion fields | [`OcclusionField`], [`FieldGrid`], [`bake_field`], [`bake_field_shard`], [`FieldOptions`] |
 //! | files of fields | [`write_field`], [`read_field`], [`FieldStorage`] |
-//! | visibility of an entity's own surface | [`bake_visibility`]; files of it [`SurfaceVisibility`], [`write_visibility`], [`read_visibility`] |
+//! | visibility of an entity's own surface | [`bake_visibility`], [`bake_vertex_visibility`]; files of it [`SurfaceVisibility`], [`write_visibility`], [`read_visibility`] |
 //! | lamps near by | [`LampSurface`], its [`RadianceField`], [`PatchField`]; files of them [`Lamp`], [`write_lamp`], [`read_lamp`] |
 //! | entities together, and shading | [`ShadowFields`], [`PlacedField`], [`LocalLight`], [`ShadowReceivers`] |
 //! | sphere sets | [`SphereSet`], [`fit_spheres`], [`SphereFitOptions`] |
@@ -46,7 +46,7 @@ pub use accumulate::sphere_tree::SphereTree;
 pub use description::{EntityDescription, SceneDescription, StillDescription};
 pub use error::ShadowError;
 pub use field::bake_field::{
-    FieldOptions, FieldReport, VisibilityOptions, bake_field, bake_field_shard, bake_visibility,
+    FieldOptions, FieldReport, VisibilityOptions, bake_field, bake_field_shard, bake_vertex_visibility, bake_visibility,
 };
 pub use field::field_file::{read_field, read_field_bytes, write_field};
 pub use field::field_grid::{FieldGrid, RadialInterpolation};

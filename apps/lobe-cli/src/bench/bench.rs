@@ -31,7 +31,7 @@ pub(crate) struct BenchCommand {
     /// Seconds for each line of the table
     #[arg(long, value_name = "S", default_value = "0.5", value_parser = values::positive)]
     seconds: f64,
-    /// Print {"machine": {"instructions", "gflops", "store_first_level", "copy_second_level", "store", "read"}, "jobs": [{"job",
+    /// Print {"machine": {"instructions", "gflops", "store_first_level", "copy_second_level", "store", "store_past_caches", "read"}, "jobs": [{"job",
     /// "order", "item", "nanoseconds", "floor", "bound", "ratio"}]} instead of text: rates in bytes per nanosecond; floor, bound and
     /// ratio are null where none is known
     #[arg(long)]
@@ -94,10 +94,10 @@ impl BenchCommand {
 
 /// What the machine does at most.
 fn head(floors: &Floors) -> String {
-    let Floors { instructions, gflops, store_first_level, copy_second_level, store, read } = floors;
+    let Floors { instructions, gflops, store_first_level, copy_second_level, store, store_past_caches, read } = floors;
     format!(
         "one thread, {instructions}: {gflops:.0} GFLOP/s; GB/s: first-level cache {store_first_level:.0} written, second-level \
-         cache {copy_second_level:.0} copied,\nmemory {store:.1} written, {read:.1} read. Floor: the larger of arithmetic and bytes.\n\n"
+         cache {copy_second_level:.0} copied,\nmemory {store:.1} written, {store_past_caches:.1} past the caches, {read:.1} read. Floor: the larger of arithmetic and bytes.\n\n"
     )
 }
 

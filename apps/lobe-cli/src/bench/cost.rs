@@ -33,7 +33,7 @@ impl Cost {
         let (rate, name) = match self.level {
             Level::First => (floors.store_first_level, "first-level cache"),
             Level::Second => (floors.copy_second_level, "second-level cache"),
-            Level::Written => (floors.store, "memory, written"),
+            Level::Written => (floors.store.max(floors.store_past_caches), "memory, written"),
             Level::Read => (floors.read, "memory, read"),
         };
         let (arithmetic, bytes) = (self.operations / floors.gflops, self.bytes / rate);
@@ -113,7 +113,8 @@ mod tests {
             gflops: 10.0,
             store_first_level: 100.0,
             copy_second_level: 50.0,
-            store: 5.0,
+            store: 3.0,
+            store_past_caches: 5.0,
             read: 8.0,
         };
         let floor = |operations, bytes, level| Cost { operations, bytes, level }.floor(&floors);

@@ -4,7 +4,7 @@
 use std::hint::black_box;
 use std::time::Duration;
 
-use lobe::sh::simd::{Kernel, Machine};
+use lobe::sh::simd::{Kernel, Machine, copy_past_caches};
 use pulp::Simd;
 use serde::Serialize;
 
@@ -36,8 +36,10 @@ pub(crate) struct Floors {
     pub(crate) store_first_level: f64,
     /// Bytes read and written in a nanosecond, in the second-level cache.
     pub(crate) copy_second_level: f64,
-    /// Bytes written in a nanosecond, in memory, by ordinary stores. Jobs whose results go past the caches can be quicker.
+    /// Bytes written in a nanosecond, in memory, by ordinary stores.
     pub(crate) store: f64,
+    /// The same past the caches.
+    pub(crate) store_past_caches: f64,
     /// Bytes read in a nanosecond, in memory.
     pub(crate) read: f64,
 }
@@ -59,6 +61,10 @@ impl Floors {
         let second = nanoseconds(time, || machine.run(Copy { to: black_box(&mut to), from: black_box(&from) }));
         let mut numbers = vec![0.0; MEMORY];
         let store = nanoseconds(time, || machine.run(Store { to: black_box(&mut numbers), value: black_box(1.0) }));
+        let from = vec![1.0; FIRST_LEVEL];
+        let past_caches = nanoseconds(time, || {
+            black_box(&mut numbers).chunks_exact_mut(FIRST_LEVEL).for_each(|to| copy_past_caches(&from, to));
+        });
         let read = nanoseconds(time, || {
             black_box(machine.run(Sum(black_box(&numbers))));
         });
@@ -68,6 +74,7 @@ impl Floors {
             store_first_level: bytes(FIRST_LEVEL) / first,
             copy_second_level: bytes(SECOND_LEVEL) / second,
             store: bytes(MEMORY) / store,
+            store_past_caches: bytes(MEMORY) / past_caches,
             read: bytes(MEMORY) / read,
         }
     }
@@ -211,8 +218,8 @@ mod tests {
     #[test]
     fn rates_are_finite_and_above_zero() {
         let floors = Floors::measure(Duration::from_millis(1));
-        let Floors { gflops, store_first_level, copy_second_level, store, read, .. } = floors;
-        let all = [gflops, store_first_level, copy_second_level, store, read];
+        let Floors { gflops, store_first_level, copy_second_level, store, store_past_caches, read, .. } = floors;
+        let all = [gflops, store_first_level, copy_second_level, store, store_past_caches, read];
         assert!(all.iter().all(|rate| rate.is_finite() && *rate > 0.0), "{floors:?}");
     }
 }

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
-use lobe::scene::{Mesh, Scene};
+use lobe::scene::Scene;
 use lobe::shadow::{
     FieldOptions, FieldReport, FieldStorage, StorageReport, SurfaceVisibility, VisibilityOptions, bake_field,
-    bake_field_shard, bake_visibility, write_field, write_visibility,
+    bake_field_shard, bake_vertex_visibility, write_field, write_visibility,
 };
 use serde::Serialize;
 
@@ -173,12 +173,10 @@ impl Field {
         let what = format!("the visibility of {vertices} vertices at order {}", self.order);
         let numbers = vertices * self.order * self.order;
         self.memory.check(&what, COPIES * size_of::<f32>() as u64 * numbers as u64, "fewer bands (--order)")?;
-        let vectors = |of: fn(&Mesh) -> &[[f32; 3]]| scene.meshes().iter().flat_map(of).copied().collect::<Vec<_>>();
-        let (positions, normals) = (vectors(Mesh::positions), vectors(Mesh::normals));
         let defaults = VisibilityOptions::default();
         let per_vertex = self.rays.unwrap_or(defaults.rays);
         let options = defaults.order(self.order).rays(per_vertex).seed(self.seed);
-        let rows = checkpoint.watched(talk, |job| bake_visibility(scene, &positions, &normals, &options, job))?;
+        let rows = checkpoint.watched(talk, |job| bake_vertex_visibility(scene, &options, job))?;
         let visibility = SurfaceVisibility::new(self.order, rows)?;
         let storage = write_visibility(&self.output, &visibility, form)?;
         self.storage.tell_if_larger(&storage, talk);

@@ -10,7 +10,7 @@ fn jobs_are_measured_beside_their_floors() {
     let dir = Dir::new();
     let printed: Value =
         serde_json::from_str(&dir.lobe("bench product square --seconds 0.001 --json").stdout()).unwrap();
-    for rate in ["gflops", "store_first_level", "copy_second_level", "store", "read"] {
+    for rate in ["gflops", "store_first_level", "copy_second_level", "store", "store_past_caches", "read"] {
         assert!(printed["machine"][rate].as_f64().unwrap() > 0.0, "{rate}: {printed}");
     }
     let jobs = printed["jobs"].as_array().unwrap();

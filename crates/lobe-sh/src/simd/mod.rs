@@ -20,6 +20,8 @@ pub use lane::Lane;
 pub use lanes::{LANES, Lanes};
 pub use machine::{Kernel, Machine};
 #[cfg(feature = "std")]
+pub use past_caches::copy_past_caches;
+#[cfg(feature = "std")]
 pub(crate) use wide::rounded;
 #[cfg(feature = "std")]
 pub use wide::{Wide, constant};

@@ -13,14 +13,54 @@ use core::mem::size_of_val;
 
 use crate::simd::Lane;
 
-/// Results of at least as many bytes go past the caches: nothing of so many would be found in the caches of most
-/// machines. Of 36 MB, a million directions of order 3, non-temporal stores took 1.4 times as long into planes and as long into a batch; of 144 MB,
-/// order 6, 0.5 and 0.42 of the time (Xeon, AVX-512).
+/// Results of at least as many bytes go past the caches however large these are. Of 36 MB, a million directions of order 3, non-temporal
+/// stores took 1.4 times as long into planes and as long into a batch on a Xeon whose last cache holds them; of 144 MB, order 6, 0.5 and
+/// 0.42 of the time.
 const MANY_BYTES: usize = 40 << 20;
 
-/// Whether results are so large that they go past the caches.
+/// Whether results are so large that they go past the caches: as large as the last cache, where the processor tells how large that is.
 pub(crate) fn are_many<T>(results: &[T]) -> bool {
-    cfg!(target_arch = "x86_64") && size_of_val(results) >= MANY_BYTES
+    cfg!(target_arch = "x86_64") && size_of_val(results) >= last_cache().unwrap_or(MANY_BYTES).min(MANY_BYTES)
+}
+
+/// The bytes of the last cache.
+fn last_cache() -> Option<usize> {
+    static BYTES: std::sync::OnceLock<Option<usize>> = std::sync::OnceLock::new();
+    #[cfg(target_arch = "x86_64")]
+    let ask = told_by_processor;
+    #[cfg(not(target_arch = "x86_64"))]
+    let ask = || None;
+    *BYTES.get_or_init(ask)
+}
+
+/// What `cpuid` says of caches, level by level: leaf 4 of Intel, 0x8000001D of AMD, of one layout.
+#[cfg(target_arch = "x86_64")]
+fn told_by_processor() -> Option<usize> {
+    use core::arch::x86_64::{__cpuid, __cpuid_count};
+
+    const EXTENDED: u32 = 0x8000_0000;
+    /// More than processors have of them.
+    const MOST_CACHES: u32 = 8;
+
+    let bytes_of = |leaf: u32| {
+        let caches = (0..MOST_CACHES).map(|k| __cpuid_count(leaf, k)).take_while(|cache| cache.eax & 31 != 0);
+        let last = caches.max_by_key(|cache| cache.eax >> 5 & 7)?;
+        let [line, partitions, ways] =
+            [last.ebx & 0xfff, last.ebx >> 12 & 0x3ff, last.ebx >> 22].map(|n| n as usize + 1);
+        Some(line * partitions * ways * (last.ecx as usize + 1))
+    };
+    let has = |leaf: u32| __cpuid(leaf & EXTENDED).eax >= leaf;
+    [0x8000_001d, 4].into_iter().filter(|leaf| has(*leaf)).find_map(bytes_of)
+}
+
+/// Copies numbers past the caches, for results that are larger than these and not read soon: their lines are neither read from
+/// memory before they are overwritten, nor do they take the place of others. On machines that are not x86-64 an ordinary copy.
+///
+/// # Panics
+/// If the lengths differ.
+pub fn copy_past_caches(from: &[f32], to: &mut [f32]) {
+    copy(from, to);
+    finish();
 }
 
 /// Copies numbers, whole lines past the caches. [`finish`] is to be called before another thread may read them.
@@ -71,6 +111,7 @@ pub(crate) fn finish() {
 
 #[cfg(test)]
 mod tests {
+    use alloc::vec;
     use alloc::vec::Vec;
 
     use super::*;
@@ -87,6 +128,15 @@ mod tests {
                 assert!(others.into_iter().all(|x| *x == T::ZERO), "beside {count} from {start} on");
             }
         }
+    }
+
+    #[test]
+    fn a_cache_that_is_told_has_the_size_of_one() {
+        if let Some(bytes) = last_cache() {
+            assert!((1 << 16..1 << 32).contains(&bytes), "{bytes}");
+        }
+        let [few, many] = [1 << 10, MANY_BYTES].map(|bytes| vec![0_u8; bytes]);
+        assert!(!are_many(&few) && (are_many(&many) || !cfg!(target_arch = "x86_64")), "at most 40 MiB");
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use derive_setters::Setters;
 use lobe_io::{Fingerprint, Job, RecordFormat, Shard};
 use lobe_prt::fingerprint_scene;
-use lobe_scene::{Bvh, Scene};
+use lobe_scene::{Bvh, Mesh, Scene};
 use lobe_sh::Dir;
 
 use crate::field::axial::Axial;
@@ -251,6 +251,19 @@ impl Default for VisibilityOptions {
     fn default() -> Self {
         Self { order: 4, rays: 1024, seed: 0 }
     }
+}
+
+/// [`bake_visibility`] of all vertices, mesh by mesh: that of the surface of an entity itself.
+///
+/// # Errors
+/// As [`bake_visibility`].
+pub fn bake_vertex_visibility(
+    scene: &Scene,
+    options: &VisibilityOptions,
+    job: Job<'_>,
+) -> Result<Vec<f32>, ShadowError> {
+    let vectors = |of: fn(&Mesh) -> &[[f32; 3]]| scene.meshes().iter().flat_map(of).copied().collect::<Vec<_>>();
+    bake_visibility(scene, &vectors(Mesh::positions), &vectors(Mesh::normals), options, job)
 }
 
 /// The visibility of the sky at points of a scene's surface, hidden by the scene itself: `order²` numbers for each.

@@ -4,7 +4,10 @@ use std::ops::ControlFlow;
 
 use lobe_io::{Job, Progress};
 use lobe_sh::{Dir, Zonal};
-use lobe_shadow::{FieldOptions, RadialInterpolation, ShadowError, VisibilityOptions, bake_field, bake_visibility};
+use lobe_shadow::{
+    FieldOptions, RadialInterpolation, ShadowError, VisibilityOptions, bake_field, bake_vertex_visibility,
+    bake_visibility,
+};
 use lobe_testkit::Random;
 
 use crate::shapes::{ball, rabbit, scene, torus};
@@ -121,6 +124,9 @@ fn a_convex_surface_hides_the_half_below_it_and_a_cosine_takes_the_rest() {
     let [positions, normals] = [mesh.positions(), mesh.normals()].map(|all| which.map(|k: usize| all[k]));
     let options = VisibilityOptions::default().order(5).rays(4096);
     let visible = bake_visibility(&scene, &positions, &normals, &options, Job::default()).unwrap();
+    let few = VisibilityOptions::default().order(2).rays(8);
+    let of_mesh = bake_visibility(&scene, mesh.positions(), mesh.normals(), &few, Job::default()).unwrap();
+    assert_eq!(bake_vertex_visibility(&scene, &few, Job::default()).unwrap(), of_mesh, "of all vertices");
     let half = Zonal::cone(5, std::f64::consts::FRAC_PI_2);
     for (normal, visible) in normals.iter().zip(visible.chunks_exact(25)) {
         let expected = half.towards(Dir::from_f32(*normal).unwrap(), 1.0_f64);
