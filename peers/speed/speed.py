@@ -134,7 +134,9 @@ class Measured:
         self.absent = [worker for worker in workers if worker.absent]
 
     def add_lobe(self, printed):
-        self.machine = printed["machine"]
+        for key, rate in printed["machine"].items():
+            # As floors are the least of all rounds, rates are the highest.
+            self.machine[key] = max(rate, self.machine.get(key, rate))
         for row in printed["jobs"]:
             kept = self.rows.setdefault((row["job"], row["order"]), dict(row))
             for key in ("nanoseconds", "floor"):

@@ -38,7 +38,7 @@ pub(crate) struct Floors {
     pub(crate) copy_second_level: f64,
     /// Bytes written in a nanosecond, in memory, by ordinary stores.
     pub(crate) store: f64,
-    /// The same past the caches.
+    /// The same past the caches, from the second-level cache.
     pub(crate) store_past_caches: f64,
     /// Bytes read in a nanosecond, in memory.
     pub(crate) read: f64,
@@ -61,9 +61,9 @@ impl Floors {
         let second = nanoseconds(time, || machine.run(Copy { to: black_box(&mut to), from: black_box(&from) }));
         let mut numbers = vec![0.0; MEMORY];
         let store = nanoseconds(time, || machine.run(Store { to: black_box(&mut numbers), value: black_box(1.0) }));
-        let from = vec![1.0; FIRST_LEVEL];
+        let from = vec![1.0; SECOND_LEVEL];
         let past_caches = nanoseconds(time, || {
-            black_box(&mut numbers).chunks_exact_mut(FIRST_LEVEL).for_each(|to| copy_past_caches(&from, to));
+            black_box(&mut numbers).chunks_exact_mut(SECOND_LEVEL).for_each(|to| copy_past_caches(&from, to));
         });
         let read = nanoseconds(time, || {
             black_box(machine.run(Sum(black_box(&numbers))));

@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use clap::Parser;
+use anyhow::bail;
+use clap::{ArgGroup, Parser, ValueEnum as _};
 use lobe::prt::GlossyLobe;
 use lobe::render::MovingMethod;
 use lobe_gpu::Storage;
@@ -15,6 +16,7 @@ use crate::loading::moving_light::LitOn;
 /// Without arguments a window opens on a built-in scene.
 #[derive(Clone, Debug, Parser)]
 #[command(name = "lobe-viewer", version, max_term_width = 100)]
+#[command(group(ArgGroup::new("without_window").args(["headless", "bench"]).multiple(true)))]
 pub(crate) struct Arguments {
     /// Scenes (.glb, .gltf, .obj, .ply), environments (.hdr, .exr, ..) and scenes that move (.json) to open in the window
     #[arg(value_name = "FILE", conflicts_with_all = ["headless", "bench"])]
@@ -28,16 +30,16 @@ pub(crate) struct Arguments {
     /// The light paths that are shown; of a scene that moves, how its parts hide the sky
     #[arg(long, value_enum, default_value = "interreflected")]
     pub(crate) mode: ModeName,
-    /// Transfer for the scene that was kept by itself: vectors as they are, in clusters or lobes, a lightmap (.exr), or with --mode
-    /// glossy matrices; nothing is baked then
-    #[arg(long, value_name = "FILE", conflicts_with = "parts")]
+    /// A file of transfer that was baked for this scene: vectors, clustered or zonal; a lightmap (.exr); with --mode glossy transfer
+    /// matrices. Nothing is baked then
+    #[arg(long, value_name = "FILE", requires = "without_window", conflicts_with = "parts")]
     pub(crate) transfer: Option<PathBuf>,
-    /// The lobe of reflection about the mirrored view, with --mode glossy
-    #[arg(long, value_name = "phong:E|ggx:ALPHA", default_value = "ggx:0.3")]
-    pub(crate) lobe: GlossyLobe,
-    /// The roughness √α of microfacets, 0 to 1, with --mode specular
-    #[arg(long, value_name = "X", default_value_t = 0.5, value_parser = roughness)]
-    pub(crate) roughness: f64,
+    /// glossy: the lobe of reflection about the mirrored view [default: ggx:0.3]
+    #[arg(long, value_name = "phong:E|ggx:ALPHA", requires = "without_window")]
+    pub(crate) lobe: Option<GlossyLobe>,
+    /// specular: the roughness √α of microfacets, 0 to 1 [default: 0.5]
+    #[arg(long, value_name = "X", requires = "without_window", value_parser = roughness)]
+    pub(crate) roughness: Option<f64>,
     /// Spheres for each part, with --mode exponentials; four times as many of a part that changes its shape
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) spheres: u16,
@@ -93,6 +95,25 @@ pub(crate) struct Arguments {
     pub(crate) software: bool,
 }
 
+impl Arguments {
+    /// Refuses what says how surfaces reflect where the mode does not ask for it.
+    pub(crate) fn check_surfaces(&self) -> anyhow::Result<()> {
+        use ModeName::{Glossy, Interreflected, Shadowed, Specular};
+        let transfer = self.transfer.as_ref().map(|file| format!("--transfer {}", file.display()));
+        for (given, modes) in [
+            (self.lobe.map(|_| "--lobe".to_owned()), &[Glossy][..]),
+            (self.roughness.map(|_| "--roughness".to_owned()), &[Specular]),
+            (transfer, &[Shadowed, Interreflected, Glossy]),
+        ] {
+            if let Some(option) = given.filter(|_| !modes.contains(&self.mode)) {
+                let modes: Vec<String> = modes.iter().map(|mode| mode.name()).collect();
+                bail!("{option}: only with --mode {}; leave the option out", modes.join(", "));
+            }
+        }
+        Ok(())
+    }
+}
+
 /// The light paths of a scene that stands still, and the ways of one that moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum ModeName {
@@ -115,6 +136,11 @@ pub(crate) enum ModeName {
 }
 
 impl ModeName {
+    /// The name on the command line.
+    pub(crate) fn name(self) -> String {
+        self.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default()
+    }
+
     /// Of one that moves.
     pub(crate) fn of_moving(self) -> Option<MovingMethod> {
         match self {

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use clap::ValueEnum as _;
 use lobe::scene::built_in;
 use lobe_gpu::{BenchReport, PassTime, SceneViewOptions, ViewOutput};
 use serde_json::json;
@@ -37,7 +36,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let copied = BenchReport::copied_bytes_a_second(&context)?;
     let receivers = arguments.receivers as usize;
     let shadows = (receivers > 0).then(|| measure(&context, order, receivers)).transpose()?;
-    let mode = arguments.mode.to_possible_value().map(|mode| mode.get_name().to_owned());
+    let mode = arguments.mode.name();
     let floor = |bytes: u64| 1e3 * bytes as f64 / copied;
     let [width, height] = size;
     if arguments.json {
@@ -69,7 +68,6 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         floor(bytes),
         1e-6 * bytes as f64
     );
-    let mode = mode.unwrap_or_default();
     println!("{name}: {vertices} vertices, {mode}, order {order}, {width} x {height}, {rays} x {rays} samples a pixel");
     println!("{rate:.1} frames a second with the sky turning");
     if let Some(found) = shadows {

@@ -1,7 +1,7 @@
 //! The command line: what opens a window, and what renders and measures without one.
 //!
 //! Read `args`, then `shown`, what lights the surfaces, and `prepared`, which makes a scene ready for a device, `headless` and `moving`,
-//! `bench` and `exponentials`, and `told`, progress, and `failure`. Uses `loading`
+//! `bench` and `exponentials`, `progress` and `failure`. Uses `loading`
 //! and `widgets`.
 
 pub(crate) mod args;
@@ -11,5 +11,5 @@ pub(crate) mod failure;
 pub(crate) mod headless;
 pub(crate) mod moving;
 pub(crate) mod prepared;
+pub(crate) mod progress;
 pub(crate) mod shown;
-pub(crate) mod told;

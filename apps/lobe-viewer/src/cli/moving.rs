@@ -13,8 +13,8 @@ use lobe_gpu::{Environment, SceneView, SceneViewOptions, SurfaceShading, Turntab
 use crate::cli::args::Arguments;
 use crate::cli::failure::note;
 use crate::cli::prepared::device;
+use crate::cli::progress::progress;
 use crate::cli::shown::ORDER;
-use crate::cli::told::progress;
 use crate::loading::moving_bakes::moving_bake_options;
 use crate::loading::moving_light::MovingLight;
 use crate::loading::moving_source::{is_file, open_moving, with_files};
@@ -28,6 +28,7 @@ pub(crate) fn run(
     options: &SceneViewOptions,
     output: &Path,
 ) -> anyhow::Result<()> {
+    arguments.check_surfaces()?;
     let sky = open_sky(&arguments.env, &arguments.limits)?;
     let mut scene = with_files(open_moving(source, &arguments.limits)?, &arguments.parts)?;
     let baked = scene.order();

@@ -1,5 +1,7 @@
 //! Light of the surfaces of a scene that stands still: by what its file or another holds, or what is baked for it.
 
+use std::path::Path;
+
 use anyhow::{anyhow, bail};
 use lobe::env::{DfgTable, MappedMap, PrefilterOptions, cube_source, prefilter_ggx};
 use lobe::io::Job;
@@ -10,14 +12,20 @@ use lobe::prt::{
 use lobe_gpu::{Environment, GlossyMesh, SplitSum, Storage, SurfaceShading};
 
 use crate::cli::args::{Arguments, ModeName};
-use crate::cli::told::progress;
+use crate::cli::progress::progress;
 use crate::loading::bake::{GlossyBake, SceneData, bake_glossy, bake_options, bake_scene};
-use crate::loading::kept_transfer::KeptTransfer;
+use crate::loading::kept_transfer::{KeptTransfer, to_vectors};
 use crate::loading::mode::Mode;
 use crate::loading::places::Places;
 
 /// Bands without another choice, where nothing is baked yet.
 pub(crate) const ORDER: usize = 4;
+
+/// The lobe of `--mode glossy` without another choice, as of `lobe render`.
+const LOBE: GlossyLobe = GlossyLobe::Ggx(0.3);
+
+/// The roughness of `--mode specular` without another choice.
+const ROUGHNESS: f64 = 0.5;
 
 /// What lights surfaces.
 pub(crate) enum Shown {
@@ -41,6 +49,7 @@ impl Shown {
         baked: Option<Box<Baked>>,
         sky: &MappedMap,
     ) -> anyhow::Result<Self> {
+        arguments.check_surfaces()?;
         let mode = match arguments.mode {
             ModeName::Unshadowed => Mode::Unshadowed,
             ModeName::Shadowed => Mode::Shadowed,
@@ -53,43 +62,41 @@ impl Shown {
             }
         };
         if let Some(file) = &arguments.transfer {
-            let kept = KeptTransfer::read(data, file, &arguments.limits).map_err(|line| anyhow!(line))?;
-            let KeptTransfer::Vectors(transfer, recipe, places) = kept else {
-                bail!("{}: transfer matrices; ask for --mode glossy", file.display());
+            let name = file.display();
+            let KeptTransfer::Vectors(transfer, recipe, places) = read_kept(arguments, data, file)? else {
+                bail!("--transfer {name}: transfer matrices; ask for --mode glossy");
             };
-            return Self::kept(arguments, mode, &file.display().to_string(), (transfer, &recipe, places));
+            let found = mode_of(&recipe);
+            if mode.bakes() != [found] {
+                bail!("--transfer {name}: baked as {0}; ask for --mode {0}", found.name());
+            }
+            return Self::kept(arguments, &name.to_string(), (transfer, places));
         }
         if let Some(file) = baked {
+            if mode == Mode::Unshadowed {
+                return Ok(Self::Irradiance(arguments.order.map_or(file.transfer.order(), usize::from)));
+            }
+            let found = mode_of(&file.recipe);
+            if !mode.bakes().iter().all(|needed| *needed == found) {
+                let (wanted, found, name) = (mode.title().to_lowercase(), found.name(), &data.name);
+                bail!("--mode {wanted}: {name} was baked as {found}; ask for that, or for the scene it was baked from");
+            }
             let places = Places::vertices(&file.recipe);
-            return Self::kept(arguments, mode, &data.name, (file.transfer.into(), &file.recipe, places));
+            return Self::kept(arguments, &data.name, (file.transfer.into(), places));
         }
         Self::baked(arguments, mode, data)
     }
 
-    /// Transfer that file `name` holds, if it is of this mode.
-    fn kept(
-        arguments: &Arguments,
-        mode: Mode,
-        name: &str,
-        (transfer, recipe, places): (AnyTransfer, &Recipe, Places),
-    ) -> anyhow::Result<Self> {
-        let found = recipe.mode.unwrap_or(BakeMode::Interreflected);
-        if mode == Mode::Unshadowed {
-            return Ok(Self::Irradiance(arguments.order.map_or(transfer.order(), usize::from)));
-        }
-        if !mode.bakes().iter().all(|needed| *needed == found) {
-            let (wanted, found) = (mode.title().to_lowercase(), found.name());
-            bail!("--mode {wanted}: {name} was baked as {found}; ask for that, or for the scene it was baked from");
-        }
+    /// Transfer that file `name` holds; clusters stay clusters where a device can show them.
+    fn kept(arguments: &Arguments, name: &str, (transfer, places): (AnyTransfer, Places)) -> anyhow::Result<Self> {
         expect_order(arguments, name, transfer.order())?;
-        Ok(match (transfer, places) {
-            (AnyTransfer::Compressed(compressed), Places::Vertices) => Self::Clusters(compressed),
-            (AnyTransfer::Compressed(compressed), places) => {
-                Self::Transfer(compressed.to_transfer(), places, Vec::new())
+        match (transfer, places) {
+            (AnyTransfer::Compressed(compressed), Places::Vertices) => Ok(Self::Clusters(compressed)),
+            (transfer, places) => {
+                let transfer = to_vectors(transfer, name, &arguments.limits).map_err(|line| anyhow!(line))?;
+                Ok(Self::Transfer(transfer, places, Vec::new()))
             }
-            (AnyTransfer::Zonal(lobes), places) => Self::Transfer(lobes.to_transfer(), places, Vec::new()),
-            (AnyTransfer::Plain(transfer), places) => Self::Transfer(transfer, places, Vec::new()),
-        })
+        }
     }
 
     fn baked(arguments: &Arguments, mode: Mode, data: &SceneData) -> anyhow::Result<Self> {
@@ -111,9 +118,8 @@ impl Shown {
 
     fn glossy(arguments: &Arguments, data: &SceneData) -> anyhow::Result<Self> {
         let matrices = if let Some(file) = &arguments.transfer {
-            let kept = KeptTransfer::read(data, file, &arguments.limits).map_err(|line| anyhow!(line))?;
-            let KeptTransfer::Matrices(matrices) = kept else {
-                bail!("{}: transfer of what diffuses light; ask for the mode of its bake, not glossy", file.display());
+            let KeptTransfer::Matrices(matrices) = read_kept(arguments, data, file)? else {
+                bail!("--transfer {}: of what diffuses light; ask for the --mode of its bake", file.display());
             };
             expect_order(arguments, &file.display().to_string(), matrices.order())?;
             matrices
@@ -127,19 +133,16 @@ impl Shown {
             let (receivers, job) = (Receivers::at_vertices(&data.scene)?, Job::default().watched_by(&mut watch));
             bake_matrices(&data.scene, &data.bvh, &receivers, &options, job)?.0
         };
-        Ok(Self::Matrices(matrices, arguments.lobe))
+        Ok(Self::Matrices(matrices, arguments.lobe.unwrap_or(LOBE)))
     }
 
     fn specular(arguments: &Arguments, sky: &MappedMap) -> anyhow::Result<Self> {
-        if let Some(file) = &arguments.transfer {
-            bail!("--transfer {}: --mode specular has no transfer; leave the option out", file.display());
-        }
         let options = PrefilterOptions::default();
         let mut watch = progress("prefiltering");
         let source = cube_source(sky, options.size, Job::default())?;
         let levels = prefilter_ggx(&source, &options, Job::default().watched_by(&mut watch))?;
         let environment = Environment::of_levels(&levels, options.roughness)?;
-        Ok(Self::Specular(SplitSum { environment, dfg: DfgTable::default() }, arguments.roughness))
+        Ok(Self::Specular(SplitSum { environment, dfg: DfgTable::default() }, arguments.roughness.unwrap_or(ROUGHNESS)))
     }
 
     /// The bands of the light that is shown; microfacets reflect all of it.
@@ -173,10 +176,21 @@ impl Shown {
     }
 }
 
+fn read_kept(arguments: &Arguments, data: &SceneData, file: &Path) -> anyhow::Result<KeptTransfer> {
+    KeptTransfer::read(data, file, &arguments.limits).map_err(|line| anyhow!(line))
+}
+
+/// The light paths of a bake.
+fn mode_of(recipe: &Recipe) -> BakeMode {
+    recipe.mode.unwrap_or(BakeMode::Interreflected)
+}
+
 /// Refuses to show more bands than a file has.
 fn expect_order(arguments: &Arguments, name: &str, found: usize) -> anyhow::Result<()> {
     match arguments.order.map(usize::from) {
-        Some(order) if order > found => bail!("--order {order}: {name} was baked to order {found}; ask for that"),
+        Some(order) if order > found => {
+            bail!("--order {order}: {name} was baked to order {found}; ask for that or less")
+        }
         _ => Ok(()),
     }
 }

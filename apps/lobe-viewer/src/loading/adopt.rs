@@ -3,12 +3,11 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use lobe::prt::{AnyTransfer, TransferMatrices};
+use lobe::prt::TransferMatrices;
 
 use crate::loading::bake::{GlossyBake, SceneData, SceneNews, shining, vertices_of};
-use crate::loading::kept_transfer::KeptTransfer;
+use crate::loading::kept_transfer::{KeptTransfer, to_vectors};
 use crate::loading::limits::ReadLimits;
-use crate::loading::places::Places;
 use crate::loading::task::Control;
 
 /// Reads a file of transfer or of transfer matrices for the scene that is open.
@@ -23,17 +22,7 @@ pub(crate) fn adopt(
     let news = match KeptTransfer::read(data, path, limits)? {
         KeptTransfer::Matrices(matrices) => SceneNews::Glossy(meshes_of(data, &name, &matrices)?),
         KeptTransfer::Vectors(transfer, recipe, places) => {
-            if !matches!(places, Places::Texels(_)) {
-                // Before clusters or lobes are made into vectors, of which a small file can hold many.
-                let numbers = 3 * transfer.receivers() * transfer.order().pow(2);
-                limits.check_memory(&name, (size_of::<f32>() * numbers) as u64)?;
-            }
-            let transfer = match transfer {
-                AnyTransfer::Plain(transfer) => transfer,
-                AnyTransfer::Compressed(compressed) => compressed.to_transfer(),
-                AnyTransfer::Zonal(lobes) => lobes.to_transfer(),
-            };
-            SceneNews::of_file(transfer, &recipe, places)
+            SceneNews::of_file(to_vectors(transfer, &name, limits)?, &recipe, places)
         }
     };
     control.send(news);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use lobe::image::ExrLayers;
 use lobe::io::read_file;
 use lobe::prt::{
-    AnyTransfer, Lightmap, PrtError, Recipe, TransferMatrices, read_any_transfer_bytes, read_matrices_bytes,
+    AnyTransfer, Lightmap, PrtError, Recipe, Transfer, TransferMatrices, read_any_transfer_bytes, read_matrices_bytes,
 };
 
 use crate::loading::bake::SceneData;
@@ -33,6 +33,13 @@ impl KeptTransfer {
     /// One line that names the file, and says what is wrong with it or why it is not of this scene.
     pub(crate) fn read(data: &SceneData, path: &Path, limits: &ReadLimits) -> Result<Self, String> {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let kind = FileKind::of(path)?;
+        if !matches!(kind, FileKind::Matrices | FileKind::Transfer) {
+            return Err(format!(
+                "{name}: expected transfer or transfer matrices of {}, found another kind of file",
+                data.name
+            ));
+        }
         let bytes = match given(path) {
             Some(bytes) => bytes,
             None => {
@@ -42,7 +49,7 @@ impl KeptTransfer {
             }
         };
         let line = |error: PrtError| error.to_string();
-        if FileKind::of(path)? == FileKind::Matrices {
+        if kind == FileKind::Matrices {
             let (matrices, _) = read_matrices_bytes(&bytes, &name).map_err(line)?;
             expect_vertices(data, &format!("{name}: transfer matrices"), matrices.points())?;
             return Ok(Self::Matrices(matrices));
@@ -60,6 +67,20 @@ impl KeptTransfer {
             Places::vertices(&recipe)
         };
         Ok(Self::Vectors(transfer, Box::new(recipe), places))
+    }
+}
+
+/// Vectors of any form, unless they take too much memory: a small file can hold clusters or lobes of many.
+///
+/// # Errors
+/// One line that names the file and the limit.
+pub(crate) fn to_vectors(transfer: AnyTransfer, name: &str, limits: &ReadLimits) -> Result<Transfer, String> {
+    let numbers = 3 * transfer.receivers() * transfer.order().pow(2);
+    let bytes = (size_of::<f32>() * numbers) as u64;
+    match transfer {
+        AnyTransfer::Plain(transfer) => Ok(transfer),
+        AnyTransfer::Compressed(compressed) => limits.check_memory(name, bytes).map(|()| compressed.to_transfer()),
+        AnyTransfer::Zonal(lobes) => limits.check_memory(name, bytes).map(|()| lobes.to_transfer()),
     }
 }
 

@@ -5,8 +5,8 @@ use std::process::{Command, Output};
 
 use lobe::io::Job;
 use lobe::prt::{
-    BakeOptions, CompressOptions, CompressedTransfer, Receivers, Recipe, WeightBits, bake, bake_matrices,
-    write_compressed_transfer, write_matrices, write_transfer,
+    BakeOptions, Channels, CompressOptions, CompressedTransfer, Receivers, Recipe, WeightBits, ZonalTransfer, bake,
+    bake_matrices, write_compressed_transfer, write_matrices, write_transfer, write_zonal_transfer,
 };
 use lobe::scene::{Bvh, built_in};
 
@@ -54,7 +54,17 @@ fn bad_input_is_one_line_and_exit_code_2() {
         ("--headless built-in:ball --mode glossy --order 8 --max-memory 0.01 -o a.png", "transfer matrices"),
         ("--headless built-in:ball --mode glossy --lobe cone:1 -o a.png", "cone:1"),
         ("--headless built-in:ball --mode specular --roughness 1.5 -o a.png", "1.5"),
-        ("--headless built-in:ball --mode specular --transfer bad.safetensors -o a.png", "--mode specular"),
+        ("--headless built-in:ball --mode specular --transfer bad.safetensors -o a.png", "--transfer bad.safetensors"),
+        (
+            "--headless built-in:ball --mode unshadowed --transfer bad.safetensors -o a.png",
+            "--transfer bad.safetensors",
+        ),
+        ("--headless built-in:three-objects --mode fields --transfer bad.safetensors -o a.png", "--transfer"),
+        ("--headless built-in:ball --lobe ggx:0.2 -o a.png", "--lobe: only with --mode glossy"),
+        ("--headless built-in:ball --roughness 0.2 -o a.png", "--roughness: only with --mode specular"),
+        ("--transfer bad.safetensors", "--headless"),
+        ("--headless built-in:ball --transfer three.obj -o a.png", "three.obj: expected transfer"),
+        ("--headless built-in:ball --transfer wide.pfm -o a.png", "wide.pfm: expected transfer"),
         ("--headless built-in:ball --transfer none.safetensors -o a.png", "none.safetensors"),
         ("--headless built-in:ball --transfer bad.safetensors -o a.png", "bad.safetensors"),
         ("--headless three.obj --max-triangles 1 -o a.png", "start with a higher --max-triangles"),
@@ -107,6 +117,12 @@ fn transfer_of_a_file_shows_what_its_bake_would() {
     let most = CompressOptions::default().clusters(2).components(27).weights(WeightBits::F32);
     let (compressed, _) = CompressedTransfer::new(&transfer, &most, Job::default()).unwrap();
     write_compressed_transfer(at.join("clusters.safetensors"), &compressed, &recipe).unwrap();
+    // In memory 132 bytes a vertex while they are read, and 768 as vectors of colors.
+    let vertices = scene.vertex_count();
+    let lobes = ZonalTransfer::new(8, Channels::Gray, 1, vec![[0.0, 0.0, 1.0]; vertices], vec![0.1; 8 * vertices]);
+    let lobes = lobes.unwrap();
+    let limit = format!("{:.9}", 400.0 * vertices as f64 / f64::from(1 << 30));
+    write_zonal_transfer(at.join("lobes.safetensors"), &lobes, &recipe).unwrap();
     let (matrices, _) = bake_matrices(&scene, &bvh, &receivers, &options, Job::default()).unwrap();
     write_matrices(at.join("matrices.safetensors"), &matrices, &recipe, Job::default()).unwrap();
     let small = "--headless built-in:ball --env made:evening --size 48x32 --rays 1 --software";
@@ -132,15 +148,16 @@ fn transfer_of_a_file_shows_what_its_bake_would() {
     assert_ne!(sharp.pixels(), glossy.pixels(), "another lobe");
     for (arguments, word) in [
         ("--transfer matrices.safetensors -o a.exr", "--mode glossy"),
-        ("--transfer vectors.safetensors --mode glossy -o a.exr", "diffuses"),
-        ("--transfer vectors.safetensors --mode shadowed -o a.exr", "interreflected"),
+        ("--transfer vectors.safetensors --mode glossy -o a.exr", "diffuses light"),
+        ("--transfer vectors.safetensors --mode shadowed -o a.exr", "ask for --mode interreflected"),
         ("--transfer vectors.safetensors --order 4 -o a.exr", "baked to order 3"),
+        (&format!("--transfer lobes.safetensors --max-memory {limit} -o a.exr"), "lobes.safetensors: takes up to"),
     ] {
         let said = error(at, &format!("{small} {arguments}"));
         assert!(said.contains(word), "{arguments}: {said}");
     }
-    let other = format!("--headless built-in:columns --transfer vectors.safetensors {}", "-o a.exr");
-    assert!(error(at, &other).contains("vertices"), "of another scene");
+    let said = error(at, "--headless built-in:columns --transfer vectors.safetensors -o a.exr");
+    assert!(said.contains("vertices"), "of another scene: {said}");
 }
 
 #[test]
@@ -154,12 +171,19 @@ fn microfacets_turn_with_their_sky_and_blur_it_by_their_roughness() {
     }
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(viewer(at, &format!("{small} --roughness 0.1 -o smooth.exr")).status.success());
+    assert!(viewer(at, &format!("{small} --env made:even -o even.exr")).status.success());
     let read = |name: &str| lobe::image::read_picture(at.join(name), &Default::default()).unwrap().0;
-    let [first, turned, smooth] = ["turned.0000.exr", "turned.0001.exr", "smooth.exr"].map(read);
-    // The middle of the picture is the ball.
-    let ball = |picture: &lobe::image::Picture| picture.pixels()[16 * 48 + 24];
-    assert_ne!(ball(&first), ball(&turned), "the sky turned half around");
-    assert_ne!(ball(&first), ball(&smooth), "another roughness");
+    let [first, turned, smooth, even] = ["turned.0000.exr", "turned.0001.exr", "smooth.exr", "even.exr"].map(read);
+    // Over the ball, in the middle of the picture: what differs from its mean.
+    let contrast = |picture: &lobe::image::Picture| {
+        let ball: Vec<f32> = (12..20).flat_map(|y| (20..28).map(move |x| picture.pixels()[48 * y + x][1])).collect();
+        let mean = ball.iter().sum::<f32>() / ball.len() as f32;
+        (ball.iter().map(|g| (g / mean - 1.0).powi(2)).sum::<f32>() / ball.len() as f32).sqrt()
+    };
+    let [rough, mirror, under_even] = [&first, &smooth, &even].map(contrast);
+    assert!(mirror > 1.2 * rough && rough > 2.0 * under_even, "{mirror}, {rough}, {under_even}");
+    let apart = apart(&turned, &first);
+    assert!(apart > 0.05, "the sky turned half around: {apart} of the brightest");
 }
 
 /// The largest difference of two pictures, over the brightest of the second.

@@ -17,10 +17,11 @@ use crate::{Context, GpuError, SceneView};
 /// binding that WebGPU warrants.
 const COPIED: u64 = 128 << 20;
 
-/// As many copies one after the other as take about this long are waited for once: of that the wait, some tenths of a millisecond, is a
-/// percent; but no more than so many.
-const WAITED_SECONDS: f64 = 0.02;
-const MOST_COPIES: f64 = 64.0;
+/// Copies one after the other for which the device is waited once, so that the wait, some tenths of a millisecond, is a small part: one where
+/// it takes `SLOW_SECONDS` by itself, more of them where a few take less than that together.
+const COPIES: usize = 8;
+const MORE_COPIES: usize = 64;
+const SLOW_SECONDS: f64 = 0.02;
 
 /// What the passes of a renderer take: printed, a table.
 #[derive(Clone, Debug, PartialEq)]
@@ -136,7 +137,13 @@ fn seconds_a_copy(context: &Context, copy: &Copies<'_>) -> Result<f64, GpuError>
         Ok::<_, GpuError>(begin.elapsed().as_secs_f64() / copies as f64)
     };
     run(1)?;
-    let copies = (WAITED_SECONDS / run(1)?).clamp(1.0, MOST_COPIES) as usize;
+    let copies = if run(1)? >= SLOW_SECONDS {
+        1
+    } else if COPIES as f64 * run(COPIES)? < SLOW_SECONDS {
+        MORE_COPIES
+    } else {
+        COPIES
+    };
     (0..3).try_fold(f64::INFINITY, |least, _| Ok(least.min(run(copies)?)))
 }
 

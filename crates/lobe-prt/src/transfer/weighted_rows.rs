@@ -1,6 +1,6 @@
 //! Weighted sums out of a table of each cluster, in explicit SIMD lanes.
 //!
-//! The order of each sum is that of `dot_rows`: the same for any width of registers and any number of threads.
+//! Each sum is in the order of the components, whatever the width of registers and the number of threads, and nothing is fused.
 
 use lobe_sh::Rgb;
 use rayon::prelude::*;

@@ -64,6 +64,7 @@ impl Kernel for Values<'_> {
     #[inline(always)]
     fn wide<S: pulp::Simd>(self, simd: S) {
         if self.order > HIGHEST_ORDER {
+            // The recurrence has no code for blocks in lanes.
             return self.plain();
         }
         let functions = self.functions.chunks_exact(coefficient_count(self.order));

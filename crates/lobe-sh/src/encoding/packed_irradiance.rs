@@ -71,7 +71,8 @@ impl PackedIrradiance {
         Rgb::from_channels(|c| dot4(self.a[c], linear) + dot4(self.b[c], quadratic) + self.c[c] * (x * x - y * y))
     }
 
-    /// [`PackedIrradiance::eval`] for many normals, in single precision.
+    /// [`PackedIrradiance::eval`] for many normals, in single precision: within 2e-6 where the coefficients are at most 1 (test
+    /// `every_machine_has_the_value_of_each_normal`).
     ///
     /// # Panics
     /// If the numbers of normals and values differ.

@@ -5,7 +5,7 @@ use crate::simd::{Kernel, LANES, Lanes};
 #[cfg(feature = "std")]
 use crate::simd::{Wide, constant};
 
-/// The vectors of [`PackedIrradiance::to_vectors`] at each normal of blocks: `out` has a color for each normal that there is.
+/// The vectors of [`PackedIrradiance::to_vectors`](crate::PackedIrradiance::to_vectors) at each normal of blocks: `out` has a color for each normal that there is.
 pub(super) struct EvalPacked<'a> {
     pub(super) vectors: [[f32; 4]; 7],
     pub(super) normals: &'a [[Lanes; 3]],
