@@ -228,23 +228,26 @@ def test_a_scheduler_without_workers_is_told_and_one_that_joins_does_the_work(pr
     assert result == [1, 2] if what == "map" else pathlib.Path(output).read_bytes() == whole
 
 
-def test_ctrl_c_ends_the_program_in_one_line_and_the_same_command_goes_on(tmp_path, whole):
-    options = [part for name in ("mode", "order", "samples") for part in (f"--{name}", str(getattr(OPTIONS, name)))]
+def test_ctrl_c_ends_the_program_in_one_line_and_the_same_command_goes_on(tmp_path):
+    # Long enough that it has not ended before the signal is there.
+    lengthy = lobe.BakeOptions(mode=OPTIONS.mode, order=OPTIONS.order, samples=1024)
+    lobe.bake(SCENE, tmp_path / "whole.safetensors", lengthy)
+    options = [part for name in ("mode", "order", "samples") for part in (f"--{name}", str(getattr(lengthy, name)))]
     command = [sys.executable, "-m", "lobe.distributed", SCENE, "-o", "o.safetensors", "--shards", "60", *options]
-    # A group of its own, all of which gets the signal, as from a terminal.
-    program = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True, start_new_session=True)
     lines = []
-    for line in program.stderr:
-        lines.append(line)
-        if line.startswith("progress: 3 of"):
-            os.killpg(program.pid, signal.SIGINT)
-    assert program.wait() == 130, lines
+    # A group of its own, all of which gets the signal, as from a terminal.
+    with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True, start_new_session=True) as program:
+        for line in program.stderr:
+            lines.append(line)
+            if line.startswith("progress: 3 of"):
+                os.killpg(program.pid, signal.SIGINT)
+    assert program.returncode == 130, lines
     # Dask's page may be on another port, where a cluster beside this one has the usual one.
     told = [line for line in lines if not line.startswith(("progress: ", "warning: Port "))]
     assert told == ["error: stopped; the same command takes up the shards that are done\n"], told
     again = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert again.returncode == 0 and not again.stderr.startswith("progress: 0 "), again.stderr
-    assert (tmp_path / "o.safetensors").read_bytes() == whole
+    assert (tmp_path / "o.safetensors").read_bytes() == (tmp_path / "whole.safetensors").read_bytes()
 
 
 @pytest.mark.parametrize(
