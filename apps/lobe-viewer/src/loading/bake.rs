@@ -175,6 +175,8 @@ pub(crate) fn open(
         control.send(SceneNews::AskBeforeBake);
         return Ok(());
     }
+    // All processors are its own from here on: it lets the window draw the scene first.
+    control.wait();
     let folder = if opened.is_built_in { folder } else { &UserFolder::none() };
     rounds(control, &data, order, KEPT_SAMPLES, folder)
 }

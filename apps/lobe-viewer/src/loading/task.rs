@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 
 use lobe::io::Progress;
@@ -52,6 +52,9 @@ pub enum TaskEvent<T> {
 struct Shared {
     is_cancelled: AtomicBool,
     state: Mutex<State>,
+    is_released: Mutex<bool>,
+    /// When it was released or cancelled.
+    released: Condvar,
 }
 
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -141,6 +144,13 @@ impl<T> Task<T> {
     /// Tells the work to stop, which it does at its next report.
     pub fn cancel(&self) {
         self.shared.is_cancelled.store(true, Ordering::Relaxed);
+        self.release();
+    }
+
+    /// Lets work go on that [waits](Control::wait) for it, now or later.
+    pub fn release(&self) {
+        *locked(&self.shared.is_released) = true;
+        self.shared.released.notify_all();
     }
 }
 
@@ -159,6 +169,13 @@ impl<T> Control<T> {
     /// Names what is being done, and forgets how far it was.
     pub fn stage(&self, stage: impl Into<String>) {
         self.enter(State::Working(stage.into(), None));
+    }
+
+    /// Waits until the task is [released](Task::release), or nobody waits for its results any more.
+    pub fn wait(&self) {
+        let released = &self.shared.released;
+        let held = released.wait_while(locked(&self.shared.is_released), |is_released| !*is_released);
+        drop(held);
     }
 
     /// Says that it waits for something to do.

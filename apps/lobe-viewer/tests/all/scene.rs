@@ -55,6 +55,22 @@ fn it_opens_bakes_and_shows_each_mode_by_its_key_and_by_its_name() {
 }
 
 #[test]
+fn two_frames_of_a_scene_are_drawn_before_its_bake_takes_the_processors() {
+    let mut harness = open(|_| ());
+    while harness.state_mut().export().is_none() {
+        harness.step();
+    }
+    for frame in 0..2 {
+        // Longer than this scene takes to be baked with few paths.
+        std::thread::sleep(std::time::Duration::from_millis(200));
+        assert!(harness.query_by_label_contains("transfer, 8 paths").is_none(), "frame {frame}");
+        assert!(harness.state().transfer().is_none(), "frame {frame}");
+        harness.step();
+    }
+    step_until(&mut harness, |room| room.transfer().is_some());
+}
+
+#[test]
 fn a_change_is_undone_and_made_again() {
     let mut harness = open(|_| ());
     settle(&mut harness);

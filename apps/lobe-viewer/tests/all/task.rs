@@ -83,3 +83,45 @@ fn a_panic_of_the_work_is_a_failure_in_one_line() {
     assert_eq!(events[0], TaskEvent::Result(()), "what came before");
     assert!(matches!(&events[1], TaskEvent::Failed(line) if line.contains("fault of this program")), "{events:?}");
 }
+
+#[test]
+fn work_that_waits_goes_on_when_it_is_released_before_or_after_it_waits_and_when_it_is_cancelled() {
+    type Act = fn(&Task<u8>);
+    let ways: [(Act, &[TaskEvent<u8>]); 2] =
+        [(Task::release, &[TaskEvent::Result(2), TaskEvent::Done]), (Task::cancel, &[TaskEvent::Cancelled])];
+    for (act, expected) in ways {
+        for is_early in [false, true] {
+            let (go, begin) = std::sync::mpsc::channel::<()>();
+            let task = Task::start(
+                "baker",
+                || (),
+                move |control| {
+                    begin.recv().map_err(|error| error.to_string())?;
+                    control.send(1);
+                    control.wait();
+                    if !control.is_cancelled() {
+                        control.send(2);
+                    }
+                    Ok(())
+                },
+            );
+            if is_early {
+                act(&task);
+            }
+            go.send(()).unwrap();
+            let mut events = Vec::new();
+            while events.is_empty() {
+                events = task.events();
+            }
+            assert_eq!(events.remove(0), TaskEvent::Result(1), "what it had before it waited");
+            if !is_early {
+                assert_eq!((events.len(), task.events().len()), (0, 0), "it waits");
+                act(&task);
+            }
+            if !matches!(events.last(), Some(TaskEvent::Done | TaskEvent::Cancelled)) {
+                events.extend(all(&task));
+            }
+            assert_eq!(events, expected, "early: {is_early}");
+        }
+    }
+}

@@ -202,6 +202,7 @@ impl SceneRoom {
                 News::Sky => self.viewport.fit_exposure(),
             }
         }
+        self.work.let_bake(ctx);
         if self.is_turning {
             let seconds = ctx.input(|input| f64::from(input.stable_dt.min(0.1)));
             self.edits.turn = (self.edits.turn + SPEED * seconds).rem_euclid(std::f64::consts::TAU);

@@ -26,6 +26,10 @@ pub(crate) const REST: Duration = Duration::from_millis(250);
 /// Samples of a pixel along each axis, at rest.
 const RAYS_AT_REST: u32 = 2;
 
+/// The exposure fits a picture with so many times fewer pixels along each axis: its average is the same, and the first picture, which
+/// waits for it, is there sooner.
+const FITTING_SCALE: u32 = 4;
+
 /// How often times on the device are measured, which waits for it.
 const MEASURE: Duration = Duration::from_secs(1);
 
@@ -113,6 +117,24 @@ fn same<T>(a: Option<&Arc<T>>, b: Option<&Arc<T>>) -> bool {
     }
 }
 
+/// Sets what a picture of a frame depends on.
+fn aim(view: &SceneView, frame: &Frame) -> Result<(), GpuError> {
+    if let Some(camera) = frame.orbit.on_device() {
+        view.set_camera(&camera)?;
+    }
+    view.set_light(&frame.light)?;
+    view.turn_backdrop(&frame.turn)
+}
+
+/// The light of a frame in few pixels.
+fn small_picture(view: &mut SceneView, frame: &Frame) -> Result<Picture, GpuError> {
+    let [width, height] = frame.size.map(|pixels| pixels.div_ceil(FITTING_SCALE));
+    view.resize(&SceneViewOptions::default().width(width).height(height).rays(1))?;
+    aim(view, frame)?;
+    view.render()?;
+    view.picture()
+}
+
 impl Viewport {
     /// The texture that shows the frame, which is drawn if anything differs from the last. A picture without pixels is none.
     pub(crate) fn draw(
@@ -192,31 +214,25 @@ impl Viewport {
     fn render(&mut self, gpu: &Gpu, frame: &Frame, rays: u32) -> Result<(), GpuError> {
         let Some((key, view)) = &mut self.view else { return Ok(()) };
         let begin = Instant::now();
+        let factor = match self.fitting {
+            Some(factor) => factor,
+            None if IN_PAGE => *self.fitting.insert(fitting(&picture_of_vertices(key, &frame.light))),
+            None => *self.fitting.insert(fitting(&small_picture(view, frame)?)),
+        };
         let [width, height] = frame.size;
-        // While things move only the display is drawn; the exposure is that of a picture whose light is kept.
-        let is_moving = rays < RAYS_AT_REST && self.fitting.is_some();
-        let output = if is_moving { ViewOutput::Display } else { ViewOutput::LightAndDisplay };
+        // At rest the light is kept, for comparisons.
+        let output = if rays < RAYS_AT_REST { ViewOutput::Display } else { ViewOutput::LightAndDisplay };
         let options = SceneViewOptions::default().width(width).height(height).rays(rays).output(output);
         if *view.options() != options {
             view.resize(&options)?;
             self.texture = Some(gpu.show(self.texture, &view.renderer().view("display")?));
         }
-        if let Some(camera) = frame.orbit.on_device() {
-            view.set_camera(&camera)?;
-        }
-        view.set_light(&frame.light)?;
-        view.turn_backdrop(&frame.turn)?;
-        let factor = match self.fitting {
-            Some(factor) => factor,
-            None if IN_PAGE => *self.fitting.insert(fitting(&picture_of_vertices(key, &frame.light))),
-            None => {
-                view.render()?;
-                *self.fitting.insert(fitting(&view.picture()?))
-            }
-        };
+        aim(view, frame)?;
         view.set_tone(&photograph(factor, frame.exposure))?;
         let now = Instant::now();
-        let is_due = !IN_PAGE && self.measured.is_none_or(|measured| now.duration_since(measured) >= MEASURE);
+        // Not for the first picture, which has no time to lose.
+        let measured = *self.measured.get_or_insert(now);
+        let is_due = !IN_PAGE && now.duration_since(measured) >= MEASURE;
         if is_due {
             let times = view.renderer().run_timed()?;
             self.status.gpu = times.iter().map(|pass| pass.milliseconds).sum();

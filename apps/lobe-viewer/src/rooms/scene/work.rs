@@ -20,6 +20,9 @@ use crate::rooms::scene::opened::{Opened, failure, take_back};
 /// What a page says in place of a bake.
 const NO_BAKES: &str = "A page with one thread does not bake: drop a .glb that lobe bake wrote, for its shadows.";
 
+/// Frames with a scene before it is baked, for which all processors are taken: for the first, a device compiles what draws it.
+const FRAMES_BEFORE_BAKE: usize = 2;
+
 /// Files that are open or being opened, and the tasks that do it.
 pub(crate) struct Work {
     pub(crate) limits: ReadLimits,
@@ -29,6 +32,8 @@ pub(crate) struct Work {
     scene: Opened<SceneData>,
     sky: Opened<OpenedSky>,
     scene_task: Option<Task<SceneNews>>,
+    /// Frames that are still to be drawn before the task of the scene may bake.
+    frames_to_draw: usize,
     sky_task: Option<Task<OpenedSky>>,
     /// Files of transfer, for the scene when that is open, one after the other.
     adopting: VecDeque<PathBuf>,
@@ -51,6 +56,7 @@ impl Work {
             scene: Opened::default(),
             sky: Opened::default(),
             scene_task: None,
+            frames_to_draw: 0,
             sky_task: None,
             adopting: VecDeque::new(),
             is_fallback: false,
@@ -98,6 +104,7 @@ impl Work {
             let (folder, limits) = (self.folder.clone(), self.limits);
             let work = move |control: &_| bake::open(control, &source, order, (&folder, &limits));
             self.scene_task = Some(Task::start("Scene", wake(ctx), work));
+            self.frames_to_draw = 0;
             self.forget_message();
         }
         if self.sky.source != edits.sky {
@@ -114,6 +121,19 @@ impl Work {
             let limits = self.limits;
             let work = move |control: &_| adopt::adopt(control, &data, &path, &limits);
             self.scene_task = Some(Task::start("Transfer", wake(ctx), work));
+        }
+    }
+
+    /// Lets the scene be baked that has been drawn. Called for each frame, after its [news](Self::news).
+    pub(crate) fn let_bake(&mut self, ctx: &Context) {
+        if self.frames_to_draw == 0 {
+            return;
+        }
+        self.frames_to_draw -= 1;
+        if self.frames_to_draw > 0 {
+            ctx.request_repaint();
+        } else if let Some(task) = &self.scene_task {
+            task.release();
         }
     }
 
@@ -175,6 +195,8 @@ impl Work {
             SceneNews::Opened(data) => {
                 self.scene.found = Some(data.clone());
                 self.scene.good.clone_from(&self.scene.source);
+                // And the one in which this came.
+                self.frames_to_draw = FRAMES_BEFORE_BAKE + 1;
             }
             SceneNews::AskBeforeBake => {
                 self.message =
