@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use lobe::env::project_lat_long;
 use lobe::sh::{
-    Functions, Real, Rgb, Rotation, RotationMatrices, Tiled, Vectors, Zonal, coefficient_count, product_into,
+    Functions, Real, Rgb, Rotation, RotationMatrices, ShBatch, Tiled, Vectors, Zonal, coefficient_count, product_into,
     scale_bands_in_place,
 };
 use rayon::prelude::*;
@@ -50,6 +50,28 @@ fn rows<T: Real>(rows: &[T], work: impl Fn(usize, &[T], &mut [T]) + Sync) -> Vec
     out
 }
 
+/// Functions that are worked on side by side.
+const TOGETHER: usize = 64;
+
+/// The same in batches of single precision: `work` has those of some rows, and where the results belong.
+fn batches(sources: &[&[f32]], work: impl Fn(&[ShBatch], &mut ShBatch) + Sync) -> Vec<f32> {
+    let count = coefficient_count(ORDER);
+    let mut out = vec![0.0; sources[0].len()];
+    out.par_chunks_mut(TOGETHER * count).enumerate().for_each(|(k, out)| {
+        let batch = |source: &&[f32]| {
+            let mut batch = ShBatch::zero(ORDER, out.len() / count);
+            let rows = source[k * TOGETHER * count..][..out.len()].chunks_exact(count);
+            rows.enumerate().for_each(|(k, row)| batch.set(k, row));
+            batch
+        };
+        let from: Vec<ShBatch> = sources.iter().map(batch).collect();
+        let mut to = ShBatch::zero(ORDER, out.len() / count);
+        work(&from, &mut to);
+        out.chunks_exact_mut(count).enumerate().for_each(|(k, row)| to.get_into(k, row));
+    });
+    out
+}
+
 /// Values of one function towards directions of any length.
 fn values<T: Tiled>(f: &[T], directions: &[[T; 3]], vectors: AsVectors<T>) -> Vec<T> {
     let (mut out, functions) = (vec![T::ZERO; directions.len()], Functions::new(f, ORDER, 1));
@@ -69,10 +91,19 @@ fn jobs<T: Tiled>(name: &str, batch: usize, vectors: AsVectors<T>) {
 
     let directions: Vec<[T; 3]> = numbers::<T>(3 * batch).as_chunks().0.to_vec();
     tell("eval", least(|| drop(black_box(values(&a[..count], &directions, vectors)))));
-    let matrices = RotationMatrices::<T>::new(&Rotation::from_euler_zyz(0.3, 1.1, -2.0), ORDER);
-    tell("rotate", least(|| drop(black_box(rows(&a, |_, row, out| matrices.apply_into(row, out))))));
-    let product = |k: usize, row: &[T], out: &mut [T]| product_into(row, &b[k * count..][..count], out);
-    tell("product", least(|| drop(black_box(rows(&a, product)))));
+    let turn = Rotation::from_euler_zyz(0.3, 1.1, -2.0);
+    if let (Some(a), Some(b)) = (T::single_slice(&a), T::single_slice(&b)) {
+        let matrices = RotationMatrices::new(&turn, ORDER);
+        let rotate = |from: &[ShBatch], to: &mut ShBatch| from[0].rotated_into(&matrices, to);
+        tell("rotate", least(|| drop(black_box(batches(&[a], rotate)))));
+        let product = |from: &[ShBatch], to: &mut ShBatch| from[0].product_into(&from[1], to);
+        tell("product", least(|| drop(black_box(batches(&[a, b], product)))));
+    } else {
+        let matrices = RotationMatrices::<T>::new(&turn, ORDER);
+        tell("rotate", least(|| drop(black_box(rows(&a, |_, row, out| matrices.apply_into(row, out))))));
+        let product = |k: usize, row: &[T], out: &mut [T]| product_into(row, &b[k * count..][..count], out);
+        tell("product", least(|| drop(black_box(rows(&a, product)))));
+    }
     let factors = Zonal::clamped_cosine(ORDER).convolution_factors();
     let convolve = |_: usize, row: &[T], out: &mut [T]| {
         out.copy_from_slice(row);

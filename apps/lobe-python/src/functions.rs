@@ -1,15 +1,17 @@
 //! Operations on functions on the sphere, one row of coefficients after the other.
 
 use lobe::sh::{
-    Axis, Coefficient, ContentWindow, DeringOptions, DeringOutcome, Expansion as _, Exponential, Real, Rgb, Rotation,
-    RotationMatrices, ShVec, Window, Zonal, band_range, coefficient_count, dering_in_place, mirror_in_place,
+    Axis, Coefficient, ContentWindow, DeringOptions, DeringOutcome, Expansion as _, Exponential, MAX_GAUNT_ORDER, Real,
+    Rgb, Rotation, RotationMatrices, ShVec, Window, Zonal, coefficient_count, dering_in_place, mirror_in_place,
     product_into, window_in_place,
 };
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
 
+use crate::batches;
 use crate::rows::{
-    Number, Numbers, QUICK_ROWS_TOGETHER, RowWork, array_of, contiguous, do_rows, map_rows, shape_error, value_error,
+    Number, Numbers, QUICK_ROWS_TOGETHER, RowWork, array_of, contiguous, do_rows, map_rows, map_typed, shape_error,
+    value_error,
 };
 
 struct Rotate<T>(RotationMatrices<T>);
@@ -33,7 +35,7 @@ impl<T: Real> RowWork<T> for RotateFew {
     }
 }
 
-/// Functions for which matrices are not worth making: at order 10 and 32 they take as long as some 10 rotations without.
+/// Functions for which neither matrices nor batches are worth making: at order 10 and 32 matrices take as long as some 10 rotations without.
 const FEW: usize = 8;
 
 /// Functions turned by a rotation, a matrix whose columns are where the axes go.
@@ -45,12 +47,14 @@ pub(crate) fn rotate<'py>(
     matrix: [[f64; 3]; 3],
 ) -> PyResult<Bound<'py, PyAny>> {
     let rotation = Rotation::from_matrix(matrix).map_err(value_error)?;
-    if c.rows() <= FEW {
-        let work = RotateFew(rotation);
-        return map_rows(py, &c, coefficient_count(order), (&work, &work));
+    let width = coefficient_count(order);
+    match &c {
+        _ if c.rows() <= FEW => map_rows(py, &c, width, (&RotateFew(rotation), &RotateFew(rotation))),
+        Numbers::Single(array) => batches::rotate(py, array, order, &rotation),
+        Numbers::Double(array) => {
+            Ok(map_typed(py, array, width, &Rotate(RotationMatrices::new(&rotation, order)))?.into_any())
+        }
     }
-    let (single, double) = (RotationMatrices::new(&rotation, order), RotationMatrices::new(&rotation, order));
-    map_rows(py, &c, coefficient_count(order), (&Rotate(single), &Rotate(double)))
 }
 
 /// Products of functions, `(rows, a²[, 3])` and `(rows, b²[, 3])`, projected onto `order` bands.
@@ -62,10 +66,18 @@ pub(crate) fn product<'py>(
     order: usize,
 ) -> PyResult<Bound<'py, PyAny>> {
     match (&a, &b) {
+        (Numbers::Single(a), Numbers::Single(b)) if are_batches(a.shape(), b.shape(), order) => {
+            batches::product(py, a, b, order)
+        }
         (Numbers::Single(a), Numbers::Single(b)) => Ok(product_typed(py, a, b, order)?.into_any()),
         (Numbers::Double(a), Numbers::Double(b)) => Ok(product_typed(py, a, b, order)?.into_any()),
         _ => Err(value_error("expected factors of one precision")),
     }
+}
+
+/// Whether these are many functions of one order, which are multiplied side by side.
+fn are_batches(a: &[usize], b: &[usize], order: usize) -> bool {
+    a == b && a.len() > 1 && a[0] > FEW && a[1] == coefficient_count(order) && order <= MAX_GAUNT_ORDER
 }
 
 fn product_typed<'py, T: Number>(
@@ -99,7 +111,7 @@ fn products<C: Coefficient>(py: Python<'_>, rows: usize, width: usize, (a, b): (
     })
 }
 
-/// A factor for each band.
+/// A factor for each coefficient.
 struct Scale(Vec<f64>);
 
 impl<T: Real> RowWork<T> for Scale {
@@ -107,10 +119,8 @@ impl<T: Real> RowWork<T> for Scale {
 
     fn run<C: Coefficient<Scalar = T>>(&self, row: &[C], out: &mut [C]) -> Result<(), String> {
         // In one pass, not by a copy that is scaled in place: this takes as long as memory does.
-        for (l, factor) in self.0.iter().enumerate() {
-            for (out, c) in out[band_range(l)].iter_mut().zip(&row[band_range(l)]) {
-                *out = C::narrow(c.widen().scale(*factor));
-            }
+        for ((out, c), factor) in out.iter_mut().zip(row).zip(&self.0) {
+            *out = C::narrow(c.widen().scale(*factor));
         }
         Ok(())
     }
@@ -119,8 +129,9 @@ impl<T: Real> RowWork<T> for Scale {
 /// Functions whose bands are multiplied by factors.
 #[pyfunction]
 pub(crate) fn scale_bands<'py>(py: Python<'py>, c: Numbers<'py>, factors: Vec<f64>) -> PyResult<Bound<'py, PyAny>> {
-    let (count, work) = (coefficient_count(factors.len()), Scale(factors));
-    map_rows(py, &c, count, (&work, &work))
+    let of_band = |(l, factor): (usize, &f64)| std::iter::repeat_n(*factor, 2 * l + 1);
+    let work = Scale(factors.iter().enumerate().flat_map(of_band).collect());
+    map_rows(py, &c, work.0.len(), (&work, &work))
 }
 
 /// The factors by which a convolution multiplies bands: `cosine`, `phong` (its exponent) or `ggx` (its α).

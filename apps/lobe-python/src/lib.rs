@@ -11,6 +11,7 @@
 
 mod area_lights;
 mod bakes;
+mod batches;
 mod compression;
 mod encodings;
 mod eval;

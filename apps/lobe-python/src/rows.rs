@@ -23,7 +23,10 @@ const FIRST_ROWS: usize = 16;
 /// How long work may go on before the interpreter may stop it: less than anyone waits for.
 pub(crate) const UNSTOPPED: Duration = Duration::from_millis(50);
 
-/// The same of quick work, in which threads would else wait for each other too often.
+/// Numbers of the first rows of quick work, which take a millisecond or two.
+const FIRST_NUMBERS: usize = 1 << 18;
+
+/// [`ROWS_TOGETHER`] of quick work, in which threads would else wait for each other too often.
 pub(crate) const QUICK_ROWS_TOGETHER: usize = 1 << 16;
 
 /// An array of single or double precision; anything else is a `TypeError`.
@@ -88,7 +91,8 @@ pub(crate) fn map_rows<'py>(
     }
 }
 
-fn map_typed<'py, T: Number, W: RowWork<T>>(
+/// The same for one precision.
+pub(crate) fn map_typed<'py, T: Number, W: RowWork<T>>(
     py: Python<'py>,
     array: &PyReadonlyArrayDyn<'py, T>,
     width: usize,
@@ -125,27 +129,42 @@ pub(crate) fn do_rows<C: Coefficient>(
     together: usize,
     work: impl Fn(usize, &mut [C]) -> Result<(), String> + Sync,
 ) -> PyResult<Vec<C>> {
+    do_blocks(py, rows, width, (1, together), work)
+}
+
+/// The same for `block` rows at a time, the last time fewer: `work(k, out)` fills the rows from `k` on that `out` has room for.
+pub(crate) fn do_blocks<C: Coefficient>(
+    py: Python<'_>,
+    rows: usize,
+    width: usize,
+    (block, together): (usize, usize),
+    work: impl Fn(usize, &mut [C]) -> Result<(), String> + Sync,
+) -> PyResult<Vec<C>> {
     let mut out = vec![C::ZERO; rows * width];
-    if width == 0 {
+    if out.is_empty() {
         return Ok(out);
     }
-    if rows == 1 {
+    if rows <= block {
         // To wake another thread takes longer than most functions.
         py.detach(|| work(0, &mut out)).map_err(PyValueError::new_err)?;
         return Ok(out);
     }
     // Quick work begins with enough for all threads.
-    let mut pace = Pace::new(if together > ROWS_TOGETHER { ROWS_TOGETHER } else { FIRST_ROWS }, together);
+    let is_quick = together > ROWS_TOGETHER;
+    let mut pace = Pace::new(if is_quick { FIRST_NUMBERS.div_ceil(width) } else { FIRST_ROWS }, together);
     let (mut first, mut rest) = (0, &mut out[..]);
     while !rest.is_empty() {
         py.check_signals()?;
-        let (part, behind) = rest.split_at_mut((width * pace.rows).min(rest.len()));
+        let (part, behind) = rest.split_at_mut((width * pace.rows.next_multiple_of(block)).min(rest.len()));
         let (count, begun) = (part.len() / width, Instant::now());
         let done = py.detach(|| {
-            let rows = part.par_chunks_exact_mut(width).enumerate();
+            let blocks = part.par_chunks_mut(width * block).enumerate();
+            let work = |(k, out): (usize, &mut [C])| {
+                let row = first + k * block;
+                work(row, out).err().map(|fault| (row, fault))
+            };
             // The first row at fault, for any number of threads.
-            let faults = rows.filter_map(|(k, out)| work(first + k, out).err().map(|fault| (first + k, fault)));
-            faults.min_by_key(|(row, _)| *row)
+            blocks.filter_map(work).min_by_key(|(row, _)| *row)
         });
         if let Some((row, fault)) = done {
             return Err(PyValueError::new_err(format!("function {row}: {fault}")));

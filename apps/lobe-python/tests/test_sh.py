@@ -87,6 +87,23 @@ def test_products_are_their_projections(a, b, out, seed):
     np.testing.assert_allclose(np.asarray(f.product(g, out)), expected, atol=1e-12 * (a + b) ** 2)
 
 
+@pytest.mark.parametrize("order", [1, 2, 3, 4, 6, 7, 9])
+@pytest.mark.parametrize("channels", [(), (3,)])
+@pytest.mark.parametrize("rows", [9, 64, 65, 1000])
+def test_batches_of_single_precision_are_those_of_double_precision_wherever_a_function_is(order, channels, rows):
+    a, b = (random((rows, order**2, *channels), seed) for seed in (5, 6))
+    single = [c.astype(np.float32) for c in (a, b)]
+    r = rotation(7)
+    for work, bound in ((lambda f, g: f.rotate(r), 2e-6), (lambda f, g: f.product(g), 1e-6 * order)):
+        found, expected = (work(lobe.Sh(f), lobe.Sh(g)).coefficients for f, g in (single, (a, b)))
+        assert found.dtype == np.float32 and found.shape == expected.shape
+        assert np.abs(found - expected).max() < bound * np.abs(expected).max(), work
+        # Not the first of the batch, and in a block of another length: the same bytes.
+        some = work(*(lobe.Sh(f[rows // 2 - 4 :]) for f in single)).coefficients
+        if len(some) > 8:
+            np.testing.assert_array_equal(some, found[rows // 2 - 4 :])
+
+
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 @pytest.mark.parametrize("tail", [(16,), (16, 3)])
 def test_one_function_is_done_as_the_first_of_two(dtype, tail):

@@ -1,0 +1,98 @@
+//! Work on many functions side by side, for which a processor has wide instructions.
+
+use bytemuck::cast_slice;
+use lobe::sh::simd::LANES;
+use lobe::sh::{Coefficient, Rgb, Rotation, RotationMatrices, ShBatch};
+use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
+use pyo3::prelude::*;
+
+use crate::rows::{QUICK_ROWS_TOGETHER, array_of, contiguous, do_blocks, shape_error};
+
+/// Rows side by side: whole blocks of sixteen functions, and few enough that they stay in the first cache at order 4.
+const BLOCK: usize = 64;
+
+/// Rows of coefficients in single precision as functions of a batch; the channels of colors are functions of their own.
+fn batch_of<C: Coefficient<Scalar = f32>>(rows: &[C], order: usize) -> ShBatch {
+    let width = order * order;
+    let mut batch = ShBatch::zero(order, C::CHANNELS * rows.len() / width);
+    let blocks = batch.blocks_mut();
+    for (k, row) in rows.chunks_exact(width).enumerate() {
+        for channel in 0..C::CHANNELS {
+            let function = k * C::CHANNELS + channel;
+            let blocks = &mut blocks[function / LANES * width..][..width];
+            blocks.iter_mut().zip(row).for_each(|(block, c)| block.0[function % LANES] = c.channel(channel));
+        }
+    }
+    batch
+}
+
+/// The rows of such a batch.
+fn write_rows<C: Coefficient<Scalar = f32>>(batch: &ShBatch, rows: &mut [C]) {
+    let width = batch.order() * batch.order();
+    for (k, row) in rows.chunks_exact_mut(width).enumerate() {
+        let first = k * C::CHANNELS;
+        for (i, out) in row.iter_mut().enumerate() {
+            let of = |function: usize| batch.blocks()[function / LANES * width + i].0[function % LANES];
+            *out = C::from_channels(|channel| of(first + channel));
+        }
+    }
+}
+
+/// Fills arrays of rows with what `work` makes of batches from as many rows of each source, all of one shape.
+fn map_batches<'py, const N: usize>(
+    py: Python<'py>,
+    sources: [&PyReadonlyArrayDyn<'py, f32>; N],
+    order: usize,
+    work: impl Fn([ShBatch; N], &mut ShBatch) + Sync,
+) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+    let mut values = [&[][..]; N];
+    for (values, source) in values.iter_mut().zip(sources) {
+        *values = contiguous(source)?;
+    }
+    match *sources[0].shape() {
+        [rows, _] => array_of(py, fill(py, rows, order, values, work)?, sources[0].shape()),
+        [rows, _, 3] => {
+            let out: Vec<Rgb<f32>> = fill(py, rows, order, values.map(|values| cast_slice(values)), work)?;
+            array_of(py, bytemuck::cast_vec(out), sources[0].shape())
+        }
+        ref other => Err(shape_error(other)),
+    }
+}
+
+fn fill<C: Coefficient<Scalar = f32>, const N: usize>(
+    py: Python<'_>,
+    rows: usize,
+    order: usize,
+    sources: [&[C]; N],
+    work: impl Fn([ShBatch; N], &mut ShBatch) + Sync,
+) -> PyResult<Vec<C>> {
+    let width = order * order;
+    do_blocks(py, rows, width, (BLOCK, QUICK_ROWS_TOGETHER), |first, out| {
+        let from = sources.map(|source| batch_of(&source[first * width..][..out.len()], order));
+        let mut to = ShBatch::zero(order, C::CHANNELS * out.len() / width);
+        work(from, &mut to);
+        write_rows(&to, out);
+        Ok(())
+    })
+}
+
+/// Functions turned by one rotation.
+pub(crate) fn rotate<'py>(
+    py: Python<'py>,
+    array: &PyReadonlyArrayDyn<'py, f32>,
+    order: usize,
+    rotation: &Rotation,
+) -> PyResult<Bound<'py, PyAny>> {
+    let matrices = RotationMatrices::new(rotation, order);
+    Ok(map_batches(py, [array], order, |[f], turned| f.rotated_into(&matrices, turned))?.into_any())
+}
+
+/// Products of functions of one order, cut off at it.
+pub(crate) fn product<'py>(
+    py: Python<'py>,
+    a: &PyReadonlyArrayDyn<'py, f32>,
+    b: &PyReadonlyArrayDyn<'py, f32>,
+    order: usize,
+) -> PyResult<Bound<'py, PyAny>> {
+    Ok(map_batches(py, [a, b], order, |[a, b], product| a.product_into(&b, product))?.into_any())
+}
