@@ -52,7 +52,7 @@ fn map_batches<'py, const N: usize>(
     match *sources[0].shape() {
         [rows, _] => array_of(py, fill(py, rows, order, values, work)?, sources[0].shape()),
         [rows, _, 3] => {
-            let out: Vec<Rgb<f32>> = fill(py, rows, order, values.map(|values| cast_slice(values)), work)?;
+            let out: Vec<Rgb<f32>> = fill(py, rows, order, values.map(cast_slice), work)?;
             array_of(py, bytemuck::cast_vec(out), sources[0].shape())
         }
         ref other => Err(shape_error(other)),

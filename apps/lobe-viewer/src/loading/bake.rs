@@ -21,9 +21,6 @@ use crate::loading::task::Control;
 /// Paths of the first bakes of a scene, which are there after a moment, before that which is asked for.
 const FIRST_SAMPLES: [u32; 2] = [8, 64];
 
-/// Paths of the bake that is kept.
-pub(crate) const KEPT_SAMPLES: u32 = 256;
-
 /// A scene of more vertices is not baked before the user asks for it: it would take minutes.
 const MOST_UNASKED: usize = 250_000;
 
@@ -155,7 +152,7 @@ pub fn bake_scene(
 pub(crate) fn open(
     control: &Control<SceneNews>,
     source: &Path,
-    order: usize,
+    (order, samples): (usize, u32),
     (folder, limits): (&UserFolder, &ReadLimits),
 ) -> Result<(), String> {
     let name = source.file_name().unwrap_or_default().to_string_lossy();
@@ -178,7 +175,7 @@ pub(crate) fn open(
     // All processors are its own from here on: it lets the window draw the scene first.
     control.wait();
     let folder = if opened.is_built_in { folder } else { &UserFolder::none() };
-    rounds(control, &data, order, KEPT_SAMPLES, folder)
+    rounds(control, &data, order, samples, folder)
 }
 
 /// Bakes what the modes of the window need, first with few paths; takes what was kept instead, and keeps what it made last.

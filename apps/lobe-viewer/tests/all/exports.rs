@@ -17,7 +17,8 @@ use crate::wait::step_until;
 fn app(folder: &std::path::Path) -> Harness<'static, ViewerApp> {
     let user = UserFolder::at(folder);
     let mut kept = Kept::default();
-    (kept.scene.scene, kept.scene.order, kept.export.folder) = ("built-in:furnace".into(), 1, folder.into());
+    (kept.scene.scene, kept.scene.order, kept.scene.samples) = ("built-in:furnace".into(), 1, 16);
+    kept.export.folder = folder.into();
     kept.write(&user);
     let app = ViewerApp::new(None, user, &[]);
     Harness::builder().with_size([1280.0, 800.0]).build_ui_state(|ui, app: &mut ViewerApp| app.show(ui), app)

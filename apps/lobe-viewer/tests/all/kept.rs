@@ -80,6 +80,8 @@ fn every_number_that_is_kept_comes_back_in_its_range_and_the_rooms_stand_it() {
         let back = serde_json::to_value(&read).unwrap();
         assert!(largest(&back) <= 1e6, "{back}");
         assert!((1..=8).contains(&read.scene.order) && (1..=8).contains(&read.functions.order), "{back}");
+        let samples = read.scene.samples;
+        assert!((16..=4096).contains(&samples) && samples.is_power_of_two(), "{back}");
         assert!((1..=8).contains(&read.motion.order) && (1..=8).contains(&read.sky.order), "{back}");
         assert!(read.export.frames >= 2 && read.export.size.iter().all(|side| (1..=4096).contains(side)), "{back}");
         assert!(read.orbit.unwrap().distance > 0.0 && read.orbit.unwrap().camera().is_some(), "{back}");
@@ -98,7 +100,7 @@ fn rooms_open_by_name_and_nothing_panics_in_a_window_of_any_size() {
     let folder = tempfile::tempdir().unwrap();
     let user = UserFolder::at(folder.path());
     let mut kept = Kept::default();
-    (kept.scene.scene, kept.scene.order) = ("built-in:furnace".into(), 1);
+    (kept.scene.scene, kept.scene.order, kept.scene.samples) = ("built-in:furnace".into(), 1, 16);
     kept.write(&user);
     let app = ViewerApp::new(None, user, &[]);
     let mut harness =
@@ -122,6 +124,7 @@ fn the_list_of_keys_fits_into_a_small_window_and_scrolls() {
     let mut kept = Kept::default();
     // As a window of 1280 x 720 at 150 %.
     (kept.scene.scene, kept.scene.order, kept.room) = ("built-in:furnace".into(), 1, RoomName::Functions);
+    kept.scene.samples = 16;
     kept.write(&user);
     let size = [853.0, 480.0];
     let app = ViewerApp::new(None, user, &[]);

@@ -10,7 +10,7 @@ use crate::loading::place::IN_PAGE;
 use crate::loading::scene_source::built_in_source;
 use crate::loading::sky_source;
 use crate::loading::task::Task;
-use crate::rooms::scene::edits::{Comparison, SceneEdits};
+use crate::rooms::scene::edits::{Comparison, PATHS_LOG2, SceneEdits};
 
 /// Orders that the window bakes to.
 const ORDERS: std::ops::RangeInclusive<usize> = 1..=8;
@@ -142,7 +142,7 @@ pub(crate) fn bake<T>(ui: &mut Ui, plan: &mut BakePlan, known: &Known, task: Opt
     ui.add(Slider::new(&mut plan.order, ORDERS).text("Order of the bake"));
     let mut power = plan.samples.max(1).ilog2();
     let slider =
-        Slider::new(&mut power, 4..=12).text("Paths").custom_formatter(|n, _| format!("{}", 1_u32 << n as u32));
+        Slider::new(&mut power, PATHS_LOG2).text("Paths").custom_formatter(|n, _| format!("{}", 1_u32 << n as u32));
     if ui.add(slider).changed() {
         plan.samples = 1 << power;
     }

@@ -1,6 +1,7 @@
 //! The parameters of the room of scenes, which a user changes.
 
 use std::f64::consts::{PI, TAU};
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use lobe::prt::Transfer;
@@ -63,6 +64,8 @@ pub struct SceneEdits {
     pub comparison: Comparison,
     /// Number of bands of the light.
     pub order: usize,
+    /// Paths from each vertex of its bakes, a power of two.
+    pub samples: u32,
     /// What is done to its expansion.
     pub taming: Taming,
     /// Factor of the sky's radiance.
@@ -86,6 +89,7 @@ impl Default for SceneEdits {
             has_gloss: true,
             comparison: Comparison::Off,
             order: 4,
+            samples: 256,
             taming: Taming::None,
             sky_strength: 1.0,
             // The sun from the left of the first view, in whole degrees as its slider has them.
@@ -97,11 +101,15 @@ impl Default for SceneEdits {
     }
 }
 
+/// Paths that can be chosen: powers of 2 by these exponents.
+pub(crate) const PATHS_LOG2: RangeInclusive<u32> = 4..=12;
+
 impl SceneEdits {
     /// Brings its numbers into their ranges.
     pub(crate) fn check(&mut self) {
         let first = Self::default();
         self.order = self.order.clamp(1, Transfer::MAX_ORDER);
+        self.samples = 1 << self.samples.max(1).ilog2().clamp(*PATHS_LOG2.start(), *PATHS_LOG2.end());
         self.taming.check();
         self.sky_strength = within(self.sky_strength, 0.0..=8.0, first.sky_strength);
         self.turn = within(self.turn, 0.0..=TAU, first.turn);

@@ -9,7 +9,7 @@ use lobe::env::MappedMap;
 use lobe::prt::{BakeMode, Transfer};
 use lobe::render::Surfaces;
 
-use crate::loading::bake::{BOUNCES, GlossyBake, KEPT_SAMPLES, SceneData, SceneNews};
+use crate::loading::bake::{BOUNCES, GlossyBake, SceneData, SceneNews};
 use crate::loading::cache::UserFolder;
 use crate::loading::export::SceneExport;
 use crate::loading::file_kind::FileKind;
@@ -53,7 +53,7 @@ pub struct SceneRoom {
     glossy: Vec<GlossyBake>,
     shown: Option<(Mode, Arc<Transfer>)>,
     truth: Truth,
-    plan: BakePlan,
+    bake_order: usize,
     light: SceneLight,
     viewport: Viewport,
     probe: Probe,
@@ -68,7 +68,7 @@ impl SceneRoom {
     #[must_use]
     pub fn new(edits: SceneEdits, orbit: Option<Orbit>, folder: UserFolder) -> Self {
         Self {
-            plan: BakePlan { order: edits.order.clamp(1, Transfer::MAX_ORDER), samples: KEPT_SAMPLES },
+            bake_order: edits.order.clamp(1, Transfer::MAX_ORDER),
             edits,
             wants_frame: orbit.is_none(),
             orbit: orbit.unwrap_or_default(),
@@ -195,7 +195,7 @@ impl SceneRoom {
 
     /// Starts what the edits ask for, and takes what has come. Called for each frame.
     pub fn advance(&mut self, ctx: &Context) {
-        self.work.start(ctx, &self.edits, self.plan);
+        self.work.start(ctx, &self.edits, self.plan());
         for news in self.work.news(&mut self.edits) {
             match news {
                 News::Scene(news) => self.take_scene_news(news),
@@ -289,6 +289,10 @@ impl SceneRoom {
         if is_shown && matches!(self.places(), Places::Vertices) { &self.glossy } else { &[] }
     }
 
+    fn plan(&self) -> BakePlan {
+        BakePlan { order: self.bake_order, samples: self.edits.samples }
+    }
+
     fn known(&self) -> Known {
         let samples = self.baked().and_then(|baked| baked.samples);
         Known { order: self.transfer().map(|t| t.order()), samples, has_scene: self.work.scene().is_some() }
@@ -303,7 +307,7 @@ impl SceneRoom {
                     self.orbit = self.orbit.framing(data.scene.world_bounds());
                 }
             }
-            Asked::Bake => self.work.bake(ctx, self.plan),
+            Asked::Bake => self.work.bake(ctx, self.plan()),
         }
     }
 
@@ -372,10 +376,12 @@ impl SceneRoom {
         lamps(ui, &mut self.edits.lamps);
         ui.separator();
         ui.strong("Bake");
+        let mut plan = self.plan();
         let bake = match (self.work.scene_task(), self.work.sky_task()) {
-            (None, Some(task)) => controls::bake(ui, &mut self.plan, &known, Some(task)),
-            (task, _) => controls::bake(ui, &mut self.plan, &known, task),
+            (None, Some(task)) => controls::bake(ui, &mut plan, &known, Some(task)),
+            (task, _) => controls::bake(ui, &mut plan, &known, task),
         };
+        (self.bake_order, self.edits.samples) = (plan.order, plan.samples);
         asked = asked.or(bake);
         ui.separator();
         let transfer = match (&self.shown, self.places()) {

@@ -100,9 +100,9 @@ impl Work {
     pub(crate) fn start(&mut self, ctx: &Context, edits: &SceneEdits, plan: BakePlan) {
         if self.scene.source != edits.scene {
             self.scene.source.clone_from(&edits.scene);
-            let (source, order) = (edits.scene.clone(), plan.order);
+            let (source, plan) = (edits.scene.clone(), (plan.order, plan.samples));
             let (folder, limits) = (self.folder.clone(), self.limits);
-            let work = move |control: &_| bake::open(control, &source, order, (&folder, &limits));
+            let work = move |control: &_| bake::open(control, &source, plan, (&folder, &limits));
             self.scene_task = Some(Task::start("Scene", wake(ctx), work));
             self.frames_to_draw = 0;
             self.forget_message();
