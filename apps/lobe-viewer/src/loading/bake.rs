@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Duration;
 
 use lobe::io::{Job, Progress};
 use lobe::prt::{
@@ -21,8 +22,11 @@ use crate::loading::task::Control;
 /// Paths of the first bakes of a scene, which are there after a moment, before that which is asked for.
 const FIRST_SAMPLES: [u32; 2] = [8, 64];
 
-/// A scene of more vertices is not baked before the user asks for it: it would take minutes.
-const MOST_UNASKED: usize = 250_000;
+/// A scene of more paths is not baked before the user asks for it: it would take minutes.
+const MOST_UNASKED: u64 = 250_000 * 256;
+
+/// How long a bake waits for its scene to be drawn: a hidden window draws nothing.
+const MOST_WAIT: Duration = Duration::from_secs(2);
 
 /// Reflections of the window's own bakes.
 pub(crate) const BOUNCES: usize = 3;
@@ -168,23 +172,22 @@ pub(crate) fn open(
         control.send(SceneNews::of_file(baked.transfer, &baked.recipe, places));
         return Ok(());
     }
-    if IN_PAGE || data.scene.vertex_count() > MOST_UNASKED {
+    if IN_PAGE || data.scene.vertex_count() as u64 * u64::from(samples) > MOST_UNASKED {
         control.send(SceneNews::AskBeforeBake);
         return Ok(());
     }
-    // All processors are its own from here on: it lets the window draw the scene first.
-    control.wait();
     let folder = if opened.is_built_in { folder } else { &UserFolder::none() };
-    rounds(control, &data, order, samples, folder)
+    rounds(control, &data, (order, samples), folder, |control| control.wait(MOST_WAIT))
 }
 
-/// Bakes what the modes of the window need, first with few paths; takes what was kept instead, and keeps what it made last.
+/// Bakes what the modes of the window need, first with few paths; takes what was kept instead, and keeps what it made last. `begin` is
+/// called before the first bake, for which all processors are taken.
 pub(crate) fn rounds(
     control: &Control<SceneNews>,
     data: &SceneData,
-    order: usize,
-    samples: u32,
+    (order, samples): (usize, u32),
     folder: &UserFolder,
+    begin: impl FnOnce(&Control<SceneNews>),
 ) -> Result<(), String> {
     const MODES: [BakeMode; 2] = [BakeMode::Interreflected, BakeMode::Shadowed];
     let mut missing = Vec::new();
@@ -195,6 +198,10 @@ pub(crate) fn rounds(
             }
             None => missing.push(mode),
         }
+    }
+    begin(control);
+    if control.is_cancelled() {
+        return Ok(());
     }
     let first = FIRST_SAMPLES.into_iter().filter(|first| *first < samples);
     for round in first.chain([samples]) {
@@ -211,7 +218,7 @@ pub(crate) fn rounds(
             control.send(SceneNews::of_bake(mode, round, transfer));
         }
     }
-    for round in [FIRST_GLOSSY.min(samples), samples] {
+    for round in Some(FIRST_GLOSSY).filter(|first| *first < samples).into_iter().chain([samples]) {
         control.stage(format!("metals, {round} paths"));
         match bake_glossy(data, order, round, control.watch()) {
             Err(PrtError::Cancelled) => return Ok(()),

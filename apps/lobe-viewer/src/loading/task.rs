@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
+use std::time::Duration;
 
 use lobe::io::Progress;
 
@@ -171,11 +172,13 @@ impl<T> Control<T> {
         self.enter(State::Working(stage.into(), None));
     }
 
-    /// Waits until the task is [released](Task::release), or nobody waits for its results any more.
-    pub fn wait(&self) {
-        let released = &self.shared.released;
-        let held = released.wait_while(locked(&self.shared.is_released), |is_released| !*is_released);
-        drop(held);
+    /// Waits until the task is [released](Task::release), or nobody waits for its results any more, or `most` has passed, as where a
+    /// window is hidden and draws nothing. In a page it does not wait: nothing else is done there meanwhile.
+    pub fn wait(&self, most: Duration) {
+        if !IN_PAGE {
+            let is_held = |is_released: &mut bool| !*is_released;
+            drop(self.shared.released.wait_timeout_while(locked(&self.shared.is_released), most, is_held));
+        }
     }
 
     /// Says that it waits for something to do.

@@ -98,7 +98,7 @@ fn work_that_waits_goes_on_when_it_is_released_before_or_after_it_waits_and_when
                 move |control| {
                     begin.recv().map_err(|error| error.to_string())?;
                     control.send(1);
-                    control.wait();
+                    control.wait(Duration::from_secs(600));
                     if !control.is_cancelled() {
                         control.send(2);
                     }
@@ -111,6 +111,7 @@ fn work_that_waits_goes_on_when_it_is_released_before_or_after_it_waits_and_when
             go.send(()).unwrap();
             let mut events = Vec::new();
             while events.is_empty() {
+                std::thread::sleep(Duration::from_millis(1));
                 events = task.events();
             }
             assert_eq!(events.remove(0), TaskEvent::Result(1), "what it had before it waited");
@@ -124,4 +125,18 @@ fn work_that_waits_goes_on_when_it_is_released_before_or_after_it_waits_and_when
             assert_eq!(events, expected, "early: {is_early}");
         }
     }
+}
+
+#[test]
+fn work_waits_no_longer_than_it_says() {
+    let task = Task::start(
+        "hidden",
+        || (),
+        |control| {
+            control.wait(Duration::from_millis(20));
+            control.send(());
+            Ok(())
+        },
+    );
+    assert_eq!(all(&task), [TaskEvent::Result(()), TaskEvent::Done]);
 }

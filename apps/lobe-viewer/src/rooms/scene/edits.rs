@@ -64,7 +64,7 @@ pub struct SceneEdits {
     pub comparison: Comparison,
     /// Number of bands of the light.
     pub order: usize,
-    /// Paths from each vertex of its bakes, a power of two.
+    /// Paths from each vertex of its bakes: a power of two from 16 to 4096, to which others are lowered or raised.
     pub samples: u32,
     /// What is done to its expansion.
     pub taming: Taming,
@@ -104,12 +104,17 @@ impl Default for SceneEdits {
 /// Paths that can be chosen: powers of 2 by these exponents.
 pub(crate) const PATHS_LOG2: RangeInclusive<u32> = 4..=12;
 
+/// The most paths that can be chosen and are no more than these, or the fewest.
+pub(crate) fn paths(wanted: u32) -> u32 {
+    1 << wanted.max(1).ilog2().clamp(*PATHS_LOG2.start(), *PATHS_LOG2.end())
+}
+
 impl SceneEdits {
     /// Brings its numbers into their ranges.
     pub(crate) fn check(&mut self) {
         let first = Self::default();
         self.order = self.order.clamp(1, Transfer::MAX_ORDER);
-        self.samples = 1 << self.samples.max(1).ilog2().clamp(*PATHS_LOG2.start(), *PATHS_LOG2.end());
+        self.samples = paths(self.samples);
         self.taming.check();
         self.sky_strength = within(self.sky_strength, 0.0..=8.0, first.sky_strength);
         self.turn = within(self.turn, 0.0..=TAU, first.turn);

@@ -19,7 +19,7 @@ use crate::loading::places::Places;
 use crate::loading::sky_source::OpenedSky;
 use crate::rooms::formulas::formulas;
 use crate::rooms::scene::controls::{self, Asked, BakePlan, Known};
-use crate::rooms::scene::edits::{Comparison, SceneEdits, SceneLamp};
+use crate::rooms::scene::edits::{Comparison, SceneEdits, SceneLamp, paths};
 use crate::rooms::scene::lamps::lamps;
 use crate::rooms::scene::probe::Probe;
 use crate::rooms::scene::scene_light::SceneLight;
@@ -290,7 +290,7 @@ impl SceneRoom {
     }
 
     fn plan(&self) -> BakePlan {
-        BakePlan { order: self.bake_order, samples: self.edits.samples }
+        BakePlan { order: self.bake_order, samples: paths(self.edits.samples) }
     }
 
     fn known(&self) -> Known {

@@ -26,9 +26,12 @@ pub(crate) const REST: Duration = Duration::from_millis(250);
 /// Samples of a pixel along each axis, at rest.
 const RAYS_AT_REST: u32 = 2;
 
-/// The exposure fits a picture with so many times fewer pixels along each axis: its average is the same, and the first picture, which
+/// The exposure fits a picture with so many times fewer pixels along each axis: its average is nearly the same, and the first picture, which
 /// waits for it, is there sooner.
 const FITTING_SCALE: u32 = 4;
+
+/// Pixels along each axis below which it is as large as the picture itself.
+const LEAST_FITTING: u32 = 64;
 
 /// How often times on the device are measured, which waits for it.
 const MEASURE: Duration = Duration::from_secs(1);
@@ -126,10 +129,17 @@ fn aim(view: &SceneView, frame: &Frame) -> Result<(), GpuError> {
     view.turn_backdrop(&frame.turn)
 }
 
+/// The options of a picture of few pixels that an exposure fits.
+fn small(size: [u32; 2]) -> SceneViewOptions {
+    let [width, height] = size.map(|pixels| pixels.div_ceil(FITTING_SCALE).max(pixels.min(LEAST_FITTING)));
+    SceneViewOptions::default().width(width).height(height).rays(1)
+}
+
 /// The light of a frame in few pixels.
 fn small_picture(view: &mut SceneView, frame: &Frame) -> Result<Picture, GpuError> {
-    let [width, height] = frame.size.map(|pixels| pixels.div_ceil(FITTING_SCALE));
-    view.resize(&SceneViewOptions::default().width(width).height(height).rays(1))?;
+    if *view.options() != small(frame.size) {
+        view.resize(&small(frame.size))?;
+    }
     aim(view, frame)?;
     view.render()?;
     view.picture()
@@ -202,7 +212,12 @@ impl Viewport {
             None => SurfaceShading::Irradiance(wanted.order),
         };
         let environment = wanted.sky.map(|sky| Environment::from(&*sky.map));
-        let options = SceneViewOptions::default().width(frame.size[0]).height(frame.size[1]).rays(1);
+        // As it is rendered first: to give it other options is to compile its passes anew.
+        let [width, height] = frame.size;
+        let options = match self.fitting {
+            None if !IN_PAGE => small(frame.size),
+            _ => SceneViewOptions::default().width(width).height(height).rays(1).output(ViewOutput::Display),
+        };
         let view = SceneView::new(gpu.context(), &wanted.data.scene, &shading, environment.as_ref(), &options)?;
         self.status.vertices = wanted.data.scene.vertex_count();
         self.status.triangles = wanted.data.scene.triangle_count();
@@ -230,9 +245,9 @@ impl Viewport {
         aim(view, frame)?;
         view.set_tone(&photograph(factor, frame.exposure))?;
         let now = Instant::now();
-        // Not for the first picture, which has no time to lose.
-        let measured = *self.measured.get_or_insert(now);
-        let is_due = !IN_PAGE && now.duration_since(measured) >= MEASURE;
+        // First of a picture at rest: those before have no time to lose.
+        let has_time = |at: Instant| now.duration_since(at) >= MEASURE;
+        let is_due = !IN_PAGE && self.measured.map_or(rays == RAYS_AT_REST, has_time);
         if is_due {
             let times = view.renderer().run_timed()?;
             self.status.gpu = times.iter().map(|pass| pass.milliseconds).sum();

@@ -20,7 +20,7 @@ use crate::rooms::scene::opened::{Opened, failure, take_back};
 /// What a page says in place of a bake.
 const NO_BAKES: &str = "A page with one thread does not bake: drop a .glb that lobe bake wrote, for its shadows.";
 
-/// Frames with a scene before it is baked, for which all processors are taken: for the first, a device compiles what draws it.
+/// Frames of the window with a scene before it is baked, for which all processors are taken: for the first, a device compiles what draws it.
 const FRAMES_BEFORE_BAKE: usize = 2;
 
 /// Files that are open or being opened, and the tasks that do it.
@@ -100,9 +100,9 @@ impl Work {
     pub(crate) fn start(&mut self, ctx: &Context, edits: &SceneEdits, plan: BakePlan) {
         if self.scene.source != edits.scene {
             self.scene.source.clone_from(&edits.scene);
-            let (source, plan) = (edits.scene.clone(), (plan.order, plan.samples));
+            let (source, amount) = (edits.scene.clone(), (plan.order, plan.samples));
             let (folder, limits) = (self.folder.clone(), self.limits);
-            let work = move |control: &_| bake::open(control, &source, plan, (&folder, &limits));
+            let work = move |control: &_| bake::open(control, &source, amount, (&folder, &limits));
             self.scene_task = Some(Task::start("Scene", wake(ctx), work));
             self.frames_to_draw = 0;
             self.forget_message();
@@ -124,7 +124,7 @@ impl Work {
         }
     }
 
-    /// Lets the scene be baked that has been drawn. Called for each frame, after its [news](Self::news).
+    /// Lets the scene be baked after some frames of the window. Called for each frame, after its [news](Self::news).
     pub(crate) fn let_bake(&mut self, ctx: &Context) {
         if self.frames_to_draw == 0 {
             return;
@@ -145,7 +145,7 @@ impl Work {
         }
         let Some(data) = self.scene.found.clone() else { return };
         self.scene_task = Some(Task::start("Bake", wake(ctx), move |control| {
-            bake::rounds(control, &data, plan.order, plan.samples, &UserFolder::none())
+            bake::rounds(control, &data, (plan.order, plan.samples), &UserFolder::none(), |_| ())
         }));
         self.message = None;
     }
