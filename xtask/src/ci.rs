@@ -1,4 +1,4 @@
-//! Continuous integration: `ci` runs every check, in two parts where tools are installed beside the first; `quick` the fast ones.
+//! Continuous integration: `ci` runs what every change has to pass, in two parts where tools are installed beside the first; `quick` the fast checks, `nightly` the long ones.
 
 use crate::outcome::Outcome;
 use crate::step::{Step, Work, run_all};

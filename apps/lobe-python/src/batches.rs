@@ -2,18 +2,21 @@
 
 use bytemuck::cast_slice;
 use lobe::sh::simd::LANES;
-use lobe::sh::{Coefficient, Rgb, Rotation, RotationMatrices, ShBatch};
+use lobe::sh::{Coefficient, Rgb, Rotation, RotationMatrices, ShBatch, coefficient_count};
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
 
 use crate::rows::{QUICK_ROWS_TOGETHER, array_of, contiguous, do_blocks, shape_error};
 
-/// Rows side by side: whole blocks of sixteen functions, and few enough that they stay in the first cache at order 4.
-const BLOCK: usize = 64;
+/// Rows side by side: whole blocks of sixteen functions, one to four as their coefficients stay in the first cache.
+fn block(width: usize) -> usize {
+    const COEFFICIENTS: usize = 1024;
+    LANES * (COEFFICIENTS / (LANES * width.max(1))).clamp(1, 4)
+}
 
 /// Rows of coefficients in single precision as functions of a batch; the channels of colors are functions of their own.
 fn batch_of<C: Coefficient<Scalar = f32>>(rows: &[C], order: usize) -> ShBatch {
-    let width = order * order;
+    let width = coefficient_count(order);
     let mut batch = ShBatch::zero(order, C::CHANNELS * rows.len() / width);
     let blocks = batch.blocks_mut();
     for (k, row) in rows.chunks_exact(width).enumerate() {
@@ -28,7 +31,7 @@ fn batch_of<C: Coefficient<Scalar = f32>>(rows: &[C], order: usize) -> ShBatch {
 
 /// The rows of such a batch.
 fn write_rows<C: Coefficient<Scalar = f32>>(batch: &ShBatch, rows: &mut [C]) {
-    let width = batch.order() * batch.order();
+    let width = coefficient_count(batch.order());
     for (k, row) in rows.chunks_exact_mut(width).enumerate() {
         let first = k * C::CHANNELS;
         for (i, out) in row.iter_mut().enumerate() {
@@ -49,9 +52,10 @@ fn map_batches<'py, const N: usize>(
     for (values, source) in values.iter_mut().zip(sources) {
         *values = contiguous(source)?;
     }
+    let width = coefficient_count(order);
     match *sources[0].shape() {
-        [rows, _] => array_of(py, fill(py, rows, order, values, work)?, sources[0].shape()),
-        [rows, _, 3] => {
+        [rows, n] if n == width => array_of(py, fill(py, rows, order, values, work)?, sources[0].shape()),
+        [rows, n, 3] if n == width => {
             let out: Vec<Rgb<f32>> = fill(py, rows, order, values.map(cast_slice), work)?;
             array_of(py, bytemuck::cast_vec(out), sources[0].shape())
         }
@@ -59,6 +63,7 @@ fn map_batches<'py, const N: usize>(
     }
 }
 
+/// The results of the work, row after row.
 fn fill<C: Coefficient<Scalar = f32>, const N: usize>(
     py: Python<'_>,
     rows: usize,
@@ -66,8 +71,8 @@ fn fill<C: Coefficient<Scalar = f32>, const N: usize>(
     sources: [&[C]; N],
     work: impl Fn([ShBatch; N], &mut ShBatch) + Sync,
 ) -> PyResult<Vec<C>> {
-    let width = order * order;
-    do_blocks(py, rows, width, (BLOCK, QUICK_ROWS_TOGETHER), |first, out| {
+    let width = coefficient_count(order);
+    do_blocks(py, rows, width, (block(width), QUICK_ROWS_TOGETHER), |first, out| {
         let from = sources.map(|source| batch_of(&source[first * width..][..out.len()], order));
         let mut to = ShBatch::zero(order, C::CHANNELS * out.len() / width);
         work(from, &mut to);

@@ -10,8 +10,8 @@ use pyo3::prelude::*;
 
 use crate::batches;
 use crate::rows::{
-    Number, Numbers, QUICK_ROWS_TOGETHER, RowWork, array_of, contiguous, do_rows, map_rows, map_typed, shape_error,
-    value_error,
+    Number, Numbers, QUICK_ROWS_TOGETHER, ROWS_TOGETHER, RowWork, array_of, contiguous, do_rows, map_rows, map_typed,
+    shape_error, value_error,
 };
 
 struct Rotate<T>(RotationMatrices<T>);
@@ -105,7 +105,10 @@ where
 
 fn products<C: Coefficient>(py: Python<'_>, rows: usize, width: usize, (a, b): (&[C], &[C])) -> PyResult<Vec<C>> {
     let (n, m) = (a.len() / rows.max(1), b.len() / rows.max(1));
-    do_rows(py, rows, width, QUICK_ROWS_TOGETHER, |k, out| {
+    // Higher orders go by values on a grid, which takes longer than their coefficients tell.
+    let is_quick = n.max(m).max(width) <= coefficient_count(MAX_GAUNT_ORDER);
+    let together = if is_quick { QUICK_ROWS_TOGETHER } else { ROWS_TOGETHER };
+    do_rows(py, rows, width, together, |k, out| {
         product_into(&a[k * n..][..n], &b[k * m..][..m], out);
         Ok(())
     })
@@ -118,6 +121,7 @@ impl<T: Real> RowWork<T> for Scale {
     const TOGETHER: usize = QUICK_ROWS_TOGETHER;
 
     fn run<C: Coefficient<Scalar = T>>(&self, row: &[C], out: &mut [C]) -> Result<(), String> {
+        assert_eq!(row.len(), self.0.len(), "coefficients against factors");
         // In one pass, not by a copy that is scaled in place: this takes as long as memory does.
         for ((out, c), factor) in out.iter_mut().zip(row).zip(&self.0) {
             *out = C::narrow(c.widen().scale(*factor));

@@ -15,7 +15,7 @@ use pyo3::types::PyTuple;
 use rayon::prelude::*;
 
 /// Rows that are done before the interpreter may stop the work, at most.
-const ROWS_TOGETHER: usize = 1 << 12;
+pub(crate) const ROWS_TOGETHER: usize = 1 << 12;
 
 /// The first of them, from which on they double as long as they are quick: a function of order 16 without ringing takes 30 ms.
 const FIRST_ROWS: usize = 16;
@@ -23,7 +23,7 @@ const FIRST_ROWS: usize = 16;
 /// How long work may go on before the interpreter may stop it: less than anyone waits for.
 pub(crate) const UNSTOPPED: Duration = Duration::from_millis(50);
 
-/// Numbers of the first rows of quick work, which take a millisecond or two.
+/// Numbers of the first rows of quick work: some milliseconds of products of order 10, which take longest.
 const FIRST_NUMBERS: usize = 1 << 18;
 
 /// [`ROWS_TOGETHER`] of quick work, in which threads would else wait for each other too often.
@@ -132,7 +132,8 @@ pub(crate) fn do_rows<C: Coefficient>(
     do_blocks(py, rows, width, (1, together), work)
 }
 
-/// The same for `block` rows at a time, the last time fewer: `work(k, out)` fills the rows from `k` on that `out` has room for.
+/// The same for `block` rows at a time, the last time fewer: `work(k, out)` fills the rows from `k` on that `out` has room for. What is wrong
+/// with one of them is told of the first of its block.
 pub(crate) fn do_blocks<C: Coefficient>(
     py: Python<'_>,
     rows: usize,

@@ -10,6 +10,7 @@ LONG = {
     "log": "f.resized(10).log()",
     "minimum": "f.minimum()",
     "product": "f.product(f, 31)",
+    "mean of a product": "f.product(f, 1)",
     "encoding": "f.resized(3).encode('zh3').eval(np.tile([0.0, 0.0, 1.0], (100_000, 1)))",
     "errors of encodings": "lobe.Sh(np.asarray(f)[0]).encodings(normals=1 << 20)",
     "sky": "lobe.EnvMap.sky([0, 0, 1], height=8192)",

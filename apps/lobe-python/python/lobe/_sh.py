@@ -186,7 +186,8 @@ class Sh:
     def product(self, other: Sh, order: int | None = None) -> Sh:
         """The product with other functions, projected onto `order` bands, as many as the larger order unless given.
 
-        Batches broadcast as in numpy, and a function of numbers multiplies each channel of one of colors. Both have one dtype.
+        Batches broadcast as in numpy, and a function of numbers multiplies each channel of one of colors. Both have one dtype. In float32
+        more than eight functions are multiplied side by side, which rounds otherwise than one after the other.
         """
         if not isinstance(other, Sh):
             raise TypeError(f"expected functions, found {type(other).__name__}")
