@@ -81,13 +81,13 @@ const INSTRUCTIONS: Step = Step {
 /// The other encoder of BC6H, which links a C++ library and is therefore no default: the tests of files.
 const TEST_BC6H: Step = Step { name: "test-bc6h", work: Work::Cargo("test --package lobe-image --features bc6h", &[]) };
 
-/// The fuzz targets, in a workspace of their own: libFuzzer is compiled C++. Checked, not linked: `cargo fuzz` builds them
-/// with what guides it.
+/// The fuzz targets, in a workspace of their own: libFuzzer is compiled C++, which takes a minute, so that they are checked at night. Not
+/// linked: `cargo fuzz` builds them with what guides it.
 const FMT_FUZZ: Step = Step { name: "fmt-fuzz", work: Work::Cargo("fmt --manifest-path fuzz/Cargo.toml --check", &[]) };
 const FUZZ: Step =
     Step { name: "fuzz", work: Work::Cargo("check --locked --manifest-path fuzz/Cargo.toml --target-dir target", &[]) };
 
-/// The comparisons with peers, in workspaces of their own: they link with what nothing else needs. Checked, not linked.
+/// The comparisons with peers, in workspaces of their own: they link with what nothing else needs. Checked at night, not linked.
 const FMT_PEERS: Step =
     Step { name: "fmt-peers", work: Work::Cargo("fmt --manifest-path peers/embree/Cargo.toml --check", &[]) };
 const FMT_BEVY: Step =
@@ -161,11 +161,13 @@ const TEST_LONG: Step =
 const OUTPUTS: Step =
     Step { name: "outputs", work: Work::Cargo("run --package xtask -- outputs target/release/lobe", &[]) };
 
-/// Licenses, and what takes long or needs other programs: the whole corpus, and every peer that judges files and pictures.
+/// Licenses, what is in other workspaces, and what takes long or needs other programs: the whole corpus, and every peer that judges files and pictures.
 pub(crate) fn nightly() -> Outcome {
     run_all(&[
         DENY,
         DOCS_PRIVATE,
+        FUZZ,
+        PEERS,
         PYTHON_ALONE,
         VIEWER_ALONE,
         TEST_LONG,
@@ -193,13 +195,11 @@ const CHECKS: &[Step] = &[
     DOCUMENTS,
     GOLDENS,
     CLIPPY,
-    PEERS,
     FEATURES,
     DEFAULTS,
     WASM,
     NO_STD,
     OLDEST_RUST,
-    FUZZ,
     DOCS,
     BOOK,
 ];
