@@ -97,7 +97,8 @@ impl MovingLight {
         Ok(all)
     }
 
-    /// The same, in a view of radiance. From the device nothing is read back.
+    /// The same, in a view of radiance. From the device nothing is read back. For the command line, which a page has not.
+    #[cfg(not(target_arch = "wasm32"))]
     pub(crate) fn show(
         &mut self,
         moment: &Moment<'_>,
