@@ -4,7 +4,9 @@ use lobe::prt::Transfer;
 use lobe::render::{Moment, MovingShading, PartObstacles, PartReceivers, VisibilityGrid};
 use lobe::sh::{Rgb, ShVec};
 use lobe::shadow::{RadialInterpolation, ShadowReceivers, SphereShadows};
-use lobe_gpu::{Context, FieldResponse, GpuMovingPart, MovingObstacles, MovingPlaces, SceneView, StillGrid};
+#[cfg(not(target_arch = "wasm32"))]
+use lobe_gpu::SceneView;
+use lobe_gpu::{Context, FieldResponse, GpuMovingPart, MovingObstacles, MovingPlaces, StillGrid};
 use serde::{Deserialize, Serialize};
 
 /// The most bands of products on the device.
