@@ -64,6 +64,14 @@ pub trait Coefficient:
     #[must_use]
     fn scale_plus(self, s: Self::Scalar, plus: Self) -> Self;
 
+    /// The slice as one of its type, for what is compiled in this crate for each of them, and not again in every crate that calls it.
+    #[doc(hidden)]
+    fn typed(slice: &[Self]) -> TypedSlice<'_>;
+
+    /// [`Coefficient::typed`] to write to.
+    #[doc(hidden)]
+    fn typed_mut(slice: &mut [Self]) -> TypedSliceMut<'_>;
+
     /// The slice if the type is `f32`, for kernels that exist for it alone.
     #[doc(hidden)]
     #[inline]
@@ -109,10 +117,38 @@ pub trait Real: Coefficient<Scalar = Self> + PartialOrd + Div<Output = Self> {
 
     /// Converts without loss.
     fn to_f64(self) -> f64;
+
+    /// [`Coefficient::typed`] of colors.
+    #[doc(hidden)]
+    fn typed_colors(slice: &[Rgb<Self>]) -> TypedSlice<'_>;
+
+    /// [`Coefficient::typed_mut`] of colors.
+    #[doc(hidden)]
+    fn typed_colors_mut(slice: &mut [Rgb<Self>]) -> TypedSliceMut<'_>;
+}
+
+/// A slice of one of the four types of coefficients.
+#[doc(hidden)]
+#[derive(Debug)]
+pub enum TypedSlice<'a> {
+    Single(&'a [f32]),
+    Double(&'a [f64]),
+    SingleColors(&'a [Rgb<f32>]),
+    DoubleColors(&'a [Rgb<f64>]),
+}
+
+/// The same to write to.
+#[doc(hidden)]
+#[derive(Debug)]
+pub enum TypedSliceMut<'a> {
+    Single(&'a mut [f32]),
+    Double(&'a mut [f64]),
+    SingleColors(&'a mut [Rgb<f32>]),
+    DoubleColors(&'a mut [Rgb<f64>]),
 }
 
 macro_rules! numbers {
-    ($($t:ty $({ $($more:tt)* })?),*) => {$(
+    ($($t:ty: $typed:ident, $colors:ident { $($more:tt)* }),*) => {$(
         impl Coefficient for $t {
             type Scalar = Self;
             type Wide = f64;
@@ -156,7 +192,17 @@ macro_rules! numbers {
                 wide as Self
             }
 
-            $($($more)*)?
+            #[inline(always)]
+            fn typed(slice: &[Self]) -> TypedSlice<'_> {
+                TypedSlice::$typed(slice)
+            }
+
+            #[inline(always)]
+            fn typed_mut(slice: &mut [Self]) -> TypedSliceMut<'_> {
+                TypedSliceMut::$typed(slice)
+            }
+
+            $($more)*
         }
 
         impl Real for $t {
@@ -171,12 +217,22 @@ macro_rules! numbers {
             fn to_f64(self) -> f64 {
                 f64::from(self)
             }
+
+            #[inline(always)]
+            fn typed_colors(slice: &[Rgb<Self>]) -> TypedSlice<'_> {
+                TypedSlice::$colors(slice)
+            }
+
+            #[inline(always)]
+            fn typed_colors_mut(slice: &mut [Rgb<Self>]) -> TypedSliceMut<'_> {
+                TypedSliceMut::$colors(slice)
+            }
         }
     )*};
 }
 
 numbers!(
-    f32 {
+    f32: Single, SingleColors {
         #[inline]
         fn single_slice(slice: &[Self]) -> Option<&[f32]> {
             Some(slice)
@@ -187,7 +243,7 @@ numbers!(
             Some(slice)
         }
     },
-    f64 {
+    f64: Double, DoubleColors {
         #[inline]
         fn double_slice(slice: &[Self]) -> Option<&[f64]> {
             Some(slice)
@@ -334,6 +390,16 @@ impl<S: Real> Coefficient for Rgb<S> {
     #[inline(always)]
     fn narrow(wide: Rgb<f64>) -> Self {
         Self::new(S::from_f64(wide.r), S::from_f64(wide.g), S::from_f64(wide.b))
+    }
+
+    #[inline(always)]
+    fn typed(slice: &[Self]) -> TypedSlice<'_> {
+        S::typed_colors(slice)
+    }
+
+    #[inline(always)]
+    fn typed_mut(slice: &mut [Self]) -> TypedSliceMut<'_> {
+        S::typed_colors_mut(slice)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Products of functions.
 //!
-//! Read [`product`] first: it picks one of three routes, straight-line code ([`generated`], written by `cargo xtask
-//! tables`), the sparse tensor of Gaunt coefficients ([`gaunt`]) or a [`grid`], the rows of which [`grid_fft`] transforms at
+//! Read [`product`] first: it picks one of three routes, straight-line code ([`straight_line`] of [`generated`], which `cargo xtask
+//! tables` writes), the sparse tensor of Gaunt coefficients ([`gaunt`]) or a [`grid`], the rows of which [`grid_fft`] transforms at
 //! high orders by [`row_columns`] and FFT. [`matrix`] multiplies many functions by
 //! one. [`lane_product`] multiplies sixteen pairs at once ([`lanes`], generated too), [`lane_rows`] one pair of order 7
 //! to 10 by wide instructions. Uses `basis`, `expansion`, `simd` and
@@ -23,3 +23,4 @@ pub(crate) mod matrix;
 pub(crate) mod product;
 #[cfg(feature = "std")]
 pub(crate) mod row_columns;
+pub(crate) mod straight_line;

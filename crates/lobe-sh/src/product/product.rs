@@ -2,10 +2,10 @@
 
 use crate::basis::index::{coefficient_count, order_of_slice};
 use crate::once::Once;
-use crate::product::generated;
 use crate::product::grid::product_on_grid;
 #[cfg(feature = "std")]
 use crate::product::lane_rows::{LEAST_COUNT, multiply_by_rows};
+use crate::product::straight_line;
 #[cfg(feature = "std")]
 use crate::simd::Machine;
 use crate::{Coefficient, Expansion, FixedOrder, GauntTensor, MAX_GAUNT_ORDER, Real as _, ShVec, Zonal};
@@ -49,7 +49,7 @@ use crate::{Coefficient, Expansion, FixedOrder, GauntTensor, MAX_GAUNT_ORDER, Re
 pub fn product_into<T: Coefficient>(a: &[T], b: &[T], out: &mut [T]) {
     // Products commute, and the generated code has the factor of higher order first.
     let (a, b) = if a.len() < b.len() { (b, a) } else { (a, b) };
-    if !product_by_rows(a, b, out) && !generated::general(a, b, out) {
+    if !product_by_rows(a, b, out) && !straight_line::general(a, b, out) {
         product_by_tensor_or_grid(a, b, out);
     }
 }
@@ -100,7 +100,7 @@ pub fn product_as<E: FixedOrder>(a: &impl Expansion<E::Value>, b: &impl Expansio
 /// If a length is no perfect square.
 #[inline]
 pub fn square_into<T: Coefficient>(a: &[T], out: &mut [T]) {
-    if !generated::square(a, out) {
+    if !straight_line::square(a, out) {
         product_into(a, a, out);
     }
 }
@@ -123,7 +123,7 @@ pub fn zonal_product_into<T: Coefficient>(zonal: &Zonal, b: &[T], out: &mut [T])
         for (z, coefficient) in z.iter_mut().zip(zonal.coefficients()) {
             *z = T::Scalar::from_f64(*coefficient);
         }
-        if generated::zonal(&z[..order], b, out) {
+        if straight_line::zonal(&z[..order], b, out) {
             return;
         }
     }
