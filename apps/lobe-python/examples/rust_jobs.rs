@@ -58,16 +58,11 @@ fn batches(sources: &[&[f32]], work: impl Fn(&[ShBatch], &mut ShBatch) + Sync) -
     let count = coefficient_count(ORDER);
     let mut out = vec![0.0; sources[0].len()];
     out.par_chunks_mut(TOGETHER * count).enumerate().for_each(|(k, out)| {
-        let batch = |source: &&[f32]| {
-            let mut batch = ShBatch::zero(ORDER, out.len() / count);
-            let rows = source[k * TOGETHER * count..][..out.len()].chunks_exact(count);
-            rows.enumerate().for_each(|(k, row)| batch.set(k, row));
-            batch
-        };
-        let from: Vec<ShBatch> = sources.iter().map(batch).collect();
+        let part = |source: &&[f32]| ShBatch::from_rows(ORDER, &source[k * TOGETHER * count..][..out.len()]);
+        let from: Vec<ShBatch> = sources.iter().map(part).collect();
         let mut to = ShBatch::zero(ORDER, out.len() / count);
         work(&from, &mut to);
-        out.chunks_exact_mut(count).enumerate().for_each(|(k, row)| to.get_into(k, row));
+        to.to_rows(out);
     });
     out
 }

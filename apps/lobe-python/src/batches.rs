@@ -14,33 +14,6 @@ fn block(width: usize) -> usize {
     LANES * (COEFFICIENTS / (LANES * width.max(1))).clamp(1, 4)
 }
 
-/// Rows of coefficients in single precision as functions of a batch; the channels of colors are functions of their own.
-fn batch_of<C: Coefficient<Scalar = f32>>(rows: &[C], order: usize) -> ShBatch {
-    let width = coefficient_count(order);
-    let mut batch = ShBatch::zero(order, C::CHANNELS * rows.len() / width);
-    let blocks = batch.blocks_mut();
-    for (k, row) in rows.chunks_exact(width).enumerate() {
-        for channel in 0..C::CHANNELS {
-            let function = k * C::CHANNELS + channel;
-            let blocks = &mut blocks[function / LANES * width..][..width];
-            blocks.iter_mut().zip(row).for_each(|(block, c)| block.0[function % LANES] = c.channel(channel));
-        }
-    }
-    batch
-}
-
-/// The rows of such a batch.
-fn write_rows<C: Coefficient<Scalar = f32>>(batch: &ShBatch, rows: &mut [C]) {
-    let width = coefficient_count(batch.order());
-    for (k, row) in rows.chunks_exact_mut(width).enumerate() {
-        let first = k * C::CHANNELS;
-        for (i, out) in row.iter_mut().enumerate() {
-            let of = |function: usize| batch.blocks()[function / LANES * width + i].0[function % LANES];
-            *out = C::from_channels(|channel| of(first + channel));
-        }
-    }
-}
-
 /// Fills arrays of rows with what `work` makes of batches from as many rows of each source, all of one shape.
 fn map_batches<'py, const N: usize>(
     py: Python<'py>,
@@ -73,10 +46,10 @@ fn fill<C: Coefficient<Scalar = f32>, const N: usize>(
 ) -> PyResult<Vec<C>> {
     let width = coefficient_count(order);
     do_blocks(py, rows, width, (block(width), QUICK_ROWS_TOGETHER), |first, out| {
-        let from = sources.map(|source| batch_of(&source[first * width..][..out.len()], order));
+        let from = sources.map(|source| ShBatch::from_rows(order, &source[first * width..][..out.len()]));
         let mut to = ShBatch::zero(order, C::CHANNELS * out.len() / width);
         work(from, &mut to);
-        write_rows(&to, out);
+        to.to_rows(out);
         Ok(())
     })
 }

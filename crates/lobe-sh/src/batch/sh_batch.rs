@@ -8,7 +8,7 @@ use crate::batch::lane_eval;
 use crate::product::lane_product::{self, Factors};
 use crate::rotation::lane_rotation;
 use crate::simd::{LANES, Lanes, Machine};
-use crate::{DirBatch, Expansion, FixedOrder, RotationMatrices, ShVec};
+use crate::{Coefficient, DirBatch, Expansion, FixedOrder, RotationMatrices, ShVec};
 
 /// Many expansions of one order in `f32`, in the layout of the kernels that take sixteen at once.
 ///
@@ -89,6 +89,42 @@ impl ShBatch {
             let part = b * LANES..self.count.min((b + 1) * LANES);
             for (i, block) in self.group(b).iter().enumerate() {
                 planes[i * self.count..][part.clone()].copy_from_slice(&block.0[..part.len()]);
+            }
+        }
+    }
+
+    /// Of functions that lie one after the other, `n²` coefficients each. The channels of colors are functions of their own: channel `c`
+    /// of row `k` is function `C::CHANNELS k + c`.
+    ///
+    /// # Panics
+    /// If there are not `n²` coefficients for each function.
+    #[must_use]
+    pub fn from_rows<C: Coefficient<Scalar = f32>>(order: usize, rows: &[C]) -> Self {
+        let width = coefficient_count(order);
+        assert!(rows.is_empty() || rows.len().is_multiple_of(width), "{} coefficients of order {order}", rows.len());
+        let mut batch = Self::zero(order, rows.len() / width.max(1) * C::CHANNELS);
+        for (k, row) in rows.chunks_exact(width.max(1)).enumerate() {
+            for channel in 0..C::CHANNELS {
+                let function = k * C::CHANNELS + channel;
+                let group = batch.group_mut(function / LANES);
+                group.iter_mut().zip(row).for_each(|(block, c)| block.0[function % LANES] = c.channel(channel));
+            }
+        }
+        batch
+    }
+
+    /// The functions one after the other, as [`from_rows`](Self::from_rows) has them.
+    ///
+    /// # Panics
+    /// If there is not room for exactly all of them.
+    pub fn to_rows<C: Coefficient<Scalar = f32>>(&self, rows: &mut [C]) {
+        let width = coefficient_count(self.order);
+        assert_eq!(rows.len() * C::CHANNELS, width * self.count, "numbers of coefficients");
+        for (k, row) in rows.chunks_exact_mut(width.max(1)).enumerate() {
+            let first = k * C::CHANNELS;
+            for (i, out) in row.iter_mut().enumerate() {
+                let of = |function: usize| self.group(function / LANES)[i].0[function % LANES];
+                *out = C::from_channels(|channel| of(first + channel));
             }
         }
     }
@@ -259,5 +295,36 @@ impl ShBatch {
     fn group_mut(&mut self, b: usize) -> &mut [Lanes] {
         let count = coefficient_count(self.order);
         &mut self.blocks[b * count..][..count]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use lobe_testkit::Random;
+
+    use super::*;
+    use crate::Rgb;
+
+    #[test]
+    fn rows_of_numbers_and_of_colors_come_back_from_blocks() {
+        let mut random = Random::new(7);
+        for (order, count) in [(1, 1), (2, 5), (3, 16), (4, 17), (6, 40), (3, 0), (0, 0)] {
+            let width = coefficient_count(order);
+            let rows: Vec<Rgb<f32>> =
+                (0..count * width).map(|_| Rgb::from_channels(|_| random.signed() as f32)).collect();
+            let (numbers, colors) = (rows.iter().map(|c| c.g).collect::<Vec<_>>(), ShBatch::from_rows(order, &rows));
+            assert_eq!((colors.order(), colors.len()), (order, 3 * count), "of order {order}");
+            let mut back = vec![Rgb::ZERO; rows.len()];
+            colors.to_rows(&mut back);
+            assert_eq!(back, rows, "{count} colors of order {order}");
+            let mut green = vec![f32::NAN; width];
+            for (k, row) in numbers.chunks_exact(width.max(1)).enumerate() {
+                colors.get_into(3 * k + 1, &mut green);
+                assert_eq!(green, row, "green of function {k} of order {order}");
+            }
+            let mut back = vec![f32::NAN; numbers.len()];
+            ShBatch::from_rows(order, &numbers).to_rows(&mut back);
+            assert_eq!(back, numbers, "{count} functions of order {order}");
+        }
     }
 }
