@@ -16,7 +16,7 @@ const CLIPPY: Step =
 /// The mathematics alone, without files.
 const FEATURES: Step =
     Step { name: "no-features", work: Work::Cargo("check --package lobe-sh --no-default-features", &[]) };
-/// The command as users build it: the tests and clippy have every feature on.
+/// The command as users build it: the tests and clippy have every feature on. At night, as few dependencies are compiled with the same.
 const DEFAULTS: Step = Step { name: "default-features", work: Work::Cargo("check", &[]) };
 /// The Python package as it is built for users: in the whole workspace a dependency may get features from another crate.
 const PYTHON_ALONE: Step = Step { name: "python-alone", work: Work::Cargo("check --package lobe-python", &[]) };
@@ -68,10 +68,17 @@ const BOOK: Step = Step { name: "book", work: Work::Where(toolchain::has_mdbook,
 /// The README's command, word for word.
 const TEST: Step = Step { name: "test", work: Work::Cargo("test --workspace", &[]) };
 /// The tests of kernels once more for each narrower kind of instructions, for which every kernel has code of its own.
-const TEST_PLAIN: Step = Step { name: "test-plain", work: Work::Chore(narrower::plain) };
+const TEST_PLAIN: Step = Step { name: "test-plain", work: Work::Cargo("run --package xtask -- test-plain", &[]) };
 const TEST_AVX2: Step = Step {
     name: "test-avx2",
     work: Work::Where(narrower::is_avx2_narrower, "cargo", "run --package xtask -- test-avx2"),
+};
+/// At night with all tests of those crates.
+const TEST_PLAIN_ALL: Step =
+    Step { name: "test-plain-all", work: Work::Cargo("run --package xtask -- test-plain --all", &[]) };
+const TEST_AVX2_ALL: Step = Step {
+    name: "test-avx2-all",
+    work: Work::Where(narrower::is_avx2_narrower, "cargo", "run --package xtask -- test-avx2 --all"),
 };
 /// The instructions that kernels execute: the times of a shared machine tell too little.
 const INSTRUCTIONS: Step = Step {
@@ -155,8 +162,10 @@ fn has_mitsuba() -> Result<(), String> {
 }
 
 /// The tests that take longest, which no other group runs.
-const TEST_LONG: Step =
-    Step { name: "test-long", work: Work::Cargo("test --workspace --lib --test all --test python -- --ignored", &[]) };
+const TEST_LONG: Step = Step {
+    name: "test-long",
+    work: Work::Cargo("test --workspace --lib --test all --test cli --test python -- --ignored", &[]),
+};
 /// The same bytes from every command by any number of threads.
 const OUTPUTS: Step =
     Step { name: "outputs", work: Work::Cargo("run --package xtask -- outputs target/release/lobe", &[]) };
@@ -170,7 +179,10 @@ pub(crate) fn nightly() -> Outcome {
         PEERS,
         PYTHON_ALONE,
         VIEWER_ALONE,
+        DEFAULTS,
         TEST_LONG,
+        TEST_PLAIN_ALL,
+        TEST_AVX2_ALL,
         TEST_BC6H,
         RELEASE,
         OUTPUTS,
@@ -196,7 +208,6 @@ const CHECKS: &[Step] = &[
     GOLDENS,
     CLIPPY,
     FEATURES,
-    DEFAULTS,
     WASM,
     NO_STD,
     OLDEST_RUST,

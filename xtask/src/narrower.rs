@@ -1,4 +1,5 @@
-//! `test-plain`, `test-avx2`: the tests of kernels once more, by narrower instructions than the machine has.
+//! `test-plain`, `test-avx2`: the tests of kernels once more, by narrower instructions than the machine has; with `--all` those of
+//! folders `tests/all` too, which take twice as long.
 //!
 //! The programs are those that `cargo test --workspace` has compiled. With fewer packages the others would have other features, and be
 //! compiled anew; so all are built, which takes no time after the step `test`, and those of crates with kernels are run.
@@ -14,14 +15,27 @@ use crate::workspace;
 /// The crates that choose their instructions by `lobe_sh::simd::Machine`.
 const WITH_KERNELS: [&str; 5] = ["lobe-sh", "lobe-env", "lobe-scene", "lobe-prt", "lobe-shadow"];
 
-/// The plain code, which is the specification of the others.
-pub(crate) fn plain() -> Outcome {
-    run("plain")
-}
-
-/// AVX2, for machines without AVX-512.
-pub(crate) fn avx2() -> Outcome {
-    run("avx2")
+/// Runs the tests by plain code, which is the specification of the others, or by AVX2, for machines without AVX-512.
+pub(crate) fn run(instructions: &str, arguments: &[String]) -> Outcome {
+    let with_all = arguments.iter().any(|argument| argument == "--all");
+    let tests = built(if with_all { &["--lib", "--test", "all"] } else { &["--lib"] }).map_err(|fault| vec![fault])?;
+    let mut faults = Vec::new();
+    for krate in WITH_KERNELS {
+        let of_crate: Vec<_> = tests.iter().filter(|tests| tests.package == krate).collect();
+        if of_crate.is_empty() {
+            faults.push(format!("{krate}: expected programs of tests, found none"));
+        }
+        for Tests { program, .. } in of_crate {
+            println!("     {krate}: {}", program.display());
+            let folder = workspace::root().join("crates").join(krate);
+            let status =
+                Command::new(program).current_dir(folder).arg("--quiet").env("LOBE_SIMD", instructions).status();
+            if !status.as_ref().is_ok_and(std::process::ExitStatus::success) {
+                faults.push(format!("LOBE_SIMD={instructions} {} failed: {status:?}", program.display()));
+            }
+        }
+    }
+    outcome::of(faults)
 }
 
 /// Whether AVX2 is narrower than what the tests without a limit run by.
@@ -43,33 +57,12 @@ struct Tests {
     program: PathBuf,
 }
 
-fn run(instructions: &str) -> Outcome {
-    let tests = built().map_err(|fault| vec![fault])?;
-    let mut faults = Vec::new();
-    for krate in WITH_KERNELS {
-        let of_crate: Vec<_> = tests.iter().filter(|tests| tests.package == krate).collect();
-        if of_crate.is_empty() {
-            faults.push(format!("{krate}: expected programs of tests, found none"));
-        }
-        for Tests { program, .. } in of_crate {
-            println!("     {krate}: {}", program.display());
-            let folder = workspace::root().join("crates").join(krate);
-            let status =
-                Command::new(program).current_dir(folder).arg("--quiet").env("LOBE_SIMD", instructions).status();
-            if !status.as_ref().is_ok_and(std::process::ExitStatus::success) {
-                faults.push(format!("LOBE_SIMD={instructions} {} failed: {status:?}", program.display()));
-            }
-        }
-    }
-    outcome::of(faults)
-}
-
-/// Builds the tests of libraries, those within them and those named `all`.
-fn built() -> Result<Vec<Tests>, String> {
-    let arguments = ["test", "--workspace", "--lib", "--test", "all", "--no-run", "--message-format=json"];
+/// Builds tests of the whole workspace.
+fn built(kinds: &[&str]) -> Result<Vec<Tests>, String> {
+    let arguments = [&["test", "--workspace", "--no-run", "--message-format=json"], kinds].concat();
     let output = Command::new(workspace::cargo())
         .current_dir(workspace::root())
-        .args(arguments)
+        .args(&arguments)
         .stderr(Stdio::inherit())
         .output();
     let output = output.map_err(|error| format!("cargo did not start: {error}"))?;

@@ -88,6 +88,7 @@ def test_options_that_would_be_ignored_are_refused():
             call()
 
 
+@pytest.mark.nightly
 def test_the_sheet_of_techniques_is_that_of_the_command(tmp_path):
     lobe_command("env show bundled:sunset --size 32 -o", tmp_path / "a.png")
     SKY.show(tmp_path / "b.png", 32)

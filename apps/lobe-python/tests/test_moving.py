@@ -96,6 +96,7 @@ def test_what_is_baked_is_taken_up_again(tmp_path):
     np.testing.assert_array_equal(moving.render(SKY, 0.3, **SIZE), anew.render(SKY, 0.3, **SIZE))
 
 
+@pytest.mark.nightly
 def test_render_shows_what_moves_at_a_time():
     found = lobe.render("built-in:three-objects", SKY, mode="shexp", order=2, bake_samples=4, time=0.4, **SIZE)
     moving = lobe.MovingScene("built-in:three-objects", lobe.MovingOptions("shexp", order=2, samples=4))

@@ -19,7 +19,12 @@ def test_the_notebooks_are_there():
     assert len(NOTEBOOKS) == 4, NOTEBOOKS
 
 
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def by_time(path):
+    """What is traced by paths takes long."""
+    return pytest.param(path, id=path.stem, marks=[pytest.mark.nightly] if "truth" in path.stem else [])
+
+
+@pytest.mark.parametrize("path", map(by_time, NOTEBOOKS))
 def test_a_notebook_runs_and_is_stored_without_outputs(path, tmp_path):
     notebook = nbformat.read(path, as_version=4)
     nbformat.validate(notebook)

@@ -13,6 +13,7 @@ import pytest
 import lobe
 
 
+@pytest.mark.nightly
 def test_pyright_finds_no_error(tmp_path):
     pytest.importorskip("basedpyright", reason="basedpyright is not installed")
     settings = {

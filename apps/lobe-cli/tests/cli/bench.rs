@@ -36,6 +36,7 @@ fn the_table_has_a_line_for_each_job_and_says_by_what_it_is_bound() {
 }
 
 #[test]
+#[ignore = "long: of the nightly group"]
 fn rays_that_are_written_find_what_the_file_says() {
     let dir = Dir::new();
     dir.lobe("bench occlusion --seconds 0.001 --rays rays.safetensors").stdout();

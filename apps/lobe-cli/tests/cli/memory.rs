@@ -218,6 +218,7 @@ fn peak(dir: &Dir, args: &str) -> u64 {
 
 #[cfg(target_os = "linux")]
 #[test]
+#[ignore = "long: of the nightly group"]
 fn work_takes_no_more_memory_than_is_said() {
     let dir = Dir::new();
     scene(&dir);

@@ -107,6 +107,7 @@ fn shards_of_bakes_at_texels_and_points_in_space_make_the_bytes_of_one_machine()
 }
 
 #[test]
+#[ignore = "long: of the nightly group"]
 fn shards_of_path_traced_pictures_make_the_bytes_of_one_machine() {
     all_numbers_of_shards_make_the_bytes_of_one_machine(&PICTURES);
 }

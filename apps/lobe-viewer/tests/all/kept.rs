@@ -87,7 +87,7 @@ fn every_number_that_is_kept_comes_back_in_its_range_and_the_rooms_stand_it() {
         assert!(read.orbit.unwrap().distance > 0.0 && read.orbit.unwrap().camera().is_some(), "{back}");
         let app = ViewerApp::new(None, user.clone(), &[]);
         let mut harness =
-            Harness::builder().with_size([900.0, 700.0]).build_ui_state(|ui, app: &mut ViewerApp| app.show(ui), app);
+            Harness::builder().with_size([480.0, 360.0]).build_ui_state(|ui, app: &mut ViewerApp| app.show(ui), app);
         for room in RoomName::ALL {
             harness.get_all_by_label(room.title()).next().unwrap().click();
             harness.run_steps(3);

@@ -165,7 +165,7 @@ fn what_is_no_number_is_refused_in_words_and_changes_nothing() {
 #[test]
 fn coefficients_change_every_second_and_come_around() {
     let sky = open_sky("bundled:sunset".as_ref(), &ReadLimits::default()).unwrap();
-    let mut harness = open(SkyEdits::default(), Some(sky.clone()));
+    let mut harness = open_in([600.0, 1500.0], SkyEdits::default(), Some(sky.clone()));
     harness.get_by_label("Change every second").click();
     harness.run_steps(1);
     let light = project_map(&sky.map, 8).resized(4);

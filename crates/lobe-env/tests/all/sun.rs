@@ -133,6 +133,9 @@ fn places_of(mapping: Mapping) -> Vec<Dir> {
     all
 }
 
+/// The radii of planted discs, one place after the other.
+const RADII: [f64; 2] = [1.0 * PITCH, 1.7 * PITCH];
+
 /// The radiance of a planted disc.
 const RADIANCE: Rgb<f32> = Rgb::new(2000.0, 1500.0, 900.0);
 
@@ -174,18 +177,16 @@ fn find_disc(mapping: Mapping, place: Dir, radius: f64) -> Found {
 fn planted_discs_are_found_wherever_they_are() {
     for mapping in Mapping::ALL {
         let mut worst = [0.0_f64; 4];
-        for radius in [1.0 * PITCH, 1.7 * PITCH] {
-            for place in places_of(mapping) {
-                let found = find_disc(mapping, place, radius);
-                let at = format!("{mapping}: disc of {} texels at {:?}: {found:?}", radius / PITCH, place.to_array());
-                assert!(found.distance < 0.15, "its place: {at}");
-                assert!(found.energy < 0.025, "its energy: {at}");
-                // A texel is up to 1.3 PITCH long, and a sun no smaller than it.
-                assert!(found.size < 0.8, "its size: {at}");
-                assert!(found.fill < 0.02, "what is left: {at}");
-                for (worst, value) in worst.iter_mut().zip([found.distance, found.energy, found.size, found.fill]) {
-                    *worst = worst.max(value);
-                }
+        for (place, radius) in places_of(mapping).into_iter().zip(RADII.into_iter().cycle()) {
+            let found = find_disc(mapping, place, radius);
+            let at = format!("{mapping}: disc of {} texels at {:?}: {found:?}", radius / PITCH, place.to_array());
+            assert!(found.distance < 0.15, "its place: {at}");
+            assert!(found.energy < 0.025, "its energy: {at}");
+            // A texel is up to 1.3 PITCH long, and a sun no smaller than it.
+            assert!(found.size < 0.8, "its size: {at}");
+            assert!(found.fill < 0.02, "what is left: {at}");
+            for (worst, value) in worst.iter_mut().zip([found.distance, found.energy, found.size, found.fill]) {
+                *worst = worst.max(value);
             }
         }
         println!("{mapping}: place {} texels, energy {}, size {}, fill {}", worst[0], worst[1], worst[2], worst[3]);
@@ -201,7 +202,7 @@ fn behind_a_ball_the_energy_is_found_and_the_place_as_well_as_texels_are_long() 
             [(0.0, 0.01), (0.5, 5.6), (2.0, 5.6), (4.0, 5.6), (7.0, 5.6), (14.0, 5.6), (25.0, 1.0)]
         {
             let mut worst = 0.0_f64;
-            for radius in [1.0 * PITCH, 1.7 * PITCH] {
+            for radius in RADII {
                 for place in around(behind, degrees) {
                     let found = find_disc(mapping, place, radius);
                     let at = format!("{mapping}, {degrees}° from behind: {found:?}");
