@@ -124,11 +124,19 @@ fn any_hit<L: Lanes>(
     while let Some(item) = next {
         if item & BLOCK_BIT == 0 {
             let node = &tree.nodes[item as usize];
-            // Intersect the eight boxes, and push the children that are met.
+            // Intersect the eight boxes, go on with the last that is met, and push the others.
             let (mask, _) = slabs.meets(lanes, node, t_max);
-            let (met, count) = (lanes.compress(&node.children(), mask), mask.count_ones() as usize);
-            met[..count].iter().for_each(|&item| tree.prefetch(lanes, item));
-            stack.push_front(&met, count);
+            if mask != 0 {
+                let last = mask.ilog2();
+                let others = mask ^ 1 << last;
+                if others != 0 {
+                    let (met, count) = (lanes.compress(&node.children(), others), others.count_ones() as usize);
+                    met[..count].iter().for_each(|&item| tree.prefetch(lanes, item));
+                    stack.push_front(&met, count);
+                }
+                next = Some(node.child(last as usize));
+                continue;
+            }
         } else if tree.blocks[(item & !BLOCK_BIT) as usize].hits(lanes, ray, &mut *accept) {
             return true;
         }
@@ -173,11 +181,15 @@ impl<F: FnMut(&Hit) -> bool> Work for Closest<'_, '_, F> {
                 });
             } else {
                 let node = &self.tree.nodes[item as usize];
-                // Intersect the eight boxes, and push the children that are met, the nearest on top.
+                // Intersect the eight boxes, go on with the nearest that is met, and push the others.
                 let (mask, enters) = slabs.meets(lanes, node, lanes.splat(end));
-                push_farthest_first(node, mask, &lanes.store(enters), &mut stack, |item| {
+                let nearest = push_all_but_nearest(node, mask, &lanes.store(enters), &mut stack, |item| {
                     self.tree.prefetch(lanes, item);
                 });
+                if nearest.is_some() {
+                    next = nearest;
+                    continue;
+                }
             }
             next = stack.pop();
         }
@@ -185,32 +197,57 @@ impl<F: FnMut(&Hit) -> bool> Work for Closest<'_, '_, F> {
     }
 }
 
-/// Pushes the children of a mask so that the nearest comes out first.
+/// The nearest child of a mask, if there is one; pushes the others so that the nearest comes out first.
 #[inline(always)]
-fn push_farthest_first(
+fn push_all_but_nearest(
     node: &Node,
     mask: u32,
     enters: &[f32; WIDTH],
     stack: &mut Stack<(f32, u32)>,
     prefetch: impl Fn(u32),
-) {
-    let mut sorted = [(0.0_f32, 0_u32); WIDTH];
-    let mut count = 0;
-    let mut mask = mask;
-    while mask != 0 {
+) -> Option<(f32, u32)> {
+    let child = |mask: u32| {
         let slot = mask.trailing_zeros() as usize % WIDTH;
-        mask &= mask - 1;
-        // Insertion sort, the farthest first: most masks have two or three children.
+        (enters[slot], node.child(slot))
+    };
+    if mask == 0 {
+        return None;
+    }
+    let mut nearest = child(mask);
+    let mut others = mask & (mask - 1);
+    // One or two are met most often: without a place to sort them in.
+    if others == 0 {
+        return Some(nearest);
+    }
+    let mut farther = child(others);
+    if farther.0 < nearest.0 {
+        std::mem::swap(&mut nearest, &mut farther);
+    }
+    prefetch(farther.1);
+    others &= others - 1;
+    if others == 0 {
+        stack.push(farther);
+        return Some(nearest);
+    }
+    // Insertion sort of those that wait, the farthest first.
+    let mut sorted = [(0.0_f32, 0_u32); WIDTH];
+    sorted[0] = farther;
+    let mut count = 1;
+    while others != 0 {
+        let mut next = child(others);
+        others &= others - 1;
+        if next.0 < nearest.0 {
+            std::mem::swap(&mut nearest, &mut next);
+        }
         let mut place = count;
-        while place > 0 && sorted[place - 1].0 < enters[slot] {
+        while place > 0 && sorted[place - 1].0 < next.0 {
             sorted[place] = sorted[place - 1];
             place -= 1;
         }
-        prefetch(node.child(slot));
-        sorted[place] = (enters[slot], node.child(slot));
+        prefetch(next.1);
+        sorted[place] = next;
         count += 1;
     }
-    for &item in &sorted[..count] {
-        stack.push(item);
-    }
+    sorted[..count].iter().for_each(|&item| stack.push(item));
+    Some(nearest)
 }
