@@ -16,7 +16,8 @@ const CLIPPY: Step =
 /// The mathematics alone, without files.
 const FEATURES: Step =
     Step { name: "no-features", work: Work::Cargo("check --package lobe-sh --no-default-features", &[]) };
-/// The command as users build it: the tests and clippy have every feature on. At night, as few dependencies are compiled with the same.
+/// The command as users build it: the other steps have every feature on, or those that any crate of the workspace asks for. At night, because
+/// dependencies are checked again for it.
 const DEFAULTS: Step = Step { name: "default-features", work: Work::Cargo("check", &[]) };
 /// The Python package as it is built for users: in the whole workspace a dependency may get features from another crate.
 const PYTHON_ALONE: Step = Step { name: "python-alone", work: Work::Cargo("check --package lobe-python", &[]) };
@@ -67,7 +68,7 @@ const DOCS: Step = Step { name: "docs", work: Work::Cargo("doc --workspace --no-
 const BOOK: Step = Step { name: "book", work: Work::Where(toolchain::has_mdbook, "mdbook", "build docs/guide") };
 /// The README's command, word for word.
 const TEST: Step = Step { name: "test", work: Work::Cargo("test --workspace", &[]) };
-/// The tests of kernels once more for each narrower kind of instructions, for which every kernel has code of its own.
+/// The unit tests of crates with kernels once more for each narrower kind of instructions, for which every kernel has code of its own.
 const TEST_PLAIN: Step = Step { name: "test-plain", work: Work::Cargo("run --package xtask -- test-plain", &[]) };
 const TEST_AVX2: Step = Step {
     name: "test-avx2",

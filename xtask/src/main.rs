@@ -56,9 +56,11 @@ const CHORES: &[(&str, &str, Chore)] = &[
         "what kernels execute, counted by valgrind, against the counts on record; --write records them",
         instructions::run,
     ),
-    ("test-plain", "the tests of kernels by plain code, after `cargo test --workspace`", |arguments| {
-        narrower::run("plain", arguments)
-    }),
+    (
+        "test-plain",
+        "the unit tests of crates with kernels by plain code, after `cargo test --workspace`; with --all those of tests/all too",
+        |arguments| narrower::run("plain", arguments),
+    ),
     ("test-avx2", "the same by AVX2", |arguments| narrower::run("avx2", arguments)),
     ("goldens", "the golden values are there, and read by a test", |_| goldens::check()),
 ];

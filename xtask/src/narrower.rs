@@ -1,8 +1,8 @@
-//! `test-plain`, `test-avx2`: the tests of kernels once more, by narrower instructions than the machine has; with `--all` those of
+//! `test-plain`, `test-avx2`: the unit tests of crates with kernels once more, by narrower instructions than the machine has; with `--all` those of
 //! folders `tests/all` too, which take twice as long.
 //!
 //! The programs are those that `cargo test --workspace` has compiled. With fewer packages the others would have other features, and be
-//! compiled anew; so all are built, which takes no time after the step `test`, and those of crates with kernels are run.
+//! compiled anew; so all are built, which takes no time after `cargo test --workspace`, and those of crates with kernels are run.
 
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
@@ -17,8 +17,12 @@ const WITH_KERNELS: [&str; 5] = ["lobe-sh", "lobe-env", "lobe-scene", "lobe-prt"
 
 /// Runs the tests by plain code, which is the specification of the others, or by AVX2, for machines without AVX-512.
 pub(crate) fn run(instructions: &str, arguments: &[String]) -> Outcome {
-    let with_all = arguments.iter().any(|argument| argument == "--all");
-    let tests = built(if with_all { &["--lib", "--test", "all"] } else { &["--lib"] }).map_err(|fault| vec![fault])?;
+    let kinds: &[&str] = match arguments {
+        [] => &["--lib"],
+        [all] if all == "--all" => &["--lib", "--test", "all"],
+        other => return Err(vec![format!("expected --all or nothing, found {}", other.join(" "))]),
+    };
+    let tests = built(kinds).map_err(|fault| vec![fault])?;
     let mut faults = Vec::new();
     for krate in WITH_KERNELS {
         let of_crate: Vec<_> = tests.iter().filter(|tests| tests.package == krate).collect();

@@ -62,7 +62,7 @@ fn batches(sources: &[&[f32]], work: impl Fn(&[ShBatch], &mut ShBatch) + Sync) -
         let from: Vec<ShBatch> = sources.iter().map(part).collect();
         let mut to = ShBatch::zero(ORDER, out.len() / count);
         work(&from, &mut to);
-        to.to_rows(out);
+        to.rows_into(out);
     });
     out
 }

@@ -49,7 +49,7 @@ fn fill<C: Coefficient<Scalar = f32>, const N: usize>(
         let from = sources.map(|source| ShBatch::from_rows(order, &source[first * width..][..out.len()]));
         let mut to = ShBatch::zero(order, C::CHANNELS * out.len() / width);
         work(from, &mut to);
-        to.to_rows(out);
+        to.rows_into(out);
         Ok(())
     })
 }

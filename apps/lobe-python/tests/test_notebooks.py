@@ -24,7 +24,7 @@ def by_time(path):
     return pytest.param(path, id=path.stem, marks=[pytest.mark.nightly] if "truth" in path.stem else [])
 
 
-@pytest.mark.parametrize("path", map(by_time, NOTEBOOKS))
+@pytest.mark.parametrize("path", [by_time(path) for path in NOTEBOOKS])
 def test_a_notebook_runs_and_is_stored_without_outputs(path, tmp_path):
     notebook = nbformat.read(path, as_version=4)
     nbformat.validate(notebook)

@@ -8,7 +8,8 @@ use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 /// A coefficient of an expansion: `f32`, `f64`, [`Rgb<f32>`](Rgb) or `Rgb<f64>`.
 ///
-/// A color is a vector of independent channels: sums, products and scaling act on each channel alone.
+/// A color is a vector of independent channels: sums, products and scaling act on each channel alone. No other type can be one, as kernels
+/// are compiled for these.
 pub trait Coefficient:
     Copy
     + Default
@@ -74,34 +75,30 @@ pub trait Coefficient:
 
     /// The slice if the type is `f32`, for kernels that exist for it alone.
     #[doc(hidden)]
-    #[inline]
+    #[inline(always)]
     fn single_slice(slice: &[Self]) -> Option<&[f32]> {
-        let _ = slice;
-        None
+        if let TypedSlice::Single(slice) = Self::typed(slice) { Some(slice) } else { None }
     }
 
-    /// [`Real::single_slice`] to write to.
+    /// [`Coefficient::single_slice`] to write to.
     #[doc(hidden)]
-    #[inline]
+    #[inline(always)]
     fn single_slice_mut(slice: &mut [Self]) -> Option<&mut [f32]> {
-        let _ = slice;
-        None
+        if let TypedSliceMut::Single(slice) = Self::typed_mut(slice) { Some(slice) } else { None }
     }
 
     /// The slice if the type is `f64`.
     #[doc(hidden)]
-    #[inline]
+    #[inline(always)]
     fn double_slice(slice: &[Self]) -> Option<&[f64]> {
-        let _ = slice;
-        None
+        if let TypedSlice::Double(slice) = Self::typed(slice) { Some(slice) } else { None }
     }
 
-    /// [`Real::double_slice`] to write to.
+    /// [`Coefficient::double_slice`] to write to.
     #[doc(hidden)]
-    #[inline]
+    #[inline(always)]
     fn double_slice_mut(slice: &mut [Self]) -> Option<&mut [f64]> {
-        let _ = slice;
-        None
+        if let TypedSliceMut::Double(slice) = Self::typed_mut(slice) { Some(slice) } else { None }
     }
 }
 
@@ -148,7 +145,7 @@ pub enum TypedSliceMut<'a> {
 }
 
 macro_rules! numbers {
-    ($($t:ty: $typed:ident, $colors:ident { $($more:tt)* }),*) => {$(
+    ($($t:ty: $typed:ident, $colors:ident);*) => {$(
         impl Coefficient for $t {
             type Scalar = Self;
             type Wide = f64;
@@ -201,8 +198,6 @@ macro_rules! numbers {
             fn typed_mut(slice: &mut [Self]) -> TypedSliceMut<'_> {
                 TypedSliceMut::$typed(slice)
             }
-
-            $($more)*
         }
 
         impl Real for $t {
@@ -231,30 +226,7 @@ macro_rules! numbers {
     )*};
 }
 
-numbers!(
-    f32: Single, SingleColors {
-        #[inline]
-        fn single_slice(slice: &[Self]) -> Option<&[f32]> {
-            Some(slice)
-        }
-
-        #[inline]
-        fn single_slice_mut(slice: &mut [Self]) -> Option<&mut [f32]> {
-            Some(slice)
-        }
-    },
-    f64: Double, DoubleColors {
-        #[inline]
-        fn double_slice(slice: &[Self]) -> Option<&[f64]> {
-            Some(slice)
-        }
-
-        #[inline]
-        fn double_slice_mut(slice: &mut [Self]) -> Option<&mut [f64]> {
-            Some(slice)
-        }
-    }
-);
+numbers!(f32: Single, SingleColors; f64: Double, DoubleColors);
 
 /// A linear color: red, green and blue with Rec. 709 primaries unless the data says otherwise.
 ///

@@ -91,6 +91,7 @@ fn every_number_that_is_kept_comes_back_in_its_range_and_the_rooms_stand_it() {
         for room in RoomName::ALL {
             harness.get_all_by_label(room.title()).next().unwrap().click();
             harness.run_steps(3);
+            assert_eq!(harness.state().room(), room, "the room that was chosen");
         }
     }
 }

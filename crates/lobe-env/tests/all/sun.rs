@@ -133,7 +133,7 @@ fn places_of(mapping: Mapping) -> Vec<Dir> {
     all
 }
 
-/// The radii of planted discs, one place after the other.
+/// The radii of planted discs.
 const RADII: [f64; 2] = [1.0 * PITCH, 1.7 * PITCH];
 
 /// The radiance of a planted disc.
@@ -175,9 +175,10 @@ fn find_disc(mapping: Mapping, place: Dir, radius: f64) -> Found {
 
 #[test]
 fn planted_discs_are_found_wherever_they_are() {
-    for mapping in Mapping::ALL {
+    for (number, mapping) in Mapping::ALL.into_iter().enumerate() {
         let mut worst = [0.0_f64; 4];
-        for (place, radius) in places_of(mapping).into_iter().zip(RADII.into_iter().cycle()) {
+        // Every place with one radius, in the next mapping with the other.
+        for (place, radius) in places_of(mapping).into_iter().zip(RADII.into_iter().cycle().skip(number)) {
             let found = find_disc(mapping, place, radius);
             let at = format!("{mapping}: disc of {} texels at {:?}: {found:?}", radius / PITCH, place.to_array());
             assert!(found.distance < 0.15, "its place: {at}");

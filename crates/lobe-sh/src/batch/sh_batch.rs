@@ -83,7 +83,7 @@ impl ShBatch {
     ///
     /// # Panics
     /// If there is not room for exactly all of them.
-    pub fn to_planes(&self, planes: &mut [f32]) {
+    pub fn planes_into(&self, planes: &mut [f32]) {
         assert_eq!(planes.len(), coefficient_count(self.order) * self.count, "numbers of coefficients");
         for b in 0..self.count.div_ceil(LANES) {
             let part = b * LANES..self.count.min((b + 1) * LANES);
@@ -116,10 +116,11 @@ impl ShBatch {
     /// The functions one after the other, as [`from_rows`](Self::from_rows) has them.
     ///
     /// # Panics
-    /// If there is not room for exactly all of them.
-    pub fn to_rows<C: Coefficient<Scalar = f32>>(&self, rows: &mut [C]) {
+    /// If there is not room for exactly all of them, in whole rows.
+    pub fn rows_into<C: Coefficient<Scalar = f32>>(&self, rows: &mut [C]) {
         let width = coefficient_count(self.order);
-        assert_eq!(rows.len() * C::CHANNELS, width * self.count, "numbers of coefficients");
+        let found = (self.count.is_multiple_of(C::CHANNELS), rows.len() * C::CHANNELS);
+        assert_eq!(found, (true, width * self.count), "functions in whole rows, and numbers of their coefficients");
         for (k, row) in rows.chunks_exact_mut(width.max(1)).enumerate() {
             let first = k * C::CHANNELS;
             for (i, out) in row.iter_mut().enumerate() {
@@ -315,7 +316,7 @@ mod tests {
             let (numbers, colors) = (rows.iter().map(|c| c.g).collect::<Vec<_>>(), ShBatch::from_rows(order, &rows));
             assert_eq!((colors.order(), colors.len()), (order, 3 * count), "of order {order}");
             let mut back = vec![Rgb::ZERO; rows.len()];
-            colors.to_rows(&mut back);
+            colors.rows_into(&mut back);
             assert_eq!(back, rows, "{count} colors of order {order}");
             let mut green = vec![f32::NAN; width];
             for (k, row) in numbers.chunks_exact(width.max(1)).enumerate() {
@@ -323,8 +324,13 @@ mod tests {
                 assert_eq!(green, row, "green of function {k} of order {order}");
             }
             let mut back = vec![f32::NAN; numbers.len()];
-            ShBatch::from_rows(order, &numbers).to_rows(&mut back);
+            ShBatch::from_rows(order, &numbers).rows_into(&mut back);
             assert_eq!(back, numbers, "{count} functions of order {order}");
         }
+    }
+    #[test]
+    #[should_panic(expected = "whole rows")]
+    fn one_function_is_no_row_of_colors() {
+        ShBatch::zero(3, 1).rows_into(&mut [Rgb::<f32>::ZERO; 3]);
     }
 }

@@ -9,14 +9,17 @@ macro_rules! of_types {
         mod $name {
             use super::generated;
 
+            #[inline(never)]
             pub(super) fn general(a: &[$t], b: &[$t], out: &mut [$t]) -> bool {
                 generated::general(a, b, out)
             }
 
+            #[inline(never)]
             pub(super) fn square(a: &[$t], out: &mut [$t]) -> bool {
                 generated::square(a, out)
             }
 
+            #[inline(never)]
             pub(super) fn zonal(z: &[$scalar], b: &[$t], out: &mut [$t]) -> bool {
                 generated::zonal(z, b, out)
             }
