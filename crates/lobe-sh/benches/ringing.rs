@@ -5,8 +5,9 @@ use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
 use lobe_sh::{
-    DeringMethod, DeringOptions, Dir, Expansion as _, Rgb, ShL2, ShVec, Window, Zonal, certified_minimum,
-    conservative_minimum, convolved, dering_in_place, dering_order_3_in_place, window_in_place,
+    Coefficient as _, DeringMethod, DeringOptions, Dir, Expansion as _, Rgb, ShBatch, ShL2, ShVec, Window, Zonal,
+    certified_minimum, conservative_minimum, convolved, dering_batch_order_3_in_place, dering_in_place,
+    dering_order_3_in_place, window_in_place,
 };
 use lobe_testkit::Random;
 
@@ -42,6 +43,20 @@ fn dering(c: &mut Criterion) {
             for f in &mut work {
                 dering_order_3_in_place(f.coefficients_mut());
             }
+        });
+    });
+    group.finish();
+    let mut group = c.benchmark_group("dering-lanes-rgb-f32");
+    group.throughput(Throughput::Elements(PROBES as u64));
+    group.bench_function(BenchmarkId::from_parameter(3), |bencher| {
+        let channel = |c| probes.iter().map(|f| f.map(|v| v.channel(c))).collect::<Vec<ShL2>>();
+        let batches = [0, 1, 2].map(|c| ShBatch::from_functions(&channel(c)));
+        let mut work = batches.clone();
+        bencher.iter(|| {
+            for (work, batch) in work.iter_mut().zip(black_box(&batches)) {
+                work.blocks_mut().copy_from_slice(batch.blocks());
+            }
+            dering_batch_order_3_in_place(&mut work)
         });
     });
     group.finish();

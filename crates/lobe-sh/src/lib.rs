@@ -82,7 +82,7 @@
 //! | find lights in an expansion | [`extract_light`], [`extract_lights`], [`fit_lights`]; [`local_maxima`] |
 //! | exchange ringing for blur | [`Window`], [`windowed`], [`ContentWindow`] (none towards the light), [`Window::squared_laplacian_of`], [`width_of_peak`], [`dering_table_factors`] |
 //! | find extreme values | [`certified_minimum`], [`certified_maximum`], [`conservative_minimum`] |
-//! | remove ringing below zero | [`deringed`], [`dering_in_place`], [`dering_order_3_in_place`] |
+//! | remove ringing below zero | [`deringed`], [`dering_in_place`], [`dering_order_3_in_place`], [`dering_batch_order_3_in_place`] |
 //! | read and write `.sh.json` | `read_sh_json`, `write_sh_json` (feature `json`, on by default) |
 //!
 //! # Types on top, slices below
@@ -192,6 +192,7 @@ pub use product::product::{product, product_as, product_into, square_into, zonal
 pub use projection::least_squares::{Conditioning, LeastSquaresFit, least_squares};
 pub use projection::monte_carlo::{MonteCarloEstimate, MonteCarloOptions, Sampling, project_monte_carlo};
 pub use projection::project::{Projection, project, project_as, project_to_accuracy};
+pub use ringing::batch_dering::dering_batch_order_3_in_place;
 pub use ringing::content_window::ContentWindow;
 pub use ringing::dering::{DeringMethod, DeringOptions, DeringReport, WindowFamily, dering_in_place, deringed};
 pub use ringing::quadratic_dering::{QuadraticDeringReport, dering_order_3_in_place};

@@ -5,8 +5,8 @@ use std::hint::black_box;
 use lobe::env::{CubeMap, PrefilterOptions, prefilter_ggx};
 use lobe::io::Job;
 use lobe::sh::{
-    Coefficient as _, Dir, DirBatch, Expansion as _, PackedIrradiance, Rgb, ShL2, dering_order_3_in_place, eval_basis,
-    even_directions,
+    Coefficient as _, Dir, DirBatch, Expansion as _, PackedIrradiance, Rgb, ShBatch, ShL2,
+    dering_batch_order_3_in_place, eval_basis, even_directions,
 };
 
 use crate::bench::cost::{Cost, Level};
@@ -65,14 +65,18 @@ fn dering(bench: &mut Bench<'_>) {
         return;
     }
     let probes: Vec<ShL2<Rgb<f32>>> = (0..COUNT).map(light).collect();
-    let mut work = probes.clone();
+    let batches = [0, 1, 2].map(|c| {
+        let channel: Vec<ShL2<f32>> = probes.iter().map(|f| f.map(|v| v.channel(c))).collect();
+        ShBatch::from_functions(&channel)
+    });
+    let mut work = batches.clone();
     for order in bench.orders(&[ORDER]) {
         let job = BenchJob { name, order: Some(order), item: "probe", items: COUNT, cost: None, above: "" };
         bench.measure(&job, || {
-            work.copy_from_slice(black_box(&probes));
-            for f in black_box(&mut work) {
-                dering_order_3_in_place(f.coefficients_mut());
+            for (work, batch) in work.iter_mut().zip(black_box(&batches)) {
+                work.blocks_mut().copy_from_slice(batch.blocks());
             }
+            black_box(dering_batch_order_3_in_place(black_box(&mut work)));
         });
     }
 }

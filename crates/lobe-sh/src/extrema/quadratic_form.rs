@@ -304,7 +304,7 @@ fn times(&[xx, yy, zz, xy, xz, yz]: &[f64; 6], [x, y, z]: [f64; 3]) -> [f64; 3] 
 }
 
 /// `1/√4π`, `√(3/4π)`, `√(15/16π)`, `1/√3`, `√3`.
-fn norms() -> &'static [f64; 5] {
+pub(crate) fn norms() -> &'static [f64; 5] {
     static NORMS: Once<[f64; 5]> = Once::new();
     NORMS.get_or_init(|| {
         [(0.25 / PI).sqrt(), (0.75 / PI).sqrt(), (0.9375 / PI).sqrt(), 3.0_f64.sqrt().recip(), 3.0_f64.sqrt()]

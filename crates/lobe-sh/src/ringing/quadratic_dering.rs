@@ -16,10 +16,10 @@ const CONVERGED: f64 = 1e-6;
 
 /// The depth below zero, relative to the mean, that another channel may have where one decides, removed by the blend:
 /// channels that are equal but for rounding differ by less.
-const TIE: f64 = 1e-8;
+pub(crate) const TIE: f64 = 1e-8;
 
 /// The effect of rounding in `f64` on a minimum, relative to the function's scale.
-const ROUNDING: f64 = 1e-14;
+pub(crate) const ROUNDING: f64 = 1e-14;
 
 /// The result of [`dering_order_3_in_place`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -274,11 +274,11 @@ fn nearest_on_last(cuts: &[[f64; 2]], [e1, e2]: [f64; 2]) -> [f64; 2] {
 }
 
 /// The most Newton steps; 3 or 4 are usual. Functions that need more are left to the cutting planes.
-const NEWTON_STEPS: usize = 16;
+pub(crate) const NEWTON_STEPS: usize = 16;
 
 /// The relative step after which a search ends. The next step would be of the order of its square, and its gain of the
 /// order of that squared.
-const NEWTON_CONVERGED: f64 = 1e-4;
+pub(crate) const NEWTON_CONVERGED: f64 = 1e-4;
 
 // With the bands scaled by `w_2 = w` and `w_1 = κ w`, for every `t >= 0` and every `x` of the sphere
 //
