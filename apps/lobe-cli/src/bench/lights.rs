@@ -5,8 +5,8 @@ use std::hint::black_box;
 use lobe::env::{CubeMap, PrefilterOptions, prefilter_ggx};
 use lobe::io::Job;
 use lobe::sh::{
-    Coefficient as _, Dir, DirBatch, Expansion as _, PackedIrradiance, Rgb, ShBatch, ShL2,
-    dering_batch_order_3_in_place, eval_basis, even_directions,
+    Coefficient as _, Dir, DirBatch, PackedIrradiance, Rgb, ShBatch, ShL2, dering_batch_order_3_in_place, eval_basis,
+    even_directions,
 };
 
 use crate::bench::cost::{Cost, Level};
