@@ -1,4 +1,4 @@
-//! Continuous integration: `ci` runs what every change has to pass, in two parts where tools are installed beside the first; `quick` the fast checks, `nightly` the long ones.
+//! Continuous integration: `ci` runs what every change has to pass, in three parts of which `.ci/run` runs two beside each other; `quick` the fast checks, `nightly` the long ones.
 
 use crate::outcome::Outcome;
 use crate::step::{Step, Work, run_all};
@@ -197,26 +197,13 @@ pub(crate) fn nightly() -> Outcome {
     ])
 }
 
-/// What needs Rust alone, the cheap steps first.
-const CHECKS: &[Step] = &[
-    FMT,
-    FMT_FUZZ,
-    FMT_PEERS,
-    FMT_BEVY,
-    ARCH,
-    SIZES,
-    DOCUMENTS,
-    GOLDENS,
-    CLIPPY,
-    FEATURES,
-    WASM,
-    NO_STD,
-    OLDEST_RUST,
-    DOCS,
-    BOOK,
-];
+/// What reads files and compiles nothing.
+const CHECKS: &[Step] = &[FMT, FMT_FUZZ, FMT_PEERS, FMT_BEVY, ARCH, SIZES, DOCUMENTS, GOLDENS];
 
-/// The tests, and what needs the tools that `.ci/run` installs beside the [`CHECKS`].
+/// What the compiler finds without running anything.
+const LINTS: &[Step] = &[CLIPPY, FEATURES, WASM, NO_STD, OLDEST_RUST, DOCS, BOOK];
+
+/// The tests, and what needs the tools that `.ci/run` installs.
 const TESTS: &[Step] = &[TYPOS, TEST, TEST_PLAIN, TEST_AVX2, INSTRUCTIONS, CORPUS];
 
 /// The first part of [`ci`].
@@ -224,14 +211,19 @@ pub(crate) fn checks() -> Outcome {
     run_all(CHECKS)
 }
 
-/// The second part of [`ci`].
+/// The second part, which may run beside the third in a target folder of its own.
+pub(crate) fn lints() -> Outcome {
+    run_all(LINTS)
+}
+
+/// The third part of [`ci`].
 pub(crate) fn tests() -> Outcome {
     run_all(TESTS)
 }
 
 /// Everything.
 pub(crate) fn ci() -> Outcome {
-    run_all(&[CHECKS, TESTS].concat())
+    run_all(&[CHECKS, LINTS, TESTS].concat())
 }
 
 /// The steps to run before each commit.

@@ -27,8 +27,9 @@ type Chore = fn(&[String]) -> Outcome;
 /// Every chore: its name, its help, its function.
 const CHORES: &[(&str, &str, Chore)] = &[
     ("ci", "everything continuous integration checks, each step with its time", |_| ci::ci()),
-    ("ci-checks", "its first part, which needs Rust alone", |_| ci::checks()),
-    ("ci-tests", "its second part: the tests, and what needs other tools", |_| ci::tests()),
+    ("ci-checks", "its first part, which compiles nothing", |_| ci::checks()),
+    ("ci-lints", "its second part: what the compiler finds without running anything", |_| ci::lints()),
+    ("ci-tests", "its third part: the tests, and what needs other tools", |_| ci::tests()),
     ("nightly", "licenses, what takes long or needs other programs: the whole corpus and the peers", |_| ci::nightly()),
     ("quick", "what to run before each commit: under 30 s when warm", |_| ci::quick()),
     (

@@ -133,6 +133,7 @@ def test_a_worker_that_is_killed_in_the_middle_and_one_that_joins_late_change_no
     assert (tmp_path / "o.safetensors").read_bytes() == whole
 
 
+@pytest.mark.nightly
 def test_a_bake_whose_scheduler_died_goes_on_with_another(processes, tmp_path, whole):
     processes.worker()
     output = tmp_path / "o.safetensors"
@@ -183,6 +184,7 @@ def soon_given_up():
         yield
 
 
+@pytest.mark.nightly
 def test_a_scheduler_that_died_before_the_bake_is_told_in_one_line(processes, tmp_path, soon_given_up):
     processes.worker()
     output = tmp_path / "o.safetensors"
@@ -193,6 +195,7 @@ def test_a_scheduler_that_died_before_the_bake_is_told_in_one_line(processes, tm
     assert "\n" not in str(fault.value) and not output.exists()
 
 
+@pytest.mark.nightly
 def test_a_bag_whose_scheduler_dies_keeps_what_was_returned(processes):
     processes.worker()
     with processes.client() as client:
@@ -209,6 +212,7 @@ def test_a_bag_whose_scheduler_dies_keeps_what_was_returned(processes):
     assert all(results[number] is None for number in errors)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("what", ["bake", "map"])
 def test_a_scheduler_without_workers_is_told_and_one_that_joins_does_the_work(processes, tmp_path, whole, what, capfd):
     output = str(tmp_path / "o.safetensors")
@@ -228,6 +232,7 @@ def test_a_scheduler_without_workers_is_told_and_one_that_joins_does_the_work(pr
     assert result == [1, 2] if what == "map" else pathlib.Path(output).read_bytes() == whole
 
 
+@pytest.mark.nightly
 def test_ctrl_c_ends_the_program_in_one_line_and_the_same_command_goes_on(tmp_path):
     # Long enough that it has not ended before the signal is there.
     lengthy = lobe.BakeOptions(mode=OPTIONS.mode, order=OPTIONS.order, samples=1024)
@@ -273,6 +278,7 @@ def test_the_module_is_a_program(tmp_path, whole):
     assert (tmp_path / "o.safetensors").read_bytes() == whole
 
 
+@pytest.mark.nightly
 def test_a_worker_has_few_results_however_slow_the_client_is(processes, tmp_path):
     processes.worker()
     held = []
@@ -306,6 +312,7 @@ def on_a_full_disk(folder):
     return full
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("shards", [12, None])
 def test_a_worker_whose_disk_is_full_is_named_and_the_other_bakes_its_shards(processes, tmp_path, whole, shards):
     processes.worker(path=on_a_full_disk(tmp_path))
@@ -320,6 +327,7 @@ def test_a_worker_whose_disk_is_full_is_named_and_the_other_bakes_its_shards(pro
     assert len([warning for warning in told if "other workers" in str(warning.message)]) == 1
 
 
+@pytest.mark.nightly
 def test_where_no_worker_has_room_the_bake_says_what_to_do_and_goes_on_when_it_is_done(processes, tmp_path, whole):
     output = tmp_path / "o.safetensors"
     good = processes.worker()
@@ -345,6 +353,7 @@ def test_where_no_worker_has_room_the_bake_says_what_to_do_and_goes_on_when_it_i
     assert told[0] == (done, 40) and output.read_bytes() == whole
 
 
+@pytest.mark.nightly
 def test_shards_for_workers_that_are_left_go_to_others_when_those_die(processes, tmp_path, whole):
     processes.worker(path=on_a_full_disk(tmp_path))
     with processes.client() as client:
@@ -367,6 +376,7 @@ def test_shards_for_workers_that_are_left_go_to_others_when_those_die(processes,
     assert (tmp_path / "o.safetensors").read_bytes() == whole
 
 
+@pytest.mark.nightly
 def test_a_grid_and_split_triangles_are_shared_like_vertices(processes, tmp_path):
     processes.worker()
     with processes.client() as client:
@@ -585,6 +595,7 @@ with distributed.Client(scheduler_file={file!r}, set_as_default=False) as client
 """
 
 
+@pytest.mark.nightly
 @pytest.mark.skipif(sys.platform == "win32", reason="it has no limits of files")
 def test_what_a_client_that_is_killed_has_begun_to_write_is_cleared_and_what_it_wrote_taken_up(processes, tmp_path, whole):
     processes.worker()

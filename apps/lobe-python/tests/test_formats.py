@@ -139,6 +139,7 @@ def test_spheres_are_where_the_command_says(reader, lobe, tmp_path):
         assert min(math.dist(center, point) - radius for center, radius in found) < 1e-5
 
 
+@pytest.mark.nightly
 def test_transfer_is_the_same_in_a_scene_in_a_table_and_compressed(reader, lobe, tmp_path):
     bake = ["bake", "built-in:ball", "--mode", "shadowed", "--order", 3, "--samples", 16]
     for out in ("b.glb", "b.safetensors"):

@@ -33,7 +33,7 @@ def read(path):
     "mode, words, options",
     [
         ("shexp", "--time 0.7", {}),
-        ("shexp", "--time 0.2 --exponential hybrid --sphere-bounce --group 16 --sphere-window 6", {"exponential": "hybrid", "sphere_bounce": True, "group": 16, "sphere_window": 6.0}),
+        pytest.param("shexp", "--time 0.2 --exponential hybrid --sphere-bounce --group 16 --sphere-window 6", {"exponential": "hybrid", "sphere_bounce": True, "group": 16, "sphere_window": 6.0}, marks=pytest.mark.nightly),
         ("fields", "--time 0.7 --interpolation cubic", {"interpolation": "cubic"}),
     ],
 )
@@ -72,6 +72,7 @@ def test_the_shading_is_near_the_truth_of_the_same_moment(light, tmp_path):
     np.testing.assert_array_equal(truth.mean, read(tmp_path / "t.exr"))
 
 
+@pytest.mark.nightly
 def test_what_is_baked_is_taken_up_again(tmp_path):
     class Stopped(Exception):
         pass

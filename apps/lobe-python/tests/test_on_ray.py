@@ -34,7 +34,7 @@ def cluster():
     ray.shutdown()
 
 
-@pytest.mark.parametrize("shards", [1, 3, 7, None])
+@pytest.mark.parametrize("shards", [3, *(pytest.param(shards, marks=pytest.mark.nightly) for shards in [1, 7, None])])
 def test_a_bake_on_ray_has_the_bytes_of_one_machine(cluster, tmp_path, whole, shards):
     told = []
     output = tmp_path / "o.safetensors"

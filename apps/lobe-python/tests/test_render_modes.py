@@ -40,6 +40,7 @@ def test_every_mode_makes_the_picture_of_the_command(words, options, light, tmp_
     np.testing.assert_array_equal(found, commanded("built-in:ball", light, words, tmp_path))
 
 
+@pytest.mark.nightly
 def test_transfer_alone_lights_the_scene_that_it_was_baked_for(light, tmp_path):
     options = lobe.BakeOptions(order=3, samples=16, mode="shadowed")
     lobe.bake("built-in:ball", tmp_path / "b.glb", options)

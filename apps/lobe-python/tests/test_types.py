@@ -68,6 +68,7 @@ FAULTS = {
 """What follows the program in each file, and what is wrong with it."""
 
 
+@pytest.mark.nightly
 def test_programs_of_users_are_checked_strictly(tmp_path):
     files = {f"user_{k}.py": more for k, more in enumerate(FAULTS)}
     for name, more in files.items():

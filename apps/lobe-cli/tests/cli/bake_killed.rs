@@ -55,6 +55,7 @@ pub(crate) fn half_written(dir: &Dir) -> Vec<String> {
 }
 
 #[test]
+#[ignore = "long: of the nightly group"]
 fn a_bake_killed_again_and_again_goes_on_and_ends_with_the_same_bytes() {
     let dir = Dir::new();
     let bake = "bake built-in:ball --max-edge 0.15 --order 3 --samples 1024 --bounces 1 -o";

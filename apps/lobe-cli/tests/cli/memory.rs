@@ -246,6 +246,7 @@ fn work_takes_no_more_memory_than_is_said() {
 
 #[cfg(target_os = "linux")]
 #[test]
+#[ignore = "long: of the nightly group"]
 fn pictures_of_an_animation_are_not_kept() {
     let dir = Dir::new();
     scene(&dir);

@@ -163,6 +163,7 @@ fn what_is_no_number_is_refused_in_words_and_changes_nothing() {
 }
 
 #[test]
+#[ignore = "long: of the nightly group"]
 fn coefficients_change_every_second_and_come_around() {
     let sky = open_sky("bundled:sunset".as_ref(), &ReadLimits::default()).unwrap();
     let mut harness = open_in([600.0, 1500.0], SkyEdits::default(), Some(sky.clone()));
