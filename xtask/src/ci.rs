@@ -200,7 +200,7 @@ pub(crate) fn nightly() -> Outcome {
 /// What reads files and compiles nothing.
 const CHECKS: &[Step] = &[FMT, FMT_FUZZ, FMT_PEERS, FMT_BEVY, ARCH, SIZES, DOCUMENTS, GOLDENS];
 
-/// What the compiler finds without running anything.
+/// What is found without running anything of the project.
 const LINTS: &[Step] = &[CLIPPY, FEATURES, WASM, NO_STD, OLDEST_RUST, DOCS, BOOK];
 
 /// The tests, and what needs the tools that `.ci/run` installs.

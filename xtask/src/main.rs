@@ -28,7 +28,7 @@ type Chore = fn(&[String]) -> Outcome;
 const CHORES: &[(&str, &str, Chore)] = &[
     ("ci", "everything continuous integration checks, each step with its time", |_| ci::ci()),
     ("ci-checks", "its first part, which compiles nothing", |_| ci::checks()),
-    ("ci-lints", "its second part: what the compiler finds without running anything", |_| ci::lints()),
+    ("ci-lints", "its second part: what is found without running anything", |_| ci::lints()),
     ("ci-tests", "its third part: the tests, and what needs other tools", |_| ci::tests()),
     ("nightly", "licenses, what takes long or needs other programs: the whole corpus and the peers", |_| ci::nightly()),
     ("quick", "what to run before each commit: under 30 s when warm", |_| ci::quick()),

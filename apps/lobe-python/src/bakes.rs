@@ -345,9 +345,17 @@ impl Transfer {
         self.0.receivers()
     }
 
-    /// The coefficients, `(receivers, n²)` or `(receivers, 3, n²)`; none of compressed transfer.
+    /// The coefficients, `(receivers, n²)` or `(receivers, 3, n²)`, also of 16 bits; none of compressed transfer.
     fn coefficients<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArrayDyn<f32>>>> {
-        let AnyTransfer::Plain(transfer) = &self.0 else { return Ok(None) };
+        let of_halves;
+        let transfer = match &self.0 {
+            AnyTransfer::Plain(transfer) => transfer,
+            AnyTransfer::Half(halves) => {
+                of_halves = halves.to_transfer();
+                &of_halves
+            }
+            _ => return Ok(None),
+        };
         let (rows, bands, channels) = (transfer.receivers(), transfer.order().pow(2), transfer.channels().count());
         let shape = if channels == 1 { vec![rows, bands] } else { vec![rows, channels, bands] };
         array_of(py, transfer.coefficients().to_vec(), &shape).map(Some)

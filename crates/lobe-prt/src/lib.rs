@@ -8,13 +8,13 @@
 //!
 //! | purpose | item |
 //! |---|---|
-//! | transfer vectors | [`Transfer`], [`Channels`]; without holding it in memory [`TransferRows`], [`StoredTransfer`] |
+//! | transfer vectors | [`Transfer`], [`Channels`]; in 16 bits [`HalfTransfer`]; without holding it in memory [`TransferRows`], [`StoredTransfer`] |
 //! | receivers | [`Receivers`]; [`TexelReceivers`] of a lightmap, shown by [`Lightmap`] |
 //! | adaptive subdivision | [`split_adaptively`], [`AdaptiveOptions`], [`AdaptiveReport`], [`split_checkpoints`] |
 //! | baking | [`fn@bake`], [`bake_on_disk`], [`bake_shard`], [`BakeOptions`], [`BakeMode`], [`AlbedoMode`], [`BakeReport`] |
 //! | a bake as a piece of work, with its points, shards and file | [`BakeWork`], [`BakedRows`] |
 //! | baked glTF scenes | [`BakedGlb`], [`fn@read_baked`], [`Baked`]; baked or not: [`read_baked_or_scene`]; of an open file: [`BakedTransfer`] |
-//! | files of transfer alone | [`write_transfer`], [`read_transfer`]; lightmaps [`write_lightmap`], [`read_lightmap`] |
+//! | files of transfer alone | [`write_transfer`], [`write_half_transfer`], [`read_transfer`]; lightmaps [`write_lightmap`], [`read_lightmap`] |
 //! | compression (CPCA) | [`CompressedTransfer`], [`error_curve`] |
 //! | compression of any table | [`compress_table`], [`compress_table_within`] |
 //! | zonal lobes of deformable surfaces | [`fit_zonal`], [`ZonalTransfer`] |
@@ -71,7 +71,7 @@ pub use files::read_baked::{
     Baked, BakedOrScene, BakedTransfer, is_baked, read_baked, read_baked_bytes, read_baked_or_scene,
     read_baked_or_scene_bytes,
 };
-pub use files::transfer_file::{read_transfer, read_transfer_bytes, write_transfer};
+pub use files::transfer_file::{read_transfer, read_transfer_bytes, write_half_transfer, write_transfer};
 pub use job::fingerprint::{fingerprint_scene, scene_hash};
 pub use receivers::lightmap::Lightmap;
 pub use receivers::receivers::Receivers;
@@ -79,6 +79,7 @@ pub use receivers::texel_receivers::TexelReceivers;
 pub use receivers::texel_rows::TexelRows;
 pub use recipe::Recipe;
 pub use transfer::glossy_lobe::GlossyLobe;
+pub use transfer::half_transfer::HalfTransfer;
 pub use transfer::transfer::{Channels, Transfer};
 pub use transfer::transfer_matrices::TransferMatrices;
 pub use transfer::transfer_rows::{MatrixRows, StoredMatrices, StoredTransfer, TransferRows};

@@ -1,11 +1,12 @@
-//! `lobe compress`: compression of transfer by clustered principal components.
+//! `lobe compress`: compression of transfer by clustered principal components, or to 16 bits.
 
 use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::Args;
 use lobe::prt::{
-    CompressOptions, CompressReport, CompressedTransfer, CurvePoint, Transfer, error_curve, write_compressed_transfer,
+    CompressOptions, CompressReport, CompressedTransfer, CurvePoint, HalfTransfer, Recipe, Transfer, error_curve,
+    write_compressed_transfer, write_half_transfer,
 };
 use serde::Serialize;
 
@@ -29,11 +30,14 @@ pub(crate) struct Compress {
     output: PathBuf,
     #[command(flatten)]
     compression: Compression,
+    /// Keep all coefficients, in 16 bits each, instead of clusters and components
+    #[arg(long, conflicts_with_all = ["clusters", "components", "weights", "curve"])]
+    f16: bool,
     /// Print also the error with other numbers of clusters and components, up to these
     #[arg(long)]
     curve: bool,
     /// Print {"receivers", "clusters", "components", "squared_error", "relative_error", "bytes_before", "bytes", "ratio",
-    /// "iterations"} on stdout, and "curve" with --curve
+    /// "iterations"} on stdout, and "curve" with --curve; with --f16 {"receivers", "relative_error", "bytes_before", "bytes", "ratio"}
     #[arg(long)]
     json: bool,
 }
@@ -48,10 +52,24 @@ struct Printed<'a> {
     curve: Option<Vec<CurvePoint>>,
 }
 
+/// The JSON of `--f16 --json`.
+#[derive(Serialize)]
+struct PrintedHalves {
+    receivers: usize,
+    relative_error: f64,
+    bytes_before: usize,
+    bytes: usize,
+    ratio: f64,
+}
+
 impl Compress {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         output::check_safetensors(&self.output)?;
         output::prepare_file(&self.output, &[self.input.path()])?;
+        if self.f16 {
+            let (transfer, recipe) = self.input.read(bytes_of_halves)?;
+            return self.to_halves(&transfer, recipe, talk);
+        }
         let (transfer, recipe) = self.input.read(bytes_of_work)?;
         let options = self.compression.options_or_default();
         let compressed = watched(talk, "compress", |job| CompressedTransfer::new(&transfer, &options, job))?;
@@ -74,6 +92,21 @@ impl Compress {
         }
     }
 
+    fn to_halves(&self, transfer: &Transfer, recipe: Recipe, talk: Talk) -> anyhow::Result<()> {
+        let halves = HalfTransfer::new(transfer)?;
+        let relative_error = halves.relative_error(transfer);
+        let recipe = recipe.relative_error(relative_error).compressed_by(env!("CARGO_PKG_VERSION").to_owned());
+        write_half_transfer(&self.output, &halves, &recipe)?;
+        tell_if_too_late(&self.output, talk);
+        let (bytes_before, bytes) = (size_of_val(transfer.coefficients()), size_of_val(halves.coefficients()));
+        let ratio = bytes_before as f64 / bytes as f64;
+        if self.json {
+            let receivers = transfer.receivers();
+            return output::print_json(&PrintedHalves { receivers, relative_error, bytes_before, bytes, ratio });
+        }
+        output::print(&format!("relative error  {relative_error:.3e}\nbytes           {bytes} of {bytes_before}\n"))
+    }
+
     fn curve_of(&self, transfer: &Transfer, options: &CompressOptions, talk: Talk) -> anyhow::Result<Vec<CurvePoint>> {
         let up_to = |steps: &[usize], most: usize| {
             let below = steps.iter().copied().filter(|n| *n < most);
@@ -89,6 +122,11 @@ impl Compress {
 /// Bytes of the work in memory: three and a half times those of the transfer, and 104 for each receiver; 2.8 and 104 were measured.
 fn bytes_of_work(transfer: &Transfer) -> usize {
     7 * size_of_val(transfer.coefficients()) / 2 + 104 * transfer.receivers()
+}
+
+/// The same where transfer becomes one of 16 bits.
+fn bytes_of_halves(transfer: &Transfer) -> usize {
+    3 * size_of_val(transfer.coefficients()) / 2
 }
 
 fn text(report: &CompressReport, curve: Option<&[CurvePoint]>) -> String {

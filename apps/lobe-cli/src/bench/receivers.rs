@@ -5,7 +5,9 @@ use std::path::Path;
 
 use anyhow::bail;
 use lobe::io::{Numbers, Tensor, TensorFormat, write_tensors};
-use lobe::prt::{Channels, CompressedTable, CompressedTransfer, TableWeights, Transfer, TransferMatrices};
+use lobe::prt::{
+    Channels, CompressedTable, CompressedTransfer, HalfTransfer, TableWeights, Transfer, TransferMatrices,
+};
 use lobe::scene::{Bvh, built_in};
 use lobe::sh::{Rgb, even_directions};
 
@@ -34,6 +36,7 @@ const FORMAT: TensorFormat = TensorFormat { name: "lobe-bench-rays", version: 1,
 /// `rays_file` is what the rays of the job `occlusion` are written to.
 pub(crate) fn run(bench: &mut Bench<'_>, rays_file: Option<&Path>) -> anyhow::Result<()> {
     transfer(bench)?;
+    half_transfer(bench)?;
     clustered(bench)?;
     incident(bench)?;
     occlusion(bench, rays_file)
@@ -56,30 +59,60 @@ fn transfer(bench: &mut Bench<'_>) -> anyhow::Result<()> {
         if !bench.wants(name) {
             continue;
         }
-        let width = ORDER * ORDER * channels.count();
-        let numbers = numbers(RECEIVERS * width);
-        let transfer = Transfer::new(ORDER, channels, numbers)?;
+        let transfer = any_transfer(channels)?;
         let light = light(ORDER);
         let mut out = vec![Rgb::new(0.0, 0.0, 0.0); RECEIVERS];
-        let read = (size_of::<f32>() * width) as f64;
         for order in bench.orders(&[ORDER]) {
             let job = BenchJob {
                 name,
                 order: Some(order),
                 item: "receiver",
                 items: RECEIVERS,
-                // Three colors of the light; each number is read once, each color written once.
-                cost: Some(Cost {
-                    operations: (2 * 3 * ORDER * ORDER) as f64,
-                    bytes: read + size_of::<Rgb<f32>>() as f64,
-                    level: Level::Read,
-                }),
+                cost: Some(cost_of_transfer(channels, size_of::<f32>())),
                 above: "what is written counts as read",
             };
             bench.measure(&job, || transfer.exit_radiance_into(black_box(&light), black_box(&mut out)));
         }
     }
     Ok(())
+}
+
+/// The same where each number has 16 bits.
+fn half_transfer(bench: &mut Bench<'_>) -> anyhow::Result<()> {
+    for (name, channels) in [("transfer-f16", Channels::Gray), ("transfer-f16-rgb", Channels::Rgb)] {
+        if !bench.wants(name) {
+            continue;
+        }
+        let transfer = HalfTransfer::new(&any_transfer(channels)?)?;
+        let light = light(ORDER);
+        let mut out = vec![Rgb::new(0.0, 0.0, 0.0); RECEIVERS];
+        for order in bench.orders(&[ORDER]) {
+            let job = BenchJob {
+                name,
+                order: Some(order),
+                item: "receiver",
+                items: RECEIVERS,
+                cost: Some(cost_of_transfer(channels, size_of::<u16>())),
+                above: "numbers are converted into the first-level cache, and what is written counts as read",
+            };
+            bench.measure(&job, || transfer.exit_radiance_into(black_box(&light), black_box(&mut out)));
+        }
+    }
+    Ok(())
+}
+
+fn any_transfer(channels: Channels) -> anyhow::Result<Transfer> {
+    Ok(Transfer::new(ORDER, channels, numbers(RECEIVERS * ORDER * ORDER * channels.count()))?)
+}
+
+/// Three colors of the light; each number is read once, each color written once.
+fn cost_of_transfer(channels: Channels, bytes: usize) -> Cost {
+    let width = ORDER * ORDER * channels.count();
+    Cost {
+        operations: (2 * 3 * ORDER * ORDER) as f64,
+        bytes: (bytes * width + size_of::<Rgb<f32>>()) as f64,
+        level: Level::Read,
+    }
 }
 
 /// Of compressed transfer: clusters, runs of receivers in one, and weights of each receiver.

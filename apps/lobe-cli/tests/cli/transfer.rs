@@ -55,6 +55,9 @@ fn compressed_transfer_and_lobes_are_rendered_as_the_transfer_they_stand_for() {
         .succeeds();
     dir.lobe("compress b.glb -o c.safetensors --clusters 8 --components 8 --weights 16").succeeds();
     dir.lobe("fit-lobes b.glb -o z.safetensors --closed-form").succeeds();
+    let found: Value =
+        serde_json::from_str(&dir.lobe("compress b.glb -o h.safetensors --f16 --json").stdout()).unwrap();
+    assert_eq!((number(&found, "ratio"), number(&found, "relative_error") < 2.0_f64.powi(-11)), (2.0, true), "{found}");
     let picture = |scene: &str, name: &str| {
         dir.lobe(&format!("render {scene} {view} --mode shadowed -o {name}.exr")).succeeds();
         read_env_picture(&dir, &format!("{name}.exr"))
@@ -62,7 +65,7 @@ fn compressed_transfer_and_lobes_are_rendered_as_the_transfer_they_stand_for() {
     let plain = picture("b.glb", "plain");
     let largest = plain.iter().copied().fold(0.0, f32::max);
     // The forms differ by their errors: 8 components of 9 lose next to nothing, one lobe some hundredths.
-    for (name, limit) in [("c", 2e-3), ("p", 2e-3), ("z", 0.3)] {
+    for (name, limit) in [("c", 2e-3), ("p", 2e-3), ("z", 0.3), ("h", 5e-4)] {
         let found = picture(&format!("built-in:ball --transfer {name}.safetensors"), name);
         let worst = plain.iter().zip(&found).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max) / largest;
         assert!(worst < limit, "{name}: {worst} of the largest value");
@@ -71,6 +74,8 @@ fn compressed_transfer_and_lobes_are_rendered_as_the_transfer_they_stand_for() {
     let line =
         dir.lobe(&format!("render built-in:cave --transfer c.safetensors {view} --mode shadowed -o x.exr")).error();
     assert!(line.starts_with("c.safetensors: expected transfer of"), "{line}");
+    let line = dir.lobe("compress b.glb -o c.safetensors --f16 --clusters 4").error();
+    assert!(line.contains("'--f16' cannot be used with '--clusters"), "{line}");
     let line = dir.lobe("compress b.glb -o c.glb").error();
     assert_eq!(line, "-o: expected a name that ends in .safetensors, found c.glb", "another kind of file");
     for args in

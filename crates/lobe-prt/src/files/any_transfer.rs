@@ -1,4 +1,4 @@
-//! Diffuse transfer in any form that a file holds: plain, as a lightmap, compressed or as zonal lobes.
+//! Diffuse transfer in any form that a file holds: plain, in 16 bits, as a lightmap, compressed or as zonal lobes.
 
 use std::path::Path;
 
@@ -9,14 +9,16 @@ use lobe_sh::Rgb;
 use crate::files::compressed_file::{COMPRESSED, ZONAL, compressed_of, zonal_of};
 use crate::files::lightmap_file::read_lightmap_bytes;
 use crate::files::tensor_file::TransferFile;
-use crate::files::transfer_file::{TRANSFER, transfer_of};
-use crate::{CompressedTransfer, PrtError, Recipe, Transfer, ZonalTransfer};
+use crate::files::transfer_file::{TRANSFER, half_of, is_half, transfer_of};
+use crate::{CompressedTransfer, HalfTransfer, PrtError, Recipe, Transfer, ZonalTransfer};
 
 /// Transfer vectors as they are, compressed, or as lobes; each is lit in its own form, without being expanded.
 #[derive(Clone, Debug)]
 pub enum AnyTransfer {
     /// All coefficients of each receiver.
     Plain(Transfer),
+    /// All coefficients in 16 bits.
+    Half(HalfTransfer),
     /// Clusters of receivers with components in common.
     Compressed(CompressedTransfer),
     /// Lobes of each receiver.
@@ -29,6 +31,7 @@ impl AnyTransfer {
     pub fn order(&self) -> usize {
         match self {
             Self::Plain(transfer) => transfer.order(),
+            Self::Half(transfer) => transfer.order(),
             Self::Compressed(transfer) => transfer.order(),
             Self::Zonal(transfer) => transfer.order(),
         }
@@ -39,6 +42,7 @@ impl AnyTransfer {
     pub fn receivers(&self) -> usize {
         match self {
             Self::Plain(transfer) => transfer.receivers(),
+            Self::Half(transfer) => transfer.receivers(),
             Self::Compressed(transfer) => transfer.receivers(),
             Self::Zonal(transfer) => transfer.receivers(),
         }
@@ -52,6 +56,7 @@ impl AnyTransfer {
     pub fn exit_radiance(&self, light: &[Rgb<f64>]) -> Vec<Rgb<f32>> {
         match self {
             Self::Plain(transfer) => transfer.exit_radiance(light),
+            Self::Half(transfer) => transfer.exit_radiance(light),
             Self::Compressed(transfer) => transfer.exit_radiance(light),
             Self::Zonal(transfer) => transfer.exit_radiance(light),
         }
@@ -64,7 +69,7 @@ impl From<Transfer> for AnyTransfer {
     }
 }
 
-/// Reads what [`write_transfer`](crate::write_transfer), [`write_lightmap`](crate::write_lightmap),
+/// Reads what [`write_transfer`](crate::write_transfer), [`write_half_transfer`](crate::write_half_transfer), [`write_lightmap`](crate::write_lightmap),
 /// [`write_compressed_transfer`](crate::write_compressed_transfer) or
 /// [`write_zonal_transfer`](crate::write_zonal_transfer) wrote: the transfer and its recipe. The contents of the file decide
 /// which of them it is, not its name.
@@ -93,6 +98,7 @@ pub fn read_any_transfer_bytes(bytes: &[u8], name: &str) -> Result<(AnyTransfer,
         name if name == ZONAL.name => {
             zonal_of(&file).map(|(transfer, recipe)| (AnyTransfer::Zonal(transfer), recipe))?
         }
+        _ if is_half(&file) => half_of(&file).map(|(transfer, recipe)| (AnyTransfer::Half(transfer), recipe))?,
         _ => transfer_of(&file).map(|(transfer, recipe)| (transfer.into(), recipe))?,
     })
 }
@@ -106,8 +112,8 @@ mod tests {
 
     use super::*;
     use crate::{
-        Channels, CompressOptions, ZonalFitOptions, fit_zonal, write_compressed_transfer, write_lightmap,
-        write_transfer, write_zonal_transfer,
+        Channels, CompressOptions, ZonalFitOptions, fit_zonal, write_compressed_transfer, write_half_transfer,
+        write_lightmap, write_transfer, write_zonal_transfer,
     };
 
     #[test]
@@ -121,6 +127,8 @@ mod tests {
         let (folder, recipe) = (tempfile::tempdir().unwrap(), Recipe::from(json!({"samples": 7})));
         let path = |name: &str| folder.path().join(name);
         write_transfer(path("p"), &plain, &recipe, Job::default()).unwrap();
+        let halves = HalfTransfer::new(&plain).unwrap();
+        write_half_transfer(path("h"), &halves, &recipe).unwrap();
         write_compressed_transfer(path("c"), &compressed, &recipe).unwrap();
         write_zonal_transfer(path("z"), &zonal, &recipe).unwrap();
         let square = Transfer::new(3, Channels::Gray, plain.coefficients()[..9 * 9].to_vec()).unwrap();
@@ -130,6 +138,7 @@ mod tests {
         assert!(lightmap.exit_radiance(&light) == square.exit_radiance(&light), "the light of a lightmap");
         let expected = [
             ("p", plain.exit_radiance(&light)),
+            ("h", halves.exit_radiance(&light)),
             ("c", compressed.exit_radiance(&light)),
             ("z", zonal.exit_radiance(&light)),
         ];

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use lobe_io::{Job, TensorFormat, read_file};
+use lobe_io::{Dtype, Job, Numbers, Tensor, TensorFormat, read_file, write_tensors};
 
 use crate::files::tensor_file::{Header, TransferFile, format, write_streamed};
-use crate::{PrtError, Recipe, Transfer, TransferRows};
+use crate::{Channels, HalfTransfer, PrtError, Recipe, Transfer, TransferRows};
 
 pub(crate) const TRANSFER: TensorFormat = format("lobe-transfer");
 const QUANTITY: &str = "transfer";
@@ -26,14 +26,29 @@ pub fn write_transfer(
 ) -> Result<(), PrtError> {
     let (receivers, channels, bands) =
         (transfer.receivers(), transfer.channels().count(), transfer.order() * transfer.order());
-    let header =
-        Header { quantity: Some(QUANTITY.to_owned()), ..Header::new(transfer.order(), transfer.channels(), recipe) };
+    let header = header(transfer.order(), transfer.channels(), recipe);
     let read_rows = |first: usize, rows: &mut [f32]| transfer.read_rows(first, rows);
     let tensor = (TENSOR, vec![receivers, channels, bands]);
     write_streamed(path.as_ref(), (TRANSFER, &header), tensor, &read_rows, job)
 }
 
-/// Reads what [`write_transfer`] wrote: the transfer and its recipe.
+/// Writes transfer of 16 bits: the file of [`write_transfer`] with floats of 16 bits.
+///
+/// # Errors
+/// [`PrtError::Io`] if the system refuses.
+pub fn write_half_transfer(path: impl AsRef<Path>, transfer: &HalfTransfer, recipe: &Recipe) -> Result<(), PrtError> {
+    let (channels, bands) = (transfer.channels().count(), transfer.order() * transfer.order());
+    let header = header(transfer.order(), transfer.channels(), recipe);
+    let numbers = Numbers::F16(transfer.coefficients());
+    let tensor = Tensor::new(TENSOR, vec![transfer.receivers(), channels, bands], numbers);
+    Ok(write_tensors(path.as_ref(), TRANSFER, &header, &[tensor])?)
+}
+
+fn header(order: usize, channels: Channels, recipe: &Recipe) -> Header {
+    Header { quantity: Some(QUANTITY.to_owned()), ..Header::new(order, channels, recipe) }
+}
+
+/// Reads what [`write_transfer`] or [`write_half_transfer`] wrote: the transfer, in 32 bits, and its recipe.
 ///
 /// # Errors
 /// [`PrtError::Io`] if the file cannot be read, [`PrtError::Unsupported`] if it is of another version,
@@ -44,7 +59,7 @@ pub fn read_transfer(path: impl AsRef<Path>) -> Result<(Transfer, Recipe), PrtEr
 }
 
 /// [`read_transfer`] from the bytes of a file, whose name stands in messages. Nothing is allocated that is larger than
-/// they are.
+/// twice as much.
 ///
 /// # Errors
 /// As [`read_transfer`].
@@ -54,15 +69,37 @@ pub fn read_transfer_bytes(bytes: &[u8], name: &str) -> Result<(Transfer, Recipe
 
 /// The transfer and the recipe in a file of this format.
 pub(crate) fn transfer_of(file: &TransferFile<'_>) -> Result<(Transfer, Recipe), PrtError> {
+    if is_half(file) {
+        return half_of(file).map(|(transfer, recipe)| (transfer.to_transfer(), recipe));
+    }
+    let (order, channels) = checked(file)?;
+    let coefficients = file.f32(TENSOR, &[None, Some(channels.count()), Some(order * order)])?;
+    let transfer = Transfer::new(order, channels, coefficients).map_err(|error| error.within(file.name()))?;
+    Ok((transfer, file.header.recipe.clone().understood(file.name())?))
+}
+
+/// Whether the numbers of a file of this format are floats of 16 bits.
+pub(crate) fn is_half(file: &TransferFile<'_>) -> bool {
+    file.view(TENSOR).is_ok_and(|(dtype, _)| dtype == Dtype::F16)
+}
+
+/// [`transfer_of`] where [`is_half`].
+pub(crate) fn half_of(file: &TransferFile<'_>) -> Result<(HalfTransfer, Recipe), PrtError> {
+    let (order, channels) = checked(file)?;
+    let coefficients = file.f16(TENSOR, &[None, Some(channels.count()), Some(order * order)])?;
+    let transfer = HalfTransfer::from_coefficients(order, channels, coefficients);
+    let transfer = transfer.map_err(|error| error.within(file.name()))?;
+    Ok((transfer, file.header.recipe.clone().understood(file.name())?))
+}
+
+/// The order and the channels, if the numbers are transfer.
+fn checked(file: &TransferFile<'_>) -> Result<(usize, Channels), PrtError> {
     let (order, channels) = file.order_and_channels()?;
     let quantity = file.header.quantity.as_deref().unwrap_or_default();
     if quantity != QUANTITY {
         return Err(PrtError::invalid(file.name(), format!("expected the quantity {QUANTITY}, found {quantity:?}")));
     }
-    let coefficients = file.f32(TENSOR, &[None, Some(channels.count()), Some(order * order)])?;
-    let transfer = Transfer::new(order, channels, coefficients).map_err(|error| error.within(file.name()))?;
-    let recipe = file.header.recipe.clone().understood(file.name())?;
-    Ok((transfer, recipe))
+    Ok((order, channels))
 }
 
 #[cfg(test)]
@@ -74,7 +111,6 @@ mod tests {
     use serde_json::json;
 
     use super::*;
-    use crate::Channels;
 
     fn file() -> Vec<u8> {
         let folder = tempfile::tempdir().unwrap();
@@ -103,6 +139,27 @@ mod tests {
         assert_eq!((transfer.order(), transfer.channels(), transfer.receivers()), (2, Channels::Rgb, 2), "shape");
         assert_eq!(transfer.coefficients(), (0..24).map(|i| i as f32).collect::<Vec<_>>(), "numbers");
         assert_eq!(recipe, Recipe::from(json!({"samples": 1024})), "recipe");
+    }
+
+    #[test]
+    fn transfer_of_16_bits_is_read_in_32_and_as_itself() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("h.safetensors");
+        let transfer = Transfer::new(2, Channels::Rgb, (0..24).map(|i| i as f32 / 3.0).collect()).unwrap();
+        let halves = HalfTransfer::new(&transfer).unwrap();
+        let recipe = Recipe::from(json!({"samples": 7}));
+        write_half_transfer(&path, &halves, &recipe).unwrap();
+        assert_eq!(read_transfer(&path).unwrap(), (halves.to_transfer(), recipe.clone()), "in 32 bits");
+        let bytes = fs::read(&path).unwrap();
+        let file = TransferFile::parse(&bytes, "h", &[TRANSFER]).unwrap();
+        assert!(is_half(&file), "it says so");
+        assert_eq!(half_of(&file).unwrap(), (halves, recipe), "as itself");
+        // Infinity, in the place of the last number.
+        let bad = [&bytes[..bytes.len() - 2], &[0x00, 0x7c]].concat();
+        let message = read_transfer_bytes(&bad, "h").unwrap_err().to_string();
+        assert!(message.starts_with("h: ") && message.contains("found inf at receiver 1"), "{message}");
+        let cut = &bytes[..bytes.len() - 1];
+        assert!(read_transfer_bytes(cut, "h").is_err(), "a file that was cut off");
     }
 
     #[test]

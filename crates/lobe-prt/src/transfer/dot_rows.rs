@@ -3,6 +3,8 @@
 //! Every sum has an order that neither the width of the machine's registers nor the number of threads changes, and
 //! nothing is fused, so the bytes are the same everywhere. Wider instructions are taken where the machine has them.
 
+use half::f16;
+use half::slice::HalfFloatSliceExt as _;
 use lobe_sh::Rgb;
 use rayon::prelude::*;
 
@@ -10,6 +12,10 @@ use crate::transfer::simd4::{FOUR, Lanes, Machine, Work};
 
 /// Receivers that a thread takes at a time: their rows fit the second-level cache, and handing them out costs nothing.
 pub(crate) const CHUNK: usize = 4096;
+
+/// Receivers whose numbers of 16 bits are converted at a time: those of order 4 in color, the usual ones, and what they become take 9 KB of the first-level
+/// cache.
+const CONVERTED: usize = 32;
 
 /// Receivers shaded together, so that the additions of one need not wait for another's.
 pub(crate) const TOGETHER: usize = 4;
@@ -34,6 +40,32 @@ pub(crate) fn exit_radiance(rows: &[f32], order: usize, channels: usize, light: 
     let machine = Machine::detect();
     let chunks = rows.par_chunks(CHUNK * width).zip(out.par_chunks_mut(CHUNK));
     chunks.for_each(|(rows, out)| machine.run(RowsOfChunk { rows, order, channels, light: &light, out }));
+}
+
+/// [`exit_radiance`] of rows of 16 bits. They are converted a few at a time, which is exact, so that the sums are the same.
+///
+/// # Panics
+/// As that.
+pub(crate) fn exit_radiance_of_halves(
+    rows: &[f16],
+    order: usize,
+    channels: usize,
+    light: &[Rgb<f64>],
+    out: &mut [Rgb<f32>],
+) {
+    let width = order * order * channels;
+    assert_eq!(rows.len(), width * out.len(), "one place for each receiver");
+    let light = light_of_len(light, order * order);
+    let machine = Machine::detect();
+    let chunks = rows.par_chunks(CHUNK * width).zip(out.par_chunks_mut(CHUNK));
+    chunks.for_each(|(rows, out)| {
+        let mut numbers = vec![0.0; CONVERTED * width];
+        for (rows, out) in rows.chunks(CONVERTED * width).zip(out.chunks_mut(CONVERTED)) {
+            let numbers = &mut numbers[..rows.len()];
+            rows.convert_to_f32_slice(numbers);
+            machine.run(RowsOfChunk { rows: numbers, order, channels, light: &light, out });
+        }
+    });
 }
 
 /// The light that arrives at points by matrices of `channels · order⁴` numbers; see

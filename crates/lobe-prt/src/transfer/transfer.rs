@@ -56,6 +56,11 @@ impl Transfer {
         Ok(Self { order, channels, coefficients })
     }
 
+    /// Of an order and of finite coefficients of whole receivers.
+    pub(crate) fn of_checked(order: usize, channels: Channels, coefficients: Vec<f32>) -> Self {
+        Self { order, channels, coefficients }
+    }
+
     /// Number of bands n; each vector has n² coefficients.
     #[must_use]
     pub fn order(&self) -> usize {
@@ -161,13 +166,18 @@ pub(crate) fn check_order(order: usize) -> Result<(), PrtError> {
 }
 
 /// Refuses numbers that are not `row` for each of the things named `each`, or not all finite.
-pub(crate) fn check_rows(place: &str, each: &str, row: usize, numbers: &[f32]) -> Result<(), PrtError> {
+pub(crate) fn check_rows<T: Copy + Into<f32>>(
+    place: &str,
+    each: &str,
+    row: usize,
+    numbers: &[T],
+) -> Result<(), PrtError> {
     if !numbers.len().is_multiple_of(row) {
         let message = format!("expected {row} coefficients for each {each}, found {} in all", numbers.len());
         return Err(PrtError::invalid(place, message));
     }
-    if let Some(at) = numbers.iter().position(|c| !c.is_finite()) {
-        let message = format!("expected finite coefficients, found {} at {each} {}", numbers[at], at / row);
+    if let Some(at) = numbers.iter().position(|c| !(*c).into().is_finite()) {
+        let message = format!("expected finite coefficients, found {} at {each} {}", numbers[at].into(), at / row);
         return Err(PrtError::invalid(place, message));
     }
     Ok(())

@@ -1,4 +1,5 @@
-//! Functions of three bands as quadratic forms, one in each lane: [`QuadraticForm`](crate::extrema::quadratic_form::QuadraticForm) step by step.
+//! Functions of three bands as quadratic forms, one in each lane: [`QuadraticForm`](crate::extrema::quadratic_form::QuadraticForm) but for the
+//! tangents, which it finds by comparisons.
 
 use pulp::Simd;
 

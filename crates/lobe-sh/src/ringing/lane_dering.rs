@@ -1,7 +1,8 @@
 //! The factors of [`quadratic_dering`](crate::ringing::quadratic_dering) for many functions, one in each lane.
 //!
 //! Lanes take the usual way: the channel of the largest amplitude is the first that rings, Newton's method finds its factors, and they
-//! suffice for the others. Functions that need another, and those that are refused, are left to the code for one.
+//! suffice for the others. Functions that need another, and those that are refused, are left to the code for one; so is what is not a number anywhere
+//! on the way, for only a comparison that holds lets lanes answer.
 
 use alloc::vec::Vec;
 
@@ -25,17 +26,19 @@ use crate::{
 /// The coefficients of three bands.
 const COUNT: usize = 9;
 
-/// The factors of sixteen functions of one channel or three, each channel up to nine blocks.
-pub(crate) struct Factors<'a> {
+/// The search for the factors of sixteen functions of one channel or three, each channel up to nine blocks.
+pub(crate) struct SixteenFunctions<'a> {
     /// The blocks of each channel.
     pub(crate) channels: &'a [&'a [Lanes]],
     /// The functions that there are of the sixteen.
     pub(crate) count: usize,
     /// Gets a report of each.
     pub(crate) reports: &'a mut Vec<QuadraticDeringReport>,
+    /// Counts those that lanes left to the code for one.
+    pub(crate) left: &'a mut usize,
 }
 
-impl Factors<'_> {
+impl SixteenFunctions<'_> {
     /// The report of function `k` by the code for one.
     fn report(&self, k: usize) -> QuadraticDeringReport {
         if self.channels.len() == 1 { self.report_of::<f32>(k) } else { self.report_of::<Rgb<f32>>(k) }
@@ -51,7 +54,7 @@ impl Factors<'_> {
     }
 }
 
-impl Kernel for Factors<'_> {
+impl Kernel for SixteenFunctions<'_> {
     type Output = ();
 
     #[cfg(feature = "std")]
@@ -68,6 +71,7 @@ impl Kernel for Factors<'_> {
                 let factors = [1.0, found.factors[0][k], found.factors[1][k]];
                 QuadraticDeringReport { outcome: DeringOutcome::Windowed, factors }
             } else {
+                *self.left += 1;
                 self.report(k)
             };
             self.reports.push(report);
@@ -79,6 +83,7 @@ impl Kernel for Factors<'_> {
             let report = self.report(k);
             self.reports.push(report);
         }
+        *self.left += self.count;
     }
 }
 
@@ -100,7 +105,8 @@ struct Found {
 #[cfg(feature = "std")]
 struct Search<S: Simd> {
     simd: S,
-    channels: usize,
+    /// The forms that there are: 1 or 3.
+    count: usize,
     forms: [LaneForm<S>; 3],
     /// The energies of bands 1 and 2, summed over the channels.
     weights: [Many<S>; 2],
@@ -130,7 +136,7 @@ impl<S: Simd> Search<S> {
         }
         // A tiny weight for a band without energy, whose factor is arbitrary.
         let floor = rounded::<S, f64>(simd, f64::EPSILON * f64::EPSILON) * (weights[0] + weights[1]);
-        Self { simd, channels: channels.len(), forms, weights: [weights[0].max(floor), weights[1].max(floor)] }
+        Self { simd, count: channels.len(), forms, weights: [weights[0].max(floor), weights[1].max(floor)] }
     }
 
     #[inline(always)]
@@ -140,7 +146,7 @@ impl<S: Simd> Search<S> {
         // The channel of the largest amplitude. `is_usable`: every mean is above 0 and every coefficient finite.
         let (mut reach, mut is_usable) = ([zero; 3], one);
         let (mut form, mut decides, mut top) = (self.forms[0], zero, zero);
-        for k in 0..self.channels {
+        for k in 0..self.count {
             let (c, amplitude) = (self.forms[k].c, self.forms[k].amplitude([one, one]));
             is_usable = zero.if_less(c, is_usable, zero);
             is_usable = (c + amplitude).if_less(rounded(simd, f64::INFINITY), is_usable, zero);
@@ -157,11 +163,11 @@ impl<S: Simd> Search<S> {
             let rings = one.if_less(top, value.if_less(allowed, one, zero), zero);
             // Where it does not ring, it shows that another does not, or nothing is known.
             let left = rounded(simd, LEFT);
-            let mut beside = state;
-            for k in 0..if one.any_above(rings) { self.channels } else { 0 } {
-                let is_negative = self.forms[k].least_beside(&form, [one, one]).if_less(zero, left, beside);
-                let is_near = one.if_less(reach[k], is_negative, beside);
-                beside = other_than(simd, decides, k, is_near, beside);
+            let mut beside = one.if_less(top, at_least(simd, value, allowed, state, left), state);
+            for k in 0..if one.any_above(rings) { self.count } else { 0 } {
+                let least = self.forms[k].least_beside(&form, [one, one]);
+                let shown = one.if_less(reach[k], at_least(simd, least, zero, beside, left), beside);
+                beside = other_than(simd, decides, k, shown, beside);
             }
             let windowed = if rings.any_above(zero) {
                 let (w, is_found) = eigenvalues.nearest(simd, form.c, self.weights, t);
@@ -184,8 +190,8 @@ impl<S: Simd> Search<S> {
         let simd = self.simd;
         let (zero, one) = (rounded(simd, 0.0), rounded::<S, f64>(simd, 1.0));
         let tie = rounded(simd, -TIE);
-        let (mut worst, mut scale) = (zero, zero);
-        for k in 0..self.channels {
+        let (mut worst, mut scale, mut is_enough) = (zero, zero, one);
+        for k in 0..self.count {
             let other = &self.forms[k];
             let amplitude = other.amplitude(w);
             scale = scale.max(one + amplitude / other.c);
@@ -195,12 +201,20 @@ impl<S: Simd> Search<S> {
                 let least = other.c.if_less(amplitude, least, zero);
                 value = value.if_less(tie, least, value);
             }
+            is_enough = at_least(simd, value, tie, is_enough, zero);
             worst = worst.min(value);
         }
         let margin = rounded::<S, f64>(simd, unit_roundoff::<f32>() + ROUNDING) * scale;
         let t = (one - margin).max(zero) / (one - worst);
-        ([t * w[0], t * w[1]], worst.if_less(tie, zero, one))
+        ([t * w[0], t * w[1]], is_enough)
     }
+}
+
+/// `then` where `value >= limit`, `or` elsewhere, where it is no number too.
+#[cfg(feature = "std")]
+#[inline(always)]
+fn at_least<S: Simd>(simd: S, value: Many<S>, limit: Many<S>, then: Many<S>, or: Many<S>) -> Many<S> {
+    value.if_less(limit, or, value.if_less(rounded(simd, f64::INFINITY), then, or))
 }
 
 /// `then` where the channel that decides is another one than `k`.
@@ -254,14 +268,14 @@ impl<S: Simd> LaneEigenvalues<S> {
     fn least(&self, simd: S, c: Many<S>, [kappa, w]: [Many<S>; 2], enough: Many<S>) -> (Many<S>, Many<S>) {
         let (zero, one) = (rounded(simd, 0.0), rounded::<S, f64>(simd, 1.0));
         let converged = rounded::<S, f64>(simd, NEWTON_CONVERGED);
-        let part = w / c;
+        let scale = w / c;
         let mut t = self.first(simd, kappa);
         let mut value = rounded(simd, f64::NEG_INFINITY);
         let mut goes_on = one;
         for _ in 0..NEWTON_STEPS {
             let sums = self.sums(simd, t);
             let m = (kappa * kappa).times_plus(sums[0], t - self.low);
-            value = value.max(part.times_from(m, one));
+            value = value.max(scale.times_from(m, one));
             let next = self.next(simd, kappa, t, sums);
             goes_on = value.if_less(enough, goes_on, zero);
             goes_on = (converged * t).if_less(absolute(next - t), goes_on, zero);
@@ -280,7 +294,8 @@ impl<S: Simd> LaneEigenvalues<S> {
         let (converged, lowest) = (rounded::<S, f64>(simd, NEWTON_CONVERGED), rounded(simd, f64::NEG_INFINITY));
         let mut kappa = one;
         let mut goes_on = one;
-        for _ in 0..NEWTON_STEPS {
+        // The last of the steps of the code for one takes what the one before has found.
+        for _ in 1..NEWTON_STEPS {
             let sums @ [s1, s2, s3] = self.sums(simd, t);
             let m = (kappa * kappa).times_plus(s1, t - self.low);
             let w2 = c / m;
@@ -314,21 +329,29 @@ impl<S: Simd> LaneEigenvalues<S> {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "std"))]
 mod tests {
     use lobe_testkit::Random;
 
     use super::*;
     use crate::filter::window::band_energies;
     use crate::simd::Machine;
-    use crate::{Dir, Expansion as _, ShBatch, ShL2, Zonal, certified_minimum, convolved, scale_bands_in_place};
+    use crate::{
+        Dir, Expansion as _, ShBatch, ShL2, Zonal, certified_minimum, convolved, dering_batch_order_3_in_place,
+        scale_bands_in_place,
+    };
 
-    /// Between what the factors of one function by lanes and by the code for one leave of it, relative to it without its mean: both end where
-    /// a step of Newton's method is below [`NEWTON_CONVERGED`], after which the next is of the order of its square. Without such a step more or less
-    /// they are equal to 2e-15.
-    const RESULTS: f64 = 1e-7;
+    /// Between what the factors of one function by lanes and by the code for one leave of it, relative to it without its mean, where both take
+    /// as many steps. 2e-15 was found.
+    const EQUAL: f64 = 1e-13;
 
-    /// Lights of one color and of several, that ring and that do not, with functions among them that are refused.
+    /// The same where one takes a step more: they end where a step of Newton's method is below [`NEWTON_CONVERGED`], and the next is of the order of its
+    /// square.
+    const NEAR: f64 = 1e-7;
+
+    /// Kinds of probes: lights of one color and of several, that ring and that do not, every so many with a fault or a degenerate band.
+    const FAULTS: usize = 97;
+
     fn probe(random: &mut Random, case: usize) -> ShL2<Rgb<f32>> {
         let mut f = ShL2::<Rgb<f64>>::constant(Rgb::from_channels(|_| 0.05 + random.unit()));
         for _ in 0..=case % 3 {
@@ -341,8 +364,8 @@ mod tests {
             f = convolved(&f, &Zonal::clamped_cosine(3));
         }
         let mut f = f.map(|c| Rgb::from_channels(|k| c.channel(k) as f32));
-        match case % 97 {
-            5 => f[4].g = f32::NAN,
+        match case % FAULTS {
+            5 => f[4].g = f32::from_bits(0x7f80_0001),
             6 => f[0].b = -1.0,
             7 => f = ShL2::default(),
             8 => f = f.map(|c| Rgb::new(c.r, 0.0, c.b)),
@@ -351,31 +374,53 @@ mod tests {
             11 => scale_bands_in_place(f.coefficients_mut(), &[1.0, 1.0, 0.0]),
             12 => scale_bands_in_place(f.coefficients_mut(), &[1.0, 0.0, 1.0]),
             13 => scale_bands_in_place(f.coefficients_mut(), &[1e-30, 1e-30, 1e-30]),
+            14 => scale_bands_in_place(f.coefficients_mut(), &[1e-40, 1e-40, 1e-40]),
+            15 => scale_bands_in_place(f.coefficients_mut(), &[1.0, 1e-40, 1.0]),
+            16 => scale_bands_in_place(f.coefficients_mut(), &[1e36, 1e36, 1e36]),
             _ => {}
         }
         f
     }
 
-    fn reports(machine: Machine, order: usize, probes: &[ShL2<Rgb<f32>>]) -> Vec<QuadraticDeringReport> {
-        let channels: [ShBatch; 3] = core::array::from_fn(|c| {
+    /// The first `count` channels of probes, cut off at an order; places that no function takes hold what is no number.
+    fn batches(order: usize, count: usize, probes: &[ShL2<Rgb<f32>>]) -> Vec<ShBatch> {
+        let channel = |c: usize| {
             let mut batch = ShBatch::zero(order, probes.len());
+            batch.blocks_mut().fill(Lanes([f32::NAN; LANES]));
             for (k, f) in probes.iter().enumerate() {
-                batch.set(k, f.map(|v| v.channel(c)).coefficients().get(..order * order).unwrap_or_default());
+                batch.set(k, &f.map(|v| v.channel(c)).coefficients()[..order * order]);
             }
             batch
-        });
-        let mut reports = Vec::new();
-        for first in (0..probes.len()).step_by(LANES) {
-            let of = |c: usize| &channels[c].blocks()[first / LANES * order * order..][..order * order];
-            let count = LANES.min(probes.len() - first);
-            machine.run(Factors { channels: &[of(0), of(1), of(2)], count, reports: &mut reports });
+        };
+        (0..count).map(channel).collect()
+    }
+
+    /// The reports, and how many functions lanes left to the code for one.
+    fn reports(machine: Machine, order: usize, channels: &[ShBatch]) -> (Vec<QuadraticDeringReport>, usize) {
+        let (mut reports, mut left) = (Vec::new(), 0);
+        for first in (0..channels[0].len()).step_by(LANES) {
+            let of = |channel: &ShBatch| channel.blocks()[first / LANES * order * order..][..order * order].to_vec();
+            let blocks: Vec<Vec<Lanes>> = channels.iter().map(of).collect();
+            let blocks: Vec<&[Lanes]> = blocks.iter().map(Vec::as_slice).collect();
+            let count = LANES.min(channels[0].len() - first);
+            machine.run(SixteenFunctions { channels: &blocks, count, reports: &mut reports, left: &mut left });
         }
-        reports
+        (reports, left)
+    }
+
+    /// What the code for one says of the first channel or of all.
+    fn alone(f: &[Rgb<f32>], channels: usize) -> QuadraticDeringReport {
+        if channels == 3 {
+            return least_change_order_3(f);
+        }
+        let red: Vec<f32> = f.iter().map(|c| c.r).collect();
+        least_change_order_3(&red)
     }
 
     /// The norm of what two sets of factors leave differently of bands 1 and 2, relative to theirs.
-    fn difference(f: &[Rgb<f32>], x: [f64; 3], y: [f64; 3]) -> f64 {
-        let energies = band_energies(f);
+    fn difference(f: &[Rgb<f32>], channels: usize, x: [f64; 3], y: [f64; 3]) -> f64 {
+        let red: Vec<f32> = f.iter().map(|c| c.r).collect();
+        let energies = if channels == 3 { band_energies(f) } else { band_energies(&red) };
         let different: f64 = energies.iter().zip(x.iter().zip(y)).map(|(e, (x, y))| e * (x - y).powi(2)).sum();
         (different / energies[1..].iter().sum::<f64>()).sqrt()
     }
@@ -384,24 +429,29 @@ mod tests {
     fn every_machine_finds_the_factors_of_the_code_for_one() {
         let mut random = Random::new(3);
         let probes: Vec<_> = (0..4009).map(|case| probe(&mut random, case)).collect();
-        for order in 1..=3 {
+        for (order, channels) in [(1, 1), (1, 3), (2, 1), (2, 3), (3, 1), (3, 3)] {
+            let batches = batches(order, channels, &probes);
             for machine in Machine::available() {
-                let found = reports(machine, order, &probes);
+                let (found, left) = reports(machine, order, &batches);
                 assert_eq!(found.len(), probes.len(), "one report of each");
-                let (mut worst, mut windowed) = (0.0_f64, 0);
+                let name = format!("{}, order {order}, {channels} channels", machine.name());
+                let (mut worst, mut windowed, mut near) = (0.0_f64, 0, 0);
                 for (case, (f, found)) in probes.iter().zip(&found).enumerate() {
                     let f = &f.coefficients()[..order * order];
-                    let expected = least_change_order_3(f);
-                    let name = machine.name();
-                    assert_eq!(found.outcome, expected.outcome, "{name}, order {order}, case {case}: {f:?}");
+                    let expected = alone(f, channels);
+                    assert_eq!(found.outcome, expected.outcome, "{name}, case {case}: {f:?}");
                     if found.outcome == DeringOutcome::Windowed {
-                        worst = worst.max(difference(f, found.factors, expected.factors));
+                        let difference = difference(f, channels, found.factors, expected.factors);
+                        worst = worst.max(difference);
+                        near += usize::from(difference > EQUAL);
+                        windowed += 1;
                     }
-                    windowed += usize::from(found.outcome == DeringOutcome::Windowed);
                 }
-                println!("{}, order {order}: {windowed} windowed, within {worst:.1e}", machine.name());
-                assert!(worst < RESULTS, "{}, order {order}: results differ by {worst}", machine.name());
-                assert!(windowed > 1000 || order == 1, "only {windowed} of order {order}");
+                println!("{name}: {windowed} windowed, within {worst:.1e}, {near} of them beyond {EQUAL}, {left} left");
+                assert!(worst < NEAR && 100 * near <= windowed, "{name}: {near} differ, by up to {worst}");
+                assert!(windowed > 900 || order == 1, "{name}: only {windowed} windowed");
+                let is_by_lanes = left < probes.len() / 10;
+                assert_eq!(is_by_lanes, machine.name() != "plain", "{name}: {left} left to the code for one");
             }
         }
     }
@@ -409,45 +459,44 @@ mod tests {
     #[test]
     fn a_function_has_one_result_beside_any_others() {
         let mut random = Random::new(4);
-        let probes: Vec<_> = (0..64).map(|case| probe(&mut random, case)).collect();
-        for machine in Machine::available() {
-            let together = reports(machine, 3, &probes);
-            for (k, f) in probes.iter().enumerate() {
-                assert_eq!(reports(machine, 3, &[*f]), [together[k]], "{}, function {k}", machine.name());
+        let probes: Vec<_> = (0..97).map(|case| probe(&mut random, case)).collect();
+        for (order, channels) in [(2, 3), (3, 1), (3, 3)] {
+            for machine in Machine::available() {
+                let (together, _) = reports(machine, order, &batches(order, channels, &probes));
+                for (k, f) in probes.iter().enumerate() {
+                    let (single, _) = reports(machine, order, &batches(order, channels, &[*f]));
+                    let name = machine.name();
+                    assert_eq!(single, [together[k]], "{name}, order {order}, {channels} channels, function {k}");
+                }
             }
         }
     }
 
     #[test]
-    fn batches_are_nowhere_below_zero() {
+    fn batches_are_nowhere_below_zero_and_what_is_refused_keeps_its_bits() {
         let mut random = Random::new(5);
-        for count in [0, 1, 15, 16, 17, 1000] {
+        for (channels, count) in [(1, 1000), (3, 0), (3, 1), (3, 15), (3, 16), (3, 17), (3, 1000), (1, 17)] {
             let probes: Vec<_> = (0..count).map(|case| probe(&mut random, case)).collect();
-            let of = |c: usize| probes.iter().map(|f| f.map(|v| v.channel(c))).collect::<Vec<_>>();
-            let mut batches = [0, 1, 2].map(|c| ShBatch::from_functions(&of(c)));
-            if count == 0 {
-                batches = [0, 1, 2].map(|_| ShBatch::zero(3, 0));
-            }
-            let reports = crate::dering_batch_order_3_in_place(&mut batches);
-            let mut alone = [batches[1].clone()];
-            crate::dering_batch_order_3_in_place(&mut alone);
+            let before = batches(3, channels, &probes);
+            let mut after = before.clone();
+            let reports = dering_batch_order_3_in_place(&mut after);
+            assert_eq!(reports.len(), count, "one report of each");
             for (k, report) in reports.iter().enumerate() {
-                for c in 0..3 {
-                    let (f, before): (ShL2<f32>, _) = (batches[c].function(k), of(c)[k]);
+                for c in 0..channels {
+                    let [before, f]: [ShL2<f32>; 2] = [before[c].function(k), after[c].function(k)];
                     if report.outcome == DeringOutcome::Windowed {
-                        let min = certified_minimum(f.coefficients(), 1e-7);
+                        let min = certified_minimum(f.coefficients(), 1e-9);
                         let mean = f64::from(f.mean());
-                        assert!(min.lo >= -1e-6 * mean, "function {k} of {count}, channel {c}: {min:?} of {mean}");
+                        assert!(min.lo >= -DERING_ALLOWED * mean, "function {k} of {count}, {c}: {min:?} of {mean}");
                     } else {
                         let bits = |f: &ShL2<f32>| f.coefficients().iter().map(|c| c.to_bits()).collect::<Vec<_>>();
                         assert_eq!(bits(&f), bits(&before), "function {k} of {count}, {report:?}");
                     }
                 }
-                // What is non-negative stays as it is.
-                let again: ShL2<f32> = alone[0].function(k);
-                let is_same = again == batches[1].function(k);
-                assert!(is_same || report.outcome != DeringOutcome::Windowed, "function {k} of {count} twice");
             }
         }
+        let mut empty = [ShBatch::zero(0, 3)];
+        let outcome = least_change_order_3::<f32>(&[]).outcome;
+        assert!(dering_batch_order_3_in_place(&mut empty).iter().all(|report| report.outcome == outcome), "of no band");
     }
 }
