@@ -119,7 +119,7 @@ Recipe {
     components: usize,
     /// Bits of a weight of compressed transfer.
     weights: usize,
-    /// The relative error of compressed or zonal transfer.
+    /// The relative error of compressed or zonal transfer, or of one in 16 bits.
     relative_error: f64,
     /// Lobes of each receiver of zonal transfer.
     lobes: usize,

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use anyhow::bail;
+use anyhow::{Context as _, bail};
 use clap::Args;
 use lobe::prt::{
     CompressOptions, CompressReport, CompressedTransfer, CurvePoint, HalfTransfer, Recipe, Transfer, error_curve,
@@ -93,10 +93,9 @@ impl Compress {
     }
 
     fn to_halves(&self, transfer: &Transfer, recipe: Recipe, talk: Talk) -> anyhow::Result<()> {
-        let halves = HalfTransfer::new(transfer)?;
+        let halves = HalfTransfer::new(transfer).with_context(|| self.input.path().display().to_string())?;
         let relative_error = halves.relative_error(transfer);
-        let recipe = recipe.relative_error(relative_error).compressed_by(env!("CARGO_PKG_VERSION").to_owned());
-        write_half_transfer(&self.output, &halves, &recipe)?;
+        write_half_transfer(&self.output, &halves, &recipe_of_halves(recipe, relative_error))?;
         tell_if_too_late(&self.output, talk);
         let (bytes_before, bytes) = (size_of_val(transfer.coefficients()), size_of_val(halves.coefficients()));
         let ratio = bytes_before as f64 / bytes as f64;
@@ -122,6 +121,14 @@ impl Compress {
 /// Bytes of the work in memory: three and a half times those of the transfer, and 104 for each receiver; 2.8 and 104 were measured.
 fn bytes_of_work(transfer: &Transfer) -> usize {
     7 * size_of_val(transfer.coefficients()) / 2 + 104 * transfer.receivers()
+}
+
+/// The recipe of transfer in 16 bits, of which all coefficients are there. What it lost before, in clusters or by other rounding, is in its error.
+fn recipe_of_halves(recipe: Recipe, error: f64) -> Recipe {
+    let error = error.hypot(recipe.relative_error.unwrap_or(0.0));
+    let mut recipe = recipe.relative_error(error).compressed_by(env!("CARGO_PKG_VERSION").to_owned());
+    (recipe.clusters, recipe.components, recipe.weights) = (None, None, None);
+    recipe
 }
 
 /// The same where transfer becomes one of 16 bits.

@@ -57,6 +57,11 @@ fn compressed_transfer_and_lobes_are_rendered_as_the_transfer_they_stand_for() {
     dir.lobe("fit-lobes b.glb -o z.safetensors --closed-form").succeeds();
     let found: Value =
         serde_json::from_str(&dir.lobe("compress b.glb -o h.safetensors --f16 --json").stdout()).unwrap();
+    let recipe = lobe::prt::read_transfer(dir.path("h.safetensors")).unwrap().1;
+    assert_eq!(recipe.relative_error, Some(number(&found, "relative_error")), "the error is in the recipe");
+    dir.lobe("compress h.safetensors -o again.safetensors --f16").succeeds();
+    let again = lobe::prt::read_transfer(dir.path("again.safetensors")).unwrap().1;
+    assert_eq!(again.relative_error, recipe.relative_error, "what was lost before is not forgotten");
     assert_eq!((number(&found, "ratio"), number(&found, "relative_error") < 2.0_f64.powi(-11)), (2.0, true), "{found}");
     let picture = |scene: &str, name: &str| {
         dir.lobe(&format!("render {scene} {view} --mode shadowed -o {name}.exr")).succeeds();

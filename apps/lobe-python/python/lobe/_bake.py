@@ -265,7 +265,7 @@ class Transfer:
 
     @property
     def coefficients(self) -> npt.NDArray[np.float32] | None:
-        """A copy of the coefficients, (vertices, n²), or (vertices, 3, n²) for colors; None if they are compressed."""
+        """A copy of the coefficients, (vertices, n²), or (vertices, 3, n²) for colors, those of 16 bits too; None if they are compressed."""
         return self._transfer.coefficients()
 
     def exit_radiance(self, light: Sh) -> npt.NDArray[np.float32]:

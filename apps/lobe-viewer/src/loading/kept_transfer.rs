@@ -79,7 +79,10 @@ pub(crate) fn to_vectors(transfer: AnyTransfer, name: &str, limits: &ReadLimits)
     let bytes = (size_of::<f32>() * numbers) as u64;
     match transfer {
         AnyTransfer::Plain(transfer) => Ok(transfer),
-        AnyTransfer::Half(halves) => limits.check_memory(name, bytes).map(|()| halves.to_transfer()),
+        AnyTransfer::Half(halves) => {
+            let bytes = (2 * size_of_val(halves.coefficients())) as u64;
+            limits.check_memory(name, bytes).map(|()| halves.to_transfer())
+        }
         AnyTransfer::Compressed(compressed) => limits.check_memory(name, bytes).map(|()| compressed.to_transfer()),
         AnyTransfer::Zonal(lobes) => limits.check_memory(name, bytes).map(|()| lobes.to_transfer()),
     }

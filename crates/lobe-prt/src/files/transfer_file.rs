@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use half::f16;
 use lobe_io::{Dtype, Job, Numbers, Tensor, TensorFormat, read_file, write_tensors};
 
 use crate::files::tensor_file::{Header, TransferFile, format, write_streamed};
@@ -69,11 +70,14 @@ pub fn read_transfer_bytes(bytes: &[u8], name: &str) -> Result<(Transfer, Recipe
 
 /// The transfer and the recipe in a file of this format.
 pub(crate) fn transfer_of(file: &TransferFile<'_>) -> Result<(Transfer, Recipe), PrtError> {
-    if is_half(file) {
-        return half_of(file).map(|(transfer, recipe)| (transfer.to_transfer(), recipe));
-    }
     let (order, channels) = checked(file)?;
-    let coefficients = file.f32(TENSOR, &[None, Some(channels.count()), Some(order * order)])?;
+    let shape = [None, Some(channels.count()), Some(order * order)];
+    let coefficients = if is_half(file) {
+        // From the bytes, so that the numbers of 16 bits are not in memory besides.
+        file.bytes(TENSOR, Dtype::F16, &shape)?.as_chunks().0.iter().map(|b| f16::from_le_bytes(*b).to_f32()).collect()
+    } else {
+        file.f32(TENSOR, &shape)?
+    };
     let transfer = Transfer::new(order, channels, coefficients).map_err(|error| error.within(file.name()))?;
     Ok((transfer, file.header.recipe.clone().understood(file.name())?))
 }

@@ -26,10 +26,16 @@ impl HalfTransfer {
     /// Each coefficient rounded to the nearest.
     ///
     /// # Errors
-    /// [`PrtError::Invalid`] if one is rounded to infinity, which is what is as large as 65520.
+    /// [`PrtError::Invalid`] if one is 65520 or larger, which is rounded to infinity.
     pub fn new(transfer: &Transfer) -> Result<Self, PrtError> {
         let mut coefficients = vec![f16::ZERO; transfer.coefficients().len()];
         coefficients.convert_from_f32_slice(transfer.coefficients());
+        if let Some(at) = coefficients.iter().position(|c| c.is_infinite()) {
+            let row = transfer.order() * transfer.order() * transfer.channels().count();
+            let found = transfer.coefficients()[at];
+            let message = format!("expected coefficients below 65520 in size, found {found} at receiver {}", at / row);
+            return Err(PrtError::invalid("transfer of 16 bits", message));
+        }
         Self::from_coefficients(transfer.order(), transfer.channels(), coefficients)
     }
 
@@ -155,9 +161,12 @@ mod tests {
 
     #[test]
     fn what_has_no_place_in_16_bits_is_refused_in_one_line() {
-        let large = Transfer::new(1, Channels::Gray, vec![0.5, 65520.0]).unwrap();
+        let large = Transfer::new(1, Channels::Gray, vec![0.5, -70000.0]).unwrap();
         let message = HalfTransfer::new(&large).unwrap_err().to_string();
-        assert_eq!(message, "transfer of 16 bits: expected finite coefficients, found inf at receiver 1", "too large");
+        assert_eq!(
+            message,
+            "transfer of 16 bits: expected coefficients below 65520 in size, found -70000 at receiver 1"
+        );
         let largest = Transfer::new(1, Channels::Gray, vec![65519.0]).unwrap();
         assert_eq!(HalfTransfer::new(&largest).unwrap().to_transfer().coefficients(), [65504.0], "the largest");
         assert!(HalfTransfer::from_coefficients(9, Channels::Gray, Vec::new()).is_err(), "an order of 9");

@@ -8,9 +8,9 @@
 use std::path::{Path, PathBuf};
 
 use lobe::prt::{
-    BakeMode, BakeOptions, BakedGlb, Channels, CompressOptions, CompressedTransfer, Neighborhood, NeighborhoodGrid,
-    Receivers, Recipe, Transfer, TransferMatrices, WeightBits, ZonalFitOptions, bake, fit_zonal,
-    write_compressed_transfer, write_lightmap, write_matrices, write_neighborhood, write_transfer,
+    BakeMode, BakeOptions, BakedGlb, Channels, CompressOptions, CompressedTransfer, HalfTransfer, Neighborhood,
+    NeighborhoodGrid, Receivers, Recipe, Transfer, TransferMatrices, WeightBits, ZonalFitOptions, bake, fit_zonal,
+    write_compressed_transfer, write_half_transfer, write_lightmap, write_matrices, write_neighborhood, write_transfer,
     write_zonal_transfer,
 };
 use lobe::scene::{Bounds, Bvh, built_in};
@@ -86,6 +86,11 @@ fn plain_transfer_is_read_from_the_page() {
         assert_eq!(about["format"], "lobe-transfer", "{about}");
         let expected = transfer.exit_radiance(light.coefficients());
         compare_light(&format!("{channels:?}"), &about, &table, &light, &expected);
+        let halves = HalfTransfer::new(&transfer).unwrap();
+        write_half_transfer(&path, &halves, &Recipe::default()).unwrap();
+        let (about, table) = read_safetensors(&path);
+        let expected = halves.exit_radiance(light.coefficients());
+        compare_light(&format!("{channels:?} in 16 bits"), &about, &table, &light, &expected);
     }
 }
 
