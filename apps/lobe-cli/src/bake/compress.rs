@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Context as _, bail};
+use anyhow::{anyhow, bail};
 use clap::Args;
 use lobe::prt::{
     CompressOptions, CompressReport, CompressedTransfer, CurvePoint, HalfTransfer, Recipe, Transfer, error_curve,
@@ -93,7 +93,8 @@ impl Compress {
     }
 
     fn to_halves(&self, transfer: &Transfer, recipe: Recipe, talk: Talk) -> anyhow::Result<()> {
-        let halves = HalfTransfer::new(transfer).with_context(|| self.input.path().display().to_string())?;
+        let halves =
+            HalfTransfer::new(transfer).map_err(|error| anyhow!("{}: {error}", self.input.path().display()))?;
         let relative_error = halves.relative_error(transfer);
         write_half_transfer(&self.output, &halves, &recipe_of_halves(recipe, relative_error))?;
         tell_if_too_late(&self.output, talk);

@@ -56,22 +56,12 @@ fn light(order: usize) -> Vec<Rgb<f64>> {
 
 fn transfer(bench: &mut Bench<'_>) -> anyhow::Result<()> {
     for (name, channels) in [("transfer", Channels::Gray), ("transfer-rgb", Channels::Rgb)] {
-        if !bench.wants(name) {
-            continue;
-        }
-        let transfer = any_transfer(channels)?;
-        let light = light(ORDER);
-        let mut out = vec![Rgb::new(0.0, 0.0, 0.0); RECEIVERS];
-        for order in bench.orders(&[ORDER]) {
-            let job = BenchJob {
-                name,
-                order: Some(order),
-                item: "receiver",
-                items: RECEIVERS,
-                cost: Some(cost_of_transfer(channels, size_of::<f32>())),
-                above: "what is written counts as read",
-            };
-            bench.measure(&job, || transfer.exit_radiance_into(black_box(&light), black_box(&mut out)));
+        if bench.wants(name) {
+            let transfer = any_transfer(channels)?;
+            let cost = cost_of_transfer(channels, size_of::<f32>());
+            shading(bench, name, (cost, "what is written counts as read"), |light, out| {
+                transfer.exit_radiance_into(light, out);
+            });
         }
     }
     Ok(())
@@ -80,25 +70,29 @@ fn transfer(bench: &mut Bench<'_>) -> anyhow::Result<()> {
 /// The same where each number has 16 bits.
 fn half_transfer(bench: &mut Bench<'_>) -> anyhow::Result<()> {
     for (name, channels) in [("transfer-f16", Channels::Gray), ("transfer-f16-rgb", Channels::Rgb)] {
-        if !bench.wants(name) {
-            continue;
-        }
-        let transfer = HalfTransfer::new(&any_transfer(channels)?)?;
-        let light = light(ORDER);
-        let mut out = vec![Rgb::new(0.0, 0.0, 0.0); RECEIVERS];
-        for order in bench.orders(&[ORDER]) {
-            let job = BenchJob {
-                name,
-                order: Some(order),
-                item: "receiver",
-                items: RECEIVERS,
-                cost: Some(cost_of_transfer(channels, size_of::<u16>())),
-                above: "numbers are converted into the first-level cache, and what is written counts as read",
-            };
-            bench.measure(&job, || transfer.exit_radiance_into(black_box(&light), black_box(&mut out)));
+        if bench.wants(name) {
+            let transfer = HalfTransfer::new(&any_transfer(channels)?)?;
+            let cost = cost_of_transfer(channels, size_of::<u16>());
+            let above = "numbers are converted into the first-level cache, and what is written counts as read";
+            shading(bench, name, (cost, above), |light, out| transfer.exit_radiance_into(light, out));
         }
     }
     Ok(())
+}
+
+/// Measures how long all receivers take to be lit.
+fn shading(
+    bench: &mut Bench<'_>,
+    name: &'static str,
+    (cost, above): (Cost, &'static str),
+    shade: impl Fn(&[Rgb<f64>], &mut [Rgb<f32>]),
+) {
+    let light = light(ORDER);
+    let mut out = vec![Rgb::new(0.0, 0.0, 0.0); RECEIVERS];
+    for order in bench.orders(&[ORDER]) {
+        let job = BenchJob { name, order: Some(order), item: "receiver", items: RECEIVERS, cost: Some(cost), above };
+        bench.measure(&job, || shade(black_box(&light), black_box(&mut out)));
+    }
 }
 
 fn any_transfer(channels: Channels) -> anyhow::Result<Transfer> {
@@ -134,24 +128,14 @@ fn clustered(bench: &mut Bench<'_>) -> anyhow::Result<()> {
         };
         let table = CompressedTable::new(width, COMPONENTS, clusters, weights, bases)?;
         let transfer = CompressedTransfer::from_table(ORDER, Channels::Gray, table)?;
-        let light = light(ORDER);
-        let mut out = vec![Rgb::new(0.0, 0.0, 0.0); RECEIVERS];
-        for order in bench.orders(&[ORDER]) {
-            let job = BenchJob {
-                name,
-                order: Some(order),
-                item: "receiver",
-                items: RECEIVERS,
-                // Bases times light are sums of the clusters; each weight and cluster is read once, each color written once.
-                cost: Some(Cost {
-                    operations: (2 * 3 * COMPONENTS) as f64,
-                    bytes: (bytes * COMPONENTS + size_of::<u16>() + size_of::<Rgb<f32>>()) as f64,
-                    level: Level::Read,
-                }),
-                above: "each weight takes two loads for four lanes, and what is written counts as read",
-            };
-            bench.measure(&job, || transfer.exit_radiance_into(black_box(&light), black_box(&mut out)));
-        }
+        // Bases times light are sums of the clusters; each weight and cluster is read once, each color written once.
+        let cost = Cost {
+            operations: (2 * 3 * COMPONENTS) as f64,
+            bytes: (bytes * COMPONENTS + size_of::<u16>() + size_of::<Rgb<f32>>()) as f64,
+            level: Level::Read,
+        };
+        let above = "each weight takes two loads for four lanes, and what is written counts as read";
+        shading(bench, name, (cost, above), |light, out| transfer.exit_radiance_into(light, out));
     }
     Ok(())
 }

@@ -98,6 +98,18 @@ fn read_env_picture(dir: &Dir, name: &str) -> Vec<f32> {
 }
 
 #[test]
+fn transfer_without_a_place_in_16_bits_is_refused_by_its_name() {
+    let dir = Dir::new();
+    let large = Transfer::new(1, Channels::Gray, vec![0.5, 70000.0]).unwrap();
+    write_transfer(dir.path("t.safetensors"), &large, &Recipe::default(), Job::default()).unwrap();
+    let line = dir.lobe("compress t.safetensors -o h.safetensors --f16").error();
+    let expected =
+        "t.safetensors: transfer of 16 bits: expected coefficients below 65520 in size, found 70000 at receiver 1";
+    assert_eq!(line, expected, "what, where and by how much");
+    assert!(!dir.path("h.safetensors").exists(), "nothing is left behind");
+}
+
+#[test]
 fn a_lobe_for_each_vertex_is_fitted() {
     let dir = Dir::new();
     write_transfer(
