@@ -55,7 +55,14 @@ impl Exponential {
 
 /// `Σ_(k>terms) x^k/k!` for `x >= 0`: by its terms, since the difference from `e^x` loses all digits for small `x`.
 fn tail(x: f64, terms: usize) -> f64 {
-    let mut term = (1..=terms).fold(1.0, |term, k| term * x / k as f64);
+    let mut term = 1.0;
+    for k in 1..=terms {
+        term *= x / k as f64;
+        // Terms do not come back from zero, and no bound is below infinity after one that is not finite.
+        if term == 0.0 || !term.is_finite() {
+            return term;
+        }
+    }
     let mut sum = 0.0;
     for k in terms + 1.. {
         term *= x / k as f64;

@@ -225,20 +225,25 @@ fn product_series(f: &ShVec<f64>, terms: usize) -> ShVec<f64> {
 const MOST_HALVINGS: f64 = 64.0;
 
 /// `(a 1 + b f/2^p)^(2^p)` with the least `p` that brings `‖f‖/2^p` to the limit.
+///
+/// What is squared is `1 + e`, kept as `e`, which becomes `2e + e²`: next to 1 its digits would be lost, and every squaring doubles what is
+/// lost.
 fn hybrid(f: &ShVec<f64>, table: &OptimalLinear, limit: f64) -> ShVec<f64> {
     let norm = f.dot(f).sqrt();
     let halvings = (norm / limit).log2().ceil().clamp(0.0, MOST_HALVINGS) as i32;
     let scale = 0.5_f64.powi(halvings);
-    let (a, b) = table.factors(norm * scale);
-    let mut result = f.clone();
-    result *= b * scale;
-    result += &ShVec::constant(f.order(), a);
+    let (a_less_one, b) = table.factors(norm * scale);
+    let mut e = f.clone();
+    e *= b * scale;
+    e += &ShVec::constant(f.order(), a_less_one);
     let mut squared = ShVec::zero(f.order());
     for _ in 0..halvings {
-        square_into(result.coefficients(), squared.coefficients_mut());
-        core::mem::swap(&mut result, &mut squared);
+        square_into(e.coefficients(), squared.coefficients_mut());
+        e *= 2.0;
+        e += &squared;
     }
-    result
+    e += &ShVec::constant(f.order(), 1.0);
+    e
 }
 
 /// `Σ_points w e^f(s) y_i(s)`.

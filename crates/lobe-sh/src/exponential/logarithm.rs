@@ -57,5 +57,10 @@ pub(crate) fn check_clamp(clamp: f64) {
 /// `ln x / (x - 1)`, 1 at `x = 1`.
 pub(crate) fn slope_of_ln(x: f64) -> f64 {
     let h = x - 1.0;
-    if h == 0.0 { 1.0 } else { h.ln_1p() / h }
+    match h {
+        0.0 => 1.0,
+        // Near 1 the digits are in h, near 0 in x.
+        h if h > -0.5 => h.ln_1p() / h,
+        h => x.ln() / h,
+    }
 }

@@ -18,7 +18,7 @@ const ANGLES: usize = 180;
 /// For exponentials of many functions at once, elsewhere; [`Exponential`](crate::Exponential) holds its own.
 #[derive(Clone, Debug)]
 pub struct OptimalLinear {
-    /// Norm, `a` and `b`, in ascending norm.
+    /// Norm, `a - 1` and `b`, in ascending norm.
     rows: Vec<[f64; 3]>,
 }
 
@@ -33,7 +33,7 @@ impl OptimalLinear {
     #[must_use]
     pub fn new(order: usize) -> Self {
         // ‖f‖ = 0: exp(f) = 1 + f.
-        let mut rows = alloc::vec![[0.0, 1.0, 1.0]];
+        let mut rows = alloc::vec![[0.0, 0.0, 1.0]];
         let logarithm = ZonalLogarithm::new(order, LOG_CLAMP);
         for k in 1..=if order == 0 { 0 } else { ANGLES } {
             let angle = 0.5 * PI * k as f64 / ANGLES as f64;
@@ -43,14 +43,15 @@ impl OptimalLinear {
             let norm = square.sqrt();
             // The norm has its maximum below 90°. Beyond, and where the clamp lets it fall, the table has it already.
             if norm > rows[rows.len() - 1][0] {
-                let g = exponential_by_eigenvectors(&f);
-                rows.push([norm, g.coefficients()[0] / (4.0 * PI).sqrt(), g.dot(&f) / square]);
+                // f has no mean: ⟨g - 1, f⟩ is ⟨g, f⟩.
+                let rest = exponential_less_one(&f);
+                rows.push([norm, rest.coefficients()[0] / (4.0 * PI).sqrt(), rest.dot(&f) / square]);
             }
         }
         Self { rows }
     }
 
-    /// `a` and `b` for a norm; those of the last row beyond it.
+    /// `a - 1` and `b` for a norm; those of the last row beyond it. Of `a` few digits are left where it is near 1.
     #[must_use]
     pub fn factors(&self, norm: f64) -> (f64, f64) {
         let above = self.rows.partition_point(|row| row[0] <= norm);
@@ -66,9 +67,14 @@ pub(crate) fn isolate_mean(f: &mut [f64]) -> f64 {
     core::mem::take(first) / (4.0 * PI).sqrt()
 }
 
-/// `exp(f) = 1 + R q(D) Rᵀ f`, `q(x) = (eˣ - 1)/x`, from the product matrix `M = R D Rᵀ` of `f`.
+/// `exp(f)`, [`exponential_less_one`] and 1.
 pub(crate) fn exponential_by_eigenvectors(f: &ShVec<f64>) -> ShVec<f64> {
+    &ShVec::constant(f.order(), 1.0) + &exponential_less_one(f)
+}
+
+/// `exp(f) - 1 = R q(D) Rᵀ f`, `q(x) = (eˣ - 1)/x`, from the product matrix `M = R D Rᵀ` of `f`.
+fn exponential_less_one(f: &ShVec<f64>) -> ShVec<f64> {
     let q = |d: f64| if d == 0.0 { 1.0 } else { d.exp_m1() / d };
     let Some(spectrum) = spectrum(f) else { return f.map(|_| f64::NAN) };
-    &ShVec::constant(f.order(), 1.0) + &apply(&spectrum, q, f.coefficients())
+    apply(&spectrum, q, f.coefficients())
 }

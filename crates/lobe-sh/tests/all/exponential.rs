@@ -94,7 +94,8 @@ fn factors_of_the_optimal_linear_exponential_are_those_of_the_reference_table() 
     for (degrees, exact, beside) in OPTIMAL_LINEAR {
         let f = Zonal::sphere_logarithm(4, degrees.to_radians(), LOG_CLAMP);
         let norm = f.coefficients()[1..].iter().map(|c| c * c).sum::<f64>().sqrt();
-        let (a, b) = table.factors(norm);
+        let (a_less_one, b) = table.factors(norm);
+        let a = 1.0 + a_less_one;
         println!("{degrees}°: {a:.6} {b:.6}");
         for (found, (exact, beside)) in [a, b].into_iter().zip(exact.into_iter().zip(beside)) {
             assert!((found - exact).abs() < 1e-3 * exact, "{degrees}°: {found} against {exact}");
@@ -159,6 +160,20 @@ fn the_hybrid_method_nears_the_eigenvectors_as_its_limit_shrinks() {
             .into();
         assert!(errors.windows(2).all(|pair| pair[1] < 0.5 * pair[0]), "order {order}: {errors:?}");
         assert!(errors[3] < 1e-3, "order {order}: {errors:?}");
+        // As many squarings as there can be do not bring rounding up.
+        for limit in [1e-6, 1e-12, 1e-18, 1e-300] {
+            let error = difference(&Exponential::new(order, ExpMethod::Hybrid { limit }).of(&f), &exact);
+            assert!(error < errors[3], "order {order}, limit {limit}: {error}");
+        }
+    }
+}
+
+#[test]
+fn the_logarithm_of_a_constant_is_that_of_the_number_however_small_it_is() {
+    for value in [1e-300_f64, 1e-17, 1e-12, 1e-3, 0.4, 0.6, 1.0 - 1e-9, 1.0, 2.5, 1e17, 1e300] {
+        let found = logarithm(&ShVec::constant(4, value), LOG_CLAMP);
+        let off = difference(&found, &ShVec::constant(4, value.ln()));
+        assert!(off <= 1e-13 * value.ln().abs(), "ln {value} is off by {off}");
     }
 }
 

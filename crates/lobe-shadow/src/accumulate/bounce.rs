@@ -68,6 +68,11 @@ impl Bounce {
         Ok(Self { radiance })
     }
 
+    /// Whether it may be of the spheres of a tree: there are as many.
+    pub(crate) fn is_of(&self, tree: &SphereTree) -> bool {
+        self.radiance.len() == tree.nodes.len()
+    }
+
     /// The irradiance of sixteen receivers in red, green and blue, of which `white` is that from a white sky of radiance 1.
     pub(crate) fn reflected(
         &self,

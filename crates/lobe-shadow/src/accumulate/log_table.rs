@@ -31,7 +31,7 @@ pub struct LogTableOptions {
     pub window: Option<f64>,
     /// The least eigenvalue that the logarithm keeps, as a part of the largest; see [`lobe_sh::logarithm`].
     pub clamp: f64,
-    /// The most that interpolation may move a logarithm, as the norm of the difference; a norm of 0.01 changes visibility by
+    /// The most that interpolation and rounding may move a logarithm, as the norm of the difference; a norm of 0.01 changes visibility by
     /// 0.3 % in the root mean square.
     pub tolerance: f64,
 }
@@ -83,10 +83,10 @@ const AT_PLACES: f64 = 0.75;
 const FIT_PLACES: usize = 128;
 
 /// The end of the polynomials that is tried first: 60 degrees. Beyond, `u` is no good variable.
-pub(crate) const FIT_END: f64 = 0.75;
+pub(crate) const FIT_END: f32 = 0.75;
 
 /// The least end of the polynomials: 2 degrees.
-pub(crate) const LEAST_FIT_END: f64 = 1e-3;
+pub(crate) const LEAST_FIT_END: f32 = 1e-3;
 
 /// The logarithms of what spheres leave visible, over their size as seen from the receiver.
 ///
@@ -131,7 +131,7 @@ impl LogTable {
         rows.push(exact.at(1.0));
         loop {
             let between = exact.rows(intervals, &PLACES);
-            if error_between(&rows, &between) <= AT_PLACES * options.tolerance {
+            if is_near(&rows, &between, AT_PLACES * options.tolerance) {
                 break;
             }
             if intervals == INTERVALS[1] {
@@ -148,7 +148,7 @@ impl LogTable {
             intervals *= 2;
         }
         let rows = rows.iter().flatten().map(|f| *f as f32).collect();
-        Ok(Self { options: *options, rows, fit, fit_end: fit_end as f32 })
+        Ok(Self { options: *options, rows, fit, fit_end })
     }
 
     /// What the table is made for.
@@ -199,9 +199,8 @@ impl LogTable {
 
     /// `F_l` by the polynomials, for `u <= u_1`.
     pub(crate) fn fitted(&self, u: f32, out: &mut [f32]) {
-        let x = u * (2.0 / self.fit_end) - 1.0;
         for (out, c) in out.iter_mut().zip(&self.fit) {
-            *out = u * c.iter().rev().fold(0.0, |p, c| p * x + c);
+            *out = fitted(c, self.fit_end, u);
         }
     }
 
@@ -217,6 +216,12 @@ impl LogTable {
             *out = low + t * (high - low);
         }
     }
+}
+
+/// `u Σ_k c_k (2u/end - 1)^k`.
+fn fitted(polynomial: &[f32; FIT], end: f32, u: f32) -> f32 {
+    let x = u * (2.0 / end) - 1.0;
+    u * polynomial.iter().rev().fold(0.0, |p, c| p * x + c)
 }
 
 /// `√(4π/(2l+1))`, from a zonal coefficient to the factor of `y_lm(axis)`.
@@ -265,32 +270,29 @@ fn difference<'a>(a: impl IntoIterator<Item = &'a f64>, b: impl IntoIterator<Ite
     terms.map(|(l, (a, b))| ((a - b) / rotation_factor(l)).powi(2)).sum::<f64>().sqrt()
 }
 
-/// The largest error of rows at the places between them.
-fn error_between(rows: &[Vec<f64>], between: &[Vec<f64>]) -> f64 {
-    let mut worst = 0.0_f64;
-    for (pair, exact) in rows.windows(2).zip(between.chunks_exact(PLACES.len())) {
-        for (exact, t) in exact.iter().zip(PLACES) {
-            let interpolated = pair[0].iter().zip(&pair[1]).map(|(low, high)| low + t * (high - low));
-            worst = worst.max(difference(exact, interpolated));
-        }
-    }
-    worst
+/// Whether no error of rows, rounded as they are kept, is beyond a tolerance at the places between them.
+fn is_near(rows: &[Vec<f64>], between: &[Vec<f64>], tolerance: f64) -> bool {
+    rows.windows(2).zip(between.chunks_exact(PLACES.len())).all(|(pair, exact)| {
+        exact.iter().zip(PLACES).all(|(exact, t)| {
+            let rounded = pair[0].iter().zip(&pair[1]).map(|(low, high)| (*low as f32, *high as f32));
+            difference(exact, rounded.map(|(low, high)| f64::from(low + t as f32 * (high - low)))) <= tolerance
+        })
+    })
 }
 
 /// The polynomials and where they end: as far as they keep the tolerance.
-fn fit(exact: &Exact, options: &LogTableOptions) -> Result<(Vec<[f32; FIT]>, f64), ShadowError> {
+fn fit(exact: &Exact, options: &LogTableOptions) -> Result<(Vec<[f32; FIT]>, f32), ShadowError> {
     let mut end = FIT_END;
     loop {
-        let polynomials = fit_to(exact, options.order, end);
-        let error = |k: usize| {
-            let u = end * k as f64 / FIT_PLACES as f64;
-            let x = 2.0 * u / end - 1.0;
-            let values = polynomials.iter().map(|c| u * c.iter().rev().fold(0.0, |p, c| p * x + c));
-            difference(&exact.at(one_minus_cos(u)), values)
+        let polynomials = fit_to(exact, options.order, f64::from(end));
+        // At numbers of `f32`, where the polynomial is evaluated.
+        let is_near = |k: usize| {
+            let u = end * k as f32 / FIT_PLACES as f32;
+            let values = polynomials.iter().map(|c| f64::from(fitted(c, end, u)));
+            difference(&exact.at(one_minus_cos(f64::from(u))), values) <= AT_PLACES * options.tolerance
         };
-        let worst = (1..=FIT_PLACES).map(error).fold(0.0, f64::max);
-        if worst <= AT_PLACES * options.tolerance {
-            return Ok((polynomials.iter().map(|c| std::array::from_fn(|k| c[k] as f32)).collect(), end));
+        if (1..=FIT_PLACES).all(is_near) {
+            return Ok((polynomials, end));
         }
         end *= 0.9;
         if end < LEAST_FIT_END {
@@ -306,14 +308,15 @@ fn one_minus_cos(u: f64) -> f64 {
 }
 
 /// The polynomials through `F_l/u` at the Chebyshev nodes of `[0, end]`.
-fn fit_to(exact: &Exact, order: usize, end: f64) -> Vec<[f64; FIT]> {
+fn fit_to(exact: &Exact, order: usize, end: f64) -> Vec<[f32; FIT]> {
     let nodes: [f64; FIT] = std::array::from_fn(|k| (PI * (k as f64 + 0.5) / FIT as f64).cos());
     let values: Vec<Vec<f64>> = nodes
         .iter()
         .map(|x| 0.5 * end * (x + 1.0))
         .map(|u| exact.at(one_minus_cos(u)).into_iter().map(|f| f / u).collect())
         .collect();
-    (0..order).map(|l| monomials(&nodes, std::array::from_fn(|k| values[k][l]))).collect()
+    let polynomial = |l: usize| monomials(&nodes, std::array::from_fn(|k| values[k][l]));
+    (0..order).map(|l| polynomial(l).map(|c| c as f32)).collect()
 }
 
 /// The coefficients of the polynomial through values at nodes, by Newton's divided differences.

@@ -58,7 +58,7 @@ pub fn read_log_table_bytes(bytes: &[u8], name: &str) -> Result<LogTable, Shadow
 fn table_of(file: &TensorFile<'_>) -> Result<LogTable, IoError> {
     let Header { options, fit_end } = file.header()?;
     options.check().map_err(|message| file.invalid(message))?;
-    if !(LEAST_FIT_END..=FIT_END).contains(&f64::from(fit_end)) {
+    if !(LEAST_FIT_END..=FIT_END).contains(&fit_end) {
         let expected = format!("expected polynomials that end between {LEAST_FIT_END} and {FIT_END}");
         return Err(file.invalid(format!("{expected}, found {fit_end}")));
     }

@@ -1,7 +1,7 @@
 //! Light of the sky, made ready to fall on surfaces that see a part of it.
 
 use lobe_sh::simd::{Lanes, Machine, Wide, constant};
-use lobe_sh::{Coefficient as _, Expansion, GauntTensor, MAX_GAUNT_ORDER, Rgb, Zonal, coefficient_count};
+use lobe_sh::{Coefficient as _, Expansion, ProductMatrix, Rgb, ShVec, Zonal, coefficient_count};
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::ShadowError;
@@ -54,25 +54,30 @@ impl SkyLight {
             let message = format!("expected finite light, found {:?} for coefficient {i}", light[i]);
             return Err(ShadowError::Invalid { place: "light".to_owned(), message });
         }
-        // Bands beyond these have no part in products of the other two.
-        let used = light.len().isqrt().min((order + COSINE_BANDS - 1).min(MAX_GAUNT_ORDER));
-        let bands = (order + used).saturating_sub(1).clamp(1, COSINE_BANDS);
+        let bands = (order + light.len().isqrt()).saturating_sub(1).clamp(1, COSINE_BANDS);
         let cosine = Zonal::clamped_cosine(bands);
         let mut numbers = 0..;
         let rows: Vec<Option<usize>> =
             (0..coefficient_count(bands)).map(|j| if has_cosine(j.isqrt()) { numbers.next() } else { None }).collect();
-        let mut operator = vec![[0.0_f64; CHANNELS]; numbers.start * coefficient_count(order)];
-        let white = (4.0 * std::f64::consts::PI).sqrt();
-        for t in GauntTensor::new(bands, order, used.max(1)).coefficients() {
-            let Some(row) = rows[t.i] else { continue };
-            let band = t.i.isqrt();
-            let value = t.value * cosine.coefficients()[band] * rotation_factor(band);
-            let [r, g, b] = light.get(t.k).copied().unwrap_or(Rgb::ZERO).to_array();
-            let uniform = if t.k == 0 { white } else { 0.0 };
-            let entry = &mut operator[row * coefficient_count(order) + t.j];
-            entry.iter_mut().zip([r, g, b, uniform]).for_each(|(entry, light)| *entry += value * light);
+        let columns = coefficient_count(order);
+        let mut operator = vec![[0.0; CHANNELS]; numbers.start * columns];
+        let channel = |c: usize| {
+            let mut channel = ShVec::constant(light.len().isqrt().max(1), 1.0);
+            for (out, light) in channel.coefficients_mut().iter_mut().zip(&light).filter(|_| c < 3) {
+                *out = light.to_array()[c];
+            }
+            channel
+        };
+        for c in 0..CHANNELS {
+            let product = ProductMatrix::new(&channel(c), bands.max(order));
+            for (j, products) in product.entries().chunks_exact(coefficient_count(bands.max(order))).enumerate() {
+                let Some(row) = rows.get(j).copied().flatten() else { continue };
+                let factor = cosine.coefficients()[j.isqrt()] * rotation_factor(j.isqrt());
+                for (entry, product) in operator[row * columns..].iter_mut().zip(&products[..columns]) {
+                    entry[c] = (factor * product) as f32;
+                }
+            }
         }
-        let operator = operator.iter().map(|row| row.map(|x| x as f32)).collect();
         let mut light = light;
         light.resize(coefficient_count(order), Rgb::ZERO);
         Ok(Self { order, bands, rows, columns: Columns::new(), operator, light })

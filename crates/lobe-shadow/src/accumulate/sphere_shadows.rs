@@ -179,13 +179,16 @@ impl<'a> SphereShadows<'a> {
     /// The irradiance of each receiver from the spheres that hide the sky, lit by the same sky.
     ///
     /// # Errors
-    /// As [`SphereShadows::irradiance`].
+    /// As [`SphereShadows::irradiance`], and [`ShadowError::Options`] if the bounce is of another number of spheres.
     pub fn reflected_irradiance(
         &self,
         receivers: &ShadowReceivers<'_>,
         sky: &SkyLight,
         bounce: &Bounce,
     ) -> Result<Vec<Rgb<f32>>, ShadowError> {
+        if !bounce.is_of(&self.tree) {
+            return Err(ShadowError::Options("expected a bounce of these spheres, found one of others".to_owned()));
+        }
         self.irradiance_with(receivers, sky, Some(bounce))
     }
 

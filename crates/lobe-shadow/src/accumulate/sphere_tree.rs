@@ -102,7 +102,8 @@ impl SphereTree {
         Ok(tree)
     }
 
-    /// Follows spheres that have moved: the same ones, in the same order.
+    /// Follows spheres that have moved: the same ones, in the same order. Where one begins to have a radius, has none any longer, or is new, the
+    /// tree is made anew.
     ///
     /// # Errors
     /// [`ShadowError::Invalid`] if a sphere of the tree is missing, or as [`SphereTree::over`].
@@ -112,6 +113,12 @@ impl SphereTree {
         if let Some(last) = last.filter(|k| **k as usize >= spheres.len()) {
             let message = format!("expected the spheres of the tree, {} or more, found {}", last + 1, spheres.len());
             return Err(ShadowError::Invalid { place: "spheres".to_owned(), message });
+        }
+        let mut members: Vec<u32> = self.spheres.iter().copied().filter(|k| *k != NO_SPHERE).collect();
+        members.sort_unstable();
+        if !(0..spheres.len() as u32).filter(|k| spheres[*k as usize].radius > 0.0).eq(members) {
+            *self = Self::over(spheres)?;
+            return Ok(());
         }
         self.place(spheres);
         self.share()

@@ -2,7 +2,10 @@
 
 use std::f32::consts::PI;
 
-use lobe_sh::{Dir, Expansion as _, Exponential, Rgb, ShL2, ShVec, SphereQuadrature, coefficient_count};
+use lobe_sh::{
+    Coefficient as _, Dir, Expansion as _, Exponential, Rgb, ShL2, ShVec, SphereQuadrature, Zonal, coefficient_count,
+    eval_basis,
+};
 use lobe_shadow::{
     LogTable, LogTableOptions, Occluder, ShadowOptions, ShadowReceivers, SkyLight, SphereShadows, SphereTree,
 };
@@ -274,6 +277,26 @@ fn the_light_operator_is_the_integral() {
 }
 
 #[test]
+fn the_light_operator_takes_all_bands_of_the_light_that_have_a_part() {
+    // Nine bands of the cosine times those of the visibility: all below the sum of both have one.
+    for (order, bands) in [(1, 12), (3, 11), (4, 12), (8, 16)] {
+        let mut random = Random::new(order as u64);
+        let visibility: Vec<f32> = (0..coefficient_count(order)).map(|_| random.signed() as f32).collect();
+        let mut light = ShVec::zero(bands);
+        light.coefficients_mut().copy_from_slice(&eval_basis(Dir::try_from(random.direction()).unwrap(), bands));
+        let sky = SkyLight::new(&light.map(|c: f64| Rgb::splat(c as f32)), order).unwrap();
+        let seen = ShVec::from_vec(visibility.iter().map(|v| f64::from(*v)).collect()).unwrap();
+        let n = random.direction();
+        let cosine = Zonal::clamped_cosine(9).towards(Dir::try_from(n).unwrap(), 1.0);
+        let rule = SphereQuadrature::of_degree(8 + order + bands);
+        let expected = rule.integrate(|s: Dir| cosine.eval(s) * light.eval(s) * seen.eval(s));
+        let found = f64::from(sky.irradiance(n.map(|c| c as f32), &visibility).g);
+        let size = (light.dot(&light) * seen.dot(&seen)).sqrt();
+        assert!((found - expected).abs() < 1e-6 * size, "order {order}: {found} against {expected}, of {size}");
+    }
+}
+
+#[test]
 fn a_tree_follows_spheres_that_move() {
     let table = table(3);
     let spheres = above_ground(3, &mut Random::new(7));
@@ -290,6 +313,29 @@ fn a_tree_follows_spheres_that_move() {
     let by_own = SphereShadows::new(&table, &moved, &one_by_one()).unwrap().visibility(&receivers);
     assert!(by_tree.iter().zip(&by_own).all(|(a, b)| (a - b).abs() < 1e-5), "moved: {by_tree:?} {by_own:?}");
     assert!(refit.refit(&spheres[..1]).is_err(), "spheres are missing");
+}
+
+#[test]
+fn a_tree_follows_spheres_that_come_to_overlap_that_appear_and_that_vanish() {
+    let table = table(3);
+    let before =
+        [Occluder::new([0.0, 0.0, 1.0], 0.3), Occluder::new([2.0, 0.0, 1.0], 0.3), Occluder::new([0.0; 3], 0.0)];
+    let tree = SphereTree::over(&before).unwrap();
+    let near = Occluder::new([0.2, 0.0, 1.0], 0.3);
+    let receivers = ShadowReceivers::new(&[[0.1, 0.2, 0.0]], &[UP]).unwrap();
+    for (what, after) in [
+        ("moved into another", vec![before[0], near, before[2]]),
+        ("grown from nothing", vec![before[0], before[1], near]),
+        ("one more", vec![before[0], before[1], before[2], near]),
+        ("shrunk to nothing", vec![Occluder::new(before[0].center, 0.0), near, before[2]]),
+    ] {
+        let mut refit = tree.clone();
+        refit.refit(&after).unwrap();
+        let options = ShadowOptions::default().cut(0.0);
+        let by_tree = SphereShadows::with_tree(&table, refit, &options).unwrap().visibility(&receivers);
+        let by_own = SphereShadows::new(&table, &after, &options).unwrap().visibility(&receivers);
+        assert!(by_tree.iter().zip(&by_own).all(|(a, b)| (a - b).abs() < 1e-5), "{what}: {by_tree:?} {by_own:?}");
+    }
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, ShL1, ShVec, SphereQuadrature};
+use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, ShL1, ShVec, SphereQuadrature, eval_basis};
 use lobe_shadow::{LogTable, LogTableOptions, Occluder, ShadowOptions, ShadowReceivers, SkyLight, SphereShadows};
 use lobe_testkit::Random;
 
@@ -104,4 +104,53 @@ fn a_white_sphere_under_a_white_sky_is_not_seen() {
     assert!(message.contains("expected one for every sphere, found 0"), "{message}");
     let message = shadows.bounce(&sky, &[Rgb::splat(1.5)]).unwrap_err().to_string();
     assert!(message.contains("from 0 to 1"), "{message}");
+}
+
+/// The mean radiance over the disc of a sphere of albedo 1, as seen from the direction `v`, under light `sky` of three bands: `E(n)/π` of the
+/// half of it that is seen, by quadrature.
+fn seen_from(v: Dir, sky: &ShVec<f64>, rule: &SphereQuadrature) -> f64 {
+    let cosine = |n: Dir, s: Dir| dot(n.to_array(), s.to_array()).max(0.0);
+    // A hundredth of the directions of the sky is enough for three bands and the cosine between.
+    let coarse = SphereQuadrature::of_degree(40);
+    let radiance = |n: Dir| coarse.integrate(|s| cosine(n, s) * sky.eval(s)) / PI;
+    rule.integrate(|n| if cosine(n, v) > 0.0 { cosine(n, v) * radiance(n) } else { 0.0 }) / PI
+}
+
+#[test]
+fn a_sphere_sends_on_the_light_of_the_side_that_the_receiver_sees() {
+    let table = LogTable::new(&LogTableOptions::default().order(3).tolerance(0.05)).unwrap();
+    let spheres = [Occluder::new([0.6, -0.4, 1.5], 0.3)];
+    let shadows = SphereShadows::new(&table, &spheres, &ShadowOptions::default()).unwrap();
+    let (at, normal) = ([[0.0; 3]], [[0.0, 0.0, 1.0]]);
+    let receivers = ShadowReceivers::new(&at, &normal).unwrap();
+    let sent_on = |sky: &ShVec<f64>| {
+        let sky = SkyLight::new(&sky.map(|c| Rgb::splat(c as f32)), 3).unwrap();
+        let bounce = shadows.bounce(&sky, &[Rgb::splat(1.0)]).unwrap();
+        f64::from(shadows.reflected_irradiance(&receivers, &sky, &bounce).unwrap()[0].g)
+    };
+    let to_receiver = Dir::new([-0.6, 0.4, -1.5]).unwrap();
+    let rule = SphereQuadrature::of_degree(40);
+    // What it hides is sent on where all is white, so that this is the solid angle by the cosine.
+    let white = sent_on(&ShVec::constant(3, 1.0));
+    for d in [Dir::X, -Dir::X, Dir::Y, -Dir::Y, Dir::Z, -Dir::Z, to_receiver, -to_receiver] {
+        let mut sky = ShVec::zero(3);
+        sky.coefficients_mut().copy_from_slice(&eval_basis(d, 3));
+        let expected = seen_from(to_receiver, &sky, &rule);
+        let found = sent_on(&sky) / white;
+        // The rule is not exact where the cosine ends.
+        assert!((found - expected).abs() < 1e-3, "light from {d:?}: {found}, expected {expected}");
+    }
+}
+
+#[test]
+fn a_bounce_of_other_spheres_is_refused() {
+    let table = LogTable::new(&LogTableOptions::default().order(3).tolerance(0.05)).unwrap();
+    let sky = SkyLight::new(&ShL1::constant(Rgb::splat(1.0)), 3).unwrap();
+    let spheres = [Occluder::new([0.5, 0.0, 2.0], 0.8), Occluder::new([-0.5, 0.0, 2.0], 0.2)];
+    let of = |spheres: &[Occluder]| SphereShadows::new(&table, spheres, &ShadowOptions::default()).unwrap();
+    let bounce = of(&spheres[..1]).bounce(&sky, &[Rgb::splat(1.0)]).unwrap();
+    let (at, normal) = ([[0.0; 3]], [[0.0, 0.0, 1.0]]);
+    let receivers = ShadowReceivers::new(&at, &normal).unwrap();
+    let message = of(&spheres).reflected_irradiance(&receivers, &sky, &bounce).unwrap_err().to_string();
+    assert!(message.contains("expected a bounce of these spheres"), "{message}");
 }
