@@ -1,6 +1,7 @@
 //! Errors of results on disk.
 
-use std::io;
+use std::fs::File;
+use std::io::{self, Read as _};
 use std::path::Path;
 
 /// Why results could not be kept on disk or taken up from there, by whose fault it is.
@@ -50,10 +51,46 @@ impl IoError {
     }
 }
 
+/// The most bytes of what has no length, a pipe or a device.
+const MOST_STREAMED: u64 = 1 << 30;
+
 /// The bytes of a file.
 ///
 /// # Errors
-/// [`IoError::Io`] if it cannot be read.
+/// [`IoError::Io`] if it cannot be read, [`IoError::Invalid`] if it is no regular file and does not end within a gigabyte.
 pub fn read_file(path: &Path) -> Result<Vec<u8>, IoError> {
-    std::fs::read(path).map_err(|source| IoError::io(path, source))
+    let io = |source| IoError::io(path, source);
+    if std::fs::metadata(path).map_err(io)?.is_file() {
+        return std::fs::read(path).map_err(io);
+    }
+    read_stream(path, MOST_STREAMED)
+}
+
+fn read_stream(path: &Path, most: u64) -> Result<Vec<u8>, IoError> {
+    let io = |source| IoError::io(path, source);
+    let mut bytes = Vec::new();
+    File::open(path).map_err(io)?.take(most + 1).read_to_end(&mut bytes).map_err(io)?;
+    if bytes.len() as u64 > most {
+        let message = format!("is no regular file, and does not end within {most} bytes; make it a file");
+        return Err(IoError::invalid(path, message));
+    }
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_regular_file_is_read_up_to_a_limit() {
+        let null = Path::new("/dev/null");
+        if cfg!(unix) {
+            assert!(read_file(null).unwrap().is_empty(), "nothing is a file");
+            let message = read_stream(Path::new("/dev/zero"), 1000).unwrap_err().to_string();
+            assert_eq!(message, "/dev/zero: is no regular file, and does not end within 1000 bytes; make it a file");
+        }
+        let folder = tempfile::tempdir().unwrap();
+        assert!(matches!(read_file(folder.path()), Err(IoError::Io { .. })), "a folder");
+        assert!(matches!(read_file(&folder.path().join("none")), Err(IoError::Io { .. })), "no file");
+    }
 }

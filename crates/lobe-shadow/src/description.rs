@@ -36,7 +36,7 @@ const VERSION: u32 = 1;
 /// The most bytes of a description: a thousand entities with a hundred keys each take about half of that.
 const MAX_BYTES: u64 = 1 << 24;
 
-/// The most parts, still ones and entities. Each is read from a file of its own, and hides the sky from all others.
+/// The most parts: still ones, entities, and those of an animated one that files of spheres are for. Each is read from a file of its own, and hides the sky from all others.
 const MAX_PARTS: usize = 1 << 14;
 
 /// A scene whose entities are files of their own.
@@ -73,12 +73,22 @@ pub struct EntityDescription {
     pub field: Option<PathBuf>,
     /// The files of its sphere sets: one at most of what moves as a whole, one for each part of what an animation moves.
     pub spheres: Vec<PathBuf>,
-    /// The animation of a glTF file that is played, by its name or number.
-    pub animation: Option<String>,
+    /// The animation of a glTF file that is played.
+    pub animation: Option<AnimationChoice>,
     /// Whether the animation begins anew when it has ended; else it rests.
     pub is_looped: bool,
     /// Its place over time.
     pub track: Track,
+}
+
+/// An animation of a file.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(untagged, expecting = "expected the name or the number of an animation")]
+pub enum AnimationChoice {
+    /// By its name; where none has it, by the number that it may be.
+    Name(String),
+    /// By its number, whatever names there are.
+    Number(u32),
 }
 
 #[derive(Deserialize)]
@@ -120,14 +130,6 @@ struct StillFilesJson {
     field: Option<String>,
 }
 
-/// A name or a number.
-#[derive(Deserialize)]
-#[serde(untagged, expecting = "expected the name or the number of an animation")]
-enum AnimationJson {
-    Name(String),
-    Number(u32),
-}
-
 /// One file or several.
 #[derive(Deserialize)]
 #[serde(untagged, expecting = "expected the name of a file, or a list of such")]
@@ -155,7 +157,7 @@ struct EntityJson {
     #[serde(default)]
     spheres: Option<NamesJson>,
     #[serde(default)]
-    animation: Option<AnimationJson>,
+    animation: Option<AnimationChoice>,
     #[serde(default, rename = "loop")]
     is_looped: bool,
     #[serde(default)]
@@ -201,10 +203,7 @@ impl SceneDescription {
                 mesh: file(&entity.mesh)?,
                 field: optional(&entity.field)?,
                 spheres: spheres.iter().map(|name| file(name)).collect::<Result<_, _>>()?,
-                animation: entity.animation.as_ref().map(|animation| match animation {
-                    AnimationJson::Name(name) => name.clone(),
-                    AnimationJson::Number(number) => number.to_string(),
-                }),
+                animation: entity.animation.clone(),
                 is_looped: entity.is_looped,
                 track: track_of(&entity.keys).map_err(within)?,
             })
@@ -225,7 +224,7 @@ impl SceneDescription {
 }
 
 impl SceneJson {
-    fn stills(&self) -> impl Iterator<Item = &StillJson> {
+    fn stills(&self) -> impl ExactSizeIterator<Item = &StillJson> {
         match &self.still {
             None => [].iter(),
             Some(StillsJson::One(one)) => std::slice::from_ref(one).iter(),
@@ -251,11 +250,15 @@ fn is_built_in(name: &str) -> bool {
 }
 
 fn parse(bytes: &[u8], place: &str) -> Result<SceneJson, ShadowError> {
+    // Some editors put a byte order mark in front.
+    let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
     let mut reader = serde_json::Deserializer::from_slice(bytes);
     let json: SceneJson = serde_path_to_error::deserialize(&mut reader).map_err(|error| {
-        let at = error.path().to_string();
-        let at = if at == "." { String::new() } else { format!("{at}: ") };
-        invalid(place, one_line(&format!("expected a description of a scene, found at {at}{}", error.inner())))
+        // The path of the whole is a dot, and that of a name that is cut off ends in a question mark.
+        let path = error.path().to_string();
+        let path = path.trim_end_matches(['.', '?']);
+        let at = if path.is_empty() { String::new() } else { format!(" at {path}") };
+        invalid(place, one_line(&format!("expected a description of a scene, found{at}: {}", error.inner())))
     })?;
     reader.end().map_err(|error| invalid(place, format!("expected the end of the description: {error}")))?;
     if json.format != FORMAT {
@@ -265,12 +268,14 @@ fn parse(bytes: &[u8], place: &str) -> Result<SceneJson, ShadowError> {
     if json.version != VERSION {
         return Err(invalid(place, format!("expected version {VERSION}, found {}; update Lobe", json.version)));
     }
-    match json.stills().count() + json.entities.len() {
-        0 => return Err(invalid(place, "expected `still` or `entities`, found neither".to_owned())),
-        parts if parts > MAX_PARTS => {
-            return Err(invalid(place, format!("expected at most {MAX_PARTS} parts, found {parts}")));
-        }
-        _ => {}
+    if json.stills().len() + json.entities.len() == 0 {
+        return Err(invalid(place, "expected `still` or `entities`, found neither".to_owned()));
+    }
+    // Each file of spheres is for another part.
+    let parts = |entity: &EntityJson| entity.spheres.as_ref().map_or(1, |spheres| spheres.names().len().max(1));
+    let parts = json.stills().len() + json.entities.iter().map(parts).sum::<usize>();
+    if parts > MAX_PARTS {
+        return Err(invalid(place, format!("expected at most {MAX_PARTS} parts, found {parts}")));
     }
     if json.lamps.len() > MAX_LAMPS {
         return Err(invalid(place, format!("expected at most {MAX_LAMPS} lamps, found {}", json.lamps.len())));
@@ -311,6 +316,11 @@ mod tests {
     }
 
     #[test]
+    fn a_byte_order_mark_in_front_is_no_part_of_a_description() {
+        assert_eq!(read(&format!("\u{feff}{GOOD}")).unwrap(), read(GOOD).unwrap(), "with and without");
+    }
+
+    #[test]
     fn one_or_several_things_stand_still() {
         let stills = |text: &str| {
             let text = format!(r#"{{"format":"lobe-scene","version":1,"still":{text}}}"#);
@@ -324,10 +334,12 @@ mod tests {
 
     #[test]
     fn animations_have_names_or_numbers() {
-        for (given, expected) in [("\"Walk\"", "Walk"), ("3", "3")] {
+        let named = |name: &str| AnimationChoice::Name(name.to_owned());
+        for (given, expected) in [("\"Walk\"", named("Walk")), ("\"3\"", named("3")), ("3", AnimationChoice::Number(3))]
+        {
             let text = GOOD.replace("\"keys\"", &format!("\"animation\": {given}, \"loop\": true, \"keys\""));
             let entity = read(&text).unwrap().entities.remove(0);
-            assert_eq!((entity.animation.as_deref(), entity.is_looped), (Some(expected), true), "{given}");
+            assert_eq!((entity.animation, entity.is_looped), (Some(expected), true), "{given}");
         }
     }
 
@@ -377,13 +389,26 @@ mod tests {
         let message =
             read(&format!(r#"{{"format":"lobe-scene","version":1,"still":[{stills}]}}"#)).unwrap_err().to_string();
         assert!(message.ends_with("expected at most 16384 parts, found 16385"), "{message}");
+        let spheres = vec![r#""a""#; MAX_PARTS + 1].join(",");
+        let entity = GOOD.replace("\"keys\"", &format!("\"animation\": 0, \"spheres\": [{spheres}], \"keys\""));
+        let message = read(&entity).unwrap_err().to_string();
+        assert!(message.ends_with("expected at most 16384 parts, found 16385"), "{message}");
     }
 
     #[test]
     fn bad_descriptions_are_one_line_that_says_where() {
         let with = |from: &str, to: &str| GOOD.replace(from, to);
         for (text, expected) in [
-            (String::new(), "expected a description"),
+            (String::new(), "expected a description of a scene, found: EOF while parsing a value at line 1 column 0"),
+            (
+                "{".to_owned(),
+                "expected a description of a scene, found: EOF while parsing an object at line 1 column 1",
+            ),
+            (GOOD[..14].to_owned(), "found at format: EOF while parsing"),
+            (
+                r#"{"entities":[{"name":"a""#.to_owned(),
+                "found at entities[0]: EOF while parsing an object at line 1 column 24",
+            ),
             (GOOD[..GOOD.len() - 3].to_owned(), "expected a description"),
             (with("lobe-scene", "lobe-sh"), "found `lobe-sh`"),
             (with("\"version\": 1", "\"version\": 2"), "expected version 1, found 2"),

@@ -43,7 +43,7 @@ pub use accumulate::occluder::Occluder;
 pub use accumulate::sky_light::SkyLight;
 pub use accumulate::sphere_shadows::{ShadowOptions, SphereShadows};
 pub use accumulate::sphere_tree::SphereTree;
-pub use description::{EntityDescription, SceneDescription, StillDescription};
+pub use description::{AnimationChoice, EntityDescription, SceneDescription, StillDescription};
 pub use error::ShadowError;
 pub use field::bake_field::{
     FieldOptions, FieldReport, VisibilityOptions, bake_field, bake_field_shard, bake_vertex_visibility, bake_visibility,

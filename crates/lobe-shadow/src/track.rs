@@ -79,8 +79,9 @@ impl Track {
         let (Some(low), Some(high)) = (after.checked_sub(1).map(|k| &self.keys[k]), self.keys.get(after)) else {
             return self.keys[after.min(self.keys.len() - 1)].placement;
         };
-        // Half of a difference of finite numbers is finite.
-        let t = (0.5 * time - 0.5 * low.time) / (0.5 * high.time - 0.5 * low.time);
+        // Differences of the largest numbers are not finite, those of their halves are; halves of the smallest numbers are zero.
+        let half = if (high.time - low.time).is_finite() { 1.0 } else { 0.5 };
+        let t = (half * time - half * low.time) / (half * high.time - half * low.time);
         between(&low.placement, &high.placement, t)
     }
 }
@@ -172,6 +173,19 @@ mod tests {
             assert_eq!(placement.scale(), 5e-324, "at {time}");
         }
         assert!(track.at(0.0).translation()[0].abs() < 1e295, "halfway: {:?}", track.at(0.0).translation());
+    }
+
+    #[test]
+    fn between_keys_as_near_as_numbers_are_a_track_stays_finite() {
+        let least = f64::from_bits(1);
+        for (first, last) in [(0.0, least), (-least, 0.0), (-least, least), (1.0, 1.0_f64.next_up())] {
+            let at = |time, x| Key { time, placement: Placement::new([x; 3], Rotation::IDENTITY, 1.0) };
+            let track = Track::new(vec![at(first, 1.0), at(last, 3.0)]).unwrap();
+            assert_eq!(track.at(first).translation(), [1.0; 3], "at {first}");
+            assert_eq!(track.at(last).translation(), [3.0; 3], "at {last}");
+            let middle = track.at(0.5 * first + 0.5 * last).translation()[0];
+            assert!((1.0..=3.0).contains(&middle), "{middle} between {first} and {last}");
+        }
     }
 
     #[test]

@@ -103,7 +103,7 @@ fn expect_all(parts: &[Part], checkpoint: &Path) -> Result<(), IoError> {
     for part in parts {
         let (shard, expected) = (part.header.shard, first.header.shard);
         if (Header { shard: expected, ..part.header }) != first.header {
-            let message = "is a shard of other work: what it was made from, its options or the version of Lobe differ";
+            let message = "is a shard of other work: what it was made from, its options, the version of Lobe or the kind of machine (LOBE_SIMD) differ";
             return Err(IoError::invalid(&part.path, format!("{message} from those of {}", name(first))));
         }
         if shard.count() != expected.count() {

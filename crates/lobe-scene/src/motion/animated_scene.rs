@@ -104,16 +104,25 @@ impl AnimatedScene {
     pub fn animation(&self, name: &str) -> Result<usize, SceneError> {
         let by_name = self.animations.iter().position(|animation| animation.name() == Some(name));
         let by_number = || name.parse().ok().filter(|&index: &usize| index < self.animations.len());
-        by_name.or_else(by_number).ok_or_else(|| {
-            let named = |(index, animation): (usize, &Animation)| match animation.name() {
-                Some(name) => format!("`{name}`"),
-                None => index.to_string(),
-            };
-            let all: Vec<String> = self.animations.iter().enumerate().map(named).collect();
-            let there =
-                if all.is_empty() { "it has none".into() } else { format!("expected one of {}", all.join(", ")) };
-            SceneError::Options(one_line(&format!("found no animation `{name}` in the scene: {there}")))
-        })
+        by_name.or_else(by_number).ok_or_else(|| self.no_animation(name))
+    }
+
+    /// The index of the animation of a number, if there are as many, whatever their names.
+    ///
+    /// # Errors
+    /// As [`AnimatedScene::animation`].
+    pub fn animation_of_number(&self, number: usize) -> Result<usize, SceneError> {
+        if number < self.animations.len() { Ok(number) } else { Err(self.no_animation(&number.to_string())) }
+    }
+
+    fn no_animation(&self, asked: &str) -> SceneError {
+        let named = |(index, animation): (usize, &Animation)| match animation.name() {
+            Some(name) => format!("`{name}`"),
+            None => index.to_string(),
+        };
+        let all: Vec<String> = self.animations.iter().enumerate().map(named).collect();
+        let there = if all.is_empty() { "it has none".into() } else { format!("expected one of {}", all.join(", ")) };
+        SceneError::Options(one_line(&format!("found no animation `{asked}` in the scene: {there}")))
     }
 
     /// What the scene consists of: the meshes of each node that shows any, in the order of the scene's meshes.

@@ -134,6 +134,9 @@ fn animations_are_found_by_name_or_by_number() {
     assert_eq!(scene.animations()[1].name(), Some("0"), "a name");
     let found = [scene.animation("0").unwrap(), scene.animation("1").unwrap()];
     assert_eq!(found, [1, 1], "names come before numbers");
+    assert_eq!(scene.animation_of_number(0).unwrap(), 0, "a number is no name");
+    let error = scene.animation_of_number(2).unwrap_err().to_string();
+    assert_eq!(error, "found no animation `2` in the scene: expected one of 0, `0`", "message");
     let error = scene.animation("walk").unwrap_err().to_string();
     assert_eq!(error, "found no animation `walk` in the scene: expected one of 0, `0`", "message");
     let error = scene.pose(2, 0.0).unwrap_err().to_string();

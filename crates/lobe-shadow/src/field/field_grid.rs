@@ -63,8 +63,8 @@ pub enum RadialInterpolation {
     /// Linearly in [`FieldGrid`]'s `m(r)`: continuous, with kinks at the spheres that a moving shadow shows.
     #[default]
     Linear,
-    /// By the cubic spline of Catmull and Rom through four spheres: its slope is continuous too, but for that at the innermost
-    /// sphere. Twice the reads.
+    /// By the cubic spline of Catmull and Rom through four spheres: its slope in [`FieldGrid`]'s `m(r)` is continuous too, but for that at the
+    /// innermost sphere; in `r` it is but for that at the surface of the bounding sphere too, where occlusion rises as a root. Twice the reads.
     Cubic,
 }
 

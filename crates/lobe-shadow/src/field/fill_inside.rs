@@ -9,6 +9,9 @@ use crate::FieldGrid;
 /// although half of the sky may be open to them. So the field holds there what is seen from near by outside; receivers
 /// inside see it too, which nobody else sees. The test `receivers_near_a_surface_are_not_darkened_by_its_inside` measures
 /// the difference.
+///
+/// The mean is that of the scaled rows, `w(r) O` of [`FieldGrid`]: inwards what is hidden rises by `1/w`, as it does towards the surface. With the
+/// mean of `O` itself receivers near the rabbit were 14.2 % off instead of 13.6 %, near the torus 5.5 % both.
 pub(crate) fn fill_inside(grid: &FieldGrid, inside: &[bool], width: usize, rows: &mut [f32]) {
     let mut known: Vec<bool> = inside.iter().map(|inside| !inside).collect();
     let neighbors = grid.neighbors();

@@ -1,6 +1,7 @@
 //! The light of a rectangle in patches: one table for every picture on it.
 
 use lobe_io::{Fingerprint, Job, RecordFormat};
+use lobe_prt::fingerprint_arithmetic;
 use lobe_sh::vector::{cross, length};
 use lobe_sh::{Dir, Expansion as _, Rgb, SphericalPolygon};
 
@@ -251,6 +252,7 @@ fn fingerprint(rectangle: &Rectangle, patches: [usize; 2], options: &RadianceOpt
     let whole = [patches[0], patches[1], usize::from(*two_sided), *order, *spheres, *cells];
     all.words(whole.into_iter().map(|n| n as u64));
     [corner, u, v].into_iter().flatten().chain([inner, outer]).for_each(|x| all.word(x.to_bits()));
+    fingerprint_arithmetic(&mut all);
     all
 }
 

@@ -21,6 +21,9 @@ const MOST_FITTED: usize = 4096;
 /// Points to cover at most: each takes about 100 bytes while the fit runs.
 const MOST_SAMPLES: usize = 1 << 22;
 
+/// Rounds at most; a fit is at its end after some tens.
+const MOST_ROUNDS: usize = 10_000;
+
 /// A fit is at its end when two rounds together lower the energy by less than twice the tolerance.
 const WINDOW: usize = 2;
 
@@ -88,6 +91,9 @@ impl SphereFitOptions {
         }
         if !(1..=MOST_SAMPLES).contains(&self.samples) {
             return refuse(format!("expected 1 to {MOST_SAMPLES} samples, found {}", self.samples));
+        }
+        if self.rounds > MOST_ROUNDS {
+            return refuse(format!("expected at most {MOST_ROUNDS} rounds, found {}", self.rounds));
         }
         if !(self.tolerance >= 0.0 && self.tolerance < 1.0) {
             return refuse(format!("expected a tolerance in [0, 1), found {}", self.tolerance));

@@ -64,7 +64,11 @@ fn candidates(solid: &Solid, samples: &CoverSamples, count: usize) -> Vec<(DVec3
     let wanted = (count * CANDIDATES).max(LEAST_CANDIDATES);
     let [min, max] = solid.tree().bounds();
     let places: Vec<usize> = (0..surface.len()).step_by((surface.len() / wanted).max(1)).collect();
-    places.par_iter().map(|&i| medial_ball(&surface, i, normals[i], (max - min).length())).collect()
+    let width = (max - min).length();
+    let all: Vec<(DVec3, f64)> = places.par_iter().map(|&i| medial_ball(&surface, i, normals[i], width)).collect();
+    // A ball that nothing limits is behind no surface: where the normals of faces cancel each other, or the mesh is open.
+    let limited: Vec<(DVec3, f64)> = all.iter().copied().filter(|(_, radius)| *radius < width).collect();
+    if limited.is_empty() { all } else { limited }
 }
 
 /// The largest ball about a center behind a point that touches the surface there and contains no other point.

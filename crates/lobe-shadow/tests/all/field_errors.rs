@@ -114,6 +114,7 @@ fn receivers_near_a_surface_are_not_darkened_by_its_inside() {
         let [filled, not] = [true, false].map(|fill| {
             error(&scene, &baked(&scene, &options.clone().fill_inside(fill)), range, RadialInterpolation::Linear)
         });
+        println!("{name}: {filled} filled, {not} not");
         assert!(filled < not, "{name}: {filled} filled, {not} not");
     }
 }

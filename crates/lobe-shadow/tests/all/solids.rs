@@ -62,3 +62,17 @@ pub(crate) fn scene(triangles: &[Triangle]) -> Scene {
     let mesh = Mesh::new(MeshParts { positions, triangles, ..MeshParts::default() }).unwrap();
     Scene::new(vec![mesh], Vec::new(), Vec::new()).unwrap()
 }
+
+/// Triangles at one place share a vertex.
+pub(crate) fn welded(triangles: &[Triangle]) -> Scene {
+    let mut positions: Vec<[f32; 3]> = Vec::new();
+    let mut vertex = |p: [f32; 3]| {
+        positions.iter().position(|q| *q == p).unwrap_or_else(|| {
+            positions.push(p);
+            positions.len() - 1
+        }) as u32
+    };
+    let triangles = triangles.iter().map(|triangle| triangle.map(&mut vertex)).collect();
+    let mesh = Mesh::new(MeshParts { positions, triangles, ..MeshParts::default() }).unwrap();
+    Scene::new(vec![mesh], Vec::new(), Vec::new()).unwrap()
+}

@@ -8,7 +8,7 @@ use lobe_scene::{Scene, SceneReadOptions, read_scene};
 use lobe_shadow::{SphereFitMethod, SphereFitOptions, SphereSet, SphereSetJson, fit_spheres, refine_spheres};
 use lobe_testkit::Random;
 
-use crate::solids::{Triangle, cube, scene, solid, star, torus};
+use crate::solids::{Triangle, cube, scene, solid, star, torus, welded};
 
 fn options(count: usize) -> SphereFitOptions {
     SphereFitOptions::default().count(count).samples(1500).rounds(6)
@@ -81,6 +81,25 @@ fn variational_sets_do_better_than_those_of_the_medial_axis() {
         assert!(ours < 0.9 * shrunk, "{name}: {ours}, of the medial axis {shrunk}");
         assert!(shrunk < published, "{name}: {shrunk} where spheres shrink, else {published}");
     }
+}
+
+#[test]
+fn a_corner_where_normals_cancel_is_no_ball_of_everything() {
+    // Two cubes that touch at the origin, where the normals of their six faces have no sum.
+    let shifted = |by: f32| cube(0.5).into_iter().map(move |triangle| triangle.map(|p| p.map(|x| x + by)));
+    let both: Vec<Triangle> = shifted(0.5).chain(shifted(-0.5)).collect();
+    let medial = options(2).method(SphereFitMethod::MedialAxis);
+    let (set, report) = fit_spheres(&welded(&both), &medial, Job::default()).unwrap();
+    assert_eq!(set.len(), 2, "one for each");
+    // Two balls about cubes of side 1 have twice 4/3 π (√3/2)³ - 1 outside, one about both six times as much.
+    assert!(report.outside_volume < 5.0, "{report:?}");
+}
+
+#[test]
+fn absurd_numbers_of_rounds_are_refused() {
+    let message =
+        fit_spheres(&scene(&cube(0.5)), &options(1).rounds(usize::MAX), Job::default()).unwrap_err().to_string();
+    assert!(message.starts_with("expected at most 10000 rounds"), "{message}");
 }
 
 /// The claim of Wang et al. 2006, against the medial axis as it was published, and where it does not hold: a tube is filled by few balls
