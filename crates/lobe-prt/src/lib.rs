@@ -8,7 +8,7 @@
 //!
 //! | purpose | item |
 //! |---|---|
-//! | transfer vectors | [`Transfer`], [`Channels`]; in 16 bits [`HalfTransfer`]; without holding it in memory [`TransferRows`], [`StoredTransfer`] |
+//! | transfer vectors | [`Transfer`], [`Channels`]; in 16 bits [`HalfTransfer`], [`HalfReport`]; without holding it in memory [`TransferRows`], [`StoredTransfer`] |
 //! | receivers | [`Receivers`]; [`TexelReceivers`] of a lightmap, shown by [`Lightmap`] |
 //! | adaptive subdivision | [`split_adaptively`], [`AdaptiveOptions`], [`AdaptiveReport`], [`split_checkpoints`] |
 //! | baking | [`fn@bake`], [`bake_on_disk`], [`bake_shard`], [`BakeOptions`], [`BakeMode`], [`AlbedoMode`], [`BakeReport`] |
@@ -25,7 +25,7 @@
 //! | neighborhood transfer | [`bake_neighborhood`], [`Neighborhood`], [`NeighborhoodGrid`] |
 //! | files of matrices | [`write_matrices`], [`read_matrices`], [`write_neighborhood`], [`read_neighborhood`] |
 //! | the record of how transfer was made | [`Recipe`] |
-//! | fingerprints of scenes | [`fingerprint_scene`], [`scene_hash`] |
+//! | fingerprints of scenes | [`fingerprint_scene`], [`scene_hash`]; of arithmetic [`fingerprint_arithmetic`] |
 //!
 //! Long functions end with a [`lobe_io::Job`], which says who watches them and in which file they are kept. Those that
 //! bake can be resumed; searches ([`fit_zonal`], [`compress_table`] and what is built on them) cannot, and refuse a
@@ -72,14 +72,14 @@ pub use files::read_baked::{
     read_baked_or_scene_bytes,
 };
 pub use files::transfer_file::{read_transfer, read_transfer_bytes, write_half_transfer, write_transfer};
-pub use job::fingerprint::{fingerprint_scene, scene_hash};
+pub use job::fingerprint::{fingerprint_arithmetic, fingerprint_scene, scene_hash};
 pub use receivers::lightmap::Lightmap;
 pub use receivers::receivers::Receivers;
 pub use receivers::texel_receivers::TexelReceivers;
 pub use receivers::texel_rows::TexelRows;
 pub use recipe::Recipe;
 pub use transfer::glossy_lobe::GlossyLobe;
-pub use transfer::half_transfer::HalfTransfer;
+pub use transfer::half_transfer::{HalfReport, HalfTransfer};
 pub use transfer::transfer::{Channels, Transfer};
 pub use transfer::transfer_matrices::TransferMatrices;
 pub use transfer::transfer_rows::{MatrixRows, StoredMatrices, StoredTransfer, TransferRows};

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use crate::job::fingerprint::scene_hash;
-use crate::{AlbedoMode, BakeMode, BakeOptions, BakeReport, PrtError};
+use crate::{AlbedoMode, BakeMode, BakeOptions, BakeReport, CompressOptions, CompressReport, HalfReport, PrtError};
 
 /// The name of [`AlbedoMode::None`] in a recipe.
 const DEMODULATED: &str = "none";
@@ -162,6 +162,25 @@ impl Recipe {
             .rays(report.rays)
             .stderr_dc(report.stderr_dc)
             .versions(BTreeMap::from([("lobe".to_owned(), env!("CARGO_PKG_VERSION").to_owned())]))
+    }
+
+    /// The recipe of the same transfer, compressed by this version.
+    #[must_use]
+    pub fn of_compressed(self, options: &CompressOptions, report: &CompressReport) -> Self {
+        self.clusters(options.clusters)
+            .components(options.components)
+            .weights(8 * options.weights.bytes())
+            .relative_error(report.relative_error)
+            .compressed_by(env!("CARGO_PKG_VERSION").to_owned())
+    }
+
+    /// The recipe of the same transfer, rounded to 16 bits by this version: all coefficients are there, and what they lost before, in
+    /// clusters or by other rounding, is in the error, as if independent of it.
+    #[must_use]
+    pub fn of_halves(self, report: &HalfReport) -> Self {
+        let error = report.relative_error.hypot(self.relative_error.unwrap_or(0.0));
+        let recipe = Self { clusters: None, components: None, weights: None, ..self };
+        recipe.relative_error(error).compressed_by(env!("CARGO_PKG_VERSION").to_owned())
     }
 
     /// The options of the bake, with defaults where the recipe does not say. Matrices are those of interreflected

@@ -66,7 +66,7 @@ pub struct CompressReport {
     pub relative_error: f64,
     /// Bytes before, four a number.
     pub bytes_before: usize,
-    /// Bytes after: the clusters' numbers unless there is but one cluster, the weights and the bases.
+    /// Bytes after: the clusters' numbers, the weights and the bases.
     pub bytes: usize,
     /// Bytes before for each byte after.
     pub ratio: f64,
@@ -175,7 +175,7 @@ pub struct CurvePoint {
     pub squared_error: f64,
     /// The root of that over the sum of the squares; 0 where both are 0.
     pub relative_error: f64,
-    /// Bytes with weights in `f32`.
+    /// Bytes with weights as the options have them.
     pub bytes: usize,
 }
 
@@ -232,7 +232,7 @@ pub fn error_curve(
                 components,
                 squared_error,
                 relative_error: relative(squared_error, energy),
-                bytes: bytes(rows.count(), width, solution.spaces.len(), stored, WeightBits::F32),
+                bytes: bytes(rows.count(), width, solution.spaces.len(), stored, options.weights),
             });
             solutions.push(solution);
         }

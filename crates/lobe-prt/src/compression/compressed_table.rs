@@ -122,7 +122,7 @@ impl CompressedTable {
     /// directions of `width` numbers.
     ///
     /// # Errors
-    /// [`PrtError::Invalid`] if the parts do not fit together, or hold numbers that are not finite.
+    /// [`PrtError::Invalid`] if the parts do not fit together, or hold numbers that are not finite or that may not add up to finite ones.
     pub fn new(
         width: usize,
         components: usize,
@@ -155,7 +155,33 @@ impl CompressedTable {
         if let Some(bad) = bases.iter().find(|b| !b.is_finite()).or(bad_weight) {
             return invalid(format!("expected finite numbers, found {bad}"));
         }
-        Ok(Self { width, components, clusters, weights, bases })
+        let table = Self { width, components, clusters, weights, bases };
+        if let Some(cluster) = table.overflowing_cluster() {
+            return invalid(format!("the numbers of cluster {cluster} with weights of this size exceed those of f32"));
+        }
+        Ok(table)
+    }
+
+    /// A cluster of which a row may have a number that is not finite: one whose mean and largest weights add up to more.
+    fn overflowing_cluster(&self) -> Option<usize> {
+        let mut largest = vec![1.0; self.components];
+        if let TableWeights::F32(weights) = &self.weights {
+            largest.fill(0.0);
+            for row in weights.chunks_exact(self.components.max(1)) {
+                largest.iter_mut().zip(row).for_each(|(largest, w)| *largest = w.abs().max(*largest));
+            }
+        }
+        let size = |of: &f32| f64::from(*of).abs();
+        // Sums in f32 round up by less than a thousandth.
+        let is_large = |sum: f64| sum > 0.999 * f64::from(f32::MAX);
+        self.bases.chunks_exact(self.width * (self.components + 1)).position(|vectors| {
+            let (mean, directions) = vectors.split_at(self.width);
+            let mut sums: Vec<f64> = mean.iter().map(size).collect();
+            for (direction, largest) in directions.chunks_exact(self.width).zip(&largest) {
+                sums.iter_mut().zip(direction).for_each(|(sum, d)| *sum += size(largest) * size(d));
+            }
+            sums.into_iter().any(is_large)
+        })
     }
 
     /// Rounds means and directions, and stores the weights of every row.
@@ -293,11 +319,9 @@ impl CompressedTable {
     }
 }
 
-/// Bytes of a compressed table: a cluster's number for each row unless there is but one, the weights, the bases in
-/// `f32`.
+/// Bytes of a compressed table: a cluster's number for each row, the weights, the bases in `f32`.
 pub(crate) fn bytes(rows: usize, width: usize, clusters: usize, components: usize, bits: WeightBits) -> usize {
-    let index = if clusters > 1 { 2 } else { 0 };
-    rows * (index + components * bits.bytes()) + 4 * clusters * (components + 1) * width
+    rows * (size_of::<u16>() + components * bits.bytes()) + 4 * clusters * (components + 1) * width
 }
 
 /// The least weight and the range of every component in every cluster.

@@ -127,7 +127,7 @@ mod tests {
         let (folder, recipe) = (tempfile::tempdir().unwrap(), Recipe::from(json!({"samples": 7})));
         let path = |name: &str| folder.path().join(name);
         write_transfer(path("p"), &plain, &recipe, Job::default()).unwrap();
-        let halves = HalfTransfer::new(&plain).unwrap();
+        let (halves, _) = HalfTransfer::new(&plain).unwrap();
         write_half_transfer(path("h"), &halves, &recipe).unwrap();
         write_compressed_transfer(path("c"), &compressed, &recipe).unwrap();
         write_zonal_transfer(path("z"), &zonal, &recipe).unwrap();

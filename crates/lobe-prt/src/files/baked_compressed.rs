@@ -91,6 +91,30 @@ impl VertexData for Compressed<'_> {
     }
 }
 
+/// How far a fraction of a whole number of 16 bits in `f32` is from it at most when it is multiplied again.
+const OFF_WHOLE: f32 = 0.01;
+
+/// The number of a cluster, or a whole number of 16 bits that was a fraction.
+fn whole(number: f32, name: &str) -> Result<f32, PrtError> {
+    let whole = number.round();
+    if (number - whole).abs() <= OFF_WHOLE && (0.0..=65535.0).contains(&whole) {
+        return Ok(whole);
+    }
+    Err(PrtError::invalid(
+        name,
+        format!("expected whole clusters and weights of the type that it says, found {number}"),
+    ))
+}
+
+/// Fractions of a whole number, as whole numbers.
+fn wholes(fractions: &[f32], most: f32, name: &str) -> Result<impl Iterator<Item = f32>, PrtError> {
+    let wholes = fractions.iter().map(|w| whole(w * most, name)).collect::<Result<Vec<f32>, _>>()?;
+    match wholes.iter().find(|w| **w > most) {
+        Some(w) => Err(PrtError::invalid(name, format!("expected weights up to {most}, found {w}"))),
+        None => Ok(wholes.into_iter()),
+    }
+}
+
 /// Reads what [`Compressed`] wrote of all meshes.
 pub(crate) fn read_compressed(
     meshes: &[Mesh],
@@ -109,7 +133,9 @@ pub(crate) fn read_compressed(
     let (mut clusters, mut weights) = (Vec::new(), Vec::new());
     for mesh in meshes {
         let count = mesh.positions().len();
-        clusters.extend(read_column::<1>(gltf, mesh, "_CLUSTER", name)?.iter().map(|[k]| *k as u16));
+        for [k] in read_column::<1>(gltf, mesh, "_CLUSTER", name)? {
+            clusters.push(whole(k, name)? as u16);
+        }
         let columns: Vec<Vec<[f32; 4]>> = (0..components.div_ceil(4))
             .map(|j| read_column(gltf, mesh, &format!("_WEIGHTS_{j}"), name))
             .collect::<Result<_, _>>()?;
@@ -120,8 +146,8 @@ pub(crate) fn read_compressed(
     // A fraction of u16 or u8 in f32 is the whole number again when it is multiplied and rounded.
     let weights = match said["weights"].as_str() {
         Some("f32") => TableWeights::F32(weights),
-        Some("u16") => TableWeights::U16(weights.iter().map(|w| (w * 65535.0).round() as u16).collect()),
-        Some("u8") => TableWeights::U8(weights.iter().map(|w| (w * 255.0).round() as u8).collect()),
+        Some("u16") => TableWeights::U16(wholes(&weights, 65535.0, name)?.map(|w| w as u16).collect()),
+        Some("u8") => TableWeights::U8(wholes(&weights, 255.0, name)?.map(|w| w as u8).collect()),
         _ => return Err(wrong()),
     };
     let width = order * order * channels.count();

@@ -150,7 +150,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("h.safetensors");
         let transfer = Transfer::new(2, Channels::Rgb, (0..24).map(|i| i as f32 / 3.0).collect()).unwrap();
-        let halves = HalfTransfer::new(&transfer).unwrap();
+        let (halves, _) = HalfTransfer::new(&transfer).unwrap();
         let recipe = Recipe::from(json!({"samples": 7}));
         write_half_transfer(&path, &halves, &recipe).unwrap();
         assert_eq!(read_transfer(&path).unwrap(), (halves.to_transfer(), recipe.clone()), "in 32 bits");

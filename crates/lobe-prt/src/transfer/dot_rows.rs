@@ -3,8 +3,6 @@
 //! Every sum has an order that neither the width of the machine's registers nor the number of threads changes, and
 //! nothing is fused, so the bytes are the same everywhere. Wider instructions are taken where the machine has them.
 
-use half::f16;
-use half::slice::HalfFloatSliceExt as _;
 use lobe_sh::Rgb;
 use rayon::prelude::*;
 
@@ -13,12 +11,8 @@ use crate::transfer::simd4::{FOUR, Lanes, Machine, Work};
 /// Receivers that a thread takes at a time: their rows fit the second-level cache, and handing them out costs nothing.
 pub(crate) const CHUNK: usize = 4096;
 
-/// Receivers whose numbers of 16 bits are converted at a time: those of order 4 in color, the usual ones, and what they become take 9 KB of the first-level
-/// cache.
-const CONVERTED: usize = 32;
-
-/// Receivers shaded together, so that the additions of one need not wait for another's.
-pub(crate) const TOGETHER: usize = 4;
+/// Receivers shaded together: as many additions as a machine has under way at a time, so that those of one need not wait for another's.
+pub(crate) const TOGETHER: usize = 8;
 
 /// The light's coefficients of the first `len` places, black beyond its own.
 pub(crate) fn light_of_len(light: &[Rgb<f64>], len: usize) -> Vec<Rgb<f32>> {
@@ -40,32 +34,6 @@ pub(crate) fn exit_radiance(rows: &[f32], order: usize, channels: usize, light: 
     let machine = Machine::detect();
     let chunks = rows.par_chunks(CHUNK * width).zip(out.par_chunks_mut(CHUNK));
     chunks.for_each(|(rows, out)| machine.run(RowsOfChunk { rows, order, channels, light: &light, out }));
-}
-
-/// [`exit_radiance`] of rows of 16 bits. They are converted a few at a time, which is exact, so that the sums are the same.
-///
-/// # Panics
-/// As that.
-pub(crate) fn exit_radiance_of_halves(
-    rows: &[f16],
-    order: usize,
-    channels: usize,
-    light: &[Rgb<f64>],
-    out: &mut [Rgb<f32>],
-) {
-    let width = order * order * channels;
-    assert_eq!(rows.len(), width * out.len(), "one place for each receiver");
-    let light = light_of_len(light, order * order);
-    let machine = Machine::detect();
-    let chunks = rows.par_chunks(CHUNK * width).zip(out.par_chunks_mut(CHUNK));
-    chunks.for_each(|(rows, out)| {
-        let mut numbers = vec![0.0; CONVERTED * width];
-        for (rows, out) in rows.chunks(CONVERTED * width).zip(out.chunks_mut(CONVERTED)) {
-            let numbers = &mut numbers[..rows.len()];
-            rows.convert_to_f32_slice(numbers);
-            machine.run(RowsOfChunk { rows: numbers, order, channels, light: &light, out });
-        }
-    });
 }
 
 /// The light that arrives at points by matrices of `channels · order⁴` numbers; see
@@ -129,12 +97,13 @@ fn planes_of<const N: usize>(light: &[Rgb<f32>]) -> [[f32; N]; 3] {
     std::array::from_fn(|c| std::array::from_fn(|i| [light[i].r, light[i].g, light[i].b][c]))
 }
 
-struct RowsOfChunk<'a> {
-    rows: &'a [f32],
-    order: usize,
-    channels: usize,
-    light: &'a [Rgb<f32>],
-    out: &'a mut [Rgb<f32>],
+/// Rows of a thread.
+pub(crate) struct RowsOfChunk<'a> {
+    pub(crate) rows: &'a [f32],
+    pub(crate) order: usize,
+    pub(crate) channels: usize,
+    pub(crate) light: &'a [Rgb<f32>],
+    pub(crate) out: &'a mut [Rgb<f32>],
 }
 
 impl Work for RowsOfChunk<'_> {
@@ -158,9 +127,9 @@ impl Work for RowsOfChunk<'_> {
 #[inline(always)]
 fn gray_rows<L: Lanes, const N: usize>(lanes: L, rows: &[f32], light: &[Rgb<f32>], out: &mut [Rgb<f32>]) {
     let light: [L::Vector; N] = std::array::from_fn(|i| lanes.load([light[i].r, light[i].g, light[i].b, 0.0]));
-    let (four_rows, last_rows) = rows.as_chunks::<N>().0.as_chunks::<TOGETHER>();
-    let (four_outs, last_outs) = out.as_chunks_mut::<TOGETHER>();
-    for (rows, outs) in four_rows.iter().zip(four_outs) {
+    let (rows_together, last_rows) = rows.as_chunks::<N>().0.as_chunks::<TOGETHER>();
+    let (outs_together, last_outs) = out.as_chunks_mut::<TOGETHER>();
+    for (rows, outs) in rows_together.iter().zip(outs_together) {
         gray_together(lanes, rows, &light, outs);
     }
     for (row, out) in last_rows.iter().zip(last_outs) {

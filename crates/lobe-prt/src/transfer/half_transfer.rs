@@ -4,7 +4,7 @@ use half::f16;
 use half::slice::HalfFloatSliceExt as _;
 use lobe_sh::Rgb;
 
-use crate::transfer::dot_rows::exit_radiance_of_halves;
+use crate::transfer::half_rows::exit_radiance_of_halves;
 use crate::transfer::transfer::{check_order, check_rows};
 use crate::{Channels, PrtError, Transfer};
 
@@ -24,11 +24,11 @@ pub struct HalfTransfer {
 }
 
 impl HalfTransfer {
-    /// Each coefficient rounded to the nearest.
+    /// Each coefficient rounded to the nearest, and what that lost and saved.
     ///
     /// # Errors
     /// [`PrtError::Invalid`] if one is 65520 or larger, which is rounded to infinity.
-    pub fn new(transfer: &Transfer) -> Result<Self, PrtError> {
+    pub fn new(transfer: &Transfer) -> Result<(Self, HalfReport), PrtError> {
         let mut coefficients = vec![f16::ZERO; transfer.coefficients().len()];
         coefficients.convert_from_f32_slice(transfer.coefficients());
         if let Some(at) = coefficients.iter().position(|c| c.is_infinite()) {
@@ -37,7 +37,9 @@ impl HalfTransfer {
             let message = format!("expected coefficients below 65520 in size, found {found} at receiver {}", at / row);
             return Err(PrtError::invalid("transfer of 16 bits", message));
         }
-        Self::from_coefficients(transfer.order(), transfer.channels(), coefficients)
+        let halves = Self::from_coefficients(transfer.order(), transfer.channels(), coefficients)?;
+        let report = HalfReport::new(&halves.coefficients, transfer.coefficients());
+        Ok((halves, report))
     }
 
     /// Of coefficients in the order of [`Transfer`].
@@ -80,22 +82,6 @@ impl HalfTransfer {
         Transfer::of_checked(self.order, self.channels, self.coefficients.to_f32_vec())
     }
 
-    /// The RMS of what rounding changed over the RMS of the transfer that was rounded; 0 where that is zero.
-    ///
-    /// # Panics
-    /// If it has another number of coefficients.
-    #[must_use]
-    pub fn relative_error(&self, of: &Transfer) -> f64 {
-        assert_eq!(self.coefficients.len(), of.coefficients().len(), "coefficients");
-        let (mut error, mut all) = (0.0, 0.0);
-        for (found, exact) in self.coefficients.iter().zip(of.coefficients()) {
-            let exact = f64::from(*exact);
-            error += (f64::from(*found) - exact).powi(2);
-            all += exact * exact;
-        }
-        if all > 0.0 { (error / all).sqrt() } else { 0.0 }
-    }
-
     /// The exit radiance of every receiver under a light, to the bit that of [`HalfTransfer::to_transfer`]; see [`Transfer::exit_radiance`].
     ///
     /// # Panics
@@ -117,6 +103,34 @@ impl HalfTransfer {
     }
 }
 
+/// What rounding transfer to 16 bits lost and saved.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[non_exhaustive]
+pub struct HalfReport {
+    /// The RMS of what changed over that of the coefficients; 0 where both are 0.
+    pub relative_error: f64,
+    /// Bytes before, four a number.
+    pub bytes_before: usize,
+    /// Bytes after.
+    pub bytes: usize,
+    /// Bytes before for each byte after.
+    pub ratio: f64,
+}
+
+impl HalfReport {
+    fn new(halves: &[f16], exact: &[f32]) -> Self {
+        let (mut error, mut all) = (0.0, 0.0);
+        for (found, exact) in halves.iter().zip(exact) {
+            let exact = f64::from(*exact);
+            error += (f64::from(*found) - exact).powi(2);
+            all += exact * exact;
+        }
+        let relative_error = if all > 0.0 { (error / all).sqrt() } else { 0.0 };
+        let (bytes_before, bytes) = (size_of_val(exact), size_of_val(halves));
+        Self { relative_error, bytes_before, bytes, ratio: bytes_before as f64 / bytes as f64 }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use lobe_testkit::Random;
@@ -131,15 +145,17 @@ mod tests {
             *number *= [1.0, 1e-3, 1e-6, 6e4, 0.0][k % 5];
         }
         let transfer = Transfer::new(4, Channels::Rgb, numbers).unwrap();
-        let halves = HalfTransfer::new(&transfer).unwrap();
+        let (halves, report) = HalfTransfer::new(&transfer).unwrap();
         for (found, exact) in halves.to_transfer().coefficients().iter().zip(transfer.coefficients()) {
             let bound = 2.0_f32.powi(-11) * exact.abs() + 2.0_f32.powi(-25);
             assert!((found - exact).abs() <= bound, "{exact} became {found}");
         }
-        let error = halves.relative_error(&transfer);
+        let error = report.relative_error;
         assert!(error > 1e-5 && error < 2.0_f64.powi(-11), "the error of all is {error}");
+        let bytes = 2 * transfer.coefficients().len();
+        assert_eq!((report.bytes_before, report.bytes, report.ratio), (2 * bytes, bytes, 2.0));
         let black = Transfer::new(1, Channels::Gray, vec![0.0; 3]).unwrap();
-        assert_eq!(HalfTransfer::new(&black).unwrap().relative_error(&black), 0.0, "of nothing");
+        assert_eq!(HalfTransfer::new(&black).unwrap().1.relative_error, 0.0, "of nothing");
     }
 
     #[test]
@@ -151,7 +167,7 @@ mod tests {
             {
                 let width = order * order * channels.count();
                 let numbers = random.signed_vec(width * count).iter().map(|x| *x as f32).collect();
-                let halves = HalfTransfer::new(&Transfer::new(order, channels, numbers).unwrap()).unwrap();
+                let (halves, _) = HalfTransfer::new(&Transfer::new(order, channels, numbers).unwrap()).unwrap();
                 let light: Vec<Rgb<f64>> =
                     (0..order * order).map(|_| Rgb::new(random.signed(), random.signed(), random.signed())).collect();
                 let expected = halves.to_transfer().exit_radiance(&light);
@@ -169,7 +185,7 @@ mod tests {
             "transfer of 16 bits: expected coefficients below 65520 in size, found -70000 at receiver 1"
         );
         let largest = Transfer::new(1, Channels::Gray, vec![65519.0]).unwrap();
-        assert_eq!(HalfTransfer::new(&largest).unwrap().to_transfer().coefficients(), [65504.0], "the largest");
+        assert_eq!(HalfTransfer::new(&largest).unwrap().0.to_transfer().coefficients(), [65504.0], "the largest");
         assert!(HalfTransfer::from_coefficients(9, Channels::Gray, Vec::new()).is_err(), "an order of 9");
         assert!(HalfTransfer::from_coefficients(2, Channels::Gray, vec![f16::ONE; 5]).is_err(), "not whole receivers");
     }

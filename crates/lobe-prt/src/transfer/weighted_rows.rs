@@ -50,11 +50,11 @@ impl<W: Copy + Into<f32>> Work for WeightsOfChunk<'_, W> {
             for (number, w) in numbers.iter_mut().zip(weights) {
                 *number = (*w).into();
             }
-            let (four_clusters, last_clusters) = clusters.as_chunks::<TOGETHER>();
-            let (four_outs, last_outs) = out.as_chunks_mut::<TOGETHER>();
-            let (four_numbers, last_numbers) = numbers.split_at(TOGETHER * four_clusters.len() * components);
-            for (k, (clusters, out)) in four_clusters.iter().zip(four_outs).enumerate() {
-                let numbers = &four_numbers[k * TOGETHER * components..];
+            let (clusters_together, last_clusters) = clusters.as_chunks::<TOGETHER>();
+            let (outs_together, last_outs) = out.as_chunks_mut::<TOGETHER>();
+            let (numbers_together, last_numbers) = numbers.split_at(TOGETHER * clusters_together.len() * components);
+            for (k, (clusters, out)) in clusters_together.iter().zip(outs_together).enumerate() {
+                let numbers = &numbers_together[k * TOGETHER * components..];
                 weighted_together(lanes, clusters, numbers, components, table, out);
             }
             for (k, (cluster, out)) in last_clusters.iter().zip(last_outs).enumerate() {

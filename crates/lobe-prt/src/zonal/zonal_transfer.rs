@@ -62,8 +62,10 @@ impl ZonalTransfer {
         if let Some(bad) = axes.iter().find(|a| !is_unit(**a)) {
             return invalid(format!("expected unit axes, found {bad:?}"));
         }
-        if let Some(bad) = coefficients.iter().find(|z| !z.is_finite()) {
-            return invalid(format!("expected finite coefficients, found {bad}"));
+        // A coefficient of transfer is no larger than the sum of those of its lobes, which so is finite.
+        let most = f32::MAX / MOST as f32;
+        if let Some(bad) = coefficients.iter().find(|z| z.is_nan() || z.abs() > most) {
+            return invalid(format!("expected finite coefficients of at most {most:e}, found {bad}"));
         }
         Ok(Self { order, channels, lobes, axes, coefficients })
     }

@@ -86,7 +86,7 @@ fn plain_transfer_is_read_from_the_page() {
         assert_eq!(about["format"], "lobe-transfer", "{about}");
         let expected = transfer.exit_radiance(light.coefficients());
         compare_light(&format!("{channels:?}"), &about, &table, &light, &expected);
-        let halves = HalfTransfer::new(&transfer).unwrap();
+        let (halves, _) = HalfTransfer::new(&transfer).unwrap();
         write_half_transfer(&path, &halves, &Recipe::default()).unwrap();
         let (about, table) = read_safetensors(&path);
         let expected = halves.exit_radiance(light.coefficients());
