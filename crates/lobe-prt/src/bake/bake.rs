@@ -9,7 +9,7 @@ use crate::bake::pilot::{KnownPilot, Pilot, pilot};
 use crate::job::checkpoint::Checkpoint;
 use crate::job::checkpoint::StoredRows;
 use crate::job::chunks::{Chunks, Estimator, Memory, Tally, run};
-use crate::job::fingerprint::fingerprint_scene;
+use crate::job::fingerprint::{fingerprint_arithmetic, fingerprint_scene};
 use crate::{BakeMode, BakeOptions, BakeReport, PrtError, Receivers, StoredTransfer, Transfer};
 
 /// Bakes the transfer vectors of receivers in a scene.
@@ -129,6 +129,7 @@ fn fingerprint(scene: &Scene, receivers: &Receivers, options: &BakeOptions) -> F
     fingerprint_scene(&mut fingerprint, scene);
     receivers.write_into(&mut fingerprint);
     options.write_into(&mut fingerprint);
+    fingerprint_arithmetic(&mut fingerprint);
     fingerprint
 }
 

@@ -10,7 +10,7 @@ use crate::bake::outer_sum::OuterSum;
 use crate::bake::pilot::KnownPilot;
 use crate::bake::tracer::{PathEnd, Tracer};
 use crate::job::chunks::{Estimator, Tally};
-use crate::job::fingerprint::fingerprint_scene;
+use crate::job::fingerprint::{fingerprint_arithmetic, fingerprint_scene};
 use crate::receivers::planes::is_below;
 use crate::sampling::sobol::{Sobol, coherent_order};
 use crate::sampling::warp::{Frame, sphere};
@@ -137,6 +137,7 @@ impl Matrices<'_> {
             None => fingerprint.floats(self.points.positions.as_flattened()),
         }
         self.options.write_into(&mut fingerprint);
+        fingerprint_arithmetic(&mut fingerprint);
         fingerprint
     }
 

@@ -1,7 +1,8 @@
-//! Fingerprints of scenes.
+//! Fingerprints of scenes, and of the machine's arithmetic.
 
 use lobe_io::Fingerprint;
 use lobe_scene::{Alpha, Material, Scene};
+use lobe_sh::simd::Machine;
 
 /// The fingerprint of all of a scene that a bake depends on, 32 hexadecimal digits: [`Recipe::scene_hash`](crate::Recipe).
 #[must_use]
@@ -27,6 +28,14 @@ pub fn fingerprint_scene(all: &mut Fingerprint, scene: &Scene) {
     for texture in scene.textures() {
         all.words([texture.width() as u64, texture.wrap()[0] as u64, texture.wrap()[1] as u64].into_iter());
         all.bytes(texture.texels().as_flattened());
+    }
+}
+
+/// Writes into a fingerprint how the machine rounds sums of the basis, so that no shard or checkpoint of another kind is mixed in: nothing
+/// where products and sums are fused, as they are nearly everywhere, and one word where they are not (`LOBE_SIMD=plain`).
+pub fn fingerprint_arithmetic(all: &mut Fingerprint) {
+    if Machine::detect().is_plain() {
+        all.word(u64::from_le_bytes(*b"plainsum"));
     }
 }
 

@@ -12,18 +12,29 @@ const INSET: f64 = 128.0 / 16_777_216.0;
 /// but not farther than this part of the way to the middle of the triangles around.
 const MOST: f64 = 0.125;
 
-/// The positions of all vertices of all meshes, those at a border moved into the mesh by 2⁻¹⁷ of the largest
-/// coordinate.
+/// The positions of the fronts and of the backs of all vertices of all meshes, those at a border moved into the mesh by
+/// 2⁻¹⁷ of the largest coordinate.
 ///
 /// Where a floor ends at a wall its last vertices lie in the wall: what they see depends on rounding, and half of their
 /// rays would start behind it. What is wanted of them is what the floor beside them sees. A border is an edge of one
 /// triangle only, by the indices of its vertices, so that meshes with a normal for each face have borders at all edges.
 ///
 /// The way goes to the mean of the middles of the triangles around. Where that is below the surface, because the
-/// surface is convex, it goes along the plane of the normal instead.
-pub(crate) fn inset_positions(scene: &Scene) -> Vec<[f32; 3]> {
+/// surface is convex, it goes along the plane of the normal instead. What is convex from one side is not from the
+/// other: each side goes its own way, because along the plane of a strongly bent surface a back would come out at the
+/// front.
+pub(crate) fn inset_positions(scene: &Scene) -> [Vec<[f32; 3]>; 2] {
     let distance = inset_distance(scene);
-    scene.meshes().iter().flat_map(|mesh| inset(mesh, distance)).collect()
+    let [mut fronts, mut backs] = [0; 2].map(|_| Vec::with_capacity(scene.vertex_count()));
+    for mesh in scene.meshes() {
+        for ((position, normal), way) in mesh.positions().iter().zip(mesh.normals()).zip(ways(mesh)) {
+            let (position, normal) = (wide(*position), wide(*normal));
+            let moved = |normal: DVec3| step(position, way - normal * way.dot(normal).min(0.0), distance);
+            fronts.push(moved(normal));
+            backs.push(moved(-normal));
+        }
+    }
+    [fronts, backs]
 }
 
 /// The distance that points at a border move.
@@ -38,8 +49,8 @@ pub(crate) fn step(position: DVec3, way: DVec3, distance: f64) -> [f32; 3] {
     (position + way.normalize_or_zero() * distance.min(MOST * way.length())).as_vec3().to_array()
 }
 
-fn inset(mesh: &Mesh, distance: f64) -> Vec<[f32; 3]> {
-    let wide = |p: [f32; 3]| DVec3::from(p.map(f64::from));
+/// For each vertex at a border the way to the mean of the middles of the triangles around, for others zero.
+fn ways(mesh: &Mesh) -> impl Iterator<Item = DVec3> {
     let is_border = border(mesh);
     let mut ways = vec![(DVec3::ZERO, 0.0); mesh.positions().len()];
     for (t, triangle) in mesh.triangles().iter().enumerate() {
@@ -50,13 +61,12 @@ fn inset(mesh: &Mesh, distance: f64) -> Vec<[f32; 3]> {
             way.1 += 1.0;
         }
     }
-    let moved = |i: usize| {
-        let (position, normal) = (mesh.positions()[i], wide(mesh.normals()[i]));
-        let way = ways[i].0 / f64::max(ways[i].1, 1.0);
-        let way = way - normal * way.dot(normal).min(0.0);
-        step(wide(position), way, distance)
-    };
-    (0..mesh.positions().len()).map(moved).collect()
+    ways.into_iter().map(|(sum, count)| sum / f64::max(count, 1.0))
+}
+
+/// A vector in the precision of ways.
+pub(crate) fn wide(v: [f32; 3]) -> DVec3 {
+    DVec3::from(v.map(f64::from))
 }
 
 /// Whether each vertex is an end of an edge that one triangle has alone.
@@ -83,7 +93,8 @@ mod tests {
     fn vertices_at_a_border_move_inside_and_no_others() {
         let scene = built_in::ball_over_ground(8);
         let ground = scene.meshes()[0].positions().len();
-        let (moved, mut borders) = (inset_positions(&scene), 0);
+        let ([moved, backs], mut borders) = (inset_positions(&scene), 0);
+        assert_eq!(backs, moved, "both sides of what is flat");
         for (p, q) in scene.meshes()[0].positions().iter().zip(&moved[..ground]) {
             let edges = [0, 1].map(|k| p[k].abs() == 4.0);
             borders += usize::from(edges[0] || edges[1]);
@@ -104,7 +115,9 @@ mod tests {
             ..MeshParts::default()
         };
         let scene = Scene::new(vec![Mesh::new(parts).unwrap()], vec![], vec![]).unwrap();
-        let tip = inset_positions(&scene)[0];
+        let [tip, back] = inset_positions(&scene).map(|side| side[0]);
         assert!(tip[2] == 1.0 && tip[1] > 1e-6 && tip[0].abs() < 1e-9, "the tip moved to {tip:?}");
+        // From below the middles are above the plane of the normal.
+        assert!(back[2] < 1.0 && back[1] > 1e-6 && back[0].abs() < 1e-9, "the back of the tip moved to {back:?}");
     }
 }

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use lobe_scene::{Hit, Mesh, Scene};
 
+use crate::receivers::vertex_key::vertex_key;
 use crate::{PrtError, TexelReceivers};
 
 /// The texels of a lightmap that show a place of its scene, and their weights.
@@ -113,7 +114,7 @@ fn joined_vertices(mesh: &Mesh) -> Vec<u32> {
     let mut first_of = HashMap::new();
     let (positions, normals, uvs) = (mesh.positions(), mesh.normals(), mesh.lightmap_uvs());
     let mut joined = |i: usize| {
-        let key = (positions[i].map(f32::to_bits), normals[i].map(f32::to_bits), uvs[i].map(f32::to_bits));
+        let key = (vertex_key(positions[i]), vertex_key(normals[i]), vertex_key(uvs[i]));
         *first_of.entry(key).or_insert(i as u32)
     };
     (0..positions.len()).map(&mut joined).collect()
@@ -170,6 +171,22 @@ mod tests {
             assert!((beyond - expected).abs() < 1e-6, "joined {joined}: {beyond} of {texels:?} is beyond the seam");
             let all: f64 = texels.iter().map(|&(_, part)| part).sum();
             assert!((all - 1.0).abs() < 1e-12, "{texels:?} sum to {all}");
+        }
+    }
+
+    #[test]
+    fn vertices_at_zero_and_minus_zero_are_of_one_chart() {
+        for zeros in [[0.0_f32, 0.0, 0.0], [-0.0, 0.0, 0.0], [0.0, -0.0, 0.0], [0.0, 0.0, -0.0]] {
+            // Two triangles meet at the origin, where each has a vertex of its own.
+            let [position, normal, uv] = zeros;
+            let mut uvs: Vec<[f32; 2]> = vec![[0.0; 2], [1.0, 0.0], [1.0, 0.5], [0.0; 2], [0.5, 1.0], [0.0, 1.0]];
+            let mut positions: Vec<[f32; 3]> = uvs.iter().map(|&[x, y]| [x, y, 0.0]).collect();
+            let mut normals = vec![[0.0, 0.0, 1.0]; 6];
+            (positions[3][0], normals[3][0], uvs[3][0]) = (position, normal, uv);
+            let (uvs, triangles) = ([uvs, vec![]], vec![[0, 1, 2], [3, 4, 5]]);
+            let scene = of(vec![MeshParts { positions, normals, triangles, uvs, ..MeshParts::default() }]);
+            let found = charts(&scene);
+            assert_eq!(found[1], found[0], "charts with {zeros:?} in position, normal and texture coordinates");
         }
     }
 

@@ -2,7 +2,7 @@
 //!
 //! Read `receivers` first; `inset` moves those at borders into their meshes, `planes` are those of their triangles.
 //! `texel_receivers` are those of a lightmap, `texel_rows` their transfer as a picture, `lightmap` looks it up between
-//! texels. Uses `transfer`.
+//! texels; `vertex_key` finds vertices that are the same. Uses `transfer`.
 
 pub(crate) mod inset;
 pub(crate) mod lightmap;
@@ -10,3 +10,4 @@ pub(crate) mod planes;
 pub(crate) mod receivers;
 pub(crate) mod texel_receivers;
 pub(crate) mod texel_rows;
+pub(crate) mod vertex_key;

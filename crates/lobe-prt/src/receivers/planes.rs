@@ -6,7 +6,8 @@ use glam::{DVec3, Vec3};
 use lobe_io::Fingerprint;
 use lobe_scene::{Mesh, Scene};
 
-use crate::receivers::inset::border;
+use crate::receivers::inset::{border, wide};
+use crate::receivers::vertex_key::vertex_key;
 
 /// The cosine between a normal to shade with and that of a plane above which they are the same but for rounding.
 const SAME: f64 = 1.0 - 1e-6;
@@ -99,13 +100,11 @@ impl Planes {
 /// For each vertex of all meshes the first one with its position and normal. Only those at borders are compared:
 /// others have all their triangles.
 fn numbers(scene: &Scene) -> Vec<u32> {
-    let mut shared: HashMap<[u32; 6], u32> = HashMap::new();
+    let mut shared: HashMap<[[u32; 3]; 2], u32> = HashMap::new();
     let mut numbers = Vec::with_capacity(scene.vertex_count());
     for mesh in scene.meshes() {
         for (is_border, (position, normal)) in border(mesh).iter().zip(mesh.positions().iter().zip(mesh.normals())) {
-            let (key, own) = ([*position, *normal], numbers.len() as u32);
-            // Adding zero makes -0 and 0 the same bits.
-            let key = std::array::from_fn(|k| (key.as_flattened()[k] + 0.0).to_bits());
+            let (key, own) = ([*position, *normal].map(vertex_key), numbers.len() as u32);
             numbers.push(if *is_border { *shared.entry(key).or_insert(own) } else { own });
         }
     }
@@ -128,10 +127,6 @@ fn for_each_corner(scene: &Scene, mut found: impl FnMut(usize, DVec3)) {
 /// The normal of a plane on the side of another normal: triangles that run round the other way have the same plane.
 fn turned(plane: DVec3, normal: [f32; 3]) -> [f32; 3] {
     (if plane.dot(wide(normal)) < 0.0 { -plane } else { plane }).as_vec3().to_array()
-}
-
-fn wide(v: [f32; 3]) -> DVec3 {
-    Vec3::from(v).as_dvec3()
 }
 
 /// Whether a direction is below all of these planes, if there are any.

@@ -19,6 +19,8 @@ const UNIT_TOLERANCE: f32 = 1e-3;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Receivers {
     positions: Vec<[f32; 3]>,
+    /// Where their other sides are; none at all if these are at the same positions.
+    back_positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
     albedos: Vec<[f32; 3]>,
     planes: Planes,
@@ -53,7 +55,7 @@ impl Receivers {
                 return invalid(format!("expected finite albedos of at least 0, found {albedo:?} at {i}"));
             }
         }
-        Ok(Self { positions, normals, albedos, planes: Planes::default() })
+        Ok(Self { positions, back_positions: Vec::new(), normals, albedos, planes: Planes::default() })
     }
 
     /// Writes all of them into a fingerprint.
@@ -82,10 +84,12 @@ impl Receivers {
             };
             albedos.extend((0..mesh.positions().len()).map(albedo));
         }
-        Ok(Self::new(inset_positions(scene), normals, albedos)?.on(Planes::at_vertices(scene)))
+        let [positions, back_positions] = inset_positions(scene);
+        let receivers = Self { back_positions, ..Self::new(positions, normals, albedos)? };
+        Ok(receivers.on(Planes::at_vertices(scene)))
     }
 
-    /// The other sides of the same vertices: [`Receivers::at_vertices`] with all normals turned round, for open meshes
+    /// The other sides of the same vertices: [`Receivers::at_vertices`] of meshes turned inside out, for open meshes
     /// that are seen from both sides.
     ///
     /// # Errors
@@ -95,7 +99,8 @@ impl Receivers {
         front.backs(&(0..front.len()).collect::<Vec<_>>())
     }
 
-    /// The other sides of some of them, in this order: their normals turned round.
+    /// The other sides of some of them, in this order: their normals turned round. Vertices at the border of a mesh are
+    /// moved into it as seen from that side.
     ///
     /// # Errors
     /// [`PrtError::Invalid`] if `which` is empty.
@@ -119,11 +124,14 @@ impl Receivers {
 
     /// Some of them, their normals multiplied by 1 or -1.
     fn select(&self, which: &[usize], factor: f32) -> Result<Self, PrtError> {
-        let selected = Self::new(
-            which.iter().map(|&i| self.positions[i]).collect(),
-            which.iter().map(|&i| self.normals[i].map(|c| factor * c)).collect(),
-            which.iter().map(|&i| self.albedos[i]).collect(),
-        )?;
+        let some = |all: &[[f32; 3]]| -> Vec<[f32; 3]> { which.iter().map(|&i| all[i]).collect() };
+        let (positions, back_positions) = match (self.back_positions.is_empty(), factor < 0.0) {
+            (true, _) => (some(&self.positions), Vec::new()),
+            (false, false) => (some(&self.positions), some(&self.back_positions)),
+            (false, true) => (some(&self.back_positions), some(&self.positions)),
+        };
+        let normals = which.iter().map(|&i| self.normals[i].map(|c| factor * c)).collect();
+        let selected = Self { back_positions, ..Self::new(positions, normals, some(&self.albedos))? };
         Ok(selected.on(self.planes.select(which, factor)))
     }
 
@@ -188,10 +196,14 @@ mod tests {
         let ground = scene.meshes()[0].positions().len();
         assert_eq!(receivers.albedos()[0], [0.6; 3], "the ground first");
         assert_eq!(receivers.albedos()[ground], [0.7, 0.25, 0.2], "then the ball");
-        assert_eq!(receivers.positions()[ground], inset_positions(&scene)[ground], "its first vertex");
+        let [fronts, backs] = inset_positions(&scene);
+        assert_eq!(receivers.positions()[ground], fronts[ground], "its first vertex");
         assert!(!receivers.is_gray(), "the ball is red");
         let back = Receivers::back_of_vertices(&scene).unwrap();
         assert_eq!(back.normals()[0], [0.0, 0.0, -1.0], "the ground from below");
+        assert_eq!(back.positions(), backs, "where backs are");
+        let all: Vec<usize> = (0..back.len()).collect();
+        assert_eq!(back.backs(&all).unwrap().positions(), fronts, "the backs of backs");
         let some = receivers.backs(&[ground, 0]).unwrap();
         assert_eq!((some.len(), some.albedos()[1]), (2, [0.6; 3]), "the ground second");
         assert_eq!(some.positions()[0], receivers.positions()[ground], "the ball first");

@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use lobe_io::IoError;
 use lobe_scene::{Hit, Scene};
 
-use crate::receivers::inset::{inset_distance, step};
+use crate::receivers::inset::{inset_distance, step, wide};
 use crate::receivers::planes::Planes;
 use crate::{PrtError, Receivers, TexelRows, Transfer, TransferRows};
 
@@ -106,7 +106,6 @@ impl TexelReceivers {
             let Some(Place { depth, triangle, u, v, .. }) = *place else { continue };
             let surface = scene.surface(&Hit { t: 0.0, triangle, u, v });
             let (mesh, number) = scene.locate(triangle as usize);
-            let wide = |p: [f32; 3]| DVec3::from(p.map(f64::from));
             let middle = scene.meshes()[mesh].corners(number).map(wide).iter().sum::<DVec3>() / 3.0;
             let position = wide(surface.position);
             texels.push(texel as u32);

@@ -6,9 +6,9 @@ use std::ops::ControlFlow;
 use crate::common::{baked, cone_transfer, is_gray, largest_difference, options, receiver, revolved, scene_of};
 use lobe_io::Job;
 use lobe_prt::{BakeMode, BakeOptions, Channels, PrtError, Receivers, bake};
-use lobe_scene::{Bounds, Bvh, Material, Mesh, MeshParts, Scene, built_in};
+use lobe_scene::{Bounds, Bvh, Material, Mesh, MeshParts, Ray, Scene, built_in};
 use lobe_sh::{Dir, Expansion as _, Zonal};
-use lobe_testkit::directions;
+use lobe_testkit::{directions, fibonacci_sphere};
 
 /// y₀, the constant coefficient of a receiver that sends back all light.
 fn y_0() -> f64 {
@@ -112,6 +112,41 @@ fn the_bottom_of_a_pit_sees_its_mouth_whatever_its_walls() {
         let expected = cone_transfer(6, cosine).towards(Dir::Z, 1.0);
         let difference = largest_difference(transfer.vector(0, 0), expected.coefficients());
         assert!(difference < 1e-3, "{name}: largest difference of a coefficient {difference}");
+    }
+}
+
+/// The part of an even sky that a matte surface of this normal sees from a place, by a quadrature over all directions.
+fn sky_seen(bvh: &Bvh, place: [f32; 3], normal: [f32; 3]) -> f64 {
+    let (mut seen, mut all) = (0.0, 0.0);
+    for direction in fibonacci_sphere(20_000) {
+        let cosine = (0..3).map(|k| direction[k] * f64::from(normal[k])).sum::<f64>().max(0.0);
+        all += cosine;
+        if !bvh.is_occluded(&Ray::new(place, direction.map(|c| c as f32))) {
+            seen += cosine;
+        }
+    }
+    seen / all
+}
+
+#[test]
+fn backs_at_a_bent_border_see_the_sky_from_inside() {
+    const HEIGHT: f32 = 0.1;
+    for sides in [4, 5, 6] {
+        // A band that faces outwards. Along the plane of a front's normal its border bends away by more than rays are
+        // lifted: a back that went along it would be outside.
+        let band = revolved(&[(1.0, f64::from(HEIGHT)), (1.0, 0.0)], sides, 1.0);
+        let (bvh, backs) = (Bvh::new(&band), Receivers::back_of_vertices(&band).unwrap());
+        let (transfer, _) = baked(&band, &backs, &options(BakeMode::Shadowed, 1, 1024));
+        // The two sides that meet at a vertex hide what is π/2 - π/n and more about the axis from its normal, a part of
+        // 1 - cos π/n. How much of the half beyond the border is seen all the same depends on the place in the corner.
+        let allowed = (1.0 - (PI / f64::from(sides)).cos()) / 2.0 + 0.02;
+        for (r, (&[x, y, z], &normal)) in backs.positions().iter().zip(backs.normals()).enumerate() {
+            // A place that is inside beyond doubt.
+            let inside = [0.999 * x, 0.999 * y, z + 0.01 * (HEIGHT / 2.0 - z)];
+            let expected = sky_seen(&bvh, inside, normal);
+            let visible = f64::from(transfer.vector(r, 0)[0]) / y_0();
+            assert!((visible - expected).abs() < allowed, "{sides} sides, vertex {r}: {visible}, not {expected}");
+        }
     }
 }
 

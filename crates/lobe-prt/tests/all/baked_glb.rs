@@ -294,6 +294,11 @@ fn compressed_transfer_that_contradicts_itself_is_refused() {
         ),
         (
             "/compression",
+            json!({"components": 2, "weights": "u8"}),
+            "expected whole clusters and weights of the type that it says, found ",
+        ),
+        (
+            "/compression",
             json!({"components": 2, "weights": "f64"}),
             "expected components and weights of f32, u16 or u8",
         ),

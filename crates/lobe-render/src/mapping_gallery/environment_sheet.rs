@@ -149,7 +149,8 @@ type Technique<'a> = (&'static str, Box<dyn Shading + 'a>, Truth);
 /// The steps of `job` are panels; it cannot be resumed.
 ///
 /// # Errors
-/// [`RenderError::Options`] for a job with a checkpoint, [`RenderError::Cancelled`] if its watch said to stop.
+/// [`RenderError::Options`] for a job with a checkpoint, or if the irradiance of the map is more than `f32` holds;
+/// [`RenderError::Cancelled`] if its watch said to stop.
 ///
 /// # Panics
 /// If `samples` is 0 or `map_size` less than 8.
@@ -170,7 +171,7 @@ pub fn environment_panels(
     techniques.push(bumped(map, options.map_size));
     techniques.push(("glossy, truth", Box::new(|p: &SurfacePoint| truths.rough.radiance(p)), Truth::SlowlySummed));
     techniques.extend(rough_mirrors(map, rough, options.prefiltered, &blurred, &table));
-    techniques.extend(matte(map));
+    techniques.extend(matte(map).map_err(|error| RenderError::Options(error.to_string()))?);
 
     // Set up the eye and the two shapes; the torus leans towards the eye and a little aside.
     let camera = Camera::perspective(View::ALONG_X, 4.0, 0.3);
@@ -301,17 +302,16 @@ fn rough_mirrors<'a>(
     ]
 }
 
-fn matte<'a>(map: &EnvMap) -> Vec<Technique<'a>> {
+fn matte<'a>(map: &EnvMap) -> Result<Vec<Technique<'a>>, EnvError> {
     let albedo = Rgb::splat(ALBEDO as f32);
-    let truth = irradiance_map_brute_force(map, 2 * MATTE_ROWS, MATTE_ROWS, Job::default());
-    let truth = truth.unwrap_or_else(|error| unreachable!("nobody stops it: {error}"));
-    let by_map = irradiance_map(map, 9, 2 * MATTE_ROWS, MATTE_ROWS);
+    let truth = irradiance_map_brute_force(map, 2 * MATTE_ROWS, MATTE_ROWS, Job::default())?;
+    let by_map = irradiance_map(map, 9, 2 * MATTE_ROWS, MATTE_ROWS)?;
     let irradiance = IrradiancePolynomial::of_radiance(&project_env(map, 3));
-    vec![
+    Ok(vec![
         ("matte, truth", Box::new(MatteByMap { irradiance: truth, albedo }), Truth::Summed),
         ("matte, map", Box::new(MatteByMap { irradiance: by_map, albedo }), Truth::Matte),
         ("matte, order 3", Box::new(MatteBySh { irradiance, albedo }), Truth::Matte),
-    ]
+    ])
 }
 
 fn bumped<'a>(map: &EnvMap, size: usize) -> Technique<'a> {

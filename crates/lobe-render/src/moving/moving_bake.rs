@@ -280,7 +280,7 @@ impl MovingScene {
 
     /// Bakes the backs of vertices that a view shows ([`backs_in_view`](Self::backs_in_view)), beside those that are baked already:
     /// without this, parts that keep their shape do not hide the sky from their own backs. Of parts that came with their
-    /// transfer, too; it cannot be kept in a file.
+    /// transfer, too; it cannot be kept in a file. Those that were baked with other options are dropped.
     ///
     /// # Errors
     /// As [`MovingScene::bake_part`].
@@ -293,14 +293,15 @@ impl MovingScene {
         for part in self.parts_mut() {
             let end = first + part.scene.vertex_count();
             let range = seen.partition_point(|v| *v < first)..seen.partition_point(|v| *v < end);
+            let albedo = if part.is_demodulated { AlbedoMode::None } else { AlbedoMode::Vertex };
+            let options = options.clone().albedo(albedo);
+            part.backs = part.backs.take().filter(|backs| backs.is_of(&options));
             let is_new = |vertex: &usize| part.backs.as_ref().is_none_or(|backs| !backs.has(*vertex));
             let new: Vec<usize> = seen[range].iter().map(|vertex| vertex - first).filter(is_new).collect();
             first = end;
             if new.is_empty() || !part.is_rigid() || part.transfer.is_none() {
                 continue;
             }
-            let albedo = if part.is_demodulated { AlbedoMode::None } else { AlbedoMode::Vertex };
-            let options = options.clone().albedo(albedo);
             let backs = PartBacks::bake(part.backs.as_deref(), &part.scene, &new, &options, job.reborrow());
             part.backs = Some(Arc::new(backs.map_err(|error| error.of_part(&part.name))?));
         }

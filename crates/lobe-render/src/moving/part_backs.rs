@@ -14,10 +14,13 @@ pub(crate) struct PartBacks {
     /// The receiver at the back of each vertex; [`NONE`] where there is none.
     receivers: Vec<u32>,
     transfer: Transfer,
+    /// What all of them were baked with.
+    options: BakeOptions,
 }
 
 impl PartBacks {
-    /// Bakes the backs of these vertices, in rising order, beside those that are known already.
+    /// Bakes the backs of these vertices, in rising order, beside those that are known already
+    /// [of these options](PartBacks::is_of).
     pub(crate) fn bake(
         known: Option<&Self>,
         scene: &Scene,
@@ -27,9 +30,8 @@ impl PartBacks {
     ) -> Result<Self, RenderError> {
         let fronts = Receivers::at_vertices(scene)?;
         // All backs of a part have as many channels, whichever are baked together.
-        let mut options = options.clone();
-        options.channels = Some(options.channels_for(scene, scene.is_gray()));
-        let (found, _) = bake(scene, &Bvh::new(scene), &fronts.backs(vertices)?, &options, job)?;
+        let with_channels = options.clone().channels(Some(options.channels_for(scene, scene.is_gray())));
+        let (found, _) = bake(scene, &Bvh::new(scene), &fronts.backs(vertices)?, &with_channels, job)?;
         let (mut receivers, before) = match known {
             Some(known) => (known.receivers.clone(), known.transfer.coefficients()),
             None => (vec![NONE; scene.vertex_count()], &[][..]),
@@ -39,7 +41,13 @@ impl PartBacks {
             receivers[*vertex] = (first + k) as u32;
         }
         let rows = [before, found.coefficients()].concat();
-        Ok(Self { receivers, transfer: Transfer::new(found.order(), found.channels(), rows)? })
+        let transfer = Transfer::new(found.order(), found.channels(), rows)?;
+        Ok(Self { receivers, transfer, options: options.clone() })
+    }
+
+    /// Whether they were baked with these options: rows of others have another length, or are of other light.
+    pub(crate) fn is_of(&self, options: &BakeOptions) -> bool {
+        self.options == *options
     }
 
     /// Whether the back of a vertex is known.

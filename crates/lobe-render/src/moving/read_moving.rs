@@ -6,7 +6,8 @@ use std::sync::Arc;
 use lobe_prt::{AlbedoMode, BakeOptions, BakedOrScene, BakedTransfer, Transfer, read_baked_or_scene};
 use lobe_scene::{AnimatedScene, GltfReader, Scene, SceneReadOptions, SceneReadReport, built_in, is_gltf, read_scene};
 use lobe_shadow::{
-    EntityDescription, Lamp, LampDescription, LampSource, SceneDescription, StillDescription, read_lamp,
+    AnimationChoice, EntityDescription, Lamp, LampDescription, LampSource, SceneDescription, StillDescription,
+    read_lamp,
 };
 
 use crate::moving::part_files::{field_of, rigid_spheres};
@@ -111,7 +112,7 @@ impl Reader {
     fn animated(
         &mut self,
         entity: &EntityDescription,
-        animation: &str,
+        animation: &AnimationChoice,
         gltf: Option<&GltfReader>,
     ) -> Result<(AnimatedScene, usize, bool), RenderError> {
         let file = &entity.mesh;
@@ -119,8 +120,14 @@ impl Reader {
             let message = "is animated: fields of the parts that it moves are made, none can be named for it";
             return Err(RenderError::invalid(file, message));
         }
-        let made = file.display().to_string().strip_prefix("built-in:").and_then(built_in::moving);
-        let scene = match made {
+        let name = file.display().to_string();
+        let made = name.strip_prefix("built-in:").map(|known| {
+            built_in::moving(known).ok_or_else(|| {
+                let moving = built_in::MOVING_NAMES.join(" and ");
+                RenderError::invalid(file, format!("has no animation: leave out `animation`; {moving} have one"))
+            })
+        });
+        let scene = match made.transpose()? {
             Some(scene) => scene,
             None => {
                 let (scene, report) = match gltf {
@@ -132,7 +139,10 @@ impl Reader {
             }
         };
         self.count(scene.rest(), 0);
-        let animation = scene.animation(animation)?;
+        let animation = match animation {
+            AnimationChoice::Name(name) => scene.animation(name)?,
+            AnimationChoice::Number(number) => scene.animation_of_number(*number as usize)?,
+        };
         Ok((scene, animation, entity.is_looped))
     }
 
@@ -174,9 +184,7 @@ impl Reader {
 
     fn read(&mut self, file: &Path, name: &str, motion: Motion) -> Result<MovingPart, RenderError> {
         if let Some(known) = file.display().to_string().strip_prefix("built-in:") {
-            let scene = built_in::named(known).ok_or_else(|| {
-                RenderError::invalid(file, format!("there is no such scene; there are {}", built_in::NAMES.join(", ")))
-            })?;
+            let scene = built_in::named(known).ok_or_else(|| RenderError::invalid(file, unknown(known)))?;
             return Ok(MovingPart::new(name, scene, motion));
         }
         let read = match is_gltf(file) {
@@ -197,4 +205,13 @@ impl Reader {
         self.reports.push((file.to_path_buf(), report));
         Ok(part)
     }
+}
+
+/// What is said of a built-in scene that does not stand still, or is none.
+fn unknown(name: &str) -> String {
+    let (still, moving) = (built_in::NAMES.join(", "), built_in::MOVING_NAMES);
+    if moving.contains(&name) {
+        return "moves by an animation: expected an entity of it with an `animation`, such as 0".to_owned();
+    }
+    format!("there is no such scene; there are {still}, and with an `animation` {}", moving.join(" and "))
 }

@@ -82,7 +82,7 @@ impl BakedScene {
     ) -> Result<Self, RenderError> {
         if lobe.is_some() {
             let (matrices, recipe) = read_matrices_bytes(bytes, name)?;
-            expect_vertices(&scene, matrices.points(), name)?;
+            expect_vertices(&scene, matrices.points(), name, &recipe)?;
             return Ok(Self::new(scene, Places::Vertices, SurfaceTransfer::Glossy(matrices), lobe, recipe));
         }
         let (transfer, recipe) = read_any_transfer_bytes(bytes, name)?;
@@ -91,7 +91,7 @@ impl BakedScene {
         let places = if is_picture || recipe.texels == Some(width) {
             Places::Texels(Box::new(Lightmap::new(&scene, width)?))
         } else {
-            expect_vertices(&scene, transfer.receivers(), name)?;
+            expect_vertices(&scene, transfer.receivers(), name, &recipe)?;
             Places::Vertices
         };
         Ok(Self::new(scene, places, SurfaceTransfer::Matte(transfer), None, recipe))
@@ -250,12 +250,14 @@ impl LitScene<'_> {
     }
 }
 
-fn expect_vertices(scene: &Scene, found: usize, name: &str) -> Result<(), RenderError> {
-    match scene.vertex_count() {
-        count if count == found => Ok(()),
-        count => Err(RenderError::Invalid {
-            place: name.to_owned(),
-            message: format!("expected transfer of {count} vertices as the scene has, found {found}"),
-        }),
+fn expect_vertices(scene: &Scene, found: usize, name: &str, recipe: &Recipe) -> Result<(), RenderError> {
+    let count = scene.vertex_count();
+    if count == found {
+        return Ok(());
     }
+    let mut message = format!("expected transfer of {count} vertices as the scene has, found {found}");
+    if recipe.max_edge.is_some() || recipe.adaptive.is_some() {
+        message += "; baked with --max-edge or --adaptive it belongs to the split mesh, which a bake to .glb holds";
+    }
+    Err(RenderError::Invalid { place: name.to_owned(), message })
 }

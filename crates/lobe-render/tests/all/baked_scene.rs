@@ -161,6 +161,10 @@ fn transfer_of_another_scene_is_refused_and_whoever_stops_gets_nothing() {
     write_transfer(&path, &transfer, &Recipe::default(), Job::default()).unwrap();
     let error = BakedScene::read_transfer(square(), &path, None).err().unwrap().to_string();
     assert!(error.contains("t.safetensors: expected transfer of 4 vertices as the scene has, found"), "{error}");
+    assert!(!error.contains("split"), "{error}");
+    write_transfer(&path, &transfer, &Recipe::default().max_edge(0.5), Job::default()).unwrap();
+    let error = BakedScene::read_transfer(square(), &path, None).err().unwrap().to_string();
+    assert!(error.ends_with("it belongs to the split mesh, which a bake to .glb holds"), "{error}");
     let stop = &mut |_: &Progress| ControlFlow::Break(());
     let job = Job::default().watched_by(stop);
     let stopped = BakedScene::bake(ball, &options(BakeMode::Shadowed), None, job);

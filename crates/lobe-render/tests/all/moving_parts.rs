@@ -139,6 +139,37 @@ fn backs_that_are_baked_are_lit_as_the_bake_of_backs() {
 }
 
 #[test]
+fn backs_that_were_baked_with_other_options_are_baked_anew() {
+    let scene = open_box();
+    let all: Vec<usize> = (0..scene.vertex_count()).collect();
+    let mut moving = MovingScene::new(vec![MovingPart::new("box", scene, Motion::Still)]).unwrap();
+    moving.bake(MovingMethod::Fields, &options(), Job::default()).unwrap();
+    let before = options().transfer;
+    for (name, now) in [
+        ("order", before.clone().order(2)),
+        ("mode", before.clone().mode(BakeMode::Unshadowed)),
+        ("number of samples", before.clone().samples(64)),
+        ("seed", before.clone().seed(7)),
+    ] {
+        let shading = MovingOptions::default().order(now.order).method(MovingMethod::Fields);
+        let shading = MovingShading::new(shading).unwrap();
+        let lit = |bakes: &[(&[usize], &BakeOptions)]| {
+            let mut moving = moving.clone();
+            for (seen, options) in bakes {
+                moving.bake_backs(seen, options, Job::default()).unwrap();
+            }
+            shading.exit_radiance_of_backs(&moving.at(0.0).unwrap(), &sky()).unwrap()
+        };
+        let (third, rest) = all.split_at(all.len() / 3);
+        // Vertices that the second view does not show are left without a bake.
+        for seen in [&all[..], rest] {
+            let (found, expected) = (lit(&[(third, &before), (seen, &now)]), lit(&[(seen, &now)]));
+            assert_eq!(found, expected, "another {name}, {} are seen", seen.len());
+        }
+    }
+}
+
+#[test]
 fn the_albedo_of_pixels_is_that_of_vertices_where_it_is_even() {
     let camera = Camera::framing([-3.0, -3.0, 0.0], [3.0, 3.0, 3.0], View::three_quarter(), 0.35);
     let view = ViewOptions::default().width(40).height(30).rays(2);
