@@ -4,15 +4,24 @@
 //! 1)`. The first and the last column of a lat-long map show the same directions; so do the adjacent rows of
 //! neighboring faces of a cube. Directions, of which y is up, and the corners of faces are those of the figure in
 //! `ImfEnvmap.h` of OpenEXR.
+//!
+//! In the format the center of a lat-long picture looks along +z and +x lies left of it. Here the center is +x, as in
+//! every lat-long picture, and the cube is turned with it, so that both show one sky alike:
+//!
+//! ```text
+//!   (x, y, z)_lobe = (Z, X, Y)_exr
+//! ```
 
 use lobe_sh::{Coefficient, Rgb};
 use rayon::prelude::*;
 
-use crate::{CubeMap, EnvError, EnvMap};
+use crate::mapping::cube::FACES;
+use crate::{CubeMap, EnvMap};
+
+/// The stored face that looks along each face of Lobe: +x is OpenEXR's +Z, up is its +Y, -y is its -X.
+const STORED_FACES: [usize; FACES] = [4, 5, 2, 3, 1, 0];
 
 /// Resamples a lat-long map to texel centers half a texel inside, bilinearly.
-///
-/// In the format the center of the picture looks along +z; here it is +x, as in every lat-long picture.
 pub(crate) fn lat_long_from_edges(stored: &EnvMap) -> EnvMap {
     let (width, height) = (stored.width(), stored.height());
     let mut texels = vec![Rgb::ZERO; width * height];
@@ -24,22 +33,22 @@ pub(crate) fn lat_long_from_edges(stored: &EnvMap) -> EnvMap {
     EnvMap::from_rows(width, height, texels)
 }
 
-/// Resamples a cube map from six faces one above another, stored as OpenEXR stores them.
+/// Resamples a cube map whose six faces are as OpenEXR stores them.
 ///
-/// Each texel of the result looks up its own direction among the stored ones, bilinearly within the same face.
-pub(crate) fn cube_from_edges(size: usize, stack: &[Rgb<f32>]) -> Result<CubeMap, EnvError> {
-    let mut map = CubeMap::new(size, vec![Rgb::ZERO; stack.len()])?;
-    let directions = map.clone();
+/// Each texel of the result looks up its own direction among the stored ones, bilinearly within one face.
+pub(crate) fn cube_from_edges(stored: &CubeMap) -> CubeMap {
+    let size = stored.size();
+    let mut map = stored.clone();
     map.texels_mut().par_chunks_exact_mut(size).enumerate().for_each(|(row, line)| {
         let (face, y) = (row / size, row % size);
-        let stored = &stack[face * size * size..][..size * size];
+        let from = STORED_FACES[face];
         for (x, texel) in line.iter_mut().enumerate() {
-            let [lx, ly, lz] = directions.dir(face, x, y).to_array();
-            let (u, v) = place_in_face(face, [lx, lz, -ly]);
-            *texel = bilinear(stored, (size, size), u, v);
+            let [lx, ly, lz] = stored.dir(face, x, y).to_array();
+            let (u, v) = place_in_face(from, [ly, lz, lx]);
+            *texel = bilinear(stored.face(from), (size, size), u, v);
         }
     });
-    Ok(map)
+    map
 }
 
 /// The position of a direction on a face, `[0, 1]` to the right and downwards, in OpenEXR's axes.
@@ -101,12 +110,12 @@ mod tests {
                     }
                 }
             }
-            let map = cube_from_edges(size, &stack).unwrap();
+            let map = cube_from_edges(&CubeMap::new(size, stack).unwrap());
             for face in 0..6 {
                 for (x, y) in [(0, 0), (size - 1, 0), (size / 2, size - 1)] {
                     let [px, py, pz] = map.texel(face, x, y).to_array();
                     let length = (px * px + py * py + pz * pz).sqrt();
-                    let found = [px, -pz, py].map(|c| f64::from(c / length));
+                    let found = [pz, px, py].map(|c| f64::from(c / length));
                     let dir = map.dir(face, x, y).to_array();
                     let error = (0..3).map(|i| (found[i] - dir[i]).abs()).fold(0.0, f64::max);
                     assert!(error < 1e-6, "face {face} of {size} at ({x}, {y}): {found:?} against {dir:?}");
@@ -133,14 +142,14 @@ mod tests {
         let brightest = Rgb::new(f32::MAX, f32::MAX, -f32::MAX);
         let map = lat_long_from_edges(&EnvMap::new(34, 17, vec![brightest; 34 * 17]).unwrap());
         assert!(map.texels().iter().all(|t| *t == brightest), "lat-long: {:?}", map.texels());
-        let cube = cube_from_edges(7, &[brightest; 6 * 49]).unwrap();
+        let cube = cube_from_edges(&CubeMap::new(7, vec![brightest; 6 * 49]).unwrap());
         assert!(cube.texels().iter().all(|t| *t == brightest), "cube: {:?}", cube.texels());
     }
 
     #[test]
     fn a_picture_of_one_texel_stays_one_color() {
         let color = Rgb::new(1.0, 2.0, 3.0);
-        let map = cube_from_edges(1, &[color; 6]).unwrap();
+        let map = cube_from_edges(&CubeMap::new(1, vec![color; 6]).unwrap());
         assert!(map.texels().iter().all(|t| *t == color), "{map:?}");
     }
 }

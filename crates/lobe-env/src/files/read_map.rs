@@ -92,13 +92,15 @@ impl MappedMap {
 ///
 /// * `FOLDER/PREFIX%.EXT` stands for the six faces of a cube as [`FaceFiles::to_read`] names them, `FOLDER` for the one cube in it,
 ///   `bundled:NAME` for a map that is [part of the library](crate::bundled).
-/// * A texture (KTX2, DDS; [`read_cube_texture_bytes`] lists the texel formats) is a cube map, and so is an OpenEXR picture
-///   whose attribute `envmap` says so. Faces, their order and handedness are those of [`CubeMap`].
+/// * A texture (KTX2, DDS; [`read_cube_texture_bytes`] lists the texel formats) is a cube map. Faces, their order and
+///   handedness are those of [`CubeMap`].
 /// * Another picture ([`lobe_image::read_picture`] lists the formats) is in the mapping of [`MapReadOptions::mapping`]. By
 ///   default it is the one that [`write_env`](crate::write_env) has written into the file, or it follows from the proportions: lat-long if the picture is twice as wide as high, a cube if it is a cross, a
 ///   row or a column of six faces, which [`MapReadReport::layout`] reports.
-/// * With the attribute `envmap` of OpenEXR the outer texels lie on the edges of the picture, or of the faces of its cube,
-///   as the format defines it: unless a mapping is asked for, the map is moved to Lobe's centers by interpolation.
+/// * With the attribute `envmap` of OpenEXR a picture is a lat-long map or a cube, whose outer texels lie on the edges of
+///   the picture or of its faces, as the format defines it: unless a mapping is asked for, the map is moved to Lobe's
+///   centers by interpolation. The center of the lat-long picture, the format's +z, becomes +x as in every lat-long
+///   picture, and the cube turns alike: `(x, y, z)` is the format's `(Z, X, Y)`.
 ///
 /// * A panorama that shows all around but not all of the height is completed by [`MapReadOptions::elevations`].
 ///
@@ -205,8 +207,9 @@ fn map_of_edges(
         return Ok((LoadedMap::Single(map.into()), report.into()));
     }
     report.height = width;
-    let map = cube_from_edges(width, &picture.into_pixels::<Rgb<f32>>())?;
-    Ok((LoadedMap::Chain(CubeMipChain::single(map.of_handedness(options.handedness))), report.into()))
+    // A left-handed cube has OpenEXR's own X turned around, not that of the cube which it becomes.
+    let stored = CubeMap::new(width, picture.into_pixels())?.of_handedness(options.handedness);
+    Ok((LoadedMap::Chain(CubeMipChain::single(cube_from_edges(&stored))), report.into()))
 }
 
 /// The map of a picture whose mapping its proportions determine.

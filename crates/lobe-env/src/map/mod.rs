@@ -2,7 +2,7 @@
 //! levels [`cube_mip_chain`]).
 //!
 //! Read [`mapped_map`] first. [`cube_layout`] puts the faces of a cube into a picture and takes them out, [`adjust`]
-//! changes exposure and clamps. Uses `mapping`.
+//! changes exposure and clamps, [`finite`] refuses sums beyond `f32`. Uses `mapping`.
 
 pub(crate) mod adjust;
 pub(crate) mod cube_average;
@@ -10,4 +10,5 @@ pub(crate) mod cube_layout;
 pub(crate) mod cube_map;
 pub(crate) mod cube_mip_chain;
 pub(crate) mod env_map;
+pub(crate) mod finite;
 pub(crate) mod mapped_map;

@@ -156,24 +156,38 @@ pub(crate) struct Rect {
 }
 
 impl Rect {
+    /// The radius of the nearest point.
+    fn nearest(&self) -> f64 {
+        let nearest = |[a, b]: [f64; 2]| 0.0_f64.clamp(a, b);
+        nearest(self.x).hypot(nearest(self.y))
+    }
+
+    /// The radius of the farthest point.
+    fn farthest(&self) -> f64 {
+        let farthest = |[a, b]: [f64; 2]| a.abs().max(b.abs());
+        farthest(self.x).hypot(farthest(self.y))
+    }
+
+    /// The difference of θ between the nearest and the farthest point in the unit disc; 0 outside.
+    pub(crate) fn theta_extent(&self, profile: Profile) -> f64 {
+        profile.theta(self.farthest().min(1.0)) - profile.theta(self.nearest().min(1.0))
+    }
+
     /// Whether no point of the rectangle lies inside the open unit disc.
     fn is_outside(&self) -> bool {
-        let nearest = |[a, b]: [f64; 2]| 0.0_f64.clamp(a, b);
-        nearest(self.x).hypot(nearest(self.y)) >= 1.0
+        self.nearest() >= 1.0
     }
 
     /// Whether the product rule converges fast: inside the disc and, for a ball, away from the root at its rim.
     pub(crate) fn is_far_from_rim(&self, profile: Profile) -> bool {
-        let farthest = |[a, b]: [f64; 2]| a.abs().max(b.abs());
         let side = (self.x[1] - self.x[0]).max(self.y[1] - self.y[0]);
         let margin = if profile == Profile::Ball { BALL_MARGIN * side } else { 0.0 };
-        farthest(self.x).hypot(farthest(self.y)) + margin <= 1.0
+        self.farthest() + margin <= 1.0
     }
 
     /// Whether the rectangle lies in the closed unit disc.
     fn is_inside(&self) -> bool {
-        let farthest = |[a, b]: [f64; 2]| a.abs().max(b.abs());
-        farthest(self.x).hypot(farthest(self.y)) <= 1.0
+        self.farthest() <= 1.0
     }
 
     /// The azimuths at which the rim crosses an edge, sorted.

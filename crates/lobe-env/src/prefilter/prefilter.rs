@@ -47,6 +47,7 @@ use rayon::prelude::*;
 use web_time::Instant;
 
 use crate::map::cube_average::averaged_to;
+use crate::map::finite::{all_finite, expect_finite};
 use crate::mapping::cube::FACES;
 use crate::prefilter::brightness::Brightness;
 use crate::prefilter::cell_tolerance::CellTolerance;
@@ -55,6 +56,9 @@ use crate::prefilter::gather::{Shape, ZonalFilter, filter_tiles, is_mirror, shap
 use crate::prefilter::importance::ImportanceFilter;
 use crate::reflection::specular_lobe::{CustomKernel, GgxKernel, Kernel, PowerKernel, integral};
 use crate::{CubeMap, CubeMipChain, EnvError, EnvMap, MappedMap, Mapping, SpecularLobe};
+
+/// The name of the sums in messages.
+const FILTERED: &str = "the filtered light";
 
 /// Tiles between two calls of a progress callback.
 const TILES_TOGETHER: usize = 64;
@@ -246,7 +250,8 @@ impl PrefilterOptions {
 ///
 /// # Errors
 /// [`EnvError::Options`] for a size of 0 or of too many texels, a last size beyond the first, a method out of its
-/// range, or a job with a checkpoint; [`EnvError::Cancelled`] if the callback cancelled it.
+/// range, sums over finite light that are more than `f32` holds, or a job with a checkpoint; [`EnvError::Cancelled`] if
+/// the callback cancelled it.
 ///
 /// ```
 /// use lobe_env::{CubeMap, PrefilterOptions, prefilter_ggx};
@@ -299,7 +304,8 @@ fn reporter(job: &mut Job<'_>, total: usize) -> impl FnMut(f64) -> ControlFlow<(
 ///
 /// # Errors
 /// [`EnvError::Options`] if the lobe's parameter or the method is out of its range, there can be no cube of this
-/// size, or the job has a checkpoint; [`EnvError::Cancelled`] if the callback cancelled it.
+/// size, sums over finite light are more than `f32` holds, or the job has a checkpoint; [`EnvError::Cancelled`] if the
+/// callback cancelled it.
 pub fn filter_lobe(
     source: &CubeMap,
     lobe: SpecularLobe,
@@ -327,8 +333,8 @@ pub fn filter_lobe(
 ///
 /// # Errors
 /// [`EnvError::Options`] if there can be no cube of this size, the tolerance is out of its range, the kernel has no
-/// positive integral or no positive value at 1, or the job has a checkpoint; [`EnvError::Cancelled`] if the callback
-/// cancelled it.
+/// positive integral or no positive value at 1, sums over finite light are more than `f32` holds, or the job has a
+/// checkpoint; [`EnvError::Cancelled`] if the callback cancelled it.
 pub fn filter_zonal(
     source: &CubeMap,
     size: usize,
@@ -350,7 +356,8 @@ pub fn filter_zonal(
 ///
 /// # Errors
 /// [`EnvError::Options`] if the lobe's parameter or the tolerance is out of its range, there can be no picture of
-/// this size, or the job has a checkpoint; [`EnvError::Cancelled`] if the callback cancelled it.
+/// this size, sums over finite light are more than `f32` holds, or the job has a checkpoint; [`EnvError::Cancelled`] if
+/// the callback cancelled it.
 pub fn filter_lobe_lat_long(
     source: &CubeMap,
     lobe: SpecularLobe,
@@ -401,6 +408,7 @@ fn gather_towards<K: Kernel>(
         texels.par_extend(part.par_chunks(4).flat_map_iter(|dirs| filter.towards(dirs)));
     }
     go_on(report(texels.len() as f64))?;
+    expect_finite(&texels, FILTERED, || all_finite(source.texels()))?;
     Ok(texels)
 }
 
@@ -488,6 +496,7 @@ impl<'a> Quadrature<'a> {
         }
         go_on(progress(1.0))?;
         drop(part);
+        expect_finite(&out, FILTERED, || all_finite(source.texels()))?;
         CubeMap::new(size, out)
     }
 }

@@ -9,6 +9,7 @@ use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 use web_time::Instant;
 
+use crate::map::finite::{all_finite, expect_finite};
 use crate::mapping::lat_long::sin_cos_pi;
 use crate::projection::horizon::Horizon;
 use crate::{EnvError, EnvMap, MappedMap, Mapping, project_map, reconstruct};
@@ -52,14 +53,17 @@ pub fn irradiance_at(map: &EnvMap, normals: &[Dir]) -> Vec<Rgb<f64>> {
 /// Normals between two reports of progress.
 const REPORTED: usize = 1024;
 
+/// The name of the sums in messages.
+const IRRADIANCE: &str = "the irradiance";
+
 /// The irradiance towards the texel centers of a map of `width` x `height`, by summing over all texels of `map`.
 ///
 /// The slow reference for [`irradiance_map`]; see [`irradiance_at`]. Progress counts texels of the result, on the calling
 /// thread. The job cannot be resumed.
 ///
 /// # Errors
-/// [`EnvError::Options`] if a side is 0 or there are more texels than a map may have, or for a job with a checkpoint; [`EnvError::Cancelled`] if the callback cancelled
-/// it.
+/// [`EnvError::Options`] if a side is 0 or there are more texels than a map may have, if the irradiance of finite light
+/// is more than `f32` holds, or for a job with a checkpoint; [`EnvError::Cancelled`] if the callback cancelled it.
 pub fn irradiance_map_brute_force(
     map: &EnvMap,
     width: usize,
@@ -84,6 +88,7 @@ pub fn irradiance_map_brute_force(
         }
     }
     report(total)?;
+    expect_finite(out.texels(), IRRADIANCE, || all_finite(map.texels()))?;
     Ok(out)
 }
 
@@ -103,11 +108,14 @@ pub fn irradiance_sh(map: &MappedMap, order: usize) -> ShVec<Rgb<f64>> {
 
 /// The irradiance towards the texel centers of a lat-long map of `width` x `height`, by spherical harmonics of `order`.
 ///
-/// # Panics
-/// If a side is 0.
-#[must_use]
-pub fn irradiance_map(map: &MappedMap, order: usize, width: usize, height: usize) -> EnvMap {
-    reconstruct(&irradiance_sh(map, order), width, height)
+/// # Errors
+/// [`EnvError::Options`] if a side is 0 or there are more texels than a map may have, or if the irradiance of finite light
+/// is more than `f32` holds: it is up to π times the light.
+pub fn irradiance_map(map: &MappedMap, order: usize, width: usize, height: usize) -> Result<EnvMap, EnvError> {
+    MappedMap::check(Mapping::LatLong, width, height)?;
+    let out = reconstruct(&irradiance_sh(map, order), width, height);
+    expect_finite(out.texels(), IRRADIANCE, || all_finite(map.texels()))?;
+    Ok(out)
 }
 
 /// The texels as planes, with the factors of `n·V`.

@@ -3,6 +3,8 @@
 use lobe_sh::{Basis, Coefficient, Dir, Expansion, Rgb, ShVec, coefficient_count, gauss_legendre};
 use rayon::prelude::*;
 
+use crate::mapping::azimuthal::{Profile, Rect};
+use crate::mapping::{mirror_ball, texel_quadrature};
 use crate::projection::lat_long_rows::LatLongRows;
 use crate::projection::patch_moments::Patches;
 use crate::projection::project::project_rows;
@@ -12,7 +14,11 @@ use crate::{MappedMap, Mapping};
 const NODE_ERROR: f64 = 1e-10;
 /// The most Gauss-Legendre nodes in one direction across a texel: enough for maps of two by two texels and order 256.
 const MAX_NODES: usize = 512;
-/// The longest side by which [`node_count`] describes the texel that is a whole face of a cube.
+/// How many times as long in θ as the side of its count of nodes a texel of a ball may be. The first term of the series
+/// by which nodes are counted is above the error of the rule by 4^q, so that a texel may be twice as long; but θ does
+/// not run evenly over a texel at the rim.
+const BALL_STRETCH: f64 = 1.5;
+/// The longest side by which [`nodes_across`] describes the texel that is a whole face of a cube.
 const FLAT_SIDE: f64 = 2.9;
 /// Rows are summed in at most this many chunks, whatever the number of threads.
 const MAX_CHUNKS: usize = 64;
@@ -24,12 +30,13 @@ const MAX_CHUNKS: usize = 64;
 /// ```
 ///
 /// No resampled copy comes in between. The integrals are Gauss-Legendre sums over each smooth piece of a texel, with
-/// enough nodes for an error of coefficients below 1e-9 of their norm (test
-/// `expansions_of_small_maps_are_right_to_the_stated_error`), and weights that sum to its exact solid angle: `f_0` is
-/// `√(4π)` times the exact [`mean`](MappedMap::mean). A lat-long map is projected by the exact separable sums of
-/// [`project_env`](crate::project_env). The sums over cubes and octahedral pictures separate too, on cells of each face,
-/// up to an error of 1e-12 (test `sums_over_cells_are_the_sums_over_texels`): where a picture has many texels, their
-/// number hardly counts. In parallel over fixed chunks of rows; the same bits for any number of threads.
+/// enough nodes for an error of coefficients below 1e-9 of their norm (tests
+/// `expansions_of_small_maps_are_right_to_the_stated_error`, `the_long_texels_at_the_rim_of_a_ball_have_enough_nodes`),
+/// and weights that sum to its exact solid angle: `f_0` is `√(4π)` times the exact [`mean`](MappedMap::mean). A lat-long
+/// map is projected by the exact separable sums of [`project_env`](crate::project_env). The sums over cubes and
+/// octahedral pictures separate too, on cells of each face, up to an error of 1e-12 (test
+/// `sums_over_cells_are_the_sums_over_texels`): where a picture has many texels, their number hardly counts. In parallel
+/// over fixed chunks of rows; the same bits for any number of threads.
 ///
 /// ```
 /// use lobe_env::{MappedMap, Mapping, project_map};
@@ -74,7 +81,7 @@ fn of_texels(
     nodes: usize,
     wanted: impl Fn(usize, usize) -> bool + Sync,
 ) -> Vec<Vec<Rgb<f64>>> {
-    let rule = gauss_legendre(nodes);
+    let rules = Rules::new(map, order, nodes);
     let basis = Basis::<f64>::new(order);
     let chunk = map.height().div_ceil(MAX_CHUNKS);
     (0..map.height().div_ceil(chunk))
@@ -82,7 +89,7 @@ fn of_texels(
         .map(|c| {
             let mut rows = Rows {
                 map,
-                rule: &rule,
+                rules: &rules,
                 basis: &basis,
                 nodes: Vec::new(),
                 values: vec![0.0; coefficient_count(order)],
@@ -99,7 +106,7 @@ fn of_texels(
 /// The scratch space of one thread.
 struct Rows<'a> {
     map: &'a MappedMap,
-    rule: &'a [(f64, f64)],
+    rules: &'a Rules,
     basis: &'a Basis<f64>,
     nodes: Vec<(Dir, f64)>,
     values: Vec<f64>,
@@ -110,7 +117,8 @@ impl Rows<'_> {
         let size = [self.map.width(), self.map.height()];
         let mut integrals = vec![0.0; part.len()];
         for (x, texel) in self.map.row(y).iter().enumerate().filter(|(x, _)| wanted(*x)) {
-            crate::mapping::texel_quadrature::nodes_into(self.map.mapping(), size, [x, y], self.rule, &mut self.nodes);
+            let rule = self.rules.across(self.map, x, y);
+            texel_quadrature::nodes_into(self.map.mapping(), size, [x, y], rule, &mut self.nodes);
             if self.nodes.is_empty() {
                 continue;
             }
@@ -129,6 +137,39 @@ impl Rows<'_> {
     }
 }
 
+/// The rules across the texels of a map: one for all of them, but of a ball one for each length of texels.
+struct Rules {
+    order: usize,
+    /// Of the least number of nodes, of one more, and so on.
+    rules: Vec<Vec<(f64, f64)>>,
+}
+
+impl Rules {
+    /// With at least `nodes` across a texel.
+    fn new(map: &MappedMap, order: usize, nodes: usize) -> Self {
+        // The longest texel of a ball: it reaches from the rim inwards along its diagonal.
+        let diagonal = (2.0 / map.width() as f64).hypot(2.0 / map.height() as f64);
+        let longest = Rect { x: [1.0 - diagonal, 1.0], y: [0.0; 2] };
+        let most = if is_ball(map) { ball_node_count(map, order, &longest) } else { nodes };
+        Self { order, rules: (nodes..=most.max(nodes)).map(gauss_legendre).collect() }
+    }
+
+    /// The rule across texel `(x, y)`.
+    fn across(&self, map: &MappedMap, x: usize, y: usize) -> &[(f64, f64)] {
+        let least = self.rules[0].len();
+        let nodes = if is_ball(map) {
+            ball_node_count(map, self.order, &mirror_ball::texel_rect(map.width(), map.height(), x, y))
+        } else {
+            least
+        };
+        &self.rules[nodes.saturating_sub(least).min(self.rules.len() - 1)]
+    }
+}
+
+fn is_ball(map: &MappedMap) -> bool {
+    matches!(map.mapping().single_disc(), Some((Profile::Ball, _)))
+}
+
 // A function of band l over an interval of the angle h behaves like cos(l t), |t| <= h/2, at worst. The q-point rule
 // has an error of about the first term of the series that it does not integrate, (l h/2)^2q / (2q)!, times a factor
 // below 1.
@@ -138,14 +179,24 @@ impl Rows<'_> {
 // ρ^-2q, ρ = (1 + √(1 + η²))/η.
 //
 // Texels are not squares: their longest side is at most about twice the root of their mean solid angle for pictures of
-// natural proportions, and longer by the root of the stretch for others.
+// natural proportions, and longer by the root of the stretch for others. Those of a ball have equal solid angles and are
+// the longer in θ the nearer they are to the rim, where θ = 2 asin r: up to 4.8/√w in a picture of w columns.
 
-/// The number of nodes across a texel.
+/// The number of nodes across a texel; on a ball, of one away from the rim.
 fn node_count(map: &MappedMap, order: usize) -> usize {
     let natural = map.mapping().height_for(map.width()) as f64 / map.height() as f64;
     let stretch = natural.max(1.0 / natural);
     let texels = map.width() as f64 * map.height() as f64;
-    let side = 2.0 * (4.0 * std::f64::consts::PI * stretch / texels).sqrt();
+    nodes_across(map.mapping(), order, 2.0 * (4.0 * std::f64::consts::PI * stretch / texels).sqrt())
+}
+
+/// The number of nodes across this texel of a ball, for its length in θ alone.
+fn ball_node_count(map: &MappedMap, order: usize, texel: &Rect) -> usize {
+    nodes_across(map.mapping(), order, texel.theta_extent(Profile::Ball) / BALL_STRETCH)
+}
+
+/// The number of nodes across a texel with this longest side.
+fn nodes_across(mapping: Mapping, order: usize, side: f64) -> usize {
     let half = 0.5 * (order - 1) as f64 * side.min(std::f64::consts::PI);
     let mut error = 1.0;
     let mut q = 0;
@@ -157,8 +208,7 @@ fn node_count(map: &MappedMap, order: usize) -> usize {
     let rho = (1.0 + 1.0_f64.hypot(part)) / part;
     let q = q.max((-0.5 * NODE_ERROR.ln() / rho.ln()).ceil() as usize).min(MAX_NODES);
     // In a disc the azimuth runs over a quarter turn in the texels around the center, however small they are.
-    let disc =
-        matches!(map.mapping(), Mapping::Sphere | Mapping::MirrorBall | Mapping::Angular | Mapping::DualParaboloid);
+    let disc = matches!(mapping, Mapping::Sphere | Mapping::MirrorBall | Mapping::Angular | Mapping::DualParaboloid);
     q.max(2) + if disc { 4 } else { 0 }
 }
 
@@ -193,6 +243,32 @@ mod tests {
                 println!("{mapping} {w} x {h}, order {order}: {error:.1e}");
                 assert!(error < 1e-12, "{mapping} {w} x {h}, order {order}: {error}");
             }
+        }
+    }
+
+    #[test]
+    fn the_long_texels_at_the_rim_of_a_ball_have_enough_nodes() {
+        // Only one texel, at the left end of the ball, is summed: the integrals over all others would take seconds.
+        for (size, order) in [(32, 60), (64, 60)] {
+            let lit = |x: usize, y: usize| (x, y) == (0, size / 2 - 1);
+            let mut random = Random::new(5);
+            let texels = (0..size * size).map(|_| Rgb::splat(1.0 + random.unit() as f32)).collect();
+            let map = MappedMap::new(Mapping::MirrorBall, size, size, texels).unwrap();
+            // The same function on a map whose texels are parts of this one's.
+            let fine = 4 * size;
+            let texels = (0..fine * fine).map(|i| map.texel(i % fine / 4, i / fine / 4)).collect();
+            let fine = MappedMap::new(Mapping::MirrorBall, fine, fine, texels).unwrap();
+            let sum = |map: &MappedMap, wanted: &(dyn Fn(usize, usize) -> bool + Sync)| {
+                let parts = of_texels(map, order, node_count(map, order), wanted);
+                parts.into_iter().fold(vec![0.0_f64; coefficient_count(order)], |sum, part| {
+                    sum.into_iter().zip(part).map(|(a, b)| a + b.g).collect()
+                })
+            };
+            let (found, expected) = (sum(&map, &lit), sum(&fine, &|x, y| lit(x / 4, y / 4)));
+            let norm = expected.iter().map(|c| c * c).sum::<f64>().sqrt();
+            let error = found.iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / norm;
+            println!("{size} x {size}, order {order}: {error:.1e}");
+            assert!(error < 1e-11, "{size} x {size}, order {order}: {error:e}");
         }
     }
 }

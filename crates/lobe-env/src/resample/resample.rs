@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use lobe_io::Job;
 use lobe_sh::Rotation;
 
+use crate::map::finite::{all_finite, expect_finite};
 use crate::mapping::taps::Grid;
 use crate::resample::balance::Balance;
 use crate::resample::passes::Passes;
@@ -90,11 +91,12 @@ impl Resample {
 /// ```
 ///
 /// # Errors
-/// [`EnvError::Options`] if a side is 0 or a cube's picture is not six times as high as wide, or for a job with a checkpoint;
-/// [`EnvError::Cancelled`] if the watch of the job said to stop.
+/// [`EnvError::Options`] if a side is 0 or a cube's picture is not six times as high as wide, if finite light becomes more
+/// than `f32` holds, or for a job with a checkpoint; [`EnvError::Cancelled`] if the watch of the job said to stop.
 pub fn resample<'a>(map: impl Into<Cow<'a, MappedMap>>, to: &Resample, job: Job<'_>) -> Result<MappedMap, EnvError> {
     let map = map.into();
     MappedMap::check(to.mapping, to.width, to.height)?;
+    let was_finite = all_finite(map.texels());
     let mut passes = Passes::new(job, to.height)?;
     let (source, target) = (map.grid(), Grid::new(to.mapping, to.width, to.height));
     let sampler = Sampler::new(source, target, to.rotation.as_ref());
@@ -104,6 +106,8 @@ pub fn resample<'a>(map: impl Into<Cow<'a, MappedMap>>, to: &Resample, job: Job<
         None => Balance::resample(&sampler, map.into_owned(), &mut passes)?,
     };
     passes.finish()?;
+    // A texel that is alone among dark ones is brightened by what it would lose.
+    expect_finite(&texels, "the resampled light", || was_finite)?;
     Ok(MappedMap::from_rows(to.mapping, to.width, to.height, texels))
 }
 

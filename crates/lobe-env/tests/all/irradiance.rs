@@ -97,8 +97,8 @@ fn brute_force_agrees_with_a_high_order_of_the_same_texels() {
 fn irradiance_pictures_of_a_real_map_agree_within_the_error_of_order_3() {
     for bundled in bundled::all() {
         let map = bundled.map();
-        let (slow, fast) =
-            (irradiance_map_brute_force(&map, 32, 16, Job::default()).unwrap(), irradiance_map(&map, 3, 32, 16));
+        let slow = irradiance_map_brute_force(&map, 32, 16, Job::default()).unwrap();
+        let fast = irradiance_map(&map, 3, 32, 16).unwrap();
         let brightest = slow.texels().iter().map(|t| t.luminance()).fold(0.0, f32::max);
         for (i, (a, b)) in slow.texels().iter().zip(fast.texels()).enumerate() {
             // The cosine kernel of order 3 is off by at most 3/32 of its height at one place.
@@ -143,4 +143,30 @@ fn brute_force_reports_its_progress_and_stops_when_told() {
     assert_eq!(seen, [(0, 8192), (1024, 8192), (2048, 8192)], "texels that were done");
     let refused = irradiance_map_brute_force(&map, 0, 64, Job::default());
     assert!(matches!(refused, Err(EnvError::Options(_))), "no texels");
+}
+
+#[test]
+fn irradiance_beyond_the_largest_number_is_refused() {
+    // π times 3e38 is no number of single precision; π times 1e38 is.
+    let sky = |radiance: f32| EnvMap::from_fn(8, 4, |_| Rgb::new(1.0, radiance, 1.0));
+    let is_finite = |found: Result<EnvMap, EnvError>| match found {
+        Ok(map) => Ok(map.texels().iter().all(|t| t.g.is_finite())),
+        Err(EnvError::Options(message)) => Err(message),
+        Err(error) => panic!("{error}"),
+    };
+    let both = |map: &EnvMap| {
+        let brute_force = irradiance_map_brute_force(map, 16, 8, Job::default());
+        [irradiance_map(map, 3, 16, 8), brute_force].map(is_finite)
+    };
+    for refused in both(&sky(3e38)) {
+        let message = refused.expect_err("not even as infinity");
+        assert!(message.contains("the irradiance") && message.contains("128 texels"), "{message}");
+    }
+    assert_eq!(both(&sky(1e38)), [Ok(true), Ok(true)], "as bright as it can be");
+    // Light that is infinite has an infinite irradiance.
+    assert!(both(&sky(f32::INFINITY)).iter().all(Result::is_ok), "infinite before");
+    for (width, height) in [(0, 8), (16, 0)] {
+        let refused = irradiance_map(&sky(1.0), 3, width, height);
+        assert!(matches!(refused, Err(EnvError::Options(_))), "{width} x {height}: no texels");
+    }
 }

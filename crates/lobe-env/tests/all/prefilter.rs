@@ -386,3 +386,16 @@ fn wrong_options_are_refused_and_the_work_can_be_stopped() {
     assert!(matches!(kept, Err(EnvError::Options(_))), "a checkpoint: {kept:?}");
     assert!(heard.is_sorted() && heard.iter().all(|p| (0.0..=1.0).contains(p)), "parts done: {heard:?}");
 }
+
+#[test]
+fn finite_light_is_refused_rather_than_filtered_to_infinite() {
+    let sky = CubeMap::from_fn(8, |_| Rgb::splat(f32::MAX));
+    for method in [GATHER, IMPORTANCE] {
+        for lobe in [SpecularLobe::Phong { exponent: 1.0 }, ggx(1.0), ggx(0.3)] {
+            match filter_lobe(&sky, lobe, 4, method, Job::default()) {
+                Ok(map) => assert!(map.texels().iter().all(|t| t.g.is_finite()), "{lobe:?}: an infinite texel"),
+                Err(error) => assert!(error.to_string().contains("the filtered light"), "{lobe:?}: {error}"),
+            }
+        }
+    }
+}

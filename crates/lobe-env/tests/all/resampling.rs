@@ -546,3 +546,16 @@ fn a_resampling_says_how_far_it_is_and_stops_where_it_is_told_to() {
     let refused = resample(&map, &to, Job::default().kept_in("c.checkpoint"));
     assert!(matches!(refused, Err(EnvError::Options(_))), "{refused:?}");
 }
+
+#[test]
+fn finite_light_is_refused_rather_than_turned_into_infinite() {
+    // Each alone among black ones: what such a texel would lose by interpolation is added to it, and there is no room.
+    let sparse = |i: usize| if i.is_multiple_of(7) { f32::MAX } else { 0.0 };
+    let texels = (0..32 * 16).map(|i| Rgb::splat(sparse(i))).collect();
+    let map = MappedMap::new(Mapping::LatLong, 32, 16, texels).unwrap();
+    let turn = Rotation::from_axis_angle(Dir::from_angles(1.0, 2.0), 0.9);
+    match rotate_map(&map, &turn, Job::default()) {
+        Ok(turned) => assert!(turned.texels().iter().all(|t| t.g.is_finite()), "an infinite texel"),
+        Err(error) => assert!(error.to_string().contains("the resampled light"), "{error}"),
+    }
+}

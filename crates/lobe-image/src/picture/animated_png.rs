@@ -1,6 +1,7 @@
 //! Animated PNG files.
 
 use std::io::Write;
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 use lobe_io::{StagedFile, StagedWriter};
@@ -31,6 +32,9 @@ pub struct AnimatedPng<W: Write> {
 }
 
 impl<W: Write> AnimatedPng<W> {
+    /// The seconds for which a picture can be shown.
+    pub const SECONDS: RangeInclusive<f64> = 0.001..=65.0;
+
     /// Begins a file of `pictures` pictures of one size, each shown for `seconds_per_picture`.
     ///
     /// # Errors
@@ -89,9 +93,10 @@ impl<W: Write> AnimatedPng<W> {
 
 /// The time of a picture, in the unit of files.
 pub(crate) fn milliseconds(seconds: f64) -> Result<u16, ImageError> {
-    let milliseconds = (1000.0 * seconds).round();
-    if !(1.0..=65_000.0).contains(&milliseconds) {
-        return Err(ImageError::Options(format!("expected 0.001 to 65 seconds a picture, found {seconds}")));
+    let (milliseconds, shown) = ((1000.0 * seconds).round(), AnimatedPng::<Vec<u8>>::SECONDS);
+    if !shown.contains(&(milliseconds / 1000.0)) {
+        let (least, most) = (shown.start(), shown.end());
+        return Err(ImageError::Options(format!("expected {least} to {most} seconds a picture, found {seconds:?}")));
     }
     Ok(milliseconds as u16)
 }

@@ -1,12 +1,14 @@
 //! OpenEXR's attribute `envmap`.
 
+use std::f64::consts::PI;
 use std::io::Cursor;
 
 use exr::meta::attribute::EnvironmentMap;
 use exr::prelude::{Image, SpecificChannels, Vec2, WritableImage};
-use lobe_env::{FileFormat, LoadedMap, MapReadOptions, lat_long, read_map_bytes};
+use lobe_env::{CubeHandedness, FileFormat, LoadedMap, MapReadOptions, lat_long, read_map_bytes};
 use lobe_image::{PictureReadOptions, read_picture_bytes};
 use lobe_sh::{Dir, Rgb};
+use lobe_testkit::directions;
 
 /// A file of `width` x `height` with the attribute.
 fn exr_with_envmap(
@@ -48,6 +50,13 @@ fn openexr_direction(f: usize, x: usize, y: usize, size: usize) -> [f64; 3] {
     }
 }
 
+/// The y-up direction of texel `(x, y)` of a lat-long picture, from OpenEXR's own function (`LatLongMap::direction`).
+fn openexr_lat_long_direction(x: usize, y: usize, (width, height): (usize, usize)) -> [f64; 3] {
+    let latitude = -PI * (y as f64 / (height - 1) as f64 - 0.5);
+    let longitude = -2.0 * PI * (x as f64 / (width - 1) as f64 - 0.5);
+    [longitude.sin() * latitude.cos(), latitude.sin(), longitude.cos() * latitude.cos()]
+}
+
 fn cube_exr(size: usize) -> Vec<u8> {
     exr_with_envmap((size, 6 * size), EnvironmentMap::Cube, |x, y| {
         openexr_direction(y / size, x, y % size, size).map(|c| c as f32 + 2.0)
@@ -68,7 +77,7 @@ fn cube_faces_look_where_openexr_says() {
             for (x, y) in [(0, 0), (size - 1, 0), (0, size - 1), (size / 2, size / 3)] {
                 // Each texel holds the point of the cube that it looks at, in OpenEXR's y-up axes.
                 let [px, py, pz] = map.texel(face, x, y).to_array().map(|c| f64::from(c) - 2.0);
-                let found = Dir::new([px, -pz, py]).unwrap();
+                let found = Dir::new([pz, px, py]).unwrap();
                 let error =
                     found.to_array().into_iter().zip(map.dir(face, x, y).to_array()).map(|(a, b)| (a - b).abs());
                 let error = error.fold(0.0, f64::max);
@@ -104,6 +113,37 @@ fn a_lat_long_map_with_the_attribute_has_its_outer_texels_on_the_edges() {
         }
     }
     // Half a texel would be an error of 0.05.
+}
+
+#[test]
+fn both_encodings_show_one_sky_alike() {
+    // A sky that tells its directions, by OpenEXR's names.
+    let sky = |d: [f64; 3]| Dir::new(d).unwrap().to_array().map(|c| c as f32 + 2.0);
+    let (picture, size) = ((256, 128), 64);
+    let flat = exr_with_envmap(picture, EnvironmentMap::LatitudeLongitude, |x, y| {
+        sky(openexr_lat_long_direction(x, y, picture))
+    });
+    let cube = |sign: f64| {
+        exr_with_envmap((size, 6 * size), EnvironmentMap::Cube, |x, y| {
+            let [x, y, z] = openexr_direction(y / size, x, y % size, size);
+            sky([sign * x, y, z])
+        })
+    };
+    let right = MapReadOptions::default();
+    let left = MapReadOptions::default().handedness(CubeHandedness::Left);
+    let files = [("lat-long", flat, &right), ("cube", cube(1.0), &right), ("left-handed cube", cube(-1.0), &left)];
+    for (name, bytes, options) in files {
+        let map = read_map_bytes(&bytes, "test", options).unwrap().0.into_base();
+        for v in directions() {
+            // The middle of the lat-long picture, OpenEXR's +z, is Lobe's +x; OpenEXR's +x, left of it, is +y.
+            let s = Dir::new(v).unwrap();
+            let expected = [s.y(), s.z(), s.x()];
+            let found = map.radiance(s).to_array();
+            let error = (0..3).map(|i| (f64::from(found[i]) - 2.0 - expected[i]).abs()).fold(0.0, f64::max);
+            // Half a texel of the lat-long picture is 0.012; a quarter turn is an error of 1.
+            assert!(error < 0.02, "{name} towards {s:?}: {found:?} against {expected:?}");
+        }
+    }
 }
 
 #[test]
