@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::FileFormat;
 use lobe::image::{
@@ -19,6 +20,9 @@ use crate::run::talk::Talk;
 
 /// The probability that two pictures of the same light are told apart by mistake.
 const SIGNIFICANCE: f64 = 0.01;
+
+/// The least degrees of freedom of a variance that is tested, one fewer than paths in a pixel where these are few.
+const LEAST_FREEDOM: f64 = 5.0;
 
 #[expect(clippy::doc_markdown, reason = "the keys of the JSON are shown on a terminal")]
 #[derive(Args)]
@@ -116,8 +120,7 @@ impl Compare {
         let flip = self.flip(&image, &reference)?;
         let ErrorReport { rmse, psnr, .. } = compare(a.pixels(), b.pixels());
         let relmse = relative_mse(a.pixels(), b.pixels());
-        let measured = image.measured().zip(reference.measured());
-        let z_test = measured.map(|(a, b)| ZTest::new(&a, &b)).transpose()?;
+        let z_test = self.z_test(&image, &reference)?;
         if let Some(path) = &self.output {
             flip.picture().write_png(path, &Tone::PLAIN)?;
         }
@@ -139,6 +142,22 @@ impl Compare {
             output::print(&text(&found))?;
         }
         Ok(self.is_close(&found) && z_test.is_none_or(|test| test.passes(SIGNIFICANCE)))
+    }
+
+    /// The test by variance; none if the pictures were read without.
+    fn z_test(&self, image: &Read, reference: &Read) -> anyhow::Result<Option<ZTest>> {
+        let Some((a, b)) = image.measured().zip(reference.measured()) else { return Ok(None) };
+        for (path, measured) in [(&self.image, &a), (&self.reference, &b)] {
+            let (place, found) = (path.display(), measured.degrees_of_freedom);
+            if found < LEAST_FREEDOM {
+                bail!(
+                    "{place}: expected a variance of at least {LEAST_FREEDOM} degrees of freedom, found {found}; \
+                     lobe render --samples {} or more gives it",
+                    LEAST_FREEDOM + 1.0
+                );
+            }
+        }
+        Ok(Some(ZTest::new(&a, &b)?))
     }
 
     fn is_close(&self, found: &Found) -> bool {

@@ -188,6 +188,11 @@ impl Shape {
                             "--half-angle: from outside a ball is seen under 90 degrees at most, not {degrees}"
                         )
                     }
+                    (SphereSize { half_angle: Some(_), .. }, Some(_)) => {
+                        anyhow::bail!(
+                            "--radius: only with --distance; --half-angle says by itself how large the ball looks"
+                        )
+                    }
                     _ => anyhow::bail!("no size given: --half-angle, or --distance with --radius, says how large"),
                 };
                 (light, common)

@@ -1,10 +1,11 @@
-//! Compression of transfer by clustered principal components, and its fit by zonal lobes: files into files, as the command makes them.
+//! Compression of transfer by clustered principal components or to 16 bits, and its fit by zonal lobes: files into files, as the command makes them.
 
 use std::path::{Path, PathBuf};
 
 use lobe::prt::{
-    CompressOptions, CompressReport, CompressedTransfer, PrtError, Recipe, Transfer, WeightBits, ZonalFitOptions,
-    error_curve as curve_of, fit_zonal, read_baked, read_transfer, write_compressed_transfer, write_zonal_transfer,
+    CompressOptions, CompressReport, CompressedTransfer, HalfTransfer, PrtError, Recipe, Transfer, WeightBits,
+    ZonalFitOptions, error_curve as curve_of, fit_zonal, read_baked, read_transfer, write_compressed_transfer,
+    write_half_transfer, write_zonal_transfer,
 };
 use lobe::scene::SceneReadOptions;
 use pyo3::prelude::*;
@@ -72,19 +73,33 @@ pub(crate) fn compress<'py>(
     let (transfer, recipe) = read_answered(py, input)?;
     let (compressed, report) =
         watched(py, progress.as_ref(), None, |job| CompressedTransfer::new(&transfer, &options, job))?;
-    let recipe = recipe
-        .clusters(options.clusters)
-        .components(options.components)
-        .weights(8 * options.weights.bytes())
-        .relative_error(report.relative_error)
-        .compressed_by(env!("CARGO_PKG_VERSION").to_owned());
+    let recipe = recipe.of_compressed(&options, &report);
     py.detach(|| write_compressed_transfer(&output, &compressed, &recipe)).map_err(|error| error_of(&error))?;
     let all = report_of_compression(py, &report)?;
     all.set_item("receivers", transfer.receivers())?;
     Ok(all)
 }
 
-/// A point of a curve: clusters, components, the squared and the relative error, and bytes with weights of single precision.
+/// Rounds the transfer of a file to 16 bits.
+#[pyfunction]
+pub(crate) fn compress_f16(py: Python<'_>, input: PathBuf, output: PathBuf) -> PyResult<Bound<'_, PyDict>> {
+    prepare(&output, &["safetensors"], &[&input])?;
+    let name = input.display().to_string();
+    let (transfer, recipe) = read_answered(py, input)?;
+    let rounded = py.detach(|| HalfTransfer::new(&transfer));
+    let (halves, report) = rounded.map_err(|error| value_error(format!("{name}: {error}")))?;
+    py.detach(|| write_half_transfer(&output, &halves, &recipe.of_halves(&report)))
+        .map_err(|error| error_of(&error))?;
+    let all = PyDict::new(py);
+    all.set_item("receivers", transfer.receivers())?;
+    all.set_item("relative_error", report.relative_error)?;
+    all.set_item("bytes_before", report.bytes_before)?;
+    all.set_item("bytes", report.bytes)?;
+    all.set_item("ratio", report.ratio)?;
+    Ok(all)
+}
+
+/// A point of a curve: clusters, components, the squared and the relative error, and bytes with weights of 16 bits.
 type Point = (usize, usize, f64, f64, usize);
 
 /// The errors of all pairs of numbers of clusters and components.
@@ -97,7 +112,7 @@ pub(crate) fn error_curve(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Vec<Point>> {
     let (transfer, _) = read_answered(py, input)?;
-    let options = CompressOptions::default();
+    let options = compress_options(None, None, None)?;
     let points =
         watched(py, progress.as_ref(), None, |job| curve_of(&transfer, &clusters, &components, &options, job))?;
     let numbers = points.iter().map(|p| (p.clusters, p.components, p.squared_error, p.relative_error, p.bytes));

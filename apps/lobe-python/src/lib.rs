@@ -46,7 +46,7 @@ mod _lobe {
     #[pymodule_export]
     use crate::bakes::{Bake, Transfer, load_transfer};
     #[pymodule_export]
-    use crate::compression::{compress, error_curve, fit_lobes};
+    use crate::compression::{compress, compress_f16, error_curve, fit_lobes};
     #[pymodule_export]
     use crate::encodings::{Encoded, encode, encoding_errors};
     #[pymodule_export]

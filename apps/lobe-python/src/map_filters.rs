@@ -11,7 +11,7 @@ use lobe::sh::{Coefficient as _, Dir};
 use numpy::{PyArrayDyn, PyReadonlyArray2};
 use pyo3::prelude::*;
 
-use crate::job::{answered, watched};
+use crate::job::{answered, error_of, watched};
 use crate::maps::Map;
 use crate::rows::{array_of, contiguous, value_error};
 
@@ -93,7 +93,8 @@ pub(crate) fn irradiance(
         return watched(py, None, None, |job| irradiance_map_brute_force(&map, width, height, job)).map(Map::from);
     };
     let (map, size) = (Arc::clone(&map.0), map.size().max(3 * width * height));
-    Ok(answered(py, size, move || irradiance_map(&map, order, width, height))?.into())
+    let found = answered(py, size, move || irradiance_map(&map, order, width, height))?;
+    found.map(Map::from).map_err(|error| error_of(&error))
 }
 
 /// Normals whose irradiance is summed before the interpreter may stop the work.

@@ -27,6 +27,28 @@ def test_compressed_transfer_is_that_of_the_command(baked, tmp_path):
     assert found == told
 
 
+def test_transfer_in_16_bits_is_that_of_the_command_and_lights_as_the_nearest_numbers_do(baked, tmp_path):
+    told = lobe_json("compress", baked, "--f16 -o", tmp_path / "a.safetensors")
+    found = lobe.compress_f16(baked, tmp_path / "b.safetensors")
+    assert (tmp_path / "a.safetensors").read_bytes() == (tmp_path / "b.safetensors").read_bytes()
+    assert found == told and found["ratio"] == 2 and 0 < found["relative_error"] < 2**-11
+    halves = lobe.Transfer(tmp_path / "b.safetensors")
+    rounded = lobe.Transfer(baked).coefficients.astype(np.float16).astype(np.float32)
+    np.testing.assert_array_equal(halves.coefficients, rounded)
+    lit = np.einsum("vci,ic->vc" if rounded.ndim == 3 else "vi,ic->vc", rounded, SKY.coefficients)
+    np.testing.assert_allclose(halves.exit_radiance(SKY), lit, rtol=1e-5, atol=1e-6)
+
+
+def test_coefficients_that_16_bits_cannot_hold_are_refused_by_the_name_of_their_file(tmp_path):
+    path = tmp_path / "large.safetensors"
+    lobe.bake("built-in:ball", path, lobe.BakeOptions(order=2, samples=1, mode="unshadowed"))
+    # The last number.
+    path.write_bytes(path.read_bytes()[:-4] + np.float32(-70000).tobytes())
+    with pytest.raises(ValueError, match=r"large\.safetensors: transfer of 16 bits: expected coefficients below 65520 in size, found -70000"):
+        lobe.compress_f16(path, tmp_path / "o.safetensors")
+    assert [file.name for file in tmp_path.iterdir()] == ["large.safetensors"], "nothing is left behind"
+
+
 def test_the_error_is_that_of_the_light_and_falls_with_more_components(baked, tmp_path):
     exact = lobe.Transfer(baked)
     errors = []
@@ -110,6 +132,7 @@ def test_what_contradicts_itself_is_refused(baked, tmp_path):
     adaptive = lobe.BakeOptions(adaptive=0.1, max_vertices=3)
     for call, error, message in [
         (lambda: lobe.compress(baked, tmp_path / "o.glb"), ValueError, "expected a name that ends in .safetensors"),
+        (lambda: lobe.compress_f16(baked, tmp_path / "o.glb"), ValueError, "expected a name that ends in .safetensors"),
         (lambda: lobe.compress(tmp_path / "none.glb", out), OSError, "none.glb"),
         (lambda: lobe.compress(baked, out, weights=4), ValueError, "weights: expected 8, 16 or 32 bits"),
         (lambda: lobe.compress(baked, out, clusters=0), ValueError, "clusters: expected 1 to 65536"),

@@ -8,21 +8,19 @@ use crate::args::values;
 /// As many as a row of the highest order in color has numbers.
 const MAX_COMPONENTS: usize = 3 * Transfer::MAX_ORDER * Transfer::MAX_ORDER;
 
-/// Options of what can be compressed, and is if any of them is given.
+/// Options of transfer, which is compressed if any of them is given. Fields have the same with other words and defaults.
 #[derive(Args)]
 pub(crate) struct Compression {
-    /// Compress to this many clusters of vertices, or of sample points of a field, at most, 1 to 65536; 1 gives ordinary principal
-    /// components [default where there is compression: 64]
+    /// Compress to this many clusters at most, 1 to 65536; 1 gives ordinary principal components [default where there is
+    /// compression: 64]
     #[arg(long, value_name = "K", value_parser = clusters)]
-    clusters: Option<usize>,
-    /// Compress to this many components in each cluster, 0 to 192; 0 gives vector quantization [default likewise: 8, of a
-    /// field 4]
+    pub(super) clusters: Option<usize>,
+    /// Compress to this many components in each cluster, 0 to 192; 0 gives vector quantization [default likewise: 8]
     #[arg(long, value_name = "N", value_parser = components)]
-    components: Option<usize>,
-    /// Compress, with this many bits for each weight: 8 or 16 in steps of its range, or 32 [default likewise: 16, of
-    /// a field 32]
+    pub(super) components: Option<usize>,
+    /// Compress, with this many bits for each weight: 8 or 16 in steps of its range, or 32 [default likewise: 16]
     #[arg(long, value_name = "BITS", value_parser = weight_bits)]
-    weights: Option<WeightBits>,
+    pub(super) weights: Option<WeightBits>,
 }
 
 impl Compression {
@@ -56,16 +54,16 @@ impl Compression {
     }
 }
 
-fn clusters(text: &str) -> Result<usize, String> {
+pub(super) fn clusters(text: &str) -> Result<usize, String> {
     values::whole(text, 1, CompressOptions::MAX_CLUSTERS, "a number of clusters")
 }
 
-fn components(text: &str) -> Result<usize, String> {
+pub(super) fn components(text: &str) -> Result<usize, String> {
     values::whole(text, 0, MAX_COMPONENTS, "a number of components")
 }
 
 /// The bits of a weight.
-fn weight_bits(text: &str) -> Result<WeightBits, String> {
+pub(super) fn weight_bits(text: &str) -> Result<WeightBits, String> {
     match text {
         "8" => Ok(WeightBits::U8),
         "16" => Ok(WeightBits::U16),

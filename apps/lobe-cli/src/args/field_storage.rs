@@ -2,10 +2,10 @@
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use lobe::prt::CompressOptions;
+use lobe::prt::{CompressOptions, WeightBits};
 use lobe::shadow::{FieldStorage, StorageReport};
 
-use crate::args::compression::Compression;
+use crate::args::compression::{Compression, clusters, components, weight_bits};
 use crate::run::talk::Talk;
 
 /// Clusters and components of `--storage clustered` where none are given: at order 4 less than a third of the bytes of single
@@ -19,8 +19,15 @@ pub(crate) struct StorageOptions {
     /// How numbers are stored
     #[arg(long, value_enum, default_value = "f32")]
     storage: Storage,
-    #[command(flatten)]
-    compression: Compression,
+    /// With --storage clustered: as many clusters at most, 1 to 65536; 1 gives ordinary principal components [default: 64]
+    #[arg(long, value_name = "K", value_parser = clusters)]
+    clusters: Option<usize>,
+    /// With --storage clustered: as many components in each cluster, 0 to 192; 0 gives vector quantization [default: 4]
+    #[arg(long, value_name = "N", value_parser = components)]
+    components: Option<usize>,
+    /// With --storage clustered: as many bits for each weight: 8 or 16 in steps of its range, or 32 [default: 32]
+    #[arg(long, value_name = "BITS", value_parser = weight_bits)]
+    weights: Option<WeightBits>,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -38,13 +45,17 @@ enum Storage {
 impl StorageOptions {
     /// The option that asks for other storage than that of single precision, if one does.
     pub(crate) fn asked(&self) -> Option<&'static str> {
-        (self.storage != Storage::F32).then_some("--storage").or_else(|| self.compression.asked())
+        (self.storage != Storage::F32).then_some("--storage").or_else(|| self.compression().asked())
+    }
+
+    fn compression(&self) -> Compression {
+        Compression { clusters: self.clusters, components: self.components, weights: self.weights }
     }
 
     /// The form that is asked for; refuses options of compression where nothing is compressed.
     pub(crate) fn form(&self) -> anyhow::Result<FieldStorage> {
         if self.storage != Storage::Clustered
-            && let Some(option) = self.compression.asked()
+            && let Some(option) = self.compression().asked()
         {
             bail!("{option}: only of --storage clustered; leave the option out");
         }
@@ -54,7 +65,7 @@ impl StorageOptions {
             Storage::U8 => FieldStorage::U8,
             Storage::Clustered => {
                 let defaults = CompressOptions::default().clusters(CLUSTERS).components(COMPONENTS);
-                FieldStorage::Clustered(self.compression.options_over(defaults))
+                FieldStorage::Clustered(self.compression().options_over(defaults))
             }
         })
     }

@@ -40,10 +40,20 @@ impl<'a> OpenScene<'a> {
                 );
             }
             let Some(scene) = built_in::named(built_in_name) else {
-                let known = built_in::NAMES.map(|known| format!("{BUILT_IN}{known}")).join(", ");
-                bail!("{name}: there is no such scene in the program; there are {known}");
+                let prefixed = |known: &str| format!("{BUILT_IN}{known}");
+                let (known, moving) = (built_in::NAMES.map(prefixed), built_in::MOVING_NAMES.map(prefixed));
+                bail!(
+                    "{name}: there is no such scene in the program; there are {}; of lobe render also {}, which move",
+                    known.join(", "),
+                    moving.join(" and ")
+                );
             };
             return Ok(scene);
+        }
+        if self.input.has_extension(&["json"]) {
+            bail!(
+                "{name}: only lobe render reads descriptions of scenes; expected a file named .gltf, .glb, .vrm, .obj or .ply"
+            );
         }
         let (scene, report) = match &self.gltf {
             Some(gltf) => gltf.scene()?,

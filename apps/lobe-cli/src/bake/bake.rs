@@ -48,6 +48,11 @@ impl Bake {
         let (report, compression) = self.sharing.merged(&checkpoint, baked)?;
         checkpoint.finish();
         tell_if_too_late(&self.output, talk);
+        if self.splitting.is_asked() && !self.is_glb() {
+            let vertices = scene.vertex_count();
+            let text = format!("transfer of {vertices} vertices after splitting; only a .glb holds the split mesh");
+            talk.note(&self.output.display().to_string(), &text);
+        }
         report::Done {
             scene: &scene,
             options: &self.bake_options(),

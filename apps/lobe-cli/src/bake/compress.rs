@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use anyhow::{anyhow, bail};
 use clap::Args;
 use lobe::prt::{
-    CompressOptions, CompressReport, CompressedTransfer, CurvePoint, HalfTransfer, Recipe, Transfer, error_curve,
-    write_compressed_transfer, write_half_transfer,
+    CompressOptions, CompressReport, CompressedTransfer, CurvePoint, HalfReport, HalfTransfer, Recipe, Transfer,
+    error_curve, write_compressed_transfer, write_half_transfer,
 };
 use serde::Serialize;
 
@@ -44,22 +44,12 @@ pub(crate) struct Compress {
 
 /// The JSON of `--json`.
 #[derive(Serialize)]
-struct Printed<'a> {
+struct Printed<R: Serialize> {
     receivers: usize,
     #[serde(flatten)]
-    report: &'a CompressReport,
+    report: R,
     #[serde(skip_serializing_if = "Option::is_none")]
     curve: Option<Vec<CurvePoint>>,
-}
-
-/// The JSON of `--f16 --json`.
-#[derive(Serialize)]
-struct PrintedHalves {
-    receivers: usize,
-    relative_error: f64,
-    bytes_before: usize,
-    bytes: usize,
-    ratio: f64,
 }
 
 impl Compress {
@@ -76,13 +66,7 @@ impl Compress {
         let Ok((compressed, report)) = compressed else {
             bail!("stopped; nothing is written, and the same command starts anew")
         };
-        let recipe = recipe
-            .clusters(options.clusters)
-            .components(options.components)
-            .weights(8 * options.weights.bytes())
-            .relative_error(report.relative_error)
-            .compressed_by(env!("CARGO_PKG_VERSION").to_owned());
-        write_compressed_transfer(&self.output, &compressed, &recipe)?;
+        write_compressed_transfer(&self.output, &compressed, &recipe.of_compressed(&options, &report))?;
         tell_if_too_late(&self.output, talk);
         let curve = if self.curve { Some(self.curve_of(&transfer, &options, talk)?) } else { None };
         if self.json {
@@ -93,17 +77,14 @@ impl Compress {
     }
 
     fn to_halves(&self, transfer: &Transfer, recipe: Recipe, talk: Talk) -> anyhow::Result<()> {
-        let halves =
+        let (halves, report) =
             HalfTransfer::new(transfer).map_err(|error| anyhow!("{}: {error}", self.input.path().display()))?;
-        let relative_error = halves.relative_error(transfer);
-        write_half_transfer(&self.output, &halves, &recipe_of_halves(recipe, relative_error))?;
+        write_half_transfer(&self.output, &halves, &recipe.of_halves(&report))?;
         tell_if_too_late(&self.output, talk);
-        let (bytes_before, bytes) = (size_of_val(transfer.coefficients()), size_of_val(halves.coefficients()));
-        let ratio = bytes_before as f64 / bytes as f64;
         if self.json {
-            let receivers = transfer.receivers();
-            return output::print_json(&PrintedHalves { receivers, relative_error, bytes_before, bytes, ratio });
+            return output::print_json(&Printed { receivers: transfer.receivers(), report, curve: None });
         }
+        let HalfReport { relative_error, bytes, bytes_before, .. } = report;
         output::print(&format!("relative error  {relative_error:.3e}\nbytes           {bytes} of {bytes_before}\n"))
     }
 
@@ -124,14 +105,6 @@ fn bytes_of_work(transfer: &Transfer) -> usize {
     7 * size_of_val(transfer.coefficients()) / 2 + 104 * transfer.receivers()
 }
 
-/// The recipe of transfer in 16 bits, of which all coefficients are there. What it lost before, in clusters or by other rounding, is in its error.
-fn recipe_of_halves(recipe: Recipe, error: f64) -> Recipe {
-    let error = error.hypot(recipe.relative_error.unwrap_or(0.0));
-    let mut recipe = recipe.relative_error(error).compressed_by(env!("CARGO_PKG_VERSION").to_owned());
-    (recipe.clusters, recipe.components, recipe.weights) = (None, None, None);
-    recipe
-}
-
 /// The same where transfer becomes one of 16 bits.
 fn bytes_of_halves(transfer: &Transfer) -> usize {
     3 * size_of_val(transfer.coefficients()) / 2
@@ -143,7 +116,7 @@ fn text(report: &CompressReport, curve: Option<&[CurvePoint]>) -> String {
         report.clusters, report.components, report.relative_error, report.bytes, report.bytes_before, report.ratio
     );
     if let Some(points) = curve {
-        text += "\nclusters  components  relative error  bytes with weights of 32 bits\n";
+        text += "\nclusters  components  relative error  bytes\n";
         for p in points {
             text += &format!("{:8}  {:10}  {:14.3e}  {}\n", p.clusters, p.components, p.relative_error, p.bytes);
         }

@@ -71,7 +71,7 @@ fn transfer(bench: &mut Bench<'_>) -> anyhow::Result<()> {
 fn half_transfer(bench: &mut Bench<'_>) -> anyhow::Result<()> {
     for (name, channels) in [("transfer-f16", Channels::Gray), ("transfer-f16-rgb", Channels::Rgb)] {
         if bench.wants(name) {
-            let transfer = HalfTransfer::new(&any_transfer(channels)?)?;
+            let (transfer, _) = HalfTransfer::new(&any_transfer(channels)?)?;
             let cost = cost_of_transfer(channels, size_of::<u16>());
             let above = "numbers are converted into the first-level cache, and what is written counts as read";
             shading(bench, name, (cost, above), |light, out| transfer.exit_radiance_into(light, out));

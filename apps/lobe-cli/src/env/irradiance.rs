@@ -81,7 +81,7 @@ impl EnvIrradiance {
         let Some(output) = &self.output else { return Ok(()) };
         let height = self.size.unwrap_or(DEFAULT_SIZE);
         let irradiance = match &source {
-            Source::Any(map) => irradiance_map(map, order, 2 * height, height),
+            Source::Any(map) => irradiance_map(map, order, 2 * height, height)?,
             Source::LatLong(map) => {
                 talk.watch("irradiance", |job| irradiance_map_brute_force(map, 2 * height, height, job))?
             }

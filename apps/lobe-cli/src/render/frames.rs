@@ -28,8 +28,8 @@ pub(crate) struct Frames<'a> {
     pub(crate) is_kept: bool,
     /// Whether bakes of parts that move are kept until all pictures are done.
     pub(crate) keeps_bakes: bool,
-    /// In the animation.
-    pub(crate) seconds_per_frame: f64,
+    /// In the animation; without it none is written.
+    pub(crate) seconds_per_frame: Option<f64>,
     pub(crate) talk: Talk,
 }
 
@@ -48,9 +48,9 @@ impl Frames<'_> {
             checkpoints.iter().try_for_each(Checkpoint::discard)?;
         }
         ctrl_c::watch();
-        match self.pictures.animation_path() {
+        match self.pictures.animation_path().zip(self.seconds_per_frame) {
             None => self.render_each(&checkpoints, render, &mut |_, _| Ok(()))?,
-            Some(path) => self.render_animation(&path, &checkpoints, render)?,
+            Some((path, seconds)) => self.render_animation(&path, seconds, &checkpoints, render)?,
         }
         checkpoints.iter().for_each(Checkpoint::finish);
         Ok(())
@@ -59,11 +59,11 @@ impl Frames<'_> {
     fn render_animation(
         &self,
         path: &Path,
+        seconds_per_frame: f64,
         checkpoints: &[Checkpoint],
         render: &mut RenderOne<'_>,
     ) -> anyhow::Result<()> {
-        let (width, height) = self.size;
-        let (frames, seconds_per_frame) = (checkpoints.len(), self.seconds_per_frame);
+        let ((width, height), frames) = (self.size, checkpoints.len());
         let sequence = FrameSequence { width, height, frames, seconds_per_frame };
         sequence
             .animate(path, |add| self.render_each(checkpoints, render, &mut |picture, tone| Ok(add(picture, tone)?)))

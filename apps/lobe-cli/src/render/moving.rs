@@ -5,12 +5,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
+use lobe::image::AnimatedPng;
 use lobe::prt::{AlbedoMode, BakeOptions};
 use lobe::render::{MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, MovingShading, VisibilityGridOptions};
 use lobe::sh::ExpMethod;
 use lobe::shadow::{
-    FieldOptions, LogTable, LogTableOptions, RadialInterpolation, ShadowFieldOptions, ShadowOptions, cached_log_table,
-    read_log_table,
+    FieldOptions, LogTable, LogTableOptions, RadialInterpolation, SceneDescription, ShadowFieldOptions, ShadowOptions,
+    cached_log_table, read_log_table,
 };
 
 use crate::args::exponential::fast_exponential;
@@ -18,11 +19,15 @@ use crate::args::memory::MemoryLimit;
 use crate::args::open_scene::OpenScene;
 use crate::args::scene_input::tell;
 use crate::args::values;
+use crate::render::pictures::Pictures;
 use crate::run::bake_watch::Checkpoint;
 use crate::run::talk::Talk;
 
 /// Pictures for each second of `--frames A..B`, as films have.
 const FRAMES_PER_SECOND: f64 = 24.0;
+
+/// The fewest pictures for each second: the time of every picture is then a number.
+const LEAST_FRAMES_PER_SECOND: f64 = 1e-300;
 
 /// The most points of a grid, of which each takes `order²` numbers. A larger number is taken for a typing error.
 const MAX_STILL_POINTS: usize = 1 << 24;
@@ -57,8 +62,9 @@ pub(crate) struct MovingInput {
     /// [default: 0]
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true, value_parser = values::finite)]
     time: Option<f64>,
-    /// With --frames A..B: pictures for each second [default: 24]
-    #[arg(long, value_name = "N", value_parser = values::positive)]
+    /// With --frames A..B: pictures for each second, 1/65 to 1000 in an animated .png; at others, .exr pictures are written without it
+    /// [default: 24]
+    #[arg(long, value_name = "N", value_parser = frames_per_second)]
     fps: Option<f64>,
     /// Begin anew when the animation or all tracks have ended; without this they rest there
     #[arg(long = "loop")]
@@ -123,6 +129,15 @@ impl From<InterpolationName> for RadialInterpolation {
             InterpolationName::Linear => Self::Linear,
             InterpolationName::Cubic => Self::Cubic,
         }
+    }
+}
+
+fn frames_per_second(text: &str) -> Result<f64, String> {
+    match values::positive(text)? {
+        few if few < LEAST_FRAMES_PER_SECOND => {
+            Err(format!("expected {LEAST_FRAMES_PER_SECOND:e} pictures for each second at least, found {few:e}"))
+        }
+        fps => Ok(fps),
     }
 }
 
@@ -201,12 +216,25 @@ impl MovingInput {
     }
 
     /// Refuses options that contradict each other.
-    pub(crate) fn check(&self, has_range: bool, method: Option<MovingMethod>) -> anyhow::Result<()> {
+    pub(crate) fn check(&self, pictures: &Pictures, method: Option<MovingMethod>) -> anyhow::Result<()> {
+        let has_range = pictures.is_range();
         if has_range && self.time.is_some() {
             bail!("--time: --frames A..B says the times; leave one of them out");
         }
         if self.fps.is_some() && !has_range {
             bail!("--fps: only of --frames A..B; leave the option out");
+        }
+        if let Some(fps) = self.fps
+            && pictures.is_png()
+            && self.seconds_in_animation().is_none()
+        {
+            let shown = AnimatedPng::<Vec<u8>>::SECONDS;
+            bail!(
+                "--fps: an animated .png shows each picture for {} to {} seconds, found {fps:?} pictures for each second; \
+                 give another number, or -o FILE.exr",
+                shown.start(),
+                shown.end()
+            );
         }
         if self.exponential.is_some() && method != Some(MovingMethod::Exponentials) {
             bail!("--exponential: only of --mode shexp; leave the option out");
@@ -229,20 +257,30 @@ impl MovingInput {
     }
 
     /// The time from one picture of a range to the next.
-    pub(crate) fn seconds_per_frame(&self) -> f64 {
+    fn seconds_per_frame(&self) -> f64 {
         self.fps.unwrap_or(FRAMES_PER_SECOND).recip()
     }
 
-    /// Reads or makes the scene. If bakes of it are of use, and a baked file holds some, it brings along those that suit.
-    pub(crate) fn read(&self, open: OpenScene<'_>, bake: Option<&AskedBake>) -> anyhow::Result<MovingScene> {
+    /// The same in an animation; none if that cannot show pictures for so short or so long.
+    pub(crate) fn seconds_in_animation(&self) -> Option<f64> {
+        Some(self.seconds_per_frame()).filter(|seconds| AnimatedPng::<Vec<u8>>::SECONDS.contains(seconds))
+    }
+
+    /// Reads or makes the scene, and says whether a part of it begins anew by itself, so that it never comes to rest. If bakes of it are
+    /// of use, and a baked file holds some, it brings along those that suit.
+    pub(crate) fn read(&self, open: OpenScene<'_>, bake: Option<&AskedBake>) -> anyhow::Result<(MovingScene, bool)> {
         let (input, talk, name) = (open.input, open.talk, open.input.name());
         if input.has_extension(&["json"]) {
             if self.animation.is_some() {
                 bail!("--animation: only of glTF files; a scene description says which animations its entities play");
             }
-            let (moving, reports) = MovingScene::read(input.path(), &input.checked_options(open.memory)?)?;
+            let options = input.checked_options(open.memory)?;
+            let (moving, reports) = MovingScene::read(input.path(), &options)?;
             reports.iter().for_each(|(file, report)| tell(report, &file.display().to_string(), talk));
-            return Ok(moving.looped(self.is_looped));
+            // The span of the scene does not tell which of its animations begin anew.
+            let description = SceneDescription::read(input.path(), options.allow_outside)?;
+            let is_endless = description.entities.iter().any(|entity| entity.is_looped);
+            return Ok((moving.looped(self.is_looped), is_endless));
         }
         let (animated, baked) = open.animated(bake.is_some())?;
         let animation = match &self.animation {
@@ -258,7 +296,7 @@ impl MovingInput {
         {
             talk.note(&name, &note);
         }
-        Ok(moving)
+        Ok((moving, false))
     }
 
     /// Notes which pictures show what has come to its end.

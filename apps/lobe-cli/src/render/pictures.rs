@@ -162,7 +162,7 @@ impl Pictures {
         Ok(())
     }
 
-    fn is_png(&self) -> bool {
+    pub(crate) fn is_png(&self) -> bool {
         has_extension(&self.output, "png")
     }
 }

@@ -232,7 +232,7 @@ impl Render {
             size: self.view.size(),
             is_kept: self.mode == Mode::Truth,
             keeps_bakes: !kept.is_empty(),
-            seconds_per_frame: if is_range { self.moving.seconds_per_frame() } else { SECONDS_PER_FRAME },
+            seconds_per_frame: if is_range { self.moving.seconds_in_animation() } else { Some(SECONDS_PER_FRAME) },
             talk,
         };
         let count = if is_range { 1 } else { self.pictures.count() };
@@ -304,13 +304,17 @@ impl Render {
         let asked = AskedBake { order: self.light.order(), bounces: self.bounces };
         let asked = self.moving_method().map(|_| asked);
         let talk = open.talk;
-        let mut moving = self.moving.read(open, asked.as_ref())?;
+        let (mut moving, is_endless) = self.moving.read(open, asked.as_ref())?;
         let name = self.scene.name();
         let times: Vec<f64> = (0..self.pictures.count()).map(|k| self.moving.time_of(self.pictures.frame(k))).collect();
         if self.pictures.is_turn() && moving.span()[0] < moving.span()[1] {
             talk.note(&name, "stands still while the light turns; --frames A..B lets it move");
-        } else {
+        } else if !is_endless {
             self.moving.note_end(&moving, &times, &name, talk);
+        }
+        if self.pictures.is_range() && self.moving.seconds_in_animation().is_none() {
+            let text = "no animation of the pictures is written, which cannot show each for so short or so long";
+            talk.note(&self.pictures.name(), text);
         }
         let camera = self.view.camera_around(moving_bounds(&moving, &times)?)?;
         let prepared = match self.moving_method() {
@@ -466,7 +470,7 @@ impl Render {
         let method = self.moving_method();
         let bakes = !matches!(self.mode, Mode::Truth | Mode::Irradiance);
         let bounces = matches!(self.mode, Mode::Truth | Mode::Interreflected | Mode::Glossy) || method.is_some();
-        self.moving.check(self.pictures.is_range(), method)?;
+        self.moving.check(&self.pictures, method)?;
         if let Some(option) = self.moving.asked_of_shading().filter(|_| method.is_none()) {
             bail!("{option}: only of --mode fields and shexp; leave the option out");
         }

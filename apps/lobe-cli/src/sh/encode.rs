@@ -27,9 +27,9 @@ pub(crate) struct ShEncode {
     /// matrices of Ramamoorthi and Hanrahan, row after row (both colors, three bands)
     #[arg(long = "as", value_name = "NAME|packed|matrix", value_parser = form)]
     form: Form,
-    /// For encodings of one side of a surface: its geometric normal
-    #[arg(long, value_name = "X,Y,Z", default_value = "0,0,1", allow_hyphen_values = true, value_parser = values::dir)]
-    normal: Dir,
+    /// For encodings of one side of a surface: its geometric normal [default: 0,0,1]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::dir)]
+    normal: Option<Dir>,
     /// Divide by π: not the irradiance E, but what a white matte surface leaves of it, as the shaders of Sloan's paper,
     /// Direct3D and Unity expect
     #[arg(long)]
@@ -53,6 +53,13 @@ enum Form {
     Encoding(IrradianceEncoding),
     Packed,
     Matrix,
+}
+
+impl Form {
+    /// Whether it holds only the normals on one side of a surface.
+    fn is_one_sided(self) -> bool {
+        matches!(self, Self::Encoding(encoding) if encoding.is_hemispherical())
+    }
 }
 
 fn form(text: &str) -> Result<Form, String> {
@@ -89,6 +96,9 @@ fn row(name: impl Into<String>, values: impl Into<Vec<f64>>) -> Row {
 
 impl ShEncode {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
+        if self.normal.is_some() && !self.form.is_one_sided() {
+            bail!("--normal: only of encodings of one side of a surface, such as h-4; leave the option out");
+        }
         let file = self.input.read()?;
         let encoded = match (file.quantity, file.coefficients) {
             (Quantity::Irradiance, FileCoefficients::Scalar(f)) => self.encoded(&f),
@@ -129,7 +139,7 @@ impl ShEncode {
                 ("matrix", 48, numbers)
             }
             Form::Encoding(encoding) => {
-                let encoded = encoding.encode(irradiance, tangent_frame(self.normal));
+                let encoded = encoding.encode(irradiance, tangent_frame(self.normal.unwrap_or(Dir::Z)));
                 let numbers = encoded.numbers().into_iter().map(|(name, values)| row(name, values)).collect();
                 (encoding.name(), encoding.floats(T::CHANNELS), numbers)
             }

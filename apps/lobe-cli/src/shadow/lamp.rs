@@ -134,11 +134,8 @@ impl LampCommand {
         let StorageReport { bytes, relative_error, .. } = report;
         checkpoint.finish();
         tell_if_too_late(&self.output, talk);
-        let patches = match &lamp {
-            Lamp::Sequence(sequence) => sequence.patches().patches(),
-            Lamp::Still(_) => [1, 1],
-        };
-        let printed = Printed { order: self.order, patches, pictures: self.pictures.len(), bytes, relative_error };
+        let (patches, pictures) = (self.patches_of_pictures(), self.pictures.len());
+        let printed = Printed { order: self.order, patches, pictures, bytes, relative_error };
         if self.json {
             return output::print_json(&printed);
         }
@@ -179,6 +176,11 @@ impl LampCommand {
         self.radiance.unwrap_or(Rgb::new(1.0, 1.0, 1.0))
     }
 
+    /// Patches of one radiance along the width and the height: one in all where there is no picture.
+    fn patches_of_pictures(&self) -> [usize; 2] {
+        if self.pictures.is_empty() { [1, 1] } else { self.patches.unwrap_or([8, 8]) }
+    }
+
     fn sphere(&self) -> anyhow::Result<Lamp> {
         let radius = self.radius.context("a sphere has a --radius")?;
         Ok(Lamp::Still(RadianceField::ball(self.order, [0.0; 3], radius, self.radiance())?))
@@ -188,8 +190,7 @@ impl LampCommand {
         let [width, height] = self.size.context("a rectangle has a --size: give it as --size W,H")?;
         // The first row is on top; pixels are mirrored, as `u × v` of rows to the right would point away from who looks.
         let rectangle = Rectangle::upright([width, height], self.two_sided);
-        let patches = if self.pictures.is_empty() { [1, 1] } else { self.patches.unwrap_or([8, 8]) };
-        let options = self.options();
+        let (patches, options) = (self.patches_of_pictures(), self.options());
         self.check_memory(patches, &options)?;
         // A picture that is refused is so before the bake.
         let pictures = self.pictures.iter().map(|path| self.colors(path, patches, talk));

@@ -54,6 +54,12 @@ fn numbers_out_of_range_are_refused_before_any_work() {
         ("--mode fields --time nan", "nan"),
         ("--mode fields --time inf", "inf"),
         ("--mode fields --fps 0 --frames 0..1", "found 0"),
+        (
+            "--mode fields --fps 1e-300 --frames 0..1",
+            "--fps: an animated .png shows each picture for 0.001 to 65 seconds",
+        ),
+        ("--mode fields --fps 1001 --frames 0..1", "found 1001.0 pictures for each second"),
+        ("--mode fields --fps 1e-310 --frames 0..1", "expected 1e-300 pictures for each second at least, found 1e-310"),
         ("--mode shexp --spheres 0", "a number of spheres"),
         ("--mode shexp --sphere-window -1", "-1"),
     ] {

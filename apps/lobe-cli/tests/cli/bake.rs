@@ -95,11 +95,20 @@ fn built_in_scenes_and_split_ones_are_written_as_they_were_baked() {
     let all = baked.transfer.coefficients().iter().fold(0.0, |sum: f32, c| sum.max(c.abs()));
     assert_eq!(all, 0.0, "no light comes into a closed box");
 
-    dir.lobe("bake built-in:furnace -o out.safetensors --samples 4 --order 2 --max-edge 0.1 --quiet").stdout();
+    let (_, notes) =
+        dir.lobe("bake built-in:furnace -o out.safetensors --samples 4 --order 2 --max-edge 0.1").succeeds();
     let (transfer, recipe) = read_transfer(dir.path("out.safetensors")).unwrap();
     let split = scene.split_edges(0.1).unwrap();
     assert_eq!(transfer.receivers(), split.vertex_count(), "vertices of the split scene");
     assert_eq!(recipe.max_edge, Some(0.1), "{recipe:?}");
+    let note = format!(
+        "note: out.safetensors: transfer of {} vertices after splitting; only a .glb holds the split mesh\n",
+        split.vertex_count()
+    );
+    assert!(notes.contains(&note), "{notes}");
+    let render = "render built-in:furnace --transfer out.safetensors --env bundled:studio --mode interreflected";
+    let line = dir.lobe(&format!("{render} --quiet -o x.png")).error();
+    assert!(line.contains("baked with --max-edge or --adaptive it belongs to the split mesh"), "{line}");
 }
 
 #[test]
@@ -269,12 +278,46 @@ fn the_most_triangles_are_what_the_option_says() {
 }
 
 #[test]
+fn the_help_names_every_key_of_the_json() {
+    let dir = with_square(|_| ());
+    let help = dir.lobe("bake --help").stdout();
+    for options in ["--clusters 2 -o c.glb", "--shard 1/2 -o c.safetensors"] {
+        let printed = dir.lobe(&format!("bake scene.gltf --samples 4 --order 1 {options} --json --quiet")).stdout();
+        let printed: Value = serde_json::from_str(&printed).unwrap();
+        let inner = printed.get("compression").and_then(Value::as_object).into_iter().flat_map(serde_json::Map::keys);
+        for key in printed.as_object().unwrap().keys().chain(inner) {
+            assert!(help.contains(&format!("\"{key}\"")), "{options}: {key} is not in the help");
+        }
+    }
+}
+
+#[test]
+fn the_help_of_compression_is_that_of_what_is_compressed() {
+    let dir = Dir::new();
+    let help = |command: &str| {
+        let help = dir.lobe(&format!("{command} --help")).stdout();
+        help.split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    for command in ["bake", "compress"] {
+        let help = help(command);
+        assert!(help.contains("--clusters <K> Compress to this many clusters at most"), "{command}: {help}");
+        assert!(!help.contains("of a field"), "{command} reads no fields: {help}");
+    }
+    for command in ["field", "lamp"] {
+        let help = help(command);
+        assert!(help.contains("--clusters <K> With --storage clustered: "), "{command}: {help}");
+        assert!(help.contains("0 gives vector quantization [default: 4]"), "{command}: {help}");
+    }
+}
+
+#[test]
 fn scenes_that_are_missing_are_named() {
     let dir = Dir::new();
     assert_eq!(refusal(&dir, "none.glb"), "no such file; check the name and the folder", "file");
     assert!(
         refusal(&dir, "built-in:moon").starts_with("there is no such scene in the program; there are built-in:ball, ")
     );
+    assert!(refusal(&dir, "built-in:moon").contains("; of lobe render also built-in:three-objects and "), "that move");
     dir.file("scene.fbx", "Kaydara");
     assert_eq!(refusal(&dir, "scene.fbx"), "expected a file named .gltf, .glb, .vrm, .obj or .ply", "another kind");
     let dir = with_square(|json| json["buffers"][0]["uri"] = json!("none.bin"));

@@ -93,6 +93,19 @@ fn what_cannot_be_compared_is_said_in_one_line() {
 }
 
 #[test]
+fn variances_of_too_few_paths_name_the_picture_and_the_option() {
+    let dir = Dir::new();
+    for (name, samples) in [("few.exr", 5), ("enough.exr", 6)] {
+        let trace = format!("render built-in:ball --env bundled:studio --mode truth --size 8x6 --samples {samples}");
+        dir.lobe(&format!("{trace} --bounces 0 -o {name}")).arg("--quiet").stdout();
+    }
+    let line = dir.lobe("compare enough.exr few.exr --z-test").error();
+    let expected = "few.exr: expected a variance of at least 5 degrees of freedom, found 4; lobe render --samples 6 or more gives it";
+    assert_eq!(line, expected, "five paths");
+    dir.lobe("compare enough.exr enough.exr --z-test").succeeds();
+}
+
+#[test]
 fn traced_pictures_of_one_light_pass_the_test_and_of_another_do_not() {
     let dir = Dir::new();
     let trace = |name: &str, options: &str| {

@@ -162,7 +162,8 @@ fn every_encoding_prints_as_many_numbers_as_it_takes() {
     dir.sh("l.sh.json", Quantity::Radiance, radiance());
     for encoding in IrradianceEncoding::ALL {
         let name = encoding.name();
-        let rows = encoded(&dir, &format!("l.sh.json --as {name} --normal 0,1,0"));
+        let normal = if encoding.is_hemispherical() { "--normal 0,1,0" } else { "" };
+        let rows = encoded(&dir, &format!("l.sh.json --as {name} {normal}"));
         let count: usize = rows.iter().map(|(_, values)| values.len()).sum();
         // The zonal number of a hallucinated ZH3 follows from the others.
         let derived = if matches!(encoding, IrradianceEncoding::Zh3Hallucinated(_)) { 3 } else { 0 };
@@ -179,4 +180,18 @@ fn every_encoding_prints_as_many_numbers_as_it_takes() {
     dir.sh("v.sh.json", Quantity::Visibility, ShVec::constant(3, 1.0));
     let error = dir.lobe("sh encode v.sh.json --as packed").error();
     assert_eq!(error, "v.sh.json: expected radiance or irradiance, found visibility", "visibility");
+}
+
+#[test]
+fn a_normal_is_refused_where_it_has_no_meaning() {
+    let dir = Dir::new();
+    dir.sh("l.sh.json", Quantity::Radiance, radiance());
+    let encodings = IrradianceEncoding::ALL.into_iter().filter(|encoding| !encoding.is_hemispherical());
+    for name in encodings.map(IrradianceEncoding::name).chain(["packed", "matrix"]) {
+        let error = dir.lobe(&format!("sh encode l.sh.json --as {name} --normal 0,1,0")).error();
+        let expected = "--normal: only of encodings of one side of a surface, such as h-4; leave the option out";
+        assert_eq!(error, expected, "{name}");
+    }
+    let [up, unsaid] = ["--normal 0,0,1", ""].map(|normal| encoded(&dir, &format!("l.sh.json --as h-4 {normal}")));
+    assert_eq!(up, unsaid, "without it the surface faces up");
 }

@@ -106,6 +106,12 @@ impl TestCommand {
         self
     }
 
+    /// A variable of the command's environment.
+    pub(crate) fn env(mut self, name: &str, value: &str) -> Self {
+        self.command.env(name, value);
+        self
+    }
+
     /// Runs the command.
     pub(crate) fn output(mut self) -> Output {
         let command = self.command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());

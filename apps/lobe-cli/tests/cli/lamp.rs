@@ -45,7 +45,9 @@ fn pictures_are_seen_from_the_front_and_follow_each_other() {
     let left = [-0.8, 0.0, 0.4];
     let ([r, b], [later_r, later_b]) = (at(&lamp, 0.0, left), at(&lamp, 0.5, left));
     assert!(r > 1.5 * b && later_b > 1.5 * later_r, "{r}, {b} at first, {later_r}, {later_b} half a second later");
-    dir.lobe(&format!("{size} --pictures a.hdr -o one.safetensors")).succeeds();
+    let printed = dir.lobe(&format!("{size} --pictures a.hdr -o one.safetensors --json")).succeeds().0;
+    let printed: Value = serde_json::from_str(&printed).unwrap();
+    assert_eq!((&printed["pictures"], &printed["patches"]), (&1.into(), &serde_json::json!([2, 1])), "{printed}");
     let one = read_lamp(dir.path("one.safetensors")).unwrap();
     assert!(matches!(one, Lamp::Still(_)), "one picture stands");
     let off = (at(&one, 0.0, left)[0] - r).abs();

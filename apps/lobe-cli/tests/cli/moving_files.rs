@@ -112,6 +112,86 @@ fn pictures_past_the_end_are_told() {
 }
 
 #[test]
+fn an_entity_that_begins_anew_by_itself_has_no_end() {
+    let dir = Dir::new();
+    animated_gltf(&dir, &TRIANGLE);
+    let notes = |looped: &str, times: &str| {
+        let entity = format!(r#"{{"name":"t","mesh":"a.gltf","animation":0{looped}}}"#);
+        dir.file("s.json", format!(r#"{{"format":"lobe-scene","version":1,"entities":[{entity}]}}"#));
+        dir.lobe(&format!("render s.json {TRUTH} {times} -o x.png")).succeeds().1
+    };
+    for (times, end) in
+        [("--time 5", "has come to its end at 2.000 s"), ("--frames 96..97", "comes to its end at 2.000 s")]
+    {
+        let (rests, loops) = (notes("", times), notes(r#","loop":true"#, times));
+        assert!(rests.contains(end), "{times}: {rests}");
+        assert!(!loops.contains("end at"), "{times}: {loops}");
+    }
+}
+
+#[test]
+fn pictures_that_no_animation_can_show_are_written_without_it() {
+    let dir = scene(KEYS);
+    for fps in ["5000", "0.01"] {
+        let render = format!("render s.json {TRUTH} --frames 0..1 --fps {fps}");
+        let error = dir.lobe(&format!("{render} --quiet -o f.png")).error();
+        let expected = "--fps: an animated .png shows each picture for 0.001 to 65 seconds, found ";
+        assert!(error.starts_with(expected), "{fps}: {error}");
+        assert_eq!(dir.names(), ["ground.obj", "s.json", "t.obj"], "refused before any work");
+        let notes = dir.lobe(&format!("{render} -o f.exr")).succeeds().1;
+        assert!(notes.contains("note: f.exr: no animation of the pictures is written"), "{fps}: {notes}");
+        assert_eq!(dir.names(), ["f-000.exr", "f-001.exr", "ground.obj", "s.json", "t.obj"], "the pictures alone");
+        for name in ["f-000.exr", "f-001.exr"] {
+            std::fs::remove_file(dir.path(name)).unwrap();
+        }
+    }
+}
+
+#[test]
+fn a_description_with_a_byte_order_mark_is_read_and_one_that_is_cut_off_is_said_to_be() {
+    let dir = scene("");
+    let text = String::from_utf8(dir.bytes("s.json")).unwrap();
+    dir.file("s.json", format!("\u{feff}{text}"));
+    dir.lobe(&format!("render s.json {TRUTH} -o x.png")).succeeds();
+    dir.file("s.json", "{");
+    let error = dir.lobe(&format!("render s.json {TRUTH} --quiet -o x.png")).error();
+    let expected = "s.json: expected a description of a scene, found: EOF while parsing an object at line 1 column 1";
+    assert_eq!(error, expected, "cut off");
+}
+
+#[test]
+fn commands_that_read_no_descriptions_say_which_does() {
+    let dir = scene("");
+    for command in ["bake s.json -o b.glb", "field s.json -o f.safetensors", "spheres s.json -n 2 -o p.safetensors"] {
+        let error = dir.lobe(&format!("{command} --quiet")).error();
+        let expected = "s.json: only lobe render reads descriptions of scenes; expected a file named .gltf, ";
+        assert!(error.starts_with(expected), "{command}: {error}");
+    }
+}
+
+#[test]
+fn scenes_of_the_program_that_move_are_named_with_what_they_need() {
+    let dir = Dir::new();
+    let error = |text: &str| {
+        dir.file("s.json", format!(r#"{{"format":"lobe-scene","version":1,{text}}}"#));
+        dir.lobe(&format!("render s.json {TRUTH} --quiet -o x.png")).error()
+    };
+    let moves =
+        "built-in:three-objects: moves by an animation: expected an entity of it with an `animation`, such as 0";
+    assert_eq!(error(r#""still":"built-in:three-objects""#), moves, "what stands still");
+    assert_eq!(error(r#""entities":[{"name":"a","mesh":"built-in:three-objects"}]"#), moves, "an entity");
+    let named = error(r#""still":"built-in:nope""#);
+    assert!(named.ends_with("furnace, and with an `animation` three-objects and walking-figure"), "{named}");
+    let still = error(r#""entities":[{"name":"a","mesh":"built-in:ball","animation":0}]"#);
+    assert!(still.starts_with("built-in:ball: has no animation: "), "{still}");
+    let named = dir.lobe(&format!("render built-in:nope {VIEW} --mode fields --quiet -o x.png")).error();
+    assert!(
+        named.ends_with("of lobe render also built-in:three-objects and built-in:walking-figure, which move"),
+        "{named}"
+    );
+}
+
+#[test]
 fn the_order_is_that_of_the_files_and_a_higher_one_names_the_part() {
     let dir = scene("");
     dir.lobe("field t.obj -o t.field.safetensors --order 2 --spheres 4 --cells 4 --rays 16").succeeds();

@@ -167,6 +167,10 @@ fn lights_that_cannot_be_are_refused() {
         ),
         ("light soft-cone --dir 1,0,0 --half-angle 181 -o x.sh.json", "found 181"),
         ("light sphere --dir 1,0,0 --half-angle 91 -o x.sh.json", "90 degrees at most"),
+        (
+            "light sphere --dir 1,0,0 --half-angle 30 --radius 1 -o x.sh.json",
+            "--radius: only with --distance; --half-angle says by itself how large the ball looks",
+        ),
         ("light sphere --dir 1,0,0 --distance 1 --radius 2 -o x.sh.json", "0 < radius < distance"),
         ("light polygon --vertices 1,0,0 -o x.sh.json", "three vertices at least, found 1"),
     ] {

@@ -1,5 +1,7 @@
 //! Work that several machines share: whatever the number of shards, the output has the bytes of one machine.
 
+use lobe::sh::simd::Machine;
+
 use crate::harness::Dir;
 
 /// A triangle over a floor of two units, with texture coordinates and normals.
@@ -121,6 +123,33 @@ fn shards_are_merged_in_any_order() {
         for order in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
             let parts = order.map(|part| parts[part].clone());
             assert!(merges_to(&dir, kind, &parts, &one), "{}: {order:?}", kind.0);
+        }
+    }
+}
+
+#[test]
+fn shards_of_machines_that_round_otherwise_are_not_mixed() {
+    if Machine::detect().is_plain() {
+        eprintln!("skipped: this machine fuses no products and sums");
+        return;
+    }
+    let dir = scenes();
+    for command in
+        ["bake s.obj --order 3 --samples 64 --mode shadowed", "field s.obj --order 2 --rays 64 --spheres 4 --cells 4"]
+    {
+        shards(&dir, command, 2);
+        dir.lobe(&format!("{command} --shard 2/2 -o plain.safetensors")).env("LOBE_SIMD", "plain").succeeds();
+        let merge = format!("{command} --quiet --merge part-1-of-2.safetensors plain.safetensors -o m.safetensors");
+        let error = dir.lobe(&merge).error();
+        assert!(error.contains("is a shard of other work: ") && error.contains("the kind of machine"), "{error}");
+        // Those of one kind go together on a machine of that kind.
+        dir.lobe(&format!("{command} --shard 1/2 -o first.safetensors")).env("LOBE_SIMD", "plain").succeeds();
+        let merge = format!("{command} --merge first.safetensors plain.safetensors -o m.safetensors");
+        dir.lobe(&merge).env("LOBE_SIMD", "plain").succeeds();
+        dir.lobe(&format!("{command} -o whole.safetensors")).env("LOBE_SIMD", "plain").succeeds();
+        assert!(dir.bytes("m.safetensors") == dir.bytes("whole.safetensors"), "{command}: the same bytes");
+        for name in ["plain", "first", "m", "whole", "part-1-of-2", "part-2-of-2"] {
+            std::fs::remove_file(dir.path(&format!("{name}.safetensors"))).unwrap();
         }
     }
 }

@@ -15,7 +15,7 @@ irradiance E is what a surface receives in all and never includes 1/π.
 from ._area_light import AreaLight
 from ._bake import AdaptiveReport, BakeOptions, BakeReport, CompressReport, Matrices, Transfer, bake, merge
 from ._camera import Camera, Traced
-from ._compression import CompressedReport, CurvePoint, LobesReport, compress, error_curve, fit_lobes
+from ._compression import CompressedReport, CurvePoint, HalvesReport, LobesReport, compress, compress_f16, error_curve, fit_lobes
 from ._encodings import Encoded, EncodingError
 from ._env import EnvMap, LoadNote, Sun, Technique, project, reconstruct
 from ._light import light
@@ -51,6 +51,7 @@ __all__ = [
     "EncodingError",
     "EnvMap",
     "FieldReport",
+    "HalvesReport",
     "Lights",
     "LoadNote",
     "LobesReport",
@@ -71,6 +72,7 @@ __all__ = [
     "bake",
     "compare",
     "compress",
+    "compress_f16",
     "dfg",
     "dfg_table",
     "directional_albedo",

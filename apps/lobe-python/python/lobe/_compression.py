@@ -1,4 +1,4 @@
-"""Transfer in fewer numbers: clustered principal components, and zonal lobes for surfaces that bend."""
+"""Transfer in fewer or shorter numbers: clustered principal components, 16 bits, and zonal lobes for surfaces that bend."""
 
 from __future__ import annotations
 
@@ -18,6 +18,17 @@ class CompressedReport(CompressReport):
     """What `compress` tells of its work."""
 
     receivers: int
+
+
+class HalvesReport(TypedDict):
+    """What `compress_f16` tells of its work."""
+
+    receivers: int
+    relative_error: float
+    """The root of the squared differences of all coefficients over their squares."""
+    bytes_before: int
+    bytes: int
+    ratio: float
 
 
 class LobesReport(TypedDict):
@@ -43,7 +54,7 @@ class CurvePoint:
     squared_error: float
     relative_error: float
     bytes: int
-    """With weights of single precision."""
+    """With weights of 16 bits."""
 
 
 def compress(
@@ -63,6 +74,15 @@ def compress(
     """
     numbers = (whole(clusters, "clusters", 1, MAX_CLUSTERS), whole(components, "components", 0, MAX_COMPONENTS), expect_bits(weights))
     report: CompressedReport = _lobe.compress(input, output, numbers, progress)
+    return report
+
+
+def compress_f16(input: Path, output: Path) -> HalvesReport:
+    """Rounds all coefficients of transfer to 16 bits, and writes the bytes of `lobe compress --f16`, a .safetensors file.
+
+    `input` is that of `compress`. Coefficients of 65520 or more are refused.
+    """
+    report: HalvesReport = _lobe.compress_f16(input, output)
     return report
 
 

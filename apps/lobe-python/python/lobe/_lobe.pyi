@@ -77,6 +77,7 @@ def compress(
     numbers: tuple[int | None, int | None, int | None],
     progress: Callable[[int, int], object] | None,
 ) -> Any: ...
+def compress_f16(input: str | os.PathLike[str], output: str | os.PathLike[str]) -> Any: ...
 def error_curve(
     input: str | os.PathLike[str],
     clusters: Sequence[int],
