@@ -63,7 +63,7 @@ impl ShInput {
         if order > MOST_SEARCHED {
             bail!(
                 "{self}: expected order {MOST_SEARCHED} at most, found {order}: looking at the whole sphere would take \
-                 too long; project to fewer bands"
+                 too long; project to fewer bands, or cut them off: lobe sh scale --order N"
             );
         }
         Ok(file)

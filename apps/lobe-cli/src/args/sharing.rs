@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::Args;
-use lobe::io::{Shard, merge_shards};
+use lobe::io::{IoError, Shard, merge_shards};
 use serde::Serialize;
 
 use crate::args::output;
@@ -49,7 +49,7 @@ impl Sharing {
         } else {
             let mut merged = output.as_os_str().to_owned();
             merged.push(".merged");
-            Checkpoint::beside(Path::new(&merged))
+            Checkpoint::beside(Path::new(&merged)).untold()
         }
     }
 
@@ -63,7 +63,15 @@ impl Sharing {
         if self.merge.is_empty() {
             return Ok(());
         }
-        let merged = watched(talk, "merge", |job| merge_shards(&self.merge, checkpoint.path(), job))?;
+        let place_of_all = checkpoint.path().display().to_string();
+        let merged = watched(talk, "merge", |job| {
+            merge_shards(&self.merge, checkpoint.path(), job).map_err(|error| match error {
+                IoError::Invalid { place, message } if place == place_of_all => {
+                    IoError::Invalid { place: "--merge".to_owned(), message }
+                }
+                error => error,
+            })
+        })?;
         merged.or_else(|at| bail!("stopped after {} of {} records, of which nothing is kept", at.done, at.total))
     }
 
@@ -76,8 +84,8 @@ impl Sharing {
         checkpoint.discard()?;
         if error.to_string().starts_with(&format!("{}: ", checkpoint.path().display())) {
             bail!(
-                "{}: this shard and the others are not of this command: the scene, options that decide the numbers or the version of \
-                 Lobe differ",
+                "{}: this shard and the others are not of this command: the scene, options that decide the numbers, the version of \
+                 Lobe or the kind of machine (LOBE_SIMD) differ",
                 self.merge[0].display()
             );
         }

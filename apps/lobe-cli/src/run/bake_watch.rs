@@ -91,18 +91,25 @@ fn show(line: &ProgressLine, progress: &Progress) {
 /// The checkpoint of a bake, beside its output. Splitting before it has files of its own, one for each round.
 pub(crate) struct Checkpoint {
     path: PathBuf,
+    /// Whether the user hears of what was found in it.
+    is_told: bool,
 }
 
 impl Checkpoint {
     pub(crate) fn beside(output: &Path) -> Self {
         let mut name = output.to_path_buf().into_os_string();
         name.push(".checkpoint");
-        Self { path: name.into() }
+        Self::at(name.into())
     }
 
     /// That of a part of the work, whose file is `path`.
     pub(crate) fn at(path: PathBuf) -> Self {
-        Self { path }
+        Self { path, is_told: true }
+    }
+
+    /// One that the same command has made.
+    pub(crate) fn untold(self) -> Self {
+        Self { is_told: false, ..self }
     }
 
     pub(crate) fn path(&self) -> &Path {
@@ -180,7 +187,7 @@ impl Checkpoint {
         what: impl Into<Cow<'static, str>>,
         work: impl FnOnce(Job<'_>) -> Result<T, E>,
     ) -> anyhow::Result<Result<T, Progress>> {
-        let mut is_told = false;
+        let mut is_told = !self.is_told;
         watched(talk, what, |mut shown| {
             let mut watch = |progress: &Progress| {
                 if !is_told && progress.resumed > 0 {

@@ -77,10 +77,10 @@ impl ShDering {
         self.output.check()?;
         let file = self.input.read_to_search()?;
         let dering = DeringOptions::default().method(self.method).kernel(self.kernel(&file)?);
-        let (coefficients, report): (FileCoefficients, DeringReport) = match &file.coefficients {
-            FileCoefficients::Scalar(f) => self.deringed(f, &dering)?,
-            FileCoefficients::Rgb(f) => self.deringed(f, &dering)?,
-        };
+        let (coefficients, report) = talk.while_waiting("dering", || match &file.coefficients {
+            FileCoefficients::Scalar(f) => self.deringed(f, &dering),
+            FileCoefficients::Rgb(f) => self.deringed(f, &dering),
+        })?;
         self.output.write(&ShFile::new(file.quantity, coefficients))?;
         if self.json {
             return output::print_json(&Report {

@@ -14,6 +14,7 @@ use crate::args::input::ShInput;
 use crate::args::names::names;
 use crate::args::output;
 use crate::args::values;
+use crate::run::talk::Talk;
 
 /// More lights than any expansion has maxima. A larger number is taken for a typing error.
 const MAX_LIGHTS: usize = 100;
@@ -91,28 +92,29 @@ struct Found {
 }
 
 impl ShLights {
-    pub(crate) fn run(&self) -> anyhow::Result<()> {
+    pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         let file = self.input.read_to_search()?;
         if file.quantity != Quantity::Radiance {
             bail!("{}: lights are found in radiance, this is {}", self.input, file.quantity);
         }
         if self.per_channel {
-            return self.print_channels(&file.coefficients);
+            return self.print_channels(&file.coefficients, talk);
         }
-        let lights = match file.coefficients {
-            FileCoefficients::Scalar(f) => self.find(&f),
-            FileCoefficients::Rgb(f) => self.find(&f),
-        }?;
+        let lights = talk.while_waiting("search", || match &file.coefficients {
+            FileCoefficients::Scalar(f) => self.find(f),
+            FileCoefficients::Rgb(f) => self.find(f),
+        })?;
         if self.json { output::print_json(&lights) } else { output::print(&lights.text("")) }
     }
 
-    fn print_channels(&self, coefficients: &FileCoefficients) -> anyhow::Result<()> {
-        let channels = match coefficients {
-            FileCoefficients::Scalar(f) => vec![self.find(f)?],
+    fn print_channels(&self, coefficients: &FileCoefficients, talk: Talk) -> anyhow::Result<()> {
+        let find = || match coefficients {
+            FileCoefficients::Scalar(f) => Ok(vec![self.find(f)?]),
             FileCoefficients::Rgb(f) => {
-                (0..3).map(|c| self.find(&f.map(|rgb| rgb.channel(c)))).collect::<anyhow::Result<_>>()?
+                (0..3).map(|c| self.find(&f.map(|rgb| rgb.channel(c)))).collect::<anyhow::Result<Vec<Lights>>>()
             }
         };
+        let channels = talk.while_waiting("search", find)?;
         if self.json {
             return output::print_json_list("channels", channels);
         }

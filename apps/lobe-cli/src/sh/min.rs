@@ -12,6 +12,7 @@ use serde::Serialize;
 use crate::args::input::ShInput;
 use crate::args::output;
 use crate::args::values;
+use crate::run::talk::Talk;
 
 #[derive(Args)]
 pub(crate) struct ShMin {
@@ -53,7 +54,7 @@ fn channel_names(count: usize) -> &'static [&'static str] {
 }
 
 impl ShMin {
-    pub(crate) fn run(&self) -> anyhow::Result<()> {
+    pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         let file = if self.bound { self.input.read()? } else { self.input.read_to_search()? };
         if self.bound {
             return match file.coefficients {
@@ -61,10 +62,10 @@ impl ShMin {
                 FileCoefficients::Rgb(f) => self.print_bounds(&f),
             };
         }
-        let minima = match file.coefficients {
-            FileCoefficients::Scalar(f) => self.find(&f),
-            FileCoefficients::Rgb(f) => self.find(&f),
-        };
+        let minima = talk.while_waiting("search", || match &file.coefficients {
+            FileCoefficients::Scalar(f) => self.find(f),
+            FileCoefficients::Rgb(f) => self.find(f),
+        });
         if self.json { output::print_json_list("channels", minima) } else { output::print(&text(&minima)) }
     }
 

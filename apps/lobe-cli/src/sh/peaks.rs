@@ -7,6 +7,7 @@ use serde::Serialize;
 use crate::args::input::ShInput;
 use crate::args::names::names;
 use crate::args::output;
+use crate::run::talk::Talk;
 
 #[derive(Args)]
 pub(crate) struct ShPeaks {
@@ -38,13 +39,14 @@ struct Found {
 }
 
 impl ShPeaks {
-    pub(crate) fn run(&self) -> anyhow::Result<()> {
+    pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         let f = match self.input.read_to_search()?.coefficients {
             FileCoefficients::Scalar(f) => f,
             FileCoefficients::Rgb(f) => f.map(Rgb::luminance),
         };
         let found = |Peak { dir, value }: Peak| Found { dir: dir.to_array(), value };
-        let peaks: Vec<Found> = local_maxima(&f, self.search.into()).into_iter().map(found).collect();
+        let maxima = talk.while_waiting("search", || local_maxima(&f, self.search.into()));
+        let peaks: Vec<Found> = maxima.into_iter().map(found).collect();
         if self.json { output::print_json_list("peaks", peaks) } else { output::print(&text(&peaks)) }
     }
 }

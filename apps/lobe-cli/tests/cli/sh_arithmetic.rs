@@ -59,6 +59,17 @@ fn factors_are_numbers_or_colors() {
 }
 
 #[test]
+fn expansions_are_cut_off_or_filled_up_to_an_order() {
+    let dir = Dir::new();
+    let f = numbers(3, 1.0);
+    dir.sh("f.sh.json", Quantity::Radiance, f.clone());
+    for order in [1, 2, 3, 5] {
+        dir.lobe(&format!("sh scale f.sh.json --order {order} --quantity visibility -o s.sh.json")).stdout();
+        assert_eq!(dir.read_sh("s.sh.json"), ShFile::new(Quantity::Visibility, f.resized(order)), "order {order}");
+    }
+}
+
+#[test]
 fn a_mirror_exchanges_the_ends_of_its_axis() {
     let dir = Dir::new();
     let f = numbers(4, 1.0);

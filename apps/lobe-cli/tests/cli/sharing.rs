@@ -145,7 +145,8 @@ fn shards_of_machines_that_round_otherwise_are_not_mixed() {
         // Those of one kind go together on a machine of that kind.
         dir.lobe(&format!("{command} --shard 1/2 -o first.safetensors")).env("LOBE_SIMD", "plain").succeeds();
         let merge = format!("{command} --merge first.safetensors plain.safetensors -o m.safetensors");
-        dir.lobe(&merge).env("LOBE_SIMD", "plain").succeeds();
+        let (_, notes) = dir.lobe(&merge).env("LOBE_SIMD", "plain").succeeds();
+        assert!(!notes.contains("found; going on"), "what the command itself has put together is no news: {notes}");
         dir.lobe(&format!("{command} -o whole.safetensors")).env("LOBE_SIMD", "plain").succeeds();
         assert!(dir.bytes("m.safetensors") == dir.bytes("whole.safetensors"), "{command}: the same bytes");
         for name in ["plain", "first", "m", "whole", "part-1-of-2", "part-2-of-2"] {
@@ -171,7 +172,7 @@ fn shards_that_are_not_all_of_one_command_are_refused_by_name() {
         dir.lobe(&format!("{command} {options} --quiet --merge {} -o m.glb", parts.join(" "))).error()
     };
     for (parts, expected) in [
-        (vec![a.as_str(), &c], "expected 3 shards, found 2; missing: 2/3"),
+        (vec![a.as_str(), &c], "--merge: expected 3 shards, found 2; missing: 2/3"),
         (
             vec![&a, &b, &b, &c],
             "part-2-of-3.safetensors: is shard 2/3, and so is part-2-of-3.safetensors; leave one of them out",
