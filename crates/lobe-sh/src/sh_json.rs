@@ -20,6 +20,10 @@ const VERSION: u64 = 1;
 /// number has an indented line of its own. A longer file is not read to its end.
 const MAX_BYTES: u64 = 32 << 20;
 
+/// The most commas: one for each number and each row of the highest order. A file of more would take forty times its bytes before the number of
+/// its rows is known.
+const MOST_COMMAS: usize = 4 * MAX_ORDER * MAX_ORDER;
+
 /// The largest coefficient: the sun's radiance has eight digits, and sums and squares of such numbers stay far inside
 /// `f64`, pictures of their functions inside `f32`.
 const LARGEST: f64 = 1e30;
@@ -232,6 +236,9 @@ fn parse(bytes: &[u8]) -> Result<ShFile, Fault> {
     }
     if bytes.len() as u64 > MAX_BYTES {
         return invalid(format!("expected a .sh.json file of at most {MAX_BYTES} bytes, found a longer one"));
+    }
+    if bytes.iter().filter(|byte| **byte == b',').count() > MOST_COMMAS {
+        return invalid(format!("expected at most {MAX_ORDER}² rows of up to three numbers, found more"));
     }
     // Some editors put a byte order mark in front.
     let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);

@@ -5,7 +5,7 @@ use alloc::collections::BinaryHeap;
 use crate::basis::index::{coefficient_count, order_of_slice};
 use crate::basis::second_order::{LocalQuadratic, second_order};
 use crate::extrema::cap_bound::{SmoothFunction, quadratic_lower_bound};
-use crate::extrema::quadratic_form::QuadraticForm;
+use crate::extrema::quadratic_form::{QuadraticForm, to_unit_size};
 use crate::extrema::taylor::{PoleDerivatives, Taylor};
 use crate::prelude::*;
 use crate::sphere::triangulation::{Triangle, triangulation};
@@ -74,8 +74,7 @@ pub(crate) fn minimum_of(coefficients: &[f64], tolerance: f64, level: Option<f64
     if !coefficients.iter().all(|c| c.is_finite()) {
         return Extremum::UNKNOWN;
     }
-    // Scale by a power of two, which does not round, so that squares and cubes stay in range.
-    let scale = 2.0_f64.powi((-largest.max(f64::MIN_POSITIVE).log2().floor()).min(1000.0) as i32);
+    let scale = to_unit_size(largest);
     let scaled: Vec<f64> = coefficients.iter().map(|c| c * scale).collect();
     let found = if order <= 3 {
         QuadraticForm::new(&scaled, 0).minimum([1.0, 1.0])

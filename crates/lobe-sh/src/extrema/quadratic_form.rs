@@ -78,13 +78,35 @@ pub(crate) struct Eigensystem {
     pub(crate) beta: [f64; 3],
 }
 
+/// The coefficients of one channel, filled up with zeros.
+fn nine<T: Coefficient>(coefficients: &[T], channel: usize) -> [f64; 9] {
+    let mut f = [0.0; 9];
+    for (f, c) in f.iter_mut().zip(coefficients) {
+        *f = c.channel(channel).to_f64();
+    }
+    f
+}
+
+/// The power of two by which numbers of which this is the largest come to between 1 and 2, or as near as it can bring them: a factor that does
+/// not round, after which squares and cubes stay in range.
+pub(crate) fn to_unit_size(largest: f64) -> f64 {
+    2.0_f64.powi((-largest.max(f64::MIN_POSITIVE).log2().floor()).min(1000.0) as i32)
+}
+
 impl QuadraticForm {
     /// From the `n²` coefficients of one channel, `n` up to 3; missing bands are zero.
     pub(crate) fn new<T: Coefficient>(coefficients: &[T], channel: usize) -> Self {
-        let mut f = [0.0; 9];
-        for (f, c) in f.iter_mut().zip(coefficients) {
-            *f = c.channel(channel).to_f64();
-        }
+        Self::of(nine(coefficients, channel))
+    }
+
+    /// [`QuadraticForm::new`] of the function times [`to_unit_size`], so that products of four coefficients stay in range; and that factor.
+    pub(crate) fn normalized<T: Coefficient>(coefficients: &[T], channel: usize) -> (Self, f64) {
+        let f = nine(coefficients, channel);
+        let scale = to_unit_size(f.iter().fold(0.0, |largest: f64, f| largest.max(f.abs())));
+        (Self::of(f.map(|f| f * scale)), scale)
+    }
+
+    fn of(f: [f64; 9]) -> Self {
         let [k0, k1, k2, third, _] = *norms();
         let diagonal = third * f[6];
         let a = [f[8] - diagonal, -f[8] - diagonal, 2.0 * diagonal, f[4], -f[7], -f[5]];

@@ -199,7 +199,10 @@ pub fn squared_laplacian_lambda(band_energies: &[f64], fraction: f64) -> f64 {
     /// The most steps: even a fraction of 1e-12 takes fewer than 50.
     const STEPS: usize = 200;
 
-    let total: f64 = curvatures(band_energies).map(|(eigenvalue, e)| eigenvalue * e).sum();
+    // In a unit in which no sum leaves the range of numbers: the answer does not depend on it.
+    let largest = band_energies.iter().fold(0.0, |largest: f64, e| largest.max(*e));
+    let energies: Vec<f64> = band_energies.iter().map(|e| if largest > 0.0 { e / largest } else { *e }).collect();
+    let total: f64 = curvatures(&energies).map(|(eigenvalue, e)| eigenvalue * e).sum();
     if !total.is_finite() || fraction.is_nan() {
         return f64::NAN;
     }
@@ -211,7 +214,7 @@ pub fn squared_laplacian_lambda(band_energies: &[f64], fraction: f64) -> f64 {
     }
     let mut lambda = 0.0;
     for _ in 0..STEPS {
-        let next = newton_step(band_energies, fraction * total, lambda);
+        let next = newton_step(&energies, fraction * total, lambda);
         // The steps approach from below: one that does not rise is rounding.
         if next <= lambda || next.is_nan() {
             break;

@@ -15,7 +15,7 @@ use crate::light::cone::ease_sine;
 /// |---|---|---|---|
 /// | a light of color 1 | makes a white Lambertian surface facing it reflect exactly 1, lit by the truncated expansion | the same, lit by the exact light | has radiance 1 inside its shape |
 /// | directional | `4π/3`, `16π/17`, `16π/17`, `32π/31` .. times `y_i(dir)`, orders 2, 3, 4, 5 | `π y_i(dir)` | `y_i(dir)`: irradiance 1 |
-/// | cone of half angle `a` | from its own bands | `1/sin² a` | as it is |
+/// | cone of half angle `a` | from its own bands | `1/sin² a`, 1 from 90° on | as it is |
 ///
 /// The irradiance of a surface that faces a light with zonal coefficients `z_l` is `E = Σ_l A_l z_l K_l`, `A_l` that of
 /// [`Zonal::clamped_cosine`]; `Projected` divides by `E/π` ([Sloan 2008], "Normalization").

@@ -49,7 +49,7 @@ impl<S: Real> ProductMatrix<S> {
         let f: Vec<f64> = f.coefficients()[..coefficient_count(used)].iter().map(|c| c.to_f64()).collect();
         if used.max(order) > MAX_GAUNT_ORDER {
             let f = crate::ShVec::of(f);
-            return Self::from_fn(order, used - 1, |s| f.eval(s));
+            return Self::from_fn(order, used.saturating_sub(1), |s| f.eval(s));
         }
         let mut entries = vec![0.0; coefficient_count(order) * coefficient_count(order)];
         for t in GauntTensor::new(order, order, used).coefficients() {
@@ -182,7 +182,7 @@ mod tests {
 
     #[test]
     fn the_matrix_multiplies() {
-        for (order_f, order) in [(1, 1), (2, 3), (3, 5), (6, 6), (7, 4), (12, 4), (3, 12)] {
+        for (order_f, order) in [(0, 3), (0, 12), (1, 1), (2, 3), (3, 5), (6, 6), (7, 4), (12, 4), (3, 12)] {
             let (f, g) = (random(order_f, 1), random(order, 2));
             let expected = product(&f, &g, order);
             let mut mine = ShVec::zero(order);

@@ -67,6 +67,7 @@ pub fn least_squares<T: Coefficient>(
     let columns = coefficient_count(order);
     let mut triangle = TriangularFactor::new(columns, T::CHANNELS);
     let (mut count, mut total_weight) = (0, 0.0);
+    let mut is_finite = vec![true; T::CHANNELS];
     for (s, value, weight) in samples {
         assert!(weight >= 0.0 && weight.is_finite(), "a weight is finite and not negative, not {weight}");
         if weight == 0.0 {
@@ -78,14 +79,17 @@ pub fn least_squares<T: Coefficient>(
                 basis.eval_into(s.to_array(), &mut row[..columns]);
             });
             for (c, place) in row[columns..].iter_mut().enumerate() {
-                *place = value.widen().channel(c);
+                // What is not a number would become part of the other channels when rows are folded.
+                let number = value.widen().channel(c);
+                is_finite[c] &= number.is_finite();
+                *place = if number.is_finite() { number } else { 0.0 };
             }
             row.iter_mut().for_each(|x| *x *= root);
         });
         count += 1;
         total_weight += weight;
     }
-    triangle.solve(count, total_weight)
+    triangle.solve(count, total_weight, &is_finite)
 }
 
 /// The triangular factor `R` of the matrix `[A | b]`, one column of `b` per channel.
@@ -132,7 +136,7 @@ impl TriangularFactor {
         self.pending.clear();
     }
 
-    fn solve<T: Coefficient>(mut self, count: usize, total_weight: f64) -> LeastSquaresFit<T> {
+    fn solve<T: Coefficient>(mut self, count: usize, total_weight: f64, is_finite: &[bool]) -> LeastSquaresFit<T> {
         self.fold();
         let system = self.factor.view((0, 0), (self.columns, self.columns)).into_owned();
         let svd = system.svd(true, true);
@@ -145,7 +149,7 @@ impl TriangularFactor {
         for c in 0..self.channels {
             let right: DVector<f64> = self.factor.column(self.columns + c).rows(0, self.columns).into_owned();
             let solution = svd.solve(&right, threshold).unwrap_or_else(|_| DVector::zeros(self.columns));
-            channels.push(solution);
+            channels.push(if is_finite[c] { solution } else { solution.map(|_| f64::NAN) });
         }
         let coefficient =
             |i: usize| T::from_channels(|c| T::Scalar::from_f64(channels[c].get(i).copied().unwrap_or(0.0)));
@@ -264,8 +268,10 @@ mod tests {
         let f = planted(2);
         let bad = Dir::from_angles(0.4, -2.0);
         let fit = |weight: f64, value: f64| {
-            let good = directions().into_iter().map(Dir::from_unit).map(|s| (s, Rgb::new(f.eval(s), 1.0, 0.0), 1.0));
-            least_squares(2, good.chain([(bad, Rgb::new(value, 1.0, 0.0), weight)]))
+            // More rows than are folded at a time.
+            let good = fibonacci_sphere(1100).into_iter().map(Dir::from_unit);
+            let good = good.map(|s| (s, Rgb::new(f.eval(s), 1.0, 0.0), 1.0));
+            least_squares(2, [(bad, Rgb::new(value, 1.0, 0.0), weight)].into_iter().chain(good))
         };
         for value in [f64::NAN, f64::INFINITY] {
             let spoiled = fit(0.5, value);

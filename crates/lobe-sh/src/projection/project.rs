@@ -67,7 +67,7 @@ pub struct Projection<T> {
 /// degree, kinks with its square, jumps with its first power: for a zonal function with known jumps
 /// [`Zonal::project`](crate::Zonal::project) is exact instead.
 ///
-/// The error is an estimate: features smaller than the distance of the nodes, about `180° / (4 order + 32)` at the
+/// The error is an estimate: features smaller than the distance of the nodes, about `180° / (2 order + 17)` at the
 /// first comparison, may be missed altogether while the result counts as converged (test
 /// `what_falls_between_the_nodes_is_missed`). Use [`Zonal::project`](crate::Zonal::project) for a sun.
 #[must_use]

@@ -106,9 +106,10 @@ fn excess(change: f64, least: f64) -> f64 {
 /// The cutting planes: half spaces that contain the feasible factors.
 struct CuttingPlanes {
     order: usize,
-    /// The bands whose factors are unknown, with the square roots of their energies.
+    /// The bands whose factors are unknown, with the square roots of their parts of the energy: in the unit of the function what is
+    /// rounded would depend on that.
     free: Vec<(usize, f64)>,
-    /// In the unknowns `u_l = √E_l (w_l - 1)`, rows `(g, h)` with `g·u >= h`.
+    /// In the unknowns `u_l = √(E_l/ΣE) (w_l - 1)`, rows `(g, h)` with `g·u >= h`.
     rows: Vec<(Vec<f64>, f64)>,
 }
 
@@ -118,7 +119,7 @@ impl CuttingPlanes {
         let energy = |l: usize| channels.iter().flat_map(|ch| &ch.f[band_range(l)]).map(|c| c * c).sum::<f64>();
         let total: f64 = (0..order).map(energy).sum();
         let free: Vec<_> =
-            (1..order).filter(|&l| energy(l) > NO_ENERGY * total).map(|l| (l, energy(l).sqrt())).collect();
+            (1..order).filter(|&l| energy(l) > NO_ENERGY * total).map(|l| (l, (energy(l) / total).sqrt())).collect();
         let unit = |k: usize, sign: f64| (0..free.len()).map(|j| if j == k { sign } else { 0.0 }).collect::<Vec<f64>>();
         let rows = (0..free.len()).flat_map(|k| [(unit(k, -1.0), 0.0), (unit(k, 1.0), -free[k].1)]).collect();
         Self { order, free, rows }

@@ -6,7 +6,7 @@ use derive_setters::Setters;
 
 use crate::basis::index::{band_range, coefficient_count, order_of_slice};
 use crate::extrema::branch_and_bound::minimum_of;
-use crate::extrema::quadratic_form::QuadraticForm;
+use crate::extrema::quadratic_form::{QuadraticForm, to_unit_size};
 use crate::filter::window::band_energies;
 use crate::prelude::*;
 use crate::ringing::cutting_planes::{LeastChange, excess_at, least_change};
@@ -205,11 +205,14 @@ pub fn dering_in_place<T: Coefficient>(coefficients: &mut [T], dering: &DeringOp
     }
     // Certify the minimum of every channel.
     let before = minima(&examined);
-    let energy_before: f64 = band_energies(&examined).iter().sum();
+    // Factors and energies do not depend on the unit, and are found in one in which no square leaves the range of numbers.
+    let unit = to_unit_size(largest(&examined));
+    let energy = |f: &[T::Wide]| band_energies(&in_unit(f, unit)).iter().sum::<f64>();
+    let energy_before = energy(&examined);
     // Find the factors, unless the function needs none or has none.
     let Solution { outcome, factors, window, excess } = match refusal(&examined, &before) {
         Some(outcome) => Solution::none(outcome),
-        None => solve(&examined, &dering.method, unit_roundoff::<T::Scalar>()),
+        None => solve(&in_unit(&examined, unit), &dering.method, unit_roundoff::<T::Scalar>()),
     };
     // Apply the factors, and certify the minimum again.
     let mut after = before.clone();
@@ -223,7 +226,7 @@ pub fn dering_in_place<T: Coefficient>(coefficients: &mut [T], dering: &DeringOp
     }
     // Report the energy lost.
     let energy_removed = match factors {
-        Some(_) => 1.0 - band_energies(&examined).iter().sum::<f64>() / energy_before,
+        Some(_) => 1.0 - energy(&examined) / energy_before,
         None => 0.0,
     };
     let factors = factors.unwrap_or_else(|| vec![1.0; order]);
@@ -237,6 +240,17 @@ pub fn deringed<T: Coefficient, E: Expansion<T>>(f: &E, dering: &DeringOptions) 
     let mut g = f.clone();
     let report = dering_in_place(g.coefficients_mut(), dering);
     (g, report)
+}
+
+/// The largest absolute value of all coefficients.
+fn largest<T: Coefficient>(coefficients: &[T]) -> f64 {
+    let of_channels = |f: &T| (0..T::CHANNELS).map(|c| f.channel(c).to_f64().abs()).fold(0.0, f64::max);
+    coefficients.iter().map(of_channels).fold(0.0, f64::max)
+}
+
+/// A function times a factor.
+fn in_unit<T: Coefficient<Scalar = f64>>(coefficients: &[T], unit: f64) -> Vec<T> {
+    coefficients.iter().map(|c| c.scale(unit)).collect()
 }
 
 /// The coefficients of one channel.
@@ -256,8 +270,10 @@ fn minima<T: Coefficient>(coefficients: &[T]) -> Vec<Extremum> {
 
 /// A minimum to a width relative to the mean, or to the root mean square where the mean is not positive.
 fn minimum_to(f: &[f64], width: f64, level: Option<f64>) -> Extremum {
-    let rms = f.iter().map(|c| c * c).sum::<f64>().sqrt() / (4.0 * core::f64::consts::PI).sqrt();
-    let part = if mean(f) > 0.0 && rms.is_finite() { mean(f) / rms } else { 1.0 };
+    // In a unit in which no square leaves the range of numbers.
+    let unit = to_unit_size(largest(f));
+    let rms = f.iter().map(|c| (c * unit).powi(2)).sum::<f64>().sqrt() / (4.0 * core::f64::consts::PI).sqrt();
+    let part = if mean(f) > 0.0 && rms.is_finite() { unit * mean(f) / rms } else { 1.0 };
     minimum_of(f, width * part, level)
 }
 
@@ -352,17 +368,26 @@ fn rounding_margin(f: &[f64], factors: &[f64], roundoff: f64) -> f64 {
     2.0 * roundoff * bound / mean(f)
 }
 
-/// Sloan's search in the table for a bound of at least `margin` times each mean; `None` if the function has more than
-/// three bands or needs a stronger window than the last.
+/// Sloan's search in the table for a bound of at least `margin` times each mean, or its last row where the bound fails and the minimum itself
+/// is that high; `None` if the function has more than three bands or needs a stronger window than the last.
 fn by_table(channels: &[Vec<f64>], order: usize, margin: f64) -> Option<Vec<f64>> {
     if channels.iter().any(|f| f.iter().skip(9).any(|c| *c != 0.0)) {
         return None;
     }
     let forms: Vec<QuadraticForm> =
         channels.iter().map(|f| QuadraticForm::new(&f[..f.len().min(coefficient_count(3))], 0)).collect();
-    let place = table_place(&forms, margin)?;
-    let factors = dering_table_factors(place);
-    Some((0..order).map(|l| factors[l.min(3)]).collect())
+    let factors_at = |place: f64| (0..order).map(|l| dering_table_factors(place)[l.min(3)]).collect::<Vec<f64>>();
+    if let Some(place) = table_place(&forms, margin) {
+        return Some(factors_at(place));
+    }
+    // The bound is loose. Under the last row the irradiance of each sun is non-negative, and so is that of all light.
+    let last = factors_at(1.0);
+    let is_above = |f: &Vec<f64>| {
+        let (mut windowed, level) = (f.clone(), margin * mean(f));
+        scale_bands_in_place(&mut windowed, &last);
+        minimum_to(&windowed, REPORTED, Some(level)).lo >= level
+    };
+    channels.iter().all(is_above).then_some(last)
 }
 
 /// The weakest window of a family under which no channel is below `margin` times its mean.

@@ -4,7 +4,7 @@
 use num_traits::Float as _;
 
 use crate::basis::index::order_of_slice;
-use crate::extrema::quadratic_form::{Eigensystem, QuadraticForm};
+use crate::extrema::quadratic_form::{Eigensystem, QuadraticForm, to_unit_size};
 use crate::{Coefficient, DeringOutcome, Real, scale_bands_in_place};
 
 /// The most cutting planes. The result is non-negative after any number of them.
@@ -100,7 +100,7 @@ pub(crate) fn least_change_order_3<T: Coefficient>(coefficients: &[T]) -> Quadra
     let unchanged = |outcome| QuadraticDeringReport { outcome, factors: [1.0; 3] };
     let mut channels: [Option<Channel>; 3] = [const { None }; 3];
     for (c, channel) in channels.iter_mut().enumerate().take(T::CHANNELS) {
-        let form = QuadraticForm::new(coefficients, c);
+        let (form, _) = QuadraticForm::normalized(coefficients, c);
         let reach = form.amplitude([1.0, 1.0]);
         if !(form.c + reach).is_finite() {
             return unchanged(DeringOutcome::NotFinite);
@@ -229,12 +229,15 @@ fn lowest_of(channels: &mut [Option<Channel>; 3], channel: usize, w: [f64; 2]) -
     }
 }
 
-/// The energies of bands 1 and 2, summed over the channels.
+/// The energies of bands 1 and 2, summed over the channels, in any unit: only their ratio counts.
 fn weights<T: Coefficient>(coefficients: &[T]) -> [f64; 2] {
+    let channels = |f: &T| -> [f64; 3] { [0, 1, 2].map(|c| if c < T::CHANNELS { f.channel(c).to_f64() } else { 0.0 }) };
+    let largest = coefficients.iter().skip(1).flat_map(channels).fold(0.0, |largest: f64, f| largest.max(f.abs()));
+    let scale = to_unit_size(largest);
     let mut weights = [0.0; 2];
     for (i, f) in coefficients.iter().enumerate().skip(1) {
-        for c in 0..T::CHANNELS {
-            weights[usize::from(i > 3)] += f.channel(c).to_f64().powi(2);
+        for f in channels(f) {
+            weights[usize::from(i > 3)] += (f * scale).powi(2);
         }
     }
     // Keep a tiny weight for a band without energy, whose factor is arbitrary.

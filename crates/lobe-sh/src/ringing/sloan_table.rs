@@ -43,7 +43,8 @@ const HALVINGS: usize = 24;
 pub fn conservative_minimum<T: Real>(coefficients: &[T]) -> f64 {
     let count = coefficients.len();
     assert!(count <= 9 && order_of(count).is_some(), "the bound is for 0, 1, 4 or 9 coefficients, not {count}");
-    bound(&QuadraticForm::new(coefficients, 0), [1.0, 1.0])
+    let (form, scale) = QuadraticForm::normalized(coefficients, 0);
+    bound(&form, [1.0, 1.0]) / scale
 }
 
 /// [`conservative_minimum`] of a function whose bands 1 and 2 are scaled by `w`.

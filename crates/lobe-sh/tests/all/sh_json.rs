@@ -165,6 +165,14 @@ fn files_of_other_kinds_are_named() {
 }
 
 #[test]
+fn a_list_longer_than_any_is_refused_before_it_takes_memory() {
+    let rows = "[0],".repeat(4 * 256 * 256);
+    let text =
+        format!(r#"{{"format":"lobe-sh","version":1,"order":2,"quantity":"radiance","coefficients":[{rows}[0]]}}"#);
+    assert_eq!(refusal(text.as_bytes()), "expected at most 256² rows of up to three numbers, found more", "rows");
+}
+
+#[test]
 fn an_endless_file_is_not_read_to_its_end() {
     let error = read_sh_json_from(std::io::repeat(b' '), "in").unwrap_err().to_string();
     assert_eq!(error, "in: expected a .sh.json file of at most 33554432 bytes, found a longer one", "endless blanks");
