@@ -2,10 +2,11 @@
 //!
 //! Read `read` first, which chooses by the extension; then `source`, the input of every reader, which keeps the limits and,
 //! by `folder`, to the folder; then `read_ply`, a file of its own, and `read_obj` and `read_gltf`, whose parts are in the folders `obj`
-//! and `gltf`. `polygon` makes triangles of faces, `picture` textures of pictures. Uses `scene`.
+//! and `gltf`. `polygon` makes triangles of faces, `picture` textures of pictures, with `jpeg_end` to see whether all is there. Uses `scene`.
 
 pub(crate) mod folder;
 pub(crate) mod gltf;
+pub(crate) mod jpeg_end;
 pub(crate) mod obj;
 pub(crate) mod picture;
 pub(crate) mod polygon;

@@ -4,11 +4,11 @@ use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use basisu::{DecodeFlags, TargetFormat, Transcoder};
-use zune_jpeg::errors::DecodeErrors;
 use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
+use crate::files::jpeg_end;
 use crate::files::source::Source;
 use crate::{SceneError, Texture, Wrap};
 
@@ -56,7 +56,7 @@ type Decode<'a> = Box<dyn FnOnce() -> Result<Vec<[u8; 4]>, String> + 'a>;
 fn open(bytes: &[u8]) -> Result<([u32; 2], Decode<'_>), String> {
     match bytes {
         [0x89, b'P', b'N', b'G', ..] => open_png(bytes).map_err(|error| error.to_string()),
-        [0xff, 0xd8, 0xff, ..] => open_jpeg(bytes).map_err(|error| error.to_string()),
+        [0xff, 0xd8, 0xff, ..] => open_jpeg(bytes),
         [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => {
             open_webp(bytes).map_err(|error| error.to_string())
         }
@@ -83,17 +83,22 @@ fn open_png(bytes: &[u8]) -> Result<([u32; 2], Decode<'_>), png::DecodingError> 
     Ok(([width, height], Box::new(move || decode().map_err(|error: png::DecodingError| error.to_string()))))
 }
 
-fn open_jpeg(bytes: &[u8]) -> Result<([u32; 2], Decode<'_>), DecodeErrors> {
-    // Missing parts become gray.
-    let options = DecoderOptions::default().set_strict_mode(false).set_max_width(usize::MAX).set_max_height(usize::MAX);
-    let mut decoder = zune_jpeg::JpegDecoder::new_with_options(ZCursor::new(bytes), options);
-    decoder.decode_headers()?;
-    let is_gray = decoder.input_colorspace() == Some(ColorSpace::Luma);
+fn open_jpeg(bytes: &[u8]) -> Result<([u32; 2], Decode<'_>), String> {
+    let options = DecoderOptions::default().set_max_width(usize::MAX).set_max_height(usize::MAX);
+    let mut headers = zune_jpeg::JpegDecoder::new_with_options(ZCursor::new(bytes), options.set_strict_mode(false));
+    headers.decode_headers().map_err(|error| error.to_string())?;
+    let is_gray = headers.input_colorspace() == Some(ColorSpace::Luma);
     let (colors, channels) = if is_gray { (ColorSpace::Luma, 1) } else { (ColorSpace::RGB, 3) };
-    let (width, height) = decoder.dimensions().unwrap_or_default();
+    let (width, height) = headers.dimensions().unwrap_or_default();
     let decode = move || {
-        decoder.set_options(options.jpeg_set_out_colorspace(colors));
-        decoder.decode().map(|raw| rgba(&raw, channels)).map_err(|error| error.to_string())
+        let Some(picture) = jpeg_end::with_ones_behind(bytes) else {
+            return Err("a JPEG whose end is missing".to_owned());
+        };
+        // Where it need not be strict, the decoder fills what is missing with gray.
+        let strict = options.set_strict_mode(true).jpeg_set_out_colorspace(colors);
+        let mut decoder = zune_jpeg::JpegDecoder::new_with_options(ZCursor::new(picture.as_slice()), strict);
+        let raw = decoder.decode().map_err(|error| format!("a JPEG that is damaged or not all there: {error}"))?;
+        Ok(rgba(&raw, channels))
     };
     // A side of a JPEG has sixteen bits.
     Ok(([width as u32, height as u32], Box::new(decode)))
@@ -227,6 +232,22 @@ mod tests {
             let expected = if what == "gray" { [luma; 3] } else { [153, 144, 128] };
             let error = [r, g, b].iter().zip(expected).map(|(a, b)| a.abs_diff(b)).max();
             assert!(alpha == 255 && error <= Some(8), "{what}: {:?} for {expected:?}", texels[4 * 16 + 9]);
+        }
+    }
+
+    #[test]
+    fn photographs_that_are_cut_off_are_refused_with_and_without_a_mark_at_their_end() {
+        let whole = include_bytes!("../../../lobe-image/tests/data/color.jpg");
+        let scan = whole.windows(2).position(|pair| pair == [0xff, 0xda]).unwrap();
+        // Half of the scan, and all of it without the mark of its end.
+        for length in [(scan + whole.len()) / 2, whole.len() - 2] {
+            let cut = &whole[..length];
+            let marked = [cut, &[0xff, 0xd9]].concat();
+            let found = open(cut).and_then(|(_, decode)| decode());
+            assert_eq!(found, Err("a JPEG whose end is missing".to_owned()), "{length} bytes of {}", whole.len());
+            let is_whole = length == whole.len() - 2;
+            let found = open(&marked).and_then(|(_, decode)| decode());
+            assert_eq!(found.is_ok(), is_whole, "{length} bytes of {} with a mark: {found:?}", whole.len());
         }
     }
 }

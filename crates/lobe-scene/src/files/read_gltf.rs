@@ -37,9 +37,9 @@ pub(crate) fn standing_scene_of(
     flattened: Flattened,
     source: &mut Source<'_>,
 ) -> Result<Scene, SceneError> {
-    let (mut materials, textures) = materials::read(file, source)?;
-    let (mut meshes, mut needs_default) = (Vec::new(), false);
     let (all_shown, origin) = shown_meshes(file, source)?;
+    let (mut materials, textures) = materials::read(file, &used_materials(file, &all_shown), source)?;
+    let (mut meshes, mut needs_default) = (Vec::new(), false);
     for shown in all_shown {
         let Some(mesh) = file.root.meshes.get(shown.mesh) else {
             let (node, mesh, count) = (shown.node, shown.mesh, file.root.meshes.len());
@@ -69,6 +69,25 @@ pub(crate) fn standing_scene_of(
     }
     let scene = Scene::new(meshes, materials, textures).map_err(|error| error.within(source.name))?;
     Ok(scene.moved(z_up_from_y_up(origin.to_array())))
+}
+
+/// Whether each material of the file is that of triangles that are shown.
+fn used_materials(file: &GltfFile, all_shown: &[Shown]) -> Vec<bool> {
+    let mut is_used = vec![false; file.root.materials.len()];
+    let mut is_shown = vec![false; file.root.meshes.len()];
+    for shown in all_shown {
+        if let Some(is_shown) = is_shown.get_mut(shown.mesh) {
+            *is_shown = true;
+        }
+    }
+    let meshes = file.root.meshes.iter().zip(is_shown).filter(|&(_, is_shown)| is_shown);
+    let primitives = meshes.flat_map(|(mesh, _)| &mesh.primitives);
+    for material in primitives.filter(|primitive| is_of_triangles(primitive).is_some()).filter_map(|p| p.material) {
+        if let Some(is_used) = is_used.get_mut(material.value()) {
+            *is_used = true;
+        }
+    }
+    is_used
 }
 
 /// Whether an instance of a primitive may have triangles without area that have one elsewhere.

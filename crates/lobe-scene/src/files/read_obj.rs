@@ -5,6 +5,7 @@ use std::mem;
 
 use crate::files::obj::lines::{Line, for_each_line, is_utf16, text_of};
 use crate::files::obj::materials::{MtlMaterial, read_mtl};
+use crate::files::obj::smoothing::{NormalSums, Smoothing, split};
 use crate::files::picture::decode;
 use crate::files::polygon::Triangulator;
 use crate::files::source::Source;
@@ -14,7 +15,8 @@ use crate::{Material, MeshParts, Scene, SceneError, Texture, TextureUse, Up, Wra
 /// Reads one mesh for each object, group and material.
 ///
 /// OBJ indexes positions, texture coordinates and normals separately. Each combination that a face uses becomes a
-/// vertex, in the order of first use.
+/// vertex, in the order of first use. Where normals are missing, vertices of several smoothing groups, or of flat faces in several
+/// planes, are copied behind these; those of one group have one normal at each position of the file, in whichever meshes they are.
 pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scene, SceneError> {
     if is_utf16(bytes) {
         return Err(source.invalid(NOT_UTF16));
@@ -24,10 +26,18 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scen
     for_each_line(&text_of(bytes), |line| obj.read_line(&line, source))?;
     obj.finish_model();
     let mut triangulator = Triangulator::new();
-    let mut meshes = Vec::new();
+    let mut shapes = Vec::with_capacity(obj.models.len());
     for model in &obj.models {
-        let parts = obj.mesh_parts(model, up, &mut triangulator, source)?;
-        meshes.extend(source.mesh(parts)?);
+        shapes.push(obj.shape(model, up, &mut triangulator, source)?);
+    }
+    let sums = obj.normal_sums(&shapes, up, source)?;
+    // The last one of a name counts.
+    let materials = obj.materials.iter().enumerate().map(|(index, material)| (material.name.as_str(), index)).collect();
+    let mut meshes = Vec::new();
+    for shape in shapes {
+        let made = shape.made_normals(&sums);
+        let parts = obj.mesh_parts(shape, &made, &materials, up, source);
+        meshes.extend(source.mesh(parts)?.map(|mesh| mesh.with_made_normals(&made)));
     }
     triangulator.note_filled(source);
     if meshes.is_empty() {
@@ -62,6 +72,8 @@ struct Obj {
     models: Vec<Model>,
     /// The model that is being read.
     current: Model,
+    /// What the last line `s` says.
+    smoothing: Smoothing,
 }
 
 /// The faces of an object or a group that are of one material.
@@ -71,8 +83,26 @@ struct Model {
     /// The name of the material.
     material: Option<String>,
     corners: Vec<Corner>,
-    /// For each face the end of its corners, and its line.
-    faces: Vec<(usize, usize)>,
+    faces: Vec<Face>,
+}
+
+struct Face {
+    /// The end of its corners, which begin at the end of the face before.
+    end: usize,
+    line: usize,
+    smoothing: Smoothing,
+}
+
+/// A model with its vertices.
+struct Shape<'a> {
+    model: &'a Model,
+    /// The corners that became vertices.
+    corners: Vec<Corner>,
+    triangles: Vec<[u32; 3]>,
+    /// How the normals of each triangle are made.
+    smoothing: Vec<Smoothing>,
+    /// Whether normals are made: some corner has none.
+    lacks_normals: bool,
 }
 
 impl Obj {
@@ -114,6 +144,13 @@ impl Obj {
                     self.current.material = material;
                 }
             }
+            "s" => match line.words().next().and_then(Smoothing::of) {
+                Some(smoothing) => self.smoothing = smoothing,
+                None => source.note(format!(
+                    "line {}: expected the number of a smoothing group or off after s, found `{}`, which is not used",
+                    line.number, line.rest
+                )),
+            },
             "mtllib" => self.read_mtl(&line.rest.replace('\\', "/"), source)?,
             "curv" | "curv2" | "surf" => source.note("free-form curves and surfaces are not used"),
             _ => {}
@@ -135,7 +172,8 @@ impl Obj {
             self.current.corners.truncate(before);
             source.note("faces of fewer than three corners are left out");
         } else {
-            self.current.faces.push((self.current.corners.len(), line.number));
+            let (end, smoothing) = (self.current.corners.len(), self.smoothing);
+            self.current.faces.push(Face { end, line: line.number, smoothing });
         }
         Ok(())
     }
@@ -174,22 +212,67 @@ impl Obj {
         }
     }
 
-    fn mesh_parts(
+    /// The vertices of a model and its triangles.
+    fn shape<'a>(
         &self,
-        model: &Model,
+        model: &'a Model,
         up: Up,
         triangulator: &mut Triangulator,
         source: &mut Source<'_>,
-    ) -> Result<MeshParts, SceneError> {
-        let (corners, indices) = self.vertices(model, source)?;
-        let positions: Vec<[f32; 3]> = corners.iter().map(|&[v, ..]| up.to_world(self.positions[v as usize])).collect();
-        source.count(positions.len(), indices.len() - 2 * model.faces.len())?;
-        let mut triangles = Vec::with_capacity(indices.len() - 2 * model.faces.len());
+    ) -> Result<Shape<'a>, SceneError> {
+        let (mut corners, indices) = self.vertices(model, source)?;
+        let count = indices.len() - 2 * model.faces.len();
+        source.count(corners.len(), count)?;
+        let positions = self.positions_of(&corners, up);
+        let mut triangles = Vec::with_capacity(count);
+        let mut smoothing = Vec::with_capacity(count);
         let mut start = 0;
-        for &(end, _) in &model.faces {
-            triangulator.push(&indices[start..end], &positions, &mut triangles);
-            start = end;
+        for face in &model.faces {
+            triangulator.push(&indices[start..face.end], &positions, &mut triangles);
+            smoothing.resize(triangles.len(), face.smoothing.under(source.options.missing_normals));
+            start = face.end;
         }
+        let lacks_normals = corners.iter().any(|&[.., vn]| vn == NONE);
+        let needed = if lacks_normals { split(&positions, &triangles, &smoothing) } else { None };
+        if let Some(flat) = needed {
+            source.count(flat.added.len(), 0)?;
+            let added: Vec<Corner> = flat.added.iter().map(|&vertex| corners[vertex as usize]).collect();
+            corners.extend(added);
+            triangles = flat.triangles;
+        }
+        Ok(Shape { model, corners, triangles, smoothing, lacks_normals })
+    }
+
+    fn positions_of(&self, corners: &[Corner], up: Up) -> Vec<[f32; 3]> {
+        corners.iter().map(|&[v, ..]| up.to_world(self.positions[v as usize])).collect()
+    }
+
+    /// The normals around all positions; none if none are to be made.
+    fn normal_sums(&self, shapes: &[Shape<'_>], up: Up, source: &Source<'_>) -> Result<NormalSums, SceneError> {
+        if shapes.iter().all(|shape| !shape.lacks_normals || shape.smoothing.iter().all(|&s| s == Smoothing::Off)) {
+            return Ok(NormalSums::default());
+        }
+        source.check_bytes((self.positions.len() as u64).saturating_mul(NormalSums::BYTES))?;
+        let mut sums = NormalSums::new(self.positions.len());
+        for shape in shapes {
+            for (triangle, &smoothing) in shape.triangles.iter().zip(&shape.smoothing) {
+                let places = triangle.map(|vertex| shape.corners[vertex as usize][0]);
+                sums.add(smoothing, places, places.map(|v| up.to_world(self.positions[v as usize])));
+            }
+        }
+        Ok(sums)
+    }
+
+    /// The mesh of a shape, with its `made` normals if there are any.
+    fn mesh_parts(
+        &self,
+        shape: Shape<'_>,
+        made: &[[f32; 3]],
+        materials: &HashMap<&str, usize>,
+        up: Up,
+        source: &mut Source<'_>,
+    ) -> MeshParts {
+        let Shape { model, corners, triangles, .. } = shape;
         let name = &model.name;
         // Programs write sRGB-encoded vertex colors.
         let linear = |c: f32| linear_from_srgb8((c.clamp(0.0, 1.0) * 255.0).round() as u8);
@@ -198,26 +281,17 @@ impl Obj {
         // In OBJ v points upwards.
         let uvs = |[_, vt, _]: &Corner| self.uvs.get(*vt as usize).map(|&[u, v]| [u, 1.0 - v]);
         let normals = |[.., vn]: &Corner| self.normals.get(*vn as usize).map(|&n| up.to_world(n));
-        Ok(MeshParts {
-            positions,
+        let given = complete(&corners, normals, name, "normals", source);
+        MeshParts {
+            positions: self.positions_of(&corners, up),
             triangles,
-            normals: complete(&corners, normals, name, "normals", source),
+            normals: if made.is_empty() { given } else { made.to_vec() },
             uvs: [complete(&corners, uvs, name, "texture coordinates", source), Vec::new()],
             colors: complete(&corners, colors, name, "colors", source),
-            material: self.material_of(model, source),
+            material: material_of(model, materials, source),
             source: None,
             name: name.clone(),
-        })
-    }
-
-    /// The last material of the name that a model uses. Where libraries were read and none of them has it, that is noted.
-    fn material_of(&self, model: &Model, source: &mut Source<'_>) -> Option<usize> {
-        let name = model.material.as_ref()?;
-        let found = self.materials.iter().rposition(|material| material.name == *name);
-        if found.is_none() && !self.materials.is_empty() {
-            source.note(format!("material {name:?} is in none of the libraries; its faces are white"));
         }
-        found
     }
 
     /// The distinct corners of a model in the order of first use, and for each corner of its faces the index of its own.
@@ -226,7 +300,7 @@ impl Obj {
         let (mut distinct, mut places) = (Vec::new(), HashMap::new());
         let mut indices = Vec::with_capacity(model.corners.len());
         let mut start = 0;
-        for &(end, line) in &model.faces {
+        for &Face { end, line, .. } in &model.faces {
             for &corner in &model.corners[start..end] {
                 for (k, what) in ["vertex", "texture coordinate", "normal"].iter().enumerate() {
                     let (found, count) = (u64::from(corner[k]) + 1, counts[k]);
@@ -244,6 +318,31 @@ impl Obj {
         }
         Ok((distinct, indices))
     }
+}
+
+impl Shape<'_> {
+    /// The normals that are made at its vertices, zero where it has flat triangles only; none if the file gives normals.
+    fn made_normals(&self, sums: &NormalSums) -> Vec<[f32; 3]> {
+        if !self.lacks_normals {
+            return Vec::new();
+        }
+        let mut groups = vec![Smoothing::Off; self.corners.len()];
+        let smoothed = self.triangles.iter().zip(&self.smoothing).filter(|&(_, &group)| group != Smoothing::Off);
+        for (triangle, &group) in smoothed {
+            triangle.iter().for_each(|&vertex| groups[vertex as usize] = group);
+        }
+        groups.iter().zip(&self.corners).map(|(&group, &[v, ..])| sums.normal(group, v)).collect()
+    }
+}
+
+/// The index of the material of a model. Where libraries were read and none of them has it, that is noted.
+fn material_of(model: &Model, materials: &HashMap<&str, usize>, source: &mut Source<'_>) -> Option<usize> {
+    let name = model.material.as_deref()?;
+    let found = materials.get(name).copied();
+    if found.is_none() && !materials.is_empty() {
+        source.note(format!("material {name:?} is in none of the libraries; its faces are white"));
+    }
+    found
 }
 
 /// An attribute of all corners; empty, with a note, if only some have it.

@@ -37,12 +37,14 @@ pub struct SceneReadOptions {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub enum MissingNormals {
-    /// Flat triangles in glTF, which asks for them; smooth ones in OBJ and PLY, which do not say.
+    /// Flat triangles in glTF, which asks for them; smooth ones in PLY, which does not say. In OBJ what the smoothing groups
+    /// of the file say (`s`): faces of one group are smooth, those of none (`s off`) flat, and all are smooth where it has no groups.
     #[default]
     AsFormat,
     /// The normals of the triangles. Vertices are added where triangles of different planes share one.
     Flat,
-    /// The mean of the normals around each vertex, weighted by the angles there.
+    /// The mean of the normals around each vertex, weighted by the angles there; in OBJ around each position of the file, whatever its
+    /// groups, materials and texture coordinates.
     Smooth,
 }
 

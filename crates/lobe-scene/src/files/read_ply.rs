@@ -2,13 +2,15 @@
 
 use std::io::Cursor;
 
+use gltf_json::mesh::Mode;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use serde_ply::{ElementDef, PlyFormat, PlyReader, PropertyType, ScalarType};
 
+use crate::files::gltf::primitive::triangles;
 use crate::files::polygon::Triangulator;
 use crate::files::source::Source;
-use crate::scene::texture::linear_from_srgb8;
+use crate::scene::texture::{linear_from_srgb, linear_from_srgb8};
 use crate::{MeshParts, Scene, SceneError, Up};
 
 /// A row of the element `vertex`; missing properties are `None`.
@@ -23,10 +25,18 @@ struct Vertex {
     ny: Option<f32>,
     #[serde(default)]
     nz: Option<f32>,
-    #[serde(default, alias = "s", alias = "texture_u")]
+    #[serde(default)]
     u: Option<f32>,
-    #[serde(default, alias = "t", alias = "texture_v")]
+    #[serde(default)]
     v: Option<f32>,
+    #[serde(default)]
+    s: Option<f32>,
+    #[serde(default)]
+    t: Option<f32>,
+    #[serde(default)]
+    texture_u: Option<f32>,
+    #[serde(default)]
+    texture_v: Option<f32>,
     #[serde(default)]
     red: Option<f32>,
     #[serde(default)]
@@ -37,14 +47,32 @@ struct Vertex {
     alpha: Option<f32>,
 }
 
-/// A row of the element `face`: a polygon.
+impl Vertex {
+    /// The texture coordinates of these [names](UV_NAMES).
+    fn uv(&self, names: usize) -> Option<[f32; 2]> {
+        let [u, v] = match names {
+            0 => [self.u, self.v],
+            1 => [self.s, self.t],
+            _ => [self.texture_u, self.texture_v],
+        };
+        Some([u?, v?])
+    }
+}
+
+/// What programs call texture coordinates. The first ones that a file has are used.
+const UV_NAMES: [[&str; 2]; 3] = [["u", "v"], ["s", "t"], ["texture_u", "texture_v"]];
+
+const COLOR_NAMES: [&str; 3] = ["red", "green", "blue"];
+
+/// A row of the element `face`, a polygon, or of `tristrips`, strips with -1 between them.
 #[derive(Deserialize)]
 struct Face {
     #[serde(alias = "vertex_index")]
     vertex_indices: Vec<i64>,
 }
 
-/// Reads one mesh: the element `vertex` in the order of the file, and the polygons of the element `face` as triangles.
+/// Reads one mesh: the element `vertex` in the order of the file, and the polygons of the element `face` and the strips of
+/// `tristrips` as triangles.
 /// The elements may come in any order.
 pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scene, SceneError> {
     if !bytes.starts_with(b"ply") {
@@ -56,7 +84,7 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scen
     let mut reader = PlyReader::from_reader(&mut data).map_err(|error| source.invalid(broken("a PLY file", error)))?;
     let mut parts = MeshParts { name: "ply".into(), ..MeshParts::default() };
     let format = reader.header().format;
-    let mut faces: Vec<Face> = Vec::new();
+    let (mut faces, mut strips) = (Vec::<Face>::new(), Vec::<Face>::new());
     while let Some(element) = reader.current_element().cloned() {
         check_length(&element, format, bytes.len(), source)?;
         let rows = format!("rows of `{}`", element.name);
@@ -65,12 +93,17 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scen
                 source.count(element.count, 0)?;
                 let vertices: Vec<Vertex> =
                     reader.next_element().map_err(|error| source.invalid(broken(&rows, error)))?;
-                read_vertices(&element, &vertices, up, &mut parts);
+                read_vertices(&element, &vertices, up, &mut parts, source);
             }
-            "face" => {
+            name @ ("face" | "tristrips") => {
                 source.count(0, element.count)?;
                 let more: Vec<Face> = reader.next_element().map_err(|error| source.invalid(broken(&rows, error)))?;
-                faces.extend(more);
+                if name == "face" {
+                    faces.extend(more);
+                } else {
+                    strips.extend(more);
+                }
+                note_unused(&element, &[], source);
             }
             other => {
                 source.note(format!("the element `{other}` is not used"));
@@ -79,6 +112,7 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scen
         }
     }
     read_faces(&faces, &mut parts, source)?;
+    read_strips(&strips, &mut parts, source)?;
     match source.mesh(parts)? {
         Some(mesh) => Scene::new(vec![mesh], Vec::new(), Vec::new()).map_err(|error| error.within(source.name)),
         None => Err(source.no_triangles()),
@@ -124,23 +158,63 @@ fn size_of(scalar: ScalarType) -> usize {
     }
 }
 
-fn read_vertices(element: &ElementDef, rows: &[Vertex], up: Up, parts: &mut MeshParts) {
+/// The largest number of a property, of which its values are parts; `None` for floats.
+fn most_of(element: &ElementDef, name: &str) -> Option<f64> {
+    match element.get_property(name)?.property_type {
+        PropertyType::Scalar(ScalarType::I8) => Some(i8::MAX.into()),
+        PropertyType::Scalar(ScalarType::U8) => Some(u8::MAX.into()),
+        PropertyType::Scalar(ScalarType::I16) => Some(i16::MAX.into()),
+        PropertyType::Scalar(ScalarType::U16) => Some(u16::MAX.into()),
+        PropertyType::Scalar(ScalarType::I32) => Some(i32::MAX.into()),
+        PropertyType::Scalar(ScalarType::U32) => Some(u32::MAX.into()),
+        PropertyType::Scalar(ScalarType::F32 | ScalarType::F64) | PropertyType::List { .. } => None,
+    }
+}
+
+fn read_vertices(element: &ElementDef, rows: &[Vertex], up: Up, parts: &mut MeshParts, source: &mut Source<'_>) {
     parts.positions = rows.iter().map(|row| up.to_world([row.x, row.y, row.z])).collect();
     let normals = rows.iter().map(|row| Some(up.to_world([row.nx?, row.ny?, row.nz?])));
     parts.normals = normals.collect::<Option<_>>().unwrap_or_default();
-    // In PLY v points upwards.
-    let uvs = rows.iter().map(|row| Some([row.u?, 1.0 - row.v?]));
-    parts.uvs[0] = uvs.collect::<Option<_>>().unwrap_or_default();
-    // Bytes are sRGB-encoded colors, floats are linear.
-    let is_byte = element
-        .get_property("red")
-        .is_some_and(|red| matches!(red.property_type, PropertyType::Scalar(ScalarType::U8)));
-    let color = |c: f32| if is_byte { linear_from_srgb8(c as u8) } else { c };
-    let coverage = |a: f32| if is_byte { a / 255.0 } else { a };
-    let colors = rows
-        .iter()
-        .map(|row| Some([color(row.red?), color(row.green?), color(row.blue?), row.alpha.map_or(1.0, coverage)]));
-    parts.colors = colors.collect::<Option<_>>().unwrap_or_default();
+    let mut used = Vec::new();
+    let has_all = |names: &[&str]| names.iter().all(|name| element.has_property(name));
+    if let Some(names) = UV_NAMES.iter().position(|names| has_all(names)) {
+        used.extend(UV_NAMES[names]);
+        // In PLY v points upwards.
+        let uvs = rows.iter().map(|row| row.uv(names).map(|[u, v]| [u, 1.0 - v]));
+        parts.uvs[0] = uvs.collect::<Option<_>>().unwrap_or_default();
+    }
+    if has_all(&COLOR_NAMES) {
+        used.extend(COLOR_NAMES);
+        used.push("alpha");
+        // Whole numbers are sRGB-encoded colors, floats are linear.
+        let color = |c: f32, most: Option<f64>| {
+            let Some(most) = most else { return c };
+            if most == 255.0 { linear_from_srgb8(c as u8) } else { linear_from_srgb(f64::from(c) / most) }
+        };
+        let most = COLOR_NAMES.map(|name| most_of(element, name));
+        let whole = most_of(element, "alpha").map_or(1.0, |most| most as f32);
+        let colors = rows.iter().map(|row| {
+            let [r, g, b] = [row.red?, row.green?, row.blue?];
+            Some([color(r, most[0]), color(g, most[1]), color(b, most[2]), row.alpha.map_or(1.0, |a| a / whole)])
+        });
+        parts.colors = colors.collect::<Option<_>>().unwrap_or_default();
+    }
+    note_unused(element, &used, source);
+}
+
+/// Notes properties that, by their names, are colors or texture coordinates, but are not among those used.
+fn note_unused(element: &ElementDef, used: &[&str], source: &mut Source<'_>) {
+    const WORDS: [&str; 11] = ["red", "green", "blue", "alpha", "r", "g", "b", "u", "v", "s", "t"];
+    const PARTS: [&str; 5] = ["color", "colour", "texcoord", "texture", "texnumber"];
+    let is_look =
+        |name: &str| name.split('_').any(|word| WORDS.contains(&word)) || PARTS.iter().any(|part| name.contains(part));
+    let names = element.properties.iter().map(|property| property.name.as_str());
+    let names: Vec<String> =
+        names.filter(|name| !used.contains(name) && is_look(name)).map(|name| format!("`{name}`")).collect();
+    if !names.is_empty() {
+        let (element, names) = (&element.name, names.join(", "));
+        source.note(format!("colors or texture coordinates of `{element}` in a form that is not used: {names}"));
+    }
 }
 
 fn read_faces(rows: &[Face], parts: &mut MeshParts, source: &mut Source<'_>) -> Result<(), SceneError> {
@@ -155,5 +229,25 @@ fn read_faces(rows: &[Face], parts: &mut MeshParts, source: &mut Source<'_>) -> 
         triangulator.push(&corners, &parts.positions, &mut parts.triangles);
     }
     triangulator.note_filled(source);
+    Ok(())
+}
+
+/// The triangles of strips, every other one of which runs around the other way in the file.
+fn read_strips(rows: &[Face], parts: &mut MeshParts, source: &mut Source<'_>) -> Result<(), SceneError> {
+    for (row, Face { vertex_indices }) in rows.iter().enumerate() {
+        // Each row was counted as one.
+        source.count(0, vertex_indices.len().saturating_sub(3))?;
+        for strip in vertex_indices.split(|&index| index == -1) {
+            let corners: Option<Vec<u32>> = strip.iter().map(|&i| u32::try_from(i).ok()).collect();
+            let Some(corners) = corners else {
+                return Err(
+                    source.invalid(format!("row {row} of `tristrips` uses a vertex index below -1 or above 2^32"))
+                );
+            };
+            // A vertex that stands there twice leads to where the strip goes on.
+            let triangles = triangles(Mode::TriangleStrip, &corners).into_iter();
+            parts.triangles.extend(triangles.filter(|[a, b, c]| a != b && b != c && c != a));
+        }
+    }
     Ok(())
 }

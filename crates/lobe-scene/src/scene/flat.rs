@@ -1,6 +1,7 @@
 //! Flat meshes: triangles that share a vertex only where they lie in one plane.
 
 use std::collections::HashMap;
+use std::hash::Hash;
 
 use glam::Vec3;
 
@@ -18,17 +19,33 @@ impl FlatMesh {
     /// Adds vertices where triangles around a vertex have different normals. The first triangle at a vertex keeps it;
     /// one without area keeps all.
     pub(crate) fn new(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Self {
-        let mut first = vec![None; positions.len()];
+        Self::of_keys(positions.len(), triangles, |t| unit_normal(positions, triangles[t]))
+    }
+
+    /// Gives each triangle vertices of its own, so that it stays flat wherever they move.
+    pub(crate) fn unshared(vertices: usize, triangles: &[[u32; 3]]) -> Self {
+        let is_there = |&vertex: &u32| (vertex as usize) < vertices;
+        Self::of_keys(vertices, triangles, |t| triangles[t].iter().all(is_there).then_some(t))
+    }
+
+    /// Adds vertices where triangles around a vertex have different keys. The first triangle at a vertex keeps it; one
+    /// without a key, which alone may have indices out of range, keeps all.
+    pub(crate) fn of_keys<K: Copy + Eq + Hash>(
+        vertices: usize,
+        triangles: &[[u32; 3]],
+        key: impl Fn(usize) -> Option<K>,
+    ) -> Self {
+        let mut first = vec![None; vertices];
         let mut others = HashMap::new();
         let mut added = Vec::new();
         let mut flat = triangles.to_vec();
-        for triangle in &mut flat {
-            let Some(normal) = unit_normal(positions, *triangle) else { continue };
+        for (t, triangle) in flat.iter_mut().enumerate() {
+            let Some(key) = key(t) else { continue };
             for vertex in triangle {
-                if *first[*vertex as usize].get_or_insert(normal) != normal {
-                    *vertex = *others.entry((*vertex, normal)).or_insert_with(|| {
+                if *first[*vertex as usize].get_or_insert(key) != key {
+                    *vertex = *others.entry((*vertex, key)).or_insert_with(|| {
                         added.push(*vertex);
-                        (positions.len() + added.len() - 1) as u32
+                        (vertices + added.len() - 1) as u32
                     });
                 }
             }
@@ -51,7 +68,7 @@ impl FlatMesh {
 }
 
 /// The bits of a triangle's unit normal, rounded; `None` without area or where an index is out of range.
-fn unit_normal(positions: &[[f32; 3]], triangle: [u32; 3]) -> Option<[u32; 3]> {
+pub(crate) fn unit_normal(positions: &[[f32; 3]], triangle: [u32; 3]) -> Option<[u32; 3]> {
     let corner = |i: u32| positions.get(i as usize).map(|&p| Vec3::from(p).as_dvec3());
     let [a, b, c] = triangle.map(corner);
     let (a, b, c) = (a?, b?, c?);
@@ -74,5 +91,8 @@ mod tests {
         let folded = FlatMesh::new(&square(0.5), &triangles);
         let expected = FlatMesh { added: vec![0, 2], triangles: vec![[0, 1, 2], [4, 5, 3], [0, 0, 1]] };
         assert_eq!(folded, expected, "two planes");
+        let unshared = FlatMesh::unshared(4, &[[0, 1, 2], [0, 2, 3], [0, 2, 9]]);
+        let expected = FlatMesh { added: vec![0, 2], triangles: vec![[0, 1, 2], [4, 5, 3], [0, 2, 9]] };
+        assert_eq!(unshared, expected, "one plane, for poses; what has an index out of range stays");
     }
 }

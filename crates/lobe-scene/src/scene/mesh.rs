@@ -164,6 +164,15 @@ impl Mesh {
         self
     }
 
+    /// The same mesh with normals that were made of more than its own triangles: unit vectors, or zero where those that it made
+    /// of its own stay. None for a mesh whose normals were given.
+    pub(crate) fn with_made_normals(mut self, made: &[[f32; 3]]) -> Self {
+        let pairs = self.parts.normals.iter_mut().zip(made);
+        pairs.filter(|(_, made)| **made != [0.0; 3]).for_each(|(own, made)| *own = *made);
+        self.made_normals = self.made_normals.max(made.len());
+        self
+    }
+
     /// The same mesh, of another material.
     pub(crate) fn with_material(mut self, material: Option<usize>) -> Self {
         self.parts.material = material;

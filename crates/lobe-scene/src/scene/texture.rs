@@ -138,12 +138,12 @@ fn neighbors(coordinate: f32, size: usize, wrap: Wrap) -> (usize, usize, f32) {
 /// ```
 pub(crate) fn linear_from_srgb8(value: u8) -> f32 {
     static TABLE: OnceLock<[f32; 256]> = OnceLock::new();
-    TABLE.get_or_init(|| {
-        std::array::from_fn(|i| {
-            let s = i as f64 / 255.0;
-            (if s <= 0.04045 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) }) as f32
-        })
-    })[usize::from(value)]
+    TABLE.get_or_init(|| std::array::from_fn(|i| linear_from_srgb(i as f64 / 255.0)))[usize::from(value)]
+}
+
+/// The linear value of an encoded one from 0 to 1.
+pub(crate) fn linear_from_srgb(s: f64) -> f32 {
+    (if s <= 0.04045 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) }) as f32
 }
 
 #[cfg(test)]

@@ -15,15 +15,21 @@ use glam::{DVec3, Vec3};
 pub(crate) fn angle_weighted_normals(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<[f32; 3]> {
     let mut sums = vec![DVec3::ZERO; positions.len()];
     for triangle in triangles {
-        let p = triangle.map(|i| Vec3::from(positions[i as usize]).as_dvec3());
-        let Some(normal) = (p[1] - p[0]).cross(p[2] - p[0]).try_normalize() else { continue };
-        for k in 0..3 {
-            let (to_next, to_last) = (p[(k + 1) % 3] - p[k], p[(k + 2) % 3] - p[k]);
-            let angle = to_next.cross(to_last).length().atan2(to_next.dot(to_last));
-            sums[triangle[k] as usize] += angle * normal;
-        }
+        let Some(weighted) = weighted_normals(triangle.map(|i| positions[i as usize])) else { continue };
+        triangle.iter().zip(weighted).for_each(|(&i, normal)| sums[i as usize] += normal);
     }
     sums.into_iter().map(|sum| sum.try_normalize().unwrap_or(DVec3::Z).as_vec3().to_array()).collect()
+}
+
+/// What a triangle adds to the sums at its corners, `α_t n_t`; nothing without an area.
+pub(crate) fn weighted_normals(corners: [[f32; 3]; 3]) -> Option<[DVec3; 3]> {
+    let p = corners.map(|p| Vec3::from(p).as_dvec3());
+    let normal = (p[1] - p[0]).cross(p[2] - p[0]).try_normalize()?;
+    Some([0, 1, 2].map(|k| {
+        let (to_next, to_last) = (p[(k + 1) % 3] - p[k], p[(k + 2) % 3] - p[k]);
+        let angle = to_next.cross(to_last).length().atan2(to_next.dot(to_last));
+        angle * normal
+    }))
 }
 
 #[cfg(test)]

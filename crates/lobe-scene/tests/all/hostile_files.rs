@@ -84,6 +84,22 @@ fn instances_in_arrays_are_counted_before_they_become_nodes() {
 }
 
 #[test]
+fn instances_that_no_scene_shows_stay_in_their_arrays() {
+    let instanced = json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 2}}});
+    let file = Gltf::square()
+        .with("/accessors/2", json!({"componentType": 5126, "count": 1_u64 << 40, "type": "VEC3"}))
+        .with("/extensionsUsed", json!(["EXT_mesh_gpu_instancing"]))
+        .with("/nodes/1", json!({"mesh": 0, "extensions": instanced}));
+    let options = SceneReadOptions::default().max_bytes(1 << 20);
+    let reader = GltfReader::open_bytes(&file.glb(), "a.glb", &options).unwrap();
+    let (scene, _, document) = reader.into_scene_and_document().unwrap();
+    assert_eq!(scene.triangle_count(), 2, "the node that is shown");
+    for member in ["nodes", "extensionsUsed"] {
+        assert_eq!(document.json[member], file.json[member], "{member}");
+    }
+}
+
+#[test]
 fn attributes_of_another_length_are_not_copied_to_make_triangles_flat() {
     let mut file = Gltf::square();
     // The square is folded along its diagonal.

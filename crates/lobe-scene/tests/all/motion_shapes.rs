@@ -81,6 +81,31 @@ fn what_only_a_morph_target_opens_appears_with_it() {
 }
 
 #[test]
+fn triangles_without_normals_are_flat_in_poses_that_fold_them() {
+    // The two corners beside the diagonal are lifted.
+    let mut file = Gltf::square();
+    let lift = file.floats("VEC3", &[0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+    let file = file.with("/meshes/0/primitives/0/targets", json!([{"POSITION": lift}])).with_channel(
+        0,
+        (0, "weights"),
+        "LINEAR",
+        (&[0.0, 1.0], "SCALAR", &[0.0, 1.0]),
+    );
+    let scene = animated(&file);
+    for time in [0.0, 0.5, 1.0] {
+        let pose = posed(&scene, time);
+        let mesh = &pose.meshes()[0];
+        assert_eq!(mesh.positions().len(), 6, "each triangle has its vertices");
+        let [first, second] = [0, 1].map(|t| mesh.triangles()[t].map(|i| mesh.normals()[i as usize]));
+        assert!(first == [first[0]; 3] && second == [second[0]; 3], "{first:?} and {second:?} at {time}");
+        assert_eq!(first[0] == second[0], time == 0.0, "one plane at rest only: {first:?} and {second:?} at {time}");
+    }
+    let mut skinned = Gltf::skinned();
+    skinned.json["meshes"][0]["primitives"][0]["attributes"].as_object_mut().unwrap().remove("NORMAL");
+    assert_eq!(animated(&skinned).rest().vertex_count(), 6, "joints may fold it too");
+}
+
+#[test]
 fn an_own_scene_has_the_morph_targets_that_stand() {
     let mut file = Gltf::square().with_attribute("NORMAL", "VEC3", &[0.0, 0.0, 1.0].repeat(4));
     let up = file.floats("VEC3", &[0.0, 1.0, 0.0].repeat(4));

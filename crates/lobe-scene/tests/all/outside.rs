@@ -111,13 +111,15 @@ fn pictures_outside_of_the_folder_are_refused_where_they_are_used_and_never_copi
     let place = Place::new();
     for name in place.attacks() {
         let textured = Gltf::square()
+            .with("/meshes/0/primitives/0/material", json!(0))
             .with("/images", json!([{"uri": name}]))
             .with("/textures", json!([{"source": 0}]))
             .with("/materials", json!([{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]));
         let path = place.file("a.glb", textured.glb());
         assert_outside(read_scene(&path, &SceneReadOptions::default()), &name);
         // A picture that the scene does not use stays a name.
-        let path = place.file("a.glb", textured.with("/materials", json!([])).glb());
+        let unused = textured.with("/meshes/0/primitives/0/material", json!(null));
+        let path = place.file("a.glb", unused.glb());
         let (_, report, document) = GltfReader::open(&path, &SceneReadOptions::default())
             .and_then(GltfReader::into_scene_and_document)
             .unwrap();

@@ -329,7 +329,10 @@ fn png(width: usize, height: usize) -> String {
 fn a_picture_named_by_many_textures_is_kept_once_and_large_ones_are_refused_before_they_are_decoded() {
     let materials: Vec<_> =
         (0..12).map(|k| json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": k}}})).collect();
+    let primitives: Vec<_> =
+        (0..12).map(|k| json!({"attributes": {"POSITION": 0}, "indices": 1, "material": k})).collect();
     let file = Gltf::square()
+        .with("/meshes/0/primitives", json!(primitives))
         .with("/materials", json!(materials))
         .with("/textures", json!(vec![json!({"source": 0}); 12]))
         .with("/images", json!([{"uri": png(40, 30)}]));

@@ -1,6 +1,8 @@
 //! Primitives without normals: glTF asks for flat triangles, which share no vertex where their planes differ.
 
-use gltf_json::mesh::Semantic;
+use std::collections::HashMap;
+
+use gltf_json::mesh::{Primitive, Semantic};
 use gltf_json::validation::Checked;
 use gltf_json::{Accessor, Index};
 use serde_json::{Value, json};
@@ -20,7 +22,12 @@ pub(crate) fn split_vertices(file: &mut GltfFile, source: &mut Source<'_>) -> Re
     for (mesh, times) in times_shown(file, source)?.into_iter().enumerate().filter(|&(_, times)| times > 0) {
         for primitive in 0..file.root.meshes[mesh].primitives.len() {
             let found = without_normals(file, [mesh, primitive], source)?;
-            let flat = found.map(|(positions, triangles)| FlatMesh::new(&positions, &triangles));
+            let is_deformed = is_deformed(&file.root.meshes[mesh].primitives[primitive]);
+            // Triangles of one plane may lie in several in a pose.
+            let flat = found.map(|(positions, triangles)| match is_deformed {
+                true => FlatMesh::unshared(positions.len(), &triangles),
+                false => FlatMesh::new(&positions, &triangles),
+            });
             if let Some(flat) = flat.filter(|flat| !flat.added.is_empty()) {
                 added += flat.added.len();
                 source.count(flat.added.len().saturating_mul(times), 0)?;
@@ -36,6 +43,12 @@ pub(crate) fn split_vertices(file: &mut GltfFile, source: &mut Source<'_>) -> Re
         file.update(source)?;
     }
     Ok(())
+}
+
+/// Whether poses may move vertices of a primitive by themselves.
+fn is_deformed(primitive: &Primitive) -> bool {
+    let has_joints = primitive.attributes.contains_key(&Checked::Valid(Semantic::Joints(0)));
+    has_joints || primitive.targets.iter().flatten().any(|target| target.positions.is_some())
 }
 
 /// How often each mesh is shown.
@@ -87,9 +100,15 @@ fn rewrite(
     let mut json = file.json["meshes"][mesh]["primitives"][primitive].take();
     let mut attributes = json["attributes"].take();
     let positions = index_of(&attributes["POSITION"]);
+    // What is named many times is copied once.
+    let mut copies = HashMap::<usize, usize>::new();
     let targets = json.get_mut("targets").and_then(Value::as_array_mut).into_iter().flatten();
     for accessor in targets.chain([&mut attributes]).filter_map(Value::as_object_mut).flat_map(|set| set.values_mut()) {
         let index = index_of(accessor);
+        if let Some(copy) = copies.get(&index.value()) {
+            *accessor = json!(copy);
+            continue;
+        }
         let accessors = Accessors { file, place: place_of(&file.root.meshes[mesh], mesh, primitive) };
         let (count, expected) = (accessors.count(index, source)?, accessors.count(positions, source)?);
         if count != expected {
@@ -113,7 +132,9 @@ fn rewrite(
             copy.remove("byteOffset");
             copy.remove("sparse");
         }
-        *accessor = json!(push(&mut file.json, "accessors", copy));
+        let copy = push(&mut file.json, "accessors", copy);
+        copies.insert(index.value(), copy);
+        *accessor = json!(copy);
     }
     json["attributes"] = attributes;
     let indices: Vec<u8> = flat.triangles.as_flattened().iter().flat_map(|i| i.to_le_bytes()).collect();

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use gltf_json::material::AlphaMode;
-use gltf_json::texture::{Info, WrappingMode};
+use gltf_json::texture::{Info, MagFilter, WrappingMode};
 use gltf_json::validation::Checked;
 
 use crate::files::gltf::accessor::view_bytes;
@@ -13,8 +13,12 @@ use crate::files::picture::decode;
 use crate::files::source::Source;
 use crate::{Alpha, Material, SceneError, Texture, TextureUse, Wrap};
 
-/// Reads all materials of the file, and the textures of their base colors.
-pub(crate) fn read(file: &GltfFile, source: &mut Source<'_>) -> Result<(Vec<Material>, Vec<Texture>), SceneError> {
+/// Reads all materials of the file, and the textures of the base colors of those that are used.
+pub(crate) fn read(
+    file: &GltfFile,
+    is_used: &[bool],
+    source: &mut Source<'_>,
+) -> Result<(Vec<Material>, Vec<Texture>), SceneError> {
     let mut materials = Vec::new();
     let mut textures = Textures { file, read: Vec::new(), places: HashMap::new() };
     for (index, material) in file.root.materials.iter().enumerate() {
@@ -27,8 +31,8 @@ pub(crate) fn read(file: &GltfFile, source: &mut Source<'_>) -> Result<(Vec<Mate
         let transmission = material.extensions.as_ref().and_then(|extensions| extensions.transmission.as_ref());
         let transmission = unit(transmission.map_or(0.0, |t| t.transmission_factor.0), "a transmission factor");
         let base_color_texture = match &pbr.base_color_texture {
-            Some(info) => Some(textures.use_of(info, &name, source)?),
-            None => None,
+            Some(info) if is_used[index] => Some(textures.use_of(info, &name, source)?),
+            _ => None,
         };
         let alpha = match material.alpha_mode {
             Checked::Valid(AlphaMode::Opaque) => Alpha::Opaque,
@@ -101,6 +105,11 @@ impl Textures<'_> {
             [[cos * su, sin * sv, du], [-sin * su, cos * sv, dv]]
         });
         let key @ (image, wrap) = self.image_and_wrap(info.index.value(), material, source)?;
+        let root = &self.file.root;
+        let sampler = root.textures[info.index.value()].sampler.and_then(|sampler| root.samplers.get(sampler));
+        if sampler.is_some_and(|sampler| sampler.mag_filter == Some(Checked::Valid(MagFilter::Nearest))) {
+            source.note("the filter NEAREST of textures is not used: colors are interpolated between texels");
+        }
         let texture = match self.places.get(&key) {
             Some(&texture) => texture,
             None => {
