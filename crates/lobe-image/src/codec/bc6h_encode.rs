@@ -9,7 +9,7 @@
 //! ```
 //!
 //! A block is fitted in the numbers that the format interpolates, the bits of a `half` times 64/31, so an error counts
-//! relative to the light: of a texel, that of a channel as much as the channel has of the brightest one. (With equal weights a channel
+//! relative to the light: of a texel, that of a channel by the root of what the channel has of the brightest one. (With equal weights a channel
 //! that is zero, dozens of octaves below its neighbors, spoiled those of a lamp beside it: red of 7768 for 2211.) The ends begin at the extent of the texels along their principal axis and are improved by
 //! least squares. Then every mode that can hold them is tried. Blocks of two regions are not written: where an edge
 //! between colors crosses a block, they would be better (test
@@ -86,7 +86,7 @@ fn targets(texels: &[Pixel; TEXELS]) -> [Target; TEXELS] {
     let black = BLACK * texels.iter().map(brightest).fold(0.0, f32::max);
     texels.map(|texel| {
         let (most, texel) = (brightest(&texel), texel.map(|c| if brightest(&texel) < black { black } else { c }));
-        let weight = |c: f32| if most > black { (c / most).max(LEAST_WEIGHT) } else { 1.0 };
+        let weight = |c: f32| if most > black { (c / most).max(0.0).sqrt().max(LEAST_WEIGHT) } else { 1.0 };
         Target { color: texel.map(to_steps), weights: texel.map(weight) }
     })
 }

@@ -25,8 +25,8 @@ pub(crate) struct Decoded {
     pub(crate) notes: Vec<String>,
     pub(crate) envmap: Option<EnvmapAttribute>,
     pub(crate) mapping: Option<String>,
-    /// The primaries that the file declares.
-    pub(crate) primaries: Option<Primaries>,
+    /// The primaries that the file declares, after their name in messages.
+    pub(crate) primaries: Option<(&'static str, Primaries)>,
 }
 
 impl Decoded {

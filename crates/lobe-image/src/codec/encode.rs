@@ -142,7 +142,7 @@ fn encode_hdr(
     let (texels, report) = clamped(pixels, 0.0, MAX_RGBE);
     let mapping = mapping.map_or(String::new(), |mapping| format!("{MAPPING_KEY}={mapping}\n"));
     let height = texels.len() / width;
-    let header = format!("#?RADIANCE\n# Rust HDR encoder\nFORMAT=32-bit_rle_rgbe\n{mapping}\n-Y {height} +X {width}\n");
+    let header = format!("#?RADIANCE\nSOFTWARE=Lobe\nFORMAT=32-bit_rle_rgbe\n{mapping}\n-Y {height} +X {width}\n");
     let mut bytes = header.into_bytes();
     for row in texels.chunks_exact(width) {
         let row: Vec<[u8; 4]> = row.iter().map(|texel| rgbe::encode(*texel)).collect();

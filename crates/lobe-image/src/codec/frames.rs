@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use lobe_io::check_writable;
 
 use crate::codec::encode::{ENDINGS, write_picture};
-use crate::picture::animated_png::{milliseconds, write_animation};
+use crate::picture::animated_png::{delay, write_animation};
 use crate::picture::png::cannot_write;
 use crate::{AddFrame, ImageError, PictureWriteOptions};
 
@@ -49,7 +49,7 @@ impl FrameSequence {
             return Err(ImageError::Options(message));
         }
         if self.is_animation(path) {
-            milliseconds(self.seconds_per_frame)?;
+            delay(self.seconds_per_frame)?;
         }
         check_writable(&self.path(path, 0)).map_err(|error| cannot_write(path, &error))
     }

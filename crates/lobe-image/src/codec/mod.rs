@@ -17,6 +17,7 @@ pub(crate) mod exr_layers;
 pub(crate) mod frames;
 pub(crate) mod jpeg_end;
 pub(crate) mod packed_float;
+pub(crate) mod png_color;
 pub(crate) mod read;
 pub(crate) mod read_exr;
 pub(crate) mod read_hdr;

@@ -196,10 +196,11 @@ impl PictureReadReport {
 ///   level is read; the first part, and in it the first layer, that has channels `R`, `G`, `B` or else `Y`. Alpha
 ///   and all other channels are ignored. The picture is the display window; outside the data window it is black.
 /// * **Portable float map**: color and gray, both byte orders, the scale of the header multiplied in.
-/// * **PNG, JPEG**: 8 and 16 bits, decoded from sRGB. White is 1 and nothing is brighter, which a note says.
+/// * **PNG, JPEG**: 8 and 16 bits, decoded from sRGB, or as the chunk `cICP` or else `gAMA` of a PNG says; PQ and HLG are not
+///   read. White is 1 and nothing is brighter, which a note says.
 ///
-/// Primaries that are not those of Rec. 709 (`PRIMARIES` of Radiance, `chromaticities` of OpenEXR, `cHRM` of PNG) are noted,
-/// or converted with [`PictureReadOptions::to_rec_709`].
+/// Primaries that are not those of Rec. 709 (`PRIMARIES` of Radiance, `chromaticities` of OpenEXR, `cICP` or `cHRM` of PNG) are
+/// noted, or converted with [`PictureReadOptions::to_rec_709`].
 ///
 /// # Errors
 /// [`ImageError::Io`] if the file cannot be read; [`ImageError::Invalid`] if it is damaged, cut off or no such picture;
@@ -235,8 +236,7 @@ pub fn read_picture_bytes(
             Err(unsupported(name, message))
         }
     })?;
-    if let Some(primaries) = decoded.primaries.filter(|primaries| !primaries.are_rec_709()) {
-        let which = primaries_of(format);
+    if let Some((which, primaries)) = decoded.primaries.filter(|(_, primaries)| !primaries.are_rec_709()) {
         decoded.notes.push(if options.to_rec_709 {
             primaries.convert(&mut decoded.texels);
             format!("{which} are converted to those of Rec. 709")
@@ -267,15 +267,6 @@ pub fn picture_file_bytes(path: impl AsRef<Path>) -> Result<(String, Vec<u8>), I
     FileFormat::of_bytes(&bytes, &name)?;
     file.read_to_end(&mut bytes).map_err(io)?;
     Ok((name, bytes))
-}
-
-/// The name of the primaries in a file.
-fn primaries_of(format: FileFormat) -> &'static str {
-    match format {
-        FileFormat::Radiance => "the PRIMARIES of the header",
-        FileFormat::Png => "the primaries of the chunk cHRM",
-        _ => "the chromaticities",
-    }
 }
 
 /// Opens a file; a folder is refused with a message of its own on every system.
@@ -359,5 +350,17 @@ pub(crate) fn inspect(texels: &mut [Pixel], width: usize, report: &mut PictureRe
         report.first_nonfinite = report.first_nonfinite.or(first_nonfinite);
         report.nonfinite += nonfinite;
         report.negative += negative;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_decoder_that_panics_is_an_error_of_its_own_words() {
+        let error = guarded::<()>(FileFormat::OpenExr, "a.exr", || panic!("of a test")).unwrap_err();
+        // The tests of damaged files know panics by this ending.
+        assert_eq!(error.to_string(), "a.exr: the OpenEXR data is damaged and cannot be decoded");
     }
 }

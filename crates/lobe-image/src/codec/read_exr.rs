@@ -12,11 +12,11 @@ use exr::meta::header::Header;
 use exr::prelude::{Compression, Vec2, f16};
 use rayon::prelude::*;
 
-use crate::ImageError;
 use crate::codec::decoded::{Decoded, EnvmapAttribute, check_size, invalid, reserve, unsupported};
 use crate::picture::png::MAPPING_KEY;
 use crate::picture::primaries::Primaries;
 use crate::pixel::{BLACK, Pixel};
+use crate::{ImageError, ReadOption};
 
 /// Blocks decoded at a time, in parallel. This many are held compressed, and twice as many decoded, besides the file
 /// and the picture.
@@ -34,6 +34,9 @@ const MOST_BYTES_PER_BYTE_DWA: u64 = 1 << 17;
 
 /// A DWA chunk begins with eleven 64-bit numbers: its version, nine sizes, and a choice.
 const DWA_SIZES: std::ops::Range<usize> = 1..10;
+
+/// The most bytes of a block for each texel of the limit: four channels of `float`.
+const BLOCK_BYTES_PER_TEXEL: u64 = 16;
 
 /// The most texels of a display window for each of the data window: more is damage, or a waste of memory.
 const MOST_BLACK: u64 = 4096;
@@ -67,7 +70,7 @@ pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Deco
     };
     let primaries = header.shared_attributes.chromaticities.and_then(|c| {
         let point = |p: Vec2<f32>| [p.0, p.1].map(f64::from);
-        Primaries::new(point(c.red), point(c.green), point(c.blue), point(c.white))
+        Some(("the chromaticities", Primaries::new(point(c.red), point(c.green), point(c.blue), point(c.white))?))
     });
     let windows = Windows::of(header, max_texels, name)?;
     check_table(headers, bytes.len(), name)?;
@@ -215,12 +218,16 @@ impl Windows {
         let block_area = (block.0.min(data.size.0) as u64).saturating_mul(block.1.min(data.size.1) as u64);
         let block_bytes = block_area.saturating_mul(header.channels.bytes_per_pixel as u64);
         let limit = max_texels as u64;
-        if (data.size.0 as u64).saturating_mul(data.size.1 as u64) > limit || block_bytes > limit.saturating_mul(16) {
+        let refused = |message| ImageError::Refused { place: name.into(), message, option: ReadOption::MaxTexels };
+        if (data.size.0 as u64).saturating_mul(data.size.1 as u64) > limit {
+            let (w, h) = (data.size.0, data.size.1);
+            return Err(refused(format!("the data window is {w} x {h}, more than the limit of {limit} texels")));
+        }
+        if block_bytes > limit.saturating_mul(BLOCK_BYTES_PER_TEXEL) {
             let message = format!(
-                "the data window is {} x {}, more than the limit of {limit} texels; crop the picture",
-                data.size.0, data.size.1
+                "a block holds {block_bytes} bytes, more than {BLOCK_BYTES_PER_TEXEL} for each of {limit} texels"
             );
-            return Err(invalid(name, message));
+            return Err(refused(message));
         }
         let (shown, there) = ((width * height) as u64, (data.size.0 * data.size.1) as u64);
         if shown > MOST_BLACK.saturating_mul(there).max(ANY_BLACK) {
@@ -283,6 +290,10 @@ fn notes(headers: &[Header], part: usize, channels: &ColorChannels, windows: &Wi
     let list = &header.channels.list;
     if list.iter().any(|c| c.name.to_string().rsplit('.').next() == Some("A")) {
         notes.push("alpha is ignored".into());
+    }
+    let aspect = header.shared_attributes.pixel_aspect;
+    if aspect != 1.0 {
+        notes.push(format!("pixelAspectRatio={aspect} of the header is ignored"));
     }
     if !windows.is_data_equal_to_display() {
         let ((x, y), (w, h)) = (windows.offset, windows.data_size);

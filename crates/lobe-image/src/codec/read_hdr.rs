@@ -10,6 +10,10 @@ use crate::pixel::Pixel;
 /// The value of `FORMAT` that is read.
 const RGBE: &str = "32-bit_rle_rgbe";
 
+/// The fault of a file whose line ends were converted, and with them the bytes of texels that look like line ends.
+const SENT_AS_TEXT: &str =
+    "the file seems to have been sent or saved as text, with line ends of CRLF; take the original";
+
 /// Decodes a Radiance picture; `name` stands for the file in messages.
 pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Decoded, ImageError> {
     let mut rest = bytes;
@@ -24,7 +28,7 @@ pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Deco
     }
     let mut notes = Vec::new();
     let factors = header.radiance_factors(name, &mut notes)?;
-    let primaries = header.primaries();
+    let primaries = header.primaries().map(|primaries| ("the PRIMARIES of the header", primaries));
     header.note_ignored(primaries.is_some(), &mut notes);
     let mapping = header.lines.iter().find(|(key, _)| key == MAPPING_KEY).map(|(_, value)| value.clone());
     let steps = rgbe::steps();
@@ -33,6 +37,7 @@ pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Deco
     let mut texels: Vec<Pixel> = reserve(width * height, name)?;
     for _ in 0..height {
         rgbe::read_row(&mut rest, &mut row).map_err(|error| match error {
+            _ if header.has_crlf => damaged(name, SENT_AS_TEXT),
             RowError::Ends => invalid(name, "the file ends early: rows of the picture are missing".into()),
             RowError::Damaged(what) => damaged(name, &what),
         })?;
@@ -40,6 +45,10 @@ pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Deco
             let [r, g, b] = rgbe::decode(*texel, &steps);
             [r * factors[0], g * factors[1], b * factors[2]]
         }));
+    }
+    // Each texel byte that was converted is one byte more.
+    if header.has_crlf && !rest.is_empty() {
+        return Err(damaged(name, SENT_AS_TEXT));
     }
     Ok(Decoded { notes, primaries, mapping, ..Decoded::new(width, height, texels) })
 }
@@ -53,6 +62,8 @@ struct Header {
     width: u64,
     height: u64,
     lines: Vec<(String, String)>,
+    /// Whether the lines end with CRLF, as Windows has it.
+    has_crlf: bool,
 }
 
 impl Header {
@@ -69,32 +80,36 @@ impl Header {
             Ok(line)
         };
         let mut lines = Vec::new();
-        loop {
+        let has_crlf = loop {
             let line = next_line("the empty line that ends the header")?;
-            if line.is_empty() {
-                break;
+            if line.is_empty() || line == "\r" {
+                break line == "\r";
             }
             if !line.starts_with('#')
                 && let Some((key, value)) = line.split_once('=')
             {
                 lines.push((key.trim().to_owned(), value.trim().to_owned()));
             }
-        }
+        };
         let only = "only RGBE pictures with rows from the top and columns from the left (-Y h +X w) are read";
         if let Some((_, found)) = lines.iter().find(|(key, value)| key == "FORMAT" && value != RGBE) {
-            return Err(unsupported(name, format!("{only}, found FORMAT={found}")));
+            let remedy = "convert colors in XYZ with ra_xyze -r IN.hdr OUT.hdr of Radiance";
+            return Err(unsupported(name, format!("{only}, found FORMAT={found}; {remedy}")));
         }
         let size = next_line("the size of the picture")?;
         let (width, height) = match size.split_whitespace().collect::<Vec<_>>()[..] {
             ["-Y", height, "+X", width, ..] => (width, height),
-            [first, _, second, _, ..] => return Err(unsupported(name, format!("{only}, found {first} {second}"))),
+            [first, _, second, _, ..] => {
+                let remedy = "turn it with oiiotool IN.hdr --reorient -o OUT.hdr of OpenImageIO";
+                return Err(unsupported(name, format!("{only}, found {first} {second}; {remedy}")));
+            }
             _ => return Err(damaged(name, &format!("a size as in \"-Y 512 +X 1024\" expected, found {size:?}"))),
         };
         let number = |text: &str, what: &str| {
             let message = || damaged(name, &format!("the number of {what} expected, found {text:?}"));
             text.parse::<u32>().map(u64::from).map_err(|_| message())
         };
-        Ok(Self { height: number(height, "rows")?, width: number(width, "columns")?, lines })
+        Ok(Self { height: number(height, "rows")?, width: number(width, "columns")?, lines, has_crlf })
     }
 
     /// The numbers of every line of a key.

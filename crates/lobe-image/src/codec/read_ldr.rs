@@ -1,4 +1,4 @@
-//! PNG and JPEG decoders: 8 or 16 bits, sRGB-encoded.
+//! PNG and JPEG decoders: 8 or 16 bits, encoded for displays.
 
 use std::io::{Cursor, ErrorKind};
 
@@ -11,10 +11,9 @@ use zune_jpeg::zune_core::options::DecoderOptions;
 use crate::ImageError;
 use crate::codec::decoded::{Decoded, check_size, invalid, reserve, unsupported};
 use crate::codec::jpeg_end;
+use crate::codec::png_color::{Transfer, UNSPECIFIED, primaries_of_png};
 use crate::picture::png::MAPPING_KEY;
-use crate::picture::primaries::Primaries;
 use crate::pixel::Pixel;
-use crate::srgb_decode;
 
 /// Deflate expands a byte to at most 1032, and PNG stores at most eight texels in a byte.
 const MOST_PNG_TEXELS_PER_BYTE: u64 = 8 * 1032;
@@ -41,21 +40,23 @@ pub(crate) fn decode_png(bytes: &[u8], name: &str, max_texels: usize) -> Result<
     let mut reader = decoder.read_info().map_err(explain)?;
     let (color, depth) = reader.output_color_type();
     let info = reader.info();
+    // A transfer function of cICP stands in place of a profile.
+    let is_coded = info.coding_independent_code_points.is_some_and(|points| points.transfer_function != UNSPECIFIED);
     let layout = Layout {
         kind: "PNG",
         size,
         channels: color.samples(),
         is_wide: depth == BitDepth::Sixteen,
+        transfer: Transfer::of_png(info, name)?,
         orientation: info.exif_metadata.as_deref().map_or(Orientation::UPRIGHT, Orientation::of_exif),
-        has_profile: info.icc_profile.is_some(),
+        has_profile: info.icc_profile.is_some() && !is_coded,
     };
-    let primaries = info.chromaticities().and_then(|c| {
-        let point = |(x, y): (png::ScaledFloat, png::ScaledFloat)| [x, y].map(|n| f64::from(n.into_scaled()) / 1e5);
-        Primaries::new(point(c.red), point(c.green), point(c.blue), point(c.white))
-    });
+    let mut unknown = Vec::new();
+    let primaries = primaries_of_png(info, &mut unknown);
     let texts = &info.uncompressed_latin1_text;
     let mapping = texts.iter().find(|text| text.keyword == MAPPING_KEY).map(|text| text.text.clone());
-    let decoded = layout.decode(name, |raw| reader.next_frame(raw).map(|_| ()).map_err(explain))?;
+    let mut decoded = layout.decode(name, |raw| reader.next_frame(raw).map(|_| ()).map_err(explain))?;
+    decoded.notes.append(&mut unknown);
     Ok(Decoded { primaries, mapping, ..decoded })
 }
 
@@ -79,6 +80,7 @@ pub(crate) fn decode_jpeg(bytes: &[u8], name: &str, max_texels: usize) -> Result
         size,
         channels: if is_gray { 1 } else { 3 },
         is_wide: false,
+        transfer: Transfer::Srgb,
         orientation: headers.exif().map_or(Orientation::UPRIGHT, |exif| Orientation::of_exif(exif)),
         has_profile: headers.icc_profile().is_some(),
     };
@@ -118,6 +120,7 @@ struct Layout {
     channels: usize,
     /// Whether a channel has 16 bits, the higher eight first, rather than 8.
     is_wide: bool,
+    transfer: Transfer,
     orientation: Orientation,
     has_profile: bool,
 }
@@ -136,7 +139,7 @@ impl Layout {
         raw.resize(raw_bytes, 0);
         read(&mut raw)?;
         let linear = |most: u16| -> Vec<f32> {
-            (0..=most).map(|c| srgb_decode(f64::from(c) / f64::from(most)) as f32).collect()
+            (0..=most).map(|c| self.transfer.light(f64::from(c) / f64::from(most)) as f32).collect()
         };
         if self.is_wide {
             let (linear, values) = (linear(u16::MAX), raw.as_chunks::<2>().0);
@@ -157,8 +160,8 @@ impl Layout {
     fn notes(&self) -> Vec<String> {
         let bits = if self.is_wide { 16 } else { 8 };
         let mut notes = vec![format!(
-            "{} of {bits} bits, decoded from sRGB: white is 1, and whatever was brighter has been cut off",
-            self.kind
+            "{} of {bits} bits, {}: white is 1, and whatever was brighter has been cut off",
+            self.kind, self.transfer
         )];
         if self.channels.is_multiple_of(2) {
             notes.push("alpha is ignored".into());

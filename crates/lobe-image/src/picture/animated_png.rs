@@ -48,7 +48,7 @@ impl<W: Write> AnimatedPng<W> {
         pictures: usize,
         seconds_per_picture: f64,
     ) -> Result<Self, ImageError> {
-        let milliseconds = milliseconds(seconds_per_picture)?;
+        let (numerator, denominator) = delay(seconds_per_picture)?;
         if pictures == 0 {
             return Err(ImageError::Options("an animation of no pictures".to_owned()));
         }
@@ -62,7 +62,7 @@ impl<W: Write> AnimatedPng<W> {
             encoder.set_depth(png::BitDepth::Eight);
             encoder.set_animated(count, 0)?;
             encoder.validate_sequence(true);
-            encoder.set_frame_delay(milliseconds, 1000)?;
+            encoder.set_frame_delay(numerator, denominator)?;
             encoder.write_header()
         };
         Ok(Self { writer: begin().map_err(|error| refused(size, error))?, size })
@@ -91,14 +91,24 @@ impl<W: Write> AnimatedPng<W> {
     }
 }
 
-/// The time of a picture, in the unit of files.
-pub(crate) fn milliseconds(seconds: f64) -> Result<u16, ImageError> {
-    let (milliseconds, shown) = ((1000.0 * seconds).round(), AnimatedPng::<Vec<u8>>::SECONDS);
-    if !shown.contains(&(milliseconds / 1000.0)) {
+/// The time of a picture as files have it, the nearest fraction of two numbers of sixteen bits: 1/60 of a second, and not 17/1000,
+/// which is 2 % longer. It is off by less than one part in 30000.
+pub(crate) fn delay(seconds: f64) -> Result<(u16, u16), ImageError> {
+    let shown = AnimatedPng::<Vec<u8>>::SECONDS;
+    if !shown.contains(&seconds) {
         let (least, most) = (shown.start(), shown.end());
         return Err(ImageError::Options(format!("expected {least} to {most} seconds a picture, found {seconds:?}")));
     }
-    Ok(milliseconds as u16)
+    let (mut nearest, mut least_error) = ((1, 1), f64::INFINITY);
+    for denominator in 1..=u16::MAX {
+        let numerator = (seconds * f64::from(denominator)).round().max(1.0);
+        let error = (numerator / f64::from(denominator) - seconds).abs();
+        // Of equal fractions the shortest is the first.
+        if numerator <= f64::from(u16::MAX) && error < least_error {
+            (nearest, least_error) = ((numerator as u16, denominator), error);
+        }
+    }
+    Ok(nearest)
 }
 
 fn invalid(size: (usize, usize), what: &str) -> ImageError {
@@ -187,7 +197,28 @@ mod tests {
             let mut shown = vec![0; 60];
             reader.next_frame(&mut shown).unwrap();
             assert!(shown.iter().all(|&b| b == expected), "expected {expected}, found {shown:?}");
-            assert_eq!(reader.info().frame_control().unwrap().delay_num, 40, "milliseconds");
+            let control = reader.info().frame_control().unwrap();
+            assert_eq!((control.delay_num, control.delay_den), (1, 25), "seconds");
+        }
+    }
+
+    #[test]
+    fn an_animation_runs_at_the_speed_that_was_asked_for() {
+        for fps in [1_u16, 10, 24, 25, 30, 50, 60, 120, 1000] {
+            assert_eq!(delay(f64::from(fps).recip()).unwrap(), (1, fps), "{fps} a second");
+        }
+        // Film on television, by its name and as it is.
+        assert_eq!(delay(1.0 / 23.976).unwrap(), (125, 2997), "23.976 a second");
+        assert_eq!(delay(1001.0 / 24000.0).unwrap(), (1001, 24000), "24000/1001 a second");
+        for (seconds, expected) in [(0.04, (1, 25)), (1.5, (3, 2)), (12.34, (617, 50)), (65.0, (65, 1))] {
+            assert_eq!(delay(seconds).unwrap(), expected, "{seconds} s");
+        }
+        let (least, most) = AnimatedPng::<Vec<u8>>::SECONDS.into_inner();
+        for k in 0..100 {
+            let seconds = (least * (most / least).powf(f64::from(k) / 99.0)).min(most);
+            let (numerator, denominator) = delay(seconds).unwrap();
+            let error = f64::from(numerator) / f64::from(denominator) / seconds - 1.0;
+            assert!(error.abs() < 1.0 / 30000.0, "{seconds} s: {numerator}/{denominator}, off by {error}");
         }
     }
 

@@ -13,6 +13,10 @@ use crate::exr_files::{SCAN_LINES, exr_picture, patch_window, planes, rgb_part};
 
 const SIZE: (usize, usize) = (16, 8);
 
+/// The most panics of the library `exr` in damaged files of one kind of B44. Its differences of halves wrap around, which stops it
+/// where overflow is checked, as in a build for tests. 25 were seen in the files of both kinds, and none of another format.
+const MOST_PANICS_OF_B44: usize = 50;
+
 fn read(bytes: &[u8]) -> Result<Picture, ImageError> {
     read_picture_bytes(bytes, "test", &PictureReadOptions::default()).map(|(map, _)| map)
 }
@@ -24,7 +28,13 @@ fn message(result: Result<Picture, ImageError>, what: &str) -> String {
         Ok(map) => panic!("{what}: an error expected, found a picture of {} x {}", map.width(), map.height()),
     };
     assert!(!message.contains('\n') && message.contains(": "), "{what}: {message:?}");
+    assert!(!is_of_panic(&message), "{what}: a reader panicked, {message:?}");
     message
+}
+
+/// Whether a message stands for a panic of a reader, which is caught.
+pub(crate) fn is_of_panic(message: &str) -> bool {
+    message.ends_with("data is damaged and cannot be decoded")
 }
 
 fn expect(result: Result<Picture, ImageError>, what: &str, parts: &[&str]) {
@@ -169,14 +179,20 @@ fn every_truncation_of_a_file_is_an_error() {
     }
 }
 
-/// Damages a file in many ways, at single bytes and at eight at once: some of it must be refused, and nothing panics.
-pub(crate) fn damage(name: &str, bytes: &[u8], random: &mut Random, is_refused: impl Fn(&[u8]) -> bool) {
-    let mut refused = 0;
+/// Damages a file in many ways, at single bytes and at eight at once: some of it must be refused, and no reader panics.
+pub(crate) fn damage(name: &str, bytes: &[u8], random: &mut Random, reader: impl Fn(&[u8]) -> Result<(), ImageError>) {
+    let (mut refused, mut panicked) = (0, 0);
+    let mut count = |damaged: &[u8]| {
+        if let Err(error) = reader(damaged) {
+            refused += 1;
+            panicked += usize::from(is_of_panic(&error.to_string()));
+        }
+    };
     for position in (0..bytes.len()).step_by((bytes.len() / 500).max(1)) {
         for flip in [0xff, 1 << (random.next_u64() % 8)] {
             let mut damaged = bytes.to_vec();
             damaged[position] ^= flip;
-            refused += usize::from(is_refused(&damaged));
+            count(&damaged);
         }
     }
     for _ in 0..100 {
@@ -185,16 +201,18 @@ pub(crate) fn damage(name: &str, bytes: &[u8], random: &mut Random, is_refused: 
             let position = random.next_u64() as usize % damaged.len();
             damaged[position] = random.next_u64() as u8;
         }
-        refused += usize::from(is_refused(&damaged));
+        count(&damaged);
     }
     assert!(refused > 0, "{name}: no damage was ever noticed");
+    let most = if name.starts_with("B44") { MOST_PANICS_OF_B44 } else { 0 };
+    assert!(panicked <= most, "{name}: the reader panicked at {panicked} files, expected at most {most}");
 }
 
 #[test]
 fn damaged_bytes_never_panic() {
     let mut random = Random::new(2);
     for (name, bytes) in small_files() {
-        damage(&name, &bytes, &mut random, |damaged| read(damaged).is_err());
+        damage(&name, &bytes, &mut random, |damaged| read(damaged).map(drop));
     }
 }
 

@@ -1,7 +1,9 @@
 //! OpenEXR files of every kind that Lobe reads or refuses.
 
 use exr::prelude::*;
-use lobe_image::{FileFormat, ImageError, Picture, PictureReadOptions, PictureReadReport, read_picture_bytes};
+use lobe_image::{
+    FileFormat, ImageError, Picture, PictureReadOptions, PictureReadReport, ReadOption, read_picture_bytes,
+};
 
 use crate::exr_files::{
     Part, SCAN_LINES, exr_file, exr_picture, exr_with_chromaticities, exr_with_mip_levels, planes, rgb_part, value,
@@ -149,6 +151,35 @@ fn the_map_is_the_display_window_and_black_outside_the_data_window() {
             assert_eq!(noted, (position, size) != ((0, 0), SIZE), "{position:?} {size:?}: {:?}", report.notes);
         }
     }
+}
+
+#[test]
+fn a_data_window_or_a_block_above_the_limit_is_refused_with_the_option_that_raises_it() {
+    let refused = |bytes: &[u8], max_texels: usize, part: &str| {
+        let read = |limit: usize| read_picture_bytes(bytes, "a", &PictureReadOptions::default().max_texels(limit));
+        match read(max_texels) {
+            Err(ImageError::Refused { message, option: ReadOption::MaxTexels, .. }) => {
+                assert!(message.contains(part), "{part:?} expected in {message:?}");
+            }
+            other => panic!("{part}: Refused expected, found {other:?}"),
+        }
+        assert!(read(60 * 40).is_ok(), "{part}: with a higher limit");
+    };
+    let planes_of_60_x_40 = planes(&["R", "G", "B"], SampleType::F16, (60, 40));
+    let part = Part { name: "a", encoding: SCAN_LINES, position: (0, 0), size: (60, 40), planes: planes_of_60_x_40 };
+    refused(&exr_file(SIZE, vec![part]), SIZE.0 * SIZE.1, "data window is 60 x 40");
+    // Eight texels of nine channels of four bytes.
+    let many = planes(&["B", "G", "R", "a", "b", "c", "d", "e", "f"], SampleType::F32, (8, 1));
+    refused(&exr_picture((8, 1), SCAN_LINES, many), 8, "a block holds 288 bytes");
+}
+
+#[test]
+fn texels_that_are_not_square_are_noted() {
+    let mut bytes = exr_picture(SIZE, SCAN_LINES, planes(&["R", "G", "B"], SampleType::F16, SIZE));
+    let key = b"pixelAspectRatio\0float\0\x04\0\0\0";
+    let at = bytes.windows(key.len()).position(|window| window == key).unwrap() + key.len();
+    bytes[at..at + 4].copy_from_slice(&2_f32.to_le_bytes());
+    assert_eq!(read(&bytes).1.notes, ["pixelAspectRatio=2 of the header is ignored"], "notes");
 }
 
 #[test]

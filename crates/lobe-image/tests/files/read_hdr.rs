@@ -57,6 +57,21 @@ fn flat_old_and_new_encodings_are_read() {
 }
 
 #[test]
+fn headers_of_windows_are_read_and_texels_that_were_converted_too_are_refused() {
+    let header = format!("{HEADER}\n-Y 8 +X 16\n").replace('\n', "\r\n").into_bytes();
+    for (what, pixels) in [("flat", flat()), ("old", old_rle()), ("new", new_rle())] {
+        check(&[header.as_slice(), &pixels].concat(), what);
+    }
+    // Texels whose red is the byte of a line end.
+    let whole = [header.as_slice(), &[10_u8, 64, 32, 129].repeat(16 * 8)].concat();
+    assert_eq!(read(&whole).0.pixel(0, 0)[0], 2.0 * 10.0 / 256.0, "as they were");
+    let converted = [header.as_slice(), &[13_u8, 10, 64, 32, 129].repeat(16 * 8)].concat();
+    let error = read_picture_bytes(&converted, "test.hdr", &PictureReadOptions::default());
+    let Err(ImageError::Invalid { message, .. }) = error else { panic!("converted: {error:?}") };
+    assert!(message.contains("sent or saved as text"), "{message}");
+}
+
+#[test]
 fn the_first_row_of_the_file_is_the_top_of_the_map() {
     let row = |y: u8| [[16 * y + 8, 0, 0, 128]; 16].concat();
     let (map, _) = read(&file(HEADER, "-Y 8 +X 16", &(0..8).flat_map(row).collect::<Vec<_>>()));
@@ -101,11 +116,12 @@ fn other_orientations_and_color_spaces_are_refused_by_name() {
         let Err(ImageError::Unsupported { message, .. }) = error else { panic!("{resolution}: {error:?}") };
         let axes: Vec<&str> = resolution.split(' ').step_by(2).collect();
         assert!(message.contains(&axes.join(" ")) && message.contains("-Y h +X w"), "{resolution}: {message}");
+        assert!(message.contains("oiiotool"), "{resolution}, what to do: {message}");
     }
     let xyze = file("#?RADIANCE\nFORMAT=32-bit_rle_xyze\n", "-Y 8 +X 16", &flat());
     let error = read_picture_bytes(&xyze, "test.hdr", &PictureReadOptions::default());
     let Err(ImageError::Unsupported { message, .. }) = error else { panic!("XYZE: {error:?}") };
-    assert!(message.contains("xyze"), "{message}");
+    assert!(message.contains("xyze") && message.contains("ra_xyze -r"), "{message}");
 }
 
 #[test]

@@ -1,6 +1,8 @@
 //! Portable float maps, PNG and JPEG.
 
-use lobe_image::{FileFormat, Picture, PictureReadOptions, PictureReadReport, Tone, read_picture_bytes};
+use lobe_image::{
+    FileFormat, ImageError, Picture, PictureReadOptions, PictureReadReport, Tone, read_picture_bytes, srgb_decode,
+};
 use png::{BitDepth, ColorType};
 
 fn read(bytes: &[u8]) -> (Picture, PictureReadReport) {
@@ -46,6 +48,18 @@ fn png_with(kind: ColorType, depth: BitDepth, change: impl FnOnce(&mut png::Enco
     change(&mut encoder);
     encoder.write_header().unwrap().write_image_data(&values).unwrap();
     bytes
+}
+
+/// Bytes of a PNG before its second chunk: the signature and IHDR.
+const HEAD: usize = 8 + 25;
+
+/// A PNG with another chunk behind the first.
+fn with_chunk(png: &[u8], kind: &[u8; 4], data: &[u8]) -> Vec<u8> {
+    let named = [kind.as_slice(), data].concat();
+    let bit = |crc: u32, _: usize| (crc >> 1) ^ (0xedb88320 * (crc & 1));
+    let crc = !named.iter().fold(!0_u32, |crc, byte| (0..8).fold(crc ^ u32::from(*byte), bit));
+    let length = data.len() as u32;
+    [&png[..HEAD], &length.to_be_bytes(), &named, &crc.to_be_bytes(), &png[HEAD..]].concat()
 }
 
 /// The light of a value of eight bits.
@@ -109,6 +123,92 @@ fn png_and_jpeg_are_decoded_from_srgb() {
             assert!(error < tolerance, "{what} at ({x}, {y}): {found:?} against {expected:?}");
         }
     }
+}
+
+/// From a sample to light.
+type Decode = fn(f64) -> f64;
+
+#[test]
+fn a_png_becomes_light_as_its_chunks_say() {
+    for depth in [BitDepth::Eight, BitDepth::Sixteen] {
+        let plain = png(ColorType::Rgb, depth);
+        let with = |kind: &[u8; 4], data: &[u8]| with_chunk(&plain, kind, data);
+        let gamma = |parts: u32| with(b"gAMA", &parts.to_be_bytes());
+        let rec_709 = |v: f64| if v < 0.081 { v / 4.5 } else { ((v + 0.099) / 1.099).powf(1.0 / 0.45) };
+        let cases: [(Vec<u8>, Decode, &str); 12] = [
+            (gamma(100_000), |v| v, "of linear light as the chunk gAMA says"),
+            (gamma(50_000), |v| v * v, "decoded by the power 2 as the chunk gAMA says"),
+            // 1/2.2 as it is rounded stands for sRGB.
+            (gamma(45_455), srgb_decode, "decoded from sRGB"),
+            (gamma(45_000), srgb_decode, "decoded from sRGB"),
+            (with_chunk(&gamma(100_000), b"sRGB", &[0]), srgb_decode, "decoded from sRGB"),
+            (with(b"cICP", &[1, 13, 0, 1]), srgb_decode, "decoded from sRGB"),
+            (with(b"cICP", &[1, 8, 0, 1]), |v| v, "of linear light as the chunk cICP says"),
+            (with(b"cICP", &[1, 4, 0, 1]), |v| v.powf(2.2), "decoded by the power 2.2 as the chunk cICP says"),
+            (with(b"cICP", &[1, 1, 0, 1]), rec_709, "decoded by the curve of Rec. 709 as the chunk cICP says"),
+            (with_chunk(&gamma(100_000), b"cICP", &[1, 13, 0, 1]), srgb_decode, "decoded from sRGB"),
+            // What cICP leaves open, other chunks say.
+            (with_chunk(&gamma(100_000), b"cICP", &[1, 2, 0, 1]), |v| v, "of linear light as the chunk gAMA says"),
+            (with(b"cICP", &[2, 2, 0, 1]), srgb_decode, "decoded from sRGB"),
+        ];
+        for (k, (bytes, light, note)) in cases.into_iter().enumerate() {
+            let (map, report) = read(&bytes);
+            assert!(report.notes.len() == 1 && report.notes[0].contains(note), "case {k}: {:?}", report.notes);
+            for (x, y) in [(0, 0), (15, 0), (0, 7), (9, 4)] {
+                let expected = color(x, y).map(|c| light(f64::from(c) / 255.0));
+                let error = error_of(map.pixel(x, y), expected);
+                assert!(error < 1e-7, "case {k} at ({x}, {y}): {:?} against {expected:?}", map.pixel(x, y));
+            }
+        }
+    }
+}
+
+#[test]
+fn the_gamma_beside_a_profile_is_ignored_with_it() {
+    let linear = with_chunk(&png(ColorType::Rgb, BitDepth::Eight), b"gAMA", &100_000_u32.to_be_bytes());
+    // A name, the method of compression, and what no one reads.
+    let profile = [&b"name\0\0"[..], &miniz_oxide::deflate::compress_to_vec_zlib(b"profile", 6)].concat();
+    let (_, report) = read(&with_chunk(&linear, b"iCCP", &profile));
+    assert!(report.notes[0].contains("decoded from sRGB"), "{:?}", report.notes);
+    assert!(report.notes[1].contains("color profile is ignored"), "{:?}", report.notes);
+}
+
+#[test]
+fn light_of_a_png_that_is_not_understood_is_refused_with_what_to_do() {
+    let plain = png(ColorType::Rgb, BitDepth::Sixteen);
+    let cases: [([u8; 4], [&str; 2]); 4] = [
+        ([9, 16, 0, 1], ["PQ", "ffmpeg"]),
+        ([9, 18, 0, 1], ["HLG", "ffmpeg"]),
+        ([1, 11, 0, 1], ["transfer function 11", "ffmpeg"]),
+        ([1, 13, 0, 0], ["narrow range", "save it with full range"]),
+    ];
+    for (points, parts) in cases {
+        let bytes = with_chunk(&plain, b"cICP", &points);
+        let error = read_picture_bytes(&bytes, "test", &PictureReadOptions::default());
+        let Err(ImageError::Unsupported { message, .. }) = error else { panic!("{points:?}: {error:?}") };
+        assert!(parts.iter().all(|part| message.contains(part)), "{points:?}: {parts:?} expected in {message:?}");
+    }
+}
+
+#[test]
+fn primaries_of_a_number_are_those_of_their_coordinates() {
+    let rec_2020 = png::SourceChromaticities::new((0.3127, 0.329), (0.708, 0.292), (0.17, 0.797), (0.131, 0.046));
+    let plain = png(ColorType::Rgb, BitDepth::Sixteen);
+    let by_place = png_with(ColorType::Rgb, BitDepth::Sixteen, |encoder| encoder.set_source_chromaticities(rec_2020));
+    let by_number = with_chunk(&plain, b"cICP", &[9, 13, 0, 1]);
+    let options = PictureReadOptions::default().to_rec_709(true);
+    let converted = |bytes: &[u8]| read_picture_bytes(bytes, "test", &options).unwrap().0;
+    let (expected, found) = (converted(&by_place), converted(&by_number));
+    for (i, (a, b)) in found.pixels().iter().zip(expected.pixels()).enumerate() {
+        // The coordinates of a file are rounded to five digits.
+        assert!(error_of(*a, b.map(f64::from)) < 1e-3, "texel {i}: {a:?} against {b:?}");
+    }
+    let note = |bytes: &[u8]| read(bytes).1.notes[1..].join("; ");
+    let kept = "the primaries of the chunk cICP are not those of Rec. 709; the values are taken as they are";
+    assert_eq!(note(&by_number), kept, "BT.2020");
+    assert_eq!(note(&with_chunk(&by_place, b"cICP", &[1, 13, 0, 1])), "", "cICP holds before cHRM");
+    let unknown = "the primaries 10 of the chunk cICP are not known; the values are taken as they are";
+    assert_eq!(note(&with_chunk(&plain, b"cICP", &[10, 13, 0, 1])), unknown, "XYZ");
 }
 
 #[test]
