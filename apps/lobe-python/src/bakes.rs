@@ -15,6 +15,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::compression::{compress_options, report_of_compression};
+use crate::forked::with_threads;
 use crate::job::{answered, error_of, watched};
 use crate::outputs::{beside, has_ending, prepare};
 use crate::rows::{array_of, contiguous, value_error};
@@ -252,7 +253,7 @@ impl Bake {
         };
         self.check_output(output.clone())?;
         let (scene, found) = self.split(py, threshold, &checkpoint, progress)?;
-        let work = py.detach(|| BakeWork::at_vertices(scene, self.work.options().clone()));
+        let work = py.detach(|| with_threads(|| BakeWork::at_vertices(scene, self.work.options().clone())));
         let work = work.map_err(|error| error_of(&error))?;
         let report = self.write_with(py, &work, &output, &checkpoint, progress)?;
         // The last first, so that what is left by a fault has no gaps.
@@ -368,7 +369,7 @@ impl Transfer {
         light: PyReadonlyArray2<'py, f64>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
         let light: Vec<Rgb<f64>> = contiguous(&light)?.as_chunks::<3>().0.iter().map(|c| Rgb::from(*c)).collect();
-        let colors = py.detach(|| self.0.exit_radiance(&light));
+        let colors = py.detach(|| with_threads(|| self.0.exit_radiance(&light)));
         let numbers = colors.iter().flat_map(|c| c.to_array()).collect();
         array_of(py, numbers, &[colors.len(), 3])
     }

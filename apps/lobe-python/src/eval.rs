@@ -5,6 +5,7 @@ use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
+use crate::forked::with_threads;
 use crate::rows::{Number, Numbers, contiguous, empty_array, shape_error, value_error, writable};
 
 /// Directions that a thread has at a time.
@@ -114,7 +115,8 @@ impl<T: Number + Tiled> Work<'_, T> {
                         // Not by the one thread of the pool, which first would have to be woken.
                         return places.iter_mut().enumerate().fold(true, |all, (k, rows)| block(k, rows) && all);
                     }
-                    places.par_iter_mut().enumerate().map(|(k, rows)| block(k, rows)).reduce(|| true, |a, b| a && b)
+                    let parts = places.par_iter_mut().enumerate();
+                    with_threads(|| parts.map(|(k, rows)| block(k, rows)).reduce(|| true, |a, b| a && b))
                 });
                 is_done.then_some(()).ok_or_else(no_direction)?;
             }
@@ -141,11 +143,12 @@ impl<T: Number + Tiled> Work<'_, T> {
                         .eval_into(block, &mut [&mut out[part]]);
                 }
                 let is_filled = tiles.fill(block);
-                let functions = self.functions.par_chunks(self.size() * FUNCTIONS);
-                functions.zip(out.par_chunks_mut(row * FUNCTIONS)).for_each(|(functions, out)| {
+                let parts = self.functions.par_chunks(self.size() * FUNCTIONS).zip(out.par_chunks_mut(row * FUNCTIONS));
+                let eval = |(functions, out): (&[T], &mut [T])| {
                     let mut rows: Vec<&mut [T]> = out.chunks_mut(row).map(|row| &mut row[part.clone()]).collect();
                     Functions::new(functions, self.order, self.channels).eval_tiles_into(&tiles, &mut rows);
-                });
+                };
+                with_threads(|| parts.for_each(eval));
                 is_filled
             });
             is_filled.then_some(()).ok_or_else(no_direction)?;

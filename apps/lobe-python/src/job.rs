@@ -11,6 +11,7 @@ use lobe::io::{Job, Progress};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyOSError, PyRuntimeError};
 use pyo3::prelude::*;
 
+use crate::forked::with_threads;
 use crate::rows::{UNSTOPPED, value_error};
 
 /// An error of the library, which may be that its work was stopped.
@@ -71,10 +72,10 @@ pub(crate) fn answered<T: Send + 'static>(
     work: impl FnOnce() -> T + Send + 'static,
 ) -> PyResult<T> {
     if size < QUICK {
-        return Ok(py.detach(work));
+        return Ok(py.detach(|| with_threads(work)));
     }
     let (send, mut receive) = mpsc::sync_channel(1);
-    thread::spawn(move || send.send(work()));
+    thread::spawn(move || send.send(with_threads(work)));
     loop {
         let waited = py.detach(move || {
             let found = receive.recv_timeout(UNSTOPPED);
@@ -102,24 +103,27 @@ pub(crate) fn watched<T: Send, E: WorkError>(
     work: impl FnOnce(Job<'_>) -> Result<T, E> + Send,
 ) -> PyResult<T> {
     let mut raised = None;
-    let done = py.detach(|| {
-        let mut watch = |state: &Progress| {
-            let told = Python::attach(|py| {
-                py.check_signals()?;
-                progress.map_or(Ok(()), |call| call.call1(py, (state.done, state.total)).map(drop))
-            });
-            match told {
-                Ok(()) => ControlFlow::Continue(()),
-                Err(error) => {
-                    raised = Some(error);
-                    ControlFlow::Break(())
-                }
+    let watch = |raised: &mut Option<PyErr>, state: &Progress| {
+        let told = Python::attach(|py| {
+            py.check_signals()?;
+            progress.map_or(Ok(()), |call| call.call1(py, (state.done, state.total)).map(drop))
+        });
+        match told {
+            Ok(()) => ControlFlow::Continue(()),
+            Err(error) => {
+                *raised = Some(error);
+                ControlFlow::Break(())
             }
-        };
-        let job = Job::default().watched_by(&mut watch);
-        work(match checkpoint {
-            Some(path) => job.kept_in(path),
-            None => job,
+        }
+    };
+    let done = py.detach(|| {
+        with_threads(|| {
+            let mut watch = |state: &Progress| watch(&mut raised, state);
+            let job = Job::default().watched_by(&mut watch);
+            work(match checkpoint {
+                Some(path) => job.kept_in(path),
+                None => job,
+            })
         })
     });
     match (done, raised) {

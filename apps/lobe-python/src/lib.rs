@@ -5,7 +5,7 @@
 //! are kept, `search` what is found in them, `encodings` irradiance in a few numbers, `lights` functions from lights. `area_lights` and
 //! `reflection` are closed forms. `maps` are environment maps, `map_filters` integrals over them, `techniques` pictures by them. `bakes` and
 //! `matrices` are what scenes do to light, by `job`, `compression` that in fewer numbers, `pictures` what they look like, `motion` and
-//! `shadows` what moves, `outputs` the files that are written. The package checks shapes and has the words for users.
+//! `shadows` what moves, `outputs` the files that are written, `forked` work in children of a process. The package checks shapes and has the words for users.
 
 #![expect(clippy::needless_pass_by_value, reason = "Python hands arguments over by value")]
 
@@ -16,6 +16,7 @@ mod compression;
 mod encodings;
 mod eval;
 mod files;
+mod forked;
 mod functions;
 mod job;
 mod lights;
@@ -53,6 +54,8 @@ mod _lobe {
     use crate::eval::eval;
     #[pymodule_export]
     use crate::files::{load_sh, save_sh};
+    #[pymodule_export]
+    use crate::forked::after_fork;
     #[pymodule_export]
     use crate::functions::{
         content_window, dering, exp, kernel_factors, log, mirror_signs, product, rotate, scale_bands, window_factors,

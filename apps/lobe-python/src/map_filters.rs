@@ -11,6 +11,7 @@ use lobe::sh::{Coefficient as _, Dir};
 use numpy::{PyArrayDyn, PyReadonlyArray2};
 use pyo3::prelude::*;
 
+use crate::forked::with_threads;
 use crate::job::{answered, error_of, watched};
 use crate::maps::Map;
 use crate::rows::{array_of, contiguous, value_error};
@@ -112,7 +113,7 @@ pub(crate) fn irradiance_at<'py>(
     let mut found = Vec::with_capacity(3 * normals.len());
     for normals in normals.chunks(NORMALS_TOGETHER) {
         py.check_signals()?;
-        let part = py.detach(|| irradiance_towards(&map, normals));
+        let part = py.detach(|| with_threads(|| irradiance_towards(&map, normals)));
         found.extend(part.iter().flat_map(|e| e.to_array()));
     }
     array_of(py, found, &[normals.len(), 3])

@@ -17,6 +17,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
+use crate::forked::with_threads;
 use crate::job::{answered, error_of, watched};
 use crate::rows::{
     Number, Numbers, QUICK_ROWS_TOGETHER, array_of, contiguous, do_rows, empty_array, shape_error, value_error,
@@ -247,7 +248,7 @@ fn texels_of<C: Coefficient>(
         py.check_signals()?;
         let f = expansion_of::<C>(&function.iter().map(|c| c.widen()).collect::<Vec<_>>())?;
         if texels * C::CHANNELS <= WHERE_THEY_LIE {
-            py.detach(|| reconstruct_into(&f, width, out));
+            py.detach(|| with_threads(|| reconstruct_into(&f, width, out)));
         } else {
             out.copy_from_slice(&of_size::<C>(py, f, width, texels / width)?);
         }
@@ -304,7 +305,7 @@ fn project_texels<C: Coefficient>(
     }
     let size = C::CHANNELS * texels.len();
     let f = if size <= WHERE_THEY_LIE {
-        py.detach(|| env::project_lat_long(texels, width, order))
+        py.detach(|| with_threads(|| env::project_lat_long(texels, width, order)))
     } else {
         let own = texels.to_vec();
         answered(py, size, move || env::project_lat_long(&own, width, order))?
@@ -350,7 +351,9 @@ impl Map {
         let (colors, off) = if colors.len() < MANY {
             (colors.to_vec(), colors.iter().position(is_off))
         } else {
-            py.detach(|| (colors.par_iter().copied().collect(), colors.par_iter().position_first(is_off)))
+            py.detach(|| {
+                with_threads(|| (colors.par_iter().copied().collect(), colors.par_iter().position_first(is_off)))
+            })
         };
         if let Some(at) = off {
             return Err(not_finite(&colors[at].to_array().map(f64::from), at, width));

@@ -7,6 +7,7 @@ use lobe::sh::{Expansion as _, Rgb};
 use numpy::{PyArrayDyn, PyReadonlyArray2};
 use pyo3::prelude::*;
 
+use crate::forked::with_threads;
 use crate::job::{answered, error_of};
 use crate::rows::{array_of, contiguous, do_rows, value_error};
 
@@ -87,7 +88,7 @@ impl Matrices {
     ) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
         let (all, bands, light) = (self.all(), self.order().pow(2), colors_of(&light)?);
         let mut out = vec![Rgb::new(0.0, 0.0, 0.0); all.points() * bands];
-        py.detach(|| all.incident_into(&light, &mut out));
+        py.detach(|| with_threads(|| all.incident_into(&light, &mut out)));
         array_of(py, bytemuck::cast_vec(out), &[all.points(), bands, 3])
     }
 

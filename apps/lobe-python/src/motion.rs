@@ -1,7 +1,9 @@
 //! Scenes that move: their moments under distant light, by transfer of their parts, and path traced.
 
 use std::path::PathBuf;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
+use std::thread::{self, ThreadId};
+use std::time::Duration;
 
 use lobe::prt::{AlbedoMode, BakeOptions, BakedTransfer};
 use lobe::render::{
@@ -12,8 +14,10 @@ use lobe::scene::{Bvh, SceneReadReport};
 use lobe::sh::{Coefficient as _, Dir};
 use lobe::shadow::{FieldOptions, LogTable, LogTableOptions, RadialInterpolation, ShadowFieldOptions, ShadowOptions};
 use numpy::PyReadonlyArray2;
+use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
+use crate::forked::with_threads;
 use crate::job::{answered, error_of, watched};
 use crate::maps::Map;
 use crate::pictures::{
@@ -127,6 +131,8 @@ fn read(
 pub(crate) struct Moving {
     span: [f64; 2],
     inner: Mutex<Inner>,
+    /// The thread that holds the scene.
+    holder: Mutex<Option<ThreadId>>,
 }
 
 struct Inner {
@@ -137,9 +143,47 @@ struct Inner {
     tree: Option<Bvh>,
 }
 
+/// How often a thread that waits for a scene asks for it, and answers Ctrl-C.
+const WAIT: Duration = Duration::from_millis(10);
+
+/// A scene that no other thread has.
+struct Held<'a> {
+    inner: MutexGuard<'a, Inner>,
+    holder: &'a Mutex<Option<ThreadId>>,
+}
+
+impl Drop for Held<'_> {
+    fn drop(&mut self) {
+        *self.holder.lock().unwrap_or_else(PoisonError::into_inner) = None;
+    }
+}
+
 impl Moving {
-    fn lock(&self) -> MutexGuard<'_, Inner> {
-        self.inner.lock().unwrap_or_else(PoisonError::into_inner)
+    fn new(span: [f64; 2], inner: Inner) -> Self {
+        Self { span, inner: Mutex::new(inner), holder: Mutex::new(None) }
+    }
+
+    /// The scene, once no other thread works on it. A function that is called by the work, as that of progress is, would wait for ever, and
+    /// is refused.
+    fn hold(&self, py: Python<'_>) -> PyResult<Held<'_>> {
+        let holder = || self.holder.lock().unwrap_or_else(PoisonError::into_inner);
+        loop {
+            let inner = match self.inner.try_lock() {
+                Ok(inner) => inner,
+                Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
+                Err(TryLockError::WouldBlock) => {
+                    if *holder() == Some(thread::current().id()) {
+                        let text = "the scene is at work: what is called while it bakes or renders cannot ask it";
+                        return Err(PyRuntimeError::new_err(text));
+                    }
+                    py.check_signals()?;
+                    py.detach(|| thread::sleep(WAIT));
+                    continue;
+                }
+            };
+            *holder() = Some(thread::current().id());
+            return Ok(Held { inner, holder: &self.holder });
+        }
     }
 }
 
@@ -157,7 +201,7 @@ impl Moving {
         let read = answered(py, usize::MAX, move || read(&input, animation.as_deref(), asked))?;
         let scene = read.map_err(|error| error_of(&error))?.told(py)?.looped(is_looped);
         let span = scene.span();
-        Ok(Self { span, inner: Mutex::new(Inner { scene, shading: None, tree: None }) })
+        Ok(Self::new(span, Inner { scene, shading: None, tree: None }))
     }
 
     /// The times, in seconds, between which the scene moves.
@@ -167,13 +211,14 @@ impl Moving {
     }
 
     /// The names of its parts.
-    fn parts(&self, py: Python<'_>) -> Vec<String> {
-        py.detach(|| self.lock().scene.parts().iter().map(|part| part.name.clone()).collect())
+    fn parts(&self, py: Python<'_>) -> PyResult<Vec<String>> {
+        Ok(self.hold(py)?.inner.scene.parts().iter().map(|part| part.name.clone()).collect())
     }
 
     /// Two corners of the box around the scene at a time.
     fn bounds(&self, py: Python<'_>, time: f64) -> PyResult<[[f64; 3]; 2]> {
-        py.detach(|| self.lock().scene.world_bounds(time)).map_err(|error| error_of(&error))
+        let inner = &mut *self.hold(py)?.inner;
+        py.detach(|| with_threads(|| inner.scene.world_bounds(time))).map_err(|error| error_of(&error))
     }
 
     /// Bakes what the parts lack, kept in files whose names begin with `checkpoint` if there is one; the order.
@@ -185,11 +230,12 @@ impl Moving {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<usize> {
         let method = shading.method()?;
-        let transfer = py.detach(|| shading.transfer(&self.lock().scene));
+        let mut held = self.hold(py)?;
+        let inner = &mut *held.inner;
+        let transfer = shading.transfer(&inner.scene);
         let made = shading.shading(transfer.order)?;
         let bakes = shading.bakes(&transfer);
         watched(py, progress.as_ref(), checkpoint.as_deref(), |job| {
-            let mut inner = self.lock();
             inner.scene.expect_order(transfer.order)?;
             inner.scene.bake(method, &bakes, job)?;
             inner.shading = Some((made, transfer.clone()));
@@ -215,8 +261,9 @@ impl Moving {
         let camera = camera_around(self.bounds(py, time)?, view)?;
         let map = background.map(|map| &*map.0);
         let shown = |s: Dir| map.map_or_else(|| light_towards(&light, s), |map| map.radiance(s).widen());
+        let mut held = self.hold(py)?;
+        let inner = &mut *held.inner;
         let lit = watched(py, progress.as_ref(), None, |mut job| {
-            let inner = &mut *self.lock();
             let Some((shading, bake)) = &inner.shading else {
                 return Err(RenderError::Options("the parts are not baked; bake them first".to_owned()));
             };
@@ -256,8 +303,9 @@ impl Moving {
         if let Some(share) = &share {
             share.begin(py, &[], progress.as_ref())?;
         }
+        let mut held = self.hold(py)?;
+        let inner = &mut *held.inner;
         traced(py, share.as_ref(), progress.as_ref(), |shard, job| {
-            let inner = self.lock();
             let moment = inner.scene.at(time)?;
             let emitters = moment.emitters();
             trace(moment.scene(), moment.bvh(), &camera, (&distant, &emitters), &options, shard, job)

@@ -15,6 +15,7 @@ use numpy::{PyArrayDyn, PyReadonlyArray2, PyReadonlyArrayDyn, PyUntypedArrayMeth
 use pyo3::prelude::*;
 
 use crate::bakes;
+use crate::forked::with_threads;
 use crate::job::{answered, error_of, watched};
 use crate::maps::Map;
 use crate::rows::{array_of, contiguous, value_error};
@@ -180,7 +181,7 @@ pub(crate) fn render_still<'py>(
     let mut baked = match (found, method.mode.as_deref()) {
         (Found::Baked(baked), _) => *baked,
         (Found::Scene(scene), Some(IRRADIANCE) | None) => {
-            let (bvh, camera) = (py.detach(|| Bvh::new(&scene)), camera_of(&scene, view)?);
+            let (bvh, camera) = (py.detach(|| with_threads(|| Bvh::new(&scene))), camera_of(&scene, view)?);
             let lit = watched(py, progress, None, |job| {
                 light_by_irradiance(&scene, &bvh, &light, &camera, &options, shown, job)
             })?;

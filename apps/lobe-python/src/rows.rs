@@ -8,11 +8,13 @@ use numpy::{
     Element, PyArray1, PyArrayDyn, PyArrayMethods as _, PyReadonlyArray, PyReadonlyArrayDyn, PyReadwriteArrayDyn,
     PyUntypedArrayMethods as _,
 };
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::{PyMemoryError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyTuple;
 use rayon::prelude::*;
+
+use crate::forked::with_threads;
 
 /// Rows that are done before the interpreter may stop the work, at most.
 pub(crate) const ROWS_TOGETHER: usize = 1 << 12;
@@ -141,13 +143,13 @@ pub(crate) fn do_blocks<C: Coefficient>(
     (block, together): (usize, usize),
     work: impl Fn(usize, &mut [C]) -> Result<(), String> + Sync,
 ) -> PyResult<Vec<C>> {
-    let mut out = vec![C::ZERO; rows * width];
+    let mut out = zeros(rows, width)?;
     if out.is_empty() {
         return Ok(out);
     }
     if rows <= block {
         // To wake another thread takes longer than most functions.
-        py.detach(|| work(0, &mut out)).map_err(PyValueError::new_err)?;
+        py.detach(|| with_threads(|| work(0, &mut out))).map_err(PyValueError::new_err)?;
         return Ok(out);
     }
     // Quick work begins with enough for all threads.
@@ -165,7 +167,7 @@ pub(crate) fn do_blocks<C: Coefficient>(
                 work(row, out).err().map(|fault| (row, fault))
             };
             // The first row at fault, for any number of threads.
-            blocks.filter_map(work).min_by_key(|(row, _)| *row)
+            with_threads(|| blocks.filter_map(work).min_by_key(|(row, _)| *row))
         });
         if let Some((row, fault)) = done {
             return Err(PyValueError::new_err(format!("function {row}: {fault}")));
@@ -173,6 +175,18 @@ pub(crate) fn do_blocks<C: Coefficient>(
         pace.took(begun.elapsed());
         (first, rest) = (first + count, behind);
     }
+    Ok(out)
+}
+
+/// `rows` times `width` zeros; where there is no memory for them `MemoryError`.
+pub(crate) fn zeros<C: Coefficient>(rows: usize, width: usize) -> PyResult<Vec<C>> {
+    let mut out = Vec::new();
+    let room = rows.checked_mul(width).filter(|count| out.try_reserve_exact(*count).is_ok());
+    let Some(count) = room else {
+        let text = format!("expected room for {rows} rows of {width} numbers, found none; give fewer at a time");
+        return Err(PyMemoryError::new_err(text));
+    };
+    out.resize(count, C::ZERO);
     Ok(out)
 }
 

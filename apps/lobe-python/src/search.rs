@@ -10,6 +10,7 @@ use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
+use crate::forked::with_threads;
 use crate::rows::{Pace, array_of, contiguous, shape_error, value_error};
 
 /// Functions that are searched before the interpreter may stop the search, at most and at first: the least value of one of order 64 may take
@@ -147,7 +148,8 @@ pub(crate) fn search<C: Coefficient, F: Send>(
         py.check_signals()?;
         let (part, behind) = rest.split_at((count * pace.rows).min(rest.len()));
         let begun = Instant::now();
-        let found: Vec<Result<F, String>> = py.detach(|| part.par_chunks_exact(count).map(&work).collect());
+        let found: Vec<Result<F, String>> =
+            py.detach(|| with_threads(|| part.par_chunks_exact(count).map(&work).collect()));
         pace.took(begun.elapsed());
         rest = behind;
         for found in found {

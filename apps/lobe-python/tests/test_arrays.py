@@ -1,5 +1,11 @@
 """Arrays of every kind: what is taken, and what is refused in which words."""
 
+import copy
+import os
+import pickle
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -87,3 +93,86 @@ def test_coefficients_that_are_not_finite_go_through_or_are_refused():
     for call in [f.exp, f.log, f.minimum, f.lights, f.dering]:
         with pytest.raises(ValueError, match="function 1.*finite|finite.*function 1"):
             call()
+
+
+def test_functions_are_chosen_by_numbers_arrays_and_masks():
+    c = np.random.default_rng(1).normal(size=(4, 2, 9))
+    f = lobe.Sh(c)
+    for key in [2, [0, 1], np.array([0, 3]), np.array([True, False, True, False]), (np.array([0, 1]), 1), (..., 0), (slice(None), np.array([1]))]:
+        np.testing.assert_array_equal(f[key].coefficients, c[key])
+
+
+def test_an_array_that_may_not_be_a_copy_is_none():
+    f = lobe.Sh(np.ones((2, 9)))
+    assert f.__array__(copy=False) is f.coefficients and f.__array__(dtype=np.float64, copy=False) is f.coefficients
+    assert f.__array__(copy=True) is not f.coefficients
+    with pytest.raises(ValueError, match="as float32 they are copied"):
+        f.__array__(dtype=np.float32, copy=False)
+    with pytest.raises(ValueError, match="texels are copied"):
+        lobe.EnvMap(np.ones((2, 4, 3))).__array__(copy=False)
+
+
+def test_only_functions_are_added_and_only_real_numbers_are_factors():
+    f = lobe.Sh(np.arange(9.0))
+    np.testing.assert_array_equal(sum([f, f, f]).coefficients, 3 * f.coefficients)
+    np.testing.assert_array_equal((np.float64(2) * f).coefficients, 2 * f.coefficients)
+    for call in [lambda: f + np.ones(9), lambda: np.ones(9) + f, lambda: f - 1.0, lambda: 1.0 - f, lambda: 1 + f]:
+        with pytest.raises(TypeError, match="expected functions, lobe.Sh, found"):
+            call()
+    with pytest.raises(TypeError, match="expected a real number"):
+        f * (2 + 3j)
+
+
+def test_maps_and_lights_are_sent_to_other_processes():
+    map = lobe.EnvMap(np.random.default_rng(2).random((6, 1, 3)), "cube")
+    for copied in [pickle.loads(pickle.dumps(map)), copy.deepcopy(map)]:
+        assert copied.mapping == "cube"
+        np.testing.assert_array_equal(copied.texels, map.texels)
+    place = [[0.1, 0.2, 0.0]], [0.0, 0.0, 1.0]
+    for light in [
+        lobe.AreaLight.sphere((0, 0, 2), 0.5),
+        lobe.AreaLight.disc((0, 0, 2), (0, 0, -1), 0.5),
+        lobe.AreaLight.rectangle((0, 0, 2), (1, 0, 0), (0, -1, 0)),
+        lobe.AreaLight.polygon([[0, 0, 2], [0, 1, 2], [1, 0, 2]]),
+    ]:
+        again = pickle.loads(pickle.dumps(light))
+        np.testing.assert_array_equal(again.irradiance(*place), light.irradiance(*place))
+        assert repr(again) == repr(light)
+
+
+def test_results_without_room_are_a_memory_error():
+    f = lobe.Sh(np.broadcast_to(np.ones(4), (1 << 20, 4)))
+    with pytest.raises(MemoryError, match="rows of 65536 numbers"):
+        f.product(f, 256)
+
+
+FORKED = """
+import multiprocessing, sys
+import numpy as np
+import lobe
+
+f = lobe.Sh(np.random.default_rng(0).normal(size=(2000, 16)))
+turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+sky = lobe.EnvMap.bundled("sunset")
+
+def work():
+    values = f.eval(np.eye(3))
+    return f.rotate(turn).coefficients, values, sky.project(4).coefficients, sky.irradiance(4, 256, 128).texels
+
+expected = work()
+
+def child():
+    for found, here in zip(work(), expected):
+        np.testing.assert_array_equal(found, here)
+
+process = multiprocessing.get_context("fork").Process(target=child)
+process.start()
+process.join(60)
+sys.exit(process.exitcode if process.exitcode is not None else 99)
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
+def test_a_process_that_was_forked_works_with_threads_of_its_own():
+    done = subprocess.run([sys.executable, "-c", FORKED], capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr

@@ -44,6 +44,17 @@ def test_a_moment_is_that_of_the_command(mode, words, options, light, tmp_path):
     np.testing.assert_array_equal(moving.render(SKY, time, **SIZE), read(tmp_path / "p.exr"))
 
 
+def test_what_is_called_while_a_scene_is_at_work_cannot_ask_it():
+    moving = lobe.MovingScene("built-in:three-objects", lobe.MovingOptions("shexp", **SMALL))
+
+    def ask(done, total):
+        moving.bounds()
+
+    with pytest.raises(RuntimeError, match="the scene is at work"):
+        moving.bake(progress=ask)
+    assert np.isfinite(moving.bounds()).all(), "afterwards it answers again"
+
+
 def test_one_scene_gives_the_pictures_of_many_times():
     moving = lobe.MovingScene("built-in:three-objects", lobe.MovingOptions("shexp", **SMALL))
     begin, end = moving.span

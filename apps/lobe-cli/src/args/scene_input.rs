@@ -32,7 +32,7 @@ pub(crate) struct SceneInput {
     #[arg(long)]
     allow_outside: bool,
     /// The normals of meshes without any: of their triangles, which takes more vertices, or smooth [default: flat of glTF, as it
-    /// asks, and smooth of .obj and .ply]
+    /// asks, smooth of .ply, and of .obj as its smoothing groups say, or else smooth]
     #[arg(long, value_enum)]
     missing_normals: Option<NormalsName>,
     /// The material of glTF meshes without any: white, matte and double-sided, or glTF's, a single-sided white metal, on which

@@ -12,6 +12,9 @@ Directions are right-handed with +z up; order n means n bands, n² coefficients.
 irradiance E is what a surface receives in all and never includes 1/π.
 """
 
+import os as _os
+
+from . import _lobe
 from ._area_light import AreaLight
 from ._bake import AdaptiveReport, BakeOptions, BakeReport, CompressReport, Matrices, Transfer, bake, merge
 from ._camera import Camera, Traced
@@ -36,6 +39,10 @@ from ._shadow import (
     sphere_table,
     spheres,
 )
+
+# A child of fork has none of the threads that its parent works with.
+if hasattr(_os, "register_at_fork"):
+    _os.register_at_fork(after_in_child=_lobe.after_fork)
 
 __all__ = [
     "AdaptiveReport",

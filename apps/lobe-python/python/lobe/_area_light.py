@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -22,19 +23,24 @@ class AreaLight:
         raise TypeError("expected AreaLight.sphere, disc, rectangle or polygon")
 
     @classmethod
-    def _of(cls, inner: _lobe.AreaLight, text: str) -> AreaLight:
+    def _of(cls, inner: _lobe.AreaLight, text: str, made_by: tuple[str, tuple[Any, ...]]) -> AreaLight:
         made = cls.__new__(cls)
-        made._light, made._text = inner, text
+        made._light, made._text, made._made_by = inner, text, made_by
         return made
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        name, values = self._made_by
+        return getattr(AreaLight, name), values
 
     _light: _lobe.AreaLight
     _text: str
+    _made_by: tuple[str, tuple[Any, ...]]
 
     @classmethod
     def sphere(cls, center: npt.ArrayLike, radius: float) -> AreaLight:
         """A luminous ball."""
         place, size = _point(center, "center"), _radius(radius)
-        return cls._of(_lobe.AreaLight.sphere(place, size), f"sphere({place}, {size})")
+        return cls._of(_lobe.AreaLight.sphere(place, size), f"sphere({place}, {size})", ("sphere", (place, size)))
 
     @classmethod
     def disc(cls, center: npt.ArrayLike, shines: npt.ArrayLike, radius: float) -> AreaLight:
@@ -43,13 +49,15 @@ class AreaLight:
         if shape:
             raise ValueError(f"shines: expected one direction, found an array of shape {np.shape(shines)}")
         place, size = _point(center, "center"), _radius(radius)
-        return cls._of(_lobe.AreaLight.disc(place, unit[0].tolist(), size), f"disc({place}, {unit[0].tolist()}, {size})")
+        values = (place, unit[0].tolist(), size)
+        return cls._of(_lobe.AreaLight.disc(*values), f"disc({place}, {values[1]}, {size})", ("disc", values))
 
     @classmethod
     def rectangle(cls, center: npt.ArrayLike, u: npt.ArrayLike, v: npt.ArrayLike) -> AreaLight:
         """A rectangle, or a parallelogram: center ± u ± v, which shines towards u × v."""
         sides = [_point(values, what) for values, what in ((center, "center"), (u, "u"), (v, "v"))]
-        return cls._of(_lobe.AreaLight.rectangle(*sides), f"rectangle({sides[0]}, {sides[1]}, {sides[2]})")
+        text = f"rectangle({sides[0]}, {sides[1]}, {sides[2]})"
+        return cls._of(_lobe.AreaLight.rectangle(*sides), text, ("rectangle", tuple(sides)))
 
     @classmethod
     def polygon(cls, vertices: npt.ArrayLike) -> AreaLight:
@@ -57,7 +65,8 @@ class AreaLight:
         corners, shape = points(vertices, "vertices")
         if len(shape) != 1:
             raise ValueError(f"vertices: expected an array of shape (k, 3), found {np.shape(vertices)}")
-        return cls._of(_lobe.AreaLight.polygon(corners.tolist()), f"polygon of {len(corners)} vertices")
+        values = (corners.tolist(),)
+        return cls._of(_lobe.AreaLight.polygon(*values), f"polygon of {len(corners)} vertices", ("polygon", values))
 
     def __repr__(self) -> str:
         return f"AreaLight.{self._text}"

@@ -96,6 +96,14 @@ def finite(values: Numbers, what: str) -> Numbers:
     return values
 
 
+def as_asked(array: Numbers, dtype: Any, copy: bool | None) -> Numbers:
+    """What `__array__` gives: the array itself where it may, and a `ValueError` where it must and cannot."""
+    found = array if dtype is None else array.astype(dtype, copy=False)
+    if copy is False and found is not array:
+        raise ValueError(f"the numbers are {array.dtype}: as {np.dtype(dtype)} they are copied")
+    return found.copy() if copy else found
+
+
 def real(value: object, what: str, least: float, most: float = math.inf) -> float:
     """A finite number in a range."""
     if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):

@@ -172,7 +172,12 @@ class EnvMap:
         return self._map.texels()
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Numbers:
-        return self.texels if dtype is None else self.texels.astype(dtype)
+        if copy is False:
+            raise ValueError("a map has no array of its own: its texels are copied")
+        return self.texels if dtype is None else self.texels.astype(dtype, copy=False)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return EnvMap, (self.texels, self.mapping)
 
     def __repr__(self) -> str:
         height, width = self.shape

@@ -25,7 +25,7 @@ class Scene:
     """Which axis points up in an .obj or .ply file, y or z."""
     missing_normals: str | None = None
     """The normals of meshes without any: "flat", of their triangles, which takes more vertices, or "smooth"; None: flat of glTF, as it asks, and
-    smooth of .obj and .ply."""
+    smooth of .ply and of .obj without smoothing groups."""
     default_material: str = "white"
     """The material of glTF meshes without any: "white", matte and double-sided, or "gltf", a single-sided white metal, on which transfer is black."""
     allow_outside: bool = False

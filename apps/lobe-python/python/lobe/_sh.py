@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _lobe
-from ._arrays import MAX_ORDER, MAX_SIDE, Doubles, Numbers, expect, finite, numbers, order_of, real, rotation_matrix, vectors, whole
+from ._arrays import MAX_ORDER, MAX_SIDE, Doubles, Numbers, as_asked, expect, finite, numbers, order_of, real, rotation_matrix, vectors, whole
 from ._encodings import Encoded, EncodingError, encode
 
 # Eigenvalues below this part of the largest are raised to it, as `lobe sh log` does.
@@ -52,12 +52,18 @@ class Minimum(NamedTuple):
     """What no value is below, with proof: of the shape of `value`."""
 
 
+def _function(value: object) -> Sh:
+    if not isinstance(value, Sh):
+        raise TypeError(f"expected functions, lobe.Sh, found {type(value).__name__}")
+    return value
+
+
 class Sh:
     """Functions on the sphere, f(s) = Σ_lm c_lm y_lm(s), with real orthonormal spherical harmonics y_lm.
 
     `c` has shape (..., n²), or (..., n², 3) for colors, where n is the order, the number of bands, and coefficient l² + l + m
     belongs to y_lm, with the phase (-1)^m: y_1,-1 = -√(3/4π) y, y_10 = √(3/4π) z, y_11 = -√(3/4π) x. Leading dimensions are a batch. Numbers are float32
-    or float64, and what is computed of them has the same; they are not copied if they are contiguous and aligned. Of coefficients that are not
+    or float64, and functions and values that are computed of them have the same, but for searches and encodings, which are float64; they are not copied if they are contiguous and aligned. Of coefficients that are not
     finite the values are not finite, unless a method says that it refuses them.
     """
 
@@ -117,8 +123,7 @@ class Sh:
         return self._c.dtype
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Numbers:
-        array = self._c if dtype is None else self._c.astype(dtype, copy=False)
-        return array.copy() if copy else array
+        return as_asked(self._c, dtype, copy)
 
     def __repr__(self) -> str:
         batch = f", shape {self.shape}" if self.shape else ""
@@ -128,7 +133,7 @@ class Sh:
         """Functions of the batch: `f[3]`, `f[..., :2]`. Axes of coefficients are kept."""
         keys = key if isinstance(key, tuple) else (key,)
         kept = 2 if self._is_color else 1
-        if Ellipsis not in keys:
+        if not any(k is Ellipsis for k in keys):
             keys = (*keys, Ellipsis)
         return Sh(self._c[(*keys, *(slice(None),) * kept)])
 
@@ -143,14 +148,19 @@ class Sh:
         return self.shape[0]
 
     def __add__(self, other: Sh) -> Sh:
-        if not isinstance(other, Sh):
-            return NotImplemented
-        return Sh(self._c + self._alike(other)._c)
+        return Sh(self._c + self._alike(_function(other))._c)
+
+    def __radd__(self, other: object) -> Sh:
+        # What `sum` begins with.
+        if isinstance(other, int) and other == 0:
+            return self
+        return Sh(self._alike(_function(other))._c + self._c)
 
     def __sub__(self, other: Sh) -> Sh:
-        if not isinstance(other, Sh):
-            return NotImplemented
-        return Sh(self._c - self._alike(other)._c)
+        return Sh(self._c - self._alike(_function(other))._c)
+
+    def __rsub__(self, other: object) -> Sh:
+        return Sh(self._alike(_function(other))._c - self._c)
 
     def __mul__(self, factor: float) -> Sh:
         """The function times a number; for products of functions see `product`."""
@@ -158,6 +168,8 @@ class Sh:
             raise TypeError("expected a number, found functions: their product is a.product(b)")
         if np.ndim(factor) != 0:
             raise TypeError("expected a number; for factors of a batch, multiply the coefficients")
+        if np.iscomplexobj(factor):
+            raise TypeError(f"expected a real number, found {factor}")
         return Sh((self._c * factor).astype(self.dtype, copy=False))
 
     __rmul__ = __mul__
