@@ -6,11 +6,10 @@ use std::sync::Arc;
 use lobe::env;
 use lobe::env::{
     CieSky, CubeHandedness, EnvMap, Ground, MapReadOptions, MappedMap, Mapping, Nonfinite, Padding,
-    PictureWriteOptions, PreethamSky, Resample, bundled as bundled_maps, project_map, read_map, reconstruct_into,
-    resample, sky_map, write_env,
+    PictureWriteOptions, PreethamSky, Resample, bundled as bundled_maps, encode_env, project_map, read_map,
+    reconstruct_into, resample, sky_map,
 };
 use lobe::image::{ImageError, Picture, PictureReadOptions, PictureReadReport, Tone};
-use lobe::io::write_atomically;
 use lobe::sh::{Coefficient, Dir, Expansion as _, Real as _, Rgb, Rotation, ShVec};
 use numpy::{PyArrayDyn, PyReadonlyArray2, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::exceptions::PyValueError;
@@ -19,6 +18,7 @@ use rayon::prelude::*;
 
 use crate::forked::with_threads;
 use crate::job::{answered, error_of, watched};
+use crate::outputs::{has_ending, write_whole};
 use crate::rows::{
     Number, Numbers, QUICK_ROWS_TOGETHER, array_of, contiguous, do_rows, empty_array, shape_error, value_error,
     writable,
@@ -327,12 +327,13 @@ fn not_finite(found: &[f64], at: usize, width: usize) -> PyErr {
     value_error(format!("texels: expected finite numbers, found {found:?} at row {y}, column {x}"))
 }
 
-/// Writes a map to be looked at, which tells its mapping.
-fn write_png(path: &Path, map: &MappedMap) -> Result<(), ImageError> {
+/// The bytes of a picture of a map, whose ending says the format: light, or a PNG to be looked at.
+fn encode(path: &Path, map: &MappedMap) -> Result<Vec<u8>, ImageError> {
+    if !has_ending(path, "png") {
+        return Ok(encode_env(path, map, &PictureWriteOptions::default())?.0);
+    }
     let picture = Picture::new(map.width(), map.height(), map.texels().to_vec())?;
-    let bytes = picture.to_png_with(&Tone::PHOTOGRAPH, map.untold_mapping())?;
-    let place = path.display().to_string();
-    write_atomically(path, |file| file.write_all(&bytes)).map_err(|source| ImageError::Io { place, source })
+    picture.to_png_with(&Tone::PHOTOGRAPH, map.untold_mapping())
 }
 
 #[pymethods]
@@ -431,13 +432,9 @@ impl Map {
 
     /// Writes a picture; its ending says the format.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        let map = Arc::clone(&self.0);
-        let written = answered(py, self.size(), move || {
-            if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png")) {
-                return write_png(&path, &map);
-            }
-            write_env(path, &map, &PictureWriteOptions::default()).map(drop)
-        })?;
-        written.map_err(|error| error_of(&error))
+        let (map, name) = (Arc::clone(&self.0), path.clone());
+        let encoded = answered(py, self.size(), move || encode(&name, &map))?;
+        // Not before it is known that nobody has stopped it: what was encoded then is dropped.
+        write_whole(py, path, &encoded.map_err(|error| error_of(&error))?)
     }
 }

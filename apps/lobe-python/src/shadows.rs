@@ -249,12 +249,9 @@ pub(crate) fn sphere_table(
     prepare(&output, SAFETENSORS, &[])?;
     let mut options = LogTableOptions::default().order(order).clamp(clamp);
     options.window = window;
-    let written = answered(py, usize::MAX, move || {
-        let table = LogTable::new(&options)?;
-        write_log_table(&output, &table)?;
-        Ok(table.row_count())
-    })?;
-    written.map_err(|error: ShadowError| error_of(&error))
+    let table = answered(py, usize::MAX, move || LogTable::new(&options))?.map_err(|error| error_of(&error))?;
+    py.detach(|| write_log_table(&output, &table)).map_err(|error| error_of(&error))?;
+    Ok(table.row_count())
 }
 
 /// The shape and the options of a lamp, whose ranges the package has checked.

@@ -3,6 +3,7 @@
 import signal
 import subprocess
 import sys
+import time
 
 import pytest
 
@@ -50,3 +51,25 @@ print("begun", flush=True)
     # That it ends by the signal is what is judged, not when.
     _, error = process.communicate()
     assert error.rstrip().endswith("KeyboardInterrupt"), error
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of another kind")
+def test_a_map_whose_writing_was_stopped_is_not_there_later(tmp_path):
+    program = f"""
+import os, signal, time, numpy as np, lobe
+signal.signal(signal.SIGINT, signal.default_int_handler)
+sky = lobe.EnvMap(np.random.default_rng(0).random((2048, 4096, 3), np.float32))
+print("begun", flush=True)
+try:
+    sky.save({str(tmp_path / "sky.exr")!r})
+except KeyboardInterrupt:
+    # Longer than the encoding takes.
+    time.sleep(5)
+    print(os.listdir({str(tmp_path)!r}))
+"""
+    process = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout.readline() == "begun\n"
+    time.sleep(0.1)
+    process.send_signal(signal.SIGINT)
+    told, error = process.communicate()
+    assert told == "[]\n", told + error

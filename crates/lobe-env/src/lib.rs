@@ -49,7 +49,7 @@
 //! | purpose | item |
 //! |---|---|
 //! | any map from any file | [`EnvMap::load`], [`MappedMap::load`], [`read_map`], [`LoadedMap`], [`MapReadOptions`], [`MapReadReport`] |
-//! | maps as files | [`write_env`]; cubes with levels [`write_cube()`], [`CubeWriteOptions`], [`TexelFormat`]; in six files [`FaceFiles`], [`write_cube_faces`] |
+//! | maps as files | [`write_env`], or its bytes [`encode_env`]; cubes with levels [`write_cube()`], [`CubeWriteOptions`], [`TexelFormat`]; in six files [`FaceFiles`], [`write_cube_faces`] |
 //! | any mapping to any other | [`resample()`], [`Resample`], [`rotate_map`]; brighter and darker: [`expose_in_place`], [`clamp_in_place`] |
 //! | cubes in pictures | [`CubeLayout`], [`CubeHandedness`] |
 //! | cubes | [`CubeMap`], [`CubeMipChain`], [`cube`] |
@@ -108,7 +108,7 @@ pub use files::cropped::Padding;
 pub use files::cube_faces::{FaceFiles, write_cube_faces};
 pub use files::read_map::{LoadedMap, read_map, read_map_bytes};
 pub use files::read_options::{MapReadOptions, MapReadReport};
-pub use files::write::{CubeWriteOptions, write_cube, write_env};
+pub use files::write::{CubeWriteOptions, encode_env, write_cube, write_env};
 pub use lobe_image::{FileFormat, Nonfinite, PictureWriteOptions, TexelFormat};
 pub use map::adjust::{
     BlackenReport, ClampReport, blacken_negative_in_place, clamp_in_place, expose_in_place, scale_in_place,

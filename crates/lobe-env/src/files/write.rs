@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use derive_setters::Setters;
-use lobe_image::{ImageError, PictureWriteOptions, PictureWriteReport, TexelFormat, write_cube_texture, write_pixels};
+use lobe_image::{
+    ImageError, PictureWriteOptions, PictureWriteReport, TexelFormat, encode_picture, write_cube_texture, write_pixels,
+};
 
 use crate::{CubeHandedness, CubeMipChain, MappedMap};
 
@@ -19,9 +21,26 @@ pub fn write_env(
     map: &MappedMap,
     options: &PictureWriteOptions,
 ) -> Result<PictureWriteReport, ImageError> {
+    write_pixels(path, map.width(), map.texels(), &with_mapping(options, map))
+}
+
+/// The bytes that [`write_env`] writes; the extension of the path says the format.
+///
+/// # Errors
+/// Those of [`lobe_image::encode_picture`].
+pub fn encode_env(
+    path: &Path,
+    map: &MappedMap,
+    options: &PictureWriteOptions,
+) -> Result<(Vec<u8>, PictureWriteReport), ImageError> {
+    encode_picture(path, map.width(), map.texels(), &with_mapping(options, map))
+}
+
+/// The options with the name of the mapping, where a picture in it does not tell.
+fn with_mapping(options: &PictureWriteOptions, map: &MappedMap) -> PictureWriteOptions {
     let mut options = options.clone();
     options.mapping = options.mapping.or_else(|| map.untold_mapping().map(str::to_owned));
-    write_pixels(path, map.width(), map.texels(), &options)
+    options
 }
 
 /// Options of writing a cube map.
