@@ -143,7 +143,7 @@ pub(crate) fn do_blocks<C: Coefficient>(
     (block, together): (usize, usize),
     work: impl Fn(usize, &mut [C]) -> Result<(), String> + Sync,
 ) -> PyResult<Vec<C>> {
-    let mut out = zeros(rows, width)?;
+    let mut out = zeros(py, rows, width)?;
     if out.is_empty() {
         return Ok(out);
     }
@@ -179,14 +179,14 @@ pub(crate) fn do_blocks<C: Coefficient>(
 }
 
 /// `rows` times `width` zeros; where there is no memory for them `MemoryError`.
-pub(crate) fn zeros<C: Coefficient>(rows: usize, width: usize) -> PyResult<Vec<C>> {
+pub(crate) fn zeros<C: Coefficient>(py: Python<'_>, rows: usize, width: usize) -> PyResult<Vec<C>> {
     let mut out = Vec::new();
     let room = rows.checked_mul(width).filter(|count| out.try_reserve_exact(*count).is_ok());
     let Some(count) = room else {
         let text = format!("expected room for {rows} rows of {width} numbers, found none; give fewer at a time");
         return Err(PyMemoryError::new_err(text));
     };
-    out.resize(count, C::ZERO);
+    py.detach(|| out.resize(count, C::ZERO));
     Ok(out)
 }
 

@@ -17,6 +17,7 @@ use numpy::{PyArrayDyn, PyReadonlyArray3, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::forked::with_threads;
 use crate::job::{answered, error_of, watched};
 use crate::outputs::{beside, prepare};
 use crate::rows::{array_of, contiguous, value_error};
@@ -94,7 +95,8 @@ pub(crate) fn field<'py>(
         (checkpoint, baked)
     };
     let (field, report) = baked?;
-    let stored = py.detach(|| write_field(&output, &field, &storage)).map_err(|error| error_of(&error))?;
+    let stored =
+        py.detach(|| with_threads(|| write_field(&output, &field, &storage))).map_err(|error| error_of(&error))?;
     // The results are safe; a checkpoint that stays is taken up by the same bake.
     let _ = fs::remove_file(&checkpoint);
     let FieldReport { points, inside, rays, .. } = report;
@@ -137,7 +139,7 @@ pub(crate) fn self_visibility<'py>(
     let rows = watched(py, progress.as_ref(), Some(&checkpoint), |job| bake_vertex_visibility(&scene, &options, job))?;
     let stored = py.detach(|| {
         let visibility = SurfaceVisibility::new(settings.order, rows)?;
-        write_visibility(&output, &visibility, &storage)
+        with_threads(|| write_visibility(&output, &visibility, &storage))
     });
     let stored = stored.map_err(|error: ShadowError| error_of(&error))?;
     let _ = fs::remove_file(&checkpoint);
@@ -322,7 +324,7 @@ pub(crate) fn lamp(
         (None, None) => return Err(value_error("lamp: expected a radius or a size")),
     };
     let storage = storage_of(&settings.storage, settings.clusters)?;
-    let stored = py.detach(|| write_lamp(&output, &lamp, &storage)).map_err(fault)?;
+    let stored = py.detach(|| with_threads(|| write_lamp(&output, &lamp, &storage))).map_err(fault)?;
     Ok(stored.bytes)
 }
 

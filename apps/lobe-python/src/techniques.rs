@@ -9,6 +9,7 @@ use lobe::render::{
 };
 use pyo3::prelude::*;
 
+use crate::forked::with_threads;
 use crate::job::{error_of, watched};
 use crate::maps::Map;
 use crate::outputs::prepare;
@@ -52,5 +53,5 @@ pub(crate) fn show(
     let source = source(py, map, progress.as_ref())?;
     let options = EnvironmentSheetOptions::default().size(size).prefiltered(&source.chain);
     let sheet = watched(py, progress.as_ref(), None, |job| environment_mapping_sheet(&source.sky, &options, job))?;
-    py.detach(|| sheet.write_png(&output, &Tone::PLAIN)).map_err(|error| error_of(&error))
+    py.detach(|| with_threads(|| sheet.write_png(&output, &Tone::PLAIN))).map_err(|error| error_of(&error))
 }

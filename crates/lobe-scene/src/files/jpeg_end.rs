@@ -25,7 +25,9 @@ fn end(bytes: &[u8]) -> Option<usize> {
     // Behind the mark of the start.
     let mut at = 2;
     loop {
-        let [0xff, mark] = *bytes.get(at..at + 2)? else { return None };
+        // Some programs leave a byte or more between segments.
+        at += bytes.get(at..)?.iter().position(|byte| *byte == 0xff)?;
+        let mark = *bytes.get(at + 1)?;
         match mark {
             END => return Some(at),
             // Any number of these may stand before a mark.

@@ -95,7 +95,7 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scen
                     reader.next_element().map_err(|error| source.invalid(broken(&rows, error)))?;
                 read_vertices(&element, &vertices, up, &mut parts, source);
             }
-            name @ ("face" | "tristrips") => {
+            name @ ("face" | "tristrips") if name == "face" || has_indices(&element) => {
                 source.count(0, element.count)?;
                 let more: Vec<Face> = reader.next_element().map_err(|error| source.invalid(broken(&rows, error)))?;
                 if name == "face" {
@@ -117,6 +117,11 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scen
         Some(mesh) => Scene::new(vec![mesh], Vec::new(), Vec::new()).map_err(|error| error.within(source.name)),
         None => Err(source.no_triangles()),
     }
+}
+
+/// Whether an element lists vertices.
+fn has_indices(element: &ElementDef) -> bool {
+    ["vertex_indices", "vertex_index"].iter().any(|name| element.has_property(name))
 }
 
 /// A row of an ignored element.
@@ -158,13 +163,16 @@ fn size_of(scalar: ScalarType) -> usize {
     }
 }
 
-/// The largest number of a property, of which its values are parts; `None` for floats.
-fn most_of(element: &ElementDef, name: &str) -> Option<f64> {
+/// The largest number of a property, of which its values are parts; `None` for floats. Of 32 bits it is that of eight, where `largest`, that there
+/// is, is no larger: such files hold ordinary colors.
+fn most_of(element: &ElementDef, name: &str, largest: f32) -> Option<f64> {
+    let has_eight_bits = largest <= 255.0;
     match element.get_property(name)?.property_type {
         PropertyType::Scalar(ScalarType::I8) => Some(i8::MAX.into()),
         PropertyType::Scalar(ScalarType::U8) => Some(u8::MAX.into()),
         PropertyType::Scalar(ScalarType::I16) => Some(i16::MAX.into()),
         PropertyType::Scalar(ScalarType::U16) => Some(u16::MAX.into()),
+        PropertyType::Scalar(ScalarType::I32 | ScalarType::U32) if has_eight_bits => Some(u8::MAX.into()),
         PropertyType::Scalar(ScalarType::I32) => Some(i32::MAX.into()),
         PropertyType::Scalar(ScalarType::U32) => Some(u32::MAX.into()),
         PropertyType::Scalar(ScalarType::F32 | ScalarType::F64) | PropertyType::List { .. } => None,
@@ -191,8 +199,10 @@ fn read_vertices(element: &ElementDef, rows: &[Vertex], up: Up, parts: &mut Mesh
             let Some(most) = most else { return c };
             if most == 255.0 { linear_from_srgb8(c as u8) } else { linear_from_srgb(f64::from(c) / most) }
         };
-        let most = COLOR_NAMES.map(|name| most_of(element, name));
-        let whole = most_of(element, "alpha").map_or(1.0, |most| most as f32);
+        let numbers = rows.iter().flat_map(|row| [row.red, row.green, row.blue, row.alpha]).flatten();
+        let largest = numbers.fold(0.0, f32::max);
+        let most = COLOR_NAMES.map(|name| most_of(element, name, largest));
+        let whole = most_of(element, "alpha", largest).map_or(1.0, |most| most as f32);
         let colors = rows.iter().map(|row| {
             let [r, g, b] = [row.red?, row.green?, row.blue?];
             Some([color(r, most[0]), color(g, most[1]), color(b, most[2]), row.alpha.map_or(1.0, |a| a / whole)])

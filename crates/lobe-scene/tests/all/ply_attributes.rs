@@ -31,6 +31,7 @@ fn colors_of_whole_numbers_are_parts_of_the_largest_of_their_type() {
         ("ushort", "32768", "65535"),
         ("int", "1073741824", "2147483647"),
         ("uint", "2147483648", "4294967295"),
+        ("int", "128", "255"),
     ] {
         let header = properties(kind, &["red", "green", "blue", "alpha"]);
         let (scene, report) = read(&triangle([&header, &format!("{most} {half} 0 {half}")], NOTHING));

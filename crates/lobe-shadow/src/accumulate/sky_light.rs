@@ -1,7 +1,9 @@
 //! Light of the sky, made ready to fall on surfaces that see a part of it.
 
 use lobe_sh::simd::{Lanes, Machine, Wide, constant};
-use lobe_sh::{Coefficient as _, Expansion, ProductMatrix, Rgb, ShVec, Zonal, coefficient_count};
+use lobe_sh::{
+    Coefficient as _, Expansion, GauntTensor, MAX_GAUNT_ORDER, ProductMatrix, Rgb, ShVec, Zonal, coefficient_count,
+};
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::ShadowError;
@@ -60,24 +62,14 @@ impl SkyLight {
         let rows: Vec<Option<usize>> =
             (0..coefficient_count(bands)).map(|j| if has_cosine(j.isqrt()) { numbers.next() } else { None }).collect();
         let columns = coefficient_count(order);
-        let mut operator = vec![[0.0; CHANNELS]; numbers.start * columns];
-        let channel = |c: usize| {
-            let mut channel = ShVec::constant(light.len().isqrt().max(1), 1.0);
-            for (out, light) in channel.coefficients_mut().iter_mut().zip(&light).filter(|_| c < 3) {
-                *out = light.to_array()[c];
-            }
-            channel
-        };
-        for c in 0..CHANNELS {
-            let product = ProductMatrix::new(&channel(c), bands.max(order));
-            for (j, products) in product.entries().chunks_exact(coefficient_count(bands.max(order))).enumerate() {
-                let Some(row) = rows.get(j).copied().flatten() else { continue };
-                let factor = cosine.coefficients()[j.isqrt()] * rotation_factor(j.isqrt());
-                for (entry, product) in operator[row * columns..].iter_mut().zip(&products[..columns]) {
-                    entry[c] = (factor * product) as f32;
-                }
-            }
-        }
+        let mut operator = vec![[0.0_f64; CHANNELS]; numbers.start * columns];
+        products(&light, bands, order, |j, i, products| {
+            let Some(row) = rows[j] else { return };
+            let factor = cosine.coefficients()[j.isqrt()] * rotation_factor(j.isqrt());
+            let entry = &mut operator[row * columns + i];
+            entry.iter_mut().zip(products).for_each(|(entry, product)| *entry += factor * product);
+        });
+        let operator = operator.iter().map(|row: &[f64; CHANNELS]| row.map(|x| x as f32)).collect();
         let mut light = light;
         light.resize(coefficient_count(order), Rgb::ZERO);
         Ok(Self { order, bands, rows, columns: Columns::new(), operator, light })
@@ -124,6 +116,36 @@ impl SkyLight {
         let mut out = [Lanes::ZERO; C];
         arch.dispatch(Apply { sky: self, normal, visibility, out: &mut out });
         out
+    }
+}
+
+/// Parts of `∫ y_j y_i L ds` of the three channels of the light and of white, for `j` below `bands` and `i` below `order`: those of each pair add up
+/// to it.
+fn products(light: &[Rgb<f64>], bands: usize, order: usize, mut add: impl FnMut(usize, usize, [f64; CHANNELS])) {
+    let white = (4.0 * std::f64::consts::PI).sqrt();
+    // Bands beyond these have no part in products of the other two.
+    let used = light.len().isqrt().clamp(1, bands + order - 1);
+    if used <= MAX_GAUNT_ORDER {
+        for t in GauntTensor::new(bands, order, used).coefficients() {
+            let [r, g, b] = light.get(t.k).copied().unwrap_or(Rgb::ZERO).to_array();
+            add(t.i, t.j, [r, g, b, if t.k == 0 { white } else { 0.0 }].map(|light| t.value * light));
+        }
+        return;
+    }
+    let (all, columns) = (coefficient_count(bands.max(order)), coefficient_count(order));
+    for c in 0..CHANNELS {
+        let mut channel = ShVec::zero(if c < 3 { used } else { 1 });
+        if c < 3 {
+            channel.coefficients_mut().iter_mut().zip(light).for_each(|(out, light)| *out = light.to_array()[c]);
+        } else {
+            channel[0] = white;
+        }
+        let matrix = ProductMatrix::new(&channel, bands.max(order));
+        for (j, products) in matrix.entries().chunks_exact(all).take(coefficient_count(bands)).enumerate() {
+            for (i, product) in products[..columns].iter().enumerate() {
+                add(j, i, std::array::from_fn(|k| if k == c { *product } else { 0.0 }));
+            }
+        }
     }
 }
 

@@ -279,7 +279,10 @@ fn the_light_operator_is_the_integral() {
 #[test]
 fn the_light_operator_takes_all_bands_of_the_light_that_have_a_part() {
     // Nine bands of the cosine times those of the visibility: all below the sum of both have one.
-    for (order, bands) in [(1, 12), (3, 11), (4, 12), (8, 16)] {
+    let none = SkyLight::new(&ShVec::<Rgb<f32>>::zero(0), 3).unwrap();
+    let open: Vec<f32> = eval_basis(Dir::Z, 3).iter().map(|y| *y as f32).collect();
+    assert_eq!(none.irradiance(UP, &open), Rgb::new(0.0, 0.0, 0.0), "light of no bands is none");
+    for (order, bands) in [(1, 12), (3, 4), (3, 11), (4, 12), (8, 10), (8, 16)] {
         let mut random = Random::new(order as u64);
         let visibility: Vec<f32> = (0..coefficient_count(order)).map(|_| random.signed() as f32).collect();
         let mut light = ShVec::zero(bands);
