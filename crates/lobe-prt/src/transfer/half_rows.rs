@@ -4,7 +4,7 @@
 //! - Rows are converted a few at a time, into the first-level cache, and summed by [`dot_rows`](super::dot_rows). The conversion is exact, so
 //!   that the sums are to the bit those of the same numbers in 32 bits.
 //! - [`widen`] has no branch, and compilers turn a loop of it into the widest instructions of the machine. `half` converts eight numbers a
-//!   call, at six times the cost (AVX2).
+//!   call: with it a gray receiver of order 4 takes 16.8 ns instead of 12.1 (AVX2).
 
 use half::f16;
 use lobe_sh::Rgb;

@@ -9,7 +9,7 @@ use crate::transfer::transfer::{check_order, check_rows};
 use crate::{Channels, PrtError, Transfer};
 
 /// [`Transfer`] whose coefficients are rounded to 16 bits: half of the memory, on disk and in use. Shading takes longer for the
-/// conversion: 16.8 ns for each gray receiver of order 4 where 32 bits take 7.2 (one thread, AVX2; `lobe bench transfer transfer-f16`).
+/// conversion: 12.1 ns for each gray receiver of order 4 where 32 bits take 7.4 (one thread, AVX2; `lobe bench transfer transfer-f16`).
 ///
 /// ```text
 ///   |T' - T| <= 2⁻¹¹ |T| + 2⁻²⁵
