@@ -31,7 +31,8 @@ fn evaluate(description: &SceneDescription) {
             }
         }
         let [first, last] = track.span();
-        track.at(first - 1.0);
-        track.at(last + 1.0);
+        for time in [first - 1.0, last + 1.0] {
+            assert!(track.at(time).scale() > 0.0, "outside, at {time}");
+        }
     }
 }
