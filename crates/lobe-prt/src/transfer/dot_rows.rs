@@ -27,7 +27,15 @@ pub(crate) fn light_of_len(light: &[Rgb<f64>], len: usize) -> Vec<Rgb<f32>> {
 ///
 /// # Panics
 /// If the order is not 1 to 8, or `out` has not one place for each row.
-pub(crate) fn exit_radiance(rows: &[f32], order: usize, channels: usize, light: &[Rgb<f64>], out: &mut [Rgb<f32>]) {
+pub(crate) fn exit_radiance<T: Sync>(
+    rows: &[T],
+    order: usize,
+    channels: usize,
+    light: &[Rgb<f64>],
+    out: &mut [Rgb<f32>],
+) where
+    for<'a> RowsOfChunk<'a, T>: Work,
+{
     let width = order * order * channels;
     assert_eq!(rows.len(), width * out.len(), "one place for each receiver");
     let light = light_of_len(light, order * order);
@@ -97,16 +105,16 @@ fn planes_of<const N: usize>(light: &[Rgb<f32>]) -> [[f32; N]; 3] {
     std::array::from_fn(|c| std::array::from_fn(|i| [light[i].r, light[i].g, light[i].b][c]))
 }
 
-/// Rows of a thread.
-pub(crate) struct RowsOfChunk<'a> {
-    pub(crate) rows: &'a [f32],
+/// Rows of a thread, of numbers of 32 bits or, in [`half_rows`](super::half_rows), of 16.
+pub(crate) struct RowsOfChunk<'a, T> {
+    pub(crate) rows: &'a [T],
     pub(crate) order: usize,
     pub(crate) channels: usize,
     pub(crate) light: &'a [Rgb<f32>],
     pub(crate) out: &'a mut [Rgb<f32>],
 }
 
-impl Work for RowsOfChunk<'_> {
+impl Work for RowsOfChunk<'_, f32> {
     #[inline(always)]
     fn work<L: Lanes>(self, lanes: L) {
         let Self { rows, order, channels, light, out } = self;

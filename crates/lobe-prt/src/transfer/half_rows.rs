@@ -7,44 +7,16 @@
 //!   call: with it a gray receiver of order 4 takes 16.8 ns instead of 12.1 (AVX2).
 
 use half::f16;
-use lobe_sh::Rgb;
-use rayon::prelude::*;
 
-use crate::transfer::dot_rows::{CHUNK, RowsOfChunk, light_of_len};
-use crate::transfer::simd4::{Lanes, Machine, Work};
+use crate::transfer::dot_rows::RowsOfChunk;
+use crate::transfer::simd4::{Lanes, Work};
 
 /// Receivers whose numbers are converted at a time: those of order 4 in color, the usual ones, and what they become take 9 KB of the
 /// first-level cache.
 const CONVERTED: usize = 32;
 
-/// [`exit_radiance`](super::dot_rows::exit_radiance) of rows of 16 bits, to the bit that of their numbers in 32 bits.
-///
-/// # Panics
-/// As that.
-pub(crate) fn exit_radiance_of_halves(
-    rows: &[f16],
-    order: usize,
-    channels: usize,
-    light: &[Rgb<f64>],
-    out: &mut [Rgb<f32>],
-) {
-    let width = order * order * channels;
-    assert_eq!(rows.len(), width * out.len(), "one place for each receiver");
-    let light = light_of_len(light, order * order);
-    let machine = Machine::detect();
-    let chunks = rows.par_chunks(CHUNK * width).zip(out.par_chunks_mut(CHUNK));
-    chunks.for_each(|(rows, out)| machine.run(HalvesOfChunk { rows, order, channels, light: &light, out }));
-}
-
-struct HalvesOfChunk<'a> {
-    rows: &'a [f16],
-    order: usize,
-    channels: usize,
-    light: &'a [Rgb<f32>],
-    out: &'a mut [Rgb<f32>],
-}
-
-impl Work for HalvesOfChunk<'_> {
+/// To the bit what the same numbers in 32 bits have.
+impl Work for RowsOfChunk<'_, f16> {
     #[inline(always)]
     fn work<L: Lanes>(self, lanes: L) {
         let Self { rows, order, channels, light, out } = self;

@@ -4,7 +4,7 @@ use half::f16;
 use half::slice::HalfFloatSliceExt as _;
 use lobe_sh::Rgb;
 
-use crate::transfer::half_rows::exit_radiance_of_halves;
+use crate::transfer::dot_rows::exit_radiance;
 use crate::transfer::transfer::{check_order, check_rows};
 use crate::{Channels, PrtError, Transfer};
 
@@ -99,7 +99,7 @@ impl HalfTransfer {
     /// If the light has no coefficients, or `out` has not one place for each receiver.
     pub fn exit_radiance_into(&self, light: &[Rgb<f64>], out: &mut [Rgb<f32>]) {
         assert!(!light.is_empty(), "a light has at least one coefficient");
-        exit_radiance_of_halves(&self.coefficients, self.order, self.channels.count(), light, out);
+        exit_radiance(&self.coefficients, self.order, self.channels.count(), light, out);
     }
 }
 
