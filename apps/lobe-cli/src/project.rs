@@ -2,7 +2,7 @@
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use lobe::env::{MappedMap, project_map};
+use lobe::env::MappedMap;
 use lobe::sh::{
     Coefficient as _, Expansion as _, MonteCarloOptions, Quantity, Rgb, Sampling, ShFile, ShVec, project_monte_carlo,
 };
@@ -54,11 +54,10 @@ impl Project {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         self.check_options()?;
         self.output.check()?;
-        let map = self.input.read(talk)?;
         let f = match self.method {
-            Method::Exact => project_map(&map, self.order),
-            Method::MonteCarlo => self.project_by_sampling(&map, Sampling::Jittered, talk),
-            Method::Fibonacci => self.project_by_sampling(&map, Sampling::Fibonacci, talk),
+            Method::Exact => self.input.project(self.order, talk)?,
+            Method::MonteCarlo => self.project_by_sampling(&self.input.read(talk)?, Sampling::Jittered, talk),
+            Method::Fibonacci => self.project_by_sampling(&self.input.read(talk)?, Sampling::Fibonacci, talk),
         };
         self.output.write(&ShFile::new(Quantity::Radiance, f))
     }

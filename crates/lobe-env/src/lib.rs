@@ -106,6 +106,7 @@ pub use error::{EnvError, MapReadOption};
 pub use files::bundled;
 pub use files::cropped::Padding;
 pub use files::cube_faces::{FaceFiles, write_cube_faces};
+pub use files::project_map_file::project_map_file;
 pub use files::read_map::{LoadedMap, read_map, read_map_bytes};
 pub use files::read_options::{MapReadOptions, MapReadReport};
 pub use files::write::{CubeWriteOptions, encode_env, write_cube, write_env};
@@ -130,6 +131,7 @@ pub use prefilter::prefilter::{
     PrefilterMethod, PrefilterOptions, RoughnessLevels, filter_lobe, filter_lobe_lat_long, filter_zonal, prefilter_ggx,
 };
 pub use projection::irradiance::{irradiance_at, irradiance_map, irradiance_map_brute_force, irradiance_sh};
+pub use projection::lat_long_projector::LatLongProjector;
 pub use projection::project::{project_env, project_env_as, project_lat_long};
 pub use projection::project_map::project_map;
 pub use projection::reconstruct::{reconstruct, reconstruct_into};

@@ -34,7 +34,7 @@
 //! | purpose | item |
 //! |---|---|
 //! | pictures | [`Picture`], [`Sheet`], [`Label`], [`color_bar()`]; colors for numbers: [`sequential`], [`diverging`] |
-//! | reading | [`read_picture`], [`read_picture_bytes`], [`PictureReadOptions`], [`PictureReadReport`]; OpenEXR of any channels: [`ExrLayers`]; what a file is: [`FileFormat`] |
+//! | reading | [`read_picture`], [`read_picture_bytes`], [`PictureReadOptions`], [`PictureReadReport`]; by rows: [`PictureRows`]; OpenEXR of any channels: [`ExrLayers`]; what a file is: [`FileFormat`] |
 //! | writing light | [`write_picture`], [`encode_picture`], [`PictureWriteOptions`], [`PictureWriteReport`]; OpenEXR of any channels: [`ExrLayers`] |
 //! | writing for display | [`Picture::write_png`], [`AnimatedPng`], [`FrameSequence`], [`Tone`], [`Exposure`], [`Curve`]; [`srgb_encode`], [`srgb_decode`] |
 //! | cube textures | [`read_cube_texture`], [`write_cube_texture`], [`CubeTexture`], [`TexelFormat`] |
@@ -59,6 +59,7 @@ pub use codec::decoded::{CubeTexture, EnvmapAttribute, mip_level_count, mip_leve
 pub use codec::encode::{PictureWriteOptions, PictureWriteReport, encode_picture, write_picture, write_pixels};
 pub use codec::exr_layers::{ExrAttribute, ExrLayers};
 pub use codec::frames::FrameSequence;
+pub use codec::picture_rows::{PictureRows, RowBand};
 pub use codec::read::{
     FileFormat, Nonfinite, PictureReadOptions, PictureReadReport, picture_file_bytes, read_picture, read_picture_bytes,
 };

@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 use anyhow::bail;
 use clap::Args;
 use lobe::env::{
-    CubeHandedness, CubeLayout, EnvMap, FaceFiles, LoadedMap, MapReadOptions, MapReadReport, MappedMap, Mapping,
-    Nonfinite, Padding, read_map,
+    CubeHandedness, CubeLayout, EnvError, EnvMap, FaceFiles, LoadedMap, MapReadOptions, MapReadReport, MappedMap,
+    Mapping, Nonfinite, Padding, project_map_file, read_map,
 };
 use lobe::image::PictureReadOptions;
+use lobe::sh::{Rgb, ShVec};
 
 use crate::args::input::{NonfiniteOption, PICTURES, explain, tell};
 use crate::args::names::names;
@@ -140,18 +141,29 @@ impl MapInput {
         Ok(self.map.read_with((&self.nonfinite).into(), talk)?.0)
     }
 
+    /// The expansion of the map, which is not read whole where the file comes by rows; notes as by [`MapInput::read`].
+    pub(crate) fn project(&self, order: usize, talk: Talk) -> anyhow::Result<ShVec<Rgb<f64>>> {
+        let project = |path: &Path, options: &MapReadOptions| project_map_file(path, order, options);
+        let (f, report) = self.map.find("project", (&self.nonfinite).into(), talk, project)?;
+        self.note_dropped(report.picture.levels, talk);
+        Ok(f)
+    }
+
     /// The largest level; a note if there are others.
     pub(crate) fn base_of(&self, levels: LoadedMap, talk: Talk) -> MappedMap {
-        if let LoadedMap::Chain(chain) = &levels
-            && chain.levels().len() > 1
-        {
-            let dropped = match chain.levels().len() - 1 {
-                1 => "the smaller level is left out".to_owned(),
-                count => format!("the {count} smaller levels are left out"),
-            };
-            talk.note(&self.name(), &dropped);
+        if let LoadedMap::Chain(chain) = &levels {
+            self.note_dropped(chain.levels().len(), talk);
         }
         levels.into_base()
+    }
+
+    /// A note if a file has more levels than the largest one, which is used.
+    fn note_dropped(&self, levels: usize, talk: Talk) {
+        match levels {
+            ..2 => {}
+            2 => talk.note(&self.name(), "the smaller level is left out"),
+            _ => talk.note(&self.name(), &format!("the {} smaller levels are left out", levels - 1)),
+        }
     }
 
     /// Reads the map as a lat-long one; a map of another mapping is converted to about as many texels, and that is
@@ -178,24 +190,41 @@ impl MapPath {
 
     /// Reads the map, and notes the findings.
     pub(crate) fn read_with(&self, nonfinite: Nonfinite, talk: Talk) -> anyhow::Result<(LoadedMap, MapReadReport)> {
-        let name = self.name();
-        if name == "-" {
+        self.find("read", nonfinite, talk, read_map)
+    }
+
+    /// What `find` finds in the file, and the report of reading it, whose findings are noted.
+    fn find<T: Send>(
+        &self,
+        what: &'static str,
+        nonfinite: Nonfinite,
+        talk: Talk,
+        find: impl FnOnce(&Path, &MapReadOptions) -> Result<(T, MapReadReport), EnvError> + Send,
+    ) -> anyhow::Result<(T, MapReadReport)> {
+        if self.name() == "-" {
             bail!("-: pictures are read from files, not from stdin; name a {PICTURES} file");
         }
+        let options = self.options(nonfinite);
+        let (found, report) =
+            talk.while_waiting(what, || find(&self.path, &options)).map_err(|e| explain(&self.path, e))?;
+        self.tell_all(&report, talk)?;
+        Ok((found, report))
+    }
+
+    fn options(&self, nonfinite: Nonfinite) -> MapReadOptions {
         let handedness = if self.from_left_handed { CubeHandedness::Left } else { CubeHandedness::Right };
-        let options = MapReadOptions::default()
-            .picture(
-                PictureReadOptions::default()
-                    .nonfinite(nonfinite)
-                    .max_texels(self.max_texels)
-                    .to_rec_709(self.to_rec709),
-            )
+        let picture =
+            PictureReadOptions::default().nonfinite(nonfinite).max_texels(self.max_texels).to_rec_709(self.to_rec709);
+        MapReadOptions::default()
+            .picture(picture)
             .mapping(self.from.map(Mapping::from))
             .elevations(self.vertical_fov)
             .padding(self.padding.into())
-            .handedness(handedness);
-        let read = talk.while_waiting("read", || read_map(&self.path, &options));
-        let (map, report) = read.map_err(|error| explain(&self.path, error))?;
+            .handedness(handedness)
+    }
+
+    fn tell_all(&self, report: &MapReadReport, talk: Talk) -> anyhow::Result<()> {
+        let name = self.name();
         if let Some(layout) = report.layout {
             let text = format!("read as the six faces of a cube ({}); --from says otherwise", layout_name(layout));
             talk.note(&name, &text);
@@ -209,7 +238,7 @@ impl MapPath {
             }
             None => tell(&report.picture, &name, talk),
         }
-        Ok((map, report))
+        Ok(())
     }
 }
 

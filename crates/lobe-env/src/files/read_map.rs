@@ -173,7 +173,7 @@ pub fn read_map_bytes(
             (Some(mapping), _, _) => map_of(mapping, picture, report.into(), name, options)?,
             (None, Some(envmap), _) => map_of_edges(envmap, picture, report, name, options)?,
             (None, None, Some(mapping)) => {
-                told.push(format!("the map is {mapping}, as the file says"));
+                told.push(told_by_file(mapping));
                 map_of(mapping, picture, report.into(), name, options)?
             }
             (None, None, None) => map_as_told(picture, report, name, options)?,
@@ -255,11 +255,21 @@ fn map_of(
             map.into()
         }
         (_, None) => {
-            if mapping == Mapping::LatLong && width != 2 * height {
-                note(format!("{width} x {height} is not 2:1; taken to show all elevations, -90° to 90°"));
+            if let Some(remark) = unusual_lat_long(width, height).filter(|_| mapping == Mapping::LatLong) {
+                note(remark);
             }
             MappedMap::new(mapping, width, height, picture.into_pixels::<Rgb<f32>>()).map_err(named)?
         }
     };
     Ok((LoadedMap::Single(map), report))
+}
+
+/// A remark on the proportions of a lat-long picture.
+pub(crate) fn unusual_lat_long(width: usize, height: usize) -> Option<String> {
+    (width != 2 * height).then(|| format!("{width} x {height} is not 2:1; taken to show all elevations, -90° to 90°"))
+}
+
+/// A remark on a mapping that the file tells.
+pub(crate) fn told_by_file(mapping: Mapping) -> String {
+    format!("the map is {mapping}, as the file says")
 }

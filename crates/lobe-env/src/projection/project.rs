@@ -1,6 +1,7 @@
 //! Projection of a lat-long environment map onto spherical harmonics.
 
 use std::f64::consts::PI;
+use std::ops::Range;
 
 use lobe_sh::{Coefficient, Expansion, FixedOrder, Rgb, ShVec, coefficient_count, coefficient_index};
 use rayon::prelude::*;
@@ -9,7 +10,7 @@ use crate::EnvMap;
 use crate::mapping::lat_long::sin_cos_pi;
 use crate::projection::high_orders::{FIRST_HIGH_ORDER, project_high};
 use crate::projection::lat_long_rows::LatLongRows;
-use crate::projection::row_dft::RowDft;
+use crate::projection::row_dft::{RowDft, RowSums};
 use crate::projection::row_legendre::{RowLegendre, for_each_column};
 
 /// Pairs of mirrored rows that share one pass over the tables of cosines.
@@ -118,16 +119,26 @@ fn project_low<C: Coefficient>(map: LatLongRows<'_, C>, columns: &[f64]) -> ShVe
     let order = columns.len();
     let azimuth = RowDft::new(map.width(), order);
     let polar = RowLegendre::integrals(order, map.height());
-    let pairs = map.height().div_ceil(2);
+    sum_of_pairs(map.height(), order, |pairs, part| {
+        for first in pairs.clone().step_by(PAIRS_TOGETHER) {
+            add_pairs(map, first..pairs.end.min(first + PAIRS_TOGETHER), &azimuth, &polar, columns, part);
+        }
+    })
+}
+
+/// The sum of what `add` adds for ranges of pairs of mirrored rows, always the same ranges.
+pub(crate) fn sum_of_pairs<W: Coefficient<Scalar = f64, Wide = W>>(
+    height: usize,
+    order: usize,
+    add: impl Fn(Range<usize>, &mut ShVec<W>) + Sync,
+) -> ShVec<W> {
+    let pairs = height.div_ceil(2);
     let chunk = pairs.div_ceil(MAX_CHUNKS).max(PAIRS_TOGETHER);
-    let parts: Vec<ShVec<C::Wide>> = (0..pairs.div_ceil(chunk))
+    let parts: Vec<ShVec<W>> = (0..pairs.div_ceil(chunk))
         .into_par_iter()
         .map(|c| {
             let mut part = ShVec::zero(order);
-            for first in (c * chunk..pairs.min((c + 1) * chunk)).step_by(PAIRS_TOGETHER) {
-                let last = pairs.min((c + 1) * chunk).min(first + PAIRS_TOGETHER);
-                add_pairs(map, first..last, &azimuth, &polar, columns, &mut part);
-            }
+            add(c * chunk..pairs.min((c + 1) * chunk), &mut part);
             part
         })
         .collect();
@@ -138,7 +149,7 @@ fn project_low<C: Coefficient>(map: LatLongRows<'_, C>, columns: &[f64]) -> ShVe
 }
 
 /// `∫_column cos mφ dφ / cos mφ_x` for every `m`.
-fn column_factors(width: usize, order: usize) -> Vec<f64> {
+pub(crate) fn column_factors(width: usize, order: usize) -> Vec<f64> {
     let w = width as f64;
     (0..order)
         .map(|m| match m {
@@ -151,33 +162,45 @@ fn column_factors(width: usize, order: usize) -> Vec<f64> {
 /// Adds the contributions of the rows `y` and `h - 1 - y`, for all `y` in `pairs`.
 fn add_pairs<C: Coefficient>(
     map: LatLongRows<'_, C>,
-    pairs: std::ops::Range<usize>,
+    pairs: Range<usize>,
     azimuth: &RowDft,
     polar: &RowLegendre,
     columns: &[f64],
     part: &mut ShVec<C::Wide>,
 ) {
-    let order = columns.len();
-    let mirrored = |y: usize| map.height() - 1 - y;
+    let (order, height) = (columns.len(), map.height());
     let mut sums = vec![[C::Wide::ZERO; 2]; 2 * pairs.len() * order];
-    let rows: Vec<_> = pairs.clone().flat_map(|y| [map.row(y), map.row(mirrored(y))]).collect();
+    let rows: Vec<_> = pairs.clone().flat_map(|y| [map.row(y), map.row(height - 1 - y)]).collect();
     azimuth.add_sums(&rows, &mut sums);
-    let mut integrals = vec![0.0; coefficient_count(order)];
     for (y, sums) in pairs.zip(sums.chunks_exact(2 * order)) {
-        polar.integrate_into(y, &mut integrals);
         let (upper, lower) = sums.split_at(order);
-        // The middle row of an odd number is its own mirror image: count it once.
-        let lower_weight = if y == mirrored(y) { 0.0 } else { 1.0 };
-        let f = part.coefficients_mut();
-        for_each_column(order, |m, l, i| {
-            let parity = if (l + m) % 2 == 0 { lower_weight } else { -lower_weight };
-            let weight = integrals[i] * columns[m];
-            f[i] += (upper[m][0] + lower[m][0].scale(parity)).scale(weight);
-            if m > 0 {
-                f[coefficient_index(l, -(m as isize))] += (upper[m][1] + lower[m][1].scale(parity)).scale(weight);
-            }
-        });
+        add_pair(y, height, [upper, lower], polar, columns, part);
     }
+}
+
+/// Adds the contribution of the rows `y` and `height - 1 - y`, whose sums along them are given.
+pub(crate) fn add_pair<W: Coefficient<Scalar = f64, Wide = W>>(
+    y: usize,
+    height: usize,
+    [upper, lower]: [&RowSums<W>; 2],
+    polar: &RowLegendre,
+    columns: &[f64],
+    part: &mut ShVec<W>,
+) {
+    let order = columns.len();
+    let mut integrals = vec![0.0; coefficient_count(order)];
+    polar.integrate_into(y, &mut integrals);
+    // The middle row of an odd number is its own mirror image: count it once.
+    let lower_weight = if y == height - 1 - y { 0.0 } else { 1.0 };
+    let f = part.coefficients_mut();
+    for_each_column(order, |m, l, i| {
+        let parity = if (l + m) % 2 == 0 { lower_weight } else { -lower_weight };
+        let weight = integrals[i] * columns[m];
+        f[i] += (upper[m][0] + lower[m][0].scale(parity)).scale(weight);
+        if m > 0 {
+            f[coefficient_index(l, -(m as isize))] += (upper[m][1] + lower[m][1].scale(parity)).scale(weight);
+        }
+    });
 }
 
 #[cfg(test)]

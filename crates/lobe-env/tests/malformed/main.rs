@@ -20,11 +20,12 @@ mod sh_json;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::collections::BTreeMap;
 use std::fs;
+use std::io::Cursor;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use lobe_env::{MapReadOptions, read_map_bytes};
-use lobe_image::{PictureReadOptions, read_picture_bytes};
+use lobe_image::{ImageError, PictureReadOptions, PictureReadReport, PictureRows, read_picture_bytes};
 use lobe_sh::read_sh_json_bytes;
 
 use crate::corpus::{bad_files, good_files, readme};
@@ -77,10 +78,26 @@ fn read(name: &str, bytes: &[u8]) -> Result<(), String> {
     let read = read_map_bytes(bytes, name, &options).map(|_| ()).map_err(|e| e.to_string());
     // A picture of any shape is read by other checks; it may be good where a map is not, but never panics.
     let raster = read_picture_bytes(bytes, name, &PictureReadOptions::default()).map(|_| ()).map_err(|e| e.to_string());
+    assert_rows_are_alike(name, bytes);
     for message in [&read, &raster].into_iter().filter_map(|result| result.as_ref().err()) {
         assert_one_line(name, message);
     }
     read
+}
+
+/// A picture by rows is the picture: the same report, or the same error.
+fn assert_rows_are_alike(name: &str, bytes: &[u8]) {
+    let options = PictureReadOptions::default();
+    let by_rows = || -> Result<Option<PictureReadReport>, ImageError> {
+        let Some(mut rows) = PictureRows::new(Cursor::new(bytes), name, &options)? else { return Ok(None) };
+        while rows.next_bands()?.is_some() {}
+        rows.finish().map(Some)
+    };
+    let by_rows = by_rows().map_err(|e| e.to_string()).transpose();
+    let whole = read_picture_bytes(bytes, name, &options).map(|(_, report)| report).map_err(|e| e.to_string());
+    if let Some(by_rows) = by_rows {
+        assert_eq!(by_rows, whole, "{name} by rows, and whole");
+    }
 }
 
 fn assert_one_line(name: &str, message: &str) {

@@ -17,11 +17,10 @@ pub enum EnvmapAttribute {
     Cube,
 }
 
-/// The result of a decoder.
-pub(crate) struct Decoded {
+/// What a decoder knows of a picture before its texels.
+pub(crate) struct PictureHead {
     pub(crate) width: usize,
     pub(crate) height: usize,
-    pub(crate) texels: Vec<Pixel>,
     pub(crate) notes: Vec<String>,
     pub(crate) envmap: Option<EnvmapAttribute>,
     pub(crate) mapping: Option<String>,
@@ -29,11 +28,17 @@ pub(crate) struct Decoded {
     pub(crate) primaries: Option<(&'static str, Primaries)>,
 }
 
-impl Decoded {
+impl PictureHead {
     /// A picture without remarks.
-    pub(crate) fn new(width: usize, height: usize, texels: Vec<Pixel>) -> Self {
-        Self { width, height, texels, notes: Vec::new(), envmap: None, mapping: None, primaries: None }
+    pub(crate) fn new(width: usize, height: usize) -> Self {
+        Self { width, height, notes: Vec::new(), envmap: None, mapping: None, primaries: None }
     }
+}
+
+/// The result of a decoder.
+pub(crate) struct Decoded {
+    pub(crate) head: PictureHead,
+    pub(crate) texels: Vec<Pixel>,
 }
 
 /// A cube texture as stored in a file: size and texels of each level, face after face (+X, -X, +Y, -Y, +Z, -Z), row
@@ -75,6 +80,10 @@ pub(crate) fn reserve<T>(count: usize, name: &str) -> Result<Vec<T>, ImageError>
         }
     })?;
     Ok(items)
+}
+
+pub(crate) fn io(name: &str, source: std::io::Error) -> ImageError {
+    ImageError::Io { place: name.into(), source }
 }
 
 pub(crate) fn invalid(name: &str, message: String) -> ImageError {

@@ -192,7 +192,7 @@ fn checked(bytes: &[u8], name: &str) -> Result<MetaData, ImageError> {
         let message = format!("damaged: a file of {} bytes claims to hold {claimed}", bytes.len());
         return Err(invalid(name, message));
     }
-    check_table(&meta.headers, bytes.len(), name)?;
+    check_table(&meta.headers, bytes.len() as u64, name)?;
     Ok(meta)
 }
 

@@ -1,7 +1,8 @@
 //! Codecs of picture files.
 //!
 //! [`read`] detects the format from the first bytes, checks the caller's limits before memory is allocated, and calls
-//! the reader of the format (`read_*`); [`decoded`] is shared by those; [`encode`] chooses the writer, [`frames`] writes several. Cube textures
+//! the reader of the format (`read_*`); [`decoded`] is shared by those; [`picture_rows`] decodes row by row what is too large for memory, of
+//! whose file a [`lookahead`] holds what comes next; [`encode`] chooses the writer, [`frames`] writes several. Cube textures
 //! (KTX2, DDS) hold the six faces of each level as pictures ([`texture`]), whose texels are stored in a
 //! [`texel_format`].
 //!
@@ -16,7 +17,9 @@ pub(crate) mod encode;
 pub(crate) mod exr_layers;
 pub(crate) mod frames;
 pub(crate) mod jpeg_end;
+pub(crate) mod lookahead;
 pub(crate) mod packed_float;
+pub(crate) mod picture_rows;
 pub(crate) mod png_color;
 pub(crate) mod read;
 pub(crate) mod read_exr;

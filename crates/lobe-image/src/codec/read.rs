@@ -10,11 +10,12 @@ use derive_setters::Setters;
 use rayon::prelude::*;
 
 use crate::codec::dds;
-use crate::codec::decoded::{EnvmapAttribute, invalid, unsupported};
+use crate::codec::decoded::{Decoded, EnvmapAttribute, PictureHead, invalid, unsupported};
 use crate::codec::read_exr;
 use crate::codec::read_hdr;
 use crate::codec::read_ldr;
 use crate::codec::read_pfm;
+use crate::picture::primaries::Primaries;
 use crate::pixel::{BLACK, Pixel};
 use crate::{ImageError, Picture, ReadOption};
 
@@ -25,7 +26,7 @@ const MAX_TEXELS: usize = 1 << 28;
 const EXPECTED: &str = "Radiance .hdr (beginning with \"#?RADIANCE\"), OpenEXR, .pfm, PNG, JPEG, KTX2 or DDS";
 
 /// Bytes of an unknown file that a message shows; enough to identify any format.
-const SHOWN_BYTES: usize = 24;
+pub(crate) const SHOWN_BYTES: usize = 24;
 
 /// The treatment of texels with a channel of NaN or infinity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -225,7 +226,7 @@ pub fn read_picture_bytes(
 ) -> Result<(Picture, PictureReadReport), ImageError> {
     let format = FileFormat::of_bytes(bytes, name)?;
     let max_texels = options.max_texels;
-    let mut decoded = guarded(format, name, || match format {
+    let Decoded { head, mut texels } = guarded(format, name, || match format {
         FileFormat::Radiance => read_hdr::decode(bytes, name, max_texels),
         FileFormat::OpenExr => read_exr::decode(bytes, name, max_texels),
         FileFormat::Pfm => read_pfm::decode(bytes, name, max_texels),
@@ -236,19 +237,14 @@ pub fn read_picture_bytes(
             Err(unsupported(name, message))
         }
     })?;
-    if let Some((which, primaries)) = decoded.primaries.filter(|(_, primaries)| !primaries.are_rec_709()) {
-        decoded.notes.push(if options.to_rec_709 {
-            primaries.convert(&mut decoded.texels);
-            format!("{which} are converted to those of Rec. 709")
-        } else {
-            format!("{which} are not those of Rec. 709; the values are taken as they are")
-        });
+    let (width, height) = (head.width, head.height);
+    let (mut report, to_convert) = PictureReadReport::of_head(head, format, options);
+    if let Some(primaries) = to_convert {
+        primaries.convert(&mut texels);
     }
-    let mut report = PictureReadReport::new(decoded.width, decoded.height, format, decoded.notes);
-    (report.envmap, report.mapping) = (decoded.envmap, decoded.mapping);
-    inspect(&mut decoded.texels, decoded.width, &mut report);
+    inspect(&mut texels, width, 0, &mut report);
     report.judge(options.nonfinite, name)?;
-    Ok((Picture::new(decoded.width, decoded.height, decoded.texels)?, report))
+    Ok((Picture::new(width, height, texels)?, report))
 }
 
 /// The name of a picture file for messages, and its bytes; other files are refused by their first bytes.
@@ -317,6 +313,25 @@ impl PictureReadReport {
         Self { width, height, levels, format, envmap, mapping, nonfinite, first_nonfinite, negative, notes }
     }
 
+    /// The report of a picture before its texels, and its primaries if the texels are to be converted from them.
+    pub(crate) fn of_head(
+        head: PictureHead,
+        format: FileFormat,
+        options: &PictureReadOptions,
+    ) -> (Self, Option<Primaries>) {
+        let PictureHead { width, height, mut notes, envmap, mapping, primaries } = head;
+        let mut to_convert = None;
+        if let Some((which, primaries)) = primaries.filter(|(_, primaries)| !primaries.are_rec_709()) {
+            notes.push(if options.to_rec_709 {
+                to_convert = Some(primaries);
+                format!("{which} are converted to those of Rec. 709")
+            } else {
+                format!("{which} are not those of Rec. 709; the values are taken as they are")
+            });
+        }
+        (Self { envmap, mapping, ..Self::new(width, height, format, notes) }, to_convert)
+    }
+
     /// Refuses non-finite texels where the options do.
     pub(crate) fn judge(&self, nonfinite: Nonfinite, name: &str) -> Result<(), ImageError> {
         match self.first_nonfinite {
@@ -330,13 +345,13 @@ impl PictureReadReport {
     }
 }
 
-/// Counts non-finite and negative texels, and sets non-finite ones to black.
-pub(crate) fn inspect(texels: &mut [Pixel], width: usize, report: &mut PictureReadReport) {
+/// Counts non-finite and negative texels of rows from `first_row` on, and sets non-finite ones to black.
+pub(crate) fn inspect(texels: &mut [Pixel], width: usize, first_row: usize, report: &mut PictureReadReport) {
     let of_row = |(y, row): (usize, &mut [Pixel])| {
         let (mut first_nonfinite, mut nonfinite, mut negative) = (None, 0, 0);
         for (x, texel) in row.iter_mut().enumerate() {
             if !texel.iter().all(|c| c.is_finite()) {
-                first_nonfinite.get_or_insert((x, y));
+                first_nonfinite.get_or_insert((x, first_row + y));
                 nonfinite += 1;
                 *texel = BLACK;
             } else if texel.iter().any(|c| *c < 0.0) {

@@ -1,26 +1,28 @@
 //! OpenEXR decoder.
 
 use std::collections::HashSet;
-use std::io::Cursor;
+use std::io::{Cursor, Read, Seek, SeekFrom};
 
 use exr::block::chunk::{Chunk, CompressedBlock};
+use exr::block::reader::{ChunksReader, FilteredChunksReader};
 use exr::block::{self, BlockIndex, UncompressedBlock};
 use exr::error::Error as ExrError;
-use exr::meta::MetaData;
 use exr::meta::attribute::{AttributeValue, ChannelList, EnvironmentMap, SampleType, Text};
 use exr::meta::header::Header;
+use exr::meta::{BlockDescription, MetaData};
 use exr::prelude::{Compression, Vec2, f16};
 use rayon::prelude::*;
 
-use crate::codec::decoded::{Decoded, EnvmapAttribute, check_size, invalid, reserve, unsupported};
+use crate::codec::decoded::{Decoded, EnvmapAttribute, PictureHead, check_size, invalid, io, reserve, unsupported};
+use crate::codec::picture_rows::RowBand;
 use crate::picture::png::MAPPING_KEY;
 use crate::picture::primaries::Primaries;
 use crate::pixel::{BLACK, Pixel};
 use crate::{ImageError, ReadOption};
 
-/// Blocks decoded at a time, in parallel. This many are held compressed, and twice as many decoded, besides the file
-/// and the picture.
-const BLOCKS_TOGETHER: usize = 32;
+/// About the texels of the blocks that are decoded at a time, in parallel; as many are held compressed, and again as many decoded.
+/// At least one block for each thread.
+const TEXELS_TOGETHER: usize = 1 << 20;
 
 /// The bit of the version field that says "at least one part is deep".
 const DEEP_FLAG: u32 = 0x800;
@@ -50,15 +52,116 @@ const HEADERS: usize = 1 << 14;
 
 /// Decodes an OpenEXR picture; `name` stands for the file in messages.
 pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Decoded, ImageError> {
-    if let Some(version) = bytes.get(4..8)
-        && u32::from_le_bytes([version[0], version[1], version[2], version[3]]) & DEEP_FLAG != 0
-    {
-        return Err(unsupported(name, "deep data is not read; flatten the picture".into()));
+    let (mut blocks, head) = ExrBlocks::open(Cursor::new(bytes), bytes.len() as u64, name, max_texels)?;
+    let mut decoded = blocks.next_blocks()?;
+    let mut texels = reserve(head.width * head.height, name)?;
+    while !decoded.is_empty() {
+        // A batch of blocks is copied while the next one is decoded.
+        let windows = blocks.windows;
+        let (next, ()) = rayon::join(|| blocks.next_blocks(), || windows.blit(&decoded, &mut texels));
+        decoded = next?;
     }
-    check_windows(bytes, name)?;
-    let reader = block::read(Cursor::new(bytes), false).map_err(|e| explain(&e, name))?;
-    let headers = reader.headers();
-    let (part, channels) = color_part(headers, name)?;
+    texels.resize(head.width * head.height, BLACK);
+    Ok(Decoded { head, texels })
+}
+
+/// An OpenEXR picture whose headers are read and whose blocks are to come, in the order of the file.
+pub(crate) struct ExrBlocks<R> {
+    name: String,
+    chunks: FilteredChunksReader<R>,
+    meta: MetaData,
+    part: usize,
+    channels: ColorChannels,
+    windows: Windows,
+    /// The positions of blocks that are to come.
+    expected: HashSet<(usize, usize)>,
+    /// Blocks that are read and not decoded; none before the first.
+    read: Option<Vec<Chunk>>,
+}
+
+impl<R: Read + Seek + Send> ExrBlocks<R> {
+    /// The blocks of a source of `length` bytes, and what its headers say.
+    pub(crate) fn open(
+        mut source: R,
+        length: u64,
+        name: &str,
+        max_texels: usize,
+    ) -> Result<(Self, PictureHead), ImageError> {
+        let mut start = Vec::new();
+        source.by_ref().take(HEADERS as u64).read_to_end(&mut start).map_err(|e| io(name, e))?;
+        source.seek(SeekFrom::Start(0)).map_err(|e| io(name, e))?;
+        if let Some(version) = start.get(4..8)
+            && u32::from_le_bytes([version[0], version[1], version[2], version[3]]) & DEEP_FLAG != 0
+        {
+            return Err(unsupported(name, "deep data is not read; flatten the picture".into()));
+        }
+        check_windows(&start, name)?;
+        let reader = block::read(source, false).map_err(|e| explain(&e, name))?;
+        let headers = reader.headers();
+        let (part, channels) = color_part(headers, name)?;
+        let windows = Windows::of(&headers[part], max_texels, name)?;
+        check_table(headers, length, name)?;
+        let head = head(headers, part, &channels, &windows);
+        let mut expected = HashSet::new();
+        let chunks = reader.filter_chunks(false, |_, _, block| {
+            let wanted = windows.want(&block, part);
+            if wanted {
+                expected.insert((block.pixel_position.0, block.pixel_position.1));
+            }
+            wanted
+        });
+        let chunks = chunks.map_err(|e| explain(&e, name))?;
+        let meta = chunks.meta_data().clone();
+        Ok((Self { name: name.to_owned(), chunks, meta, part, channels, windows, expected, read: None }, head))
+    }
+
+    /// Whether blocks are whole rows of the data window.
+    pub(crate) fn are_rows(&self) -> bool {
+        self.meta.headers[self.part].blocks == BlockDescription::ScanLines
+    }
+
+    /// The next rows; none at the end. Those outside of the data window, which are black, do not come.
+    ///
+    /// Panics if blocks are no rows.
+    pub(crate) fn next_bands(&mut self) -> Result<Vec<RowBand>, ImageError> {
+        assert!(self.are_rows(), "tiles are no rows");
+        let windows = self.windows;
+        Ok(self.next_blocks()?.into_iter().map(|block| windows.band(block)).collect())
+    }
+
+    /// The next blocks; none at the end. They are decoded while those behind them are read.
+    fn next_blocks(&mut self) -> Result<Vec<Block>, ImageError> {
+        let read = match self.read.take() {
+            Some(read) => read,
+            None => self.read_chunks()?,
+        };
+        let (meta, channels, name) = (self.meta.clone(), self.channels.clone(), self.name.clone());
+        let decode = |chunk| Block::decode(chunk, &meta, &channels).map_err(|e| explain(&e, &name));
+        let (blocks, next) =
+            rayon::join(|| read.into_par_iter().map(decode).collect::<Result<Vec<_>, _>>(), || self.read_chunks());
+        let blocks = blocks?;
+        self.read = Some(next?);
+        debug_assert!(!blocks.is_empty() || self.expected.is_empty(), "all that are expected are read, none twice");
+        Ok(blocks)
+    }
+
+    /// As many blocks as are decoded together, which are checked.
+    fn read_chunks(&mut self) -> Result<Vec<Chunk>, ImageError> {
+        let Self { name, chunks, meta, part, windows, expected, .. } = self;
+        let block = meta.headers[*part].max_block_pixel_size();
+        let area = block.0.min(windows.data_size.0).saturating_mul(block.1.min(windows.data_size.1));
+        let together = (TEXELS_TOGETHER / area.max(1)).max(rayon::current_num_threads());
+        let checked = |chunk: Result<Chunk, ExrError>| {
+            let chunk = chunk.map_err(|e| explain(&e, name))?;
+            check_chunk(&chunk, meta, |block| windows.want(block, *part), expected, name)?;
+            Ok(chunk)
+        };
+        chunks.by_ref().take(together).map(checked).collect()
+    }
+}
+
+/// What the headers say of the picture.
+fn head(headers: &[Header], part: usize, channels: &ColorChannels, windows: &Windows) -> PictureHead {
     let header = &headers[part];
     let envmap = header.own_attributes.environment_map.map(|kind| match kind {
         EnvironmentMap::LatitudeLongitude => EnvmapAttribute::LatLong,
@@ -72,48 +175,8 @@ pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Deco
         let point = |p: Vec2<f32>| [p.0, p.1].map(f64::from);
         Some(("the chromaticities", Primaries::new(point(c.red), point(c.green), point(c.blue), point(c.white))?))
     });
-    let windows = Windows::of(header, max_texels, name)?;
-    check_table(headers, bytes.len(), name)?;
-    let notes = notes(headers, part, &channels, &windows);
-
-    let wanted =
-        |block: &BlockIndex| block.layer == part && block.level.0 == 0 && block.level.1 == 0 && windows.shows(block);
-    let mut expected = HashSet::new();
-    let chunks = reader
-        .filter_chunks(false, |_, _, block| {
-            let wanted = wanted(&block);
-            if wanted {
-                expected.insert((block.pixel_position.0, block.pixel_position.1));
-            }
-            wanted
-        })
-        .map_err(|e| explain(&e, name))?;
-    let meta = block::reader::ChunksReader::meta_data(&chunks).clone();
-    let mut chunks = chunks.map(|chunk| {
-        let chunk = chunk.map_err(|e| explain(&e, name))?;
-        check_chunk(&chunk, &meta, &wanted, &mut expected, name)?;
-        Ok(chunk)
-    });
-    let mut read = || -> Result<Vec<Chunk>, ImageError> { chunks.by_ref().take(BLOCKS_TOGETHER).collect() };
-    let decode = |chunk| Block::decode(chunk, &meta, &channels).map_err(|e| explain(&e, name));
-
-    let mut texels = reserve(windows.width * windows.height, name)?;
-    let (mut batch, mut decoded) = (read()?, Vec::new());
-    while !batch.is_empty() {
-        // Decode a batch of blocks while the one before is copied and the next one is read.
-        let (blocks, next) = rayon::join(
-            || batch.into_par_iter().map(decode).collect::<Result<_, _>>(),
-            || {
-                windows.blit(&decoded, &mut texels);
-                read()
-            },
-        );
-        (decoded, batch) = (blocks?, next?);
-    }
-    windows.blit(&decoded, &mut texels);
-    texels.resize(windows.width * windows.height, BLACK);
-    debug_assert!(expected.is_empty(), "as many blocks are read as are expected, and none twice");
-    Ok(Decoded { notes, envmap, mapping, primaries, ..Decoded::new(windows.width, windows.height, texels) })
+    let notes = notes(headers, part, channels, windows);
+    PictureHead { notes, envmap, mapping, primaries, ..PictureHead::new(windows.width, windows.height) }
 }
 
 /// Refuses windows that end before they begin: the library would swap the ends.
@@ -137,9 +200,9 @@ pub(crate) fn check_windows(bytes: &[u8], name: &str) -> Result<(), ImageError> 
 }
 
 /// Refuses a file shorter than the table of its blocks, before any work for each of them.
-pub(crate) fn check_table(headers: &[Header], length: usize, name: &str) -> Result<(), ImageError> {
+pub(crate) fn check_table(headers: &[Header], length: u64, name: &str) -> Result<(), ImageError> {
     let blocks = headers.iter().fold(0_u64, |sum, header| sum.saturating_add(header.chunk_count as u64));
-    if blocks.saturating_mul(size_of::<u64>() as u64) > length as u64 {
+    if blocks.saturating_mul(size_of::<u64>() as u64) > length {
         let message = format!("the file ends early: the table of its {blocks} blocks is not all there");
         return Err(invalid(name, message));
     }
@@ -147,6 +210,7 @@ pub(crate) fn check_table(headers: &[Header], length: usize, name: &str) -> Resu
 }
 
 /// The color channels of a part.
+#[derive(Clone)]
 struct ColorChannels {
     /// Indices of red, green and blue in the list of channels; three times the same for luminance.
     rgb: [usize; 3],
@@ -200,6 +264,7 @@ fn check_channels(header: &Header, channels: &ColorChannels, name: &str) -> Resu
 }
 
 /// The data window relative to the display window, which becomes the map.
+#[derive(Clone, Copy)]
 struct Windows {
     width: usize,
     height: usize,
@@ -244,6 +309,11 @@ impl Windows {
         Ok(Self { width, height, offset, data_size: (data.size.0, data.size.1) })
     }
 
+    /// Whether a block is of a part's largest level and shows in the picture.
+    fn want(&self, block: &BlockIndex, part: usize) -> bool {
+        block.layer == part && block.level.0 == 0 && block.level.1 == 0 && self.shows(block)
+    }
+
     /// Whether any texel of a block lies in the display window.
     fn shows(&self, block: &BlockIndex) -> bool {
         let overlaps = |offset: i64, start: usize, size: usize, limit: usize| {
@@ -269,6 +339,21 @@ impl Windows {
                 }
             }
         }
+    }
+
+    /// The rows of the picture that a block of whole rows of the data window has.
+    fn band(&self, block: Block) -> RowBand {
+        let top = self.offset.1 + block.y as i64;
+        if self.offset.0 == 0 && block.width == self.width && top >= 0 {
+            let mut texels = block.texels;
+            texels.truncate((self.height - top as usize) * self.width);
+            return RowBand { first_row: top as usize, texels };
+        }
+        let mut texels = Vec::new();
+        let first_row = top.max(0);
+        let offset = (self.offset.0, self.offset.1 - first_row);
+        Self { offset, height: self.height - first_row as usize, ..*self }.blit(&[block], &mut texels);
+        RowBand { first_row: first_row as usize, texels }
     }
 
     fn is_data_equal_to_display(&self) -> bool {
@@ -306,7 +391,7 @@ fn notes(headers: &[Header], part: usize, channels: &ColorChannels, windows: &Wi
 fn check_chunk(
     chunk: &Chunk,
     meta: &MetaData,
-    wanted: &impl Fn(&BlockIndex) -> bool,
+    wanted: impl Fn(&BlockIndex) -> bool,
     expected: &mut HashSet<(usize, usize)>,
     name: &str,
 ) -> Result<(), ImageError> {

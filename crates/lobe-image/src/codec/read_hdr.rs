@@ -1,7 +1,10 @@
 //! Radiance (.hdr) decoder: the header; rows are decoded by `rgbe`.
 
+use std::io::Read;
+
 use crate::ImageError;
-use crate::codec::decoded::{Decoded, check_size, invalid, reserve, unsupported};
+use crate::codec::decoded::{Decoded, PictureHead, check_size, invalid, io, reserve, unsupported};
+use crate::codec::lookahead::Lookahead;
 use crate::codec::rgbe::{self, RowError};
 use crate::picture::png::MAPPING_KEY;
 use crate::picture::primaries::Primaries;
@@ -16,41 +19,94 @@ const SENT_AS_TEXT: &str =
 
 /// Decodes a Radiance picture; `name` stands for the file in messages.
 pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Decoded, ImageError> {
-    let mut rest = bytes;
-    let header = Header::parse(&mut rest, name)?;
-    let (width, height) = check_size(header.width, header.height, max_texels, name)?;
-    let (least, there) = (least_bytes(width, height), rest.len());
-    if (there as u64) < least {
-        let message = format!(
-            "the file ends early: {width} x {height} texels need {least} bytes at the least, {there} are there"
-        );
-        return Err(invalid(name, message));
+    let (mut rows, head) = HdrRows::open(bytes, bytes.len() as u64, name, max_texels)?;
+    let mut texels: Vec<Pixel> = reserve(head.width * head.height, name)?;
+    rows.next_rows_into(head.height, &mut texels)?;
+    Ok(Decoded { head, texels })
+}
+
+/// A Radiance picture whose header is read and whose rows are to come, from the top.
+pub(crate) struct HdrRows<R> {
+    bytes: Lookahead<R>,
+    name: String,
+    height: usize,
+    /// The row that comes next.
+    next_row: usize,
+    /// From stored values to radiance.
+    factors: Pixel,
+    steps: [f32; 256],
+    row: Vec<[u8; 4]>,
+    /// Whether lines end with CRLF, as Windows has it.
+    has_crlf: bool,
+}
+
+impl<R: Read> HdrRows<R> {
+    /// The rows of a source of `length` bytes, and what its header says.
+    pub(crate) fn open(
+        source: R,
+        length: u64,
+        name: &str,
+        max_texels: usize,
+    ) -> Result<(Self, PictureHead), ImageError> {
+        let mut bytes = Lookahead::new(source);
+        let header = bytes.parse(|rest, has_ended| {
+            let header = Header::parse(rest, name);
+            // A header is whole if anything follows.
+            (has_ended || !rest.is_empty()).then_some(header)
+        });
+        let cut_off = || invalid(name, "the file ends early: the header is not all there".into());
+        let header = header.map_err(|source| io(name, source))?.ok_or_else(cut_off)??;
+        let (width, height) = check_size(header.width, header.height, max_texels, name)?;
+        let (least, there) = (least_bytes(width, height), length.saturating_sub(bytes.position()));
+        if there < least {
+            let message = format!(
+                "the file ends early: {width} x {height} texels need {least} bytes at the least, {there} are there"
+            );
+            return Err(invalid(name, message));
+        }
+        let mut head = PictureHead::new(width, height);
+        let factors = header.radiance_factors(name, &mut head.notes)?;
+        head.primaries = header.primaries().map(|primaries| ("the PRIMARIES of the header", primaries));
+        header.note_ignored(head.primaries.is_some(), &mut head.notes);
+        head.mapping = header.lines.iter().find(|(key, _)| key == MAPPING_KEY).map(|(_, value)| value.clone());
+        let mut row = reserve(width, name)?;
+        row.resize(width, [0; 4]);
+        let (steps, has_crlf) = (rgbe::steps(), header.has_crlf);
+        Ok((Self { bytes, name: name.to_owned(), height, next_row: 0, factors, steps, row, has_crlf }, head))
     }
-    let mut notes = Vec::new();
-    let factors = header.radiance_factors(name, &mut notes)?;
-    let primaries = header.primaries().map(|primaries| ("the PRIMARIES of the header", primaries));
-    header.note_ignored(primaries.is_some(), &mut notes);
-    let mapping = header.lines.iter().find(|(key, _)| key == MAPPING_KEY).map(|(_, value)| value.clone());
-    let steps = rgbe::steps();
-    let mut row = reserve(width, name)?;
-    row.resize(width, [0; 4]);
-    let mut texels: Vec<Pixel> = reserve(width * height, name)?;
-    for _ in 0..height {
-        rgbe::read_row(&mut rest, &mut row).map_err(|error| match error {
-            _ if header.has_crlf => damaged(name, SENT_AS_TEXT),
-            RowError::Ends => invalid(name, "the file ends early: rows of the picture are missing".into()),
-            RowError::Damaged(what) => damaged(name, &what),
-        })?;
-        texels.extend(row.iter().map(|texel| {
-            let [r, g, b] = rgbe::decode(*texel, &steps);
-            [r * factors[0], g * factors[1], b * factors[2]]
-        }));
+
+    /// The row that comes next.
+    pub(crate) fn next_row(&self) -> usize {
+        self.next_row
     }
-    // Each texel byte that was converted is one byte more.
-    if header.has_crlf && !rest.is_empty() {
-        return Err(damaged(name, SENT_AS_TEXT));
+
+    /// Adds the next `count` rows, or all that are left, to `texels`.
+    pub(crate) fn next_rows_into(&mut self, count: usize, texels: &mut Vec<Pixel>) -> Result<(), ImageError> {
+        let Self { bytes, name, height, next_row, factors, steps, row, has_crlf } = self;
+        let ends = || invalid(name, "the file ends early: rows of the picture are missing".into());
+        for _ in 0..count.min(*height - *next_row) {
+            let read = bytes.parse(|rest, has_ended| match rgbe::read_row(rest, row) {
+                Err(RowError::Ends) if !has_ended => None,
+                read => Some(read),
+            });
+            let read = read.map_err(|source| io(name, source))?.ok_or_else(ends)?;
+            read.map_err(|error| match error {
+                _ if *has_crlf => damaged(name, SENT_AS_TEXT),
+                RowError::Ends => ends(),
+                RowError::Damaged(what) => damaged(name, &what),
+            })?;
+            texels.extend(row.iter().map(|texel| {
+                let [r, g, b] = rgbe::decode(*texel, steps);
+                [r * factors[0], g * factors[1], b * factors[2]]
+            }));
+            *next_row += 1;
+        }
+        // Each texel byte that was converted is one byte more.
+        if *has_crlf && next_row == height && !bytes.is_at_end().map_err(|source| io(name, source))? {
+            return Err(damaged(name, SENT_AS_TEXT));
+        }
+        Ok(())
     }
-    Ok(Decoded { notes, primaries, mapping, ..Decoded::new(width, height, texels) })
 }
 
 fn damaged(name: &str, what: &str) -> ImageError {

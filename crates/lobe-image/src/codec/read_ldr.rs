@@ -9,7 +9,7 @@ use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
 use crate::ImageError;
-use crate::codec::decoded::{Decoded, check_size, invalid, reserve, unsupported};
+use crate::codec::decoded::{Decoded, PictureHead, check_size, invalid, reserve, unsupported};
 use crate::codec::jpeg_end;
 use crate::codec::png_color::{Transfer, UNSPECIFIED, primaries_of_png};
 use crate::picture::png::MAPPING_KEY;
@@ -56,8 +56,8 @@ pub(crate) fn decode_png(bytes: &[u8], name: &str, max_texels: usize) -> Result<
     let texts = &info.uncompressed_latin1_text;
     let mapping = texts.iter().find(|text| text.keyword == MAPPING_KEY).map(|text| text.text.clone());
     let mut decoded = layout.decode(name, |raw| reader.next_frame(raw).map(|_| ()).map_err(explain))?;
-    decoded.notes.append(&mut unknown);
-    Ok(Decoded { primaries, mapping, ..decoded })
+    decoded.head.notes.append(&mut unknown);
+    Ok(Decoded { head: PictureHead { primaries, mapping, ..decoded.head }, ..decoded })
 }
 
 /// Decodes a JPEG picture; `name` stands for the file in messages.
@@ -153,7 +153,7 @@ impl Layout {
         if self.orientation != Orientation::UPRIGHT {
             texels = self.orientation.upright(&texels, [width, height], name)?;
         }
-        Ok(Decoded { notes: self.notes(), ..Decoded::new(width, height, texels) })
+        Ok(Decoded { head: PictureHead { notes: self.notes(), ..PictureHead::new(width, height) }, texels })
     }
 
     /// Remarks for the caller.

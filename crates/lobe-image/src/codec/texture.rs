@@ -67,7 +67,7 @@ pub fn read_cube_texture_bytes(
         report.notes.push(format!("the primaries are {primaries}, not those of Rec. 709; {done}"));
     }
     for (size, texels) in &mut decoded.levels {
-        inspect(texels, *size, &mut report);
+        inspect(texels, *size, 0, &mut report);
     }
     report.judge(options.nonfinite, name)?;
     Ok((decoded, report))

@@ -7,6 +7,7 @@ mod exr_files;
 mod ktx2_rules;
 mod ktx2_written;
 mod malformed;
+mod picture_rows;
 mod read_exr;
 mod read_hdr;
 mod read_pictures;

@@ -54,7 +54,7 @@ fn small_exr(compression: Compression, blocks: Blocks) -> Vec<u8> {
 }
 
 /// Small valid files of all encodings, with their names.
-fn small_files() -> Vec<(String, Vec<u8>)> {
+pub(crate) fn small_files() -> Vec<(String, Vec<u8>)> {
     let mut files = vec![("hdr".to_owned(), small_hdr())];
     let old = [&[128, 64, 32, 129][..], &[1, 1, 1, 15]].concat().repeat(8);
     files.push(("old hdr".into(), [&b"#?RADIANCE\n\n-Y 8 +X 16\n"[..], &old].concat()));

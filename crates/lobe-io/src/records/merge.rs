@@ -27,7 +27,10 @@ pub fn merge_shards(parts: &[PathBuf], checkpoint: &Path, job: Job<'_>) -> Resul
     let mut parts: Vec<Part> = parts.iter().map(|path| Part::open(path)).collect::<Result<_, _>>()?;
     parts.sort_by_key(|part| part.header.shard);
     expect_all(&parts, checkpoint)?;
-    let mut copy = Copy { out: new_file(checkpoint)?, checkpoint, job, begin: Instant::now(), bytes: 0 };
+    // Held until the new file is in the place of the old one: no run takes the old one up meanwhile.
+    let _old = lock_old(checkpoint)?;
+    let out = StagedWriter::new(checkpoint).map_err(|source| IoError::io(checkpoint, source))?;
+    let mut copy = Copy { out, checkpoint, job, begin: Instant::now(), bytes: 0 };
     let all = Header { shard: Shard::WHOLE, ..parts[0].header };
     copy.write(&all.to_bytes())?;
     copy.report(0, all.layout.count)?;
@@ -38,14 +41,14 @@ pub fn merge_shards(parts: &[PathBuf], checkpoint: &Path, job: Job<'_>) -> Resul
     staged.map_err(|source| IoError::io(checkpoint, source))
 }
 
-fn new_file(checkpoint: &Path) -> Result<StagedWriter, IoError> {
-    if let Ok(old) = File::open(checkpoint)
-        && let Err(TryLockError::WouldBlock) = old.try_lock_shared()
-    {
+/// The checkpoint that is there already, locked as long as it is open; an error if a run is writing it.
+fn lock_old(checkpoint: &Path) -> Result<Option<File>, IoError> {
+    let Ok(old) = File::open(checkpoint) else { return Ok(None) };
+    if let Err(TryLockError::WouldBlock) = old.try_lock_shared() {
         let message = "another run is writing this checkpoint; wait for it, or give another output";
         return Err(IoError::invalid(checkpoint, message));
     }
-    StagedWriter::new(checkpoint).map_err(|source| IoError::io(checkpoint, source))
+    Ok(Some(old))
 }
 
 /// The file of a shard.

@@ -1,3 +1,4 @@
 //! Map files: what a file says of its mapping, and the same map through every format.
 mod envmap;
 mod maps;
+mod project_file;
