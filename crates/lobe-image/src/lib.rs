@@ -54,17 +54,16 @@ mod compare;
 mod error;
 mod picture;
 mod pixel;
+mod texture;
 
-pub use codec::decoded::{CubeTexture, EnvmapAttribute, mip_level_count, mip_level_size};
+pub use codec::decoded::{EnvmapAttribute, RowBand};
 pub use codec::encode::{PictureWriteOptions, PictureWriteReport, encode_picture, write_picture, write_pixels};
 pub use codec::exr_layers::{ExrAttribute, ExrLayers};
 pub use codec::frames::FrameSequence;
-pub use codec::picture_rows::{PictureRows, RowBand};
+pub use codec::picture_rows::PictureRows;
 pub use codec::read::{
     FileFormat, Nonfinite, PictureReadOptions, PictureReadReport, picture_file_bytes, read_picture, read_picture_bytes,
 };
-pub use codec::texel_format::TexelFormat;
-pub use codec::texture::{read_cube_texture, read_cube_texture_bytes, write_cube_texture};
 pub use compare::compare::{ErrorReport, compare, error_map, error_of, relative_mse};
 pub use compare::flip::{FLIP_PIXELS_PER_DEGREE, Flip, flip};
 pub use compare::hdr_flip::hdr_flip;
@@ -79,3 +78,6 @@ pub use picture::srgb::{srgb_decode, srgb_encode};
 pub use picture::text::{Label, distance_to_segment, draw_lines};
 pub use picture::tone::{Curve, Exposure, Tone};
 pub use pixel::{IntoPixel, Pixel, mix};
+pub use texture::cube_texture::{CubeTexture, mip_level_count, mip_level_size};
+pub use texture::texel_format::TexelFormat;
+pub use texture::texture::{read_cube_texture, read_cube_texture_bytes, write_cube_texture};

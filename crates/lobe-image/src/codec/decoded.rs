@@ -2,7 +2,7 @@
 
 use crate::picture::primaries::Primaries;
 use crate::pixel::Pixel;
-use crate::{ImageError, ReadOption, TexelFormat};
+use crate::{ImageError, ReadOption};
 
 /// The most characters of a message: decoders may repeat what a file contains.
 const MAX_MESSAGE: usize = 320;
@@ -41,20 +41,13 @@ pub(crate) struct Decoded {
     pub(crate) texels: Vec<Pixel>,
 }
 
-/// A cube texture as stored in a file: size and texels of each level, face after face (+X, -X, +Y, -Y, +Z, -Z), row
-/// after row, the largest level first.
+/// Some rows of a picture.
 #[derive(Clone, Debug, PartialEq)]
-pub struct CubeTexture {
-    /// The texel format.
-    pub format: TexelFormat,
-    /// The size of a face of each level, and its texels.
-    pub levels: Vec<(usize, Vec<Pixel>)>,
-    /// Remarks for the caller.
-    pub(crate) notes: Vec<String>,
-    /// The mapping that the file names.
-    pub(crate) mapping: Option<String>,
-    /// Primaries other than those of Rec. 709, by their name.
-    pub(crate) primaries: Option<(String, Option<Primaries>)>,
+pub struct RowBand {
+    /// The first of the rows, from the top.
+    pub first_row: usize,
+    /// Their texels, row by row.
+    pub texels: Vec<Pixel>,
 }
 
 /// Refuses a picture larger than the caller allows, before memory is allocated.
@@ -105,28 +98,4 @@ fn one_line(message: String) -> String {
         line.push_str("...");
     }
     line
-}
-
-/// Refuses a cube larger than the caller allows, before memory is allocated.
-pub(crate) fn check_cube_size(size: u64, max_texels: usize, name: &str) -> Result<(), ImageError> {
-    if size == 0 {
-        return Err(invalid(name, "the cube map has no texels: its faces are 0 x 0".into()));
-    }
-    if size.checked_mul(size).and_then(|n| n.checked_mul(6)).is_none_or(|texels| texels > max_texels as u64) {
-        let message = format!("the faces are {size} x {size}, all six more than the limit of {max_texels} texels");
-        return Err(ImageError::Refused { place: name.into(), message, option: ReadOption::MaxTexels });
-    }
-    Ok(())
-}
-
-/// The size of mip level `k` of a texture: halved `k` times, rounded down, at least 1.
-#[must_use]
-pub fn mip_level_size(size: usize, k: usize) -> usize {
-    size.checked_shr(k as u32).unwrap_or(0).max(1)
-}
-
-/// The number of levels from `size` down to 1.
-#[must_use]
-pub fn mip_level_count(size: usize) -> usize {
-    size.max(1).ilog2() as usize + 1
 }

@@ -4,13 +4,12 @@ use std::fs::{self, File};
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
-use crate::codec::decoded::{PictureHead, io};
+use crate::codec::decoded::{PictureHead, RowBand, io};
 use crate::codec::read::{SHOWN_BYTES, guarded, inspect};
 use crate::codec::read_exr::ExrBlocks;
 use crate::codec::read_hdr::HdrRows;
 use crate::codec::read_pfm::PfmRows;
 use crate::picture::primaries::Primaries;
-use crate::pixel::Pixel;
 use crate::{FileFormat, ImageError, PictureReadOptions, PictureReadReport};
 
 /// Bytes that are asked of the system at once.
@@ -18,15 +17,6 @@ const BUFFER: usize = 1 << 18;
 
 /// Rows of a Radiance picture that are decoded at a time have about this many texels, which stay in the second-level cache.
 const TEXELS_TOGETHER: usize = 1 << 16;
-
-/// Some rows of a picture.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RowBand {
-    /// The first of the rows, from the top.
-    pub first_row: usize,
-    /// Their texels, row by row.
-    pub texels: Vec<Pixel>,
-}
 
 /// A picture file whose rows are decoded as they are asked for: neither the file nor the picture is in memory as a whole.
 ///

@@ -9,7 +9,6 @@ use std::path::Path;
 use derive_setters::Setters;
 use rayon::prelude::*;
 
-use crate::codec::dds;
 use crate::codec::decoded::{Decoded, EnvmapAttribute, PictureHead, invalid, unsupported};
 use crate::codec::read_exr;
 use crate::codec::read_hdr;
@@ -24,6 +23,9 @@ const MAX_TEXELS: usize = 1 << 28;
 
 /// The formats that are read, for messages.
 const EXPECTED: &str = "Radiance .hdr (beginning with \"#?RADIANCE\"), OpenEXR, .pfm, PNG, JPEG, KTX2 or DDS";
+
+/// The first four bytes of a DDS texture.
+pub(crate) const DDS: [u8; 4] = *b"DDS ";
 
 /// Bytes of an unknown file that a message shows; enough to identify any format.
 pub(crate) const SHOWN_BYTES: usize = 24;
@@ -115,7 +117,7 @@ impl FileFormat {
             (b"\x89PNG\r\n\x1a\n", FileFormat::Png),
             (b"\xff\xd8\xff", FileFormat::Jpeg),
             (&ktx2::MAGIC, FileFormat::Ktx2),
-            (&dds::MAGIC, FileFormat::Dds),
+            (&DDS, FileFormat::Dds),
             // A DDS or KTX2 file may be truncated within these; then the decoder reports it.
             (b"\xabKTX 2", FileFormat::Ktx2),
         ];
@@ -349,6 +351,9 @@ impl PictureReadReport {
 pub(crate) fn inspect(texels: &mut [Pixel], width: usize, first_row: usize, report: &mut PictureReadReport) {
     let of_row = |(y, row): (usize, &mut [Pixel])| {
         let (mut first_nonfinite, mut nonfinite, mut negative) = (None, 0, 0);
+        if !is_suspicious(row) {
+            return (first_nonfinite, nonfinite, negative);
+        }
         for (x, texel) in row.iter_mut().enumerate() {
             if !texel.iter().all(|c| c.is_finite()) {
                 first_nonfinite.get_or_insert((x, first_row + y));
@@ -368,9 +373,35 @@ pub(crate) fn inspect(texels: &mut [Pixel], width: usize, first_row: usize, repo
     }
 }
 
+/// Whether any channel may be negative, NaN or infinite: the quick look at rows of which nearly none is.
+fn is_suspicious(row: &[Pixel]) -> bool {
+    let marks = |c: &f32| c.to_bits() | c.to_bits().wrapping_add(SMALLEST_EXPONENT);
+    let bits = row.as_flattened().iter().fold(0, |bits, c| bits | marks(c));
+    bits & SIGN != 0
+}
+
+/// The sign of an `f32`, and the smallest exponent: added to the largest, that of NaN and infinity, it makes the sign.
+const SIGN: u32 = 1 << 31;
+const SMALLEST_EXPONENT: u32 = 1 << 23;
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rows_with_any_number_that_is_negative_or_none_are_looked_at_closely() {
+        let plain = [0.0, f32::from_bits(1), f32::MIN_POSITIVE, 1.0, f32::MAX];
+        for c in plain {
+            assert!(!is_suspicious(&[[c; 3]; 5]), "{c:e}");
+        }
+        for c in [-f32::from_bits(1), -1.0, f32::MIN, f32::INFINITY, f32::NEG_INFINITY, f32::NAN, -f32::NAN] {
+            for at in 0..15 {
+                let mut row = [[1.0; 3]; 5];
+                row[at / 3][at % 3] = c;
+                assert!(is_suspicious(&row), "{c:e} at {at}");
+            }
+        }
+    }
 
     #[test]
     fn a_decoder_that_panics_is_an_error_of_its_own_words() {

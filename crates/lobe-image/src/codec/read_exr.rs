@@ -5,24 +5,24 @@ use std::io::{Cursor, Read, Seek, SeekFrom};
 
 use exr::block::chunk::{Chunk, CompressedBlock};
 use exr::block::reader::{ChunksReader, FilteredChunksReader};
-use exr::block::{self, BlockIndex, UncompressedBlock};
+use exr::block::{self, BlockIndex};
 use exr::error::Error as ExrError;
 use exr::meta::attribute::{AttributeValue, ChannelList, EnvironmentMap, SampleType, Text};
 use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
-use exr::prelude::{Compression, Vec2, f16};
+use exr::prelude::{Compression, Vec2};
 use rayon::prelude::*;
 
-use crate::codec::decoded::{Decoded, EnvmapAttribute, PictureHead, check_size, invalid, io, reserve, unsupported};
-use crate::codec::picture_rows::RowBand;
+use crate::ImageError;
+use crate::codec::decoded::{Decoded, EnvmapAttribute, PictureHead, RowBand, invalid, io, reserve, unsupported};
+use crate::codec::exr_block::{Block, Windows, explain};
 use crate::picture::png::MAPPING_KEY;
 use crate::picture::primaries::Primaries;
-use crate::pixel::{BLACK, Pixel};
-use crate::{ImageError, ReadOption};
+use crate::pixel::BLACK;
 
 /// About the texels of the blocks that are decoded at a time, in parallel; as many are held compressed, and again as many decoded.
 /// At least one block for each thread.
-const TEXELS_TOGETHER: usize = 1 << 20;
+const TEXELS_TOGETHER: usize = 1 << 18;
 
 /// The bit of the version field that says "at least one part is deep".
 const DEEP_FLAG: u32 = 0x800;
@@ -36,15 +36,6 @@ const MOST_BYTES_PER_BYTE_DWA: u64 = 1 << 17;
 
 /// A DWA chunk begins with eleven 64-bit numbers: its version, nine sizes, and a choice.
 const DWA_SIZES: std::ops::Range<usize> = 1..10;
-
-/// The most bytes of a block for each texel of the limit: four channels of `float`.
-const BLOCK_BYTES_PER_TEXEL: u64 = 16;
-
-/// The most texels of a display window for each of the data window: more is damage, or a waste of memory.
-const MOST_BLACK: u64 = 4096;
-
-/// A display window of up to this many texels is accepted with any data window.
-const ANY_BLACK: u64 = 1 << 20;
 
 /// The length within which windows are looked for before the headers are parsed; only crafted files have longer
 /// headers.
@@ -71,7 +62,8 @@ pub(crate) struct ExrBlocks<R> {
     chunks: FilteredChunksReader<R>,
     meta: MetaData,
     part: usize,
-    channels: ColorChannels,
+    /// Places of red, green and blue in the list of channels.
+    rgb: [usize; 3],
     windows: Windows,
     /// The positions of blocks that are to come.
     expected: HashSet<(usize, usize)>,
@@ -112,7 +104,8 @@ impl<R: Read + Seek + Send> ExrBlocks<R> {
         });
         let chunks = chunks.map_err(|e| explain(&e, name))?;
         let meta = chunks.meta_data().clone();
-        Ok((Self { name: name.to_owned(), chunks, meta, part, channels, windows, expected, read: None }, head))
+        let rgb = channels.rgb;
+        Ok((Self { name: name.to_owned(), chunks, meta, part, rgb, windows, expected, read: None }, head))
     }
 
     /// Whether blocks are whole rows of the data window.
@@ -135,8 +128,8 @@ impl<R: Read + Seek + Send> ExrBlocks<R> {
             Some(read) => read,
             None => self.read_chunks()?,
         };
-        let (meta, channels, name) = (self.meta.clone(), self.channels.clone(), self.name.clone());
-        let decode = |chunk| Block::decode(chunk, &meta, &channels).map_err(|e| explain(&e, &name));
+        let (meta, rgb, name) = (self.meta.clone(), self.rgb, self.name.clone());
+        let decode = |chunk| Block::decode(chunk, &meta, rgb).map_err(|e| explain(&e, &name));
         let (blocks, next) =
             rayon::join(|| read.into_par_iter().map(decode).collect::<Result<Vec<_>, _>>(), || self.read_chunks());
         let blocks = blocks?;
@@ -210,7 +203,6 @@ pub(crate) fn check_table(headers: &[Header], length: u64, name: &str) -> Result
 }
 
 /// The color channels of a part.
-#[derive(Clone)]
 struct ColorChannels {
     /// Indices of red, green and blue in the list of channels; three times the same for luminance.
     rgb: [usize; 3],
@@ -261,104 +253,6 @@ fn check_channels(header: &Header, channels: &ColorChannels, name: &str) -> Resu
         return Err(unsupported(name, "HTJ2K compression is not read; save with ZIP".into()));
     }
     Ok(())
-}
-
-/// The data window relative to the display window, which becomes the map.
-#[derive(Clone, Copy)]
-struct Windows {
-    width: usize,
-    height: usize,
-    /// Position of the data window relative to the display window.
-    offset: (i64, i64),
-    data_size: (usize, usize),
-}
-
-impl Windows {
-    fn of(header: &Header, max_texels: usize, name: &str) -> Result<Self, ImageError> {
-        let display = header.shared_attributes.display_window;
-        let data = header.data_window();
-        let (width, height) = check_size(display.size.0 as u64, display.size.1 as u64, max_texels, name)?;
-        // A data window may be larger than the display, and a block larger than both: bound the memory of decoding.
-        let block = header.max_block_pixel_size();
-        let block_area = (block.0.min(data.size.0) as u64).saturating_mul(block.1.min(data.size.1) as u64);
-        let block_bytes = block_area.saturating_mul(header.channels.bytes_per_pixel as u64);
-        let limit = max_texels as u64;
-        let refused = |message| ImageError::Refused { place: name.into(), message, option: ReadOption::MaxTexels };
-        if (data.size.0 as u64).saturating_mul(data.size.1 as u64) > limit {
-            let (w, h) = (data.size.0, data.size.1);
-            return Err(refused(format!("the data window is {w} x {h}, more than the limit of {limit} texels")));
-        }
-        if block_bytes > limit.saturating_mul(BLOCK_BYTES_PER_TEXEL) {
-            let message = format!(
-                "a block holds {block_bytes} bytes, more than {BLOCK_BYTES_PER_TEXEL} for each of {limit} texels"
-            );
-            return Err(refused(message));
-        }
-        let (shown, there) = ((width * height) as u64, (data.size.0 * data.size.1) as u64);
-        if shown > MOST_BLACK.saturating_mul(there).max(ANY_BLACK) {
-            let message = format!(
-                "the display window is {width} x {height}, and the data window only {} x {}: the rest would be black",
-                data.size.0, data.size.1
-            );
-            return Err(invalid(name, message));
-        }
-        let offset = (
-            i64::from(data.position.0) - i64::from(display.position.0),
-            i64::from(data.position.1) - i64::from(display.position.1),
-        );
-        Ok(Self { width, height, offset, data_size: (data.size.0, data.size.1) })
-    }
-
-    /// Whether a block is of a part's largest level and shows in the picture.
-    fn want(&self, block: &BlockIndex, part: usize) -> bool {
-        block.layer == part && block.level.0 == 0 && block.level.1 == 0 && self.shows(block)
-    }
-
-    /// Whether any texel of a block lies in the display window.
-    fn shows(&self, block: &BlockIndex) -> bool {
-        let overlaps = |offset: i64, start: usize, size: usize, limit: usize| {
-            offset + (start as i64) < limit as i64 && offset + ((start + size) as i64) > 0
-        };
-        overlaps(self.offset.0, block.pixel_position.0, block.pixel_size.0, self.width)
-            && overlaps(self.offset.1, block.pixel_position.1, block.pixel_size.1, self.height)
-    }
-
-    /// Copies the part of some blocks inside the display window; rows are added as needed.
-    fn blit(&self, blocks: &[Block], texels: &mut Vec<Pixel>) {
-        for block in blocks {
-            let left = self.offset.0 + block.x as i64;
-            let skip = (-left).max(0) as usize;
-            let x = left.max(0) as usize;
-            for (k, line) in block.texels.chunks_exact(block.width).enumerate() {
-                let y = self.offset.1 + (block.y + k) as i64;
-                if (0..self.height as i64).contains(&y) && skip < block.width && x < self.width {
-                    let (start, end) = (y as usize * self.width, (y as usize + 1) * self.width);
-                    texels.resize(end.max(texels.len()), BLACK);
-                    let count = (block.width - skip).min(self.width - x);
-                    texels[start + x..][..count].copy_from_slice(&line[skip..][..count]);
-                }
-            }
-        }
-    }
-
-    /// The rows of the picture that a block of whole rows of the data window has.
-    fn band(&self, block: Block) -> RowBand {
-        let top = self.offset.1 + block.y as i64;
-        if self.offset.0 == 0 && block.width == self.width && top >= 0 {
-            let mut texels = block.texels;
-            texels.truncate((self.height - top as usize) * self.width);
-            return RowBand { first_row: top as usize, texels };
-        }
-        let mut texels = Vec::new();
-        let first_row = top.max(0);
-        let offset = (self.offset.0, self.offset.1 - first_row);
-        Self { offset, height: self.height - first_row as usize, ..*self }.blit(&[block], &mut texels);
-        RowBand { first_row: first_row as usize, texels }
-    }
-
-    fn is_data_equal_to_display(&self) -> bool {
-        self.offset == (0, 0) && self.data_size == (self.width, self.height)
-    }
 }
 
 /// Remarks for the caller.
@@ -449,59 +343,4 @@ fn locate<'a>(chunk: &'a Chunk, header: &Header) -> Result<(BlockIndex, &'a [u8]
         level: tile.level_index,
     };
     Ok((index, stored))
-}
-
-/// A decoded block: the colors of a rectangle of the data window.
-struct Block {
-    x: usize,
-    y: usize,
-    width: usize,
-    texels: Vec<Pixel>,
-}
-
-impl Block {
-    fn decode(chunk: Chunk, meta: &MetaData, channels: &ColorChannels) -> Result<Self, ExrError> {
-        let header = &meta.headers[chunk.layer_index];
-        let block = UncompressedBlock::decompress_chunk(chunk, meta, false)?;
-        let (position, size) = (block.index.pixel_position, block.index.pixel_size);
-        let mut texels = vec![BLACK; size.area()];
-        for line in block.lines(&header.channels) {
-            let row = &mut texels[(line.location.position.1 - position.1) * size.0..][..size.0];
-            let sample_type = header.channels.list[line.location.channel].sample_type;
-            for (c, _) in channels.rgb.iter().enumerate().filter(|(_, channel)| **channel == line.location.channel) {
-                match c {
-                    0 => read_samples(line.value, sample_type, row, |texel, sample| texel[0] = sample),
-                    1 => read_samples(line.value, sample_type, row, |texel, sample| texel[1] = sample),
-                    _ => read_samples(line.value, sample_type, row, |texel, sample| texel[2] = sample),
-                }
-            }
-        }
-        Ok(Self { x: position.0, y: position.1, width: size.0, texels })
-    }
-}
-
-/// Sets one channel of a row from a line of numbers, which the library gives in native byte order.
-fn read_samples(line: &[u8], sample_type: SampleType, row: &mut [Pixel], set: impl Fn(&mut Pixel, f32)) {
-    match sample_type {
-        SampleType::F16 => {
-            row.iter_mut().zip(line.as_chunks().0).for_each(|(texel, b)| set(texel, f16::from_ne_bytes(*b).to_f32()));
-        }
-        SampleType::F32 => {
-            row.iter_mut().zip(line.as_chunks().0).for_each(|(texel, b)| set(texel, f32::from_ne_bytes(*b)));
-        }
-        // Integer channels were refused.
-        SampleType::U32 => {}
-    }
-}
-
-/// Translates an error of the library.
-fn explain(error: &ExrError, name: &str) -> ImageError {
-    match error {
-        ExrError::NotSupported(what) => unsupported(name, format!("this kind of OpenEXR file is not read: {what}")),
-        ExrError::Invalid(what) if what.contains("missing bytes") => {
-            invalid(name, "the file ends early: parts of the picture are missing".into())
-        }
-        ExrError::Invalid(what) => invalid(name, format!("damaged OpenEXR picture: {what}")),
-        other => invalid(name, format!("damaged OpenEXR picture: {other}")),
-    }
 }

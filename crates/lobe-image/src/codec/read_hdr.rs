@@ -34,7 +34,7 @@ pub(crate) struct HdrRows<R> {
     next_row: usize,
     /// From stored values to radiance.
     factors: Pixel,
-    steps: [f32; 256],
+    steps: Box<[f32; 256]>,
     row: Vec<[u8; 4]>,
     /// Whether lines end with CRLF, as Windows has it.
     has_crlf: bool,
@@ -71,7 +71,7 @@ impl<R: Read> HdrRows<R> {
         head.mapping = header.lines.iter().find(|(key, _)| key == MAPPING_KEY).map(|(_, value)| value.clone());
         let mut row = reserve(width, name)?;
         row.resize(width, [0; 4]);
-        let (steps, has_crlf) = (rgbe::steps(), header.has_crlf);
+        let (steps, has_crlf) = (Box::new(rgbe::steps()), header.has_crlf);
         Ok((Self { bytes, name: name.to_owned(), height, next_row: 0, factors, steps, row, has_crlf }, head))
     }
 

@@ -3,9 +3,8 @@
 use std::io::Read;
 
 use crate::ImageError;
-use crate::codec::decoded::{Decoded, PictureHead, check_size, invalid, io, reserve};
+use crate::codec::decoded::{Decoded, PictureHead, RowBand, check_size, invalid, io, reserve};
 use crate::codec::lookahead::Lookahead;
-use crate::codec::picture_rows::RowBand;
 use crate::pixel::{BLACK, Pixel};
 
 /// The longest header: three numbers and white space.

@@ -118,10 +118,10 @@ fn cut_and_damaged_files_fail_alike() {
     let options = PictureReadOptions::default().nonfinite(Nonfinite::Zero);
     let mut random = Random::new(17);
     for (what, bytes) in small_files() {
-        for length in 0..bytes.len() {
+        for length in (0..bytes.len()).step_by(3) {
             assert_alike(&bytes[..length], &options, &format!("{what}, cut to {length}"));
         }
-        for _ in 0..200 {
+        for _ in 0..40 {
             let mut damaged = bytes.clone();
             let at = random.next_u64() as usize % damaged.len();
             damaged[at] = random.next_u64() as u8;

@@ -19,8 +19,8 @@
 
 use half::f16;
 
-use crate::codec::bc6h::{BLOCK, BLOCK_BYTES};
 use crate::pixel::Pixel;
+use crate::texture::bc6h::{BLOCK, BLOCK_BYTES};
 
 /// Texels of a block.
 const TEXELS: usize = BLOCK * BLOCK;
@@ -267,7 +267,7 @@ mod tests {
     use lobe_testkit::Random;
 
     use super::*;
-    use crate::codec::bc6h::decode_blocks;
+    use crate::texture::bc6h::decode_blocks;
 
     fn decoded(block: u128) -> Vec<Pixel> {
         let mut texels = Vec::new();

@@ -2,13 +2,10 @@
 //!
 //! Programming Guide for DDS, Microsoft. What Direct3D 9 has no code for is written with the second header, of Direct3D 10.
 
-use crate::codec::decoded::{
-    CubeTexture, check_cube_size, invalid, mip_level_count, mip_level_size, reserve, unsupported,
-};
+use crate::codec::decoded::{invalid, reserve, unsupported};
+use crate::codec::read::DDS;
+use crate::texture::cube_texture::{CubeTexture, check_cube_size, mip_level_count, mip_level_size};
 use crate::{ImageError, TexelFormat};
-
-/// The first four bytes.
-pub(crate) const MAGIC: [u8; 4] = *b"DDS ";
 
 /// Bytes up to the end of the first header.
 const HEADER: usize = 128;
@@ -159,7 +156,7 @@ pub(crate) fn pieces(size: usize, format: TexelFormat, mut levels: Vec<[Vec<u8>;
     };
     let old = D3D9.iter().find(|(_, of_code)| *of_code == format).map(|(code, _)| *code);
     let mut bytes = vec![0; HEADER + HEADER_DX10];
-    bytes[..MAGIC.len()].copy_from_slice(&MAGIC);
+    bytes[..DDS.len()].copy_from_slice(&DDS);
     for (field, value) in [
         (Field::Size, 124),
         (Field::Flags, FLAGS | flag),

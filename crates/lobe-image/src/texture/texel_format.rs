@@ -7,14 +7,14 @@ use half::f16;
 use half::slice::HalfFloatSliceExt;
 use ktx2::Format;
 
-use crate::codec::bc6h;
-#[cfg(feature = "bc6h")]
-use crate::codec::bc6h::encode as encode_bc6h;
-#[cfg(not(feature = "bc6h"))]
-use crate::codec::bc6h_encode::encode as encode_bc6h;
-use crate::codec::packed_float;
-use crate::codec::rgb9e5;
 use crate::pixel::{IntoPixel, Pixel};
+use crate::texture::bc6h;
+#[cfg(feature = "bc6h")]
+use crate::texture::bc6h::encode as encode_bc6h;
+#[cfg(not(feature = "bc6h"))]
+use crate::texture::bc6h_encode::encode as encode_bc6h;
+use crate::texture::packed_float;
+use crate::texture::rgb9e5;
 
 /// The largest `half`.
 const MAX_HALF: f32 = 65504.0;

@@ -6,11 +6,10 @@ use ktx2::{
     ColorPrimaries, Header, KeyValueDataIterator, LevelIndex, ParseError, SupercompressionScheme, TransferFunction,
 };
 
-use crate::codec::decoded::{CubeTexture, check_cube_size};
 use crate::codec::decoded::{invalid, reserve, unsupported};
-use crate::codec::decoded::{mip_level_count, mip_level_size};
 use crate::picture::png::MAPPING_KEY;
 use crate::picture::primaries::Primaries;
+use crate::texture::cube_texture::{CubeTexture, check_cube_size, mip_level_count, mip_level_size};
 use crate::{ImageError, TexelFormat};
 
 /// The largest compression ratio of Zstandard: a block of one repeated byte stores 128 KiB in four bytes.

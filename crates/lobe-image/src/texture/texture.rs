@@ -5,10 +5,11 @@ use std::path::Path;
 use lobe_io::write_atomically;
 use rayon::prelude::*;
 
-use crate::codec::decoded::{CubeTexture, unsupported};
+use crate::codec::decoded::unsupported;
 use crate::codec::read::{FileFormat, PictureReadOptions, PictureReadReport, guarded, inspect, picture_file_bytes};
-use crate::codec::{dds, read_ktx2, write_ktx1, write_ktx2};
 use crate::pixel::IntoPixel;
+use crate::texture::cube_texture::CubeTexture;
+use crate::texture::{dds, read_ktx2, write_ktx1, write_ktx2};
 use crate::{ImageError, PictureWriteReport, TexelFormat};
 
 /// Faces of a cube.

@@ -135,7 +135,7 @@ mod tests {
         let left = (sky.width() - size) / 2;
         let square: Vec<Pixel> =
             (0..size * size).map(|i| sky.pixel(left + i % size, i / size).map(|c| c.clamp(0.0, 65504.0))).collect();
-        let ours = mean_error(crate::codec::bc6h_encode::encode, size, &square);
+        let ours = mean_error(crate::texture::bc6h_encode::encode, size, &square);
         let compiled = mean_error(encode, size, &square);
         let ratio = ours / compiled;
         assert!(ratio < MOST_TIMES_THE_COMPILED_ERROR, "mean error: ours {ours}, compiled {compiled}: ratio {ratio}");
