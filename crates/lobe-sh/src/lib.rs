@@ -72,7 +72,7 @@
 //! | turn samples into one | [`fn@least_squares`] |
 //! | integrate | [`SphereQuadrature`], [`gauss_legendre`] |
 //! | keep irradiance in a few numbers | [`IrradianceEncoding`]: [`AmbientCube`], [`NonLinearL1`], [`Zh3`], [`Ahd`], [`HBasis`], [`Hl2`]; [`encoding_error`] |
-//! | give irradiance to a shader | [`PackedIrradiance`], [`IrradianceMatrix`] |
+//! | give irradiance to a shader | [`PackedIrradiance`], [`IrradianceMatrix`], [`IrradiancePolynomial`]; of order 5 [`PackedIrradiance5`] |
 //! | blur: irradiance, Phong, GGX | [`convolved`] with [`Zonal::clamped_cosine`], [`Zonal::phong`], [`Zonal::ggx`] |
 //! | rotate | [`Rotation`] (Euler angles, quaternions), [`RotationMatrices`] (Ivanic and Ruedenberg, for many expansions), [`Zonal::towards`] |
 //! | mirror, exchange axes | [`AxisPermutation`], [`mirror_in_place`], [`quarter_turn_in_place`] |
@@ -156,8 +156,10 @@ pub use encoding::hemisphere::hemisphere_least_squares;
 pub use encoding::hl2::{Hl2, Hl2Weights};
 pub use encoding::irradiance_encoding::{EncodedIrradiance, EncodingError, IrradianceEncoding, encoding_error};
 pub use encoding::irradiance_matrix::IrradianceMatrix;
+pub use encoding::irradiance_polynomial::IrradiancePolynomial;
 pub use encoding::non_linear_l1::NonLinearL1;
 pub use encoding::packed_irradiance::PackedIrradiance;
+pub use encoding::packed_irradiance_5::PackedIrradiance5;
 pub use encoding::zh3::{Zh3, Zh3Axis};
 pub use error::ShError;
 pub use expansion::expansion::{Expansion, FixedOrder, optimal_linear_direction};
@@ -173,9 +175,8 @@ pub use exponential::zonal_logarithm::ZonalLogarithm;
 pub use extrema::Extremum;
 pub use extrema::branch_and_bound::{certified_maximum, certified_minimum};
 pub use filter::kernel::{convolve_in_place, convolved};
-pub use filter::window::{
-    Window, scale_bands_in_place, squared_laplacian, squared_laplacian_lambda, width_of_peak, window_in_place, windowed,
-};
+pub use filter::squared_laplacian::{squared_laplacian, squared_laplacian_lambda};
+pub use filter::window::{Window, scale_bands_in_place, width_of_peak, window_in_place, windowed};
 pub use light::light::Light;
 pub use light::normalization::{Normalization, directional_normalization};
 pub use light::spherical_polygon::SphericalPolygon;

@@ -2,18 +2,11 @@
 
 use core::any::{Any, TypeId};
 
-use crate::basis::index::{coefficient_count, order_of, order_of_slice};
-#[cfg(feature = "std")]
-use crate::basis::lane_kernels::{eval_planes, eval_sums};
-use crate::basis::recurrence::{Constants, Step, lanes};
+use crate::basis::index::{coefficient_count, order_of_slice};
+use crate::basis::recurrence::{Constants, Step};
 use crate::once::Once;
 use crate::prelude::*;
-#[cfg(feature = "std")]
-use crate::simd::Machine;
-use crate::{Coefficient, Dir, MAX_ORDER, Real};
-
-/// Directions in one block of the batched kernels: one AVX-512 register of `f32`, two of AVX2.
-const BLOCK: usize = 16;
+use crate::{Dir, MAX_ORDER, Real};
 
 /// The order up to which most functions go: their constants lie close together.
 const USUAL_ORDER: usize = 64;
@@ -128,126 +121,6 @@ impl<S: Real> Basis<S> {
         self.for_each(s, order_of_slice(out), |i, y| out[i] = y);
     }
 
-    /// The values towards many unit vectors: `out[i * count + k]` is `y_i` towards vector `k`.
-    ///
-    /// By the instructions of the [`Machine`], orders to 6 as straight-line code.
-    ///
-    /// # Panics
-    /// If the components differ in length, or `out` is not `n²` times as long for an order of this basis.
-    /// Without directions `out` is empty.
-    pub fn eval_many_into(&self, [x, y, z]: [&[S]; 3], out: &mut [S]) {
-        let count = x.len();
-        assert!(y.len() == count && z.len() == count, "components differ in length");
-        if count == 0 {
-            assert!(out.is_empty(), "no directions have no values, not {}", out.len());
-            return;
-        }
-        let order = match order_of(out.len() / count) {
-            Some(order) if coefficient_count(order) * count == out.len() => order,
-            _ => panic!("out has {} places, not n² for each of {count} directions", out.len()),
-        };
-        #[cfg(feature = "std")]
-        let done = self.eval_planes(order, [x, y, z], out);
-        #[cfg(not(feature = "std"))]
-        let done = 0;
-        self.eval_many_from(done, order, [x, y, z], out);
-    }
-
-    /// By the instructions of the machine, compiled once for `f32` and once for `f64`: the directions that are done.
-    #[cfg(feature = "std")]
-    fn eval_planes(&self, order: usize, components: [&[S]; 3], out: &mut [S]) -> usize {
-        let (machine, any) = (Machine::detect(), self as &dyn Any);
-        if let (Some(basis), [Some(x), Some(y), Some(z)], Some(out)) =
-            (any.downcast_ref::<Basis<f32>>(), components.map(S::single_slice), S::single_slice_mut(out))
-        {
-            return eval_planes::<f32>(machine, basis.constants(), order, [x, y, z], out);
-        }
-        if let (Some(basis), [Some(x), Some(y), Some(z)], Some(out)) =
-            (any.downcast_ref::<Basis<f64>>(), components.map(S::double_slice), S::double_slice_mut(out))
-        {
-            return eval_planes::<f64>(machine, basis.constants(), order, [x, y, z], out);
-        }
-        0
-    }
-
-    /// [`Basis::eval_many_into`] of the directions from `done` on, in plain code.
-    fn eval_many_from(&self, done: usize, order: usize, components: [&[S]; 3], out: &mut [S]) {
-        let [x, y, z] = components;
-        let count = x.len();
-        let blocks = count / BLOCK;
-        for block in done / BLOCK..blocks {
-            let start = block * BLOCK;
-            self.for_each_in_block(components.map(|c| block_of(c, start)), order, |i, y| {
-                // An array, not a slice: its length is known at compile time and needs no call.
-                if let Some(out) = out[i * count + start..].first_chunk_mut() {
-                    *out = *y;
-                }
-            });
-        }
-        for k in blocks * BLOCK..count {
-            self.for_each([x[k], y[k], z[k]], order, |i, y| out[i * count + k] = y);
-        }
-    }
-
-    /// The values of one expansion towards many unit vectors.
-    ///
-    /// # Panics
-    /// If the slices differ in length or the order of `coefficients` is above that of the basis.
-    pub fn eval_expansion_into<T: Coefficient<Scalar = S>>(
-        &self,
-        coefficients: &[T],
-        [x, y, z]: [&[S]; 3],
-        out: &mut [T],
-    ) {
-        let order = order_of_slice(coefficients);
-        assert!(
-            x.len() == out.len() && y.len() == out.len() && z.len() == out.len(),
-            "components and out differ in length"
-        );
-        #[cfg(feature = "std")]
-        let done = self.eval_sums(coefficients, [x, y, z], out);
-        #[cfg(not(feature = "std"))]
-        let done = 0;
-        let blocks = out.len() / BLOCK;
-        for block in done / BLOCK..blocks {
-            let start = block * BLOCK;
-            let mut sum = [T::ZERO; BLOCK];
-            self.for_each_in_block([x, y, z].map(|c| block_of(c, start)), order, |i, y| {
-                for (sum, y) in sum.iter_mut().zip(y) {
-                    *sum += coefficients[i].scale(*y);
-                }
-            });
-            out[start..][..BLOCK].copy_from_slice(&sum);
-        }
-        for k in blocks * BLOCK..out.len() {
-            out[k] = T::ZERO;
-            self.for_each([x[k], y[k], z[k]], order, |i, y| out[k] += coefficients[i].scale(y));
-        }
-    }
-
-    /// The same of numbers by the instructions of the machine: the directions that are done.
-    #[cfg(feature = "std")]
-    fn eval_sums<T: Coefficient<Scalar = S>>(&self, coefficients: &[T], components: [&[S]; 3], out: &mut [T]) -> usize {
-        let (machine, any, order) = (Machine::detect(), self as &dyn Any, order_of_slice(coefficients));
-        if let (Some(basis), Some(c), [Some(x), Some(y), Some(z)], Some(out)) = (
-            any.downcast_ref::<Basis<f32>>(),
-            T::single_slice(coefficients),
-            components.map(S::single_slice),
-            T::single_slice_mut(out),
-        ) {
-            return eval_sums::<f32>(machine, basis.constants(), c, order, [x, y, z], out);
-        }
-        if let (Some(basis), Some(c), [Some(x), Some(y), Some(z)], Some(out)) = (
-            any.downcast_ref::<Basis<f64>>(),
-            T::double_slice(coefficients),
-            components.map(S::double_slice),
-            T::double_slice_mut(out),
-        ) {
-            return eval_sums::<f64>(machine, basis.constants(), c, order, [x, y, z], out);
-        }
-        0
-    }
-
     /// Calls `emit(i, y_i(s))` once for every basis function of `order`, column by column of equal `|m|`.
     #[inline(always)]
     pub(crate) fn for_each(&self, s: [S; 3], order: usize, mut emit: impl FnMut(usize, S)) {
@@ -264,12 +137,6 @@ impl<S: Real> Basis<S> {
     ) {
         self.0.for_each_in_block(s, order, emit);
     }
-}
-
-/// `BLOCK` components from `start`.
-#[inline(always)]
-fn block_of<S: Real>(component: &[S], start: usize) -> [S; BLOCK] {
-    lanes(|k| component[start + k])
 }
 
 /// The values of the basis functions of bands `0..order` towards `s`, in index order.
@@ -475,81 +342,6 @@ mod tests {
         println!("{single:e} {double_to_max:e} {double:e}");
         // Not NaN is the point; a thousand steps of the recurrence next to the pole cost some digits.
         assert!(double < 1e-9, "f64 at order 1400 is off by {double}");
-    }
-
-    #[test]
-    fn no_directions_and_order_zero_have_no_values() {
-        let basis = Basis::<f32>::new(0);
-        basis.eval_many_into([&[], &[], &[]], &mut []);
-        basis.eval_many_into([&[0.0; 17], &[0.0; 17], &[1.0; 17]], &mut []);
-        let mut sums = [7.0_f32; 17];
-        basis.eval_expansion_into::<f32>(&[], [&[0.0; 17], &[0.0; 17], &[1.0; 17]], &mut sums);
-        assert_eq!(sums, [0.0; 17], "an expansion of order 0 is zero");
-        assert!(eval_basis(Dir::X, 0).is_empty(), "order 0");
-    }
-
-    #[test]
-    #[should_panic(expected = "no directions have no values, not 4")]
-    fn values_of_no_directions_are_refused() {
-        Basis::<f64>::new(2).eval_many_into([&[], &[], &[]], &mut [0.0; 4]);
-    }
-
-    #[test]
-    fn blocks_of_directions_equal_single_ones() {
-        let all = directions();
-        let component = |k: usize| all.iter().map(|v| v[k] as f32).collect::<Vec<f32>>();
-        let (x, y, z) = (component(0), component(1), component(2));
-        for order in [1, 2, 6, 17] {
-            for count in [1, BLOCK - 1, BLOCK, BLOCK + 1, all.len()] {
-                let mut many = vec![0.0_f32; coefficient_count(order) * count];
-                let basis = Basis::new(order);
-                basis.eval_many_into([&x[..count], &y[..count], &z[..count]], &mut many);
-                let mut one = vec![0.0_f32; coefficient_count(order)];
-                for k in 0..count {
-                    basis.eval_into([x[k], y[k], z[k]], &mut one);
-                    for i in 0..coefficient_count(order) {
-                        let (a, b) = (many[i * count + k], one[i]);
-                        assert!(
-                            (a - b).abs() < 1e-6,
-                            "order {order}, y_{i}, direction {k} of {count}: {a} against {b}"
-                        );
-                    }
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn an_expansion_has_one_value_by_every_route() {
-        use crate::Expansion as _;
-        let f = crate::ShVec::from_vec(lobe_testkit::Random::new(9).signed_vec(100)).unwrap();
-        let all = directions();
-        let component = |k: usize| all.iter().map(|v| v[k]).collect::<Vec<f64>>();
-        let mut many = vec![0.0; all.len()];
-        f.eval_many_into([&component(0), &component(1), &component(2)], &mut many);
-        for (v, value) in all.iter().zip(many) {
-            let s = Dir::from_unit(*v);
-            let by_basis: f64 = eval_basis(s, 10).iter().zip(f.coefficients()).map(|(y, c)| y * c).sum();
-            assert!((value - by_basis).abs() < 1e-12, "towards {v:?}: {value} against {by_basis}");
-            assert!((f.eval(s) - by_basis).abs() < 1e-12, "towards {v:?}: {} against {by_basis}", f.eval(s));
-        }
-    }
-
-    #[test]
-    fn many_directions_give_f32_and_colors_their_values() {
-        use crate::{Expansion as _, Rgb};
-        let f = crate::ShVec::from_vec(lobe_testkit::Random::new(10).signed_vec(36)).unwrap();
-        let color = f.map(|c| Rgb::new(c as f32, -2.0 * c as f32, 0.0));
-        let all = directions();
-        let component = |k: usize| all.iter().map(|v| v[k] as f32).collect::<Vec<f32>>();
-        let mut many = vec![Rgb::default(); all.len()];
-        color.eval_many_into([&component(0), &component(1), &component(2)], &mut many);
-        for (v, value) in all.iter().zip(many) {
-            let expected = f.eval(Dir::from_unit(*v));
-            // 36 terms of size 1, each with the rounding of its basis function and of the direction.
-            assert!((f64::from(value.r) - expected).abs() < 1e-5, "towards {v:?}: {} against {expected}", value.r);
-            assert!((value.g + 2.0 * value.r).abs() < 1e-5 && value.b == 0.0, "channels towards {v:?}: {value:?}");
-        }
     }
 
     #[test]

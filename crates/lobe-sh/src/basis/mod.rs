@@ -1,12 +1,13 @@
 //! The real spherical-harmonic basis: numbering, values and derivatives.
 //!
-//! Read [`index`] first, then [`basis`] with the formula that everything rests on, and its [`recurrence`]. [`legendre`] and [`complex`] are
+//! Read [`index`] first, then [`basis`] with the formula that everything rests on, and its [`recurrence`]; [`eval_many`] evaluates many directions. [`legendre`] and [`complex`] are
 //! the textbook functions; [`second_order`] adds slopes and curvatures. [`lane_basis`] evaluates registers of directions at once by
 //! straight-line code ([`lanes`], written by `cargo xtask tables`), or by the recurrence ([`lane_recurrence`]), [`lane_rows`] into rows of a tile and [`lane_planes`] into planes
 //! of all directions; [`lane_sums`] sums one function towards them. [`lane_kernels`] has these for `f32` and `f64`. [`vectors`] become unit vectors. Uses `simd` and `sphere`.
 
 pub(crate) mod basis;
 pub(crate) mod complex;
+pub(crate) mod eval_many;
 pub(crate) mod index;
 #[cfg(feature = "std")]
 pub(crate) mod lane_basis;

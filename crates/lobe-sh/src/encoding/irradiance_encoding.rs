@@ -26,6 +26,8 @@ pub enum IrradianceEncoding {
     Sh2,
     /// Bands 0 to 2.
     Sh3,
+    /// Bands 0 to 2 and 4: order 5, whose band 3 has no part in irradiance.
+    Sh5,
     /// [`NonLinearL1`].
     NonLinearL1,
     /// [`Zh3::hallucinated`].
@@ -56,9 +58,10 @@ pub enum IrradianceEncoding {
 
 impl IrradianceEncoding {
     /// Every encoding: first those of the whole sphere, then those of a hemisphere.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 19] = [
         Self::Sh2,
         Self::Sh3,
+        Self::Sh5,
         Self::NonLinearL1,
         Self::Zh3Hallucinated(Zh3Axis::Luminance),
         Self::Zh3Hallucinated(Zh3Axis::PerChannel),
@@ -84,6 +87,7 @@ impl IrradianceEncoding {
         match self {
             Self::Sh2 => "sh-2",
             Self::Sh3 => "sh-3",
+            Self::Sh5 => "sh-5",
             Self::NonLinearL1 => "non-linear-l1",
             Self::Zh3Hallucinated(Luminance) => "zh3-hallucinated",
             Self::Zh3Hallucinated(PerChannel) => "zh3-hallucinated-per-channel",
@@ -111,6 +115,7 @@ impl IrradianceEncoding {
             Self::Zh3Projected(_) | Self::Zh3Solved(_) => 5 * channels,
             Self::AmbientCubeAxes | Self::AmbientCubeFitted | Self::HBasis6 => 6 * channels,
             Self::Sh3 | Self::HemisphereSh3 => 9 * channels,
+            Self::Sh5 => 18 * channels,
             Self::AhdLinear | Self::AhdSolved => 2 * channels + 3,
             Self::Hl2 | Self::Hl2Linear => 3 * channels,
         }
@@ -134,6 +139,7 @@ impl IrradianceEncoding {
         match self {
             Self::Sh2 => E::Sh2(Sh::from_slice(e.coefficients())),
             Self::Sh3 => E::Sh3(Sh::from_slice(e.coefficients())),
+            Self::Sh5 => E::Sh5(four_bands(e)),
             Self::NonLinearL1 => E::NonLinearL1(NonLinearL1::from_irradiance_sh(e)),
             Self::Zh3Hallucinated(axis) => E::Zh3(Zh3::hallucinated(e, axis)),
             Self::Zh3Projected(axis) => E::Zh3(Zh3::projected(e, axis)),
@@ -152,6 +158,13 @@ impl IrradianceEncoding {
             Self::Hl2Linear => E::Hl2(Hl2::linear(e, frame)),
         }
     }
+}
+
+/// Bands 0 to 2 and 4; band 3, of which the clamped cosine lets nothing through, is zero.
+fn four_bands<T: Coefficient>(e: &impl Expansion<T>) -> Sh<25, T> {
+    let mut bands = Sh::<25, T>::from_slice(e.coefficients());
+    bands.band_mut(3).fill(T::ZERO);
+    bands
 }
 
 impl fmt::Display for IrradianceEncoding {
@@ -179,6 +192,8 @@ pub enum EncodedIrradiance<T = f32> {
     Sh2(Sh<4, T>),
     /// Bands 0 to 2.
     Sh3(Sh<9, T>),
+    /// Bands 0 to 4; band 3 is zero.
+    Sh5(Sh<25, T>),
     /// Bands 0 and 1, evaluated non-linearly.
     NonLinearL1(NonLinearL1<T>),
     /// Bands 0 and 1 and a zonal coefficient.
@@ -197,7 +212,7 @@ pub enum EncodedIrradiance<T = f32> {
 
 impl<T: Coefficient> EncodedIrradiance<T> {
     /// The numbers that are kept, by name: of a coefficient or a color its channels, of a direction x, y and z. Coefficients are
-    /// counted from 0, those of a hemisphere from 1, as their sources do. The zonal coefficients of a hallucinated [`Zh3`] are among them,
+    /// counted from 0, those of a hemisphere from 1, as their sources do; of order 5 band 3 is not among them. The zonal coefficients of a hallucinated [`Zh3`] are among them,
     /// though a shader can find them again.
     #[must_use]
     pub fn numbers(&self) -> Vec<(String, Vec<f64>)> {
@@ -209,6 +224,11 @@ impl<T: Coefficient> EncodedIrradiance<T> {
         match self {
             Self::Sh2(e) => counted("E", 0, e.coefficients()),
             Self::Sh3(e) => counted("E", 0, e.coefficients()),
+            Self::Sh5(e) => {
+                let mut numbers = counted("E", 0, &e.coefficients()[..9]);
+                numbers.extend(counted("E", 16, e.band(4)));
+                numbers
+            }
             Self::NonLinearL1(e) => counted("E", 0, e.linear.coefficients()),
             Self::Zh3(e) => {
                 let mut numbers = counted("E", 0, e.linear.coefficients());
@@ -236,6 +256,7 @@ impl<T: Coefficient> EncodedIrradiance<T> {
         match self {
             Self::Sh2(e) => e.eval(n),
             Self::Sh3(e) => e.eval(n),
+            Self::Sh5(e) => e.eval(n),
             Self::NonLinearL1(e) => e.eval(n),
             Self::Zh3(e) => e.eval(n),
             Self::AmbientCube(e) => e.eval(n),

@@ -52,7 +52,7 @@ impl IrradianceMatrix {
     /// The irradiance under the first three bands of a radiance.
     #[must_use]
     pub fn from_radiance_sh<T: Coefficient<Wide = Rgb<f64>>>(radiance: &impl Expansion<T>) -> Self {
-        Self::from_irradiance_sh(&irradiance_under(radiance))
+        Self::from_irradiance_sh(&irradiance_under::<9, _>(radiance))
     }
 
     /// The irradiance of a surface with normal `n`.

@@ -3,8 +3,9 @@
 //! Read [`irradiance_encoding`] first: it lists all encodings, to loop over, and measures their errors. Every encoding
 //! is made from the expansion of the irradiance `E` (radiance convolved with the clamped cosine, not divided by π) and
 //! gives `E` back for a normal; bands that the expansion lacks count as zero. [`packed_irradiance`], of
-//! many normals by [`packed_lanes`], and [`irradiance_matrix`] are order 3 rearranged; all others are approximations. The functions
-//! below read bands 0 to 2 for them. Uses `batch`, `expansion`, `filter`, `projection`, `rotation`, `simd`, `solver` and `sphere`.
+//! many normals by [`packed_lanes`], [`irradiance_matrix`] and [`irradiance_polynomial`] are order 3 rearranged, [`packed_irradiance_5`] is
+//! order 5; all others are approximations. The functions below read bands 0 to 2 for them, or up to 4. Uses `batch`, `expansion`,
+//! `filter`, `projection`, `rotation`, `simd`, `solver` and `sphere`.
 
 pub(crate) mod ahd;
 pub(crate) mod ambient_cube;
@@ -13,8 +14,10 @@ pub(crate) mod hemisphere;
 pub(crate) mod hl2;
 pub(crate) mod irradiance_encoding;
 pub(crate) mod irradiance_matrix;
+pub(crate) mod irradiance_polynomial;
 pub(crate) mod non_linear_l1;
 pub(crate) mod packed_irradiance;
+pub(crate) mod packed_irradiance_5;
 mod packed_lanes;
 pub(crate) mod zh3;
 
@@ -47,9 +50,12 @@ pub(crate) fn linear_vector<T: Coefficient>(f: &impl Expansion<T>) -> [T::Wide; 
     [-coefficient(f, 3), -coefficient(f, 1), coefficient(f, 2)]
 }
 
-/// The irradiance under the first three bands of a radiance.
-pub(crate) fn irradiance_under<T: Coefficient<Wide = Rgb<f64>>>(radiance: &impl Expansion<T>) -> Sh<9, Rgb<f64>> {
-    convolved(&Sh::from(array::from_fn(|i| coefficient(radiance, i))), &Zonal::clamped_cosine(3))
+/// The irradiance under the first `N` coefficients of a radiance.
+pub(crate) fn irradiance_under<const N: usize, T: Coefficient<Wide = Rgb<f64>>>(
+    radiance: &impl Expansion<T>,
+) -> Sh<N, Rgb<f64>> {
+    let first = Sh::<N, Rgb<f64>>::of(array::from_fn(|i| coefficient(radiance, i)));
+    convolved(&first, &Zonal::clamped_cosine(first.order()))
 }
 
 /// One channel of a vector of coefficients.

@@ -53,7 +53,7 @@ impl PackedIrradiance {
     /// The irradiance under the first three bands of a radiance.
     #[must_use]
     pub fn from_radiance_sh<T: Coefficient<Wide = Rgb<f64>>>(radiance: &impl Expansion<T>) -> Self {
-        Self::from_irradiance_sh(&irradiance_under(radiance))
+        Self::from_irradiance_sh(&irradiance_under::<9, _>(radiance))
     }
 
     /// Every number times `s`; with `1/π` the values are the radiance reflected by a white diffuse surface.

@@ -1,7 +1,7 @@
 //! The extreme values of a function on the sphere, with proof.
 //!
-//! Read [`Extremum`], then [`branch_and_bound`]. Three bands are a [`quadratic_form`] and solved exactly, several at once as `lane_form`; more bands
-//! are searched, with lower bounds on caps ([`cap_bound`]) of second order and, from the expansion in [`taylor`], of
+//! Read [`Extremum`], then [`branch_and_bound`]. Three bands are a [`quadratic_form`] and solved exactly by [`quadratic_minimum`], several at once
+//! as `lane_form`; more bands are searched, with lower bounds on caps ([`cap_bound`]) of second order and, from the expansion in [`taylor`], of
 //! fourth order ([`quartic_bound`]). Uses `basis`, `rotation`, `simd` and `sphere`.
 
 pub(crate) mod branch_and_bound;
@@ -9,6 +9,7 @@ pub(crate) mod cap_bound;
 #[cfg(feature = "std")]
 pub(crate) mod lane_form;
 pub(crate) mod quadratic_form;
+pub(crate) mod quadratic_minimum;
 pub(crate) mod quartic_bound;
 pub(crate) mod taylor;
 

@@ -1,7 +1,8 @@
 //! One factor for each band: convolution kernels and windows.
 //!
 //! Read [`kernel`] first (convolution; clamped cosine, Phong, GGX), then [`window`] (Hanning, Lanczos, Gauss and
-//! the like). Uses `basis`, `expansion` and `sphere`.
+//! the like) and [`squared_laplacian`], which decides one of them. Uses `basis`, `expansion` and `sphere`.
 
 pub(crate) mod kernel;
+pub(crate) mod squared_laplacian;
 pub(crate) mod window;

@@ -7,7 +7,7 @@ use derive_setters::Setters;
 use crate::basis::index::{band_range, coefficient_count, order_of_slice};
 use crate::extrema::branch_and_bound::minimum_of;
 use crate::extrema::quadratic_form::{QuadraticForm, to_unit_size};
-use crate::filter::window::band_energies;
+use crate::filter::squared_laplacian::band_energies;
 use crate::prelude::*;
 use crate::ringing::cutting_planes::{LeastChange, excess_at, least_change};
 use crate::ringing::quadratic_dering::{least_change_order_3, unit_roundoff};

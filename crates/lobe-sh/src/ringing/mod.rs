@@ -1,7 +1,7 @@
 //! Removing ringing: windows that make a function non-negative.
 //!
 //! Read [`dering`] first. The least change comes from [`cutting_planes`] (Kelley's method) at any order and from
-//! [`quadratic_dering`] at order 3, [`batch_dering`] by [`lane_dering`] for many at once; [`sloan_table`] is the published way. [`content_window`]
+//! [`quadratic_dering`] at order 3, [`batch_dering`] by [`lane_dering`] and [`lane_newton`] for many at once; [`sloan_table`] is the published way. [`content_window`]
 //! keeps the light as it is. [`DeringOutcome`] says how an attempt ended. Uses `basis`, `batch`, `expansion`, `extrema`, `filter`,
 //! `rotation`, `simd`, `solver` and `sphere`.
 
@@ -10,6 +10,8 @@ pub(crate) mod content_window;
 pub(crate) mod cutting_planes;
 pub(crate) mod dering;
 pub(crate) mod lane_dering;
+#[cfg(feature = "std")]
+pub(crate) mod lane_newton;
 pub(crate) mod quadratic_dering;
 pub(crate) mod sloan_table;
 

@@ -4,7 +4,8 @@
 use num_traits::Float as _;
 
 use crate::basis::index::order_of_slice;
-use crate::extrema::quadratic_form::{Eigensystem, QuadraticForm, to_unit_size};
+use crate::extrema::quadratic_form::{QuadraticForm, to_unit_size};
+use crate::extrema::quadratic_minimum::Eigensystem;
 use crate::{Coefficient, DeringOutcome, Real, scale_bands_in_place};
 
 /// The most cutting planes. The result is non-negative after any number of them.
@@ -288,7 +289,7 @@ pub(crate) const NEWTON_CONVERGED: f64 = 1e-4;
 //   f(x) >= c - w m(κ, t)      m(κ, t) = t - λ_1 + κ² S_1(t)      S_k(t) = Σ_i β_i² / (d_i + t)^k
 //
 // because `f(x) - c + w m` is a sum of squares, `w Σ_i (d_i + t) (x_i + κ β_i/(d_i + t))²`. So every `t` gives a
-// lower bound; the least `m(κ)`, where `|y|² = κ² S_2(t) = 1` or `t = 0`, gives the minimum (see `QuadraticForm`), and
+// lower bound; the least `m(κ)`, where `|y|² = κ² S_2(t) = 1` or `t = 0`, gives the minimum (see `Eigensystem`), and
 // an error of `t` enters it squared. The windowed function is non-negative if and only if `w <= c/m(κ)`.
 impl Eigensystem {
     /// `S_1, S_2, S_3`.
@@ -315,8 +316,7 @@ impl Eigensystem {
         least(0).max(least(1)).max(least(2)).max(0.0)
     }
 
-    /// One step of Newton's method for `t`, from either side; see
-    /// [`QuadraticForm`].
+    /// One step of Newton's method for `t`, from either side; see [`Eigensystem`].
     #[inline]
     fn next(&self, kappa: f64, t: f64, [_, s2, s3]: [f64; 3]) -> f64 {
         let rise = if s3 > 0.0 { (kappa * s2.sqrt() - 1.0) * s2 / s3 } else { 0.0 };

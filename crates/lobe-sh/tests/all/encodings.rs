@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use lobe_sh::{
-    Coefficient, Dir, Expansion as _, IrradianceEncoding, Rgb, Rotation, Sh, ShVec, SphereQuadrature, Zh3, Zh3Axis,
-    Zonal, encoding_error, eval_basis, tangent_frame,
+    Coefficient, Dir, Expansion as _, IrradianceEncoding, PackedIrradiance5, Rgb, Rotation, Sh, ShVec,
+    SphereQuadrature, Zh3, Zh3Axis, Zonal, convolved, encoding_error, eval_basis, tangent_frame,
 };
 use lobe_testkit::{Random, directions, fibonacci_sphere};
 
@@ -60,14 +60,15 @@ fn constant_light_is_exact_in_every_encoding_that_has_a_constant() {
 }
 
 #[test]
-fn names_differ_and_no_encoding_takes_more_than_nine_numbers_a_channel() {
+fn names_differ_and_only_order_5_takes_more_than_nine_numbers_a_channel() {
     let names: Vec<_> = IrradianceEncoding::ALL.map(IrradianceEncoding::name).to_vec();
     for (k, name) in names.iter().enumerate() {
         assert!(!names[..k].contains(name), "{name} twice");
     }
     for encoding in IrradianceEncoding::ALL {
         let (rgb, one) = (encoding.floats(3), encoding.floats(1));
-        assert!((9..=27).contains(&rgb) && one <= 9, "{}: {rgb} and {one}", encoding.name());
+        let most = if encoding == IrradianceEncoding::Sh5 { 18 } else { 9 };
+        assert!((9..=3 * most).contains(&rgb) && one <= most, "{}: {rgb} and {one}", encoding.name());
     }
 }
 
@@ -84,6 +85,7 @@ fn one_lamp_has_its_known_values() {
     for (encoding, [front, side, back]) in [
         (IrradianceEncoding::Sh2, [0.75, 0.25, -0.25]),
         (IrradianceEncoding::Sh3, [17.0 / 16.0, 3.0 / 32.0, 1.0 / 16.0]),
+        (IrradianceEncoding::Sh5, [31.0 / 32.0, 15.0 / 256.0, -1.0 / 32.0]),
         (IrradianceEncoding::NonLinearL1, [1.0, 0.125, 0.0]),
         (IrradianceEncoding::Zh3Projected(Zh3Axis::Luminance), [17.0 / 16.0, 3.0 / 32.0, 1.0 / 16.0]),
         (IrradianceEncoding::Zh3Solved(Zh3Axis::PerChannel), [17.0 / 16.0, 3.0 / 32.0, 1.0 / 16.0]),
@@ -247,10 +249,12 @@ fn errors_are_those_of_their_definition() {
     let truth: Vec<(Dir, f64)> =
         fibonacci_sphere(8000).into_iter().map(Dir::from_unit).map(|n| (n, n.dot(sun).max(0.0))).collect();
     // The mean irradiance of one lamp is 1/4; RMS 0.144338, largest 1/4, lowest -1/4 at order 2, 0.036084, 3/32 and -0.039583
-    // at order 3.
-    for (encoding, rms, max, lowest) in
-        [(IrradianceEncoding::Sh2, 0.144338, 0.25, -0.25), (IrradianceEncoding::Sh3, 0.036084, 3.0 / 32.0, -0.039583)]
-    {
+    // at order 3, half the RMS, 15/256 and -1/32 at order 5: the squares are 1/6 of 1/8, 1/128 and 1/512.
+    for (encoding, rms, max, lowest) in [
+        (IrradianceEncoding::Sh2, 0.144338, 0.25, -0.25),
+        (IrradianceEncoding::Sh3, 0.036084, 3.0 / 32.0, -0.039583),
+        (IrradianceEncoding::Sh5, 0.018042, 15.0 / 256.0, -1.0 / 32.0),
+    ] {
         let found = encoding_error(encoding, &e, &truth);
         let close = |a: f64, b: f64| (a - b).abs() < 1e-3 * b.abs();
         let all = close(found.rms, 4.0 * rms) && close(found.max, 4.0 * max) && close(found.lowest, lowest);
@@ -258,6 +262,29 @@ fn errors_are_those_of_their_definition() {
     }
     let nothing = encoding_error(IrradianceEncoding::Sh2, &e, &[]);
     assert!(nothing.mean.is_nan() && nothing.rms.is_nan(), "without values: {nothing:?}");
+}
+
+#[test]
+fn order_5_is_the_irradiance_of_four_bands_towards_every_normal() {
+    for seed in 0..5 {
+        let radiance = random_expansion(seed, 5);
+        let e = convolved(&radiance, &Zonal::clamped_cosine(5));
+        let encoded = IrradianceEncoding::Sh5.encode(&e, Rotation::IDENTITY);
+        let packed = PackedIrradiance5::from_irradiance_sh(&e);
+        // More bands are not kept, nor is what band 3 of a function that is no irradiance holds.
+        let mut longer = e.resized(7);
+        longer.band_mut(3).fill(Rgb::splat(1.0));
+        longer.band_mut(5).fill(Rgb::splat(1.0));
+        let cut = IrradianceEncoding::Sh5.encode(&longer, Rotation::IDENTITY);
+        assert_eq!(cut, encoded, "seed {seed}: bands 3 and 5");
+        for v in directions() {
+            let n = Dir::from_unit(v);
+            let expected = e.eval(n);
+            for (what, found) in [("bands", encoded.eval(n)), ("vectors", packed.eval(n))] {
+                assert!(worst(found, expected) < 1e-14, "{what} of seed {seed} towards {v:?}: {found:?}, {expected:?}");
+            }
+        }
+    }
 }
 
 #[test]

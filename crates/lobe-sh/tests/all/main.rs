@@ -4,6 +4,7 @@
 
 mod content_window;
 mod dering;
+mod dering_table;
 mod encodings;
 mod exponential;
 mod lights_out;
