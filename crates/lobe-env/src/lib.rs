@@ -127,9 +127,8 @@ pub use mapping::lat_long;
 pub use mapping::mapping::Mapping;
 pub use mapping::mirror_ball;
 pub use mapping::octahedral;
-pub use prefilter::prefilter::{
-    PrefilterMethod, PrefilterOptions, RoughnessLevels, filter_lobe, filter_lobe_lat_long, filter_zonal, prefilter_ggx,
-};
+pub use prefilter::options::{PrefilterMethod, PrefilterOptions, RoughnessLevels};
+pub use prefilter::prefilter::{filter_lobe, filter_lobe_lat_long, filter_zonal, prefilter_ggx};
 pub use projection::irradiance::{irradiance_at, irradiance_map, irradiance_map_brute_force, irradiance_sh};
 pub use projection::lat_long_projector::LatLongProjector;
 pub use projection::project::{project_env, project_env_as, project_lat_long};

@@ -8,6 +8,10 @@ use crate::area_light::area_light::from_vec3;
 use crate::{AreaLight, PointLight, VectorIrradiance};
 use lobe_sh::vector::{dot, length, sub};
 
+/// How far inside the sphere a point of its surface may be found, relative to the largest coordinate of either: it was
+/// rounded, and so are its differences from the center and their length.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
 /// A sphere that emits radiance 1 from its whole outside.
 ///
 /// With `σ` its angular radius, `sin σ = radius/d`, and `θ` the angle between the normal and the direction `c` of the
@@ -25,8 +29,9 @@ use lobe_sh::vector::{dot, length, sub};
 /// half a sphere is right to `1e-15 + 1e-10 E` (test `a_sphere_at_the_horizon_has_its_known_value`), any part of it to
 /// 1e-11 (test `a_sphere_equals_quadrature_for_every_normal`).
 ///
-/// Degenerate cases: on the surface `σ = π/2`, the formulas hold; inside, the light is dark, like the back of every
-/// [`AreaLight`]; radius 0 gives 0.
+/// Degenerate cases: on the surface `σ = π/2`, the formulas hold, for points that are on it but for rounding too (test
+/// `receivers_on_a_sphere_are_all_lit_alike`); inside, the light is dark, like the back of every [`AreaLight`]; radius 0
+/// gives 0.
 ///
 /// [Snyder 1996]: https://www.microsoft.com/en-us/research/publication/area-light-sources-for-real-time-graphics/
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,9 +93,10 @@ impl SphereLight {
         let to_center = sub(self.center, point);
         let d = length(to_center);
         debug_assert!(self.radius >= 0.0, "a radius of {}", self.radius);
-        if d < self.radius || dot(to_center, to_center) == 0.0 {
+        let slack = ROUNDING * (length(self.center) + self.radius);
+        if d < self.radius - slack || dot(to_center, to_center) == 0.0 {
             return None;
         }
-        Some((Dir::new(to_center)?, self.radius / d))
+        Some((Dir::new(to_center)?, (self.radius / d).min(1.0)))
     }
 }

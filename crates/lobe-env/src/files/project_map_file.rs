@@ -48,11 +48,11 @@ pub fn project_map_file(
     Ok((project_map(map.base(), order), report))
 }
 
-/// The rows of a lat-long map as the file has them, and what the file says of the mapping; none if it is another map, or has to be read whole.
-fn rows_of_lat_long(
-    path: &Path,
-    options: &MapReadOptions,
-) -> Result<Option<(PictureRows<BufReader<File>>, Vec<String>)>, EnvError> {
+/// The rows of a lat-long map, and what the file says of the mapping.
+type ToldRows = (PictureRows<BufReader<File>>, Vec<String>);
+
+/// The rows of a file as they come; none if it is no lat-long map, or has to be read whole.
+fn rows_of_lat_long(path: &Path, options: &MapReadOptions) -> Result<Option<ToldRows>, EnvError> {
     let is_bundled = path.display().to_string().starts_with(bundled::PREFIX);
     if is_bundled || options.elevations.is_some() || FaceFiles::of_input(path)?.is_some() {
         return Ok(None);

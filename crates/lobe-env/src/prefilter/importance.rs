@@ -1,5 +1,6 @@
 //! Importance sampling of a lobe, with filtered lookups into a mip chain of a cube map.
 
+use std::borrow::Cow;
 use std::f64::consts::PI;
 
 use lobe_image::{mip_level_count, mip_level_size};
@@ -8,6 +9,7 @@ use lobe_sh::{Coefficient, Dir, Rgb};
 use rayon::prelude::*;
 
 use crate::CubeMap;
+use crate::map::cube_average::averaged_to;
 use crate::mapping::cube::{self, FACES};
 use crate::reflection::specular_lobe::{Kernel, integral};
 
@@ -21,6 +23,10 @@ const GOLDEN_ANGLE: f64 = PI * (3.0 - 2.236_067_977_499_79);
 /// overlaps between samples, in which a small light is too dark or too bright by a quarter; larger footprints blur
 /// narrow lobes.
 const FOOTPRINT: f64 = 4.0;
+
+/// Smaller faces are enlarged to this size: interpolated between texels of theirs, a sun of one texel would be up to a
+/// tenth darker under the narrowest lobe of which the error is promised, α = 1/16.
+const LEAST_SIZE: usize = 64;
 
 /// The mip chain of a source, each face with a border of its neighbors' texels.
 pub(crate) struct ImportanceFilter {
@@ -39,11 +45,12 @@ pub(crate) struct Sample {
 }
 
 impl ImportanceFilter {
-    /// Builds the mip chain: each level is the next finer one under a tent filter of twice its width. Means of 2 x 2
-    /// texels would move a small light to the middle of its texel, by up to one and a half texels of the source in
-    /// level 2.
+    /// Builds the mip chain of the source made [`halvable`]: each level is the next finer one under a tent filter of
+    /// twice its width. Means of 2 x 2 texels would move a small light to the middle of its texel, by up to one and a
+    /// half texels of the source in level 2.
     pub(crate) fn new(source: &CubeMap) -> Self {
-        let mut levels = vec![Bordered::new(source)];
+        let source = halvable(source);
+        let mut levels = vec![Bordered::new(&source)];
         for k in 1..mip_level_count(source.size()) {
             let coarse = levels[k - 1].halved(mip_level_size(source.size(), k));
             levels.push(Bordered::new(&coarse));
@@ -104,6 +111,19 @@ impl ImportanceFilter {
     }
 }
 
+/// The source averaged to the next size that can be halved down to one texel, at least [`LEAST_SIZE`]; beyond the
+/// largest such cube, 16384, as it is.
+///
+/// [`Bordered::halved`] weighs texels evenly only at exactly half the size: from 31 to 15 or from 25 to 12 most of a
+/// small light would be lost, or counted twice.
+fn halvable(source: &CubeMap) -> Cow<'_, CubeMap> {
+    let size = source.size().max(LEAST_SIZE).next_power_of_two();
+    if size == source.size() || CubeMap::check_size(size).is_err() {
+        return Cow::Borrowed(source);
+    }
+    Cow::Owned(averaged_to(source, size))
+}
+
 /// A face and the point on it, in `[0, 1]`.
 struct Place {
     face: usize,
@@ -154,7 +174,7 @@ impl Bordered {
         Self { size, texels }
     }
 
-    /// Halves the map: every texel is the mean of four places, where tents along both axes weigh 1, 3, 3, 1.
+    /// Halves the map to `size`: every texel is the mean of four places, where tents along both axes weigh 1, 3, 3, 1.
     fn halved(&self, size: usize) -> CubeMap {
         let step = 1.0 / size as f32;
         let texel = |i: usize| {

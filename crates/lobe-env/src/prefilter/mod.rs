@@ -1,6 +1,6 @@
 //! Prefiltered environment maps for glossy reflection: a map convolved with a lobe for each roughness.
 //!
-//! Read [`prefilter`] first, which opens with the derivation. [`gather`] integrates over a tree of cells
+//! Read [`prefilter`] first, which opens with the derivation, and its [`options`]. [`gather`] integrates over a tree of cells
 //! ([`cell_tree`]), as coarse as [`cell_tolerance`] allows for the [`brightness`] of each; [`importance`] draws samples
 //! from the lobe. Uses `map`, `mapping` and `reflection`.
 
@@ -9,4 +9,5 @@ pub(crate) mod cell_tolerance;
 pub(crate) mod cell_tree;
 pub(crate) mod gather;
 pub(crate) mod importance;
+pub(crate) mod options;
 pub(crate) mod prefilter;

@@ -39,8 +39,7 @@
 
 use std::ops::ControlFlow;
 
-use derive_setters::Setters;
-use lobe_image::{mip_level_count, mip_level_size};
+use lobe_image::mip_level_size;
 use lobe_io::{Job, Progress};
 use lobe_sh::{Coefficient, Dir, Rgb};
 use rayon::prelude::*;
@@ -55,7 +54,9 @@ use crate::prefilter::cell_tree::CellTree;
 use crate::prefilter::gather::{Shape, ZonalFilter, filter_tiles, is_mirror, shapes, texel_side, tiles};
 use crate::prefilter::importance::ImportanceFilter;
 use crate::reflection::specular_lobe::{CustomKernel, GgxKernel, Kernel, PowerKernel, integral};
-use crate::{CubeMap, CubeMipChain, EnvError, EnvMap, MappedMap, Mapping, SpecularLobe};
+use crate::{
+    CubeMap, CubeMipChain, EnvError, EnvMap, MappedMap, Mapping, PrefilterMethod, PrefilterOptions, SpecularLobe,
+};
 
 /// The name of the sums in messages.
 const FILTERED: &str = "the filtered light";
@@ -65,164 +66,6 @@ const TILES_TOGETHER: usize = 64;
 
 /// The same for directions; a multiple of the four that share their cells.
 const DIRS_TOGETHER: usize = 4096;
-
-/// The least tolerance: below, errors of single precision dominate.
-const LEAST_TOLERANCE: f64 = 1e-6;
-
-/// The most samples: a thousand times as many as the default error needs, and a table of some tens of MiB.
-const MOST_SAMPLES: usize = 1 << 20;
-
-/// The quadrature of the convolution with a lobe.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum PrefilterMethod {
-    /// Hierarchical quadrature over all of the source, in cells as large as the lobe allows.
-    ///
-    /// Wherever the lobe is replaced by a polynomial, its error is at most `tolerance (K + √(K_peak K_mean)/b)`, except
-    /// at a kink. `b` is 1 up to sixteen times the median of the map's brightness, and at least half of the brightness
-    /// beyond, up to 2²⁰ times the median: the error of a lamp must not show in the dark. For a source of one small
-    /// light the error is below that; for light everywhere far below, because the polynomials' errors cancel.
-    ///
-    /// Measured at the default, with suns of one and two texels over a sky and α from 1/16 to 1: below 3e-3 of the
-    /// brightest texel (test `both_methods_against_brute_force`); with lamps 10⁵ times as bright as most of the map,
-    /// below 3e-3 of a texel's own value, the darkest texels among those looked at (test
-    /// `lamps_do_not_spoil_the_dark`).
-    Gather {
-        /// In `[1e-6, 0.1]`; 0.02 by default.
-        tolerance: f64,
-    },
-    /// Importance sampling of the lobe with filtered lookups: each sample is looked up in the mip level whose texels
-    /// are four times as large as the solid angle it represents, interpolated between texels and levels
-    /// ([Křivánek and Colbert 2008]).
-    ///
-    /// All samples have the same weight: their angles from the axis are stratified by the lobe, the cosine to the
-    /// normal included; their azimuths follow the golden angle. All texels use the same samples, rotated to their own
-    /// direction. The error is that of the blurred levels, and bands where a small light passes between samples. With
-    /// 1024 samples it is below 0.04 of the brightest texel, there, beside it and at a few other texels, for α from
-    /// 1/16 to 1 and a sun of one texel as well as real maps (test `both_methods_against_brute_force`).
-    ///
-    /// [Křivánek and Colbert 2008]: https://doi.org/10.1111/j.1467-8659.2008.01252.x
-    Importance {
-        /// 1 to 2²⁰.
-        samples: usize,
-    },
-}
-
-impl Default for PrefilterMethod {
-    fn default() -> Self {
-        Self::Gather { tolerance: 0.02 }
-    }
-}
-
-impl PrefilterMethod {
-    fn check(self) -> Result<(), EnvError> {
-        match self {
-            Self::Gather { tolerance } if !(LEAST_TOLERANCE..=0.1).contains(&tolerance) => {
-                let message = format!("the tolerance of a filter lies in [{LEAST_TOLERANCE}, 0.1], not {tolerance}");
-                Err(EnvError::Options(message))
-            }
-            Self::Importance { samples } if !(1..=MOST_SAMPLES).contains(&samples) => {
-                Err(EnvError::Options(format!("a filter takes 1 to {MOST_SAMPLES} samples, not {samples}")))
-            }
-            _ => Ok(()),
-        }
-    }
-}
-
-/// The roughness of each level of a prefiltered chain; `last` is the number of the last level.
-///
-/// Roughness here is perceptual, `ρ = √α` in `[0, 1]`; level 0 is the mirror, the last level is `ρ = 1`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[non_exhaustive]
-pub enum RoughnessLevels {
-    /// `ρ = level/last`.
-    #[default]
-    Linear,
-    /// `level = last ρ (2 - ρ)`: more levels for smooth surfaces, whose reflections change most.
-    Quadratic,
-}
-
-impl RoughnessLevels {
-    /// The roughness of `level` of `levels`; 0 if there is only one.
-    ///
-    /// # Panics
-    /// If there is no such level.
-    #[must_use]
-    pub fn roughness_of_level(self, level: usize, levels: usize) -> f64 {
-        assert!(level < levels, "no level {level} in a chain of {levels}");
-        if level == 0 {
-            return 0.0;
-        }
-        let t = level as f64 / (levels - 1) as f64;
-        match self {
-            Self::Linear => t,
-            Self::Quadratic => 1.0 - (1.0 - t).sqrt(),
-        }
-    }
-
-    /// The level, or fraction between levels, of a roughness, which is clamped to `[0, 1]`.
-    #[must_use]
-    pub fn level_for_roughness(self, roughness: f64, levels: usize) -> f64 {
-        let r = roughness.clamp(0.0, 1.0);
-        let t = match self {
-            Self::Linear => r,
-            Self::Quadratic => r * (2.0 - r),
-        };
-        t * levels.saturating_sub(1) as f64
-    }
-}
-
-/// Options of prefiltering.
-#[derive(Clone, Copy, Debug, PartialEq, Setters)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
-#[non_exhaustive]
-pub struct PrefilterOptions {
-    /// The size of the faces of level 0. Default: 256.
-    pub size: usize,
-    /// The chain ends with the last level that is not smaller than this. Default: 16.
-    pub last_size: usize,
-    /// The roughness of each level. Default: linear.
-    pub roughness: RoughnessLevels,
-    /// The quadrature. Default: gather to 0.02, see [`PrefilterMethod::Gather`].
-    pub method: PrefilterMethod,
-}
-
-impl Default for PrefilterOptions {
-    fn default() -> Self {
-        Self { size: 256, last_size: 16, roughness: RoughnessLevels::default(), method: PrefilterMethod::default() }
-    }
-}
-
-impl PrefilterOptions {
-    /// The number of levels.
-    #[must_use]
-    pub fn levels(&self) -> usize {
-        (0..mip_level_count(self.size))
-            .take_while(|k| *k == 0 || mip_level_size(self.size, *k) >= self.last_size)
-            .count()
-    }
-
-    /// The GGX width `α = ρ²` of a level.
-    ///
-    /// # Panics
-    /// If there is no such level.
-    #[must_use]
-    pub fn alpha_of_level(&self, level: usize) -> f64 {
-        self.roughness.roughness_of_level(level, self.levels()).powi(2)
-    }
-
-    fn check(&self) -> Result<(), EnvError> {
-        if self.size == 0 || self.last_size == 0 || self.last_size > self.size {
-            let (size, last) = (self.size, self.last_size);
-            return Err(EnvError::Options(format!(
-                "a chain goes down from its size to 1 at least, not {size} to {last}"
-            )));
-        }
-        CubeMap::check_size(self.size)?;
-        self.method.check()
-    }
-}
 
 /// Prefilters a cube map with GGX lobes of increasing roughness.
 ///
@@ -393,7 +236,7 @@ fn gather_towards<K: Kernel>(
     job: &mut Job<'_>,
 ) -> Result<Vec<Rgb<f32>>, EnvError> {
     if is_mirror(&kernel(), source.size()) {
-        return Ok(dirs.iter().map(|s| source.radiance(*s)).collect());
+        return mirror_towards(source, dirs, job);
     }
     let quadrature = Quadrature::new(source, PrefilterMethod::Gather { tolerance }, std::iter::once(kernel()));
     let Quadrature::Gather { tree, shapes, brightness, .. } = &quadrature else {
@@ -408,6 +251,17 @@ fn gather_towards<K: Kernel>(
         texels.par_extend(part.par_chunks(4).flat_map_iter(|dirs| filter.towards(dirs)));
     }
     go_on(report(texels.len() as f64))?;
+    expect_finite(&texels, FILTERED, || all_finite(source.texels()))?;
+    Ok(texels)
+}
+
+/// The light of a mirror towards each direction.
+fn mirror_towards(source: &CubeMap, dirs: &[Dir], job: &mut Job<'_>) -> Result<Vec<Rgb<f32>>, EnvError> {
+    let mut report = reporter(job, dirs.len());
+    go_on(report(0.0))?;
+    let texels: Vec<_> = dirs.iter().map(|s| source.radiance(*s)).collect();
+    go_on(report(texels.len() as f64))?;
+    // The weights of an interpolation may sum to a little more than 1.
     expect_finite(&texels, FILTERED, || all_finite(source.texels()))?;
     Ok(texels)
 }
@@ -471,7 +325,10 @@ impl<'a> Quadrature<'a> {
             Self::Importance { base, .. } => base,
         };
         if is_mirror(&kernel, source.size()) {
-            return Ok(averaged_to(source, size));
+            go_on(progress(0.0))?;
+            let mirror = averaged_to(source, size);
+            go_on(progress(1.0))?;
+            return Ok(mirror);
         }
         let (side, tiles) = tiles(size);
         let mut out = vec![Rgb::ZERO; FACES * size * size];

@@ -16,7 +16,8 @@
 //! ```
 //!
 //! `ψ = φ - φ_n`, `r² = n_x² + n_y²`. A column is flat if the horizon falls by no more than one row in it. The
-//! integrand at the nodes then has a continuous slope, and the error is of fourth order in the size of a texel.
+//! integrand at the nodes then has a continuous slope, and the error is of fourth order in the size of a texel. Columns
+//! wider than an eighth of a turn are not small: [`irradiance_at`](crate::irradiance_at) splits them.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::Range;

@@ -21,6 +21,10 @@ const LANES: usize = 8;
 /// run: 8e-6 of a constant sky), fewer would cost time.
 const RUN: usize = 32;
 
+/// The least columns: those of a map with fewer are split. By two Gauss nodes the horizon is followed through an eighth
+/// of a turn, but not through half of one.
+const LEAST_COLUMNS: usize = 8;
+
 /// The irradiance `E` of a surface that faces each of `normals`, by summing over all texels.
 ///
 /// ```text
@@ -32,7 +36,9 @@ const RUN: usize = 32;
 /// dimension and by two Gauss nodes in the other. So `E(n) - E(-n)` is `n·e` of the
 /// [`vector_irradiance`](crate::vector_irradiance()) up to rounding, however large the texels
 /// (`the_net_irradiance_is_the_difference_of_both_sides`). `E` of a constant sky is `π` to 5e-5 with 16 rows (test
-/// `brute_force_irradiance_of_a_constant_sky_is_pi`). `1/π` is not included.
+/// `brute_force_irradiance_of_a_constant_sky_is_pi`). Columns wider than an eighth of a turn are split: with few columns
+/// and 64 rows it is `π` to 5e-5, with a single row to 1.5e-2 (test `few_columns_see_a_constant_sky_too`). `1/π` is not
+/// included.
 ///
 /// The cost is four multiply-adds and a maximum for each texel and normal: with
 ///
@@ -118,7 +124,7 @@ pub fn irradiance_map(map: &MappedMap, order: usize, width: usize, height: usize
     Ok(out)
 }
 
-/// The texels as planes, with the factors of `n·V`.
+/// The texels as planes, with the factors of `n·V`; columns of a map with fewer than [`LEAST_COLUMNS`] in equal parts.
 struct Texels {
     width: usize,
     /// `width` rounded up to [`LANES`]; the rest of each row is black.
@@ -134,12 +140,14 @@ struct Texels {
 
 impl Texels {
     fn new(map: &EnvMap) -> Self {
-        let (width, height) = (map.width(), map.height());
+        let parts = LEAST_COLUMNS.div_ceil(map.width());
+        let (width, height) = (parts * map.width(), map.height());
         let stride = width.next_multiple_of(LANES);
         let mut planes = [(); 3].map(|()| vec![0.0; stride * height]);
         for y in 0..height {
-            for (x, texel) in map.row(y).iter().enumerate() {
-                for (plane, channel) in planes.iter_mut().zip(texel.to_array()) {
+            let row = map.row(y);
+            for x in 0..width {
+                for (plane, channel) in planes.iter_mut().zip(row[x / parts].to_array()) {
                     plane[y * stride + x] = channel;
                 }
             }

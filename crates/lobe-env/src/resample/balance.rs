@@ -46,7 +46,7 @@ use crate::{EnvError, MappedMap};
 const MAX_PASSES: usize = 60;
 /// Passes of Sinkhorn iteration before the first Newton step.
 const SINKHORN_PASSES: usize = 2;
-/// The tolerance of convergence for the mean of each channel, relative to that mean.
+/// The tolerance of convergence for the mean of each channel, relative to the mean of its magnitude.
 const MEAN_TOLERANCE: f64 = 5e-6;
 /// The same if the signs of the texels' deficits were random: within it each texel has its energy.
 const TEXELS_TOLERANCE: f64 = 5e-5;
@@ -216,7 +216,8 @@ impl<'a> Balance<'a> {
                 if solid_angle > 0.0 {
                     let light = light.widen();
                     let lost = light.scale(missing(x, y));
-                    whole += light.scale(solid_angle);
+                    // By magnitude: the mean of light of both signs may be nothing.
+                    whole += Rgb::from(light.to_array().map(f64::abs)).scale(solid_angle);
                     net += lost;
                     squares += (lost.r + lost.g + lost.b).powi(2);
                 }
@@ -234,6 +235,7 @@ impl<'a> Balance<'a> {
 #[cfg(test)]
 mod tests {
     use lobe_io::Job;
+    use lobe_sh::Dir;
 
     use super::*;
     use crate::Mapping;
@@ -280,6 +282,20 @@ mod tests {
                 assert!(worst < MOST_MISSING, "{source} of {from} to {target} of {to} texels: {worst} is missing");
             }
         }
+    }
+
+    #[test]
+    fn light_below_zero_takes_no_more_passes_than_light_above() {
+        let sampler = Sampler::new(grid(Mapping::LatLong, 800), grid(Mapping::Cube, 600), None);
+        let passes = |light: fn(Dir) -> Rgb<f32>| {
+            let map = MappedMap::from_fn(Mapping::LatLong, sampler.source.width, sampler.source.height, light);
+            let mut balance = Balance::new(&sampler, &mut unwatched()).unwrap();
+            balance.balance(&map, &mut unwatched()).unwrap().1
+        };
+        let (above, below) = (passes(|_| Rgb::splat(1.0)), passes(|_| Rgb::splat(-1.0)));
+        assert!(above == below && above < MAX_PASSES, "{above} passes for light of 1, {below} for light of -1");
+        let around = passes(|s| Rgb::from(s.to_array().map(|c| c as f32)));
+        assert!(around < MAX_PASSES, "{around} passes for light whose mean is 0");
     }
 
     #[test]

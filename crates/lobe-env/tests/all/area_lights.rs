@@ -74,6 +74,17 @@ fn a_sphere_at_the_horizon_has_its_known_value() {
     }
 }
 
+#[test]
+fn receivers_on_a_sphere_are_all_lit_alike() {
+    let light = SphereLight { center: [0.3, -1.0, 2.0], radius: 0.7 };
+    for n in normals() {
+        let point = std::array::from_fn(|k| light.center[k] - light.radius * n.to_array()[k]);
+        let (found, vector) = (light.irradiance(point, n), light.vector_irradiance(point).magnitude(0));
+        // Half of all directions are light.
+        assert!((found - PI).abs() < 1e-12 && (vector - PI).abs() < 1e-12, "facing {n:?}: {found} and {vector}, not π");
+    }
+}
+
 /// A flat light for quadrature: the plane `center + t x + y (w × x)`, its normal, and for each direction `x` in the
 /// plane the places where the chords at `t` change, and those chords.
 struct Flat<'a> {

@@ -31,6 +31,17 @@ fn brute_force_irradiance_of_a_constant_sky_is_pi() {
 }
 
 #[test]
+fn few_columns_see_a_constant_sky_too() {
+    // As exact as eight columns: the same map in finer ones.
+    for (w, h, limit) in [(1, 64, 5e-5), (2, 64, 5e-5), (7, 64, 5e-5), (2, 1, 1.5e-2), (1, 1, 1.5e-2)] {
+        let map = EnvMap::from_fn(w, h, |_| Rgb::splat(1.0));
+        for (n, e) in normals().iter().zip(irradiance_at(&map, &normals())) {
+            assert!((e.g / PI - 1.0).abs() < limit, "{w} x {h} facing {n:?}: {e:?}");
+        }
+    }
+}
+
+#[test]
 fn long_rows_lose_no_digits() {
     // No texel is cut by the horizon of a normal that points up or down, so nothing but rounding is left.
     let (w, h) = (16384, 16);

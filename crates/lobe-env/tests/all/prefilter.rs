@@ -42,8 +42,13 @@ fn noise(size: usize, seed: u64) -> CubeMap {
 
 /// A smooth sky with a sun of one texel, 1e5 times as bright.
 fn one_texel_sun(size: usize) -> CubeMap {
+    sun_in_texel(size, [size / 3, size / 6])
+}
+
+/// The same with the sun in this column and row of face 1.
+fn sun_in_texel(size: usize, [x, y]: [usize; 2]) -> CubeMap {
     let mut map = CubeMap::from_fn(size, |s| Rgb::splat(1.0 + 0.3 * s.z() as f32));
-    map.texels_mut()[(size + size / 6) * size + size / 3] = Rgb::splat(1e5);
+    map.texels_mut()[(size + y) * size + x] = Rgb::splat(1e5);
     map
 }
 
@@ -124,6 +129,23 @@ fn both_methods_against_brute_force() {
             println!("{name}, α = {alpha}: of the peak, gather {gather:.1e}, importance {importance:.1e}");
             assert!(gather < GATHER_ERROR, "{name}, α = {alpha}: {gather} of the peak, gathered");
             assert!(importance < IMPORTANCE_ERROR, "{name}, α = {alpha}: {importance} of the peak, sampled");
+        }
+    }
+}
+
+#[test]
+fn samples_keep_a_small_sun_in_faces_of_any_size() {
+    for (size, per_texel) in [(31, 3), (100, 2), (250, 1)] {
+        for at in [size / 2, size / 4] {
+            let source = sun_in_texel(size, [at, at]);
+            let points = brute_force_points(&source, per_texel);
+            for alpha in [0.0625, 0.25, 1.0] {
+                let lobe = ggx(alpha);
+                let found = filter_lobe(&source, lobe, 16, IMPORTANCE, Job::default()).unwrap();
+                let error = error_of_peak(&found, &points, |cos| lobe.value(cos));
+                println!("faces of {size}, sun at {at}, α = {alpha}: {error:.1e} of the peak");
+                assert!(error < IMPORTANCE_ERROR, "faces of {size}, sun at {at}, α = {alpha}: {error} of the peak");
+            }
         }
     }
 }
@@ -398,4 +420,29 @@ fn finite_light_is_refused_rather_than_filtered_to_infinite() {
             }
         }
     }
+}
+
+#[test]
+fn a_mirror_is_watched_and_its_light_is_finite_as_that_of_any_lobe() {
+    let sky = CubeMap::from_fn(7, |_| Rgb::splat(f32::MAX));
+    let picture = |source: &CubeMap, job: Job<'_>| filter_lobe_lat_long(source, ggx(0.0), [64, 32], 0.02, job);
+    // Between texels the weights sum to 1 but for rounding.
+    let refused = picture(&sky, Job::default()).map(|_| ());
+    assert!(
+        matches!(&refused, Err(EnvError::Options(message)) if message.contains("the filtered light")),
+        "as bright as it can be: {refused:?}"
+    );
+    let source = noise(8, 9);
+    let mut heard = Vec::new();
+    let mut watch = |progress: &Progress| {
+        heard.push((progress.done, progress.total));
+        ControlFlow::Continue(())
+    };
+    picture(&source, Job::default().watched_by(&mut watch)).unwrap();
+    assert_eq!(heard, [(0, 64 * 32), (64 * 32, 64 * 32)], "what is done before and after");
+    let mut stop = |_: &Progress| -> ControlFlow<()> { ControlFlow::Break(()) };
+    let stopped = picture(&source, Job::default().watched_by(&mut stop)).map(|_| ());
+    assert!(matches!(stopped, Err(EnvError::Cancelled)), "a picture: {stopped:?}");
+    let stopped = filter_lobe(&source, ggx(0.0), 8, GATHER, Job::default().watched_by(&mut stop)).map(|_| ());
+    assert!(matches!(stopped, Err(EnvError::Cancelled)), "a cube: {stopped:?}");
 }

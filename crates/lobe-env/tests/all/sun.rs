@@ -196,6 +196,7 @@ fn planted_discs_are_found_wherever_they_are() {
 
 /// At `δ` from the direction behind a ball a texel of 192 across is `4/(192 sin(δ/2))` long, at the rim 17°.
 #[test]
+#[ignore = "long: of the nightly group"]
 fn behind_a_ball_the_energy_is_found_and_the_place_as_well_as_texels_are_long() {
     for mapping in [Mapping::Sphere, Mapping::MirrorBall] {
         let Some(behind) = behind(mapping) else { panic!("{mapping} has a direction behind") };
