@@ -56,7 +56,7 @@
 //! | shapes before a camera | [`Exhibit`], [`ExhibitSolid`], [`Torus`], [`Camera`]; what shades them: [`Shading`] |
 //! | mirrors | [`BlinnNewell`], [`SphereMapped`], [`CubeMapped`], [`Paraboloids`]; reference [`TracedMirror`] |
 //! | glossy reflection | [`Glossy`], [`HighlightMap`], [`ReflectionSpace`]; reference [`BruteForceReflection`] |
-//! | diffuse reflection | [`MatteByMap`], [`MatteBySh`] with [`IrradiancePolynomial`] |
+//! | diffuse reflection | [`MatteByMap`], [`MatteBySh`] with [`IrradiancePolynomial`](lobe_sh::IrradiancePolynomial) |
 //! | bump mapping | [`Bumped`], [`bumped_normal`], [`bumps`] |
 //! | figures of mappings | [`mapping_figure()`] |
 //! | all techniques on one sheet | [`environment_mapping_sheet`], [`environment_panels`] |
@@ -91,7 +91,7 @@ pub use mapping_gallery::environment_sheet::{
 pub use mapping_gallery::exhibit::{Exhibit, Shading, SurfacePoint, compare_shadings};
 pub use mapping_gallery::glossy::{Glossy, between_levels};
 pub use mapping_gallery::highlight_map::{HighlightMap, highlights_of_lights, irradiance_of_lights};
-pub use mapping_gallery::matte::{IrradiancePolynomial, MatteByMap, MatteBySh};
+pub use mapping_gallery::matte::{MatteByMap, MatteBySh};
 pub use mapping_gallery::mirror_maps::{BlinnNewell, CubeMapped, SphereMapped};
 pub use mapping_gallery::paraboloids::Paraboloids;
 pub use mapping_gallery::reflection_space::{BruteForceReflection, ReflectionSpace};

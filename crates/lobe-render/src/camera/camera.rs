@@ -1,6 +1,6 @@
 //! Perspective and orthographic cameras: rays from the eye through the points of a picture.
 
-use lobe_scene::Ray;
+use lobe_scene::{Bounds, Ray};
 use lobe_sh::Dir;
 
 use crate::View;
@@ -14,15 +14,20 @@ pub struct Camera {
     target: Vec3,
 }
 
+/// Parallel rays start at `distance` from the plane through the target, others from one point there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Lens {
-    Orthographic { half_height: f64 },
+    Orthographic { half_height: f64, distance: f64 },
     Perspective { distance: f64, slope: f64 },
 }
 
-/// The distance at which parallel rays start, in units of the half height of the picture: outside everything that is in
-/// it.
+/// The distance at which parallel rays start, in units of the half height of the picture: outside of shapes about as deep as
+/// they are high. Scenes may be deeper: see [`BEYOND`].
 const FAR: f64 = 100.0;
+
+/// The distance at which parallel rays start from a scene that is deeper, in units of its reach towards the eye: numbers of
+/// `f32` round off much less.
+const BEYOND: f64 = 1.01;
 
 impl Camera {
     /// Parallel rays; the picture shows `half_height` above and below the origin.
@@ -34,7 +39,8 @@ impl Camera {
     #[must_use]
     pub fn orthographic(view: View, half_height: f64) -> Self {
         assert!(half_height > 0.0, "a picture of half height {half_height} shows nothing");
-        Self { view, lens: Lens::Orthographic { half_height }, target: [0.0; 3] }
+        let lens = Lens::Orthographic { half_height, distance: FAR * half_height };
+        Self { view, lens, target: [0.0; 3] }
     }
 
     /// Rays from one point at `distance` from the origin; the upper edge of the picture is seen at `half_angle` radians
@@ -95,6 +101,15 @@ impl Camera {
         Self { target: sub(self.target, origin), ..self }
     }
 
+    /// The same camera, whose parallel rays start outside of a box; rays from an eye start there all the same.
+    pub(crate) fn outside_of(self, Bounds { min, max }: Bounds) -> Self {
+        let Lens::Orthographic { half_height, distance } = self.lens else { return self };
+        let towards_eye = self.view.point([0.0, 0.0, 1.0]);
+        let along = |k: usize, corner: f32| towards_eye[k] * (f64::from(corner) - self.target[k]);
+        let reach: f64 = (0..3).map(|k| along(k, min[k]).max(along(k, max[k]))).sum();
+        Self { lens: Lens::Orthographic { half_height, distance: distance.max(BEYOND * reach) }, ..self }
+    }
+
     /// The view: the axes of the picture.
     #[must_use]
     pub fn view(&self) -> View {
@@ -108,12 +123,13 @@ impl Camera {
     ///   perspective    o = target + distance E                            d ∝ tan(half angle) (right R + up U) - E
     /// ```
     ///
-    /// `R`, `U`, `E` are the axes of the [`View`]: right, up, towards the eye.
+    /// `R`, `U`, `E` are the axes of the [`View`]: right, up, towards the eye. Pictures of scenes that reach farther than `100 h`
+    /// towards the eye start their parallel rays beyond them.
     #[must_use]
     pub fn ray(&self, right: f64, up: f64) -> ([f64; 3], Dir) {
         let (from_target, d) = match self.lens {
-            Lens::Orthographic { half_height: h } => {
-                (self.view.point([h * right, h * up, FAR * h]), Dir::from_unit(self.view.point([0.0, 0.0, -1.0])))
+            Lens::Orthographic { half_height: h, distance } => {
+                (self.view.point([h * right, h * up, distance]), Dir::from_unit(self.view.point([0.0, 0.0, -1.0])))
             }
             Lens::Perspective { distance, slope } => {
                 let towards: Vec3 = self.view.point([slope * right, slope * up, -1.0]);

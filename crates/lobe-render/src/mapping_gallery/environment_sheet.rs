@@ -9,13 +9,13 @@ use lobe_env::{
 };
 use lobe_image::{Exposure, Label, Picture, Sheet, Tone};
 use lobe_io::{Job, Progress};
-use lobe_sh::{Coefficient, Dir, Expansion, Rgb, Zonal, convolve_in_place};
+use lobe_sh::{Coefficient, Dir, Expansion, IrradiancePolynomial, Rgb, Zonal, convolve_in_place};
 use web_time::Instant;
 
 use crate::{
     BlinnNewell, BruteForceReflection, Bumped, Camera, CubeMapped, Exhibit, ExhibitSolid, Glossy, HighlightMap,
-    IrradiancePolynomial, MatteByMap, MatteBySh, Paraboloids, ReflectionSpace, RenderError, Shading, SphereMapped,
-    SurfacePoint, Torus, TracedMirror, View, bumps, highlights_of_lights,
+    MatteByMap, MatteBySh, Paraboloids, ReflectionSpace, RenderError, Shading, SphereMapped, SurfacePoint, Torus,
+    TracedMirror, View, bumps, highlights_of_lights,
 };
 
 /// Reflections at most in the traced picture of a torus that mirrors itself.
@@ -306,7 +306,7 @@ fn matte<'a>(map: &EnvMap) -> Result<Vec<Technique<'a>>, EnvError> {
     let albedo = Rgb::splat(ALBEDO as f32);
     let truth = irradiance_map_brute_force(map, 2 * MATTE_ROWS, MATTE_ROWS, Job::default())?;
     let by_map = irradiance_map(map, 9, 2 * MATTE_ROWS, MATTE_ROWS)?;
-    let irradiance = IrradiancePolynomial::of_radiance(&project_env(map, 3));
+    let irradiance = IrradiancePolynomial::from_radiance_sh(&project_env(map, 3));
     Ok(vec![
         ("matte, truth", Box::new(MatteByMap { irradiance: truth, albedo }), Truth::Summed),
         ("matte, map", Box::new(MatteByMap { irradiance: by_map, albedo }), Truth::Matte),

@@ -35,6 +35,10 @@ struct Body<'a> {
     shadows: SphereShadows<'a>,
 }
 
+/// Lamps whose visibility is held at a time, beside that of one body: of a block of vertices 2 MiB each at order 4, 8 MiB at order 8,
+/// however many lamps and bodies there are.
+const LAMPS_AT_ONCE: usize = 16;
+
 /// What receivers send back of lamps, past the visibility that they have of their own.
 type SendBack<'a> = dyn Fn(&ShadowFields<'_>, &ShadowReceivers<'_>) -> Result<Vec<Rgb<f32>>, ShadowError> + Sync + 'a;
 
@@ -108,32 +112,43 @@ impl<'a> LampLight<'a> {
         if self.bodies.is_empty() {
             return add(fields.with_lights(&self.lamps)?, &receivers);
         }
-        let seen: Vec<Vec<f32>> = self.bodies.iter().map(|body| body.shadows.visibility(&receivers)).collect();
-        for lamp in &self.lamps {
-            let own = self.past_bodies(lamp, &surface.positions, &seen);
-            let fields = fields.clone().with_lights(std::slice::from_ref(lamp))?;
-            add(fields, &receivers.with_own_visibility(self.options.order, &own)?)?;
+        for lamps in self.lamps.chunks(LAMPS_AT_ONCE) {
+            for (lamp, own) in lamps.iter().zip(self.past_bodies(lamps, &receivers)) {
+                let fields = fields.clone().with_lights(std::slice::from_ref(lamp))?;
+                add(fields, &receivers.with_own_visibility(self.options.order, &own)?)?;
+            }
         }
         Ok(())
     }
 
-    /// What the bodies nearer than a lamp leave visible at each receiver, given what each body leaves.
-    fn past_bodies(&self, lamp: &LocalLight<'_>, positions: &[[f32; 3]], seen: &[Vec<f32>]) -> Vec<f32> {
-        let n = self.options.order * self.options.order;
+    /// For each lamp, what the bodies nearer than it leave visible at each receiver.
+    fn past_bodies(&self, lamps: &[LocalLight<'_>], receivers: &ShadowReceivers<'_>) -> Vec<Vec<f32>> {
+        let mut open = vec![0.0; self.options.order * self.options.order];
+        open[0] = (4.0 * std::f32::consts::PI).sqrt();
+        let mut visible = vec![open.repeat(receivers.len()); lamps.len()];
+        for body in &self.bodies {
+            let seen = body.shadows.visibility(receivers);
+            for (lamp, visible) in lamps.iter().zip(&mut visible) {
+                body.hide(lamp, receivers.positions(), (seen.as_slice(), open.len()), visible);
+            }
+        }
+        visible
+    }
+}
+
+impl Body<'_> {
+    /// Multiplies what is visible of a lamp at receivers to which this body is nearer by what it leaves, `n` numbers of each.
+    fn hide(&self, lamp: &LocalLight<'_>, positions: &[[f32; 3]], (seen, n): (&[f32], usize), visible: &mut [f32]) {
         let center = lamp.placement.to_world(lamp.field.center());
-        let mut own = vec![0.0; positions.len() * n];
-        own.par_chunks_exact_mut(n).zip(positions).enumerate().for_each_init(
+        visible.par_chunks_exact_mut(n).zip(seen.par_chunks_exact(n)).zip(positions).for_each_init(
             || vec![0.0; n],
-            |product, (k, (own, position))| {
+            |product, ((visible, seen), position)| {
                 let square = |p: &[f64; 3]| (0..3).map(|c| (p[c] - f64::from(position[c])).powi(2)).sum::<f64>();
-                own[0] = (4.0 * std::f32::consts::PI).sqrt();
-                let nearer = |body: &Body<'_>| body.is_own || square(&body.middle) < square(&center);
-                for (_, seen) in self.bodies.iter().zip(seen).filter(|(body, _)| nearer(body)) {
-                    product_into(&*own, &seen[k * n..(k + 1) * n], product);
-                    own.copy_from_slice(product);
+                if self.is_own || square(&self.middle) < square(&center) {
+                    product_into(&*visible, seen, product);
+                    visible.copy_from_slice(product);
                 }
             },
         );
-        own
     }
 }

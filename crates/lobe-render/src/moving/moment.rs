@@ -67,6 +67,16 @@ impl<'a> Moment<'a> {
         &self.bvh
     }
 
+    /// The place of a part's own frame in the world. [`Placement::IDENTITY`] of one that stands still, and of one that is deformed,
+    /// whose vertices move one by one.
+    ///
+    /// # Panics
+    /// If there is no such part.
+    #[must_use]
+    pub fn placement_of(&self, part: usize) -> Placement {
+        self.placed[part].placement
+    }
+
     /// The spheres that stand for a part, in the world; none of a part without.
     ///
     /// # Panics

@@ -19,7 +19,8 @@ pub(crate) fn sphere_albedos(scene: &Scene, spheres: &SphereSet) -> Vec<Rgb<f32>
     for hit in even_points(scene) {
         let surface = scene.surface(&hit);
         add(&mut all, surface.base_color);
-        if let Some(nearest) = nearest(spheres, surface.position) {
+        let position = std::array::from_fn(|k| f64::from(surface.position[k]) + scene.origin()[k]);
+        if let Some(nearest) = nearest(spheres, position) {
             add(&mut sums[nearest], surface.base_color);
         }
     }
@@ -27,11 +28,11 @@ pub(crate) fn sphere_albedos(scene: &Scene, spheres: &SphereSet) -> Vec<Rgb<f32>
     sums.into_iter().map(|of_one| Rgb::from(mean(if of_one.1 > 0 { of_one } else { all }))).collect()
 }
 
-/// The sphere whose surface is nearest, or that a point is deepest in.
-fn nearest(spheres: &SphereSet, p: [f32; 3]) -> Option<usize> {
+/// The sphere whose surface is nearest to a point of the mesh's own frame, or that it is deepest in.
+fn nearest(spheres: &SphereSet, p: [f64; 3]) -> Option<usize> {
     let depth = |k: usize| {
-        let center = spheres.centers()[k];
-        (0..3).map(|i| (p[i] - center[i]).powi(2)).sum::<f32>().sqrt() - spheres.radii()[k]
+        let center = spheres.center(k);
+        (0..3).map(|i| (p[i] - center[i]).powi(2)).sum::<f64>().sqrt() - f64::from(spheres.radii()[k])
     };
     (0..spheres.len()).min_by(|a, b| depth(*a).total_cmp(&depth(*b)))
 }
@@ -77,5 +78,18 @@ mod tests {
         }
         let mean = found[2].to_array();
         assert!(mean[0] > 0.59 && mean[1] > 0.5, "nothing is nearest to the small one, which takes the mean: {mean:?}");
+    }
+
+    #[test]
+    fn scene_and_spheres_may_count_from_different_origins() {
+        let by = [64.0, -32.0, 16.0];
+        let albedos = |scene: &Scene, moved: [f32; 3]| {
+            let center = |z: f32| [moved[0], moved[1], z + moved[2]];
+            sphere_albedos(scene, &SphereSet::new(vec![center(-50.0), center(1.5)], vec![50.0, 1.0]).unwrap())
+        };
+        let scene = built_in::ball_over_ground(16);
+        let expected = albedos(&scene, [0.0; 3]);
+        let found = albedos(&scene.moved(by), by.map(|c| c as f32));
+        assert_eq!(found, expected, "the scene counts from {by:?}, the spheres from zero");
     }
 }

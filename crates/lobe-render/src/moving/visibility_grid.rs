@@ -162,7 +162,8 @@ impl VisibilityGrid {
     /// # Panics
     /// If `out` has more places than `order²`.
     pub fn visibility_into(&self, point: [f64; 3], out: &mut [f32]) {
-        let width = self.order * self.order;
+        let (width, places) = (self.order * self.order, out.len());
+        assert!(places <= width, "{places} places for visibility, of which order {} has {width} numbers", self.order);
         let (mut low, mut part) = ([0; 3], [0.0; 3]);
         for k in 0..3 {
             let at = ((point[k] - self.min[k]) / self.step[k]).clamp(0.0, (self.counts[k] - 1) as f64);
@@ -174,7 +175,7 @@ impl VisibilityGrid {
             let up: [usize; 3] = std::array::from_fn(|k| corner >> k & 1);
             let weight: f64 = (0..3).map(|k| if up[k] == 1 { part[k] } else { 1.0 - part[k] }).product();
             let row = self.index(std::array::from_fn(|k| low[k] + up[k])) * width;
-            let row = &self.rows[row..row + out.len()];
+            let row = &self.rows[row..row + places];
             out.iter_mut().zip(row).for_each(|(out, v)| *out += weight as f32 * v);
         }
     }
@@ -286,5 +287,14 @@ mod tests {
             let part = visible[0] / all;
             assert!((0.4..0.62).contains(&part), "{part} of the sky at {z}: half of it, and what is beyond the floor");
         }
+    }
+
+    #[test]
+    #[should_panic(expected = "4 places for visibility, of which order 1 has 1 numbers")]
+    fn a_grid_has_no_more_bands_than_it_was_baked_with() {
+        let floor = built_in::ball_over_ground(4).part([0]).unwrap();
+        let options = VisibilityGridOptions::default().order(1).points(27).rays(16);
+        let grid = VisibilityGrid::bake(&floor, [[-1.0; 3], [1.0; 3]], &options, Job::default()).unwrap();
+        grid.visibility_into([-1.0; 3], &mut [0.0; 4]);
     }
 }

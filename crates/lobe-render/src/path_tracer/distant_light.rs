@@ -20,7 +20,7 @@ use crate::path_tracer::sphere_table::{SphereTable, cell};
 /// ```
 pub struct DistantLight {
     source: Source,
-    /// The table for importance sampling; none if the light is black.
+    /// The table for importance sampling; none if the light is black, or not finite.
     table: Option<SphereTable>,
     world_from_light: Rotation,
     light_from_world: Rotation,
@@ -48,7 +48,8 @@ const ROWS: usize = 32;
 const EVERYWHERE: f64 = 0.1;
 
 impl DistantLight {
-    /// The light of an environment map.
+    /// The light of an environment map. Its texels should be [finite](EnvMap): of a map that is not, no direction is drawn, and
+    /// its light is met only in directions drawn from the BSDF.
     #[must_use]
     pub fn from_map(map: EnvMap) -> Self {
         let weight = |texel: &Rgb<f32>| Rgb::from(texel.widen().to_array().map(f64::abs)).luminance();
@@ -111,7 +112,7 @@ impl DistantLight {
         }
     }
 
-    /// A direction drawn with two numbers in `(0, 1)`; none under a black light.
+    /// A direction drawn with two numbers in `(0, 1)`; none under a light that is black, or not finite.
     pub(crate) fn sample(&self, numbers: [f64; 2]) -> Option<LightSample> {
         let (s, cell, density) = self.table.as_ref()?.sample(numbers);
         let radiance = match &self.source {

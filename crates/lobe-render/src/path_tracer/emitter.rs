@@ -64,7 +64,12 @@ impl Emitter {
         }
     }
 
+    /// Writes everything that identifies this lamp into a fingerprint, its shape first.
     pub(crate) fn write_into(&self, all: &mut Fingerprint) {
+        all.word(match &self.surface {
+            LampSurface::Ball { .. } => 0,
+            LampSurface::Rectangle(_) => 1,
+        });
         let mut write = |numbers: &[f64]| numbers.iter().for_each(|c| all.word(c.to_bits()));
         match &self.surface {
             LampSurface::Ball { center, radius, radiance } => {
@@ -100,14 +105,21 @@ fn toward_rectangle(patched: &PatchedRectangle, from: Vec3, [a, b]: [f64; 2]) ->
     })
 }
 
-/// A direction uniform over the cone that a ball fills, or over the sphere from within.
+/// A direction uniform over the cone that a ball fills, or over the sphere from within, where its surface is at distance t:
+///
+/// ```text
+///   |t s - c|² = r²        t = c·s + √((c·s)² + r² - |c|²)
+/// ```
 fn toward_ball(to: Vec3, radius: f64, radiance: Rgb<f64>, [a, b]: [f64; 2]) -> EmitterSample {
     let distance = length(to);
     if distance <= radius {
         let z = 1.0 - 2.0 * a;
         let (sin, cos) = (2.0 * PI * b).sin_cos();
         let r = (1.0 - z * z).max(0.0).sqrt();
-        return EmitterSample { towards: [r * cos, r * sin, z], distance: 0.0, density: 0.25 / PI, radiance };
+        let towards = [r * cos, r * sin, z];
+        let along = dot(to, towards);
+        let half_chord = (along * along + (radius - distance) * (radius + distance)).sqrt();
+        return EmitterSample { towards, distance: along + half_chord, density: 0.25 / PI, radiance };
     }
     let sine2 = (radius / distance).powi(2);
     // 1 - cos of the half angle, without cancellation.
@@ -175,6 +187,19 @@ mod tests {
         assert!(up == Rgb::ZERO, "its back is dark: {up:?}");
         let both = irradiance(&shape([0.0, b, 0.0], true), [0.0, 0.0, 1.0]).g;
         assert!((both / corner - 1.0).abs() < 1e-4, "both sides shine: {both}");
+    }
+
+    #[test]
+    fn from_within_a_ball_samples_end_on_its_surface() {
+        let (center, radius) = ([0.3, -0.4, 1.2], 2.0);
+        let surface = LampSurface::Ball { center, radius, radiance: WHITE };
+        let emitter = Emitter::new(&surface, &Placement::IDENTITY);
+        for numbers in [[0.01, 0.3], [0.5, 0.5], [0.9, 0.1], [0.99, 0.8]] {
+            let sample = emitter.sample([0.0; 3], numbers).unwrap();
+            let end = scale(sample.towards, sample.distance);
+            let found = length(sub(end, center));
+            assert!((found - radius).abs() < 1e-12, "{sample:?} ends {found} from the middle, the radius is {radius}");
+        }
     }
 
     #[test]

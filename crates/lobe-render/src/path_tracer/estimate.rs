@@ -48,7 +48,8 @@ impl SampleCount {
 pub struct PathEstimate {
     /// The mean over all paths.
     pub mean: Rgb<f64>,
-    /// The square of its standard error, estimated from the differences of sets; infinite for a single set.
+    /// The square of its standard error, estimated from the differences of sets; infinite for a single set, and where values
+    /// are not finite.
     pub variance: Rgb<f64>,
 }
 
@@ -78,7 +79,10 @@ impl Moments {
             return PathEstimate::default();
         }
         let mean = self.sum.scale(n.recip());
-        let of = |s: f64, m: f64| if n < 2.0 { f64::INFINITY } else { ((s / n - m * m) / (n - 1.0)).max(0.0) };
+        let of = |s: f64, m: f64| {
+            let variance = (s / n - m * m) / (n - 1.0);
+            if n < 2.0 || variance.is_nan() { f64::INFINITY } else { variance.max(0.0) }
+        };
         let (s, m) = (self.squares.to_array(), mean.to_array());
         PathEstimate { mean: self.first + mean, variance: Rgb::from(std::array::from_fn(|c| of(s[c], m[c]))) }
     }
@@ -109,6 +113,15 @@ mod tests {
         assert_eq!((found.mean.g, found.variance.g), (4.0, 6.25), "{found:?}");
         let alone = estimate(&SampleCount { sets: 1, per_set: 4 }, |_, path| Rgb::splat(values[path]));
         assert_eq!((alone.mean.g, alone.variance.g), (4.0, f64::INFINITY), "{alone:?}");
+    }
+
+    #[test]
+    fn the_error_of_what_is_not_finite_is_not_zero() {
+        for value in [f64::INFINITY, f64::NAN, 1e200] {
+            let count = SampleCount::independent(4);
+            let found = estimate(&count, |set, _| Rgb::splat(if set == 1 { value } else { 1.0 }));
+            assert_eq!(found.variance.g, f64::INFINITY, "{value} among ones: {found:?}");
+        }
     }
 
     #[test]

@@ -254,7 +254,7 @@ impl<'a> PathTracer<'a> {
                 let radiance = match (self.intersect(&Ray::new(origin, s.map(|c| c as f32))), self.options.bounces) {
                     (None, _) => self.light.radiance(Dir::from_unit(s)),
                     (Some(FirstHit { interaction: Some(at), .. }), 1..) => {
-                        self.exit_radiance(&at, numbers, self.options.bounces - 1)
+                        self.exit_radiance_under(&[], &at, numbers, self.options.bounces - 1)
                     }
                     _ => Rgb::ZERO,
                 };
@@ -299,6 +299,17 @@ impl<'a> PathTracer<'a> {
 
     /// One path's estimate of the light that leaves `start`, reflected by at most `bounces` surfaces before.
     pub(crate) fn exit_radiance(&self, start: &Interaction, numbers: PathNumbers, bounces: usize) -> Rgb<f64> {
+        self.exit_radiance_under(&self.emitters, start, numbers, bounces)
+    }
+
+    /// The same under these lamps.
+    fn exit_radiance_under(
+        &self,
+        emitters: &[Emitter],
+        start: &Interaction,
+        numbers: PathNumbers,
+        bounces: usize,
+    ) -> Rgb<f64> {
         let samples_light = self.options.strategy != LightStrategy::Bsdf;
         let samples_bsdf = self.options.strategy != LightStrategy::NextEvent;
         let (mut sum, mut throughput) = (Rgb::ZERO, Rgb::splat(1.0));
@@ -309,8 +320,8 @@ impl<'a> PathTracer<'a> {
             if samples_light {
                 sum += throughput * self.next_event(at, numbers.pair(Purpose::Light.at(bounce)));
             }
-            if !self.emitters.is_empty() {
-                sum += throughput * self.emitted_light(at, numbers.pair(Purpose::Emitter.at(bounce)));
+            if !emitters.is_empty() {
+                sum += throughput * self.emitted_light(emitters, at, numbers.pair(Purpose::Emitter.at(bounce)));
             }
             // Draw a direction from the BSDF.
             let is_last = bounce == bounces;
@@ -368,9 +379,9 @@ impl<'a> PathTracer<'a> {
     }
 
     /// The light that one direction drawn from each emitter brings to an interaction.
-    fn emitted_light(&self, at: &Interaction, numbers: [f64; 2]) -> Rgb<f64> {
+    fn emitted_light(&self, emitters: &[Emitter], at: &Interaction, numbers: [f64; 2]) -> Rgb<f64> {
         let mut sum = Rgb::ZERO;
-        for emitter in &self.emitters {
+        for emitter in emitters {
             let Some(sample) = emitter.sample(at.origin.map(f64::from), numbers) else { continue };
             let (value, density) = at.bsdf.eval(sample.towards);
             if density <= 0.0 || is_below(&at.planes, sample.towards) {

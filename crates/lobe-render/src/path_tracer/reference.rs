@@ -142,13 +142,12 @@ fn trace(
     let pixels = options.check()?;
     let range = shard.unwrap_or(Shard::WHOLE).range(pixels);
     let (first, count) = (range.start, range.len());
-    let camera = &camera.relative_to(scene.origin());
+    let camera = &camera.relative_to(scene.origin()).outside_of(bvh.bounds());
     // Take up the pixels that are done already.
     let (mut checkpoint, known) = match job.checkpoint() {
         None => (None, Vec::new()),
         Some(path) => {
-            let mut all = fingerprint(scene, camera, light, options);
-            emitters.iter().for_each(|emitter| emitter.write_into(&mut all));
+            let all = fingerprint(scene, camera, (light, emitters), options);
             let (checkpoint, known) = TruthCheckpoint::open(path, &all, pixels, shard)?;
             (Some(checkpoint), known)
         }
@@ -173,7 +172,7 @@ impl TruthOptions {
     /// the checkpoint, or in layers, as channels and compressed (test `work_takes_no_more_memory_than_is_said` of `lobe-cli`).
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        (4 * PIXEL as u64).saturating_mul((self.width * self.height) as u64)
+        (4 * PIXEL as u64).saturating_mul(self.width as u64).saturating_mul(self.height as u64)
     }
 
     /// The number of pixels.
@@ -189,8 +188,13 @@ impl TruthOptions {
     }
 }
 
-/// The fingerprint of everything that decides this picture.
-fn fingerprint(scene: &Scene, camera: &Camera, light: &DistantLight, options: &TruthOptions) -> Fingerprint {
+/// The fingerprint of everything that decides this picture, as seen from the origin of the scene.
+fn fingerprint(
+    scene: &Scene,
+    camera: &Camera,
+    (light, emitters): (&DistantLight, &[Emitter]),
+    options: &TruthOptions,
+) -> Fingerprint {
     let TruthOptions { width, height, count, paths } = *options;
     let mut all = Fingerprint::of_kind(KIND);
     fingerprint_scene(&mut all, scene);
@@ -207,6 +211,8 @@ fn fingerprint(scene: &Scene, camera: &Camera, light: &DistantLight, options: &T
     for number in [paths.strategy as u64, paths.surfaces as u64, paths.seed] {
         all.word(number);
     }
+    all.word(emitters.len() as u64);
+    emitters.iter().for_each(|emitter| emitter.relative_to(scene.origin()).write_into(&mut all));
     all
 }
 

@@ -22,7 +22,8 @@ pub(crate) struct SphereTable {
 }
 
 impl SphereTable {
-    /// The density in proportion to `weights`, one for each cell, row after row, none negative; none if all are zero.
+    /// The density in proportion to `weights`, one for each cell, row after row, none negative; none if all are zero, or their
+    /// sum is not finite.
     pub(crate) fn new(width: usize, height: usize, weights: &[f64]) -> Option<Self> {
         let (mut rows, mut columns) = (vec![0.0], Vec::with_capacity((width + 1) * height));
         for (y, row) in weights.chunks_exact(width).enumerate() {
@@ -127,6 +128,9 @@ mod tests {
         let whole: f64 = (0..32).map(|i| table.densities[i] * lat_long::solid_angle(8, 4, i / 8)).sum();
         assert!((whole - 1.0).abs() < 1e-14, "{whole}");
         assert!(SphereTable::new(8, 4, &[0.0; 32]).is_none(), "nothing to draw");
+        let mut infinite = weights;
+        infinite[5] = f64::INFINITY;
+        assert!(SphereTable::new(8, 4, &infinite).is_none(), "no density is in proportion to this");
     }
 
     #[test]

@@ -35,7 +35,7 @@ impl ViewOptions {
     /// file, and some room (test `work_takes_no_more_memory_than_is_said` of `lobe-cli`).
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        (5 * size_of::<[f32; 3]>() as u64).saturating_mul((self.width * self.height) as u64)
+        (5 * size_of::<[f32; 3]>() as u64).saturating_mul(self.width as u64).saturating_mul(self.height as u64)
     }
 }
 
@@ -68,7 +68,8 @@ pub fn scene_picture(
             "expected a picture with pixels and rays, found {width} x {height} with {rays} rays along an axis"
         )));
     };
-    let (camera, surfaces) = (camera.relative_to(scene.origin()), SurfaceRays::new(scene, bvh));
+    let camera = camera.relative_to(scene.origin()).outside_of(bvh.bounds());
+    let surfaces = SurfaceRays::new(scene, bvh);
     // Shade the nearest hit along a ray, or the background.
     let radiance_along = |ray: &Ray, towards: Dir| {
         let Some(hit) = surfaces.closest(ray) else { return background(towards) };
@@ -142,7 +143,7 @@ impl<'a> SceneHit<'a> {
     #[must_use]
     pub fn corners(&self) -> [(usize, f64); 3] {
         let (mesh, triangle) = self.scene.locate(self.hit.triangle as usize);
-        let before: usize = self.scene.meshes()[..mesh].iter().map(|m| m.positions().len()).sum();
+        let before = self.scene.first_vertex(mesh);
         let [a, b, c] = self.scene.meshes()[mesh].triangles()[triangle].map(|i| before + i as usize);
         let (u, v) = (f64::from(self.hit.u), f64::from(self.hit.v));
         [(a, 1.0 - u - v), (b, u), (c, v)]

@@ -5,10 +5,10 @@ use std::f64::consts::PI;
 use lobe_env::{EnvMap, bundled, irradiance_at, irradiance_map_brute_force, project_env};
 use lobe_image::{ErrorReport, compare};
 use lobe_render::{
-    BlinnNewell, Camera, CubeMapped, Exhibit, ExhibitSolid, IrradiancePolynomial, MatteByMap, MatteBySh, Paraboloids,
-    Shading, SphereMapped, SurfacePoint, Torus, TracedMirror, View, compare_shadings,
+    BlinnNewell, Camera, CubeMapped, Exhibit, ExhibitSolid, MatteByMap, MatteBySh, Paraboloids, Shading, SphereMapped,
+    SurfacePoint, Torus, TracedMirror, View, compare_shadings,
 };
-use lobe_sh::{Coefficient, Dir, Rgb};
+use lobe_sh::{Coefficient, Dir, IrradiancePolynomial, Rgb};
 
 /// A ball and a tilted torus before a perspective eye on the side of -x.
 fn scenes() -> [Exhibit; 2] {
@@ -125,7 +125,7 @@ fn matte_techniques_agree_with_brute_force() {
                 irradiance_map_brute_force(&map, width, width / 2, lobe_io::Job::default()).unwrap();
             error(&MatteByMap { irradiance, albedo: white })
         };
-        let polynomial = IrradiancePolynomial::of_radiance(&project_env(&map, 3));
+        let polynomial = IrradiancePolynomial::from_radiance_sh(&project_env(&map, 3));
         let by_sh = error(&MatteBySh { irradiance: polynomial, albedo: white });
         let (coarse, fine) = (by_map(16), by_map(32));
         println!(

@@ -312,6 +312,7 @@ fn off_from_microfacets(alpha: f64, order: usize, views: [[f64; 2]; 3]) -> [f64;
 }
 
 #[test]
+#[ignore = "long: of the nightly group"]
 fn how_far_the_kernel_is_from_microfacets_is_what_the_documentation_says() {
     // The table in the documentation of TransferMatrices, in percent: seen steeply and at a slant, each without and
     // with the reflectance.

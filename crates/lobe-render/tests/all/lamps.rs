@@ -1,5 +1,7 @@
 //! Lamps in moving scenes: the light of fields against direct light that is traced to the lamp, with something that moves between.
 
+use std::sync::Arc;
+
 use lobe_io::Job;
 use lobe_prt::{BakeMode, BakeOptions};
 use lobe_render::{
@@ -8,10 +10,10 @@ use lobe_render::{
     render_truth_with_emitters,
 };
 use lobe_scene::{Mesh, MeshParts, Scene, built_in};
-use lobe_sh::{Dir, Rgb, Rotation, ShVec};
+use lobe_sh::{Coefficient as _, Dir, Rgb, Rotation, ShVec};
 use lobe_shadow::{
     FieldOptions, Key, Lamp, LampSequence, LampSurface, PatchField, PatchedRectangle, Placement, RadianceField,
-    RadianceOptions, Rectangle, SphereFitOptions, Track,
+    RadianceOptions, Rectangle, SphereFitOptions, SphereSet, Track,
 };
 
 const ORDER: usize = 6;
@@ -185,6 +187,36 @@ fn lamps_move_along_their_tracks_and_begin_anew_with_the_scene() {
 }
 
 #[test]
+fn many_lamps_light_as_the_sum_of_each() {
+    // More of them than are held at a time, and a ball between, for which one sphere stands.
+    const FEW: usize = 3;
+    let mut moving = MovingScene::new(vec![MovingPart::new("ground", ground(), Motion::Still), ball()]).unwrap();
+    moving.set_spheres(1, Arc::new(SphereSet::new(vec![[0.0, 0.0, 1.5]], vec![1.0]).unwrap()));
+    let lamp = |k: u32| {
+        let (sin, cos) = f64::from(k).sin_cos();
+        let place = Placement::new([2.0 * cos, 2.0 * sin, 3.0], Rotation::IDENTITY, 1.0);
+        let light = RadianceField::ball(FEW, [0.0; 3], 0.2, Rgb::new(1.0, 2.0, 3.0)).unwrap();
+        MovingLamp::new(format!("lamp {k}"), Lamp::Still(light), Track::resting(place))
+    };
+    let lamps: Vec<MovingLamp> = (0..18).map(lamp).collect();
+    let options = MovingOptions::default().order(FEW).method(MovingMethod::Exponentials);
+    let shading = MovingShading::new(options).unwrap();
+    let lit = |scene: &MovingScene, lamps: &[MovingLamp]| {
+        let scene = scene.clone().with_lamps(lamps.to_vec());
+        shading.exit_radiance(&scene.at(1.0).unwrap(), &dark()).unwrap()
+    };
+    let together = lit(&moving, &lamps);
+    let mut sum = vec![Rgb::<f64>::ZERO; together.len()];
+    for lamp in &lamps {
+        let alone = lit(&moving, std::slice::from_ref(lamp));
+        sum.iter_mut().zip(alone).for_each(|(sum, alone)| *sum += alone.widen());
+    }
+    let (rounding, shadows) = (off(&together, &sum), off(&lit(&moving.without_occluders(), &lamps), &sum));
+    assert!(rounding < 1e-5, "{rounding} off the sum of each");
+    assert!(shadows > 1e-3, "{shadows}: the ball hides some light");
+}
+
+#[test]
 fn pictures_with_lamps_are_near_their_truth() {
     let [(_, panel), ..] = lamps();
     let moving = baked(panel, MovingMethod::Fields);
@@ -203,8 +235,11 @@ fn pictures_with_lamps_are_near_their_truth() {
         render_truth_with_emitters(moment.scene(), moment.bvh(), &camera, &light, &emitters, &truth, Job::default());
     let traced = traced.unwrap();
     let psnr = lobe_image::compare(found.picture.pixels(), traced.mean.pixels()).psnr;
-    println!("{psnr:.1} dB");
+    let mean = traced.mean.mean()[1];
+    println!("{psnr:.1} dB, mean {mean:.4}");
     assert!(psnr > 24.0, "{psnr} dB");
+    // A half of the flux π L A falls on a ground of area 36, which fills a tenth of the picture: 0.01 on average.
+    assert!(mean > 0.003, "{mean}: the picture is dark");
 }
 
 #[test]

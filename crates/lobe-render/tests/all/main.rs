@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod baked_scene;
+mod emitters;
 mod environment_mapping;
 mod far;
 mod glossy;

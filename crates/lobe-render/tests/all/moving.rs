@@ -62,6 +62,23 @@ fn a_scene_of_one_part_is_lit_as_its_bake() {
 }
 
 #[test]
+fn a_moment_knows_where_each_part_is() {
+    let key = |time: f64, x: f64, angle: f64| Key {
+        time,
+        placement: Placement::new([x, 2.0, 0.0], Rotation::from_axis_angle(Dir::Z, angle), 0.5),
+    };
+    let track = Track::new(vec![key(0.0, -1.0, 0.0), key(2.0, 1.0, 1.0)]).unwrap();
+    let ball = built_in::ball_over_ground(8);
+    let still = MovingPart::new("still", ball.clone(), Motion::Still);
+    let moving = MovingScene::new(vec![still, MovingPart::new("moved", ball, Motion::Track(track.clone()))]).unwrap();
+    for time in [0.0, 0.7, 2.0] {
+        let moment = moving.at(time).unwrap();
+        let found = [0, 1].map(|part| moment.placement_of(part));
+        assert_eq!(found, [Placement::IDENTITY, track.at(time)], "at {time} s");
+    }
+}
+
+#[test]
 fn a_turned_part_alone_is_lit_as_if_the_sky_were_turned_back() {
     let turn = Rotation::from_axis_angle(Dir::from_unit([0.6, 0.0, 0.8]), 1.1);
     let placement = Placement::new([3.0, -1.0, 2.0], turn, 0.5);
@@ -141,6 +158,7 @@ fn a_skinned_figure_is_lit_by_the_spheres_of_its_joints() {
 }
 
 #[test]
+#[ignore = "long: of the nightly group"]
 fn the_shadows_of_a_walking_figure_are_near_traced_paths_at_all_times_of_its_walk() {
     // Fewer spheres are thicker than the limbs that they stand for (example `skins`).
     let spheres = SphereFitOptions::default().count(64).samples(2000).rounds(4);

@@ -7,8 +7,8 @@ use lobe_env::{Brdf as _, EnvMap, Ggx, bundled, lat_long, project_env};
 use lobe_image::{Measured, Pixel, ZTest};
 use lobe_io::{Job, Progress};
 use lobe_render::{
-    Camera, DistantLight, LightStrategy, PathEstimate, PathOptions, PathReceiver, PathTracer, SampleCount, Surfaces,
-    Truth, TruthOptions, View, render_truth,
+    Camera, DistantLight, LightStrategy, PathEstimate, PathOptions, PathReceiver, PathTracer, SampleCount, SceneHit,
+    Surfaces, Truth, TruthOptions, View, ViewOptions, render_truth, scene_picture,
 };
 use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene, built_in};
 use lobe_sh::{Coefficient as _, Dir, Rgb, Rotation};
@@ -290,6 +290,30 @@ fn pictures_are_the_same_for_any_number_of_threads_and_know_what_they_show() {
     assert!((one.depth[middle] - (eye - 1.0)).abs() < 0.1, "its distance: {}", one.depth[middle]);
     let sky = one.coverage.iter().position(|&c| c == 0.0).unwrap();
     assert_eq!((one.depth[sky], one.mean.pixels()[sky][1] > 0.0), (f32::INFINITY, true), "the sky behind");
+}
+
+#[test]
+fn parallel_rays_start_outside_of_the_scene() {
+    // The picture is 0.008 high: rays that started 100 times half of that above the ground would pass below the ball, which is red.
+    let scene = built_in::ball_over_ground(24);
+    let camera = Camera::orthographic(View::from_eye(Dir::Z), 0.004);
+    let options = TruthOptions::default().width(2).height(2).count(SampleCount::of(2));
+    let traced = trace(&scene, &camera, &constant(1.0), &options.paths(PathOptions::default().bounces(0)));
+    let (view, albedo) = (ViewOptions::default().width(2).height(2).rays(1), |hit: &SceneHit<'_>| hit.albedo);
+    let cast = scene_picture(&scene, &Bvh::new(&scene), &camera, &view, |_| Rgb::ZERO, albedo, Job::default());
+    for (name, picture) in [("traced", traced.albedo), ("cast", cast.unwrap())] {
+        let [r, g, b] = picture.pixels()[0];
+        let off = (r - 0.7).abs() + (g - 0.25).abs() + (b - 0.2).abs();
+        assert!(off < 1e-6, "{name}: {r}, {g}, {b} is seen from above");
+    }
+}
+
+#[test]
+fn pictures_beyond_all_numbers_take_the_largest_number_of_bytes() {
+    let side = usize::MAX;
+    let truth = TruthOptions::default().width(side).height(side).bytes();
+    let view = ViewOptions::default().width(side).height(side).bytes();
+    assert_eq!([truth, view], [u64::MAX; 2], "bytes of {side} x {side} pixels");
 }
 
 #[test]

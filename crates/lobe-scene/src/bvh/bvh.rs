@@ -34,7 +34,7 @@ pub struct Bvh {
     bounds: Bounds,
     triangles: usize,
     machine: Machine,
-    /// The expected cost when it was built; `None` until it is updated.
+    /// The expected cost when it was built; `None` until it is refit.
     built_cost: Option<f32>,
 }
 
@@ -104,6 +104,7 @@ impl Bvh {
     /// If the scene has another number of triangles.
     pub fn refit(&mut self, scene: &Scene) {
         assert_eq!(scene.triangle_count(), self.triangles, "triangles of the scene and of the tree");
+        self.built_cost = Some(self.built_cost.unwrap_or_else(|| self.expected_cost()));
         if self.triangles > 0 {
             let corners: Vec<_> = scene.corners().collect();
             self.bounds = refit(&mut self.nodes, &mut self.blocks, &corners);
@@ -120,10 +121,8 @@ impl Bvh {
     /// # Panics
     /// If the scene has another number of triangles.
     pub fn update(&mut self, scene: &Scene) {
-        let built_cost = self.built_cost.unwrap_or_else(|| self.expected_cost());
         self.refit(scene);
-        self.built_cost = Some(built_cost);
-        if self.expected_cost() > WORN * built_cost {
+        if self.built_cost.is_some_and(|built_cost| self.expected_cost() > WORN * built_cost) {
             let machine = self.machine;
             *self = Self { machine, ..Self::new(scene) };
         }

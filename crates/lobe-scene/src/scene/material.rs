@@ -52,10 +52,15 @@ pub struct TextureUse {
 }
 
 impl TextureUse {
-    /// The point of the picture at a mesh's texture coordinates.
+    /// The point of the picture at a mesh's texture coordinates. It is finite if all of these numbers are, however large: products
+    /// of two of `f32` are far from the largest of `f64`.
     #[must_use]
-    pub fn map([r0, r1]: [[f32; 3]; 2], [u, v]: [f32; 2]) -> [f32; 2] {
-        [r0[0] * u + r0[1] * v + r0[2], r1[0] * u + r1[1] * v + r1[2]]
+    pub fn map(uv_map: [[f32; 3]; 2], uv: [f32; 2]) -> [f64; 2] {
+        let [u, v] = uv.map(f64::from);
+        uv_map.map(|row| {
+            let [a, b, c] = row.map(f64::from);
+            a * u + b * v + c
+        })
     }
 
     /// The identity map.

@@ -18,7 +18,9 @@ pub struct Scene {
     materials: Vec<Material>,
     textures: Vec<Texture>,
     /// The index of the first triangle of each mesh, then the number of all triangles.
-    starts: Vec<usize>,
+    starts: Box<[usize]>,
+    /// The index of the first vertex of each mesh, then the number of all vertices.
+    vertex_starts: Box<[usize]>,
     origin: [f64; 3],
 }
 
@@ -76,17 +78,15 @@ impl Scene {
         for material in &materials {
             material.check().map_err(|message| SceneError::invalid("scene", message))?;
         }
-        let mut starts = vec![0];
-        for mesh in &meshes {
-            starts.push(starts[starts.len() - 1] + mesh.triangles().len());
-        }
+        let starts = starts_of(meshes.iter().map(|mesh| mesh.triangles().len()));
+        let vertex_starts = starts_of(meshes.iter().map(|mesh| mesh.positions().len()));
         let count = starts[meshes.len()];
         if u32::try_from(count).is_err() {
             return invalid(format!("expected fewer than 2^32 triangles, found {count}"));
         }
         let Bounds { min, max } = bounds_of(&meshes);
         let (meshes, origin) = near_origin(meshes, min, max);
-        Ok(Self { meshes, materials, textures, starts, origin })
+        Ok(Self { meshes, materials, textures, starts, vertex_starts, origin })
     }
 
     /// The meshes.
@@ -139,6 +139,7 @@ impl Scene {
         );
         let Self { materials, textures, starts, origin, .. } = self;
         Self {
+            vertex_starts: starts_of(meshes.iter().map(|mesh| mesh.positions().len())),
             meshes,
             materials: materials.clone(),
             textures: textures.clone(),
@@ -156,7 +157,17 @@ impl Scene {
     /// Number of vertices in all meshes.
     #[must_use]
     pub fn vertex_count(&self) -> usize {
-        self.meshes.iter().map(|mesh| mesh.positions().len()).sum()
+        self.vertex_starts[self.meshes.len()]
+    }
+
+    /// The index of the first vertex of a mesh among those of all meshes.
+    ///
+    /// # Panics
+    /// If there is no such mesh.
+    #[must_use]
+    pub fn first_vertex(&self, mesh: usize) -> usize {
+        assert!(mesh < self.meshes.len(), "mesh {mesh} of {}", self.meshes.len());
+        self.vertex_starts[mesh]
     }
 
     /// The mesh of the triangle with this index, and the triangle's index in it.
@@ -318,6 +329,15 @@ impl Scene {
     }
 }
 
+/// The sum of all counts before each, then of all.
+fn starts_of(counts: impl Iterator<Item = usize>) -> Box<[usize]> {
+    let mut starts = vec![0];
+    for count in counts {
+        starts.push(starts[starts.len() - 1] + count);
+    }
+    starts.into()
+}
+
 fn bounds_of(meshes: &[Mesh]) -> Bounds {
     let mut bounds = (Vec3::INFINITY, Vec3::NEG_INFINITY);
     for &p in meshes.iter().flat_map(Mesh::positions) {
@@ -368,6 +388,7 @@ mod tests {
         let located: Vec<_> = (0..3).map(|t| scene.locate(t)).collect();
         assert_eq!(located, [(0, 0), (0, 1), (1, 0)], "mesh and triangle");
         assert_eq!((scene.triangle_count(), scene.vertex_count()), (3, 6), "counts");
+        assert_eq!([0, 1].map(|mesh| scene.first_vertex(mesh)), [0, 3], "first vertices");
         assert_eq!(scene.bounds(), Bounds { min: [0.0; 3], max: [2.0, 2.0, 0.0] }, "bounds");
     }
 

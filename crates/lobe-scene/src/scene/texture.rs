@@ -90,7 +90,7 @@ impl Texture {
 
     /// Linear color and alpha at a point, (0, 0) being the top left corner; interpolated bilinearly in linear light.
     #[must_use]
-    pub fn sample(&self, [u, v]: [f32; 2]) -> [f32; 4] {
+    pub fn sample(&self, [u, v]: [f64; 2]) -> [f32; 4] {
         let (x0, x1, fx) = neighbors(u, self.width, self.wrap[0]);
         let (y0, y1, fy) = neighbors(v, self.height, self.wrap[1]);
         let (a, b) = (self.linear(x0, y0), self.linear(x1, y0));
@@ -106,13 +106,13 @@ impl Texture {
 }
 
 /// The two texels on either side of a coordinate, and the weight of the second.
-fn neighbors(coordinate: f32, size: usize, wrap: Wrap) -> (usize, usize, f32) {
+fn neighbors(coordinate: f64, size: usize, wrap: Wrap) -> (usize, usize, f32) {
     let n = size as f64;
     // Remove whole periods, so that the texel index stays small.
     let u = match wrap {
-        Wrap::Repeat => f64::from(coordinate).rem_euclid(1.0),
-        Wrap::Mirror => f64::from(coordinate).rem_euclid(2.0),
-        Wrap::Clamp => f64::from(coordinate).clamp(0.0, 1.0),
+        Wrap::Repeat => coordinate.rem_euclid(1.0),
+        Wrap::Mirror => coordinate.rem_euclid(2.0),
+        Wrap::Clamp => coordinate.clamp(0.0, 1.0),
     };
     let x = u * n - 0.5;
     let below = x.floor();
@@ -164,7 +164,7 @@ mod tests {
 
     #[test]
     fn outside_of_the_unit_square_the_wrap_decides() {
-        let red = |wrap, u: f32| two_by_one(wrap).sample([u, 0.5])[0];
+        let red = |wrap, u: f64| two_by_one(wrap).sample([u, 0.5])[0];
         for (wrap, u, expected) in [
             (Wrap::Repeat, 1.25, 0.0),
             (Wrap::Repeat, -0.25, 1.0),

@@ -2,7 +2,10 @@
 
 use std::fs;
 
-use lobe_scene::{SceneError, SceneReadOptions, Texture, Wrap, read_scene, read_scene_bytes};
+use lobe_scene::{
+    Material, Mesh, MeshParts, Scene, SceneError, SceneReadOptions, Texture, TextureUse, Wrap, read_scene,
+    read_scene_bytes,
+};
 use serde_json::{Value, json};
 
 use crate::common::{Gltf, base64};
@@ -76,5 +79,26 @@ fn a_filter_that_is_not_used_is_noted_once() {
         let (_, report) = read_scene_bytes(&file.glb(), "a.glb", &SceneReadOptions::default()).unwrap();
         let note = "the filter NEAREST of textures is not used: colors are interpolated between texels";
         assert_eq!(report.notes, vec![note; expected], "filter {filter}");
+    }
+}
+
+#[test]
+fn a_map_of_the_largest_numbers_still_leads_to_texels() {
+    for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp] {
+        let texture = Texture::new(2, 1, vec![[255; 4], [0; 4]], [wrap; 2]);
+        let used = TextureUse { texture: 0, uv_set: 0, uv_map: [[3e38, -3e38, 0.0], [0.0, 3e38, 3e38]] };
+        let material = Material { base_color_texture: Some(used), ..Material::WHITE };
+        let mut parts = MeshParts {
+            positions: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            triangles: vec![[0, 1, 2]],
+            material: Some(0),
+            ..MeshParts::default()
+        };
+        parts.uvs[0] = vec![[2.0, 2.0], [2.0, 0.0], [3e38, -3e38]];
+        let scene = Scene::new(vec![Mesh::new(parts).unwrap()], vec![material], vec![texture]).unwrap();
+        for vertex in 0..3 {
+            let color = scene.vertex_base_color(0, vertex);
+            assert!(color.iter().all(|c| (0.0..=1.0).contains(c)), "{wrap:?}, vertex {vertex}: {color:?}");
+        }
     }
 }

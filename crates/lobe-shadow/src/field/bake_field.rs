@@ -8,7 +8,6 @@ use lobe_sh::Dir;
 
 use crate::field::axial::Axial;
 use crate::field::bake_rows::{RowWork, bake_rows};
-use crate::field::field_grid::bounding_sphere;
 use crate::field::fill_inside::fill_inside;
 use crate::field::sky_rays::{Cap, RayScratch, SkyRays, turn_of};
 use crate::{FieldGrid, OcclusionField, ShadowError};
@@ -189,6 +188,15 @@ fn rows_of(
         inside[0] = f32::from(u8::from(sample(&rays, &grid, middle, samples[k], options.seed, scratch, occlusion)));
     })?;
     Ok((grid, samples, found))
+}
+
+/// The middle of the smallest box around all vertices of a scene, and the distance of the farthest vertex from there.
+fn bounding_sphere(scene: &Scene) -> ([f64; 3], f64) {
+    let bounds = scene.bounds();
+    let center: [f64; 3] = std::array::from_fn(|k| 0.5 * (f64::from(bounds.min[k]) + f64::from(bounds.max[k])));
+    let square = |p: [f32; 3]| (0..3).map(|k| (f64::from(p[k]) - center[k]).powi(2)).sum::<f64>();
+    let farthest = scene.corners().flatten().map(square).fold(0.0, f64::max);
+    (center, farthest.sqrt())
 }
 
 /// One sample: its scaled occlusion, and whether it is inside the solid.

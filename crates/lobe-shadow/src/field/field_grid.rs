@@ -2,7 +2,6 @@
 
 use std::ops::RangeInclusive;
 
-use lobe_scene::Scene;
 use lobe_sh::simd::{Wide, constant};
 use pulp::Simd;
 
@@ -50,8 +49,8 @@ pub struct FieldGrid {
     radius: f64,
     inner: f64,
     outer: f64,
-    spheres: usize,
-    directions: Octahedron,
+    pub(crate) spheres: usize,
+    pub(crate) directions: Octahedron,
     /// `k_R`, `c_-` and `c_+`.
     at_radius: f64,
     per_step: [f64; 2],
@@ -261,40 +260,6 @@ impl FieldGrid {
         (0..self.points()).filter(|point| self.representative(*point) == *point).collect()
     }
 
-    /// For every representative the representatives next to it, ascending: along the lines of its sphere, across the fold too,
-    /// and on the next spheres. The center is next to all of the innermost sphere. Others have none.
-    pub(crate) fn neighbors(&self) -> Vec<Vec<usize>> {
-        let mut neighbors = vec![Vec::new(); self.points()];
-        for point in 0..self.points() {
-            let next = self.next_to(point);
-            neighbors[self.representative(point)].extend(next.into_iter().map(|next| self.representative(next)));
-        }
-        for neighbors in &mut neighbors {
-            neighbors.sort_unstable();
-            neighbors.dedup();
-        }
-        neighbors
-    }
-
-    /// The points next to one in the unfolded square, and on the next spheres.
-    fn next_to(&self, point: usize) -> Vec<usize> {
-        let (per_sphere, side) = (self.directions.len(), self.directions.cells + 1);
-        let center = self.spheres * per_sphere;
-        if point == center {
-            return (0..per_sphere).collect();
-        }
-        let (sphere, vertex) = (point / per_sphere, point % per_sphere);
-        let (i, j) = (vertex % side, vertex / side);
-        let mut found = Vec::with_capacity(6);
-        found.extend((i > 0).then(|| point - 1));
-        found.extend((i + 1 < side).then_some(point + 1));
-        found.extend((j > 0).then(|| point - side));
-        found.extend((j + 1 < side).then_some(point + side));
-        found.push(if sphere > 0 { point - per_sphere } else { center });
-        found.extend((sphere + 1 < self.spheres).then_some(point + per_sphere));
-        found
-    }
-
     /// The place of `ln(r/R)` among the spheres: 0 at the innermost.
     #[inline]
     fn place(&self, logarithm: f32) -> f32 {
@@ -385,15 +350,6 @@ pub(crate) fn catmull_rom(t: f32) -> [f32; 4] {
     [0.5 * (2.0 * t2 - t - t3), 1.0 + 0.5 * (3.0 * t3 - 5.0 * t2), 0.5 * (t + 4.0 * t2 - 3.0 * t3), 0.5 * (t3 - t2)]
 }
 
-/// The middle of the smallest box around all vertices of a scene, and the distance of the farthest vertex from there.
-pub(crate) fn bounding_sphere(scene: &Scene) -> ([f64; 3], f64) {
-    let bounds = scene.bounds();
-    let center: [f64; 3] = std::array::from_fn(|k| 0.5 * (f64::from(bounds.min[k]) + f64::from(bounds.max[k])));
-    let square = |p: [f32; 3]| (0..3).map(|k| (f64::from(p[k]) - center[k]).powi(2)).sum::<f64>();
-    let farthest = scene.corners().flatten().map(square).fold(0.0, f64::max);
-    (center, farthest.sqrt())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -475,27 +431,6 @@ mod tests {
             assert!(cubic < 0.05, "sphere {k}: the slope changes by {cubic}, linearly by {linear}");
             assert!(linear > 0.4, "sphere {k}: the linear slope changes by {linear}");
         }
-    }
-
-    #[test]
-    fn neighbors_are_mutual_and_four_on_a_sphere_but_for_the_fold() {
-        let grid = FieldGrid::new([0.0; 3], 1.0, [0.5, 4.0], 3, 4).unwrap();
-        let neighbors = grid.neighbors();
-        for (point, around) in neighbors.iter().enumerate() {
-            let is_first = grid.representative(point) == point;
-            assert!(is_first != around.is_empty(), "{point}: {around:?}");
-            for next in around {
-                assert!(neighbors[*next].contains(&point), "{point} and {next}");
-                assert!(*next != point && grid.representative(*next) == *next, "{point} and {next}");
-            }
-            let per_sphere = 25;
-            if is_first && point < 3 * per_sphere {
-                let on_sphere = around.iter().filter(|next| **next / per_sphere == point / per_sphere).count();
-                // The lines that end at the border go on in one another.
-                assert!((2..=4).contains(&on_sphere), "{point}: {around:?}");
-            }
-        }
-        assert_eq!(grid.representatives().len(), 3 * (4 * 4 + 2) + 1, "of 4 cells 18 vertices differ");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Values for the sample points inside a solid.
+//! Values for the sample points inside a solid, from those next to them.
 
 use crate::FieldGrid;
 
@@ -37,6 +37,42 @@ pub(crate) fn fill_inside(grid: &FieldGrid, inside: &[bool], width: usize, rows:
     }
 }
 
+impl FieldGrid {
+    /// For every representative the representatives next to it, ascending: along the lines of its sphere, across the fold too,
+    /// and on the next spheres. The center is next to all of the innermost sphere. Others have none.
+    fn neighbors(&self) -> Vec<Vec<usize>> {
+        let mut neighbors = vec![Vec::new(); self.points()];
+        for point in 0..self.points() {
+            let next = self.next_to(point);
+            neighbors[self.representative(point)].extend(next.into_iter().map(|next| self.representative(next)));
+        }
+        for neighbors in &mut neighbors {
+            neighbors.sort_unstable();
+            neighbors.dedup();
+        }
+        neighbors
+    }
+
+    /// The points next to one in the unfolded square, and on the next spheres.
+    fn next_to(&self, point: usize) -> Vec<usize> {
+        let (per_sphere, side) = (self.directions.len(), self.directions.cells + 1);
+        let center = self.spheres * per_sphere;
+        if point == center {
+            return (0..per_sphere).collect();
+        }
+        let (sphere, vertex) = (point / per_sphere, point % per_sphere);
+        let (i, j) = (vertex % side, vertex / side);
+        let mut found = Vec::with_capacity(6);
+        found.extend((i > 0).then(|| point - 1));
+        found.extend((i + 1 < side).then_some(point + 1));
+        found.extend((j > 0).then(|| point - side));
+        found.extend((j + 1 < side).then_some(point + side));
+        found.push(if sphere > 0 { point - per_sphere } else { center });
+        found.extend((sphere + 1 < self.spheres).then_some(point + per_sphere));
+        found
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -55,5 +91,26 @@ mod tests {
         let mut all = before.clone();
         fill_inside(&grid, &vec![true; grid.points()], 1, &mut all);
         assert_eq!(all, before, "nothing to take");
+    }
+
+    #[test]
+    fn neighbors_are_mutual_and_four_on_a_sphere_but_for_the_fold() {
+        let grid = FieldGrid::new([0.0; 3], 1.0, [0.5, 4.0], 3, 4).unwrap();
+        let neighbors = grid.neighbors();
+        for (point, around) in neighbors.iter().enumerate() {
+            let is_first = grid.representative(point) == point;
+            assert!(is_first != around.is_empty(), "{point}: {around:?}");
+            for next in around {
+                assert!(neighbors[*next].contains(&point), "{point} and {next}");
+                assert!(*next != point && grid.representative(*next) == *next, "{point} and {next}");
+            }
+            let per_sphere = 25;
+            if is_first && point < 3 * per_sphere {
+                let on_sphere = around.iter().filter(|next| **next / per_sphere == point / per_sphere).count();
+                // The lines that end at the border go on in one another.
+                assert!((2..=4).contains(&on_sphere), "{point}: {around:?}");
+            }
+        }
+        assert_eq!(grid.representatives().len(), 3 * (4 * 4 + 2) + 1, "of 4 cells 18 vertices differ");
     }
 }

@@ -2,8 +2,8 @@
 //! every point around it; and what all of them together leave to a receiver.
 //!
 //! Read `octahedron` and `field_grid` first, the sample points, and `axial`, the form of what is stored there; then
-//! `occlusion_field`, made by `bake_field` with the rays of `sky_rays`, and `radiance_field`, which `patch_field` makes of a
-//! `lamp_surface`. At run time `shadow_fields` is the
+//! `occlusion_field`, made by `bake_field` with the rays of `sky_rays`, by `fill_inside` within the solid, and `radiance_field`, which
+//! `patch_field` makes of a `lamp_surface`. At run time `shadow_fields` is the
 //! way in and `chain` the loop over what `nearest_first` lists, sixteen receivers at once: `placed` looks up in `block_stencil`.
 //! `field_file`, `lamp_file` and `visibility_file` are its files, `field_storage` and `stored_tensors` the forms of their numbers. Uses no other room.
 

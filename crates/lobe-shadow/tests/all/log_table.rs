@@ -133,6 +133,7 @@ fn options_out_of_their_range_are_refused() {
 }
 
 #[test]
+#[ignore = "long: of the nightly group"]
 fn exponentials_of_blocks_are_those_of_the_scalar_path() {
     let mut random = Random::new(2);
     for order in 1..=8 {
