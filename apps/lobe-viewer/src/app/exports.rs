@@ -31,18 +31,55 @@ enum ExportAsked {
 pub(crate) struct Exports {
     is_open: bool,
     folder: String,
-    task: Option<Task<PathBuf>>,
-    window: Option<Task<PathBuf>>,
+    task: Option<Writing>,
+    window: Option<Writing>,
     shots: (Sender<WindowShot>, Receiver<WindowShot>),
 }
 
 /// The window as it was shown.
 type WindowShot = std::sync::Arc<eframe::egui::ColorImage>;
 
+/// A file that is being written.
+struct Writing {
+    task: Task<PathBuf>,
+    /// Whether it was written, though its task has not ended.
+    is_written: bool,
+}
+
+impl Writing {
+    fn new(task: Task<PathBuf>) -> Self {
+        Self { task, is_written: false }
+    }
+
+    /// Says what has become of it. Whether it has ended.
+    fn tell(&mut self, notice: &mut Notice) -> bool {
+        let mut has_ended = false;
+        for event in self.task.events() {
+            match event {
+                TaskEvent::Result(path) => {
+                    self.is_written = true;
+                    notice.tell(format!("Written: {}", path.display()));
+                    continue;
+                }
+                TaskEvent::Failed(message) => notice.fail(message),
+                TaskEvent::Cancelled if !self.is_written => notice.tell("Cancelled; nothing was written"),
+                TaskEvent::Cancelled | TaskEvent::Done => {}
+            }
+            has_ended = true;
+        }
+        has_ended
+    }
+}
+
 impl Exports {
     pub(crate) fn new(plan: &ExportPlan) -> Self {
         let folder = plan.folder.display().to_string();
         Self { is_open: false, folder, task: None, window: None, shots: channel() }
+    }
+
+    /// The same with another plan, and its window closed.
+    pub(crate) fn with_plan(self, plan: &ExportPlan) -> Self {
+        Self { is_open: false, folder: plan.folder.display().to_string(), ..self }
     }
 
     pub(crate) fn toggle(&mut self) {
@@ -66,37 +103,42 @@ impl Exports {
 
     /// Writes what was shot, and says what was written. Called for each frame.
     pub(crate) fn advance(&mut self, ctx: &Context, plan: &ExportPlan, notice: &mut Notice) {
-        if let Ok(image) = self.shots.1.try_recv() {
+        for writing in [&mut self.task, &mut self.window] {
+            if writing.as_mut().is_some_and(|writing| writing.tell(notice)) {
+                *writing = None;
+            }
+        }
+        // One after the other: the next number that is free is known when the file before is there.
+        while self.window.is_none()
+            && let Ok(image) = self.shots.1.try_recv()
+        {
             match next_free(&plan.folder, NAMES[0]) {
                 Ok(path) => {
-                    self.window = Some(Task::start("Window", wake(ctx), move |control| {
+                    self.window = Some(Writing::new(Task::start("Window", wake(ctx), move |control| {
                         write_window(&path, &image).map_err(|error| error.to_string())?;
                         control.send(path);
                         Ok(())
-                    }));
+                    })));
                 }
                 Err(message) => notice.fail(message),
-            }
-        }
-        for task in [&mut self.task, &mut self.window] {
-            for event in task.as_ref().map(Task::events).unwrap_or_default() {
-                match event {
-                    TaskEvent::Result(path) => {
-                        notice.tell(format!("Written: {}", path.display()));
-                        continue;
-                    }
-                    TaskEvent::Failed(message) => notice.fail(message),
-                    TaskEvent::Cancelled => notice.tell("Cancelled; nothing was written"),
-                    TaskEvent::Done => {}
-                }
-                *task = None;
             }
         }
     }
 
     /// Stops what is being written.
     pub(crate) fn cancel(&self) {
-        self.task.iter().for_each(Task::cancel);
+        self.task.iter().for_each(|writing| writing.task.cancel());
+    }
+
+    /// Writes what was shot to its end, for a program that ends.
+    pub(crate) fn finish(&mut self, plan: &ExportPlan) {
+        if let Some(writing) = self.window.take() {
+            drop(writing.task.finish());
+        }
+        for image in self.shots.1.try_iter() {
+            // There is no window any more that would say that it is not.
+            drop(next_free(&plan.folder, NAMES[0]).map(|path| write_window(&path, &image)));
+        }
     }
 
     /// Shows the window. `scene` makes what is to be rendered; none if there is no scene yet.
@@ -145,7 +187,7 @@ impl Exports {
             Err(message) => return notice.fail(message),
         };
         let (context, plan) = (gpu.context().clone(), plan.clone());
-        self.task = Some(Task::start("Export", wake(ctx), move |control| {
+        self.task = Some(Writing::new(Task::start("Export", wake(ctx), move |control| {
             control.stage(path.file_name().unwrap_or_default().to_string_lossy());
             let mut watch = control.watch();
             match scene.write(&context, &plan, frames, &path, Job::default().watched_by(&mut watch)) {
@@ -156,7 +198,7 @@ impl Exports {
                     Ok(())
                 }
             }
-        }));
+        })));
     }
 
     fn content(&mut self, ui: &mut Ui, plan: &mut ExportPlan, has_device: bool) -> Option<ExportAsked> {
@@ -186,7 +228,7 @@ impl Exports {
         button(ui, is_ready, "Picture", "The scene, its light and its view, as PNG", ExportAsked::Picture);
         let hint = "An animated PNG in which the sky turns once around";
         button(ui, is_ready, "Turntable", hint, ExportAsked::Turntable);
-        if let Some(task) = &self.task {
+        if let Some(Writing { task, .. }) = &self.task {
             ui.label(task.describe());
             match task.progress() {
                 Some(part) => ui.add(ProgressBar::new(part).show_percentage()),
@@ -210,4 +252,58 @@ fn number(ui: &mut Ui, name: &str, value: DragValue<'_>) {
 fn wake(ctx: &Context) -> impl Fn() + Send + 'static {
     let ctx = ctx.clone();
     move || ctx.request_repaint()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+    use std::thread::sleep;
+    use std::time::Duration;
+
+    use eframe::egui::{Color32, ColorImage};
+
+    use super::*;
+
+    #[test]
+    fn what_was_written_before_it_was_cancelled_is_told_as_written() {
+        for (is_written, expected) in [(true, "Written: picture.png"), (false, "Cancelled; nothing was written")] {
+            let (plan, mut notice, ctx) = (ExportPlan::default(), Notice::default(), Context::default());
+            let mut exports = Exports::new(&plan);
+            let (go, wait) = channel::<()>();
+            exports.task = Some(Writing::new(Task::start("Export", wake(&ctx), move |control| {
+                if is_written {
+                    control.send(PathBuf::from("picture.png"));
+                }
+                wait.recv().map_err(|error| error.to_string())
+            })));
+            exports.cancel();
+            // The file is told in a frame, the end in another.
+            while is_written && notice.text().is_none() {
+                exports.advance(&ctx, &plan, &mut notice);
+                sleep(Duration::from_millis(1));
+            }
+            go.send(()).unwrap();
+            while !exports.is_idle() {
+                exports.advance(&ctx, &plan, &mut notice);
+                sleep(Duration::from_millis(1));
+            }
+            assert_eq!(notice.text(), Some(expected), "written: {is_written}");
+        }
+    }
+
+    #[test]
+    fn all_pictures_of_the_window_are_whole_when_the_program_ends() {
+        let folder = tempfile::tempdir().unwrap();
+        let plan = ExportPlan { folder: folder.path().into(), ..ExportPlan::default() };
+        let mut exports = Exports::new(&plan);
+        for color in [Color32::RED, Color32::GREEN, Color32::BLUE] {
+            exports.shots.0.send(Arc::new(ColorImage::filled([3, 2], color))).unwrap();
+        }
+        exports.advance(&Context::default(), &plan, &mut Notice::default());
+        exports.finish(&plan);
+        for number in 1..=3 {
+            let path = folder.path().join(format!("lobe-window-{number:04}.png"));
+            assert!(lobe::image::read_picture(&path, &Default::default()).is_ok(), "{}", path.display());
+        }
+    }
 }

@@ -205,14 +205,23 @@ impl ViewerApp {
             BarAsked::Export => self.exports.toggle(),
             BarAsked::Shoot => self.exports.shoot(ctx),
             BarAsked::Help => self.is_help_open = !self.is_help_open,
-            BarAsked::Reset => {
-                let kept = Kept { recent: self.kept.recent.clone(), room: self.kept.room, ..Kept::default() };
-                let (lost, limits) = (self.lost.clone(), self.limits);
-                let first = Self::with(kept, self.gpu.take(), self.folder.clone());
-                *self = first.reporting_loss_to(lost).reading_within(limits);
-                ctx.request_repaint();
-            }
+            BarAsked::Reset => self.reset(ctx),
         }
+    }
+
+    /// Makes everything as at the first start. What is being written is written to its end, and what was said remains.
+    fn reset(&mut self, ctx: &Context) {
+        if let Some(gpu) = &self.gpu {
+            self.scene.forget_picture(gpu);
+            self.motion.forget_pictures(gpu);
+        }
+        let kept = Kept { recent: self.kept.recent.clone(), room: self.kept.room, ..Kept::default() };
+        let (lost, limits) = (self.lost.clone(), self.limits);
+        let first = Self::with(kept, self.gpu.take(), self.folder.clone());
+        let before = std::mem::replace(self, first.reporting_loss_to(lost).reading_within(limits));
+        self.exports = before.exports.with_plan(&self.kept.export);
+        self.notice = before.notice;
+        ctx.request_repaint();
     }
 
     /// Opens the list of files; a page has none.
@@ -393,5 +402,6 @@ impl eframe::App for ViewerApp {
 
     fn on_exit(&mut self) {
         self.write();
+        self.exports.finish(&self.kept.export);
     }
 }

@@ -8,7 +8,7 @@ use lobe::io::Job;
 use lobe::render::{MovingMethod, MovingOptions, MovingScene, MovingShading};
 use lobe::sh::Rgb;
 use lobe::shadow::SphereFitMethod;
-use lobe_gpu::{Environment, SceneView, SceneViewOptions, SurfaceShading, TurntableOptions};
+use lobe_gpu::{SceneView, SceneViewOptions, SurfaceShading, TurntableOptions};
 
 use crate::cli::args::Arguments;
 use crate::cli::failure::note;
@@ -18,7 +18,7 @@ use crate::cli::shown::ORDER;
 use crate::loading::moving_bakes::moving_bake_options;
 use crate::loading::moving_light::MovingLight;
 use crate::loading::moving_source::{is_file, open_moving, with_files};
-use crate::loading::sky_source::open_sky;
+use crate::loading::sky_source::{on_device, open_sky};
 use crate::widgets::orbit::Orbit;
 
 /// Renders a scene that moves at `--frames` moments, from the begin of its time to shortly before its end, where it begins anew.
@@ -43,8 +43,8 @@ pub(crate) fn run(
     let frames = usize::from(arguments.frames);
     let time = |frame: usize| begin + (end - begin) * frame as f64 / frames as f64;
     let first = scene.at(begin)?;
-    let environment = Environment::from(&*sky.map);
     let context = device(arguments)?;
+    let environment = on_device(&context, &sky.map);
     let mut lit = MovingLight::new(shading, Some(&context), arguments.lit_on);
     let radiance = vec![Rgb::new(0.0, 0.0, 0.0); first.scene().vertex_count()];
     let shown = SurfaceShading::Radiance(&radiance);

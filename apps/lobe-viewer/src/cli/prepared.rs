@@ -2,13 +2,13 @@
 
 use anyhow::{Context as _, bail};
 use lobe::sh::{Rgb, ShVec};
-use lobe_gpu::{AdapterChoice, Context, ContextOptions, Environment, GpuError, SceneView, SceneViewOptions};
+use lobe_gpu::{AdapterChoice, Context, ContextOptions, GpuError, SceneView, SceneViewOptions};
 
 use crate::cli::args::Arguments;
 use crate::cli::shown::Shown;
 use crate::loading::bake::SceneData;
 use crate::loading::scene_source::OpenedScene;
-use crate::loading::sky_source::open_sky;
+use crate::loading::sky_source::{on_device, open_sky};
 use crate::widgets::orbit::Orbit;
 
 /// A scene on a device under a light.
@@ -37,7 +37,8 @@ pub(crate) fn prepare(
     let context = device(arguments)?;
     let meshes = shown.meshes();
     let shading = shown.shading(&meshes, arguments.storage.into());
-    let view = SceneView::new(&context, &data.scene, &shading, Some(&Environment::from(&*sky.map)), options)?;
+    let environment = on_device(&context, &sky.map);
+    let view = SceneView::new(&context, &data.scene, &shading, Some(&environment), options)?;
     let [azimuth, height] = arguments.eye.map(f64::to_radians);
     let orbit = Orbit { azimuth, height, ..Orbit::default() }.framing(data.scene.world_bounds());
     view.set_camera(&orbit.on_device().context("the scene has no extent")?)?;

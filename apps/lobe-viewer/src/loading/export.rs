@@ -7,14 +7,14 @@ use eframe::egui::ColorImage;
 use lobe::image::{ImageError, Picture, Tone, srgb_decode};
 use lobe::io::Job;
 use lobe_gpu::{
-    Context, Environment, GlossyMesh, GpuCamera, GpuError, SceneView, SceneViewOptions, Storage, SurfaceShading,
-    TurningLight, TurntableOptions, write_turntable,
+    Context, GlossyMesh, GpuCamera, GpuError, SceneView, SceneViewOptions, Storage, SurfaceShading, TurningLight,
+    TurntableOptions, write_turntable,
 };
 use serde::{Deserialize, Serialize};
 
 use crate::loading::bake::{GlossyBake, SceneData};
 use crate::loading::places::Places;
-use crate::loading::sky_source::OpenedSky;
+use crate::loading::sky_source::{OpenedSky, on_device};
 
 /// The largest side of a picture, in pixels, and the most pictures of a turntable: what fits into a few gigabytes.
 pub(crate) const MOST_PIXELS: u32 = 4096;
@@ -129,7 +129,7 @@ impl SceneExport {
         };
         let [width, height] = plan.size;
         let options = SceneViewOptions::default().width(width).height(height).rays(plan.rays);
-        let environment = self.sky.as_ref().map(|sky| Environment::from(&*sky.map));
+        let environment = self.sky.as_ref().map(|sky| on_device(context, &sky.map));
         let view = SceneView::new(context, &self.data.scene, &shading, environment.as_ref(), &options)?;
         view.set_camera(&self.camera)?;
         let step = std::f64::consts::TAU / frames.max(1) as f64;

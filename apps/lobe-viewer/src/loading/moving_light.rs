@@ -298,6 +298,7 @@ mod tests {
     }
 
     #[test]
+    #[ignore = "long: of the nightly group"]
     fn the_device_lights_moments_as_the_processor_does() {
         let Some(context) = device("the_device_lights_moments_as_the_processor_does") else { return };
         // What is rigid and what is deformed; with visibility of what stands still, turned to the frames of parts, and without.

@@ -4,10 +4,12 @@ use std::path::Path;
 use std::sync::Arc;
 
 use lobe::env::{
-    EnvMap, Ground, MappedMap, PreethamSky, Sky as _, project_map, read_map, read_map_bytes, reconstruct, sky_map,
+    EnvMap, Ground, MappedMap, Mapping, PreethamSky, Sky as _, project_map, read_map, read_map_bytes, reconstruct,
+    sky_map,
 };
 use lobe::prt::Transfer;
 use lobe::sh::{Dir, Quantity, Rgb, ShFile, ShVec, read_sh_json, read_sh_json_bytes};
+use lobe_gpu::{Context, Environment};
 
 use crate::loading::limits::{ReadLimits, plain};
 use crate::loading::place::given;
@@ -154,4 +156,48 @@ pub(crate) fn read_expansion(path: &Path) -> anyhow::Result<ShFile> {
         Some(bytes) => read_sh_json_bytes(&bytes, &name)?,
         None => read_sh_json(path)?,
     })
+}
+
+/// A sky for a device to show, in fewer texels where a texture there has not as many.
+pub(crate) fn on_device(context: &Context, map: &MappedMap) -> Environment {
+    match shrunk(map, context.max_texture_side() as usize) {
+        Some(smaller) => Environment::from(&smaller),
+        None => Environment::from(map),
+    }
+}
+
+/// The same with at most so many texels along each side; none if it has no more.
+fn shrunk(map: &MappedMap, most: usize) -> Option<MappedMap> {
+    let factor = map.width().max(map.height()).div_ceil(most.max(1));
+    if factor <= 1 {
+        return None;
+    }
+    let width = (map.width() / factor).max(1);
+    let height = match map.mapping() {
+        Mapping::Cube => Mapping::Cube.height_for(width),
+        _ => (map.height() / factor).max(1),
+    };
+    Some(MappedMap::from_fn(map.mapping(), width, height, |s| map.radiance(s)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn skies_are_shrunk_to_the_sides_that_a_device_has_and_look_the_same() {
+        let radiance = |s: Dir| Rgb::new(1.5 + s.x() as f32, 1.5 + s.y() as f32, 1.5 + s.z() as f32);
+        for (mapping, width) in [(Mapping::LatLong, 130), (Mapping::Cube, 40), (Mapping::Octahedral, 130)] {
+            let map = MappedMap::from_fn(mapping, width, mapping.height_for(width), radiance);
+            let most = map.width().max(map.height());
+            assert!(shrunk(&map, most).is_none(), "{mapping}: it fits");
+            let smaller = shrunk(&map, most - 1).unwrap();
+            assert!(smaller.width().max(smaller.height()) < most, "{mapping}: {}", smaller.height());
+            for s in lobe_testkit::directions() {
+                let s = Dir::new(s).unwrap();
+                let [found, expected] = [&smaller, &map].map(|map| map.radiance(s).r);
+                assert!((found - expected).abs() < 0.05, "{mapping} towards {s:?}: {found}, expected {expected}");
+            }
+        }
+    }
 }

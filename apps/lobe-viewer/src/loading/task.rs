@@ -118,6 +118,12 @@ impl<T: Send + 'static> Task<T> {
 }
 
 impl<T> Task<T> {
+    /// Waits until the work has ended, and hands out what came since it was asked last.
+    #[must_use]
+    pub fn finish(&self) -> Vec<TaskEvent<T>> {
+        self.events.iter().collect()
+    }
+
     /// The title and the stage of the work, for people.
     #[must_use]
     pub fn describe(&self) -> String {

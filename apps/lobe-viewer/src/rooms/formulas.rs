@@ -42,11 +42,12 @@ impl Formula {
     /// The heat kernel.
     pub const GAUSS: Self =
         formula("Gauss window", "f_lm → w_l f_lm\nw_l = exp(-σ² l(l+1)/2)", "", "Windows and ringing");
-    /// The least change without negative values.
+    /// The least change without negative values: this library's own. Sloan 2017 searches a table of windows instead, by a
+    /// conservative bound.
     pub const DERING: Self = formula(
         "Dering",
         "f_lm → w_l f_lm, such that\nΣ_l E_l (1 - w_l)² is least with\nΣ_l w_l f_l(s) ≥ 0 for all s\nE_l = Σ_m f_lm²,   w_0 = 1",
-        "[Sloan 2017]",
+        "",
         "Windows and ringing",
     );
     /// The coefficients of a function that is turned.
@@ -113,14 +114,13 @@ impl Formula {
         "Ambient cube",
         "E(n) = Σ_f c_f max(n·a_f, 0)²\na_f = +x, -x, +y, -y, +z, -z",
         "[McTaggart 2004]",
-        "Irradiance and convolution",
+        "Shipping",
     );
     /// Four coefficients, and a fifth along the axis that they have.
     pub const ZH3: Self =
         formula("ZH3", "E(n) = Σ_i<4 E_i y_i(n) +\n  z √(5/16π) (3 (n·d)² - 1)", "[Roughton 2024]", "Shipping");
     /// A basis of the hemisphere.
-    pub const H_BASIS: Self =
-        formula("H-basis", "E(n) = Σ_j<N c_j H_j(R⁻¹ n)", "[Habel and Wimmer 2010]", "Irradiance and convolution");
+    pub const H_BASIS: Self = formula("H-basis", "E(n) = Σ_j<N c_j H_j(R⁻¹ n)", "[Habel and Wimmer 2010]", "Shipping");
 }
 
 /// Precomputed transfer, and what it is compared with.
@@ -200,7 +200,7 @@ impl Formula {
         "SH exponentials",
         "V = V_still · exp(Σ log V_sphere)\n(log V_sphere)_lm = F_l(θ) y_lm(d)\nsin θ = radius / distance",
         "[Ren et al. 2006]",
-        "Things that move",
+        "Exponentials",
     );
 }
 

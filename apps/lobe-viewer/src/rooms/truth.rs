@@ -3,17 +3,18 @@
 use std::sync::Arc;
 
 use eframe::egui::{ColorImage, Context, TextureHandle, TextureId, TextureOptions};
-use lobe::env::{EnvMap, MappedMap};
+use lobe::env::{EnvError, MappedMap};
 use lobe::image::{Curve, Picture, Tone, compare};
 use lobe::io::Job;
 use lobe::render::{
-    DistantLight, Emitter, PathOptions, RenderError, SampleCount, Surfaces, TruthOptions, render_truth_with_emitters,
+    Emitter, PathOptions, RenderError, SampleCount, Surfaces, TruthOptions, render_truth_with_emitters,
 };
-use lobe::sh::{Coefficient as _, Dir, Rgb, Rotation};
+use lobe::sh::{Rgb, Rotation};
 
 use crate::loading::bake::SceneData;
 use crate::loading::place::IN_PAGE;
 use crate::loading::task::{Control, Task, TaskEvent};
+use crate::rooms::truth_light::{Disc, SkyGrid};
 use crate::widgets::orbit::Orbit;
 use crate::widgets::tone::photograph;
 
@@ -22,19 +23,6 @@ const PATHS: SampleCount = SampleCount { sets: 2, per_set: 1 };
 
 /// Passes after which the picture is good enough: the noise that is left is a 45th of that of one path.
 const PASSES: u64 = 1024;
-
-/// Rows of the light: texels of a third of a degree, so that a sun is several of them wide.
-const ROWS: usize = 512;
-
-/// A disc of light far away.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Disc {
-    pub(crate) dir: Dir,
-    /// Half its angle, in radians.
-    pub(crate) half_angle: f64,
-    /// The radiance that a white surface facing it reflects.
-    pub(crate) color: [f64; 3],
-}
 
 /// All that a truth depends on.
 #[derive(Clone)]
@@ -64,37 +52,6 @@ impl Still {
             && of(self) == of(other)
             && self.lamps == other.lamps
     }
-
-    /// The light itself, and not its expansion: the sky, turned, and the lamps.
-    fn light(&self) -> EnvMap {
-        let back = self.turn.inverse();
-        let sky = EnvMap::from_fn(2 * ROWS, ROWS, |s| {
-            let radiance = self.sky.as_ref().map_or(Rgb::ZERO, |map| map.radiance(back.rotate_dir(s)).widen());
-            Rgb::narrow(radiance.scale(self.strength))
-        });
-        if self.lamps.is_empty() {
-            return sky;
-        }
-        let lamps: Vec<(Dir, f64, Rgb<f64>)> = self.lamps.iter().map(|lamp| disc(lamp, &sky)).collect();
-        EnvMap::from_fn(2 * ROWS, ROWS, |s| {
-            let shining = lamps.iter().filter(|(towards, cosine, _)| s.dot(*towards) >= *cosine);
-            Rgb::narrow(shining.fold(sky.radiance(s).widen(), |sum, (.., radiance)| sum + *radiance))
-        })
-    }
-}
-
-/// Towards a lamp, the cosine of its rim, and its radiance: that with which the texels of its disc make a white surface that faces
-/// it reflect its strength, `π strength = Σ L cos Ω`.
-fn disc(lamp: &Disc, grid: &EnvMap) -> (Dir, f64, Rgb<f64>) {
-    let (towards, rim) = (lamp.dir, lamp.half_angle.cos());
-    let texel = |k: usize| {
-        let (x, y) = (k % grid.width(), k / grid.width());
-        let cosine = grid.dir(x, y).dot(towards);
-        (cosine >= rim).then(|| cosine * grid.solid_angle(x, y))
-    };
-    let projected: f64 = (0..grid.width() * grid.height()).filter_map(texel).sum();
-    let radiance = if projected > 0.0 { std::f64::consts::PI / projected } else { 0.0 };
-    (towards, rim, Rgb::from(lamp.color).scale(radiance))
 }
 
 /// What passes have found so far.
@@ -125,6 +82,7 @@ pub(crate) struct Truth {
     /// The root mean square of the difference over the mean of the truth.
     error: Option<f64>,
     message: Option<String>,
+    grid: SkyGrid,
 }
 
 /// The paths, the exposure and the comparison that a texture shows.
@@ -153,8 +111,9 @@ impl Truth {
         }
         if self.task.as_ref().is_none_or(|(before, _)| !before.is_same(still)) {
             self.stop();
-            let (work, ctx) = (still.clone(), ctx.clone());
-            let task = Task::start("Truth", move || ctx.request_repaint(), move |control| refine(control, &work));
+            let (work, grid, ctx) = (still.clone(), self.grid.clone(), ctx.clone());
+            let work = move |control: &_| refine(control, &work, &grid);
+            let task = Task::start("Truth", move || ctx.request_repaint(), work);
             self.task = Some((still.clone(), task));
         }
         for event in self.task.as_ref().map(|(_, task)| task.events()).unwrap_or_default() {
@@ -231,9 +190,15 @@ fn difference(found: &Picture, truth: &Picture) -> Picture {
 }
 
 /// Traces pass after pass, each by random numbers of its own, and hands out the mean of all.
-fn refine(control: &Control<Refined>, still: &Still) -> Result<(), String> {
+fn refine(control: &Control<Refined>, still: &Still, grid: &SkyGrid) -> Result<(), String> {
     control.stage("tracing");
-    let (light, emitters) = (DistantLight::from_map(still.light()), &still.emitters);
+    let mut watch = control.watch();
+    let job = Job::default().watched_by(&mut watch);
+    let light = match grid.light(still.sky.as_ref(), (still.strength, &still.turn), &still.lamps, job) {
+        Err(EnvError::Cancelled) => return Ok(()),
+        other => other.map_err(|error| error.to_string())?,
+    };
+    let emitters = &still.emitters;
     let Some(camera) = still.orbit.camera() else { return Err("the camera looks at its own place".into()) };
     let [width, height] = still.size.map(|side| side as usize);
     let mut sums = vec![[0.0_f64; 3]; width * height];

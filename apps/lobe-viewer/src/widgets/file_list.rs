@@ -46,7 +46,7 @@ impl FileList {
                 return;
             }
         };
-        for entry in listed.flatten().take(MOST) {
+        for entry in listed.flatten() {
             let (path, name) = (entry.path(), entry.file_name().to_string_lossy().into_owned());
             let is_folder = path.is_dir();
             let ending = path.extension().unwrap_or_default();
@@ -56,6 +56,11 @@ impl FileList {
             }
         }
         self.entries.sort_by(|a, b| (!a.is_folder, &a.name).cmp(&(!b.is_folder, &b.name)));
+        let count = self.entries.len();
+        if count > MOST {
+            self.entries.truncate(MOST);
+            self.message = Some(format!("The first {MOST} of {count}; type the path of another one."));
+        }
     }
 
     /// Shows the window; returns the file or the folder that was chosen.
@@ -107,5 +112,29 @@ impl FileList {
             return None;
         }
         Some(path)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_that_can_be_opened_are_listed_in_order_among_however_many_others() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: String| fs::write(folder.path().join(name), "").unwrap();
+        (0..MOST + 5).for_each(|k| write(format!("note-{k:04}.txt")));
+        ["z.glb", "a.HDR", ".hidden.glb"].into_iter().for_each(|name| write(name.into()));
+        fs::create_dir(folder.path().join("zoo")).unwrap();
+        let mut list = FileList { folder: folder.path().into(), ..FileList::default() };
+        list.open(&["glb", "hdr"]);
+        let names: Vec<&str> = list.entries.iter().map(|entry| entry.name.as_str()).collect();
+        assert_eq!((names, &list.message), (vec!["zoo", "a.HDR", "z.glb"], &None), "all of them");
+        (0..MOST + 5).for_each(|k| write(format!("scene-{k:04}.glb")));
+        list.open(&["glb", "hdr"]);
+        assert_eq!(list.entries.len(), MOST, "no more than that");
+        assert_eq!(list.entries[1].name, "a.HDR", "the first by name");
+        let told = list.message.unwrap_or_default();
+        assert!(told.contains(&format!("{MOST} of {}", MOST + 8)), "{told}");
     }
 }

@@ -5,7 +5,7 @@ use std::fmt;
 use eframe::egui::TextureId;
 use eframe::egui_wgpu::RenderState;
 use eframe::wgpu;
-use lobe_gpu::{Context, ContextOptions};
+use lobe_gpu::{Context, ContextOptions, GpuError};
 
 /// The device of the window, for rooms to draw on.
 #[derive(Clone)]
@@ -18,7 +18,8 @@ impl Gpu {
     /// The device that the window opened.
     #[must_use]
     pub fn of_window(state: &RenderState) -> Self {
-        let context = Context::of_device(state.device.clone(), state.queue.clone(), &ContextOptions::default());
+        let (device, queue) = (state.device.clone(), state.queue.clone());
+        let context = Context::of_device(&state.adapter, device, queue, &ContextOptions::default());
         Self { context, state: state.clone() }
     }
 
@@ -26,6 +27,11 @@ impl Gpu {
     #[must_use]
     pub fn context(&self) -> &Context {
         &self.context
+    }
+
+    /// Forgets a texture that was shown.
+    pub(crate) fn forget(&self, id: TextureId) {
+        self.state.renderer.write().free_texture(&id);
     }
 
     /// Shows a texture under the number of one that was shown before, or under a new one.
@@ -45,5 +51,31 @@ impl Gpu {
 impl fmt::Debug for Gpu {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Gpu").field("context", &self.context).finish_non_exhaustive()
+    }
+}
+
+/// What is said in place of a picture that was not drawn.
+pub(crate) fn failure(error: &GpuError) -> String {
+    match error {
+        GpuError::Device { .. } => {
+            format!("The graphics device failed: {error}. Restart the viewer; what you changed is kept.")
+        }
+        // Another start would meet it again.
+        _ => format!("No picture: {error}."),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_device_that_fails_asks_for_a_restart() {
+        let (place, message) = ("picture".to_owned(), "expected at most 8192 samples".to_owned());
+        let unsupported = GpuError::Unsupported { place: place.clone(), message: message.clone() };
+        for (error, expected) in [(GpuError::Device { place, message }, true), (unsupported, false)] {
+            let told = failure(&error);
+            assert!(told.contains("8192") && told.contains("Restart") == expected, "{told}");
+        }
     }
 }

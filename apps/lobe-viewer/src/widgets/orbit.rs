@@ -21,8 +21,11 @@ const SCROLL: f64 = 0.0025;
 /// The eye stays so far from the axis, in radians, where the picture would have no upwards.
 const FROM_AXIS: f64 = 0.01;
 
-/// The least and the greatest distance, as parts of the one that frames the scene.
-const DISTANCES: [f64; 2] = [1e-3, 1e3];
+/// The least and the greatest distance, in meters, to which a view comes from others; one that frames a scene may be beyond.
+const DISTANCES: [f64; 2] = [1e-6, 1e6];
+
+/// The least distance over the largest coordinate of the target: rounding leaves a direction from there to the eye.
+const ROUNDING: f64 = 1e-9;
 
 /// Kept targets are at most so far from the origin along each axis, in meters.
 const FARTHEST: f64 = 1e6;
@@ -58,17 +61,19 @@ impl Orbit {
         self.azimuth = within(self.azimuth, -2.0 * PI..=2.0 * PI, first.azimuth);
         self.height = within(self.height, -most..=most, first.height);
         self.target = std::array::from_fn(|k| within(self.target[k], -FARTHEST..=FARTHEST, first.target[k]));
-        self.distance = within(self.distance, DISTANCES[0]..=DISTANCES[1], first.distance);
+        let nearest = DISTANCES[0].max(rounding(self.target));
+        self.distance = within(self.distance, nearest..=DISTANCES[1], first.distance);
     }
 
     /// The same view from where the ball around a box is a little higher than the picture.
     #[must_use]
     pub fn framing(self, [min, max]: [[f64; 3]; 2]) -> Self {
         let half: [f64; 3] = std::array::from_fn(|k| 0.5 * (max[k] - min[k]));
-        let radius = half.iter().map(|c| c * c).sum::<f64>().sqrt().max(1e-9);
+        let target = std::array::from_fn(|k| min[k] + half[k]);
+        let radius = half.iter().map(|c| c * c).sum::<f64>().sqrt().max(rounding(target));
         // Scenes are wider than high, and pictures too.
         let distance = 0.7 * radius / HALF_ANGLE.sin();
-        Self { target: std::array::from_fn(|k| min[k] + half[k]), distance, ..self }
+        Self { target, distance, ..self }
     }
 
     /// The same view in a picture that is higher than wide, from so far away that as much is seen from side to side as from top to
@@ -95,10 +100,11 @@ impl Orbit {
         self.target = [self.target[0] + x, self.target[1] + y, self.target[2] + z];
     }
 
-    /// Comes nearer by a factor above 1.
+    /// Comes nearer by a factor above 1, and no farther out of the range of distances than it is.
     pub fn zoom(&mut self, factor: f64) {
         if factor > 0.0 && factor.is_finite() {
-            self.distance = (self.distance / factor).clamp(DISTANCES[0], DISTANCES[1]);
+            let nearest = DISTANCES[0].max(rounding(self.target)).min(self.distance);
+            self.distance = (self.distance / factor).clamp(nearest, DISTANCES[1].max(self.distance));
         }
     }
 
@@ -148,4 +154,9 @@ impl Orbit {
     pub fn camera(&self) -> Option<Camera> {
         Camera::look_at(self.eye(), self.target, HALF_ANGLE)
     }
+}
+
+/// The least distance from a target.
+fn rounding(target: [f64; 3]) -> f64 {
+    ROUNDING * target.iter().fold(1.0_f64, |most, c| most.max(c.abs()))
 }

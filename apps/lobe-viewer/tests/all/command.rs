@@ -103,6 +103,7 @@ fn a_scene_is_rendered_to_a_file_in_every_mode() {
 
 /// Pictures of a ball by what the program bakes on its way, and by files of the same bakes.
 #[test]
+#[ignore = "long: of the nightly group"]
 fn transfer_of_a_file_shows_what_its_bake_would() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
@@ -161,6 +162,7 @@ fn transfer_of_a_file_shows_what_its_bake_would() {
 }
 
 #[test]
+#[ignore = "long: of the nightly group"]
 fn microfacets_turn_with_their_sky_and_blur_it_by_their_roughness() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
@@ -195,6 +197,7 @@ fn apart(a: &lobe::image::Picture, b: &lobe::image::Picture) -> f32 {
 }
 
 #[test]
+#[ignore = "long: of the nightly group"]
 fn a_measurement_is_a_table_or_json() {
     let folder = tempfile::tempdir().unwrap();
     let small = "--bench --scene built-in:furnace --order 2 --samples 4 --size 32x20 --receivers 500 --software";

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use eframe::egui::{Key, Shape, ViewportCommand, ViewportId};
+use eframe::egui::{Key, Shape, TextureId, ViewportCommand, ViewportId};
 use eframe::egui_wgpu::{RenderState, RendererOptions, WgpuConfiguration};
 use eframe::wgpu;
 use egui_kittest::Harness;
@@ -82,6 +82,23 @@ fn pictures_stand_windows_without_pixels_and_come_back() {
 }
 
 #[test]
+fn a_fresh_start_gives_the_pictures_back_that_were_shown() {
+    let Some(state) = device("a fresh start") else { return };
+    let (gpu, lost) = (Gpu::of_window(&state), Arc::new(AtomicBool::new(false)));
+    let mut harness = open(&gpu, RoomName::Scene, &lost);
+    harness.run_steps(2);
+    let is_there = || state.renderer.read().texture(&TextureId::User(0)).is_some();
+    assert!(is_there(), "the picture of the scene");
+    harness.get_by_label("File").click();
+    harness.run_steps(3);
+    harness.get_by_label("Start afresh").click();
+    harness.run_steps(1);
+    assert!(!is_there(), "the device has it no longer");
+    assert!(gpu.context().check().is_ok(), "the device refused nothing");
+}
+
+#[test]
+#[ignore = "long: of the nightly group"]
 fn both_ways_are_shown_beside_the_truth_with_their_distance_from_it() {
     let Some(state) = device("what moves beside its truth") else { return };
     let gpu = Gpu::of_window(&state);
@@ -139,6 +156,7 @@ fn distance_of_ground(gpu: &Gpu, sky: &str, order: usize, is_enough: impl Fn(f64
 }
 
 #[test]
+#[ignore = "long: of the nightly group"]
 fn the_difference_to_the_truth_vanishes_where_the_light_has_no_more_bands_than_are_kept() {
     let Some(state) = device("a scene beside its truth") else { return };
     let gpu = Gpu::of_window(&state);

@@ -142,6 +142,23 @@ fn files_that_cannot_move_are_told_in_one_line_and_leave_the_scene() {
 }
 
 #[test]
+fn a_file_that_is_opened_again_is_read_again_and_its_objects_can_be_moved() {
+    let folder = tempfile::tempdir().unwrap();
+    let source = described(folder.path());
+    let mut harness = open(&source);
+    wait(&mut harness, MotionRoom::is_ready);
+    let text = std::fs::read_to_string(&source).unwrap();
+    std::fs::write(&source, text.replace("falling", "fallen")).unwrap();
+    harness.state_mut().room.open(&source);
+    wait(&mut harness, |room| room.is_ready() && room.parts().iter().any(|name| name.contains("fallen")));
+    harness.get_by_label("Move objects by hand").click();
+    harness.run_steps(4);
+    let room = &harness.state().room;
+    assert!(room.edits().is_by_hand && room.message().is_none(), "{:?}", room.message());
+    assert!(harness.query_by_label("Put back").is_some(), "and there are hands");
+}
+
+#[test]
 fn the_order_on_the_screen_is_that_of_the_light_and_of_all_that_is_baked() {
     let folder = tempfile::tempdir().unwrap();
     let mut harness = open(&sliding(folder.path()));

@@ -31,6 +31,7 @@ fn differing(found: &Picture, expected: &Picture) -> f64 {
 }
 
 #[test]
+#[ignore = "long: of the nightly group"]
 fn what_moves_is_in_files_as_rays_on_the_processor_show_it() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();

@@ -1,7 +1,7 @@
 //! The camera that orbits.
 
 use lobe::scene::{Bvh, built_in};
-use lobe_viewer::{Orbit, ReadLimits, SceneData, open_scene, vertex_under};
+use lobe_viewer::{Kept, Orbit, ReadLimits, SceneData, UserFolder, open_scene, vertex_under};
 
 fn close(a: [f64; 3], b: [f64; 3]) -> bool {
     a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-9)
@@ -42,6 +42,37 @@ fn a_framed_box_is_in_the_picture_and_zoom_keeps_its_bounds() {
     }
     orbit.zoom(1e30);
     assert!(orbit.on_device().is_some(), "{orbit:?}");
+}
+
+#[test]
+fn scenes_of_any_size_stay_framed_where_nothing_is_scrolled_and_at_the_next_start() {
+    let folder = tempfile::tempdir().unwrap();
+    let user = UserFolder::at(folder.path());
+    let size = |orbit: &Orbit, radius: f64| radius * orbit.size_at(orbit.target).unwrap();
+    let expected = size(&Orbit::default().framing([[-1.0; 3], [1.0; 3]]), 1.0);
+    for radius in [1e-3, 1.0, 2300.0, 1e5] {
+        let framed = Orbit::default().framing([[-radius; 3], [radius; 3]]);
+        let mut orbit = framed;
+        // As a room does in each frame.
+        orbit.scroll(0.0);
+        orbit.zoom(1.0);
+        assert_eq!(orbit, framed, "a radius of {radius}");
+        assert!((size(&orbit, radius) / expected - 1.0).abs() < 1e-9, "as large in the picture: {orbit:?}");
+        let mut kept = Kept::default();
+        kept.orbit = Some(framed);
+        kept.write(&user);
+        assert_eq!(Kept::read(&user).orbit, Some(framed), "a radius of {radius}, kept");
+    }
+}
+
+#[test]
+fn points_far_from_the_origin_are_framed_and_zoom_stays_outside_of_them() {
+    for at in [0.0, 1.0, 1e4, 1e9] {
+        let mut orbit = Orbit::default().framing([[at; 3]; 2]);
+        assert!(orbit.camera().is_some() && orbit.on_device().is_some(), "framed: {orbit:?}");
+        orbit.zoom(1e30);
+        assert!(orbit.camera().is_some() && orbit.on_device().is_some(), "as near as can be: {orbit:?}");
+    }
 }
 
 #[test]

@@ -5,6 +5,7 @@ use std::time::Duration;
 use eframe::egui::{Context, Key};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
+use lobe::env::{EnvMap, write_env};
 use lobe::prt::BakeMode;
 use lobe::sh::{Dir, Expansion as _, Rgb, Zonal, convolved};
 use lobe_viewer::{Mode, SceneEdits, SceneLamp, SceneRoom, Step, UserFolder, transfer_of};
@@ -110,6 +111,34 @@ fn files_that_are_none_are_told_in_one_line_and_leave_the_scene_as_it_was() {
     }
     harness.state_mut().open("notes.txt".as_ref());
     assert!(harness.state().message().is_some_and(|line| line.contains("notes.txt")), "not a file of Lobe");
+}
+
+#[test]
+fn files_that_are_opened_again_are_read_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let (scene, sky) = (folder.path().join("scene.obj"), folder.path().join("sky.hdr"));
+    let write = |more: &str, radiance: f32| {
+        std::fs::write(&scene, format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\n{more}")).unwrap();
+        let map = EnvMap::from_fn(8, 4, |_| Rgb::new(radiance, radiance, radiance));
+        write_env(&sky, &map, &Default::default()).unwrap();
+    };
+    let found = |harness: &Harness<'_, SceneRoom>| {
+        let room = harness.state();
+        (room.transfer().unwrap().receivers(), room.sky().unwrap().map.texels()[0].r)
+    };
+    write("", 1.0);
+    let mut harness = open(|edits| (edits.scene, edits.sky) = (scene.clone(), sky.clone()));
+    settle(&mut harness);
+    let before = found(&harness);
+    write("f 2 4 3\n", 2.0);
+    settle(&mut harness);
+    assert_eq!(found(&harness), before, "nobody asked for what is in the files now");
+    harness.state_mut().open(&scene);
+    harness.state_mut().open(&sky);
+    settle(&mut harness);
+    let after = found(&harness);
+    assert!(after.0 > before.0 && after.1 > 1.9 * before.1, "{after:?} after {before:?}");
+    assert_eq!(harness.state().message(), None, "and nothing went wrong");
 }
 
 #[test]

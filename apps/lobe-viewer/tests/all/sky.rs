@@ -250,6 +250,7 @@ fn a_sun_is_taken_out_by_a_click_on_it_and_what_is_left_is_that_of_the_library()
 }
 
 #[test]
+#[ignore = "long: of the nightly group"]
 fn the_errors_of_encodings_are_those_of_the_library() {
     let sky = open_sky("bundled:sunset".as_ref(), &ReadLimits::default()).unwrap();
     let mut harness = open(SkyEdits::default(), Some(sky.clone()));
@@ -265,6 +266,7 @@ fn the_errors_of_encodings_are_those_of_the_library() {
 }
 
 #[test]
+#[ignore = "long: of the nightly group"]
 fn every_technique_has_a_ball_and_a_distance_from_the_first_of_its_row() {
     let mut edits = SkyEdits::default();
     edits.shelf = Shelf::Techniques;

@@ -128,6 +128,24 @@ fn work_that_waits_goes_on_when_it_is_released_before_or_after_it_waits_and_when
 }
 
 #[test]
+fn work_that_is_finished_hands_out_all_that_is_left() {
+    let task = Task::start(
+        "count",
+        || (),
+        |control| {
+            (0..3).for_each(|k| control.send(k));
+            std::thread::sleep(Duration::from_millis(20));
+            Err("no more".into())
+        },
+    );
+    let mut events = task.events();
+    events.extend(task.finish());
+    let results = (0..3).map(TaskEvent::Result);
+    assert_eq!(events, results.chain([TaskEvent::Failed("no more".into())]).collect::<Vec<_>>(), "all, once");
+    assert!(task.finish().is_empty(), "and no more");
+}
+
+#[test]
 fn work_waits_no_longer_than_it_says() {
     let task = Task::start(
         "hidden",

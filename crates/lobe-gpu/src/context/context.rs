@@ -25,6 +25,8 @@ pub struct Context {
     info: wgpu::AdapterInfo,
     max_storage_binding: u64,
     max_texture_side: u32,
+    /// Whether shaders of the adapter read buffers, and compute.
+    is_whole: bool,
     has_storage: bool,
     light_format: wgpu::TextureFormat,
     faults: Arc<Mutex<Faults>>,
@@ -65,24 +67,28 @@ impl Context {
         let (device, queue) = opened.map_err(|error| GpuError::device(&info.name, error))?;
         let single = adapter.get_texture_format_features(wgpu::TextureFormat::Rgba32Float).allowed_usages;
         let is_single = single.contains(wgpu::TextureUsages::RENDER_ATTACHMENT);
-        Ok(Self::watch(device, queue, info, is_single, options))
+        Ok(Self::watch((device, queue, info), is_whole(&adapter), is_single, options))
     }
 
-    /// A context around a device that another library opened, such as the one of a window.
+    /// A context around a device of this adapter that another library opened, such as the one of a window.
     ///
     /// [`Context::optional_features`] are used where they are on. Errors that the device reports go to this context from now on.
     #[must_use]
-    pub fn of_device(device: wgpu::Device, queue: wgpu::Queue, options: &ContextOptions) -> Self {
+    pub fn of_device(
+        adapter: &wgpu::Adapter,
+        device: wgpu::Device,
+        queue: wgpu::Queue,
+        options: &ContextOptions,
+    ) -> Self {
         let info = device.adapter_info();
         // Only OpenGL does not draw single precision everywhere.
         let is_single = info.backend != wgpu::Backend::Gl;
-        Self::watch(device, queue, info, is_single, options)
+        Self::watch((device, queue, info), is_whole(adapter), is_single, options)
     }
 
     fn watch(
-        device: wgpu::Device,
-        queue: wgpu::Queue,
-        info: wgpu::AdapterInfo,
+        (device, queue, info): (wgpu::Device, wgpu::Queue, wgpu::AdapterInfo),
+        is_whole: bool,
         is_single: bool,
         options: &ContextOptions,
     ) -> Self {
@@ -97,13 +103,14 @@ impl Context {
         });
         let light_format = if is_single { wgpu::TextureFormat::Rgba32Float } else { wgpu::TextureFormat::Rgba16Float };
         let (kernels, drawings) = Default::default();
-        let (max_storage_binding, max_texture_side, has_storage) = limits(&device, options);
+        let (max_storage_binding, max_texture_side, has_storage) = limits(&device, is_whole, options);
         Self {
             device,
             queue,
             info,
             max_storage_binding,
             max_texture_side,
+            is_whole,
             has_storage,
             light_format,
             faults,
@@ -115,7 +122,7 @@ impl Context {
     /// The same device with the limits of these options; what it reports goes to both contexts.
     #[must_use]
     pub fn limited(&self, options: &ContextOptions) -> Self {
-        let (max_storage_binding, max_texture_side, has_storage) = limits(&self.device, options);
+        let (max_storage_binding, max_texture_side, has_storage) = limits(&self.device, self.is_whole, options);
         Self { max_storage_binding, max_texture_side, has_storage, ..self.clone() }
     }
 
@@ -228,15 +235,23 @@ impl Context {
 }
 
 /// The most bytes of a storage binding and texels along a side of a texture, and whether shaders read buffers.
-fn limits(device: &wgpu::Device, options: &ContextOptions) -> (u64, u32, bool) {
+fn limits(device: &wgpu::Device, is_whole: bool, options: &ContextOptions) -> (u64, u32, bool) {
     let limits = device.limits();
     let bytes = limits.max_storage_buffer_binding_size;
     let side = limits.max_texture_dimension_2d;
     (
         options.max_storage_binding.map_or(bytes, |most| most.min(bytes)),
         options.max_texture_side.map_or(side, |most| most.min(side)),
-        !options.without_storage && limits.max_compute_workgroups_per_dimension > 0,
+        is_whole && !options.without_storage && limits.max_compute_workgroups_per_dimension > 0,
     )
+}
+
+/// Whether shaders of an adapter compute, and those of vertices and pixels read buffers: some of OpenGL ES only compute.
+fn is_whole(adapter: &wgpu::Adapter) -> bool {
+    let needed = wgpu::DownlevelFlags::COMPUTE_SHADERS
+        | wgpu::DownlevelFlags::VERTEX_STORAGE
+        | wgpu::DownlevelFlags::FRAGMENT_STORAGE;
+    adapter.get_downlevel_capabilities().flags.contains(needed)
 }
 
 /// The adapter that is asked for: of the first interface that has one, but rather a device of another than a program that emulates one.

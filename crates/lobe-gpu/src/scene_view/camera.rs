@@ -7,6 +7,9 @@ use lobe_sh::vector::{Vec3, add, cross, dot, normalized, scale, sub};
 /// The nearest distance at which surfaces are drawn, as a part of the distance of the eye from what it looks at.
 const NEAREST: f64 = 1e-4;
 
+/// The least radius of what is framed over its largest coordinate: rounding leaves a direction from its middle to the eye.
+const ROUNDING: f64 = 1e-9;
+
 /// The distance at which parallel rays start, in units of the half height of the picture.
 const FAR: f64 = 100.0;
 
@@ -58,13 +61,14 @@ impl GpuCamera {
 
     /// Rays from an eye in direction `eye` so far away that the ball around a box of these corners, such as those of
     /// [`Scene::world_bounds`](lobe_scene::Scene::world_bounds), fills the height of the picture. None if the angle is out of
-    /// range.
+    /// range, or a number is not finite.
     #[must_use]
     pub fn framing([min, max]: [[f64; 3]; 2], eye: Dir, half_angle: f64) -> Option<Self> {
         let half = scale(sub(max, min), 0.5);
-        // A box without extent is a point, which any distance shows.
-        let radius = dot(half, half).sqrt().max(f64::MIN_POSITIVE.sqrt());
-        let (target, distance) = (add(min, half), radius / half_angle.sin());
+        let target = add(min, half);
+        // A box without extent is a point, which any distance shows from which it can be told from the eye.
+        let least = target.iter().fold(f64::MIN_POSITIVE.sqrt(), |most, c| most.max(ROUNDING * c.abs()));
+        let distance = dot(half, half).sqrt().max(least) / half_angle.sin();
         Self::look_at(add(target, scale(eye.to_array(), distance)), target, half_angle)
     }
 

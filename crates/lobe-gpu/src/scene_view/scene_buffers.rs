@@ -76,10 +76,7 @@ pub(crate) fn add_surfaces(renderer: &mut Renderer, scene: &Scene, surfaces: &Su
     renderer.upload("texels", &texels)?;
     for piece in &surfaces.pieces {
         renderer.upload(&surfaces.name(piece, "corners"), &surfaces.corners[piece.triangles.clone()])?;
-        let first = starts.get(piece.textures.start).copied().unwrap_or(0);
-        let shape = |mesh| material_shape(scene, mesh, |texture| starts[texture] - first);
-        let materials: Vec<MaterialShape> = piece.meshes.clone().map(shape).collect();
-        renderer.upload(&surfaces.name(piece, "materials"), &materials)?;
+        renderer.upload(&surfaces.name(piece, "materials"), &materials(scene, piece, &starts))?;
     }
     Ok(())
 }
@@ -120,6 +117,14 @@ fn paint(mesh: &Mesh, i: usize) -> Paint {
     Paint { color, uvs: [u0, v0, u1, v1], lightmap: [u, v, 0.0, 0.0] }
 }
 
+/// The materials of the meshes of a piece, whose textures begin at these texels of all. A mesh between those of a piece may have no
+/// triangle there, and a texture that is before those of the piece: where that begins is then no place, and not read.
+fn materials(scene: &Scene, piece: &SurfacePiece, starts: &[u32]) -> Vec<MaterialShape> {
+    let first = starts.get(piece.textures.start).copied().unwrap_or(0);
+    let shape = |mesh| material_shape(scene, mesh, |texture| starts[texture].wrapping_sub(first));
+    piece.meshes.clone().map(shape).collect()
+}
+
 fn material_shape(scene: &Scene, mesh: usize, start: impl Fn(usize) -> u32) -> MaterialShape {
     let material = scene.material(mesh);
     let mut shape = MaterialShape { base_color: material.base_color, ..MaterialShape::zeroed() };
@@ -142,4 +147,38 @@ fn material_shape(scene: &Scene, mesh: usize, start: impl Fn(usize) -> u32) -> M
         shape.numbers[0] = cutoff;
     }
     shape
+}
+
+#[cfg(test)]
+mod tests {
+    use lobe_scene::{Material, MeshParts, Texture, TextureUse};
+
+    use super::*;
+    use crate::renderer::pieces::Piece;
+
+    #[test]
+    fn textures_before_those_of_a_piece_leave_the_places_of_its_own() {
+        let triangle = |k: usize| {
+            let parts = MeshParts {
+                positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, k as f32]],
+                triangles: vec![[0, 1, 2]],
+                uvs: [vec![[0.0; 2]; 3], Vec::new()],
+                material: Some(k),
+                ..MeshParts::default()
+            };
+            Mesh::new(parts).unwrap()
+        };
+        let material = |k: usize| {
+            let used = TextureUse { texture: k, uv_set: 0, uv_map: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]] };
+            Material { base_color_texture: Some(used), ..Material::WHITE }
+        };
+        let texture = |_| Texture::new(16, 16, vec![[255; 4]; 256], [Wrap::Repeat; 2]);
+        let (meshes, textures) = ((0..3).map(triangle).collect(), (0..3).map(texture).collect());
+        let scene = Scene::new(meshes, (0..3).map(material).collect(), textures).unwrap();
+        let places = Piece { number: 0, items: 0..9 };
+        let piece = SurfacePiece { places, triangles: 0..2, meshes: 0..3, textures: 1..3, rows: 0..0 };
+        let (starts, _) = texel_starts(&scene, 0..3);
+        let found: Vec<u32> = materials(&scene, &piece, &starts).iter().map(|shape| shape.picture[0]).collect();
+        assert_eq!(found[1..], [0, 256], "where the textures of the piece begin");
+    }
 }

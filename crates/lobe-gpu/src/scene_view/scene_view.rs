@@ -56,7 +56,11 @@ impl SceneView {
         let mut renderer = Renderer::new(context);
         let origin = scene.origin();
         let camera = GpuCamera::framing(scene.world_bounds(), -lobe_sh::Dir::X, 0.35);
-        let camera = camera.unwrap_or_else(|| unreachable!("the angle is in range"));
+        let beyond = || {
+            let message = format!("expected a finite box around the scene, found {:?}", scene.world_bounds());
+            GpuError::Unsupported { place: "scene".into(), message }
+        };
+        let camera = camera.ok_or_else(beyond)?;
         renderer.uniform("camera", &camera.shape(origin, samples))?;
         check_scene(scene)?;
         if !context.has_storage() && scene.has_holes() {

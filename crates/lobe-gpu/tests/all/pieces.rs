@@ -51,13 +51,15 @@ fn receivers_of_sphere_shadows_in_pieces_see_the_same() {
     let light = SkyLight::new(&small_sky(4), order).unwrap();
     let spheres = spheres(9, &mut random);
     let shadows = SphereShadows::new(&table, &spheres, &ShadowOptions::default().cut(0.0)).unwrap();
+    // What the table and the grid need, and 48 rows of 9 colors of the light. Of receivers it holds a multiple of 64, whose parts of 36
+    // bytes of visibility begin where they may: each has 48 bytes of its own.
+    let table_bytes = 4 * (table.rows().len() + 8 * order) as u64;
+    let least = table_bytes.max(48 * 9 * 16);
+    let fitting = (least / 48 / 64 * 64) as usize;
     // One receiver; some that the last piece has fewer of than the others.
-    for (count, pieces) in [(1, 1), (300, 3)] {
+    for (count, pieces) in [(1, 1), (2 * fitting + 44, 3)] {
         let [positions, normals, _] = points(count, &mut random);
         let receivers = ShadowReceivers::new(&positions, &normals).unwrap();
-        // 36 bytes of visibility a receiver: 128 receivers, as their parts of 36 bytes begin at multiples of 64 receivers. The table
-        // and the grid need as much.
-        let table_bytes = 4 * (table.rows().len() + 8 * order) as u64;
         let seen = |context: &Context, most: u64| {
             let context = narrow(context, most);
             let mut shaded = GpuSphereShadows::new(&context, &table, &receivers, 9).unwrap();
@@ -66,12 +68,8 @@ fn receivers_of_sphere_shadows_in_pieces_see_the_same() {
             (bits(&shaded.irradiance(&light).unwrap()), visibility, passes(shaded.renderer()))
         };
         let (irradiance, visibility, one) = seen(&context, u64::MAX);
-        let least = table_bytes.max(36 * 128);
         let (cut_irradiance, cut_visibility, several) = seen(&context, least);
-        assert!(
-            one == 2 && several >= 2 * pieces.min(several / 2),
-            "{one} and {several} passes, bindings of {least} bytes"
-        );
+        assert_eq!((one, several), (2, 2 * pieces), "passes, bindings of {least} bytes");
         assert_eq!(irradiance, cut_irradiance, "irradiance of {count} receivers");
         assert_eq!(visibility, cut_visibility, "visibility of {count} receivers");
         let expected = shadows.irradiance(&receivers, &light).unwrap();
@@ -121,6 +119,7 @@ fn a_moving_part_in_pieces_is_lit_the_same() {
 }
 
 #[test]
+#[ignore = "long: of the nightly group"]
 fn fields_and_receivers_in_pieces_leave_the_same_light() {
     let Some(context) = device("fields_and_receivers_in_pieces_leave_the_same_light") else { return };
     let mut random = Random::new(29);
@@ -136,8 +135,14 @@ fn fields_and_receivers_in_pieces_leave_the_same_light() {
     let fields = [noise_field(order, &mut random), noise_field(order + 1, &mut random)];
     let options = ShadowFieldOptions::default().negligible(0.3);
     let light = crate::transfer::light(n);
-    for (receivers, response) in [(&plain, FieldResponse::Cosine), (&with_own, FieldResponse::Transfer(&transfer))] {
-        let placed: Vec<PlacedField<'_>> = (placements(5, &mut random).into_iter().enumerate())
+    // 126 points of 12 and of 20 numbers: fields of 6048 and 10080 bytes, which are cut between points of the second. 64 receivers, as many
+    // as parts of buffers need, find 15360 bytes in five entities and 6144 in two, and have transfer of 6912: entities, bytes of a binding,
+    // parts of the fields that are looked up one by one, pieces of the receivers by cosine and by transfer.
+    let cases = [(5, 16_000, 2, [4, 4]), (5, 15_360, 2, [4, 4]), (5, 16_400, 0, [1, 2]), (2, 6912, 3, [4, 4])];
+    let responses = [(&plain, FieldResponse::Cosine), (&with_own, FieldResponse::Transfer(&transfer))];
+    for ((entities, most, parts, pieces), way) in cases.into_iter().flat_map(|case| [0, 1].map(|way| (case, way))) {
+        let (receivers, response) = responses[way];
+        let placed: Vec<PlacedField<'_>> = (placements(entities, &mut random).into_iter().enumerate())
             .map(|(k, placement)| PlacedField { field: &fields[k % 2], placement })
             .collect();
         let of = |most: u64| {
@@ -149,13 +154,11 @@ fn fields_and_receivers_in_pieces_leave_the_same_light() {
         };
         let (whole, names) = of(u64::MAX);
         assert_eq!(names, ["shadow fields 0"], "in one piece");
-        // 126 points of 12 and of 20 numbers: fields of 6048 and 10080 bytes, of which 16000 hold the receivers of one piece, but
-        // not both fields, and 5000 none.
-        for most in [16_000_u64, 5000, 16_400] {
-            let (cut, names) = of(most.max(240 * 64));
-            assert!(most > 16_200 || names.iter().any(|name| name.starts_with("look up")), "{most} bytes: {names:?}");
-            assert_eq!(whole, cut, "bindings of {most} bytes: {names:?}");
-        }
+        let (cut, names) = of(most);
+        let looked_up = names.iter().filter(|name| name.starts_with("look up")).count();
+        let expected = [parts * pieces[way], (parts + 1) * pieces[way]];
+        assert_eq!([looked_up, names.len()], expected, "bindings of {most} bytes, way {way}: {names:?}");
+        assert_eq!(whole, cut, "bindings of {most} bytes: {names:?}");
     }
 }
 

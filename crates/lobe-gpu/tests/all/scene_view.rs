@@ -314,6 +314,19 @@ fn what_cannot_be_drawn_is_an_error() {
 }
 
 #[test]
+fn boxes_of_any_size_are_framed_wherever_they_are() {
+    for at in [0.0, 1.0, 1e4, -1e12] {
+        for size in [0.0, 1e-9, 1.0, 1e6] {
+            let bounds = [[at, 0.0, at], [at + size, 0.0, at + size]];
+            assert!(GpuCamera::framing(bounds, -Dir::X, HALF_ANGLE).is_some(), "{bounds:?}");
+        }
+    }
+    for none in [f64::NAN, f64::INFINITY] {
+        assert!(GpuCamera::framing([[0.0; 3], [none; 3]], -Dir::X, HALF_ANGLE).is_none(), "{none}");
+    }
+}
+
+#[test]
 fn a_lightmap_is_looked_up_as_on_the_processor() {
     let Some(context) = device("a_lightmap_is_looked_up_as_on_the_processor") else { return };
     let (scene, sky) = (unfolded(), sky());

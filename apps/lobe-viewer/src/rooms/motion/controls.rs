@@ -1,15 +1,21 @@
 //! The panel beside the picture: how what moves is seen, its light, and where its parts are.
 
+use std::path::{Path, PathBuf};
+
 use eframe::egui::{ComboBox, ProgressBar, Slider, SliderClamping, Ui};
 use lobe::render::MovingMethod;
+use lobe::scene::built_in;
 use lobe::shadow::SphereFitMethod;
 
 use crate::loading::moving_light::LitOn;
+use crate::loading::moving_source::built_in_moving;
+use crate::loading::scene_source::BUILT_IN;
 use crate::loading::task::Task;
 use crate::rooms::light::angle;
+use crate::rooms::motion::cast::Cast;
 use crate::rooms::motion::edits::{MOST_SPHERES, MotionEdits, MotionView};
 use crate::rooms::motion::panes::Panes;
-use crate::rooms::motion::player::{Cast, Fit, MOST_ORDER, News};
+use crate::rooms::motion::player::{Fit, MOST_ORDER, News};
 
 /// Where moments can be lit.
 const PLACES: [(LitOn, &str, &str); 3] = [
@@ -17,6 +23,18 @@ const PLACES: [(LitOn, &str, &str); 3] = [
     (LitOn::Device, "the device", "Orders up to 6, without lamps; else the processor"),
     (LitOn::Processor, "the processor", "Everything"),
 ];
+
+/// The choice of the scene; another one, where it was chosen.
+pub(crate) fn scene(ui: &mut Ui, source: &Path) -> Option<PathBuf> {
+    let mut chosen = source.to_path_buf();
+    let name = source.file_name().unwrap_or_default().to_string_lossy();
+    ComboBox::from_label("Scene").selected_text(name.trim_start_matches(BUILT_IN)).show_ui(ui, |ui| {
+        for known in built_in::MOVING_NAMES {
+            ui.selectable_value(&mut chosen, built_in_moving(known), known);
+        }
+    });
+    (chosen != source).then_some(chosen)
+}
 
 /// How what moves is seen, and what is known of its truth.
 pub(crate) fn view(ui: &mut Ui, edits: &mut MotionEdits, panes: &Panes) {
@@ -83,14 +101,27 @@ pub(crate) fn light(ui: &mut Ui, edits: &mut MotionEdits, most_order: usize, is_
     ui.checkbox(is_turning, "Keep turning (T)");
 }
 
+/// Whether a user moves the parts, and where to.
+pub(crate) fn by_hand(ui: &mut Ui, edits: &mut MotionEdits, chosen: &mut usize, cast: &Cast) {
+    ui.add_enabled_ui(cast.is_rigid, |ui| {
+        let response = ui.checkbox(&mut edits.is_by_hand, "Move objects by hand");
+        response.on_disabled_hover_text("What changes its shape is moved by its animation only");
+    });
+    if edits.is_by_hand {
+        hands(ui, edits, chosen, cast);
+    }
+}
+
 /// Where a user puts the parts.
-pub(crate) fn hands(ui: &mut Ui, edits: &mut MotionEdits, chosen: &mut usize, cast: &Cast) {
-    ComboBox::from_label("Object").selected_text(cast.names[*chosen].as_str()).show_ui(ui, |ui| {
+fn hands(ui: &mut Ui, edits: &mut MotionEdits, chosen: &mut usize, cast: &Cast) {
+    let name = cast.names.get(*chosen).map_or("", String::as_str);
+    ComboBox::from_label("Object").selected_text(name).show_ui(ui, |ui| {
         for (number, name) in cast.names.iter().enumerate().filter(|(k, _)| !cast.is_still[*k]) {
             ui.selectable_value(chosen, number, name.as_str());
         }
     });
-    let hand = &mut edits.hands[*chosen];
+    // There are none between a change of the scene and the next frame.
+    let Some(hand) = edits.hands.get_mut(*chosen) else { return };
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         let slider = Slider::new(&mut hand.position[axis], -4.0..=4.0).text(name).suffix(" m").fixed_decimals(2);
         // Drags go farther, and by less than the slider rounds to.

@@ -4,14 +4,16 @@ use std::path::PathBuf;
 
 use lobe::render::MovingMethod;
 use lobe::scene::built_in;
-use lobe::sh::{Expansion as _, Rotation};
+use lobe::sh::{Expansion as _, Rgb, Rotation, ShVec};
 use serde::{Deserialize, Serialize};
 
+use crate::loading::limits::ReadLimits;
 use crate::loading::moving_light::LitOn;
 use crate::loading::moving_source::built_in_moving;
 use crate::rooms::formulas::Formula;
 use crate::rooms::light::{LightHand, MOST_STOPS, Taming, sky_rotation};
-use crate::rooms::motion::player::{Asked, Fit, Hand, MOST_ORDER};
+use crate::rooms::motion::cast::Hand;
+use crate::rooms::motion::player::{Asked, Fit, MOST_ORDER, Source};
 use crate::widgets::within::within;
 
 /// The most spheres of a part.
@@ -133,6 +135,17 @@ impl MotionEdits {
     /// The ways by which the pictures are lit.
     pub(crate) fn methods(&self) -> Vec<MovingMethod> {
         self.view.panes().iter().filter_map(|pane| pane.method()).collect()
+    }
+
+    /// What is to be opened.
+    pub(crate) fn wanted(&self, limits: ReadLimits) -> Source {
+        Source { path: self.source.clone(), files: self.files.clone(), limits }
+    }
+
+    /// What is to be shown of a time under a light.
+    pub(crate) fn asks(&self, time: f64, light: ShVec<Rgb<f64>>) -> Asked {
+        let hands = self.is_by_hand.then(|| self.hands.clone());
+        Asked { time, methods: self.methods(), light, fit: self.fit, lit_on: self.lit_on, hands }
     }
 
     /// Asks again for what needs no other bakes than a moment that is lit already.

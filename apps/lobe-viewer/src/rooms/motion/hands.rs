@@ -2,8 +2,8 @@
 
 use eframe::egui::{Modifiers, Pos2, Rect, vec2};
 
+use crate::rooms::motion::cast::{Cast, Hand};
 use crate::rooms::motion::edits::SCALES;
-use crate::rooms::motion::player::{Cast, Hand};
 use crate::widgets::orbit::Orbit;
 
 /// Moves an object along the picture by a drag, in parts of its height; with Shift it turns, with Ctrl it grows or shrinks.
@@ -31,5 +31,6 @@ pub(crate) fn object_at(hands: &[Hand], cast: &Cast, orbit: &Orbit, rect: Rect, 
         place.distance(at) <= (cast.radii[*k] * hands[*k].scale * size) as f32 * half
     };
     let nearer = |a: &usize, b: &usize| size(a).unwrap_or(0.0).total_cmp(&size(b).unwrap_or(0.0));
-    (0..hands.len()).filter(|k| !cast.is_still[*k]).filter(is_hit).max_by(nearer)
+    let count = hands.len().min(cast.is_still.len());
+    (0..count).filter(|k| !cast.is_still[*k]).filter(is_hit).max_by(nearer)
 }

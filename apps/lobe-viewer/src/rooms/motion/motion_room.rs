@@ -1,33 +1,27 @@
-//! The room: the panel, the clock, and the picture.
+//! The room: what it knows of the scene, its keys, and its panel.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use eframe::egui::{CentralPanel, ComboBox, Context, Id, Key, Label, Panel, Rect, Response, ScrollArea, Sense, Ui};
+use eframe::egui::{CentralPanel, Context, Id, Key, Label, Panel, ScrollArea, Ui};
 use lobe::render::MovingMethod;
-use lobe::scene::built_in;
-use lobe::sh::{Expansion as _, Rgb, ShVec};
+use lobe::sh::{Rgb, ShVec};
 use lobe::shadow::WorldSphere;
 
 use crate::loading::limits::ReadLimits;
-use crate::loading::moving_source::built_in_moving;
-use crate::loading::scene_source::BUILT_IN;
 use crate::loading::sky_source::OpenedSky;
 use crate::loading::task::TaskEvent;
 use crate::rooms::formulas::formulas;
 use crate::rooms::light::TamedSky;
+use crate::rooms::motion::cast::Cast;
 use crate::rooms::motion::clock::{Clock, passed};
 use crate::rooms::motion::controls::{self, Wish};
 use crate::rooms::motion::edits::{MotionEdits, MotionView};
-use crate::rooms::motion::hands;
-use crate::rooms::motion::panes::{Panes, Scenery};
-use crate::rooms::motion::player::{Asked, Cast, MOST_ORDER, News, Player, Shown, Source, Way};
-use crate::rooms::motion::spheres::rings;
-use crate::rooms::motion::stage::Frame;
+use crate::rooms::motion::panes::Panes;
+use crate::rooms::motion::player::{Asked, MOST_ORDER, News, Player, Shown, Source};
 use crate::rooms::steer;
 use crate::widgets::gpu::Gpu;
 use crate::widgets::history::{Can, History, Step};
-use crate::widgets::named::name_image;
 use crate::widgets::orbit::Orbit;
 
 /// Radians a second by which the sky keeps turning.
@@ -35,7 +29,7 @@ const SKY_SPEED: f64 = 0.5;
 
 /// What moves.
 pub struct MotionRoom {
-    edits: MotionEdits,
+    pub(super) edits: MotionEdits,
     history: History<MotionEdits>,
     player: Option<(Source, Player)>,
     limits: ReadLimits,
@@ -45,22 +39,22 @@ pub struct MotionRoom {
     good_files: Vec<PathBuf>,
     /// The source of the last scene that was opened.
     good: PathBuf,
-    cast: Option<Cast>,
-    chosen: usize,
-    clock: Clock,
-    orbit: Orbit,
+    pub(super) cast: Option<Cast>,
+    pub(super) chosen: usize,
+    pub(super) clock: Clock,
+    pub(super) orbit: Orbit,
     /// Whether the scene is to be in the picture as soon as it is seen.
     wants_frame: bool,
-    sky: Option<OpenedSky>,
+    pub(super) sky: Option<OpenedSky>,
     light: TamedSky,
-    is_sky_turning: bool,
+    pub(super) is_sky_turning: bool,
     asked: Option<Asked>,
-    lit: Option<Shown>,
-    is_waiting: bool,
+    pub(super) lit: Option<Shown>,
+    pub(super) is_waiting: bool,
     /// Whether the bakes of the scene were cancelled before a moment was lit.
     is_stopped: bool,
-    panes: Panes,
-    picture_ids: Vec<Id>,
+    pub(super) panes: Panes,
+    pub(super) picture_ids: Vec<Id>,
     message: Option<String>,
     wants_file: bool,
 }
@@ -149,7 +143,7 @@ impl MotionRoom {
         self.spheres_of_moment().len()
     }
 
-    fn spheres_of_moment(&self) -> &[WorldSphere] {
+    pub(super) fn spheres_of_moment(&self) -> &[WorldSphere] {
         let way = self.lit.as_ref().and_then(|lit| lit.way(MovingMethod::Exponentials));
         way.map_or(&[], |way| way.spheres.as_slice())
     }
@@ -195,8 +189,16 @@ impl MotionRoom {
         self.message.as_deref()
     }
 
-    /// Opens a moving scene, as [`open_moving`](crate::open_moving). One that cannot be opened leaves that which is there.
+    /// Opens a moving scene, as [`open_moving`](crate::open_moving), also one that is open, for what has changed in its file. One that
+    /// cannot be opened leaves that which is there.
     pub fn open(&mut self, path: &Path) {
+        if path == self.edits.source {
+            self.player = None;
+        }
+        self.change_to(path);
+    }
+
+    fn change_to(&mut self, path: &Path) {
         self.wants_frame |= path != self.edits.source;
         self.edits = self.edits.of_scene(path.into());
         self.message = None;
@@ -218,6 +220,11 @@ impl MotionRoom {
     /// Whether the user asked for the list of files, once.
     pub fn take_wish_for_file(&mut self) -> bool {
         std::mem::take(&mut self.wants_file)
+    }
+
+    /// Gives the pictures back to the device, before the room is dropped.
+    pub(crate) fn forget_pictures(&mut self, gpu: &Gpu) {
+        self.panes.forget(gpu);
     }
 
     /// Takes the last change back, or makes it again.
@@ -243,24 +250,11 @@ impl MotionRoom {
             if let Some(message) = &self.message {
                 ui.colored_label(ui.visuals().error_fg_color, message);
             }
-            ui.add(Label::new(self.describe()).wrap());
+            let told = self.lit.as_ref().map_or_else(|| "Preparing".into(), |lit| lit.describe());
+            ui.add(Label::new(told).wrap());
             self.panes.status.show(ui);
         });
         CentralPanel::no_frame().show(ui, |ui| self.picture(ui, gpu));
-    }
-
-    /// How the last moment was lit, in one line.
-    fn describe(&self) -> String {
-        let Some(lit) = &self.lit else { return "Preparing".into() };
-        let by = |way: &Way| match way.method {
-            MovingMethod::Exponentials => {
-                format!("exponentials of {} spheres in {:.0} ms {}", way.spheres.len(), way.milliseconds, way.place)
-            }
-            _ => format!("products of shadow fields in {:.0} ms {}", way.milliseconds, way.place),
-        };
-        let ways: Vec<String> = lit.ways.iter().map(by).collect();
-        let (vertices, order) = (lit.data.scene.vertex_count(), lit.asked.light.order());
-        [format!("{vertices} vertices, order {order}")].into_iter().chain(ways).collect::<Vec<_>>().join(", ")
     }
 
     /// Keys of the room, where no control has the keyboard.
@@ -305,12 +299,14 @@ impl MotionRoom {
     }
 
     /// The most bands that can be had of the scene.
-    fn most_order(&self) -> usize {
+    pub(super) fn most_order(&self) -> usize {
         self.cast.as_ref().map_or(MOST_ORDER, |cast| cast.most_order)
     }
 
     fn take_news(&mut self) {
-        let events = self.player.as_ref().map(|(_, player)| player.events()).unwrap_or_default();
+        // Of a scene that is being left, nothing is told any more.
+        let player = self.player.as_ref().filter(|(source, _)| *source == self.edits.wanted(self.limits));
+        let events = player.map(|(_, player)| player.events()).unwrap_or_default();
         for event in events {
             match event {
                 TaskEvent::Result(News::Ready(cast)) => {
@@ -351,7 +347,7 @@ impl MotionRoom {
             // A file that was kept may have gone: before any other was open, that is the first one of the program.
             let is_first = self.good.as_os_str().is_empty();
             let good = if is_first { MotionEdits::default().source } else { self.good.clone() };
-            self.open(&good);
+            self.change_to(&good);
             self.edits.files.clone_from(&self.good_files);
         }
         self.message = Some(message);
@@ -359,11 +355,15 @@ impl MotionRoom {
 
     /// Starts the player, lets time pass, and asks for the moment that is to be seen.
     fn advance(&mut self, ctx: &Context, sky: Option<&OpenedSky>) {
-        if self.player.as_ref().is_none_or(|(source, _)| *source != self.wanted()) {
-            self.start(ctx);
+        let wanted = self.edits.wanted(self.limits);
+        if self.player.as_ref().is_none_or(|(source, _)| *source != wanted) {
+            self.start(ctx, wanted);
         }
-        // Hands that come with the scene are no change of a user.
-        if self.cast.is_some() {
+        // Hands that come with the scene are no change of a user, and those of a file as it was before do not fit it now.
+        if let Some(cast) = &self.cast {
+            if self.edits.hands.len() != cast.hands.len() {
+                self.edits.hands.clone_from(&cast.hands);
+            }
             self.history.watch(ctx, &self.edits);
         }
         if let Some(sky) = sky
@@ -380,17 +380,9 @@ impl MotionRoom {
         if !self.edits.is_by_hand {
             self.clock.advance(ctx, cast.span);
         }
-        let hands = self.edits.is_by_hand.then(|| self.edits.hands.clone());
         let order = self.edits.order.min(cast.most_order);
         let light = self.edits.rotation().rotated(self.light.of(sky, order, self.edits.taming));
-        let asked = Asked {
-            time: self.clock.time,
-            methods: self.edits.methods(),
-            light,
-            fit: self.edits.fit,
-            lit_on: self.edits.lit_on,
-            hands,
-        };
+        let asked = self.edits.asks(self.clock.time, light);
         // What needs other bakes need not wait for those that are under way.
         let is_free = !self.is_waiting || self.asked.as_ref().is_some_and(|before| before.needs_other_bakes(&asked));
         if is_free
@@ -403,16 +395,9 @@ impl MotionRoom {
         }
     }
 
-    /// The scene of the edits.
-    fn wanted(&self) -> Source {
-        let MotionEdits { source, files, .. } = &self.edits;
-        Source { path: source.clone(), files: files.clone(), limits: self.limits }
-    }
-
     /// Starts on the scene of the edits, which nothing of the one before belongs to.
-    fn start(&mut self, ctx: &Context) {
+    fn start(&mut self, ctx: &Context, source: Source) {
         let ctx = ctx.clone();
-        let source = self.wanted();
         // Also where a change of the scene was taken back.
         self.wants_frame |= self.player.as_ref().is_some_and(|(before, _)| before.path != source.path);
         let player = Player::start(&source, self.edits.order, self.device.clone(), move || ctx.request_repaint());
@@ -427,15 +412,8 @@ impl MotionRoom {
 
     fn panel(&mut self, ui: &mut Ui) {
         ui.spacing_mut().slider_width = 120.0;
-        let mut source = self.edits.source.clone();
-        let name = source.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        ComboBox::from_label("Scene").selected_text(name.trim_start_matches(BUILT_IN)).show_ui(ui, |ui| {
-            for known in built_in::MOVING_NAMES {
-                ui.selectable_value(&mut source, built_in_moving(known), known);
-            }
-        });
-        if source != self.edits.source {
-            self.open(&source);
+        if let Some(source) = controls::scene(ui, &self.edits.source) {
+            self.change_to(&source);
         }
         let hint = "A .glb that moves, or a description of a scene; or drop it on the window (Ctrl+O)";
         self.wants_file |= ui.button("Open a file").on_hover_text(hint).clicked();
@@ -459,77 +437,6 @@ impl MotionRoom {
         ui.add_enabled_ui(!self.edits.is_by_hand, |ui| {
             self.clock.controls(ui, cast.span);
         });
-        ui.add_enabled_ui(cast.is_rigid, |ui| {
-            let response = ui.checkbox(&mut self.edits.is_by_hand, "Move objects by hand");
-            response.on_disabled_hover_text("What changes its shape is moved by its animation only");
-        });
-        if self.edits.is_by_hand {
-            controls::hands(ui, &mut self.edits, &mut self.chosen, &cast);
-        }
-    }
-
-    fn picture(&mut self, ui: &mut Ui, gpu: Option<&Gpu>) {
-        let whole = ui.available_rect_before_wrap();
-        let places = Panes::places(self.edits.view, whole);
-        self.picture_ids.clear();
-        ui.painter().rect_filled(whole, 0.0, ui.visuals().panel_fill);
-        for (number, (pane, rect)) in places.iter().enumerate() {
-            let response = ui.interact(*rect, ui.scope_id().with(("picture", number)), Sense::click_and_drag());
-            name_image(&response, &format!("Picture of what moves: {}", pane.title()));
-            self.follow(ui, &response);
-            self.picture_ids.push(response.id);
-            steer::hold_keys(ui, &response);
-        }
-        let (Some(gpu), Some(lit)) = (gpu, self.lit.clone()) else {
-            let text = if gpu.is_none() { "No graphics device: the picture is not drawn." } else { "Preparing" };
-            ui.centered_and_justified(|ui| ui.label(text));
-            return;
-        };
-        let scale = ui.ctx().pixels_per_point();
-        let side = |points: f32| (points.max(0.0) * scale).round() as u32;
-        let size = places.first().map_or([0, 0], |(_, rect)| [side(rect.width()), side(rect.height())]);
-        let is_playing = self.clock.is_playing && !self.edits.is_by_hand;
-        let is_still = !is_playing && !self.is_sky_turning && !self.is_waiting;
-        let sky = self.sky.as_ref().map(|sky| &sky.map);
-        let scenery = Scenery { lit: &lit, sky, is_still };
-        let orbit = places.first().map_or(self.orbit, |(_, rect)| self.seen(*rect));
-        let frame = Frame { orbit, size, turn: self.edits.rotation(), exposure: self.edits.exposure };
-        if let Err(error) = self.panes.show(ui, gpu, &places, &scenery, &frame) {
-            let text = format!("The graphics device failed: {error}. Restart the viewer; what you changed is kept.");
-            ui.centered_and_justified(|ui| ui.label(text));
-        }
-        if self.edits.has_spheres {
-            for (_, rect) in places.iter().filter(|(pane, _)| pane.method() == Some(MovingMethod::Exponentials)) {
-                rings(&ui.painter_at(*rect), *rect, &orbit, self.spheres_of_moment());
-            }
-        }
-    }
-
-    /// The camera of a picture at a place: what is in the picture remains there beside others.
-    fn seen(&self, place: Rect) -> Orbit {
-        self.orbit.fitting(f64::from(place.width()), f64::from(place.height()))
-    }
-
-    /// A drag on an object moves, turns or scales it; elsewhere it changes the camera and the light.
-    fn follow(&mut self, ui: &Ui, response: &Response) {
-        if response.drag_started() {
-            let at = ui.input(|input| input.pointer.press_origin());
-            let found = at.zip(self.cast.as_ref()).filter(|_| self.edits.is_by_hand).and_then(|(at, cast)| {
-                hands::object_at(&self.edits.hands, cast, &self.seen(response.rect), response.rect, at)
-            });
-            if let Some(found) = found {
-                self.chosen = found;
-            }
-            ui.data_mut(|data| data.insert_temp(response.id, found.is_some()));
-        }
-        if response.dragged() && ui.data(|data| data.get_temp(response.id)).unwrap_or(false) {
-            let orbit = self.seen(response.rect);
-            let modifiers = ui.input(|input| input.modifiers);
-            hands::drag(&mut self.edits.hands[self.chosen], &orbit, modifiers, steer::drag_of(response));
-            steer::zoom(ui, response, &mut self.orbit);
-        } else {
-            let most_order = self.most_order();
-            steer::pointer(ui, response, &mut self.orbit, &mut self.edits.light(most_order));
-        }
+        controls::by_hand(ui, &mut self.edits, &mut self.chosen, &cast);
     }
 }

@@ -55,6 +55,11 @@ impl Panes {
         (self.fits, self.still, self.errors) = (None, None, None);
     }
 
+    /// Forgets all that is on the device.
+    pub(crate) fn forget(&mut self, gpu: &Gpu) {
+        self.stages.iter_mut().for_each(|stage| stage.forget(gpu));
+    }
+
     /// Fits the exposure again, for another sky.
     pub(crate) fn fit_exposure(&mut self) {
         self.fits = None;

@@ -8,12 +8,10 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 
 use lobe::io::{Job, Progress};
 use lobe::render::{
-    Emitter, Motion, MovingBakeOptions, MovingMethod, MovingOptions, MovingPart, MovingScene, MovingShading,
-    PartBakeKind, RenderError,
+    Emitter, MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, MovingShading, PartBakeKind, RenderError,
 };
-use lobe::scene::{Mesh, Scene};
-use lobe::sh::{Dir, Expansion as _, Rgb, Rotation, ShVec};
-use lobe::shadow::{Placement, SphereFitMethod, Track, WorldSphere};
+use lobe::sh::{Expansion as _, Rgb, ShVec};
+use lobe::shadow::{Placement, SphereFitMethod, WorldSphere};
 use lobe_gpu::Context;
 use serde::{Deserialize, Serialize};
 use web_time::Instant;
@@ -24,6 +22,7 @@ use crate::loading::moving_bakes::moving_bake_options;
 use crate::loading::moving_light::{LitOn, MovingLight};
 use crate::loading::moving_source::{is_file, open_moving, with_files};
 use crate::loading::task::{Control, Task, TaskEvent};
+use crate::rooms::motion::cast::{Cast, Hand, cast, placed};
 
 /// The most bands of light, transfer, fields and spheres.
 pub(crate) const MOST_ORDER: usize = 8;
@@ -40,16 +39,6 @@ impl Default for Fit {
     fn default() -> Self {
         Self { count: 16, method: SphereFitMethod::Variational }
     }
-}
-
-/// Where a user has put a part.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Hand {
-    pub(crate) position: [f64; 3],
-    /// About +z, in radians.
-    pub(crate) turn: f64,
-    /// Its size over that which it has.
-    pub(crate) scale: f64,
 }
 
 /// What is to be shown.
@@ -83,24 +72,6 @@ pub(crate) enum News {
     Lit(Box<Lit>),
 }
 
-/// The parts of the scene.
-#[derive(Clone, Debug)]
-pub(crate) struct Cast {
-    pub(crate) names: Vec<String>,
-    /// Which stand still.
-    pub(crate) is_still: Vec<bool>,
-    /// Where the parts are at first.
-    pub(crate) hands: Vec<Hand>,
-    /// About how far each reaches from its middle.
-    pub(crate) radii: Vec<f64>,
-    /// Whether all can be moved by hand: none changes its shape.
-    pub(crate) is_rigid: bool,
-    /// The first and the last time, in seconds.
-    pub(crate) span: [f64; 2],
-    /// The most bands that its parts can have: those that came with transfer or a field have theirs.
-    pub(crate) most_order: usize,
-}
-
 /// A moment and its light.
 pub(crate) struct Lit {
     pub(crate) asked: Asked,
@@ -123,6 +94,19 @@ pub(crate) struct Way {
 }
 
 impl Lit {
+    /// How it was lit, in one line.
+    pub(crate) fn describe(&self) -> String {
+        let by = |way: &Way| match way.method {
+            MovingMethod::Exponentials => {
+                format!("exponentials of {} spheres in {:.0} ms {}", way.spheres.len(), way.milliseconds, way.place)
+            }
+            _ => format!("products of shadow fields in {:.0} ms {}", way.milliseconds, way.place),
+        };
+        let (vertices, order) = (self.data.scene.vertex_count(), self.asked.light.order());
+        let whole = format!("{vertices} vertices, order {order}");
+        [whole].into_iter().chain(self.ways.iter().map(by)).collect::<Vec<_>>().join(", ")
+    }
+
     /// The moment by a way; none if that is not baked yet.
     pub(crate) fn way(&self, method: MovingMethod) -> Option<&Way> {
         self.ways.iter().find(|way| way.method == method)
@@ -188,12 +172,15 @@ fn play(
     let most_order = opened.order().unwrap_or(MOST_ORDER).min(MOST_ORDER);
     opened.bake_lamps(most_order)?;
     // The built-in scenes stand on open ground, which hides nothing from what moves over it.
-    let desk = Desk { control, inbox: Inbox { asked, next: RefCell::default() }, still_hides: is_file(source) };
+    let inbox = Inbox { asked, next: RefCell::default() };
+    let mut desk = Desk { control, inbox, still_hides: is_file(source), rest: Vec::new() };
     let mut bakes = Bakes::begin(&opened, order.min(most_order), Fit::default(), device)?;
     if bakes.prepare(MovingMethod::Fields, &desk)? != Prepared::Ready {
         return Ok(());
     }
-    control.send(News::Ready(cast(&bakes.scenes[0], most_order)?));
+    let cast = cast(&bakes.scenes[0], most_order)?;
+    desk.rest.clone_from(&cast.rest);
+    control.send(News::Ready(cast));
     // Those of the order before, for a user who goes back to it.
     let mut before: Option<Bakes> = None;
     while let Some(next) = desk.inbox.take() {
@@ -209,14 +196,14 @@ fn play(
         // What is baked already is shown while the rest is being baked.
         let ready: Vec<_> = next.methods.iter().copied().filter(|way| bakes.is_ready(*way, &desk)).collect();
         if !ready.is_empty() && ready.len() < next.methods.len() {
-            control.send(News::Lit(Box::new(bakes.lit(&ready, &next)?)));
+            control.send(News::Lit(Box::new(bakes.lit(&ready, &next, &desk.rest)?)));
         }
         let prepared = next.methods.iter().map(|method| bakes.prepare(*method, &desk)).find(|prepared| {
             // Stops at the first that is none.
             !matches!(prepared, Ok(Prepared::Ready))
         });
         match prepared.transpose()? {
-            None => control.send(News::Lit(Box::new(bakes.lit(&next.methods, &next)?))),
+            None => control.send(News::Lit(Box::new(bakes.lit(&next.methods, &next, &desk.rest)?))),
             Some(Prepared::Cancelled) => break,
             Some(_) => {}
         }
@@ -229,6 +216,8 @@ struct Desk<'a> {
     control: &'a Control<News>,
     inbox: Inbox,
     still_hides: bool,
+    /// The places of the parts at first, to which those of hands are added.
+    rest: Vec<Placement>,
 }
 
 /// What was asked for and not begun, of which only the last counts.
@@ -323,11 +312,12 @@ impl Bakes {
     }
 
     /// A moment by ways that are prepared.
-    fn lit(&mut self, methods: &[MovingMethod], asked: &Asked) -> anyhow::Result<Lit> {
+    fn lit(&mut self, methods: &[MovingMethod], asked: &Asked, rest: &[Placement]) -> anyhow::Result<Lit> {
+        let by_hand = |scene: &MovingScene| asked.hands.as_ref().map(|hands| placed(scene, rest, hands)).transpose();
         let (mut seen, mut ways) = (None, Vec::new());
         for &method in methods {
             let scene = &self.scenes[number_of(method)];
-            let by_hand = asked.hands.as_ref().map(|hands| placed(scene, hands)).transpose()?;
+            let by_hand = by_hand(scene)?;
             let moment = by_hand.as_ref().unwrap_or(scene).at(asked.time)?;
             let begin = Instant::now();
             let light = &mut self.lights[number_of(method)];
@@ -342,7 +332,7 @@ impl Bakes {
         let (data, emitters) = match seen {
             Some(seen) => seen,
             None => {
-                let by_hand = asked.hands.as_ref().map(|hands| placed(&self.common, hands)).transpose()?;
+                let by_hand = by_hand(&self.common)?;
                 let moment = by_hand.as_ref().unwrap_or(&self.common).at(asked.time)?;
                 (SceneData::of_moment(moment.scene(), moment.bvh()), moment.emitters())
             }
@@ -379,60 +369,6 @@ fn bake_lacking(
 /// The place of a way among scenes and shadings.
 fn number_of(method: MovingMethod) -> usize {
     usize::from(method == MovingMethod::Exponentials)
-}
-
-/// The same parts where a user has put them.
-fn placed(scene: &MovingScene, hands: &[Hand]) -> Result<MovingScene, RenderError> {
-    let part = |(part, hand): (&MovingPart, &Hand)| {
-        let mut part = part.clone();
-        if !matches!(part.motion, Motion::Still) {
-            let turn = Rotation::from_axis_angle(Dir::Z, hand.turn);
-            part.motion = Motion::Track(Track::resting(Placement::new(hand.position, turn, hand.scale)));
-        }
-        part
-    };
-    MovingScene::new(scene.parts().iter().zip(hands).map(part).collect())
-}
-
-fn cast(scene: &MovingScene, most_order: usize) -> Result<Cast, RenderError> {
-    let span = scene.span();
-    let moment = scene.at(span[0])?;
-    let (mut hands, mut radii, mut first) = (Vec::new(), Vec::new(), 0);
-    let world: Vec<[f64; 3]> = positions(moment.scene());
-    for part in scene.parts() {
-        let own = positions(&part.scene);
-        let there = &world[first..first + own.len()];
-        first += own.len();
-        let (middle, own_middle) = (mean(there), mean(&own));
-        let radius = there.iter().map(|p| distance(*p, middle)).fold(0.0, f64::max);
-        radii.push(radius);
-        // At the first time parts are not turned.
-        hands.push(Hand { position: std::array::from_fn(|k| middle[k] - own_middle[k]), turn: 0.0, scale: 1.0 });
-    }
-    Ok(Cast {
-        names: scene.parts().iter().map(|part| part.name.clone()).collect(),
-        is_still: scene.parts().iter().map(|part| matches!(part.motion, Motion::Still)).collect(),
-        is_rigid: scene.parts().iter().all(MovingPart::is_rigid),
-        hands,
-        radii,
-        span,
-        most_order,
-    })
-}
-
-/// All vertices of a scene in the world.
-fn positions(scene: &Scene) -> Vec<[f64; 3]> {
-    let origin = scene.origin();
-    let world = |p: &[f32; 3]| std::array::from_fn(|k| f64::from(p[k]) + origin[k]);
-    scene.meshes().iter().flat_map(Mesh::positions).map(world).collect()
-}
-
-fn mean(points: &[[f64; 3]]) -> [f64; 3] {
-    std::array::from_fn(|k| points.iter().map(|p| p[k]).sum::<f64>() / points.len().max(1) as f64)
-}
-
-fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
 }
 
 /// What is shown, for a picture that keeps it.

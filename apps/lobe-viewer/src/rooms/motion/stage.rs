@@ -7,8 +7,9 @@ use lobe::env::MappedMap;
 use lobe::image::Picture;
 use lobe::render::MovingMethod;
 use lobe::sh::Rotation;
-use lobe_gpu::{Environment, GpuError, SceneView, SceneViewOptions, SurfaceShading};
+use lobe_gpu::{GpuError, SceneView, SceneViewOptions, SurfaceShading};
 
+use crate::loading::sky_source::on_device;
 use crate::rooms::motion::player::Shown;
 use crate::widgets::gpu::Gpu;
 use crate::widgets::orbit::Orbit;
@@ -52,6 +53,12 @@ impl Stage {
         (self.view, self.shown) = (None, None);
     }
 
+    /// Forgets all that is on the device.
+    pub(crate) fn forget(&mut self, gpu: &Gpu) {
+        self.clear();
+        self.texture.take().into_iter().for_each(|texture| gpu.forget(texture));
+    }
+
     /// The texture that shows a moment by a way that it was lit by. `fits` is the exposure that fits, which the first picture says.
     pub(crate) fn draw(
         &mut self,
@@ -73,7 +80,7 @@ impl Stage {
         }
         let options = SceneViewOptions::default().width(frame.size[0]).height(frame.size[1]).rays(RAYS);
         if self.view.is_none() {
-            let environment = sky.map(|sky| Environment::from(&**sky));
+            let environment = sky.map(|sky| on_device(gpu.context(), sky));
             let shading = SurfaceShading::Radiance(&way.radiance);
             let view = SceneView::new(gpu.context(), &lit.data.scene, &shading, environment.as_ref(), &options)?;
             self.texture = Some(gpu.show(self.texture, &view.renderer().view("display")?));

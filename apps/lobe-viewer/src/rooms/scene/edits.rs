@@ -12,7 +12,7 @@ use crate::loading::mode::Mode;
 use crate::loading::{scene_source, sky_source};
 use crate::rooms::formulas::Formula;
 use crate::rooms::light::{LightHand, MOST_STOPS, Taming, sky_rotation};
-use crate::rooms::truth::Disc;
+use crate::rooms::truth_light::Disc;
 use crate::widgets::within::within;
 
 /// The most lamps.

@@ -27,7 +27,7 @@ use crate::rooms::scene::viewport::{Frame, REST, Viewport, Wanted};
 use crate::rooms::scene::work::{News, Work};
 use crate::rooms::steer;
 use crate::rooms::truth::{Shows, Still, Truth};
-use crate::widgets::gpu::Gpu;
+use crate::widgets::gpu::{Gpu, failure};
 use crate::widgets::history::{Can, History, Step};
 use crate::widgets::named::name_image;
 use crate::widgets::orbit::Orbit;
@@ -134,14 +134,19 @@ impl SceneRoom {
         self.truth.error()
     }
 
-    /// Opens a scene, an environment, or transfer for the scene that is open, as the file says.
+    /// Opens a scene, an environment, or transfer for the scene that is open, as the file says; also one that is open, for what has
+    /// changed in its file.
     pub fn open(&mut self, path: &Path) {
         match FileKind::of(path) {
             Ok(FileKind::Scene) => {
                 self.edits.scene = path.into();
                 self.wants_frame = true;
+                self.work.read_scene_anew();
             }
-            Ok(FileKind::Sky) => self.edits.sky = path.into(),
+            Ok(FileKind::Sky) => {
+                self.edits.sky = path.into();
+                self.work.read_sky_anew();
+            }
             Ok(FileKind::Transfer | FileKind::Matrices) => self.work.adopt(path.into()),
             Ok(_) => self.work.message = Some(format!("{}: of another room", path.display())),
             Err(message) => self.work.message = Some(message),
@@ -158,6 +163,11 @@ impl SceneRoom {
     /// Whether the user asked for the list of files, once.
     pub fn take_wish_for_file(&mut self) -> bool {
         std::mem::take(&mut self.wants_file)
+    }
+
+    /// Gives the picture back to the device, before the room is dropped.
+    pub(crate) fn forget_picture(&mut self, gpu: &Gpu) {
+        self.viewport.forget(gpu);
     }
 
     /// What the room shows, for a picture in a file; none before a scene is open.
@@ -431,9 +441,7 @@ impl SceneRoom {
             }
             Ok(None) => {}
             Err(error) => {
-                let text =
-                    format!("The graphics device failed: {error}. Restart the viewer; what you changed is kept.");
-                ui.centered_and_justified(|ui| ui.label(text));
+                ui.centered_and_justified(|ui| ui.label(failure(&error)));
             }
         }
         if self.viewport.is_coarse() {

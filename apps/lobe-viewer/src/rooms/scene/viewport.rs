@@ -8,13 +8,13 @@ use lobe::image::{Picture, Tone};
 use lobe::prt::{Transfer, TransferMatrices};
 use lobe::scene::Scene;
 use lobe::sh::{Expansion as _, Rgb, Rotation, ShVec};
-use lobe_gpu::{Environment, GlossyMesh, GpuError, SceneView, SceneViewOptions, Storage, SurfaceShading, ViewOutput};
+use lobe_gpu::{GlossyMesh, GpuError, SceneView, SceneViewOptions, Storage, SurfaceShading, ViewOutput};
 use web_time::{Duration, Instant};
 
 use crate::loading::bake::{GlossyBake, SceneData};
 use crate::loading::place::IN_PAGE;
 use crate::loading::places::Places;
-use crate::loading::sky_source::OpenedSky;
+use crate::loading::sky_source::{OpenedSky, on_device};
 use crate::widgets::gpu::Gpu;
 use crate::widgets::orbit::Orbit;
 use crate::widgets::status::Status;
@@ -66,7 +66,8 @@ pub(crate) struct Frame {
 pub(crate) struct Viewport {
     view: Option<(ViewKey, SceneView)>,
     texture: Option<TextureId>,
-    shown: Option<(Frame, u32)>,
+    /// And whether it is at rest there.
+    shown: Option<(Frame, bool)>,
     changed: Option<Instant>,
     measured: Option<Instant>,
     /// The factor that fits the scene under its sky.
@@ -135,6 +136,11 @@ fn small(size: [u32; 2]) -> SceneViewOptions {
     SceneViewOptions::default().width(width).height(height).rays(1)
 }
 
+/// Samples of a pixel along each axis at rest: one where more would be beyond the textures of the device.
+fn rays_at_rest([width, height]: [u32; 2], most: u32) -> u32 {
+    if width.max(height).saturating_mul(RAYS_AT_REST) <= most { RAYS_AT_REST } else { 1 }
+}
+
 /// The light of a frame in few pixels.
 fn small_picture(view: &mut SceneView, frame: &Frame) -> Result<Picture, GpuError> {
     if *view.options() != small(frame.size) {
@@ -164,18 +170,17 @@ impl Viewport {
             self.changed = Some(now);
         }
         let is_at_rest = self.changed.is_none_or(|changed| now.duration_since(changed) >= REST);
-        let rays = if is_at_rest { RAYS_AT_REST } else { 1 };
-        if is_changed || self.shown.as_ref().is_none_or(|(_, shown)| *shown != rays) {
-            self.render(gpu, frame, rays)?;
+        if is_changed || self.shown.as_ref().is_none_or(|(_, shown)| *shown != is_at_rest) {
+            self.render(gpu, frame, is_at_rest)?;
             self.status.drew(now);
-            self.shown = Some((frame.clone(), rays));
+            self.shown = Some((frame.clone(), is_at_rest));
         }
         Ok(self.texture)
     }
 
-    /// Whether it waits to draw the picture with more samples.
+    /// Whether it waits to draw the picture at rest.
     pub(crate) fn is_coarse(&self) -> bool {
-        self.shown.as_ref().is_some_and(|(_, rays)| *rays < RAYS_AT_REST)
+        self.shown.as_ref().is_some_and(|(_, is_at_rest)| !is_at_rest)
     }
 
     /// The picture in linear light that is shown at rest, and the exposure that fits it.
@@ -187,6 +192,12 @@ impl Viewport {
     /// The tone mapping of what is shown at `stops` stops; before anything was shown, that of the command line.
     pub(crate) fn tone(&self, stops: f64) -> Tone {
         self.fitting.map_or_else(|| photograph_of_any(stops), |factor| photograph(factor, stops))
+    }
+
+    /// Forgets all that is on the device.
+    pub(crate) fn forget(&mut self, gpu: &Gpu) {
+        (self.view, self.shown) = (None, None);
+        self.texture.take().into_iter().for_each(|texture| gpu.forget(texture));
     }
 
     /// Forgets the exposure that fits, for another scene or sky.
@@ -211,7 +222,7 @@ impl Viewport {
             Some(transfer) => wanted.places.shading(transfer, &glossy, Storage::F32),
             None => SurfaceShading::Irradiance(wanted.order),
         };
-        let environment = wanted.sky.map(|sky| Environment::from(&*sky.map));
+        let environment = wanted.sky.map(|sky| on_device(gpu.context(), &sky.map));
         // As it is rendered first: to give it other options is to compile its passes anew.
         let [width, height] = frame.size;
         let options = match self.fitting {
@@ -226,7 +237,7 @@ impl Viewport {
         Ok(true)
     }
 
-    fn render(&mut self, gpu: &Gpu, frame: &Frame, rays: u32) -> Result<(), GpuError> {
+    fn render(&mut self, gpu: &Gpu, frame: &Frame, is_at_rest: bool) -> Result<(), GpuError> {
         let Some((key, view)) = &mut self.view else { return Ok(()) };
         let begin = Instant::now();
         let factor = match self.fitting {
@@ -236,7 +247,8 @@ impl Viewport {
         };
         let [width, height] = frame.size;
         // At rest the light is kept, for comparisons.
-        let output = if rays < RAYS_AT_REST { ViewOutput::Display } else { ViewOutput::LightAndDisplay };
+        let output = if is_at_rest { ViewOutput::LightAndDisplay } else { ViewOutput::Display };
+        let rays = if is_at_rest { rays_at_rest(frame.size, gpu.context().max_texture_side()) } else { 1 };
         let options = SceneViewOptions::default().width(width).height(height).rays(rays).output(output);
         if *view.options() != options {
             view.resize(&options)?;
@@ -247,7 +259,7 @@ impl Viewport {
         let now = Instant::now();
         // First of a picture at rest: those before have no time to lose.
         let has_time = |at: Instant| now.duration_since(at) >= MEASURE;
-        let is_due = !IN_PAGE && self.measured.map_or(rays == RAYS_AT_REST, has_time);
+        let is_due = !IN_PAGE && self.measured.map_or(is_at_rest, has_time);
         if is_due {
             let times = view.renderer().run_timed()?;
             self.status.gpu = times.iter().map(|pass| pass.milliseconds).sum();
@@ -260,5 +272,17 @@ impl Viewport {
         self.status.bytes = view.renderer().bytes();
         self.status.size = frame.size;
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_that_are_wide_for_a_device_have_one_sample_at_rest() {
+        for (size, expected) in [([4096, 10], 2), ([10, 4097], 1), ([8192, 8192], 1), ([u32::MAX, 1], 1)] {
+            assert_eq!(rays_at_rest(size, 8192), expected, "{size:?}");
+        }
     }
 }

@@ -96,6 +96,16 @@ impl Work {
         self.adopting.push_back(path);
     }
 
+    /// Opens the scene of the edits at the next start, also if it is open.
+    pub(crate) fn read_scene_anew(&mut self) {
+        self.scene.source.clear();
+    }
+
+    /// The same for the sky.
+    pub(crate) fn read_sky_anew(&mut self) {
+        self.sky.source.clear();
+    }
+
     /// Starts what the edits ask for.
     pub(crate) fn start(&mut self, ctx: &Context, edits: &SceneEdits, plan: BakePlan) {
         if self.scene.source != edits.scene {

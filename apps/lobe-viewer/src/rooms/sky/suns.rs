@@ -41,8 +41,11 @@ pub(crate) struct Suns {
 impl Suns {
     /// Looks for the suns of a sky where it or the places that were clicked are others.
     pub(crate) fn follow(&mut self, wake: impl Fn() + Send + 'static, sky: &OpenedSky, clicked: &[[f64; 2]]) {
-        let is_asked =
-            self.asked.as_ref().is_some_and(|asked| Arc::ptr_eq(&asked.map, &sky.map) && asked.places == clicked);
+        let of_sky = self.asked.as_ref().filter(|asked| Arc::ptr_eq(&asked.map, &sky.map));
+        let is_asked = of_sky.is_some_and(|asked| asked.places == clicked);
+        if of_sky.is_none() {
+            self.message = None;
+        }
         if !is_asked {
             let (work, places) = (sky.clone(), clicked.to_vec());
             let task = Task::start("Suns", wake, move |control| look(control, &work, &places));
@@ -115,4 +118,26 @@ fn look(control: &Control<Found>, sky: &OpenedSky, clicked: &[[f64; 2]]) -> Resu
 fn changed(before: &MappedMap, after: &MappedMap) -> Vec<(usize, Rgb<f32>)> {
     let all = before.texels().iter().zip(after.texels()).enumerate();
     all.filter(|(_, (before, after))| before != after).map(|(k, (before, after))| (k, *before - *after)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use lobe::env::Mapping;
+
+    use super::*;
+
+    fn even() -> OpenedSky {
+        OpenedSky::of("even".into(), MappedMap::from_fn(Mapping::LatLong, 8, 4, |_| Rgb::splat(1.0)))
+    }
+
+    #[test]
+    fn what_is_said_of_a_sky_is_not_said_of_the_next() {
+        let (mut suns, sky) = (Suns::default(), even());
+        suns.follow(|| (), &sky, &[]);
+        suns.message = Some("No sun".into());
+        suns.follow(|| (), &sky, &[[10.0, 20.0]]);
+        assert!(suns.message.is_some(), "it is the same sky");
+        suns.follow(|| (), &even(), &[]);
+        assert_eq!(suns.message, None, "it is another");
+    }
 }

@@ -4,15 +4,15 @@ use std::f64::consts::FRAC_1_PI;
 use std::sync::Arc;
 
 use lobe::env::{
-    CubeMap, CubeMipChain, DfgTable, EnvMap, Ggx, MappedMap, PrefilterMethod, SpecularLobe, cube, cube_source,
-    filter_lobe, project_map,
+    CubeMap, CubeMipChain, DfgTable, EnvError, EnvMap, Ggx, MappedMap, PrefilterMethod, SpecularLobe, cube,
+    cube_source, filter_lobe, project_map,
 };
 use lobe::io::Job;
 use lobe::render::{
-    BlinnNewell, BruteForceReflection, CubeMapped, Glossy, HighlightMap, IrradiancePolynomial, MatteByMap, MatteBySh,
-    Paraboloids, ReflectionSpace, Shading, SphereMapped, SurfacePoint, highlights_of_lights, irradiance_of_lights,
+    BlinnNewell, BruteForceReflection, CubeMapped, Glossy, HighlightMap, MatteByMap, MatteBySh, Paraboloids,
+    ReflectionSpace, Shading, SphereMapped, SurfacePoint, highlights_of_lights, irradiance_of_lights,
 };
-use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb, Zonal, convolved};
+use lobe::sh::{Coefficient as _, Dir, Expansion as _, IrradiancePolynomial, Rgb, Zonal, convolved};
 
 use crate::loading::sky_source::OpenedSky;
 use crate::loading::task::{Control, Task, TaskEvent};
@@ -69,7 +69,8 @@ pub(crate) struct Technique {
 /// The techniques of a sky; each comes when it is ready.
 #[derive(Default)]
 pub(crate) struct Techniques {
-    task: Option<(Arc<MappedMap>, Task<Technique>)>,
+    /// Of which sky, and what prepares them until it has ended.
+    task: Option<(Arc<MappedMap>, Option<Task<Technique>>)>,
     pub(crate) ready: Vec<Technique>,
     pub(crate) message: Option<String>,
 }
@@ -80,21 +81,28 @@ impl Techniques {
         if self.task.as_ref().is_none_or(|(map, _)| !Arc::ptr_eq(map, &sky.map)) {
             let map = sky.map.clone();
             self.ready.clear();
+            self.message = None;
             let task = Task::start("Techniques", wake, move |control| prepare(control, &map));
-            self.task = Some((sky.map.clone(), task));
+            self.task = Some((sky.map.clone(), Some(task)));
         }
-        for event in self.task.as_ref().map(|(_, task)| task.events()).unwrap_or_default() {
+        let Some((_, task)) = &mut self.task else { return };
+        for event in task.as_ref().map(Task::events).unwrap_or_default() {
             match event {
-                TaskEvent::Result(technique) => self.ready.push(technique),
+                TaskEvent::Result(technique) => {
+                    self.ready.push(technique);
+                    continue;
+                }
                 TaskEvent::Failed(message) => self.message = Some(message),
                 TaskEvent::Done | TaskEvent::Cancelled => {}
             }
+            *task = None;
         }
     }
 
     /// What is being prepared.
     pub(crate) fn describe(&self) -> Option<String> {
-        self.task.as_ref().filter(|(_, task)| task.is_at_work()).map(|(_, task)| task.describe())
+        let (_, task) = self.task.as_ref()?;
+        task.as_ref().filter(|task| task.is_at_work()).map(Task::describe)
     }
 
     /// The first of the fast ones for a surface.
@@ -149,9 +157,10 @@ fn prepare(control: &Control<Technique>, map: &Arc<MappedMap>) -> Result<(), Str
     let lobe = SpecularLobe::Ggx { alpha: ALPHA };
     let mut watch = control.watch();
     let job = Job::default().watched_by(&mut watch);
-    let filtered = filter_lobe(averaged.base(), lobe, FILTERED_SIZE, PrefilterMethod::default(), job);
-    // What was stopped has no more to say.
-    let Ok(filtered) = filtered else { return Ok(()) };
+    let filtered = match filter_lobe(averaged.base(), lobe, FILTERED_SIZE, PrefilterMethod::default(), job) {
+        Err(EnvError::Cancelled) => return Ok(()),
+        other => other.map_err(|error| error.to_string())?,
+    };
     let split = SplitSum { chain: CubeMipChain::single(filtered), table: DfgTable::new(32) };
     if !send(Surface::Glossy, false, ("split sum", Relief::Smooth, Box::new(split))) {
         return Ok(());
@@ -233,7 +242,7 @@ fn matte(map: &Arc<MappedMap>, rough: &CubeMap) -> Vec<Named> {
     let light = project_map(map, MATTE_ORDER);
     let bands = convolved(&light, &Zonal::clamped_cosine(MATTE_ORDER));
     let by_map = EnvMap::from_fn(2 * MATTE_ROWS, MATTE_ROWS, |n| Rgb::narrow(bands.eval(n)));
-    let polynomial = IrradiancePolynomial::of_radiance(&light.resized(3));
+    let polynomial = IrradiancePolynomial::from_radiance_sh(&light.resized(3));
     vec![
         (SUM, Relief::Smooth, Box::new(MatteByMap { irradiance: truth, albedo })),
         ("irradiance map", Relief::Smooth, Box::new(MatteByMap { irradiance: by_map, albedo })),
@@ -249,4 +258,40 @@ fn lights(map: &CubeMap) -> Vec<(Dir, Rgb<f64>)> {
         (map.dir(face, x, y), map.texel(face, x, y).widen().scale(cube::solid_angle(size, x, y)))
     };
     (0..map.texels().len()).map(light).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::thread::sleep;
+    use std::time::Duration;
+
+    use lobe::env::Mapping;
+
+    use super::*;
+
+    fn even() -> OpenedSky {
+        OpenedSky::of("even".into(), MappedMap::from_fn(Mapping::LatLong, 8, 4, |_| Rgb::splat(1.0)))
+    }
+
+    #[test]
+    fn what_failed_is_told_and_goes_on_no_longer_until_there_is_another_sky() {
+        let sky = even();
+        let task = Task::start(
+            "Techniques",
+            || (),
+            |control: &Control<Technique>| {
+                control.stage("rough balls");
+                Err("too bright".into())
+            },
+        );
+        let mut techniques = Techniques { task: Some((sky.map.clone(), Some(task))), ..Techniques::default() };
+        while techniques.message.is_none() {
+            techniques.follow(|| (), &sky);
+            sleep(Duration::from_millis(1));
+        }
+        assert_eq!(techniques.message.as_deref(), Some("too bright"), "its message");
+        assert_eq!(techniques.describe(), None, "nothing is being prepared");
+        techniques.follow(|| (), &even());
+        assert_eq!(techniques.message, None, "of another sky nothing is known yet");
+    }
 }
