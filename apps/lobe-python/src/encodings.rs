@@ -4,7 +4,8 @@ use std::f64::consts::FRAC_1_PI;
 
 use lobe::sh::{
     AxisPermutation, Coefficient, Dir, EncodedIrradiance, EncodingError, Expansion as _, IrradianceEncoding,
-    IrradianceMatrix, PackedIrradiance, Rgb, ShError, ShVec, encoding_error, even_directions, tangent_frame,
+    IrradianceMatrix, IrradiancePolynomial, PackedIrradiance, PackedIrradiance5, Rgb, ShError, ShVec, encoding_error,
+    even_directions, tangent_frame,
 };
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
@@ -27,7 +28,17 @@ enum Kind {
 /// What a shader evaluates irradiance by.
 enum Constants {
     Packed(PackedIrradiance),
+    Packed5(PackedIrradiance5),
     Matrix(IrradianceMatrix),
+    Polynomial(IrradiancePolynomial),
+}
+
+/// Numbers with their name.
+type Row = (&'static str, Vec<f64>);
+
+/// The vectors of three channels, twice.
+fn vectors(names: [&'static str; 6], values: [[[f64; 4]; 3]; 2]) -> impl Iterator<Item = Row> {
+    names.into_iter().zip(values.concat()).map(|(name, v)| (name, v.to_vec()))
 }
 
 impl Constants {
@@ -36,17 +47,26 @@ impl Constants {
         let colors = || irradiance.map(|e| Rgb::from_channels(|c| e.channel(c % C::CHANNELS)));
         match name {
             "packed" => Some(Self::Packed(PackedIrradiance::from_irradiance_sh(&colors()))),
+            "packed-5" => Some(Self::Packed5(PackedIrradiance5::from_irradiance_sh(&colors()))),
             "matrix" => Some(Self::Matrix(IrradianceMatrix::from_irradiance_sh(&colors()))),
+            "r-h" => Some(Self::Polynomial(IrradiancePolynomial::from_irradiance_sh(&colors()))),
             _ => None,
         }
     }
 
-    fn numbers(&self) -> Vec<(&'static str, Vec<f64>)> {
+    fn numbers(&self) -> Vec<Row> {
+        const ORDER_3: [&str; 6] = ["cAr", "cAg", "cAb", "cBr", "cBg", "cBb"];
         match self {
             Self::Packed(PackedIrradiance { a, b, c }) => {
-                let names = ["cAr", "cAg", "cAb", "cBr", "cBg", "cBb"].into_iter();
-                let vectors = names.zip(a.iter().chain(b)).map(|(name, v)| (name, v.to_vec()));
-                vectors.chain([("cC", c.to_vec())]).collect()
+                vectors(ORDER_3, [*a, *b]).chain([("cC", c.to_vec())]).collect()
+            }
+            Self::Packed5(PackedIrradiance5 { a, b, c, d, f, g }) => {
+                let order_3 = vectors(ORDER_3, [*a, *b]).chain([("cC", c.to_vec())]);
+                let band_4 = vectors(["cDr", "cDg", "cDb", "cFr", "cFg", "cFb"], [*d, *f]);
+                order_3.chain(band_4).chain([("cG", g.to_vec())]).collect()
+            }
+            Self::Polynomial(IrradiancePolynomial { l }) => {
+                IrradiancePolynomial::NAMES.into_iter().zip(l).map(|(name, l)| (name, l.to_array().to_vec())).collect()
             }
             Self::Matrix(IrradianceMatrix { m }) => {
                 ["Mr", "Mg", "Mb"].into_iter().zip(m).map(|(name, m)| (name, m.concat())).collect()
@@ -57,7 +77,9 @@ impl Constants {
     fn eval(&self, n: Dir) -> Rgb<f64> {
         match self {
             Self::Packed(packed) => packed.eval(n),
+            Self::Packed5(packed) => packed.eval(n),
             Self::Matrix(matrix) => matrix.eval(n),
+            Self::Polynomial(polynomial) => polynomial.eval(n),
         }
     }
 }
@@ -168,18 +190,19 @@ fn encoded<C: Coefficient<Scalar = f64>>(
         let scaled = if settings.over_pi { irradiance.map(|e| e.scale(FRAC_1_PI)) } else { irradiance };
         Ok::<_, String>(if settings.up_is_y { AxisPermutation::Y_UP_FROM_Z_UP.applied(&scaled) } else { scaled })
     };
-    if let "packed" | "matrix" = &*settings.name {
+    if let "packed" | "packed-5" | "matrix" | "r-h" = &*settings.name {
         let constants = |f: &[C]| Constants::of(&settings.name, &used(f)?).ok_or_else(String::new);
         return Ok(Encoded(Kind::Constants(search(py, functions, order, constants)?, are_colors)));
     }
-    let unknown = |error: ShError| value_error(error.to_string().replacen("one of", "packed, matrix or one of", 1));
+    let all = "packed, packed-5, matrix, r-h or one of";
+    let unknown = |error: ShError| value_error(error.to_string().replacen("one of", all, 1));
     let encoding: IrradianceEncoding = settings.name.parse().map_err(unknown)?;
     let frame = tangent_frame(Dir::from_unit(settings.normal));
     Ok(Encoded(kind(search(py, functions, order, |f| Ok(encoding.encode(&used(f)?, frame)))?)))
 }
 
 /// Name, floats, whether it is of a hemisphere, then mean, RMS and largest error, and the lowest value.
-type Row = (&'static str, usize, bool, f64, f64, f64, f64);
+type Measured = (&'static str, usize, bool, f64, f64, f64, f64);
 
 /// The errors of all encodings of one irradiance, `(1, n²)` or `(1, n², 3)`, against its own values for as many normals.
 #[pyfunction]
@@ -187,7 +210,7 @@ pub(crate) fn encoding_errors<'py>(
     py: Python<'py>,
     c: PyReadonlyArrayDyn<'py, f64>,
     normals: usize,
-) -> PyResult<Vec<Row>> {
+) -> PyResult<Vec<Measured>> {
     let values = contiguous(&c)?.to_vec();
     match c.shape() {
         [1, _] => answered(py, normals, move || errors::<f64>(&values, normals))?,
@@ -197,7 +220,7 @@ pub(crate) fn encoding_errors<'py>(
     .map_err(value_error)
 }
 
-fn errors<C: Coefficient<Scalar = f64>>(f: &[C], normals: usize) -> Result<Vec<Row>, String> {
+fn errors<C: Coefficient<Scalar = f64>>(f: &[C], normals: usize) -> Result<Vec<Measured>, String> {
     let irradiance = expansion(f)?;
     let truth: Vec<(Dir, C)> = even_directions(normals).map(|n| (n, irradiance.eval(n))).collect();
     let row = |encoding: IrradianceEncoding| {

@@ -156,6 +156,16 @@ pub(crate) fn window_factors(name: &str, order: usize) -> PyResult<Vec<f64>> {
     Ok(name.parse::<Window>().map_err(value_error)?.factors(order))
 }
 
+/// The width at which a Hanning window, or a Lanczos window of a power, lowers the peak of a unit impulse to `peak`; none if no
+/// width does.
+#[pyfunction]
+pub(crate) fn width_of_peak(power: Option<f64>, order: usize, peak: f64) -> Option<f64> {
+    lobe::sh::width_of_peak(order, peak, |width| match power {
+        None => Window::Hanning { width },
+        Some(power) => Window::Lanczos { width, power },
+    })
+}
+
 struct Keep(f64);
 
 impl<T: Real> RowWork<T> for Keep {

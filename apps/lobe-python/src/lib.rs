@@ -58,8 +58,8 @@ mod _lobe {
     use crate::forked::after_fork;
     #[pymodule_export]
     use crate::functions::{
-        content_window, dering, exp, kernel_factors, log, mirror_signs, product, rotate, scale_bands, window_factors,
-        window_keep,
+        content_window, dering, exp, kernel_factors, log, mirror_signs, product, rotate, scale_bands, width_of_peak,
+        window_factors, window_keep,
     };
     #[pymodule_export]
     use crate::lights::light;

@@ -3,8 +3,8 @@
 use std::time::Instant;
 
 use lobe::sh::{
-    Coefficient, Expansion as _, LightChoice, LightFit, LightFitOptions, LightMetric, PeakSearch, Rgb, ShVec,
-    certified_minimum, coefficient_count, extract_light, extract_lights, local_maxima,
+    Coefficient, Dir, Expansion as _, LightChoice, LightFit, LightFitOptions, LightMetric, PeakSearch, Rgb, ShVec,
+    certified_minimum, coefficient_count, extract_light, extract_lights, fit_lights, local_maxima,
 };
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
@@ -75,11 +75,19 @@ pub(crate) struct LightSettings {
     choose: String,
     /// One light in closed form, whatever else is set.
     closed: bool,
+    /// Those of lights that are known, `count` of them.
+    directions: Option<Vec<[f64; 3]>>,
+}
+
+/// The way in which lights are found.
+enum Way {
+    Closed,
+    Known(Vec<Dir>, LightFitOptions),
+    Sought(LightFitOptions),
 }
 
 impl LightSettings {
-    /// None for the closed form.
-    fn options(&self) -> PyResult<Option<LightFitOptions>> {
+    fn way(&self) -> PyResult<Way> {
         let metric = match &*self.metric {
             "irradiance" => LightMetric::Irradiance,
             "radiance" => LightMetric::Radiance,
@@ -91,7 +99,11 @@ impl LightSettings {
             other => return Err(value_error(format!("choose: expected residual or height, found {other:?}"))),
         };
         let options = LightFitOptions::default().count(self.count).refine(self.refine).metric(metric).choice(choice);
-        Ok((!self.closed).then_some(options))
+        Ok(match &self.directions {
+            Some(known) => Way::Known(known.iter().map(|d| Dir::from_unit(*d)).collect(), options),
+            None if self.closed => Way::Closed,
+            None => Way::Sought(options),
+        })
     }
 }
 
@@ -104,16 +116,16 @@ pub(crate) fn lights<'py>(
     order: usize,
     settings: LightSettings,
 ) -> PyResult<Lights<'py>> {
-    let (options, count) = (settings.options()?, settings.count);
+    let (way, count) = (settings.way()?, settings.count);
     let values = contiguous(&c)?;
     let (rows, channels, found) = match *c.shape() {
         [rows, _] => {
-            let fits = search(py, values, order, |f| fit::<f64>(f, options.as_ref()))?;
+            let fits = search(py, values, order, |f| fit::<f64>(f, &way))?;
             (rows, None, numbers(&fits, count))
         }
         [rows, _, 3] => {
             let colors: &[Rgb<f64>] = bytemuck::cast_slice(values);
-            let fits = search(py, colors, order, |f| fit::<Rgb<f64>>(f, options.as_ref()))?;
+            let fits = search(py, colors, order, |f| fit::<Rgb<f64>>(f, &way))?;
             (rows, Some(3), numbers(&fits, count))
         }
         ref other => return Err(shape_error(other)),
@@ -128,9 +140,13 @@ pub(crate) fn lights<'py>(
     ))
 }
 
-fn fit<C: Coefficient>(f: &[C], options: Option<&LightFitOptions>) -> Result<LightFit<C::Wide>, String> {
+fn fit<C: Coefficient>(f: &[C], way: &Way) -> Result<LightFit<C::Wide>, String> {
     let f = ShVec::from_vec(f.to_vec()).ok_or("expected n² coefficients")?;
-    let fit = options.map_or_else(|| extract_light(&f), |options| extract_lights(&f, options));
+    let fit = match way {
+        Way::Closed => extract_light(&f),
+        Way::Known(directions, options) => fit_lights(&f, directions, options),
+        Way::Sought(options) => extract_lights(&f, options),
+    };
     fit.map_err(|error| error.to_string())
 }
 

@@ -62,6 +62,7 @@ def test_the_error_is_that_of_the_light_and_falls_with_more_components(baked, tm
     assert errors[2][1] < 0.1 * errors[0][1], errors
 
 
+@pytest.mark.nightly
 def test_the_curve_is_that_of_the_command(baked, tmp_path):
     told = lobe_json("compress", baked, "--clusters 4 --components 2 --curve -o", tmp_path / "a.safetensors")["curve"]
     points = lobe.error_curve(baked, (1, 4), (0, 1, 2))

@@ -406,7 +406,10 @@ def test_the_command_bakes_and_refuses_in_one_line(processes, tmp_path, whole):
         (["none.glb", "-o", "o.glb"], "none.glb"),
         (["built-in:ball", "-o", "o.png"], "o.png: expected a name"),
         (["built-in:ball", "-o", "o.glb", "--order", "9"], "order: expected 1 to 8"),
-        (["built-in:ball", "-o", "o.glb", "--scheduler", "tcp://127.0.0.1:1"], "127.0.0.1:1"),
+        # Ten seconds until the scheduler is given up.
+        pytest.param(
+            ["built-in:ball", "-o", "o.glb", "--scheduler", "tcp://127.0.0.1:1"], "127.0.0.1:1", marks=pytest.mark.nightly
+        ),
     ],
 )
 def test_errors_of_the_command_are_one_line(arguments, message, tmp_path, monkeypatch, capsys, soon_given_up):

@@ -11,7 +11,7 @@ import lobe
 from command import lobe_json
 from oracles import directions
 
-WHOLE_SPHERE = ["sh-2", "sh-3", "non-linear-l1", "zh3", "zh3-hallucinated", "ambient-cube", "ahd"]
+WHOLE_SPHERE = ["sh-2", "sh-3", "sh-5", "non-linear-l1", "zh3", "zh3-hallucinated", "ambient-cube", "ahd"]
 ONE_SIDE = ["h-4", "h-6", "sh-3-hemisphere", "hl2"]
 
 
@@ -62,7 +62,16 @@ def test_one_side_of_a_surface_turns_with_its_normal(name):
     assert turned.eval(n @ turn.T) == pytest.approx(up, abs=1e-6)
 
 
-@pytest.mark.parametrize("name", ["packed", "matrix"])
+@pytest.mark.parametrize("name", ["sh-5", "packed-5"])
+def test_order_5_is_kept_by_its_bands_and_by_its_vectors(irradiance, name):
+    n = directions(64)
+    five = irradiance.resized(5)
+    encoded = irradiance.encode(name)
+    assert encoded.eval(n) == pytest.approx(five.eval(n), abs=1e-12)
+    assert sum(values.size for values in encoded.numbers.values()) == 54
+
+
+@pytest.mark.parametrize("name", ["packed", "matrix", "r-h"])
 def test_constants_of_shaders_have_the_values_of_three_bands(irradiance, name):
     n = directions(64)
     three = irradiance.resized(3)
@@ -74,7 +83,7 @@ def test_constants_of_shaders_have_the_values_of_three_bands(irradiance, name):
     assert used.eval(n[:, [0, 2, 1]] * [1, 1, -1]) == pytest.approx(three.eval(n) / np.pi, abs=1e-12)
 
 
-@pytest.mark.parametrize("name", ["packed", "matrix", "zh3", "h-4"])
+@pytest.mark.parametrize("name", ["packed", "packed-5", "matrix", "r-h", "sh-5", "zh3", "h-4"])
 def test_numbers_of_an_encoding_are_those_of_the_command(irradiance, tmp_path, name):
     irradiance.save(tmp_path / "e.sh.json", quantity="irradiance")
     expected = lobe_json("sh encode", tmp_path / "e.sh.json", "--over-pi --up y --as", name)
@@ -88,14 +97,14 @@ def test_numbers_of_an_encoding_are_those_of_the_command(irradiance, tmp_path, n
 
 def test_errors_are_those_of_their_definition(irradiance):
     errors = {error.name: error for error in irradiance.encodings(512)}
-    assert len(errors) == 18
+    assert len(errors) == 19
     assert errors["sh-3"].floats == 27 and not errors["sh-3"].is_hemispherical and errors["h-4"].is_hemispherical
     assert errors["sh-3"].max >= errors["sh-3"].rms >= errors["sh-3"].mean > 0
     assert errors["sh-3"].rms < errors["zh3"].rms < errors["sh-2"].rms
 
 
 def test_what_cannot_be_encoded_says_so(irradiance):
-    with pytest.raises(ValueError, match="expected packed, matrix or one of sh-2"):
+    with pytest.raises(ValueError, match="expected packed, packed-5, matrix, r-h or one of sh-2"):
         irradiance.encode("zh4")
     with pytest.raises(ValueError, match="zero or not finite"):
         irradiance.encode("h-4", normal=(0, 0, 0))

@@ -53,6 +53,7 @@ print("begun", flush=True)
     assert error.rstrip().endswith("KeyboardInterrupt"), error
 
 
+@pytest.mark.nightly
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of another kind")
 def test_a_map_whose_writing_was_stopped_is_not_there_later(tmp_path):
     program = f"""

@@ -55,6 +55,7 @@ def test_what_is_called_while_a_scene_is_at_work_cannot_ask_it():
     assert np.isfinite(moving.bounds()).all(), "afterwards it answers again"
 
 
+@pytest.mark.nightly
 def test_one_scene_gives_the_pictures_of_many_times():
     moving = lobe.MovingScene("built-in:three-objects", lobe.MovingOptions("shexp", **SMALL))
     begin, end = moving.span
@@ -71,6 +72,7 @@ def test_one_scene_gives_the_pictures_of_many_times():
     np.testing.assert_allclose(again.render(SKY, end + begin, camera=camera, **SIZE), first, atol=1e-4)
 
 
+@pytest.mark.nightly
 def test_the_shading_is_near_the_truth_of_the_same_moment(light, tmp_path):
     options = lobe.MovingOptions("shexp", order=4, samples=64, bounces=0, spheres=8, still_points=0)
     moving = lobe.MovingScene("built-in:three-objects", options)

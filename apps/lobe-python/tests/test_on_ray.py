@@ -12,8 +12,8 @@ ray = pytest.importorskip("ray", reason="ray is not installed")
 
 import lobe.on_ray  # noqa: E402
 
-# Warnings of Ray about what it will change.
-pytestmark = pytest.mark.filterwarnings("ignore")
+# Ray is large and its processes take long to start; its warnings are about what it will change.
+pytestmark = [pytest.mark.nightly, pytest.mark.filterwarnings("ignore")]
 
 OPTIONS = lobe.BakeOptions(mode="shadowed", order=3, samples=64)
 SCENE = "built-in:ball"

@@ -197,6 +197,7 @@ LIGHTS = {
     "--count 2 --choose height": {"count": 2, "choose": "height"},
     "--closed": {"closed": True},
     "--count 2 --per-channel": {"count": 2, "per_channel": True},
+    "--direction 0,0,1 --direction 3,4,0 --metric radiance": {"directions": [[0, 0, 1], [3, 4, 0]], "metric": "radiance"},
 }
 
 
@@ -219,7 +220,15 @@ def test_lights_of_every_option_are_those_of_the_command(tmp_path, options):
 
 @pytest.mark.parametrize(
     ("options", "message"),
-    [({"metric": "luck"}, "metric: expected irradiance or radiance"), ({"choose": "luck"}, "choose: expected"), ({"closed": True, "count": 2}, "closed: expected no other")],
+    [
+        ({"metric": "luck"}, "metric: expected irradiance or radiance"),
+        ({"choose": "luck"}, "choose: expected"),
+        ({"closed": True, "count": 2}, "closed: expected no other"),
+        ({"directions": [[0, 0, 1]], "count": 2}, "directions: expected no other option but metric"),
+        ({"directions": [0, 0, 1]}, "directions: expected an array of shape"),
+        ({"directions": np.zeros((0, 3))}, "directions: expected 1 to 64, found 0"),
+        ({"directions": [[0, 0, 0]]}, "directions: expected vectors with a length"),
+    ],
 )
 def test_lights_that_cannot_be_chosen_say_so(options, message):
     with pytest.raises(ValueError, match=message):

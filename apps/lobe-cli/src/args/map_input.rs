@@ -190,7 +190,7 @@ impl MapPath {
 
     /// Reads the map, and notes the findings.
     pub(crate) fn read_with(&self, nonfinite: Nonfinite, talk: Talk) -> anyhow::Result<(LoadedMap, MapReadReport)> {
-        self.find("read", nonfinite, talk, read_map)
+        self.find("read", nonfinite, talk, |path: &Path, options: &MapReadOptions| read_map(path, options))
     }
 
     /// What `find` finds in the file, and the report of reading it, whose findings are noted.

@@ -27,8 +27,8 @@ pub(crate) struct LightInput {
     /// else that of the transfer, or 4; a .sh.json file has its own]
     #[arg(long, value_name = "N", value_parser = values::order)]
     order: Option<usize>,
-    /// A window for the expansion against ringing: hanning[:BAND], lanczos[:BAND], sinc4[:BAND] reach zero at that band [default:
-    /// the order]; gauss:DEGREES; laplacian:PART leaves that part of the squared Laplacian
+    /// A window for the expansion against ringing: hanning[:BAND], lanczos[:BAND[:POWER]], sinc4[:BAND] reach zero at that band
+    /// [default: the order]; gauss:DEGREES; laplacian:PART leaves that part of the squared Laplacian
     #[arg(long, value_name = "KIND", value_parser = window)]
     window: Option<WindowKind>,
     /// Turn the light about +z by this angle, counterclockwise seen from above
@@ -49,11 +49,11 @@ pub(crate) enum WindowKind {
 }
 
 fn window(text: &str) -> Result<WindowKind, String> {
-    let (kind, number) = match text.split_once(':') {
-        Some((kind, number)) => (kind, Some(values::positive(number)?)),
-        None => (text, None),
-    };
-    match (kind, number) {
+    let (kind, rest) = text.split_once(':').map_or((text, None), |(kind, rest)| (kind, Some(rest)));
+    if let ("lanczos", Some((band, power))) = (kind, rest.and_then(|rest| rest.split_once(':'))) {
+        return Ok(WindowKind::Lanczos(values::positive(power)?, Some(values::positive(band)?)));
+    }
+    match (kind, rest.map(values::positive).transpose()?) {
         ("hanning", band) => Ok(WindowKind::Hanning(band)),
         ("lanczos", band) => Ok(WindowKind::Lanczos(1.0, band)),
         ("sinc4", band) => Ok(WindowKind::Lanczos(4.0, band)),
@@ -144,9 +144,13 @@ mod tests {
     fn windows_have_a_kind_and_a_number() {
         assert_eq!(window("hanning"), Ok(WindowKind::Hanning(None)), "hanning");
         assert_eq!(window("sinc4:8"), Ok(WindowKind::Lanczos(4.0, Some(8.0))), "sinc4");
+        assert_eq!(window("lanczos:8"), Ok(WindowKind::Lanczos(1.0, Some(8.0))), "lanczos");
+        assert_eq!(window("lanczos:8:2.5"), Ok(WindowKind::Lanczos(2.5, Some(8.0))), "lanczos with a power");
         assert_eq!(window("gauss:12.5"), Ok(WindowKind::Gauss(12.5)), "gauss");
         assert_eq!(window("laplacian:0.5"), Ok(WindowKind::Laplacian(0.5)), "laplacian");
-        for bad in ["gauss", "laplacian", "laplacian:2", "hanning:0", "hanning:x", "box", ""] {
+        let bad =
+            ["gauss", "laplacian", "laplacian:2", "hanning:0", "hanning:x", "hanning:4:2", "lanczos:4:0", "lanczos::2"];
+        for bad in bad.into_iter().chain(["lanczos:4:2:1", "box", ""]) {
             assert!(window(bad).is_err(), "{bad:?}");
         }
     }

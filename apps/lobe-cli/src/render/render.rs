@@ -8,11 +8,11 @@ use clap::{Args, ValueEnum};
 use lobe::io::{Job, Progress, Shard};
 use lobe::prt::{BakeMode, BakeOptions, GlossyLobe, Transfer};
 use lobe::render::{
-    BakedScene, Camera, DistantLight, Emitter, MovingMethod, MovingScene, MovingShading, RenderError, TruthOptions,
-    ViewOptions, light_baked_scene, light_by_irradiance, light_moving_scene, render_truth_shard,
+    Camera, DistantLight, Emitter, MovingMethod, MovingScene, MovingShading, RenderError, TruthOptions, ViewOptions,
+    light_baked_scene, light_by_irradiance, light_moving_scene, render_truth_shard,
 };
 use lobe::scene::{Bvh, Scene};
-use lobe::sh::{Dir, Rgb, Rotation, ShVec};
+use lobe::sh::{Dir, Rotation};
 
 use crate::args::memory::MemoryLimit;
 use crate::args::open_scene::OpenScene;
@@ -21,9 +21,10 @@ use crate::args::scene_input::SceneInput;
 use crate::args::sharing::{self, Sharing};
 use crate::args::values;
 use crate::render::frames::{Frames, SECONDS_PER_FRAME};
-use crate::render::light::{LightInput, ReadLight};
+use crate::render::light::LightInput;
 use crate::render::moving::{AskedBake, Keep, MovingInput, Prepared};
 use crate::render::pictures::{Pictures, Rendered};
+use crate::render::stage::{Lit, Stage, Work, moving_bounds};
 use crate::render::transfer::Asked;
 use crate::render::truth::{self, TruthInput};
 use crate::render::view::ViewInput;
@@ -38,9 +39,6 @@ const RAYS: usize = 4;
 
 /// Bounces without --bounces, as in the bake.
 const BOUNCES: usize = 3;
-
-/// The order of irradiance without --order: higher bands hardly show.
-const IRRADIANCE_ORDER: usize = 3;
 
 /// The lobe without --lobe: about the sharpest that order 4 can show.
 const LOBE: GlossyLobe = GlossyLobe::Ggx(0.3);
@@ -141,67 +139,6 @@ fn samples(text: &str) -> Result<usize, String> {
 
 fn bounces(text: &str) -> Result<usize, String> {
     values::whole(text, 0, BakeOptions::MAX_BOUNCES, "a number of reflections")
-}
-
-/// The scene, with transfer where the mode needs it.
-enum Stage {
-    Plain(Scene, Bvh),
-    Baked(Box<BakedScene>),
-    /// Its parts move; how they are shaded, unless they are traced.
-    Moving(Box<MovingScene>, Option<MovingShading>),
-}
-
-impl Stage {
-    /// The bands that the light needs, unless it is asked for others.
-    fn order(&self) -> usize {
-        match self {
-            Self::Plain(..) | Self::Moving(_, None) => IRRADIANCE_ORDER,
-            Self::Baked(baked) => baked.order(),
-            Self::Moving(_, Some(shading)) => shading.order(),
-        }
-    }
-}
-
-impl Lit {
-    /// The light as an expansion.
-    fn light(&self) -> &ShVec<Rgb<f64>> {
-        match &self.expansion {
-            Some(expansion) => expansion,
-            None => unreachable!("all modes but truth light with an expansion"),
-        }
-    }
-}
-
-/// A box around a scene at some of its times.
-fn moving_bounds(moving: &MovingScene, times: &[f64]) -> Result<[[f64; 3]; 2], RenderError> {
-    let mut all = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
-    for &time in times {
-        let [min, max] = moving.world_bounds(time)?;
-        for k in 0..3 {
-            all[0][k] = all[0][k].min(min[k]);
-            all[1][k] = all[1][k].max(max[k]);
-        }
-    }
-    Ok(all)
-}
-
-/// The inputs that all frames share.
-struct Work<'a> {
-    stage: Stage,
-    camera: Camera,
-    light: &'a ReadLight,
-    /// None where the light is used as it was given.
-    expansion: Option<ShVec<Rgb<f64>>>,
-    /// Of the moment that was shaded before.
-    tree: Option<Bvh>,
-}
-
-/// How one picture is lit.
-struct Lit {
-    /// What is behind the scene, and lights the truth.
-    shown: DistantLight,
-    /// None where the light is used as it was given.
-    expansion: Option<ShVec<Rgb<f64>>>,
 }
 
 impl Render {

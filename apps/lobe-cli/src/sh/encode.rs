@@ -7,7 +7,8 @@ use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::sh::{
     AxisPermutation, Coefficient, Dir, Expansion as _, FileCoefficients, IrradianceEncoding, IrradianceMatrix,
-    PackedIrradiance, Quantity, Rgb, ShError, ShVec, Zonal, convolved, tangent_frame,
+    IrradiancePolynomial, PackedIrradiance, PackedIrradiance5, Quantity, Rgb, ShError, ShVec, Zonal, convolved,
+    tangent_frame,
 };
 use serde::Serialize;
 
@@ -24,8 +25,10 @@ pub(crate) struct ShEncode {
     #[arg(value_name = "P")]
     input: ShInput,
     /// An encoding of lobe sh encodings; packed: the seven vectors cAr .. cC of Sloan's shader; matrix: the 4x4
-    /// matrices of Ramamoorthi and Hanrahan, row after row (both colors, three bands)
-    #[arg(long = "as", value_name = "NAME|packed|matrix", value_parser = form)]
+    /// matrices of Ramamoorthi and Hanrahan, row after row; r-h: their nine coefficients L00 .. L22 of radiance, without
+    /// the Condon-Shortley phase (these three colors, three bands); packed-5: fourteen vectors cAr .. cG of order 5, for
+    /// light of high contrast (colors; P of five bands)
+    #[arg(long = "as", value_name = "NAME|packed|packed-5|matrix|r-h", value_parser = form)]
     form: Form,
     /// For encodings of one side of a surface: its geometric normal [default: 0,0,1]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::dir)]
@@ -52,7 +55,9 @@ enum Up {
 enum Form {
     Encoding(IrradianceEncoding),
     Packed,
+    Packed5,
     Matrix,
+    Polynomial,
 }
 
 impl Form {
@@ -65,11 +70,13 @@ impl Form {
 fn form(text: &str) -> Result<Form, String> {
     match text {
         "packed" => Ok(Form::Packed),
+        "packed-5" => Ok(Form::Packed5),
         "matrix" => Ok(Form::Matrix),
+        "r-h" => Ok(Form::Polynomial),
         _ => text
             .parse()
             .map(Form::Encoding)
-            .map_err(|e: ShError| e.to_string().replacen("one of", "packed, matrix or one of", 1)),
+            .map_err(|e: ShError| e.to_string().replacen("one of", "packed, packed-5, matrix, r-h or one of", 1)),
     }
 }
 
@@ -92,6 +99,11 @@ struct Row {
 
 fn row(name: impl Into<String>, values: impl Into<Vec<f64>>) -> Row {
     Row { name: name.into(), values: values.into() }
+}
+
+/// The vectors of three channels, named by a letter: `cAr`, `cAg`, `cAb`.
+fn vectors(letter: char, values: [[f64; 4]; 3]) -> impl Iterator<Item = Row> {
+    ['r', 'g', 'b'].into_iter().zip(values).map(move |(channel, v)| row(format!("c{letter}{channel}"), v))
 }
 
 impl ShEncode {
@@ -127,16 +139,24 @@ impl ShEncode {
         match self.form {
             Form::Packed => {
                 let PackedIrradiance { a, b, c } = PackedIrradiance::from_irradiance_sh(&colors());
-                let names = ["cAr", "cAg", "cAb", "cBr", "cBg", "cBb"];
-                let mut numbers: Vec<Row> =
-                    names.into_iter().zip(a.into_iter().chain(b)).map(|(n, v)| row(n, v)).collect();
-                numbers.push(row("cC", c));
-                ("packed", 27, numbers)
+                ("packed", 27, vectors('A', a).chain(vectors('B', b)).chain([row("cC", c)]).collect())
+            }
+            Form::Packed5 => {
+                let PackedIrradiance5 { a, b, c, d, f, g } = PackedIrradiance5::from_irradiance_sh(&colors());
+                let order_3 = vectors('A', a).chain(vectors('B', b)).chain([row("cC", c)]);
+                let band_4 = vectors('D', d).chain(vectors('F', f)).chain([row("cG", g)]);
+                ("packed-5", 54, order_3.chain(band_4).collect())
             }
             Form::Matrix => {
                 let IrradianceMatrix { m } = IrradianceMatrix::from_irradiance_sh(&colors());
                 let numbers = ["Mr", "Mg", "Mb"].into_iter().zip(m).map(|(name, m)| row(name, m.concat())).collect();
                 ("matrix", 48, numbers)
+            }
+            Form::Polynomial => {
+                let IrradiancePolynomial { l } = IrradiancePolynomial::from_irradiance_sh(&colors());
+                let numbers =
+                    IrradiancePolynomial::NAMES.into_iter().zip(l).map(|(name, l)| row(name, l.to_array())).collect();
+                ("r-h", 27, numbers)
             }
             Form::Encoding(encoding) => {
                 let encoded = encoding.encode(irradiance, tangent_frame(self.normal.unwrap_or(Dir::Z)));

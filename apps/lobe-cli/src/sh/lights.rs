@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use anyhow::bail;
 use clap::Args;
 use lobe::sh::{
-    Coefficient, Expansion as _, FileCoefficients, LightChoice, LightFit, LightFitOptions, LightMetric, Quantity,
-    ShVec, directional_normalization, extract_light, extract_lights,
+    Coefficient, Dir, Expansion as _, FileCoefficients, LightChoice, LightFit, LightFitOptions, LightMetric, Quantity,
+    ShVec, directional_normalization, extract_light, extract_lights, fit_lights,
 };
 use serde::Serialize;
 
@@ -45,6 +45,11 @@ pub(crate) struct ShLights {
     /// One light in closed form, from where the linear band points; light and ambient light may come out negative
     #[arg(long, conflicts_with_all = ["count", "refine", "metric", "choose"])]
     closed: bool,
+    /// The direction towards a light that is known, a vector of any length but 0; may be given many times. Finds the
+    /// intensities of these lights and the ambient light, in this order, dark lights too
+    #[arg(long = "direction", value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::dir)]
+    #[arg(conflicts_with_all = ["count", "refine", "choose", "closed", "per_channel"])]
+    directions: Vec<Dir>,
     /// Give every channel directions of its own, instead of those of the luminance to all
     #[arg(long)]
     per_channel: bool,
@@ -93,6 +98,9 @@ struct Found {
 
 impl ShLights {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
+        if self.directions.len() > MAX_LIGHTS {
+            bail!("--direction: expected {MAX_LIGHTS} lights at most, found {}; leave some out", self.directions.len());
+        }
         let file = self.input.read_to_search()?;
         if file.quantity != Quantity::Radiance {
             bail!("{}: lights are found in radiance, this is {}", self.input, file.quantity);
@@ -123,7 +131,11 @@ impl ShLights {
     }
 
     fn find<T: Coefficient>(&self, f: &ShVec<T>) -> anyhow::Result<Lights> {
-        let fit = if self.closed { extract_light(f) } else { extract_lights(f, &self.options()) };
+        let fit = match &self.directions[..] {
+            [] if self.closed => extract_light(f),
+            [] => extract_lights(f, &self.options()),
+            known => fit_lights(f, known, &self.options()),
+        };
         let LightFit { lights, ambient, residual, .. } =
             fit.map_err(|error| anyhow::anyhow!("{}: {error}", self.input))?;
         let unit = directional_normalization(f.order());

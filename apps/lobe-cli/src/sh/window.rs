@@ -1,8 +1,12 @@
 //! `lobe sh window`: window functions over the bands of an expansion, which trade ringing for blur.
 
+use std::f64::consts::PI;
+
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use lobe::sh::{Coefficient, ContentWindow, Expansion as _, FileCoefficients, ShFile, ShVec, Window, windowed};
+use lobe::sh::{
+    Coefficient, ContentWindow, Expansion as _, FileCoefficients, ShFile, ShVec, Window, width_of_peak, windowed,
+};
 
 use crate::args::input::ShInput;
 use crate::args::output::ShOutput;
@@ -27,6 +31,13 @@ pub(crate) struct ShWindow {
     /// missing]; gauss: the standard deviation in degrees
     #[arg(long, value_name = "W", allow_hyphen_values = true, value_parser = values::positive)]
     width: Option<f64>,
+    /// hanning, lanczos, sinc4: in place of a width, the value that a unit impulse of the order of P keeps at its peak,
+    /// between 1/4π, its mean, and n²/4π, which it has without a window; finds the width
+    #[arg(long, value_name = "V", allow_hyphen_values = true, value_parser = values::positive, conflicts_with = "width")]
+    peak: Option<f64>,
+    /// lanczos: the power of the sigma factors, above 0 [default: 1]
+    #[arg(long, value_name = "P", allow_hyphen_values = true, value_parser = values::positive)]
+    power: Option<f64>,
     /// laplacian: the weight of the squared Laplacian, 0 or more
     #[arg(long, value_name = "L", allow_hyphen_values = true, value_parser = weight, conflicts_with = "keep")]
     lambda: Option<f64>,
@@ -48,7 +59,7 @@ pub(crate) struct ShWindow {
 enum Kind {
     /// A raised cosine
     Hanning,
-    /// The sigma factors, sin(πl/W)/(πl/W)
+    /// The sigma factors, sin(πl/W)/(πl/W), to the power P
     Lanczos,
     /// The heat kernel of the sphere, which never makes light negative
     Gauss,
@@ -80,8 +91,8 @@ impl ShWindow {
         self.output.check()?;
         let file = if self.content { self.input.read_to_search()? } else { self.input.read()? };
         let coefficients: FileCoefficients = match file.coefficients {
-            FileCoefficients::Scalar(f) => self.windowed(&f, talk).into(),
-            FileCoefficients::Rgb(f) => self.windowed(&f, talk).into(),
+            FileCoefficients::Scalar(f) => self.windowed(&f, talk)?.into(),
+            FileCoefficients::Rgb(f) => self.windowed(&f, talk)?.into(),
         };
         self.output.write(&ShFile::new(file.quantity, coefficients))
     }
@@ -93,6 +104,14 @@ impl ShWindow {
             bail!(
                 "--width: only hanning, lanczos, sinc4 and gauss have one; choose one of them, or leave the width out"
             );
+        }
+        if self.peak.is_some() && !matches!(self.kind, Kind::Hanning | Kind::Lanczos | Kind::Sinc4) {
+            bail!(
+                "--peak: only the width of hanning, lanczos and sinc4 follows from it; choose one of them, or leave it out"
+            );
+        }
+        if self.power.is_some() && self.kind != Kind::Lanczos {
+            bail!("--power: only --kind lanczos has one; choose it, or leave the power out");
         }
         let is_laplacian = self.kind == Kind::Laplacian;
         for (option, is_given) in [("--lambda", self.lambda.is_some()), ("--keep", self.keep.is_some())] {
@@ -109,10 +128,13 @@ impl ShWindow {
         Ok(())
     }
 
-    fn windowed<T: Coefficient<Scalar = f64>>(&self, f: &ShVec<T>, talk: Talk) -> ShVec<T> {
+    fn windowed<T: Coefficient<Scalar = f64>>(&self, f: &ShVec<T>, talk: Talk) -> anyhow::Result<ShVec<T>> {
         let order = f.order();
-        let window = self.window(f, order);
+        let window = self.window(f)?;
         let subject = self.input.to_string();
+        if let (Some(peak), Window::Hanning { width } | Window::Lanczos { width, .. }) = (self.peak, window) {
+            talk.note(&subject, &format!("--width {width} lowers the peak of a unit impulse to {peak}"));
+        }
         if let (Some(keep), Window::SquaredLaplacian { lambda }) = (self.keep, window) {
             talk.note(&subject, &format!("--lambda {lambda} leaves {keep} of the squared Laplacian"));
         }
@@ -120,7 +142,7 @@ impl ShWindow {
             let text = format!("order {order}; punctual is made for order {PUNCTUAL_BANDS}, later bands become zero");
             talk.note(&subject, &text);
         }
-        if self.content { self.blended(f, window, talk) } else { windowed(f, &window) }
+        Ok(if self.content { self.blended(f, window, talk) } else { windowed(f, &window) })
     }
 
     /// The function towards its light, the window away from it, and what the order that is written loses of that.
@@ -146,18 +168,36 @@ impl ShWindow {
         blend
     }
 
-    fn window<T: Coefficient>(&self, f: &ShVec<T>, order: usize) -> Window {
-        let width = self.width.unwrap_or(order as f64);
+    fn window<T: Coefficient>(&self, f: &ShVec<T>) -> anyhow::Result<Window> {
+        Ok(match (self.kind, self.lambda, self.keep) {
+            (Kind::Laplacian, None, Some(keep)) => Window::squared_laplacian_of(f.coefficients(), keep),
+            (Kind::Laplacian, lambda, _) => Window::SquaredLaplacian { lambda: lambda.unwrap_or(0.0) },
+            (Kind::Punctual, ..) => Window::PunctualLight,
+            _ => self.of_width(self.used_width(f.order())?),
+        })
+    }
+
+    /// The window of the kinds that have a width.
+    fn of_width(&self, width: f64) -> Window {
         match self.kind {
             Kind::Hanning => Window::Hanning { width },
-            Kind::Lanczos => Window::Lanczos { width, power: 1.0 },
-            Kind::Sinc4 => Window::Lanczos { width, power: SINC4 },
             Kind::Gauss => Window::Gauss { sigma: width.to_radians() },
-            Kind::Punctual => Window::PunctualLight,
-            Kind::Laplacian => match (self.lambda, self.keep) {
-                (None, Some(keep)) => Window::squared_laplacian_of(f.coefficients(), keep),
-                (lambda, _) => Window::SquaredLaplacian { lambda: lambda.unwrap_or(0.0) },
-            },
+            Kind::Sinc4 => Window::Lanczos { width, power: SINC4 },
+            _ => Window::Lanczos { width, power: self.power.unwrap_or(1.0) },
         }
+    }
+
+    /// The width as given, of the peak that is wanted, or the order.
+    fn used_width(&self, order: usize) -> anyhow::Result<f64> {
+        let Some(peak) = self.peak else { return Ok(self.width.unwrap_or(order as f64)) };
+        let Some(width) = width_of_peak(order, peak, |width| self.of_width(width)) else {
+            let [mean, whole] = [1, order * order].map(|n| n as f64 / (4.0 * PI));
+            bail!(
+                "{}: --peak: expected a value between {mean:.6} and {whole:.6}, the mean and the peak of an impulse of \
+                 order {order}, found {peak}",
+                self.input
+            );
+        };
+        Ok(width)
     }
 }

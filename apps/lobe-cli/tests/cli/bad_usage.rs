@@ -67,6 +67,10 @@ fn a_rotation_is_given_in_exactly_one_way() {
         "--quat 0,0,0,1 --angle 90",
         "--quat 0,0,0,1 --matrix 1,0,0,0,1,0,0,0,1",
         "--quat 0,0,1",
+        "--euler-zyz 1,2",
+        "--euler-zyz 1,2,inf",
+        "--euler-zyz 1,2,3 --angle 90",
+        "--euler-zyz 1,2,3 --quat 0,0,0,1",
         "--axis 0,0,1 --angle nan",
         "--axis 0,0,0 --angle 1",
     ] {

@@ -2,9 +2,10 @@
 
 use std::f64::consts::PI;
 
+use lobe::env::{EnvMap, irradiance_sh};
 use lobe::sh::{
     Coefficient as _, Dir as Direction, Expansion as _, IrradianceEncoding, IrradianceMatrix, PackedIrradiance,
-    Quantity, Rgb, ShVec, Zonal, convolved,
+    Quantity, Rgb, ShVec, Zonal, convolved, eval_basis,
 };
 use lobe_testkit::directions;
 use serde_json::Value;
@@ -48,6 +49,7 @@ fn a_lamp_orders_the_encodings_as_their_numbers_do() {
     };
     for (better, worse) in [
         ("sh-3", "sh-2"),
+        ("sh-5", "sh-3"),
         ("zh3", "zh3-hallucinated"),
         ("zh3-hallucinated", "sh-2"),
         ("ambient-cube", "ambient-cube-axes"),
@@ -68,7 +70,7 @@ fn the_table_names_every_encoding_once_and_is_the_same_for_any_number_of_threads
     assert_eq!(dir.lobe("sh encodings sky.exr --threads 3").stdout(), text, "threads");
     let found = json(&dir, "sh encodings sky.exr --json");
     let rows = found["encodings"].as_array().unwrap();
-    assert_eq!(rows.len(), 18, "rows");
+    assert_eq!(rows.len(), IrradianceEncoding::ALL.len(), "rows");
     for row in rows {
         let line = format!("{:<30}{:>6}", row["name"].as_str().unwrap(), row["floats"].as_u64().unwrap());
         assert_eq!(text.lines().filter(|l| l.starts_with(&line)).count(), 1, "{line:?} in\n{text}");
@@ -130,6 +132,80 @@ fn constants_of_shaders_give_the_irradiance_of_every_normal() {
     }
 }
 
+/// Light of high contrast, all of whose numbers are exact in 16 bits.
+fn lamp(x: usize, y: usize) -> [f32; 3] {
+    if (x, y) == (40, 9) { [2048.0, 1024.0, 512.0] } else { [0.125, 0.25, 0.5] }
+}
+
+#[test]
+fn vectors_of_order_5_give_its_irradiance_to_every_normal() {
+    let dir = Dir::new();
+    dir.map("lamp.exr", 64, 32, lamp);
+    let texels = (0..64 * 32).map(|i| Rgb::from(lamp(i % 64, i / 64))).collect();
+    let map = EnvMap::new(64, 32, texels).unwrap();
+    let irradiance = irradiance_sh(&map, 5);
+    dir.lobe("project lamp.exr -o l.sh.json --order 5").stdout();
+    let packed = encoded(&dir, "l.sh.json --as packed-5");
+    let names: Vec<&str> = packed.iter().map(|(name, _)| name.as_str()).collect();
+    let expected = ["cAr", "cAg", "cAb", "cBr", "cBg", "cBb", "cC", "cDr", "cDg", "cDb", "cFr", "cFg", "cFb", "cG"];
+    assert_eq!(names, expected, "the order of the vectors");
+    let bands = encoded(&dir, "l.sh.json --as sh-5");
+    let of_coefficients = |n: Direction, c: usize| {
+        let y = eval_basis(n, 5);
+        let index = |name: &str| name.strip_prefix("E_").and_then(|i| i.parse::<usize>().ok()).unwrap();
+        bands.iter().map(|(name, values)| values[c] * y[index(name)]).sum::<f64>()
+    };
+    let unit = irradiance.eval(Direction::Z).r;
+    for v in directions() {
+        let [x, y, z] = v;
+        let (quadratic, d) = ([x * y, y * z, z * z, z * x], x * x - y * y);
+        let expected = irradiance.eval(Direction::from_unit(v)).to_array();
+        for c in 0..3 {
+            let vector = |first: usize, k: usize| packed[first + c].1[k];
+            let linear: f64 = [x, y, z, 1.0].into_iter().enumerate().map(|(k, s)| s * vector(0, k)).sum();
+            let quartic = quadratic.iter().enumerate();
+            let quartic: f64 =
+                quartic.map(|(k, q)| q * (vector(3, k) + z * z * vector(7, k) + d * vector(10, k))).sum();
+            let found = linear + quartic + (packed[6].1[c] + d * packed[13].1[c]) * d;
+            let by_bands = of_coefficients(Direction::from_unit(v), c);
+            for (what, found) in [("vectors", found), ("bands", by_bands)] {
+                let off = (found - expected[c]).abs();
+                assert!(off < 1e-5 * unit, "{what} towards {v:?}: {found} against {expected:?}");
+            }
+            assert!((found - by_bands).abs() < 1e-12 * unit, "the two forms agree towards {v:?}");
+        }
+    }
+}
+
+#[test]
+fn nine_coefficients_of_ramamoorthi_and_hanrahan_give_irradiance_by_their_formula() {
+    let dir = Dir::new();
+    let irradiance = convolved(&radiance(), &Zonal::clamped_cosine(3));
+    dir.sh("l.sh.json", Quantity::Radiance, radiance());
+    dir.sh("e.sh.json", Quantity::Irradiance, irradiance.clone());
+    let (c1, c2) = (0.429042765404892, 0.511663353973244);
+    let (c3, c4, c5) = (0.743123868301127, 0.886226925452758, 0.247707956100376);
+    for file in ["l.sh.json", "e.sh.json"] {
+        let rows = encoded(&dir, &format!("{file} --as r-h"));
+        let names: Vec<&str> = rows.iter().map(|(name, _)| name.as_str()).collect();
+        assert_eq!(names, ["L00", "L1-1", "L10", "L11", "L2-2", "L2-1", "L20", "L21", "L22"], "{file}");
+        for v in directions() {
+            let [x, y, z] = v;
+            let expected = irradiance.eval(Direction::from_unit(v)).to_array();
+            for c in 0..3 {
+                let l = |i: usize| rows[i].1[c];
+                let found = c1 * l(8) * (x * x - y * y) + c3 * l(6) * z * z + c4 * l(0) - c5 * l(6)
+                    + 2.0 * c1 * (l(4) * x * y + l(7) * x * z + l(5) * y * z)
+                    + 2.0 * c2 * (l(3) * x + l(1) * y + l(2) * z);
+                assert!((found - expected[c]).abs() < 1e-12, "{file} towards {v:?}: {found} {expected:?}");
+            }
+        }
+    }
+    dir.sh("x.sh.json", Quantity::Radiance, ShVec::impulse(2, Direction::X, 1.0));
+    let rows = encoded(&dir, "x.sh.json --as r-h");
+    assert!(rows[3].1.iter().all(|l| *l > 0.0), "L11 of light from +x is positive: {rows:?}");
+}
+
 #[test]
 fn constants_can_be_those_of_white_surfaces_in_worlds_with_y_up() {
     let dir = Dir::new();
@@ -176,7 +252,7 @@ fn every_encoding_prints_as_many_numbers_as_it_takes() {
     let cube = encoded(&dir, "one.sh.json --as ambient-cube");
     assert!(cube.len() == 6 && cube.iter().all(|(_, v)| (v[0] - PI).abs() < 1e-12), "a white sky: {cube:?}");
     let error = dir.lobe("sh encode one.sh.json --as zh4").error();
-    assert!(error.contains("expected packed, matrix or one of sh-2, "), "{error}");
+    assert!(error.contains("expected packed, packed-5, matrix, r-h or one of sh-2, "), "{error}");
     dir.sh("v.sh.json", Quantity::Visibility, ShVec::constant(3, 1.0));
     let error = dir.lobe("sh encode v.sh.json --as packed").error();
     assert_eq!(error, "v.sh.json: expected radiance or irradiance, found visibility", "visibility");
@@ -187,7 +263,7 @@ fn a_normal_is_refused_where_it_has_no_meaning() {
     let dir = Dir::new();
     dir.sh("l.sh.json", Quantity::Radiance, radiance());
     let encodings = IrradianceEncoding::ALL.into_iter().filter(|encoding| !encoding.is_hemispherical());
-    for name in encodings.map(IrradianceEncoding::name).chain(["packed", "matrix"]) {
+    for name in encodings.map(IrradianceEncoding::name).chain(["packed", "packed-5", "matrix", "r-h"]) {
         let error = dir.lobe(&format!("sh encode l.sh.json --as {name} --normal 0,1,0")).error();
         let expected = "--normal: only of encodings of one side of a surface, such as h-4; leave the option out";
         assert_eq!(error, expected, "{name}");

@@ -33,7 +33,11 @@ fn every_command_of_the_guide_exists_with_its_options() {
         for command in commands(&fs::read_to_string(&path).unwrap()) {
             let place = format!("{}: {command}", path.file_name().unwrap().display());
             let words: Vec<&str> = command.split_whitespace().skip(1).collect();
-            let depth = if GROUPS.contains(&words[0]) { 2 } else { 1 };
+            let depth = match words[..] {
+                ["env", "area-light", ..] => 3,
+                [group, ..] if GROUPS.contains(&group) => 2,
+                _ => 1,
+            };
             let name = words.iter().take(depth).filter(|word| word.starts_with(char::is_lowercase));
             let name = name.copied().collect::<Vec<_>>().join(" ");
             if name.is_empty() {

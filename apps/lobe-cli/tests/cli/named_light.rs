@@ -141,6 +141,56 @@ fn channels_may_have_lights_of_their_own() {
 }
 
 #[test]
+fn lights_in_known_directions_get_their_intensities_in_the_order_given() {
+    let dir = Dir::new();
+    let mut f = ShVec::constant(4, Rgb::new(0.25, 0.5, 0.75));
+    // Neither is a maximum of its own: they are 40° apart.
+    let places = [Direction::from_angles(0.6, 0.0), Direction::from_angles(1.3, 0.0)];
+    for (place, color) in places.into_iter().zip([Rgb::new(1.0, 2.0, 3.0), Rgb::new(2.0, 1.0, 0.5)]) {
+        f += &Light::Directional { dir: place, color }.project(4, Normalization::Projected).unwrap();
+    }
+    dir.sh("p.sh.json", Quantity::Radiance, f);
+    let option = |place: Direction| {
+        let [x, y, z] = place.to_array();
+        format!("--direction {x:?},{y:?},{z:?}")
+    };
+    // The lamp below is dark; it is kept.
+    let options = format!("{} --direction 0,0,-7 {}", option(places[1]), option(places[0]));
+    for metric in ["", "--metric radiance"] {
+        let found = lights(&dir, &format!("p.sh.json {options} {metric}"));
+        let expected = [(places[1], [2.0, 1.0, 0.5]), (-Direction::Z, [0.0; 3]), (places[0], [1.0, 2.0, 3.0])];
+        assert_eq!(found["lights"].as_array().unwrap().len(), 3, "{metric}: {found}");
+        for (k, (place, color)) in expected.into_iter().enumerate() {
+            let light = &found["lights"][k];
+            for c in 0..3 {
+                assert!(near(&light["dir"][c], place.to_array()[c], 1e-12), "{metric}, light {k}: {light}");
+                assert!(near(&light["intensity"][c], color[c], 1e-9), "{metric}, light {k}: {light}");
+            }
+        }
+        for (c, ambient) in [0.25, 0.5, 0.75].into_iter().enumerate() {
+            assert!(near(&found["ambient"][c], ambient, 1e-9), "{metric}: {found}");
+            assert!(near(&found["residual"][c], 0.0, 1e-12), "{metric}: {found}");
+        }
+    }
+    let text = dir.lobe(&format!("sh lights p.sh.json {options}")).stdout();
+    assert_eq!(text.lines().filter(|line| line.starts_with("light from ")).count(), 3, "{text}");
+    for (options, part) in [
+        ("--direction 0,0,0", "points nowhere; give a vector that is not zero"),
+        ("--direction 0,1", "expected 3 numbers with commas between them"),
+        ("--direction 0,0,1 --count 2", "cannot be used with"),
+        ("--direction 0,0,1 --refine", "cannot be used with"),
+        ("--direction 0,0,1 --closed", "cannot be used with"),
+        ("--direction 0,0,1 --per-channel", "cannot be used with"),
+    ] {
+        let error = dir.lobe(&format!("sh lights p.sh.json {options}")).error();
+        assert!(error.contains(part), "{options}: {error}");
+    }
+    let many = "--direction 0,0,1 ".repeat(101);
+    let error = dir.lobe(&format!("sh lights p.sh.json {many}")).error();
+    assert_eq!(error, "--direction: expected 100 lights at most, found 101; leave some out", "101 lights");
+}
+
+#[test]
 fn the_choice_of_lights_changes_which_maxima_are_taken() {
     let dir = Dir::new();
     let mut residuals = [0.0; 2];

@@ -49,10 +49,11 @@ fn windows_scale_the_bands_by_their_published_factors() {
     dir.sh("p.sh.json", Quantity::Irradiance, f.clone());
     let sinc = |x: f64| x.sin() / x;
     type Factor = Box<dyn Fn(f64) -> f64>;
-    let cases: [(&str, Factor); 6] = [
+    let cases: [(&str, Factor); 7] = [
         ("--kind hanning", Box::new(|l| 0.5 * (1.0 + (PI * l / 6.0).cos()))),
         ("--kind lanczos --width 9.8725", Box::new(move |l| sinc(PI * l / 9.8725))),
         ("--kind sinc4 --width 12", Box::new(move |l| sinc(PI * l / 12.0).powi(4))),
+        ("--kind lanczos --width 12 --power 2.5", Box::new(move |l| sinc(PI * l / 12.0).powf(2.5))),
         ("--kind gauss --width 18", Box::new(|l| (-0.5 * (PI / 10.0).powi(2) * l * (l + 1.0)).exp())),
         ("--kind laplacian --lambda 0.004209", Box::new(|l| 1.0 / (1.0 + 0.004209 * (l * (l + 1.0)).powi(2)))),
         ("--kind laplacian --lambda 0", Box::new(|_| 1.0)),
@@ -129,6 +130,33 @@ fn keep_finds_the_published_lambdas_of_an_impulse() {
 }
 
 #[test]
+fn a_peak_finds_the_published_widths_of_an_impulse() {
+    let dir = Dir::new();
+    dir.sh("p.sh.json", Quantity::Radiance, impulse(6));
+    for (options, width) in [
+        ("--kind hanning", 12.010498388175),
+        ("--kind lanczos", 9.872527032259),
+        ("--kind lanczos --power 2", 13.712128048),
+    ] {
+        let (_, note) = dir.lobe(&format!("sh window p.sh.json {options} --peak 2.25 -o q.sh.json")).succeeds();
+        let told = note.split_whitespace().skip_while(|word| *word != "--width").nth(1).unwrap_or_default();
+        let told: f64 = told.parse().unwrap_or_else(|e| panic!("{note}: {e}"));
+        assert!((told - width).abs() < 1e-9, "{options}: {note}");
+        let peak = scalar(dir.read_sh("q.sh.json").coefficients).eval(Direction::Z);
+        assert!((peak - 2.25).abs() < 1e-12, "{options}: {peak}");
+    }
+    for peak in ["0.05", "3"] {
+        let error = dir.lobe(&format!("sh window p.sh.json --kind hanning --peak {peak} -o r.sh.json")).error();
+        let expected = format!(
+            "p.sh.json: --peak: expected a value between 0.079577 and 2.864789, the mean and the peak of an impulse of \
+             order 6, found {peak}"
+        );
+        assert_eq!(error, expected, "a peak that no width gives");
+    }
+    assert_eq!(dir.names(), ["p.sh.json", "q.sh.json"], "nothing else is written");
+}
+
+#[test]
 fn the_window_of_point_lights_says_what_it_drops() {
     let dir = Dir::new();
     dir.sh("p.sh.json", Quantity::Radiance, impulse(4));
@@ -160,6 +188,10 @@ fn options_of_windows_that_would_be_ignored_are_refused() {
         ("--kind laplacian --keep 0", "a fraction above 0 and up to 1, found 0"),
         ("--kind laplacian --keep 1.5", "up to 1, found 1.5"),
         ("--kind box", "hanning"),
+        ("--kind sinc4 --power 2", "--power: only --kind lanczos has one; choose it, or leave the power out"),
+        ("--kind lanczos --power 0", "a number above 0"),
+        ("--kind gauss --width 9 --peak 1", "cannot be used with"),
+        ("--kind laplacian --keep 0.5 --peak 1", "--peak: only the width of hanning, lanczos and sinc4"),
     ] {
         let error = dir.lobe(&format!("sh window p.sh.json {options} -o q.sh.json")).error();
         assert!(error.contains(part), "{options}: {error}");

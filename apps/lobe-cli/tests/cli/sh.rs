@@ -126,7 +126,7 @@ fn rotate_agrees_with_the_golden_rotation() {
 }
 
 #[test]
-fn axis_quaternion_and_matrix_turn_plus_x_to_plus_y_alike() {
+fn axis_quaternion_matrix_and_euler_angles_turn_plus_x_to_plus_y_alike() {
     let dir = Dir::new();
     dir.sh("x.sh.json", Quantity::Radiance, impulse(Direction::X));
     for turn in [
@@ -135,9 +135,33 @@ fn axis_quaternion_and_matrix_turn_plus_x_to_plus_y_alike() {
         "--axis 0,0,1 --angle 3690",
         "--quat 0,0,0.7071067811865476,0.7071067811865476",
         "--matrix 0,-1,0,1,0,0,0,0,1",
+        "--euler-zyz 90,0,0",
+        "--euler-zyz 30,0,-3540",
+        // The turn about +y leaves what the first one has taken there.
+        "--euler-zyz 0,70,90",
     ] {
         dir.lobe(&format!("sh rotate x.sh.json {turn} -o y.sh.json")).stdout();
         assert_close(&dir.read_sh("y.sh.json").coefficients, impulse(Direction::Y).coefficients(), turn);
+    }
+}
+
+#[test]
+fn euler_angles_take_plus_z_to_their_direction_in_functions_and_in_maps() {
+    let dir = Dir::new();
+    let (theta, phi) = (50.0_f64.to_radians(), -120.0_f64.to_radians());
+    dir.sh("z.sh.json", Quantity::Radiance, impulse(Direction::Z));
+    for gamma in [0.0, 77.0, -300.0] {
+        dir.lobe(&format!("sh rotate z.sh.json --euler-zyz -120,50,{gamma} -o q.sh.json")).stdout();
+        let expected = impulse(Direction::from_angles(theta, phi));
+        assert_close(&dir.read_sh("q.sh.json").coefficients, expected.coefficients(), &format!("γ = {gamma}"));
+    }
+    // R_z(90°) R_y(90°), by hand.
+    dir.map("m.pfm", 32, 16, |x, y| [x as f32, y as f32, 1.0]);
+    dir.lobe("env rotate m.pfm --euler-zyz 90,90,0 -o a.pfm").succeeds();
+    let rotation = "--matrix 0,-1,0,0,0,1,-1,0,0";
+    dir.lobe(&format!("env rotate m.pfm {rotation} -o b.pfm")).succeeds();
+    for (k, (a, b)) in dir.numbers("a.pfm").iter().zip(dir.numbers("b.pfm")).enumerate() {
+        assert!((a - b).abs() < 1e-3, "number {k}: {a} against {b}");
     }
 }
 
@@ -356,9 +380,54 @@ fn every_style_is_drawn_as_png_and_as_svg() {
         let svg = String::from_utf8(dir.bytes(&format!("{style}.svg"))).unwrap();
         assert!(svg.starts_with("<svg xmlns") && svg.ends_with("</svg>\n"), "{style}: {svg}");
     }
+    dir.lobe("sh plot p.sh.json -o profile.png --style profile").stdout();
+    assert!(dir.bytes("profile.png").starts_with(b"\x89PNG\r\n\x1a\n"), "profile: no PNG");
     dir.lobe("sh plot p.sh.json -o two.svg --style polar --plane yz --channel red --beside p.sh.json").stdout();
     let svg = String::from_utf8(dir.bytes("two.svg")).unwrap();
     assert!(svg.contains("stroke-dasharray") && svg.contains(">+y<"), "{svg}");
+}
+
+/// The ends of the lines of one color in an SVG, from left to right.
+fn ends_of_lines(svg: &str, color: &str) -> Vec<[[f64; 2]; 2]> {
+    let point = |text: &str| {
+        let mut numbers = text.split(' ').map(|x| x.parse::<f64>().unwrap());
+        [(); 2].map(|()| numbers.next().unwrap())
+    };
+    let lines = svg.lines().filter(|line| line.starts_with("<path") && line.contains(color));
+    let ends = lines.map(|line| {
+        let path = line.split('"').nth(1).unwrap().trim_start_matches('M');
+        let mut points = path.split('L').map(point);
+        let first = points.next().unwrap();
+        [first, points.next_back().unwrap()]
+    });
+    ends.collect()
+}
+
+#[test]
+fn a_profile_runs_from_plus_z_to_minus_z_on_its_side() {
+    let dir = Dir::new();
+    // 0.9 cos θ, from 0.9 at +z to -0.9 at -z, and 0.9 sin θ cos φ.
+    dir.sh("z.sh.json", Quantity::Radiance, project(2, 1, |s| 0.9 * s.z()));
+    dir.sh("x.sh.json", Quantity::Radiance, project(2, 1, |s| 0.9 * s.x()));
+    dir.lobe("sh plot z.sh.json -o z.svg --style profile --size 480").stdout();
+    let svg = String::from_utf8(dir.bytes("z.svg")).unwrap();
+    let lines = ends_of_lines(&svg, "#c81e1e");
+    // 480 x 300 pixels, of which 52 on the left, 14 around and 34 below are for the numbers; from 14 to 266 it is 1 to -1.
+    assert_eq!(lines, [[[52.0, 26.6], [466.0, 253.4]]], "from the top left to the bottom right");
+    assert!(svg.contains("180°") && !svg.contains("z.sh.json"), "degrees, and no legend of one curve: {svg}");
+    for (plane, height) in [("xz", 113.4), ("yz", 0.0)] {
+        dir.lobe(&format!(
+            "sh plot z.sh.json -o two.svg --style profile --plane {plane} --beside x.sh.json --size 480"
+        ))
+        .stdout();
+        let svg = String::from_utf8(dir.bytes("two.svg")).unwrap();
+        assert!(svg.contains(">z.sh.json<") && svg.contains(">x.sh.json<"), "{plane}, the legend: {svg}");
+        let dashed: Vec<&str> = svg.lines().filter(|line| line.contains("stroke-dasharray")).collect();
+        // The middle of the axis is at 140; sin θ is highest at 90°, which is point 180 of 361.
+        let middle = dashed[0].split('L').nth(180).unwrap();
+        let y: f64 = middle.split(' ').nth(1).unwrap().parse().unwrap();
+        assert!((140.0 - height - y).abs() < 0.02, "{plane}: {y} in {middle}");
+    }
 }
 
 #[test]
@@ -367,8 +436,12 @@ fn plots_refuse_what_they_would_ignore() {
     dir.sh("p.sh.json", Quantity::Radiance, ShVec::constant(1, 1.0));
     for (args, part) in [
         ("p.sh.json -o p.jpg", "expected a figure's name that ends in .png or .svg"),
-        ("p.sh.json -o p.png --plane xz", "--plane: only --style polar is a cross-section"),
-        ("p.sh.json -o p.png --beside p.sh.json", "--beside: only --style polar draws several functions"),
+        ("p.sh.json -o p.png --plane xz", "--plane: only --style polar and profile lie in a plane"),
+        ("p.sh.json -o p.png --beside p.sh.json", "--beside: only --style polar and profile draw several functions"),
+        ("p.sh.json -o p.png --style profile --plane xy", "--plane xy: --style profile begins at +z"),
+        ("p.sh.json -o p.png --style profile --extent 1", "--extent: --style profile has all values on its axis"),
+        ("p.sh.json -o p.png --style profile --size 64", "--size: expected 256 or more with --style profile"),
+        ("- -o p.png --style profile --beside -", "stdin: several inputs are -"),
         ("- -o p.png --style polar --beside -", "stdin: several inputs are -"),
         ("p.sh.json -o p.png --size 8", "expected a width in pixels from 16 to 8192"),
         ("p.sh.json -o p.png --extent 0", "expected a number above 0"),

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from . import _lobe
 from ._arrays import MAX_ORDER, MAX_SIDE, Doubles, Numbers, as_asked, expect, finite, numbers, order_of, real, rotation_matrix, vectors, whole
+from ._arrays import directions as unit_directions
 from ._encodings import Encoded, EncodingError, encode
 
 # Eigenvalues below this part of the largest are raised to it, as `lobe sh log` does.
@@ -233,16 +234,25 @@ class Sh:
         return self._scaled(factors)
 
     def window(
-        self, window: str | npt.ArrayLike, *, keep: float | None = None, content: bool = False, order: int | None = None
+        self,
+        window: str | npt.ArrayLike,
+        *,
+        keep: float | None = None,
+        content: bool = False,
+        order: int | None = None,
+        peak: float | None = None,
     ) -> Sh:
         """Bands scaled by a window, or by n factors.
 
         "hanning", "lanczos" and "sinc4" reach zero at the band n, or at another such as "hanning:6"; "lanczos:6:4" has a power, "gauss:0.2" a
-        standard deviation in radians, "squared-laplacian:0.01" a weight; "punctual-light" has three factors. "squared-laplacian" with `keep`,
+        standard deviation in radians, "squared-laplacian:0.01" a weight; "punctual-light" has three factors. The first three with `peak` have the
+        width that leaves a unit impulse of order n this value at its peak, above 1/4π and below n²/4π. "squared-laplacian" with `keep`,
         above 0 to 1, finds the weight of each function that leaves this part of its squared Laplacian. With `content` a
         function stays as it is towards its light, the direction of band 1, and the window comes in away from it; the blend needs more
         bands than the function, of which `order` are computed [default: n].
         """
+        if peak is not None:
+            window = self._of_peak(window, peak)
         if keep is not None:
             return self._kept(window, keep, content)
         if order is not None and not content:
@@ -265,6 +275,18 @@ class Sh:
         if part == 0.0:
             raise ValueError("keep: expected a number above 0, found 0.0")
         return self._like(_lobe.window_keep(self._rows(), self._order, part), self._order)
+
+    def _of_peak(self, window: str | npt.ArrayLike, peak: float) -> str:
+        """The window of the width that lowers an impulse to the peak."""
+        powers: dict[str, float | None] = {"hanning": None, "lanczos": 1.0, "sinc4": float(SINC4)}
+        if not isinstance(window, str) or window not in powers:
+            raise ValueError("peak: only of the windows hanning, lanczos and sinc4, without a width")
+        power = powers[window]
+        width = _lobe.width_of_peak(power, self._order, real(peak, "peak", 0.0))
+        if width is None:
+            least, most = 1 / (4 * np.pi), self._order**2 / (4 * np.pi)
+            raise ValueError(f"peak: expected a value between {least:.6f} and {most:.6f} at order {self._order}, found {peak}")
+        return f"hanning:{width}" if power is None else f"lanczos:{width}:{power}"
 
     def _window_name(self, window: str) -> str:
         """The window with all its numbers."""
@@ -352,6 +374,7 @@ class Sh:
         choose: str = "residual",
         closed: bool = False,
         per_channel: bool = False,
+        directions: npt.ArrayLike | None = None,
     ) -> Lights:
         """Directional lights and ambient light that approximate radiance (Sloan 2008): `count` of them at most; where fewer are found, the rest have
         no intensity. From order 2 on, to order 64; refuses coefficients that are not finite.
@@ -359,16 +382,34 @@ class Sh:
         `metric` is the function that they reproduce, "irradiance" or "radiance"; `choose` says which maxima become lights: by the "residual", one
         after the other, or by their "height". `closed` is one light in closed form, from where the linear band points, without these options;
         it and the ambient light may come out negative. With `per_channel` each channel of colors has lights of its own, not the directions of the
-        luminance: directions (..., 3, count, 3), intensities (..., 3, count), ambient light and residual (..., 3)."""
+        luminance: directions (..., 3, count, 3), intensities (..., 3, count), ambient light and residual (..., 3).
+
+        `directions`, (count, 3) of any length above zero, are those of lights that are known, the same for all functions: their intensities by
+        `metric`, in this order."""
         self._expect_order(MOST_SEARCHED)
         count = whole(count, "count", 1, 64)
         if closed and (count, bool(refine), metric, choose) != (1, False, "irradiance", "residual"):
             raise ValueError("closed: expected no other option, as it has one light by its irradiance")
+        known: Doubles | None = None
+        if directions is not None:
+            if closed or per_channel or (count, bool(refine), choose) != (1, False, "residual"):
+                raise ValueError("directions: expected no other option but metric, as these lights are known")
+            known, shape = unit_directions(directions)
+            if len(shape) != 1:
+                raise ValueError(f"directions: expected an array of shape (count, 3), found {np.shape(directions)}")
+            count = whole(len(known), "directions", 1, 64)
         if per_channel and self._is_color:
             channels = Sh(np.ascontiguousarray(np.moveaxis(self._c, -1, -2)))
             return channels.lights(count, refine, metric=metric, choose=choose, closed=closed)
         rows = self._rows().astype(np.float64, copy=False)
-        settings = {"count": count, "refine": bool(refine), "metric": metric, "choose": choose, "closed": bool(closed)}
+        settings = {
+            "count": count,
+            "refine": bool(refine),
+            "metric": metric,
+            "choose": choose,
+            "closed": bool(closed),
+            "directions": None if known is None else known.tolist(),
+        }
         found, intensities, ambient, residual = _lobe.lights(rows, self._order, settings)
         tail = (3,) if self._is_color else ()
         return Lights(
@@ -383,7 +424,8 @@ class Sh:
     ) -> Encoded:
         """Irradiance in fewer numbers, in an encoding named as in the command, such as "zh3", "ahd", "ambient-cube" or "h-6"; `encodings` lists
         them with their errors. "packed" are the seven vectors cAr .. cC of Sloan's shader, "matrix" the 4x4 matrices of Ramamoorthi and
-        Hanrahan, row after row, both of three bands and for three channels, which a function of numbers has alike.
+        Hanrahan, row after row, "r-h" their nine coefficients of radiance, which have no Condon-Shortley phase, all of three bands, "packed-5"
+        fourteen vectors cAr .. cG of five; for three channels, which a function of numbers has alike.
 
         `normal` is the geometric one of those that serve one side of a surface only. `over_pi` divides by π, as the shaders of Sloan's paper,
         Direct3D and Unity expect: what a white matte surface leaves of the irradiance. `up="y"` is for where y points up: directions, that of
