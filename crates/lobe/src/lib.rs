@@ -171,6 +171,9 @@ mod guide {
     #[doc = include_str!("../../../docs/guide/src/products.md")]
     mod products {}
 
+    #[doc = include_str!("../../../docs/guide/src/exponentials.md")]
+    mod exponentials {}
+
     #[doc = include_str!("../../../docs/guide/src/speed.md")]
     mod speed {}
 
@@ -188,6 +191,12 @@ mod guide {
 
     #[doc = include_str!("../../../docs/guide/src/prefiltering.md")]
     mod prefiltering {}
+
+    #[doc = include_str!("../../../docs/guide/src/skies.md")]
+    mod skies {}
+
+    #[doc = include_str!("../../../docs/guide/src/area-lights.md")]
+    mod area_lights {}
 
     #[doc = include_str!("../../../docs/guide/src/baking.md")]
     mod baking {}
