@@ -237,7 +237,7 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
         Command::Sh(ShCommand::Peaks(args)) => args.run(talk)?,
         Command::Sh(ShCommand::Lights(args)) => args.run(talk)?,
         Command::Sh(ShCommand::Plot(args)) => args.run()?,
-        Command::Sh(ShCommand::Encode(args)) => args.run()?,
+        Command::Sh(ShCommand::Encode(args)) => args.run(talk)?,
         Command::Sh(ShCommand::Encodings(args)) => args.run(talk)?,
         Command::Env(EnvCommand::Info(args)) => args.run(talk)?,
         Command::Env(EnvCommand::Convert(args)) => args.run(talk)?,

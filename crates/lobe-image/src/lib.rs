@@ -56,7 +56,7 @@ mod picture;
 mod pixel;
 mod texture;
 
-pub use codec::decoded::{EnvmapAttribute, RowBand};
+pub use codec::decoded::{EnvmapAttribute, RowStrip};
 pub use codec::encode::{PictureWriteOptions, PictureWriteReport, encode_picture, write_picture, write_pixels};
 pub use codec::exr_layers::{ExrAttribute, ExrLayers};
 pub use codec::frames::FrameSequence;

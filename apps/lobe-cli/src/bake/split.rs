@@ -89,3 +89,27 @@ pub(crate) fn note_of(report: &AdaptiveReport, threshold: f64) -> String {
         reasons.collect::<Vec<_>>().join(", ")
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_note_after_splitting_is_its_outcome() {
+        let mut report = AdaptiveReport::default();
+        (report.vertices_before, report.vertices, report.rounds, report.largest_error) = (8, 20, 1, 0.04);
+        let text = "20 vertices after 1 round of splitting, 8 before; transfer is off by 0.040 along any edge at most, --adaptive 0.05 is reached";
+        assert_eq!(note_of(&report, 0.05), text);
+        (report.rounds, report.too_short, report.left_out, report.largest_error) = (3, 2, 5, 0.3);
+        let note = note_of(&report, 0.05);
+        assert!(
+            note.starts_with("20 vertices after 3 rounds of splitting, 8 before; --adaptive 0.05 is not reached: "),
+            "{note}"
+        );
+        for part in
+            ["off by up to 0.300", "2 too short", "a smaller --min-edge", "5 left out", "a larger --max-vertices"]
+        {
+            assert!(note.contains(part), "{part}: {note}");
+        }
+    }
+}

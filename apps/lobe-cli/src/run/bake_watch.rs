@@ -77,15 +77,19 @@ pub(crate) fn tell_if_too_late(output: &Path, talk: Talk) {
     }
 }
 
-/// Shows the progress of a bake, or of other work, which traces no rays. Of splitting also how many edges may be off,
-/// whose middles are baked.
+/// Shows the progress of a bake, or of other work, which traces no rays.
 fn show(line: &ProgressLine, progress: &Progress) {
-    let Progress { done, total, rays, round, error, .. } = *progress;
+    let text = text_of(progress);
+    line.show(progress.done, progress.total, text.as_deref(), progress.seconds_left());
+}
+
+/// The pace of work that traces rays; of splitting also how many edges may be off, whose middles are baked, and by how much.
+fn text_of(progress: &Progress) -> Option<String> {
+    let Progress { total, rays, round, error, .. } = *progress;
     let pace = (rays > 0).then(|| format!("{:.2} Mrays/s", progress.rays_per_second() / 1e6));
     let edges = (round > 0).then(|| format!("round {round}: {total} edges may be off, by up to {error:.3}"));
     let parts: Vec<String> = edges.into_iter().chain(pace).collect();
-    let text = (!parts.is_empty()).then(|| parts.join(", "));
-    line.show(done, total, text.as_deref(), progress.seconds_left());
+    (!parts.is_empty()).then(|| parts.join(", "))
 }
 
 /// The checkpoint of a bake, beside its output. Splitting before it has files of its own, one for each round.
@@ -259,7 +263,20 @@ fn length(path: &Path) -> u64 {
 
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
     use super::*;
+
+    #[test]
+    fn progress_of_splitting_says_how_far_it_is_from_its_goal() {
+        let work = Progress { done: 30, total: 120, elapsed: Duration::from_secs(2), ..Progress::default() };
+        assert_eq!(text_of(&work), None, "work without rays");
+        let bake = Progress { rays: 3_000_000, ..work };
+        assert_eq!(text_of(&bake).as_deref(), Some("1.50 Mrays/s"));
+        let splitting = Progress { round: 2, error: 0.0824, ..bake };
+        let text = "round 2: 120 edges may be off, by up to 0.082, 1.50 Mrays/s";
+        assert_eq!(text_of(&splitting).as_deref(), Some(text));
+    }
 
     #[test]
     fn files_of_all_rounds_are_found_refused_to_others_and_removed() {

@@ -15,9 +15,12 @@ use serde::Serialize;
 use crate::args::input::ShInput;
 use crate::args::output;
 use crate::args::values;
+use crate::run::talk::Talk;
 
-const JSON_HELP: &str =
-    r#"Print {"encoding", "floats", "of": "E" or "E/pi", "up", "numbers": [{"name", "values"}]} instead of lines"#;
+/// Bands of encodings of order 5.
+const BANDS_OF_5: usize = 5;
+
+const JSON_HELP: &str = r#"Print {"encoding", "floats", "of": "E" or "E/pi", "L" or "L/pi" of r-h, "up", "numbers": [{"name", "values"}]} instead of lines"#;
 
 #[derive(Args)]
 pub(crate) struct ShEncode {
@@ -107,11 +110,20 @@ fn vectors(letter: char, values: [[f64; 4]; 3]) -> impl Iterator<Item = Row> {
 }
 
 impl ShEncode {
-    pub(crate) fn run(&self) -> anyhow::Result<()> {
+    pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         if self.normal.is_some() && !self.form.is_one_sided() {
             bail!("--normal: only of encodings of one side of a surface, such as h-4; leave the option out");
         }
         let file = self.input.read()?;
+        let order = match &file.coefficients {
+            FileCoefficients::Scalar(f) => f.order(),
+            FileCoefficients::Rgb(f) => f.order(),
+        };
+        if order < BANDS_OF_5 && matches!(self.form, Form::Packed5 | Form::Encoding(IrradianceEncoding::Sh5)) {
+            let text =
+                format!("order {order}; the numbers of its fifth band are zero (lobe project --order 5 finds them)");
+            talk.note(&self.input.to_string(), &text);
+        }
         let encoded = match (file.quantity, file.coefficients) {
             (Quantity::Irradiance, FileCoefficients::Scalar(f)) => self.encoded(&f),
             (Quantity::Irradiance, FileCoefficients::Rgb(f)) => self.encoded(&f),
@@ -123,7 +135,12 @@ impl ShEncode {
     }
 
     fn encoded<T: Coefficient<Scalar = f64>>(&self, irradiance: &ShVec<T>) -> Encoded {
-        let (of, factor) = if self.over_pi { ("E/pi", FRAC_1_PI) } else { ("E", 1.0) };
+        let (of, factor) = match (self.form, self.over_pi) {
+            (Form::Polynomial, false) => ("L", 1.0),
+            (Form::Polynomial, true) => ("L/pi", FRAC_1_PI),
+            (_, false) => ("E", 1.0),
+            (_, true) => ("E/pi", FRAC_1_PI),
+        };
         let scaled = irradiance.map(|e| e.scale(factor));
         let (up, turned) = match self.up {
             Up::Z => ("z", scaled),

@@ -192,6 +192,9 @@ impl ShWindow {
         let Some(peak) = self.peak else { return Ok(self.width.unwrap_or(order as f64)) };
         let Some(width) = width_of_peak(order, peak, |width| self.of_width(width)) else {
             let [mean, whole] = [1, order * order].map(|n| n as f64 / (4.0 * PI));
+            if mean < peak && peak < whole {
+                bail!("{}: --peak: no width of this window has the peak {peak}; take a larger --power", self.input);
+            }
             bail!(
                 "{}: --peak: expected a value between {mean:.6} and {whole:.6}, the mean and the peak of an impulse of \
                  order {order}, found {peak}",

@@ -271,3 +271,24 @@ fn a_normal_is_refused_where_it_has_no_meaning() {
     let [up, unsaid] = ["--normal 0,0,1", ""].map(|normal| encoded(&dir, &format!("l.sh.json --as h-4 {normal}")));
     assert_eq!(up, unsaid, "without it the surface faces up");
 }
+
+#[test]
+fn order_5_of_fewer_bands_is_noted_and_coefficients_of_light_are_called_so() {
+    let dir = Dir::new();
+    dir.map("sky.exr", 16, 8, |x, y| [1.0 + x as f32, 2.0, 3.0 + y as f32]);
+    for (order, is_noted) in [(3, true), (5, false)] {
+        dir.lobe(&format!("project sky.exr --order {order} -o s.sh.json")).succeeds();
+        for form in ["packed-5", "sh-5"] {
+            let (_, note) = dir.lobe(&format!("sh encode s.sh.json --as {form}")).succeeds();
+            assert_eq!(
+                note.contains("the numbers of its fifth band are zero"),
+                is_noted,
+                "{form}, order {order}: {note}"
+            );
+        }
+    }
+    for (option, of) in [("", "L"), (" --over-pi", "L/pi")] {
+        let text = dir.lobe(&format!("sh encode s.sh.json --as r-h{option}")).stdout();
+        assert!(text.starts_with(&format!("r-h, 27 floats, of {of}, z up\n")), "{text}");
+    }
+}

@@ -256,3 +256,19 @@ fn pictures_of_an_animation_are_not_kept() {
     // All of them are 75 MB as numbers.
     assert!(found < PROGRAM + (16 << 20), "{found} bytes with 32 pictures");
 }
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_map_is_projected_in_less_memory_than_its_picture_takes() {
+    let dir = Dir::new();
+    let texels = 4096 * 2048;
+    // Twelve bytes each, of which there is room for two thirds.
+    let limit = (PROGRAM + 8 * texels) >> 10;
+    for name in ["m.hdr", "m.exr"] {
+        dir.map(name, 4096, 2048, |_, _| [1.0, 2.0, 4.0]);
+        let by_rows = limited(&dir, limit, &format!("project {name} --order 3 -o a.sh.json"));
+        assert!(by_rows.status.success(), "{name}: {}", String::from_utf8_lossy(&by_rows.stderr));
+        let whole = limited(&dir, limit, &format!("project {name} --order 17 -o b.sh.json"));
+        assert!(!whole.status.success(), "{name}: all of it takes more");
+    }
+}

@@ -145,6 +145,8 @@ fn a_peak_finds_the_published_widths_of_an_impulse() {
         let peak = scalar(dir.read_sh("q.sh.json").coefficients).eval(Direction::Z);
         assert!((peak - 2.25).abs() < 1e-12, "{options}: {peak}");
     }
+    let error = dir.lobe("sh window p.sh.json --kind lanczos --power 0.01 --peak 2.25 -o r.sh.json").error();
+    assert!(error.contains("no width of this window has the peak 2.25; take a larger --power"), "{error}");
     for peak in ["0.05", "3"] {
         let error = dir.lobe(&format!("sh window p.sh.json --kind hanning --peak {peak} -o r.sh.json")).error();
         let expected = format!(

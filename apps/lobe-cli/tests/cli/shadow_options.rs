@@ -48,7 +48,6 @@ fn rises(dir: &Dir, exact: &[f32], option: &str, values: &[&str]) {
 }
 
 #[test]
-#[ignore = "long: of the nightly group"]
 fn spheres_are_nearer_to_each_by_itself_the_less_is_cut() {
     let dir = scenes();
     let spheres = "spheres.json --mode shexp";

@@ -47,7 +47,6 @@ fn transfer_is_compressed_and_the_curve_falls() {
 }
 
 #[test]
-#[ignore = "long: of the nightly group"]
 fn compressed_transfer_and_lobes_are_rendered_as_the_transfer_they_stand_for() {
     let dir = Dir::new();
     let view = "--env bundled:sunset --rotate-light 40 --size 64x48 --quiet";

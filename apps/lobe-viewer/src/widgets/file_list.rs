@@ -48,7 +48,11 @@ impl FileList {
         };
         for entry in listed.flatten() {
             let (path, name) = (entry.path(), entry.file_name().to_string_lossy().into_owned());
-            let is_folder = path.is_dir();
+            // What a link leads to is asked of the disk, what else an entry is the folder says.
+            let is_folder = match entry.file_type() {
+                Ok(kind) if !kind.is_symlink() => kind.is_dir(),
+                _ => path.is_dir(),
+            };
             let ending = path.extension().unwrap_or_default();
             let is_known = endings.iter().any(|known| ending.eq_ignore_ascii_case(known));
             if !name.starts_with('.') && (is_folder || is_known) {

@@ -197,7 +197,6 @@ fn apart(a: &lobe::image::Picture, b: &lobe::image::Picture) -> f32 {
 }
 
 #[test]
-#[ignore = "long: of the nightly group"]
 fn a_measurement_is_a_table_or_json() {
     let folder = tempfile::tempdir().unwrap();
     let small = "--bench --scene built-in:furnace --order 2 --samples 4 --size 32x20 --receivers 500 --software";

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{BufReader, Read, Seek};
 use std::path::Path;
 
-use lobe_image::{PictureReadReport, PictureRows, RowBand};
+use lobe_image::{PictureReadReport, PictureRows, RowStrip};
 use lobe_sh::{Rgb, ShVec};
 
 use crate::files::bundled;
@@ -16,9 +16,12 @@ use crate::{EnvError, LatLongProjector, Mapping, project_map};
 /// The highest order at which sums along single rows are the quickest way; above, all rows are needed at once.
 const HIGHEST_ORDER_BY_ROWS: usize = 16;
 
+/// The texels of 12 bytes that take as much room as the sums of one order along a row, two colors of `f64`.
+const COLUMNS_OF_SUMS: usize = 4;
+
 /// [`project_map`] of the map in a file, with the report of [`read_map`].
 ///
-/// A lat-long map in a Radiance, portable float map or scan-line OpenEXR file is projected while it is decoded: to order 16, neither the file
+/// A lat-long map in a Radiance, portable float map or scan-line OpenEXR file is projected while it is decoded: to order 16 and a quarter of its width, neither the file
 /// nor the picture is in memory as a whole. The coefficients have the same bits as those of `project_map` of the map that `read_map`
 /// returns, the report and the errors are the same (test `a_file_by_rows_has_the_projection_and_the_report_of_its_map`).
 ///
@@ -40,7 +43,7 @@ pub fn project_map_file(
 ) -> Result<(ShVec<Rgb<f64>>, MapReadReport), EnvError> {
     let path = path.as_ref();
     if order <= HIGHEST_ORDER_BY_ROWS
-        && let Some((rows, told)) = rows_of_lat_long(path, options)?
+        && let Some((rows, told)) = rows_of_lat_long(path, order, options)?
     {
         return project_rows_of_file(rows, told, order, path, options);
     }
@@ -52,7 +55,7 @@ pub fn project_map_file(
 type ToldRows = (PictureRows<BufReader<File>>, Vec<String>);
 
 /// The rows of a file as they come; none if it is no lat-long map, or has to be read whole.
-fn rows_of_lat_long(path: &Path, options: &MapReadOptions) -> Result<Option<ToldRows>, EnvError> {
+fn rows_of_lat_long(path: &Path, order: usize, options: &MapReadOptions) -> Result<Option<ToldRows>, EnvError> {
     let is_bundled = path.display().to_string().starts_with(bundled::PREFIX);
     if is_bundled || options.elevations.is_some() || FaceFiles::of_input(path)?.is_some() {
         return Ok(None);
@@ -61,12 +64,16 @@ fn rows_of_lat_long(path: &Path, options: &MapReadOptions) -> Result<Option<Told
     let PictureReadReport { width, height, envmap, mapping, .. } = rows.report();
     let kept = mapping.as_deref().and_then(Mapping::from_name);
     let told = match (options.asked(), envmap, kept) {
+        // A name that tells of no mapping may tell of the hands of a cube.
+        (None, None, None) if mapping.is_some() => return Ok(None),
         (Some(Mapping::LatLong), _, _) => Vec::new(),
         (None, None, Some(Mapping::LatLong)) => vec![told_by_file(Mapping::LatLong)],
         (None, None, None) if *width == 2 * height => Vec::new(),
         _ => return Ok(None),
     };
-    Ok(Some((rows, told)))
+    // The sums of a row take more room than its texels.
+    let is_narrow = *width < COLUMNS_OF_SUMS * order;
+    Ok((!is_narrow).then_some((rows, told)))
 }
 
 fn project_rows_of_file<R: Read + Seek + Send>(
@@ -78,17 +85,17 @@ fn project_rows_of_file<R: Read + Seek + Send>(
 ) -> Result<(ShVec<Rgb<f64>>, MapReadReport), EnvError> {
     let (width, height) = (rows.report().width, rows.report().height);
     let mut projector = LatLongProjector::new(width, height, order);
-    let mut add = |bands: Vec<RowBand>| {
-        for band in bands {
-            let texels: Vec<Rgb<f32>> = band.texels.into_iter().map(Rgb::from).collect();
-            projector.add_rows(band.first_row, &texels);
+    let mut add = |strips: Vec<RowStrip>| {
+        for strip in strips {
+            let texels: Vec<Rgb<f32>> = strip.texels.into_iter().map(Rgb::from).collect();
+            projector.add_rows(strip.first_row, &texels);
         }
     };
-    let mut bands = rows.next_bands()?;
-    while let Some(decoded) = bands {
+    let mut strips = rows.next_strips()?;
+    while let Some(decoded) = strips {
         // Rows are projected while the next ones are decoded.
-        let (next, ()) = rayon::join(|| rows.next_bands(), || add(decoded));
-        bands = next?;
+        let (next, ()) = rayon::join(|| rows.next_strips(), || add(decoded));
+        strips = next?;
     }
     let mut report: MapReadReport = rows.finish()?.into();
     report.picture.notes.extend(unusual_lat_long(width, height));

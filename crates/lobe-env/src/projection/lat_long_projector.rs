@@ -11,7 +11,7 @@ use crate::projection::row_legendre::RowLegendre;
 const ROWS_TOGETHER: usize = 16;
 
 /// The projection of a lat-long map whose rows come some at a time, in any order, and need not be kept: of each row what remains is
-/// `2 n` sums.
+/// `2 n` sums, in `48 h n` bytes.
 ///
 /// The result is that of [`project_lat_long`](crate::project_lat_long) of the whole map, to order 16 with the same bits (test
 /// `rows_in_any_order_have_the_projection_of_the_map`). At high orders it takes longer: `O(w h n)`, and `O(h n²)` at the end.

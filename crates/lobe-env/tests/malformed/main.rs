@@ -90,7 +90,7 @@ fn assert_rows_are_alike(name: &str, bytes: &[u8]) {
     let options = PictureReadOptions::default();
     let by_rows = || -> Result<Option<PictureReadReport>, ImageError> {
         let Some(mut rows) = PictureRows::new(Cursor::new(bytes), name, &options)? else { return Ok(None) };
-        while rows.next_bands()?.is_some() {}
+        while rows.next_strips()?.is_some() {}
         rows.finish().map(Some)
     };
     let by_rows = by_rows().map_err(|e| e.to_string()).transpose();

@@ -119,7 +119,6 @@ fn a_moving_part_in_pieces_is_lit_the_same() {
 }
 
 #[test]
-#[ignore = "long: of the nightly group"]
 fn fields_and_receivers_in_pieces_leave_the_same_light() {
     let Some(context) = device("fields_and_receivers_in_pieces_leave_the_same_light") else { return };
     let mut random = Random::new(29);

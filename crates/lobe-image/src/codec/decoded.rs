@@ -43,7 +43,7 @@ pub(crate) struct Decoded {
 
 /// Some rows of a picture.
 #[derive(Clone, Debug, PartialEq)]
-pub struct RowBand {
+pub struct RowStrip {
     /// The first of the rows, from the top.
     pub first_row: usize,
     /// Their texels, row by row.

@@ -9,7 +9,7 @@ use exr::meta::header::Header;
 use half::f16;
 use half::slice::HalfFloatSliceExt as _;
 
-use crate::codec::decoded::{RowBand, check_size, invalid, unsupported};
+use crate::codec::decoded::{RowStrip, check_size, invalid, io, unsupported};
 use crate::pixel::{BLACK, Pixel};
 use crate::{ImageError, ReadOption};
 
@@ -101,18 +101,18 @@ impl Windows {
     }
 
     /// The rows of the picture that a block of whole rows of the data window has.
-    pub(crate) fn band(&self, block: Block) -> RowBand {
+    pub(crate) fn band(&self, block: Block) -> RowStrip {
         let top = self.offset.1 + block.y as i64;
         if self.offset.0 == 0 && block.width == self.width && top >= 0 {
             let mut texels = block.texels;
             texels.truncate((self.height - top as usize) * self.width);
-            return RowBand { first_row: top as usize, texels };
+            return RowStrip { first_row: top as usize, texels };
         }
         let mut texels = Vec::new();
         let first_row = top.max(0);
         let offset = (self.offset.0, self.offset.1 - first_row);
         Self { offset, height: self.height - first_row as usize, ..*self }.blit(&[block], &mut texels);
-        RowBand { first_row: first_row as usize, texels }
+        RowStrip { first_row: first_row as usize, texels }
     }
 
     pub(crate) fn is_data_equal_to_display(&self) -> bool {
@@ -176,8 +176,9 @@ fn read_samples(line: &[u8], sample_type: SampleType, numbers: &mut [f32]) {
 }
 
 /// Translates an error of the library.
-pub(crate) fn explain(error: &ExrError, name: &str) -> ImageError {
+pub(crate) fn explain(error: ExrError, name: &str) -> ImageError {
     match error {
+        ExrError::Io(error) => io(name, error),
         ExrError::NotSupported(what) => unsupported(name, format!("this kind of OpenEXR file is not read: {what}")),
         ExrError::Invalid(what) if what.contains("missing bytes") => {
             invalid(name, "the file ends early: parts of the picture are missing".into())

@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
-use crate::codec::decoded::{PictureHead, RowBand, io};
+use crate::codec::decoded::{PictureHead, RowStrip, invalid, io};
 use crate::codec::read::{SHOWN_BYTES, guarded, inspect};
 use crate::codec::read_exr::ExrBlocks;
 use crate::codec::read_hdr::HdrRows;
@@ -30,8 +30,8 @@ const TEXELS_TOGETHER: usize = 1 << 16;
 /// write_picture(&path, &Picture::filled(64, 32, [2.0; 3]), &PictureWriteOptions::default())?;
 /// let mut rows = PictureRows::open(&path, &PictureReadOptions::default())?.expect("an .hdr has rows");
 /// let mut sum = 0.0;
-/// while let Some(bands) = rows.next_bands()? {
-///     sum += bands.iter().flat_map(|band| &band.texels).map(|texel| texel[0]).sum::<f32>();
+/// while let Some(strips) = rows.next_strips()? {
+///     sum += strips.iter().flat_map(|strip| &strip.texels).map(|texel| texel[0]).sum::<f32>();
 /// }
 /// let report = rows.finish()?;
 /// std::fs::remove_file(path).ok();
@@ -45,6 +45,8 @@ pub struct PictureRows<R> {
     report: PictureReadReport,
     /// The primaries from which texels are converted.
     to_convert: Option<Primaries>,
+    /// Whether rows could not be read, behind which there are no others.
+    has_failed: bool,
 }
 
 enum Source<R> {
@@ -103,7 +105,7 @@ impl<R: Read + Seek + Send> PictureRows<R> {
         })?;
         Ok(opened.map(|(source, head)| {
             let (report, to_convert) = PictureReadReport::of_head(head, format, options);
-            Self { name: name.to_owned(), source, options: options.clone(), report, to_convert }
+            Self { name: name.to_owned(), source, options: options.clone(), report, to_convert, has_failed: false }
         }))
     }
 
@@ -113,24 +115,27 @@ impl<R: Read + Seek + Send> PictureRows<R> {
         &self.report
     }
 
-    /// The next rows, in some bands; none at the end. Bands come as they lie in the file: of a portable float map from the bottom. A row comes
+    /// The next rows, in some strips; none at the end. Strips come as they lie in the file: of a portable float map from the bottom. A row comes
     /// once, or not at all if it is outside of the data window of an OpenEXR picture, where all is black.
     ///
     /// # Errors
-    /// [`ImageError::Io`] if the file cannot be read, [`ImageError::Invalid`] if it is damaged or cut off.
-    pub fn next_bands(&mut self) -> Result<Option<Vec<RowBand>>, ImageError> {
-        let Self { name, source, report, to_convert, .. } = self;
+    /// [`ImageError::Io`] if the file cannot be read, [`ImageError::Invalid`] if it is damaged or cut off; then no more rows are read.
+    pub fn next_strips(&mut self) -> Result<Option<Vec<RowStrip>>, ImageError> {
+        self.expect_no_failure()?;
+        let Self { name, source, report, to_convert, has_failed, .. } = self;
         let width = report.width;
-        let mut bands = guarded(report.format, name, || source.next_bands(width))?;
-        for band in &mut bands {
+        let strips = guarded(report.format, name, || source.next_strips(width));
+        *has_failed = strips.is_err();
+        let mut strips = strips?;
+        for strip in &mut strips {
             if let Some(primaries) = to_convert {
-                primaries.convert(&mut band.texels);
+                primaries.convert(&mut strip.texels);
             }
             let before = report.first_nonfinite.take();
-            inspect(&mut band.texels, width, band.first_row, report);
+            inspect(&mut strip.texels, width, strip.first_row, report);
             report.first_nonfinite = before.into_iter().chain(report.first_nonfinite).min_by_key(|(x, y)| (*y, *x));
         }
-        Ok(Some(bands).filter(|bands| !bands.is_empty()))
+        Ok(Some(strips).filter(|strips| !strips.is_empty()))
     }
 
     /// The report of the rows that were read.
@@ -138,21 +143,27 @@ impl<R: Read + Seek + Send> PictureRows<R> {
     /// # Errors
     /// [`ImageError::Refused`] if there are texels that are no numbers, and the options do not allow them.
     pub fn finish(self) -> Result<PictureReadReport, ImageError> {
+        self.expect_no_failure()?;
         self.report.judge(self.options.nonfinite, &self.name)?;
         Ok(self.report)
+    }
+
+    fn expect_no_failure(&self) -> Result<(), ImageError> {
+        let message = || invalid(&self.name, "the rows before could not be read, and none are read behind them".into());
+        if self.has_failed { Err(message()) } else { Ok(()) }
     }
 }
 
 impl<R: Read + Seek + Send> Source<R> {
-    fn next_bands(&mut self, width: usize) -> Result<Vec<RowBand>, ImageError> {
+    fn next_strips(&mut self, width: usize) -> Result<Vec<RowStrip>, ImageError> {
         match self {
             Self::Radiance(rows) => {
                 let (first_row, mut texels) = (rows.next_row(), Vec::new());
                 rows.next_rows_into((TEXELS_TOGETHER / width).max(1), &mut texels)?;
-                Ok(Some(RowBand { first_row, texels }).filter(|band| !band.texels.is_empty()).into_iter().collect())
+                Ok(Some(RowStrip { first_row, texels }).filter(|strip| !strip.texels.is_empty()).into_iter().collect())
             }
-            Self::OpenExr(blocks) => blocks.next_bands(),
-            Self::Pfm(rows) => Ok(rows.next_band()?.into_iter().collect()),
+            Self::OpenExr(blocks) => blocks.next_strips(),
+            Self::Pfm(rows) => Ok(rows.next_strip()?.into_iter().collect()),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 use std::io::{Cursor, Read, Seek, SeekFrom};
+use std::sync::Arc;
 
 use exr::block::chunk::{Chunk, CompressedBlock};
 use exr::block::reader::{ChunksReader, FilteredChunksReader};
@@ -14,15 +15,15 @@ use exr::prelude::{Compression, Vec2};
 use rayon::prelude::*;
 
 use crate::ImageError;
-use crate::codec::decoded::{Decoded, EnvmapAttribute, PictureHead, RowBand, invalid, io, reserve, unsupported};
+use crate::codec::decoded::{Decoded, EnvmapAttribute, PictureHead, RowStrip, invalid, io, reserve, unsupported};
 use crate::codec::exr_block::{Block, Windows, explain};
 use crate::picture::png::MAPPING_KEY;
 use crate::picture::primaries::Primaries;
 use crate::pixel::BLACK;
 
-/// About the texels of the blocks that are decoded at a time, in parallel; as many are held compressed, and again as many decoded.
-/// At least one block for each thread.
-const TEXELS_TOGETHER: usize = 1 << 18;
+/// The most texels of the blocks that are decoded at a time, in parallel, but for one block that is larger; as many are held
+/// compressed, and again as many decoded. A constant, so that errors do not depend on the number of threads.
+const TEXELS_TOGETHER: usize = 1 << 20;
 
 /// The bit of the version field that says "at least one part is deep".
 const DEEP_FLAG: u32 = 0x800;
@@ -60,7 +61,7 @@ pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Deco
 pub(crate) struct ExrBlocks<R> {
     name: String,
     chunks: FilteredChunksReader<R>,
-    meta: MetaData,
+    meta: Arc<MetaData>,
     part: usize,
     /// Places of red, green and blue in the list of channels.
     rgb: [usize; 3],
@@ -88,7 +89,7 @@ impl<R: Read + Seek + Send> ExrBlocks<R> {
             return Err(unsupported(name, "deep data is not read; flatten the picture".into()));
         }
         check_windows(&start, name)?;
-        let reader = block::read(source, false).map_err(|e| explain(&e, name))?;
+        let reader = block::read(source, false).map_err(|e| explain(e, name))?;
         let headers = reader.headers();
         let (part, channels) = color_part(headers, name)?;
         let windows = Windows::of(&headers[part], max_texels, name)?;
@@ -102,8 +103,8 @@ impl<R: Read + Seek + Send> ExrBlocks<R> {
             }
             wanted
         });
-        let chunks = chunks.map_err(|e| explain(&e, name))?;
-        let meta = chunks.meta_data().clone();
+        let chunks = chunks.map_err(|e| explain(e, name))?;
+        let meta = Arc::new(chunks.meta_data().clone());
         let rgb = channels.rgb;
         Ok((Self { name: name.to_owned(), chunks, meta, part, rgb, windows, expected, read: None }, head))
     }
@@ -116,7 +117,7 @@ impl<R: Read + Seek + Send> ExrBlocks<R> {
     /// The next rows; none at the end. Those outside of the data window, which are black, do not come.
     ///
     /// Panics if blocks are no rows.
-    pub(crate) fn next_bands(&mut self) -> Result<Vec<RowBand>, ImageError> {
+    pub(crate) fn next_strips(&mut self) -> Result<Vec<RowStrip>, ImageError> {
         assert!(self.are_rows(), "tiles are no rows");
         let windows = self.windows;
         Ok(self.next_blocks()?.into_iter().map(|block| windows.band(block)).collect())
@@ -128,8 +129,8 @@ impl<R: Read + Seek + Send> ExrBlocks<R> {
             Some(read) => read,
             None => self.read_chunks()?,
         };
-        let (meta, rgb, name) = (self.meta.clone(), self.rgb, self.name.clone());
-        let decode = |chunk| Block::decode(chunk, &meta, rgb).map_err(|e| explain(&e, &name));
+        let (meta, rgb, name) = (Arc::clone(&self.meta), self.rgb, self.name.clone());
+        let decode = |chunk| Block::decode(chunk, &meta, rgb).map_err(|e| explain(e, &name));
         let (blocks, next) =
             rayon::join(|| read.into_par_iter().map(decode).collect::<Result<Vec<_>, _>>(), || self.read_chunks());
         let blocks = blocks?;
@@ -143,9 +144,9 @@ impl<R: Read + Seek + Send> ExrBlocks<R> {
         let Self { name, chunks, meta, part, windows, expected, .. } = self;
         let block = meta.headers[*part].max_block_pixel_size();
         let area = block.0.min(windows.data_size.0).saturating_mul(block.1.min(windows.data_size.1));
-        let together = (TEXELS_TOGETHER / area.max(1)).max(rayon::current_num_threads());
+        let together = (TEXELS_TOGETHER / area.max(1)).max(1);
         let checked = |chunk: Result<Chunk, ExrError>| {
-            let chunk = chunk.map_err(|e| explain(&e, name))?;
+            let chunk = chunk.map_err(|e| explain(e, name))?;
             check_chunk(&chunk, meta, |block| windows.want(block, *part), expected, name)?;
             Ok(chunk)
         };
@@ -290,7 +291,7 @@ fn check_chunk(
     name: &str,
 ) -> Result<(), ImageError> {
     let header = &meta.headers[chunk.layer_index];
-    let (index, stored) = locate(chunk, header).map_err(|e| explain(&e, name))?;
+    let (index, stored) = locate(chunk, header).map_err(|e| explain(e, name))?;
     if !wanted(&index) || !expected.remove(&(index.pixel_position.0, index.pixel_position.1)) {
         let message = "the table of blocks is damaged: a block is there twice or in a wrong place";
         return Err(invalid(name, message.into()));

@@ -13,6 +13,9 @@ use crate::pixel::Pixel;
 /// The value of `FORMAT` that is read.
 const RGBE: &str = "32-bit_rle_rgbe";
 
+/// The longest header: a thousand commands that made the picture, line by line.
+const MOST_HEADER: usize = 1 << 20;
+
 /// The fault of a file whose line ends were converted, and with them the bytes of texels that look like line ends.
 const SENT_AS_TEXT: &str =
     "the file seems to have been sent or saved as text, with line ends of CRLF; take the original";
@@ -50,8 +53,12 @@ impl<R: Read> HdrRows<R> {
     ) -> Result<(Self, PictureHead), ImageError> {
         let mut bytes = Lookahead::new(source);
         let header = bytes.parse(|rest, has_ended| {
+            let length = rest.len();
             let header = Header::parse(rest, name);
             // A header is whole if anything follows.
+            if !has_ended && rest.is_empty() && length >= MOST_HEADER {
+                return Some(Err(damaged(name, &format!("its header does not end within {MOST_HEADER} bytes"))));
+            }
             (has_ended || !rest.is_empty()).then_some(header)
         });
         let cut_off = || invalid(name, "the file ends early: the header is not all there".into());

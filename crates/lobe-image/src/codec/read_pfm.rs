@@ -3,22 +3,22 @@
 use std::io::Read;
 
 use crate::ImageError;
-use crate::codec::decoded::{Decoded, PictureHead, RowBand, check_size, invalid, io, reserve};
+use crate::codec::decoded::{Decoded, PictureHead, RowStrip, check_size, invalid, io, reserve};
 use crate::codec::lookahead::Lookahead;
 use crate::pixel::{BLACK, Pixel};
 
 /// The longest header: three numbers and white space.
 const MAX_HEADER: usize = 256;
 
-/// Rows that are read at a time.
-const ROWS_TOGETHER: usize = 32;
+/// The most texels of the rows that are read at a time, but for one row that is longer.
+const TEXELS_TOGETHER: usize = 1 << 16;
 
 /// Decodes a portable float map; `name` stands for the file in messages.
 pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Decoded, ImageError> {
     let (mut rows, head) = PfmRows::open(bytes, bytes.len() as u64, name, max_texels)?;
     let mut texels: Vec<Pixel> = reserve(head.width * head.height, name)?;
     texels.resize(head.width * head.height, BLACK);
-    while let Some(band) = rows.next_band()? {
+    while let Some(band) = rows.next_strip()? {
         texels[band.first_row * head.width..][..band.texels.len()].copy_from_slice(&band.texels);
     }
     Ok(Decoded { head, texels })
@@ -78,8 +78,8 @@ impl<R: Read> PfmRows<R> {
     }
 
     /// The next rows, which lie above those before; none at the end.
-    pub(crate) fn next_band(&mut self) -> Result<Option<RowBand>, ImageError> {
-        let count = ROWS_TOGETHER.min(self.left);
+    pub(crate) fn next_strip(&mut self) -> Result<Option<RowStrip>, ImageError> {
+        let count = (TEXELS_TOGETHER / self.width).max(1).min(self.left);
         if count == 0 {
             return Ok(None);
         }
@@ -100,7 +100,7 @@ impl<R: Read> PfmRows<R> {
             let ends = || invalid(&self.name, "the file ends early: rows of the picture are missing".into());
             read.map_err(|e| io(&self.name, e))?.ok_or_else(ends)?;
         }
-        Ok(Some(RowBand { first_row: self.left, texels }))
+        Ok(Some(RowStrip { first_row: self.left, texels }))
     }
 }
 

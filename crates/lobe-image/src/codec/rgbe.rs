@@ -101,6 +101,9 @@ fn read_plane(bytes: &mut &[u8], row: &mut [[u8; 4]], channel: usize) -> Result<
     while x < width {
         let count = usize::from(take(bytes, 1)?[0]);
         let length = if count > MOST_LITERALS { count - MOST_LITERALS } else { count };
+        if length == 0 {
+            return Err(RowError::Damaged("a run of no columns".to_owned()));
+        }
         check_end(x + length, width)?;
         let run = &mut row[x..x + length];
         if count > MOST_LITERALS {
@@ -126,6 +129,9 @@ fn read_texels(bytes: &mut &[u8], row: &mut [[u8; 4]]) -> Result<(), RowError> {
         };
         if x == 0 {
             return Err(RowError::Damaged("a row begins with a repeat count".to_owned()));
+        }
+        if unit > row.len() {
+            return Err(RowError::Damaged("more repeat counts in a row than its columns have digits".to_owned()));
         }
         let end = x.saturating_add(unit.saturating_mul(usize::from(count)));
         check_end(end, row.len())?;

@@ -1,6 +1,6 @@
 //! Pictures by rows are the pictures that are read whole.
 
-use std::io::Cursor;
+use std::io::{self, Cursor, Read, Seek, SeekFrom};
 
 use exr::prelude::{Blocks, Compression, Encoding, LineOrder, SampleType, Vec2};
 use lobe_image::{
@@ -17,9 +17,9 @@ fn by_rows(bytes: &[u8], options: &PictureReadOptions) -> Result<Option<(Picture
     let Some(mut rows) = PictureRows::new(Cursor::new(bytes), "test", options)? else { return Ok(None) };
     let (width, height) = (rows.report().width, rows.report().height);
     let mut texels = vec![[0.0; 3]; width * height];
-    while let Some(bands) = rows.next_bands()? {
-        for band in bands {
-            texels[band.first_row * width..][..band.texels.len()].copy_from_slice(&band.texels);
+    while let Some(strips) = rows.next_strips()? {
+        for strip in strips {
+            texels[strip.first_row * width..][..strip.texels.len()].copy_from_slice(&strip.texels);
         }
     }
     let report = rows.finish()?;
@@ -40,7 +40,7 @@ fn reports(read: &Result<(Picture, PictureReadReport), String>) -> Result<&Pictu
     read.as_ref().map(|(_, report)| report)
 }
 
-/// Files of several bands: larger than what is decoded together.
+/// Files with windows of their own, and of other orders of rows.
 fn larger_files() -> Vec<(String, Vec<u8>)> {
     let size = (600, 200);
     let mut random = Random::new(3);
@@ -76,6 +76,72 @@ fn rows_are_those_of_the_whole_picture() {
     for (what, bytes) in small_files().into_iter().chain(larger_files()) {
         let comes_by_rows = assert_alike(&bytes, &options, &what);
         assert!(comes_by_rows != what.contains("Tiles"), "{what}: comes by rows");
+    }
+}
+
+#[test]
+fn what_is_decoded_at_a_time_joins_without_a_seam() {
+    // Of 2²⁰ texels at a time, OpenEXR; of others less.
+    let size = (1100, 1000);
+    for line_order in [LineOrder::Increasing, LineOrder::Decreasing] {
+        let encoding = Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order };
+        let bytes = exr_picture(size, encoding, planes(&["R", "G", "B"], SampleType::F16, size));
+        assert!(assert_alike(&bytes, &PictureReadOptions::default(), "several batches"), "{line_order:?}");
+        let mut rows = PictureRows::new(Cursor::new(&bytes), "test", &PictureReadOptions::default()).unwrap().unwrap();
+        let times = std::iter::from_fn(|| rows.next_strips().unwrap()).count();
+        assert!(times > 1, "{line_order:?}: {times}");
+    }
+}
+
+/// A file whose disk fails behind some bytes.
+struct Failing<'a>(Cursor<&'a [u8]>, u64);
+
+impl Read for Failing<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        if self.0.position() >= self.1 {
+            return Err(io::Error::other("the disk is gone"));
+        }
+        let left = (self.1 - self.0.position()) as usize;
+        let count = buffer.len().min(left);
+        self.0.read(&mut buffer[..count])
+    }
+}
+
+impl Seek for Failing<'_> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.0.seek(to)
+    }
+}
+
+#[test]
+fn a_disk_that_fails_is_told_as_such_and_ends_the_reading() {
+    for (what, bytes) in larger_files().into_iter().filter(|(what, _)| ["a.hdr", "a.pfm", "a.exr"].contains(&&**what)) {
+        let source = Failing(Cursor::new(&bytes), 3 * bytes.len() as u64 / 4);
+        let mut rows = PictureRows::new(source, "test", &PictureReadOptions::default()).unwrap().unwrap();
+        let error = loop {
+            match rows.next_strips() {
+                Ok(Some(_)) => {}
+                Ok(None) => panic!("{what}: the end of a file that cannot be read"),
+                Err(error) => break error,
+            }
+        };
+        assert!(matches!(error, ImageError::Io { .. }), "{what}: {error:?}");
+        assert!(rows.next_strips().is_err() && rows.finish().is_err(), "{what}: and nothing behind it");
+    }
+}
+
+#[test]
+fn a_radiance_file_without_end_is_refused_by_its_beginning() {
+    let endless = |start: &[u8], again: &[u8]| [start, &again.repeat(3 << 20)].concat();
+    for (what, bytes) in [
+        ("runs of no columns", endless(b"#?RADIANCE\n\n-Y 4 +X 8\n\x02\x02\x00\x08", b"\0")),
+        ("repeat counts of none", endless(b"#?RADIANCE\n\n-Y 4 +X 8\n\x09\x09\x09\x80", b"\x01\x01\x01\0")),
+        ("a header that does not end", endless(b"#?RADIANCE\n", b"A")),
+    ] {
+        let options = PictureReadOptions::default();
+        assert!(assert_alike(&bytes, &options, what), "{what}");
+        let line = read_picture_bytes(&bytes, "test", &options).unwrap_err().to_string();
+        assert!(line.contains("damaged Radiance picture"), "{what}: {line}");
     }
 }
 

@@ -118,7 +118,7 @@ impl Window {
 ///
 /// `window` makes the window of a width and must blur less with a larger one, as [`Window::Hanning`] and
 /// [`Window::Lanczos`] do. `None` for a peak that is not between that of the mean alone, `1/4π`, and that without a
-/// window, `n²/4π`.
+/// window, `n²/4π`, or that windows of powers near 0 jump over.
 ///
 /// ```
 /// use lobe_sh::{Window, width_of_peak};
@@ -129,6 +129,8 @@ impl Window {
 /// ```
 #[must_use]
 pub fn width_of_peak(order: usize, peak: f64, window: impl Fn(f64) -> Window) -> Option<f64> {
+    /// How near the peak has to be: the rounding of sums over bands, and some more.
+    const PEAK_TOLERANCE: f64 = 1e-9;
     /// The bits of a number and some more, for each end of the interval.
     const STEPS: usize = 120;
 
@@ -148,7 +150,9 @@ pub fn width_of_peak(order: usize, peak: f64, window: impl Fn(f64) -> Window) ->
         let middle = 0.5 * (low + high);
         if is_low(middle) { low = middle } else { high = middle }
     }
-    Some(high)
+    // Powers of Lanczos' window near 0 make a band jump from 0 to nearly 1: peaks between have no width.
+    let is_met = (window(high).impulse_peak(order) - peak).abs() <= PEAK_TOLERANCE * peak;
+    is_met.then_some(high)
 }
 
 /// Multiplies every band of a function by its factor; bands beyond the last factor become zero.

@@ -64,13 +64,18 @@ pub(crate) fn cast(scene: &MovingScene, most_order: usize) -> Result<Cast, Rende
     })
 }
 
+/// Parts are this small, or smaller, where an animation says that they have no size: `lobe_render` takes 1e-12 for 0.
+const LEAST_SIZE: f64 = 1e-9;
+
 /// The same parts where a user has put them, turned and scaled beside how they were at first, under the same lamps.
 pub(crate) fn placed(scene: &MovingScene, rest: &[Placement], hands: &[Hand]) -> Result<MovingScene, RenderError> {
     let part = |((part, rest), hand): ((&MovingPart, &Placement), &Hand)| {
         let mut part = part.clone();
         if !matches!(part.motion, Motion::Still) {
             let turn = rest.rotation().then(Rotation::from_axis_angle(Dir::Z, hand.turn));
-            let place = Placement::new(hand.position, turn, rest.scale() * hand.scale);
+            // What comes out of nothing is as large as its triangles say.
+            let size = if rest.scale() < LEAST_SIZE { 1.0 } else { rest.scale() };
+            let place = Placement::new(hand.position, turn, size * hand.scale);
             part.motion = Motion::Track(Track::resting(place));
         }
         part

@@ -194,6 +194,8 @@ impl MotionRoom {
     pub fn open(&mut self, path: &Path) {
         if path == self.edits.source {
             self.player = None;
+            // Places of the parts that the file had are none of those that it has.
+            self.history = History::default();
         }
         self.change_to(path);
     }
