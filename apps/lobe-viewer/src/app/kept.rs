@@ -147,7 +147,11 @@ impl Kept {
         self.recent.truncate(MOST_RECENT);
         self.scene.check();
         let orbits = [&mut self.orbit, &mut self.functions_orbit, &mut self.sky_orbit, &mut self.motion_orbit];
-        orbits.into_iter().flatten().for_each(Orbit::check);
+        for orbit in orbits {
+            // Without one the scene is framed.
+            *orbit = orbit.filter(Orbit::is_in_reach);
+            orbit.iter_mut().for_each(Orbit::check);
+        }
         self.size = self.size.filter(|size| is_window(*size));
         self.functions.check();
         self.sky.check();

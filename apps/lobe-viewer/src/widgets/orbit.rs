@@ -65,6 +65,13 @@ impl Orbit {
         self.distance = within(self.distance, nearest..=DISTANCES[1], first.distance);
     }
 
+    /// Whether target and distance are within what [`Orbit::check`] leaves as it is.
+    pub(crate) fn is_in_reach(&self) -> bool {
+        let mut checked = *self;
+        checked.check();
+        (checked.target, checked.distance) == (self.target, self.distance)
+    }
+
     /// The same view from where the ball around a box is a little higher than the picture.
     #[must_use]
     pub fn framing(self, [min, max]: [[f64; 3]; 2]) -> Self {

@@ -161,6 +161,9 @@ fn sizes_and_cameras_that_are_none_are_those_of_the_first_start() {
         kept.write(&user);
         let read = Kept::read(&user);
         assert_eq!(read.size, None, "{size:?}");
-        assert!(read.sky_orbit.unwrap().camera().is_some() && read.motion_orbit.unwrap().distance <= 1e6, "{read:?}");
+        assert!(read.sky_orbit.is_none() && read.motion_orbit.is_none(), "{read:?}");
+        kept.sky_orbit = Some(Orbit { height: 9.0, ..Orbit::default() });
+        kept.write(&user);
+        assert!(Kept::read(&user).sky_orbit.unwrap().camera().is_some(), "an angle that is none");
     }
 }

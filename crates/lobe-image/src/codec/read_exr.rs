@@ -23,7 +23,7 @@ use crate::pixel::BLACK;
 
 /// The most texels of the blocks that are decoded at a time, in parallel, but for one block that is larger; as many are held
 /// compressed, and again as many decoded. A constant, so that errors do not depend on the number of threads.
-const TEXELS_TOGETHER: usize = 1 << 20;
+const TEXELS_TOGETHER: usize = 1 << 19;
 
 /// The bit of the version field that says "at least one part is deep".
 const DEEP_FLAG: u32 = 0x800;

@@ -81,7 +81,7 @@ fn rows_are_those_of_the_whole_picture() {
 
 #[test]
 fn what_is_decoded_at_a_time_joins_without_a_seam() {
-    // Of 2²⁰ texels at a time, OpenEXR; of others less.
+    // Of 2¹⁹ texels at a time, OpenEXR; of others less.
     let size = (1100, 1000);
     for line_order in [LineOrder::Increasing, LineOrder::Decreasing] {
         let encoding = Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order };
