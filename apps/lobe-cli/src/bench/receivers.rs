@@ -73,7 +73,7 @@ fn half_transfer(bench: &mut Bench<'_>) -> anyhow::Result<()> {
         if bench.wants(name) {
             let (transfer, _) = HalfTransfer::new(&any_transfer(channels)?)?;
             let cost = cost_of_transfer(channels, size_of::<u16>());
-            let above = "numbers are converted into the first-level cache, and what is written counts as read";
+            let above = "every number is converted and, of one vector for all colors, turned, and what is written counts as read";
             shading(bench, name, (cost, above), |light, out| transfer.exit_radiance_into(light, out));
         }
     }

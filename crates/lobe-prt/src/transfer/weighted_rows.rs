@@ -5,8 +5,11 @@
 use lobe_sh::Rgb;
 use rayon::prelude::*;
 
-use crate::transfer::dot_rows::{CHUNK, TOGETHER, color};
-use crate::transfer::simd4::{Lanes, Machine, Work};
+use crate::transfer::dot_rows::CHUNK;
+use crate::transfer::simd::{Lanes, Machine, Work};
+
+/// Receivers shaded together: as many additions as a machine has under way at a time, so that those of one need not wait for another's.
+const TOGETHER: usize = 8;
 
 /// Receivers whose weights are made `f32` at a time, by whole registers; those of eight components take 2 KB.
 const WIDENED: usize = 64;
@@ -90,7 +93,8 @@ fn weighted_together<L: Lanes, const K: usize>(
         }
     }
     for (out, sum) in out.iter_mut().zip(sums) {
-        *out = color(lanes, sum);
+        let [r, g, b, _] = lanes.store(sum);
+        *out = Rgb::new(r, g, b);
     }
 }
 

@@ -1,0 +1,268 @@
+//! SIMD arithmetic on four and on eight lanes, with AVX2's instructions where the machine has them.
+//!
+//! Left to itself the compiler turns rows into columns by way of the stack, at three times the cost. Every operation
+//! rounds by itself and alike in both implementations, so the bytes are the same.
+
+#[cfg(target_arch = "x86_64")]
+use pulp::NullaryFnOnce;
+
+/// The number of lanes of a vector.
+pub(crate) const FOUR: usize = 4;
+
+/// The number of lanes of a wide one.
+pub(crate) const EIGHT: usize = 8;
+
+/// Arithmetic on four and on eight lanes of `f32`.
+pub(crate) trait Lanes: Copy {
+    /// Four lanes.
+    type Vector: Copy;
+    /// Eight lanes.
+    type Wide: Copy;
+
+    fn load(self, values: [f32; FOUR]) -> Self::Vector;
+    fn splat(self, value: f32) -> Self::Vector;
+    fn store(self, values: Self::Vector) -> [f32; FOUR];
+    /// `sum + a b`, rounded twice.
+    fn add_product(self, sum: Self::Vector, a: Self::Vector, b: Self::Vector) -> Self::Vector;
+
+    fn load_wide(self, values: &[f32; EIGHT]) -> Self::Wide;
+    fn splat_wide(self, value: f32) -> Self::Wide;
+    fn store_wide(self, values: Self::Wide) -> [f32; EIGHT];
+    /// `sum + a b`, rounded twice.
+    fn add_product_wide(self, sum: Self::Wide, a: Self::Wide, b: Self::Wide) -> Self::Wide;
+    /// The finite numbers of 16 bits with these bits, as [`widened`] has each.
+    fn widen(self, halves: &[u16; EIGHT]) -> Self::Wide;
+    /// `((v_0 + v_4) + (v_2 + v_6)) + ((v_1 + v_5) + (v_3 + v_7))` of each.
+    fn sums(self, values: [Self::Wide; 3]) -> [f32; 3];
+    /// The columns of a square.
+    fn transpose(self, rows: [Self::Wide; EIGHT]) -> [Self::Wide; EIGHT];
+}
+
+/// Sign, exponent and fraction of a half, where an `f32` has its own.
+const KEPT: u32 = 1 << 31 | 0x7fff << 13;
+
+/// `2¹¹²`, by which an exponent that counts from 15 differs from one that counts from 127.
+const SCALE: f32 = f32::from_bits((127 + 112) << 23);
+
+/// A finite number of 16 bits in 32.
+///
+/// Sign, exponent and fraction are put where an `f32` has them. As exponents count from 15 there and from 127 here, what that reads as is
+/// `2^(15 - 127)` of the number; below `2⁻¹⁴`, where neither has a leading one, too. The product is exact.
+#[inline(always)]
+pub(crate) fn widened(half: u16) -> f32 {
+    // The bits copied from the sign on the way fall outside of what is kept.
+    let spread = i32::from(half.cast_signed()) << 13;
+    f32::from_bits(spread.cast_unsigned() & KEPT) * SCALE
+}
+
+/// Work to be done with these lanes.
+pub(crate) trait Work {
+    /// Does the work. To be marked `#[inline(always)]`, or it is compiled without the instructions.
+    fn work<L: Lanes>(self, lanes: L);
+}
+
+/// The widest instructions of this machine.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Machine {
+    /// x86-64 with AVX2.
+    #[cfg(target_arch = "x86_64")]
+    Avx2(pulp::x86::V3),
+    /// Any.
+    Plain,
+}
+
+impl Machine {
+    /// The widest that [`lobe_sh::simd::Machine`] allows.
+    pub(crate) fn detect() -> Self {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(v3) = lobe_sh::simd::Machine::detect().avx2() {
+            return Self::Avx2(v3);
+        }
+        Self::Plain
+    }
+
+    #[inline]
+    pub(crate) fn run<W: Work>(self, work: W) {
+        match self {
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2(v3) => v3.vectorize(Job(v3, work)),
+            Self::Plain => work.work(Plain),
+        }
+    }
+}
+
+/// A type, because closures are not inlined where the instructions are.
+#[cfg(target_arch = "x86_64")]
+struct Job<L, W>(L, W);
+
+#[cfg(target_arch = "x86_64")]
+impl<L: Lanes, W: Work> NullaryFnOnce for Job<L, W> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        self.1.work(self.0);
+    }
+}
+
+/// The same lanes as the compiler likes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Plain;
+
+impl Lanes for Plain {
+    type Vector = [f32; FOUR];
+    type Wide = [f32; EIGHT];
+
+    #[inline(always)]
+    fn load(self, values: [f32; FOUR]) -> Self::Vector {
+        values
+    }
+
+    #[inline(always)]
+    fn splat(self, value: f32) -> Self::Vector {
+        [value; FOUR]
+    }
+
+    #[inline(always)]
+    fn store(self, values: Self::Vector) -> [f32; FOUR] {
+        values
+    }
+
+    #[inline(always)]
+    fn add_product(self, sum: Self::Vector, a: Self::Vector, b: Self::Vector) -> Self::Vector {
+        std::array::from_fn(|k| sum[k] + a[k] * b[k])
+    }
+
+    #[inline(always)]
+    fn load_wide(self, values: &[f32; EIGHT]) -> Self::Wide {
+        *values
+    }
+
+    #[inline(always)]
+    fn splat_wide(self, value: f32) -> Self::Wide {
+        [value; EIGHT]
+    }
+
+    #[inline(always)]
+    fn store_wide(self, values: Self::Wide) -> [f32; EIGHT] {
+        values
+    }
+
+    #[inline(always)]
+    fn add_product_wide(self, sum: Self::Wide, a: Self::Wide, b: Self::Wide) -> Self::Wide {
+        std::array::from_fn(|k| sum[k] + a[k] * b[k])
+    }
+
+    #[inline(always)]
+    fn widen(self, halves: &[u16; EIGHT]) -> Self::Wide {
+        halves.map(widened)
+    }
+
+    #[inline(always)]
+    fn sums(self, values: [Self::Wide; 3]) -> [f32; 3] {
+        values.map(|v| ((v[0] + v[4]) + (v[2] + v[6])) + ((v[1] + v[5]) + (v[3] + v[7])))
+    }
+
+    #[inline(always)]
+    fn transpose(self, rows: [Self::Wide; EIGHT]) -> [Self::Wide; EIGHT] {
+        std::array::from_fn(|i| std::array::from_fn(|k| rows[k][i]))
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+mod avx2 {
+    use std::arch::x86_64::{__m128, __m256};
+
+    use pulp::x86::V3;
+
+    use super::{EIGHT, FOUR, KEPT, Lanes, SCALE};
+
+    impl Lanes for V3 {
+        type Vector = __m128;
+        type Wide = __m256;
+
+        #[inline(always)]
+        fn load(self, values: [f32; FOUR]) -> Self::Vector {
+            pulp::cast(values)
+        }
+
+        #[inline(always)]
+        fn splat(self, value: f32) -> Self::Vector {
+            self.sse._mm_set1_ps(value)
+        }
+
+        #[inline(always)]
+        fn store(self, values: Self::Vector) -> [f32; FOUR] {
+            pulp::cast(values)
+        }
+
+        #[inline(always)]
+        fn add_product(self, sum: Self::Vector, a: Self::Vector, b: Self::Vector) -> Self::Vector {
+            self.sse._mm_add_ps(sum, self.sse._mm_mul_ps(a, b))
+        }
+
+        #[inline(always)]
+        fn load_wide(self, values: &[f32; EIGHT]) -> Self::Wide {
+            pulp::cast(*values)
+        }
+
+        #[inline(always)]
+        fn splat_wide(self, value: f32) -> Self::Wide {
+            self.avx._mm256_set1_ps(value)
+        }
+
+        #[inline(always)]
+        fn store_wide(self, values: Self::Wide) -> [f32; EIGHT] {
+            pulp::cast(values)
+        }
+
+        #[inline(always)]
+        fn add_product_wide(self, sum: Self::Wide, a: Self::Wide, b: Self::Wide) -> Self::Wide {
+            self.avx._mm256_add_ps(sum, self.avx._mm256_mul_ps(a, b))
+        }
+
+        #[inline(always)]
+        fn widen(self, halves: &[u16; EIGHT]) -> Self::Wide {
+            let spread = self.avx2._mm256_slli_epi32::<13>(self.avx2._mm256_cvtepi16_epi32(pulp::cast(*halves)));
+            let kept = self.avx2._mm256_and_si256(spread, self.avx._mm256_set1_epi32(KEPT.cast_signed()));
+            self.avx._mm256_mul_ps(pulp::cast(kept), self.avx._mm256_set1_ps(SCALE))
+        }
+
+        #[inline(always)]
+        fn sums(self, values: [Self::Wide; 3]) -> [f32; 3] {
+            let add = |a, b| self.sse._mm_add_ps(a, b);
+            let [r, g, b] =
+                values.map(|v| add(self.avx._mm256_castps256_ps128(v), self.avx._mm256_extractf128_ps::<1>(v)));
+            // r_0 + r_2, g_0 + g_2, r_1 + r_3, g_1 + g_3.
+            let pairs = add(self.sse._mm_unpacklo_ps(r, g), self.sse._mm_unpackhi_ps(r, g));
+            let pair = add(b, self.sse._mm_movehl_ps(b, b));
+            let [red, green, ..] = self.store(add(pairs, self.sse._mm_movehl_ps(pairs, pairs)));
+            let [even, odd, ..] = self.store(pair);
+            [red, green, even + odd]
+        }
+
+        /// Pairs of rows, then of pairs, then of halves.
+        #[inline(always)]
+        fn transpose(self, rows: [Self::Wide; EIGHT]) -> [Self::Wide; EIGHT] {
+            let [a, b, c, d, e, f, g, h] = rows;
+            let pairs = |x, y| [self.avx._mm256_unpacklo_ps(x, y), self.avx._mm256_unpackhi_ps(x, y)];
+            // Columns 0 and 4, 1 and 5, 2 and 6, 3 and 7 of four rows.
+            let fours = |[lo, hi]: [Self::Wide; 2], [next_lo, next_hi]: [Self::Wide; 2]| {
+                [
+                    self.avx._mm256_shuffle_ps::<0x44>(lo, next_lo),
+                    self.avx._mm256_shuffle_ps::<0xee>(lo, next_lo),
+                    self.avx._mm256_shuffle_ps::<0x44>(hi, next_hi),
+                    self.avx._mm256_shuffle_ps::<0xee>(hi, next_hi),
+                ]
+            };
+            let (first, last) = (fours(pairs(a, b), pairs(c, d)), fours(pairs(e, f), pairs(g, h)));
+            std::array::from_fn(|i| {
+                if i < FOUR {
+                    self.avx._mm256_permute2f128_ps::<0x20>(first[i], last[i])
+                } else {
+                    self.avx._mm256_permute2f128_ps::<0x31>(first[i - FOUR], last[i - FOUR])
+                }
+            })
+        }
+    }
+}
