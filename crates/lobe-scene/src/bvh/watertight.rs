@@ -82,10 +82,9 @@ impl ShearedRay {
         if sum == 0.0 {
             return None;
         }
-        let weights = weights.map(|w| w / sum);
         let depth = weights[0] * sheared[0][2] + weights[1] * sheared[1][2] + weights[2] * sheared[2][2];
-        let t = (depth / f64::from(self.longest)) as f32;
+        let t = (depth / (sum * f64::from(self.longest))) as f32;
         let is_on_ray = t > 0.0 && t <= self.t_max;
-        is_on_ray.then_some(Hit { t, triangle, u: weights[1] as f32, v: weights[2] as f32 })
+        is_on_ray.then_some(Hit { t, triangle, u: (weights[1] / sum) as f32, v: (weights[2] / sum) as f32 })
     }
 }
