@@ -13,7 +13,7 @@ const DOCUMENTS: Step = Step { name: "documents", work: Work::Chore(documents::c
 const GOLDENS: Step = Step { name: "goldens", work: Work::Chore(goldens::check) };
 const CLIPPY: Step =
     Step { name: "clippy", work: Work::Cargo("clippy --workspace --all-targets --all-features -- -D warnings", &[]) };
-/// The mathematics alone, without files.
+/// The mathematics alone, without files. At night: [`NO_STD`] and [`WASM`] check the same for other machines.
 const FEATURES: Step =
     Step { name: "no-features", work: Work::Cargo("check --package lobe-sh --no-default-features", &[]) };
 /// The command as users build it: the other steps have every feature on, or those that any crate of the workspace asks for. At night, because
@@ -69,23 +69,20 @@ const BOOK: Step = Step { name: "book", work: Work::Where(toolchain::has_mdbook,
 /// The README's command, word for word.
 const TEST: Step = Step { name: "test", work: Work::Cargo("test --workspace", &[]) };
 /// The unit tests of crates with kernels once more for each narrower kind of instructions, for which every kernel has code of its own.
-const TEST_PLAIN: Step = Step { name: "test-plain", work: Work::Cargo("run --package xtask -- test-plain", &[]) };
-const TEST_AVX2: Step = Step {
-    name: "test-avx2",
-    work: Work::Where(narrower::is_avx2_narrower, "cargo", "run --package xtask -- test-avx2"),
-};
+/// By this program and not by another `cargo run`, which changes PATH: the Python package would be compiled anew for it.
+const TEST_PLAIN: Step = Step { name: "test-plain", work: Work::Chore(|| narrower::run("plain", &[])) };
+const TEST_AVX2: Step =
+    Step { name: "test-avx2", work: Work::ChoreWhere(narrower::is_avx2_narrower, || narrower::run("avx2", &[])) };
 /// At night with all tests of those crates.
 const TEST_PLAIN_ALL: Step =
-    Step { name: "test-plain-all", work: Work::Cargo("run --package xtask -- test-plain --all", &[]) };
+    Step { name: "test-plain-all", work: Work::Chore(|| narrower::run("plain", &["--all".to_owned()])) };
 const TEST_AVX2_ALL: Step = Step {
     name: "test-avx2-all",
-    work: Work::Where(narrower::is_avx2_narrower, "cargo", "run --package xtask -- test-avx2 --all"),
+    work: Work::ChoreWhere(narrower::is_avx2_narrower, || narrower::run("avx2", &["--all".to_owned()])),
 };
 /// The instructions that kernels execute: the times of a shared machine tell too little.
-const INSTRUCTIONS: Step = Step {
-    name: "instructions",
-    work: Work::Where(instructions::can_count, "cargo", "run --package xtask -- instructions"),
-};
+const INSTRUCTIONS: Step =
+    Step { name: "instructions", work: Work::ChoreWhere(instructions::can_count, || instructions::run(&[])) };
 /// The other encoder of BC6H, which links a C++ library and is therefore no default: the tests of files.
 const TEST_BC6H: Step = Step { name: "test-bc6h", work: Work::Cargo("test --package lobe-image --features bc6h", &[]) };
 
@@ -106,14 +103,12 @@ const PEERS: Step = Step {
 };
 
 /// A few public models and maps, where they can be fetched.
-const CORPUS: Step = Step {
-    name: "corpus",
-    work: Work::Where(corpus::has_small_part, "cargo", "run --package xtask -- corpus --small"),
-};
+const CORPUS: Step =
+    Step { name: "corpus", work: Work::ChoreWhere(corpus::has_small_part, || corpus::run(&["--small".to_owned()])) };
 
 /// All of them.
 const CORPUS_WHOLE: Step =
-    Step { name: "corpus-whole", work: Work::Where(corpus::has_small_part, "cargo", "run --package xtask -- corpus") };
+    Step { name: "corpus-whole", work: Work::ChoreWhere(corpus::has_small_part, || corpus::run(&[])) };
 /// The program as users build it, for the peers of [`nightly`].
 const RELEASE: Step = Step {
     name: "release",
@@ -178,6 +173,7 @@ pub(crate) fn nightly() -> Outcome {
         DOCS_PRIVATE,
         FUZZ,
         PEERS,
+        FEATURES,
         PYTHON_ALONE,
         VIEWER_ALONE,
         DEFAULTS,
@@ -201,7 +197,7 @@ pub(crate) fn nightly() -> Outcome {
 const CHECKS: &[Step] = &[FMT, FMT_FUZZ, FMT_PEERS, FMT_BEVY, ARCH, SIZES, DOCUMENTS, GOLDENS];
 
 /// What is found without running anything of the project.
-const LINTS: &[Step] = &[CLIPPY, FEATURES, WASM, NO_STD, OLDEST_RUST, DOCS, BOOK];
+const LINTS: &[Step] = &[CLIPPY, WASM, NO_STD, OLDEST_RUST, DOCS, BOOK];
 
 /// The tests, and what needs the tools that `.ci/run` installs.
 const TESTS: &[Step] = &[TYPOS, TEST, TEST_PLAIN, TEST_AVX2, INSTRUCTIONS, CORPUS];

@@ -20,6 +20,8 @@ pub(crate) enum Work {
     Tool(&'static str, &'static str, &'static str),
     /// A chore of this program.
     Chore(fn() -> Outcome),
+    /// A chore that needs something of the machine, as with [`Work::Where`].
+    ChoreWhere(fn() -> Result<(), String>, fn() -> Outcome),
 }
 
 /// The end of a step that found no fault.
@@ -77,13 +79,17 @@ impl Step {
             Work::Where(_, program, arguments) | Work::Tool(program, arguments, _) => {
                 format!(": {program} {arguments}")
             }
-            Work::Chore(_) => format!(": cargo xtask {}", self.name),
+            Work::Chore(_) | Work::ChoreWhere(..) => format!(": cargo xtask {}", self.name),
         }
     }
 
     fn run(&self) -> Result<Passed, Vec<String>> {
         match self.work {
             Work::Chore(chore) => chore().map(|()| Passed::Whole),
+            Work::ChoreWhere(is_there, chore) => match is_there() {
+                Ok(()) => chore().map(|()| Passed::Whole),
+                Err(reason) => Ok(Passed::Skipped(reason)),
+            },
             Work::Cargo(arguments, environment) => command(&workspace::cargo(), arguments, environment),
             Work::Where(is_there, program, arguments) => match is_there() {
                 Ok(()) => command(program.as_ref(), arguments, &[]),
