@@ -44,7 +44,7 @@
 //!
 //! | purpose | item |
 //! |---|---|
-//! | scenes | [`Scene`]; its parts [`Mesh`], [`Material`], [`Texture`] |
+//! | scenes | [`Scene`]; its parts [`Mesh`], [`Material`], [`Texture`], [`NormalMap`] |
 //! | files | [`read_scene`], [`read_scene_bytes`], [`SceneReadOptions`], [`SceneReadReport`] |
 //! | glTF beyond scenes: whole files, custom attributes, scenes as glTF | [`GltfReader`], [`GltfDocument`] |
 //! | scenes in motion: animations, skins, morph targets | [`AnimatedScene`], [`Animation`], [`PosedScene`] |
@@ -77,7 +77,7 @@ pub use motion::animation::Animation;
 pub use motion::entity::{Entity, EntityKind};
 pub use motion::place::{Place, Similarity};
 pub use motion::posed_scene::PosedScene;
-pub use scene::material::{Alpha, Material, TextureUse};
+pub use scene::material::{Alpha, Material, NormalMap, TextureUse};
 pub use scene::mesh::{Mesh, MeshParts, MeshSource};
 pub use scene::ray::{Hit, Ray};
 pub use scene::scene::{Bounds, Scene, Surface};

@@ -126,7 +126,7 @@ impl<'a> Diffuse<'a> {
     fn start(&self, seed: u64, receiver: usize) -> (Sobol, Frame, [f32; 3]) {
         let (position, normal) = (self.receivers.positions()[receiver], self.receivers.normals()[receiver]);
         let sobol = Sobol::at_place(seed, position.into_iter().chain(normal), self.bounces);
-        (sobol, Frame::about(normal), self.tracer.origin_above(position, normal))
+        (sobol, Frame::about(normal), self.tracer.origin_above(position, self.receivers.lift(receiver)))
     }
 
     fn albedo(&self, receiver: usize) -> [f64; 3] {

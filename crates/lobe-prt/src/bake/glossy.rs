@@ -180,7 +180,8 @@ impl Estimator for Matrices<'_> {
         let place = position.into_iter().chain(normal.into_iter().flatten());
         let sobol = Sobol::at_place(seed, place, self.bounces);
         let frame = normal.map(Frame::about);
-        let origin = normal.map_or(position, |normal| self.tracer.origin_above(position, normal));
+        let lift = self.points.receivers.map(|receivers| receivers.lift(receiver));
+        let origin = lift.map_or(position, |lift| self.tracer.origin_above(position, lift));
         let part = 1.0 / f64::from(self.options.samples);
         let energy = |throughput: [f32; 3]| part * throughput.iter().map(|&w| f64::from(w)).sum::<f64>() / 3.0;
         let mut tally = Tally { energy: vec![0.0; self.bounces + 1], ..Tally::default() };

@@ -1,7 +1,7 @@
 //! Fingerprints of scenes, and of the machine's arithmetic.
 
 use lobe_io::Fingerprint;
-use lobe_scene::{Alpha, Material, Scene};
+use lobe_scene::{Alpha, Material, Scene, TextureUse};
 use lobe_sh::simd::Machine;
 
 /// The fingerprint of all of a scene that a bake depends on, 32 hexadecimal digits: [`Recipe::scene_hash`](crate::Recipe).
@@ -22,6 +22,10 @@ pub fn fingerprint_scene(all: &mut Fingerprint, scene: &Scene) {
         all.words(mesh.triangles().as_flattened().iter().map(|&i| u64::from(i)));
         (0..2).for_each(|set| all.floats(mesh.uvs(set).as_flattened()));
         all.floats(mesh.colors().as_flattened());
+        // Without normal maps the fingerprint is what it was before there were some.
+        if !mesh.tangents().is_empty() {
+            all.floats(mesh.tangents().as_flattened().as_flattened());
+        }
         all.word(mesh.material().map_or(u64::MAX, |m| m as u64));
     }
     scene.materials().iter().for_each(|material| fingerprint_material(all, material));
@@ -39,11 +43,20 @@ pub fn fingerprint_arithmetic(all: &mut Fingerprint) {
     }
 }
 
+fn fingerprint_use(all: &mut Fingerprint, used: TextureUse) {
+    all.words([used.texture as u64, used.uv_set as u64].into_iter());
+    all.floats(used.uv_map.as_flattened());
+}
+
 fn fingerprint_material(all: &mut Fingerprint, material: &Material) {
     all.floats(&material.base_color);
     if let Some(used) = material.base_color_texture {
-        all.words([used.texture as u64, used.uv_set as u64].into_iter());
-        all.floats(used.uv_map.as_flattened());
+        fingerprint_use(all, used);
+    }
+    if let Some(map) = material.normal_map {
+        all.word(u64::from_le_bytes(*b"normals "));
+        fingerprint_use(all, map.used);
+        all.floats(&[map.scale]);
     }
     match material.alpha {
         Alpha::Opaque | Alpha::Blend => all.word(0),

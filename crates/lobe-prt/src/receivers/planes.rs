@@ -65,11 +65,13 @@ impl Planes {
         Self { ranges: Vec::with_capacity(receivers), normals: Vec::with_capacity(receivers) }
     }
 
-    /// Adds a receiver with this normal on one triangle.
-    pub(crate) fn push(&mut self, normal: [f32; 3], plane: [f32; 3]) {
+    /// Adds a receiver with this normal on one triangle, whose lit side is that of `vertex_normal`. The normal itself may, by a
+    /// normal map, point below the triangle.
+    pub(crate) fn push(&mut self, normal: [f32; 3], vertex_normal: [f32; 3], plane: [f32; 3]) {
         let begin = self.normals.len() as u32;
-        if wide(plane).dot(wide(normal)).abs() <= SAME {
-            self.normals.push(turned(wide(plane), normal));
+        let plane = turned(wide(plane), vertex_normal);
+        if wide(plane).dot(wide(normal)) <= SAME {
+            self.normals.push(plane);
         }
         self.ranges.push([begin, self.normals.len() as u32]);
     }

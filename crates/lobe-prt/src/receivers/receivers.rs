@@ -11,6 +11,11 @@ use crate::receivers::planes::Planes;
 /// The largest deviation of the length of a normal from 1: it was rounded, not scaled.
 const UNIT_TOLERANCE: f32 = 1e-3;
 
+/// Where a normal is farther off that of its triangle than the angle of this cosine, rays that are lifted along it would start too near
+/// the surface, or below. A normal map may tilt it so far, and at the texels near a corner of a coarse body so does the normal of the
+/// vertex: that of a smooth tetrahedron has the cosine 1/3 there.
+const FAR_OFF: f32 = 0.5;
+
 /// Points that receive light and send it back: each has a unit normal on its lit side and an albedo.
 ///
 /// Those of a scene know the planes of the triangles they lie on. Light from above the normal to shade with but below
@@ -176,6 +181,20 @@ impl Receivers {
         self.planes.of(receiver)
     }
 
+    /// The unit vector along which the rays of a receiver are [lifted](lobe_scene::Bvh::origin_above) above its surface: its normal, or
+    /// that of its triangle if it lies on one alone and the two are more than 60° off each other.
+    ///
+    /// # Panics
+    /// If there is no such receiver.
+    #[must_use]
+    pub fn lift(&self, receiver: usize) -> [f32; 3] {
+        let normal = self.normals[receiver];
+        match self.planes(receiver) {
+            [plane] if Vec3::from(*plane).dot(Vec3::from(normal)) < FAR_OFF => *plane,
+            _ => normal,
+        }
+    }
+
     /// Whether all albedos are gray.
     #[must_use]
     pub fn is_gray(&self) -> bool {
@@ -209,6 +228,19 @@ mod tests {
         assert_eq!(some.positions()[0], receivers.positions()[ground], "the ball first");
         assert_eq!(some.normals()[0], receivers.normals()[ground].map(|c| -c), "from inside");
         assert!(receivers.backs(&[]).is_err(), "none");
+    }
+
+    #[test]
+    fn rays_are_lifted_along_the_triangle_where_the_normal_is_far_off_it() {
+        let up = [0.0, 0.0, 1.0];
+        for (normal, expected) in
+            [(up, up), ([0.8, 0.0, 0.6], [0.8, 0.0, 0.6]), ([0.0, 0.96, 0.28], up), ([0.0, -0.6, -0.8], up)]
+        {
+            let mut planes = Planes::with_capacity(1);
+            planes.push(normal, up, up);
+            let one = Receivers::new(vec![[0.0; 3]], vec![normal], vec![[1.0; 3]]).unwrap().on(planes);
+            assert_eq!(one.lift(0), expected, "the lift of {normal:?}");
+        }
     }
 
     #[test]

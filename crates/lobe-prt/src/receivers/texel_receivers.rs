@@ -29,6 +29,8 @@ const OUTSIDE: f32 = 1e-4;
 /// A texel whose center is in a triangle takes that place; one that only touches triangles takes the nearest place of
 /// the nearest, so that a picture shown between texels is right up to the seams. All meshes share the picture, in their
 /// texture coordinates of set 1, or of set 0 where they have no set 1.
+///
+/// Normals are those at the places of the texels, tilted by normal maps: what is finer than a texel is seen at its center alone.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TexelReceivers {
     width: usize,
@@ -114,7 +116,7 @@ impl TexelReceivers {
             let moved = if depth < OVERLAP { step(position, middle - position, distance) } else { surface.position };
             positions.push(moved);
             normals.push(surface.shading_normal);
-            planes.push(surface.shading_normal, surface.geometric_normal);
+            planes.push(surface.shading_normal, surface.vertex_normal, surface.geometric_normal);
             albedos.push([0, 1, 2].map(|c| surface.base_color[c]));
         }
         let receivers = Receivers::new(positions, normals, albedos)?.on(planes);

@@ -13,6 +13,7 @@ mod compression_of_bakes;
 mod convex;
 mod masks;
 mod matrices;
+mod normal_maps;
 mod texels;
 mod watched;
 mod zonal;

@@ -8,6 +8,7 @@ use crate::files::gltf::accessor::Accessors;
 use crate::files::gltf::files::GltfFile;
 use crate::files::gltf::materials;
 use crate::files::gltf::nodes::Shown;
+use crate::files::gltf::normal_maps::{given_tangents, with_tangents};
 use crate::files::gltf::placement::shown_meshes;
 use crate::files::gltf::primitive::{corners_of, is_of_triangles, name_of, place_of, triangles};
 use crate::files::source::Source;
@@ -38,7 +39,10 @@ pub(crate) fn standing_scene_of(
     source: &mut Source<'_>,
 ) -> Result<Scene, SceneError> {
     let (all_shown, origin) = shown_meshes(file, source)?;
-    let (mut materials, textures) = materials::read(file, &used_materials(file, &all_shown), source)?;
+    // Where things move, tangents are not followed.
+    let reads_normal_maps = source.options.normal_maps && flattened == Flattened::Dropped;
+    let used = used_materials(file, &all_shown);
+    let (mut materials, textures) = materials::read(file, &used, reads_normal_maps, source)?;
     let (mut meshes, mut needs_default) = (Vec::new(), false);
     for shown in all_shown {
         let Some(mesh) = file.root.meshes.get(shown.mesh) else {
@@ -49,6 +53,10 @@ pub(crate) fn standing_scene_of(
         for (index, primitive) in mesh.primitives.iter().enumerate() {
             let place = MeshSource { node: shown.node, mesh: shown.mesh, primitive: index };
             if let Some(mut parts) = read_primitive(file, primitive, &name, place, source)? {
+                let normal_map = parts.material.and_then(|index| materials.get(index)?.normal_map);
+                if normal_map.is_some() {
+                    parts.tangents = given_tangents(file, primitive, &parts, place, source)?;
+                }
                 if parts.material.is_none() && source.default_material() == DefaultMaterial::AsFormat {
                     parts.material = Some(file.root.materials.len());
                     needs_default = true;
@@ -57,7 +65,11 @@ pub(crate) fn standing_scene_of(
                 let own =
                     (flattened == Flattened::Kept && flattens(&shown, primitive)).then(|| parts.positions.clone());
                 let can_open = |t| own.as_ref().is_some_and(|own| can_open(primitive, own, t));
-                meshes.extend(source.mesh_keeping(place_in_world(parts, &shown), can_open)?);
+                let made = source.mesh_keeping(place_in_world(parts, &shown), can_open)?;
+                meshes.extend(match (made, normal_map) {
+                    (Some(mesh), Some(map)) => Some(with_tangents(mesh, map, source)?),
+                    (made, _) => made,
+                });
             }
         }
     }
@@ -146,6 +158,7 @@ fn read_primitive(
         positions: accessors.vectors("POSITION", positions, source)?,
         triangles: triangles(mode, &corners),
         normals: optional(attribute(Semantic::Normals), |index| accessors.vectors("NORMAL", index, source))?,
+        tangents: Vec::new(),
         uvs: [
             optional(attribute(Semantic::TexCoords(0)), |index| accessors.vectors("TEXCOORD_0", index, source))?,
             optional(attribute(Semantic::TexCoords(1)), |index| accessors.vectors("TEXCOORD_1", index, source))?,
@@ -166,8 +179,9 @@ fn place_in_world(mut parts: MeshParts, shown: &Shown) -> MeshParts {
     let vector = |v: [f32; 3]| DVec3::from(v.map(f64::from));
     parts.positions.iter_mut().for_each(|p| *p = z_up_from_y_up(world.point(vector(*p)).as_vec3().into()));
     parts.normals.iter_mut().for_each(|n| *n = z_up_from_y_up(world.normal(vector(*n)).as_vec3().into()));
+    parts.map_tangents(|t| z_up_from_y_up(world.tangent(vector(t)).as_vec3().into()));
     if world.is_mirror() {
-        parts.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        parts.flip();
     }
     parts
 }

@@ -286,6 +286,7 @@ impl Obj {
             positions: self.positions_of(&corners, up),
             triangles,
             normals: if made.is_empty() { given } else { made.to_vec() },
+            tangents: Vec::new(),
             uvs: [complete(&corners, uvs, name, "texture coordinates", source), Vec::new()],
             colors: complete(&corners, colors, name, "colors", source),
             material: material_of(model, materials, source),

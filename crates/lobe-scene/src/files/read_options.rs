@@ -31,6 +31,9 @@ pub struct SceneReadOptions {
     pub max_bytes: u64,
     /// Whether light goes straight through blended materials, by their alpha, and through glass, by its transmission.
     pub straight_through: bool,
+    /// Whether normal textures of glTF are read, with the tangents of the meshes that have them, 48 bytes for each triangle. Without
+    /// this, and of scenes that move, a note says that they are not used.
+    pub normal_maps: bool,
 }
 
 /// The normals of meshes that have none.
@@ -63,7 +66,7 @@ pub enum DefaultMaterial {
 
 impl Default for SceneReadOptions {
     /// y up, up to 2²⁶ triangles and vertices, up to 2²⁸ texels (1 GiB), no limit for all together, files within the
-    /// folder only, normals as the format asks, white where there is no material, and no light straight through.
+    /// folder only, normals as the format asks, white where there is no material, no light straight through, and normal textures.
     fn default() -> Self {
         Self {
             up: Up::Y,
@@ -74,6 +77,7 @@ impl Default for SceneReadOptions {
             default_material: DefaultMaterial::White,
             max_bytes: u64::MAX,
             straight_through: false,
+            normal_maps: true,
         }
     }
 }

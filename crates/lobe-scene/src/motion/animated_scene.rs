@@ -76,16 +76,17 @@ impl AnimatedScene {
         }
     }
 
-    /// A scene in which nothing moves; each of its meshes is an entity.
+    /// A scene in which nothing moves; each of its meshes is an entity. It has no normal maps, as no scene of poses.
     #[must_use]
     pub fn still(scene: Scene) -> Self {
+        let scene = scene.without_normal_maps();
         let nodes = scene.meshes().iter().map(|mesh| (mesh.name().to_owned(), Trs::IDENTITY, None)).collect();
         let parts = scene.meshes().iter().enumerate().map(|(node, mesh)| Part::rigid(mesh, node)).collect();
         Self::new(scene, Rig::upright(nodes), parts, Vec::new(), Vec::new())
     }
 
     /// The scene as [`read_scene`](crate::read_scene) gives it: nodes stand as the file says, and neither skins nor morph
-    /// targets are applied. Triangles without area that may have one in a pose are there.
+    /// targets are applied. Triangles without area that may have one in a pose are there, normal maps are not.
     #[must_use]
     pub fn rest(&self) -> &Scene {
         &self.rest

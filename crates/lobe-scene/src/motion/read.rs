@@ -40,7 +40,7 @@ impl AnimatedScene {
     /// Weights of joints that do not sum to one are divided by their sum, with a note where they are off by more than a
     /// rounding; a vertex all of whose weights are zero follows the first joint that it names. A skin that carries nothing in
     /// the scene is not checked, and has no joints. Triangles that have no area as the nodes stand, but may get one from an
-    /// animation that scales them or weights a morph target, are there, which [`read_scene`](crate::read_scene) drops. Animations of other things than nodes and morph weights are left out with a note.
+    /// animation that scales them or weights a morph target, are there, which [`read_scene`](crate::read_scene) drops. Normal textures are left out with a note. Animations of other things than nodes and morph weights are left out with a note.
     ///
     /// # Errors
     /// As [`read_scene`](crate::read_scene). [`SceneError::Invalid`] also where keys are not in the order of time or not as

@@ -30,9 +30,7 @@ impl Scene {
         let meshes = meshes.collect();
         let material = |&index: &usize| {
             let mut material = self.materials()[index].clone();
-            if let Some(used) = &mut material.base_color_texture {
-                used.texture = textures.place_of(used.texture);
-            }
+            material.textures_mut().for_each(|used| used.texture = textures.place_of(used.texture));
             material
         };
         let materials = materials.all.iter().map(material).collect();
@@ -77,12 +75,10 @@ impl Scene {
                 let material = mesh.material().map(|index| index + materials.len());
                 let mesh = mesh.with_material(material);
                 let there = |p: [f32; 3]| (DVec3::from(p.map(f64::from)) + from).as_vec3().to_array();
-                meshes.push(if from == DVec3::ZERO { mesh } else { mesh.mapped(there, |n| n, false)? });
+                meshes.push(if from == DVec3::ZERO { mesh } else { mesh.mapped(there, |n| n, |t| t, false)? });
             }
             materials.extend(part_materials.into_iter().map(|mut material| {
-                if let Some(used) = &mut material.base_color_texture {
-                    used.texture += textures.len();
-                }
+                material.textures_mut().for_each(|used| used.texture += textures.len());
                 material
             }));
             textures.extend(part_textures);
@@ -112,7 +108,8 @@ fn mapped_mesh(mesh: Mesh, linear: DMat3, normals: DMat3, is_mirror: bool) -> Re
     let vector = |v: [f32; 3]| DVec3::from(v.map(f64::from));
     let position = |p| (linear * vector(p)).as_vec3().to_array();
     let normal = |n| (normals * vector(n)).normalize_or_zero().as_vec3().to_array();
-    mesh.mapped(position, normal, is_mirror)
+    let tangent = |t| (linear * vector(t)).normalize_or_zero().as_vec3().to_array();
+    mesh.mapped(position, normal, tangent, is_mirror)
 }
 
 #[cfg(test)]

@@ -11,6 +11,8 @@ pub struct Material {
     pub base_color: [f32; 4],
     /// A texture that multiplies the base color.
     pub base_color_texture: Option<TextureUse>,
+    /// A texture that tilts the normals to shade with, where the mesh has [tangents](crate::Mesh::tangents).
+    pub normal_map: Option<NormalMap>,
     /// The use of alpha.
     pub alpha: Alpha,
     /// Whether both sides reflect. A surface that is not double-sided still blocks light from both sides.
@@ -51,6 +53,34 @@ pub struct TextureUse {
     pub uv_map: [[f32; 3]; 2],
 }
 
+/// A texture of normals, relative to those of the vertices.
+///
+/// ```text
+///   n = normalize( s (2 t_x - 1) T + s (2 t_y - 1) w (N × T) + (2 t_z - 1) N )
+/// ```
+///
+/// `t` are the texture's numbers from 0 to 1 as they are stored, not decoded as colors, interpolated bilinearly before `n` is
+/// normalized; `N` and `T` are the interpolated normal and tangent of the vertices, `T` made perpendicular to `N`, and `w = ±1`
+/// says to which side the texture's y, against v, runs. That is the normal texture of glTF 2.0.
+///
+/// Tangents are along the u of the mesh. Where [`TextureUse::uv_map`], whose rows begin with `a, b` and `c, d`, turns or mirrors
+/// the picture, its own u is the first column of the inverse of that map:
+///
+/// ```text
+///   T' ∝ σ (d T + c w (N × T)),      w' = σ w,      σ = -1 if a d < b c, else 1
+/// ```
+///
+/// take the places of `T` and `w`, and where `T'` would be zero `T` stays.
+///
+/// A sum of zero, or a tangent of zero, leaves `N`. Texels of 128, 128, 255 stand for (0.004, 0.004, 1): eight bits hold no half.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct NormalMap {
+    /// The texture and its mapping.
+    pub used: TextureUse,
+    /// `s`, the factor of the tilt, finite. Zero leaves `N`.
+    pub scale: f32,
+}
+
 impl TextureUse {
     /// The point of the picture at a mesh's texture coordinates. It is finite if all of these numbers are, however large: products
     /// of two of `f32` are far from the largest of `f64`.
@@ -73,6 +103,7 @@ impl Material {
         name: String::new(),
         base_color: [1.0; 4],
         base_color_texture: None,
+        normal_map: None,
         alpha: Alpha::Opaque,
         double_sided: true,
         metallic: 0.0,
@@ -84,7 +115,7 @@ impl Material {
 
     /// Refuses numbers that are out of their range, in words.
     pub(crate) fn check(&self) -> Result<(), String> {
-        let Self { name, base_color, metallic, roughness, transmission, emissive, base_color_texture, .. } = self;
+        let Self { name, base_color, metallic, roughness, transmission, emissive, .. } = self;
         if base_color.iter().chain([metallic, roughness, transmission]).any(|value| !(0.0..=1.0).contains(value)) {
             return Err(format!(
                 "material `{name}`: expected base color, metallic, roughness and transmission from 0 to 1, found \
@@ -94,14 +125,28 @@ impl Material {
         if !emissive.iter().all(|value| value.is_finite()) {
             return Err(format!("material `{name}`: expected a finite emission, found {emissive:?}"));
         }
-        let Some(TextureUse { uv_set, uv_map, .. }) = base_color_texture else { return Ok(()) };
-        if *uv_set > 1 {
-            return Err(format!("material `{name}`: expected texture coordinates of set 0 or 1, found {uv_set}"));
+        for TextureUse { uv_set, uv_map, .. } in self.textures() {
+            if uv_set > 1 {
+                return Err(format!("material `{name}`: expected texture coordinates of set 0 or 1, found {uv_set}"));
+            }
+            if !uv_map.as_flattened().iter().all(|value| value.is_finite()) {
+                return Err(format!("material `{name}`: expected a finite map of its texture, found {uv_map:?}"));
+            }
         }
-        if !uv_map.as_flattened().iter().all(|value| value.is_finite()) {
-            return Err(format!("material `{name}`: expected a finite map of its texture, found {uv_map:?}"));
+        match self.normal_map.map(|map| map.scale).filter(|scale| !scale.is_finite()) {
+            Some(scale) => Err(format!("material `{name}`: expected a finite scale of its normal map, found {scale}")),
+            None => Ok(()),
         }
-        Ok(())
+    }
+
+    /// The textures of the material.
+    pub(crate) fn textures(&self) -> impl Iterator<Item = TextureUse> {
+        self.base_color_texture.into_iter().chain(self.normal_map.map(|map| map.used))
+    }
+
+    /// The same, to be changed.
+    pub(crate) fn textures_mut(&mut self) -> impl Iterator<Item = &mut TextureUse> {
+        self.base_color_texture.iter_mut().chain(self.normal_map.iter_mut().map(|map| &mut map.used))
     }
 
     /// Whether rays may pass surfaces of this material.

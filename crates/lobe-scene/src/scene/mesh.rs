@@ -3,6 +3,7 @@
 use glam::{DVec3, Vec3};
 
 use crate::SceneError;
+use crate::scene::tangents::corner_tangents;
 use crate::scene::vertex_normals::angle_weighted_normals;
 
 /// The parts of a [`Mesh`]. Empty vectors stand for missing attributes.
@@ -16,6 +17,9 @@ pub struct MeshParts {
     pub triangles: Vec<[u32; 3]>,
     /// Directions of any length, one for each position. Computed from the triangles where missing or zero.
     pub normals: Vec<[f32; 3]>,
+    /// For each triangle the tangents at its corners, for a [`NormalMap`](crate::NormalMap): the direction of u along the surface,
+    /// of any length, and in the fourth number the sign `w`. [`Mesh::with_tangents`] computes them.
+    pub tangents: Vec<[[f32; 4]; 3]>,
     /// Two sets of texture coordinates, one pair for each position; (0, 0) is the top left corner of a texture.
     pub uvs: [Vec<[f32; 2]>; 2],
     /// Linear color and alpha for each position, factors of the material's base color.
@@ -50,11 +54,12 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// Checks the parts, drops triangles without area, computes missing normals and normalizes the others.
+    /// Checks the parts, drops triangles without area, computes missing normals and normalizes the others. Tangents become
+    /// unit vectors perpendicular to the normals, or zero where they have no such part, and their `w` becomes 1 or -1.
     ///
     /// # Errors
     /// [`SceneError::Invalid`] if a number is not finite, an index out of range, an attribute not as long as the
-    /// positions, or no triangle has an area.
+    /// positions, the tangents not as many as the triangles, or no triangle has an area.
     pub fn new(parts: MeshParts) -> Result<Self, SceneError> {
         Self::keeping(parts, |_| false)
     }
@@ -67,7 +72,12 @@ impl Mesh {
         }
         let before = parts.triangles.len();
         let positions = &parts.positions;
-        parts.triangles.retain(|&t| double_area(t.map(|i| positions[i as usize])) > 0.0 || is_kept(t));
+        let stays = |t: [u32; 3]| double_area(t.map(|i| positions[i as usize])) > 0.0 || is_kept(t);
+        if !parts.tangents.is_empty() {
+            let mut triangles = parts.triangles.iter();
+            parts.tangents.retain(|_| triangles.next().is_some_and(|&t| stays(t)));
+        }
+        parts.triangles.retain(|&t| stays(t));
         let dropped = before - parts.triangles.len();
         if parts.triangles.is_empty() {
             let message = match before {
@@ -77,6 +87,7 @@ impl Mesh {
             return Err(SceneError::Invalid { place: place_of(&parts), message });
         }
         let made_normals = complete_normals(&mut parts);
+        complete_tangents(&mut parts);
         Ok(Self { parts, dropped, made_normals })
     }
 
@@ -96,6 +107,13 @@ impl Mesh {
     #[must_use]
     pub fn normals(&self) -> &[[f32; 3]] {
         &self.parts.normals
+    }
+
+    /// For each triangle the tangents at its corners, `[x, y, z, w]`: unit vectors along u, perpendicular to the normals, or zero, and
+    /// the sign of `w (N × T)`, which runs against v. Empty where the mesh has none.
+    #[must_use]
+    pub fn tangents(&self) -> &[[[f32; 4]; 3]] {
+        &self.parts.tangents
     }
 
     /// Three indices for each triangle.
@@ -173,42 +191,80 @@ impl Mesh {
         self
     }
 
+    /// The same mesh with tangents computed from texture coordinates of this set, as MikkTSpace does [Mikkelsen 2008], which glTF
+    /// asks for; without such coordinates with none.
+    ///
+    /// ```text
+    ///   T_v ∝ Σ_t α_t normalize(T_t - N (N·T_t))      T_t = ∂p/∂u of triangle t, α_t = its angle at vertex v in the plane of N
+    ///   w = -sign of the triangle's area in (u, v)
+    /// ```
+    ///
+    /// The sum goes over triangles of the same `w` around all vertices of one position, normal and place in the texture. v runs
+    /// downwards, hence the sign. A triangle without area in the texture adds nothing and takes what its vertices have, the sum of
+    /// `w = 1` first; where that is zero, it keeps its normals.
+    ///
+    /// The test `tangents_are_those_of_mikktspace` compares them. Three things differ. MikkTSpace groups triangles by their edges, too:
+    /// those that meet in a vertex but in no edge are apart there. There, a triangle without area in the texture is of the side of a
+    /// neighbor. And the mesh is taken as it stands, in the world if it was read from a file: there a node that stretches or shears it
+    /// has been at work before.
+    ///
+    /// # Panics
+    /// If `set` is above 1.
+    #[must_use]
+    pub fn with_tangents(mut self, set: usize) -> Self {
+        let MeshParts { positions, normals, uvs, triangles, .. } = &self.parts;
+        self.parts.tangents = match &uvs[set][..] {
+            [] => Vec::new(),
+            uvs => corner_tangents(positions, normals, uvs, triangles),
+        };
+        self
+    }
+
+    /// The same mesh without tangents.
+    pub(crate) fn without_tangents(mut self) -> Self {
+        self.parts.tangents = Vec::new();
+        self
+    }
+
     /// The same mesh, of another material.
     pub(crate) fn with_material(mut self, material: Option<usize>) -> Self {
         self.parts.material = material;
         self
     }
 
-    /// The same mesh under maps of points and of normals: all triangles stay, those that have lost their area in a pose too.
-    /// Triangles that are `flipped` run around the other way.
+    /// The same mesh under maps of points, of normals and of tangents: all triangles stay, those that have lost their area in a pose
+    /// too. Triangles that are `flipped`, by a mirror, run around the other way.
     pub(crate) fn mapped(
         self,
         position: impl Fn([f32; 3]) -> [f32; 3],
         normal: impl Fn([f32; 3]) -> [f32; 3],
+        tangent: impl Fn([f32; 3]) -> [f32; 3],
         flipped: bool,
     ) -> Result<Self, SceneError> {
         let mut parts = self.parts;
         parts.positions.iter_mut().for_each(|p| *p = position(*p));
         parts.normals.iter_mut().for_each(|n| *n = normal(*n));
+        parts.map_tangents(tangent);
         if flipped {
-            parts.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+            parts.flip();
         }
         if let Err(message) = check_numbers(&parts) {
             return Err(SceneError::invalid(&place_of(&parts), message));
         }
         complete_normals(&mut parts);
+        complete_tangents(&mut parts);
         Ok(Self { parts, ..self })
     }
 
     /// The same vertices and triangles, elsewhere: all triangles stay, those that lose their area too. Empty normals stand
-    /// for missing ones. Triangles that are `flipped` run around the other way.
+    /// for missing ones. Triangles that are `flipped` run around the other way. What moves has no tangents.
     pub(crate) fn posed(
         &self,
         positions: Vec<[f32; 3]>,
         normals: Vec<[f32; 3]>,
         flipped: bool,
     ) -> Result<Self, SceneError> {
-        let mut parts = MeshParts { positions, normals, ..self.parts.clone() };
+        let mut parts = MeshParts { positions, normals, tangents: Vec::new(), ..self.parts.clone() };
         if flipped {
             parts.triangles.iter_mut().for_each(|t| t.swap(1, 2));
         }
@@ -223,6 +279,24 @@ impl Mesh {
     #[must_use]
     pub fn into_parts(self) -> MeshParts {
         self.parts
+    }
+}
+
+impl MeshParts {
+    /// Replaces the directions of all tangents.
+    pub(crate) fn map_tangents(&mut self, tangent: impl Fn([f32; 3]) -> [f32; 3]) {
+        for [x, y, z, _] in self.tangents.as_flattened_mut() {
+            [*x, *y, *z] = tangent([*x, *y, *z]);
+        }
+    }
+
+    /// Lets all triangles run around the other way, as in a mirror, which also turns the signs of tangents around.
+    pub(crate) fn flip(&mut self) {
+        self.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        for corners in &mut self.tangents {
+            corners.swap(1, 2);
+            corners.iter_mut().for_each(|[.., w]| *w = -*w);
+        }
     }
 }
 
@@ -243,6 +317,7 @@ fn check(parts: &MeshParts) -> Result<(), String> {
     check_attribute("texture coordinates of set 0", &parts.uvs[0], count)?;
     check_attribute("texture coordinates of set 1", &parts.uvs[1], count)?;
     check_attribute("colors", &parts.colors, count)?;
+    check_tangents(parts)?;
     if let Some(i) = parts.colors.iter().position(|color| color.iter().any(|c| !(0.0..=1.0).contains(c))) {
         return Err(format!("expected colors from 0 to 1, found {:?} at vertex {i}", parts.colors[i]));
     }
@@ -263,6 +338,17 @@ fn check_numbers(parts: &MeshParts) -> Result<(), String> {
         return Err(format!("expected coordinates of at most {LARGEST_COORDINATE:e}, found {p:?} at vertex {i}"));
     }
     check_attribute("normals", &parts.normals, count)
+}
+
+fn check_tangents(parts: &MeshParts) -> Result<(), String> {
+    let (count, found) = (parts.triangles.len(), parts.tangents.len());
+    if found != 0 && found != count {
+        return Err(format!("expected tangents at the corners of {count} triangles, found those of {found}"));
+    }
+    match parts.tangents.iter().position(|corners| !corners.as_flattened().iter().all(|c| c.is_finite())) {
+        None => Ok(()),
+        Some(t) => Err(format!("expected finite tangents, found {:?} at triangle {t}", parts.tangents[t])),
+    }
 }
 
 fn check_attribute<const N: usize>(what: &str, values: &[[f32; N]], count: usize) -> Result<(), String> {
@@ -293,6 +379,19 @@ fn complete_normals(parts: &mut MeshParts) -> usize {
     let complete = given.iter().enumerate().map(|(i, n)| n.map_or_else(|| made[i], |n| n.as_vec3().to_array()));
     parts.normals = complete.collect();
     missing
+}
+
+/// Makes tangents unit vectors perpendicular to the normals, or zero.
+fn complete_tangents(parts: &mut MeshParts) {
+    let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
+    for (triangle, corners) in parts.triangles.iter().zip(&mut parts.tangents) {
+        for (&i, tangent) in triangle.iter().zip(corners) {
+            let [x, y, z, w] = *tangent;
+            let (t, n) = (wide([x, y, z]), wide(parts.normals[i as usize]));
+            let [x, y, z] = (t - n * n.dot(t)).normalize_or_zero().as_vec3().to_array();
+            *tangent = [x, y, z, if w < 0.0 { -1.0 } else { 1.0 }];
+        }
+    }
 }
 
 #[cfg(test)]
@@ -347,6 +446,23 @@ mod tests {
     }
 
     #[test]
+    fn tangents_are_made_perpendicular_to_the_normals_and_go_with_their_triangles() {
+        let mut parts = quad();
+        // The second triangle has no area; of the first, one tangent is along the normal.
+        parts.triangles.insert(1, [0, 0, 1]);
+        let [first, dropped, last] = [[0.0, 3.0, 4.0, -2.0], [7.0; 4], [5.0, 0.0, 0.0, 1.0]];
+        parts.tangents = vec![[first, first, [0.0, 0.0, 1.0, 0.0]], [dropped; 3], [last; 3]];
+        let mesh = Mesh::new(parts).unwrap();
+        let y = [0.0, 1.0, 0.0, -1.0];
+        assert_eq!(mesh.tangents(), [[y, y, [0.0, 0.0, 0.0, 1.0]], [[1.0, 0.0, 0.0, 1.0]; 3]], "tangents");
+        let mirrored = mesh.mapped(|[x, y, z]| [-x, y, z], |n| n, |[x, y, z]| [-x, y, z], true).unwrap();
+        assert_eq!(mirrored.triangles()[0], [0, 2, 1], "corners of the mirrored mesh");
+        let y = [0.0, 1.0, 0.0, 1.0];
+        assert_eq!(mirrored.tangents()[0], [y, [0.0, 0.0, 0.0, -1.0], y], "with their tangents");
+        assert_eq!(mirrored.tangents()[1], [[-1.0, 0.0, 0.0, -1.0]; 3], "the other way");
+    }
+
+    #[test]
     fn what_cannot_be_a_mesh_is_refused_in_one_line() {
         let cases = [
             (refusal(|p| p.triangles[1][2] = 4), "mesh `quad`: triangle 1 uses vertex 4, but there are 4 vertices"),
@@ -363,6 +479,10 @@ mod tests {
             (
                 refusal(|p| p.uvs[1] = vec![[f32::INFINITY, 0.0]; 4]),
                 "mesh `quad`: expected finite texture coordinates of set 1, found [inf, 0.0] at vertex 0",
+            ),
+            (
+                refusal(|p| p.tangents = vec![[[1.0; 4]; 3]]),
+                "mesh `quad`: expected tangents at the corners of 2 triangles, found those of 1",
             ),
         ];
         for (found, expected) in cases {

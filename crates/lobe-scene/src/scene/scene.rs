@@ -40,7 +40,9 @@ pub struct Surface {
     pub position: [f32; 3],
     /// The unit normal of the triangle's plane, on the side from which its corners run counter-clockwise.
     pub geometric_normal: [f32; 3],
-    /// The unit shading normal, interpolated from the vertices.
+    /// The unit normal interpolated from the vertices.
+    pub vertex_normal: [f32; 3],
+    /// The unit shading normal: that of the vertices, tilted by the [`NormalMap`](crate::NormalMap) of the material if there is one.
     pub shading_normal: [f32; 3],
     /// Linear color and alpha: base color, texture and vertex color multiplied, of glass that lets light through the part
     /// that is reflected.
@@ -56,8 +58,8 @@ impl Scene {
     ///
     /// # Errors
     /// [`SceneError::Invalid`] without any mesh, with more than 2³² - 1 triangles, if an index is out of range, if a base
-    /// color, metallic, roughness or transmission is not from 0 to 1, or if an emission or a map of a texture is not
-    /// finite.
+    /// color, metallic, roughness or transmission is not from 0 to 1, or if an emission, a map of a texture or the scale of a
+    /// normal map is not finite.
     pub fn new(meshes: Vec<Mesh>, materials: Vec<Material>, textures: Vec<Texture>) -> Result<Self, SceneError> {
         let invalid = |message: String| Err(SceneError::invalid("scene", message));
         if meshes.is_empty() {
@@ -70,7 +72,7 @@ impl Scene {
             }
         }
         for material in &materials {
-            if let Some(used) = material.base_color_texture.filter(|used| used.texture >= textures.len()) {
+            if let Some(used) = material.textures().find(|used| used.texture >= textures.len()) {
                 let (name, index, count) = (&material.name, used.texture, textures.len());
                 return invalid(format!("material `{name}` uses texture {index}, but there are {count}"));
             }
@@ -105,6 +107,14 @@ impl Scene {
     #[must_use]
     pub fn textures(&self) -> &[Texture] {
         &self.textures
+    }
+
+    /// The same scene without [`NormalMap`](crate::NormalMap)s and tangents. Its textures keep their places.
+    #[must_use]
+    pub fn without_normal_maps(mut self) -> Self {
+        self.meshes = self.meshes.into_iter().map(Mesh::without_tangents).collect();
+        self.materials.iter_mut().for_each(|material| material.normal_map = None);
+        self
     }
 
     /// The point of the world from which positions of this scene count; zero unless it is far from there.
@@ -237,10 +247,12 @@ impl Scene {
         let [a, b, c] = indices.map(|i| Vec3::from(mesh.positions()[i]).as_dvec3());
         let position = blend(mesh.positions(), indices, weights);
         let geometric = (b - a).cross(c - a).normalize_or(DVec3::Z);
-        let shading = DVec3::from(blend(mesh.normals(), indices, weights).map(f64::from)).normalize_or(geometric);
+        let of_vertices = DVec3::from(blend(mesh.normals(), indices, weights).map(f64::from)).normalize_or(geometric);
+        let shading = self.mapped_normal(mesh_index, triangle, weights, of_vertices);
         Surface {
             position,
             geometric_normal: geometric.as_vec3().to_array(),
+            vertex_normal: of_vertices.as_vec3().to_array(),
             shading_normal: shading.as_vec3().to_array(),
             base_color: self.material(mesh_index).reflected(self.color_at(hit)),
             mesh: mesh_index,
@@ -305,13 +317,20 @@ impl Scene {
         self
     }
 
-    /// Whether no base color, texture or vertex color has a hue, so that light stays gray.
+    /// Whether no base color, its texture or vertex color has a hue, so that light stays gray.
     #[must_use]
     pub fn is_gray(&self) -> bool {
         let is_gray = |&[r, g, b, _]: &[f32; 4]| r == g && g == b;
         self.materials.iter().all(|material| is_gray(&material.base_color))
-            && self.textures.iter().all(Texture::is_gray)
+            && self.color_textures().all(Texture::is_gray)
             && self.meshes.iter().all(|mesh| mesh.colors().iter().all(is_gray))
+    }
+
+    /// The textures of base colors.
+    fn color_textures(&self) -> impl Iterator<Item = &Texture> {
+        let mut is_color = vec![false; self.textures.len()];
+        self.materials.iter().filter_map(|m| m.base_color_texture).for_each(|used| is_color[used.texture] = true);
+        self.textures.iter().zip(is_color).filter_map(|(texture, is_color)| is_color.then_some(texture))
     }
 
     fn base_color(&self, material: &Material, uvs: [Option<[f32; 2]>; 2], color: Option<[f32; 4]>) -> [f32; 4] {
@@ -358,7 +377,7 @@ fn number_of(ray: &Ray, triangle: u32) -> f32 {
 }
 
 /// Barycentric interpolation, in `f64` until the end.
-fn blend<const N: usize>(values: &[[f32; N]], indices: [usize; 3], weights: [f32; 3]) -> [f32; N] {
+pub(crate) fn blend<const N: usize>(values: &[[f32; N]], indices: [usize; 3], weights: [f32; 3]) -> [f32; N] {
     std::array::from_fn(|k| {
         (0..3).map(|i| f64::from(values[indices[i]][k]) * f64::from(weights[i])).sum::<f64>() as f32
     })
@@ -447,7 +466,8 @@ mod tests {
         let scene = |base: f32, vertex: f32, texel: u8| {
             let parts = MeshParts { colors: vec![[1.0, 1.0, vertex, 0.5]; 3], ..triangle("a", Some(0)) };
             let texture = Texture::new(1, 1, vec![[255, texel, 255, 7]], [Wrap::Repeat; 2]);
-            let material = Material { base_color: [base, 1.0, 1.0, 0.0], ..Material::WHITE };
+            let base_color_texture = Some(TextureUse { texture: 0, uv_set: 0, uv_map: TextureUse::UV_UNCHANGED });
+            let material = Material { base_color: [base, 1.0, 1.0, 0.0], base_color_texture, ..Material::WHITE };
             Scene::new(vec![Mesh::new(parts).unwrap()], vec![material], vec![texture]).unwrap()
         };
         assert!(scene(1.0, 1.0, 255).is_gray(), "alpha is no hue");

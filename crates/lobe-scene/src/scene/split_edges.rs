@@ -117,13 +117,15 @@ fn split(
     let mut halved = Vec::new();
     let mut middles: HashMap<(u32, u32), u32> = HashMap::new();
     let mut finished = Vec::with_capacity(parts.triangles.len());
+    let tangents = std::mem::take(&mut parts.tangents);
     let mut open = Vec::new();
-    for triangle in std::mem::take(&mut parts.triangles) {
-        open.push(triangle);
-        while let Some(t) = open.pop() {
+    for (number, triangle) in std::mem::take(&mut parts.triangles).into_iter().enumerate() {
+        open.push((triangle, tangents.get(number).copied()));
+        while let Some((t, along)) = open.pop() {
             let Some(k) = longest_edge(&parts.positions, t, is_to_be_split) else {
                 *budget = budget.checked_sub(1)?;
                 finished.push(t);
+                parts.tangents.extend(along);
                 continue;
             };
             let (a, b, c) = (t[k], t[(k + 1) % 3], t[(k + 2) % 3]);
@@ -134,13 +136,23 @@ fn split(
             if [a, b].iter().any(|&i| parts.positions[i as usize] == parts.positions[middle as usize]) {
                 // Neighbors in f32: there is nothing between them.
                 finished.push(t);
+                parts.tangents.extend(along);
                 continue;
             }
-            open.extend([[a, middle, c], [middle, b, c]]);
+            let [first, second] = halved_tangents(along, k);
+            open.extend([([a, middle, c], first), ([middle, b, c], second)]);
         }
     }
     parts.triangles = finished;
     Some((parts, halved))
+}
+
+/// The tangents at the corners of both halves of a triangle whose edge from corner `k` was halved, if it has any.
+fn halved_tangents(tangents: Option<[[f32; 4]; 3]>, k: usize) -> [Option<[[f32; 4]; 3]>; 2] {
+    let Some(all) = tangents else { return [None; 2] };
+    let [a, b, c] = [0, 1, 2].map(|i| all[(k + i) % 3]);
+    let middle = std::array::from_fn(|i| 0.5 * (a[i] + b[i]));
+    [Some([a, middle, c]), Some([middle, b, c])]
 }
 
 /// The edge of a triangle to split first: the longest of those to be split.

@@ -14,7 +14,7 @@ pub enum Wrap {
     Clamp,
 }
 
-/// A picture of eight bits a channel: sRGB color and linear alpha. Row 0 is at the top.
+/// A picture of eight bits a channel: sRGB color and linear alpha, or the parts of normals. Row 0 is at the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
     width: usize,
@@ -90,18 +90,26 @@ impl Texture {
 
     /// Linear color and alpha at a point, (0, 0) being the top left corner; interpolated bilinearly in linear light.
     #[must_use]
-    pub fn sample(&self, [u, v]: [f64; 2]) -> [f32; 4] {
-        let (x0, x1, fx) = neighbors(u, self.width, self.wrap[0]);
-        let (y0, y1, fy) = neighbors(v, self.height, self.wrap[1]);
-        let (a, b) = (self.linear(x0, y0), self.linear(x1, y0));
-        let (c, d) = (self.linear(x0, y1), self.linear(x1, y1));
-        let mix = |a: f32, b: f32, f: f32| a + (b - a) * f;
-        std::array::from_fn(|k| mix(mix(a[k], b[k], fx), mix(c[k], d[k], fx), fy))
+    pub fn sample(&self, at: [f64; 2]) -> [f32; 4] {
+        self.bilinear(at, |[r, g, b, a]| {
+            [linear_from_srgb8(r), linear_from_srgb8(g), linear_from_srgb8(b), f32::from(a) / 255.0]
+        })
     }
 
-    fn linear(&self, x: usize, y: usize) -> [f32; 4] {
-        let [r, g, b, a] = self.texels[y * self.width + x];
-        [linear_from_srgb8(r), linear_from_srgb8(g), linear_from_srgb8(b), f32::from(a) / 255.0]
+    /// The numbers at a point as they are stored, as parts of 255, interpolated bilinearly: those of a picture that holds no
+    /// color, such as a [normal map](crate::NormalMap).
+    #[must_use]
+    pub(crate) fn sample_stored(&self, at: [f64; 2]) -> [f32; 4] {
+        self.bilinear(at, |texel| texel.map(|c| f32::from(c) / 255.0))
+    }
+
+    fn bilinear(&self, [u, v]: [f64; 2], numbers: impl Fn([u8; 4]) -> [f32; 4]) -> [f32; 4] {
+        let (x0, x1, fx) = neighbors(u, self.width, self.wrap[0]);
+        let (y0, y1, fy) = neighbors(v, self.height, self.wrap[1]);
+        let at = |x: usize, y: usize| numbers(self.texels[y * self.width + x]);
+        let (a, b, c, d) = (at(x0, y0), at(x1, y0), at(x0, y1), at(x1, y1));
+        let mix = |a: f32, b: f32, f: f32| a + (b - a) * f;
+        std::array::from_fn(|k| mix(mix(a[k], b[k], fx), mix(c[k], d[k], fx), fy))
     }
 }
 
@@ -160,6 +168,14 @@ mod tests {
         assert_eq!(texture.sample([0.25, 0.5]), [0.0, 0.0, 0.0, 1.0], "left center");
         assert_eq!(texture.sample([0.75, 0.5]), [1.0, 1.0, 1.0, 0.0], "right center");
         assert_eq!(texture.sample([0.5, 0.5]), [0.5, 0.5, 0.5, 0.5], "halfway");
+    }
+
+    #[test]
+    fn stored_numbers_are_linear_between_texels_whatever_their_code() {
+        let texture = Texture::new(2, 1, vec![[0, 51, 255, 255], [255, 102, 0, 255]], [Wrap::Repeat; 2]);
+        assert_eq!(texture.sample_stored([0.25, 0.5]), [0.0, 0.2, 1.0, 1.0], "left center");
+        let [x, y, z, _] = texture.sample_stored([0.375, 0.5]);
+        assert!((x - 0.25).abs() + (y - 0.25).abs() + (z - 0.75).abs() < 1e-6, "a quarter on: {x}, {y}, {z}");
     }
 
     #[test]

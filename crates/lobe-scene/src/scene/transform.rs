@@ -41,10 +41,10 @@ impl Local {
     }
 }
 
-/// An affine map of points, with the map of normals that belongs to it.
+/// An affine map of points, with the maps of normals and tangents that belong to it.
 ///
 /// ```text
-///   p' = M p + t,      n' = ± cof(M) n / |cof(M) n|
+///   p' = M p + t,      n' = ± cof(M) n / |cof(M) n|,      T' = M T / |M T|
 /// ```
 ///
 /// The cofactors are the inverse transpose times the determinant, and exist where the inverse does not; the sign is the
@@ -67,6 +67,11 @@ impl Affine {
 
     pub(crate) fn point(&self, p: DVec3) -> DVec3 {
         self.matrix.transform_point3(p)
+    }
+
+    /// The unit vector along a tangent of the surface; zero where it has no direction.
+    pub(crate) fn tangent(&self, t: DVec3) -> DVec3 {
+        self.matrix.transform_vector3(t).normalize_or_zero()
     }
 
     /// The unit normal; zero where it has no direction.

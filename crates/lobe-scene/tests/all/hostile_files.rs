@@ -3,8 +3,8 @@
 use std::fs;
 
 use lobe_scene::{
-    GltfReader, Material, Mesh, MeshParts, MissingNormals, Scene, SceneError, SceneReadOption, SceneReadOptions,
-    TextureUse, read_scene, read_scene_bytes,
+    GltfReader, Material, Mesh, MeshParts, MissingNormals, NormalMap, Scene, SceneError, SceneReadOption,
+    SceneReadOptions, TextureUse, read_scene, read_scene_bytes,
 };
 use serde_json::{Value, json};
 
@@ -127,11 +127,14 @@ fn vertices_added_to_make_triangles_flat_count_against_the_limit() {
 
 #[test]
 fn of_many_notes_the_first_are_kept_and_the_others_counted() {
-    let materials: Vec<_> = (0..150).map(|k| json!({"name": format!("m{k}"), "normalTexture": {"index": 0}})).collect();
+    let shiny =
+        |k: i32| json!({"name": format!("m{k}"), "pbrMetallicRoughness": {"metallicRoughnessTexture": {"index": 0}}});
+    let materials: Vec<_> = (0..150).map(shiny).collect();
     let file = Gltf::square().with("/materials", json!(materials));
     let (_, report) = read_scene_bytes(&file.glb(), "a.glb", &SceneReadOptions::default()).unwrap();
     assert_eq!(report.notes.len(), 101, "{:?}", report.notes);
-    assert_eq!(report.notes[99], "material `m99` has a normal texture, which is not used", "the last that is kept");
+    let expected = "material `m99` has a metallic-roughness texture; only its factors are used";
+    assert_eq!(report.notes[99], expected, "the last that is kept");
     assert_eq!(report.notes[100], "and 50 more notes", "the rest");
 }
 
@@ -174,12 +177,16 @@ fn materials_named_many_times_are_read_once() {
 fn scenes_of_materials_out_of_range_are_refused() {
     let used = TextureUse { texture: 0, uv_set: 0, uv_map: TextureUse::UV_UNCHANGED };
     let texture = |used| Material { base_color_texture: Some(used), ..Material::WHITE };
+    let normals = |used, scale| Material { normal_map: Some(NormalMap { used, scale }), ..Material::WHITE };
     for (material, expected) in [
         (Material { transmission: 5.0, ..Material::WHITE }, "transmission from 0 to 1, found"),
         (Material { roughness: f32::NAN, ..Material::WHITE }, "transmission from 0 to 1, found"),
         (Material { emissive: [f32::NAN, 0.0, 0.0], ..Material::WHITE }, "expected a finite emission"),
         (texture(TextureUse { uv_set: 2, ..used }), "expected texture coordinates of set 0 or 1, found 2"),
         (texture(TextureUse { uv_map: [[f32::INFINITY; 3]; 2], ..used }), "expected a finite map of its texture"),
+        (normals(TextureUse { uv_set: 2, ..used }, 1.0), "expected texture coordinates of set 0 or 1, found 2"),
+        (normals(TextureUse { texture: 1, ..used }, 1.0), "uses texture 1, but there are 1"),
+        (normals(used, f32::NAN), "expected a finite scale of its normal map, found NaN"),
     ] {
         let parts = MeshParts {
             positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],

@@ -11,6 +11,7 @@ mod motion_built_in;
 mod motion_faults;
 mod motion_shapes;
 mod motion_skins;
+mod normal_maps;
 mod obj_normals;
 mod other_encoders;
 mod outside;

@@ -1,8 +1,8 @@
 //! Scenes written as glTF and read again.
 
 use lobe_scene::{
-    Alpha, GltfDocument, Material, Mesh, MeshParts, Scene, SceneReadOptions, Texture, TextureUse, Wrap, built_in,
-    read_scene_bytes,
+    Alpha, GltfDocument, Material, Mesh, MeshParts, NormalMap, Scene, SceneReadOptions, Texture, TextureUse, Wrap,
+    built_in, read_scene_bytes,
 };
 use serde_json::json;
 
@@ -25,6 +25,7 @@ fn every_member_of_a_material_comes_back() {
             name: "everything".to_owned(),
             base_color: [0.25, 0.5, 0.75, 0.5],
             base_color_texture: Some(TextureUse { texture: 0, uv_set: 1, uv_map }),
+            normal_map: Some(NormalMap { used: TextureUse { texture: 0, uv_set: 1, uv_map }, scale: 0.5 }),
             alpha: Alpha::Mask(0.25),
             double_sided: false,
             metallic: 0.25,

@@ -81,7 +81,7 @@ impl<'a> Accessors<'a> {
     }
 
     /// Whether an attribute, or the values of an animation, may be whole numbers: fractions of their largest value, or with
-    /// `KHR_mesh_quantization` positions, normals and texture coordinates as they are. Vertex weights and colors that are not
+    /// `KHR_mesh_quantization` positions, normals, tangents and texture coordinates as they are. Vertex weights and colors that are not
     /// said to be fractions are taken as they are too: weights are divided by their sum, colors clamped.
     fn may_be_whole(&self, what: &str, is_normalized: bool) -> bool {
         let is_one_of = |names: &[&str]| names.iter().any(|name| what.starts_with(name));
@@ -89,7 +89,7 @@ impl<'a> Accessors<'a> {
         match what {
             "ROTATION" | "WEIGHTS" => is_normalized,
             _ if is_one_of(&["TEXCOORD", "COLOR", "WEIGHTS_", "_CLUSTER", "_WEIGHTS"]) => true,
-            _ => is_one_of(&["POSITION", "NORMAL"]) && is_quantized(),
+            _ => is_one_of(&["POSITION", "NORMAL", "TANGENT"]) && is_quantized(),
         }
     }
 

@@ -14,7 +14,8 @@ impl GltfDocument {
     /// The scene as glTF: a node and a mesh of one primitive for each of its meshes, in their order, y up.
     ///
     /// Read again, it has the same triangles, vertices, colors, materials and textures at the same place: an origin of
-    /// the scene that `f32` cannot hold is split between two nodes, for programs that read `f32`. Base colors and emission
+    /// the scene that `f32` cannot hold is split between two nodes, for programs that read `f32`. The tangents of a
+    /// mesh are left out, so that readers compute them, if they differ between triangles at a vertex or a corner has none. Base colors and emission
     /// outside the range of glTF, 0 to 1, are clamped. Anything else in the file of the scene is lost.
     #[must_use]
     pub fn of_scene(scene: &Scene) -> Self {
@@ -68,6 +69,9 @@ impl GltfDocument {
         self.json["accessors"][accessor]["max"] = json!(extreme(f32::max));
         attributes.insert("POSITION".to_string(), json!(accessor));
         attributes.insert("NORMAL".to_string(), json!(self.push_vectors("VEC3", &y_up(mesh.normals()))));
+        if let Some(tangents) = vertex_tangents(mesh) {
+            attributes.insert("TANGENT".to_string(), json!(self.push_vectors("VEC4", &tangents)));
+        }
         for set in 0..2 {
             if !mesh.uvs(set).is_empty() {
                 attributes.insert(format!("TEXCOORD_{set}"), json!(self.push_vectors("VEC2", mesh.uvs(set))));
@@ -118,6 +122,10 @@ impl GltfDocument {
             "doubleSided": material.double_sided,
             "emissiveFactor": material.emissive.map(clamped),
         });
+        if let Some(map) = material.normal_map {
+            json["normalTexture"] = self.texture_info(map.used);
+            json["normalTexture"]["scale"] = json!(map.scale);
+        }
         match material.alpha {
             Alpha::Opaque => {}
             Alpha::Mask(cutoff) => {
@@ -159,6 +167,24 @@ impl GltfDocument {
             push(&mut self.json, "extensionsUsed", json!(name));
         }
     }
+}
+
+/// The tangent of each vertex, y up; none if triangles at a vertex have several, or one has none.
+fn vertex_tangents(mesh: &Mesh) -> Option<Vec<[f32; 4]>> {
+    let mut found = vec![None; mesh.positions().len()];
+    for (&i, tangent) in mesh.triangles().as_flattened().iter().zip(mesh.tangents().as_flattened()) {
+        let is_other = *found[i as usize].get_or_insert(*tangent) != *tangent;
+        if is_other || tangent[..3] == [0.0; 3] {
+            return None;
+        }
+    }
+    let y_up = |tangent: Option<[f32; 4]>| {
+        // A vertex that no triangle has may have any.
+        let [x, y, z, w] = tangent.unwrap_or([1.0, 0.0, 0.0, 1.0]);
+        let [x, y, z] = y_up_from_z_up([x, y, z]);
+        [x, y, z, w]
+    };
+    (!mesh.tangents().is_empty()).then(|| found.into_iter().map(y_up).collect())
 }
 
 fn wrap_mode(wrap: Wrap) -> u32 {

@@ -5,18 +5,20 @@ use std::collections::HashMap;
 use gltf_json::material::AlphaMode;
 use gltf_json::texture::{Info, MagFilter, WrappingMode};
 use gltf_json::validation::Checked;
+use serde::Deserialize as _;
 
 use crate::files::gltf::accessor::view_bytes;
 use crate::files::gltf::files::GltfFile;
 use crate::files::gltf::uri::read_uri;
 use crate::files::picture::decode;
 use crate::files::source::Source;
-use crate::{Alpha, Material, SceneError, Texture, TextureUse, Wrap};
+use crate::{Alpha, Material, NormalMap, SceneError, Texture, TextureUse, Wrap};
 
-/// Reads all materials of the file, and the textures of the base colors of those that are used.
+/// Reads all materials of the file, and of those that are used the textures of base colors and, if they are wanted, of normals.
 pub(crate) fn read(
     file: &GltfFile,
     is_used: &[bool],
+    reads_normal_maps: bool,
     source: &mut Source<'_>,
 ) -> Result<(Vec<Material>, Vec<Texture>), SceneError> {
     let mut materials = Vec::new();
@@ -34,6 +36,12 @@ pub(crate) fn read(
             Some(info) if is_used[index] => Some(textures.use_of(info, &name, source)?),
             _ => None,
         };
+        let normal_map = match &material.normal_texture {
+            Some(found) if is_used[index] && reads_normal_maps => {
+                Some(textures.normal_map(index, found.scale, &name, source)?)
+            }
+            _ => None,
+        };
         let alpha = match material.alpha_mode {
             Checked::Valid(AlphaMode::Opaque) => Alpha::Opaque,
             Checked::Valid(AlphaMode::Mask) => Alpha::Mask(material.alpha_cutoff.map_or(0.5, |cutoff| cutoff.0)),
@@ -42,10 +50,14 @@ pub(crate) fn read(
                 return Err(source.invalid(format!("material `{name}` has an alpha mode that glTF does not know")));
             }
         };
+        if material.normal_texture.is_some() && !reads_normal_maps {
+            source.note(format!("material `{name}` has a normal texture, which is not used"));
+        }
         note_unused(material, &name, source);
         materials.push(Material {
             base_color,
             base_color_texture,
+            normal_map,
             alpha,
             double_sided: material.double_sided,
             metallic,
@@ -74,9 +86,6 @@ fn note_unused(material: &gltf_json::Material, name: &str, source: &mut Source<'
             source.note(format!("material `{name}` has a transmission texture; only its factor is used"));
         }
     }
-    if material.normal_texture.is_some() {
-        source.note(format!("material `{name}` has a normal texture, which is not used"));
-    }
     if material.pbr_metallic_roughness.metallic_roughness_texture.is_some() {
         source.note(format!("material `{name}` has a metallic-roughness texture; only its factors are used"));
     }
@@ -91,6 +100,21 @@ struct Textures<'a> {
 }
 
 impl Textures<'_> {
+    /// The normal map of the material of this index.
+    fn normal_map(
+        &mut self,
+        index: usize,
+        scale: f32,
+        material: &str,
+        source: &mut Source<'_>,
+    ) -> Result<NormalMap, SceneError> {
+        // But for its scale it is as any texture, with the extensions that its own type leaves out.
+        let info = Info::deserialize(&self.file.json["materials"][index]["normalTexture"]).map_err(|error| {
+            source.invalid(format!("material `{material}`: expected a normal texture, found an error: {error}"))
+        })?;
+        Ok(NormalMap { used: self.use_of(&info, material, source)?, scale })
+    }
+
     fn use_of(&mut self, info: &Info, material: &str, source: &mut Source<'_>) -> Result<TextureUse, SceneError> {
         let transform = info.extensions.as_ref().and_then(|extensions| extensions.texture_transform.as_ref());
         let uv_set = transform.and_then(|transform| transform.tex_coord).unwrap_or(info.tex_coord) as usize;

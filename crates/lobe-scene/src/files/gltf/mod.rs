@@ -2,7 +2,7 @@
 //!
 //! Reading: `files` is a file with its buffers, of a `container`, of `uri`s, of the `extensions` it needs and of `root`,
 //! the members that are used; `accessor` reads numbers; `nodes` places meshes, `placement`
-//! finds the origin that they count from; `materials` reads colors and textures;
+//! finds the origin that they count from; `materials` reads colors and textures, `normal_maps` the tangents that belong to some;
 //! `reader` is an open file, with the attributes in which a bake keeps its results. `plain` is a file in which `meshopt`, `draco`, `instancing` and `flat`
 //! have made plain what it stores otherwise, after `unfolded` has counted what it shows.
 //! Writing: `document` is a file to extend, `from_scene` creates one.
@@ -19,6 +19,7 @@ pub(crate) mod instancing;
 pub(crate) mod materials;
 pub(crate) mod meshopt;
 pub(crate) mod nodes;
+pub(crate) mod normal_maps;
 pub(crate) mod placement;
 pub(crate) mod plain;
 pub(crate) mod primitive;
