@@ -15,7 +15,7 @@ pub enum EnvError {
     Image(#[from] ImageError),
     /// Nothing tells the mapping of a picture.
     #[error(
-        "{place}: {message}; say what it is with MapReadOptions::mapping, or what a cropped panorama shows with elevations"
+        "{place}: {message}; say what it is with MapReadOptions::mapping or fisheye, or what a cropped panorama shows with elevations"
     )]
     UnknownMapping {
         /// The file, or the name the caller gave to the bytes.
@@ -51,6 +51,8 @@ pub enum MapReadOption {
     Handedness,
     /// [`elevations`](crate::MapReadOptions::elevations): only lat-long pictures are cropped.
     Elevations,
+    /// [`fisheye`](crate::MapReadOptions::fisheye): only of a picture that is no map yet.
+    Fisheye,
 }
 
 impl fmt::Display for MapReadOption {
@@ -59,6 +61,7 @@ impl fmt::Display for MapReadOption {
             Self::Mapping => "MapReadOptions::mapping",
             Self::Handedness => "MapReadOptions::handedness",
             Self::Elevations => "MapReadOptions::elevations",
+            Self::Fisheye => "MapReadOptions::fisheye",
         })
     }
 }

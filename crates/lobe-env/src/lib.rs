@@ -48,7 +48,7 @@
 //!
 //! | purpose | item |
 //! |---|---|
-//! | any map from any file | [`EnvMap::load`], [`MappedMap::load`], [`read_map`], [`LoadedMap`], [`MapReadOptions`], [`MapReadReport`] |
+//! | any map from any file | [`EnvMap::load`], [`MappedMap::load`], [`read_map`], [`LoadedMap`], [`MapReadOptions`], [`MapReadReport`]; fisheye pictures [`FisheyeOptions`], [`FisheyeProjection`] |
 //! | maps as files | [`write_env`], or its bytes [`encode_env`]; cubes with levels [`write_cube()`], [`CubeWriteOptions`], [`TexelFormat`]; in six files [`FaceFiles`], [`write_cube_faces`] |
 //! | any mapping to any other | [`resample()`], [`Resample`], [`rotate_map`]; brighter and darker: [`expose_in_place`], [`clamp_in_place`] |
 //! | cubes in pictures | [`CubeLayout`], [`CubeHandedness`] |
@@ -62,7 +62,7 @@
 //! | skies | [`Sky`]: [`PreethamSky`], [`CieSky`]; [`Ground`], [`sky_sh`], [`sky_map`]; [`PreethamFit`], [`damp_zonal_in_place`] |
 //! | prefiltering for glossy reflection | [`cube_source`], [`prefilter_ggx`], [`PrefilterOptions`], [`PrefilterMethod`], [`RoughnessLevels`]; [`filter_lobe`], [`filter_lobe_lat_long`], [`SpecularLobe`], [`filter_zonal`] |
 //! | sun extraction | [`extract_sun`], [`SunOptions`], [`SunReport`], [`Sun`] |
-//! | reflectance and its directional albedo | [`Brdf`]: [`Lambert`], [`Phong`], [`Ggx`]; [`dfg()`], [`Dfg`], [`DfgTable`] |
+//! | reflectance and its directional albedo | [`Brdf`]: [`Lambert`], [`Phong`], [`Ggx`]; [`dfg()`], [`dfg_separable`], [`Dfg`], [`DfgTable`] |
 //!
 //! # A map is constant over each texel
 //!
@@ -106,6 +106,7 @@ pub use error::{EnvError, MapReadOption};
 pub use files::bundled;
 pub use files::cropped::Padding;
 pub use files::cube_faces::{FaceFiles, write_cube_faces};
+pub use files::fisheye::FisheyeOptions;
 pub use files::project_map_file::project_map_file;
 pub use files::read_map::{LoadedMap, read_map, read_map_bytes};
 pub use files::read_options::{MapReadOptions, MapReadReport};
@@ -123,6 +124,7 @@ pub use mapping::angular;
 pub use mapping::cube;
 pub use mapping::dual_paraboloid;
 pub use mapping::equal_area;
+pub use mapping::fisheye::FisheyeProjection;
 pub use mapping::lat_long;
 pub use mapping::mapping::Mapping;
 pub use mapping::mirror_ball;
@@ -135,7 +137,7 @@ pub use projection::project::{project_env, project_env_as, project_lat_long};
 pub use projection::project_map::project_map;
 pub use projection::reconstruct::{reconstruct, reconstruct_into};
 pub use reflection::brdf::{Brdf, Ggx, Lambert, Phong};
-pub use reflection::dfg::{Dfg, DfgTable, dfg};
+pub use reflection::dfg::{Dfg, DfgTable, dfg, dfg_separable};
 pub use reflection::specular_lobe::SpecularLobe;
 pub use resample::cube_source::cube_source;
 pub use resample::resample::{Resample, resample, rotate_map};

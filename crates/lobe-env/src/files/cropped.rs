@@ -13,7 +13,7 @@ const SAME_ROW: f64 = 1e-6;
 /// The rounding of an angle that was given in degrees.
 const SAME_ANGLE: f64 = 1e-9;
 
-/// What the directions get that a cropped panorama does not show.
+/// What the directions get that a cropped panorama or a fisheye picture does not show.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -21,7 +21,7 @@ pub enum Padding {
     /// No light.
     #[default]
     Black,
-    /// The light of the nearest row.
+    /// The light of the nearest row, or of the nearest point of the circle, or of the last pixel of the picture towards there.
     Edge,
 }
 

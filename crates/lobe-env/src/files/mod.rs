@@ -2,13 +2,16 @@
 //! the writers.
 //!
 //! Read [`read_options`] first, then [`read_map`]. Decoding and encoding belong to `lobe-image`; this room finds the mapping,
-//! interprets the attribute `envmap` of OpenEXR ([`exr_envmap`]) and completes cropped panoramas ([`cropped`]). A map that is only
-//! projected need not be read whole ([`project_map_file()`]). Uses `map`, `mapping` and `projection`.
+//! interprets the attribute `envmap` of OpenEXR ([`exr_envmap`]), completes cropped panoramas ([`cropped`]) and makes maps of
+//! fisheye pictures ([`fisheye`], by the rays of [`fisheye_rays`]). A map that is only projected need not be read whole
+//! ([`project_map_file()`]). Uses `map`, `mapping`, `projection` and `resample`.
 
 pub mod bundled;
 pub(crate) mod cropped;
 pub(crate) mod cube_faces;
 pub(crate) mod exr_envmap;
+pub(crate) mod fisheye;
+pub(crate) mod fisheye_rays;
 pub(crate) mod project_map_file;
 pub(crate) mod read_map;
 pub(crate) mod read_options;

@@ -13,8 +13,10 @@ use crate::files::bundled;
 use crate::files::cropped::whole_map;
 use crate::files::cube_faces::{FaceFiles, read_cube_faces};
 use crate::files::exr_envmap::{cube_from_edges, lat_long_from_edges};
+use crate::files::fisheye::fisheye_map;
 use crate::files::read_options::{MapReadOptions, MapReadReport};
-use crate::{CubeLayout, CubeMap, CubeMipChain, EnvError, EnvMap, MappedMap, Mapping};
+use crate::mapping::fisheye::rounded_degrees;
+use crate::{CubeHandedness, CubeLayout, CubeMap, CubeMipChain, EnvError, EnvMap, MappedMap, Mapping};
 
 /// A map as a file holds it.
 #[derive(Clone, Debug, PartialEq)]
@@ -104,6 +106,9 @@ impl MappedMap {
 ///
 /// * A panorama that shows all around but not all of the height is completed by [`MapReadOptions::elevations`].
 ///
+/// * The round picture of a fisheye lens becomes a lat-long map by [`MapReadOptions::fisheye`], unless the file says that it is a map
+///   already.
+///
 /// * Faces of a cube that [`write_cube`](crate::write_cube()) and [`write_cube_faces`](crate::write_cube_faces) made left-handed are turned around again, but
 ///   from `.dds`, `.ktx` and `.pfm`, which have no room to say so: for them, and for other programs' files, there is
 ///   [`MapReadOptions::handedness`].
@@ -136,6 +141,7 @@ pub fn read_map(path: impl AsRef<Path>, options: &MapReadOptions) -> Result<(Loa
     let name = path.display().to_string();
     if let Some(bundled) = name.strip_prefix(bundled::PREFIX) {
         options.expect(Mapping::LatLong, &name, "lat-long")?;
+        options.expect_no_fisheye(&name, "lat-long")?;
         return read_map_bytes(bundled::named(bundled)?.bytes, &name, options);
     }
     let Some(files) = FaceFiles::of_input(path)? else {
@@ -169,6 +175,11 @@ pub fn read_map_bytes(
         let (picture, report) = read_picture_bytes(bytes, name, &options.picture)?;
         let options = &options.for_file(report.mapping.as_deref(), &mut told);
         let kept = report.mapping.as_deref().and_then(Mapping::from_name);
+        let is_left = CubeHandedness::is_left(report.mapping.as_deref());
+        let known = kept.or(is_left.then_some(Mapping::Cube)).map(Mapping::name);
+        if let Some(found) = known.or(report.envmap.map(|_| "a map by its attribute envmap")) {
+            options.expect_no_fisheye(name, found)?;
+        }
         match (options.asked(), report.envmap, kept) {
             (Some(mapping), _, _) => map_of(mapping, picture, report.into(), name, options)?,
             (None, Some(envmap), _) => map_of_edges(envmap, picture, report, name, options)?,
@@ -240,21 +251,27 @@ fn map_of(
     name: &str,
     options: &MapReadOptions,
 ) -> Result<(LoadedMap, MapReadReport), EnvError> {
+    options.check_fisheye(name)?;
     options.expect(mapping, name, mapping.name())?;
     let named = |error: EnvError| EnvError::Options(format!("{name}: {error}"));
     let (width, height) = (picture.width(), picture.height());
     let mut note = |note: String| report.picture.notes.push(note);
-    let map = match (mapping, options.elevations) {
-        (Mapping::Cube, _) => CubeMap::from_picture(&picture, options.handedness).map_err(named)?.into(),
-        (_, Some(elevations)) => {
+    let map = match (mapping, options.elevations, &options.fisheye) {
+        (Mapping::Cube, ..) => CubeMap::from_picture(&picture, options.handedness).map_err(named)?.into(),
+        (_, _, Some(fisheye)) => {
+            let map = fisheye_map(picture, fisheye, options.padding, options.picture.max_texels, name)?;
+            note(fisheye.remark(&map));
+            map.into()
+        }
+        (_, Some(elevations), None) => {
             let map = whole_map(&picture, elevations, options.padding, options.picture.max_texels, name)?;
             // The degrees that were given, without the rounding of their change to radians.
-            let [low, high] = elevations.map(|angle| (angle.to_degrees() * 1e6).round() / 1e6);
+            let [low, high] = elevations.map(rounded_degrees);
             let (width, height) = (map.width(), map.height());
             note(format!("it shows the elevations {low}° to {high}° of a map of {width} x {height}"));
             map.into()
         }
-        (_, None) => {
+        (_, None, None) => {
             if let Some(remark) = unusual_lat_long(width, height).filter(|_| mapping == Mapping::LatLong) {
                 note(remark);
             }

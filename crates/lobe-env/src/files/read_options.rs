@@ -3,7 +3,7 @@
 use derive_setters::Setters;
 use lobe_image::{Nonfinite, PictureReadOptions, PictureReadReport};
 
-use crate::{CubeHandedness, CubeLayout, EnvError, MapReadOption, Mapping, Padding};
+use crate::{CubeHandedness, CubeLayout, EnvError, FisheyeOptions, MapReadOption, Mapping, Padding};
 
 /// Options of reading an environment map.
 ///
@@ -27,7 +27,11 @@ pub struct MapReadOptions {
     /// The map is that of the whole sphere, and `mapping` lat-long.
     #[setters(into)]
     pub elevations: Option<[f64; 2]>,
-    /// What other elevations get; black by default.
+    /// How a fisheye picture shows its surroundings; by default it is none. The map is lat-long, of the whole sphere, and
+    /// `mapping` and `elevations` are at their defaults.
+    #[setters(into)]
+    pub fisheye: Option<FisheyeOptions>,
+    /// What other elevations get, and what is outside of the circle of a fisheye picture; black by default.
     pub padding: Padding,
     /// The handedness for which the faces of a cube were made; by default what the file says, else right.
     pub handedness: CubeHandedness,
@@ -48,9 +52,20 @@ impl MapReadOptions {
         self
     }
 
-    /// The mapping that was asked for; only lat-long pictures have elevations.
+    /// The mapping that was asked for; only lat-long pictures have elevations, and fisheye pictures become lat-long.
     pub(crate) fn asked(&self) -> Option<Mapping> {
-        self.mapping.or(self.elevations.map(|_| Mapping::LatLong))
+        let is_lat_long = self.elevations.is_some() || self.fisheye.is_some();
+        self.mapping.or(is_lat_long.then_some(Mapping::LatLong))
+    }
+
+    /// Refuses to take a picture for a fisheye and for something else.
+    pub(crate) fn check_fisheye(&self, name: &str) -> Result<(), EnvError> {
+        if self.fisheye.is_none() || (self.mapping.is_none() && self.elevations.is_none()) {
+            return Ok(());
+        }
+        let message =
+            format!("{name}: a fisheye picture has no other mapping and no elevations; leave them at their defaults");
+        Err(EnvError::Options(message))
     }
 
     /// The options for a file that names this mapping: the faces of its cube may be left-handed. Then that is noted.
@@ -68,8 +83,18 @@ impl MapReadOptions {
         let option = match self.mapping {
             Some(asked) if asked != mapping => MapReadOption::Mapping,
             _ if self.elevations.is_some() && mapping != Mapping::LatLong => MapReadOption::Elevations,
+            _ if self.fisheye.is_some() && mapping != Mapping::LatLong => MapReadOption::Fisheye,
             _ => return Ok(()),
         };
+        Err(EnvError::Contradiction { place: name.into(), found: found.into(), option })
+    }
+
+    /// Refuses to take for a fisheye picture what is known to be a map, which is called `found`.
+    pub(crate) fn expect_no_fisheye(&self, name: &str, found: &str) -> Result<(), EnvError> {
+        if self.fisheye.is_none() {
+            return Ok(());
+        }
+        let option = MapReadOption::Fisheye;
         Err(EnvError::Contradiction { place: name.into(), found: found.into(), option })
     }
 

@@ -8,17 +8,18 @@ use crate::mapping::lat_long::sin_cos_pi;
 
 // With θ the angle to the direction C in the center of the disc and p = r (cos ψ, sin ψ) the point of the unit disc,
 //
-//     ball        r = sin(θ/2)      dΩ = sin θ dθ dψ = 4 r dr dψ
-//     angular     r = θ/π           dΩ = π sin(πr) dr dψ
-//     paraboloid  r = tan(θ/2)      dΩ = 4/(1+r²)² r dr dψ          (θ <= π/2)
+//     ball          r = sin(θ/2)      dΩ = sin θ dθ dψ = 4 r dr dψ
+//     angular       r = θ/π           dΩ = π sin(πr) dr dψ
+//     paraboloid    r = tan(θ/2)      dΩ = 4/(1+r²)² r dr dψ          (θ <= π/2)
+//     orthographic  r = sin θ         dΩ = 1/√(1-r²) r dr dψ          (θ <= π/2)
 //
 // The solid angle of a texel is a line integral around it (Green): with F(r) = ∫_0^r dΩ/dψ = 1 - cos θ,
 //
 //     Ω = ∮ F dψ       dψ = (x dy - y dx)/r²
 //
-// that is, with G = F/r² (2, 2 sin²(πr/2)/r², 2/(1+r²)), c ∫ G(c² + t²) dt along each straight edge, at the distance c
-// from the center, and F(1) Δψ along the rim. Each edge is shared by two texels that see it from opposite sides, so the
-// sums over a picture telescope, and the rim is all that is left.
+// that is, with G = F/r² (2, 2 sin²(πr/2)/r², 2/(1+r²), 1/(1+√(1-r²))), c ∫ G(c² + t²) dt along each straight edge, at
+// the distance c from the center, and F(1) Δψ along the rim. Each edge is shared by two texels that see it from opposite
+// sides, so the sums over a picture telescope, and the rim is all that is left.
 
 /// The radius as a function of the angle to the center.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,9 +30,11 @@ pub(crate) enum Profile {
     Angular,
     /// `r = tan(θ/2)`, half of the sphere.
     Paraboloid,
+    /// `r = sin θ`, half of the sphere.
+    Orthographic,
 }
 
-/// The distance of a ball's texel from the rim, in its sides, at which Gauss-Legendre nodes converge as fast as
+/// The distance of a texel from a rim with a root, as that of a ball, in its sides, at which Gauss-Legendre nodes converge as fast as
 /// elsewhere: the error of q nodes falls like `(2·(2·4 + 1))^-2q`, the root being 4.5 sides from the middle.
 const BALL_MARGIN: f64 = 4.0;
 /// Gauss nodes on a quarter of the radius: `2 sin²(πr/2)/r²` and `1/(1+r²)` have all digits with fewer.
@@ -47,7 +50,10 @@ impl Profile {
             Self::Ball if cos > 0.0 => sin / (2.0 * (1.0 + cos)).sqrt(),
             Self::Ball => (0.5 * (1.0 - cos)).min(1.0).sqrt(),
             Self::Angular => (sin.atan2(cos) / PI).min(1.0),
-            Self::Paraboloid => sin / (1.0 + cos),
+            // Here, too: opposite the center 1 + cos θ has no digits, and 0/0 at last.
+            Self::Paraboloid if cos > 0.0 => sin / (1.0 + cos),
+            Self::Paraboloid => (1.0 - cos) / sin,
+            Self::Orthographic => sin,
         }
     }
 
@@ -63,6 +69,7 @@ impl Profile {
                 let scale = 1.0 / (1.0 + r * r);
                 ((1.0 - r) * (1.0 + r) * scale, 2.0 * scale)
             }
+            Self::Orthographic => (root(r), 1.0),
         }
     }
 
@@ -72,6 +79,7 @@ impl Profile {
             Self::Ball => 2.0 * r.min(1.0).asin(),
             Self::Angular => PI * r,
             Self::Paraboloid => 2.0 * r.atan(),
+            Self::Orthographic => r.min(1.0).asin(),
         }
     }
 
@@ -81,12 +89,21 @@ impl Profile {
             Self::Ball => 4.0,
             Self::Angular => PI * self.cos_and_sin_over_radius(r).1,
             Self::Paraboloid => 4.0 / ((1.0 + r * r) * (1.0 + r * r)),
+            Self::Orthographic => 1.0 / root(r),
         }
     }
 
-    /// `F(1)`: the solid angle of the disc per radian.
-    fn whole(self) -> f64 {
-        if self == Self::Paraboloid { 1.0 } else { 2.0 }
+    /// `F(r) = 1 - cos θ`: the solid angle within the radius, per radian.
+    pub(crate) fn cap(self, r: f64) -> f64 {
+        match self {
+            Self::Ball => 2.0 * r * r,
+            Self::Angular => {
+                let sin = sin_cos_pi(0.5 * r).0;
+                2.0 * sin * sin
+            }
+            Self::Paraboloid => 2.0 * r * r / (1.0 + r * r),
+            Self::Orthographic => r * r / (1.0 + root(r)),
+        }
     }
 
     /// `c ∫_a^b G(c² + t²) dt`.
@@ -106,8 +123,25 @@ impl Profile {
                 };
                 c * half * (0..pieces as usize).map(piece).sum::<f64>()
             }
+            Self::Orthographic => orthographic_edge(c, b) - orthographic_edge(c, a),
         }
     }
+}
+
+/// `√(1 - r²)`.
+fn root(r: f64) -> f64 {
+    ((1.0 - r) * (1.0 + r)).max(0.0).sqrt()
+}
+
+// The integral of c (1 - w)/(c² + t²), w = √(1 - c² - t²), is atan(t/c) + c asin(t/√(1 - c²)) - atan(t/(c w)). The two
+// arctangents nearly cancel in the middle of the disc; as one, with 1 - w = (c² + t²)/(1 + w), they do not.
+
+/// `c ∫_0^t G(c² + t²) dt` of the orthographic profile.
+fn orthographic_edge(c: f64, t: f64) -> f64 {
+    let half_chord = root(c);
+    let w = ((half_chord - t) * (half_chord + t)).max(0.0).sqrt();
+    let sine = (t / half_chord).clamp(-1.0, 1.0);
+    c * sine.asin() - (t * c * (c * c + t * t) / (1.0 + w)).atan2(c * c * w + t * t)
 }
 
 thread_local! {
@@ -157,7 +191,7 @@ pub(crate) struct Rect {
 
 impl Rect {
     /// The radius of the nearest point.
-    fn nearest(&self) -> f64 {
+    pub(crate) fn nearest(&self) -> f64 {
         let nearest = |[a, b]: [f64; 2]| 0.0_f64.clamp(a, b);
         nearest(self.x).hypot(nearest(self.y))
     }
@@ -174,14 +208,15 @@ impl Rect {
     }
 
     /// Whether no point of the rectangle lies inside the open unit disc.
-    fn is_outside(&self) -> bool {
+    pub(crate) fn is_outside(&self) -> bool {
         self.nearest() >= 1.0
     }
 
-    /// Whether the product rule converges fast: inside the disc and, for a ball, away from the root at its rim.
+    /// Whether the product rule converges fast: inside the disc and, where there is a root at the rim, away from it.
     pub(crate) fn is_far_from_rim(&self, profile: Profile) -> bool {
         let side = (self.x[1] - self.x[0]).max(self.y[1] - self.y[0]);
-        let margin = if profile == Profile::Ball { BALL_MARGIN * side } else { 0.0 };
+        let has_root = matches!(profile, Profile::Ball | Profile::Orthographic);
+        let margin = if has_root { BALL_MARGIN * side } else { 0.0 };
         self.farthest() + margin <= 1.0
     }
 
@@ -218,7 +253,7 @@ impl Rect {
     }
 
     /// The radii at which the ray of azimuth ψ enters and leaves the part of the rectangle in the unit disc.
-    fn ray(&self, sin: f64, cos: f64) -> (f64, f64) {
+    pub(crate) fn ray(&self, sin: f64, cos: f64) -> (f64, f64) {
         let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
         for (slope, [a, b]) in [(cos, self.x), (sin, self.y)] {
             if slope != 0.0 {
@@ -241,6 +276,13 @@ fn intervals(sorted: &[f64]) -> impl Iterator<Item = (f64, f64)> + '_ {
 
 /// The exact solid angle of the part of the rectangle in the unit disc.
 pub(crate) fn solid_angle(profile: Profile, rect: &Rect) -> f64 {
+    solid_angle_within(profile, 1.0, rect)
+}
+
+/// [`solid_angle`] if the rim of the unit disc lies at the radius `rim` of the profile, which need not be 1.
+///
+/// Neither `F` nor the integrals along edges depend on the unit of length.
+pub(crate) fn solid_angle_within(profile: Profile, rim: f64, rect: &Rect) -> f64 {
     if rect.is_outside() {
         return 0.0;
     }
@@ -250,11 +292,11 @@ pub(crate) fn solid_angle(profile: Profile, rect: &Rect) -> f64 {
         }
         let half_chord = ((1.0 - c) * (1.0 + c)).sqrt();
         let (a, b) = (a.max(-half_chord), b.min(half_chord));
-        if a < b { profile.edge(c, a, b) } else { 0.0 }
+        if a < b { profile.edge(rim * c, rim * a, rim * b) } else { 0.0 }
     };
     let straight =
         edge(rect.x[1], rect.y) - edge(rect.x[0], rect.y) + edge(rect.y[1], rect.x) - edge(rect.y[0], rect.x);
-    (straight + profile.whole() * rect.rim_arc()).max(0.0)
+    (straight + profile.cap(rim) * rect.rim_arc()).max(0.0)
 }
 
 /// Calls `node(point of the disc, weight)` for the nodes of a quadrature over the part of the rectangle in the disc.
@@ -311,7 +353,7 @@ pub(crate) fn nodes(profile: Profile, rect: &Rect, rules: [&[(f64, f64)]; 2], no
 mod tests {
     use super::*;
 
-    const PROFILES: [Profile; 3] = [Profile::Ball, Profile::Angular, Profile::Paraboloid];
+    const PROFILES: [Profile; 4] = [Profile::Ball, Profile::Angular, Profile::Paraboloid, Profile::Orthographic];
 
     fn texels(w: usize, h: usize) -> impl Iterator<Item = Rect> {
         let at = |i: usize, n: usize| (2 * i) as f64 / n as f64 - 1.0;
@@ -326,7 +368,7 @@ mod tests {
         for profile in PROFILES {
             for (w, h) in [(1, 1), (2, 2), (3, 3), (4, 7), (31, 31), (256, 100)] {
                 let sum: f64 = texels(w, h).map(|rect| solid_angle(profile, &rect)).sum();
-                let expected = 2.0 * PI * profile.whole();
+                let expected = 2.0 * PI * profile.cap(1.0);
                 assert!((sum - expected).abs() < 1e-11, "{profile:?} {w} x {h}: {sum} against {expected}");
             }
         }

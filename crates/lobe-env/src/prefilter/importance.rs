@@ -3,7 +3,6 @@
 use std::borrow::Cow;
 use std::f64::consts::PI;
 
-use lobe_image::{mip_level_count, mip_level_size};
 use lobe_sh::vector::tangents_along_axis;
 use lobe_sh::{Coefficient, Dir, Rgb};
 use rayon::prelude::*;
@@ -28,6 +27,11 @@ const FOOTPRINT: f64 = 4.0;
 /// tenth darker under the narrowest lobe of which the error is promised, α = 1/16.
 const LEAST_SIZE: usize = 64;
 
+/// Larger faces are enlarged to the next of the sizes between a power of two and its double that divide the octave into so
+/// many steps: to 2 or 3 times a power of two, so by less than a half. A power of two itself stays as it is. With four steps, from 100
+/// to 112, a sun of one texel would be spread so that it is 4.5 % of the peak off under a lobe of α = 1/16.
+const STEPS_PER_OCTAVE: usize = 2;
+
 /// The mip chain of a source, each face with a border of its neighbors' texels.
 pub(crate) struct ImportanceFilter {
     levels: Vec<Bordered>,
@@ -47,15 +51,21 @@ pub(crate) struct Sample {
 impl ImportanceFilter {
     /// Builds the mip chain of the source made [`halvable`]: each level is the next finer one under a tent filter of
     /// twice its width. Means of 2 x 2 texels would move a small light to the middle of its texel, by up to one and a
-    /// half texels of the source in level 2.
+    /// half texels of the source in level 2. The coarsest levels, of 7, 5 or 3 texels, cannot be halved, and are averaged.
     pub(crate) fn new(source: &CubeMap) -> Self {
-        let source = halvable(source);
-        let mut levels = vec![Bordered::new(&source)];
-        for k in 1..mip_level_count(source.size()) {
-            let coarse = levels[k - 1].halved(mip_level_size(source.size(), k));
-            levels.push(Bordered::new(&coarse));
+        let mut level = halvable(source);
+        let mut levels = Vec::new();
+        loop {
+            let (finer, size) = (Bordered::new(&level), level.size());
+            if size > 1 {
+                let half = size.div_ceil(2);
+                level = Cow::Owned(if size.is_multiple_of(2) { finer.halved(half) } else { averaged_to(&level, half) });
+            }
+            levels.push(finer);
+            if size == 1 {
+                return Self { levels };
+            }
         }
-        Self { levels }
     }
 
     /// The samples for a kernel, all of the same weight.
@@ -111,17 +121,23 @@ impl ImportanceFilter {
     }
 }
 
-/// The source averaged to the next size that can be halved down to one texel, at least [`LEAST_SIZE`]; beyond the
-/// largest such cube, 16384, as it is.
+/// The source averaged to the next size that can be halved down to a few texels, at least [`LEAST_SIZE`]; beyond the
+/// largest such cube as it is.
 ///
 /// [`Bordered::halved`] weighs texels evenly only at exactly half the size: from 31 to 15 or from 25 to 12 most of a
-/// small light would be lost, or counted twice.
+/// small light would be lost, or counted twice. So a face has up to 9/4 as many texels as that of the source, where the
+/// next power of two would have up to four times as many.
 fn halvable(source: &CubeMap) -> Cow<'_, CubeMap> {
-    let size = source.size().max(LEAST_SIZE).next_power_of_two();
+    let size = halvable_size(source.size());
     if size == source.size() || CubeMap::check_size(size).is_err() {
         return Cow::Borrowed(source);
     }
     Cow::Owned(averaged_to(source, size))
+}
+
+fn halvable_size(size: usize) -> usize {
+    let octave = size.max(LEAST_SIZE).next_power_of_two() / 2;
+    size.max(LEAST_SIZE).next_multiple_of(octave / STEPS_PER_OCTAVE)
 }
 
 /// A face and the point on it, in `[0, 1]`.
@@ -224,4 +240,52 @@ fn shares(kernel: &impl Kernel) -> Vec<(f64, f64)> {
     }
     out.iter_mut().for_each(|entry| entry.1 /= sum);
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn faces_grow_by_less_than_a_half_and_powers_of_two_stay() {
+        for size in 65..5000_usize {
+            let found = halvable_size(size);
+            assert!(found >= size && 2 * found < 3 * size, "{size} became {found}");
+            if size.is_power_of_two() {
+                assert_eq!(found, size, "a power of two");
+            }
+            let odd = found >> found.trailing_zeros();
+            assert!(odd <= 3, "{size} became {found}, {odd} times a power of two");
+        }
+        for size in 1..=LEAST_SIZE {
+            assert_eq!(halvable_size(size), LEAST_SIZE, "{size}");
+        }
+    }
+
+    #[test]
+    fn every_level_has_the_light_of_the_source_and_half_the_size() {
+        // Tents are even on a face, not on the sphere.
+        const TOLERANCE: f64 = 0.01;
+        for size in [65, 90, 100, 128] {
+            let source = CubeMap::from_fn(size, |s| Rgb::new(1.0, 2.0 + s.z() as f32, (s.x() as f32).exp()));
+            let filter = ImportanceFilter::new(&source);
+            let sizes: Vec<usize> = filter.levels.iter().map(|level| level.size).collect();
+            assert!(sizes[0] >= size && sizes.last() == Some(&1), "{size}: {sizes:?}");
+            assert!(sizes.windows(2).all(|pair| pair[1] == pair[0].div_ceil(2)), "{size}: {sizes:?}");
+            let mean = source.mean().to_array();
+            for level in &filter.levels {
+                let stride = level.size + 2;
+                let inside = |i: usize| {
+                    let (face, x, y) = (i / (level.size * level.size), i % level.size, i / level.size % level.size);
+                    level.texels[(face * stride + y + 1) * stride + x + 1]
+                };
+                let texels = (0..FACES * level.size * level.size).map(|i| Rgb::from(inside(i))).collect();
+                let found = CubeMap::new(level.size, texels).unwrap().mean().to_array();
+                for (found, mean) in found.into_iter().zip(mean) {
+                    let error = (found / mean - 1.0).abs();
+                    assert!(error < TOLERANCE, "{size}, level of {}: {found} against {mean}", level.size);
+                }
+            }
+        }
+    }
 }

@@ -147,7 +147,8 @@ impl PreethamFit {
 ///   f_l0 ← f_l0 sin(πl/n)/(πl/n)        f_lm unchanged for m ≠ 0
 /// ```
 ///
-/// As published by Habel, Mustata and Wimmer. Not rotation invariant: for skies with the horizon at `z = 0` only.
+/// As published by Habel, Mustata and Wimmer. Not rotation invariant: for skies with the horizon at `z = 0` only. A sun loses a few
+/// percent of its peak, near the zenith up to half (test `damping_the_zonal_part_lowers_a_sun_by_half_at_the_zenith_and_little_below`).
 ///
 /// # Panics
 /// If `coefficients` are not `n²`.

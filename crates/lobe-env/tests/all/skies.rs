@@ -5,7 +5,7 @@ use lobe_env::{
     CieSky, EnvError, Ground, PreethamFit, PreethamSky, Sky, SkyFitOptions, damp_zonal_in_place, irradiance_at,
     project_env, sky_map, sky_sh, vector_irradiance,
 };
-use lobe_sh::{Coefficient, Dir, Expansion, Rgb, ShVec, Zonal, coefficient_index, convolved};
+use lobe_sh::{Coefficient, Dir, Expansion, Rgb, ShVec, Zonal, coefficient_index, convolved, eval_basis};
 use lobe_testkit::directions;
 
 const GROUND: Ground = Ground { albedo: Rgb::new(0.3, 0.2, 0.1), sun: Rgb::new(20.0, 18.0, 15.0) };
@@ -132,4 +132,20 @@ fn zonal_lanczos_damps_the_ringing_below_the_horizon() {
     };
     assert!(ringing(&damped) < 0.8 * ringing(&sky), "{} and {}", ringing(&damped), ringing(&sky));
     assert!(ringing(&sky) > 0.0 && sky.mean().g > Rgb::<f64>::ZERO.g, "there is a sky");
+}
+
+#[test]
+fn damping_the_zonal_part_lowers_a_sun_by_half_at_the_zenith_and_little_below() {
+    // Of the peak n²/4π of an impulse at the angle t from +z, Σ_l (2l + 1)/n² P_l(cos t)² (1 - sin(πl/n)/(πl/n)) is lost.
+    for (order, degrees, expected) in
+        [(6, 0.0, 0.4923), (6, 45.0, 0.0647), (4, 0.0, 0.4385), (4, 60.0, 0.0651), (6, 90.0, 0.0266_f64)]
+    {
+        let towards = Dir::from_angles(f64::to_radians(degrees), 0.4);
+        let mut sun = ShVec::<f64>::zero(order);
+        sun.coefficients_mut().copy_from_slice(&eval_basis(towards, order));
+        let before = sun.eval(towards);
+        damp_zonal_in_place(sun.coefficients_mut());
+        let lost = 1.0 - sun.eval(towards) / before;
+        assert!((lost - expected).abs() < 1e-4, "order {order}, {degrees}°: {lost} is lost, expected {expected}");
+    }
 }

@@ -5,7 +5,7 @@ use std::io::Cursor;
 
 use exr::meta::attribute::EnvironmentMap;
 use exr::prelude::{Image, SpecificChannels, Vec2, WritableImage};
-use lobe_env::{CubeHandedness, FileFormat, LoadedMap, MapReadOptions, lat_long, read_map_bytes};
+use lobe_env::{CubeHandedness, FileFormat, FisheyeOptions, LoadedMap, MapReadOptions, lat_long, read_map_bytes};
 use lobe_image::{PictureReadOptions, read_picture_bytes};
 use lobe_sh::{Dir, Rgb};
 use lobe_testkit::directions;
@@ -144,6 +144,15 @@ fn both_encodings_show_one_sky_alike() {
             assert!(error < 0.02, "{name} towards {s:?}: {found:?} against {expected:?}");
         }
     }
+}
+
+#[test]
+fn an_environment_is_no_fisheye_picture() {
+    let bytes = exr_with_envmap((16, 8), EnvironmentMap::LatitudeLongitude, |_, _| [1.0; 3]);
+    let options = MapReadOptions::default().fisheye(FisheyeOptions::default());
+    let error = read_map_bytes(&bytes, "test", &options).map(|_| ()).unwrap_err().to_string();
+    let expected = "test is a map by its attribute envmap; leave MapReadOptions::fisheye at its default";
+    assert_eq!(error, expected, "the attribute says what it is");
 }
 
 #[test]

@@ -1,4 +1,5 @@
 //! Map files: what a file says of its mapping, and the same map through every format.
 mod envmap;
+mod fisheye;
 mod maps;
 mod project_file;

@@ -4,8 +4,8 @@ use std::fs;
 use std::path::Path;
 
 use lobe_env::{
-    CubeHandedness, CubeMap, CubeMipChain, CubeWriteOptions, EnvMap, MapReadOptions, MappedMap, Mapping, Nonfinite,
-    project_map, project_map_file, read_map, write_cube, write_env,
+    CubeHandedness, CubeMap, CubeMipChain, CubeWriteOptions, EnvMap, FisheyeOptions, MapReadOptions, MappedMap,
+    Mapping, Nonfinite, project_map, project_map_file, read_map, write_cube, write_env,
 };
 use lobe_image::PictureWriteOptions;
 use lobe_sh::Rgb;
@@ -59,6 +59,10 @@ fn a_file_by_rows_has_the_projection_and_the_report_of_its_map() {
             assert!(assert_alike(&path, &left, name).is_err(), "{name} has no hands");
             let cropped = defaults.clone().elevations([-0.5, 0.5]).mapping(Mapping::LatLong);
             assert_alike(&path, &cropped, name).ok();
+            if width == 64 {
+                let fisheye = defaults.clone().fisheye(FisheyeOptions::default());
+                assert_alike(&path, &fisheye, name).unwrap_or_else(|e| panic!("{e}"));
+            }
             let bytes = fs::read(&path).unwrap();
             fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
             assert!(assert_alike(&path, &defaults, name).is_err(), "{name}, the half of it");
