@@ -4,7 +4,10 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
-use lobe_sh::{ShBatch, coefficient_count, product_into, square_into};
+use lobe_sh::{
+    Dir, LOG_CLAMP, ShBatch, ShVec, Zonal, coefficient_count, logarithm, logarithm_batch_in_place, product_into,
+    square_into,
+};
 use lobe_testkit::Random;
 
 const ORDERS: [usize; 8] = [2, 3, 4, 5, 6, 7, 8, 10];
@@ -66,6 +69,42 @@ fn batch(c: &mut Criterion) {
     }
 }
 
+/// Visibilities whose logarithms are taken, by which products become sums.
+const VISIBILITIES: usize = 64;
+
+/// Logarithms of what two spheres leave visible, one after the other in `f64`, and side by side.
+fn logarithms(c: &mut Criterion) {
+    for order in [3, 4, 6] {
+        let mut random = Random::new(3);
+        let mut visible = || {
+            let mut f = ShVec::constant(order, 1.0_f32);
+            for angle in [0.2, 0.5] {
+                f += &Zonal::cone(order, angle).towards(Dir::from_unit(random.direction()), -1.0);
+            }
+            f
+        };
+        let functions: Vec<ShVec<f32>> = (0..VISIBILITIES).map(|_| visible()).collect();
+        let mut group = c.benchmark_group("logarithm");
+        group.throughput(Throughput::Elements(VISIBILITIES as u64));
+        let wide: Vec<ShVec<f64>> = functions.iter().map(|f| f.map(f64::from)).collect();
+        group.bench_function(BenchmarkId::new("one", order), |bencher| {
+            bencher.iter(|| {
+                for f in black_box(&wide) {
+                    black_box(logarithm(f, LOG_CLAMP));
+                }
+            });
+        });
+        let batch = ShBatch::from_functions(&functions);
+        let mut work = batch.clone();
+        group.bench_function(BenchmarkId::new("batch", order), |bencher| {
+            bencher.iter(|| {
+                work.blocks_mut().copy_from_slice(black_box(&batch).blocks());
+                logarithm_batch_in_place(&mut work, LOG_CLAMP);
+            });
+        });
+    }
+}
+
 fn main() {
     let mut c = Criterion::default()
         .sample_size(20)
@@ -75,5 +114,6 @@ fn main() {
     product(&mut c);
     square(&mut c);
     batch(&mut c);
+    logarithms(&mut c);
     c.final_summary();
 }

@@ -77,7 +77,7 @@
 //! | rotate | [`Rotation`] (Euler angles, quaternions), [`RotationMatrices`] (Ivanic and Ruedenberg, for many expansions), [`Zonal::towards`] |
 //! | mirror, exchange axes | [`AxisPermutation`], [`mirror_in_place`], [`quarter_turn_in_place`] |
 //! | multiply functions | [`fn@product`], [`product_into`], [`product_of_blocks`], [`product_on_grid`], [`ProductMatrix`]; Gaunt coefficients: [`gaunt_coefficient`], [`GauntTensor`] |
-//! | combine shadows | [`logarithm`], [`Zonal::sphere_logarithm`], [`ZonalLogarithm`], [`Exponential`] ([`ExpMethod`], [`OptimalLinear`]) |
+//! | combine shadows | [`logarithm`], of many at once [`logarithm_batch_in_place`], [`Zonal::sphere_logarithm`], [`ZonalLogarithm`], [`Exponential`] ([`ExpMethod`], [`OptimalLinear`]) |
 //! | make light | [`Light`] with its [`Normalization`]; [`Zonal::cone`], [`Zonal::soft_cone`], [`SphericalPolygon`] |
 //! | find lights in an expansion | [`extract_light`], [`extract_lights`], [`fit_lights`]; [`local_maxima`] |
 //! | exchange ringing for blur | [`Window`], [`windowed`], [`ContentWindow`] (none towards the light), [`Window::squared_laplacian_of`], [`width_of_peak`], [`dering_table_factors`] |
@@ -168,6 +168,7 @@ pub use expansion::quantity::Quantity;
 pub use expansion::sh::{Sh, ShL0, ShL1, ShL2, ShL3, ShL4, ShL5, ShL6, ShL7, ShL8, ShL9};
 pub use expansion::sh_vec::ShVec;
 pub use expansion::zonal::Zonal;
+pub use exponential::batch_logarithm::logarithm_batch_in_place;
 pub use exponential::exponential::{ExpMethod, Exponential};
 pub use exponential::logarithm::{LOG_CLAMP, logarithm};
 pub use exponential::optimal_linear::OptimalLinear;

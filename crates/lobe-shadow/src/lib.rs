@@ -29,9 +29,11 @@ mod description;
 mod error;
 mod field;
 mod lamp_description;
+mod lane_basis;
 mod placement;
 mod receivers;
 mod spheres;
+mod split_mix;
 mod track;
 mod track_json;
 

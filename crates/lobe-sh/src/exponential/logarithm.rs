@@ -17,7 +17,7 @@ use crate::{Expansion, ShVec};
 /// [Ren et al. 2006]: https://doi.org/10.1145/1141911.1141982
 pub const LOG_CLAMP: f64 = 0.02;
 
-/// The logarithm of `g` at its own order ([Ren et al. 2006]): the function `f` with `exp(f) = g` in truncated products.
+/// The logarithm of `g` at its own order ([Ren et al. 2006]): the function `f` whose exponential is `g`, or near it.
 ///
 /// With the product matrix `M = R D Rᵀ` of `g`, `M_ij = ∫ g y_i y_j ds`, and the constant `1 = (√4π, 0, ..)`,
 ///
@@ -26,8 +26,19 @@ pub const LOG_CLAMP: f64 = 0.02;
 /// ```
 ///
 /// Eigenvalues below `clamp` times the largest are raised to that, so that functions that are zero or ring below zero
-/// have a logarithm; where none is raised, [`ExpMethod::Eigen`](crate::ExpMethod::Eigen) brings `g` back up to rounding
-/// (test). Of coefficients that are not finite the logarithm is NaN. A function without positive eigenvalues is taken for the constant `clamp`.
+/// have a logarithm. Where none is raised, [`ExpMethod::Eigen`](crate::ExpMethod::Eigen) brings `g` back to rounding at orders
+/// 1 and 2, and above to the fourth power of its contrast. With `g = μ (1 + h)`, where `μ` is the mean, and `⊗` the truncated
+/// product:
+///
+/// ```text
+///   exp log g - g = μ/24 ((h⊗h)⊗(h⊗h) - h⊗(h⊗(h⊗h))) + O(h⁵)
+/// ```
+///
+/// because truncated products do not associate: `f` is `ln M` applied to 1, and the product matrix of `f`, by which the exponential is
+/// taken, is not `ln M`. Two spheres of 0.6 and 0.4 in a sky that is brighter by 2 come back within 2.4e-7 to 9.6e-6 of the norm at orders 3 to 8
+/// (test `what_comes_back_is_off_by_the_fourth_power_of_the_contrast`).
+///
+/// Of coefficients that are not finite the logarithm is NaN. A function without positive eigenvalues is taken for the constant `clamp`.
 ///
 /// # Panics
 /// If `clamp` is not in `(0, 1]`.

@@ -1,9 +1,11 @@
 //! Exponentials and logarithms of functions on the sphere: a product of many functions as a sum of their logarithms.
 //!
 //! Read [`logarithm`] first, then [`exponential`], which lists the methods. [`matrix_function`] is what both rest on,
-//! [`zonal_logarithm`] the fast logarithm for tables of spheres, [`optimal_linear`] the table of one method, [`error_bound`]
-//! what is proven. Uses `basis`, `expansion`, `product` and `sphere`.
+//! [`zonal_logarithm`] the fast logarithm for tables of spheres, [`batch_logarithm`] that of many functions side by side,
+//! [`optimal_linear`] the table of one method, [`error_bound`]
+//! what is proven. Uses `basis`, `batch`, `expansion`, `product`, `simd` and `sphere`.
 
+pub(crate) mod batch_logarithm;
 mod error_bound;
 pub(crate) mod exponential;
 pub(crate) mod logarithm;

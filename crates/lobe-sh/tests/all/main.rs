@@ -8,6 +8,7 @@ mod dering_table;
 mod encodings;
 mod exponential;
 mod lights_out;
+mod logarithm;
 mod minimum;
 mod products;
 mod properties;

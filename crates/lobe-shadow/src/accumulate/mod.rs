@@ -3,7 +3,7 @@
 //! Read [`log_table`] first (and [`log_table_file`] for its file), then [`aim`], how a receiver sees a sphere,
 //! [`sum_logarithms`], the kernel by the polynomials in [`monic_columns`], and [`batch_exponential`]. [`shares`] lets spheres that overlap
 //! share what they hide, [`sphere_tree`] many spheres count as one,
-//! [`sky_light`] turns visibility into irradiance by the basis in [`columns`], [`bounce`] adds what spheres reflect, and [`sphere_shadows`] is all of it for
+//! [`sky_light`] turns visibility into irradiance, [`bounce`] adds what spheres reflect, and [`sphere_shadows`] is all of it for
 //! a set of receivers. Uses no other room.
 //!
 //! [Ren et al. 2006]: https://doi.org/10.1145/1141911.1141982
@@ -11,7 +11,6 @@
 mod aim;
 pub(crate) mod batch_exponential;
 pub(crate) mod bounce;
-mod columns;
 pub(crate) mod log_table;
 pub(crate) mod log_table_file;
 mod monic_columns;

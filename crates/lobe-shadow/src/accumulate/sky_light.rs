@@ -7,11 +7,11 @@ use lobe_sh::{
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::ShadowError;
-use crate::accumulate::columns::{Columns, MOST_BANDS};
 use crate::accumulate::log_table::{MAX_TABLE_ORDER, rotation_factor};
+use crate::lane_basis::LaneBasis;
 
 /// Bands of the clamped cosine at most. The first that is left out, of degree 10, has 0.5 % of the factor of the mean.
-const COSINE_BANDS: usize = MOST_BANDS;
+const COSINE_BANDS: usize = 9;
 
 /// Channels of light, and one of uniform white, which tells how much of the cosine is hidden.
 pub(crate) const CHANNELS: usize = 4;
@@ -30,11 +30,10 @@ pub(crate) const CHANNELS: usize = 4;
 #[derive(Clone, Debug)]
 pub struct SkyLight {
     order: usize,
-    /// Bands of the product that the clamped cosine is applied to.
-    bands: usize,
+    /// The basis of the bands of the product that the clamped cosine is applied to.
+    basis: LaneBasis,
     /// The row of the operator for each function of these bands; none where the clamped cosine has no band.
     rows: Vec<Option<usize>>,
-    columns: Columns,
     /// `A_j G_ji` for every function, `i`, and channel.
     operator: Vec<[f32; CHANNELS]>,
     /// The light itself, cut off or filled up to the order of the visibility.
@@ -72,7 +71,7 @@ impl SkyLight {
         let operator = operator.iter().map(|row: &[f64; CHANNELS]| row.map(|x| x as f32)).collect();
         let mut light = light;
         light.resize(coefficient_count(order), Rgb::ZERO);
-        Ok(Self { order, bands, rows, columns: Columns::new(), operator, light })
+        Ok(Self { order, basis: LaneBasis::new(bands), rows, operator, light })
     }
 
     /// The order of the visibility.
@@ -171,7 +170,8 @@ impl<const C: usize> WithSimd for Apply<'_, C> {
         for part in 0..Wide::<S>::PARTS {
             let [x, y, z] = self.normal;
             let normal = [Wide::load(simd, x, part), Wide::load(simd, y, part), Wide::load(simd, z, part)];
-            let basis = self.sky.columns.eval(simd, self.sky.bands, normal);
+            let mut basis = [constant(simd, 0.0); COSINE_BANDS * COSINE_BANDS];
+            self.sky.basis.for_each(simd, normal, |_, j, y| basis[j] = y);
             let mut sums = [constant(simd, 0.0); C];
             for (row, y) in self.sky.rows.iter().zip(basis) {
                 let Some(row) = *row else { continue };

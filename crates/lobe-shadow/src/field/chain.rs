@@ -4,9 +4,9 @@ use lobe_sh::simd::{LANES, Lanes, Machine, Wide, constant};
 use lobe_sh::{Rgb, RotationMatrices, Zonal, product_into, product_of_blocks};
 use pulp::{Simd, WithSimd};
 
-use crate::field::lane_basis::LaneBasis;
 use crate::field::nearest_first::{Met, MetKind, Sights};
 use crate::field::placed::{Expansions, LookUp, Placed, Positions, ZERO};
+use crate::lane_basis::LaneBasis;
 use crate::{RadialInterpolation, RadianceField};
 
 /// What a receiver multiplies light by: `channels` expansions for each.

@@ -19,7 +19,6 @@ pub(crate) mod fill_inside;
 pub(crate) mod lamp;
 pub(crate) mod lamp_file;
 pub(crate) mod lamp_surface;
-pub(crate) mod lane_basis;
 pub(crate) mod nearest_first;
 pub(crate) mod occlusion_field;
 pub(crate) mod octahedron;

@@ -5,7 +5,7 @@ use lobe_sh::{Rotation, RotationMatrices};
 use pulp::Simd;
 
 use crate::field::block_stencil::BlockStencil;
-use crate::field::lane_basis::LaneBasis;
+use crate::lane_basis::LaneBasis;
 use crate::{OcclusionField, Placement, RadialInterpolation};
 
 /// The longest row of a field, order 8, filled up to whole registers.

@@ -7,8 +7,8 @@ use lobe_sh::{Rgb, Rotation, RotationMatrices, ShVec};
 use rayon::prelude::*;
 
 use crate::field::chain::{Chain, ChainScratch, Group, PlacedLamp, Response, cosine_factors};
-use crate::field::lane_basis::LaneBasis;
 use crate::field::placed::Placed;
+use crate::lane_basis::LaneBasis;
 use crate::{OcclusionField, Placement, RadialInterpolation, RadianceField, ShadowError, ShadowReceivers};
 
 /// An entity that hides the sky, and where it is.

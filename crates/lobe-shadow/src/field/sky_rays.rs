@@ -3,6 +3,8 @@
 use lobe_scene::{Bvh, Ray, Scene};
 use lobe_sh::{Basis, Dir, Rotation, tangent_frame};
 
+use crate::split_mix::{mix, unit};
+
 /// Directions whose basis functions are evaluated together.
 const BATCH: usize = 64;
 
@@ -158,16 +160,9 @@ impl<'a> SkyRays<'a> {
     }
 }
 
-/// A number in `[0, 1)` that depends on all bits of a seed and of an index: the finalizer of `SplitMix64` (Steele, Lea and
-/// Flood 2014).
+/// A number in `[0, 1)` that depends on all bits of a seed and of an index.
 pub(crate) fn turn_of(seed: u64, index: u64) -> f64 {
-    let mix = |z: u64| {
-        let z = z.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    };
-    (mix(mix(seed) ^ index) >> 11) as f64 / (1_u64 << 53) as f64
+    unit(mix(mix(seed) ^ index))
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use crate::ShadowError;
 use crate::spheres::overlaps::Overlaps;
 use crate::spheres::solid::Solid;
+use crate::split_mix::{self, GOLDEN};
 
 /// The part of the points that lies inside; the rest is on the surface, where a cover that is too small shows.
 const INNER: f64 = 1.0 / 3.0;
@@ -150,10 +151,7 @@ fn plastic(index: u64) -> [f64; 2] {
     [(i / G).fract(), (i / (G * G)).fract()]
 }
 
-/// A number from 0 to 1 by seed and place (the finalizer of `SplitMix64`).
-pub(crate) fn unit(seed: u64, place: u64) -> f64 {
-    let mut z = seed.wrapping_add(place.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15));
-    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+/// A number from 0 to 1 by seed and place.
+fn unit(seed: u64, place: u64) -> f64 {
+    split_mix::unit(split_mix::mix(seed.wrapping_add(place.wrapping_mul(GOLDEN))))
 }

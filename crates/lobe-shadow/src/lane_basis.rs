@@ -1,4 +1,4 @@
-//! The basis in the directions of several receivers side by side.
+//! The basis in lanes: one direction for each receiver.
 
 use std::f64::consts::PI;
 
@@ -12,6 +12,9 @@ use pulp::Simd;
 ///   P_0^0 = 1/√(4π),   P_m^m = -√((2m+1)/2m) P_{m-1}^{m-1},   P_l^m = a (z P_{l-1}^m - b P_{l-2}^m)
 ///   a = √((4l² - 1)/(l² - m²)),   b = √(((l-1)² - m²)/(4(l-1)² - 1))
 /// ```
+///
+/// The plain recurrence, half the operations of the one by differences in [`lobe_sh::Basis`], is within 5e-6 to order 9 (test
+/// `every_lane_is_the_basis_in_its_direction`).
 #[derive(Clone, Debug)]
 pub(crate) struct LaneBasis {
     order: usize,
@@ -103,7 +106,7 @@ mod tests {
 
     #[test]
     fn every_lane_is_the_basis_in_its_direction() {
-        for order in 1..=8 {
+        for order in 1..=9 {
             let basis = LaneBasis::new(order);
             for group in directions().chunks_exact(LANES) {
                 let axis = [0, 1, 2].map(|k| Lanes(std::array::from_fn(|lane| group[lane][k] as f32)));
