@@ -1,8 +1,10 @@
 //! The state of the window that is kept from one start to the next.
 
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
 
 use crate::loading::cache::{UserFolder, read_text};
 use crate::loading::export::ExportPlan;
@@ -18,6 +20,9 @@ const NAME: &str = "window.json";
 
 /// Files that are remembered.
 const MOST_RECENT: usize = 8;
+
+/// Sizes of everything, as the menu and the keys have them.
+pub(crate) const ZOOMS: RangeInclusive<f64> = 0.75..=2.0;
 
 /// The least width and height of the window, in points.
 pub(crate) const LEAST: [f32; 2] = [480.0, 320.0];
@@ -132,18 +137,18 @@ impl Default for Kept {
 }
 
 impl Kept {
-    /// What was kept in a folder; what cannot be read is as at the first start, and numbers are brought into their ranges.
+    /// What was kept in a folder; fields that cannot be read are as at the first start, and numbers are brought into their ranges.
     #[must_use]
     pub fn read(folder: &UserFolder) -> Self {
         let text = folder.file(NAME).and_then(|path| read_text(&path));
-        let mut kept: Self = text.and_then(|text| serde_json::from_str(&text).ok()).unwrap_or_default();
+        let mut kept = text.and_then(|text| readable(&text)).unwrap_or_default();
         kept.check();
         kept
     }
 
     /// Brings every number into the range that its control has, whoever wrote the file.
     fn check(&mut self) {
-        self.zoom = within(f64::from(self.zoom), 0.5..=3.0, 1.0) as f32;
+        self.zoom = within(f64::from(self.zoom), ZOOMS, 1.0) as f32;
         self.recent.truncate(MOST_RECENT);
         self.scene.check();
         let orbits = [&mut self.orbit, &mut self.functions_orbit, &mut self.sky_orbit, &mut self.motion_orbit];
@@ -172,6 +177,17 @@ impl Kept {
         self.recent.insert(0, path.into());
         self.recent.truncate(MOST_RECENT);
     }
+}
+
+/// What a text has kept, without the fields that cannot be read; none if it is no object of JSON.
+fn readable(text: &str) -> Option<Kept> {
+    if let Ok(kept) = serde_json::from_str(text) {
+        return Some(kept);
+    }
+    let read = |fields: Map<String, Value>| serde_json::from_value::<Kept>(Value::Object(fields)).ok();
+    let all: Map<String, Value> = serde_json::from_str(text).ok()?;
+    let alone = |(name, value): &(String, Value)| read(Map::from_iter([(name.clone(), value.clone())])).is_some();
+    read(all.into_iter().filter(alone).collect())
 }
 
 /// Whether a window can have this size.

@@ -234,6 +234,7 @@ impl ViewerApp {
     }
 
     fn keys(&mut self, ctx: &Context) {
+        self.files.keys(ctx);
         let pressed = |modifiers: Modifiers, key: Key| {
             ctx.input_mut(|input| input.consume_shortcut(&KeyboardShortcut::new(modifiers, key)))
         };
@@ -353,6 +354,9 @@ impl ViewerApp {
         self.apply_looks(&ctx);
         self.keys(&ctx);
         self.take_drops(&ctx);
+        if let Some(gpu) = &self.gpu {
+            self.scene.fit_skies(gpu);
+        }
         self.scene.advance(&ctx);
         self.exports.advance(&ctx, &self.kept.export, &mut self.notice);
         if self.scene.take_wish_for_file() || self.motion.take_wish_for_file() {

@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::{ArgGroup, Parser, ValueEnum as _};
+use lobe::image::FrameSequence;
 use lobe::prt::GlossyLobe;
 use lobe::render::MovingMethod;
-use lobe_gpu::Storage;
+use lobe_gpu::{Storage, TurntableOptions};
 
 use crate::loading::limits::ReadLimits;
 use crate::loading::moving_light::LitOn;
@@ -96,6 +97,22 @@ pub(crate) struct Arguments {
 }
 
 impl Arguments {
+    /// Refuses a picture that would be written over a file that it is made of.
+    pub(crate) fn check_output(&self) -> anyhow::Result<()> {
+        let Some(output) = &self.output else { return Ok(()) };
+        let inputs = [Some(&self.env), self.headless.as_ref(), self.transfer.as_ref()];
+        // By what they lead to: names may be links, or lead through other folders.
+        let inputs = inputs.into_iter().flatten().chain(&self.parts).filter_map(|input| input.canonicalize().ok());
+        let inputs: Vec<PathBuf> = inputs.collect();
+        let is_input = |output: &PathBuf| output.canonicalize().is_ok_and(|output| inputs.contains(&output));
+        let (frames, seconds_per_frame) = (usize::from(self.frames), TurntableOptions::default().seconds);
+        let sequence = FrameSequence { width: 1, height: 1, frames, seconds_per_frame };
+        if let Some(lost) = (0..frames).map(|frame| sequence.path(output, frame)).find(is_input) {
+            bail!("-o: {} is an input, which would be lost; give another name", lost.display());
+        }
+        Ok(())
+    }
+
     /// Refuses what says how surfaces reflect where the mode does not ask for it.
     pub(crate) fn check_surfaces(&self) -> anyhow::Result<()> {
         use ModeName::{Glossy, Interreflected, Shadowed, Specular};

@@ -20,6 +20,7 @@ const RAYS: u8 = 2;
 
 /// Renders a scene under its sky, which turns once around in `--frames` frames, or one that moves.
 pub(crate) fn run(arguments: &Arguments, scene: &Path, output: &Path) -> anyhow::Result<()> {
+    arguments.check_output()?;
     let (size, rays) = (arguments.size.unwrap_or(SIZE), arguments.rays.unwrap_or(RAYS));
     let options = SceneViewOptions::default().width(size[0]).height(size[1]).rays(u32::from(rays));
     let frames = usize::from(arguments.frames);

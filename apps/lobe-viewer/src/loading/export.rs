@@ -129,7 +129,7 @@ impl SceneExport {
         };
         let [width, height] = plan.size;
         let options = SceneViewOptions::default().width(width).height(height).rays(plan.rays);
-        let environment = self.sky.as_ref().map(|sky| on_device(context, &sky.map));
+        let environment = self.sky.as_ref().map(|sky| on_device(context, &sky.shown));
         let view = SceneView::new(context, &self.data.scene, &shading, environment.as_ref(), &options)?;
         view.set_camera(&self.camera)?;
         let step = std::f64::consts::TAU / frames.max(1) as f64;

@@ -41,9 +41,9 @@ impl Default for ReadLimits {
 }
 
 impl ReadLimits {
-    /// The options of reading a scene.
+    /// The options of reading a scene: transfer at its vertices has no room for normal maps.
     pub(crate) fn scene(&self) -> SceneReadOptions {
-        let options = SceneReadOptions::default().max_bytes((self.max_memory * GIB) as u64);
+        let options = SceneReadOptions::default().normal_maps(false).max_bytes((self.max_memory * GIB) as u64);
         options.max_triangles(self.max_triangles).max_texels(self.max_texels).allow_outside(self.allow_outside)
     }
 
@@ -65,7 +65,8 @@ impl ReadLimits {
     }
 }
 
-/// An error of reading in one line that names the options which would let a file in by their names on the command line.
+/// An error of reading in one line that names the options which would let a file in by their names on the command line, or what makes it one
+/// that is read.
 pub(crate) fn plain(error: impl Into<anyhow::Error>) -> anyhow::Error {
     let error = error.into();
     let scene = |found: &SceneError| match found {
@@ -93,6 +94,9 @@ pub(crate) fn plain(error: impl Into<anyhow::Error>) -> anyhow::Error {
     });
     let within = || match (error.downcast_ref(), error.downcast_ref(), error.downcast_ref()) {
         (Some(EnvError::Image(found)), ..) => image(found),
+        (Some(EnvError::UnknownMapping { place, message }), ..) => Some(format!(
+            "{place}: {message}; make a map of it first: lobe env convert PHOTO --fisheye ... -o sky.exr, or with --from or --vertical-fov"
+        )),
         (_, Some(PrtError::Scene(found)), _) => scene(found),
         (.., Some(RenderError::Scene(found))) => scene(found),
         (.., Some(RenderError::Prt(PrtError::Scene(found)))) => scene(found),

@@ -4,8 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use lobe::env::{
-    EnvMap, Ground, MappedMap, Mapping, PreethamSky, Sky as _, project_map, read_map, read_map_bytes, reconstruct,
-    sky_map,
+    EnvMap, Ground, MappedMap, PreethamSky, Sky as _, project_map, read_map, read_map_bytes, reconstruct, sky_map,
 };
 use lobe::prt::Transfer;
 use lobe::sh::{Dir, Quantity, Rgb, ShFile, ShVec, read_sh_json, read_sh_json_bytes};
@@ -14,6 +13,7 @@ use lobe_gpu::{Context, Environment};
 use crate::loading::limits::{ReadLimits, plain};
 use crate::loading::place::given;
 use crate::loading::scene_source::has_ending;
+use crate::loading::shrunk::shrunk;
 use crate::loading::task::Control;
 
 /// The sky that the window opens with.
@@ -57,6 +57,8 @@ pub struct OpenedSky {
     pub map: Arc<MappedMap>,
     /// Its expansion, of the highest order of the window.
     pub light: Arc<ShVec<Rgb<f64>>>,
+    /// The map for a device to show: the same, or one in fewer texels where textures there have not as many.
+    pub(crate) shown: Arc<MappedMap>,
 }
 
 /// Whether a file is an environment, by its name: a picture, a folder with the faces of a cube, or an expansion.
@@ -110,7 +112,16 @@ impl OpenedSky {
     /// A map with its expansion, which is made now.
     pub(crate) fn of(name: String, map: MappedMap) -> Self {
         let light = Arc::new(project_map(&map, Transfer::MAX_ORDER));
-        Self { name, map: Arc::new(map), light }
+        let map = Arc::new(map);
+        Self { name, shown: map.clone(), map, light }
+    }
+
+    /// The same for a device whose textures have at most so many texels along each side.
+    fn shown_within(self, most: usize) -> Self {
+        match shrunk(&self.map, most) {
+            Some(smaller) => Self { shown: Arc::new(smaller), ..self },
+            None => self,
+        }
     }
 }
 
@@ -134,15 +145,20 @@ fn made_sky(theta: f64, phi: f64, strength: f64, tint: [f64; 3]) -> anyhow::Resu
     }))
 }
 
-/// Opens an environment beside the window; between reading and expanding it can be stopped.
-pub(crate) fn open(control: &Control<OpenedSky>, source: &Path, limits: &ReadLimits) -> Result<(), String> {
+/// Opens an environment beside the window, for textures of `most` texels along each side; between reading and expanding it can be stopped.
+pub(crate) fn open(
+    control: &Control<OpenedSky>,
+    source: &Path,
+    limits: &ReadLimits,
+    most: usize,
+) -> Result<(), String> {
     control.stage(format!("reading {}", source.file_name().unwrap_or_default().to_string_lossy()));
     let (name, map) = read_sky(source, limits).map_err(|error| error.to_string())?;
     if control.is_cancelled() {
         return Ok(());
     }
     control.stage(format!("expanding {name}, {} x {} texels", map.width(), map.height()));
-    let opened = OpenedSky::of(name, map);
+    let opened = OpenedSky::of(name, map).shown_within(most);
     if !control.is_cancelled() {
         control.send(opened);
     }
@@ -158,7 +174,8 @@ pub(crate) fn read_expansion(path: &Path) -> anyhow::Result<ShFile> {
     })
 }
 
-/// A sky for a device to show, in fewer texels where a texture there has not as many.
+/// A sky for a device to show, in fewer texels where a texture there has not as many, which takes time: in a window, that of
+/// [`OpenedSky::shown`].
 pub(crate) fn on_device(context: &Context, map: &MappedMap) -> Environment {
     match shrunk(map, context.max_texture_side() as usize) {
         Some(smaller) => Environment::from(&smaller),
@@ -166,38 +183,18 @@ pub(crate) fn on_device(context: &Context, map: &MappedMap) -> Environment {
     }
 }
 
-/// The same with at most so many texels along each side; none if it has no more.
-fn shrunk(map: &MappedMap, most: usize) -> Option<MappedMap> {
-    let factor = map.width().max(map.height()).div_ceil(most.max(1));
-    if factor <= 1 {
-        return None;
-    }
-    let width = (map.width() / factor).max(1);
-    let height = match map.mapping() {
-        Mapping::Cube => Mapping::Cube.height_for(width),
-        _ => (map.height() / factor).max(1),
-    };
-    Some(MappedMap::from_fn(map.mapping(), width, height, |s| map.radiance(s)))
-}
-
 #[cfg(test)]
 mod tests {
+    use lobe::env::Mapping;
+
     use super::*;
 
     #[test]
-    fn skies_are_shrunk_to_the_sides_that_a_device_has_and_look_the_same() {
-        let radiance = |s: Dir| Rgb::new(1.5 + s.x() as f32, 1.5 + s.y() as f32, 1.5 + s.z() as f32);
-        for (mapping, width) in [(Mapping::LatLong, 130), (Mapping::Cube, 40), (Mapping::Octahedral, 130)] {
-            let map = MappedMap::from_fn(mapping, width, mapping.height_for(width), radiance);
-            let most = map.width().max(map.height());
-            assert!(shrunk(&map, most).is_none(), "{mapping}: it fits");
-            let smaller = shrunk(&map, most - 1).unwrap();
-            assert!(smaller.width().max(smaller.height()) < most, "{mapping}: {}", smaller.height());
-            for s in lobe_testkit::directions() {
-                let s = Dir::new(s).unwrap();
-                let [found, expected] = [&smaller, &map].map(|map| map.radiance(s).r);
-                assert!((found - expected).abs() < 0.05, "{mapping} towards {s:?}: {found}, expected {expected}");
-            }
-        }
+    fn a_sky_is_shrunk_for_the_device_where_it_is_opened_and_keeps_its_map() {
+        let map = MappedMap::from_fn(Mapping::Angular, 20, 20, |_| Rgb::new(1.0, 1.0, 1.0));
+        let sky = OpenedSky::of("even".into(), map).shown_within(8);
+        assert!(sky.shown.width() <= 8 && sky.map.width() == 20, "{} of {}", sky.shown.width(), sky.map.width());
+        let same = sky.clone().shown_within(sky.map.width());
+        assert!(Arc::ptr_eq(&same.shown, &sky.shown), "what fits is shared");
     }
 }

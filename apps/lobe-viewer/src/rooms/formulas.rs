@@ -32,21 +32,49 @@ impl Formula {
         "[Sloan 2008]",
         "Windows and ringing",
     );
-    /// Sigma factors.
+    /// A power of sigma factors.
     pub const LANCZOS: Self = formula(
         "Lanczos window",
-        "f_lm → w_l f_lm\nw_l = sin(π l/w)/(π l/w)\nw_l = 0 for l ≥ w",
+        "f_lm → w_l f_lm\nw_l = (sin(π l/w)/(π l/w))^p\nw_l = 0 for l ≥ w",
         "[Sloan 2008]",
+        "Windows and ringing",
+    );
+    /// The fourth power of sigma factors.
+    pub const SINC4: Self = formula(
+        "Sinc4 window",
+        "f_lm → w_l f_lm\nw_l = (sin(π l/w)/(π l/w))⁴\nw_l = 0 for l ≥ w",
+        "[Sloan 2017]",
         "Windows and ringing",
     );
     /// The heat kernel.
     pub const GAUSS: Self =
         formula("Gauss window", "f_lm → w_l f_lm\nw_l = exp(-σ² l(l+1)/2)", "", "Windows and ringing");
+    /// Least squares with a penalty on the squared Laplacian.
+    pub const LAPLACIAN: Self = formula(
+        "Squared Laplacian window",
+        "f_lm → w_l f_lm\nw_l = 1/(1 + λ l² (l+1)²)",
+        "[Sloan 2008]",
+        "Windows and ringing",
+    );
+    /// The blur of a light from one direction.
+    pub const PUNCTUAL: Self = formula(
+        "Window of punctual lights",
+        "f_lm → w_l f_lm\nw = 1, 0.92, 0.73, 0, ..",
+        "[Sloan 2017]",
+        "Windows and ringing",
+    );
     /// The least change without negative values: this library's own. Sloan 2017 searches a table of windows instead, by a
     /// conservative bound.
     pub const DERING: Self = formula(
-        "Dering",
+        "Dering by radiance",
         "f_lm → w_l f_lm, such that\nΣ_l E_l (1 - w_l)² is least with\nΣ_l w_l f_l(s) ≥ 0 for all s\nE_l = Σ_m f_lm²,   w_0 = 1",
+        "",
+        "Windows and ringing",
+    );
+    /// The same of the irradiance, by the factors `A_l` of [`Formula::IRRADIANCE`]: radiance may remain negative.
+    pub const DERING_IRRADIANCE: Self = formula(
+        "Dering by irradiance",
+        "f_lm → w_l f_lm, such that\nΣ_l E_l (1 - w_l)² is least with\nΣ_l A_l w_l f_l(s) ≥ 0 for all s\nE_l = A_l² Σ_m f_lm²,  w_0 = 1\nA = π, 2π/3, π/4, 0, -π/24, ..",
         "",
         "Windows and ringing",
     );
@@ -207,12 +235,16 @@ impl Formula {
 /// All of them.
 impl Formula {
     /// Every formula of the window.
-    pub const ALL: [Self; 28] = [
+    pub const ALL: [Self; 32] = [
         Self::PROJECTION,
         Self::HANNING,
         Self::LANCZOS,
+        Self::SINC4,
         Self::GAUSS,
+        Self::LAPLACIAN,
+        Self::PUNCTUAL,
         Self::DERING,
+        Self::DERING_IRRADIANCE,
         Self::ROTATION,
         Self::PRODUCT,
         Self::CONE,

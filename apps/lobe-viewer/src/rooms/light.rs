@@ -1,141 +1,21 @@
-//! The light of a room: windows and dering of its expansion, how its sky is turned, and the controls of all that.
+//! The light of a room: the order of its expansion and what tames it, how its sky is turned, and the controls of all that.
 
 use std::f64::consts::{PI, TAU};
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
-use eframe::egui::{ComboBox, Response, Slider, SliderClamping, Ui};
+use eframe::egui::{Response, Slider, SliderClamping, Ui};
 use lobe::env::MappedMap;
-use lobe::sh::{DeringOptions, Dir, Rgb, Rotation, ShVec, Window, deringed, windowed};
-use serde::{Deserialize, Serialize};
+use lobe::sh::{Dir, Rgb, Rotation, ShVec};
 
 use crate::loading::sky_source::OpenedSky;
-use crate::rooms::formulas::Formula;
-use crate::widgets::within::within;
+use crate::rooms::taming::Taming;
 
 /// Exposure by keys goes so far either way: beyond it all is black or white.
 pub(crate) const MOST_STOPS: f64 = 16.0;
 
 /// Stops of a key.
 const STOP: f64 = 0.5;
-
-/// Widths of windows in bands, up to four times the highest order.
-const WIDTHS: RangeInclusive<f64> = 1.5..=32.0;
-
-/// Widths of heat kernels in radians.
-const SIGMAS: RangeInclusive<f64> = 0.01..=1.2;
-
-/// What tames the ringing of an expansion.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-#[non_exhaustive]
-pub enum Taming {
-    /// Nothing.
-    #[default]
-    None,
-    /// A raised cosine that is zero at this band.
-    Hanning(f64),
-    /// The sigma factors of Lanczos, zero at this band.
-    Lanczos(f64),
-    /// The heat kernel of this width in radians.
-    Gauss(f64),
-    /// The least change that leaves nothing negative.
-    Dering,
-}
-
-impl Taming {
-    const NAMES: [&str; 5] = ["None", "Hanning", "Lanczos", "Gauss", "Dering"];
-
-    /// One of each kind, as it is chosen for an expansion of this order.
-    fn choices(order: usize) -> [Self; 5] {
-        let order = order as f64;
-        [Self::None, Self::Hanning(order), Self::Lanczos(order), Self::Gauss(0.3), Self::Dering]
-    }
-
-    fn number(self) -> usize {
-        match self {
-            Self::None => 0,
-            Self::Hanning(_) => 1,
-            Self::Lanczos(_) => 2,
-            Self::Gauss(_) => 3,
-            Self::Dering => 4,
-        }
-    }
-
-    /// The window, where it is one.
-    #[must_use]
-    pub fn window(self) -> Option<Window> {
-        match self {
-            Self::None | Self::Dering => None,
-            Self::Hanning(width) => Some(Window::Hanning { width }),
-            Self::Lanczos(width) => Some(Window::Lanczos { width, power: 1.0 }),
-            Self::Gauss(sigma) => Some(Window::Gauss { sigma }),
-        }
-    }
-
-    /// Its formula.
-    pub(crate) fn formula(self) -> Option<Formula> {
-        match self {
-            Self::None => None,
-            Self::Hanning(_) => Some(Formula::HANNING),
-            Self::Lanczos(_) => Some(Formula::LANCZOS),
-            Self::Gauss(_) => Some(Formula::GAUSS),
-            Self::Dering => Some(Formula::DERING),
-        }
-    }
-
-    /// The expansion with it.
-    #[must_use]
-    pub fn tamed(self, light: &ShVec<Rgb<f64>>) -> ShVec<Rgb<f64>> {
-        match (self, self.window()) {
-            (Self::Dering, _) => deringed(light, &DeringOptions::default()).0,
-            (_, Some(window)) => windowed(light, &window),
-            _ => light.clone(),
-        }
-    }
-
-    /// The same for one channel.
-    #[must_use]
-    pub fn tamed_gray(self, f: &ShVec<f64>) -> ShVec<f64> {
-        match (self, self.window()) {
-            (Self::Dering, _) => deringed(f, &DeringOptions::default()).0,
-            (_, Some(window)) => windowed(f, &window),
-            _ => f.clone(),
-        }
-    }
-
-    /// Brings its width into its range.
-    pub(crate) fn check(&mut self) {
-        match self {
-            Self::Hanning(width) | Self::Lanczos(width) => *width = within(*width, WIDTHS, 4.0),
-            Self::Gauss(sigma) => *sigma = within(*sigma, SIGMAS, 0.3),
-            Self::None | Self::Dering => {}
-        }
-    }
-
-    /// A choice, and the strength of what was chosen. `order` is that of the expansion.
-    pub(crate) fn controls(&mut self, ui: &mut Ui, order: usize) {
-        let shown = ComboBox::from_label("Window").selected_text(Self::NAMES[self.number()]).show_ui(ui, |ui| {
-            for choice in Self::choices(order) {
-                let is_chosen = choice.number() == self.number();
-                if ui.selectable_label(is_chosen, Self::NAMES[choice.number()]).clicked() && !is_chosen {
-                    *self = choice;
-                }
-            }
-        });
-        shown.response.on_hover_text("The next by W; dering on and off by D");
-        match self {
-            Self::Hanning(width) | Self::Lanczos(width) => {
-                let range = *WIDTHS.start()..=4.0 * order.max(1) as f64;
-                ui.add(Slider::new(width, range).text("Width in bands").fixed_decimals(2));
-            }
-            Self::Gauss(sigma) => {
-                ui.add(Slider::new(sigma, SIGMAS).text("Width in radians").fixed_decimals(3));
-            }
-            Self::None | Self::Dering => {}
-        }
-    }
-}
 
 /// The light of a room in the hand that changes it.
 pub(crate) struct LightHand<'a> {
@@ -159,10 +39,11 @@ impl LightHand<'_> {
         *self.tilt = (*self.tilt + PI * down).clamp(-PI, PI);
     }
 
-    /// Adds bands.
+    /// Adds bands to those that can be had.
     pub(crate) fn change_order(&mut self, by: isize) {
         if by != 0 {
-            *self.order = self.order.saturating_add_signed(by).clamp(1, self.most_order);
+            let order = (*self.order).min(self.most_order);
+            *self.order = order.saturating_add_signed(by).clamp(1, self.most_order);
         }
     }
 
@@ -176,15 +57,14 @@ impl LightHand<'_> {
     /// Chooses the next window, after the last none.
     pub(crate) fn next_window(&mut self) {
         if let Some(taming) = self.taming.as_deref_mut() {
-            let choices = Taming::choices(*self.order);
-            *taming = choices[(taming.number() + 1) % choices.len()];
+            *taming = taming.next(*self.order);
         }
     }
 
     /// Switches dering on or off.
     pub(crate) fn switch_dering(&mut self) {
         if let Some(taming) = self.taming.as_deref_mut() {
-            *taming = if *taming == Taming::Dering { Taming::None } else { Taming::Dering };
+            *taming = if taming.is_dering() { Taming::None } else { Taming::Dering };
         }
     }
 
@@ -243,5 +123,21 @@ impl TamedSky {
         }
         let made = || ((sky.map.clone(), order, taming), taming.tamed(&sky.light.resized(order)));
         &self.0.get_or_insert_with(made).1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_key_takes_a_band_from_those_that_can_be_had() {
+        for (kept, most, by, expected) in [(8, 4, -1, 3), (8, 4, 1, 4), (4, 4, -1, 3), (1, 4, -1, 1), (3, 8, 1, 4)] {
+            let (mut order, mut turn, mut tilt) = (kept, 0.0, 0.0);
+            let (turn, tilt) = (&mut turn, &mut tilt);
+            let mut hand = LightHand { order: &mut order, most_order: most, taming: None, turn, tilt, exposure: None };
+            hand.change_order(by);
+            assert_eq!(order, expected, "{by} to {kept} of at most {most}");
+        }
     }
 }

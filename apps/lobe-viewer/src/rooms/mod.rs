@@ -1,8 +1,9 @@
 //! The rooms of the application, each with its controls beside what they change.
 //!
-//! Read `light`, what all rooms do to a light, `steer`, how a hand changes it and the camera, `truth_light` and `truth`, what pictures are
-//! compared with, and `formulas`, a table of what is computed, then the rooms: `scene`, a baked scene under a turning sky; `sky`, an
-//! environment and its expansions; `functions`, functions on the sphere; `motion`, what moves. Uses `loading` and `widgets`.
+//! Read `taming`, what ends the ringing of an expansion, `light`, what all rooms do to a light, `steer`, how a hand changes it and the
+//! camera, `truth_light` and `truth`, what pictures are compared with, and `formulas`, a table of what is computed, then the rooms:
+//! `scene`, a baked scene under a turning sky; `sky`, an environment and its expansions; `functions`, functions on the sphere; `motion`,
+//! what moves. Uses `loading` and `widgets`.
 
 pub(crate) mod formulas;
 pub(crate) mod functions;
@@ -11,5 +12,6 @@ pub(crate) mod motion;
 pub(crate) mod scene;
 pub(crate) mod sky;
 pub(crate) mod steer;
+pub(crate) mod taming;
 pub(crate) mod truth;
 pub(crate) mod truth_light;

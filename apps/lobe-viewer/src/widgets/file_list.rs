@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use eframe::egui::{Context, Key, ScrollArea, TextEdit, Ui, Window};
+use eframe::egui::{Context, Key, Modifiers, ScrollArea, TextEdit, Ui, Window};
 
 /// Entries of a folder that are shown at most.
 const MOST: usize = 2000;
@@ -67,6 +67,13 @@ impl FileList {
         }
     }
 
+    /// Closes the window by a key, which then stops nothing else.
+    pub(crate) fn keys(&mut self, ctx: &Context) {
+        if self.is_open && ctx.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Escape)) {
+            self.is_open = false;
+        }
+    }
+
     /// Shows the window; returns the file or the folder that was chosen.
     pub(crate) fn show(&mut self, ctx: &Context, endings: &[&str]) -> Option<PathBuf> {
         if !self.is_open {
@@ -76,10 +83,7 @@ impl FileList {
         Window::new("Open a file").open(&mut is_open).default_size([460.0, 420.0]).show(ctx, |ui| {
             chosen = self.content(ui, endings);
         });
-        if ctx.input(|input| input.key_pressed(Key::Escape)) || chosen.is_some() {
-            is_open = false;
-        }
-        self.is_open = is_open;
+        self.is_open = is_open && chosen.is_none();
         chosen
     }
 

@@ -83,6 +83,28 @@ fn bad_input_is_one_line_and_exit_code_2() {
 }
 
 #[test]
+fn a_picture_is_not_written_over_what_it_is_made_of() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let sky = lobe::image::Picture::filled(8, 4, [0.5; 3]);
+    sky.write_png(at.join("sky.png"), &lobe::image::Tone::PLAIN).unwrap();
+    std::fs::create_dir(at.join("other")).unwrap();
+    let before = std::fs::read(at.join("sky.png")).unwrap();
+    for name in ["sky.png", "./sky.png", "other/../sky.png"] {
+        let said = error(at, &format!("--headless built-in:ball --env sky.png --mode unshadowed -o {name}"));
+        assert!(said.contains(&format!("-o: {name} is an input, which would be lost")), "{said}");
+        let said = error(at, &format!("--headless built-in:ball --transfer sky.png --mode shadowed -o {name}"));
+        assert!(said.contains("is an input"), "{said}");
+    }
+    assert_eq!(std::fs::read(at.join("sky.png")).unwrap(), before, "the sky is as it was");
+    // Of several pictures the names are numbered.
+    std::fs::write(at.join("sky.0002.pfm"), &before).unwrap();
+    let options = "--headless built-in:ball --env sky.0002.pfm --mode unshadowed --frames 3 --size 8x6";
+    let said = error(at, &format!("{options} -o sky.pfm"));
+    assert!(said.contains("-o: sky.0002.pfm is an input, which would be lost"), "{said}");
+}
+
+#[test]
 fn a_scene_is_rendered_to_a_file_in_every_mode() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use eframe::egui::{DroppedFile, Key};
+use eframe::egui::{DroppedFile, Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 use lobe::env::{EnvMap, write_env};
@@ -319,6 +319,26 @@ fn a_sky_that_was_cancelled_is_not_shown_afterwards() {
     assert!(Arc::ptr_eq(&after.sky().unwrap().map, &before.map), "the sky before is still there");
     assert_ne!(after.edits().sky, path, "and the next start does not open the other");
     assert!(after.message().is_some_and(|line| line.starts_with("Cancelled")), "{:?}", after.message());
+}
+
+#[test]
+fn a_key_closes_the_list_of_files_and_stops_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = small_window(folder.path());
+    let map = EnvMap::from_fn(2048, 1024, |_| Rgb::new(9.0, 9.0, 9.0));
+    let path = folder.path().join("large.hdr");
+    write_env(&path, &map, &Default::default()).unwrap();
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::O);
+    harness.run_steps(2);
+    assert!(harness.query_by_label("Open this folder").is_some(), "the list");
+    harness.input_mut().dropped_files.push(Arc::new(Dropped(path.clone())));
+    harness.run_steps(1);
+    harness.key_press(Key::Escape);
+    harness.run_steps(2);
+    assert!(harness.query_by_label("Open this folder").is_none(), "it is closed");
+    step_until(&mut harness, |app| app.scene().is_idle());
+    let room = harness.state().scene();
+    assert_eq!((room.message(), &room.edits().sky), (None, &path), "the sky is read to its end");
 }
 
 #[test]

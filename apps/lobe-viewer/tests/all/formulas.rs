@@ -72,8 +72,12 @@ fn each_study_has_its_formula_and_each_window_its_own() {
     for (name, formula) in [
         ("Hanning", Formula::HANNING),
         ("Lanczos", Formula::LANCZOS),
+        ("Sinc4", Formula::SINC4),
         ("Gauss", Formula::GAUSS),
-        ("Dering", Formula::DERING),
+        ("Squared Laplacian", Formula::LAPLACIAN),
+        ("Punctual lights", Formula::PUNCTUAL),
+        ("Dering by radiance", Formula::DERING),
+        ("Dering by irradiance", Formula::DERING_IRRADIANCE),
     ] {
         choose(&mut harness, "Window", name);
         let found: Vec<Formula> = on_screen(&harness).into_iter().filter(|found| *found != Formula::CONE).collect();

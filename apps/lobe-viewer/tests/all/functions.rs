@@ -3,8 +3,13 @@
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
-use lobe::sh::{AmbientCube, Dir, Expansion as _, ShL2, Zonal, certified_minimum, convolved, product};
-use lobe_viewer::{FunctionsEdits, FunctionsRoom, Shape, Study, Taming};
+use lobe::sh::{
+    AmbientCube, Dir, Expansion as _, Quantity, ShFile, ShL2, ShVec, Window, Zonal, certified_minimum, convolved,
+    product, write_sh_json,
+};
+use lobe_viewer::{FunctionsEdits, FunctionsRoom, Section, Shape, Study, Taming};
+
+use crate::press::{choose, slide};
 
 /// Frames after which a room that shows its pictures one after the other is at rest, on any machine.
 const STEPS: u64 = 500;
@@ -71,12 +76,127 @@ fn the_minimum_that_is_shown_is_certified_and_dering_ends_it() {
     let text = format!("Minimum: {:.5}, {at:.0}° from the axis", found.lo);
     assert!(found.lo < -0.01 && harness.query_by_label(&text).is_some(), "{text}");
     let harness = open(edits(|edits| (edits.study, edits.taming) = (Study::Ringing, Taming::Dering)));
-    let tamed = Taming::Dering.tamed_gray(&harness.state().edits().ringing_light());
+    let tamed = Taming::Dering.tamed(&harness.state().edits().ringing_light());
     let least = certified_minimum(tamed.coefficients(), 1e-9);
     assert!(least.lo > -1e-6, "{least:?}");
     let at = least.dir.theta().to_degrees();
     let text = format!("Minimum, tamed: {:.5}, {at:.0}° from the axis", least.lo);
     assert!(harness.query_by_label(&text).is_some(), "{text}");
+}
+
+/// The line of a minimum.
+fn minimum(name: &str, f: &ShVec<f64>) -> String {
+    let found = certified_minimum(f.coefficients(), 1e-9);
+    format!("{name}: {:.5}, {:.0}° from the axis", found.lo, found.dir.theta().to_degrees())
+}
+
+#[test]
+fn factors_and_minima_on_the_screen_are_those_of_each_window_and_each_dering() {
+    for taming in [Taming::Sinc4(6.0), Taming::Laplacian(0.01), Taming::Punctual, Taming::DeringIrradiance] {
+        let harness = open(edits(|edits| {
+            (edits.study, edits.taming, edits.has_crosses, edits.section) =
+                (Study::Ringing, taming, false, Section::None);
+        }));
+        let light = harness.state().edits().ringing_light();
+        let factors: Vec<String> = taming.factors(&light).iter().map(|w| format!("{w:.4}")).collect();
+        let text = format!("Factors of the bands: {}", factors.join(" "));
+        assert!(harness.query_by_label(&text).is_some(), "{}: {text}", taming.title());
+        let tamed = taming.tamed(&light);
+        let received = convolved(&tamed, &Zonal::clamped_cosine(light.order()));
+        for text in [minimum("Minimum, tamed", &tamed), minimum("Minimum of the irradiance, tamed", &received)] {
+            assert!(harness.query_by_label(&text).is_some(), "{}: {text}", taming.title());
+        }
+    }
+}
+
+#[test]
+fn dering_by_irradiance_leaves_radiance_below_zero_and_no_irradiance() {
+    let light = edits(|edits| edits.study = Study::Ringing).ringing_light();
+    let tamed = Taming::DeringIrradiance.tamed(&light);
+    let received = convolved(&tamed, &Zonal::clamped_cosine(light.order()));
+    let [radiance, irradiance] = [&tamed, &received].map(|f| certified_minimum(f.coefficients(), 1e-9).lo);
+    assert!(radiance < -1e-3 && irradiance > -1e-6, "least radiance {radiance}, least irradiance {irradiance}");
+}
+
+#[test]
+fn the_peak_of_an_impulse_finds_the_width_of_a_window() {
+    // Sloan 2008 compares windows of order 6 at this peak.
+    for (taming, expected) in [
+        (Taming::Hanning(6.0), Window::Hanning { width: 12.010498388175 }),
+        (Taming::Lanczos { width: 6.0, power: 1.0 }, Window::Lanczos { width: 9.872527032259, power: 1.0 }),
+        (Taming::Lanczos { width: 6.0, power: 2.0 }, Window::Lanczos { width: 13.712128048, power: 2.0 }),
+    ] {
+        let mut harness = open(edits(|edits| {
+            (edits.study, edits.order, edits.taming) = (Study::Ringing, 6, taming);
+            (edits.has_crosses, edits.section) = (false, Section::None);
+        }));
+        slide(&mut harness, "Peak of an impulse", 2.25);
+        let found = harness.state().edits().taming.window().unwrap();
+        for l in 0..6 {
+            let [a, b] = [found, expected].map(|window| window.factor(l));
+            assert!((a - b).abs() < 1e-8, "band {l}: {found} has {a}, {expected} has {b}");
+        }
+        harness.run_steps(4);
+        assert_eq!(harness.state().edits().taming.window(), Some(found), "and it stays");
+    }
+}
+
+#[test]
+fn windows_follow_each_other_by_a_key_and_dering_goes_by_another() {
+    let mut harness = open(edits(|edits| {
+        (edits.study, edits.has_crosses, edits.section) = (Study::Ringing, false, Section::None);
+    }));
+    let mut titles = vec![harness.state().edits().taming.title()];
+    for _ in 0..9 {
+        harness.key_press(Key::W);
+        harness.run();
+        titles.push(harness.state().edits().taming.title());
+    }
+    let around = titles.iter().skip(1).position(|title| *title == titles[0]);
+    assert_eq!(around, Some(8), "after the last none: {titles:?}");
+    for (before, after) in [(Taming::DeringIrradiance, Taming::None), (Taming::Punctual, Taming::Dering)] {
+        let mut harness = open(edits(|edits| {
+            (edits.study, edits.taming, edits.has_crosses, edits.section) =
+                (Study::Ringing, before, false, Section::None);
+        }));
+        harness.key_press(Key::D);
+        harness.run();
+        assert_eq!(harness.state().edits().taming, after, "after {}", before.title());
+    }
+}
+
+#[test]
+fn the_function_of_a_file_can_be_chosen_again_after_another() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("f.sh.json");
+    let numbers = ShVec::from_vec((0..9).map(|i| 0.5 - 0.1 * f64::from(i)).collect()).unwrap();
+    write_sh_json(&path, &ShFile::new(Quantity::Irradiance, numbers.clone())).unwrap();
+    let mut harness = open(edits(|edits| (edits.has_crosses, edits.section) = (false, Section::None)));
+    harness.state_mut().open(&path).unwrap();
+    harness.run();
+    choose(&mut harness, "f", "Impulse");
+    assert_eq!(harness.state().edits().shape, Shape::Impulse, "another one");
+    choose(&mut harness, "f", "From a file");
+    let edits = harness.state().edits();
+    assert_eq!(edits.shape, Shape::Opened, "that of the file again");
+    for (found, expected) in edits.function().coefficients().iter().zip(numbers.coefficients()) {
+        assert!((found - expected).abs() < 1e-12, "{found}, written {expected}");
+    }
+}
+
+#[test]
+fn keys_of_the_order_change_no_study_that_is_not_seen() {
+    let mut harness = open(edits(|edits| {
+        (edits.study, edits.has_crosses, edits.section) = (Study::AmbientCube, false, Section::None);
+    }));
+    harness.key_press(Key::Comma);
+    harness.run();
+    assert_eq!(harness.state().edits().order, FunctionsEdits::default().order, "the cube has no order");
+    harness.key_press(Key::Num1);
+    harness.run();
+    harness.key_press(Key::Comma);
+    harness.run();
+    assert_eq!(harness.state().edits().order, FunctionsEdits::default().order - 1, "a rotation has");
 }
 
 #[test]

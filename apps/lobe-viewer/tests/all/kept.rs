@@ -25,8 +25,26 @@ fn what_is_written_is_read_again_and_nonsense_is_as_a_first_start() {
     }
     std::fs::write(folder.path().join("window.json"), r#"{"zoom": 1e9, "scene": {"order": 99}, "later": 1}"#).unwrap();
     let read = Kept::read(&user);
-    assert_eq!((read.zoom, read.scene.order), (3.0, 8), "numbers out of range");
+    assert_eq!((read.zoom, read.scene.order), (2.0, 8), "numbers out of range");
+    let text = r#"{"zoom": 1.5, "theme": "mauve", "motion": {"order": "many"}, "scene": {"order": 3}}"#;
+    std::fs::write(folder.path().join("window.json"), text).unwrap();
+    let read = Kept::read(&user);
+    assert_eq!((read.zoom, read.scene.order), (1.5, 3), "what can be read beside what cannot");
+    assert_eq!((read.theme, read.motion), (Theme::System, Kept::default().motion), "what cannot");
     assert_eq!(Kept::read(&UserFolder::none()), Kept::default(), "without a folder");
+}
+
+#[test]
+fn what_tames_the_light_is_read_from_the_files_of_older_versions() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = r#"{"scene": {"taming": {"lanczos": 9.5}, "order": 6}, "sky": {"taming": "dering"},
+        "functions": {"taming": {"gauss": 0.2}}, "motion": {"taming": {"hanning": 5.0}}, "zoom": 1.25}"#;
+    std::fs::write(folder.path().join("window.json"), text).unwrap();
+    let read = Kept::read(&UserFolder::at(folder.path()));
+    assert_eq!((read.zoom, read.scene.order), (1.25, 6), "the file was read");
+    assert_eq!(read.scene.taming, Taming::Lanczos { width: 9.5, power: 1.0 }, "a window whose power was 1");
+    let others = [read.sky.taming, read.functions.taming, read.motion.taming];
+    assert_eq!(others, [Taming::Dering, Taming::Gauss(0.2), Taming::Hanning(5.0)], "and the others");
 }
 
 /// The same JSON with every number, in turn those of whole numbers or of all others, replaced.
@@ -60,7 +78,8 @@ fn every_number_that_is_kept_comes_back_in_its_range_and_the_rooms_stand_it() {
     kept.scene.scene = "built-in:furnace".into();
     kept.scene.lamps = vec![SceneLamp::default(); 3];
     (kept.scene.taming, kept.sky.taming, kept.functions.taming) =
-        (Taming::Hanning(3.0), Taming::Gauss(0.2), Taming::Lanczos(3.0));
+        (Taming::Hanning(3.0), Taming::Gauss(0.2), Taming::Lanczos { width: 3.0, power: 2.5 });
+    kept.motion.taming = Taming::Laplacian(0.25);
     let orbits = [&mut kept.orbit, &mut kept.sky_orbit, &mut kept.functions_orbit, &mut kept.motion_orbit];
     orbits.into_iter().for_each(|orbit| *orbit = Some(Orbit::default()));
     kept.size = Some([1000.0, 700.5]);

@@ -9,9 +9,10 @@ use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use lobe::io::Job;
 use lobe::render::{MovingMethod, MovingOptions, MovingShading};
 use lobe::sh::{Dir, Expansion as _, Rotation};
-use lobe::shadow::SphereFitMethod;
+use lobe::shadow::{SphereFitMethod, SphereFitOptions, fit_spheres, write_spheres};
 use lobe_viewer::{
-    MotionEdits, MotionRoom, MotionView, OpenedSky, ReadLimits, Taming, moving_bake_options, open_moving, open_sky,
+    MotionEdits, MotionRoom, MotionView, OpenedSky, ReadLimits, Step, Taming, moving_bake_options, open_moving,
+    open_sky,
 };
 
 use crate::wait::step_until;
@@ -156,6 +157,142 @@ fn a_file_that_is_opened_again_is_read_again_and_its_objects_can_be_moved() {
     let room = &harness.state().room;
     assert!(room.edits().is_by_hand && room.message().is_none(), "{:?}", room.message());
     assert!(harness.query_by_label("Put back").is_some(), "and there are hands");
+}
+
+#[test]
+fn a_file_that_is_torn_when_it_is_opened_again_is_told_and_leaves_its_scene_until_it_is_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let source = described(folder.path());
+    let mut harness = open(&source);
+    harness.state_mut().room.pause_at(0.5);
+    wait(&mut harness, MotionRoom::is_ready);
+    let before = harness.state().room.parts().to_vec();
+    let text = std::fs::read_to_string(&source).unwrap();
+    // Torn, of a mesh that is not there, and gone.
+    let without_mesh = r#"{"format": "lobe-scene", "version": 1, "entities": [{"mesh": "none.glb"}]}"#;
+    for torn in [Some(&text[..text.len() / 2]), Some(without_mesh), None] {
+        match torn {
+            Some(torn) => std::fs::write(&source, torn).unwrap(),
+            None => std::fs::remove_file(&source).unwrap(),
+        }
+        harness.state_mut().room.open(&source);
+        wait(&mut harness, |room| room.message().is_some());
+        harness.run_steps(4);
+        let room = &harness.state().room;
+        assert_eq!(room.message().unwrap().lines().count(), 1, "{:?}", room.message());
+        assert_eq!((room.parts(), room.source()), (&*before, source.as_path()), "the scene that was there");
+        assert!(room.is_ready() && !room.is_at_work(), "is shown, and not opened again");
+        assert!(harness.query_by_label_contains("products of shadow fields").is_some(), "as the line below it says");
+        assert!(harness.query_by_label("Preparing").is_none(), "nothing is waited for");
+    }
+    // It obeys its controls.
+    harness.state_mut().room.edits_mut().order = 2;
+    wait(&mut harness, |room| room.light().is_some_and(|light| light.order() == 2));
+    std::fs::write(&source, text.replace("falling", "fallen")).unwrap();
+    harness.state_mut().room.open(&source);
+    wait(&mut harness, |room| room.is_ready() && room.parts().iter().any(|name| name.contains("fallen")));
+    assert_eq!(harness.state().room.message(), None, "the whole file is shown, and nothing is told");
+}
+
+#[test]
+fn a_scene_stays_where_another_one_fails_or_is_stopped_although_its_file_is_gone() {
+    let folder = tempfile::tempdir().unwrap();
+    let source = described(folder.path());
+    let mut harness = open(&source);
+    wait(&mut harness, MotionRoom::is_ready);
+    std::fs::remove_file(&source).unwrap();
+    let torn = folder.path().join("torn.glb");
+    std::fs::write(&torn, b"glTF").unwrap();
+    harness.state_mut().room.open(&torn);
+    wait(&mut harness, |room| room.message().is_some());
+    let is_there = |room: &MotionRoom| room.is_ready() && room.source() == source && !room.is_at_work();
+    assert!(is_there(&harness.state().room), "after a failure: {:?}", harness.state().room.message());
+    harness.state_mut().room.open("built-in:three-objects".as_ref());
+    wait(&mut harness, MotionRoom::is_at_work);
+    harness.key_press(Key::Escape);
+    wait(&mut harness, |room| room.message().is_some());
+    let message = harness.state().room.message().unwrap().to_owned();
+    assert!(is_there(&harness.state().room) && message.contains("the one before"), "after a stop: {message}");
+    assert!(harness.query_by_label("Bake").is_none(), "there is nothing to begin again");
+}
+
+#[test]
+fn a_change_of_the_scene_that_is_taken_back_while_it_is_opened_leaves_what_was_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let source = described(folder.path());
+    let mut harness = open(&source);
+    wait(&mut harness, MotionRoom::is_ready);
+    std::fs::remove_file(&source).unwrap();
+    harness.state_mut().room.open("built-in:three-objects".as_ref());
+    wait(&mut harness, MotionRoom::is_at_work);
+    harness.state_mut().room.step(Step::Undo);
+    harness.run_steps(2);
+    let room = &harness.state().room;
+    assert_eq!((room.source(), room.message()), (source.as_path(), None), "what was there, and not read again");
+    assert!(room.is_ready() && room.parts().iter().any(|name| name == "falling"), "{:?}", room.parts());
+}
+
+#[test]
+fn a_scene_that_comes_back_has_its_parts_where_they_were_put_also_while_they_are_animated() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = open(&described(folder.path()));
+    wait(&mut harness, MotionRoom::is_ready);
+    let kept = |room: &MotionRoom| serde_json::to_value(room.edits()).unwrap();
+    let mut put = kept(&harness.state().room);
+    for hand in put["hands"].as_array_mut().unwrap() {
+        hand["turn"] = 0.5_f64.into();
+    }
+    *harness.state_mut().room.edits_mut() = serde_json::from_value(put.clone()).unwrap();
+    harness.run_steps(2);
+    let torn = folder.path().join("torn.glb");
+    std::fs::write(&torn, b"glTF").unwrap();
+    harness.state_mut().room.open(&torn);
+    wait(&mut harness, |room| room.message().is_some());
+    let found = kept(&harness.state().room);
+    assert_eq!((&found["hands"], &found["is_by_hand"]), (&put["hands"], &put["is_by_hand"]), "as they were put");
+}
+
+#[test]
+fn a_scene_that_is_stopped_before_any_other_was_there_waits_for_a_button() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut edits = MotionEdits::default();
+    edits.source = "built-in:walking-figure".into();
+    let show = |ui: &mut eframe::egui::Ui, shown: &mut Shown| shown.room.ui(ui, None, Some(&shown.sky));
+    let sky = open_sky("made:even".as_ref(), &ReadLimits::default()).unwrap();
+    let state = Shown { room: MotionRoom::new(edits), sky };
+    let mut harness = Harness::builder().with_size([1000.0, 1400.0]).build_ui_state(show, state);
+    wait(&mut harness, MotionRoom::is_at_work);
+    harness.key_press(Key::Escape);
+    wait(&mut harness, |room| room.message().is_some());
+    harness.run_steps(4);
+    let room = &harness.state().room;
+    assert_eq!(room.source().to_str(), Some("built-in:walking-figure"), "no other scene is opened in its place");
+    assert!(!room.is_at_work() && !room.is_ready(), "and nothing goes on");
+    assert!(harness.query_by_label("Nothing is baked").is_some(), "which the line below the picture says");
+    // Another scene can be opened.
+    let path = described(folder.path());
+    harness.state_mut().room.open(&path);
+    wait(&mut harness, MotionRoom::is_ready);
+    assert_eq!(harness.state().room.message(), None, "and is shown");
+}
+
+#[test]
+fn a_file_of_spheres_that_is_opened_again_is_read_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("wedge.safetensors");
+    let source = described(folder.path());
+    let scene = open_moving(&source, &ReadLimits::default()).unwrap();
+    let wedge = scene.parts().iter().find(|part| part.name == "falling").unwrap();
+    let mut harness = open(&source);
+    harness.state_mut().room.edits_mut().view = MotionView::Exponentials;
+    for count in [3, 2] {
+        let options = SphereFitOptions::default().count(count).samples(200);
+        write_spheres(&path, &fit_spheres(&wedge.scene, &options, Job::default()).unwrap().0).unwrap();
+        harness.state_mut().room.open_part_file(&path);
+        wait(&mut harness, |room| room.spheres() == count || room.message().is_some());
+        let room = &harness.state().room;
+        assert_eq!((room.message(), room.spheres()), (None, count), "those of the file as it is now");
+    }
 }
 
 #[test]

@@ -8,7 +8,7 @@ use egui_kittest::kittest::Queryable as _;
 use lobe::env::{EnvMap, write_env};
 use lobe::prt::BakeMode;
 use lobe::sh::{Dir, Expansion as _, Rgb, Zonal, convolved};
-use lobe_viewer::{Mode, SceneEdits, SceneLamp, SceneRoom, Step, UserFolder, transfer_of};
+use lobe_viewer::{Mode, Orbit, SceneEdits, SceneLamp, SceneRoom, Step, UserFolder, transfer_of};
 
 use crate::wait::step_until;
 
@@ -77,6 +77,35 @@ fn two_frames_of_a_scene_are_drawn_before_its_bake_takes_the_processors() {
         assert_eq!(frame(50), Some(false), "frame {k} after the first");
     }
     while frame(1) == Some(false) {}
+}
+
+#[test]
+fn a_scene_that_is_chosen_is_framed_and_one_that_was_left_keeps_its_camera() {
+    let folder = tempfile::tempdir().unwrap();
+    let far = folder.path().join("far.obj");
+    std::fs::write(&far, "v 100 0 0\nv 101 0 0\nv 100 1 0\nf 1 2 3\n").unwrap();
+    let mut harness = open(|_| ());
+    settle(&mut harness);
+    let near = *harness.state().orbit();
+    // As a list or a step back does, and not as a file that is opened.
+    for (scene, expected) in [(far.clone(), 100.5), ("built-in:furnace".into(), near.target[0])] {
+        harness.state_mut().edits_mut().scene = scene;
+        settle(&mut harness);
+        let found = harness.state().orbit();
+        assert!((found.target[0] - expected).abs() < 1e-6, "{found:?}, expected {expected}");
+    }
+    // A camera that was left is that of its scene, and not of what stands in for a file that is gone.
+    let left = Orbit { distance: 7.0, ..near };
+    for (scene, is_kept) in [(far, true), (folder.path().join("gone.obj"), false)] {
+        let mut edits = least();
+        edits.scene.clone_from(&scene);
+        let (mut room, ctx) = (SceneRoom::new(edits, Some(left), UserFolder::none()), Context::default());
+        while room.export().is_none() {
+            std::thread::sleep(Duration::from_millis(1));
+            room.advance(&ctx);
+        }
+        assert_eq!(*room.orbit() == left, is_kept, "{}: {:?}", scene.display(), room.orbit());
+    }
 }
 
 #[test]

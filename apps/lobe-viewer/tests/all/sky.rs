@@ -148,6 +148,25 @@ fn a_coefficient_that_is_typed_changes_the_expansion_and_is_undone() {
 }
 
 #[test]
+fn a_coefficient_that_is_typed_under_a_turned_sky_is_shown_as_it_was_typed() {
+    let sky = open_sky("bundled:sunset".as_ref(), &ReadLimits::default()).unwrap();
+    let mut edits = SkyEdits::default();
+    (edits.turn, edits.tilt, edits.has_expansion) = (0.7, -0.4, true);
+    let mut harness = open(edits, Some(sky));
+    harness.run_steps(20);
+    let cell = |harness: &Harness<'_, Shown>, name: &str| harness.get_by_label(name).accesskit_node().value().unwrap();
+    let others = ["Band 0, 0, red", "Band 1, -1, red", "Band 1, 1, red", "Band 1, 0, blue"];
+    let before = others.map(|name| cell(&harness, name));
+    type_into(&mut harness, "Band 1, 0, red", "-2.5");
+    assert_eq!(cell(&harness, "Band 1, 0, red"), "-2.5000", "the number that was typed");
+    assert_eq!(others.map(|name| cell(&harness, name)), before, "and no other changes");
+    assert_eq!(harness.state().room.edits().own.len(), 3, "in the frame of the sky its band is another");
+    harness.get_by_label("Those of the sky again").click();
+    harness.run_steps(2);
+    assert_ne!(cell(&harness, "Band 1, 0, red"), "-2.5000", "back to that of the sky");
+}
+
+#[test]
 fn what_is_no_number_is_refused_in_words_and_changes_nothing() {
     let sky = open_sky("made:evening".as_ref(), &ReadLimits::default()).unwrap();
     let mut harness = open(SkyEdits::default(), Some(sky));

@@ -6,7 +6,7 @@ use lobe::env::{Mapping, project_map};
 use lobe::image::compare;
 use lobe::render::{lat_long_picture, lat_long_picture_of};
 use lobe::sh::{
-    Coefficient as _, DeringOptions, LightFitOptions, Rgb, ShVec, Window, deringed, extract_lights, windowed,
+    Coefficient as _, DeringOptions, LightFitOptions, Rgb, ShVec, Window, Zonal, deringed, extract_lights, windowed,
 };
 use lobe_viewer::{OpenedSky, ReadLimits, SkyEdits, open_sky};
 
@@ -31,11 +31,16 @@ fn each_window_and_dering_that_is_chosen_tames_the_expansion_as_the_library_does
     let light = project_map(&sky.map, 8).resized(4);
     let mut harness = open(&sky);
     let by = |window: Window| windowed(&light, &window);
-    let all: [(&str, ShVec<Rgb<f64>>); 5] = [
+    let by_irradiance = DeringOptions::default().kernel(Zonal::clamped_cosine(4));
+    let all: [(&str, ShVec<Rgb<f64>>); 9] = [
         ("Hanning", by(Window::Hanning { width: 4.0 })),
         ("Lanczos", by(Window::Lanczos { width: 4.0, power: 1.0 })),
+        ("Sinc4", by(Window::Lanczos { width: 4.0, power: 4.0 })),
         ("Gauss", by(Window::Gauss { sigma: 0.3 })),
-        ("Dering", deringed(&light, &DeringOptions::default()).0),
+        ("Squared Laplacian", by(Window::SquaredLaplacian { lambda: 0.005 })),
+        ("Punctual lights", by(Window::PunctualLight)),
+        ("Dering by radiance", deringed(&light, &DeringOptions::default()).0),
+        ("Dering by irradiance", deringed(&light, &by_irradiance).0),
         ("None", light.clone()),
     ];
     for (name, tamed) in all {
@@ -46,6 +51,14 @@ fn each_window_and_dering_that_is_chosen_tames_the_expansion_as_the_library_does
     slide(&mut harness, "Width in bands", 6.5);
     let wider = by(Window::Hanning { width: 6.5 });
     assert!(harness.query_by_label(&minimum_of(&wider)).is_some(), "wider: {}", minimum_of(&wider));
+    choose(&mut harness, "Window", "Lanczos");
+    slide(&mut harness, "Power", 2.5);
+    let stronger = by(Window::Lanczos { width: 4.0, power: 2.5 });
+    assert!(harness.query_by_label(&minimum_of(&stronger)).is_some(), "stronger: {}", minimum_of(&stronger));
+    choose(&mut harness, "Window", "Squared Laplacian");
+    slide(&mut harness, "Weight", 0.125);
+    let fitted = by(Window::SquaredLaplacian { lambda: 0.125 });
+    assert!(harness.query_by_label(&minimum_of(&fitted)).is_some(), "fitted: {}", minimum_of(&fitted));
     choose(&mut harness, "Window", "Gauss");
     slide(&mut harness, "Width in radians", 0.5);
     let blurred = by(Window::Gauss { sigma: 0.5 });

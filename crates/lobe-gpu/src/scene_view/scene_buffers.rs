@@ -1,7 +1,7 @@
 //! A scene in buffers: vertices, triangles, materials and textures.
 
 use bytemuck::{Pod, Zeroable};
-use lobe_scene::{Alpha, Mesh, Scene, Wrap};
+use lobe_scene::{Alpha, Mesh, Scene, TextureUse, Wrap};
 
 use crate::GpuError;
 use crate::renderer::kernel::Slot;
@@ -20,7 +20,7 @@ pub(crate) struct Vertex {
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 struct Paint {
     color: [f32; 4],
-    uvs: [f32; 4],
+    place: [f32; 4],
     lightmap: [f32; 4],
 }
 
@@ -28,8 +28,6 @@ struct Paint {
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 struct MaterialShape {
     base_color: [f32; 4],
-    u_row: [f32; 4],
-    v_row: [f32; 4],
     picture: [u32; 4],
     flags: [u32; 4],
     numbers: [f32; 4],
@@ -64,8 +62,7 @@ pub(crate) fn check_scene(scene: &Scene) -> Result<(), GpuError> {
 /// # Errors
 /// [`GpuError::Unsupported`] if it does not fit the buffers of the device.
 pub(crate) fn add_surfaces(renderer: &mut Renderer, scene: &Scene, surfaces: &SurfacePieces) -> Result<(), GpuError> {
-    let paints = |mesh: &Mesh| (0..mesh.positions().len()).map(|i| paint(mesh, i)).collect::<Vec<_>>();
-    let paints: Vec<Paint> = scene.meshes().iter().flat_map(paints).collect();
+    let paints: Vec<Paint> = (0..scene.meshes().len()).flat_map(|mesh| paints(scene, mesh)).collect();
     renderer.upload("paints", &surfaces.order.placed(paints))?;
     let (starts, end) = texel_starts(scene, 0..scene.textures().len());
     let mut texels = vec![0; end];
@@ -109,12 +106,41 @@ pub(crate) fn vertices_of(scene: &Scene) -> Vec<Vertex> {
     scene.meshes().iter().flat_map(of_mesh).collect()
 }
 
-/// What multiplies the base color at a vertex, and where that is in pictures.
-fn paint(mesh: &Mesh, i: usize) -> Paint {
-    let uv = |uvs: &[[f32; 2]]| uvs.get(i).copied().unwrap_or([0.0; 2]);
-    let ([u0, v0], [u1, v1], [u, v]) = (uv(mesh.uvs(0)), uv(mesh.uvs(1)), uv(mesh.lightmap_uvs()));
-    let color = mesh.colors().get(i).copied().unwrap_or([1.0; 4]);
-    Paint { color, uvs: [u0, v0, u1, v1], lightmap: [u, v, 0.0, 0.0] }
+/// What multiplies the base color at the vertices of a mesh, and where those are in pictures.
+fn paints(scene: &Scene, mesh: usize) -> Vec<Paint> {
+    let (places, mesh) = (places_in_texture(scene, mesh), &scene.meshes()[mesh]);
+    let of = |uvs: &[[f32; 2]], i: usize| {
+        let [u, v] = uvs.get(i).copied().unwrap_or([0.0; 2]);
+        [u, v, 0.0, 0.0]
+    };
+    let paint = |i: usize| Paint {
+        color: mesh.colors().get(i).copied().unwrap_or([1.0; 4]),
+        place: of(&places, i),
+        lightmap: of(mesh.lightmap_uvs(), i),
+    };
+    (0..mesh.positions().len()).map(paint).collect()
+}
+
+/// Places are no farther from the picture than this: what is interpolated between them stays finite, and what is so far apart names no
+/// texel in single precision anyway.
+const FARTHEST: f64 = 1e30;
+
+/// Where the vertices of a mesh are in its texture, by [`TextureUse::map`] in double precision; none without a texture. Where the
+/// picture repeats, they count from an even period near the least of them, so that single precision keeps their digits.
+fn places_in_texture(scene: &Scene, mesh: usize) -> Vec<[f32; 2]> {
+    let Some(used) = texture_of(scene, mesh) else { return Vec::new() };
+    let mapped = |uv: &[f32; 2]| TextureUse::map(used.uv_map, *uv);
+    let places: Vec<[f64; 2]> = scene.meshes()[mesh].uvs(used.uv_set).iter().map(mapped).collect();
+    let wrap = scene.textures()[used.texture].wrap();
+    let start: [f64; 2] = std::array::from_fn(|k| match wrap[k] {
+        Wrap::Clamp => 0.0,
+        Wrap::Repeat | Wrap::Mirror => {
+            let least = places.iter().map(|place| place[k]).fold(f64::INFINITY, f64::min);
+            2.0 * (0.5 * least).floor()
+        }
+    });
+    let near = |place: &[f64; 2]| [0, 1].map(|k| (place[k] - start[k]).clamp(-FARTHEST, FARTHEST) as f32);
+    places.iter().map(near).collect()
 }
 
 /// The materials of the meshes of a piece, whose textures begin at these texels of all. A mesh between those of a piece may have no
@@ -135,11 +161,8 @@ fn material_shape(scene: &Scene, mesh: usize, start: impl Fn(usize) -> u32) -> M
             Wrap::Mirror => 1,
             Wrap::Clamp => 2,
         });
-        let [u, v] = used.uv_map;
-        shape.u_row[..3].copy_from_slice(&u);
-        shape.v_row[..3].copy_from_slice(&v);
         shape.picture = [start(used.texture), texture.width() as u32, texture.height() as u32, wrap[0] + 3 * wrap[1]];
-        shape.flags[0] = 1 + used.uv_set as u32;
+        shape.flags[0] = 1;
     }
     shape.flags[1] = u32::from(material.double_sided);
     if let Alpha::Mask(cutoff) = material.alpha {
@@ -151,10 +174,61 @@ fn material_shape(scene: &Scene, mesh: usize, start: impl Fn(usize) -> u32) -> M
 
 #[cfg(test)]
 mod tests {
-    use lobe_scene::{Material, MeshParts, Texture, TextureUse};
+    use lobe_scene::{Material, MeshParts, Texture};
 
     use super::*;
     use crate::renderer::pieces::Piece;
+
+    /// A triangle with these coordinates, of which the second set is used, and a texture that continues by this way.
+    fn triangle(uvs: [[f32; 2]; 3], uv_map: [[f32; 3]; 2], wrap: Wrap) -> Scene {
+        let parts = MeshParts {
+            positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            triangles: vec![[0, 1, 2]],
+            uvs: [vec![[0.5; 2]; 3], uvs.to_vec()],
+            material: Some(0),
+            ..MeshParts::default()
+        };
+        let used = TextureUse { texture: 0, uv_set: 1, uv_map };
+        let material = Material { base_color_texture: Some(used), ..Material::WHITE };
+        let texture = Texture::new(4, 4, vec![[255; 4]; 16], [wrap; 2]);
+        Scene::new(vec![Mesh::new(parts).unwrap()], vec![material], vec![texture]).unwrap()
+    }
+
+    #[test]
+    fn places_in_a_texture_are_finite_for_all_coordinates() {
+        let most = f32::MAX;
+        let uvs = [[most, most], [-most, most], [0.0, -most]];
+        for uv_map in [[[most, most, most], [-most, most, 1.0]], [[most, -most, -most], [0.0, 0.0, most]]] {
+            for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp] {
+                let places = places_in_texture(&triangle(uvs, uv_map, wrap), 0);
+                // The sum of three of them is finite as well.
+                let is_finite = places.iter().flatten().all(|c| (3.0 * c).is_finite());
+                assert!(places.len() == 3 && is_finite, "{wrap:?}, {uv_map:?}: {places:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn places_far_from_the_first_period_keep_their_digits_and_the_texels_that_they_name() {
+        // Exact in single precision; beyond 2^24 single precision has no quarters of a period.
+        let (uvs, uv_map) =
+            ([[1e6, -2e6], [1e6 + 0.25, -2e6], [1e6, -2e6 + 0.5]], [[64.0, 0.0, 1.25], [0.0, 64.0, 3.5]]);
+        let texel = |k: u32| [(k * 16) as u8, (255 - k * 16) as u8, 7, 255];
+        let texture = Texture::new(4, 4, (0..16).map(texel).collect(), [Wrap::Mirror; 2]);
+        let places = places_in_texture(&triangle(uvs, uv_map, Wrap::Mirror), 0);
+        for (place, uv) in places.iter().zip(uvs) {
+            let expected = TextureUse::map(uv_map, uv);
+            assert!(place.iter().all(|c| (0.0..64.0).contains(c)), "{place:?}, of {expected:?}");
+            let [found, expected] = [place.map(f64::from), expected].map(|place| texture.sample(place));
+            assert_eq!(found, expected, "the color at {uv:?}");
+        }
+        // Where a picture ends, its place stays.
+        let clamped = places_in_texture(
+            &triangle([[-3.0, 0.5], [0.25, 7.0], [0.0; 2]], TextureUse::UV_UNCHANGED, Wrap::Clamp),
+            0,
+        );
+        assert_eq!(clamped, [[-3.0, 0.5], [0.25, 7.0], [0.0; 2]], "clamped");
+    }
 
     #[test]
     fn textures_before_those_of_a_piece_leave_the_places_of_its_own() {

@@ -7,20 +7,18 @@ struct Vertex {
     normal: vec4f,
 }
 
-// Color, two sets of texture coordinates, and the place in a lightmap.
+// Color, the place in a texture, and in a lightmap.
 struct Paint {
     color: vec4f,
-    uvs: vec4f,
+    place: vec4f,
     lightmap: vec4f,
 }
 
 struct Material {
     base_color: vec4f,
-    u_row: vec4f,
-    v_row: vec4f,
     // First word, width, height; ways to continue along u and v: 0 repeat, 1 mirror, 2 clamp, 3 * v + u.
     picture: vec4u,
-    // 0 without a texture, else 1 + the set of coordinates; 1 if double-sided; 1 if alpha is a mask.
+    // 1 with a texture; 1 if double-sided; 1 if alpha is a mask.
     flags: vec4u,
     // The cutoff of the mask.
     numbers: vec4f,
@@ -123,9 +121,7 @@ fn color_at(material: Material, corner: vec3u, weights: vec3f) -> vec4f {
     let c = paints[corner.z];
     var color = material.base_color * (weights.x * a.color + weights.y * b.color + weights.z * c.color);
     if material.flags.x > 0u {
-        let sets = weights.x * a.uvs + weights.y * b.uvs + weights.z * c.uvs;
-        let uv = vec3f(select(sets.xy, sets.zw, material.flags.x == 2u), 1.0);
-        color *= picture_at(material.picture, vec2f(dot(material.u_row.xyz, uv), dot(material.v_row.xyz, uv)));
+        color *= picture_at(material.picture, weights.x * a.place.xy + weights.y * b.place.xy + weights.z * c.place.xy);
     }
     return color;
 }

@@ -8,6 +8,7 @@ mod lookup;
 mod moving;
 mod pieces;
 mod scene_view;
+mod textures;
 mod traced;
 mod transfer;
 mod values;

@@ -99,6 +99,11 @@ fn a_picture_by_irradiance_is_that_of_the_processor() {
 
 /// Boxes with a texture that is turned, vertex colors, holes and a side that is not double-sided.
 pub(crate) fn painted() -> Scene {
+    painted_by([[0.6, 0.2, 0.1], [-0.2, 0.6, -0.3]])
+}
+
+/// The same with the texture by this map.
+pub(crate) fn painted_by(uv_map: [[f32; 3]; 2]) -> Scene {
     let quad = |name: &str, at: f32, material: usize, colors: Vec<[f32; 4]>| {
         Mesh::new(MeshParts {
             name: name.into(),
@@ -114,7 +119,7 @@ pub(crate) fn painted() -> Scene {
     };
     let texels = (0..64_u32).map(|i| [(i * 37 % 256) as u8, (i * 91 % 256) as u8, 128, (i * 53 % 256) as u8]).collect();
     let texture = Texture::new(8, 8, texels, [Wrap::Mirror, Wrap::Repeat]);
-    let used = TextureUse { texture: 0, uv_set: 0, uv_map: [[0.6, 0.2, 0.1], [-0.2, 0.6, -0.3]] };
+    let used = TextureUse { texture: 0, uv_set: 0, uv_map };
     let textured = Material { base_color_texture: Some(used), ..Material::WHITE };
     let one_sided = Material { double_sided: false, ..Material::matte("one-sided", [0.8, 0.5, 0.2]) };
     let colors = vec![[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0], [1.0; 4]];

@@ -7,7 +7,7 @@ use lobe::sh::{AmbientCube, Dir, Expansion as _, Sh, ShL2, Zonal, convolved};
 
 use crate::rooms::functions::edits::FunctionsEdits;
 use crate::rooms::functions::figures::{Pair, Stand, in_rows};
-use crate::widgets::curve::{Curve, curves};
+use crate::widgets::curve::{Axis, Curve, curves};
 
 /// A slider that sets whole degrees, and leaves what a drag has made of them.
 fn degrees<'a>(slider: Slider<'a>, text: &str) -> Slider<'a> {
@@ -51,5 +51,5 @@ pub(crate) fn show(ui: &mut Ui, edits: &FunctionsEdits, stand: &mut Stand<'_>) {
         Curve { name: "ambient cube", color: Color32::from_rgb(214, 120, 40), f: &by_cube },
     ];
     let size = vec2(ui.available_width().clamp(200.0, 720.0), 220.0);
-    curves(ui, "Irradiance facing the light, by its azimuth", size, TAU, &all);
+    curves(ui, "Irradiance facing the light, by its azimuth", size, &Axis::angles(TAU), &all);
 }

@@ -10,7 +10,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::loading::sky_source::read_expansion;
 use crate::rooms::formulas::Formula;
-use crate::rooms::light::{LightHand, Taming};
+use crate::rooms::light::LightHand;
+use crate::rooms::taming::Taming;
 use crate::widgets::coefficient_table::MOST;
 use crate::widgets::within::within;
 
@@ -154,11 +155,11 @@ impl Shape {
         }
     }
 
-    /// A choice, and the numbers of what was chosen.
-    pub(crate) fn controls(&mut self, ui: &mut Ui, label: &str, order: usize) {
+    /// A choice, also that of a file where there is one, and the numbers of what was chosen.
+    pub(crate) fn controls(&mut self, ui: &mut Ui, label: &str, order: usize, has_file: bool) {
         ComboBox::from_label(label).selected_text(self.title()).show_ui(ui, |ui| {
             let all = [Self::Basis(2, 0), Self::Impulse, Self::Cosine, Self::Cone(30.0), Self::Lobe(8.0)];
-            for shape in all.into_iter().chain((*self == Self::Opened).then_some(Self::Opened)) {
+            for shape in all.into_iter().chain(has_file.then_some(Self::Opened)) {
                 let is_chosen = shape.title() == self.title();
                 if ui.selectable_label(is_chosen, shape.title()).clicked() && !is_chosen {
                     *self = shape;
@@ -284,6 +285,10 @@ impl FunctionsEdits {
         if self.opened.is_none() && self.shape == Shape::Opened {
             self.shape = first.shape;
         }
+        // The function of a file is the first factor only.
+        if self.other == Shape::Opened {
+            self.other = first.other;
+        }
         self.angles = self.angles.map(|angle| within(angle, -180.0..=180.0, 0.0));
         self.between = within(self.between, 0.0..=180.0, first.between);
         self.half_angle = within(self.half_angle, 1.0..=90.0, first.half_angle);
@@ -300,7 +305,10 @@ impl FunctionsEdits {
         let before = [yaw, roll, azimuth, height];
         let taming = (self.study == Study::Ringing).then_some(&mut self.taming);
         let (turn, tilt) = if is_cube { (&mut azimuth, &mut height) } else { (&mut yaw, &mut roll) };
-        let hand = &mut LightHand { order: &mut self.order, most_order: MAX_ORDER, taming, turn, tilt, exposure: None };
+        // The cube is compared with order 3, and the order of the other studies is not seen there.
+        let mut unseen = self.order;
+        let order = if is_cube { &mut unseen } else { &mut self.order };
+        let hand = &mut LightHand { order, most_order: MAX_ORDER, taming, turn, tilt, exposure: None };
         let result = change(hand);
         if [yaw, roll, azimuth, height] != before {
             let half_turns = |angle: f64| (angle + PI).rem_euclid(TAU) - PI;

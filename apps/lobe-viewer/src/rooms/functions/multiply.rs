@@ -8,8 +8,8 @@ use crate::rooms::functions::figures::Stand;
 use crate::rooms::functions::rotate::{numbers, row};
 
 pub(crate) fn controls(ui: &mut Ui, edits: &mut FunctionsEdits) {
-    edits.shape.controls(ui, "f", edits.order);
-    edits.other.controls(ui, "g", edits.order);
+    edits.shape.controls(ui, "f", edits.order, edits.opened.is_some());
+    edits.other.controls(ui, "g", edits.order, false);
     ui.add(Slider::new(&mut edits.between, 0.0..=180.0).text("Angle between them").suffix("°").fixed_decimals(0));
     ui.weak("The product of two functions of order n has order 2n - 1; what is kept is its first n bands.");
 }

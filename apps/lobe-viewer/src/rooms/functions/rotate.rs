@@ -8,7 +8,7 @@ use crate::rooms::functions::figures::{Pair, Stand, in_rows};
 use crate::widgets::bars::bars;
 
 pub(crate) fn controls(ui: &mut Ui, edits: &mut FunctionsEdits) {
-    edits.shape.controls(ui, "f", edits.order);
+    edits.shape.controls(ui, "f", edits.order, edits.opened.is_some());
     for (angle, name) in edits.angles.iter_mut().zip(["Yaw", "Pitch", "Roll"]) {
         let slider = Slider::new(angle, -180.0..=180.0).text(name).suffix("°").fixed_decimals(0);
         // Drags turn by parts of a degree.

@@ -11,9 +11,10 @@ use crate::loading::limits::ReadLimits;
 use crate::loading::moving_light::LitOn;
 use crate::loading::moving_source::built_in_moving;
 use crate::rooms::formulas::Formula;
-use crate::rooms::light::{LightHand, MOST_STOPS, Taming, sky_rotation};
+use crate::rooms::light::{LightHand, MOST_STOPS, sky_rotation};
 use crate::rooms::motion::cast::Hand;
 use crate::rooms::motion::player::{Asked, Fit, MOST_ORDER, Source};
+use crate::rooms::taming::Taming;
 use crate::widgets::within::within;
 
 /// The most spheres of a part.

@@ -1,6 +1,6 @@
 //! The room: what it knows of the scene, its keys, and its panel.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use eframe::egui::{CentralPanel, Context, Id, Key, Label, Panel, ScrollArea, Ui};
@@ -13,6 +13,7 @@ use crate::loading::sky_source::OpenedSky;
 use crate::loading::task::TaskEvent;
 use crate::rooms::formulas::formulas;
 use crate::rooms::light::TamedSky;
+use crate::rooms::motion::before::{Before, InHand};
 use crate::rooms::motion::cast::Cast;
 use crate::rooms::motion::clock::{Clock, passed};
 use crate::rooms::motion::controls::{self, Wish};
@@ -31,31 +32,35 @@ const SKY_SPEED: f64 = 0.5;
 pub struct MotionRoom {
     pub(super) edits: MotionEdits,
     history: History<MotionEdits>,
-    player: Option<(Source, Player)>,
+    pub(super) player: Option<(Source, Player)>,
     limits: ReadLimits,
     /// That of the window.
-    device: Option<lobe_gpu::Context>,
-    /// The files of the last scene that was opened.
-    good_files: Vec<PathBuf>,
-    /// The source of the last scene that was opened.
-    good: PathBuf,
+    pub(super) device: Option<lobe_gpu::Context>,
+    /// The scene that is left, until a moment of this one is lit.
+    pub(super) before: Option<Before>,
+    /// Where the parts were in the last frame, for a scene that is left and comes back.
+    pub(super) in_hand: InHand,
+    /// Whether the scene is to be opened although it is open.
+    pub(super) wants_start: bool,
+    /// Whether changes of the scene that is left are no longer to be taken back when this one is there.
+    pub(super) forgets_history: bool,
     pub(super) cast: Option<Cast>,
     pub(super) chosen: usize,
     pub(super) clock: Clock,
     pub(super) orbit: Orbit,
     /// Whether the scene is to be in the picture as soon as it is seen.
-    wants_frame: bool,
+    pub(super) wants_frame: bool,
     pub(super) sky: Option<OpenedSky>,
     light: TamedSky,
     pub(super) is_sky_turning: bool,
-    asked: Option<Asked>,
+    pub(super) asked: Option<Asked>,
     pub(super) lit: Option<Shown>,
     pub(super) is_waiting: bool,
-    /// Whether the bakes of the scene were cancelled before a moment was lit.
-    is_stopped: bool,
+    /// Whether the work on the scene has ended: it was cancelled, or went wrong.
+    pub(super) is_stopped: bool,
     pub(super) panes: Panes,
     pub(super) picture_ids: Vec<Id>,
-    message: Option<String>,
+    pub(super) message: Option<String>,
     wants_file: bool,
 }
 
@@ -65,12 +70,14 @@ impl MotionRoom {
     pub fn new(edits: MotionEdits) -> Self {
         Self {
             edits,
-            good: PathBuf::new(),
             history: History::default(),
             player: None,
             limits: ReadLimits::default(),
             device: None,
-            good_files: Vec::new(),
+            before: None,
+            in_hand: InHand::default(),
+            wants_start: false,
+            forgets_history: false,
             cast: None,
             chosen: 0,
             clock: Clock::default(),
@@ -192,23 +199,26 @@ impl MotionRoom {
     /// Opens a moving scene, as [`open_moving`](crate::open_moving), also one that is open, for what has changed in its file. One that
     /// cannot be opened leaves that which is there.
     pub fn open(&mut self, path: &Path) {
-        if path == self.edits.source {
-            self.player = None;
+        let is_left = self.before.as_ref().is_some_and(|before| before.source.path == path);
+        if path == self.edits.source || is_left {
             // Places of the parts that the file had are none of those that it has.
-            self.history = History::default();
+            (self.wants_start, self.forgets_history) = (true, true);
         }
         self.change_to(path);
     }
 
-    fn change_to(&mut self, path: &Path) {
+    pub(super) fn change_to(&mut self, path: &Path) {
         self.wants_frame |= path != self.edits.source;
         self.edits = self.edits.of_scene(path.into());
         self.message = None;
     }
 
-    /// Opens a file of an occlusion field or of spheres, for the part of the scene that it was made of.
+    /// Opens a file of an occlusion field or of spheres, for the part of the scene that it was made of; also one that is open, for what
+    /// has changed in it.
     pub fn open_part_file(&mut self, path: &Path) {
+        let count = self.edits.files.len();
         self.edits.files.retain(|file| file != path);
+        self.wants_start |= self.edits.files.len() < count;
         self.edits.files.push(path.into());
         self.message = None;
     }
@@ -252,11 +262,34 @@ impl MotionRoom {
             if let Some(message) = &self.message {
                 ui.colored_label(ui.visuals().error_fg_color, message);
             }
-            let told = self.lit.as_ref().map_or_else(|| "Preparing".into(), |lit| lit.describe());
+            let told = self.lit.as_ref().map_or_else(|| self.unlit().into(), |lit| lit.describe());
             ui.add(Label::new(told).wrap());
             self.panes.status.show(ui);
         });
         CentralPanel::no_frame().show(ui, |ui| self.picture(ui, gpu));
+        self.remember_hands();
+    }
+
+    /// Remembers where the parts of the scene are, unless it is being left.
+    fn remember_hands(&mut self) {
+        let is_open = !self.wants_start && self.is_open(&self.edits.wanted(self.limits));
+        if let Some(cast) = &self.cast
+            && is_open
+            && self.edits.hands.len() == cast.hands.len()
+        {
+            self.in_hand.hands.clone_from(&self.edits.hands);
+            (self.in_hand.is_by_hand, self.in_hand.chosen) = (self.edits.is_by_hand, self.chosen);
+        }
+    }
+
+    /// Whether this is the scene that is there, or on its way.
+    fn is_open(&self, wanted: &Source) -> bool {
+        self.player.as_ref().is_some_and(|(source, _)| source == wanted)
+    }
+
+    /// What is said before a moment is lit.
+    pub(super) fn unlit(&self) -> &'static str {
+        if self.is_stopped { "Nothing is baked" } else { "Preparing" }
     }
 
     /// Keys of the room, where no control has the keyboard.
@@ -308,6 +341,7 @@ impl MotionRoom {
     fn take_news(&mut self) {
         // Of a scene that is being left, nothing is told any more.
         let player = self.player.as_ref().filter(|(source, _)| *source == self.edits.wanted(self.limits));
+        let player = player.filter(|_| !self.wants_start);
         let events = player.map(|(_, player)| player.events()).unwrap_or_default();
         for event in events {
             match event {
@@ -316,50 +350,38 @@ impl MotionRoom {
                     if self.edits.hands.len() != cast.hands.len() {
                         self.edits.hands.clone_from(&cast.hands);
                     }
-                    self.clock.keep_within(cast.span);
-                    self.chosen = cast.is_still.iter().position(|still| !still).unwrap_or(0);
                     self.edits.is_by_hand &= cast.is_rigid;
-                    self.good.clone_from(&self.edits.source);
-                    self.good_files.clone_from(&self.edits.files);
-                    self.cast = Some(cast);
+                    if std::mem::take(&mut self.forgets_history) {
+                        self.history = History::default();
+                    }
+                    self.take_cast(cast);
                 }
                 TaskEvent::Result(News::Lit(lit)) => {
                     if std::mem::take(&mut self.wants_frame) {
                         self.orbit = self.orbit.framing(lit.data.scene.world_bounds());
                     }
                     self.lit = Some(Arc::from(lit));
+                    self.before = None;
                     // Of several ways the one that was baked already comes first.
                     self.is_waiting = self.lit.as_ref().is_some_and(|lit| lit.ways.len() < lit.asked.methods.len());
                 }
                 TaskEvent::Failed(message) => self.fail(message),
-                TaskEvent::Cancelled => {
-                    self.is_stopped = true;
-                    self.fail("Stopped before the scene was baked. Bake begins again.".into());
-                }
+                TaskEvent::Cancelled => self.stop(),
                 TaskEvent::Done => {}
             }
         }
     }
 
-    /// Says what went wrong; of a scene that could not be opened the one before is opened again.
-    fn fail(&mut self, message: String) {
-        self.is_waiting = false;
-        let is_good = self.good == self.edits.source && self.good_files == self.edits.files;
-        if self.cast.is_none() && !is_good {
-            // A file that was kept may have gone: before any other was open, that is the first one of the program.
-            let is_first = self.good.as_os_str().is_empty();
-            let good = if is_first { MotionEdits::default().source } else { self.good.clone() };
-            self.change_to(&good);
-            self.edits.files.clone_from(&self.good_files);
-        }
-        self.message = Some(message);
-    }
-
     /// Starts the player, lets time pass, and asks for the moment that is to be seen.
     fn advance(&mut self, ctx: &Context, sky: Option<&OpenedSky>) {
         let wanted = self.edits.wanted(self.limits);
-        if self.player.as_ref().is_none_or(|(source, _)| *source != wanted) {
-            self.start(ctx, wanted);
+        if self.wants_start || !self.is_open(&wanted) {
+            // A change of the scene that is taken back before the other one is there leaves it as it was.
+            let is_kept = |before: &mut Before| before.player.is_some() && before.source == wanted;
+            match self.before.take_if(|before| !self.wants_start && is_kept(before)) {
+                Some(before) => self.put_back(before),
+                None => self.start(ctx, wanted),
+            }
         }
         // Hands that come with the scene are no change of a user, and those of a file as it was before do not fit it now.
         if let Some(cast) = &self.cast {
@@ -397,21 +419,6 @@ impl MotionRoom {
         }
     }
 
-    /// Starts on the scene of the edits, which nothing of the one before belongs to.
-    fn start(&mut self, ctx: &Context, source: Source) {
-        let ctx = ctx.clone();
-        // Also where a change of the scene was taken back.
-        self.wants_frame |= self.player.as_ref().is_some_and(|(before, _)| before.path != source.path);
-        let player = Player::start(&source, self.edits.order, self.device.clone(), move || ctx.request_repaint());
-        self.player = Some((source, player));
-        (self.cast, self.asked, self.lit) = (None, None, None);
-        (self.is_waiting, self.is_stopped) = (false, false);
-        if self.wants_frame {
-            self.orbit = Orbit::default();
-        }
-        self.panes.clear();
-    }
-
     fn panel(&mut self, ui: &mut Ui) {
         ui.spacing_mut().slider_width = 120.0;
         if let Some(source) = controls::scene(ui, &self.edits.source) {
@@ -432,7 +439,7 @@ impl MotionRoom {
         let task = self.player.as_ref().map(|(_, player)| player.task());
         match task.and_then(|task| controls::progress(ui, task, self.is_stopped)) {
             Some(Wish::Cancel) => self.cancel(),
-            Some(Wish::Bake) => (self.player, self.message) = (None, None),
+            Some(Wish::Bake) => (self.wants_start, self.message) = (true, None),
             None => {}
         }
         let Some(cast) = self.cast.clone() else { return };

@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use eframe::egui::{Align2, Color32, FontId, Painter, Rect, Ui, pos2, vec2};
-use lobe::env::MappedMap;
 use lobe::render::Surfaces;
 use lobe_gpu::GpuError;
 use web_time::{Duration, Instant};
 
+use crate::loading::sky_source::OpenedSky;
 use crate::rooms::motion::edits::MotionView;
 use crate::rooms::motion::player::Shown;
 use crate::rooms::motion::stage::{Drawn, Frame, Stage};
@@ -27,7 +27,7 @@ const MEASURE: Duration = Duration::from_secs(1);
 /// What all pictures show.
 pub(crate) struct Scenery<'a> {
     pub(crate) lit: &'a Shown,
-    pub(crate) sky: Option<&'a Arc<MappedMap>>,
+    pub(crate) sky: Option<&'a OpenedSky>,
     /// Whether time stands still and nothing is being baked.
     pub(crate) is_still: bool,
 }
@@ -107,7 +107,8 @@ impl Panes {
                 Some(number) => {
                     let method = pane.method().unwrap_or_default();
                     let moment = (scenery.lit, method);
-                    let drawn = self.stages[number].draw(gpu, moment, scenery.sky, frame, &mut self.fits)?;
+                    let sky = scenery.sky.map(|sky| &sky.shown);
+                    let drawn = self.stages[number].draw(gpu, moment, sky, frame, &mut self.fits)?;
                     is_new |= drawn.is_some_and(|drawn| drawn.is_new);
                     (drawn.map(|Drawn { texture, .. }| texture), self.title(*pane, scenery.lit))
                 }
@@ -213,7 +214,7 @@ fn still(scenery: &Scenery<'_>, frame: &Frame) -> Still {
     Still {
         data: scenery.lit.data.clone(),
         emitters: scenery.lit.emitters.clone(),
-        sky: scenery.sky.cloned(),
+        sky: scenery.sky.map(|sky| sky.map.clone()),
         orbit: frame.orbit,
         size: frame.size,
         turn: frame.turn,

@@ -28,7 +28,7 @@ impl MotionRoom {
             steer::hold_keys(ui, &response);
         }
         let (Some(gpu), Some(lit)) = (gpu, self.lit.clone()) else {
-            let text = if gpu.is_none() { "No graphics device: the picture is not drawn." } else { "Preparing" };
+            let text = if gpu.is_none() { "No graphics device: the picture is not drawn." } else { self.unlit() };
             ui.centered_and_justified(|ui| ui.label(text));
             return;
         };
@@ -37,8 +37,7 @@ impl MotionRoom {
         let size = places.first().map_or([0, 0], |(_, rect)| [side(rect.width()), side(rect.height())]);
         let is_playing = self.clock.is_playing && !self.edits.is_by_hand;
         let is_still = !is_playing && !self.is_sky_turning && !self.is_waiting;
-        let sky = self.sky.as_ref().map(|sky| &sky.map);
-        let scenery = Scenery { lit: &lit, sky, is_still };
+        let scenery = Scenery { lit: &lit, sky: self.sky.as_ref(), is_still };
         let orbit = places.first().map_or(self.orbit, |(_, rect)| self.seen(*rect));
         let frame = Frame { orbit, size, turn: self.edits.rotation(), exposure: self.edits.exposure };
         if let Err(error) = self.panes.show(ui, gpu, &places, &scenery, &frame) {

@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 use crate::loading::mode::Mode;
 use crate::loading::{scene_source, sky_source};
 use crate::rooms::formulas::Formula;
-use crate::rooms::light::{LightHand, MOST_STOPS, Taming, sky_rotation};
+use crate::rooms::light::{LightHand, MOST_STOPS, sky_rotation};
+use crate::rooms::taming::Taming;
 use crate::rooms::truth_light::Disc;
 use crate::widgets::within::within;
 

@@ -1,7 +1,7 @@
 //! The room that the window opens with: a baked scene under a turning sky.
 //!
 //! Read `edits`, what a user can change and undo, then `scene_light`, the light that follows from it, `viewport`, the picture,
-//! `probe`, the transfer of a vertex, `controls` and `lamps`, the panel, `opened` and `work`, what is open and what is under way, and
+//! `still`, what its truth depends on, `probe`, the transfer of a vertex, `controls` and `lamps`, the panel, `opened` and `work`, what is open and what is under way, and
 //! `scene_room`, which holds them together.
 
 pub(crate) mod controls;
@@ -11,5 +11,6 @@ pub(crate) mod opened;
 pub(crate) mod probe;
 pub(crate) mod scene_light;
 pub(crate) mod scene_room;
+pub(crate) mod still;
 pub(crate) mod viewport;
 pub(crate) mod work;

@@ -4,8 +4,9 @@ use lobe::sh::{Coefficient as _, Rgb, ShVec};
 use lobe_gpu::TurningLight;
 
 use crate::loading::sky_source::OpenedSky;
-use crate::rooms::light::{TamedSky, Taming};
+use crate::rooms::light::TamedSky;
 use crate::rooms::scene::edits::{SceneEdits, SceneLamp};
+use crate::rooms::taming::Taming;
 
 /// Expansions that remain while the sky turns: turning costs one rotation of `n²` colors.
 #[derive(Debug, Default)]

@@ -1,13 +1,11 @@
 //! The room: what it holds, and what is shown.
 
 use std::collections::HashMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use eframe::egui::{CentralPanel, Color32, Context, Id, Key, Panel, Rect, ScrollArea, Sense, Ui, pos2};
-use lobe::env::MappedMap;
 use lobe::prt::{BakeMode, Transfer};
-use lobe::render::Surfaces;
 
 use crate::loading::bake::{BOUNCES, GlossyBake, SceneData, SceneNews};
 use crate::loading::cache::UserFolder;
@@ -19,14 +17,15 @@ use crate::loading::places::Places;
 use crate::loading::sky_source::OpenedSky;
 use crate::rooms::formulas::formulas;
 use crate::rooms::scene::controls::{self, Asked, BakePlan, Known};
-use crate::rooms::scene::edits::{Comparison, SceneEdits, SceneLamp, paths};
+use crate::rooms::scene::edits::{Comparison, SceneEdits, paths};
 use crate::rooms::scene::lamps::lamps;
 use crate::rooms::scene::probe::Probe;
 use crate::rooms::scene::scene_light::SceneLight;
+use crate::rooms::scene::still::still;
 use crate::rooms::scene::viewport::{Frame, REST, Viewport, Wanted};
 use crate::rooms::scene::work::{News, Work};
 use crate::rooms::steer;
-use crate::rooms::truth::{Shows, Still, Truth};
+use crate::rooms::truth::{Shows, Truth};
 use crate::widgets::gpu::{Gpu, failure};
 use crate::widgets::history::{Can, History, Step};
 use crate::widgets::named::name_image;
@@ -59,7 +58,8 @@ pub struct SceneRoom {
     probe: Probe,
     picture_id: Option<Id>,
     is_turning: bool,
-    wants_frame: bool,
+    /// The scene that the camera was set for; none before one is to be framed.
+    framed: Option<PathBuf>,
     wants_file: bool,
 }
 
@@ -69,8 +69,8 @@ impl SceneRoom {
     pub fn new(edits: SceneEdits, orbit: Option<Orbit>, folder: UserFolder) -> Self {
         Self {
             bake_order: edits.order.clamp(1, Transfer::MAX_ORDER),
+            framed: orbit.is_some().then(|| edits.scene.clone()),
             edits,
-            wants_frame: orbit.is_none(),
             orbit: orbit.unwrap_or_default(),
             history: History::default(),
             work: Work::new(folder),
@@ -140,7 +140,7 @@ impl SceneRoom {
         match FileKind::of(path) {
             Ok(FileKind::Scene) => {
                 self.edits.scene = path.into();
-                self.wants_frame = true;
+                self.framed = None;
                 self.work.read_scene_anew();
             }
             Ok(FileKind::Sky) => {
@@ -158,6 +158,11 @@ impl SceneRoom {
     pub fn reading_within(mut self, limits: ReadLimits) -> Self {
         self.work.limits = limits;
         self
+    }
+
+    /// Has skies that are opened from now on fit the device.
+    pub(crate) fn fit_skies(&mut self, gpu: &Gpu) {
+        self.work.most_side = gpu.context().max_texture_side() as usize;
     }
 
     /// Whether the user asked for the list of files, once.
@@ -226,9 +231,10 @@ impl SceneRoom {
     fn take_scene_news(&mut self, news: SceneNews) {
         match news {
             SceneNews::Opened(data) => {
-                if self.wants_frame {
+                // Also one that was chosen in the list, or that stands in for a file which is gone.
+                if self.framed.as_ref() != Some(&self.edits.scene) {
                     self.orbit = self.orbit.framing(data.scene.world_bounds());
-                    self.wants_frame = false;
+                    self.framed = Some(self.edits.scene.clone());
                 }
                 self.bakes.clear();
                 self.glossy.clear();
@@ -472,27 +478,5 @@ impl SceneRoom {
             let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
             ui.painter().image(texture, rect, whole, Color32::WHITE);
         }
-    }
-}
-
-/// What the truth of a scene depends on. Metals shine where the picture has them shine; else all is matte, as transfer takes it.
-fn still(
-    data: &SceneData,
-    sky: Option<&Arc<MappedMap>>,
-    edits: &SceneEdits,
-    (orbit, size): (Orbit, [u32; 2]),
-    (has_gloss, bounces): (bool, usize),
-) -> Still {
-    Still {
-        data: data.clone(),
-        emitters: Vec::new(),
-        sky: sky.cloned(),
-        orbit,
-        size,
-        turn: edits.rotation(),
-        strength: edits.sky_strength,
-        lamps: edits.lamps.iter().filter(|lamp| lamp.is_on).map(SceneLamp::disc).collect(),
-        bounces: if edits.mode == Mode::Shadowed { 0 } else { bounces },
-        surfaces: if has_gloss { Surfaces::MetallicRoughness } else { Surfaces::Matte },
     }
 }

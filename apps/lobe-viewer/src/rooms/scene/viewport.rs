@@ -222,7 +222,7 @@ impl Viewport {
             Some(transfer) => wanted.places.shading(transfer, &glossy, Storage::F32),
             None => SurfaceShading::Irradiance(wanted.order),
         };
-        let environment = wanted.sky.map(|sky| on_device(gpu.context(), &sky.map));
+        let environment = wanted.sky.map(|sky| on_device(gpu.context(), &sky.shown));
         // As it is rendered first: to give it other options is to compile its passes anew.
         let [width, height] = frame.size;
         let options = match self.fitting {

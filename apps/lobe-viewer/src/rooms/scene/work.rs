@@ -26,6 +26,8 @@ const FRAMES_BEFORE_BAKE: usize = 2;
 /// Files that are open or being opened, and the tasks that do it.
 pub(crate) struct Work {
     pub(crate) limits: ReadLimits,
+    /// The most texels along each side of a sky on the device.
+    pub(crate) most_side: usize,
     /// What went wrong last, in one line.
     pub(crate) message: Option<String>,
     folder: UserFolder,
@@ -51,6 +53,7 @@ impl Work {
     pub(crate) fn new(folder: UserFolder) -> Self {
         Self {
             limits: ReadLimits::default(),
+            most_side: usize::MAX,
             message: None,
             folder,
             scene: Opened::default(),
@@ -119,8 +122,8 @@ impl Work {
         }
         if self.sky.source != edits.sky {
             self.sky.source.clone_from(&edits.sky);
-            let (source, limits) = (edits.sky.clone(), self.limits);
-            let work = move |control: &_| sky_source::open(control, &source, &limits);
+            let (source, limits, most) = (edits.sky.clone(), self.limits, self.most_side);
+            let work = move |control: &_| sky_source::open(control, &source, &limits, most);
             self.sky_task = Some(Task::start("Sky", wake(ctx), work));
             self.forget_message();
         }

@@ -6,7 +6,8 @@ use lobe::sh::{Expansion as _, Rgb, Rotation, ShVec};
 use serde::{Deserialize, Serialize};
 
 use crate::rooms::formulas::Formula;
-use crate::rooms::light::{LightHand, MOST_STOPS, Taming, sky_rotation};
+use crate::rooms::light::{LightHand, MOST_STOPS, sky_rotation};
+use crate::rooms::taming::Taming;
 use crate::widgets::coefficient_table::MOST;
 use crate::widgets::within::within;
 

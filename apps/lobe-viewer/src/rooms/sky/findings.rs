@@ -11,8 +11,8 @@ use lobe::sh::{
 };
 
 use crate::loading::sky_source::OpenedSky;
-use crate::rooms::light::Taming;
 use crate::rooms::sky::edits::{OwnCoefficient, SkyEdits};
+use crate::rooms::taming::Taming;
 
 /// Columns and rows of the pictures that are compared.
 pub(crate) const SIZE: [usize; 2] = [256, 128];

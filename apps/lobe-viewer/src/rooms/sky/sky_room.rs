@@ -361,12 +361,26 @@ impl SkyRoom {
         }
         ui.strong("Coefficients, red, green and blue");
         ui.weak(if is_looping { "They can be typed while they are at rest." } else { "Type into a cell, then Enter." });
-        if let Some((number, value)) = self.table.show(ui, &found.light, !is_looping) {
-            self.edits.replace(number, value);
+        if let Some(typed) = self.table.show(ui, &found.light, !is_looping) {
+            self.replace(found, typed);
         }
         let count = self.edits.own.len();
         if ui.add_enabled(count > 0, Button::new("Those of the sky again")).clicked() {
             self.edits.own.clear();
+        }
+    }
+
+    /// Puts a coefficient of the expansion as it is shown in the place of that of the sky. Of a sky that is turned its whole band changes.
+    fn replace(&mut self, found: &Findings, (number, value): (usize, Rgb<f64>)) {
+        if (self.edits.turn, self.edits.tilt) == (0.0, 0.0) {
+            self.edits.replace(number, value);
+            return;
+        }
+        let mut light = found.light.clone();
+        light.coefficients_mut()[number] = value;
+        let (light, l) = (found.back().rotated(&light), number.isqrt());
+        for k in l * l..(l + 1) * (l + 1) {
+            self.edits.replace(k, light.coefficients()[k]);
         }
     }
 

@@ -108,7 +108,8 @@ fn look(control: &Control<Found>, sky: &OpenedSky, clicked: &[[f64; 2]]) -> Resu
     }
     let rest = (!taken.is_empty()).then(|| {
         let light = Arc::new(project_map(&map, Transfer::MAX_ORDER));
-        OpenedSky { name: sky.name.clone(), map: Arc::new(map), light }
+        let map = Arc::new(map);
+        OpenedSky { name: sky.name.clone(), shown: map.clone(), map, light }
     });
     control.send(Found { all, taken, rest });
     Ok(())
