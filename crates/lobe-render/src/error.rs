@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use lobe_env::EnvError;
 use lobe_image::ImageError;
 use lobe_io::IoError;
 use lobe_prt::PrtError;
@@ -26,6 +27,9 @@ pub enum RenderError {
     /// A picture could not be made, read, written or compared.
     #[error(transparent)]
     Image(#[from] ImageError),
+    /// The maps of a light could not be made.
+    #[error(transparent)]
+    Env(EnvError),
     /// What moves, or its files, are at fault.
     #[error(transparent)]
     Shadow(ShadowError),
@@ -66,6 +70,16 @@ impl RenderError {
 
     pub(crate) fn invalid(place: &Path, message: impl Into<String>) -> Self {
         Self::Invalid { place: place.display().to_string(), message: message.into() }
+    }
+}
+
+impl From<EnvError> for RenderError {
+    /// Work that was stopped is [`RenderError::Cancelled`], wherever it was.
+    fn from(error: EnvError) -> Self {
+        match error {
+            EnvError::Cancelled => Self::Cancelled,
+            other => Self::Env(other),
+        }
     }
 }
 

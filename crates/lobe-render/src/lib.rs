@@ -58,6 +58,7 @@
 //! | glossy reflection | [`Glossy`], [`HighlightMap`], [`ReflectionSpace`]; reference [`BruteForceReflection`] |
 //! | diffuse reflection | [`MatteByMap`], [`MatteBySh`] with [`IrradiancePolynomial`](lobe_sh::IrradiancePolynomial) |
 //! | bump mapping | [`Bumped`], [`bumped_normal`], [`bumps`] |
+//! | environment mapping of scenes | [`light_by_environment_maps`], [`EnvironmentMaps`], [`TurnedMaps`], [`EnvironmentMapOptions`] |
 //! | figures of mappings | [`mapping_figure()`] |
 //! | all techniques on one sheet | [`environment_mapping_sheet`], [`environment_panels`] |
 //! | scenes of triangles | [`render_truth`], [`render_truth_shard`], [`Truth`], [`TruthOptions`]; [`fn@scene_picture`], [`SceneHit`] |
@@ -73,6 +74,7 @@
 //! threads.
 
 mod camera;
+mod environment_mapping;
 mod error;
 mod mapping_gallery;
 mod moving;
@@ -83,6 +85,9 @@ mod scene_view;
 
 pub use camera::camera::Camera;
 pub use camera::view::View;
+pub use environment_mapping::environment_maps::{EnvironmentMaps, TurnedMaps};
+pub use environment_mapping::light_by_maps::light_by_environment_maps;
+pub use environment_mapping::options::EnvironmentMapOptions;
 pub use error::RenderError;
 pub use mapping_gallery::bump::{Bumped, bumped_normal, bumps};
 pub use mapping_gallery::environment_sheet::{

@@ -34,7 +34,8 @@ impl MovingScene {
         options: &SceneReadOptions,
     ) -> Result<(Self, Vec<(PathBuf, SceneReadReport)>), RenderError> {
         let description = SceneDescription::read(path, options.allow_outside)?;
-        let mut reader = Reader { options: options.clone(), reports: Vec::new() };
+        // What moves is shaded by normals of vertices, and so is what it throws shadows on.
+        let mut reader = Reader { options: options.clone().normal_maps(false), reports: Vec::new() };
         let mut moving = Self::without_parts();
         let mut plain: Vec<Scene> = Vec::new();
         for StillDescription { mesh, field, .. } in &description.still {

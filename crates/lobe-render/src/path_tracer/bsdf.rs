@@ -47,7 +47,7 @@ pub(crate) struct BsdfSample {
 }
 
 /// Reflectance of dielectrics along the normal, as glTF has it.
-const DIELECTRIC: f64 = 0.04;
+pub(crate) const DIELECTRIC: f64 = 0.04;
 
 /// The least probability of drawing from either of two lobes.
 const LEAST_SHARE: f64 = 0.1;

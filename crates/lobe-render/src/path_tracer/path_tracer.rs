@@ -77,6 +77,8 @@ pub struct PathReceiver<'a> {
     pub position: [f32; 3],
     /// The unit normal to shade with; rays go to its side.
     pub normal: [f32; 3],
+    /// The unit vector along which rays are lifted above the surface: the normal, or as [`Receivers::lift`] has it.
+    pub lift: [f32; 3],
     /// Its albedo.
     pub albedo: Rgb<f32>,
     /// The normals of the planes of the triangles around it, as [`Receivers::planes`] has them, of any length: only
@@ -93,7 +95,8 @@ impl<'a> PathReceiver<'a> {
     pub fn of(receivers: &'a Receivers, receiver: usize) -> Self {
         let [r, g, b] = receivers.albedos()[receiver];
         let (position, normal) = (receivers.positions()[receiver], receivers.normals()[receiver]);
-        Self { position, normal, albedo: Rgb::new(r, g, b), planes: receivers.planes(receiver) }
+        let (lift, planes) = (receivers.lift(receiver), receivers.planes(receiver));
+        Self { position, normal, lift, albedo: Rgb::new(r, g, b), planes }
     }
 }
 
@@ -104,9 +107,9 @@ impl<'a> PathReceiver<'a> {
 /// ```
 ///
 /// A surface that is not double-sided is black from behind and stops light all the same. Otherwise both normals are
-/// turned to the side that is hit; it is shaded with the interpolated one, and directions below the triangle's plane
-/// bring nothing. Rays start at [`Bvh::origin_above`]. Holes of alpha masks let rays through, and [`Scene::stops`]
-/// decides about glass. Nothing is clamped, and paths end at the last bounce, without Russian roulette: the mean is
+/// turned to the side that is hit; it is shaded with the interpolated one, tilted by the normal map if there is one, and
+/// directions below the triangle's plane bring nothing. Rays start at [`Bvh::origin_above`]. Holes of alpha masks let rays
+/// through, and [`Scene::stops`] decides about glass. Nothing is clamped, and paths end at the last bounce, without Russian roulette: the mean is
 /// unbiased.
 pub struct PathTracer<'a> {
     surfaces: SurfaceRays<'a>,
@@ -419,7 +422,7 @@ impl<'a> PathTracer<'a> {
 
     fn receiver_interaction(&self, receiver: &PathReceiver<'_>) -> Interaction {
         let normal = normalized(receiver.normal.map(f64::from));
-        let origin = self.surfaces.bvh().origin_above(receiver.position, receiver.normal);
+        let origin = self.surfaces.bvh().origin_above(receiver.position, receiver.lift);
         let planes = match receiver.planes {
             [] => SurfacePlanes::One(normal),
             planes => SurfacePlanes::Around(planes.iter().map(|n| n.map(f64::from)).collect()),

@@ -69,7 +69,8 @@ pub fn light_baked_scene(
     picture_of((baked.scene(), baked.bvh()), light, camera, options, background, |hit| lit.radiance(hit), job)
 }
 
-/// Lights a scene by the irradiance of its shading normals, without shadows: `B = albedo/π · E(n)`.
+/// Lights a scene by the irradiance of its shading normals, without shadows: `B = albedo/π · E(n)`. Normal maps tilt them in
+/// every pixel.
 ///
 /// The other arguments are those of [`light_baked_scene`].
 ///

@@ -3,7 +3,7 @@
 use derive_setters::Setters;
 use lobe_image::Picture;
 use lobe_io::Job;
-use lobe_scene::{Bvh, Ray, Scene, SurfaceRays};
+use lobe_scene::{Bvh, Material, Ray, Scene, SurfaceRays};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
 use web_time::Instant;
 
@@ -102,7 +102,7 @@ pub struct SceneHit<'a> {
     hit: lobe_scene::Hit,
     /// Towards the eye.
     pub view: Dir,
-    /// The unit normal to shade with, on the side that is seen.
+    /// The unit normal to shade with, tilted by a normal map if there is one, on the side that is seen.
     pub normal: Dir,
     /// Base color.
     pub albedo: Rgb<f64>,
@@ -136,6 +136,13 @@ impl<'a> SceneHit<'a> {
     #[must_use]
     pub fn hit(&self) -> &lobe_scene::Hit {
         &self.hit
+    }
+
+    /// The material of the surface.
+    #[must_use]
+    pub fn material(&self) -> &'a Material {
+        let (mesh, _) = self.scene.locate(self.hit.triangle as usize);
+        self.scene.material(mesh)
     }
 
     /// The three corners, each by its number among all vertices of the scene, and how near they are: their weights sum

@@ -21,7 +21,8 @@ fn dark() -> DistantLight {
 
 /// A white receiver that faces up.
 fn up(position: [f32; 3]) -> PathReceiver<'static> {
-    PathReceiver { position, normal: [0.0, 0.0, 1.0], albedo: Rgb::new(1.0, 1.0, 1.0), planes: &[] }
+    let up = [0.0, 0.0, 1.0];
+    PathReceiver { position, normal: up, lift: up, albedo: Rgb::new(1.0, 1.0, 1.0), planes: &[] }
 }
 
 #[test]

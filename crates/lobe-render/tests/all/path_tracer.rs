@@ -40,7 +40,7 @@ fn constant(radiance: f32) -> DistantLight {
 }
 
 fn up(position: [f32; 3], albedo: f32) -> PathReceiver<'static> {
-    PathReceiver { position, normal: [0.0, 0.0, 1.0], albedo: Rgb::splat(albedo), planes: &[] }
+    PathReceiver { position, normal: [0.0, 0.0, 1.0], lift: [0.0, 0.0, 1.0], albedo: Rgb::splat(albedo), planes: &[] }
 }
 
 fn trace(scene: &Scene, camera: &Camera, light: &DistantLight, options: &TruthOptions) -> Truth {
