@@ -3,10 +3,12 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use lobe::io::Job;
 use lobe::prt::{
     AdaptiveOptions, AlbedoMode, AnyTransfer, BakeMode, BakeOptions, BakeReport, BakeWork, BakedGlb, BakedRows,
     CompressOptions, CompressedTransfer, Pilot, PrtError, Recipe, read_any_transfer, read_baked, scene_hash,
-    split_adaptively, split_checkpoints, write_compressed_transfer,
+    split_adaptively, split_checkpoints, write_compressed_transfer, write_half_transfer, write_transfer,
+    write_zonal_transfer,
 };
 use lobe::scene::{GltfDocument, Scene, SceneReadOptions};
 use lobe::sh::Rgb;
@@ -360,6 +362,18 @@ impl Transfer {
         let (rows, bands, channels) = (transfer.receivers(), transfer.order().pow(2), transfer.channels().count());
         let shape = if channels == 1 { vec![rows, bands] } else { vec![rows, channels, bands] };
         array_of(py, transfer.coefficients().to_vec(), &shape).map(Some)
+    }
+
+    /// Writes the numbers in their own form as a .safetensors file, of which [`load_transfer`] makes the same. How they were made is not in it.
+    fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        let recipe = Recipe::default();
+        let written = py.detach(|| match &self.0 {
+            AnyTransfer::Plain(transfer) => write_transfer(&path, transfer, &recipe, Job::default()),
+            AnyTransfer::Half(transfer) => write_half_transfer(&path, transfer, &recipe),
+            AnyTransfer::Compressed(transfer) => write_compressed_transfer(&path, transfer, &recipe),
+            AnyTransfer::Zonal(transfer) => write_zonal_transfer(&path, transfer, &recipe),
+        });
+        written.map_err(|error| error_of(&error))
     }
 
     /// What receivers send under light `(n², 3)`: `(receivers, 3)`.

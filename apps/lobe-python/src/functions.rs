@@ -1,5 +1,6 @@
 //! Operations on functions on the sphere, one row of coefficients after the other.
 
+use lobe::env::damp_zonal_in_place;
 use lobe::sh::{
     Axis, Coefficient, ContentWindow, DeringOptions, DeringOutcome, Expansion as _, Exponential, MAX_GAUNT_ORDER, Real,
     Rgb, Rotation, RotationMatrices, ShVec, Window, Zonal, coefficient_count, dering_in_place, mirror_in_place,
@@ -164,6 +165,24 @@ pub(crate) fn width_of_peak(power: Option<f64>, order: usize, peak: f64) -> Opti
         None => Window::Hanning { width },
         Some(power) => Window::Lanczos { width, power },
     })
+}
+
+struct DampZonal;
+
+impl<T: Real> RowWork<T> for DampZonal {
+    const TOGETHER: usize = QUICK_ROWS_TOGETHER;
+
+    fn run<C: Coefficient<Scalar = T>>(&self, row: &[C], out: &mut [C]) -> Result<(), String> {
+        out.copy_from_slice(row);
+        damp_zonal_in_place(out);
+        Ok(())
+    }
+}
+
+/// Functions whose coefficients of m = 0 are damped, which hold the step of a sky at its horizon.
+#[pyfunction]
+pub(crate) fn damp_zonal<'py>(py: Python<'py>, c: Numbers<'py>, order: usize) -> PyResult<Bound<'py, PyAny>> {
+    map_rows(py, &c, coefficient_count(order), (&DampZonal, &DampZonal))
 }
 
 struct Keep(f64);

@@ -58,11 +58,11 @@ mod _lobe {
     use crate::forked::after_fork;
     #[pymodule_export]
     use crate::functions::{
-        content_window, dering, exp, kernel_factors, log, mirror_signs, product, rotate, scale_bands, width_of_peak,
-        window_factors, window_keep,
+        content_window, damp_zonal, dering, exp, kernel_factors, log, mirror_signs, product, rotate, scale_bands,
+        width_of_peak, window_factors, window_keep,
     };
     #[pymodule_export]
-    use crate::lights::light;
+    use crate::lights::{irradiance_of_light, light};
     #[pymodule_export]
     use crate::map_filters::{filter_lobe, irradiance, irradiance_at, prefilter, sun, vector_irradiance};
     #[pymodule_export]
@@ -78,7 +78,7 @@ mod _lobe {
     #[pymodule_export]
     use crate::reflection::{dfg, dfg_table, directional_albedo};
     #[pymodule_export]
-    use crate::search::{lights, minimum, peaks};
+    use crate::search::{lights, minimum, minimum_bound, peaks};
     #[pymodule_export]
     use crate::shadows::{field, field_shard, lamp, self_visibility, sphere_table, spheres};
     #[pymodule_export]

@@ -1,6 +1,6 @@
 //! Analytic lights as functions on the sphere.
 
-use lobe::sh::{Dir, Expansion as _, Light, Normalization, Rgb, SphericalPolygon};
+use lobe::sh::{Dir, Expansion as _, Light, Normalization, Rgb, SphericalPolygon, directional_normalization};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
@@ -49,4 +49,10 @@ pub(crate) fn light<'py>(
     let f = light.project(order, normalization).map_err(value_error)?;
     let numbers: Vec<f64> = f.coefficients().iter().flat_map(|c| c.to_array()).collect();
     array_of(py, numbers, &[order * order, 3])
+}
+
+/// The irradiance of a surface that faces a directional light of intensity 1 in an expansion of this order.
+#[pyfunction]
+pub(crate) fn irradiance_of_light(order: usize) -> f64 {
+    directional_normalization(order)
 }

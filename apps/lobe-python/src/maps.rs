@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use lobe::env;
 use lobe::env::{
-    CieSky, CubeHandedness, EnvMap, Ground, MapReadOptions, MappedMap, Mapping, Nonfinite, Padding,
-    PictureWriteOptions, PreethamSky, Resample, bundled as bundled_maps, encode_env, project_map, read_map,
-    reconstruct_into, resample, sky_map,
+    CieSky, CubeHandedness, EnvMap, FisheyeOptions, FisheyeProjection, Ground, MapReadOptions, MappedMap, Mapping,
+    Nonfinite, Padding, PictureWriteOptions, PreethamSky, Resample, bundled as bundled_maps, encode_env, project_map,
+    read_map, reconstruct_into, resample, sky_map,
 };
 use lobe::image::{ImageError, Picture, PictureReadOptions, PictureReadReport, Tone};
 use lobe::sh::{Coefficient, Dir, Expansion as _, Real as _, Rgb, Rotation, ShVec};
@@ -66,6 +66,9 @@ fn mapping_of(name: &str) -> PyResult<Mapping> {
         .ok_or_else(|| value_error(format!("expected a mapping such as lat-long or cube, found {name:?}")))
 }
 
+/// Projection, field of view in radians, axis, and the circle in pixels.
+type Fisheye = (String, f64, [f64; 3], Option<[f64; 3]>);
+
 /// How a file is read, as by the options of the command.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
@@ -74,6 +77,7 @@ pub(crate) struct Reading {
     left_handed: bool,
     /// In radians.
     elevations: Option<[f64; 2]>,
+    fisheye: Option<Fisheye>,
     padding: String,
     nonfinite: String,
     to_rec709: bool,
@@ -98,8 +102,21 @@ impl Reading {
             .picture(picture)
             .mapping(self.mapping.as_deref().map(mapping_of).transpose()?)
             .elevations(self.elevations)
+            .fisheye(self.lens()?)
             .padding(padding)
             .handedness(if self.left_handed { CubeHandedness::Left } else { CubeHandedness::Right }))
+    }
+
+    fn lens(&self) -> PyResult<Option<FisheyeOptions>> {
+        let Some((name, field_of_view, axis, circle)) = &self.fisheye else { return Ok(None) };
+        let projection = FisheyeProjection::from_name(name).ok_or_else(|| {
+            let names = FisheyeProjection::ALL.map(FisheyeProjection::name).join(", ");
+            value_error(format!("fisheye: expected one of {names}, found {name:?}"))
+        })?;
+        let axis = Dir::new(*axis)
+            .ok_or_else(|| value_error("fisheye_axis: expected a direction, found a vector without one"))?;
+        let lens = FisheyeOptions::default().projection(projection).field_of_view(*field_of_view);
+        Ok(Some(lens.axis(axis).circle(*circle)))
     }
 }
 

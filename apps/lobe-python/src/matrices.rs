@@ -2,7 +2,11 @@
 
 use std::path::PathBuf;
 
-use lobe::prt::{Neighborhood, PrtError, TransferMatrices, read_matrices, read_neighborhood};
+use lobe::io::Job;
+use lobe::prt::{
+    Neighborhood, PrtError, Recipe, TransferMatrices, read_matrices, read_neighborhood, write_matrices,
+    write_neighborhood,
+};
 use lobe::sh::{Expansion as _, Rgb};
 use numpy::{PyArrayDyn, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -78,6 +82,18 @@ impl Matrices {
             shape.insert(1, 3);
         }
         array_of(py, all.coefficients().to_vec(), &shape)
+    }
+
+    /// Writes the matrices as a .safetensors file, of which [`load_matrices`] makes the same. How they were made is not in it.
+    fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        let recipe = Recipe::default();
+        let written = py.detach(|| match &self.0 {
+            Kind::AtVertices(matrices) => write_matrices(&path, matrices, &recipe, Job::default()),
+            Kind::InGrid(neighborhood) => {
+                write_neighborhood(&path, neighborhood.grid(), neighborhood.matrices(), &recipe, Job::default())
+            }
+        });
+        written.map_err(|error| error_of(&error))
     }
 
     /// The light that arrives at every point under light `(n², 3)`: `(points, n², 3)`.

@@ -4,7 +4,8 @@ use std::time::Instant;
 
 use lobe::sh::{
     Coefficient, Dir, Expansion as _, LightChoice, LightFit, LightFitOptions, LightMetric, PeakSearch, Rgb, ShVec,
-    certified_minimum, coefficient_count, extract_light, extract_lights, fit_lights, local_maxima,
+    certified_minimum, coefficient_count, conservative_minimum, extract_light, extract_lights, fit_lights,
+    local_maxima,
 };
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
@@ -45,16 +46,37 @@ pub(crate) fn minimum<'py>(
     Ok((array_of(py, values, &[count])?, array_of(py, bounds, &[count])?, array_of(py, directions, &[count, 3])?))
 }
 
-/// The local maxima of one function: directions `(k, 3)` and values `(k)`, the highest first.
+/// The closed bound below which no value of functions `(rows, n²)` of up to three bands lies: `(rows)`.
+#[pyfunction]
+pub(crate) fn minimum_bound<'py>(
+    py: Python<'py>,
+    c: PyReadonlyArrayDyn<'py, f64>,
+    order: usize,
+) -> PyResult<Doubles<'py>> {
+    let bounds = search(py, contiguous(&c)?, order, |f| match f.iter().all(|c| c.is_finite()) {
+        true => Ok(conservative_minimum(f)),
+        false => Err("expected finite coefficients, found one that is not".to_owned()),
+    })?;
+    let count = bounds.len();
+    array_of(py, bounds, &[count])
+}
+
+/// The local maxima of one function, sought from a `grid` or as in the `paper`: directions `(k, 3)` and values `(k)`, the highest first.
 #[pyfunction]
 pub(crate) fn peaks<'py>(
     py: Python<'py>,
     c: PyReadonlyArrayDyn<'py, f64>,
     order: usize,
+    way: &str,
 ) -> PyResult<(Doubles<'py>, Doubles<'py>)> {
+    let way = match way {
+        "grid" => PeakSearch::Grid,
+        "paper" => PeakSearch::Paper,
+        other => return Err(value_error(format!("search: expected grid or paper, found {other:?}"))),
+    };
     let found = search(py, contiguous(&c)?, order, |f| {
         let f = ShVec::from_vec(f.to_vec()).ok_or_else(|| "expected n² coefficients".to_owned())?;
-        Ok(local_maxima(&f, PeakSearch::Grid))
+        Ok(local_maxima(&f, way))
     })?
     .concat();
     let directions = found.iter().flat_map(|peak| peak.dir.to_array()).collect();

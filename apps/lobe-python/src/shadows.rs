@@ -31,6 +31,8 @@ const SAFETENSORS: &[&str] = &["safetensors"];
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct FieldSettings {
+    /// Of the scene this one alone, in its own frame.
+    entity: Option<String>,
     order: usize,
     spheres: usize,
     cells: usize,
@@ -80,7 +82,7 @@ pub(crate) fn field<'py>(
     let inputs: Vec<&Path> = parts.iter().chain([&scene.path]).map(PathBuf::as_path).collect();
     prepare(&output, SAFETENSORS, &inputs)?;
     let (options, storage) = (settings.options(), settings.storage()?);
-    let scene = read(py, scene)?;
+    let scene = read(py, scene, settings.entity)?;
     let progress = progress.as_ref();
     let bake = |checkpoint: &Path| watched(py, progress, Some(checkpoint), |job| bake_field(&scene, &options, job));
     let (checkpoint, baked) = if parts.is_empty() {
@@ -119,7 +121,7 @@ pub(crate) fn field_shard(
 ) -> PyResult<[usize; 2]> {
     let shard = shard_of(shard.0, shard.1)?;
     prepare(&output, SAFETENSORS, &[&scene.path])?;
-    let (options, scene) = (settings.options(), read(py, scene)?);
+    let (options, scene) = (settings.options(), read(py, scene, settings.entity)?);
     watched(py, progress.as_ref(), Some(&output), |job| bake_field_shard(&scene, &options, shard, job))
 }
 
@@ -133,8 +135,9 @@ pub(crate) fn self_visibility<'py>(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     prepare(&output, SAFETENSORS, &[&scene.path])?;
-    let (storage, scene) = (settings.storage()?, read(py, scene)?);
+    let storage = settings.storage()?;
     let options = VisibilityOptions::default().order(settings.order).rays(settings.rays).seed(settings.seed);
+    let scene = read(py, scene, settings.entity)?;
     let checkpoint = beside(&output, ".checkpoint");
     let rows = watched(py, progress.as_ref(), Some(&checkpoint), |job| bake_vertex_visibility(&scene, &options, job))?;
     let stored = py.detach(|| {
@@ -149,8 +152,11 @@ pub(crate) fn self_visibility<'py>(
     Ok(all)
 }
 
-fn read(py: Python<'_>, scene: SceneInput) -> PyResult<Scene> {
-    answered(py, usize::MAX, move || scene.scene())?.map_err(|error| error_of(&error))?.told(py)
+/// A scene, or one entity of it.
+fn read(py: Python<'_>, scene: SceneInput, entity: Option<String>) -> PyResult<Scene> {
+    let read = answered(py, usize::MAX, move || whole_or_entity(&scene, entity.as_deref()))?;
+    let (scene, _) = read.map_err(|error| error_of(&error))?.told(py)?;
+    Ok(scene)
 }
 
 fn report_of<'py>(py: Python<'py>, stored: &StorageReport) -> PyResult<Bound<'py, PyDict>> {

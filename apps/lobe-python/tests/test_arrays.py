@@ -141,6 +141,19 @@ def test_maps_and_lights_are_sent_to_other_processes():
         assert repr(again) == repr(light)
 
 
+def test_encoded_irradiances_are_sent_to_other_processes_and_keep_their_numbers():
+    c = np.random.default_rng(3).normal(size=(2, 9, 3))
+    irradiance, n = lobe.Sh(c), np.random.default_rng(4).normal(size=(5, 3))
+    for name, options in [("zh3", {}), ("h-6", {"normal": (0.3, -0.4, 2.0)}), ("packed", {"over_pi": True, "up": "y"}), ("ahd", {})]:
+        encoded = irradiance.encode(name, **options)
+        before = encoded.eval(n)
+        c += 1.0
+        for again in [pickle.loads(pickle.dumps(encoded)), copy.deepcopy(encoded)]:
+            assert repr(again) == repr(encoded) and again.numbers.keys() == encoded.numbers.keys()
+            np.testing.assert_array_equal(again.eval(n), before, err_msg=name)
+        c -= 1.0
+
+
 def test_results_without_room_are_a_memory_error():
     f = lobe.Sh(np.broadcast_to(np.ones(4), (1 << 20, 4)))
     with pytest.raises(MemoryError, match="rows of 65536 numbers"):

@@ -1,5 +1,8 @@
 """Compressed transfer and lobes: the command's bytes, and what is left of the light."""
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 
@@ -149,3 +152,17 @@ def test_what_contradicts_itself_is_refused(baked, tmp_path):
         with pytest.raises(error, match=message):
             call()
     assert not list(tmp_path.iterdir()), "nothing is left behind"
+
+
+def test_transfer_of_every_form_is_sent_to_other_processes(baked, tmp_path):
+    lobe.compress(baked, tmp_path / "c.safetensors", clusters=8, components=3, weights=8)
+    lobe.compress_f16(baked, tmp_path / "h.safetensors")
+    lobe.fit_lobes(baked, tmp_path / "z.safetensors", closed_form=True)
+    for path in [baked, *(tmp_path / name for name in ("c.safetensors", "h.safetensors", "z.safetensors"))]:
+        transfer = lobe.Transfer(path)
+        sent = pickle.dumps(transfer)
+        for again in [pickle.loads(sent), copy.deepcopy(transfer)]:
+            assert (again.order, len(again), repr(again)) == (transfer.order, len(transfer), repr(transfer))
+            np.testing.assert_array_equal(again.exit_radiance(SKY), transfer.exit_radiance(SKY), err_msg=str(path))
+            if transfer.coefficients is not None:
+                np.testing.assert_array_equal(again.coefficients, transfer.coefficients)

@@ -519,6 +519,26 @@ def test_a_bake_without_a_number_of_shards_goes_on_with_those_that_are_there(pro
     assert told[0] == (2, 5) and output.read_bytes() == whole
 
 
+def test_another_bake_into_the_same_output_is_refused_and_takes_nothing_away(processes, tmp_path, whole):
+    processes.worker()
+    output, others = tmp_path / "o.safetensors", dataclasses.replace(OPTIONS, seed=7)
+    with processes.client() as client:
+        def bake_too(done, shards):
+            if done == 2:
+                for options in [OPTIONS, others]:
+                    with pytest.raises(RuntimeError, match=r"o\.safetensors: another bake into it is at work; wait for its end") as fault:
+                        on_dask.bake(SCENE, output, options, client=client, shards=3)
+                    assert "\n" not in str(fault.value)
+                assert len(os.listdir(f"{output}.shards")) == 2, "the shards of the first are there"
+                on_dask.bake(SCENE, tmp_path / "other.safetensors", others, client=client, shards=1)
+
+        on_dask.bake(SCENE, output, OPTIONS, client=client, shards=4, progress=bake_too)
+        assert output.read_bytes() == whole
+        on_dask.bake(SCENE, output, others, client=client, shards=1)
+    assert output.read_bytes() == (tmp_path / "other.safetensors").read_bytes() != whole
+    assert not list(tmp_path.glob("*.shards*")), "neither shards nor locks are left"
+
+
 class Timed:
     """A bake whose shards take times that are known, on a clock of its own."""
 

@@ -2,6 +2,7 @@
 
 import json
 import os
+import pickle
 import subprocess
 
 import numpy as np
@@ -28,6 +29,9 @@ def test_the_light_that_arrives_is_matrix_times_light(tmp_path):
     np.testing.assert_allclose(found, expected, rtol=1e-4, atol=1e-4 * np.abs(expected).max())
     with pytest.raises(ValueError, match="expected matrices of a grid"):
         matrices.incident_at(light, [0, 0, 0])
+    again = pickle.loads(pickle.dumps(matrices))
+    assert again.grid is None and repr(again) == repr(matrices), "sent to another process"
+    np.testing.assert_array_equal(again.coefficients, matrices.coefficients)
 
 
 def test_far_from_everything_the_light_arrives_as_it_is(tmp_path):
@@ -42,6 +46,8 @@ def test_far_from_everything_the_light_arrives_as_it_is(tmp_path):
     # Quadrature by 4096 directions, of functions of order 5.
     scale = np.abs(np.asarray(light)).max()
     np.testing.assert_allclose(np.asarray(found), np.broadcast_to(np.asarray(light), (4, 5, 9, 3)), atol=0.01 * scale)
+    again = pickle.loads(pickle.dumps(grid))
+    np.testing.assert_array_equal(again.incident_at(light, places).coefficients, found.coefficients, err_msg="sent to another process")
     at_a_point = np.asarray(grid.incident_at(light, corners[0]))
     np.testing.assert_allclose(at_a_point, np.asarray(grid.incident(light))[0], rtol=1e-5, atol=1e-5 * scale)
 
@@ -66,6 +72,8 @@ def test_peaks_are_those_of_the_command(tmp_path):
     assert len(values) == len(expected) > 0
     np.testing.assert_allclose(values, [peak["value"] for peak in expected], rtol=1e-6)
     np.testing.assert_allclose(directions, [peak["dir"] for peak in expected], atol=1e-5)
+    _, of_paper = f.peaks("paper")
+    np.testing.assert_allclose(of_paper[0], values[0], rtol=1e-6)
     along_z = lobe.Sh(np.array([0.0, 0.0, 1.0, 0.0]))
     np.testing.assert_allclose(along_z.peaks()[0], [[0, 0, 1]], atol=1e-7)
     assert lobe.Sh(np.ones(1)).peaks()[1].shape == (0,), "the same everywhere"
@@ -97,5 +105,22 @@ def test_a_file_is_read_as_the_options_say(tmp_path):
     assert cropped.mapping == "lat-long" and cropped.radiance([0, 0, 1]).min() > 0
     black = lobe.EnvMap.load(tmp_path / "o.exr", elevations=(-np.pi / 6, np.pi / 6))
     assert black.radiance([0, 0, 1]).max() == 0
+    lobe.EnvMap(texels, "octahedral").save(tmp_path / "round.pfm")
+    sky = lobe.EnvMap.load(tmp_path / "round.pfm", fisheye="equisolid", fisheye_circle=(4, 4, 3.5))
+    assert sky.mapping == "lat-long" and sky.radiance([0, 0, 1]).min() > 0 and sky.radiance([0, 0, -1]).max() == 0
+    ground = lobe.EnvMap.load(tmp_path / "round.pfm", fisheye="equisolid", fisheye_axis=(0, 0, -1), padding="edge")
+    assert ground.radiance([0, 0, 1]).min() > 0
+    with pytest.raises(ValueError, match="at most 180°"):
+        lobe.EnvMap.load(tmp_path / "round.pfm", fisheye="orthographic", fisheye_fov=4.0)
+    with pytest.raises(ValueError, match="is octahedral"):
+        lobe.EnvMap.load(tmp_path / "o.exr", fisheye="equisolid")
+    for name, value in [("fisheye_fov", 2.0), ("fisheye_axis", (1, 0, 0)), ("fisheye_circle", (4, 4, 3.5))]:
+        with pytest.raises(ValueError, match=f"{name}: only with fisheye"):
+            lobe.EnvMap.load(tmp_path / "round.pfm", **{name: value})
+    for circle in [(4, 4), (4, 4, 3, 5), 4]:
+        with pytest.raises(ValueError, match="fisheye_circle: expected column, row and radius"):
+            lobe.EnvMap.load(tmp_path / "round.pfm", fisheye="equisolid", fisheye_circle=circle)
+    with pytest.raises(ValueError, match="expected one of equidistant, equisolid"):
+        lobe.EnvMap.load(tmp_path / "o.exr", fisheye="round")
     with pytest.raises(ValueError, match="padding: expected black or edge"):
         lobe.EnvMap.load(tmp_path / "o.exr", padding="white")

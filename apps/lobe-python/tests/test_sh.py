@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import lobe
-from command import lobe_json
+from command import lobe_command, lobe_json
 from oracles import basis, directions, quadrature, rotation
 
 
@@ -167,6 +167,28 @@ def test_the_minimum_is_the_least_of_many_values():
     assert abs(at - values[1, 0, 2]) < 1e-5
 
 
+def test_the_closed_bound_is_below_the_minimum_and_that_of_the_command(tmp_path):
+    f = lobe.Sh(random((3, 2, 9, 3)))
+    bound = f.minimum_bound()
+    assert bound.shape == (3, 2, 3) and np.all(bound <= f.minimum().value + 1e-12)
+    f[1, 0].save(tmp_path / "f.sh.json")
+    told = lobe_json("sh min --bound", tmp_path / "f.sh.json")
+    np.testing.assert_array_equal(bound[1, 0], [channel["bound"] for channel in told["channels"]])
+    with pytest.raises(ValueError, match="order 3 at most"):
+        lobe.Sh(random((16,))).minimum_bound()
+    with pytest.raises(ValueError, match="finite"):
+        lobe.Sh([np.nan, 0.0, 0.0, 0.0]).minimum_bound()
+
+
+def test_dering_has_the_short_names_of_the_command(tmp_path):
+    f = lobe.EnvMap.bundled("sunset").project(4)
+    f.save(tmp_path / "f.sh.json")
+    for method in ["sinc4", "laplacian"]:
+        lobe_command("sh dering", tmp_path / "f.sh.json", "--method", method, "-o", tmp_path / "g.sh.json")
+        found = f.dering(method).coefficients
+        np.testing.assert_allclose(found, lobe.Sh.load(tmp_path / "g.sh.json").coefficients, rtol=1e-12, atol=1e-13)
+
+
 def test_a_planted_light_is_found():
     towards = np.array([0.48, 0.6, 0.64])
     light = 2.5 * basis(4, towards[None])[0] * 4 * np.pi / 10
@@ -213,6 +235,7 @@ def test_lights_of_every_option_are_those_of_the_command(tmp_path, options):
         for k, light in enumerate(part["lights"]):
             np.testing.assert_allclose(found.directions[(*one, k)], light["dir"], atol=1e-9)
             np.testing.assert_allclose(np.ravel(found.intensities[(*one, k)]), light["intensity"], rtol=1e-9)
+            np.testing.assert_allclose(np.ravel(found.irradiances[(*one, k)]), light["irradiance"], rtol=1e-9)
         assert not found.intensities[one][len(part["lights"]) :].any()
         np.testing.assert_allclose(np.ravel(found.ambient[one]), part["ambient"], rtol=1e-9)
         np.testing.assert_allclose(np.ravel(found.residual[one]), part["residual"], rtol=1e-6, atol=1e-12)

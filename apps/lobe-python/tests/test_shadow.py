@@ -22,6 +22,26 @@ def test_the_field_is_that_of_the_command(storage, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.safetensors", "b.safetensors"], "no checkpoint is left"
 
 
+def test_the_field_and_the_visibility_of_an_entity_are_those_of_the_command(tmp_path):
+    figure, options = "built-in:walking-figure", "--entity figure --order 3 --rays 4"
+    a, b = tmp_path / "a.safetensors", tmp_path / "b.safetensors"
+    lobe_command("field", figure, options, "--spheres 3 --cells 4 -o", a)
+    lobe.field(figure, b, entity="figure", order=3, spheres=3, cells=4, rays=4)
+    assert b.read_bytes() == a.read_bytes()
+    parts = [tmp_path / f"{number}.safetensors" for number in (1, 2)]
+    for number, part in enumerate(parts, 1):
+        lobe.field_shard(figure, part, (number, 2), entity="figure", order=3, spheres=3, cells=4, rays=4)
+    lobe.field(figure, b, entity="figure", order=3, spheres=3, cells=4, rays=4, merge=parts)
+    assert b.read_bytes() == a.read_bytes(), "of shards"
+    lobe_command("field", figure, options, "--self-visibility -o", a)
+    lobe.self_visibility(figure, b, entity="figure", order=3, rays=4)
+    assert b.read_bytes() == a.read_bytes()
+    with pytest.raises(ValueError, match="nobody"):
+        lobe.field(figure, b, entity="nobody")
+    with pytest.raises(TypeError, match="entity: expected a name"):
+        lobe.field(figure, b, entity=3)
+
+
 def test_a_field_that_was_stopped_goes_on(tmp_path):
     class Stopped(Exception):
         pass

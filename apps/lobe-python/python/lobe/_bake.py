@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import TypedDict
+from typing import Any, TypedDict
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _lobe
 from ._arrays import Doubles, expect, points, real, whole
+from ._carried import bytes_of, from_bytes
 from ._scene import Path, Progress, Scene
 from ._sh import Sh
 
@@ -260,6 +261,9 @@ class Transfer:
         """The number of vertices."""
         return len(self._transfer)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _transfer_of, (bytes_of(self._transfer.write),)
+
     def __repr__(self) -> str:
         return f"Transfer(order {self.order}, {len(self)} vertices)"
 
@@ -295,6 +299,9 @@ class Matrices:
         found = self._matrices.grid
         return None if found is None else (found[0], np.asarray(found[1], np.float64))
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _matrices_of, (bytes_of(self._matrices.write), self._matrices.grid is not None)
+
     def __repr__(self) -> str:
         return f"Matrices(order {self.order}, {len(self)} points)"
 
@@ -322,3 +329,13 @@ def _light(light: Sh, order: int) -> Doubles:
         raise ValueError(f"light: expected one function, found a batch of shape {light.shape}")
     c = light.resized(order).coefficients.astype(np.float64)
     return np.ascontiguousarray(c if light.is_color else np.repeat(c[:, None], 3, axis=1))
+
+
+def _transfer_of(contents: bytes) -> Transfer:
+    """The transfer that was sent from another process."""
+    return from_bytes(Transfer, contents)
+
+
+def _matrices_of(contents: bytes, is_grid: bool) -> Matrices:
+    """The matrices that were sent from another process."""
+    return from_bytes(lambda path: Matrices(path, is_grid), contents)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -30,8 +31,12 @@ class EncodingError:
 class Encoded:
     """Irradiances in one encoding; see `Sh.encode`."""
 
-    def __init__(self, name: str, inner: _lobe.Encoded, shape: tuple[int, ...], is_color: bool) -> None:
+    def __init__(self, name: str, inner: _lobe.Encoded, shape: tuple[int, ...], is_color: bool, made_of: tuple[Any, ...]) -> None:
         self._name, self._inner, self._shape, self._is_color = name, inner, shape, is_color
+        self._made_of = made_of
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return encode, self._made_of
 
     @property
     def name(self) -> str:
@@ -73,4 +78,6 @@ def encode(
     if up not in ("y", "z"):
         raise ValueError(f"up: expected y or z, found {up!r}")
     settings = {"name": name, "normal": unit[0].tolist(), "over_pi": bool(over_pi), "up_is_y": up == "y"}
-    return Encoded(name, _lobe.encode(c, order, settings), shape, c.ndim == 3)
+    # Copies: the caller may write to its arrays.
+    made_of = (np.array(c), order, name, np.array(normal), over_pi, up, shape)
+    return Encoded(name, _lobe.encode(c, order, settings), shape, c.ndim == 3, made_of)

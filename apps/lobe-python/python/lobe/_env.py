@@ -84,6 +84,10 @@ class EnvMap:
         mapping: str | None = None,
         left_handed: bool = False,
         elevations: tuple[float, float] | None = None,
+        fisheye: str | None = None,
+        fisheye_fov: float | None = None,
+        fisheye_axis: npt.ArrayLike | None = None,
+        fisheye_circle: tuple[float, float, float] | None = None,
         padding: str = "black",
         nonfinite: str = "error",
         to_rec709: bool = False,
@@ -93,7 +97,10 @@ class EnvMap:
 
         `mapping` says what it is where the file and its proportions do not. `left_handed`: the faces of a cube were made for left-handed
         directions, as by Direct3D. `elevations` are those of the lowest and the highest row of a cropped panorama, in radians; what is above and
-        below is black, or with `padding="edge"` the nearest row. `nonfinite="zero"` reads NaN and infinity as black instead of refusing
+        below is black, or with `padding="edge"` the nearest row. `fisheye` is the projection of a lens, equidistant, equisolid, stereographic or
+        orthographic: the picture shows `fisheye_fov` radians across its circle around `fisheye_axis` [default: π and +z, half of the sphere], with +x at
+        the top and +y on the right. The circle, column and row of its middle and its radius in pixels, is the largest about the middle unless
+        `fisheye_circle` gives it; `padding` is what lies outside. `nonfinite="zero"` reads NaN and infinity as black instead of refusing
         them. `to_rec709` converts other primaries where the file tells them; `max_texels` is the limit of the picture. What the command notes, such as
         other primaries that stay, is a warning of the category `LoadNote`.
         """
@@ -104,6 +111,7 @@ class EnvMap:
             "mapping": mapping,
             "left_handed": bool(left_handed),
             "elevations": elevations,
+            "fisheye": _lens(fisheye, fisheye_fov, fisheye_axis, fisheye_circle),
             "padding": padding,
             "nonfinite": nonfinite,
             "to_rec709": bool(to_rec709),
@@ -298,6 +306,29 @@ class EnvMap:
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes an .exr, .hdr or .pfm picture, or a tone-mapped .png; until all is written nothing has the name."""
         self._map.save(path)
+
+
+def _lens(
+    fisheye: str | None, fov: float | None, axis: npt.ArrayLike | None, circle: tuple[float, float, float] | None
+) -> tuple[object, ...] | None:
+    """A fisheye lens: projection, field of view, axis and circle; refuses what it would ignore."""
+    if fisheye is None:
+        for name, value in (("fisheye_fov", fov), ("fisheye_axis", axis), ("fisheye_circle", circle)):
+            if value is not None:
+                raise ValueError(f"{name}: only with fisheye")
+        return None
+    unit, shape = directions((0.0, 0.0, 1.0) if axis is None else axis)
+    if shape:
+        raise ValueError("fisheye_axis: expected one direction")
+    angle = real(np.pi if fov is None else fov, "fisheye_fov", 0, 2 * np.pi)
+    return fisheye, angle, unit[0].tolist(), None if circle is None else _circle(circle)
+
+
+def _circle(circle: tuple[float, float, float]) -> tuple[float, ...]:
+    """Column and row of the middle of a circle, and its radius."""
+    if np.shape(circle) != (3,):
+        raise ValueError("fisheye_circle: expected column, row and radius")
+    return tuple(real(number, "fisheye_circle", 0, 1e9) for number in circle)
 
 
 MAX_SAMPLES = 1 << 16

@@ -24,8 +24,14 @@ LOG_CLAMP = 0.02
 MOST_EXPONENTIATED = 10
 MOST_SEARCHED = 64
 
+# The closed bound of the least value is for so many bands.
+MOST_BOUNDED = 3
+
 # The power of the sigma factors that has a name of its own.
 SINC4 = 4
+
+# Short names of methods of dering, as the command has them.
+METHODS = {"sinc4": f"lanczos:{SINC4}", "laplacian": "squared-laplacian"}
 
 
 @dataclass(frozen=True)
@@ -40,6 +46,8 @@ class Lights:
     """The radiance of the ambient light, (...) or (..., 3)."""
     residual: Doubles
     """What is left of the energy: the square of the distance of the lights' function from this one, by the metric, (...) or (..., 3)."""
+    irradiances: Doubles
+    """The irradiance of a surface that faces each light itself, of the shape of `intensities`: what the directional light of an engine has."""
 
 
 class Minimum(NamedTuple):
@@ -241,18 +249,26 @@ class Sh:
         content: bool = False,
         order: int | None = None,
         peak: float | None = None,
+        power: float | None = None,
     ) -> Sh:
         """Bands scaled by a window, or by n factors.
 
-        "hanning", "lanczos" and "sinc4" reach zero at the band n, or at another such as "hanning:6"; "lanczos:6:4" has a power, "gauss:0.2" a
-        standard deviation in radians, "squared-laplacian:0.01" a weight; "punctual-light" has three factors. The first three with `peak` have the
-        width that leaves a unit impulse of order n this value at its peak, above 1/4π and below n²/4π. "squared-laplacian" with `keep`,
+        "hanning", "lanczos" and "sinc4" reach zero at the band n, or at another such as "hanning:6"; "lanczos:6:4", or "lanczos" with `power`, has a
+        power, "gauss:0.2" a standard deviation in radians, "squared-laplacian:0.01" a weight; "punctual-light" has three factors. The first three with
+        `peak` have the width that leaves a unit impulse of order n this value at its peak, above 1/4π and below n²/4π. "horizon" scales what is
+        symmetric about +z alone, m = 0, which holds the step of a sky at its horizon, by the factors of "lanczos". "squared-laplacian" with `keep`,
         above 0 to 1, finds the weight of each function that leaves this part of its squared Laplacian. With `content` a
         function stays as it is towards its light, the direction of band 1, and the window comes in away from it; the blend needs more
         bands than the function, of which `order` are computed [default: n].
         """
+        if power is not None:
+            real(power, "power", 0.0)
+            if not isinstance(window, str) or window != "lanczos" or power == 0.0:
+                raise ValueError("power: only of the window lanczos without a width, and above 0")
         if peak is not None:
-            window = self._of_peak(window, peak)
+            window = self._of_peak(window, peak, power)
+        elif power is not None:
+            window = f"lanczos:{self._order}:{power}"
         if keep is not None:
             return self._kept(window, keep, content)
         if order is not None and not content:
@@ -261,6 +277,10 @@ class Sh:
             if content:
                 raise TypeError(f"window: expected the name of a window with content, found {type(window).__name__}")
             return self._scaled(self._factors(window))
+        if window == "horizon":
+            if content:
+                raise ValueError("content: horizon knows no light, it damps the same everywhere; choose another window")
+            return self._like(_lobe.damp_zonal(self._rows(), self._order), self._order)
         name = self._window_name(window)
         if not content:
             return self._scaled(_lobe.window_factors(name, self._order))
@@ -276,15 +296,17 @@ class Sh:
             raise ValueError("keep: expected a number above 0, found 0.0")
         return self._like(_lobe.window_keep(self._rows(), self._order, part), self._order)
 
-    def _of_peak(self, window: str | npt.ArrayLike, peak: float) -> str:
-        """The window of the width that lowers an impulse to the peak."""
-        powers: dict[str, float | None] = {"hanning": None, "lanczos": 1.0, "sinc4": float(SINC4)}
+    def _of_peak(self, window: str | npt.ArrayLike, peak: float, power: float | None) -> str:
+        """The window of the width that lowers an impulse to the peak, a Lanczos window of this power."""
+        powers: dict[str, float | None] = {"hanning": None, "lanczos": 1.0 if power is None else float(power), "sinc4": float(SINC4)}
         if not isinstance(window, str) or window not in powers:
             raise ValueError("peak: only of the windows hanning, lanczos and sinc4, without a width")
         power = powers[window]
         width = _lobe.width_of_peak(power, self._order, real(peak, "peak", 0.0))
         if width is None:
             least, most = 1 / (4 * np.pi), self._order**2 / (4 * np.pi)
+            if least < peak < most:
+                raise ValueError(f"peak: no width of this window has the peak {peak}; take a larger power")
             raise ValueError(f"peak: expected a value between {least:.6f} and {most:.6f} at order {self._order}, found {peak}")
         return f"hanning:{width}" if power is None else f"lanczos:{width}:{power}"
 
@@ -298,10 +320,11 @@ class Sh:
     def dering(self, method: str = "least-change", of_irradiance: bool = False) -> Sh:
         """The functions made non-negative by factors of their bands; or such that their irradiance is not negative.
 
-        Methods are named as in the command. The mean stays; a function whose mean is negative, or not finite, is refused. To order 64.
+        Methods are named as in the command, "sinc4" and "laplacian" too. The mean stays; a function whose mean is negative, or not finite, is refused. To order 64.
         """
         self._expect_order(MOST_SEARCHED)
-        return self._like(_lobe.dering(self._rows(), self._order, method, bool(of_irradiance)), self._order)
+        expect(method, str, "method", "a name such as least-change")
+        return self._like(_lobe.dering(self._rows(), self._order, METHODS.get(method, method), bool(of_irradiance)), self._order)
 
     def mirror(self, axis: str) -> Sh:
         """The functions reflected along an axis, "x", "y" or "z", which changes its sign: the value at (-x, y, z) is what it was at (x, y, z)."""
@@ -354,16 +377,26 @@ class Sh:
         shape = c.shape[:-1]
         return Minimum(values.reshape(shape), where.reshape((*shape, 3)), bounds.reshape(shape))
 
-    def peaks(self) -> tuple[Doubles, Doubles]:
+    def minimum_bound(self) -> Doubles:
+        """What no value of a function of up to three bands is below, in closed form, as the dering of Sloan 2017 has it: (...), for colors of each
+        channel (..., 3). `minimum` is nearer. Refuses coefficients that are not finite."""
+        self._expect_order(MOST_BOUNDED)
+        c = np.moveaxis(self._c, -1, -2) if self._is_color else self._c
+        rows = np.ascontiguousarray(c, dtype=np.float64).reshape(-1, self._order**2)
+        return _lobe.minimum_bound(rows, self._order).reshape(c.shape[:-1])
+
+    def peaks(self, search: str = "grid") -> tuple[Doubles, Doubles]:
         """All local maxima of one function, of the luminance of colors: directions (k, 3) and values (k,), the highest first; none of a function
-        that is the same everywhere. Orders to 64; refuses coefficients that are not finite."""
+        that is the same everywhere. `search` begins at the high points of a fine "grid", or, to order 6, at the few of the "paper", Sloan 2008, which
+        is faster and misses fewer than 1 %. Orders to 64; refuses coefficients that are not finite."""
         if self.shape:
             raise ValueError(f"expected one function, found a batch of shape {self.shape}")
         whole(self._order, "order", 1, 64)
         c = finite(self._c.astype(np.float64), "coefficients")
         # The luminance of Rec. 709.
         row = c @ np.array([0.2126, 0.7152, 0.0722]) if self._is_color else c
-        return _lobe.peaks(np.ascontiguousarray(row)[None], self._order)
+        expect(search, str, "search", "grid or paper")
+        return _lobe.peaks(np.ascontiguousarray(row)[None], self._order, search)
 
     def lights(
         self,
@@ -417,6 +450,7 @@ class Sh:
             intensities.reshape((*self.shape, count, *tail)),
             ambient.reshape(self.shape + tail),
             residual.reshape(self.shape + tail),
+            (_lobe.irradiance_of_light(self._order) * intensities).reshape((*self.shape, count, *tail)),
         )
 
     def encode(

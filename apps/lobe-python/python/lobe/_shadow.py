@@ -41,6 +41,7 @@ def field(
     scene: Path | Scene,
     output: Path,
     *,
+    entity: str | None = None,
     order: int = 4,
     spheres: int = 16,
     cells: int = 16,
@@ -53,12 +54,13 @@ def field(
 ) -> FieldReport:
     """Bakes the occlusion field of an entity, and writes the bytes of `lobe field`: how much of the sky it hides from the places around it.
 
-    `scene`, a file or "built-in:ball" or another scene of Lobe, is the entity. Sample points lie on `spheres` concentric spheres, 2 or more, whose
+    `scene`, a file or "built-in:ball" or another scene of Lobe, is the entity; or with `entity` a mesh of it, or a node of a glTF file, by name or number, in
+    its own frame and in the shape that its skin was bound to. Sample points lie on `spheres` concentric spheres, 2 or more, whose
     radii are `range` in radii of the entity, at the corners of `cells` by `cells` cells of an octahedral grid, an even number.
     `storage` is f32, f16, u8 or clustered. Results are kept beside the output, a .safetensors file, while they are found: what was stopped, by Ctrl-C or by
     what `progress(done, total)` raises, goes on from there. `merge` takes them from all files that `field_shard` wrote with the same options.
     """
-    settings = _field_settings(order, spheres, cells, range, rays, seed, storage)
+    settings = _field_settings(entity, order, spheres, cells, range, rays, seed, storage)
     report: FieldReport = _lobe.field(Scene.of(scene), output, settings, expect_parts(merge), progress)
     return report
 
@@ -68,6 +70,7 @@ def field_shard(
     output: Path,
     shard: tuple[int, int],
     *,
+    entity: str | None = None,
     order: int = 4,
     spheres: int = 16,
     cells: int = 16,
@@ -81,7 +84,7 @@ def field_shard(
 
     What was stopped goes on from its file. `field(.., merge=files)` makes the field of all.
     """
-    settings = _field_settings(order, spheres, cells, range, rays, seed, "f32")
+    settings = _field_settings(entity, order, spheres, cells, range, rays, seed, "f32")
     points, in_all = _lobe.field_shard(Scene.of(scene), output, settings, expect_shard(shard), progress)
     return points, in_all
 
@@ -103,6 +106,7 @@ def self_visibility(
     scene: Path | Scene,
     output: Path,
     *,
+    entity: str | None = None,
     order: int = 4,
     rays: int = 1024,
     seed: int = 0,
@@ -110,16 +114,18 @@ def self_visibility(
     progress: Progress | None = None,
 ) -> VisibilityReport:
     """Writes what each vertex sees of the sky past the entity itself, as `lobe field --self-visibility` does: by it the visibility that other entities leave is
-    multiplied. With `rays` from each vertex. Kept, stopped and stored as `field`."""
-    settings = _field_settings(order, 2, 2, (1.0, 2.0), rays, seed, storage)
+    multiplied. With `rays` from each vertex. Of one `entity` as `field`, and kept, stopped and stored as that."""
+    settings = _field_settings(entity, order, 2, 2, (1.0, 2.0), rays, seed, storage)
     report: VisibilityReport = _lobe.self_visibility(Scene.of(scene), output, settings, progress)
     return report
 
 
 def _field_settings(
-    order: int, spheres: int, cells: int, radii: tuple[float, float], rays: int, seed: int, storage: str
+    entity: str | None, order: int, spheres: int, cells: int, radii: tuple[float, float], rays: int, seed: int, storage: str
 ) -> dict[str, object]:
+    expect(entity, (str, type(None)), "entity", "a name")
     return {
+        "entity": entity,
         "order": whole(order, "order", 1, 8),
         "spheres": whole(spheres, "spheres", 2, MAX_SPHERES),
         "cells": _even(cells),

@@ -28,6 +28,7 @@ from ._arrays import whole
 from ._bag import GONE, Unfinished, map
 from ._bake import BakeOptions, BakeReport
 from ._engine import LOOK_SECONDS, Gone, NotYet, Waiting, asked, cancel, client_or_own, threads_of, value_of
+from ._locked import locked
 from ._scene import Path, Scene
 from ._shards import Cost, shards_for
 from ._tasks import Pilot, Refused, bake_shard, identity_of, measure
@@ -70,23 +71,25 @@ def bake(
     A worker whose system refuses something, such as one with a full disk, gets no more shards while there is another, and is named by a warning;
     where none is left an error says what to do. Where there is no worker at all, a line on the standard error says that one is waited for.
 
-    Shards that were done stay in the folder `OUTPUT.shards` until all are there; the same bake takes them up, with as many shards as before.
+    Shards that were done stay in the folder `OUTPUT.shards` until all are there; the same bake takes them up, with as many shards as before. While one
+    bake is at work another into the same output is refused, which would take its shards away.
     """
     work = Work(scene, output, options or BakeOptions())
-    with client_or_own(client) as engine, engine.as_current():
-        shards = work.begun() if shards is None else shards
-        parts = None if shards is None else work.parts(shards)
-        if parts is None or parts.missing():
-            with _ends_in_one_line(work):
-                workers = Workers(engine, work)
-                try:
-                    parts = work.parts(_shards_for(workers, work)) if parts is None else parts
-                    _bake_missing(workers, parts, work.pilot, progress)
-                finally:
-                    workers.stop()
-        elif progress is not None:
-            progress(parts.count, parts.count)
-    return work.merge(parts)
+    with work.alone():
+        with client_or_own(client) as engine, engine.as_current():
+            shards = work.begun() if shards is None else shards
+            parts = None if shards is None else work.parts(shards)
+            if parts is None or parts.missing():
+                with _ends_in_one_line(work):
+                    workers = Workers(engine, work)
+                    try:
+                        parts = work.parts(_shards_for(workers, work)) if parts is None else parts
+                        _bake_missing(workers, parts, work.pilot, progress)
+                    finally:
+                        workers.stop()
+            elif progress is not None:
+                progress(parts.count, parts.count)
+        return work.merge(parts)
 
 
 class Work:
@@ -101,6 +104,14 @@ class Work:
         self.pilot: Pilot | None = None
         self.taken_up = f"which takes up the shards that are done, in {self.output}.shards"
         """What becomes of shards, in messages."""
+
+    @contextmanager
+    def alone(self) -> Iterator[None]:
+        """Keeps other bakes away from the output and its shards."""
+        with locked(f"{self.output}.shards.lock") as is_alone:
+            if not is_alone:
+                raise RuntimeError(f"{self.output}: another bake into it is at work; wait for its end, or give another output")
+            yield
 
     def know(self, pilot: Pilot | None) -> None:
         """Takes what the pilot has found on a worker: the others and the client need not make it again."""

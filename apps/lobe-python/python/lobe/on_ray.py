@@ -39,11 +39,25 @@ def bake(
     the same path. `progress(done, shards)` is called for each shard. A shard whose worker died or that failed is tried again; those that are
     done stay in the folder `OUTPUT.shards` until all are there, and the same bake takes them up, on Dask as well. Machines that join later are
     given shards too, if they have as many processors as the smallest of the first. A machine whose system refuses something, such as one with a full
-    disk, gets no more while there is another, and is named by a warning. Where the cluster itself dies, an error says so in one line.
+    disk, gets no more while there is another, and is named by a warning. Where the cluster itself dies, an error says so in one line. While one bake is at
+    work another into the same output is refused.
     """
+    work = Work(scene, output, options or BakeOptions())
+    with work.alone():
+        with _ray() as processors:
+            machines = Machines(work, processors)
+            shards = work.begun() if shards is None else shards
+            with _ends_in_one_line(work):
+                parts = work.parts(machines.shards() if shards is None else shards)
+                machines.bake_missing(parts, progress)
+        return work.merge(parts)
+
+
+@contextmanager
+def _ray() -> Iterator[int]:
+    """A cluster, for so long one of this machine if there is none; the processors of its smallest machine."""
     import ray
 
-    work = Work(scene, output, options or BakeOptions())
     own = not ray.is_initialized()
     if own:
         ray.init(include_dashboard=False, log_to_driver=False)
@@ -51,15 +65,10 @@ def bake(
         processors = [count for node in _machines() if (count := node["Resources"].get("CPU", 0.0)) >= 1]
         if not processors:
             raise RuntimeError("the Ray cluster has no machine with processors: start one, or `ray.shutdown()` for this machine alone")
-        machines = Machines(work, int(min(processors)))
-        shards = work.begun() if shards is None else shards
-        with _ends_in_one_line(work):
-            parts = work.parts(machines.shards() if shards is None else shards)
-            machines.bake_missing(parts, progress)
+        yield int(min(processors))
     finally:
         if own:
             ray.shutdown()
-    return work.merge(parts)
 
 
 def _machines() -> list[dict[str, Any]]:
