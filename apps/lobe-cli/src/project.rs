@@ -19,7 +19,7 @@ const MAX_SAMPLES: usize = 1_000_000_000;
 pub(crate) struct Project {
     #[command(flatten)]
     input: MapInput,
-    /// The expansion of its radiance, a .sh.json file; - writes to stdout
+    /// The expansion of its radiance, or of what --quantity says that its pixels are, a .sh.json file; - writes to stdout
     #[arg(short, long, value_name = "P")]
     output: ShOutput,
     /// The order (number of bands), 1 to 256: n² coefficients
@@ -34,6 +34,10 @@ pub(crate) struct Project {
     /// For monte-carlo: the same seed gives the same directions [default: 0]
     #[arg(long, value_name = "S")]
     seed: Option<u64>,
+    /// The quantity that the pixels are: radiance, irradiance, transfer, visibility, log-visibility or function, which is none of
+    /// them
+    #[arg(long, value_name = "QUANTITY", default_value = "radiance", value_parser = str::parse::<Quantity>)]
+    quantity: Quantity,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -59,7 +63,7 @@ impl Project {
             Method::MonteCarlo => self.project_by_sampling(&self.input.read(talk)?, Sampling::Jittered, talk),
             Method::Fibonacci => self.project_by_sampling(&self.input.read(talk)?, Sampling::Fibonacci, talk),
         };
-        self.output.write(&ShFile::new(Quantity::Radiance, f))
+        self.output.write(&ShFile::new(self.quantity, f))
     }
 
     /// Refuses options that would be ignored.

@@ -6,13 +6,13 @@
 use std::fmt::Debug;
 
 use lobe::env::{
-    CubeWriteOptions, DiscLight, MapReadOptions, Mapping, PrefilterOptions, Resample, SkyFitOptions, SpecularLobe,
-    SphereLight, SunOptions, VectorIrradiance,
+    CubeWriteOptions, DiscLight, FisheyeOptions, MapReadOptions, Mapping, PrefilterOptions, Resample, SkyFitOptions,
+    SpecularLobe, SphereLight, SunOptions, VectorIrradiance,
 };
 use lobe::image::{PictureReadOptions, PictureWriteOptions, TexelFormat, Tone};
 use lobe::io::{Progress, Shard};
 use lobe::prt::{AdaptiveOptions, BakeOptions, CompressOptions, ZonalFitOptions};
-use lobe::render::{MovingMethod, MovingOptions, PathOptions, TruthOptions, ViewOptions};
+use lobe::render::{EnvironmentMapOptions, MovingMethod, MovingOptions, PathOptions, TruthOptions, ViewOptions};
 use lobe::scene::{Material, SceneReadOptions};
 use lobe::sh::{Dir, ExpMethod, Rgb, Rotation, Window};
 use lobe::shadow::ShadowOptions;
@@ -30,6 +30,7 @@ fn options_come_back_from_json_as_they_went() {
     keeps(&CompressOptions::default());
     keeps(&ZonalFitOptions::default().lobes(3));
     keeps(&MapReadOptions::default().mapping(Mapping::Angular));
+    keeps(&MapReadOptions::default().fisheye(FisheyeOptions::default().axis(-Dir::Z).circle([9.5, 8.0, 7.0])));
     keeps(&CubeWriteOptions::default().texels(TexelFormat::Rgb9e5));
     keeps(&PrefilterOptions::default().size(64));
     keeps(&SunOptions::default());
@@ -41,6 +42,7 @@ fn options_come_back_from_json_as_they_went() {
     keeps(&SceneReadOptions::default().allow_outside(true));
     keeps(&Material::WHITE);
     keeps(&ViewOptions::default());
+    keeps(&EnvironmentMapOptions::default().mapping(Mapping::Sphere));
     keeps(&TruthOptions::default());
     keeps(&PathOptions::default());
     keeps(&ShadowOptions::default().method(ExpMethod::Hybrid { limit: 0.5 }).group(32));

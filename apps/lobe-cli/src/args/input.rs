@@ -126,9 +126,16 @@ pub(crate) fn explain(path: &Path, error: EnvError) -> anyhow::Error {
     error.into()
 }
 
-/// A refusal of a picture that is too large or has texels which are no numbers, in a command without options for that,
-/// and what to do instead of either.
+/// What to do with a picture that is no map yet, where no option says how it shows the surroundings.
+const MAKE_A_MAP: &str =
+    "make a map of it first: lobe env convert PHOTO --fisheye ... -o sky.exr, or with --from or --vertical-fov";
+
+/// A refusal of a picture that is too large, has texels which are no numbers, or is no map yet, in a command without options for that,
+/// and what to do instead of the first two.
 pub(crate) fn without_options(error: anyhow::Error, [too_large, nonfinite]: [&str; 2]) -> anyhow::Error {
+    if let Some(EnvError::UnknownMapping { place, message }) = error.downcast_ref() {
+        return anyhow::anyhow!("{place}: {message}; {MAKE_A_MAP}");
+    }
     match image_error(&error) {
         Some(ImageError::Refused { place, message, option: ReadOption::MaxTexels }) => {
             anyhow::anyhow!("{place}: {message}; {too_large}")

@@ -11,6 +11,7 @@ use lobe::env::{
 use lobe::image::PictureReadOptions;
 use lobe::sh::{Rgb, ShVec};
 
+use crate::args::fisheye::FisheyeInput;
 use crate::args::input::{NonfiniteOption, PICTURES, explain, tell};
 use crate::args::names::names;
 use crate::args::values;
@@ -37,10 +38,12 @@ pub(crate) struct MapPath {
     from_left_handed: bool,
     /// Of a cropped panorama, which shows all around but not all of the height: the degrees that it is high, half of them
     /// above the horizon, or the lowest and the highest elevation that it shows
-    #[arg(long, value_name = "DEG|LOW,HIGH", value_parser = elevations, allow_hyphen_values = true)]
+    #[arg(long, value_name = "DEG|LOW,HIGH", value_parser = elevations, allow_hyphen_values = true, group = "shown_part")]
     vertical_fov: Option<[f64; 2]>,
-    /// With --vertical-fov: what is above and below the picture
-    #[arg(long, value_name = "WHAT", value_enum, default_value = "black", requires = "vertical_fov")]
+    #[command(flatten)]
+    fisheye: FisheyeInput,
+    /// With --vertical-fov: what is above and below the picture; with --fisheye: what is outside of its circle
+    #[arg(long, value_name = "WHAT", value_enum, default_value = "black", requires = "shown_part")]
     padding: Filling,
     /// Convert colors of other primaries, where the file tells them, to those of Rec. 709 (sRGB)
     #[arg(long)]
@@ -64,11 +67,11 @@ fn elevations(text: &str) -> Result<[f64; 2], String> {
 }
 
 names! {
-    /// What is above and below a cropped panorama.
+    /// What a picture of a part does not show.
     enum Filling for Padding {
         /// No light
         Black,
-        /// The light of the nearest row
+        /// The light of the nearest row, or of the nearest point of the circle, or of the last pixel of the picture towards there
         Edge,
     }
 }
@@ -115,7 +118,8 @@ impl MapInput {
         let (from, vertical_fov, padding) = (None, None, Filling::Black);
         let (from_left_handed, to_rec709) = (false, false);
         let path = path.to_owned();
-        let map = MapPath { path, from, from_left_handed, vertical_fov, padding, to_rec709, max_texels };
+        let fisheye = FisheyeInput::none();
+        let map = MapPath { path, from, from_left_handed, vertical_fov, fisheye, padding, to_rec709, max_texels };
         Self { map, nonfinite: NonfiniteOption::refuse() }
     }
 
@@ -219,6 +223,7 @@ impl MapPath {
             .picture(picture)
             .mapping(self.from.map(Mapping::from))
             .elevations(self.vertical_fov)
+            .fisheye(self.fisheye.options())
             .padding(self.padding.into())
             .handedness(handedness)
     }

@@ -2,12 +2,13 @@
 //!
 //! `values` parses numbers, `exponential` names of exponentials. `input`, `map_input`, `scene_input` (which
 //! `open_scene` opens) and `transfer_input` open files, `output`, `map_output`
-//! and `picture` check and write them; `compression`, `field_storage`, `memory`, `scene_limits`, `sharing` and `turn` are options, `names` declares the values of
+//! and `picture` check and write them; `fisheye` is how `map_input` reads some; `compression`, `field_storage`, `memory`, `scene_limits`, `sharing` and `turn` are options, `names` declares the values of
 //! others. Uses `run`.
 
 pub(crate) mod compression;
 pub(crate) mod exponential;
 pub(crate) mod field_storage;
+pub(crate) mod fisheye;
 pub(crate) mod input;
 pub(crate) mod map_input;
 pub(crate) mod map_output;

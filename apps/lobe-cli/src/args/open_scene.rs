@@ -2,7 +2,7 @@
 
 use anyhow::bail;
 use lobe::prt::{BakedOrScene, BakedTransfer, is_baked};
-use lobe::scene::{AnimatedScene, GltfDocument, GltfReader, Scene, built_in, read_scene};
+use lobe::scene::{AnimatedScene, Entity, GltfDocument, GltfReader, Scene, SceneReadOptions, built_in, read_scene};
 
 use crate::args::memory::MemoryLimit;
 use crate::args::scene_input::{BUILT_IN, SceneInput, tell};
@@ -19,8 +19,21 @@ pub(crate) struct OpenScene<'a> {
 impl<'a> OpenScene<'a> {
     /// Opens the file, if it is in one.
     pub(crate) fn new(input: &'a SceneInput, memory: &'a MemoryLimit, talk: Talk) -> anyhow::Result<Self> {
-        let options = input.checked_options(memory)?;
-        let gltf = input.is_gltf().then(|| GltfReader::open(input.path(), &options)).transpose()?;
+        Self::by(&input.checked_options(memory)?, input, memory, talk)
+    }
+
+    /// The same for work that shades nothing: textures of normals are not read.
+    pub(crate) fn of_shapes(input: &'a SceneInput, memory: &'a MemoryLimit, talk: Talk) -> anyhow::Result<Self> {
+        Self::by(&input.checked_options(memory)?.normal_maps(false), input, memory, talk)
+    }
+
+    fn by(
+        options: &SceneReadOptions,
+        input: &'a SceneInput,
+        memory: &'a MemoryLimit,
+        talk: Talk,
+    ) -> anyhow::Result<Self> {
+        let gltf = input.is_gltf().then(|| GltfReader::open(input.path(), options)).transpose()?;
         Ok(Self { input, memory, talk, gltf })
     }
 
@@ -36,7 +49,7 @@ impl<'a> OpenScene<'a> {
             self.input.check_built_in_options()?;
             if self.input.is_built_in_motion() {
                 bail!(
-                    "{name}: moves; lobe render shows it, by --mode truth, fields or shexp, and lobe spheres fits one --entity NAME of it"
+                    "{name}: moves; lobe render shows it, by --mode truth, fields or shexp, and lobe field and lobe spheres take one --entity NAME of it"
                 );
             }
             let Some(scene) = built_in::named(built_in_name) else {
@@ -107,6 +120,25 @@ impl<'a> OpenScene<'a> {
         let is_taken = takes_transfer && BakedTransfer::covers(gltf, rest);
         let baked = is_taken.then(|| BakedTransfer::of(gltf, rest));
         Ok((animated, baked.transpose()?))
+    }
+
+    /// One entity in its own frame, in the shape that its skin was bound to, with what moves it; or without a name the scene as its nodes
+    /// stand, of which a note says, if it is posed, that what is made of it does not follow: `if_posed` is the end of it.
+    pub(crate) fn whole_or_entity(
+        self,
+        entity: Option<&str>,
+        if_posed: &str,
+    ) -> anyhow::Result<(Scene, Option<(AnimatedScene, Entity)>)> {
+        if let Some(name) = entity {
+            let (animated, _) = self.animated(false)?;
+            let entity = animated.entity(name)?.clone();
+            return Ok((animated.own_scene(&entity)?, Some((animated, entity))));
+        }
+        if self.has_poses() {
+            let text = format!("is posed by animations, skins or morph targets, which {if_posed}");
+            self.talk.note(&self.input.name(), &text);
+        }
+        Ok((self.scene()?, None))
     }
 
     /// Refuses a baked file where light is asked to go straight through.

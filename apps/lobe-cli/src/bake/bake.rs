@@ -8,7 +8,7 @@ use lobe::prt::{
     BakeReport, BakeWork, BakedGlb, BakedRows, Channels, CompressReport, CompressedTransfer, Receivers, Recipe,
     TexelReceivers, write_compressed_transfer,
 };
-use lobe::scene::{GltfDocument, Scene};
+use lobe::scene::{GltfDocument, Mesh, Scene};
 
 use crate::args::open_scene::OpenScene;
 use crate::args::output::{self, has_extension};
@@ -35,6 +35,7 @@ impl Bake {
         } else {
             (OpenScene::new(&self.input, &self.memory, talk)?.scene()?, None)
         };
+        self.tell_of_normal_maps(&scene, talk);
         let scene = self.splitting.split_long(scene)?;
         if self.fresh {
             checkpoint.discard()?;
@@ -60,6 +61,17 @@ impl Bake {
             compression: compression.as_ref(),
         }
         .tell(&self.output, self.json, talk)
+    }
+
+    /// Says that transfer at vertices leaves the normal maps of their surfaces out, if there are any. The view that glossy surfaces
+    /// mirror is tilted by them where it is looked up.
+    fn tell_of_normal_maps(&self, scene: &Scene, talk: Talk) {
+        let is_at_vertices = self.texels.is_none() && self.grid.is_none();
+        if is_at_vertices && self.mode != ModeName::Glossy && scene.has_normal_maps() {
+            let text =
+                "has normal maps, which transfer at vertices does not hold; --texels W bakes at texels, where it does";
+            talk.note(&self.input.name(), text);
+        }
     }
 
     /// Bakes a shard, which is the file that it is kept in.
@@ -159,10 +171,16 @@ impl Bake {
         /// A million meshes of one triangle took 9.35 GB at order 1, with four accessors each.
         const BYTES_OF_ACCESSOR: u64 = 2340;
         let channels = self.bake_options().channels_for(scene, scene.is_gray());
-        // Positions, normals and triangles; then four numbers of transfer each.
-        let accessors = 3 + (self.order.pow(2) * channels.count()).div_ceil(4);
+        // Positions, normals and triangles, what else a mesh has, and four numbers of transfer each.
+        let transfer = (self.order.pow(2) * channels.count()).div_ceil(4);
+        let accessors_of = |mesh: &Mesh| {
+            let uvs = [0, 1].map(|set| mesh.uvs(set).is_empty());
+            let is_missing = [mesh.tangents().is_empty(), uvs[0], uvs[1], mesh.colors().is_empty()];
+            3 + is_missing.into_iter().filter(|is_missing| !is_missing).count() + transfer
+        };
+        let accessors: usize = scene.meshes().iter().map(accessors_of).sum();
         let meshes = scene.meshes().len();
-        let bytes = BYTES_OF_ACCESSOR * (accessors * meshes) as u64;
+        let bytes = BYTES_OF_ACCESSOR * accessors as u64;
         self.memory.check(&format!("a .glb of {meshes} meshes"), bytes, "fewer instances, or -o FILE.safetensors")
     }
 
@@ -180,7 +198,7 @@ impl Bake {
             return BakedGlb::of_document(document, scene).map_err(|error| anyhow!("{}: {error}", self.input.name()));
         }
         if self.input.is_gltf() {
-            let text = "split, so what the file holds beside its triangles, base colors and their textures is left out";
+            let text = "split, so what the file holds beside its triangles, base colors, normals and their textures is left out";
             talk.note(&self.input.name(), text);
         }
         Ok(BakedGlb::of_scene(scene))

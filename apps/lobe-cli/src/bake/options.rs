@@ -59,8 +59,8 @@ pub(crate) struct Bake {
     pub(super) albedo: AlbedoName,
     #[command(flatten)]
     pub(super) splitting: Splitting,
-    /// Bake at the W × W texels of a lightmap instead of at vertices; scenes need texture coordinates that
-    /// do not overlap, in set 1 or else 0
+    /// Bake at the W × W texels of a lightmap instead of at vertices, with the normals that normal maps have there; scenes need
+    /// texture coordinates that do not overlap, in set 1 or else 0
     #[arg(long, value_name = "W", value_parser = texels, conflicts_with_all = ["grid", "clusters", "components", "weights"])]
     pub(super) texels: Option<usize>,
     /// Bake the light that arrives at points in space, as matrices: NX × NY × NZ points in the scene's box

@@ -23,8 +23,8 @@ pub(crate) struct LightInput {
     /// The light: an environment map as for lobe project, bundled:NAME, or an expansion of radiance, a .sh.json file
     #[arg(long, value_name = "ENV")]
     env: PathBuf,
-    /// Light with the expansion of this order, 1 to 256 (transfer goes to 8) [default: truth: the map itself; irradiance: 3;
-    /// else that of the transfer, or 4; a .sh.json file has its own]
+    /// Light with the expansion of this order, 1 to 256 (transfer goes to 8) [default: truth: the map itself, as always in
+    /// environment; irradiance: 3; else that of the transfer, or 4; a .sh.json file has its own]
     #[arg(long, value_name = "N", value_parser = values::order)]
     order: Option<usize>,
     /// A window for the expansion against ringing: hanning[:BAND], lanczos[:BAND[:POWER]], sinc4[:BAND] reach zero at that band
@@ -78,7 +78,7 @@ impl LightInput {
 
     pub(crate) fn read(&self, talk: Talk) -> anyhow::Result<ReadLight> {
         let name = self.env.display().to_string();
-        if !name.ends_with(".json") {
+        if !self.is_expansion() {
             let read = MapInput::of(&self.env).read_lat_long(talk);
             let map = read.map_err(|error| without_options(error, CONVERT_FIRST))?;
             return Ok(ReadLight { map: Some(map), expansion: None });
@@ -88,6 +88,26 @@ impl LightInput {
             bail!("{name}: expected radiance, found {}; light is what arrives, not what it does", file.quantity);
         }
         Ok(ReadLight { map: None, expansion: Some(file.coefficients.to_rgb()) })
+    }
+
+    /// Refuses an expansion, and options that make one, where light is looked up in the map itself.
+    pub(crate) fn expect_map(&self) -> anyhow::Result<()> {
+        let name = self.env.display();
+        if self.is_expansion() {
+            bail!("{name}: --mode environment looks light up in a map; lobe env reconstruct makes one of an expansion");
+        }
+        let given = [(self.order.is_some(), "--order"), (self.window.is_some(), "--window")];
+        match given.into_iter().find(|(is_given, _)| *is_given) {
+            Some((_, option)) => {
+                bail!("{option}: --mode environment looks light up in the map itself; leave the option out")
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Whether the file holds an expansion.
+    fn is_expansion(&self) -> bool {
+        self.env.display().to_string().ends_with(".json")
     }
 
     /// The order asked for.
@@ -126,6 +146,11 @@ impl LightInput {
 }
 
 impl ReadLight {
+    /// The map; none if the light is an expansion.
+    pub(crate) fn map(&self) -> Option<&EnvMap> {
+        self.map.as_ref()
+    }
+
     /// The light before it was made an expansion, as the background of the scene.
     pub(crate) fn as_it_is(&self) -> DistantLight {
         match (&self.map, &self.expansion) {

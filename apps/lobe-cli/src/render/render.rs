@@ -1,4 +1,4 @@
-//! `lobe render`: a scene under distant light, by transfer or by path tracing.
+//! `lobe render`: a scene under distant light, by transfer, by environment mapping or by path tracing.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -8,8 +8,9 @@ use clap::{Args, ValueEnum};
 use lobe::io::{Job, Progress, Shard};
 use lobe::prt::{BakeMode, BakeOptions, GlossyLobe, Transfer};
 use lobe::render::{
-    Camera, DistantLight, Emitter, MovingMethod, MovingScene, MovingShading, RenderError, TruthOptions, ViewOptions,
-    light_baked_scene, light_by_irradiance, light_moving_scene, render_truth_shard,
+    Camera, DistantLight, Emitter, EnvironmentMaps, LitPicture, MovingMethod, MovingScene, MovingShading, RenderError,
+    Surfaces, TruthOptions, ViewOptions, light_baked_scene, light_by_environment_maps, light_by_irradiance,
+    light_moving_scene, render_truth_shard,
 };
 use lobe::scene::{Bvh, Scene};
 use lobe::sh::{Dir, Rotation};
@@ -20,11 +21,14 @@ use crate::args::output;
 use crate::args::scene_input::SceneInput;
 use crate::args::sharing::{self, Sharing};
 use crate::args::values;
+use crate::render::environment::EnvironmentInput;
 use crate::render::frames::{Frames, SECONDS_PER_FRAME};
-use crate::render::light::LightInput;
+use crate::render::light::{LightInput, ReadLight};
+use crate::render::mode::Mode;
 use crate::render::moving::{AskedBake, Keep, MovingInput, Prepared};
 use crate::render::pictures::{Pictures, Rendered};
 use crate::render::stage::{Lit, Stage, Work, moving_bounds};
+use crate::render::surfaces::SurfaceInput;
 use crate::render::transfer::Asked;
 use crate::render::truth::{self, TruthInput};
 use crate::render::view::ViewInput;
@@ -49,8 +53,9 @@ that falls on their back. Baked files hold fronts; backs are baked on the way, w
 closed body seen from outside there are none.
 
 Memory: 224 bytes for each pixel of the truth, 60 else, for one picture at a time; transfer that is baked on the way, twice 4 n² bytes \
-for each vertex and channel, of glossy 4 n⁴. Scene, light and transfer from a file come on top and are as large as their files. A scene \
-that moves takes 192 + 16 n² bytes more for each vertex, 320 for each triangle, and what is baked of its parts.
+for each vertex and channel, of glossy 4 n⁴; environment mapping, up to 96 for each texel of the light and 160 MB. Scene, light and \
+transfer from a file come on top and are as large as their files. A scene that moves takes 192 + 16 n² bytes more for each vertex, 320 \
+for each triangle, and what is baked of its parts.
 
 What lobe bake, field and spheres have not made before of the parts of a scene that moves, and a description of the scene does not name, is \
 baked first, which takes minutes. It is kept in OUT.checkpoint... until all pictures are done: the same command goes on after Ctrl-C.";
@@ -77,12 +82,16 @@ pub(crate) struct Render {
     #[arg(long, value_name = "B", value_parser = bounces)]
     bounces: Option<usize>,
     #[command(flatten)]
+    surfaces: SurfaceInput,
+    #[command(flatten)]
     truth: TruthInput,
+    #[command(flatten)]
+    environment: EnvironmentInput,
     /// Paths from each vertex where the scene is not baked yet, 1 to 1048576 [default: 1024]
     #[arg(long, value_name = "N", value_parser = samples)]
     bake_samples: Option<usize>,
-    /// All but truth and irradiance: the transfer of this scene that lobe bake, compress or fit-lobes wrote without the scene, a
-    /// .safetensors file, or an .exr file of lobe bake --texels
+    /// All but truth, irradiance and environment: the transfer of this scene that lobe bake, compress or fit-lobes wrote without
+    /// the scene, a .safetensors file, or an .exr file of lobe bake --texels
     #[arg(long, value_name = "FILE")]
     transfer: Option<PathBuf>,
     #[command(flatten)]
@@ -91,8 +100,8 @@ pub(crate) struct Render {
     /// the picture differs by 18 % from --mode truth --surfaces gltf, for rougher ones by more
     #[arg(long, value_name = "phong:E|ggx:ALPHA")]
     lobe: Option<GlossyLobe>,
-    /// All but truth, which shows the light that it uses: the background behind the scene; light, to compare with a truth of
-    /// the same --order [default: env]
+    /// All but truth and environment, which show the light that they use: the background behind the scene; light, to compare with
+    /// a truth of the same --order [default: env]
     #[arg(long, value_enum)]
     background: Option<Background>,
     #[command(flatten)]
@@ -102,27 +111,6 @@ pub(crate) struct Render {
     fresh: bool,
     #[command(flatten)]
     sharing: Sharing,
-}
-
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-enum Mode {
-    /// Path tracing: shadows and reflections between surfaces
-    Truth,
-    /// The irradiance of the expansion by shading normal, times albedo/π
-    Irradiance,
-    /// Transfer without shadows
-    Unshadowed,
-    /// Transfer with shadows
-    Shadowed,
-    /// Transfer with shadows and reflections between surfaces
-    Interreflected,
-    /// Transfer matrices with shadows and reflections between surfaces, and rough mirrors
-    Glossy,
-    /// A scene that moves: transfer of its parts, which hide the sky from each other by precomputed shadow fields, or by spheres where
-    /// they change their shape: nearer to the truth
-    Fields,
-    /// The same by spheres alone, as exponentials of sums (SHEXP): less to bake, and files of a few kilobytes
-    Shexp,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -157,9 +145,14 @@ impl Render {
         let light = self.light.read(talk)?;
         let (stage, camera, kept) = self.stage(talk)?;
         let order = stage.order();
-        let is_expansion = self.mode != Mode::Truth || self.light.asks_for_expansion(&light);
+        let is_expansion = match self.mode {
+            Mode::Truth => self.light.asks_for_expansion(&light),
+            Mode::Environment => false,
+            _ => true,
+        };
         let expansion = is_expansion.then(|| self.light.expansion(&light, order));
-        let mut work = Work { stage, camera, light: &light, expansion, tree: None };
+        let maps = self.maps(&light, talk)?;
+        let mut work = Work { stage, camera, light: &light, expansion, maps, tree: None };
         if let Some(shard) = self.sharing.shard {
             return self.trace_shard(&work, shard, talk);
         }
@@ -224,7 +217,7 @@ impl Render {
         }
         let (stage, camera) = match self.asked() {
             None => {
-                let scene = open.scene()?;
+                let scene = self.surfaces.applied(open.scene()?)?;
                 let (bvh, camera) = (Bvh::new(&scene), self.view.camera(&scene)?);
                 (Stage::Plain(scene, bvh), camera)
             }
@@ -238,6 +231,7 @@ impl Render {
     }
 
     fn moving_stage(&self, open: OpenScene<'_>) -> anyhow::Result<(Stage, Camera, Vec<Checkpoint>)> {
+        self.surfaces.expect_own_finish(&self.scene.name())?;
         let asked = AskedBake { order: self.light.order(), bounces: self.bounces };
         let asked = self.moving_method().map(|_| asked);
         let talk = open.talk;
@@ -271,7 +265,7 @@ impl Render {
 
     fn render(&self, work: &mut Work<'_>, turn: &Rotation, time: f64, job: Job<'_>) -> Result<Rendered, RenderError> {
         let lit = self.lit(work, turn);
-        let Work { stage, camera, tree, .. } = work;
+        let Work { stage, camera, tree, maps, .. } = work;
         match stage {
             Stage::Plain(scene, bvh) if self.mode == Mode::Truth => {
                 truth::traced((scene, bvh), (&lit.shown, &[]), camera, &self.truth_options(), job)
@@ -284,6 +278,11 @@ impl Render {
             Stage::Moving(moving, Some(shading)) => self.shaded((moving, tree), shading, time, camera, &lit, job),
             Stage::Plain(scene, bvh) => {
                 let background = |s: Dir| lit.shown.radiance(s);
+                if let Some(maps) = maps {
+                    let (maps, view) = (maps.turned(turn), self.view_options());
+                    let picture = light_by_environment_maps(scene, bvh, maps, camera, &view, background, job)?;
+                    return Ok(Rendered::Shaded(LitPicture { picture, below_zero: 0.0 }));
+                }
                 light_by_irradiance(scene, bvh, lit.light(), camera, &self.view_options(), background, job)
                     .map(Rendered::Shaded)
             }
@@ -298,6 +297,7 @@ impl Render {
     /// The light of a picture, turned.
     fn lit(&self, work: &Work<'_>, turn: &Rotation) -> Lit {
         let is_given = match &work.expansion {
+            // That of environment mapping, too.
             None => true,
             Some(_) => self.mode != Mode::Truth && self.background != Some(Background::Light),
         };
@@ -336,7 +336,16 @@ impl Render {
     }
 
     fn truth_options(&self) -> TruthOptions {
-        self.truth.options(self.view.size(), self.samples, self.bounces.unwrap_or(BOUNCES))
+        let surfaces = self.surfaces.model(Surfaces::Matte);
+        self.truth.options(self.view.size(), self.samples, self.bounces.unwrap_or(BOUNCES), surfaces)
+    }
+
+    /// The maps of environment mapping; none in other modes.
+    fn maps(&self, light: &ReadLight, talk: Talk) -> anyhow::Result<Option<EnvironmentMaps>> {
+        let (Mode::Environment, Some(map)) = (self.mode, light.map()) else { return Ok(None) };
+        let surfaces = self.surfaces.model(Surfaces::MetallicRoughness);
+        let name = self.light.path().display().to_string();
+        self.environment.maps((map, &name), surfaces, &self.memory, talk).map(Some)
     }
 
     /// The options of the view of all modes but truth.
@@ -382,7 +391,7 @@ impl Render {
     /// The transfer that the mode needs.
     fn asked(&self) -> Option<Asked> {
         let mode = match self.mode {
-            Mode::Truth | Mode::Irradiance | Mode::Fields | Mode::Shexp => return None,
+            Mode::Truth | Mode::Irradiance | Mode::Environment | Mode::Fields | Mode::Shexp => return None,
             Mode::Unshadowed => BakeMode::Unshadowed,
             Mode::Shadowed => BakeMode::Shadowed,
             Mode::Interreflected => BakeMode::Interreflected,
@@ -405,7 +414,7 @@ impl Render {
     fn check_options(&self) -> anyhow::Result<()> {
         let is_truth = self.mode == Mode::Truth;
         let method = self.moving_method();
-        let bakes = !matches!(self.mode, Mode::Truth | Mode::Irradiance);
+        let bakes = !matches!(self.mode, Mode::Truth | Mode::Irradiance | Mode::Environment);
         let bounces = matches!(self.mode, Mode::Truth | Mode::Interreflected | Mode::Glossy) || method.is_some();
         self.moving.check(&self.pictures, method)?;
         if let Some(option) = self.moving.asked_of_shading().filter(|_| method.is_none()) {
@@ -428,6 +437,12 @@ impl Render {
         if !is_truth {
             self.truth.refuse()?;
         }
+        self.surfaces.check(self.mode.surfaces())?;
+        let is_environment = self.mode == Mode::Environment;
+        if is_environment {
+            self.light.expect_map()?;
+        }
+        self.environment.check(is_environment.then(|| self.surfaces.model(Surfaces::MetallicRoughness)))?;
         let ignored = [
             (
                 self.bounces.is_some() && !bounces,
@@ -439,7 +454,10 @@ impl Render {
                 "--transfer: only of modes with transfer that do not move",
             ),
             (self.lobe.is_some() && self.mode != Mode::Glossy, "--lobe: only of --mode glossy"),
-            (self.background.is_some() && is_truth, "--background: --mode truth shows the light it uses"),
+            (
+                self.background.is_some() && (is_truth || is_environment),
+                "--background: --mode truth and environment show the light they use",
+            ),
             (
                 self.is_shared() && (!is_truth || self.pictures.count() > 1),
                 "--shard and --merge: only of a single picture of --mode truth; several pictures are shared by --frames A..B",

@@ -1,6 +1,6 @@
 //! The stage of `lobe render`, which all pictures share: the scene as the mode needs it, the camera, and the light.
 
-use lobe::render::{BakedScene, Camera, DistantLight, MovingScene, MovingShading, RenderError};
+use lobe::render::{BakedScene, Camera, DistantLight, EnvironmentMaps, MovingScene, MovingShading, RenderError};
 use lobe::scene::{Bvh, Scene};
 use lobe::sh::{Rgb, ShVec};
 
@@ -35,6 +35,8 @@ pub(crate) struct Work<'a> {
     pub(crate) light: &'a ReadLight,
     /// None where the light is used as it was given.
     pub(crate) expansion: Option<ShVec<Rgb<f64>>>,
+    /// Of environment mapping.
+    pub(crate) maps: Option<EnvironmentMaps>,
     /// Of the moment that was shaded before.
     pub(crate) tree: Option<Bvh>,
 }
@@ -52,7 +54,7 @@ impl Lit {
     pub(crate) fn light(&self) -> &ShVec<Rgb<f64>> {
         match &self.expansion {
             Some(expansion) => expansion,
-            None => unreachable!("all modes but truth light with an expansion"),
+            None => unreachable!("all modes but truth and environment light with an expansion"),
         }
     }
 }

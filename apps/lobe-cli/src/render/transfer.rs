@@ -40,8 +40,13 @@ impl Asked {
         if let Some(order) = self.order.filter(|&order| order > Transfer::MAX_ORDER) {
             bail!("--order: transfer has an order of 1 to {}, found {order}", Transfer::MAX_ORDER);
         }
-        let (memory, talk) = (open.memory, open.talk);
+        let (memory, talk, input) = (open.memory, open.talk, open.input.name());
         let (mut baked, file) = self.read_or_bake(open)?;
+        if baked.scene().has_normal_maps() && !baked.is_lightmap() && !baked.is_glossy() {
+            let text = "has normal maps, which transfer at vertices does not hold; that of lobe bake --texels does, and --mode truth, \
+                        irradiance and environment show them";
+            talk.note(&input, text);
+        }
         let (camera, view) = view(baked.scene())?;
         bake_backs(&mut baked, file.as_deref(), (&camera, &view), memory, talk)?;
         Ok((baked, camera))

@@ -123,7 +123,7 @@ fn plain(error: &anyhow::Error) -> String {
 fn of_map(error: &EnvError) -> Option<String> {
     match error {
         EnvError::UnknownMapping { place, message } => Some(format!(
-            "{place}: {message}; say what it is with --from, or what a cropped panorama shows with --vertical-fov"
+            "{place}: {message}; say what it is with --from or --fisheye, or what a cropped panorama shows with --vertical-fov"
         )),
         EnvError::Contradiction { place, found, option } => Some(match option {
             MapReadOption::Handedness => {
@@ -131,6 +131,9 @@ fn of_map(error: &EnvError) -> Option<String> {
             }
             MapReadOption::Elevations => {
                 format!("--vertical-fov: only of a lat-long picture, but {place} is {found}; leave it out")
+            }
+            MapReadOption::Fisheye => {
+                format!("--fisheye: only of a picture that is no map yet, but {place} is {found}; leave it out")
             }
             _ => format!("--from: {place} is {found}; leave the option out"),
         }),
@@ -174,6 +177,7 @@ fn cause(error: &anyhow::Error) -> Option<Cause<'_>> {
 fn of_render(error: &RenderError) -> Option<Cause<'_>> {
     match error {
         RenderError::Image(error) => Some(of_image(error)),
+        RenderError::Env(error) => Some(of_env(error)),
         RenderError::Scene(error) => Some(of_scene(error)),
         RenderError::Shadow(error) => of_shadow(error),
         RenderError::Prt(error) => of_prt(error),

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
+use lobe::env::damp_zonal_in_place;
 use lobe::sh::{
     Coefficient, ContentWindow, Expansion as _, FileCoefficients, ShFile, ShVec, Window, width_of_peak, windowed,
 };
@@ -69,6 +70,9 @@ enum Kind {
     Sinc4,
     /// 1, 0.92, 0.73: for a point light before it is added to a probe of order 3
     Punctual,
+    /// The sigma factors on m = 0 alone, which holds the step of a sky at its horizon; a sun loses a few percent of its peak, near the zenith up
+    /// to half. Not rotation invariant: before anything is turned
+    Horizon,
 }
 
 fn weight(text: &str) -> Result<f64, String> {
@@ -99,7 +103,7 @@ impl ShWindow {
 
     /// An option that would be ignored is a misunderstanding.
     fn check_options(&self) -> anyhow::Result<()> {
-        let has_width = !matches!(self.kind, Kind::Laplacian | Kind::Punctual);
+        let has_width = !matches!(self.kind, Kind::Laplacian | Kind::Punctual | Kind::Horizon);
         if self.width.is_some() && !has_width {
             bail!(
                 "--width: only hanning, lanczos, sinc4 and gauss have one; choose one of them, or leave the width out"
@@ -112,6 +116,11 @@ impl ShWindow {
         }
         if self.power.is_some() && self.kind != Kind::Lanczos {
             bail!("--power: only --kind lanczos has one; choose it, or leave the power out");
+        }
+        if self.content && self.kind == Kind::Horizon {
+            bail!(
+                "--content: horizon knows no light, it damps the same everywhere; choose another --kind, or leave --content out"
+            );
         }
         let is_laplacian = self.kind == Kind::Laplacian;
         for (option, is_given) in [("--lambda", self.lambda.is_some()), ("--keep", self.keep.is_some())] {
@@ -130,6 +139,11 @@ impl ShWindow {
 
     fn windowed<T: Coefficient<Scalar = f64>>(&self, f: &ShVec<T>, talk: Talk) -> anyhow::Result<ShVec<T>> {
         let order = f.order();
+        if self.kind == Kind::Horizon {
+            let mut damped = f.clone();
+            damp_zonal_in_place(damped.coefficients_mut());
+            return Ok(damped);
+        }
         let window = self.window(f)?;
         let subject = self.input.to_string();
         if let (Some(peak), Window::Hanning { width } | Window::Lanczos { width, .. }) = (self.peak, window) {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
-use lobe::scene::Scene;
+use lobe::scene::{EntityKind, Scene};
 use lobe::shadow::{
     FieldOptions, FieldReport, FieldStorage, StorageReport, SurfaceVisibility, VisibilityOptions, bake_field,
     bake_field_shard, bake_vertex_visibility, write_field, write_visibility,
@@ -26,6 +26,9 @@ const MAX_SPHERES: usize = 256;
 const MAX_CELLS: usize = 256;
 const MAX_RAYS: usize = 1 << 20;
 
+/// What is said of a scene that is posed.
+const IF_POSED: &str = "this field does not follow; --entity NAME bakes that of one part in its own frame";
+
 /// How often all numbers are held at once.
 const COPIES: u64 = 3;
 
@@ -37,6 +40,10 @@ pub(crate) struct Field {
     /// The field, a .safetensors file
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
+    /// Only this entity of a scene: a mesh, or a node of a glTF file, by name or number; in its own frame, which moves with it, and in the shape
+    /// that its skin was bound to
+    #[arg(long, value_name = "NAME")]
+    entity: Option<String>,
     /// Number of bands, 1 to 8
     #[arg(long, value_name = "N", default_value = "4", value_parser = order)]
     order: usize,
@@ -133,7 +140,7 @@ impl Field {
         let form = self.storage.form()?;
         let inputs: Vec<_> = self.sharing.inputs().chain([self.input.path()]).collect();
         output::prepare_file(&self.output, &inputs)?;
-        let scene = OpenScene::new(&self.input, &self.memory, talk)?.scene()?;
+        let scene = self.occluder(talk)?;
         let checkpoint = self.sharing.checkpoint(&self.output);
         if self.fresh {
             checkpoint.discard()?;
@@ -160,6 +167,18 @@ impl Field {
         let FieldReport { points, inside, rays, .. } = report;
         let printed = Printed { points, inside, rays, storage };
         if self.json { output::print_json(&printed) } else { output::print(&printed.to_text()) }
+    }
+
+    /// What hides the sky: the scene, or one entity of it.
+    fn occluder(&self, talk: Talk) -> anyhow::Result<Scene> {
+        let opened = OpenScene::of_shapes(&self.input, &self.memory, talk)?;
+        let (scene, entity) = opened.whole_or_entity(self.entity.as_deref(), IF_POSED)?;
+        if entity.is_some_and(|(_, entity)| entity.kind() == EntityKind::Deformed) {
+            let text = "this entity is deformed by a skin or by morph targets, which its field does not follow; spheres do: \
+                        lobe spheres --entity";
+            talk.note(&self.input.name(), text);
+        }
+        Ok(scene)
     }
 
     fn bake_self_visibility(

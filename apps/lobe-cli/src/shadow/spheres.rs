@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use anyhow::bail;
 use clap::{ArgMatches, Args, Command, FromArgMatches};
 use lobe::io::Job;
-use lobe::scene::{AnimatedScene, Entity, Scene};
 use lobe::shadow::{
     LogTable, LogTableOptions, ShadowError, SphereFitMethod, SphereFitOptions, SphereSetJson, fit_spheres,
     write_log_table, write_spheres,
@@ -31,6 +30,9 @@ const CERTAIN: f64 = 0.9;
 
 /// Bytes that a point takes while the fit runs.
 const POINT: u64 = 100;
+
+/// What is said of a scene that is posed.
+const IF_POSED: &str = "these spheres do not follow; --entity NAME fits some that do";
 
 /// `lobe spheres SCENE`, or `lobe spheres table`. What the first requires is not asked of the second.
 pub(crate) enum SpheresCommand {
@@ -177,8 +179,8 @@ impl Spheres {
         }
         output::check_safetensors(&self.output)?;
         output::prepare_file(&self.output, &[self.input.path()])?;
-        let opened = OpenScene::new(&self.input, &self.memory, talk)?;
-        let (scene, entity) = self.scene_and_entity(opened)?;
+        let opened = OpenScene::of_shapes(&self.input, &self.memory, talk)?;
+        let (scene, entity) = opened.whole_or_entity(self.entity.as_deref(), IF_POSED)?;
         let options = self.options();
         let what = format!("a fit to {} points", options.samples);
         self.memory.check(&what, POINT * options.samples as u64, "fewer --points")?;
@@ -229,21 +231,6 @@ impl Spheres {
             json.history.len().saturating_sub(1),
             100.0 * report.certainty,
         ))
-    }
-
-    /// What spheres are fitted to; if it is one entity, in the shape that its skin was bound to, with it.
-    fn scene_and_entity(&self, opened: OpenScene<'_>) -> anyhow::Result<(Scene, Option<(AnimatedScene, Entity)>)> {
-        if let Some(name) = &self.entity {
-            let (animated, _) = opened.animated(false)?;
-            let entity = animated.entity(name)?.clone();
-            return Ok((animated.own_scene(&entity)?, Some((animated, entity))));
-        }
-        if opened.has_poses() {
-            let text = "is posed by animations, skins or morph targets, which these spheres do not follow; --entity NAME \
-                        fits some that do";
-            opened.talk.note(&self.input.name(), text);
-        }
-        Ok((opened.scene()?, None))
     }
 
     fn options(&self) -> SphereFitOptions {

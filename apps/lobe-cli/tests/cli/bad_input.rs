@@ -77,6 +77,16 @@ fn pictures_of_another_shape_are_refused() {
 }
 
 #[test]
+fn a_photograph_that_is_no_map_is_refused_with_the_options_of_the_command() {
+    let dir = Dir::new();
+    dir.map("photo.pfm", 6, 4, |_, _| [1.0; 3]);
+    let line = dir.lobe("env info photo.pfm").error();
+    assert!(line.contains("say what it is with --from or --fisheye"), "{line}");
+    let line = dir.lobe("render built-in:ball --env photo.pfm --mode truth -o a.png").error();
+    assert!(line.contains("make a map of it first: lobe env convert") && !line.contains("say what it is"), "{line}");
+}
+
+#[test]
 fn text_with_the_name_of_a_picture_is_refused() {
     let line = project_error("text.hdr", "hello, this is a letter\n");
     assert!(line.contains("found text beginning with \"hello, this"), "{line}");

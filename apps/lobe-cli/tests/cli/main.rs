@@ -14,6 +14,7 @@ mod compare;
 mod double_sided;
 mod encodings;
 mod env;
+mod environment_mode;
 #[cfg(target_os = "linux")]
 mod full_disk;
 mod guide;
@@ -27,6 +28,7 @@ mod memory;
 mod moving;
 mod moving_files;
 mod named_light;
+mod normal_maps;
 mod project;
 mod render;
 mod ringing;

@@ -326,6 +326,40 @@ fn what_a_panorama_shows_is_said_kept_and_found_again() {
 }
 
 #[test]
+fn a_photograph_of_the_sky_by_a_fisheye_lens_is_a_map() {
+    let dir = Dir::new();
+    // East of the zenith, on the left of the picture, it is bright. A picture is no map by itself.
+    dir.map("sky.pfm", 60, 40, |x, _| if (12..16).contains(&x) { [9.0; 3] } else { [1.0; 3] });
+    let line = dir.lobe("env info sky.pfm").error();
+    assert!(line.contains("--fisheye"), "{line}");
+    let (_, notes) = dir
+        .lobe("env convert sky.pfm --fisheye equisolid --fisheye-circle 30,20,18 --padding edge -o sky.exr")
+        .succeeds();
+    assert!(notes.contains("it shows 180° around 0.000,0.000,1.000 (equisolid fisheye)"), "{notes}");
+    let map = read_any(&dir, "sky.exr");
+    assert_eq!(map.mapping(), Mapping::LatLong, "the map");
+    let towards = |s: [f64; 3]| map.radiance(lobe::sh::Dir::new(s).unwrap()).g;
+    assert!(towards([0.0, -1.0, 0.1]) > 5.0 && towards([0.0, 1.0, 0.1]) < 2.0, "-y is on the left of the sky");
+    dir.lobe("project sky.pfm --fisheye equisolid:170 --fisheye-axis down -o ground.sh.json --quantity visibility")
+        .succeeds();
+    let file = dir.read_sh("ground.sh.json");
+    assert_eq!(file.quantity, lobe::sh::Quantity::Visibility, "as it was named");
+    assert!(file.coefficients.to_rgb()[2].g < 0.0, "light comes from below");
+    for (options, part) in [
+        ("--fisheye round", "expected one of equidistant, equisolid, stereographic, orthographic"),
+        ("--fisheye orthographic:190", "at most 180°"),
+        ("--fisheye equisolid --vertical-fov 60", "cannot be used with"),
+        ("--fisheye equisolid --from angular", "cannot be used with"),
+        ("--fisheye-circle 30,20,18", "--fisheye"),
+        ("--padding edge", "--fisheye"),
+        ("--fisheye equisolid --fisheye-circle 70,20,18", "has its middle in it"),
+    ] {
+        let line = dir.lobe(&format!("env info sky.pfm {options}")).error();
+        assert!(line.contains(part), "{options}: {line}");
+    }
+}
+
+#[test]
 fn an_even_sky_stays_even_however_rough_the_mirror() {
     let dir = Dir::new();
     dir.map("one.exr", 32, 16, |_, _| [1.0; 3]);

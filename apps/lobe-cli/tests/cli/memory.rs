@@ -139,20 +139,26 @@ fn a_glb_of_many_meshes_is_refused_before_the_bake() {
     let dir = Dir::new();
     let bytes: Vec<u8> =
         [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].into_iter().flat_map(f32::to_le_bytes).collect();
-    let gltf = json!({
+    let mut gltf = json!({
         "asset": {"version": "2.0"},
         "scenes": [{"nodes": (0..NODES).collect::<Vec<_>>()}],
         "nodes": (0..NODES).map(|k| json!({"mesh": 0, "translation": [k, 0, 0]})).collect::<Vec<_>>(),
-        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "meshes": [{"primitives": [{}]}],
         "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}],
         "bufferViews": [{"buffer": 0, "byteLength": bytes.len()}],
         "buffers": [{"uri": "one.bin", "byteLength": bytes.len()}],
     });
     dir.file("one.bin", &bytes);
-    dir.file("one.gltf", gltf.to_string());
-    let line = dir.lobe("bake one.gltf -o a.glb --samples 1 --order 1 --max-memory 0.1 --quiet").error();
-    let expected = "a .glb of 20000 meshes takes up to 187200000 bytes of memory";
-    assert!(line.contains(expected) && line.contains("-o FILE.safetensors"), "{line}");
+    // Positions, normals, triangles and transfer; colors are one attribute more.
+    for (attributes, bytes) in
+        [(json!({"POSITION": 0}), 187_200_000), (json!({"POSITION": 0, "COLOR_0": 0}), 234_000_000)]
+    {
+        gltf["meshes"][0]["primitives"][0]["attributes"] = attributes;
+        dir.file("one.gltf", gltf.to_string());
+        let line = dir.lobe("bake one.gltf -o a.glb --samples 1 --order 1 --max-memory 0.1 --quiet").error();
+        let expected = format!("a .glb of 20000 meshes takes up to {bytes} bytes of memory");
+        assert!(line.contains(&expected) && line.contains("-o FILE.safetensors"), "{line}");
+    }
     assert_eq!(dir.names(), ["one.bin", "one.gltf"], "nothing was written");
 }
 

@@ -23,6 +23,29 @@ fn a_field_is_baked_and_shadows_a_scene_in_files() {
 }
 
 #[test]
+fn the_field_of_an_entity_is_that_of_the_entity_alone() {
+    use lobe::shadow::{FieldOptions, FieldStorage, bake_field, read_visibility, write_field};
+    let dir = Dir::new();
+    let bake = "field built-in:walking-figure --order 2 --rays 4";
+    let (_, notes) = dir.lobe(&format!("{bake} --spheres 3 --cells 4 --entity figure -o a.safetensors")).succeeds();
+    assert!(notes.contains("this entity is deformed") && notes.contains("lobe spheres --entity"), "{notes}");
+    let moving = lobe::scene::built_in::moving("walking-figure").unwrap();
+    let own = moving.own_scene(moving.entity("figure").unwrap()).unwrap();
+    let options = FieldOptions::default().order(2).spheres(3).cells(4).rays(4);
+    let (field, _) = bake_field(&own, &options, Default::default()).unwrap();
+    write_field(dir.path("b.safetensors"), &field, &FieldStorage::F32).unwrap();
+    assert!(dir.bytes("a.safetensors") == dir.bytes("b.safetensors"), "the bytes of the library");
+    let (_, notes) = dir.lobe(&format!("{bake} --entity figure --self-visibility -o v.safetensors")).succeeds();
+    assert!(notes.contains("this entity is deformed"), "{notes}");
+    let visibility = read_visibility(dir.path("v.safetensors")).unwrap();
+    assert_eq!(visibility.rows().len(), own.vertex_count() * 4, "a row for each vertex of the entity");
+    let error = dir.lobe(&format!("{bake} --entity nobody -o f.safetensors")).error();
+    assert_eq!(error, "found no entity `nobody` in the scene: expected one of `ground`, `figure`", "");
+    let error = dir.lobe(&format!("{bake} -o f.safetensors")).error();
+    assert!(error.contains("built-in:walking-figure: moves; ") && error.contains("--entity NAME"), "{error}");
+}
+
+#[test]
 fn spheres_are_fitted_and_their_table_is_written() {
     let dir = Dir::new();
     dir.file("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 4 3\nf 1 2 4\nf 2 3 4\n");

@@ -70,6 +70,17 @@ fn spheres_of_a_whole_file_that_moves_say_that_they_do_not_follow() {
 }
 
 #[test]
+fn a_field_of_a_whole_file_that_moves_says_that_it_does_not_follow() {
+    let dir = Dir::new();
+    animated_gltf(&dir, &TRIANGLE);
+    let bake = "field a.gltf --order 2 --spheres 3 --cells 4 --rays 4 -o f.safetensors";
+    let (_, notes) = dir.lobe(bake).succeeds();
+    assert!(notes.contains("note: a.gltf: is posed by animations") && notes.contains("--entity NAME"), "{notes}");
+    let (_, notes) = dir.lobe(&format!("{bake} --entity 0")).succeeds();
+    assert!(!notes.contains("--entity") && !notes.contains("posed"), "{notes}");
+}
+
+#[test]
 fn the_truth_of_an_animated_file_is_posed_as_fields_are() {
     let dir = Dir::new();
     animated_gltf(&dir, &TRIANGLE);

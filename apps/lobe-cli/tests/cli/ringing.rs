@@ -173,6 +173,25 @@ fn the_window_of_point_lights_says_what_it_drops() {
 }
 
 #[test]
+fn the_window_of_a_horizon_damps_what_is_symmetric_about_the_zenith_and_nothing_else() {
+    let dir = Dir::new();
+    let f = &sun() + &impulse(4).map(|c| Rgb::splat(0.3 * c));
+    dir.sh("p.sh.json", Quantity::Radiance, f.clone());
+    dir.lobe("sh window p.sh.json --kind horizon -o q.sh.json").stdout();
+    let file = dir.read_sh("q.sh.json");
+    assert_eq!(file.quantity, Quantity::Radiance, "the quantity stays");
+    let FileCoefficients::Rgb(g) = file.coefficients else { panic!("colors stay colors") };
+    for l in 0..4_usize {
+        let x = PI * l as f64 / 4.0;
+        for i in l * l..(l + 1).pow(2) {
+            let factor = if l > 0 && i == l * (l + 1) { x.sin() / x } else { 1.0 };
+            let off = (0..3).map(|c| (g[i].channel(c) - factor * f[i].channel(c)).abs()).fold(0.0, f64::max);
+            assert!(off < 1e-14, "coefficient {i}: {:?} of {:?}", g[i], f[i]);
+        }
+    }
+}
+
+#[test]
 fn options_of_windows_that_would_be_ignored_are_refused() {
     let dir = Dir::new();
     dir.sh("p.sh.json", Quantity::Radiance, impulse(3));
@@ -194,6 +213,9 @@ fn options_of_windows_that_would_be_ignored_are_refused() {
         ("--kind lanczos --power 0", "a number above 0"),
         ("--kind gauss --width 9 --peak 1", "cannot be used with"),
         ("--kind laplacian --keep 0.5 --peak 1", "--peak: only the width of hanning, lanczos and sinc4"),
+        ("--kind horizon --width 4", "--width: only hanning, lanczos, sinc4 and gauss"),
+        ("--kind horizon --peak 1", "--peak: only the width of hanning, lanczos and sinc4"),
+        ("--kind horizon --content", "--content: horizon knows no light"),
     ] {
         let error = dir.lobe(&format!("sh window p.sh.json {options} -o q.sh.json")).error();
         assert!(error.contains(part), "{options}: {error}");

@@ -1,0 +1,80 @@
+//! Surfaces of `lobe render`: the model of reflection, and one finish for all of them.
+
+use anyhow::bail;
+use clap::{Args, ValueEnum};
+use lobe::render::Surfaces;
+use lobe::scene::Scene;
+
+use crate::args::values;
+
+/// How surfaces reflect, in the modes that look at more than their base color.
+#[derive(Args)]
+pub(crate) struct SurfaceInput {
+    /// truth, environment: the model of reflection [default: truth: matte, as in a bake; environment: gltf]
+    #[arg(long, value_enum)]
+    surfaces: Option<SurfaceModel>,
+    /// truth, environment, with gltf: this roughness of all surfaces, 0 (mirrors) to 1, in place of their own
+    #[arg(long, value_name = "R", value_parser = part)]
+    roughness: Option<f32>,
+    /// truth, environment, with gltf: all surfaces as metals (1), as plastics (0) or between them, in place of their own
+    #[arg(long, value_name = "M", value_parser = part)]
+    metallic: Option<f32>,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum SurfaceModel {
+    /// Lambert with the base color as albedo
+    Matte,
+    /// The metallic-roughness model of glTF, Smith's masking height-correlated, as renderers have it
+    Gltf,
+    /// The same with separable masking, as the specification of glTF prints it
+    GltfSeparable,
+}
+
+fn part(text: &str) -> Result<f32, String> {
+    match values::finite(text)? {
+        x if (0.0..=1.0).contains(&x) => Ok(x as f32),
+        x => Err(format!("expected a number from 0 to 1, found {x}")),
+    }
+}
+
+impl SurfaceInput {
+    /// The model that is asked for, or that of the mode.
+    pub(crate) fn model(&self, default: Surfaces) -> Surfaces {
+        match self.surfaces {
+            None => default,
+            Some(SurfaceModel::Matte) => Surfaces::Matte,
+            Some(SurfaceModel::Gltf) => Surfaces::MetallicRoughness,
+            Some(SurfaceModel::GltfSeparable) => Surfaces::MetallicRoughnessSeparable,
+        }
+    }
+
+    /// Refuses what would be ignored: all of it in modes without a model of their own, a finish of matte surfaces.
+    pub(crate) fn check(&self, default: Option<Surfaces>) -> anyhow::Result<()> {
+        let Some(default) = default else {
+            let option = self.surfaces.map(|_| "--surfaces").or(self.finish());
+            let Some(option) = option else { return Ok(()) };
+            bail!("{option}: only of --mode truth and environment; leave the option out");
+        };
+        if let (Surfaces::Matte, Some(option)) = (self.model(default), self.finish()) {
+            bail!("{option}: matte surfaces have none; ask for --surfaces gltf, or leave the option out");
+        }
+        Ok(())
+    }
+
+    /// Refuses a finish of a scene that moves.
+    pub(crate) fn expect_own_finish(&self, name: &str) -> anyhow::Result<()> {
+        let Some(option) = self.finish() else { return Ok(()) };
+        bail!("{option}: only of a scene that stands still, but {name} moves; leave the option out");
+    }
+
+    /// The scene with the finish that is asked for.
+    pub(crate) fn applied(&self, scene: Scene) -> anyhow::Result<Scene> {
+        Ok(scene.with_finish(self.roughness, self.metallic)?)
+    }
+
+    /// The option of a finish that is given, if any.
+    fn finish(&self) -> Option<&'static str> {
+        self.roughness.map(|_| "--roughness").or(self.metallic.map(|_| "--metallic"))
+    }
+}
