@@ -140,6 +140,14 @@ const LIT: Step = Step {
 /// Another renderer bakes what Lobe bakes.
 const MITSUBA: Step =
     Step { name: "mitsuba", work: Work::Where(has_mitsuba, "python3", "peers/mitsuba/compare.py target/release/lobe") };
+/// It tilts normals as Lobe does.
+const NORMAL_MAPS: Step = Step {
+    name: "normal-maps",
+    work: Work::Where(has_mitsuba, "python3", "peers/mitsuba/normal_maps.py target/release/lobe"),
+};
+/// Another program looks through fisheye lenses.
+const FISHEYE: Step =
+    Step { name: "fisheye", work: Work::Where(has_ffmpeg, "python3", "peers/fisheye/compare.py target/release/lobe") };
 /// The window in a browser.
 const WEB: Step =
     Step { name: "web", work: Work::Where(has_node_and_chromium, "cargo", "run --package xtask -- web --check") };
@@ -151,6 +159,11 @@ fn has_node() -> Result<(), String> {
 fn has_node_and_chromium() -> Result<(), String> {
     has_node()?;
     toolchain::has_program("chromium", "apt-get install chromium")
+}
+
+fn has_ffmpeg() -> Result<(), String> {
+    toolchain::has_program("ffmpeg", "apt-get install ffmpeg")?;
+    toolchain::has_module("numpy")
 }
 
 fn has_mitsuba() -> Result<(), String> {
@@ -188,6 +201,8 @@ pub(crate) fn nightly() -> Outcome {
         MOTION,
         LIT,
         MITSUBA,
+        NORMAL_MAPS,
+        FISHEYE,
         WEB,
         CORPUS_WHOLE,
     ])

@@ -54,7 +54,9 @@ pub(crate) fn compiler() -> Result<String, String> {
 /// # Errors
 /// The reason why not, and how to get it.
 pub(crate) fn has_program(program: &str, how_to_get_it: &str) -> Result<(), String> {
-    answer(program, &["--version"]).map(drop).map_err(|_| format!("{program} is not installed; {how_to_get_it}"))
+    // One dash is FFmpeg's.
+    let version = answer(program, &["--version"]).or_else(|_| answer(program, &["-version"]));
+    version.map(drop).map_err(|_| format!("{program} is not installed; {how_to_get_it}"))
 }
 
 /// Whether Python has a module.
