@@ -222,7 +222,8 @@ impl<'a> Sectors<'a> {
             sums[row] += pixel.scale(cap - start);
             start = cap;
             if stop >= end {
-                break pixel;
+                // As the picture has it: what rays miss of a pixel of the rim is no light beyond it.
+                break picture.pixels[down.at * width + across.at].widen();
             }
             row += usize::from(stop >= edge);
             across.pass(stop);

@@ -1,5 +1,7 @@
 //! The scene that is left while another one is being opened.
 
+use lobe::render::MovingMethod;
+
 use crate::rooms::motion::cast::{Cast, Hand};
 use crate::rooms::motion::player::{Asked, Player, Shown, Source};
 use crate::widgets::orbit::Orbit;
@@ -32,8 +34,10 @@ impl Before {
     pub(crate) fn at_rest(mut self) -> Self {
         match (&self.lit, &self.player) {
             (Some(lit), Some(player)) if self.is_waiting => {
-                let methods = lit.ways.iter().map(|way| way.method).collect();
-                let asked = Asked { methods, ..lit.asked.clone() };
+                let mut asked = lit.asked_as_lit();
+                // Spheres of another fit are forgotten: asking for them would fit them anew.
+                let is_kept = self.asked.as_ref().is_none_or(|asked| asked.fit == lit.asked.fit);
+                asked.methods.retain(|&method| is_kept || method != MovingMethod::Exponentials);
                 player.ask(asked.clone());
                 self.asked = Some(asked);
             }

@@ -30,7 +30,7 @@ impl MotionRoom {
     /// Says that the work was cancelled.
     pub(super) fn stop(&mut self) {
         (self.is_waiting, self.is_stopped) = (false, true);
-        let message = if self.go_back() {
+        let message = if self.go_back() && !self.is_stopped {
             "Stopped before the scene was baked; the one before is shown again."
         } else {
             "Stopped before the scene was baked. Bake begins again."
@@ -71,7 +71,10 @@ impl MotionRoom {
         let player = Player::start(&source, self.edits.order, self.device.clone(), move || ctx.request_repaint());
         let left = self.player.replace((source, player));
         let (cast, asked, lit) = (self.cast.take(), self.asked.take(), self.lit.take());
-        if let (Some((source, player)), Some(cast)) = (left, cast) {
+        // A scene of which nothing is lit takes no place of one that is.
+        if let (Some((source, player)), Some(cast)) = (left, cast)
+            && (lit.is_some() || self.before.as_ref().is_none_or(|before| before.lit.is_none()))
+        {
             let (player, in_hand) = (Some(player), std::mem::take(&mut self.in_hand));
             let (orbit, is_waiting, is_stopped) = (self.orbit, self.is_waiting, self.is_stopped);
             let before = Before { source, player, cast, in_hand, asked, lit, orbit, is_waiting, is_stopped };

@@ -320,7 +320,7 @@ impl MotionRoom {
     /// Stops the bakes that are under way: the last moment that was lit remains. Before there was one, the scene is left unbaked.
     fn cancel(&mut self) {
         match (&self.lit, &self.player) {
-            (Some(lit), _) => self.edits.return_to(&lit.asked),
+            (Some(lit), _) => self.edits.return_to(&lit.asked_as_lit()),
             (None, Some((_, player))) => player.task().cancel(),
             (None, None) => {}
         }

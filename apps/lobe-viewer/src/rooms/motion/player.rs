@@ -107,6 +107,11 @@ impl Lit {
         [whole].into_iter().chain(self.ways.iter().map(by)).collect::<Vec<_>>().join(", ")
     }
 
+    /// What was asked for, by the ways that are baked.
+    pub(crate) fn asked_as_lit(&self) -> Asked {
+        Asked { methods: self.ways.iter().map(|way| way.method).collect(), ..self.asked.clone() }
+    }
+
     /// The moment by a way; none if that is not baked yet.
     pub(crate) fn way(&self, method: MovingMethod) -> Option<&Way> {
         self.ways.iter().find(|way| way.method == method)

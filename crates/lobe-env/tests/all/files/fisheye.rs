@@ -185,6 +185,12 @@ fn beyond_the_circle_is_nothing_or_the_nearest_of_its_rim() {
         // Along a row of texels of two degrees the picture changes by two pixels.
         assert!((column[0] - near).abs() < 3.0, "column {x}: {} below {near}", column[0]);
     }
+    // A pixel that stands out of the rim is no brighter below than it is.
+    let sun = picture(60, 60, |x, y| if x == 59 && (y == 26 || y == 33) { [100.0; 3] } else { [1.0; 3] });
+    let edge = try_read(&sun, &options.clone().padding(Padding::Edge)).unwrap();
+    let below = edge.texels()[(horizon + 1) * edge.width()..].iter().map(|texel| texel.g);
+    let (least, most) = below.fold((f32::MAX, 0.0_f32), |(least, most), light| (least.min(light), most.max(light)));
+    assert!(least > 0.999 && most < 100.1 && most > 2.0, "from {least} to {most}");
     // A circle that leaves the picture above and below.
     let cut = picture(60, 40, |_, _| [1.0; 3]);
     let lens = lens(FisheyeProjection::Equidistant, 180.0).circle([30.0, 20.0, 30.0]);
