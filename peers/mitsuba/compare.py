@@ -126,10 +126,11 @@ def shapes(primitives):
     return scene
 
 
-def mitsuba_pictures(primitives, eye, target, function, samples):
+def mitsuba_pictures(shown, eye, target, function, samples, bounces=BOUNCES):
+    """Pictures [seed, row, column, color] of shapes under a light."""
     scene = mi.load_dict({
-        "type": "scene", **shapes(primitives), "light": mitsuba_map(function, 512),
-        "integrator": {"type": "path", "max_depth": BOUNCES + 2, "rr_depth": 1000},
+        "type": "scene", **shown, "light": mitsuba_map(function, 512),
+        "integrator": {"type": "path", "max_depth": bounces + 2, "rr_depth": 1000},
         "sensor": {
             "type": "perspective", "fov": FOV, "fov_axis": "y",
             "to_world": mi.ScalarTransform4f().look_at(origin=list(eye), target=list(target), up=[0, 0, 1]),
@@ -139,6 +140,20 @@ def mitsuba_pictures(primitives, eye, target, function, samples):
         },
     })
     return np.stack([np.array(mi.render(scene, spp=samples, seed=seed + 1)) for seed in range(SEEDS)])
+
+
+def lobe_pictures(lobe, scene, folder, eye, target, samples, bounces=BOUNCES):
+    """The same by Lobe under sky.exr of the folder, and the pixels that the scene covers whole."""
+    pictures = []
+    for seed in range(SEEDS):
+        run(lobe, "render", scene, "--env", folder / "sky.exr", "--mode", "truth", "-o", folder / "t.exr",
+            "--size", f"{SIZE[0]}x{SIZE[1]}", "--samples", samples, "--bounces", bounces, "--seed", seed,
+            "--fov", FOV, "--eye", ",".join(map(str, eye)), "--target", ",".join(map(str, target)))
+        with OpenEXR.File(str(folder / "t.exr")) as file:
+            channels = file.channels()
+            pictures.append(channels["RGB"].pixels.astype(np.float64))
+            whole = channels["coverage.A"].pixels == 1.0
+    return np.stack(pictures), whole
 
 
 def in_the_open(primitives):
@@ -214,22 +229,14 @@ def main():
                     "--bounces", BOUNCES, "--energy-stop", 0, "--seed", seed)
                 primitives, transfer = read_glb(folder / "b.glb")
                 baked.append(transfer)
-            pictures = []
-            for seed in range(SEEDS):
-                run(options.lobe, "render", scene, "--env", folder / "sky.exr", "--mode", "truth", "-o", folder / "t.exr",
-                    "--size", f"{SIZE[0]}x{SIZE[1]}", "--samples", options.samples, "--bounces", BOUNCES, "--seed", seed,
-                    "--fov", FOV, "--eye", ",".join(map(str, eye)), "--target", ",".join(map(str, target)))
-                with OpenEXR.File(str(folder / "t.exr")) as file:
-                    channels = file.channels()
-                    pictures.append(channels["RGB"].pixels.astype(np.float64))
-                    whole = channels["coverage.A"].pixels == 1.0
-            covered = np.stack(pictures)[:, whole]
-            theirs = mitsuba_pictures(primitives, eye, target, light, options.samples)[:, whole]
+            pictures, whole = lobe_pictures(options.lobe, scene, folder, eye, target, options.samples)
+            covered = pictures[:, whole]
+            theirs = mitsuba_pictures(shapes(primitives), eye, target, light, options.samples)[:, whole]
             agree.append(judge(f"{name}: truth", covered, theirs, lambda x: x))
             chosen = np.sort(np.random.default_rng(1).choice(in_the_open(primitives), RECEIVERS, replace=False))
             theirs = mitsuba_transfer(primitives, chosen, 4 * options.samples)
             agree.append(judge(f"{name}: transfer", np.stack(baked)[:, chosen], theirs, lambda x: x[..., 0]))
-        theirs = mitsuba_pictures(primitives, eye, target, mirrored, options.samples)[:, whole]
+        theirs = mitsuba_pictures(shapes(primitives), eye, target, mirrored, options.samples)[:, whole]
         control = judge(f"{name}: truth, map mirrored", covered, theirs, lambda x: x)
     if control:
         sys.exit("the control agrees: this comparison would not notice a mirrored map")

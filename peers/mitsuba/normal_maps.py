@@ -15,7 +15,7 @@ import tempfile
 import zlib
 from pathlib import Path
 
-from compare import SEEDS, SIZE, FOV, judge, light, lobe_map, mitsuba_map, mi, np, run, OpenEXR
+from compare import judge, light, lobe_map, lobe_pictures, mi, mitsuba_pictures, np
 
 # From so high that no stored normal faces away: Mitsuba turns those about, Lobe leaves them.
 EYE, TARGET = (0.6, -1.2, 2.6), (0.0, 0.0, 0.0)
@@ -74,7 +74,7 @@ def write_gltf(path):
     }))
 
 
-def mitsuba_pictures(stored, samples):
+def mitsuba_square(stored):
     corners, uv = square()
     texture = {"type": "bitmap", "bitmap": mi.Bitmap(stored.astype(np.float32) / 255), "raw": True}
     diffuse = {"type": "diffuse", "reflectance": {"type": "rgb", "value": [0.8, 0.6, 0.4]}}
@@ -88,17 +88,7 @@ def mitsuba_pictures(stored, samples):
     parameters["vertex_texcoords"] = uv.astype(np.float32).ravel()
     parameters["faces"] = np.array([0, 1, 2, 0, 2, 3], np.uint32)
     parameters.update()
-    scene = mi.load_dict({
-        "type": "scene", "square": mesh, "light": mitsuba_map(light, 512), "integrator": {"type": "path", "max_depth": 2},
-        "sensor": {
-            "type": "perspective", "fov": FOV, "fov_axis": "y",
-            "to_world": mi.ScalarTransform4f().look_at(origin=list(EYE), target=list(TARGET), up=[0, 0, 1]),
-            "film": {"type": "hdrfilm", "width": SIZE[0], "height": SIZE[1], "rfilter": {"type": "box"},
-                     "pixel_format": "rgb", "component_format": "float32"},
-            "sampler": {"type": "independent", "sample_count": samples},
-        },
-    })
-    return np.stack([np.array(mi.render(scene, spp=samples, seed=seed + 1)) for seed in range(SEEDS)])
+    return {"square": mesh}
 
 
 def main():
@@ -112,21 +102,17 @@ def main():
         folder = Path(folder)
         lobe_map(folder / "sky.exr", 512)
         write_gltf(folder / "s.gltf")
-        pictures = []
-        for seed in range(SEEDS):
-            run(options.lobe, "render", folder / "s.gltf", "--env", folder / "sky.exr", "--mode", "truth", "-o", folder / "t.exr",
-                "--size", f"{SIZE[0]}x{SIZE[1]}", "--samples", options.samples, "--bounces", 0, "--seed", seed,
-                "--fov", FOV, "--eye", ",".join(map(str, EYE)), "--target", ",".join(map(str, TARGET)))
-            with OpenEXR.File(str(folder / "t.exr")) as file:
-                channels = file.channels()
-                pictures.append(channels["RGB"].pixels.astype(np.float64))
-                whole = channels["coverage.A"].pixels == 1.0
-        ours = np.stack(pictures)[:, whole]
+        pictures, whole = lobe_pictures(options.lobe, folder / "s.gltf", folder, EYE, TARGET, options.samples, bounces=0)
+        ours = pictures[:, whole]
+
+        def theirs(stored):
+            return mitsuba_pictures(mitsuba_square(stored), EYE, TARGET, light, options.samples, bounces=0)[:, whole]
+
         stored = bumps()
-        agrees = judge("bumps: truth", ours, mitsuba_pictures(stored, options.samples)[:, whole], lambda x: x)
+        agrees = judge("bumps: truth", ours, theirs(stored), lambda x: x)
         turned = stored.copy()
         turned[..., 1] = 255 - turned[..., 1]
-        control = judge("bumps: truth, green turned", ours, mitsuba_pictures(turned, options.samples)[:, whole], lambda x: x)
+        control = judge("bumps: truth, green turned", ours, theirs(turned), lambda x: x)
     if control:
         sys.exit("the control agrees: this comparison would not notice a green turned around")
     if not agrees:
