@@ -4,10 +4,11 @@
 #![no_main]
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
+use lobe_fuzz::path_of_process;
 use lobe_io::{Fingerprint, Job, RecordFile, RecordFormat, RecordLayout, Shard, merge_shards};
 
 const FORMAT: RecordFormat = RecordFormat { kind: *b"FUZZ", version: 1, work: "test", arguments: "the options" };
@@ -17,11 +18,9 @@ const LAYOUT: RecordLayout = RecordLayout { count: 5, bytes: 12, last: 4 };
 /// Sizes that a header promises, at most: a file takes its room when it is made.
 const MAX_SIZE: u64 = 1 << 10;
 
-/// A folder of this process, in memory where the system has one.
+/// A folder of this process.
 static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {
-    let memory = Path::new("/dev/shm");
-    let folder = if memory.is_dir() { memory.into() } else { std::env::temp_dir() };
-    let folder = folder.join(format!("lobe-fuzz-shards-{}", std::process::id()));
+    let folder = path_of_process("shards");
     fs::create_dir_all(&folder).expect("the folder can be written");
     folder
 });

@@ -3,22 +3,19 @@
 #![no_main]
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
+use lobe_fuzz::path_of_process;
 use lobe_io::{Fingerprint, IoError, RecordFile, RecordFormat, RecordLayout};
 
 const FORMAT: RecordFormat = RecordFormat { kind: *b"FUZZ", version: 1, work: "test", arguments: "the options" };
 
 const LAYOUT: RecordLayout = RecordLayout { count: 5, bytes: 12, last: 4 };
 
-/// A file of this process, in memory where the system has such a folder.
-static PATH: LazyLock<PathBuf> = LazyLock::new(|| {
-    let memory = Path::new("/dev/shm");
-    let folder = if memory.is_dir() { memory.into() } else { std::env::temp_dir() };
-    folder.join(format!("lobe-fuzz-{}.checkpoint", std::process::id()))
-});
+/// A file of this process.
+static PATH: LazyLock<PathBuf> = LazyLock::new(|| path_of_process("checkpoint"));
 
 /// The bytes of a complete checkpoint.
 static WHOLE: LazyLock<Vec<u8>> = LazyLock::new(|| {

@@ -1,4 +1,13 @@
-//! Properties that the fuzz targets ask of readers.
+//! Properties that the fuzz targets ask of readers, and their files.
+
+use std::path::{Path, PathBuf};
+
+/// A path for a file or a folder of this process, in memory where the system has such a folder.
+pub fn path_of_process(name: &str) -> PathBuf {
+    let memory = Path::new("/dev/shm");
+    let folder = if memory.is_dir() { memory.into() } else { std::env::temp_dir() };
+    folder.join(format!("lobe-fuzz-{}.{name}", std::process::id()))
+}
 
 /// Lets decoders of pictures panic, as readers catch that: what nobody catches still ends the program.
 pub fn let_decoders_panic() {

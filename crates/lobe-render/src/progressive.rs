@@ -17,8 +17,8 @@ const PORTION: Duration = Duration::from_millis(250);
 pub(crate) fn in_portions<T: Send>(
     mut done: Vec<T>,
     count: usize,
-    of: impl Fn(usize) -> T + Sync,
-    mut ask: impl FnMut(&[T]) -> Result<(), RenderError>,
+    of: &(dyn Fn(usize) -> T + Sync),
+    ask: &mut dyn FnMut(&[T]) -> Result<(), RenderError>,
 ) -> Result<Vec<T>, RenderError> {
     let mut portions = Portions::new(PORTION, rayon::current_num_threads());
     ask(&done)?;
@@ -26,7 +26,7 @@ pub(crate) fn in_portions<T: Send>(
     done.reserve_exact(count.saturating_sub(done.len()));
     while done.len() < count {
         let next = done.len()..done.len().saturating_add(portions.size()).min(count);
-        portions.time(|| done.par_extend(next.into_par_iter().map(&of)));
+        portions.time(|| done.par_extend(next.into_par_iter().map(of)));
         ask(&done)?;
     }
     Ok(done)
@@ -44,15 +44,10 @@ mod tests {
     #[test]
     fn portions_follow_each_other_without_a_gap() {
         let mut asked = Vec::new();
-        let found = in_portions(
-            vec![0, 1, 4],
-            10_000,
-            |i| i * i,
-            |done| {
-                asked.push(done.len());
-                Ok(())
-            },
-        );
+        let found = in_portions(vec![0, 1, 4], 10_000, &|i| i * i, &mut |done| {
+            asked.push(done.len());
+            Ok(())
+        });
         assert_eq!(found.unwrap(), (0..10_000).map(|i| i * i).collect::<Vec<_>>(), "squares");
         assert!(asked.is_sorted_by(|a, b| a < b), "{asked:?}");
         assert_eq!((asked[0], asked[asked.len() - 1]), (3, 10_000), "{asked:?}");
@@ -60,7 +55,7 @@ mod tests {
 
     #[test]
     fn whoever_is_asked_can_stop_the_work() {
-        let stop = |done: &[usize]| if done.len() > 1 { Err(RenderError::Cancelled) } else { Ok(()) };
-        assert!(matches!(in_portions(vec![], 1_000_000, |i| i, stop), Err(RenderError::Cancelled)), "stopped");
+        let mut stop = |done: &[usize]| if done.len() > 1 { Err(RenderError::Cancelled) } else { Ok(()) };
+        assert!(matches!(in_portions(vec![], 1_000_000, &|i| i, &mut stop), Err(RenderError::Cancelled)), "stopped");
     }
 }

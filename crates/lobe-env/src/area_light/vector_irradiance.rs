@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
+use lobe_io::parallel;
 use lobe_sh::{Coefficient, Dir, Expansion, Rgb, coefficient_index};
-use rayon::prelude::*;
 
 use crate::mapping::lat_long::sin_cos_pi;
 use crate::projection::irradiance::row_vectors;
@@ -144,20 +144,18 @@ pub fn vector_irradiance(map: &MappedMap) -> VectorIrradiance {
 fn vector_of_rows(map: &MappedMap) -> VectorIrradiance {
     let (w, h) = (map.width(), map.height());
     let columns: Vec<(f64, f64)> = (0..w).map(|x| sin_cos_pi((w as f64 - 2.0 * x as f64 - 1.0) / w as f64)).collect();
-    let rows: Vec<[Rgb<f64>; 3]> = row_vectors(w, h)
-        .into_par_iter()
-        .enumerate()
-        .map(|(y, (a, b))| {
-            let mut sums = [Rgb::ZERO; 3];
-            for (texel, &(sin, cos)) in map.row(y).iter().zip(&columns) {
-                let texel = texel.widen();
-                sums[0] += texel.scale(cos);
-                sums[1] += texel.scale(sin);
-                sums[2] += texel;
-            }
-            [sums[0].scale(a), sums[1].scale(a), sums[2].scale(b)]
-        })
-        .collect();
+    let vectors = row_vectors(w, h);
+    let rows: Vec<[Rgb<f64>; 3]> = parallel::map(h, &|y| {
+        let (a, b) = vectors[y];
+        let mut sums: [Rgb<f64>; 3] = [Rgb::ZERO; 3];
+        for (texel, &(sin, cos)) in map.row(y).iter().zip(&columns) {
+            let texel = texel.widen();
+            sums[0] += texel.scale(cos);
+            sums[1] += texel.scale(sin);
+            sums[2] += texel;
+        }
+        [sums[0].scale(a), sums[1].scale(a), sums[2].scale(b)]
+    });
     let mut e = [Rgb::ZERO; 3];
     for row in rows {
         for (sum, part) in e.iter_mut().zip(row) {

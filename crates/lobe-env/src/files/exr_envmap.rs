@@ -12,8 +12,8 @@
 //!   (x, y, z)_lobe = (Z, X, Y)_exr
 //! ```
 
+use lobe_io::parallel;
 use lobe_sh::{Coefficient, Rgb};
-use rayon::prelude::*;
 
 use crate::mapping::cube::FACES;
 use crate::{CubeMap, EnvMap};
@@ -25,7 +25,7 @@ const STORED_FACES: [usize; FACES] = [4, 5, 2, 3, 1, 0];
 pub(crate) fn lat_long_from_edges(stored: &EnvMap) -> EnvMap {
     let (width, height) = (stored.width(), stored.height());
     let mut texels = vec![Rgb::ZERO; width * height];
-    texels.par_chunks_exact_mut(width).enumerate().for_each(|(y, row)| {
+    parallel::rows(&mut texels, width, &|y, row| {
         for (x, texel) in row.iter_mut().enumerate() {
             *texel = bilinear(stored.texels(), (width, height), center(x, width), center(y, height));
         }
@@ -39,7 +39,7 @@ pub(crate) fn lat_long_from_edges(stored: &EnvMap) -> EnvMap {
 pub(crate) fn cube_from_edges(stored: &CubeMap) -> CubeMap {
     let size = stored.size();
     let mut map = stored.clone();
-    map.texels_mut().par_chunks_exact_mut(size).enumerate().for_each(|(row, line)| {
+    parallel::rows(map.texels_mut(), size, &|row, line| {
         let (face, y) = (row / size, row % size);
         let from = STORED_FACES[face];
         for (x, texel) in line.iter_mut().enumerate() {

@@ -21,8 +21,8 @@
 
 use std::f64::consts::PI;
 
+use lobe_io::parallel;
 use lobe_sh::{Coefficient, Rgb};
-use rayon::prelude::*;
 
 use crate::mapping::azimuthal::Rect;
 use crate::mapping::fisheye::Lens;
@@ -69,9 +69,9 @@ impl RoundPicture {
         let light = sectors.balanced();
         let mut texels = vec![Rgb::ZERO; width * rows];
         for first in (0..width).step_by(COLUMNS) {
-            let together = first..width.min(first + COLUMNS);
-            let columns: Vec<Vec<Rgb<f32>>> = together.into_par_iter().map(|x| sectors.column(x, &light)).collect();
-            texels.par_chunks_exact_mut(width).enumerate().for_each(|(y, row)| {
+            let together = COLUMNS.min(width - first);
+            let columns: Vec<Vec<Rgb<f32>>> = parallel::map(together, &|k| sectors.column(first + k, &light));
+            parallel::rows(&mut texels, width, &|y, row| {
                 for (texel, column) in row[first..].iter_mut().zip(&columns) {
                     *texel = column[y];
                 }
@@ -150,7 +150,7 @@ impl<'a> Sectors<'a> {
         let picture = self.picture;
         let width = picture.size[0];
         let mut light = picture.pixels.clone();
-        light.par_chunks_exact_mut(width).enumerate().for_each(|(y, row)| {
+        parallel::rows(&mut light, width, &|y, row| {
             for (x, light) in row.iter_mut().enumerate() {
                 let pixel = picture.rect(x, y);
                 if pixel.is_outside() {

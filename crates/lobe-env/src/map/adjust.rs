@@ -1,7 +1,7 @@
 //! Exposure, clamping and blackening of negative texels.
 
+use lobe_io::parallel;
 use lobe_sh::{Coefficient, Rgb};
-use rayon::prelude::*;
 
 use crate::{EnvError, MappedMap};
 
@@ -21,11 +21,12 @@ pub fn expose_in_place(map: &mut MappedMap, stops: f64) -> Result<(), EnvError> 
 pub fn scale_in_place(map: &mut MappedMap, factor: Rgb<f64>) -> Result<(), EnvError> {
     let scaled =
         |texel: &Rgb<f32>| Rgb::<f32>::from_channels(|c| (f64::from(texel.channel(c)) * factor.channel(c)) as f32);
-    let is_lost = |texel: &&Rgb<f32>| {
+    let is_lost = |texel: &Rgb<f32>| {
         let after = scaled(texel);
         (0..3).any(|c| texel.channel(c).is_finite() && !after.channel(c).is_finite())
     };
-    let lost = map.texels().par_iter().filter(is_lost).count();
+    let lost = parallel::map(map.height(), &|y| map.row(y).iter().filter(|texel| is_lost(texel)).count());
+    let lost: usize = lost.into_iter().sum();
     if lost > 0 {
         let [r, g, b] = factor.to_array();
         let texels = if lost == 1 { "1 texel" } else { &format!("{lost} texels") };
@@ -33,7 +34,8 @@ pub fn scale_in_place(map: &mut MappedMap, factor: Rgb<f64>) -> Result<(), EnvEr
             format!("multiplied by {r} {g} {b}, {texels} would be brighter than {:e}, the most there is", f32::MAX);
         return Err(EnvError::Options(message));
     }
-    map.texels_mut().par_iter_mut().for_each(|texel| *texel = scaled(texel));
+    let width = map.width();
+    parallel::rows(map.texels_mut(), width, &|_, row| row.iter_mut().for_each(|texel| *texel = scaled(texel)));
     Ok(())
 }
 
@@ -75,12 +77,19 @@ pub fn clamp_in_place(map: &mut MappedMap, limit: f32) -> Result<ClampReport, En
     }
     let mean_before = map.mean();
     let channel = |texel: &Rgb<f32>| texel.r.max(texel.g).max(texel.b);
-    let largest = map.texels().par_iter().map(channel).reduce(|| f32::NEG_INFINITY, f32::max);
-    let texels = map.texels().par_iter().filter(|texel| channel(texel) > limit).count();
-    map.texels_mut().par_iter_mut().filter(|texel| channel(texel) > limit).for_each(|texel| {
-        // In f64: the quotient rounds the largest channel to the limit, never above it by more than its last digit.
-        let scale = f64::from(limit) / f64::from(channel(texel));
-        *texel = Rgb::from_channels(|c| ((f64::from(texel.channel(c)) * scale) as f32).min(limit));
+    let rows: Vec<(f32, usize)> = parallel::map(map.height(), &|y| {
+        let largest = map.row(y).iter().map(channel).fold(f32::NEG_INFINITY, f32::max);
+        (largest, map.row(y).iter().filter(|texel| channel(texel) > limit).count())
+    });
+    let largest = rows.iter().map(|(largest, _)| *largest).fold(f32::NEG_INFINITY, f32::max);
+    let texels = rows.iter().map(|(_, texels)| *texels).sum();
+    let width = map.width();
+    parallel::rows(map.texels_mut(), width, &|_, row| {
+        for texel in row.iter_mut().filter(|texel| channel(texel) > limit) {
+            // In f64: the quotient rounds the largest channel to the limit, never above it by more than its last digit.
+            let scale = f64::from(limit) / f64::from(channel(texel));
+            *texel = Rgb::from_channels(|c| ((f64::from(texel.channel(c)) * scale) as f32).min(limit));
+        }
     });
     Ok(ClampReport { texels, largest, mean_before, mean_after: map.mean() })
 }
@@ -107,10 +116,17 @@ pub struct BlackenReport {
 pub fn blacken_negative_in_place(map: &mut MappedMap) -> BlackenReport {
     let before = map.mean();
     let channel = |texel: &Rgb<f32>| texel.r.min(texel.g).min(texel.b);
-    let lowest = map.texels().par_iter().map(channel).reduce(|| 0.0, f32::min);
-    let texels = map.texels().par_iter().filter(|texel| channel(texel) < 0.0).count();
-    map.texels_mut().par_iter_mut().filter(|texel| channel(texel) < 0.0).for_each(|texel| {
-        *texel = Rgb::from_channels(|c| if texel.channel(c) < 0.0 { 0.0 } else { texel.channel(c) });
+    let rows: Vec<(f32, usize)> = parallel::map(map.height(), &|y| {
+        let lowest = map.row(y).iter().map(channel).fold(0.0, f32::min);
+        (lowest, map.row(y).iter().filter(|texel| channel(texel) < 0.0).count())
+    });
+    let lowest = rows.iter().map(|(lowest, _)| *lowest).fold(0.0, f32::min);
+    let texels = rows.iter().map(|(_, texels)| *texels).sum();
+    let width = map.width();
+    parallel::rows(map.texels_mut(), width, &|_, row| {
+        for texel in row.iter_mut().filter(|texel| channel(texel) < 0.0) {
+            *texel = Rgb::from_channels(|c| if texel.channel(c) < 0.0 { 0.0 } else { texel.channel(c) });
+        }
     });
     BlackenReport { texels, lowest, added: map.mean() - before }
 }

@@ -1,7 +1,7 @@
 //! Area averaging of cube maps to another size.
 
+use lobe_io::parallel;
 use lobe_sh::{Coefficient, Rgb};
-use rayon::prelude::*;
 
 use crate::mapping::cube::{self, FACES};
 use crate::mapping::solid_angles::SolidAngles;
@@ -17,7 +17,7 @@ pub(crate) fn averaged_to(map: &CubeMap, size: usize) -> CubeMap {
     }
     let weights = Weights::new(map.size(), size);
     let rows: Vec<Vec<[Rgb<f32>; FACES]>> =
-        (0..size).into_par_iter().map(|y| (0..size).map(|x| weights.means(map, x, y)).collect()).collect();
+        parallel::map(size, &|y| (0..size).map(|x| weights.means(map, x, y)).collect());
     let texel = |i: usize| rows[i / size % size][i % size][i / (size * size)];
     match CubeMap::new(size, (0..FACES * size * size).map(texel).collect()) {
         Ok(map) => map,

@@ -1,13 +1,16 @@
 //! Light that left the range of `f32`.
 
+use lobe_io::parallel;
 use lobe_sh::Rgb;
-use rayon::prelude::*;
 
 use crate::EnvError;
 
+/// Texels that one thread looks through at a time.
+const TOGETHER: usize = 4096;
+
 /// Whether every channel of every texel is finite.
 pub(crate) fn all_finite(texels: &[Rgb<f32>]) -> bool {
-    texels.par_iter().all(is_finite)
+    count_lost(texels) == 0
 }
 
 /// Fails if sums over a map are more than `f32` holds; `what` they are begins the message.
@@ -15,7 +18,7 @@ pub(crate) fn all_finite(texels: &[Rgb<f32>]) -> bool {
 /// A map that is not finite itself makes sums that are not: they are let through, unless `was_finite`, which is only
 /// asked then.
 pub(crate) fn expect_finite(sums: &[Rgb<f32>], what: &str, was_finite: impl FnOnce() -> bool) -> Result<(), EnvError> {
-    let lost = sums.par_iter().filter(|texel| !is_finite(texel)).count();
+    let lost = count_lost(sums);
     if lost == 0 || !was_finite() {
         return Ok(());
     }
@@ -23,6 +26,15 @@ pub(crate) fn expect_finite(sums: &[Rgb<f32>], what: &str, was_finite: impl FnOn
     let message =
         format!("{what}: the sums of {texels} are more than {:e}, the most there is; darken the map", f32::MAX);
     Err(EnvError::Options(message))
+}
+
+/// The number of texels with a channel that is not finite.
+fn count_lost(texels: &[Rgb<f32>]) -> usize {
+    let of_part = |k: usize| {
+        let part = &texels[k * TOGETHER..texels.len().min((k + 1) * TOGETHER)];
+        part.iter().filter(|texel| !is_finite(texel)).count()
+    };
+    parallel::map(texels.len().div_ceil(TOGETHER), &of_part).into_iter().sum()
 }
 
 fn is_finite(texel: &Rgb<f32>) -> bool {

@@ -2,8 +2,8 @@
 
 use std::borrow::Cow;
 
+use lobe_io::parallel;
 use lobe_sh::{Coefficient, Dir, Rgb};
-use rayon::prelude::*;
 
 use crate::mapping::cube::FACES;
 use crate::mapping::solid_angles::SolidAngles;
@@ -56,11 +56,16 @@ impl MappedMap {
     /// If a side is 0, or a cube's picture is not six times as high as wide.
     #[must_use]
     pub fn from_fn(mapping: Mapping, width: usize, height: usize, radiance: impl Fn(Dir) -> Rgb<f32> + Sync) -> Self {
+        Self::filled(mapping, width, height, &radiance)
+    }
+
+    /// [`from_fn`](Self::from_fn), compiled once and not for each function.
+    fn filled(mapping: Mapping, width: usize, height: usize, radiance: &(dyn Fn(Dir) -> Rgb<f32> + Sync)) -> Self {
         if let Err(error) = Self::check(mapping, width, height) {
             panic!("{error}");
         }
         let mut texels = vec![Rgb::ZERO; width * height];
-        texels.par_chunks_exact_mut(width).enumerate().for_each(|(y, row)| {
+        parallel::rows(&mut texels, width, &|y, row| {
             for (x, texel) in row.iter_mut().enumerate() {
                 if let Some(s) = center(mapping, width, height, x, y) {
                     *texel = radiance(s);
@@ -201,20 +206,17 @@ impl MappedMap {
     #[must_use]
     pub fn mean(&self) -> Rgb<f64> {
         let solid_angles = SolidAngles::new(self.grid());
-        let rows: Vec<Rgb<f64>> = (0..self.height)
-            .into_par_iter()
-            .map(|y| {
-                let mut sum: Rgb<f64> = Rgb::ZERO;
-                for (x, texel) in self.row(y).iter().enumerate() {
-                    let solid_angle = solid_angles.get(x, y);
-                    // Texels outside the discs may hold any value.
-                    if solid_angle > 0.0 {
-                        sum += texel.widen().scale(solid_angle);
-                    }
+        let rows: Vec<Rgb<f64>> = parallel::map(self.height, &|y| {
+            let mut sum: Rgb<f64> = Rgb::ZERO;
+            for (x, texel) in self.row(y).iter().enumerate() {
+                let solid_angle = solid_angles.get(x, y);
+                // Texels outside the discs may hold any value.
+                if solid_angle > 0.0 {
+                    sum += texel.widen().scale(solid_angle);
                 }
-                sum
-            })
-            .collect();
+            }
+            sum
+        });
         rows.into_iter().fold(Rgb::ZERO, |sum, row| sum + row).scale(0.25 * std::f64::consts::FRAC_1_PI)
     }
 

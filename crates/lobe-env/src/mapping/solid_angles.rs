@@ -1,6 +1,6 @@
 //! Table of the solid angles of all texels of a picture.
 
-use rayon::prelude::*;
+use lobe_io::parallel;
 
 use crate::Mapping;
 use crate::mapping::lat_long;
@@ -23,7 +23,7 @@ impl SolidAngles {
         let face = if mapping == Mapping::Cube { width } else { height };
         let columns = if mapping == Mapping::LatLong { 1 } else { width.div_ceil(2) };
         let mut table = vec![0.0; columns * face.div_ceil(2)];
-        table.par_chunks_exact_mut(columns).enumerate().for_each(|(y, row)| {
+        parallel::rows(&mut table, columns, &|y, row| {
             for (x, solid_angle) in row.iter_mut().enumerate() {
                 *solid_angle = match mapping {
                     Mapping::LatLong => lat_long::solid_angle(width, height, y),

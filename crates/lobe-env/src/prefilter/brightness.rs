@@ -1,7 +1,7 @@
 //! Relative brightness of the cells of a map, in octaves.
 
+use lobe_io::parallel;
 use lobe_sh::Rgb;
-use rayon::prelude::*;
 
 use crate::CubeMap;
 use crate::mapping::cube::FACES;
@@ -37,8 +37,8 @@ impl Brightness {
     ///
     /// Brightness is the mean of the largest channel's absolute value, relative to its median over the deepest cells.
     pub(crate) fn new(source: &CubeMap, depth: usize) -> Self {
-        let deepest = (0..FACES << (2 * depth)).into_par_iter().map(|i| mean(source, i, depth));
-        let mut levels = vec![deepest.collect::<Vec<f64>>()];
+        let deepest: Vec<f64> = parallel::map(FACES << (2 * depth), &|i| mean(source, i, depth));
+        let mut levels = vec![deepest];
         for k in (0..depth).rev() {
             let children = &levels[levels.len() - 1];
             let parent = |i: usize| {

@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
+use lobe_io::parallel;
 use lobe_sh::gauss_legendre;
-use rayon::prelude::*;
 
 use crate::prefilter::brightness;
 use crate::prefilter::cell_tree::{SIDE, lagrange, nodes};
@@ -77,16 +77,15 @@ impl CellTolerance {
             rule.iter().map(|(x, weight)| 0.5 * weight * value(theta + 0.5 * texel * x)).sum()
         };
         let most = points_at_kinks(kernel, texel);
-        let of_rule = |points: usize| {
-            let rule = gauss_legendre(points);
+        let of_class = |class: usize| Limits::new(steps, |theta| cell_limit(theta, class_side(class)));
+        let fewer: Vec<usize> = RULES.into_iter().filter(|points| *points < most).collect();
+        let of_rule = |i: usize| {
+            let rule = gauss_legendre(fewer[i]);
             Limits::new(steps, |theta| limit(mean(theta, &rule), mean(theta, &reference)))
         };
         Self {
-            cells: (0..2 * depth + 2)
-                .into_par_iter()
-                .map(|class| Limits::new(steps, |theta| cell_limit(theta, class_side(class))))
-                .collect(),
-            rules: RULES.par_iter().filter(|points| **points < most).map(|points| of_rule(*points)).collect(),
+            cells: parallel::map(2 * depth + 2, &of_class),
+            rules: parallel::map(fewer.len(), &of_rule),
             most,
             nothing: Limits::new(steps, |theta| NEGLIGIBLE * floor / value(theta).abs()),
         }

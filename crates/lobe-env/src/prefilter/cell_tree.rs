@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
+use lobe_io::parallel;
 use lobe_sh::{Dir, gauss_legendre};
-use rayon::prelude::*;
 
 use crate::mapping::cube::{self, FACES};
 use crate::mapping::solid_angles::SolidAngles;
@@ -81,29 +81,26 @@ impl<'a> CellTree<'a> {
     /// The moments of the cells of the deepest level, from the texels.
     fn deepest(&self, depth: usize) -> Vec<Cell> {
         let side = 1 << depth;
-        (0..FACES * side * side)
-            .into_par_iter()
-            .map(|i| {
-                let (face, column, row) = place(i, depth);
-                let mut masses = [[0.0; NODES]; 4];
-                for down in &self.pieces[row] {
-                    let mut line = [[0.0; SIDE]; 4];
-                    for along in &self.pieces[column] {
-                        let texel = down.texel * self.source.size() + along.texel;
-                        let area = self.solid_angles.get(along.texel, down.texel) * down.part * along.part;
-                        let light = self.source.face(face)[texel].to_array().map(f64::from);
-                        let light = [area, area * light[0], area * light[1], area * light[2]];
-                        for (line, light) in line.iter_mut().zip(light) {
-                            for (sum, mean) in line.iter_mut().zip(&along.means) {
-                                *sum += light * mean;
-                            }
+        parallel::map(FACES * side * side, &|i| {
+            let (face, column, row) = place(i, depth);
+            let mut masses = [[0.0; NODES]; 4];
+            for down in &self.pieces[row] {
+                let mut line = [[0.0; SIDE]; 4];
+                for along in &self.pieces[column] {
+                    let texel = down.texel * self.source.size() + along.texel;
+                    let area = self.solid_angles.get(along.texel, down.texel) * down.part * along.part;
+                    let light = self.source.face(face)[texel].to_array().map(f64::from);
+                    let light = [area, area * light[0], area * light[1], area * light[2]];
+                    for (line, light) in line.iter_mut().zip(light) {
+                        for (sum, mean) in line.iter_mut().zip(&along.means) {
+                            *sum += light * mean;
                         }
                     }
-                    spread(&mut masses, &line, &down.means);
                 }
-                cell(i, depth, &masses)
-            })
-            .collect()
+                spread(&mut masses, &line, &down.means);
+            }
+            cell(i, depth, &masses)
+        })
     }
 }
 
@@ -138,28 +135,25 @@ fn parents(children: &[Cell], k: usize) -> Vec<Cell> {
     // Lagrange polynomials of the parent at the nodes of its left and of its right child.
     let nodes = nodes();
     let halves = [-1.0, 1.0].map(|shift| nodes.map(|t| lagrange(0.5 * (t + shift))));
-    (0..FACES * side * side)
-        .into_par_iter()
-        .map(|i| {
-            let mut masses = [[0.0; NODES]; 4];
-            for ((down, across), child) in [(0, 0), (0, 1), (1, 0), (1, 1)].into_iter().zip(children_of(i, k)) {
-                let child = &children[child];
-                for y in 0..SIDE {
-                    let mut line = [[0.0; SIDE]; 4];
-                    for (line, plane) in line.iter_mut().zip(&child[3..]) {
-                        for (x, factors) in halves[across].iter().enumerate() {
-                            let mass = f64::from(plane[y * SIDE + x]);
-                            for (sum, factor) in line.iter_mut().zip(factors) {
-                                *sum += mass * factor;
-                            }
+    parallel::map(FACES * side * side, &|i| {
+        let mut masses = [[0.0; NODES]; 4];
+        for ((down, across), child) in [(0, 0), (0, 1), (1, 0), (1, 1)].into_iter().zip(children_of(i, k)) {
+            let child = &children[child];
+            for y in 0..SIDE {
+                let mut line = [[0.0; SIDE]; 4];
+                for (line, plane) in line.iter_mut().zip(&child[3..]) {
+                    for (x, factors) in halves[across].iter().enumerate() {
+                        let mass = f64::from(plane[y * SIDE + x]);
+                        for (sum, factor) in line.iter_mut().zip(factors) {
+                            *sum += mass * factor;
                         }
                     }
-                    spread(&mut masses, &line, &halves[down][y]);
                 }
+                spread(&mut masses, &line, &halves[down][y]);
             }
-            cell(i, k, &masses)
-        })
-        .collect()
+        }
+        cell(i, k, &masses)
+    })
 }
 
 /// Cell `i` of a depth, with the directions and moments of its nodes.

@@ -2,10 +2,10 @@
 
 use std::f64::consts::PI;
 
+use lobe_io::parallel;
 #[cfg(target_arch = "x86_64")]
 use lobe_sh::simd::Machine;
 use lobe_sh::{Coefficient, Dir, Rgb, gauss_legendre};
-use rayon::prelude::*;
 
 use crate::CubeMap;
 use crate::mapping::cube::{self, FACES};
@@ -265,19 +265,17 @@ pub(crate) fn filter_tiles(
     side: usize,
     tiles: &[[usize; 3]],
     out: &mut [Rgb<f32>],
-    towards: impl Fn(&[Dir]) -> Vec<Rgb<f32>> + Sync,
+    towards: &(dyn Fn(&[Dir]) -> Vec<Rgb<f32>> + Sync),
 ) {
-    let done: Vec<Vec<(usize, Rgb<f32>)>> = tiles
-        .par_iter()
-        .map(|&[face, left, top]| {
-            let places: Vec<_> =
-                (top..size.min(top + side)).flat_map(|y| (left..size.min(left + side)).map(move |x| (x, y))).collect();
-            let at = |i: usize| (i as f64 + 0.5) / size as f64;
-            let dirs: Vec<Dir> = places.iter().map(|&(x, y)| cube::dir_from_face(face, at(x), at(y))).collect();
-            let index = places.iter().map(|&(x, y)| (face * size + y) * size + x);
-            index.zip(towards(&dirs)).collect()
-        })
-        .collect();
+    let done: Vec<Vec<(usize, Rgb<f32>)>> = parallel::map(tiles.len(), &|k| {
+        let [face, left, top] = tiles[k];
+        let places: Vec<_> =
+            (top..size.min(top + side)).flat_map(|y| (left..size.min(left + side)).map(move |x| (x, y))).collect();
+        let at = |i: usize| (i as f64 + 0.5) / size as f64;
+        let dirs: Vec<Dir> = places.iter().map(|&(x, y)| cube::dir_from_face(face, at(x), at(y))).collect();
+        let index = places.iter().map(|&(x, y)| (face * size + y) * size + x);
+        index.zip(towards(&dirs)).collect()
+    });
     for (index, value) in done.into_iter().flatten() {
         out[index] = value;
     }

@@ -3,9 +3,9 @@
 use std::borrow::Cow;
 use std::f64::consts::PI;
 
+use lobe_io::parallel;
 use lobe_sh::vector::tangents_along_axis;
 use lobe_sh::{Coefficient, Dir, Rgb};
-use rayon::prelude::*;
 
 use crate::CubeMap;
 use crate::map::cube_average::averaged_to;
@@ -193,8 +193,7 @@ impl Bordered {
     /// Halves the map to `size`: every texel is the mean of four places, where tents along both axes weigh 1, 3, 3, 1.
     fn halved(&self, size: usize) -> CubeMap {
         let step = 1.0 / size as f32;
-        let texel = |i: usize| {
-            let (face, x, y) = (i / (size * size), i % size, i / size % size);
+        let texel = |face: usize, x: usize, y: usize| {
             let mut sum = [0.0; 3];
             for (right, down) in [(-0.375, -0.375), (0.375, -0.375), (-0.375, 0.375), (0.375, 0.375)] {
                 let at = |i: usize, aside: f32| (i as f32 + 0.5 + aside) * step;
@@ -203,7 +202,13 @@ impl Bordered {
             }
             Rgb::from(sum)
         };
-        match CubeMap::new(size, (0..FACES * size * size).into_par_iter().map(texel).collect()) {
+        let mut texels = vec![Rgb::ZERO; FACES * size * size];
+        parallel::rows(&mut texels, size, &|line, row| {
+            for (x, to) in row.iter_mut().enumerate() {
+                *to = texel(line / size, x, line % size);
+            }
+        });
+        match CubeMap::new(size, texels) {
             Ok(map) => map,
             Err(error) => unreachable!("six faces of {size} were filled: {error}"),
         }

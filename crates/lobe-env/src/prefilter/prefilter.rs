@@ -40,9 +40,8 @@
 use std::ops::ControlFlow;
 
 use lobe_image::mip_level_size;
-use lobe_io::{Job, Progress};
+use lobe_io::{Job, Progress, parallel};
 use lobe_sh::{Coefficient, Dir, Rgb};
-use rayon::prelude::*;
 use web_time::Instant;
 
 use crate::map::cube_average::averaged_to;
@@ -248,7 +247,9 @@ fn gather_towards<K: Kernel>(
     let mut texels = Vec::with_capacity(dirs.len());
     for part in dirs.chunks(DIRS_TOGETHER) {
         go_on(report(texels.len() as f64))?;
-        texels.par_extend(part.par_chunks(4).flat_map_iter(|dirs| filter.towards(dirs)));
+        let fours: Vec<&[Dir]> = part.chunks(4).collect();
+        let found = parallel::map(fours.len(), &|k| filter.towards(fours[k]));
+        texels.extend(found.into_iter().flatten());
     }
     go_on(report(texels.len() as f64))?;
     expect_finite(&texels, FILTERED, || all_finite(source.texels()))?;
@@ -336,12 +337,12 @@ impl<'a> Quadrature<'a> {
             Self::Gather { tree, shapes, brightness, tolerance } => {
                 let cells = cell_tolerance(source, &kernel, *tolerance, brightness);
                 let filter = ZonalFilter::new(tree, shapes, brightness, kernel, cells);
-                Box::new(move |tiles, out| filter_tiles(size, side, tiles, out, |dirs| filter.towards(dirs)))
+                Box::new(move |tiles, out| filter_tiles(size, side, tiles, out, &|dirs| filter.towards(dirs)))
             }
             Self::Importance { source, samples, .. } => {
                 let table = source.table(&kernel, *samples);
                 Box::new(move |tiles, out| {
-                    filter_tiles(size, side, tiles, out, |dirs| {
+                    filter_tiles(size, side, tiles, out, &|dirs| {
                         dirs.iter().map(|r| source.towards(&table, *r)).collect()
                     });
                 })

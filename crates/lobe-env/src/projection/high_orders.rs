@@ -1,8 +1,8 @@
 //! Projection and reconstruction of lat-long maps at high orders.
 
+use lobe_io::parallel;
 use lobe_sh::simd::Machine;
 use lobe_sh::{Basis, Coefficient, Expansion, ShVec, coefficient_index};
-use rayon::prelude::*;
 
 use crate::projection::block_sums::{BLOCK, LegendreSums, LegendreValues, ROW, WAVE, WaveBlocks};
 use crate::projection::lat_long_rows::LatLongRows;
@@ -101,7 +101,7 @@ fn project_waves<C: Coefficient, const WAVE: usize>(rows: LatLongRows<'_, C>, co
         .collect();
     let pairs = rows.height().div_ceil(2);
     let found: Vec<Vec<Vec<[f64; WAVE]>>> =
-        groups.par_iter().map(|firsts| column_sets(&grid, &chunks, pairs, order, firsts)).collect();
+        parallel::map(groups.len(), &|k| column_sets(&grid, &chunks, pairs, order, &groups[k]));
     let mut f = ShVec::zero(order);
     let columns = groups.iter().flatten().flat_map(|first| columns_from::<WAVE>(*first, order));
     for (m, column) in columns.zip(found.into_iter().flatten()) {
@@ -148,7 +148,7 @@ fn row_sums<C: Coefficient, const WAVE: usize>(
         chunk
     };
     let work = || RowWork { fft: transform.work(C::CHANNELS), sums: Vec::new() };
-    (0..pairs.div_ceil(PAIRS_TOGETHER)).into_par_iter().map_init(work, chunk).collect()
+    parallel::map_with(pairs.div_ceil(PAIRS_TOGETHER), &work, &chunk)
 }
 
 /// The coefficients of the `m` of each set, all of one parity.
@@ -214,18 +214,16 @@ pub(crate) fn reconstruct_high<C: Coefficient>(f: &ShVec<C::Wide>, width: usize,
 fn reconstruct_waves<C: Coefficient, const WAVE: usize>(f: &ShVec<C::Wide>, width: usize, texels: &mut [C]) {
     let (order, height) = (Expansion::order(f), texels.len() / width);
     let latitudes = Latitudes::new(height);
-    let waves: Vec<Vec<WaveBlocks<WAVE>>> =
-        (0..order).into_par_iter().map(|m| waves_of(f, order, &latitudes, m)).collect();
+    let waves: Vec<Vec<WaveBlocks<WAVE>>> = parallel::map(order, &|m| waves_of(f, order, &latitudes, m));
     let transform = RowTransform::new(width, order, DIRECT_ORDERS[1]);
     let (top, bottom) = texels.split_at_mut(height.div_ceil(2) * width);
     let mut lower: Vec<_> = bottom.chunks_exact_mut(width).rev().map(Some).collect();
     lower.resize_with(height.div_ceil(2), || None);
     let mut pairs: Vec<_> = top.chunks_exact_mut(width).zip(lower).collect();
     let work = || RowWork { fft: transform.work(C::CHANNELS), sums: vec![[C::Wide::ZERO; 2]; 2 * BLOCK * (order + 1)] };
-    let rows = |work: &mut RowWork<C::Wide>, (b, pairs): (usize, &mut [RowPair<'_, C>])| {
+    parallel::rows_with(&mut pairs, BLOCK, &work, &|work: &mut RowWork<C::Wide>, b, pairs| {
         rows_of_block(&waves, &transform, b, pairs, work);
-    };
-    pairs.par_chunks_mut(BLOCK).enumerate().for_each_init(work, rows);
+    });
 }
 
 /// `Σ_l f_lm P̃_l^m` at all latitudes: cosines and sines of even `l - m`, then of odd.

@@ -2,11 +2,10 @@
 
 use std::f64::consts::PI;
 
-use lobe_io::{Job, Progress};
+use lobe_io::{Job, Progress, parallel};
 use lobe_sh::simd::Machine;
 use lobe_sh::{Coefficient, Dir, Expansion, Rgb, ShVec, Zonal, convolve_in_place};
 use pulp::NullaryFnOnce;
-use rayon::prelude::*;
 use web_time::Instant;
 
 use crate::map::finite::{all_finite, expect_finite};
@@ -162,7 +161,8 @@ impl Texels {
 
     /// `E(n)` for every normal, in parallel.
     fn towards(&self, normals: &[Dir]) -> Vec<Rgb<f64>> {
-        normals.par_iter().map_init(|| vec![0.0; self.stride], |scratch, n| self.irradiance(*n, scratch)).collect()
+        let towards = |scratch: &mut Vec<f32>, k: usize| self.irradiance(normals[k], scratch);
+        parallel::map_with(normals.len(), &|| vec![0.0_f32; self.stride], &towards)
     }
 
     /// `E(n)`; `scratch` has `stride` places.

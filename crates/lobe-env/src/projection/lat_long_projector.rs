@@ -1,7 +1,7 @@
 //! Projection of a lat-long map whose rows come one after the other.
 
+use lobe_io::parallel;
 use lobe_sh::{Coefficient, ShVec};
-use rayon::prelude::*;
 
 use crate::projection::project::{add_pair, column_factors, sum_of_pairs};
 use crate::projection::row_dft::RowDft;
@@ -64,12 +64,11 @@ impl<W: Coefficient<Scalar = f64, Wide = W>> LatLongProjector<W> {
             return;
         }
         let sums = &mut self.sums[first * order..][..count * order];
-        texels.par_chunks(ROWS_TOGETHER * width).zip(sums.par_chunks_mut(ROWS_TOGETHER * order)).for_each(
-            |(texels, sums)| {
-                let rows: Vec<&[C]> = texels.chunks_exact(width).collect();
-                self.azimuth.add_sums(&rows, sums);
-            },
-        );
+        parallel::rows(sums, ROWS_TOGETHER * order, &|k, sums| {
+            let texels = &texels[k * ROWS_TOGETHER * width..];
+            let rows: Vec<&[C]> = texels.chunks_exact(width).take(ROWS_TOGETHER).collect();
+            self.azimuth.add_sums(&rows, sums);
+        });
     }
 
     /// The coefficients of the map of all rows so far.

@@ -14,11 +14,11 @@
 
 use std::ops::Range;
 
+use lobe_io::parallel;
 use lobe_sh::simd::{Kernel, Machine};
 use lobe_sh::vector::{Vec3, add_scaled, dot};
 use lobe_sh::{Basis, Coefficient, Rgb, coefficient_count, gauss_legendre};
 use pulp::Simd;
-use rayon::prelude::*;
 
 use crate::mapping::cube::{self, FACES};
 use crate::projection::table_sums::{CHANNELS, PlainSums, TableSums, WideSums, widen};
@@ -101,36 +101,31 @@ impl Patches {
     pub(crate) fn project(&self, map: &MappedMap, order: usize) -> Vec<Vec<Rgb<f64>>> {
         let rule = gauss_legendre(self.nodes);
         let basis = Basis::<f64>::new(order);
-        let tasks: Vec<(usize, usize)> =
-            (0..self.patches.len()).flat_map(|patch| (0..self.cells).map(move |row| (patch, row))).collect();
-        let columns: Vec<Vec<Cell>> = self
-            .patches
-            .par_iter()
-            .map(|p| (0..self.cells).map(|k| p.cell(0, k, self.cells, &rule)).collect())
-            .collect();
-        tasks
-            .into_par_iter()
-            .map(|(k, row)| {
-                let patch = &self.patches[k];
-                let row = patch.cell(1, row, self.cells, &rule);
-                let moments =
-                    Machine::detect().run(Moments { patch, map, columns: &columns[k], row: &row, nodes: self.nodes });
-                let mut part = vec![Rgb::ZERO; coefficient_count(order)];
-                let mut values = vec![0.0; coefficient_count(order)];
-                for (column, moments) in columns[k].iter().zip(moments.chunks_exact(self.nodes * self.nodes)) {
-                    for (i, moment) in moments.iter().copied().map(Rgb::from).enumerate() {
-                        let p = patch.point(column.nodes[i % self.nodes], row.nodes[i / self.nodes]);
-                        let scale = dot(p, p).sqrt().recip();
-                        basis.eval_into(p.map(|c| c * scale), &mut values);
-                        let moment = moment.scale(scale.powi(3));
-                        for (f, value) in part.iter_mut().zip(&values) {
-                            *f += moment.scale(*value);
-                        }
+        let columns: Vec<Vec<Cell>> = parallel::map(self.patches.len(), &|k| {
+            (0..self.cells).map(|column| self.patches[k].cell(0, column, self.cells, &rule)).collect()
+        });
+        // A row of cells each.
+        parallel::map(self.patches.len() * self.cells, &|task| {
+            let (k, row) = (task / self.cells, task % self.cells);
+            let patch = &self.patches[k];
+            let row = patch.cell(1, row, self.cells, &rule);
+            let moments =
+                Machine::detect().run(Moments { patch, map, columns: &columns[k], row: &row, nodes: self.nodes });
+            let mut part = vec![Rgb::ZERO; coefficient_count(order)];
+            let mut values = vec![0.0; coefficient_count(order)];
+            for (column, moments) in columns[k].iter().zip(moments.chunks_exact(self.nodes * self.nodes)) {
+                for (i, moment) in moments.iter().copied().map(Rgb::from).enumerate() {
+                    let p = patch.point(column.nodes[i % self.nodes], row.nodes[i / self.nodes]);
+                    let scale = dot(p, p).sqrt().recip();
+                    basis.eval_into(p.map(|c| c * scale), &mut values);
+                    let moment = moment.scale(scale.powi(3));
+                    for (f, value) in part.iter_mut().zip(&values) {
+                        *f += moment.scale(*value);
                     }
                 }
-                part
-            })
-            .collect()
+            }
+            part
+        })
     }
 }
 

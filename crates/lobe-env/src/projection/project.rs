@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 use std::ops::Range;
 
+use lobe_io::parallel;
 use lobe_sh::{Coefficient, Expansion, FixedOrder, Rgb, ShVec, coefficient_count, coefficient_index};
-use rayon::prelude::*;
 
 use crate::EnvMap;
 use crate::mapping::lat_long::sin_cos_pi;
@@ -134,14 +134,11 @@ pub(crate) fn sum_of_pairs<W: Coefficient<Scalar = f64, Wide = W>>(
 ) -> ShVec<W> {
     let pairs = height.div_ceil(2);
     let chunk = pairs.div_ceil(MAX_CHUNKS).max(PAIRS_TOGETHER);
-    let parts: Vec<ShVec<W>> = (0..pairs.div_ceil(chunk))
-        .into_par_iter()
-        .map(|c| {
-            let mut part = ShVec::zero(order);
-            add(c * chunk..pairs.min((c + 1) * chunk), &mut part);
-            part
-        })
-        .collect();
+    let parts: Vec<ShVec<W>> = parallel::map(pairs.div_ceil(chunk), &|c| {
+        let mut part = ShVec::zero(order);
+        add(c * chunk..pairs.min((c + 1) * chunk), &mut part);
+        part
+    });
     parts.iter().fold(ShVec::zero(order), |mut sum, part| {
         sum += part;
         sum

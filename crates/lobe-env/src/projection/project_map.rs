@@ -1,7 +1,7 @@
 //! Projection of a map in any mapping onto spherical harmonics, without resampling.
 
+use lobe_io::parallel;
 use lobe_sh::{Basis, Coefficient, Dir, Expansion, Rgb, ShVec, coefficient_count, gauss_legendre};
-use rayon::prelude::*;
 
 use crate::mapping::azimuthal::{Profile, Rect};
 use crate::mapping::{mirror_ball, texel_quadrature};
@@ -84,23 +84,15 @@ fn of_texels(
     let rules = Rules::new(map, order, nodes);
     let basis = Basis::<f64>::new(order);
     let chunk = map.height().div_ceil(MAX_CHUNKS);
-    (0..map.height().div_ceil(chunk))
-        .into_par_iter()
-        .map(|c| {
-            let mut rows = Rows {
-                map,
-                rules: &rules,
-                basis: &basis,
-                nodes: Vec::new(),
-                values: vec![0.0; coefficient_count(order)],
-            };
-            let mut part = vec![Rgb::ZERO; coefficient_count(order)];
-            for y in c * chunk..map.height().min((c + 1) * chunk) {
-                rows.add(y, |x| wanted(x, y), &mut part);
-            }
-            part
-        })
-        .collect()
+    parallel::map(map.height().div_ceil(chunk), &|c| {
+        let values = vec![0.0; coefficient_count(order)];
+        let mut rows = Rows { map, rules: &rules, basis: &basis, nodes: Vec::new(), values };
+        let mut part = vec![Rgb::ZERO; coefficient_count(order)];
+        for y in c * chunk..map.height().min((c + 1) * chunk) {
+            rows.add(y, |x| wanted(x, y), &mut part);
+        }
+        part
+    })
 }
 
 /// The scratch space of one thread.

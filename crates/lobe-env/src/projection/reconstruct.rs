@@ -1,7 +1,7 @@
 //! Reconstruction of a lat-long map from its coefficients.
 
+use lobe_io::parallel;
 use lobe_sh::{Coefficient, Expansion, Rgb, ShVec, coefficient_count, coefficient_index};
-use rayon::prelude::*;
 
 use crate::EnvMap;
 use crate::projection::high_orders::{FIRST_HIGH_ORDER, reconstruct_high};
@@ -58,7 +58,7 @@ pub fn reconstruct_into<C: Coefficient>(f: &ShVec<C::Wide>, width: usize, texels
     }
     let azimuth = RowDft::new(width, order);
     let polar = RowLegendre::values(order, height);
-    texels.par_chunks_mut(ROWS_TOGETHER * width).enumerate().for_each(|(chunk, texels)| {
+    parallel::rows(texels, ROWS_TOGETHER * width, &|chunk, texels| {
         let mut values = vec![0.0; coefficient_count(order)];
         let mut rows: Vec<&mut [C]> = texels.chunks_exact_mut(width).collect();
         let mut waves = vec![[C::Wide::ZERO; 2]; rows.len() * order];

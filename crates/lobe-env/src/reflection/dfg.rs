@@ -3,8 +3,8 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::OnceLock;
 
+use lobe_io::parallel;
 use lobe_sh::{Coefficient, Rgb, gauss_legendre};
-use rayon::prelude::*;
 
 /// Nodes of each of the two integrals: three times as many change less than 2e-6 anywhere, 6e-7 for `α >= 0.01`, and
 /// 1e-12 for `α >= 0.3`, `cos_v >= 0.02` (test `the_integrals_have_converged`).
@@ -241,7 +241,7 @@ impl DfgTable {
     pub fn new(size: usize) -> Self {
         assert!(size > 0, "a table needs texels");
         let at = |i: usize| (i as f64 + 0.5) / size as f64;
-        let texels = (0..size * size).into_par_iter().map(|k| dfg(at(k % size), at(k / size).powi(2))).collect();
+        let texels = parallel::map(size * size, &|k| dfg(at(k % size), at(k / size).powi(2)));
         Self { size, texels }
     }
 

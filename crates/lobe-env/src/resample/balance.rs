@@ -4,8 +4,8 @@
 //!   L'_t = Σ_s V_ts (L_s + q_s max(0, L_s - m_s))           V_ts = r_t W_ts c_s,   Σ_s V_ts = 1
 //! ```
 
+use lobe_io::parallel;
 use lobe_sh::{Coefficient, Rgb};
-use rayon::prelude::*;
 
 use crate::mapping::solid_angles::SolidAngles;
 use crate::resample::neighbor_clamp::NeighborClamp;
@@ -192,7 +192,7 @@ impl<'a> Balance<'a> {
     fn seen(&self, energies: &[f64]) -> Vec<Coverage> {
         let width = self.weights.sampler().source.width;
         let mut seen = vec![Coverage::default(); energies.len()];
-        seen.par_chunks_mut(width).enumerate().for_each(|(y, seen)| {
+        parallel::rows(&mut seen, width, &|y, seen| {
             for (x, seen) in seen.iter_mut().enumerate() {
                 let (energy, missing) = (self.of_texel(energies, x, y), self.missing(energies, x, y));
                 *seen = Coverage { energy: energy as f32, missing: missing as f32 };

@@ -6,8 +6,8 @@
 //!
 //! Computed row by row on demand: to hold it would take as much memory as the map.
 
+use lobe_io::parallel;
 use lobe_sh::{Coefficient, Rgb};
-use rayon::prelude::*;
 
 use crate::mapping::solid_angles::SolidAngles;
 use crate::mapping::taps::Grid;
@@ -44,7 +44,7 @@ impl<'a> NeighborClamp<'a> {
             self.row(y, rows, clamped);
             of_row(y, clamped)
         };
-        (0..self.grid.height).into_par_iter().map_init(|| vec![Rgb::ZERO; self.grid.width], of_row).collect()
+        parallel::map_with(self.grid.height, &|| vec![Rgb::<f32>::ZERO; self.grid.width], &of_row)
     }
 
     /// Adds to every texel the fraction `share(x, y)` of its excess over the uniform light.
@@ -56,7 +56,9 @@ impl<'a> NeighborClamp<'a> {
         let starts = (0..self.grid.height).step_by(ROWS);
         let borders: Vec<_> = starts.map(|y| (y.checked_sub(1).and_then(row), row(y + ROWS))).collect();
         // Change each band in place, row by row.
-        texels.par_chunks_mut(ROWS * width).zip(borders).enumerate().for_each(|(part, (rows, (mut above, below)))| {
+        parallel::rows(texels, ROWS * width, &|part, rows| {
+            let (above, below) = &borders[part];
+            let mut above = above.clone();
             let (mut clamped, mut kept) = (vec![Rgb::ZERO; width], Vec::new());
             let mut rest = rows;
             for y in part * ROWS.. {

@@ -1,6 +1,6 @@
 //! Undersampled source texels: additional samples from the side of the source.
 
-use rayon::prelude::*;
+use lobe_io::parallel;
 
 use crate::mapping::solid_angles::SolidAngles;
 use crate::resample::sample_points::{Sampler, midpoints};
@@ -23,9 +23,9 @@ pub(crate) fn additional_samples(
     energies: &[f64],
 ) -> Vec<AdditionalSample> {
     let width = sampler.source.width;
-    let of_row = |(y, energies): (usize, &[f64])| {
+    let of_row = |y: usize| {
         let mut extras = Vec::new();
-        for (x, energy) in energies.iter().enumerate() {
+        for (x, energy) in energies[y * width..][..width].iter().enumerate() {
             let solid_angle = solid_angles.get(x, y);
             if solid_angle - energy >= UNDERSAMPLED * solid_angle && solid_angle > 0.0 {
                 add(sampler, [x, y], 1.0 - energy / solid_angle, &mut extras);
@@ -33,8 +33,7 @@ pub(crate) fn additional_samples(
         }
         extras
     };
-    let found: Vec<Vec<AdditionalSample>> = energies.par_chunks(width).enumerate().map(of_row).collect();
-    found.concat()
+    parallel::map(sampler.source.height, &of_row).concat()
 }
 
 /// Adds four samples in a source texel, which together carry `share` of it.

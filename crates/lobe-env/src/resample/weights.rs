@@ -6,6 +6,7 @@
 
 use std::ops::Range;
 
+use lobe_io::parallel;
 use lobe_sh::{Coefficient, Rgb};
 use rayon::prelude::*;
 
@@ -75,8 +76,13 @@ impl<'a> Weights<'a> {
 
     /// Multiplies each source texel's factor by `factor(s)`.
     pub(crate) fn scale(&mut self, factor: impl Fn(usize) -> f32 + Sync) {
+        let width = self.sampler.source.width;
         self.factors.resize(self.sampler.source.len(), 1.0);
-        self.factors.par_iter_mut().enumerate().for_each(|(s, own)| *own *= factor(s));
+        parallel::rows(&mut self.factors, width, &|y, row| {
+            for (s, own) in (y * width..).zip(row) {
+                *own *= factor(s);
+            }
+        });
     }
 
     /// Every texel of the target, given the light of the source's texels.
@@ -202,7 +208,7 @@ impl<'a> Weights<'a> {
             sums
         };
         self.in_waves(spread, |rows, parts| {
-            sums.par_chunks_mut(BLOCK).enumerate().for_each(|(block, sums)| {
+            parallel::rows(sums, BLOCK, &|block, sums| {
                 parts.iter().for_each(|part| part.add_block(block, sums));
             });
             passes.as_mut().map_or(Ok(()), |passes| passes.did(rows))
@@ -232,7 +238,7 @@ impl<'a> Weights<'a> {
         for first in (0..self.chunks()).step_by(CHUNKS_TOGETHER) {
             let wave = first..self.chunks().min(first + CHUNKS_TOGETHER);
             let rows = self.rows(wave.end - 1).end - self.rows(first).start;
-            take(rows, wave.into_par_iter().map(&make).collect())?;
+            take(rows, parallel::map(wave.len(), &|k| make(first + k)))?;
         }
         Ok(())
     }

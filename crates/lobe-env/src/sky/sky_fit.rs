@@ -3,8 +3,8 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use derive_setters::Setters;
+use lobe_io::parallel;
 use lobe_sh::{Coefficient, Dir, Rgb, ShVec, coefficient_index, order_of};
-use rayon::prelude::*;
 
 use crate::sky::preetham::luminance_scale;
 use crate::sky::sky::turn_to_azimuth;
@@ -79,18 +79,17 @@ impl PreethamFit {
             return Err(EnvError::Options("a fit of order 1 at least expected, found 0".into()));
         }
         let (suns, turbidities) = (2 * (sun_degree + 1), 2 * (turbidity_degree + 1));
-        let skies: Vec<Vec<f64>> = (0..suns * turbidities)
-            .into_par_iter()
-            .map(|k| {
-                let (x, y) = (node(k / turbidities, suns), node(k % turbidities, turbidities));
-                let turbidity = (0.5 * (TURBIDITY[0] + TURBIDITY[1] + y * (TURBIDITY[1] - TURBIDITY[0])))
-                    .clamp(TURBIDITY[0], TURBIDITY[1]);
-                let sun = Dir::from_angles(0.5 * FRAC_PI_2 * (1.0 + x), 0.0);
-                let sky = PreethamSky::new(turbidity, sun)?;
-                let f = sky_sh(&sky, &Ground::default(), order);
-                Ok(cosines(&(&f * luminance_scale(turbidity, sun.theta()).recip())))
-            })
-            .collect::<Result<_, EnvError>>()?;
+        let at_node = |k: usize| -> Result<Vec<f64>, EnvError> {
+            let (x, y) = (node(k / turbidities, suns), node(k % turbidities, turbidities));
+            let turbidity = (0.5 * (TURBIDITY[0] + TURBIDITY[1] + y * (TURBIDITY[1] - TURBIDITY[0])))
+                .clamp(TURBIDITY[0], TURBIDITY[1]);
+            let sun = Dir::from_angles(0.5 * FRAC_PI_2 * (1.0 + x), 0.0);
+            let sky = PreethamSky::new(turbidity, sun)?;
+            let f = sky_sh(&sky, &Ground::default(), order);
+            Ok(cosines(&(&f * luminance_scale(turbidity, sun.theta()).recip())))
+        };
+        let skies = parallel::map(suns * turbidities, &at_node);
+        let skies: Vec<Vec<f64>> = skies.into_iter().collect::<Result<_, EnvError>>()?;
         let lanes = 3 * order * (order + 1) / 2;
         let mut terms = vec![0.0; (sun_degree + 1) * (turbidity_degree + 1) * lanes];
         for (t, term) in terms.chunks_exact_mut(lanes).enumerate() {

@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use derive_setters::Setters;
+use lobe_io::parallel;
 use lobe_sh::{Coefficient, Dir, Rgb, gauss_legendre};
-use rayon::prelude::*;
 
 use crate::mapping::texel_quadrature;
 use crate::{MappedMap, Mapping};
@@ -241,7 +241,7 @@ fn texels_near(map: &MappedMap, center: Dir, angle: f64) -> Vec<Texel> {
     let row = |y: usize| {
         (0..map.width()).filter(move |x| is_near(*x, y)).filter_map(move |x| Texel::new(map, x, y)).collect::<Vec<_>>()
     };
-    (0..map.height()).into_par_iter().map(row).collect::<Vec<_>>().concat()
+    parallel::map(map.height(), &row).concat()
 }
 
 /// The centroid of some texels, weighted by solid angle.

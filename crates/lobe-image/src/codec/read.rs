@@ -5,9 +5,10 @@ use std::fs::{self, File};
 use std::io::Read;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use derive_setters::Setters;
-use rayon::prelude::*;
+use lobe_io::parallel;
 
 use crate::codec::decoded::{Decoded, EnvmapAttribute, PictureHead, invalid, unsupported};
 use crate::codec::read_exr;
@@ -349,28 +350,33 @@ impl PictureReadReport {
 
 /// Counts non-finite and negative texels of rows from `first_row` on, and sets non-finite ones to black.
 pub(crate) fn inspect(texels: &mut [Pixel], width: usize, first_row: usize, report: &mut PictureReadReport) {
-    let of_row = |(y, row): (usize, &mut [Pixel])| {
-        let (mut first_nonfinite, mut nonfinite, mut negative) = (None, 0, 0);
+    let (all_nonfinite, all_negative) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    // The least place of a non-finite texel; as yet none.
+    let first = AtomicUsize::new(usize::MAX);
+    parallel::rows(texels, width, &|y, row| {
         if !is_suspicious(row) {
-            return (first_nonfinite, nonfinite, negative);
+            return;
         }
+        let (mut nonfinite, mut negative) = (0, 0);
         for (x, texel) in row.iter_mut().enumerate() {
             if !texel.iter().all(|c| c.is_finite()) {
-                first_nonfinite.get_or_insert((x, first_row + y));
+                if nonfinite == 0 {
+                    first.fetch_min(y * width + x, Ordering::Relaxed);
+                }
                 nonfinite += 1;
                 *texel = BLACK;
             } else if texel.iter().any(|c| *c < 0.0) {
                 negative += 1;
             }
         }
-        (first_nonfinite, nonfinite, negative)
-    };
-    let rows: Vec<_> = texels.par_chunks_mut(width).enumerate().map(of_row).collect();
-    for (first_nonfinite, nonfinite, negative) in rows {
-        report.first_nonfinite = report.first_nonfinite.or(first_nonfinite);
-        report.nonfinite += nonfinite;
-        report.negative += negative;
-    }
+        all_nonfinite.fetch_add(nonfinite, Ordering::Relaxed);
+        all_negative.fetch_add(negative, Ordering::Relaxed);
+    });
+    let first = Some(first.into_inner()).filter(|first| *first < usize::MAX);
+    let first = first.map(|first| (first % width, first_row + first / width));
+    report.first_nonfinite = report.first_nonfinite.or(first);
+    report.nonfinite += all_nonfinite.into_inner();
+    report.negative += all_negative.into_inner();
 }
 
 /// Whether any channel may be negative, NaN or infinite: the quick look at rows of which nearly none is.

@@ -130,9 +130,7 @@ impl<R: Read + Seek + Send> ExrBlocks<R> {
             None => self.read_chunks()?,
         };
         let (meta, rgb, name) = (Arc::clone(&self.meta), self.rgb, self.name.clone());
-        let decode = |chunk| Block::decode(chunk, &meta, rgb).map_err(|e| explain(e, &name));
-        let (blocks, next) =
-            rayon::join(|| read.into_par_iter().map(decode).collect::<Result<Vec<_>, _>>(), || self.read_chunks());
+        let (blocks, next) = rayon::join(|| decoded(read, &meta, rgb, &name), || self.read_chunks());
         let blocks = blocks?;
         self.read = Some(next?);
         debug_assert!(!blocks.is_empty() || self.expected.is_empty(), "all that are expected are read, none twice");
@@ -152,6 +150,11 @@ impl<R: Read + Seek + Send> ExrBlocks<R> {
         };
         chunks.by_ref().take(together).map(checked).collect()
     }
+}
+
+/// The colors of blocks that are read, decoded in parallel.
+fn decoded(read: Vec<Chunk>, meta: &MetaData, rgb: [usize; 3], name: &str) -> Result<Vec<Block>, ImageError> {
+    read.into_par_iter().map(|chunk| Block::decode(chunk, meta, rgb).map_err(|e| explain(e, name))).collect()
 }
 
 /// What the headers say of the picture.

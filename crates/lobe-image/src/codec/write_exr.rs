@@ -17,8 +17,8 @@ use exr::meta::BlockDescription;
 use exr::meta::attribute::{AttributeValue, ChannelDescription, LineOrder, SampleType, Text};
 use exr::meta::header::{Header, LayerAttributes};
 use exr::prelude::{Compression, f16};
+use lobe_io::parallel;
 use miniz_oxide::deflate::compress_to_vec_zlib;
-use rayon::prelude::*;
 
 use crate::picture::png::MAPPING_KEY;
 use crate::pixel::{IntoPixel, Pixel};
@@ -34,25 +34,35 @@ const ZLIB_LEVEL: u8 = 1;
 
 /// Encodes rows of `width` texels, as 16-bit `half` or 32-bit `float`, with the name of their mapping.
 pub(crate) fn encode(texels: &[impl IntoPixel], width: usize, half: bool, mapping: Option<&str>) -> Result<Vec<u8>> {
+    let block = |number: usize| {
+        let rows = &texels[number * ROWS * width..];
+        let rows = &rows[..rows.len().min(ROWS * width)];
+        if half {
+            compressed(rows, width, |c| f16::from_f32(c).to_le_bytes())
+        } else {
+            compressed(rows, width, f32::to_le_bytes)
+        }
+    };
+    file_of_blocks((width, texels.len() / width), half, mapping, &block)
+}
+
+/// The file whose blocks `block` compresses, each by its number.
+fn file_of_blocks(
+    (width, height): (usize, usize),
+    half: bool,
+    mapping: Option<&str>,
+    block: &(dyn Fn(usize) -> Vec<u8> + Sync),
+) -> Result<Vec<u8>> {
     let sample_type = if half { SampleType::F16 } else { SampleType::F32 };
     let channels = ["B", "G", "R"].map(|name| ChannelDescription::named(name, sample_type));
     let mut attributes = LayerAttributes::default();
     if let Some(mapping) = mapping.and_then(Text::new_or_none) {
         attributes.other.insert(Text::from(MAPPING_KEY), AttributeValue::Text(mapping));
     }
-    let header = Header::new("".into(), (width, texels.len() / width), channels.into_iter().collect())
+    let header = Header::new("".into(), (width, height), channels.into_iter().collect())
         .with_encoding(Compression::ZIP16, BlockDescription::ScanLines, LineOrder::Increasing)
         .with_attributes(attributes);
-    let blocks: Vec<Vec<u8>> = texels
-        .par_chunks(ROWS * width)
-        .map(|rows| {
-            if half {
-                compressed(rows, width, |c| f16::from_f32(c).to_le_bytes())
-            } else {
-                compressed(rows, width, f32::to_le_bytes)
-            }
-        })
-        .collect();
+    let blocks = parallel::map(height.div_ceil(ROWS), block);
     // Reserve the whole file except headers: a growing vector holds up to three times as much for a while.
     let mut file = Cursor::new(Vec::with_capacity(blocks.iter().map(|block| block.len() + BLOCK_HEADER).sum()));
     block::write(&mut file, [header].into_iter().collect(), true, |_, writer| {

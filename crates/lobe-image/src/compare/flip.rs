@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use rayon::prelude::*;
+use lobe_io::parallel;
 
 use crate::{ImageError, Picture, sequential};
 
@@ -95,15 +95,20 @@ pub fn flip(image: &Picture, reference: &Picture, pixels_per_degree: f64) -> Res
         let clamped = |c: f64| if c.is_nan() { 0.0 } else { c.clamp(0.0, 1.0) };
         p.pixels().iter().map(|c| c.map(f64::from).map(clamped)).collect()
     };
-    let eye = Eye::new(image.width(), pixels_per_degree);
+    let width = image.width();
+    let eye = Eye::new(width, pixels_per_degree);
     let (a, b) = (eye.look(&shown(image)), eye.look(&shown(reference)));
-    let errors = (0..a.colors.len()).into_par_iter().map(|i| {
+    let error = |i: usize| {
         let color = eye.color_error(a.colors[i], b.colors[i]);
         let [edges, points] = [0, 1].map(|k| (a.features[k][i] - b.features[k][i]).abs());
         let feature = (edges.max(points) / MOST_FEATURE).min(1.0).powf(FEATURE_EXPONENT);
         color.powf(1.0 - feature)
+    };
+    let mut errors = vec![0.0; a.colors.len()];
+    parallel::rows(&mut errors, width, &|y, row| {
+        row.iter_mut().enumerate().for_each(|(x, out)| *out = error(y * width + x));
     });
-    Ok(Flip { width: image.width(), height: image.height(), errors: errors.collect() })
+    Ok(Flip { width, height: image.height(), errors })
 }
 
 /// Refuses pictures of different or empty size, and a resolution out of range.
@@ -204,7 +209,11 @@ impl Eye {
     }
 
     fn look(&self, rgb: &[Vec3]) -> Look {
-        let opponent: Vec<Vec3> = rgb.par_iter().map(|&c| self.opponent(c)).collect();
+        let width = self.width;
+        let mut opponent = vec![[0.0; 3]; rgb.len()];
+        parallel::rows(&mut opponent, width, &|y, row| {
+            row.iter_mut().zip(&rgb[y * width..]).for_each(|(out, c)| *out = self.opponent(*c));
+        });
         let plane = |k: usize| -> Vec<f64> { opponent.iter().map(|c| c[k]).collect() };
         let blurred = [0, 1, 2].map(|k| {
             let (source, mut sum) = (plane(k), vec![0.0; rgb.len()]);
@@ -218,7 +227,10 @@ impl Eye {
             let seen = self.rgb_of_opponent([blurred[0][i], blurred[1][i], blurred[2][i]]);
             self.adjusted_lab(seen.map(|c| c.clamp(0.0, 1.0)))
         };
-        let colors = (0..rgb.len()).into_par_iter().map(color).collect();
+        let mut colors = vec![[0.0; 3]; rgb.len()];
+        parallel::rows(&mut colors, width, &|y, row| {
+            row.iter_mut().enumerate().for_each(|(x, out)| *out = color(y * width + x));
+        });
         let luminance: Vec<f64> = opponent.iter().map(|c| (c[0] + LIGHTNESS.1) / LIGHTNESS.0).collect();
         let features = [&self.slope, &self.bend].map(|kernel| {
             let across = self.filtered(&luminance, kernel, &self.bell);
@@ -266,14 +278,14 @@ impl Eye {
         let at =
             |i: usize, k: usize, kernel: &[f64], count: usize| (i + k).saturating_sub(kernel.len() / 2).min(count - 1);
         let mut rows = vec![0.0; plane.len()];
-        rows.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+        parallel::rows(&mut rows, width, &|y, row| {
             let source = &plane[y * width..][..width];
             for (x, out) in row.iter_mut().enumerate() {
                 *out = across.iter().enumerate().map(|(k, weight)| weight * source[at(x, k, across, width)]).sum();
             }
         });
         let mut out = vec![0.0; plane.len()];
-        out.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+        parallel::rows(&mut out, width, &|y, row| {
             for (k, weight) in down.iter().enumerate() {
                 let source = &rows[at(y, k, down, height) * width..][..width];
                 row.iter_mut().zip(source).for_each(|(out, value)| *out += weight * value);

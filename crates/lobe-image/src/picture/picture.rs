@@ -1,6 +1,6 @@
 //! Picture: a rectangle of pixels in linear light.
 
-use rayon::prelude::*;
+use lobe_io::parallel;
 
 use crate::ImageError;
 use crate::pixel::{BLACK, IntoPixel, Pixel, add, mix, scaled, widened};
@@ -37,7 +37,7 @@ impl Picture {
     #[must_use]
     pub fn from_fn<P: IntoPixel>(width: usize, height: usize, f: impl Fn(usize, usize) -> P + Sync) -> Self {
         let mut picture = Self::filled(width, height, BLACK);
-        picture.for_each_row(|y, row| {
+        picture.for_each_row(&|y, row| {
             for (x, pixel) in row.iter_mut().enumerate() {
                 *pixel = f(x, y).into();
             }
@@ -46,9 +46,9 @@ impl Picture {
     }
 
     /// Calls `f` with every row number and row, in parallel.
-    fn for_each_row(&mut self, f: impl Fn(usize, &mut [Pixel]) + Sync) {
+    fn for_each_row(&mut self, f: &(dyn Fn(usize, &mut [Pixel]) + Sync)) {
         if self.width > 0 {
-            self.pixels.par_chunks_mut(self.width).enumerate().for_each(|(y, row)| f(y, row));
+            parallel::rows(&mut self.pixels, self.width, f);
         }
     }
 

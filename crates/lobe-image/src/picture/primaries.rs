@@ -10,7 +10,7 @@
 //! `M` and the product of two of them are those of [SMPTE 1993], §3.3 and §4. `B` is the linear form of the transform that
 //! [Lam 1985] found by experiment, with the digits of [Finlayson and Süsstrunk 2000]; the ICC's profiles adapt by the same.
 
-use rayon::prelude::*;
+use lobe_io::parallel;
 
 use crate::pixel::Pixel;
 
@@ -24,6 +24,9 @@ const SAME: f64 = 2e-3;
 
 /// Primaries that span less than this, of 0.11 of Rec. 709, lie on a line.
 const LEAST_AREA: f64 = 1e-4;
+
+/// Texels that a thread converts at a time; one takes some nanoseconds.
+const TOGETHER: usize = 1 << 12;
 
 /// The chromaticities `(x, y)` of red, green, blue and white.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,7 +73,11 @@ impl Primaries {
     /// Converts texels to Rec. 709; colors outside of its gamut get negative channels.
     pub(crate) fn convert(self, texels: &mut [Pixel]) {
         let matrix = self.to_rec_709();
-        texels.par_iter_mut().for_each(|texel| *texel = transformed(&matrix, texel.map(f64::from)).map(|c| c as f32));
+        parallel::rows(texels, TOGETHER, &|_, texels| {
+            for texel in texels {
+                *texel = transformed(&matrix, texel.map(f64::from)).map(|c| c as f32);
+            }
+        });
     }
 }
 

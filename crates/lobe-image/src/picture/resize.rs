@@ -1,6 +1,6 @@
 //! Resizing by area averaging.
 
-use rayon::prelude::*;
+use lobe_io::parallel;
 
 use crate::Picture;
 use crate::pixel::{add, narrowed, scaled, widened};
@@ -20,13 +20,14 @@ impl Picture {
     pub fn resized(&self, width: usize, height: usize) -> Self {
         let columns = overlaps(self.width(), width);
         let rows = overlaps(self.height(), height);
-        let in_columns: Vec<[f64; 3]> = (0..self.height())
-            .into_par_iter()
-            .flat_map_iter(|y| {
-                let row = &self.pixels()[y * self.width()..][..self.width()];
-                columns.iter().map(|parts| weighted_sum(parts, |x| widened(row[x])))
-            })
-            .collect();
+        let mut in_columns = vec![[0.0; 3]; self.height() * width];
+        // Without columns there is nothing to visit, but a row needs a width.
+        parallel::rows(&mut in_columns, width.max(1), &|y, out| {
+            let row = &self.pixels()[y * self.width()..][..self.width()];
+            for (out, parts) in out.iter_mut().zip(&columns) {
+                *out = weighted_sum(parts, |x| widened(row[x]));
+            }
+        });
         Self::from_fn(width, height, |x, y| narrowed(weighted_sum(&rows[y], |k| in_columns[k * width + x])))
     }
 }

@@ -1,9 +1,12 @@
 //! Tone mapping: from linear light to 8-bit display values.
 
-use rayon::prelude::*;
+use lobe_io::parallel;
 
 use crate::pixel::{Pixel, luminance, narrowed, scaled, widened};
 use crate::{Picture, srgb_encode};
+
+/// Pixels whose bytes a thread finds at a time.
+const TOGETHER: usize = 1 << 10;
 
 /// The exposure applied to a picture before display.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -87,7 +90,12 @@ impl Tone {
     pub fn to_bytes(&self, picture: &Picture) -> Vec<u8> {
         let factor = self.exposure.factor(picture);
         let shown = |c: &Pixel| self.curve.apply(scaled(widened(*c), factor)).map(byte);
-        picture.pixels().par_iter().flat_map_iter(shown).collect()
+        let mut bytes = vec![[0; 3]; picture.pixels().len()];
+        parallel::rows(&mut bytes, TOGETHER, &|k, bytes| {
+            let pixels = &picture.pixels()[k * TOGETHER..];
+            bytes.iter_mut().zip(pixels).for_each(|(bytes, c)| *bytes = shown(c));
+        });
+        bytes.into_flattened()
     }
 }
 

@@ -2,8 +2,7 @@
 
 use std::path::Path;
 
-use lobe_io::write_atomically;
-use rayon::prelude::*;
+use lobe_io::{parallel, write_atomically};
 
 use crate::codec::decoded::unsupported;
 use crate::codec::read::{FileFormat, PictureReadOptions, PictureReadReport, guarded, inspect, picture_file_bytes};
@@ -131,13 +130,11 @@ fn encode_level(
     if texels.len() != FACES * area {
         return Err(format!("6 faces of {size} x {size} texels expected, {} texels given", texels.len()));
     }
-    let faces: Vec<_> = (0..FACES)
-        .into_par_iter()
-        .map(|f| format.encode_face(size, &texels[f * area..][..area]))
-        .collect::<Result<_, _>>()?;
+    let faces = parallel::map(FACES, &|f| format.encode_face(size, &texels[f * area..][..area]));
     let mut encoded: [Vec<u8>; FACES] = Default::default();
     let mut clamped = 0;
-    for (out, (bytes, count)) in encoded.iter_mut().zip(faces) {
+    for (out, face) in encoded.iter_mut().zip(faces) {
+        let (bytes, count) = face?;
         *out = bytes;
         clamped += count;
     }

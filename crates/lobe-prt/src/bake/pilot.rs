@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use rayon::prelude::*;
+use lobe_io::parallel;
 
 use crate::job::chunks::{Estimator, Tally};
 use crate::sampling::sobol::hash;
@@ -41,20 +41,26 @@ pub(crate) fn pilot<E: Estimator>(estimator: &E, energy_stop: f64) -> Pilot {
     let repeated = (all / RECEIVERS_FOR_ONE).max(8).min(most).min(all);
     let seeds: [u64; REPETITIONS] = std::array::from_fn(|k| hash([estimator.seed(), 0x0050_494C_4F54, k as u64]));
     // Bake some receivers once, to see how much energy each bounce carries.
-    let first: Vec<Tally> = bakes(estimator, (0..once).map(|k| (k * all / once, seeds[0])).collect());
+    let first = bakes(estimator, once, &|k| (k * all / once, seeds[0]));
     let bounces = bounces_that_matter(&first, energy_stop);
     // Bake some of them with other seeds, to see how much the result varies.
-    let again = (0..repeated * REPETITIONS).map(|k| (k / REPETITIONS * all / repeated, seeds[k % REPETITIONS]));
-    Pilot { bounces, stderr_dc: relative_standard_error(&bakes(estimator, again.collect()), bounces) }
+    let again = |k: usize| (k / REPETITIONS * all / repeated, seeds[k % REPETITIONS]);
+    let again = bakes(estimator, repeated * REPETITIONS, &again);
+    Pilot { bounces, stderr_dc: relative_standard_error(&again, bounces) }
 }
 
-/// Bakes receivers with a seed each.
-fn bakes<E: Estimator>(estimator: &E, bakes: Vec<(usize, u64)>) -> Vec<Tally> {
-    let scratch = || (estimator.scratch(), vec![0.0; estimator.row()]);
-    let work = |(scratch, row): &mut (E::Scratch, Vec<f32>), (receiver, seed)| {
+/// Bakes `count` receivers with a seed each, which `receiver_and_seed` tells.
+fn bakes<E: Estimator>(
+    estimator: &E,
+    count: usize,
+    receiver_and_seed: &(dyn Fn(usize) -> (usize, u64) + Sync),
+) -> Vec<Tally> {
+    let scratch = || (estimator.scratch(), vec![0.0_f32; estimator.row()]);
+    let work = |(scratch, row): &mut (E::Scratch, Vec<f32>), k: usize| {
+        let (receiver, seed) = receiver_and_seed(k);
         estimator.estimate(seed, receiver, scratch, row)
     };
-    bakes.into_par_iter().map_init(scratch, work).collect()
+    parallel::map_with(count, &scratch, &work)
 }
 
 /// The last bounce that carries at least the part `stop` of all energy; all of them if these receivers see no light.

@@ -1,8 +1,7 @@
 //! Compression of transfer by clustered principal components: options, reports, and the choice among solutions.
 
 use derive_setters::Setters;
-use lobe_io::Job;
-use rayon::prelude::*;
+use lobe_io::{Job, parallel};
 
 use crate::compression::compressed_table::bytes;
 use crate::compression::cpca::{Clustering, Cpca};
@@ -315,7 +314,7 @@ fn difference(rows: Rows<'_>, table: &CompressedTable) -> (f64, f64) {
         let error: f64 = row.iter().zip(&decoded).map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2)).sum();
         (error, energy(row))
     };
-    let each: Vec<(f64, f64)> = (0..rows.count()).into_par_iter().map(one).collect();
+    let each: Vec<(f64, f64)> = parallel::map(rows.count(), &one);
     each.into_iter().fold((0.0, 0.0), |sum, one| (sum.0 + one.0, sum.1 + one.1))
 }
 

@@ -1,6 +1,6 @@
 //! Clustered principal component analysis (CPCA).
 
-use rayon::prelude::*;
+use lobe_io::parallel;
 
 use crate::compression::eigen::dot;
 use crate::compression::nearest::Nearest;
@@ -189,14 +189,14 @@ impl<'a> Cpca<'a> {
 
     fn refit(&self, clustering: &mut Clustering, components: usize) {
         let members = clustering.members();
-        clustering.spaces = members.par_iter().map(|members| Subspace::fit(self.rows, members, components)).collect();
+        clustering.spaces = parallel::map(members.len(), &|k| Subspace::fit(self.rows, &members[k], components));
         self.measure(clustering);
     }
 
     fn measure(&self, clustering: &mut Clustering) {
         let Clustering { of_row, spaces, errors, .. } = clustering;
         errors.resize(of_row.len(), 0.0);
-        errors.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, errors)| {
+        parallel::rows(errors, CHUNK, &|chunk, errors| {
             let mut scratch = Vec::new();
             for (k, error) in errors.iter_mut().enumerate() {
                 let r = chunk * CHUNK + k;
@@ -239,25 +239,25 @@ impl<'a> Cpca<'a> {
     fn assign(&self, clustering: &mut Clustering) -> usize {
         // Find candidates in single precision.
         let candidates = self.nearest.find(&clustering.spaces, None);
-        // Move each row whose candidate is nearer in full precision.
-        let spaces = &clustering.spaces;
-        let moved = clustering.of_row.par_chunks_mut(CHUNK).zip(clustering.errors.par_chunks_mut(CHUNK)).enumerate();
-        let moved = moved.map(|(chunk, (of_row, errors))| {
-            let (mut moved, mut scratch) = (0, Vec::new());
-            for (k, (of_row, error)) in of_row.iter_mut().zip(errors).enumerate() {
-                let r = chunk * CHUNK + k;
-                let candidate = candidates[r];
-                if candidate != *of_row {
-                    let other = spaces[candidate as usize].error(self.rows.row(r as u32), &mut scratch);
-                    if other < *error {
-                        (*of_row, *error) = (candidate, other);
-                        moved += 1;
+        // Find the rows whose candidate is nearer in full precision.
+        let Clustering { of_row, spaces, errors, .. } = &mut *clustering;
+        let nearer: Vec<Vec<(usize, f64)>> = parallel::map(of_row.len().div_ceil(CHUNK), &|chunk| {
+            let (mut nearer, mut scratch) = (Vec::new(), Vec::new());
+            for r in chunk * CHUNK..of_row.len().min((chunk + 1) * CHUNK) {
+                if candidates[r] != of_row[r] {
+                    let error = spaces[candidates[r] as usize].error(self.rows.row(r as u32), &mut scratch);
+                    if error < errors[r] {
+                        nearer.push((r, error));
                     }
                 }
             }
-            moved
+            nearer
         });
-        let moved: usize = moved.sum();
+        // Move them.
+        for (r, error) in nearer.iter().flatten() {
+            (of_row[*r], errors[*r]) = (candidates[*r], *error);
+        }
+        let moved: usize = nearer.iter().map(Vec::len).sum();
         moved + self.reseed(clustering)
     }
 
@@ -302,8 +302,10 @@ impl<'a> Cpca<'a> {
         worst.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
         worst.truncate(target - now.spaces.len());
         // Halve each of them.
-        let halves: Vec<Option<Vec<bool>>> =
-            worst.par_iter().map(|(k, error)| self.halved(&members[*k], *error, components)).collect();
+        let halves: Vec<Option<Vec<bool>>> = parallel::map(worst.len(), &|i| {
+            let (k, error) = worst[i];
+            self.halved(&members[k], error, components)
+        });
         // Give each second half a cluster of its own.
         for ((k, _), second) in worst.into_iter().zip(halves) {
             let Some(second) = second else { continue };

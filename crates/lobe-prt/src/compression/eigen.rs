@@ -39,18 +39,19 @@ pub(crate) fn leading(upper: &[f64], size: usize, count: usize) -> (Vec<f64>, Ve
     let matrix: Vec<f64> = (0..size * size).map(|k| at(k / size, k % size) / trace).collect();
     let krylov = (STEPS + 1) * (count + SPARE);
     let found = if WORTHWHILE * krylov <= size { by_krylov(&matrix, size, count) } else { None };
-    let (values, vectors) = found.unwrap_or_else(|| whole(DMatrix::from_vec(size, size, matrix), count));
+    let (values, vectors) = found.unwrap_or_else(|| whole(matrix, size, count));
     let rank = values.iter().take_while(|value| **value > RANK_TOLERANCE).count();
     let vectors = vectors.chunks_exact(size).take(rank).flat_map(|v| v.iter().map(|x| x * sign_of(v)));
     (values.iter().take(rank).map(|value| value * trace).collect(), vectors.collect())
 }
 
-/// The leading eigenvectors by decomposing the whole matrix.
-fn whole(matrix: DMatrix<f64>, count: usize) -> (Vec<f64>, Vec<f64>) {
-    let eigen = SymmetricEigen::new(matrix);
-    let order = largest_first(eigen.eigenvalues.as_slice(), count);
-    let vectors = order.iter().flat_map(|i| eigen.eigenvectors.column(*i).iter().copied().collect::<Vec<_>>());
-    (order.iter().map(|i| eigen.eigenvalues[*i]).collect(), vectors.collect())
+/// The leading eigenvalues and eigenvectors by decomposing the whole matrix, which is given column after column.
+fn whole(matrix: Vec<f64>, size: usize, count: usize) -> (Vec<f64>, Vec<f64>) {
+    let eigen = SymmetricEigen::new(DMatrix::from_vec(size, size, matrix));
+    let (values, vectors) = (eigen.eigenvalues.as_slice(), eigen.eigenvectors.as_slice());
+    let order = largest_first(values, count);
+    let of_order = order.iter().flat_map(|i| &vectors[i * size..][..size]);
+    (order.iter().map(|i| values[*i]).collect(), of_order.copied().collect())
 }
 
 /// The places of the largest values.
@@ -72,21 +73,20 @@ fn by_krylov(matrix: &[f64], size: usize, count: usize) -> Option<(Vec<f64>, Vec
         // Decompose the matrix projected onto it (Rayleigh and Ritz).
         let m = basis.len() / size;
         let product = |i: usize, j: usize| dot(&basis[i * size..][..size], &images[j * size..][..size]);
-        let eigen = SymmetricEigen::new(DMatrix::from_fn(m, m, product));
+        let projected = (0..m * m).map(|k| product(k % m, k / m)).collect();
+        let (values, parts) = whole(projected, m, count + SPARE);
         // Combine the leading Ritz vectors.
         let combined = |vectors: &[f64], k: usize| {
             let mut sum = vec![0.0; size];
-            for (part, v) in eigen.eigenvectors.column(k).iter().zip(vectors.chunks_exact(size)) {
+            for (part, v) in parts[k * m..][..m].iter().zip(vectors.chunks_exact(size)) {
                 sum.iter_mut().zip(v).for_each(|(sum, v)| *sum += part * v);
             }
             sum
         };
-        let order = largest_first(eigen.eigenvalues.as_slice(), count + SPARE);
-        let values: Vec<f64> = order.iter().map(|k| eigen.eigenvalues[*k]).collect();
-        let vectors: Vec<Vec<f64>> = order.iter().map(|k| combined(&basis, *k)).collect();
+        let vectors: Vec<Vec<f64>> = (0..values.len()).map(|k| combined(&basis, k)).collect();
         // End when the residuals of all wanted vectors are small.
-        let is_found = (0..count.min(order.len())).all(|i| {
-            let image = combined(&images, order[i]);
+        let is_found = (0..count.min(values.len())).all(|i| {
+            let image = combined(&images, i);
             let squares = image.iter().zip(&vectors[i]).map(|(a, v)| (a - values[i] * v).powi(2));
             squares.sum::<f64>().sqrt() <= RESIDUAL
         });

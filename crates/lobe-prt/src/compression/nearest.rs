@@ -1,8 +1,8 @@
 //! Nearest-subspace search for every row in single precision: candidates, which the caller checks in full precision.
 
+use lobe_io::parallel;
 use lobe_sh::simd::Machine;
 use pulp::NullaryFnOnce;
-use rayon::prelude::*;
 
 use crate::compression::pca::{Rows, Subspace};
 
@@ -59,8 +59,8 @@ impl Nearest {
         }
         found.resize(self.count.next_multiple_of(TOGETHER), 0);
         let arch = Machine::detect().arch();
-        let block = TOGETHER * self.stride;
-        self.padded.par_chunks(CHUNK * block).zip(found.par_chunks_mut(CHUNK * TOGETHER)).for_each(|(rows, found)| {
+        parallel::rows(&mut found, CHUNK * TOGETHER, &|chunk, found| {
+            let rows = &self.padded[chunk * CHUNK * TOGETHER * self.stride..][..found.len() * self.stride];
             let (stride, spaces, other) = (self.stride, &packed[..], other_than.is_some());
             arch.dispatch(Find { rows, stride, spaces, found, other });
         });

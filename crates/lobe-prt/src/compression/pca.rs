@@ -1,7 +1,7 @@
 //! Principal component analysis: the affine subspace nearest to a set of rows.
 
+use lobe_io::parallel;
 use lobe_sh::simd::Machine;
-use rayon::prelude::*;
 
 use crate::compression::eigen::{dot, leading, orthonormalized};
 
@@ -104,7 +104,7 @@ impl Subspace {
 }
 
 fn mean_of(rows: Rows<'_>, members: &[u32]) -> Vec<f64> {
-    let mut sums = summed(members, rows.width(), |members, sums| {
+    let mut sums = summed(members, rows.width(), &|members, sums| {
         for r in members {
             for (sum, x) in sums.iter_mut().zip(rows.row(*r)) {
                 *sum += f64::from(*x);
@@ -117,14 +117,14 @@ fn mean_of(rows: Rows<'_>, members: &[u32]) -> Vec<f64> {
 }
 
 /// The sum over all members of what `add` adds, in pieces of fixed size, put together in their order.
-fn summed(members: &[u32], len: usize, add: impl Fn(&[u32], &mut [f64]) + Sync) -> Vec<f64> {
+fn summed(members: &[u32], len: usize, add: &(dyn Fn(&[u32], &mut [f64]) + Sync)) -> Vec<f64> {
     let piece = if members.len() < SMALL { members.len().max(1) } else { members.len().div_ceil(PIECES) };
-    let partial = |members: &[u32]| {
+    let pieces: Vec<&[u32]> = members.chunks(piece).collect();
+    let partials: Vec<Vec<f64>> = parallel::map(pieces.len(), &|k| {
         let mut sums = vec![0.0; len];
-        add(members, &mut sums);
+        add(pieces[k], &mut sums);
         sums
-    };
-    let partials: Vec<Vec<f64>> = members.par_chunks(piece).map(partial).collect();
+    });
     let mut partials = partials.into_iter();
     let mut total = partials.next().unwrap_or_else(|| vec![0.0; len]);
     for partial in partials {
@@ -137,7 +137,7 @@ fn summed(members: &[u32], len: usize, add: impl Fn(&[u32], &mut [f64]) + Sync) 
 fn covariance(rows: Rows<'_>, members: &[u32], mean: &[f64]) -> Vec<f64> {
     let d = rows.width();
     let arch = Machine::detect().arch();
-    summed(members, d * d, |members, sums| {
+    summed(members, d * d, &|members, sums| {
         let mut centered: [Vec<f64>; TOGETHER] = std::array::from_fn(|_| vec![0.0; d]);
         for four in members.chunks(TOGETHER) {
             for (k, centered) in centered.iter_mut().enumerate() {

@@ -2,8 +2,7 @@
 
 use std::ops::{AddAssign, Range};
 
-use lobe_io::{Job, Portions, Progress, Shard};
-use rayon::prelude::*;
+use lobe_io::{Job, Portions, Progress, Shard, parallel};
 use web_time::{Duration, Instant};
 
 use crate::PrtError;
@@ -165,10 +164,10 @@ pub(crate) fn run<E: Estimator>(estimator: &E, sink: &mut impl Sink, job: &mut J
             return Err(PrtError::Cancelled);
         }
         // Estimate a wave of chunks in parallel.
-        let wanted = (next..(next + wave.size()).min(shard.end)).into_par_iter();
-        let estimated =
-            wanted.map_init(|| estimator.scratch(), |scratch, chunk| estimate(estimator, chunks.range(chunk), scratch));
-        let done: Vec<Chunk> = wave.time(|| estimated.collect());
+        let count = wave.size().min(shard.end - next);
+        let scratch = || estimator.scratch();
+        let of = |scratch: &mut E::Scratch, k: usize| estimate(estimator, chunks.range(next + k), scratch);
+        let done: Vec<Chunk> = wave.time(|| parallel::map_with(count, &scratch, &of));
         // Hand them over in their order.
         for chunk in done {
             rays += chunk.tally.rays;

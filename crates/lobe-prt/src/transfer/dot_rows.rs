@@ -9,8 +9,8 @@
 //! - Every sum has an order that neither the width of the machine's registers nor the number of threads changes, and nothing is fused, so
 //!   the bytes are the same everywhere. Wider instructions are taken where the machine has them.
 
+use lobe_io::parallel;
 use lobe_sh::Rgb;
-use rayon::prelude::*;
 
 use crate::transfer::number::Number;
 use crate::transfer::simd::{EIGHT, Lanes, Machine, Work};
@@ -42,8 +42,10 @@ pub(crate) fn exit_radiance<T: Number>(
     assert_eq!(rows.len(), width * out.len(), "one place for each receiver");
     let light = light_of_len(light, order * order);
     let machine = Machine::detect();
-    let chunks = rows.par_chunks(CHUNK * width).zip(out.par_chunks_mut(CHUNK));
-    chunks.for_each(|(rows, out)| machine.run(RowsOfChunk { rows, order, channels, light: &light, out }));
+    parallel::rows(out, CHUNK, &|chunk, out| {
+        let rows = &rows[chunk * CHUNK * width..][..out.len() * width];
+        machine.run(RowsOfChunk { rows, order, channels, light: &light, out });
+    });
 }
 
 /// The light that arrives at points by matrices of `channels · order⁴` numbers; see
@@ -61,8 +63,10 @@ pub(crate) fn incident(matrices: &[f32], order: usize, channels: usize, light: &
     let light = light_of_len(light, bands);
     let machine = Machine::detect();
     let points = (CHUNK / bands).max(1);
-    let chunks = matrices.par_chunks(points * channels * bands * bands).zip(out.par_chunks_mut(points * bands));
-    chunks.for_each(|(matrices, out)| machine.run(MatricesOfChunk { matrices, order, light: &light, out }));
+    parallel::rows(out, points * bands, &|chunk, out| {
+        let matrices = &matrices[chunk * points * channels * bands * bands..][..out.len() * channels * bands];
+        machine.run(MatricesOfChunk { matrices, order, light: &light, out });
+    });
 }
 
 struct MatricesOfChunk<'a> {

@@ -2,8 +2,8 @@
 //!
 //! Each sum is in the order of the components, whatever the width of registers and the number of threads, and nothing is fused.
 
+use lobe_io::parallel;
 use lobe_sh::Rgb;
-use rayon::prelude::*;
 
 use crate::transfer::dot_rows::CHUNK;
 use crate::transfer::simd::{Lanes, Machine, Work};
@@ -28,7 +28,7 @@ pub(crate) fn weighted<W: Copy + Into<f32> + Sync>(
     assert_eq!(clusters.len(), out.len(), "one place for each receiver");
     assert_eq!(weights.len(), components * out.len(), "the weights of every receiver");
     let machine = Machine::detect();
-    out.par_chunks_mut(CHUNK).enumerate().for_each(|(at, out)| {
+    parallel::rows(out, CHUNK, &|at, out| {
         let clusters = &clusters[at * CHUNK..at * CHUNK + out.len()];
         let weights = &weights[at * CHUNK * components..(at * CHUNK + out.len()) * components];
         machine.run(WeightsOfChunk { clusters, weights, components, table, out });

@@ -3,9 +3,8 @@
 use std::time::Duration;
 
 use derive_setters::Setters;
-use lobe_io::{Job, Portions};
+use lobe_io::{Job, Portions, parallel};
 use lobe_sh::{Dir, ShVec, optimal_linear_direction};
-use rayon::prelude::*;
 
 use crate::compression::compress::{energy, relative};
 use crate::job::meter::Meter;
@@ -103,7 +102,8 @@ pub fn fit_zonal(
     while !rest.is_empty() {
         let (rows, later) = rest.split_at(rest.len().min(portions.size().saturating_mul(width)));
         let search = || Search::new(order, channels, &candidates, options);
-        let fits: Vec<_> = portions.time(|| rows.par_chunks(width).map_init(search, Search::stored).collect());
+        let stored = |search: &mut Search<'_>, k: usize| search.stored(&rows[k * width..][..width]);
+        let fits = portions.time(|| parallel::map_with(rows.len() / width, &search, &stored));
         rest = later;
         meter.step(fits.len());
         meter.go_on()?;
@@ -118,13 +118,12 @@ pub fn fit_zonal(
 }
 
 fn report(transfer: &Transfer, zonal: &ZonalTransfer, width: usize) -> ZonalFitReport {
-    let rows = transfer.coefficients().par_chunks(width).enumerate();
-    let errors = rows.map(|(r, row)| {
+    let errors: Vec<(f64, f64)> = parallel::map(transfer.receivers(), &|r| {
+        let row = &transfer.coefficients()[r * width..][..width];
         let square = |(a, b): (&f32, &f32)| (f64::from(*a) - f64::from(*b)).powi(2);
         let error: f64 = row.iter().zip(&zonal.decode(r)).map(square).sum();
         (error, energy(row))
     });
-    let errors: Vec<(f64, f64)> = errors.collect();
     let worst = errors.iter().filter(|(_, energy)| *energy > 0.0).map(|(error, energy)| error / energy);
     let worst_relative_error = worst.fold(0.0, f64::max).sqrt();
     let (squared_error, all) = errors.iter().fold((0.0, 0.0), |sum, one| (sum.0 + one.0, sum.1 + one.1));

@@ -2,14 +2,14 @@
 
 use std::f64::consts::PI;
 
+use lobe_io::parallel;
 use lobe_sh::{Basis, Dir, Rgb, Rotation, Zonal, band_range};
-use rayon::prelude::*;
 
 use crate::transfer::transfer::check_order;
 use crate::zonal::lobes::MOST;
 use crate::{Channels, PrtError, Transfer};
 
-/// Receivers shaded by a thread at a time: the basis towards all their axes stays in the second-level cache.
+/// Receivers shaded or turned by a thread at a time: the basis towards all their axes stays in the second-level cache.
 const CHUNK: usize = 128;
 
 /// Transfer vectors as sums of a few functions that are symmetric about an axis ([Sloan 2005]).
@@ -135,7 +135,7 @@ impl ZonalTransfer {
     /// The transfer vectors of all receivers.
     #[must_use]
     pub fn to_transfer(&self) -> Transfer {
-        let rows: Vec<Vec<f32>> = (0..self.receivers()).into_par_iter().map(|r| self.decode(r)).collect();
+        let rows: Vec<Vec<f32>> = parallel::map(self.receivers(), &|r| self.decode(r));
         Transfer::new(self.order, self.channels, rows.concat())
             .unwrap_or_else(|e| unreachable!("finite lobes make finite transfer: {e}"))
     }
@@ -144,13 +144,20 @@ impl ZonalTransfer {
     #[must_use]
     pub fn rotated(&self, rotation: impl Fn(usize) -> Rotation + Sync) -> Self {
         let mut turned = self.clone();
-        turned.axes.par_chunks_mut(self.lobes).enumerate().for_each(|(r, axes)| {
-            let rotation = rotation(r);
-            for axis in axes {
-                *axis = rotation.rotate_dir(dir(*axis)).to_array().map(|x| x as f32);
+        turned.turn(&rotation);
+        turned
+    }
+
+    fn turn(&mut self, rotation: &(dyn Fn(usize) -> Rotation + Sync)) {
+        let lobes = self.lobes;
+        parallel::rows(&mut self.axes, CHUNK * lobes, &|chunk, axes| {
+            for (k, axes) in axes.chunks_exact_mut(lobes).enumerate() {
+                let rotation = rotation(chunk * CHUNK + k);
+                for axis in axes {
+                    *axis = rotation.rotate_dir(dir(*axis)).to_array().map(|x| x as f32);
+                }
             }
         });
-        turned
     }
 
     /// The exit radiance of every receiver under a light, as [`Transfer::exit_radiance`] has it.
@@ -177,8 +184,9 @@ impl ZonalTransfer {
         let light = self.scaled(light);
         let basis = Basis::<f32>::new(self.order);
         let each = self.lobes * self.channels.count() * self.order;
-        let chunks = axes.par_chunks(CHUNK * self.lobes).zip(self.coefficients.par_chunks(CHUNK * each));
-        chunks.zip(out.par_chunks_mut(CHUNK)).for_each(|((axes, coefficients), out)| {
+        parallel::rows(out, CHUNK, &|chunk, out| {
+            let axes = &axes[chunk * CHUNK * self.lobes..][..out.len() * self.lobes];
+            let coefficients = &self.coefficients[chunk * CHUNK * each..][..out.len() * each];
             self.shade_chunk(&basis, &light, axes, coefficients, out);
         });
     }

@@ -6,7 +6,8 @@ use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Dir, Rgb};
 
 use crate::environment_mapping::environment_maps::TurnedMaps;
-use crate::{Camera, RenderError, SceneHit, ViewOptions, scene_picture};
+use crate::scene_view::scene_picture::ray_cast;
+use crate::{Camera, RenderError, SceneHit, ViewOptions};
 
 /// Shows a scene as `camera` sees it, lit by [`EnvironmentMaps`](crate::EnvironmentMaps), which has the formula: `background`
 /// where a ray escapes.
@@ -50,5 +51,5 @@ pub fn light_by_environment_maps(
     job: Job<'_>,
 ) -> Result<Picture, RenderError> {
     let radiance = |hit: &SceneHit<'_>| maps.radiance(hit);
-    scene_picture(scene, bvh, camera, options, background, radiance, job)
+    ray_cast(scene, bvh, camera, options, &background, &radiance, job)
 }

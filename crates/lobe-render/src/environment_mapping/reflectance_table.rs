@@ -1,7 +1,7 @@
 //! A table of reflectance in even light, with nodes at the mirror, at roughness 1 and at grazing.
 
 use lobe_env::{Dfg, dfg, dfg_separable};
-use rayon::prelude::*;
+use lobe_io::parallel;
 
 use crate::Surfaces;
 
@@ -29,7 +29,7 @@ impl ReflectanceTable {
         };
         let at = |k: usize| k as f64 / (NODES - 1) as f64;
         let node = |k: usize| integral(at(k % NODES).powi(2), at(k / NODES).powi(2));
-        Self { nodes: (0..NODES * NODES).into_par_iter().map(node).collect() }
+        Self { nodes: parallel::map(NODES * NODES, &node) }
     }
 
     /// The reflectance of a surface of this roughness in `[0, 1]`, seen at the angle of this cosine in `[0, 1]`.

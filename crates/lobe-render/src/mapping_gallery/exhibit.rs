@@ -1,7 +1,7 @@
 //! Exhibits: a shape before a camera, shaded point by point.
 
+use lobe_io::parallel;
 use lobe_sh::{Coefficient, Dir, Rgb};
-use rayon::prelude::*;
 
 use crate::{Camera, ExhibitSolid};
 use lobe_image::{ErrorReport, Picture, compare};
@@ -79,6 +79,17 @@ impl Exhibit {
         background: impl Fn(Dir) -> Rgb<f32> + Sync,
         shading: &(impl Shading + ?Sized),
     ) -> Picture {
+        self.shaded(width, height, &background, &|at: &SurfacePoint| shading.radiance(at))
+    }
+
+    /// The same by references: compiled once, not for every technique.
+    fn shaded(
+        &self,
+        width: usize,
+        height: usize,
+        background: &(dyn Fn(Dir) -> Rgb<f32> + Sync),
+        radiance: &(dyn Fn(&SurfacePoint) -> Rgb<f32> + Sync),
+    ) -> Picture {
         assert!(self.samples > 0, "a pixel needs at least one ray");
         let n = self.samples;
         Picture::from_fn(width, height, |x, y| {
@@ -87,11 +98,11 @@ impl Exhibit {
                 let offset = |i: usize| (i as f64 + 0.5) / n as f64;
                 let (right, up) = place(width, height, x as f64 + offset(k % n), y as f64 + offset(k / n));
                 let (origin, towards) = self.camera.ray(right, up);
-                let radiance = match self.seen(origin, towards) {
-                    Some(point) => shading.radiance(&point),
+                let seen = match self.seen(origin, towards) {
+                    Some(point) => radiance(&point),
                     None => background(towards),
                 };
-                sum += radiance.widen();
+                sum += seen.widen();
             }
             Rgb::narrow(sum.scale(((n * n) as f64).recip()))
         })
@@ -124,10 +135,11 @@ pub fn compare_shadings(
     image: &(impl Shading + ?Sized),
     reference: &(impl Shading + ?Sized),
 ) -> ErrorReport {
-    let values = |shading: &(dyn Fn(&SurfacePoint) -> Rgb<f32> + Sync)| -> Vec<Rgb<f32>> {
-        points.par_iter().map(shading).collect()
-    };
-    compare(&values(&|p| image.radiance(p)), &values(&|p| reference.radiance(p)))
+    compare(&radiances(points, &|p| image.radiance(p)), &radiances(points, &|p| reference.radiance(p)))
+}
+
+fn radiances(points: &[SurfacePoint], of: &(dyn Fn(&SurfacePoint) -> Rgb<f32> + Sync)) -> Vec<Rgb<f32>> {
+    parallel::map(points.len(), &|i| of(&points[i]))
 }
 
 /// The place of a point of a picture in half heights right of and above its middle.

@@ -48,7 +48,7 @@ impl Paraboloids {
         let rim = ((1.0 + BAND) / (1.0 - BAND)).sqrt();
         // Two texels of 2 reach/size each beyond the rim: reach = rim + 2 (2 reach/size)
         let reach = rim / (1.0 - 4.0 / size as f64);
-        let side = |facing: f64| SquareTexture::from_fn(size, |x, y| source(direction(facing, reach * x, reach * y)));
+        let side = |facing: f64| SquareTexture::from_fn(size, &|x, y| source(direction(facing, reach * x, reach * y)));
         Self { front: side(1.0), back: side(-1.0), reach }
     }
 

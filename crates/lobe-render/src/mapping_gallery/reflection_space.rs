@@ -3,8 +3,8 @@
 use std::f64::consts::FRAC_PI_2;
 
 use lobe_env::{Brdf, CubeMap, cube};
+use lobe_io::parallel;
 use lobe_sh::{Coefficient, Dir, Rgb};
-use rayon::prelude::*;
 
 use crate::mapping_gallery::icosphere::Icosphere;
 use crate::mapping_gallery::square_texture::SquareTexture;
@@ -98,12 +98,10 @@ impl ReflectionSpace {
                 let normal = Dir::from_unit(view.point([aside * x, aside * y, cos]));
                 Rgb::narrow(lights.reflected(brdf, normal, *towards))
             };
-            ViewMap { view, towards: *towards, texture: SquareTexture::from_fn(size, texel) }
+            ViewMap { view, towards: *towards, texture: SquareTexture::from_fn(size, &texel) }
         };
         let maps = sphere.vertices.iter().map(map).collect();
-        // Tabulate the directional albedo.
-        let cosine = |i: usize| i as f64 / (ALBEDO_NODES - 1) as f64;
-        let albedo = (0..ALBEDO_NODES).into_par_iter().map(|i| brdf.directional_albedo(cosine(i))).collect();
+        let albedo = tabulated(&|cos| brdf.directional_albedo(cos));
         Self { sphere, maps, albedo, normalized: false }
     }
 
@@ -126,6 +124,11 @@ impl ReflectionSpace {
     pub fn views(&self) -> usize {
         self.maps.len()
     }
+}
+
+/// The directional albedo at the nodes of its table.
+fn tabulated(albedo: &(dyn Fn(f64) -> f64 + Sync)) -> Vec<f64> {
+    parallel::map(ALBEDO_NODES, &|i| albedo(i as f64 / (ALBEDO_NODES - 1) as f64))
 }
 
 impl Shading for ReflectionSpace {
@@ -190,7 +193,7 @@ impl TexelLights {
             let power = source.texel(face, x, y).widen().scale(cube::solid_angle(size, x, y));
             (source.dir(face, x, y).to_array(), power)
         };
-        Self((0..cube::FACES * size * size).into_par_iter().map(light).collect())
+        Self(parallel::map(cube::FACES * size * size, &light))
     }
 
     /// `Σ f(v, l) L max(n·l, 0) dl`, in the frame where `n` is +z and `v` lies over +x.

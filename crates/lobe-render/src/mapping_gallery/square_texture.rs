@@ -1,7 +1,7 @@
 //! A square texture over `[-1, 1]²` with bilinear lookup.
 
+use lobe_io::parallel;
 use lobe_sh::{Coefficient, Rgb};
-use rayon::prelude::*;
 
 /// Colors over the square `[-1, 1]²`; `x` to the right, `y` upwards, the first row at the top.
 #[derive(Clone, Debug, PartialEq)]
@@ -12,11 +12,10 @@ pub(crate) struct SquareTexture {
 
 impl SquareTexture {
     /// The texture with the values of `f(x, y)` at the centers of its texels.
-    pub(crate) fn from_fn(size: usize, f: impl Fn(f64, f64) -> Rgb<f32> + Sync) -> Self {
+    pub(crate) fn from_fn(size: usize, f: &(dyn Fn(f64, f64) -> Rgb<f32> + Sync)) -> Self {
         assert!(size > 0, "a texture needs texels");
         let at = |i: usize| 2.0 * (i as f64 + 0.5) / size as f64 - 1.0;
-        let texels = (0..size * size).into_par_iter().map(|i| f(at(i % size), -at(i / size))).collect();
-        Self { size, texels }
+        Self { size, texels: parallel::map(size * size, &|i| f(at(i % size), -at(i / size))) }
     }
 
     /// The bilinear value at `(x, y)`; beyond the outermost centers, theirs.
@@ -42,7 +41,7 @@ mod tests {
 
     #[test]
     fn a_linear_function_comes_back_between_the_outermost_centers() {
-        let texture = SquareTexture::from_fn(8, |x, y| Rgb::new(x as f32, y as f32, 1.0));
+        let texture = SquareTexture::from_fn(8, &|x, y| Rgb::new(x as f32, y as f32, 1.0));
         for k in 0..=20 {
             let (x, y) = (0.0875 * f64::from(k) - 0.875, 0.8 - 0.07 * f64::from(k));
             let found = texture.lookup(x, y);

@@ -38,7 +38,7 @@ pub fn light_moving_scene(
         Some(backs) if !hit.is_front => backs.radiance(moment, hit),
         _ => fronts.radiance(moment, hit),
     };
-    picture_of((scene, bvh), light, camera, options, background, radiance, job)
+    picture_of((scene, bvh), light, camera, options, &background, &radiance, job)
 }
 
 /// Tells that no pixel is done yet, and ends where the job says so.

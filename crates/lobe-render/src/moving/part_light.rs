@@ -2,12 +2,12 @@
 
 use std::f32::consts::FRAC_1_PI;
 
+use lobe_io::parallel;
 use lobe_prt::Transfer;
 use lobe_sh::{Coefficient as _, Expansion as _, Rgb, RotationMatrices, ShVec, product_into};
 use lobe_shadow::{LogTable, Placement, ShadowFields, ShadowReceivers, SkyLight, SphereShadows};
-use rayon::prelude::*;
 
-use crate::moving::lamp_light::LampLight;
+use crate::moving::lamp_light::{LampLight, RECEIVERS_TOGETHER};
 use crate::moving::moment::Surface;
 use crate::moving::part_obstacles::{PartObstacles, hiding_by_spheres, still_grids};
 use crate::{Moment, MovingOptions, RenderError, VisibilityGrid};
@@ -162,21 +162,23 @@ impl<'a> PartLight<'a> {
         let n = self.options.order * self.options.order;
         for grid in &self.grids {
             let mut found = vec![0.0; surface.positions.len() * n];
-            found.par_chunks_exact_mut(n).zip(&surface.positions).for_each_init(
-                || vec![0.0; n],
-                |in_world, (out, position)| {
-                    grid.visibility_into(self.frame.to_world(position.map(f64::from)), in_world);
-                    self.turn.apply_into(in_world, out);
-                },
-            );
+            parallel::rows(&mut found, RECEIVERS_TOGETHER * n, &|k, found| {
+                let positions = &surface.positions[k * RECEIVERS_TOGETHER..];
+                let mut in_world = vec![0.0; n];
+                for (out, position) in found.chunks_exact_mut(n).zip(positions) {
+                    grid.visibility_into(self.frame.to_world(position.map(f64::from)), &mut in_world);
+                    self.turn.apply_into(&in_world, out);
+                }
+            });
             if let Some(before) = &seen {
-                found.par_chunks_exact_mut(n).zip(before.par_chunks_exact(n)).for_each_init(
-                    || vec![0.0; n],
-                    |product, (out, before)| {
-                        product_into(&*out, before, product);
-                        out.copy_from_slice(product);
-                    },
-                );
+                parallel::rows(&mut found, RECEIVERS_TOGETHER * n, &|k, found| {
+                    let before = before[k * RECEIVERS_TOGETHER * n..].chunks_exact(n);
+                    let mut product = vec![0.0; n];
+                    for (out, before) in found.chunks_exact_mut(n).zip(before) {
+                        product_into(&*out, before, &mut product);
+                        out.copy_from_slice(&product);
+                    }
+                });
             }
             seen = Some(found);
         }

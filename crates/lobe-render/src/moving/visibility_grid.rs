@@ -1,11 +1,10 @@
 //! Grids of visibility: what a scene that stands still leaves of the sky where others move.
 
 use derive_setters::Setters;
-use lobe_io::Job;
+use lobe_io::{Job, parallel};
 use lobe_scene::{Bvh, Ray, Scene};
 use lobe_sh::even_directions;
 use lobe_shadow::{VisibilityOptions, bake_visibility};
-use rayon::prelude::*;
 
 use crate::RenderError;
 
@@ -121,8 +120,7 @@ impl VisibilityGrid {
         let rays = VisibilityOptions::default().order(options.order).rays(options.rays);
         grid.rows = bake_visibility(scene, &points, &normals, &rays, job)?;
         let bvh = Bvh::new(scene);
-        let known: Vec<bool> = points.par_iter().map(|point| !is_behind(scene, &bvh, *point)).collect();
-        grid.fill(known);
+        grid.fill(parallel::map(points.len(), &|i| !is_behind(scene, &bvh, points[i])));
         Ok(grid)
     }
 

@@ -154,9 +154,9 @@ fn trace(
     };
     // Trace the others, and keep them while they are found.
     let tracer = PathTracer::new(scene, bvh, light, options.paths).with_emitters(emitters);
-    let of = |i| trace_pixel(&tracer, camera, light, options, first + i);
+    let of = |i: usize| trace_pixel(&tracer, camera, light, options, first + i);
     let (resumed, begin) = (known.len(), Instant::now());
-    in_portions(known, count, of, |done| {
+    in_portions(known, count, &of, &mut |done| {
         let progress = progress_of(done.len(), count, resumed, begin);
         // A picture that is complete counts as done, not as stopped.
         let is_stopped = job.report(&progress).is_break() && done.len() < count;

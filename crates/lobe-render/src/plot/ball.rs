@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
+use lobe_io::parallel;
 use lobe_sh::{Coefficient, Dir, Expansion, Rgb};
-use rayon::prelude::*;
 
 use crate::View;
 use lobe_image::{Picture, mix};
@@ -65,7 +65,12 @@ impl Ball {
     /// The ball in the colors `radiance(n)` over a background.
     #[must_use]
     pub fn picture(&self, background: Rgb<f32>, radiance: impl Fn(Dir) -> Rgb<f64> + Sync) -> Picture {
-        let colors: Vec<Rgb<f64>> = self.normals().into_par_iter().map(|(_, n)| radiance(n)).collect();
+        self.painted(background, &radiance)
+    }
+
+    fn painted(&self, background: Rgb<f32>, radiance: &(dyn Fn(Dir) -> Rgb<f64> + Sync)) -> Picture {
+        let normals = self.normals();
+        let colors = parallel::map(normals.len(), &|i| radiance(normals[i].1));
         self.picture_from_values(background, &colors)
     }
 
@@ -88,7 +93,7 @@ impl Ball {
     /// The ball under the irradiance `E(n)`: radiance `E/π`.
     #[must_use]
     pub fn lit(&self, background: Rgb<f32>, irradiance: impl Fn(Dir) -> Rgb<f64> + Sync) -> Picture {
-        self.picture(background, |n| irradiance(n).scale(1.0 / PI))
+        self.painted(background, &|n| irradiance(n).scale(1.0 / PI))
     }
 
     /// The ball under given irradiances, one for each of [`Ball::normals`] in their order: radiance `E/π`.

@@ -1,7 +1,7 @@
 //! Balloon plots: a function on the sphere as the surface `r = |f(s)|`, colored by its sign.
 
+use lobe_io::parallel;
 use lobe_sh::{Coefficient, Dir, Rgb};
-use rayon::prelude::*;
 
 use crate::View;
 use crate::plot::mesh::{Mesh, Vertex};
@@ -48,14 +48,16 @@ impl Balloon {
     /// `infinity_is_a_hole_and_nothing_else`).
     #[must_use]
     pub fn picture(&self, f: impl Fn(Dir) -> f64 + Sync) -> Picture {
-        let mesh = Mesh::of((self.size / PIXELS_PER_CELL).max(16), &f);
+        self.drawn(&Mesh::of((self.size / PIXELS_PER_CELL).max(16), &f))
+    }
+
+    fn drawn(&self, mesh: &Mesh) -> Picture {
         let pixels_per_unit = FILL * 0.5 * self.size as f64 / self.extent.unwrap_or_else(|| mesh.extent());
-        let corners = self.corners(&mesh, pixels_per_unit * SAMPLES as f64);
+        let corners = self.corners(mesh, pixels_per_unit * SAMPLES as f64);
         let mut picture = Picture::filled(self.size, self.size, self.background);
         if self.size > 0 {
-            let band_length = BAND * self.size;
-            picture.pixels_mut().par_chunks_mut(band_length).enumerate().for_each(|(band, pixels)| {
-                self.draw_band(&mesh, &corners, band * BAND, pixels);
+            parallel::rows(picture.pixels_mut(), BAND * self.size, &|band, pixels| {
+                self.draw_band(mesh, &corners, band * BAND, pixels);
             });
         }
         picture

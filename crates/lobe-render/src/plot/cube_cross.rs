@@ -1,7 +1,7 @@
 //! Cube-cross plots: a function on the unfolded cube, in colors with iso lines.
 
+use lobe_io::parallel;
 use lobe_sh::{Dir, Rgb};
-use rayon::prelude::*;
 
 use crate::IsoLines;
 use crate::plot::cube::{FACES, Face};
@@ -54,11 +54,15 @@ impl CubeCross {
     /// give an empty picture; a full scale that is not positive, no colors and no lines.
     #[must_use]
     pub fn picture(&self, f: impl Fn(Dir) -> f64 + Sync) -> Picture {
+        self.painted(&f)
+    }
+
+    fn painted(&self, f: &(dyn Fn(Dir) -> f64 + Sync)) -> Picture {
         if self.face == 0 {
             return Picture::filled(0, 0, self.background);
         }
         // Sample the function at the pixel centers of every face.
-        let values = FACES.map(|face| self.values(&face, &f));
+        let values = FACES.map(|face| self.values(&face, f));
         let largest = values.iter().flatten().filter(|v| v.is_finite()).fold(0.0, |m: f64, v| m.max(v.abs()));
         // Choose the scale of the colors and the step of the lines.
         let full_scale = self.full_scale.unwrap_or(largest);
@@ -78,12 +82,14 @@ impl CubeCross {
     }
 
     /// The values at the pixel centers of a face and of a border of one pixel around it, `face + 2` a row.
-    fn values(&self, face: &Face, f: &(impl Fn(Dir) -> f64 + Sync)) -> Vec<f64> {
+    fn values(&self, face: &Face, f: &(dyn Fn(Dir) -> f64 + Sync)) -> Vec<f64> {
         let at = |k: usize| (2.0 * k as f64 - 1.0) / self.face as f64 - 1.0;
-        (0..self.face + 2)
-            .into_par_iter()
-            .flat_map_iter(|y| (0..self.face + 2).map(move |x| f(face.dir(at(x), -at(y)))))
-            .collect()
+        let stride = self.face + 2;
+        let mut values = vec![0.0; stride * stride];
+        parallel::rows(&mut values, stride, &|y, row| {
+            row.iter_mut().enumerate().for_each(|(x, value)| *value = f(face.dir(at(x), -at(y))));
+        });
+        values
     }
 
     fn tile(&self, values: &[f64], lines: &IsoLines, full_scale: f64) -> Picture {

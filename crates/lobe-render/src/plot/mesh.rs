@@ -1,7 +1,7 @@
 //! Triangle meshes of balloon plots.
 
+use lobe_io::parallel;
 use lobe_sh::Dir;
-use rayon::prelude::*;
 
 use crate::plot::cube::FACES;
 use lobe_sh::vector::{Vec3, add, normalized, scale, sub, tangents_along_z};
@@ -30,7 +30,7 @@ pub(crate) struct Mesh {
 
 impl Mesh {
     /// The surface over the six faces of the cube, with `cells × cells` pairs of triangles on each.
-    pub(crate) fn of(cells: usize, f: &(impl Fn(Dir) -> f64 + Sync)) -> Self {
+    pub(crate) fn of(cells: usize, f: &(dyn Fn(Dir) -> f64 + Sync)) -> Self {
         let side = cells + 1;
         // Equal angles along the face instead of equal lengths: the triangles are of nearly equal size.
         let at = |k: usize| (std::f64::consts::FRAC_PI_4 * (2.0 * k as f64 / cells as f64 - 1.0)).tan();
@@ -38,7 +38,7 @@ impl Mesh {
             let (face, y, x) = (i / (side * side), i / side % side, i % side);
             vertex(f, FACES[face].dir(at(x), at(y)))
         };
-        let vertices = (0..6 * side * side).into_par_iter().map(vertex).collect();
+        let vertices = parallel::map(6 * side * side, &vertex);
         let mut triangles = Vec::with_capacity(12 * cells * cells);
         for face in 0..6 {
             for y in 0..cells {
@@ -62,7 +62,7 @@ impl Mesh {
 /// ```text
 ///   X(s) = r s,   r = |f|        normal ∝ r s - ∇r,   ∇r = sign(f) ∇f, the gradient along the sphere
 /// ```
-fn vertex(f: &impl Fn(Dir) -> f64, s: Dir) -> Vertex {
+fn vertex(f: &dyn Fn(Dir) -> f64, s: Dir) -> Vertex {
     let value = f(s);
     let s = s.to_array();
     let mut normal = scale(s, value.abs());

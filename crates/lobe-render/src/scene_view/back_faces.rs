@@ -8,7 +8,8 @@ use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
 
 use crate::scene_view::prt_shading::{Places, SurfaceTransfer};
-use crate::{Camera, RenderError, SceneHit, ViewOptions, scene_picture};
+use crate::scene_view::scene_picture::ray_cast;
+use crate::{Camera, RenderError, SceneHit, ViewOptions};
 
 /// The transfer of the backs of some places.
 pub(crate) struct BackFaces {
@@ -80,6 +81,6 @@ pub(crate) fn backs_in_view(
         }
         Rgb::ZERO
     };
-    scene_picture(scene, bvh, camera, view, |_: Dir| Rgb::ZERO, mark, job)?;
+    ray_cast(scene, bvh, camera, view, &|_: Dir| Rgb::ZERO, &mark, job)?;
     Ok((0..seen.len()).filter(|&place| seen[place].load(Ordering::Relaxed)).collect())
 }

@@ -8,7 +8,8 @@ use lobe_io::Job;
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, ShVec, Zonal, convolved};
 
-use crate::{BakedScene, Camera, RenderError, SceneHit, ViewOptions, scene_picture};
+use crate::scene_view::scene_picture::ray_cast;
+use crate::{BakedScene, Camera, RenderError, SceneHit, ViewOptions};
 
 /// A channel that is below zero by more than this part of the mean radiance of the light is a dark spot in the picture,
 /// not rounding.
@@ -66,7 +67,7 @@ pub fn light_baked_scene(
     job: Job<'_>,
 ) -> Result<LitPicture, RenderError> {
     let lit = baked.lit(light);
-    picture_of((baked.scene(), baked.bvh()), light, camera, options, background, |hit| lit.radiance(hit), job)
+    picture_of((baked.scene(), baked.bvh()), light, camera, options, &background, &|hit| lit.radiance(hit), job)
 }
 
 /// Lights a scene by the irradiance of its shading normals, without shadows: `B = albedo/π · E(n)`. Normal maps tilt them in
@@ -87,7 +88,7 @@ pub fn light_by_irradiance(
 ) -> Result<LitPicture, RenderError> {
     let irradiance = convolved(light, &Zonal::clamped_cosine(light.order()));
     let radiance = |hit: &SceneHit<'_>| (hit.albedo * irradiance.eval(hit.normal)).scale(FRAC_1_PI);
-    picture_of((scene, bvh), light, camera, options, background, radiance, job)
+    picture_of((scene, bvh), light, camera, options, &background, &radiance, job)
 }
 
 /// A picture of a scene, with the part of its hits that are visibly below zero.
@@ -96,27 +97,27 @@ pub(crate) fn picture_of(
     light: &ShVec<Rgb<f64>>,
     camera: &Camera,
     options: &ViewOptions,
-    background: impl Fn(Dir) -> Rgb<f64> + Sync,
-    shade: impl Fn(&SceneHit<'_>) -> Rgb<f64> + Sync,
+    background: &(dyn Fn(Dir) -> Rgb<f64> + Sync),
+    shade: &(dyn Fn(&SceneHit<'_>) -> Rgb<f64> + Sync),
     job: Job<'_>,
 ) -> Result<LitPicture, RenderError> {
     let counted = Counted::new(light, shade);
     let radiance = |hit: &SceneHit<'_>| counted.radiance(hit);
-    let picture = scene_picture(scene, bvh, camera, options, background, radiance, job)?;
+    let picture = ray_cast(scene, bvh, camera, options, background, &radiance, job)?;
     Ok(LitPicture { picture, below_zero: counted.below_zero() })
 }
 
 /// A shading that counts how often it is below zero.
-struct Counted<F> {
-    shade: F,
+struct Counted<'a> {
+    shade: &'a (dyn Fn(&SceneHit<'_>) -> Rgb<f64> + Sync),
     /// Values below this are visibly below zero.
     limit: f64,
     shaded: AtomicUsize,
     below: AtomicUsize,
 }
 
-impl<F: Fn(&SceneHit<'_>) -> Rgb<f64> + Sync> Counted<F> {
-    fn new(light: &ShVec<Rgb<f64>>, shade: F) -> Self {
+impl<'a> Counted<'a> {
+    fn new(light: &ShVec<Rgb<f64>>, shade: &'a (dyn Fn(&SceneHit<'_>) -> Rgb<f64> + Sync)) -> Self {
         let limit = -VISIBLY_BELOW * light.mean().luminance().abs();
         Self { shade, limit, shaded: AtomicUsize::new(0), below: AtomicUsize::new(0) }
     }

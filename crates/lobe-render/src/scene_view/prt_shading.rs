@@ -1,14 +1,13 @@
 //! Shading by precomputed radiance transfer: the exit radiance of receivers, interpolated at the points between them.
 
 use lobe_env::DfgTable;
-use lobe_io::Job;
+use lobe_io::{Job, parallel};
 use lobe_prt::{
     AnyTransfer, BakeOptions, BakeReport, GlossyLobe, Lightmap, PrtError, Receivers, TransferMatrices, bake,
     bake_matrices,
 };
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Coefficient as _, Expansion as _, Rgb, ShVec, convolved};
-use rayon::prelude::*;
 
 use crate::SceneHit;
 
@@ -124,8 +123,11 @@ impl SurfaceTransfer {
                 let mut incident = vec![Rgb::new(0.0, 0.0, 0.0); matrices.points() * bands];
                 matrices.incident_into(light.coefficients(), &mut incident);
                 let wide = |f: &[Rgb<f32>]| ShVec::from_vec(f.iter().map(|c| c.widen()).collect());
-                let blurred = |f| convolved(&wide(f).unwrap_or_else(|| unreachable!("n² coefficients")), &zonal);
-                LitReceivers::Glossy(incident.par_chunks_exact(bands).map(blurred).collect())
+                let blurred = |receiver: usize| {
+                    let f = wide(&incident[receiver * bands..][..bands]);
+                    convolved(&f.unwrap_or_else(|| unreachable!("n² coefficients")), &zonal)
+                };
+                LitReceivers::Glossy(parallel::map(matrices.points(), &blurred))
             }
             (Self::Glossy(_), None) => unreachable!("matrices come with a lobe"),
         }

@@ -58,6 +58,19 @@ pub fn scene_picture(
     options: &ViewOptions,
     background: impl Fn(Dir) -> Rgb<f64> + Sync,
     radiance: impl Fn(&SceneHit<'_>) -> Rgb<f64> + Sync,
+    job: Job<'_>,
+) -> Result<Picture, RenderError> {
+    ray_cast(scene, bvh, camera, options, &background, &radiance, job)
+}
+
+/// [`scene_picture`] by references: compiled once, not for every shading.
+pub(crate) fn ray_cast(
+    scene: &Scene,
+    bvh: &Bvh,
+    camera: &Camera,
+    options: &ViewOptions,
+    background: &(dyn Fn(Dir) -> Rgb<f64> + Sync),
+    radiance: &(dyn Fn(&SceneHit<'_>) -> Rgb<f64> + Sync),
     mut job: Job<'_>,
 ) -> Result<Picture, RenderError> {
     job.expect_no_checkpoint().map_err(RenderError::Options)?;
@@ -85,11 +98,11 @@ pub fn scene_picture(
             let (ray, towards) = camera.ray_of_pixel([width, height], [x + offset(k % rays), y + offset(k / rays)]);
             sum += radiance_along(&ray, towards);
         }
-        Rgb::narrow(sum.scale(((rays * rays) as f64).recip()))
+        Rgb::<f32>::narrow(sum.scale(((rays * rays) as f64).recip()))
     };
     // Compute the pixels in portions, between which the job may stop.
     let begin = Instant::now();
-    let all = in_portions(Vec::new(), pixels, pixel, |done| {
+    let all = in_portions(Vec::new(), pixels, &pixel, &mut |done| {
         let is_stopped = job.report(&progress_of(done.len(), pixels, 0, begin)).is_break() && done.len() < pixels;
         if is_stopped { Err(RenderError::Cancelled) } else { Ok(()) }
     })?;

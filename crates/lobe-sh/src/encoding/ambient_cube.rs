@@ -2,7 +2,7 @@
 
 use core::f64::consts::PI;
 
-use nalgebra::{Matrix6, Vector6};
+use nalgebra::{DMatrix, DVector};
 
 use crate::expansion::sh_vec::widened;
 use crate::prelude::*;
@@ -79,22 +79,19 @@ impl<T: Coefficient> AmbientCube<T> {
     /// zero. A value that is not finite makes its channel NaN.
     #[must_use]
     pub fn fit(samples: impl IntoIterator<Item = (Dir, T, f64)>) -> Self {
-        let mut normal = Matrix6::zeros();
-        let mut right = vec![Vector6::zeros(); T::CHANNELS];
+        let mut normal = [[0.0; 6]; 6];
+        let mut right = vec![[0.0; 6]; T::CHANNELS];
         for (s, value, weight) in samples {
-            let v = Vector6::from(weights(s));
-            normal += v * v.transpose() * weight;
+            let v = weights(s);
+            for (row, a) in normal.iter_mut().zip(v) {
+                row.iter_mut().zip(v).for_each(|(entry, b)| *entry += a * b * weight);
+            }
             for (c, right) in right.iter_mut().enumerate() {
-                *right += v * (weight * value.widen().channel(c));
+                let scale = weight * value.widen().channel(c);
+                right.iter_mut().zip(v).for_each(|(right, v)| *right += v * scale);
             }
         }
-        let svd = normal.svd(true, true);
-        let threshold = RANK_TOLERANCE * svd.singular_values.max();
-        let solve = |right: &Vector6<f64>| match right.iter().all(|x| x.is_finite()) {
-            true => svd.solve(right, threshold).unwrap_or_else(|_| Vector6::zeros()),
-            false => Vector6::repeat(f64::NAN),
-        };
-        let solved: Vec<_> = right.iter().map(solve).collect();
+        let solved = solutions(&normal, &right);
         Self { faces: [0, 1, 2, 3, 4, 5].map(|f| T::from_channels(|c| T::Scalar::from_f64(solved[c][f]))) }
     }
 
@@ -121,6 +118,21 @@ impl<T: Coefficient> AmbientCube<T> {
         }
         sum.map(T::narrow)
     }
+}
+
+/// The faces of [`AmbientCube::fit`], one right-hand side of the normal equations after the other; NaN where one is not
+/// finite. Not generic, so that the solver is compiled in this crate alone.
+fn solutions(normal: &[[f64; 6]; 6], right: &[[f64; 6]]) -> Vec<[f64; 6]> {
+    let svd = DMatrix::from_fn(6, 6, |i, j| normal[i][j]).svd(true, true);
+    let threshold = RANK_TOLERANCE * svd.singular_values.max();
+    let solve = |right: &[f64; 6]| {
+        if !right.iter().all(|x| x.is_finite()) {
+            return [f64::NAN; 6];
+        }
+        let solution = svd.solve(&DVector::from_row_slice(right), threshold);
+        solution.map_or([0.0; 6], |x| [0, 1, 2, 3, 4, 5].map(|f| x[f]))
+    };
+    right.iter().map(solve).collect()
 }
 
 /// `V_f(n)` of every face.

@@ -5,6 +5,7 @@ use core::f64::consts::PI;
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
+use crate::expansion::sh_vec::widened;
 use crate::exponential::matrix_function::{apply, spectrum};
 use crate::{Expansion, ShVec};
 
@@ -47,18 +48,21 @@ pub const LOG_CLAMP: f64 = 0.02;
 #[must_use]
 pub fn logarithm(g: &impl Expansion<f64>, clamp: f64) -> ShVec<f64> {
     check_clamp(clamp);
-    let mut rest = ShVec::zero(g.order());
-    rest.coefficients_mut().copy_from_slice(g.coefficients());
+    logarithm_of(widened(g), clamp)
+}
+
+/// [`logarithm`], not generic, so that the eigenvectors are compiled in this crate alone.
+fn logarithm_of(mut g: ShVec<f64>, clamp: f64) -> ShVec<f64> {
     if g.order() == 0 {
-        return rest;
+        return g;
     }
-    let Some(spectrum) = spectrum(g) else { return rest.map(|_| f64::NAN) };
+    let Some(spectrum) = spectrum(&g) else { return g.map(|_| f64::NAN) };
     let largest = spectrum.eigenvalues.max();
     if largest <= 0.0 {
         return ShVec::constant(g.order(), clamp.ln());
     }
-    rest.coefficients_mut()[0] -= (4.0 * PI).sqrt();
-    apply(&spectrum, |d| slope_of_ln(d.max(clamp * largest)), rest.coefficients())
+    g.coefficients_mut()[0] -= (4.0 * PI).sqrt();
+    ShVec::of(apply(&spectrum, &|d| slope_of_ln(d.max(clamp * largest)), g.coefficients()))
 }
 
 pub(crate) fn check_clamp(clamp: f64) {

@@ -76,5 +76,5 @@ pub(crate) fn exponential_by_eigenvectors(f: &ShVec<f64>) -> ShVec<f64> {
 fn exponential_less_one(f: &ShVec<f64>) -> ShVec<f64> {
     let q = |d: f64| if d == 0.0 { 1.0 } else { d.exp_m1() / d };
     let Some(spectrum) = spectrum(f) else { return f.map(|_| f64::NAN) };
-    apply(&spectrum, q, f.coefficients())
+    ShVec::of(apply(&spectrum, &q, f.coefficients()))
 }

@@ -2,11 +2,12 @@
 
 use core::f64::consts::PI;
 
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, SymmetricEigen};
 
 use crate::Zonal;
 use crate::basis::legendre::legendre_normalized;
 use crate::exponential::logarithm::{check_clamp, slope_of_ln};
+use crate::exponential::matrix_function::apply;
 use crate::prelude::*;
 use crate::sphere::quadrature::gauss_legendre;
 
@@ -67,13 +68,9 @@ impl ZonalLogarithm {
         let spectrum = SymmetricEigen::new(self.block(0, &values));
         let others = (1..self.order).map(|m| self.block(m, &values).symmetric_eigenvalues().max());
         let largest = others.fold(spectrum.eigenvalues.max().max(1.0), f64::max);
-        let mut rest = DVector::from_column_slice(visible.coefficients());
+        let mut rest = visible.coefficients().to_vec();
         rest[0] -= (4.0 * PI).sqrt();
-        let mut turned = spectrum.eigenvectors.tr_mul(&rest);
-        for (c, d) in turned.iter_mut().zip(spectrum.eigenvalues.iter()) {
-            *c *= slope_of_ln(d.max(self.clamp * largest));
-        }
-        Zonal::new((&spectrum.eigenvectors * turned).iter().copied().collect())
+        Zonal::new(apply(&spectrum, &|d| slope_of_ln(d.max(self.clamp * largest)), &rest))
     }
 
     /// The logarithm of what a sphere of angular radius `half_angle` leaves visible.

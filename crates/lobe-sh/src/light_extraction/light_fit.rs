@@ -78,9 +78,15 @@ pub enum LightMetric {
 /// ```
 pub(crate) struct LightProblem<T: Coefficient> {
     pub(crate) f: ShVec<T::Wide>,
+    pub(crate) equations: LightEquations,
+}
+
+/// What a [`LightProblem`] is apart from its expansion. Not generic, so that the solvers are compiled in this crate
+/// alone.
+pub(crate) struct LightEquations {
     pub(crate) normalization: f64,
     /// `w_l²`.
-    pub(crate) weights: Vec<f64>,
+    weights: Vec<f64>,
     pub(crate) non_negative: bool,
 }
 
@@ -101,14 +107,66 @@ impl<T: Coefficient> LightProblem<T> {
                 )));
             }
         }
+        Ok(Self { f: widened(f), equations: LightEquations::new(order, metric, non_negative) })
+    }
+
+    /// `L_d · f` without DC.
+    fn light_by_function(&self, d: Dir) -> T::Wide {
+        let y = eval_basis(d, self.equations.order());
+        let terms = self.f.coefficients().iter().zip(y).zip(self.equations.coefficient_weights());
+        weighted_sum(terms.skip(1).map(|((f, y), w)| (*f, w * y))).scale(self.equations.normalization)
+    }
+
+    /// `Σ w_l² f_i²`, channel by channel.
+    pub(crate) fn energy_of(&self, f: &ShVec<T::Wide>) -> T::Wide {
+        weighted_sum(f.coefficients().iter().map(|f| *f * *f).zip(self.equations.coefficient_weights()))
+    }
+
+    /// The least-squares intensities and ambient light for these directions, in their order, lights of zero intensity
+    /// included.
+    ///
+    /// Without constraints the ambient light takes up the whole DC term, and the other bands alone determine the
+    /// lights.
+    pub(crate) fn solve(&self, dirs: &[Dir]) -> LightFit<T::Wide> {
+        let mut products: Vec<T::Wide> = dirs.iter().map(|d| self.light_by_function(*d)).collect();
+        products.push(self.f[0]);
+        let channel = |c: usize| products.iter().map(|x| x.channel(c)).collect();
+        let products: Vec<Vec<f64>> = (0..T::CHANNELS).map(channel).collect();
+        let channels = self.equations.solve(dirs, &products);
+        let unknown = |i: usize| T::Wide::from_channels(|c| channels[c][i]);
+        let lights = dirs.iter().enumerate().map(|(i, dir)| DirectionalLight { dir: *dir, intensity: unknown(i) });
+        let mut fit = LightFit {
+            order: self.equations.order(),
+            lights: lights.collect(),
+            ambient: unknown(dirs.len()),
+            residual: T::Wide::ZERO,
+            energy: self.energy_of(&self.f),
+        };
+        fit.residual = self.energy_of(&self.residual_of(&fit));
+        fit
+    }
+
+    /// The expansion less that of the lights.
+    pub(crate) fn residual_of(&self, fit: &LightFit<T::Wide>) -> ShVec<T::Wide> {
+        &self.f - &fit.to_sh()
+    }
+
+    /// Lights of no intensity dropped, the brightest first.
+    pub(crate) fn tidy(fit: &mut LightFit<T::Wide>) {
+        fit.lights.retain(|light| light.intensity != T::Wide::ZERO);
+        fit.lights.sort_by(|a, b| luminance(b.intensity).total_cmp(&luminance(a.intensity)));
+    }
+}
+
+impl LightEquations {
+    fn new(order: usize, metric: LightMetric, non_negative: bool) -> Self {
         let weights = match metric {
             LightMetric::Irradiance => {
                 Zonal::clamped_cosine(order).convolution_factors().iter().map(|a| (a / PI).powi(2)).collect()
             }
             LightMetric::Radiance => vec![1.0; order],
         };
-        let f = widened(f);
-        Ok(Self { f, normalization: directional_normalization(order), weights, non_negative })
+        Self { normalization: directional_normalization(order), weights, non_negative }
     }
 
     pub(crate) fn order(&self) -> usize {
@@ -126,24 +184,10 @@ impl<T: Coefficient> LightProblem<T> {
         self.normalization.powi(2) * bands.map(|(l, (p, w))| w * zonal_norm(l).powi(2) * p).sum::<f64>()
     }
 
-    /// `L_d · f` without DC.
-    fn light_by_function(&self, d: Dir) -> T::Wide {
-        let y = eval_basis(d, self.order());
-        let terms = self.f.coefficients().iter().zip(y).zip(self.coefficient_weights());
-        weighted_sum(terms.skip(1).map(|((f, y), w)| (*f, w * y))).scale(self.normalization)
-    }
-
-    /// `Σ w_l² f_i²`, channel by channel.
-    pub(crate) fn energy_of(&self, f: &ShVec<T::Wide>) -> T::Wide {
-        weighted_sum(f.coefficients().iter().map(|f| *f * *f).zip(self.coefficient_weights()))
-    }
-
-    /// The least-squares intensities and ambient light for these directions, in their order, lights of zero intensity
-    /// included.
+    /// The intensities, and behind them the ambient light, of every channel.
     ///
-    /// Without constraints the ambient light takes up the whole DC term, and the other bands alone determine the
-    /// lights.
-    pub(crate) fn solve(&self, dirs: &[Dir]) -> LightFit<T::Wide> {
+    /// `products` has for each channel `L_d · f` without DC of every direction, and behind them `f_0`.
+    fn solve(&self, dirs: &[Dir], products: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let count = dirs.len();
         // The DC terms of a light and of ambient light of radiance 1, whose diagonal element is 4π.
         let dc = self.normalization * zonal_norm(0);
@@ -154,46 +198,22 @@ impl<T: Coefficient> LightProblem<T> {
             (false, false) => w_0 * ambient_unit * ambient_unit,
             _ => w_0 * dc * ambient_unit,
         });
-        let lights: Vec<T::Wide> = dirs.iter().map(|d| self.light_by_function(*d)).collect();
-        let channels: Vec<DVector<f64>> = (0..T::CHANNELS)
-            .map(|c| {
-                let f_0 = self.f[0].channel(c);
-                if self.non_negative {
-                    let right = DVector::from_fn(count + 1, |i, _| {
-                        let own_dc = if i < count { dc } else { ambient_unit };
-                        lights.get(i).map_or(0.0, |x| x.channel(c)) + w_0 * own_dc * f_0
-                    });
-                    DVector::from_vec(nnls(&NormalEquations { gram: &gram, right: &right }))
-                } else {
-                    let bands = DMatrix::from_fn(count, count, |i, j| gram[(i, j)] - w_0 * dc * dc);
-                    let x = least_squares_solution(&bands, &DVector::from_fn(count, |i, _| lights[i].channel(c)));
-                    let ambient = (f_0 - dc * x.sum()) / ambient_unit;
-                    x.push(ambient)
-                }
-            })
-            .collect();
-        let unknown = |i: usize| T::Wide::from_channels(|c| channels[c][i]);
-        let lights = dirs.iter().enumerate().map(|(i, dir)| DirectionalLight { dir: *dir, intensity: unknown(i) });
-        let mut fit = LightFit {
-            order: self.order(),
-            lights: lights.collect(),
-            ambient: unknown(count),
-            residual: T::Wide::ZERO,
-            energy: self.energy_of(&self.f),
+        let channel = |products: &Vec<f64>| {
+            let (lights, f_0) = (&products[..count], products[count]);
+            if self.non_negative {
+                let right = DVector::from_fn(count + 1, |i, _| {
+                    let own_dc = if i < count { dc } else { ambient_unit };
+                    lights.get(i).copied().unwrap_or(0.0) + w_0 * own_dc * f_0
+                });
+                nnls(&NormalEquations { gram: &gram, right: &right })
+            } else {
+                let bands = DMatrix::from_fn(count, count, |i, j| gram[(i, j)] - w_0 * dc * dc);
+                let x = least_squares_solution(&bands, &DVector::from_column_slice(lights));
+                let ambient = (f_0 - dc * x.sum()) / ambient_unit;
+                x.iter().copied().chain([ambient]).collect()
+            }
         };
-        fit.residual = self.energy_of(&self.residual_of(&fit));
-        fit
-    }
-
-    /// The expansion less that of the lights.
-    pub(crate) fn residual_of(&self, fit: &LightFit<T::Wide>) -> ShVec<T::Wide> {
-        &self.f - &fit.to_sh()
-    }
-
-    /// Lights of no intensity dropped, the brightest first.
-    pub(crate) fn tidy(fit: &mut LightFit<T::Wide>) {
-        fit.lights.retain(|light| light.intensity != T::Wide::ZERO);
-        fit.lights.sort_by(|a, b| luminance(b.intensity).total_cmp(&luminance(a.intensity)));
+        products.iter().map(channel).collect()
     }
 }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::light_extraction::light_fit::{LightProblem, total};
+use crate::light_extraction::light_fit::{LightEquations, LightProblem, total};
 use crate::prelude::*;
 use crate::solver::bfgs_on_sphere::stepped;
 use crate::sphere::vector::{dot, tangents};
@@ -50,10 +50,8 @@ pub(crate) fn refine<T: Coefficient>(problem: &LightProblem<T>, start: LightFit<
             break;
         }
         // Linearize, and take a damped step that lowers the residual.
-        let (jacobian, residual) = linearized(problem, &fit);
-        let normal = jacobian.transpose() * &jacobian;
-        let right = -(jacobian.transpose() * residual);
-        let Some((next, step)) = damped_step(problem, &fit, &normal, &right, &mut damping) else { break };
+        let equations = linearized(problem, &fit);
+        let Some((next, step)) = damped_step(problem, &fit, &equations, &mut damping) else { break };
         fit = next;
         if step < SHORTEST_STEP {
             break;
@@ -66,34 +64,18 @@ pub(crate) fn refine<T: Coefficient>(problem: &LightProblem<T>, start: LightFit<
 fn damped_step<T: Coefficient>(
     problem: &LightProblem<T>,
     fit: &LightFit<T::Wide>,
-    normal: &DMatrix<f64>,
-    right: &DVector<f64>,
+    equations: &StepEquations,
     damping: &mut f64,
 ) -> Option<(LightFit<T::Wide>, f64)> {
-    let longest = LONGEST_STEP * 2.0 * core::f64::consts::PI / (problem.order() - 1) as f64;
-    // A light of zero intensity does not move, but its diagonal element must not be zero.
-    let floor = normal.diagonal().amax() * f64::EPSILON;
-    if floor == 0.0 {
+    if equations.floor == 0.0 {
         return None;
     }
     while *damping < MOST_DAMPING {
-        let mut damped = normal.clone();
-        for k in 0..damped.nrows() {
-            damped[(k, k)] += *damping * normal[(k, k)] + floor;
-        }
-        if let Some(cholesky) = damped.cholesky() {
-            let step = cholesky.solve(right);
-            let longest_part = step.amax();
-            let scale = if longest_part > longest { longest / longest_part } else { 1.0 };
-            let moved = fit.lights.iter().enumerate().map(|(k, light)| {
-                let [u, v] = tangents(light.dir.to_array());
-                stepped(light.dir, [0, 1, 2].map(|i| scale * (step[2 * k] * u[i] + step[2 * k + 1] * v[i])))
-            });
-            let moved: Vec<Dir> = moved.collect();
+        if let Some((moved, length)) = equations.step(*damping) {
             let next = problem.solve(&moved);
             if total(next.residual) < total(fit.residual) {
                 *damping /= DAMPING_FACTOR;
-                return Some((next, scale * longest_part));
+                return Some((next, length));
             }
         }
         *damping *= DAMPING_FACTOR;
@@ -101,31 +83,93 @@ fn damped_step<T: Coefficient>(
     None
 }
 
-/// The projected Jacobian and the residual, all channels.
-fn linearized<T: Coefficient>(problem: &LightProblem<T>, fit: &LightFit<T::Wide>) -> (DMatrix<f64>, DVector<f64>) {
-    let order = problem.order();
-    let rows = order * order;
-    let weights: Vec<f64> = problem.coefficient_weights().map(f64::sqrt).collect();
+/// The equations of the next step.
+fn linearized<T: Coefficient>(problem: &LightProblem<T>, fit: &LightFit<T::Wide>) -> StepEquations {
     let left = problem.residual_of(fit);
-    let lights: Vec<Vec<f64>> = fit.lights.iter().map(|light| eval_basis(light.dir, order)).collect();
-    let slopes: Vec<Vec<[f64; 3]>> = fit.lights.iter().map(|light| eval_basis_gradients(light.dir, order)).collect();
-    let mut jacobian = DMatrix::zeros(rows * T::CHANNELS, 2 * lights.len());
-    let mut residual = DVector::zeros(rows * T::CHANNELS);
-    for c in 0..T::CHANNELS {
+    let channel = |c: usize| Channel {
+        left: left.coefficients().iter().map(|x| x.channel(c)).collect(),
+        intensities: fit.lights.iter().map(|light| light.intensity.channel(c)).collect(),
+        ambient: fit.ambient.channel(c),
+    };
+    let channels: Vec<Channel> = (0..T::CHANNELS).map(channel).collect();
+    StepEquations::new(&problem.equations, fit.lights.iter().map(|light| light.dir).collect(), &channels)
+}
+
+/// One channel of a fit: what it leaves of the expansion, and its unknowns.
+struct Channel {
+    left: Vec<f64>,
+    intensities: Vec<f64>,
+    ambient: f64,
+}
+
+/// The equations of a step from `dirs`. Not generic, so that their solver is compiled in this crate alone.
+struct StepEquations {
+    dirs: Vec<Dir>,
+    /// `JᵀJ`.
+    normal: DMatrix<f64>,
+    /// `-Jᵀr`.
+    right: DVector<f64>,
+    /// Added to the diagonal: a light of zero intensity does not move, but its element must not be zero.
+    floor: f64,
+    /// The longest step, in radians.
+    longest: f64,
+}
+
+impl StepEquations {
+    fn new(equations: &LightEquations, dirs: Vec<Dir>, channels: &[Channel]) -> Self {
+        let (jacobian, residual) = jacobian_and_residual(equations, &dirs, channels);
+        let normal = jacobian.transpose() * &jacobian;
+        let right = -(jacobian.transpose() * residual);
+        let floor = normal.diagonal().amax() * f64::EPSILON;
+        let longest = LONGEST_STEP * 2.0 * core::f64::consts::PI / (equations.order() - 1) as f64;
+        Self { dirs, normal, right, floor, longest }
+    }
+
+    /// The directions after a step of this damping, and its length; `None` if rounding leaves no solution.
+    fn step(&self, damping: f64) -> Option<(Vec<Dir>, f64)> {
+        let mut damped = self.normal.clone();
+        for k in 0..damped.nrows() {
+            damped[(k, k)] += damping * self.normal[(k, k)] + self.floor;
+        }
+        let step = damped.cholesky()?.solve(&self.right);
+        let longest_part = step.amax();
+        let scale = if longest_part > self.longest { self.longest / longest_part } else { 1.0 };
+        let moved = self.dirs.iter().enumerate().map(|(k, dir)| {
+            let [u, v] = tangents(dir.to_array());
+            stepped(*dir, [0, 1, 2].map(|i| scale * (step[2 * k] * u[i] + step[2 * k + 1] * v[i])))
+        });
+        Some((moved.collect(), scale * longest_part))
+    }
+}
+
+/// The projected Jacobian and the residual, all channels.
+fn jacobian_and_residual(
+    equations: &LightEquations,
+    dirs: &[Dir],
+    channels: &[Channel],
+) -> (DMatrix<f64>, DVector<f64>) {
+    let order = equations.order();
+    let rows = order * order;
+    let weights: Vec<f64> = equations.coefficient_weights().map(f64::sqrt).collect();
+    let lights: Vec<Vec<f64>> = dirs.iter().map(|dir| eval_basis(*dir, order)).collect();
+    let slopes: Vec<Vec<[f64; 3]>> = dirs.iter().map(|dir| eval_basis_gradients(*dir, order)).collect();
+    let mut jacobian = DMatrix::zeros(rows * channels.len(), 2 * lights.len());
+    let mut residual = DVector::zeros(rows * channels.len());
+    for (c, channel) in channels.iter().enumerate() {
         for i in 0..rows {
-            residual[c * rows + i] = weights[i] * left.coefficients()[i].channel(c);
+            residual[c * rows + i] = weights[i] * channel.left[i];
         }
         // Intensities at zero stay there during this step; only the others adapt to a turn.
-        let active = (0..lights.len()).filter(|k| fit.lights[*k].intensity.channel(c) != 0.0);
+        let active = (0..lights.len()).filter(|k| channel.intensities[*k] != 0.0);
         let mut span: Vec<DVector<f64>> =
             active.map(|k| DVector::from_fn(rows, |i, _| weights[i] * lights[k][i])).collect();
-        if fit.ambient.channel(c) != 0.0 || !problem.non_negative {
+        if channel.ambient != 0.0 || !equations.non_negative {
             span.push(DVector::from_fn(rows, |i, _| if i == 0 { weights[0] } else { 0.0 }));
         }
         orthonormalize(&mut span);
-        for (k, light) in fit.lights.iter().enumerate() {
-            let scale = -problem.normalization * light.intensity.channel(c);
-            for (side, t) in tangents(light.dir.to_array()).into_iter().enumerate() {
+        for (k, dir) in dirs.iter().enumerate() {
+            let scale = -equations.normalization * channel.intensities[k];
+            for (side, t) in tangents(dir.to_array()).into_iter().enumerate() {
                 let mut column = DVector::from_fn(rows, |i, _| scale * weights[i] * dot(slopes[k][i], t));
                 for q in &span {
                     column -= q * q.dot(&column);

@@ -89,7 +89,19 @@ pub fn least_squares<T: Coefficient>(
         count += 1;
         total_weight += weight;
     }
-    triangle.solve(count, total_weight, &is_finite)
+    let Solution { channels, rank, condition, conditioning, residual } =
+        triangle.solve(count, total_weight, &is_finite);
+    let coefficient = |i: usize| T::from_channels(|c| T::Scalar::from_f64(channels[c][i]));
+    LeastSquaresFit { sh: ShVec::of((0..columns).map(coefficient).collect()), rank, condition, conditioning, residual }
+}
+
+/// A [`LeastSquaresFit`] channel by channel. Not generic, so that the solver is compiled in this crate alone.
+struct Solution {
+    channels: Vec<Vec<f64>>,
+    rank: usize,
+    condition: f64,
+    conditioning: Conditioning,
+    residual: f64,
 }
 
 /// The triangular factor `R` of the matrix `[A | b]`, one column of `b` per channel.
@@ -136,7 +148,7 @@ impl TriangularFactor {
         self.pending.clear();
     }
 
-    fn solve<T: Coefficient>(mut self, count: usize, total_weight: f64, is_finite: &[bool]) -> LeastSquaresFit<T> {
+    fn solve(mut self, count: usize, total_weight: f64, is_finite: &[bool]) -> Solution {
         self.fold();
         let system = self.factor.view((0, 0), (self.columns, self.columns)).into_owned();
         let svd = system.svd(true, true);
@@ -151,10 +163,8 @@ impl TriangularFactor {
             let solution = svd.solve(&right, threshold).unwrap_or_else(|_| DVector::zeros(self.columns));
             channels.push(if is_finite[c] { solution } else { solution.map(|_| f64::NAN) });
         }
-        let coefficient =
-            |i: usize| T::from_channels(|c| T::Scalar::from_f64(channels[c].get(i).copied().unwrap_or(0.0)));
-        LeastSquaresFit {
-            sh: ShVec::of((0..self.columns).map(coefficient).collect()),
+        Solution {
+            channels: channels.iter().map(|x| x.as_slice().to_vec()).collect(),
             rank,
             condition: if rank == 0 { f64::INFINITY } else { condition },
             conditioning: match rank {

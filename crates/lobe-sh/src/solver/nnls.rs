@@ -24,7 +24,7 @@ pub(crate) trait NnlsProblem {
 /// The active-set method: unknowns leave zero one by one, the one of the largest gradient first, and return to zero
 /// when the solution in the passive set, that of the free unknowns, would make them negative. Source: [Lawson 1974],
 /// chapter 23.
-pub(crate) fn nnls(problem: &impl NnlsProblem) -> Vec<f64> {
+pub(crate) fn nnls(problem: &dyn NnlsProblem) -> Vec<f64> {
     let mut x = vec![0.0; problem.count()];
     let mut passive: Vec<usize> = Vec::new();
     let mut rejected: Vec<usize> = Vec::new();

@@ -1,9 +1,9 @@
 //! Light that spheres send on: one bounce.
 
+use lobe_io::parallel;
 use lobe_sh::simd::{Lanes, Wide, constant};
 use lobe_sh::{Coefficient as _, Rgb, product_into};
 use pulp::{Arch, Simd, WithSimd};
-use rayon::prelude::*;
 
 use crate::ShadowError;
 use crate::accumulate::aim::{ReceiverBlock, ReceiverLanes, aim};
@@ -60,7 +60,7 @@ impl Bounce {
             let visible: Vec<Rgb<f64>> = visibility_at(leaf).iter().map(|v| Rgb::splat(f64::from(v[0]))).collect();
             reflected(&visible, sky, albedo[sphere_of(leaf)])
         };
-        let of_leaves: Vec<_> = leaves.par_iter().map(of_leaf).collect();
+        let of_leaves = parallel::map(leaves.len(), &|k| of_leaf(&leaves[k]));
         leaves.iter().zip(of_leaves).for_each(|(leaf, of_leaf)| radiance[leaf.place as usize] = of_leaf);
         for node in tree.nodes.iter().rev().filter(|node| !node.is_leaf()) {
             radiance[node.place as usize] = mean(&tree.nodes[node.children()], &radiance);

@@ -1,10 +1,10 @@
 //! Receivers under a sky that many spheres hide.
 
 use derive_setters::Setters;
+use lobe_io::parallel;
 use lobe_sh::simd::{LANES, Lanes, Machine};
 use lobe_sh::{ExpMethod, Rgb, coefficient_count};
 use pulp::Arch;
-use rayon::prelude::*;
 
 use crate::accumulate::aim::ReceiverBlock;
 use crate::accumulate::batch_exponential::BatchExponential;
@@ -161,7 +161,7 @@ impl<'a> SphereShadows<'a> {
     #[must_use]
     pub fn visibility(&self, receivers: &ShadowReceivers<'_>) -> Vec<f32> {
         let n = coefficient_count(self.table.order());
-        self.of_all(receivers, n, |_, _, visibility, out| {
+        self.of_all(receivers, n, &|_, _, visibility, out| {
             for (k, row) in out.chunks_exact_mut(n).enumerate() {
                 row.iter_mut().zip(visibility).for_each(|(out, v)| *out = v[k]);
             }
@@ -222,7 +222,7 @@ impl<'a> SphereShadows<'a> {
         bounce: Option<&Bounce>,
     ) -> Result<Vec<Rgb<f32>>, ShadowError> {
         self.check_order(sky)?;
-        let flat = self.of_all(receivers, 3, |at, nodes, visibility, out| {
+        let flat = self.of_all(receivers, 3, &|at, nodes, visibility, out| {
             let irradiance = match bounce {
                 None => sky.irradiance_of_block(self.arch, &at.normal, visibility),
                 Some(bounce) => {
@@ -248,30 +248,25 @@ impl<'a> SphereShadows<'a> {
 
     /// Hands the visibility of every sixteen receivers, the nodes that hide their sky, and room for `stride` numbers of each
     /// receiver to `write`; the numbers of all receivers, in their order.
-    fn of_all(
-        &self,
-        receivers: &ShadowReceivers<'_>,
-        stride: usize,
-        write: impl Fn(&ReceiverBlock, &Nodes<'_>, &[Lanes], &mut [f32]) + Sync,
-    ) -> Vec<f32> {
+    fn of_all(&self, receivers: &ShadowReceivers<'_>, stride: usize, write: &Write<'_>) -> Vec<f32> {
         let mut out = vec![0.0; receivers.len() * stride];
         if self.is_plain() {
-            out.par_chunks_mut(AT_ONCE * stride).enumerate().for_each(|(group, out)| {
+            parallel::rows(&mut out, AT_ONCE * stride, &|group, out| {
                 let first = (group * AT_ONCE) as u32;
                 let members: Vec<u32> = (first..first + (out.len() / stride) as u32).collect();
-                self.of_group(receivers, &members, out, &write);
+                self.of_group(receivers, &members, out, write);
             });
             return out;
         }
         let order = receivers.coherent_order();
         let together = self.options.group.max(LANES);
-        let of_members = |members: &[u32]| {
-            let mut values = vec![0.0; members.len() * stride];
-            self.of_group(receivers, members, &mut values, &write);
+        let groups: Vec<&[u32]> = order.chunks(together).collect();
+        let of_groups: Vec<Vec<f32>> = parallel::map(groups.len(), &|group| {
+            let mut values = vec![0.0; groups[group].len() * stride];
+            self.of_group(receivers, groups[group], &mut values, write);
             values
-        };
-        let groups: Vec<Vec<f32>> = order.par_chunks(together).map(of_members).collect();
-        for (members, values) in order.chunks(together).zip(&groups) {
+        });
+        for (members, values) in groups.into_iter().zip(&of_groups) {
             for (k, values) in members.iter().zip(values.chunks_exact(stride)) {
                 out[*k as usize * stride..][..stride].copy_from_slice(values);
             }
@@ -285,13 +280,7 @@ impl<'a> SphereShadows<'a> {
     }
 
     /// The same for a group of receivers.
-    fn of_group(
-        &self,
-        receivers: &ShadowReceivers<'_>,
-        members: &[u32],
-        out: &mut [f32],
-        write: &impl Fn(&ReceiverBlock, &Nodes<'_>, &[Lanes], &mut [f32]),
-    ) {
+    fn of_group(&self, receivers: &ShadowReceivers<'_>, members: &[u32], out: &mut [f32], write: &Write<'_>) {
         let n = coefficient_count(self.table.order());
         let stride = out.len() / members.len().max(1);
         let (mut near, mut far) = (Vec::new(), Vec::new());
@@ -325,6 +314,9 @@ struct Nodes<'a> {
     near: &'a [Node],
     far: &'a [Node],
 }
+
+/// What is made of sixteen receivers, the nodes that hide their sky, and their visibility: numbers for each of them.
+type Write<'a> = dyn Fn(&ReceiverBlock, &Nodes<'_>, &[Lanes], &mut [f32]) + Sync + 'a;
 
 #[cfg(test)]
 mod tests {

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use rayon::prelude::*;
+use lobe_io::parallel;
 
 use crate::ShadowError;
 use crate::accumulate::occluder::Occluder;
@@ -178,21 +178,25 @@ impl SphereTree {
     fn share(&mut self) -> Result<(), ShadowError> {
         let surface = Surface::new();
         let found = AtomicUsize::new(0);
-        let share = |leaf: &Node| {
-            let others = self.overlapping(leaf);
-            if found.fetch_add(others.len(), Ordering::Relaxed) + others.len() > MOST_OVERLAPS {
-                let message = format!(
-                    "expected {} pairs of overlapping spheres at most, found more: take fewer or smaller ones, or each by itself \
-                     (share_overlaps)",
-                    MOST_OVERLAPS / 2
-                );
-                return Err(ShadowError::Invalid { place: "spheres".to_owned(), message });
-            }
-            Ok((leaf.place, surface.share(&leaf.sphere(), &others)))
-        };
         let leaves: Vec<&Node> = self.nodes.iter().filter(|node| node.is_leaf()).collect();
-        let shares = leaves.into_par_iter().map(share).collect::<Result<Vec<_>, _>>()?;
-        for (place, share) in shares {
+        let shares: Vec<Option<(u32, Share)>> = parallel::map(leaves.len(), &|k| {
+            // Look for no more once there are too many.
+            if found.load(Ordering::Relaxed) > MOST_OVERLAPS {
+                return None;
+            }
+            let others = self.overlapping(leaves[k]);
+            found.fetch_add(others.len(), Ordering::Relaxed);
+            Some((leaves[k].place, surface.share(&leaves[k].sphere(), &others)))
+        });
+        if found.into_inner() > MOST_OVERLAPS {
+            let message = format!(
+                "expected {} pairs of overlapping spheres at most, found more: take fewer or smaller ones, or each by itself \
+                 (share_overlaps)",
+                MOST_OVERLAPS / 2
+            );
+            return Err(ShadowError::Invalid { place: "spheres".to_owned(), message });
+        }
+        for (place, share) in shares.into_iter().flatten() {
             self.nodes[place as usize].share = share;
         }
         self.merge();

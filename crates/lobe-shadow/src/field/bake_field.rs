@@ -183,7 +183,7 @@ fn rows_of(
         fingerprint: fingerprint(scene, options),
     };
     // The last number of a row says whether the point is inside.
-    let found = bake_rows(&work, shard, job, RayScratch::default, |k, scratch, row| {
+    let found = bake_rows(&work, shard, job, &RayScratch::default, &|k, scratch: &mut RayScratch, row| {
         let (occlusion, inside) = row.split_at_mut(width);
         inside[0] = f32::from(u8::from(sample(&rays, &grid, middle, samples[k], options.seed, scratch, occlusion)));
     })?;
@@ -321,7 +321,7 @@ pub fn bake_visibility(
         format: VISIBILITY_FORMAT,
         fingerprint: all,
     };
-    bake_rows(&work, None, job, RayScratch::default, |receiver, scratch, row| {
+    bake_rows(&work, None, job, &RayScratch::default, &|receiver, scratch: &mut RayScratch, row| {
         let origin = bvh.origin_above(positions[receiver], normals[receiver]);
         rays.occlusion_into(origin, Cap::SPHERE, turn_of(options.seed, receiver as u64), scratch, row);
         row.iter_mut().for_each(|v| *v = -*v);

@@ -1,7 +1,6 @@
 //! Rows of numbers found in parallel, watched, and kept on disk while they are found.
 
-use lobe_io::{Fingerprint, Job, Progress, RecordFile, RecordFormat, RecordLayout, Shard};
-use rayon::prelude::*;
+use lobe_io::{Fingerprint, Job, Progress, RecordFile, RecordFormat, RecordLayout, Shard, parallel};
 use web_time::{Duration, Instant};
 
 use crate::ShadowError;
@@ -30,8 +29,8 @@ pub(crate) fn bake_rows<S>(
     work: &RowWork,
     shard: Option<Shard>,
     mut job: Job<'_>,
-    scratch: impl Fn() -> S + Sync,
-    estimate: impl Fn(usize, &mut S, &mut [f32]) + Sync,
+    scratch: &(dyn Fn() -> S + Sync),
+    estimate: &(dyn Fn(usize, &mut S, &mut [f32]) + Sync),
 ) -> Result<Vec<f32>, ShadowError> {
     let chunks = work.rows.div_ceil(CHUNK);
     let range = shard.unwrap_or(Shard::WHOLE).range(chunks);
@@ -62,15 +61,12 @@ pub(crate) fn bake_rows<S>(
         // Find some chunks in parallel, and keep them in their order.
         let start = Instant::now();
         let next = (first + done) / CHUNK;
-        let found: Vec<Vec<f32>> = (next..(next + wave).min(range.end))
-            .into_par_iter()
-            .map_init(&scratch, |scratch, chunk| {
-                let range = chunk * CHUNK..((chunk + 1) * CHUNK).min(work.rows);
-                let mut out = vec![0.0; range.len() * work.width];
-                range.zip(out.chunks_exact_mut(work.width)).for_each(|(row, out)| estimate(row, scratch, out));
-                out
-            })
-            .collect();
+        let found: Vec<Vec<f32>> = parallel::map_with(wave.min(range.end - next), scratch, &|scratch: &mut S, k| {
+            let range = (next + k) * CHUNK..((next + k + 1) * CHUNK).min(work.rows);
+            let mut out = vec![0.0; range.len() * work.width];
+            range.zip(out.chunks_exact_mut(work.width)).for_each(|(row, out)| estimate(row, scratch, out));
+            out
+        });
         for chunk in found {
             if let Some(records) = &mut records {
                 records.push(chunk.iter().flat_map(|x| x.to_le_bytes()).collect())?;

@@ -72,15 +72,9 @@ impl PatchField {
             format: PATCH_FORMAT,
             fingerprint: fingerprint(rectangle, patches, options),
         };
-        let table = bake_rows(
-            &work,
-            None,
-            job,
-            || (),
-            |row, (), out| {
-                light[row / grid.points()].split_into(&grid, row % grid.points(), options.order, &axial, out);
-            },
-        )?;
+        let table = bake_rows(&work, None, job, &|| (), &|row, (): &mut (), out| {
+            light[row / grid.points()].split_into(&grid, row % grid.points(), options.order, &axial, out);
+        })?;
         Ok(Self { order: options.order, rectangle: *rectangle, grid, patches, table })
     }
 

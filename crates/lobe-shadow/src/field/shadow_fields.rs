@@ -1,10 +1,10 @@
 //! Precomputed shadow fields: what many entities leave visible at receivers, and the light that these send back.
 
 use derive_setters::Setters;
+use lobe_io::parallel;
 use lobe_prt::Transfer;
 use lobe_sh::simd::{LANES, Lanes, Machine};
 use lobe_sh::{Rgb, Rotation, RotationMatrices, ShVec};
-use rayon::prelude::*;
 
 use crate::field::chain::{Chain, ChainScratch, Group, PlacedLamp, Response, cosine_factors};
 use crate::field::placed::Placed;
@@ -185,7 +185,7 @@ impl<'a> ShadowFields<'a> {
         self.check_own(receivers)?;
         let n = self.order * self.order;
         let chain = self.chain();
-        Ok(self.of_groups(receivers, true, &vec![0.0; n], |group, scratch, out| {
+        Ok(self.of_groups(receivers, true, &vec![0.0; n], &|group, scratch, out| {
             chain.visibility_into(group, scratch, out);
         }))
     }
@@ -245,7 +245,7 @@ impl<'a> ShadowFields<'a> {
         let chain = self.chain();
         // Transfer may come from below the horizon, by way of other surfaces.
         let horizon = matches!(response, Response::Cosine);
-        self.of_groups(receivers, horizon, &[Rgb::new(0.0, 0.0, 0.0)], |group, scratch, out| {
+        self.of_groups(receivers, horizon, &[Rgb::new(0.0, 0.0, 0.0)], &|group, scratch, out| {
             chain.shade_into(group, response, &channels, scratch, out);
         })
     }
@@ -257,15 +257,16 @@ impl<'a> ShadowFields<'a> {
         receivers: &ShadowReceivers<'_>,
         horizon: bool,
         zero: &[T],
-        of: impl Fn(&Group<'_>, &mut ChainScratch, &mut [T]) + Sync,
+        of: &(dyn Fn(&Group<'_>, &mut ChainScratch, &mut [T]) + Sync),
     ) -> Vec<T> {
         let members = receivers.coherent_order();
         let width = zero.len();
         let mut found = zero.repeat(members.len());
-        let groups = members.par_chunks(LANES).zip(found.par_chunks_mut(LANES * width));
-        groups.for_each_init(ChainScratch::default, |scratch, (members, out)| {
+        let of_group = |scratch: &mut ChainScratch, group: usize, out: &mut [T]| {
+            let members = &members[group * LANES..][..out.len() / width];
             of(&self.group(receivers, members, horizon), scratch, out);
-        });
+        };
+        parallel::rows_with(&mut found, LANES * width, &ChainScratch::default, &of_group);
         let mut out = zero.repeat(members.len());
         for (member, found) in members.iter().zip(found.chunks_exact(width)) {
             out[*member as usize * width..][..width].copy_from_slice(found);

@@ -1,7 +1,7 @@
 //! The points that a sphere set has to cover, in a solid and on its surface.
 
 use glam::DVec3;
-use rayon::prelude::*;
+use lobe_io::parallel;
 
 use crate::ShadowError;
 use crate::spheres::overlaps::Overlaps;
@@ -130,7 +130,7 @@ impl Lattice {
             self.first + DVec3::new(i as f64, (row % ny) as f64, (row / ny) as f64) * self.spacing
         };
         let row = |row: usize| (0..nx).map(|i| (place(i, row), solid.winding(place(i, row)))).collect::<Vec<_>>();
-        let rows: Vec<Vec<(DVec3, f64)>> = (0..ny * nz).into_par_iter().map(row).collect();
+        let rows: Vec<Vec<(DVec3, f64)>> = parallel::map(ny * nz, &row);
         let all = || rows.iter().flatten().copied();
         let points: Vec<DVec3> = all().filter(|(_, w)| *w >= 0.5).map(|(place, _)| place).collect();
         let sure = all().filter(|(_, w)| *w <= SURE || *w >= 1.0 - SURE).count();

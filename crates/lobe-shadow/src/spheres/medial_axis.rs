@@ -11,7 +11,7 @@
 //! single spheres.
 
 use glam::DVec3;
-use rayon::prelude::*;
+use lobe_io::parallel;
 
 use crate::spheres::ball::{Ball, reach};
 use crate::spheres::cover_samples::CoverSamples;
@@ -65,7 +65,8 @@ fn candidates(solid: &Solid, samples: &CoverSamples, count: usize) -> Vec<(DVec3
     let [min, max] = solid.tree().bounds();
     let places: Vec<usize> = (0..surface.len()).step_by((surface.len() / wanted).max(1)).collect();
     let width = (max - min).length();
-    let all: Vec<(DVec3, f64)> = places.par_iter().map(|&i| medial_ball(&surface, i, normals[i], width)).collect();
+    let ball = |k: usize| medial_ball(&surface, places[k], normals[places[k]], width);
+    let all: Vec<(DVec3, f64)> = parallel::map(places.len(), &ball);
     // A ball that nothing limits is behind no surface: where the normals of faces cancel each other, or the mesh is open.
     let limited: Vec<(DVec3, f64)> = all.iter().copied().filter(|(_, radius)| *radius < width).collect();
     if limited.is_empty() { all } else { limited }
@@ -91,11 +92,12 @@ fn medial_ball(surface: &[DVec3], at: usize, normal: DVec3, width: f64) -> (DVec
 
 /// The balls expanded by a length that greedy selection chooses, if at most `count` contain all points.
 fn selected(candidates: &[(DVec3, f64)], points: &[DVec3], expansion: f64, count: usize) -> Option<Vec<(DVec3, f64)>> {
-    let contained = |&(center, radius): &(DVec3, f64)| {
+    let contained = |k: usize| {
+        let (center, radius) = candidates[k];
         let square = (radius + expansion) * (radius + expansion);
         points.chunks(64).map(|points| bits(points, |p| p.distance_squared(center) <= square)).collect::<Vec<u64>>()
     };
-    let contained: Vec<Vec<u64>> = candidates.par_iter().map(contained).collect();
+    let contained: Vec<Vec<u64>> = parallel::map(candidates.len(), &contained);
     let mut left: Vec<u64> = points.chunks(64).map(|points| bits(points, |_| true)).collect();
     let new_points = |set: &[u64], left: &[u64]| set.iter().zip(left).map(|(a, b)| (a & b).count_ones()).sum::<u32>();
     // What a candidate adds only falls, so an old count is a bound, and most need not be counted again.
@@ -136,9 +138,9 @@ fn fitted(solid: &Solid, balls: &[(DVec3, f64)], points: &[DVec3], shrink: bool)
             groups[k].push(p);
         }
     }
-    let fit = |(&(center, radius), group): (&(DVec3, f64), &Vec<DVec3>)| {
-        let reach = reach(center, group);
+    parallel::map(balls.len(), &|k| {
+        let (center, radius) = balls[k];
+        let reach = reach(center, &groups[k]);
         Ball::new(solid, center, if shrink { reach } else { reach.max(radius) })
-    };
-    balls.par_iter().zip(&groups).map(fit).collect()
+    })
 }

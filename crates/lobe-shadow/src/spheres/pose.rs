@@ -11,7 +11,7 @@
 //! blended matrix taken: that falls to 0 where joints turn against each other.
 
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
+use lobe_io::parallel;
 
 use crate::ShadowError;
 use crate::spheres::near_triangle::{nearest_on_triangle, place};
@@ -48,8 +48,9 @@ impl SphereSet {
     /// as its positions, a weight is not finite or negative, or no joint moves a place.
     pub fn bind(self, mesh: &SkinnedMesh<'_>) -> Result<Self, ShadowError> {
         check(mesh)?;
-        let four = |center: &[f32; 3]| joints_at(mesh, DVec3::from_array(center.map(f64::from)));
-        let (joints, weights) = self.centers().par_iter().map(four).unzip();
+        let centers = self.centers();
+        let four = |k: usize| joints_at(mesh, DVec3::from_array(centers[k].map(f64::from)));
+        let (joints, weights) = parallel::map(centers.len(), &four).into_iter().unzip();
         self.with_skin(Skin::new(joints, weights)?)
     }
 

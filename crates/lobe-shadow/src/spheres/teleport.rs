@@ -10,7 +10,7 @@
 use std::collections::HashSet;
 
 use glam::DVec3;
-use rayon::prelude::*;
+use lobe_io::parallel;
 
 use crate::spheres::ball::{Ball, Search, enclosing_center, fitted};
 use crate::spheres::solid::Solid;
@@ -102,12 +102,14 @@ fn cuts(solid: &Solid, balls: &[Ball], groups: &[Vec<DVec3>]) -> Vec<Cut> {
     let mut order: Vec<usize> = (0..balls.len()).filter(|&k| groups[k].len() > 1 && balls[k].outside > 0.0).collect();
     order.sort_by(|&a, &b| balls[b].outside.total_cmp(&balls[a].outside));
     order.truncate((balls.len() / CUT_ONE_OF).max(LEAST));
-    let cut = |&sphere: &usize| {
+    let cut = |k: usize| {
+        let sphere = order[k];
         let halves = halves(&groups[sphere]).map(|half| (fitted(solid, &half, Search::ROUGH), half));
         let gain = balls[sphere].outside - halves[0].0.outside - halves[1].0.outside;
         Cut { sphere, gain, halves }
     };
-    let mut cuts: Vec<Cut> = order.par_iter().map(cut).filter(|cut| cut.gain > 0.0).collect();
+    let mut cuts: Vec<Cut> = parallel::map(order.len(), &cut);
+    cuts.retain(|cut| cut.gain > 0.0);
     cuts.sort_by(|a, b| b.gain.total_cmp(&a.gain).then(a.sphere.cmp(&b.sphere)));
     cuts
 }
@@ -141,10 +143,11 @@ fn removals(solid: &Solid, balls: &[Ball], groups: &[Vec<DVec3>], most: f64) -> 
             neighbors(balls, sphere).into_iter().map(|other| joined(solid, balls, groups, sphere, other, None));
         joined.fold(spread(solid, balls, groups, sphere), |best, next| if next.cost < best.cost { next } else { best })
     };
-    let mut removals: Vec<Removal> = (0..balls.len()).into_par_iter().map(cheapest).collect();
+    let mut removals: Vec<Removal> = parallel::map(balls.len(), &cheapest);
     removals.sort_by(|a, b| a.cost.total_cmp(&b.cost).then(a.sphere.cmp(&b.sphere)));
     let count = (balls.len() / CUT_ONE_OF).max(LEAST).min(balls.len());
-    removals[..count].par_iter_mut().for_each(|removal| {
+    parallel::rows(&mut removals[..count], 1, &|_, one| {
+        let removal = &mut one[0];
         if let [(other, _)] = removal.grown[..] {
             let fitted = joined(solid, balls, groups, removal.sphere, other, Some(Search::ROUGH));
             if fitted.cost < removal.cost {

@@ -19,7 +19,7 @@
 //! 0.136 after six.
 
 use glam::DVec3;
-use rayon::prelude::*;
+use lobe_io::parallel;
 
 use crate::ShadowError;
 use crate::spheres::ball::{Ball, Search, improved, reach};
@@ -66,8 +66,8 @@ impl Cover<'_> {
         Ok(balls)
     }
 
-    fn grouped(&self, count: usize, choose: impl Fn(DVec3) -> usize + Sync) -> Vec<Vec<DVec3>> {
-        let chosen: Vec<usize> = self.points.par_iter().map(|&p| choose(p)).collect();
+    fn grouped(&self, count: usize, choose: &(dyn Fn(DVec3) -> usize + Sync)) -> Vec<Vec<DVec3>> {
+        let chosen: Vec<usize> = parallel::map(self.points.len(), &|i| choose(self.points[i]));
         let mut groups = vec![Vec::new(); count];
         chosen.iter().zip(self.points).for_each(|(&k, &p)| groups[k].push(p));
         groups
@@ -75,8 +75,8 @@ impl Cover<'_> {
 
     /// Shares out the points. Those in no ball go to the one whose surface is nearest.
     pub(crate) fn assigned(&self, balls: &[Ball]) -> Vec<Vec<DVec3>> {
-        let tables: Vec<[f64; TABLE + 1]> = balls.par_iter().map(|ball| outside_by_radius(self.solid, ball)).collect();
-        self.grouped(balls.len(), |p| {
+        let tables: Vec<[f64; TABLE + 1]> = parallel::map(balls.len(), &|k| outside_by_radius(self.solid, &balls[k]));
+        self.grouped(balls.len(), &|p| {
             let (mut best, mut least) = (0, (false, f64::INFINITY, f64::INFINITY));
             for (k, ball) in balls.iter().enumerate() {
                 let distance = ball.center.distance(p);
@@ -100,16 +100,14 @@ impl Cover<'_> {
     /// One round of assignment, fit and teleportation.
     pub(crate) fn round(&self, balls: &[Ball]) -> Vec<Ball> {
         let groups = self.assigned(balls);
-        let balls: Vec<Ball> =
-            balls.par_iter().zip(&groups).map(|(&ball, group)| self.refitted(ball, group, Search::ROUGH)).collect();
+        let balls: Vec<Ball> = parallel::map(balls.len(), &|k| self.refitted(balls[k], &groups[k], Search::ROUGH));
         teleported(self.solid, balls, groups)
     }
 
     /// Balls that contain what is theirs after an assignment: those that were too small are made anew.
     pub(crate) fn covering(&self, balls: &[Ball]) -> Vec<Ball> {
         let groups = self.assigned(balls);
-        let grown = |(ball, group): (&Ball, &Vec<DVec3>)| Ball::around(self.solid, ball.center, group);
-        balls.par_iter().zip(&groups).map(grown).collect()
+        parallel::map(balls.len(), &|k| Ball::around(self.solid, balls[k].center, &groups[k]))
     }
 
     /// A ball made to fit its points.
@@ -123,8 +121,8 @@ impl Cover<'_> {
     pub(crate) fn tightened(&self, balls: &[Ball]) -> Vec<Ball> {
         let mut balls = balls.to_vec();
         let contains = |ball: &Ball, p: DVec3| ball.center.distance(p) <= ball.radius * (1.0 + TOUCH);
-        let count_of = |&p: &DVec3| balls.iter().filter(|ball| contains(ball, p)).count();
-        let mut counts: Vec<usize> = self.points.par_iter().map(count_of).collect();
+        let count_of = |i: usize| balls.iter().filter(|ball| contains(ball, self.points[i])).count();
+        let mut counts: Vec<usize> = parallel::map(self.points.len(), &count_of);
         let mut order: Vec<usize> = (0..balls.len()).collect();
         order.sort_by(|&a, &b| balls[b].outside.total_cmp(&balls[a].outside));
         for k in order {
