@@ -9,9 +9,14 @@ pub fn path_of_process(name: &str) -> PathBuf {
     folder.join(format!("lobe-fuzz-{}.{name}", std::process::id()))
 }
 
-/// Lets decoders of pictures panic, as readers catch that: what nobody catches still ends the program.
+/// Lets decoders of pictures panic without a word, as readers catch that: what nobody catches still ends the program, and what a target
+/// asserts is printed.
 pub fn let_decoders_panic() {
-    std::panic::set_hook(Box::new(|_| {}));
+    std::panic::set_hook(Box::new(|panic| {
+        if panic.location().is_some_and(|place| place.file().contains("fuzz_targets")) {
+            eprintln!("{panic}");
+        }
+    }));
 }
 
 /// The message of a reader that refuses a file begins with the file's name, `fuzz`, and is one line.

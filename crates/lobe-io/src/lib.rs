@@ -8,7 +8,7 @@
 //! | tell one piece of work from another | [`Fingerprint`] |
 //! | keep its results in a checkpoint and continue from it | [`RecordFile`], read by [`RecordReader`] |
 //! | share it among machines | [`Shard`], [`merge_shards`] |
-//! | do it on all processors (feature `parallel`) | [`parallel`](mod@parallel) |
+//! | do it on all processors (feature `parallel`) | `parallel` |
 //! | write and read named tensors with a header (feature `tensors`) | `write_tensors`, `TensorFile` |
 //! | learn before long work whether its result can be written | [`check_writable`] |
 //! | clear away what programs that were killed have left | [`remove_abandoned`] |

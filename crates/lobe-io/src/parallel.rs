@@ -2,10 +2,10 @@
 //!
 //! Rationale
 //! - Every closure given to `rayon` makes the compiler translate its splitting, stealing and unwinding anew: a third of what
-//!   lobe-env gave to LLVM in November 2026. Here `rayon` sees one loop, [`ranges`]; the others stand on it, and add little more
-//!   than their own bodies.
-//! - That costs an indirect call for every index, and a lock that nobody else wants for every row: some tens of nanoseconds at
-//!   most. What takes less for each number goes by [`rows`], where a piece is many of them.
+//!   lobe-env gave to LLVM in November 2026. Here `rayon` sees one loop over ranges of indices, and the others, which stand on it,
+//!   add little more than their own bodies.
+//! - The price is two indirect calls for every index of [`map`], and a lock, for which nobody waits, and 24 bytes for every row of
+//!   [`rows`]: some tens of nanoseconds. What takes less for each number goes by [`rows`] or [`fill`] of many of them.
 //! - Results lie in the order of their indices, whatever the number of threads. Which thread does what is `rayon`'s choice.
 
 use std::ops::Range;
@@ -13,18 +13,8 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-/// Calls `of` with ranges that make up `0..count` together, each index in one of them, on all threads.
-///
-/// ```
-/// use std::sync::atomic::{AtomicUsize, Ordering};
-///
-/// let sum = AtomicUsize::new(0);
-/// lobe_io::parallel::ranges(100, &|range| {
-///     sum.fetch_add(range.sum(), Ordering::Relaxed);
-/// });
-/// assert_eq!(sum.into_inner(), 4950);
-/// ```
-pub fn ranges(count: usize, of: &(dyn Fn(Range<usize>) + Sync)) {
+/// Calls `of` with ranges that make up `0..count` together, each index in one of them, on all threads; with an empty one if `count` is 0.
+fn ranges(count: usize, of: &(dyn Fn(Range<usize>) + Sync)) {
     rayon::iter::split(0..count, halves).for_each(of);
 }
 
@@ -34,7 +24,8 @@ fn halves(Range { start, end }: Range<usize>) -> (Range<usize>, Option<Range<usi
     if middle == start { (start..end, None) } else { (start..middle, Some(middle..end)) }
 }
 
-/// `[of(0), of(1), …, of(count − 1)]`.
+/// `[of(0), of(1), …, of(count − 1)]`. The results are copied together at the end: many large ones go by [`fill`], which writes
+/// them where they stay.
 ///
 /// ```
 /// assert_eq!(lobe_io::parallel::map(4, &|i| i * i), [0, 1, 4, 9]);
@@ -98,12 +89,30 @@ pub fn rows_with<T: Send, S>(
     scratch: &(dyn Fn() -> S + Sync),
     of: &(dyn Fn(&mut S, usize, &mut [T]) + Sync),
 ) {
-    // Each lock is taken once, by whose range the row is in: no other thread can hold it.
+    // A row is in one range, and a range on one thread: no lock is waited for, and what a panic poisons nobody reads.
     let rows: Vec<Mutex<&mut [T]>> = items.chunks_mut(width).map(Mutex::new).collect();
     ranges(rows.len(), &|range| {
         let mut scratch = scratch();
         for y in range {
             of(&mut scratch, y, &mut rows[y].lock().unwrap_or_else(PoisonError::into_inner));
+        }
+    });
+}
+
+/// `items[i] = of(i)`, with `together` of them a piece of work.
+///
+/// # Panics
+/// If `together` is 0.
+///
+/// ```
+/// let mut squares = [0; 5];
+/// lobe_io::parallel::fill(&mut squares, 2, &|i| i * i);
+/// assert_eq!(squares, [0, 1, 4, 9, 16]);
+/// ```
+pub fn fill<T: Send>(items: &mut [T], together: usize, of: &(dyn Fn(usize) -> T + Sync)) {
+    rows(items, together, &|piece, items| {
+        for (k, item) in items.iter_mut().enumerate() {
+            *item = of(piece * together + k);
         }
     });
 }

@@ -23,13 +23,9 @@ impl SolidAngles {
         let face = if mapping == Mapping::Cube { width } else { height };
         let columns = if mapping == Mapping::LatLong { 1 } else { width.div_ceil(2) };
         let mut table = vec![0.0; columns * face.div_ceil(2)];
-        parallel::rows(&mut table, columns, &|y, row| {
-            for (x, solid_angle) in row.iter_mut().enumerate() {
-                *solid_angle = match mapping {
-                    Mapping::LatLong => lat_long::solid_angle(width, height, y),
-                    _ => mapping.solid_angle(width, height, x, y),
-                };
-            }
+        parallel::fill(&mut table, width.div_ceil(2), &|i| match mapping {
+            Mapping::LatLong => lat_long::solid_angle(width, height, i),
+            _ => mapping.solid_angle(width, height, i % columns, i / columns),
         });
         let rows = (0..height).map(|y| y % face).map(|y| y.min(face - 1 - y) * columns).collect();
         Self { width, columns, rows, table }

@@ -30,6 +30,9 @@ pub(crate) const PLANES: usize = 7;
 /// The nodes of a cell.
 pub(crate) type Cell = [[f32; NODES]; PLANES];
 
+/// Before its moments are known.
+const NO_CELL: Cell = [[0.0; NODES]; PLANES];
+
 /// A part of a row of texels that lies in one cell.
 #[derive(Clone, Debug)]
 pub(crate) struct Piece {
@@ -81,7 +84,8 @@ impl<'a> CellTree<'a> {
     /// The moments of the cells of the deepest level, from the texels.
     fn deepest(&self, depth: usize) -> Vec<Cell> {
         let side = 1 << depth;
-        parallel::map(FACES * side * side, &|i| {
+        let mut cells = vec![NO_CELL; FACES * side * side];
+        parallel::fill(&mut cells, side, &|i| {
             let (face, column, row) = place(i, depth);
             let mut masses = [[0.0; NODES]; 4];
             for down in &self.pieces[row] {
@@ -100,7 +104,8 @@ impl<'a> CellTree<'a> {
                 spread(&mut masses, &line, &down.means);
             }
             cell(i, depth, &masses)
-        })
+        });
+        cells
     }
 }
 
@@ -135,7 +140,8 @@ fn parents(children: &[Cell], k: usize) -> Vec<Cell> {
     // Lagrange polynomials of the parent at the nodes of its left and of its right child.
     let nodes = nodes();
     let halves = [-1.0, 1.0].map(|shift| nodes.map(|t| lagrange(0.5 * (t + shift))));
-    parallel::map(FACES * side * side, &|i| {
+    let mut cells = vec![NO_CELL; FACES * side * side];
+    parallel::fill(&mut cells, side, &|i| {
         let mut masses = [[0.0; NODES]; 4];
         for ((down, across), child) in [(0, 0), (0, 1), (1, 0), (1, 1)].into_iter().zip(children_of(i, k)) {
             let child = &children[child];
@@ -153,7 +159,8 @@ fn parents(children: &[Cell], k: usize) -> Vec<Cell> {
             }
         }
         cell(i, k, &masses)
-    })
+    });
+    cells
 }
 
 /// Cell `i` of a depth, with the directions and moments of its nodes.

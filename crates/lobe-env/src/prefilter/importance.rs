@@ -193,7 +193,9 @@ impl Bordered {
     /// Halves the map to `size`: every texel is the mean of four places, where tents along both axes weigh 1, 3, 3, 1.
     fn halved(&self, size: usize) -> CubeMap {
         let step = 1.0 / size as f32;
-        let texel = |face: usize, x: usize, y: usize| {
+        let texel = |i: usize| {
+            let (x, line) = (i % size, i / size);
+            let (face, y) = (line / size, line % size);
             let mut sum = [0.0; 3];
             for (right, down) in [(-0.375, -0.375), (0.375, -0.375), (-0.375, 0.375), (0.375, 0.375)] {
                 let at = |i: usize, aside: f32| (i as f32 + 0.5 + aside) * step;
@@ -203,11 +205,7 @@ impl Bordered {
             Rgb::from(sum)
         };
         let mut texels = vec![Rgb::ZERO; FACES * size * size];
-        parallel::rows(&mut texels, size, &|line, row| {
-            for (x, to) in row.iter_mut().enumerate() {
-                *to = texel(line / size, x, line % size);
-            }
-        });
+        parallel::fill(&mut texels, size, &texel);
         match CubeMap::new(size, texels) {
             Ok(map) => map,
             Err(error) => unreachable!("six faces of {size} were filled: {error}"),

@@ -104,7 +104,7 @@ impl Patches {
         let columns: Vec<Vec<Cell>> = parallel::map(self.patches.len(), &|k| {
             (0..self.cells).map(|column| self.patches[k].cell(0, column, self.cells, &rule)).collect()
         });
-        // A row of cells each.
+        // A task for each row of cells of each patch.
         parallel::map(self.patches.len() * self.cells, &|task| {
             let (k, row) = (task / self.cells, task % self.cells);
             let patch = &self.patches[k];

@@ -55,12 +55,12 @@ impl<'a> NeighborClamp<'a> {
         let row = |y: usize| texels.chunks_exact(width).nth(y).map(<[Rgb<f32>]>::to_vec);
         let starts = (0..self.grid.height).step_by(ROWS);
         let borders: Vec<_> = starts.map(|y| (y.checked_sub(1).and_then(row), row(y + ROWS))).collect();
+        let mut bands: Vec<_> = texels.chunks_mut(ROWS * width).zip(borders).collect();
         // Change each band in place, row by row.
-        parallel::rows(texels, ROWS * width, &|part, rows| {
-            let (above, below) = &borders[part];
-            let mut above = above.clone();
+        parallel::rows(&mut bands, 1, &|part, band| {
+            let [(rows, (above, below))] = band else { unreachable!("a band at a time") };
             let (mut clamped, mut kept) = (vec![Rgb::ZERO; width], Vec::new());
-            let mut rest = rows;
+            let mut rest = &mut rows[..];
             for y in part * ROWS.. {
                 let Some((own, next)) = rest.split_at_mut_checked(width) else { break };
                 let rows = Rows { above: above.as_deref(), own, below: next.get(..width).or(below.as_deref()) };

@@ -16,7 +16,7 @@ use crate::{FileFormat, ImageError, PictureReadOptions, PictureReadReport};
 const BUFFER: usize = 1 << 18;
 
 /// Rows of a Radiance picture that are decoded at a time have about this many texels, which stay in the second-level cache.
-const TEXELS_TOGETHER: usize = 1 << 16;
+const TEXELS_TOGETHER: usize = if cfg!(fuzzing) { 1 << 5 } else { 1 << 16 };
 
 /// A picture file whose rows are decoded as they are asked for: neither the file nor the picture is in memory as a whole.
 ///

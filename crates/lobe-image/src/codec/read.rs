@@ -5,7 +5,7 @@ use std::fs::{self, File};
 use std::io::Read;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use derive_setters::Setters;
 use lobe_io::parallel;
@@ -350,33 +350,29 @@ impl PictureReadReport {
 
 /// Counts non-finite and negative texels of rows from `first_row` on, and sets non-finite ones to black.
 pub(crate) fn inspect(texels: &mut [Pixel], width: usize, first_row: usize, report: &mut PictureReadReport) {
-    let (all_nonfinite, all_negative) = (AtomicUsize::new(0), AtomicUsize::new(0));
-    // The least place of a non-finite texel; as yet none.
-    let first = AtomicUsize::new(usize::MAX);
+    // Of each suspicious row the place of its first non-finite texel, and the numbers of both kinds.
+    let found = Mutex::new(Vec::new());
     parallel::rows(texels, width, &|y, row| {
         if !is_suspicious(row) {
             return;
         }
-        let (mut nonfinite, mut negative) = (0, 0);
+        let (mut first, mut nonfinite, mut negative) = (None, 0, 0);
         for (x, texel) in row.iter_mut().enumerate() {
             if !texel.iter().all(|c| c.is_finite()) {
-                if nonfinite == 0 {
-                    first.fetch_min(y * width + x, Ordering::Relaxed);
-                }
+                first = first.or(Some((first_row + y, x)));
                 nonfinite += 1;
                 *texel = BLACK;
             } else if texel.iter().any(|c| *c < 0.0) {
                 negative += 1;
             }
         }
-        all_nonfinite.fetch_add(nonfinite, Ordering::Relaxed);
-        all_negative.fetch_add(negative, Ordering::Relaxed);
+        found.lock().unwrap_or_else(PoisonError::into_inner).push((first, nonfinite, negative));
     });
-    let first = Some(first.into_inner()).filter(|first| *first < usize::MAX);
-    let first = first.map(|first| (first % width, first_row + first / width));
-    report.first_nonfinite = report.first_nonfinite.or(first);
-    report.nonfinite += all_nonfinite.into_inner();
-    report.negative += all_negative.into_inner();
+    let found = found.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let first = found.iter().filter_map(|(first, _, _)| *first).min();
+    report.first_nonfinite = report.first_nonfinite.or(first.map(|(y, x)| (x, y)));
+    report.nonfinite += found.iter().map(|(_, nonfinite, _)| nonfinite).sum::<usize>();
+    report.negative += found.iter().map(|(_, _, negative)| negative).sum::<usize>();
 }
 
 /// Whether any channel may be negative, NaN or infinite: the quick look at rows of which nearly none is.

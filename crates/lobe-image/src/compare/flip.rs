@@ -105,9 +105,7 @@ pub fn flip(image: &Picture, reference: &Picture, pixels_per_degree: f64) -> Res
         color.powf(1.0 - feature)
     };
     let mut errors = vec![0.0; a.colors.len()];
-    parallel::rows(&mut errors, width, &|y, row| {
-        row.iter_mut().enumerate().for_each(|(x, out)| *out = error(y * width + x));
-    });
+    parallel::fill(&mut errors, width, &error);
     Ok(Flip { width, height: image.height(), errors })
 }
 
@@ -228,9 +226,7 @@ impl Eye {
             self.adjusted_lab(seen.map(|c| c.clamp(0.0, 1.0)))
         };
         let mut colors = vec![[0.0; 3]; rgb.len()];
-        parallel::rows(&mut colors, width, &|y, row| {
-            row.iter_mut().enumerate().for_each(|(x, out)| *out = color(y * width + x));
-        });
+        parallel::fill(&mut colors, width, &color);
         let luminance: Vec<f64> = opponent.iter().map(|c| (c[0] + LIGHTNESS.1) / LIGHTNESS.0).collect();
         let features = [&self.slope, &self.bend].map(|kernel| {
             let across = self.filtered(&luminance, kernel, &self.bell);

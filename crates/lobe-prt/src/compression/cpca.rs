@@ -239,25 +239,25 @@ impl<'a> Cpca<'a> {
     fn assign(&self, clustering: &mut Clustering) -> usize {
         // Find candidates in single precision.
         let candidates = self.nearest.find(&clustering.spaces, None);
-        // Find the rows whose candidate is nearer in full precision.
+        // Find how near these are in full precision.
         let Clustering { of_row, spaces, errors, .. } = &mut *clustering;
-        let nearer: Vec<Vec<(usize, f64)>> = parallel::map(of_row.len().div_ceil(CHUNK), &|chunk| {
-            let (mut nearer, mut scratch) = (Vec::new(), Vec::new());
-            for r in chunk * CHUNK..of_row.len().min((chunk + 1) * CHUNK) {
+        let mut found = errors.clone();
+        parallel::rows(&mut found, CHUNK, &|chunk, found| {
+            let mut scratch = Vec::new();
+            for (found, r) in found.iter_mut().zip(chunk * CHUNK..) {
                 if candidates[r] != of_row[r] {
-                    let error = spaces[candidates[r] as usize].error(self.rows.row(r as u32), &mut scratch);
-                    if error < errors[r] {
-                        nearer.push((r, error));
-                    }
+                    *found = spaces[candidates[r] as usize].error(self.rows.row(r as u32), &mut scratch);
                 }
             }
-            nearer
         });
-        // Move them.
-        for (r, error) in nearer.iter().flatten() {
-            (of_row[*r], errors[*r]) = (candidates[*r], *error);
+        // Move those that get nearer.
+        let mut moved = 0;
+        for (r, found) in found.into_iter().enumerate() {
+            if found < errors[r] {
+                (of_row[r], errors[r]) = (candidates[r], found);
+                moved += 1;
+            }
         }
-        let moved: usize = nearer.iter().map(Vec::len).sum();
         moved + self.reseed(clustering)
     }
 

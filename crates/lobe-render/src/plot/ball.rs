@@ -71,6 +71,7 @@ impl Ball {
     fn painted(&self, background: Rgb<f32>, radiance: &(dyn Fn(Dir) -> Rgb<f64> + Sync)) -> Picture {
         let normals = self.normals();
         let colors = parallel::map(normals.len(), &|i| radiance(normals[i].1));
+        drop(normals);
         self.picture_from_values(background, &colors)
     }
 

@@ -86,9 +86,7 @@ impl CubeCross {
         let at = |k: usize| (2.0 * k as f64 - 1.0) / self.face as f64 - 1.0;
         let stride = self.face + 2;
         let mut values = vec![0.0; stride * stride];
-        parallel::rows(&mut values, stride, &|y, row| {
-            row.iter_mut().enumerate().for_each(|(x, value)| *value = f(face.dir(at(x), -at(y))));
-        });
+        parallel::fill(&mut values, stride, &|i| f(face.dir(at(i % stride), -at(i / stride))));
         values
     }
 

@@ -185,8 +185,8 @@ impl SphereTree {
                 return None;
             }
             let others = self.overlapping(leaves[k]);
-            found.fetch_add(others.len(), Ordering::Relaxed);
-            Some((leaves[k].place, surface.share(&leaves[k].sphere(), &others)))
+            let all = found.fetch_add(others.len(), Ordering::Relaxed) + others.len();
+            (all <= MOST_OVERLAPS).then(|| (leaves[k].place, surface.share(&leaves[k].sphere(), &others)))
         });
         if found.into_inner() > MOST_OVERLAPS {
             let message = format!(
