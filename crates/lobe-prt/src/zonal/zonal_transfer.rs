@@ -9,7 +9,8 @@ use crate::transfer::transfer::check_order;
 use crate::zonal::lobes::MOST;
 use crate::{Channels, PrtError, Transfer};
 
-/// Receivers shaded or turned by a thread at a time: the basis towards all their axes stays in the second-level cache.
+/// Receivers shaded or turned by a thread at a time: where they are shaded, the basis towards all their axes stays in the second-level
+/// cache.
 const CHUNK: usize = 128;
 
 /// Transfer vectors as sums of a few functions that are symmetric about an axis ([Sloan 2005]).

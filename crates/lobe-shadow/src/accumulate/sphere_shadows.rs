@@ -315,7 +315,7 @@ struct Nodes<'a> {
     far: &'a [Node],
 }
 
-/// What is made of sixteen receivers, the nodes that hide their sky, and their visibility: numbers for each of them.
+/// Writes the numbers of sixteen receivers, from these, the nodes that hide their sky, and their visibility.
 type Write<'a> = dyn Fn(&ReceiverBlock, &Nodes<'_>, &[Lanes], &mut [f32]) + Sync + 'a;
 
 #[cfg(test)]
