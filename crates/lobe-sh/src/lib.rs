@@ -111,6 +111,7 @@ extern crate alloc;
 
 mod basis;
 mod batch;
+mod by_type;
 mod encoding;
 mod error;
 mod expansion;

@@ -86,20 +86,6 @@ pub trait Coefficient:
     fn single_slice_mut(slice: &mut [Self]) -> Option<&mut [f32]> {
         if let TypedSliceMut::Single(slice) = Self::typed_mut(slice) { Some(slice) } else { None }
     }
-
-    /// The slice if the type is `f64`.
-    #[doc(hidden)]
-    #[inline(always)]
-    fn double_slice(slice: &[Self]) -> Option<&[f64]> {
-        if let TypedSlice::Double(slice) = Self::typed(slice) { Some(slice) } else { None }
-    }
-
-    /// [`Coefficient::double_slice`] to write to.
-    #[doc(hidden)]
-    #[inline(always)]
-    fn double_slice_mut(slice: &mut [Self]) -> Option<&mut [f64]> {
-        if let TypedSliceMut::Double(slice) = Self::typed_mut(slice) { Some(slice) } else { None }
-    }
 }
 
 /// `f32` or `f64`: the number type of a kernel.

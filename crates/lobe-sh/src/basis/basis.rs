@@ -4,8 +4,10 @@ use core::any::{Any, TypeId};
 
 use crate::basis::index::{coefficient_count, order_of_slice};
 use crate::basis::recurrence::{Constants, Step};
+use crate::by_type::of_each_type;
 use crate::once::Once;
 use crate::prelude::*;
+use crate::scalar::{TypedSlice as Slice, TypedSliceMut as SliceMut};
 use crate::{Dir, MAX_ORDER, Real};
 
 /// The order up to which most functions go: their constants lie close together.
@@ -59,20 +61,22 @@ impl<S: Real> Basis<S> {
     /// Calls `f` with a basis of at least `order`: one of two shared by the whole process up to [`MAX_ORDER`] (48 KiB
     /// of `f64` to order 64, 768 KiB above), a new one beyond.
     pub fn with_shared<R>(order: usize, f: impl FnOnce(&Self) -> R) -> R {
-        static SINGLE: [Once<Basis<f32>>; 2] = [const { Once::new() }; 2];
-        static DOUBLE: [Once<Basis<f64>>; 2] = [const { Once::new() }; 2];
         if order > MAX_ORDER {
             return f(&Self::new(order));
         }
-        let (place, reach) = if order > USUAL_ORDER { (1, MAX_ORDER) } else { (0, USUAL_ORDER) };
-        let shared: &dyn Any = if TypeId::of::<S>() == TypeId::of::<f32>() {
-            SINGLE[place].get_or_init(|| Basis::new(reach))
-        } else {
-            DOUBLE[place].get_or_init(|| Basis::new(reach))
-        };
-        match shared.downcast_ref() {
-            Some(basis) => f(basis),
-            None => f(&Self::new(order)),
+        let shared: &dyn Any =
+            if TypeId::of::<S>() == TypeId::of::<f32>() { single::shared(order) } else { double::shared(order) };
+        let Some(basis) = shared.downcast_ref() else { unreachable!("numbers are f32 or f64") };
+        f(basis)
+    }
+
+    /// As one of its type, for code that is compiled in this crate alone.
+    pub(crate) fn typed(&self) -> TypedBasis<'_> {
+        let any: &dyn Any = self;
+        match (any.downcast_ref(), any.downcast_ref()) {
+            (Some(basis), _) => TypedBasis::Single(basis),
+            (_, Some(basis)) => TypedBasis::Double(basis),
+            _ => unreachable!("numbers are f32 or f64"),
         }
     }
 
@@ -118,7 +122,11 @@ impl<S: Real> Basis<S> {
     /// # Panics
     /// If `out.len()` is no perfect square or its order is above that of the basis.
     pub fn eval_into(&self, s: [S; 3], out: &mut [S]) {
-        self.for_each(s, order_of_slice(out), |i, y| out[i] = y);
+        match (self.typed(), S::typed(&s), S::typed_mut(out)) {
+            (TypedBasis::Single(basis), Slice::Single(s), SliceMut::Single(out)) => single::eval_into(basis, s, out),
+            (TypedBasis::Double(basis), Slice::Double(s), SliceMut::Double(out)) => double::eval_into(basis, s, out),
+            _ => unreachable!("numbers of one type"),
+        }
     }
 
     /// Calls `emit(i, y_i(s))` once for every basis function of `order`, column by column of equal `|m|`.
@@ -136,6 +144,26 @@ impl<S: Real> Basis<S> {
         emit: impl FnMut(usize, &[S; W]),
     ) {
         self.0.for_each_in_block(s, order, emit);
+    }
+}
+
+/// A [`Basis`] of one of the two types of numbers.
+#[derive(Debug)]
+pub(crate) enum TypedBasis<'a> {
+    Single(&'a Basis<f32>),
+    Double(&'a Basis<f64>),
+}
+
+of_each_type! { numbers:
+    /// The basis that the process shares, for `order` up to [`MAX_ORDER`].
+    pub(super) fn shared(order: usize) -> &'static Basis<T> {
+        static SHARED: [Once<Basis<T>>; 2] = [const { Once::new() }; 2];
+        let (place, reach) = if order > USUAL_ORDER { (1, MAX_ORDER) } else { (0, USUAL_ORDER) };
+        SHARED[place].get_or_init(|| Basis::new(reach))
+    }
+
+    pub(super) fn eval_into(basis: &Basis<T>, s: &[T], out: &mut [T]) {
+        basis.for_each([s[0], s[1], s[2]], order_of_slice(out), |i, y| out[i] = y);
     }
 }
 

@@ -1,15 +1,15 @@
 //! The basis, and functions by it, towards many directions.
 
-#[cfg(feature = "std")]
-use core::any::Any;
-
+use crate::basis::basis::TypedBasis;
 use crate::basis::index::{coefficient_count, order_of, order_of_slice};
 #[cfg(feature = "std")]
 use crate::basis::lane_kernels::{eval_planes, eval_sums};
 use crate::basis::recurrence::lanes;
+use crate::by_type::of_each_type;
+use crate::scalar::{TypedSlice as Slice, TypedSliceMut as SliceMut};
 #[cfg(feature = "std")]
 use crate::simd::Machine;
-use crate::{Basis, Coefficient, Real};
+use crate::{Basis, Coefficient, Real, Rgb};
 
 /// Directions in one block of the batched kernels: one AVX-512 register of `f32`, two of AVX2.
 const BLOCK: usize = 16;
@@ -33,28 +33,60 @@ impl<S: Real> Basis<S> {
             Some(order) if coefficient_count(order) * count == out.len() => order,
             _ => panic!("out has {} places, not n² for each of {count} directions", out.len()),
         };
-        #[cfg(feature = "std")]
-        let done = self.eval_planes(order, [x, y, z], out);
-        #[cfg(not(feature = "std"))]
-        let done = 0;
-        self.eval_many_from(done, order, [x, y, z], out);
+        match (self.typed(), [x, y, z].map(S::typed), S::typed_mut(out)) {
+            (
+                TypedBasis::Single(basis),
+                [Slice::Single(x), Slice::Single(y), Slice::Single(z)],
+                SliceMut::Single(out),
+            ) => {
+                single::eval_many_into(basis, order, [x, y, z], out);
+            }
+            (
+                TypedBasis::Double(basis),
+                [Slice::Double(x), Slice::Double(y), Slice::Double(z)],
+                SliceMut::Double(out),
+            ) => {
+                double::eval_many_into(basis, order, [x, y, z], out);
+            }
+            _ => unreachable!("numbers of one type"),
+        }
     }
 
-    /// By the instructions of the machine, compiled once for `f32` and once for `f64`: the directions that are done.
-    #[cfg(feature = "std")]
-    fn eval_planes(&self, order: usize, components: [&[S]; 3], out: &mut [S]) -> usize {
-        let (machine, any) = (Machine::detect(), self as &dyn Any);
-        if let (Some(basis), [Some(x), Some(y), Some(z)], Some(out)) =
-            (any.downcast_ref::<Basis<f32>>(), components.map(S::single_slice), S::single_slice_mut(out))
-        {
-            return eval_planes::<f32>(machine, basis.constants(), order, [x, y, z], out);
+    /// The values of one expansion towards many unit vectors.
+    ///
+    /// # Panics
+    /// If the slices differ in length or the order of `coefficients` is above that of the basis.
+    pub fn eval_expansion_into<T: Coefficient<Scalar = S>>(
+        &self,
+        coefficients: &[T],
+        [x, y, z]: [&[S]; 3],
+        out: &mut [T],
+    ) {
+        assert!(
+            x.len() == out.len() && y.len() == out.len() && z.len() == out.len(),
+            "components and out differ in length"
+        );
+        match (self.typed(), [x, y, z].map(S::typed)) {
+            (TypedBasis::Single(basis), [Slice::Single(x), Slice::Single(y), Slice::Single(z)]) => {
+                match (T::typed(coefficients), T::typed_mut(out)) {
+                    (Slice::Single(c), SliceMut::Single(out)) => single::eval_expansion_into(basis, c, [x, y, z], out),
+                    (Slice::SingleColors(c), SliceMut::SingleColors(out)) => {
+                        single::eval_colors_into(basis, c, [x, y, z], out);
+                    }
+                    _ => unreachable!("slices of one type"),
+                }
+            }
+            (TypedBasis::Double(basis), [Slice::Double(x), Slice::Double(y), Slice::Double(z)]) => {
+                match (T::typed(coefficients), T::typed_mut(out)) {
+                    (Slice::Double(c), SliceMut::Double(out)) => double::eval_expansion_into(basis, c, [x, y, z], out),
+                    (Slice::DoubleColors(c), SliceMut::DoubleColors(out)) => {
+                        double::eval_colors_into(basis, c, [x, y, z], out);
+                    }
+                    _ => unreachable!("slices of one type"),
+                }
+            }
+            _ => unreachable!("numbers of one type"),
         }
-        if let (Some(basis), [Some(x), Some(y), Some(z)], Some(out)) =
-            (any.downcast_ref::<Basis<f64>>(), components.map(S::double_slice), S::double_slice_mut(out))
-        {
-            return eval_planes::<f64>(machine, basis.constants(), order, [x, y, z], out);
-        }
-        0
     }
 
     /// [`Basis::eval_many_into`] of the directions from `done` on, in plain code.
@@ -76,25 +108,15 @@ impl<S: Real> Basis<S> {
         }
     }
 
-    /// The values of one expansion towards many unit vectors.
-    ///
-    /// # Panics
-    /// If the slices differ in length or the order of `coefficients` is above that of the basis.
-    pub fn eval_expansion_into<T: Coefficient<Scalar = S>>(
+    /// [`Basis::eval_expansion_into`] of the directions from `done` on, in plain code.
+    fn eval_expansion_from<T: Coefficient<Scalar = S>>(
         &self,
+        done: usize,
         coefficients: &[T],
         [x, y, z]: [&[S]; 3],
         out: &mut [T],
     ) {
         let order = order_of_slice(coefficients);
-        assert!(
-            x.len() == out.len() && y.len() == out.len() && z.len() == out.len(),
-            "components and out differ in length"
-        );
-        #[cfg(feature = "std")]
-        let done = self.eval_sums(coefficients, [x, y, z], out);
-        #[cfg(not(feature = "std"))]
-        let done = 0;
         let blocks = out.len() / BLOCK;
         for block in done / BLOCK..blocks {
             let start = block * BLOCK;
@@ -111,28 +133,35 @@ impl<S: Real> Basis<S> {
             self.for_each([x[k], y[k], z[k]], order, |i, y| out[k] += coefficients[i].scale(y));
         }
     }
+}
 
-    /// The same of numbers by the instructions of the machine: the directions that are done.
-    #[cfg(feature = "std")]
-    fn eval_sums<T: Coefficient<Scalar = S>>(&self, coefficients: &[T], components: [&[S]; 3], out: &mut [T]) -> usize {
-        let (machine, any, order) = (Machine::detect(), self as &dyn Any, order_of_slice(coefficients));
-        if let (Some(basis), Some(c), [Some(x), Some(y), Some(z)], Some(out)) = (
-            any.downcast_ref::<Basis<f32>>(),
-            T::single_slice(coefficients),
-            components.map(S::single_slice),
-            T::single_slice_mut(out),
-        ) {
-            return eval_sums::<f32>(machine, basis.constants(), c, order, [x, y, z], out);
-        }
-        if let (Some(basis), Some(c), [Some(x), Some(y), Some(z)], Some(out)) = (
-            any.downcast_ref::<Basis<f64>>(),
-            T::double_slice(coefficients),
-            components.map(S::double_slice),
-            T::double_slice_mut(out),
-        ) {
-            return eval_sums::<f64>(machine, basis.constants(), c, order, [x, y, z], out);
-        }
-        0
+of_each_type! { numbers:
+    pub(super) fn eval_many_into(basis: &Basis<T>, order: usize, components: [&[T]; 3], out: &mut [T]) {
+        #[cfg(feature = "std")]
+        let done = eval_planes::<T>(Machine::detect(), basis.constants(), order, components, out);
+        #[cfg(not(feature = "std"))]
+        let done = 0;
+        basis.eval_many_from(done, order, components, out);
+    }
+
+    pub(super) fn eval_expansion_into(basis: &Basis<T>, coefficients: &[T], components: [&[T]; 3], out: &mut [T]) {
+        #[cfg(feature = "std")]
+        let done = {
+            let order = order_of_slice(coefficients);
+            eval_sums::<T>(Machine::detect(), basis.constants(), coefficients, order, components, out)
+        };
+        #[cfg(not(feature = "std"))]
+        let done = 0;
+        basis.eval_expansion_from(done, coefficients, components, out);
+    }
+
+    pub(super) fn eval_colors_into(
+        basis: &Basis<T>,
+        coefficients: &[Rgb<T>],
+        components: [&[T]; 3],
+        out: &mut [Rgb<T>],
+    ) {
+        basis.eval_expansion_from(0, coefficients, components, out);
     }
 }
 

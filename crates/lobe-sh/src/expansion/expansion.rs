@@ -1,6 +1,7 @@
 //! The operations common to all expansions, whether the order is known at compile time or at run time.
 
 use crate::basis::index::{band_range, order_of_slice};
+use crate::by_type::{by_type, of_each_type};
 use crate::prelude::*;
 use crate::scalar::luminance;
 use crate::{Basis, Coefficient, Dir};
@@ -49,11 +50,9 @@ pub trait Expansion<T: Coefficient>: Clone {
 
     /// The value `f(s)` towards `s`, summed in `f64`.
     fn eval(&self, s: Dir) -> T {
-        let mut sum = T::Wide::ZERO;
-        Basis::<f64>::with_shared(self.order(), |basis| {
-            basis.for_each(s.to_array(), self.order(), |i, y| sum += self.coefficients()[i].widen().scale(y));
-        });
-        T::narrow(sum)
+        let (coefficients, value) = (self.coefficients(), &mut [T::ZERO][..]);
+        by_type!(T: coefficients; mut value => eval(coefficients, s, value));
+        value[0]
     }
 
     /// The values towards many directions, given as slices of their x, y and z, one value each in `out`.
@@ -77,6 +76,17 @@ pub trait Expansion<T: Coefficient>: Clone {
     fn mean(&self) -> T {
         let y_00 = (4.0 * core::f64::consts::PI).sqrt().recip();
         self.coefficients().first().map_or(T::ZERO, |c| T::narrow(c.widen().scale(y_00)))
+    }
+}
+
+of_each_type! {
+    pub(super) fn eval(coefficients: &[T], s: Dir, value: &mut [T]) {
+        let order = order_of_slice(coefficients);
+        let mut sum = <T as Coefficient>::Wide::ZERO;
+        Basis::<f64>::with_shared(order, |basis| {
+            basis.for_each(s.to_array(), order, |i, y| sum += coefficients[i].widen().scale(y));
+        });
+        value[0] = T::narrow(sum);
     }
 }
 

@@ -2,8 +2,9 @@
 
 use alloc::vec::Vec;
 
-use crate::basis::index::{coefficient_count, coefficient_index};
+use crate::basis::index::{coefficient_count, coefficient_index, order_of_slice};
 use crate::basis::recurrence::Step;
+use crate::by_type::{by_type, of_each_type};
 use crate::{Basis, Coefficient, Dir, Expansion, Real};
 
 impl<S: Real> Basis<S> {
@@ -68,18 +69,30 @@ pub fn eval_basis_gradients(s: Dir, order: usize) -> Vec<[f64; 3]> {
 /// The value of an expansion at `s` and its gradient on the sphere, as the three components of a tangent vector.
 #[must_use]
 pub fn eval_with_gradient<T: Coefficient>(f: &impl Expansion<T>, s: Dir) -> (T, [T; 3]) {
-    let mut value = T::Wide::ZERO;
-    let mut gradient = [T::Wide::ZERO; 3];
-    Basis::<f64>::with_shared(f.order(), |basis| {
-        basis.for_each_gradient(s.to_array(), f.order(), |i, y, d| {
-            let c = f.coefficients()[i].widen();
-            value += c.scale(y);
-            for (gradient, d) in gradient.iter_mut().zip(d) {
-                *gradient += c.scale(d);
-            }
+    let mut sums = [T::ZERO; 4];
+    let (coefficients, out) = (f.coefficients(), &mut sums[..]);
+    by_type!(T: coefficients; mut out => eval_with_gradient(coefficients, s, out));
+    let [value, gradient @ ..] = sums;
+    (value, gradient)
+}
+
+of_each_type! {
+    /// To `[value, gradient]`.
+    pub(super) fn eval_with_gradient(coefficients: &[T], s: Dir, out: &mut [T]) {
+        let order = order_of_slice(coefficients);
+        let mut sums = [<T as Coefficient>::Wide::ZERO; 4];
+        Basis::<f64>::with_shared(order, |basis| {
+            basis.for_each_gradient(s.to_array(), order, |i, y, [dx, dy, dz]| {
+                let c = coefficients[i].widen();
+                for (sum, factor) in sums.iter_mut().zip([y, dx, dy, dz]) {
+                    *sum += c.scale(factor);
+                }
+            });
         });
-    });
-    (T::narrow(value), gradient.map(T::narrow))
+        for (out, sum) in out.iter_mut().zip(sums) {
+            *out = T::narrow(sum);
+        }
+    }
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use core::ops::{Add, AddAssign, Index, Mul, Neg, Sub, SubAssign};
 
 use crate::basis::index::{band_range, coefficient_count, order_of_slice};
 use crate::basis::legendre::legendre_all;
+use crate::by_type::{by_type, of_each_type};
 use crate::expansion::sh_vec::sums;
 use crate::prelude::*;
 use crate::sphere::quadrature::gauss_legendre;
@@ -145,16 +146,8 @@ impl Zonal {
     /// # Panics
     /// If `out.len()` is no perfect square.
     pub fn towards_into<T: Coefficient>(&self, axis: Dir, value: T, out: &mut [T]) {
-        let order = order_of_slice(out);
-        let value = value.widen();
-        Basis::<f64>::with_shared(order, |basis| {
-            basis.for_each(axis.to_array(), order, |i, y| out[i] = T::narrow(value.scale(y)));
-        });
-        for (l, factor) in (0..order).zip(self.factors().chain(core::iter::repeat(0.0))) {
-            for f in &mut out[band_range(l)] {
-                *f = T::narrow(f.widen().scale(factor));
-            }
-        }
+        let value = &[value][..];
+        by_type!(T: value; mut out => towards_into(self, axis, value[0], out));
     }
 
     /// [`Zonal::towards`] to the order of the type that is asked for.
@@ -174,6 +167,21 @@ impl Zonal {
     /// [`Zonal::convolution_factors`], one after the other.
     pub(crate) fn factors(&self) -> impl Iterator<Item = f64> {
         self.coefficients.iter().enumerate().map(|(l, z)| z / zonal_norm(l))
+    }
+}
+
+of_each_type! {
+    pub(super) fn towards_into(zonal: &Zonal, axis: Dir, value: T, out: &mut [T]) {
+        let order = order_of_slice(out);
+        let value = value.widen();
+        Basis::<f64>::with_shared(order, |basis| {
+            basis.for_each(axis.to_array(), order, |i, y| out[i] = T::narrow(value.scale(y)));
+        });
+        for (l, factor) in (0..order).zip(zonal.factors().chain(core::iter::repeat(0.0))) {
+            for f in &mut out[band_range(l)] {
+                *f = T::narrow(f.widen().scale(factor));
+            }
+        }
     }
 }
 

@@ -3,6 +3,7 @@
 use core::f64::consts::PI;
 
 use crate::basis::index::{band_range, coefficient_count};
+use crate::by_type::{by_type, of_each_type};
 use crate::once::Once;
 use crate::prelude::*;
 use crate::{Coefficient, Real, band_and_m};
@@ -264,26 +265,32 @@ impl GauntTensor {
     /// # Panics
     /// If a length does not fit the orders of the tensor.
     pub fn product_into<T: Coefficient>(&self, a: &[T], b: &[T], out: &mut [T]) {
+        by_type!(T: a, b; mut out => product_into(self, a, b, out));
+    }
+}
+
+of_each_type! {
+    pub(super) fn product_into(tensor: &GauntTensor, a: &[T], b: &[T], out: &mut [T]) {
         let lengths = [a.len(), b.len(), out.len()];
-        assert_eq!(lengths, self.orders.map(coefficient_count), "numbers of coefficients against those of the tensor");
+        assert_eq!(lengths, tensor.orders.map(coefficient_count), "numbers of coefficients against those of the tensor");
         let symmetric = a.len() == b.len();
         let product = |&[i, j]: &[u16; 2]| {
             let (i, j) = (usize::from(i), usize::from(j));
             if symmetric && i != j { a[i] * b[j] + a[j] * b[i] } else { a[i] * b[j] }
         };
-        let products: Vec<T> = self.pairs.iter().map(product).collect();
+        let products: Vec<T> = tensor.pairs.iter().map(product).collect();
         let mut start = 0;
-        for (out, end) in out.iter_mut().zip(&self.ends) {
+        for (out, end) in out.iter_mut().zip(&tensor.ends) {
             // Several sums, so that none waits for the one before.
             let mut sums = [T::ZERO; SUMS];
-            let (groups, rest) = self.terms[start..*end as usize].as_chunks::<SUMS>();
+            let (groups, rest) = tensor.terms[start..*end as usize].as_chunks::<SUMS>();
             for group in groups {
                 for (sum, (pair, value)) in sums.iter_mut().zip(group) {
-                    *sum += products[usize::from(*pair)].scale(T::Scalar::from_f64(*value));
+                    *sum += products[usize::from(*pair)].scale(<T as Coefficient>::Scalar::from_f64(*value));
                 }
             }
             for (sum, (pair, value)) in sums.iter_mut().zip(rest) {
-                *sum += products[usize::from(*pair)].scale(T::Scalar::from_f64(*value));
+                *sum += products[usize::from(*pair)].scale(<T as Coefficient>::Scalar::from_f64(*value));
             }
             *out = (sums[0] + sums[1]) + (sums[2] + sums[3]);
             start = *end as usize;

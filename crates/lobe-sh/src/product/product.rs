@@ -1,6 +1,7 @@
 //! The product of two functions.
 
 use crate::basis::index::{coefficient_count, order_of_slice};
+use crate::by_type::{by_type, of_each_type};
 use crate::once::Once;
 use crate::product::grid::product_on_grid;
 #[cfg(feature = "std")]
@@ -50,7 +51,7 @@ pub fn product_into<T: Coefficient>(a: &[T], b: &[T], out: &mut [T]) {
     // Products commute, and the generated code has the factor of higher order first.
     let (a, b) = if a.len() < b.len() { (b, a) } else { (a, b) };
     if !product_by_rows(a, b, out) && !straight_line::general(a, b, out) {
-        product_by_tensor_or_grid(a, b, out);
+        by_type!(T: a, b; mut out => product_by_tensor_or_grid(a, b, out));
     }
 }
 
@@ -134,13 +135,15 @@ pub fn zonal_product_into<T: Coefficient>(zonal: &Zonal, b: &[T], out: &mut [T])
     product_into(&f, b, out);
 }
 
-fn product_by_tensor_or_grid<T: Coefficient>(a: &[T], b: &[T], out: &mut [T]) {
-    let [n_a, n_b, n_out] = [order_of_slice(a), order_of_slice(b), order_of_slice(out)];
-    let highest = n_a.max(n_b).max(n_out);
-    if highest <= MAX_GAUNT_ORDER {
-        shared_tensor([n_a, n_b, n_out]).product_into(a, b, out);
-    } else {
-        out.copy_from_slice(product_on_grid(&[a, b], n_out).coefficients());
+of_each_type! {
+    pub(super) fn product_by_tensor_or_grid(a: &[T], b: &[T], out: &mut [T]) {
+        let [n_a, n_b, n_out] = [order_of_slice(a), order_of_slice(b), order_of_slice(out)];
+        let highest = n_a.max(n_b).max(n_out);
+        if highest <= MAX_GAUNT_ORDER {
+            shared_tensor([n_a, n_b, n_out]).product_into(a, b, out);
+        } else {
+            out.copy_from_slice(product_on_grid(&[a, b], n_out).coefficients());
+        }
     }
 }
 

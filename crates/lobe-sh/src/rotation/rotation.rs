@@ -4,6 +4,7 @@
 use num_traits::Float as _;
 
 use crate::basis::index::order_of_slice;
+use crate::by_type::{by_type, of_each_type};
 use crate::rotation::cos_sin::{CosSin, zyz_of};
 use crate::rotation::low_bands::{FIRST_BAND_BY_TABLES, rotate_low_bands};
 use crate::rotation::zyz::rotate_bands_by_tables;
@@ -229,11 +230,7 @@ impl Rotation {
     /// # Panics
     /// If the length is no perfect square.
     pub fn apply_in_place<T: Coefficient>(&self, coefficients: &mut [T]) {
-        let order = order_of_slice(coefficients);
-        rotate_low_bands(&self.matrix, coefficients);
-        if order > FIRST_BAND_BY_TABLES {
-            rotate_bands_by_tables(self.zyz_cos_sin(), FIRST_BAND_BY_TABLES, coefficients);
-        }
+        by_type!(T: mut coefficients => apply_in_place(self, coefficients));
     }
 
     /// The rotated function.
@@ -247,6 +244,16 @@ impl Rotation {
     /// [`zyz_of`] the matrix.
     pub(crate) fn zyz_cos_sin(&self) -> [CosSin; 3] {
         zyz_of(&self.matrix)
+    }
+}
+
+of_each_type! {
+    pub(super) fn apply_in_place(rotation: &Rotation, coefficients: &mut [T]) {
+        let order = order_of_slice(coefficients);
+        rotate_low_bands(&rotation.matrix, coefficients);
+        if order > FIRST_BAND_BY_TABLES {
+            rotate_bands_by_tables(rotation.zyz_cos_sin(), FIRST_BAND_BY_TABLES, coefficients);
+        }
     }
 }
 
