@@ -90,7 +90,8 @@ impl Lost {
     /// What channel `c` of all texels is multiplied by, so that the mean is kept; none if that would be too much.
     fn brightening(&self, c: usize) -> Option<f64> {
         let (of, net, total) = (self.of.channel(c), self.net.channel(c), self.total.channel(c));
-        if net.abs() <= MEAN_TOLERANCE * of {
+        // More passes do not help light that is not finite.
+        if net.is_nan() || net.abs() <= MEAN_TOLERANCE * of {
             Some(1.0)
         } else if net.abs() <= BRIGHTENED_TOLERANCE * total.abs() {
             Some(total / (total - net))
@@ -246,7 +247,8 @@ impl<'a> Balance<'a> {
     fn is_enough(&self, missing: impl Fn(usize, usize) -> f64 + Sync, map: &MappedMap) -> bool {
         let lost = self.lost(missing, map);
         let Rgb { r, g, b } = lost.of;
-        (0..3).all(|c| lost.brightening(c).is_some()) && lost.squares.sqrt() <= TEXELS_TOLERANCE * (r + g + b)
+        let are_off = lost.squares.sqrt() > TEXELS_TOLERANCE * (r + g + b);
+        !are_off && (0..3).all(|c| lost.brightening(c).is_some())
     }
 
     /// What the texels of the target are multiplied by, so that the mean is kept.
@@ -388,6 +390,21 @@ mod tests {
                     "{target} of {size}, towards {sun:?}: uneven by {uneven}"
                 );
             }
+        }
+    }
+
+    #[test]
+    fn light_that_is_not_finite_takes_no_more_passes_than_light_that_is() {
+        let sampler = Sampler::new(grid(Mapping::LatLong, 800), grid(Mapping::Cube, 600), None);
+        let passes = |value: f32| {
+            let light = |s: Dir| Rgb::splat(if s.z() > 0.9 { value } else { 1.0 });
+            let map = MappedMap::from_fn(Mapping::LatLong, sampler.source.width, sampler.source.height, light);
+            let mut balance = Balance::new(&sampler, &mut unwatched()).unwrap();
+            balance.balance(&map, &mut unwatched()).unwrap().1
+        };
+        let finite = passes(2.0);
+        for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            assert!(passes(value) <= finite, "{} passes for {value}, {finite} for 2", passes(value));
         }
     }
 
