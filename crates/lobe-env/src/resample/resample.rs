@@ -54,11 +54,14 @@ impl Resample {
 /// source keeps its energy wherever it lies:
 ///
 /// ```text
-///   L'_t = Σ_s V_ts (L_s + q_s max(0, L_s - m_s))        Σ_s V_ts = 1,   q_s = Ω_s / (Σ_t Ω_t V_ts) - 1
+///   L'_t = b Σ_s V_ts (L_s + q_s max(0, L_s - m_s))      Σ_s V_ts = 1,   q_s = Ω_s / (Σ_t Ω_t V_ts) - 1,   |b - 1| <=
+///   1e-3
 /// ```
 ///
 /// where `m_s` is the mean of the texel's neighbors in the picture and V the weights of the interpolation, with rows
-/// and columns scaled [Sinkhorn and Knopp 1967; Brauer et al. 2017] until the loss beyond q is below 5e-6. So
+/// and columns scaled [Sinkhorn and Knopp 1967; Brauer et al. 2017] until the mean lacks little beyond q. The factor b
+/// of each channel gives it back: 1 where less than 5e-6 is lacking, at most a thousandth, which a sun of many texels
+/// may lose to the sky (`suns_of_many_texels_take_few_passes_stay_even_and_keep_their_energy`). So
 ///
 /// * a constant stays constant, to 1e-6 (`constant_maps_stay_constant_at_every_size`);
 /// * the mean of every channel is kept to 1e-4 through chains of ten and twelve conversions
@@ -75,7 +78,8 @@ impl Resample {
 ///
 /// An owned map, `resample(map, ..)`, is changed in place; a borrowed one, `resample(&map, ..)`, is copied.
 ///
-/// Texels should be finite; one that is not spreads to those whose footprints touch it.
+/// Texels should be finite; one that is not spreads to those whose footprints touch it or its neighbors, and no further
+/// (`a_texel_that_is_not_finite_takes_no_more_passes_and_spreads_no_further_than_its_footprint`).
 ///
 /// Progress counts rows of the target, in each pass over them, on the calling thread: three passes at least, and
 /// [`total`](lobe_io::Progress::total) grows where the weights need more. The job cannot be resumed.
@@ -91,8 +95,8 @@ impl Resample {
 /// ```
 ///
 /// # Errors
-/// [`EnvError::Options`] if a side is 0 or a cube's picture is not six times as high as wide, if finite light becomes more
-/// than `f32` holds, or for a job with a checkpoint; [`EnvError::Cancelled`] if the watch of the job said to stop.
+/// [`EnvError::Options`] if a side is 0 or a cube's picture is not six times as high as wide, if finite light becomes
+/// more than `f32` holds, or for a job with a checkpoint; [`EnvError::Cancelled`] if the watch of the job said to stop.
 pub fn resample<'a>(map: impl Into<Cow<'a, MappedMap>>, to: &Resample, job: Job<'_>) -> Result<MappedMap, EnvError> {
     let map = map.into();
     MappedMap::check(to.mapping, to.width, to.height)?;

@@ -12,6 +12,7 @@ mod known_defects;
 mod mappings;
 mod prefilter;
 mod projection;
+mod resampled_energy;
 mod resampled_suns;
 mod resampling;
 mod ringing;
