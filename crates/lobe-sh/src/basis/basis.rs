@@ -73,10 +73,12 @@ impl<S: Real> Basis<S> {
     /// As one of its type, for code that is compiled in this crate alone.
     pub(crate) fn typed(&self) -> TypedBasis<'_> {
         let any: &dyn Any = self;
-        match (any.downcast_ref(), any.downcast_ref()) {
-            (Some(basis), _) => TypedBasis::Single(basis),
-            (_, Some(basis)) => TypedBasis::Double(basis),
-            _ => unreachable!("numbers are f32 or f64"),
+        if let Some(basis) = any.downcast_ref::<Basis<f32>>() {
+            TypedBasis::Single(basis)
+        } else if let Some(basis) = any.downcast_ref::<Basis<f64>>() {
+            TypedBasis::Double(basis)
+        } else {
+            unreachable!("numbers are f32 or f64")
         }
     }
 

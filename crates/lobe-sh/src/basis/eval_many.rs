@@ -66,26 +66,32 @@ impl<S: Real> Basis<S> {
             x.len() == out.len() && y.len() == out.len() && z.len() == out.len(),
             "components and out differ in length"
         );
-        match (self.typed(), [x, y, z].map(S::typed)) {
-            (TypedBasis::Single(basis), [Slice::Single(x), Slice::Single(y), Slice::Single(z)]) => {
-                match (T::typed(coefficients), T::typed_mut(out)) {
-                    (Slice::Single(c), SliceMut::Single(out)) => single::eval_expansion_into(basis, c, [x, y, z], out),
-                    (Slice::SingleColors(c), SliceMut::SingleColors(out)) => {
-                        single::eval_colors_into(basis, c, [x, y, z], out);
-                    }
-                    _ => unreachable!("slices of one type"),
-                }
-            }
-            (TypedBasis::Double(basis), [Slice::Double(x), Slice::Double(y), Slice::Double(z)]) => {
-                match (T::typed(coefficients), T::typed_mut(out)) {
-                    (Slice::Double(c), SliceMut::Double(out)) => double::eval_expansion_into(basis, c, [x, y, z], out),
-                    (Slice::DoubleColors(c), SliceMut::DoubleColors(out)) => {
-                        double::eval_colors_into(basis, c, [x, y, z], out);
-                    }
-                    _ => unreachable!("slices of one type"),
-                }
-            }
-            _ => unreachable!("numbers of one type"),
+        match (self.typed(), [x, y, z].map(S::typed), T::typed(coefficients), T::typed_mut(out)) {
+            (
+                TypedBasis::Single(basis),
+                [Slice::Single(x), Slice::Single(y), Slice::Single(z)],
+                Slice::Single(coefficients),
+                SliceMut::Single(out),
+            ) => single::eval_expansion_into(basis, coefficients, [x, y, z], out),
+            (
+                TypedBasis::Single(basis),
+                [Slice::Single(x), Slice::Single(y), Slice::Single(z)],
+                Slice::SingleColors(coefficients),
+                SliceMut::SingleColors(out),
+            ) => single::eval_colors_into(basis, coefficients, [x, y, z], out),
+            (
+                TypedBasis::Double(basis),
+                [Slice::Double(x), Slice::Double(y), Slice::Double(z)],
+                Slice::Double(coefficients),
+                SliceMut::Double(out),
+            ) => double::eval_expansion_into(basis, coefficients, [x, y, z], out),
+            (
+                TypedBasis::Double(basis),
+                [Slice::Double(x), Slice::Double(y), Slice::Double(z)],
+                Slice::DoubleColors(coefficients),
+                SliceMut::DoubleColors(out),
+            ) => double::eval_colors_into(basis, coefficients, [x, y, z], out),
+            _ => unreachable!("slices of one type"),
         }
     }
 

@@ -272,7 +272,8 @@ impl GauntTensor {
 of_each_type! {
     pub(super) fn product_into(tensor: &GauntTensor, a: &[T], b: &[T], out: &mut [T]) {
         let lengths = [a.len(), b.len(), out.len()];
-        assert_eq!(lengths, tensor.orders.map(coefficient_count), "numbers of coefficients against those of the tensor");
+        let expected = tensor.orders.map(coefficient_count);
+        assert_eq!(lengths, expected, "numbers of coefficients against those of the tensor");
         let symmetric = a.len() == b.len();
         let product = |&[i, j]: &[u16; 2]| {
             let (i, j) = (usize::from(i), usize::from(j));
