@@ -43,7 +43,7 @@ const CHORES: &[(&str, &str, Chore)] = &[
     (
         "tables",
         "writes the generated code: products of lobe-sh, the basis in WGSL; with --check only compares",
-        |arguments| tables::run(arguments.iter().any(|argument| argument == "--check")),
+        tables::run,
     ),
     ("outputs", "two builds of the command write the same bytes: PROGRAM-BEFORE PROGRAM-AFTER", outputs::run),
     (

@@ -27,7 +27,7 @@ pub(crate) fn run(arguments: &[String]) -> Outcome {
     }
     for step in STEPS {
         println!("==> cargo {step}");
-        expect(Command::new(workspace::cargo()).args(step.split_whitespace()), step)?;
+        workspace::expect(Command::new(workspace::cargo()).args(step.split_whitespace()), step)?;
     }
     println!("{PAGE} is a page for any static host, such as: python3 -m http.server --directory {PAGE}");
     if !arguments.iter().any(|argument| argument == "--check") {
@@ -38,13 +38,7 @@ pub(crate) fn run(arguments: &[String]) -> Outcome {
         return Ok(());
     }
     let arguments = ["apps/lobe-viewer/web/check.mjs", PAGE, "target/web-pictures"];
-    expect(Command::new("node").args(arguments), "check.mjs")
-}
-
-fn expect(command: &mut Command, what: &str) -> Outcome {
-    let status = command.current_dir(workspace::root()).status();
-    let status = status.map_err(|error| vec![format!("{what} did not start: {error}")])?;
-    if status.success() { Ok(()) } else { Err(vec![format!("`{what}` failed ({status})")]) }
+    workspace::expect(Command::new("node").args(arguments), "check.mjs")
 }
 
 /// Whether the viewer can be compiled for browsers: Zstandard, which is C, by clang.

@@ -6,6 +6,8 @@ use std::process::Command;
 
 use serde_json::Value;
 
+use crate::outcome::Outcome;
+
 /// A package of the workspace and what it depends on.
 pub(crate) struct Package {
     pub(crate) name: String,
@@ -26,6 +28,13 @@ pub(crate) fn root() -> &'static Path {
 /// The cargo that started this program, or the one on the path.
 pub(crate) fn cargo() -> OsString {
     std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into())
+}
+
+/// Runs this in the folder of the workspace; a fault where it does not start or fails.
+pub(crate) fn expect(command: &mut Command, what: &str) -> Outcome {
+    let status = command.current_dir(root()).status();
+    let status = status.map_err(|error| vec![format!("{what} did not start: {error}")])?;
+    if status.success() { Ok(()) } else { Err(vec![format!("`{what}` failed ({status})")]) }
 }
 
 /// The packages of the workspace, from `cargo metadata`.

@@ -5,14 +5,14 @@ use lobe_sh::{coefficient_index, gaunt_coefficient};
 /// The two basis functions `y_l^μ`, `y_l^-μ` of one `μ = |m|`, whose coefficients are read as a complex number
 /// `z = f_l^μ + i f_l^-μ`, real for `μ = 0`. Ordered by `μ`, then by band.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub(super) struct Node {
-    pub(super) mu: usize,
-    pub(super) l: usize,
+pub(crate) struct Node {
+    pub(crate) mu: usize,
+    pub(crate) l: usize,
 }
 
 impl Node {
     /// Real numbers in `z`.
-    pub(super) fn width(self) -> usize {
+    pub(crate) fn width(self) -> usize {
         if self.mu == 0 { 1 } else { 2 }
     }
 }
@@ -26,13 +26,13 @@ impl Node {
 
 /// `D` for three nodes, ascending, `μ3 = μ1 + μ2`.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Block {
-    pub(super) nodes: [Node; 3],
-    pub(super) constant: f64,
+pub(crate) struct Block {
+    pub(crate) nodes: [Node; 3],
+    pub(crate) constant: f64,
 }
 
 /// The non-zero blocks that products of two factors of orders `orders[0]`, `orders[1]`, to order `orders[2]`, need.
-pub(super) fn blocks(orders: [usize; 3]) -> Vec<Block> {
+pub(crate) fn blocks(orders: [usize; 3]) -> Vec<Block> {
     let order = orders.into_iter().max().unwrap_or(0);
     let nodes: Vec<Node> = (0..order).flat_map(|mu| (mu..order).map(move |l| Node { mu, l })).collect();
     let mut blocks = Vec::new();

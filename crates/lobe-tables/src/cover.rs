@@ -4,10 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// A value `constant · source` that goes into the sum `sink`. Sources and sinks are numbered from 0 each.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Edge {
-    pub(super) source: usize,
-    pub(super) sink: usize,
-    pub(super) constant: f64,
+pub(crate) struct Edge {
+    pub(crate) source: usize,
+    pub(crate) sink: usize,
+    pub(crate) constant: f64,
 }
 
 /// For each edge, whether its constant multiplies the source.
@@ -15,7 +15,7 @@ pub(super) struct Edge {
 /// Edges with one source share one product `|constant| · source`; edges with one sink share one product
 /// `|constant| · (sum of their sources)`. The fewest products that serve all edges of one `|constant|` are a minimum
 /// vertex cover of a bipartite graph, which a maximum matching gives (König 1931).
-pub(super) fn multiply_at_source(edges: &[Edge]) -> Vec<bool> {
+pub(crate) fn multiply_at_source(edges: &[Edge]) -> Vec<bool> {
     let mut of_constant: BTreeMap<u64, Vec<usize>> = BTreeMap::new();
     for (n, edge) in edges.iter().enumerate() {
         of_constant.entry(edge.constant.abs().to_bits()).or_default().push(n);

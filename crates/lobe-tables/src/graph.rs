@@ -3,14 +3,14 @@
 use std::collections::HashMap;
 
 /// The place of an operation in its [`Graph`].
-pub(super) type Id = usize;
+pub(crate) type Id = usize;
 
 /// An input in the generated code: the name of an array and the place in it.
-pub(super) type Input = (char, usize);
+pub(crate) type Input = (char, usize);
 
 /// One operation, or an input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Op {
+pub(crate) enum Op {
     Input(Input),
     /// A positive constant, by its bits, times a value.
     Scale(u64, Id),
@@ -20,7 +20,7 @@ pub(super) enum Op {
 }
 
 impl Op {
-    pub(super) fn operands(self) -> impl Iterator<Item = Id> {
+    pub(crate) fn operands(self) -> impl Iterator<Item = Id> {
         let (x, y) = match self {
             Self::Input(_) => (None, None),
             Self::Scale(_, x) => (Some(x), None),
@@ -33,16 +33,16 @@ impl Op {
 /// A value or its negative. The sign is kept outside the graph and costs nothing: it ends in an addition that
 /// becomes a subtraction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Term {
-    pub(super) negative: bool,
-    pub(super) id: Id,
+pub(crate) struct Term {
+    pub(crate) negative: bool,
+    pub(crate) id: Id,
 }
 
 /// A value that may be known to be zero.
-pub(super) type Value = Option<Term>;
+pub(crate) type Value = Option<Term>;
 
 /// The value with its sign changed if `negative`.
-pub(super) fn signed(value: Value, negative: bool) -> Value {
+pub(crate) fn signed(value: Value, negative: bool) -> Value {
     value.map(|t| Term { negative: t.negative != negative, ..t })
 }
 
@@ -54,24 +54,24 @@ pub(crate) struct Cost {
 }
 
 impl Cost {
-    pub(super) fn total(self) -> usize {
+    pub(crate) fn total(self) -> usize {
         self.multiplications + self.additions
     }
 }
 
 /// Operations in an order in which they can be carried out. An operation asked for twice is stored once.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Graph {
+pub(crate) struct Graph {
     ops: Vec<Op>,
     known: HashMap<Op, Id>,
 }
 
 impl Graph {
-    pub(super) fn op(&self, id: Id) -> Op {
+    pub(crate) fn op(&self, id: Id) -> Op {
         self.ops[id]
     }
 
-    pub(super) fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.ops.len()
     }
 
@@ -82,24 +82,24 @@ impl Graph {
         })
     }
 
-    pub(super) fn input(&mut self, input: Input) -> Value {
+    pub(crate) fn input(&mut self, input: Input) -> Value {
         Some(Term { negative: false, id: self.node(Op::Input(input)) })
     }
 
     /// `constant · x`.
-    pub(super) fn scale(&mut self, constant: f64, x: Value) -> Value {
+    pub(crate) fn scale(&mut self, constant: f64, x: Value) -> Value {
         let x = signed(x, constant < 0.0)?;
         let id = if constant.abs() == 1.0 { x.id } else { self.node(Op::Scale(constant.abs().to_bits(), x.id)) };
         Some(Term { id, ..x })
     }
 
-    pub(super) fn mul(&mut self, x: Value, y: Value) -> Value {
+    pub(crate) fn mul(&mut self, x: Value, y: Value) -> Value {
         let (x, y) = (x?, y?);
         let id = self.node(Op::Mul(x.id.min(y.id), x.id.max(y.id)));
         Some(Term { negative: x.negative != y.negative, id })
     }
 
-    pub(super) fn add(&mut self, x: Value, y: Value) -> Value {
+    pub(crate) fn add(&mut self, x: Value, y: Value) -> Value {
         let (Some(p), Some(q)) = (x, y) else {
             return x.or(y);
         };
@@ -114,12 +114,12 @@ impl Graph {
         }
     }
 
-    pub(super) fn sub(&mut self, x: Value, y: Value) -> Value {
+    pub(crate) fn sub(&mut self, x: Value, y: Value) -> Value {
         self.add(x, signed(y, true))
     }
 
     /// The number of uses of each operation by others that the results need; 0 marks dead code.
-    pub(super) fn uses(&self, results: &[Value]) -> Vec<usize> {
+    pub(crate) fn uses(&self, results: &[Value]) -> Vec<usize> {
         let mut uses = vec![0; self.ops.len()];
         for result in results.iter().flatten() {
             uses[result.id] += 1;
@@ -135,7 +135,7 @@ impl Graph {
     }
 
     /// The cost of the results.
-    pub(super) fn cost(&self, results: &[Value]) -> Cost {
+    pub(crate) fn cost(&self, results: &[Value]) -> Cost {
         let mut cost = Cost::default();
         for (op, uses) in self.ops.iter().zip(self.uses(results)) {
             match op {

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::graph::Cost;
+use crate::graph::Cost;
 
 // Snyder (2006): take the pair (i, j) that the most triples (i, j, k) are left for; with d_k = Γ_ijk write
 //

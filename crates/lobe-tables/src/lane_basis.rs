@@ -8,7 +8,7 @@ use lobe_sh::{Basis, coefficient_count, coefficient_index};
 const HIGHEST_ORDER: usize = 10;
 
 /// One file for each order, and their index.
-pub(super) fn files(header: &str) -> Vec<(String, String)> {
+pub(crate) fn files(header: &str) -> Vec<(String, String)> {
     let constants = Basis::<f64>::new(HIGHEST_ORDER);
     let mut index = format!("{header}\n{INDEX}");
     let mut files = Vec::new();

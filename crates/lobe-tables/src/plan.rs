@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use lobe_sh::coefficient_index;
 
-use super::blocks::{Block, Node};
-use super::cover::{Edge, multiply_at_source};
-use super::graph::{Graph, Term, Value, signed};
+use crate::blocks::{Block, Node};
+use crate::cover::{Edge, multiply_at_source};
+use crate::graph::{Graph, Term, Value, signed};
 
 // A pair of nodes (P, Q), P.μ >= Q.μ, is completed to blocks by nodes R of two kinds, R.μ = P.μ + Q.μ and
 // R.μ = P.μ - Q.μ, and the blocks gathered at the pair are
@@ -30,7 +30,7 @@ use super::graph::{Graph, Term, Value, signed};
 
 /// The role of R in a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Role {
+pub(crate) enum Role {
     A = 0,
     B = 1,
     Out = 2,
@@ -38,13 +38,13 @@ pub(super) enum Role {
 
 /// One block, or a part of its distributions, at the pair `(p, q)`.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Gathered {
-    pub(super) p: Node,
-    pub(super) q: Node,
-    pub(super) r: Node,
-    pub(super) role: Role,
+pub(crate) struct Gathered {
+    pub(crate) p: Node,
+    pub(crate) q: Node,
+    pub(crate) r: Node,
+    pub(crate) role: Role,
     /// All three roles of the block are gathered at this pair.
-    pub(super) all_roles: bool,
+    pub(crate) all_roles: bool,
 }
 
 impl Gathered {
@@ -53,28 +53,28 @@ impl Gathered {
     }
 
     /// Whether `r.μ` is the sum of the other two, not their difference.
-    pub(super) fn is_sum(&self) -> bool {
+    pub(crate) fn is_sum(&self) -> bool {
         self.r.mu == self.p.mu + self.q.mu
     }
 }
 
 /// A product to make code for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Shape {
+pub(crate) struct Shape {
     /// Of the two factors and the product.
-    pub(super) orders: [usize; 3],
+    pub(crate) orders: [usize; 3],
     /// Both factors are the same, and called `a`.
-    pub(super) square: bool,
+    pub(crate) square: bool,
 }
 
 impl Shape {
     /// Whether the factor or product of `role` has coefficients for the node.
-    pub(super) fn has(&self, role: Role, node: Node) -> bool {
+    pub(crate) fn has(&self, role: Role, node: Node) -> bool {
         node.l < self.orders[role as usize]
     }
 
     /// Whether anything comes of `gathered` with the given distribution over P and Q of the two roles that R leaves.
-    pub(super) fn uses(&self, role: Role, [p, q]: [Node; 2]) -> bool {
+    pub(crate) fn uses(&self, role: Role, [p, q]: [Node; 2]) -> bool {
         match role {
             Role::A => self.has(Role::B, q) && self.has(Role::Out, p),
             Role::B => self.has(Role::A, q) && self.has(Role::Out, p),
@@ -83,13 +83,13 @@ impl Shape {
     }
 
     /// Whether there is an R for this role, and a use of it.
-    pub(super) fn keeps(&self, g: &Gathered) -> bool {
+    pub(crate) fn keeps(&self, g: &Gathered) -> bool {
         self.has(g.role, g.r) && (self.uses(g.role, [g.p, g.q]) || self.uses(g.role, [g.q, g.p]))
     }
 }
 
 /// Every way of gathering a block.
-pub(super) fn ways(block: &Block, shape: Shape) -> Vec<Vec<Gathered>> {
+pub(crate) fn ways(block: &Block, shape: Shape) -> Vec<Vec<Gathered>> {
     let [x, y, z] = block.nodes;
     let roles: &[Role] = if shape.square { &[Role::A, Role::Out] } else { &[Role::A, Role::B, Role::Out] };
     // Pairs with what completes them; the equal nodes of a block are neighbors.
@@ -132,7 +132,7 @@ struct Builder {
 }
 
 /// The coefficients of the product, each block gathered in the given way.
-pub(super) fn build(shape: Shape, blocks: &[Block], chosen: &[&[Gathered]]) -> (Graph, Vec<Value>) {
+pub(crate) fn build(shape: Shape, blocks: &[Block], chosen: &[&[Gathered]]) -> (Graph, Vec<Value>) {
     // Gather the terms of every pair.
     let mut pairs: BTreeMap<[Node; 2], PairSums> = BTreeMap::new();
     for (block, way) in blocks.iter().zip(chosen) {
@@ -322,6 +322,6 @@ impl Builder {
 }
 
 /// Whether a coefficient would need a sign of its own.
-pub(super) fn is_negative(value: Value) -> bool {
+pub(crate) fn is_negative(value: Value) -> bool {
     value.is_some_and(|Term { negative, .. }| negative)
 }

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use lobe_sh::{AxisPermutation, band_range, coefficient_count};
 
-use super::graph::{Graph, Value, signed};
-use super::text::Function;
+use crate::graph::{Graph, Value, signed};
+use crate::text::Function;
 
 /// Bands that have code of their own: those below have closed forms, those above share a loop.
 const BANDS: std::ops::RangeInclusive<usize> = 3..=7;
@@ -17,7 +17,7 @@ const ROUNDING: f64 = 1e-14;
 const EXCHANGE: [[i8; 3]; 3] = [[1, 0, 0], [0, 0, 1], [0, 1, 0]];
 
 /// One file for each band, and their index.
-pub(super) fn files(header: &str) -> Vec<(String, String)> {
+pub(crate) fn files(header: &str) -> Vec<(String, String)> {
     let mut index = format!("{header}\n{INDEX}");
     let mut files = Vec::new();
     for l in BANDS {

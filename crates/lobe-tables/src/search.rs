@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
-use super::blocks::{Block, Node};
-use super::plan::{Gathered, Role, Shape, build, ways};
+use crate::blocks::{Block, Node};
+use crate::plan::{Gathered, Role, Shape, build, ways};
 
 /// The cost of a multiplication by a constant in the search: less than one, since some are shared in the end.
 const CONSTANT: f64 = 0.7;
@@ -23,7 +23,7 @@ const REFINED: usize = 40;
 ///
 /// Simulated annealing on an estimate of the operations. The seed is fixed, and only operations occur that every
 /// machine rounds alike: the outcome is the same everywhere.
-pub(super) fn choose(shape: Shape, blocks: &[Block]) -> Vec<Vec<Gathered>> {
+pub(crate) fn choose(shape: Shape, blocks: &[Block]) -> Vec<Vec<Gathered>> {
     let ways: Vec<Vec<Vec<Gathered>>> = blocks.iter().map(|block| ways(block, shape)).collect();
     let mut chosen = anneal(shape, &ways);
     if blocks.len() <= REFINED {

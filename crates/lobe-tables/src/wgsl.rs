@@ -5,13 +5,13 @@ use std::fmt::Write as _;
 
 use lobe_sh::{Basis, coefficient_count, coefficient_index};
 
-use super::text::Function;
+use crate::text::Function;
 
 /// The highest order that shaders evaluate: eight of transfer, and the ninth band of the clamped cosine.
 const HIGHEST_ORDER: usize = 9;
 
 /// The module `basis`: one function for each order.
-pub(super) fn basis(header: &str) -> String {
+pub(crate) fn basis(header: &str) -> String {
     let constants = Basis::<f64>::new(HIGHEST_ORDER);
     let mut text = format!("{header}\n{DOC}");
     for order in 1..=HIGHEST_ORDER {
@@ -80,7 +80,7 @@ fn number(x: f64) -> String {
 }
 
 /// The module `product`: products of two expansions of one order, to that order, which `functions` are after order 1.
-pub(super) fn product<'a>(header: &str, functions: impl Iterator<Item = (usize, Function<'a>)>) -> String {
+pub(crate) fn product<'a>(header: &str, functions: impl Iterator<Item = (usize, Function<'a>)>) -> String {
     let mut text = format!(
         "{header}\n// Products of expansions of one order, cut off at that order: the straight-line code of `lobe_sh::product_into`.\n"
     );

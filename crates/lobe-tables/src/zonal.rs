@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use lobe_sh::{coefficient_index, gaunt_coefficient};
 
-use super::cover::{Edge, multiply_at_source};
-use super::graph::{Graph, Value, signed};
+use crate::cover::{Edge, multiply_at_source};
+use crate::graph::{Graph, Value, signed};
 
 // c = h f with h = Σ_l z_l y_l0 is a product with a matrix that joins coefficients of equal m only, and whose entries
 // depend on |m|:
@@ -15,7 +15,7 @@ use super::graph::{Graph, Value, signed};
 // so the entries are made once for both signs of m and both orders of l and l'.
 
 /// The coefficients of the product of order `order`, from inputs `z` (one for each band) and `f`.
-pub(super) fn build(order: usize) -> (Graph, Vec<Value>) {
+pub(crate) fn build(order: usize) -> (Graph, Vec<Value>) {
     let mut graph = Graph::default();
     let places: Vec<[usize; 3]> =
         (0..order).flat_map(|mu| (mu..order).flat_map(move |l| (mu..=l).map(move |k| [mu, k, l]))).collect();
