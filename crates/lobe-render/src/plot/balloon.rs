@@ -5,7 +5,7 @@ use lobe_sh::{Coefficient, Dir, Rgb};
 
 use crate::View;
 use crate::plot::mesh::{Mesh, Vertex};
-use crate::plot::z_buffer::{Hit, visible};
+use crate::plot::z_buffer::{Hit, by_band, visible};
 use lobe_image::{Picture, Pixel};
 use lobe_sh::vector::{Vec3, add, dot, normalized, scale};
 
@@ -35,6 +35,20 @@ pub struct Balloon {
     pub background: Rgb<f32>,
 }
 
+/// The directions of the lights.
+struct Lights {
+    key: Vec3,
+    /// Between the key light and the eye.
+    halfway: Vec3,
+}
+
+impl Lights {
+    fn new() -> Self {
+        let key = normalized([-0.45, 0.65, 0.75]);
+        Self { key, halfway: normalized(add(key, [0.0, 0.0, 1.0])) }
+    }
+}
+
 impl Balloon {
     /// A balloon on white that fills the picture, in the three-quarter view.
     #[must_use]
@@ -56,8 +70,9 @@ impl Balloon {
         let corners = self.corners(mesh, pixels_per_unit * SAMPLES as f64);
         let mut picture = Picture::filled(self.size, self.size, self.background);
         if self.size > 0 {
+            let bands = by_band(&corners, &mesh.triangles, BAND * SAMPLES, self.size.div_ceil(BAND));
             parallel::rows(picture.pixels_mut(), BAND * self.size, &|band, pixels| {
-                self.draw_band(mesh, &corners, band * BAND, pixels);
+                self.draw_band(mesh, &corners, &bands[band], band * BAND, pixels);
             });
         }
         picture
@@ -74,17 +89,18 @@ impl Balloon {
     }
 
     /// Draws the rows of `pixels`, of which the first is `first_row`: every pixel is the mean of its samples.
-    fn draw_band(&self, mesh: &Mesh, corners: &[Vec3], first_row: usize, pixels: &mut [Pixel]) {
+    fn draw_band(&self, mesh: &Mesh, corners: &[Vec3], of_band: &[usize], first_row: usize, pixels: &mut [Pixel]) {
         // Rasterize the samples of the band.
         let (width, rows) = (self.size * SAMPLES, pixels.len() / self.size * SAMPLES);
-        let hits = visible(corners, &mesh.triangles, width, first_row * SAMPLES, rows);
+        let hits = visible(corners, &mesh.triangles, of_band, width, first_row * SAMPLES, rows);
+        let lights = Lights::new();
         // Shade the samples of each pixel, and take their mean.
         for (i, pixel) in pixels.iter_mut().enumerate() {
             let (x, y) = (i % self.size * SAMPLES, i / self.size * SAMPLES);
             let mut sum = Rgb::ZERO;
             for k in 0..SAMPLES * SAMPLES {
                 let hit = &hits[(y + k / SAMPLES) * width + x + k % SAMPLES];
-                sum += hit.as_ref().map_or(self.background, |hit| self.shade(mesh, hit));
+                sum += hit.as_ref().map_or(self.background, |hit| self.shade(mesh, hit, &lights));
             }
             *pixel = sum.scale(1.0 / (SAMPLES * SAMPLES) as f32).into();
         }
@@ -92,21 +108,19 @@ impl Balloon {
 
     /// The color of the surface: diffuse light from the upper left, a weaker light from all around that is stronger
     /// from above, and a highlight.
-    fn shade(&self, mesh: &Mesh, hit: &Hit) -> Rgb<f32> {
+    fn shade(&self, mesh: &Mesh, hit: &Hit, lights: &Lights) -> Rgb<f32> {
         // Interpolate the normal and the value between the corners.
-        let corners = mesh.triangles[hit.triangle].map(|i| mesh.vertices[i]);
         let mut normal = [0.0; 3];
         let mut value = 0.0;
-        for (corner, &weight) in corners.iter().zip(&hit.weights) {
+        for (&corner, &weight) in mesh.triangles[hit.triangle].iter().zip(&hit.weights) {
+            let corner = &mesh.vertices[corner];
             normal = add(normal, scale(corner.normal, weight));
             value += weight * corner.value;
         }
         // Shade with a key light, an ambient light and a highlight.
         let n = normalized(self.view.project(normal));
-        let light = normalized([-0.45, 0.65, 0.75]);
-        let halfway = normalized(add(light, [0.0, 0.0, 1.0]));
-        let diffuse = 0.38 + 0.10 * n[1] + 0.72 * dot(n, light).max(0.0);
-        let highlight = 0.16 * dot(n, halfway).max(0.0).powi(32);
+        let diffuse = 0.38 + 0.10 * n[1] + 0.72 * dot(n, lights.key).max(0.0);
+        let highlight = 0.16 * dot(n, lights.halfway).max(0.0).powi(32);
         let color = if value >= 0.0 { RED } else { BLUE };
         color.scale(diffuse as f32) + Rgb::splat(highlight as f32)
     }

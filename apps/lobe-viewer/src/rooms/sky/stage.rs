@@ -4,6 +4,7 @@ use eframe::egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Response, Strok
 use lobe::env::Sun;
 use lobe::image::{Picture, Tone};
 use lobe::render::{Camera, Shading, SurfacePoint};
+use lobe::sh::vector::{add, dot, scale, sub};
 use lobe::sh::{Coefficient as _, Dir, Rgb};
 
 use crate::rooms::sky::findings::Findings;
@@ -98,9 +99,8 @@ fn picture(camera: &Camera, [width, height]: [usize; 2], scenery: &Scenery<'_>) 
 /// The first ball that a ray meets, and where.
 fn nearest(origin: [f64; 3], towards: Dir) -> Option<(usize, SurfacePoint)> {
     let d = towards.to_array();
-    let dot = |a: [f64; 3], b: [f64; 3]| (0..3).map(|k| a[k] * b[k]).sum::<f64>();
     let hit = |(number, center): (usize, &[f64; 3])| {
-        let o: [f64; 3] = std::array::from_fn(|k| origin[k] - center[k]);
+        let o = sub(origin, *center);
         // |o + t d|² = 1
         let (b, c) = (dot(o, d), dot(o, o) - 1.0);
         let root = (b * b - c).sqrt();
@@ -108,8 +108,8 @@ fn nearest(origin: [f64; 3], towards: Dir) -> Option<(usize, SurfacePoint)> {
         (t > 0.0).then_some((number, t))
     };
     let (number, t) = BALLS.iter().enumerate().filter_map(hit).min_by(|a, b| a.1.total_cmp(&b.1))?;
-    let position: [f64; 3] = std::array::from_fn(|k| origin[k] + t * d[k]);
-    let normal = Dir::new(std::array::from_fn(|k| position[k] - BALLS[number][k]))?;
+    let position = add(origin, scale(d, t));
+    let normal = Dir::new(sub(position, BALLS[number]))?;
     Some((number, SurfacePoint { position, normal, view: -towards }))
 }
 
