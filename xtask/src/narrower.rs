@@ -18,8 +18,8 @@ const WITH_KERNELS: [&str; 5] = ["lobe-sh", "lobe-env", "lobe-scene", "lobe-prt"
 /// Runs the tests by plain code, which is the specification of the others, or by AVX2, for machines without AVX-512.
 pub(crate) fn run(instructions: &str, arguments: &[String]) -> Outcome {
     let kinds: &[&str] = match arguments {
-        [] => &["--lib"],
-        [all] if all == "--all" => &["--lib", "--test", "all"],
+        [] => &["lib"],
+        [all] if all == "--all" => &["lib", "test"],
         other => return Err(vec![format!("expected --all or nothing, found {}", other.join(" "))]),
     };
     let tests = built(kinds).map_err(|fault| vec![fault])?;
@@ -61,24 +61,30 @@ struct Tests {
     program: PathBuf,
 }
 
-/// Builds tests of the whole workspace.
+/// The tests of the whole workspace that are of these kinds of targets. All are built, as `cargo test --workspace` does:
+/// by `--lib`, cargo would build those of libraries too that say that they have none.
 fn built(kinds: &[&str]) -> Result<Vec<Tests>, String> {
-    let arguments = [&["test", "--workspace", "--no-run", "--message-format=json"], kinds].concat();
+    let arguments = ["test", "--workspace", "--no-run", "--message-format=json"];
     let output = Command::new(workspace::cargo())
         .current_dir(workspace::root())
-        .args(&arguments)
+        .args(arguments)
         .stderr(Stdio::inherit())
         .output();
     let output = output.map_err(|error| format!("cargo did not start: {error}"))?;
     if !output.status.success() {
         return Err(format!("cargo {} failed ({})", arguments.join(" "), output.status));
     }
-    Ok(String::from_utf8_lossy(&output.stdout).lines().filter_map(tests_of).collect())
+    Ok(String::from_utf8_lossy(&output.stdout).lines().filter_map(|line| tests_of(line, kinds)).collect())
 }
 
-/// The program of tests that a message of cargo tells of, if it does.
-fn tests_of(message: &str) -> Option<Tests> {
+/// The program of tests of one of these kinds that a message of cargo tells of, if it does. Of integration tests that is `all`.
+fn tests_of(message: &str, kinds: &[&str]) -> Option<Tests> {
     let message: Value = serde_json::from_str(message).ok()?;
+    let target = &message["target"];
+    let kind = kinds.iter().find(|kind| target["kind"][0] == **kind)?;
+    if *kind == "test" && target["name"] != "all" {
+        return None;
+    }
     let program = message["executable"].as_str().filter(|_| message["profile"]["test"] == true)?;
     let package = PathBuf::from(message["manifest_path"].as_str()?);
     Some(Tests { package: package.parent()?.file_name()?.to_str()?.to_owned(), program: program.into() })
@@ -92,15 +98,25 @@ mod tests {
 
     #[test]
     fn programs_of_tests_are_told_from_libraries_and_programs() {
-        let message = |test: bool, executable: &str| {
+        let message = |test: bool, kind: &str, name: &str, executable: &str| {
             format!(
-                r#"{{"reason":"compiler-artifact","manifest_path":"/w/crates/lobe-sh/Cargo.toml","profile":{{"test":{test}}},"executable":{executable}}}"#
+                r#"{{"reason":"compiler-artifact","manifest_path":"/w/crates/lobe-sh/Cargo.toml","target":{{"kind":["{kind}"],"name":"{name}"}},"profile":{{"test":{test}}},"executable":{executable}}}"#
             )
         };
-        let found = tests_of(&message(true, "\"/w/target/debug/deps/lobe_sh-1\"")).expect("tests");
+        let program = "\"/w/target/debug/deps/lobe_sh-1\"";
+        let unit = message(true, "lib", "lobe_sh", program);
+        let found = tests_of(&unit, &["lib"]).expect("tests");
         assert_eq!((found.package.as_str(), found.program), ("lobe-sh", "/w/target/debug/deps/lobe_sh-1".into()));
-        for other in [message(false, "\"/w/target/debug/lobe\""), message(true, "null"), "no JSON".to_owned()] {
-            assert!(tests_of(&other).is_none(), "{other}");
+        let all = message(true, "test", "all", program);
+        assert!(tests_of(&all, &["lib"]).is_none() && tests_of(&all, &["lib", "test"]).is_some(), "{all}");
+        for other in [
+            message(true, "test", "malformed", program),
+            message(false, "bin", "lobe", "\"/w/target/debug/lobe\""),
+            message(false, "lib", "lobe_sh", program),
+            message(true, "lib", "lobe_sh", "null"),
+            "no JSON".to_owned(),
+        ] {
+            assert!(tests_of(&other, &["lib", "test"]).is_none(), "{other}");
         }
     }
 
