@@ -62,8 +62,10 @@ const DOCS_PRIVATE: Step = Step {
     name: "docs-private",
     work: Work::Cargo("doc --workspace --no-deps --document-private-items", DENY_DOC_WARNINGS),
 };
-/// The documentation for users: a link from a public item to a private one is an error.
-const DOCS: Step = Step { name: "docs", work: Work::Cargo("doc --workspace --no-deps", DENY_DOC_WARNINGS) };
+/// The documentation for users: a link from a public item to a private one is an error. With all features, as [`CLIPPY`], which has
+/// checked the dependencies with them.
+const DOCS: Step =
+    Step { name: "docs", work: Work::Cargo("doc --workspace --all-features --no-deps", DENY_DOC_WARNINGS) };
 /// The guide as a book, in target/guide.
 const BOOK: Step = Step { name: "book", work: Work::Where(toolchain::has_mdbook, "mdbook", "build docs/guide") };
 /// The README's command, word for word.
