@@ -214,8 +214,7 @@ impl<'a> Balance<'a> {
         NeighborClamp::new(self.weights.sampler().source, &self.solid_angles)
     }
 
-    /// Whether the light of `map` has converged, to the limits above, if texel `(x, y)` has the deficit `missing(x,
-    /// y)`.
+    /// Whether the target lacks little of the light of `map` if texel `(x, y)` has the deficit `missing(x, y)`.
     fn is_enough(&self, missing: impl Fn(usize, usize) -> f64 + Sync, map: &MappedMap) -> bool {
         self.lost(missing, map).is_little()
     }

@@ -23,7 +23,7 @@ use crate::{Coefficient, Expansion, FixedOrder, GauntTensor, MAX_GAUNT_ORDER, Re
 /// bands before the last product (test `truncated_products_do_not_associate`). [`product_on_grid`] multiplies many
 /// factors and truncates once.
 ///
-/// Common orders, 2 to 6 and some mixtures, have straight-line code, written by the program `xtask tables`; other
+/// Common orders, 2 to 6 and some mixtures, have straight-line code, written by the crate `lobe-tables`; other
 /// orders up to [`MAX_GAUNT_ORDER`] use the sparse tensor of Gaunt coefficients, and higher ones a grid. Where the
 /// [`Machine`] has wide instructions, those of one order from 5 to 10 in `f32` use the rows of a quadrature rule side by
 /// side. In `f64` all equal quadrature within 1e-12 of the largest coefficient (test
