@@ -13,7 +13,7 @@ const DOCUMENTS: Step = Step { name: "documents", work: Work::Chore(documents::c
 const GOLDENS: Step = Step { name: "goldens", work: Work::Chore(goldens::check) };
 const CLIPPY: Step =
     Step { name: "clippy", work: Work::Cargo("clippy --workspace --all-targets --all-features -- -D warnings", &[]) };
-/// The mathematics alone, without files. At night: [`NO_STD`] checks the same for another machine.
+/// The mathematics alone, without files. At night: [`NO_STD`] and [`WASM`] check the same for other machines.
 const FEATURES: Step =
     Step { name: "no-features", work: Work::Cargo("check --package lobe-sh --no-default-features", &[]) };
 /// The command as users build it: the other steps have every feature on, or those that any crate of the workspace asks for. At night, because
@@ -23,7 +23,7 @@ const DEFAULTS: Step = Step { name: "default-features", work: Work::Cargo("check
 const PYTHON_ALONE: Step = Step { name: "python-alone", work: Work::Cargo("check --package lobe-python", &[]) };
 /// The window likewise.
 const VIEWER_ALONE: Step = Step { name: "viewer-alone", work: Work::Cargo("check --package lobe-viewer", &[]) };
-/// The mathematics in a browser: nothing of the standard library is used. At night: [`NO_STD`] asks for less still.
+/// The mathematics in a browser: nothing of the standard library is used.
 const WASM: Step = Step {
     name: "wasm32",
     work: Work::Where(
@@ -189,7 +189,6 @@ pub(crate) fn nightly() -> Outcome {
         FUZZ,
         PEERS,
         FEATURES,
-        WASM,
         PYTHON_ALONE,
         VIEWER_ALONE,
         DEFAULTS,
@@ -215,7 +214,7 @@ pub(crate) fn nightly() -> Outcome {
 const CHECKS: &[Step] = &[FMT, FMT_FUZZ, FMT_PEERS, FMT_BEVY, ARCH, SIZES, DOCUMENTS, GOLDENS];
 
 /// What is found without running anything of the project.
-const LINTS: &[Step] = &[CLIPPY, NO_STD, OLDEST_RUST, DOCS, BOOK];
+const LINTS: &[Step] = &[CLIPPY, WASM, NO_STD, OLDEST_RUST, DOCS, BOOK];
 
 /// The tests, and what needs the tools that `.ci/run` installs.
 const TESTS: &[Step] = &[TYPOS, TEST, TEST_PLAIN, TEST_AVX2, INSTRUCTIONS, CORPUS];
