@@ -40,11 +40,7 @@ const CHORES: &[(&str, &str, Chore)] = &[
     ("sizes", "the length of every Rust file", |_| sizes::check()),
     ("bench", "the kernels beside their floors and other libraries, measured here in one run", bench::bench),
     ("documents", "links between documents, and citations against REFERENCES.bib", |_| documents::check()),
-    (
-        "tables",
-        "writes the generated code: products of lobe-sh, the basis in WGSL; with --check only compares",
-        tables::run,
-    ),
+    ("tables", "writes the generated code of lobe-sh and lobe-gpu; with --check only compares", tables::run),
     ("outputs", "two builds of the command write the same bytes: PROGRAM-BEFORE PROGRAM-AFTER", outputs::run),
     (
         "corpus",

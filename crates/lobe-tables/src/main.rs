@@ -2,8 +2,8 @@
 //! directions at once and the rotation of bands, and the basis and the products of `lobe-gpu`: `cargo xtask tables`. With
 //! `--check` it only says which files differ from what it would write, and fails.
 //!
-//! It links the `lobe-sh` whose sources it writes, for the exact tensor of Gaunt coefficients; the products themselves
-//! it does not use, so that it can replace them whatever they contain, as long as they compile.
+//! It links the `lobe-sh` whose sources it writes, for the exact tensor of Gaunt coefficients, the constants of the
+//! basis and the permutations of axes; what it generates it does not use, so that it can replace them whatever they contain, as long as they compile.
 
 mod blocks;
 mod cover;
@@ -27,7 +27,15 @@ use product::{of_one_order, products};
 use text::HEADER;
 
 fn main() -> ExitCode {
-    let check = std::env::args().any(|argument| argument == "--check");
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let check = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        [] => false,
+        ["--check"] => true,
+        _ => {
+            eprintln!("expected --check or nothing, found {}", arguments.join(" "));
+            return ExitCode::from(2);
+        }
+    };
     let faults = run(check);
     for fault in &faults {
         eprintln!("{fault}");
