@@ -26,8 +26,9 @@ pub(crate) fn run(instructions: &str, arguments: &[String]) -> Outcome {
     let mut faults = Vec::new();
     for krate in WITH_KERNELS {
         let of_crate: Vec<_> = tests.iter().filter(|tests| tests.package == krate).collect();
-        if of_crate.is_empty() {
-            faults.push(format!("{krate}: expected programs of tests, found none"));
+        if of_crate.len() != kinds.len() {
+            let expected = format!("{} of kinds {}", kinds.len(), kinds.join(" and "));
+            faults.push(format!("{krate}: expected programs of tests, {expected}, found {}", of_crate.len()));
         }
         for Tests { program, .. } in of_crate {
             println!("     {krate}: {}", program.display());

@@ -3,8 +3,7 @@
 //! `RAYON_NUM_THREADS=2 /usr/bin/time -v target/release/examples/convert_large [IN [OUT]..]`
 //!
 //! IN is a lat-long picture; without it, a float panorama of 4096 x 2048 texels is made, with a sun as photographs have
-//! it, of 672 texels that hold half of all light. Each OUT is a .ktx2, a .dds, or a picture,
-//! which becomes a cross.
+//! it, of 672 texels that hold half of all light. Each OUT is a .ktx2, a .dds, or a picture, which becomes a cross.
 
 use std::path::Path;
 use std::time::Instant;

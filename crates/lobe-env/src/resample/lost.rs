@@ -34,7 +34,7 @@ pub(crate) struct Lost {
     uniform: Rgb<f64>,
     /// What the target lacks of it, `Σ (Ω - E) min(L, m)`; below 0 where it has too much.
     missing: Rgb<f64>,
-    /// The sum of the squares of what it lacks of each texel, over the channels' sum.
+    /// The sum over the texels of the squares of what it lacks of all channels, by magnitude.
     squares: f64,
 }
 
@@ -46,7 +46,7 @@ impl Lost {
             self.total += light.scale(solid_angle);
             self.uniform += Rgb::from(uniform.to_array().map(f64::abs)).scale(solid_angle);
             self.missing += missing;
-            self.squares += (missing.r + missing.g + missing.b).powi(2);
+            self.squares += (missing.r.abs() + missing.g.abs() + missing.b.abs()).powi(2);
         }
     }
 
@@ -54,25 +54,32 @@ impl Lost {
     pub(crate) fn is_little(&self) -> bool {
         let Rgb { r, g, b } = self.uniform;
         let of_mean = |c: usize| {
-            let (total, uniform, missing) = self.of_channel(c);
-            missing.abs() <= (UNSCALED_TOLERANCE * uniform).max(MOST_SCALED * uniform.min(total.abs()))
+            let missing = self.missing.channel(c).abs();
+            missing <= self.least_scaled(c).max(self.most_scaled(c))
         };
         self.squares.sqrt() <= TEXELS_TOLERANCE * (r + g + b) && (0..3).all(of_mean)
     }
 
-    /// The factors `b`, which keep the mean; as near to them as may be where too much is missing.
+    /// The factors `b`, which keep the mean; as near to them as may be where too much is missing. 1 where little is
+    /// missing, and where the mean is so near to 0 that little can be given.
     pub(crate) fn factor(&self) -> Rgb<f32> {
         Rgb::from_channels(|c| {
-            let (total, uniform, missing) = self.of_channel(c);
-            let is_kept = missing.abs() <= UNSCALED_TOLERANCE * uniform;
-            let share = if is_kept { 0.0 } else { (missing / total).clamp(-MOST_SCALED, MOST_SCALED) };
-            (1.0 / (1.0 - share)) as f32
+            let (missing, most) = (self.missing.channel(c), self.most_scaled(c));
+            if missing.abs().min(most) <= self.least_scaled(c) {
+                return 1.0;
+            }
+            (1.0 / (1.0 - missing.clamp(-most, most) / self.total.channel(c))) as f32
         })
     }
 
-    /// All light, the uniform light and what is missing of it.
-    fn of_channel(&self, c: usize) -> (f64, f64, f64) {
-        (self.total.channel(c), self.uniform.channel(c), self.missing.channel(c))
+    /// What may be missing of channel `c` with nothing given to all texels.
+    fn least_scaled(&self, c: usize) -> f64 {
+        UNSCALED_TOLERANCE * self.uniform.channel(c)
+    }
+
+    /// The most of channel `c` that is given to all texels.
+    fn most_scaled(&self, c: usize) -> f64 {
+        MOST_SCALED * self.uniform.channel(c).min(self.total.channel(c).abs())
     }
 }
 
@@ -86,5 +93,50 @@ impl std::ops::Add for Lost {
             missing: self.missing + other.missing,
             squares: self.squares + other.squares,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The sums of two texels of solid angle 1, each with its uniform light, of which one lacks a part.
+    fn lost(lights: [f64; 2], missing: f64) -> Lost {
+        let mut sums = Lost::default();
+        for (light, missing) in lights.into_iter().zip([missing, 0.0]) {
+            sums.add(Rgb::splat(light), Rgb::splat(light), 1.0, missing);
+        }
+        sums
+    }
+
+    #[test]
+    fn the_factor_gives_back_what_is_missing_up_to_a_thousandth_and_nothing_to_a_mean_of_zero() {
+        let factor = |lights, missing| f64::from(lost(lights, missing).factor().g);
+        assert_eq!(factor([1.0, 1.0], 9e-6), 1.0, "less than the tolerance is missing");
+        assert!((factor([1.0, 1.0], 1e-3) - 2.0 / 1.999).abs() < 1e-7, "the mean is kept");
+        assert!((factor([1.0, 1.0], 0.5) - 1.0 / 0.999).abs() < 1e-7, "no more than the most is given");
+        assert!((factor([1.0, 1.0], -0.5) - 1.0 / 1.001).abs() < 1e-7, "nor taken");
+        for missing in [1e-5, 0.1, -0.1] {
+            assert_eq!(factor([1.0, -1.0], missing), 1.0, "a mean of zero has nothing to give");
+        }
+    }
+
+    #[test]
+    fn texels_that_are_not_finite_are_left_out() {
+        let mut sums = lost([1.0, 1.0], 1e-3);
+        for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            sums.add(Rgb::new(1.0, value, 1.0), Rgb::splat(1.0), 1.0, 0.5);
+        }
+        assert_eq!(sums.factor(), lost([1.0, 1.0], 1e-3).factor(), "factors with and without them");
+    }
+
+    #[test]
+    fn deficits_of_channels_of_opposite_sign_do_not_cancel() {
+        let mut sums = Lost::default();
+        for missing in [0.1, -0.1] {
+            let light = Rgb::new(1.0, -1.0, 0.0);
+            sums.add(light, light, 1.0, missing);
+        }
+        assert!(!sums.is_little(), "a tenth of each texel is no little");
     }
 }

@@ -138,15 +138,31 @@ mod tests {
     }
 
     #[test]
+    fn each_band_has_the_triangles_that_reach_into_it() {
+        let mut corners = corners();
+        let above = corners.len();
+        corners.extend([[0.0, -9.0, 0.0], [4.0, -9.0, 0.0], [0.0, -2.0, 0.0]]);
+        corners.extend([[0.0, 19.0, 0.0], [4.0, 19.0, 0.0], [0.0, 15.0, 0.0], [0.0, f64::NAN, 0.0]]);
+        let [below, nan] = [above + 3, above + 6];
+        let hidden = [[above, above + 1, above + 2], [below, below + 1, below + 2], [0, 1, nan], [0, 3, 0]];
+        let triangles = [&TRIANGLES[..], &hidden].concat();
+        // The last band is longer than the picture, as that of a picture whose height is no multiple.
+        assert_eq!(by_band(&corners, &triangles, 5, 2), [vec![0, 1, 2], vec![0, 1]], "bands of five rows");
+    }
+
+    #[test]
     fn bands_of_rows_give_the_same_as_all_at_once() {
         let seen = |bands: usize| -> Vec<_> {
-            let rows = 9 / bands;
+            let rows = 9_usize.div_ceil(bands);
             let of_bands = by_band(&corners(), &TRIANGLES, rows, bands).into_iter().enumerate();
-            let hits =
-                of_bands.flat_map(|(band, of_band)| visible(&corners(), &TRIANGLES, &of_band, 9, band * rows, rows));
+            let hits = of_bands.flat_map(|(band, of_band)| {
+                let first = band * rows;
+                visible(&corners(), &TRIANGLES, &of_band, 9, first, rows.min(9 - first))
+            });
             hits.map(|hit| hit.map(|hit| hit.triangle)).collect()
         };
-        let (whole, bands) = (seen(1), seen(3));
+        let (whole, bands, uneven) = (seen(1), seen(3), seen(2));
+        assert_eq!(whole, uneven, "bands of five and four rows");
         assert!(whole.iter().any(Option::is_some), "something is seen");
         assert_eq!(whole, bands, "three bands of three rows");
     }
