@@ -80,4 +80,6 @@ pub use picture::tone::{Curve, Exposure, Tone};
 pub use pixel::{IntoPixel, Pixel, mix};
 pub use texture::cube_texture::{CubeTexture, mip_level_count, mip_level_size};
 pub use texture::texel_format::TexelFormat;
-pub use texture::texture::{read_cube_texture, read_cube_texture_bytes, write_cube_texture};
+pub use texture::texture::{
+    is_cube_texture_bytes, read_cube_texture, read_cube_texture_bytes, read_texture_picture_bytes, write_cube_texture,
+};

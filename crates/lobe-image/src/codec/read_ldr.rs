@@ -11,7 +11,9 @@ use zune_jpeg::zune_core::options::DecoderOptions;
 use crate::ImageError;
 use crate::codec::decoded::{Decoded, PictureHead, check_size, invalid, reserve, unsupported};
 use crate::codec::jpeg_end;
+use crate::codec::orientation::Orientation;
 use crate::codec::png_color::{Transfer, UNSPECIFIED, primaries_of_png};
+use crate::codec::xmp::{self, Panorama};
 use crate::picture::png::MAPPING_KEY;
 use crate::pixel::Pixel;
 
@@ -21,6 +23,12 @@ const MOST_PNG_TEXELS_PER_BYTE: u64 = 8 * 1032;
 /// JPEG stores at least one bit for each block of 8 x 8 texels, in its densest form, a progressive picture of one
 /// color; twice that.
 const MOST_JPEG_TEXELS_PER_BYTE: u64 = 2 * 8 * 64;
+
+/// The key of a text of a PNG that is a packet of XMP.
+const XMP_KEY: &str = "XML:com.adobe.xmp";
+
+/// The longest packet of XMP of a PNG.
+const XMP_BYTES: usize = 16 << 20;
 
 /// The most memory that the PNG decoder takes besides the picture, for a row, a profile and texts.
 const PNG_BYTES: usize = 512 << 20;
@@ -51,13 +59,22 @@ pub(crate) fn decode_png(bytes: &[u8], name: &str, max_texels: usize) -> Result<
         orientation: info.exif_metadata.as_deref().map_or(Orientation::UPRIGHT, Orientation::of_exif),
         has_profile: info.icc_profile.is_some() && !is_coded,
     };
-    let mut unknown = Vec::new();
-    let primaries = primaries_of_png(info, &mut unknown);
+    let (primaries, unclear_primaries) = match primaries_of_png(info) {
+        Some(Ok(primaries)) => (Some(primaries), None),
+        Some(Err(unclear)) => (None, Some(unclear)),
+        None => (None, None),
+    };
     let texts = &info.uncompressed_latin1_text;
     let mapping = texts.iter().find(|text| text.keyword == MAPPING_KEY).map(|text| text.text.clone());
+    let (mut panorama, mut unclear) = (Panorama::new(), Vec::new());
+    for text in info.utf8_text.iter().filter(|text| text.keyword == XMP_KEY) {
+        let mut text = text.clone();
+        let packet = text.decompress_text_with_limit(XMP_BYTES).and_then(|()| text.get_text());
+        xmp::add_packet(packet.unwrap_or_default().as_bytes(), &mut panorama, &mut unclear);
+    }
     let mut decoded = layout.decode(name, |raw| reader.next_frame(raw).map(|_| ()).map_err(explain))?;
-    decoded.head.notes.append(&mut unknown);
-    Ok(Decoded { head: PictureHead { primaries, mapping, ..decoded.head }, ..decoded })
+    decoded.head.notes.append(&mut unclear);
+    Ok(Decoded { head: PictureHead { primaries, unclear_primaries, mapping, panorama, ..decoded.head }, ..decoded })
 }
 
 /// Decodes a JPEG picture; `name` stands for the file in messages.
@@ -74,6 +91,11 @@ pub(crate) fn decode_jpeg(bytes: &[u8], name: &str, max_texels: usize) -> Result
     };
     let (width, height) = headers.dimensions().unwrap_or_default();
     let size = check(width as u64, height as u64, max_texels, bytes, MOST_JPEG_TEXELS_PER_BYTE, name)?;
+    let (mut panorama, mut unclear) = (Panorama::new(), Vec::new());
+    let info = headers.info();
+    // What does not fit a segment of 64 KiB is in others, which the decoder puts together.
+    let packets = info.iter().flat_map(|info| [&info.xmp_data, &info.extended_xmp]);
+    packets.flatten().for_each(|packet| xmp::add_packet(packet, &mut panorama, &mut unclear));
     let is_gray = headers.input_colorspace() == Some(ColorSpace::Luma);
     let layout = Layout {
         kind: "JPEG",
@@ -85,13 +107,15 @@ pub(crate) fn decode_jpeg(bytes: &[u8], name: &str, max_texels: usize) -> Result
         has_profile: headers.icc_profile().is_some(),
     };
     // Where it need not be strict, the decoder fills what is missing with gray.
-    layout.decode(name, |raw| {
+    let mut decoded = layout.decode(name, |raw| {
         let colors = if is_gray { ColorSpace::Luma } else { ColorSpace::RGB };
         let strict = options.set_strict_mode(true).jpeg_set_out_colorspace(colors);
         let mut decoder = zune_jpeg::JpegDecoder::new_with_options(ZCursor::new(picture.as_slice()), strict);
         let damaged = |e| invalid(name, format!("the JPEG picture is damaged or not all there: {e}"));
         decoder.decode_into(raw).map_err(damaged)
-    })
+    })?;
+    decoded.head.notes.append(&mut unclear);
+    Ok(Decoded { head: PictureHead { panorama, ..decoded.head }, ..decoded })
 }
 
 /// Refuses a picture larger than the caller allows, or than the bytes of its file can hold.
@@ -183,69 +207,4 @@ fn rgb<T>(texel: &[T], linear: impl Fn(&T) -> f32) -> Pixel {
         return [gray; 3];
     }
     [linear(&texel[0]), linear(&texel[1]), linear(&texel[2])]
-}
-
-/// How a camera was held, by the numbers 1 to 8 of the tag `Orientation` of Exif (CIPA DC-008, 4.6.5).
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Orientation(u16);
-
-impl Orientation {
-    const UPRIGHT: Self = Self(1);
-
-    /// The tag in the first directory of a block of Exif, which is a TIFF file; upright without one.
-    fn of_exif(exif: &[u8]) -> Self {
-        Self::tag(exif).map(Self).unwrap_or(Self::UPRIGHT)
-    }
-
-    fn tag(exif: &[u8]) -> Option<u16> {
-        let is_big = match exif.first_chunk()? {
-            b"II*\0" => false,
-            b"MM\0*" => true,
-            _ => return None,
-        };
-        let short = |at: usize| {
-            let bytes = *exif.get(at..)?.first_chunk()?;
-            Some(if is_big { u16::from_be_bytes(bytes) } else { u16::from_le_bytes(bytes) })
-        };
-        let long = |at: usize| {
-            let bytes = *exif.get(at..)?.first_chunk()?;
-            Some(if is_big { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) })
-        };
-        let directory = long(4)? as usize;
-        // An entry has its tag, its type (3 is a short), the number of values, and the value.
-        let mut entries = (0..short(directory)?).map(|k| directory + 2 + 12 * usize::from(k));
-        let entry = entries.find(|at| short(*at) == Some(0x112))?;
-        let is_one_short = short(entry + 2)? == 3 && long(entry + 4)? == 1;
-        short(entry + 8).filter(|number| is_one_short && (1..=8).contains(number))
-    }
-
-    /// Columns and rows of the upright picture; from 5 on the stored one lies on its side.
-    fn upright_size(self, [width, height]: [usize; 2]) -> [usize; 2] {
-        if self.0 >= 5 { [height, width] } else { [width, height] }
-    }
-
-    /// The texels of the upright picture, which has the given size, from those of the stored one.
-    fn upright(self, stored: &[Pixel], size: [usize; 2], name: &str) -> Result<Vec<Pixel>, ImageError> {
-        let ([width, height], [columns, _]) = (size, self.upright_size(size));
-        let (right, bottom) = (width - 1, height - 1);
-        // The column and row of a texel in the stored picture.
-        let place = |x: usize, y: usize| match self.0 {
-            2 => [right - x, y],
-            3 => [right - x, bottom - y],
-            4 => [x, bottom - y],
-            5 => [y, x],
-            6 => [y, right - x],
-            7 => [bottom - y, right - x],
-            8 => [bottom - y, x],
-            _ => [x, y],
-        };
-        let mut texels = reserve(width * height, name)?;
-        for y in 0..height {
-            texels.extend((0..width).map(|x| {
-                let [x, y] = place(x, y);
-                stored[y * columns + x]
-            }));
-        }
-        Ok(texels)
-    }
 }

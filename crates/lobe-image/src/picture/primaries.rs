@@ -14,7 +14,7 @@ use lobe_io::parallel;
 
 use crate::pixel::Pixel;
 
-type Matrix = [[f64; 3]; 3];
+pub(crate) type Matrix = [[f64; 3]; 3];
 
 /// Bradford's matrix: XYZ to the responses that are scaled from white to white.
 const BRADFORD: Matrix = [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]];
@@ -40,6 +40,10 @@ impl Primaries {
     pub(crate) const REC_709: Self =
         Self { colors: [[0.64, 0.33], [0.30, 0.60], [0.15, 0.06]], white: [0.3127, 0.3290] };
 
+    /// Those of Radiance where a picture names no others; the white has equal energy at all wavelengths.
+    pub(crate) const RADIANCE: Self =
+        Self { colors: [[0.640, 0.330], [0.290, 0.600], [0.150, 0.060]], white: [1.0 / 3.0, 1.0 / 3.0] };
+
     /// Primaries with the white; none if they are no numbers, lie on a line, or one has no luminance.
     pub(crate) fn new(red: [f64; 2], green: [f64; 2], blue: [f64; 2], white: [f64; 2]) -> Option<Self> {
         let [a, b] = [[green[0] - red[0], green[1] - red[1]], [blue[0] - red[0], blue[1] - red[1]]];
@@ -60,6 +64,11 @@ impl Primaries {
         let columns = transposed(self.colors.map(xyz_of));
         let scale = transformed(&inverse(&columns), xyz_of(self.white));
         columns.map(|row| [0, 1, 2].map(|k| row[k] * scale[k]))
+    }
+
+    /// The color in these primaries of one in XYZ.
+    pub(crate) fn of_xyz(&self) -> Matrix {
+        inverse(&self.xyz())
     }
 
     /// The color in Rec. 709 of a color in these primaries, the white adapted.
@@ -86,7 +95,7 @@ fn xyz_of([x, y]: [f64; 2]) -> [f64; 3] {
     [x / y, 1.0, (1.0 - x - y) / y]
 }
 
-fn transformed(matrix: &Matrix, v: [f64; 3]) -> [f64; 3] {
+pub(crate) fn transformed(matrix: &Matrix, v: [f64; 3]) -> [f64; 3] {
     matrix.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
 }
 
