@@ -11,6 +11,11 @@ pub(crate) struct Orientation(u16);
 impl Orientation {
     pub(crate) const UPRIGHT: Self = Self(1);
 
+    /// That of a number of the tag; upright where there is none or another.
+    pub(crate) fn of_number(number: Option<u16>) -> Self {
+        number.filter(|number| (1..=8).contains(number)).map_or(Self::UPRIGHT, Self)
+    }
+
     /// The tag in the first directory of a block of Exif, which is a TIFF file; upright without one.
     pub(crate) fn of_exif(exif: &[u8]) -> Self {
         Self::tag(exif).map(Self).unwrap_or(Self::UPRIGHT)

@@ -1,16 +1,12 @@
-//! PNG and JPEG decoders: 8 or 16 bits, encoded for displays.
+//! PNG decoder, and the layout of pictures of 8 or 16 bits that are encoded for displays.
 
 use std::io::{Cursor, ErrorKind};
 
 use png::{BitDepth, DecodingError, Transformations};
-use zune_jpeg::errors::DecodeErrors;
-use zune_jpeg::zune_core::bytestream::ZCursor;
-use zune_jpeg::zune_core::colorspace::ColorSpace;
-use zune_jpeg::zune_core::options::DecoderOptions;
 
 use crate::ImageError;
-use crate::codec::decoded::{Decoded, PictureHead, check_size, invalid, reserve, unsupported};
-use crate::codec::jpeg_end;
+use crate::codec::decoded::{Decoded, PictureHead, check_size, invalid, reserve};
+use crate::codec::icc::Profile;
 use crate::codec::orientation::Orientation;
 use crate::codec::png_color::{Transfer, UNSPECIFIED, primaries_of_png};
 use crate::codec::xmp::{self, Panorama};
@@ -20,9 +16,8 @@ use crate::pixel::Pixel;
 /// Deflate expands a byte to at most 1032, and PNG stores at most eight texels in a byte.
 const MOST_PNG_TEXELS_PER_BYTE: u64 = 8 * 1032;
 
-/// JPEG stores at least one bit for each block of 8 x 8 texels, in its densest form, a progressive picture of one
-/// color; twice that.
-const MOST_JPEG_TEXELS_PER_BYTE: u64 = 2 * 8 * 64;
+/// What a note says of light above white, where no file can tell of it.
+pub(crate) const CUT_OFF: &str = "whatever was brighter has been cut off";
 
 /// The key of a text of a PNG that is a packet of XMP.
 const XMP_KEY: &str = "XML:com.adobe.xmp";
@@ -57,7 +52,8 @@ pub(crate) fn decode_png(bytes: &[u8], name: &str, max_texels: usize) -> Result<
         is_wide: depth == BitDepth::Sixteen,
         transfer: Transfer::of_png(info, name)?,
         orientation: info.exif_metadata.as_deref().map_or(Orientation::UPRIGHT, Orientation::of_exif),
-        has_profile: info.icc_profile.is_some() && !is_coded,
+        profile: info.icc_profile.as_deref().filter(|_| !is_coded).map(Profile::parse),
+        above_white: CUT_OFF.to_owned(),
     };
     let (primaries, unclear_primaries) = match primaries_of_png(info) {
         Some(Ok(primaries)) => (Some(primaries), None),
@@ -74,52 +70,13 @@ pub(crate) fn decode_png(bytes: &[u8], name: &str, max_texels: usize) -> Result<
     }
     let mut decoded = layout.decode(name, |raw| reader.next_frame(raw).map(|_| ()).map_err(explain))?;
     decoded.head.notes.append(&mut unclear);
+    // A profile stands in place of the chunk cHRM.
+    let primaries = decoded.head.primaries.or(primaries);
     Ok(Decoded { head: PictureHead { primaries, unclear_primaries, mapping, panorama, ..decoded.head }, ..decoded })
 }
 
-/// Decodes a JPEG picture; `name` stands for the file in messages.
-pub(crate) fn decode_jpeg(bytes: &[u8], name: &str, max_texels: usize) -> Result<Decoded, ImageError> {
-    let options = DecoderOptions::default().set_max_width(usize::MAX).set_max_height(usize::MAX);
-    let lenient = options.set_strict_mode(false);
-    let mut headers = zune_jpeg::JpegDecoder::new_with_options(ZCursor::new(bytes), lenient);
-    headers.decode_headers().map_err(|error| match error {
-        DecodeErrors::Unsupported(what) => unsupported(name, format!("this kind of JPEG is not read: {what:?}")),
-        other => invalid(name, format!("damaged JPEG picture: {other}")),
-    })?;
-    let Some(picture) = jpeg_end::with_ones_behind(bytes) else {
-        return Err(invalid(name, "the file ends early: the end of the JPEG picture is missing".into()));
-    };
-    let (width, height) = headers.dimensions().unwrap_or_default();
-    let size = check(width as u64, height as u64, max_texels, bytes, MOST_JPEG_TEXELS_PER_BYTE, name)?;
-    let (mut panorama, mut unclear) = (Panorama::new(), Vec::new());
-    let info = headers.info();
-    // What does not fit a segment of 64 KiB is in others, which the decoder puts together.
-    let packets = info.iter().flat_map(|info| [&info.xmp_data, &info.extended_xmp]);
-    packets.flatten().for_each(|packet| xmp::add_packet(packet, &mut panorama, &mut unclear));
-    let is_gray = headers.input_colorspace() == Some(ColorSpace::Luma);
-    let layout = Layout {
-        kind: "JPEG",
-        size,
-        channels: if is_gray { 1 } else { 3 },
-        is_wide: false,
-        transfer: Transfer::Srgb,
-        orientation: headers.exif().map_or(Orientation::UPRIGHT, |exif| Orientation::of_exif(exif)),
-        has_profile: headers.icc_profile().is_some(),
-    };
-    // Where it need not be strict, the decoder fills what is missing with gray.
-    let mut decoded = layout.decode(name, |raw| {
-        let colors = if is_gray { ColorSpace::Luma } else { ColorSpace::RGB };
-        let strict = options.set_strict_mode(true).jpeg_set_out_colorspace(colors);
-        let mut decoder = zune_jpeg::JpegDecoder::new_with_options(ZCursor::new(picture.as_slice()), strict);
-        let damaged = |e| invalid(name, format!("the JPEG picture is damaged or not all there: {e}"));
-        decoder.decode_into(raw).map_err(damaged)
-    })?;
-    decoded.head.notes.append(&mut unclear);
-    Ok(Decoded { head: PictureHead { panorama, ..decoded.head }, ..decoded })
-}
-
 /// Refuses a picture larger than the caller allows, or than the bytes of its file can hold.
-fn check(
+pub(crate) fn check(
     width: u64,
     height: u64,
     max_texels: usize,
@@ -136,22 +93,25 @@ fn check(
 }
 
 /// The bytes of a decoded picture, row by row, and what else its header says.
-struct Layout {
-    kind: &'static str,
+pub(crate) struct Layout {
+    pub(crate) kind: &'static str,
     /// The columns and rows that are stored.
-    size: [usize; 2],
+    pub(crate) size: [usize; 2],
     /// Gray or three colors, with alpha if they are 2 or 4.
-    channels: usize,
+    pub(crate) channels: usize,
     /// Whether a channel has 16 bits, the higher eight first, rather than 8.
-    is_wide: bool,
-    transfer: Transfer,
-    orientation: Orientation,
-    has_profile: bool,
+    pub(crate) is_wide: bool,
+    pub(crate) transfer: Transfer,
+    pub(crate) orientation: Orientation,
+    /// The color profile; none within if it is not understood.
+    pub(crate) profile: Option<Option<Profile>>,
+    /// What becomes of light above white, for a note.
+    pub(crate) above_white: String,
 }
 
 impl Layout {
     /// The picture whose bytes `read` fills in.
-    fn decode(
+    pub(crate) fn decode(
         &self,
         name: &str,
         read: impl FnOnce(&mut [u8]) -> Result<(), ImageError>,
@@ -177,21 +137,26 @@ impl Layout {
         if self.orientation != Orientation::UPRIGHT {
             texels = self.orientation.upright(&texels, [width, height], name)?;
         }
-        Ok(Decoded { head: PictureHead { notes: self.notes(), ..PictureHead::new(width, height) }, texels })
+        let profile = self.profile.as_ref().and_then(Option::as_ref);
+        let primaries = profile.map(|profile| ("the primaries of the color profile", profile.primaries));
+        let head = PictureHead { notes: self.notes(), primaries, ..PictureHead::new(width, height) };
+        Ok(Decoded { head, texels })
     }
 
     /// Remarks for the caller.
     fn notes(&self) -> Vec<String> {
         let bits = if self.is_wide { 16 } else { 8 };
-        let mut notes = vec![format!(
-            "{} of {bits} bits, {}: white is 1, and whatever was brighter has been cut off",
-            self.kind, self.transfer
-        )];
+        let mut notes =
+            vec![format!("{} of {bits} bits, {}: white is 1, and {}", self.kind, self.transfer, self.above_white)];
         if self.channels.is_multiple_of(2) {
             notes.push("alpha is ignored".into());
         }
-        if self.has_profile {
-            notes.push("the color profile is ignored; sRGB is assumed".into());
+        match &self.profile {
+            Some(None) => notes.push("the color profile is ignored; sRGB is assumed".into()),
+            Some(Some(profile)) if !profile.has_curve_of_srgb => {
+                notes.push("the curve of the color profile is ignored; that of sRGB is assumed".into());
+            }
+            _ => {}
         }
         if self.orientation != Orientation::UPRIGHT {
             notes.push("turned upright, as the camera noted".into());

@@ -53,6 +53,19 @@ impl Primaries {
         (spans && colors.iter().chain([&white]).all(is_usable)).then_some(Self { colors, white })
     }
 
+    /// Those of a color profile: XYZ of red, green and blue, which are adapted to the white D50 there by Bradford's matrix.
+    pub(crate) fn of_profile(colors: [[f64; 3]; 3]) -> Option<Self> {
+        // The white of profiles, ICC.1:2022, 7.2.16.
+        const D50: [f64; 3] = [0.9642, 1.0, 0.8249];
+        let to_d65 = adaptation(D50, xyz_of(Self::REC_709.white));
+        let chromaticity = |color: [f64; 3]| {
+            let [x, y, z] = transformed(&to_d65, color);
+            [x / (x + y + z), y / (x + y + z)]
+        };
+        let [red, green, blue] = colors.map(chromaticity);
+        Self::new(red, green, blue, Self::REC_709.white)
+    }
+
     /// Whether these are the primaries of Rec. 709, to the digits found in files.
     pub(crate) fn are_rec_709(&self) -> bool {
         let same = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).abs() < SAME && (a[1] - b[1]).abs() < SAME;
@@ -73,9 +86,7 @@ impl Primaries {
 
     /// The color in Rec. 709 of a color in these primaries, the white adapted.
     pub(crate) fn to_rec_709(self) -> Matrix {
-        let [from, to] = [self, Self::REC_709].map(|primaries| transformed(&BRADFORD, xyz_of(primaries.white)));
-        let scaled = [0, 1, 2].map(|k| BRADFORD[k].map(|c| c * to[k] / from[k]));
-        let adapted = product(&inverse(&BRADFORD), &scaled);
+        let adapted = adaptation(xyz_of(self.white), xyz_of(Self::REC_709.white));
         product(&inverse(&Self::REC_709.xyz()), &product(&adapted, &self.xyz()))
     }
 
@@ -88,6 +99,13 @@ impl Primaries {
             }
         });
     }
+}
+
+/// Bradford's adaptation of XYZ from one white to another.
+fn adaptation(from: [f64; 3], to: [f64; 3]) -> Matrix {
+    let [from, to] = [from, to].map(|white| transformed(&BRADFORD, white));
+    let scaled = [0, 1, 2].map(|k| BRADFORD[k].map(|c| c * to[k] / from[k]));
+    product(&inverse(&BRADFORD), &scaled)
 }
 
 /// XYZ of a chromaticity at luminance 1.

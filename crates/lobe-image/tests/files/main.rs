@@ -3,6 +3,7 @@
 
 mod cube_malformed;
 mod cubes;
+mod delivery;
 mod exr_files;
 mod ktx2_rules;
 mod ktx2_written;
