@@ -11,13 +11,13 @@ use std::sync::{Mutex, PoisonError};
 use derive_setters::Setters;
 use lobe_io::parallel;
 
-use crate::codec::decoded::{Decoded, EnvmapAttribute, PictureHead, invalid, unsupported};
 use crate::codec::read_exr;
 use crate::codec::read_hdr;
 use crate::codec::read_jpeg;
 use crate::codec::read_ldr;
 use crate::codec::read_pfm;
 use crate::codec::read_tiff;
+use crate::header::decoded::{Decoded, EnvmapAttribute, PictureHead, invalid, unsupported};
 use crate::picture::primaries::Primaries;
 use crate::pixel::{BLACK, Pixel};
 use crate::{ImageError, Picture, ReadOption};

@@ -15,9 +15,9 @@ use exr::prelude::{Compression, Vec2};
 use rayon::prelude::*;
 
 use crate::ImageError;
-use crate::codec::decoded::{Decoded, EnvmapAttribute, PictureHead, RowStrip, invalid, io, reserve, unsupported};
 use crate::codec::exr_block::{Block, Windows, explain};
-use crate::codec::xmp::{self, Panorama};
+use crate::header::decoded::{Decoded, EnvmapAttribute, PictureHead, RowStrip, invalid, io, reserve, unsupported};
+use crate::header::xmp::{self, Panorama};
 use crate::picture::png::MAPPING_KEY;
 use crate::picture::primaries::Primaries;
 use crate::pixel::BLACK;

@@ -3,11 +3,11 @@
 use std::io::Read;
 
 use crate::ImageError;
-use crate::codec::decoded::{Decoded, PictureHead, check_size, invalid, io, reserve};
-use crate::codec::hdr_header::{Colors, HdrHeader, WHITE_EFFICACY, damaged};
 use crate::codec::lookahead::Lookahead;
-use crate::codec::orientation::Orientation;
 use crate::codec::rgbe::{self, RowError};
+use crate::header::decoded::{Decoded, PictureHead, check_size, invalid, io, reserve};
+use crate::header::hdr_header::{Colors, HdrHeader, WHITE_EFFICACY, damaged};
+use crate::header::orientation::Orientation;
 use crate::picture::primaries::{Matrix, Primaries, transformed};
 use crate::pixel::Pixel;
 

@@ -7,14 +7,14 @@ use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
 use crate::ImageError;
-use crate::codec::decoded::{Decoded, PictureHead, invalid, reserve, unsupported};
 use crate::codec::gain_map::{self, Found, GainMap};
-use crate::codec::icc::Profile;
 use crate::codec::jpeg_end;
-use crate::codec::orientation::Orientation;
-use crate::codec::png_color::Transfer;
 use crate::codec::read_ldr::{CUT_OFF, Layout, check};
-use crate::codec::xmp::{self, Panorama};
+use crate::header::decoded::{Decoded, PictureHead, invalid, reserve, unsupported};
+use crate::header::icc::Profile;
+use crate::header::orientation::Orientation;
+use crate::header::png_color::Transfer;
+use crate::header::xmp::{self, Panorama};
 use crate::pixel::Pixel;
 
 /// JPEG stores at least one bit for each block of 8 x 8 texels, in its densest form, a progressive picture of one

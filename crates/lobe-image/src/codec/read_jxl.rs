@@ -7,7 +7,7 @@ use jxl_oxide::color::{ColourSpace, Primaries as JxlPrimaries, TransferFunction,
 use jxl_oxide::{AllocTracker, EnumColourEncoding, JxlImage, RenderingIntent};
 
 use crate::ImageError;
-use crate::codec::decoded::{Decoded, PictureHead, check_size, invalid, reserve, unsupported};
+use crate::header::decoded::{Decoded, PictureHead, check_size, invalid, reserve, unsupported};
 use crate::pixel::Pixel;
 
 /// The luminance of diffuse white in pictures by PQ and HLG, in cd/m² [ITU 2023].

@@ -5,11 +5,11 @@ use std::io::{Cursor, ErrorKind};
 use png::{BitDepth, DecodingError, Transformations};
 
 use crate::ImageError;
-use crate::codec::decoded::{Decoded, PictureHead, check_size, invalid, reserve};
-use crate::codec::icc::Profile;
-use crate::codec::orientation::Orientation;
-use crate::codec::png_color::{Transfer, UNSPECIFIED, primaries_of_png};
-use crate::codec::xmp::{self, Panorama};
+use crate::header::decoded::{Decoded, PictureHead, check_size, invalid, reserve};
+use crate::header::icc::Profile;
+use crate::header::orientation::Orientation;
+use crate::header::png_color::{Transfer, UNSPECIFIED, primaries_of_png};
+use crate::header::xmp::{self, Panorama};
 use crate::picture::png::MAPPING_KEY;
 use crate::pixel::Pixel;
 

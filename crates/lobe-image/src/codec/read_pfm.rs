@@ -3,8 +3,8 @@
 use std::io::Read;
 
 use crate::ImageError;
-use crate::codec::decoded::{Decoded, PictureHead, RowStrip, check_size, invalid, io, reserve};
 use crate::codec::lookahead::Lookahead;
+use crate::header::decoded::{Decoded, PictureHead, RowStrip, check_size, invalid, io, reserve};
 use crate::pixel::{BLACK, Pixel};
 
 /// The longest header: three numbers, white space and comments.

@@ -8,10 +8,10 @@ use tiff::decoder::{BufferLayoutPreference, Decoder, DecodingResult, Limits};
 use tiff::tags::Tag;
 
 use crate::ImageError;
-use crate::codec::decoded::{Decoded, PictureHead, check_size, invalid, reserve, unsupported};
-use crate::codec::icc::Profile;
-use crate::codec::orientation::Orientation;
-use crate::codec::xmp;
+use crate::header::decoded::{Decoded, PictureHead, check_size, invalid, reserve, unsupported};
+use crate::header::icc::Profile;
+use crate::header::orientation::Orientation;
+use crate::header::xmp;
 use crate::picture::primaries::Primaries;
 use crate::picture::srgb::srgb_decode;
 use crate::pixel::Pixel;

@@ -3,7 +3,7 @@
 //! [`cube_texture`] is what they hold, [`texture`] reads and writes it by the reader or writer of the format, whose readers give a
 //! [`stored_texture`]; texels are stored in a [`texel_format`], or as channels side by side ([`stored_format`]), small floating-point numbers ([`rgb9e5`], [`packed_float`]) and blocks ([`bc6h`]) among them.
 //!
-//! Read `texture` first, then `texel_format`. Uses `codec` and `picture`.
+//! Read `texture` first, then `texel_format`. Uses `codec`, `header` and `picture`.
 
 pub(crate) mod bc6h;
 #[cfg(any(test, not(feature = "bc6h")))]

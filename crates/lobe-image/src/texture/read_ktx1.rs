@@ -10,8 +10,8 @@
 //!
 //! KTX File Format Specification 1.0. The numbers of formats and types are those of OpenGL.
 
-use crate::codec::decoded::{invalid, unsupported};
 use crate::codec::read::KTX;
+use crate::header::decoded::{invalid, unsupported};
 use crate::pixel::Pixel;
 use crate::texture::stored_format::StoredFormat;
 use crate::texture::stored_texture::{FACES, OF_AN_ARRAY, OF_BYTES, StoredTexture};

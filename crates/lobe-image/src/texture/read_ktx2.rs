@@ -7,7 +7,7 @@ use ktx2::{
 };
 
 use crate::ImageError;
-use crate::codec::decoded::{invalid, unsupported};
+use crate::header::decoded::{invalid, unsupported};
 use crate::picture::png::MAPPING_KEY;
 use crate::picture::primaries::Primaries;
 use crate::pixel::Pixel;

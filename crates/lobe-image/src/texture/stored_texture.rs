@@ -4,7 +4,7 @@
 use std::io::{self, Read};
 
 use crate::ImageError;
-use crate::codec::decoded::{Decoded, PictureHead, check_size, invalid, reserve};
+use crate::header::decoded::{Decoded, PictureHead, check_size, invalid, reserve};
 use crate::picture::primaries::Primaries;
 use crate::pixel::Pixel;
 use crate::texture::cube_texture::{CubeTexture, check_cube_size, mip_level_count, mip_level_size};

@@ -4,10 +4,10 @@ use std::path::Path;
 
 use lobe_io::{parallel, write_atomically};
 
-use crate::codec::decoded::unsupported;
 use crate::codec::read::{
     FileFormat, PictureReadOptions, PictureReadReport, finished, guarded, inspect, picture_file_bytes,
 };
+use crate::header::decoded::unsupported;
 use crate::pixel::{IntoPixel, Pixel};
 use crate::texture::cube_texture::CubeTexture;
 use crate::texture::stored_texture::{FACES, StoredTexture};

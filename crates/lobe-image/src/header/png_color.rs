@@ -8,7 +8,7 @@ use std::fmt;
 use png::{CodingIndependentCodePoints, Info, ScaledFloat};
 
 use crate::ImageError;
-use crate::codec::decoded::unsupported;
+use crate::header::decoded::unsupported;
 use crate::picture::primaries::Primaries;
 use crate::srgb_decode;
 

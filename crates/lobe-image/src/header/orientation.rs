@@ -1,7 +1,7 @@
 //! Pictures that are stored turned or mirrored.
 
 use crate::ImageError;
-use crate::codec::decoded::reserve;
+use crate::header::decoded::reserve;
 use crate::pixel::Pixel;
 
 /// How a picture is stored, by the numbers 1 to 8 of the tag `Orientation` of Exif (CIPA DC-008, 4.6.5).

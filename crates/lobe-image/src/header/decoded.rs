@@ -1,6 +1,6 @@
 //! Decoder results, and size limits that are checked before memory is allocated.
 
-use crate::codec::xmp::Panorama;
+use crate::header::xmp::Panorama;
 use crate::picture::primaries::Primaries;
 use crate::pixel::Pixel;
 use crate::{ImageError, ReadOption};

@@ -12,8 +12,8 @@
 //! `header.c` and `color.c` of Radiance. Programs that combine pictures have already used what the history says.
 
 use crate::ImageError;
-use crate::codec::decoded::{PictureHead, invalid, unsupported};
-use crate::codec::orientation::Orientation;
+use crate::header::decoded::{PictureHead, invalid, unsupported};
+use crate::header::orientation::Orientation;
 use crate::picture::png::MAPPING_KEY;
 use crate::picture::primaries::Primaries;
 use crate::pixel::Pixel;
