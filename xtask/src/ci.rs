@@ -85,8 +85,9 @@ const TEST_AVX2_ALL: Step = Step {
 /// The instructions that kernels execute: the times of a shared machine tell too little.
 const INSTRUCTIONS: Step =
     Step { name: "instructions", work: Work::ChoreWhere(instructions::can_count, || instructions::run(&[])) };
-/// The other encoder of BC6H, which links a C++ library and is therefore no default: the tests of files.
-const TEST_BC6H: Step = Step { name: "test-bc6h", work: Work::Cargo("test --package lobe-image --features bc6h", &[]) };
+/// The other encoder of BC6H, which links a C++ library, and JPEG XL, whose decoder takes long to compile: the tests of files.
+const TEST_FEATURES: Step =
+    Step { name: "test-features", work: Work::Cargo("test --package lobe-image --features bc6h,jxl", &[]) };
 
 /// The fuzz targets, in a workspace of their own: libFuzzer is compiled C++, which takes a minute, so that they are checked at night. Not
 /// linked: `cargo fuzz` builds them with what guides it.
@@ -195,7 +196,7 @@ pub(crate) fn nightly() -> Outcome {
         TEST_LONG,
         TEST_PLAIN_ALL,
         TEST_AVX2_ALL,
-        TEST_BC6H,
+        TEST_FEATURES,
         RELEASE,
         OUTPUTS,
         READERS,

@@ -57,6 +57,8 @@ pub enum ReadOption {
     MaxTexels,
     /// `nonfinite`: there are texels of NaN or infinity.
     Nonfinite,
+    /// `to_rec_709`: the primaries of the file cannot be understood.
+    ToRec709,
 }
 
 impl fmt::Display for ReadOption {
@@ -64,6 +66,7 @@ impl fmt::Display for ReadOption {
         f.write_str(match self {
             Self::MaxTexels => "scale it down, or raise max_texels in the options of reading",
             Self::Nonfinite => "Nonfinite::Zero in the options of reading reads them as black",
+            Self::ToRec709 => "without to_rec_709 in the options of reading the values are taken as they are",
         })
     }
 }

@@ -52,11 +52,11 @@
 mod codec;
 mod compare;
 mod error;
+mod header;
 mod picture;
 mod pixel;
 mod texture;
 
-pub use codec::decoded::{EnvmapAttribute, RowStrip};
 pub use codec::encode::{PictureWriteOptions, PictureWriteReport, encode_picture, write_picture, write_pixels};
 pub use codec::exr_layers::{ExrAttribute, ExrLayers};
 pub use codec::frames::FrameSequence;
@@ -69,6 +69,7 @@ pub use compare::flip::{FLIP_PIXELS_PER_DEGREE, Flip, flip};
 pub use compare::hdr_flip::hdr_flip;
 pub use compare::z_test::{Measured, ZTest};
 pub use error::{ImageError, ReadOption};
+pub use header::decoded::{EnvmapAttribute, RowStrip};
 pub use picture::animated_png::{AddFrame, AnimatedPng, animated_png, write_animated_png};
 pub use picture::color_bar::color_bar;
 pub use picture::colormap::{diverging, sequential};
@@ -80,4 +81,6 @@ pub use picture::tone::{Curve, Exposure, Tone};
 pub use pixel::{IntoPixel, Pixel, mix};
 pub use texture::cube_texture::{CubeTexture, mip_level_count, mip_level_size};
 pub use texture::texel_format::TexelFormat;
-pub use texture::texture::{read_cube_texture, read_cube_texture_bytes, write_cube_texture};
+pub use texture::texture::{
+    is_cube_texture_bytes, read_cube_texture, read_cube_texture_bytes, read_texture_picture_bytes, write_cube_texture,
+};

@@ -146,6 +146,7 @@ fn in_flags(option: ReadOption) -> String {
     match option {
         ReadOption::MaxTexels => "scale it down, or raise it with --max-texels".to_owned(),
         ReadOption::Nonfinite => "--nonfinite zero reads them as black".to_owned(),
+        ReadOption::ToRec709 => "without --to-rec709 the values are taken as they are".to_owned(),
         option => option.to_string(),
     }
 }

@@ -22,9 +22,11 @@ fn repeats() -> Vec<u8> {
 }
 
 pub(crate) fn good() -> Vec<Good> {
-    [("flat.hdr", flat()), ("runs.hdr", runs()), ("repeats.hdr", repeats())]
-        .map(|(name, bytes)| Good::new(name, HEADER.len(), bytes))
-        .into()
+    let upright = [("flat.hdr", flat()), ("runs.hdr", runs()), ("repeats.hdr", repeats())];
+    let mut files: Vec<Good> = upright.map(|(name, bytes)| Good::new(name, HEADER.len(), bytes)).into();
+    let header = b"#?RADIANCE\n\tEXPOSURE=9\nFORMAT=32-bit_rle_xyze\n\n-X 8 +Y 4\n";
+    files.push(Good::new("columns-xyze.hdr", header.len(), [&header[..], &flat()[HEADER.len()..]].concat()));
+    files
 }
 
 pub(crate) fn bad() -> Vec<Bad> {
@@ -52,9 +54,8 @@ pub(crate) fn bad() -> Vec<Bad> {
         ("size-endless", "a side of 40 digits", size(&format!("-Y {} +X 8", "9".repeat(40)))),
         ("size-promise", "8192 x 4096 texels in 128 bytes", size("-Y 4096 +X 8192")),
         ("size-square", "8 x 8", size("-Y 8 +X 8")),
-        ("turned", "rows from the bottom", size("+Y 4 +X 8")),
-        ("xyze", "colors in CIE XYZ", line("FORMAT=32-bit_rle_xyze")),
-        ("exposure-zero", "an exposure of 0", line("EXPOSURE=0")),
+        ("axes", "two axes of which one is twice", size("-Y 4 +Y 8")),
+        ("floats", "texels that are floats", line("FORMAT=float")),
         ("exposure-nan", "an exposure that is no number", line("EXPOSURE=NaN")),
         ("exposure-tiny", "an exposure whose inverse is infinite", line("EXPOSURE=1e-44")),
         ("text", "a header without end", [&b"#?RADIANCE\n"[..], &b"A=B\n".repeat(100)].concat()),

@@ -9,7 +9,7 @@ use exr::meta::header::Header;
 use half::f16;
 use half::slice::HalfFloatSliceExt as _;
 
-use crate::codec::decoded::{RowStrip, check_size, invalid, io, unsupported};
+use crate::header::decoded::{RowStrip, check_size, invalid, io, unsupported};
 use crate::pixel::{BLACK, Pixel};
 use crate::{ImageError, ReadOption};
 

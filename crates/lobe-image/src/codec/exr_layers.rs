@@ -12,9 +12,9 @@ use exr::prelude::{
 };
 
 use crate::ImageError;
-use crate::codec::decoded::{invalid, unsupported};
 use crate::codec::read::{FileFormat, guarded};
 use crate::codec::read_exr::{check_table, check_windows};
+use crate::header::decoded::{invalid, unsupported};
 
 /// The most bytes that one byte of a file can stand for: PXR24 stores three of four bytes, deflate compresses 1032 : 1.
 const MOST_BYTES_PER_BYTE: usize = 2048;

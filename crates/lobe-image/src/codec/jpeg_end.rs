@@ -19,6 +19,11 @@ pub(crate) fn with_ones_behind(bytes: &[u8]) -> Option<Vec<u8>> {
     Some(picture)
 }
 
+/// The bytes behind the end marker of a picture; `None` without one.
+pub(crate) fn behind(bytes: &[u8]) -> Option<&[u8]> {
+    bytes.get(end(bytes)? + 2..)
+}
+
 /// The offset of the end marker, found from segment to segment.
 fn end(bytes: &[u8]) -> Option<usize> {
     // Skip the start marker.

@@ -4,11 +4,11 @@ use std::fs::{self, File};
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
-use crate::codec::decoded::{PictureHead, RowStrip, invalid, io};
 use crate::codec::read::{SHOWN_BYTES, guarded, inspect};
 use crate::codec::read_exr::ExrBlocks;
 use crate::codec::read_hdr::HdrRows;
 use crate::codec::read_pfm::PfmRows;
+use crate::header::decoded::{PictureHead, RowStrip, invalid, io};
 use crate::picture::primaries::Primaries;
 use crate::{FileFormat, ImageError, PictureReadOptions, PictureReadReport};
 
@@ -20,7 +20,7 @@ const TEXELS_TOGETHER: usize = if cfg!(fuzzing) { 1 << 5 } else { 1 << 16 };
 
 /// A picture file whose rows are decoded as they are asked for: neither the file nor the picture is in memory as a whole.
 ///
-/// These are Radiance `.hdr`, portable float maps, and OpenEXR of scan lines. Others have to be read whole
+/// These are Radiance `.hdr` that are stored upright, portable float maps, and OpenEXR of scan lines. Others have to be read whole
 /// ([`read_picture`](crate::read_picture)). The texels, the report and the errors are those of `read_picture`.
 ///
 /// ```
@@ -90,7 +90,7 @@ impl<R: Read + Seek + Send> PictureRows<R> {
             Ok(match format {
                 FileFormat::Radiance => {
                     let (rows, head) = HdrRows::open(source, length, name, most)?;
-                    Some((Source::Radiance(rows), head))
+                    rows.are_upright().then(|| (Source::Radiance(rows), head))
                 }
                 FileFormat::Pfm => {
                     let (rows, head) = PfmRows::open(source, length, name, most)?;
@@ -103,10 +103,10 @@ impl<R: Read + Seek + Send> PictureRows<R> {
                 _ => None,
             })
         })?;
-        Ok(opened.map(|(source, head)| {
-            let (report, to_convert) = PictureReadReport::of_head(head, format, options);
-            Self { name: name.to_owned(), source, options: options.clone(), report, to_convert, has_failed: false }
-        }))
+        let Some((source, head)) = opened else { return Ok(None) };
+        let (report, to_convert) = PictureReadReport::of_head(head, format, name, options)?;
+        let (name, options) = (name.to_owned(), options.clone());
+        Ok(Some(Self { name, source, options, report, to_convert, has_failed: false }))
     }
 
     /// What is known so far: all that the header says, and the texels that are no numbers or negative, of the rows that were read.

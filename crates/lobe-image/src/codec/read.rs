@@ -1,5 +1,6 @@
 //! Picture reader: detects the format of a file and decodes it.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::fs::{self, File};
 use std::io::Read;
@@ -10,11 +11,13 @@ use std::sync::{Mutex, PoisonError};
 use derive_setters::Setters;
 use lobe_io::parallel;
 
-use crate::codec::decoded::{Decoded, EnvmapAttribute, PictureHead, invalid, unsupported};
 use crate::codec::read_exr;
 use crate::codec::read_hdr;
+use crate::codec::read_jpeg;
 use crate::codec::read_ldr;
 use crate::codec::read_pfm;
+use crate::codec::read_tiff;
+use crate::header::decoded::{Decoded, EnvmapAttribute, PictureHead, invalid, unsupported};
 use crate::picture::primaries::Primaries;
 use crate::pixel::{BLACK, Pixel};
 use crate::{ImageError, Picture, ReadOption};
@@ -23,7 +26,11 @@ use crate::{ImageError, Picture, ReadOption};
 const MAX_TEXELS: usize = 1 << 28;
 
 /// The formats that are read, for messages.
-const EXPECTED: &str = "Radiance .hdr (beginning with \"#?RADIANCE\"), OpenEXR, .pfm, PNG, JPEG, KTX2 or DDS";
+const EXPECTED: &str =
+    "Radiance .hdr (beginning with \"#?RADIANCE\"), OpenEXR, .pfm, TIFF, PNG, JPEG, JPEG XL, KTX2, KTX or DDS";
+
+/// The first twelve bytes of a KTX texture of version 1.
+pub(crate) const KTX: [u8; 12] = *b"\xabKTX 11\xbb\r\n\x1a\n";
 
 /// The first four bytes of a DDS texture.
 pub(crate) const DDS: [u8; 4] = *b"DDS ";
@@ -82,10 +89,16 @@ pub enum FileFormat {
     Pfm,
     /// PNG picture, 8 or 16 bits.
     Png,
-    /// JPEG picture.
+    /// JPEG picture, with or without a gain map.
     Jpeg,
+    /// TIFF picture.
+    Tiff,
+    /// JPEG XL picture, with the feature `jxl`.
+    JpegXl,
     /// KTX2 texture.
     Ktx2,
+    /// KTX texture of version 1.
+    Ktx,
     /// DDS texture.
     Dds,
 }
@@ -98,7 +111,10 @@ impl fmt::Display for FileFormat {
             Self::Pfm => "portable float map",
             Self::Png => "PNG",
             Self::Jpeg => "JPEG",
+            Self::Tiff => "TIFF",
+            Self::JpegXl => "JPEG XL",
             Self::Ktx2 => "KTX2",
+            Self::Ktx => "KTX",
             Self::Dds => "DDS",
         })
     }
@@ -110,17 +126,26 @@ impl FileFormat {
     /// # Errors
     /// [`ImageError::Unsupported`] if it is a picture in another format, [`ImageError::Invalid`] if it is none.
     pub fn of_bytes(bytes: &[u8], name: &str) -> Result<Self, ImageError> {
-        const KINDS: [(&[u8], FileFormat); 9] = [
+        const KINDS: [(&[u8], FileFormat); 17] = [
             (&[0x76, 0x2f, 0x31, 0x01], FileFormat::OpenExr),
             (b"#?", FileFormat::Radiance),
             (b"PF", FileFormat::Pfm),
             (b"Pf", FileFormat::Pfm),
             (b"\x89PNG\r\n\x1a\n", FileFormat::Png),
             (b"\xff\xd8\xff", FileFormat::Jpeg),
+            // Of both byte orders, with offsets of 32 and of 64 bits.
+            (b"II*\0", FileFormat::Tiff),
+            (b"MM\0*", FileFormat::Tiff),
+            (b"II+\0", FileFormat::Tiff),
+            (b"MM\0+", FileFormat::Tiff),
+            (b"\xff\x0a", FileFormat::JpegXl),
+            (b"\0\0\0\x0cJXL \r\n\x87\n", FileFormat::JpegXl),
             (&ktx2::MAGIC, FileFormat::Ktx2),
             (&DDS, FileFormat::Dds),
-            // A DDS or KTX2 file may be truncated within these; then the decoder reports it.
+            // A KTX file of either version may be truncated within these; then the decoder reports it.
             (b"\xabKTX 2", FileFormat::Ktx2),
+            (&KTX, FileFormat::Ktx),
+            (b"\xabKTX 1", FileFormat::Ktx),
         ];
         let word_ends = |magic: &[u8]| !magic.starts_with(b"P") || bytes.get(2).is_none_or(u8::is_ascii_whitespace);
         if let Some((_, format)) = KINDS.iter().find(|(magic, _)| bytes.starts_with(magic) && word_ends(magic)) {
@@ -129,18 +154,18 @@ impl FileFormat {
         if bytes.is_empty() {
             return Err(invalid(name, format!("the file is empty; {EXPECTED} expected")));
         }
-        if let Some(other) = other_picture(bytes) {
-            let message = format!("{EXPECTED} expected, found {other}; convert it to .hdr or .exr");
+        if let Some((other, what_to_do)) = other_picture(bytes) {
+            let message = format!("{EXPECTED} expected, found {other}; {what_to_do}");
             return Err(unsupported(name, message));
         }
         Err(invalid(name, format!("{EXPECTED} expected, found {}", describe(bytes))))
     }
 
-    /// Whether files of this format hold cube textures ([`read_cube_texture_bytes`](crate::read_cube_texture_bytes)),
-    /// not pictures.
+    /// Whether files of this format hold textures: cubes ([`read_cube_texture_bytes`](crate::read_cube_texture_bytes)), or
+    /// pictures.
     #[must_use]
     pub fn is_texture(self) -> bool {
-        matches!(self, Self::Ktx2 | Self::Dds)
+        matches!(self, Self::Ktx2 | Self::Ktx | Self::Dds)
     }
 }
 
@@ -162,6 +187,9 @@ pub struct PictureReadReport {
     pub envmap: Option<EnvmapAttribute>,
     /// The name of the mapping that the file keeps, see [`PictureWriteOptions::mapping`](crate::PictureWriteOptions).
     pub mapping: Option<String>,
+    /// The properties of a panorama that XMP tells of, by their names in the namespace `GPano`: `ProjectionType`,
+    /// `FullPanoWidthPixels` and others, as text. The picture is as it is stored.
+    pub panorama: BTreeMap<String, String>,
     /// Texels with a NaN or infinite channel; they are black in the picture.
     pub nonfinite: usize,
     /// Column and row of the first of them; in a cube texture, of the faces of its level one above another.
@@ -190,21 +218,27 @@ impl PictureReadReport {
     }
 }
 
-/// Reads a picture from a Radiance .hdr, OpenEXR, .pfm, PNG or JPEG file.
+/// Reads a picture from a Radiance .hdr, OpenEXR, .pfm, PNG or JPEG file. Textures are read by
+/// [`read_cube_texture`](crate::read_cube_texture) and [`read_texture_picture_bytes`](crate::read_texture_picture_bytes).
 ///
 /// The format is detected from the file's contents, not from its name.
 ///
-/// * **Radiance**: flat, old and new run-length encoding. `EXPOSURE` and `COLORCORR` are divided out, so the values
-///   are radiance. Rows from the top and columns from the left (`-Y h +X w`) only.
+/// * **Radiance**: flat, old and new run-length encoding, rows or columns from any side. `EXPOSURE` and `COLORCORR` are divided
+///   out, so the values are radiance. Colors in XYZ become those of Radiance's own primaries, in watts. Indented lines of the
+///   header are the history of the picture and change nothing.
 /// * **OpenEXR**: `half` and `float` channels; every compression but HTJ2K; scan lines and tiles, of which the largest
 ///   level is read; the first part, and in it the first layer, that has channels `R`, `G`, `B` or else `Y`. Alpha
 ///   and all other channels are ignored. The picture is the display window; outside the data window it is black.
 /// * **Portable float map**: color and gray, both byte orders, the scale of the header multiplied in.
+/// * **TIFF**: gray and RGB of floating-point numbers, which are light, or of 8 and 16 bits, decoded from sRGB; without compression,
+///   `PackBits`, LZW or Deflate. The first picture of the file.
 /// * **PNG, JPEG**: 8 and 16 bits, decoded from sRGB, or as the chunk `cICP` or else `gAMA` of a PNG says; PQ and HLG are not
-///   read. White is 1 and nothing is brighter, which a note says.
+///   read. White is 1 and nothing is brighter, which a note says. A JPEG with a gain map (ISO 21496-1, Ultra HDR) has the light of a display
+///   bright enough for all of it.
+/// * **JPEG XL**, with the feature `jxl`: linear light. By PQ and HLG the luminance of diffuse white, 203 cd/m², is 1.
 ///
-/// Primaries that are not those of Rec. 709 (`PRIMARIES` of Radiance, `chromaticities` of OpenEXR, `cICP` or `cHRM` of PNG) are
-/// noted, or converted with [`PictureReadOptions::to_rec_709`].
+/// Primaries that are not those of Rec. 709 (`PRIMARIES` of Radiance, `chromaticities` of OpenEXR, `cICP`, `iCCP` or `cHRM` of PNG, the color
+/// profile of JPEG and TIFF) are noted, or converted with [`PictureReadOptions::to_rec_709`].
 ///
 /// # Errors
 /// [`ImageError::Io`] if the file cannot be read; [`ImageError::Invalid`] if it is damaged, cut off or no such picture;
@@ -229,25 +263,47 @@ pub fn read_picture_bytes(
 ) -> Result<(Picture, PictureReadReport), ImageError> {
     let format = FileFormat::of_bytes(bytes, name)?;
     let max_texels = options.max_texels;
-    let Decoded { head, mut texels } = guarded(format, name, || match format {
+    let decoded = guarded(format, name, || match format {
         FileFormat::Radiance => read_hdr::decode(bytes, name, max_texels),
         FileFormat::OpenExr => read_exr::decode(bytes, name, max_texels),
         FileFormat::Pfm => read_pfm::decode(bytes, name, max_texels),
         FileFormat::Png => read_ldr::decode_png(bytes, name, max_texels),
-        FileFormat::Jpeg => read_ldr::decode_jpeg(bytes, name, max_texels),
-        FileFormat::Ktx2 | FileFormat::Dds => {
-            let message = format!("a picture expected, found a texture ({format}), which holds a cube map");
+        FileFormat::Jpeg => read_jpeg::decode(bytes, name, max_texels),
+        FileFormat::Tiff => read_tiff::decode(bytes, name, max_texels),
+        FileFormat::JpegXl => decode_jpeg_xl(bytes, name, max_texels),
+        FileFormat::Ktx2 | FileFormat::Ktx | FileFormat::Dds => {
+            let message = format!("a picture expected, found a texture ({format}), which may hold a cube map");
             Err(unsupported(name, message))
         }
     })?;
+    finished(decoded, format, name, options)
+}
+
+/// A decoded picture as the options want it, and its report.
+pub(crate) fn finished(
+    decoded: Decoded,
+    format: FileFormat,
+    name: &str,
+    options: &PictureReadOptions,
+) -> Result<(Picture, PictureReadReport), ImageError> {
+    let Decoded { head, mut texels } = decoded;
     let (width, height) = (head.width, head.height);
-    let (mut report, to_convert) = PictureReadReport::of_head(head, format, options);
+    let (mut report, to_convert) = PictureReadReport::of_head(head, format, name, options)?;
     if let Some(primaries) = to_convert {
         primaries.convert(&mut texels);
     }
     inspect(&mut texels, width, 0, &mut report);
     report.judge(options.nonfinite, name)?;
     Ok((Picture::new(width, height, texels)?, report))
+}
+
+#[cfg(feature = "jxl")]
+use crate::codec::read_jxl::decode as decode_jpeg_xl;
+
+#[cfg(not(feature = "jxl"))]
+fn decode_jpeg_xl(_: &[u8], name: &str, _: usize) -> Result<Decoded, ImageError> {
+    let message = "a JPEG XL picture, which this program was built without (feature `jxl`); convert it with `djxl IN.jxl OUT.pfm`";
+    Err(unsupported(name, message.into()))
 }
 
 /// The name of a picture file for messages, and its bytes; other files are refused by their first bytes.
@@ -286,16 +342,25 @@ pub(crate) fn guarded<T>(
         .unwrap_or_else(|_| Err(invalid(name, format!("the {format} data is damaged and cannot be decoded"))))
 }
 
-/// The name of another picture format that is easily mistaken for a supported one.
-fn other_picture(bytes: &[u8]) -> Option<&'static str> {
-    const KINDS: [(&[u8], &str); 5] = [
-        (b"II*\0", "a TIFF picture"),
-        (b"MM\0*", "a TIFF picture"),
-        (b"GIF8", "a GIF picture"),
-        (b"\xabKTX 1", "a KTX texture of version 1, which Lobe writes only"),
-        (b"RIFF", "a RIFF file (WebP?)"),
+/// Another picture format that is easily mistaken for a supported one: its name, and what to do.
+fn other_picture(bytes: &[u8]) -> Option<(&'static str, &'static str)> {
+    const CONVERT: &str = "convert it to .hdr or .exr";
+    // By ITU-T H.273 linear light, in which the white of displays is 1.
+    const FFMPEG: &str = "convert it: `ffmpeg -i IN -vf zscale=t=linear:npl=203,format=gbrpf32le OUT.exr`";
+    const KINDS: [(&[u8], &str, &str); 2] = [
+        (b"GIF8", "a GIF picture", CONVERT),
+        (b"RIFF", "a RIFF file (WebP?)", "convert it: `dwebp IN.webp -o OUT.png`"),
     ];
-    KINDS.iter().find(|(magic, _)| bytes.starts_with(magic)).map(|(_, kind)| *kind)
+    if let Some([b'f', b't', b'y', b'p', brand @ ..]) = bytes.get(4..12) {
+        return match brand {
+            b"avif" | b"avis" => Some(("an AVIF picture", FFMPEG)),
+            b"heic" | b"heix" | b"heim" | b"heis" | b"mif1" | b"msf1" => {
+                Some(("a HEIF picture (HEIC or AVIF)", FFMPEG))
+            }
+            _ => Some(("a film or a picture in a container of ISO 14496-12", FFMPEG)),
+        };
+    }
+    KINDS.iter().find(|(magic, ..)| bytes.starts_with(magic)).map(|&(_, kind, what_to_do)| (kind, what_to_do))
 }
 
 /// The first bytes of an unknown file, in one line.
@@ -312,18 +377,27 @@ fn describe(bytes: &[u8]) -> String {
 impl PictureReadReport {
     pub(crate) fn new(width: usize, height: usize, format: FileFormat, notes: Vec<String>) -> Self {
         let (levels, nonfinite, negative) = (1, 0, 0);
-        let (envmap, mapping, first_nonfinite) = (None, None, None);
-        Self { width, height, levels, format, envmap, mapping, nonfinite, first_nonfinite, negative, notes }
+        let (envmap, mapping, first_nonfinite, panorama) = (None, None, None, BTreeMap::new());
+        Self { width, height, levels, format, envmap, mapping, panorama, nonfinite, first_nonfinite, negative, notes }
     }
 
-    /// The report of a picture before its texels, and its primaries if the texels are to be converted from them.
+    /// The report of a picture before its texels, and its primaries if the texels are to be converted from them; refuses those that
+    /// cannot be understood where they are.
     pub(crate) fn of_head(
         head: PictureHead,
         format: FileFormat,
+        name: &str,
         options: &PictureReadOptions,
-    ) -> (Self, Option<Primaries>) {
-        let PictureHead { width, height, mut notes, envmap, mapping, primaries } = head;
+    ) -> Result<(Self, Option<Primaries>), ImageError> {
+        let PictureHead { width, height, mut notes, envmap, mapping, panorama, primaries, unclear_primaries } = head;
         let mut to_convert = None;
+        if let Some(unclear) = unclear_primaries {
+            if options.to_rec_709 {
+                let message = format!("{unclear} cannot be understood, so the colors cannot be converted");
+                return Err(ImageError::Refused { place: name.into(), message, option: ReadOption::ToRec709 });
+            }
+            notes.push(format!("{unclear} cannot be understood; the values are taken as they are"));
+        }
         if let Some((which, primaries)) = primaries.filter(|(_, primaries)| !primaries.are_rec_709()) {
             notes.push(if options.to_rec_709 {
                 to_convert = Some(primaries);
@@ -332,7 +406,7 @@ impl PictureReadReport {
                 format!("{which} are not those of Rec. 709; the values are taken as they are")
             });
         }
-        (Self { envmap, mapping, ..Self::new(width, height, format, notes) }, to_convert)
+        Ok((Self { envmap, mapping, panorama, ..Self::new(width, height, format, notes) }, to_convert))
     }
 
     /// Refuses non-finite texels where the options do.

@@ -15,8 +15,9 @@ use exr::prelude::{Compression, Vec2};
 use rayon::prelude::*;
 
 use crate::ImageError;
-use crate::codec::decoded::{Decoded, EnvmapAttribute, PictureHead, RowStrip, invalid, io, reserve, unsupported};
 use crate::codec::exr_block::{Block, Windows, explain};
+use crate::header::decoded::{Decoded, EnvmapAttribute, PictureHead, RowStrip, invalid, io, reserve, unsupported};
+use crate::header::xmp::{self, Panorama};
 use crate::picture::png::MAPPING_KEY;
 use crate::picture::primaries::Primaries;
 use crate::pixel::BLACK;
@@ -170,12 +171,46 @@ fn head(headers: &[Header], part: usize, channels: &ColorChannels, windows: &Win
         Some(AttributeValue::Text(text)) => Some(text.to_string()),
         _ => None,
     };
-    let primaries = header.shared_attributes.chromaticities.and_then(|c| {
+    let chromaticities = header.shared_attributes.chromaticities;
+    let primaries = chromaticities.and_then(|c| {
         let point = |p: Vec2<f32>| [p.0, p.1].map(f64::from);
         Some(("the chromaticities", Primaries::new(point(c.red), point(c.green), point(c.blue), point(c.white))?))
     });
-    let notes = notes(headers, part, channels, windows);
-    PictureHead { notes, envmap, mapping, primaries, ..PictureHead::new(windows.width, windows.height) }
+    let mut notes = notes(headers, part, channels, windows);
+    let panorama = panorama(header, &mut notes);
+    let unclear = chromaticities.filter(|_| primaries.is_none()).map(|_| "the attribute chromaticities".to_owned());
+    PictureHead {
+        notes,
+        envmap,
+        mapping,
+        panorama,
+        primaries,
+        unclear_primaries: unclear,
+        ..PictureHead::new(windows.width, windows.height)
+    }
+}
+
+/// The properties of a panorama: in a packet of XMP, or each as an attribute, as programs keep them that convert a photograph.
+fn panorama(header: &Header, notes: &mut Vec<String>) -> Panorama {
+    let mut panorama = Panorama::new();
+    for (name, value) in &header.own_attributes.other {
+        let (name, value) = (
+            name.to_string(),
+            match value {
+                AttributeValue::Text(text) => text.to_string(),
+                AttributeValue::I32(number) => number.to_string(),
+                AttributeValue::F32(number) => number.to_string(),
+                AttributeValue::F64(number) => number.to_string(),
+                _ => continue,
+            },
+        );
+        if let Some(name) = name.strip_prefix("GPano:") {
+            xmp::add(name, &value, &mut panorama);
+        } else if name.to_ascii_lowercase().ends_with("xmp") {
+            xmp::add_packet(value.as_bytes(), &mut panorama, notes);
+        }
+    }
+    panorama
 }
 
 /// Refuses windows that end before they begin: the library would swap the ends.

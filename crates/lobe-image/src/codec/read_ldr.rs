@@ -1,26 +1,29 @@
-//! PNG and JPEG decoders: 8 or 16 bits, encoded for displays.
+//! PNG decoder, and the layout of pictures of 8 or 16 bits that are encoded for displays.
 
 use std::io::{Cursor, ErrorKind};
 
 use png::{BitDepth, DecodingError, Transformations};
-use zune_jpeg::errors::DecodeErrors;
-use zune_jpeg::zune_core::bytestream::ZCursor;
-use zune_jpeg::zune_core::colorspace::ColorSpace;
-use zune_jpeg::zune_core::options::DecoderOptions;
 
 use crate::ImageError;
-use crate::codec::decoded::{Decoded, PictureHead, check_size, invalid, reserve, unsupported};
-use crate::codec::jpeg_end;
-use crate::codec::png_color::{Transfer, UNSPECIFIED, primaries_of_png};
+use crate::header::decoded::{Decoded, PictureHead, check_size, invalid, reserve};
+use crate::header::icc::Profile;
+use crate::header::orientation::Orientation;
+use crate::header::png_color::{Transfer, UNSPECIFIED, primaries_of_png};
+use crate::header::xmp::{self, Panorama};
 use crate::picture::png::MAPPING_KEY;
 use crate::pixel::Pixel;
 
 /// Deflate expands a byte to at most 1032, and PNG stores at most eight texels in a byte.
 const MOST_PNG_TEXELS_PER_BYTE: u64 = 8 * 1032;
 
-/// JPEG stores at least one bit for each block of 8 x 8 texels, in its densest form, a progressive picture of one
-/// color; twice that.
-const MOST_JPEG_TEXELS_PER_BYTE: u64 = 2 * 8 * 64;
+/// What a note says of light above white, where no file can tell of it.
+pub(crate) const CUT_OFF: &str = "whatever was brighter has been cut off";
+
+/// The key of a text of a PNG that is a packet of XMP.
+const XMP_KEY: &str = "XML:com.adobe.xmp";
+
+/// The longest packet of XMP of a PNG.
+const XMP_BYTES: usize = 16 << 20;
 
 /// The most memory that the PNG decoder takes besides the picture, for a row, a profile and texts.
 const PNG_BYTES: usize = 512 << 20;
@@ -49,53 +52,31 @@ pub(crate) fn decode_png(bytes: &[u8], name: &str, max_texels: usize) -> Result<
         is_wide: depth == BitDepth::Sixteen,
         transfer: Transfer::of_png(info, name)?,
         orientation: info.exif_metadata.as_deref().map_or(Orientation::UPRIGHT, Orientation::of_exif),
-        has_profile: info.icc_profile.is_some() && !is_coded,
+        profile: info.icc_profile.as_deref().filter(|_| !is_coded).map(Profile::parse),
+        above_white: CUT_OFF.to_owned(),
     };
-    let mut unknown = Vec::new();
-    let primaries = primaries_of_png(info, &mut unknown);
+    let (primaries, unclear_primaries) = match primaries_of_png(info) {
+        Some(Ok(primaries)) => (Some(primaries), None),
+        Some(Err(unclear)) => (None, Some(unclear)),
+        None => (None, None),
+    };
     let texts = &info.uncompressed_latin1_text;
     let mapping = texts.iter().find(|text| text.keyword == MAPPING_KEY).map(|text| text.text.clone());
+    let (mut panorama, mut unclear) = (Panorama::new(), Vec::new());
+    for text in info.utf8_text.iter().filter(|text| text.keyword == XMP_KEY) {
+        let mut text = text.clone();
+        let packet = text.decompress_text_with_limit(XMP_BYTES).and_then(|()| text.get_text());
+        xmp::add_packet(packet.unwrap_or_default().as_bytes(), &mut panorama, &mut unclear);
+    }
     let mut decoded = layout.decode(name, |raw| reader.next_frame(raw).map(|_| ()).map_err(explain))?;
-    decoded.head.notes.append(&mut unknown);
-    Ok(Decoded { head: PictureHead { primaries, mapping, ..decoded.head }, ..decoded })
-}
-
-/// Decodes a JPEG picture; `name` stands for the file in messages.
-pub(crate) fn decode_jpeg(bytes: &[u8], name: &str, max_texels: usize) -> Result<Decoded, ImageError> {
-    let options = DecoderOptions::default().set_max_width(usize::MAX).set_max_height(usize::MAX);
-    let lenient = options.set_strict_mode(false);
-    let mut headers = zune_jpeg::JpegDecoder::new_with_options(ZCursor::new(bytes), lenient);
-    headers.decode_headers().map_err(|error| match error {
-        DecodeErrors::Unsupported(what) => unsupported(name, format!("this kind of JPEG is not read: {what:?}")),
-        other => invalid(name, format!("damaged JPEG picture: {other}")),
-    })?;
-    let Some(picture) = jpeg_end::with_ones_behind(bytes) else {
-        return Err(invalid(name, "the file ends early: the end of the JPEG picture is missing".into()));
-    };
-    let (width, height) = headers.dimensions().unwrap_or_default();
-    let size = check(width as u64, height as u64, max_texels, bytes, MOST_JPEG_TEXELS_PER_BYTE, name)?;
-    let is_gray = headers.input_colorspace() == Some(ColorSpace::Luma);
-    let layout = Layout {
-        kind: "JPEG",
-        size,
-        channels: if is_gray { 1 } else { 3 },
-        is_wide: false,
-        transfer: Transfer::Srgb,
-        orientation: headers.exif().map_or(Orientation::UPRIGHT, |exif| Orientation::of_exif(exif)),
-        has_profile: headers.icc_profile().is_some(),
-    };
-    // Where it need not be strict, the decoder fills what is missing with gray.
-    layout.decode(name, |raw| {
-        let colors = if is_gray { ColorSpace::Luma } else { ColorSpace::RGB };
-        let strict = options.set_strict_mode(true).jpeg_set_out_colorspace(colors);
-        let mut decoder = zune_jpeg::JpegDecoder::new_with_options(ZCursor::new(picture.as_slice()), strict);
-        let damaged = |e| invalid(name, format!("the JPEG picture is damaged or not all there: {e}"));
-        decoder.decode_into(raw).map_err(damaged)
-    })
+    decoded.head.notes.append(&mut unclear);
+    // A profile stands in place of the chunk cHRM.
+    let primaries = decoded.head.primaries.or(primaries);
+    Ok(Decoded { head: PictureHead { primaries, unclear_primaries, mapping, panorama, ..decoded.head }, ..decoded })
 }
 
 /// Refuses a picture larger than the caller allows, or than the bytes of its file can hold.
-fn check(
+pub(crate) fn check(
     width: u64,
     height: u64,
     max_texels: usize,
@@ -112,22 +93,25 @@ fn check(
 }
 
 /// The bytes of a decoded picture, row by row, and what else its header says.
-struct Layout {
-    kind: &'static str,
+pub(crate) struct Layout {
+    pub(crate) kind: &'static str,
     /// The columns and rows that are stored.
-    size: [usize; 2],
+    pub(crate) size: [usize; 2],
     /// Gray or three colors, with alpha if they are 2 or 4.
-    channels: usize,
+    pub(crate) channels: usize,
     /// Whether a channel has 16 bits, the higher eight first, rather than 8.
-    is_wide: bool,
-    transfer: Transfer,
-    orientation: Orientation,
-    has_profile: bool,
+    pub(crate) is_wide: bool,
+    pub(crate) transfer: Transfer,
+    pub(crate) orientation: Orientation,
+    /// The color profile; none within if it is not understood.
+    pub(crate) profile: Option<Option<Profile>>,
+    /// What becomes of light above white, for a note.
+    pub(crate) above_white: String,
 }
 
 impl Layout {
     /// The picture whose bytes `read` fills in.
-    fn decode(
+    pub(crate) fn decode(
         &self,
         name: &str,
         read: impl FnOnce(&mut [u8]) -> Result<(), ImageError>,
@@ -153,21 +137,26 @@ impl Layout {
         if self.orientation != Orientation::UPRIGHT {
             texels = self.orientation.upright(&texels, [width, height], name)?;
         }
-        Ok(Decoded { head: PictureHead { notes: self.notes(), ..PictureHead::new(width, height) }, texels })
+        let profile = self.profile.as_ref().and_then(Option::as_ref);
+        let primaries = profile.map(|profile| ("the primaries of the color profile", profile.primaries));
+        let head = PictureHead { notes: self.notes(), primaries, ..PictureHead::new(width, height) };
+        Ok(Decoded { head, texels })
     }
 
     /// Remarks for the caller.
     fn notes(&self) -> Vec<String> {
         let bits = if self.is_wide { 16 } else { 8 };
-        let mut notes = vec![format!(
-            "{} of {bits} bits, {}: white is 1, and whatever was brighter has been cut off",
-            self.kind, self.transfer
-        )];
+        let mut notes =
+            vec![format!("{} of {bits} bits, {}: white is 1, and {}", self.kind, self.transfer, self.above_white)];
         if self.channels.is_multiple_of(2) {
             notes.push("alpha is ignored".into());
         }
-        if self.has_profile {
-            notes.push("the color profile is ignored; sRGB is assumed".into());
+        match &self.profile {
+            Some(None) => notes.push("the color profile is ignored; sRGB is assumed".into()),
+            Some(Some(profile)) if !profile.has_curve_of_srgb => {
+                notes.push("the curve of the color profile is ignored; that of sRGB is assumed".into());
+            }
+            _ => {}
         }
         if self.orientation != Orientation::UPRIGHT {
             notes.push("turned upright, as the camera noted".into());
@@ -183,69 +172,4 @@ fn rgb<T>(texel: &[T], linear: impl Fn(&T) -> f32) -> Pixel {
         return [gray; 3];
     }
     [linear(&texel[0]), linear(&texel[1]), linear(&texel[2])]
-}
-
-/// How a camera was held, by the numbers 1 to 8 of the tag `Orientation` of Exif (CIPA DC-008, 4.6.5).
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Orientation(u16);
-
-impl Orientation {
-    const UPRIGHT: Self = Self(1);
-
-    /// The tag in the first directory of a block of Exif, which is a TIFF file; upright without one.
-    fn of_exif(exif: &[u8]) -> Self {
-        Self::tag(exif).map(Self).unwrap_or(Self::UPRIGHT)
-    }
-
-    fn tag(exif: &[u8]) -> Option<u16> {
-        let is_big = match exif.first_chunk()? {
-            b"II*\0" => false,
-            b"MM\0*" => true,
-            _ => return None,
-        };
-        let short = |at: usize| {
-            let bytes = *exif.get(at..)?.first_chunk()?;
-            Some(if is_big { u16::from_be_bytes(bytes) } else { u16::from_le_bytes(bytes) })
-        };
-        let long = |at: usize| {
-            let bytes = *exif.get(at..)?.first_chunk()?;
-            Some(if is_big { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) })
-        };
-        let directory = long(4)? as usize;
-        // An entry has its tag, its type (3 is a short), the number of values, and the value.
-        let mut entries = (0..short(directory)?).map(|k| directory + 2 + 12 * usize::from(k));
-        let entry = entries.find(|at| short(*at) == Some(0x112))?;
-        let is_one_short = short(entry + 2)? == 3 && long(entry + 4)? == 1;
-        short(entry + 8).filter(|number| is_one_short && (1..=8).contains(number))
-    }
-
-    /// Columns and rows of the upright picture; from 5 on the stored one lies on its side.
-    fn upright_size(self, [width, height]: [usize; 2]) -> [usize; 2] {
-        if self.0 >= 5 { [height, width] } else { [width, height] }
-    }
-
-    /// The texels of the upright picture, which has the given size, from those of the stored one.
-    fn upright(self, stored: &[Pixel], size: [usize; 2], name: &str) -> Result<Vec<Pixel>, ImageError> {
-        let ([width, height], [columns, _]) = (size, self.upright_size(size));
-        let (right, bottom) = (width - 1, height - 1);
-        // The column and row of a texel in the stored picture.
-        let place = |x: usize, y: usize| match self.0 {
-            2 => [right - x, y],
-            3 => [right - x, bottom - y],
-            4 => [x, bottom - y],
-            5 => [y, x],
-            6 => [y, right - x],
-            7 => [bottom - y, right - x],
-            8 => [bottom - y, x],
-            _ => [x, y],
-        };
-        let mut texels = reserve(width * height, name)?;
-        for y in 0..height {
-            texels.extend((0..width).map(|x| {
-                let [x, y] = place(x, y);
-                stored[y * columns + x]
-            }));
-        }
-        Ok(texels)
-    }
 }

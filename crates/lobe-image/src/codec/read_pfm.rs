@@ -3,12 +3,15 @@
 use std::io::Read;
 
 use crate::ImageError;
-use crate::codec::decoded::{Decoded, PictureHead, RowStrip, check_size, invalid, io, reserve};
 use crate::codec::lookahead::Lookahead;
+use crate::header::decoded::{Decoded, PictureHead, RowStrip, check_size, invalid, io, reserve};
 use crate::pixel::{BLACK, Pixel};
 
-/// The longest header: three numbers and white space.
-const MAX_HEADER: usize = 256;
+/// The longest header: three numbers, white space and comments.
+const MAX_HEADER: usize = 1024;
+
+/// Numbers behind the header that are looked at where two ends of it are possible.
+const LOOKED_AT: usize = 256;
 
 /// The most texels of the rows that are read at a time, but for one row that is longer.
 const TEXELS_TOGETHER: usize = if cfg!(fuzzing) { 1 << 5 } else { 1 << 16 };
@@ -27,8 +30,8 @@ pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Deco
 /// A portable float map, `PF` in color or `Pf` in gray, whose header is read and whose rows are to come, from the bottom.
 ///
 /// Three words follow the signature, each after white space: columns, rows, and a scale, whose sign gives the byte
-/// order (negative: little-endian) and whose magnitude is a factor. One byte of white space ends the header. The
-/// bottom row comes first.
+/// order (negative: little-endian) and whose magnitude is a factor. One byte of white space ends the header, or, by some
+/// programs, CR LF or more ([`separator`]). The bottom row comes first.
 pub(crate) struct PfmRows<R> {
     bytes: Lookahead<R>,
     name: String,
@@ -49,32 +52,36 @@ impl<R: Read> PfmRows<R> {
     ) -> Result<(Self, PictureHead), ImageError> {
         let mut bytes = Lookahead::new(source);
         let header = bytes.parse(|rest, has_ended| {
-            (has_ended || rest.len() > MAX_HEADER).then(|| {
-                let channels = if rest.starts_with(b"PF") { 3 } else { 1 };
+            (has_ended || rest.len() > MAX_HEADER + 4 * (LOOKED_AT + 1)).then(|| {
                 let header = Header::parse(rest, name)?;
-                *rest = &rest[header.length..];
-                Ok((header, channels))
+                let channels = if rest.starts_with(b"PF") { 3 } else { 1 };
+                let (width, height) = check_size(header.width, header.height, max_texels, name)?;
+                // The size passed the check of the limit, which fits a usize; so does four times three times it in a u64.
+                let needed = 4 * channels as u64 * width as u64 * height as u64;
+                let behind = &rest[header.length..];
+                let there = length.saturating_sub(header.length as u64);
+                let end = separator(behind, there.saturating_sub(needed), header.scale);
+                *rest = &behind[end..];
+                Ok((header.scale, [width, height, channels], needed))
             })
         });
-        let (header, channels) = header.map_err(|e| io(name, e))?.ok_or_else(|| nothing_after_header(name))??;
-        let (width, height) = check_size(header.width, header.height, max_texels, name)?;
+        let header = header.map_err(|e| io(name, e))?.ok_or_else(|| nothing_after_header(name))?;
+        let (scale, [width, height, channels], needed) = header?;
         let there = length.saturating_sub(bytes.position());
-        // The size passed the check of the limit, which fits a usize; so does four times three times it in a u64.
-        let needed = 4 * channels as u64 * width as u64 * height as u64;
         if there < needed {
             let message =
                 format!("the file ends early: {width} x {height} texels need {needed} bytes, {there} are there");
             return Err(invalid(name, message));
         }
         let mut head = PictureHead::new(width, height);
-        let factor = header.scale.abs();
+        let factor = scale.abs();
         if factor != 1.0 {
             head.notes.push(format!("the values are multiplied with the scale {factor} of the header"));
         }
         if there > needed {
             head.notes.push(format!("{} bytes after the picture are ignored", there - needed));
         }
-        Ok((Self { bytes, name: name.to_owned(), width, left: height, channels, scale: header.scale }, head))
+        Ok((Self { bytes, name: name.to_owned(), width, left: height, channels, scale }, head))
     }
 
     /// The next rows, which lie above those before; none at the end.
@@ -85,7 +92,7 @@ impl<R: Read> PfmRows<R> {
         }
         self.left -= count;
         let (channels, factor) = (self.channels, self.scale.abs());
-        let order = if self.scale < 0.0 { f32::from_le_bytes } else { f32::from_be_bytes };
+        let order = byte_order(self.scale);
         let mut texels = vec![BLACK; count * self.width];
         for row in texels.chunks_exact_mut(self.width).rev() {
             let bytes = 4 * channels * self.width;
@@ -108,11 +115,41 @@ fn nothing_after_header(name: &str) -> ImageError {
     invalid(name, "the file ends early: there is nothing after the header".into())
 }
 
+/// The number of bytes of white space, at the start of `behind`, between the scale and the texels, if a file is `extra` bytes longer
+/// than its words and its texels.
+///
+/// Most often that is a line end, as Unix or Windows has it, perhaps behind blanks. Where the bytes before the texels are all white
+/// space and the texels end with the file, the length of the file tells it; that is needed where the first byte of a texel
+/// looks like white space. If bytes may also follow the texels, the numbers that come out decide.
+fn separator(behind: &[u8], extra: u64, scale: f32) -> usize {
+    let run = behind.iter().take(MAX_HEADER).take_while(|b| b.is_ascii_whitespace()).count();
+    let line = behind[..run].iter().position(|b| *b == b'\n').map_or(1, |at| at + 1);
+    match usize::try_from(extra) {
+        Ok(exact) if (1..=run).contains(&exact) => {
+            let usual = |end: usize| usual_numbers(&behind[end..], scale);
+            if line != exact && usual(line) > usual(exact) { line } else { exact }
+        }
+        _ => line,
+    }
+}
+
+/// How many of the next numbers are 0 or have a usual size. Numbers read from the wrong byte on are so by chance.
+fn usual_numbers(bytes: &[u8], scale: f32) -> usize {
+    let is_usual = |value: f32| value == 0.0 || (-40.0..40.0).contains(&value.abs().log2());
+    let numbers = bytes.as_chunks::<4>().0.iter().take(LOOKED_AT);
+    numbers.filter(|number| is_usual(byte_order(scale)(**number))).count()
+}
+
+/// From bytes to a number, by the sign of the scale.
+fn byte_order(scale: f32) -> fn([u8; 4]) -> f32 {
+    if scale < 0.0 { f32::from_le_bytes } else { f32::from_be_bytes }
+}
+
 struct Header {
     width: u64,
     height: u64,
     scale: f32,
-    /// Bytes of the header with the white space that ends it.
+    /// Bytes of the header without the white space that ends it.
     length: usize,
 }
 
@@ -121,7 +158,7 @@ impl Header {
         let mut position = 2;
         let mut word = || {
             let start = &bytes[position.min(bytes.len())..bytes.len().min(MAX_HEADER)];
-            let skip = start.iter().take_while(|b| b.is_ascii_whitespace()).count();
+            let skip = before_word(start);
             let length = start[skip..].iter().take_while(|b| !b.is_ascii_whitespace()).count();
             position += skip + length;
             let word = String::from_utf8_lossy(&start[skip..skip + length]).into_owned();
@@ -139,10 +176,18 @@ impl Header {
             return Err(bad("a scale that is neither 0 nor infinite", &scale));
         }
         match bytes.get(end) {
-            Some(b) if b.is_ascii_whitespace() => {
-                Ok(Self { width: columns, height: rows, scale: factor, length: end + 1 })
-            }
+            Some(b) if b.is_ascii_whitespace() => Ok(Self { width: columns, height: rows, scale: factor, length: end }),
             _ => Err(nothing_after_header(name)),
         }
     }
+}
+
+/// White space, and comments from `#` to the end of a line.
+fn before_word(bytes: &[u8]) -> usize {
+    let mut is_comment = false;
+    let mut is_skipped = |b: &&u8| {
+        is_comment = **b == b'#' || (is_comment && !matches!(**b, b'\n' | b'\r'));
+        is_comment || b.is_ascii_whitespace()
+    };
+    bytes.iter().take_while(|b| is_skipped(b)).count()
 }

@@ -14,7 +14,7 @@ use lobe_io::parallel;
 
 use crate::pixel::Pixel;
 
-type Matrix = [[f64; 3]; 3];
+pub(crate) type Matrix = [[f64; 3]; 3];
 
 /// Bradford's matrix: XYZ to the responses that are scaled from white to white.
 const BRADFORD: Matrix = [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]];
@@ -40,6 +40,10 @@ impl Primaries {
     pub(crate) const REC_709: Self =
         Self { colors: [[0.64, 0.33], [0.30, 0.60], [0.15, 0.06]], white: [0.3127, 0.3290] };
 
+    /// Those of Radiance where a picture names no others; the white has equal energy at all wavelengths.
+    pub(crate) const RADIANCE: Self =
+        Self { colors: [[0.640, 0.330], [0.290, 0.600], [0.150, 0.060]], white: [1.0 / 3.0, 1.0 / 3.0] };
+
     /// Primaries with the white; none if they are no numbers, lie on a line, or one has no luminance.
     pub(crate) fn new(red: [f64; 2], green: [f64; 2], blue: [f64; 2], white: [f64; 2]) -> Option<Self> {
         let [a, b] = [[green[0] - red[0], green[1] - red[1]], [blue[0] - red[0], blue[1] - red[1]]];
@@ -47,6 +51,19 @@ impl Primaries {
         let is_usable = |[x, y]: &[f64; 2]| x.is_finite() && y.is_finite() && y.abs() > LEAST_AREA;
         let colors = [red, green, blue];
         (spans && colors.iter().chain([&white]).all(is_usable)).then_some(Self { colors, white })
+    }
+
+    /// Those of a color profile: XYZ of red, green and blue, which are adapted to the white D50 there by Bradford's matrix.
+    pub(crate) fn of_profile(colors: [[f64; 3]; 3]) -> Option<Self> {
+        // The white of profiles, ICC.1:2022, 7.2.16.
+        const D50: [f64; 3] = [0.9642, 1.0, 0.8249];
+        let to_d65 = adaptation(D50, xyz_of(Self::REC_709.white));
+        let chromaticity = |color: [f64; 3]| {
+            let [x, y, z] = transformed(&to_d65, color);
+            [x / (x + y + z), y / (x + y + z)]
+        };
+        let [red, green, blue] = colors.map(chromaticity);
+        Self::new(red, green, blue, Self::REC_709.white)
     }
 
     /// Whether these are the primaries of Rec. 709, to the digits found in files.
@@ -62,11 +79,14 @@ impl Primaries {
         columns.map(|row| [0, 1, 2].map(|k| row[k] * scale[k]))
     }
 
+    /// The color in these primaries of one in XYZ.
+    pub(crate) fn of_xyz(&self) -> Matrix {
+        inverse(&self.xyz())
+    }
+
     /// The color in Rec. 709 of a color in these primaries, the white adapted.
     pub(crate) fn to_rec_709(self) -> Matrix {
-        let [from, to] = [self, Self::REC_709].map(|primaries| transformed(&BRADFORD, xyz_of(primaries.white)));
-        let scaled = [0, 1, 2].map(|k| BRADFORD[k].map(|c| c * to[k] / from[k]));
-        let adapted = product(&inverse(&BRADFORD), &scaled);
+        let adapted = adaptation(xyz_of(self.white), xyz_of(Self::REC_709.white));
         product(&inverse(&Self::REC_709.xyz()), &product(&adapted, &self.xyz()))
     }
 
@@ -81,12 +101,19 @@ impl Primaries {
     }
 }
 
+/// Bradford's adaptation of XYZ from one white to another.
+fn adaptation(from: [f64; 3], to: [f64; 3]) -> Matrix {
+    let [from, to] = [from, to].map(|white| transformed(&BRADFORD, white));
+    let scaled = [0, 1, 2].map(|k| BRADFORD[k].map(|c| c * to[k] / from[k]));
+    product(&inverse(&BRADFORD), &scaled)
+}
+
 /// XYZ of a chromaticity at luminance 1.
 fn xyz_of([x, y]: [f64; 2]) -> [f64; 3] {
     [x / y, 1.0, (1.0 - x - y) / y]
 }
 
-fn transformed(matrix: &Matrix, v: [f64; 3]) -> [f64; 3] {
+pub(crate) fn transformed(matrix: &Matrix, v: [f64; 3]) -> [f64; 3] {
     matrix.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
 }
 

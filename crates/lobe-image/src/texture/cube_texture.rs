@@ -1,6 +1,6 @@
 //! Cube textures as files hold them: six faces of each level, and the sizes of levels.
 
-use crate::codec::decoded::invalid;
+use crate::header::decoded::invalid;
 use crate::picture::primaries::Primaries;
 use crate::pixel::Pixel;
 use crate::{ImageError, ReadOption, TexelFormat};

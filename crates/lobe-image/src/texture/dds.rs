@@ -1,10 +1,12 @@
-//! DDS cube maps: the headers, whose fields are little-endian numbers of 32 bits, the decoder and the writer.
+//! DDS textures: the headers, whose fields are little-endian numbers of 32 bits, the decoder and the writer.
 //!
 //! Programming Guide for DDS, Microsoft. What Direct3D 9 has no code for is written with the second header, of Direct3D 10.
 
-use crate::codec::decoded::{invalid, reserve, unsupported};
 use crate::codec::read::DDS;
-use crate::texture::cube_texture::{CubeTexture, check_cube_size, mip_level_count, mip_level_size};
+use crate::header::decoded::{invalid, unsupported};
+use crate::pixel::Pixel;
+use crate::texture::cube_texture::mip_level_size;
+use crate::texture::stored_texture::{FACES, OF_AN_ARRAY, StoredTexture};
 use crate::{ImageError, TexelFormat};
 
 /// Bytes up to the end of the first header.
@@ -25,6 +27,9 @@ const FOURCC_FLAG: u32 = 0x4;
 
 /// A cube map with all its faces, in [`Field::Caps2`].
 const CUBE_ALL_FACES: u32 = 0xfe00;
+
+/// A volume, in [`Field::Caps2`].
+const VOLUME: u32 = 0x20_0000;
 
 /// A cube map, in [`Field::Misc`].
 const CUBE_MISC: u32 = 0x4;
@@ -55,8 +60,8 @@ fn field(bytes: &[u8], field: Field) -> Option<u32> {
     bytes[(field as usize).min(bytes.len())..].first_chunk().map(|b| u32::from_le_bytes(*b))
 }
 
-/// Decodes a DDS cube map; `name` stands for the file in messages.
-pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<CubeTexture, ImageError> {
+/// What the headers of a DDS file say, and where its texels begin; `name` stands for the file in messages.
+pub(crate) fn header(bytes: &[u8], name: &str, max_texels: usize) -> Result<(StoredTexture, usize), ImageError> {
     let short = || invalid(name, "the file ends early: the header is not all there".into());
     let get = |f: Field| field(bytes, f).ok_or_else(short);
     if get(Field::Size)? != 124 || get(Field::PixelFormatSize)? != 32 {
@@ -64,68 +69,79 @@ pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Cube
     }
     let four_cc = get(Field::FourCc)?;
     let has_code = get(Field::PixelFormatFlags)? & FOURCC_FLAG != 0;
-    let dx10 = has_code && four_cc == DX10;
-    let (format, is_cube, data) = if dx10 {
+    let (size, caps2) = ([get(Field::Width)?, get(Field::Height)?], get(Field::Caps2)?);
+    let has_all_faces = caps2 & CUBE_ALL_FACES == CUBE_ALL_FACES;
+    let mut notes = Vec::new();
+    let (format, is_cube, data) = if has_code && four_cc == DX10 {
         let dxgi = get(Field::DxgiFormat)?;
         let format = TexelFormat::from_dxgi(dxgi).ok_or_else(|| format!("the DXGI format {dxgi}"));
-        let (misc, count) = (get(Field::Misc)?, get(Field::ArraySize)?);
-        if count != 1 {
-            return Err(unsupported(name, format!("one cube map expected, found an array of {count}")));
+        let (is_cube, count) = (get(Field::Misc)? & CUBE_MISC != 0, get(Field::ArraySize)?);
+        let is_array_of_faces = !is_cube && count == FACES as u32 && size[0] == size[1];
+        if count != 1 && !is_array_of_faces {
+            return Err(unsupported(name, format!("one picture or cube map expected, found an array of {count}")));
         }
-        (format, misc & CUBE_MISC != 0, HEADER + HEADER_DX10)
+        if is_array_of_faces {
+            notes.push(OF_AN_ARRAY.to_owned());
+        } else if !is_cube && has_all_faces {
+            notes.push("it is a cube map by its first header, and not by that of Direct3D 10".to_owned());
+        }
+        (format, is_cube || is_array_of_faces || has_all_faces, HEADER + HEADER_DX10)
     } else {
         let known = D3D9.iter().find(|(code, _)| has_code && *code == four_cc).map(|(_, format)| *format);
         let format = known.ok_or_else(|| format!("the code \"{}\"", four_cc.to_le_bytes().escape_ascii()));
-        (format, get(Field::Caps2)? & CUBE_ALL_FACES == CUBE_ALL_FACES, HEADER)
+        (format, has_all_faces, HEADER)
     };
-    let (width, height) = (get(Field::Width)?, get(Field::Height)?);
-    if !is_cube {
-        let message = format!("a cube map of 6 faces expected, found a texture of {width} x {height}");
+    if !is_cube && caps2 & (CUBE_ALL_FACES | VOLUME) != 0 {
+        let [width, height] = size;
+        let what = if caps2 & VOLUME == 0 { "some faces of a cube" } else { "a volume" };
+        let message = format!("a picture or a cube map of 6 faces expected, found {what} of {width} x {height}");
         return Err(unsupported(name, message));
     }
     let format = format.map_err(|found| {
-        unsupported(name, format!("RGBA16F, RGBA32F, RGB9E5, R11G11B10F or BC6H expected, found {found}"))
+        unsupported(name, format!("RGBA16F, RGBA32F, RGB32F, RGB9E5, R11G11B10F or BC6H expected, found {found}"))
     })?;
-    if width != height {
-        return Err(invalid(name, format!("the faces of a cube are square, these are {width} x {height}")));
-    }
-    check_cube_size(width.into(), max_texels, name)?;
-    let levels = get(Field::MipMapCount)?.max(1) as usize;
-    faces(bytes.get(data..).ok_or_else(short)?, width as usize, levels, format, name)
+    let levels = get(Field::MipMapCount)?;
+    let faces = if is_cube { FACES } else { 1 };
+    let mut texture = StoredTexture::new(format.into(), size, faces, levels, max_texels, name)?;
+    texture.notes = notes;
+    Ok((texture, data))
 }
 
-/// Decodes face after face, each with all its levels.
-fn faces(data: &[u8], size: usize, levels: usize, format: TexelFormat, name: &str) -> Result<CubeTexture, ImageError> {
-    if levels > mip_level_count(size) {
-        let message = format!("a cube map of size {size} has at most {} levels, not {levels}", mip_level_count(size));
-        return Err(invalid(name, message));
-    }
-    let face: u64 = (0..levels).map(|k| format.face_bytes(mip_level_size(size, k))).sum();
-    if (data.len() as u64) < 6 * face {
+/// Decodes the first `levels` levels of picture after picture, each of which has all its levels.
+pub(crate) fn levels(
+    texture: &mut StoredTexture,
+    data: &[u8],
+    levels: usize,
+    name: &str,
+) -> Result<Vec<Vec<Pixel>>, ImageError> {
+    let (faces, [width, height]) = (texture.faces as u64, texture.size);
+    let picture: u64 = (0..texture.levels).map(|k| texture.picture_bytes(k)).sum();
+    let there = data.len() as u64;
+    if there < faces * picture {
         let message = format!(
-            "the file ends early: 6 faces of {size} x {size} {format} in {levels} level(s) need {} bytes, {} are there",
-            6 * face,
-            data.len()
+            "the file ends early: {faces} picture(s) of {width} x {height} {} in {} level(s) need {} bytes, \
+             {there} are there",
+            texture.format.format,
+            texture.levels,
+            faces * picture
         );
         return Err(invalid(name, message));
     }
-    let mut notes = Vec::new();
-    if data.len() as u64 > 6 * face {
-        notes.push(format!("{} bytes after the picture are ignored", data.len() as u64 - 6 * face));
+    if there > faces * picture {
+        texture.notes.push(format!("{} bytes after the picture are ignored", there - faces * picture));
     }
     let mut decoded = Vec::with_capacity(levels);
     for k in 0..levels {
-        let side = mip_level_size(size, k);
-        decoded.push((side, reserve(6 * side * side, name)?));
+        decoded.push(texture.reserved(k, name)?);
     }
-    let mut source = data;
-    for _ in 0..6 {
-        for (side, texels) in &mut decoded {
-            let read = format.read_face(*side, &mut source, texels);
+    for picture in data.chunks_exact(picture as usize).take(texture.faces) {
+        let mut source = picture;
+        for (k, texels) in decoded.iter_mut().enumerate() {
+            let read = texture.read(k, &mut source, texels);
             read.map_err(|e| invalid(name, format!("the file ends early: {e}")))?;
         }
     }
-    Ok(CubeTexture { format, levels: decoded, notes, mapping: None, primaries: None })
+    Ok(decoded)
 }
 
 /// Flags of the fields that are set: capabilities, height, width, format, number of levels.

@@ -1,4 +1,4 @@
-//! KTX2 cube map decoder.
+//! KTX2 decoder.
 
 use std::io::{self, Read};
 
@@ -6,11 +6,13 @@ use ktx2::{
     ColorPrimaries, Header, KeyValueDataIterator, LevelIndex, ParseError, SupercompressionScheme, TransferFunction,
 };
 
-use crate::codec::decoded::{invalid, reserve, unsupported};
+use crate::ImageError;
+use crate::header::decoded::{invalid, unsupported};
 use crate::picture::png::MAPPING_KEY;
 use crate::picture::primaries::Primaries;
-use crate::texture::cube_texture::{CubeTexture, check_cube_size, mip_level_count, mip_level_size};
-use crate::{ImageError, TexelFormat};
+use crate::pixel::Pixel;
+use crate::texture::stored_format::StoredFormat;
+use crate::texture::stored_texture::{FACES, OF_AN_ARRAY, OF_BYTES, StoredTexture};
 
 /// The largest compression ratio of Zstandard: a block of one repeated byte stores 128 KiB in four bytes.
 const MOST_BYTES_PER_BYTE: u64 = 1 << 15;
@@ -19,79 +21,86 @@ const MOST_BYTES_PER_BYTE: u64 = 1 << 15;
 /// of primaries and transfer function follow it.
 const DFD_MODEL: usize = 4 + 8;
 
-/// Decodes a KTX2 cube map; `name` stands for the file in messages.
-pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<CubeTexture, ImageError> {
+/// What the headers of a KTX2 file say; `name` stands for the file in messages.
+pub(crate) fn header(bytes: &[u8], name: &str, max_texels: usize) -> Result<StoredTexture, ImageError> {
+    let header = parsed(bytes, name)?;
+    let faces = faces(&header, name)?;
+    let format = texel_format(&header, name)?;
+    let size = [header.pixel_width, header.pixel_height];
+    let mut texture = StoredTexture::new(format, size, faces, header.level_count, max_texels, name)?;
+    let index = level_index(bytes, texture.levels, name)?;
+    check_places(&header, &index, bytes.len(), name)?;
+    tell(&header, bytes, &mut texture, name)?;
+    texture.primaries = primaries(&header, bytes);
+    Ok(texture)
+}
+
+/// Decodes a level, face after face.
+pub(crate) fn level(texture: &StoredTexture, bytes: &[u8], k: usize, name: &str) -> Result<Vec<Pixel>, ImageError> {
+    let zstd = parsed(bytes, name)?.supercompression_scheme.is_some();
+    let level = level_index(bytes, texture.levels, name)?[k];
+    let expected = texture.faces as u64 * texture.picture_bytes(k);
+    let stored = level.byte_length;
+    let most = if zstd { stored.saturating_mul(MOST_BYTES_PER_BYTE) } else { stored };
+    if level.uncompressed_byte_length != expected || most < expected || (!zstd && stored != expected) {
+        let ([width, height], format) = (texture.level_size(k), texture.format.format);
+        let message = format!(
+            "level {k}, {width} x {height} {format}, needs {expected} bytes; the file says {} and holds {stored}",
+            level.uncompressed_byte_length
+        );
+        return Err(invalid(name, message));
+    }
+    // The range was checked.
+    let data = &bytes[level.byte_offset as usize..][..stored as usize];
+    let mut texels = texture.reserved(k, name)?;
+    let mut source = level_source(data, zstd).map_err(|e| damaged(k, &e, name))?;
+    for _ in 0..texture.faces {
+        texture.read(k, &mut source, &mut texels).map_err(|e| damaged(k, &e, name))?;
+    }
+    if !matches!(source.read(&mut [0]), Ok(0)) {
+        return Err(invalid(name, format!("level {k} holds more than its {expected} bytes")));
+    }
+    Ok(texels)
+}
+
+fn parsed(bytes: &[u8], name: &str) -> Result<Header, ImageError> {
     let Some(start) = bytes.first_chunk() else {
         return Err(invalid(name, "the file ends early: the header is not all there".into()));
     };
-    let header = Header::from_bytes(start).map_err(|e| explain(&e, name))?;
-    let size = cube_size(&header, name)?;
-    let format = texel_format(&header, name)?;
-    check_cube_size(size, max_texels, name)?;
-    let size = size as usize;
-    let levels = header.level_count.max(1) as usize;
-    if levels > mip_level_count(size) {
-        let message = format!("a cube map of size {size} has at most {} levels, not {levels}", mip_level_count(size));
-        return Err(invalid(name, message));
-    }
-    let index = level_index(bytes, levels, name)?;
-    check_places(&header, &index, bytes.len(), name)?;
-    let zstd = header.supercompression_scheme.is_some();
-    let (notes, mapping) = notes(&header, bytes, name)?;
-    let primaries = primaries(&header, bytes);
-    let mut cube = CubeTexture { format, levels: Vec::with_capacity(levels), notes, mapping, primaries };
-    for (k, level) in index.iter().enumerate() {
-        let side = mip_level_size(size, k);
-        let expected = 6 * format.face_bytes(side);
-        let stored = level.byte_length;
-        let most = if zstd { stored.saturating_mul(MOST_BYTES_PER_BYTE) } else { stored };
-        if level.uncompressed_byte_length != expected || most < expected || (!zstd && stored != expected) {
-            let message = format!(
-                "level {k}, {side} x {side} {format}, needs {expected} bytes; the file says {} and holds {stored}",
-                level.uncompressed_byte_length
-            );
+    Header::from_bytes(start).map_err(|e| explain(&e, name))
+}
+
+/// The number of pictures in a level: 6 of a cube, which an array of six squares is taken for, or 1.
+fn faces(header: &Header, name: &str) -> Result<usize, ImageError> {
+    let (w, h, d) = (header.pixel_width, header.pixel_height, header.pixel_depth);
+    let faces = match (header.face_count, header.layer_count) {
+        (6, 0 | 1) => FACES,
+        (1, 6) if w == h => FACES,
+        (1, 0 | 1) => 1,
+        (1 | 6, layers) => {
+            return Err(unsupported(name, format!("one picture or cube map expected, found an array of {layers}")));
+        }
+        (faces, _) => {
+            let message = format!("a cube map of 6 faces expected, found a texture of {w} x {h}, {faces} face(s)");
             return Err(invalid(name, message));
         }
-        // The range was checked.
-        let data = &bytes[level.byte_offset as usize..][..stored as usize];
-        let mut texels = reserve(6 * side * side, name)?;
-        let mut source = level_source(data, zstd).map_err(|e| damaged(k, &e, name))?;
-        for _ in 0..6 {
-            format.read_face(side, &mut source, &mut texels).map_err(|e| damaged(k, &e, name))?;
+    };
+    match faces {
+        FACES if w != h || d != 0 => {
+            Err(invalid(name, format!("the faces of a cube are square and flat, these are {w} x {h} x {d}")))
         }
-        if !matches!(source.read(&mut [0]), Ok(0)) {
-            return Err(invalid(name, format!("level {k} holds more than its {expected} bytes")));
-        }
-        cube.levels.push((side, texels));
+        1 if d > 1 => Err(unsupported(name, format!("a picture expected, found a volume of {w} x {h} x {d}"))),
+        faces => Ok(faces),
     }
-    Ok(cube)
 }
 
-/// The size of the faces of a cube map, or why the file is none.
-fn cube_size(header: &Header, name: &str) -> Result<u64, ImageError> {
-    let (w, h, d) = (header.pixel_width, header.pixel_height, header.pixel_depth);
-    if header.face_count != 6 {
-        let message =
-            format!("a cube map of 6 faces expected, found a texture of {} x {h}, {} face(s)", w, header.face_count);
-        return Err(if header.face_count == 1 { unsupported(name, message) } else { invalid(name, message) });
-    }
-    if w != h || d != 0 {
-        return Err(invalid(name, format!("the faces of a cube are square and flat, these are {w} x {h} x {d}")));
-    }
-    if header.layer_count > 1 {
-        let message = format!("one cube map expected, found an array of {}", header.layer_count);
-        return Err(unsupported(name, message));
-    }
-    Ok(w.into())
-}
-
-fn texel_format(header: &Header, name: &str) -> Result<TexelFormat, ImageError> {
-    let expected = "RGBA16F, RGBA32F, RGB9E5, R11G11B10F or BC6H expected";
+fn texel_format(header: &Header, name: &str) -> Result<StoredFormat, ImageError> {
+    let expected = "RGBA16F, RGBA32F, RGB16F, RGB32F, RGB9E5, R11G11B10F, BC6H, RGB8 or RGBA8 expected";
     let Some(vulkan) = header.format else {
         let message = format!("{expected}, found a universal texture (Basis), which holds no high dynamic range");
         return Err(unsupported(name, message));
     };
-    let Some(format) = TexelFormat::from_vulkan(vulkan) else {
+    let Some(format) = StoredFormat::from_vulkan(vulkan) else {
         return Err(unsupported(name, format!("{expected}, found the Vulkan format {vulkan:?}")));
     };
     match header.supercompression_scheme {
@@ -140,33 +149,45 @@ fn level_source(stored: &[u8], zstd: bool) -> io::Result<Box<dyn Read + '_>> {
     if zstd { Ok(Box::new(zstd::Decoder::with_buffer(stored)?)) } else { Ok(Box::new(stored)) }
 }
 
-/// Remarks for the caller, and the mapping that the file names; refuses an orientation that would turn the picture around.
-fn notes(header: &Header, bytes: &[u8], name: &str) -> Result<(Vec<String>, Option<String>), ImageError> {
-    let (mut notes, mut mapping) = (Vec::new(), None);
+/// Adds what the keys and the descriptor say; refuses an orientation that would turn the faces of a cube around.
+fn tell(header: &Header, bytes: &[u8], texture: &mut StoredTexture, name: &str) -> Result<(), ImageError> {
     let keys = &bytes[header.index.kvd_byte_offset as usize..][..header.index.kvd_byte_length as usize];
     for (key, value) in KeyValueDataIterator::new(keys) {
         let value = String::from_utf8_lossy(value);
         let value = value.trim_end_matches('\0');
         match key {
+            "KTXorientation" if value == "ru" && !texture.is_cube() => texture.is_from_bottom = true,
             "KTXorientation" if value != "rd" => {
-                let message = format!("cube faces with orientation \"rd\" expected, found {value:?}");
+                let what = if texture.is_cube() { "cube faces" } else { "a picture" };
+                let message = format!("{what} with orientation \"rd\" expected, found {value:?}");
                 return Err(unsupported(name, message));
             }
             "KTXswizzle" if !value.starts_with("rgb") => {
                 let message = format!("channels in the order rgb expected, found KTXswizzle {value:?}");
                 return Err(unsupported(name, message));
             }
-            MAPPING_KEY => mapping = Some(value.to_owned()),
+            MAPPING_KEY => texture.mapping = Some(value.to_owned()),
             _ => {}
         }
     }
     if header.level_count == 0 {
-        notes.push("the file asks for smaller levels to be made; it holds one".into());
+        texture.notes.push("the file asks for smaller levels to be made; it holds one".into());
     }
-    match TransferFunction::new(described(header, bytes, 2)) {
-        None | Some(TransferFunction::Linear) => Ok((notes, mapping)),
-        Some(other) => Err(unsupported(name, format!("linear light expected, found the transfer function {other:?}"))),
+    if header.face_count == 1 && texture.is_cube() {
+        texture.notes.push(OF_AN_ARRAY.into());
     }
+    match (TransferFunction::new(described(header, bytes, 2)), texture.format.of_srgb()) {
+        (Some(TransferFunction::SRGB), Some(encoded)) => texture.format = encoded,
+        (None | Some(TransferFunction::Linear), _) => {}
+        (Some(other), _) => {
+            let message = format!("linear light expected, found the transfer function {other:?}");
+            return Err(unsupported(name, message));
+        }
+    }
+    if texture.format.of_srgb().is_some() {
+        texture.notes.push(OF_BYTES.into());
+    }
+    Ok(())
 }
 
 /// A byte of the descriptor of the format, counted from the color model. The format number determines all but the primaries and the transfer

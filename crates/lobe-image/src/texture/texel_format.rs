@@ -1,7 +1,6 @@
 //! Texel formats of cube textures.
 
 use std::fmt;
-use std::io::{self, Read};
 
 use half::f16;
 use half::slice::HalfFloatSliceExt;
@@ -40,6 +39,14 @@ pub enum TexelFormat {
     Bc6h,
     /// BC6H with sign; read only.
     Bc6hSigned,
+    /// Three `half`; read only.
+    Rgb16F,
+    /// Three `float`; read only.
+    Rgb32F,
+    /// Bytes of linear light, white is 1; read only. With alpha or blue first too, as is the next one.
+    Rgb8,
+    /// Bytes encoded for displays by sRGB, white is 1; read only.
+    Srgb8,
 }
 
 impl fmt::Display for TexelFormat {
@@ -51,18 +58,29 @@ impl fmt::Display for TexelFormat {
             Self::R11G11B10F => "R11G11B10F",
             Self::Bc6h => "BC6H",
             Self::Bc6hSigned => "signed BC6H",
+            Self::Rgb16F => "RGB16F",
+            Self::Rgb32F => "RGB32F",
+            Self::Rgb8 => "RGB8",
+            Self::Srgb8 => "sRGB8",
         })
     }
 }
 
+/// The number of no format in Direct3D.
+const DXGI_UNKNOWN: u32 = 0;
+
 /// Every format with its numbers in Vulkan and in Direct3D.
-const FORMATS: [(TexelFormat, Format, u32); 6] = [
+const FORMATS: [(TexelFormat, Format, u32); 10] = [
     (TexelFormat::Rgba16F, Format::R16G16B16A16_SFLOAT, 10),
     (TexelFormat::Rgba32F, Format::R32G32B32A32_SFLOAT, 2),
     (TexelFormat::Rgb9e5, Format::E5B9G9R9_UFLOAT_PACK32, 67),
     (TexelFormat::R11G11B10F, Format::B10G11R11_UFLOAT_PACK32, 26),
     (TexelFormat::Bc6h, Format::BC6H_UFLOAT_BLOCK, 95),
     (TexelFormat::Bc6hSigned, Format::BC6H_SFLOAT_BLOCK, 96),
+    (TexelFormat::Rgb16F, Format::R16G16B16_SFLOAT, DXGI_UNKNOWN),
+    (TexelFormat::Rgb32F, Format::R32G32B32_SFLOAT, 6),
+    (TexelFormat::Rgb8, Format::R8G8B8_UNORM, DXGI_UNKNOWN),
+    (TexelFormat::Srgb8, Format::R8G8B8_SRGB, DXGI_UNKNOWN),
 ];
 
 impl TexelFormat {
@@ -87,15 +105,18 @@ impl TexelFormat {
     }
 
     pub(crate) fn from_dxgi(dxgi: u32) -> Option<Self> {
-        FORMATS.iter().find(|(.., d)| *d == dxgi).map(|(format, ..)| *format)
+        FORMATS.iter().find(|(.., d)| *d == dxgi && *d != DXGI_UNKNOWN).map(|(format, ..)| *format)
     }
 
     /// Columns and rows, and bytes, of a storage unit: a texel, or a block.
-    fn block(self) -> (usize, usize) {
+    pub(crate) fn block(self) -> (usize, usize) {
         match self {
             Self::Rgba16F => (1, 8),
             Self::Rgba32F => (1, 16),
             Self::Rgb9e5 | Self::R11G11B10F => (1, 4),
+            Self::Rgb16F => (1, 6),
+            Self::Rgb32F => (1, 12),
+            Self::Rgb8 | Self::Srgb8 => (1, 3),
             Self::Bc6h | Self::Bc6hSigned => (bc6h::BLOCK, bc6h::BLOCK_BYTES),
         }
     }
@@ -105,37 +126,33 @@ impl TexelFormat {
         self.block().1
     }
 
-    /// The bytes of a square picture.
+    /// The bytes of a square picture, without gaps between its rows.
     pub(crate) fn face_bytes(self, size: usize) -> u64 {
         let (side, bytes) = self.block();
         let across = size.div_ceil(side) as u64;
         across * across * bytes as u64
     }
 
-    /// Reads a square picture and appends it to `texels`, one row of texels or blocks at a time: memory is allocated
-    /// for data that were read, not for data that are declared.
-    pub(crate) fn read_face(self, size: usize, source: &mut dyn Read, texels: &mut Vec<Pixel>) -> io::Result<()> {
-        let (side, bytes) = self.block();
-        let mut row = vec![0; size.div_ceil(side) * bytes];
-        for y in (0..size).step_by(side) {
-            source.read_exact(&mut row)?;
-            match self {
-                Self::Rgba16F => texels.extend(row.as_chunks::<8>().0.iter().map(half_texel)),
-                Self::Rgba32F => texels.extend(row.as_chunks::<16>().0.iter().map(float_texel)),
-                Self::Rgb9e5 => {
-                    let words = row.as_chunks::<4>().0.iter();
-                    texels.extend(words.map(|word| rgb9e5::decode(u32::from_le_bytes(*word))));
-                }
-                Self::R11G11B10F => {
-                    let words = row.as_chunks::<4>().0.iter();
-                    texels.extend(words.map(|word| packed_float::decode(u32::from_le_bytes(*word))));
-                }
-                Self::Bc6h | Self::Bc6hSigned => {
-                    bc6h::decode_blocks(&row, size, side.min(size - y), self == Self::Bc6hSigned, texels);
-                }
+    /// Adds a row of texels of `width` columns to `texels`, or of a row of blocks the first `rows`.
+    pub(crate) fn read_row(self, row: &[u8], width: usize, rows: usize, texels: &mut Vec<Pixel>) {
+        match self {
+            Self::Rgba16F => texels.extend(row.as_chunks::<8>().0.iter().map(half_texel)),
+            Self::Rgba32F => texels.extend(row.as_chunks::<16>().0.iter().map(float_texel)),
+            Self::Rgb9e5 => {
+                let words = row.as_chunks::<4>().0.iter();
+                texels.extend(words.map(|word| rgb9e5::decode(u32::from_le_bytes(*word))));
+            }
+            Self::R11G11B10F => {
+                let words = row.as_chunks::<4>().0.iter();
+                texels.extend(words.map(|word| packed_float::decode(u32::from_le_bytes(*word))));
+            }
+            Self::Bc6h | Self::Bc6hSigned => {
+                bc6h::decode_blocks(row, width, rows, self == Self::Bc6hSigned, texels);
+            }
+            Self::Rgb16F | Self::Rgb32F | Self::Rgb8 | Self::Srgb8 => {
+                unreachable!("channels side by side are read by stored_format")
             }
         }
-        Ok(())
     }
 
     /// The bytes of a square picture, and the number of texels clamped to the range of the format.
@@ -149,6 +166,9 @@ impl TexelFormat {
             Self::R11G11B10F => (0.0, packed_float::MAX),
             Self::Bc6h => (0.0, MAX_HALF),
             Self::Bc6hSigned => return Err("signed BC6H is read, not written; choose BC6H".into()),
+            Self::Rgb16F | Self::Rgb32F | Self::Rgb8 | Self::Srgb8 => {
+                return Err(format!("{self} is read, not written; choose RGBA16F"));
+            }
         };
         let has_nan = matches!(self, Self::Rgba16F | Self::Rgba32F);
         let fits = |c: f32| (low..=high).contains(&c) || (has_nan && c.is_nan());
@@ -194,7 +214,7 @@ impl TexelFormat {
                     bytes.extend_from_slice(&packed_float::encode(fit((*texel).into())).to_le_bytes());
                 }
             }
-            Self::Bc6h | Self::Bc6hSigned => {
+            _ => {
                 let texels: Vec<Pixel> = texels.iter().map(|t| fit((*t).into())).collect();
                 bytes = encode_bc6h(size, &texels);
             }

@@ -1,24 +1,28 @@
-//! Cube textures: six square faces with mip levels, in a KTX2 or DDS file.
+//! Textures in a KTX2, KTX or DDS file: six square faces with mip levels, or one picture.
 
 use std::path::Path;
 
 use lobe_io::{parallel, write_atomically};
 
-use crate::codec::decoded::unsupported;
-use crate::codec::read::{FileFormat, PictureReadOptions, PictureReadReport, guarded, inspect, picture_file_bytes};
-use crate::pixel::IntoPixel;
+use crate::codec::read::{
+    FileFormat, PictureReadOptions, PictureReadReport, finished, guarded, inspect, picture_file_bytes,
+};
+use crate::header::decoded::unsupported;
+use crate::pixel::{IntoPixel, Pixel};
 use crate::texture::cube_texture::CubeTexture;
-use crate::texture::{dds, read_ktx2, write_ktx1, write_ktx2};
-use crate::{ImageError, PictureWriteReport, TexelFormat};
+use crate::texture::stored_texture::{FACES, StoredTexture};
+use crate::texture::{dds, read_ktx1, read_ktx2, write_ktx1, write_ktx2};
+use crate::{ImageError, Picture, PictureWriteReport, TexelFormat};
 
-/// Faces of a cube.
-const FACES: usize = 6;
-
-/// Reads a cube texture from a KTX2 or DDS file.
+/// Reads a cube texture from a KTX2, KTX or DDS file.
 ///
-/// * **KTX2**: RGBA16F, RGBA32F, RGB9E5, R11G11B10F and BC6H with and without sign, stored as they are or with Zstandard, any
-///   number of levels. Alpha is ignored.
-/// * **DDS**: the same formats, with the header of Direct3D 10 or, for RGBA16F and RGBA32F, without it.
+/// * **KTX2**: RGBA16F, RGBA32F, RGB16F, RGB32F, RGB9E5, R11G11B10F, BC6H with and without sign, and bytes of three or four channels,
+///   stored as they are or with Zstandard, any number of levels. Alpha is ignored.
+/// * **KTX**, version 1: the same formats, of either byte order.
+/// * **DDS**: RGBA16F, RGBA32F, RGB32F, RGB9E5, R11G11B10F and BC6H, with the header of Direct3D 10 or, for RGBA16F and RGBA32F,
+///   without it.
+///
+/// An array of six squares is taken for a cube. A texture of one picture is read by [`read_texture_picture_bytes`].
 ///
 /// # Errors
 /// [`ImageError::Io`] if the file cannot be read; [`ImageError::Invalid`] if it is damaged or cut off; [`ImageError::Refused`] if its largest level has more
@@ -42,14 +46,21 @@ pub fn read_cube_texture_bytes(
     options: &PictureReadOptions,
 ) -> Result<(CubeTexture, PictureReadReport), ImageError> {
     let format = FileFormat::of_bytes(bytes, name)?;
-    let mut decoded = match format {
-        FileFormat::Ktx2 => guarded(format, name, || read_ktx2::decode(bytes, name, options.max_texels))?,
-        FileFormat::Dds => guarded(format, name, || dds::decode(bytes, name, options.max_texels))?,
-        other => {
-            let message = format!("a cube map in KTX2, DDS or OpenEXR expected, found a {other} picture");
-            return Err(unsupported(name, message));
-        }
+    if !format.is_texture() {
+        let message = format!("a cube map in KTX2, KTX, DDS or OpenEXR expected, found a {format} picture");
+        return Err(unsupported(name, message));
+    }
+    let decoded = guarded(format, name, || {
+        let texture = Texture::header(format, bytes, name, options.max_texels)?;
+        if texture.stored().is_cube() { texture.decode(bytes, usize::MAX, name).map(Some) } else { Ok(None) }
+    })?;
+    let Some((stored, levels)) = decoded else {
+        return Err(unsupported(
+            name,
+            format!("a cube map of 6 faces expected, found a {format} texture of one picture"),
+        ));
     };
+    let mut decoded = stored.cube(levels);
     let size = decoded.levels.first().map_or(0, |(size, _)| *size);
     let mut report = PictureReadReport::new(size, size, format, std::mem::take(&mut decoded.notes));
     report.levels = decoded.levels.len();
@@ -73,8 +84,88 @@ pub fn read_cube_texture_bytes(
     Ok((decoded, report))
 }
 
-/// Writes a cube texture as `.ktx2`, `.dds` or `.ktx` (version 1, R11G11B10F only, for Filament and `PlayCanvas`; it is not
-/// read), depending on the extension: size and texels of each level, as in [`CubeTexture`].
+/// Whether the bytes of a texture hold a cube, or an array that is taken for one, and not a single picture; `name` stands for the
+/// file in messages.
+///
+/// # Errors
+/// Those of the headers, as [`read_cube_texture`].
+pub fn is_cube_texture_bytes(bytes: &[u8], name: &str, options: &PictureReadOptions) -> Result<bool, ImageError> {
+    let format = FileFormat::of_bytes(bytes, name)?;
+    guarded(format, name, || Ok(Texture::header(format, bytes, name, options.max_texels)?.stored().is_cube()))
+}
+
+/// Reads the largest level of a texture of one picture from the bytes of a KTX2, KTX or DDS file; `name` stands for the file in
+/// messages. The texel formats are those of [`read_cube_texture`].
+///
+/// # Errors
+/// As [`read_cube_texture`], except [`ImageError::Io`]; [`ImageError::Unsupported`] if it holds a cube.
+pub fn read_texture_picture_bytes(
+    bytes: &[u8],
+    name: &str,
+    options: &PictureReadOptions,
+) -> Result<(Picture, PictureReadReport), ImageError> {
+    let format = FileFormat::of_bytes(bytes, name)?;
+    let decoded = guarded(format, name, || {
+        let texture = Texture::header(format, bytes, name, options.max_texels)?;
+        if texture.stored().is_cube() {
+            return Err(unsupported(name, format!("a picture expected, found a cube map in a {format} texture")));
+        }
+        let (stored, mut levels) = texture.decode(bytes, 1, name)?;
+        Ok(stored.picture(levels.swap_remove(0)))
+    })?;
+    finished(decoded, format, name, options)
+}
+
+/// A texture whose headers are read, and where its texels begin if its container has no index.
+enum Texture {
+    Ktx2(StoredTexture),
+    Ktx1(StoredTexture, read_ktx1::Places),
+    Dds(StoredTexture, usize),
+}
+
+impl Texture {
+    fn header(format: FileFormat, bytes: &[u8], name: &str, max_texels: usize) -> Result<Self, ImageError> {
+        Ok(match format {
+            FileFormat::Ktx2 => Self::Ktx2(read_ktx2::header(bytes, name, max_texels)?),
+            FileFormat::Ktx => {
+                let (stored, places) = read_ktx1::header(bytes, name, max_texels)?;
+                Self::Ktx1(stored, places)
+            }
+            FileFormat::Dds => {
+                let (stored, data) = dds::header(bytes, name, max_texels)?;
+                Self::Dds(stored, data)
+            }
+            other => return Err(unsupported(name, format!("a texture in KTX2, KTX or DDS expected, found {other}"))),
+        })
+    }
+
+    fn stored(&self) -> &StoredTexture {
+        let (Self::Ktx2(stored) | Self::Ktx1(stored, _) | Self::Dds(stored, _)) = self;
+        stored
+    }
+
+    /// Decodes the largest levels, as many as there are or `most`.
+    fn decode(self, bytes: &[u8], most: usize, name: &str) -> Result<(StoredTexture, Vec<Vec<Pixel>>), ImageError> {
+        let count = self.stored().levels.min(most);
+        let (stored, levels) = match self {
+            Self::Ktx2(stored) => {
+                let levels = (0..count).map(|k| read_ktx2::level(&stored, bytes, k, name)).collect();
+                (stored, levels)
+            }
+            Self::Ktx1(stored, places) => {
+                let levels = read_ktx1::levels(&stored, &places, bytes, count, name);
+                (stored, levels)
+            }
+            Self::Dds(mut stored, data) => {
+                let levels = dds::levels(&mut stored, bytes.get(data..).unwrap_or_default(), count, name);
+                (stored, levels)
+            }
+        };
+        Ok((stored, levels?))
+    }
+}
+
+/// Writes a cube texture as `.ktx2`, `.dds` or `.ktx` (version 1, R11G11B10F only, for Filament and `PlayCanvas`), depending on the extension: size and texels of each level, as in [`CubeTexture`].
 ///
 /// No partial file ever has the final name. Channels outside the range of the texel format are clamped to it, and
 /// counted over all levels. `zstd` compresses `.ktx2` without loss, and `mapping` is the name of a mapping of directions that it keeps, so

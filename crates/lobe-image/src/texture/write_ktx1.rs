@@ -10,17 +10,8 @@
 //! KTX File Format Specification 1.0. The texels are R11G11B10F. As type it has the number of the internal format, not
 //! that of the packed type: Filament's own tool writes it so, and its reader takes nothing else.
 
-/// The first twelve bytes.
-const IDENTIFIER: [u8; 12] = *b"\xabKTX 11\xbb\r\n\x1a\n";
-
-/// The bytes of a number in the order of the writer.
-const ENDIANNESS: u32 = 0x0403_0201;
-
-/// `GL_R11F_G11F_B10F`.
-const R11F_G11F_B10F: u32 = 0x8c3a;
-
-/// `GL_RGB`.
-const RGB: u32 = 0x1907;
+use crate::codec::read::KTX;
+use crate::texture::read_ktx1::{ENDIANNESS, R11F_G11F_B10F, RGB};
 
 /// Bytes of a texel.
 const TEXEL: u32 = 4;
@@ -31,7 +22,7 @@ pub(crate) fn pieces(size: usize, levels: Vec<[Vec<u8>; 6]>) -> Vec<Vec<u8>> {
     let (depth, elements, faces, keys) = (0, 0, 6, 0);
     let numbers =
         [ENDIANNESS, R11F_G11F_B10F, TEXEL, RGB, R11F_G11F_B10F, RGB, side, side, depth, elements, faces, count, keys];
-    let mut pieces = vec![IDENTIFIER.to_vec(), numbers.map(u32::to_le_bytes).concat()];
+    let mut pieces = vec![KTX.to_vec(), numbers.map(u32::to_le_bytes).concat()];
     for faces in levels {
         pieces.push((faces[0].len() as u32).to_le_bytes().to_vec());
         pieces.extend(faces);

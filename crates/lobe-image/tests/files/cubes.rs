@@ -188,8 +188,6 @@ fn the_bytes_of_a_ktx_file_are_those_that_filament_reads() {
     assert_eq!(bytes.len(), 64 + 4 + 6 * 16 + 4 + 6 * 4, "length");
     // Face -X begins with (0.5, 2, 0.125): exponents 14, 16 and 12.
     assert_eq!(word(68 + 16), 14 << 6 | (16 << 6) << 11 | (12 << 5) << 22, "first texel of face -X");
-    let error = read(&bytes).unwrap_err().to_string();
-    assert!(error.contains("KTX texture of version 1"), "{error}");
 }
 
 #[test]
@@ -232,7 +230,7 @@ fn a_texture_is_no_picture_and_a_picture_no_texture() {
     let error = read_picture_bytes(&bytes, "test", &PictureReadOptions::default()).unwrap_err().to_string();
     assert!(error.contains("cube map") && error.contains("DDS"), "{error}");
     let error = read(include_bytes!("../data/dwaa.exr")).unwrap_err().to_string();
-    assert!(error.contains("cube map in KTX2, DDS or OpenEXR expected"), "{error}");
+    assert!(error.contains("cube map in KTX2, KTX, DDS or OpenEXR expected"), "{error}");
 }
 
 #[test]
@@ -244,6 +242,7 @@ fn dds_files_with_and_without_a_second_header_are_read() {
     let mut new = [&old[..84], b"DX10", &old[88..128], &second, &old[128..]].concat();
     assert_eq!(read(&new).unwrap().0, read(&old).unwrap().0, "number 113 is RGBA16F");
     new[136..140].fill(0);
+    new[112..116].fill(0);
     assert!(read(&new).unwrap_err().to_string().contains("6 faces"), "no cube");
     let mut one = old.clone();
     one[112..116].copy_from_slice(&0x0600u32.to_le_bytes());

@@ -3,12 +3,15 @@
 
 mod cube_malformed;
 mod cubes;
+mod delivery;
 mod exr_files;
 mod ktx2_rules;
 mod ktx2_written;
 mod malformed;
+mod pfm_headers;
 mod picture_rows;
 mod read_exr;
 mod read_hdr;
 mod read_pictures;
+mod textures;
 mod write;

@@ -92,7 +92,8 @@ fn files_that_are_no_pictures_say_what_was_found() {
     expect(read(b""), "empty", &["empty"]);
     expect(read(b"hello, this is text"), "text", &["Radiance", "text beginning with \"hello, this"]);
     expect(read(b"line one\nline two\n"), "two lines", &["text beginning with \"line one\\nline"]);
-    expect(read(b"II*\0"), "TIFF", &["TIFF", "convert"]);
+    expect(read(b"GIF89a"), "GIF", &["GIF", "convert"]);
+    expect(read(b"II*\0"), "TIFF", &["TIFF", "ends early"]);
     expect(read(b"\0\x01\x02\xff"), "bytes", &["unknown data", "00, 01, 02, ff"]);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("sky.hdr");

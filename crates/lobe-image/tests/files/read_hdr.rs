@@ -1,6 +1,10 @@
 //! Radiance files of every kind that Lobe reads or refuses.
 
-use lobe_image::{FileFormat, ImageError, Picture, PictureReadOptions, PictureReadReport, read_picture_bytes};
+use std::io::Cursor;
+
+use lobe_image::{
+    FileFormat, ImageError, Picture, PictureReadOptions, PictureReadReport, PictureRows, ReadOption, read_picture_bytes,
+};
 
 fn read(bytes: &[u8]) -> (Picture, PictureReadReport) {
     read_picture_bytes(bytes, "test.hdr", &PictureReadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
@@ -100,7 +104,7 @@ fn header_lines_that_say_nothing_are_not_noted() {
 
 #[test]
 fn impossible_exposures_are_errors() {
-    for exposure in ["0", "-1", "inf", "NaN", "1e-45"] {
+    for exposure in ["-1", "inf", "NaN", "1e-45"] {
         let lines = format!("{HEADER}EXPOSURE={exposure}\n");
         let error =
             read_picture_bytes(&file(&lines, "-Y 8 +X 16", &flat()), "test.hdr", &PictureReadOptions::default());
@@ -110,18 +114,127 @@ fn impossible_exposures_are_errors() {
 }
 
 #[test]
-fn other_orientations_and_color_spaces_are_refused_by_name() {
-    for resolution in ["+Y 8 +X 16", "-Y 8 -X 16", "+X 16 -Y 8", "-X 16 +Y 8"] {
-        let error = read_picture_bytes(&file(HEADER, resolution, &flat()), "test.hdr", &PictureReadOptions::default());
-        let Err(ImageError::Unsupported { message, .. }) = error else { panic!("{resolution}: {error:?}") };
-        let axes: Vec<&str> = resolution.split(' ').step_by(2).collect();
-        assert!(message.contains(&axes.join(" ")) && message.contains("-Y h +X w"), "{resolution}: {message}");
-        assert!(message.contains("oiiotool"), "{resolution}, what to do: {message}");
+fn a_picture_is_upright_whichever_way_its_scan_lines_go() {
+    // Each texel is its own: red counts columns, green rows.
+    let (width, height) = (9_u8, 5_u8);
+    let upright: Vec<[f32; 3]> =
+        (0..height).flat_map(|y| (0..width).map(move |x| [f32::from(x), f32::from(y), 9.0])).collect();
+    let forth_and_back = |count: u8, is_forth: bool| -> Vec<u8> {
+        if is_forth { (0..count).collect() } else { (0..count).rev().collect() }
+    };
+    for first in ["-Y", "+Y", "-X", "+X"] {
+        for second in if first.ends_with('Y') { ["-X", "+X"] } else { ["-Y", "+Y"] } {
+            let [columns, rows] = ["X", "Y"].map(|axis| {
+                let is_forth = [first, second].contains(&if axis == "X" { "+X" } else { "-Y" });
+                forth_and_back(if axis == "X" { width } else { height }, is_forth)
+            });
+            // 2^e / 256 is 1 at e = 136.
+            let texel = |x: u8, y: u8| [x, y, 9, 136];
+            let (resolution, pixels): (_, Vec<u8>) = if first.ends_with('Y') {
+                let pixels = rows.iter().flat_map(|y| columns.iter().flat_map(move |x| texel(*x, *y))).collect();
+                (format!("{first} {height} {second} {width}"), pixels)
+            } else {
+                let pixels = columns.iter().flat_map(|x| rows.iter().flat_map(move |y| texel(*x, *y))).collect();
+                (format!("{first} {width} {second} {height}"), pixels)
+            };
+            let bytes = file(HEADER, &resolution, &pixels);
+            let (picture, report) = read(&bytes);
+            assert_eq!((picture.width(), picture.height()), (9, 5), "{resolution}");
+            assert_eq!(picture.pixels(), upright, "{resolution}");
+            assert!(report.notes.is_empty(), "{resolution}: {:?}", report.notes);
+            let rows = PictureRows::new(Cursor::new(&bytes), "test.hdr", &PictureReadOptions::default()).unwrap();
+            assert_eq!(rows.is_some(), resolution == "-Y 5 +X 9", "{resolution}: rows from the top only");
+        }
     }
-    let xyze = file("#?RADIANCE\nFORMAT=32-bit_rle_xyze\n", "-Y 8 +X 16", &flat());
-    let error = read_picture_bytes(&xyze, "test.hdr", &PictureReadOptions::default());
-    let Err(ImageError::Unsupported { message, .. }) = error else { panic!("XYZE: {error:?}") };
-    assert!(message.contains("xyze") && message.contains("ra_xyze -r"), "{message}");
+    for no_axes in ["-Y 8 +Y 16", "+Z 8 +X 16", "Y 8 X 16"] {
+        let error = read_picture_bytes(&file(HEADER, no_axes, &flat()), "test.hdr", &PictureReadOptions::default());
+        assert!(matches!(error, Err(ImageError::Invalid { .. })), "{no_axes}: {error:?}");
+    }
+}
+
+#[test]
+fn colors_in_xyz_are_those_that_radiance_makes_of_them() {
+    // White of equal energy, 179 lumens in a watt: 179 = 179/256 2^8.
+    let header = "#?RADIANCE\nFORMAT=32-bit_rle_xyze\n";
+    let (picture, report) = read(&file(header, "-Y 1 +X 1", &[179, 179, 179, 136]));
+    for c in picture.pixel(0, 0) {
+        assert!((c - 1.0).abs() < 1e-6, "white: {:?}", picture.pixel(0, 0));
+    }
+    assert!(report.notes[0].contains("XYZ") && report.notes[0].contains("179"), "{:?}", report.notes);
+    // XYZ of Radiance's red, x 0.64, y 0.33, of luminance 1/4: its share of white is 0.265.
+    let stored = [179.0 * 0.25 * 0.64 / 0.33, 179.0 * 0.25, 179.0 * 0.25 * 0.03 / 0.33].map(|c: f32| c.round() as u8);
+    let (picture, _) = read(&file(header, "-Y 1 +X 1", &[stored[0], stored[1], stored[2], 136]));
+    let [r, g, b] = picture.pixel(0, 0);
+    assert!((r - 0.25 / 0.265).abs() < 0.01 && g.abs() < 0.01 && b.abs() < 0.01, "red: {r} {g} {b}");
+    // As ra_xyze writes it: values as before, the lumens in the exposure.
+    let header = format!("{header}EXPOSURE=5.586592e-03\n");
+    let (picture, _) = read(&file(&header, "-Y 1 +X 1", &[128, 128, 128, 129]));
+    assert!(picture.pixel(0, 0).iter().all(|c| (c - 1.0).abs() < 1e-5), "with exposure: {:?}", picture.pixel(0, 0));
+}
+
+#[test]
+fn indented_lines_are_the_history_of_a_picture_and_change_nothing() {
+    for history in [
+        "\tEXPOSURE=9",
+        " EXPOSURE=9",
+        "\tCOLORCORR=2 2 2",
+        "\tPRIMARIES=0.7 0.3 0.2 0.7 0.1 0.05 0.31 0.33",
+        "\tFORMAT=32-bit_rle_xyze",
+        "\t\tEXPOSURE=0",
+        "\tPIXASPECT=2",
+        "\tlobe-mapping=angular",
+        "pfilt -1 EXPOSURE=9 a.hdr",
+    ] {
+        for lines in
+            [format!("{HEADER}{history}\n"), format!("#?RADIANCE\na.hdr:\n{history}\nFORMAT=32-bit_rle_rgbe\n")]
+        {
+            let bytes = file(&lines, "-Y 8 +X 16", &flat());
+            check(&bytes, history);
+            let (_, report) = read(&bytes);
+            assert!(report.notes.is_empty() && report.mapping.is_none(), "{history}: {report:?}");
+        }
+    }
+}
+
+#[test]
+fn values_that_are_no_numbers_are_noted_and_change_nothing() {
+    for line in [
+        "EXPOSURE=2,5",
+        "EXPOSURE=auto",
+        "EXPOSURE=",
+        "EXPOSURE=2 3",
+        "COLORCORR=1 2",
+        "COLORCORR=1,2,3",
+        "GAMMA=x",
+        "Exposure=2",
+        "VIEW= -vta -vh 180",
+        "EXPOSURE=0",
+        "COLORCORR=0 0 0",
+    ] {
+        let bytes = file(&format!("{HEADER}{line}\n"), "-Y 8 +X 16", &flat());
+        check(&bytes, line);
+        let (_, report) = read(&bytes);
+        let [note] = &report.notes[..] else { panic!("{line}: {:?}", report.notes) };
+        let (key, value) = line.split_once('=').unwrap();
+        assert!(note.contains(&format!("{key}={}", value.trim())), "{line}: {note}");
+    }
+}
+
+#[test]
+fn primaries_that_cannot_be_understood_are_noted_and_refused_where_they_were_to_be_converted() {
+    let seven = "PRIMARIES=0.708 0.292 0.17 0.797 0.131 0.046 0.3127";
+    let commas = "PRIMARIES=0.708,0.292,0.17,0.797,0.131,0.046,0.3127,0.329";
+    for line in [seven, commas, "PRIMARIES=Rec2020", "PRIMARIES=1 1 1 1 1 1 1 1"] {
+        let bytes = file(&format!("{HEADER}{line}\n"), "-Y 8 +X 16", &flat());
+        check(&bytes, line);
+        let (_, report) = read(&bytes);
+        assert!(report.notes.len() == 1 && report.notes[0].contains(line), "{line}: {:?}", report.notes);
+        let error = read_picture_bytes(&bytes, "test.hdr", &PictureReadOptions::default().to_rec_709(true));
+        let Err(ImageError::Refused { option: ReadOption::ToRec709, message, .. }) = error else {
+            panic!("{line}: {error:?}")
+        };
+        assert!(message.contains(line), "{line}: {message}");
+    }
 }
 
 #[test]

@@ -207,7 +207,7 @@ fn primaries_of_a_number_are_those_of_their_coordinates() {
     let kept = "the primaries of the chunk cICP are not those of Rec. 709; the values are taken as they are";
     assert_eq!(note(&by_number), kept, "BT.2020");
     assert_eq!(note(&with_chunk(&by_place, b"cICP", &[1, 13, 0, 1])), "", "cICP holds before cHRM");
-    let unknown = "the primaries 10 of the chunk cICP are not known; the values are taken as they are";
+    let unknown = "the number 10 of primaries of the chunk cICP cannot be understood; the values are taken as they are";
     assert_eq!(note(&with_chunk(&plain, b"cICP", &[10, 13, 0, 1])), unknown, "XYZ");
 }
 

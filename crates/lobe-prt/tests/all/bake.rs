@@ -428,3 +428,27 @@ fn transfer_does_not_depend_on_where_a_scene_is() {
     assert!(far.origin() == [1e5, -1e5, 1e5], "its place: {:?}", far.origin());
     assert!(transfer(&far) == here, "1e5 units away");
 }
+
+#[test]
+fn a_ceiling_of_bent_normals_sends_back_what_their_tilt_leaves() {
+    // A gray square of side 4 above a white receiver at distance 1; lobe-render has the formula in its test of the same name.
+    let half_side = 2.0_f64;
+    let form_factor = 4.0 / PI * half_side / half_side.hypot(1.0) * (half_side / half_side.hypot(1.0)).atan();
+    for tilt in [0.0_f64, 30.0, 60.0].map(f64::to_radians) {
+        let parts = MeshParts {
+            positions: vec![[-2.0, -2.0, 1.0], [2.0, -2.0, 1.0], [2.0, 2.0, 1.0], [-2.0, 2.0, 1.0]],
+            triangles: vec![[0, 2, 1], [0, 3, 2]],
+            normals: vec![[tilt.sin() as f32, 0.0, -tilt.cos() as f32]; 4],
+            material: Some(0),
+            ..MeshParts::default()
+        };
+        let scene =
+            Scene::new(vec![Mesh::new(parts).unwrap()], vec![Material::matte("gray", [0.5; 3])], vec![]).unwrap();
+        let below = receiver([0.0; 3], [0.0, 0.0, 1.0]);
+        let (transfer, _) = baked(&scene, &below, &options(BakeMode::Interreflected, 2, 16384));
+        // A white sky has the coefficient 1/y₀ and no other.
+        let found = f64::from(transfer.vector(0, 0)[0]) / y_0();
+        let expected = 1.0 - form_factor + form_factor * 0.5 * 0.5 * (1.0 + tilt.cos());
+        assert!((found - expected).abs() < 4e-3, "{tilt}: {found} for {expected}");
+    }
+}

@@ -108,9 +108,14 @@ impl<'a> PathReceiver<'a> {
 ///
 /// A surface that is not double-sided is black from behind and stops light all the same. Otherwise both normals are
 /// turned to the side that is hit; it is shaded with the interpolated one, tilted by the normal map if there is one, and
-/// directions below the triangle's plane bring nothing. Rays start at [`Bvh::origin_above`]. Holes of alpha masks let rays
+/// directions below the triangle's plane bring nothing. A point that is seen from below its shading normal is lit as it is for every
+/// other viewer. Under a white sky a surface whose normal tilts by δ reflects `(1 + cos δ)/2` of its albedo, so the furnace never gains
+/// light. Under a small light the flux that leaves may exceed what arrives, by the ratio of both cosines ([Veach 1997], 5.3). Mitsuba's
+/// `twosided` turns the shading normal to the viewer instead, and follows rays below the triangle into the solid. Rays start at [`Bvh::origin_above`]. Holes of alpha masks let rays
 /// through, and [`Scene::stops`] decides about glass. Nothing is clamped, and paths end at the last bounce, without Russian roulette: the mean is
 /// unbiased.
+///
+/// [Veach 1997]: https://graphics.stanford.edu/papers/veach_thesis/
 pub struct PathTracer<'a> {
     surfaces: SurfaceRays<'a>,
     light: &'a DistantLight,

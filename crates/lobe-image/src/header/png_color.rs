@@ -8,7 +8,7 @@ use std::fmt;
 use png::{CodingIndependentCodePoints, Info, ScaledFloat};
 
 use crate::ImageError;
-use crate::codec::decoded::unsupported;
+use crate::header::decoded::unsupported;
 use crate::picture::primaries::Primaries;
 use crate::srgb_decode;
 
@@ -116,20 +116,19 @@ impl fmt::Display for Transfer {
     }
 }
 
-/// The primaries of a picture, with what tells them in messages; those that are not known are noted.
-pub(crate) fn primaries_of_png(info: &Info<'_>, notes: &mut Vec<String>) -> Option<(&'static str, Primaries)> {
+/// What a picture says of its primaries: they, with what tells them in messages, or the name of what cannot be understood.
+pub(crate) fn primaries_of_png(info: &Info<'_>) -> Option<Result<(&'static str, Primaries), String>> {
     let number = info.coding_independent_code_points.map_or(UNSPECIFIED, |points| points.color_primaries);
     if number == UNSPECIFIED {
         let chunk = info.chromaticities()?;
         let [red, green, blue, white] = [chunk.red, chunk.green, chunk.blue, chunk.white]
             .map(|(x, y)| [x, y].map(|coordinate| f64::from(coordinate.into_scaled()) / SCALE));
-        return Some(("the primaries of the chunk cHRM", Primaries::new(red, green, blue, white)?));
+        let known =
+            Primaries::new(red, green, blue, white).map(|primaries| ("the primaries of the chunk cHRM", primaries));
+        return Some(known.ok_or_else(|| "the chunk cHRM".to_owned()));
     }
-    let known = of_number(number);
-    if known.is_none() {
-        notes.push(format!("the primaries {number} of the chunk cICP are not known; the values are taken as they are"));
-    }
-    Some(("the primaries of the chunk cICP", known?))
+    let known = of_number(number).map(|primaries| ("the primaries of the chunk cICP", primaries));
+    Some(known.ok_or_else(|| format!("the number {number} of primaries of the chunk cICP")))
 }
 
 /// Primaries by their number in ITU-T H.273.

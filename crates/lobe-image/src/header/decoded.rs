@@ -1,5 +1,6 @@
 //! Decoder results, and size limits that are checked before memory is allocated.
 
+use crate::header::xmp::Panorama;
 use crate::picture::primaries::Primaries;
 use crate::pixel::Pixel;
 use crate::{ImageError, ReadOption};
@@ -24,14 +25,19 @@ pub(crate) struct PictureHead {
     pub(crate) notes: Vec<String>,
     pub(crate) envmap: Option<EnvmapAttribute>,
     pub(crate) mapping: Option<String>,
+    pub(crate) panorama: Panorama,
     /// The primaries that the file declares, after their name in messages.
     pub(crate) primaries: Option<(&'static str, Primaries)>,
+    /// What the file says of its primaries that cannot be understood, for messages: "X of the header".
+    pub(crate) unclear_primaries: Option<String>,
 }
 
 impl PictureHead {
     /// A picture without remarks.
     pub(crate) fn new(width: usize, height: usize) -> Self {
-        Self { width, height, notes: Vec::new(), envmap: None, mapping: None, primaries: None }
+        let (notes, panorama) = (Vec::new(), Panorama::new());
+        let (envmap, mapping, primaries, unclear_primaries) = (None, None, None, None);
+        Self { width, height, notes, envmap, mapping, panorama, primaries, unclear_primaries }
     }
 }
 
