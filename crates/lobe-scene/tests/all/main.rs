@@ -20,6 +20,7 @@ mod posed_rays;
 mod rays;
 mod read_gltf;
 mod read_obj_ply;
+mod read_posed;
 mod split_edges;
 mod textures;
 mod write_gltf;
