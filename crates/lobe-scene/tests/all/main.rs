@@ -5,6 +5,7 @@
 mod common;
 mod compressed;
 mod damaged_files;
+mod far_coordinates;
 mod hostile_files;
 mod motion;
 mod motion_built_in;
