@@ -10,7 +10,7 @@ use lobe::prt::{
     split_adaptively, split_checkpoints, write_compressed_transfer, write_half_transfer, write_transfer,
     write_zonal_transfer,
 };
-use lobe::scene::{GltfDocument, Scene, SceneReadOptions};
+use lobe::scene::{GltfDocument, Scene, ScenePose, SceneReadOptions};
 use lobe::sh::Rgb;
 use numpy::{PyArrayDyn, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -57,6 +57,8 @@ pub(crate) struct Bake {
     work: BakeWork,
     /// All that a glTF file holds, unless its scene was split.
     document: Option<GltfDocument>,
+    /// The pose of the scene, if its file poses it.
+    pose: Option<ScenePose>,
     settings: Settings,
 }
 
@@ -147,6 +149,7 @@ impl Bake {
         let Settings { max_edge, adaptive, min_edge, max_vertices, .. } = self.settings;
         let recipe = work.recipe(report).scene(self.name.clone()).max_edge(max_edge);
         let recipe = if self.source.options.straight_through { recipe.straight_through(true) } else { recipe };
+        let recipe = self.pose.iter().fold(recipe, Recipe::posed);
         let recipe = recipe.adaptive(adaptive).min_edge(min_edge).max_vertices(max_vertices);
         recipe
             .clusters(compression.map(|options| options.clusters))
@@ -192,18 +195,18 @@ impl Bake {
         let options = settings.options()?;
         let (source, asked) = (scene.clone(), settings.clone());
         let made = answered(py, usize::MAX, move || {
-            let Read { found: (mut found, mut document), remarks } = source.with_document()?;
+            let Read { found: (mut found, mut document, pose), remarks } = source.with_document()?;
             if let Some(max_edge) = asked.max_edge {
                 found = found.split_edges(max_edge as f32)?;
             }
             if asked.max_edge.is_some() || asked.adaptive.is_some() {
                 document = None;
             }
-            Ok(Read { found: (asked.work(found, options)?, document), remarks })
+            Ok(Read { found: (asked.work(found, options)?, document, pose), remarks })
         })?;
-        let (work, document) = made.map_err(|error: PrtError| error_of(&error))?.told(py)?;
+        let (work, document, pose) = made.map_err(|error: PrtError| error_of(&error))?.told(py)?;
         let name = scene.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        Ok(Self { name, source: scene, work, document, settings })
+        Ok(Self { name, source: scene, work, document, pose, settings })
     }
 
     /// The fingerprint of all of the scene that decides the results, 32 hexadecimal digits.

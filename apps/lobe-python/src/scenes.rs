@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use lobe::prt::{PrtError, is_baked};
 use lobe::scene::{
-    AnimatedScene, DefaultMaterial, GltfDocument, GltfReader, MissingNormals, Scene, SceneReadOptions, SceneReadReport,
-    Up, built_in, is_gltf, read_scene,
+    AnimatedScene, DefaultMaterial, GltfDocument, GltfReader, MissingNormals, Scene, ScenePose, SceneReadOptions,
+    SceneReadReport, Up, built_in, is_gltf, read_scene,
 };
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -32,6 +32,8 @@ struct Asked {
     default_material: String,
     allow_outside: bool,
     transparency: bool,
+    time: f64,
+    animation: Option<String>,
     max_triangles: Option<usize>,
     max_texels: Option<usize>,
     max_bytes: Option<u64>,
@@ -59,6 +61,7 @@ impl TryFrom<Asked> for SceneInput {
         let mut options = defaults
             .allow_outside(asked.allow_outside)
             .straight_through(asked.transparency)
+            .pose(ScenePose::At { animation: asked.animation, time: asked.time })
             .max_triangles(asked.max_triangles.unwrap_or(triangles))
             .max_texels(asked.max_texels.unwrap_or(texels))
             .max_bytes(asked.max_bytes.unwrap_or(bytes));
@@ -112,6 +115,9 @@ pub(crate) fn remark(path: &Path, text: &str) -> String {
     format!("{}: {text}", path.display())
 }
 
+/// A scene, all that its glTF file holds beside it, and its pose if the file poses it.
+pub(crate) type WithDocument = (Scene, Option<GltfDocument>, Option<ScenePose>);
+
 impl SceneInput {
     pub(crate) fn is_built_in(&self) -> bool {
         self.path.to_string_lossy().starts_with(BUILT_IN)
@@ -121,27 +127,28 @@ impl SceneInput {
         Read { found, remarks: report.remarks().iter().map(|text| remark(&self.path, text)).collect() }
     }
 
-    /// The scene, and all that a glTF file holds beside it.
-    pub(crate) fn with_document(&self) -> Result<Read<(Scene, Option<GltfDocument>)>, PrtError> {
+    /// The scene, and all that a glTF file holds beside it, with the pose of the scene if the file poses it.
+    pub(crate) fn with_document(&self) -> Result<Read<WithDocument>, PrtError> {
         let text = self.path.display().to_string();
         if let Some(name) = text.strip_prefix(BUILT_IN) {
             let scene = built_in::named(name).ok_or_else(|| {
                 PrtError::Options(format!("expected one of {}, found {name:?}", built_in::NAMES.join(", ")))
             })?;
-            return Ok(Read::silent((scene, None)));
+            return Ok(Read::silent((scene, None, None)));
         }
         if is_gltf(&self.path) {
-            let (scene, report, document) =
-                GltfReader::open(&self.path, &self.options).and_then(GltfReader::into_scene_and_document)?;
-            return Ok(self.with_remarks((scene, Some(document)), &report));
+            let gltf = GltfReader::open(&self.path, &self.options)?;
+            let pose = gltf.has_poses().then(|| self.options.pose.clone());
+            let (scene, report, document) = gltf.into_scene_and_document()?;
+            return Ok(self.with_remarks((scene, Some(document), pose), &report));
         }
         let (scene, report) = read_scene(&self.path, &self.options)?;
-        Ok(self.with_remarks((scene, None), &report))
+        Ok(self.with_remarks((scene, None, None), &report))
     }
 
-    /// The scene as its nodes stand.
+    /// The scene as it stands at the time that is asked for.
     pub(crate) fn scene(&self) -> Result<Read<Scene>, PrtError> {
-        Ok(self.with_document()?.map(|(scene, _)| scene))
+        Ok(self.with_document()?.map(|(scene, ..)| scene))
     }
 
     /// A glTF file, which is not one that is baked where light is asked to go straight through.

@@ -68,7 +68,7 @@ pub use files::matrix_file::{
     read_matrices, read_matrices_bytes, read_neighborhood, read_neighborhood_bytes, write_matrices, write_neighborhood,
 };
 pub use files::read_baked::{
-    Baked, BakedOrScene, BakedTransfer, is_baked, read_baked, read_baked_bytes, read_baked_or_scene,
+    Baked, BakedOrScene, BakedTransfer, baked_pose, is_baked, read_baked, read_baked_bytes, read_baked_or_scene,
     read_baked_or_scene_bytes,
 };
 pub use files::transfer_file::{read_transfer, read_transfer_bytes, write_half_transfer, write_transfer};

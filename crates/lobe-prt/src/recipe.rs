@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use lobe_scene::{Alpha, Scene};
+use lobe_scene::{Alpha, Scene, ScenePose};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -107,6 +107,11 @@ Recipe {
     max_vertices: usize,
     /// Whether light went straight through glass and blended surfaces.
     straight_through: bool,
+    /// Seconds from the beginning of the animation at which the scene stood, if animations, skins or morph targets pose it. Without it
+    /// such a scene was baked as its nodes stand.
+    time: f64,
+    /// The animation, by its name or number, if it was not the first.
+    animation: String,
     /// Texels along a side of a lightmap.
     texels: usize,
     /// Points of a grid along its axes.
@@ -181,6 +186,24 @@ impl Recipe {
         let error = report.relative_error.hypot(self.relative_error.unwrap_or(0.0));
         let recipe = Self { clusters: None, components: None, weights: None, ..self };
         recipe.relative_error(error).compressed_by(env!("CARGO_PKG_VERSION").to_owned())
+    }
+
+    /// The same recipe, of a scene that was read from a file that poses it.
+    #[must_use]
+    pub fn posed(self, pose: &ScenePose) -> Self {
+        match pose {
+            ScenePose::At { animation, time } => self.time(*time).animation(animation.clone()),
+            _ => self,
+        }
+    }
+
+    /// The pose in which the scene was baked, if its file poses it.
+    #[must_use]
+    pub fn pose(&self) -> ScenePose {
+        match self.time {
+            Some(time) => ScenePose::At { animation: self.animation.clone(), time },
+            None => ScenePose::Unposed,
+        }
     }
 
     /// The options of the bake, with defaults where the recipe does not say. Matrices are those of interreflected

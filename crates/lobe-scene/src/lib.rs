@@ -45,7 +45,7 @@
 //! | purpose | item |
 //! |---|---|
 //! | scenes | [`Scene`]; its parts [`Mesh`], [`Material`], [`Texture`], [`NormalMap`] |
-//! | files | [`read_scene`], [`read_scene_bytes`], [`SceneReadOptions`], [`SceneReadReport`] |
+//! | files | [`read_scene`], [`read_scene_bytes`], [`SceneReadOptions`] with [`ScenePose`], [`SceneReadReport`] |
 //! | glTF beyond scenes: whole files, custom attributes, scenes as glTF | [`GltfReader`], [`GltfDocument`] |
 //! | scenes in motion: animations, skins, morph targets | [`AnimatedScene`], [`Animation`], [`PosedScene`] |
 //! | what moves in them, and where it is | [`Entity`], [`EntityKind`], [`Place`], [`Similarity`] |
@@ -60,6 +60,7 @@ mod bvh;
 mod error;
 mod files;
 mod motion;
+mod reading;
 mod scene;
 
 pub use bvh::bvh::Bvh;
@@ -68,15 +69,16 @@ pub use bvh::surface_rays::SurfaceRays;
 pub use error::{SceneError, SceneReadOption};
 pub use files::folder::referenced_file;
 
+pub use files::by_extension::is_gltf;
 pub use files::gltf::document::GltfDocument;
-pub use files::gltf::reader::GltfReader;
-pub use files::read::{is_gltf, read_scene, read_scene_bytes};
-pub use files::read_options::{DefaultMaterial, MissingNormals, SceneReadOptions, SceneReadReport};
+pub use files::read_options::{DefaultMaterial, MissingNormals, ScenePose, SceneReadOptions, SceneReadReport};
 pub use motion::animated_scene::AnimatedScene;
 pub use motion::animation::Animation;
 pub use motion::entity::{Entity, EntityKind};
 pub use motion::place::{Place, Similarity};
 pub use motion::posed_scene::PosedScene;
+pub use reading::gltf_reader::GltfReader;
+pub use reading::read_scene::{read_scene, read_scene_bytes};
 pub use scene::material::{Alpha, Material, NormalMap, TextureUse};
 pub use scene::mesh::{Mesh, MeshParts, MeshSource};
 pub use scene::ray::{Hit, Ray};

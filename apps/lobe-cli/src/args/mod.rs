@@ -19,6 +19,7 @@ pub(crate) mod output;
 pub(crate) mod picture;
 pub(crate) mod scene_input;
 pub(crate) mod scene_limits;
+pub(crate) mod scene_pose;
 pub(crate) mod sharing;
 pub(crate) mod transfer_input;
 pub(crate) mod turn;

@@ -1,8 +1,10 @@
 //! An open scene: its file is read once, whatever of it is asked for.
 
 use anyhow::bail;
-use lobe::prt::{BakedOrScene, BakedTransfer, is_baked};
-use lobe::scene::{AnimatedScene, Entity, GltfDocument, GltfReader, Scene, SceneReadOptions, built_in, read_scene};
+use lobe::prt::{BakedOrScene, BakedTransfer, baked_pose, is_baked};
+use lobe::scene::{
+    AnimatedScene, Entity, GltfDocument, GltfReader, Scene, ScenePose, SceneReadOptions, built_in, read_scene,
+};
 
 use crate::args::memory::MemoryLimit;
 use crate::args::scene_input::{BUILT_IN, SceneInput, tell};
@@ -14,6 +16,15 @@ pub(crate) struct OpenScene<'a> {
     pub(crate) memory: &'a MemoryLimit,
     pub(crate) talk: Talk,
     gltf: Option<GltfReader>,
+}
+
+/// A scene that was read to be baked.
+pub(crate) struct ReadScene {
+    pub(crate) scene: Scene,
+    /// All that its glTF file holds, if it is to be kept.
+    pub(crate) document: Option<GltfDocument>,
+    /// The pose of the scene, if its file poses it.
+    pub(crate) pose: Option<ScenePose>,
 }
 
 impl<'a> OpenScene<'a> {
@@ -42,7 +53,7 @@ impl<'a> OpenScene<'a> {
         self.gltf.as_ref().is_some_and(GltfReader::has_poses)
     }
 
-    /// The scene as its nodes stand.
+    /// The scene as it stands at the time that is asked for; a baked one else as it was baked.
     pub(crate) fn scene(self) -> anyhow::Result<Scene> {
         let name = self.input.name();
         if let Some(built_in_name) = name.strip_prefix(BUILT_IN) {
@@ -69,32 +80,49 @@ impl<'a> OpenScene<'a> {
             );
         }
         let (scene, report) = match &self.gltf {
-            Some(gltf) => gltf.scene()?,
+            Some(gltf) => match baked_pose(gltf).filter(|_| self.input.pose.asked().is_none()) {
+                Some(pose) => gltf.scene_in(&pose)?,
+                None => gltf.scene()?,
+            },
             None => read_scene(self.input.path(), &self.input.checked_options(self.memory)?)?,
         };
         tell(&report, &name, self.talk);
         Ok(scene)
     }
 
-    /// Reads or makes a scene as its nodes stand, and with it all that a glTF file holds.
-    pub(crate) fn read_with_document(
+    /// Reads or makes a scene as it stands at the time that is asked for, and with it all that a glTF file holds, if that is to be
+    /// kept.
+    pub(crate) fn read(
         input: &SceneInput,
         memory: &MemoryLimit,
+        keeps_document: bool,
         talk: Talk,
-    ) -> anyhow::Result<(Scene, Option<GltfDocument>)> {
-        if !input.is_gltf() {
-            return Ok((OpenScene::new(input, memory, talk)?.scene()?, None));
+    ) -> anyhow::Result<ReadScene> {
+        input.expect_no_time_unless_gltf()?;
+        let mut open = OpenScene::new(input, memory, talk)?;
+        let pose = open.has_poses().then(|| input.pose.pose());
+        match open.gltf.take() {
+            Some(gltf) if keeps_document => {
+                let (scene, report, document) = gltf.into_scene_and_document()?;
+                tell(&report, &input.name(), talk);
+                Ok(ReadScene { scene, document: Some(document), pose })
+            }
+            Some(gltf) => {
+                let (scene, report) = gltf.scene()?;
+                tell(&report, &input.name(), talk);
+                Ok(ReadScene { scene, document: None, pose })
+            }
+            None => Ok(ReadScene { scene: open.scene()?, document: None, pose }),
         }
-        let (scene, report, document) = GltfReader::open(input.path(), &input.checked_options(memory)?)
-            .and_then(GltfReader::into_scene_and_document)?;
-        tell(&report, &input.name(), talk);
-        Ok((scene, Some(document)))
     }
 
     /// The scene, and with it the transfer that a baked glTF file holds.
     pub(crate) fn baked_or_scene(self) -> anyhow::Result<BakedOrScene> {
         let Some(gltf) = &self.gltf else { return Ok(self.scene()?.into()) };
         self.expect_not_straight_through()?;
+        if let Some(option) = self.input.pose.asked().filter(|_| is_baked(gltf)) {
+            bail!("{option}: {} is baked in one pose; bake its scene with the option", self.input.name());
+        }
         let read = BakedOrScene::of(gltf)?;
         match &read {
             BakedOrScene::Baked(baked) => {
@@ -122,20 +150,27 @@ impl<'a> OpenScene<'a> {
         Ok((animated, baked.transpose()?))
     }
 
-    /// One entity in its own frame, in the shape that its skin was bound to, with what moves it; or without a name the scene as its nodes
-    /// stand, of which a note says, if it is posed, that what is made of it does not follow: `if_posed` is the end of it.
+    /// One entity in its own frame, in the shape that its skin was bound to, with what moves it; or without a name the scene as it stands
+    /// at the time that is asked for, of which a note says, if it is posed, that what is made of it does not follow: `if_posed` is the
+    /// end of it.
     pub(crate) fn whole_or_entity(
         self,
         entity: Option<&str>,
         if_posed: &str,
     ) -> anyhow::Result<(Scene, Option<(AnimatedScene, Entity)>)> {
+        self.input.expect_no_time_unless_gltf()?;
         if let Some(name) = entity {
+            if let Some(option) = self.input.pose.asked() {
+                bail!(
+                    "{option}: --entity takes a part in its own frame, which no animation moves; leave one of them out"
+                );
+            }
             let (animated, _) = self.animated(false)?;
             let entity = animated.entity(name)?.clone();
             return Ok((animated.own_scene(&entity)?, Some((animated, entity))));
         }
         if self.has_poses() {
-            let text = format!("is posed by animations, skins or morph targets, which {if_posed}");
+            let text = format!("is posed by animations, skins or morph targets, whose motion {if_posed}");
             self.talk.note(&self.input.name(), &text);
         }
         Ok((self.scene()?, None))

@@ -8,6 +8,7 @@ use lobe::scene::{DefaultMaterial, MissingNormals, SceneReadOptions, SceneReadRe
 
 use crate::args::memory::MemoryLimit;
 use crate::args::scene_limits::SceneLimits;
+use crate::args::scene_pose::PoseInput;
 use crate::run::talk::Talk;
 
 /// The prefix of the names of built-in scenes.
@@ -43,6 +44,8 @@ pub(crate) struct SceneInput {
     /// without this they are opaque
     #[arg(long)]
     transparency: bool,
+    #[command(flatten)]
+    pub(crate) pose: PoseInput,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -134,7 +137,15 @@ impl SceneInput {
         if matches!(self.default_material, Some(MaterialName::Gltf)) {
             options.default_material = DefaultMaterial::AsFormat;
         }
-        Ok(options.straight_through(self.transparency))
+        Ok(options.straight_through(self.transparency).pose(self.pose.pose()))
+    }
+
+    /// Refuses times of scenes that stand still.
+    pub(crate) fn expect_no_time_unless_gltf(&self) -> anyhow::Result<()> {
+        match self.pose.asked().filter(|_| !self.is_gltf()) {
+            Some(option) => bail!("{option}: only what a glTF file moves stands elsewhere then; leave the option out"),
+            None => Ok(()),
+        }
     }
 
     pub(crate) fn has_extension(&self, extensions: &[&str]) -> bool {

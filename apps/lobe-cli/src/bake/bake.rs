@@ -8,9 +8,9 @@ use lobe::prt::{
     BakeReport, BakeWork, BakedGlb, BakedRows, Channels, CompressReport, CompressedTransfer, Receivers, Recipe,
     TexelReceivers, write_compressed_transfer,
 };
-use lobe::scene::{GltfDocument, Mesh, Scene};
+use lobe::scene::{GltfDocument, Mesh, Scene, ScenePose};
 
-use crate::args::open_scene::OpenScene;
+use crate::args::open_scene::{OpenScene, ReadScene};
 use crate::args::output::{self, has_extension};
 use crate::args::sharing;
 use crate::bake::options::{Bake, ModeName};
@@ -30,11 +30,7 @@ impl Bake {
         }
         // A .glb keeps what a glTF file holds beside the scene, unless the scene is changed.
         let is_kept = self.is_glb() && !self.splitting.is_asked();
-        let (scene, document) = if is_kept {
-            OpenScene::read_with_document(&self.input, &self.memory, talk)?
-        } else {
-            (OpenScene::new(&self.input, &self.memory, talk)?.scene()?, None)
-        };
+        let ReadScene { scene, document, pose } = OpenScene::read(&self.input, &self.memory, is_kept, talk)?;
         self.tell_of_normal_maps(&scene, talk);
         let scene = self.splitting.split_long(scene)?;
         if self.fresh {
@@ -45,7 +41,7 @@ impl Bake {
         }
         let scene = Arc::new(self.split_adaptively(scene, &checkpoint, talk)?);
         self.sharing.merge(&checkpoint, talk)?;
-        let baked = self.bake_all(&scene, document, &checkpoint, talk);
+        let baked = self.bake_all(&scene, (document, pose), &checkpoint, talk);
         let (report, compression) = self.sharing.merged(&checkpoint, baked)?;
         checkpoint.finish();
         tell_if_too_late(&self.output, talk);
@@ -108,7 +104,7 @@ impl Bake {
     fn bake_all(
         &self,
         scene: &Arc<Scene>,
-        document: Option<GltfDocument>,
+        (document, pose): (Option<GltfDocument>, Option<ScenePose>),
         checkpoint: &Checkpoint,
         talk: Talk,
     ) -> anyhow::Result<(BakeReport, Option<CompressReport>)> {
@@ -127,7 +123,7 @@ impl Bake {
         checkpoint.check_room(&self.output, size, work.bytes(), 0)?;
         // Bake, into the checkpoint.
         let (baked, report) = checkpoint.watched(talk, |job| work.bake(job))?;
-        let recipe = self.recipe(&work, &report);
+        let recipe = self.recipe(&work, &report, pose.as_ref());
         // Write the results as they are, unless they are to be compressed.
         let Some(compression) = self.compression.options() else {
             write_watched(talk, |job| match (&glb, &baked) {
@@ -205,9 +201,10 @@ impl Bake {
     }
 
     /// The recipe: everything that decides the bytes of the output, and nothing that differs from run to run.
-    fn recipe(&self, work: &BakeWork, report: &BakeReport) -> Recipe {
+    fn recipe(&self, work: &BakeWork, report: &BakeReport, pose: Option<&ScenePose>) -> Recipe {
         let compression = self.compression.options();
         let recipe = work.recipe(report);
+        let recipe = pose.into_iter().fold(recipe, Recipe::posed);
         let recipe = if self.input.is_see_through() { recipe.straight_through(true) } else { recipe };
         recipe
             .scene(self.input.file_name())

@@ -24,7 +24,7 @@ removed. Compression begins anew.
 Disk: 4 n² bytes for each vertex and channel, taken from the start, as many again for the output, and as many for --adaptive.
 
 Memory: 20 MB and some 820 bytes for each vertex of the scene once split, at any order. Only --adaptive, compression and --texels as \
-.exr take results into memory: twice 4 n² bytes for each vertex or texel and channel. --texels takes 104 bytes for each texel.";
+.exr take results into memory: twice 4 n² bytes for each vertex or texel and channel. --texels takes 105 bytes for each texel.";
 
 #[expect(clippy::doc_markdown, reason = "the keys of the JSON are shown on a terminal")]
 #[derive(Args)]

@@ -18,6 +18,7 @@ use crate::args::exponential::fast_exponential;
 use crate::args::memory::MemoryLimit;
 use crate::args::open_scene::OpenScene;
 use crate::args::scene_input::tell;
+use crate::args::scene_pose::PoseInput;
 use crate::args::values;
 use crate::render::pictures::Pictures;
 use crate::run::bake_watch::Checkpoint;
@@ -58,10 +59,6 @@ pub(crate) struct AskedBake {
 #[derive(Args)]
 #[command(next_help_heading = "Scenes that move")]
 pub(crate) struct MovingInput {
-    /// Show an animated glTF file, a scene description (.json) or built-in:three-objects or built-in:walking-figure at this time
-    /// [default: 0]
-    #[arg(long, value_name = "SECONDS", allow_hyphen_values = true, value_parser = values::finite)]
-    time: Option<f64>,
     /// With --frames A..B: pictures for each second, 1/65 to 1000 in an animated .png; at others, .exr pictures are written without it
     /// [default: 24]
     #[arg(long, value_name = "N", value_parser = frames_per_second)]
@@ -69,9 +66,6 @@ pub(crate) struct MovingInput {
     /// Begin anew when the animation or all tracks have ended; without this they rest there
     #[arg(long = "loop")]
     is_looped: bool,
-    /// The animation of a glTF file, by name or number [default: the first]
-    #[arg(long, value_name = "NAME")]
-    animation: Option<String>,
     /// shexp: the exponential: values on a grid of directions; the best linear function of single spheres; that after halving, then
     /// squared [default: grid]
     #[arg(long, value_name = "grid|optimal-linear|hybrid[:NORM]", value_parser = fast_exponential)]
@@ -180,12 +174,7 @@ fn still_points(text: &str) -> Result<usize, String> {
 impl MovingInput {
     /// Whether an option asks for a scene that moves; its name for messages.
     pub(crate) fn asked(&self) -> Option<&'static str> {
-        let asked = [
-            (self.time.is_some(), "--time"),
-            (self.fps.is_some(), "--fps"),
-            (self.is_looped, "--loop"),
-            (self.animation.is_some(), "--animation"),
-        ];
+        let asked = [(self.fps.is_some(), "--fps"), (self.is_looped, "--loop")];
         let asked = asked.into_iter().find_map(|(is_asked, name)| is_asked.then_some(name));
         asked.or_else(|| self.asked_of_shading())
     }
@@ -216,9 +205,14 @@ impl MovingInput {
     }
 
     /// Refuses options that contradict each other.
-    pub(crate) fn check(&self, pictures: &Pictures, method: Option<MovingMethod>) -> anyhow::Result<()> {
+    pub(crate) fn check(
+        &self,
+        pose: &PoseInput,
+        pictures: &Pictures,
+        method: Option<MovingMethod>,
+    ) -> anyhow::Result<()> {
         let has_range = pictures.is_range();
-        if has_range && self.time.is_some() {
+        if has_range && pose.time.is_some() {
             bail!("--time: --frames A..B says the times; leave one of them out");
         }
         if self.fps.is_some() && !has_range {
@@ -249,10 +243,10 @@ impl MovingInput {
     }
 
     /// The time of a picture, in seconds: of frame `frame` of a range, else the one that was asked for.
-    pub(crate) fn time_of(&self, frame: Option<usize>) -> f64 {
+    pub(crate) fn time_of(&self, pose: &PoseInput, frame: Option<usize>) -> f64 {
         match frame {
             Some(frame) => frame as f64 * self.seconds_per_frame(),
-            None => self.time.unwrap_or(0.0),
+            None => pose.seconds(),
         }
     }
 
@@ -271,7 +265,7 @@ impl MovingInput {
     pub(crate) fn read(&self, open: OpenScene<'_>, bake: Option<&AskedBake>) -> anyhow::Result<(MovingScene, bool)> {
         let (input, talk, name) = (open.input, open.talk, open.input.name());
         if input.has_extension(&["json"]) {
-            if self.animation.is_some() {
+            if input.pose.animation.is_some() {
                 bail!("--animation: only of glTF files; a scene description says which animations its entities play");
             }
             let options = input.checked_options(open.memory)?;
@@ -283,7 +277,7 @@ impl MovingInput {
             return Ok((moving.looped(self.is_looped), is_endless));
         }
         let (animated, baked) = open.animated(bake.is_some())?;
-        let animation = match &self.animation {
+        let animation = match &input.pose.animation {
             Some(asked) => Some(animated.animation(asked)?),
             None => (!animated.animations().is_empty()).then_some(0),
         };

@@ -170,7 +170,7 @@ impl Render {
         self.sharing.merge(&checkpoint, talk)?;
         let merges = !self.sharing.merge.is_empty();
         let rendered = frames.render(self.fresh && !merges, merges.then_some(checkpoint.path()), &mut |k, job| {
-            let (turn, time) = (self.light.turn(k % count, count), self.moving.time_of(self.pictures.frame(k)));
+            let (turn, time) = (self.light.turn(k % count, count), self.time_of(k));
             self.render(&mut work, &turn, time, job)
         });
         self.sharing.merged(&checkpoint, rendered)?;
@@ -194,7 +194,7 @@ impl Render {
         match &work.stage {
             Stage::Plain(scene, bvh) => trace((scene, bvh), &[])?,
             Stage::Moving(moving, _) => {
-                let moment = moving.at(self.moving.time_of(None))?;
+                let moment = moving.at(self.scene.pose.seconds())?;
                 trace((moment.scene(), moment.bvh()), &moment.emitters())?;
             }
             Stage::Baked(_) => unreachable!("a picture of transfer is not shared"),
@@ -211,10 +211,7 @@ impl Render {
         if self.is_moving() || (self.mode == Mode::Truth && open.has_poses()) {
             return self.moving_stage(open);
         }
-        let name = self.scene.name();
-        if open.has_poses() {
-            talk.note(&name, "is shown as its nodes stand; --mode truth, fields and shexp pose it, at --time");
-        }
+        self.scene.expect_no_time_unless_gltf()?;
         let (stage, camera) = match self.asked() {
             None => {
                 let scene = self.surfaces.applied(open.scene()?)?;
@@ -237,7 +234,7 @@ impl Render {
         let talk = open.talk;
         let (mut moving, is_endless) = self.moving.read(open, asked.as_ref())?;
         let name = self.scene.name();
-        let times: Vec<f64> = (0..self.pictures.count()).map(|k| self.moving.time_of(self.pictures.frame(k))).collect();
+        let times: Vec<f64> = (0..self.pictures.count()).map(|k| self.time_of(k)).collect();
         if self.pictures.is_turn() && moving.span()[0] < moving.span()[1] {
             talk.note(&name, "stands still while the light turns; --frames A..B lets it move");
         } else if !is_endless {
@@ -355,9 +352,15 @@ impl Render {
         ViewOptions::default().width(width).height(height).rays(rays)
     }
 
-    /// Whether the scene is asked for at a time.
+    /// The time of a picture, in seconds.
+    fn time_of(&self, picture: usize) -> f64 {
+        self.moving.time_of(&self.scene.pose, self.pictures.frame(picture))
+    }
+
+    /// Whether the scene is asked for at times.
     fn is_moving(&self) -> bool {
         self.moving_method().is_some()
+            || (self.mode == Mode::Truth && self.scene.pose.asked().is_some())
             || self.moving.asked().is_some()
             || self.pictures.is_range()
             || self.scene.has_extension(&["json"])
@@ -416,7 +419,7 @@ impl Render {
         let method = self.moving_method();
         let bakes = !matches!(self.mode, Mode::Truth | Mode::Irradiance | Mode::Environment);
         let bounces = matches!(self.mode, Mode::Truth | Mode::Interreflected | Mode::Glossy) || method.is_some();
-        self.moving.check(&self.pictures, method)?;
+        self.moving.check(&self.scene.pose, &self.pictures, method)?;
         if let Some(option) = self.moving.asked_of_shading().filter(|_| method.is_none()) {
             bail!("{option}: only of --mode fields and shexp; leave the option out");
         }

@@ -67,6 +67,9 @@ impl<'a> Diffuse<'a> {
         directions.clear();
         directions.extend(self.order.iter().map(|&index| frame.cosine(sobol.point(index, 0))));
         occluded.resize(directions.len(), false);
+        if self.tracer.0.is_tinted() {
+            return self.shadowed_through_glass(receiver, origin, scratch, row);
+        }
         self.tracer.0.occluded_from_into(origin, directions, occluded);
         // Add the basis in the directions that see the light.
         let planes = self.receivers.planes(receiver);
@@ -91,6 +94,29 @@ impl<'a> Diffuse<'a> {
         }
         first.iter_mut().for_each(|t| *t = (f64::from(*t) * factors[0]) as f32);
         let [escaped, met] = [escaped, met].map(|n| f64::from(n) * mean(factors));
+        Tally { rays: u64::from(self.options.samples), energy: vec![escaped], left: met }
+    }
+
+    /// The same where glass tints the light: each direction in which it goes has a color.
+    fn shadowed_through_glass(
+        &self,
+        receiver: usize,
+        origin: [f32; 3],
+        scratch: &mut Scratch,
+        row: &mut [f32],
+    ) -> Tally {
+        let (planes, factors) = (self.receivers.planes(receiver), self.factors(receiver));
+        let (mut escaped, mut met) = (0.0, 0.0);
+        for &direction in scratch.directions.iter().filter(|direction| !is_below(planes, **direction)) {
+            match self.tracer.0.passes_through(&Ray::new(origin, direction)) {
+                Some(tint) => {
+                    scratch.sum.push(direction, tint);
+                    escaped += mean([0, 1, 2].map(|c| f64::from(tint[c]) * factors[c]));
+                }
+                None => met += mean(factors),
+            }
+        }
+        scratch.sum.take_into(factors, row);
         Tally { rays: u64::from(self.options.samples), energy: vec![escaped], left: met }
     }
 
@@ -166,8 +192,9 @@ impl Estimator for Diffuse<'_> {
     }
 
     fn scratch(&self) -> Scratch {
-        // Visibility alone has no hue.
-        let channels = if self.options.mode.reflects() { self.channels.count() } else { 1 };
+        // Visibility alone has no hue, unless by glass.
+        let channels =
+            if self.options.mode.reflects() || self.tracer.0.is_tinted() { self.channels.count() } else { 1 };
         Scratch { sum: BasisSum::new(self.options.order, channels), directions: Vec::new(), occluded: Vec::new() }
     }
 

@@ -134,8 +134,8 @@ impl BakeOptions {
     /// The vectors of each receiver: as asked for, else one if neither the receivers nor what light meets has a hue.
     #[must_use]
     pub fn channels_for(&self, scene: &Scene, receivers_are_gray: bool) -> Channels {
-        let is_gray =
-            (receivers_are_gray || self.albedo == AlbedoMode::None) && (self.most_bounces() == 0 || scene.is_gray());
+        let meets_nothing = self.mode == BakeMode::Unshadowed || (self.most_bounces() == 0 && !scene.is_tinted());
+        let is_gray = (receivers_are_gray || self.albedo == AlbedoMode::None) && (meets_nothing || scene.is_gray());
         self.channels.unwrap_or(if is_gray { Channels::Gray } else { Channels::Rgb })
     }
 

@@ -11,7 +11,7 @@ use crate::sampling::warp::Frame;
 /// Where a path meets a surface, the side is that of the geometric normal. A back side that is not double-sided
 /// reflects nothing. Otherwise both normals are turned to the side met, and the path goes on, cosine-weighted about the
 /// normal to shade with, tilted by a normal map if there is one, from above the surface; a direction below the surface brings
-/// nothing. Its throughput is multiplied by the albedo: density and cosine cancel,
+/// nothing. Its throughput is multiplied by the tints of the glass that it passes, and by the albedo: density and cosine cancel,
 ///
 /// ```text
 ///   L(x, -d) = ρ/π ∫ L_in(s) max(n·s, 0) ds = ρ E[L_in(s)],    s of density max(n·s, 0)/π
@@ -46,7 +46,9 @@ impl Tracer<'_> {
         for bounce in 0..bounces {
             // Find the first surface along the ray; without one the path escapes to the light.
             *rays += 1;
-            let Some(hit) = surfaces.closest(&ray) else {
+            let (hit, tint) = surfaces.closest_through(&ray);
+            (0..3).for_each(|c| throughput[c] *= tint[c]);
+            let Some(hit) = hit else {
                 return PathEnd::Escaped { direction: ray.direction, throughput, bounce };
             };
             // End at back sides that reflect nothing.
@@ -70,10 +72,12 @@ impl Tracer<'_> {
         }
         // After the last reflection only ask whether the path escapes.
         *rays += 1;
-        if surfaces.is_occluded(&ray) {
-            PathEnd::Left { throughput }
-        } else {
-            PathEnd::Escaped { direction: ray.direction, throughput, bounce: bounces }
+        match surfaces.passes_through(&ray) {
+            None => PathEnd::Left { throughput },
+            Some(tint) => {
+                let throughput = [0, 1, 2].map(|c| throughput[c] * tint[c]);
+                PathEnd::Escaped { direction: ray.direction, throughput, bounce: bounces }
+            }
         }
     }
 }

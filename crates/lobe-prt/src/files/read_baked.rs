@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use lobe_scene::{GltfReader, Mesh, Scene, SceneReadOptions, SceneReadReport, is_gltf};
+use lobe_scene::{GltfReader, Mesh, Scene, ScenePose, SceneReadOptions, SceneReadReport, is_gltf};
 use serde_json::Value;
 
 use crate::files::baked_compressed::read_compressed;
@@ -54,6 +54,12 @@ pub fn is_baked(gltf: &GltfReader) -> bool {
     !gltf.asset_extras()["lobe"].is_null()
 }
 
+/// The pose in which a glTF file was baked; none of a file that is not baked.
+#[must_use]
+pub fn baked_pose(gltf: &GltfReader) -> Option<ScenePose> {
+    is_baked(gltf).then(|| Recipe::from(gltf.asset_extras()["lobe"]["recipe"].clone()).pose())
+}
+
 /// The transfer of a baked glTF file, of whose scene it is.
 #[derive(Clone, Debug)]
 pub struct BakedTransfer {
@@ -96,12 +102,12 @@ impl BakedTransfer {
 }
 
 impl Baked {
-    /// The scene of an open file with its transfer.
+    /// The scene of an open file with its transfer, in the pose in which it was baked.
     ///
     /// # Errors
     /// Those of [`read_baked`].
     pub fn of(gltf: &GltfReader) -> Result<Self, PrtError> {
-        let (scene, report) = gltf.scene()?;
+        let (scene, report) = gltf.scene_in(&baked_pose(gltf).unwrap_or_default())?;
         let BakedTransfer { transfer, compressed, recipe } = BakedTransfer::of(gltf, &scene)?;
         Ok(Self { scene, transfer, compressed, recipe, report })
     }

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use lobe_prt::{BakeOptions, BakedTransfer, Transfer};
-use lobe_scene::{AnimatedScene, Mesh};
+use lobe_scene::{AnimatedScene, Mesh, ScenePose};
 use lobe_sh::vector::{Vec3, dot, length, sub};
 
 use crate::moving::kept_transfer::{KeptTransfer, row_width};
@@ -22,8 +22,8 @@ pub struct KeptVertices {
     pub kept: usize,
     /// All that stand still.
     pub still: usize,
-    /// Those of them that the file was baked with in other places or with other normals than they stand in: a skin or the weights
-    /// of morph targets at rest, which bakes leave out, changes their mesh. None of these keeps its transfer.
+    /// Those of them that the file was baked with in other places or with other normals than they stand in: another animation,
+    /// a skin or morph targets changed their mesh. None of these keeps its transfer.
     pub reshaped: usize,
 }
 
@@ -65,9 +65,10 @@ struct Changes {
 }
 
 impl Changes {
-    /// Those of the scene of an animated file.
-    fn of(moving: &MovingScene, animated: &AnimatedScene) -> Option<Self> {
-        let baked = animated.rest().meshes();
+    /// Those of the scene of an animated file that was baked in a pose.
+    fn of(moving: &MovingScene, animated: &AnimatedScene, pose: &ScenePose) -> Option<Self> {
+        let baked = animated.posed_as(pose).ok()?;
+        let baked = baked.meshes();
         let posed = animated.rest_pose().ok()?;
         let standing = posed.scene().meshes();
         let mut is_moving = vec![false; baked.len()];
@@ -102,11 +103,11 @@ impl MovingScene {
         } else if bounces.is_some_and(|bounces| bounces != options.bounces) {
             format!("it has {} reflections, not those that are asked for", options.bounces)
         } else {
-            match self.keep_transfer(transfer, &options) {
+            match self.keep_transfer(transfer, &options, &recipe.pose()) {
                 Some(KeptVertices { kept, still, .. }) if kept == still => return None,
                 Some(KeptVertices { kept, still, reshaped }) if reshaped > 0 => {
                     return Some(format!(
-                        "{kept} of {still} vertices that stand still keep their transfer; skins or morph targets give {reshaped} of \
+                        "{kept} of {still} vertices that stand still keep their transfer; another animation, skins or morph targets give {reshaped} of \
                          the others another shape than they were baked in: these, and what is near them or near what moves, are \
                          baked as they stand"
                     ));
@@ -127,18 +128,23 @@ impl MovingScene {
     /// of vertices from which what moves looked smaller than a thousandth of a hemisphere as it stood. The others would show its
     /// shadow where it is no more: they are baked by what stands still alone, with the options of the file.
     ///
-    /// Files are baked without skins and morph targets. A mesh that these give another shape as it stands counts as one that moved,
-    /// from the one shape to the other: its own vertices are baked anew, and so are those that see much of either.
+    /// A mesh that another animation, skins or morph targets give another shape as it stands than in the pose that was baked counts as one
+    /// that moved, from the one shape to the other: its own vertices are baked anew, and so are those that see much of either.
     ///
-    /// `transfer` is that of all vertices of the file and `options` those that made it. `None` and no change if it has not as many
+    /// `transfer` is that of all vertices of the file, `options` those that made it, and `pose` where things stood then. `None` and no change if it has not as many
     /// vertices as the scene, nothing stands still, or the scene is not that of one animated file.
-    pub fn keep_transfer(&mut self, transfer: &Transfer, options: &BakeOptions) -> Option<KeptVertices> {
+    pub fn keep_transfer(
+        &mut self,
+        transfer: &Transfer,
+        options: &BakeOptions,
+        pose: &ScenePose,
+    ) -> Option<KeptVertices> {
         let animated = self.animated_scene()?;
         let rest = animated.rest();
         if transfer.receivers() != rest.vertex_count() || !matches!(self.parts().first()?.motion, Motion::Still) {
             return None;
         }
-        let Changes { is_moving, is_reshaped, around } = Changes::of(self, animated)?;
+        let Changes { is_moving, is_reshaped, around } = Changes::of(self, animated, pose)?;
         let (mut rows, mut keeps, mut reshaped, mut first) = (Vec::new(), Vec::new(), 0, 0);
         let width = row_width(transfer);
         for (k, mesh) in rest.meshes().iter().enumerate() {

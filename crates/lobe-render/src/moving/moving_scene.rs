@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use lobe_prt::{BakeOptions, Transfer};
+use lobe_prt::BakedTransfer;
 use lobe_scene::{AnimatedScene, Bvh, Entity, EntityKind, PosedScene, Scene};
 use lobe_sh::Rotation;
 use lobe_shadow::{OcclusionField, Placement, SphereSet, Track};
@@ -116,13 +116,13 @@ impl MovingScene {
         &mut self,
         name: &str,
         (scene, animation, is_looped): (AnimatedScene, usize, bool),
-        baked: Option<&(Transfer, BakeOptions)>,
+        baked: Option<&BakedTransfer>,
         track: Track,
     ) -> Result<(), RenderError> {
         let first = self.parts.len();
         let mut animated = Self::animated(scene.clone(), Some(animation))?;
-        if let Some((transfer, options)) = baked {
-            animated.keep_transfer(transfer, options);
+        if let Some(BakedTransfer { transfer, recipe, .. }) = baked {
+            animated.keep_transfer(transfer, &recipe.bake_options(), &recipe.pose());
         }
         for mut part in animated.parts {
             // What its animation leaves at rest moves along the track all the same.

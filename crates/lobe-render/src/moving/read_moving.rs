@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use lobe_prt::{AlbedoMode, BakeOptions, BakedOrScene, BakedTransfer, Transfer, read_baked_or_scene};
+use lobe_prt::{AlbedoMode, BakedOrScene, BakedTransfer, read_baked_or_scene};
 use lobe_scene::{AnimatedScene, GltfReader, Scene, SceneReadOptions, SceneReadReport, built_in, is_gltf, read_scene};
 use lobe_shadow::{
     AnimationChoice, EntityDescription, Lamp, LampDescription, LampSource, SceneDescription, StillDescription,
@@ -147,16 +147,16 @@ impl Reader {
         Ok((scene, animation, entity.is_looped))
     }
 
-    /// The transfer of an animated file's vertices and the options that made it, if the file is baked.
-    fn baked_of(&self, gltf: &GltfReader, rest: &Scene) -> Result<Option<(Transfer, BakeOptions)>, RenderError> {
+    /// The transfer of an animated file's vertices with its recipe, if the file is baked.
+    fn baked_of(&self, gltf: &GltfReader, rest: &Scene) -> Result<Option<BakedTransfer>, RenderError> {
         if !BakedTransfer::covers(gltf, rest) {
             return Ok(None);
         }
-        let BakedTransfer { transfer, recipe, .. } = BakedTransfer::of(gltf, rest)?;
+        let baked = BakedTransfer::of(gltf, rest)?;
         self.expect_not_straight_through(Path::new(gltf.name()))?;
         // What light went straight through in the bake lets it through nowhere else.
-        let is_opaque = recipe.straight_through != Some(true);
-        Ok(is_opaque.then(|| (transfer, recipe.bake_options())))
+        let is_opaque = baked.recipe.straight_through != Some(true);
+        Ok(is_opaque.then_some(baked))
     }
 
     /// Refuses a baked file where light is asked to go straight through.

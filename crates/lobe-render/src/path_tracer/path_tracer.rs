@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use derive_setters::Setters;
 use lobe_prt::Receivers;
-use lobe_scene::{Bvh, Ray, Scene, SurfaceRays};
+use lobe_scene::{Bvh, Hit, Ray, Scene, SurfaceRays};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
 
 use crate::DistantLight;
@@ -109,10 +109,12 @@ impl<'a> PathReceiver<'a> {
 /// A surface that is not double-sided is black from behind and stops light all the same. Otherwise both normals are
 /// turned to the side that is hit; it is shaded with the interpolated one, tilted by the normal map if there is one, and
 /// directions below the triangle's plane bring nothing. A point that is seen from below its shading normal is lit as it is for every
-/// other viewer. Under a white sky a surface whose normal tilts by δ reflects `(1 + cos δ)/2` of its albedo, so the furnace never gains
+/// other viewer. Under a white sky a surface whose normal tilts by δ reflects `(1 + cos δ)/2` of its albedo, and the furnace never gains
 /// light. Under a small light the flux that leaves may exceed what arrives, by the ratio of both cosines ([Veach 1997], 5.3). Mitsuba's
-/// `twosided` turns the shading normal to the viewer instead, and follows rays below the triangle into the solid. Rays start at [`Bvh::origin_above`]. Holes of alpha masks let rays
-/// through, and [`Scene::stops`] decides about glass. Nothing is clamped, and paths end at the last bounce, without Russian roulette: the mean is
+/// `twosided` turns the shading normal to the viewer instead, and follows rays below the triangle into the solid.
+///
+/// Rays start at [`Bvh::origin_above`]. Holes of alpha masks let rays through; [`Scene::stops`] decides about glass, and [`Scene::tint`] is
+/// the color of the light that goes through it. Nothing is clamped, and paths end at the last bounce, without Russian roulette: the mean is
 /// unbiased.
 ///
 /// [Veach 1997]: https://graphics.stanford.edu/papers/veach_thesis/
@@ -259,22 +261,27 @@ impl<'a> PathTracer<'a> {
                     arrived(set, Dir::from_unit(s), Rgb::ZERO);
                     continue;
                 }
-                let radiance = match (self.intersect(&Ray::new(origin, s.map(|c| c as f32))), self.options.bounces) {
+                let (hit, tint) = self.intersect(&Ray::new(origin, s.map(|c| c as f32)));
+                let radiance = match (hit, self.options.bounces) {
                     (None, _) => self.light.radiance(Dir::from_unit(s)),
                     (Some(FirstHit { interaction: Some(at), .. }), 1..) => {
                         self.exit_radiance_under(&[], &at, numbers, self.options.bounces - 1)
                     }
                     _ => Rgb::ZERO,
                 };
-                arrived(set, Dir::from_unit(s), radiance);
+                arrived(set, Dir::from_unit(s), radiance * tint);
             }
         }
     }
 
-    /// Intersects a ray with the scene: the first surface, or none if the ray escapes.
-    pub(crate) fn intersect(&self, ray: &Ray) -> Option<FirstHit> {
-        let hit = self.surfaces.closest(ray)?;
-        let surface = self.surfaces.scene().surface(&hit);
+    /// Intersects a ray with the scene: the first surface, or none if the ray escapes, and the factor of light on the way there.
+    pub(crate) fn intersect(&self, ray: &Ray) -> (Option<FirstHit>, Rgb<f64>) {
+        let (hit, tint) = self.surfaces.closest_through(ray);
+        (hit.map(|hit| self.first_hit(ray, &hit)), Rgb::from(tint).widen())
+    }
+
+    fn first_hit(&self, ray: &Ray, hit: &Hit) -> FirstHit {
+        let surface = self.surfaces.scene().surface(hit);
         let towards = ray.direction.map(f64::from);
         let length = dot(towards, towards).sqrt();
         // Turn both normals to the side that is hit.
@@ -302,7 +309,7 @@ impl<'a> PathTracer<'a> {
             Interaction { origin, planes: SurfacePlanes::One(plane), bsdf }
         });
         let distance = f64::from(hit.t) * length;
-        Some(FirstHit { albedo: base, normal: shading.map(|c| c as f32), distance, interaction })
+        FirstHit { albedo: base, normal: shading.map(|c| c as f32), distance, interaction }
     }
 
     /// One path's estimate of the light that leaves `start`, reflected by at most `bounces` surfaces before.
@@ -345,10 +352,13 @@ impl<'a> PathTracer<'a> {
             throughput = throughput * sample.weight;
             // Trace the ray; at the last bounce it only matters whether it escapes.
             let ray = Ray::new(at.origin, sample.towards.map(|c| c as f32));
-            let hit = match is_last {
-                true => self.surfaces.is_occluded(&ray).then_some(None),
-                false => self.intersect(&ray).map(|hit| hit.interaction),
+            let (hit, tint) = if is_last {
+                self.passes(&ray).map_or((Some(None), Rgb::ZERO), |tint| (None, tint))
+            } else {
+                let (hit, tint) = self.intersect(&ray);
+                (hit.map(|hit| hit.interaction), tint)
             };
+            throughput = throughput * tint;
             match hit {
                 // Add the light of the direction drawn from the BSDF.
                 None if samples_bsdf => {
@@ -377,13 +387,16 @@ impl<'a> PathTracer<'a> {
             return Rgb::ZERO;
         }
         // Trace the shadow ray.
-        if self.surfaces.is_occluded(&Ray::new(at.origin, s.map(|c| c as f32))) {
-            return Rgb::ZERO;
-        }
+        let Some(tint) = self.passes(&Ray::new(at.origin, s.map(|c| c as f32))) else { return Rgb::ZERO };
         // Weight the sample against the same direction drawn from the BSDF.
         let is_alone = self.options.strategy == LightStrategy::NextEvent;
         let weight = if is_alone { 1.0 } else { power_heuristic(sample.density, density) };
-        (value * sample.radiance).scale(weight / sample.density)
+        (value * sample.radiance * tint).scale(weight / sample.density)
+    }
+
+    /// The factor of light along a ray that no surface stops; none if one does.
+    fn passes(&self, ray: &Ray) -> Option<Rgb<f64>> {
+        self.surfaces.passes_through(ray).map(|tint| Rgb::from(tint).widen())
     }
 
     /// The light that one direction drawn from each emitter brings to an interaction.
@@ -397,8 +410,8 @@ impl<'a> PathTracer<'a> {
             }
             let t_max = (sample.distance * (1.0 - BEFORE_EMITTER)) as f32;
             let ray = Ray { t_max, ..Ray::new(at.origin, sample.towards.map(|c| c as f32)) };
-            if !self.surfaces.is_occluded(&ray) {
-                sum += (value * sample.radiance).scale(sample.density.recip());
+            if let Some(tint) = self.passes(&ray) {
+                sum += (value * sample.radiance * tint).scale(sample.density.recip());
             }
         }
         sum
@@ -417,7 +430,9 @@ impl<'a> PathTracer<'a> {
             // Update the path throughput.
             throughput = throughput * sample.weight;
             // Trace the ray: hand over the path where it escapes, or go on from the surface that was hit.
-            match self.intersect(&Ray::new(at.origin, sample.towards.map(|c| c as f32))) {
+            let (hit, tint) = self.intersect(&Ray::new(at.origin, sample.towards.map(|c| c as f32)));
+            throughput = throughput * tint;
+            match hit {
                 None => return escaped(bounce, Dir::from_unit(sample.towards), throughput),
                 Some(FirstHit { interaction: Some(interaction), .. }) => at = interaction,
                 Some(_) => return,

@@ -235,15 +235,16 @@ fn trace_pixel(
             let numbers = samples.path(path);
             let [dx, dy] = numbers.pair(FIRST_PURPOSE);
             let (ray, towards) = camera.ray_of_pixel([width, height], [x + dx, y + dy]);
-            match tracer.intersect(&ray) {
-                None => sum += light.radiance(towards),
+            let (hit, tint) = tracer.intersect(&ray);
+            match hit {
+                None => sum += light.radiance(towards) * tint,
                 Some(FirstHit { albedo: a, normal: n, distance, interaction }) => {
                     albedo += a.widen();
                     normal += Rgb::from(n).widen();
                     depth += distance;
                     hits += 1.0;
                     if let Some(at) = interaction {
-                        sum += tracer.exit_radiance(&at, numbers, paths.bounces);
+                        sum += tracer.exit_radiance(&at, numbers, paths.bounces) * tint;
                     }
                 }
             }

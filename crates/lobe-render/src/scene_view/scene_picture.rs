@@ -85,9 +85,11 @@ pub(crate) fn ray_cast(
     let surfaces = SurfaceRays::new(scene, bvh);
     // Shade the nearest hit along a ray, or the background.
     let radiance_along = |ray: &Ray, towards: Dir| {
-        let Some(hit) = surfaces.closest(ray) else { return background(towards) };
+        let (hit, tint) = surfaces.closest_through(ray);
+        let tint = Rgb::from(tint).widen();
+        let Some(hit) = hit else { return background(towards) * tint };
         let hit = SceneHit::new(scene, hit, towards);
-        if hit.is_lit { radiance(&hit) } else { Rgb::ZERO }
+        if hit.is_lit { radiance(&hit) * tint } else { Rgb::ZERO }
     };
     // Average the rays of a pixel.
     let pixel = |i: usize| {

@@ -2,6 +2,15 @@
 
 use crate::{Bvh, Hit, Ray, Scene};
 
+/// A hit that a ray has passed: where, of which triangle, and its tint.
+type Passed = (f32, u32, [f32; 3]);
+
+/// The product of all tints, in an order that does not depend on that in which the tree was searched.
+fn product(mut passed: Vec<Passed>) -> [f32; 3] {
+    passed.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    passed.iter().fold([1.0; 3], |all: [f32; 3], (_, _, tint)| [0, 1, 2].map(|c| all[c] * tint[c]))
+}
+
 /// Rays through a scene that stop where [`Scene::stops`] says so: not in the holes of alpha masks, and in glass at times.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfaceRays<'a> {
@@ -9,13 +18,15 @@ pub struct SurfaceRays<'a> {
     bvh: &'a Bvh,
     /// Whether surfaces have to be asked at all.
     has_holes: bool,
+    /// Whether light takes on a hue in glass.
+    is_tinted: bool,
 }
 
 impl<'a> SurfaceRays<'a> {
     /// Rays through `scene`, whose tree is `bvh`.
     #[must_use]
     pub fn new(scene: &'a Scene, bvh: &'a Bvh) -> Self {
-        Self { scene, bvh, has_holes: scene.has_holes() }
+        Self { scene, bvh, has_holes: scene.has_holes(), is_tinted: scene.is_tinted() }
     }
 
     /// The scene.
@@ -38,6 +49,47 @@ impl<'a> SurfaceRays<'a> {
         } else {
             self.bvh.closest(ray)
         }
+    }
+
+    /// The first hit at which a ray stops, and what its light is multiplied by on the way there or, without one, out of the scene:
+    /// the [tints](Scene::tint) of the glass that it passes.
+    #[must_use]
+    pub fn closest_through(&self, ray: &Ray) -> (Option<Hit>, [f32; 3]) {
+        if !self.is_tinted {
+            return (self.closest(ray), [1.0; 3]);
+        }
+        let mut passed = Vec::new();
+        let hit = self.bvh.closest_where(ray, |hit| self.stops_or_passes(ray, hit, &mut passed));
+        // What lies behind the surface was asked, too.
+        passed.retain(|&(t, _, _)| hit.is_none_or(|hit| t < hit.t));
+        (hit, product(passed))
+    }
+
+    /// What the light of a ray that stops nowhere is multiplied by, as of [`Self::closest_through`]; none if it stops.
+    #[must_use]
+    pub fn passes_through(&self, ray: &Ray) -> Option<[f32; 3]> {
+        if !self.is_tinted {
+            return (!self.is_occluded(ray)).then_some([1.0; 3]);
+        }
+        let mut passed = Vec::new();
+        let stops = self.bvh.is_occluded_where(ray, |hit| self.stops_or_passes(ray, &hit, &mut passed));
+        (!stops).then(|| product(passed))
+    }
+
+    /// Whether light may take on a hue on its way.
+    #[must_use]
+    pub fn is_tinted(&self) -> bool {
+        self.is_tinted
+    }
+
+    /// Whether a ray stops at a hit; if not, the hit is added with its tint, if that is one.
+    fn stops_or_passes(&self, ray: &Ray, hit: &Hit, passed: &mut Vec<Passed>) -> bool {
+        let stops = self.scene.stops(ray, hit);
+        if !stops {
+            let tint = self.scene.tint(hit);
+            passed.extend((tint != [1.0; 3]).then_some((hit.t, hit.triangle, tint)));
+        }
+        stops
     }
 
     /// Whether a ray stops anywhere.

@@ -16,13 +16,6 @@ use crate::scene::mesh::double_area;
 use crate::scene::transform::Affine;
 use crate::{DefaultMaterial, Material, MeshParts, MeshSource, Scene, SceneError, z_up_from_y_up};
 
-/// One mesh for each instance of a primitive by a node, in Lobe's world, as the nodes stand; with notes on what would move it.
-pub(crate) fn scene_of(file: &GltfFile, source: &mut Source<'_>) -> Result<Scene, SceneError> {
-    let scene = standing_scene_of(file, Flattened::Dropped, source)?;
-    note_unused(file, source);
-    Ok(scene)
-}
-
 /// What becomes of triangles that have no area as the nodes stand.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Flattened {
@@ -32,15 +25,14 @@ pub(crate) enum Flattened {
     Kept,
 }
 
-/// One mesh for each instance of a primitive by a node, in Lobe's world, as the nodes stand.
+/// One mesh for each instance of a primitive by a node, in Lobe's world, as the nodes stand, with normal maps if they are to be read.
 pub(crate) fn standing_scene_of(
     file: &GltfFile,
     flattened: Flattened,
+    reads_normal_maps: bool,
     source: &mut Source<'_>,
 ) -> Result<Scene, SceneError> {
     let (all_shown, origin) = shown_meshes(file, source)?;
-    // Where things move, tangents are not followed.
-    let reads_normal_maps = source.options.normal_maps && flattened == Flattened::Dropped;
     let used = used_materials(file, &all_shown);
     let (mut materials, textures) = materials::read(file, &used, reads_normal_maps, source)?;
     let (mut meshes, mut needs_default) = (Vec::new(), false);
@@ -112,23 +104,6 @@ fn can_open(primitive: &Primitive, own: &[[f32; 3]], [a, b, c]: [u32; 3]) -> boo
     let corner = |i: u32| own.get(i as usize).copied().unwrap_or_default();
     let is_morphed = || primitive.targets.iter().flatten().any(|target| target.positions.is_some());
     double_area([a, b, c].map(corner)) > 0.0 || (a != b && b != c && c != a && is_morphed())
-}
-
-fn note_unused(file: &GltfFile, source: &mut Source<'_>) {
-    let root = &file.root;
-    let has = |member: &str| file.json[member].as_array().is_some_and(|items| !items.is_empty());
-    for (is_there, what) in [
-        (has("animations"), "animations are not used: the scene stands as its nodes say"),
-        (has("skins"), "skins are not used: meshes stand as they were bound"),
-        (
-            root.meshes.iter().flat_map(|mesh| &mesh.primitives).any(|primitive| primitive.targets.is_some()),
-            "morph targets are not used: meshes stand as they are without",
-        ),
-    ] {
-        if is_there {
-            source.note(what);
-        }
-    }
 }
 
 /// The primitive in its own y-up space; `None` for points and lines. It was counted when the file was made plain.

@@ -9,7 +9,8 @@ use crate::files::obj::smoothing::{NormalSums, Smoothing, split};
 use crate::files::picture::decode;
 use crate::files::polygon::Triangulator;
 use crate::files::source::Source;
-use crate::scene::texture::linear_from_srgb8;
+use crate::scene::near_origin::{from_origin, origin_of};
+use crate::scene::texture::linear_from_srgb;
 use crate::{Material, MeshParts, Scene, SceneError, Texture, TextureUse, Up, Wrap};
 
 /// Reads one mesh for each object, group and material.
@@ -25,6 +26,8 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scen
     obj.current.name = UNNAMED.to_owned();
     for_each_line(&text_of(bytes), |line| obj.read_line(&line, source))?;
     obj.finish_model();
+    let origin = obj.move_near_origin();
+    obj.tell_of_colors(source);
     let mut triangulator = Triangulator::new();
     let mut shapes = Vec::with_capacity(obj.models.len());
     for model in &obj.models {
@@ -44,7 +47,8 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scen
         return Err(source.no_triangles());
     }
     let (materials, textures) = read_materials(&obj.materials, source)?;
-    Scene::new(meshes, materials, textures).map_err(|error| error.within(source.name))
+    let scene = Scene::new(meshes, materials, textures).map_err(|error| error.within(source.name))?;
+    Ok(scene.moved(up.to_world(origin)))
 }
 
 const NOT_UTF16: &str = "expected UTF-8 or Latin-1, found UTF-16";
@@ -55,15 +59,23 @@ const UNNAMED: &str = "unnamed_object";
 /// The index of a texture coordinate or normal that a corner does not have.
 const NONE: u32 = u32::MAX;
 
+/// Colors of vertices up to here overshoot 1, such as by a filter; larger ones are bytes.
+const MOST_ABOVE_ONE: f32 = 2.0;
+
 /// Indices of position, texture coordinate and normal.
 type Corner = [u32; 3];
 
 /// The content of a file.
 #[derive(Default)]
 struct Obj {
+    /// As the file has them, until all are known.
+    places: Vec<[f64; 3]>,
+    /// Then from an origin near those that faces use.
     positions: Vec<[f32; 3]>,
     /// Colors of positions; those at the end may be missing.
     colors: Vec<Option<[f32; 3]>>,
+    /// What stands for a whole color.
+    whole: f32,
     uvs: Vec<[f32; 2]>,
     normals: Vec<[f32; 3]>,
     materials: Vec<MtlMaterial>,
@@ -112,17 +124,20 @@ impl Obj {
             Err(source.invalid(format!("line {number}: expected {what} after {keyword}, found `{rest}`")))
         };
         match line.keyword {
-            "v" => match line.numbers().filter(|numbers| numbers.iter().all(|c| c.is_finite())).as_deref() {
-                Some(&[x, y, z]) => self.positions.push([x, y, z]),
-                // A weight divides, as in the renderers that heed it.
-                Some(&[x, y, z, w]) if w != 0.0 => self.positions.push([x, y, z].map(|c: f32| c / w)),
-                Some(&[x, y, z, r, g, b, ..]) => {
-                    self.positions.push([x, y, z]);
-                    self.colors.resize(self.positions.len() - 1, None);
-                    self.colors.push(Some([r, g, b]));
+            "v" => {
+                match line.numbers().filter(|numbers| numbers.iter().all(|c: &f64| (*c as f32).is_finite())).as_deref()
+                {
+                    Some(&[x, y, z]) => self.places.push([x, y, z]),
+                    // A weight divides, as in the renderers that heed it.
+                    Some(&[x, y, z, w]) if w != 0.0 => self.places.push([x, y, z].map(|c| c / w)),
+                    Some(&[x, y, z, r, g, b, ..]) => {
+                        self.places.push([x, y, z]);
+                        self.colors.resize(self.places.len() - 1, None);
+                        self.colors.push(Some([r, g, b].map(|c| c as f32)));
+                    }
+                    _ => return invalid(source, "three coordinates, and a weight or a color"),
                 }
-                _ => return invalid(source, "three coordinates, and a weight or a color"),
-            },
+            }
             "vt" => match line.numbers().as_deref() {
                 Some(&[u, v, ..]) => self.uvs.push([u, v]),
                 Some(&[u]) => self.uvs.push([u, 0.0]),
@@ -153,13 +168,15 @@ impl Obj {
             },
             "mtllib" => self.read_mtl(&line.rest.replace('\\', "/"), source)?,
             "curv" | "curv2" | "surf" => source.note("free-form curves and surfaces are not used"),
+            "p" | "l" => source.note("points and lines are left out"),
+            "usemap" => source.note("usemap is not used: textures are those of the materials"),
             _ => {}
         }
         Ok(())
     }
 
     fn read_face(&mut self, line: &Line<'_>, source: &mut Source<'_>) -> Result<(), SceneError> {
-        let counts = [self.positions.len(), self.uvs.len(), self.normals.len()];
+        let counts = [self.places.len(), self.uvs.len(), self.normals.len()];
         let before = self.current.corners.len();
         for word in line.words() {
             let Some(corner) = corner_of(word, counts) else {
@@ -209,6 +226,28 @@ impl Obj {
             let next =
                 Model { name: self.current.name.clone(), material: self.current.material.clone(), ..Model::default() };
             self.models.push(mem::replace(&mut self.current, next));
+        }
+    }
+
+    /// Lets the positions count from an origin near those that faces use: numbers of `f32` are coarse far away.
+    fn move_near_origin(&mut self) -> [f64; 3] {
+        let places = mem::take(&mut self.places);
+        let corners = self.models.iter().flat_map(|model| &model.corners);
+        let origin = origin_of(corners.filter_map(|&[v, ..]| places.get(v as usize).copied()));
+        self.positions = places.into_iter().map(|place| from_origin(place, origin)).collect();
+        origin
+    }
+
+    /// Finds out what stands for a whole color: 1, or 255 where there are colors above 1 as bytes have them.
+    fn tell_of_colors(&mut self, source: &mut Source<'_>) {
+        let channels = || self.colors.iter().flatten().flatten();
+        let largest = channels().copied().fold(0.0, f32::max);
+        let are_bytes = largest > MOST_ABOVE_ONE && largest <= 255.0;
+        self.whole = if are_bytes { 255.0 } else { 1.0 };
+        if are_bytes {
+            source.note(format!("colors of vertices go up to {largest}: they are taken as bytes, divided by 255"));
+        } else if channels().any(|c| !(0.0..=1.0).contains(c)) {
+            source.note("colors of vertices are outside of 0 to 1, and moved there");
         }
     }
 
@@ -275,7 +314,7 @@ impl Obj {
         let Shape { model, corners, triangles, .. } = shape;
         let name = &model.name;
         // Programs write sRGB-encoded vertex colors.
-        let linear = |c: f32| linear_from_srgb8((c.clamp(0.0, 1.0) * 255.0).round() as u8);
+        let linear = |c: f32| linear_from_srgb(f64::from((c / self.whole).clamp(0.0, 1.0)));
         let color = |v: u32| self.colors.get(v as usize).copied().flatten();
         let colors = |[v, ..]: &Corner| color(*v).map(|[r, g, b]| [linear(r), linear(g), linear(b), 1.0]);
         // In OBJ v points upwards.
@@ -289,7 +328,7 @@ impl Obj {
             tangents: Vec::new(),
             uvs: [complete(&corners, uvs, name, "texture coordinates", source), Vec::new()],
             colors: complete(&corners, colors, name, "colors", source),
-            material: material_of(model, materials, source),
+            material: material_of(model, materials, !self.libraries.is_empty(), source),
             source: None,
             name: name.clone(),
         }
@@ -337,11 +376,18 @@ impl Shape<'_> {
 }
 
 /// The index of the material of a model. Where libraries were read and none of them has it, that is noted.
-fn material_of(model: &Model, materials: &HashMap<&str, usize>, source: &mut Source<'_>) -> Option<usize> {
+fn material_of(
+    model: &Model,
+    materials: &HashMap<&str, usize>,
+    names_library: bool,
+    source: &mut Source<'_>,
+) -> Option<usize> {
     let name = model.material.as_deref()?;
     let found = materials.get(name).copied();
     if found.is_none() && !materials.is_empty() {
         source.note(format!("material {name:?} is in none of the libraries; its faces are white"));
+    } else if found.is_none() && !names_library {
+        source.note("materials are named, and no library that has them (mtllib): surfaces are white");
     }
     found
 }
@@ -402,7 +448,11 @@ fn read_materials(
     let (mut read, mut textures, mut places) = (Vec::new(), Vec::new(), HashMap::new());
     for material in materials {
         let name = &material.name;
-        let diffuse = material.diffuse.unwrap_or([1.0; 3]);
+        let mut diffuse = material.diffuse.unwrap_or([1.0; 3]);
+        if diffuse == [0.0; 3] && material.diffuse_texture.is_some() {
+            source.note(format!("material `{name}`: Kd is 0, which would hide map_Kd, and taken as 1"));
+            diffuse = [1.0; 3];
+        }
         let mut result = Material::matte(name, diffuse.map(|c| source.unit(c, &format!("material `{name}`: Kd"))));
         if let Some(file) = &material.diffuse_texture {
             let texture = match places.get(file) {

@@ -5,7 +5,7 @@ use derive_setters::Setters;
 use crate::Up;
 
 /// Options of reading a scene.
-#[derive(Clone, Debug, PartialEq, Eq, Setters, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, PartialEq, Setters, serde::Serialize, serde::Deserialize)]
 #[serde(default)]
 #[non_exhaustive]
 pub struct SceneReadOptions {
@@ -32,8 +32,34 @@ pub struct SceneReadOptions {
     /// Whether light goes straight through blended materials, by their alpha, and through glass, by its transmission.
     pub straight_through: bool,
     /// Whether normal textures of glTF are read, with the tangents of the meshes that have them, 48 bytes for each triangle. Without
-    /// this, and of scenes that move, a note says that they are not used.
+    /// this, and of an [`AnimatedScene`](crate::AnimatedScene), a note says that they are not used.
     pub normal_maps: bool,
+    /// Where things stand that a glTF file moves. [`AnimatedScene`](crate::AnimatedScene) has all of their poses.
+    pub pose: ScenePose,
+}
+
+/// Where things stand that a glTF file moves, by animations, skins and morph targets.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[non_exhaustive]
+pub enum ScenePose {
+    /// Where they are at a time: nodes as an animation has moved them, skins carried by their joints, morph targets with their
+    /// weights. In a file without animations nodes and weights are those at rest.
+    At {
+        /// The animation by its name or its number; the first without either.
+        animation: Option<String>,
+        /// Seconds from its beginning.
+        time: f64,
+    },
+    /// As the nodes stand at rest, with skins as they were bound and without morph targets: what bakes saw that do not record
+    /// a time.
+    Unposed,
+}
+
+impl Default for ScenePose {
+    /// The beginning of the first animation.
+    fn default() -> Self {
+        Self::At { animation: None, time: 0.0 }
+    }
 }
 
 /// The normals of meshes that have none.
@@ -66,7 +92,8 @@ pub enum DefaultMaterial {
 
 impl Default for SceneReadOptions {
     /// y up, up to 2²⁶ triangles and vertices, up to 2²⁸ texels (1 GiB), no limit for all together, files within the
-    /// folder only, normals as the format asks, white where there is no material, no light straight through, and normal textures.
+    /// folder only, normals as the format asks, white where there is no material, no light straight through, normal textures,
+    /// and the beginning of the first animation.
     fn default() -> Self {
         Self {
             up: Up::Y,
@@ -78,6 +105,7 @@ impl Default for SceneReadOptions {
             max_bytes: u64::MAX,
             straight_through: false,
             normal_maps: true,
+            pose: ScenePose::default(),
         }
     }
 }
@@ -113,7 +141,7 @@ impl SceneReadReport {
             all.push(format!("triangles without area: {dropped_triangles}, dropped; {triangles} are left"));
         }
         if coincident_triangles > 0 {
-            let text = "leave duplicates out to save time";
+            let text = "leave duplicates out to save memory";
             all.push(format!("triangles at the place of others: {coincident_triangles} of {triangles}; {text}"));
         }
         if made_normals > 0 {

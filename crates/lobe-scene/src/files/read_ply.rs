@@ -10,15 +10,16 @@ use serde_ply::{ElementDef, PlyFormat, PlyReader, PropertyType, ScalarType};
 use crate::files::gltf::primitive::triangles;
 use crate::files::polygon::Triangulator;
 use crate::files::source::Source;
+use crate::scene::near_origin::{from_origin, origin_of};
 use crate::scene::texture::{linear_from_srgb, linear_from_srgb8};
 use crate::{MeshParts, Scene, SceneError, Up};
 
 /// A row of the element `vertex`; missing properties are `None`.
 #[derive(Deserialize)]
 struct Vertex {
-    x: f32,
-    y: f32,
-    z: f32,
+    x: f64,
+    y: f64,
+    z: f64,
     #[serde(default)]
     nx: Option<f32>,
     #[serde(default)]
@@ -84,6 +85,7 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scen
     let mut reader = PlyReader::from_reader(&mut data).map_err(|error| source.invalid(broken("a PLY file", error)))?;
     let mut parts = MeshParts { name: "ply".into(), ..MeshParts::default() };
     let format = reader.header().format;
+    let mut places = Vec::new();
     let (mut faces, mut strips) = (Vec::<Face>::new(), Vec::<Face>::new());
     while let Some(element) = reader.current_element().cloned() {
         check_length(&element, format, bytes.len(), source)?;
@@ -93,6 +95,7 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scen
                 source.count(element.count, 0)?;
                 let vertices: Vec<Vertex> =
                     reader.next_element().map_err(|error| source.invalid(broken(&rows, error)))?;
+                places = vertices.iter().map(|row| up.to_world([row.x, row.y, row.z])).collect();
                 read_vertices(&element, &vertices, up, &mut parts, source);
             }
             name @ ("face" | "tristrips") if name == "face" || has_indices(&element) => {
@@ -111,10 +114,17 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scen
             }
         }
     }
+    let used = faces.iter().chain(&strips).flat_map(|row| &row.vertex_indices);
+    let used = used.filter_map(|&index| places.get(usize::try_from(index).ok()?).copied());
+    let origin = origin_of(used);
+    parts.positions = places.into_iter().map(|place| from_origin(place, origin)).collect();
     read_faces(&faces, &mut parts, source)?;
     read_strips(&strips, &mut parts, source)?;
     match source.mesh(parts)? {
-        Some(mesh) => Scene::new(vec![mesh], Vec::new(), Vec::new()).map_err(|error| error.within(source.name)),
+        Some(mesh) => {
+            let scene = Scene::new(vec![mesh], Vec::new(), Vec::new()).map_err(|error| error.within(source.name))?;
+            Ok(scene.moved(origin))
+        }
         None => Err(source.no_triangles()),
     }
 }
@@ -180,7 +190,6 @@ fn most_of(element: &ElementDef, name: &str, largest: f32) -> Option<f64> {
 }
 
 fn read_vertices(element: &ElementDef, rows: &[Vertex], up: Up, parts: &mut MeshParts, source: &mut Source<'_>) {
-    parts.positions = rows.iter().map(|row| up.to_world([row.x, row.y, row.z])).collect();
     let normals = rows.iter().map(|row| Some(up.to_world([row.nx?, row.ny?, row.nz?])));
     parts.normals = normals.collect::<Option<_>>().unwrap_or_default();
     let mut used = Vec::new();

@@ -45,6 +45,18 @@ impl<'a> Source<'a> {
         Self { name, folder, options: options.clone(), unfolded: (0, 0), texels: 0, bytes: 0, more_notes: 0, report }
     }
 
+    /// The source of a file that was read, whose bytes are held while it is.
+    pub(crate) fn of_file(
+        name: &'a str,
+        path: &Path,
+        bytes: &[u8],
+        options: &SceneReadOptions,
+    ) -> Result<Self, SceneError> {
+        let mut source = Self::new(name, folder_of(path), options);
+        source.count_bytes(bytes.len() as u64)?;
+        Ok(source)
+    }
+
     /// The same under a name that lives longer or shorter.
     pub(crate) fn named<'b>(&self, name: &'b str) -> Source<'b> {
         let Self { folder, options, unfolded, texels, bytes, more_notes, report, .. } = self.clone();
@@ -54,6 +66,13 @@ impl<'a> Source<'a> {
     /// The report of the finished scene.
     pub(crate) fn into_report(self, scene: &Scene) -> SceneReadReport {
         let mut report = self.report;
+        let [x, y, z] = scene.origin();
+        if [x, y, z] != [0.0; 3] {
+            report.notes.push(format!(
+                "is far from the origin of its coordinates, where f32 is coarse: moved by {:?} for the work",
+                [-x, -y, -z].map(|c| c + 0.0)
+            ));
+        }
         if self.more_notes > 0 {
             report.notes.push(format!("and {} more notes", self.more_notes));
         }
@@ -216,6 +235,17 @@ impl<'a> Source<'a> {
         Ok(Some(mesh))
     }
 
+    /// A mesh without the triangles that have lost their area in a pose; one that has no others is noted and dropped.
+    pub(crate) fn with_area(&mut self, mesh: Mesh) -> Option<Mesh> {
+        let (mesh, flat) = mesh.without_flat_triangles();
+        self.report.dropped_triangles += flat;
+        if mesh.triangles().is_empty() {
+            self.note(format!("mesh `{}` has only triangles without area and was left out", mesh.name()));
+            return None;
+        }
+        Some(mesh)
+    }
+
     /// Clamps colors to the range of glTF, 0 to 1; non-finite ones are refused by `Mesh::new`.
     fn with_colors_in_range(&mut self, mut parts: MeshParts) -> MeshParts {
         let mut moved = 0;
@@ -255,13 +285,17 @@ impl<'a> Source<'a> {
     }
 }
 
-/// The name of a file for messages, and its bytes.
-pub(crate) fn read_file(path: &Path) -> Result<(String, Vec<u8>), SceneError> {
+/// The name of a file for messages, and its bytes. One that is longer than allowed is refused before it is read.
+pub(crate) fn read_file(path: &Path, options: &SceneReadOptions) -> Result<(String, Vec<u8>), SceneError> {
     let name = path.display().to_string();
-    match length_of(path).and_then(|_| fs::read(path)) {
-        Ok(bytes) => Ok((name, bytes)),
-        Err(source) => Err(SceneError::Io { place: name, source }),
+    let refused = |source: io::Error| SceneError::Io { place: one_line(&name), source };
+    let (length, limit) = (length_of(path).map_err(refused)?, options.max_bytes);
+    if length > limit {
+        let message = format!("expected a file of at most {limit} bytes, found {length}");
+        return Err(SceneError::Refused { place: one_line(&name), message, option: SceneReadOption::MaxBytes });
     }
+    let bytes = fs::read(path).map_err(refused)?;
+    Ok((name, bytes))
 }
 
 /// The length of a regular file: devices and pipes may be endless.
@@ -274,6 +308,6 @@ fn length_of(path: &Path) -> io::Result<u64> {
 }
 
 /// The folder of referenced files.
-pub(crate) fn folder_of(path: &Path) -> Option<PathBuf> {
+fn folder_of(path: &Path) -> Option<PathBuf> {
     path.parent().map(Path::to_path_buf)
 }

@@ -11,7 +11,7 @@ use crate::motion::shape::{Carrier, Part};
 use crate::motion::similar_nodes::similar_nodes;
 use crate::motion::skin::Skin;
 use crate::scene::transform::Trs;
-use crate::{Animation, Entity, EntityKind, Material, Mesh, PosedScene, Scene, SceneError};
+use crate::{Animation, Entity, EntityKind, Material, Mesh, PosedScene, Scene, SceneError, ScenePose};
 
 /// The most names of entities in a message.
 const LISTED: usize = 16;
@@ -19,7 +19,7 @@ const LISTED: usize = 16;
 /// A scene whose nodes, skins and morph targets animations move.
 ///
 /// A [pose](Self::pose) has the same meshes, vertices and triangles, in the same order, as the scene at rest, which is
-/// what [`read_scene`](crate::read_scene) gives of the same file: what is baked for the one can be looked up for the other,
+/// what [`read_scene`](crate::read_scene) gives of the same file [without poses](ScenePose::Unposed): what is baked for the one can be looked up for the other,
 /// vertex by vertex. Triangles that lose their area in a pose stay in it. Of those without area at rest the ones are there
 /// that may have one in a pose: a mesh all of which is scaled to nothing, which `read_scene` leaves out, is a mesh here.
 ///
@@ -85,7 +85,7 @@ impl AnimatedScene {
         Self::new(scene, Rig::upright(nodes), parts, Vec::new(), Vec::new())
     }
 
-    /// The scene as [`read_scene`](crate::read_scene) gives it: nodes stand as the file says, and neither skins nor morph
+    /// The scene as [`read_scene`](crate::read_scene) gives it [without poses](ScenePose::Unposed): nodes stand as the file says, and neither skins nor morph
     /// targets are applied. Triangles without area that may have one in a pose are there, normal maps are not.
     #[must_use]
     pub fn rest(&self) -> &Scene {
@@ -271,6 +271,20 @@ impl AnimatedScene {
             animation.apply(time, &mut state);
         }
         self.posed(&state)
+    }
+
+    /// The scene as [`SceneReadOptions::pose`](crate::SceneReadOptions::pose) asks for it.
+    ///
+    /// # Errors
+    /// As [`Self::animation`] and [`Self::pose`].
+    pub fn posed_as(&self, pose: &ScenePose) -> Result<Scene, SceneError> {
+        let posed = match pose {
+            ScenePose::Unposed => return Ok(self.rest.clone()),
+            ScenePose::At { animation: Some(name), time } => self.pose(self.animation(name)?, *time),
+            ScenePose::At { time, .. } if !self.animations.is_empty() => self.pose(0, *time),
+            ScenePose::At { .. } => self.rest_pose(),
+        };
+        posed.map(PosedScene::into_scene)
     }
 
     fn posed(&self, state: &State) -> Result<PosedScene, SceneError> {

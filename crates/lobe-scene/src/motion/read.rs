@@ -1,19 +1,20 @@
 //! Animated scenes of files.
 
+use std::borrow::Cow;
 use std::path::Path;
 use std::sync::Arc;
 
 use glam::DVec3;
 use serde::Deserialize;
 
+use crate::files::by_extension::{is_gltf, read_still};
 use crate::files::gltf::files::GltfFile;
 use crate::files::gltf::nodes::{Tree, local};
 use crate::files::gltf::placement::origin_of;
 use crate::files::gltf::plain;
 use crate::files::gltf::primitive::name_of;
-use crate::files::read::{is_gltf, read_scene_from};
 use crate::files::read_gltf::{Flattened, standing_scene_of};
-use crate::files::source::{Source, folder_of, read_file};
+use crate::files::source::{Source, read_file};
 use crate::motion::animation::State;
 use crate::motion::numbers::{Numbers, members};
 use crate::motion::read_animations;
@@ -22,9 +23,7 @@ use crate::motion::read_skins::Skins;
 use crate::motion::rig::Rig;
 use crate::motion::shape::Part;
 use crate::scene::transform::Affine;
-use crate::{
-    AnimatedScene, GltfReader, Mesh, Scene, SceneError, SceneReadOptions, SceneReadReport, Up, y_up_from_z_up,
-};
+use crate::{AnimatedScene, MeshSource, Scene, SceneError, SceneReadOptions, SceneReadReport, Up, y_up_from_z_up};
 
 /// What moves of a node; its transform is read with the scene.
 #[derive(Deserialize)]
@@ -50,8 +49,9 @@ impl AnimatedScene {
     /// targets for each vertex that [`SceneReadOptions::max_triangles`] allows.
     pub fn read(path: impl AsRef<Path>, options: &SceneReadOptions) -> Result<(Self, SceneReadReport), SceneError> {
         let path = path.as_ref();
-        let (name, bytes) = read_file(path)?;
-        read(&bytes, Source::new(&name, folder_of(path), options), options.up)
+        let (name, bytes) = read_file(path, options)?;
+        let source = Source::of_file(&name, path, &bytes, options)?;
+        read(bytes.into(), source, options.up)
     }
 
     /// Reads a scene with its animations from the bytes of a file that references no other; `name` decides the format and
@@ -64,37 +64,34 @@ impl AnimatedScene {
         name: &str,
         options: &SceneReadOptions,
     ) -> Result<(Self, SceneReadReport), SceneError> {
-        read(bytes, Source::new(name, None, options), options.up)
-    }
-
-    /// The scene with its animations of an open file.
-    ///
-    /// # Errors
-    /// As [`Self::read`].
-    pub fn from_gltf(gltf: &GltfReader) -> Result<(Self, SceneReadReport), SceneError> {
-        animated_scene_of(&gltf.file, gltf.source())
+        read(bytes.into(), Source::new(name, None, options), options.up)
     }
 }
 
-fn read(bytes: &[u8], mut source: Source<'_>, up: Up) -> Result<(AnimatedScene, SceneReadReport), SceneError> {
-    if !is_gltf(source.name) {
-        let (scene, report) = read_scene_from(bytes, source, up)?;
-        return Ok((AnimatedScene::still(scene), report));
-    }
-    let file = plain::read(bytes, &mut source)?;
-    animated_scene_of(&file, source)
+fn read(bytes: Cow<'_, [u8]>, mut source: Source<'_>, up: Up) -> Result<(AnimatedScene, SceneReadReport), SceneError> {
+    let scene = if is_gltf(source.name) {
+        animated_scene_of(&plain::read(bytes, &mut source)?, false, &mut source)?
+    } else {
+        AnimatedScene::still(read_still(&bytes, up, &mut source)?)
+    };
+    let report = source.into_report(scene.rest());
+    Ok((scene, report))
 }
 
-fn animated_scene_of(file: &GltfFile, mut source: Source<'_>) -> Result<(AnimatedScene, SceneReadReport), SceneError> {
-    let rest = standing_scene_of(file, Flattened::Kept, &mut source)?;
-    let nodes = members::<GltfNode>(file, "nodes", &source)?;
+/// The scene of a file with its animations; of one pose of it normal maps may be read, too.
+pub(crate) fn animated_scene_of(
+    file: &GltfFile,
+    reads_normal_maps: bool,
+    source: &mut Source<'_>,
+) -> Result<AnimatedScene, SceneError> {
+    let rest = standing_scene_of(file, Flattened::Kept, reads_normal_maps, source)?;
+    let nodes = members::<GltfNode>(file, "nodes", source)?;
     let mut numbers = Numbers::default();
-    let rig = rig_of(file, &nodes, &rest, &mut numbers, &mut source)?;
-    let animations = read_animations::read(file, &rig, &mut numbers, &mut source)?;
-    let mut skins = Skins::of(file, &rig, &source)?;
-    let parts = parts_of((file, &nodes), (&rest, &rig, &mut skins), &mut numbers, &mut source)?;
-    let report = source.into_report(&rest);
-    Ok((AnimatedScene::new(rest, rig, parts, skins.into_all(), animations), report))
+    let rig = rig_of(file, &nodes, &rest, &mut numbers, source)?;
+    let animations = read_animations::read(file, &rig, &mut numbers, source)?;
+    let mut skins = Skins::of(file, &rig, source)?;
+    let parts = parts_of((file, &nodes), (&rest, &rig, &mut skins), &mut numbers, source)?;
+    Ok(AnimatedScene::new(rest, rig, parts, skins.into_all(), animations))
 }
 
 /// The nodes as they stand; those of the scene with the weights of their meshes' morph targets: their own, else those of the
@@ -163,8 +160,9 @@ fn parts_of(
     let worlds = rig.worlds(&rig.rest);
     let mut shapes = Shapes::default();
     let mut parts = Vec::with_capacity(rest.meshes().len());
-    for (place, node) in rest.meshes().iter().filter_map(Mesh::source).map(|place| (place, place.node)) {
-        let shape = shapes.of(file, place, numbers, source)?;
+    for mesh in rest.meshes() {
+        let Some(place @ MeshSource { node, .. }) = mesh.source() else { continue };
+        let shape = shapes.of(file, place, !mesh.tangents().is_empty(), numbers, source)?;
         let skin = nodes[node].skin;
         if let Some(index) = skin {
             let last_joint = shape.influences.as_ref().map(|influences| usize::from(influences.last_joint));

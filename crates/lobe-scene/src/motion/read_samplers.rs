@@ -14,8 +14,9 @@ use crate::motion::sampler::{Interpolation, Sampler, check_count, check_times, c
 
 #[derive(Deserialize)]
 pub(crate) struct GltfSampler {
-    input: Index<Accessor>,
-    output: Index<Accessor>,
+    // That of a channel which is not used need not be right.
+    input: Option<Index<Accessor>>,
+    output: Option<Index<Accessor>>,
     interpolation: Option<String>,
 }
 
@@ -53,6 +54,9 @@ impl<'a> Samplers<'a> {
                     format!("{place}: expected LINEAR, STEP or CUBICSPLINE as interpolation, found `{other}`");
                 return Err(source.invalid(message));
             }
+        };
+        let (Some(input), Some(output)) = (input, output) else {
+            return Err(source.invalid(format!("{place}: expected an input and an output, found only one or none")));
         };
         let (times, to) = (self.numbers.of::<1>(("TIME", place), (self.file, *input), source)?, (self.file, *output));
         let values = match property {

@@ -22,11 +22,13 @@ pub(crate) struct Shapes {
 }
 
 impl Shapes {
-    /// The shape of a primitive that the scene shows; it was read once, so its parts are there.
+    /// The shape of a primitive that the scene shows, with tangents if it is to have them and the file gives some; it was
+    /// read once, so its parts are there.
     pub(crate) fn of(
         &mut self,
         file: &GltfFile,
         MeshSource { mesh, primitive, .. }: MeshSource,
+        has_tangents: bool,
         numbers: &mut Numbers,
         source: &mut Source<'_>,
     ) -> Result<Arc<Shape>, SceneError> {
@@ -34,7 +36,8 @@ impl Shapes {
             return Ok(Arc::clone(there));
         }
         let place = place_of(&file.root.meshes[mesh], mesh, primitive);
-        let shape = Arc::new(shape((file, &place), &file.root.meshes[mesh].primitives[primitive], numbers, source)?);
+        let json = &file.root.meshes[mesh].primitives[primitive];
+        let shape = Arc::new(shape((file, &place), (json, has_tangents), numbers, source)?);
         self.read.insert((mesh, primitive), Arc::clone(&shape));
         Ok(shape)
     }
@@ -42,17 +45,21 @@ impl Shapes {
 
 fn shape(
     (file, place): (&GltfFile, &str),
-    primitive: &Primitive,
+    (primitive, has_tangents): (&Primitive, bool),
     numbers: &mut Numbers,
     source: &mut Source<'_>,
 ) -> Result<Shape, SceneError> {
     let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
     let mut vectors = |what: &'static str, index: Option<Index<Accessor>>, source: &mut Source<'_>| match index {
+        Some(index) if what == "TANGENT" => numbers.of::<4>((what, place), (file, index), source),
         Some(index) => numbers.of::<3>((what, place), (file, index), source),
         None => Ok([].into()),
     };
     let positions = vectors("POSITION", attribute(Semantic::Positions), source)?;
     let normals = vectors("NORMAL", attribute(Semantic::Normals), source)?;
+    // Without normals glTF says that tangents are ignored.
+    let given = attribute(Semantic::Tangents).filter(|_| has_tangents && !normals.is_empty());
+    let tangents = vectors("TANGENT", given, source)?;
     let mut targets = Vec::new();
     for (number, target) in primitive.targets.iter().flatten().enumerate() {
         let MorphTarget { positions: moved, normals: turned, .. } = target;
@@ -71,5 +78,5 @@ fn shape(
         targets.push(target);
     }
     let influences = read_skins::influences((file, place), primitive, positions.len() / 3, numbers, source)?;
-    Ok(Shape { positions, normals, targets, influences })
+    Ok(Shape { positions, normals, tangents, targets, influences })
 }

@@ -18,6 +18,8 @@ pub(crate) struct Shape {
     pub(crate) positions: Arc<[f32]>,
     /// Three for each vertex, or nothing: normals are then made of the triangles of each pose.
     pub(crate) normals: Arc<[f32]>,
+    /// Four for each vertex, or nothing where the scene has no use for them.
+    pub(crate) tangents: Arc<[f32]>,
     pub(crate) targets: Vec<Target>,
     /// The joints that carry the vertices, where there is a skin.
     pub(crate) influences: Option<Influences>,
@@ -82,6 +84,14 @@ impl Shape {
         both
     }
 
+    /// The tangent of a vertex, which morph targets leave as it is, and its sign; zero without one.
+    fn tangent(&self, vertex: usize) -> (DVec3, f32) {
+        match self.tangents.get(4 * vertex..4 * vertex + 4) {
+            Some(v) => (DVec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2])), v[3]),
+            None => (DVec3::ZERO, 1.0),
+        }
+    }
+
     /// The joint matrix of a vertex, `Σ w_j M_j` with weights that sum to one.
     fn blended(&self, vertex: usize, joints: &[DMat4]) -> DMat4 {
         let influences = self.influences.iter().flat_map(|influences| influences.of(vertex));
@@ -130,17 +140,26 @@ impl Part {
             };
             let [p, n] = shape.morphed(vertex, &weights);
             let world = |v: DVec3| rig.up.to_world(v.as_vec3().into());
-            ((world(map.point(p)), world(map.normal(n))), map.is_mirror())
+            let (tangent, sign) = shape.tangent(vertex);
+            let [x, y, z] = world(map.tangent(tangent));
+            ((world(map.point(p)), world(map.normal(n))), ([x, y, z, sign], map.is_mirror()))
         };
-        let (vertices, mirrored): (Vec<_>, Vec<bool>) =
+        let (vertices, tangents): (Vec<_>, Vec<_>) =
             (0..shape.len()).into_par_iter().with_min_len(PIECE).map(place).unzip();
         let (positions, mut normals): (Vec<_>, Vec<_>) = vertices.into_iter().unzip();
+        let (mut tangents, mirrored): (Vec<_>, Vec<bool>) = tangents.into_iter().unzip();
         if shape.normals.is_empty() {
             normals = Vec::new();
         }
+        if shape.tangents.is_empty() {
+            tangents = Vec::new();
+        }
         // Joints may mirror some vertices and others not: the most decide, as triangles have one outside.
         let is_mirrored = 2 * mirrored.iter().filter(|&&is_mirrored| is_mirrored).count() > shape.len();
-        mesh.posed(positions, normals, is_mirrored != self.is_mirrored)
+        if is_mirrored {
+            tangents.iter_mut().for_each(|[.., sign]| *sign = -*sign);
+        }
+        mesh.posed(positions, normals, &tangents, is_mirrored != self.is_mirrored)
     }
 
     /// The mesh in its own frame, z up, as nothing has moved it, with the morph targets that its node has at rest.

@@ -179,7 +179,7 @@ mod tests {
     fn triangles_that_have_lost_their_area_in_a_pose_stay() {
         let ball = ball();
         let mesh = &ball.meshes()[0];
-        let folded = mesh.posed(vec![[1.0, 2.0, 3.0]; mesh.positions().len()], Vec::new(), false).unwrap();
+        let folded = mesh.posed(vec![[1.0, 2.0, 3.0]; mesh.positions().len()], Vec::new(), &[], false).unwrap();
         let scene = ball.with_meshes(std::iter::once(folded).chain(ball.meshes()[1..].iter().cloned()).collect());
         let count = scene.triangle_count();
         let (part, mapped) = (scene.part([0]).unwrap(), scene.clone().mapped(TURNED).unwrap());

@@ -156,8 +156,13 @@ impl Material {
         matches!(self.alpha, Alpha::Mask(_)) || self.straight_through && lets_through
     }
 
+    /// Whether light goes straight through it as through glass.
+    pub(crate) fn is_clear(&self) -> bool {
+        self.straight_through && self.transmission > 0.0
+    }
+
     /// The part of the light at a point of this base color and alpha that goes straight through, without [masks](Alpha::Mask):
-    /// uncovered, or transmitted and tinted by the mean of the color.
+    /// uncovered, or transmitted. It is the mean over the channels; [`Self::tint`] is what each of them has of it.
     ///
     /// ```text
     ///   through = 1 - α (1 - t m),    m = (r + g + b) / 3
@@ -168,6 +173,22 @@ impl Material {
         }
         let covered = if self.alpha == Alpha::Blend { alpha } else { 1.0 };
         1.0 - covered * (1.0 - self.transmission * (r + g + b) / 3.0)
+    }
+
+    /// The color of the light that goes straight through a point, relative to its mean [`Self::through`]: glass is tinted by its
+    /// base color, the uncovered part is not.
+    ///
+    /// ```text
+    ///   (1 - α (1 - t ρ)) / (1 - α (1 - t m))
+    /// ```
+    pub(crate) fn tint(&self, color: [f32; 4]) -> [f32; 3] {
+        let [r, g, b, alpha] = color;
+        let through = self.through(color);
+        if (r == g && g == b) || through <= 0.0 {
+            return [1.0; 3];
+        }
+        let covered = if self.alpha == Alpha::Blend { alpha } else { 1.0 };
+        [r, g, b].map(|c| (1.0 - covered * (1.0 - self.transmission * c)) / through)
     }
 
     /// The color that a point reflects, given what is stopped there: of glass the part that is not transmitted,

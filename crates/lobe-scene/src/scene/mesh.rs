@@ -257,22 +257,43 @@ impl Mesh {
     }
 
     /// The same vertices and triangles, elsewhere: all triangles stay, those that lose their area too. Empty normals stand
-    /// for missing ones. Triangles that are `flipped` run around the other way. What moves has no tangents.
+    /// for missing ones, and so do empty tangents, of which there is else one for each vertex. Triangles that are `flipped` run around the
+    /// other way.
     pub(crate) fn posed(
         &self,
         positions: Vec<[f32; 3]>,
         normals: Vec<[f32; 3]>,
+        tangents: &[[f32; 4]],
         flipped: bool,
     ) -> Result<Self, SceneError> {
         let mut parts = MeshParts { positions, normals, tangents: Vec::new(), ..self.parts.clone() };
         if flipped {
             parts.triangles.iter_mut().for_each(|t| t.swap(1, 2));
         }
+        if !tangents.is_empty() {
+            parts.tangents = parts.triangles.iter().map(|t| t.map(|i| tangents[i as usize])).collect();
+        }
         if let Err(message) = check_numbers(&parts) {
             return Err(SceneError::invalid(&place_of(&parts), message));
         }
         let made_normals = complete_normals(&mut parts);
+        complete_tangents(&mut parts);
         Ok(Self { parts, dropped: self.dropped, made_normals })
+    }
+
+    /// The same mesh without triangles that have lost their area in a pose, and how many those are. All may be gone.
+    pub(crate) fn without_flat_triangles(mut self) -> (Self, usize) {
+        let MeshParts { positions, triangles, tangents, .. } = &mut self.parts;
+        let has_area = |t: &[u32; 3]| double_area(t.map(|i| positions[i as usize])) > 0.0;
+        let before = triangles.len();
+        if !tangents.is_empty() {
+            let mut of = triangles.iter();
+            tangents.retain(|_| of.next().is_some_and(has_area));
+        }
+        triangles.retain(has_area);
+        let flat = before - triangles.len();
+        self.dropped += flat;
+        (self, flat)
     }
 
     /// The parts of the mesh, to be changed and made into another mesh.

@@ -19,6 +19,27 @@ pub(crate) fn reach(min: [f64; 3], max: [f64; 3]) -> f64 {
     FAR * 0.5 * (0..3).map(|k| max[k] - min[k]).fold(0.0, f64::max)
 }
 
+/// The point from which points of `f64` are to count before they become numbers of `f32`: the center of their box, rounded to
+/// `f32`, along the axes along which they are far from the origin, and zero along the others.
+///
+/// Points that are numbers of `f32` already come out as [`near_origin`] leaves them.
+pub(crate) fn origin_of(points: impl Iterator<Item = [f64; 3]>) -> [f64; 3] {
+    let (mut min, mut max) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for p in points {
+        (min, max) = ([0, 1, 2].map(|k| min[k].min(p[k])), [0, 1, 2].map(|k| max[k].max(p[k])));
+    }
+    if min.iter().chain(&max).all(|c| c.is_finite()) {
+        far_center(min, max).map(|c| f64::from(c as f32))
+    } else {
+        [0.0; 3]
+    }
+}
+
+/// A point of `f64` as it counts from an origin.
+pub(crate) fn from_origin(p: [f64; 3], origin: [f64; 3]) -> [f32; 3] {
+    [0, 1, 2].map(|k| (p[k] - origin[k]) as f32)
+}
+
 /// The meshes of a box moved near the origin, if it is far from it, and the vector back to their place, zero along axes
 /// along which they were not moved.
 ///

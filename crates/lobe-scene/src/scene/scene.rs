@@ -275,7 +275,7 @@ impl Scene {
 
     /// The probability that a ray stops at a hit: 0 in the holes of an alpha mask, and in between where light goes
     /// [straight through](Material::straight_through) a part of the surface. There, on average over many rays, each light is
-    /// dimmed as by a film without thickness; its direction and its hue do not change.
+    /// dimmed as by a film without thickness; its direction does not change, and [`Scene::tint`] says how its hue does.
     ///
     /// # Panics
     /// As [`Scene::surface`].
@@ -291,6 +291,23 @@ impl Scene {
             Alpha::Mask(cutoff) if color[3] < cutoff => 0.0,
             _ => 1.0 - material.through(color),
         }
+    }
+
+    /// The color of the light of a ray that does not [stop](Scene::stops) at a hit, by which it is multiplied there: that of glass,
+    /// whose base color tints what goes through, relative to its mean, which [`Scene::opacity`] has already.
+    ///
+    /// # Panics
+    /// As [`Scene::surface`].
+    #[must_use]
+    pub fn tint(&self, hit: &Hit) -> [f32; 3] {
+        let material = self.material(self.locate(hit.triangle as usize).0);
+        if material.is_clear() { material.tint(self.color_at(hit)) } else { [1.0; 3] }
+    }
+
+    /// Whether light may take on a hue on its way straight through surfaces: there is colored glass.
+    #[must_use]
+    pub fn is_tinted(&self) -> bool {
+        (0..self.meshes.len()).any(|mesh| self.material(mesh).is_clear()) && !self.is_gray()
     }
 
     /// Whether a ray stops at a hit: at random with the probability [`Scene::opacity`], by a number that depends on the ray
@@ -459,6 +476,33 @@ mod tests {
             let opaque = scene.with_straight_through(false);
             assert_eq!((opaque.opacity(&hit), opaque.has_holes()), (1.0, false), "opaque unless asked for");
         }
+    }
+
+    #[test]
+    fn light_through_colored_glass_has_its_color_and_no_other_light_has() {
+        let pane = |material: Material| {
+            let mesh = Mesh::new(triangle("pane", Some(0))).unwrap();
+            Scene::new(vec![mesh], vec![material], vec![]).unwrap()
+        };
+        let hit = Hit { t: 1.0, triangle: 0, u: 0.25, v: 0.5 };
+        let color = [0.5, 0.25, 0.75, 0.5];
+        for (alpha, transmission, expected) in [
+            (Alpha::Opaque, 1.0, [0.5, 0.25, 0.75]),
+            (Alpha::Opaque, 0.5, [0.25, 0.125, 0.375]),
+            (Alpha::Blend, 1.0, [0.75, 0.625, 0.875]),
+        ] {
+            let glass = Material { base_color: color, alpha, transmission, straight_through: true, ..Material::WHITE };
+            let scene = pane(glass.clone());
+            let through = scene.tint(&hit).map(|c| c * (1.0 - scene.opacity(&hit)));
+            let off = (0..3).map(|c| (through[c] - expected[c]).abs()).fold(0.0, f32::max);
+            assert!(off < 1e-6 && scene.is_tinted(), "{alpha:?}, {transmission}: {through:?}, not {expected:?}");
+            let opaque = pane(Material { straight_through: false, ..glass.clone() });
+            assert!(!opaque.is_tinted() && opaque.tint(&hit) == [1.0; 3], "opaque unless asked for");
+            let gray = pane(Material { base_color: [0.5, 0.5, 0.5, 0.5], ..glass });
+            assert!(!gray.is_tinted() && gray.tint(&hit) == [1.0; 3], "gray glass has no hue");
+        }
+        let film = Material { base_color: color, alpha: Alpha::Blend, straight_through: true, ..Material::WHITE };
+        assert!(!pane(film).is_tinted(), "what a film leaves uncovered has no hue");
     }
 
     #[test]

@@ -39,7 +39,7 @@ pub fn y_up_from_z_up<T: Neg<Output = T>>([x, y, z]: [T; 3]) -> [T; 3] {
 
 impl Up {
     /// A vector of a file with this axis up, in Lobe's world.
-    pub(crate) fn to_world(self, v: [f32; 3]) -> [f32; 3] {
+    pub(crate) fn to_world<T: Neg<Output = T>>(self, v: [T; 3]) -> [T; 3] {
         match self {
             Self::Y => z_up_from_y_up(v),
             Self::Z => v,

@@ -3,12 +3,12 @@
 use std::fs;
 
 use lobe_scene::{
-    GltfReader, Material, Mesh, MeshParts, MissingNormals, NormalMap, Scene, SceneError, SceneReadOption,
-    SceneReadOptions, TextureUse, read_scene, read_scene_bytes,
+    AnimatedScene, GltfReader, Material, Mesh, MeshParts, MissingNormals, NormalMap, Scene, SceneError,
+    SceneReadOption, SceneReadOptions, TextureUse, read_scene, read_scene_bytes,
 };
 use serde_json::{Value, json};
 
-use crate::common::Gltf;
+use crate::common::{Gltf, base64};
 
 fn refusal(file: &Gltf, options: &SceneReadOptions) -> SceneError {
     read_scene_bytes(&file.glb(), "a.glb", options).map(|_| ()).unwrap_err()
@@ -198,4 +198,56 @@ fn scenes_of_materials_out_of_range_are_refused() {
         let error = Scene::new(vec![Mesh::new(parts).unwrap()], vec![material], vec![white]).map(|_| ()).unwrap_err();
         assert!(error.to_string().contains(expected), "{expected}: {error}");
     }
+}
+
+#[test]
+fn a_file_that_is_longer_than_allowed_is_refused_before_it_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = SceneReadOptions::default().max_bytes(1 << 20);
+    for name in ["a.obj", "a.ply", "a.gltf", "a.glb", "a.vrm"] {
+        let path = folder.path().join(name);
+        // 64 GiB of nothing, which would not fit into the memory of most machines.
+        fs::File::create(&path).unwrap().set_len(1 << 36).unwrap();
+        let found = [
+            read_scene(&path, &options).map(|_| ()),
+            GltfReader::open(&path, &options).map(|_| ()),
+            AnimatedScene::read(&path, &options).map(|_| ()),
+        ];
+        for error in found.into_iter().map(Result::unwrap_err) {
+            let expected =
+                "expected a file of at most 1048576 bytes, found 68719476736: raise SceneReadOptions::max_bytes";
+            assert!(error.to_string().ends_with(expected), "{name}: {error}");
+        }
+    }
+}
+
+#[test]
+fn buffers_that_are_put_together_count_against_the_limit_and_a_single_one_is_not_held_twice() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.gltf");
+    // A megabyte that a buffer view has, though nothing shows it; triangles without normals add buffers.
+    let length = 1 << 20;
+    fs::write(folder.path().join("big.bin"), vec![0; length]).unwrap();
+    let file = Gltf::square();
+    let small = json!({"byteLength": file.buffer.len(), "uri": format!("data:;base64,{}", base64(&file.buffer))});
+    let file = file
+        .with("/buffers", json!([small, {"byteLength": length, "uri": "big.bin"}]))
+        .with("/bufferViews/2", json!({"buffer": 1, "byteLength": length}));
+    fs::write(&path, file.json.to_string()).unwrap();
+    let read = |limit: u64| {
+        let options = SceneReadOptions::default().max_bytes(limit);
+        GltfReader::open(&path, &options).and_then(GltfReader::into_scene_and_document)
+    };
+    let error = read(3 * length as u64 / 2).map(|_| ()).unwrap_err();
+    assert!(matches!(error, SceneError::Refused { option: SceneReadOption::MaxBytes, .. }), "{error}");
+    let (_, _, document) = read(5 * length as u64 / 2).unwrap();
+    assert!(document.bytes.capacity() < length + 1000, "reserved {} for {length}", document.bytes.capacity());
+    // A .glb has one buffer, which stays where it was read.
+    let path = folder.path().join("a.glb");
+    let mut file = Gltf::square();
+    file.floats("SCALAR", &vec![0.0; length / 4]);
+    fs::write(&path, file.glb()).unwrap();
+    let options = SceneReadOptions::default().max_bytes(5 * length as u64 / 4);
+    let scene = GltfReader::open(&path, &options).and_then(|gltf| gltf.scene()).map(|_| ());
+    assert!(scene.is_ok(), "{scene:?}");
 }

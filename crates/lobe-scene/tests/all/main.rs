@@ -5,6 +5,7 @@
 mod common;
 mod compressed;
 mod damaged_files;
+mod far_coordinates;
 mod hostile_files;
 mod motion;
 mod motion_built_in;
@@ -20,6 +21,7 @@ mod posed_rays;
 mod rays;
 mod read_gltf;
 mod read_obj_ply;
+mod read_posed;
 mod split_edges;
 mod textures;
 mod write_gltf;

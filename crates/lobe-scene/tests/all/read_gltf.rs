@@ -366,6 +366,19 @@ fn glass_and_blended_materials_let_light_through_if_asked_to_and_are_noted_if_no
 }
 
 #[test]
+fn the_attenuation_of_a_volume_is_named_where_light_goes_through_it() {
+    let glass = json!({"transmissionFactor": 1.0});
+    let volume = json!({"thicknessFactor": 1.0, "attenuationDistance": 0.5});
+    let extensions = json!({"KHR_materials_transmission": glass, "KHR_materials_volume": volume});
+    let file = Gltf::square().with("/materials", json!([{"name": "jar", "extensions": extensions}]));
+    let options = SceneReadOptions::default().straight_through(true);
+    let (_, report) = read_scene_bytes(&file.glb(), "a.glb", &options).unwrap();
+    let expected =
+        "material `jar` has a volume, whose attenuation is not used: glass tints light at its surfaces alone";
+    assert_eq!(report.notes, [expected], "notes");
+}
+
+#[test]
 fn instances_count_against_the_limit_of_memory_before_they_are_read() {
     // Two triangles and four vertices, many times.
     let count = 200_000;
@@ -455,7 +468,11 @@ fn members_that_are_not_used_need_not_be_right_and_empty_scenes_need_no_nodes() 
         .with("/cameras", json!([{"type": "fisheye"}]));
     let (scene, report) = read(&file).unwrap();
     assert_eq!(scene.triangle_count(), 2, "the scene");
-    assert_eq!(report.notes, ["animations are not used: the scene stands as its nodes say"], "notes");
+    let expected = [
+        "animation 0 animates a pointer, which is not used",
+        "moves; it is taken at 0 s of its animation 0, --time and --animation choose another",
+    ];
+    assert_eq!(report.notes, expected, "notes");
     let empty = refusal(&file.with("/scene", json!(1))).to_string();
     assert_eq!(empty, "a.glb: expected triangles, found none", "the empty scene");
 }

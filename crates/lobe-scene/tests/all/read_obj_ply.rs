@@ -292,3 +292,71 @@ fn missing_normals_of_an_obj_are_smooth_unless_asked_to_be_flat() {
         assert!(a == b && b == c, "one normal for each triangle: {a:?} {b:?} {c:?}");
     }
 }
+
+#[test]
+fn a_texture_is_shown_although_its_color_is_black_as_maya_writes_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.obj");
+    fs::write(&path, "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\n").unwrap();
+    let picture = Texture::new(1, 1, vec![[255, 0, 0, 255]], [Wrap::Repeat; 2]);
+    fs::write(folder.path().join("w.png"), picture.to_png()).unwrap();
+    for (mtl, expected, note) in [
+        (
+            "Kd 0 0 0\nmap_Kd w.png",
+            [1.0, 0.0, 0.0, 1.0],
+            Some("material `a`: Kd is 0, which would hide map_Kd, and taken as 1"),
+        ),
+        ("map_Kd w.png\nKd 0.5 0.5 0.5", [0.5, 0.0, 0.0, 1.0], None),
+        ("Kd 0 0 0", [0.0, 0.0, 0.0, 1.0], None),
+    ] {
+        fs::write(folder.path().join("a.mtl"), format!("newmtl a\n{mtl}\n")).unwrap();
+        let (scene, report) = read_scene(&path, &SceneReadOptions::default()).unwrap();
+        assert_eq!(scene.vertex_base_color(0, 0), expected, "{mtl}");
+        assert_eq!(report.notes.iter().map(String::as_str).collect::<Vec<_>>(), Vec::from_iter(note), "{mtl}");
+    }
+}
+
+#[test]
+fn what_a_library_says_of_light_and_is_not_used_is_named_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.obj");
+    fs::write(&path, "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nusemtl a\nf 1 2 3\nl 1 2\n").unwrap();
+    // What is zero, or is that of a matte surface, says nothing.
+    let plain = "newmtl a\nKa 1 1 1\nKs 0 0 0\nNs 10\nNi 1.45\nillum 2\nPm 0.0\nPr 1.0\nTf 1 1 1\n";
+    let shiny =
+        "newmtl b\nKs 0.5 0.5 0.5\nillum 5\nPm 1\nPr 0.2\nmap_Bump -bm 1 b.png\nnewmtl c\nKs 1 1 1\nmap_Ke e.png\n";
+    fs::write(folder.path().join("a.mtl"), format!("{plain}{shiny}")).unwrap();
+    let (_, report) = read_scene(&path, &SceneReadOptions::default()).unwrap();
+    let expected = [
+        "a.mtl: not used: Ks, Pm, Pr, illum, map_Bump, map_Ke; surfaces are matte, of the color Kd and map_Kd",
+        "points and lines are left out",
+    ];
+    assert_eq!(report.notes, expected, "notes");
+}
+
+#[test]
+fn materials_without_any_library_are_noted() {
+    let (_, report) = read("a.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nusemtl a\nf 1 2 3\n").unwrap();
+    let expected = ["materials are named, and no library that has them (mtllib): surfaces are white"];
+    assert_eq!(report.notes, expected, "notes");
+}
+
+#[test]
+fn colors_of_obj_vertices_keep_their_digits_and_those_of_bytes_are_divided() {
+    let of = |color: &str| {
+        let text = format!("v 0 0 0 {color}\nv 1 0 0 {color}\nv 1 1 0 {color}\nf 1 2 3\n");
+        let (scene, report) = read("a.obj", &text).unwrap();
+        (scene.meshes()[0].colors()[0], report.notes)
+    };
+    let decode = |c: f64| if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) };
+    let close = |found: f32, expected: f64| (f64::from(found) - expected).abs() < 1e-6 * expected;
+    let (fine, notes) = of("0.0123 0.5012 1.0");
+    assert!(close(fine[0], decode(0.0123)) && close(fine[1], decode(0.5012)) && fine[2] == 1.0, "{fine:?}");
+    assert!(notes.is_empty(), "{notes:?}");
+    let (bytes, notes) = of("51 102 255");
+    assert!(close(bytes[0], decode(0.2)) && close(bytes[1], decode(0.4)) && bytes[2] == 1.0, "{bytes:?}");
+    assert_eq!(notes, ["colors of vertices go up to 255: they are taken as bytes, divided by 255"], "notes");
+    let (above, notes) = of("0.5 1.25 -0.5");
+    assert!(close(above[0], decode(0.5)) && above[1] == 1.0 && above[2] == 0.0, "{above:?}");
+    assert_eq!(notes, ["colors of vertices are outside of 0 to 1, and moved there"], "notes");
+}

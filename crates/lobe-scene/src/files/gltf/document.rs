@@ -21,6 +21,10 @@ pub struct GltfDocument {
 impl GltfDocument {
     /// The file with its buffers put together, and pictures beside it that [`embed_images`] has not left out.
     pub(crate) fn of_file(file: GltfFile, source: &Source<'_>) -> Result<Self, SceneError> {
+        // Where several buffers become one, it stands beside them for a moment.
+        if file.buffers.iter().filter(|buffer| !buffer.is_empty()).count() > 1 {
+            source.check_bytes(length_of(&file.buffers) as u64)?;
+        }
         let mut document = Self { json: file.json, bytes: Vec::new() };
         document.merge_buffers(file.buffers).map_err(|message| source.invalid(message))?;
         document.declare_buffer();
@@ -54,12 +58,17 @@ impl GltfDocument {
 
     /// Concatenates the buffers; of their other JSON members, the first buffer's are kept.
     fn merge_buffers(&mut self, buffers: Vec<Vec<u8>>) -> Result<(), String> {
-        let mut starts = Vec::new();
+        let (mut starts, whole) = (Vec::new(), length_of(&buffers));
         for buffer in buffers {
             self.align();
             starts.push(self.bytes.len() as u64);
             // The first is moved: it is often the only one, and large.
-            if self.bytes.is_empty() { self.bytes = buffer } else { self.bytes.extend(buffer) }
+            if self.bytes.is_empty() {
+                self.bytes = buffer;
+            } else {
+                self.bytes.reserve_exact(whole - self.bytes.len());
+                self.bytes.extend(buffer);
+            }
         }
         for (i, view) in items(&mut self.json, "bufferViews").enumerate() {
             move_view(view, &starts).ok_or_else(|| format!("buffer view {i} lies in no buffer of the file"))?;
@@ -75,6 +84,11 @@ impl GltfDocument {
         }
         Ok(())
     }
+}
+
+/// The length of buffers that are put together, each at a multiple of four.
+fn length_of(buffers: &[Vec<u8>]) -> usize {
+    buffers.iter().map(|buffer| buffer.len().next_multiple_of(4)).sum()
 }
 
 /// Makes pictures beside the file part of its buffers, with a note on each that is kept by its URI.

@@ -1,13 +1,16 @@
 //! glTF versions and extensions: what Lobe reads, and what to do about what it does not.
 
+use std::collections::BTreeSet;
+
 use serde_json::Value;
 
 use crate::SceneError;
 use crate::files::source::Source;
 
-/// Required extensions that Lobe reads. Those of materials and lights are accepted and ignored: shapes and base colors
+/// Extensions that Lobe reads. Those of materials and lights are accepted and ignored with a note: shapes and base colors
 /// are the same without them, except for [`OTHER_COLORS`].
-const READ_EXTENSIONS: [&str; 8] = [
+const READ_EXTENSIONS: [&str; 9] = [
+    "KHR_node_visibility",
     "KHR_texture_transform",
     "KHR_mesh_quantization",
     "KHR_draco_mesh_compression",
@@ -17,6 +20,34 @@ const READ_EXTENSIONS: [&str; 8] = [
     "EXT_texture_webp",
     "KHR_texture_basisu",
 ];
+
+/// The extension of lamps.
+const LIGHTS: &str = "KHR_lights_punctual";
+
+/// Extensions of which nothing is seen in a picture, or that are named by notes of their own where something is.
+const WITHOUT_NOTE: [&str; 16] = [
+    // Notes of their own.
+    "KHR_animation_pointer",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_transmission",
+    "KHR_materials_volume",
+    "EXT_texture_avif",
+    OTHER_COLORS,
+    // What programs do with the scene, and what they know of it.
+    "EXT_instance_features",
+    "EXT_mesh_features",
+    "EXT_structural_metadata",
+    "KHR_interactivity",
+    "KHR_node_hoverability",
+    "KHR_node_selectability",
+    "KHR_physics_rigid_bodies",
+    "KHR_xmp",
+    "KHR_xmp_json_ld",
+    "VRMC_node_constraint",
+];
+
+/// The arrays of a file whose objects may have extensions that change what is seen.
+const EXTENDED: [&str; 4] = ["materials", "meshes", "nodes", "textures"];
 
 /// The extension whose materials store their colors elsewhere.
 const OTHER_COLORS: &str = "KHR_materials_pbrSpecularGlossiness";
@@ -28,17 +59,33 @@ pub(crate) fn check(json: &Value, source: &mut Source<'_>) -> Result<(), SceneEr
         let names = json[member].as_array().into_iter().flatten();
         names.filter_map(Value::as_str).collect::<Vec<_>>()
     };
-    if names("extensionsUsed").contains(&OTHER_COLORS) {
+    let used = used_by(json);
+    if used.contains(OTHER_COLORS) {
         source.note(format!("{OTHER_COLORS} is not used, colors may be missing: convert to metallic-roughness"));
     }
     for name in names("extensionsRequired") {
-        if (name.starts_with("KHR_materials_") && name != OTHER_COLORS) || name == "KHR_lights_punctual" {
-            source.note(format!("{name} is not used"));
-        } else if !READ_EXTENSIONS.contains(&name) {
+        let is_ignored = (name.starts_with("KHR_materials_") && name != OTHER_COLORS) || name == LIGHTS;
+        if !is_ignored && !READ_EXTENSIONS.contains(&name) {
             return Err(source.unsupported(refusal(name)));
         }
     }
+    for name in used {
+        if name == LIGHTS {
+            source.note(format!("{LIGHTS} is not used: light comes from the environment"));
+        } else if !READ_EXTENSIONS.contains(&name) && !WITHOUT_NOTE.contains(&name) {
+            source.note(format!("{name} is not used"));
+        }
+    }
     Ok(())
+}
+
+/// The extensions that a file lists, and those that it uses without, in alphabetical order.
+fn used_by(json: &Value) -> BTreeSet<&str> {
+    let lists = ["extensionsUsed", "extensionsRequired"];
+    let listed = lists.iter().flat_map(|list| json[*list].as_array().into_iter().flatten()).filter_map(Value::as_str);
+    let objects = EXTENDED.iter().flat_map(|array| json[*array].as_array().into_iter().flatten());
+    let found = objects.chain([json]).filter_map(|object| object["extensions"].as_object());
+    listed.chain(found.flat_map(|extensions| extensions.keys().map(String::as_str))).collect()
 }
 
 fn check_version(asset: &Value, source: &Source<'_>) -> Result<(), SceneError> {

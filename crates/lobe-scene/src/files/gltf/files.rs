@@ -1,6 +1,8 @@
 //! glTF files: JSON and buffers, and changes of both.
 
+use std::borrow::Cow;
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 use serde_json::{Value, json};
 
@@ -25,8 +27,11 @@ pub(crate) const VIEW_EXTENSIONS: [&str; 2] = ["EXT_meshopt_compression", "KHR_m
 
 impl GltfFile {
     /// Reads JSON and buffers, from a .glb or from a .gltf with the files it references.
-    pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>) -> Result<Self, SceneError> {
-        let (text, blob) = container::split(bytes, source)?;
+    ///
+    /// Bytes that are given away become the buffer of a .glb: they are not held twice.
+    pub(crate) fn read(bytes: Cow<'_, [u8]>, source: &mut Source<'_>) -> Result<Self, SceneError> {
+        let (text, blob) = container::split(&bytes, source)?;
+        let text = &bytes[text];
         if !text.trim_ascii_start().starts_with(b"{") {
             return Err(source.invalid("expected glTF, which begins with `glTF` or is JSON, found something else"));
         }
@@ -36,14 +41,15 @@ impl GltfFile {
         check_objects(&json, source)?;
         let root = Root::of(&json, source)?;
         let mut file = Self { json, root, buffers: Vec::new() };
+        let blob = blob.map(|range| part_of(bytes, range, source)).transpose()?;
         file.read_buffers(blob, source)?;
         Ok(file)
     }
 
-    fn read_buffers(&mut self, blob: Option<&[u8]>, source: &mut Source<'_>) -> Result<(), SceneError> {
+    fn read_buffers(&mut self, mut blob: Option<Vec<u8>>, source: &mut Source<'_>) -> Result<(), SceneError> {
         let used = self.used_buffers();
         for (i, buffer) in self.root.buffers.iter().enumerate() {
-            let mut data = match (&buffer.uri, blob) {
+            let mut data = match (&buffer.uri, blob.take_if(|_| i == 0 && buffer.uri.is_none())) {
                 // What nothing uses is not read: it would only be copied to where it can be seen.
                 (Some(uri), _) if !uri.starts_with("data:") && !used.contains(&i) => {
                     source.note(format!("buffer {i} is not used, and was not read"));
@@ -51,10 +57,7 @@ impl GltfFile {
                     continue;
                 }
                 (Some(uri), _) => read_uri(uri, source)?,
-                (None, Some(blob)) if i == 0 => {
-                    source.count_bytes(blob.len() as u64)?;
-                    blob.to_vec()
-                }
+                (None, Some(blob)) => blob,
                 // Where the views of a buffer are compressed, it need not be there.
                 (None, _) if !used.contains(&i) && self.is_fallback(i) => {
                     self.buffers.push(Vec::new());
@@ -121,6 +124,21 @@ impl GltfFile {
     pub(crate) fn update(&mut self, source: &Source<'_>) -> Result<(), SceneError> {
         self.root = Root::of(&self.json, source)?;
         Ok(())
+    }
+}
+
+/// A part of bytes: of those that are given away in the same memory, of others a copy.
+fn part_of(bytes: Cow<'_, [u8]>, range: Range<usize>, source: &mut Source<'_>) -> Result<Vec<u8>, SceneError> {
+    match bytes {
+        Cow::Owned(mut bytes) => {
+            bytes.truncate(range.end);
+            bytes.drain(..range.start);
+            Ok(bytes)
+        }
+        Cow::Borrowed(bytes) => {
+            source.count_bytes(range.len() as u64)?;
+            Ok(bytes[range].to_vec())
+        }
     }
 }
 

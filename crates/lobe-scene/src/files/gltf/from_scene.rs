@@ -25,7 +25,14 @@ impl GltfDocument {
             "scene": 0,
             "scenes": [{"nodes": (0..count).collect::<Vec<_>>()}],
         });
-        let mut document = Self { json, bytes: Vec::new() };
+        // Positions, normals, tangents, two pairs of texture coordinates, a color and the triangles; pictures are few.
+        let bytes_of = |mesh: &Mesh| {
+            let (vertices, has_tangents) = (mesh.positions().len(), !mesh.tangents().is_empty());
+            let pairs = [0, 1].map(|set| mesh.uvs(set).len()).iter().sum::<usize>();
+            let in_fours = mesh.colors().len() + if has_tangents { vertices } else { 0 };
+            24 * vertices + 8 * pairs + 16 * in_fours + 12 * mesh.triangles().len()
+        };
+        let mut document = Self { json, bytes: Vec::with_capacity(scene.meshes().iter().map(bytes_of).sum()) };
         // Both are exact: what the numbers of f32 leave of an f64 has no more digits than it. The node above holds what
         // is left, so that the nodes of meshes are at the origin: readers take the first node near the scene for it.
         let origin = y_up_from_z_up(scene.origin());

@@ -54,6 +54,11 @@ pub(crate) fn read(
             source.note(format!("material `{name}` has a normal texture, which is not used"));
         }
         note_unused(material, &name, source);
+        let volume = &file.json["materials"][index]["extensions"]["KHR_materials_volume"];
+        if source.options.straight_through && !volume["attenuationDistance"].is_null() {
+            let text = "has a volume, whose attenuation is not used: glass tints light at its surfaces alone";
+            source.note(format!("material `{name}` {text}"));
+        }
         materials.push(Material {
             base_color,
             base_color_texture,

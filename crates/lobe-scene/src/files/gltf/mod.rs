@@ -3,7 +3,7 @@
 //! Reading: `files` is a file with its buffers, of a `container`, of `uri`s, of the `extensions` it needs and of `root`,
 //! the members that are used; `accessor` reads numbers; `nodes` places meshes, `placement`
 //! finds the origin that they count from; `materials` reads colors and textures, `normal_maps` the tangents that belong to some;
-//! `reader` is an open file, with the attributes in which a bake keeps its results. `plain` is a file in which `meshopt`, `draco`, `instancing` and `flat`
+//! `plain` is a file in which `meshopt`, `draco`, `instancing` and `flat`
 //! have made plain what it stores otherwise, after `unfolded` has counted what it shows.
 //! Writing: `document` is a file to extend, `from_scene` creates one.
 
@@ -23,7 +23,6 @@ pub(crate) mod normal_maps;
 pub(crate) mod placement;
 pub(crate) mod plain;
 pub(crate) mod primitive;
-pub(crate) mod reader;
 pub(crate) mod root;
 pub(crate) mod smooth;
 pub(crate) mod unfolded;

@@ -78,6 +78,15 @@ impl Tree {
         self.order.iter().map(|&(node, parent)| (node, parent.map(|place| self.order[place].0)))
     }
 
+    /// Whether each node is seen, in the order of the nodes: one that is not visible hides all below it.
+    fn seen(&self, root: &Root) -> Vec<bool> {
+        let mut seen: Vec<bool> = Vec::with_capacity(self.order.len());
+        for &(node, parent) in &self.order {
+            seen.push(root.nodes[node].is_visible() && parent.is_none_or(|place| seen[place]));
+        }
+        seen
+    }
+
     /// The places of all nodes, composed of their transforms relative to their parents, in the order of the nodes.
     pub(crate) fn worlds(&self, origin: &Origin, parent_from_node: impl Fn(usize) -> DMat4) -> Vec<World> {
         // With each node whether its transform counts from the origin already.
@@ -100,7 +109,7 @@ impl Tree {
     }
 }
 
-/// The mesh instances of the default scene, and the places of all its nodes, in depth-first order from its roots.
+/// The mesh instances of the default scene that are visible, and the places of all its nodes, in depth-first order from its roots.
 pub(crate) struct Walk {
     pub(crate) shown: Vec<Shown>,
     pub(crate) places: Vec<(usize, DVec3)>,
@@ -108,14 +117,15 @@ pub(crate) struct Walk {
 
 /// Walks the nodes of the default scene as the file says that they stand.
 pub(crate) fn walk(root: &Root, origin: &Origin, source: &Source<'_>) -> Result<Walk, SceneError> {
-    let worlds = Tree::of(root, source)?.worlds(origin, |node| local(&root.nodes[node]).matrix());
+    let tree = Tree::of(root, source)?;
+    let worlds = tree.worlds(origin, |node| local(&root.nodes[node]).matrix());
     let mut walk = Walk { shown: Vec::new(), places: Vec::new() };
-    for World { node, world_from_node, origin_from_node } in worlds {
+    for (World { node, world_from_node, origin_from_node }, is_seen) in worlds.into_iter().zip(tree.seen(root)) {
         if !world_from_node.is_finite() {
             return Err(source.invalid(format!("node {node} has a transform that is not finite")));
         }
         walk.places.push((node, world_from_node.w_axis.truncate()));
-        if let Some(mesh) = root.nodes[node].mesh {
+        if let Some(mesh) = root.nodes[node].mesh.filter(|_| is_seen) {
             walk.shown.push(Shown { node, mesh, world_from_mesh: origin_from_node });
         }
     }

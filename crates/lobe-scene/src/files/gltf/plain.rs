@@ -1,12 +1,14 @@
 //! glTF files made plain: what they store compressed or in arrays, or leave to the reader, stands in buffers and nodes.
 
+use std::borrow::Cow;
+
 use crate::SceneError;
 use crate::files::gltf::files::GltfFile;
 use crate::files::gltf::{draco, flat, instancing, meshopt, smooth, unfolded};
 use crate::files::source::Source;
 
 /// Reads a file and makes it plain, in the order in which the parts may depend on each other.
-pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>) -> Result<GltfFile, SceneError> {
+pub(crate) fn read(bytes: Cow<'_, [u8]>, source: &mut Source<'_>) -> Result<GltfFile, SceneError> {
     let mut file = GltfFile::read(bytes, source)?;
     meshopt::decode(&mut file, source)?;
     draco::decode(&mut file, source)?;

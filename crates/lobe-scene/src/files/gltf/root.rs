@@ -33,6 +33,7 @@ pub(crate) struct Root {
 /// them.
 #[derive(Deserialize)]
 pub(crate) struct GltfNode {
+    extensions: Option<NodeExtensions>,
     pub(crate) children: Option<Vec<usize>>,
     pub(crate) mesh: Option<usize>,
     /// By columns.
@@ -41,6 +42,27 @@ pub(crate) struct GltfNode {
     pub(crate) rotation: Option<[f64; 4]>,
     pub(crate) scale: Option<[f64; 3]>,
     pub(crate) translation: Option<[f64; 3]>,
+}
+
+/// The extensions of a node that are read here.
+#[derive(Deserialize)]
+struct NodeExtensions {
+    #[serde(rename = "KHR_node_visibility")]
+    visibility: Option<Visibility>,
+}
+
+/// `KHR_node_visibility`: a node that is not visible hides itself and all below it.
+#[derive(Deserialize)]
+struct Visibility {
+    visible: Option<bool>,
+}
+
+impl GltfNode {
+    /// Whether the file shows the node, if it shows its parent.
+    pub(crate) fn is_visible(&self) -> bool {
+        let visibility = self.extensions.as_ref().and_then(|extensions| extensions.visibility.as_ref());
+        visibility.and_then(|visibility| visibility.visible).unwrap_or(true)
+    }
 }
 
 /// A scene; one without nodes is empty.

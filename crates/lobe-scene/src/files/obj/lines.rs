@@ -1,6 +1,7 @@
 //! Lines of OBJ and MTL files.
 
 use std::borrow::Cow;
+use std::str::FromStr;
 
 /// A line of a file: its keyword, and what follows.
 pub(crate) struct Line<'a> {
@@ -17,7 +18,7 @@ impl Line<'_> {
     }
 
     /// The numbers that follow the keyword; `None` if anything else is among them.
-    pub(crate) fn numbers(&self) -> Option<Vec<f32>> {
+    pub(crate) fn numbers<T: FromStr>(&self) -> Option<Vec<T>> {
         self.words().map(|word| word.parse().ok()).collect()
     }
 }

@@ -1,5 +1,6 @@
 //! Materials of MTL files.
 
+use std::collections::BTreeSet;
 use std::convert::Infallible;
 
 use crate::files::obj::lines::{Line, for_each_line, text_of};
@@ -12,7 +13,19 @@ pub(crate) struct MtlMaterial {
     pub(crate) diffuse_texture: Option<String>,
     pub(crate) emissive: [f32; 3],
     pub(crate) is_transparent: bool,
+    /// Keywords that change how the surface looks and are not used.
+    unused: BTreeSet<&'static str>,
 }
+
+/// Keywords of mirrors, gloss, glow, glass and relief.
+const UNUSED: [&str; 27] = [
+    "Ks", "map_Ks", "map_Ns", "refl", "map_refl", "Pr", "map_Pr", "Pm", "map_Pm", "Ps", "map_Ps", "Pc", "Pcr", "aniso",
+    "anisor", "map_Ke", "Tf", "Km", "bump", "map_bump", "map_Bump", "bump_map", "norm", "disp", "map_disp", "decal",
+    "illum",
+];
+
+/// The largest model of illumination that is that of a matte surface, but for its highlights: the next ones mirror or let light through.
+const LARGEST_MATTE: f32 = 2.0;
 
 /// Reads the materials of an MTL file, and a note for each line that is not understood or not used.
 pub(crate) fn read_mtl(bytes: &[u8], name: &str) -> (Vec<MtlMaterial>, Vec<String>) {
@@ -27,6 +40,11 @@ pub(crate) fn read_mtl(bytes: &[u8], name: &str) -> (Vec<MtlMaterial>, Vec<Strin
         }
         Ok::<(), Infallible>(())
     });
+    let unused: BTreeSet<&str> = materials.iter().flat_map(|material| &material.unused).copied().collect();
+    if !unused.is_empty() {
+        let unused = unused.into_iter().collect::<Vec<_>>().join(", ");
+        notes.push(format!("{name}: not used: {unused}; surfaces are matte, of the color Kd and map_Kd"));
+    }
     (materials, notes)
 }
 
@@ -48,15 +66,25 @@ impl MtlMaterial {
                     return Err("the options of map_Kd are not used".to_owned());
                 }
             }
-            _ => {}
+            keyword => self.unused.extend(UNUSED.iter().filter(|known| **known == keyword && says_something(line))),
         }
         Ok(())
     }
 }
 
+/// Whether a line that is not used asks for more than a matte surface: a factor of zero does not.
+fn says_something(line: &Line<'_>) -> bool {
+    let least = if line.keyword == "illum" { LARGEST_MATTE } else { 0.0 };
+    let default = if line.keyword == "Tf" || line.keyword == "Pr" { 1.0 } else { 0.0 };
+    match line.numbers::<f32>() {
+        Some(numbers) => numbers.iter().any(|number| *number > least && *number != default),
+        None => true,
+    }
+}
+
 /// Three numbers, or one for all.
 fn color(line: &Line<'_>) -> Result<[f32; 3], String> {
-    match line.numbers().as_deref() {
+    match line.numbers::<f32>().as_deref() {
         Some(&[gray]) => Ok([gray; 3]),
         Some(&[r, g, b]) => Ok([r, g, b]),
         _ => Err(format!("expected three numbers after {}, found `{}`", line.keyword, line.rest)),

@@ -135,6 +135,11 @@ impl Gltf {
             .with("/skins", json!([{"name": "leg", "joints": [1, 2], "inverseBindMatrices": binds}]))
     }
 
+    /// The same with another node that shows the square where it is.
+    pub(crate) fn with_second_square(self) -> Self {
+        self.with("/scenes/0/nodes", json!([0, 1])).with("/nodes/1", json!({"mesh": 0}))
+    }
+
     pub(crate) fn glb(&self) -> Vec<u8> {
         let mut json = self.json.to_string().into_bytes();
         json.resize(json.len().next_multiple_of(4), b' ');

@@ -1,5 +1,6 @@
 //! glTF reader: a file that is opened once, for all that is asked of it.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use gltf_json::mesh::Semantic;
@@ -11,9 +12,12 @@ use crate::files::gltf::accessor::{Accessors, view_bytes};
 use crate::files::gltf::document::embed_images;
 use crate::files::gltf::files::GltfFile;
 use crate::files::gltf::plain;
-use crate::files::read_gltf;
-use crate::files::source::{Source, folder_of, read_file};
-use crate::{GltfDocument, Mesh, MeshSource, Scene, SceneError, SceneReadOptions, SceneReadReport};
+use crate::files::source::{Source, read_file};
+use crate::motion::read::animated_scene_of;
+use crate::reading::posed;
+use crate::{
+    AnimatedScene, GltfDocument, Mesh, MeshSource, Scene, SceneError, ScenePose, SceneReadOptions, SceneReadReport,
+};
 
 /// A .gltf or .glb file that has been read, with the buffers that it references: its scene, its
 /// [animations](crate::AnimatedScene::from_gltf), and its application-specific attributes, whose names begin with `_`.
@@ -31,8 +35,9 @@ impl GltfReader {
     /// As [`read_scene`](crate::read_scene), and [`SceneError::Invalid`] if the file is no glTF.
     pub fn open(path: impl AsRef<Path>, options: &SceneReadOptions) -> Result<Self, SceneError> {
         let path = path.as_ref();
-        let (name, bytes) = read_file(path)?;
-        Self::of(&bytes, Source::new(&name, folder_of(path), options))
+        let (name, bytes) = read_file(path, options)?;
+        let source = Source::of_file(&name, path, &bytes, options)?;
+        Self::of(bytes.into(), source)
     }
 
     /// Opens the bytes of a file that references no other; `name` stands in messages.
@@ -40,10 +45,10 @@ impl GltfReader {
     /// # Errors
     /// As [`Self::open`], and [`SceneError::Unsupported`] if the bytes reference other files.
     pub fn open_bytes(bytes: &[u8], name: &str, options: &SceneReadOptions) -> Result<Self, SceneError> {
-        Self::of(bytes, Source::new(name, None, options))
+        Self::of(bytes.into(), Source::new(name, None, options))
     }
 
-    fn of(bytes: &[u8], mut source: Source<'_>) -> Result<Self, SceneError> {
+    fn of(bytes: Cow<'_, [u8]>, mut source: Source<'_>) -> Result<Self, SceneError> {
         let file = plain::read(bytes, &mut source)?;
         Ok(Self { name: source.name.to_owned(), file, begun: source.named("") })
     }
@@ -59,13 +64,21 @@ impl GltfReader {
         self.begun.named(&self.name)
     }
 
-    /// The scene, as [`read_scene`](crate::read_scene) gives it.
+    /// The scene, as [`read_scene`](crate::read_scene) gives it: in the pose of [`SceneReadOptions::pose`].
     ///
     /// # Errors
     /// As [`read_scene`](crate::read_scene).
     pub fn scene(&self) -> Result<(Scene, SceneReadReport), SceneError> {
+        self.scene_in(&self.begun.options.pose)
+    }
+
+    /// The scene in another pose than that of the options.
+    ///
+    /// # Errors
+    /// As [`read_scene`](crate::read_scene).
+    pub fn scene_in(&self, pose: &ScenePose) -> Result<(Scene, SceneReadReport), SceneError> {
         let mut source = self.source();
-        let scene = read_gltf::scene_of(&self.file, &mut source)?;
+        let scene = posed::scene_of(&self.file, pose, &mut source)?;
         let report = source.into_report(&scene);
         Ok((scene, report))
     }
@@ -78,7 +91,7 @@ impl GltfReader {
     pub fn into_scene_and_document(mut self) -> Result<(Scene, SceneReadReport, GltfDocument), SceneError> {
         let mut source = self.begun.named(&self.name);
         embed_images(&mut self.file, &mut source)?;
-        let scene = read_gltf::scene_of(&self.file, &mut source)?;
+        let scene = posed::scene_of(&self.file, &self.begun.options.pose, &mut source)?;
         let document = GltfDocument::of_file(self.file, &source)?;
         let report = source.into_report(&scene);
         Ok((scene, report, document))
@@ -87,12 +100,7 @@ impl GltfReader {
     /// Whether a pose may differ from how the nodes stand: there are animations, skins, or weights of morph targets.
     #[must_use]
     pub fn has_poses(&self) -> bool {
-        let json = &self.file.json;
-        let items = |member: &str| json[member].as_array().map_or(&[][..], Vec::as_slice);
-        let mut weights = items("meshes").iter().chain(items("nodes")).filter_map(|of| of["weights"].as_array());
-        !items("animations").is_empty()
-            || !items("skins").is_empty()
-            || weights.any(|weights| weights.iter().any(|weight| weight.as_f64().is_some_and(|w| w != 0.0)))
+        posed::has_poses(&self.file.json)
     }
 
     /// The value of `asset.extras`; null without one.
@@ -137,5 +145,18 @@ impl GltfReader {
     pub fn buffer_view(&self, index: u32) -> Result<&[u8], SceneError> {
         let view: Index<buffer::View> = Index::new(index);
         view_bytes(&self.file, view).map_err(|message| SceneError::invalid(&self.name, message))
+    }
+}
+
+impl AnimatedScene {
+    /// The scene with its animations of an open file.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn from_gltf(gltf: &GltfReader) -> Result<(Self, SceneReadReport), SceneError> {
+        let mut source = gltf.source();
+        let scene = animated_scene_of(&gltf.file, false, &mut source)?;
+        let report = source.into_report(scene.rest());
+        Ok((scene, report))
     }
 }

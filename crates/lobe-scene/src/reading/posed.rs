@@ -1,0 +1,86 @@
+//! The scene of a glTF file at one time: as its nodes stand, or posed by an animation, skins and morph targets.
+
+use serde_json::Value;
+
+use crate::files::gltf::files::GltfFile;
+use crate::files::gltf::normal_maps::with_tangents;
+use crate::files::read_gltf::{Flattened, standing_scene_of};
+use crate::files::source::Source;
+use crate::motion::read::animated_scene_of;
+use crate::{AnimatedScene, Scene, SceneError, ScenePose};
+
+/// Whether a pose may differ from how the nodes stand: there are animations, skins, or weights of morph targets.
+pub(crate) fn has_poses(json: &Value) -> bool {
+    let items = |member: &str| json[member].as_array().map_or(&[][..], Vec::as_slice);
+    let mut weights = items("meshes").iter().chain(items("nodes")).filter_map(|of| of["weights"].as_array());
+    !items("animations").is_empty()
+        || !items("skins").is_empty()
+        || weights.any(|weights| weights.iter().any(|weight| weight.as_f64().is_some_and(|w| w != 0.0)))
+}
+
+/// The scene of a file in a pose.
+pub(crate) fn scene_of(file: &GltfFile, pose: &ScenePose, source: &mut Source<'_>) -> Result<Scene, SceneError> {
+    let reads_normal_maps = source.options.normal_maps;
+    match pose {
+        ScenePose::Unposed => {
+            let scene = standing_scene_of(file, Flattened::Dropped, reads_normal_maps, source)?;
+            note_unused(file, source);
+            Ok(scene)
+        }
+        ScenePose::At { animation, time } => {
+            if !has_poses(&file.json) && animation.is_none() {
+                if *time != 0.0 {
+                    source.note("has no animation; it stands still at all times");
+                }
+                return standing_scene_of(file, Flattened::Dropped, reads_normal_maps, source);
+            }
+            let animated = animated_scene_of(file, reads_normal_maps, source)?;
+            note_choice(&animated, pose, source);
+            with_areas(animated.posed_as(pose)?, source)
+        }
+    }
+}
+
+/// Says which of several times the scene is read at, unless one was asked for.
+fn note_choice(animated: &AnimatedScene, pose: &ScenePose, source: &mut Source<'_>) {
+    let Some(first) = animated.animations().first() else { return };
+    if *pose == ScenePose::default() {
+        let name = first.name().map_or_else(|| "0".to_owned(), |name| format!("`{name}`"));
+        source
+            .note(format!("moves; it is taken at 0 s of its animation {name}, --time and --animation choose another"));
+    }
+}
+
+/// A posed scene without the triangles that have no area in the pose, and with the tangents that normal maps need.
+fn with_areas(posed: Scene, source: &mut Source<'_>) -> Result<Scene, SceneError> {
+    let origin = posed.origin();
+    let (meshes, materials, textures) = posed.into_parts();
+    let mut all = Vec::with_capacity(meshes.len());
+    for mesh in meshes {
+        let normal_map = mesh.material().and_then(|index| materials.get(index)?.normal_map);
+        all.extend(match (source.with_area(mesh), normal_map) {
+            (Some(mesh), Some(map)) => Some(with_tangents(mesh, map, source)?),
+            (mesh, _) => mesh,
+        });
+    }
+    if all.is_empty() {
+        return Err(source.no_triangles());
+    }
+    let scene = Scene::new(all, materials, textures).map_err(|error| error.within(source.name))?;
+    Ok(scene.moved(origin))
+}
+
+fn note_unused(file: &GltfFile, source: &mut Source<'_>) {
+    let has = |member: &str| file.json[member].as_array().is_some_and(|items| !items.is_empty());
+    let has_targets =
+        file.root.meshes.iter().flat_map(|mesh| &mesh.primitives).any(|primitive| primitive.targets.is_some());
+    for (is_there, what) in [
+        (has("animations"), "animations are not used: the scene stands as its nodes say"),
+        (has("skins"), "skins are not used: meshes stand as they were bound"),
+        (has_targets, "morph targets are not used: meshes stand as they are without"),
+    ] {
+        if is_there {
+            source.note(what);
+        }
+    }
+}
