@@ -3,19 +3,20 @@
 use std::ffi::OsString;
 
 use anyhow::Context as _;
-use clap::{Args, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
+use clap::{ArgMatches, Args, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
+use lobe::io::parallel;
+use lobe::sh::simd::Machine;
 
+use crate::args::output::stdout_error;
 use crate::args::values;
 use crate::bake::{compress, fit_lobes, options};
 use crate::bench::bench;
 use crate::render::render;
 use crate::run::failure::Failure;
+use crate::run::system::check_stdout;
 use crate::run::talk::Talk;
 use crate::shadow::{field, lamp, spheres};
 use crate::{compare, demo, env, light, manual, project, sh};
-
-/// More threads than any machine has. A larger number is taken for a typing error.
-const MAX_THREADS: usize = 1024;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -111,6 +112,8 @@ enum ShCommand {
     Log(sh::log::ShLog),
     /// Raise e to a log-visibility: what several occluders leave visible
     Exp(sh::exp::ShExp),
+    /// Write the light that arrives at a point of a grid of transfer, from lobe bake --grid
+    Incident(sh::incident::ShIncident),
     /// Convolve an expansion with a kernel that is symmetric about its axis
     Convolve(sh::convolve::ShConvolve),
     /// Scale the bands of an expansion, so that it rings less
@@ -164,14 +167,25 @@ enum EnvCommand {
 }
 
 fn threads(text: &str) -> Result<usize, String> {
-    values::whole(text, 1, MAX_THREADS, "a number of threads")
+    values::whole(text, 1, parallel::MAX_THREADS, "a number of threads")
 }
 
 /// Reads the command line.
 pub(crate) fn parse() -> Result<Cli, Failure> {
     let command = with_negative_numbers(Cli::command());
-    let parsed = command.try_get_matches().and_then(|matches| Cli::from_arg_matches(&matches));
-    parsed.map_err(|error| Failure::Usage { error: Box::new(error), command: command_meant(std::env::args_os()) })
+    let usage = |error| Failure::Usage { error: Box::new(error), command: command_meant(std::env::args_os()) };
+    let matches = command.try_get_matches().map_err(usage)?;
+    let cli = Cli::from_arg_matches(&matches).map_err(usage)?;
+    if prints_json(&matches) {
+        check_stdout().map_err(stdout_error)?;
+    }
+    Ok(cli)
+}
+
+/// Whether the command prints its result on stdout when the work is done.
+fn prints_json(matches: &ArgMatches) -> bool {
+    let own = matches.try_get_one::<bool>("json").ok().flatten().copied();
+    own.unwrap_or(false) || matches.subcommand().is_some_and(|(_, matches)| prints_json(matches))
 }
 
 /// Lets every option take a number below zero, which it may refuse in its own words.
@@ -200,6 +214,10 @@ fn command_meant(args: impl Iterator<Item = OsString>) -> String {
 /// Runs the command of the command line.
 pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
     let talk = Talk { quiet: cli.everywhere.quiet };
+    Machine::check_limit().map_err(anyhow::Error::from)?;
+    if cli.everywhere.threads.is_none() {
+        parallel::check_environment().map_err(anyhow::Error::from)?;
+    }
     if let Some(count) = cli.everywhere.threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(count);
         pool.build_global()
@@ -230,6 +248,7 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
         Command::Sh(ShCommand::Product(args)) => args.run()?,
         Command::Sh(ShCommand::Log(args)) => args.run()?,
         Command::Sh(ShCommand::Exp(args)) => args.run(talk)?,
+        Command::Sh(ShCommand::Incident(args)) => args.run(talk)?,
         Command::Sh(ShCommand::Convolve(args)) => args.run(talk)?,
         Command::Sh(ShCommand::Window(args)) => args.run(talk)?,
         Command::Sh(ShCommand::Dering(args)) => args.run(talk)?,

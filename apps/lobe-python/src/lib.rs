@@ -34,8 +34,17 @@ mod shadows;
 mod sharing;
 mod techniques;
 
+use lobe::io::parallel;
+use lobe::sh::simd::Machine;
 use numpy::PyArray1;
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+
+/// Refuses instructions and numbers of threads that do not exist, which would be ignored, or take minutes.
+fn check_environment() -> Result<(), String> {
+    Machine::check_limit().map_err(|error| error.to_string())?;
+    parallel::check_environment().map_err(|error| error.to_string())
+}
 
 /// Kernels over arrays whose shapes the package `lobe` has checked.
 #[pymodule]
@@ -87,6 +96,7 @@ mod _lobe {
     /// The version of Lobe.
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        check_environment().map_err(PyValueError::new_err)?;
         // numpy's table of functions is looked up with the first array: Ctrl-C in the middle of that would be a panic.
         drop(PyArray1::<f64>::zeros(module.py(), 0, false));
         module.add("__version__", env!("CARGO_PKG_VERSION"))

@@ -73,6 +73,9 @@ pub fn main() -> ExitCode {
         Ok(arguments) => arguments,
         Err(error) => return cli::failure::usage(&error),
     };
+    if let Err(error) = cli::environment::check() {
+        return cli::failure::say(&error);
+    }
     let ended = match (&arguments.headless, &arguments.output) {
         (Some(scene), Some(output)) => cli::headless::run(&arguments, scene, output),
         _ if arguments.bench => cli::bench::run(&arguments),

@@ -8,10 +8,39 @@
 //!   [`rows`]: some tens of nanoseconds. What takes less for each number goes by [`rows`] or [`fill`] of many of them.
 //! - Results lie in the order of their indices, whatever the number of threads. Which thread does what is `rayon`'s choice.
 
+use std::env::var_os;
+use std::ffi::OsStr;
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
+
+use crate::IoError;
+
+/// More threads than any machine has. A larger number is taken for a typing error.
+pub const MAX_THREADS: usize = 1024;
+
+/// The variables by which `rayon` is told its number of threads; the second is its old name.
+const VARIABLES: [&str; 2] = ["RAYON_NUM_THREADS", "RAYON_RS_NUM_CPUS"];
+
+/// Checks that the number of threads that the environment gives to `rayon` is from 1 to [`MAX_THREADS`]: `rayon` itself ignores
+/// what is no number, and takes minutes for a large one.
+///
+/// # Errors
+/// [`IoError::Invalid`] for another number and for what is none.
+pub fn check_environment() -> Result<(), IoError> {
+    VARIABLES.iter().try_for_each(|name| var_os(name).map_or(Ok(()), |value| check_threads(name, &value)))
+}
+
+fn check_threads(name: &str, value: &OsStr) -> Result<(), IoError> {
+    let count = value.to_str().and_then(|text| text.parse().ok());
+    if value.is_empty() || count.is_some_and(|count: usize| (1..=MAX_THREADS).contains(&count)) {
+        return Ok(());
+    }
+    let found = value.to_string_lossy();
+    let message = format!("expected a number of threads from 1 to {MAX_THREADS}, found `{found}`; correct or unset it");
+    Err(IoError::Invalid { place: name.to_owned(), message })
+}
 
 /// Calls `of` with ranges that make up `0..count` together, each index in one of them, on all threads; with an empty one if `count` is 0.
 fn ranges(count: usize, of: &(dyn Fn(Range<usize>) + Sync)) {
@@ -122,6 +151,18 @@ mod tests {
     use std::sync::atomic::{AtomicUsize, Ordering};
 
     use super::*;
+
+    #[test]
+    fn a_number_of_threads_that_cannot_be_meant_is_refused() {
+        for value in ["", "1", "64", "1024"] {
+            assert!(check_threads("N", value.as_ref()).is_ok(), "`{value}`");
+        }
+        for value in ["0", "1025", "100000", "-3", "two", "2 "] {
+            let message = check_threads("N", value.as_ref()).unwrap_err().to_string();
+            let expected = format!("N: expected a number of threads from 1 to 1024, found `{value}`; correct or unset it");
+            assert_eq!(message, expected);
+        }
+    }
 
     #[test]
     fn results_lie_in_the_order_of_their_indices() {

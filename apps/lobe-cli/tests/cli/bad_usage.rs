@@ -57,6 +57,26 @@ fn slips_on_the_command_line_are_one_line() {
 }
 
 #[test]
+fn variables_that_name_no_instructions_and_no_number_of_threads_are_refused() {
+    let dir = Dir::new();
+    for (name, value, range) in [
+        ("LOBE_SIMD", "plian", "plain, neon, avx2 or avx512"),
+        ("LOBE_SIMD", "AVX2", "plain, neon, avx2 or avx512"),
+        ("RAYON_NUM_THREADS", "0", "a number of threads from 1 to 1024"),
+        ("RAYON_NUM_THREADS", "100000", "a number of threads from 1 to 1024"),
+        ("RAYON_NUM_THREADS", "-3", "a number of threads from 1 to 1024"),
+        ("RAYON_RS_NUM_CPUS", "two", "a number of threads from 1 to 1024"),
+    ] {
+        let error = dir.lobe("project bundled:sunset -o p.sh.json").env(name, value).error();
+        assert_eq!(error, format!("{name}: expected {range}, found `{value}`; correct or unset it"));
+    }
+    let known = dir.lobe("light sun --dir 0,0,1 --order 2 -o p.sh.json").env("LOBE_SIMD", "plain");
+    known.env("RAYON_NUM_THREADS", "2").succeeds();
+    let given = dir.lobe("--threads 2 light sun --dir 0,0,1 --order 2 -o p.sh.json").env("RAYON_NUM_THREADS", "0");
+    given.succeeds();
+}
+
+#[test]
 fn a_rotation_is_given_in_exactly_one_way() {
     let dir = Dir::new();
     for args in [

@@ -155,6 +155,78 @@ fn shards_of_machines_that_round_otherwise_are_not_mixed() {
     }
 }
 
+/// The first shard of each command by AVX2, the second by the widest instructions, merged by these: the bytes of one machine.
+fn machines_of_both_widths_are_mixed(kinds: &[Kind]) {
+    if Machine::available().all(|machine| machine.name() != "avx512") {
+        eprintln!("skipped: this machine has no AVX-512");
+        return;
+    }
+    for &(command, extension) in kinds {
+        let dir = scenes();
+        let narrow = |rest: &str| dir.lobe(&format!("{command} {rest}")).env("LOBE_SIMD", "avx2").succeeds();
+        narrow("--shard 1/2 -o narrow.safetensors");
+        dir.lobe(&format!("{command} --shard 2/2 -o wide.safetensors")).succeeds();
+        dir.lobe(&format!("{command} --merge narrow.safetensors wide.safetensors -o merged.{extension}")).succeeds();
+        narrow(&format!("-o narrow.{extension}"));
+        let one = alone(&dir, (command, extension));
+        assert!(dir.bytes(&format!("merged.{extension}")) == one, "{command}: merged");
+        assert!(dir.bytes(&format!("narrow.{extension}")) == one, "{command}: all by AVX2");
+    }
+}
+
+#[test]
+fn shards_of_machines_with_wide_and_narrow_registers_make_the_bytes_of_one() {
+    machines_of_both_widths_are_mixed(&AT_VERTICES);
+    machines_of_both_widths_are_mixed(&ELSEWHERE);
+    machines_of_both_widths_are_mixed(&PICTURES);
+}
+
+#[test]
+fn machines_with_wide_and_narrow_registers_write_the_same_bytes() {
+    if Machine::available().all(|machine| machine.name() != "avx512") {
+        eprintln!("skipped: this machine has no AVX-512");
+        return;
+    }
+    let dir = scenes();
+    // Widths that are and are not a multiple of four, and orders below and above the change of method and that to FFT.
+    for (width, height) in [(64, 33), (30, 17), (134, 60)] {
+        dir.map(&format!("{width}.pfm"), width, height, |x, y| [(x * 7 % 13) as f32, (y * x % 11) as f32, y as f32]);
+    }
+    dir.lobe("env convert 134.pfm --to cube --size 21 -o cube.pfm").succeeds();
+    dir.lobe("env convert 134.pfm --to octahedral --size 37 -o oct.pfm").succeeds();
+    let commands = [
+        "project 64.pfm --order 5 -o OUT.sh.json",
+        "project 30.pfm --order 4 -o OUT.sh.json",
+        "project 134.pfm --order 16 -o OUT.sh.json",
+        "project 64.pfm --order 30 -o OUT.sh.json",
+        "project 134.pfm --order 90 -o OUT.sh.json",
+        "project cube.pfm --from cube --order 6 -o OUT.sh.json",
+        "project oct.pfm --from octahedral --order 20 -o OUT.sh.json",
+        "env irradiance 30.pfm --size 16 -o OUT.pfm",
+        "env prefilter 64.pfm --size 16 -o OUT.ktx2",
+        "env rotate 134.pfm --turn 30 -o OUT.pfm",
+        "env reconstruct low.sh.json --size 17 -o OUT.pfm",
+        "env reconstruct high.sh.json --size 33 -o OUT.pfm",
+        "sh product high.sh.json high.sh.json --order 90 -o OUT.sh.json",
+        "sh product low.sh.json low.sh.json -o OUT.sh.json",
+        "sh rotate high.sh.json --axis 1,2,3 --angle 40 -o OUT.sh.json",
+        "sh dering low.sh.json -o OUT.sh.json",
+        "sh log low.sh.json -o OUT.sh.json",
+        "sh exp low.sh.json -o OUT.sh.json",
+        "sh convolve high.sh.json --kernel cosine -o OUT.sh.json",
+    ];
+    dir.lobe("project 134.pfm --order 5 -o low.sh.json").succeeds();
+    dir.lobe("project 134.pfm --order 90 -o high.sh.json").succeeds();
+    for command in commands {
+        let run = |name: &str, instructions: &str| {
+            let command = command.replace("OUT", name);
+            dir.lobe(&command).env("LOBE_SIMD", instructions).succeeds();
+            dir.bytes(command.rsplit(' ').next().unwrap())
+        };
+        assert!(run("narrow", "avx2") == run("wide", "avx512"), "{command}");
+    }
+}
+
 #[test]
 fn shards_that_are_not_all_of_one_command_are_refused_by_name() {
     let dir = scenes();

@@ -35,6 +35,19 @@ pub(crate) fn is_without_adapter(output: &Output) -> bool {
 }
 
 #[test]
+fn variables_that_name_no_instructions_and_no_number_of_threads_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, value) in [("LOBE_SIMD", "plian"), ("RAYON_NUM_THREADS", "100000")] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_lobe-viewer"));
+        let output = command.current_dir(folder.path()).arg("--bench").env(name, value).output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{name}={value}: {said}");
+        assert!(said.starts_with(&format!("lobe-viewer: {name}: expected ")), "{name}={value}: {said}");
+        assert_eq!(said.lines().count(), 1, "{name}={value}: {said}");
+    }
+}
+
+#[test]
 fn bad_input_is_one_line_and_exit_code_2() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();

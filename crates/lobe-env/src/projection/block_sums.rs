@@ -1,7 +1,7 @@
 //! The inner loops of projection and reconstruction at high orders: sums of tables times rows, and of Legendre functions, on
 //! blocks of sixteen numbers.
 
-use lobe_sh::simd::Kernel;
+use lobe_sh::simd::{Kernel, MOST_PARTS, sum_of_parts, sum_parts};
 use pulp::Simd;
 
 /// Numbers of a table side by side: two registers of AVX-512, four of AVX2.
@@ -112,22 +112,28 @@ impl<const WAVE: usize> Kernel for LegendreSums<'_, WAVE> {
         for (i, out) in sums.iter_mut().enumerate() {
             let [a, b, g] = column.steps.get(i).copied().unwrap_or([0.0; 3]);
             let (a, b, g) = (simd.splat_f64s(a), simd.splat_f64s(b), simd.splat_f64s(g));
-            let mut wide = [simd.splat_f64s(0.0); WAVE];
-            for ((state, x), w) in work.iter_mut().zip(x[i % 2]).zip(column.w) {
-                let w = S::as_simd_f64s(w).0;
-                let [p, d] = state;
-                let (p, d) = (S::as_mut_simd_f64s(p).0, S::as_mut_simd_f64s(d).0);
-                for r in 0..BLOCK / S::F64_LANES {
-                    for c in 0..WAVE {
-                        wide[c] = simd.mul_add_e_f64s(S::as_simd_f64s(&x[offset + c]).0[r], p[r], wide[c]);
+            let mut wide = [[simd.splat_f64s(0.0); MOST_PARTS]; WAVE];
+            for part in 0..sum_parts::<S>() {
+                let mut sums = [simd.splat_f64s(0.0); WAVE];
+                for ((state, x), w) in work.iter_mut().zip(x[i % 2]).zip(column.w) {
+                    let w = S::as_simd_f64s(w).0;
+                    let [p, d] = state;
+                    let (p, d) = (S::as_mut_simd_f64s(p).0, S::as_mut_simd_f64s(d).0);
+                    for r in (part..BLOCK / S::F64_LANES).step_by(sum_parts::<S>()) {
+                        for c in 0..WAVE {
+                            sums[c] = simd.mul_add_e_f64s(S::as_simd_f64s(&x[offset + c]).0[r], p[r], sums[c]);
+                        }
+                        let next = simd.mul_add_e_f64s(simd.mul_add_e_f64s(a, w[r], g), p[r], simd.mul_f64s(b, d[r]));
+                        d[r] = next;
+                        p[r] = simd.add_f64s(p[r], next);
                     }
-                    let next = simd.mul_add_e_f64s(simd.mul_add_e_f64s(a, w[r], g), p[r], simd.mul_f64s(b, d[r]));
-                    d[r] = next;
-                    p[r] = simd.add_f64s(p[r], next);
+                }
+                for c in 0..WAVE {
+                    wide[c][part] = sums[c];
                 }
             }
             for c in 0..WAVE {
-                out[c] = simd.reduce_sum_f64s(wide[c]);
+                out[c] = sum_of_parts(simd, wide[c]);
             }
         }
     }

@@ -1,6 +1,7 @@
 //! Sums of texels times tables, the inner loops of all projections and of reconstruction.
 
 use lobe_sh::Rgb;
+use lobe_sh::simd::{MOST_PARTS, sum_of_parts, sum_parts};
 use pulp::Simd;
 
 /// Red, green and blue.
@@ -78,32 +79,19 @@ impl<S: Simd> TableSums for WideSums<S> {
         planes: [&[f64]; PLANES],
     ) -> [[f64; PLANES]; TABLES] {
         let simd = self.0;
-        let mut wide = [[simd.splat_f64s(0.0); PLANES]; TABLES];
-        let (tables, table_rests) = registers::<S, TABLES>(tables);
-        let (planes, plane_rests) = registers::<S, PLANES>(planes);
-        let (mut of_tables, mut of_planes) = ([simd.splat_f64s(0.0); TABLES], [simd.splat_f64s(0.0); PLANES]);
-        for k in 0..planes[0].len() {
+        let mut wide = [[[simd.splat_f64s(0.0); MOST_PARTS]; PLANES]; TABLES];
+        for part in 0..sum_parts::<S>() {
+            let sums = part_of_sums(simd, part, tables, planes);
             for t in 0..TABLES {
-                of_tables[t] = tables[t][k];
+                for c in 0..PLANES {
+                    wide[t][c][part] = sums[t][c];
+                }
             }
-            for c in 0..PLANES {
-                of_planes[c] = planes[c][k];
-            }
-            add_products(simd, &mut wide, of_tables, of_planes);
-        }
-        if !plane_rests[0].is_empty() {
-            for t in 0..TABLES {
-                of_tables[t] = simd.partial_load_f64s(table_rests[t]);
-            }
-            for c in 0..PLANES {
-                of_planes[c] = simd.partial_load_f64s(plane_rests[c]);
-            }
-            add_products(simd, &mut wide, of_tables, of_planes);
         }
         let mut sums = [[0.0; PLANES]; TABLES];
         for t in 0..TABLES {
             for c in 0..PLANES {
-                sums[t][c] = simd.reduce_sum_f64s(wide[t][c]);
+                sums[t][c] = sum_of_parts(simd, wide[t][c]);
             }
         }
         sums
@@ -123,12 +111,47 @@ impl<S: Simd> TableSums for WideSums<S> {
                 *to = simd.mul_add_e_f64s(tables[t][k], wide[t], *to);
             }
         }
-        for (k, to) in to_rest.iter_mut().enumerate() {
-            for t in 0..TABLES {
-                *to += rests[t][k] * scales[t];
-            }
+        // Fused as well: registers of another width have another rest.
+        let mut rest = simd.partial_load_f64s(to_rest);
+        for t in 0..TABLES {
+            rest = simd.mul_add_e_f64s(simd.partial_load_f64s(rests[t]), wide[t], rest);
         }
+        simd.partial_store_f64s(to_rest, rest);
     }
+}
+
+/// The products in every [`sum_parts`]-th register from the one of `part` on, the last of which is filled up with zeros.
+#[inline(always)]
+fn part_of_sums<S: Simd, const TABLES: usize, const PLANES: usize>(
+    simd: S,
+    part: usize,
+    tables: [&[f64]; TABLES],
+    planes: [&[f64]; PLANES],
+) -> [[S::f64s; PLANES]; TABLES] {
+    let mut sums = [[simd.splat_f64s(0.0); PLANES]; TABLES];
+    let (tables, table_rests) = registers::<S, TABLES>(tables);
+    let (planes, plane_rests) = registers::<S, PLANES>(planes);
+    let (mut of_tables, mut of_planes) = ([simd.splat_f64s(0.0); TABLES], [simd.splat_f64s(0.0); PLANES]);
+    let (count, parts) = (planes[0].len(), sum_parts::<S>());
+    for k in (part..count).step_by(parts) {
+        for t in 0..TABLES {
+            of_tables[t] = tables[t][k];
+        }
+        for c in 0..PLANES {
+            of_planes[c] = planes[c][k];
+        }
+        add_products(simd, &mut sums, of_tables, of_planes);
+    }
+    if count % parts == part && !plane_rests[0].is_empty() {
+        for t in 0..TABLES {
+            of_tables[t] = simd.partial_load_f64s(table_rests[t]);
+        }
+        for c in 0..PLANES {
+            of_planes[c] = simd.partial_load_f64s(plane_rests[c]);
+        }
+        add_products(simd, &mut sums, of_tables, of_planes);
+    }
+    sums
 }
 
 /// Slices of one length as registers of the same number, and what is left of each.

@@ -1,6 +1,6 @@
 //! OpenEXR decoder.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::io::{Cursor, Read, Seek, SeekFrom};
 use std::sync::Arc;
 
@@ -268,13 +268,43 @@ fn color_part(headers: &[Header], name: &str) -> Result<(usize, ColorChannels), 
 /// The channels `R`, `G`, `B` of the first layer that has all three, the layer without a name first; or else `Y`.
 fn color_channels(channels: &ChannelList) -> Option<ColorChannels> {
     let names: Vec<String> = channels.list.iter().map(|c| c.name.to_string()).collect();
-    let mut layers: Vec<&str> = names.iter().map(|n| n.rfind('.').map_or("", |dot| &n[..=dot])).collect();
-    layers.sort_by_key(|layer| !layer.is_empty());
-    let find = |layer: &str, channel: &str| names.iter().position(|n| n.strip_prefix(layer) == Some(channel));
-    let rgb = layers.iter().find_map(|l| Some([find(l, "R")?, find(l, "G")?, find(l, "B")?]));
-    let rgb = rgb.or_else(|| layers.iter().find_map(|l| find(l, "Y").map(|y| [y; 3])))?;
+    let rgb = color_places(names.iter().map(String::as_str))?;
     let shown = if rgb[0] == rgb[1] { &rgb[..1] } else { &rgb[..] };
     Some(ColorChannels { rgb, names: shown.iter().map(|i| names[*i].as_str()).collect::<Vec<_>>().join(", ") })
+}
+
+/// The channels of a layer that are color, by their places.
+#[derive(Default)]
+struct Layer {
+    /// Whether the layer has a name, and the place of its first channel: the order of layers.
+    rank: (bool, usize),
+    rgb: [Option<usize>; 3],
+    y: Option<usize>,
+}
+
+/// The places of red, green and blue among the names of all channels; three times that of luminance. Names are asked for once, as
+/// a file can have as many as it has room for (`color_is_found_by_one_look_at_each_channel`).
+fn color_places<'a>(names: impl Iterator<Item = &'a str>) -> Option<[usize; 3]> {
+    let mut layers: HashMap<&str, Layer> = HashMap::new();
+    for (place, name) in names.enumerate() {
+        let (layer, channel) = name.split_at(name.rfind('.').map_or(0, |dot| dot + 1));
+        let entry = || Layer { rank: (!layer.is_empty(), place), ..Layer::default() };
+        let layer = layers.entry(layer).or_insert_with(entry);
+        let slot = match channel {
+            "R" => &mut layer.rgb[0],
+            "G" => &mut layer.rgb[1],
+            "B" => &mut layer.rgb[2],
+            "Y" => &mut layer.y,
+            _ => continue,
+        };
+        slot.get_or_insert(place);
+    }
+    let all = |layer: &Layer| Some([layer.rgb[0]?, layer.rgb[1]?, layer.rgb[2]?]);
+    let first = |places: &dyn Fn(&Layer) -> Option<[usize; 3]>| {
+        let found = layers.values().filter_map(|layer| Some((layer.rank, places(layer)?)));
+        found.min().map(|(_, places)| places)
+    };
+    first(&all).or_else(|| first(&|layer| layer.y.map(|y| [y; 3])))
 }
 
 /// Refuses unsupported types and subsampling of the chosen channels.
@@ -384,4 +414,34 @@ fn locate<'a>(chunk: &'a Chunk, header: &Header) -> Result<(BlockIndex, &'a [u8]
         level: tile.level_index,
     };
     Ok((index, stored))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+
+    use super::*;
+
+    #[test]
+    fn color_is_found_by_one_look_at_each_channel() {
+        let layers = 20_000;
+        let mut names: Vec<String> = (0..layers).map(|k| format!("layer{k}.Z")).collect();
+        for last in [None, Some(["end.B", "end.G", "end.R"])] {
+            names.extend(last.into_iter().flatten().map(str::to_owned));
+            let looks = Cell::new(0);
+            let counted = names.iter().inspect(|_| looks.set(looks.get() + 1)).map(String::as_str);
+            assert_eq!(color_places(counted), last.map(|_| [layers + 2, layers + 1, layers]), "{last:?}");
+            assert_eq!(looks.get(), names.len(), "looks at names, of {} channels", names.len());
+        }
+    }
+
+    #[test]
+    fn the_layer_without_a_name_comes_first_and_color_before_luminance() {
+        let places = |names: &[&str]| color_places(names.iter().copied());
+        assert_eq!(places(&["a.B", "a.G", "a.R", "B", "G", "R"]), Some([5, 4, 3]), "no name first");
+        assert_eq!(places(&["b.B", "b.G", "b.R", "a.B", "a.G", "a.R"]), Some([2, 1, 0]), "in the order of the file");
+        assert_eq!(places(&["Y", "a.B", "a.G", "a.R"]), Some([3, 2, 1]), "color before luminance");
+        assert_eq!(places(&["a.b.Y", "Z", "B", "G"]), Some([0; 3]), "luminance of a layer in a layer");
+        assert_eq!(places(&["B", "G", "a.R", "RR"]), None, "no layer has all");
+    }
 }

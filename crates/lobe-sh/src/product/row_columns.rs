@@ -6,7 +6,7 @@ use pulp::Simd;
 
 use crate::basis::index::{coefficient_index, order_of_slice};
 use crate::basis::recurrence::Constants;
-use crate::simd::Kernel;
+use crate::simd::{Kernel, MOST_PARTS, sum_of_parts, sum_parts};
 
 /// Rows side by side: two registers of AVX-512, four of AVX2.
 pub(crate) const BLOCK: usize = 16;
@@ -205,34 +205,52 @@ fn column_sums<S: Simd>(
     out: &mut [f64],
 ) {
     state.fill([[constants.diagonal(m); BLOCK], [0.0; BLOCK]]);
-    let steps = constants.steps(m, order);
+    let (steps, parts) = (constants.steps(m, order), sum_parts::<S>());
     for l in m..order {
         // Behind the last band the step is of no use.
         let [a, b, g] = steps.get(l - m).map_or([0.0; 3], |step| [step.a, step.b, step.g]);
-        let mut sums = [[simd.splat_f64s(0.0); REGISTERS]; 2];
-        for ((wave, state), w) in waves.iter().zip(state.iter_mut()).zip(&rows.w) {
-            let [cos, sin] = &wave[(l - m) % 2];
-            let (cos, sin, w) = (S::as_simd_f64s(cos).0, S::as_simd_f64s(sin).0, S::as_simd_f64s(w).0);
-            let [p, d] = state;
-            let (p, d) = (S::as_mut_simd_f64s(p).0, S::as_mut_simd_f64s(d).0);
-            for first in (0..BLOCK / S::F64_LANES).step_by(REGISTERS) {
-                let zero = simd.splat_f64s(0.0);
-                let mut column =
-                    Column { simd, w: [zero; REGISTERS], p: [zero; REGISTERS], difference: [zero; REGISTERS] };
-                for r in 0..REGISTERS {
-                    (column.w[r], column.p[r], column.difference[r]) = (w[first + r], p[first + r], d[first + r]);
-                    sums[0][r] = simd.mul_add_e_f64s(cos[first + r], column.p[r], sums[0][r]);
-                    sums[1][r] = simd.mul_add_e_f64s(sin[first + r], column.p[r], sums[1][r]);
-                }
-                column.step(a, b, g);
-                for r in 0..REGISTERS {
-                    (p[first + r], d[first + r]) = (column.p[r], column.difference[r]);
-                }
-            }
+        let mut sums = [[simd.splat_f64s(0.0); MOST_PARTS]; 2];
+        for part in 0..parts {
+            [sums[0][part], sums[1][part]] = band_sums(simd, [a, b, g], [(l - m) % 2, part], rows, waves, state);
         }
-        out[coefficient_index(l, m as isize)] += simd.reduce_sum_f64s(simd.add_f64s(sums[0][0], sums[0][1]));
+        out[coefficient_index(l, m as isize)] += sum_of_parts(simd, sums[0]);
         if m > 0 {
-            out[coefficient_index(l, -(m as isize))] += simd.reduce_sum_f64s(simd.add_f64s(sums[1][0], sums[1][1]));
+            out[coefficient_index(l, -(m as isize))] += sum_of_parts(simd, sums[1]);
         }
     }
+}
+
+/// The sums of cosines and of sines of one band over the registers of one part, whose columns go on to the next band.
+#[inline(always)]
+fn band_sums<S: Simd>(
+    simd: S,
+    [a, b, g]: [f64; 3],
+    [parity, part]: [usize; 2],
+    rows: &Rows,
+    waves: &[Wave],
+    state: &mut [[[f64; BLOCK]; 2]],
+) -> [S::f64s; 2] {
+    let (parts, zero) = (sum_parts::<S>(), simd.splat_f64s(0.0));
+    let mut sums = [[zero; REGISTERS]; 2];
+    for ((wave, state), w) in waves.iter().zip(state.iter_mut()).zip(&rows.w) {
+        let [cos, sin] = &wave[parity];
+        let (cos, sin, w) = (S::as_simd_f64s(cos).0, S::as_simd_f64s(sin).0, S::as_simd_f64s(w).0);
+        let [p, d] = state;
+        let (p, d) = (S::as_mut_simd_f64s(p).0, S::as_mut_simd_f64s(d).0);
+        for first in (part..BLOCK / S::F64_LANES).step_by(REGISTERS * parts) {
+            let mut column =
+                Column { simd, w: [zero; REGISTERS], p: [zero; REGISTERS], difference: [zero; REGISTERS] };
+            for r in 0..REGISTERS {
+                let at = first + r * parts;
+                (column.w[r], column.p[r], column.difference[r]) = (w[at], p[at], d[at]);
+                sums[0][r] = simd.mul_add_e_f64s(cos[at], column.p[r], sums[0][r]);
+                sums[1][r] = simd.mul_add_e_f64s(sin[at], column.p[r], sums[1][r]);
+            }
+            column.step(a, b, g);
+            for r in 0..REGISTERS {
+                (p[first + r * parts], d[first + r * parts]) = (column.p[r], column.difference[r]);
+            }
+        }
+    }
+    [simd.add_f64s(sums[0][0], sums[0][1]), simd.add_f64s(sums[1][0], sums[1][1])]
 }

@@ -1,10 +1,19 @@
 //! The instructions of the machine, and the kernels that use them.
 
+#[cfg(feature = "std")]
+use alloc::format;
+
+#[cfg(feature = "std")]
+use crate::error::ShError;
+
 /// The instructions by which kernels run: those of AVX-512, of AVX2 with fused multiply-adds, of NEON, or plain code.
 ///
 /// The environment variable `LOBE_SIMD`, `plain`, `avx2` or `avx512`, keeps every kernel of the process from wider
-/// instructions than it names, but for the rays of `lobe-scene`, which hit the same by any; any other value is ignored. Wide instructions round a product and a sum together, so that results differ in
-/// the last digits between kinds of machines, and are the same on one whatever the number of threads.
+/// instructions than it names, except for the rays of `lobe-scene`, which hit the same by any. Programs refuse any other
+/// value by [`check_limit`](Self::check_limit); here it is ignored.
+///
+/// Wide instructions round a product and a sum together. Results by them differ from those of plain code in the last
+/// digits, and are the same by AVX2 and AVX-512, whatever the number of threads.
 ///
 /// ```
 /// use lobe_sh::simd::Machine;
@@ -57,10 +66,24 @@ impl Machine {
         Self::PLAIN
     }
 
+    /// Checks that `LOBE_SIMD` is not set, empty, or names instructions, of whatever kind of machine.
+    ///
+    /// ```
+    /// use lobe_sh::simd::Machine;
+    ///
+    /// assert!(Machine::check_limit().is_ok(), "the tests are run without it");
+    /// ```
+    ///
+    /// # Errors
+    /// [`ShError::Options`] for another value, such as a typing error.
+    #[cfg(feature = "std")]
+    pub fn check_limit() -> Result<(), ShError> {
+        std::env::var_os("LOBE_SIMD").map_or(Ok(()), |limit| check_name(&limit))
+    }
+
     /// The widest instructions that are no wider than those named; the widest of all if no name is known.
     #[cfg(feature = "std")]
     fn widest_within(limit: Option<&str>) -> Self {
-        const NAMES: [&str; 4] = ["avx512", "avx2", "neon", "plain"];
         let place = |name: &str| NAMES.iter().position(|known| *known == name);
         let first = limit.and_then(place).unwrap_or(0);
         Self::available().find(|machine| place(machine.name()) >= Some(first)).unwrap_or(Self::PLAIN)
@@ -139,6 +162,19 @@ impl Machine {
     }
 }
 
+/// All instructions, from wide to narrow.
+#[cfg(feature = "std")]
+const NAMES: [&str; 4] = ["avx512", "avx2", "neon", "plain"];
+
+#[cfg(feature = "std")]
+fn check_name(limit: &std::ffi::OsStr) -> Result<(), ShError> {
+    if limit.is_empty() || NAMES.iter().any(|known| limit == *known) {
+        return Ok(());
+    }
+    let found = limit.to_string_lossy();
+    Err(ShError::Options(format!("LOBE_SIMD: expected plain, neon, avx2 or avx512, found `{found}`; correct or unset it")))
+}
+
 /// A kernel with its instructions: a type, because closures are not compiled for them.
 #[cfg(all(feature = "std", any(target_arch = "x86_64", target_arch = "aarch64")))]
 struct Job<S, K>(S, K);
@@ -166,6 +202,18 @@ mod tests {
         let names: Vec<_> = Machine::available().map(Machine::name).collect();
         if names.contains(&"avx2") {
             assert_eq!(Machine::widest_within(Some("avx2")).name(), "avx2", "of {names:?}");
+        }
+    }
+
+    #[test]
+    fn a_limit_that_names_no_instructions_is_refused() {
+        for known in ["", "plain", "neon", "avx2", "avx512"] {
+            assert!(check_name(known.as_ref()).is_ok(), "`{known}`");
+        }
+        for unknown in ["plian", "AVX2", " avx2", "sse", "0"] {
+            let message = check_name(unknown.as_ref()).unwrap_err().to_string();
+            let expected = "LOBE_SIMD: expected plain, neon, avx2 or avx512, found `";
+            assert!(message.starts_with(expected) && message.contains(unknown), "{message}");
         }
     }
 

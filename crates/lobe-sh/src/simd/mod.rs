@@ -2,8 +2,10 @@
 //!
 //! Read `machine` first: it asks the processor once and runs a [`Kernel`] by its registers. `lanes` is the block of
 //! sixteen `f32` in memory, `wide` the arithmetic on as many `f32` or `f64` as a register holds, by `lane`, and `wide_functions`
-//! roots and exponentials; `past_caches` copies what is not read soon. Uses no other room.
+//! roots and exponentials; `eight_sums` adds alike by registers of any width; `past_caches` copies what is not read soon. Uses no other room.
 
+#[cfg(feature = "std")]
+pub(crate) mod eight_sums;
 #[cfg(feature = "std")]
 pub(crate) mod lane;
 pub(crate) mod lanes;
@@ -15,6 +17,8 @@ pub(crate) mod wide;
 #[cfg(feature = "std")]
 pub(crate) mod wide_functions;
 
+#[cfg(feature = "std")]
+pub use eight_sums::{MOST_PARTS, sum_of_parts, sum_parts};
 #[cfg(feature = "std")]
 pub use lane::Lane;
 pub use lanes::{LANES, Lanes};

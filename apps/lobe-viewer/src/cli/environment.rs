@@ -1,0 +1,10 @@
+//! What the variables of the environment ask for.
+
+use lobe::io::parallel;
+use lobe::sh::simd::Machine;
+
+/// Refuses instructions and numbers of threads that do not exist, which would be ignored, or take minutes.
+pub(crate) fn check() -> Result<(), String> {
+    Machine::check_limit().map_err(|error| error.to_string())?;
+    parallel::check_environment().map_err(|error| error.to_string())
+}
