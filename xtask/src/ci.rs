@@ -147,6 +147,11 @@ const NORMAL_MAPS: Step = Step {
     name: "normal-maps",
     work: Work::Where(has_mitsuba, "python3", "peers/mitsuba/normal_maps.py target/release/lobe"),
 };
+/// It sees animated characters as Lobe does.
+const CHARACTERS: Step = Step {
+    name: "characters",
+    work: Work::Where(has_mitsuba_and_node, "python3", "peers/mitsuba/characters.py target/release/lobe"),
+};
 /// Another program looks through fisheye lenses.
 const FISHEYE: Step =
     Step { name: "fisheye", work: Work::Where(has_ffmpeg, "python3", "peers/fisheye/compare.py target/release/lobe") };
@@ -170,6 +175,11 @@ fn has_ffmpeg() -> Result<(), String> {
 
 fn has_mitsuba() -> Result<(), String> {
     toolchain::has_module("mitsuba")
+}
+
+fn has_mitsuba_and_node() -> Result<(), String> {
+    has_mitsuba()?;
+    has_node()
 }
 
 /// The tests that take longest, which no other group runs.
@@ -204,6 +214,7 @@ pub(crate) fn nightly() -> Outcome {
         LIT,
         MITSUBA,
         NORMAL_MAPS,
+        CHARACTERS,
         FISHEYE,
         WEB,
         CORPUS_WHOLE,
