@@ -152,6 +152,11 @@ const CHARACTERS: Step = Step {
     name: "characters",
     work: Work::Where(has_mitsuba_and_node, "python3", "peers/mitsuba/characters.py target/release/lobe"),
 };
+/// It shades by Lobe's rule as Lobe does where normals tilt off their triangles, and by its own rule otherwise.
+const BENT_NORMALS: Step = Step {
+    name: "bent-normals",
+    work: Work::Where(has_mitsuba, "python3", "peers/mitsuba/bent_normals.py target/release/lobe"),
+};
 /// Another program looks through fisheye lenses.
 const FISHEYE: Step =
     Step { name: "fisheye", work: Work::Where(has_ffmpeg, "python3", "peers/fisheye/compare.py target/release/lobe") };
@@ -215,6 +220,7 @@ pub(crate) fn nightly() -> Outcome {
         MITSUBA,
         NORMAL_MAPS,
         CHARACTERS,
+        BENT_NORMALS,
         FISHEYE,
         WEB,
         CORPUS_WHOLE,
