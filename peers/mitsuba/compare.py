@@ -6,9 +6,7 @@ Mitsuba alone, must fail: it shows that the test would notice.
 """
 
 import argparse
-import json
 import math
-import struct
 import subprocess
 import sys
 import tempfile
@@ -21,6 +19,8 @@ try:
     import OpenEXR
 except ImportError as missing:
     sys.exit(f"{missing}; pip install mitsuba OpenEXR numpy")
+
+from gltf import Gltf, lobe_frame
 
 # Eye and target of each scene, in Lobe's frame.
 SCENES = {
@@ -55,12 +55,12 @@ def basis(d):
                      math.sqrt(5 / (16 * math.pi)) * (3 * z * z - 1), -b * x * z, b / 2 * (x * x - y * y)], -1)
 
 
-def lobe_map(path, height):
-    """The light as a lat-long picture: centers of texels at one half, +x in the middle, +y to its left."""
+def lobe_map(path, height, function=light):
+    """A light as a lat-long picture: centers of texels at one half, +x in the middle, +y to its left."""
     v, u = np.meshgrid((np.arange(height) + 0.5) / height, (np.arange(2 * height) + 0.5) / (2 * height), indexing="ij")
     theta, phi = np.pi * v, np.pi * (1 - 2 * u)
     d = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], -1)
-    channels = {"RGB": light(d).astype(np.float32)}
+    channels = {"RGB": function(d).astype(np.float32)}
     OpenEXR.File({"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}, channels).write(str(path))
 
 
@@ -83,72 +83,70 @@ def run(lobe, *arguments):
 
 def read_glb(path):
     """Primitives of a .glb in Lobe's frame: positions, normals, triangles, base color; and transfer [vertex, color, 9]."""
-    data = path.read_bytes()
-    length = struct.unpack_from("<I", data, 12)[0]
-    tree, binary = json.loads(data[20:20 + length]), data[28 + length:]
-
-    def accessor(index):
-        a = tree["accessors"][index]
-        view = tree["bufferViews"][a["bufferView"]]
-        kind = np.dtype({5123: "<u2", 5125: "<u4", 5126: "<f4"}[a["componentType"]])
-        parts = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}[a["type"]]
-        start = view.get("byteOffset", 0) + a.get("byteOffset", 0)
-        stride = view.get("byteStride", parts * kind.itemsize)
-        rows = np.ndarray((a["count"], parts), kind, binary, start, (stride, kind.itemsize))
-        return rows.astype(np.float64 if kind.kind == "f" else np.uint32)
-
+    gltf = Gltf.read(path)
     found, transfer = [], []
-    for node in tree["nodes"]:
-        for primitive in tree["meshes"][node["mesh"]]["primitives"]:
+    for node in gltf.tree["nodes"]:
+        for primitive in gltf.tree["meshes"][node["mesh"]]["primitives"]:
             attributes = primitive["attributes"]
-            z_up = [accessor(attributes[name])[:, [0, 2, 1]] * [1, -1, 1] for name in ("POSITION", "NORMAL")]
-            color = tree["materials"][primitive["material"]]["pbrMetallicRoughness"]["baseColorFactor"][:3]
-            found.append((*z_up, accessor(primitive["indices"]).reshape(-1, 3), color))
-            parts = [accessor(attributes[f"_TRANSFER_{k}"]) for k in range(9)]
+            z_up = [lobe_frame(gltf.accessor(attributes[name])) for name in ("POSITION", "NORMAL")]
+            color = gltf.tree["materials"][primitive["material"]]["pbrMetallicRoughness"]["baseColorFactor"][:3]
+            found.append((*z_up, gltf.accessor(primitive["indices"]).reshape(-1, 3), color))
+            parts = [gltf.accessor(attributes[f"_TRANSFER_{k}"]) for k in range(9)]
             colors = [np.concatenate(parts[3 * c:3 * c + 3], 1)[:, :9] for c in range(3)]
             transfer.append(np.stack(colors, 1))
     return found, np.concatenate(transfer)
 
 
-def shapes(primitives):
+def twosided(color):
+    """Mitsuba's own matte material."""
+    return {"type": "twosided", "material": {"type": "diffuse", "reflectance": {"type": "rgb", "value": list(color)}}}
+
+
+def shapes(primitives, material=twosided):
+    """Matte, double-sided meshes. Where normals are None, they are those of the triangles."""
     scene = {}
     for k, (positions, normals, triangles, color) in enumerate(primitives):
-        diffuse = {"type": "diffuse", "reflectance": {"type": "rgb", "value": list(color)}}
         properties = mi.Properties()
-        properties["bsdf"] = mi.load_dict({"type": "twosided", "material": diffuse})
-        mesh = mi.Mesh(f"m{k}", len(positions), len(triangles), properties, has_vertex_normals=True)
+        properties["bsdf"] = mi.load_dict(material(color))
+        mesh = mi.Mesh(f"m{k}", len(positions), len(triangles), properties, has_vertex_normals=normals is not None)
         parameters = mi.traverse(mesh)
         parameters["vertex_positions"] = positions.astype(np.float32).ravel()
-        parameters["vertex_normals"] = normals.astype(np.float32).ravel()
         parameters["faces"] = triangles.astype(np.uint32).ravel()
         parameters.update()
+        if normals is not None:
+            # After the positions: Mitsuba 3.6 computes normals anew where both are updated at once.
+            parameters["vertex_normals"] = normals.astype(np.float32).ravel()
+            parameters.update()
         scene[f"m{k}"] = mesh
     return scene
+
+
+def sensor(eye, target, samples, channels="rgb"):
+    return {
+        "type": "perspective", "fov": FOV, "fov_axis": "y",
+        "to_world": mi.ScalarTransform4f().look_at(origin=list(eye), target=list(target), up=[0, 0, 1]),
+        "film": {"type": "hdrfilm", "width": SIZE[0], "height": SIZE[1], "rfilter": {"type": "box"},
+                 "pixel_format": channels, "component_format": "float32"},
+        "sampler": {"type": "independent", "sample_count": samples},
+    }
 
 
 def mitsuba_pictures(shown, eye, target, function, samples, bounces=BOUNCES):
     """Pictures [seed, row, column, color] of shapes under a light."""
     scene = mi.load_dict({
-        "type": "scene", **shown, "light": mitsuba_map(function, 512),
+        "type": "scene", **shown, "light": mitsuba_map(function, 512), "sensor": sensor(eye, target, samples),
         "integrator": {"type": "path", "max_depth": bounces + 2, "rr_depth": 1000},
-        "sensor": {
-            "type": "perspective", "fov": FOV, "fov_axis": "y",
-            "to_world": mi.ScalarTransform4f().look_at(origin=list(eye), target=list(target), up=[0, 0, 1]),
-            "film": {"type": "hdrfilm", "width": SIZE[0], "height": SIZE[1], "rfilter": {"type": "box"},
-                     "pixel_format": "rgb", "component_format": "float32"},
-            "sampler": {"type": "independent", "sample_count": samples},
-        },
     })
     return np.stack([np.array(mi.render(scene, spp=samples, seed=seed + 1)) for seed in range(SEEDS)])
 
 
-def lobe_pictures(lobe, scene, folder, eye, target, samples, bounces=BOUNCES):
-    """The same by Lobe under sky.exr of the folder, and the pixels that the scene covers whole."""
+def lobe_pictures(lobe, scene, folder, eye, target, samples, bounces=BOUNCES, more=()):
+    """The same by Lobe under sky.exr of the folder, with more options, and the pixels that the scene covers whole."""
     pictures = []
     for seed in range(SEEDS):
         run(lobe, "render", scene, "--env", folder / "sky.exr", "--mode", "truth", "-o", folder / "t.exr",
             "--size", f"{SIZE[0]}x{SIZE[1]}", "--samples", samples, "--bounces", bounces, "--seed", seed,
-            "--fov", FOV, "--eye", ",".join(map(str, eye)), "--target", ",".join(map(str, target)))
+            "--fov", FOV, "--eye", ",".join(map(str, eye)), "--target", ",".join(map(str, target)), *more)
         with OpenEXR.File(str(folder / "t.exr")) as file:
             channels = file.channels()
             pictures.append(channels["RGB"].pixels.astype(np.float64))

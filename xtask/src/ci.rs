@@ -148,6 +148,16 @@ const NORMAL_MAPS: Step = Step {
     name: "normal-maps",
     work: Work::Where(has_mitsuba, "python3", "peers/mitsuba/normal_maps.py target/release/lobe"),
 };
+/// It sees animated characters as Lobe does.
+const CHARACTERS: Step = Step {
+    name: "characters",
+    work: Work::Where(has_mitsuba_and_node, "python3", "peers/mitsuba/characters.py target/release/lobe"),
+};
+/// It shades by Lobe's rule as Lobe does where normals tilt off their triangles, and by its own rule otherwise.
+const BENT_NORMALS: Step = Step {
+    name: "bent-normals",
+    work: Work::Where(has_mitsuba, "python3", "peers/mitsuba/bent_normals.py target/release/lobe"),
+};
 /// Another program looks through fisheye lenses.
 const FISHEYE: Step =
     Step { name: "fisheye", work: Work::Where(has_ffmpeg, "python3", "peers/fisheye/compare.py target/release/lobe") };
@@ -171,6 +181,11 @@ fn has_ffmpeg() -> Result<(), String> {
 
 fn has_mitsuba() -> Result<(), String> {
     toolchain::has_module("mitsuba")
+}
+
+fn has_mitsuba_and_node() -> Result<(), String> {
+    has_mitsuba()?;
+    has_node()
 }
 
 /// The tests that take longest, which no other group runs.
@@ -205,6 +220,8 @@ pub(crate) fn nightly() -> Outcome {
         LIT,
         MITSUBA,
         NORMAL_MAPS,
+        CHARACTERS,
+        BENT_NORMALS,
         FISHEYE,
         WEB,
         CORPUS_WHOLE,
