@@ -17,6 +17,7 @@ use rayon::prelude::*;
 use crate::ImageError;
 use crate::codec::exr_block::{Block, Windows, explain};
 use crate::header::decoded::{Decoded, EnvmapAttribute, PictureHead, RowStrip, invalid, io, reserve, unsupported};
+use crate::header::exr_unused;
 use crate::header::xmp::{self, Panorama};
 use crate::picture::png::MAPPING_KEY;
 use crate::picture::primaries::Primaries;
@@ -341,6 +342,7 @@ fn notes(headers: &[Header], part: usize, channels: &ColorChannels, windows: &Wi
     if list.iter().any(|c| c.name.to_string().rsplit('.').next() == Some("A")) {
         notes.push("alpha is ignored".into());
     }
+    notes.extend(exr_unused::notes(header, channels.rgb));
     let aspect = header.shared_attributes.pixel_aspect;
     if aspect != 1.0 {
         notes.push(format!("pixelAspectRatio={aspect} of the header is ignored"));

@@ -67,6 +67,18 @@ pub(crate) fn exr_picture(size: (usize, usize), encoding: Encoding, planes: Vec<
     exr_file(size, vec![Part { name: "color", encoding, position: (0, 0), size, planes }])
 }
 
+/// A picture with channels R, G, B whose part has further attributes.
+pub(crate) fn exr_with_attributes(size: (usize, usize), change: impl FnOnce(&mut LayerAttributes)) -> Vec<u8> {
+    let mut attributes = LayerAttributes::named("color");
+    change(&mut attributes);
+    let planes = planes(&["R", "G", "B"], SampleType::F16, size).into_iter();
+    let channels = planes.map(|plane| AnyChannel::new(plane.name, samples(plane.sample_type, &plane.values)));
+    let layer = Layer::new(size, attributes, SCAN_LINES, AnyChannels::sort(channels.collect()));
+    let mut bytes = Cursor::new(Vec::new());
+    Image::from_layer(layer).write().to_buffered(&mut bytes).unwrap();
+    bytes.into_inner()
+}
+
 /// A picture of 6 x 3 texels that declares the places of red, green, blue and white in the chromaticity diagram.
 pub(crate) fn exr_with_chromaticities([red, green, blue, white]: [[f32; 2]; 4]) -> Vec<u8> {
     let part = rgb_part((6, 3));

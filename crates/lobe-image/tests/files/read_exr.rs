@@ -6,7 +6,8 @@ use lobe_image::{
 };
 
 use crate::exr_files::{
-    Part, SCAN_LINES, exr_file, exr_picture, exr_with_chromaticities, exr_with_mip_levels, planes, rgb_part, value,
+    Part, SCAN_LINES, exr_file, exr_picture, exr_with_attributes, exr_with_chromaticities, exr_with_mip_levels, planes,
+    rgb_part, value,
 };
 
 const SIZE: (usize, usize) = (48, 24);
@@ -219,4 +220,26 @@ fn other_chromaticities_are_noted_or_converted() {
     }
     let rec_709 = exr_with_chromaticities([[0.64, 0.33], [0.3, 0.6], [0.15, 0.06], [0.3127, 0.329]]);
     assert!(!is_noted("chromaticities", &read(&rec_709).1.notes), "those of Rec. 709 go without saying");
+}
+
+#[test]
+fn what_a_header_says_of_the_light_and_other_layers_of_light_are_noted() {
+    let channels = planes(&["R", "G", "B", "spec.R", "spec.G", "spec.B", "normal.R", "left.Y"], SampleType::F16, SIZE);
+    let plain = read(&exr_picture(SIZE, SCAN_LINES, channels)).1;
+    assert_eq!(plain.notes, ["layers that are not read: left, spec"], "layers");
+    let spaces = [("colorInteropID", "lin_rec2020_scene"), ("oiio:ColorSpace", "Linear"), ("colorspace", "ARRI LogC")];
+    let bytes = exr_with_attributes(SIZE, |attributes| {
+        attributes.white_luminance = Some(100.0);
+        attributes.multi_view_names = Some(vec!["left".into(), "right".into()]);
+        attributes.other.extend(spaces.map(|(key, value)| (key.into(), AttributeValue::Text(value.into()))));
+    });
+    let mut notes = read(&bytes).1.notes;
+    notes.sort();
+    let expected = [
+        "colorInteropID=lin_rec2020_scene of the header is not used: values are taken as linear light of Rec. 709",
+        "colorspace=ARRI LogC of the header is not used: values are taken as linear light of Rec. 709",
+        "of the views left, right one is read, left",
+        "whiteLuminance=100 of the header is not used: a value is taken as radiance",
+    ];
+    assert_eq!(notes, expected, "attributes");
 }

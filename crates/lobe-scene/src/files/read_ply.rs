@@ -85,6 +85,7 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scen
     let mut reader = PlyReader::from_reader(&mut data).map_err(|error| source.invalid(broken("a PLY file", error)))?;
     let mut parts = MeshParts { name: "ply".into(), ..MeshParts::default() };
     let format = reader.header().format;
+    note_texture(bytes, source);
     let mut places = Vec::new();
     let (mut faces, mut strips) = (Vec::<Face>::new(), Vec::<Face>::new());
     while let Some(element) = reader.current_element().cloned() {
@@ -189,6 +190,17 @@ fn most_of(element: &ElementDef, name: &str, largest: f32) -> Option<f64> {
     }
 }
 
+/// Notes that the comments of the header name a picture, as photogrammetry writes it.
+fn note_texture(bytes: &[u8], source: &mut Source<'_>) {
+    // The header is text, whatever follows.
+    let header = bytes.split(|&byte| byte == b'\n').map(<[u8]>::trim_ascii).take_while(|line| *line != b"end_header");
+    let names = header.filter_map(|line| line.strip_prefix(b"comment TextureFile "));
+    for name in names.take(1) {
+        let name = String::from_utf8_lossy(name);
+        source.note(format!("the texture {} is not used; surfaces have the colors of vertices alone", name.trim()));
+    }
+}
+
 fn read_vertices(element: &ElementDef, rows: &[Vertex], up: Up, parts: &mut MeshParts, source: &mut Source<'_>) {
     let normals = rows.iter().map(|row| Some(up.to_world([row.nx?, row.ny?, row.nz?])));
     parts.normals = normals.collect::<Option<_>>().unwrap_or_default();
@@ -221,12 +233,17 @@ fn read_vertices(element: &ElementDef, rows: &[Vertex], up: Up, parts: &mut Mesh
     note_unused(element, &used, source);
 }
 
-/// Notes properties that, by their names, are colors or texture coordinates, but are not among those used.
+/// Notes properties that, by their names, are colors or texture coordinates, but are not among those used: of splats and scanners too.
 fn note_unused(element: &ElementDef, used: &[&str], source: &mut Source<'_>) {
+    if element.has_property("f_dc_0") {
+        source.note("Gaussian splats (f_dc_0, opacity and others) are not used; the file is read as a mesh");
+    }
     const WORDS: [&str; 11] = ["red", "green", "blue", "alpha", "r", "g", "b", "u", "v", "s", "t"];
-    const PARTS: [&str; 5] = ["color", "colour", "texcoord", "texture", "texnumber"];
-    let is_look =
-        |name: &str| name.split('_').any(|word| WORDS.contains(&word)) || PARTS.iter().any(|part| name.contains(part));
+    const PARTS: [&str; 7] = ["color", "colour", "texcoord", "texture", "texnumber", "intensity", "reflectance"];
+    let is_look = |name: &str| {
+        let name = name.to_ascii_lowercase();
+        name.split('_').any(|word| WORDS.contains(&word)) || PARTS.iter().any(|part| name.contains(part))
+    };
     let names = element.properties.iter().map(|property| property.name.as_str());
     let names: Vec<String> =
         names.filter(|name| !used.contains(name) && is_look(name)).map(|name| format!("`{name}`")).collect();

@@ -80,6 +80,20 @@ fn colors_in_a_form_that_is_not_read_are_noted() {
 }
 
 #[test]
+fn textures_splats_and_intensities_that_are_not_used_are_noted() {
+    let uvs = triangle([&properties("float", &["s", "t"]), "0.25 0.25"], NOTHING);
+    let textured = uvs.replace("format ascii 1.0\n", "format ascii 1.0\ncomment TextureFile wall.png\n");
+    let expected = ["the texture wall.png is not used; surfaces have the colors of vertices alone"];
+    assert_eq!(read(&textured).1.notes, expected, "a texture in a comment");
+    let splats = triangle([&properties("float", &["f_dc_0", "f_dc_1", "f_dc_2", "opacity"]), "1 1 1 1"], NOTHING);
+    let notes = read(&splats).1.notes;
+    assert!(notes.len() == 1 && notes[0].starts_with("Gaussian splats"), "splats: {notes:?}");
+    let scanned = triangle([&properties("float", &["scalar_Intensity", "Red"]), "1 1"], NOTHING);
+    let expected = "colors or texture coordinates of `vertex` in a form that is not used: `scalar_Intensity`, `Red`";
+    assert_eq!(read(&scanned).1.notes, [expected], "scanners");
+}
+
+#[test]
 fn strips_are_triangles_that_face_one_way() {
     let header = "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n\
                   element tristrips 1\nproperty list int int vertex_indices\nend_header\n\
