@@ -22,13 +22,13 @@ const FACES: usize = 6;
 ///
 /// # Errors
 /// [`ImageError::Io`] if the file cannot be read; [`ImageError::Invalid`] if it is damaged or cut off; [`ImageError::Refused`] if its largest level has more
-/// texels than [`PictureReadOptions::max_texels`], or there are non-finite texels that the options do not allow;
+/// texels than [`PictureReadOptions::max_texels`] or `max_bytes` allows, or there are non-finite texels that the options do not allow;
 /// [`ImageError::Unsupported`] if it holds no cube, or one in a form that is not read.
 pub fn read_cube_texture(
     path: impl AsRef<Path>,
     options: &PictureReadOptions,
 ) -> Result<(CubeTexture, PictureReadReport), ImageError> {
-    let (name, bytes) = picture_file_bytes(path)?;
+    let (name, bytes) = picture_file_bytes(path, options)?;
     read_cube_texture_bytes(&bytes, &name, options)
 }
 
@@ -42,14 +42,16 @@ pub fn read_cube_texture_bytes(
     options: &PictureReadOptions,
 ) -> Result<(CubeTexture, PictureReadReport), ImageError> {
     let format = FileFormat::of_bytes(bytes, name)?;
-    let mut decoded = match format {
-        FileFormat::Ktx2 => guarded(format, name, || read_ktx2::decode(bytes, name, options.max_texels))?,
-        FileFormat::Dds => guarded(format, name, || dds::decode(bytes, name, options.max_texels))?,
+    let max_texels = options.most_texels();
+    let decoded = match format {
+        FileFormat::Ktx2 => guarded(format, name, || read_ktx2::decode(bytes, name, max_texels)),
+        FileFormat::Dds => guarded(format, name, || dds::decode(bytes, name, max_texels)),
         other => {
             let message = format!("a cube map in KTX2, DDS or OpenEXR expected, found a {other} picture");
             return Err(unsupported(name, message));
         }
     };
+    let mut decoded = options.blame(decoded)?;
     let size = decoded.levels.first().map_or(0, |(size, _)| *size);
     let mut report = PictureReadReport::new(size, size, format, std::mem::take(&mut decoded.notes));
     report.levels = decoded.levels.len();
