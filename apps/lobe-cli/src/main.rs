@@ -26,6 +26,8 @@ static ALLOCATOR: run::system::Allocator = run::system::Allocator;
 
 fn main() -> ExitCode {
     run::system::tell_refused_memory();
+    run::system::let_writes_fail();
+    lobe::io::before_writing(run::ctrl_c::listen);
     run::failure::keep_panics_quiet();
     match catch_unwind(|| cli::parse().and_then(cli::run)) {
         Ok(Ok(())) => ExitCode::SUCCESS,

@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use lobe::io::one_line;
 use lobe::sh::{Coefficient, Real, Rgb};
 use numpy::ndarray::Dimension;
 use numpy::{
@@ -244,5 +245,5 @@ pub(crate) fn shape_error(found: &[usize]) -> PyErr {
 
 /// An error of the library as a `ValueError`.
 pub(crate) fn value_error(error: impl std::fmt::Display) -> PyErr {
-    PyValueError::new_err(error.to_string())
+    PyValueError::new_err(one_line(&error.to_string()))
 }

@@ -55,6 +55,8 @@ pub enum ImageError {
 pub enum ReadOption {
     /// `max_texels`: the picture has more.
     MaxTexels,
+    /// `max_bytes`: the file is longer, or its texels take more.
+    MaxBytes,
     /// `nonfinite`: there are texels of NaN or infinity.
     Nonfinite,
     /// `to_rec_709`: the primaries of the file cannot be understood.
@@ -65,6 +67,7 @@ impl fmt::Display for ReadOption {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::MaxTexels => "scale it down, or raise max_texels in the options of reading",
+            Self::MaxBytes => "make it smaller, or raise max_bytes in the options of reading",
             Self::Nonfinite => "Nonfinite::Zero in the options of reading reads them as black",
             Self::ToRec709 => "without to_rec_709 in the options of reading the values are taken as they are",
         })

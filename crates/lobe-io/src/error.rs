@@ -66,6 +66,20 @@ pub fn read_file(path: &Path) -> Result<Vec<u8>, IoError> {
     read_stream(path, MOST_STREAMED)
 }
 
+/// Refuses what is there and is no regular file: to open a pipe that nobody writes to would take for ever. What is not there is left
+/// to its reader, which says so.
+///
+/// # Errors
+/// [`IoError::Invalid`] for a pipe, a device or a socket.
+pub fn expect_file(path: &Path) -> Result<(), IoError> {
+    match std::fs::metadata(path) {
+        Ok(found) if !(found.is_file() || found.is_dir()) => {
+            Err(IoError::invalid(path, "expected a file, found a device or a pipe"))
+        }
+        _ => Ok(()),
+    }
+}
+
 fn read_stream(path: &Path, most: u64) -> Result<Vec<u8>, IoError> {
     let io = |source| IoError::io(path, source);
     let mut bytes = Vec::new();
@@ -92,5 +106,19 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         assert!(matches!(read_file(folder.path()), Err(IoError::Io { .. })), "a folder");
         assert!(matches!(read_file(&folder.path().join("none")), Err(IoError::Io { .. })), "no file");
+    }
+
+    #[test]
+    fn only_what_is_there_and_no_file_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("file");
+        std::fs::write(&file, "").unwrap();
+        for path in [&file, folder.path(), &folder.path().join("none")] {
+            assert!(expect_file(path).is_ok(), "{}", path.display());
+        }
+        if cfg!(unix) {
+            let message = expect_file(Path::new("/dev/null")).unwrap_err().to_string();
+            assert_eq!(message, "/dev/null: expected a file, found a device or a pipe");
+        }
     }
 }

@@ -11,11 +11,14 @@
 //! | do it on all processors (feature `parallel`) | `parallel` |
 //! | write and read named tensors with a header (feature `tensors`) | `write_tensors`, `TensorFile` |
 //! | learn before long work whether its result can be written | [`check_writable`] |
-//! | clear away what programs that were killed have left | [`remove_abandoned`] |
+//! | clear away what programs that were killed have left, or would leave | [`remove_abandoned`]; [`before_writing`], [`remove_unfinished`] |
+//! | refuse a pipe where a file is named | [`expect_file`] |
+//! | print what a file says in one line that no character turns around | [`one_line`] |
 
 mod error;
 mod fingerprint;
 mod job;
+mod one_line;
 #[cfg(feature = "parallel")]
 pub mod parallel;
 mod portions;
@@ -24,15 +27,18 @@ mod staged;
 #[cfg(feature = "tensors")]
 mod tensors;
 
-pub use error::{IoError, read_file};
+pub use error::{IoError, expect_file, read_file};
 pub use fingerprint::Fingerprint;
 pub use job::{Job, Progress, Watch};
+pub use one_line::one_line;
 pub use portions::Portions;
 pub use records::layout::{RecordFormat, RecordLayout};
 pub use records::merge::merge_shards;
 pub use records::record_file::RecordFile;
 pub use records::record_reader::RecordReader;
 pub use records::shard::Shard;
-pub use staged::{StagedFile, StagedWriter, check_writable, remove_abandoned, write_atomically};
+pub use staged::{
+    StagedFile, StagedWriter, before_writing, check_writable, remove_abandoned, remove_unfinished, write_atomically,
+};
 #[cfg(feature = "tensors")]
 pub use tensors::{Dtype, Numbers, Tensor, TensorFile, TensorFormat, write_tensors};

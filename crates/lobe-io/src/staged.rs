@@ -2,7 +2,9 @@
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
+use std::mem;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 use tempfile::{Builder, NamedTempFile};
 
@@ -10,8 +12,8 @@ use tempfile::{Builder, NamedTempFile};
 /// succeeded and the bytes have reached the disk. If anything fails, what stood under `path` is untouched.
 ///
 /// A new file gets the usual permissions of the user, a replaced one keeps its own. A link is followed. What is
-/// neither file nor folder (a pipe, `/dev/null`) is written in place. A program that is killed while it writes leaves the
-/// temporary file; the next [`remove_abandoned`] takes it away.
+/// neither file nor folder (a pipe, `/dev/null`) is written in place. A program that a signal ends while it writes leaves the
+/// temporary file, unless it calls [`remove_unfinished`]; the next [`remove_abandoned`] takes it away.
 ///
 /// # Errors
 /// If the folder does not exist or cannot be written, if `path` is a folder, or if `write` or the disk fails.
@@ -24,7 +26,7 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::R
 #[derive(Debug)]
 pub struct StagedFile {
     /// `None` if it was written in place.
-    waiting: Option<(NamedTempFile, PathBuf)>,
+    waiting: Option<(Temporary, PathBuf)>,
 }
 
 impl StagedFile {
@@ -44,7 +46,7 @@ impl StagedFile {
     /// If the system refuses.
     pub fn publish(self) -> io::Result<()> {
         match self.waiting {
-            Some((temporary, path)) => temporary.persist(&path).map(drop).map_err(|failed| failed.error),
+            Some((temporary, path)) => temporary.persist(&path),
             None => Ok(()),
         }
     }
@@ -60,7 +62,7 @@ enum Staged {
     /// The temporary file is written by its handle: by itself it puts its own name before the refusals of the system.
     Replace {
         buffered: BufWriter<File>,
-        temporary: NamedTempFile,
+        temporary: Temporary,
         path: PathBuf,
     },
 }
@@ -71,11 +73,14 @@ impl StagedWriter {
     /// # Errors
     /// Those of [`write_atomically`].
     pub fn new(path: &Path) -> io::Result<Self> {
+        if let Some(prepare) = BEFORE_WRITING.get() {
+            prepare();
+        }
         Ok(Self(match Target::of(path)? {
             Target::InPlace(path) => Staged::InPlace(BufWriter::new(File::options().write(true).open(path)?)),
             Target::Replace(path) => {
                 let temporary = temporary_beside(&path)?;
-                Staged::Replace { buffered: BufWriter::new(temporary.as_file().try_clone()?), temporary, path }
+                Staged::Replace { buffered: BufWriter::new(temporary.as_file()?.try_clone()?), temporary, path }
             }
         }))
     }
@@ -93,9 +98,9 @@ impl StagedWriter {
             Staged::Replace { mut buffered, temporary, path } => {
                 buffered.flush()?;
                 if let Ok(old) = path.metadata() {
-                    temporary.as_file().set_permissions(old.permissions())?;
+                    temporary.as_file()?.set_permissions(old.permissions())?;
                 }
-                temporary.as_file().sync_all()?;
+                temporary.as_file()?.sync_all()?;
                 Ok(StagedFile { waiting: Some((temporary, path)) })
             }
         }
@@ -123,7 +128,11 @@ impl Write for StagedWriter {
 pub fn check_writable(path: &Path) -> io::Result<()> {
     match Target::of(path)? {
         Target::InPlace(_) => Ok(()),
-        Target::Replace(path) => temporary_beside(&path).map(drop),
+        // Where the system can, a file without a name, which nothing leaves behind.
+        Target::Replace(path) => {
+            let folder = existing_folder_of(&path)?;
+            tempfile::tempfile_in(folder).map(drop).map_err(|error| cannot_write(folder, &error))
+        }
     }
 }
 
@@ -141,6 +150,66 @@ pub fn remove_abandoned(path: &Path) {
             let _ = fs::remove_file(entry.path());
         }
     }
+}
+
+/// The temporary files that this program has not finished.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// What a program does before it begins its first file: take the signals that would end it in the middle of one.
+static BEFORE_WRITING: OnceLock<fn()> = OnceLock::new();
+
+/// Has `prepare` called before each file is begun, in the thread that begins it. A program has one such function: the first that is given.
+pub fn before_writing(prepare: fn()) {
+    let _ = BEFORE_WRITING.set(prepare);
+}
+
+/// Removes the temporary files of this program, which is about to end by a signal. From then on it makes none: whoever begins a
+/// file, or ends one, waits for ever.
+pub fn remove_unfinished() {
+    let files = unfinished();
+    for file in &*files {
+        // What is gone by itself does no harm.
+        let _ = fs::remove_file(file);
+    }
+    mem::forget(files);
+}
+
+/// A temporary file, known to [`remove_unfinished`] and removed when dropped.
+#[derive(Debug)]
+struct Temporary(Option<NamedTempFile>);
+
+impl Temporary {
+    fn as_file(&self) -> io::Result<&File> {
+        self.0.as_ref().map(NamedTempFile::as_file).ok_or_else(|| io::Error::other("the file is finished"))
+    }
+
+    fn is_there(&self) -> bool {
+        self.0.as_ref().is_some_and(|file| file.path().exists())
+    }
+
+    /// Gives the file its name.
+    fn persist(mut self, path: &Path) -> io::Result<()> {
+        let Some(file) = self.0.take() else { return Ok(()) };
+        let mut all = unfinished();
+        forget(&mut all, file.path());
+        file.persist(path).map(drop).map_err(|failed| failed.error)
+    }
+}
+
+impl Drop for Temporary {
+    fn drop(&mut self) {
+        if let Some(file) = self.0.take() {
+            forget(&mut unfinished(), file.path());
+        }
+    }
+}
+
+fn forget(all: &mut Vec<PathBuf>, path: &Path) {
+    all.retain(|known| known != path);
 }
 
 /// How a path is written.
@@ -183,15 +252,26 @@ fn folder_of(path: &Path) -> &Path {
     }
 }
 
+/// The folder of `path`, if there is one.
+fn existing_folder_of(path: &Path) -> io::Result<&Path> {
+    let folder = folder_of(path);
+    if folder.is_dir() {
+        return Ok(folder);
+    }
+    let message = format!("the folder {} does not exist; make it first", folder.display());
+    Err(io::Error::new(io::ErrorKind::NotFound, message))
+}
+
+fn cannot_write(folder: &Path, error: &io::Error) -> io::Error {
+    let message = format!("cannot write into the folder {}: {}", folder.display(), error.kind());
+    io::Error::new(error.kind(), message)
+}
+
 /// A new temporary file in the folder of `path`, removed when dropped.
 ///
 /// It is locked as long as it is open, which ends with the program, however that ends: one that can be locked is abandoned.
-fn temporary_beside(path: &Path) -> io::Result<NamedTempFile> {
-    let folder = folder_of(path);
-    if !folder.is_dir() {
-        let message = format!("the folder {} does not exist; make it first", folder.display());
-        return Err(io::Error::new(io::ErrorKind::NotFound, message));
-    }
+fn temporary_beside(path: &Path) -> io::Result<Temporary> {
+    let folder = existing_folder_of(path)?;
     let mut builder = Builder::new();
     builder.prefix(PREFIX).suffix(SUFFIX);
     #[cfg(unix)]
@@ -201,14 +281,15 @@ fn temporary_beside(path: &Path) -> io::Result<NamedTempFile> {
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
     loop {
-        let temporary = builder.tempfile_in(folder).map_err(|e| {
-            let message = format!("cannot write into the folder {}: {}", folder.display(), e.kind());
-            io::Error::new(e.kind(), message)
-        })?;
+        let mut all = unfinished();
+        let temporary = builder.tempfile_in(folder).map_err(|error| cannot_write(folder, &error))?;
+        all.push(temporary.path().to_path_buf());
+        drop(all);
+        let temporary = Temporary(Some(temporary));
         // Where the system has no locks, nobody else can lock it either, and it is not taken for abandoned.
-        let is_locked = temporary.as_file().lock().is_ok();
+        let is_locked = temporary.as_file()?.lock().is_ok();
         // Between its making and its locking another program may have taken it for abandoned.
-        if !is_locked || temporary.path().exists() {
+        if !is_locked || temporary.is_there() {
             return Ok(temporary);
         }
     }

@@ -20,11 +20,10 @@ use std::fs::File;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
-use lobe_io::IoError;
+use lobe_io::{IoError, expect_file, one_line};
 use lobe_scene::referenced_file;
 use serde::Deserialize;
 
-use crate::error::one_line;
 use crate::lamp_description::{LampJson, MAX_LAMPS};
 use crate::track_json::{KeyJson, track_of};
 use crate::{LampDescription, ShadowError, Track};
@@ -176,9 +175,14 @@ impl SceneDescription {
         let place = path.display().to_string();
         let json = parse(&read_bytes(path, &place)?, &place)?;
         let folder = path.parent().unwrap_or(Path::new(""));
+        let named = |name: &str| -> Result<PathBuf, ShadowError> {
+            let file = referenced_file(folder, name, allow_outside, &place)?;
+            expect_file(&file)?;
+            Ok(file)
+        };
         let file = |name: &str| match is_built_in(name) {
             true => Ok(PathBuf::from(name)),
-            false => referenced_file(folder, name, allow_outside, &place),
+            false => named(name),
         };
         let optional = |name: &Option<String>| name.as_deref().map(file).transpose();
         let still = json.stills().map(|still| match still {
@@ -212,11 +216,7 @@ impl SceneDescription {
         let lamps = json.lamps.iter().map(|lamp| {
             let name = one_line(&lamp.name);
             let within = |error: String| invalid(&place, format!("lamp `{name}`: {error}"));
-            lamp.described(
-                name.clone(),
-                |name| referenced_file(folder, name, allow_outside, &place).map_err(Into::into),
-                within,
-            )
+            lamp.described(name.clone(), named, within)
         });
         let lamps = lamps.collect::<Result<_, ShadowError>>()?;
         Ok(Self { still, entities, lamps })

@@ -52,8 +52,3 @@ impl ShadowError {
         }
     }
 }
-
-/// A name in a message: control characters do not break the line.
-pub(crate) fn one_line(text: &str) -> String {
-    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
-}

@@ -137,7 +137,7 @@ pub(crate) fn without_options(error: anyhow::Error, [too_large, nonfinite]: [&st
         return anyhow::anyhow!("{place}: {message}; {MAKE_A_MAP}");
     }
     match image_error(&error) {
-        Some(ImageError::Refused { place, message, option: ReadOption::MaxTexels }) => {
+        Some(ImageError::Refused { place, message, option: ReadOption::MaxTexels | ReadOption::MaxBytes }) => {
             anyhow::anyhow!("{place}: {message}; {too_large}")
         }
         Some(ImageError::Refused { place, message, option: ReadOption::Nonfinite }) => {

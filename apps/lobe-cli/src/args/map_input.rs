@@ -13,6 +13,7 @@ use lobe::sh::{Rgb, ShVec};
 
 use crate::args::fisheye::FisheyeInput;
 use crate::args::input::{NonfiniteOption, PICTURES, explain, tell};
+use crate::args::memory::{GIB_BY_DEFAULT, MemoryLimit};
 use crate::args::names::names;
 use crate::args::values;
 use crate::run::talk::Talk;
@@ -48,8 +49,13 @@ pub(crate) struct MapPath {
     /// Convert colors of other primaries, where the file tells them, to those of Rec. 709 (sRGB)
     #[arg(long)]
     to_rec709: bool,
-    /// The most pixels that a picture may have; one that says it has more is refused. Each takes 12 bytes of memory, and up
-    /// to 8 more while a .png or .jpg is decoded: 3.2 GB for the most that is read without this option
+    /// Refuse a map whose file, or whose pixels, take more memory than this, in GiB. A file that is not read row by row is refused by
+    /// its length, before it is read. env convert takes up to 40 bytes for each pixel of the larger of both maps and 12 for each of the
+    /// smaller, 80 where it writes a cube in one picture; env prefilter 40 for each of the map and 24 for each of the largest level
+    #[arg(long, value_name = "GIB", default_value_t = GIB_BY_DEFAULT, value_parser = values::positive)]
+    max_memory: f64,
+    /// The most pixels that a picture may have; one that says it has more is refused. Each takes up to 28 bytes of memory while it
+    /// is read, with its file, and 12 then
     #[arg(long, value_name = "N", default_value_t = PictureReadOptions::default().max_texels, value_parser = max_texels)]
     max_texels: usize,
 }
@@ -116,15 +122,21 @@ impl MapInput {
     pub(crate) fn of(path: &Path) -> Self {
         let max_texels = PictureReadOptions::default().max_texels;
         let (from, vertical_fov, padding) = (None, None, Filling::Black);
-        let (from_left_handed, to_rec709) = (false, false);
+        let (from_left_handed, to_rec709, max_memory) = (false, false, GIB_BY_DEFAULT);
         let path = path.to_owned();
         let fisheye = FisheyeInput::none();
-        let map = MapPath { path, from, from_left_handed, vertical_fov, fisheye, padding, to_rec709, max_texels };
+        let map =
+            MapPath { path, from, from_left_handed, vertical_fov, fisheye, padding, to_rec709, max_memory, max_texels };
         Self { map, nonfinite: NonfiniteOption::refuse() }
     }
 
     pub(crate) fn name(&self) -> String {
         self.map.name()
+    }
+
+    /// The limit for work on the map.
+    pub(crate) fn memory(&self) -> MemoryLimit {
+        MemoryLimit::of(Some(self.map.max_memory))
     }
 
     /// The files that are read.
@@ -217,8 +229,9 @@ impl MapPath {
 
     fn options(&self, nonfinite: Nonfinite) -> MapReadOptions {
         let handedness = if self.from_left_handed { CubeHandedness::Left } else { CubeHandedness::Right };
-        let picture =
-            PictureReadOptions::default().nonfinite(nonfinite).max_texels(self.max_texels).to_rec_709(self.to_rec709);
+        let memory = MemoryLimit::of(Some(self.max_memory));
+        let picture = PictureReadOptions::default().nonfinite(nonfinite).max_texels(self.max_texels);
+        let picture = picture.max_bytes(memory.bytes()).to_rec_709(self.to_rec709);
         MapReadOptions::default()
             .picture(picture)
             .mapping(self.from.map(Mapping::from))

@@ -113,7 +113,26 @@ impl From<Texels> for TexelFormat {
     }
 }
 
+/// Bytes for each texel of a map while it is written, the map itself included, as measured: .exr has its channels and its bytes
+/// beside it, .png a picture for looking at, a cube in one picture that picture, which is half empty.
+const OF_PICTURE: u64 = 40;
+const OF_PNG: u64 = 44;
+const OF_FACES: u64 = 48;
+const OF_CUBE_IN_PICTURE: u64 = 80;
+const OF_TEXTURE: u64 = 24;
+
 impl MapOutput {
+    /// The most bytes that writing takes for each texel of a map in this mapping.
+    pub(crate) fn bytes_of_texel(&self, mapping: Mapping) -> u64 {
+        match &self.output {
+            MapFile::Picture(_) if mapping == Mapping::Cube => OF_CUBE_IN_PICTURE,
+            MapFile::Picture(picture) if !picture.is_light() => OF_PNG,
+            MapFile::Picture(_) => OF_PICTURE,
+            MapFile::Faces(_) => OF_FACES,
+            MapFile::Texture(_) => OF_TEXTURE,
+        }
+    }
+
     /// Whether the file can hold a cube only.
     pub(crate) fn is_cube_only(&self) -> bool {
         !matches!(self.output, MapFile::Picture(_))

@@ -15,7 +15,7 @@ use crate::args::values;
 pub(crate) const COPIES: u64 = 3;
 
 /// The limit without another choice: the most common machines have 8 GiB, and half of it is left for everything else.
-const GIB_BY_DEFAULT: f64 = 4.0;
+pub(crate) const GIB_BY_DEFAULT: f64 = 4.0;
 
 /// Bytes of a gibibyte.
 const GIB: f64 = (1_u64 << 30) as f64;

@@ -140,6 +140,7 @@ pub(crate) fn print_values(values: Vec<Vec<f64>>, as_json: bool) -> anyhow::Resu
     print(&values.iter().map(line).collect::<String>())
 }
 
-fn stdout_error(source: io::Error) -> anyhow::Error {
+/// The refusal of stdout, in the words of that of a file.
+pub(crate) fn stdout_error(source: io::Error) -> anyhow::Error {
     IoError::Io { place: "stdout".to_owned(), source }.into()
 }

@@ -47,6 +47,11 @@ impl PictureOutput {
         output::has_extension(&self.path, "exr")
     }
 
+    /// Whether it holds the values, and not what they look like.
+    pub(crate) fn is_light(&self) -> bool {
+        self.kind == Kind::Light
+    }
+
     /// Refuses an output that could not be written or is an input, before any work is done for it.
     pub(crate) fn check(&self, inputs: &[PathBuf]) -> anyhow::Result<()> {
         output::prepare_file(&self.path, inputs)

@@ -1,7 +1,7 @@
 //! `lobe env convert`: a map in another mapping, size or kind of file.
 
 use clap::Args;
-use lobe::env::{CubeMap, LoadedMap, Mapping, Resample, resample};
+use lobe::env::{CubeMap, LoadedMap, MappedMap, Mapping, Resample, resample};
 
 use crate::args::map_input::{Form, MapInput};
 use crate::args::map_output::MapOutput;
@@ -24,7 +24,22 @@ pub(crate) struct EnvConvert {
     size: Option<usize>,
 }
 
+/// Bytes for each texel of the larger of both maps while one becomes the other, and for each of the smaller one, as measured: 12 of
+/// the map, and of the larger one its light in double precision and what it is balanced by.
+const OF_LARGER: u64 = 40;
+const OF_SMALLER: u64 = 12;
+
 impl EnvConvert {
+    /// Refuses a conversion that takes more memory than allowed.
+    fn check_memory(&self, map: &MappedMap, target: &Resample) -> anyhow::Result<()> {
+        let texels = |width: usize, height: usize| (width as u64).saturating_mul(height as u64);
+        let (from, to) = (texels(map.width(), map.height()), texels(target.width, target.height));
+        let converted = OF_LARGER.saturating_mul(from.max(to)).saturating_add(OF_SMALLER * from.min(to));
+        let written = self.output.bytes_of_texel(target.mapping).saturating_mul(to);
+        let what = format!("a map of {} x {} texels from one of {} x {}", target.width, target.height, map.width(), map.height());
+        self.input.memory().check(&what, converted.max(written), "a smaller --size")
+    }
+
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         let is_cube = self.output.is_cube_only() || self.output.has_layout();
         let said = self.to.map(Mapping::from).or(is_cube.then_some(Mapping::Cube));
@@ -47,6 +62,7 @@ impl EnvConvert {
         let size = self.size.unwrap_or_else(|| map.size_like(mapping));
         let width = if matches!(mapping, Mapping::LatLong | Mapping::DualParaboloid) { 2 * size } else { size };
         let target = Resample::to(mapping, width, mapping.height_for(width));
+        self.check_memory(&map, &target)?;
         self.output.write(talk.watch("convert", |job| resample(map, &target, job))?, talk)
     }
 }

@@ -17,6 +17,11 @@ use crate::run::talk::Talk;
 
 const DEFAULT_SAMPLES: usize = 1024;
 
+/// Bytes for each texel of the map, which becomes a cube and a tree over that, and for each of the first level, the smaller ones included,
+/// as measured.
+const OF_SOURCE: u64 = 40;
+const OF_RESULT: u64 = 24;
+
 #[derive(Args)]
 pub(crate) struct EnvPrefilter {
     #[command(flatten)]
@@ -137,7 +142,16 @@ impl EnvPrefilter {
     /// The surroundings as a cube, as they are if they are one.
     fn source(&self, talk: Talk) -> anyhow::Result<CubeMap> {
         let map: MappedMap = self.input.read(talk)?;
+        self.check_memory(&map)?;
         Ok(talk.watch("convert", |job| cube_source(map, self.size, job))?)
+    }
+
+    /// Refuses work that takes more memory than allowed.
+    fn check_memory(&self, map: &MappedMap) -> anyhow::Result<()> {
+        let (width, height, size) = (map.width() as u64, map.height() as u64, self.size as u64);
+        let bytes = OF_SOURCE * width * height + OF_RESULT * 6 * size * size;
+        let what = format!("faces of {size} x {size} texels from a map of {width} x {height}");
+        self.input.memory().check(&what, bytes, "a smaller --size, or a smaller map")
     }
 
     fn chain_options(&self) -> PrefilterOptions {

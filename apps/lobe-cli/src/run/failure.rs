@@ -8,7 +8,7 @@ use std::sync::Mutex;
 use clap::error::ErrorKind;
 use lobe::env::{EnvError, MapReadOption};
 use lobe::image::{ImageError, ReadOption};
-use lobe::io::IoError;
+use lobe::io::{IoError, one_line};
 use lobe::prt::PrtError;
 use lobe::render::RenderError;
 use lobe::scene::{SceneError, SceneReadOption};
@@ -145,6 +145,7 @@ fn of_map(error: &EnvError) -> Option<String> {
 fn in_flags(option: ReadOption) -> String {
     match option {
         ReadOption::MaxTexels => "scale it down, or raise it with --max-texels".to_owned(),
+        ReadOption::MaxBytes => "make it smaller, or raise the limit with --max-memory".to_owned(),
         ReadOption::Nonfinite => "--nonfinite zero reads them as black".to_owned(),
         ReadOption::ToRec709 => "without --to-rec709 the values are taken as they are".to_owned(),
         option => option.to_string(),
@@ -260,7 +261,7 @@ fn plain_refusal(refusal: &io::Error) -> Option<&'static str> {
 
 /// Prints one line on stderr.
 fn say(message: &str) -> ExitCode {
-    let line: String = message.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    let line = one_line(message);
     // If stderr is closed, the exit code still says it.
     let _ = writeln!(io::stderr(), "lobe: {line}");
     ExitCode::from(ERROR)

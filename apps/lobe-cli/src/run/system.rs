@@ -87,6 +87,17 @@ fn on_abort() {
     signal_hook::low_level::exit(i32::from(ERROR))
 }
 
+/// From now on a file that grows above the limit of the system (`ulimit -f`) makes a write fail, as a full disk does. Without, SIGXFSZ
+/// ends the program.
+pub(crate) fn let_writes_fail() {
+    #[cfg(unix)]
+    {
+        // A handler that does nothing is enough: the write that it interrupts fails.
+        let came = std::sync::Arc::new(AtomicBool::new(false));
+        let _ = signal_hook::flag::register(libc::SIGXFSZ, came);
+    }
+}
+
 /// Called by the loader before `main`, and so before the standard library opens something in the place of stdout.
 #[cfg(any(target_os = "linux", target_os = "macos"))]
 #[used]
@@ -100,6 +111,47 @@ static BEFORE_MAIN: extern "C" fn() = {
     }
     look
 };
+
+/// Refuses, before the work, a stdout on which its result cannot be printed: one that is closed, or on a disk that is full.
+///
+/// # Errors
+/// As [`stdout`]; and if the system has no room for the result.
+pub(crate) fn check_stdout() -> io::Result<()> {
+    let out = stdout()?;
+    #[cfg(target_os = "linux")]
+    room_behind(&out)?;
+    drop(out);
+    Ok(())
+}
+
+/// The bytes for which room is asked, more than most results have.
+#[cfg(target_os = "linux")]
+const RESULT: libc::off_t = 1 << 12;
+
+/// Asks for room behind the end of a file, whose length stays. `/dev/full` has none; other devices and pipes are not asked.
+#[cfg(target_os = "linux")]
+fn room_behind(out: &io::StdoutLock<'_>) -> io::Result<()> {
+    use std::fs::File;
+    use std::os::fd::{AsFd as _, AsRawFd as _};
+    use std::os::unix::fs::{FileTypeExt as _, MetadataExt as _};
+
+    let file = File::from(out.as_fd().try_clone_to_owned()?);
+    let found = file.metadata()?;
+    // The first device of memory's seventh number: what stands for a full disk in tests.
+    let is_full = found.file_type().is_char_device() && found.rdev() == libc::makedev(1, 7);
+    let end = libc::off_t::try_from(found.len()).unwrap_or(libc::off_t::MAX - RESULT);
+    if is_full {
+        return Err(io::Error::from_raw_os_error(libc::ENOSPC));
+    }
+    if !found.is_file() {
+        return Ok(());
+    }
+    // SAFETY: the file is open, and no memory is handed over.
+    let refused = unsafe { libc::fallocate(file.as_raw_fd(), libc::FALLOC_FL_KEEP_SIZE, end, RESULT) } == -1;
+    let error = io::Error::last_os_error();
+    // Other refusals are those of systems of files that cannot be asked.
+    if refused && error.raw_os_error() == Some(libc::ENOSPC) { Err(error) } else { Ok(()) }
+}
 
 /// stdout, to print a result on.
 ///

@@ -8,7 +8,7 @@ use std::sync::mpsc::{self, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use lobe::io::{Job, Progress};
+use lobe::io::{Job, Progress, one_line};
 
 /// The time after which work has a line in a log, and the time between two lines.
 const LOG_AFTER: Duration = Duration::from_secs(2);
@@ -28,7 +28,7 @@ impl Talk {
     pub(crate) fn note(self, subject: &str, text: &str) {
         if !self.quiet {
             // A note that nobody can read does not stop the work.
-            let _ = writeln!(io::stderr(), "note: {subject}: {text}");
+            let _ = writeln!(io::stderr(), "note: {}", one_line(&format!("{subject}: {text}")));
         }
     }
 

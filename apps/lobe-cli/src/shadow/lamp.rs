@@ -210,6 +210,7 @@ impl LampCommand {
     /// The radiance of the patches under a picture.
     fn colors(&self, path: &Path, patches: [usize; 2], talk: Talk) -> anyhow::Result<Vec<Rgb<f64>>> {
         let options = PictureReadOptions::default().nonfinite((&self.nonfinite).into()).max_texels(self.max_texels);
+        let options = options.max_bytes(self.memory.bytes());
         let (picture, report) = read_picture(path, &options)?;
         tell(&report, &path.display().to_string(), talk);
         let rows = picture.pixels().chunks_exact(picture.width().max(1));

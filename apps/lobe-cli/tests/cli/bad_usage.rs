@@ -70,9 +70,9 @@ fn variables_that_name_no_instructions_and_no_number_of_threads_are_refused() {
         let error = dir.lobe("project bundled:sunset -o p.sh.json").env(name, value).error();
         assert_eq!(error, format!("{name}: expected {range}, found `{value}`; correct or unset it"));
     }
-    let known = dir.lobe("light sun --dir 0,0,1 --order 2 -o p.sh.json").env("LOBE_SIMD", "plain");
+    let known = dir.lobe("light ambient --order 2 -o p.sh.json").env("LOBE_SIMD", "plain");
     known.env("RAYON_NUM_THREADS", "2").succeeds();
-    let given = dir.lobe("--threads 2 light sun --dir 0,0,1 --order 2 -o p.sh.json").env("RAYON_NUM_THREADS", "0");
+    let given = dir.lobe("--threads 2 light ambient --order 2 -o p.sh.json").env("RAYON_NUM_THREADS", "0");
     given.succeeds();
 }
 

@@ -7,9 +7,9 @@ use crate::harness::Dir;
 /// Files of at most 4 KB, as `ulimit` counts: blocks of 512 bytes. A disk of a size of its own needs the rights of an administrator.
 const BLOCKS: usize = 8;
 
-/// Runs `lobe` where no file can be longer; the system would end it at the first one if the signal were not ignored.
+/// Runs `lobe` where no file can be longer; the system would end it at the first one if it did not take the signal.
 fn run_cramped(dir: &Dir, args: &str) -> (Option<i32>, String) {
-    let line = format!("trap '' XFSZ; ulimit -f {BLOCKS}; exec {} {args}", env!("CARGO_BIN_EXE_lobe"));
+    let line = format!("ulimit -f {BLOCKS}; exec {} {args}", env!("CARGO_BIN_EXE_lobe"));
     let output = Command::new("sh").args(["-c", &line]).current_dir(dir.path("")).output().unwrap();
     (output.status.code(), String::from_utf8(output.stderr).unwrap())
 }

@@ -278,3 +278,81 @@ fn a_map_is_projected_in_less_memory_than_its_picture_takes() {
         assert!(whole > picture, "{name}: {whole} bytes, the picture has {picture}");
     }
 }
+
+#[test]
+fn conversions_of_maps_that_take_more_than_the_limit_are_refused_with_their_bytes() {
+    let dir = Dir::new();
+    dir.map("sky.pfm", 64, 32, |_, _| [1.0; 3]);
+    for (args, what, bytes) in [
+        ("env convert sky.pfm --size 2048 -o x.exr", "a map of 4096 x 2048 texels from one of 64 x 32", 335_568_896),
+        ("env convert sky.pfm --to cube --size 1024 -o x.exr", "a map of 1024 x 6144 texels", 503_316_480),
+        ("env convert sky.pfm --to cube --size 1024 -o x.ktx2", "a map of 1024 x 6144 texels", 251_682_816),
+        ("env prefilter sky.pfm --size 1024 -o x.ktx2", "faces of 1024 x 1024 texels from a map of 64 x 32", 151_076_864),
+    ] {
+        let line = dir.lobe(&format!("{args} --max-memory 0.1 --quiet")).error();
+        assert!(line.starts_with(&format!("{what}")), "{args}: {line}");
+        assert!(line.contains(&format!("takes up to {bytes} bytes of memory")), "{args}: {line}");
+        assert!(line.contains("raise the limit with --max-memory"), "{args}: {line}");
+    }
+    assert_eq!(dir.names(), ["sky.pfm"], "files");
+    dir.lobe("env convert sky.pfm --size 64 -o x.exr --max-memory 0.1").succeeds();
+}
+
+#[cfg(unix)]
+#[test]
+fn a_picture_longer_than_the_limit_is_refused_before_it_is_read() {
+    let dir = Dir::new();
+    for (name, begin) in [("sky.png", &b"\x89PNG\r\n\x1a\n"[..]), ("sky.jpg", b"\xff\xd8\xff"), ("sky.dds", b"DDS ")] {
+        dir.file(name, begin);
+        let file = std::fs::OpenOptions::new().write(true).open(dir.path(name)).unwrap();
+        file.set_len(30 << 30).unwrap();
+        for command in ["env info", "env convert -o x.exr", "project -o p.sh.json"] {
+            let line = dir.lobe(&format!("{command} {name} --max-memory 2")).error();
+            let expected = format!(
+                "{name}: the file has 32212254720 bytes, more than the limit of 2147483648; make it smaller, or raise the limit with \
+                 --max-memory"
+            );
+            assert_eq!(line, expected, "{command}");
+        }
+        let line = dir.lobe(&format!("render built-in:ball --mode shadowed --env {name} -o x.png")).error();
+        assert!(line.contains("the file has 32212254720 bytes, more than the limit of 4294967296"), "{line}");
+    }
+}
+
+/// The peak of what a command takes is below what it says that it needs.
+#[cfg(target_os = "linux")]
+#[test]
+fn conversions_of_maps_take_no_more_than_they_say() {
+    let dir = Dir::new();
+    dir.map("sky.pfm", 2048, 1024, |x, y| [(x * y % 17) as f32, 1.0, y as f32]);
+    for (args, need) in [
+        ("env convert sky.pfm --to octahedral --size 1448 -o x.exr", 52),
+        ("env convert sky.pfm --size 64 -o x.exr", 40),
+        ("env convert sky.pfm --to octahedral --size 1448 -o x.png", 52),
+        ("env prefilter sky.pfm --size 32 -o x.ktx2", 41),
+    ] {
+        let peak = peak_of(&dir, args);
+        // Each thread keeps freed memory for a while.
+        let said = 3 * PROGRAM + need * (2 << 20);
+        assert!(peak <= said, "{args}: {peak} bytes, which are to be {said} at most");
+    }
+}
+
+/// The most bytes in memory that were seen of a command, which has to succeed.
+#[cfg(target_os = "linux")]
+fn peak_of(dir: &Dir, args: &str) -> u64 {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lobe"));
+    let mut child = command.args(args.split(' ')).args(["--quiet", "--threads", "2"]).current_dir(dir.path("")).spawn().unwrap();
+    let status = format!("/proc/{}/status", child.id());
+    let mut peak = 0;
+    loop {
+        let text = std::fs::read_to_string(&status).unwrap_or_default();
+        let kib = text.lines().find_map(|line| line.strip_prefix("VmHWM:")?.trim().strip_suffix(" kB")?.parse::<u64>().ok());
+        peak = peak.max(kib.unwrap_or(0) << 10);
+        if let Some(status) = child.try_wait().unwrap() {
+            assert!(status.success(), "{args}: {status}");
+            return peak;
+        }
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}

@@ -341,6 +341,27 @@ fn descriptions_at_fault_end_in_one_line() {
     }
 }
 
+#[cfg(unix)]
+#[test]
+fn a_pipe_that_a_description_names_is_refused_and_not_waited_for() {
+    let dir = scene(KEYS);
+    assert!(std::process::Command::new("mkfifo").arg(dir.path("pipe")).status().unwrap().success(), "a pipe");
+    let expected = "pipe: expected a file, found a device or a pipe";
+    for members in [r#","field":"pipe""#, r#","spheres":"pipe""#] {
+        describe(&dir, members);
+        let error = dir.lobe(&format!("render s.json {VIEW} --mode fields --quiet -o x.png")).error();
+        assert!(error.contains(expected), "{members}: {error}");
+    }
+    let lamp = r#"{"format":"lobe-scene","version":1,"still":"ground.obj","lamps":[{"name":"l","file":"pipe"}]}"#;
+    let still = r#"{"format":"lobe-scene","version":1,"still":{"mesh":"ground.obj","field":"pipe"}}"#;
+    let mesh = r#"{"format":"lobe-scene","version":1,"still":"pipe"}"#;
+    for text in [lamp, still, mesh] {
+        dir.file("s.json", text);
+        let error = dir.lobe(&format!("render s.json {VIEW} --mode fields --quiet -o x.png")).error();
+        assert!(error.contains(expected), "{text}: {error}");
+    }
+}
+
 #[test]
 fn what_is_baked_of_parts_is_held_against_the_limit_of_memory() {
     let dir = scene(KEYS);

@@ -39,6 +39,30 @@ pub(crate) fn stopped_at_work(dir: &Dir, args: &str) -> Output {
     stopped(dir, child, "").unwrap_or_else(|| panic!("lobe {args} was done before it could be stopped"))
 }
 
+#[test]
+fn a_command_without_an_order_to_keep_clears_away_what_it_was_writing() {
+    for signal in ["-INT", "-TERM", "-HUP"] {
+        // More to write each time it was done before it could be stopped.
+        let was_stopped = [1024, 2048, 4096].into_iter().any(|size| {
+            let dir = Dir::new();
+            let mut child = started(&dir, &format!("env convert bundled:sunset --size {size} --quiet -o out.exr"));
+            let begun = || dir.names().iter().any(|name| name.starts_with(".lobe-"));
+            if ends_before(&mut child, begun) {
+                return false;
+            }
+            Command::new("kill").args([signal, &child.id().to_string()]).stderr(Stdio::null()).status().unwrap();
+            let output = child.wait_with_output().unwrap();
+            if output.status.success() {
+                return false;
+            }
+            assert_eq!(output.status.code(), None, "{signal}: ended by the signal");
+            assert_eq!(dir.names(), [""; 0], "{signal}: files that are left");
+            true
+        });
+        assert!(was_stopped, "{signal}: every conversion was done before it could be stopped");
+    }
+}
+
 /// The one line with which a command that was stopped ends.
 pub(crate) fn line(output: Output) -> String {
     let line = String::from_utf8(output.stderr).unwrap();

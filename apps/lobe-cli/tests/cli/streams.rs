@@ -83,6 +83,20 @@ fn quiet_silences_notes_but_not_errors() {
 }
 
 #[test]
+fn characters_that_turn_text_around_are_escaped_in_messages() {
+    let dir = Dir::new();
+    let name = "sky\u{202e}rxe.\u{2066}exr";
+    let error = dir.lobe("project -o p.sh.json").arg(name).error();
+    assert!(error.starts_with("sky\\u{202e}rxe.\\u{2066}exr: "), "{error}");
+    dir.map("minus.exr", 2, 1, |_, _| [-1.0; 3]);
+    if cfg!(unix) {
+        std::fs::rename(dir.path("minus.exr"), dir.path(name)).unwrap();
+        let (_, note) = dir.lobe("project -o p.sh.json").arg(name).succeeds();
+        assert!(note.starts_with("note: sky\\u{202e}rxe.\\u{2066}exr: "), "{note}");
+    }
+}
+
+#[test]
 fn a_reader_that_goes_away_is_no_error() {
     let dir = Dir::new();
     dir.sh("p.sh.json", Quantity::Radiance, ShVec::constant(2, 1.0));
@@ -127,6 +141,34 @@ fn a_result_that_a_closed_stdout_would_lose_is_an_error_and_all_else_is_none() {
     let output = closed(&dir, "sh rotate p.sh.json --quat 0,0,0,1 -o q.sh.json");
     assert_eq!((output.status.code(), output.stderr.as_slice()), (Some(0), &b""[..]), "nothing is printed");
     assert_eq!(dir.read_sh("q.sh.json").coefficients, dir.read_sh("p.sh.json").coefficients, "the file");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_stdout_without_room_for_the_json_is_found_before_the_work() {
+    let dir = Dir::new();
+    let said = "lobe: stdout: no space is left; make room, or write somewhere else\n";
+    for args in ["bake built-in:ball --json -o b.glb", "field built-in:ball --json -o f.safetensors"] {
+        let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let lobe = env!("CARGO_BIN_EXE_lobe");
+        let mut command = Command::new(lobe);
+        let command = command.args(args.split(' ')).current_dir(dir.path("")).stdout(full).stderr(Stdio::piped());
+        let output = command.output().unwrap();
+        assert_eq!(String::from_utf8(output.stderr).unwrap(), said, "lobe {args}");
+        let output = closed(&dir, args);
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert!(stderr.starts_with("lobe: stdout: it is closed"), "lobe {args}: {stderr}");
+        assert_eq!(dir.names(), [""; 0], "lobe {args}: nothing is done");
+    }
+    // Room behind the end of a file is asked for, and its length stays.
+    let file = std::fs::File::create(dir.path("out.json")).unwrap();
+    let args = "light ambient --order 2 -o p.sh.json";
+    dir.lobe(args).succeeds();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lobe"));
+    let status = command.args(["sh", "info", "p.sh.json", "--json"]).current_dir(dir.path("")).stdout(file).status();
+    assert!(status.unwrap().success(), "a file as stdout");
+    let text = String::from_utf8(dir.bytes("out.json")).unwrap();
+    assert!(text.starts_with('{') && text.ends_with("}\n") && !text.contains('\0'), "{text:?}");
 }
 
 #[cfg(target_os = "linux")]

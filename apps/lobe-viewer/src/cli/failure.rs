@@ -2,19 +2,21 @@
 
 use std::process::ExitCode;
 
+use lobe::io::one_line;
+
 /// The exit code of every error, as of the command `lobe`.
 const ERROR: u8 = 2;
 
 /// Says an error in one line.
 pub(crate) fn say(message: &str) -> ExitCode {
     let line = message.lines().map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join(": ");
-    eprintln!("lobe-viewer: {line}");
+    eprintln!("lobe-viewer: {}", one_line(&line));
     ExitCode::from(ERROR)
 }
 
 /// Says what is no failure, where it is not mistaken for what was asked for.
 pub(crate) fn note(message: &str) {
-    eprintln!("note: {message}");
+    eprintln!("note: {}", one_line(message));
 }
 
 /// What the parser of the command line has to say: help, or what is wrong in one line.

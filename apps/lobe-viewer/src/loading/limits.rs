@@ -2,7 +2,7 @@
 
 use anyhow::anyhow;
 use lobe::env::{EnvError, MapReadOptions};
-use lobe::image::{ImageError, PictureReadOptions};
+use lobe::image::{ImageError, PictureReadOptions, ReadOption};
 use lobe::prt::PrtError;
 use lobe::render::RenderError;
 use lobe::scene::{SceneError, SceneReadOption, SceneReadOptions};
@@ -14,7 +14,8 @@ const GIB: f64 = (1_u64 << 30) as f64;
 #[derive(Clone, Copy, Debug, PartialEq, clap::Args)]
 #[non_exhaustive]
 pub struct ReadLimits {
-    /// Refuse a scene, with its instances and the tree over its triangles, or transfer, that takes more memory than this, in GiB
+    /// Refuse a scene, with its instances and the tree over its triangles, transfer, or a picture, that takes more memory than this,
+    /// in GiB
     #[arg(long, value_name = "GIB", default_value_t = 4.0, value_parser = positive)]
     pub max_memory: f64,
     /// The most triangles, and the most vertices, that a file may hold, its instances counted
@@ -61,7 +62,9 @@ impl ReadLimits {
 
     /// The options of reading an environment.
     pub(crate) fn map(&self) -> MapReadOptions {
-        MapReadOptions::default().max_texels(self.max_texels)
+        let mut options = MapReadOptions::default().max_texels(self.max_texels);
+        options.picture.max_bytes = (self.max_memory * GIB) as u64;
+        options
     }
 }
 
@@ -82,9 +85,10 @@ pub(crate) fn plain(error: impl Into<anyhow::Error>) -> anyhow::Error {
         _ => None,
     };
     let image = |found: &ImageError| match found {
-        ImageError::Refused { place, message, .. } => {
-            Some(format!("{place}: {message}; make it smaller, or start with a higher --max-texels"))
-        }
+        ImageError::Refused { place, message, option } => Some(match option {
+            ReadOption::MaxBytes => format!("{place}: {message}; make it smaller, or start with a higher --max-memory"),
+            _ => format!("{place}: {message}; make it smaller, or start with a higher --max-texels"),
+        }),
         _ => None,
     };
     // Crates wrap the errors of those below.

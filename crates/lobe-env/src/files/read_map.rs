@@ -145,7 +145,7 @@ pub fn read_map(path: impl AsRef<Path>, options: &MapReadOptions) -> Result<(Loa
         return read_map_bytes(bundled::named(bundled)?.bytes, &name, options);
     }
     let Some(files) = FaceFiles::of_input(path)? else {
-        let (name, bytes) = picture_file_bytes(path)?;
+        let (name, bytes) = picture_file_bytes(path, &options.picture)?;
         return read_map_bytes(&bytes, &name, options);
     };
     options.expect(Mapping::Cube, &name, "a cube")?;

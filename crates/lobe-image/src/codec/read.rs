@@ -25,6 +25,9 @@ use crate::{ImageError, Picture, ReadOption};
 /// The default of [`PictureReadOptions::max_texels`]: enough for 16384 x 8192 and for 23170 x 11585, 3 GiB in memory.
 const MAX_TEXELS: usize = 1 << 28;
 
+/// The default of [`PictureReadOptions::max_bytes`]: 4 GiB, half of the memory of the most common machines.
+const MAX_BYTES: u64 = 4 << 30;
+
 /// The formats that are read, for messages.
 const EXPECTED: &str =
     "Radiance .hdr (beginning with \"#?RADIANCE\"), OpenEXR, .pfm, TIFF, PNG, JPEG, JPEG XL, KTX2, KTX or DDS";
@@ -65,6 +68,9 @@ pub struct PictureReadOptions {
     pub nonfinite: Nonfinite,
     /// The largest picture, in texels, for which memory is asked for; by default 2²⁸.
     pub max_texels: usize,
+    /// The most bytes of a file that has to be read whole, and of its texels, each of which takes 12 in memory; by default 4 GiB. A
+    /// longer file is refused by its length, before it is read. [`PictureRows`](crate::PictureRows) hold neither.
+    pub max_bytes: u64,
     /// Convert a picture whose file declares other primaries to those of Rec. 709, the white adapted by Bradford's matrix;
     /// by default the values are taken as they are. Colors outside of the gamut get negative channels.
     pub to_rec_709: bool,
@@ -72,7 +78,28 @@ pub struct PictureReadOptions {
 
 impl Default for PictureReadOptions {
     fn default() -> Self {
-        Self { nonfinite: Nonfinite::default(), max_texels: MAX_TEXELS, to_rec_709: false }
+        let nonfinite = Nonfinite::default();
+        Self { nonfinite, max_texels: MAX_TEXELS, max_bytes: MAX_BYTES, to_rec_709: false }
+    }
+}
+
+impl PictureReadOptions {
+    /// The texels of a picture that is held in memory.
+    pub(crate) fn most_texels(&self) -> usize {
+        usize::try_from(self.max_bytes / size_of::<Pixel>() as u64).map_or(self.max_texels, |n| n.min(self.max_texels))
+    }
+
+    /// Names the option that keeps out a picture of more than [`most_texels`](Self::most_texels).
+    pub(crate) fn blame<T>(&self, read: Result<T, ImageError>) -> Result<T, ImageError> {
+        match read {
+            Err(ImageError::Refused { place, message, option: ReadOption::MaxTexels })
+                if self.most_texels() < self.max_texels =>
+            {
+                let message = format!("{message}, which take {} bytes", self.max_bytes);
+                Err(ImageError::Refused { place, message, option: ReadOption::MaxBytes })
+            }
+            read => read,
+        }
     }
 }
 
@@ -242,13 +269,13 @@ impl PictureReadReport {
 ///
 /// # Errors
 /// [`ImageError::Io`] if the file cannot be read; [`ImageError::Invalid`] if it is damaged, cut off or no such picture;
-/// [`ImageError::Refused`] if it is larger than [`PictureReadOptions::max_texels`], or has non-finite texels that the
-/// options do not allow; [`ImageError::Unsupported`] if it is a kind of picture that Lobe does not read.
+/// [`ImageError::Refused`] if it is larger than [`PictureReadOptions::max_texels`] or `max_bytes`, or has non-finite texels that
+/// the options do not allow; [`ImageError::Unsupported`] if it is a kind of picture that Lobe does not read.
 pub fn read_picture(
     path: impl AsRef<Path>,
     options: &PictureReadOptions,
 ) -> Result<(Picture, PictureReadReport), ImageError> {
-    let (name, bytes) = picture_file_bytes(path)?;
+    let (name, bytes) = picture_file_bytes(path, options)?;
     read_picture_bytes(&bytes, &name, options)
 }
 
@@ -262,7 +289,7 @@ pub fn read_picture_bytes(
     options: &PictureReadOptions,
 ) -> Result<(Picture, PictureReadReport), ImageError> {
     let format = FileFormat::of_bytes(bytes, name)?;
-    let max_texels = options.max_texels;
+    let max_texels = options.most_texels();
     let decoded = guarded(format, name, || match format {
         FileFormat::Radiance => read_hdr::decode(bytes, name, max_texels),
         FileFormat::OpenExr => read_exr::decode(bytes, name, max_texels),
@@ -275,18 +302,18 @@ pub fn read_picture_bytes(
             let message = format!("a picture expected, found a texture ({format}), which may hold a cube map");
             Err(unsupported(name, message))
         }
-    })?;
+    });
     finished(decoded, format, name, options)
 }
 
 /// A decoded picture as the options want it, and its report.
 pub(crate) fn finished(
-    decoded: Decoded,
+    decoded: Result<Decoded, ImageError>,
     format: FileFormat,
     name: &str,
     options: &PictureReadOptions,
 ) -> Result<(Picture, PictureReadReport), ImageError> {
-    let Decoded { head, mut texels } = decoded;
+    let Decoded { head, mut texels } = options.blame(decoded)?;
     let (width, height) = (head.width, head.height);
     let (mut report, to_convert) = PictureReadReport::of_head(head, format, name, options)?;
     if let Some(primaries) = to_convert {
@@ -309,9 +336,13 @@ fn decode_jpeg_xl(_: &[u8], name: &str, _: usize) -> Result<Decoded, ImageError>
 /// The name of a picture file for messages, and its bytes; other files are refused by their first bytes.
 ///
 /// # Errors
-/// [`ImageError::Io`] if the file cannot be read, and the errors of [`FileFormat::of_bytes`].
+/// [`ImageError::Io`] if the file cannot be read, [`ImageError::Refused`] if it is longer than the options allow, and the errors of
+/// [`FileFormat::of_bytes`].
 #[doc(hidden)]
-pub fn picture_file_bytes(path: impl AsRef<Path>) -> Result<(String, Vec<u8>), ImageError> {
+pub fn picture_file_bytes(
+    path: impl AsRef<Path>,
+    options: &PictureReadOptions,
+) -> Result<(String, Vec<u8>), ImageError> {
     let path = path.as_ref();
     let name = path.display().to_string();
     let io = |source| ImageError::Io { place: name.clone(), source };
@@ -320,7 +351,20 @@ pub fn picture_file_bytes(path: impl AsRef<Path>) -> Result<(String, Vec<u8>), I
     let mut bytes = Vec::new();
     file.by_ref().take(SHOWN_BYTES as u64).read_to_end(&mut bytes).map_err(io)?;
     FileFormat::of_bytes(&bytes, &name)?;
-    file.read_to_end(&mut bytes).map_err(io)?;
+    let refused = |found: &str| {
+        let message = format!("the file has {found} than the limit of {}", options.max_bytes);
+        Err(ImageError::Refused { place: name.clone(), message, option: ReadOption::MaxBytes })
+    };
+    let length = file.metadata().map_err(io)?.len();
+    if length > options.max_bytes {
+        return refused(&format!("{length} bytes, more"));
+    }
+    // What is no file, a pipe perhaps, has no length.
+    let rest = options.max_bytes.saturating_add(1).saturating_sub(bytes.len() as u64);
+    file.take(rest).read_to_end(&mut bytes).map_err(io)?;
+    if bytes.len() as u64 > options.max_bytes {
+        return refused("more bytes");
+    }
     Ok((name, bytes))
 }
 

@@ -95,11 +95,7 @@ pub(crate) fn unsupported(name: &str, message: String) -> ImageError {
 
 /// A message in one line of bounded length.
 fn one_line(message: String) -> String {
-    if message.len() <= MAX_MESSAGE && !message.contains(char::is_control) {
-        return message;
-    }
-    let printable = |c: char| if c.is_control() { ' ' } else { c };
-    let mut line: String = message.trim_end().chars().take(MAX_MESSAGE).map(printable).collect();
+    let mut line = lobe_io::one_line(&message.trim_end().chars().take(MAX_MESSAGE).collect::<String>());
     if message.chars().nth(MAX_MESSAGE).is_some() {
         line.push_str("...");
     }

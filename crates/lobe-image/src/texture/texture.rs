@@ -26,13 +26,13 @@ use crate::{ImageError, Picture, PictureWriteReport, TexelFormat};
 ///
 /// # Errors
 /// [`ImageError::Io`] if the file cannot be read; [`ImageError::Invalid`] if it is damaged or cut off; [`ImageError::Refused`] if its largest level has more
-/// texels than [`PictureReadOptions::max_texels`], or there are non-finite texels that the options do not allow;
+/// texels than [`PictureReadOptions::max_texels`] or `max_bytes` allows, or there are non-finite texels that the options do not allow;
 /// [`ImageError::Unsupported`] if it holds no cube, or one in a form that is not read.
 pub fn read_cube_texture(
     path: impl AsRef<Path>,
     options: &PictureReadOptions,
 ) -> Result<(CubeTexture, PictureReadReport), ImageError> {
-    let (name, bytes) = picture_file_bytes(path)?;
+    let (name, bytes) = picture_file_bytes(path, options)?;
     read_cube_texture_bytes(&bytes, &name, options)
 }
 
@@ -50,10 +50,10 @@ pub fn read_cube_texture_bytes(
         let message = format!("a cube map in KTX2, KTX, DDS or OpenEXR expected, found a {format} picture");
         return Err(unsupported(name, message));
     }
-    let decoded = guarded(format, name, || {
-        let texture = Texture::header(format, bytes, name, options.max_texels)?;
+    let decoded = options.blame(guarded(format, name, || {
+        let texture = Texture::header(format, bytes, name, options.most_texels())?;
         if texture.stored().is_cube() { texture.decode(bytes, usize::MAX, name).map(Some) } else { Ok(None) }
-    })?;
+    }))?;
     let Some((stored, levels)) = decoded else {
         return Err(unsupported(
             name,
@@ -106,13 +106,13 @@ pub fn read_texture_picture_bytes(
 ) -> Result<(Picture, PictureReadReport), ImageError> {
     let format = FileFormat::of_bytes(bytes, name)?;
     let decoded = guarded(format, name, || {
-        let texture = Texture::header(format, bytes, name, options.max_texels)?;
+        let texture = Texture::header(format, bytes, name, options.most_texels())?;
         if texture.stored().is_cube() {
             return Err(unsupported(name, format!("a picture expected, found a cube map in a {format} texture")));
         }
         let (stored, mut levels) = texture.decode(bytes, 1, name)?;
         Ok(stored.picture(levels.swap_remove(0)))
-    })?;
+    });
     finished(decoded, format, name, options)
 }
 

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use exr::prelude::{Blocks, Compression, Encoding, SampleType, Vec2};
 use lobe_image::{
-    ImageError, Nonfinite, Picture, PictureReadOptions, PictureWriteOptions, ReadOption, encode_picture, read_picture,
+    ImageError, Nonfinite, Picture, PictureReadOptions, PictureWriteOptions, ReadOption, encode_picture,
+    read_cube_texture, read_picture,
     read_picture_bytes,
 };
 use lobe_testkit::Random;
@@ -107,6 +108,49 @@ fn files_that_are_no_pictures_say_what_was_found() {
 fn a_device_without_end_is_refused_by_its_beginning() {
     let result = read_picture("/dev/zero", &PictureReadOptions::default()).map(|(map, _)| map);
     expect(result, "zeros", &["/dev/zero", "unknown data", "00, 00"]);
+}
+
+#[test]
+fn a_file_longer_than_the_limit_is_refused_by_its_length() {
+    let folder = tempfile::tempdir().unwrap();
+    let beginnings: [&[u8]; 7] = [
+        b"#?RADIANCE\n\n-Y 1 +X 1\n",
+        &[0x76, 0x2f, 0x31, 0x01],
+        b"PF\n1 1\n-1\n",
+        b"\x89PNG\r\n\x1a\n",
+        b"\xff\xd8\xff",
+        b"\xabKTX 20\xbb\r\n\x1a\n",
+        b"DDS ",
+    ];
+    for beginning in beginnings {
+        let path = folder.path().join("sky");
+        std::fs::write(&path, beginning).unwrap();
+        let length = if cfg!(unix) { 1 << 40 } else { 1 << 20 };
+        // A hole, which takes no room on the disk.
+        std::fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(length).unwrap();
+        let options = PictureReadOptions::default();
+        let options = if cfg!(unix) { options } else { options.max_bytes(1 << 16) };
+        let (picture, texture) = (read_picture(&path, &options).err(), read_cube_texture(&path, &options).err());
+        for error in [picture, texture] {
+            let Some(ImageError::Refused { message, option: ReadOption::MaxBytes, .. }) = &error else {
+                panic!("{beginning:?}: {error:?}");
+            };
+            assert_eq!(*message, format!("the file has {length} bytes, more than the limit of {}", options.max_bytes));
+        }
+    }
+}
+
+#[test]
+fn texels_that_take_more_than_the_limit_of_bytes_are_refused_by_that_name() {
+    let bytes = b"PF\n4 2\n-1\n".iter().copied().chain([0; 96]).collect::<Vec<u8>>();
+    let read = |options: &PictureReadOptions| read_picture_bytes(&bytes, "a.pfm", options);
+    assert!(read(&PictureReadOptions::default().max_bytes(96)).is_ok(), "as much as allowed");
+    let error = read(&PictureReadOptions::default().max_bytes(95)).unwrap_err();
+    assert!(matches!(error, ImageError::Refused { option: ReadOption::MaxBytes, .. }), "{error:?}");
+    let text = error.to_string();
+    assert!(text.contains("4 x 2") && text.contains("raise max_bytes"), "{text}");
+    let error = read(&PictureReadOptions::default().max_bytes(95).max_texels(7)).unwrap_err();
+    assert!(matches!(error, ImageError::Refused { option: ReadOption::MaxTexels, .. }), "the lower one: {error:?}");
 }
 
 #[test]

@@ -63,7 +63,9 @@ impl RecordLayout {
     pub(crate) fn bytes_of(&self, shard: Shard) -> u64 {
         let range = shard.range(self.count);
         let short = if range.end == self.count && !range.is_empty() { self.bytes - self.last } else { 0 };
-        (HEADER + range.len() * self.framed() - short) as u64
+        // What a file says may be any number.
+        let records = (range.len() as u64).saturating_mul((self.bytes as u64).saturating_add(SUM as u64));
+        records.saturating_add(HEADER as u64).saturating_sub(short as u64)
     }
 }
 
@@ -130,6 +132,13 @@ impl Header {
         text.extend(std::iter::repeat_n(' ', (8 - text.len() % 8) % 8));
         [&(text.len() as u64).to_le_bytes(), text.as_bytes()].concat()
     }
+
+    /// Whether these bytes are the preface of this header, for work of any name.
+    pub(crate) fn is_preface(&self, bytes: &[u8]) -> bool {
+        let text = str::from_utf8(bytes.get(8..).unwrap_or_default()).unwrap_or_default();
+        let work = text.split_once(r#""work":""#).and_then(|(_, rest)| rest.split_once('"'));
+        work.is_some_and(|(work, _)| self.preface(work) == bytes)
+    }
 }
 
 /// Where the header is in a file that begins with these bytes.
@@ -191,6 +200,14 @@ mod tests {
             assert_eq!(header_at(&preface), Some(preface.len() as u64), "{shard}: behind its length");
             let text = str::from_utf8(&preface[8..]).unwrap();
             assert!(text.contains(&format!(r#""work":"bake","shard":"{shard}""#)), "{text}");
+            assert!(header(shard).is_preface(&preface), "{text}");
+            for at in 0..preface.len() {
+                let mut bad = preface.clone();
+                bad[at] ^= 1;
+                // The name of the work is of no account.
+                let is_name = text.find("bake").is_some_and(|name| (8 + name..8 + name + 4).contains(&at));
+                assert_eq!(header(shard).is_preface(&bad), is_name, "with a change at {at}");
+            }
         }
     }
 }

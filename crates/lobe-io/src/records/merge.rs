@@ -68,17 +68,26 @@ impl Part {
         }
         let mut bytes = Vec::new();
         (&file).take(HEADER as u64).read_to_end(&mut bytes).map_err(io)?;
-        if let Some(at @ 1..) = header_at(&bytes) {
-            bytes.clear();
-            file.seek(SeekFrom::Start(at)).map_err(io)?;
-            (&file).take(HEADER as u64).read_to_end(&mut bytes).map_err(io)?;
+        let at = header_at(&bytes).unwrap_or(0);
+        // The preface is short.
+        file.seek(SeekFrom::Start(0)).map_err(io)?;
+        bytes.clear();
+        (&file).take(at + HEADER as u64).read_to_end(&mut bytes).map_err(io)?;
+        let preface = bytes.get(..at as usize).unwrap_or_default();
+        let Some(header) = bytes.get(at as usize..).and_then(Header::parse) else {
+            let message = "expected a shard, as this version of Lobe leaves it, found something else";
+            return Err(IoError::invalid(path, message));
+        };
+        if !(preface.is_empty() || header.is_preface(preface)) {
+            let message = "its header of safetensors is not that of its shard: the file was changed; make the shard anew";
+            return Err(IoError::invalid(path, message));
         }
-        match Header::parse(&bytes) {
-            Some(header) => Ok(Self { path: path.to_path_buf(), file, header }),
-            None => {
-                Err(IoError::invalid(path, "expected a shard, as this version of Lobe leaves it, found something else"))
-            }
+        let (found, expected) = (file.metadata().map_err(io)?.len(), at + header.layout.bytes_of(header.shard));
+        if found > expected {
+            let message = format!("expected {expected} bytes, found {found}: the file was changed; make the shard anew");
+            return Err(IoError::invalid(path, message));
         }
+        Ok(Self { path: path.to_path_buf(), file, header })
     }
 }
 
@@ -286,6 +295,11 @@ mod tests {
         fs::write(&short, &bytes[..bytes.len() - 1]).unwrap();
         let text = folder.path().join("text");
         fs::write(&text, "no shard").unwrap();
+        let long = folder.path().join("long");
+        fs::write(&long, [&bytes[..], b"more"].concat()).unwrap();
+        let renamed = folder.path().join("renamed");
+        let at = header_at(&bytes).unwrap() as usize;
+        fs::write(&renamed, [&bytes[..8], &b"[]".repeat(at / 2 - 4), &bytes[at..]].concat()).unwrap();
         let [a, b, c] = &parts[..] else { panic!("three shards") };
         let merged = folder.path().join("merged");
         fs::write(&merged, "what stood there").unwrap();
@@ -299,6 +313,8 @@ mod tests {
             (vec![a, &half, c], "half: shard 2/3 is not complete: 1 of 3 records are whole; repeat its command, "),
             (vec![a, &short, c], "short: shard 2/3 is not complete: 2 of 3 records are whole; "),
             (vec![a, &text, c], "text: expected a shard, as this version of Lobe leaves it, found something else"),
+            (vec![a, &long, c], ": the file was changed; make the shard anew"),
+            (vec![a, &renamed, c], "renamed: its header of safetensors is not that of its shard: "),
             (vec![a, &whole, c], "whole: is shard 1/1, found among shards of 3, such as "),
         ] {
             let given: Vec<PathBuf> = given.into_iter().cloned().collect();

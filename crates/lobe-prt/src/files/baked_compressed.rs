@@ -153,5 +153,12 @@ pub(crate) fn read_compressed(
     let width = order * order * channels.count();
     let table = CompressedTable::new(width, components, clusters, weights, bases);
     let table = table.map_err(|error| error.within(name))?;
+    // The numbers of the bases are those of some clusters for other components too.
+    let clusters = table.cluster_count();
+    if said["clusters"].as_u64() != Some(clusters as u64) {
+        let found = &said["clusters"];
+        let message = format!("`bases` hold {clusters} clusters of {components} components, `compression` says {found}");
+        return Err(PrtError::invalid(name, message));
+    }
     CompressedTransfer::from_table(order, channels, table).map_err(|error| error.within(name))
 }

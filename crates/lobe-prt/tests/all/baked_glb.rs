@@ -303,6 +303,22 @@ fn compressed_transfer_that_contradicts_itself_is_refused() {
             json!({"components": 2, "weights": "f64"}),
             "expected components and weights of f32, u16 or u8",
         ),
+        (
+            "/compression",
+            json!({"clusters": 3, "components": 0, "weights": "f32"}),
+            "`bases` hold 9 clusters of 0 components, `compression` says 3",
+        ),
+        (
+            "/compression",
+            json!({"clusters": 65536, "components": 2, "weights": "f32"}),
+            "`bases` hold 3 clusters of 2 components, `compression` says 65536",
+        ),
+        (
+            "/compression",
+            json!({"clusters": 0, "components": 2, "weights": "f32"}),
+            "`bases` hold 3 clusters of 2 components, `compression` says 0",
+        ),
+        ("/compression", json!({"components": 2, "weights": "f32"}), "`compression` says null"),
     ] {
         let mut json = json.clone();
         json["asset"]["extras"]["lobe"][&pointer[1..]] = value;

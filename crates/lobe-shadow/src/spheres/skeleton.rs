@@ -6,7 +6,7 @@ use lobe_scene::{AnimatedScene, Entity};
 use serde::{Deserialize, Serialize};
 
 use crate::ShadowError;
-use crate::error::one_line;
+use lobe_io::one_line;
 
 /// The entity of an animated scene that spheres stand for, with the joints of its skin in the order in which a
 /// [`Skin`](crate::Skin) counts them.
