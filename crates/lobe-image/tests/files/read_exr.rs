@@ -90,8 +90,12 @@ fn luminance_alpha_layers_and_mixed_types_are_read() {
         (&["Y"], [0, 0, 0], "channels Y are read"),
         (&["Y", "A"], [0, 0, 0], "channels Y are read; alpha is ignored"),
         (&["beauty.R", "beauty.G", "beauty.B"], [0, 1, 2], "channels beauty.R, beauty.G, beauty.B are read"),
-        (&["R", "G", "B", "x.R", "x.G", "x.B"], [0, 1, 2], ""),
-        (&["a.R", "a.G", "b.c.R", "b.c.G", "b.c.B", "Z"], [2, 3, 4], "channels b.c.R, b.c.G, b.c.B are read"),
+        (&["R", "G", "B", "x.R", "x.G", "x.B"], [0, 1, 2], "layers that are not read: x"),
+        (
+            &["a.R", "a.G", "b.c.R", "b.c.G", "b.c.B", "Z"],
+            [2, 3, 4],
+            "channels b.c.R, b.c.G, b.c.B are read; layers that are not read: a",
+        ),
     ];
     for (names, channels, notes) in cases {
         let (map, report) = read(&exr_picture(SIZE, SCAN_LINES, planes(names, SampleType::F16, SIZE)));
