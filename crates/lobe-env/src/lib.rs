@@ -109,7 +109,7 @@ pub use files::cube_faces::{FaceFiles, write_cube_faces};
 pub use files::fisheye::FisheyeOptions;
 pub use files::project_map_file::project_map_file;
 pub use files::read_map::{LoadedMap, read_map, read_map_bytes};
-pub use files::read_options::{MapReadOptions, MapReadReport};
+pub use files::read_options::{FaceAssumption, MapReadOptions, MapReadReport};
 pub use files::write::{CubeWriteOptions, encode_env, write_cube, write_env};
 pub use lobe_image::{FileFormat, Nonfinite, PictureWriteOptions, TexelFormat};
 pub use map::adjust::{
@@ -119,6 +119,7 @@ pub use map::cube_layout::{CubeHandedness, CubeLayout};
 pub use map::cube_map::CubeMap;
 pub use map::cube_mip_chain::CubeMipChain;
 pub use map::env_map::EnvMap;
+pub use map::face_order::{FaceNames, FaceOrder};
 pub use map::mapped_map::MappedMap;
 pub use mapping::angular;
 pub use mapping::cube;

@@ -132,6 +132,7 @@ fn of_map(error: &EnvError) -> Option<String> {
             MapReadOption::Elevations => {
                 format!("--vertical-fov: only of a lat-long picture, but {place} is {found}; leave it out")
             }
+            MapReadOption::Faces => format!("--faces: only of a cube, but {place} is {found}; leave it out"),
             MapReadOption::Fisheye => {
                 format!("--fisheye: only of a picture that is no map yet, but {place} is {found}; leave it out")
             }
