@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use lobe_image::{
-    ImageError, Picture, PictureReadReport, PictureWriteOptions, PictureWriteReport, Tone, encode_picture,
+    ImageError, Picture, PictureReadReport, PictureWriteOptions, PictureWriteReport, TexelFormat, Tone, encode_picture,
     read_picture,
 };
 use lobe_io::{StagedFile, check_writable};
@@ -266,6 +266,9 @@ pub fn write_cube_faces(
             bytes
         };
         staged.push(StagedFile::write(path, |file| file.write_all(&bytes)).map_err(|e| io(path, e))?);
+    }
+    if options.half && report.clamped > 0 {
+        report.lost = cube.share_beyond(TexelFormat::Rgba16F.largest());
     }
     for (path, file) in paths.iter().zip(staged) {
         file.publish().map_err(|e| io(path, e))?;

@@ -234,6 +234,34 @@ fn pictures_of_no_cube_are_refused_in_one_line() {
 }
 
 #[test]
+fn a_sun_beyond_half_floats_keeps_its_light_by_default() {
+    let folder = tempfile::tempdir().unwrap();
+    // A cube of 1 with a sun in one texel of a face: nearly all of the light is above 65504, or none of it.
+    for (sun, default) in [(1e7_f32, TexelFormat::Rgba32F), (6e4, TexelFormat::Rgba16F)] {
+        let mut texels = vec![Rgb::new(1.0_f32, 1.0, 1.0); 6 * 16];
+        texels[3] = Rgb::new(sun, sun, sun);
+        let chain = CubeMipChain::single(CubeMap::new(4, texels).unwrap());
+        let all = chain.base().mean().r;
+        for name in ["a.ktx2", "a.dds"] {
+            let path = folder.path().join(name);
+            let options = CubeWriteOptions::default();
+            assert_eq!(options.texels_for(&path, &chain), default, "{name}, sun {sun}");
+            let report = write_cube(&path, &chain, &options).unwrap();
+            let (back, _) = read_map(&path, &MapReadOptions::default()).unwrap();
+            let kept = back.base().mean().r / all;
+            assert!((kept - 1.0).abs() < 1e-3 && report.lost == 0.0, "{name}, sun {sun}: {kept} kept, {report:?}");
+            for format in [TexelFormat::Rgba16F, TexelFormat::Rgb9e5, TexelFormat::R11G11B10F, TexelFormat::Bc6h] {
+                let report = write_cube(&path, &chain, &options.clone().texels(format)).unwrap();
+                let (back, _) = read_map(&path, &MapReadOptions::default()).unwrap();
+                let lost = 1.0 - back.base().mean().r / all;
+                // Blocks change the texels beside the sun too.
+                assert!((report.lost - lost).abs() < 0.02, "{name} {format}, sun {sun}: {lost}, {report:?}");
+            }
+        }
+    }
+}
+
+#[test]
 fn rows_and_sheets_of_photographs_in_any_order_are_one_panorama() {
     let light = |s: Dir| Rgb::new(2.0 + s.x() as f32, 2.0 + s.y() as f32, 2.0 + s.z() as f32);
     // Faces of a cube of graphics interfaces, which are photographs if they are left-handed, with the front towards -y.
