@@ -29,7 +29,7 @@ Examples:
 
 bundled:sunset and bundled:studio name the two environment maps that come with the program.
 Directions are right-handed with +z up; \"order n\" means n bands, n² coefficients.
-Exit code: 0 done, 1 compared and different, 2 error, or stopped in order by
+Exit code: 0 done, 1 compared and different or looked for a sun and found none, 2 error, or stopped in order by
 Ctrl-C, SIGTERM or SIGHUP; a command without an order to keep ends by the signal (130).";
 
 /// Light from everywhere in a few numbers: spherical-harmonic expansions of environment maps.

@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use lobe::env;
 use lobe::env::{
-    CieSky, CubeHandedness, EnvMap, FisheyeOptions, FisheyeProjection, Ground, MapReadOptions, MappedMap, Mapping,
-    Nonfinite, Padding, PictureWriteOptions, PreethamSky, Resample, bundled as bundled_maps, encode_env, project_map,
-    read_map, reconstruct_into, resample, sky_map,
+    CieSky, CubeHandedness, EnvMap, FaceOrder, FisheyeOptions, FisheyeProjection, Ground, MapReadOptions, MappedMap,
+    Mapping, Nonfinite, Padding, PictureWriteOptions, PreethamSky, Resample, bundled as bundled_maps, encode_env,
+    project_map, read_map, reconstruct_into, resample, sky_map,
 };
 use lobe::image::{ImageError, Picture, PictureReadOptions, PictureReadReport, Tone};
 use lobe::sh::{Coefficient, Dir, Expansion as _, Real as _, Rgb, Rotation, ShVec};
@@ -66,6 +66,10 @@ fn mapping_of(name: &str) -> PyResult<Mapping> {
         .ok_or_else(|| value_error(format!("expected a mapping such as lat-long or cube, found {name:?}")))
 }
 
+fn face_order(text: &str) -> PyResult<FaceOrder> {
+    text.parse().map_err(|error| value_error(format!("faces: {error}")))
+}
+
 /// Projection, field of view in radians, axis, and the circle in pixels.
 type Fisheye = (String, f64, [f64; 3], Option<[f64; 3]>);
 
@@ -75,6 +79,7 @@ type Fisheye = (String, f64, [f64; 3], Option<[f64; 3]>);
 pub(crate) struct Reading {
     mapping: Option<String>,
     left_handed: bool,
+    faces: Option<String>,
     /// In radians.
     elevations: Option<[f64; 2]>,
     fisheye: Option<Fisheye>,
@@ -104,6 +109,7 @@ impl Reading {
             .elevations(self.elevations)
             .fisheye(self.lens()?)
             .padding(padding)
+            .faces(self.faces.as_deref().map(face_order).transpose()?)
             .handedness(if self.left_handed { CubeHandedness::Left } else { CubeHandedness::Right }))
     }
 
@@ -128,10 +134,14 @@ pub(crate) fn load(py: Python<'_>, path: PathBuf, reading: Reading) -> PyResult<
     let size = std::fs::metadata(&path).map_or(0, |file| file.len() as usize);
     let read = answered(py, size, move || read_map(&path, &options))?;
     let (map, report) = read.map_err(|error| error_of(&error))?;
-    let findings = match &*report.faces {
+    let mut findings: Vec<String> = match &*report.faces {
         [] => report.picture.findings(),
         faces => faces.iter().flat_map(PictureReadReport::findings).collect(),
     };
+    findings.extend(report.assumed.map(|assumed| format!("{assumed}; left_handed and faces say otherwise")));
+    if !report.picture.panorama.is_empty() {
+        findings.extend(report.told);
+    }
     Ok((map.into_base().into(), findings))
 }
 

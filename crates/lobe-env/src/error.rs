@@ -53,6 +53,8 @@ pub enum MapReadOption {
     Elevations,
     /// [`fisheye`](crate::MapReadOptions::fisheye): only of a picture that is no map yet.
     Fisheye,
+    /// [`faces`](crate::MapReadOptions::faces): only cubes have them.
+    Faces,
 }
 
 impl fmt::Display for MapReadOption {
@@ -62,6 +64,7 @@ impl fmt::Display for MapReadOption {
             Self::Handedness => "MapReadOptions::handedness",
             Self::Elevations => "MapReadOptions::elevations",
             Self::Fisheye => "MapReadOptions::fisheye",
+            Self::Faces => "MapReadOptions::faces",
         })
     }
 }

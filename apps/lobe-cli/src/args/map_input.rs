@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::bail;
 use clap::Args;
 use lobe::env::{
-    CubeHandedness, CubeLayout, EnvError, EnvMap, FaceFiles, LoadedMap, MapReadOptions, MapReadReport, MappedMap,
-    Mapping, Nonfinite, Padding, project_map_file, read_map,
+    CubeHandedness, CubeLayout, EnvError, EnvMap, FaceAssumption, FaceFiles, FaceOrder, LoadedMap, MapReadOptions,
+    MapReadReport, MappedMap, Mapping, Nonfinite, Padding, project_map_file, read_map,
 };
 use lobe::image::PictureReadOptions;
 use lobe::sh::{Rgb, ShVec};
@@ -25,8 +25,8 @@ const MOST_TEXELS: usize = 1 << 35;
 #[derive(Args)]
 pub(crate) struct MapPath {
     /// The environment map: an .exr, .hdr, .pfm, .png or .jpg picture, a cube map as .ktx2 or .dds, FOLDER/PREFIX%.exr (or
-    /// another extension; or FOLDER alone) for the six files px to nz or mz, posx to negz, right, left, top, bottom, front, back or rt, lf, up, dn,
-    /// ft, bk, or bundled:NAME
+    /// another extension; or FOLDER alone) for the six files of a cube, or bundled:NAME. The files are named px to nz or mz, posx to negz, or as
+    /// photographs right, left, top or up, bottom or down, front, back, or rt, lf, up, dn, ft, bk, or r, l, u, d, f, b, or with numbers from 0 or 1 on
     #[arg(value_name = "IN")]
     path: PathBuf,
     /// How the picture shows the surroundings [default: what the file or its proportions tell: lat-long if it is twice as wide
@@ -37,6 +37,11 @@ pub(crate) struct MapPath {
     /// that lobe wrote do, but .dds and .pfm]
     #[arg(long)]
     from_left_handed: bool,
+    /// The faces of a cube in their order in the picture or the numbered files, as front,right,back,left,up,down or in letters FRBLUD: names of
+    /// sides for photographs, with front in the middle of the panorama; or px,nx,py,ny,pz,nz. Sheets of 3:2 and 2:3 are cubes only by this or
+    /// --from cube [default: what the names of files tell, else px,nx,py,ny,pz,nz]
+    #[arg(long, value_name = "ORDER")]
+    faces: Option<FaceOrder>,
     /// Of a cropped panorama, which shows all around but not all of the height: the degrees that it is high, half of them
     /// above the horizon, or the lowest and the highest elevation that it shows
     #[arg(long, value_name = "DEG|LOW,HIGH", value_parser = elevations, allow_hyphen_values = true, group = "shown_part")]
@@ -124,9 +129,10 @@ impl MapInput {
         let (from, vertical_fov, padding) = (None, None, Filling::Black);
         let (from_left_handed, to_rec709, max_memory) = (false, false, GIB_BY_DEFAULT);
         let path = path.to_owned();
-        let fisheye = FisheyeInput::none();
-        let map =
-            MapPath { path, from, from_left_handed, vertical_fov, fisheye, padding, to_rec709, max_memory, max_texels };
+        let (fisheye, faces) = (FisheyeInput::none(), None);
+        let map = MapPath {
+            path, from, from_left_handed, faces, vertical_fov, fisheye, padding, to_rec709, max_memory, max_texels,
+        };
         Self { map, nonfinite: NonfiniteOption::refuse() }
     }
 
@@ -239,6 +245,7 @@ impl MapPath {
             .fisheye(self.fisheye.options())
             .padding(self.padding.into())
             .handedness(handedness)
+            .faces(self.faces)
     }
 
     fn tell_all(&self, report: &MapReadReport, talk: Talk) -> anyhow::Result<()> {
@@ -246,6 +253,9 @@ impl MapPath {
         if let Some(layout) = report.layout {
             let text = format!("read as the six faces of a cube ({}); --from says otherwise", layout_name(layout));
             talk.note(&name, &text);
+        }
+        if let Some(assumed) = report.assumed {
+            talk.note(&name, &format!("{assumed}; {}", turned_by(assumed)));
         }
         report.told.iter().for_each(|remark| talk.note(&name, remark));
         match FaceFiles::of_input(&self.path)?.and_then(|files| files.to_read()) {
@@ -257,6 +267,17 @@ impl MapPath {
             None => tell(&report.picture, &name, talk),
         }
         Ok(())
+    }
+}
+
+/// The options that say something else of faces than what was assumed.
+fn turned_by(assumed: FaceAssumption) -> &'static str {
+    match assumed {
+        FaceAssumption::Photographs => "--faces px,nx,py,ny,pz,nz takes them by axes",
+        _ => {
+            "--from-left-handed says that letters in them can be read, --faces ORDER, as front,right,back,left,up,down, that they \
+             are photographs"
+        }
     }
 }
 

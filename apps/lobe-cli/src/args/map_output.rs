@@ -13,7 +13,7 @@ use lobe::image::{ImageError, PictureWriteOptions};
 
 use crate::args::names::names;
 use crate::args::output;
-use crate::args::picture::{PictureOutput, note_clamped};
+use crate::args::picture::{PictureOutput, note_clamped, percent};
 use crate::run::talk::Talk;
 
 /// A map to write.
@@ -29,7 +29,8 @@ pub(crate) struct MapOutput {
     /// Of a cube: make its faces for left-handed directions, as Direct3D and three.js want them
     #[arg(long)]
     left_handed: bool,
-    /// Of .ktx2 and .dds: how a texel is stored [default: rgba16f; r11g11b10f in .ktx, which holds nothing else]
+    /// Of .ktx2 and .dds: how a texel is stored [default: rgba16f, or rgba32f where that would lose more than 1 % of the light to suns
+    /// above 65504; r11g11b10f in .ktx, which holds nothing else]
     #[arg(long, value_enum)]
     texels: Option<Texels>,
     /// Of .ktx2: compress with Zstandard
@@ -271,12 +272,17 @@ impl MapOutput {
         let MapFile::Texture(path) = &self.output else {
             bail!("-o: a chain of levels is written as .ktx2, .dds or .ktx");
         };
-        let is_ktx1 = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ktx"));
-        let usual = if is_ktx1 { TexelFormat::R11G11B10F } else { TexelFormat::default() };
-        let options = CubeWriteOptions::default().texels(self.texels.map_or(usual, TexelFormat::from)).zstd(self.zstd);
+        let name = path.display().to_string();
+        let options = CubeWriteOptions::default().texels(self.texels.map(TexelFormat::from)).zstd(self.zstd);
         let options = options.handedness(self.handedness());
         let report = talk.while_waiting("write", || write_cube(path, chain, &options))?;
-        note_clamped(&path.display().to_string(), report, talk);
+        note_clamped(&name, report, talk);
+        if self.texels.is_none() && options.texels_for(path, chain) == TexelFormat::Rgba32F {
+            let usual = TexelFormat::default();
+            let lost = percent(chain.base().share_beyond(usual.largest()));
+            let text = format!("written as RGBA32F: {usual} loses {lost} of the light; --texels rgba16f writes it so");
+            talk.note(&name, &text);
+        }
         Ok(())
     }
 

@@ -95,12 +95,26 @@ impl PictureOutput {
     }
 }
 
+/// A share in percent, of two digits.
+pub(crate) fn percent(share: f64) -> String {
+    let percent = 100.0 * share;
+    if percent < 0.01 { "less than 0.01 %".to_owned() } else { format!("{percent:.2} %") }
+}
+
 /// Notes the number of texels that a format could not hold as they were.
 pub(crate) fn note_clamped(name: &str, report: PictureWriteReport, talk: Talk) {
     if report.clamped > 0 {
         let texels = texels_are(report.clamped);
-        let instead = if name.ends_with(".exr") { "without --half it" } else { ".exr" };
-        talk.note(name, &format!("{texels} outside of what this format holds and moved into it; {instead} holds all"));
+        let instead = match name.rsplit_once('.').map(|(_, extension)| extension.to_ascii_lowercase()).as_deref() {
+            Some("exr") => "without --half it holds all",
+            Some("ktx2" | "dds") => "--texels rgba32f holds all",
+            Some("ktx") => ".ktx2 with --texels rgba32f holds all",
+            _ => ".exr holds all",
+        };
+        let lost =
+            if report.lost > 0.0 { format!(" and loses {} of the light", percent(report.lost)) } else { String::new() };
+        let sun = if report.lost > 0.0 { ", and lobe env sun takes a sun out" } else { "" };
+        talk.note(name, &format!("{texels} outside of what this format holds and moved into it{lost}; {instead}{sun}"));
     }
 }
 

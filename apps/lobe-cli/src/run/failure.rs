@@ -1,5 +1,6 @@
 //! Failures: their message in one line, and their exit code.
 
+use std::fmt;
 use std::io::{self, Write as _};
 use std::panic;
 use std::process::ExitCode;
@@ -18,8 +19,21 @@ use lobe::shadow::ShadowError;
 use crate::run::ERROR;
 use crate::run::system::stdout;
 
-/// The exit code for "compared and different".
+/// The exit code for "compared and different", and for "looked and found nothing": answers, not errors.
 const DIFFERENT: u8 = 1;
+
+/// What was looked for is not there, though all went well; the message says what. The exit code is that of a comparison that finds a
+/// difference.
+#[derive(Debug)]
+pub(crate) struct NotFound(pub(crate) String);
+
+impl fmt::Display for NotFound {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for NotFound {}
 
 /// A reason for which a command fails.
 pub(crate) enum Failure {
@@ -62,6 +76,10 @@ impl Failure {
             }
             Self::Usage { error, command } => say(&usage_line(&error.render().to_string(), &command)),
             Self::Error(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
+            Self::Error(error) if error.is::<NotFound>() => {
+                say(&error.to_string());
+                ExitCode::from(DIFFERENT)
+            }
             Self::Error(error) => say(&plain(&error)),
         }
     }
@@ -132,6 +150,7 @@ fn of_map(error: &EnvError) -> Option<String> {
             MapReadOption::Elevations => {
                 format!("--vertical-fov: only of a lat-long picture, but {place} is {found}; leave it out")
             }
+            MapReadOption::Faces => format!("--faces: only of a cube, but {place} is {found}; leave it out"),
             MapReadOption::Fisheye => {
                 format!("--fisheye: only of a picture that is no map yet, but {place} is {found}; leave it out")
             }

@@ -83,6 +83,7 @@ class EnvMap:
         *,
         mapping: str | None = None,
         left_handed: bool = False,
+        faces: str | None = None,
         elevations: tuple[float, float] | None = None,
         fisheye: str | None = None,
         fisheye_fov: float | None = None,
@@ -96,7 +97,8 @@ class EnvMap:
         """A map from any file that the command reads.
 
         `mapping` says what it is where the file and its proportions do not. `left_handed`: the faces of a cube were made for left-handed
-        directions, as by Direct3D. `elevations` are those of the lowest and the highest row of a cropped panorama, in radians; what is above and
+        directions, as by Direct3D. `faces` are those of a cube in their order, as "front,right,back,left,up,down" for photographs, or
+        "px,nx,py,ny,pz,nz". `elevations` are those of the lowest and the highest row of a cropped panorama, in radians; what is above and
         below is black, or with `padding="edge"` the nearest row. `fisheye` is the projection of a lens, equidistant, equisolid, stereographic or
         orthographic: the picture shows `fisheye_fov` radians across its circle around `fisheye_axis` [default: π and +z, half of the sphere], with +x at
         the top and +y on the right. The circle, column and row of its middle and its radius in pixels, is the largest about the middle unless
@@ -110,6 +112,7 @@ class EnvMap:
         reading: dict[str, object] = {
             "mapping": mapping,
             "left_handed": bool(left_handed),
+            "faces": faces,
             "elevations": elevations,
             "fisheye": _lens(fisheye, fisheye_fov, fisheye_axis, fisheye_circle),
             "padding": padding,
@@ -292,6 +295,25 @@ class EnvMap:
             return None
         direction, irradiance, radiance, diameter, texels, rest = found
         return Sun(np.array(direction), np.array(irradiance), np.array(radiance), diameter, texels, EnvMap._of(rest))
+
+    def suns(
+        self,
+        count: int,
+        *,
+        max_radius: float = float(np.radians(2.5)),
+        min_contrast: float = 20.0,
+        min_peak: float = 100.0,
+    ) -> list[Sun]:
+        """Up to `count` suns or lamps, each by `sun` of the rest of the one before; the rest of the last one is without all of them."""
+        found: list[Sun] = []
+        rest = self
+        for _ in range(whole(count, "count", 1, 1024)):
+            sun = rest.sun(max_radius=max_radius, min_contrast=min_contrast, min_peak=min_peak)
+            if sun is None:
+                break
+            found.append(sun)
+            rest = sun.rest
+        return found
 
     def techniques(self, size: int = 192, *, progress: Callable[[int, int], object] | None = None) -> list[Technique]:
         """A ball and a torus under the map, by each technique of environment mapping beside the truth, in pictures of (size, size, 3), 32 to 1024:

@@ -4,22 +4,60 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use lobe_image::{
-    ImageError, Picture, PictureReadReport, PictureWriteOptions, PictureWriteReport, Tone, encode_picture, read_picture,
+    ImageError, Picture, PictureReadReport, PictureWriteOptions, PictureWriteReport, TexelFormat, Tone, encode_picture,
+    read_picture,
 };
 use lobe_io::{StagedFile, check_writable};
 use lobe_sh::Rgb;
 
 use crate::mapping::cube::FACES;
-use crate::{CubeHandedness, CubeLayout, CubeMap, EnvError, MapReadOptions};
+use crate::{CubeHandedness, CubeLayout, CubeMap, EnvError, FaceAssumption, FaceNames, FaceOrder, MapReadOptions};
 
-/// The names of the faces +X, -X, +Y, -Y, +Z, -Z in the names of files. The first ones are written, all are read.
-const NAMES: [[&str; FACES]; 5] = [
+/// The names of the faces +X, -X, +Y, -Y, +Z, -Z in the names of files, in any of [`cases`]. The first ones are written, all are read.
+const AXES: [[&str; FACES]; 6] = [
     ["px", "nx", "py", "ny", "pz", "nz"],
     ["px", "mx", "py", "my", "pz", "mz"],
     ["posx", "negx", "posy", "negy", "posz", "negz"],
-    ["right", "left", "top", "bottom", "front", "back"],
-    ["rt", "lf", "up", "dn", "ft", "bk"],
+    ["PosX", "NegX", "PosY", "NegY", "PosZ", "NegZ"],
+    ["xpos", "xneg", "ypos", "yneg", "zpos", "zneg"],
+    ["+x", "-x", "+y", "-y", "+z", "-z"],
 ];
+
+/// The same of photographs of right, left, up, down, front and back.
+const SIDES: [[&str; FACES]; 4] = [
+    ["right", "left", "top", "bottom", "front", "back"],
+    ["right", "left", "up", "down", "front", "back"],
+    ["rt", "lf", "up", "dn", "ft", "bk"],
+    ["r", "l", "u", "d", "f", "b"],
+];
+
+/// Digits of the numbers of files.
+const DIGITS: [usize; 4] = [1, 2, 3, 4];
+
+/// Six names, and what they name the faces by; none of numbers.
+type Names = ([String; FACES], Option<FaceNames>);
+
+/// All names that are read, those that are written first.
+fn all_names() -> impl Iterator<Item = Names> {
+    let named = |names: &'static [[&'static str; FACES]], kind| {
+        names.iter().flat_map(cases).map(move |names| (names, Some(kind)))
+    };
+    let numbers = [0, 1].into_iter().flat_map(|first| DIGITS.map(|digits| (numbers_from(first, digits), None)));
+    named(&AXES, FaceNames::Axes).chain(named(&SIDES, FaceNames::Sides)).chain(numbers)
+}
+
+/// Names in small letters, with a large one first, and in large ones.
+fn cases(names: &[&str; FACES]) -> [[String; FACES]; 3] {
+    let with_first_large = |name: &str| {
+        let (first, rest) = name.split_at(1);
+        first.to_ascii_uppercase() + rest
+    };
+    [names.map(str::to_owned), names.map(with_first_large), names.map(str::to_ascii_uppercase)]
+}
+
+fn numbers_from(first: usize, digits: usize) -> [String; FACES] {
+    std::array::from_fn(|k| format!("{:0digits$}", first + k))
+}
 
 /// The placeholder for the names of the faces in a path.
 const ANY_FACE: char = '%';
@@ -69,8 +107,8 @@ impl FaceFiles {
         for entry in folder.read_dir()? {
             let name = entry?.file_name();
             let Some(name) = name.to_str().filter(|name| !name.contains(ANY_FACE)) else { continue };
-            for [first, ..] in NAMES {
-                for (at, _) in name.match_indices(first) {
+            for ([first, ..], _) in all_names() {
+                for (at, _) in name.match_indices(&first) {
                     let (before, after) = (name[..at].to_owned(), name[at + first.len()..].to_owned());
                     let files = Self { folder: folder.to_owned(), before, after };
                     if files.to_read().is_some_and(|faces| faces.iter().all(|face| face.is_file())) {
@@ -80,7 +118,14 @@ impl FaceFiles {
             }
         }
         cubes.sort_by_key(Self::to_string);
-        cubes.dedup();
+        // The same files may be found by several names: 0 to 5 and 00 to 05.
+        let mut found = Vec::new();
+        cubes.retain(|cube| {
+            let faces = cube.to_read();
+            let is_new = !found.contains(&faces);
+            found.push(faces);
+            is_new
+        });
         Ok(cubes)
     }
 
@@ -96,8 +141,8 @@ impl FaceFiles {
         self.after.rsplit_once('.').map_or(String::new(), |(_, extension)| extension.to_ascii_lowercase())
     }
 
-    fn named(&self, names: &[&str; FACES]) -> [PathBuf; FACES] {
-        names.map(|name| self.folder.join(format!("{}{name}{}", self.before, self.after)))
+    fn named(&self, names: &[String; FACES]) -> [PathBuf; FACES] {
+        names.each_ref().map(|name| self.folder.join(format!("{}{name}{}", self.before, self.after)))
     }
 
     /// The files of numbered pictures: 0, 1 and so on in the place of the percent sign.
@@ -109,17 +154,29 @@ impl FaceFiles {
     /// The files of the faces +X, -X, +Y, -Y, +Z, -Z that are written: `px` to `nz` in the place of the percent sign.
     #[must_use]
     pub fn to_write(&self) -> [PathBuf; FACES] {
-        self.named(&NAMES[0])
+        self.named(&AXES[0].map(str::to_owned))
     }
 
-    /// The files of the faces that are read: those of `px` to `nz`, `px` to `mz`, `posx` to `negz`, `right`, `left`, `top`,
-    /// `bottom`, `front` and `back`, or `rt`, `lf`, `up`, `dn`, `ft` and `bk`, of which most are there; none if none is.
+    /// The files of the faces that are read, of which most are there; none if none is. In the place of the percent sign are `px` to `nz`
+    /// or to `mz`, `posx` to `negz`, `xpos` to `zneg`, `+x` to `-z`; `right`, `left`, `top` or `up`, `bottom` or `down`, `front` and `back`; `rt`, `lf`, `up`, `dn`, `ft` and
+    /// `bk`; `r`, `l`, `u`, `d`, `f` and `b`; or six numbers from 0 or 1 on, of one to four digits. Letters may be large.
     #[must_use]
     pub fn to_read(&self) -> Option<[PathBuf; FACES]> {
-        let there = |paths: &[PathBuf; FACES]| paths.iter().filter(|path| path.exists()).count();
-        // Of several with as many files, the first.
-        let best = NAMES.iter().rev().map(|names| self.named(names)).max_by_key(there)?;
-        (there(&best) > 0).then_some(best)
+        self.found().map(|(files, _)| files)
+    }
+
+    /// The files of the faces that are read, and what they are named by; no kind of name of numbers.
+    fn found(&self) -> Option<([PathBuf; FACES], Option<FaceNames>)> {
+        let mut best = (0, None);
+        for (names, kind) in all_names() {
+            let files = self.named(&names);
+            let there = files.iter().filter(|path| path.exists()).count();
+            // Of several with as many files, the first.
+            if there > best.0 {
+                best = (there, Some((files, kind)));
+            }
+        }
+        best.1
     }
 }
 
@@ -131,33 +188,50 @@ impl fmt::Display for FaceFiles {
     }
 }
 
-/// Reads a cube from [six files](FaceFiles::to_read), with the reports of the faces.
+/// Reads a cube from [six files](FaceFiles::to_read), with the reports of the faces, and what was assumed of them.
 pub(crate) fn read_cube_faces(
     files: &FaceFiles,
     options: &MapReadOptions,
-) -> Result<(CubeMap, Vec<PictureReadReport>), EnvError> {
+) -> Result<(CubeMap, Vec<PictureReadReport>, Option<FaceAssumption>), EnvError> {
     let invalid = |path: &Path, message| ImageError::Invalid { place: path.display().to_string(), message };
-    let Some(paths) = files.to_read() else {
-        let tried = NAMES.map(|names| names.join(" ")).join(", or ");
-        let message = format!("none of the six files is there; tried for {ANY_FACE}: {tried}");
+    let Some((paths, kind)) = files.found() else {
+        let tried: Vec<String> = AXES.iter().chain(&SIDES).map(|names| names.join(" ")).collect();
+        let message =
+            format!("none of the six files is there; tried for {ANY_FACE}: {}, or 0 1 2 3 4 5", tried.join(", or "));
         return Err(ImageError::Invalid { place: files.to_string(), message }.into());
     };
-    let (mut texels, mut options): (Vec<Rgb<f32>>, _) = (Vec::new(), options.clone());
+    let mut options = options.clone();
+    let mut faces: [Vec<Rgb<f32>>; FACES] = Default::default();
     let mut reports: Vec<PictureReadReport> = Vec::with_capacity(FACES);
-    for path in paths {
-        let (face, mut report) = read_picture(&path, &options.picture)?;
+    for (path, texels) in paths.iter().zip(&mut faces) {
+        let (face, mut report) = read_picture(path, &options.picture)?;
         let (width, height, size) = (face.width(), face.height(), reports.first().map_or(face.width(), |r| r.width));
         if (width, height) != (size, size) {
             let message = format!("a face of {size} x {size} expected, but this is {width} x {height}");
-            return Err(invalid(&path, message).into());
+            return Err(invalid(path, message).into());
         }
         if reports.is_empty() {
             options = options.for_file(report.mapping.as_deref(), &mut report.notes);
         }
-        texels.extend(face.into_pixels::<Rgb<f32>>());
+        *texels = face.into_pixels::<Rgb<f32>>();
         reports.push(report);
     }
-    Ok((CubeMap::new(reports[0].width, texels)?.of_handedness(options.handedness), reports))
+    let is_open = options.leaves_faces_open();
+    let order = match (options.faces, kind) {
+        // The names tell which is which.
+        (Some(order), Some(FaceNames::Sides)) if order.names() == FaceNames::Sides => {
+            FaceOrder::usual(FaceNames::Sides)
+        }
+        (Some(order), _) => order,
+        (None, Some(FaceNames::Sides)) if is_open => FaceOrder::usual(FaceNames::Sides),
+        (None, _) => FaceOrder::usual(FaceNames::Axes),
+    };
+    let assumed = match order.names() {
+        FaceNames::Axes => FaceAssumption::RightHanded,
+        FaceNames::Sides => FaceAssumption::Photographs,
+    };
+    let cube = order.cube(reports[0].width, faces, options.handedness)?;
+    Ok((cube, reports, is_open.then_some(assumed)))
 }
 
 /// Writes a cube as [six files](FaceFiles::to_write), in a format of [`write_env`](crate::write_env), or as `.png`, tone-mapped
@@ -192,6 +266,9 @@ pub fn write_cube_faces(
             bytes
         };
         staged.push(StagedFile::write(path, |file| file.write_all(&bytes)).map_err(|e| io(path, e))?);
+    }
+    if options.half && report.clamped > 0 {
+        report.lost = cube.share_beyond(TexelFormat::Rgba16F.largest());
     }
     for (path, file) in paths.iter().zip(staged) {
         file.publish().map_err(|e| io(path, e))?;
@@ -238,23 +315,38 @@ mod tests {
         let files = FaceFiles::of(&folder.join("sky_%.pfm")).unwrap();
         let message = read_cube_faces(&files, &MapReadOptions::default()).unwrap_err().to_string();
         assert!(
-            message.contains("sky_%.pfm") && message.contains("px mx py") && message.contains("rt lf up"),
+            message.contains("sky_%.pfm")
+                && message.contains("px mx py")
+                && message.contains("rt lf up")
+                && message.contains("0 1 2"),
             "{message}"
         );
         write_cube_faces(&files, &cube, CubeHandedness::Right, &PictureWriteOptions::default()).unwrap();
-        // +X, -X, +Y, -Y, +Z, -Z as three.js, Unity's exporters and Quake's tools name their files.
-        let mut written = "px nx py ny pz nz";
-        for names in [
-            "px mx py my pz mz",
-            "posx negx posy negy posz negz",
-            "right left top bottom front back",
-            "rt lf up dn ft bk",
-        ] {
+        let photographs = MapReadOptions::default().faces(FaceOrder::usual(FaceNames::Sides));
+        let axes = MapReadOptions::default().faces(FaceOrder::usual(FaceNames::Axes));
+        let as_photographs = {
+            let faces = cube.faces(CubeHandedness::Right);
+            FaceOrder::usual(FaceNames::Sides).cube(4, faces, CubeHandedness::Right).unwrap()
+        };
+        let mut written = AXES[0].map(str::to_owned);
+        for (names, kind) in all_names().collect::<Vec<_>>() {
             let file = |name: &str| folder.join(format!("sky_{name}.pfm"));
-            for (old, new) in written.split(' ').zip(names.split(' ')) {
-                std::fs::rename(file(old), file(new)).unwrap();
-            }
-            assert!(read_cube_faces(&files, &MapReadOptions::default()).unwrap().0 == cube, "{names}");
+            // Two steps: numbers from 0 are those from 1.
+            written.iter().for_each(|old| std::fs::rename(file(old), file(&format!("{old}~"))).unwrap());
+            written
+                .iter()
+                .zip(&names)
+                .for_each(|(old, new)| std::fs::rename(file(&format!("{old}~")), file(new)).unwrap());
+            let read = |options: &MapReadOptions| read_cube_faces(&files, options).unwrap();
+            let (read_by_default, _, assumed) = read(&MapReadOptions::default());
+            let expected = if kind == Some(FaceNames::Sides) { &as_photographs } else { &cube };
+            assert!(read_by_default == *expected, "{names:?}");
+            let is_of_sides = assumed == Some(FaceAssumption::Photographs);
+            assert_eq!(is_of_sides, kind == Some(FaceNames::Sides), "{names:?}: {assumed:?}");
+            assert!(read(&photographs).0 == as_photographs && read(&axes).0 == cube, "{names:?} as told");
+            assert_eq!(read(&axes).2, None, "{names:?}: told, not assumed");
+            let found = FaceFiles::of_input(&folder).unwrap().and_then(|found| found.to_read());
+            assert_eq!(found, files.to_read(), "{names:?} in a folder");
             written = names;
         }
         std::fs::remove_dir_all(folder).unwrap();
@@ -289,7 +381,7 @@ mod tests {
         let files = files(&folder, "png");
         write_cube_faces(&files, &CubeMap::from_fn(8, light), CubeHandedness::Right, &PictureWriteOptions::default())
             .unwrap();
-        let (back, _) = read_cube_faces(&files, &MapReadOptions::default()).unwrap();
+        let (back, ..) = read_cube_faces(&files, &MapReadOptions::default()).unwrap();
         assert!(back.texel(2, 4, 4).g > 3.0 * back.texel(3, 4, 4).g, "up is brighter than down");
         assert_eq!(back.texel(3, 4, 4), back.texel(0, 4, 4), "dark faces look alike");
         std::fs::remove_dir_all(folder).unwrap();
@@ -309,11 +401,11 @@ mod tests {
             let report =
                 write_cube_faces(&files(&folder, "exr"), &cube, handedness, &PictureWriteOptions::default()).unwrap();
             assert_eq!(report.clamped, 0, "floats hold everything");
-            let (back, _) =
+            let (back, ..) =
                 read_cube_faces(&files(&folder, "exr"), &MapReadOptions::default().handedness(handedness)).unwrap();
             assert!(back == cube, "{handedness:?}: the cube changed");
         }
-        let (other, _) =
+        let (other, ..) =
             read_cube_faces(&files(&folder, "exr"), &MapReadOptions::default().handedness(CubeHandedness::Left))
                 .unwrap();
         assert!(other != cube, "faces written as right-handed are no left-handed ones");
@@ -321,7 +413,7 @@ mod tests {
             let files = files(&folder, extension);
             let write = PictureWriteOptions::default();
             write_cube_faces(&files, &CubeMap::from_fn(4, dice), CubeHandedness::Left, &write).unwrap();
-            let (back, reports) = read_cube_faces(&files, &MapReadOptions::default()).unwrap();
+            let (back, reports, _) = read_cube_faces(&files, &MapReadOptions::default()).unwrap();
             assert_eq!(back == CubeMap::from_fn(4, dice), is_kept, "{extension}: {:?}", reports[0].notes);
         }
         std::fs::remove_dir_all(folder).unwrap();
@@ -336,7 +428,7 @@ mod tests {
         };
         let read = || {
             read_cube_faces(&files(&folder, "exr"), &MapReadOptions::default().handedness(CubeHandedness::Right))
-                .map(|(cube, _)| cube)
+                .map(|(cube, ..)| cube)
         };
         write(&cubes[0]).unwrap();
         // A folder in the place of the last face.
@@ -352,23 +444,6 @@ mod tests {
         write(&cubes[1]).unwrap();
         assert!(read().unwrap() == cubes[1], "then all are written");
         std::fs::remove_dir_all(folder).unwrap();
-    }
-
-    #[test]
-    fn other_names_of_faces_are_read() {
-        let cube = CubeMap::from_fn(4, |s| Rgb::new(s.x() as f32 + 2.0, s.y() as f32 + 2.0, s.z() as f32 + 2.0));
-        for (k, names) in NAMES[2..].iter().enumerate() {
-            let folder = folder(&format!("names-{k}"));
-            write_cube_faces(&files(&folder, "pfm"), &cube, CubeHandedness::Right, &PictureWriteOptions::default())
-                .unwrap();
-            for (own, other) in NAMES[0].iter().zip(names) {
-                std::fs::rename(folder.join(format!("{own}.pfm")), folder.join(format!("{other}.pfm"))).unwrap();
-            }
-            let read =
-                read_cube_faces(&files(&folder, "pfm"), &MapReadOptions::default().handedness(CubeHandedness::Right));
-            assert!(read.unwrap().0 == cube, "{names:?}");
-            std::fs::remove_dir_all(folder).unwrap();
-        }
     }
 
     #[test]

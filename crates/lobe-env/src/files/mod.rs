@@ -2,7 +2,7 @@
 //! the writers.
 //!
 //! Read [`read_options`] first, then [`read_map`]. Decoding and encoding belong to `lobe-image`; this room finds the mapping,
-//! interprets the attribute `envmap` of OpenEXR ([`exr_envmap`]), completes cropped panoramas ([`cropped`]) and makes maps of
+//! interprets the attribute `envmap` of OpenEXR ([`exr_envmap`]), completes cropped panoramas ([`cropped`], by what [`panorama`] finds in XMP) and makes maps of
 //! fisheye pictures ([`fisheye`], by the rays of [`fisheye_rays`]). A map that is only projected need not be read whole
 //! ([`project_map_file()`]). Uses `map`, `mapping`, `projection` and `resample`.
 
@@ -12,6 +12,7 @@ pub(crate) mod cube_faces;
 pub(crate) mod exr_envmap;
 pub(crate) mod fisheye;
 pub(crate) mod fisheye_rays;
+pub(crate) mod panorama;
 pub(crate) mod project_map_file;
 pub(crate) mod read_map;
 pub(crate) mod read_options;

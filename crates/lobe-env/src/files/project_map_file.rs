@@ -57,12 +57,15 @@ type ToldRows = (PictureRows<BufReader<File>>, Vec<String>);
 /// The rows of a file as they come; none if it is no lat-long map, or has to be read whole.
 fn rows_of_lat_long(path: &Path, order: usize, options: &MapReadOptions) -> Result<Option<ToldRows>, EnvError> {
     let is_bundled = path.display().to_string().starts_with(bundled::PREFIX);
-    let is_part = options.elevations.is_some() || options.fisheye.is_some();
+    let is_part = options.elevations.is_some() || options.fisheye.is_some() || options.faces.is_some();
     if is_bundled || is_part || FaceFiles::of_input(path)?.is_some() {
         return Ok(None);
     }
     let Some(rows) = PictureRows::open(path, &options.picture)? else { return Ok(None) };
-    let PictureReadReport { width, height, envmap, mapping, .. } = rows.report();
+    let PictureReadReport { width, height, envmap, mapping, panorama, .. } = rows.report();
+    if !panorama.is_empty() {
+        return Ok(None);
+    }
     let kept = mapping.as_deref().and_then(Mapping::from_name);
     let told = match (options.asked(), envmap, kept) {
         // A name that tells of no mapping may tell of the hands of a cube.

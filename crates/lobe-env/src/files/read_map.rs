@@ -3,20 +3,23 @@
 use std::path::Path;
 
 use lobe_image::{
-    EnvmapAttribute, FileFormat, ImageError, Picture, PictureReadReport, picture_file_bytes, read_cube_texture_bytes,
-    read_picture_bytes,
+    EnvmapAttribute, FileFormat, ImageError, Picture, PictureReadReport, is_cube_texture_bytes, picture_file_bytes,
+    read_cube_texture_bytes, read_picture_bytes, read_texture_picture_bytes,
 };
 use lobe_io::Job;
 use lobe_sh::Rgb;
 
 use crate::files::bundled;
-use crate::files::cropped::whole_map;
+use crate::files::cropped::{Shown, whole_map};
 use crate::files::cube_faces::{FaceFiles, read_cube_faces};
 use crate::files::exr_envmap::{cube_from_edges, lat_long_from_edges};
 use crate::files::fisheye::fisheye_map;
-use crate::files::read_options::{MapReadOptions, MapReadReport};
+use crate::files::panorama;
+use crate::files::read_options::{FaceAssumption, MapReadOptions, MapReadReport};
 use crate::mapping::fisheye::rounded_degrees;
-use crate::{CubeHandedness, CubeLayout, CubeMap, CubeMipChain, EnvError, EnvMap, MappedMap, Mapping};
+use crate::{
+    CubeHandedness, CubeLayout, CubeMap, CubeMipChain, EnvError, EnvMap, FaceNames, FaceOrder, MappedMap, Mapping,
+};
 
 /// A map as a file holds it.
 #[derive(Clone, Debug, PartialEq)]
@@ -94,7 +97,7 @@ impl MappedMap {
 ///
 /// * `FOLDER/PREFIX%.EXT` stands for the six faces of a cube as [`FaceFiles::to_read`] names them, `FOLDER` for the one cube in it,
 ///   `bundled:NAME` for a map that is [part of the library](crate::bundled).
-/// * A texture (KTX2, DDS; [`read_cube_texture_bytes`] lists the texel formats) is a cube map. Faces, their order and
+/// * A texture (KTX2, KTX, DDS; [`read_cube_texture_bytes`] lists the texel formats) is a cube map, or if it holds a single picture, that. Faces, their order and
 ///   handedness are those of [`CubeMap`].
 /// * Another picture ([`lobe_image::read_picture`] lists the formats) is in the mapping of [`MapReadOptions::mapping`]. By
 ///   default it is the one that [`write_env`](crate::write_env) has written into the file, or it follows from the proportions: lat-long if the picture is twice as wide as high, a cube if it is a cross, a
@@ -104,10 +107,14 @@ impl MappedMap {
 ///   centers by interpolation. The center of the lat-long picture, the format's +z, becomes +x as in every lat-long
 ///   picture, and the cube turns alike: `(x, y, z)` is the format's `(Z, X, Y)`.
 ///
-/// * A panorama that shows all around but not all of the height is completed by [`MapReadOptions::elevations`].
+/// * A panorama that shows all around but not all of the height is completed by [`MapReadOptions::elevations`]. One whose XMP says
+///   that it is a crop, as cameras write it (`GPano`), lies where that says. What it does not show is [`MapReadOptions::padding`].
 ///
 /// * The round picture of a fisheye lens becomes a lat-long map by [`MapReadOptions::fisheye`], unless the file says that it is a map
 ///   already.
+///
+/// * The faces of a cube that a tool for panoramas made are photographs, in an order of its own: [`MapReadOptions::faces`] says which. Six
+///   files that are named by sides, as front and back, are taken for photographs. [`MapReadReport::assumed`] is what was assumed.
 ///
 /// * Faces of a cube that [`write_cube`](crate::write_cube()) and [`write_cube_faces`](crate::write_cube_faces) made left-handed are turned around again, but
 ///   from `.dds`, `.ktx` and `.pfm`, which have no room to say so: for them, and for other programs' files, there is
@@ -149,8 +156,8 @@ pub fn read_map(path: impl AsRef<Path>, options: &MapReadOptions) -> Result<(Loa
         return read_map_bytes(&bytes, &name, options);
     };
     options.expect(Mapping::Cube, &name, "a cube")?;
-    let (cube, faces) = read_cube_faces(&files, options)?;
-    Ok((LoadedMap::Single(cube.into()), MapReadReport { faces: faces.clone(), ..faces[0].clone().into() }))
+    let (cube, faces, assumed) = read_cube_faces(&files, options)?;
+    Ok((LoadedMap::Single(cube.into()), MapReadReport { assumed, faces: faces.clone(), ..faces[0].clone().into() }))
 }
 
 /// Reads a map of any mapping from the bytes of a file; `name` stands for the file in messages.
@@ -163,16 +170,22 @@ pub fn read_map_bytes(
     options: &MapReadOptions,
 ) -> Result<(LoadedMap, MapReadReport), EnvError> {
     let mut told = Vec::new();
-    let mut read = if FileFormat::of_bytes(bytes, name)?.is_texture() {
+    let is_texture = FileFormat::of_bytes(bytes, name)?.is_texture();
+    let mut read = if is_texture && is_cube_texture_bytes(bytes, name, &options.picture)? {
         options.expect(Mapping::Cube, name, "a cube map")?;
         let (texture, report) = read_cube_texture_bytes(bytes, name, &options.picture)?;
         let options = options.for_file(report.mapping.as_deref(), &mut told);
         let levels = texture.levels.into_iter();
-        let levels = levels.map(|(size, texels)| CubeMap::new(size, texels.into_iter().map(Rgb::from).collect()));
+        let order = options.faces.unwrap_or(FaceOrder::usual(FaceNames::Axes));
+        let levels = levels.map(|(size, texels)| {
+            let mut faces = texels.chunks_exact(size * size).map(|face| face.iter().copied().map(Rgb::from).collect());
+            order.cube(size, std::array::from_fn(|_| faces.next().unwrap_or_default()), options.handedness)
+        });
         let chain = CubeMipChain::new(levels.collect::<Result<_, _>>()?)?;
-        (LoadedMap::Chain(chain.of_handedness(options.handedness)), report.into())
+        (LoadedMap::Chain(chain), report.into())
     } else {
-        let (picture, report) = read_picture_bytes(bytes, name, &options.picture)?;
+        let read_bytes = if is_texture { read_texture_picture_bytes } else { read_picture_bytes };
+        let (picture, report) = read_bytes(bytes, name, &options.picture)?;
         let options = &options.for_file(report.mapping.as_deref(), &mut told);
         let kept = report.mapping.as_deref().and_then(Mapping::from_name);
         let is_left = CubeHandedness::is_left(report.mapping.as_deref());
@@ -180,6 +193,14 @@ pub fn read_map_bytes(
         if let Some(found) = known.or(report.envmap.map(|_| "a map by its attribute envmap")) {
             options.expect_no_fisheye(name, found)?;
         }
+        let is_told = options.asked().is_some() || report.envmap.is_some() || kept.is_some();
+        let size = [picture.width(), picture.height()];
+        let shown = if is_told {
+            told.extend(panorama::passed_over(&report.panorama, size));
+            None
+        } else {
+            panorama::shown(&report.panorama, size, options.padding, name, &mut told)?
+        };
         match (options.asked(), report.envmap, kept) {
             (Some(mapping), _, _) => map_of(mapping, picture, report.into(), name, options)?,
             (None, Some(envmap), _) => map_of_edges(envmap, picture, report, name, options)?,
@@ -187,10 +208,17 @@ pub fn read_map_bytes(
                 told.push(told_by_file(mapping));
                 map_of(mapping, picture, report.into(), name, options)?
             }
-            (None, None, None) => map_as_told(picture, report, name, options)?,
+            (None, None, None) => match shown {
+                Some(shown) => map_of_crop(&picture, &shown, report, name, options)?,
+                None => map_as_told(picture, report, name, options)?,
+            },
         }
     };
     options.check_handedness(read.0.base().mapping(), name)?;
+    let is_plain = read.1.picture.mapping.is_none() && read.1.picture.envmap.is_none() && !is_texture;
+    if is_plain && read.0.base().mapping() == Mapping::Cube && options.leaves_faces_open() {
+        read.1.assumed = Some(FaceAssumption::RightHanded);
+    }
     read.1.told = told;
     Ok(read)
 }
@@ -221,6 +249,18 @@ fn map_of_edges(
     // A left-handed cube has OpenEXR's own X turned around, not that of the cube which it becomes.
     let stored = CubeMap::new(width, picture.into_pixels())?.of_handedness(options.handedness);
     Ok((LoadedMap::Chain(CubeMipChain::single(cube_from_edges(&stored))), report.into()))
+}
+
+/// The map of a picture that is a crop of a lat-long panorama.
+fn map_of_crop(
+    picture: &Picture,
+    shown: &Shown,
+    report: PictureReadReport,
+    name: &str,
+    options: &MapReadOptions,
+) -> Result<(LoadedMap, MapReadReport), EnvError> {
+    let map = whole_map(picture, shown, options.padding, options.picture.max_texels, name)?;
+    Ok((LoadedMap::Single(map.into()), report.into()))
 }
 
 /// The map of a picture whose mapping its proportions determine.
@@ -257,14 +297,18 @@ fn map_of(
     let (width, height) = (picture.width(), picture.height());
     let mut note = |note: String| report.picture.notes.push(note);
     let map = match (mapping, options.elevations, &options.fisheye) {
-        (Mapping::Cube, ..) => CubeMap::from_picture(&picture, options.handedness).map_err(named)?.into(),
+        (Mapping::Cube, ..) => {
+            let order = options.faces.unwrap_or(FaceOrder::usual(FaceNames::Axes));
+            CubeMap::from_picture_in_order(&picture, &order, options.handedness).map_err(named)?.into()
+        }
         (_, _, Some(fisheye)) => {
             let map = fisheye_map(picture, fisheye, options.padding, options.picture.max_texels, name)?;
             note(fisheye.remark(&map));
             map.into()
         }
         (_, Some(elevations), None) => {
-            let map = whole_map(&picture, elevations, options.padding, options.picture.max_texels, name)?;
+            let shown = Shown::around(elevations, name)?;
+            let map = whole_map(&picture, &shown, options.padding, options.picture.max_texels, name)?;
             // The degrees that were given, without the rounding of their change to radians.
             let [low, high] = elevations.map(rounded_degrees);
             let (width, height) = (map.width(), map.height());

@@ -1,9 +1,11 @@
 //! Options and report of the map reader.
 
+use std::fmt;
+
 use derive_setters::Setters;
 use lobe_image::{Nonfinite, PictureReadOptions, PictureReadReport};
 
-use crate::{CubeHandedness, CubeLayout, EnvError, FisheyeOptions, MapReadOption, Mapping, Padding};
+use crate::{CubeHandedness, CubeLayout, EnvError, FaceOrder, FisheyeOptions, MapReadOption, Mapping, Padding};
 
 /// Options of reading an environment map.
 ///
@@ -31,10 +33,14 @@ pub struct MapReadOptions {
     /// `mapping` and `elevations` are at their defaults.
     #[setters(into)]
     pub fisheye: Option<FisheyeOptions>,
-    /// What other elevations get, and what is outside of the circle of a fisheye picture; black by default.
+    /// What the directions get that a cropped panorama or a fisheye picture does not show; black by default.
     pub padding: Padding,
     /// The handedness for which the faces of a cube were made; by default what the file says, else right.
     pub handedness: CubeHandedness,
+    /// The faces of a cube in their order in the picture, the texture or the numbered files; names of sides say that they are
+    /// photographs. Of files that are named by sides, the names tell which is which. By default the file or its name tells it, else they are +X to -Z.
+    #[setters(into)]
+    pub faces: Option<FaceOrder>,
 }
 
 impl MapReadOptions {
@@ -55,7 +61,13 @@ impl MapReadOptions {
     /// The mapping that was asked for; only lat-long pictures have elevations, and fisheye pictures become lat-long.
     pub(crate) fn asked(&self) -> Option<Mapping> {
         let is_lat_long = self.elevations.is_some() || self.fisheye.is_some();
-        self.mapping.or(is_lat_long.then_some(Mapping::LatLong))
+        let asked = self.mapping.or(is_lat_long.then_some(Mapping::LatLong));
+        asked.or(self.faces.is_some().then_some(Mapping::Cube))
+    }
+
+    /// Whether nothing is said of the faces of a cube.
+    pub(crate) fn leaves_faces_open(&self) -> bool {
+        self.faces.is_none() && self.handedness == CubeHandedness::default()
     }
 
     /// Refuses to take a picture for a fisheye and for something else.
@@ -84,6 +96,7 @@ impl MapReadOptions {
             Some(asked) if asked != mapping => MapReadOption::Mapping,
             _ if self.elevations.is_some() && mapping != Mapping::LatLong => MapReadOption::Elevations,
             _ if self.fisheye.is_some() && mapping != Mapping::LatLong => MapReadOption::Fisheye,
+            _ if self.faces.is_some() && mapping != Mapping::Cube => MapReadOption::Faces,
             _ => return Ok(()),
         };
         Err(EnvError::Contradiction { place: name.into(), found: found.into(), option })
@@ -121,10 +134,32 @@ pub struct MapReadReport {
     pub faces: Vec<PictureReadReport>,
     /// What the file itself says of the map and decides how it is read, as remarks: its mapping, the hand of a cube's faces.
     pub told: Vec<String>,
+    /// What was assumed of the faces of a cube where neither the file nor the options say it; none of a texture.
+    pub assumed: Option<FaceAssumption>,
+}
+
+/// An assumption on what the faces of a cube show.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
+pub enum FaceAssumption {
+    /// They are +X, -X, +Y, -Y, +Z, -Z in this order, made for right-handed directions.
+    RightHanded,
+    /// They are photographs, as their names are those of sides; the front is the middle of the panorama.
+    Photographs,
+}
+
+impl fmt::Display for FaceAssumption {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::RightHanded => "the faces are taken for +X, -X, +Y, -Y, +Z, -Z of right-handed directions",
+            Self::Photographs => "the faces are taken for photographs, the front in the middle of the panorama",
+        })
+    }
 }
 
 impl From<PictureReadReport> for MapReadReport {
     fn from(picture: PictureReadReport) -> Self {
-        Self { picture, layout: None, faces: Vec::new(), told: Vec::new() }
+        Self { picture, layout: None, faces: Vec::new(), told: Vec::new(), assumed: None }
     }
 }

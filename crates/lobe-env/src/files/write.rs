@@ -21,7 +21,8 @@ pub fn write_env(
     map: &MappedMap,
     options: &PictureWriteOptions,
 ) -> Result<PictureWriteReport, ImageError> {
-    write_pixels(path, map.width(), map.texels(), &with_mapping(options, map))
+    let report = write_pixels(path, map.width(), map.texels(), &with_mapping(options, map))?;
+    Ok(of_directions(report, map))
 }
 
 /// The bytes that [`write_env`] writes; the extension of the path says the format.
@@ -33,7 +34,16 @@ pub fn encode_env(
     map: &MappedMap,
     options: &PictureWriteOptions,
 ) -> Result<(Vec<u8>, PictureWriteReport), ImageError> {
-    encode_picture(path, map.width(), map.texels(), &with_mapping(options, map))
+    let (bytes, report) = encode_picture(path, map.width(), map.texels(), &with_mapping(options, map))?;
+    Ok((bytes, of_directions(report, map)))
+}
+
+/// The report with the share of the light of all directions; only halves lose light.
+fn of_directions(mut report: PictureWriteReport, map: &MappedMap) -> PictureWriteReport {
+    if report.lost > 0.0 {
+        report.lost = map.share_beyond(TexelFormat::Rgba16F.largest());
+    }
+    report
 }
 
 /// The options with the name of the mapping, where a picture in it does not tell.
@@ -48,12 +58,31 @@ fn with_mapping(options: &PictureWriteOptions, map: &MappedMap) -> PictureWriteO
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct CubeWriteOptions {
-    /// The texel format.
-    pub texels: TexelFormat,
+    /// The texel format; by default half floats, or floats where those would lose more than [`CubeWriteOptions::MOST_LOST`] of the
+    /// light. A `.ktx` holds R11G11B10F only.
+    #[setters(into)]
+    pub texels: Option<TexelFormat>,
     /// Compress `.ktx2` with Zstandard, without loss.
     pub zstd: bool,
     /// The handedness for which the faces are made; only `.ktx2` has room to say which. Default: right.
     pub handedness: CubeHandedness,
+}
+
+impl CubeWriteOptions {
+    /// The most of the light that the format loses which is chosen by default, 1 %: an error that is seen in no picture.
+    pub const MOST_LOST: f64 = 0.01;
+
+    /// The texel format in which a chain is written to a path.
+    #[must_use]
+    pub fn texels_for(&self, path: &Path, chain: &CubeMipChain) -> TexelFormat {
+        let is_ktx1 = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("ktx"));
+        let usual = TexelFormat::default();
+        self.texels.unwrap_or_else(|| match chain.base().share_beyond(usual.largest()) {
+            _ if is_ktx1 => TexelFormat::R11G11B10F,
+            lost if lost > Self::MOST_LOST => TexelFormat::Rgba32F,
+            _ => usual,
+        })
+    }
 }
 
 /// Writes a cube map with all its levels as `.ktx2`, `.dds` or `.ktx`, depending on the extension; see [`write_cube_texture`].
@@ -65,8 +94,13 @@ pub fn write_cube(
     chain: &CubeMipChain,
     options: &CubeWriteOptions,
 ) -> Result<PictureWriteReport, ImageError> {
+    let texels = options.texels_for(path.as_ref(), chain);
     let turned = (options.handedness == CubeHandedness::Left).then(|| chain.clone().of_handedness(options.handedness));
     let levels = turned.as_ref().unwrap_or(chain).levels();
     let levels: Vec<_> = levels.iter().map(|level| (level.size(), level.texels())).collect();
-    write_cube_texture(path, &levels, options.texels, options.zstd, options.handedness.mapping_name())
+    let mut report = write_cube_texture(path, &levels, texels, options.zstd, options.handedness.mapping_name())?;
+    if report.lost > 0.0 {
+        report.lost = chain.base().share_beyond(texels.largest());
+    }
+    Ok(report)
 }

@@ -4,7 +4,7 @@ use lobe_image::Picture;
 use lobe_sh::Rgb;
 
 use crate::mapping::cube::FACES;
-use crate::{CubeMap, CubeMipChain, EnvError};
+use crate::{CubeMap, CubeMipChain, EnvError, FaceNames, FaceOrder};
 
 /// The handedness of the directions with which a cube map is looked up.
 ///
@@ -47,9 +47,9 @@ impl CubeHandedness {
 ///   HorizontalCross     VerticalCross    Row                          Column
 ///
 ///        +Y                  +Y          +X -X +Y -Y +Z -Z            +X
-///    -X  +Z  +X  -Z      -X  +Z  +X                                   -X
-///        -Y                  -Y                                       ..
-///                            -Z (turned)                              -Z
+///    -X  +Z  +X  -Z      -X  +Z  +X      Sheet3x2  Sheet2x3           -X
+///        -Y                  -Y          +X -X +Y  +X -X              ..
+///                            -Z (turned) -Y +Z -Z  ...                -Z
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -63,10 +63,14 @@ pub enum CubeLayout {
     Row,
     /// Six faces below each other, in order.
     Column,
+    /// Two rows of three faces, in order. Photographs have these proportions too, so that they alone tell no cube.
+    Sheet3x2,
+    /// Three rows of two faces, in order; likewise.
+    Sheet2x3,
 }
 
 impl CubeLayout {
-    /// All layouts.
+    /// The layouts that proportions tell.
     pub const ALL: [Self; 4] = [Self::HorizontalCross, Self::VerticalCross, Self::Row, Self::Column];
 
     /// Columns and rows, in faces.
@@ -77,6 +81,8 @@ impl CubeLayout {
             Self::VerticalCross => (3, 4),
             Self::Row => (FACES, 1),
             Self::Column => (1, FACES),
+            Self::Sheet3x2 => (3, 2),
+            Self::Sheet2x3 => (2, 3),
         }
     }
 
@@ -85,14 +91,29 @@ impl CubeLayout {
     /// # Errors
     /// [`EnvError::Options`] if no layout has them.
     pub fn of_picture(width: usize, height: usize) -> Result<Self, EnvError> {
-        let fits = |layout: &Self| {
-            let (columns, rows) = layout.shape();
-            width > 0 && width.is_multiple_of(columns) && width / columns * rows == height
-        };
-        Self::ALL.into_iter().find(fits).ok_or_else(|| {
+        Self::ALL.into_iter().find(|layout| layout.fits(width, height)).ok_or_else(|| {
             let shapes = "4:3 (horizontal cross), 3:4 (vertical cross), 6:1 (row) or 1:6 (column)";
             EnvError::Options(format!("a picture of a cube is {shapes}, but this is {width} x {height}"))
         })
+    }
+
+    /// The layout of a picture that is known to be a cube: a sheet of 3:2 or 2:3 too.
+    ///
+    /// # Errors
+    /// [`EnvError::Options`] if no layout has its proportions.
+    pub fn of_cube_picture(width: usize, height: usize) -> Result<Self, EnvError> {
+        let sheet = [Self::Sheet3x2, Self::Sheet2x3].into_iter().find(|layout| layout.fits(width, height));
+        sheet.map_or_else(|| Self::of_picture(width, height), Ok)
+    }
+
+    fn fits(self, width: usize, height: usize) -> bool {
+        let (columns, rows) = self.shape();
+        width > 0 && width.is_multiple_of(columns) && width / columns * rows == height
+    }
+
+    /// Whether its form tells which face is where.
+    fn is_folded(self) -> bool {
+        matches!(self, Self::HorizontalCross | Self::VerticalCross)
     }
 
     /// Column, row and half turn of a face.
@@ -100,6 +121,7 @@ impl CubeLayout {
         match self {
             Self::Row => (face, 0, false),
             Self::Column => (0, face, false),
+            Self::Sheet3x2 | Self::Sheet2x3 => (face % self.shape().0, face / self.shape().0, false),
             Self::HorizontalCross => {
                 let (column, row) = [(2, 1), (0, 1), (1, 0), (1, 2), (1, 1), (3, 1)][face];
                 (column, row, false)
@@ -161,20 +183,34 @@ impl CubeMap {
         picture
     }
 
-    /// The map in a picture of all faces, whose [layout](CubeLayout::of_picture) its proportions tell.
+    /// The map in a picture of all faces, whose [layout](CubeLayout::of_cube_picture) its proportions tell.
     ///
     /// # Errors
     /// [`EnvError::Options`] if the proportions are wrong.
     pub fn from_picture(picture: &Picture, handedness: CubeHandedness) -> Result<Self, EnvError> {
+        Self::from_picture_in_order(picture, &FaceOrder::usual(FaceNames::Axes), handedness)
+    }
+
+    /// The map in a picture of all faces, which stand in this order, row after row. A cross tells by itself which face is where:
+    /// there the order only says whether they are photographs.
+    ///
+    /// # Errors
+    /// [`EnvError::Options`] if the proportions are wrong.
+    pub fn from_picture_in_order(
+        picture: &Picture,
+        order: &FaceOrder,
+        handedness: CubeHandedness,
+    ) -> Result<Self, EnvError> {
         let (width, height, texels) = (picture.width(), picture.height(), picture.pixels());
-        let layout = CubeLayout::of_picture(width, height)?;
+        let layout = CubeLayout::of_cube_picture(width, height)?;
+        let order = if layout.is_folded() { FaceOrder::usual(order.names()) } else { *order };
         let size = width / layout.shape().0;
         let faces = [0, 1, 2, 3, 4, 5].map(|face| {
             let (column, row, turned) = layout.place(face);
             let at = |i: usize| Rgb::from(texels[(row * size + i / size) * width + column * size + i % size]);
             (0..size * size).map(|i| at(if turned { size * size - 1 - i } else { i })).collect()
         });
-        Self::from_handed_faces(size, &faces, handedness)
+        order.cube(size, faces, handedness)
     }
 }
 

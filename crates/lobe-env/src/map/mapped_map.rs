@@ -220,6 +220,25 @@ impl MappedMap {
         rows.into_iter().fold(Rgb::ZERO, |sum, row| sum + row).scale(0.25 * std::f64::consts::FRAC_1_PI)
     }
 
+    /// The share of the light of the sphere that channels have above `most`, 0 to 1: what a format loses whose numbers end there.
+    #[must_use]
+    pub fn share_beyond(&self, most: f32) -> f64 {
+        let solid_angles = SolidAngles::new(self.grid());
+        let rows: Vec<[f64; 2]> = parallel::map(self.height, &|y| {
+            let mut sums = [0.0; 2];
+            for (x, texel) in self.row(y).iter().enumerate() {
+                let solid_angle = solid_angles.get(x, y);
+                for channel in texel.to_array().into_iter().filter(|c| *c > 0.0 && c.is_finite() && solid_angle > 0.0) {
+                    sums[0] += solid_angle * f64::from(channel);
+                    sums[1] += solid_angle * f64::from(channel - channel.min(most));
+                }
+            }
+            sums
+        });
+        let [all, beyond] = rows.into_iter().fold([0.0; 2], |[all, beyond], row| [all + row[0], beyond + row[1]]);
+        if beyond > 0.0 { beyond / all } else { 0.0 }
+    }
+
     /// The shape of the picture.
     pub(crate) fn grid(&self) -> Grid {
         Grid::new(self.mapping, self.width, self.height)

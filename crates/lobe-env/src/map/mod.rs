@@ -10,5 +10,6 @@ pub(crate) mod cube_layout;
 pub(crate) mod cube_map;
 pub(crate) mod cube_mip_chain;
 pub(crate) mod env_map;
+pub(crate) mod face_order;
 pub(crate) mod finite;
 pub(crate) mod mapped_map;

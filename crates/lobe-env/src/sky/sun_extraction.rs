@@ -7,7 +7,8 @@ use lobe_io::parallel;
 use lobe_sh::{Coefficient, Dir, Rgb, gauss_legendre};
 
 use crate::mapping::texel_quadrature;
-use crate::{MappedMap, Mapping};
+use crate::sky::neighbors::Neighbors;
+use crate::{MappedMap, Mapping, NoSun};
 
 // An expansion of low order rings at a sun. So the sun is extracted first and lights the scene by itself:
 //
@@ -19,6 +20,12 @@ use crate::{MappedMap, Mapping};
 /// A texel belongs to the sun if it is at least this fraction as bright as the brightest: far above the sun's
 /// surroundings, far below a texel that the sun covers partly.
 const EDGE: f64 = 0.05;
+
+/// Bright texels that are no farther apart, in texels, belong together: diagonal neighbors do, those with a dark one between do not.
+const JOINED: f64 = 1.6;
+
+/// The most bright places beside a sun that are other lights: more are the sparkle of water, leaves before a sky, or panes.
+const MOST_OTHERS: usize = 3;
 
 /// The ring around the sun, in texels beyond its edge: it begins outside the light that the picture's own filter
 /// spread.
@@ -95,24 +102,7 @@ pub struct SunReport {
     pub rest: MappedMap,
 }
 
-/// Extracts the sun: the brightest small light of a map.
-///
-/// `None` unless all of this holds, by luminance, of the brightest texel and of all texels near it that are at least a
-/// twentieth as bright:
-///
-/// * they fit into a disc of [`SunOptions::max_radius`]: a window, a softbox or a bright cloud does not;
-/// * the brightest is [`SunOptions::min_contrast`] times as bright as the ring around that disc: a bright place in a
-///   bright sky is not;
-/// * it is [`SunOptions::min_peak`] times as bright as the mean of the map: nothing in an overcast sky is.
-///
-/// Towards the rim of a ball's picture texels are long: `4/(N sin(δ/2))` with `N` texels across, at the angle `δ` from
-/// the direction behind the ball, and the origin of light within a texel is unknown. The energy is accurate to 2 %
-/// everywhere; with 192 texels across the direction is accurate to 0.2° from `δ = 35°` on, to 1° at 25°, and to 5.6°
-/// nearer (test `behind_a_ball_the_energy_is_found_and_the_place_as_well_as_texels_are_long`). At the rims of the other
-/// round pictures suns are found as anywhere.
-///
-/// The rest may hold a lamp: a small one in a dark room cannot be told from a sun. Call it again on the rest for the
-/// next light.
+/// Extracts the sun as [`find_sun`], without a word on why there is none.
 ///
 /// ```
 /// use lobe_env::{SunOptions, bundled, extract_sun};
@@ -124,38 +114,68 @@ pub struct SunReport {
 /// ```
 #[must_use]
 pub fn extract_sun(map: &MappedMap, options: &SunOptions) -> Option<SunReport> {
+    find_sun(map, options).ok()
+}
+
+/// Extracts the sun: the brightest small light of a map.
+///
+/// There is one if all of this holds, by luminance, of the brightest texel and of all texels joined to it that are at least a
+/// twentieth as bright:
+///
+/// * they fit into a disc of [`SunOptions::max_radius`]: a window, a softbox or a bright cloud does not;
+/// * the brightest is [`SunOptions::min_contrast`] times as bright as the ring around that disc: a bright place in a
+///   bright sky is not;
+/// * it is [`SunOptions::min_peak`] times as bright as the mean of the map: nothing in an overcast sky is;
+/// * near them are few other places that are so bright. Two suns that texels part are two: the ring leaves the other one out.
+///
+/// Towards the rim of a ball's picture texels are long: `4/(N sin(δ/2))` with `N` texels across, at the angle `δ` from
+/// the direction behind the ball, and the origin of light within a texel is unknown. The energy is accurate to 2 %
+/// everywhere; with 192 texels across the direction is accurate to 0.2° from `δ = 35°` on, to 1° at 25°, and to 5.6°
+/// nearer (test `behind_a_ball_the_energy_is_found_and_the_place_as_well_as_texels_are_long`). At the rims of the other
+/// round pictures suns are found as anywhere.
+///
+/// The rest may hold a lamp: a small one in a dark room cannot be told from a sun. [`extract_suns`](crate::extract_suns()) finds the next ones.
+///
+/// # Errors
+/// [`NoSun`], which says what the brightest place lacks.
+pub fn find_sun(map: &MappedMap, options: &SunOptions) -> Result<SunReport, NoSun> {
     // Find the brightest texel.
-    let peak = brightest(map)?;
-    let light = peak.luminance();
-    if light < options.min_peak * map.mean().luminance() {
-        return None;
+    let peak = brightest(map).ok_or(NoSun::Dark)?;
+    let (light, at) = (peak.luminance(), peak.center);
+    let times = light / map.mean().luminance();
+    if times < options.min_peak {
+        return Err(NoSun::Dim { at, times });
     }
     let pitch = pitch(map, peak.at);
     let reach = options.max_radius.max(2.5 * pitch);
     // Collect the bright texels around it; it may lie at the sun's edge, so search twice as far.
     let near = texels_near(map, peak.center, 2.0 * reach + RING[1] * pitch);
-    let bright: Vec<&Texel> = near.iter().filter(|texel| texel.luminance() >= EDGE * light).collect();
+    let bright: Vec<Texel> = near.iter().filter(|texel| texel.luminance() >= EDGE * light).copied().collect();
+    let (joined, others) = parted(bright, &peak, JOINED * pitch).ok_or(NoSun::Crowded { at })?;
     // Measure the disc around their centroid; reject one that is too large.
-    let center = middle(&bright)?;
+    let center = middle(&joined).ok_or(NoSun::Dark)?;
     let angle = |texel: &Texel| texel.center.angle_to(center);
-    let radius = bright.iter().map(|texel| angle(texel)).fold(0.0, f64::max);
+    let radius = joined.iter().map(angle).fold(0.0, f64::max);
     if radius > reach {
-        return None;
+        return Err(NoSun::Large { at, radius });
     }
     // Fit a plane to the ring around the disc; reject what is not bright enough against it.
+    let of_others = Neighbors::new(others.iter().map(|texel| texel.center), RING[0] * pitch);
+    let near: Vec<Texel> = near.into_iter().filter(|texel| !of_others.has_near(texel.center)).collect();
     let width = (RING[1] - RING[0]) * pitch.min(LONGEST * usual_pitch(map));
     let inner = radius + RING[0] * pitch;
     let in_ring = |texel: &&Texel| angle(texel) > inner && angle(texel) <= inner + width;
-    let plane = Plane::fit(center, near.iter().filter(in_ring))?;
-    if light < options.min_contrast * plane.at(center).luminance() {
-        return None;
+    let plane = Plane::fit(center, near.iter().filter(in_ring)).ok_or(NoSun::Crowded { at })?;
+    let times = light / plane.at(center).luminance();
+    if (0.0..options.min_contrast).contains(&times) {
+        return Err(NoSun::Faint { at, times });
     }
     // Replace the disc by the plane, and the overshoot around it by black.
     let (disc, around): (Vec<&Texel>, Vec<&Texel>) = near.iter().partition(|texel| angle(texel) <= inner);
     let mut rest = map.clone();
-    let mut sun = take_out(&mut rest, &disc, &plane)?;
+    let mut sun = take_out(&mut rest, &disc, &plane).ok_or(NoSun::Dark)?;
     take_halo(&mut rest, &around, &mut sun);
-    Some(SunReport { sun, rest })
+    Ok(SunReport { sun, rest })
 }
 
 /// A texel with its direction and solid angle.
@@ -244,8 +264,40 @@ fn texels_near(map: &MappedMap, center: Dir, angle: f64) -> Vec<Texel> {
     parallel::map(map.height(), &row).concat()
 }
 
+/// Bright texels apart: those that are joined to the peak through neighbors within `gap`, and all others; none if the others are more
+/// places than [`MOST_OTHERS`].
+fn parted(bright: Vec<Texel>, peak: &Texel, gap: f64) -> Option<(Vec<Texel>, Vec<Texel>)> {
+    let first = bright.iter().position(|texel| texel.at == peak.at)?;
+    let neighbors = Neighbors::new(bright.iter().map(|texel| texel.center), gap);
+    // The place to which each texel belongs; that of the peak is 0.
+    let mut places: Vec<Option<usize>> = vec![None; bright.len()];
+    let mut count = 0;
+    for start in std::iter::once(first).chain(0..bright.len()) {
+        if places[start].is_some() {
+            continue;
+        }
+        let mut to_visit = vec![start];
+        places[start] = Some(count);
+        while let Some(texel) = to_visit.pop() {
+            neighbors.each_near(bright[texel].center, |other| {
+                if places[other].is_none() {
+                    places[other] = Some(count);
+                    to_visit.push(other);
+                }
+            });
+        }
+        count += 1;
+        if count > 1 + MOST_OTHERS {
+            return None;
+        }
+    }
+    let of = |is_first: bool| bright.iter().zip(&places).filter(move |(_, place)| (**place == Some(0)) == is_first);
+    let texels = |is_first| of(is_first).map(|(texel, _)| *texel).collect();
+    Some((texels(true), texels(false)))
+}
+
 /// The centroid of some texels, weighted by solid angle.
-fn middle(texels: &[&Texel]) -> Option<Dir> {
+fn middle(texels: &[Texel]) -> Option<Dir> {
     let sum = texels.iter().fold([0.0; 3], |sum, texel| {
         let s = texel.center.to_array();
         [0, 1, 2].map(|k| sum[k] + texel.solid_angle * s[k])

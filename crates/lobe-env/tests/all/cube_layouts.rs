@@ -1,10 +1,11 @@
 //! Cube layouts: orientation of the faces in pictures and files, with colored faces that bear letters.
 
 use lobe_env::{
-    CubeHandedness, CubeLayout, CubeMap, CubeMipChain, CubeWriteOptions, MapReadOptions, MappedMap, Mapping, Resample,
-    TexelFormat, read_map, resample, write_cube,
+    CubeHandedness, CubeLayout, CubeMap, CubeMipChain, CubeWriteOptions, EnvError, FaceAssumption, FaceOrder,
+    MapReadOption, MapReadOptions, MappedMap, Mapping, PictureWriteOptions, Resample, TexelFormat, read_map,
+    read_map_bytes, resample, write_cube,
 };
-use lobe_image::Picture;
+use lobe_image::{Picture, encode_picture};
 use lobe_io::Job;
 use lobe_sh::{Dir, Rgb};
 
@@ -230,4 +231,77 @@ fn pictures_of_no_cube_are_refused_in_one_line() {
     let error = CubeMap::from_picture(&picture, CubeHandedness::Right).unwrap_err().to_string();
     let expected = "a picture of a cube is 4:3 (horizontal cross), 3:4 (vertical cross), 6:1 (row) or 1:6 (column), but this is 8 x 8";
     assert_eq!(error, expected, "8 x 8");
+}
+
+#[test]
+fn a_sun_beyond_half_floats_keeps_its_light_by_default() {
+    let folder = tempfile::tempdir().unwrap();
+    // A cube of 1 with a sun in one texel of a face: nearly all of the light is above 65504, or none of it.
+    for (sun, default) in [(1e7_f32, TexelFormat::Rgba32F), (6e4, TexelFormat::Rgba16F)] {
+        let mut texels = vec![Rgb::new(1.0_f32, 1.0, 1.0); 6 * 16];
+        texels[3] = Rgb::new(sun, sun, sun);
+        let chain = CubeMipChain::single(CubeMap::new(4, texels).unwrap());
+        let all = chain.base().mean().r;
+        for name in ["a.ktx2", "a.dds"] {
+            let path = folder.path().join(name);
+            let options = CubeWriteOptions::default();
+            assert_eq!(options.texels_for(&path, &chain), default, "{name}, sun {sun}");
+            let report = write_cube(&path, &chain, &options).unwrap();
+            let (back, _) = read_map(&path, &MapReadOptions::default()).unwrap();
+            let kept = back.base().mean().r / all;
+            assert!((kept - 1.0).abs() < 1e-3 && report.lost == 0.0, "{name}, sun {sun}: {kept} kept, {report:?}");
+            for format in [TexelFormat::Rgba16F, TexelFormat::Rgb9e5, TexelFormat::R11G11B10F, TexelFormat::Bc6h] {
+                let report = write_cube(&path, &chain, &options.clone().texels(format)).unwrap();
+                let (back, _) = read_map(&path, &MapReadOptions::default()).unwrap();
+                let lost = 1.0 - back.base().mean().r / all;
+                // Blocks change the texels beside the sun too.
+                assert!((report.lost - lost).abs() < 0.02, "{name} {format}, sun {sun}: {lost}, {report:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn rows_and_sheets_of_photographs_in_any_order_are_one_panorama() {
+    let light = |s: Dir| Rgb::new(2.0 + s.x() as f32, 2.0 + s.y() as f32, 2.0 + s.z() as f32);
+    // Faces of a cube of graphics interfaces, which are photographs if they are left-handed, with the front towards -y.
+    let size = 6;
+    let turned = |s: Dir| light(Dir::new([-s.y(), s.x(), s.z()]).unwrap());
+    let sides = CubeMap::from_fn(size, turned).faces(CubeHandedness::Left);
+    let [right, left, up, down, front, back] = [0, 1, 2, 3, 4, 5];
+    for (order, faces) in [
+        ("right,left,up,down,front,back", [right, left, up, down, front, back]),
+        ("front,right,back,left,up,down", [front, right, back, left, up, down]),
+    ] {
+        let named = MapReadOptions::default().faces(order.parse::<FaceOrder>().unwrap());
+        for (columns, rows) in [(6, 1), (1, 6), (3, 2), (2, 3)] {
+            let picture = Picture::from_fn(columns * size, rows * size, |x, y| {
+                let face = &sides[faces[y / size * columns + x / size]];
+                face[y % size * size + x % size].to_array()
+            });
+            let (bytes, _) =
+                encode_picture("a.pfm".as_ref(), picture.width(), picture.pixels(), &PictureWriteOptions::default())
+                    .unwrap();
+            let (found, report) = read_map_bytes(&bytes, "a.pfm", &named).unwrap_or_else(|e| panic!("{order}: {e}"));
+            let cube = found.into_base().into_cube_map().unwrap();
+            for (face, x, y) in (0..6).flat_map(|f| (0..size).flat_map(move |x| (0..size).map(move |y| (f, x, y)))) {
+                let (found, expected) = (cube.texel(face, x, y).to_array(), light(cube.dir(face, x, y)).to_array());
+                let error = (0..3).map(|c| (found[c] - expected[c]).abs()).fold(0.0, f32::max);
+                assert!(error < 1e-6, "{order}, {columns} x {rows}, face {face}: {found:?} for {expected:?}");
+            }
+            assert_eq!(report.assumed, None, "{order}: told");
+            // Without an order a row is assumed to have that of graphics interfaces, and a sheet is a photograph.
+            match read_map_bytes(&bytes, "a.pfm", &MapReadOptions::default()) {
+                Ok((_, report)) => assert_eq!(report.assumed, Some(FaceAssumption::RightHanded), "{columns} x {rows}"),
+                Err(error) => {
+                    assert!(matches!(error, EnvError::UnknownMapping { .. }), "{error}");
+                    assert!([3, 2].contains(&columns), "{columns} x {rows}: {error}");
+                }
+            }
+        }
+    }
+    let bytes = encode_picture("a.pfm".as_ref(), 8, &[[1.0; 3]; 32], &PictureWriteOptions::default()).unwrap().0;
+    let named = MapReadOptions::default().mapping(Mapping::LatLong).faces("FRBLUD".parse::<FaceOrder>().unwrap());
+    let error = read_map_bytes(&bytes, "a.pfm", &named).unwrap_err();
+    assert!(matches!(error, EnvError::Contradiction { option: MapReadOption::Faces, .. }), "{error}");
 }

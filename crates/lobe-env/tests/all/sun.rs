@@ -2,7 +2,9 @@
 
 use std::f64::consts::PI;
 
-use lobe_env::{EnvMap, MappedMap, Mapping, SunOptions, SunReport, bundled, extract_sun, lat_long};
+use lobe_env::{
+    EnvMap, MappedMap, Mapping, NoSun, SunOptions, SunReport, bundled, extract_sun, extract_suns, find_sun, lat_long,
+};
 use lobe_sh::{Coefficient, Dir, Rgb};
 
 const WIDTH: usize = 256;
@@ -299,4 +301,78 @@ fn maps_without_a_sun_have_none() {
     none("a soft box", &EnvMap::from_fn(WIDTH, HEIGHT, large));
     let cloud = |s: Dir| Rgb::splat(1.0 + 8.0 * (-(s.angle_to(Dir::X) / 0.05).powi(2)).exp() as f32);
     none("a bright place in the clouds", &EnvMap::from_fn(WIDTH, HEIGHT, cloud));
+}
+
+/// The solid angle of the texels of a sun in such a map.
+fn covered(map: &MappedMap, place: Dir) -> f64 {
+    let texels = (0..map.width()).flat_map(|x| (0..map.height()).map(move |y| (x, y)));
+    let of_sun = texels.filter(|(x, y)| map.dir(*x, *y).is_some_and(|s| place.angle_to(s) < 0.5_f64.to_radians()));
+    of_sun.map(|(x, y)| map.solid_angle(x, y)).sum()
+}
+
+/// The sky with suns of these directions and radiances, 0.5° in radius, in lat-long maps of 1024 x 512.
+fn with_suns(suns: &[(Dir, f32)]) -> MappedMap {
+    EnvMap::from_fn(1024, 512, |s| {
+        let lights = suns.iter().filter(|(place, _)| place.angle_to(s) < 0.5_f64.to_radians());
+        lights.fold(sky(s), |sum, (_, radiance)| sum + Rgb::new(*radiance, *radiance, *radiance))
+    })
+    .into()
+}
+
+#[test]
+fn suns_a_few_degrees_apart_are_parted_and_taken_out_one_after_another() {
+    for degrees in [2.5, 4.0, 6.0, 8.0, 30.0_f64] {
+        for elevation in [0.1, 0.7, 1.4_f64] {
+            let at = |turn: f64| {
+                let low = elevation - degrees.to_radians() * turn;
+                Dir::new([low.cos(), 0.2 * low.cos(), low.sin()]).unwrap()
+            };
+            let suns = [(at(0.0), 3e4), (at(1.0), 2e4)];
+            let apart = suns[0].0.angle_to(suns[1].0);
+            let map = with_suns(&suns);
+            let report = extract_suns(&map, 2, &SunOptions::default());
+            let what = format!("{degrees}° apart ({:.2}), at {elevation}: {:?}", apart.to_degrees(), report.end);
+            assert_eq!(report.suns.len(), 2, "{what}");
+            for (found, (place, radiance)) in report.suns.iter().zip(suns) {
+                let off = found.direction.angle_to(place).to_degrees();
+                assert!(off < 0.15, "{what}: {off}° off");
+                let expected = f64::from(radiance) * covered(&map, place);
+                let error = found.irradiance.g / expected - 1.0;
+                assert!(error.abs() < 1e-3, "{what}: {:?} for {expected}", found.irradiance);
+            }
+            let sum = report.suns.iter().fold(report.rest.mean(), |sum, sun| sum + sun.irradiance.scale(0.25 / PI));
+            for c in 0..3 {
+                let error = (sum.channel(c) / map.mean().channel(c) - 1.0).abs();
+                assert!(error < 1e-12, "{what}: of channel {c} {error} is lost");
+            }
+            let left = report.rest.texels().iter().map(|texel| texel.g).fold(0.0, f32::max);
+            assert!(left < 2.0, "{what}: the rest has {left}");
+        }
+    }
+}
+
+#[test]
+fn a_map_without_a_sun_says_what_the_brightest_place_lacks() {
+    let of = |map: &MappedMap| find_sun(map, &SunOptions::default()).map(|report| report.sun).unwrap_err();
+    let dark = MappedMap::from(EnvMap::from_fn(64, 32, |_| Rgb::ZERO));
+    assert_eq!(of(&dark), NoSun::Dark, "no light");
+    assert!(matches!(of(&with_suns(&[])), NoSun::Dim { times, .. } if times < 3.0), "{:?}", of(&with_suns(&[])));
+    let window = |s: Dir| if s.x() > 0.995 { Rgb::new(5e3_f32, 5e3, 5e3) } else { sky(s) };
+    let large = of(&EnvMap::from_fn(256, 128, window).into());
+    assert!(matches!(large, NoSun::Large { at, .. } if at.x() > 0.99), "{large:?}");
+    let hazy =
+        |s: Dir| Rgb::splat((1e4 * (30.0 * (s.x() - 1.0)).exp()) as f32 + if s.x() > 0.9999 { 2e4 } else { 0.0 });
+    let faint = of(&EnvMap::from_fn(1024, 512, hazy).into());
+    assert!(matches!(faint, NoSun::Faint { times, .. } if times > 1.0 && times < 20.0), "{faint:?}");
+    let sparkle: Vec<(Dir, f32)> = (0..8)
+        .filter_map(|k| Dir::new([1.0, 0.04 * f64::from(k % 4) - 0.06, 0.04 * f64::from(k / 4)]))
+        .map(|place| (place, 3e4))
+        .collect();
+    let crowded = of(&with_suns(&sparkle));
+    assert!(matches!(crowded, NoSun::Crowded { .. }), "{crowded:?}");
+    for end in [NoSun::Dark, large, faint, crowded] {
+        assert!(!end.to_string().is_empty() && !end.to_string().contains('\n'), "{end}");
+    }
+    let report = extract_suns(&with_suns(&[(Dir::Z, 3e4)]), 5, &SunOptions::default());
+    assert!(report.suns.len() == 1 && matches!(report.end, Some(NoSun::Dim { .. })), "{:?}", report.end);
 }

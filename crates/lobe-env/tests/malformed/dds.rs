@@ -53,7 +53,7 @@ pub(crate) fn bad() -> Vec<Bad> {
         ("letters-unknown", "a format of bytes that are no letters", patched(&new, 84, &[0xff; 4])),
         ("format-bytes", "RGBA in 8 bits", word(128, 28)),
         ("format-unknown", "the DXGI format 4294967295", word(128, u32::MAX)),
-        ("no-cube", "a picture, not a cube", word(136, 0)),
+        ("no-cube", "a picture, not a cube", patched(&word(136, 0), 112, &words(&[0]))),
         ("array-none", "an array of 0", word(140, 0)),
         ("array", "an array of 6", word(140, 6)),
         ("old-faces", "one face of six", patched(&old, 112, &words(&[0x600]))),

@@ -31,12 +31,15 @@ pub struct PictureWriteOptions {
 }
 
 /// The loss of writing a picture.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct PictureWriteReport {
     /// Texels with a channel outside the range of the format, which was clamped to it; NaN in `.hdr` becomes 0.
     pub clamped: usize,
+    /// The share of the light that clamping took from channels which are too bright for the format, 0 to 1: of all pixels alike, or of all
+    /// directions where a map is written. Of a texture it is that of its largest level.
+    pub lost: f64,
 }
 
 /// Writes a picture as Radiance `.hdr`, OpenEXR `.exr` (ZIP) or portable float map `.pfm`, depending on the extension; see
@@ -118,6 +121,18 @@ pub fn encode_picture(
     }
 }
 
+/// The share of the light of pixels that their channels have above `most`.
+pub(crate) fn share_beyond(pixels: &[impl IntoPixel], most: f32) -> f64 {
+    let (mut all, mut beyond) = (0.0, 0.0);
+    for channel in
+        pixels.iter().flat_map(|pixel| (*pixel).into()).filter(|channel| *channel > 0.0 && channel.is_finite())
+    {
+        all += f64::from(channel);
+        beyond += f64::from(channel - channel.min(most));
+    }
+    if beyond > 0.0 { beyond / all } else { 0.0 }
+}
+
 /// The pixels with every channel clamped, and the number of pixels changed.
 fn clamped(pixels: &[impl IntoPixel], low: f32, high: f32) -> (Vec<Pixel>, PictureWriteReport) {
     let mut report = PictureWriteReport::default();
@@ -127,7 +142,9 @@ fn clamped(pixels: &[impl IntoPixel], low: f32, high: f32) -> (Vec<Pixel>, Pictu
         report.clamped += usize::from(channels.iter().any(|c| *c < low || *c > high));
         channels.map(|c| c.clamp(low, high))
     });
-    (texels.collect(), report)
+    let texels = texels.collect();
+    report.lost = share_beyond(pixels, high);
+    (texels, report)
 }
 
 fn encode_hdr(

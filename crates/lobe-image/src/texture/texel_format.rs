@@ -84,6 +84,18 @@ const FORMATS: [(TexelFormat, Format, u32); 10] = [
 ];
 
 impl TexelFormat {
+    /// The largest number of a channel; infinity where a number of any size is kept.
+    #[must_use]
+    pub fn largest(self) -> f32 {
+        match self {
+            Self::Rgba32F | Self::Rgb32F => f32::INFINITY,
+            Self::Rgba16F | Self::Rgb16F | Self::Bc6h | Self::Bc6hSigned => MAX_HALF,
+            Self::Rgb9e5 => rgb9e5::MAX,
+            Self::R11G11B10F => packed_float::MAX,
+            Self::Rgb8 | Self::Srgb8 => 1.0,
+        }
+    }
+
     fn numbers(self) -> (Format, u32) {
         let Some((_, vulkan, dxgi)) = FORMATS.iter().find(|(format, ..)| *format == self) else {
             unreachable!("the table has every format")
@@ -159,12 +171,10 @@ impl TexelFormat {
     ///
     /// NaN stays NaN where the format has it, and becomes 0 elsewhere.
     pub(crate) fn encode_face(self, size: usize, texels: &[impl IntoPixel]) -> Result<(Vec<u8>, usize), String> {
-        let (low, high) = match self {
-            Self::Rgba32F => (f32::NEG_INFINITY, f32::INFINITY),
-            Self::Rgba16F => (-MAX_HALF, MAX_HALF),
-            Self::Rgb9e5 => (0.0, rgb9e5::MAX),
-            Self::R11G11B10F => (0.0, packed_float::MAX),
-            Self::Bc6h => (0.0, MAX_HALF),
+        let high = self.largest();
+        let low = match self {
+            Self::Rgba32F | Self::Rgba16F => -high,
+            Self::Rgb9e5 | Self::R11G11B10F | Self::Bc6h => 0.0,
             Self::Bc6hSigned => return Err("signed BC6H is read, not written; choose BC6H".into()),
             Self::Rgb16F | Self::Rgb32F | Self::Rgb8 | Self::Srgb8 => {
                 return Err(format!("{self} is read, not written; choose RGBA16F"));

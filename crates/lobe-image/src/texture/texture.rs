@@ -4,6 +4,7 @@ use std::path::Path;
 
 use lobe_io::{parallel, write_atomically};
 
+use crate::codec::encode::share_beyond;
 use crate::codec::read::{
     FileFormat, PictureReadOptions, PictureReadReport, finished, guarded, inspect, picture_file_bytes,
 };
@@ -200,6 +201,9 @@ pub fn write_cube_texture(
         let (faces, clamped) = encode_level(*size, texels, format).map_err(wrong)?;
         report.clamped += clamped;
         encoded.push(faces);
+    }
+    if report.clamped > 0 {
+        report.lost = share_beyond(levels[0].1, format.largest());
     }
     let io = |source| ImageError::Io { place: path.display().to_string(), source };
     let pieces = match extension.as_str() {

@@ -2,8 +2,9 @@
 
 use half::f16;
 use lobe_image::{
-    CubeTexture, FileFormat, ImageError, Picture, PictureReadOptions, PictureReadReport, TexelFormat,
-    is_cube_texture_bytes, read_cube_texture_bytes, read_texture_picture_bytes, srgb_decode,
+    CubeTexture, FileFormat, ImageError, Picture, PictureReadOptions, PictureReadReport, PictureWriteOptions,
+    TexelFormat, encode_picture, is_cube_texture_bytes, read_cube_texture_bytes, read_texture_picture_bytes,
+    srgb_decode, write_cube_texture,
 };
 
 use crate::cubes::{all_levels, colored_faces, encoded, levels};
@@ -217,4 +218,33 @@ fn ktx_files_of_other_things_are_refused_by_name() {
     assert!(refused(rgba8, [4, 2], [0, 6]).contains("square, these are 4 x 2"), "no squares");
     assert!(refused(rgba8, [100_000, 100_000], [0, 6]).contains("limit"), "too large");
     assert!(refused(rgba8, [4096, 4096], [0, 6]).contains("ends early"), "a promise");
+}
+
+#[test]
+fn the_share_of_the_light_that_a_format_loses_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    // A sun of a million in one texel of 96 that are 1: the rest has 3 (95) of 1e6 + 2 + 285.
+    let mut texels = vec![[1.0_f32; 3]; 96];
+    texels[5][0] = 1e6;
+    let all = 1e6 + 2.0 + 3.0 * 95.0;
+    for (format, largest) in [
+        (TexelFormat::Rgba32F, f64::INFINITY),
+        (TexelFormat::Rgba16F, 65504.0),
+        (TexelFormat::Rgb9e5, 65408.0),
+        (TexelFormat::R11G11B10F, 64512.0),
+        (TexelFormat::Bc6h, 65504.0),
+    ] {
+        let expected = f64::max(1e6 - largest, 0.0) / all;
+        let report = write_cube_texture(folder.path().join("a.dds"), &[(4, texels.as_slice())], format, false, None);
+        let lost = report.unwrap().lost;
+        assert!((lost - expected).abs() < 1e-9, "{format}: {lost} for {expected}");
+    }
+    for (name, half, largest) in
+        [("a.exr", true, 65504.0), ("a.exr", false, 1e6), ("a.hdr", false, 1e6), ("a.pfm", false, 1e6)]
+    {
+        let options = PictureWriteOptions::default().half(half);
+        let (_, report) = encode_picture(name.as_ref(), 12, &texels, &options).unwrap();
+        let expected = (1e6 - largest) / all;
+        assert!((report.lost - expected).abs() < 1e-9, "{name}, half {half}: {} for {expected}", report.lost);
+    }
 }

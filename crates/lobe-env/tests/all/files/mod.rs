@@ -2,4 +2,5 @@
 mod envmap;
 mod fisheye;
 mod maps;
+mod panoramas;
 mod project_file;
