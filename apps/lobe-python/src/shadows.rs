@@ -141,7 +141,8 @@ pub(crate) fn self_visibility<'py>(
     let checkpoint = beside(&output, ".checkpoint");
     let rows = watched(py, progress.as_ref(), Some(&checkpoint), |job| bake_vertex_visibility(&scene, &options, job))?;
     let stored = py.detach(|| {
-        let visibility = SurfaceVisibility::new(settings.order, rows)?;
+        let positions = scene.meshes().iter().flat_map(|mesh| mesh.positions()).copied().collect();
+        let visibility = SurfaceVisibility::new(settings.order, rows)?.with_positions(positions)?;
         with_threads(|| write_visibility(&output, &visibility, &storage))
     });
     let stored = stored.map_err(|error: ShadowError| error_of(&error))?;
@@ -179,9 +180,9 @@ pub(crate) struct SphereSettings {
     seed: u64,
 }
 
-/// Centers `(k, 3)` and radii `(k)` of spheres, the volume outside the solid and of it, the first of these after each round, and
-/// the part of the space of which it is certain whether it is solid.
-type Fitted<'py> = (Bound<'py, PyArrayDyn<f32>>, Bound<'py, PyArrayDyn<f32>>, f64, f64, Vec<f64>, f64);
+/// Centers `(k, 3)` and radii `(k)` of spheres, the volume outside the solid, of the union, and of the solid, the first of these after
+/// each round, and the part of the space of which it is certain whether it is solid.
+type Fitted<'py> = (Bound<'py, PyArrayDyn<f32>>, Bound<'py, PyArrayDyn<f32>>, f64, f64, f64, Vec<f64>, f64);
 
 /// Fits spheres to a scene, or to one entity of it whose joints they then follow; writes them if there is an output, beside which results are kept
 /// while they are found.
@@ -230,7 +231,8 @@ pub(crate) fn spheres<'py>(
     }
     let centers = array_of(py, spheres.centers().as_flattened().to_vec(), &[spheres.len(), 3])?;
     let radii = array_of(py, spheres.radii().to_vec(), &[spheres.len()])?;
-    Ok((centers, radii, report.outside_volume, report.solid_volume, report.history, report.certainty))
+    let union = py.detach(|| spheres.union_volume());
+    Ok((centers, radii, report.outside_volume, union, report.solid_volume, report.history, report.certainty))
 }
 
 /// A scene, or one entity of it with what moves it.

@@ -196,7 +196,8 @@ impl Field {
         let per_vertex = self.rays.unwrap_or(defaults.rays);
         let options = defaults.order(self.order).rays(per_vertex).seed(self.seed);
         let rows = checkpoint.watched(talk, |job| bake_vertex_visibility(scene, &options, job))?;
-        let visibility = SurfaceVisibility::new(self.order, rows)?;
+        let positions = scene.meshes().iter().flat_map(|mesh| mesh.positions()).copied().collect();
+        let visibility = SurfaceVisibility::new(self.order, rows)?.with_positions(positions)?;
         let storage = write_visibility(&self.output, &visibility, form)?;
         self.storage.tell_if_larger(&storage, talk);
         checkpoint.finish();

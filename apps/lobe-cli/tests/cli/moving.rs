@@ -142,6 +142,7 @@ fn the_visibility_of_an_entity_itself_is_that_of_the_library() {
     let expected = bake_visibility(&scene, &positions, &normals, &options, Default::default()).unwrap();
     let found = read_visibility(dir.path("v.safetensors")).unwrap();
     assert!(found.order() == 3 && found.rows() == expected, "the numbers of the library");
+    assert_eq!(found.positions(), Some(&*positions), "where each vertex is");
     assert_eq!(dir.names(), ["v.safetensors"], "no checkpoint is left");
     for option in ["--spheres 4", "--cells 4", "--range 1,2", "--shard 1/2"] {
         let message = dir.lobe(&format!("{command} {option}")).error();

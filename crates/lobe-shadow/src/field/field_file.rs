@@ -57,6 +57,8 @@ const FORMAT: TensorFormat = TensorFormat { name: "lobe-occlusion-field", versio
 /// | `u8` | `rows` of bytes; `ranges` of `[2, width]`: the least value of each coefficient, then its step |
 /// | `clustered` | `clusters` of `[points]`, `weights` of `[points, components]`, `bases` of `[clusters, components + 1, width]` |
 ///
+/// Of the spheres of points each quarter has as many clusters of its own as every other.
+///
 /// # Errors
 /// [`ShadowError::Io`] if the system refuses, [`ShadowError::Options`] for options of clusters out of range.
 pub fn write_field(
@@ -65,7 +67,8 @@ pub fn write_field(
     storage: &FieldStorage,
 ) -> Result<StorageReport, ShadowError> {
     let (points, width) = (field.grid().points(), Axial::width(field.order()));
-    let stored = StoredRows::encode(field.rows(), width, storage)?;
+    let shell = field.grid().points_of_sphere();
+    let stored = StoredRows::encode_in_shells(field.rows(), width, shell, storage)?;
     let tensors = stored.tensors("rows", &[points, width], field.rows());
     let (order, grid, storage) = (field.order(), GridHeader::new(field.grid()), stored.name().to_owned());
     write_tensors(path.as_ref(), FORMAT, &OcclusionHeader { order, grid, storage }, &tensors)?;

@@ -89,6 +89,25 @@ impl Stencil {
         &self.taps[..self.len]
     }
 
+    /// Gives the weights of samples that are not kept to the others; nothing is left where none is kept.
+    pub(crate) fn keep(&mut self, is_kept: impl Fn(usize) -> bool) {
+        let all: f32 = self.taps().iter().map(|(_, weight)| weight).sum();
+        let mut len = 0;
+        for tap in 0..self.len {
+            if is_kept(self.taps[tap].0 as usize) {
+                self.taps[len] = self.taps[tap];
+                len += 1;
+            }
+        }
+        if len == self.len {
+            return;
+        }
+        self.len = len;
+        let kept: f32 = self.taps().iter().map(|(_, weight)| weight).sum();
+        let scale = if kept > 0.0 { all / kept } else { 0.0 };
+        self.taps[..len].iter_mut().for_each(|(_, weight)| *weight *= scale);
+    }
+
     /// The weighted sum of rows of a table that are `out.len()` wide.
     #[inline]
     pub(crate) fn sum_into(&self, table: &[f32], out: &mut [f32]) {
@@ -219,6 +238,11 @@ impl FieldGrid {
     #[must_use]
     pub fn points(&self) -> usize {
         self.spheres * self.directions.len() + 1
+    }
+
+    /// Number of sample points on a sphere.
+    pub(crate) fn points_of_sphere(&self) -> usize {
+        self.directions.len()
     }
 
     /// The radius of a sphere.

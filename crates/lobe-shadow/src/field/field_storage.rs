@@ -56,6 +56,18 @@ impl StoredRows {
     /// # Errors
     /// [`ShadowError::Options`] for options of the clusters out of range, or numbers beyond those of the form.
     pub(crate) fn encode(rows: &[f32], width: usize, storage: &FieldStorage) -> Result<Self, ShadowError> {
+        Self::encode_in_shells(rows, width, rows.len() / width.max(1), storage)
+    }
+
+    /// The same of rows that lie in shells, `shell` of them in each and what is left in the last: each of four runs of neighboring shells has as
+    /// many clusters as every other. What a field stores is scaled to numbers of one size, of which those near the surface
+    /// differ most: clusters of all rows together would go there, and leave few for the shells beyond.
+    pub(crate) fn encode_in_shells(
+        rows: &[f32],
+        width: usize,
+        shell: usize,
+        storage: &FieldStorage,
+    ) -> Result<Self, ShadowError> {
         let too_large = |form: &str, most: f32| {
             let found = rows.iter().fold(0.0_f32, |most, x| most.max(x.abs()));
             if found <= most {
@@ -75,10 +87,7 @@ impl StoredRows {
                 too_large("u8", f32::MAX / 4.0)?;
                 eight_bits(rows, width)
             }
-            FieldStorage::Clustered(options) => {
-                let table = compress_table(rows, width, options, Job::default());
-                Self::Clustered(table.map_err(of_table)?.0)
-            }
+            FieldStorage::Clustered(options) => Self::Clustered(clustered(rows, width, shell, options)?),
         })
     }
 
@@ -127,6 +136,54 @@ impl StoredRows {
         let relative_error = if errors > 0.0 { (errors / squares).sqrt() } else { 0.0 };
         StorageReport { bytes: self.bytes(rows), bytes_before: size_of_val(rows), relative_error, largest_error }
     }
+}
+
+/// Runs of shells with clusters of their own. Rows of neighboring shells are alike, so that clusters in common are the better ones; of 1, 2,
+/// 4, 8 and 16 runs, 4 halve the error of a rabbit's visibility beyond two radii and add a tenth to that near by.
+const RUNS: usize = 4;
+
+/// Clusters of rows in shells.
+fn clustered(
+    rows: &[f32],
+    width: usize,
+    shell: usize,
+    options: &CompressOptions,
+) -> Result<CompressedTable, ShadowError> {
+    let count = rows.len() / width.max(1);
+    let shells = (count / shell.max(1)).max(1);
+    // The runs of neighboring shells that have clusters of their own. Options out of range are refused as those of one run.
+    let is_in_range = (1..=CompressOptions::MAX_CLUSTERS).contains(&options.clusters);
+    let runs = if is_in_range { shells.min(options.clusters).min(RUNS) } else { 1 };
+    let begin = |run: usize| if run == runs { count } else { run * shells / runs * shell };
+    let mut tables = Vec::with_capacity(runs);
+    for run in 0..runs {
+        let clusters = (run + 1) * options.clusters / runs - run * options.clusters / runs;
+        let rows = &rows[begin(run) * width..begin(run + 1) * width];
+        tables.push(compress_table(rows, width, &options.clusters(clusters), Job::default()).map_err(of_table)?.0);
+    }
+    joined(width, &tables)
+}
+
+/// The rows of some tables one after the other, each in its clusters.
+fn joined(width: usize, tables: &[CompressedTable]) -> Result<CompressedTable, ShadowError> {
+    let components = tables.first().map_or(0, CompressedTable::components);
+    let (mut clusters, mut bases, mut first) = (Vec::new(), Vec::new(), 0);
+    for table in tables {
+        // No number is above the last of as many clusters as were asked for.
+        clusters.extend(table.clusters().iter().map(|k| first + k));
+        bases.extend_from_slice(table.bases());
+        first = first.wrapping_add(table.cluster_count() as u16);
+    }
+    let mut weights = tables.first().map_or(TableWeights::F32(Vec::new()), |table| table.weights().clone());
+    for table in tables.iter().skip(1) {
+        match (&mut weights, table.weights()) {
+            (TableWeights::F32(all), TableWeights::F32(more)) => all.extend_from_slice(more),
+            (TableWeights::U16(all), TableWeights::U16(more)) => all.extend_from_slice(more),
+            (TableWeights::U8(all), TableWeights::U8(more)) => all.extend_from_slice(more),
+            _ => unreachable!("the tables have the weights of one choice of options"),
+        }
+    }
+    CompressedTable::new(width, components, clusters, weights, bases).map_err(of_table)
 }
 
 /// An error of compression as one of this crate.

@@ -108,7 +108,8 @@ pub fn write_lamp(path: impl AsRef<Path>, lamp: &Lamp, storage: &FieldStorage) -
             Shape::Sampled { source, grid, rows, .. } => {
                 let points = PointsHeader::new(&source.rectangle, source.patches, grid);
                 let radiance: Vec<f32> = source.radiance.iter().flat_map(|c| c.to_array().map(|c| c as f32)).collect();
-                let table = Table { name: "rows", shape: [grid.points(), 3, Axial::width(order)], rows, pictures: 1 };
+                let (shape, shell) = ([grid.points(), 3, Axial::width(order)], grid.points_of_sphere());
+                let table = Table { name: "rows", shape, rows, pictures: 1, shell };
                 table.write(path, order, ShapeHeader::Rectangle { points }, &radiance, storage)
             }
         },
@@ -117,7 +118,8 @@ pub fn write_lamp(path: impl AsRef<Path>, lamp: &Lamp, storage: &FieldStorage) -
             let points = PointsHeader::new(field.rectangle(), field.patches(), field.grid());
             let radiance: Vec<f32> = pictures.iter().flatten().flat_map(|c| c.to_array()).collect();
             let shape = [points.patches(), field.grid().points(), Axial::width(order)];
-            let table = Table { name: "patches", shape, rows: field.table(), pictures: pictures.len() };
+            let shell = field.grid().points_of_sphere();
+            let table = Table { name: "patches", shape, rows: field.table(), pictures: pictures.len(), shell };
             let (pictures, per_second) = (pictures.len(), sequence.per_second());
             table.write(path, order, ShapeHeader::Sequence { points, pictures, per_second }, &radiance, storage)
         }
@@ -130,6 +132,8 @@ struct Table<'a> {
     shape: [usize; 3],
     rows: &'a [f32],
     pictures: usize,
+    /// Points of a sphere.
+    shell: usize,
 }
 
 impl Table<'_> {
@@ -141,7 +145,9 @@ impl Table<'_> {
         radiance: &[f32],
         storage: &FieldStorage,
     ) -> Result<StorageReport, ShadowError> {
-        let stored = StoredRows::encode(self.rows, row_width(self.name, self.shape), storage)?;
+        let shell = if self.name == "rows" { self.shell } else { self.shape[1] };
+        let width = row_width(self.name, self.shape);
+        let stored = StoredRows::encode_in_shells(self.rows, width, shell, storage)?;
         let of_radiance = [self.pictures, radiance.len() / (3 * self.pictures), 3];
         let mut tensors = vec![Tensor::new("radiance", of_radiance, Numbers::F32(radiance))];
         tensors.extend(stored.tensors(self.name, &self.shape, self.rows));

@@ -8,12 +8,8 @@ use lobe_sh::{Dir, Expansion as _, Rgb, SphericalPolygon};
 use crate::field::axial::Axial;
 use crate::field::bake_rows::{RowWork, bake_rows};
 use crate::field::lamp_surface::check_patches;
-use crate::field::radiance_field::{check_order, expect_rows};
+use crate::field::radiance_field::{OFF_PLANE, check_order, expect_rows};
 use crate::{FieldGrid, LampSurface, PatchedRectangle, RadianceField, RadianceOptions, Rectangle, ShadowError};
-
-/// Sample points nearer to the plane of the rectangle than this part of its radius are moved to its front by as much:
-/// within the plane it has no solid angle, and all of a hemisphere on it.
-const OFF_PLANE: f64 = 1e-6;
 
 /// Fingerprints of lamps among those of Lobe.
 const PATCH_KIND: u64 = 23;

@@ -1,11 +1,16 @@
 //! The source radiance field: the light of a lamp at every point around it.
 
 use derive_setters::Setters;
+use lobe_sh::vector::{add, cross, dot, length, sub};
 use lobe_sh::{Dir, Expansion as _, Rgb, ShVec, Zonal};
 
 use crate::field::axial::Axial;
 use crate::field::occlusion_field::toward_middle;
-use crate::{FieldGrid, LampSurface, PatchedRectangle, RadialInterpolation, ShadowError};
+use crate::{FieldGrid, LampSurface, PatchedRectangle, RadialInterpolation, Rectangle, ShadowError};
+
+/// Sample points nearer to the plane of a rectangle than this part of its radius have the light of its front: within the plane it has
+/// no solid angle, and all of a hemisphere on it.
+pub(crate) const OFF_PLANE: f64 = 1e-6;
 
 /// The sample points of a radiance field.
 #[derive(Clone, Debug, PartialEq, Setters, serde::Serialize, serde::Deserialize)]
@@ -60,7 +65,34 @@ pub(crate) enum Shape {
         grid: FieldGrid,
         rows: Vec<f32>,
         axial: Axial,
+        /// Of a rectangle that shines to one side.
+        front: Option<Front>,
     },
+}
+
+/// The half space that a rectangle lights.
+#[derive(Clone, Debug)]
+pub(crate) struct Front {
+    corner: [f64; 3],
+    /// Of any length.
+    normal: [f64; 3],
+    /// The sample points that it lights, or whose light is that just in front of it.
+    is_lit: Vec<bool>,
+}
+
+impl Front {
+    fn new(rectangle: &Rectangle, grid: &FieldGrid) -> Self {
+        let Rectangle { corner, u, v, .. } = *rectangle;
+        let mut front = Self { corner, normal: cross(u, v), is_lit: Vec::new() };
+        let least = OFF_PLANE * grid.radius() * length(front.normal);
+        front.is_lit = (0..grid.points()).map(|p| front.height(add(grid.center(), grid.offset(p))) > -least).collect();
+        front
+    }
+
+    /// The height of a point above the plane, times the length of the normal.
+    fn height(&self, p: [f64; 3]) -> f64 {
+        dot(self.normal, sub(p, self.corner))
+    }
 }
 
 impl RadianceField {
@@ -97,7 +129,9 @@ impl RadianceField {
             let message = format!("expected finite radiance, found {bad:?}");
             return Err(ShadowError::Invalid { place: "radiance field".to_owned(), message });
         }
-        Ok(Self { order, shape: Shape::Sampled { source: Box::new(source), grid, rows, axial: Axial::new(order) } })
+        let front = (!source.rectangle.two_sided).then(|| Front::new(&source.rectangle, &grid));
+        let (source, axial) = (Box::new(source), Axial::new(order));
+        Ok(Self { order, shape: Shape::Sampled { source, grid, rows, axial, front } })
     }
 
     /// What shines, for who traces rays to it.
@@ -139,7 +173,9 @@ impl RadianceField {
         }
     }
 
-    /// The light at a point of the lamp's frame, in its directions. In a ball it comes from everywhere.
+    /// The light at a point of the lamp's frame, in its directions. In a ball it comes from everywhere. In the plane of a rectangle that
+    /// shines to one side, and behind it, there is none, and in front of it samples that lie behind do not count: a panel does not light
+    /// what it hangs on (`a_panel_lights_nothing_behind_its_plane`).
     #[must_use]
     pub fn radiance_at(&self, point: [f64; 3], interpolation: RadialInterpolation) -> ShVec<Rgb<f32>> {
         let n = self.order * self.order;
@@ -159,11 +195,19 @@ impl RadianceField {
                     out.iter_mut().zip(cone.coefficients()).for_each(|(out, c)| *out = (c * color) as f32);
                 }
             }
-            Shape::Sampled { grid, rows, axial, .. } => {
+            Shape::Sampled { grid, rows, axial, front, .. } => {
+                if front.as_ref().is_some_and(|front| front.height(point) <= 0.0) {
+                    out.fill(0.0);
+                    return;
+                }
                 let offset = offset.map(|c| (c / grid.radius()) as f32);
                 let width = Axial::width(self.order);
                 let mut sum = vec![0.0; 3 * width];
-                grid.stencil(offset, interpolation).sum_into(rows, &mut sum);
+                let mut stencil = grid.stencil(offset, interpolation);
+                if let Some(front) = front {
+                    stencil.keep(|p| front.is_lit[p]);
+                }
+                stencil.sum_into(rows, &mut sum);
                 let n = self.order * self.order;
                 let mut y = vec![0.0; n];
                 for (out, sum) in out.chunks_exact_mut(n).zip(sum.chunks_exact(width)) {

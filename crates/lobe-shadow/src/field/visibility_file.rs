@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use lobe_io::{TensorFile, TensorFormat, read_file, write_tensors};
+use lobe_io::{Numbers, Tensor, TensorFile, TensorFormat, read_file, write_tensors};
 use serde::{Deserialize, Serialize};
 
 use crate::field::field_file::check_order;
@@ -22,6 +22,7 @@ const FORMAT: TensorFormat = TensorFormat { name: "lobe-visibility", version: 1,
 pub struct SurfaceVisibility {
     order: usize,
     rows: Vec<f32>,
+    positions: Option<Vec<[f32; 3]>>,
 }
 
 impl SurfaceVisibility {
@@ -41,7 +42,29 @@ impl SurfaceVisibility {
         if let Some(bad) = rows.iter().find(|x| !x.is_finite()) {
             return invalid(format!("expected finite numbers, found {bad}"));
         }
-        Ok(Self { order, rows })
+        Ok(Self { order, rows, positions: None })
+    }
+
+    /// The same with the place of each point, by which another program finds its own points among them.
+    ///
+    /// # Errors
+    /// [`ShadowError::Invalid`] unless there is a finite place for each point.
+    pub fn with_positions(mut self, positions: Vec<[f32; 3]>) -> Result<Self, ShadowError> {
+        let invalid = |message: String| Err(ShadowError::Invalid { place: "visibility".to_owned(), message });
+        if positions.len() != self.points() {
+            return invalid(format!("expected {} positions, found {}", self.points(), positions.len()));
+        }
+        if let Some(bad) = positions.iter().find(|p| !p.iter().all(|c| c.is_finite())) {
+            return invalid(format!("expected finite positions, found {bad:?}"));
+        }
+        self.positions = Some(positions);
+        Ok(self)
+    }
+
+    /// The places of the points; none if the file was written without.
+    #[must_use]
+    pub fn positions(&self) -> Option<&[[f32; 3]]> {
+        self.positions.as_deref()
     }
 
     /// Number of bands, 1 to 8.
@@ -66,7 +89,7 @@ impl SurfaceVisibility {
 /// Writes visibility; until all is written nothing has the file's name.
 ///
 /// The metadata's entry `lobe` is JSON: format `lobe-visibility`, version 1, order, storage. The tensors are those of
-/// [`write_field`](crate::write_field), with a row of `order²` numbers for each point.
+/// [`write_field`](crate::write_field), with a row of `order²` numbers for each point, and `positions` of `[points, 3]` where they are known.
 ///
 /// # Errors
 /// [`ShadowError::Io`] if the system refuses, [`ShadowError::Options`] for options of clusters out of range, or numbers beyond those
@@ -76,10 +99,13 @@ pub fn write_visibility(
     visibility: &SurfaceVisibility,
     storage: &FieldStorage,
 ) -> Result<StorageReport, ShadowError> {
-    let SurfaceVisibility { order, rows } = visibility;
+    let SurfaceVisibility { order, rows, positions } = visibility;
     let width = order * order;
     let stored = StoredRows::encode(rows, width, storage)?;
-    let tensors = stored.tensors("rows", &[visibility.points(), width], rows);
+    let mut tensors = stored.tensors("rows", &[visibility.points(), width], rows);
+    if let Some(positions) = positions {
+        tensors.push(Tensor::new("positions", [positions.len(), 3], Numbers::F32(positions.as_flattened())));
+    }
     let header = Header { order: *order, storage: stored.name().to_owned() };
     write_tensors(path.as_ref(), FORMAT, &header, &tensors)?;
     Ok(stored.report(rows))
@@ -107,5 +133,13 @@ pub fn read_visibility_bytes(bytes: &[u8], name: &str) -> Result<SurfaceVisibili
     let (_, shape) = file.view(if storage == "clustered" { "clusters" } else { "rows" })?;
     let points = shape.first().copied().unwrap_or(0);
     let rows = StoredRows::read(&file, &storage, "rows", &[points, width], width)?;
-    SurfaceVisibility::new(order, rows).map_err(|error| error.within(name))
+    let visibility = SurfaceVisibility::new(order, rows);
+    let visibility = match file.view("positions") {
+        Ok(_) => {
+            let positions = file.f32("positions", &[Some(points), Some(3)])?;
+            visibility.and_then(|visibility| visibility.with_positions(positions.as_chunks().0.to_vec()))
+        }
+        Err(_) => visibility,
+    };
+    visibility.map_err(|error| error.within(name))
 }

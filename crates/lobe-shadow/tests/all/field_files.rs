@@ -142,3 +142,27 @@ fn fields_of_wrong_parts_are_refused() {
         assert!(message.contains(expected) && !message.contains('\n'), "{message}");
     }
 }
+
+#[test]
+fn clusters_keep_the_spheres_far_away_as_well_as_those_near_by() {
+    let options = FieldOptions::default().spheres(8).cells(8).rays(512);
+    let field = bake_field(&rabbit(), &options, Job::default()).unwrap().0;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("f.field.safetensors");
+    let clusters = CompressOptions::default().clusters(64).components(4);
+    write_field(&path, &field, &FieldStorage::Clustered(clusters)).unwrap();
+    let back = read_field(&path).unwrap();
+    let of_sphere = 9 * 9 * (4 + 16);
+    let errors: Vec<f64> = (0..8)
+        .map(|sphere| {
+            let rows = sphere * of_sphere..(sphere + 1) * of_sphere;
+            let pairs = back.rows()[rows.clone()].iter().zip(&field.rows()[rows]);
+            let (errors, squares) = pairs.fold((0.0, 0.0), |(errors, squares), (a, b)| {
+                (errors + f64::from(a - b).powi(2), squares + f64::from(*b).powi(2))
+            });
+            (errors / squares).sqrt()
+        })
+        .collect();
+    let [near, far] = [&errors[..4], &errors[4..]].map(|part| part.iter().copied().fold(0.0, f64::max));
+    assert!(far < 0.04 && far < near, "of each sphere: {errors:?}");
+}

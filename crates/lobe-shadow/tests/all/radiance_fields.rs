@@ -1,7 +1,10 @@
 //! Fields of lamps against their closed forms.
 
+use std::f64::consts::PI;
+
 use lobe_io::Job;
-use lobe_sh::{Expansion as _, Rgb, SphericalPolygon};
+use lobe_sh::vector::{add, cross, dot, sub};
+use lobe_sh::{Dir, Expansion as _, Rgb, SphericalPolygon};
 use lobe_shadow::{PatchField, RadialInterpolation, RadianceField, RadianceOptions, Rectangle};
 use lobe_testkit::Random;
 
@@ -61,6 +64,41 @@ fn the_back_is_dark_unless_it_shines_too_and_colors_are_factors() {
         let (a, b) = (at(&field(true), front), at(&field(true), back));
         assert!((a[0].g - b[0].g).abs() < 1e-4 * a[0].g, "both sides at {r}: {:?}, {:?}", a[0], b[0]);
         assert!(a.coefficients().iter().all(|c| c.b == 4.0 * c.r && c.g == 2.0 * c.r), "colors at {r}");
+    }
+}
+
+#[test]
+fn a_panel_lights_nothing_behind_its_plane() {
+    // Its plane along the planes of the grid of sample points, and across them.
+    let oblique = Rectangle { corner: [0.1, -1.0, 0.3], u: [1.0, 0.4, 0.5], v: [-0.3, 1.2, 0.2], two_sided: false };
+    let options = RadianceOptions::default();
+    for shape in [Rectangle::upright([1.6, 1.2], false), oblique] {
+        let field = RadianceField::rectangle(&shape, Rgb::new(0.5, 1.0, 2.0), &options).unwrap();
+        let (u, v) = (Dir::new(shape.u).unwrap().to_array(), Dir::new(shape.v).unwrap().to_array());
+        let n = Dir::new(cross(shape.u, shape.v)).unwrap().to_array();
+        let along = sub(u, n.map(|c| c * dot(u, n)));
+        let across = sub(v, n.map(|c| c * dot(v, n)));
+        let (mut errors, mut squares) = (0.0, 0.0);
+        for k in 0..400_u32 {
+            let (r, phi) = (0.3 + 0.05 * f64::from(k % 40), 0.7 * f64::from(k));
+            let elevation = [-40.0, -15.0, -5.0, -0.01, 0.5, 3.0, 8.0, 14.0][k as usize % 8] * PI / 180.0;
+            let flat = add(along.map(|c| c * phi.cos()), across.map(|c| c * phi.sin()));
+            let s: [f64; 3] = std::array::from_fn(|c| flat[c] * elevation.cos() + n[c] * elevation.sin());
+            let p = add(field.center(), s.map(|c| c * r));
+            for interpolation in [RadialInterpolation::Linear, RadialInterpolation::Cubic] {
+                let found = field.radiance_at(p, interpolation);
+                if elevation < 0.0 {
+                    assert!(found.coefficients().iter().all(|c| c.to_array() == [0.0; 3]), "{elevation} at {r}: {found:?}");
+                    continue;
+                }
+                for (found, truth) in found.coefficients().iter().zip(polygon(&shape, p, 4)) {
+                    errors += (f64::from(found.g) - truth).powi(2);
+                    squares += truth * truth;
+                }
+            }
+        }
+        let off = f64::sqrt(errors / squares);
+        assert!(off < 0.3, "within 14 degrees of the plane in front of it: off by {off}");
     }
 }
 

@@ -26,6 +26,24 @@ fn visibility_that_is_written_is_read() {
 }
 
 #[test]
+fn each_row_has_its_position_where_positions_are_given() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("v.visibility.safetensors");
+    let positions: Vec<[f32; 3]> = (0..200).map(|k| [k as f32, -0.5, 2.0]).collect();
+    let placed = visibility().with_positions(positions.clone()).unwrap();
+    for storage in [FieldStorage::F32, FieldStorage::U8] {
+        write_visibility(&path, &placed, &storage).unwrap();
+        assert_eq!(read_visibility(&path).unwrap().positions(), Some(&*positions), "{storage:?}");
+        write_visibility(&path, &visibility(), &storage).unwrap();
+        assert_eq!(read_visibility(&path).unwrap().positions(), None, "a file without, {storage:?}");
+    }
+    for (bad, message) in [(vec![[0.0; 3]; 199], "expected 200 positions, found 199"), (vec![[f32::NAN; 3]; 200], "expected finite")] {
+        let error = visibility().with_positions(bad).unwrap_err().to_string();
+        assert!(error.contains(message), "{error}");
+    }
+}
+
+#[test]
 fn damaged_visibility_is_refused_in_one_line() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("v.visibility.safetensors");

@@ -1,5 +1,6 @@
 //! Readers of what moves and of what shines near by, written from `docs/guide/src/formats.md` like those of `by_hand.rs`.
 
+use std::collections::HashSet;
 use std::f64::consts::PI;
 
 use serde_json::Value;
@@ -13,6 +14,8 @@ pub(crate) struct Points {
     range: [f64; 2],
     spheres: usize,
     cells: usize,
+    /// Sample points that a rectangle of one side does not light.
+    behind: HashSet<usize>,
 }
 
 fn number(value: &Value) -> f64 {
@@ -21,6 +24,14 @@ fn number(value: &Value) -> f64 {
 
 pub(crate) fn vector(value: &Value) -> [f64; 3] {
     [0, 1, 2].map(|k| number(&value[k]))
+}
+
+/// The height of a point above the plane of a rectangle.
+fn height(about: &Value, point: [f64; 3]) -> f64 {
+    let [corner, u, v] = ["corner", "u", "v"].map(|name| vector(&about[name]));
+    let normal = [0, 1, 2].map(|k| u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3]);
+    let dot = |a: [f64; 3]| (0..3).map(|k| a[k] * normal[k]).sum::<f64>();
+    (dot(point) - dot(corner)) / length(normal)
 }
 
 fn length(v: [f64; 3]) -> f64 {
@@ -33,16 +44,42 @@ impl Points {
     }
 
     /// Around the middle of the rectangle, with half its longer diagonal for the radius.
-    pub(crate) fn of_rectangle(about: &Value) -> Self {
+    fn of_rectangle(about: &Value) -> Self {
         let [corner, u, v] = ["corner", "u", "v"].map(|name| vector(&about[name]));
         let diagonals = [1.0, -1.0].map(|sign| length([0, 1, 2].map(|k| u[k] + sign * v[k])));
         let center = [0, 1, 2].map(|k| corner[k] + 0.5 * (u[k] + v[k]));
-        Self::new(about, center, 0.5 * diagonals[0].max(diagonals[1]))
+        let mut all = Self::new(about, center, 0.5 * diagonals[0].max(diagonals[1]));
+        if about["two_sided"] == false {
+            let is_behind = |p: usize| height(about, all.place_of(p)) < -1e-6 * all.radius;
+            all.behind = (0..all.spheres * (all.cells + 1).pow(2) + 1).filter(|p| is_behind(*p)).collect();
+        }
+        all
+    }
+
+    /// Where a sample point is.
+    fn place_of(&self, p: usize) -> [f64; 3] {
+        let side = self.cells + 1;
+        let (sphere, vertex) = (p / (side * side), p % (side * side));
+        if sphere == self.spheres {
+            return self.center;
+        }
+        let [u, v] = [vertex % side, vertex / side].map(|i| 2.0 * i as f64 / self.cells as f64 - 1.0);
+        let z = 1.0 - u.abs() - v.abs();
+        let fold = |a: f64, b: f64| (1.0 - b.abs()).copysign(a);
+        let d = if z >= 0.0 { [u, v, z] } else { [fold(u, v), fold(v, u), z] };
+        // The radius at which the place among the spheres is the number of this one, by halves.
+        let (mut low, mut high) = (1e-9 * self.radius, 1e9 * self.radius);
+        for _ in 0..200 {
+            let middle = (low * high).sqrt();
+            if self.place(middle) < sphere as f64 { low = middle } else { high = middle }
+        }
+        [0, 1, 2].map(|k| self.center[k] + low * d[k] / length(d))
     }
 
     fn new(about: &Value, center: [f64; 3], radius: f64) -> Self {
         let [spheres, cells] = ["spheres", "cells"].map(|name| about[name].as_u64().unwrap() as usize);
-        Self { center, radius, range: ["inner", "outer"].map(|name| number(&about[name])), spheres, cells }
+        let range = ["inner", "outer"].map(|name| number(&about[name]));
+        Self { center, radius, range, spheres, cells, behind: HashSet::new() }
     }
 
     /// `e + c m(r)`, the place among the spheres.
@@ -91,7 +128,12 @@ impl Points {
     pub(crate) fn function_at(&self, point: [f64; 3], table: &[f64], start: impl Fn(usize) -> usize) -> [f64; 9] {
         let offset = [0, 1, 2].map(|k| point[k] - self.center[k]);
         let mut row = [0.0; 12];
-        for (p, weight) in self.weights(offset) {
+        let weights = self.weights(offset);
+        let sum = |is_counted: &dyn Fn(usize) -> bool| -> f64 {
+            weights.iter().filter(|(p, _)| is_counted(*p)).map(|(_, weight)| weight).sum()
+        };
+        let grown = sum(&|_| true) / sum(&|p| !self.behind.contains(&p));
+        for (p, weight) in weights.iter().filter(|(p, _)| !self.behind.contains(p)).map(|(p, w)| (*p, w * grown)) {
             row.iter_mut().zip(&table[start(p)..]).for_each(|(sum, x)| *sum += weight * x);
         }
         let r = length(offset);
@@ -124,6 +166,9 @@ pub(crate) fn stored_rows(about: &Value, table: &Table, name: &str, width: usize
 
 /// What shines at a point in red, green and blue; a ball, a rectangle, or the picture of a sequence at `t` seconds.
 pub(crate) fn light_of_lamp(about: &Value, table: &Table, point: [f64; 3], t: f64) -> [[f64; 9]; 3] {
+    if about["two_sided"] == false && height(about, point) <= 0.0 {
+        return [[0.0; 9]; 3];
+    }
     match about["shape"].as_str().unwrap() {
         "ball" => {
             let cone = cone_around(vector(&about["center"]), number(&about["radius"]), point);
