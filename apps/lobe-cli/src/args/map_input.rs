@@ -131,7 +131,16 @@ impl MapInput {
         let path = path.to_owned();
         let (fisheye, faces) = (FisheyeInput::none(), None);
         let map = MapPath {
-            path, from, from_left_handed, faces, vertical_fov, fisheye, padding, to_rec709, max_memory, max_texels,
+            path,
+            from,
+            from_left_handed,
+            faces,
+            vertical_fov,
+            fisheye,
+            padding,
+            to_rec709,
+            max_memory,
+            max_texels,
         };
         Self { map, nonfinite: NonfiniteOption::refuse() }
     }

@@ -468,6 +468,10 @@ fn read_materials(
             };
             let of = |texture| TextureUse { texture, uv_set: 0, uv_map: TextureUse::UV_UNCHANGED };
             result.base_color_texture = texture.map(of);
+            // Leaves and fences; renderers differ in whether it cuts holes.
+            if texture.is_some_and(|texture: usize| textures[texture].texels().iter().any(|texel| texel[3] < u8::MAX)) {
+                source.note(format!("material `{name}`: the alpha of map_Kd is not used, surfaces are opaque"));
+            }
         }
         if material.is_transparent {
             source.note(format!("material `{name}` is transparent, and taken as opaque"));

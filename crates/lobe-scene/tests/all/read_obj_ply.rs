@@ -300,6 +300,8 @@ fn a_texture_is_shown_although_its_color_is_black_as_maya_writes_it() {
     fs::write(&path, "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\n").unwrap();
     let picture = Texture::new(1, 1, vec![[255, 0, 0, 255]], [Wrap::Repeat; 2]);
     fs::write(folder.path().join("w.png"), picture.to_png()).unwrap();
+    let hole = Texture::new(1, 1, vec![[255, 0, 0, 40]], [Wrap::Repeat; 2]);
+    fs::write(folder.path().join("hole.png"), hole.to_png()).unwrap();
     for (mtl, expected, note) in [
         (
             "Kd 0 0 0\nmap_Kd w.png",
@@ -308,6 +310,11 @@ fn a_texture_is_shown_although_its_color_is_black_as_maya_writes_it() {
         ),
         ("map_Kd w.png\nKd 0.5 0.5 0.5", [0.5, 0.0, 0.0, 1.0], None),
         ("Kd 0 0 0", [0.0, 0.0, 0.0, 1.0], None),
+        (
+            "map_Kd hole.png",
+            [1.0, 0.0, 0.0, 40.0 / 255.0],
+            Some("material `a`: the alpha of map_Kd is not used, surfaces are opaque"),
+        ),
     ] {
         fs::write(folder.path().join("a.mtl"), format!("newmtl a\n{mtl}\n")).unwrap();
         let (scene, report) = read_scene(&path, &SceneReadOptions::default()).unwrap();
