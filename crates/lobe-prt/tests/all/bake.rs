@@ -383,6 +383,37 @@ fn a_bake_can_be_watched_and_stopped() {
 }
 
 #[test]
+fn light_from_a_ceiling_of_bent_normals_is_what_its_tilt_leaves() {
+    // The part that the ceiling covers of what a point sees 1 below the middle of a square of side 4, weighted by the
+    // cosine.
+    let side = 2.0 / 5.0_f64.sqrt();
+    let covered = 4.0 / PI * side * side.atan();
+    for degrees in [0.0_f64, 30.0, 60.0] {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        let parts = MeshParts {
+            positions: vec![[-2.0, -2.0, 1.0], [2.0, -2.0, 1.0], [2.0, 2.0, 1.0], [-2.0, 2.0, 1.0]],
+            triangles: vec![[0, 2, 1], [0, 3, 2]],
+            normals: vec![[sin as f32, 0.0, -cos as f32]; 4],
+            material: Some(0),
+            ..MeshParts::default()
+        };
+        let ceiling = Scene::new(vec![Mesh::new(parts).unwrap()], vec![Material::matte("gray", [0.5; 3])], vec![]);
+        let (scene, receiver) = (ceiling.unwrap(), receiver([0.0; 3], [0.0, 0.0, 1.0]));
+        for (order, bounces) in [(1, 0), (1, 1), (2, 1), (3, 3)] {
+            let options = options(BakeMode::Interreflected, order, 1 << 14).bounces(bounces);
+            let (transfer, _) = baked(&scene, &receiver, &options);
+            // A cosine lobe that is cut by a plane tilted by δ keeps (1 + cos δ)/2.
+            let reflected = if bounces > 0 { 0.5 * (1.0 + cos) / 2.0 } else { 0.0 };
+            let expected = 1.0 - covered + covered * reflected;
+            let found = f64::from(transfer.vector(0, 0)[0]) * (4.0 * PI).sqrt();
+            // Five standard deviations of 2^14 paths that are lost by chance, of a Sobol sequence still fewer.
+            let text = format!("{degrees}°, order {order}, {bounces} bounces: {found}, not {expected}");
+            assert!((found - expected).abs() < 0.015, "{text}");
+        }
+    }
+}
+
+#[test]
 fn options_out_of_range_are_refused_in_one_line() {
     let scene = built_in::closed_white_box(1);
     let (receivers, bvh) = (Receivers::at_vertices(&scene).unwrap(), Bvh::new(&scene));
