@@ -107,8 +107,8 @@ Recipe {
     max_vertices: usize,
     /// Whether light went straight through glass and blended surfaces.
     straight_through: bool,
-    /// Seconds from the beginning of the animation at which the scene stood, if animations, skins or morph targets pose it. Without it
-    /// such a scene was baked as its nodes stand.
+    /// Seconds from the beginning of the animation at which the scene stood, if animations, skins or morph targets pose
+    /// it. Without it such a scene was baked as its nodes stand.
     time: f64,
     /// The animation, by its name or number, if it was not the first.
     animation: String,

@@ -90,8 +90,8 @@ impl<'a> OpenScene<'a> {
         Ok(scene)
     }
 
-    /// Reads or makes a scene as it stands at the time that is asked for, and with it all that a glTF file holds, if that is to be
-    /// kept.
+    /// Reads or makes a scene as it stands at the time that is asked for, and with it all that a glTF file holds, if
+    /// that is to be kept.
     pub(crate) fn read(
         input: &SceneInput,
         memory: &MemoryLimit,
@@ -150,9 +150,9 @@ impl<'a> OpenScene<'a> {
         Ok((animated, baked.transpose()?))
     }
 
-    /// One entity in its own frame, in the shape that its skin was bound to, with what moves it; or without a name the scene as it stands
-    /// at the time that is asked for, of which a note says, if it is posed, that what is made of it does not follow: `if_posed` is the
-    /// end of it.
+    /// One entity in its own frame, in the shape that its skin was bound to, with what moves it; or without a name the
+    /// scene as it stands at the time that is asked for, of which a note says, if it is posed, that what is made of it
+    /// does not follow: `if_posed` is the end of it.
     pub(crate) fn whole_or_entity(
         self,
         entity: Option<&str>,

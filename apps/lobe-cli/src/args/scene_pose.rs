@@ -8,8 +8,8 @@ use crate::args::values;
 /// A time of an animation.
 #[derive(Args)]
 pub(crate) struct PoseInput {
-    /// Take a glTF file that moves, by animations, skins or morph targets, as it stands at this time; of lobe render also a scene
-    /// description (.json) and the built-in scenes that move [default: 0]
+    /// Take a glTF file that moves, by animations, skins or morph targets, as it stands at this time; of lobe render
+    /// also a scene description (.json) and the built-in scenes that move [default: 0]
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true, value_parser = values::finite)]
     pub(crate) time: Option<f64>,
     /// The animation of a glTF file, by name or number [default: the first]

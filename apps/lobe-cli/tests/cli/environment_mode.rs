@@ -80,7 +80,7 @@ fn what_environment_mapping_cannot_do_is_said_in_one_line() {
         ("environment --env sky.exr --transfer a.safetensors", "--transfer: only of modes with transfer"),
         ("environment --env sky.exr --background env", "--background: --mode truth and environment show"),
         ("environment --env sky.exr --fresh", "--fresh: only --mode truth"),
-        ("environment --env sky.exr --time 1", "a scene that moves is shown by --mode truth"),
+        ("environment --env sky.exr --time 1", "--time: only what a glTF file moves"),
         ("environment --env sky.exr --surfaces matte --roughness 0", "--roughness: matte surfaces have none"),
         ("environment --env sky.exr --surfaces matte --reflect-through cube", "--reflect-through: matte surfaces"),
         ("environment --env sky.exr --roughness 2", "expected a number from 0 to 1, found 2"),

@@ -94,7 +94,7 @@ fn fields_are_smooth_and_spheres_shared_by_neighbors_where_asked() {
 fn options_that_would_be_ignored_or_contradict_each_other_are_refused() {
     let dir = Dir::new();
     for (options, expected) in [
-        ("--mode shadowed --time 1", "--time: a scene that moves is shown by --mode truth, fields or shexp"),
+        ("--mode shadowed --time 1", "built-in:three-objects: moves; it is shown by --mode truth, fields or shexp"),
         ("--mode shadowed", "built-in:three-objects: moves; it is shown by --mode truth, fields or shexp"),
         ("--mode fields --order 9", "--order: shadows of what moves have an order of 1 to 8"),
         ("--mode truth --loop --sphere-table t.safetensors", "--sphere-table: only of --mode fields and shexp"),

@@ -100,7 +100,51 @@ fn the_truth_of_an_animated_file_is_posed_as_fields_are() {
     assert!(dir.bytes("looped.exr") == dir.bytes("middle.exr"), "5 s is 1 s of a loop of 2 s");
     assert!(dir.bytes("middle.exr") != dir.bytes("zero.exr"), "it moves");
     let notes = dir.lobe("render a.gltf --env bundled:sunset --size 16x12 --mode irradiance -o still.png").succeeds().1;
-    assert!(notes.contains("--mode truth, fields and shexp pose it, at --time"), "{notes}");
+    assert!(
+        notes.contains("it is taken at 0 s of its animation `Slide`, --time and --animation choose another"),
+        "{notes}"
+    );
+}
+
+#[test]
+fn bakes_and_all_modes_see_a_file_that_moves_as_the_truth_does() {
+    let dir = Dir::new();
+    let [o, x, y, z] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    animated_gltf(&dir, &[o, y, x, o, z, y, o, x, z, x, y, z]);
+    let bake = "bake a.gltf --mode shadowed --order 2 --samples 16";
+    let position = |file: &str| {
+        let scene = dir.baked(file).scene;
+        f64::from(scene.meshes()[0].positions()[0][0]) + scene.origin()[0]
+    };
+    for (options, file, expected) in [
+        ("", "first.glb", 0.0),
+        ("--time 1", "middle.glb", 2.0),
+        ("--time 1.5 --animation Slide", "later.glb", 3.0),
+        ("--time 9 --animation 0", "end.glb", 4.0),
+    ] {
+        dir.lobe(&format!("{bake} {options} -o {file}")).succeeds();
+        // The recipe says where it stood, so that it is looked up there.
+        assert_eq!(position(file), expected, "{options}");
+    }
+    let view = "--env bundled:sunset --size 16x12 --eye 2.5,-8,1 --target 2.5,0,1 --fov 60 --order 2";
+    let shown = |scene: &str, more: &str| {
+        dir.lobe(&format!("render {scene} {view} {more} -o {scene}.exr")).succeeds();
+        dir.bytes(&format!("{scene}.exr"))
+    };
+    let baked = shown("middle.glb", "--mode shadowed");
+    assert!(baked == shown("a.gltf", "--mode shadowed --bake-samples 16 --time 1"), "baked before and on the way");
+    assert!(baked != shown("first.glb", "--mode shadowed"), "it moves");
+    let at_rest = shown("a.gltf", "--mode irradiance");
+    assert!(at_rest != shown("a.gltf", "--mode irradiance --time 1"), "modes without transfer pose it, too");
+    for (command, part) in [
+        ("render middle.glb --env bundled:sunset --mode shadowed --time 2 -o a.png", "middle.glb is baked in one pose"),
+        ("bake a.gltf --animation Run -o b.glb", "found no animation `Run` in the scene: expected one of `Slide`"),
+        ("bake built-in:ball --time 1 -o b.glb", "--time: only what a glTF file moves"),
+        ("field a.gltf --entity 0 --time 1 -o f.safetensors", "--time: --entity takes a part in its own frame"),
+    ] {
+        let line = dir.lobe(command).error();
+        assert!(line.contains(part), "{command}: {line}");
+    }
 }
 
 #[test]

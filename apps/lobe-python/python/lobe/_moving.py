@@ -86,7 +86,10 @@ class MovingScene:
         self.options = options or MovingOptions()
         name = None if animation is None else str(animation)
         asked = (self.options.order, self.options.bounces)
-        self._moving = _lobe.Moving.load(Scene.of(scene), name, bool(loop), asked)
+        scene = Scene.of(scene)
+        if scene.time != 0.0 or scene.animation is not None:
+            raise ValueError("time and animation of the scene: what moves is shown at any time; give the animation here")
+        self._moving = _lobe.Moving.load(scene, name, bool(loop), asked)
         self._order: int | None = None
 
     @property

@@ -11,11 +11,13 @@ use crate::sampling::warp::Frame;
 /// Where a path meets a surface, the side is that of the geometric normal. A back side that is not double-sided
 /// reflects nothing. Otherwise both normals are turned to the side met, and the path goes on, cosine-weighted about the
 /// normal to shade with, tilted by a normal map if there is one, from above the surface; a direction below the surface brings
-/// nothing. Its throughput is multiplied by the tints of the glass that it passes, and by the albedo: density and cosine cancel,
+/// nothing. Its throughput is multiplied by the tints of the glass that it passes, and by the albedo: density and
+/// cosine cancel,
 ///
 /// ```text
 ///   L(x, -d) = ρ/π ∫ L_in(s) max(n·s, 0) ds = ρ E[L_in(s)],    s of density max(n·s, 0)/π
 /// ```
+/// `PathTracer` of `lobe-render` has the same rule and says what it does to energy.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tracer<'a>(pub(crate) SurfaceRays<'a>);
 

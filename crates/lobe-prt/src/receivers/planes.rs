@@ -12,6 +12,9 @@ use crate::receivers::vertex_key::vertex_key;
 /// The cosine between a normal to shade with and that of a plane above which they are the same but for rounding.
 const SAME: f64 = 1.0 - 1e-6;
 
+/// A vertex of more planes than this has each of them once: thousands of triangles at one place are of few.
+const MOST_UNSORTED: u32 = 64;
+
 /// For each receiver the unit normals of the triangles around it, on the side of its own normal.
 ///
 /// Where the normal to shade with tilts off a triangle, directions above the one may be below the other. From a point
@@ -57,6 +60,9 @@ impl Planes {
                 ranges[number][1] += 1;
             }
         });
+        for range in ranges.iter_mut().filter(|[begin, end]| end - begin > MOST_UNSORTED) {
+            range[1] = range[0] + distinct(&mut planes[range[0] as usize..range[1] as usize]);
+        }
         Self { ranges: numbers.iter().map(|&number| ranges[number as usize]).collect(), normals: planes }
     }
 
@@ -124,6 +130,19 @@ fn for_each_corner(scene: &Scene, mut found: impl FnMut(usize, DVec3)) {
         }
         first += mesh.positions().len();
     }
+}
+
+/// Sorts normals and moves those that are there several times behind the others; returns how many are not.
+fn distinct(normals: &mut [[f32; 3]]) -> u32 {
+    normals.sort_unstable_by_key(|&normal| vertex_key(normal));
+    let mut count = 0;
+    for k in 0..normals.len() {
+        if count == 0 || normals[k] != normals[count - 1] {
+            normals.swap(count, k);
+            count += 1;
+        }
+    }
+    count as u32
 }
 
 /// The normal of a plane on the side of another normal: triangles that run round the other way have the same plane.

@@ -145,6 +145,11 @@ impl Receivers {
         Self { planes, ..self }
     }
 
+    /// Moves a receiver along its surface.
+    pub(crate) fn move_to(&mut self, receiver: usize, position: [f32; 3]) {
+        self.positions[receiver] = position;
+    }
+
     /// The number of receivers, at least one.
     #[must_use]
     #[expect(clippy::len_without_is_empty, reason = "there is at least one")]

@@ -7,6 +7,8 @@ use glam::{DVec2, DVec3};
 use lobe_io::IoError;
 use lobe_scene::{Hit, Scene};
 
+use crate::receivers::beyond_walls::{Picture, Shown, moved_points};
+use crate::receivers::charts::charts;
 use crate::receivers::inset::{inset_distance, step, wide};
 use crate::receivers::planes::Planes;
 use crate::{PrtError, Receivers, TexelRows, Transfer, TransferRows};
@@ -27,8 +29,10 @@ const OUTSIDE: f32 = 1e-4;
 /// Receivers at the texels of a square picture that the triangles of a scene are unfolded into.
 ///
 /// A texel whose center is in a triangle takes that place; one that only touches triangles takes the nearest place of
-/// the nearest, so that a picture shown between texels is right up to the seams. All meshes share the picture, in their
-/// texture coordinates of set 1, or of set 0 where they have no set 1.
+/// the nearest, so that a picture shown between texels is right up to the seams. At the border of a chart, one whose
+/// place lies beyond a wall, no farther than two texels, is moved in front of it: a floor that goes on behind a wall
+/// brings no light through. All meshes share the picture, in their texture coordinates of set 1, or of set 0 where they
+/// have no set 1.
 ///
 /// Normals are those at the places of the texels, tilted by normal maps: what is finer than a texel is seen at its center alone.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,7 +62,8 @@ impl TexelReceivers {
         // The place, what is known of the texel and of its receiver, and its plane.
         let receiver = size_of::<[u32; 2]>() + size_of::<[[f32; 3]; 3]>();
         let texel = size_of::<Option<Place>>() + receiver + size_of::<([u32; 2], [f32; 3])>();
-        (texel as u64).saturating_mul(width as u64 * width as u64)
+        // And its depth within its chart.
+        (texel as u64 + 1).saturating_mul(width as u64 * width as u64)
     }
 
     /// The receivers of a picture of `width` × `width` texels.
@@ -67,34 +72,28 @@ impl TexelReceivers {
     /// [`PrtError::Options`] if the width is not 1 to 2¹⁴; [`PrtError::Invalid`] if a mesh has no texture coordinates,
     /// they leave the unit square, or the center of a texel is in two triangles.
     pub fn new(scene: &Scene, width: usize) -> Result<Self, PrtError> {
-        if !(1..=MOST_TEXELS).contains(&width) {
-            return Err(PrtError::Options(format!("expected a width of 1 to {MOST_TEXELS} texels, found {width}")));
+        let places = places_of(scene, width)?;
+        let mut texels = Self::at(scene, width, &places)?;
+        texels.move_from_beyond_walls(scene, &places);
+        Ok(texels)
+    }
+
+    /// The same at the places that the unfolding gives them, beyond walls too.
+    pub(crate) fn as_unfolded(scene: &Scene, width: usize) -> Result<Self, PrtError> {
+        Self::at(scene, width, &places_of(scene, width)?)
+    }
+
+    /// Moves receivers that lie beyond a wall in front of it.
+    fn move_from_beyond_walls(&mut self, scene: &Scene, places: &[Option<Place>]) {
+        let shown = |texel: usize| {
+            let Place { distance, triangle, u, v, .. } = places[texel]?;
+            Some(Shown { hit: Hit { t: 0.0, triangle, u, v }, is_inside: distance == 0.0 })
+        };
+        let picture = Picture { width: self.width, shown: &shown, charts: &charts(scene) };
+        let points = (&self.texels[..], self.receivers.positions());
+        for (receiver, position) in moved_points(scene, &picture, points, inset_distance(scene)) {
+            self.receivers.move_to(receiver, position);
         }
-        // Find the nearest place of each texel, triangle by triangle.
-        let mut places: Vec<Option<Place>> = vec![None; width * width];
-        let mut first = 0;
-        for mesh in scene.meshes() {
-            let uvs = mesh.lightmap_uvs();
-            let place = || format!("mesh `{}`", mesh.name());
-            if uvs.is_empty() {
-                let message = "it has no texture coordinates for a lightmap; unfold it into a set of its own";
-                return Err(PrtError::invalid(&place(), message));
-            }
-            for (t, triangle) in mesh.triangles().iter().enumerate() {
-                let corners = triangle.map(|i| uvs[i as usize]);
-                let is_inside = |c: &f32| (-OUTSIDE..=1.0 + OUTSIDE).contains(c);
-                if !corners.as_flattened().iter().all(is_inside) {
-                    let message = format!("expected texture coordinates in the unit square, found {corners:?}");
-                    return Err(PrtError::invalid(&place(), message));
-                }
-                draw(&mut places, width, corners, (first + t) as u32).map_err(|(x, y)| {
-                    let message = format!("triangles overlap in the lightmap at texel {x}, {y}; unfold them apart");
-                    PrtError::invalid(&place(), message)
-                })?;
-            }
-            first += mesh.triangles().len();
-        }
-        Self::at(scene, width, &places)
     }
 
     fn at(scene: &Scene, width: usize, places: &[Option<Place>]) -> Result<Self, PrtError> {
@@ -199,6 +198,38 @@ impl TexelReceivers {
         read.map_err(|source| IoError::io(Path::new("lightmap"), source))?;
         Transfer::new(transfer.order(), transfer.channels(), coefficients)
     }
+}
+
+/// The place that each texel shows, the nearest of all triangles.
+fn places_of(scene: &Scene, width: usize) -> Result<Vec<Option<Place>>, PrtError> {
+    if !(1..=MOST_TEXELS).contains(&width) {
+        return Err(PrtError::Options(format!("expected a width of 1 to {MOST_TEXELS} texels, found {width}")));
+    }
+    // Find the nearest place of each texel, triangle by triangle.
+    let mut places: Vec<Option<Place>> = vec![None; width * width];
+    let mut first = 0;
+    for mesh in scene.meshes() {
+        let uvs = mesh.lightmap_uvs();
+        let place = || format!("mesh `{}`", mesh.name());
+        if uvs.is_empty() {
+            let message = "it has no texture coordinates for a lightmap; unfold it into a set of its own";
+            return Err(PrtError::invalid(&place(), message));
+        }
+        for (t, triangle) in mesh.triangles().iter().enumerate() {
+            let corners = triangle.map(|i| uvs[i as usize]);
+            let is_inside = |c: &f32| (-OUTSIDE..=1.0 + OUTSIDE).contains(c);
+            if !corners.as_flattened().iter().all(is_inside) {
+                let message = format!("expected texture coordinates in the unit square, found {corners:?}");
+                return Err(PrtError::invalid(&place(), message));
+            }
+            draw(&mut places, width, corners, (first + t) as u32).map_err(|(x, y)| {
+                let message = format!("triangles overlap in the lightmap at texel {x}, {y}; unfold them apart");
+                PrtError::invalid(&place(), message)
+            })?;
+        }
+        first += mesh.triangles().len();
+    }
+    Ok(places)
 }
 
 /// Gives all texels near a triangle their place on it, where they have no nearer one. An error at a texel that is

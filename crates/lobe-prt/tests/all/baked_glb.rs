@@ -196,7 +196,8 @@ fn a_gltf_file_keeps_all_it_has_and_every_node_has_transfer_of_its_own() {
         assert_eq!(a, b, "bit for bit");
     }
     assert_eq!(found.transfer, transfer, "transfer of all nodes");
-    let [outside, unused] = &report.notes[..] else { panic!("{:?}", report.notes) };
+    let [extension, outside, unused] = &report.notes[..] else { panic!("{:?}", report.notes) };
+    assert_eq!(extension, "XMP_example is not used", "whatever it is");
     assert!(outside.starts_with("image 1 stays outside of the file: "), "{outside}");
     let expected = "mesh `ground` has no texture coordinates of set 0 for the normal texture of its material, which is not used there";
     assert_eq!(unused, expected, "the scene has no use for it");

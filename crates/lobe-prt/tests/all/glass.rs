@@ -13,7 +13,7 @@ fn under_glass(panes: usize, transmission: f32) -> Scene {
         let parts = MeshParts { positions, triangles: vec![[0, 1, 2], [0, 2, 3]], ..MeshParts::default() };
         Mesh::new(MeshParts { material: Some(material), ..parts }).unwrap()
     };
-    let meshes = std::iter::once(square(0.5, 0.0, 0)).chain((1..=panes).map(|k| square(1e4, 0.01 * k as f32, 1)));
+    let meshes = std::iter::once(square(0.5, 0.0, 0)).chain((1..=panes).map(|k| square(1e4, k as f32, 1)));
     let [r, g, b] = COLOR;
     let glass = Material { base_color: [r, g, b, 1.0], transmission, straight_through: true, ..Material::WHITE };
     Scene::new(meshes.collect(), vec![Material::WHITE, glass], vec![]).unwrap()

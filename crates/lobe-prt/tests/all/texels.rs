@@ -120,3 +120,58 @@ fn texels_whose_center_is_on_an_edge_of_the_picture_do_not_see_behind_a_wall_the
     }
     assert!(beside_the_wall >= 11, "{beside_the_wall} texels beside the wall");
 }
+
+/// A closed room of half a side of 1, whose walls, floor and ceiling go on beyond each other by `over`, each unfolded
+/// into a sixth.
+fn overhanging_room(over: f32) -> Scene {
+    let side = 1.0 + over;
+    let walls = (0..6).map(|k| {
+        let (axis, sign) = (k % 3, if k < 3 { 1.0 } else { -1.0 });
+        let corner = |a: f32, b: f32| {
+            let mut p = [0.0; 3];
+            (p[axis], p[(axis + 1) % 3], p[(axis + 2) % 3]) = (sign, a * side, b * side);
+            p
+        };
+        let positions = vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+        let (left, top) = ((k % 3) as f32 / 3.0 + 0.02, (k / 3) as f32 / 2.0 + 0.03);
+        let (right, bottom) = (left + 0.29, top + 0.44);
+        // Fronts look inside.
+        let triangles = if sign < 0.0 { vec![[0, 1, 2], [0, 2, 3]] } else { vec![[0, 2, 1], [0, 3, 2]] };
+        let mut parts = MeshParts { name: format!("wall {k}"), positions, triangles, ..MeshParts::default() };
+        parts.uvs[0] = vec![[left, top], [right, top], [right, bottom], [left, bottom]];
+        parts
+    });
+    scene(walls)
+}
+
+#[test]
+fn a_closed_room_stays_black_where_its_walls_go_on_beyond_each_other() {
+    for over in [0.0, 0.001, 0.01, 0.05] {
+        let scene = overhanging_room(over);
+        for width in [24, 50, 128] {
+            // Strips of more than two texels are surfaces of their own.
+            if f64::from(over) * 0.44 / 2.0 * width as f64 > 2.0 {
+                continue;
+            }
+            let texels = TexelReceivers::new(&scene, width).unwrap();
+            let (transfer, _) = baked(&scene, texels.receivers(), &options(BakeMode::Shadowed, 1, 64));
+            let brightest = transfer.coefficients().iter().copied().fold(0.0, f32::max);
+            assert!(brightest < 1e-3, "{over} of {width} texels: {brightest}, what is between texels is no brighter");
+        }
+    }
+}
+
+#[test]
+fn a_floor_that_goes_on_far_behind_a_wall_is_lit_there() {
+    // The wall stands in the middle of the floor, along x = 0.25.
+    let mut wall = square(0.6, 0.9, 0, 0.0);
+    wall.positions = vec![[0.25, -1.0, 0.0], [0.25, 1.0, 0.0], [0.25, 1.0, 2.0], [0.25, -1.0, 2.0]];
+    let both = scene([square(0.0, 0.5, 0, 0.0), wall]);
+    let (moved, plain) =
+        (TexelReceivers::new(&both, 64).unwrap(), TexelReceivers::new(&scene([square(0.0, 0.5, 0, 0.0)]), 64));
+    let behind = |texels: &TexelReceivers| {
+        let positions = texels.receivers().positions().iter();
+        positions.filter(|p| p[2] == 0.0 && p[0] > 0.26).count()
+    };
+    assert_eq!(behind(&moved), behind(&plain.unwrap()), "texels of the floor behind the wall");
+}

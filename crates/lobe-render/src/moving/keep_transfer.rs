@@ -22,8 +22,8 @@ pub struct KeptVertices {
     pub kept: usize,
     /// All that stand still.
     pub still: usize,
-    /// Those of them that the file was baked with in other places or with other normals than they stand in: another animation,
-    /// a skin or morph targets changed their mesh. None of these keeps its transfer.
+    /// Those of them that the file was baked with in other places or with other normals than they stand in: another
+    /// animation, a skin or morph targets changed their mesh. None of these keeps its transfer.
     pub reshaped: usize,
 }
 
@@ -128,11 +128,13 @@ impl MovingScene {
     /// of vertices from which what moves looked smaller than a thousandth of a hemisphere as it stood. The others would show its
     /// shadow where it is no more: they are baked by what stands still alone, with the options of the file.
     ///
-    /// A mesh that another animation, skins or morph targets give another shape as it stands than in the pose that was baked counts as one
-    /// that moved, from the one shape to the other: its own vertices are baked anew, and so are those that see much of either.
+    /// A mesh that another animation, skins or morph targets give another shape as it stands than in the pose that was
+    /// baked counts as one that moved, from the one shape to the other: its own vertices are baked anew, and so are
+    /// those that see much of either.
     ///
-    /// `transfer` is that of all vertices of the file, `options` those that made it, and `pose` where things stood then. `None` and no change if it has not as many
-    /// vertices as the scene, nothing stands still, or the scene is not that of one animated file.
+    /// `transfer` is that of all vertices of the file, `options` those that made it, and `pose` where things stood
+    /// then. `None` and no change if it has not as many vertices as the scene, nothing stands still, or the scene is
+    /// not that of one animated file.
     pub fn keep_transfer(
         &mut self,
         transfer: &Transfer,

@@ -108,14 +108,23 @@ impl<'a> PathReceiver<'a> {
 ///
 /// A surface that is not double-sided is black from behind and stops light all the same. Otherwise both normals are
 /// turned to the side that is hit; it is shaded with the interpolated one, tilted by the normal map if there is one, and
-/// directions below the triangle's plane bring nothing. A point that is seen from below its shading normal is lit as it is for every
-/// other viewer. Under a white sky a surface whose normal tilts by δ reflects `(1 + cos δ)/2` of its albedo, and the furnace never gains
-/// light. Under a small light the flux that leaves may exceed what arrives, by the ratio of both cosines ([Veach 1997], 5.3). Mitsuba's
-/// `twosided` turns the shading normal to the viewer instead, and follows rays below the triangle into the solid.
+/// directions below the triangle's plane bring nothing. Rays start at [`Bvh::origin_above`]. Holes of alpha masks let rays
+/// through; [`Scene::stops`] decides about glass, and [`Scene::tint`] is the color of the light that goes through it.
+/// Nothing is clamped, and paths end at the last bounce, without Russian roulette: the mean is unbiased.
 ///
-/// Rays start at [`Bvh::origin_above`]. Holes of alpha masks let rays through; [`Scene::stops`] decides about glass, and [`Scene::tint`] is
-/// the color of the light that goes through it. Nothing is clamped, and paths end at the last bounce, without Russian roulette: the mean is
-/// unbiased.
+/// Where the normal to shade with is tilted by δ off that of the triangle:
+///
+/// * A point that is seen from below that normal is lit as from above it: the radiance of a matte surface does not
+///   depend on the viewer.
+/// * Under a white sky a matte surface reflects `(1 + cos δ)/2` of its albedo, a cosine lobe that the plane of the
+///   triangle cuts. No exit radiance exceeds that of the sky (test
+///   `light_from_a_ceiling_of_bent_normals_is_what_its_tilt_leaves_whoever_sees_it`).
+/// * Under light from one direction `s` the flux that leaves may exceed the flux that arrives, by `(n·s)/(g·s)`, where
+///   `g` is the normal of the triangle ([Veach 1997], section 5.3).
+///
+/// Mitsuba turns the normal to the viewer instead (`twosided`), and lets rays below the triangle go on into the solid.
+/// It loses more light at each reflection, `2c(1 - c)` of it against `1 - c` with `c = (1 + cos δ)/2`, and light passes
+/// through closed surfaces.
 ///
 /// [Veach 1997]: https://graphics.stanford.edu/papers/veach_thesis/
 pub struct PathTracer<'a> {
@@ -274,7 +283,8 @@ impl<'a> PathTracer<'a> {
         }
     }
 
-    /// Intersects a ray with the scene: the first surface, or none if the ray escapes, and the factor of light on the way there.
+    /// Intersects a ray with the scene: the first surface, or none if the ray escapes, and the factor of light on the
+    /// way there.
     pub(crate) fn intersect(&self, ray: &Ray) -> (Option<FirstHit>, Rgb<f64>) {
         let (hit, tint) = self.surfaces.closest_through(ray);
         (hit.map(|hit| self.first_hit(ray, &hit)), Rgb::from(tint).widen())

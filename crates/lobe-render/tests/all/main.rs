@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod baked_scene;
+mod bent_normals;
 mod emitters;
 mod environment_mapping;
 mod far;

@@ -4,7 +4,7 @@ use lobe_env::{bundled, project_env};
 use lobe_io::Job;
 use lobe_prt::{BakeMode, BakeOptions, Receivers, bake};
 use lobe_render::{Motion, MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, MovingShading, PartBakeKind};
-use lobe_scene::{AnimatedScene, Bvh, EntityKind, Scene, SceneReadOptions, built_in};
+use lobe_scene::{AnimatedScene, Bvh, EntityKind, Scene, ScenePose, SceneReadOptions, built_in};
 use lobe_sh::Rgb;
 use lobe_shadow::{FieldOptions, SphereFitOptions, SphereSet, write_spheres};
 use serde_json::{Value, json};
@@ -359,7 +359,7 @@ fn transfer_is_kept_where_the_shape_is_the_one_that_was_baked() {
         let animated = standing_boxes(first, apart);
         let transfer = baked(animated.rest());
         let mut moving = MovingScene::animated(animated, Some(0)).unwrap();
-        let found = moving.keep_transfer(&transfer, &options).unwrap();
+        let found = moving.keep_transfer(&transfer, &options, &ScenePose::Unposed).unwrap();
         assert_eq!((found.kept, found.still, found.reshaped), (kept, 16, reshaped), "{name}");
         // Whatever is kept, the part is lit as one that was baked in the shape it stands in.
         let expected = baked(&moving.parts()[0].scene);

@@ -69,62 +69,6 @@ fn in_a_white_furnace_light_that_has_come_back_is_all_there_is() {
     assert!(before > 0.9999, "64 bounces: {before}");
 }
 
-/// A square of side 4 at z = 1 that faces down and is gray, its vertex normals tilted by an angle.
-fn ceiling(tilt: f64) -> Scene {
-    let normal = [tilt.sin() as f32, 0.0, -tilt.cos() as f32];
-    let parts = MeshParts {
-        positions: vec![[-2.0, -2.0, 1.0], [2.0, -2.0, 1.0], [2.0, 2.0, 1.0], [-2.0, 2.0, 1.0]],
-        triangles: vec![[0, 2, 1], [0, 3, 2]],
-        normals: vec![normal; 4],
-        material: Some(0),
-        ..MeshParts::default()
-    };
-    let gray = Material { base_color: [0.5, 0.5, 0.5, 1.0], ..Material::WHITE };
-    Scene::new(vec![Mesh::new(parts).unwrap()], vec![gray], vec![]).unwrap()
-}
-
-#[test]
-fn a_ceiling_of_bent_normals_sends_back_what_their_tilt_leaves_whichever_way_light_is_sought() {
-    // The form factor of a square at distance 1, of half the side X, and of its albedo what a cosine lobe has left of
-    // which a plane tilted by the angle cuts off the part below.
-    let half_side = 2.0_f64;
-    let form_factor = 4.0 / PI * half_side / half_side.hypot(1.0) * (half_side / half_side.hypot(1.0)).atan();
-    let light = constant(1.0);
-    for tilt in [0.0_f64, 30.0, 60.0] {
-        let scene = ceiling(tilt.to_radians());
-        let bvh = Bvh::new(&scene);
-        let left = 0.5 * (1.0 + tilt.to_radians().cos());
-        for (bounces, reflected) in [(0, 0.0), (1, 0.5 * left), (3, 0.5 * left)] {
-            let expected = 0.8 * (1.0 - form_factor + form_factor * reflected);
-            for strategy in [LightStrategy::MultipleImportance, LightStrategy::Bsdf, LightStrategy::NextEvent] {
-                let options = PathOptions::default().bounces(bounces).strategy(strategy);
-                let tracer = PathTracer::new(&scene, &bvh, &light, options);
-                let found = tracer.radiance_at(&up([0.0; 3], 0.8), 0, &SampleCount::of(16384)).mean.g;
-                assert!(
-                    (found - expected).abs() < 4e-3,
-                    "{tilt} degrees, {bounces} bounces, {strategy:?}: {found} for {expected}"
-                );
-            }
-        }
-    }
-}
-
-#[test]
-fn a_surface_seen_from_below_its_bent_normal_is_as_bright_as_from_anywhere_else() {
-    let scene = ceiling(60_f64.to_radians());
-    let paths = PathOptions::default().bounces(0).strategy(LightStrategy::Bsdf);
-    let options = TruthOptions::default().width(16).height(16).count(SampleCount::independent(4096)).paths(paths);
-    let expected = 0.5 * 0.5 * (1.0 + 60_f64.to_radians().cos());
-    // The eye is below the ceiling, 70 degrees from its plane's normal on both sides: one is 130 degrees from the vertex normal.
-    for side in [-1.0, 1.0] {
-        let towards_eye = Dir::from_angles(110_f64.to_radians(), if side > 0.0 { 0.0 } else { PI });
-        let truth = trace(&scene, &Camera::orthographic(View::from_eye(towards_eye), 2.0), &constant(1.0), &options);
-        let seen: Vec<_> = (0..256).filter(|&i| truth.coverage[i] == 1.0).collect();
-        let mean = seen.iter().map(|&i| f64::from(truth.mean.pixels()[i][1])).sum::<f64>() / seen.len() as f64;
-        assert!(seen.len() > 16 && (mean - expected).abs() < 2e-3, "side {side}: {mean} for {expected}");
-    }
-}
-
 #[test]
 fn a_convex_white_body_vanishes_in_even_light() {
     let scene = white(square(Material::WHITE));

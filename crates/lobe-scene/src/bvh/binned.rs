@@ -41,6 +41,13 @@ pub(crate) fn build(corners: &[[[f32; 3]; 3]]) -> BinaryTree {
     BinaryTree { nodes, order: primitives.par_iter().with_min_len(CHUNK).map(Primitive::index).collect() }
 }
 
+/// The tree of some of the triangles, with their indices among all.
+pub(crate) fn build_of(corners: &[[[f32; 3]; 3]], some: &[u32]) -> BinaryTree {
+    let mut tree = build(&some.iter().map(|&index| corners[index as usize]).collect::<Vec<_>>());
+    tree.order.iter_mut().for_each(|index| *index = some[*index as usize]);
+    tree
+}
+
 /// A subtree that is to be built.
 struct Subtree<'a> {
     primitives: &'a mut [Primitive],

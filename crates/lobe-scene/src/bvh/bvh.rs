@@ -3,6 +3,7 @@
 use crate::bvh::binned;
 use crate::bvh::collapse::collapse;
 use crate::bvh::lanes::Machine;
+use crate::bvh::layers::LeftOut;
 use crate::bvh::ray_frame::ROUNDING;
 use crate::bvh::ray_stream::RayStream;
 use crate::bvh::refit::{cost, refit};
@@ -36,6 +37,8 @@ pub struct Bvh {
     machine: Machine,
     /// The expected cost when it was built; `None` until it is refit.
     built_cost: Option<f32>,
+    /// Triangles that are at the place of others, and not in the tree.
+    left_out: LeftOut,
 }
 
 /// A tree is built anew where refits have made its expected cost this many times that of when it was built. A walking figure
@@ -54,9 +57,13 @@ const OFFSET: f32 = 64.0 * ROUNDING;
 
 impl Bvh {
     /// The BVH of all triangles of a scene, with the scene's indices.
+    ///
+    /// Of triangles at one place those are not in it that rays cannot reach: duplicates of one without holes that runs
+    /// around the same way, and more than 64 that light goes through.
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
-        Self::from_corners(&scene.corners().collect::<Vec<_>>())
+        let corners: Vec<_> = scene.corners().collect();
+        Self::of(&corners, LeftOut::of(scene, &corners))
     }
 
     /// The BVH of the triangles with these corners, with their indices in the slice. Without triangles nothing is hit.
@@ -65,6 +72,10 @@ impl Bvh {
     /// If a coordinate is not finite or above 10¹⁵, or there are 2³¹ triangles or more.
     #[must_use]
     pub fn from_corners(corners: &[[[f32; 3]; 3]]) -> Self {
+        Self::of(corners, LeftOut::default())
+    }
+
+    fn of(corners: &[[[f32; 3]; 3]], left_out: LeftOut) -> Self {
         assert!(corners.len() < 1 << 31, "{} triangles", corners.len());
         let is_in_range = |c: &f32| c.abs() <= LARGEST_COORDINATE;
         assert!(
@@ -89,13 +100,20 @@ impl Bvh {
                 triangles,
                 machine,
                 built_cost: None,
+                left_out,
             };
         }
-        let (nodes, blocks) = collapse(&binned::build(corners), corners);
-        Self { nodes, blocks, bounds, triangles, machine, built_cost: None }
+        let binary = match left_out.is_empty() {
+            true => binned::build(corners),
+            false => binned::build_of(corners, &left_out.others(triangles)),
+        };
+        let (nodes, blocks) = collapse(&binary, corners);
+        Self { nodes, blocks, bounds, triangles, machine, built_cost: None, left_out }
     }
 
     /// Moves the triangles to where they are in another pose of the scene, in linear time: the tree stays, its boxes change.
+    ///
+    /// A tree that lacks triangles at the place of others is built anew where a pose parts them.
     ///
     /// Rays find the same as in a tree built anew. They take the longer the more the triangles have parted from those
     /// they share a box with, which [`expected_cost`](Self::expected_cost) tells.
@@ -107,6 +125,11 @@ impl Bvh {
         self.built_cost = Some(self.built_cost.unwrap_or_else(|| self.expected_cost()));
         if self.triangles > 0 {
             let corners: Vec<_> = scene.corners().collect();
+            if !self.left_out.are_at_their_places(&corners) {
+                let machine = self.machine;
+                *self = Self { machine, ..Self::new(scene) };
+                return;
+            }
             self.bounds = refit(&mut self.nodes, &mut self.blocks, &corners);
         }
     }

@@ -8,6 +8,8 @@ type Passed = (f32, u32, [f32; 3]);
 /// The product of all tints, in an order that does not depend on that in which the tree was searched.
 fn product(mut passed: Vec<Passed>) -> [f32; 3] {
     passed.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    // The tree may ask about a triangle twice.
+    passed.dedup_by_key(|&mut (t, triangle, _)| (t.to_bits(), triangle));
     passed.iter().fold([1.0; 3], |all: [f32; 3], (_, _, tint)| [0, 1, 2].map(|c| all[c] * tint[c]))
 }
 
@@ -51,8 +53,8 @@ impl<'a> SurfaceRays<'a> {
         }
     }
 
-    /// The first hit at which a ray stops, and what its light is multiplied by on the way there or, without one, out of the scene:
-    /// the [tints](Scene::tint) of the glass that it passes.
+    /// The first hit at which a ray stops, and what its light is multiplied by on the way there or, without one, out of
+    /// the scene: the [tints](Scene::tint) of the glass that it passes.
     #[must_use]
     pub fn closest_through(&self, ray: &Ray) -> (Option<Hit>, [f32; 3]) {
         if !self.is_tinted {

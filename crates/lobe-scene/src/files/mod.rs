@@ -1,8 +1,9 @@
 //! Scene files: readers of glTF, OBJ and PLY, and a writer of glTF.
 //!
-//! Read `by_extension` first, which chooses the format; then `source`, the input of every reader, which keeps the limits and,
-//! by `folder`, to the folder; then `read_ply`, a file of its own, and `read_obj` and `read_gltf`, whose parts are in the folders `obj`
-//! and `gltf`. `polygon` makes triangles of faces, `picture` textures of pictures, with `jpeg_end` to see whether all is there. Uses `scene`.
+//! Read `by_extension` first, which chooses the format; then `source`, the input of every reader, which keeps the
+//! limits and, by `folder`, to the folder; then `read_ply`, a file of its own, and `read_obj` and `read_gltf`, whose
+//! parts are in the folders `obj` and `gltf`. `polygon` makes triangles of faces, `picture` textures of pictures, with
+//! `jpeg_end` to see whether all is there. Uses `scene`.
 
 pub(crate) mod by_extension;
 pub(crate) mod folder;

@@ -25,7 +25,8 @@ pub(crate) enum Flattened {
     Kept,
 }
 
-/// One mesh for each instance of a primitive by a node, in Lobe's world, as the nodes stand, with normal maps if they are to be read.
+/// One mesh for each instance of a primitive by a node, in Lobe's world, as the nodes stand, with normal maps if they
+/// are to be read.
 pub(crate) fn standing_scene_of(
     file: &GltfFile,
     flattened: Flattened,

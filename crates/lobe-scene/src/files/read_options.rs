@@ -42,16 +42,16 @@ pub struct SceneReadOptions {
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub enum ScenePose {
-    /// Where they are at a time: nodes as an animation has moved them, skins carried by their joints, morph targets with their
-    /// weights. In a file without animations nodes and weights are those at rest.
+    /// Where they are at a time: nodes as an animation has moved them, skins carried by their joints, morph targets
+    /// with their weights. In a file without animations nodes and weights are those at rest.
     At {
         /// The animation by its name or its number; the first without either.
         animation: Option<String>,
         /// Seconds from its beginning.
         time: f64,
     },
-    /// As the nodes stand at rest, with skins as they were bound and without morph targets: what bakes saw that do not record
-    /// a time.
+    /// As the nodes stand at rest, with skins as they were bound and without morph targets: what bakes saw that do not
+    /// record a time.
     Unposed,
 }
 
@@ -92,8 +92,8 @@ pub enum DefaultMaterial {
 
 impl Default for SceneReadOptions {
     /// y up, up to 2²⁶ triangles and vertices, up to 2²⁸ texels (1 GiB), no limit for all together, files within the
-    /// folder only, normals as the format asks, white where there is no material, no light straight through, normal textures,
-    /// and the beginning of the first animation.
+    /// folder only, normals as the format asks, white where there is no material, no light straight through, normal
+    /// textures, and the beginning of the first animation.
     fn default() -> Self {
         Self {
             up: Up::Y,

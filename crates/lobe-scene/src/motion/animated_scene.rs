@@ -19,9 +19,10 @@ const LISTED: usize = 16;
 /// A scene whose nodes, skins and morph targets animations move.
 ///
 /// A [pose](Self::pose) has the same meshes, vertices and triangles, in the same order, as the scene at rest, which is
-/// what [`read_scene`](crate::read_scene) gives of the same file [without poses](ScenePose::Unposed): what is baked for the one can be looked up for the other,
-/// vertex by vertex. Triangles that lose their area in a pose stay in it. Of those without area at rest the ones are there
-/// that may have one in a pose: a mesh all of which is scaled to nothing, which `read_scene` leaves out, is a mesh here.
+/// what [`read_scene`](crate::read_scene) gives of the same file [without poses](ScenePose::Unposed): what is baked for
+/// the one can be looked up for the other, vertex by vertex. Triangles that lose their area in a pose stay in it. Of
+/// those without area at rest the ones are there that may have one in a pose: a mesh all of which is scaled to nothing,
+/// which `read_scene` leaves out, is a mesh here.
 ///
 /// # Examples
 ///
@@ -85,8 +86,9 @@ impl AnimatedScene {
         Self::new(scene, Rig::upright(nodes), parts, Vec::new(), Vec::new())
     }
 
-    /// The scene as [`read_scene`](crate::read_scene) gives it [without poses](ScenePose::Unposed): nodes stand as the file says, and neither skins nor morph
-    /// targets are applied. Triangles without area that may have one in a pose are there, normal maps are not.
+    /// The scene as [`read_scene`](crate::read_scene) gives it [without poses](ScenePose::Unposed): nodes stand as the
+    /// file says, and neither skins nor morph targets are applied. Triangles without area that may have one in a pose
+    /// are there, normal maps are not.
     #[must_use]
     pub fn rest(&self) -> &Scene {
         &self.rest

@@ -22,8 +22,8 @@ pub(crate) struct Shapes {
 }
 
 impl Shapes {
-    /// The shape of a primitive that the scene shows, with tangents if it is to have them and the file gives some; it was
-    /// read once, so its parts are there.
+    /// The shape of a primitive that the scene shows, with tangents if it is to have them and the file gives some; it
+    /// was read once, so its parts are there.
     pub(crate) fn of(
         &mut self,
         file: &GltfFile,

@@ -1,7 +1,7 @@
 //! Reading of whole scenes, whatever their format, with what moves them at one time.
 //!
-//! Read `read_scene` first; then `gltf_reader`, an open file of glTF, and `posed`, the scene of such a file at a time. Uses
-//! `motion`, `files` and `scene`.
+//! Read `read_scene` first; then `gltf_reader`, an open file of glTF, and `posed`, the scene of such a file at a time.
+//! Uses `motion`, `files` and `scene`.
 
 pub(crate) mod gltf_reader;
 pub(crate) mod posed;

@@ -16,8 +16,8 @@ use crate::{Scene, SceneError, SceneReadOptions, SceneReadReport};
 /// [`SceneError::Io`] if a file cannot be read, [`SceneError::Unsupported`] if it has another format or requires a
 /// feature that Lobe does not read, [`SceneError::Invalid`] if it contradicts itself or holds no triangle with an area,
 /// [`SceneError::Options`] if the pose names an animation that is not there,
-/// [`SceneError::Refused`] if it expands to more than [`SceneReadOptions::max_triangles`], [`SceneReadOptions::max_texels`] or
-/// [`SceneReadOptions::max_bytes`].
+/// [`SceneError::Refused`] if it expands to more than [`SceneReadOptions::max_triangles`],
+/// [`SceneReadOptions::max_texels`] or [`SceneReadOptions::max_bytes`].
 pub fn read_scene(path: impl AsRef<Path>, options: &SceneReadOptions) -> Result<(Scene, SceneReadReport), SceneError> {
     let path = path.as_ref();
     let (name, bytes) = read_file(path, options)?;

@@ -175,8 +175,8 @@ impl Material {
         1.0 - covered * (1.0 - self.transmission * (r + g + b) / 3.0)
     }
 
-    /// The color of the light that goes straight through a point, relative to its mean [`Self::through`]: glass is tinted by its
-    /// base color, the uncovered part is not.
+    /// The color of the light that goes straight through a point, relative to its mean [`Self::through`]: glass is
+    /// tinted by its base color, the uncovered part is not.
     ///
     /// ```text
     ///   (1 - α (1 - t ρ)) / (1 - α (1 - t m))

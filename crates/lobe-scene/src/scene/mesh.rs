@@ -257,8 +257,8 @@ impl Mesh {
     }
 
     /// The same vertices and triangles, elsewhere: all triangles stay, those that lose their area too. Empty normals stand
-    /// for missing ones, and so do empty tangents, of which there is else one for each vertex. Triangles that are `flipped` run around the
-    /// other way.
+    /// for missing ones, and so do empty tangents, of which there is else one for each vertex. Triangles that are
+    /// `flipped` run around the other way.
     pub(crate) fn posed(
         &self,
         positions: Vec<[f32; 3]>,

@@ -293,8 +293,9 @@ impl Scene {
         }
     }
 
-    /// The color of the light of a ray that does not [stop](Scene::stops) at a hit, by which it is multiplied there: that of glass,
-    /// whose base color tints what goes through, relative to its mean, which [`Scene::opacity`] has already.
+    /// The color of the light of a ray that does not [stop](Scene::stops) at a hit, by which it is multiplied there:
+    /// that of glass, whose base color tints what goes through, relative to its mean, which [`Scene::opacity`] has
+    /// already.
     ///
     /// # Panics
     /// As [`Scene::surface`].

@@ -1,4 +1,5 @@
-//! OBJ and PLY files with coordinates far from their origin, such as those of maps: digits that `f32` does not hold count.
+//! OBJ and PLY files with coordinates far from their origin, such as those of maps: digits that `f32` does not hold
+//! count.
 
 use lobe_scene::{Scene, SceneReadOptions, Up, read_scene_bytes};
 

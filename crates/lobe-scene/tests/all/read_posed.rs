@@ -1,4 +1,5 @@
-//! Scenes of files that pose them, as every reader of scenes sees them: where an animation, joints and morph weights put things.
+//! Scenes of files that pose them, as every reader of scenes sees them: where an animation, joints and morph weights
+//! put things.
 
 use std::f32::consts::FRAC_PI_2;
 

@@ -7,8 +7,8 @@ use serde_json::Value;
 use crate::SceneError;
 use crate::files::source::Source;
 
-/// Extensions that Lobe reads. Those of materials and lights are accepted and ignored with a note: shapes and base colors
-/// are the same without them, except for [`OTHER_COLORS`].
+/// Extensions that Lobe reads. Those of materials and lights are accepted and ignored with a note: shapes and base
+/// colors are the same without them, except for [`OTHER_COLORS`].
 const READ_EXTENSIONS: [&str; 9] = [
     "KHR_node_visibility",
     "KHR_texture_transform",

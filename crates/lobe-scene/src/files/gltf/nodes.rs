@@ -109,7 +109,8 @@ impl Tree {
     }
 }
 
-/// The mesh instances of the default scene that are visible, and the places of all its nodes, in depth-first order from its roots.
+/// The mesh instances of the default scene that are visible, and the places of all its nodes, in depth-first order from
+/// its roots.
 pub(crate) struct Walk {
     pub(crate) shown: Vec<Shown>,
     pub(crate) places: Vec<(usize, DVec3)>,

@@ -24,7 +24,8 @@ const UNUSED: [&str; 27] = [
     "illum",
 ];
 
-/// The largest model of illumination that is that of a matte surface, but for its highlights: the next ones mirror or let light through.
+/// The largest model of illumination that is that of a matte surface, but for its highlights: the next ones mirror or
+/// let light through.
 const LARGEST_MATTE: f32 = 2.0;
 
 /// Reads the materials of an MTL file, and a note for each line that is not understood or not used.

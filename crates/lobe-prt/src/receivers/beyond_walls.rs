@@ -1,0 +1,141 @@
+//! Texels at the border of a chart whose places lie beyond a wall.
+//!
+//! A floor often goes on a little behind the wall that stands on it, and its last texels lie there: outside of the room, under the
+//! open sky. A picture is shown between the centers of its texels, so that they would light the foot of the wall. A strip as narrow
+//! as a texel or two is there for the picture's sake alone: its places move to the side of the wall that the chart is on.
+
+use glam::DVec3;
+use lobe_scene::{Bvh, Hit, Ray, Scene};
+use rayon::iter::{IndexedParallelIterator as _, IntoParallelIterator as _, ParallelIterator as _};
+
+use crate::receivers::inset::wide;
+
+/// The widest strip behind a wall that does not count as a surface of its own, in texels, and one: a texel of this depth has so many
+/// around it in all directions that are of its chart.
+const DEEP: u8 = 3;
+
+/// A wall is no part of the surface that it stands on: their normals are farther apart than the angle of this cosine.
+const ALONG: f64 = 0.9;
+
+/// Texels that one thread takes at once.
+const PIECE: usize = 256;
+
+/// What is known of a texel: the place of the surface that it shows, and whether its center is within.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shown {
+    pub(crate) hit: Hit,
+    pub(crate) is_inside: bool,
+}
+
+/// The texels of a picture, whose charts are known by their triangles.
+pub(crate) struct Picture<'a> {
+    pub(crate) width: usize,
+    pub(crate) shown: &'a (dyn Fn(usize) -> Option<Shown> + Sync),
+    pub(crate) charts: &'a [u32],
+}
+
+/// A point of the surface of a texel.
+#[derive(Clone, Copy)]
+struct Point {
+    position: DVec3,
+    /// Of the triangle, on the lit side.
+    normal: DVec3,
+}
+
+/// Those of the `texels`, of which each has a position, that lie beyond a wall, by their numbers in the list, with a position that is
+/// `margin` in front of it.
+pub(crate) fn moved_points(
+    scene: &Scene,
+    picture: &Picture<'_>,
+    (texels, positions): (&[u32], &[[f32; 3]]),
+    margin: f64,
+) -> Vec<(usize, [f32; 3])> {
+    let depths = depths(picture);
+    let bvh = Bvh::new(scene);
+    let moved = |number: usize| {
+        let texel = texels[number] as usize;
+        if depths[texel] == DEEP {
+            return None;
+        }
+        let from = point(scene, &core_of(picture, &depths, texel)?);
+        let to = Point { position: wide(positions[number]), ..point(scene, &(picture.shown)(texel)?.hit) };
+        Some((number, in_front((scene, &bvh), (from, to), margin)?))
+    };
+    (0..texels.len()).into_par_iter().with_min_len(PIECE).filter_map(moved).collect()
+}
+
+/// For each texel how many rings around it, itself among them, have their centers within its chart, up to [`DEEP`].
+fn depths(picture: &Picture<'_>) -> Vec<u8> {
+    let chart = |texel: usize| picture.chart_inside(texel);
+    let mut depths: Vec<u8> =
+        (0..picture.width * picture.width).map(|texel| u8::from(chart(texel).is_some())).collect();
+    for depth in 1..DEEP {
+        let is_deeper = |texel: usize| {
+            let own = chart(texel);
+            let is_own = |next: Option<usize>| next.is_some_and(|next| depths[next] >= depth && chart(next) == own);
+            depths[texel] == depth && picture.around(texel, 1).all(is_own)
+        };
+        let deeper: Vec<usize> = (0..depths.len()).into_par_iter().filter(|&texel| is_deeper(texel)).collect();
+        deeper.into_iter().for_each(|texel| depths[texel] = depth + 1);
+    }
+    depths
+}
+
+/// The place of the nearest texel of the same chart that is as deep in it as there are any near.
+fn core_of(picture: &Picture<'_>, depths: &[u8], texel: usize) -> Option<Hit> {
+    let chart = picture.chart(texel)?;
+    let (x, y) = (texel % picture.width, texel / picture.width);
+    let distance =
+        |other: usize| (other % picture.width).abs_diff(x).pow(2) + (other / picture.width).abs_diff(y).pow(2);
+    let near = picture
+        .around(texel, usize::from(DEEP) + 1)
+        .flatten()
+        .filter(|&next| picture.chart_inside(next) == Some(chart));
+    let best = near.min_by_key(|&next| (u8::MAX - depths[next], distance(next), next))?;
+    (best != texel).then(|| (picture.shown)(best)).flatten().map(|shown| shown.hit)
+}
+
+/// The point that is in front of the first wall between two of one surface; none without a wall.
+fn in_front((scene, bvh): (&Scene, &Bvh), (from, to): (Point, Point), margin: f64) -> Option<[f32; 3]> {
+    // Between places of a surface that bends much the straight way is no way along it.
+    if from.normal.dot(to.normal) < ALONG {
+        return None;
+    }
+    let way = to.position - from.position;
+    let ends = [from, to].map(|p| bvh.origin_above(p.position.as_vec3().to_array(), p.normal.as_vec3().to_array()));
+    let is_wall = |hit: &Hit| {
+        let is_along = point(scene, hit).normal.dot(from.normal).abs() > ALONG;
+        !is_along && scene.opacity(hit) >= 1.0
+    };
+    let wall = bvh.closest_where(&Ray::between(ends[0], ends[1]), is_wall)?;
+    let free = f64::from(wall.t) - margin / way.length();
+    Some((from.position + way * free.max(0.0)).as_vec3().to_array())
+}
+
+fn point(scene: &Scene, hit: &Hit) -> Point {
+    let surface = scene.surface(hit);
+    let normal = wide(surface.geometric_normal);
+    let side = if normal.dot(wide(surface.vertex_normal)) < 0.0 { -1.0 } else { 1.0 };
+    Point { position: wide(surface.position), normal: normal * side }
+}
+
+impl Picture<'_> {
+    /// The chart of the place that a texel shows.
+    fn chart(&self, texel: usize) -> Option<u32> {
+        (self.shown)(texel).map(|shown| self.charts[shown.hit.triangle as usize])
+    }
+
+    /// The same if the center of the texel is within it.
+    fn chart_inside(&self, texel: usize) -> Option<u32> {
+        (self.shown)(texel).filter(|shown| shown.is_inside).map(|shown| self.charts[shown.hit.triangle as usize])
+    }
+
+    /// The texels that are at most `steps` columns and rows away; none for each that is outside of the picture.
+    fn around(&self, texel: usize, steps: usize) -> impl Iterator<Item = Option<usize>> {
+        let (width, x, y) = (self.width, texel % self.width, texel / self.width);
+        let inside = move |c: usize, step: usize| (c + step).checked_sub(steps).filter(|&c| c < width);
+        (0..=2 * steps).flat_map(move |down| {
+            (0..=2 * steps).map(move |across| Some(inside(y, down)? * width + inside(x, across)?))
+        })
+    }
+}
