@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use lobe::io::Job;
-use lobe::prt::{CompressOptions, PrtError};
+use lobe::prt::PrtError;
 use lobe::scene::{AnimatedScene, Entity, Scene};
 use lobe::sh::Rgb;
 use lobe::shadow::{
@@ -40,8 +40,6 @@ pub(crate) struct FieldSettings {
     rays: u32,
     seed: u64,
     storage: String,
-    /// Of `clustered`.
-    clusters: (usize, usize),
 }
 
 impl FieldSettings {
@@ -52,19 +50,17 @@ impl FieldSettings {
     }
 
     fn storage(&self) -> PyResult<FieldStorage> {
-        storage_of(&self.storage, self.clusters)
+        storage_of(&self.storage)
     }
 }
 
-/// How numbers are stored; clusters and components of one of the ways.
-fn storage_of(name: &str, (clusters, components): (usize, usize)) -> PyResult<FieldStorage> {
+/// How numbers are stored.
+fn storage_of(name: &str) -> PyResult<FieldStorage> {
     match name {
         "f32" => Ok(FieldStorage::F32),
         "f16" => Ok(FieldStorage::F16),
         "u8" => Ok(FieldStorage::U8),
-        "clustered" => {
-            Ok(FieldStorage::Clustered(CompressOptions::default().clusters(clusters).components(components)))
-        }
+        "clustered" => Ok(FieldStorage::Clustered(FieldStorage::clustered())),
         other => Err(value_error(format!("storage: expected f32, f16, u8 or clustered, found {other:?}"))),
     }
 }
@@ -271,8 +267,6 @@ pub(crate) struct LampSettings {
     order: usize,
     radiance: [f64; 3],
     storage: String,
-    /// Of `clustered`.
-    clusters: (usize, usize),
     /// Of a sphere.
     radius: Option<f64>,
     /// Of a rectangle, and what follows.
@@ -331,7 +325,7 @@ pub(crate) fn lamp(
         }
         (None, None) => return Err(value_error("lamp: expected a radius or a size")),
     };
-    let storage = storage_of(&settings.storage, settings.clusters)?;
+    let storage = storage_of(&settings.storage)?;
     let stored = py.detach(|| with_threads(|| write_lamp(&output, &lamp, &storage))).map_err(fault)?;
     Ok(stored.bytes)
 }

@@ -73,6 +73,8 @@ def test_a_lamp_fills_its_solid_angle(reader, lobe, tmp_path):
         for c, color in enumerate(radiance):
             assert ball[c][0] == pytest.approx(color * of_ball * math.sqrt(0.25 / math.pi), rel=1e-5)
             assert rectangle[c][0] == pytest.approx(color * of_rectangle * math.sqrt(0.25 / math.pi), rel=0.01)
+        behind = reader.shining(*reader.read_safetensors(tmp_path / "rectangle.safetensors"), [1e-9, 0.0, -r])
+        assert all(x == 0 for color in behind for x in color), "a panel sends no light behind its plane"
 
 
 @pytest.mark.parametrize("storage", ["f16", "u8", "clustered"])

@@ -103,7 +103,7 @@ def test_the_spheres_are_those_of_the_command(method, tmp_path):
     assert (tmp_path / "b.safetensors").read_bytes() == (tmp_path / "a.safetensors").read_bytes()
     np.testing.assert_allclose(found.centers, [sphere["center"] for sphere in told["spheres"]], rtol=1e-6, atol=1e-7)
     np.testing.assert_allclose(found.radii, [sphere["radius"] for sphere in told["spheres"]], rtol=1e-6)
-    for name in ("outside_volume", "solid_volume", "history", "certainty"):
+    for name in ("outside_volume", "union_volume", "solid_volume", "history", "certainty"):
         np.testing.assert_array_equal(getattr(found, name), told[name], err_msg=name)
     alone = lobe.spheres(mesh, 4, points=600, seed=3, method=method)
     np.testing.assert_array_equal(alone.centers, found.centers)

@@ -187,12 +187,46 @@ def points_of(about):
         found = [(sphere * side**2 + p, x * w) for sphere, x in spheres for p, w in corners]
         return found + ([((last + 1) * side**2, 1 - part)] if k <= 0 else [])
 
-    return center, radius, weights
+    def place_of(p):
+        sphere, vertex = divmod(p, side**2)
+        if sphere > last:
+            return center
+        u, v = [2 * i / cells - 1 for i in (vertex % side, vertex // side)]
+        w = 1 - abs(u) - abs(v)
+        if w < 0:
+            u, v = math.copysign(1 - abs(v), u), math.copysign(1 - abs(u), v)
+        low, high = 1e-9 * radius, 1e9 * radius
+        for _ in range(200):
+            middle = math.sqrt(low * high)
+            low, high = (middle, high) if place(middle) < sphere else (low, middle)
+        return [c + low * x / math.hypot(u, v, w) for c, x in zip(center, (u, v, w))]
+
+    def weights_in_front(offset):
+        found = weights(offset)
+        kept = [(p, x) for p, x in found if height(about, place_of(p)) >= -1e-6 * radius]
+        grown = sum(x for _, x in found) / (sum(x for _, x in kept) or 1)
+        return [(p, x * grown) for p, x in kept]
+
+    return center, radius, weights_in_front if shines_to_one_side(about) else weights
+
+
+def shines_to_one_side(about):
+    """Whether it is a rectangle whose back is dark."""
+    return about.get("two_sided") is False
+
+
+def height(about, point):
+    """The height of a point above the plane of a rectangle."""
+    u, v = about["u"], about["v"]
+    normal = [u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3] for k in range(3)]
+    return sum(n * (a - b) for n, a, b in zip(normal, point, about["corner"])) / math.hypot(*normal)
 
 
 def around(about, table, start, point):
     """`(z_l y_lm(d) + g_lm) / (1 + (r/R)²)` at a point, where row p begins at number start(p) of the table."""
     n = about["order"]
+    if shines_to_one_side(about) and height(about, point) <= 0:
+        return [0.0] * (n * n)
     center, radius, weights = points_of(about)
     offset = [a - b for a, b in zip(point, center)]
     row = [0.0] * (n + n * n)

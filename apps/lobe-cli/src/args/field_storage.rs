@@ -2,16 +2,11 @@
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use lobe::prt::{CompressOptions, WeightBits};
+use lobe::prt::WeightBits;
 use lobe::shadow::{FieldStorage, StorageReport};
 
 use crate::args::compression::{Compression, clusters, components, weight_bits};
 use crate::run::talk::Talk;
-
-/// Clusters and components of `--storage clustered` where none are given: at order 4 less than a third of the bytes of single
-/// precision.
-const CLUSTERS: usize = 64;
-const COMPONENTS: usize = 4;
 
 /// The options of storage.
 #[derive(Args)]
@@ -19,13 +14,13 @@ pub(crate) struct StorageOptions {
     /// How numbers are stored
     #[arg(long, value_enum, default_value = "f32")]
     storage: Storage,
-    /// With --storage clustered: as many clusters at most, 1 to 65536; 1 gives ordinary principal components [default: 64]
+    /// With --storage clustered: as many clusters at most, 1 to 65536; 1 gives ordinary principal components [default: 128]
     #[arg(long, value_name = "K", value_parser = clusters)]
     clusters: Option<usize>,
-    /// With --storage clustered: as many components in each cluster, 0 to 192; 0 gives vector quantization [default: 4]
+    /// With --storage clustered: as many components in each cluster, 0 to 192; 0 gives vector quantization [default: 6]
     #[arg(long, value_name = "N", value_parser = components)]
     components: Option<usize>,
-    /// With --storage clustered: as many bits for each weight: 8 or 16 in steps of its range, or 32 [default: 32]
+    /// With --storage clustered: as many bits for each weight: 8 or 16 in steps of its range, or 32 [default: 8]
     #[arg(long, value_name = "BITS", value_parser = weight_bits)]
     weights: Option<WeightBits>,
 }
@@ -38,7 +33,8 @@ enum Storage {
     F16,
     /// One byte each, in even steps over the range of each coefficient
     U8,
-    /// Clustered principal components, of 64 clusters and 4 components unless --clusters and --components say otherwise
+    /// Clustered principal components, of 128 clusters and 6 components with weights of 8 bits unless --clusters, --components and
+    /// --weights say otherwise
     Clustered,
 }
 
@@ -64,8 +60,8 @@ impl StorageOptions {
             Storage::F16 => FieldStorage::F16,
             Storage::U8 => FieldStorage::U8,
             Storage::Clustered => {
-                let defaults = CompressOptions::default().clusters(CLUSTERS).components(COMPONENTS);
-                FieldStorage::Clustered(self.compression().options_over(defaults))
+                let options = self.compression().options_over(FieldStorage::clustered());
+                FieldStorage::Clustered(options)
             }
         })
     }

@@ -7,6 +7,7 @@ pub(crate) mod encode;
 pub(crate) mod encodings;
 pub(crate) mod eval;
 pub(crate) mod exp;
+pub(crate) mod incident;
 pub(crate) mod info;
 pub(crate) mod lights;
 pub(crate) mod log;

@@ -118,7 +118,8 @@ pub(crate) struct Spheres {
     /// Start anew, even if there is a checkpoint of a fit that was stopped
     #[arg(long)]
     fresh: bool,
-    /// Print {"spheres": [{"center", "radius"}], "outside_volume", "solid_volume", "history", "certainty"} on stdout
+    /// Print {"spheres": [{"center", "radius"}], "outside_volume", "union_volume", "solid_volume", "history", "certainty"} on
+    /// stdout. The first volume sums what each sphere has outside of the solid; of the union, overlaps count once
     #[arg(long)]
     json: bool,
 }
@@ -223,9 +224,11 @@ impl Spheres {
             return output::print_json(&json);
         }
         output::print(&format!(
-            "spheres         {}\nsolid volume    {:.6}\noutside volume  {:.6}, {:.2} % of that of the solid\nrounds          {}\ncertain         {:.1} % of the box\n",
+            "spheres         {}\nsolid volume    {:.6}\nunion volume    {:.6}\noutside volume  {:.6}, {:.2} % of that of the solid, summed over spheres\n\
+             rounds          {}\ncertain         {:.1} % of the box\n",
             json.spheres.len(),
             json.solid_volume,
+            json.union_volume,
             json.outside_volume,
             100.0 * json.outside_volume / json.solid_volume,
             json.history.len().saturating_sub(1),

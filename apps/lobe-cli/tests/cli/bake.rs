@@ -171,6 +171,28 @@ fn matrices_lightmaps_grids_and_compressed_transfer_are_written() {
 }
 
 #[test]
+fn the_light_at_a_point_of_a_grid_is_that_of_the_library_and_can_be_drawn() {
+    use lobe::sh::{Expansion as _, FileCoefficients, Quantity};
+    let dir = Dir::new();
+    dir.lobe("bake built-in:ball --grid 2,3,4 --mode shadowed --order 2 --samples 256 --quiet -o g.safetensors").stdout();
+    dir.lobe("light gradient --zenith 1,2,4 --horizon 1,1,1 --ground 0.2,0.1,0 --order 3 -o sky.sh.json").succeeds();
+    let command = "sh incident g.safetensors --light sky.sh.json --at 0.1,-0.2,0.3 -o there.sh.json";
+    let (_, note) = dir.lobe(command).succeeds();
+    assert!(note.starts_with("note: sky.sh.json: the bands of the light from 2 on are left out"), "{note}");
+    let sky = dir.read_sh("sky.sh.json").coefficients.to_rgb();
+    let (grid, _) = read_neighborhood(dir.path("g.safetensors")).unwrap();
+    let expected = grid.incident([0.1, -0.2, 0.3], &sky.coefficients()[..4]);
+    let found = dir.read_sh("there.sh.json");
+    assert_eq!(found.quantity, Quantity::Radiance, "quantity");
+    assert_eq!(found.coefficients, FileCoefficients::Rgb(expected), "coefficients");
+    dir.lobe("sh plot there.sh.json -o there.png").succeeds();
+    let error = dir.lobe("sh incident sky.sh.json --light sky.sh.json --at 0,0,0 -o x.sh.json").error();
+    assert!(error.starts_with("sky.sh.json: expected safetensors"), "{error}");
+    let error = dir.lobe(&format!("{command} --max-memory 1e-6")).error();
+    assert!(error.contains("g.safetensors takes up to ") && error.contains("a grid of fewer points"), "{error}");
+}
+
+#[test]
 fn points_of_a_grid_are_off_the_floor_or_where_they_are_asked_for() {
     let dir = Dir::new();
     let bake = "bake built-in:ball --grid 3,3,4 --mode shadowed --order 1 --samples 256 --quiet -o";
@@ -310,7 +332,7 @@ fn the_help_of_compression_is_that_of_what_is_compressed() {
     for command in ["field", "lamp"] {
         let help = help(command);
         assert!(help.contains("--clusters <K> With --storage clustered: "), "{command}: {help}");
-        assert!(help.contains("0 gives vector quantization [default: 4]"), "{command}: {help}");
+        assert!(help.contains("0 gives vector quantization [default: 6]"), "{command}: {help}");
     }
 }
 

@@ -336,8 +336,8 @@ fn conversions_of_maps_take_no_more_than_they_say() {
         ("env prefilter sky.pfm --size 32 -o x.ktx2", 41),
     ] {
         let peak = peak_of(&dir, args);
-        // Each thread keeps freed memory for a while.
-        let said = 3 * PROGRAM + need * (2 << 20);
+        // Each thread keeps freed memory for a while, which shows where maps are small.
+        let said = 4 * PROGRAM + need * (2 << 20);
         assert!(peak <= said, "{args}: {peak} bytes, which are to be {said} at most");
     }
 }

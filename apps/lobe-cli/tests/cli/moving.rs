@@ -52,6 +52,10 @@ fn spheres_are_fitted_and_their_table_is_written() {
     let spheres = "spheres t.obj -n 3 --points 300 --rounds 2 -o s.safetensors --json";
     let printed: Value = serde_json::from_str(&dir.lobe(spheres).succeeds().0).unwrap();
     assert_eq!(printed["spheres"].as_array().map(Vec::len), Some(3), "{printed}");
+    // The union covers the solid, and the sum counts overlaps again.
+    let volume = |name: &str| printed[name].as_f64().unwrap();
+    let outside = volume("union_volume") - volume("solid_volume");
+    assert!(outside > 0.0 && outside < volume("outside_volume") * 1.001, "{printed}");
     let (table, _) = dir.lobe("spheres table -o t.safetensors --order 3").succeeds();
     assert!(table.contains("order           3"), "{table}");
 }

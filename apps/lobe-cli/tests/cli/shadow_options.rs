@@ -90,16 +90,16 @@ fn a_field_takes_more_bytes_and_is_nearer_with_more_clusters_and_components() {
         (storage["bytes"].as_u64().unwrap(), storage["relative_error"].as_f64().unwrap())
     };
     let [less, more, components, bits] = [
+        "--clusters 2 --components 2 --weights 32",
+        "--clusters 8 --components 2 --weights 32",
+        "--clusters 2 --components 6 --weights 32",
         "--clusters 2 --components 2",
-        "--clusters 8 --components 2",
-        "--clusters 2 --components 6",
-        "--clusters 2 --components 2 --weights 8",
     ]
     .map(storage);
     assert!(less.0 < more.0 && less.1 > more.1, "more clusters: {less:?}, {more:?}");
     assert!(less.0 < components.0 && less.1 > components.1, "more components: {less:?}, {components:?}");
     assert!(bits.0 < less.0 && bits.1 > less.1, "fewer bits: {bits:?}, {less:?}");
-    assert_eq!(storage(""), storage("--clusters 64 --components 4 --weights 32"), "the default");
+    assert_eq!(storage(""), storage("--clusters 128 --components 6 --weights 8"), "the default");
 }
 
 #[test]

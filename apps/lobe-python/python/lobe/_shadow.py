@@ -17,9 +17,6 @@ from ._scene import Path, Progress, Scene
 MAX_SPHERES, MAX_CELLS, MAX_PATCHES, MAX_FITTED = 256, 256, 64, 4096
 """Limits as of the command, beyond which a number is taken for a typing error."""
 
-CLUSTERED = (64, 4)
-"""Clusters and components of `storage="clustered"`: at order 4 less than a third of the bytes of single precision."""
-
 
 class FieldReport(TypedDict):
     """What `field` tells of its work."""
@@ -133,7 +130,6 @@ def _field_settings(
         "rays": whole(rays, "rays", 1, 1 << 20),
         "seed": whole(seed, "seed", 0, 2**64 - 1),
         "storage": storage,
-        "clusters": CLUSTERED,
     }
 
 
@@ -146,7 +142,9 @@ class Spheres:
     radii: npt.NDArray[np.float32]
     """(k,)."""
     outside_volume: float
-    """The volumes of the spheres outside the solid, summed."""
+    """The volumes of the spheres outside the solid, summed: where two overlap, it counts twice."""
+    union_volume: float
+    """The volume of the union of the spheres, where overlaps count once."""
     solid_volume: float
     """The volume of the solid."""
     history: Doubles
@@ -184,8 +182,9 @@ def spheres(
         "rounds": 100 if rounds is None else whole(rounds, "rounds", 0, 10_000),
         "seed": whole(seed, "seed", 0, 2**64 - 1),
     }
-    centers, radii, outside, solid, history, certainty = _lobe.spheres(Scene.of(scene), entity, output, settings, progress)
-    return Spheres(centers, radii, outside, solid, np.array(history), certainty)
+    found = _lobe.spheres(Scene.of(scene), entity, output, settings, progress)
+    centers, radii, outside, union, solid, history, certainty = found
+    return Spheres(centers, radii, outside, union, solid, np.array(history), certainty)
 
 
 def sphere_table(output: Path, *, order: int = 4, window: float | None = None, clamp: float = 0.02) -> int:
@@ -246,7 +245,6 @@ def lamp(
         "cells": _even(cells),
         "range": _range(range),
         "storage": storage,
-        "clusters": CLUSTERED,
     }
     return _lobe.lamp(output, settings, [_shown(picture) for picture in pictures], progress)
 

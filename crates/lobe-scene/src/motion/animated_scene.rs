@@ -121,7 +121,7 @@ impl AnimatedScene {
     fn no_animation(&self, asked: &str) -> SceneError {
         let named = |(index, animation): (usize, &Animation)| match animation.name() {
             Some(name) => format!("`{name}`"),
-            None => index.to_string(),
+            None => format!("{index} (without a name)"),
         };
         let all: Vec<String> = self.animations.iter().enumerate().map(named).collect();
         let there = if all.is_empty() { "it has none".into() } else { format!("expected one of {}", all.join(", ")) };
@@ -134,17 +134,21 @@ impl AnimatedScene {
         &self.entities
     }
 
-    /// The entity of a name, or of the number of its node, where none has it as its name. Of several of one name, the first.
+    /// The entity whose node has a name; or else one of whose meshes has it, as messages name meshes; or else that of the node of this
+    /// number. Of several of one name, the first.
     ///
     /// # Errors
     /// [`SceneError::Options`] if there is no such entity, with the names of those that are there.
     pub fn entity(&self, name: &str) -> Result<&Entity, SceneError> {
         let by_name = self.entities.iter().find(|entity| entity.name() == Some(name));
+        let names = |entity: &Entity| self.rest.meshes()[entity.meshes()].iter().map(Mesh::name);
+        let by_mesh = || self.entities.iter().find(|entity| names(entity).any(|mesh| mesh == name));
         let by_number = || name.parse().ok().and_then(|node: usize| self.entities.iter().find(|e| e.node() == node));
-        by_name.or_else(by_number).ok_or_else(|| {
-            let named = |entity: &Entity| match entity.name() {
-                Some(name) => format!("`{name}`"),
-                None => entity.node().to_string(),
+        by_name.or_else(by_mesh).or_else(by_number).ok_or_else(|| {
+            let named = |entity: &Entity| match (entity.name(), names(entity).find(|mesh| !mesh.is_empty())) {
+                (Some(name), _) => format!("`{name}`"),
+                (None, Some(mesh)) => format!("`{mesh}`"),
+                (None, None) => entity.node().to_string(),
             };
             let mut all: Vec<String> = self.entities.iter().take(LISTED).map(named).collect();
             if self.entities.len() > LISTED {

@@ -21,6 +21,18 @@ pub(crate) fn close(a: &[[f32; 3]], b: &[[f32; 3]], most: f32) -> bool {
     a.len() == b.len() && a.iter().flatten().zip(b.iter().flatten()).all(|(a, b)| (a - b).abs() <= most)
 }
 
+#[test]
+fn an_entity_is_found_by_the_name_of_its_mesh_where_its_node_has_none() {
+    let file = Gltf::square().with("/meshes/0/name", json!("Cesium_Man"));
+    let scene = animated(&file);
+    let name = scene.rest().meshes()[0].name();
+    assert!(name.contains("Cesium_Man"), "the name in messages: {name}");
+    assert_eq!(scene.entity(name).unwrap().node(), 0, "by the name of the mesh");
+    assert_eq!(scene.entity("0").unwrap().node(), 0, "by the number of the node");
+    let error = scene.entity("nobody").unwrap_err().to_string();
+    assert_eq!(error, format!("found no entity `nobody` in the scene: expected one of `{name}`"), "message");
+}
+
 /// Keys of all three properties of node 0, at 1 s and 2 s, those at 2 s as a transform of the node.
 fn moving_square() -> (Gltf, Gltf) {
     let file = Gltf::square().with_attribute("NORMAL", "VEC3", &[0.0, 0.0, 1.0].repeat(4));
@@ -136,9 +148,9 @@ fn animations_are_found_by_name_or_by_number() {
     assert_eq!(found, [1, 1], "names come before numbers");
     assert_eq!(scene.animation_of_number(0).unwrap(), 0, "a number is no name");
     let error = scene.animation_of_number(2).unwrap_err().to_string();
-    assert_eq!(error, "found no animation `2` in the scene: expected one of 0, `0`", "message");
+    assert_eq!(error, "found no animation `2` in the scene: expected one of 0 (without a name), `0`", "message");
     let error = scene.animation("walk").unwrap_err().to_string();
-    assert_eq!(error, "found no animation `walk` in the scene: expected one of 0, `0`", "message");
+    assert_eq!(error, "found no animation `walk` in the scene: expected one of 0 (without a name), `0`", "message");
     let error = scene.pose(2, 0.0).unwrap_err().to_string();
     assert_eq!(error, "found no animation 2: the scene has 2", "message");
     let both = scene.pose_together(&[(0, 0.0), (1, 0.0)]).unwrap().into_scene();

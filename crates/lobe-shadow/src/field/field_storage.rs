@@ -2,7 +2,7 @@
 
 use half::f16;
 use lobe_io::Job;
-use lobe_prt::{CompressOptions, CompressedTable, PrtError, TableWeights, compress_table};
+use lobe_prt::{CompressOptions, CompressedTable, PrtError, TableWeights, WeightBits, compress_table};
 
 use crate::ShadowError;
 
@@ -20,6 +20,15 @@ pub enum FieldStorage {
     U8,
     /// By clustered principal components of the sample points' vectors.
     Clustered(CompressOptions),
+}
+
+impl FieldStorage {
+    /// [`FieldStorage::Clustered`] where nobody asks for other numbers: 128 clusters of 6 components, and weights of 8 bits. At order 4
+    /// a field takes less than a third of the bytes of single precision, and shadows are as near to the truth beyond two radii.
+    #[must_use]
+    pub fn clustered() -> CompressOptions {
+        CompressOptions::default().clusters(128).components(6).weights(WeightBits::U8)
+    }
 }
 
 /// What a form of storage costs.

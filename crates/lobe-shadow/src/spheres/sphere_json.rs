@@ -12,6 +12,8 @@ pub struct SphereSetJson {
     pub spheres: Vec<SphereJson>,
     /// [`SphereFitReport::outside_volume`].
     pub outside_volume: f64,
+    /// [`SphereSet::union_volume`].
+    pub union_volume: f64,
     /// [`SphereFitReport::solid_volume`].
     pub solid_volume: f64,
     /// [`SphereFitReport::history`].
@@ -52,6 +54,7 @@ impl SphereSetJson {
         let sphere = |(k, &radius): (usize, &f32)| SphereJson { center: set.center(k), radius };
         let SphereFitReport { outside_volume, solid_volume, history, certainty, .. } = report.clone();
         let spheres = set.radii().iter().enumerate().map(sphere).collect();
-        Self { spheres, outside_volume, solid_volume, history, certainty }
+        let union_volume = set.union_volume();
+        Self { spheres, outside_volume, union_volume, solid_volume, history, certainty }
     }
 }
