@@ -8,9 +8,10 @@
 //! That is the light of a display bright enough for all of it ([ISO 2025], [Google 2023]: weight 1). The numbers stand in the second
 //! picture: as a binary block by ISO 21496-1, as XMP of the namespace `hdrgm` (Ultra HDR), or both, which agree.
 
-use roxmltree::{Document, Node, ParsingOptions};
+use roxmltree::{Document, Node};
 
 use crate::codec::jpeg_end;
+use crate::header::xmp;
 use crate::pixel::Pixel;
 
 /// The name of a segment with the numbers of ISO 21496-1, with the zero behind it.
@@ -24,9 +25,6 @@ const HDRGM: &str = "http://ns.adobe.com/hdr-gain-map/1.0/";
 
 /// What is in the XMP of a gain map of Apple, whose numbers stand in a note of the camera's maker.
 const APPLE: &[u8] = b"HDRGainMap:";
-
-/// The most elements, attributes and texts of a packet, far above any that describes a picture.
-const MOST_NODES: u32 = 1 << 16;
 
 /// The offsets of Ultra HDR where a file has none [Google 2023].
 const OFFSET: f64 = 1.0 / 64.0;
@@ -147,11 +145,7 @@ fn of_xmp(packet: &[u8]) -> Option<Option<GainMap>> {
     if !contains(packet, HDRGM.as_bytes()) || !contains(packet, b"GainMapMax") {
         return None;
     }
-    let text = String::from_utf8_lossy(packet);
-    let text = text.trim_matches(|c: char| c == '\0' || c == '\u{feff}' || c.is_whitespace());
-    let options = ParsingOptions { nodes_limit: MOST_NODES, ..ParsingOptions::default() };
-    let document = Document::parse_with_options(text, options).ok();
-    Some(document.and_then(|document| of_properties(&document)))
+    Some(xmp::with_document(packet, of_properties).flatten())
 }
 
 fn of_properties(document: &Document<'_>) -> Option<GainMap> {

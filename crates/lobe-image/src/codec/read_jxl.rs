@@ -1,13 +1,16 @@
 //! JPEG XL decoder.
 //!
-//! The decoder of the library tone-maps what is brighter than a display unless it is asked for a curve of bright displays. Pictures that are
-//! bright are so asked for in PQ, which is undone here; others are asked for as linear light.
+//! The library tone-maps what is brighter than a display unless it is asked for a curve of bright displays, and clips where it converts
+//! primaries. Pictures keep their own primaries here. Bright ones are asked for in PQ, which is undone; others as linear light.
 
-use jxl_oxide::color::{ColourSpace, Primaries as JxlPrimaries, TransferFunction, WhitePoint};
+use jxl_oxide::color::{ColourEncoding, Customxy, Primaries as JxlPrimaries, TransferFunction, WhitePoint};
 use jxl_oxide::{AllocTracker, EnumColourEncoding, JxlImage, RenderingIntent};
 
 use crate::ImageError;
 use crate::header::decoded::{Decoded, PictureHead, check_size, invalid, reserve, unsupported};
+use crate::header::icc::Profile;
+use crate::picture::primaries::Primaries;
+use crate::picture::srgb::srgb_decode;
 use crate::pixel::Pixel;
 
 /// The luminance of diffuse white in pictures by PQ and HLG, in cd/m² [ITU 2023].
@@ -35,7 +38,12 @@ pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Deco
         return Err(unsupported(name, "a JPEG XL of gray or of RGB expected, found inks (CMYK)".into()));
     }
     let scale = Scale::of(&image);
-    image.request_color_encoding(scale.encoding());
+    let own = own_encoding(&image);
+    if let Some(own) = &own {
+        let tf = if scale.is_pq { TransferFunction::Pq } else { TransferFunction::Linear };
+        image.request_color_encoding(EnumColourEncoding { tf, ..own.clone() });
+    }
+    let profile = image.original_icc().filter(|_| own.is_none()).map(Profile::parse);
     let render = image.render_frame(0).map_err(|error| damaged(&error.to_string()))?;
     let mut stream = render.stream_no_alpha();
     let channels = stream.channels() as usize;
@@ -45,9 +53,25 @@ pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Deco
     let mut texels: Vec<Pixel> = reserve(width * height, name)?;
     texels.extend(raw.chunks_exact(channels).map(|texel| {
         let color = if channels < 3 { [texel[0]; 3] } else { [texel[0], texel[1], texel[2]] };
-        color.map(|value| scale.light(value))
+        color.map(|value| match profile.as_ref() {
+            Some(Some(profile)) => profile.curve.light(value.into()) as f32,
+            Some(None) => srgb_decode(value.into()) as f32,
+            None => scale.light(value),
+        })
     }));
-    Ok(Decoded { head: PictureHead { notes: notes(&image, &scale), ..PictureHead::new(width, height) }, texels })
+    let mut head = PictureHead { notes: notes(&image, &scale), ..PictureHead::new(width, height) };
+    let is_color = channels >= 3;
+    match (profile, own) {
+        (Some(None), _) if is_color => head.unclear_primaries = Some("the color profile".into()),
+        (Some(profile), _) => {
+            head.primaries = profile.map(|profile| ("the primaries of the color profile", profile.primaries));
+        }
+        (None, Some(own)) if is_color => {
+            head.primaries = primaries_of(&own).map(|primaries| ("the primaries of the header", primaries));
+        }
+        _ => {}
+    }
+    Ok(Decoded { head, texels })
 }
 
 /// What a value that the library gives stands for.
@@ -68,19 +92,44 @@ impl Scale {
         }
     }
 
-    fn encoding(&self) -> EnumColourEncoding {
-        EnumColourEncoding {
-            colour_space: ColourSpace::Rgb,
-            white_point: WhitePoint::D65,
-            primaries: JxlPrimaries::Srgb,
-            tf: if self.is_pq { TransferFunction::Pq } else { TransferFunction::Linear },
-            rendering_intent: RenderingIntent::Relative,
-        }
-    }
-
     fn light(&self, value: f32) -> f32 {
         if self.is_pq { (luminance_of_pq(value.into()) / self.white) as f32 } else { value }
     }
+}
+
+/// The colors in which a picture is asked for, its own; none where only a profile tells them. Those of a lossy picture, which is stored in
+/// other coordinates (XYB), are of Rec. 709.
+fn own_encoding(image: &JxlImage) -> Option<EnumColourEncoding> {
+    let metadata = &image.image_header().metadata;
+    match &metadata.colour_encoding {
+        ColourEncoding::Enum(own) if !metadata.xyb_encoded => Some(own.clone()),
+        _ if !metadata.xyb_encoded => None,
+        other => Some(EnumColourEncoding {
+            colour_space: other.colour_space(),
+            white_point: WhitePoint::D65,
+            primaries: JxlPrimaries::Srgb,
+            tf: TransferFunction::Linear,
+            rendering_intent: RenderingIntent::Relative,
+        }),
+    }
+}
+
+/// The places of the primaries of a picture in the diagram of chromaticities.
+fn primaries_of(own: &EnumColourEncoding) -> Option<Primaries> {
+    let place = |at: &Customxy| [f64::from(at.x) * 1e-6, f64::from(at.y) * 1e-6];
+    let white = match &own.white_point {
+        WhitePoint::D65 => [0.3127, 0.3290],
+        WhitePoint::E => [1.0 / 3.0, 1.0 / 3.0],
+        WhitePoint::Dci => [0.314, 0.351],
+        WhitePoint::Custom(at) => place(at),
+    };
+    let [red, green, blue] = match &own.primaries {
+        JxlPrimaries::Srgb => [[0.64, 0.33], [0.30, 0.60], [0.15, 0.06]],
+        JxlPrimaries::Bt2100 => [[0.708, 0.292], [0.170, 0.797], [0.131, 0.046]],
+        JxlPrimaries::P3 => [[0.680, 0.320], [0.265, 0.690], [0.150, 0.060]],
+        JxlPrimaries::Custom { red, green, blue } => [place(red), place(green), place(blue)],
+    };
+    Primaries::new(red, green, blue, white)
 }
 
 /// The luminance of a value of PQ, in cd/m² (SMPTE ST 2084, equation 4.1).
@@ -103,9 +152,6 @@ fn notes(image: &JxlImage, scale: &Scale) -> Vec<String> {
     } else if !is_float && !scale.is_pq {
         let bits = metadata.bit_depth.bits_per_sample();
         notes.push(format!("JPEG XL of {bits} bits: white is 1, and whatever was brighter has been cut off"));
-    }
-    if image.original_icc().is_some() && !metadata.xyb_encoded {
-        notes.push("the color profile is ignored; sRGB is assumed".into());
     }
     if image.pixel_format().has_alpha() {
         notes.push("alpha is ignored".into());

@@ -6,7 +6,7 @@ use png::{BitDepth, DecodingError, Transformations};
 
 use crate::ImageError;
 use crate::header::decoded::{Decoded, PictureHead, check_size, invalid, reserve};
-use crate::header::icc::Profile;
+use crate::header::icc::{Curve, Profile};
 use crate::header::orientation::Orientation;
 use crate::header::png_color::{Transfer, UNSPECIFIED, primaries_of_png};
 use crate::header::xmp::{self, Panorama};
@@ -71,7 +71,10 @@ pub(crate) fn decode_png(bytes: &[u8], name: &str, max_texels: usize) -> Result<
     let mut decoded = layout.decode(name, |raw| reader.next_frame(raw).map(|_| ()).map_err(explain))?;
     decoded.head.notes.append(&mut unclear);
     // A profile stands in place of the chunk cHRM.
-    let primaries = decoded.head.primaries.or(primaries);
+    let (primaries, unclear_primaries) = match (decoded.head.primaries, decoded.head.unclear_primaries.take()) {
+        (None, None) => (primaries, unclear_primaries),
+        of_profile => of_profile,
+    };
     Ok(Decoded { head: PictureHead { primaries, unclear_primaries, mapping, panorama, ..decoded.head }, ..decoded })
 }
 
@@ -122,9 +125,8 @@ impl Layout {
         let mut texels: Vec<Pixel> = reserve(count, name)?;
         raw.resize(raw_bytes, 0);
         read(&mut raw)?;
-        let linear = |most: u16| -> Vec<f32> {
-            (0..=most).map(|c| self.transfer.light(f64::from(c) / f64::from(most)) as f32).collect()
-        };
+        let linear =
+            |most: u16| -> Vec<f32> { (0..=most).map(|c| self.light(f64::from(c) / f64::from(most)) as f32).collect() };
         if self.is_wide {
             let (linear, values) = (linear(u16::MAX), raw.as_chunks::<2>().0);
             let value = |c: &[u8; 2]| linear[usize::from(u16::from_be_bytes(*c))];
@@ -137,26 +139,42 @@ impl Layout {
         if self.orientation != Orientation::UPRIGHT {
             texels = self.orientation.upright(&texels, [width, height], name)?;
         }
-        let profile = self.profile.as_ref().and_then(Option::as_ref);
-        let primaries = profile.map(|profile| ("the primaries of the color profile", profile.primaries));
-        let head = PictureHead { notes: self.notes(), primaries, ..PictureHead::new(width, height) };
+        let primaries = self.understood().map(|profile| ("the primaries of the color profile", profile.primaries));
+        let is_unclear = matches!(self.profile, Some(None)) && self.channels >= 3;
+        let unclear_primaries = is_unclear.then(|| "the color profile".to_owned());
+        let head = PictureHead { notes: self.notes(), primaries, unclear_primaries, ..PictureHead::new(width, height) };
         Ok(Decoded { head, texels })
+    }
+
+    /// The profile, if there is one that is understood.
+    fn understood(&self) -> Option<&Profile> {
+        self.profile.as_ref()?.as_ref()
+    }
+
+    /// The curve of the profile.
+    fn curve(&self) -> Option<&Curve> {
+        self.understood().map(|profile| &profile.curve)
+    }
+
+    /// The light of a value of [0, 1].
+    fn light(&self, value: f64) -> f64 {
+        self.curve().map_or_else(|| self.transfer.light(value), |curve| curve.light(value))
     }
 
     /// Remarks for the caller.
     fn notes(&self) -> Vec<String> {
         let bits = if self.is_wide { 16 } else { 8 };
-        let mut notes =
-            vec![format!("{} of {bits} bits, {}: white is 1, and {}", self.kind, self.transfer, self.above_white)];
+        let decoded = match self.curve() {
+            Some(Curve::Tag(_)) => "decoded by the curve of its color profile".to_owned(),
+            Some(Curve::Linear) => "of linear light as its color profile says".to_owned(),
+            Some(Curve::Srgb) | None => self.transfer.to_string(),
+        };
+        let mut notes = vec![format!("{} of {bits} bits, {decoded}: white is 1, and {}", self.kind, self.above_white)];
         if self.channels.is_multiple_of(2) {
             notes.push("alpha is ignored".into());
         }
-        match &self.profile {
-            Some(None) => notes.push("the color profile is ignored; sRGB is assumed".into()),
-            Some(Some(profile)) if !profile.has_curve_of_srgb => {
-                notes.push("the curve of the color profile is ignored; that of sRGB is assumed".into());
-            }
-            _ => {}
+        if matches!(self.profile, Some(None)) && self.channels < 3 {
+            notes.push("the color profile is ignored; the curve of sRGB is assumed".into());
         }
         if self.orientation != Orientation::UPRIGHT {
             notes.push("turned upright, as the camera noted".into());

@@ -4,26 +4,33 @@ use std::io::Cursor;
 
 use tiff::ColorType;
 use tiff::TiffError;
-use tiff::decoder::{BufferLayoutPreference, Decoder, DecodingResult, Limits};
+use tiff::decoder::ifd::Value;
+use tiff::decoder::{Decoder, DecodingResult, Limits};
 use tiff::tags::Tag;
 
 use crate::ImageError;
+use crate::codec::read_ldr::CUT_OFF;
 use crate::header::decoded::{Decoded, PictureHead, check_size, invalid, reserve, unsupported};
-use crate::header::icc::Profile;
+use crate::header::icc::{Curve, Profile};
 use crate::header::orientation::Orientation;
 use crate::header::xmp;
 use crate::picture::primaries::Primaries;
-use crate::picture::srgb::srgb_decode;
 use crate::pixel::Pixel;
 
 /// A compressed byte stands for fewer bytes: Deflate expands to at most 1032, and LZW has codes of 12 bits for up to 4094.
 const MOST_BYTES_PER_BYTE: usize = 4096;
 
 /// The longest value of a tag, such as a packet of XMP or a profile.
-const LONGEST_VALUE: usize = 64 << 20;
+const LONGEST_VALUE: usize = 4 << 20;
 
 /// The tag of a packet of XMP.
 const XMP: Tag = Tag::Unknown(700);
+
+/// The tag of the places of red, green and blue in the diagram of chromaticities.
+const PRIMARY_CHROMATICITIES: Tag = Tag::Unknown(319);
+
+/// The tag of the place of white.
+const WHITE_POINT: Tag = Tag::Unknown(318);
 
 type Reader<'a> = Decoder<Cursor<&'a [u8]>>;
 
@@ -40,15 +47,19 @@ pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Deco
         return Err(invalid(name, message));
     }
     let mut limits = Limits::default();
-    limits.decoding_buffer_size = layout.complete_len;
+    limits.decoding_buffer_size = layout.complete_len.max(limits.decoding_buffer_size);
     limits.intermediate_buffer_size = layout.complete_len.max(limits.intermediate_buffer_size);
     limits.ifd_value_size = LONGEST_VALUE;
     let mut reader = reader.with_limits(limits);
-    let mut head = head(&mut reader, [width, height]);
+    refuse_raw(&mut reader, name)?;
+    let profile = reader.get_tag_u8_vec(Tag::IccProfile).ok().map(|profile| Profile::parse(&profile));
+    let mut head = head(&mut reader, &profile, [width, height]);
+    let curve = profile.and_then(|profile| Some(profile?.curve));
     let orientation = Orientation::of_number(reader.find_tag_unsigned(Tag::Orientation).ok().flatten());
     let mut samples = DecodingResult::U8(Vec::new());
     let layout = reader.read_image_to_buffer(&mut samples).map_err(explain)?;
-    let texels = light(&samples, &colors, &layout, [width, height], &mut head.notes, name)?;
+    let picture = Picture { colors: &colors, planes: layout.planes, size: [width, height], name };
+    let texels = light(&samples, &picture, curve.as_ref(), &mut head.notes)?;
     if colors.has_alpha {
         head.notes.push("alpha is ignored".into());
     }
@@ -102,38 +113,58 @@ impl Colors {
 /// The texels of a picture, row by row, and a note that says what a value means.
 fn light(
     samples: &DecodingResult,
-    colors: &Colors,
-    layout: &BufferLayoutPreference,
-    size: [usize; 2],
+    picture: &Picture<'_>,
+    curve: Option<&Curve>,
     notes: &mut Vec<String>,
-    name: &str,
 ) -> Result<Vec<Pixel>, ImageError> {
-    let mut display = |bits: usize| {
-        notes.push(format!(
-            "TIFF of {bits} bits, decoded from sRGB: white is 1, and whatever was brighter has been cut off"
-        ));
+    let mut table = |bits: u32| {
+        let decoded = match curve {
+            Some(Curve::Tag(_)) => "decoded by the curve of its color profile",
+            Some(Curve::Linear) => "of linear light as its color profile says",
+            Some(Curve::Srgb) | None => "decoded from sRGB",
+        };
+        notes.push(format!("TIFF of {bits} bits, {decoded}: white is 1, and {CUT_OFF}"));
+        let (curve, most) = (curve.unwrap_or(&Curve::Srgb), (1_u32 << bits) - 1);
+        (0..=most).map(|value| curve.light(f64::from(value) / f64::from(most)) as f32).collect::<Vec<_>>()
     };
-    let picture = Picture { colors, planes: layout.planes, size, name };
-    match samples {
-        DecodingResult::F16(values) => picture.texels(values, |value| value.to_f32()),
-        DecodingResult::F32(values) => picture.texels(values, |value| *value),
-        DecodingResult::F64(values) => picture.texels(values, |value| *value as f32),
+    let encoded = curve.filter(|curve| !matches!(curve, Curve::Linear));
+    let float = |value: f32| encoded.map_or(value, |curve| curve.light(value.into()) as f32);
+    let texels = match samples {
+        DecodingResult::F16(values) => picture.texels(values, |value| float(value.to_f32())),
+        DecodingResult::F32(values) => picture.texels(values, |value| float(*value)),
+        DecodingResult::F64(values) => picture.texels(values, |value| float(*value as f32)),
         DecodingResult::U8(values) => {
-            display(8);
-            let table: Vec<_> = (0..=u8::MAX).map(|v| srgb_decode(f64::from(v) / 255.0) as f32).collect();
-            picture.texels(values, |value| table[usize::from(*value)])
+            let table = table(8);
+            return picture.texels(values, |value| table[usize::from(*value)]);
         }
         DecodingResult::U16(values) => {
-            display(16);
-            let table: Vec<_> = (0..=u16::MAX).map(|v| srgb_decode(f64::from(v) / 65535.0) as f32).collect();
-            picture.texels(values, |value| table[usize::from(*value)])
+            let table = table(16);
+            return picture.texels(values, |value| table[usize::from(*value)]);
         }
         _ => {
-            let message =
-                format!("a TIFF of floating-point numbers, 8 or 16 bits expected, found other integers; {CONVERT}");
-            Err(unsupported(name, message))
+            let message = format!("a TIFF of floats, 8 or 16 bits expected, found other integers; {CONVERT}");
+            return Err(unsupported(picture.name, message));
         }
+    };
+    if encoded.is_some() {
+        notes.push("TIFF of floating-point numbers, decoded by the curve of its color profile".into());
     }
+    texels
+}
+
+/// Refuses raw photographs, whose first picture is a thumbnail.
+fn refuse_raw(reader: &mut Reader<'_>, name: &str) -> Result<(), ImageError> {
+    const DNG_VERSION: Tag = Tag::Unknown(50706);
+    // The bit of a picture that is a smaller one of another.
+    let is_reduced = |bits: u32| bits & 1 == 1;
+    let kind = reader.find_tag_unsigned::<u32>(Tag::NewSubfileType).ok().flatten();
+    let others = [DNG_VERSION, Tag::SubIfd].map(|tag| reader.find_tag(tag).is_ok_and(|value| value.is_some()));
+    if kind.is_some_and(is_reduced) || others.contains(&true) {
+        let message =
+            "a raw photograph or another TIFF whose first picture is a thumbnail; develop it with `dcraw -4 -T IN`";
+        return Err(unsupported(name, message.into()));
+    }
+    Ok(())
 }
 
 /// How the samples of a picture lie: texel by texel, or plane by plane.
@@ -159,25 +190,40 @@ impl Picture<'_> {
 }
 
 /// What the tags say besides the texels.
-fn head(reader: &mut Reader<'_>, [width, height]: [usize; 2]) -> PictureHead {
+fn head(reader: &mut Reader<'_>, profile: &Option<Option<Profile>>, [width, height]: [usize; 2]) -> PictureHead {
     let mut head = PictureHead::new(width, height);
     if let Ok(packet) = reader.get_tag_u8_vec(XMP) {
         xmp::add_packet(&packet, &mut head.panorama, &mut head.notes);
     }
-    let primaries = reader.get_tag_f64_vec(Tag::Unknown(319)).ok();
-    let white = reader.get_tag_f64_vec(Tag::Unknown(318)).ok();
-    if let (Some(&[rx, ry, gx, gy, bx, by]), Some(&[wx, wy])) = (primaries.as_deref(), white.as_deref()) {
-        let declared = Primaries::new([rx, ry], [gx, gy], [bx, by], [wx, wy]);
+    let [colors, white] = [PRIMARY_CHROMATICITIES, WHITE_POINT].map(|tag| numbers(reader, tag));
+    if let Some(profile) = profile {
+        head.primaries = profile.as_ref().map(|profile| ("the primaries of the color profile", profile.primaries));
+        head.unclear_primaries = profile.is_none().then(|| "the color profile".to_owned());
+    } else if let (Some(colors), Some(white)) = (colors, white) {
+        let declared = match (colors.as_slice(), white.as_slice()) {
+            (&[rx, ry, gx, gy, bx, by], &[wx, wy]) => Primaries::new([rx, ry], [gx, gy], [bx, by], [wx, wy]),
+            _ => None,
+        };
         head.primaries = declared.map(|primaries| ("the primaries of the tag PrimaryChromaticities", primaries));
-    } else if let Ok(profile) = reader.get_tag_u8_vec(Tag::IccProfile) {
-        let profile = Profile::parse(&profile);
-        if profile.is_none() {
-            head.notes.push("the color profile is ignored; the primaries of Rec. 709 are assumed".into());
-        }
-        head.primaries = profile.map(|profile| ("the primaries of the color profile", profile.primaries));
+        head.unclear_primaries = declared.is_none().then(|| "the tag PrimaryChromaticities".to_owned());
     }
     if reader.more_images() {
         head.notes.push("the file holds several pictures; the first is read".into());
     }
     head
+}
+
+/// The numbers of a tag, which are fractions by the standard and floats in some files.
+fn numbers(reader: &mut Reader<'_>, tag: Tag) -> Option<Vec<f64>> {
+    let number = |value: Value| match value {
+        Value::Rational(n, d) => Some(f64::from(n) / f64::from(d)),
+        Value::SRational(n, d) => Some(f64::from(n) / f64::from(d)),
+        Value::Float(value) => Some(f64::from(value)),
+        Value::Double(value) => Some(value),
+        _ => None,
+    };
+    match reader.find_tag(tag).ok()?? {
+        Value::List(values) => values.into_iter().map(number).collect(),
+        value => Some(vec![number(value)?]),
+    }
 }

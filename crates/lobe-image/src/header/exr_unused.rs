@@ -8,8 +8,24 @@ use exr::meta::header::Header;
 /// Attributes in which programs write the color space of the values.
 const COLOR_SPACES: [&str; 3] = ["colorInteropID", "oiio:ColorSpace", "colorspace"];
 
-/// Words in the names of color spaces of linear light in the primaries of Rec. 709, or of no color.
-const USUAL: [&str; 8] = ["lin_rec709", "lin_srgb", "linear", "scene_linear", "scene-linear", "data", "raw", "unknown"];
+/// Names of linear light in the primaries of Rec. 709, or of no color, in small letters: of OpenImageIO, OpenColorIO and its configurations.
+const USUAL: [&str; 15] = [
+    "data",
+    "g10_rec709",
+    "lin_rec709",
+    "lin_rec709_scene",
+    "lin_rec709_srgb",
+    "lin_srgb",
+    "linear",
+    "linear rec.709 (srgb)",
+    "linear srgb",
+    "raw",
+    "scene-linear",
+    "scene_linear",
+    "unknown",
+    "utility - linear - rec.709",
+    "utility - linear - srgb",
+];
 
 /// Layers of renderers and denoisers that hold no light.
 const NOT_LIGHT: [&str; 11] =
@@ -31,7 +47,7 @@ pub(crate) fn notes(header: &Header, read: [usize; 3]) -> Vec<String> {
     for (key, value) in &attributes.other {
         let (key, AttributeValue::Text(value)) = (key.to_string(), value) else { continue };
         let value = value.to_string();
-        let is_usual = USUAL.iter().any(|usual| value.to_ascii_lowercase().contains(usual));
+        let is_usual = USUAL.contains(&value.to_ascii_lowercase().as_str());
         if COLOR_SPACES.contains(&key.as_str()) && !is_usual && !value.is_empty() {
             notes
                 .push(format!("{key}={value} of the header is not used: values are taken as linear light of Rec. 709"));

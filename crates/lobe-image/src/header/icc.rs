@@ -1,7 +1,7 @@
-//! Color profiles of the ICC: primaries, and whether the curve is that of sRGB.
+//! Color profiles of the ICC: primaries, and the curve from values to light.
 //!
-//! Only profiles of three primaries are understood, the kind that cameras and phones write: the tags `rXYZ`, `gXYZ`, `bXYZ` and `rTRC`
-//! ([ICC 2022], 9.2 and 10). Profiles of tables and of inks are not.
+//! Only profiles of three primaries with one curve are understood, the kind that cameras, phones and editors write: the tags `rXYZ`, `gXYZ`,
+//! `bXYZ` and `rTRC`, `gTRC`, `bTRC` ([ICC 2022], 9.2 and 10). Profiles of tables, of gray and of inks are not.
 
 use crate::picture::primaries::Primaries;
 use crate::picture::srgb::srgb_decode;
@@ -15,7 +15,42 @@ const SAME: f64 = 2e-3;
 /// What a profile says.
 pub(crate) struct Profile {
     pub(crate) primaries: Primaries,
-    pub(crate) has_curve_of_srgb: bool,
+    pub(crate) curve: Curve,
+}
+
+/// How values become light.
+pub(crate) enum Curve {
+    Srgb,
+    Linear,
+    /// The tag of the curve.
+    Tag(Vec<u8>),
+}
+
+impl Curve {
+    /// The light of a value, of which 1 is white.
+    pub(crate) fn light(&self, value: f64) -> f64 {
+        match self {
+            Self::Srgb => srgb_decode(value),
+            Self::Linear => value,
+            Self::Tag(tag) => light(tag, value).unwrap_or(value),
+        }
+    }
+
+    fn of(tag: &[u8]) -> Option<Self> {
+        let places = (0..PLACES).map(|k| k as f64 / (PLACES - 1) as f64);
+        let values: Vec<_> = places.map(|value| Some((value, light(tag, value)?))).collect::<Option<_>>()?;
+        let is = |curve: &dyn Fn(f64) -> f64| values.iter().all(|(value, light)| (light - curve(*value)).abs() < SAME);
+        if values.iter().any(|(_, light)| !light.is_finite()) {
+            return None;
+        }
+        Some(if is(&srgb_decode) {
+            Self::Srgb
+        } else if is(&|value| value) {
+            Self::Linear
+        } else {
+            Self::Tag(tag.to_vec())
+        })
+    }
 }
 
 impl Profile {
@@ -27,12 +62,9 @@ impl Profile {
         let tags = Tags(bytes);
         let [red, green, blue] = [b"rXYZ", b"gXYZ", b"bXYZ"].map(|name| tags.xyz(name));
         let primaries = Primaries::of_profile([red?, green?, blue?])?;
-        let curve = tags.find(b"rTRC")?;
-        let same = |k: usize| {
-            let value = k as f64 / (PLACES - 1) as f64;
-            light(curve, value).is_some_and(|light| (light - srgb_decode(value)).abs() < SAME)
-        };
-        Some(Self { primaries, has_curve_of_srgb: (0..PLACES).all(same) })
+        let [curve, others @ ..] = [b"rTRC", b"gTRC", b"bTRC"].map(|name| tags.find(name));
+        let is_one = others.iter().all(|other| *other == curve);
+        Some(Self { primaries, curve: Curve::of(curve.filter(|_| is_one)?)? })
     }
 }
 

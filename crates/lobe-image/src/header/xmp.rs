@@ -1,4 +1,4 @@
-//! What XMP says of a panorama: properties by name, in the namespace `GPano`.
+//! XMP of a panorama: properties by name, in the namespace `GPano`.
 //!
 //! ```text
 //!   <rdf:Description GPano:ProjectionType="equirectangular" .../>          as attributes
@@ -24,22 +24,37 @@ const MARK: &[u8] = b"ns.google.com/photos/1.0/panorama";
 /// The most elements, attributes and texts of a packet, far above any that describes a picture.
 const MOST_NODES: u32 = 1 << 18;
 
+/// The most attributes of an element.
+const MOST_ATTRIBUTES: usize = 1 << 12;
+
 /// The longest value that is kept.
 const LONGEST_VALUE: usize = 256;
+
+/// Calls `look` with the document of a packet of XMP; none if it cannot be understood.
+pub(crate) fn with_document<T>(packet: &[u8], look: impl FnOnce(&Document<'_>) -> T) -> Option<T> {
+    let text = String::from_utf8_lossy(packet);
+    // Some writers end with a zero, or begin with the mark of a byte order.
+    let text = text.trim_matches(|c: char| c == '\0' || c == '\u{feff}' || c.is_whitespace());
+    // The parser compares each attribute of an element with all before it.
+    let attributes = text.split('>').map(|part| part.bytes().filter(|byte| *byte == b'=').count()).max();
+    if attributes > Some(MOST_ATTRIBUTES) {
+        return None;
+    }
+    let options = ParsingOptions { nodes_limit: MOST_NODES, ..ParsingOptions::default() };
+    Some(look(&Document::parse_with_options(text, options).ok()?))
+}
 
 /// Adds the properties in a packet of XMP; one that cannot be understood is noted.
 pub(crate) fn add_packet(packet: &[u8], panorama: &mut Panorama, notes: &mut Vec<String>) {
     if !packet.windows(MARK.len()).any(|part| part == MARK) {
         return;
     }
-    let text = String::from_utf8_lossy(packet);
-    // Some writers end with a zero, or begin with the mark of a byte order.
-    let text = text.trim_matches(|c: char| c == '\0' || c == '\u{feff}' || c.is_whitespace());
-    let options = ParsingOptions { nodes_limit: MOST_NODES, ..ParsingOptions::default() };
-    let Ok(document) = Document::parse_with_options(text, options) else {
+    if with_document(packet, |document| add_properties(document, panorama)).is_none() {
         notes.push("its XMP speaks of a panorama and cannot be understood; it is ignored".to_owned());
-        return;
-    };
+    }
+}
+
+fn add_properties(document: &Document<'_>, panorama: &mut Panorama) {
     for element in document.descendants().filter(roxmltree::Node::is_element) {
         for attribute in element.attributes().filter(|attribute| attribute.namespace() == Some(NAMESPACE)) {
             add(attribute.name(), attribute.value(), panorama);
@@ -103,9 +118,11 @@ mod tests {
         let whole = packet("GPano:ProjectionType='equirectangular'", "");
         let (panorama, notes) = found(&whole[..whole.len() - 60]);
         assert!(panorama.is_empty() && notes.len() == 1, "cut off: {panorama:?}, {notes:?}");
+        let many: String = (0..2 * MOST_ATTRIBUTES).map(|k| format!(" a{k}=''")).collect();
+        assert_eq!(found(&packet(&many, "")).1.len(), 1, "more attributes than are compared in a moment");
         let deep = packet("", &format!("{}{}", "<a>".repeat(100_000), "</a>".repeat(100_000)));
         let _ = found(&deep);
-        let entities = format!("<!DOCTYPE a [<!ENTITY b 'c'>]>{}", whole);
+        let entities = format!("<!DOCTYPE a [<!ENTITY b 'c'>]>{whole}");
         let (panorama, notes) = found(&entities);
         assert!(panorama.is_empty() && notes.len() == 1, "entities: {panorama:?}, {notes:?}");
     }

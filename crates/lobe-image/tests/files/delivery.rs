@@ -71,6 +71,56 @@ fn a_tiff_of_eight_bits_is_decoded_from_srgb_and_says_so() {
     assert!(report.notes[0].contains("cut off"), "{:?}", report.notes);
 }
 
+/// A value of `data/delivery.py` in Rec. 2020, six times white and more, as Rec. 709: the matrix of ITU-R BT.2087 to four digits.
+fn from_rec_2020([r, g, b]: [f64; 3]) -> [f64; 3] {
+    [[1.6605, -0.5876, -0.0728], [-0.1246, 1.1329, -0.0083], [-0.0182, -0.1006, 1.1187]]
+        .map(|[x, y, z]| x * r + y * g + z * b)
+}
+
+/// A file in Rec. 2020 is taken as it is with a note, and converted where that is asked for; nothing is cut.
+fn has_the_primaries_of_rec_2020(bytes: &[u8], what: &str) {
+    let wide = |column, row| light(column, row)[1].map(|c| c + 5.0);
+    let (picture, report) = read(bytes);
+    let error = relative_error(&picture, wide);
+    assert!(error < 1e-6, "{what}: {error}");
+    assert!(report.notes.len() == 1 && report.notes[0].contains("are not those of Rec. 709"), "{:?}", report.notes);
+    let options = PictureReadOptions::default().to_rec_709(true);
+    let (picture, _) = read_picture_bytes(bytes, "test", &options).unwrap();
+    // The digits of the matrix, and those of the chromaticities in a file.
+    let error = relative_error(&picture, |column, row| from_rec_2020(wide(column, row)));
+    assert!(error < 1e-3, "{what}, converted: {error}");
+}
+
+#[test]
+fn colors_of_a_tiff_are_those_that_its_tags_or_its_profile_tell() {
+    has_the_primaries_of_rec_2020(include_bytes!("../data/wide.tif"), "TIFF");
+    let (picture, report) = read(include_bytes!("../data/adobe.tif"));
+    // Adobe RGB has the power 563/256.
+    let expected = (128.0_f64 / 255.0).powf(563.0 / 256.0);
+    let error = relative_error(&picture, |_, _| [expected; 3]);
+    assert!(error < 1e-5, "{error}");
+    assert!(report.notes[0].contains("decoded by the curve of its color profile"), "{:?}", report.notes);
+    assert!(report.notes[1].contains("the primaries of the color profile are not"), "{:?}", report.notes);
+}
+
+#[test]
+fn a_raw_photograph_is_refused_rather_than_read_as_its_thumbnail() {
+    let error = refusal(include_bytes!("../data/raw.tif")).to_string();
+    assert!(error.contains("thumbnail") && error.contains("dcraw"), "{error}");
+}
+
+#[test]
+fn profiles_that_are_not_understood_are_refused_where_colors_are_to_be_converted() {
+    let mut tiff = include_bytes!("../data/adobe.tif").to_vec();
+    let at = tiff.windows(4).position(|four| four == b"acsp").unwrap();
+    tiff[at] = b'x';
+    let notes = read(&tiff).1.notes;
+    assert!(notes[1].contains("the color profile cannot be understood"), "{notes:?}");
+    let options = PictureReadOptions::default().to_rec_709(true);
+    let error = read_picture_bytes(&tiff, "test", &options).unwrap_err();
+    assert!(matches!(error, ImageError::Refused { .. }), "{error}");
+}
+
 /// What libultrahdr 1.4.0 decodes at these columns and rows.
 const DECODED: [(usize, usize, [f64; 3]); 5] = [
     (0, 0, [0.064697265625, 0.061065673828125, 0.255615234375]),
@@ -254,20 +304,25 @@ mod jpeg_xl {
     #[test]
     fn jpeg_xl_by_pq_has_diffuse_white_at_one_and_nothing_is_tone_mapped() {
         let (picture, report) = read(include_bytes!("../data/pq.jxl"));
-        // From the primaries of Rec. 2020 to those of Rec. 709, the matrix of ITU-R BT.2087 to four digits.
-        const MATRIX: [[f64; 3]; 3] =
-            [[1.6605, -0.5876, -0.0728], [-0.1246, 1.1329, -0.0083], [-0.0182, -0.1006, 1.1187]];
-        // Where blue is much darker than the others, four digits of the matrix are a thousandth of it; the file has 16 bits.
-        let rounding = 5e-3;
+        // The file has 16 bits, of which the last is 1.5e-4 of the light at these values.
+        let rounding = 1e-3;
         for (column, row) in [(0, 0), (16, 8), (31, 15), (31, 0)] {
             let encoded = [0.2 + column as f64 / 64.0, 0.2 + row as f64 / 32.0, 0.4];
-            let [r, g, b] = encoded.map(|value| luminance(value) / 203.0);
-            let expected = MATRIX.map(|[x, y, z]| x * r + y * g + z * b);
+            let expected = encoded.map(|value| luminance(value) / 203.0);
             let found = picture.pixel(column, row).map(f64::from);
-            let error = (0..3).map(|c| (found[c] - expected[c].max(0.0)).abs()).fold(0.0, f64::max);
+            let error = (0..3).map(|c| (found[c] - expected[c]).abs()).fold(0.0, f64::max);
             let largest = expected.into_iter().fold(0.0, f64::max);
             assert!(error < rounding * largest, "({column}, {row}): {found:?} for {expected:?}");
         }
         assert!(report.notes[0].contains("203 cd/m²"), "{:?}", report.notes);
+        assert!(report.notes[1].contains("are not those of Rec. 709"), "{:?}", report.notes);
+    }
+
+    #[test]
+    fn jpeg_xl_of_gray_and_of_another_gamut_keeps_what_is_brighter_than_white() {
+        let (picture, _) = read(include_bytes!("../data/gray.jxl"));
+        let error = relative_error(&picture, |column, row| [light(column, row)[1][0] + 5.0; 3]);
+        assert!(error < 1e-6, "{error}");
+        has_the_primaries_of_rec_2020(include_bytes!("../data/wide.jxl"), "JPEG XL");
     }
 }

@@ -231,7 +231,8 @@ fn what_a_header_says_of_the_light_and_other_layers_of_light_are_noted() {
     let channels = planes(&["R", "G", "B", "spec.R", "spec.G", "spec.B", "normal.R", "left.Y"], SampleType::F16, SIZE);
     let plain = read(&exr_picture(SIZE, SCAN_LINES, channels)).1;
     assert_eq!(plain.notes, ["layers that are not read: left, spec"], "layers");
-    let spaces = [("colorInteropID", "lin_rec2020_scene"), ("oiio:ColorSpace", "Linear"), ("colorspace", "ARRI LogC")];
+    let spaces =
+        [("colorInteropID", "lin_rec709_scene"), ("oiio:ColorSpace", "Linear Rec.2020"), ("colorspace", "ARRI LogC")];
     let bytes = exr_with_attributes(SIZE, |attributes| {
         attributes.white_luminance = Some(100.0);
         attributes.multi_view_names = Some(vec!["left".into(), "right".into()]);
@@ -240,9 +241,9 @@ fn what_a_header_says_of_the_light_and_other_layers_of_light_are_noted() {
     let mut notes = read(&bytes).1.notes;
     notes.sort();
     let expected = [
-        "colorInteropID=lin_rec2020_scene of the header is not used: values are taken as linear light of Rec. 709",
         "colorspace=ARRI LogC of the header is not used: values are taken as linear light of Rec. 709",
         "of the views left, right one is read, left",
+        "oiio:ColorSpace=Linear Rec.2020 of the header is not used: values are taken as linear light of Rec. 709",
         "whiteLuminance=100 of the header is not used: a value is taken as radiance",
     ];
     assert_eq!(notes, expected, "attributes");
