@@ -25,8 +25,9 @@ const MOST_TEXELS: usize = 1 << 35;
 #[derive(Args)]
 pub(crate) struct MapPath {
     /// The environment map: an .exr, .hdr, .pfm, .png or .jpg picture, a cube map as .ktx2 or .dds, FOLDER/PREFIX%.exr (or
-    /// another extension; or FOLDER alone) for the six files of a cube, or bundled:NAME. The files are named px to nz or mz, posx to negz, or as
-    /// photographs right, left, top or up, bottom or down, front, back, or rt, lf, up, dn, ft, bk, or r, l, u, d, f, b, or with numbers from 0 or 1 on
+    /// another extension; or FOLDER alone) for the six files of a cube, or bundled:NAME. The files are named px to nz
+    /// or mz, posx to negz, or as photographs right, left, top or up, bottom or down, front, back, or rt, lf, up, dn,
+    /// ft, bk, or r, l, u, d, f, b, or with numbers from 0 or 1 on
     #[arg(value_name = "IN")]
     path: PathBuf,
     /// How the picture shows the surroundings [default: what the file or its proportions tell: lat-long if it is twice as wide
@@ -37,9 +38,10 @@ pub(crate) struct MapPath {
     /// that lobe wrote do, but .dds and .pfm]
     #[arg(long)]
     from_left_handed: bool,
-    /// The faces of a cube in their order in the picture or the numbered files, as front,right,back,left,up,down or in letters FRBLUD: names of
-    /// sides for photographs, with front in the middle of the panorama; or px,nx,py,ny,pz,nz. Sheets of 3:2 and 2:3 are cubes only by this or
-    /// --from cube [default: what the names of files tell, else px,nx,py,ny,pz,nz]
+    /// The faces of a cube in their order in the picture or the numbered files, as front,right,back,left,up,down or in
+    /// letters FRBLUD: names of sides for photographs, with front in the middle of the panorama; or px,nx,py,ny,pz,nz.
+    /// Sheets of 3:2 and 2:3 are cubes only by this or --from cube [default: what the names of files tell, else
+    /// px,nx,py,ny,pz,nz]
     #[arg(long, value_name = "ORDER")]
     faces: Option<FaceOrder>,
     /// Of a cropped panorama, which shows all around but not all of the height: the degrees that it is high, half of them

@@ -29,8 +29,8 @@ pub(crate) struct MapOutput {
     /// Of a cube: make its faces for left-handed directions, as Direct3D and three.js want them
     #[arg(long)]
     left_handed: bool,
-    /// Of .ktx2 and .dds: how a texel is stored [default: rgba16f, or rgba32f where that would lose more than 1 % of the light to suns
-    /// above 65504; r11g11b10f in .ktx, which holds nothing else]
+    /// Of .ktx2 and .dds: how a texel is stored [default: rgba16f, or rgba32f where that would lose more than 1 % of
+    /// the light to suns above 65504; r11g11b10f in .ktx, which holds nothing else]
     #[arg(long, value_enum)]
     texels: Option<Texels>,
     /// Of .ktx2: compress with Zstandard
@@ -222,7 +222,7 @@ impl MapOutput {
         match &self.output {
             MapFile::Picture(picture) if map.mapping() == Mapping::Cube => {
                 let layout = self.layout.unwrap_or(Layout::HorizontalCross).into();
-                let options = options.mapping(self.handedness().mapping_name().map(str::to_owned));
+                let options = options.mapping(self.handedness().told_name().to_owned());
                 picture.write(&map.into_cube_map()?.to_picture(layout, self.handedness()), &options, talk)
             }
             MapFile::Picture(picture) => picture.write_map(&map, &options, talk),

@@ -111,8 +111,11 @@ pub(crate) fn note_clamped(name: &str, report: PictureWriteReport, talk: Talk) {
             Some("ktx") => ".ktx2 with --texels rgba32f holds all",
             _ => ".exr holds all",
         };
-        let lost =
-            if report.lost > 0.0 { format!(" and loses {} of the light", percent(report.lost)) } else { String::new() };
+        let lost = if report.lost > 0.0 {
+            format!(", which loses {} of the light", percent(report.lost))
+        } else {
+            String::new()
+        };
         let sun = if report.lost > 0.0 { ", and lobe env sun takes a sun out" } else { "" };
         talk.note(name, &format!("{texels} outside of what this format holds and moved into it{lost}; {instead}{sun}"));
     }

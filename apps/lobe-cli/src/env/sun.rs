@@ -22,7 +22,8 @@ pub(crate) struct EnvSun {
     input: MapInput,
     #[command(flatten)]
     output: MapOutput,
-    /// The most suns or lamps to take out, from the brightest on, 1 to 1024; where there are fewer, a note says what was in the way
+    /// The most suns or lamps to take out, from the brightest on, 1 to 1024; where there are fewer, a note says what
+    /// was in the way
     #[arg(long, value_name = "N", default_value = "1", value_parser = count)]
     count: usize,
     /// The largest radius of what may be a sun, in degrees
@@ -41,8 +42,8 @@ pub(crate) struct EnvSun {
     /// With --light: the order (number of bands), 1 to 256 [default: 3]
     #[arg(long, value_name = "N", value_parser = values::order, requires = "light")]
     order: Option<usize>,
-    /// Print {"direction", "irradiance", "radiance", "diameter", "texels"} instead of text, with --count {"suns": [..]} of them; the diameter is
-    /// in degrees
+    /// Print {"direction", "irradiance", "radiance", "diameter", "texels"} instead of text, with --count {"suns": [..]}
+    /// of them; the diameter is in degrees
     #[arg(long)]
     json: bool,
 }
@@ -104,7 +105,7 @@ impl EnvSun {
                 let disc =
                     Light::Cone { dir, half_angle, color: sun.radiance() }.project(order, Normalization::None)?;
                 all = Some(match all {
-                    Some(all) => all + disc,
+                    Some(all) => &all + &disc,
                     None => disc,
                 });
             }

@@ -22,8 +22,8 @@ use crate::run::system::stdout;
 /// The exit code for "compared and different", and for "looked and found nothing": answers, not errors.
 const DIFFERENT: u8 = 1;
 
-/// What was looked for is not there, though all went well; the message says what. The exit code is that of a comparison that finds a
-/// difference.
+/// What was looked for is not there, though all went well; the message says what. The exit code is that of a comparison
+/// that finds a difference.
 #[derive(Debug)]
 pub(crate) struct NotFound(pub(crate) String);
 

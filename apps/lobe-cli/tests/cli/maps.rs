@@ -317,7 +317,7 @@ fn a_sun_that_half_floats_cannot_hold_is_written_as_floats_by_default_and_its_lo
         for texels in ["rgba16f", "rgb9e5", "r11g11b10f", "bc6h"] {
             let (_, notes) = dir.lobe(&format!("env convert sun.pfm -o {name} --size 32 --texels {texels}")).succeeds();
             let told = notes.contains("% of the light; --texels rgba32f holds all, and lobe env sun takes a sun out");
-            assert!(told && notes.contains("and loses 9"), "{texels}: {notes}");
+            assert!(told && notes.contains("which loses 9"), "{texels}: {notes}");
         }
     }
     let (_, notes) = dir.lobe("env convert sun.pfm -o half.exr --half").succeeds();
@@ -345,8 +345,11 @@ fn cubes_of_photographs_are_read_in_the_order_that_is_told_and_the_assumption_is
         let map = read_any(&dir, "told.pfm");
         // The front is in the middle, and the right on its right.
         let at = |x: usize, y: usize| map.texel(x, y).g;
-        assert_eq!([at(16, 8), at(24, 8), at(0, 8), at(8, 8)], [1.0, 2.0, 3.0, 4.0], "{input}: the horizon");
-        assert_eq!([at(16, 0), at(16, 15)], [5.0, 6.0], "{input}: up and down");
+        let found = [at(16, 8), at(24, 8), at(0, 8), at(8, 8), at(16, 0), at(16, 15)];
+        for (face, light) in found.into_iter().enumerate() {
+            // Rows near the equator are balanced to keep the light of the whole.
+            assert!((light - 1.0 - face as f32).abs() < 0.01, "{input}: face {face} has {light}");
+        }
     }
     let line = dir.lobe("env convert row.pfm --faces front,right,back,left,up,up -o x.pfm").error();
     assert!(line.contains("up twice"), "{line}");

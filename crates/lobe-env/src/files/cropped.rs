@@ -28,7 +28,8 @@ pub enum Padding {
 /// The part of a lat-long map of the whole sphere that a picture shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Shown {
-    /// The left edge and the width, in parts of the whole width. What reaches beyond the right edge goes on at the left one.
+    /// The left edge and the width, in parts of the whole width. What reaches beyond the right edge goes on at the left
+    /// one.
     pub(crate) columns: [f64; 2],
     /// The lowest and the highest elevation, in radians.
     pub(crate) elevations: [f64; 2],
@@ -63,11 +64,11 @@ impl Shown {
 ///   c = w (u - left)/s - 1/2           the column of the picture at the part u of the width of the map, counted around
 /// ```
 ///
-/// This follows from the definition of the [lat-long mapping](crate::mapping::lat_long). Cameras note the same in whole texels:
-/// the picture begins at row `CroppedAreaTopPixels` of `FullPanoHeightPixels` [Google 2013].
+/// This follows from the definition of the [lat-long mapping](crate::mapping::lat_long). Cameras note the same in whole
+/// texels: the picture begins at row `CroppedAreaTopPixels` of `FullPanoHeightPixels` [Google 2013].
 ///
-/// A texel of the map is interpolated between the two rows at `r` and the two columns at `c`; where these are whole it is one of
-/// the picture.
+/// A texel of the map is interpolated between the two rows at `r` and the two columns at `c`; where these are whole it
+/// is one of the picture.
 pub(crate) fn whole_map(
     picture: &Picture,
     shown: &Shown,

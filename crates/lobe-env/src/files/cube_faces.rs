@@ -13,7 +13,8 @@ use lobe_sh::Rgb;
 use crate::mapping::cube::FACES;
 use crate::{CubeHandedness, CubeLayout, CubeMap, EnvError, FaceAssumption, FaceNames, FaceOrder, MapReadOptions};
 
-/// The names of the faces +X, -X, +Y, -Y, +Z, -Z in the names of files, in any of [`cases`]. The first ones are written, all are read.
+/// The names of the faces +X, -X, +Y, -Y, +Z, -Z in the names of files, in any of [`cases`]. The first ones are
+/// written, all are read.
 const AXES: [[&str; FACES]; 6] = [
     ["px", "nx", "py", "ny", "pz", "nz"],
     ["px", "mx", "py", "my", "pz", "mz"],
@@ -157,9 +158,10 @@ impl FaceFiles {
         self.named(&AXES[0].map(str::to_owned))
     }
 
-    /// The files of the faces that are read, of which most are there; none if none is. In the place of the percent sign are `px` to `nz`
-    /// or to `mz`, `posx` to `negz`, `xpos` to `zneg`, `+x` to `-z`; `right`, `left`, `top` or `up`, `bottom` or `down`, `front` and `back`; `rt`, `lf`, `up`, `dn`, `ft` and
-    /// `bk`; `r`, `l`, `u`, `d`, `f` and `b`; or six numbers from 0 or 1 on, of one to four digits. Letters may be large.
+    /// The files of the faces that are read, of which most are there; none if none is. In the place of the percent sign
+    /// are `px` to `nz` or to `mz`, `posx` to `negz`, `xpos` to `zneg`, `+x` to `-z`; `right`, `left`, `top` or `up`,
+    /// `bottom` or `down`, `front` and `back`; `rt`, `lf`, `up`, `dn`, `ft` and `bk`; `r`, `l`, `u`, `d`, `f` and `b`;
+    /// or six numbers from 0 or 1 on, of one to four digits. Letters may be large.
     #[must_use]
     pub fn to_read(&self) -> Option<[PathBuf; FACES]> {
         self.found().map(|(files, _)| files)
@@ -223,7 +225,7 @@ pub(crate) fn read_cube_faces(
             FaceOrder::usual(FaceNames::Sides)
         }
         (Some(order), _) => order,
-        (None, Some(FaceNames::Sides)) if is_open => FaceOrder::usual(FaceNames::Sides),
+        (None, Some(FaceNames::Sides)) if is_open && reports[0].mapping.is_none() => FaceOrder::usual(FaceNames::Sides),
         (None, _) => FaceOrder::usual(FaceNames::Axes),
     };
     let assumed = match order.names() {
@@ -231,7 +233,8 @@ pub(crate) fn read_cube_faces(
         FaceNames::Sides => FaceAssumption::Photographs,
     };
     let cube = order.cube(reports[0].width, faces, options.handedness)?;
-    Ok((cube, reports, is_open.then_some(assumed)))
+    let is_told = reports[0].mapping.is_some();
+    Ok((cube, reports, (is_open && !is_told).then_some(assumed)))
 }
 
 /// Writes a cube as [six files](FaceFiles::to_write), in a format of [`write_env`](crate::write_env), or as `.png`, tone-mapped
@@ -248,7 +251,7 @@ pub fn write_cube_faces(
     options: &PictureWriteOptions,
 ) -> Result<PictureWriteReport, ImageError> {
     let io = |path: &Path, source| ImageError::Io { place: path.display().to_string(), source };
-    let options = options.clone().mapping(handedness.mapping_name().map(str::to_owned));
+    let options = options.clone().mapping(handedness.told_name().to_owned());
     let paths = files.to_write();
     for path in &paths {
         check_writable(path).map_err(|e| io(path, e))?;

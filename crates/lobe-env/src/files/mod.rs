@@ -2,9 +2,10 @@
 //! the writers.
 //!
 //! Read [`read_options`] first, then [`read_map`]. Decoding and encoding belong to `lobe-image`; this room finds the mapping,
-//! interprets the attribute `envmap` of OpenEXR ([`exr_envmap`]), completes cropped panoramas ([`cropped`], by what [`panorama`] finds in XMP) and makes maps of
-//! fisheye pictures ([`fisheye`], by the rays of [`fisheye_rays`]). A map that is only projected need not be read whole
-//! ([`project_map_file()`]). Uses `map`, `mapping`, `projection` and `resample`.
+//! interprets the attribute `envmap` of OpenEXR ([`exr_envmap`]), completes cropped panoramas ([`cropped`], by what
+//! [`panorama`] finds in XMP) and makes maps of fisheye pictures ([`fisheye`], by the rays of [`fisheye_rays`]). A map
+//! that is only projected need not be read whole ([`project_map_file()`]). Uses `map`, `mapping`, `projection` and
+//! `resample`.
 
 pub mod bundled;
 pub(crate) mod cropped;

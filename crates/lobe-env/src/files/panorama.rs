@@ -29,8 +29,8 @@ const SAME_SCALE: f64 = 0.01;
 
 type Properties = BTreeMap<String, String>;
 
-/// The part of the sphere that a picture of this size shows; none if the properties tell of no crop. Remarks for the caller go
-/// to `told`; `place` stands for the file in messages.
+/// The part of the sphere that a picture of this size shows; none if the properties tell of no crop. Remarks for the
+/// caller go to `told`; `place` stands for the file in messages.
 ///
 /// # Errors
 /// [`EnvError::UnknownMapping`] if the panorama has another projection, or the picture would lie outside of it.

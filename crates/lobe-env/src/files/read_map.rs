@@ -95,30 +95,33 @@ impl MappedMap {
 ///
 /// The format is detected from the file's contents, not from its name.
 ///
-/// * `FOLDER/PREFIX%.EXT` stands for the six faces of a cube as [`FaceFiles::to_read`] names them, `FOLDER` for the one cube in it,
-///   `bundled:NAME` for a map that is [part of the library](crate::bundled).
-/// * A texture (KTX2, KTX, DDS; [`read_cube_texture_bytes`] lists the texel formats) is a cube map, or if it holds a single picture, that. Faces, their order and
-///   handedness are those of [`CubeMap`].
-/// * Another picture ([`lobe_image::read_picture`] lists the formats) is in the mapping of [`MapReadOptions::mapping`]. By
-///   default it is the one that [`write_env`](crate::write_env) has written into the file, or it follows from the proportions: lat-long if the picture is twice as wide as high, a cube if it is a cross, a
-///   row or a column of six faces, which [`MapReadReport::layout`] reports.
-/// * With the attribute `envmap` of OpenEXR a picture is a lat-long map or a cube, whose outer texels lie on the edges of
-///   the picture or of its faces, as the format defines it: unless a mapping is asked for, the map is moved to Lobe's
-///   centers by interpolation. The center of the lat-long picture, the format's +z, becomes +x as in every lat-long
-///   picture, and the cube turns alike: `(x, y, z)` is the format's `(Z, X, Y)`.
+/// * `FOLDER/PREFIX%.EXT` stands for the six faces of a cube as [`FaceFiles::to_read`] names them, `FOLDER` for the one
+///   cube in it, `bundled:NAME` for a map that is [part of the library](crate::bundled).
+/// * A texture (KTX2, KTX, DDS; [`read_cube_texture_bytes`] lists the texel formats) is a cube map, or if it holds a
+///   single picture, that. Faces, their order and handedness are those of [`CubeMap`].
+/// * Another picture ([`lobe_image::read_picture`] lists the formats) is in the mapping of [`MapReadOptions::mapping`].
+///   By default it is the one that [`write_env`](crate::write_env) has written into the file, or it follows from the
+///   proportions: lat-long if the picture is twice as wide as high, a cube if it is a cross, a row or a column of six
+///   faces, which [`MapReadReport::layout`] reports.
+/// * With the attribute `envmap` of OpenEXR a picture is a lat-long map or a cube, whose outer texels lie on the edges
+///   of the picture or of its faces, as the format defines it: unless a mapping is asked for, the map is moved to
+///   Lobe's centers by interpolation. The center of the lat-long picture, the format's +z, becomes +x as in every
+///   lat-long picture, and the cube turns alike: `(x, y, z)` is the format's `(Z, X, Y)`.
 ///
-/// * A panorama that shows all around but not all of the height is completed by [`MapReadOptions::elevations`]. One whose XMP says
-///   that it is a crop, as cameras write it (`GPano`), lies where that says. What it does not show is [`MapReadOptions::padding`].
+/// * A panorama that shows all around but not all of the height is completed by [`MapReadOptions::elevations`]. One
+///   whose XMP says that it is a crop, as cameras write it (`GPano`), lies where that says. What it does not show is
+///   [`MapReadOptions::padding`].
 ///
-/// * The round picture of a fisheye lens becomes a lat-long map by [`MapReadOptions::fisheye`], unless the file says that it is a map
-///   already.
+/// * The round picture of a fisheye lens becomes a lat-long map by [`MapReadOptions::fisheye`], unless the file says
+///   that it is a map already.
 ///
-/// * The faces of a cube that a tool for panoramas made are photographs, in an order of its own: [`MapReadOptions::faces`] says which. Six
-///   files that are named by sides, as front and back, are taken for photographs. [`MapReadReport::assumed`] is what was assumed.
+/// * The faces of a cube that a tool for panoramas made are photographs, in an order of its own:
+///   [`MapReadOptions::faces`] says which. Six files that are named by sides, as front and back, are taken for
+///   photographs. [`MapReadReport::assumed`] is what was assumed.
 ///
-/// * Faces of a cube that [`write_cube`](crate::write_cube()) and [`write_cube_faces`](crate::write_cube_faces) made left-handed are turned around again, but
-///   from `.dds`, `.ktx` and `.pfm`, which have no room to say so: for them, and for other programs' files, there is
-///   [`MapReadOptions::handedness`].
+/// * Faces of a cube that [`write_cube`](crate::write_cube()) and [`write_cube_faces`](crate::write_cube_faces) made
+///   left-handed are turned around again, but from `.dds`, `.ktx` and `.pfm`, which have no room to say so: for them,
+///   and for other programs' files, there is [`MapReadOptions::handedness`].
 ///
 /// A file is opened and decoded once.
 ///
@@ -188,8 +191,8 @@ pub fn read_map_bytes(
         let (picture, report) = read_bytes(bytes, name, &options.picture)?;
         let options = &options.for_file(report.mapping.as_deref(), &mut told);
         let kept = report.mapping.as_deref().and_then(Mapping::from_name);
-        let is_left = CubeHandedness::is_left(report.mapping.as_deref());
-        let known = kept.or(is_left.then_some(Mapping::Cube)).map(Mapping::name);
+        let is_cube = CubeHandedness::is_told(report.mapping.as_deref());
+        let known = kept.or(is_cube.then_some(Mapping::Cube)).map(Mapping::name);
         if let Some(found) = known.or(report.envmap.map(|_| "a map by its attribute envmap")) {
             options.expect_no_fisheye(name, found)?;
         }

@@ -37,8 +37,9 @@ pub struct MapReadOptions {
     pub padding: Padding,
     /// The handedness for which the faces of a cube were made; by default what the file says, else right.
     pub handedness: CubeHandedness,
-    /// The faces of a cube in their order in the picture, the texture or the numbered files; names of sides say that they are
-    /// photographs. Of files that are named by sides, the names tell which is which. By default the file or its name tells it, else they are +X to -Z.
+    /// The faces of a cube in their order in the picture, the texture or the numbered files; names of sides say that
+    /// they are photographs. Of files that are named by sides, the names tell which is which. By default the file or
+    /// its name tells it, else they are +X to -Z.
     #[setters(into)]
     pub faces: Option<FaceOrder>,
 }

@@ -58,8 +58,8 @@ fn with_mapping(options: &PictureWriteOptions, map: &MappedMap) -> PictureWriteO
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct CubeWriteOptions {
-    /// The texel format; by default half floats, or floats where those would lose more than [`CubeWriteOptions::MOST_LOST`] of the
-    /// light. A `.ktx` holds R11G11B10F only.
+    /// The texel format; by default half floats, or floats where those would lose more than
+    /// [`CubeWriteOptions::MOST_LOST`] of the light. A `.ktx` holds R11G11B10F only.
     #[setters(into)]
     pub texels: Option<TexelFormat>,
     /// Compress `.ktx2` with Zstandard, without loss.
@@ -69,7 +69,8 @@ pub struct CubeWriteOptions {
 }
 
 impl CubeWriteOptions {
-    /// The most of the light that the format loses which is chosen by default, 1 %: an error that is seen in no picture.
+    /// The most of the light that the format loses which is chosen by default, 1 %: an error that is seen in no
+    /// picture.
     pub const MOST_LOST: f64 = 0.01;
 
     /// The texel format in which a chain is written to a path.

@@ -32,6 +32,18 @@ impl CubeHandedness {
         (self == Self::Left).then_some("cube-left-handed")
     }
 
+    /// The name by which a picture keeps the handedness of its cube, right or left: [`read_map`](crate::read_map())
+    /// need not assume one.
+    #[must_use]
+    pub fn told_name(self) -> &'static str {
+        self.mapping_name().unwrap_or("cube-right-handed")
+    }
+
+    /// Whether a file says for which handedness the faces of its cube are.
+    pub(crate) fn is_told(mapping: Option<&str>) -> bool {
+        [Self::Right, Self::Left].iter().any(|handedness| mapping == Some(handedness.told_name()))
+    }
+
     /// Whether a file says that the faces of its cube are left-handed.
     pub(crate) fn is_left(mapping: Option<&str>) -> bool {
         mapping.is_some() && mapping == Self::Left.mapping_name()
@@ -191,8 +203,8 @@ impl CubeMap {
         Self::from_picture_in_order(picture, &FaceOrder::usual(FaceNames::Axes), handedness)
     }
 
-    /// The map in a picture of all faces, which stand in this order, row after row. A cross tells by itself which face is where:
-    /// there the order only says whether they are photographs.
+    /// The map in a picture of all faces, which stand in this order, row after row. A cross tells by itself which face
+    /// is where: there the order only says whether they are photographs.
     ///
     /// # Errors
     /// [`EnvError::Options`] if the proportions are wrong.

@@ -2,11 +2,13 @@
 //!
 //! ```text
 //!   px nx py ny pz nz                     the faces of graphics interfaces, see CubeHandedness
-//!   right left up down front back         photographs from the center: front is the middle of the panorama, Lobe's +x, right is -y;
-//!                                         the lower edge of up and the upper edge of down are at the front
+//! right left up down front back         photographs from the center: front is the middle of the panorama, Lobe's +x,
+//! right is -y;                                         the lower edge of up and the upper edge of down are at the
+//! front
 //! ```
 //!
-//! Tools for panoramas make photographs, in many orders: front, right, back, left, up, down; right, left, up, down, front, back.
+//! Tools for panoramas make photographs, in many orders: front, right, back, left, up, down; right, left, up, down,
+//! front, back.
 
 use std::fmt;
 use std::str::FromStr;
@@ -99,9 +101,9 @@ impl FaceOrder {
 
 /// The faces of a left-handed cube, +X to -Z, from photographs of right, left, up, down, front and back.
 ///
-/// Their +X is Lobe's -x, and their +Z its -y ([`CubeHandedness::Left`]), so the front, +x, is the face -X, and the others follow around.
-/// The upper and the lower face of the cube have the face +Z, which shows what is on the right, at their lower and upper edge: both photographs are turned by
-/// a quarter.
+/// Their +X is Lobe's -x, and their +Z its -y ([`CubeHandedness::Left`]), so the front, +x, is the face -X, and the
+/// others follow around. The upper and the lower face of the cube have the face +Z, which shows what is on the right,
+/// at their lower and upper edge: both photographs are turned by a quarter.
 fn of_photographs(size: usize, faces: [Vec<Rgb<f32>>; FACES]) -> [Vec<Rgb<f32>>; FACES] {
     let [right, left, up, down, front, back] = faces;
     if [&up, &down].iter().any(|face| face.len() != size * size) {

@@ -220,7 +220,8 @@ impl MappedMap {
         rows.into_iter().fold(Rgb::ZERO, |sum, row| sum + row).scale(0.25 * std::f64::consts::FRAC_1_PI)
     }
 
-    /// The share of the light of the sphere that channels have above `most`, 0 to 1: what a format loses whose numbers end there.
+    /// The share of the light of the sphere that channels have above `most`, 0 to 1: what a format loses whose numbers
+    /// end there.
     #[must_use]
     pub fn share_beyond(&self, most: f32) -> f64 {
         let solid_angles = SolidAngles::new(self.grid());

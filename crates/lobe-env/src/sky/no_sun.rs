@@ -24,7 +24,8 @@ pub enum NoSun {
         /// Its radius in radians, as far as it was looked at.
         radius: f64,
     },
-    /// It is only `times` as bright as what surrounds it ([`SunOptions::min_contrast`](crate::SunOptions::min_contrast)).
+    /// It is only `times` as bright as what surrounds it
+    /// ([`SunOptions::min_contrast`](crate::SunOptions::min_contrast)).
     Faint {
         /// Where it is.
         at: Dir,

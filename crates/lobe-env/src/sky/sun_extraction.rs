@@ -21,10 +21,12 @@ use crate::{MappedMap, Mapping, NoSun};
 /// surroundings, far below a texel that the sun covers partly.
 const EDGE: f64 = 0.05;
 
-/// Bright texels that are no farther apart, in texels, belong together: diagonal neighbors do, those with a dark one between do not.
+/// Bright texels that are no farther apart, in texels, belong together: diagonal neighbors do, those with a dark one
+/// between do not.
 const JOINED: f64 = 1.6;
 
-/// The most bright places beside a sun that are other lights: more are the sparkle of water, leaves before a sky, or panes.
+/// The most bright places beside a sun that are other lights: more are the sparkle of water, leaves before a sky, or
+/// panes.
 const MOST_OTHERS: usize = 3;
 
 /// The ring around the sun, in texels beyond its edge: it begins outside the light that the picture's own filter
@@ -119,14 +121,15 @@ pub fn extract_sun(map: &MappedMap, options: &SunOptions) -> Option<SunReport> {
 
 /// Extracts the sun: the brightest small light of a map.
 ///
-/// There is one if all of this holds, by luminance, of the brightest texel and of all texels joined to it that are at least a
-/// twentieth as bright:
+/// There is one if all of this holds, by luminance, of the brightest texel and of all texels joined to it that are at
+/// least a twentieth as bright:
 ///
 /// * they fit into a disc of [`SunOptions::max_radius`]: a window, a softbox or a bright cloud does not;
 /// * the brightest is [`SunOptions::min_contrast`] times as bright as the ring around that disc: a bright place in a
 ///   bright sky is not;
 /// * it is [`SunOptions::min_peak`] times as bright as the mean of the map: nothing in an overcast sky is;
-/// * near them are few other places that are so bright. Two suns that texels part are two: the ring leaves the other one out.
+/// * near them are few other places that are so bright. Two suns that texels part are two: the ring leaves the other
+///   one out.
 ///
 /// Towards the rim of a ball's picture texels are long: `4/(N sin(δ/2))` with `N` texels across, at the angle `δ` from
 /// the direction behind the ball, and the origin of light within a texel is unknown. The energy is accurate to 2 %
@@ -134,7 +137,8 @@ pub fn extract_sun(map: &MappedMap, options: &SunOptions) -> Option<SunReport> {
 /// nearer (test `behind_a_ball_the_energy_is_found_and_the_place_as_well_as_texels_are_long`). At the rims of the other
 /// round pictures suns are found as anywhere.
 ///
-/// The rest may hold a lamp: a small one in a dark room cannot be told from a sun. [`extract_suns`](crate::extract_suns()) finds the next ones.
+/// The rest may hold a lamp: a small one in a dark room cannot be told from a sun.
+/// [`extract_suns`](crate::extract_suns()) finds the next ones.
 ///
 /// # Errors
 /// [`NoSun`], which says what the brightest place lacks.
@@ -264,8 +268,8 @@ fn texels_near(map: &MappedMap, center: Dir, angle: f64) -> Vec<Texel> {
     parallel::map(map.height(), &row).concat()
 }
 
-/// Bright texels apart: those that are joined to the peak through neighbors within `gap`, and all others; none if the others are more
-/// places than [`MOST_OTHERS`].
+/// Bright texels apart: those that are joined to the peak through neighbors within `gap`, and all others; none if the
+/// others are more places than [`MOST_OTHERS`].
 fn parted(bright: Vec<Texel>, peak: &Texel, gap: f64) -> Option<(Vec<Texel>, Vec<Texel>)> {
     let first = bright.iter().position(|texel| texel.at == peak.at)?;
     let neighbors = Neighbors::new(bright.iter().map(|texel| texel.center), gap);

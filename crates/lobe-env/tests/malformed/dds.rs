@@ -55,7 +55,7 @@ pub(crate) fn bad() -> Vec<Bad> {
         ("format-unknown", "the DXGI format 4294967295", word(128, u32::MAX)),
         ("no-cube", "a picture, not a cube", patched(&word(136, 0), 112, &words(&[0]))),
         ("array-none", "an array of 0", word(140, 0)),
-        ("array", "an array of 6", word(140, 6)),
+        ("array", "an array of 5", word(140, 5)),
         ("old-faces", "one face of six", patched(&old, 112, &words(&[0x600]))),
         ("old-cut", "cut before the last byte", old[..old.len() - 1].into()),
         ("infinite", "a texel is infinite", patched(&new, HEADER_DX10, &[0, 0x7c])),

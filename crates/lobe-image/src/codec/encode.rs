@@ -37,8 +37,8 @@ pub struct PictureWriteOptions {
 pub struct PictureWriteReport {
     /// Texels with a channel outside the range of the format, which was clamped to it; NaN in `.hdr` becomes 0.
     pub clamped: usize,
-    /// The share of the light that clamping took from channels which are too bright for the format, 0 to 1: of all pixels alike, or of all
-    /// directions where a map is written. Of a texture it is that of its largest level.
+    /// The share of the light that clamping took from channels which are too bright for the format, 0 to 1: of all
+    /// pixels alike, or of all directions where a map is written. Of a texture it is that of its largest level.
     pub lost: f64,
 }
 

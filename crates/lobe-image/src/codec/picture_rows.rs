@@ -20,8 +20,9 @@ const TEXELS_TOGETHER: usize = if cfg!(fuzzing) { 1 << 5 } else { 1 << 16 };
 
 /// A picture file whose rows are decoded as they are asked for: neither the file nor the picture is in memory as a whole.
 ///
-/// These are Radiance `.hdr` that are stored upright, portable float maps, and OpenEXR of scan lines. Others have to be read whole
-/// ([`read_picture`](crate::read_picture)). The texels, the report and the errors are those of `read_picture`.
+/// These are Radiance `.hdr` that are stored upright, portable float maps, and OpenEXR of scan lines. Others have to be
+/// read whole ([`read_picture`](crate::read_picture)). The texels, the report and the errors are those of
+/// `read_picture`.
 ///
 /// ```
 /// use lobe_image::{Picture, PictureReadOptions, PictureRows, PictureWriteOptions, write_picture};

@@ -188,8 +188,8 @@ impl FileFormat {
         Err(invalid(name, format!("{EXPECTED} expected, found {}", describe(bytes))))
     }
 
-    /// Whether files of this format hold textures: cubes ([`read_cube_texture_bytes`](crate::read_cube_texture_bytes)), or
-    /// pictures.
+    /// Whether files of this format hold textures: cubes ([`read_cube_texture_bytes`](crate::read_cube_texture_bytes)),
+    /// or pictures.
     #[must_use]
     pub fn is_texture(self) -> bool {
         matches!(self, Self::Ktx2 | Self::Ktx | Self::Dds)
@@ -246,13 +246,14 @@ impl PictureReadReport {
 }
 
 /// Reads a picture from a Radiance .hdr, OpenEXR, .pfm, PNG or JPEG file. Textures are read by
-/// [`read_cube_texture`](crate::read_cube_texture) and [`read_texture_picture_bytes`](crate::read_texture_picture_bytes).
+/// [`read_cube_texture`](crate::read_cube_texture) and
+/// [`read_texture_picture_bytes`](crate::read_texture_picture_bytes).
 ///
 /// The format is detected from the file's contents, not from its name.
 ///
-/// * **Radiance**: flat, old and new run-length encoding, rows or columns from any side. `EXPOSURE` and `COLORCORR` are divided
-///   out, so the values are radiance. Colors in XYZ become those of Radiance's own primaries, in watts. Indented lines of the
-///   header are the history of the picture and change nothing.
+/// * **Radiance**: flat, old and new run-length encoding, rows or columns from any side. `EXPOSURE` and `COLORCORR` are
+///   divided out, so the values are radiance. Colors in XYZ become those of Radiance's own primaries, in watts.
+///   Indented lines of the header are the history of the picture and change nothing.
 /// * **OpenEXR**: `half` and `float` channels; every compression but HTJ2K; scan lines and tiles, of which the largest
 ///   level is read; the first part, and in it the first layer, that has channels `R`, `G`, `B` or else `Y`. Alpha
 ///   and all other channels are ignored. The picture is the display window; outside the data window it is black.
@@ -425,8 +426,8 @@ impl PictureReadReport {
         Self { width, height, levels, format, envmap, mapping, panorama, nonfinite, first_nonfinite, negative, notes }
     }
 
-    /// The report of a picture before its texels, and its primaries if the texels are to be converted from them; refuses those that
-    /// cannot be understood where they are.
+    /// The report of a picture before its texels, and its primaries if the texels are to be converted from them;
+    /// refuses those that cannot be understood where they are.
     pub(crate) fn of_head(
         head: PictureHead,
         format: FileFormat,

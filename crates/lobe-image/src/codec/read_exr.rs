@@ -191,7 +191,8 @@ fn head(headers: &[Header], part: usize, channels: &ColorChannels, windows: &Win
     }
 }
 
-/// The properties of a panorama: in a packet of XMP, or each as an attribute, as programs keep them that convert a photograph.
+/// The properties of a panorama: in a packet of XMP, or each as an attribute, as programs keep them that convert a
+/// photograph.
 fn panorama(header: &Header, notes: &mut Vec<String>) -> Panorama {
     let mut panorama = Panorama::new();
     for (name, value) in &header.own_attributes.other {

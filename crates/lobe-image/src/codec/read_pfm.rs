@@ -30,8 +30,8 @@ pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Deco
 /// A portable float map, `PF` in color or `Pf` in gray, whose header is read and whose rows are to come, from the bottom.
 ///
 /// Three words follow the signature, each after white space: columns, rows, and a scale, whose sign gives the byte
-/// order (negative: little-endian) and whose magnitude is a factor. One byte of white space ends the header, or, by some
-/// programs, CR LF or more ([`separator`]). The bottom row comes first.
+/// order (negative: little-endian) and whose magnitude is a factor. One byte of white space ends the header, or, by
+/// some programs, CR LF or more ([`separator`]). The bottom row comes first.
 pub(crate) struct PfmRows<R> {
     bytes: Lookahead<R>,
     name: String,
@@ -56,7 +56,8 @@ impl<R: Read> PfmRows<R> {
                 let header = Header::parse(rest, name)?;
                 let channels = if rest.starts_with(b"PF") { 3 } else { 1 };
                 let (width, height) = check_size(header.width, header.height, max_texels, name)?;
-                // The size passed the check of the limit, which fits a usize; so does four times three times it in a u64.
+                // The size passed the check of the limit, which fits a usize; so does four times three times it in a
+                // u64.
                 let needed = 4 * channels as u64 * width as u64 * height as u64;
                 let behind = &rest[header.length..];
                 let there = length.saturating_sub(header.length as u64);
@@ -115,12 +116,12 @@ fn nothing_after_header(name: &str) -> ImageError {
     invalid(name, "the file ends early: there is nothing after the header".into())
 }
 
-/// The number of bytes of white space, at the start of `behind`, between the scale and the texels, if a file is `extra` bytes longer
-/// than its words and its texels.
+/// The number of bytes of white space, at the start of `behind`, between the scale and the texels, if a file is `extra`
+/// bytes longer than its words and its texels.
 ///
-/// Most often that is a line end, as Unix or Windows has it, perhaps behind blanks. Where the bytes before the texels are all white
-/// space and the texels end with the file, the length of the file tells it; that is needed where the first byte of a texel
-/// looks like white space. If bytes may also follow the texels, the numbers that come out decide.
+/// Most often that is a line end, as Unix or Windows has it, perhaps behind blanks. Where the bytes before the texels
+/// are all white space and the texels end with the file, the length of the file tells it; that is needed where the
+/// first byte of a texel looks like white space. If bytes may also follow the texels, the numbers that come out decide.
 fn separator(behind: &[u8], extra: u64, scale: f32) -> usize {
     let run = behind.iter().take(MAX_HEADER).take_while(|b| b.is_ascii_whitespace()).count();
     let line = behind[..run].iter().position(|b| *b == b'\n').map_or(1, |at| at + 1);

@@ -22,7 +22,8 @@ use crate::pixel::Pixel;
 const RGBE: &str = "32-bit_rle_rgbe";
 const XYZE: &str = "32-bit_rle_xyze";
 
-/// Lumens of a watt of white light: colors in XYZ count lumens, those in RGB watts. Radiance defines it as `WHTEFFICACY`.
+/// Lumens of a watt of white light: colors in XYZ count lumens, those in RGB watts. Radiance defines it as
+/// `WHTEFFICACY`.
 pub(crate) const WHITE_EFFICACY: f64 = 179.0;
 
 /// The keys that change light or where it comes from.
@@ -53,8 +54,8 @@ pub(crate) fn damaged(name: &str, what: &str) -> ImageError {
 }
 
 impl HdrHeader {
-    /// Reads the header from the start of `bytes`, and removes it from them. A line that is no `KEY=value` is a comment or the
-    /// command that made the picture.
+    /// Reads the header from the start of `bytes`, and removes it from them. A line that is no `KEY=value` is a comment
+    /// or the command that made the picture.
     pub(crate) fn parse(bytes: &mut &[u8], name: &str) -> Result<Self, ImageError> {
         let mut next_line = |missing: &str| {
             if bytes.is_empty() {
@@ -104,8 +105,8 @@ impl HdrHeader {
         self.lines.iter().filter(move |(found, _)| found == key).map(|(_, value)| value.as_str())
     }
 
-    /// The product of all lines of a key, each of `N` numbers. Zeros, which `FreeImage` writes where it knows no exposure, count as
-    /// 1; lines that are no such numbers are left out. Both are noted.
+    /// The product of all lines of a key, each of `N` numbers. Zeros, which `FreeImage` writes where it knows no
+    /// exposure, count as 1; lines that are no such numbers are left out. Both are noted.
     fn product<const N: usize>(&self, key: &str, notes: &mut Vec<String>) -> [f32; N] {
         let mut product = [1.0; N];
         for value in self.values(key) {

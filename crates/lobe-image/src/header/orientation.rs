@@ -21,8 +21,8 @@ impl Orientation {
         Self::tag(exif).map(Self).unwrap_or(Self::UPRIGHT)
     }
 
-    /// That of a Radiance picture whose scan lines follow one another along the first axis, and their texels along the second; none
-    /// where these are no two axes. `+X` goes right, `+Y` up.
+    /// That of a Radiance picture whose scan lines follow one another along the first axis, and their texels along the
+    /// second; none where these are no two axes. `+X` goes right, `+Y` up.
     pub(crate) fn of_axes(first: &str, second: &str) -> Option<Self> {
         Some(Self(match (first, second) {
             ("-Y", "+X") => 1,

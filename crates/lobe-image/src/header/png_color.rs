@@ -116,7 +116,8 @@ impl fmt::Display for Transfer {
     }
 }
 
-/// What a picture says of its primaries: they, with what tells them in messages, or the name of what cannot be understood.
+/// What a picture says of its primaries: they, with what tells them in messages, or the name of what cannot be
+/// understood.
 pub(crate) fn primaries_of_png(info: &Info<'_>) -> Option<Result<(&'static str, Primaries), String>> {
     let number = info.coding_independent_code_points.map_or(UNSPECIFIED, |points| points.color_primaries);
     if number == UNSPECIFIED {

@@ -5,8 +5,8 @@
 //!   <GPano:ProjectionType>equirectangular</GPano:ProjectionType>           as elements
 //! ```
 //!
-//! Cameras and stitchers write them; the names are those of [Google 2013]. The values stay text: what they mean for directions
-//! is up to the caller.
+//! Cameras and stitchers write them; the names are those of [Google 2013]. The values stay text: what they mean for
+//! directions is up to the caller.
 
 use std::collections::BTreeMap;
 

@@ -71,14 +71,15 @@ pub(crate) fn header(bytes: &[u8], name: &str, max_texels: usize) -> Result<(Sto
     let has_code = get(Field::PixelFormatFlags)? & FOURCC_FLAG != 0;
     let (size, caps2) = ([get(Field::Width)?, get(Field::Height)?], get(Field::Caps2)?);
     let has_all_faces = caps2 & CUBE_ALL_FACES == CUBE_ALL_FACES;
-    let mut notes = Vec::new();
+    let (mut notes, mut cubes) = (Vec::new(), 1);
     let (format, is_cube, data) = if has_code && four_cc == DX10 {
         let dxgi = get(Field::DxgiFormat)?;
         let format = TexelFormat::from_dxgi(dxgi).ok_or_else(|| format!("the DXGI format {dxgi}"));
         let (is_cube, count) = (get(Field::Misc)? & CUBE_MISC != 0, get(Field::ArraySize)?);
         let is_array_of_faces = !is_cube && count == FACES as u32 && size[0] == size[1];
-        if count != 1 && !is_array_of_faces {
-            return Err(unsupported(name, format!("one picture or cube map expected, found an array of {count}")));
+        cubes = if is_cube && count == FACES as u32 { FACES } else { 1 };
+        if count != 1 && !is_array_of_faces && cubes == 1 {
+            return Err(of_an_array(count as usize, name));
         }
         if is_array_of_faces {
             notes.push(OF_AN_ARRAY.to_owned());
@@ -104,7 +105,19 @@ pub(crate) fn header(bytes: &[u8], name: &str, max_texels: usize) -> Result<(Sto
     let faces = if is_cube { FACES } else { 1 };
     let mut texture = StoredTexture::new(format.into(), size, faces, levels, max_texels, name)?;
     texture.notes = notes;
+    if cubes > 1 {
+        // Some writers count the faces of one cube; then the file ends before a second one.
+        let cube: u64 = (0..texture.levels).map(|k| FACES as u64 * texture.picture_bytes(k)).sum();
+        if (bytes.len() - data.min(bytes.len())) as u64 >= 2 * cube {
+            return Err(of_an_array(cubes, name));
+        }
+        texture.notes.push("its header tells of 6 cube maps, and it holds one; 6 is taken for its faces".to_owned());
+    }
     Ok((texture, data))
+}
+
+fn of_an_array(count: usize, name: &str) -> ImageError {
+    unsupported(name, format!("one picture or cube map expected, found an array of {count}"))
 }
 
 /// Decodes the first `levels` levels of picture after picture, each of which has all its levels.

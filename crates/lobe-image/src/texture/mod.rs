@@ -1,7 +1,8 @@
 //! Textures: KTX2, KTX and DDS hold the six faces of each level of a cube as pictures, or a single picture.
 //!
-//! [`cube_texture`] is what they hold, [`texture`] reads and writes it by the reader or writer of the format, whose readers give a
-//! [`stored_texture`]; texels are stored in a [`texel_format`], or as channels side by side ([`stored_format`]), small floating-point numbers ([`rgb9e5`], [`packed_float`]) and blocks ([`bc6h`]) among them.
+//! [`cube_texture`] is what they hold, [`texture`] reads and writes it by the reader or writer of the format, whose
+//! readers give a [`stored_texture`]; texels are stored in a [`texel_format`], or as channels side by side
+//! ([`stored_format`]), small floating-point numbers ([`rgb9e5`], [`packed_float`]) and blocks ([`bc6h`]) among them.
 //!
 //! Read `texture` first, then `texel_format`. Uses `codec`, `header` and `picture`.
 

@@ -4,8 +4,8 @@
 //!   identifier                  12 bytes
 //!   thirteen numbers            in the byte order that the first one tells
 //!   keys and values
-//!   levels                      the largest first; in each the bytes of it, or of one face of a cube, then the pictures, whose rows
-//!                               begin at multiples of four bytes
+//! levels                      the largest first; in each the bytes of it, or of one face of a cube, then the pictures,
+//! whose rows                               begin at multiples of four bytes
 //! ```
 //!
 //! KTX File Format Specification 1.0. The numbers of formats and types are those of OpenGL.

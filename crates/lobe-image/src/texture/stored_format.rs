@@ -87,8 +87,8 @@ impl StoredFormat {
         self.row_bytes(width, alignment) * height.div_ceil(self.block().0) as u64
     }
 
-    /// Reads a picture and appends it to `texels`, one row of texels or blocks at a time: memory is allocated for data that
-    /// were read, not for data that are declared.
+    /// Reads a picture and appends it to `texels`, one row of texels or blocks at a time: memory is allocated for data
+    /// that were read, not for data that are declared.
     pub(crate) fn read_picture(
         self,
         [width, height]: [usize; 2],

@@ -1,5 +1,5 @@
-//! A texture whose headers are read: one picture or the six faces of a cube in each level, where they lie, and the decoder of
-//! levels that all containers share.
+//! A texture whose headers are read: one picture or the six faces of a cube in each level, where they lie, and the
+//! decoder of levels that all containers share.
 
 use std::io::{self, Read};
 

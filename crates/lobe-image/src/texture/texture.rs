@@ -17,11 +17,11 @@ use crate::{ImageError, Picture, PictureWriteReport, TexelFormat};
 
 /// Reads a cube texture from a KTX2, KTX or DDS file.
 ///
-/// * **KTX2**: RGBA16F, RGBA32F, RGB16F, RGB32F, RGB9E5, R11G11B10F, BC6H with and without sign, and bytes of three or four channels,
-///   stored as they are or with Zstandard, any number of levels. Alpha is ignored.
+/// * **KTX2**: RGBA16F, RGBA32F, RGB16F, RGB32F, RGB9E5, R11G11B10F, BC6H with and without sign, and bytes of three or
+///   four channels, stored as they are or with Zstandard, any number of levels. Alpha is ignored.
 /// * **KTX**, version 1: the same formats, of either byte order.
-/// * **DDS**: RGBA16F, RGBA32F, RGB32F, RGB9E5, R11G11B10F and BC6H, with the header of Direct3D 10 or, for RGBA16F and RGBA32F,
-///   without it.
+/// * **DDS**: RGBA16F, RGBA32F, RGB32F, RGB9E5, R11G11B10F and BC6H, with the header of Direct3D 10 or, for RGBA16F and
+///   RGBA32F, without it.
 ///
 /// An array of six squares is taken for a cube. A texture of one picture is read by [`read_texture_picture_bytes`].
 ///
@@ -85,8 +85,8 @@ pub fn read_cube_texture_bytes(
     Ok((decoded, report))
 }
 
-/// Whether the bytes of a texture hold a cube, or an array that is taken for one, and not a single picture; `name` stands for the
-/// file in messages.
+/// Whether the bytes of a texture hold a cube, or an array that is taken for one, and not a single picture; `name`
+/// stands for the file in messages.
 ///
 /// # Errors
 /// Those of the headers, as [`read_cube_texture`].
@@ -95,8 +95,8 @@ pub fn is_cube_texture_bytes(bytes: &[u8], name: &str, options: &PictureReadOpti
     guarded(format, name, || Ok(Texture::header(format, bytes, name, options.max_texels)?.stored().is_cube()))
 }
 
-/// Reads the largest level of a texture of one picture from the bytes of a KTX2, KTX or DDS file; `name` stands for the file in
-/// messages. The texel formats are those of [`read_cube_texture`].
+/// Reads the largest level of a texture of one picture from the bytes of a KTX2, KTX or DDS file; `name` stands for the
+/// file in messages. The texel formats are those of [`read_cube_texture`].
 ///
 /// # Errors
 /// As [`read_cube_texture`], except [`ImageError::Io`]; [`ImageError::Unsupported`] if it holds a cube.
@@ -166,7 +166,8 @@ impl Texture {
     }
 }
 
-/// Writes a cube texture as `.ktx2`, `.dds` or `.ktx` (version 1, R11G11B10F only, for Filament and `PlayCanvas`), depending on the extension: size and texels of each level, as in [`CubeTexture`].
+/// Writes a cube texture as `.ktx2`, `.dds` or `.ktx` (version 1, R11G11B10F only, for Filament and `PlayCanvas`),
+/// depending on the extension: size and texels of each level, as in [`CubeTexture`].
 ///
 /// No partial file ever has the final name. Channels outside the range of the texel format are clamped to it, and
 /// counted over all levels. `zstd` compresses `.ktx2` without loss, and `mapping` is the name of a mapping of directions that it keeps, so

@@ -193,7 +193,8 @@ fn dds_files_that_are_no_cube_maps_of_light_are_refused_by_name() {
     expect(&word(128, 28), "DXGI format 28");
     expect(&patched(&word(136, 0), 112, &[0; 4]), "6 faces expected");
     expect(&patched(&word(136, 0), 112, &0x600_u32.to_le_bytes()), "some faces");
-    expect(&word(140, 6), "array of 6");
+    expect(&word(140, 5), "array of 5");
+    expect(&[word(140, 6), vec![0; 5 * bytes.len()]].concat(), "array of 6");
     expect(&word(12, 4), "square, these are 8 x 4");
     expect(&word(16, 0), "square");
     expect(&word(28, 5), "at most 4 levels, not 5");

@@ -17,8 +17,8 @@ fn picture(bytes: &[u8]) -> (Picture, PictureReadReport) {
     read_texture_picture_bytes(bytes, "test", &PictureReadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// A KTX2 file of one level without a descriptor, which readers do not need: Vulkan's number of the format, columns and rows, layers
-/// and faces.
+/// A KTX2 file of one level without a descriptor, which readers do not need: Vulkan's number of the format, columns and
+/// rows, layers and faces.
 fn ktx2(format: u32, [width, height]: [u32; 2], [layers, faces]: [u32; 2], keys: &[u8], data: &[u8]) -> Vec<u8> {
     let (places, start) = (104_u32, 104 + keys.len() as u64);
     let kvd = if keys.is_empty() { 0 } else { places };
@@ -30,8 +30,8 @@ fn ktx2(format: u32, [width, height]: [u32; 2], [layers, faces]: [u32; 2], keys:
     [&bytes, keys, data].concat()
 }
 
-/// A KTX file of one level in either byte order: OpenGL's type and its size, format, internal format, columns and rows, elements
-/// and faces, and the pictures of the level.
+/// A KTX file of one level in either byte order: OpenGL's type and its size, format, internal format, columns and rows,
+/// elements and faces, and the pictures of the level.
 fn ktx1(is_big: bool, gl: [u32; 4], size: [u32; 2], [elements, faces]: [u32; 2], pictures: &[Vec<u8>]) -> Vec<u8> {
     let word = |word: u32| if is_big { word.to_be_bytes() } else { word.to_le_bytes() };
     let [gl_type, type_size, format, internal] = gl;
@@ -142,11 +142,13 @@ fn cubes_are_found_by_any_header_that_says_so() {
         words.iter().for_each(|(at, word)| bytes[*at..][..4].copy_from_slice(&word.to_le_bytes()));
         bytes
     };
-    // The flag of Direct3D 10 is missing; then that and the flags of Direct3D 9, of an array of six pictures; then only those.
+    // The flag of Direct3D 10 is missing; then that and the flags of Direct3D 9, of an array of six pictures; then only
+    // those.
     for (what, words) in [
         ("no flag of Direct3D 10", vec![(136, 0)]),
         ("an array of six", vec![(136, 0), (140, 6)]),
         ("an array of six without flags", vec![(136, 0), (140, 6), (112, 0)]),
+        ("six faces counted as six cubes", vec![(140, 6)]),
         ("no flags of Direct3D 9", vec![(112, 0)]),
     ] {
         let (found, report) = cube(&patched(&words)).unwrap_or_else(|e| panic!("{what}: {e}"));
