@@ -159,7 +159,8 @@ mod tests {
         }
         for value in ["0", "1025", "100000", "-3", "two", "2 "] {
             let message = check_threads("N", value.as_ref()).unwrap_err().to_string();
-            let expected = format!("N: expected a number of threads from 1 to 1024, found `{value}`; correct or unset it");
+            let expected =
+                format!("N: expected a number of threads from 1 to 1024, found `{value}`; correct or unset it");
             assert_eq!(message, expected);
         }
     }

@@ -91,7 +91,8 @@ impl SceneError {
 /// A message without line ends and control characters, which names in a file may have: a terminal would obey them. Characters that
 /// turn text around are escaped.
 pub(crate) fn one_line(message: &str) -> String {
-    let turns = |c| matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    let turns =
+        |c| matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
     let message = message.replace(char::is_control, " ");
     if !message.contains(turns) {
         return message;

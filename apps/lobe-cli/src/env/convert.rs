@@ -36,7 +36,13 @@ impl EnvConvert {
         let (from, to) = (texels(map.width(), map.height()), texels(target.width, target.height));
         let converted = OF_LARGER.saturating_mul(from.max(to)).saturating_add(OF_SMALLER * from.min(to));
         let written = self.output.bytes_of_texel(target.mapping).saturating_mul(to);
-        let what = format!("a map of {} x {} texels from one of {} x {}", target.width, target.height, map.width(), map.height());
+        let what = format!(
+            "a map of {} x {} texels from one of {} x {}",
+            target.width,
+            target.height,
+            map.width(),
+            map.height()
+        );
         self.input.memory().check(&what, converted.max(written), "a smaller --size")
     }
 

@@ -174,7 +174,8 @@ fn matrices_lightmaps_grids_and_compressed_transfer_are_written() {
 fn the_light_at_a_point_of_a_grid_is_that_of_the_library_and_can_be_drawn() {
     use lobe::sh::{Expansion as _, FileCoefficients, Quantity};
     let dir = Dir::new();
-    dir.lobe("bake built-in:ball --grid 2,3,4 --mode shadowed --order 2 --samples 256 --quiet -o g.safetensors").stdout();
+    dir.lobe("bake built-in:ball --grid 2,3,4 --mode shadowed --order 2 --samples 256 --quiet -o g.safetensors")
+        .stdout();
     dir.lobe("light gradient --zenith 1,2,4 --horizon 1,1,1 --ground 0.2,0.1,0 --order 3 -o sky.sh.json").succeeds();
     let command = "sh incident g.safetensors --light sky.sh.json --at 0.1,-0.2,0.3 -o there.sh.json";
     let (_, note) = dir.lobe(command).succeeds();

@@ -287,7 +287,11 @@ fn conversions_of_maps_that_take_more_than_the_limit_are_refused_with_their_byte
         ("env convert sky.pfm --size 2048 -o x.exr", "a map of 4096 x 2048 texels from one of 64 x 32", 335_568_896),
         ("env convert sky.pfm --to cube --size 1024 -o x.exr", "a map of 1024 x 6144 texels", 503_316_480),
         ("env convert sky.pfm --to cube --size 1024 -o x.ktx2", "a map of 1024 x 6144 texels", 251_682_816),
-        ("env prefilter sky.pfm --size 1024 -o x.ktx2", "faces of 1024 x 1024 texels from a map of 64 x 32", 151_076_864),
+        (
+            "env prefilter sky.pfm --size 1024 -o x.ktx2",
+            "faces of 1024 x 1024 texels from a map of 64 x 32",
+            151_076_864,
+        ),
     ] {
         let line = dir.lobe(&format!("{args} --max-memory 0.1 --quiet")).error();
         assert!(line.starts_with(&format!("{what}")), "{args}: {line}");
@@ -342,12 +346,14 @@ fn conversions_of_maps_take_no_more_than_they_say() {
 #[cfg(target_os = "linux")]
 fn peak_of(dir: &Dir, args: &str) -> u64 {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lobe"));
-    let mut child = command.args(args.split(' ')).args(["--quiet", "--threads", "2"]).current_dir(dir.path("")).spawn().unwrap();
+    let mut child =
+        command.args(args.split(' ')).args(["--quiet", "--threads", "2"]).current_dir(dir.path("")).spawn().unwrap();
     let status = format!("/proc/{}/status", child.id());
     let mut peak = 0;
     loop {
         let text = std::fs::read_to_string(&status).unwrap_or_default();
-        let kib = text.lines().find_map(|line| line.strip_prefix("VmHWM:")?.trim().strip_suffix(" kB")?.parse::<u64>().ok());
+        let kib =
+            text.lines().find_map(|line| line.strip_prefix("VmHWM:")?.trim().strip_suffix(" kB")?.parse::<u64>().ok());
         peak = peak.max(kib.unwrap_or(0) << 10);
         if let Some(status) = child.try_wait().unwrap() {
             assert!(status.success(), "{args}: {status}");

@@ -33,7 +33,10 @@ const FORMATS: [(&str, FileKind); 6] = [
 /// Formats that are shown as parts of something else, and how.
 const PARTS: [(&str, &str); 3] = [
     ("lobe-lamp", "a lamp is placed by a description of a scene that moves (.json); open that"),
-    ("lobe-neighbourhood-transfer", "transfer around an object lights what enters it; lobe sh incident takes the light at a point of it"),
+    (
+        "lobe-neighbourhood-transfer",
+        "transfer around an object lights what enters it; lobe sh incident takes the light at a point of it",
+    ),
     ("lobe-visibility", "the visibility of an entity itself is for programs; the room of motion bakes its own"),
 ];
 

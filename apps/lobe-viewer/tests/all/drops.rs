@@ -250,9 +250,11 @@ fn matrices_are_those_of_metals_and_what_is_part_of_something_else_says_of_what(
     assert_eq!((room.message(), harness.state().notice()), (None, None), "nothing went wrong");
     assert_eq!(**room.transfer().unwrap(), transfer, "the vectors");
     assert_eq!(*room.glossy()[0].matrices, other, "and the matrices");
-    for (format, advice) in
-        [("lobe-lamp", "open that"), ("lobe-neighbourhood-transfer", "lobe sh incident"), ("lobe-visibility", "bakes its own")]
-    {
+    for (format, advice) in [
+        ("lobe-lamp", "open that"),
+        ("lobe-neighbourhood-transfer", "lobe sh incident"),
+        ("lobe-visibility", "bakes its own"),
+    ] {
         let about = format!(r#"{{"__metadata__":{{"lobe":"{{\"format\":\"{format}\",\"version\":1}}"}}}}"#);
         let bytes = [&(about.len() as u64).to_le_bytes()[..], about.as_bytes()].concat();
         std::fs::write(at("part.safetensors"), bytes).unwrap();

@@ -5,8 +5,7 @@ use std::path::Path;
 use exr::prelude::{Blocks, Compression, Encoding, SampleType, Vec2};
 use lobe_image::{
     ImageError, Nonfinite, Picture, PictureReadOptions, PictureWriteOptions, ReadOption, encode_picture,
-    read_cube_texture, read_picture,
-    read_picture_bytes,
+    read_cube_texture, read_picture, read_picture_bytes,
 };
 use lobe_testkit::Random;
 

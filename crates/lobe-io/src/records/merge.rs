@@ -79,12 +79,14 @@ impl Part {
             return Err(IoError::invalid(path, message));
         };
         if !(preface.is_empty() || header.is_preface(preface)) {
-            let message = "its header of safetensors is not that of its shard: the file was changed; make the shard anew";
+            let message =
+                "its header of safetensors is not that of its shard: the file was changed; make the shard anew";
             return Err(IoError::invalid(path, message));
         }
         let (found, expected) = (file.metadata().map_err(io)?.len(), at + header.layout.bytes_of(header.shard));
         if found > expected {
-            let message = format!("expected {expected} bytes, found {found}: the file was changed; make the shard anew");
+            let message =
+                format!("expected {expected} bytes, found {found}: the file was changed; make the shard anew");
             return Err(IoError::invalid(path, message));
         }
         Ok(Self { path: path.to_path_buf(), file, header })

@@ -157,7 +157,8 @@ pub(crate) fn read_compressed(
     let clusters = table.cluster_count();
     if said["clusters"].as_u64() != Some(clusters as u64) {
         let found = &said["clusters"];
-        let message = format!("`bases` hold {clusters} clusters of {components} components, `compression` says {found}");
+        let message =
+            format!("`bases` hold {clusters} clusters of {components} components, `compression` says {found}");
         return Err(PrtError::invalid(name, message));
     }
     CompressedTransfer::from_table(order, channels, table).map_err(|error| error.within(name))

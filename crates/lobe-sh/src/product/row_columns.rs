@@ -238,8 +238,7 @@ fn band_sums<S: Simd>(
         let [p, d] = state;
         let (p, d) = (S::as_mut_simd_f64s(p).0, S::as_mut_simd_f64s(d).0);
         for first in (part..BLOCK / S::F64_LANES).step_by(REGISTERS * parts) {
-            let mut column =
-                Column { simd, w: [zero; REGISTERS], p: [zero; REGISTERS], difference: [zero; REGISTERS] };
+            let mut column = Column { simd, w: [zero; REGISTERS], p: [zero; REGISTERS], difference: [zero; REGISTERS] };
             for r in 0..REGISTERS {
                 let at = first + r * parts;
                 (column.w[r], column.p[r], column.difference[r]) = (w[at], p[at], d[at]);

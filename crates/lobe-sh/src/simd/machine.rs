@@ -172,7 +172,9 @@ fn check_name(limit: &std::ffi::OsStr) -> Result<(), ShError> {
         return Ok(());
     }
     let found = limit.to_string_lossy();
-    Err(ShError::Options(format!("LOBE_SIMD: expected plain, neon, avx2 or avx512, found `{found}`; correct or unset it")))
+    Err(ShError::Options(format!(
+        "LOBE_SIMD: expected plain, neon, avx2 or avx512, found `{found}`; correct or unset it"
+    )))
 }
 
 /// A kernel with its instructions: a type, because closures are not compiled for them.

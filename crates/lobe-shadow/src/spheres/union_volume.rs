@@ -12,7 +12,8 @@ impl SphereSet {
     /// (`the_union_of_balls_has_their_closed_form`).
     #[must_use]
     pub fn union_volume(&self) -> f64 {
-        let balls: Vec<([f64; 3], f64)> = (0..self.len()).map(|k| (self.center(k), f64::from(self.radii()[k]))).collect();
+        let balls: Vec<([f64; 3], f64)> =
+            (0..self.len()).map(|k| (self.center(k), f64::from(self.radii()[k]))).collect();
         let bound = |axis: usize, sign: f64| {
             let ends = balls.iter().map(|(center, radius)| sign * center[axis] + radius);
             sign * ends.fold(f64::NEG_INFINITY, f64::max)

@@ -88,7 +88,10 @@ fn a_panel_lights_nothing_behind_its_plane() {
             for interpolation in [RadialInterpolation::Linear, RadialInterpolation::Cubic] {
                 let found = field.radiance_at(p, interpolation);
                 if elevation < 0.0 {
-                    assert!(found.coefficients().iter().all(|c| c.to_array() == [0.0; 3]), "{elevation} at {r}: {found:?}");
+                    assert!(
+                        found.coefficients().iter().all(|c| c.to_array() == [0.0; 3]),
+                        "{elevation} at {r}: {found:?}"
+                    );
                     continue;
                 }
                 for (found, truth) in found.coefficients().iter().zip(polygon(&shape, p, 4)) {

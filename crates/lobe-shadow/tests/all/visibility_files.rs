@@ -37,7 +37,9 @@ fn each_row_has_its_position_where_positions_are_given() {
         write_visibility(&path, &visibility(), &storage).unwrap();
         assert_eq!(read_visibility(&path).unwrap().positions(), None, "a file without, {storage:?}");
     }
-    for (bad, message) in [(vec![[0.0; 3]; 199], "expected 200 positions, found 199"), (vec![[f32::NAN; 3]; 200], "expected finite")] {
+    for (bad, message) in
+        [(vec![[0.0; 3]; 199], "expected 200 positions, found 199"), (vec![[f32::NAN; 3]; 200], "expected finite")]
+    {
         let error = visibility().with_positions(bad).unwrap_err().to_string();
         assert!(error.contains(message), "{error}");
     }
