@@ -1,4 +1,4 @@
-//! What XMP says of a panorama: properties by name, in the namespace `GPano`.
+//! XMP of panoramas: properties by name, in the namespace `GPano`.
 //!
 //! ```text
 //!   <rdf:Description GPano:ProjectionType="equirectangular" .../>          as attributes
