@@ -115,7 +115,8 @@ pub use lobe_image::{FileFormat, Nonfinite, PictureWriteOptions, TexelFormat};
 pub use map::adjust::{
     BlackenReport, ClampReport, blacken_negative_in_place, clamp_in_place, expose_in_place, scale_in_place,
 };
-pub use map::cube_layout::{CubeHandedness, CubeLayout};
+pub use map::cube_handedness::CubeHandedness;
+pub use map::cube_layout::CubeLayout;
 pub use map::cube_map::CubeMap;
 pub use map::cube_mip_chain::CubeMipChain;
 pub use map::env_map::EnvMap;

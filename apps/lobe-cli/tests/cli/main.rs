@@ -42,4 +42,5 @@ mod skinned_spheres;
 #[cfg(unix)]
 mod stopped;
 mod streams;
+mod suns_and_photographs;
 mod transfer;

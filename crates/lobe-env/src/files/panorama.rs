@@ -1,4 +1,4 @@
-//! What the XMP of a photograph says of the panorama that it is, or is a part of.
+//! Panoramas by their XMP: which part of the sphere a photograph shows.
 //!
 //! ```text
 //!   FullPanoWidthPixels, FullPanoHeightPixels                        the whole panorama, 360° by 180°

@@ -361,9 +361,10 @@ fn a_map_without_a_sun_says_what_the_brightest_place_lacks() {
     let large = of(&EnvMap::from_fn(256, 128, window).into());
     assert!(matches!(large, NoSun::Large { at, .. } if at.x() > 0.99), "{large:?}");
     let hazy =
-        |s: Dir| Rgb::splat((1e4 * (30.0 * (s.x() - 1.0)).exp()) as f32 + if s.x() > 0.9999 { 2e4 } else { 0.0 });
-    let faint = of(&EnvMap::from_fn(1024, 512, hazy).into());
-    assert!(matches!(faint, NoSun::Faint { times, .. } if times > 1.0 && times < 20.0), "{faint:?}");
+        |s: Dir| Rgb::splat((300.0 * (30.0 * (s.x() - 1.0)).exp()) as f32 + if s.x() > 0.9999 { 3e4 } else { 0.0 });
+    let contrast = SunOptions::default().min_contrast(1000.0);
+    let faint = find_sun(&EnvMap::from_fn(1024, 512, hazy).into(), &contrast).map(|report| report.sun).unwrap_err();
+    assert!(matches!(faint, NoSun::Faint { times, .. } if times > 50.0 && times < 200.0), "{faint:?}");
     let sparkle: Vec<(Dir, f32)> = (0..8)
         .filter_map(|k| Dir::new([1.0, 0.04 * f64::from(k % 4) - 0.06, 0.04 * f64::from(k / 4)]))
         .map(|place| (place, 3e4))
