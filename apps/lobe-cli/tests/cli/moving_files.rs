@@ -117,9 +117,9 @@ fn bakes_and_all_modes_see_a_file_that_moves_as_the_truth_does() {
         f64::from(scene.meshes()[0].positions()[0][0]) + scene.origin()[0]
     };
     for (options, file, expected) in [
-        ("", "first.glb", 0.0),
-        ("--time 1", "middle.glb", 2.0),
-        ("--time 1.5 --animation Slide", "later.glb", 3.0),
+        ("", "first.glb", 1.0),
+        ("--time 1", "middle.glb", 2.5),
+        ("--time 1.5 --animation Slide", "later.glb", 3.25),
         ("--time 9 --animation 0", "end.glb", 4.0),
     ] {
         dir.lobe(&format!("{bake} {options} -o {file}")).succeeds();

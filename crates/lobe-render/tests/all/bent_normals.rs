@@ -73,7 +73,7 @@ fn light_through_colored_glass_has_its_color_by_every_strategy() {
         for (c, (found, error)) in found.into_iter().enumerate() {
             let expected = 1.0 - covered * (1.0 - f64::from(color[c]));
             let text = format!("{bounces} bounces, {strategy:?}, channel {c}: {found} ± {error}, not {expected}");
-            assert!((found - expected).abs() < 5.0 * error + 1e-6 && error < 0.01, "{text}");
+            assert!((found - expected).abs() < 5.0 * error + 1e-6 && error < 0.02, "{text}");
         }
     }
 }

@@ -180,6 +180,11 @@ impl<'a> Source<'a> {
         Err(self.refused(message, SceneReadOption::MaxBytes))
     }
 
+    /// Refuses vertices that are held for a moment only, if they would take more memory than allowed.
+    pub(crate) fn check_vertices(&self, vertices: usize) -> Result<(), SceneError> {
+        self.check_bytes(VERTEX.saturating_mul(vertices as u64))
+    }
+
     /// Counts a texture against the limits. Call it before the texture is allocated.
     pub(crate) fn count_texels(&mut self, width: u32, height: u32) -> Result<(), SceneError> {
         self.texels = (width as usize).saturating_mul(height as usize).saturating_add(self.texels);

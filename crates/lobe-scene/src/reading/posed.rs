@@ -35,6 +35,8 @@ pub(crate) fn scene_of(file: &GltfFile, pose: &ScenePose, source: &mut Source<'_
                 return standing_scene_of(file, Flattened::Dropped, reads_normal_maps, source);
             }
             let animated = animated_scene_of(file, reads_normal_maps, source)?;
+            // The scene at rest stands beside its pose for a moment.
+            source.check_vertices(animated.rest().vertex_count())?;
             note_choice(&animated, pose, source);
             with_areas(animated.posed_as(pose)?, source)
         }
