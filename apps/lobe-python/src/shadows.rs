@@ -137,7 +137,7 @@ pub(crate) fn self_visibility<'py>(
     let checkpoint = beside(&output, ".checkpoint");
     let rows = watched(py, progress.as_ref(), Some(&checkpoint), |job| bake_vertex_visibility(&scene, &options, job))?;
     let stored = py.detach(|| {
-        let positions = scene.meshes().iter().flat_map(|mesh| mesh.positions()).copied().collect();
+        let positions = scene.meshes().iter().flat_map(lobe::scene::Mesh::positions).copied().collect();
         let visibility = SurfaceVisibility::new(settings.order, rows)?.with_positions(positions)?;
         with_threads(|| write_visibility(&output, &visibility, &storage))
     });

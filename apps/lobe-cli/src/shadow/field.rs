@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
-use lobe::scene::{EntityKind, Scene};
+use lobe::scene::{EntityKind, Mesh, Scene};
 use lobe::shadow::{
     FieldOptions, FieldReport, FieldStorage, StorageReport, SurfaceVisibility, VisibilityOptions, bake_field,
     bake_field_shard, bake_vertex_visibility, write_field, write_visibility,
@@ -196,7 +196,7 @@ impl Field {
         let per_vertex = self.rays.unwrap_or(defaults.rays);
         let options = defaults.order(self.order).rays(per_vertex).seed(self.seed);
         let rows = checkpoint.watched(talk, |job| bake_vertex_visibility(scene, &options, job))?;
-        let positions = scene.meshes().iter().flat_map(|mesh| mesh.positions()).copied().collect();
+        let positions = scene.meshes().iter().flat_map(Mesh::positions).copied().collect();
         let visibility = SurfaceVisibility::new(self.order, rows)?.with_positions(positions)?;
         let storage = write_visibility(&self.output, &visibility, form)?;
         self.storage.tell_if_larger(&storage, talk);

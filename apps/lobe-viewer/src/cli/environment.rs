@@ -1,4 +1,4 @@
-//! What the variables of the environment ask for.
+//! Environment variables: instructions and threads that do not exist are refused.
 
 use lobe::io::parallel;
 use lobe::sh::simd::Machine;

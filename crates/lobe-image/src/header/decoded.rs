@@ -95,6 +95,9 @@ pub(crate) fn unsupported(name: &str, message: String) -> ImageError {
 
 /// A message in one line of bounded length.
 fn one_line(message: String) -> String {
+    if message.len() <= MAX_MESSAGE && lobe_io::one_line(&message) == message {
+        return message;
+    }
     let mut line = lobe_io::one_line(&message.trim_end().chars().take(MAX_MESSAGE).collect::<String>());
     if message.chars().nth(MAX_MESSAGE).is_some() {
         line.push_str("...");

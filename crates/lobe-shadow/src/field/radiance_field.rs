@@ -66,7 +66,7 @@ pub(crate) enum Shape {
         rows: Vec<f32>,
         axial: Axial,
         /// Of a rectangle that shines to one side.
-        front: Option<Front>,
+        front: Option<Box<Front>>,
     },
 }
 
@@ -129,7 +129,7 @@ impl RadianceField {
             let message = format!("expected finite radiance, found {bad:?}");
             return Err(ShadowError::Invalid { place: "radiance field".to_owned(), message });
         }
-        let front = (!source.rectangle.two_sided).then(|| Front::new(&source.rectangle, &grid));
+        let front = (!source.rectangle.two_sided).then(|| Box::new(Front::new(&source.rectangle, &grid)));
         let (source, axial) = (Box::new(source), Axial::new(order));
         Ok(Self { order, shape: Shape::Sampled { source, grid, rows, axial, front } })
     }
