@@ -38,6 +38,9 @@ const START: [u8; 3] = [0xff, 0xd8, 0xff];
 /// The flag of ISO 21496-1 for numbers of three channels.
 const THREE_CHANNELS: u8 = 1 << 7;
 
+/// The flag of gains in the colors of the first picture.
+const IN_BASE_COLORS: u8 = 1 << 6;
+
 /// The flag of fractions that have one denominator.
 const ONE_DENOMINATOR: u8 = 1 << 3;
 
@@ -52,6 +55,8 @@ pub(crate) struct GainMap {
     other_offset: [f64; 3],
     /// Whether the first picture is the bright one already.
     is_base_bright: bool,
+    /// Whether the gains are in the colors of the first picture, rather than of the profile of the second.
+    pub(crate) is_in_base_colors: bool,
 }
 
 /// What a file says of a gain map.
@@ -137,7 +142,8 @@ fn of_iso(block: &[u8]) -> Option<GainMap> {
     let first = channel()?;
     let channels = if flags & THREE_CHANNELS != 0 { [first, channel()?, channel()?] } else { [first; 3] };
     let [min, max, gamma, base_offset, other_offset] = [0, 1, 2, 3, 4].map(|k| channels.map(|numbers| numbers[k]));
-    GainMap { min, max, gamma, base_offset, other_offset, is_base_bright: base > other }.checked()
+    let is_in_base_colors = flags & IN_BASE_COLORS != 0;
+    GainMap { min, max, gamma, base_offset, other_offset, is_base_bright: base > other, is_in_base_colors }.checked()
 }
 
 /// The numbers of Ultra HDR in a packet of XMP; none without them, and none within where they are damaged.
@@ -162,6 +168,7 @@ fn of_properties(document: &Document<'_>) -> Option<GainMap> {
         base_offset: channels("OffsetSDR", Some(OFFSET))?,
         other_offset: channels("OffsetHDR", Some(OFFSET))?,
         is_base_bright: property(document, "BaseRenditionIsHDR").iter().any(|text| text.eq_ignore_ascii_case("true")),
+        is_in_base_colors: true,
     }
     .checked()
 }

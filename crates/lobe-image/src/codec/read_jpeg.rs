@@ -15,6 +15,7 @@ use crate::header::icc::Profile;
 use crate::header::orientation::Orientation;
 use crate::header::png_color::Transfer;
 use crate::header::xmp::{self, Panorama};
+use crate::picture::primaries::Primaries;
 use crate::pixel::Pixel;
 
 /// JPEG stores at least one bit for each block of 8 x 8 texels, in its densest form, a progressive picture of one
@@ -31,19 +32,21 @@ pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Deco
     packets.flatten().for_each(|packet| xmp::add_packet(packet, &mut panorama, &mut notes));
     let gain = match gain_map::find(bytes) {
         Found::Nothing => None,
-        Found::Map(map, picture) => Some((map, Jpeg::open(picture, &format!("{name}, its gain map"), max_texels)?)),
-        Found::Unusable(why) => {
-            notes.push(format!("its gain map is not used: {why}"));
-            None
-        }
+        Found::Map(map, picture) => Some(Gain::decode(map, picture, max_texels - jpeg.texels())),
+        Found::Unusable(why) => Some(Err(why.to_owned())),
     };
-    let above_white = gain.as_ref().map_or(CUT_OFF.to_owned(), |(map, _)| {
-        format!("its gain map tells of up to {:.3} times that", map.stops().exp2())
+    let gain = gain.and_then(|gain| gain.map_err(|why| notes.push(format!("its gain map is not used: {why}"))).ok());
+    let above_white = gain.as_ref().map_or(CUT_OFF.to_owned(), |gain| {
+        format!("its gain map tells of up to {:.3} times that", gain.map.stops().exp2())
     });
     let layout = jpeg.layout(above_white);
     let mut decoded = layout.decode(name, |raw| jpeg.decode_into(raw, name))?;
-    if let Some((map, second)) = gain {
-        second.brighten(&map, &mut decoded, layout.orientation, name)?;
+    if let Some(gain) = gain {
+        let own = decoded.head.primaries.map(|(_, primaries)| primaries);
+        if !gain.map.is_in_base_colors && gain.primaries.is_some() && gain.primaries != own {
+            notes.push("its gain map is in the colors of another profile, and applied in those of the picture".into());
+        }
+        gain.brighten(&mut decoded, layout.orientation, name)?;
     }
     decoded.head.notes.append(&mut notes);
     Ok(Decoded { head: PictureHead { panorama, ..decoded.head }, ..decoded })
@@ -74,6 +77,10 @@ impl<'a> Jpeg<'a> {
         Ok(Self { headers, bytes: whole, size, is_gray })
     }
 
+    fn texels(&self) -> usize {
+        self.size[0] * self.size[1]
+    }
+
     fn channels(&self) -> usize {
         if self.is_gray { 1 } else { 3 }
     }
@@ -99,30 +106,46 @@ impl<'a> Jpeg<'a> {
         let damaged = |e| invalid(name, format!("the JPEG picture is damaged or not all there: {e}"));
         JpegDecoder::new_with_options(ZCursor::new(self.bytes.as_slice()), strict).decode_into(raw).map_err(damaged)
     }
+}
 
-    /// Makes a picture as bright as this one, its gain map, says.
-    fn brighten(
-        &self,
-        map: &GainMap,
-        decoded: &mut Decoded,
-        orientation: Orientation,
-        name: &str,
-    ) -> Result<(), ImageError> {
-        let count = self.size[0] * self.size[1];
-        let mut raw: Vec<u8> = reserve(count * self.channels(), name)?;
-        raw.resize(count * self.channels(), 0);
-        self.decode_into(&mut raw, &format!("{name}, its gain map"))?;
-        let mut gain: Vec<Pixel> = reserve(count, name)?;
-        gain.extend(raw.chunks_exact(self.channels()).map(|texel| match *texel {
-            [r, g, b] => [r, g, b].map(|value| f32::from(value) / 255.0),
-            _ => [f32::from(texel[0]) / 255.0; 3],
-        }));
-        // It lies as the first picture is stored, whatever it says itself.
+/// A gain map, decoded.
+struct Gain {
+    map: GainMap,
+    size: [usize; 2],
+    /// Its values in [0, 1], as the first picture is stored.
+    values: Vec<Pixel>,
+    /// The primaries of its profile.
+    primaries: Option<Primaries>,
+}
+
+impl Gain {
+    /// Decodes the second picture; the text says why it cannot be used. The first picture is whole without it.
+    fn decode(map: GainMap, picture: &[u8], max_texels: usize) -> Result<Self, String> {
+        let unusable = |error: ImageError| error.to_string().replace("gain map: ", "");
+        let second = Jpeg::open(picture, "gain map", max_texels).map_err(unusable)?;
+        let channels = second.channels();
+        let mut raw: Vec<u8> = reserve(second.texels() * channels, "gain map").map_err(unusable)?;
+        raw.resize(second.texels() * channels, 0);
+        second.decode_into(&mut raw, "gain map").map_err(unusable)?;
+        let value = |value: u8| f32::from(value) / 255.0;
+        let values = raw.chunks_exact(channels).map(|texel| match *texel {
+            [r, g, b] => [r, g, b].map(value),
+            _ => [value(texel[0]); 3],
+        });
+        let profile = second.headers.icc_profile().and_then(|profile| Profile::parse(&profile));
+        let primaries = profile.map(|profile| profile.primaries);
+        Ok(Self { map, size: second.size, values: values.collect(), primaries })
+    }
+
+    /// Makes a picture as bright as its gain map says. That lies as the picture is stored, whatever it says itself.
+    fn brighten(self, decoded: &mut Decoded, orientation: Orientation, name: &str) -> Result<(), ImageError> {
         let size = orientation.upright_size(self.size);
-        if orientation != Orientation::UPRIGHT {
-            gain = orientation.upright(&gain, size, name)?;
-        }
-        map.apply(&mut decoded.texels, [decoded.head.width, decoded.head.height], &gain, size);
+        let values = if orientation == Orientation::UPRIGHT {
+            self.values
+        } else {
+            orientation.upright(&self.values, size, name)?
+        };
+        self.map.apply(&mut decoded.texels, [decoded.head.width, decoded.head.height], &values, size);
         Ok(())
     }
 }

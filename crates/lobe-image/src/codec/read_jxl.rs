@@ -3,7 +3,9 @@
 //! The library tone-maps what is brighter than a display unless it is asked for a curve of bright displays, and clips where it converts
 //! primaries. Pictures keep their own primaries here. Bright ones are asked for in PQ, which is undone; others as linear light.
 
-use jxl_oxide::color::{ColourEncoding, Customxy, Primaries as JxlPrimaries, TransferFunction, WhitePoint};
+use jxl_oxide::color::{
+    ColourEncoding, ColourSpace, Customxy, Primaries as JxlPrimaries, TransferFunction, WhitePoint,
+};
 use jxl_oxide::{AllocTracker, EnumColourEncoding, JxlImage, RenderingIntent};
 
 use crate::ImageError;
@@ -104,8 +106,8 @@ fn own_encoding(image: &JxlImage) -> Option<EnumColourEncoding> {
     match &metadata.colour_encoding {
         ColourEncoding::Enum(own) if !metadata.xyb_encoded => Some(own.clone()),
         _ if !metadata.xyb_encoded => None,
-        other => Some(EnumColourEncoding {
-            colour_space: other.colour_space(),
+        _ => Some(EnumColourEncoding {
+            colour_space: ColourSpace::Rgb,
             white_point: WhitePoint::D65,
             primaries: JxlPrimaries::Srgb,
             tf: TransferFunction::Linear,
@@ -139,8 +141,9 @@ fn luminance_of_pq(value: f64) -> f64 {
     const C1: f64 = 3424.0 / 4096.0;
     const C2: f64 = 2413.0 / 4096.0 * 32.0;
     const C3: f64 = 2392.0 / 4096.0 * 32.0;
-    let root = value.max(0.0).powf(1.0 / M2);
-    10_000.0 * ((root - C1).max(0.0) / (C2 - C3 * root)).powf(1.0 / M1)
+    let root = value.abs().powf(1.0 / M2);
+    // Colors outside of the gamut have negative channels, which lie mirrored.
+    (10_000.0 * ((root - C1).max(0.0) / (C2 - C3 * root)).powf(1.0 / M1)).copysign(value)
 }
 
 fn notes(image: &JxlImage, scale: &Scale) -> Vec<String> {

@@ -21,7 +21,7 @@ use crate::pixel::Pixel;
 const MOST_BYTES_PER_BYTE: usize = 4096;
 
 /// The longest value of a tag, such as a packet of XMP or a profile.
-const LONGEST_VALUE: usize = 4 << 20;
+const LONGEST_VALUE: u64 = 4 << 20;
 
 /// The tag of a packet of XMP.
 const XMP: Tag = Tag::Unknown(700);
@@ -49,10 +49,9 @@ pub(crate) fn decode(bytes: &[u8], name: &str, max_texels: usize) -> Result<Deco
     let mut limits = Limits::default();
     limits.decoding_buffer_size = layout.complete_len.max(limits.decoding_buffer_size);
     limits.intermediate_buffer_size = layout.complete_len.max(limits.intermediate_buffer_size);
-    limits.ifd_value_size = LONGEST_VALUE;
     let mut reader = reader.with_limits(limits);
     refuse_raw(&mut reader, name)?;
-    let profile = reader.get_tag_u8_vec(Tag::IccProfile).ok().map(|profile| Profile::parse(&profile));
+    let profile = bytes_of(&mut reader, Tag::IccProfile).map(|profile| Profile::parse(&profile));
     let mut head = head(&mut reader, &profile, [width, height]);
     let curve = profile.and_then(|profile| Some(profile?.curve));
     let orientation = Orientation::of_number(reader.find_tag_unsigned(Tag::Orientation).ok().flatten());
@@ -158,8 +157,7 @@ fn refuse_raw(reader: &mut Reader<'_>, name: &str) -> Result<(), ImageError> {
     // The bit of a picture that is a smaller one of another.
     let is_reduced = |bits: u32| bits & 1 == 1;
     let kind = reader.find_tag_unsigned::<u32>(Tag::NewSubfileType).ok().flatten();
-    let others = [DNG_VERSION, Tag::SubIfd].map(|tag| reader.find_tag(tag).is_ok_and(|value| value.is_some()));
-    if kind.is_some_and(is_reduced) || others.contains(&true) {
+    if kind.is_some_and(is_reduced) || reader.find_tag(DNG_VERSION).is_ok_and(|value| value.is_some()) {
         let message =
             "a raw photograph or another TIFF whose first picture is a thumbnail; develop it with `dcraw -4 -T IN`";
         return Err(unsupported(name, message.into()));
@@ -192,16 +190,18 @@ impl Picture<'_> {
 /// What the tags say besides the texels.
 fn head(reader: &mut Reader<'_>, profile: &Option<Option<Profile>>, [width, height]: [usize; 2]) -> PictureHead {
     let mut head = PictureHead::new(width, height);
-    if let Ok(packet) = reader.get_tag_u8_vec(XMP) {
+    if let Some(packet) = bytes_of(reader, XMP) {
         xmp::add_packet(&packet, &mut head.panorama, &mut head.notes);
     }
     let [colors, white] = [PRIMARY_CHROMATICITIES, WHITE_POINT].map(|tag| numbers(reader, tag));
     if let Some(profile) = profile {
         head.primaries = profile.as_ref().map(|profile| ("the primaries of the color profile", profile.primaries));
         head.unclear_primaries = profile.is_none().then(|| "the color profile".to_owned());
-    } else if let (Some(colors), Some(white)) = (colors, white) {
-        let declared = match (colors.as_slice(), white.as_slice()) {
-            (&[rx, ry, gx, gy, bx, by], &[wx, wy]) => Primaries::new([rx, ry], [gx, gy], [bx, by], [wx, wy]),
+    } else if colors.is_some() || white.is_some() {
+        let declared = match (colors.as_deref(), white.as_deref()) {
+            (Some(&[rx, ry, gx, gy, bx, by]), Some(&[wx, wy])) => {
+                Primaries::new([rx, ry], [gx, gy], [bx, by], [wx, wy])
+            }
             _ => None,
         };
         head.primaries = declared.map(|primaries| ("the primaries of the tag PrimaryChromaticities", primaries));
@@ -211,6 +211,15 @@ fn head(reader: &mut Reader<'_>, profile: &Option<Option<Profile>>, [width, heig
         head.notes.push("the file holds several pictures; the first is read".into());
     }
     head
+}
+
+/// The bytes of a tag; an empty list where there are more than a file should have, as the library takes 32 bytes for each.
+fn bytes_of(reader: &mut Reader<'_>, tag: Tag) -> Option<Vec<u8>> {
+    let entry = reader.image_ifd().find_entry(tag)?;
+    if entry.count() > LONGEST_VALUE {
+        return Some(Vec::new());
+    }
+    reader.get_tag_u8_vec(tag).ok()
 }
 
 /// The numbers of a tag, which are fractions by the standard and floats in some files.

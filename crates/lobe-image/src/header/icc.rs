@@ -27,13 +27,14 @@ pub(crate) enum Curve {
 }
 
 impl Curve {
-    /// The light of a value, of which 1 is white.
+    /// The light of a value, of which 1 is white. Negative values, colors outside of the gamut, lie mirrored.
     pub(crate) fn light(&self, value: f64) -> f64 {
-        match self {
-            Self::Srgb => srgb_decode(value),
-            Self::Linear => value,
-            Self::Tag(tag) => light(tag, value).unwrap_or(value),
-        }
+        let light = match self {
+            Self::Srgb => srgb_decode(value.abs()),
+            Self::Linear => value.abs(),
+            Self::Tag(tag) => light(tag, value.abs()).unwrap_or(value.abs()),
+        };
+        light.copysign(value)
     }
 
     fn of(tag: &[u8]) -> Option<Self> {

@@ -27,6 +27,9 @@ const MOST_NODES: u32 = 1 << 18;
 /// The most attributes of an element.
 const MOST_ATTRIBUTES: usize = 1 << 12;
 
+/// The most declarations of namespaces; packets have some ten to forty.
+const MOST_NAMESPACES: usize = 1 << 8;
+
 /// The longest value that is kept.
 const LONGEST_VALUE: usize = 256;
 
@@ -35,9 +38,11 @@ pub(crate) fn with_document<T>(packet: &[u8], look: impl FnOnce(&Document<'_>) -
     let text = String::from_utf8_lossy(packet);
     // Some writers end with a zero, or begin with the mark of a byte order.
     let text = text.trim_matches(|c: char| c == '\0' || c == '\u{feff}' || c.is_whitespace());
-    // The parser compares each attribute of an element with all before it.
-    let attributes = text.split('>').map(|part| part.bytes().filter(|byte| *byte == b'=').count()).max();
-    if attributes > Some(MOST_ATTRIBUTES) {
+    // The parser compares each attribute of an element with all before it, and each element copies the namespaces around it. No value of
+    // an attribute has a `<` in it.
+    let attributes = text.split('<').map(|part| part.bytes().filter(|byte| *byte == b'=').count()).max();
+    let namespaces = text.matches("xmlns").count();
+    if attributes > Some(MOST_ATTRIBUTES) || namespaces > MOST_NAMESPACES {
         return None;
     }
     let options = ParsingOptions { nodes_limit: MOST_NODES, ..ParsingOptions::default() };
@@ -120,6 +125,10 @@ mod tests {
         assert!(panorama.is_empty() && notes.len() == 1, "cut off: {panorama:?}, {notes:?}");
         let many: String = (0..2 * MOST_ATTRIBUTES).map(|k| format!(" a{k}=''")).collect();
         assert_eq!(found(&packet(&many, "")).1.len(), 1, "more attributes than are compared in a moment");
+        let ends = many.replace("''", "'>'");
+        assert_eq!(found(&packet(&ends, "")).1.len(), 1, "attributes that seem to end their element");
+        let spaces: String = (0..2 * MOST_NAMESPACES).map(|k| format!(" xmlns:a{k}='u'")).collect();
+        assert_eq!(found(&packet(&spaces, "")).1.len(), 1, "more namespaces than are compared in a moment");
         let deep = packet("", &format!("{}{}", "<a>".repeat(100_000), "</a>".repeat(100_000)));
         let _ = found(&deep);
         let entities = format!("<!DOCTYPE a [<!ENTITY b 'c'>]>{whole}");
