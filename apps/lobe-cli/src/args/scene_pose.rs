@@ -1,4 +1,4 @@
-//! Where things stand that a scene's file moves: `--time` and `--animation`.
+//! Pose of a scene whose file moves: `--time` and `--animation`.
 
 use clap::Args;
 use lobe::scene::ScenePose;
