@@ -105,7 +105,7 @@ mod tests {
         assert!(panorama.is_empty() && notes.len() == 1, "cut off: {panorama:?}, {notes:?}");
         let deep = packet("", &format!("{}{}", "<a>".repeat(100_000), "</a>".repeat(100_000)));
         let _ = found(&deep);
-        let entities = format!("<!DOCTYPE a [<!ENTITY b 'c'>]>{}", whole);
+        let entities = format!("<!DOCTYPE a [<!ENTITY b 'c'>]>{whole}");
         let (panorama, notes) = found(&entities);
         assert!(panorama.is_empty() && notes.len() == 1, "entities: {panorama:?}, {notes:?}");
     }
