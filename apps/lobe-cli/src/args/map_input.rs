@@ -26,8 +26,8 @@ const MOST_TEXELS: usize = 1 << 35;
 pub(crate) struct MapPath {
     /// The environment map: an .exr, .hdr, .pfm, .png or .jpg picture, a cube or a picture as .ktx2, .ktx or .dds,
     /// FOLDER/PREFIX%.exr (or another extension; or FOLDER alone) for the six files of a cube, or bundled:NAME. The
-    /// files are named px to nz or mz, posx to negz, or as photographs right, left, top or up, bottom or down, front, back, or rt, lf, up, dn,
-    /// ft, bk, or r, l, u, d, f, b, or with numbers from 0 or 1 on
+    /// files are named px to nz or mz, posx to negz, or as photographs right, left, top or up, bottom or down, front,
+    /// back, or rt, lf, up, dn, ft, bk, or r, l, u, d, f, b, or with numbers from 0 or 1 on
     #[arg(value_name = "IN")]
     path: PathBuf,
     /// How the picture shows the surroundings [default: what the file or its proportions tell: lat-long if it is twice as wide

@@ -19,8 +19,8 @@ pub enum CubeHandedness {
 
 impl CubeHandedness {
     /// The name by which a file keeps that the faces of its cube are left-handed, in the place of its mapping's
-    /// ([`PictureWriteOptions::mapping`](lobe_image::PictureWriteOptions::mapping)), so that [`read_map`](crate::read_map()) turns them around again. Right-handed
-    /// ones need none.
+    /// ([`PictureWriteOptions::mapping`](lobe_image::PictureWriteOptions::mapping)), so that
+    /// [`read_map`](crate::read_map()) turns them around again. Right-handed ones need none.
     #[must_use]
     pub fn mapping_name(self) -> Option<&'static str> {
         (self == Self::Left).then_some("cube-left-handed")

@@ -155,7 +155,7 @@ pub fn find_sun(map: &MappedMap, options: &SunOptions) -> Result<SunReport, NoSu
     // Collect the bright texels around it; it may lie at the sun's edge, so search twice as far.
     let near = texels_near(map, peak.center, 2.0 * reach + RING[1] * pitch);
     let bright: Vec<Texel> = near.iter().filter(|texel| texel.luminance() >= EDGE * light).copied().collect();
-    let (joined, others) = parted(bright, &peak, JOINED * pitch).ok_or(NoSun::Crowded { at })?;
+    let (joined, others) = parted(&bright, &peak, JOINED * pitch).ok_or(NoSun::Crowded { at })?;
     // Measure the disc around their centroid; reject one that is too large.
     let center = middle(&joined).ok_or(NoSun::Dark)?;
     let angle = |texel: &Texel| texel.center.angle_to(center);
@@ -270,7 +270,7 @@ fn texels_near(map: &MappedMap, center: Dir, angle: f64) -> Vec<Texel> {
 
 /// Bright texels apart: those that are joined to the peak through neighbors within `gap`, and all others; none if the
 /// others are more places than [`MOST_OTHERS`].
-fn parted(bright: Vec<Texel>, peak: &Texel, gap: f64) -> Option<(Vec<Texel>, Vec<Texel>)> {
+fn parted(bright: &[Texel], peak: &Texel, gap: f64) -> Option<(Vec<Texel>, Vec<Texel>)> {
     let first = bright.iter().position(|texel| texel.at == peak.at)?;
     let neighbors = Neighbors::new(bright.iter().map(|texel| texel.center), gap);
     // The place to which each texel belongs; that of the peak is 0.

@@ -108,7 +108,7 @@ impl StoredFormat {
             source.read_exact(&mut row)?;
             match self.format {
                 TexelFormat::Rgb16F => {
-                    texels.extend(self.plain_row::<2>(&row, width, |c| f16::from_le_bytes(c).into()))
+                    texels.extend(self.plain_row::<2>(&row, width, |c| f16::from_le_bytes(c).into()));
                 }
                 TexelFormat::Rgb32F => texels.extend(self.plain_row::<4>(&row, width, f32::from_le_bytes)),
                 TexelFormat::Rgb8 | TexelFormat::Srgb8 => {
