@@ -103,7 +103,7 @@ impl<T> Read<T> {
         }
         let category = py.import("lobe._env")?.getattr("LoadNote")?;
         for text in &self.remarks {
-            let text = CString::new(one_line(text)).unwrap_or_default();
+            let text = CString::new(lobe::io::one_line(text)).unwrap_or_default();
             PyErr::warn(py, &category, &text, 2)?;
         }
         Ok(self.found)
