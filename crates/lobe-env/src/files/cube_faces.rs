@@ -1,5 +1,6 @@
 //! Cube maps in six files, one for each face.
 
+use std::collections::BTreeSet;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -10,55 +11,9 @@ use lobe_image::{
 use lobe_io::{StagedFile, check_writable};
 use lobe_sh::Rgb;
 
+use crate::files::face_names::{AXES, Around, SIDES, all_names, cubes_among};
 use crate::mapping::cube::FACES;
 use crate::{CubeHandedness, CubeLayout, CubeMap, EnvError, FaceAssumption, FaceNames, FaceOrder, MapReadOptions};
-
-/// The names of the faces +X, -X, +Y, -Y, +Z, -Z in the names of files, in any of [`cases`]. The first ones are
-/// written, all are read.
-const AXES: [[&str; FACES]; 6] = [
-    ["px", "nx", "py", "ny", "pz", "nz"],
-    ["px", "mx", "py", "my", "pz", "mz"],
-    ["posx", "negx", "posy", "negy", "posz", "negz"],
-    ["PosX", "NegX", "PosY", "NegY", "PosZ", "NegZ"],
-    ["xpos", "xneg", "ypos", "yneg", "zpos", "zneg"],
-    ["+x", "-x", "+y", "-y", "+z", "-z"],
-];
-
-/// The same of photographs of right, left, up, down, front and back.
-const SIDES: [[&str; FACES]; 4] = [
-    ["right", "left", "top", "bottom", "front", "back"],
-    ["right", "left", "up", "down", "front", "back"],
-    ["rt", "lf", "up", "dn", "ft", "bk"],
-    ["r", "l", "u", "d", "f", "b"],
-];
-
-/// Digits of the numbers of files.
-const DIGITS: [usize; 4] = [1, 2, 3, 4];
-
-/// Six names, and what they name the faces by; none of numbers.
-type Names = ([String; FACES], Option<FaceNames>);
-
-/// All names that are read, those that are written first.
-fn all_names() -> impl Iterator<Item = Names> {
-    let named = |names: &'static [[&'static str; FACES]], kind| {
-        names.iter().flat_map(cases).map(move |names| (names, Some(kind)))
-    };
-    let numbers = [0, 1].into_iter().flat_map(|first| DIGITS.map(|digits| (numbers_from(first, digits), None)));
-    named(&AXES, FaceNames::Axes).chain(named(&SIDES, FaceNames::Sides)).chain(numbers)
-}
-
-/// Names in small letters, with a large one first, and in large ones.
-fn cases(names: &[&str; FACES]) -> [[String; FACES]; 3] {
-    let with_first_large = |name: &str| {
-        let (first, rest) = name.split_at(1);
-        first.to_ascii_uppercase() + rest
-    };
-    [names.map(str::to_owned), names.map(with_first_large), names.map(str::to_ascii_uppercase)]
-}
-
-fn numbers_from(first: usize, digits: usize) -> [String; FACES] {
-    std::array::from_fn(|k| format!("{:0digits$}", first + k))
-}
 
 /// The placeholder for the names of the faces in a path.
 const ANY_FACE: char = '%';
@@ -102,32 +57,24 @@ impl FaceFiles {
         Err(ImageError::Invalid { place, message })
     }
 
-    /// The cubes of which all six faces are in a folder, by name.
+    /// The cubes of which all six faces are in a folder, two at most.
     fn in_folder(folder: &Path) -> std::io::Result<Vec<Self>> {
-        let mut cubes = Vec::new();
-        for entry in folder.read_dir()? {
-            let name = entry?.file_name();
-            let Some(name) = name.to_str().filter(|name| !name.contains(ANY_FACE)) else { continue };
-            for ([first, ..], _) in all_names() {
-                for (at, _) in name.match_indices(&first) {
-                    let (before, after) = (name[..at].to_owned(), name[at + first.len()..].to_owned());
-                    let files = Self { folder: folder.to_owned(), before, after };
-                    if files.to_read().is_some_and(|faces| faces.iter().all(|face| face.is_file())) {
-                        cubes.push(files);
-                    }
-                }
+        let names = folder.read_dir()?.map(|entry| Ok(entry?.file_name().into_string().ok()));
+        let names: BTreeSet<String> = names.flat_map(Result::transpose).collect::<std::io::Result<_>>()?;
+        let is_there = |name: &str| names.contains(name);
+        let mut found: Vec<(Self, [PathBuf; FACES])> = Vec::new();
+        for Around { before, after } in cubes_among(&names, is_there) {
+            let files = Self { folder: folder.to_owned(), before, after };
+            let Some((faces, _)) = files.to_read_of(is_there) else { continue };
+            // The same files may be found by several names.
+            if found.iter().all(|(_, others)| *others != faces) && faces.iter().all(|face| face.is_file()) {
+                found.push((files, faces));
+            }
+            if found.len() > 1 {
+                break;
             }
         }
-        cubes.sort_by_key(Self::to_string);
-        // The same files may be found by several names: 0 to 5 and 00 to 05.
-        let mut found = Vec::new();
-        cubes.retain(|cube| {
-            let faces = cube.to_read();
-            let is_new = !found.contains(&faces);
-            found.push(faces);
-            is_new
-        });
-        Ok(cubes)
+        Ok(found.into_iter().map(|(files, _)| files).collect())
     }
 
     /// The folder of the files.
@@ -143,13 +90,17 @@ impl FaceFiles {
     }
 
     fn named(&self, names: &[String; FACES]) -> [PathBuf; FACES] {
-        names.each_ref().map(|name| self.folder.join(format!("{}{name}{}", self.before, self.after)))
+        names.each_ref().map(|name| self.folder.join(self.file_name(name)))
+    }
+
+    fn file_name(&self, face: &str) -> String {
+        format!("{}{face}{}", self.before, self.after)
     }
 
     /// The files of numbered pictures: 0, 1 and so on in the place of the percent sign.
     #[must_use]
     pub fn numbered(&self, count: usize) -> Vec<PathBuf> {
-        (0..count).map(|k| self.folder.join(format!("{}{k}{}", self.before, self.after))).collect()
+        (0..count).map(|k| self.folder.join(self.file_name(&k.to_string()))).collect()
     }
 
     /// The files of the faces +X, -X, +Y, -Y, +Z, -Z that are written: `px` to `nz` in the place of the percent sign.
@@ -169,13 +120,17 @@ impl FaceFiles {
 
     /// The files of the faces that are read, and what they are named by; no kind of name of numbers.
     fn found(&self) -> Option<([PathBuf; FACES], Option<FaceNames>)> {
+        self.to_read_of(|name| self.folder.join(name).exists())
+    }
+
+    /// The same of the names that are there.
+    fn to_read_of(&self, is_there: impl Fn(&str) -> bool) -> Option<([PathBuf; FACES], Option<FaceNames>)> {
         let mut best = (0, None);
         for (names, kind) in all_names() {
-            let files = self.named(&names);
-            let there = files.iter().filter(|path| path.exists()).count();
+            let there = names.iter().filter(|name| is_there(&self.file_name(name))).count();
             // Of several with as many files, the first.
             if there > best.0 {
-                best = (there, Some((files, kind)));
+                best = (there, Some((self.named(&names), kind)));
             }
         }
         best.1
@@ -374,6 +329,19 @@ mod tests {
         assert_eq!((read.base().mapping(), report.faces.len()), (crate::Mapping::Cube, 6), "and its faces");
         write("%.hdr");
         assert!(told().contains("several cubes here; name one: ") && told().contains("%.hdr"), "{}", told());
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn frames_of_a_film_are_no_cube_and_six_numbers_behind_a_letter_are() {
+        let folder = folder("film");
+        let touch = |name: String| std::fs::write(folder.join(name), "").unwrap();
+        (0..96).for_each(|k| touch(format!("frame_{k:04}.exr")));
+        let message = FaceFiles::of_input(&folder).unwrap_err().to_string();
+        assert!(message.contains("without the six faces of a cube"), "{message}");
+        (0..FACES).for_each(|k| touch(format!("face{k}.png")));
+        let found = FaceFiles::of_input(&folder).unwrap().unwrap();
+        assert_eq!(found.to_string(), folder.join("face%.png").display().to_string(), "beside the film");
         std::fs::remove_dir_all(folder).unwrap();
     }
 
