@@ -5,8 +5,8 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use lobe_image::{
-    ImageError, Picture, PictureReadReport, PictureWriteOptions, PictureWriteReport, TexelFormat, Tone, encode_picture,
-    read_picture,
+    ImageError, Picture, PictureReadReport, PictureWriteOptions, PictureWriteReport, ReadOption, TexelFormat, Tone,
+    encode_picture, read_picture,
 };
 use lobe_io::{StagedFile, check_writable};
 use lobe_sh::Rgb;
@@ -157,11 +157,13 @@ pub(crate) fn read_cube_faces(
             format!("none of the six files is there; tried for {ANY_FACE}: {}, or 0 1 2 3 4 5", tried.join(", or "));
         return Err(ImageError::Invalid { place: files.to_string(), message }.into());
     };
+    let all = &options.picture;
+    let each = all.clone().max_texels(all.max_texels / FACES).max_bytes(all.max_bytes / FACES as u64);
     let mut options = options.clone();
     let mut faces: [Vec<Rgb<f32>>; FACES] = Default::default();
     let mut reports: Vec<PictureReadReport> = Vec::with_capacity(FACES);
     for (path, texels) in paths.iter().zip(&mut faces) {
-        let (face, mut report) = read_picture(path, &options.picture)?;
+        let (face, mut report) = read_picture(path, &each).map_err(of_a_sixth)?;
         let (width, height, size) = (face.width(), face.height(), reports.first().map_or(face.width(), |r| r.width));
         if (width, height) != (size, size) {
             let message = format!("a face of {size} x {size} expected, but this is {width} x {height}");
@@ -190,6 +192,17 @@ pub(crate) fn read_cube_faces(
     let cube = order.cube(reports[0].width, faces, options.handedness)?;
     let is_told = reports[0].mapping.is_some();
     Ok((cube, reports, (is_open && !is_told).then_some(assumed)))
+}
+
+/// Says of a limit that it is a sixth: all faces are held together.
+fn of_a_sixth(error: ImageError) -> ImageError {
+    match error {
+        ImageError::Refused { place, message, option: option @ (ReadOption::MaxTexels | ReadOption::MaxBytes) } => {
+            let message = format!("{message}: a sixth of all, since the six faces are held together");
+            ImageError::Refused { place, message, option }
+        }
+        other => other,
+    }
 }
 
 /// Writes a cube as [six files](FaceFiles::to_write), in a format of [`write_env`](crate::write_env), or as `.png`, tone-mapped
@@ -329,6 +342,35 @@ mod tests {
         assert_eq!((read.base().mapping(), report.faces.len()), (crate::Mapping::Cube, 6), "and its faces");
         write("%.hdr");
         assert!(told().contains("several cubes here; name one: ") && told().contains("%.hdr"), "{}", told());
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn six_faces_are_held_against_the_limits_together() {
+        let folder = folder("limits");
+        write_cube_faces(
+            &files(&folder, "pfm"),
+            &CubeMap::from_fn(8, dice),
+            CubeHandedness::Right,
+            &PictureWriteOptions::default(),
+        )
+        .unwrap();
+        let read = |picture: PictureReadOptions| {
+            read_cube_faces(&files(&folder, "pfm"), &MapReadOptions::default().picture(picture))
+        };
+        // A face of 8 x 8 texels is a file of 780 bytes and some in the header.
+        const FILE: u64 = 8 * 8 * 12 + 64;
+        let limits = PictureReadOptions::default().max_texels(6 * 8 * 8).max_bytes(6 * FILE);
+        assert!(read(limits.clone()).is_ok(), "all of them fit");
+        for (limits, expected) in [
+            (limits.clone().max_texels(6 * 8 * 8 - 1), ReadOption::MaxTexels),
+            (limits.max_bytes(6 * 767), ReadOption::MaxBytes),
+        ] {
+            let EnvError::Image(ImageError::Refused { message, option, .. }) = read(limits).unwrap_err() else {
+                panic!("not refused");
+            };
+            assert!(option == expected && message.contains("a sixth of all"), "{option:?}: {message}");
+        }
         std::fs::remove_dir_all(folder).unwrap();
     }
 

@@ -262,7 +262,7 @@ fn map_of_crop(
     name: &str,
     options: &MapReadOptions,
 ) -> Result<(LoadedMap, MapReadReport), EnvError> {
-    let map = whole_map(picture, shown, options.padding, options.picture.max_texels, name)?;
+    let map = whole_map(picture, shown, options.padding, &options.picture, name)?;
     Ok((LoadedMap::Single(map.into()), report.into()))
 }
 
@@ -305,13 +305,13 @@ fn map_of(
             CubeMap::from_picture_in_order(&picture, &order, options.handedness).map_err(named)?.into()
         }
         (_, _, Some(fisheye)) => {
-            let map = fisheye_map(picture, fisheye, options.padding, options.picture.max_texels, name)?;
+            let map = fisheye_map(picture, fisheye, options.padding, &options.picture, name)?;
             note(fisheye.remark(&map));
             map.into()
         }
         (_, Some(elevations), None) => {
             let shown = Shown::around(elevations, name)?;
-            let map = whole_map(&picture, &shown, options.padding, options.picture.max_texels, name)?;
+            let map = whole_map(&picture, &shown, options.padding, &options.picture, name)?;
             // The degrees that were given, without the rounding of their change to radians.
             let [low, high] = elevations.map(rounded_degrees);
             let (width, height) = (map.width(), map.height());

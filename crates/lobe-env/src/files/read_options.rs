@@ -20,7 +20,7 @@ use crate::{CubeHandedness, CubeLayout, EnvError, FaceOrder, FisheyeOptions, Map
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct MapReadOptions {
-    /// The limits of every picture that is read.
+    /// The limits of every picture that is read, and of the map that is made of it; of six files together.
     pub picture: PictureReadOptions,
     /// The mapping of the picture; by default the file or its proportions determine it.
     #[setters(into)]

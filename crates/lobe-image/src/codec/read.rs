@@ -89,6 +89,20 @@ impl PictureReadOptions {
         usize::try_from(self.max_bytes / size_of::<Pixel>() as u64).map_or(self.max_texels, |n| n.min(self.max_texels))
     }
 
+    /// Refuses a map of more texels than are held in memory, which would be made of a picture.
+    ///
+    /// # Errors
+    /// [`ImageError::Refused`] by `max_texels` or `max_bytes`.
+    #[doc(hidden)]
+    pub fn check_made(&self, [width, height]: [usize; 2], place: &str) -> Result<(), ImageError> {
+        let most = self.most_texels();
+        if width.checked_mul(height).is_some_and(|texels| texels <= most) {
+            return Ok(());
+        }
+        let message = format!("the whole map is {width} x {height}, more than the limit of {most} texels");
+        self.blame(Err(ImageError::Refused { place: place.into(), message, option: ReadOption::MaxTexels }))
+    }
+
     /// Names the option that keeps out a picture of more than [`most_texels`](Self::most_texels).
     pub(crate) fn blame<T>(&self, read: Result<T, ImageError>) -> Result<T, ImageError> {
         match read {
