@@ -110,7 +110,7 @@ impl Reading {
             .fisheye(self.lens()?)
             .padding(padding)
             .faces(self.faces.as_deref().map(face_order).transpose()?)
-            .handedness(if self.left_handed { CubeHandedness::Left } else { CubeHandedness::Right }))
+            .handedness(self.left_handed.then_some(CubeHandedness::Left)))
     }
 
     fn lens(&self) -> PyResult<Option<FisheyeOptions>> {

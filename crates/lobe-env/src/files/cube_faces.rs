@@ -189,7 +189,7 @@ pub(crate) fn read_cube_faces(
         FaceNames::Axes => FaceAssumption::RightHanded,
         FaceNames::Sides => FaceAssumption::Photographs,
     };
-    let cube = order.cube(reports[0].width, faces, options.handedness)?;
+    let cube = order.cube(reports[0].width, faces, options.hand())?;
     let is_told = reports[0].mapping.is_some();
     Ok((cube, reports, (is_open && !is_told).then_some(assumed)))
 }
@@ -342,6 +342,30 @@ mod tests {
         assert_eq!((read.base().mapping(), report.faces.len()), (crate::Mapping::Cube, 6), "and its faces");
         write("%.hdr");
         assert!(told().contains("several cubes here; name one: ") && told().contains("%.hdr"), "{}", told());
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn faces_named_by_sides_are_no_photographs_where_a_handedness_is_given() {
+        let folder = folder("sides");
+        let cube = CubeMap::from_fn(4, dice);
+        for hand in [CubeHandedness::Right, CubeHandedness::Left] {
+            // Portable float maps say nothing of themselves.
+            write_cube_faces(&files(&folder, "pfm"), &cube, hand, &PictureWriteOptions::default()).unwrap();
+            for (axis, side) in AXES[0].iter().zip(SIDES[0]) {
+                let file = |name: &str| folder.join(format!("{name}.pfm"));
+                std::fs::rename(file(axis), file(side)).unwrap();
+            }
+            let (read, _, assumed) =
+                read_cube_faces(&files(&folder, "pfm"), &MapReadOptions::default().handedness(hand)).unwrap();
+            assert!(read == cube && assumed.is_none(), "{hand:?}: {assumed:?}");
+        }
+        // The option holds against the file too, and that is said.
+        write_cube_faces(&files(&folder, "exr"), &cube, CubeHandedness::Left, &PictureWriteOptions::default()).unwrap();
+        let options = MapReadOptions::default().handedness(CubeHandedness::Right);
+        let (read, reports, _) = read_cube_faces(&files(&folder, "exr"), &options).unwrap();
+        let notes = &reports[0].notes;
+        assert!(read != cube && notes.iter().any(|note| note.contains("taken for right-handed")), "{notes:?}");
         std::fs::remove_dir_all(folder).unwrap();
     }
 
