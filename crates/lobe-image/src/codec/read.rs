@@ -17,7 +17,7 @@ use crate::codec::read_jpeg;
 use crate::codec::read_ldr;
 use crate::codec::read_pfm;
 use crate::codec::read_tiff;
-use crate::header::decoded::{Decoded, EnvmapAttribute, PictureHead, invalid, unsupported};
+use crate::header::decoded::{Decoded, EnvmapAttribute, PictureHead, bounded, invalid, quoted, unsupported};
 use crate::picture::primaries::Primaries;
 use crate::pixel::{BLACK, Pixel};
 use crate::{ImageError, Picture, ReadOption};
@@ -435,7 +435,7 @@ fn describe(bytes: &[u8]) -> String {
 
 impl PictureReadReport {
     pub(crate) fn new(width: usize, height: usize, format: FileFormat, notes: Vec<String>) -> Self {
-        let (levels, nonfinite, negative) = (1, 0, 0);
+        let (levels, nonfinite, negative, notes) = (1, 0, 0, bounded(notes));
         let (envmap, mapping, first_nonfinite, panorama) = (None, None, None, BTreeMap::new());
         Self { width, height, levels, format, envmap, mapping, panorama, nonfinite, first_nonfinite, negative, notes }
     }
@@ -450,7 +450,7 @@ impl PictureReadReport {
     ) -> Result<(Self, Option<Primaries>), ImageError> {
         let PictureHead { width, height, mut notes, envmap, mapping, panorama, primaries, unclear_primaries } = head;
         let mut to_convert = None;
-        if let Some(unclear) = unclear_primaries {
+        if let Some(unclear) = unclear_primaries.map(|what| quoted(&what)) {
             if options.to_rec_709 {
                 let message = format!("{unclear} cannot be understood, so the colors cannot be converted");
                 return Err(ImageError::Refused { place: name.into(), message, option: ReadOption::ToRec709 });
