@@ -18,6 +18,7 @@ use crate::codec::read_ldr;
 use crate::codec::read_pfm;
 use crate::codec::read_tiff;
 use crate::header::decoded::{Decoded, EnvmapAttribute, PictureHead, bounded, invalid, quoted, unsupported};
+use crate::header::png_color::to_linear_light;
 use crate::picture::primaries::Primaries;
 use crate::pixel::{BLACK, Pixel};
 use crate::{ImageError, Picture, ReadOption};
@@ -402,24 +403,24 @@ pub(crate) fn guarded<T>(
 }
 
 /// Another picture format that is easily mistaken for a supported one: its name, and what to do.
-fn other_picture(bytes: &[u8]) -> Option<(&'static str, &'static str)> {
+fn other_picture(bytes: &[u8]) -> Option<(&'static str, String)> {
     const CONVERT: &str = "convert it to .hdr or .exr";
-    // By ITU-T H.273 linear light, in which the white of displays is 1.
-    const FFMPEG: &str = "convert it: `ffmpeg -i IN -vf zscale=t=linear:npl=203,format=gbrpf32le OUT.exr`";
     const KINDS: [(&[u8], &str, &str); 2] = [
         (b"GIF8", "a GIF picture", CONVERT),
         (b"RIFF", "a RIFF file (WebP?)", "convert it: `dwebp IN.webp -o OUT.png`"),
     ];
     if let Some([b'f', b't', b'y', b'p', brand @ ..]) = bytes.get(4..12) {
-        return match brand {
-            b"avif" | b"avis" => Some(("an AVIF picture", FFMPEG)),
-            b"heic" | b"heix" | b"heim" | b"heis" | b"mif1" | b"msf1" => {
-                Some(("a HEIF picture (HEIC or AVIF)", FFMPEG))
-            }
-            _ => Some(("a film or a picture in a container of ISO 14496-12", FFMPEG)),
+        let kind = match brand {
+            b"avif" | b"avis" => "an AVIF picture",
+            b"heic" | b"heix" | b"heim" | b"heis" | b"mif1" | b"msf1" => "a HEIF picture (HEIC or AVIF)",
+            _ => "a film or a picture in a container of ISO 14496-12",
         };
+        return Some((kind, format!("convert it: {}", to_linear_light("IN"))));
     }
-    KINDS.iter().find(|(magic, ..)| bytes.starts_with(magic)).map(|&(_, kind, what_to_do)| (kind, what_to_do))
+    KINDS
+        .iter()
+        .find(|(magic, ..)| bytes.starts_with(magic))
+        .map(|&(_, kind, what_to_do)| (kind, what_to_do.to_owned()))
 }
 
 /// The first bytes of an unknown file, in one line.
