@@ -208,7 +208,7 @@ mod tests {
             assert!(matches!(error, Err(EnvError::Options(_))), "{degrees:?}: {error:?}");
         }
         let error = map(&picture, [0.0, 1e-4], Padding::Black).unwrap_err();
-        assert!(matches!(error, EnvError::Image(ImageError::Refused { .. })), "{error:?}");
+        assert!(matches!(error, EnvError::Image(lobe_image::ImageError::Refused { .. })), "{error:?}");
     }
 
     #[test]
