@@ -222,9 +222,9 @@ fn values_that_are_no_numbers_are_noted_and_change_nothing() {
 
 #[test]
 fn a_header_that_says_a_thing_many_times_or_at_length_gets_one_short_note_of_it() {
-    let long = "x".repeat(1 << 20);
+    let long = "x".repeat(1 << 19);
     for (lines, part) in [
-        ("VIEW=a\n".repeat(100_000), "VIEW (100000 lines) of the header is ignored"),
+        ("VIEW=a\n".repeat(90_000), "VIEW (90000 lines) of the header is ignored"),
         ("EXPOSURE=0\n".repeat(3), "EXPOSURE (3 lines) of the header is read as 1"),
         ("COLORCORR=x\n".repeat(2), "COLORCORR (2 lines) of the header is not 3 numbers, and is ignored"),
         (format!("VIEW={long}\n"), "VIEW=xxx"),
