@@ -87,6 +87,7 @@ pub(crate) struct Reading {
     nonfinite: String,
     to_rec709: bool,
     max_texels: Option<usize>,
+    max_bytes: Option<u64>,
 }
 
 impl Reading {
@@ -103,6 +104,7 @@ impl Reading {
             other => return Err(value_error(format!("padding: expected black or edge, found {other:?}"))),
         };
         picture.max_texels = self.max_texels.unwrap_or(picture.max_texels);
+        picture.max_bytes = self.max_bytes.unwrap_or(picture.max_bytes);
         Ok(MapReadOptions::default()
             .picture(picture)
             .mapping(self.mapping.as_deref().map(mapping_of).transpose()?)
@@ -110,7 +112,7 @@ impl Reading {
             .fisheye(self.lens()?)
             .padding(padding)
             .faces(self.faces.as_deref().map(face_order).transpose()?)
-            .handedness(if self.left_handed { CubeHandedness::Left } else { CubeHandedness::Right }))
+            .handedness(self.left_handed.then_some(CubeHandedness::Left)))
     }
 
     fn lens(&self) -> PyResult<Option<FisheyeOptions>> {

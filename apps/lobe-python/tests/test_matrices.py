@@ -101,6 +101,8 @@ def test_a_file_is_read_as_the_options_say(tmp_path):
     assert lobe.EnvMap.load(tmp_path / "o.exr", mapping="equal-area").mapping == "equal-area", "the caller knows better"
     with pytest.raises(ValueError, match="8 x 8, more than the limit of 63 texels"):
         lobe.EnvMap.load(tmp_path / "o.exr", max_texels=63)
+    with pytest.raises(ValueError, match="more than the limit of 700"):
+        lobe.EnvMap.load(tmp_path / "o.exr", max_bytes=700)
     cropped = lobe.EnvMap.load(tmp_path / "o.exr", elevations=(-np.pi / 6, np.pi / 6), padding="edge")
     assert cropped.mapping == "lat-long" and cropped.radiance([0, 0, 1]).min() > 0
     black = lobe.EnvMap.load(tmp_path / "o.exr", elevations=(-np.pi / 6, np.pi / 6))

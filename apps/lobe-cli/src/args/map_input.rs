@@ -245,7 +245,6 @@ impl MapPath {
     }
 
     fn options(&self, nonfinite: Nonfinite) -> MapReadOptions {
-        let handedness = if self.from_left_handed { CubeHandedness::Left } else { CubeHandedness::Right };
         let memory = MemoryLimit::of(Some(self.max_memory));
         let picture = PictureReadOptions::default().nonfinite(nonfinite).max_texels(self.max_texels);
         let picture = picture.max_bytes(memory.bytes()).to_rec_709(self.to_rec709);
@@ -255,7 +254,7 @@ impl MapPath {
             .elevations(self.vertical_fov)
             .fisheye(self.fisheye.options())
             .padding(self.padding.into())
-            .handedness(handedness)
+            .handedness(self.from_left_handed.then_some(CubeHandedness::Left))
             .faces(self.faces)
     }
 

@@ -93,6 +93,7 @@ class EnvMap:
         nonfinite: str = "error",
         to_rec709: bool = False,
         max_texels: int | None = None,
+        max_bytes: int | None = None,
     ) -> EnvMap:
         """A map from any file that the command reads.
 
@@ -103,8 +104,9 @@ class EnvMap:
         orthographic: the picture shows `fisheye_fov` radians across its circle around `fisheye_axis` [default: π and +z, half of the sphere], with +x at
         the top and +y on the right. The circle, column and row of its middle and its radius in pixels, is the largest about the middle unless
         `fisheye_circle` gives it; `padding` is what lies outside. `nonfinite="zero"` reads NaN and infinity as black instead of refusing
-        them. `to_rec709` converts other primaries where the file tells them; `max_texels` is the limit of the picture. What the command notes, such as
-        other primaries that stay, is a warning of the category `LoadNote`.
+        them. `to_rec709` converts other primaries where the file tells them; `max_texels` is the limit of the picture, and `max_bytes` that
+        of its file and of its texels in memory, which take 12 each. Six faces share both. What the command notes, such as other primaries that
+        stay, is a warning of the category `LoadNote`.
         """
         if elevations is not None:
             low, high = (real(angle, "elevations", -np.pi / 2, np.pi / 2) for angle in elevations)
@@ -119,6 +121,7 @@ class EnvMap:
             "nonfinite": nonfinite,
             "to_rec709": bool(to_rec709),
             "max_texels": None if max_texels is None else whole(max_texels, "max_texels", 1, 1 << 40),
+            "max_bytes": None if max_bytes is None else whole(max_bytes, "max_bytes", 1, 2**60),
         }
         found, notes = _lobe.load(path, reading)
         for note in notes:

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use lobe_image::{ImageError, Picture, ReadOption};
+use lobe_image::{Picture, PictureReadOptions};
 use lobe_sh::{Coefficient, Rgb};
 
 use crate::{EnvError, EnvMap};
@@ -73,15 +73,12 @@ pub(crate) fn whole_map(
     picture: &Picture,
     shown: &Shown,
     padding: Padding,
-    max_texels: usize,
+    limits: &PictureReadOptions,
     place: &str,
 ) -> Result<EnvMap, EnvError> {
     let stored = [picture.width(), picture.height()];
     let [width, height] = shown.whole_size(stored);
-    if width.checked_mul(height).is_none_or(|texels| texels > max_texels) {
-        let message = format!("the whole map is {width} x {height}, more than the limit of {max_texels} texels");
-        return Err(ImageError::Refused { place: place.into(), message, option: ReadOption::MaxTexels }.into());
-    }
+    limits.check_made([width, height], place)?;
     let row_height = (shown.elevations[1] - shown.elevations[0]) / stored[1] as f64;
     let columns: Vec<Option<Between>> =
         (0..width).map(|x| column((x as f64 + 0.5) / width as f64, shown, stored[0], padding)).collect();
@@ -162,7 +159,7 @@ mod tests {
 
     fn map(picture: &Picture, degrees: [f64; 2], padding: Padding) -> Result<EnvMap, EnvError> {
         let shown = Shown::around(degrees.map(f64::to_radians), "test")?;
-        whole_map(picture, &shown, padding, 1 << 20, "test")
+        whole_map(picture, &shown, padding, &PictureReadOptions::default().max_texels(1 << 20), "test")
     }
 
     #[test]
@@ -211,7 +208,7 @@ mod tests {
             assert!(matches!(error, Err(EnvError::Options(_))), "{degrees:?}: {error:?}");
         }
         let error = map(&picture, [0.0, 1e-4], Padding::Black).unwrap_err();
-        assert!(matches!(error, EnvError::Image(ImageError::Refused { .. })), "{error:?}");
+        assert!(matches!(error, EnvError::Image(lobe_image::ImageError::Refused { .. })), "{error:?}");
     }
 
     #[test]
@@ -219,7 +216,9 @@ mod tests {
         let picture = Picture::from_fn(4, 2, |x, y| [1.0 + x as f32, 1.0 + y as f32, 0.5]);
         for left in 0..16_usize {
             let shown = Shown { columns: [left as f64 / 16.0, 0.25], elevations: [0.0, 0.25 * PI] };
-            let whole = whole_map(&picture, &shown, Padding::Black, 1 << 20, "test").unwrap();
+            let whole =
+                whole_map(&picture, &shown, Padding::Black, &PictureReadOptions::default().max_texels(1 << 20), "test")
+                    .unwrap();
             assert_eq!((whole.width(), whole.height()), (16, 8), "the whole sphere");
             for (x, y) in (0..16).flat_map(|x| (0..8).map(move |y| (x, y))) {
                 let column = (x + 16 - left) % 16;
@@ -229,7 +228,9 @@ mod tests {
             }
         }
         let shown = Shown { columns: [0.25, 0.25], elevations: [0.0, 0.25 * PI] };
-        let whole = whole_map(&picture, &shown, Padding::Edge, 1 << 20, "test").unwrap();
+        let whole =
+            whole_map(&picture, &shown, Padding::Edge, &PictureReadOptions::default().max_texels(1 << 20), "test")
+                .unwrap();
         let reds: Vec<f32> = (0..16).map(|x| whole.texel(x, 0).r).collect();
         assert_eq!(reds, [1., 1., 1., 1., 1., 2., 3., 4., 4., 4., 4., 4., 4., 4., 1., 1.], "the nearest columns");
     }
@@ -238,7 +239,9 @@ mod tests {
     fn a_crop_between_texels_keeps_its_light() {
         let picture = Picture::filled(30, 20, [1.0; 3]);
         let shown = Shown { columns: [0.113, 0.37], elevations: [-0.4, 0.3] };
-        let whole = whole_map(&picture, &shown, Padding::Black, 1 << 20, "test").unwrap();
+        let whole =
+            whole_map(&picture, &shown, Padding::Black, &PictureReadOptions::default().max_texels(1 << 20), "test")
+                .unwrap();
         let light: f64 = (0..whole.height())
             .map(|y| {
                 let row: f64 = (0..whole.width()).map(|x| f64::from(whole.texel(x, y).r)).sum();

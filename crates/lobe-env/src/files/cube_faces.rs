@@ -1,64 +1,19 @@
 //! Cube maps in six files, one for each face.
 
+use std::collections::BTreeSet;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
 use lobe_image::{
-    ImageError, Picture, PictureReadReport, PictureWriteOptions, PictureWriteReport, TexelFormat, Tone, encode_picture,
-    read_picture,
+    ImageError, Picture, PictureReadReport, PictureWriteOptions, PictureWriteReport, ReadOption, TexelFormat, Tone,
+    encode_picture, read_picture,
 };
 use lobe_io::{StagedFile, check_writable};
 use lobe_sh::Rgb;
 
+use crate::files::face_names::{AXES, Around, SIDES, all_names, cubes_among};
 use crate::mapping::cube::FACES;
 use crate::{CubeHandedness, CubeLayout, CubeMap, EnvError, FaceAssumption, FaceNames, FaceOrder, MapReadOptions};
-
-/// The names of the faces +X, -X, +Y, -Y, +Z, -Z in the names of files, in any of [`cases`]. The first ones are
-/// written, all are read.
-const AXES: [[&str; FACES]; 6] = [
-    ["px", "nx", "py", "ny", "pz", "nz"],
-    ["px", "mx", "py", "my", "pz", "mz"],
-    ["posx", "negx", "posy", "negy", "posz", "negz"],
-    ["PosX", "NegX", "PosY", "NegY", "PosZ", "NegZ"],
-    ["xpos", "xneg", "ypos", "yneg", "zpos", "zneg"],
-    ["+x", "-x", "+y", "-y", "+z", "-z"],
-];
-
-/// The same of photographs of right, left, up, down, front and back.
-const SIDES: [[&str; FACES]; 4] = [
-    ["right", "left", "top", "bottom", "front", "back"],
-    ["right", "left", "up", "down", "front", "back"],
-    ["rt", "lf", "up", "dn", "ft", "bk"],
-    ["r", "l", "u", "d", "f", "b"],
-];
-
-/// Digits of the numbers of files.
-const DIGITS: [usize; 4] = [1, 2, 3, 4];
-
-/// Six names, and what they name the faces by; none of numbers.
-type Names = ([String; FACES], Option<FaceNames>);
-
-/// All names that are read, those that are written first.
-fn all_names() -> impl Iterator<Item = Names> {
-    let named = |names: &'static [[&'static str; FACES]], kind| {
-        names.iter().flat_map(cases).map(move |names| (names, Some(kind)))
-    };
-    let numbers = [0, 1].into_iter().flat_map(|first| DIGITS.map(|digits| (numbers_from(first, digits), None)));
-    named(&AXES, FaceNames::Axes).chain(named(&SIDES, FaceNames::Sides)).chain(numbers)
-}
-
-/// Names in small letters, with a large one first, and in large ones.
-fn cases(names: &[&str; FACES]) -> [[String; FACES]; 3] {
-    let with_first_large = |name: &str| {
-        let (first, rest) = name.split_at(1);
-        first.to_ascii_uppercase() + rest
-    };
-    [names.map(str::to_owned), names.map(with_first_large), names.map(str::to_ascii_uppercase)]
-}
-
-fn numbers_from(first: usize, digits: usize) -> [String; FACES] {
-    std::array::from_fn(|k| format!("{:0digits$}", first + k))
-}
 
 /// The placeholder for the names of the faces in a path.
 const ANY_FACE: char = '%';
@@ -102,32 +57,24 @@ impl FaceFiles {
         Err(ImageError::Invalid { place, message })
     }
 
-    /// The cubes of which all six faces are in a folder, by name.
+    /// The cubes of which all six faces are in a folder, two at most.
     fn in_folder(folder: &Path) -> std::io::Result<Vec<Self>> {
-        let mut cubes = Vec::new();
-        for entry in folder.read_dir()? {
-            let name = entry?.file_name();
-            let Some(name) = name.to_str().filter(|name| !name.contains(ANY_FACE)) else { continue };
-            for ([first, ..], _) in all_names() {
-                for (at, _) in name.match_indices(&first) {
-                    let (before, after) = (name[..at].to_owned(), name[at + first.len()..].to_owned());
-                    let files = Self { folder: folder.to_owned(), before, after };
-                    if files.to_read().is_some_and(|faces| faces.iter().all(|face| face.is_file())) {
-                        cubes.push(files);
-                    }
-                }
+        let names = folder.read_dir()?.map(|entry| Ok(entry?.file_name().into_string().ok()));
+        let names: BTreeSet<String> = names.flat_map(Result::transpose).collect::<std::io::Result<_>>()?;
+        let is_there = |name: &str| names.contains(name);
+        let mut found: Vec<(Self, [PathBuf; FACES])> = Vec::new();
+        for Around { before, after } in cubes_among(&names, is_there) {
+            let files = Self { folder: folder.to_owned(), before, after };
+            let Some((faces, _)) = files.to_read_of(is_there) else { continue };
+            // The same files may be found by several names.
+            if found.iter().all(|(_, others)| *others != faces) && faces.iter().all(|face| face.is_file()) {
+                found.push((files, faces));
+            }
+            if found.len() > 1 {
+                break;
             }
         }
-        cubes.sort_by_key(Self::to_string);
-        // The same files may be found by several names: 0 to 5 and 00 to 05.
-        let mut found = Vec::new();
-        cubes.retain(|cube| {
-            let faces = cube.to_read();
-            let is_new = !found.contains(&faces);
-            found.push(faces);
-            is_new
-        });
-        Ok(cubes)
+        Ok(found.into_iter().map(|(files, _)| files).collect())
     }
 
     /// The folder of the files.
@@ -143,13 +90,17 @@ impl FaceFiles {
     }
 
     fn named(&self, names: &[String; FACES]) -> [PathBuf; FACES] {
-        names.each_ref().map(|name| self.folder.join(format!("{}{name}{}", self.before, self.after)))
+        names.each_ref().map(|name| self.folder.join(self.file_name(name)))
+    }
+
+    fn file_name(&self, face: &str) -> String {
+        format!("{}{face}{}", self.before, self.after)
     }
 
     /// The files of numbered pictures: 0, 1 and so on in the place of the percent sign.
     #[must_use]
     pub fn numbered(&self, count: usize) -> Vec<PathBuf> {
-        (0..count).map(|k| self.folder.join(format!("{}{k}{}", self.before, self.after))).collect()
+        (0..count).map(|k| self.folder.join(self.file_name(&k.to_string()))).collect()
     }
 
     /// The files of the faces +X, -X, +Y, -Y, +Z, -Z that are written: `px` to `nz` in the place of the percent sign.
@@ -169,13 +120,17 @@ impl FaceFiles {
 
     /// The files of the faces that are read, and what they are named by; no kind of name of numbers.
     fn found(&self) -> Option<([PathBuf; FACES], Option<FaceNames>)> {
+        self.to_read_of(|name| self.folder.join(name).exists())
+    }
+
+    /// The same of the names that are there.
+    fn to_read_of(&self, is_there: impl Fn(&str) -> bool) -> Option<([PathBuf; FACES], Option<FaceNames>)> {
         let mut best = (0, None);
         for (names, kind) in all_names() {
-            let files = self.named(&names);
-            let there = files.iter().filter(|path| path.exists()).count();
+            let there = names.iter().filter(|name| is_there(&self.file_name(name))).count();
             // Of several with as many files, the first.
             if there > best.0 {
-                best = (there, Some((files, kind)));
+                best = (there, Some((self.named(&names), kind)));
             }
         }
         best.1
@@ -202,11 +157,13 @@ pub(crate) fn read_cube_faces(
             format!("none of the six files is there; tried for {ANY_FACE}: {}, or 0 1 2 3 4 5", tried.join(", or "));
         return Err(ImageError::Invalid { place: files.to_string(), message }.into());
     };
+    let all = &options.picture;
+    let each = all.clone().max_texels(all.max_texels / FACES).max_bytes(all.max_bytes / FACES as u64);
     let mut options = options.clone();
     let mut faces: [Vec<Rgb<f32>>; FACES] = Default::default();
     let mut reports: Vec<PictureReadReport> = Vec::with_capacity(FACES);
     for (path, texels) in paths.iter().zip(&mut faces) {
-        let (face, mut report) = read_picture(path, &options.picture)?;
+        let (face, mut report) = read_picture(path, &each).map_err(of_a_sixth)?;
         let (width, height, size) = (face.width(), face.height(), reports.first().map_or(face.width(), |r| r.width));
         if (width, height) != (size, size) {
             let message = format!("a face of {size} x {size} expected, but this is {width} x {height}");
@@ -232,9 +189,20 @@ pub(crate) fn read_cube_faces(
         FaceNames::Axes => FaceAssumption::RightHanded,
         FaceNames::Sides => FaceAssumption::Photographs,
     };
-    let cube = order.cube(reports[0].width, faces, options.handedness)?;
+    let cube = order.cube(reports[0].width, faces, options.hand())?;
     let is_told = reports[0].mapping.is_some();
     Ok((cube, reports, (is_open && !is_told).then_some(assumed)))
+}
+
+/// Says of a limit that it is a sixth: all faces are held together.
+fn of_a_sixth(error: ImageError) -> ImageError {
+    match error {
+        ImageError::Refused { place, message, option: option @ (ReadOption::MaxTexels | ReadOption::MaxBytes) } => {
+            let message = format!("{message}: a sixth of all, since the six faces are held together");
+            ImageError::Refused { place, message, option }
+        }
+        other => other,
+    }
 }
 
 /// Writes a cube as [six files](FaceFiles::to_write), in a format of [`write_env`](crate::write_env), or as `.png`, tone-mapped
@@ -374,6 +342,72 @@ mod tests {
         assert_eq!((read.base().mapping(), report.faces.len()), (crate::Mapping::Cube, 6), "and its faces");
         write("%.hdr");
         assert!(told().contains("several cubes here; name one: ") && told().contains("%.hdr"), "{}", told());
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn faces_named_by_sides_are_no_photographs_where_a_handedness_is_given() {
+        let folder = folder("sides");
+        let cube = CubeMap::from_fn(4, dice);
+        for hand in [CubeHandedness::Right, CubeHandedness::Left] {
+            // Portable float maps say nothing of themselves.
+            write_cube_faces(&files(&folder, "pfm"), &cube, hand, &PictureWriteOptions::default()).unwrap();
+            for (axis, side) in AXES[0].iter().zip(SIDES[0]) {
+                let file = |name: &str| folder.join(format!("{name}.pfm"));
+                std::fs::rename(file(axis), file(side)).unwrap();
+            }
+            let (read, _, assumed) =
+                read_cube_faces(&files(&folder, "pfm"), &MapReadOptions::default().handedness(hand)).unwrap();
+            assert!(read == cube && assumed.is_none(), "{hand:?}: {assumed:?}");
+        }
+        // The option holds against the file too, and that is said.
+        write_cube_faces(&files(&folder, "exr"), &cube, CubeHandedness::Left, &PictureWriteOptions::default()).unwrap();
+        let options = MapReadOptions::default().handedness(CubeHandedness::Right);
+        let (read, reports, _) = read_cube_faces(&files(&folder, "exr"), &options).unwrap();
+        let notes = &reports[0].notes;
+        assert!(read != cube && notes.iter().any(|note| note.contains("taken for right-handed")), "{notes:?}");
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn six_faces_are_held_against_the_limits_together() {
+        let folder = folder("limits");
+        write_cube_faces(
+            &files(&folder, "pfm"),
+            &CubeMap::from_fn(8, dice),
+            CubeHandedness::Right,
+            &PictureWriteOptions::default(),
+        )
+        .unwrap();
+        let read = |picture: PictureReadOptions| {
+            read_cube_faces(&files(&folder, "pfm"), &MapReadOptions::default().picture(picture))
+        };
+        // A face of 8 x 8 texels is a file of 780 bytes and some in the header.
+        const FILE: u64 = 8 * 8 * 12 + 64;
+        let limits = PictureReadOptions::default().max_texels(6 * 8 * 8).max_bytes(6 * FILE);
+        assert!(read(limits.clone()).is_ok(), "all of them fit");
+        for (limits, expected) in [
+            (limits.clone().max_texels(6 * 8 * 8 - 1), ReadOption::MaxTexels),
+            (limits.max_bytes(6 * 767), ReadOption::MaxBytes),
+        ] {
+            let EnvError::Image(ImageError::Refused { message, option, .. }) = read(limits).unwrap_err() else {
+                panic!("not refused");
+            };
+            assert!(option == expected && message.contains("a sixth of all"), "{option:?}: {message}");
+        }
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn frames_of_a_film_are_no_cube_and_six_numbers_behind_a_letter_are() {
+        let folder = folder("film");
+        let touch = |name: String| std::fs::write(folder.join(name), "").unwrap();
+        (0..96).for_each(|k| touch(format!("frame_{k:04}.exr")));
+        let message = FaceFiles::of_input(&folder).unwrap_err().to_string();
+        assert!(message.contains("without the six faces of a cube"), "{message}");
+        (0..FACES).for_each(|k| touch(format!("face{k}.png")));
+        let found = FaceFiles::of_input(&folder).unwrap().unwrap();
+        assert_eq!(found.to_string(), folder.join("face%.png").display().to_string(), "beside the film");
         std::fs::remove_dir_all(folder).unwrap();
     }
 

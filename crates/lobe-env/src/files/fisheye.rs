@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 use derive_setters::Setters;
-use lobe_image::{ImageError, Picture, ReadOption};
+use lobe_image::{Picture, PictureReadOptions};
 use lobe_io::Job;
 use lobe_sh::vector::cross;
 use lobe_sh::{Dir, Rotation};
@@ -107,7 +107,7 @@ pub(crate) fn fisheye_map(
     picture: Picture,
     fisheye: &FisheyeOptions,
     padding: Padding,
-    max_texels: usize,
+    limits: &PictureReadOptions,
     place: &str,
 ) -> Result<EnvMap, EnvError> {
     let named = |error: EnvError| EnvError::Options(format!("{place}: {error}"));
@@ -115,11 +115,7 @@ pub(crate) fn fisheye_map(
     let lens = Lens::new(fisheye.projection, fisheye.field_of_view).map_err(named)?;
     let [x, y, radius] = fisheye.circle_in(size).map_err(named)?;
     let rows = RoundPicture::rows(&lens, radius);
-    if 2.0 * rows * rows > max_texels as f64 {
-        let message =
-            format!("the whole map is {:.0} x {rows:.0}, more than the limit of {max_texels} texels", 2.0 * rows);
-        return Err(ImageError::Refused { place: place.into(), message, option: ReadOption::MaxTexels }.into());
-    }
+    limits.check_made([(2.0 * rows) as usize, rows as usize], place)?;
     let round = RoundPicture { lens, size, middle: [x, y], radius, pixels: picture.into_pixels() };
     let map = round.to_lat_long(rows as usize, padding);
     // A pixel that is alone among dark ones is brightened by what the rays miss.

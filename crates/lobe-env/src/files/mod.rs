@@ -1,5 +1,5 @@
-//! Map files: the reader of any map ([`read_map`]), pictures, textures and the six faces of a cube ([`cube_faces`]), and
-//! the writers.
+//! Map files: the reader of any map ([`read_map`]), pictures, textures and the six faces of a cube ([`cube_faces`], by
+//! their [`face_names`]), and the writers.
 //!
 //! Read [`read_options`] first, then [`read_map`]. Decoding and encoding belong to `lobe-image`; this room finds the mapping,
 //! interprets the attribute `envmap` of OpenEXR ([`exr_envmap`]), completes cropped panoramas ([`cropped`], by what
@@ -11,6 +11,7 @@ pub mod bundled;
 pub(crate) mod cropped;
 pub(crate) mod cube_faces;
 pub(crate) mod exr_envmap;
+pub(crate) mod face_names;
 pub(crate) mod fisheye;
 pub(crate) mod fisheye_rays;
 pub(crate) mod panorama;

@@ -182,7 +182,7 @@ pub fn read_map_bytes(
         let order = options.faces.unwrap_or(FaceOrder::usual(FaceNames::Axes));
         let levels = levels.map(|(size, texels)| {
             let mut faces = texels.chunks_exact(size * size).map(|face| face.iter().copied().map(Rgb::from).collect());
-            order.cube(size, std::array::from_fn(|_| faces.next().unwrap_or_default()), options.handedness)
+            order.cube(size, std::array::from_fn(|_| faces.next().unwrap_or_default()), options.hand())
         });
         let chain = CubeMipChain::new(levels.collect::<Result<_, _>>()?)?;
         (LoadedMap::Chain(chain), report.into())
@@ -250,7 +250,7 @@ fn map_of_edges(
     }
     report.height = width;
     // A left-handed cube has OpenEXR's own X turned around, not that of the cube which it becomes.
-    let stored = CubeMap::new(width, picture.into_pixels())?.of_handedness(options.handedness);
+    let stored = CubeMap::new(width, picture.into_pixels())?.of_handedness(options.hand());
     Ok((LoadedMap::Chain(CubeMipChain::single(cube_from_edges(&stored))), report.into()))
 }
 
@@ -262,7 +262,7 @@ fn map_of_crop(
     name: &str,
     options: &MapReadOptions,
 ) -> Result<(LoadedMap, MapReadReport), EnvError> {
-    let map = whole_map(picture, shown, options.padding, options.picture.max_texels, name)?;
+    let map = whole_map(picture, shown, options.padding, &options.picture, name)?;
     Ok((LoadedMap::Single(map.into()), report.into()))
 }
 
@@ -302,16 +302,16 @@ fn map_of(
     let map = match (mapping, options.elevations, &options.fisheye) {
         (Mapping::Cube, ..) => {
             let order = options.faces.unwrap_or(FaceOrder::usual(FaceNames::Axes));
-            CubeMap::from_picture_in_order(&picture, &order, options.handedness).map_err(named)?.into()
+            CubeMap::from_picture_in_order(&picture, &order, options.hand()).map_err(named)?.into()
         }
         (_, _, Some(fisheye)) => {
-            let map = fisheye_map(picture, fisheye, options.padding, options.picture.max_texels, name)?;
+            let map = fisheye_map(picture, fisheye, options.padding, &options.picture, name)?;
             note(fisheye.remark(&map));
             map.into()
         }
         (_, Some(elevations), None) => {
             let shown = Shown::around(elevations, name)?;
-            let map = whole_map(&picture, &shown, options.padding, options.picture.max_texels, name)?;
+            let map = whole_map(&picture, &shown, options.padding, &options.picture, name)?;
             // The degrees that were given, without the rounding of their change to radians.
             let [low, high] = elevations.map(rounded_degrees);
             let (width, height) = (map.width(), map.height());

@@ -20,7 +20,7 @@ use crate::{CubeHandedness, CubeLayout, EnvError, FaceOrder, FisheyeOptions, Map
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct MapReadOptions {
-    /// The limits of every picture that is read.
+    /// The limits of every picture that is read, and of the map that is made of it; of six files together.
     pub picture: PictureReadOptions,
     /// The mapping of the picture; by default the file or its proportions determine it.
     #[setters(into)]
@@ -35,8 +35,10 @@ pub struct MapReadOptions {
     pub fisheye: Option<FisheyeOptions>,
     /// What the directions get that a cropped panorama or a fisheye picture does not show; black by default.
     pub padding: Padding,
-    /// The handedness for which the faces of a cube were made; by default what the file says, else right.
-    pub handedness: CubeHandedness,
+    /// The handedness for which the faces of a cube were made; by default what the file says, else right. Files that are named
+    /// by sides are then no photographs, unless `faces` says so.
+    #[setters(into)]
+    pub handedness: Option<CubeHandedness>,
     /// The faces of a cube in their order in the picture, the texture or the numbered files; names of sides say that
     /// they are photographs. Of files that are named by sides, the names tell which is which. By default the file or
     /// its name tells it, else they are +X to -Z.
@@ -68,7 +70,12 @@ impl MapReadOptions {
 
     /// Whether nothing is said of the faces of a cube.
     pub(crate) fn leaves_faces_open(&self) -> bool {
-        self.faces.is_none() && self.handedness == CubeHandedness::default()
+        self.faces.is_none() && self.handedness.is_none()
+    }
+
+    /// The handedness of faces where the file says none.
+    pub(crate) fn hand(&self) -> CubeHandedness {
+        self.handedness.unwrap_or_default()
     }
 
     /// Refuses to take a picture for a fisheye and for something else.
@@ -81,10 +88,17 @@ impl MapReadOptions {
         Err(EnvError::Options(message))
     }
 
-    /// The options for a file that names this mapping: the faces of its cube may be left-handed. Then that is noted.
+    /// The options for a file that names this mapping: the faces of its cube may be left-handed. That is noted, and so is an
+    /// option that says something else, which holds.
     pub(crate) fn for_file(&self, mapping: Option<&str>, notes: &mut Vec<String>) -> Self {
         let is_cube = self.asked().is_none_or(|mapping| mapping == Mapping::Cube);
         if !is_cube || !CubeHandedness::is_left(mapping) {
+            return self.clone();
+        }
+        if self.handedness == Some(CubeHandedness::Right) {
+            notes.push(
+                "the file says that the faces of the cube are left-handed; they are taken for right-handed".into(),
+            );
             return self.clone();
         }
         notes.push("the faces of the cube are left-handed, as the file says".to_owned());
@@ -114,7 +128,7 @@ impl MapReadOptions {
 
     /// Refuses a handedness for anything but a cube.
     pub(crate) fn check_handedness(&self, mapping: Mapping, name: &str) -> Result<(), EnvError> {
-        if mapping == Mapping::Cube || self.handedness == CubeHandedness::default() {
+        if mapping == Mapping::Cube || self.handedness.is_none() {
             return Ok(());
         }
         let option = MapReadOption::Handedness;

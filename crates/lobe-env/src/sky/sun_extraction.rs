@@ -7,7 +7,7 @@ use lobe_io::parallel;
 use lobe_sh::{Coefficient, Dir, Rgb, gauss_legendre};
 
 use crate::mapping::texel_quadrature;
-use crate::sky::neighbors::Neighbors;
+use crate::sky::neighbors::{Neighbors, parts};
 use crate::{MappedMap, Mapping, NoSun};
 
 // An expansion of low order rings at a sun. So the sun is extracted first and lights the scene by itself:
@@ -272,30 +272,10 @@ fn texels_near(map: &MappedMap, center: Dir, angle: f64) -> Vec<Texel> {
 /// others are more places than [`MOST_OTHERS`].
 fn parted(bright: &[Texel], peak: &Texel, gap: f64) -> Option<(Vec<Texel>, Vec<Texel>)> {
     let first = bright.iter().position(|texel| texel.at == peak.at)?;
-    let neighbors = Neighbors::new(bright.iter().map(|texel| texel.center), gap);
+    let centers: Vec<Dir> = bright.iter().map(|texel| texel.center).collect();
     // The place to which each texel belongs; that of the peak is 0.
-    let mut places: Vec<Option<usize>> = vec![None; bright.len()];
-    let mut count = 0;
-    for start in std::iter::once(first).chain(0..bright.len()) {
-        if places[start].is_some() {
-            continue;
-        }
-        let mut to_visit = vec![start];
-        places[start] = Some(count);
-        while let Some(texel) = to_visit.pop() {
-            neighbors.each_near(bright[texel].center, |other| {
-                if places[other].is_none() {
-                    places[other] = Some(count);
-                    to_visit.push(other);
-                }
-            });
-        }
-        count += 1;
-        if count > 1 + MOST_OTHERS {
-            return None;
-        }
-    }
-    let of = |is_first: bool| bright.iter().zip(&places).filter(move |(_, place)| (**place == Some(0)) == is_first);
+    let places = parts(&centers, gap, first, 1 + MOST_OTHERS)?;
+    let of = |is_first: bool| bright.iter().zip(&places).filter(move |(_, place)| (**place == 0) == is_first);
     let texels = |is_first| of(is_first).map(|(texel, _)| *texel).collect();
     Some((texels(true), texels(false)))
 }

@@ -17,7 +17,8 @@ use crate::codec::read_jpeg;
 use crate::codec::read_ldr;
 use crate::codec::read_pfm;
 use crate::codec::read_tiff;
-use crate::header::decoded::{Decoded, EnvmapAttribute, PictureHead, invalid, unsupported};
+use crate::header::decoded::{Decoded, EnvmapAttribute, PictureHead, bounded, invalid, quoted, unsupported};
+use crate::header::png_color::to_linear_light;
 use crate::picture::primaries::Primaries;
 use crate::pixel::{BLACK, Pixel};
 use crate::{ImageError, Picture, ReadOption};
@@ -87,6 +88,20 @@ impl PictureReadOptions {
     /// The texels of a picture that is held in memory.
     pub(crate) fn most_texels(&self) -> usize {
         usize::try_from(self.max_bytes / size_of::<Pixel>() as u64).map_or(self.max_texels, |n| n.min(self.max_texels))
+    }
+
+    /// Refuses a map of more texels than are held in memory, which would be made of a picture.
+    ///
+    /// # Errors
+    /// [`ImageError::Refused`] by `max_texels` or `max_bytes`.
+    #[doc(hidden)]
+    pub fn check_made(&self, [width, height]: [usize; 2], place: &str) -> Result<(), ImageError> {
+        let most = self.most_texels();
+        if width.checked_mul(height).is_some_and(|texels| texels <= most) {
+            return Ok(());
+        }
+        let message = format!("the whole map is {width} x {height}, more than the limit of {most} texels");
+        self.blame(Err(ImageError::Refused { place: place.into(), message, option: ReadOption::MaxTexels }))
     }
 
     /// Names the option that keeps out a picture of more than [`most_texels`](Self::most_texels).
@@ -388,24 +403,24 @@ pub(crate) fn guarded<T>(
 }
 
 /// Another picture format that is easily mistaken for a supported one: its name, and what to do.
-fn other_picture(bytes: &[u8]) -> Option<(&'static str, &'static str)> {
+fn other_picture(bytes: &[u8]) -> Option<(&'static str, String)> {
     const CONVERT: &str = "convert it to .hdr or .exr";
-    // By ITU-T H.273 linear light, in which the white of displays is 1.
-    const FFMPEG: &str = "convert it: `ffmpeg -i IN -vf zscale=t=linear:npl=203,format=gbrpf32le OUT.exr`";
     const KINDS: [(&[u8], &str, &str); 2] = [
         (b"GIF8", "a GIF picture", CONVERT),
         (b"RIFF", "a RIFF file (WebP?)", "convert it: `dwebp IN.webp -o OUT.png`"),
     ];
     if let Some([b'f', b't', b'y', b'p', brand @ ..]) = bytes.get(4..12) {
-        return match brand {
-            b"avif" | b"avis" => Some(("an AVIF picture", FFMPEG)),
-            b"heic" | b"heix" | b"heim" | b"heis" | b"mif1" | b"msf1" => {
-                Some(("a HEIF picture (HEIC or AVIF)", FFMPEG))
-            }
-            _ => Some(("a film or a picture in a container of ISO 14496-12", FFMPEG)),
+        let kind = match brand {
+            b"avif" | b"avis" => "an AVIF picture",
+            b"heic" | b"heix" | b"heim" | b"heis" | b"mif1" | b"msf1" => "a HEIF picture (HEIC or AVIF)",
+            _ => "a film or a picture in a container of ISO 14496-12",
         };
+        return Some((kind, format!("convert it: {}", to_linear_light("IN"))));
     }
-    KINDS.iter().find(|(magic, ..)| bytes.starts_with(magic)).map(|&(_, kind, what_to_do)| (kind, what_to_do))
+    KINDS
+        .iter()
+        .find(|(magic, ..)| bytes.starts_with(magic))
+        .map(|&(_, kind, what_to_do)| (kind, what_to_do.to_owned()))
 }
 
 /// The first bytes of an unknown file, in one line.
@@ -421,7 +436,7 @@ fn describe(bytes: &[u8]) -> String {
 
 impl PictureReadReport {
     pub(crate) fn new(width: usize, height: usize, format: FileFormat, notes: Vec<String>) -> Self {
-        let (levels, nonfinite, negative) = (1, 0, 0);
+        let (levels, nonfinite, negative, notes) = (1, 0, 0, bounded(notes));
         let (envmap, mapping, first_nonfinite, panorama) = (None, None, None, BTreeMap::new());
         Self { width, height, levels, format, envmap, mapping, panorama, nonfinite, first_nonfinite, negative, notes }
     }
@@ -436,7 +451,7 @@ impl PictureReadReport {
     ) -> Result<(Self, Option<Primaries>), ImageError> {
         let PictureHead { width, height, mut notes, envmap, mapping, panorama, primaries, unclear_primaries } = head;
         let mut to_convert = None;
-        if let Some(unclear) = unclear_primaries {
+        if let Some(unclear) = unclear_primaries.map(|what| quoted(&what)) {
             if options.to_rec_709 {
                 let message = format!("{unclear} cannot be understood, so the colors cannot be converted");
                 return Err(ImageError::Refused { place: name.into(), message, option: ReadOption::ToRec709 });

@@ -11,12 +11,10 @@ use jxl_oxide::{AllocTracker, EnumColourEncoding, JxlImage, RenderingIntent};
 use crate::ImageError;
 use crate::header::decoded::{Decoded, PictureHead, check_size, invalid, reserve, unsupported};
 use crate::header::icc::Profile;
+use crate::header::png_color::DIFFUSE_WHITE;
 use crate::picture::primaries::Primaries;
 use crate::picture::srgb::srgb_decode;
 use crate::pixel::Pixel;
-
-/// The luminance of diffuse white in pictures by PQ and HLG, in cd/m² [ITU 2023].
-const DIFFUSE_WHITE: f64 = 203.0;
 
 /// The luminance of 1 where a picture says nothing, in cd/m²: above it a picture is bright.
 const DISPLAY_WHITE: f32 = 255.0;

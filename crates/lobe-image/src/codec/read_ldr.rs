@@ -8,7 +8,7 @@ use crate::ImageError;
 use crate::header::decoded::{Decoded, PictureHead, check_size, invalid, reserve};
 use crate::header::icc::{Curve, Profile};
 use crate::header::orientation::Orientation;
-use crate::header::png_color::{Transfer, UNSPECIFIED, primaries_of_png};
+use crate::header::png_color::{Transfer, has_coded_transfer, primaries_of_png};
 use crate::header::xmp::{self, Panorama};
 use crate::picture::png::MAPPING_KEY;
 use crate::pixel::Pixel;
@@ -18,6 +18,9 @@ const MOST_PNG_TEXELS_PER_BYTE: u64 = 8 * 1032;
 
 /// What a note says of light above white, where no file can tell of it.
 pub(crate) const CUT_OFF: &str = "whatever was brighter has been cut off";
+
+/// The remark on a profile that is not understood.
+const CURVE_UNKNOWN: &str = "the color profile is ignored; the curve of sRGB is assumed";
 
 /// The key of a text of a PNG that is a packet of XMP.
 const XMP_KEY: &str = "XML:com.adobe.xmp";
@@ -43,8 +46,10 @@ pub(crate) fn decode_png(bytes: &[u8], name: &str, max_texels: usize) -> Result<
     let mut reader = decoder.read_info().map_err(explain)?;
     let (color, depth) = reader.output_color_type();
     let info = reader.info();
-    // A transfer function of cICP stands in place of a profile.
-    let is_coded = info.coding_independent_code_points.is_some_and(|points| points.transfer_function != UNSPECIFIED);
+    let profile = info.icc_profile.as_deref().map(Profile::parse);
+    // Of a gray picture a profile says nothing of primaries.
+    let of_color = profile.as_ref().filter(|profile| profile.is_some() || color.samples() >= 3);
+    let declared = primaries_of_png(info, of_color);
     let layout = Layout {
         kind: "PNG",
         size,
@@ -52,10 +57,11 @@ pub(crate) fn decode_png(bytes: &[u8], name: &str, max_texels: usize) -> Result<
         is_wide: depth == BitDepth::Sixteen,
         transfer: Transfer::of_png(info, name)?,
         orientation: info.exif_metadata.as_deref().map_or(Orientation::UPRIGHT, Orientation::of_exif),
-        profile: info.icc_profile.as_deref().filter(|_| !is_coded).map(Profile::parse),
+        // A transfer function of cICP stands in place of the curve of a profile.
+        profile: profile.filter(|_| !has_coded_transfer(info)),
         above_white: CUT_OFF.to_owned(),
     };
-    let (primaries, unclear_primaries) = match primaries_of_png(info) {
+    let (primaries, unclear_primaries) = match declared {
         Some(Ok(primaries)) => (Some(primaries), None),
         Some(Err(unclear)) => (None, Some(unclear)),
         None => (None, None),
@@ -70,11 +76,10 @@ pub(crate) fn decode_png(bytes: &[u8], name: &str, max_texels: usize) -> Result<
     }
     let mut decoded = layout.decode(name, |raw| reader.next_frame(raw).map(|_| ()).map_err(explain))?;
     decoded.head.notes.append(&mut unclear);
-    // A profile stands in place of the chunk cHRM.
-    let (primaries, unclear_primaries) = match (decoded.head.primaries, decoded.head.unclear_primaries.take()) {
-        (None, None) => (primaries, unclear_primaries),
-        of_profile => of_profile,
-    };
+    // What is not understood of a profile is its curve too, also where cICP tells the primaries.
+    if decoded.head.unclear_primaries.is_some() && unclear_primaries.is_none() {
+        decoded.head.notes.push(CURVE_UNKNOWN.into());
+    }
     Ok(Decoded { head: PictureHead { primaries, unclear_primaries, mapping, panorama, ..decoded.head }, ..decoded })
 }
 
@@ -174,7 +179,7 @@ impl Layout {
             notes.push("alpha is ignored".into());
         }
         if matches!(self.profile, Some(None)) && self.channels < 3 {
-            notes.push("the color profile is ignored; the curve of sRGB is assumed".into());
+            notes.push(CURVE_UNKNOWN.into());
         }
         if self.orientation != Orientation::UPRIGHT {
             notes.push("turned upright, as the camera noted".into());

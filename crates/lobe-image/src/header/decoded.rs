@@ -8,6 +8,12 @@ use crate::{ImageError, ReadOption};
 /// The most characters of a message: decoders may repeat what a file contains.
 const MAX_MESSAGE: usize = 320;
 
+/// The most characters of what a file says within a remark: eight numbers with all their digits.
+const MAX_QUOTED: usize = 160;
+
+/// The most remarks on a picture: every kind that there is, at once.
+const MOST_NOTES: usize = 32;
+
 /// The values of the attribute `envmap` of OpenEXR.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
@@ -93,13 +99,31 @@ pub(crate) fn unsupported(name: &str, message: String) -> ImageError {
     ImageError::Unsupported { place: name.into(), message: one_line(message) }
 }
 
+/// Remarks in lines of bounded length, and not more of them than anyone reads: files may say a thing a thousand times.
+pub(crate) fn bounded(mut notes: Vec<String>) -> Vec<String> {
+    let more = notes.len().saturating_sub(MOST_NOTES);
+    notes.truncate(MOST_NOTES);
+    let mut notes: Vec<String> = notes.into_iter().map(one_line).collect();
+    if more > 0 {
+        notes.push(format!("{more} more remarks are left out"));
+    }
+    notes
+}
+
 /// A message in one line of bounded length.
 fn one_line(message: String) -> String {
-    if message.len() <= MAX_MESSAGE && lobe_io::one_line(&message) == message {
-        return message;
-    }
-    let mut line = lobe_io::one_line(&message.trim_end().chars().take(MAX_MESSAGE).collect::<String>());
-    if message.chars().nth(MAX_MESSAGE).is_some() {
+    shortened(&message, MAX_MESSAGE)
+}
+
+/// What a file says, within a remark.
+pub(crate) fn quoted(text: &str) -> String {
+    shortened(text, MAX_QUOTED)
+}
+
+/// The first characters of a text, in one line.
+fn shortened(text: &str, most: usize) -> String {
+    let mut line = lobe_io::one_line(&text.trim_end().chars().take(most).collect::<String>());
+    if text.chars().nth(most).is_some() {
         line.push_str("...");
     }
     line

@@ -5,6 +5,8 @@ use std::collections::BTreeSet;
 use exr::meta::attribute::AttributeValue;
 use exr::meta::header::Header;
 
+use crate::header::decoded::quoted;
+
 /// Attributes in which programs write the color space of the values.
 const COLOR_SPACES: [&str; 3] = ["colorInteropID", "oiio:ColorSpace", "colorspace"];
 
@@ -31,7 +33,7 @@ const USUAL: [&str; 15] = [
 const NOT_LIGHT: [&str; 11] =
     ["albedo", "cryptomatte", "depth", "id", "motion", "normal", "position", "uv", "variance", "vector", "z"];
 
-/// The most layers that a note names.
+/// The most layers or views that a note names.
 const NAMED: usize = 6;
 
 /// Notes on what a part says besides the texels of the channels that are read.
@@ -46,7 +48,7 @@ pub(crate) fn notes(header: &Header, read: [usize; 3]) -> Vec<String> {
     }
     for (key, value) in &attributes.other {
         let (key, AttributeValue::Text(value)) = (key.to_string(), value) else { continue };
-        let value = value.to_string();
+        let value = quoted(&value.to_string());
         let is_usual = USUAL.contains(&value.to_ascii_lowercase().as_str());
         if COLOR_SPACES.contains(&key.as_str()) && !is_usual && !value.is_empty() {
             notes
@@ -55,15 +57,19 @@ pub(crate) fn notes(header: &Header, read: [usize; 3]) -> Vec<String> {
     }
     if let Some(views) = attributes.multi_view_names.as_ref().filter(|views| views.len() > 1) {
         let views: Vec<_> = views.iter().map(ToString::to_string).collect();
-        notes.push(format!("of the views {} one is read, {}", views.join(", "), views[0]));
+        notes.push(format!("of the views {} one is read, {}", some(&views), quoted(&views[0])));
     }
     let layers = other_layers(header, read);
     if !layers.is_empty() {
-        let more = if layers.len() > NAMED { format!(" and {} more", layers.len() - NAMED) } else { String::new() };
-        let named = layers.into_iter().take(NAMED).collect::<Vec<_>>().join(", ");
-        notes.push(format!("layers that are not read: {named}{more}"));
+        notes.push(format!("layers that are not read: {}", some(&layers.into_iter().collect::<Vec<_>>())));
     }
     notes
+}
+
+/// The first names, and how many more there are.
+fn some(names: &[String]) -> String {
+    let more = if names.len() > NAMED { format!(" and {} more", names.len() - NAMED) } else { String::new() };
+    names.iter().take(NAMED).map(|name| quoted(name)).collect::<Vec<_>>().join(", ") + &more
 }
 
 /// The layers of color besides the one that is read. Channels X, Y and Z without a layer are one: the color of the picture in CIE XYZ.

@@ -11,8 +11,10 @@
 //!
 //! `header.c` and `color.c` of Radiance. Programs that combine pictures have already used what the history says.
 
+use std::collections::BTreeMap;
+
 use crate::ImageError;
-use crate::header::decoded::{PictureHead, invalid, unsupported};
+use crate::header::decoded::{PictureHead, invalid, quoted, unsupported};
 use crate::header::orientation::Orientation;
 use crate::picture::png::MAPPING_KEY;
 use crate::picture::primaries::Primaries;
@@ -21,6 +23,9 @@ use crate::pixel::Pixel;
 /// The values of `FORMAT` that are read.
 const RGBE: &str = "32-bit_rle_rgbe";
 const XYZE: &str = "32-bit_rle_xyze";
+
+/// The value of `FORMAT` of pictures with more channels than three, `.hsr`.
+const SPECTRA: &str = "Radiance_spectra";
 
 /// Lumens of a watt of white light: colors in XYZ count lumens, those in RGB watts. Radiance defines it as
 /// `WHTEFFICACY`.
@@ -109,17 +114,20 @@ impl HdrHeader {
     /// exposure, count as 1; lines that are no such numbers are left out. Both are noted.
     fn product<const N: usize>(&self, key: &str, notes: &mut Vec<String>) -> [f32; N] {
         let mut product = [1.0; N];
+        let (mut zero, mut ignored) = (Lines::default(), Lines::default());
         for value in self.values(key) {
             match numbers::<N>(value) {
-                Some(zeros) if zeros == [0.0; N] => {
-                    notes.push(format!("{key}={value} of the header is read as 1"));
-                }
+                Some(zeros) if zeros == [0.0; N] => zero.add(value),
                 Some(factors) => product.iter_mut().zip(factors).for_each(|(product, factor)| *product *= factor),
-                None => {
-                    let expected = if N == 1 { "no number".to_owned() } else { format!("not {N} numbers") };
-                    notes.push(format!("{key}={value} of the header is {expected}, and is ignored"));
-                }
+                None => ignored.add(value),
             }
+        }
+        if zero.count > 0 {
+            notes.push(format!("{} of the header is read as 1", zero.named(key)));
+        }
+        if ignored.count > 0 {
+            let expected = if N == 1 { "no number".to_owned() } else { format!("not {N} numbers") };
+            notes.push(format!("{} of the header is {expected}, and is ignored", ignored.named(key)));
         }
         product
     }
@@ -156,8 +164,9 @@ impl HdrHeader {
         }
     }
 
-    /// Adds remarks on lines that are ignored.
+    /// Adds remarks on lines that are ignored, one for each key.
     fn note_ignored(&self, notes: &mut Vec<String>) {
+        let mut ignored: BTreeMap<&str, Lines<'_>> = BTreeMap::new();
         for (key, value) in &self.lines {
             let is_neutral = match key.as_str() {
                 "PRIMARIES" => self.colors == Colors::Rgb,
@@ -167,9 +176,31 @@ impl HdrHeader {
                 other => KEYS.contains(&other) || !KEYS.iter().any(|key| key.eq_ignore_ascii_case(other)),
             };
             if !is_neutral {
-                notes.push(format!("{key}={value} of the header is ignored"));
+                ignored.entry(key).or_default().add(value);
             }
         }
+        notes.extend(ignored.iter().map(|(key, lines)| format!("{} of the header is ignored", lines.named(key))));
+    }
+}
+
+/// Lines of one key, for a remark.
+#[derive(Default)]
+struct Lines<'a> {
+    first: &'a str,
+    count: usize,
+}
+
+impl<'a> Lines<'a> {
+    fn add(&mut self, value: &'a str) {
+        if self.count == 0 {
+            self.first = value;
+        }
+        self.count += 1;
+    }
+
+    /// The line, or how many there are.
+    fn named(&self, key: &str) -> String {
+        if self.count == 1 { format!("{key}={}", quoted(self.first)) } else { format!("{key} ({} lines)", self.count) }
     }
 }
 
@@ -180,10 +211,15 @@ fn colors_of(lines: &[(String, String)], name: &str) -> Result<Colors, ImageErro
         None | Some(RGBE) => Ok(Colors::Rgb),
         Some(XYZE) => Ok(Colors::Xyz),
         Some(found) => {
-            let message = format!(
-                "only pictures of FORMAT={RGBE} and {XYZE} are read, found FORMAT={found}; \
-                 convert it with ra_xyze -r IN.hdr OUT.hdr of Radiance"
-            );
+            let advice = if found == SPECTRA {
+                "; convert it with rcomb -C RGB -fc IN.hsr > OUT.hdr of Radiance"
+            } else if found.to_ascii_lowercase().contains("xyz") {
+                "; convert it with ra_xyze -r IN.hdr OUT.hdr of Radiance"
+            } else {
+                ""
+            };
+            let message =
+                format!("only pictures of FORMAT={RGBE} and {XYZE} are read, found FORMAT={}{advice}", quoted(found));
             Err(unsupported(name, message))
         }
     }

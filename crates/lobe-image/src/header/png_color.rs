@@ -9,6 +9,7 @@ use png::{CodingIndependentCodePoints, Info, ScaledFloat};
 
 use crate::ImageError;
 use crate::header::decoded::unsupported;
+use crate::header::icc::Profile;
 use crate::picture::primaries::Primaries;
 use crate::srgb_decode;
 
@@ -22,7 +23,15 @@ const SRGB_GAMMA: u32 = 45455;
 const ROUNDING: u32 = 455;
 
 /// The number of what is not specified, for primaries and for transfer functions.
-pub(crate) const UNSPECIFIED: u8 = 2;
+const UNSPECIFIED: u8 = 2;
+
+/// The luminance of diffuse white in pictures by PQ and HLG, in cd/m² [ITU 2023]. It becomes 1.
+pub(crate) const DIFFUSE_WHITE: f64 = 203.0;
+
+/// The command that makes linear light, in which diffuse white is 1, of a picture that is not read.
+pub(crate) fn to_linear_light(picture: &str) -> String {
+    format!("`ffmpeg -i {picture} -vf zscale=t=linear:npl={DIFFUSE_WHITE},format=gbrpf32le OUT.exr`")
+}
 
 const D65: [f64; 2] = [0.3127, 0.3290];
 
@@ -77,8 +86,8 @@ impl Transfer {
             other => format!("the transfer function {other} of ITU-T H.273"),
         };
         let message = format!(
-            "the chunk cICP says that light is encoded by {curve}, which is not read; convert the picture to linear light with \
-             ffmpeg -i IN.png -vf zscale=t=linear:npl=100,format=gbrpf32le OUT.exr"
+            "the chunk cICP says that light is encoded by {curve}, which is not read; convert the picture to linear light: {}",
+            to_linear_light("IN.png")
         );
         Err(unsupported(name, message))
     }
@@ -116,11 +125,23 @@ impl fmt::Display for Transfer {
     }
 }
 
+/// Whether `cICP` tells the transfer function.
+pub(crate) fn has_coded_transfer(info: &Info<'_>) -> bool {
+    info.coding_independent_code_points.is_some_and(|points| points.transfer_function != UNSPECIFIED)
+}
+
 /// What a picture says of its primaries: they, with what tells them in messages, or the name of what cannot be
-/// understood.
-pub(crate) fn primaries_of_png(info: &Info<'_>) -> Option<Result<(&'static str, Primaries), String>> {
+/// understood. `cICP` holds before the profile, where it does not leave them open, and that before `cHRM`.
+pub(crate) fn primaries_of_png(
+    info: &Info<'_>,
+    profile: Option<&Option<Profile>>,
+) -> Option<Result<(&'static str, Primaries), String>> {
     let number = info.coding_independent_code_points.map_or(UNSPECIFIED, |points| points.color_primaries);
     if number == UNSPECIFIED {
+        if let Some(profile) = profile {
+            let known = profile.as_ref().map(|profile| ("the primaries of the color profile", profile.primaries));
+            return Some(known.ok_or_else(|| "the color profile".to_owned()));
+        }
         let chunk = info.chromaticities()?;
         let [red, green, blue, white] = [chunk.red, chunk.green, chunk.blue, chunk.white]
             .map(|(x, y)| [x, y].map(|coordinate| f64::from(coordinate.into_scaled()) / SCALE));

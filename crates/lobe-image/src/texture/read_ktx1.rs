@@ -4,9 +4,10 @@
 //!   identifier                  12 bytes
 //!   thirteen numbers            in the byte order that the first one tells
 //!   keys and values
-//! levels                      the largest first; in each the bytes of it, or of one face of a cube, then the pictures,
-//! whose rows                               begin at multiples of four bytes
+//!   levels                      the largest first; in each the bytes of it, or of one face of a cube, then the pictures
 //! ```
+//!
+//! Rows begin at multiples of four bytes. Some programs do not pad them, which the bytes of the level tell.
 //!
 //! KTX File Format Specification 1.0. The numbers of formats and types are those of OpenGL.
 
@@ -43,7 +44,7 @@ const FLOAT: u32 = 0x1406;
 const HALF_FLOAT: [u32; 2] = [0x140b, 0x8d61];
 
 /// Rows begin at multiples of as many bytes.
-const ALIGNMENT: usize = 4;
+const ALIGNMENT: u64 = 4;
 
 /// Bytes of the identifier and the numbers.
 const HEADER: usize = KTX.len() + 13 * 4;
@@ -53,7 +54,7 @@ const HEADER: usize = KTX.len() + 13 * 4;
 pub(crate) struct Places {
     /// The first byte behind the keys.
     data: usize,
-    /// Whether numbers are in the other byte order.
+    /// Whether numbers are big-endian.
     is_swapped: bool,
     /// The bytes of a number in texels: those of other sizes have no order.
     type_size: usize,
@@ -96,7 +97,7 @@ pub(crate) fn header(bytes: &[u8], name: &str, max_texels: usize) -> Result<(Sto
         return Err(unsupported(name, format!("a picture or a cube map expected, found a volume {depth} deep")));
     }
     let mut texture = StoredTexture::new(format, [width, height.max(1)], count, levels, max_texels, name)?;
-    texture.alignment = ALIGNMENT;
+    texture.alignment = ALIGNMENT as usize;
     if is_array_of_faces {
         texture.notes.push(OF_AN_ARRAY.into());
     }
@@ -114,11 +115,28 @@ pub(crate) fn header(bytes: &[u8], name: &str, max_texels: usize) -> Result<(Sto
             rest.get(..length).ok_or_else(|| invalid(name, "damaged KTX file: a key reaches too far".into()))?;
         // Spaces are padded to four bytes.
         entries = rest.get(length.next_multiple_of(4)..).unwrap_or_default();
-        if entry.starts_with(b"KTXorientation\0") {
-            texture.is_from_bottom = !texture.is_cube() && entry.windows(3).any(|part| part == b"T=u");
+        if let Some(value) = entry.strip_prefix(b"KTXorientation\0") {
+            texture.is_from_bottom = is_from_bottom(value, texture.is_cube(), name)?;
         }
     }
     Ok((texture, Places { data, is_swapped, type_size: type_size as usize }))
+}
+
+/// Whether the lowest row comes first, by an orientation as in `S=r,T=d`; refuses one that would turn the faces of a cube
+/// around, or mirror a picture.
+fn is_from_bottom(value: &[u8], is_cube: bool, name: &str) -> Result<bool, ImageError> {
+    let value = String::from_utf8_lossy(value);
+    let value = value.trim_end_matches('\0');
+    // The third direction is that of volumes.
+    let [s, t] = [0, 1].map(|k| value.split(',').nth(k).unwrap_or_default().trim());
+    match (s, t) {
+        ("S=r", "T=d") => Ok(false),
+        ("S=r", "T=u") if !is_cube => Ok(true),
+        _ => {
+            let what = if is_cube { "cube faces" } else { "a picture" };
+            Err(unsupported(name, format!("{what} with orientation \"S=r,T=d\" expected, found {value:?}")))
+        }
+    }
 }
 
 /// The format of texels; none if it is not read.
@@ -158,18 +176,25 @@ pub(crate) fn levels(
     name: &str,
 ) -> Result<Vec<Vec<Pixel>>, ImageError> {
     let mut data = bytes.get(places.data..).unwrap_or_default();
+    let unpadded = StoredTexture { alignment: 1, ..texture.clone() };
     let mut levels = Vec::with_capacity(count);
     for k in 0..count {
-        let one = texture.picture_bytes(k);
-        let needed = 4 + texture.faces as u64 * one.next_multiple_of(ALIGNMENT as u64);
-        let there = data.len() as u64;
-        if there < needed {
-            let message = format!("the file ends early: level {k} needs {needed} bytes, {there} are there");
-            return Err(invalid(name, message));
-        }
-        let (level, rest) = data.split_at(needed as usize);
-        // Pictures begin at multiples of four, as the rows of all but blocks do.
-        let pictures = level[4..].chunks_exact(one.next_multiple_of(ALIGNMENT as u64) as usize);
+        let ended = |needed: u64| {
+            let there = data.len();
+            invalid(name, format!("the file ends early: level {k} needs {needed} bytes, {there} are there"))
+        };
+        let (size, level) = data.split_first_chunk::<4>().ok_or_else(|| ended(4))?;
+        let size = if places.is_swapped { u32::from_be_bytes(*size) } else { u32::from_le_bytes(*size) };
+        let (texture, of_picture) = [texture, &unpadded]
+            .into_iter()
+            .find_map(|texture| Some((texture, picture_bytes(texture, k, size.into())?)))
+            .ok_or_else(|| {
+                let one = texture.picture_bytes(k);
+                let faces = if texture.is_cube() { " for each face" } else { "" };
+                invalid(name, format!("level {k}: expected {one} bytes{faces}, the file says {size}"))
+            })?;
+        let needed = (texture.faces as u64 - 1) * of_picture + texture.picture_bytes(k);
+        let pictures = level.get(..needed as usize).ok_or_else(|| ended(4 + needed))?.chunks(of_picture as usize);
         let mut texels = texture.reserved(k, name)?;
         for picture in pictures {
             let swapped = places.is_swapped.then(|| in_other_order(picture, places.type_size));
@@ -178,9 +203,23 @@ pub(crate) fn levels(
             read.map_err(|e| invalid(name, format!("the file ends early: {e}")))?;
         }
         levels.push(texels);
-        data = rest;
+        // Levels begin at multiples of four; behind the last one nothing may be there.
+        data = level.get(needed.next_multiple_of(ALIGNMENT) as usize..).unwrap_or_default();
     }
     Ok(levels)
+}
+
+/// The bytes from one picture of a level to the next, where the level has `size` bytes as the file says; none if it cannot have
+/// as many with rows of this alignment. The number is that of one face of a cube, whose faces begin at multiples of four, and
+/// of all pictures of an array.
+fn picture_bytes(texture: &StoredTexture, level: usize, size: u64) -> Option<u64> {
+    let one = texture.picture_bytes(level);
+    let (padded, count) = (one.next_multiple_of(ALIGNMENT), texture.faces as u64);
+    match size {
+        size if size == one || size == padded || size == count * padded => Some(padded),
+        size if size == count * one => Some(one),
+        _ => None,
+    }
 }
 
 /// The bytes of numbers of `size` bytes, each turned around.

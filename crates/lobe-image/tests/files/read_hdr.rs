@@ -221,6 +221,48 @@ fn values_that_are_no_numbers_are_noted_and_change_nothing() {
 }
 
 #[test]
+fn a_header_that_says_a_thing_many_times_or_at_length_gets_one_short_note_of_it() {
+    let long = "x".repeat(1 << 19);
+    for (lines, part) in [
+        ("VIEW=a\n".repeat(90_000), "VIEW (90000 lines) of the header is ignored"),
+        ("EXPOSURE=0\n".repeat(3), "EXPOSURE (3 lines) of the header is read as 1"),
+        ("COLORCORR=x\n".repeat(2), "COLORCORR (2 lines) of the header is not 3 numbers, and is ignored"),
+        (format!("VIEW={long}\n"), "VIEW=xxx"),
+        (format!("PRIMARIES={long}\n"), "PRIMARIES=xxx"),
+    ] {
+        let (_, report) = read(&file(&format!("{HEADER}{lines}"), "-Y 8 +X 16", &flat()));
+        let [note] = &report.notes[..] else { panic!("{} notes", report.notes.len()) };
+        assert!(note.contains(part) && note.len() < 400, "{part}: {} bytes, {:.80}", note.len(), note);
+    }
+    let bytes = file(&format!("{HEADER}PRIMARIES={long}\n"), "-Y 8 +X 16", &flat());
+    let refused = read_picture_bytes(&bytes, "test.hdr", &PictureReadOptions::default().to_rec_709(true));
+    let message = refused.unwrap_err().to_string();
+    assert!(message.len() < 500 && message.contains("so the colors cannot be converted"), "{:.80}", message);
+    // Any letters make a key of its own.
+    let keys = (0..64_u32).map(|k| {
+        let letter = |(i, c): (u32, char)| if k >> i & 1 == 1 { c.to_ascii_lowercase() } else { c };
+        (0..).zip("EXPOSURE".chars()).map(letter).collect::<String>() + "=2\n"
+    });
+    let (_, report) = read(&file(&format!("{HEADER}{}", keys.collect::<String>()), "-Y 8 +X 16", &flat()));
+    assert!(report.notes.len() < 40, "{} notes", report.notes.len());
+    assert!(report.notes.last().is_some_and(|note| note.contains("more remarks")), "{:?}", report.notes.last());
+}
+
+#[test]
+fn pictures_of_other_formats_are_refused_with_a_program_that_reads_them() {
+    for (format, part) in [
+        ("Radiance_spectra", "FORMAT=Radiance_spectra; convert it with rcomb -C RGB -fc IN.hsr > OUT.hdr"),
+        ("32-bit_rle_XYZE", "FORMAT=32-bit_rle_XYZE; convert it with ra_xyze -r"),
+        ("ascii", "FORMAT=ascii"),
+    ] {
+        let bytes = file(&format!("#?RADIANCE\nFORMAT={format}\n"), "-Y 8 +X 16", &flat());
+        let error = read_picture_bytes(&bytes, "test.hdr", &PictureReadOptions::default()).unwrap_err().to_string();
+        assert!(error.contains(part), "{format}: {error}");
+        assert_eq!(error.contains("convert it"), format != "ascii", "{format}: {error}");
+    }
+}
+
+#[test]
 fn primaries_that_cannot_be_understood_are_noted_and_refused_where_they_were_to_be_converted() {
     let seven = "PRIMARIES=0.708 0.292 0.17 0.797 0.131 0.046 0.3127";
     let commas = "PRIMARIES=0.708,0.292,0.17,0.797,0.131,0.046,0.3127,0.329";

@@ -173,6 +173,80 @@ fn the_gamma_beside_a_profile_is_ignored_with_it() {
     assert!(report.notes[1].contains("the color profile cannot be understood"), "{:?}", report.notes);
 }
 
+/// A profile of Display P3 by the power 2.2, whose colors are those of ICC's white D50.
+fn profile_of_p3() -> Vec<u8> {
+    let columns = [[0.5151, 0.2412, -0.0011], [0.2919, 0.6922, 0.0419], [0.1572, 0.0666, 0.7841]];
+    let mut header = vec![0; 128];
+    header[16..24].copy_from_slice(b"RGB XYZ ");
+    header[36..40].copy_from_slice(b"acsp");
+    let start = 128 + 4 + 6 * 12;
+    let mut data = Vec::new();
+    let mut tags = 6_u32.to_be_bytes().to_vec();
+    for (name, column) in [b"rXYZ", b"gXYZ", b"bXYZ"].into_iter().zip(columns) {
+        tags.extend([name.as_slice(), &(start + data.len() as u32).to_be_bytes(), &20_u32.to_be_bytes()].concat());
+        data.extend(b"XYZ \0\0\0\0");
+        data.extend(column.iter().flat_map(|c: &f64| ((c * 65536.0).round() as i32).to_be_bytes()));
+    }
+    for name in [b"rTRC", b"gTRC", b"bTRC"] {
+        tags.extend([name.as_slice(), &(start + data.len() as u32).to_be_bytes(), &14_u32.to_be_bytes()].concat());
+    }
+    data.extend(b"curv\0\0\0\0\0\0\0\x01\x02\x33");
+    [header, tags, data].concat()
+}
+
+#[test]
+fn color_chunks_of_a_png_hold_in_their_order_each_for_what_it_tells() {
+    let rec_2020 = png::SourceChromaticities::new((0.3127, 0.329), (0.708, 0.292), (0.17, 0.797), (0.131, 0.046));
+    let plain = png_with(ColorType::Rgb, BitDepth::Sixteen, |encoder| encoder.set_source_chromaticities(rec_2020));
+    let with_profile = |png: &[u8], profile: &[u8]| {
+        let data = [&b"name\0\0"[..], &miniz_oxide::deflate::compress_to_vec_zlib(profile, 6)].concat();
+        with_chunk(png, b"iCCP", &data)
+    };
+    let [p3, other] = [profile_of_p3(), b"profile".to_vec()];
+    let coded = |png: &[u8], primaries: u8, transfer: u8| with_chunk(png, b"cICP", &[primaries, transfer, 0, 1]);
+    let by_profile = "decoded by the curve of its color profile";
+    for (what, bytes, curve, primaries) in [
+        ("a profile before cHRM", with_profile(&plain, &p3), by_profile, "of the color profile are not"),
+        ("primaries of cICP", coded(&with_profile(&plain, &p3), 9, 2), by_profile, "of the chunk cICP are not"),
+        (
+            "transfer of cICP",
+            coded(&with_profile(&plain, &p3), 2, 13),
+            "decoded from sRGB",
+            "of the color profile are not",
+        ),
+        ("all of cICP", coded(&with_profile(&plain, &other), 9, 13), "decoded from sRGB", "of the chunk cICP are not"),
+        (
+            "none is understood",
+            coded(&with_profile(&plain, &other), 2, 13),
+            "decoded from sRGB",
+            "the color profile cannot",
+        ),
+    ] {
+        let (_, report) = read(&bytes);
+        assert!(report.notes[0].contains(curve), "{what}: {:?}", report.notes);
+        assert!(report.notes.len() == 2 && report.notes[1].contains(primaries), "{what}: {:?}", report.notes);
+    }
+    // The curve of a profile that is not understood is passed over with a note.
+    let (_, report) = read(&coded(&with_profile(&plain, &other), 9, 2));
+    let assumed = "the color profile is ignored; the curve of sRGB is assumed";
+    assert!(report.notes.len() == 3 && report.notes.iter().any(|note| note == assumed), "{:?}", report.notes);
+    // What is not understood and not used keeps no picture from being converted.
+    let zeros = with_chunk(&png(ColorType::Rgb, BitDepth::Sixteen), b"cHRM", &[0; 32]);
+    let options = PictureReadOptions::default().to_rec_709(true);
+    assert!(read_picture_bytes(&zeros, "test", &options).is_err(), "cHRM alone");
+    let converted = read_picture_bytes(&with_profile(&zeros, &p3), "test", &options);
+    assert!(converted.is_ok(), "beside a profile: {:?}", converted.map(|_| ()));
+}
+
+#[test]
+fn diffuse_white_is_one_by_every_advice() {
+    let png = with_chunk(&png(ColorType::Rgb, BitDepth::Sixteen), b"cICP", &[9, 16, 0, 1]);
+    for bytes in [&png[..], b"\0\0\0\x20ftypavif\0\0\0\0", b"\0\0\0\x20ftypheic\0\0\0\0"] {
+        let error = read_picture_bytes(bytes, "test", &PictureReadOptions::default()).unwrap_err().to_string();
+        assert!(error.contains("npl=203,"), "{error}");
+    }
+}
+
 #[test]
 fn light_of_a_png_that_is_not_understood_is_refused_with_what_to_do() {
     let plain = png(ColorType::Rgb, BitDepth::Sixteen);

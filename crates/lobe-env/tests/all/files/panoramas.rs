@@ -1,6 +1,7 @@
 //! Photographs whose XMP says that they are a crop of a panorama.
 
-use lobe_env::{EnvError, EnvMap, MapReadOptions, Mapping, Padding, read_map_bytes};
+use lobe_env::{EnvError, EnvMap, FisheyeOptions, MapReadOptions, Mapping, Padding, read_map_bytes};
+use lobe_image::{ImageError, PictureReadOptions, ReadOption};
 
 /// A picture of 16 x 8 texels, and one of 8 x 4.
 const JPEG: &[u8] = include_bytes!("../../corpus/good/small.jpg");
@@ -196,4 +197,28 @@ fn around_a_crop_there_may_be_the_light_of_its_edges() {
     assert_eq!(map.texel(12, 15), plain.texel(4, 7), "below");
     assert_eq!([map.texel(0, 0), map.texel(31, 0)], [plain.texel(0, 0), plain.texel(15, 0)], "beside");
     assert!(told[0].contains("edges"), "{told:?}");
+}
+
+#[test]
+fn a_map_that_is_made_of_a_small_picture_is_held_against_the_memory_that_is_allowed() {
+    let huge = [("FullPanoWidthPixels", "23000"), ("FullPanoHeightPixels", "11500")];
+    let mut properties = crop(16, "0", "0");
+    properties.retain(|(name, _)| !name.starts_with("FullPano"));
+    properties.extend(huge);
+    // The picture itself takes 1.5 kB.
+    let limited = || MapReadOptions::default().picture(PictureReadOptions::default().max_bytes(1 << 16));
+    let lens = FisheyeOptions::default().circle([8.0, 4.0, 1000.0]);
+    for (what, bytes, options) in [
+        ("a crop", jpeg_with(&packet(&properties, false)), limited()),
+        ("a strip", JPEG.to_vec(), limited().elevations([-0.001, 0.001])),
+        ("a fisheye", JPEG.to_vec(), limited().fisheye(lens)),
+    ] {
+        match read_map_bytes(&bytes, "a", &options) {
+            Err(EnvError::Image(ImageError::Refused { message, option, .. })) => {
+                assert_eq!(option, ReadOption::MaxBytes, "{what}: {message}");
+                assert!(message.contains("which take 65536 bytes"), "{what}: {message}");
+            }
+            other => panic!("{what}: {:?}", other.map(|(_, report)| report.told)),
+        }
+    }
 }
