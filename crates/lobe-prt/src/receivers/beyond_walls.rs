@@ -1,21 +1,37 @@
-//! Texels at the border of a chart whose places lie beyond a wall.
+//! Texels whose places lie beyond a wall and would light its foot.
 //!
-//! A floor often goes on a little behind the wall that stands on it, and its last texels lie there: outside of the room, under the
-//! open sky. A picture is shown between the centers of its texels, so that they would light the foot of the wall. A strip as narrow
-//! as a texel or two is there for the picture's sake alone: its places move to the side of the wall that the chart is on.
+//! A floor often goes on behind the wall that stands on it, outside of the room, under the open sky. A picture is shown
+//! between the centers of its texels, so that those behind the wall would light its foot. Two kinds of them move:
+//!
+//! - A strip at the border of a chart, as narrow as a texel or two, is there for the picture's sake alone. Its places
+//!   move to the side of the wall that the chart is on.
+//! - A wider part is a surface of its own. The first texels behind the wall move all the same, from the side that sees
+//!   much of the sky to the one that sees little: a dark line outside is hardly seen, a bright one inside is.
+
+use std::collections::HashSet;
+use std::f64::consts::PI;
 
 use glam::DVec3;
-use lobe_scene::{Bvh, Hit, Ray, Scene};
-use rayon::iter::{IndexedParallelIterator as _, IntoParallelIterator as _, ParallelIterator as _};
+use lobe_scene::{Bvh, Hit, Ray, Scene, SurfaceRays};
+use rayon::iter::{
+    IndexedParallelIterator as _, IntoParallelIterator as _, ParallelExtend as _, ParallelIterator as _,
+};
 
 use crate::receivers::inset::wide;
 
-/// The widest strip behind a wall that does not count as a surface of its own, in texels, and one: a texel of this depth has so many
-/// around it in all directions that are of its chart.
+/// The depth of texels that are of a surface of their own, whatever walls are around: two more of their chart lie around
+/// them in all directions.
 const DEEP: u8 = 3;
 
 /// A wall is no part of the surface that it stands on: their normals are farther apart than the angle of this cosine.
 const ALONG: f64 = 0.9;
+
+/// Rays that tell how much of the sky a place sees: a sixteenth of it is seen by four of them.
+const SKY_RAYS: usize = 64;
+
+/// Light goes through a wall from places that see more than so many times as much of the sky. Where sides are more
+/// alike, as of a wall in the open, what goes through is no more than what is there.
+const BRIGHTER: usize = 2;
 
 /// Texels that one thread takes at once.
 const PIECE: usize = 256;
@@ -42,16 +58,31 @@ struct Point {
     normal: DVec3,
 }
 
-/// Those of the `texels`, of which each has a position, that lie beyond a wall, by their numbers in the list, with a position that is
-/// `margin` in front of it.
+/// The `texels` that light the foot of a wall from beyond it, by their numbers in the list, with a position that is
+/// `margin` in front of it. Each texel has one of the `positions`.
 pub(crate) fn moved_points(
     scene: &Scene,
     picture: &Picture<'_>,
     (texels, positions): (&[u32], &[[f32; 3]]),
     margin: f64,
 ) -> Vec<(usize, [f32; 3])> {
-    let depths = depths(picture);
     let bvh = Bvh::new(scene);
+    let mut moved = moved_strips((scene, &bvh), picture, (texels, positions), margin);
+    let strips: HashSet<usize> = moved.iter().map(|&(number, _)| texels[number] as usize).collect();
+    let walls = Walls { rays: SurfaceRays::new(scene, &bvh), picture, strips: &strips, margin };
+    let first = |number: usize| Some((number, walls.darker_place(texels[number] as usize, positions[number])?));
+    moved.par_extend((0..texels.len()).into_par_iter().with_min_len(PIECE).filter_map(first));
+    moved
+}
+
+/// Those in strips at the border of a chart.
+fn moved_strips(
+    (scene, bvh): (&Scene, &Bvh),
+    picture: &Picture<'_>,
+    (texels, positions): (&[u32], &[[f32; 3]]),
+    margin: f64,
+) -> Vec<(usize, [f32; 3])> {
+    let depths = depths(picture);
     let moved = |number: usize| {
         let texel = texels[number] as usize;
         if depths[texel] == DEEP {
@@ -59,7 +90,7 @@ pub(crate) fn moved_points(
         }
         let from = point(scene, &core_of(picture, &depths, texel)?);
         let to = Point { position: wide(positions[number]), ..point(scene, &(picture.shown)(texel)?.hit) };
-        Some((number, in_front((scene, &bvh), (from, to), margin)?))
+        Some((number, in_front((scene, bvh), (from, to), margin)?))
     };
     (0..texels.len()).into_par_iter().with_min_len(PIECE).filter_map(moved).collect()
 }
@@ -110,6 +141,50 @@ fn in_front((scene, bvh): (&Scene, &Bvh), (from, to): (Point, Point), margin: f6
     let wall = bvh.closest_where(&Ray::between(ends[0], ends[1]), is_wall)?;
     let free = f64::from(wall.t) - margin / way.length();
     Some((from.position + way * free.max(0.0)).as_vec3().to_array())
+}
+
+/// What is asked of the texels next to a wall.
+struct Walls<'a> {
+    rays: SurfaceRays<'a>,
+    picture: &'a Picture<'a>,
+    /// The texels that have moved already: their neighbors do not follow them.
+    strips: &'a HashSet<usize>,
+    margin: f64,
+}
+
+impl Walls<'_> {
+    /// The place in front of a wall for a texel that lies behind it, as seen from a neighbor in much less light.
+    fn darker_place(&self, texel: usize, position: [f32; 3]) -> Option<[f32; 3]> {
+        let (scene, bvh) = (self.rays.scene(), self.rays.bvh());
+        let chart = self.picture.chart(texel).filter(|_| !self.strips.contains(&texel))?;
+        let to = Point { position: wide(position), ..point(scene, &(self.picture.shown)(texel)?.hit) };
+        let is_near = |next: &usize| self.picture.chart_inside(*next) == Some(chart) && !self.strips.contains(next);
+        let across = |next: usize| {
+            let from = point(scene, &(self.picture.shown)(next)?.hit);
+            let place = in_front((scene, bvh), (from, to), self.margin)?;
+            Some((self.sky(from), place))
+        };
+        let near = self.picture.around(texel, 1).flatten().filter(|&next| next != texel).filter(is_near);
+        // The first of those that see as little.
+        let (sky, place) = near.filter_map(across).min_by_key(|&(sky, _)| sky)?;
+        (self.sky(to) > BRIGHTER * sky).then_some(place)
+    }
+
+    /// How many of [`SKY_RAYS`] leave the scene, which are as dense as what they bring to a diffuse surface.
+    fn sky(&self, Point { position, normal }: Point) -> usize {
+        let [position, above] = [position, normal].map(|v| v.as_vec3().to_array());
+        let origin = self.rays.bvh().origin_above(position, above);
+        let (x, y) = normal.any_orthonormal_pair();
+        // By this angle from one to the next, directions fill the disk below them evenly.
+        let golden_angle = PI * (3.0 - 5.0_f64.sqrt());
+        let is_free = |&k: &usize| {
+            let radius = ((k as f64 + 0.5) / SKY_RAYS as f64).sqrt();
+            let (sin, cos) = (k as f64 * golden_angle).sin_cos();
+            let direction = (x * cos + y * sin) * radius + normal * (1.0 - radius * radius).sqrt();
+            !self.rays.is_occluded(&Ray::new(origin, direction.as_vec3().to_array()))
+        };
+        (0..SKY_RAYS).filter(is_free).count()
+    }
 }
 
 fn point(scene: &Scene, hit: &Hit) -> Point {

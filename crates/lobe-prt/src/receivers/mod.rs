@@ -2,7 +2,7 @@
 //!
 //! Read `receivers` first; `inset` moves those at borders into their meshes, `planes` are those of their triangles.
 //! `texel_receivers` are those of a lightmap, whose `charts` belong together and from which `beyond_walls` fetches
-//! those that lie behind one, `texel_rows` their transfer as a picture, `lightmap` looks it up between
+//! those that light the foot of one, `texel_rows` their transfer as a picture, `lightmap` looks it up between
 //! texels; `vertex_key` finds vertices that are the same. Uses `transfer`.
 
 pub(crate) mod beyond_walls;

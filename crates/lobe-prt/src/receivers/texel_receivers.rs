@@ -29,10 +29,12 @@ const OUTSIDE: f32 = 1e-4;
 /// Receivers at the texels of a square picture that the triangles of a scene are unfolded into.
 ///
 /// A texel whose center is in a triangle takes that place; one that only touches triangles takes the nearest place of
-/// the nearest, so that a picture shown between texels is right up to the seams. At the border of a chart, one whose
-/// place lies beyond a wall, no farther than two texels, is moved in front of it: a floor that goes on behind a wall
-/// brings no light through. All meshes share the picture, in their texture coordinates of set 1, or of set 0 where they
-/// have no set 1.
+/// the nearest, so that a picture shown between texels is right up to the seams. All meshes share the picture, in their
+/// texture coordinates of set 1, or of set 0 where they have no set 1.
+///
+/// A floor that goes on behind a wall brings no light through. At the border of a chart, texels whose places lie beyond a
+/// wall, no farther than two texels, are moved in front of it. Farther parts stay, except for the texels next to the
+/// wall: these move to the side that sees less than half as much of the sky.
 ///
 /// Normals are those at the places of the texels, tilted by normal maps: what is finer than a texel is seen at its center alone.
 #[derive(Clone, Debug, PartialEq)]

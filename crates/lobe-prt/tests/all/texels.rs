@@ -1,8 +1,8 @@
 //! Receivers at the texels of a lightmap.
 
 use crate::common::{baked, options};
-use lobe_prt::{BakeMode, TexelReceivers, Transfer};
-use lobe_scene::{Material, Mesh, MeshParts, Scene};
+use lobe_prt::{BakeMode, Lightmap, TexelReceivers, Transfer};
+use lobe_scene::{Hit, Material, Mesh, MeshParts, Scene};
 
 /// A square of side 2 about the origin, facing up, whose picture fills the part `[from, to]²` of the unit square; x
 /// along u, y against v.
@@ -144,21 +144,53 @@ fn overhanging_room(over: f32) -> Scene {
     scene(walls)
 }
 
+/// The most light that a lightmap shows at places of the walls of that room that are inside of it.
+fn brightest_inside(scene: &Scene, over: f32, width: usize) -> f64 {
+    /// Places along each wall, the outermost next to its foot.
+    const PLACES: usize = 97;
+    let texels = TexelReceivers::new(scene, width).unwrap();
+    let (transfer, _) = baked(scene, texels.receivers(), &options(BakeMode::Shadowed, 1, 64));
+    let (picture, lightmap) = (texels.picture(&transfer).unwrap(), Lightmap::new(scene, width).unwrap());
+    // Places of a square of side 1 from the first corner of both triangles, of which the inner part is in the room.
+    let part = |k: usize| 0.5 + (k as f32 / (PLACES - 1) as f32 - 0.5) * 0.9999 / (1.0 + over);
+    let shown = |(triangle, a, b): (u32, f32, f32)| {
+        let hit = Hit { t: 0.0, triangle, u: a, v: b };
+        let texels = lightmap.texels_at(scene, &hit).into_iter();
+        texels.map(|(texel, part)| f64::from(picture.vector(texel, 0)[0]) * part).sum::<f64>()
+    };
+    let places = (0..12).flat_map(|triangle| {
+        let all = (0..PLACES * PLACES).map(move |k| (part(k / PLACES), part(k % PLACES)));
+        // Of two corners after the first one is a side from it, the other a diagonal: `triangles` of the room.
+        let is_diagonal_last = (triangle % 2 == 0) == (triangle >= 6);
+        let corners = move |(x, y): (f32, f32)| {
+            let (diagonal, side) = (x.min(y), x.max(y) - x.min(y));
+            if is_diagonal_last { (triangle, side, diagonal) } else { (triangle, diagonal, side) }
+        };
+        all.map(corners)
+    });
+    places.map(shown).fold(0.0, f64::max)
+}
+
 #[test]
-fn a_closed_room_stays_black_where_its_walls_go_on_beyond_each_other() {
-    for over in [0.0, 0.001, 0.01, 0.05] {
+fn a_closed_room_stays_black_up_to_its_walls_however_far_they_go_on_beyond_each_other() {
+    for over in [0.0, 0.001, 0.01, 0.05, 0.3] {
         let scene = overhanging_room(over);
-        for width in [24, 50, 128] {
-            // Strips of more than two texels are surfaces of their own.
-            if f64::from(over) * 0.44 / 2.0 * width as f64 > 2.0 {
-                continue;
-            }
-            let texels = TexelReceivers::new(&scene, width).unwrap();
-            let (transfer, _) = baked(&scene, texels.receivers(), &options(BakeMode::Shadowed, 1, 64));
-            let brightest = transfer.coefficients().iter().copied().fold(0.0, f32::max);
+        for width in [24, 50, 128, 256] {
+            let brightest = brightest_inside(&scene, over, width);
             assert!(brightest < 1e-3, "{over} of {width} texels: {brightest}, what is between texels is no brighter");
         }
     }
+}
+
+#[test]
+fn a_wall_that_goes_on_beyond_a_closed_room_keeps_its_texels_there() {
+    // Walls reach 0.3 beyond each other: at least 8 texels of 256, of which the first moves.
+    let texels = TexelReceivers::new(&overhanging_room(0.3), 256).unwrap();
+    let beyond = |p: &&[f32; 3]| p.iter().any(|c| c.abs() > 1.06);
+    let (found, all) = (texels.receivers().positions().iter().filter(beyond).count(), texels.receivers().len());
+    // The part of a wall that is farther than 1.06 from its middle.
+    let expected = (1.0 - (1.06_f64 / 1.3).powi(2)) * all as f64;
+    assert!((found as f64 / expected - 1.0).abs() < 0.05, "{found} of {all} texels far beyond, expected {expected}");
 }
 
 #[test]
