@@ -203,7 +203,10 @@ impl Temporary {
 impl Drop for Temporary {
     fn drop(&mut self) {
         if let Some(file) = self.0.take() {
-            forget(&mut unfinished(), file.path());
+            // Until the file is deleted the list is locked: a signal in between would find neither its name nor its end.
+            let mut all = unfinished();
+            forget(&mut all, file.path());
+            drop(file);
         }
     }
 }
@@ -384,6 +387,26 @@ mod tests {
         })
         .unwrap();
         assert_eq!(names(folder.path()), [".lobe-notes", "a.txt"], "files in the folder");
+    }
+
+    #[test]
+    fn at_no_moment_is_a_temporary_file_there_that_a_signal_would_leave() {
+        const FILES: usize = 2000;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        let maker = std::thread::spawn(move || (0..FILES).for_each(|_| drop(StagedWriter::new(&path).unwrap())));
+        let mut looks = 0;
+        while !maker.is_finished() || looks == 0 {
+            // A signal would hold the list like this.
+            let all = unfinished();
+            for name in names(folder.path()) {
+                let is_known = all.iter().any(|known| known.file_name().is_some_and(|known| known == &*name));
+                assert!(is_known, "{name} is there and would stay");
+            }
+            looks += 1;
+        }
+        maker.join().unwrap();
+        assert_eq!(names(folder.path()), [""; 0], "files in the folder after {looks} looks");
     }
 
     #[cfg(unix)]

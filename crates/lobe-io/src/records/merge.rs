@@ -83,7 +83,9 @@ impl Part {
                 "its header of safetensors is not that of its shard: the file was changed; make the shard anew";
             return Err(IoError::invalid(path, message));
         }
-        let (found, expected) = (file.metadata().map_err(io)?.len(), at + header.layout.bytes_of(header.shard));
+        // A header that lies may ask for more bytes than there are numbers.
+        let expected = at.saturating_add(header.layout.bytes_of(header.shard));
+        let found = file.metadata().map_err(io)?.len();
         if found > expected {
             let message =
                 format!("expected {expected} bytes, found {found}: the file was changed; make the shard anew");
@@ -352,6 +354,19 @@ mod tests {
         fs::write(&path, Header::new(&FORMAT, layout, &Fingerprint::of_kind(1), Shard::WHOLE).to_bytes()).unwrap();
         let error = merge_shards(&[path], &merged, Job::default()).unwrap_err().to_string();
         assert!(error.contains("shard 1/1 is not complete: 0 of 1 records are whole"), "{error}");
+        assert!(!merged.exists(), "no checkpoint");
+    }
+
+    #[test]
+    fn a_shard_that_claims_more_bytes_than_there_are_numbers_is_refused_as_incomplete() {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, merged) = (folder.path().join("part"), folder.path().join("merged"));
+        let layout = RecordLayout { count: 1 << 60, bytes: 1 << 60, last: 1 };
+        let header = Header::new(&FORMAT, layout, &Fingerprint::of_kind(1), Shard::WHOLE);
+        fs::write(&path, [header.preface("test"), header.to_bytes()].concat()).unwrap();
+        let error = merge_shards(&[path], &merged, Job::default()).unwrap_err().to_string();
+        let expected = format!("shard 1/1 is not complete: 0 of {} records are whole", 1_u64 << 60);
+        assert!(error.contains(&expected), "{error}");
         assert!(!merged.exists(), "no checkpoint");
     }
 

@@ -40,12 +40,12 @@ const LISTED: usize = 16;
 /// ```
 #[derive(Clone, Debug)]
 pub struct AnimatedScene {
-    rest: Scene,
-    rig: Rig,
+    pub(crate) rest: Scene,
+    pub(crate) rig: Rig,
     /// One for each mesh of the scene.
-    parts: Vec<Part>,
-    skins: Vec<Skin>,
-    animations: Vec<Animation>,
+    pub(crate) parts: Vec<Part>,
+    pub(crate) skins: Vec<Skin>,
+    pub(crate) animations: Vec<Animation>,
     entities: Vec<Entity>,
     rest_worlds: Vec<DMat4>,
 }

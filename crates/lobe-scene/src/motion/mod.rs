@@ -3,7 +3,8 @@
 //! Read `animated_scene` first, and `posed_scene`, what it gives at a time, with `entity` and `place`; then `rig`, the nodes,
 //! and `animation`, which moves them by `sampler`s, and `similar_nodes`, those that keep their shape; then `shape` and `skin`,
 //! the vertices and what carries them. `read` makes all this of glTF files: `read_animations` with `read_samplers`,
-//! `read_skins`, `read_shapes`, which get their numbers from `numbers`. Uses `files`, `bvh` and `scene`.
+//! `read_skins`, `read_shapes`, which get their numbers from `numbers`. `split_poses` splits edges
+//! in all poses. Uses `files`, `bvh` and `scene`.
 
 pub(crate) mod animated_scene;
 pub(crate) mod animation;
@@ -21,3 +22,4 @@ pub(crate) mod sampler;
 pub(crate) mod shape;
 pub(crate) mod similar_nodes;
 pub(crate) mod skin;
+pub(crate) mod split_poses;

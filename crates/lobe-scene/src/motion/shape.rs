@@ -61,6 +61,26 @@ impl Shape {
         Self { positions, normals, ..Self::default() }
     }
 
+    /// The same with a vertex halfway between the two of each of these edges, in their order: positions, normals, morph targets
+    /// and weights of joints are means. Tangents are dropped. None if that takes too many weights.
+    pub(crate) fn halved(&self, edges: &[[u32; 2]]) -> Option<Self> {
+        let numbers = |old: &Arc<[f32]>| with_means(old, edges);
+        let target = |old: &Target| Target { positions: numbers(&old.positions), normals: numbers(&old.normals) };
+        let mut influences = self.influences.clone();
+        if let Some(influences) = &mut influences
+            && !edges.iter().all(|ends| influences.push_mean(ends.map(|end| end as usize)))
+        {
+            return None;
+        }
+        Some(Self {
+            positions: numbers(&self.positions),
+            normals: numbers(&self.normals),
+            tangents: Arc::default(),
+            targets: self.targets.iter().map(target).collect(),
+            influences,
+        })
+    }
+
     /// The number of vertices.
     pub(crate) fn len(&self) -> usize {
         self.positions.len() / 3
@@ -97,6 +117,21 @@ impl Shape {
         let influences = self.influences.iter().flat_map(|influences| influences.of(vertex));
         influences.fold(DMat4::ZERO, |sum, (joint, weight)| sum + joints[joint] * weight)
     }
+}
+
+/// Vectors, and behind them the means of these pairs of them, each of which may be a pair's in turn; nothing stays nothing.
+fn with_means(vectors: &Arc<[f32]>, pairs: &[[u32; 2]]) -> Arc<[f32]> {
+    if vectors.is_empty() || pairs.is_empty() {
+        return Arc::clone(vectors);
+    }
+    let mut all = Vec::with_capacity(vectors.len() + 3 * pairs.len());
+    all.extend_from_slice(vectors);
+    for [a, b] in pairs.iter().map(|pair| pair.map(|vertex| 3 * vertex as usize)) {
+        for k in 0..3 {
+            all.push(0.5 * (all[a + k] + all[b + k]));
+        }
+    }
+    all.into()
 }
 
 impl Part {

@@ -81,6 +81,20 @@ impl Influences {
         let sum: f64 = pairs.iter().map(|&(_, weight)| f64::from(weight)).sum();
         pairs.iter().map(move |&(joint, weight)| (usize::from(joint), f64::from(weight) / sum))
     }
+
+    /// Adds a vertex with the mean of the weights of two; false where there are too many.
+    pub(crate) fn push_mean(&mut self, [a, b]: [usize; 2]) -> bool {
+        let mut mean: Vec<(u16, f32)> = Vec::new();
+        for (joint, weight) in self.of(a).chain(self.of(b)) {
+            let half = (0.5 * weight) as f32;
+            match mean.iter_mut().find(|(known, _)| usize::from(*known) == joint) {
+                Some((_, sum)) => *sum += half,
+                None => mean.push((joint as u16, half)),
+            }
+        }
+        self.pairs.extend(mean);
+        u32::try_from(self.pairs.len()).map(|end| self.starts.push(end)).is_ok()
+    }
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use crate::scene::mesh::double_area;
 use crate::{Mesh, MeshParts, Scene, SceneError};
 
 /// The most triangles of a subdivided scene.
-const MOST_TRIANGLES: usize = 1 << 26;
+pub(crate) const MOST_TRIANGLES: usize = 1 << 26;
 
 /// The end points of an edge, the one with the smaller coordinates first: the same for all triangles that have it.
 type Edge = ([f32; 3], [f32; 3]);
@@ -25,16 +25,8 @@ impl Scene {
     /// # Errors
     /// [`SceneError::Options`] if `max_edge` is not above zero, or the scene would have more than 2²⁶ triangles.
     pub fn split_edges(&self, max_edge: f32) -> Result<Self, SceneError> {
-        if !(max_edge > 0.0 && max_edge.is_finite()) {
-            return Err(SceneError::Options(format!("expected a longest edge above zero, found {max_edge}")));
-        }
-        let limit = f64::from(max_edge) * f64::from(max_edge);
-        // No triangle without a longer edge is larger than the equilateral one.
-        let area: f64 = self.corners().map(|corners| 0.5 * double_area(corners)).sum();
-        if area > MOST_TRIANGLES as f64 * 0.75_f64.sqrt() / 2.0 * limit {
-            return Err(too_many(&format!("edges of at most {max_edge}")));
-        }
-        Ok(self.split_where(&|edge| squared_length(edge) > limit, &format!("edges of at most {max_edge}"))?.0)
+        let limit = squared_limit(self, max_edge)?;
+        Ok(self.split_where(&|edge| squared_length(edge) > limit, &goal_of(max_edge))?.0)
     }
 
     /// Halves chosen edges once, and with them the longest edge of each triangle that loses another edge, so that
@@ -94,6 +86,34 @@ impl Scene {
         let scene = Self::new(meshes, self.materials().to_vec(), self.textures().to_vec())?;
         Ok((scene.moved(self.origin()), halved))
     }
+}
+
+/// The square of a longest edge, if it is above zero and the scene with no longer ones is not too large.
+pub(crate) fn squared_limit(scene: &Scene, max_edge: f32) -> Result<f64, SceneError> {
+    if !(max_edge > 0.0 && max_edge.is_finite()) {
+        return Err(SceneError::Options(format!("expected a longest edge above zero, found {max_edge}")));
+    }
+    let limit = f64::from(max_edge) * f64::from(max_edge);
+    // No triangle without a longer edge is larger than the equilateral one.
+    let area: f64 = scene.corners().map(|corners| 0.5 * double_area(corners)).sum();
+    if area > MOST_TRIANGLES as f64 * 0.75_f64.sqrt() / 2.0 * limit {
+        return Err(too_many(&goal_of(max_edge)));
+    }
+    Ok(limit)
+}
+
+/// Splits the edges of one mesh that are longer, and counts its triangles off the budget. Triangles without area stay.
+pub(crate) fn split_longer(
+    mesh: &Mesh,
+    (max_edge, limit): (f32, f64),
+    budget: &mut usize,
+) -> Result<(MeshParts, Vec<[u32; 2]>), SceneError> {
+    let is_longer = |edge| squared_length(edge) > limit;
+    split(mesh.clone().into_parts(), &is_longer, budget).ok_or_else(|| too_many(&goal_of(max_edge)))
+}
+
+fn goal_of(max_edge: f32) -> String {
+    format!("edges of at most {max_edge}")
 }
 
 fn too_many(goal: &str) -> SceneError {
@@ -185,7 +205,7 @@ fn place((p, q): Edge) -> [u32; 6] {
 
 impl MeshParts {
     /// Adds a vertex halfway between two.
-    fn middle(&mut self, a: u32, b: u32) -> u32 {
+    pub(crate) fn middle(&mut self, a: u32, b: u32) -> u32 {
         let (a, b) = (a as usize, b as usize);
         push_mean(&mut self.positions, a, b);
         push_mean(&mut self.normals, a, b);

@@ -1,6 +1,6 @@
 //! Shapes under animation: what keeps its shape, what is scaled to nothing, and what opens only in a pose.
 
-use lobe_scene::{AnimatedScene, Bvh, EntityKind, Ray, SceneReadOptions, read_scene_bytes};
+use lobe_scene::{AnimatedScene, Bvh, EntityKind, Mesh, Ray, SceneReadOptions, read_scene_bytes};
 use serde_json::{Value, json};
 
 use crate::common::Gltf;
@@ -181,4 +181,56 @@ fn instances_have_the_morph_targets_of_their_node_and_skins_are_noted() {
     assert_eq!(first, [[0.0, 0.0, 0.5], [3.0, 0.0, 0.5]], "half a target each");
     let note = "node 0 has a skin, but instances of its mesh, which stand as it was bound";
     assert_eq!(report.notes, [note], "notes");
+}
+
+/// A column of two triangles at each time of the animation, flat without its morph target, which makes it 8 high.
+fn growing_column() -> Gltf {
+    let mut file = Gltf::square();
+    let flat = file.floats("VEC3", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let grown = file.floats("VEC3", &[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 8.0, 0.0, 0.0, 8.0, 0.0]);
+    file.with("/meshes/0/primitives/0/attributes/POSITION", json!(flat))
+        .with("/meshes/0/primitives/0/targets", json!([{"POSITION": grown}]))
+        .with_channel(0, (0, "weights"), "LINEAR", (&[0.0, 1.0, 2.0], "SCALAR", &[0.0, 1.0, 0.0]))
+}
+
+#[test]
+fn edges_that_morph_targets_make_long_are_split_and_new_vertices_stay_on_them_in_every_pose() {
+    let (coarse, longest) = (animated(&growing_column()), 1.0);
+    let finer = coarse.split_edges(Some(0), longest).unwrap();
+    for time in [0.0, 0.3, 1.0, 1.7] {
+        let [before, after] = [&coarse, &finer].map(|scene| posed(scene, time));
+        let (before, after) = (&before.meshes()[0], &after.meshes()[0]);
+        let count = before.positions().len();
+        assert_eq!(&after.positions()[..count], before.positions(), "old vertices at {time}");
+        let height = before.positions().iter().map(|p| p[2]).fold(0.0_f32, f32::max);
+        let sum = |mesh: &Mesh| (0..mesh.triangles().len()).map(|t| area(mesh.corners(t))).sum::<f32>();
+        assert!((sum(after) - sum(before)).abs() < 1e-4 * (1.0 + height), "area at {time}: {}", sum(after));
+        for (t, corners) in (0..after.triangles().len()).map(|t| (t, after.corners(t))) {
+            let long = (0..3).map(|k| length(corners[k], corners[(k + 1) % 3])).fold(0.0, f32::max);
+            assert!(long <= longest * 1.0001, "edge of {long} in triangle {t} at {time}");
+        }
+    }
+    let (found, at_rest) = (finer.entities()[0].vertices().len(), coarse.entities()[0].vertices().len());
+    assert!(found > 4 * at_rest, "{found} vertices of {at_rest}");
+    let alone = coarse.split_edges(None, longest).unwrap();
+    assert_eq!(alone.rest().vertex_count(), at_rest, "without its animation no edge is longer");
+}
+
+#[test]
+fn a_longest_edge_that_is_none_or_takes_too_many_triangles_is_refused() {
+    let scene = animated(&growing_column());
+    for (edge, part) in [(0.0, "above zero"), (f32::NAN, "above zero"), (1e-6, "allow longer ones")] {
+        let refusal = scene.split_edges(Some(0), edge).unwrap_err().to_string();
+        assert!(refusal.contains(part), "{edge}: {refusal}");
+    }
+}
+
+fn length(p: [f32; 3], q: [f32; 3]) -> f32 {
+    (0..3).map(|k| (p[k] - q[k]).powi(2)).sum::<f32>().sqrt()
+}
+
+fn area([a, b, c]: [[f32; 3]; 3]) -> f32 {
+    let [x, y, z] = [length(a, b), length(b, c), length(c, a)].map(f64::from);
+    let s = 0.5 * (x + y + z);
+    ((s * (s - x) * (s - y) * (s - z)).max(0.0)).sqrt() as f32
 }
