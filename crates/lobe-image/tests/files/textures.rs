@@ -283,7 +283,8 @@ fn an_orientation_of_ktx_is_honored_or_refused() {
             read_texture_picture_bytes(&bytes, "test", &PictureReadOptions::default()).map(|_| ())
         };
         assert!(
-            matches!(&read, Err(ImageError::Unsupported { message, .. }) if message.contains("orientation \"S=r,T=d\"")),
+            matches!(&read, Err(ImageError::Unsupported { message, .. }) if message.contains("orientation
+  \"S=r,T=d\"")),
             "{value}: {read:?}"
         );
     }
