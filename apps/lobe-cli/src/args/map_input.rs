@@ -21,13 +21,21 @@ use crate::run::talk::Talk;
 /// 256 K x 128 K: more than any picture has. A larger number is taken for a typing error.
 const MOST_TEXELS: usize = 1 << 35;
 
+/// Bytes for each texel of the larger of two maps while one becomes the other, and for each of the smaller one, as
+/// measured: 12 of the map, and of the larger one its light in double precision and what it is balanced by.
+pub(crate) const OF_LARGER: u64 = 40;
+pub(crate) const OF_SMALLER: u64 = OF_MAP;
+
+/// Bytes for each texel of a map.
+pub(crate) const OF_MAP: u64 = 12;
+
 /// Where a map is, and how it shows its surroundings.
 #[derive(Args)]
 pub(crate) struct MapPath {
-    /// The environment map: an .exr, .hdr, .pfm, .png or .jpg picture, a cube or a picture as .ktx2, .ktx or .dds,
-    /// FOLDER/PREFIX%.exr (or another extension; or FOLDER alone) for the six files of a cube, or bundled:NAME. The
-    /// files are named px to nz or mz, posx to negz, or as photographs right, left, top or up, bottom or down, front,
-    /// back, or rt, lf, up, dn, ft, bk, or r, l, u, d, f, b, or with numbers from 0 or 1 on
+    /// The environment map: an .exr, .hdr, .pfm, .tif, .png, .jpg or .jxl picture, a cube map or a picture as .ktx2,
+    /// .ktx or .dds, FOLDER/PREFIX%.exr (or another extension; or FOLDER alone) for the six files of a cube, or
+    /// bundled:NAME. The files are named px to nz or mz, posx to negz, or as photographs right, left, top or up, bottom
+    /// or down, front, back, or rt, lf, up, dn, ft, bk, or r, l, u, d, f, b, or with numbers from 0 or 1 on
     #[arg(value_name = "IN")]
     path: PathBuf,
     /// How the picture shows the surroundings [default: what the file or its proportions tell: lat-long if it is twice as wide
@@ -56,9 +64,9 @@ pub(crate) struct MapPath {
     /// Convert colors of other primaries, where the file tells them, to those of Rec. 709 (sRGB)
     #[arg(long)]
     to_rec709: bool,
-    /// Refuse a map whose file, or whose pixels, take more memory than this, in GiB. A file that is not read row by row is refused by
-    /// its length, before it is read. env convert takes up to 40 bytes for each pixel of the larger of both maps and 12 for each of the
-    /// smaller, 80 where it writes a cube in one picture; env prefilter 40 for each of the map and 24 for each of the largest level
+    /// Refuse a map whose file, or whose pixels, take more memory than this, in GiB, and work on it that takes more. A
+    /// file that is not read row by row is refused by its length, before it is read. Work that is refused says how many
+    /// bytes it takes
     #[arg(long, value_name = "GIB", default_value_t = GIB_BY_DEFAULT, value_parser = values::positive)]
     max_memory: f64,
     /// The most pixels that a picture may have; one that says it has more is refused. Each takes up to 28 bytes of memory while it
@@ -156,6 +164,14 @@ impl MapInput {
         MemoryLimit::of(Some(self.map.max_memory))
     }
 
+    /// Refuses work on a map that was read, if it takes more memory than allowed: `bytes` for each of its texels, the
+    /// map included.
+    pub(crate) fn check_work(&self, what: &str, map: &MappedMap, bytes: u64) -> anyhow::Result<()> {
+        let (width, height) = (map.width() as u64, map.height() as u64);
+        let what = format!("{what} a map of {width} x {height} texels");
+        self.memory().check(&what, bytes.saturating_mul(width).saturating_mul(height), "a smaller map")
+    }
+
     /// The files that are read.
     pub(crate) fn files(&self) -> anyhow::Result<Vec<PathBuf>> {
         let faces = FaceFiles::of_input(&self.map.path)?.and_then(|files| files.to_read());
@@ -210,6 +226,7 @@ impl MapInput {
         if map.mapping() == Mapping::LatLong {
             return Ok(map.into_env_map()?);
         }
+        self.check_work("converting", &map, OF_LARGER + OF_SMALLER)?;
         let rows = map.size_like(Mapping::LatLong);
         talk.note(&self.name(), &format!("converted from {} to {} x {rows} lat-long texels", map.mapping(), 2 * rows));
         Ok(talk.watch("convert", |job| map.into_lat_long(job))?)

@@ -116,11 +116,16 @@ impl From<Texels> for TexelFormat {
 
 /// Bytes for each texel of a map while it is written, the map itself included, as measured: .exr has its channels and its bytes
 /// beside it, .png a picture for looking at, a cube in one picture that picture, which is half empty.
-const OF_PICTURE: u64 = 40;
+pub(crate) const OF_PICTURE: u64 = 40;
 const OF_PNG: u64 = 44;
 const OF_FACES: u64 = 48;
 const OF_CUBE_IN_PICTURE: u64 = 80;
-const OF_TEXTURE: u64 = 24;
+
+/// The same of a chain of levels, in floats, which all take a third more than the first: without what it is encoded in.
+const OF_CHAIN: u64 = 16;
+
+/// The same of a map that is turned around for the other hand.
+const OF_TURNED: u64 = 16;
 
 impl MapOutput {
     /// The most bytes that writing takes for each texel of a map in this mapping.
@@ -130,8 +135,23 @@ impl MapOutput {
             MapFile::Picture(picture) if !picture.is_light() => OF_PNG,
             MapFile::Picture(_) => OF_PICTURE,
             MapFile::Faces(_) => OF_FACES,
-            MapFile::Texture(_) => OF_TEXTURE,
+            MapFile::Texture(path) => self.bytes_of_texture(path),
         }
+    }
+
+    /// The same of a texture, whose texels are floats where the light asks for them.
+    fn bytes_of_texture(&self, path: &Path) -> u64 {
+        let encoded: u64 = match self.texels {
+            _ if output::has_extension(path, "ktx") => 4,
+            None | Some(Texels::Rgba32f) => 16,
+            Some(Texels::Rgba16f) => 8,
+            Some(Texels::Rgb9e5 | Texels::R11g11b10f) => 4,
+            Some(Texels::Bc6h) => 1,
+        };
+        // Compressed, it lies beside that.
+        let copies = if self.zstd { 2 } else { 1 };
+        let turned = if self.left_handed { OF_TURNED } else { 0 };
+        OF_CHAIN + (4 * copies * encoded).div_ceil(3) + turned
     }
 
     /// Whether the file can hold a cube only.

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use anyhow::bail;
 use clap::Args;
-use lobe::image::{ExrLayers, FileFormat};
+use lobe::image::{ExrLayers, FileFormat, PictureReadOptions};
 
 use crate::args::values;
 
@@ -14,11 +14,12 @@ use crate::args::values;
 /// Measured 2.0 of a table, 3.0 of a scene, which a bake made finer.
 pub(crate) const COPIES: u64 = 3;
 
-/// The limit without another choice: the most common machines have 8 GiB, and half of it is left for everything else.
-pub(crate) const GIB_BY_DEFAULT: f64 = 4.0;
-
 /// Bytes of a gibibyte.
 const GIB: f64 = (1_u64 << 30) as f64;
+
+/// The limit without another choice, that of pictures: the most common machines have 8 GiB, and half of it is left for
+/// the rest.
+pub(crate) const GIB_BY_DEFAULT: f64 = PictureReadOptions::MAX_BYTES as f64 / GIB;
 
 /// `--max-memory`. The scene is held against it when it is read, and the other work when that is known, each alone.
 #[derive(Args)]

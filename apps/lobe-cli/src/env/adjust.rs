@@ -83,6 +83,7 @@ impl EnvAdjust {
         }
         let mut map = self.input.read(talk)?;
         self.output.check(map.mapping(), &self.input.files()?)?;
+        self.input.check_work("writing", &map, self.output.bytes_of_texel(map.mapping()))?;
         if let Some(stops) = self.exposure {
             expose_in_place(&mut map, stops).map_err(|e| anyhow::anyhow!("--exposure: {e}"))?;
         }

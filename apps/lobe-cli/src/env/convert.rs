@@ -3,7 +3,7 @@
 use clap::Args;
 use lobe::env::{CubeMap, LoadedMap, MappedMap, Mapping, Resample, resample};
 
-use crate::args::map_input::{Form, MapInput};
+use crate::args::map_input::{Form, MapInput, OF_LARGER, OF_SMALLER};
 use crate::args::map_output::MapOutput;
 use crate::args::values;
 use crate::run::talk::Talk;
@@ -23,11 +23,6 @@ pub(crate) struct EnvConvert {
     #[arg(long, value_name = "N", value_parser = values::rows)]
     size: Option<usize>,
 }
-
-/// Bytes for each texel of the larger of both maps while one becomes the other, and for each of the smaller one, as measured: 12 of
-/// the map, and of the larger one its light in double precision and what it is balanced by.
-const OF_LARGER: u64 = 40;
-const OF_SMALLER: u64 = 12;
 
 impl EnvConvert {
     /// Refuses a conversion that takes more memory than allowed.
@@ -61,6 +56,8 @@ impl EnvConvert {
             LoadedMap::Chain(chain)
                 if mapping == Mapping::Cube && keeps_size(chain.base()) && self.output.keeps_levels() =>
             {
+                let written = self.output.bytes_of_texel(Mapping::Cube);
+                self.input.check_work("writing", chain.base(), written)?;
                 return self.output.write_chain(&chain, talk);
             }
             levels => self.input.base_of(levels, talk),

@@ -7,6 +7,7 @@ use lobe::image::PictureWriteOptions;
 use lobe::sh::{Dir, Expansion as _, Rgb, Zonal, convolved};
 
 use crate::args::map_input::MapInput;
+use crate::args::map_output::OF_PICTURE;
 use crate::args::output;
 use crate::args::picture::PictureOutput;
 use crate::args::values;
@@ -64,6 +65,11 @@ impl EnvIrradiance {
         }
         if let Some(output) = &self.output {
             output.check(&self.input.files()?)?;
+        }
+        if self.output.is_some() {
+            let height = self.size.unwrap_or(DEFAULT_SIZE) as u64;
+            let what = format!("irradiance of {} x {height} texels", 2 * height);
+            self.input.memory().check(&what, OF_PICTURE * 2 * height * height, "a smaller --size")?;
         }
         let map = self.input.read(talk)?;
         let order = self.order.unwrap_or(DEFAULT_ORDER);

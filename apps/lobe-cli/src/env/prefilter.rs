@@ -9,7 +9,7 @@ use lobe::env::{
     filter_lobe, prefilter_ggx,
 };
 
-use crate::args::map_input::MapInput;
+use crate::args::map_input::{MapInput, OF_LARGER};
 use crate::args::map_output::MapOutput;
 use crate::args::names::names;
 use crate::args::values;
@@ -17,10 +17,12 @@ use crate::run::talk::Talk;
 
 const DEFAULT_SAMPLES: usize = 1024;
 
-/// Bytes for each texel of the map, which becomes a cube and a tree over that, and for each of the first level, the smaller ones included,
-/// as measured.
-const OF_SOURCE: u64 = 40;
-const OF_RESULT: u64 = 24;
+/// Bytes for each texel of the map, which becomes a cube and a tree over that, as measured.
+pub(crate) const OF_SOURCE: u64 = 40;
+
+/// Bytes for each texel of the first level of a chain that is written as lat-long pictures: the chain, and a picture of
+/// eight texels for six while it is made.
+const OF_LEVELS: u64 = 16 + OF_LARGER * 8 / 6;
 
 #[derive(Args)]
 pub(crate) struct EnvPrefilter {
@@ -149,7 +151,9 @@ impl EnvPrefilter {
     /// Refuses work that takes more memory than allowed.
     fn check_memory(&self, map: &MappedMap) -> anyhow::Result<()> {
         let (width, height, size) = (map.width() as u64, map.height() as u64, self.size as u64);
-        let bytes = OF_SOURCE * width * height + OF_RESULT * 6 * size * size;
+        let of_pictures = self.lobe == Lobe::Ggx && !self.output.is_texture();
+        let of_result = if of_pictures { OF_LEVELS } else { self.output.bytes_of_texel(Mapping::Cube) };
+        let bytes = OF_SOURCE * width * height + of_result * 6 * size * size;
         let what = format!("faces of {size} x {size} texels from a map of {width} x {height}");
         self.input.memory().check(&what, bytes, "a smaller --size, or a smaller map")
     }

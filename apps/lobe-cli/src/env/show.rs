@@ -9,6 +9,7 @@ use lobe::render::{EnvironmentSheetOptions, EnvironmentSheetSource, environment_
 use crate::args::map_input::MapInput;
 use crate::args::output;
 use crate::args::values;
+use crate::env::prefilter::OF_SOURCE;
 use crate::run::talk::Talk;
 
 /// The most pixels on a side of one of the pictures.
@@ -37,6 +38,7 @@ impl EnvShow {
         output::check_png(&self.output)?;
         output::prepare_file(&self.output, &self.input.files()?)?;
         let map = self.input.read(talk)?;
+        self.input.check_work("prefiltering", &map, OF_SOURCE)?;
         let source = talk.watch("prefilter", |job| EnvironmentSheetSource::new(map, job))?;
         let options = EnvironmentSheetOptions::default().size(self.size).prefiltered(&source.chain);
         let sheet = talk.watch("techniques", |job| environment_mapping_sheet(&source.sky, &options, job))?;

@@ -6,7 +6,7 @@ use lobe::env::{Sun, SunOptions, extract_suns};
 use lobe::sh::{Light, Normalization, Quantity, Rgb, ShFile, ShVec};
 use serde::Serialize;
 
-use crate::args::map_input::MapInput;
+use crate::args::map_input::{MapInput, OF_MAP};
 use crate::args::map_output::MapOutput;
 use crate::args::output::{self, ShOutput};
 use crate::args::values;
@@ -80,6 +80,9 @@ impl EnvSun {
         }
         let map = self.input.read(talk)?;
         self.output.check(map.mapping(), &self.input.files()?)?;
+        // The map, what is left of it, and a copy while a sun is taken out; then what is left is written.
+        let written = OF_MAP + self.output.bytes_of_texel(map.mapping());
+        self.input.check_work("looking for suns in", &map, written.max(3 * OF_MAP))?;
         let mut options = SunOptions::default();
         options.max_radius = self.max_radius.to_radians();
         (options.min_contrast, options.min_peak) = (self.min_contrast, self.min_peak);

@@ -290,8 +290,11 @@ fn conversions_of_maps_that_take_more_than_the_limit_are_refused_with_their_byte
         (
             "env prefilter sky.pfm --size 1024 -o x.ktx2",
             "faces of 1024 x 1024 texels from a map of 64 x 32",
-            151_076_864,
+            239_157_248,
         ),
+        ("env prefilter sky.pfm --size 1024 --texels rgba16f -o x.ktx2", "faces of 1024 x 1024 texels", 169_951_232),
+        ("env prefilter sky.pfm --size 1024 --left-handed -o x.ktx2", "faces of 1024 x 1024 texels", 339_820_544),
+        ("env prefilter sky.pfm --size 1024 --zstd -o x.ktx2", "faces of 1024 x 1024 texels", 371_277_824),
     ] {
         let line = dir.lobe(&format!("{args} --max-memory 0.1 --quiet")).error();
         assert!(line.starts_with(&format!("{what}")), "{args}: {line}");
@@ -321,6 +324,33 @@ fn a_picture_longer_than_the_limit_is_refused_before_it_is_read() {
         let line = dir.lobe(&format!("render built-in:ball --mode shadowed --env {name} -o x.png")).error();
         assert!(line.contains("the file has 32212254720 bytes, more than the limit of 4294967296"), "{line}");
     }
+}
+
+#[test]
+fn all_work_on_a_map_is_held_against_the_limit() {
+    let dir = Dir::new();
+    // 64 MiB cannot hold any of it, and hold the map.
+    dir.map("sky.pfm", 2048, 1024, |_, _| [1.0; 3]);
+    dir.lobe("env convert sky.pfm --to cube --size 512 -o cube.ktx2 --quiet").succeeds();
+    let before = dir.names();
+    for (args, what) in [
+        (
+            "env rotate sky.pfm --axis 0,0,1 --angle 30 -o x.exr",
+            "rotating a map of 2048 x 1024 texels takes up to 109051904 bytes",
+        ),
+        ("env sun sky.pfm -o x.exr", "looking for suns in a map of 2048 x 1024 texels takes up to 109051904 bytes"),
+        ("env adjust sky.pfm --scale 2 -o x.exr", "writing a map of 2048 x 1024 texels takes up to 83886080 bytes"),
+        ("env show sky.pfm -o x.png", "prefiltering a map of 2048 x 1024 texels takes up to 83886080 bytes"),
+        (
+            "env irradiance cube.ktx2 --method brute-force -o x.exr",
+            "converting a map of 512 x 3072 texels takes up to 81788928 bytes",
+        ),
+        ("env convert cube.ktx2 --left-handed --zstd -o x.ktx2", "writing a map of 512 x 3072 texels takes up to "),
+    ] {
+        let line = dir.lobe(&format!("{args} --max-memory 0.0625 --quiet")).error();
+        assert!(line.contains(what) && line.contains("--max-memory"), "{args}: {line}");
+    }
+    assert_eq!(dir.names(), before, "nothing was written");
 }
 
 /// The peak of what a command takes is below what it says that it needs.

@@ -104,8 +104,10 @@ class EnvMap:
         orthographic: the picture shows `fisheye_fov` radians across its circle around `fisheye_axis` [default: π and +z, half of the sphere], with +x at
         the top and +y on the right. The circle, column and row of its middle and its radius in pixels, is the largest about the middle unless
         `fisheye_circle` gives it; `padding` is what lies outside. `nonfinite="zero"` reads NaN and infinity as black instead of refusing
-        them. `to_rec709` converts other primaries where the file tells them; `max_texels` is the limit of the picture, and `max_bytes` that
-        of its file and of its texels in memory, which take 12 each. Six faces share both. What the command notes, such as other primaries that
+        them. `to_rec709` converts other primaries where the file tells them; `max_texels` is the limit of the picture,
+        and `max_bytes` that
+        of its file and of its texels in memory, which take 12 each. Six faces share both. What the command notes, such
+        as other primaries that
         stay, is a warning of the category `LoadNote`.
         """
         if elevations is not None:

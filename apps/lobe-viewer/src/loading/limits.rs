@@ -10,13 +10,16 @@ use lobe::scene::{SceneError, SceneReadOption, SceneReadOptions};
 /// Bytes of a gibibyte.
 const GIB: f64 = (1_u64 << 30) as f64;
 
+/// The limit of memory without another choice, that of pictures.
+const GIB_BY_DEFAULT: f64 = PictureReadOptions::MAX_BYTES as f64 / GIB;
+
 /// Limits of reading, with the names and the defaults of the command `lobe`.
 #[derive(Clone, Copy, Debug, PartialEq, clap::Args)]
 #[non_exhaustive]
 pub struct ReadLimits {
     /// Refuse a scene, with its instances and the tree over its triangles, transfer, or a picture, that takes more memory than this,
     /// in GiB
-    #[arg(long, value_name = "GIB", default_value_t = 4.0, value_parser = positive)]
+    #[arg(long, value_name = "GIB", default_value_t = GIB_BY_DEFAULT, value_parser = positive)]
     pub max_memory: f64,
     /// The most triangles, and the most vertices, that a file may hold, its instances counted
     #[arg(long, value_name = "N", default_value_t = SceneReadOptions::default().max_triangles, value_parser = whole)]
@@ -33,7 +36,7 @@ impl Default for ReadLimits {
     /// 4 GiB for a scene, and the limits of the library.
     fn default() -> Self {
         Self {
-            max_memory: 4.0,
+            max_memory: GIB_BY_DEFAULT,
             max_triangles: SceneReadOptions::default().max_triangles,
             max_texels: PictureReadOptions::default().max_texels,
             allow_outside: false,

@@ -61,8 +61,8 @@ pub(crate) struct Around {
 
 /// The cubes of which all six names are there, in the order of the names.
 ///
-/// A number is a whole one, with no digit beside it, and the numbers of a cube are six: a film has more. Each place of a name
-/// is asked for only until a face is missing (test `a_long_film_is_looked_through_in_few_questions`).
+/// A number is a whole one, with no digit beside it, and the numbers of a cube are six: a film has more. Each place of
+/// a name is asked for only until a face is missing (test `a_long_film_is_looked_through_in_few_questions`).
 pub(crate) fn cubes_among(
     names: &BTreeSet<String>,
     mut is_there: impl FnMut(&str) -> bool,

@@ -35,8 +35,8 @@ pub struct MapReadOptions {
     pub fisheye: Option<FisheyeOptions>,
     /// What the directions get that a cropped panorama or a fisheye picture does not show; black by default.
     pub padding: Padding,
-    /// The handedness for which the faces of a cube were made; by default what the file says, else right. Files that are named
-    /// by sides are then no photographs, unless `faces` says so.
+    /// The handedness for which the faces of a cube were made; by default what the file says, else right. Files that
+    /// are named by sides are then no photographs, unless `faces` says so.
     #[setters(into)]
     pub handedness: Option<CubeHandedness>,
     /// The faces of a cube in their order in the picture, the texture or the numbered files; names of sides say that
@@ -88,8 +88,8 @@ impl MapReadOptions {
         Err(EnvError::Options(message))
     }
 
-    /// The options for a file that names this mapping: the faces of its cube may be left-handed. That is noted, and so is an
-    /// option that says something else, which holds.
+    /// The options for a file that names this mapping: the faces of its cube may be left-handed. That is noted, and so
+    /// is an option that says something else, which holds.
     pub(crate) fn for_file(&self, mapping: Option<&str>, notes: &mut Vec<String>) -> Self {
         let is_cube = self.asked().is_none_or(|mapping| mapping == Mapping::Cube);
         if !is_cube || !CubeHandedness::is_left(mapping) {

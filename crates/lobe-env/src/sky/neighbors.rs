@@ -38,12 +38,12 @@ impl Neighbors {
     }
 }
 
-/// The parts of some directions, and the part of each: two are of one part where neighbors within `angle` lead from one to the
-/// other. The part of the direction `first` is 0. None if there are more than `most`.
+/// The parts of some directions, and the part of each: two are of one part where neighbors within `angle` lead from one
+/// to the other. The part of the direction `first` is 0. None if there are more than `most`.
 ///
-/// Directions in one cell, whose diagonal is that angle, are of one part, so whole cells are joined. Two cells are compared by one
-/// direction in each piece of a [`PIECES`]th of their sides: near the pole of a lat-long map a cell has thousands of them (test
-/// `a_crowd_of_directions_is_parted_by_few_comparisons`).
+/// Directions in one cell, whose diagonal is that angle, are of one part, so whole cells are joined. Two cells are
+/// compared by one direction in each piece of a [`PIECES`]th of their sides: near the pole of a lat-long map a cell has
+/// thousands of them (test `a_crowd_of_directions_is_parted_by_few_comparisons`).
 pub(crate) fn parts(directions: &[Dir], angle: f64, first: usize, most: usize) -> Option<Vec<usize>> {
     let mut asked = 0;
     parts_counting(directions, angle, first, most, &mut asked)
@@ -91,7 +91,8 @@ fn parts_counting(
     Some(parts)
 }
 
-/// Parts of the side of a cell, in which directions count as one. Texels of a map are farther apart, except near its poles.
+/// Parts of the side of a cell, in which directions count as one. Texels of a map are farther apart, except near its
+/// poles.
 const PIECES: f64 = 16.0;
 
 /// The directions in a cell.

@@ -26,9 +26,6 @@ use crate::{ImageError, Picture, ReadOption};
 /// The default of [`PictureReadOptions::max_texels`]: enough for 16384 x 8192 and for 23170 x 11585, 3 GiB in memory.
 const MAX_TEXELS: usize = 1 << 28;
 
-/// The default of [`PictureReadOptions::max_bytes`]: 4 GiB, half of the memory of the most common machines.
-const MAX_BYTES: u64 = 4 << 30;
-
 /// The formats that are read, for messages.
 const EXPECTED: &str =
     "Radiance .hdr (beginning with \"#?RADIANCE\"), OpenEXR, .pfm, TIFF, PNG, JPEG, JPEG XL, KTX2, KTX or DDS";
@@ -80,11 +77,14 @@ pub struct PictureReadOptions {
 impl Default for PictureReadOptions {
     fn default() -> Self {
         let nonfinite = Nonfinite::default();
-        Self { nonfinite, max_texels: MAX_TEXELS, max_bytes: MAX_BYTES, to_rec_709: false }
+        Self { nonfinite, max_texels: MAX_TEXELS, max_bytes: Self::MAX_BYTES, to_rec_709: false }
     }
 }
 
 impl PictureReadOptions {
+    /// The default of [`max_bytes`](Self::max_bytes): 4 GiB, half of the memory of the most common machines.
+    pub const MAX_BYTES: u64 = 4 << 30;
+
     /// The texels of a picture that is held in memory.
     pub(crate) fn most_texels(&self) -> usize {
         usize::try_from(self.max_bytes / size_of::<Pixel>() as u64).map_or(self.max_texels, |n| n.min(self.max_texels))
@@ -260,7 +260,8 @@ impl PictureReadReport {
     }
 }
 
-/// Reads a picture from a Radiance .hdr, OpenEXR, .pfm, PNG or JPEG file. Textures are read by
+/// Reads a picture from a Radiance .hdr, OpenEXR, portable float map, TIFF, PNG or JPEG file, and with the feature
+/// `jxl` from a JPEG XL file. Textures are read by
 /// [`read_cube_texture`](crate::read_cube_texture) and
 /// [`read_texture_picture_bytes`](crate::read_texture_picture_bytes).
 ///

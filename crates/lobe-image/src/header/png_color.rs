@@ -86,7 +86,7 @@ impl Transfer {
             other => format!("the transfer function {other} of ITU-T H.273"),
         };
         let message = format!(
-            "the chunk cICP says that light is encoded by {curve}, which is not read; convert the picture to linear light: {}",
+            "the chunk cICP says that light is encoded by {curve}, which is not read; convert it to linear light: {}",
             to_linear_light("IN.png")
         );
         Err(unsupported(name, message))

@@ -4,7 +4,8 @@
 //!   identifier                  12 bytes
 //!   thirteen numbers            in the byte order that the first one tells
 //!   keys and values
-//!   levels                      the largest first; in each the bytes of it, or of one face of a cube, then the pictures
+//!   levels                      the largest first; in each the bytes of it, or of one face of a cube, then the
+//! pictures
 //! ```
 //!
 //! Rows begin at multiples of four bytes. Some programs do not pad them, which the bytes of the level tell.
@@ -122,8 +123,8 @@ pub(crate) fn header(bytes: &[u8], name: &str, max_texels: usize) -> Result<(Sto
     Ok((texture, Places { data, is_swapped, type_size: type_size as usize }))
 }
 
-/// Whether the lowest row comes first, by an orientation as in `S=r,T=d`; refuses one that would turn the faces of a cube
-/// around, or mirror a picture.
+/// Whether the lowest row comes first, by an orientation as in `S=r,T=d`; refuses one that would turn the faces of a
+/// cube around, or mirror a picture.
 fn is_from_bottom(value: &[u8], is_cube: bool, name: &str) -> Result<bool, ImageError> {
     let value = String::from_utf8_lossy(value);
     let value = value.trim_end_matches('\0');
@@ -209,9 +210,9 @@ pub(crate) fn levels(
     Ok(levels)
 }
 
-/// The bytes from one picture of a level to the next, where the level has `size` bytes as the file says; none if it cannot have
-/// as many with rows of this alignment. The number is that of one face of a cube, whose faces begin at multiples of four, and
-/// of all pictures of an array.
+/// The bytes from one picture of a level to the next, where the level has `size` bytes as the file says; none if it
+/// cannot have as many with rows of this alignment. The number is that of one face of a cube, whose faces begin at
+/// multiples of four, and of all pictures of an array.
 fn picture_bytes(texture: &StoredTexture, level: usize, size: u64) -> Option<u64> {
     let one = texture.picture_bytes(level);
     let (padded, count) = (one.next_multiple_of(ALIGNMENT), texture.faces as u64);
