@@ -109,6 +109,11 @@ impl<'a> Source<'a> {
         }
     }
 
+    /// Tells at the beginning of which animation the scene stands, though nobody asked for it.
+    pub(crate) fn assume_animation(&mut self, name: &str) {
+        self.report.assumed_animation = Some(one_line(name));
+    }
+
     /// Counts a mesh against the limits. Call it before the mesh is allocated.
     pub(crate) fn count(&mut self, vertices: usize, triangles: usize) -> Result<(), SceneError> {
         let (v, t) = (self.unfolded.0.saturating_add(vertices), self.unfolded.1.saturating_add(triangles));

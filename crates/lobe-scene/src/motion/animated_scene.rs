@@ -288,7 +288,8 @@ impl AnimatedScene {
             ScenePose::Unposed => return Ok(self.rest.clone()),
             ScenePose::At { animation: Some(name), time } => self.pose(self.animation(name)?, *time),
             ScenePose::At { time, .. } if !self.animations.is_empty() => self.pose(0, *time),
-            ScenePose::At { .. } => self.rest_pose(),
+            ScenePose::Start if !self.animations.is_empty() => self.pose(0, 0.0),
+            ScenePose::At { .. } | ScenePose::Start => self.rest_pose(),
         };
         posed.map(PosedScene::into_scene)
     }
