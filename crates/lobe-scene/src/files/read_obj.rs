@@ -1,7 +1,7 @@
 //! Wavefront OBJ reader, with the materials of MTL files.
 
 use std::collections::{BTreeSet, HashMap};
-use std::mem;
+use std::{iter, mem};
 
 use crate::files::obj::lines::{Line, for_each_line, is_utf16, text_of};
 use crate::files::obj::materials::{MtlMaterial, read_mtl};
@@ -9,7 +9,7 @@ use crate::files::obj::smoothing::{NormalSums, Smoothing, split};
 use crate::files::picture::decode;
 use crate::files::polygon::Triangulator;
 use crate::files::source::Source;
-use crate::scene::near_origin::{from_origin, origin_of};
+use crate::scene::near_origin::{from_origin, note_of_rounding, noticeable_rounding, origin_of};
 use crate::scene::texture::linear_from_srgb;
 use crate::{Material, MeshParts, Scene, SceneError, Texture, TextureUse, Up, Wrap};
 
@@ -26,7 +26,7 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scen
     obj.current.name = UNNAMED.to_owned();
     for_each_line(&text_of(bytes), |line| obj.read_line(&line, source))?;
     obj.finish_model();
-    let origin = obj.move_near_origin();
+    let origin = obj.move_near_origin(source);
     obj.tell_of_colors(source);
     let mut triangulator = Triangulator::new();
     let mut shapes = Vec::with_capacity(obj.models.len());
@@ -96,6 +96,15 @@ struct Model {
     material: Option<String>,
     corners: Vec<Corner>,
     faces: Vec<Face>,
+}
+
+impl Model {
+    /// Edges of faces, by the numbers of their positions: all but the last one of each.
+    fn edges(&self) -> impl Iterator<Item = [usize; 2]> {
+        let starts = iter::once(0).chain(self.faces.iter().map(|face| face.end));
+        let ranges = starts.zip(&self.faces).map(|(start, face)| start..face.end);
+        ranges.flat_map(|range| self.corners[range].windows(2)).map(|pair| [pair[0][0] as usize, pair[1][0] as usize])
+    }
 }
 
 struct Face {
@@ -230,10 +239,12 @@ impl Obj {
     }
 
     /// Lets the positions count from an origin near those that faces use: numbers of `f32` are coarse far away.
-    fn move_near_origin(&mut self) -> [f64; 3] {
+    fn move_near_origin(&mut self, source: &mut Source<'_>) -> [f64; 3] {
         let places = mem::take(&mut self.places);
         let corners = self.models.iter().flat_map(|model| &model.corners);
         let origin = origin_of(corners.filter_map(|&[v, ..]| places.get(v as usize).copied()));
+        let rounding = noticeable_rounding(&places, self.models.iter().flat_map(Model::edges), origin);
+        rounding.into_iter().for_each(|rounding| source.note(note_of_rounding(rounding)));
         self.positions = places.into_iter().map(|place| from_origin(place, origin)).collect();
         origin
     }

@@ -10,7 +10,7 @@ use serde_ply::{ElementDef, PlyFormat, PlyReader, PropertyType, ScalarType};
 use crate::files::gltf::primitive::triangles;
 use crate::files::polygon::Triangulator;
 use crate::files::source::Source;
-use crate::scene::near_origin::{from_origin, origin_of};
+use crate::scene::near_origin::{from_origin, note_of_rounding, noticeable_rounding, origin_of};
 use crate::scene::texture::{linear_from_srgb, linear_from_srgb8};
 use crate::{MeshParts, Scene, SceneError, Up};
 
@@ -118,6 +118,10 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scen
     let used = faces.iter().chain(&strips).flat_map(|row| &row.vertex_indices);
     let used = used.filter_map(|&index| places.get(usize::try_from(index).ok()?).copied());
     let origin = origin_of(used);
+    let edges = faces.iter().chain(&strips).flat_map(|row| row.vertex_indices.windows(2));
+    let number = |index: i64| usize::try_from(index).unwrap_or(usize::MAX);
+    let rounding = noticeable_rounding(&places, edges.map(|pair| [number(pair[0]), number(pair[1])]), origin);
+    rounding.into_iter().for_each(|rounding| source.note(note_of_rounding(rounding)));
     parts.positions = places.into_iter().map(|place| from_origin(place, origin)).collect();
     read_faces(&faces, &mut parts, source)?;
     read_strips(&strips, &mut parts, source)?;
