@@ -3,7 +3,7 @@
 use std::collections::{BTreeSet, HashMap};
 use std::{iter, mem};
 
-use crate::files::obj::lines::{Line, for_each_line, is_utf16, text_of};
+use crate::files::obj::lines::{Line, bytes_of_text, for_each_line, is_utf16, text_of};
 use crate::files::obj::materials::{MtlMaterial, read_mtl};
 use crate::files::obj::smoothing::{NormalSums, Smoothing, split};
 use crate::files::picture::decode;
@@ -24,7 +24,16 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scen
     }
     let mut obj = Obj::default();
     obj.current.name = UNNAMED.to_owned();
-    for_each_line(&text_of(bytes), |line| obj.read_line(&line, source))?;
+    source.count_bytes(bytes_of_text(bytes))?;
+    let text = text_of(bytes);
+    if text.lines().any(|line| line.starts_with(POLYPAINT)) {
+        source.note(format!("colors of vertices in comments ({POLYPAINT}) are not used"));
+    }
+    for_each_line(&text, |line| {
+        obj.read_line(&line, source)?;
+        obj.count_lists(COUNTED_AT_ONCE, source)
+    })?;
+    obj.count_lists(1, source)?;
     obj.finish_model();
     let origin = obj.move_near_origin(source);
     obj.tell_of_colors(source);
@@ -52,6 +61,22 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scen
 }
 
 const NOT_UTF16: &str = "expected UTF-8 or Latin-1, found UTF-16";
+
+/// Bytes of lists that grow before they are counted.
+const COUNTED_AT_ONCE: u64 = 1 << 20;
+
+/// A list takes up to so many times the bytes of its items, as it doubles when it is full.
+const GROWN: u64 = 2;
+
+/// Statements that change no triangle: parts of free-form curves and surfaces, which are noted by themselves, and how
+/// programs show a file.
+const SILENT: [&str; 21] = [
+    "vp", "cstype", "deg", "bmat", "step", "parm", "trim", "hole", "scrv", "sp", "end", "con", "mg", "ctech", "stech",
+    "lod", "bevel", "c_interp", "d_interp", "cdc", "res",
+];
+
+/// The beginning of comments that sculpting programs write colors of vertices in.
+const POLYPAINT: &str = "#MRGB";
 
 /// The name of a mesh that has none in its file.
 const UNNAMED: &str = "unnamed_object";
@@ -86,6 +111,10 @@ struct Obj {
     current: Model,
     /// What the last line `s` says.
     smoothing: Smoothing,
+    /// Corners and faces of the models that are finished.
+    finished: [usize; 2],
+    /// Bytes of the lists that are counted.
+    counted: u64,
 }
 
 /// The faces of an object or a group that are of one material.
@@ -179,7 +208,9 @@ impl Obj {
             "curv" | "curv2" | "surf" => source.note("free-form curves and surfaces are not used"),
             "p" | "l" => source.note("points and lines are left out"),
             "usemap" => source.note("usemap is not used: textures are those of the materials"),
-            _ => {}
+            "call" | "csh" => source.note(format!("{} is not used: what it brings is missing", line.keyword)),
+            keyword if SILENT.contains(&keyword) => {}
+            _ => source.note(format!("{} is not used", line.short_keyword())),
         }
         Ok(())
     }
@@ -229,12 +260,36 @@ impl Obj {
         Ok(())
     }
 
+    /// Counts the bytes of all lists against the limit, where they have grown by some.
+    fn count_lists(&mut self, least: u64, source: &mut Source<'_>) -> Result<(), SceneError> {
+        let [corners, faces] = self.finished;
+        let bytes = |count: usize, each: usize| (count as u64).saturating_mul(each as u64).saturating_mul(GROWN);
+        let lists = [
+            // As the file has them, and from the origin.
+            bytes(self.places.len(), size_of::<[f64; 3]>() + size_of::<[f32; 3]>()),
+            bytes(self.colors.len(), size_of::<Option<[f32; 3]>>()),
+            bytes(self.uvs.len(), size_of::<[f32; 2]>()),
+            bytes(self.normals.len(), size_of::<[f32; 3]>()),
+            bytes(corners + self.current.corners.len(), size_of::<Corner>()),
+            bytes(faces + self.current.faces.len(), size_of::<Face>()),
+            bytes(self.models.len(), size_of::<Model>()),
+        ];
+        let grown = lists.into_iter().fold(0, u64::saturating_add).saturating_sub(self.counted);
+        if grown < least {
+            return Ok(());
+        }
+        self.counted += grown;
+        source.count_bytes(grown)
+    }
+
     /// Ends the model that is being read, unless it is empty; the next has the same name and material.
     fn finish_model(&mut self) {
         if !self.current.faces.is_empty() {
             let next =
                 Model { name: self.current.name.clone(), material: self.current.material.clone(), ..Model::default() };
-            self.models.push(mem::replace(&mut self.current, next));
+            let model = mem::replace(&mut self.current, next);
+            self.finished = [self.finished[0] + model.corners.len(), self.finished[1] + model.faces.len()];
+            self.models.push(model);
         }
     }
 

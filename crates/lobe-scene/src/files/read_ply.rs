@@ -94,6 +94,9 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scen
         match element.name.as_str() {
             "vertex" => {
                 source.count(element.count, 0)?;
+                // Rows and places, which are dropped when the mesh is made of them.
+                let row = size_of::<Vertex>() + size_of::<[f64; 3]>();
+                source.count_bytes((element.count as u64).saturating_mul(row as u64))?;
                 let vertices: Vec<Vertex> =
                     reader.next_element().map_err(|error| source.invalid(broken(&rows, error)))?;
                 places = vertices.iter().map(|row| up.to_world([row.x, row.y, row.z])).collect();
@@ -159,7 +162,9 @@ fn check_length(
         .map(|property| match (&property.property_type, format) {
             // A digit and a space.
             (_, PlyFormat::Ascii) => 2,
-            (PropertyType::Scalar(scalar) | PropertyType::List { count_type: scalar, .. }, _) => size_of(*scalar),
+            (PropertyType::Scalar(scalar) | PropertyType::List { count_type: scalar, .. }, _) => {
+                size_of_scalar(*scalar)
+            }
         })
         .sum();
     if element.properties.is_empty() || element.count.checked_mul(smallest).is_none_or(|size| size > available + 2) {
@@ -169,7 +174,7 @@ fn check_length(
     Ok(())
 }
 
-fn size_of(scalar: ScalarType) -> usize {
+fn size_of_scalar(scalar: ScalarType) -> usize {
     match scalar {
         ScalarType::I8 | ScalarType::U8 => 1,
         ScalarType::I16 | ScalarType::U16 => 2,
