@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-use crate::error::one_line;
+use lobe_io::one_line;
+
 use crate::files::folder::referenced_file;
 use crate::scene::flat::FlatMesh;
 use crate::{

@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use glam::DMat4;
+use lobe_io::one_line;
 
-use crate::error::one_line;
 use crate::motion::animation::State;
 use crate::motion::rig::{Moves, Rig};
 use crate::motion::shape::{Carrier, Part};
