@@ -275,6 +275,6 @@ fn lists_that_a_file_makes_no_mesh_of_count_against_the_limit_of_bytes() {
         let error = read(limit).unwrap_err().to_string();
         assert!(error.contains("max_bytes"), "{name} of {} bytes with {limit}: {error}", bytes.len());
         let error = read(u64::MAX).unwrap_err().to_string();
-        assert!(error.contains("expected triangles, found none"), "{name} without a limit: {error}");
+        assert!(error.contains("expected triangles"), "{name} without a limit: {error}");
     }
 }
