@@ -32,7 +32,7 @@ struct Asked {
     default_material: String,
     allow_outside: bool,
     transparency: bool,
-    time: f64,
+    time: Option<f64>,
     animation: Option<String>,
     max_triangles: Option<usize>,
     max_texels: Option<usize>,
@@ -61,7 +61,7 @@ impl TryFrom<Asked> for SceneInput {
         let mut options = defaults
             .allow_outside(asked.allow_outside)
             .straight_through(asked.transparency)
-            .pose(ScenePose::At { animation: asked.animation, time: asked.time })
+            .pose(ScenePose::asked(asked.animation, asked.time))
             .max_triangles(asked.max_triangles.unwrap_or(triangles))
             .max_texels(asked.max_texels.unwrap_or(texels))
             .max_bytes(asked.max_bytes.unwrap_or(bytes));

@@ -193,6 +193,7 @@ impl Recipe {
     pub fn posed(self, pose: &ScenePose) -> Self {
         match pose {
             ScenePose::At { animation, time } => self.time(*time).animation(animation.clone()),
+            ScenePose::Start => self.time(0.0),
             _ => self,
         }
     }
@@ -201,6 +202,8 @@ impl Recipe {
     #[must_use]
     pub fn pose(&self) -> ScenePose {
         match self.time {
+            // Read as it was, with a fault in what moves too.
+            Some(0.0) if self.animation.is_none() => ScenePose::Start,
             Some(time) => ScenePose::At { animation: self.animation.clone(), time },
             None => ScenePose::Unposed,
         }

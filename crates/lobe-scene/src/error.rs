@@ -2,6 +2,8 @@
 
 use std::io;
 
+use lobe_io::one_line;
+
 /// Errors of making, reading and changing scenes, by fault.
 ///
 /// Every message is one line: where, what was expected, what was found, what to do.
@@ -86,16 +88,4 @@ impl SceneError {
             other => other,
         }
     }
-}
-
-/// A message without line ends and control characters, which names in a file may have: a terminal would obey them. Characters that
-/// turn text around are escaped.
-pub(crate) fn one_line(message: &str) -> String {
-    let turns =
-        |c| matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
-    let message = message.replace(char::is_control, " ");
-    if !message.contains(turns) {
-        return message;
-    }
-    message.chars().map(|c| if turns(c) { c.escape_unicode().to_string() } else { c.to_string() }).collect()
 }

@@ -81,7 +81,11 @@ impl<'a> OpenScene<'a> {
         }
         let (scene, report) = match &self.gltf {
             Some(gltf) => match baked_pose(gltf).filter(|_| self.input.pose.asked().is_none()) {
-                Some(pose) => gltf.scene_in(&pose)?,
+                Some(pose) => {
+                    let (scene, mut report) = gltf.scene_in(&pose)?;
+                    report.assumed_animation = None;
+                    (scene, report)
+                }
                 None => gltf.scene()?,
             },
             None => read_scene(self.input.path(), &self.input.checked_options(self.memory)?)?,

@@ -156,5 +156,12 @@ impl SceneInput {
 
 /// Notes the findings of reading a file.
 pub(crate) fn tell(report: &SceneReadReport, name: &str, talk: Talk) {
-    report.remarks().iter().for_each(|text| talk.note(name, text));
+    let assumed = report.assumed_pose();
+    for text in report.remarks() {
+        if assumed.as_ref() == Some(&text) {
+            talk.note(name, &format!("{text}; --time and --animation choose another"));
+        } else {
+            talk.note(name, &text);
+        }
+    }
 }

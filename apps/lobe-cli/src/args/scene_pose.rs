@@ -24,9 +24,9 @@ impl PoseInput {
         time.or(self.animation.as_ref().map(|_| "--animation"))
     }
 
-    /// The pose that is asked for, or else that of the beginning.
+    /// The pose that is asked for.
     pub(crate) fn pose(&self) -> ScenePose {
-        ScenePose::At { animation: self.animation.clone(), time: self.seconds() }
+        ScenePose::asked(self.animation.clone(), self.time)
     }
 
     /// The time that is asked for, or else the beginning.

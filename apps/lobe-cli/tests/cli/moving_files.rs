@@ -101,7 +101,7 @@ fn the_truth_of_an_animated_file_is_posed_as_fields_are() {
     assert!(dir.bytes("middle.exr") != dir.bytes("zero.exr"), "it moves");
     let notes = dir.lobe("render a.gltf --env bundled:sunset --size 16x12 --mode irradiance -o still.png").succeeds().1;
     assert!(
-        notes.contains("it is taken at 0 s of its animation `Slide`, --time and --animation choose another"),
+        notes.contains("it is taken at 0 s of its animation `Slide`; --time and --animation choose another"),
         "{notes}"
     );
 }

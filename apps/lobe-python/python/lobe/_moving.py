@@ -87,7 +87,7 @@ class MovingScene:
         name = None if animation is None else str(animation)
         asked = (self.options.order, self.options.bounces)
         scene = Scene.of(scene)
-        if scene.time != 0.0 or scene.animation is not None:
+        if scene.time or scene.animation is not None:
             raise ValueError("time and animation of the scene: what moves is shown at any time; give the animation here")
         self._moving = _lobe.Moving.load(scene, name, bool(loop), asked)
         self._order: int | None = None

@@ -33,8 +33,8 @@ class Scene:
     """The file is trusted: it may name others outside of its folder, which are read and may be copied into an output."""
     transparency: bool = False
     """Light goes straight through blended surfaces of a glTF file, by their alpha, and through glass, by its transmission."""
-    time: float = 0.0
-    """What a glTF file moves, by animations, skins or morph targets, stands as at this time, in seconds."""
+    time: float | None = None
+    """What a glTF file moves, by animations, skins or morph targets, stands as at this time, in seconds; by default 0."""
     animation: str | int | None = None
     """The animation of a glTF file, by name or number; None: the first."""
     max_triangles: int | None = None
@@ -63,14 +63,14 @@ class Scene:
         ]:
             if most is not None:
                 whole(most, what, 1, limit)
-        expect(self.time, (int, float), "time", "a number of seconds")
-        if not math.isfinite(self.time):
+        expect(self.time, (int, float, type(None)), "time", "a number of seconds")
+        if self.time is not None and not math.isfinite(self.time):
             raise ValueError(f"time: expected a finite number of seconds, found {self.time!r}")
         expect(self.animation, (str, int, type(None)), "animation", "a name or a number")
         if isinstance(self.animation, int):
             object.__setattr__(self, "animation", str(self.animation))
         for is_refused, why in [
-            ((self.time != 0.0 or self.animation is not None) and not is_gltf, "time and animation: only what a glTF file moves stands elsewhere then"),
+            ((self.time or self.animation is not None) and not is_gltf, "time and animation: only what a glTF file moves stands elsewhere then"),
             (self.up != "y" and not leaves_up_open, "up: only .obj and .ply files leave open which axis points up"),
             (self.default_material != "white" and not is_gltf, "default_material: only of glTF files, which say what a mesh without a material is"),
             (name.startswith("built-in:") and self._has_options(), "options: only of scenes in files"),

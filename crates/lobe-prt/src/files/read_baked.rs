@@ -107,7 +107,8 @@ impl Baked {
     /// # Errors
     /// Those of [`read_baked`].
     pub fn of(gltf: &GltfReader) -> Result<Self, PrtError> {
-        let (scene, report) = gltf.scene_in(&baked_pose(gltf).unwrap_or_default())?;
+        let (scene, mut report) = gltf.scene_in(&baked_pose(gltf).unwrap_or_default())?;
+        report.assumed_animation = None;
         let BakedTransfer { transfer, compressed, recipe } = BakedTransfer::of(gltf, &scene)?;
         Ok(Self { scene, transfer, compressed, recipe, report })
     }

@@ -8,7 +8,7 @@
 //! - A wider part is a surface of its own. The first texels behind the wall move all the same, from the side that sees
 //!   much of the sky to the one that sees little: a dark line outside is hardly seen, a bright one inside is.
 
-use std::collections::HashSet;
+use std::collections::HashMap;
 use std::f64::consts::PI;
 
 use glam::DVec3;
@@ -68,9 +68,10 @@ pub(crate) fn moved_points(
 ) -> Vec<(usize, [f32; 3])> {
     let bvh = Bvh::new(scene);
     let mut moved = moved_strips((scene, &bvh), picture, (texels, positions), margin);
-    let strips: HashSet<usize> = moved.iter().map(|&(number, _)| texels[number] as usize).collect();
+    let strips: HashMap<usize, [f32; 3]> = moved.iter().map(|&(number, p)| (texels[number] as usize, p)).collect();
     let walls = Walls { rays: SurfaceRays::new(scene, &bvh), picture, strips: &strips, margin };
     let first = |number: usize| Some((number, walls.darker_place(texels[number] as usize, positions[number])?));
+    // One that has moved may still be behind another wall: its later place counts.
     moved.par_extend((0..texels.len()).into_par_iter().with_min_len(PIECE).filter_map(first));
     moved
 }
@@ -147,8 +148,8 @@ fn in_front((scene, bvh): (&Scene, &Bvh), (from, to): (Point, Point), margin: f6
 struct Walls<'a> {
     rays: SurfaceRays<'a>,
     picture: &'a Picture<'a>,
-    /// The texels that have moved already: their neighbors do not follow them.
-    strips: &'a HashSet<usize>,
+    /// The texels that have moved already, with their places: their neighbors do not follow them.
+    strips: &'a HashMap<usize, [f32; 3]>,
     margin: f64,
 }
 
@@ -156,9 +157,10 @@ impl Walls<'_> {
     /// The place in front of a wall for a texel that lies behind it, as seen from a neighbor in much less light.
     fn darker_place(&self, texel: usize, position: [f32; 3]) -> Option<[f32; 3]> {
         let (scene, bvh) = (self.rays.scene(), self.rays.bvh());
-        let chart = self.picture.chart(texel).filter(|_| !self.strips.contains(&texel))?;
+        let chart = self.picture.chart(texel)?;
+        let position = self.strips.get(&texel).copied().unwrap_or(position);
         let to = Point { position: wide(position), ..point(scene, &(self.picture.shown)(texel)?.hit) };
-        let is_near = |next: &usize| self.picture.chart_inside(*next) == Some(chart) && !self.strips.contains(next);
+        let is_near = |next: &usize| self.picture.chart_inside(*next) == Some(chart) && !self.strips.contains_key(next);
         let across = |next: usize| {
             let from = point(scene, &(self.picture.shown)(next)?.hit);
             let place = in_front((scene, bvh), (from, to), self.margin)?;

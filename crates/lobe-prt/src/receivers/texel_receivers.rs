@@ -1,6 +1,7 @@
 //! Texel receivers: conservative rasterization of a scene into the texels of a lightmap.
 
 use std::collections::VecDeque;
+use std::ops::Range;
 use std::path::Path;
 
 use glam::{DVec2, DVec3};
@@ -243,14 +244,8 @@ fn draw(
     triangle: u32,
 ) -> Result<(), (usize, usize)> {
     let corners = corners.map(|c| DVec2::from(c.map(f64::from)) * width as f64);
-    let range = |k: usize| {
-        let (min, max) = corners.iter().fold((f64::MAX, f64::MIN), |(a, b), c| (a.min(c[k]), b.max(c[k])));
-        // Centers are at halves.
-        let first = (min - REACH - 0.5).ceil().max(0.0) as usize;
-        first..((max + REACH + 0.5).floor().max(0.0) as usize).min(width)
-    };
-    for y in range(1) {
-        for x in range(0) {
+    for (y, columns) in rows_near(corners, width) {
+        for x in columns {
             // Find the place of the triangle nearest to the center of the texel.
             let found = nearest(corners, DVec2::new(x as f64 + 0.5, y as f64 + 0.5), triangle);
             let place = &mut places[y * width + x];
@@ -269,6 +264,37 @@ fn draw(
         }
     }
     Ok(())
+}
+
+/// The rows of a picture near a triangle, each with the columns there: those within [`REACH`], and few others.
+///
+/// A row has its columns from the part of the triangle that is as near to it: slivers along a diagonal have as many texels
+/// as they are long, whatever their box.
+fn rows_near(corners: [DVec2; 3], width: usize) -> impl Iterator<Item = (usize, Range<usize>)> {
+    // Centers are at halves.
+    let near = move |(min, max): (f64, f64)| {
+        let first = (min - REACH - 0.5).ceil().max(0.0) as usize;
+        first..((max + REACH + 0.5).floor().max(0.0) as usize).min(width)
+    };
+    let bounds = |(a, b): (f64, f64), c: f64| (a.min(c), b.max(c));
+    let rows = near(corners.iter().map(|c| c.y).fold((f64::MAX, f64::MIN), bounds));
+    rows.map(move |y| {
+        let (top, bottom) = (y as f64 + 0.5 - REACH, y as f64 + 0.5 + REACH);
+        let mut columns = (f64::MAX, f64::MIN);
+        for (from, to) in [(0, 1), (1, 2), (2, 0)].map(|(i, j)| (corners[i], corners[j])) {
+            if from.y.min(to.y) > bottom || from.y.max(to.y) < top {
+                continue;
+            }
+            for end in [from.y, to.y].map(|c| c.clamp(top, bottom)) {
+                let part = if from.y == to.y { 0.0 } else { ((end - from.y) / (to.y - from.y)).clamp(0.0, 1.0) };
+                columns = bounds(columns, from.lerp(to, part).x);
+            }
+            if from.y == to.y {
+                columns = bounds(columns, to.x);
+            }
+        }
+        (y, near(columns))
+    })
 }
 
 /// The place of a triangle that is nearest to a point.
@@ -293,4 +319,44 @@ fn nearest([a, b, c]: [DVec2; 3], point: DVec2, triangle: u32) -> Place {
         Place { distance, depth: 0.0, triangle, u: weights[1] as f32, v: weights[2] as f32 }
     };
     [on_edge(1), on_edge(2)].into_iter().fold(on_edge(0), |best, p| if p.distance < best.distance { p } else { best })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_texels_that_a_triangle_touches_are_near_it() {
+        const WIDTH: usize = 24;
+        let mut random = lobe_testkit::Random::new(7);
+        for number in 0..400 {
+            let mut corners = [DVec2::ZERO; 3].map(|_| DVec2::new(random.unit(), random.unit()) * WIDTH as f64);
+            match number % 4 {
+                // Level edges, triangles without area, and points.
+                1 => corners[1].y = corners[0].y,
+                2 => corners[2] = corners[0].lerp(corners[1], 0.3),
+                3 => corners = [corners[0]; 3],
+                _ => {}
+            }
+            let mut is_near = [false; WIDTH * WIDTH];
+            for (y, columns) in rows_near(corners, WIDTH) {
+                columns.for_each(|x| is_near[y * WIDTH + x] = true);
+            }
+            for (texel, &is_near) in is_near.iter().enumerate() {
+                let center = DVec2::new((texel % WIDTH) as f64 + 0.5, (texel / WIDTH) as f64 + 0.5);
+                let distance = nearest(corners, center, 0).distance;
+                assert!(is_near || distance > REACH - 1e-9, "{corners:?}: {center} is at {distance}");
+            }
+        }
+    }
+
+    #[test]
+    fn slivers_have_as_many_texels_as_they_are_long() {
+        const WIDTH: usize = 4096;
+        let end = DVec2::splat(WIDTH as f64);
+        for middle in [end * 0.5, end * 0.5 + DVec2::new(0.1, 0.0)] {
+            let count: usize = rows_near([DVec2::ZERO, middle, end], WIDTH).map(|(_, columns)| columns.len()).sum();
+            assert!(count < 5 * WIDTH, "{count} texels near a sliver by {middle}, {WIDTH} long");
+        }
+    }
 }

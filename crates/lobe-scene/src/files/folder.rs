@@ -3,8 +3,9 @@
 use std::path::{Component, Path, PathBuf};
 use std::{fs, io};
 
+use lobe_io::one_line;
+
 use crate::SceneError;
-use crate::error::one_line;
 
 /// The place of a file that a scene names, links resolved; `None` if it is not within the folder.
 ///

@@ -1,15 +1,15 @@
 //! Wavefront OBJ reader, with the materials of MTL files.
 
 use std::collections::{BTreeSet, HashMap};
-use std::mem;
+use std::{iter, mem};
 
-use crate::files::obj::lines::{Line, for_each_line, is_utf16, text_of};
+use crate::files::obj::lines::{Line, bytes_of_text, for_each_line, is_utf16, text_of};
 use crate::files::obj::materials::{MtlMaterial, read_mtl};
 use crate::files::obj::smoothing::{NormalSums, Smoothing, split};
 use crate::files::picture::decode;
 use crate::files::polygon::Triangulator;
 use crate::files::source::Source;
-use crate::scene::near_origin::{from_origin, origin_of};
+use crate::scene::near_origin::{from_origin, note_of_rounding, noticeable_rounding, origin_of};
 use crate::scene::texture::linear_from_srgb;
 use crate::{Material, MeshParts, Scene, SceneError, Texture, TextureUse, Up, Wrap};
 
@@ -24,9 +24,18 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scen
     }
     let mut obj = Obj::default();
     obj.current.name = UNNAMED.to_owned();
-    for_each_line(&text_of(bytes), |line| obj.read_line(&line, source))?;
+    source.count_bytes(bytes_of_text(bytes))?;
+    let text = text_of(bytes);
+    if text.lines().any(|line| line.starts_with(POLYPAINT)) {
+        source.note(format!("colors of vertices in comments ({POLYPAINT}) are not used"));
+    }
+    for_each_line(&text, |line| {
+        obj.read_line(&line, source)?;
+        obj.count_lists(COUNTED_AT_ONCE, source)
+    })?;
+    obj.count_lists(1, source)?;
     obj.finish_model();
-    let origin = obj.move_near_origin();
+    let origin = obj.move_near_origin(source);
     obj.tell_of_colors(source);
     let mut triangulator = Triangulator::new();
     let mut shapes = Vec::with_capacity(obj.models.len());
@@ -52,6 +61,22 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scen
 }
 
 const NOT_UTF16: &str = "expected UTF-8 or Latin-1, found UTF-16";
+
+/// Bytes of lists that grow before they are counted.
+const COUNTED_AT_ONCE: u64 = 1 << 20;
+
+/// A list takes up to so many times the bytes of its items, as it doubles when it is full.
+const GROWN: u64 = 2;
+
+/// Statements that change no triangle: parts of free-form curves and surfaces, which are noted by themselves, and how
+/// programs show a file.
+const SILENT: [&str; 21] = [
+    "vp", "cstype", "deg", "bmat", "step", "parm", "trim", "hole", "scrv", "sp", "end", "con", "mg", "ctech", "stech",
+    "lod", "bevel", "c_interp", "d_interp", "cdc", "res",
+];
+
+/// The beginning of comments that sculpting programs write colors of vertices in.
+const POLYPAINT: &str = "#MRGB";
 
 /// The name of a mesh that has none in its file.
 const UNNAMED: &str = "unnamed_object";
@@ -86,6 +111,10 @@ struct Obj {
     current: Model,
     /// What the last line `s` says.
     smoothing: Smoothing,
+    /// Corners and faces of the models that are finished.
+    finished: [usize; 2],
+    /// Bytes of the lists that are counted.
+    counted: u64,
 }
 
 /// The faces of an object or a group that are of one material.
@@ -96,6 +125,15 @@ struct Model {
     material: Option<String>,
     corners: Vec<Corner>,
     faces: Vec<Face>,
+}
+
+impl Model {
+    /// Edges of faces, by the numbers of their positions: all but the last one of each.
+    fn edges(&self) -> impl Iterator<Item = [usize; 2]> {
+        let starts = iter::once(0).chain(self.faces.iter().map(|face| face.end));
+        let ranges = starts.zip(&self.faces).map(|(start, face)| start..face.end);
+        ranges.flat_map(|range| self.corners[range].windows(2)).map(|pair| [pair[0][0] as usize, pair[1][0] as usize])
+    }
 }
 
 struct Face {
@@ -170,7 +208,9 @@ impl Obj {
             "curv" | "curv2" | "surf" => source.note("free-form curves and surfaces are not used"),
             "p" | "l" => source.note("points and lines are left out"),
             "usemap" => source.note("usemap is not used: textures are those of the materials"),
-            _ => {}
+            "call" | "csh" => source.note(format!("{} is not used: what it brings is missing", line.keyword)),
+            keyword if SILENT.contains(&keyword) => {}
+            _ => source.note(format!("{} is not used", line.short_keyword())),
         }
         Ok(())
     }
@@ -220,20 +260,46 @@ impl Obj {
         Ok(())
     }
 
+    /// Counts the bytes of all lists against the limit, where they have grown by some.
+    fn count_lists(&mut self, least: u64, source: &mut Source<'_>) -> Result<(), SceneError> {
+        let [corners, faces] = self.finished;
+        let bytes = |count: usize, each: usize| (count as u64).saturating_mul(each as u64).saturating_mul(GROWN);
+        let lists = [
+            // As the file has them, and from the origin.
+            bytes(self.places.len(), size_of::<[f64; 3]>() + size_of::<[f32; 3]>()),
+            bytes(self.colors.len(), size_of::<Option<[f32; 3]>>()),
+            bytes(self.uvs.len(), size_of::<[f32; 2]>()),
+            bytes(self.normals.len(), size_of::<[f32; 3]>()),
+            bytes(corners + self.current.corners.len(), size_of::<Corner>()),
+            bytes(faces + self.current.faces.len(), size_of::<Face>()),
+            bytes(self.models.len(), size_of::<Model>()),
+        ];
+        let grown = lists.into_iter().fold(0, u64::saturating_add).saturating_sub(self.counted);
+        if grown < least {
+            return Ok(());
+        }
+        self.counted += grown;
+        source.count_bytes(grown)
+    }
+
     /// Ends the model that is being read, unless it is empty; the next has the same name and material.
     fn finish_model(&mut self) {
         if !self.current.faces.is_empty() {
             let next =
                 Model { name: self.current.name.clone(), material: self.current.material.clone(), ..Model::default() };
-            self.models.push(mem::replace(&mut self.current, next));
+            let model = mem::replace(&mut self.current, next);
+            self.finished = [self.finished[0] + model.corners.len(), self.finished[1] + model.faces.len()];
+            self.models.push(model);
         }
     }
 
     /// Lets the positions count from an origin near those that faces use: numbers of `f32` are coarse far away.
-    fn move_near_origin(&mut self) -> [f64; 3] {
+    fn move_near_origin(&mut self, source: &mut Source<'_>) -> [f64; 3] {
         let places = mem::take(&mut self.places);
         let corners = self.models.iter().flat_map(|model| &model.corners);
         let origin = origin_of(corners.filter_map(|&[v, ..]| places.get(v as usize).copied()));
+        let rounding = noticeable_rounding(&places, self.models.iter().flat_map(Model::edges), origin);
+        rounding.into_iter().for_each(|rounding| source.note(note_of_rounding(rounding)));
         self.positions = places.into_iter().map(|place| from_origin(place, origin)).collect();
         origin
     }

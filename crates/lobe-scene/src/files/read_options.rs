@@ -39,9 +39,13 @@ pub struct SceneReadOptions {
 }
 
 /// Where things stand that a glTF file moves, by animations, skins and morph targets.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub enum ScenePose {
+    /// The beginning of the first animation, where nobody asks for a time: the report says which that is. Where the file
+    /// has a fault in what moves, things stand at rest, with a note.
+    #[default]
+    Start,
     /// Where they are at a time: nodes as an animation has moved them, skins carried by their joints, morph targets
     /// with their weights. In a file without animations nodes and weights are those at rest.
     At {
@@ -55,10 +59,14 @@ pub enum ScenePose {
     Unposed,
 }
 
-impl Default for ScenePose {
-    /// The beginning of the first animation.
-    fn default() -> Self {
-        Self::At { animation: None, time: 0.0 }
+impl ScenePose {
+    /// The pose at a time of an animation, either of which may be left open.
+    #[must_use]
+    pub fn asked(animation: Option<String>, time: Option<f64>) -> Self {
+        match (animation, time) {
+            (None, None) => Self::Start,
+            (animation, time) => Self::At { animation, time: time.unwrap_or(0.0) },
+        }
     }
 }
 
@@ -126,17 +134,28 @@ pub struct SceneReadReport {
     pub coincident_triangles: usize,
     /// Vertices whose normal was missing or zero and was computed.
     pub made_normals: usize,
+    /// The animation at whose beginning the scene stands though nobody asked for it ([`ScenePose::Start`]): its name in
+    /// backquotes, or its number.
+    pub assumed_animation: Option<String>,
     /// Features of the file that Lobe ignores, a line each; of more than a hundred the first, and the number of the
     /// others.
     pub notes: Vec<String>,
 }
 
 impl SceneReadReport {
+    /// What the scene stands as though nobody asked for it, in one line, if its file moves.
+    #[must_use]
+    pub fn assumed_pose(&self) -> Option<String> {
+        let animation = self.assumed_animation.as_ref()?;
+        Some(format!("moves; it is taken at 0 s of its animation {animation}"))
+    }
+
     /// What a user should know, each in one line: the notes, and what was dropped, doubled or made.
     #[must_use]
     pub fn remarks(&self) -> Vec<String> {
         let Self { triangles, vertices, dropped_triangles, coincident_triangles, made_normals, .. } = *self;
         let mut all = self.notes.clone();
+        all.extend(self.assumed_pose());
         if dropped_triangles > 0 {
             all.push(format!("triangles without area: {dropped_triangles}, dropped; {triangles} are left"));
         }

@@ -10,7 +10,7 @@ use serde_ply::{ElementDef, PlyFormat, PlyReader, PropertyType, ScalarType};
 use crate::files::gltf::primitive::triangles;
 use crate::files::polygon::Triangulator;
 use crate::files::source::Source;
-use crate::scene::near_origin::{from_origin, origin_of};
+use crate::scene::near_origin::{from_origin, note_of_rounding, noticeable_rounding, origin_of};
 use crate::scene::texture::{linear_from_srgb, linear_from_srgb8};
 use crate::{MeshParts, Scene, SceneError, Up};
 
@@ -94,6 +94,9 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scen
         match element.name.as_str() {
             "vertex" => {
                 source.count(element.count, 0)?;
+                // Rows and places, which are dropped when the mesh is made of them.
+                let row = size_of::<Vertex>() + size_of::<[f64; 3]>();
+                source.count_bytes((element.count as u64).saturating_mul(row as u64))?;
                 let vertices: Vec<Vertex> =
                     reader.next_element().map_err(|error| source.invalid(broken(&rows, error)))?;
                 places = vertices.iter().map(|row| up.to_world([row.x, row.y, row.z])).collect();
@@ -118,6 +121,10 @@ pub(crate) fn read(bytes: &[u8], source: &mut Source<'_>, up: Up) -> Result<Scen
     let used = faces.iter().chain(&strips).flat_map(|row| &row.vertex_indices);
     let used = used.filter_map(|&index| places.get(usize::try_from(index).ok()?).copied());
     let origin = origin_of(used);
+    let edges = faces.iter().chain(&strips).flat_map(|row| row.vertex_indices.windows(2));
+    let number = |index: i64| usize::try_from(index).unwrap_or(usize::MAX);
+    let rounding = noticeable_rounding(&places, edges.map(|pair| [number(pair[0]), number(pair[1])]), origin);
+    rounding.into_iter().for_each(|rounding| source.note(note_of_rounding(rounding)));
     parts.positions = places.into_iter().map(|place| from_origin(place, origin)).collect();
     read_faces(&faces, &mut parts, source)?;
     read_strips(&strips, &mut parts, source)?;
@@ -155,7 +162,9 @@ fn check_length(
         .map(|property| match (&property.property_type, format) {
             // A digit and a space.
             (_, PlyFormat::Ascii) => 2,
-            (PropertyType::Scalar(scalar) | PropertyType::List { count_type: scalar, .. }, _) => size_of(*scalar),
+            (PropertyType::Scalar(scalar) | PropertyType::List { count_type: scalar, .. }, _) => {
+                size_of_scalar(*scalar)
+            }
         })
         .sum();
     if element.properties.is_empty() || element.count.checked_mul(smallest).is_none_or(|size| size > available + 2) {
@@ -165,7 +174,7 @@ fn check_length(
     Ok(())
 }
 
-fn size_of(scalar: ScalarType) -> usize {
+fn size_of_scalar(scalar: ScalarType) -> usize {
     match scalar {
         ScalarType::I8 | ScalarType::U8 => 1,
         ScalarType::I16 | ScalarType::U16 => 2,

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-use crate::error::one_line;
+use lobe_io::one_line;
+
 use crate::files::folder::referenced_file;
 use crate::scene::flat::FlatMesh;
 use crate::{
@@ -107,6 +108,11 @@ impl<'a> Source<'a> {
         } else {
             self.more_notes += 1;
         }
+    }
+
+    /// Tells at the beginning of which animation the scene stands, though nobody asked for it.
+    pub(crate) fn assume_animation(&mut self, name: &str) {
+        self.report.assumed_animation = Some(one_line(name));
     }
 
     /// Counts a mesh against the limits. Call it before the mesh is allocated.

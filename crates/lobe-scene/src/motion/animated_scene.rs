@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use glam::DMat4;
+use lobe_io::one_line;
 
-use crate::error::one_line;
 use crate::motion::animation::State;
 use crate::motion::rig::{Moves, Rig};
 use crate::motion::shape::{Carrier, Part};
@@ -288,7 +288,8 @@ impl AnimatedScene {
             ScenePose::Unposed => return Ok(self.rest.clone()),
             ScenePose::At { animation: Some(name), time } => self.pose(self.animation(name)?, *time),
             ScenePose::At { time, .. } if !self.animations.is_empty() => self.pose(0, *time),
-            ScenePose::At { .. } => self.rest_pose(),
+            ScenePose::Start if !self.animations.is_empty() => self.pose(0, 0.0),
+            ScenePose::At { .. } | ScenePose::Start => self.rest_pose(),
         };
         posed.map(PosedScene::into_scene)
     }

@@ -63,16 +63,20 @@ pub(crate) fn members<T: serde::de::DeserializeOwned>(
     source: &Source<'_>,
 ) -> Result<Vec<T>, SceneError> {
     let items = file.json[array].as_array().into_iter().flatten().enumerate();
-    let read = |(index, item): (usize, &serde_json::Value)| {
-        if !item.is_object() {
-            return Err(
-                source.invalid(format!("expected glTF, found an error at {array}[{index}]: expected an object"))
-            );
-        }
-        serde_path_to_error::deserialize(item).map_err(|error| {
-            let (place, error) = (error.path().to_string(), error.into_inner());
-            source.invalid(format!("expected glTF, found an error at {array}[{index}].{place}: {error}"))
-        })
-    };
-    items.map(read).collect()
+    items.map(|(index, item)| member((array, index), item, source)).collect()
+}
+
+/// The item at an index of an array of the file.
+pub(crate) fn member<T: serde::de::DeserializeOwned>(
+    (array, index): (&str, usize),
+    item: &serde_json::Value,
+    source: &Source<'_>,
+) -> Result<T, SceneError> {
+    if !item.is_object() {
+        return Err(source.invalid(format!("expected glTF, found an error at {array}[{index}]: expected an object")));
+    }
+    serde_path_to_error::deserialize(item).map_err(|error| {
+        let (place, error) = (error.path().to_string(), error.into_inner());
+        source.invalid(format!("expected glTF, found an error at {array}[{index}].{place}: {error}"))
+    })
 }

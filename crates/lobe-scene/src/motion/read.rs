@@ -17,7 +17,7 @@ use crate::files::read_gltf::{Flattened, standing_scene_of};
 use crate::files::source::{Source, read_file};
 use crate::motion::animation::State;
 use crate::motion::numbers::{Numbers, members};
-use crate::motion::read_animations;
+use crate::motion::read_animations::{self, Wanted};
 use crate::motion::read_shapes::Shapes;
 use crate::motion::read_skins::Skins;
 use crate::motion::rig::Rig;
@@ -70,7 +70,7 @@ impl AnimatedScene {
 
 fn read(bytes: Cow<'_, [u8]>, mut source: Source<'_>, up: Up) -> Result<(AnimatedScene, SceneReadReport), SceneError> {
     let scene = if is_gltf(source.name) {
-        animated_scene_of(&plain::read(bytes, &mut source)?, false, &mut source)?
+        animated_scene_of(&plain::read(bytes, &mut source)?, &Wanted::All, false, &mut source)?
     } else {
         AnimatedScene::still(read_still(&bytes, up, &mut source)?)
     };
@@ -78,9 +78,10 @@ fn read(bytes: Cow<'_, [u8]>, mut source: Source<'_>, up: Up) -> Result<(Animate
     Ok((scene, report))
 }
 
-/// The scene of a file with its animations; of one pose of it normal maps may be read, too.
+/// The scene of a file with those of its animations that are wanted; of one pose of it normal maps may be read, too.
 pub(crate) fn animated_scene_of(
     file: &GltfFile,
+    wanted: &Wanted<'_>,
     reads_normal_maps: bool,
     source: &mut Source<'_>,
 ) -> Result<AnimatedScene, SceneError> {
@@ -88,7 +89,7 @@ pub(crate) fn animated_scene_of(
     let nodes = members::<GltfNode>(file, "nodes", source)?;
     let mut numbers = Numbers::default();
     let rig = rig_of(file, &nodes, &rest, &mut numbers, source)?;
-    let animations = read_animations::read(file, &rig, &mut numbers, source)?;
+    let animations = read_animations::read((file, wanted), &rig, &mut numbers, source)?;
     let mut skins = Skins::of(file, &rig, source)?;
     let parts = parts_of((file, &nodes), (&rest, &rig, &mut skins), &mut numbers, source)?;
     Ok(AnimatedScene::new(rest, rig, parts, skins.into_all(), animations))

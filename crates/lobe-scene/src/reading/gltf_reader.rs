@@ -14,6 +14,7 @@ use crate::files::gltf::files::GltfFile;
 use crate::files::gltf::plain;
 use crate::files::source::{Source, read_file};
 use crate::motion::read::animated_scene_of;
+use crate::motion::read_animations::Wanted;
 use crate::reading::posed;
 use crate::{
     AnimatedScene, GltfDocument, Mesh, MeshSource, Scene, SceneError, ScenePose, SceneReadOptions, SceneReadReport,
@@ -155,7 +156,7 @@ impl AnimatedScene {
     /// As [`Self::read`].
     pub fn from_gltf(gltf: &GltfReader) -> Result<(Self, SceneReadReport), SceneError> {
         let mut source = gltf.source();
-        let scene = animated_scene_of(&gltf.file, false, &mut source)?;
+        let scene = animated_scene_of(&gltf.file, &Wanted::All, false, &mut source)?;
         let report = source.into_report(scene.rest());
         Ok((scene, report))
     }

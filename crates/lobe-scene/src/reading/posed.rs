@@ -7,7 +7,8 @@ use crate::files::gltf::normal_maps::with_tangents;
 use crate::files::read_gltf::{Flattened, standing_scene_of};
 use crate::files::source::Source;
 use crate::motion::read::animated_scene_of;
-use crate::{AnimatedScene, Scene, SceneError, ScenePose};
+use crate::motion::read_animations::Wanted;
+use crate::{Scene, SceneError, ScenePose};
 
 /// Whether a pose may differ from how the nodes stand: there are animations, skins, or weights of morph targets.
 pub(crate) fn has_poses(json: &Value) -> bool {
@@ -27,30 +28,47 @@ pub(crate) fn scene_of(file: &GltfFile, pose: &ScenePose, source: &mut Source<'_
             note_unused(file, source);
             Ok(scene)
         }
-        ScenePose::At { animation, time } => {
-            if !has_poses(&file.json) && animation.is_none() {
-                if *time != 0.0 {
-                    source.note("has no animation; it stands still at all times");
-                }
-                return standing_scene_of(file, Flattened::Dropped, reads_normal_maps, source);
+        ScenePose::At { animation: None, time } if !has_poses(&file.json) => {
+            if *time != 0.0 {
+                source.note("has no animation; it stands still at all times");
             }
-            let animated = animated_scene_of(file, reads_normal_maps, source)?;
-            // The scene at rest stands beside its pose for a moment.
-            source.check_vertices(animated.rest().vertex_count())?;
-            note_choice(&animated, pose, source);
-            with_areas(animated.posed_as(pose)?, source)
+            standing_scene_of(file, Flattened::Dropped, reads_normal_maps, source)
+        }
+        ScenePose::Start if !has_poses(&file.json) => {
+            standing_scene_of(file, Flattened::Dropped, reads_normal_maps, source)
+        }
+        ScenePose::At { .. } => posed(file, pose, source),
+        ScenePose::Start => {
+            let mut trial = source.clone();
+            match posed(file, pose, &mut trial) {
+                Ok(scene) => {
+                    *source = trial;
+                    Ok(scene)
+                }
+                // A fault of the scene itself is found again.
+                Err(SceneError::Invalid { message, .. } | SceneError::Unsupported { message, .. }) => {
+                    let scene = scene_of(file, &ScenePose::Unposed, source)?;
+                    source.note(format!("is not posed: {message}"));
+                    Ok(scene)
+                }
+                Err(error) => Err(error),
+            }
         }
     }
 }
 
-/// Says which of several times the scene is read at, unless one was asked for.
-fn note_choice(animated: &AnimatedScene, pose: &ScenePose, source: &mut Source<'_>) {
-    let Some(first) = animated.animations().first() else { return };
-    if *pose == ScenePose::default() {
+fn posed(file: &GltfFile, pose: &ScenePose, source: &mut Source<'_>) -> Result<Scene, SceneError> {
+    let reads_normal_maps = source.options.normal_maps;
+    let animated = animated_scene_of(file, &Wanted::Of(pose), reads_normal_maps, source)?;
+    // The scene at rest stands beside its pose for a moment.
+    source.check_vertices(animated.rest().vertex_count())?;
+    if let (ScenePose::Start, Some(first)) = (pose, animated.animations().first())
+        && !first.channels.is_empty()
+    {
         let name = first.name().map_or_else(|| "0".to_owned(), |name| format!("`{name}`"));
-        source
-            .note(format!("moves; it is taken at 0 s of its animation {name}, --time and --animation choose another"));
+        source.assume_animation(&name);
     }
+    with_areas(animated.posed_as(pose)?, source)
 }
 
 /// A posed scene without the triangles that have no area in the pose, and with the tangents that normal maps need.

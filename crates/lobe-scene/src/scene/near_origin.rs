@@ -6,6 +6,10 @@ use crate::Mesh;
 /// side.
 const FAR: f64 = 4.0;
 
+/// A coordinate may be rounded by this part of half of all edges: their directions change by a milliradian, and the
+/// digits that dense scans have beyond `f32` stay far below it.
+const NOTICEABLE: f64 = 1e-3;
+
 /// The center of a box along the axes along which it is far from the origin; zero along the others.
 pub(crate) fn far_center(min: [f64; 3], max: [f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|k| {
@@ -38,6 +42,37 @@ pub(crate) fn origin_of(points: impl Iterator<Item = [f64; 3]>) -> [f64; 3] {
 /// A point of `f64` as it counts from an origin.
 pub(crate) fn from_origin(p: [f64; 3], origin: [f64; 3]) -> [f32; 3] {
     [0, 1, 2].map(|k| (p[k] - origin[k]) as f32)
+}
+
+/// The largest change of a coordinate by [`from_origin`], if it is noticeable next to the edges of the faces, which are
+/// given by the numbers of their points; numbers that no point has are left out.
+pub(crate) fn noticeable_rounding(
+    points: &[[f64; 3]],
+    edges: impl Iterator<Item = [usize; 2]>,
+    origin: [f64; 3],
+) -> Option<f64> {
+    let moved = |p: &[f64; 3]| {
+        let rounded = from_origin(*p, origin);
+        (0..3).map(|k| (p[k] - origin[k] - f64::from(rounded[k])).abs()).fold(0.0, f64::max)
+    };
+    let (mut most, mut lengths) = (0.0_f64, Vec::new());
+    for [a, b] in edges {
+        let (Some(a), Some(b)) = (points.get(a), points.get(b)) else { continue };
+        most = most.max(moved(a)).max(moved(b));
+        let length = (0..3).map(|k| (a[k] - b[k]).abs()).fold(0.0, f64::max);
+        lengths.extend((length > 0.0).then_some(length));
+    }
+    let middle = lengths.len() / 2;
+    let edge = (!lengths.is_empty()).then(|| *lengths.select_nth_unstable_by(middle, f64::total_cmp).1)?;
+    (most > NOTICEABLE * edge).then_some(most)
+}
+
+/// The note of a rounding.
+pub(crate) fn note_of_rounding(rounding: f64) -> String {
+    format!(
+        "coordinates are rounded by up to {rounding:.1e}: they are too far apart for their digits; \
+         leave out what stands far from the rest"
+    )
 }
 
 /// The meshes of a box moved near the origin, if it is far from it, and the vector back to their place, zero along axes

@@ -102,3 +102,24 @@ fn a_scene_near_its_origin_is_not_moved() {
         assert_eq!((scene.origin(), notes.len()), ([0.0; 3], 0), "{name}: {notes:?}");
     }
 }
+
+#[test]
+fn digits_that_are_lost_to_something_far_from_the_rest_are_noted() {
+    // The pyramid far away, and another one at the origin: one box has both.
+    let both = |second: [f64; 3]| {
+        let points = moved(PLACE).into_iter().chain(moved(second));
+        let vertices = points.map(|[x, y, z]| format!("v {x} {y} {z}\n"));
+        let faces = [0, 5].into_iter().flat_map(|first| FACES.map(|f| f.map(|i| i + 1 + first)));
+        vertices.chain(faces.map(|[a, b, c]| format!("f {a} {b} {c}\n"))).collect::<String>().into_bytes()
+    };
+    let notes = |bytes: &[u8]| read("a.obj", bytes, Up::Z).1;
+    let text = "coordinates are rounded by up to 2.5e-1: they are too far apart for their digits; leave out what stands far from the rest";
+    assert_eq!(notes(&both([0.0; 3])), [text], "far from each other");
+    let near = notes(&both([PLACE[0], PLACE[1] + 5.0, PLACE[2]]));
+    assert!(near.iter().all(|note| !note.contains("rounded")), "beside each other: {near:?}");
+    // A .ply file has the same.
+    let mut points = moved(PLACE);
+    points[0] = [0.0; 3];
+    let (_, found) = read("a.ply", &ply(&points, true), Up::Z);
+    assert!(found.iter().any(|note| note.contains("rounded by up to")), "{found:?}");
+}

@@ -251,3 +251,30 @@ fn buffers_that_are_put_together_count_against_the_limit_and_a_single_one_is_not
     let scene = GltfReader::open(&path, &options).and_then(|gltf| gltf.scene()).map(|_| ());
     assert!(scene.is_ok(), "{scene:?}");
 }
+
+#[test]
+fn lists_that_a_file_makes_no_mesh_of_count_against_the_limit_of_bytes() {
+    const LINES: usize = 1 << 17;
+    let lines = |line: &str| format!("v 0 0 0\n{}", line.repeat(LINES)).into_bytes();
+    let latin_1 = [b"# ", &vec![0xDF_u8; 1 << 20][..], b"\nv 0 0 0\n"].concat();
+    let head = format!(
+        "ply\nformat binary_little_endian 1.0\nelement vertex {LINES}\nproperty uchar x\nproperty uchar y\n\
+         property uchar z\nend_header\n"
+    );
+    let ply = [head.as_bytes(), &vec![0; 3 * LINES]].concat();
+    for (name, bytes, limit) in [
+        ("v.obj", lines("v 0 0 0\n"), 4 << 20),
+        ("vt.obj", lines("vt 0 0\n"), 2 << 20),
+        ("vn.obj", lines("vn 0 0 1\n"), 3 << 20),
+        ("c.obj", lines("v 0 0 0 1 1 1\n"), 8 << 20),
+        ("f.obj", lines("f 1 1 1\n"), 8 << 20),
+        ("latin.obj", latin_1, 3 << 20),
+        ("a.ply", ply, 16 << 20),
+    ] {
+        let read = |limit| read_scene_bytes(&bytes, name, &SceneReadOptions::default().max_bytes(limit));
+        let error = read(limit).unwrap_err().to_string();
+        assert!(error.contains("max_bytes"), "{name} of {} bytes with {limit}: {error}", bytes.len());
+        let error = read(u64::MAX).unwrap_err().to_string();
+        assert!(error.contains("expected triangles"), "{name} without a limit: {error}");
+    }
+}

@@ -367,3 +367,24 @@ fn colors_of_obj_vertices_keep_their_digits_and_those_of_bytes_are_divided() {
     assert!(close(above[0], decode(0.5)) && above[1] == 1.0 && above[2] == 0.0, "{above:?}");
     assert_eq!(notes, ["colors of vertices are outside of 0 to 1, and moved there"], "notes");
 }
+
+#[test]
+fn every_statement_of_an_obj_that_is_not_used_is_named_once() {
+    let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    let notes = |lines: &str| {
+        let text = format!("{lines}\n{triangle}");
+        read_scene_bytes(text.as_bytes(), "a.obj", &SceneReadOptions::default()).unwrap().1.notes
+    };
+    for (lines, expected) in [
+        ("call b.obj\ncall c.obj", "call is not used: what it brings is missing"),
+        ("csh -ls", "csh is not used: what it brings is missing"),
+        ("maplib a.map", "maplib is not used"),
+        ("shadow_obj a.obj", "shadow_obj is not used"),
+        ("trace_obj a.obj", "trace_obj is not used"),
+        ("V 1 2 3", "V is not used"),
+        ("#MRGB ff00ff00ff", "colors of vertices in comments (#MRGB) are not used"),
+    ] {
+        assert_eq!(notes(lines), [expected], "{lines}");
+    }
+    assert_eq!(notes("lod 1\nvp 0 1\ng\n# comment"), Vec::<String>::new(), "what changes no triangle");
+}

@@ -62,11 +62,45 @@ fn a_scene_is_read_in_the_pose_of_its_animation_at_any_time() {
     }
     let (found, report) = read(&bending());
     assert_eq!(found.meshes(), posed(&scene, 0.0).meshes(), "the beginning unless another time is asked for");
-    assert_eq!(
-        report.notes,
-        ["moves; it is taken at 0 s of its animation 0, --time and --animation choose another"],
-        "which is noted"
-    );
+    assert_eq!(report.remarks(), ["moves; it is taken at 0 s of its animation 0"], "which is noted");
+    let (_, report) = read_in(&bending(), ScenePose::asked(None, Some(0.0))).unwrap();
+    assert_eq!(report.remarks(), Vec::<String>::new(), "unless the beginning is what was asked for");
+}
+
+#[test]
+fn a_fault_in_what_moves_keeps_no_scene_from_being_read_unless_a_time_is_asked_for() {
+    let two = || bending().with_channel(1, (2, "rotation"), "STEP", (&[0.0], "VEC4", &[0.0, 0.0, 0.0, 1.0]));
+    let twice = json!([{"sampler": 0, "target": {"node": 2, "path": "rotation"}}, {"sampler": 0, "target": {"node": 2, "path": "rotation"}}]);
+    // In the first animation: two channels for one property, no such sampler, a channel of a node with a matrix.
+    let faults = [
+        (two().with("/animations/0/channels", twice.clone()), "two channels animate the rotation of node 2"),
+        (two().with("/animations/0/channels/0/sampler", json!(9)), "uses sampler 9, but there are 1"),
+        (
+            two().with("/animations/0/samplers/0/interpolation", json!(7)),
+            "expected glTF, found an error at animations[0]",
+        ),
+    ];
+    let (standing, _) = read(&Gltf::skinned());
+    for (file, fault) in faults {
+        let (scene, report) = read(&file);
+        assert_eq!(scene.meshes(), standing.meshes(), "at rest: {fault}");
+        let notes = report.remarks();
+        assert!(notes.len() == 1 && notes[0].contains(fault), "{notes:?} say {fault}");
+        let error = read_in(&file, at(0.0)).unwrap_err().to_string();
+        assert!(error.contains(fault), "{error}: asked for, {fault} is refused");
+        let other = ScenePose::asked(Some("1".to_owned()), None);
+        assert!(read_in(&file, other).is_ok(), "another animation is not asked for {fault}");
+    }
+    // In another one it is not looked at.
+    let (scene, report) = read(&two().with("/animations/1/channels", twice));
+    assert_eq!(scene.meshes(), read(&two()).0.meshes(), "the first animation");
+    assert_eq!(report.notes, Vec::<String>::new(), "nothing to say of it");
+    // In a skin.
+    let file = Gltf::skinned().with("/skins/0/joints", json!([1]));
+    let (scene, report) = read(&file);
+    assert_eq!(scene.meshes(), read_in(&file, ScenePose::Unposed).unwrap().0.meshes(), "as it was bound");
+    assert!(report.notes.iter().any(|note| note.starts_with("is not posed: ")), "{:?}", report.notes);
+    assert!(read_in(&file, at(0.0)).is_err(), "asked for, a skin without its joints is refused");
 }
 
 #[test]

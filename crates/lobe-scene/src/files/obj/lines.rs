@@ -17,6 +17,12 @@ impl Line<'_> {
         self.rest.split_whitespace().take_while(|word| !word.starts_with('#'))
     }
 
+    /// The keyword for messages, of which a damaged file may make a long one.
+    pub(crate) fn short_keyword(&self) -> String {
+        const MOST: usize = 40;
+        self.keyword.chars().take(MOST).collect()
+    }
+
     /// The numbers that follow the keyword; `None` if anything else is among them.
     pub(crate) fn numbers<T: FromStr>(&self) -> Option<Vec<T>> {
         self.words().map(|word| word.parse().ok()).collect()
@@ -32,6 +38,12 @@ pub(crate) fn is_utf16(bytes: &[u8]) -> bool {
 pub(crate) fn text_of(bytes: &[u8]) -> Cow<'_, str> {
     let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
     std::str::from_utf8(bytes).map_or_else(|_| bytes.iter().map(|&byte| char::from(byte)).collect(), Cow::Borrowed)
+}
+
+/// The bytes that [`text_of`] takes beside the file: none for UTF-8.
+pub(crate) fn bytes_of_text(bytes: &[u8]) -> u64 {
+    // It has up to two bytes for each, and room for as many as it grows.
+    if std::str::from_utf8(bytes).is_ok() { 0 } else { (bytes.len() as u64).saturating_mul(4) }
 }
 
 /// Calls `each` for all lines that are neither empty nor a comment. A line that ends in a backslash goes on in the next.

@@ -14,25 +14,21 @@ pub(crate) struct MtlMaterial {
     pub(crate) emissive: [f32; 3],
     pub(crate) is_transparent: bool,
     /// Keywords that change how the surface looks and are not used.
-    unused: BTreeSet<&'static str>,
+    unused: BTreeSet<String>,
 }
 
-/// Keywords of mirrors, gloss, glow, glass and relief.
-const UNUSED: [&str; 27] = [
-    "Ks", "map_Ks", "map_Ns", "refl", "map_refl", "Pr", "map_Pr", "Pm", "map_Pm", "Ps", "map_Ps", "Pc", "Pcr", "aniso",
-    "anisor", "map_Ke", "Tf", "Km", "bump", "map_bump", "map_Bump", "bump_map", "norm", "disp", "map_disp", "decal",
-    "illum",
-];
+/// Keywords that say nothing of a matte surface. The width of highlights and how glass refracts count only beside others,
+/// which are named.
+const SILENT: [&str; 3] = ["ns", "ni", "sharpness"];
 
-/// The largest model of illumination that is that of a matte surface, but for its highlights: the next ones mirror or
-/// let light through.
-const LARGEST_MATTE: f32 = 2.0;
+/// The most keywords that a note names.
+const MOST_NAMED: usize = 32;
 
 /// Reads the materials of an MTL file, and a note for each line that is not understood or not used.
 pub(crate) fn read_mtl(bytes: &[u8], name: &str) -> (Vec<MtlMaterial>, Vec<String>) {
     let (mut materials, mut notes) = (Vec::<MtlMaterial>::new(), Vec::new());
     let Ok(()) = for_each_line(&text_of(bytes), |line| {
-        if line.keyword == "newmtl" {
+        if line.keyword.eq_ignore_ascii_case("newmtl") {
             materials.push(MtlMaterial { name: line.rest.to_owned(), ..MtlMaterial::default() });
         } else if let Some(material) = materials.last_mut()
             && let Err(message) = material.set(&line)
@@ -41,23 +37,26 @@ pub(crate) fn read_mtl(bytes: &[u8], name: &str) -> (Vec<MtlMaterial>, Vec<Strin
         }
         Ok::<(), Infallible>(())
     });
-    let unused: BTreeSet<&str> = materials.iter().flat_map(|material| &material.unused).copied().collect();
+    let unused: BTreeSet<&str> = materials.iter().flat_map(|material| &material.unused).map(String::as_str).collect();
     if !unused.is_empty() {
-        let unused = unused.into_iter().collect::<Vec<_>>().join(", ");
+        let more =
+            if unused.len() > MOST_NAMED { format!(" and {} more", unused.len() - MOST_NAMED) } else { String::new() };
+        let unused = unused.into_iter().take(MOST_NAMED).collect::<Vec<_>>().join(", ") + &more;
         notes.push(format!("{name}: not used: {unused}; surfaces are matte, of the color Kd and map_Kd"));
     }
     (materials, notes)
 }
 
 impl MtlMaterial {
+    /// Takes what a line says. Programs write keywords in capital and in small letters.
     fn set(&mut self, line: &Line<'_>) -> Result<(), String> {
-        match line.keyword {
-            "Kd" => self.diffuse = Some(color(line)?),
-            "Ke" => self.emissive = color(line)?,
+        match &*line.keyword.to_ascii_lowercase() {
+            "kd" => self.diffuse = Some(color(line)?),
+            "ke" => self.emissive = color(line)?,
             "d" => self.is_transparent |= number(line)? < 1.0,
-            "Tr" => self.is_transparent |= number(line)? > 0.0,
-            "map_d" => self.is_transparent = true,
-            "map_Kd" => {
+            "tr" => self.is_transparent |= number(line)? > 0.0,
+            "map_d" | "map_tr" | "map_opacity" => self.is_transparent = true,
+            "map_kd" => {
                 let file = file_of(line.rest);
                 if file.is_empty() {
                     return Err("expected the name of a picture after map_Kd, found none".to_owned());
@@ -67,20 +66,28 @@ impl MtlMaterial {
                     return Err("the options of map_Kd are not used".to_owned());
                 }
             }
-            keyword => self.unused.extend(UNUSED.iter().filter(|known| **known == keyword && says_something(line))),
+            other if SILENT.contains(&other) || !says_something(other, line) => {}
+            // As it is written.
+            _ => {
+                self.unused.insert(line.short_keyword());
+            }
         }
         Ok(())
     }
 }
 
-/// Whether a line that is not used asks for more than a matte surface: a factor of zero does not.
-fn says_something(line: &Line<'_>) -> bool {
-    let least = if line.keyword == "illum" { LARGEST_MATTE } else { 0.0 };
-    let default = if line.keyword == "Tf" || line.keyword == "Pr" { 1.0 } else { 0.0 };
-    match line.numbers::<f32>() {
-        Some(numbers) => numbers.iter().any(|number| *number > least && *number != default),
-        None => true,
-    }
+/// Whether a line that is not used asks for more than a matte surface. Factors of zero do not, nor the numbers that
+/// exporters write where nobody has set any.
+fn says_something(keyword: &str, line: &Line<'_>) -> bool {
+    let means_nothing = |number: f32| match keyword {
+        // A matte surface, with highlights or without; 0 is one that no light changes, others mirror or are glass.
+        "illum" => number == 1.0 || number == 2.0,
+        "pr" | "tf" => number == 1.0,
+        // Programs write the largest ambient factor beside a diffuse one.
+        "ka" => number == 0.0 || number == 1.0,
+        _ => number == 0.0,
+    };
+    line.numbers().is_none_or(|numbers| numbers.is_empty() || !numbers.into_iter().all(means_nothing))
 }
 
 /// Three numbers, or one for all.
@@ -145,6 +152,52 @@ mod tests {
             "a.mtl: line 10: expected the name of a picture after map_Kd, found none",
         ];
         assert_eq!(notes, expected, "notes");
+    }
+
+    #[test]
+    fn keywords_count_in_any_letters() {
+        for text in
+            ["NEWMTL a\nKD 1 0 0\nMap_Kd a.png\nD 0.5\nKE 1 1 1\n", "newmtl a\nkd 1 0 0\nMAP_KD a.png\nTR 0.5\nke 1\n"]
+        {
+            let (materials, notes) = read_mtl(text.as_bytes(), "a.mtl");
+            let expected = MtlMaterial {
+                name: "a".into(),
+                diffuse: Some([1.0, 0.0, 0.0]),
+                diffuse_texture: Some("a.png".into()),
+                emissive: [1.0; 3],
+                is_transparent: true,
+                unused: BTreeSet::new(),
+            };
+            assert_eq!((materials, notes), (vec![expected], vec![]), "{text}");
+        }
+    }
+
+    #[test]
+    fn every_keyword_that_is_not_used_is_named_unless_it_says_nothing_of_a_matte_surface() {
+        let notes = |lines: &str| read_mtl(format!("newmtl a\n{lines}\n").as_bytes(), "a.mtl").1;
+        for (line, keyword) in [
+            ("illum 0", "illum"),
+            ("illum 3", "illum"),
+            ("Pr 0", "Pr"),
+            ("Tf 0 0 0", "Tf"),
+            ("Ka 0.2 0.2 0.2", "Ka"),
+            ("map_Ka a.png", "map_Ka"),
+            ("map_RMA a.png", "map_RMA"),
+            ("map_ORM a.png", "map_ORM"),
+            ("Norm a.png", "Norm"),
+            ("map_Kn a.png", "map_Kn"),
+            ("something new", "something"),
+            ("alone", "alone"),
+        ] {
+            let expected = format!("a.mtl: not used: {keyword}; surfaces are matte, of the color Kd and map_Kd");
+            assert_eq!(notes(line), [expected], "{line}");
+        }
+        for line in ["illum 1", "illum 2", "Pr 1", "Tf 1 1 1", "Ka 1 1 1", "Ka 0 0 0", "Ks 0 0 0", "Ns 250", "Ni 1.45"]
+        {
+            assert_eq!(notes(line), Vec::<String>::new(), "{line}");
+        }
+        let many: String = (0..100).map(|k| format!("word{k} 1\n")).collect();
+        assert!(notes(&many)[0].contains(" and 68 more"), "{:?}", notes(&many));
     }
 
     #[test]
