@@ -23,8 +23,8 @@ const GIB: f64 = (1_u64 << 30) as f64;
 /// `--max-memory`. The scene is held against it when it is read, and the other work when that is known, each alone.
 #[derive(Args)]
 pub(crate) struct MemoryLimit {
-    /// The most memory, in GiB, of a scene with its instances and its tree, and of work and files beside it. More is refused. 4 hold
-    /// some 12 million triangles, which take about a minute to read; each instance counts
+    /// The most memory, in GiB, of a scene with its instances and its tree, and of work and files beside it. More is
+    /// refused. 4 hold some 12 million triangles, which take about a minute to read; each instance counts
     #[arg(long, value_name = "GIB", default_value_t = GIB_BY_DEFAULT, value_parser = values::positive)]
     max_memory: f64,
 }

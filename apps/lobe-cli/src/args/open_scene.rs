@@ -150,8 +150,8 @@ impl<'a> OpenScene<'a> {
         Ok((animated, baked.transpose()?))
     }
 
-    /// One entity in its own frame, in the shape that its skin was bound to, with what moves it. Without a name, it is the
-    /// scene as it stands at the time that is asked for.
+    /// One entity in its own frame, in the shape that its skin was bound to, with what moves it. Without a name, it
+    /// is the scene as it stands at the time that is asked for.
     ///
     /// If that scene is posed, a note says that its result does not follow. The note ends with `if_posed`.
     pub(crate) fn whole_or_entity(

@@ -105,8 +105,8 @@ pub(crate) struct MovingInput {
     /// [default: 0.0063, a thousandth of a hemisphere]
     #[arg(long, value_name = "SR", value_parser = solid_angle)]
     negligible: Option<f64>,
-    /// fields, shexp: split edges that are longer at a key of the animation, in the scene's units; light is at vertices, and what morph
-    /// targets stretch has too few. Not of a scene description
+    /// fields, shexp: split edges that are longer at a key of the animation, in the scene's units; light is at
+    /// vertices, and what morph targets stretch has too few. Not of a scene description
     #[arg(long, value_name = "LENGTH", value_parser = values::positive)]
     max_edge: Option<f64>,
     /// fields, shexp: points of the grid at which it is found how much of the sky the parts that stand still leave to those that
