@@ -154,7 +154,7 @@ fn a_stdout_without_room_for_the_result_is_found_before_the_work() {
         "bake built-in:ball --json -o b.glb",
         "field built-in:ball --json -o f.safetensors",
         "field built-in:ball -o f.safetensors",
-        "spheres built-in:ball -o s.safetensors",
+        "spheres built-in:ball --count 4 -o s.safetensors",
         "spheres table -o t.safetensors",
         "demo -o demo",
         "light ambient --order 2 -o -",
