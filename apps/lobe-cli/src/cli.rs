@@ -176,16 +176,30 @@ pub(crate) fn parse() -> Result<Cli, Failure> {
     let usage = |error| Failure::Usage { error: Box::new(error), command: command_meant(std::env::args_os()) };
     let matches = command.try_get_matches().map_err(usage)?;
     let cli = Cli::from_arg_matches(&matches).map_err(usage)?;
-    if prints_json(&matches) {
+    if prints(&matches, "lobe") {
         check_stdout().map_err(stdout_error)?;
     }
     Ok(cli)
 }
 
-/// Whether the command prints its result on stdout when the work is done.
-fn prints_json(matches: &ArgMatches) -> bool {
-    let own = matches.try_get_one::<bool>("json").ok().flatten().copied();
-    own.unwrap_or(false) || matches.subcommand().is_some_and(|(_, matches)| prints_json(matches))
+/// Commands that print a text without having --json.
+const PRINT_TEXT: [&str; 2] = ["demo", "table"];
+
+/// Commands that print only with --json: without it their report is a note.
+const PRINT_JSON_ALONE: [&str; 3] = ["bake", "dering", "exp"];
+
+/// Whether the command of this name prints a result on stdout when the work is done.
+fn prints(matches: &ArgMatches, name: &str) -> bool {
+    if let Some((name, matches)) = matches.subcommand() {
+        return prints(matches, name);
+    }
+    let has = |option| matches.try_contains_id(option).unwrap_or_default();
+    // The report of a shard is a note, and a picture of irradiance has none.
+    let is_silent = has("shard") || name == "irradiance" && !has("dirs") || PRINT_JSON_ALONE.contains(&name);
+    match matches.try_get_one::<bool>("json").ok().flatten() {
+        Some(as_json) => *as_json || !is_silent,
+        None => PRINT_TEXT.contains(&name),
+    }
 }
 
 /// Lets every option take a number below zero, which it may refuse in its own words.

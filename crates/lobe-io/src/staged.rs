@@ -159,10 +159,11 @@ fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// What a program does before it begins its first file: take the signals that would end it in the middle of one.
+/// A program takes the signals here that would end it in the middle of a file. Called before it begins one.
 static BEFORE_WRITING: OnceLock<fn()> = OnceLock::new();
 
-/// Has `prepare` called before each file is begun, in the thread that begins it. A program has one such function: the first that is given.
+/// Has `prepare` called before each file is begun, in the thread that begins it. A program has one such function: the
+/// first that is given.
 pub fn before_writing(prepare: fn()) {
     let _ = BEFORE_WRITING.set(prepare);
 }
@@ -203,7 +204,7 @@ impl Temporary {
 impl Drop for Temporary {
     fn drop(&mut self) {
         if let Some(file) = self.0.take() {
-            // Until the file is deleted the list is locked: a signal in between would find neither its name nor its end.
+            // The list is locked until the file is deleted. A signal in between would find no name and leave the file.
             let mut all = unfinished();
             forget(&mut all, file.path());
             drop(file);

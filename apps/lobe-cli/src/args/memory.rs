@@ -24,8 +24,8 @@ pub(crate) const GIB_BY_DEFAULT: f64 = PictureReadOptions::MAX_BYTES as f64 / GI
 /// `--max-memory`. The scene is held against it when it is read, and the other work when that is known, each alone.
 #[derive(Args)]
 pub(crate) struct MemoryLimit {
-    /// Refuse a scene, with its instances and the tree over its triangles, and work or files beside it that take more memory than
-    /// this, in GiB. 4 hold some 12 million triangles, each instance counted, which take about a minute to read
+    /// The most memory, in GiB, of a scene with its instances and its tree, and of work and files beside it. More is
+    /// refused. 4 hold some 12 million triangles, which take about a minute to read; each instance counts
     #[arg(long, value_name = "GIB", default_value_t = GIB_BY_DEFAULT, value_parser = values::positive)]
     max_memory: f64,
 }

@@ -154,9 +154,10 @@ impl<'a> OpenScene<'a> {
         Ok((animated, baked.transpose()?))
     }
 
-    /// One entity in its own frame, in the shape that its skin was bound to, with what moves it; or without a name the
-    /// scene as it stands at the time that is asked for, of which a note says, if it is posed, that what is made of it
-    /// does not follow: `if_posed` is the end of it.
+    /// One entity in its own frame, in the shape that its skin was bound to, with what moves it. Without a name, it
+    /// is the scene as it stands at the time that is asked for.
+    ///
+    /// If that scene is posed, a note says that its result does not follow. The note ends with `if_posed`.
     pub(crate) fn whole_or_entity(
         self,
         entity: Option<&str>,

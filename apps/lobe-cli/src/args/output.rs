@@ -11,7 +11,7 @@ use lobe::io::{IoError, check_writable, remove_abandoned};
 use lobe::sh::{Quantity, ShFile, write_sh_json, write_sh_json_to};
 use serde::Serialize;
 
-use crate::run::system::stdout;
+use crate::run::system::{check_stdout, stdout};
 
 /// A `.sh.json` file to write, or `-` for stdout.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,7 +35,7 @@ impl ShOutput {
     /// [`ShOutput::check`] of the output of another option.
     pub(crate) fn check_as(&self, option: &str) -> anyhow::Result<()> {
         match self {
-            Self::Stdout => Ok(()),
+            Self::Stdout => check_stdout().map_err(stdout_error),
             Self::File(path) => {
                 prepare_file(path, NO_INPUTS)?;
                 // A device or a pipe has no extension.

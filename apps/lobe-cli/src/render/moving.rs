@@ -105,6 +105,10 @@ pub(crate) struct MovingInput {
     /// [default: 0.0063, a thousandth of a hemisphere]
     #[arg(long, value_name = "SR", value_parser = solid_angle)]
     negligible: Option<f64>,
+    /// fields, shexp: split edges that are longer at a key of the animation, in the scene's units; light is at
+    /// vertices, and what morph targets stretch has too few. Not of a scene description
+    #[arg(long, value_name = "LENGTH", value_parser = values::positive)]
+    max_edge: Option<f64>,
     /// fields, shexp: points of the grid at which it is found how much of the sky the parts that stand still leave to those that
     /// move; 0: they hide nothing from them, and only receive shadows [default: 4096]
     #[arg(long, value_name = "N", value_parser = still_points)]
@@ -193,6 +197,7 @@ impl MovingInput {
             (self.cut.is_some(), "--cut"),
             (self.no_share_overlaps, "--no-share-overlaps"),
             (self.negligible.is_some(), "--negligible"),
+            (self.max_edge.is_some(), "--max-edge"),
             (self.still_points.is_some(), "--still-points"),
         ]
         .into_iter()
@@ -268,6 +273,9 @@ impl MovingInput {
             if input.pose.animation.is_some() {
                 bail!("--animation: only of glTF files; a scene description says which animations its entities play");
             }
+            if self.max_edge.is_some() {
+                bail!("--max-edge: not of a scene description; leave the option out");
+            }
             let options = input.checked_options(open.memory)?;
             let (moving, reports) = MovingScene::read(input.path(), &options)?;
             reports.iter().for_each(|(file, report)| tell(report, &file.display().to_string(), talk));
@@ -284,6 +292,10 @@ impl MovingInput {
         if animation.is_none() {
             talk.note(&name, "has no animation; it is shown as it stands");
         }
+        let animated = match self.max_edge {
+            Some(max_edge) => animated.split_edges(animation, max_edge as f32)?,
+            None => animated,
+        };
         let mut moving = MovingScene::animated(animated, animation)?.looped(self.is_looped);
         if let (Some(asked), Some(baked)) = (bake, &baked)
             && let Some(note) = moving.keep_baked(baked, asked.order, asked.bounces)

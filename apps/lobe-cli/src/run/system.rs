@@ -137,7 +137,7 @@ fn room_behind(out: &io::StdoutLock<'_>) -> io::Result<()> {
 
     let file = File::from(out.as_fd().try_clone_to_owned()?);
     let found = file.metadata()?;
-    // The first device of memory's seventh number: what stands for a full disk in tests.
+    // /dev/full is the character device 1:7.
     let is_full = found.file_type().is_char_device() && found.rdev() == libc::makedev(1, 7);
     let end = libc::off_t::try_from(found.len()).unwrap_or(libc::off_t::MAX - RESULT);
     if is_full {

@@ -438,3 +438,17 @@ fn bakes_of_parts_that_were_stopped_go_on_with_the_same_command() {
     }
     panic!("the bakes were done before they could be stopped");
 }
+
+#[test]
+fn edges_of_what_moves_are_split_where_that_is_asked_for() {
+    let dir = Dir::new();
+    dir.map("even.exr", 4, 2, |x, _| [x as f32; 3]);
+    let render = "--env even.exr --mode shexp --order 2 --size 32x24 --spheres 2 --still-points 0 --quiet";
+    for (name, option) in [("coarse", ""), ("fine", " --max-edge 0.2")] {
+        dir.lobe(&format!("render built-in:three-objects {render}{option} -o {name}.exr")).succeeds();
+    }
+    assert!(dir.bytes("coarse.exr") != dir.bytes("fine.exr"), "light at more vertices is other light");
+    dir.file("s.json", "{}");
+    let error = dir.lobe(&format!("render s.json {render} --max-edge 0.2 -o x.exr")).error();
+    assert_eq!(error, "--max-edge: not of a scene description; leave the option out");
+}

@@ -130,7 +130,7 @@ fn shards_are_merged_in_any_order() {
 #[test]
 fn shards_of_machines_that_round_otherwise_are_not_mixed() {
     if Machine::detect().is_plain() {
-        eprintln!("skipped: this machine fuses no products and sums");
+        lobe_testkit::skipped("this machine fuses no products and sums");
         return;
     }
     let dir = scenes();
@@ -158,7 +158,7 @@ fn shards_of_machines_that_round_otherwise_are_not_mixed() {
 /// The first shard of each command by AVX2, the second by the widest instructions, merged by these: the bytes of one machine.
 fn machines_of_both_widths_are_mixed(kinds: &[Kind]) {
     if Machine::available().all(|machine| machine.name() != "avx512") {
-        eprintln!("skipped: this machine has no AVX-512");
+        lobe_testkit::skipped("this machine has no AVX-512");
         return;
     }
     for &(command, extension) in kinds {
@@ -184,7 +184,7 @@ fn shards_of_machines_with_wide_and_narrow_registers_make_the_bytes_of_one() {
 #[test]
 fn machines_with_wide_and_narrow_registers_write_the_same_bytes() {
     if Machine::available().all(|machine| machine.name() != "avx512") {
-        eprintln!("skipped: this machine has no AVX-512");
+        lobe_testkit::skipped("this machine has no AVX-512");
         return;
     }
     let dir = scenes();

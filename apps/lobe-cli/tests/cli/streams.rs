@@ -140,15 +140,25 @@ fn a_result_that_a_closed_stdout_would_lose_is_an_error_and_all_else_is_none() {
     }
     let output = closed(&dir, "sh rotate p.sh.json --quat 0,0,0,1 -o q.sh.json");
     assert_eq!((output.status.code(), output.stderr.as_slice()), (Some(0), &b""[..]), "nothing is printed");
+    let output = closed(&dir, "bake built-in:ball --quiet --mode unshadowed --order 1 -o b.glb");
+    assert_eq!((output.status.code(), output.stderr.as_slice()), (Some(0), &b""[..]), "a report is a note");
     assert_eq!(dir.read_sh("q.sh.json").coefficients, dir.read_sh("p.sh.json").coefficients, "the file");
 }
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_stdout_without_room_for_the_json_is_found_before_the_work() {
+fn a_stdout_without_room_for_the_result_is_found_before_the_work() {
     let dir = Dir::new();
     let said = "lobe: stdout: no space is left; make room, or write somewhere else\n";
-    for args in ["bake built-in:ball --json -o b.glb", "field built-in:ball --json -o f.safetensors"] {
+    for args in [
+        "bake built-in:ball --json -o b.glb",
+        "field built-in:ball --json -o f.safetensors",
+        "field built-in:ball -o f.safetensors",
+        "spheres built-in:ball --count 4 -o s.safetensors",
+        "spheres table -o t.safetensors",
+        "demo -o demo",
+        "light ambient --order 2 -o -",
+    ] {
         let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
         let lobe = env!("CARGO_BIN_EXE_lobe");
         let mut command = Command::new(lobe);

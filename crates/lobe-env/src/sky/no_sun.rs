@@ -4,7 +4,7 @@ use std::fmt;
 
 use lobe_sh::Dir;
 
-/// What the brightest place of a map lacks of a sun.
+/// The property of a sun that the brightest place of a map lacks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum NoSun {

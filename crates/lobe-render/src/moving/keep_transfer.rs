@@ -124,13 +124,16 @@ impl MovingScene {
         Some(format!("its transfer is not used: {not_used}; all parts are baked"))
     }
 
-    /// Keeps the transfer of a baked file for what stands still in it, with the shadows and the light of its parts among each other:
-    /// of vertices from which what moves looked smaller than a thousandth of a hemisphere as it stood. The others would show its
-    /// shadow where it is no more: they are baked by what stands still alone, with the options of the file.
+    /// Keeps the transfer of a baked file for what stands still in it, with the shadows and the light of its parts
+    /// among each other.
     ///
-    /// A mesh that another animation, skins or morph targets give another shape as it stands than in the pose that was
-    /// baked counts as one that moved, from the one shape to the other: its own vertices are baked anew, and so are
-    /// those that see much of either.
+    /// A vertex keeps its transfer if moving parts looked smaller from it than a thousandth of a hemisphere in the
+    /// baked pose. The others would show a shadow where it is no more. They are baked by what stands still alone,
+    /// with the options of the file.
+    ///
+    /// A mesh may stand in another shape than in the baked pose: by another animation, skins or morph targets. It
+    /// counts as one that moved from the one shape to the other. Its own vertices are baked anew, and so are others
+    /// that see much of either.
     ///
     /// `transfer` is that of all vertices of the file, `options` those that made it, and `pose` where things stood
     /// then. `None` and no change if it has not as many vertices as the scene, nothing stands still, or the scene is

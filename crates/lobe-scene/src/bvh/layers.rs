@@ -18,8 +18,10 @@ pub(crate) struct LeftOut {
 type Sorted = ([[u32; 3]; 3], bool);
 
 impl LeftOut {
-    /// Those that add nothing to others at their place: of triangles with the same corners the first is hit, so that all
-    /// behind one without holes are left out, but for the first that runs around the other way; and films beyond a number.
+    /// Finds triangles that add nothing to others with the same corners.
+    ///
+    /// Rays hit the first of them. All behind one without holes are left out, except the first that runs around the
+    /// other way. Films beyond a number are left out too.
     ///
     /// In n log n.
     pub(crate) fn of(scene: &Scene, corners: &[[[f32; 3]; 3]]) -> Self {

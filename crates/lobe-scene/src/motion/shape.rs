@@ -61,8 +61,8 @@ impl Shape {
         Self { positions, normals, ..Self::default() }
     }
 
-    /// The same with a vertex halfway between the two of each of these edges, in their order: positions, normals, morph targets
-    /// and weights of joints are means. Tangents are dropped. None if that takes too many weights.
+    /// The same with one vertex more halfway along each of these edges, in their order. Positions, normals, morph
+    /// targets and weights of joints are means. Tangents are dropped. None if that takes too many weights.
     pub(crate) fn halved(&self, edges: &[[u32; 2]]) -> Option<Self> {
         let numbers = |old: &Arc<[f32]>| with_means(old, edges);
         let target = |old: &Target| Target { positions: numbers(&old.positions), normals: numbers(&old.normals) };
@@ -119,7 +119,8 @@ impl Shape {
     }
 }
 
-/// Vectors, and behind them the means of these pairs of them, each of which may be a pair's in turn; nothing stays nothing.
+/// Vectors, and behind them the means of these pairs, which may name means that stand before them. Nothing stays
+/// nothing.
 fn with_means(vectors: &Arc<[f32]>, pairs: &[[u32; 2]]) -> Arc<[f32]> {
     if vectors.is_empty() || pairs.is_empty() {
         return Arc::clone(vectors);

@@ -10,17 +10,17 @@ use crate::{AnimatedScene, Animation, Mesh, PosedScene, Scene, SceneError};
 const MOST_KEYS: usize = 64;
 
 impl AnimatedScene {
-    /// Splits edges until none is longer than `max_edge` at the keys of an animation, or as the scene stands without one.
-    /// Where there are more than 64 keys, as many of them count, spread evenly.
+    /// Splits edges until none is longer than `max_edge` at the keys of an animation, or as the scene stands without
+    /// one. Where there are more than 64 keys, as many of them count, spread evenly.
     ///
-    /// New vertices lie halfway between two in the mesh, in each morph target and in the weights of joints. Morph targets
-    /// and nodes keep them in the middle of the edge in every pose. Joints that turn against each other may not.
-    /// An edge is split alike in all meshes in which it has the same ends, as [`Scene::split_edges`] does. The first
-    /// vertices of each mesh are the old ones, in their order. The scene has no normal maps.
+    /// New vertices lie halfway between two in the mesh, in each morph target and in the weights of joints. Morph
+    /// targets and nodes keep them in the middle of the edge in every pose. Joints that turn against each other may
+    /// not. An edge is split alike in all meshes in which it has the same ends, as [`Scene::split_edges`] does. The
+    /// first vertices of each mesh are the old ones, in their order. The scene has no normal maps.
     ///
     /// # Errors
-    /// [`SceneError::Options`] if `max_edge` is not above zero, if there is no such animation, or if the scene would have
-    /// more than 2²⁶ triangles. [`SceneError::Invalid`] as [`Self::pose`].
+    /// [`SceneError::Options`] if `max_edge` is not above zero, if there is no such animation, or if the scene would
+    /// have more than 2²⁶ triangles. [`SceneError::Invalid`] as [`Self::pose`].
     pub fn split_edges(&self, animation: Option<usize>, max_edge: f32) -> Result<Self, SceneError> {
         let mut finer = self.clone();
         finer.rest = finer.rest.without_normal_maps();
@@ -58,7 +58,8 @@ impl AnimatedScene {
     }
 }
 
-/// The mesh at rest with the vertices and triangles of one that was split in a pose, whose triangles may run the other way.
+/// The mesh at rest with the vertices and triangles of one that was split in a pose, whose triangles may run the
+/// other way.
 fn halved_mesh(
     rest: &Mesh,
     triangles: Vec<[u32; 3]>,

@@ -23,8 +23,10 @@ pub(crate) fn reach(min: [f64; 3], max: [f64; 3]) -> f64 {
     FAR * 0.5 * (0..3).map(|k| max[k] - min[k]).fold(0.0, f64::max)
 }
 
-/// The point from which points of `f64` are to count before they become numbers of `f32`: the center of their box,
-/// rounded to `f32`, along the axes along which they are far from the origin, and zero along the others.
+/// The point from which points of `f64` are to count before they become numbers of `f32`.
+///
+/// It is the center of their box, rounded to `f32`, along each axis on which they are far from the origin. It is zero
+/// along the others.
 ///
 /// Points that are numbers of `f32` already come out as [`near_origin`] leaves them.
 pub(crate) fn origin_of(points: impl Iterator<Item = [f64; 3]>) -> [f64; 3] {

@@ -293,8 +293,9 @@ impl Scene {
         }
     }
 
-    /// The color of the light of a ray that does not [stop](Scene::stops) at a hit, by which it is multiplied there:
-    /// that of glass, whose base color tints what goes through, relative to its mean, which [`Scene::opacity`] has
+    /// The factor of each channel for light that does not [stop](Scene::stops) at a hit.
+    ///
+    /// Glass tints light by its base color relative to the mean of its channels. [`Scene::opacity`] has the mean
     /// already.
     ///
     /// # Panics
