@@ -349,7 +349,8 @@ mod tests {
             picture.pixels().iter().map(|[r, g, b]| Rgb::new(*r, *g, *b)).collect::<Vec<_>>()
         };
         let worst = difference(&pixels(&found), &pixels(&expected));
-        assert!(worst < TOLERANCE, "{worst:e}");
+        // The colors of pixels are half floats, and a difference in the last digit may round them to neighbors.
+        assert!(worst < TOLERANCE + 2.0_f32.powi(-10), "{worst:e}");
     }
 
     #[test]

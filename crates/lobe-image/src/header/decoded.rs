@@ -112,6 +112,9 @@ pub(crate) fn bounded(mut notes: Vec<String>) -> Vec<String> {
 
 /// A message in one line of bounded length.
 fn one_line(message: String) -> String {
+    if message.len() <= MAX_MESSAGE && lobe_io::one_line(&message) == message {
+        return message;
+    }
     shortened(&message, MAX_MESSAGE)
 }
 

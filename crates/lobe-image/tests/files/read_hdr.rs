@@ -237,7 +237,7 @@ fn a_header_that_says_a_thing_many_times_or_at_length_gets_one_short_note_of_it(
     let bytes = file(&format!("{HEADER}PRIMARIES={long}\n"), "-Y 8 +X 16", &flat());
     let refused = read_picture_bytes(&bytes, "test.hdr", &PictureReadOptions::default().to_rec_709(true));
     let message = refused.unwrap_err().to_string();
-    assert!(message.len() < 500 && message.contains("so the colors cannot be converted"), "{:.80}", message);
+    assert!(message.len() < 500 && message.contains("so the colors cannot be converted"), "{message:.80}");
     // Any letters make a key of its own.
     let keys = (0..64_u32).map(|k| {
         let letter = |(i, c): (u32, char)| if k >> i & 1 == 1 { c.to_ascii_lowercase() } else { c };

@@ -227,7 +227,7 @@ fn ktx_rows_begin_where_the_bytes_of_the_level_say() {
         let (pictures, size) = odd(false);
         let expected: Vec<f32> = pictures.concat().iter().map(light).collect();
         for stored in [pictures[0].clone(), row_padded(&pictures[0])] {
-            let (found, _) = picture(&ktx1(is_big, RGB8, size, [0, 1], &[stored.clone()]));
+            let (found, _) = picture(&ktx1(is_big, RGB8, size, [0, 1], std::slice::from_ref(&stored)));
             assert_eq!(found.pixels().as_flattened(), expected, "a picture of {} bytes", stored.len());
         }
         let (faces, size) = odd(true);

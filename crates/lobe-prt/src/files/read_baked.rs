@@ -120,13 +120,13 @@ pub enum BakedOrScene {
     /// The file is baked.
     Baked(Box<Baked>),
     /// The file is not baked: the scene, and the report of everything else in the file.
-    Scene(Scene, SceneReadReport),
+    Scene(Scene, Box<SceneReadReport>),
 }
 
 impl From<Scene> for BakedOrScene {
     /// A scene of which there is nothing else to report.
     fn from(scene: Scene) -> Self {
-        Self::Scene(scene, SceneReadReport::default())
+        Self::Scene(scene, Box::default())
     }
 }
 
@@ -160,7 +160,7 @@ impl BakedOrScene {
             return Ok(Self::Baked(Box::new(Baked::of(gltf)?)));
         }
         let (scene, report) = gltf.scene()?;
-        Ok(Self::Scene(scene, report))
+        Ok(Self::Scene(scene, Box::new(report)))
     }
 }
 

@@ -190,7 +190,7 @@ impl Reader {
         }
         let read = match is_gltf(file) {
             true => read_baked_or_scene(file, &self.options)?,
-            false => read_scene(file, &self.options).map(|(scene, report)| BakedOrScene::Scene(scene, report))?,
+            false => read_scene(file, &self.options).map(|(scene, report)| BakedOrScene::Scene(scene, Box::new(report)))?,
         };
         let (part, report) = match read {
             BakedOrScene::Baked(baked) => {
@@ -201,7 +201,7 @@ impl Reader {
                 let part = MovingPart::new(name, scene, motion);
                 (MovingPart { transfer: Some(Arc::new(baked.transfer)), is_demodulated, ..part }, baked.report)
             }
-            BakedOrScene::Scene(scene, report) => (MovingPart::new(name, scene, motion), report),
+            BakedOrScene::Scene(scene, report) => (MovingPart::new(name, scene, motion), *report),
         };
         self.reports.push((file.to_path_buf(), report));
         Ok(part)
