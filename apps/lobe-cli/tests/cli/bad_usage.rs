@@ -60,7 +60,7 @@ fn slips_on_the_command_line_are_one_line() {
 fn variables_that_name_no_instructions_and_no_number_of_threads_are_refused() {
     let dir = Dir::new();
     for (name, value, range) in [
-        ("LOBE_SIMD", "plian", "plain, neon, avx2 or avx512"),
+        ("LOBE_SIMD", "plains", "plain, neon, avx2 or avx512"),
         ("LOBE_SIMD", "AVX2", "plain, neon, avx2 or avx512"),
         ("RAYON_NUM_THREADS", "0", "a number of threads from 1 to 1024"),
         ("RAYON_NUM_THREADS", "100000", "a number of threads from 1 to 1024"),

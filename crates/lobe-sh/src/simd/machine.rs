@@ -212,7 +212,7 @@ mod tests {
         for known in ["", "plain", "neon", "avx2", "avx512"] {
             assert!(check_name(known.as_ref()).is_ok(), "`{known}`");
         }
-        for unknown in ["plian", "AVX2", " avx2", "sse", "0"] {
+        for unknown in ["plains", "AVX2", " avx2", "sse", "0"] {
             let message = check_name(unknown.as_ref()).unwrap_err().to_string();
             let expected = "LOBE_SIMD: expected plain, neon, avx2 or avx512, found `";
             assert!(message.starts_with(expected) && message.contains(unknown), "{message}");
