@@ -358,11 +358,16 @@ fn not_finite(found: &[f64], at: usize, width: usize) -> PyErr {
 
 /// The bytes of a picture of a map, whose ending says the format: light, or a PNG to be looked at.
 fn encode(path: &Path, map: &MappedMap) -> Result<Vec<u8>, ImageError> {
+    // The faces of a cube are right-handed, which readers need not assume then.
+    let told =
+        if map.mapping() == Mapping::Cube { Some(CubeHandedness::Right.told_name()) } else { map.untold_mapping() };
     if !has_ending(path, "png") {
-        return Ok(encode_env(path, map, &PictureWriteOptions::default())?.0);
+        let options = told
+            .map_or_else(PictureWriteOptions::default, |told| PictureWriteOptions::default().mapping(told.to_owned()));
+        return Ok(encode_env(path, map, &options)?.0);
     }
     let picture = Picture::new(map.width(), map.height(), map.texels().to_vec())?;
-    picture.to_png_with(&Tone::PHOTOGRAPH, map.untold_mapping())
+    picture.to_png_with(&Tone::PHOTOGRAPH, told)
 }
 
 #[pymethods]

@@ -190,7 +190,9 @@ impl Reader {
         }
         let read = match is_gltf(file) {
             true => read_baked_or_scene(file, &self.options)?,
-            false => read_scene(file, &self.options).map(|(scene, report)| BakedOrScene::Scene(scene, Box::new(report)))?,
+            false => {
+                read_scene(file, &self.options).map(|(scene, report)| BakedOrScene::Scene(scene, Box::new(report)))?
+            }
         };
         let (part, report) = match read {
             BakedOrScene::Baked(baked) => {
