@@ -41,9 +41,17 @@ pub(crate) fn stopped_at_work(dir: &Dir, args: &str) -> Output {
 
 #[test]
 fn a_command_without_an_order_to_keep_clears_away_what_it_was_writing() {
-    for signal in ["-INT", "-TERM", "-HUP"] {
+    // What is run in the background of a script inherits that it ignores interrupts.
+    let status = std::fs::read_to_string("/proc/self/status").unwrap();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:")).unwrap().trim();
+    let ignored = u64::from_str_radix(mask, 16).unwrap();
+    for (number, signal) in [(1, "-HUP"), (2, "-INT"), (15, "-TERM")] {
+        if ignored >> (number - 1) & 1 == 1 {
+            lobe_testkit::skipped(&format!("{signal} of a command without an order to keep: it is ignored here"));
+            continue;
+        }
         // More to write each time it was done before it could be stopped.
-        let was_stopped = [1024, 2048, 4096, 4096, 4096].into_iter().any(|size| {
+        let was_stopped = [1024, 2048, 4096].into_iter().any(|size| {
             let dir = Dir::new();
             let mut child = started(&dir, &format!("env convert bundled:sunset --size {size} --quiet -o out.exr"));
             let begun = || dir.names().iter().any(|name| name.starts_with(".lobe-"));
