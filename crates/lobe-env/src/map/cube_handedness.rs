@@ -9,7 +9,7 @@
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum CubeHandedness {
     /// For right-handed directions, `(X, Y, Z) = (x, z, -y)`: glTF, OpenGL, Vulkan, Filament. The faces are mirror
-    /// images of photographs. [`CubeMap`] itself is this one.
+    /// images of photographs. [`CubeMap`](crate::CubeMap) itself is this one.
     #[default]
     Right,
     /// For left-handed directions, `(X, Y, Z) = (-x, z, -y)`: Direct3D, and three.js, which turns X around before it
