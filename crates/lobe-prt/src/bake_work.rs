@@ -9,9 +9,12 @@ use lobe_scene::{Bvh, Scene};
 use crate::bake::bake::{bake_on_disk_knowing, bake_shard_knowing};
 use crate::bake::glossy::{Points as MatrixPoints, bake_points_on_disk, bake_points_shard};
 use crate::bake::pilot::KnownPilot;
+use crate::fit::vertex_fit::{fitted, moments_on_disk, moments_shard, row_of_triangle};
+use crate::job::checkpoint::StoredRows;
 use crate::{
-    BakeMode, BakeOptions, BakeReport, Channels, NeighborhoodGrid, Pilot, PrtError, Receivers, Recipe, StoredMatrices,
-    StoredTransfer, TexelReceivers, write_lightmap, write_matrices, write_neighborhood, write_transfer,
+    AdaptiveOptions, AdaptiveReport, BakeMode, BakeOptions, BakeReport, Channels, NeighborhoodGrid, Pilot, PrtError,
+    Receivers, Recipe, SplitScene, StoredMatrices, StoredTransfer, TexelReceivers, Transfer, TransferRows,
+    split_adaptively, write_lightmap, write_matrices, write_neighborhood, write_transfer,
 };
 
 /// A bake of a scene whose points are known: at its vertices, at the texels of its lightmap, or in space.
@@ -49,14 +52,32 @@ enum Points {
 /// The results of a bake, in its checkpoint.
 #[derive(Debug)]
 pub enum BakedRows {
-    /// Transfer vectors.
+    /// Transfer vectors, each baked at its point.
     Transfer(StoredTransfer),
+    /// Transfer vectors of vertices, fitted to the points around them.
+    Fitted(FittedTransfer),
     /// Transfer matrices: of glossy light, and of points in space.
     Matrices(StoredMatrices),
 }
 
+/// Transfer of vertices that was fitted to moments in a checkpoint, which stays locked as long as this is there.
+#[derive(Debug)]
+pub struct FittedTransfer {
+    transfer: Transfer,
+    _moments: StoredRows,
+}
+
+impl FittedTransfer {
+    /// The transfer.
+    #[must_use]
+    pub fn transfer(&self) -> &Transfer {
+        &self.transfer
+    }
+}
+
 impl BakeWork {
-    /// Transfer vectors at the vertices of a scene; of [`BakeMode::Glossy`] matrices.
+    /// Transfer vectors at the vertices of a scene, [fitted](crate::bake_vertices) to points all over its triangles; of
+    /// [`BakeMode::Glossy`] matrices at the vertices themselves.
     ///
     /// # Errors
     /// Those of [`Receivers::at_vertices`].
@@ -143,6 +164,10 @@ impl BakeWork {
     /// Bytes of the results in a checkpoint, but for its header.
     #[must_use]
     pub fn bytes(&self) -> u64 {
+        if self.is_fitted() {
+            let row = row_of_triangle(&self.scene, &self.options);
+            return (size_of::<f32>() * row * self.scene.triangle_count()) as u64;
+        }
         self.bytes_of(self.points())
     }
 
@@ -151,8 +176,21 @@ impl BakeWork {
     pub fn file_bytes(&self) -> u64 {
         match &self.points {
             Points::Texels(texels) => self.bytes_of(texels.width() * texels.width()),
-            Points::Vertices(_) | Points::Grid(..) => self.bytes(),
+            Points::Vertices(_) | Points::Grid(..) => self.bytes_of(self.points()),
         }
+    }
+
+    /// Whether results are fitted to moments of triangles.
+    fn is_fitted(&self) -> bool {
+        matches!(self.points, Points::Vertices(_)) && !self.has_matrices()
+    }
+
+    /// Splits the scene where its transfer at vertices is farthest off, see [`split_adaptively`].
+    ///
+    /// # Errors
+    /// Those of [`split_adaptively`].
+    pub fn split(&self, options: &AdaptiveOptions, job: Job<'_>) -> Result<(SplitScene, AdaptiveReport), PrtError> {
+        split_adaptively(&self.scene, self.bvh(), options, job)
     }
 
     fn bytes_of(&self, points: usize) -> u64 {
@@ -200,6 +238,11 @@ impl BakeWork {
     pub fn bake(&self, job: Job<'_>) -> Result<(BakedRows, BakeReport), PrtError> {
         let (scene, bvh, options, pilot) = (&*self.scene, self.bvh(), &self.options, &self.pilot);
         match self.receivers() {
+            Some(receivers) if self.is_fitted() => {
+                let (moments, report) = moments_on_disk(scene, bvh, receivers, options, job, pilot)?;
+                let transfer = fitted(scene, receivers, options, &moments)?;
+                Ok((BakedRows::Fitted(FittedTransfer { transfer, _moments: moments }), report))
+            }
             Some(receivers) if !self.has_matrices() => {
                 let (rows, report) = bake_on_disk_knowing(scene, bvh, receivers, options, job, pilot)?;
                 Ok((BakedRows::Transfer(rows), report))
@@ -221,6 +264,7 @@ impl BakeWork {
     pub fn bake_shard(&self, shard: Shard, job: Job<'_>) -> Result<BakeReport, PrtError> {
         let (scene, bvh, options, pilot) = (&*self.scene, self.bvh(), &self.options, &self.pilot);
         match self.receivers() {
+            Some(receivers) if self.is_fitted() => moments_shard(scene, bvh, receivers, options, shard, job, pilot),
             Some(receivers) if !self.has_matrices() => {
                 bake_shard_knowing(scene, bvh, receivers, options, shard, job, pilot)
             }
@@ -274,7 +318,7 @@ impl BakeWork {
     ) -> Result<(), PrtError> {
         let path = path.as_ref();
         match (&self.points, baked) {
-            (Points::Vertices(_), BakedRows::Transfer(rows)) => write_transfer(path, rows, recipe, job),
+            (Points::Vertices(_), BakedRows::Fitted(rows)) => write_transfer(path, &rows.transfer, recipe, job),
             (Points::Vertices(_), BakedRows::Matrices(rows)) => write_matrices(path, rows, recipe, job),
             (Points::Texels(texels), BakedRows::Transfer(rows)) => {
                 let is_picture = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("exr"));
@@ -286,7 +330,7 @@ impl BakeWork {
                 }
             }
             (Points::Grid(grid, _), BakedRows::Matrices(rows)) => write_neighborhood(path, grid, rows, recipe, job),
-            (Points::Texels(_), BakedRows::Matrices(_)) | (Points::Grid(..), BakedRows::Transfer(_)) => {
+            _ => {
                 let message = "expected the results of this bake: vectors of texels, matrices of a grid";
                 Err(PrtError::Options(message.to_owned()))
             }
@@ -302,10 +346,23 @@ fn matrix_points<'a>(receivers: Option<&'a Receivers>, positions: &'a [[f32; 3]]
 impl BakedRows {
     /// The transfer vectors, unless there are matrices.
     #[must_use]
-    pub fn into_transfer(self) -> Option<StoredTransfer> {
+    pub fn as_transfer(&self) -> Option<&dyn TransferRows> {
         match self {
             Self::Transfer(rows) => Some(rows),
+            Self::Fitted(rows) => Some(&rows.transfer),
             Self::Matrices(_) => None,
+        }
+    }
+
+    /// The transfer vectors in memory, unless there are matrices.
+    ///
+    /// # Errors
+    /// [`PrtError::Io`] if their file cannot be read.
+    pub fn into_transfer(self) -> Result<Option<Transfer>, PrtError> {
+        match self {
+            Self::Transfer(rows) => rows.load().map(Some),
+            Self::Fitted(rows) => Ok(Some(rows.transfer)),
+            Self::Matrices(_) => Ok(None),
         }
     }
 }

@@ -36,6 +36,7 @@ mod bake_work;
 mod compression;
 mod error;
 mod files;
+mod fit;
 mod job;
 mod receivers;
 mod recipe;
@@ -43,13 +44,12 @@ mod sampling;
 mod transfer;
 mod zonal;
 
-pub use bake::adaptive::{AdaptiveOptions, AdaptiveReport, split_adaptively, split_checkpoints};
 pub use bake::bake::{bake, bake_on_disk, bake_shard};
 pub use bake::glossy::bake_matrices;
 pub use bake::options::{AlbedoMode, BakeMode, BakeOptions, BakeReport};
 pub use bake::pilot::Pilot;
 pub use bake::transfer_grid::{Neighborhood, NeighborhoodGrid, bake_neighborhood};
-pub use bake_work::{BakeWork, BakedRows};
+pub use bake_work::{BakeWork, BakedRows, FittedTransfer};
 pub use compression::compress::{
     CompressOptions, CompressReport, CurvePoint, compress_table, compress_table_within, error_curve,
 };
@@ -72,6 +72,8 @@ pub use files::read_baked::{
     read_baked_or_scene_bytes,
 };
 pub use files::transfer_file::{read_transfer, read_transfer_bytes, write_half_transfer, write_transfer};
+pub use fit::adaptive::{AdaptiveOptions, AdaptiveReport, SplitScene, split_adaptively, split_checkpoints};
+pub use fit::vertex_fit::bake_vertices;
 pub use job::fingerprint::{fingerprint_arithmetic, fingerprint_scene, scene_hash};
 pub use receivers::lightmap::Lightmap;
 pub use receivers::receivers::Receivers;

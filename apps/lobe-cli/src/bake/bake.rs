@@ -5,8 +5,8 @@ use std::sync::Arc;
 use anyhow::{anyhow, bail};
 use lobe::io::Shard;
 use lobe::prt::{
-    BakeReport, BakeWork, BakedGlb, BakedRows, Channels, CompressReport, CompressedTransfer, Receivers, Recipe,
-    TexelReceivers, write_compressed_transfer,
+    BakeReport, BakeWork, BakedGlb, Channels, CompressReport, CompressedTransfer, Recipe, TexelReceivers,
+    write_compressed_transfer,
 };
 use lobe::scene::{GltfDocument, Mesh, Scene, ScenePose};
 
@@ -15,7 +15,7 @@ use crate::args::output::{self, has_extension};
 use crate::args::sharing;
 use crate::bake::options::{Bake, ModeName};
 use crate::bake::report;
-use crate::bake::split;
+
 use crate::run::bake_watch::{Checkpoint, stop_before_writing, stopped, tell_if_too_late, watched, write_watched};
 use crate::run::talk::Talk;
 
@@ -26,26 +26,26 @@ impl Bake {
         output::prepare_file(&self.output, &inputs)?;
         let checkpoint = self.sharing.checkpoint(&self.output);
         if !self.fresh {
-            checkpoint.check_kind(self.splitting.is_adaptive())?;
+            checkpoint.check_kind(self.is_split())?;
         }
         // A .glb keeps what a glTF file holds beside the scene, unless the scene is changed.
-        let is_kept = self.is_glb() && !self.splitting.is_asked();
+        let is_kept = self.is_glb() && !self.is_split() && self.splitting.max_edge.is_none();
         let ReadScene { scene, document, pose } = OpenScene::read(&self.input, &self.memory, is_kept, talk)?;
         self.tell_of_normal_maps(&scene, talk);
         let scene = self.splitting.split_long(scene)?;
         if self.fresh {
             checkpoint.discard()?;
         }
+        let scene = self.split_adaptively(Arc::new(scene), &checkpoint, talk)?;
         if let Some(shard) = self.sharing.shard {
-            return self.bake_shard(&Arc::new(scene), shard, &checkpoint, talk);
+            return self.bake_shard(&scene, shard, &checkpoint, talk);
         }
-        let scene = Arc::new(self.split_adaptively(scene, &checkpoint, talk)?);
         self.sharing.merge(&checkpoint, talk)?;
         let baked = self.bake_all(&scene, (document, pose), &checkpoint, talk);
         let (report, compression) = self.sharing.merged(&checkpoint, baked)?;
         checkpoint.finish();
         tell_if_too_late(&self.output, talk);
-        if self.splitting.is_asked() && !self.is_glb() {
+        if (self.is_split() || self.splitting.is_asked()) && !self.is_glb() {
             let vertices = scene.vertex_count();
             let text = format!("transfer of {vertices} vertices after splitting; only a .glb holds the split mesh");
             talk.note(&self.output.display().to_string(), &text);
@@ -80,24 +80,20 @@ impl Bake {
         sharing::Done { shard: shard.to_string(), points, points_in_all, seconds }.tell(&self.output, self.json, talk)
     }
 
-    /// The scene with further vertices where transfer changes, if the options say so. Refuses work whose results could
-    /// not be stored before it begins.
-    fn split_adaptively(&self, scene: Scene, checkpoint: &Checkpoint, talk: Talk) -> anyhow::Result<Scene> {
-        let options = self.bake_options();
-        if self.splitting.is_adaptive() {
-            let channels = options.channels_for(&scene, Receivers::at_vertices(&scene)?.is_gray());
-            if self.is_glb() {
-                BakedGlb::of_scene(&scene).check_size(self.order, channels)?;
-            }
-            let rows = |power| bytes(scene.vertex_count(), self.order.pow(power), channels);
-            let transfer = rows(if self.mode == ModeName::Glossy { 4 } else { 2 });
-            checkpoint.check_room(&self.output, transfer, transfer, rows(2))?;
+    /// The scene with further vertices where transfer is off, unless the options say otherwise. Refuses work whose results
+    /// could not be stored before it begins.
+    fn split_adaptively(&self, scene: Arc<Scene>, checkpoint: &Checkpoint, talk: Talk) -> anyhow::Result<Arc<Scene>> {
+        if !self.is_split() {
+            return Ok(scene);
         }
-        let (scene, report) = self.splitting.split_adaptively(scene, &options, checkpoint, talk)?;
-        if let (Some(report), Some(threshold)) = (report, self.splitting.adaptive) {
-            talk.note(&self.input.name(), &split::note_of(&report, threshold));
+        let work = BakeWork::at_vertices(Arc::clone(&scene), self.bake_options())?;
+        if self.is_glb() {
+            BakedGlb::of_scene(&scene).check_size(self.order, work.channels())?;
         }
-        Ok(scene)
+        checkpoint.check_room(&self.output, work.file_bytes(), work.bytes(), 0)?;
+        let (split, report) = self.splitting.split_adaptively(&work, checkpoint, talk)?;
+        talk.note(&self.input.name(), &self.splitting.note_of(&split.scene, &report));
+        Ok(Arc::new(split.scene))
     }
 
     /// Bakes what is asked for, and writes it.
@@ -126,17 +122,16 @@ impl Bake {
         let recipe = self.recipe(&work, &report, pose.as_ref());
         // Write the results as they are, unless they are to be compressed.
         let Some(compression) = self.compression.options() else {
-            write_watched(talk, |job| match (&glb, &baked) {
-                (Some(glb), BakedRows::Transfer(transfer)) => glb.write(&self.output, transfer, &recipe, job),
+            write_watched(talk, |job| match (&glb, baked.as_transfer()) {
+                (Some(glb), Some(transfer)) => glb.write(&self.output, transfer, &recipe, job),
                 _ => work.write(&self.output, &baked, &recipe, job),
             })?;
             return Ok((report, None));
         };
         // Compress them, and write the result.
-        let Some(transfer) = baked.into_transfer() else {
+        let Some(loaded) = baked.into_transfer()? else {
             bail!("--clusters, --components and --weights: of transfer vectors only")
         };
-        let loaded = transfer.load()?;
         let compressed = watched(talk, "compress", |job| CompressedTransfer::new(&loaded, &compression, job))?;
         let Ok((compressed, saved)) = compressed else { return stopped() };
         stop_before_writing()?;

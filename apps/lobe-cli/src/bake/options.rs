@@ -161,15 +161,6 @@ impl Bake {
                 self.is_glb() && (is_glossy || is_elsewhere),
                 "-o: --mode glossy, --texels and --grid are written as .safetensors",
             ),
-            (
-                self.splitting.is_adaptive() && (self.sharing.shard.is_some() || !self.sharing.merge.is_empty()),
-                "--shard and --merge: not of --adaptive, whose rounds build on each other; --max-edge splits without",
-            ),
-            (self.splitting.min_edge.is_some() && !self.splitting.is_adaptive(), "--min-edge: only of --adaptive"),
-            (
-                self.splitting.max_vertices.is_some() && !self.splitting.is_adaptive(),
-                "--max-vertices: only of --adaptive",
-            ),
         ];
         self.sharing.check(&self.output)?;
         if let Some((_, message)) = ignored.into_iter().find(|(is_ignored, _)| *is_ignored) {
@@ -183,6 +174,13 @@ impl Bake {
             bail!("{}: expected a name that ends in .glb or .safetensors", self.output.display());
         }
         Ok(())
+    }
+
+    /// Whether triangles are split where transfer is off: of a scene that the output, or that of all shards, holds too.
+    pub(super) fn is_split(&self) -> bool {
+        let is_at_vertices = self.texels.is_none() && self.grid.is_none();
+        let has_scene = self.is_glb() || self.sharing.shard.is_some();
+        is_at_vertices && !self.splitting.no_split && (has_scene || self.splitting.is_adaptive_asked())
     }
 
     pub(super) fn is_glb(&self) -> bool {

@@ -2,7 +2,7 @@
 
 use anyhow::bail;
 use clap::Args;
-use lobe::prt::{AdaptiveOptions, AdaptiveReport, BakeOptions, split_adaptively};
+use lobe::prt::{AdaptiveOptions, AdaptiveReport, BakeWork, SplitScene};
 use lobe::scene::Scene;
 
 use crate::args::values;
@@ -14,15 +14,19 @@ pub(crate) struct Splitting {
     /// Split triangles first until no edge is longer than this, in the scene's unit of length
     #[arg(long, value_name = "L", value_parser = values::positive)]
     pub(crate) max_edge: Option<f64>,
-    /// Split edges in whose middle interpolated transfer is off by more than this part of the mean, such as 0.05
+    /// Split triangles where transfer between vertices is farthest off, until that is less than this part of the mean, or
+    /// there are --max-vertices [default: 0.01; of a .safetensors file none are split]
     #[arg(long, value_name = "X", value_parser = values::positive)]
     pub(crate) adaptive: Option<f64>,
-    /// With --adaptive: leave edges that are shorter than this [default: 1/512 of the scene's diagonal]
+    /// Leave edges that are shorter than this [default: 1/1024 of the scene's diagonal]
     #[arg(long, value_name = "L", value_parser = values::positive)]
     pub(crate) min_edge: Option<f64>,
-    /// With --adaptive: the most vertices, spent where interpolation is worst [default: as many as it takes]
+    /// The most vertices, spent where transfer is farthest off [default: four times those of the scene, at least 20000]
     #[arg(long, value_name = "N", value_parser = vertices)]
     pub(crate) max_vertices: Option<usize>,
+    /// Bake at the vertices that the scene has, however few
+    #[arg(long, conflicts_with_all = ["adaptive", "min_edge", "max_vertices"])]
+    pub(crate) no_split: bool,
 }
 
 fn vertices(text: &str) -> Result<usize, String> {
@@ -30,14 +34,14 @@ fn vertices(text: &str) -> Result<usize, String> {
 }
 
 impl Splitting {
-    /// Whether anything is to be split.
+    /// Whether the user asked for anything to be split.
     pub(crate) fn is_asked(&self) -> bool {
-        self.max_edge.is_some() || self.is_adaptive()
+        self.max_edge.is_some() || self.is_adaptive_asked()
     }
 
-    /// Whether splitting takes rays.
-    pub(crate) fn is_adaptive(&self) -> bool {
-        self.adaptive.is_some()
+    /// Whether the user asked for splitting that takes rays.
+    pub(crate) fn is_adaptive_asked(&self) -> bool {
+        self.adaptive.is_some() || self.min_edge.is_some() || self.max_vertices.is_some()
     }
 
     /// The scene without edges that are too long.
@@ -48,68 +52,50 @@ impl Splitting {
         })
     }
 
-    /// The scene with further vertices where its transfer changes, and the report; `bake` has the options of the bake.
+    /// The scene of a work with further vertices where its transfer is off, and the report.
     pub(crate) fn split_adaptively(
         &self,
-        scene: Scene,
-        bake: &BakeOptions,
+        work: &BakeWork,
         checkpoint: &Checkpoint,
         talk: Talk,
-    ) -> anyhow::Result<(Scene, Option<AdaptiveReport>)> {
-        let Some(threshold) = self.adaptive else { return Ok((scene, None)) };
-        let found = scene.vertex_count();
+    ) -> anyhow::Result<(SplitScene, AdaptiveReport)> {
+        let found = work.scene().vertex_count();
         if self.max_vertices.is_some_and(|most| most < found) {
             bail!("--max-vertices: expected at least the {found} vertices that the scene begins with");
         }
-        let min_edge = self.min_edge.map(|edge| edge as f32);
-        let options =
-            AdaptiveOptions::before(bake).threshold(threshold).min_edge(min_edge).max_vertices(self.max_vertices);
-        let (finer, report) = checkpoint.watched_rounds(talk, |job| split_adaptively(&scene, &options, job))?;
-        Ok((finer, Some(report)))
+        let options = self.options().bake(work.options().clone());
+        checkpoint.watched_rounds(talk, |job| work.split(&options, job))
     }
-}
 
-/// The report of adaptive splitting, as a note: its outcome.
-pub(crate) fn note_of(report: &AdaptiveReport, threshold: f64) -> String {
-    let AdaptiveReport { vertices_before, vertices, rounds, too_short, left_out, largest_error, .. } = report;
-    let plural = if *rounds == 1 { "" } else { "s" };
-    let text = format!("{vertices} vertices after {rounds} round{plural} of splitting, {vertices_before} before");
-    if too_short + left_out == 0 {
-        return format!(
-            "{text}; transfer is off by {largest_error:.3} along any edge at most, --adaptive {threshold} is reached"
-        );
+    fn options(&self) -> AdaptiveOptions {
+        let defaults = AdaptiveOptions::default();
+        let error = self.adaptive.unwrap_or(defaults.error);
+        defaults.error(error).min_edge(self.min_edge.map(|edge| edge as f32)).max_vertices(self.max_vertices)
     }
-    let reasons = [
-        (too_short, "too short to be split: a smaller --min-edge splits them too"),
-        (left_out, "left out: a larger --max-vertices has room for them"),
-    ];
-    let reasons = reasons.into_iter().filter(|(count, _)| **count > 0).map(|(count, why)| format!("{count} {why}"));
-    format!(
-        "{text}; --adaptive {threshold} is not reached: transfer may be off by up to {largest_error:.3}; edges that are not split: {}",
-        reasons.collect::<Vec<_>>().join(", ")
-    )
-}
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_note_after_splitting_is_its_outcome() {
-        let mut report = AdaptiveReport::default();
-        (report.vertices_before, report.vertices, report.rounds, report.largest_error) = (8, 20, 1, 0.04);
-        let text = "20 vertices after 1 round of splitting, 8 before; transfer is off by 0.040 along any edge at most, --adaptive 0.05 is reached";
-        assert_eq!(note_of(&report, 0.05), text);
-        (report.rounds, report.too_short, report.left_out, report.largest_error) = (3, 2, 5, 0.3);
-        let note = note_of(&report, 0.05);
-        assert!(
-            note.starts_with("20 vertices after 3 rounds of splitting, 8 before; --adaptive 0.05 is not reached: "),
-            "{note}"
-        );
-        for part in
-            ["off by up to 0.300", "2 too short", "a smaller --min-edge", "5 left out", "a larger --max-vertices"]
-        {
-            assert!(note.contains(part), "{part}: {note}");
+    /// The report of adaptive splitting, as a note: its outcome.
+    pub(crate) fn note_of(&self, scene: &Scene, report: &AdaptiveReport) -> String {
+        let AdaptiveReport { vertices_before, vertices, error, error_bound, too_short, worst, .. } = report;
+        let goal = self.options().error;
+        let mut text = format!("{vertices} vertices after splitting, {vertices_before} before");
+        if *error_bound <= goal {
+            text += &format!("; interpolated transfer is off by less than {:.1} % of the mean", 100.0 * goal);
+            return text;
         }
+        text += &format!(
+            "; interpolated transfer is off by about {:.1} % of the mean",
+            100.0 * error.max(0.5 * error_bound)
+        );
+        if let Some((mesh, _)) = worst {
+            text += &format!(", most on `{}`", scene.meshes()[*mesh].name());
+        }
+        // Along the edge of a shadow the error falls as the root of the number of vertices.
+        let more = 4 * vertices;
+        text += &if *too_short > 0.5 {
+            format!("; edges are too short to be split: a smaller --min-edge splits them too")
+        } else {
+            format!("; --max-vertices {more} about halves it")
+        };
+        text
     }
 }

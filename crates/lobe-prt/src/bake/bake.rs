@@ -54,7 +54,7 @@ pub fn bake(
     job: Job<'_>,
 ) -> Result<(Transfer, BakeReport), PrtError> {
     let bake = prepare(scene, bvh, receivers, options, &KnownPilot::new())?;
-    let channels = bake.estimator.channels;
+    let channels = bake.estimator.paths.channels;
     let (rows, report) = bake.run(|_| fingerprint(scene, receivers, options), job)?;
     Ok((Transfer::new(options.order, channels, rows)?, report))
 }
@@ -86,7 +86,7 @@ pub(crate) fn bake_on_disk_knowing(
     known: &KnownPilot,
 ) -> Result<(StoredTransfer, BakeReport), PrtError> {
     let bake = prepare(scene, bvh, receivers, options, known)?;
-    let channels = bake.estimator.channels;
+    let channels = bake.estimator.paths.channels;
     let (rows, report) = bake.run_on_disk(|_| fingerprint(scene, receivers, options), job)?;
     Ok((StoredTransfer { order: options.order, channels, rows }, report))
 }
@@ -244,7 +244,7 @@ fn prepare<'a>(
     }
     check_tree(scene, bvh)?;
     let diffuse = Diffuse::new(scene, bvh, receivers, options);
-    Ok(PreparedBake::new(diffuse, options.energy_stop, known, |diffuse, bounces| diffuse.bounces = bounces))
+    Ok(PreparedBake::new(diffuse, options.energy_stop, known, |diffuse, bounces| diffuse.paths.bounces = bounces))
 }
 
 /// Refuses the tree of another scene.

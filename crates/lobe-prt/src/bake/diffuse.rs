@@ -1,6 +1,7 @@
 //! Diffuse transfer: the vectors of matte receivers by Monte Carlo sampling.
 
-use lobe_scene::{Bvh, Ray, Scene, SurfaceRays};
+use glam::Vec3;
+use lobe_scene::{Bvh, Hit, Ray, Scene, SurfaceRays};
 use lobe_sh::{Dir, Expansion as _, Zonal};
 
 use crate::bake::basis_sum::BasisSum;
@@ -11,7 +12,14 @@ use crate::sampling::sobol::Sobol;
 use crate::sampling::warp::Frame;
 use crate::{AlbedoMode, BakeMode, BakeOptions, Channels, Receivers};
 
-/// The estimator of transfer vectors.
+/// The estimator of transfer vectors of receivers.
+#[derive(Debug)]
+pub(crate) struct Diffuse<'a> {
+    pub(crate) paths: DiffusePaths<'a>,
+    receivers: &'a Receivers,
+}
+
+/// The paths from a point, summed into its transfer vector.
 ///
 /// ```text
 ///   Tᵢ = ρ/π ∫ max(n·s, 0) (path from s) ds ≈ ρ/N Σ_k w_k yᵢ(s_k),    paths k of N that escape
@@ -20,14 +28,29 @@ use crate::{AlbedoMode, BakeMode, BakeOptions, Channels, Receivers};
 /// Each path starts in a cosine-weighted direction, leaves along `s_k` and has met the albedos whose product is `w_k`.
 /// One that starts below the planes of the triangles around the receiver ends there, as one that meets a surface.
 #[derive(Debug)]
-pub(crate) struct Diffuse<'a> {
+pub(crate) struct DiffusePaths<'a> {
     tracer: Tracer<'a>,
-    receivers: &'a Receivers,
     options: &'a BakeOptions,
     pub(crate) bounces: usize,
     pub(crate) channels: Channels,
+    /// The numbers of the paths from a point, so that neighbors follow each other.
     order: Vec<u32>,
     cosine: Zonal,
+}
+
+/// A point that paths start from.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PathStart<'a> {
+    pub(crate) position: [f32; 3],
+    pub(crate) normal: [f32; 3],
+    /// The unit vector along which rays are lifted off the surface.
+    pub(crate) lift: [f32; 3],
+    /// The normals of the planes of the triangles that the point lies on, as of [`Receivers::planes`].
+    pub(crate) planes: &'a [[f32; 3]],
+    pub(crate) albedo: [f64; 3],
+    /// The sequences of its directions, and the number of its first path among them.
+    pub(crate) sobol: &'a Sobol,
+    pub(crate) first: u32,
 }
 
 /// The buffers of a thread.
@@ -39,43 +62,81 @@ pub(crate) struct Scratch {
 
 impl<'a> Diffuse<'a> {
     pub(crate) fn new(scene: &'a Scene, bvh: &'a Bvh, receivers: &'a Receivers, options: &'a BakeOptions) -> Self {
-        Self {
-            tracer: Tracer(SurfaceRays::new(scene, bvh)),
-            receivers,
-            options,
-            bounces: options.most_bounces(),
-            channels: options.channels_for(scene, receivers.is_gray()),
-            order: options.path_order(),
-            cosine: Zonal::clamped_cosine(options.order),
+        let channels = options.channels_for(scene, receivers.is_gray());
+        let paths = DiffusePaths::new(SurfaceRays::new(scene, bvh), options, options.path_order(), channels);
+        Self { paths, receivers }
+    }
+
+    fn albedo(&self, receiver: usize) -> [f64; 3] {
+        match self.paths.options.albedo {
+            AlbedoMode::Vertex => self.receivers.albedos()[receiver].map(f64::from),
+            AlbedoMode::None => [1.0; 3],
+        }
+    }
+}
+
+impl<'a> DiffusePaths<'a> {
+    /// Paths of these numbers from each point.
+    pub(crate) fn new(
+        surfaces: SurfaceRays<'a>,
+        options: &'a BakeOptions,
+        order: Vec<u32>,
+        channels: Channels,
+    ) -> Self {
+        let cosine = Zonal::clamped_cosine(options.order);
+        Self { tracer: Tracer(surfaces), options, bounces: options.most_bounces(), channels, order, cosine }
+    }
+
+    /// Numbers of a transfer vector.
+    pub(crate) fn row(&self) -> usize {
+        self.bands() * self.channels.count()
+    }
+
+    /// Paths from each point.
+    pub(crate) fn count(&self) -> usize {
+        self.order.len()
+    }
+
+    pub(crate) fn scratch(&self) -> Scratch {
+        // Visibility alone has no hue, unless by glass.
+        let channels =
+            if self.options.mode.reflects() || self.tracer.0.is_tinted() { self.channels.count() } else { 1 };
+        Scratch { sum: BasisSum::new(self.options.order, channels), directions: Vec::new(), occluded: Vec::new() }
+    }
+
+    /// Finds the transfer vector of a point.
+    pub(crate) fn transfer(&self, start: &PathStart<'_>, scratch: &mut Scratch, row: &mut [f32]) -> Tally {
+        match self.options.mode {
+            BakeMode::Unshadowed => self.unshadowed(start, row),
+            BakeMode::Shadowed => self.shadowed(start, scratch, row),
+            BakeMode::Interreflected | BakeMode::Glossy => self.interreflected(start, scratch, row),
         }
     }
 
-    fn unshadowed(&self, receiver: usize, row: &mut [f32]) -> Tally {
-        let albedo = self.albedo(receiver);
-        let normal = Dir::from_f32(self.receivers.normals()[receiver]).unwrap_or(Dir::Z);
+    fn unshadowed(&self, start: &PathStart<'_>, row: &mut [f32]) -> Tally {
+        let normal = Dir::from_f32(start.normal).unwrap_or(Dir::Z);
         let cosine = self.cosine.towards(normal, std::f64::consts::FRAC_1_PI);
-        for (row, albedo) in row.chunks_exact_mut(self.bands()).zip(albedo) {
+        for (row, albedo) in row.chunks_exact_mut(self.bands()).zip(start.albedo) {
             row.iter_mut().zip(cosine.coefficients()).for_each(|(t, c)| *t = (albedo * c) as f32);
         }
-        Tally { rays: 0, energy: vec![mean(albedo)], left: 0.0 }
+        Tally { rays: 0, energy: vec![mean(start.albedo)], left: 0.0 }
     }
 
-    fn shadowed(&self, seed: u64, receiver: usize, scratch: &mut Scratch, row: &mut [f32]) -> Tally {
-        let (sobol, frame, origin) = self.start(seed, receiver);
+    fn shadowed(&self, start: &PathStart<'_>, scratch: &mut Scratch, row: &mut [f32]) -> Tally {
+        let (frame, origin) = self.frame_and_origin(start);
         let Scratch { sum, directions, occluded } = scratch;
         // Trace shadow rays in cosine-weighted directions, all at once.
         directions.clear();
-        directions.extend(self.order.iter().map(|&index| frame.cosine(sobol.point(index, 0))));
+        directions.extend(self.order.iter().map(|&index| frame.cosine(start.sobol.point(start.first + index, 0))));
         occluded.resize(directions.len(), false);
         if self.tracer.0.is_tinted() {
-            return self.shadowed_through_glass(receiver, origin, scratch, row);
+            return self.shadowed_through_glass(start, origin, scratch, row);
         }
         self.tracer.0.occluded_from_into(origin, directions, occluded);
         // Add the basis in the directions that see the light.
-        let planes = self.receivers.planes(receiver);
         let (mut escaped, mut met) = (0_u32, 0_u32);
         for (direction, occluded) in directions.iter().zip(occluded) {
-            if is_below(planes, *direction) {
+            if is_below(start.planes, *direction) {
                 continue;
             }
             if *occluded {
@@ -86,7 +147,7 @@ impl<'a> Diffuse<'a> {
             }
         }
         // Scale the sums by the albedo, channel by channel.
-        let factors = self.factors(receiver);
+        let factors = self.factors(start);
         let (first, others) = row.split_at_mut(self.bands());
         sum.take_into([1.0; 3], first);
         for (row, factor) in others.chunks_exact_mut(self.bands()).zip(&factors[1..]) {
@@ -94,20 +155,20 @@ impl<'a> Diffuse<'a> {
         }
         first.iter_mut().for_each(|t| *t = (f64::from(*t) * factors[0]) as f32);
         let [escaped, met] = [escaped, met].map(|n| f64::from(n) * mean(factors));
-        Tally { rays: u64::from(self.options.samples), energy: vec![escaped], left: met }
+        Tally { rays: self.order.len() as u64, energy: vec![escaped], left: met }
     }
 
     /// The same where glass tints the light: each direction in which it goes has a color.
     fn shadowed_through_glass(
         &self,
-        receiver: usize,
+        start: &PathStart<'_>,
         origin: [f32; 3],
         scratch: &mut Scratch,
         row: &mut [f32],
     ) -> Tally {
-        let (planes, factors) = (self.receivers.planes(receiver), self.factors(receiver));
+        let factors = self.factors(start);
         let (mut escaped, mut met) = (0.0, 0.0);
-        for &direction in scratch.directions.iter().filter(|direction| !is_below(planes, **direction)) {
+        for &direction in scratch.directions.iter().filter(|direction| !is_below(start.planes, **direction)) {
             match self.tracer.0.passes_through(&Ray::new(origin, direction)) {
                 Some(tint) => {
                     scratch.sum.push(direction, tint);
@@ -117,24 +178,24 @@ impl<'a> Diffuse<'a> {
             }
         }
         scratch.sum.take_into(factors, row);
-        Tally { rays: u64::from(self.options.samples), energy: vec![escaped], left: met }
+        Tally { rays: self.order.len() as u64, energy: vec![escaped], left: met }
     }
 
-    fn interreflected(&self, seed: u64, receiver: usize, scratch: &mut Scratch, row: &mut [f32]) -> Tally {
-        let (sobol, frame, origin) = self.start(seed, receiver);
-        let factors = self.factors(receiver);
+    fn interreflected(&self, start: &PathStart<'_>, scratch: &mut Scratch, row: &mut [f32]) -> Tally {
+        let (frame, origin) = self.frame_and_origin(start);
+        let factors = self.factors(start);
         let energy = |throughput: [f32; 3]| (0..3).map(|c| f64::from(throughput[c]) * factors[c]).sum::<f64>() / 3.0;
-        let planes = self.receivers.planes(receiver);
         let mut tally = Tally { energy: vec![0.0; self.bounces + 1], ..Tally::default() };
         for &index in &self.order {
             // Start a path in a cosine-weighted direction.
-            let direction = frame.cosine(sobol.point(index, 0));
-            if is_below(planes, direction) {
+            let number = start.first + index;
+            let direction = frame.cosine(start.sobol.point(number, 0));
+            if is_below(start.planes, direction) {
                 continue;
             }
             // Follow it to its end.
             let ray = Ray::new(origin, direction);
-            match self.tracer.follow(ray, self.bounces, &sobol, index, &mut tally.rays) {
+            match self.tracer.follow(ray, self.bounces, start.sobol, number, &mut tally.rays) {
                 // Add the basis where the path escapes, times its throughput.
                 PathEnd::Escaped { direction, throughput, bounce } => {
                     scratch.sum.push(direction, throughput);
@@ -148,23 +209,34 @@ impl<'a> Diffuse<'a> {
         tally
     }
 
-    /// The sequences, the axes and the origin of a receiver's paths.
-    fn start(&self, seed: u64, receiver: usize) -> (Sobol, Frame, [f32; 3]) {
-        let (position, normal) = (self.receivers.positions()[receiver], self.receivers.normals()[receiver]);
-        let sobol = Sobol::at_place(seed, position.into_iter().chain(normal), self.bounces);
-        (sobol, Frame::about(normal), self.tracer.origin_above(position, self.receivers.lift(receiver)))
+    /// Whether a point is inside of a solid, or of a gap narrower than `gap`: whether every one of 16 rays, uniform over the
+    /// hemisphere, meets a back side, or anything nearer than that.
+    ///
+    /// Points below a roof that has no ceiling are not: rays along the surface leave.
+    pub(crate) fn is_buried(&self, start: &PathStart<'_>, gap: f32) -> bool {
+        /// A point in the open is taken for a buried one by chance if it sees less than a tenth of what is around it.
+        const RAYS: u32 = 16;
+        let (frame, origin) = self.frame_and_origin(start);
+        (0..RAYS).all(|index| {
+            let direction = frame.hemisphere(start.sobol.point(index, 0));
+            let (hit, _) = self.tracer.0.closest_through(&Ray::new(origin, direction));
+            hit.is_some_and(|hit| hit.t < gap || self.is_met_from_behind(&hit, direction))
+        })
     }
 
-    fn albedo(&self, receiver: usize) -> [f64; 3] {
-        match self.options.albedo {
-            AlbedoMode::Vertex => self.receivers.albedos()[receiver].map(f64::from),
-            AlbedoMode::None => [1.0; 3],
-        }
+    fn is_met_from_behind(&self, hit: &Hit, direction: [f32; 3]) -> bool {
+        let normal = self.tracer.0.scene().surface(hit).geometric_normal;
+        Vec3::from(normal).dot(Vec3::from(direction)) > 0.0
+    }
+
+    /// The axes of the directions of a point, and the origin of its rays.
+    fn frame_and_origin(&self, start: &PathStart<'_>) -> (Frame, [f32; 3]) {
+        (Frame::about(start.normal), self.tracer.origin_above(start.position, start.lift))
     }
 
     /// The factors of the sums over escaping paths, by channel.
-    fn factors(&self, receiver: usize) -> [f64; 3] {
-        self.albedo(receiver).map(|rho| rho / f64::from(self.options.samples))
+    fn factors(&self, start: &PathStart<'_>) -> [f64; 3] {
+        start.albedo.map(|rho| rho / self.order.len() as f64)
     }
 
     fn bands(&self) -> usize {
@@ -184,29 +256,32 @@ impl Estimator for Diffuse<'_> {
     }
 
     fn row(&self) -> usize {
-        self.bands() * self.channels.count()
+        self.paths.row()
     }
 
     fn paths(&self) -> usize {
-        self.order.len()
+        self.paths.count()
     }
 
     fn scratch(&self) -> Scratch {
-        // Visibility alone has no hue, unless by glass.
-        let channels =
-            if self.options.mode.reflects() || self.tracer.0.is_tinted() { self.channels.count() } else { 1 };
-        Scratch { sum: BasisSum::new(self.options.order, channels), directions: Vec::new(), occluded: Vec::new() }
+        self.paths.scratch()
     }
 
     fn seed(&self) -> u64 {
-        self.options.seed
+        self.paths.options.seed
     }
 
     fn estimate(&self, seed: u64, receiver: usize, scratch: &mut Scratch, row: &mut [f32]) -> Tally {
-        match self.options.mode {
-            BakeMode::Unshadowed => self.unshadowed(receiver, row),
-            BakeMode::Shadowed => self.shadowed(seed, receiver, scratch, row),
-            BakeMode::Interreflected | BakeMode::Glossy => self.interreflected(seed, receiver, scratch, row),
-        }
+        let (position, normal) = (self.receivers.positions()[receiver], self.receivers.normals()[receiver]);
+        let start = PathStart {
+            position,
+            normal,
+            lift: self.receivers.lift(receiver),
+            planes: self.receivers.planes(receiver),
+            albedo: self.albedo(receiver),
+            sobol: &Sobol::at_place(seed, position.into_iter().chain(normal), self.paths.bounces),
+            first: 0,
+        };
+        self.paths.transfer(&start, scratch, row)
     }
 }

@@ -2,10 +2,8 @@
 //!
 //! Read `options` first, then `bake`, which all kinds of bakes share; `tracer` follows a path; `diffuse` sums vectors
 //! of matte receivers by `basis_sum`, `glossy` sums matrices by `outer_sum`, `transfer_grid` bakes matrices in space.
-//! `pilot` finds beforehand the number of bounces, `adaptive` splits edges where transfer changes. Uses `job`,
-//! `receivers`, `sampling` and `transfer`.
+//! `pilot` finds beforehand the number of bounces. Uses `job`, `receivers`, `sampling` and `transfer`.
 
-pub(crate) mod adaptive;
 pub(crate) mod bake;
 pub(crate) mod basis_sum;
 pub(crate) mod diffuse;

@@ -201,6 +201,11 @@ impl StoredRows {
         Ok(())
     }
 
+    /// The file that they are in.
+    pub(crate) fn path(&self) -> &Path {
+        self.records.path()
+    }
+
     /// All rows.
     pub(crate) fn load(&self) -> Result<Vec<f32>, PrtError> {
         let row = self.layout.row();

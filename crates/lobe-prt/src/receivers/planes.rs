@@ -35,7 +35,7 @@ impl Planes {
     ///
     /// Vertices of equal position and normal share theirs, because surfaces are cut along seams of texture coordinates.
     pub(crate) fn at_vertices(scene: &Scene) -> Self {
-        let numbers = numbers(scene);
+        let numbers = shared_vertices(scene);
         let normals: Vec<[f32; 3]> = scene.meshes().iter().flat_map(Mesh::normals).copied().collect();
         // Count the triangles around each number, but where one has the normal of the vertex.
         const FLAT: u32 = u32::MAX;
@@ -75,10 +75,7 @@ impl Planes {
     /// normal map, point below the triangle.
     pub(crate) fn push(&mut self, normal: [f32; 3], vertex_normal: [f32; 3], plane: [f32; 3]) {
         let begin = self.normals.len() as u32;
-        let plane = turned(wide(plane), vertex_normal);
-        if wide(plane).dot(wide(normal)) <= SAME {
-            self.normals.push(plane);
-        }
+        self.normals.extend(plane_of_point(normal, vertex_normal, plane));
         self.ranges.push([begin, self.normals.len() as u32]);
     }
 
@@ -105,9 +102,16 @@ impl Planes {
     }
 }
 
+/// The plane of the triangle that a point with this normal lies on, on the lit side, which is that of `vertex_normal`; none
+/// if the two normals are the same.
+pub(crate) fn plane_of_point(normal: [f32; 3], vertex_normal: [f32; 3], plane: [f32; 3]) -> Option<[f32; 3]> {
+    let plane = turned(wide(plane), vertex_normal);
+    (wide(plane).dot(wide(normal)) <= SAME).then_some(plane)
+}
+
 /// For each vertex of all meshes the first one with its position and normal. Only those at borders are compared:
 /// others have all their triangles.
-fn numbers(scene: &Scene) -> Vec<u32> {
+pub(crate) fn shared_vertices(scene: &Scene) -> Vec<u32> {
     let mut shared: HashMap<[[u32; 3]; 2], u32> = HashMap::new();
     let mut numbers = Vec::with_capacity(scene.vertex_count());
     for mesh in scene.meshes() {

@@ -193,17 +193,21 @@ impl Receivers {
     /// If there is no such receiver.
     #[must_use]
     pub fn lift(&self, receiver: usize) -> [f32; 3] {
-        let normal = self.normals[receiver];
-        match self.planes(receiver) {
-            [plane] if Vec3::from(*plane).dot(Vec3::from(normal)) < FAR_OFF => *plane,
-            _ => normal,
-        }
+        lift_of(self.normals[receiver], self.planes(receiver))
     }
 
     /// Whether all albedos are gray.
     #[must_use]
     pub fn is_gray(&self) -> bool {
         self.albedos.iter().all(|[r, g, b]| r == g && g == b)
+    }
+}
+
+/// The vector along which rays are lifted above a point with this normal on triangles in these planes.
+pub(crate) fn lift_of(normal: [f32; 3], planes: &[[f32; 3]]) -> [f32; 3] {
+    match planes {
+        [plane] if Vec3::from(*plane).dot(Vec3::from(normal)) < FAR_OFF => *plane,
+        _ => normal,
     }
 }
 

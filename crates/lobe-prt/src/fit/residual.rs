@@ -1,0 +1,211 @@
+//! The residual of a triangle: what no values at its corners can fit of its transfer.
+
+use glam::{DMat3, DVec3};
+use lobe_scene::{Bvh, Scene, SurfaceRays};
+
+use crate::bake::diffuse::{DiffusePaths, Scratch as PathScratch};
+use crate::fit::surface_points::{SurfacePoint, area};
+use crate::fit::triangle_moments::TriangleMoments;
+use crate::job::chunks::{Estimator, Tally};
+use crate::sampling::sobol::{coherent_order, hash};
+use crate::{BakeMode, BakeOptions};
+
+/// Paths of a half of a point.
+const PATHS: u32 = 8;
+
+/// Points in a triangle: enough for the three numbers of a linear function and as many that test it, and as many as find
+/// the shadow of a small body on a large floor.
+const POINTS: [u32; 2] = [6, 256];
+
+/// The measure of transfer, and how far the nearest function linear in the triangle is from it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Residual {
+    /// `∫ ‖T - linear‖² dA`.
+    pub(crate) error: f64,
+    /// `∫ ‖T‖² dA`.
+    pub(crate) energy: f64,
+    /// The variance of the error's estimate.
+    pub(crate) variance: f64,
+}
+
+impl Residual {
+    pub(crate) const NUMBERS: usize = 3;
+
+    /// Error and energy, and the standard deviation of the error.
+    pub(crate) fn numbers(self) -> [f32; Self::NUMBERS] {
+        [self.error as f32, self.energy as f32, self.variance.sqrt() as f32]
+    }
+
+    pub(crate) fn of_numbers(numbers: [f32; Self::NUMBERS]) -> Self {
+        let [error, energy, deviation] = numbers.map(f64::from);
+        Self { error, energy, variance: deviation * deviation }
+    }
+}
+
+/// The estimator of residuals, without bias.
+///
+/// ```text
+///   ‖T‖² = Σ over bands l and orders m of  T_lm² / (l + 1)²
+///   ∫ ‖T - linear‖² dA ≈ |t|/(K - 3) (Σ_k ⟨T'_k, T''_k⟩ - Σ_ab m'_a G⁻¹_ab m''_b),   G_ab = Σ_k φ_a φ_b,  m_a = Σ_k φ_a T_k
+/// ```
+///
+/// T' and T'' are estimates of the same point by different paths: the noise of the one is independent of that of the
+/// other, and adds nothing to their product on average. Bands count as much as they have in photographed skies, about.
+/// Points that nobody sees are left out.
+#[derive(Debug)]
+pub(crate) struct Residuals<'a> {
+    paths: DiffusePaths<'a>,
+    seed: u64,
+    is_traced: bool,
+    /// The weight of each number of a transfer vector.
+    weights: Vec<f64>,
+    gap: f32,
+    /// Points for a unit of area.
+    density: f64,
+}
+
+/// The buffers of a thread.
+pub(crate) struct Scratch {
+    paths: PathScratch,
+    row: Vec<f32>,
+    points: Vec<[f64; 3]>,
+    /// The two estimates of each point, weighted.
+    halves: [Vec<f64>; 2],
+}
+
+impl<'a> Residuals<'a> {
+    /// Rays go through `scene`; the triangles are those of one that is split of it. `density` is the number of points for a
+    /// unit of area.
+    pub(crate) fn new(scene: &'a Scene, bvh: &'a Bvh, options: &'a BakeOptions, density: f64, gap: f32) -> Self {
+        let is_traced = options.mode != BakeMode::Unshadowed;
+        let order = if is_traced { coherent_order(PATHS) } else { Vec::new() };
+        let channels = TriangleMoments::channels(scene, options);
+        let paths = DiffusePaths::new(SurfaceRays::new(scene, bvh), options, order, channels);
+        let of_band = |l: usize| std::iter::repeat_n(1.0 / (l + 1) as f64, 2 * l + 1);
+        let weights: Vec<f64> = (0..channels.count()).flat_map(|_| (0..options.order).flat_map(of_band)).collect();
+        Self { paths, seed: options.seed, is_traced, weights, gap, density }
+    }
+
+    fn scratch(&self) -> Scratch {
+        let row = vec![0.0; self.paths.row()];
+        Scratch { paths: self.paths.scratch(), row, points: Vec::new(), halves: Default::default() }
+    }
+
+    /// The residual of a triangle of a split scene.
+    fn of(&self, split: &Scene, triangle: usize, scratch: &mut Scratch) -> (Residual, u64) {
+        let (mesh, number) = split.locate(triangle);
+        let size = area(split.meshes()[mesh].corners(number));
+        if size <= 0.0 {
+            return (Residual::default(), 0);
+        }
+        let count = ((size * self.density) as u32).clamp(POINTS[0], POINTS[1]);
+        // The two estimates have sequences of their own: blocks of one sequence complement each other, and are no
+        // independent witnesses.
+        let of = |half: u64| SurfacePoint::sequences(split, hash([self.seed, half]), triangle, self.paths.bounces);
+        let [[places, first], [_, second]] = [0, 1].map(of);
+        scratch.points.clear();
+        scratch.halves.iter_mut().for_each(Vec::clear);
+        let mut rays = 0;
+        for index in 0..count {
+            let point = SurfacePoint::new(split, triangle, index, &places);
+            let start = |half: usize| point.start([&first, &second][half], index * PATHS);
+            // Bake the two halves of the point, unless nobody sees it.
+            let mut is_dark = self.is_traced;
+            for half in 0..2 {
+                let tally = self.paths.transfer(&start(half), &mut scratch.paths, &mut scratch.row);
+                rays += tally.rays;
+                is_dark &= tally.energy.iter().all(|&energy| energy == 0.0);
+                let weighted = scratch.row.iter().zip(&self.weights).map(|(t, weight)| f64::from(*t) * weight);
+                scratch.halves[half].extend(weighted);
+            }
+            if is_dark && self.paths.is_buried(&start(0), self.gap) {
+                let row = self.weights.len();
+                scratch.halves.iter_mut().for_each(|half| half.truncate(half.len() - row));
+            } else {
+                scratch.points.push(point.weights);
+            }
+        }
+        // What is buried counts by its visible part alone.
+        let visible = scratch.points.len() as f64 / f64::from(count);
+        let found = residual(&scratch.points, &scratch.halves, self.weights.len());
+        let size = size * visible;
+        let Residual { error, energy, variance } = found;
+        (Residual { error: error * size, energy: energy * size, variance: variance * size * size }, rays)
+    }
+}
+
+/// The residuals of some triangles of a split scene, as rows of [`Residual::numbers`].
+#[derive(Debug)]
+pub(crate) struct RoundOfResiduals<'a> {
+    pub(crate) residuals: &'a Residuals<'a>,
+    pub(crate) split: &'a Scene,
+    pub(crate) triangles: &'a [usize],
+}
+
+impl Estimator for RoundOfResiduals<'_> {
+    type Scratch = Scratch;
+
+    fn receivers(&self) -> usize {
+        self.triangles.len()
+    }
+
+    fn row(&self) -> usize {
+        Residual::NUMBERS
+    }
+
+    fn paths(&self) -> usize {
+        (POINTS[0] * 2 * PATHS) as usize
+    }
+
+    fn scratch(&self) -> Scratch {
+        self.residuals.scratch()
+    }
+
+    fn seed(&self) -> u64 {
+        self.residuals.seed
+    }
+
+    fn estimate(&self, _: u64, number: usize, scratch: &mut Scratch, row: &mut [f32]) -> Tally {
+        let (residual, rays) = self.residuals.of(self.split, self.triangles[number], scratch);
+        row.copy_from_slice(&residual.numbers());
+        Tally { rays, energy: vec![0.0], left: 0.0 }
+    }
+}
+
+/// The residual of a triangle of unit area.
+///
+/// ```text
+///   variance = Σ_i s_i⁴ / (K - 3),      s_i² = Σ_k (T'_ki - T''_ki)² / 2K
+/// ```
+fn residual(points: &[[f64; 3]], [first, second]: &[Vec<f64>; 2], row: usize) -> Residual {
+    let count = points.len();
+    if count == 0 {
+        return Residual::default();
+    }
+    let energy = first.iter().zip(second).map(|(a, b)| a * b).sum::<f64>();
+    let mut gram = DMat3::ZERO;
+    for &phi in points {
+        let phi = DVec3::from(phi);
+        gram += DMat3::from_cols(phi * phi.x, phi * phi.y, phi * phi.z);
+    }
+    // Few points fit exactly.
+    if count <= 3 || gram.determinant() <= f64::EPSILON {
+        return Residual { energy: energy / count as f64, ..Residual::default() };
+    }
+    let inverse = gram.inverse();
+    let (mut fitted, mut fourth) = (0.0, 0.0);
+    for k in 0..row {
+        let numbers = || first[k..].iter().step_by(row).zip(second[k..].iter().step_by(row));
+        let mut moments = [DVec3::ZERO; 2];
+        let mut square = 0.0;
+        for (&phi, (a, b)) in points.iter().zip(numbers()) {
+            moments[0] += DVec3::from(phi) * *a;
+            moments[1] += DVec3::from(phi) * *b;
+            square += 0.5 * (a - b) * (a - b);
+        }
+        fitted += moments[0].dot(inverse * moments[1]);
+        fourth += (square / count as f64).powi(2);
+    }
+    let freedom = (count - 3) as f64;
+    Residual { error: (energy - fitted) / freedom, energy: energy / count as f64, variance: fourth / freedom }
+}

@@ -1,0 +1,92 @@
+//! The regularization of a fit: second differences across edges.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+use lobe_scene::Scene;
+
+use crate::receivers::inset::wide;
+
+/// Two triangles with a common edge, unfolded into a plane.
+///
+/// ```text
+///   E = A (k·v)²,   k ∝ (cot bₖ + cot bₗ,  cot aₖ + cot aₗ,  -cot aₖ - cot bₖ,  -cot aₗ - cot bₗ),   |k| = 1
+/// ```
+///
+/// v are the values at the ends a and b of the edge and at the corners k and l opposite to it, cot aₖ is the cotangent of
+/// the angle at a in the triangle of k, A the area of both. k·v is 0 for linear functions: it is the change of slope across
+/// the edge [Bergou, Wardetzky, Harmon, Zorin and Grinspun 2006], made free of units so that thin triangles count no more
+/// than others.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Hinge {
+    pub(crate) unknowns: [u32; 4],
+    pub(crate) weights: [f64; 4],
+    pub(crate) area: f64,
+}
+
+/// The hinges of all edges of two triangles. `unknowns` are those of the vertices of all meshes; edges whose ends have
+/// values of their own in each triangle, creases, are none.
+pub(crate) fn hinges(scene: &Scene, unknowns: &[u32]) -> Vec<Hinge> {
+    // Find the triangles of each edge: the third corner of each, first come first.
+    let mut sides: HashMap<[u32; 2], Side> = HashMap::new();
+    let mut hinges = Vec::new();
+    let mut first = 0;
+    for mesh in scene.meshes() {
+        for triangle in mesh.triangles() {
+            let corners = triangle.map(|v| v as usize);
+            let own = corners.map(|v| unknowns[first + v]);
+            let at = corners.map(|v| wide(mesh.positions()[v]));
+            for k in 0..3 {
+                let [i, j, l] = [k, (k + 1) % 3, (k + 2) % 3];
+                let [a, b] = if own[i] < own[j] { [i, j] } else { [j, i] };
+                if own[a] == own[b] {
+                    continue;
+                }
+                let side = Side::new(own[l], at[a], at[b], at[l]);
+                let known = sides.entry([own[a], own[b]]).or_insert(Side::NONE);
+                hinges.extend(known.meet(side, [own[a], own[b]]));
+            }
+        }
+        first += mesh.positions().len();
+    }
+    hinges
+}
+
+/// A triangle beside an edge.
+#[derive(Clone, Copy)]
+struct Side {
+    opposite: u32,
+    /// The cotangents of the angles at the ends of the edge.
+    cotangents: [f64; 2],
+    area: f64,
+    /// Triangles that were met.
+    count: u32,
+}
+
+impl Side {
+    const NONE: Self = Self { opposite: 0, cotangents: [0.0; 2], area: 0.0, count: 0 };
+
+    fn new(opposite: u32, a: DVec3, b: DVec3, c: DVec3) -> Self {
+        let double = (b - a).cross(c - a).length();
+        let cotangents = [(b - a).dot(c - a) / double, (a - b).dot(c - b) / double];
+        Self { opposite, cotangents, area: 0.5 * double, count: 1 }
+    }
+
+    /// Keeps the first triangle of an edge, and makes a hinge of it and the second one.
+    fn meet(&mut self, other: Self, [a, b]: [u32; 2]) -> Option<Hinge> {
+        self.count += 1;
+        if self.count == 1 {
+            *self = other;
+            return None;
+        }
+        let ([ak, bk], [al, bl]) = (self.cotangents, other.cotangents);
+        let weights = [bk + bl, ak + al, -ak - bk, -al - bl];
+        let length = weights.iter().map(|w| w * w).sum::<f64>().sqrt();
+        let is_sound = self.count == 2 && self.opposite != other.opposite && length.is_finite() && length > 0.0;
+        is_sound.then(|| Hinge {
+            unknowns: [a, b, self.opposite, other.opposite],
+            weights: weights.map(|w| w / length),
+            area: self.area + other.area,
+        })
+    }
+}
