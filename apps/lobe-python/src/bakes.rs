@@ -55,7 +55,7 @@ pub(crate) struct Bake {
     /// Where the scene was read, which no result may replace.
     source: SceneInput,
     work: BakeWork,
-    /// All that a glTF file holds, unless its scene was split.
+    /// All that a glTF file holds.
     document: Option<GltfDocument>,
     /// The pose of the scene, if its file poses it.
     pose: Option<ScenePose>,
@@ -195,12 +195,9 @@ impl Bake {
         let options = settings.options()?;
         let (source, asked) = (scene.clone(), settings.clone());
         let made = answered(py, usize::MAX, move || {
-            let Read { found: (mut found, mut document, pose), remarks } = source.with_document()?;
+            let Read { found: (mut found, document, pose), remarks } = source.with_document()?;
             if let Some(max_edge) = asked.max_edge {
                 found = found.split_edges(max_edge as f32)?;
-            }
-            if asked.max_edge.is_some() || asked.adaptive.is_some() {
-                document = None;
             }
             Ok(Read { found: (asked.work(found, options)?, document, pose), remarks })
         })?;

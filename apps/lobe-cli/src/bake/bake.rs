@@ -28,8 +28,8 @@ impl Bake {
         if !self.fresh {
             checkpoint.check_kind(self.is_split())?;
         }
-        // A .glb keeps what a glTF file holds beside the scene, unless the scene is changed.
-        let is_kept = self.is_glb() && !self.is_split() && self.splitting.max_edge.is_none();
+        // A .glb keeps what a glTF file holds beside the scene.
+        let is_kept = self.is_glb();
         let ReadScene { scene, document, pose } = OpenScene::read(&self.input, &self.memory, is_kept, talk)?;
         self.tell_of_normal_maps(&scene, talk);
         let scene = self.splitting.split_long(scene)?;
@@ -108,7 +108,7 @@ impl Bake {
         if self.is_glb() {
             self.check_document(scene)?;
         }
-        let glb = if self.is_glb() { Some(self.glb(scene, document, talk)?) } else { None };
+        let glb = if self.is_glb() { Some(self.glb(scene, document)?) } else { None };
         let work = self.work(scene)?;
         // Refuse an output that has no room, before the bake.
         let channels = work.channels();
@@ -184,15 +184,13 @@ impl Bake {
         self.memory.check(&what, numbers + TexelReceivers::bytes_for(width), "fewer --texels, or a lower --order")
     }
 
-    fn glb(&self, scene: &Scene, document: Option<GltfDocument>, talk: Talk) -> anyhow::Result<BakedGlb> {
-        if let Some(document) = document {
-            return BakedGlb::of_document(document, scene).map_err(|error| anyhow!("{}: {error}", self.input.name()));
+    fn glb(&self, scene: &Scene, document: Option<GltfDocument>) -> anyhow::Result<BakedGlb> {
+        match document {
+            Some(document) => {
+                BakedGlb::of_document(document, scene).map_err(|error| anyhow!("{}: {error}", self.input.name()))
+            }
+            None => Ok(BakedGlb::of_scene(scene)),
         }
-        if self.input.is_gltf() {
-            let text = "split, so what the file holds beside its triangles, base colors, normals and their textures is left out";
-            talk.note(&self.input.name(), text);
-        }
-        Ok(BakedGlb::of_scene(scene))
     }
 
     /// The recipe: everything that decides the bytes of the output, and nothing that differs from run to run.

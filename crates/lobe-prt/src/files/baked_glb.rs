@@ -52,11 +52,13 @@ impl BakedGlb {
     ///
     /// A mesh that several nodes show has different transfer at each: further nodes get a copy of the mesh that shares
     /// its data. Meshes that only nodes outside of the scene show stay without transfer, and transfer of an earlier
-    /// bake is taken out.
+    /// bake is taken out. The scene may have been split since it was read, alike at all nodes or not: the attributes of
+    /// meshes with [`halved`](Mesh::halved) edges are interpolated, as [`GltfDocument::subdivided`] says.
     ///
     /// # Errors
     /// [`PrtError::Options`] if the scene is not this file's; [`PrtError::Unsupported`] or [`PrtError::Invalid`] if the file was
-    /// baked by another version, whose transfer cannot be taken out.
+    /// baked by another version, whose transfer cannot be taken out; [`PrtError::Scene`] if attributes of a mesh that was
+    /// split are not in the document.
     pub fn of_document(document: GltfDocument, scene: &Scene) -> Result<Self, PrtError> {
         let mut document = document;
         let earlier = &document.json["asset"]["extras"]["lobe"];
@@ -71,23 +73,27 @@ impl BakedGlb {
         let sources = sources.ok_or_else(foreign)?;
         remove_earlier_transfer(&mut document);
         let own = give_nodes_own_meshes(&mut document.json, &sources);
-        let mut places = Vec::new();
+        let (mut places, mut split) = (Vec::new(), Vec::new());
         for (mesh, source) in scene.meshes().iter().zip(&sources) {
             let place = Place {
                 mesh: own.get(&source.node).copied().unwrap_or(source.mesh),
                 primitive: source.primitive,
                 vertices: mesh.positions().len(),
             };
-            if vertices_in_file(&document.json, place) != Some(place.vertices as u64) {
+            let own = place.vertices - mesh.halved().len();
+            if vertices_in_file(&document.json, place) != Some(own as u64) {
                 return Err(foreign());
+            }
+            if own < place.vertices {
+                split.push(([place.mesh, place.primitive], mesh));
             }
             places.push(place);
         }
+        let document = document.subdivided(&split)?;
         Ok(Self { document, places })
     }
 
-    /// A scene that is in no glTF file as it is: one that was split, made by a formula or read from another kind of
-    /// file.
+    /// A scene that is in no glTF file: one that was made by a formula or read from another kind of file.
     #[must_use]
     pub fn of_scene(scene: &Scene) -> Self {
         let place = |(i, mesh): (usize, &Mesh)| Place { mesh: i, primitive: 0, vertices: mesh.positions().len() };

@@ -230,6 +230,42 @@ fn a_gltf_file_keeps_all_it_has_and_every_node_has_transfer_of_its_own() {
 }
 
 #[test]
+fn a_file_whose_nodes_were_split_differently_keeps_all_it_has() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = rich_file(&folder);
+    let (scene, _, document) =
+        GltfReader::open(&input, &SceneReadOptions::default()).and_then(GltfReader::into_scene_and_document).unwrap();
+    // The ground, and one of two balls that share a mesh, which the other and a node outside keep.
+    let split = scene.halve_edges(|mesh, [a, b]| mesh < 2 && (a + b) % 3 == 0).unwrap().0;
+    let split = split.halve_edges(|mesh, [a, b]| mesh == 0 && (a + b) % 3 == 1).unwrap().0;
+    let counts: Vec<_> = split.meshes().iter().map(|mesh| mesh.halved().len()).collect();
+    assert!(counts[0] > 0 && counts[1] > 0 && counts[2] == 0, "{counts:?} edges halved");
+    let transfer = transfer_of(&split, 3, Channels::Rgb);
+    let path = folder.path().join("baked.glb");
+    let baked = BakedGlb::of_document(document, &split).unwrap();
+    baked.write(&path, &transfer, &Recipe::default(), Job::default()).unwrap();
+
+    let found = read_baked(&path, &SceneReadOptions::default()).unwrap();
+    assert_eq!(found.transfer, transfer, "transfer of all nodes");
+    for (found, expected) in found.scene.meshes().iter().zip(split.meshes()) {
+        assert_eq!(found.triangles(), expected.triangles(), "triangles of {}", expected.name());
+        let both = found.positions().as_flattened().iter().zip(expected.positions().as_flattened());
+        let off = both.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(off < 1e-6, "positions of {} are off by {off}", expected.name());
+    }
+    let (json, _) = parts_of(&path);
+    let count = |mesh: usize| {
+        let position = &json["meshes"][mesh]["primitives"][0]["attributes"]["POSITION"];
+        json["accessors"][position.as_u64().unwrap() as usize]["count"].as_u64().unwrap() as usize
+    };
+    assert_eq!(count(1), scene.meshes()[1].positions().len(), "the node outside");
+    let input: Value = serde_json::from_slice(&fs::read(&input).unwrap()).unwrap();
+    for pointer in ["/cameras", "/extensions", "/materials", "/textures", "/scenes", "/asset/copyright"] {
+        assert_eq!(json.pointer(pointer), input.pointer(pointer), "{pointer}");
+    }
+}
+
+#[test]
 fn baking_again_replaces_the_transfer_and_adds_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let input = rich_file(&folder);
@@ -401,8 +437,6 @@ fn what_does_not_belong_together_is_not_written() {
     };
     let error = BakedGlb::of_document(document(), &other).unwrap_err().to_string();
     assert_eq!(error, "expected the glTF document that the scene was read with; write the scene itself", "another");
-    let split = scene.split_edges(0.3).unwrap();
-    assert!(BakedGlb::of_document(document(), &split).is_err(), "a scene that was split");
     let path = folder.path().join("baked.glb");
     let transfer = transfer_of(&other, 2, Channels::Gray);
     let error = glb_of_file(&input).write(&path, &transfer, &Recipe::default(), Job::default()).unwrap_err();

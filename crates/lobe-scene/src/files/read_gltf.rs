@@ -142,6 +142,7 @@ fn read_primitive(
         colors: optional(attribute(Semantic::Colors(0)), |index| accessors.vectors("COLOR_0", index, source))?,
         material: primitive.material.map(|material| material.value()),
         source: Some(place),
+        halved: Vec::new(),
     }))
 }
 

@@ -396,6 +396,7 @@ impl Obj {
             colors: complete(&corners, colors, name, "colors", source),
             material: material_of(model, materials, !self.libraries.is_empty(), source),
             source: None,
+            halved: Vec::new(),
             name: name.clone(),
         }
     }

@@ -28,6 +28,9 @@ pub struct MeshParts {
     pub material: Option<usize>,
     /// The origin of the mesh in its file.
     pub source: Option<MeshSource>,
+    /// The edges whose middles the last vertices are, in their order: two earlier vertices each. Splitting appends to
+    /// them, so that the vertices before are those of the file.
+    pub halved: Vec<[u32; 2]>,
 }
 
 /// The origin of a mesh in a glTF file: one primitive, as one node shows it.
@@ -153,6 +156,13 @@ impl Mesh {
     #[must_use]
     pub fn source(&self) -> Option<MeshSource> {
         self.parts.source
+    }
+
+    /// The edges whose middles the last vertices are, in their order; empty where nothing was split. The ends of an edge
+    /// are earlier vertices, middles among them.
+    #[must_use]
+    pub fn halved(&self) -> &[[u32; 2]] {
+        &self.parts.halved
     }
 
     /// The number of triangles without area that were dropped.
@@ -339,6 +349,7 @@ fn check(parts: &MeshParts) -> Result<(), String> {
     check_attribute("texture coordinates of set 1", &parts.uvs[1], count)?;
     check_attribute("colors", &parts.colors, count)?;
     check_tangents(parts)?;
+    check_halved(parts)?;
     if let Some(i) = parts.colors.iter().position(|color| color.iter().any(|c| !(0.0..=1.0).contains(c))) {
         return Err(format!("expected colors from 0 to 1, found {:?} at vertex {i}", parts.colors[i]));
     }
@@ -369,6 +380,19 @@ fn check_tangents(parts: &MeshParts) -> Result<(), String> {
     match parts.tangents.iter().position(|corners| !corners.as_flattened().iter().all(|c| c.is_finite())) {
         None => Ok(()),
         Some(t) => Err(format!("expected finite tangents, found {:?} at triangle {t}", parts.tangents[t])),
+    }
+}
+
+/// The ends of an edge stand before its middle.
+fn check_halved(parts: &MeshParts) -> Result<(), String> {
+    let (count, halved) = (parts.positions.len(), &parts.halved);
+    let Some(first) = count.checked_sub(halved.len()) else {
+        return Err(format!("expected at most {count} halved edges, one for each vertex, found {}", halved.len()));
+    };
+    let is_late = |(k, ends): (usize, &[u32; 2])| ends.iter().any(|&end| end as usize >= first + k);
+    match halved.iter().enumerate().position(is_late) {
+        None => Ok(()),
+        Some(k) => Err(format!("expected ends of edges before their middle {}, found {:?}", first + k, halved[k])),
     }
 }
 

@@ -20,7 +20,7 @@ impl Scene {
     /// Longest edges are halved first. Whether an edge is split, and where, depends on its two end points alone, so it
     /// is split alike in all triangles that have it, in other meshes too: no triangle's corner comes to lie on
     /// another's edge, and a watertight scene stays watertight. New vertices have the mean of all attributes; the first
-    /// vertices of each mesh are the old ones, in their order.
+    /// vertices of each mesh are the old ones, in their order, and [`Mesh::halved`] says where the others come from.
     ///
     /// # Errors
     /// [`SceneError::Options`] if `max_edge` is not above zero, or the scene would have more than 2²⁶ triangles.
@@ -211,6 +211,7 @@ impl MeshParts {
         push_mean(&mut self.normals, a, b);
         self.uvs.iter_mut().for_each(|uvs| push_mean(uvs, a, b));
         push_mean(&mut self.colors, a, b);
+        self.halved.push([a as u32, b as u32]);
         (self.positions.len() - 1) as u32
     }
 }

@@ -23,5 +23,6 @@ mod read_gltf;
 mod read_obj_ply;
 mod read_posed;
 mod split_edges;
+mod subdivided;
 mod textures;
 mod write_gltf;

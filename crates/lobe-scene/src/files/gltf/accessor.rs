@@ -21,6 +21,9 @@ struct Elements<'a> {
 /// The one element of an accessor without a buffer view: at most sixteen floats.
 static ZEROS: [u8; 64] = [0; 64];
 
+/// The numbers of a 4 × 4 matrix, the largest element.
+const MOST_COMPONENTS: usize = 16;
+
 /// The accessors of a file, with the place for error messages.
 pub(crate) struct Accessors<'a> {
     pub(crate) file: &'a GltfFile,
@@ -142,6 +145,19 @@ impl<'a> Accessors<'a> {
         let mut values: Vec<&[u8]> = (0..elements.count).map(|i| elements.raw(i)).collect();
         self.overwrite(accessor, &mut values, &elements, source, Elements::raw)?;
         Ok(values.concat())
+    }
+
+    /// All numbers of an accessor as floats, one element after the other, and how many each has.
+    pub(crate) fn floats(&self, index: Index<Accessor>, source: &Source<'_>) -> Result<(Vec<f32>, usize), SceneError> {
+        let accessor = self.accessor(index, source)?;
+        let elements = self.elements(accessor, index.value(), source)?;
+        let row = |elements: &Elements<'_>, i: usize| -> [f32; MOST_COMPONENTS] {
+            std::array::from_fn(|k| if k < elements.components { elements.float(i, k) } else { 0.0 })
+        };
+        let mut rows: Vec<_> = (0..elements.count).map(|i| row(&elements, i)).collect();
+        self.overwrite(accessor, &mut rows, &elements, source, row)?;
+        let numbers = rows.iter().flat_map(|row| &row[..elements.components]).copied().collect();
+        Ok((numbers, elements.components))
     }
 
     /// The bytes of an accessor.

@@ -5,7 +5,8 @@
 //! finds the origin that they count from; `materials` reads colors and textures, `normal_maps` the tangents that belong to some;
 //! `plain` is a file in which `meshopt`, `draco`, `instancing` and `flat`
 //! have made plain what it stores otherwise, after `unfolded` has counted what it shows.
-//! Writing: `document` is a file to extend, `from_scene` creates one.
+//! Writing: `document` is a file to extend, `from_scene` creates one; `subdivided` gives primitives of a file the vertices of
+//! a split scene, with attributes of `middles`, around as `orientation` says.
 
 pub(crate) mod accessor;
 pub(crate) mod container;
@@ -18,12 +19,15 @@ pub(crate) mod from_scene;
 pub(crate) mod instancing;
 pub(crate) mod materials;
 pub(crate) mod meshopt;
+pub(crate) mod middles;
 pub(crate) mod nodes;
 pub(crate) mod normal_maps;
+pub(crate) mod orientation;
 pub(crate) mod placement;
 pub(crate) mod plain;
 pub(crate) mod primitive;
 pub(crate) mod root;
 pub(crate) mod smooth;
+pub(crate) mod subdivided;
 pub(crate) mod unfolded;
 pub(crate) mod uri;
