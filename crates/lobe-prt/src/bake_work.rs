@@ -13,8 +13,8 @@ use crate::fit::vertex_fit::{fitted, moments_on_disk, moments_shard, row_of_tria
 use crate::job::checkpoint::StoredRows;
 use crate::{
     AdaptiveOptions, AdaptiveReport, BakeMode, BakeOptions, BakeReport, Channels, NeighborhoodGrid, Pilot, PrtError,
-    Receivers, Recipe, SplitScene, StoredMatrices, StoredTransfer, TexelReceivers, Transfer, TransferRows,
-    split_adaptively, write_lightmap, write_matrices, write_neighborhood, write_transfer,
+    Receivers, Recipe, StoredMatrices, StoredTransfer, TexelReceivers, Transfer, TransferRows, split_adaptively,
+    write_lightmap, write_matrices, write_neighborhood, write_transfer,
 };
 
 /// A bake of a scene whose points are known: at its vertices, at the texels of its lightmap, or in space.
@@ -64,7 +64,8 @@ pub enum BakedRows {
 #[derive(Debug)]
 pub struct FittedTransfer {
     transfer: Transfer,
-    _moments: StoredRows,
+    #[cfg_attr(not(test), expect(dead_code, reason = "keeps the file locked"))]
+    moments: StoredRows,
 }
 
 impl FittedTransfer {
@@ -189,7 +190,7 @@ impl BakeWork {
     ///
     /// # Errors
     /// Those of [`split_adaptively`].
-    pub fn split(&self, options: &AdaptiveOptions, job: Job<'_>) -> Result<(SplitScene, AdaptiveReport), PrtError> {
+    pub fn split(&self, options: &AdaptiveOptions, job: Job<'_>) -> Result<(Scene, AdaptiveReport), PrtError> {
         split_adaptively(&self.scene, self.bvh(), options, job)
     }
 
@@ -241,7 +242,7 @@ impl BakeWork {
             Some(receivers) if self.is_fitted() => {
                 let (moments, report) = moments_on_disk(scene, bvh, receivers, options, job, pilot)?;
                 let transfer = fitted(scene, receivers, options, &moments)?;
-                Ok((BakedRows::Fitted(FittedTransfer { transfer, _moments: moments }), report))
+                Ok((BakedRows::Fitted(FittedTransfer { transfer, moments }), report))
             }
             Some(receivers) if !self.has_matrices() => {
                 let (rows, report) = bake_on_disk_knowing(scene, bvh, receivers, options, job, pilot)?;
@@ -461,6 +462,13 @@ mod tests {
             let numbers = match baked {
                 BakedRows::Transfer(rows) => rows.load().unwrap().coefficients().len(),
                 BakedRows::Matrices(rows) => rows.load().unwrap().coefficients().len(),
+                BakedRows::Fitted(rows) => {
+                    let (transfer, moments) =
+                        (rows.transfer().coefficients().len(), rows.moments.load().unwrap().len());
+                    assert_eq!(work.file_bytes(), 4 * transfer as u64, "kind {kind}: transfer of vertices");
+                    assert_eq!(work.bytes(), 4 * moments as u64, "kind {kind}: moments of triangles");
+                    continue;
+                }
             };
             assert_eq!(work.bytes(), 4 * numbers as u64, "kind {kind}");
             assert!(work.file_bytes() >= work.bytes(), "kind {kind}: texels without a triangle have numbers, too");

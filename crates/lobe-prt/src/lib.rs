@@ -72,7 +72,7 @@ pub use files::read_baked::{
     read_baked_or_scene_bytes,
 };
 pub use files::transfer_file::{read_transfer, read_transfer_bytes, write_half_transfer, write_transfer};
-pub use fit::adaptive::{AdaptiveOptions, AdaptiveReport, SplitScene, split_adaptively, split_checkpoints};
+pub use fit::adaptive::{AdaptiveOptions, AdaptiveReport, split_adaptively, split_checkpoints};
 pub use fit::vertex_fit::bake_vertices;
 pub use job::fingerprint::{fingerprint_arithmetic, fingerprint_scene, scene_hash};
 pub use receivers::lightmap::Lightmap;

@@ -26,7 +26,7 @@ fn keeps<T: serde::Serialize + serde::de::DeserializeOwned + PartialEq + Debug>(
 #[test]
 fn options_come_back_from_json_as_they_went() {
     keeps(&BakeOptions::default().order(6).samples(300));
-    keeps(&AdaptiveOptions::default().threshold(0.2));
+    keeps(&AdaptiveOptions::default().error(0.2));
     keeps(&CompressOptions::default());
     keeps(&ZonalFitOptions::default().lobes(3));
     keeps(&MapReadOptions::default().mapping(Mapping::Angular));

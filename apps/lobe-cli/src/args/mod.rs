@@ -24,3 +24,4 @@ pub(crate) mod sharing;
 pub(crate) mod transfer_input;
 pub(crate) mod turn;
 pub(crate) mod values;
+pub(crate) mod vertex_budget;

@@ -52,7 +52,7 @@ impl Bake {
         }
         report::Done {
             scene: &scene,
-            options: &self.bake_options(),
+            options: &self.bake_options(&scene),
             report: &report,
             compression: compression.as_ref(),
         }
@@ -86,14 +86,15 @@ impl Bake {
         if !self.is_split() {
             return Ok(scene);
         }
-        let work = BakeWork::at_vertices(Arc::clone(&scene), self.bake_options())?;
+        let options = self.bake_options(&scene);
+        let work = BakeWork::at_vertices(Arc::clone(&scene), options)?;
         if self.is_glb() {
             BakedGlb::of_scene(&scene).check_size(self.order, work.channels())?;
         }
         checkpoint.check_room(&self.output, work.file_bytes(), work.bytes(), 0)?;
         let (split, report) = self.splitting.split_adaptively(&work, checkpoint, talk)?;
-        talk.note(&self.input.name(), &self.splitting.note_of(&split.scene, &report));
-        Ok(Arc::new(split.scene))
+        talk.note(&self.input.name(), &self.splitting.note_of(&split, &report));
+        Ok(Arc::new(split))
     }
 
     /// Bakes what is asked for, and writes it.
@@ -145,7 +146,7 @@ impl Bake {
 
     /// The points that are asked for, and what is baked there.
     fn work(&self, scene: &Arc<Scene>) -> anyhow::Result<BakeWork> {
-        let (scene, options) = (Arc::clone(scene), self.bake_options());
+        let (scene, options) = (Arc::clone(scene), self.bake_options(scene));
         if let Some(counts) = self.grid {
             return BakeWork::in_grid(scene, counts, self.grid_box, options)
                 .map_err(|error| anyhow!("--grid: {error}; --grid-box asks for another"));
@@ -161,7 +162,7 @@ impl Bake {
     fn check_document(&self, scene: &Scene) -> anyhow::Result<()> {
         /// A million meshes of one triangle took 9.35 GB at order 1, with four accessors each.
         const BYTES_OF_ACCESSOR: u64 = 2340;
-        let channels = self.bake_options().channels_for(scene, scene.is_gray());
+        let channels = self.bake_options(scene).channels_for(scene, scene.is_gray());
         // Positions, normals and triangles, what else a mesh has, and four numbers of transfer each.
         let transfer = (self.order.pow(2) * channels.count()).div_ceil(4);
         let accessors_of = |mesh: &Mesh| {
@@ -177,7 +178,7 @@ impl Bake {
 
     /// Refuses a lightmap that takes too much memory: of an .exr picture all numbers, and the file while it grows.
     fn check_memory(&self, scene: &Scene, width: usize) -> anyhow::Result<()> {
-        let channels = self.bake_options().channels_for(scene, scene.is_gray());
+        let channels = self.bake_options(scene).channels_for(scene, scene.is_gray());
         let is_picture = has_extension(&self.output, "exr");
         let numbers = if is_picture { 2 * bytes(width * width, self.order.pow(2), channels) } else { 0 };
         let what = format!("--texels {width}");
@@ -204,7 +205,7 @@ impl Bake {
             .max_edge(self.splitting.max_edge)
             .adaptive(self.splitting.adaptive)
             .min_edge(self.splitting.min_edge)
-            .max_vertices(self.splitting.max_vertices)
+            .max_vertices(self.splitting.budget.max_vertices)
             .clusters(compression.map(|options| options.clusters))
             .components(compression.map(|options| options.components))
             .weights(compression.map(|options| 8 * options.weights.bytes()))

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use anyhow::bail;
 use clap::Args;
 use lobe::prt::{AlbedoMode, BakeMode, BakeOptions, Transfer};
+use lobe::scene::Scene;
 
 use crate::args::compression::Compression;
 use crate::args::memory::MemoryLimit;
@@ -54,9 +55,10 @@ pub(crate) struct Bake {
     /// The same seed gives the same bytes
     #[arg(long, value_name = "S", default_value = "0")]
     pub(super) seed: u64,
-    /// Where the albedo of the surface itself is; not of --mode glossy and --grid, whose matrices never have it
-    #[arg(long, value_enum, default_value = "vertex")]
-    pub(super) albedo: AlbedoName,
+    /// Where the albedo of the surface itself is; not of --mode glossy and --grid, whose matrices never have it [default: none
+    /// if a texture colors any surface, else vertex]
+    #[arg(long, value_enum)]
+    pub(super) albedo: Option<AlbedoName>,
     #[command(flatten)]
     pub(super) splitting: Splitting,
     /// Bake at the W × W texels of a lightmap instead of at vertices, with the normals that normal maps have there; scenes need
@@ -153,7 +155,7 @@ impl Bake {
             (has_edges && is_elsewhere, "--max-edge and --adaptive: light is not at vertices with --texels and --grid"),
             (is_glossy && is_elsewhere, "--mode glossy: at vertices only; --grid bakes matrices by itself"),
             (
-                self.albedo == AlbedoName::None && (is_glossy || self.grid.is_some()),
+                self.albedo == Some(AlbedoName::None) && (is_glossy || self.grid.is_some()),
                 "--albedo none: matrices never have the albedo; leave it out",
             ),
             (is_glossy && is_compressed, "--clusters, --components and --weights: not of --mode glossy"),
@@ -180,15 +182,17 @@ impl Bake {
     pub(super) fn is_split(&self) -> bool {
         let is_at_vertices = self.texels.is_none() && self.grid.is_none();
         let has_scene = self.is_glb() || self.sharing.shard.is_some();
-        is_at_vertices && !self.splitting.no_split && (has_scene || self.splitting.is_adaptive_asked())
+        is_at_vertices && !self.splitting.budget.no_split && (has_scene || self.splitting.is_adaptive_asked())
     }
 
     pub(super) fn is_glb(&self) -> bool {
         has_extension(&self.output, "glb")
     }
 
-    pub(super) fn bake_options(&self) -> BakeOptions {
+    pub(super) fn bake_options(&self, scene: &Scene) -> BakeOptions {
         let defaults = BakeOptions::default();
+        let has_matrices = self.mode == ModeName::Glossy || self.grid.is_some();
+        let own = || if has_matrices { defaults.albedo } else { AlbedoMode::of_scene(scene) };
         defaults
             .clone()
             .mode(self.mode.into())
@@ -197,6 +201,6 @@ impl Bake {
             .bounces(self.bounces.unwrap_or(defaults.bounces))
             .energy_stop(self.energy_stop.unwrap_or(defaults.energy_stop))
             .seed(self.seed)
-            .albedo(self.albedo.into())
+            .albedo(self.albedo.map_or_else(own, Into::into))
     }
 }

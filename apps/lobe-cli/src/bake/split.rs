@@ -1,11 +1,11 @@
 //! Subdivision before a bake: options that split long edges, or those along which transfer changes.
 
-use anyhow::bail;
 use clap::Args;
-use lobe::prt::{AdaptiveOptions, AdaptiveReport, BakeWork, SplitScene};
+use lobe::prt::{AdaptiveOptions, AdaptiveReport, BakeWork};
 use lobe::scene::Scene;
 
 use crate::args::values;
+use crate::args::vertex_budget::VertexBudget;
 use crate::run::bake_watch::Checkpoint;
 use crate::run::talk::Talk;
 
@@ -16,21 +16,13 @@ pub(crate) struct Splitting {
     pub(crate) max_edge: Option<f64>,
     /// Split triangles where transfer between vertices is farthest off, until that is less than this part of the mean, or
     /// there are --max-vertices [default: 0.01; of a .safetensors file none are split]
-    #[arg(long, value_name = "X", value_parser = values::positive)]
+    #[arg(long, value_name = "X", value_parser = values::positive, conflicts_with = "no_split")]
     pub(crate) adaptive: Option<f64>,
     /// Leave edges that are shorter than this [default: 1/1024 of the scene's diagonal]
-    #[arg(long, value_name = "L", value_parser = values::positive)]
+    #[arg(long, value_name = "L", value_parser = values::positive, conflicts_with = "no_split")]
     pub(crate) min_edge: Option<f64>,
-    /// The most vertices, spent where transfer is farthest off [default: four times those of the scene, at least 20000]
-    #[arg(long, value_name = "N", value_parser = vertices)]
-    pub(crate) max_vertices: Option<usize>,
-    /// Bake at the vertices that the scene has, however few
-    #[arg(long, conflicts_with_all = ["adaptive", "min_edge", "max_vertices"])]
-    pub(crate) no_split: bool,
-}
-
-fn vertices(text: &str) -> Result<usize, String> {
-    values::whole(text, 1, u32::MAX as usize, "a number of vertices")
+    #[command(flatten)]
+    pub(crate) budget: VertexBudget,
 }
 
 impl Splitting {
@@ -41,7 +33,7 @@ impl Splitting {
 
     /// Whether the user asked for splitting that takes rays.
     pub(crate) fn is_adaptive_asked(&self) -> bool {
-        self.adaptive.is_some() || self.min_edge.is_some() || self.max_vertices.is_some()
+        self.adaptive.is_some() || self.min_edge.is_some() || self.budget.max_vertices.is_some()
     }
 
     /// The scene without edges that are too long.
@@ -58,25 +50,21 @@ impl Splitting {
         work: &BakeWork,
         checkpoint: &Checkpoint,
         talk: Talk,
-    ) -> anyhow::Result<(SplitScene, AdaptiveReport)> {
-        let found = work.scene().vertex_count();
-        if self.max_vertices.is_some_and(|most| most < found) {
-            bail!("--max-vertices: expected at least the {found} vertices that the scene begins with");
-        }
-        let options = self.options().bake(work.options().clone());
+    ) -> anyhow::Result<(Scene, AdaptiveReport)> {
+        let options = self.budget.options(work.scene())?.error(self.error()).bake(work.options().clone());
+        let options = options.min_edge(self.min_edge.map(|edge| edge as f32));
         checkpoint.watched_rounds(talk, |job| work.split(&options, job))
     }
 
-    fn options(&self) -> AdaptiveOptions {
-        let defaults = AdaptiveOptions::default();
-        let error = self.adaptive.unwrap_or(defaults.error);
-        defaults.error(error).min_edge(self.min_edge.map(|edge| edge as f32)).max_vertices(self.max_vertices)
+    /// The error to reach.
+    fn error(&self) -> f64 {
+        self.adaptive.unwrap_or(AdaptiveOptions::default().error)
     }
 
     /// The report of adaptive splitting, as a note: its outcome.
     pub(crate) fn note_of(&self, scene: &Scene, report: &AdaptiveReport) -> String {
         let AdaptiveReport { vertices_before, vertices, error, error_bound, too_short, worst, .. } = report;
-        let goal = self.options().error;
+        let goal = self.error();
         let mut text = format!("{vertices} vertices after splitting, {vertices_before} before");
         if *error_bound <= goal {
             text += &format!("; interpolated transfer is off by less than {:.1} % of the mean", 100.0 * goal);

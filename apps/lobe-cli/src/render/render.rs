@@ -21,6 +21,7 @@ use crate::args::output;
 use crate::args::scene_input::SceneInput;
 use crate::args::sharing::{self, Sharing};
 use crate::args::values;
+use crate::args::vertex_budget::VertexBudget;
 use crate::render::environment::EnvironmentInput;
 use crate::render::frames::{Frames, SECONDS_PER_FRAME};
 use crate::render::light::{LightInput, ReadLight};
@@ -90,6 +91,8 @@ pub(crate) struct Render {
     /// Paths from each vertex where the scene is not baked yet, 1 to 1048576 [default: 1024]
     #[arg(long, value_name = "N", value_parser = samples)]
     bake_samples: Option<usize>,
+    #[command(flatten)]
+    budget: VertexBudget,
     /// All but truth, irradiance and environment: the transfer of this scene that lobe bake, compress or fit-lobes wrote without
     /// the scene, a .safetensors file, or an .exr file of lobe bake --texels
     #[arg(long, value_name = "FILE")]
@@ -402,7 +405,7 @@ impl Render {
         };
         let lobe = (self.mode == Mode::Glossy).then(|| self.lobe.unwrap_or(LOBE));
         let (order, samples, file) = (self.light.order(), self.bake_samples, self.transfer.clone());
-        Some(Asked { mode, order, samples, bounces: self.bounces, lobe, file })
+        Some(Asked { mode, order, samples, bounces: self.bounces, lobe, budget: self.budget, file })
     }
 
     /// Refuses a picture that takes too much memory.
@@ -452,6 +455,10 @@ impl Render {
                 "--bounces: only of --mode truth, interreflected, glossy, fields and shexp",
             ),
             (self.bake_samples.is_some() && !bakes, "--bake-samples: only of modes with transfer"),
+            (
+                self.budget.asked().is_some() && (!bakes || method.is_some() || self.transfer.is_some()),
+                "--max-vertices and --no-split: only of modes that bake a scene that stands still",
+            ),
             (
                 self.transfer.is_some() && (!bakes || method.is_some()),
                 "--transfer: only of modes with transfer that do not move",

@@ -4,12 +4,13 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use lobe::io::{Job, Progress};
-use lobe::prt::{BakeMode, BakeOptions, BakedOrScene, GlossyLobe, Transfer};
+use lobe::prt::{AdaptiveOptions, AlbedoMode, BakeMode, BakeOptions, BakeWork, BakedOrScene, GlossyLobe, Transfer};
 use lobe::render::{BakedScene, Camera, RenderError, ViewOptions, transfer_bytes};
 use lobe::scene::Scene;
 
 use crate::args::memory::MemoryLimit;
 use crate::args::open_scene::OpenScene;
+use crate::args::vertex_budget::VertexBudget;
 use crate::run::bake_watch::watched;
 use crate::run::ctrl_c;
 use crate::run::talk::Talk;
@@ -25,6 +26,8 @@ pub(crate) struct Asked {
     pub(crate) bounces: Option<usize>,
     /// The lobe of glossy surfaces; without one they are matte.
     pub(crate) lobe: Option<GlossyLobe>,
+    /// The vertices that splitting may make.
+    pub(crate) budget: VertexBudget,
     /// The file of transfer that was baked before.
     pub(crate) file: Option<PathBuf>,
 }
@@ -107,9 +110,22 @@ impl Asked {
             .order(self.order.unwrap_or(defaults.order))
             .samples(self.samples.map_or(defaults.samples, |n| n as u32))
             .bounces(self.bounces.unwrap_or(defaults.bounces));
+        let options = options.albedo(AlbedoMode::of_scene(&scene));
+        // Matrices take too much memory for vertices that nobody asked for.
+        let is_split = !self.budget.no_split && (self.lobe.is_none() || self.budget.max_vertices.is_some());
+        let splitting = self.budget.options(&scene)?.bake(options.clone());
+        let scene = if is_split { split(scene, &splitting, talk)? } else { scene };
         check_memory(memory, &scene, scene.vertex_count(), &options, self.lobe.is_some())?;
         watched_bake(talk, |job| BakedScene::bake(scene, &options, self.lobe, job))
     }
+}
+
+/// The scene with further vertices where its transfer is off.
+fn split(scene: Scene, options: &AdaptiveOptions, talk: Talk) -> anyhow::Result<Scene> {
+    let work = BakeWork::at_vertices(scene, options.bake.clone())?;
+    let split = watched(talk, "split", |job| work.split(options, job))?;
+    let split = split.or_else(|_| bail!("stopped while triangles were split, of which nothing is kept; {BAKE_FIRST}"));
+    Ok(split?.0)
 }
 
 /// Bakes the backs that a view shows: files hold fronts only.

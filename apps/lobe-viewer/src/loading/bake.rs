@@ -7,7 +7,8 @@ use std::time::Duration;
 
 use lobe::io::{Job, Progress};
 use lobe::prt::{
-    BakeMode, BakeOptions, GlossyLobe, PrtError, Receivers, Recipe, Transfer, TransferMatrices, bake, bake_matrices,
+    BakeMode, BakeOptions, GlossyLobe, PrtError, Receivers, Recipe, Transfer, TransferMatrices, bake_matrices,
+    bake_vertices,
 };
 use lobe::scene::{Bvh, Scene};
 use lobe_gpu::GlossyMesh;
@@ -139,15 +140,14 @@ pub fn bake_options(mode: BakeMode, order: usize, samples: u32) -> BakeOptions {
 /// Bakes a scene, watched.
 ///
 /// # Errors
-/// As [`fn@bake`].
+/// As [`bake_vertices`].
 pub fn bake_scene(
     data: &SceneData,
     options: &BakeOptions,
     mut watch: impl FnMut(&Progress) -> std::ops::ControlFlow<()>,
 ) -> Result<(Transfer, Recipe), PrtError> {
-    let receivers = Receivers::at_vertices(&data.scene)?;
     let job = Job::default().watched_by(&mut watch);
-    let (transfer, report) = bake(&data.scene, &data.bvh, &receivers, options, job)?;
+    let (transfer, report) = bake_vertices(&data.scene, &data.bvh, options, job)?;
     let recipe = Recipe::of_bake(&data.scene, options, &report);
     Ok((transfer, recipe))
 }

@@ -2,7 +2,7 @@
 
 use derive_setters::Setters;
 use lobe_io::Fingerprint;
-use lobe_scene::Scene;
+use lobe_scene::{Mesh, Scene};
 
 use crate::sampling::sobol::coherent_order;
 use crate::transfer::transfer::check_order;
@@ -52,6 +52,19 @@ pub enum AlbedoMode {
     /// Nowhere: the receivers are white, and whoever shades multiplies by the base color of the pixel (demodulated
     /// transfer).
     None,
+}
+
+impl AlbedoMode {
+    /// What keeps the detail of a scene: [`AlbedoMode::None`] if a texture colors any of its surfaces, else
+    /// [`AlbedoMode::Vertex`].
+    #[must_use]
+    pub fn of_scene(scene: &Scene) -> Self {
+        let is_textured = |(number, mesh): (usize, &Mesh)| {
+            let texture = &scene.material(number).base_color_texture;
+            texture.as_ref().is_some_and(|texture| !mesh.uvs(texture.uv_set).is_empty())
+        };
+        if scene.meshes().iter().enumerate().any(is_textured) { Self::None } else { Self::Vertex }
+    }
 }
 
 /// Options of a bake.

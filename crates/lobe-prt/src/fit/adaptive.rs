@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use derive_setters::Setters;
 use lobe_io::{Fingerprint, Job, Progress};
-use lobe_scene::{Bounds, Bvh, HalvedEdges, Scene};
+use lobe_scene::{Bounds, Bvh, Scene};
 
 use crate::bake::bake::check_tree;
 use crate::fit::residual::{Residual, Residuals, RoundOfResiduals};
@@ -86,16 +86,6 @@ pub struct AdaptiveReport {
     pub worst: Option<(usize, f64)>,
 }
 
-/// A scene that was split, and how.
-#[derive(Clone, Debug)]
-#[non_exhaustive]
-pub struct SplitScene {
-    /// The scene: the first vertices of each mesh are those it had.
-    pub scene: Scene,
-    /// The edges that were halved, round by round.
-    pub rounds: Vec<HalvedEdges>,
-}
-
 /// Splits a scene where transfer at vertices, [fitted](crate::bake_vertices), is farthest off, until the error is small or
 /// there are as many vertices as allowed.
 ///
@@ -124,13 +114,13 @@ pub fn split_adaptively(
     bvh: &Bvh,
     options: &AdaptiveOptions,
     mut job: Job<'_>,
-) -> Result<(SplitScene, AdaptiveReport), PrtError> {
+) -> Result<(Scene, AdaptiveReport), PrtError> {
     check(options)?;
     check_tree(scene, bvh)?;
     let budget = options.budget(scene);
     let min_edge = options.min_edge.unwrap_or_else(|| diagonal(scene) * SHORTEST_EDGE);
     let mut report = AdaptiveReport { vertices_before: scene.vertex_count(), ..AdaptiveReport::default() };
-    let mut split = SplitScene { scene: scene.clone(), rounds: Vec::new() };
+    let mut split = scene.clone();
     // Two triangles for each vertex.
     let all: f64 = scene.corners().map(area).sum();
     let density = if all > 0.0 { 2.0 * budget as f64 / all } else { 0.0 };
@@ -139,25 +129,24 @@ pub fn split_adaptively(
     let mut locked = Vec::new();
     loop {
         // Estimate the residuals of the triangles that are new.
-        let new = known.unknown(&split.scene);
-        let round = RoundOfResiduals { residuals: &residuals, split: &split.scene, triangles: &new };
-        let (rows, rays) = estimate(&round, scene, options, (&known, split.rounds.len()), &mut job, &mut locked)?;
+        let new = known.unknown(&split);
+        let round = RoundOfResiduals { residuals: &residuals, split: &split, triangles: &new };
+        let (rows, rays) = estimate(&round, scene, options, (&known, report.rounds), &mut job, &mut locked)?;
         report.rays += rays;
-        known.add(&split.scene, &new, &rows);
+        known.add(&split, &new, &rows);
         // End where the error is small.
         [report.error, report.error_bound] = known.relative_error();
         if report.error_bound <= options.error {
             break;
         }
         // Split the worst triangles, as far as vertices are allowed.
-        let chosen = known.worst(&split.scene, min_edge);
-        let Some((finer, halved)) = within(&split.scene, chosen, budget)? else { break };
-        split.scene = finer;
-        split.rounds.push(halved);
+        let chosen = known.worst(&split, min_edge);
+        let Some(finer) = within(&split, chosen, budget)? else { break };
+        split = finer;
+        report.rounds += 1;
     }
-    report.rounds = split.rounds.len();
-    report.vertices = split.scene.vertex_count();
-    report.too_short = known.too_short(&split.scene, min_edge);
+    report.vertices = split.vertex_count();
+    report.too_short = known.too_short(&split, min_edge);
     report.worst = known.worst_mesh();
     Ok((split, report))
 }
@@ -238,17 +227,17 @@ fn fingerprint(scene: &Scene, split: &Scene, options: &AdaptiveOptions) -> Finge
 /// A mesh, and the ends of one of its edges, the smaller index first.
 type Edge = (usize, [u32; 2]);
 
-/// The scene with the edges of the first triangles halved, as far as its vertices are allowed, and the edges that were;
-/// none if there is no room even for one.
-fn within(scene: &Scene, mut chosen: Vec<Vec<Edge>>, budget: usize) -> Result<Option<(Scene, HalvedEdges)>, PrtError> {
+/// The scene with the edges of the first triangles halved, as far as its vertices are allowed; none if there is no room even
+/// for one.
+fn within(scene: &Scene, mut chosen: Vec<Vec<Edge>>, budget: usize) -> Result<Option<Scene>, PrtError> {
     while !chosen.is_empty() {
         let edges: HashSet<Edge> = chosen.iter().flatten().copied().collect();
         // Each edge makes one vertex at least.
         let is_hopeless = scene.vertex_count() + edges.len() > budget;
         if !is_hopeless {
-            let (finer, halved) = scene.halve_edges(|mesh, edge| edges.contains(&(mesh, sorted(edge))))?;
+            let (finer, _) = scene.halve_edges(|mesh, edge| edges.contains(&(mesh, sorted(edge))))?;
             if finer.vertex_count() <= budget {
-                return Ok((finer.vertex_count() > scene.vertex_count()).then_some((finer, halved)));
+                return Ok((finer.vertex_count() > scene.vertex_count()).then_some(finer));
             }
         }
         chosen.truncate(chosen.len() / 2);

@@ -108,3 +108,124 @@ fn matrix(
     };
     SparseMatrix::of_entries(unknowns.len(), || of_triangles().chain(of_hinges()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::surface_points::{SurfacePoint, SurfacePoints};
+    use crate::fit::triangle_moments::add_moments;
+    use lobe_scene::built_in;
+    use lobe_testkit::Random;
+
+    /// Numbers of transfer: more than fit into the lanes of one block.
+    const VECTOR: usize = LANES + 1;
+
+    /// The rows of all triangles of a scene, whose transfer at a point of a triangle is given.
+    fn rows(scene: &Scene, transfer: &mut dyn FnMut(usize, &SurfacePoint) -> [f32; VECTOR]) -> Vec<f32> {
+        let points = SurfacePoints::new(scene, 256);
+        let row = ELEMENT + 3 * VECTOR;
+        let mut rows = vec![0.0; row * points.triangles()];
+        for (triangle, row) in rows.chunks_exact_mut(row).enumerate() {
+            let mut sums = vec![0.0; row.len()];
+            let [places, _] = SurfacePoint::sequences(scene, 0, triangle, 0);
+            for index in 0..points.count(triangle) {
+                let point = SurfacePoint::new(scene, triangle, index, &places);
+                let weight = points.area(triangle) / f64::from(points.count(triangle));
+                add_moments(&mut sums, weight, point.weights, &transfer(triangle, &point));
+            }
+            row.iter_mut().zip(&sums).for_each(|(number, sum)| *number = *sum as f32);
+        }
+        rows
+    }
+
+    fn solved(scene: &Scene, rows: &[f32], regularization: f64) -> Vec<f32> {
+        let read = |first: usize, out: &mut [f32]| {
+            let start = first * (ELEMENT + 3 * VECTOR);
+            out.copy_from_slice(&rows[start..][..out.len()]);
+            Ok(())
+        };
+        NormalEquations::new(scene, VECTOR, regularization, &read).unwrap().solve(VECTOR)
+    }
+
+    #[test]
+    fn what_lies_in_the_space_of_the_vertices_comes_back_exactly() {
+        let scene = built_in::ball_over_ground(6);
+        let unknowns = shared_vertices(&scene);
+        let mut random = Random::new(5);
+        let values: Vec<[f64; VECTOR]> =
+            unknowns.iter().map(|_| std::array::from_fn(|_| random.unit() - 0.3)).collect();
+        let corners = corners(&scene, &unknowns);
+        let rows = rows(&scene, &mut |triangle, point| {
+            std::array::from_fn(|k| {
+                let corners = corners[triangle].iter().zip(point.weights);
+                corners.map(|(&corner, weight)| weight * values[corner as usize][k]).sum::<f64>() as f32
+            })
+        });
+        let found = solved(&scene, &rows, 0.0);
+        for (vertex, (found, &unknown)) in found.chunks_exact(VECTOR).zip(&unknowns).enumerate() {
+            for (found, expected) in found.iter().zip(values[unknown as usize]) {
+                // Moments are rounded to f32, and thin triangles at the poles of the ball condition little.
+                let error = (f64::from(*found) - expected).abs();
+                assert!(error < 1e-4, "vertex {vertex}: {found}, expected {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_fit_is_the_solution_of_the_dense_normal_equations() {
+        /// A weight that shows.
+        const REGULARIZATION: f64 = 0.5;
+        let scene = built_in::ball_over_ground(4);
+        let unknowns = shared_vertices(&scene);
+        let (count, corners) = (unknowns.len(), corners(&scene, &unknowns));
+        let mut random = Random::new(6);
+        // Each equation is a row: the weights of the unknowns, and the value they should have.
+        let mut normal = vec![vec![0.0; count + 1]; count];
+        let mut add = |weights: &[(usize, f64)], value: f64, importance: f64| {
+            for &(i, a) in weights {
+                weights.iter().for_each(|&(j, b)| normal[i][j] += importance * a * b);
+                normal[i][count] += importance * a * value;
+            }
+        };
+        let points = SurfacePoints::new(&scene, 256);
+        let rows = rows(&scene, &mut |triangle, point| {
+            let value = random.unit() as f32;
+            let weights: Vec<_> =
+                corners[triangle].iter().zip(point.weights).map(|(&corner, w)| (corner as usize, w)).collect();
+            let importance = points.area(triangle) / f64::from(points.count(triangle));
+            add(&weights, f64::from(value), importance);
+            [value; VECTOR]
+        });
+        let area: f64 = scene.corners().map(crate::fit::surface_points::area).sum();
+        for hinge in hinges(&scene, &unknowns) {
+            let weights: Vec<_> = hinge.unknowns.iter().zip(hinge.weights).map(|(&u, w)| (u as usize, w)).collect();
+            add(&weights, 0.0, REGULARIZATION * hinge.area / area);
+        }
+        let expected = eliminated(normal);
+        let found = solved(&scene, &rows, REGULARIZATION);
+        for (found, &unknown) in found.chunks_exact(VECTOR).zip(&unknowns) {
+            let error = (f64::from(found[VECTOR - 1]) - expected[unknown as usize]).abs();
+            // Moments are rounded to f32.
+            assert!(error < 1e-4, "{}, expected {}", found[VECTOR - 1], expected[unknown as usize]);
+        }
+    }
+
+    /// Gauss' elimination with the right-hand side as last column; unknowns without equations are 0.
+    fn eliminated(mut rows: Vec<Vec<f64>>) -> Vec<f64> {
+        let count = rows.len();
+        for pivot in 0..count {
+            if rows[pivot][pivot] == 0.0 {
+                continue;
+            }
+            let own = rows[pivot].clone();
+            for (_, row) in rows.iter_mut().enumerate().filter(|(number, _)| *number != pivot) {
+                let factor = row[pivot] / own[pivot];
+                row.iter_mut().zip(&own).for_each(|(a, b)| *a -= factor * b);
+            }
+        }
+        let value = |(number, row): (usize, &Vec<f64>)| {
+            if row[number] == 0.0 { 0.0 } else { row[count] / row[number] }
+        };
+        rows.iter().enumerate().map(value).collect()
+    }
+}

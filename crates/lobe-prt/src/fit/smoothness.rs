@@ -90,3 +90,58 @@ impl Side {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lobe_scene::{Mesh, MeshParts};
+
+    fn two_triangles(positions: [[f32; 3]; 4]) -> Scene {
+        let parts = MeshParts {
+            positions: positions.to_vec(),
+            normals: vec![[0.0, 0.0, 1.0]; 4],
+            triangles: vec![[0, 1, 2], [1, 0, 3]],
+            ..MeshParts::default()
+        };
+        Scene::new(vec![Mesh::new(parts).unwrap()], vec![], vec![]).unwrap()
+    }
+
+    #[test]
+    fn a_hinge_is_the_change_of_slope_across_its_edge() {
+        let positions = [[0.0, -0.3, 0.0], [0.0, 1.1, 0.0], [-0.7, 0.2, 0.0], [1.9, 0.9, 0.0]];
+        let hinges = hinges(&two_triangles(positions), &[0, 1, 2, 3]);
+        assert_eq!(hinges.len(), 1, "one inner edge");
+        let value = |of: &dyn Fn([f32; 3]) -> f64| {
+            let Hinge { unknowns, weights, .. } = hinges[0];
+            unknowns.iter().zip(weights).map(|(&u, w)| w * of(positions[u as usize])).sum::<f64>()
+        };
+        for linear in [|_: [f32; 3]| 1.0, |p: [f32; 3]| f64::from(p[0]), |p: [f32; 3]| f64::from(p[1])] {
+            // Rounding of f64.
+            assert!(value(&linear).abs() < 1e-12, "of a linear function");
+        }
+        // A roof over the edge, of slope 1 on either side, and one that is twice as steep.
+        let roof = value(&|p| f64::from(p[0].abs()));
+        assert!(roof.abs() > 0.1 && (value(&|p| f64::from(p[0].abs() * 2.0)) / roof - 2.0).abs() < 1e-12, "{roof}");
+    }
+
+    #[test]
+    fn a_hinge_does_not_change_when_the_triangles_are_folded_or_grow() {
+        let of = |fold: f32, size: f32| {
+            let (sin, cos) = fold.sin_cos();
+            let positions = [[0.0, -0.3, 0.0], [0.0, 1.1, 0.0], [-0.7, 0.2, 0.0], [1.9 * cos, 0.9, 1.9 * sin]];
+            hinges(&two_triangles(positions.map(|p| p.map(|c| size * c))), &[0, 1, 2, 3])[0].weights
+        };
+        for (found, expected) in of(0.8, 30.0).iter().zip(of(0.0, 1.0)) {
+            // Positions are rounded to f32.
+            assert!((found - expected).abs() < 1e-5, "{found}, {expected}");
+        }
+    }
+
+    #[test]
+    fn creases_borders_and_triangles_without_area_have_no_hinges() {
+        let positions = [[0.0, -0.3, 0.0], [0.0, 1.1, 0.0], [-0.7, 0.2, 0.0], [1.9, 0.9, 0.0]];
+        let flat = [[0.0, -0.3, 0.0], [0.0, 1.1, 0.0], [0.0, 0.2, 0.0], [1.9, 0.9, 0.0]];
+        assert!(hinges(&two_triangles(flat), &[0, 1, 2, 3]).is_empty(), "no area");
+        assert!(hinges(&two_triangles(positions), &[0, 0, 2, 3]).is_empty(), "no length");
+    }
+}

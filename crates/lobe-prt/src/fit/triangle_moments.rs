@@ -60,7 +60,6 @@ impl<'a> TriangleMoments<'a> {
         self.paths.row()
     }
 
-
     pub(crate) fn limit_bounces(&mut self, bounces: usize) {
         self.paths.bounces = bounces;
     }
@@ -119,7 +118,7 @@ impl Estimator for TriangleMoments<'_> {
 }
 
 /// Adds the moments of a point, with its barycentric coordinates and its transfer, to a row.
-fn add_moments(sums: &mut [f64], weight: f64, [a, b, c]: [f64; 3], transfer: &[f32]) {
+pub(crate) fn add_moments(sums: &mut [f64], weight: f64, [a, b, c]: [f64; 3], transfer: &[f32]) {
     let (element, vectors) = sums.split_at_mut(ELEMENT);
     let products = [a * a, a * b, a * c, b * b, b * c, c * c];
     element.iter_mut().zip(products).for_each(|(sum, product)| *sum += weight * product);

@@ -104,8 +104,8 @@ fn within_a_face_the_part_of_the_sky_below_the_face_is_lost() {
 fn adaptive_splitting_finds_nothing_to_split_by_light_that_a_face_sends_itself() {
     let split = |mode| {
         let bake = BakeOptions::default().mode(mode).order(2).samples(256).energy_stop(0.0);
-        let options = AdaptiveOptions::default().threshold(0.02).min_edge(Some(0.05)).bake(bake);
-        split_adaptively(&ball(false), &options, Job::default()).unwrap().0
+        let options = AdaptiveOptions::default().max_vertices(Some(300)).bake(bake);
+        split_adaptively(&ball(false), &Bvh::new(&ball(false)), &options, Job::default()).unwrap().0
     };
     let [shadowed, interreflected] = [BakeMode::Shadowed, BakeMode::Interreflected].map(split);
     assert_eq!(shadowed.meshes(), interreflected.meshes(), "the same triangles in both modes");

@@ -16,5 +16,6 @@ mod masks;
 mod matrices;
 mod normal_maps;
 mod texels;
+mod vertex_fit;
 mod watched;
 mod zonal;

@@ -4,7 +4,7 @@ use lobe_env::DfgTable;
 use lobe_io::{Job, parallel};
 use lobe_prt::{
     AnyTransfer, BakeOptions, BakeReport, GlossyLobe, Lightmap, PrtError, Receivers, TransferMatrices, bake,
-    bake_matrices,
+    bake_matrices, bake_vertices,
 };
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Coefficient as _, Expansion as _, Rgb, ShVec, convolved};
@@ -104,6 +104,21 @@ impl SurfaceTransfer {
             let (transfer, report) = bake(scene, bvh, receivers, options, job)?;
             Ok((Self::Matte(transfer.into()), report))
         }
+    }
+
+    /// Transfer of the fronts of all vertices, fitted; matrices are baked at the vertices.
+    pub(crate) fn bake_vertices(
+        scene: &Scene,
+        bvh: &Bvh,
+        options: &BakeOptions,
+        is_glossy: bool,
+        job: Job<'_>,
+    ) -> Result<(Self, BakeReport), PrtError> {
+        if is_glossy {
+            return Self::bake(scene, bvh, &Receivers::at_vertices(scene)?, options, is_glossy, job);
+        }
+        let (transfer, report) = bake_vertices(scene, bvh, options, job)?;
+        Ok((Self::Matte(transfer.into()), report))
     }
 
     pub(crate) fn order(&self) -> usize {

@@ -3,8 +3,8 @@
 use lobe_env::bundled;
 use lobe_io::Job;
 use lobe_prt::{
-    BakeMode, BakeOptions, NeighborhoodGrid, Receivers, TexelReceivers, bake, bake_matrices, bake_neighborhood,
-    split_adaptively,
+    AdaptiveOptions, BakeMode, BakeOptions, NeighborhoodGrid, Receivers, TexelReceivers, bake, bake_matrices,
+    bake_neighborhood, split_adaptively,
 };
 use lobe_render::{Camera, DistantLight, PathOptions, SampleCount, Truth, TruthOptions, render_truth};
 use lobe_scene::{
@@ -85,7 +85,8 @@ fn texels_matrices_grids_and_splits_do_not_depend_on_the_place_either() {
         bake_neighborhood(scene, &Bvh::new(scene), &grid, &options, Job::default()).unwrap().0.matrices().clone()
     };
     assert!(around(&here, [0.0; 3]) == around(&there, place), "a grid");
-    let split = |scene: &Scene| split_adaptively(scene, &Default::default(), Job::default()).unwrap().0;
+    let splitting = AdaptiveOptions::default().max_vertices(Some(400)).bake(options.clone());
+    let split = |scene: &Scene| split_adaptively(scene, &Bvh::new(scene), &splitting, Job::default()).unwrap().0;
     let [near, far] = [split(&here), split(&there)];
     assert!(near.meshes() == far.meshes(), "splits");
     assert_eq!(far.origin(), place, "a split scene stays at its place");

@@ -1,0 +1,148 @@
+//! Transfer at vertices that is fitted to the surfaces between them.
+
+use lobe_io::Job;
+use lobe_prt::{AlbedoMode, BakeMode, BakeOptions, Receivers, Transfer, bake, bake_vertices};
+use lobe_scene::{Bvh, Mesh, MeshParts, Scene, built_in};
+
+fn fitted(scene: &Scene, options: &BakeOptions) -> Transfer {
+    bake_vertices(scene, &Bvh::new(scene), options, Job::default()).unwrap().0
+}
+
+fn options(mode: BakeMode) -> BakeOptions {
+    BakeOptions::default().mode(mode).order(3).samples(256)
+}
+
+/// A closed box with normals of its faces, two triangles each.
+fn block(min: [f32; 3], max: [f32; 3]) -> Mesh {
+    let mut parts = MeshParts::default();
+    for axis in 0..3 {
+        for (side, end) in [(-1.0, min[axis]), (1.0, max[axis])] {
+            let (u, v) = if side > 0.0 { ((axis + 1) % 3, (axis + 2) % 3) } else { ((axis + 2) % 3, (axis + 1) % 3) };
+            let first = parts.positions.len() as u32;
+            for (a, b) in [(min[u], min[v]), (max[u], min[v]), (max[u], max[v]), (min[u], max[v])] {
+                let mut corner = [0.0; 3];
+                (corner[axis], corner[u], corner[v]) = (end, a, b);
+                let mut normal = [0.0; 3];
+                normal[axis] = side;
+                parts.positions.push(corner);
+                parts.normals.push(normal);
+            }
+            parts.triangles.extend([[0, 1, 2], [0, 2, 3]].map(|t| t.map(|i| first + i)));
+        }
+    }
+    Mesh::new(parts).unwrap()
+}
+
+fn of_meshes(meshes: Vec<Mesh>) -> Scene {
+    Scene::new(meshes, vec![], vec![]).unwrap()
+}
+
+#[test]
+fn without_shadows_it_is_the_closed_form_where_normals_do_not_bend() {
+    let scene = of_meshes(vec![block([0.0; 3], [1.0, 2.0, 3.0])]);
+    let options = options(BakeMode::Unshadowed);
+    let receivers = Receivers::at_vertices(&scene).unwrap();
+    let (expected, _) = bake(&scene, &Bvh::new(&scene), &receivers, &options, Job::default()).unwrap();
+    for (found, expected) in fitted(&scene, &options).coefficients().iter().zip(expected.coefficients()) {
+        // The solver ends at 1e-8, and moments are rounded to f32.
+        assert!((found - expected).abs() < 1e-5, "{found}, expected {expected}");
+    }
+}
+
+#[test]
+fn a_vertex_inside_of_another_body_has_the_transfer_of_what_is_seen_of_its_triangles() {
+    // A long bar, the lower end of which is in a block. Its sides are two triangles each.
+    let bar = block([-0.1, -0.1, -0.5], [0.1, 0.1, 8.0]);
+    let scene = of_meshes(vec![bar, block([-1.0, -1.0, -1.0], [1.0, 1.0, 0.5])]);
+    let options = options(BakeMode::Shadowed).albedo(AlbedoMode::None);
+    let receivers = Receivers::at_vertices(&scene).unwrap();
+    let (sampled, _) = bake(&scene, &Bvh::new(&scene), &receivers, &options, Job::default()).unwrap();
+    let fitted = fitted(&scene, &options);
+    let buried: Vec<usize> = (0..24)
+        .filter(|&v| {
+            let [normal, position] = [receivers.normals()[v], receivers.positions()[v]];
+            normal[2] == 0.0 && position[2] < 0.0
+        })
+        .collect();
+    assert_eq!(buried.len(), 8, "two ends of each side");
+    for v in buried {
+        assert_eq!(sampled.vector(v, 0)[0], 0.0, "nothing is seen from there");
+        // Half of the sky is seen from the sides, whose constant coefficient is 1/√4π; less of it near the block.
+        let found = f64::from(fitted.vector(v, 0)[0]) * (4.0 * std::f64::consts::PI).sqrt();
+        assert!((0.6..1.1).contains(&found), "vertex {v}: {found} of the light");
+    }
+}
+
+#[test]
+fn meshes_that_touch_have_one_value_where_they_do() {
+    let half = |from: f32| {
+        let parts = MeshParts {
+            positions: [[from, 0.0], [from + 1.0, 0.0], [from + 1.0, 1.0], [from, 1.0]]
+                .map(|[x, y]| [x, y, 0.0])
+                .to_vec(),
+            normals: vec![[0.0, 0.0, 1.0]; 4],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            ..MeshParts::default()
+        };
+        Mesh::new(parts).unwrap()
+    };
+    let scene = of_meshes(vec![half(0.0), half(1.0), block([0.7, 0.2, 0.3], [1.2, 0.9, 0.6])]);
+    let fitted = fitted(&scene, &options(BakeMode::Shadowed));
+    for (a, b) in [(1, 4), (2, 7)] {
+        assert_eq!(fitted.vector(a, 0), fitted.vector(b, 0), "vertices {a} and {b}");
+    }
+    assert_ne!(fitted.vector(0, 0), fitted.vector(5, 0), "others have their own");
+}
+
+#[test]
+fn the_mean_over_surfaces_is_that_of_the_surfaces_and_not_of_the_vertices() {
+    // One sharp shadow on a floor of two triangles, whose corners see nothing of it.
+    let floor = block([-2.0, -2.0, -0.5], [2.0, 2.0, 0.0]);
+    let scene = of_meshes(vec![floor, block([-1.0, -1.0, 0.1], [1.0, 1.0, 0.3])]);
+    let options = options(BakeMode::Shadowed).albedo(AlbedoMode::None).samples(4096);
+    let fitted = fitted(&scene, &options);
+    let receivers = Receivers::at_vertices(&scene).unwrap();
+    // The four corners of the top of the floor; two of them belong to both triangles.
+    let top: Vec<usize> = (0..24).filter(|&v| receivers.normals()[v][2] == 1.0).collect();
+    let of = |v: usize| f64::from(fitted.vector(v, 0)[0]);
+    let corners = scene.meshes()[0].triangles().iter().flatten().filter(|&&v| top.contains(&(v as usize)));
+    let mean = corners.map(|&v| of(v as usize)).sum::<f64>() / 6.0;
+    // Points all over the floor, by themselves.
+    let count = 40;
+    let at = |k: usize| -2.0 + 4.0 * (k as f32 + 0.5) / count as f32;
+    let positions: Vec<_> = (0..count * count).map(|k| [at(k % count), at(k / count), 0.0]).collect();
+    let normals = vec![[0.0, 0.0, 1.0]; positions.len()];
+    let points = Receivers::new(positions, normals, vec![[1.0; 3]; count * count]).unwrap();
+    let options = options.samples(256);
+    let (expected, _) = bake(&scene, &Bvh::new(&scene), &points, &options, Job::default()).unwrap();
+    let expected = (0..points.len()).map(|k| f64::from(expected.vector(k, 0)[0])).sum::<f64>() / points.len() as f64;
+    // Both means have a noise of some thousandths.
+    assert!((mean / expected - 1.0).abs() < 0.01, "mean {mean}, {expected} over the floor");
+}
+
+#[test]
+fn a_closed_room_is_black_and_what_has_no_area_is_zero() {
+    let closed = built_in::closed_white_box(2);
+    let options = options(BakeMode::Interreflected);
+    assert!(fitted(&closed, &options).coefficients().iter().all(|&t| t == 0.0), "no light enters");
+    let parts = MeshParts {
+        positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [5.0, 5.0, 5.0]],
+        normals: vec![[0.0, 0.0, 1.0]; 4],
+        triangles: vec![[0, 1, 2]],
+        ..MeshParts::default()
+    };
+    let lone = of_meshes(vec![Mesh::new(parts).unwrap()]);
+    let fitted = fitted(&lone, &options);
+    assert!(fitted.vector(3, 0).iter().all(|&t| t == 0.0), "a vertex of no triangle");
+    assert!(fitted.vector(0, 0)[0] > 0.1, "the others see the sky");
+}
+
+#[test]
+fn rays_are_as_many_as_from_vertices() {
+    let scene = built_in::ball_over_ground(24);
+    let options = options(BakeMode::Shadowed);
+    let (_, report) = bake_vertices(&scene, &Bvh::new(&scene), &options, Job::default()).unwrap();
+    let ratio = report.rays as f64 / (scene.vertex_count() * 256) as f64;
+    // Whole numbers of points in each triangle, four at least.
+    assert!((0.9..1.2).contains(&ratio), "{ratio} of the rays");
+}
