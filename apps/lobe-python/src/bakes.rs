@@ -5,10 +5,9 @@ use std::path::{Path, PathBuf};
 
 use lobe::io::Job;
 use lobe::prt::{
-    AdaptiveOptions, AlbedoMode, AnyTransfer, BakeMode, BakeOptions, BakeReport, BakeWork, BakedGlb, BakedRows,
-    CompressOptions, CompressedTransfer, Pilot, PrtError, Recipe, read_any_transfer, read_baked, scene_hash,
-    split_adaptively, split_checkpoints, write_compressed_transfer, write_half_transfer, write_transfer,
-    write_zonal_transfer,
+    AdaptiveOptions, AlbedoMode, AnyTransfer, BakeMode, BakeOptions, BakeReport, BakeWork, BakedGlb, CompressOptions,
+    CompressedTransfer, Pilot, PrtError, Recipe, read_any_transfer, read_baked, scene_hash, split_checkpoints,
+    write_compressed_transfer, write_half_transfer, write_transfer, write_zonal_transfer,
 };
 use lobe::scene::{GltfDocument, Scene, ScenePose, SceneReadOptions};
 use lobe::sh::Rgb;
@@ -34,11 +33,14 @@ pub(crate) struct Settings {
     bounces: usize,
     energy_stop: f64,
     seed: u64,
-    albedo: String,
+    albedo: Option<String>,
     max_edge: Option<f64>,
     texels: Option<usize>,
     grid: Option<[usize; 3]>,
     grid_box: Option<[f64; 6]>,
+    /// Whether triangles are split where transfer is off; of shards as soon as the scene is read.
+    split: bool,
+    is_shared: bool,
     adaptive: Option<f64>,
     min_edge: Option<f64>,
     max_vertices: Option<usize>,
@@ -72,9 +74,30 @@ pub(crate) fn mode_of(name: &str) -> PyResult<BakeMode> {
 
 impl Settings {
     fn options(&self) -> PyResult<BakeOptions> {
-        let albedo = if self.albedo == "none" { AlbedoMode::None } else { AlbedoMode::Vertex };
         let options = BakeOptions::default().mode(mode_of(&self.mode)?).order(self.order).samples(self.samples);
-        Ok(options.bounces(self.bounces).energy_stop(self.energy_stop).seed(self.seed).albedo(albedo))
+        Ok(options.bounces(self.bounces).energy_stop(self.energy_stop).seed(self.seed))
+    }
+
+    /// Where the albedo of a scene's surfaces is. Matrices never have it.
+    fn albedo(&self, scene: &Scene) -> AlbedoMode {
+        let has_matrices = self.grid.is_some() || self.mode == BakeMode::Glossy.name();
+        match self.albedo.as_deref() {
+            Some("none") => AlbedoMode::None,
+            None if !has_matrices => AlbedoMode::of_scene(scene),
+            _ => AlbedoMode::Vertex,
+        }
+    }
+
+    /// How triangles of the scene of a work are split.
+    fn splitting(&self, work: &BakeWork) -> PyResult<AdaptiveOptions> {
+        let found = work.scene().vertex_count();
+        if self.max_vertices.is_some_and(|most| most < found) {
+            let text = format!("max_vertices: expected at least the {found} vertices that the scene begins with");
+            return Err(value_error(text));
+        }
+        let defaults = AdaptiveOptions::default().bake(work.options().clone());
+        let error = self.adaptive.unwrap_or(defaults.error);
+        Ok(defaults.error(error).min_edge(self.min_edge.map(|edge| edge as f32)).max_vertices(self.max_vertices))
     }
 
     fn work(&self, scene: Scene, options: BakeOptions) -> Result<BakeWork, PrtError> {
@@ -121,15 +144,15 @@ impl Bake {
         let recipe = self.recipe(work, &report, compression.as_ref());
         let told = report_of(py, &report)?;
         match compression {
-            None => watched(py, progress, None, |job| match (&glb, &baked) {
-                (Some(glb), BakedRows::Transfer(transfer)) => glb.write(output, transfer, &recipe, job),
+            None => watched(py, progress, None, |job| match (&glb, baked.as_transfer()) {
+                (Some(glb), Some(transfer)) => glb.write(output, transfer, &recipe, job),
                 _ => work.write(output, &baked, &recipe, job),
             })?,
             Some(options) => {
-                let transfer =
-                    baked.into_transfer().ok_or_else(|| value_error("clusters: of transfer vectors only"))?;
+                let loaded = baked.into_transfer().map_err(|error| error_of(&error))?;
+                let transfer = loaded.ok_or_else(|| value_error("clusters: of transfer vectors only"))?;
                 let (compressed, saved) =
-                    watched(py, progress, None, |job| CompressedTransfer::new(&transfer.load()?, &options, job))?;
+                    watched(py, progress, None, |job| CompressedTransfer::new(&transfer, &options, job))?;
                 let recipe = recipe.relative_error(saved.relative_error);
                 let written = py.detach(|| match glb {
                     Some(glb) => glb.write_compressed(output, &compressed, &recipe),
@@ -161,28 +184,19 @@ impl Bake {
     fn split<'py>(
         &self,
         py: Python<'py>,
-        threshold: f64,
         checkpoint: &Path,
         progress: Option<&Py<PyAny>>,
     ) -> PyResult<(Scene, Bound<'py, PyDict>)> {
-        let Settings { min_edge, max_vertices, .. } = self.settings;
-        let found = self.work.scene().vertex_count();
-        if max_vertices.is_some_and(|most| most < found) {
-            let text = format!("max_vertices: expected at least the {found} vertices that the scene begins with");
-            return Err(value_error(text));
-        }
-        let options = AdaptiveOptions::before(self.work.options()).threshold(threshold);
-        let options = options.min_edge(min_edge.map(|edge| edge as f32)).max_vertices(max_vertices);
-        let (scene, report) =
-            watched(py, progress, Some(checkpoint), |job| split_adaptively(self.work.scene(), &options, job))?;
+        let options = self.settings.splitting(&self.work)?;
+        let (scene, report) = watched(py, progress, Some(checkpoint), |job| self.work.split(&options, job))?;
         let all = PyDict::new(py);
         all.set_item("rounds", report.rounds)?;
         all.set_item("vertices_before", report.vertices_before)?;
         all.set_item("vertices", report.vertices)?;
         all.set_item("rays", report.rays)?;
+        all.set_item("error", report.error)?;
+        all.set_item("error_bound", report.error_bound)?;
         all.set_item("too_short", report.too_short)?;
-        all.set_item("left_out", report.left_out)?;
-        all.set_item("largest_error", report.largest_error)?;
         Ok((scene, all))
     }
 }
@@ -199,9 +213,17 @@ impl Bake {
             if let Some(max_edge) = asked.max_edge {
                 found = found.split_edges(max_edge as f32)?;
             }
+            let options = options.albedo(asked.albedo(&found));
             Ok(Read { found: (asked.work(found, options)?, document, pose), remarks })
         })?;
-        let (work, document, pose) = made.map_err(|error: PrtError| error_of(&error))?.told(py)?;
+        let (mut work, document, pose) = made.map_err(|error: PrtError| error_of(&error))?.told(py)?;
+        if settings.split && settings.is_shared {
+            let splitting = settings.splitting(&work)?;
+            let (split, _) = watched(py, None, None, |job| work.split(&splitting, job))?;
+            let options = work.options().clone();
+            let again = py.detach(|| with_threads(|| BakeWork::at_vertices(split, options)));
+            work = again.map_err(|error| error_of(&error))?;
+        }
         let name = scene.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         Ok(Self { name, source: scene, work, document, pose, settings })
     }
@@ -250,11 +272,11 @@ impl Bake {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let (checkpoint, progress) = (beside(&output, ".checkpoint"), progress.as_ref());
-        let Some(threshold) = self.settings.adaptive else {
+        if !self.settings.split {
             return self.write_with(py, &self.work, &output, &checkpoint, progress);
-        };
+        }
         self.check_output(output.clone())?;
-        let (scene, found) = self.split(py, threshold, &checkpoint, progress)?;
+        let (scene, found) = self.split(py, &checkpoint, progress)?;
         let work = py.detach(|| with_threads(|| BakeWork::at_vertices(scene, self.work.options().clone())));
         let work = work.map_err(|error| error_of(&error))?;
         let report = self.write_with(py, &work, &output, &checkpoint, progress)?;

@@ -141,10 +141,11 @@ impl BakeWork {
         &self.options
     }
 
-    /// Points that are baked.
+    /// Points that are baked, each a step of the job: of vertices that are fitted, triangles.
     #[must_use]
     pub fn points(&self) -> usize {
         match &self.points {
+            Points::Vertices(_) if self.is_fitted() => self.scene.triangle_count(),
             Points::Vertices(receivers) => receivers.len(),
             Points::Texels(texels) => texels.receivers().len(),
             Points::Grid(grid, _) => grid.counts().iter().product(),
@@ -177,7 +178,8 @@ impl BakeWork {
     pub fn file_bytes(&self) -> u64 {
         match &self.points {
             Points::Texels(texels) => self.bytes_of(texels.width() * texels.width()),
-            Points::Vertices(_) | Points::Grid(..) => self.bytes_of(self.points()),
+            Points::Vertices(receivers) => self.bytes_of(receivers.len()),
+            Points::Grid(..) => self.bytes_of(self.points()),
         }
     }
 

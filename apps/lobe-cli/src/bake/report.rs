@@ -69,8 +69,8 @@ impl Done<'_> {
     fn text(&self) -> String {
         let report = self.report;
         let mut text = format!(
-            "points: {}, triangles: {}; rays: {} in {:.1} s; standard error of the constant coefficient {:.2} %",
-            report.receivers,
+            "vertices: {}, triangles: {}; rays: {} in {:.1} s; standard error of the constant coefficient {:.2} %",
+            self.scene.vertex_count(),
             self.scene.triangle_count(),
             report.rays,
             report.seconds,

@@ -43,12 +43,12 @@ class AdaptiveReport(TypedDict):
     vertices_before: int
     vertices: int
     rays: int
-    too_short: int
-    """Edges that may be off by more, being too short to be halved."""
-    left_out: int
-    """Edges that are off by more, for which `max_vertices` has no room."""
-    largest_error: float
-    """The largest error along an edge at the end, in the unit of the threshold."""
+    error: float
+    """The estimate of the error at the end, as a part of the mean."""
+    error_bound: float
+    """One standard deviation more, which splitting compares with its goal."""
+    too_short: float
+    """The part of the error in triangles whose edges are too short to be halved."""
 
 
 class _BakeReport(TypedDict):
@@ -84,8 +84,8 @@ class BakeOptions:
     """Bounces that carry less than this part of the energy are left out."""
     seed: int = 0
     """Bakes with different seeds have independent errors."""
-    albedo: str = "vertex"
-    """vertex, or none: whoever shades multiplies by the base color."""
+    albedo: str | None = None
+    """vertex, or none: whoever shades multiplies by the base color. None: none if a texture colors any surface, else vertex."""
     max_edge: float | None = None
     """Triangles are split first until no edge is longer, in the scene's unit of length."""
     texels: int | None = None
@@ -94,13 +94,15 @@ class BakeOptions:
     """Points in space along x, y and z, where the light that arrives is baked as matrices."""
     grid_box: tuple[float, float, float, float, float, float] | None = None
     """Two corners of the grid's box, which are points; without them points are in the middle of as many equal parts of the scene's box."""
+    split: bool | None = None
+    """Whether triangles are split first where transfer between vertices is off; None: of a .glb and of shards, and if one of the next three is
+    given."""
     adaptive: float | None = None
-    """Edges are split first in whose middle interpolated transfer is off by more than this part of the mean, such as 0.05. Not of shards,
-    as rounds of splitting build on each other."""
+    """Splitting ends where transfer is off by less than this part of the mean; None: 0.01."""
     min_edge: float | None = None
-    """With adaptive: edges that are shorter are left; None: 1/512 of the scene's diagonal."""
+    """Edges that are shorter are not split; None: 1/1024 of the scene's diagonal."""
     max_vertices: int | None = None
-    """With adaptive: vertices at most, spent where interpolation is worst; None: as many as it takes."""
+    """Vertices at most, spent where transfer is farthest off; None: four times those of the scene, at least 20000."""
     clusters: int | None = None
     """Transfer is compressed if this or one of the next two is given: to as many clusters at most, 1 to 65536; None: 64."""
     components: int | None = None
@@ -112,12 +114,23 @@ class BakeOptions:
         modes = ("unshadowed", "shadowed", "interreflected", "glossy")
         if self.mode not in modes:
             raise ValueError(f"mode: expected {', '.join(modes[:-1])} or glossy, found {self.mode!r}")
-        if self.albedo not in ("vertex", "none"):
+        if self.albedo not in (None, "vertex", "none"):
             raise ValueError(f"albedo: expected vertex or none, found {self.albedo!r}")
         for name, least, most in [("order", 1, 8), ("samples", 1, 1 << 24), ("bounces", 0, 255), ("seed", 0, 2**64 - 1)]:
             whole(getattr(self, name), name, least, most)
         real(self.energy_stop, "energy_stop", 0.0, 1.0)
         self._check_points()
+
+    @property
+    def _asks_to_split(self) -> bool:
+        return (self.adaptive, self.min_edge, self.max_vertices) != (None, None, None)
+
+    def is_split(self, output: Path | None) -> bool:
+        """Whether triangles are split for this output, or for shards."""
+        if self.texels is not None or self.grid is not None:
+            return False
+        has_scene = output is None or os.fspath(output).lower().endswith(".glb")
+        return self._asks_to_split or (has_scene if self.split is None else self.split)
 
     @property
     def _is_compressed(self) -> bool:
@@ -155,9 +168,8 @@ class BakeOptions:
             (self.texels is not None and self.grid is not None, "texels and grid: expected one of them"),
             (self.grid_box is not None and self.grid is None, "grid_box: only with grid"),
             (self.max_edge is not None and is_elsewhere, "max_edge: light is not at vertices with texels and grid"),
-            (self.adaptive is not None and is_elsewhere, "adaptive: light is not at vertices with texels and grid"),
-            (self.min_edge is not None and self.adaptive is None, "min_edge: only with adaptive"),
-            (self.max_vertices is not None and self.adaptive is None, "max_vertices: only with adaptive"),
+            (self._asks_to_split and is_elsewhere, "adaptive, min_edge and max_vertices: light is not at vertices with texels and grid"),
+            (self._asks_to_split and self.split is False, "adaptive, min_edge and max_vertices: nothing is split with split=False"),
             (
                 self._is_compressed and (self.mode == "glossy" or self.grid is not None),
                 "clusters, components and weights: of transfer vectors only, not of matrices",
@@ -171,14 +183,9 @@ class BakeOptions:
             if is_refused:
                 raise ValueError(why)
 
-    def of(self, scene: Path | Scene) -> _lobe.Bake:
-        """The bake of a scene."""
-        return _lobe.Bake(Scene.of(scene), asdict(self))
-
-    def expect_shards(self) -> None:
-        """Refuses what cannot be shared among machines."""
-        if self.adaptive is not None:
-            raise ValueError("adaptive: not of shards, as rounds of splitting build on each other; max_edge splits without")
+    def of(self, scene: Path | Scene, output: Path | None = None) -> _lobe.Bake:
+        """The bake of a scene into an output; without one that of shards, whose scene is split at once."""
+        return _lobe.Bake(Scene.of(scene), asdict(self) | {"split": self.is_split(output), "is_shared": output is None})
 
 
 def expect_bits(weights: int) -> int:
@@ -205,9 +212,8 @@ def bake(
     """
     options = options or BakeOptions()
     if shard is None:
-        report: BakeReport = options.of(scene).write(output, progress)
+        report: BakeReport = options.of(scene, output).write(output, progress)
         return report
-    options.expect_shards()
     number, count = expect_shard(shard)
     part: BakeReport = options.of(scene).write_shard(output, number, count, progress)
     return part
@@ -240,7 +246,6 @@ def merge(
     that are there twice are refused by name."""
     paths = expect_parts(parts)
     options = options or BakeOptions()
-    options.expect_shards()
     report: BakeReport = options.of(scene).merge(paths, output, progress)
     return report
 

@@ -19,7 +19,7 @@ import warnings
 import uuid
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -96,9 +96,10 @@ class Work:
     """A bake for workers: a scene that can be baked and an output that can be written, before anything is sent."""
 
     def __init__(self, scene: Path | Scene, output: Path, options: BakeOptions) -> None:
-        self.scene, self.output, self.options = Scene.of(scene), os.fspath(output), options
-        options.expect_shards()
-        self._made = options.of(self.scene)
+        self.scene, self.output = Scene.of(scene), os.fspath(output)
+        # All machines do the same, whatever they know of the output.
+        self.options = replace(options, split=options.is_split(output))
+        self._made = self.options.of(self.scene)
         self._made.check_output(self.output)
         self.identity = identity_of(self._made, self.scene, self.options)
         self.pilot: Pilot | None = None
@@ -350,7 +351,12 @@ def _numbers(kind: Callable[[str], float]) -> Callable[[str], tuple[float, ...]]
 
 
 OPTIONAL: dict[str, Callable[[str], Any]] = {
+    "albedo": str,
     "max_edge": float,
+    "split": lambda text: bool(("false", "true").index(text)),
+    "adaptive": float,
+    "min_edge": float,
+    "max_vertices": int,
     "texels": int,
     "grid": _numbers(int),
     "grid_box": _numbers(float),
@@ -359,9 +365,6 @@ OPTIONAL: dict[str, Callable[[str], Any]] = {
     "weights": int,
 }
 """How options that may be left out are read."""
-
-WHOLE_ONLY = ("adaptive", "min_edge", "max_vertices")
-"""Options of bakes that are not shared."""
 
 
 class _Parser(argparse.ArgumentParser):
@@ -397,7 +400,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("-o", "--output", required=True, help="a .glb or .safetensors file")
     parser.add_argument("--scheduler", help="its address, such as tcp://10.0.0.1:8786 [default: a process on this machine]")
     parser.add_argument("--shards", type=int, help="parts of the work [default: by what a worker measures that they cost]")
-    shared = [field for field in fields(BakeOptions) if field.name not in WHOLE_ONLY]
+    shared = fields(BakeOptions)
     for field in shared:
         name = "--" + field.name.replace("_", "-")
         kind = OPTIONAL.get(field.name) or type(field.default)

@@ -167,7 +167,7 @@ impl BakeOptions {
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[non_exhaustive]
 pub struct BakeReport {
-    /// Number of receivers.
+    /// Number of receivers; of a [fit](crate::bake_vertices) of triangles, which are its receivers.
     pub receivers: usize,
     /// Rays traced for the results, those of work done before a resumption included.
     pub rays: u64,
