@@ -95,8 +95,8 @@ pub struct AdaptiveReport {
 ///
 /// e is estimated without bias from points in the triangle; each has two estimates of its transfer, whose product has no
 /// noise on average. Band l counts by 1/(l + 1)², as in photographed skies, about. The factor 4 is for what a fit loses
-/// that is continuous. In each round the triangles are split that have half of all error, worst first. What nobody
-/// sees, inside of a solid or in a narrow gap, counts nothing.
+/// that is continuous. In each round the triangles are split that have half of all error above its standard deviation,
+/// worst first. What nobody sees, inside of a solid or in a narrow gap, counts nothing.
 ///
 /// What comes and goes between the points of a triangle is not found. Points are as dense as triangles would be if all
 /// vertices were spread evenly, and no more than 256 in a triangle at first.
@@ -292,7 +292,7 @@ impl Known {
     /// The edges to halve of the triangles that have half of all error, worst first.
     fn worst(&self, scene: &Scene, min_edge: f32) -> Vec<Vec<Edge>> {
         let mut off: Vec<(f64, usize)> =
-            self.current.iter().map(|residual| residual.error).zip(0..).filter(|(error, _)| *error > 0.0).collect();
+            self.current.iter().map(Residual::least_error).zip(0..).filter(|(error, _)| *error > 0.0).collect();
         off.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         let edges = |&(error, triangle): &(f64, usize)| {
             let edges = edges_to_halve(scene, triangle, min_edge);

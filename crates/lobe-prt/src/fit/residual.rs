@@ -36,6 +36,11 @@ impl Residual {
         [self.error as f32, self.energy as f32, self.variance.sqrt() as f32]
     }
 
+    /// The error less its standard deviation, so that few triangles count by their noise alone.
+    pub(crate) fn least_error(&self) -> f64 {
+        self.error - self.variance.sqrt()
+    }
+
     pub(crate) fn of_numbers(numbers: [f32; Self::NUMBERS]) -> Self {
         let [error, energy, deviation] = numbers.map(f64::from);
         Self { error, energy, variance: deviation * deviation }
