@@ -45,8 +45,8 @@ pub struct PictureWriteReport {
 /// Writes a picture as Radiance `.hdr`, OpenEXR `.exr` (ZIP) or portable float map `.pfm`, depending on the extension; see
 /// [`encode_picture`]. No partial file ever has the final name.
 ///
-/// OpenEXR keeps the [alpha](Picture::alpha) of a picture as channel `A`, beside colors that are associated with it, as that
-/// format defines them. The other formats have none.
+/// OpenEXR keeps the [alpha](Picture::alpha) of a picture as channel `A`, beside colors that are associated with it, as
+/// that format defines them. The other formats have none.
 ///
 /// ```
 /// use lobe_image::{Picture, PictureReadOptions, PictureWriteOptions, read_picture, write_picture};

@@ -91,7 +91,8 @@ impl<W: Write> AnimatedPng<W> {
     /// steady.
     ///
     /// # Errors
-    /// [`ImageError::Options`] if it is of another size, or has an alpha unlike those before; [`ImageError::Invalid`] if it is one too many;
+    /// [`ImageError::Options`] if it is of another size, or has an alpha unlike those before; [`ImageError::Invalid`]
+    /// if it is one too many;
     /// [`ImageError::Io`] if the file refuses.
     pub fn add(&mut self, picture: &Picture, tone: &Tone) -> Result<(), ImageError> {
         let ((width, height), (w, h)) = (self.size, (picture.width(), picture.height()));

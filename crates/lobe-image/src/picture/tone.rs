@@ -85,7 +85,8 @@ impl Tone {
         picture.map(|c| narrowed(self.curve.apply(scaled(widened(c), factor))))
     }
 
-    /// The display bytes, three for each pixel; an alpha is left out, so that what is covered in part is shown before black.
+    /// The display bytes, three for each pixel; an alpha is left out, so that what is covered in part is shown before
+    /// black.
     #[must_use]
     pub fn to_bytes(&self, picture: &Picture) -> Vec<u8> {
         let factor = self.exposure.factor(picture);

@@ -81,6 +81,7 @@ pub(crate) fn backs_in_view(
         }
         Rgb::ZERO
     };
+    // Of the same rays as the picture: that of neither depends on the light.
     ray_cast(scene, bvh, camera, view, &|_: Dir| Rgb::ZERO, &mark, job)?;
     Ok((0..seen.len()).filter(|&place| seen[place].load(Ordering::Relaxed)).collect())
 }
