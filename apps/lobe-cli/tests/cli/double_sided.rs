@@ -43,7 +43,9 @@ fn check(dir: &Dir, args: &str, expected: [f64; 3]) {
 }
 
 fn truth(dir: &Dir, args: &str) -> [f64; 3] {
-    dir.lobe(&format!("render {args} --mode truth --order 4 --samples 256 -o truth.exr")).arg("--quiet").stdout();
+    dir.lobe(&format!("render {args} --mode truth --order 4 --background light --samples 256 -o truth.exr"))
+        .arg("--quiet")
+        .stdout();
     mean(dir, "truth.exr")
 }
 
