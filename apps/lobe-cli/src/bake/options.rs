@@ -57,6 +57,10 @@ pub(crate) struct Bake {
     /// Where the albedo of the surface itself is; not of --mode glossy and --grid, whose matrices never have it
     #[arg(long, value_enum, default_value = "vertex")]
     pub(super) albedo: AlbedoName,
+    /// Keep the transfer of the backs of double-sided surfaces in the file, too, for the side from which corners run clockwise.
+    /// Without it lobe render bakes those that it shows, and other programs have none. Of a .glb without compression
+    #[arg(long, conflicts_with_all = ["texels", "grid", "clusters", "components", "weights", "shard", "merge"])]
+    pub(super) backs: bool,
     #[command(flatten)]
     pub(super) splitting: Splitting,
     /// Bake at the W × W texels of a lightmap instead of at vertices, with the normals that normal maps have there; scenes need
@@ -171,6 +175,9 @@ impl Bake {
                 "--max-vertices: only of --adaptive",
             ),
         ];
+        if self.backs && !self.is_glb() {
+            bail!("--backs: only of a .glb, which holds the sides of its surfaces; leave the option out");
+        }
         self.sharing.check(&self.output)?;
         if let Some((_, message)) = ignored.into_iter().find(|(is_ignored, _)| *is_ignored) {
             bail!(message);

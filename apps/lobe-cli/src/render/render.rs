@@ -53,8 +53,8 @@ const LOBE: GlossyLobe = GlossyLobe::Ggx(0.3);
 const NOTES: &str = "\
 Surfaces seen from behind: single-sided ones are black, in every mode, and stop light all the same. In all modes \
 except truth, gaps of an open body no wider than two pixels take the light around them. Double-sided ones show the light \
-that falls on their back. Baked files hold fronts; backs are baked on the way, with as many paths, as far as the view shows them: of a \
-closed body seen from outside there are none.
+that falls on their back. Baked files hold fronts, and backs by lobe bake --backs; else backs are baked on the way, \
+with as many paths, as far as the view shows them: of a closed body seen from outside there are none.
 
 Memory: 224 bytes for each pixel of the truth, 80 else, for one picture at a time; transfer that is baked on the way, \
 twice 4 n² bytes for each vertex and channel, of glossy 4 n⁴; environment mapping, up to 96 for each texel of the light and 160 MB. Scene, light and \

@@ -8,7 +8,7 @@ use lobe::image::{ExrLayers, PictureReadOptions, read_picture};
 use crate::harness::Dir;
 
 /// A ball that takes a part of the picture, with little to compute.
-const VIEW: &str = "built-in:ball --env bundled:sunset --size 24x18 --eye 4,-6,3 --target 0,0,1 --fov 30";
+const VIEW: &str = "built-in:ball --env bundled:sunset --size 24x18 --eye 5,-7,1.6 --target 0,0,1.2 --fov 30";
 
 /// The modes, each with what makes it quick.
 const MODES: [&str; 5] = [

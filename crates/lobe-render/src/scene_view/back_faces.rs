@@ -1,9 +1,9 @@
-//! Back faces: the transfer of the backs of double-sided surfaces that a view shows; files hold that of fronts alone.
+//! Back faces: the transfer of the backs of double-sided surfaces that a view shows. Most files hold that of fronts alone.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use lobe_io::Job;
-use lobe_prt::{BakeOptions, Receivers, TexelReceivers};
+use lobe_prt::{BakeOptions, BakedBacks, Receivers, TexelReceivers};
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
 
@@ -52,6 +52,15 @@ impl BackFaces {
         // Bake the other sides.
         let (transfer, _) = SurfaceTransfer::bake(scene, bvh, &fronts.backs(&needed)?, options, is_glossy, job)?;
         Ok(Self { receivers, transfer })
+    }
+
+    /// The backs of these vertices of a scene, which a file holds.
+    pub(crate) fn of_file(scene: &Scene, BakedBacks { vertices, transfer }: BakedBacks) -> Self {
+        let mut receivers = vec![NONE; scene.vertex_count()];
+        for (receiver, vertex) in vertices.into_iter().enumerate() {
+            receivers[vertex] = receiver as u32;
+        }
+        Self { receivers, transfer: SurfaceTransfer::Matte(transfer.into()) }
     }
 
     /// The receiver at the back of a place, if that was baked.
