@@ -7,11 +7,11 @@ use std::time::Duration;
 
 use lobe::prt::{AlbedoMode, BakeOptions, BakedTransfer};
 use lobe::render::{
-    MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, MovingShading, RenderError, ViewOptions,
-    VisibilityGridOptions, light_moving_scene,
+    MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, MovingShading, RenderError, VisibilityGridOptions,
+    light_moving_scene,
 };
 use lobe::scene::{Bvh, SceneReadReport};
-use lobe::sh::{Coefficient as _, Dir};
+use lobe::sh::Dir;
 use lobe::shadow::{FieldOptions, LogTable, LogTableOptions, RadialInterpolation, ShadowFieldOptions, ShadowOptions};
 use numpy::PyReadonlyArray2;
 use pyo3::exceptions::PyRuntimeError;
@@ -21,7 +21,7 @@ use crate::forked::with_threads;
 use crate::job::{answered, error_of, watched};
 use crate::maps::Map;
 use crate::pictures::{
-    Paths, Pixels, Traced, View, camera_around, distant_light, expansion, light_towards, pixels, trace, traced,
+    Behind, Paths, Pixels, Traced, View, camera_around, distant_light, expansion, trace, traced, view_options,
 };
 use crate::rows::value_error;
 use crate::scenes::{Read, SceneInput, remark};
@@ -244,23 +244,24 @@ impl Moving {
         Ok(transfer.order)
     }
 
-    /// A moment under light, before a map or, without one, before the light itself: `(height, width, 3)`.
+    /// A moment under light, before a background as of `render_still`: `(height, width, 3)`, or 4 before nothing.
     #[expect(clippy::too_many_arguments, reason = "a picture takes its time, its light, its view and its size")]
     fn render<'py>(
         &self,
         py: Python<'py>,
         time: f64,
         light: PyReadonlyArray2<'py, f64>,
-        background: Option<&Map>,
+        map: Option<&Map>,
+        background: &str,
         view: View,
         size: (usize, usize),
         rays: usize,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Pixels<'py>> {
-        let (light, options) = (expansion(&light)?, ViewOptions::default().width(size.0).height(size.1).rays(rays));
+        let (light, options) = (expansion(&light)?, view_options(size, rays));
         let camera = camera_around(self.bounds(py, time)?, view)?;
-        let map = background.map(|map| &*map.0);
-        let shown = |s: Dir| map.map_or_else(|| light_towards(&light, s), |map| map.radiance(s).widen());
+        let behind = Behind::new(background, map)?;
+        let shown = |s: Dir| behind.seen([&light, &light], s);
         let mut held = self.hold(py)?;
         let inner = &mut *held.inner;
         let lit = watched(py, progress.as_ref(), None, |mut job| {
@@ -278,7 +279,7 @@ impl Moving {
             inner.tree = Some(moment.into_bvh());
             Ok(lit)
         })?;
-        pixels(py, &lit.picture)
+        behind.pixels(py, lit)
     }
 
     /// A moment path traced under a lat-long map or an expansion, with the scene's lamps.

@@ -2,15 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
+use lobe::env::MappedMap;
 use lobe::image::{ImageError, Measured, Picture, ZTest, compare as compare_pixels, flip, hdr_flip, relative_mse};
 use lobe::io::{Job, Shard};
 use lobe::prt::{BakeOptions, BakedOrScene, GlossyLobe};
 use lobe::render::{
-    BakedScene, Camera, DistantLight, Emitter, PathOptions, RenderError, SampleCount, Surfaces, Truth, TruthOptions,
-    ViewOptions, light_baked_scene, light_by_irradiance, render_truth_shard, render_truth_with_emitters,
+    Background, BakedScene, Camera, DistantLight, Emitter, LitPicture, PathOptions, RenderError, SampleCount, Surfaces,
+    Truth, TruthOptions, ViewOptions, light_baked_scene, light_by_irradiance, render_truth_shard,
+    render_truth_with_emitters,
 };
 use lobe::scene::{Bvh, Scene, is_gltf};
-use lobe::sh::{Coefficient as _, Dir, Rgb, ShVec};
+use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb, ShVec};
 use numpy::{PyArrayDyn, PyReadonlyArray2, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
 
@@ -44,12 +46,16 @@ pub(crate) fn expansion(c: &PyReadonlyArray2<'_, f64>) -> PyResult<ShVec<Rgb<f64
     ShVec::from_vec(colors).ok_or_else(|| value_error("expected n² coefficients"))
 }
 
-/// A picture, `(height, width, 3)`.
+/// A picture, `(height, width, 3)`, or 4 with an alpha.
 pub(crate) type Pixels<'py> = Bound<'py, PyArrayDyn<f32>>;
 
 pub(crate) fn pixels<'py>(py: Python<'py>, picture: &Picture) -> PyResult<Pixels<'py>> {
-    let numbers = picture.pixels().as_flattened().to_vec();
-    array_of(py, numbers, &[picture.height(), picture.width(), 3])
+    let (height, width) = (picture.height(), picture.width());
+    let Some(alpha) = picture.alpha() else {
+        return array_of(py, picture.pixels().as_flattened().to_vec(), &[height, width, 3]);
+    };
+    let numbers = picture.pixels().iter().zip(alpha).flat_map(|([r, g, b], alpha)| [*r, *g, *b, *alpha]).collect();
+    array_of(py, numbers, &[height, width, 4])
 }
 
 /// How the picture of a scene that stands still is made.
@@ -156,7 +162,8 @@ impl Method {
 /// The mode that has no transfer.
 const IRRADIANCE: &str = "irradiance";
 
-/// A scene under light, before a map or, without one, before the light itself: `(height, width, 3)`.
+/// A scene under light, before a background, such as the map or, without one, the light itself: `(height, width, 3)`,
+/// or 4 before nothing.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "a picture takes its scene, its light, its view and its size")]
 pub(crate) fn render_still<'py>(
@@ -164,7 +171,8 @@ pub(crate) fn render_still<'py>(
     scene: SceneInput,
     method: Method,
     light: PyReadonlyArray2<'py, f64>,
-    background: Option<&Map>,
+    map: Option<&Map>,
+    background: &str,
     view: View,
     size: (usize, usize),
     rays: usize,
@@ -174,18 +182,18 @@ pub(crate) fn render_still<'py>(
     let asked = method.clone();
     let read = answered(py, usize::MAX, move || asked.read(&scene, lobe))?;
     let found = read.map_err(|error| error_of(&error))?.told(py)?;
-    let options = ViewOptions::default().width(size.0).height(size.1).rays(rays);
-    let map = background.map(|map| &*map.0);
-    let shown = |s: Dir| map.map_or_else(|| light_towards(&light, s), |map| map.radiance(s).widen());
+    let options = view_options(size, rays);
+    let behind = Behind::new(background, map)?;
     let progress = progress.as_ref();
     let mut baked = match (found, method.mode.as_deref()) {
         (Found::Baked(baked), _) => *baked,
         (Found::Scene(scene), Some(IRRADIANCE) | None) => {
             let (bvh, camera) = (py.detach(|| with_threads(|| Bvh::new(&scene))), camera_of(&scene, view)?);
+            let shown = |s: Dir| behind.seen([&light, &light], s);
             let lit = watched(py, progress, None, |job| {
                 light_by_irradiance(&scene, &bvh, &light, &camera, &options, shown, job)
             })?;
-            return pixels(py, &lit.picture);
+            return behind.pixels(py, lit);
         }
         (Found::Scene(scene), Some(mode)) => {
             let bake = method.options(mode)?;
@@ -193,6 +201,8 @@ pub(crate) fn render_still<'py>(
         }
     };
     let camera = camera_of(baked.scene(), view)?;
+    let lights = light.resized(baked.order().min(light.order()));
+    let shown = |s: Dir| behind.seen([&light, &lights], s);
     // Files hold the fronts of surfaces; backs are baked as far as the view shows them.
     let lit = watched(py, progress, None, |mut job| {
         let seen = baked.backs_in_view(&camera, &options, job.reborrow())?;
@@ -201,12 +211,44 @@ pub(crate) fn render_still<'py>(
         }
         light_baked_scene(&baked, &light, &camera, &options, shown, job)
     })?;
-    pixels(py, &lit.picture)
+    behind.pixels(py, lit)
 }
 
-/// The value of a light.
-pub(crate) fn light_towards(light: &ShVec<Rgb<f64>>, s: Dir) -> Rgb<f64> {
-    lobe::sh::Expansion::eval(light, s)
+/// So many times as many rays of a pixel where surfaces end, as of the command.
+const EDGE_RAYS: usize = 4;
+
+/// The options of a picture with `rays` squared rays for each pixel.
+pub(crate) fn view_options((width, height): (usize, usize), rays: usize) -> ViewOptions {
+    ViewOptions::default().width(width).height(height).rays(rays).edge_rays(EDGE_RAYS * rays * rays)
+}
+
+/// What is behind a scene: one of the names or a color of the command, for `env` a map or, without one, the light.
+pub(crate) struct Behind<'a> {
+    background: Background,
+    map: Option<&'a MappedMap>,
+}
+
+impl<'a> Behind<'a> {
+    pub(crate) fn new(background: &str, map: Option<&'a Map>) -> PyResult<Self> {
+        let background = background.parse().map_err(|error| value_error(format!("background: {error}")))?;
+        Ok(Self { background, map: map.map(|map| &*map.0) })
+    }
+
+    /// What is seen towards `s` under the light as it was given, and as it lights the scene.
+    pub(crate) fn seen(&self, [given, lights]: [&ShVec<Rgb<f64>>; 2], s: Dir) -> Rgb<f64> {
+        match (self.background, self.map) {
+            (Background::Env, Some(map)) => map.radiance(s).widen(),
+            (Background::Env, None) => given.eval(s),
+            (Background::Color(color), _) => color,
+            (Background::None, _) => Rgb::ZERO,
+            _ => lights.eval(s),
+        }
+    }
+
+    /// A picture, of four channels before nothing.
+    pub(crate) fn pixels<'py>(&self, py: Python<'py>, lit: LitPicture) -> PyResult<Pixels<'py>> {
+        pixels(py, &if self.background == Background::None { lit.before_nothing().picture } else { lit.picture })
+    }
 }
 
 /// Samples of each pixel, bounces before the visible surface, a seed, and the model of surfaces.

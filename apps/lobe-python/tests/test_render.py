@@ -44,6 +44,22 @@ def test_the_background_is_the_light(baked):
         np.testing.assert_allclose(picture[11:13, 15:17].mean(axis=(0, 1)), expected, rtol=0.3)
 
 
+def test_a_background_is_nothing_a_color_or_the_light_that_lights(baked):
+    sky = lobe.EnvMap.bundled("sunset")
+    of = lambda background: lobe.render(baked, sky, background=background, **SMALL)  # noqa: E731
+    clear, color = of("none"), of((0.5, 2.0, 0.25))
+    assert clear.shape == (*color.shape[:2], 4), clear.shape
+    alpha = clear[..., 3:]
+    assert alpha.min() == 0 and alpha.max() == 1
+    np.testing.assert_allclose(clear[..., :3] + (1 - alpha) * np.float32([0.5, 2.0, 0.25]), color, atol=1e-5)
+    np.testing.assert_allclose(of("#ff0000")[0, 0], [1, 0, 0])
+    behind = alpha[..., 0] == 0
+    assert np.abs(of("light") - of("env"))[behind].max() > 0.01, "the map is not its expansion"
+    for bad in ["sky", (1.0, 2.0), (1.0, -1.0, 0.0)]:
+        with pytest.raises(ValueError, match="background: expected"):
+            of(bad)
+
+
 def test_equal_pictures_do_not_differ_and_noise_is_measured():
     a = np.random.default_rng(0).random((16, 16, 3)).astype(np.float32)
     same = lobe.compare(a, a)

@@ -13,7 +13,7 @@
 //! | adaptive subdivision | [`split_adaptively`], [`AdaptiveOptions`], [`AdaptiveReport`], [`split_checkpoints`] |
 //! | baking | [`fn@bake`], [`bake_on_disk`], [`bake_shard`], [`BakeOptions`], [`BakeMode`], [`AlbedoMode`], [`BakeReport`] |
 //! | a bake as a piece of work, with its points, shards and file | [`BakeWork`], [`BakedRows`] |
-//! | baked glTF scenes | [`BakedGlb`], [`fn@read_baked`], [`Baked`]; baked or not: [`read_baked_or_scene`]; of an open file: [`BakedTransfer`] |
+//! | baked glTF scenes | [`BakedGlb`], [`fn@read_baked`], [`Baked`]; their backs [`BakedBacks`], [`double_sided_vertices`]; baked or not: [`read_baked_or_scene`]; of an open file: [`BakedTransfer`] |
 //! | files of transfer alone | [`write_transfer`], [`write_half_transfer`], [`read_transfer`]; lightmaps [`write_lightmap`], [`read_lightmap`] |
 //! | compression (CPCA) | [`CompressedTransfer`], [`error_curve`] |
 //! | compression of any table | [`compress_table`], [`compress_table_within`] |
@@ -57,6 +57,7 @@ pub use compression::compressed_table::{CompressedTable, TableWeights, WeightBit
 pub use compression::compressed_transfer::CompressedTransfer;
 pub use error::PrtError;
 pub use files::any_transfer::{AnyTransfer, read_any_transfer, read_any_transfer_bytes};
+pub use files::baked_backs::{BakedBacks, double_sided_vertices};
 pub use files::baked_glb::BakedGlb;
 pub use files::baked_layout::LOBE_EXTRAS_VERSION;
 pub use files::compressed_file::{

@@ -66,6 +66,7 @@
 //! | scenes that move | [`MovingScene`], its [`MovingPart`]s and [`MovingLamp`]s, [`Moment`], [`Moments`]; [`light_moving_scene`] by [`MovingShading`] |
 //! | what is baked of them | [`MovingBakeOptions`], [`PartBake`], [`KeptVertices`]; what stands still in a room [`VisibilityGrid`] |
 //! | scenes without transfer | [`light_by_irradiance`] |
+//! | what is behind scenes | [`Background`], [`Backdrop`], [`DistantLight::seen`] |
 //! | lamps for paths | [`Emitter`], [`render_truth_with_emitters`] |
 //! | paths from receivers | [`PathTracer`], [`PathOptions`], [`DistantLight`], [`SampleCount`], [`PathEstimate`] |
 //! | a traced picture from its file, with its variance | [`read_traced_picture`], [`TracedPicture`] |
@@ -115,7 +116,8 @@ pub use moving::moving_scene::MovingScene;
 pub use moving::moving_shading::MovingShading;
 pub use moving::part_obstacles::{PartObstacles, PartReceivers};
 pub use moving::visibility_grid::{VisibilityGrid, VisibilityGridOptions};
-pub use path_tracer::distant_light::DistantLight;
+pub use path_tracer::background::Background;
+pub use path_tracer::distant_light::{Backdrop, DistantLight};
 pub use path_tracer::emitter::Emitter;
 pub use path_tracer::estimate::{PathEstimate, SampleCount};
 pub use path_tracer::path_tracer::{LightStrategy, PathOptions, PathReceiver, PathTracer, Surfaces};

@@ -13,9 +13,9 @@ use lobe::scene::{GltfDocument, Mesh, Scene, ScenePose};
 use crate::args::open_scene::{OpenScene, ReadScene};
 use crate::args::output::{self, has_extension};
 use crate::args::sharing;
+use crate::bake::backs::baked_backs;
 use crate::bake::options::{Bake, ModeName};
 use crate::bake::report;
-
 use crate::run::bake_watch::{Checkpoint, stop_before_writing, stopped, tell_if_too_late, watched, write_watched};
 use crate::run::talk::Talk;
 
@@ -110,6 +110,7 @@ impl Bake {
             self.check_document(scene)?;
         }
         let glb = if self.is_glb() { Some(self.glb(scene, document)?) } else { None };
+        let glb = if self.backs { glb.map(|glb| glb.with_backs(scene)) } else { glb };
         let work = self.work(scene)?;
         // Refuse an output that has no room, before the bake.
         let channels = work.channels();
@@ -121,6 +122,15 @@ impl Bake {
         // Bake, into the checkpoint.
         let (baked, report) = checkpoint.watched(talk, |job| work.bake(job))?;
         let recipe = self.recipe(&work, &report, pose.as_ref());
+        if let (Some(glb), Some(transfer), true) = (&glb, baked.as_transfer(), self.backs) {
+            let backs = baked_backs(scene, work.options(), channels, (checkpoint, self.fresh), talk)?;
+            if let Some((backs, kept)) = backs {
+                write_watched(talk, |job| glb.write_with_backs(&self.output, [transfer, &backs], &recipe, job))?;
+                kept.finish();
+                return Ok((report, None));
+            }
+            talk.note(&self.input.name(), "has no double-sided surfaces, so that --backs adds nothing");
+        }
         // Write the results as they are, unless they are to be compressed.
         let Some(compression) = self.compression.options() else {
             write_watched(talk, |job| match (&glb, baked.as_transfer()) {

@@ -59,6 +59,10 @@ pub(crate) struct Bake {
     /// if a texture colors any surface, else vertex]
     #[arg(long, value_enum)]
     pub(super) albedo: Option<AlbedoName>,
+    /// Keep the transfer of the backs of double-sided surfaces in the file, too, for the side from which corners run clockwise.
+    /// Without it lobe render bakes those that it shows, and other programs have none. Of a .glb without compression
+    #[arg(long, conflicts_with_all = ["texels", "grid", "clusters", "components", "weights", "shard", "merge"])]
+    pub(super) backs: bool,
     #[command(flatten)]
     pub(super) splitting: Splitting,
     /// Bake at the W × W texels of a lightmap instead of at vertices, with the normals that normal maps have there; scenes need
@@ -164,6 +168,9 @@ impl Bake {
                 "-o: --mode glossy, --texels and --grid are written as .safetensors",
             ),
         ];
+        if self.backs && !self.is_glb() {
+            bail!("--backs: only of a .glb, which holds the sides of its surfaces; leave the option out");
+        }
         self.sharing.check(&self.output)?;
         if let Some((_, message)) = ignored.into_iter().find(|(is_ignored, _)| *is_ignored) {
             bail!(message);

@@ -60,7 +60,7 @@ impl<'a> Stage<'a> {
         behind: &DistantLight,
         raster: Raster,
     ) -> anyhow::Result<Picture> {
-        let background = |s: Dir| behind.radiance(s);
+        let background = |s: Dir| behind.seen(s);
         let (camera, view) = (&self.camera, raster.view());
         let lit = light_moving_scene(moment, shading, &self.light, camera, &view, background, Job::default())?;
         Ok(lit.picture)
@@ -77,7 +77,7 @@ impl<'a> Stage<'a> {
         let lit = transfer.exit_radiance(self.light.coefficients());
         let radiance = |hit: &SceneHit<'_>| hit.at_corners(&lit);
         let (behind, view) = (self.distant(), raster.view());
-        let background = |s: Dir| behind.radiance(s);
+        let background = |s: Dir| behind.seen(s);
         Ok(scene_picture(moment.scene(), moment.bvh(), &self.camera, &view, background, radiance, Job::default())?)
     }
 

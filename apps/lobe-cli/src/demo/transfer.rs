@@ -171,7 +171,7 @@ impl Hall {
     /// The hall under the turned light, the turned photograph behind it.
     pub(super) fn picture(&self, sky: &Sky, turn: &Rotation, light: &ShVec<Rgb<f64>>) -> anyhow::Result<Picture> {
         let behind = DistantLight::from_map(sky.map.clone()).turned(turn);
-        Ok(self.lit(&turn.rotated(light), |s| behind.radiance(s))?)
+        Ok(self.lit(&turn.rotated(light), |s| behind.seen(s))?)
     }
 
     fn lit(

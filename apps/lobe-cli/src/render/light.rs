@@ -1,11 +1,12 @@
 //! Light options of `lobe render`: a map or an expansion, its order, window and rotation.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use anyhow::bail;
 use clap::Args;
 use lobe::env::{EnvMap, project_env};
-use lobe::render::DistantLight;
+use lobe::render::{Backdrop, Background, DistantLight};
 use lobe::sh::{Dir, Expansion as _, Quantity, Rgb, Rotation, ShVec, Window, read_sh_json, windowed};
 
 use crate::args::input::without_options;
@@ -67,7 +68,7 @@ fn window(text: &str) -> Result<WindowKind, String> {
 
 /// The light as it was read.
 pub(crate) struct ReadLight {
-    map: Option<EnvMap>,
+    map: Option<Arc<EnvMap>>,
     expansion: Option<ShVec<Rgb<f64>>>,
 }
 
@@ -81,7 +82,7 @@ impl LightInput {
         if !self.is_expansion() {
             let read = MapInput::of(&self.env).read_lat_long(talk);
             let map = read.map_err(|error| without_options(error, CONVERT_FIRST))?;
-            return Ok(ReadLight { map: Some(map), expansion: None });
+            return Ok(ReadLight { map: Some(Arc::new(map)), expansion: None });
         }
         let file = read_sh_json(&self.env)?;
         if file.quantity != Quantity::Radiance {
@@ -148,10 +149,15 @@ impl LightInput {
 impl ReadLight {
     /// The map; none if the light is an expansion.
     pub(crate) fn map(&self) -> Option<&EnvMap> {
-        self.map.as_ref()
+        self.map.as_deref()
     }
 
-    /// The light before it was made an expansion, as the background of the scene.
+    /// What the eye sees behind the scene.
+    pub(crate) fn backdrop(&self, background: Background) -> Backdrop {
+        background.backdrop(self.map.as_ref(), self.expansion.as_ref())
+    }
+
+    /// The light before it was made an expansion.
     pub(crate) fn as_it_is(&self) -> DistantLight {
         match (&self.map, &self.expansion) {
             (Some(map), _) => DistantLight::from_map(map.clone()),

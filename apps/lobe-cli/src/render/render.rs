@@ -4,11 +4,11 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::bail;
-use clap::{Args, ValueEnum};
+use clap::Args;
 use lobe::io::{Job, Progress, Shard};
 use lobe::prt::{BakeMode, BakeOptions, GlossyLobe, Transfer};
 use lobe::render::{
-    Camera, DistantLight, Emitter, EnvironmentMaps, LitPicture, MovingMethod, MovingScene, MovingShading, RenderError,
+    Background, Camera, DistantLight, Emitter, EnvironmentMaps, MovingMethod, MovingScene, MovingShading, RenderError,
     Surfaces, TruthOptions, ViewOptions, light_baked_scene, light_by_environment_maps, light_by_irradiance,
     light_moving_scene, render_truth_shard,
 };
@@ -42,6 +42,9 @@ const MAX_SAMPLES: usize = 1 << 20;
 /// Rays of a pixel without --samples, of all modes but truth.
 const RAYS: usize = 4;
 
+/// So many times as many where surfaces end.
+const EDGE_RAYS: usize = 4;
+
 /// Bounces without --bounces, as in the bake.
 const BOUNCES: usize = 3;
 
@@ -49,12 +52,13 @@ const BOUNCES: usize = 3;
 const LOBE: GlossyLobe = GlossyLobe::Ggx(0.3);
 
 const NOTES: &str = "\
-Surfaces seen from behind: single-sided ones are black, in every mode, and stop light all the same. Double-sided ones show the light \
-that falls on their back. Baked files hold fronts; backs are baked on the way, with as many paths, as far as the view shows them: of a \
-closed body seen from outside there are none.
+Surfaces seen from behind: single-sided ones are black, in every mode, and stop light all the same. In all modes \
+except truth, gaps of an open body no wider than two pixels take the light around them. Double-sided ones show the light \
+that falls on their back. Baked files hold fronts, and backs by lobe bake --backs; else backs are baked on the way, \
+with as many paths, as far as the view shows them: of a closed body seen from outside there are none.
 
-Memory: 224 bytes for each pixel of the truth, 60 else, for one picture at a time; transfer that is baked on the way, twice 4 n² bytes \
-for each vertex and channel, of glossy 4 n⁴; environment mapping, up to 96 for each texel of the light and 160 MB. Scene, light and \
+Memory: 224 bytes for each pixel of the truth, 80 else, for one picture at a time; transfer that is baked on the way, \
+twice 4 n² bytes for each vertex and channel, of glossy 4 n⁴; environment mapping, up to 96 for each texel of the light and 160 MB. Scene, light and \
 transfer from a file come on top and are as large as their files. A scene that moves takes 192 + 16 n² bytes more for each vertex, 320 \
 for each triangle, and what is baked of its parts.
 
@@ -75,7 +79,7 @@ pub(crate) struct Render {
     pictures: Pictures,
     #[command(flatten)]
     view: ViewInput,
-    /// Paths (truth) or rays (else) for each pixel [default: 64, 4]
+    /// Paths (truth) or rays (else) for each pixel; four times as many rays where surfaces end [default: 64, 4]
     #[arg(long, value_name = "N", value_parser = samples)]
     samples: Option<usize>,
     /// truth, interreflected, glossy: the number of reflections before that of the surface that is seen; fields, shexp: those within
@@ -103,10 +107,12 @@ pub(crate) struct Render {
     /// the picture differs by 18 % from --mode truth --surfaces gltf, for rougher ones by more
     #[arg(long, value_name = "phong:E|ggx:ALPHA")]
     lobe: Option<GlossyLobe>,
-    /// All but truth and environment, which show the light that they use: the background behind the scene; light, to compare with
-    /// a truth of the same --order [default: env]
-    #[arg(long, value_enum)]
-    background: Option<Background>,
+    /// What is behind the scene, which lights nothing. env: the environment as it was given, a map interpolated between
+    /// its texels; light: the light that lights the scene, its expansion in all modes but truth without --order and
+    /// environment; none: nothing, so that .png has straight alpha and .exr a channel A beside premultiplied colors; or
+    /// a color, #rrggbb of sRGB or r,g,b of linear radiance
+    #[arg(long, value_name = "env|light|none|COLOR", default_value_t = Background::Env)]
+    background: Background,
     #[command(flatten)]
     memory: MemoryLimit,
     /// truth, fields, shexp: start anew, even if there is a checkpoint of what was stopped
@@ -114,14 +120,6 @@ pub(crate) struct Render {
     fresh: bool,
     #[command(flatten)]
     sharing: Sharing,
-}
-
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-enum Background {
-    /// The environment as it was given
-    Env,
-    /// The expansion that lights the scene
-    Light,
 }
 
 fn samples(text: &str) -> Result<usize, String> {
@@ -277,35 +275,31 @@ impl Render {
             }
             Stage::Moving(moving, Some(shading)) => self.shaded((moving, tree), shading, time, camera, &lit, job),
             Stage::Plain(scene, bvh) => {
-                let background = |s: Dir| lit.shown.radiance(s);
-                if let Some(maps) = maps {
-                    let (maps, view) = (maps.turned(turn), self.view_options());
-                    let picture = light_by_environment_maps(scene, bvh, maps, camera, &view, background, job)?;
-                    return Ok(Rendered::Shaded(LitPicture { picture, below_zero: 0.0 }));
-                }
-                light_by_irradiance(scene, bvh, lit.light(), camera, &self.view_options(), background, job)
-                    .map(Rendered::Shaded)
+                let (background, view) = (|s: Dir| lit.shown.seen(s), self.view_options());
+                let picture = match maps {
+                    Some(maps) => {
+                        light_by_environment_maps(scene, bvh, maps.turned(turn), camera, &view, background, job)?
+                    }
+                    None => light_by_irradiance(scene, bvh, lit.light(), camera, &view, background, job)?,
+                };
+                Ok(Rendered::Shaded(lit.finished(picture)))
             }
             Stage::Baked(baked) => {
-                let background = |s: Dir| lit.shown.radiance(s);
-                light_baked_scene(baked, lit.light(), camera, &self.view_options(), background, job)
-                    .map(Rendered::Shaded)
+                let background = |s: Dir| lit.shown.seen(s);
+                let picture = light_baked_scene(baked, lit.light(), camera, &self.view_options(), background, job)?;
+                Ok(Rendered::Shaded(lit.finished(picture)))
             }
         }
     }
 
     /// The light of a picture, turned.
     fn lit(&self, work: &Work<'_>, turn: &Rotation) -> Lit {
-        let is_given = match &work.expansion {
-            // That of environment mapping, too.
-            None => true,
-            Some(_) => self.mode != Mode::Truth && self.background != Some(Background::Light),
-        };
         let shown = match &work.expansion {
-            Some(f) if !is_given => DistantLight::from_expansion(f.clone()),
-            _ => work.light.as_it_is(),
+            Some(f) => DistantLight::from_expansion(f.clone()),
+            None => work.light.as_it_is(),
         };
-        Lit { shown: shown.turned(turn), expansion: work.expansion.as_ref().map(|f| turn.rotated(f)) }
+        let shown = shown.before(work.light.backdrop(self.background)).turned(turn);
+        Lit { shown, expansion: work.expansion.as_ref().map(|f| turn.rotated(f)) }
     }
 
     /// A moment of a scene that moves, the backs that it shows baked before; its tree is that of the moment before, refit.
@@ -329,10 +323,10 @@ impl Render {
             moving.bake_backs(&seen, &bake, Job::default().watched_by(&mut quiet))?;
             moment = moving.at_with(time, Some(bvh))?;
         }
-        let background = |s: Dir| lit.shown.radiance(s);
+        let background = |s: Dir| lit.shown.seen(s);
         let shaded = light_moving_scene(&moment, shading, lit.light(), camera, &view, background, job)?;
         *tree = Some(moment.into_bvh());
-        Ok(Rendered::Shaded(shaded))
+        Ok(Rendered::Shaded(lit.finished(shaded)))
     }
 
     fn truth_options(&self) -> TruthOptions {
@@ -352,7 +346,7 @@ impl Render {
     fn view_options(&self) -> ViewOptions {
         let (width, height) = self.view.size();
         let rays = (self.samples.unwrap_or(RAYS) as f64).sqrt().ceil() as usize;
-        ViewOptions::default().width(width).height(height).rays(rays)
+        ViewOptions::default().width(width).height(height).rays(rays).edge_rays(EDGE_RAYS * rays * rays)
     }
 
     /// The time of a picture, in seconds.
@@ -464,10 +458,6 @@ impl Render {
                 "--transfer: only of modes with transfer that do not move",
             ),
             (self.lobe.is_some() && self.mode != Mode::Glossy, "--lobe: only of --mode glossy"),
-            (
-                self.background.is_some() && (is_truth || is_environment),
-                "--background: --mode truth and environment show the light they use",
-            ),
             (
                 self.is_shared() && (!is_truth || self.pictures.count() > 1),
                 "--shard and --merge: only of a single picture of --mode truth; several pictures are shared by --frames A..B",

@@ -1,6 +1,8 @@
 //! The stage of `lobe render`, which all pictures share: the scene as the mode needs it, the camera, and the light.
 
-use lobe::render::{BakedScene, Camera, DistantLight, EnvironmentMaps, MovingScene, MovingShading, RenderError};
+use lobe::render::{
+    BakedScene, Camera, DistantLight, EnvironmentMaps, LitPicture, MovingScene, MovingShading, RenderError,
+};
 use lobe::scene::{Bvh, Scene};
 use lobe::sh::{Rgb, ShVec};
 
@@ -43,13 +45,18 @@ pub(crate) struct Work<'a> {
 
 /// How one picture is lit.
 pub(crate) struct Lit {
-    /// What is behind the scene, and lights the truth.
+    /// What lights the truth, before what is behind the scene.
     pub(crate) shown: DistantLight,
     /// None where the light is used as it was given.
     pub(crate) expansion: Option<ShVec<Rgb<f64>>>,
 }
 
 impl Lit {
+    /// The picture with an alpha, if nothing is behind the scene.
+    pub(crate) fn finished(&self, picture: LitPicture) -> LitPicture {
+        if self.shown.is_transparent() { picture.before_nothing() } else { picture }
+    }
+
     /// The light as an expansion.
     pub(crate) fn light(&self) -> &ShVec<Rgb<f64>> {
         match &self.expansion {

@@ -43,7 +43,9 @@ fn check(dir: &Dir, args: &str, expected: [f64; 3]) {
 }
 
 fn truth(dir: &Dir, args: &str) -> [f64; 3] {
-    dir.lobe(&format!("render {args} --mode truth --order 4 --samples 256 -o truth.exr")).arg("--quiet").stdout();
+    dir.lobe(&format!("render {args} --mode truth --order 4 --background light --samples 256 -o truth.exr"))
+        .arg("--quiet")
+        .stdout();
     mean(dir, "truth.exr")
 }
 
@@ -85,6 +87,40 @@ fn files_hold_fronts_and_the_backs_that_are_seen_are_baked_as_they_were() {
         assert_eq!(notes, expected, "{scene}");
         let (_, notes) = dir.lobe(&format!("render {} -o c.exr", args(ABOVE))).succeeds();
         assert_eq!(notes, "", "{scene}: no back is seen");
+    }
+}
+
+#[test]
+fn backs_in_a_file_are_those_that_a_picture_bakes_on_its_way() {
+    let dir = Dir::new();
+    write_square(&dir);
+    let bake = |args: &str| dir.lobe(&format!("bake s.obj --up z --mode shadowed --samples 512 {args}"));
+    bake("-o fronts.glb").arg("--quiet").stdout();
+    bake("--backs -o both.glb").arg("--quiet").stdout();
+    let render = |scene: &str, view: &str, out: &str| {
+        let args = format!("render {scene} --env sky.exr --mode shadowed {view} -o {out}");
+        dir.lobe(&args).succeeds().1
+    };
+    for view in [ABOVE, BELOW] {
+        render("fronts.glb", view, "baked.exr");
+        let notes = render("both.glb", view, "kept.exr");
+        assert_eq!(notes, "", "{view}: nothing is baked");
+        assert!(dir.bytes("baked.exr") == dir.bytes("kept.exr"), "{view}: the same picture");
+    }
+    let text = String::from_utf8_lossy(&dir.bytes("both.glb")).into_owned();
+    assert!(text.contains("\"_TRANSFER_BACK_0\"") && text.contains("\"backs\":true"), "attributes of backs");
+    assert!(!dir.names().iter().any(|name| name.contains("checkpoint")), "{:?}", dir.names());
+    // Baked again, a file has the backs of that bake alone.
+    dir.lobe("bake both.glb --mode shadowed --samples 512 -o again.glb").arg("--quiet").stdout();
+    let text = String::from_utf8_lossy(&dir.bytes("again.glb")).into_owned();
+    assert!(!text.contains("_TRANSFER_BACK_"), "backs of an earlier bake are taken out");
+    for (args, part) in [
+        ("-o a.safetensors", "--backs: only of a .glb"),
+        ("--clusters 2 -o a.glb", "--clusters"),
+        ("--shard 1/2 -o a.safetensors", "--shard"),
+    ] {
+        let line = bake(&format!("--backs {args}")).arg("--quiet").error();
+        assert!(line.contains(part), "{args}: {line}");
     }
 }
 

@@ -78,7 +78,6 @@ fn what_environment_mapping_cannot_do_is_said_in_one_line() {
         ("environment --env sky.exr --seed 2", "--seed: only --mode truth is random"),
         ("environment --env sky.exr --bake-samples 4", "--bake-samples: only of modes with transfer"),
         ("environment --env sky.exr --transfer a.safetensors", "--transfer: only of modes with transfer"),
-        ("environment --env sky.exr --background env", "--background: --mode truth and environment show"),
         ("environment --env sky.exr --fresh", "--fresh: only --mode truth"),
         ("environment --env sky.exr --time 1", "--time: only what a glTF file moves"),
         ("environment --env sky.exr --surfaces matte --roughness 0", "--roughness: matte surfaces have none"),

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a helper of a test that cannot do its work has found a failure")]
 
+mod background;
 mod bad_input;
 mod bad_motion;
 mod bad_usage;

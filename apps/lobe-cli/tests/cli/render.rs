@@ -99,10 +99,8 @@ fn transfer_and_truth_look_alike_under_one_expansion() {
     dir.lobe(&format!("{common} --mode truth --bounces 0 --samples 256 -o truth.exr").replace("--samples 16 ", ""))
         .arg("--quiet")
         .stdout();
-    dir.lobe(&format!("{common} --mode shadowed --bake-samples 256 --background light -o shadowed.exr"))
-        .arg("--quiet")
-        .stdout();
-    dir.lobe(&format!("{common} --mode unshadowed --background light -o unshadowed.exr")).arg("--quiet").stdout();
+    dir.lobe(&format!("{common} --mode shadowed --bake-samples 256 -o shadowed.exr")).arg("--quiet").stdout();
+    dir.lobe(&format!("{common} --mode unshadowed -o unshadowed.exr")).arg("--quiet").stdout();
     let (close, far) = (compared(&dir, "shadowed.exr", "truth.exr"), compared(&dir, "unshadowed.exr", "truth.exr"));
     let rmse = |found: &Value| found["rmse"].as_f64().unwrap();
     assert!(rmse(&close) < 0.03 && rmse(&far) > 2.0 * rmse(&close), "{close}, {far}");
@@ -362,7 +360,7 @@ fn what_cannot_be_rendered_is_said_in_one_line() {
         ("built-in:ball --env even.exr --mode shadowed --surfaces gltf -o a.png", "--surfaces: only of --mode truth"),
         ("built-in:ball --env even.exr --mode truth --lobe ggx:0.1 -o a.png", "--lobe: only of --mode glossy"),
         ("built-in:ball --env even.exr --mode glossy --lobe ggx:3 -o a.png", "expected phong:E with"),
-        ("built-in:ball --env even.exr --mode truth --background env -o a.png", "--background: "),
+        ("built-in:ball --env even.exr --mode truth --background sky -o a.png", "expected env, light, none, a color"),
         ("built-in:ball --env even.exr --mode shadowed --order 9 -o a.png", "--order: transfer has an order of 1 to 8"),
         ("built-in:ball --env even.exr --mode truth --eye 1,2,3 -o a.png", "--target"),
         ("built-in:ball --env even.exr --mode truth --eye 1,2,3 --target 1,2,3 -o a.png", "are one point"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 
@@ -62,6 +62,19 @@ class Traced:
     """The variance of the means, (height, width, 3): the square of their standard error."""
     degrees_of_freedom: float
     """Of each variance: how many differences it is estimated from."""
+
+
+Background = str | Sequence[float]
+"""What is behind a scene: "env", "light", "none", "#rrggbb" of sRGB, or three numbers of linear radiance."""
+
+
+def background_of(background: Background) -> str:
+    """The text of a background, as the command has it."""
+    if isinstance(background, str):
+        return background
+    color = _point(background, "background")
+    assert color is not None
+    return ",".join(repr(c) for c in color)
 
 
 def checked(light: EnvMap | Sh, camera: Camera | None) -> Camera:

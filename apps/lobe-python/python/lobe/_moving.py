@@ -10,7 +10,7 @@ import numpy as np
 from . import _lobe
 from ._arrays import expect, real, whole
 from ._bake import expect_parts, expect_shard
-from ._camera import Camera, Picture, Traced, checked, colors_of, merged, picture_of, size_of, tracing_of
+from ._camera import Background, Camera, Picture, Traced, background_of, checked, colors_of, merged, picture_of, size_of, tracing_of
 from ._env import EnvMap
 from ._scene import Path, Progress, Scene
 from ._sh import Sh
@@ -127,19 +127,19 @@ class MovingScene:
         width: int = 512,
         height: int = 384,
         rays: int = 2,
+        background: Background = "env",
         progress: Progress | None = None,
     ) -> Picture:
         """A moment, in seconds, under light from everywhere: radiance of shape (height, width, 3), row 0 on top, as by `lobe render`.
 
-        Behind the scene is the map, or the expansion itself. `rays` squared rays are averaged for each pixel. A camera without an eye sees all of the scene
-        at this time.
+        `rays` and `background` are those of `lobe.render`. A camera without an eye sees all of the scene at this time.
         """
         view = checked(light, camera)._view()
         size, seconds, count = size_of(width, height), _seconds(time), whole(rays, "rays", 1, 64)
         order = self.bake(progress=progress) if self._order is None else self._order
-        background = light._map if isinstance(light, EnvMap) else None
+        source, behind = light._map if isinstance(light, EnvMap) else None, background_of(background)
         colors = colors_of(light.project(order) if isinstance(light, EnvMap) else light)
-        return self._moving.render(seconds, colors, background, view, size, count, progress)
+        return self._moving.render(seconds, colors, source, behind, view, size, count, progress)
 
     def trace(
         self,

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from . import _lobe
 from ._arrays import expect, finite, numbers, whole
 from ._bake import expect_parts, expect_shard
-from ._camera import Camera, Picture, Traced, checked, colors_of, merged, picture_of, size_of, tracing_of
+from ._camera import Background, Camera, Picture, Traced, background_of, checked, colors_of, merged, picture_of, size_of, tracing_of
 from ._env import EnvMap
 from ._moving import MovingOptions, MovingScene
 from ._scene import Path, Progress, Scene
@@ -42,6 +42,7 @@ def render(
     width: int = 512,
     height: int = 384,
     rays: int = 2,
+    background: Background = "env",
     progress: Progress | None = None,
 ) -> Picture:
     """A scene under light from everywhere, as by `lobe render`: radiance of shape (height, width, 3), row 0 on top.
@@ -53,7 +54,9 @@ def render(
     [default: 0], of which `MovingScene` has the options. What is baked has an `order` of 1 to 8 [default: 4], `bake_samples` paths from each vertex
     [default: 1024] and `bounces` [default: 3]; of what was baked before they are expected to be these.
 
-    Behind the scene is the map, or the expansion itself. `rays` squared rays are averaged for each pixel. Backs of double-sided surfaces, which files do
+    Behind the scene is a `background`: "env", the map, or the expansion itself; "light", the bands that light the scene; "none", with which the picture
+    has shape (height, width, 4), premultiplied by its alpha; or a color, three numbers of linear radiance or "#rrggbb" of sRGB. `rays` squared rays are
+    averaged for each pixel, four times as many where surfaces end. Backs of double-sided surfaces, which files do
     not hold, are baked as far as the view shows them. Ctrl-C and what `progress(done, total)` raises, for one step after the other, stop it.
     """
     if mode is not None and mode not in MODES:
@@ -72,7 +75,7 @@ def render(
         options = MovingOptions(mode, order, 1024 if samples is None else samples, bounces)
         moving = MovingScene(scene, options)
         seconds = 0.0 if time is None else time
-        return moving.render(light, seconds, camera=camera, width=width, height=height, rays=rays, progress=progress)
+        return moving.render(light, seconds, camera=camera, width=width, height=height, rays=rays, background=background, progress=progress)
     method: dict[str, object] = {
         "mode": mode,
         "transfer": None if transfer is None else os.fspath(transfer),
@@ -82,10 +85,11 @@ def render(
         "bounces": None if bounces is None else whole(bounces, "bounces", 0, 255),
     }
     view, size = checked(light, camera)._view(), size_of(width, height)
-    background = light._map if isinstance(light, EnvMap) else None
+    source = light._map if isinstance(light, EnvMap) else None
+    behind = background_of(background)
     bands = IRRADIANCE_BANDS if mode == "irradiance" else MOST_BANDS
     colors = colors_of(light.project(bands) if isinstance(light, EnvMap) else light)
-    return _lobe.render_still(Scene.of(scene), method, colors, background, view, size, whole(rays, "rays", 1, 64), progress)
+    return _lobe.render_still(Scene.of(scene), method, colors, source, behind, view, size, whole(rays, "rays", 1, 64), progress)
 
 
 def trace(

@@ -54,7 +54,7 @@ fn what_moves_is_in_files_as_rays_on_the_processor_show_it() {
     let sky = open_sky("made:evening".as_ref(), &limits).unwrap();
     let light = sky.light.resized(ORDER);
     let [width, height] = SIZE;
-    let view = ViewOptions::default().width(width).height(height).rays(1_usize);
+    let view = ViewOptions::default().width(width).height(height).rays(1_usize).edge_rays(0);
     // The device takes every sphere by itself, the processor some of them together.
     let ways = [
         ("fields", "device", MovingMethod::Fields),

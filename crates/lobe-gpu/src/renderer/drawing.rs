@@ -21,6 +21,8 @@ pub(crate) struct Meets {
     /// The format of what it draws into.
     pub(crate) target: wgpu::TextureFormat,
     pub(crate) depth: Depth,
+    /// Samples of each texel of its targets.
+    pub(crate) samples: u32,
     /// Bytes from vertex to vertex in each buffer of attributes: attribute k is the first three `f32` of a vertex in buffer k.
     pub(crate) strides: &'static [u64],
 }
@@ -77,7 +79,7 @@ fn compile(
         },
         primitive: wgpu::PrimitiveState::default(),
         depth_stencil: depth_state(meets.depth),
-        multisample: wgpu::MultisampleState::default(),
+        multisample: wgpu::MultisampleState { count: meets.samples, ..Default::default() },
         fragment: Some(wgpu::FragmentState {
             module: &module,
             entry_point: Some("fragment"),

@@ -25,7 +25,8 @@ pub(crate) struct Use {
 pub(crate) enum Work {
     /// A compute program over `items`.
     Compute { kernel: Kernel, items: u32 },
-    /// These vertices drawn into the first texture that is written, with the second as depth: their attributes are in
+    /// These vertices drawn into the first texture that is written, with the second as depth; the third, if there is
+    /// one, gets the means of the samples of the first. Their attributes are in
     /// buffers, and with a buffer of indices, they are those vertices.
     Draw { drawing: Drawing, vertices: Range<u32>, attributes: Vec<String>, indices: Option<String>, clear: bool },
 }

@@ -221,7 +221,19 @@ impl Renderer {
         let usage = wgpu::TextureUsages::RENDER_ATTACHMENT
             | wgpu::TextureUsages::TEXTURE_BINDING
             | wgpu::TextureUsages::COPY_SRC;
-        let texture = self.new_texture(name, size, format, usage)?;
+        let texture = self.new_texture(name, size, (format, 1), usage)?;
+        self.insert(name, Kind::Texture(texture), false)
+    }
+
+    /// A texture of so many samples a texel, for passes to draw into.
+    pub(crate) fn target_of_samples(
+        &mut self,
+        name: &str,
+        size: [u32; 2],
+        format: wgpu::TextureFormat,
+        samples: u32,
+    ) -> Result<(), GpuError> {
+        let texture = self.new_texture(name, size, (format, samples), wgpu::TextureUsages::RENDER_ATTACHMENT)?;
         self.insert(name, Kind::Texture(texture), false)
     }
 
@@ -234,7 +246,7 @@ impl Renderer {
         texels: &[T],
     ) -> Result<(), GpuError> {
         let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
-        let texture = self.new_texture(name, size, format, usage)?;
+        let texture = self.new_texture(name, size, (format, 1), usage)?;
         let [width, height] = size;
         let row = width * size_of::<T>() as u32;
         let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None };
@@ -248,7 +260,7 @@ impl Renderer {
         &self,
         name: &str,
         [width, height]: [u32; 2],
-        format: wgpu::TextureFormat,
+        (format, sample_count): (wgpu::TextureFormat, u32),
         usage: wgpu::TextureUsages,
     ) -> Result<wgpu::Texture, GpuError> {
         let most = self.context.max_texture_side();
@@ -260,7 +272,7 @@ impl Renderer {
             label: Some(name),
             size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
             mip_level_count: 1,
-            sample_count: 1,
+            sample_count,
             dimension: wgpu::TextureDimension::D2,
             format,
             usage,

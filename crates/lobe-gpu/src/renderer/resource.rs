@@ -43,7 +43,8 @@ impl Resource {
             Kind::Buffer(buffer) => buffer.size(),
             Kind::Texture(texture) => {
                 let texel = texture.format().block_copy_size(None).unwrap_or(4);
-                u64::from(texel) * u64::from(texture.width()) * u64::from(texture.height())
+                let samples = u64::from(texture.sample_count());
+                samples * u64::from(texel) * u64::from(texture.width()) * u64::from(texture.height())
             }
         }
     }

@@ -11,7 +11,7 @@ use crate::renderer::pass::{Pass, Work};
 pub(crate) struct Step {
     pub(crate) pass: Pass,
     pub(crate) bindings: wgpu::BindGroup,
-    /// What a draw pass draws into: light, and depth if any.
+    /// What a draw pass draws into: light; depth if any; with several samples a texel, the texture of their means.
     pub(crate) targets: Vec<wgpu::TextureView>,
     pub(crate) attributes: Vec<wgpu::Buffer>,
     pub(crate) indices: Option<wgpu::Buffer>,
@@ -46,10 +46,11 @@ fn draw(steps: &[Step], encoder: &mut wgpu::CommandEncoder, times: Times<'_>, cl
         end_of_pass_write_index: Some(first + 1),
     });
     let load = if clear { wgpu::LoadOp::Clear(wgpu::Color::BLACK) } else { wgpu::LoadOp::Load };
+    let targets = steps.first().map(|step| step.targets.as_slice()).unwrap_or_default();
     let color = |view| wgpu::RenderPassColorAttachment {
         view,
         depth_slice: None,
-        resolve_target: None,
+        resolve_target: targets.get(2),
         ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
     };
     // Depth is reversed: 0 is infinitely far.
@@ -59,7 +60,6 @@ fn draw(steps: &[Step], encoder: &mut wgpu::CommandEncoder, times: Times<'_>, cl
         depth_ops: Some(wgpu::Operations { load: depths, store: wgpu::StoreOp::Store }),
         stencil_ops: None,
     };
-    let targets = steps.first().map(|step| step.targets.as_slice()).unwrap_or_default();
     let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
         label: steps.first().map(|step| step.pass.name.as_str()),
         color_attachments: &[targets.first().map(color)],

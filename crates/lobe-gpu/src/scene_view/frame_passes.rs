@@ -13,7 +13,7 @@ use crate::{Context, GpuError, SceneViewOptions, ViewOutput};
 const DISPLAY: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
 /// The textures whose sizes are those of the picture.
-const TEXTURES: [&str; 4] = ["samples", "depth", "picture", "display"];
+const TEXTURES: [&str; 5] = ["samples", "depth", "picture", "display", "drawn"];
 
 /// Bytes from vertex to vertex of the attributes `vertices` and `radiance`, which are fetched in this order.
 const STRIDES: &[u64] = &[32, 16];
@@ -62,13 +62,33 @@ struct Program<'a> {
     shader: Shader,
     slots: Vec<Slot>,
     depth: Depth,
+    /// Of each texel that is drawn into.
+    samples: u32,
     strides: &'static [u64],
+}
+
+/// What surfaces are drawn into.
+#[derive(Clone, Copy)]
+struct Target {
+    name: &'static str,
+    shown: Shown,
+    /// With several samples of each texel, their means are in another texture.
+    samples: u32,
+    means: Option<&'static str>,
+}
+
+impl Target {
+    fn written_by(self, pass: Pass) -> Pass {
+        let pass = self.shown.read(pass).write(self.name).write("depth");
+        self.means.into_iter().fold(pass, Pass::write)
+    }
 }
 
 impl Program<'_> {
     fn drawing(mut self, context: &Context, shown: Shown) -> Result<Drawing, GpuError> {
         let shader = shown.finish(self.shader, &mut self.slots);
-        let meets = Meets { target: shown.format(context), depth: self.depth, strides: self.strides };
+        let (target, depth) = (shown.format(context), self.depth);
+        let meets = Meets { target, depth, samples: self.samples, strides: self.strides };
         Drawing::new(context, self.name, &shader, &self.slots, &meets)
     }
 }
@@ -79,7 +99,8 @@ impl FramePasses {
         let (samples, size) = (options.samples()?, [options.width, options.height]);
         let format = renderer.context().light_format();
         let has_light = options.output == ViewOutput::LightAndDisplay;
-        renderer.target("depth", samples, DEPTH)?;
+        let of_shade = options.samples_of_shade();
+        renderer.target_of_samples("depth", samples, DEPTH, of_shade)?;
         renderer.target("display", size, DISPLAY)?;
         if options.rays > 1 {
             renderer.target("samples", samples, format)?;
@@ -87,17 +108,22 @@ impl FramePasses {
         if has_light {
             renderer.target("picture", size, format)?;
         }
-        // What surfaces are drawn into: one sample a pixel is the picture itself.
-        let (target, shown) = match (options.rays, has_light) {
-            (1, true) => ("picture", Shown::Light),
-            (1, false) => ("display", Shown::Display),
-            _ => ("samples", Shown::Light),
+        if of_shade > 1 {
+            renderer.target_of_samples("drawn", size, DISPLAY, of_shade)?;
+        }
+        // One sample a pixel is the picture itself.
+        let (name, shown, means) = match (options.rays, has_light) {
+            (1, true) => ("picture", Shown::Light, None),
+            (1, false) if of_shade > 1 => ("drawn", Shown::Display, Some("display")),
+            (1, false) => ("display", Shown::Display, None),
+            _ => ("samples", Shown::Light, None),
         };
+        let target = Target { name, shown, samples: of_shade, means };
         for (number, surface) in self.surfaces.iter().enumerate() {
-            add_surface(renderer, surface, (target, shown), number == 0)?;
+            add_surface(renderer, surface, target, number == 0)?;
         }
         if let Some(shader) = &self.backdrop {
-            add_backdrop(renderer, shader, (target, shown))?;
+            add_backdrop(renderer, shader, target)?;
         }
         add_display(renderer, options.rays, has_light)
     }
@@ -110,18 +136,13 @@ impl FramePasses {
     }
 }
 
-fn add_surface(
-    renderer: &mut Renderer,
-    surface: &SurfacePass,
-    (target, shown): (&str, Shown),
-    is_first: bool,
-) -> Result<(), GpuError> {
+fn add_surface(renderer: &mut Renderer, surface: &SurfacePass, target: Target, is_first: bool) -> Result<(), GpuError> {
     let slots = std::iter::once(Slot::Uniform).chain(surface.reads.iter().map(|(_, slot)| *slot)).collect();
     let strides =
         if let Corners::Indexed(_, attributes) = &surface.corners { &STRIDES[..attributes.len()] } else { &[] };
     let (name, shader) = (surface.name.as_str(), surface.shader.clone());
-    let program = Program { name, shader, slots, depth: Depth::Tested, strides };
-    let drawing = program.drawing(renderer.context(), shown)?;
+    let program = Program { name, shader, slots, depth: Depth::Tested, samples: target.samples, strides };
+    let drawing = program.drawing(renderer.context(), target.shown)?;
     let pass = match &surface.corners {
         Corners::Indexed(range, attributes) => {
             Pass::draw(name, &drawing, range.clone(), is_first).by_indices("indices", attributes)
@@ -129,7 +150,7 @@ fn add_surface(
         Corners::Numbered(range) => Pass::draw(name, &drawing, range.clone(), is_first),
     };
     let pass = surface.reads.iter().fold(pass.read("camera"), |pass, (used, _)| pass.read_use(used.clone()));
-    renderer.add(shown.read(pass).write(target).write("depth"))
+    renderer.add(target.written_by(pass))
 }
 
 /// The shader of what is behind all surfaces.
@@ -137,20 +158,21 @@ pub(crate) fn backdrop_shader(environment: &Environment) -> Shader {
     environment.constants(Shader::new(&["backdrop"]))
 }
 
-fn add_backdrop(renderer: &mut Renderer, shader: &Shader, (target, shown): (&str, Shown)) -> Result<(), GpuError> {
+fn add_backdrop(renderer: &mut Renderer, shader: &Shader, target: Target) -> Result<(), GpuError> {
     let slots = vec![Slot::Uniform, Slot::Texture, Slot::Uniform];
-    let program = Program { name: "backdrop", shader: shader.clone(), slots, depth: Depth::Behind, strides: &[] };
-    let drawing = program.drawing(renderer.context(), shown)?;
+    let (shader, depth, samples) = (shader.clone(), Depth::Behind, target.samples);
+    let program = Program { name: "backdrop", shader, slots, depth, samples, strides: &[] };
+    let drawing = program.drawing(renderer.context(), target.shown)?;
     // After the surfaces: most of its pixels are hidden, and a look into the environment costs more than a surface.
     let pass = Pass::draw("backdrop", &drawing, 0..3, false).read("camera").read("sky").read("sky shape");
-    renderer.add(shown.read(pass).write(target).write("depth"))
+    renderer.add(target.written_by(pass))
 }
 
 /// The passes from what was drawn to the display.
 fn add_display(renderer: &mut Renderer, rays: u32, has_light: bool) -> Result<(), GpuError> {
     let whole = |name: &'static str, module: &str, slots: Vec<Slot>| {
         let (shader, depth, strides) = (Shader::new(&[module]), Depth::None, &[][..]);
-        Program { name, shader, slots, depth, strides }
+        Program { name, shader, slots, depth, samples: 1, strides }
     };
     if rays > 1 {
         renderer.update("rays", &[rays, 0, 0, 0])?;

@@ -17,7 +17,15 @@ pub struct SceneViewOptions {
     pub rays: u32,
     /// What is kept. Default: [`ViewOutput::LightAndDisplay`].
     pub output: ViewOutput,
+    /// Whether silhouettes are smoothed by four samples of each pixel (multisampling, MSAA), where one ray a pixel is
+    /// drawn for [`ViewOutput::Display`] alone. Surfaces are shaded once a pixel; four times the bytes of the display
+    /// and of depth. Linear light is not drawn so, as few devices can: more [rays](SceneViewOptions::rays) smooth that.
+    /// Default: true.
+    pub multisample: bool,
 }
+
+/// Samples of a pixel, which every device can draw.
+const SAMPLES: u32 = 4;
 
 /// What a view keeps of a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -34,11 +42,16 @@ pub enum ViewOutput {
 
 impl Default for SceneViewOptions {
     fn default() -> Self {
-        Self { width: 512, height: 384, rays: 2, output: ViewOutput::default() }
+        Self { width: 512, height: 384, rays: 2, output: ViewOutput::default(), multisample: true }
     }
 }
 
 impl SceneViewOptions {
+    /// The samples of depth in each place that is shaded: one unless silhouettes are smoothed by several.
+    pub(crate) fn samples_of_shade(&self) -> u32 {
+        if self.multisample && self.rays == 1 && self.output == ViewOutput::Display { SAMPLES } else { 1 }
+    }
+
     /// The samples along the sides of the picture, none of which is empty.
     pub(crate) fn samples(&self) -> Result<[u32; 2], GpuError> {
         let Self { width, height, rays, .. } = *self;

@@ -6,7 +6,7 @@
 
 struct Varying {
     @builtin(position) position: vec4f,
-    @location(0) radiance: vec3f,
+    @location(0) @interpolate(perspective, centroid) radiance: vec3f,
 }
 
 @vertex

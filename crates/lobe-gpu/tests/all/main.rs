@@ -6,6 +6,7 @@ mod context;
 mod glossy;
 mod lookup;
 mod moving;
+mod multisampling;
 mod pieces;
 mod scene_view;
 mod textures;

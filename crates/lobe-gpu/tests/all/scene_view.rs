@@ -158,7 +158,7 @@ fn pictures_by_transfer_are_those_of_the_processor() {
         for curve in [Curve::Clip, Curve::Reinhard { white: 2.0 }] {
             let tone = Tone { exposure: Exposure::Fixed(0.8), curve };
             let mut shown = |output: ViewOutput| {
-                view.resize(&options().rays(rays).output(output)).unwrap();
+                view.resize(&options().rays(rays).output(output).multisample(false)).unwrap();
                 view.set_tone(&tone).unwrap();
                 view.render().unwrap();
                 (view.display().unwrap(), view.picture())

@@ -45,6 +45,9 @@ pub struct PictureWriteReport {
 /// Writes a picture as Radiance `.hdr`, OpenEXR `.exr` (ZIP) or portable float map `.pfm`, depending on the extension; see
 /// [`encode_picture`]. No partial file ever has the final name.
 ///
+/// OpenEXR keeps the [alpha](Picture::alpha) of a picture as channel `A`, beside colors that are associated with it, as
+/// that format defines them. The other formats have none.
+///
 /// ```
 /// use lobe_image::{Picture, PictureReadOptions, PictureWriteOptions, read_picture, write_picture};
 ///
@@ -63,7 +66,8 @@ pub fn write_picture(
     picture: &Picture,
     options: &PictureWriteOptions,
 ) -> Result<PictureWriteReport, ImageError> {
-    write_pixels(path, picture.width(), picture.pixels(), options)
+    let pixels = (picture.pixels(), picture.alpha());
+    write_bytes(path.as_ref(), encode(path.as_ref(), picture.width(), pixels, options)?)
 }
 
 /// Writes rows of `width` pixels as [`write_picture`] writes a picture.
@@ -80,7 +84,10 @@ pub fn write_pixels(
     options: &PictureWriteOptions,
 ) -> Result<PictureWriteReport, ImageError> {
     let path = path.as_ref();
-    let (bytes, report) = encode_picture(path, width, pixels, options)?;
+    write_bytes(path, encode_picture(path, width, pixels, options)?)
+}
+
+fn write_bytes(path: &Path, (bytes, report): (Vec<u8>, PictureWriteReport)) -> Result<PictureWriteReport, ImageError> {
     let io = |source| ImageError::Io { place: path.display().to_string(), source };
     write_atomically(path, |file| file.write_all(&bytes)).map_err(io)?;
     Ok(report)
@@ -103,6 +110,15 @@ pub fn encode_picture(
     pixels: &[impl IntoPixel],
     options: &PictureWriteOptions,
 ) -> Result<(Vec<u8>, PictureWriteReport), ImageError> {
+    encode(path, width, (pixels, None), options)
+}
+
+fn encode(
+    path: &Path,
+    width: usize,
+    (pixels, alpha): (&[impl IntoPixel], Option<&[f32]>),
+    options: &PictureWriteOptions,
+) -> Result<(Vec<u8>, PictureWriteReport), ImageError> {
     let wrong = |message: String| ImageError::Options(format!("{}: {message}", path.display()));
     if pixels.is_empty() {
         return Err(wrong("a picture without pixels cannot be written".to_owned()));
@@ -115,7 +131,7 @@ pub fn encode_picture(
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     match extension.as_str() {
         "hdr" => encode_hdr(width, pixels, options.mapping.as_deref()).map_err(wrong),
-        "exr" => encode_exr(width, pixels, options).map_err(|error| wrong(error.to_string())),
+        "exr" => encode_exr(width, (pixels, alpha), options).map_err(|error| wrong(error.to_string())),
         "pfm" => Ok(encode_pfm(width, pixels)),
         _ => Err(wrong("a picture is written as .hdr, .exr or .pfm".to_owned())),
     }
@@ -170,15 +186,15 @@ fn encode_hdr(
 
 fn encode_exr(
     width: usize,
-    pixels: &[impl IntoPixel],
+    (pixels, alpha): (&[impl IntoPixel], Option<&[f32]>),
     options: &PictureWriteOptions,
 ) -> exr::error::Result<(Vec<u8>, PictureWriteReport)> {
     let mapping = options.mapping.as_deref();
     if options.half {
         let (texels, report) = clamped(pixels, f16::MIN.to_f32(), f16::MAX.to_f32());
-        return Ok((write_exr::encode(&texels, width, true, mapping)?, report));
+        return Ok((write_exr::encode(&texels, alpha, width, true, mapping)?, report));
     }
-    Ok((write_exr::encode(pixels, width, false, mapping)?, PictureWriteReport::default()))
+    Ok((write_exr::encode(pixels, alpha, width, false, mapping)?, PictureWriteReport::default()))
 }
 
 /// Portable float map: a header of three lines, then little-endian `f32`, the lowest row first.

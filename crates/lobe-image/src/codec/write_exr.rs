@@ -1,7 +1,7 @@
-//! OpenEXR writer of pictures: three channels, in rows that are compressed as ZIP, sixteen at a time.
+//! OpenEXR writer of pictures: three channels, or four, in rows that are compressed as ZIP, sixteen at a time.
 //!
 //! ```text
-//!   of each row: all blue samples, all green, all red; little-endian
+//!   of each row: all samples of alpha if there are any, all blue, all green, all red; little-endian
 //!   the bytes with even numbers, then those with odd ones; each as its difference to the one before, plus 128; zlib
 //! ```
 //!
@@ -32,34 +32,43 @@ const BLOCK_HEADER: usize = 16;
 /// The effort of zlib; the low bits of floats rarely repeat.
 const ZLIB_LEVEL: u8 = 1;
 
-/// Encodes rows of `width` texels, as 16-bit `half` or 32-bit `float`, with the name of their mapping.
-pub(crate) fn encode(texels: &[impl IntoPixel], width: usize, half: bool, mapping: Option<&str>) -> Result<Vec<u8>> {
+/// Encodes rows of `width` texels, as 16-bit `half` or 32-bit `float`, with their alpha, if they have one, and the name
+/// of their mapping.
+pub(crate) fn encode(
+    texels: &[impl IntoPixel],
+    alpha: Option<&[f32]>,
+    width: usize,
+    half: bool,
+    mapping: Option<&str>,
+) -> Result<Vec<u8>> {
     let block = |number: usize| {
-        let rows = &texels[number * ROWS * width..];
-        let rows = &rows[..rows.len().min(ROWS * width)];
+        let first = number * ROWS * width;
+        let range = first..texels.len().min(first + ROWS * width);
+        let rows = (&texels[range.clone()], alpha.map(|alpha| &alpha[range]));
         if half {
             compressed(rows, width, |c| f16::from_f32(c).to_le_bytes())
         } else {
             compressed(rows, width, f32::to_le_bytes)
         }
     };
-    file_of_blocks((width, texels.len() / width), half, mapping, &block)
+    file_of_blocks((width, texels.len() / width), (half, alpha.is_some()), mapping, &block)
 }
 
 /// The file whose blocks `block` compresses, each by its number.
 fn file_of_blocks(
     (width, height): (usize, usize),
-    half: bool,
+    (half, has_alpha): (bool, bool),
     mapping: Option<&str>,
     block: &(dyn Fn(usize) -> Vec<u8> + Sync),
 ) -> Result<Vec<u8>> {
     let sample_type = if half { SampleType::F16 } else { SampleType::F32 };
-    let channels = ["B", "G", "R"].map(|name| ChannelDescription::named(name, sample_type));
+    let names: &[&str] = if has_alpha { &["A", "B", "G", "R"] } else { &["B", "G", "R"] };
+    let channels = names.iter().map(|name| ChannelDescription::named(*name, sample_type));
     let mut attributes = LayerAttributes::default();
     if let Some(mapping) = mapping.and_then(Text::new_or_none) {
         attributes.other.insert(Text::from(MAPPING_KEY), AttributeValue::Text(mapping));
     }
-    let header = Header::new("".into(), (width, height), channels.into_iter().collect())
+    let header = Header::new("".into(), (width, height), channels.collect())
         .with_encoding(Compression::ZIP16, BlockDescription::ScanLines, LineOrder::Increasing)
         .with_attributes(attributes);
     let blocks = parallel::map(height.div_ceil(ROWS), block);
@@ -76,11 +85,23 @@ fn file_of_blocks(
 }
 
 /// Compresses some rows; returns them uncompressed if that is not longer.
-fn compressed<const N: usize>(rows: &[impl IntoPixel], width: usize, bytes: impl Fn(f32) -> [u8; N]) -> Vec<u8> {
-    let mut raw = vec![0; 3 * N * rows.len()];
-    for (row, line) in rows.chunks_exact(width).zip(raw.chunks_exact_mut(3 * N * width)) {
-        for (channel, samples) in line.chunks_exact_mut(N * width).enumerate() {
-            for (texel, sample) in row.iter().zip(samples.as_chunks_mut().0) {
+fn compressed<const N: usize>(
+    (rows, alpha): (&[impl IntoPixel], Option<&[f32]>),
+    width: usize,
+    bytes: impl Fn(f32) -> [u8; N],
+) -> Vec<u8> {
+    let channels = if alpha.is_some() { 4 } else { 3 };
+    let mut raw = vec![0; channels * N * rows.len()];
+    for (number, line) in raw.chunks_exact_mut(channels * N * width).enumerate() {
+        let row = number * width..(number + 1) * width;
+        // Colors lie after the alpha.
+        let (first, colors) = line.split_at_mut((channels - 3) * N * width);
+        let of_alpha = alpha.map(|alpha| &alpha[row.clone()]).unwrap_or_default();
+        for (alpha, sample) in of_alpha.iter().zip(first.as_chunks_mut().0) {
+            *sample = bytes(*alpha);
+        }
+        for (channel, samples) in colors.chunks_exact_mut(N * width).enumerate() {
+            for (texel, sample) in rows[row.clone()].iter().zip(samples.as_chunks_mut().0) {
                 let [r, g, b]: Pixel = (*texel).into();
                 *sample = bytes([b, g, r][channel]);
             }
@@ -114,11 +135,11 @@ mod tests {
             let texels: Vec<Pixel> = (0..width * height)
                 .map(|i| [1.0, 2.0, 0.5].map(|c| (c * (i / width) as f64 + noise * random.unit()) as f32))
                 .collect();
-            let bytes = encode(&texels, width, false, None).unwrap();
+            let bytes = encode(&texels, None, width, false, None).unwrap();
             let (found, _) = read_picture_bytes(&bytes, "test.exr", &PictureReadOptions::default()).unwrap();
             assert!((found.width(), found.height()) == (width, height), "{width} x {height}");
             assert!(found.pixels() == texels, "{width} x {height} as float");
-            let bytes = encode(&texels, width, true, None).unwrap();
+            let bytes = encode(&texels, None, width, true, None).unwrap();
             let (found, _) = read_picture_bytes(&bytes, "test.exr", &PictureReadOptions::default()).unwrap();
             let halved = |texel: &Pixel| texel.map(|c| f16::from_f32(c).to_f32());
             assert!(
@@ -126,5 +147,16 @@ mod tests {
                 "{width} x {height} as half"
             );
         }
+    }
+
+    #[test]
+    fn alpha_is_a_channel_of_its_own_beside_the_colors() {
+        let texels: Vec<Pixel> = (0..7 * 20).map(|i| [i as f32, 0.5 * i as f32, 2.0]).collect();
+        let alpha: Vec<f32> = (0..7 * 20).map(|i| i as f32 / 140.0).collect();
+        let bytes = encode(&texels, Some(&alpha), 7, false, None).unwrap();
+        let layers = crate::ExrLayers::from_bytes(&bytes, "test.exr").unwrap();
+        assert_eq!(layers.get("A"), Some(&alpha[..]), "alpha");
+        let (found, _) = read_picture_bytes(&bytes, "test.exr", &PictureReadOptions::default()).unwrap();
+        assert!(found.pixels() == texels, "colors");
     }
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use lobe_io::{StagedFile, StagedWriter};
 
-use crate::picture::png::cannot_write;
+use crate::picture::png::{cannot_write, color_type, samples};
 use crate::{ImageError, Picture, Tone};
 
 /// A writer of an animated PNG file, picture by picture; the animation repeats forever.
@@ -26,9 +26,35 @@ use crate::{ImageError, Picture, Tone};
 /// assert_eq!(&bytes[1..4], b"PNG");
 /// # Ok::<(), lobe_image::ImageError>(())
 /// ```
+///
+/// All pictures have an alpha, or none has.
 pub struct AnimatedPng<W: Write> {
-    writer: png::Writer<W>,
+    /// Until the first picture, which decides whether there is an alpha.
+    out: Option<W>,
+    writer: Option<(png::Writer<W>, png::ColorType)>,
     size: (usize, usize),
+    header: Header,
+}
+
+/// What the header says besides the channels.
+struct Header {
+    columns: u32,
+    rows: u32,
+    pictures: u32,
+    /// Numerator and denominator, in seconds.
+    delay: (u16, u16),
+}
+
+impl Header {
+    fn write<W: Write>(&self, out: W, color: png::ColorType) -> Result<png::Writer<W>, png::EncodingError> {
+        let mut encoder = png::Encoder::new(out, self.columns, self.rows);
+        encoder.set_color(color);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_animated(self.pictures, 0)?;
+        encoder.validate_sequence(true);
+        encoder.set_frame_delay(self.delay.0, self.delay.1)?;
+        encoder.write_header()
+    }
 }
 
 impl<W: Write> AnimatedPng<W> {
@@ -39,8 +65,7 @@ impl<W: Write> AnimatedPng<W> {
     ///
     /// # Errors
     /// [`ImageError::Invalid`] if there are no pixels or too many for the format; [`ImageError::Options`] if there are
-    /// no pictures, or one would be shown for less than 1 ms or more than 65 s; [`ImageError::Io`] if `out`
-    /// refuses.
+    /// no pictures, or one would be shown for less than 1 ms or more than 65 s.
     pub fn new(
         out: W,
         width: usize,
@@ -48,46 +73,57 @@ impl<W: Write> AnimatedPng<W> {
         pictures: usize,
         seconds_per_picture: f64,
     ) -> Result<Self, ImageError> {
-        let (numerator, denominator) = delay(seconds_per_picture)?;
+        let delay = delay(seconds_per_picture)?;
         if pictures == 0 {
             return Err(ImageError::Options("an animation of no pictures".to_owned()));
         }
         let size = (width, height);
-        let [Ok(columns), Ok(rows), Ok(count)] = [width, height, pictures].map(u32::try_from) else {
+        let [Ok(columns), Ok(rows), Ok(pictures)] = [width, height, pictures].map(u32::try_from) else {
             return Err(invalid(size, "more than 2^32 columns, rows or pictures"));
         };
-        let begin = || -> Result<png::Writer<W>, png::EncodingError> {
-            let mut encoder = png::Encoder::new(out, columns, rows);
-            encoder.set_color(png::ColorType::Rgb);
-            encoder.set_depth(png::BitDepth::Eight);
-            encoder.set_animated(count, 0)?;
-            encoder.validate_sequence(true);
-            encoder.set_frame_delay(numerator, denominator)?;
-            encoder.write_header()
-        };
-        Ok(Self { writer: begin().map_err(|error| refused(size, error))?, size })
+        if columns == 0 || rows == 0 {
+            return Err(invalid(size, "it has no pixels"));
+        }
+        Ok(Self { out: Some(out), writer: None, size, header: Header { columns, rows, pictures, delay } })
     }
 
     /// Adds the next picture. `tone` is applied to it by itself; [`Tone::fixed_for`] one of them keeps the exposure
     /// steady.
     ///
     /// # Errors
-    /// [`ImageError::Options`] if it is of another size, [`ImageError::Invalid`] if it is one too many;
+    /// [`ImageError::Options`] if it is of another size, or has an alpha unlike those before; [`ImageError::Invalid`]
+    /// if it is one too many;
     /// [`ImageError::Io`] if the file refuses.
     pub fn add(&mut self, picture: &Picture, tone: &Tone) -> Result<(), ImageError> {
         let ((width, height), (w, h)) = (self.size, (picture.width(), picture.height()));
         if (w, h) != (width, height) {
             return Err(ImageError::Options(format!("an animation of {width} x {height} with a picture of {w} x {h}")));
         }
-        self.writer.write_image_data(&tone.to_bytes(picture)).map_err(|error| refused(self.size, error))
+        let (color, size) = (color_type(picture), self.size);
+        let (writer, begun) = self.begun(color)?;
+        if *begun != color {
+            return Err(ImageError::Options("an animation of pictures with alpha and without".to_owned()));
+        }
+        writer.write_image_data(&samples(picture, tone)).map_err(|error| refused(size, error))
+    }
+
+    /// The writer of pictures, which begins the file with those channels.
+    fn begun(&mut self, color: png::ColorType) -> Result<&mut (png::Writer<W>, png::ColorType), ImageError> {
+        if let Some(out) = self.out.take() {
+            let writer = self.header.write(out, color).map_err(|error| refused(self.size, error))?;
+            self.writer = Some((writer, color));
+        }
+        self.writer.as_mut().ok_or_else(|| invalid(self.size, "its file could not be begun"))
     }
 
     /// Ends the file.
     ///
     /// # Errors
     /// [`ImageError::Invalid`] if pictures are missing; [`ImageError::Io`] if the file refuses.
-    pub fn finish(self) -> Result<(), ImageError> {
-        self.writer.finish().map_err(|error| refused(self.size, error))
+    pub fn finish(mut self) -> Result<(), ImageError> {
+        self.begun(png::ColorType::Rgb)?;
+        let size = self.size;
+        self.writer.map_or(Ok(()), |(writer, _)| writer.finish().map_err(|error| refused(size, error)))
     }
 }
 
@@ -220,6 +256,20 @@ mod tests {
             let error = f64::from(numerator) / f64::from(denominator) / seconds - 1.0;
             assert!(error.abs() < 1.0 / 30000.0, "{seconds} s: {numerator}/{denominator}, off by {error}");
         }
+    }
+
+    #[test]
+    fn pictures_of_an_animation_have_an_alpha_all_or_none() {
+        let clear = Picture::filled(2, 1, [0.5; 3]).with_alpha(vec![1.0, 0.5]).unwrap();
+        let bytes = animated_png(&[clear.clone(), clear.clone()], &Tone::PLAIN, 1.0).unwrap();
+        let mut reader = png::Decoder::new(Cursor::new(&bytes)).read_info().unwrap();
+        for _ in 0..2 {
+            let mut shown = vec![0; 8];
+            reader.next_frame(&mut shown).unwrap();
+            assert_eq!(shown, [188, 188, 188, 255, 255, 255, 255, 128], "straight color and alpha");
+        }
+        let error = animated_png(&[clear, Picture::filled(2, 1, [0.5; 3])], &Tone::PLAIN, 1.0).unwrap_err().to_string();
+        assert_eq!(error, "an animation of pictures with alpha and without", "{error}");
     }
 
     #[test]

@@ -5,12 +5,17 @@ use lobe_io::parallel;
 use crate::ImageError;
 use crate::pixel::{BLACK, IntoPixel, Pixel, add, mix, scaled, widened};
 
-/// A picture: rows from the top, linear light, no alpha.
+/// A picture: rows from the top, linear light.
+///
+/// Few pictures have an [alpha](Picture::alpha): those of something in front of nothing. Their pixels hold the light
+/// that it sends, which is that of the whole pixel (associated, or premultiplied).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
     width: usize,
     height: usize,
     pixels: Vec<Pixel>,
+    /// None where all of it is opaque.
+    alpha: Option<Vec<f32>>,
 }
 
 impl Picture {
@@ -24,13 +29,45 @@ impl Picture {
             return Err(ImageError::Options(format!("a {width} x {height} picture cannot have {found} pixels")));
         }
         // In place: the vector keeps its memory where new and old items have the same size.
-        Ok(Self { width, height, pixels: pixels.into_iter().map(Into::into).collect() })
+        Ok(Self { width, height, pixels: pixels.into_iter().map(Into::into).collect(), alpha: None })
     }
 
     /// A picture of one color.
     #[must_use]
     pub fn filled(width: usize, height: usize, color: impl IntoPixel) -> Self {
-        Self { width, height, pixels: vec![color.into(); width * height] }
+        Self { width, height, pixels: vec![color.into(); width * height], alpha: None }
+    }
+
+    /// The picture with an alpha: the part of each pixel that is covered, 0 to 1, row by row from the top.
+    ///
+    /// Pixels keep their numbers, which are taken as light in front of black: over a background `L` a pixel is
+    /// `C + (1 - α) L` (Porter and Duff's *over* of associated colors).
+    ///
+    /// ```
+    /// use lobe_image::{Picture, Tone};
+    ///
+    /// // White that covers a quarter of the pixel.
+    /// let edge = Picture::filled(1, 1, [0.25; 3]).with_alpha(vec![0.25])?;
+    /// assert_eq!(Tone::PLAIN.to_rgba_bytes(&edge), [255, 255, 255, 64]);
+    /// # Ok::<(), lobe_image::ImageError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`ImageError::Options`] if there is another number of values than of pixels.
+    pub fn with_alpha(self, alpha: Vec<f32>) -> Result<Self, ImageError> {
+        if alpha.len() != self.pixels.len() {
+            let (width, height, found) = (self.width, self.height, alpha.len());
+            return Err(ImageError::Options(format!("a {width} x {height} picture cannot have {found} alphas")));
+        }
+        Ok(Self { alpha: Some(alpha), ..self })
+    }
+
+    /// The part of each pixel that is covered, row by row from the top; none where all of it is opaque.
+    ///
+    /// [`Picture::map`] keeps it. What makes another picture of this one, such as [`Picture::resized`], leaves it out.
+    #[must_use]
+    pub fn alpha(&self) -> Option<&[f32]> {
+        self.alpha.as_deref()
     }
 
     /// The picture whose pixel in column `x` and row `y` is `f(x, y)`; rows are computed in parallel.
@@ -94,7 +131,8 @@ impl Picture {
     /// The picture with every pixel changed by `f`.
     #[must_use]
     pub fn map<P: IntoPixel>(&self, f: impl Fn(Pixel) -> P) -> Self {
-        Self { width: self.width, height: self.height, pixels: self.pixels.iter().map(|&c| f(c).into()).collect() }
+        let pixels = self.pixels.iter().map(|&c| f(c).into()).collect();
+        Self { width: self.width, height: self.height, pixels, alpha: self.alpha.clone() }
     }
 
     /// The mean color, summed in `f64`; zero for an empty picture.
@@ -141,6 +179,12 @@ mod tests {
         let error = Picture::new(3, 2, vec![BLACK; 5]).unwrap_err().to_string();
         assert_eq!(error, "a 3 x 2 picture cannot have 5 pixels", "{error}");
         assert!(Picture::new(usize::MAX, 2, Vec::<Pixel>::new()).is_err(), "the product overflows");
+    }
+
+    #[test]
+    fn a_wrong_number_of_alphas_is_refused() {
+        let error = numbered(3, 2).with_alpha(vec![1.0; 5]).unwrap_err().to_string();
+        assert_eq!(error, "a 3 x 2 picture cannot have 5 alphas", "{error}");
     }
 
     #[test]

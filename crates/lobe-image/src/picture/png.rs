@@ -15,7 +15,8 @@ use crate::{ImageError, Picture, Tone};
 pub(crate) const MAPPING_KEY: &str = "lobe-mapping";
 
 impl Picture {
-    /// The bytes of the picture as an 8-bit sRGB PNG file.
+    /// The bytes of the picture as an 8-bit sRGB PNG file, with its alpha if it has one: see
+    /// [`Tone::to_rgba_bytes`].
     ///
     /// # Errors
     /// [`ImageError::Invalid`] if the picture is empty or too large for the format.
@@ -42,14 +43,14 @@ impl Picture {
         }
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, columns, rows);
-        encoder.set_color(ColorType::Rgb);
+        encoder.set_color(color_type(self));
         encoder.set_compression(Compression::Balanced);
         encoder.set_filter(Filter::Adaptive);
         let write = || -> Result<(), png::EncodingError> {
             if let Some(mapping) = mapping {
                 encoder.add_text_chunk(MAPPING_KEY.to_owned(), mapping.to_owned())?;
             }
-            encoder.write_header()?.write_image_data(&tone.to_bytes(self))
+            encoder.write_header()?.write_image_data(&samples(self, tone))
         };
         write().map_err(|error| invalid(&error.to_string()))?;
         Ok(bytes)
@@ -76,6 +77,16 @@ impl Picture {
         let png = self.to_png(tone)?;
         write_atomically(path, |file| file.write_all(&png)).map_err(|error| cannot_write(path, &error))
     }
+}
+
+/// The channels of the pixels of a picture.
+pub(crate) fn color_type(picture: &Picture) -> ColorType {
+    if picture.alpha().is_some() { ColorType::Rgba } else { ColorType::Rgb }
+}
+
+/// The bytes of the pixels of a picture.
+pub(crate) fn samples(picture: &Picture, tone: &Tone) -> Vec<u8> {
+    if picture.alpha().is_some() { tone.to_rgba_bytes(picture) } else { tone.to_bytes(picture) }
 }
 
 /// The error of a file that cannot be written.

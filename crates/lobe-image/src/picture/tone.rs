@@ -2,7 +2,7 @@
 
 use lobe_io::parallel;
 
-use crate::pixel::{Pixel, luminance, narrowed, scaled, widened};
+use crate::pixel::{luminance, narrowed, scaled, widened};
 use crate::{Picture, srgb_encode};
 
 /// Pixels whose bytes a thread finds at a time; one takes some tens of nanoseconds.
@@ -85,15 +85,41 @@ impl Tone {
         picture.map(|c| narrowed(self.curve.apply(scaled(widened(c), factor))))
     }
 
-    /// The display bytes, three for each pixel.
+    /// The display bytes, three for each pixel; an alpha is left out, so that what is covered in part is shown before
+    /// black.
     #[must_use]
     pub fn to_bytes(&self, picture: &Picture) -> Vec<u8> {
         let factor = self.exposure.factor(picture);
-        let shown = |c: &Pixel| self.curve.apply(scaled(widened(*c), factor)).map(byte);
-        let mut bytes = vec![[0; 3]; picture.pixels().len()];
+        self.bytes_of(picture, &|k| self.curve.apply(scaled(widened(picture.pixels()[k]), factor)).map(byte))
+    }
+
+    /// The display bytes with alpha, four for each pixel, as PNG has them: the color is that of what covers the pixel
+    /// (straight, or not associated), and the alpha is linear.
+    ///
+    /// ```text
+    ///   byte = round(255 srgb(curve(exposure × L/α)))        alpha = round(255 α)
+    /// ```
+    ///
+    /// Where α is 0 the color is black. A picture without an alpha is opaque.
+    #[must_use]
+    pub fn to_rgba_bytes(&self, picture: &Picture) -> Vec<u8> {
+        let factor = self.exposure.factor(picture);
+        self.bytes_of(picture, &|k| {
+            let alpha = picture.alpha().map_or(1.0, |alpha| f64::from(alpha[k]).clamp(0.0, 1.0));
+            if alpha == 0.0 {
+                return [0; 4];
+            }
+            let light = scaled(widened(picture.pixels()[k]), factor / alpha);
+            let [r, g, b] = self.curve.apply(light).map(byte);
+            [r, g, b, (255.0 * alpha).round() as u8]
+        })
+    }
+
+    /// The bytes of all pixels, each by its number.
+    fn bytes_of<const N: usize>(&self, picture: &Picture, shown: &(dyn Fn(usize) -> [u8; N] + Sync)) -> Vec<u8> {
+        let mut bytes = vec![[0; N]; picture.pixels().len()];
         parallel::rows(&mut bytes, TOGETHER, &|k, bytes| {
-            let pixels = &picture.pixels()[k * TOGETHER..];
-            bytes.iter_mut().zip(pixels).for_each(|(bytes, c)| *bytes = shown(c));
+            bytes.iter_mut().enumerate().for_each(|(i, bytes)| *bytes = shown(k * TOGETHER + i));
         });
         bytes.into_flattened()
     }
@@ -194,6 +220,17 @@ mod tests {
             let bytes = tone.to_bytes(&gray(&[0.1, f32::INFINITY, 0.2]));
             assert_eq!(bytes[3..6], [255; 3], "{tone:?}: {bytes:?}");
         }
+    }
+
+    #[test]
+    fn a_pixel_that_is_covered_in_part_has_the_color_of_what_covers_it() {
+        let covered = [1.0, 0.5, 0.25, 0.0];
+        let picture = gray(&covered.map(|alpha| 0.215861 * alpha)).with_alpha(covered.to_vec()).unwrap();
+        let bytes = Tone::PLAIN.to_rgba_bytes(&picture);
+        let expected = [[128, 128, 128, 255], [128, 128, 128, 128], [128, 128, 128, 64], [0; 4]];
+        assert_eq!(bytes, expected.as_flattened(), "{bytes:?}");
+        let opaque = Tone::PLAIN.to_rgba_bytes(&gray(&[1.0]));
+        assert_eq!(opaque, [255; 4], "without an alpha: {opaque:?}");
     }
 
     #[test]

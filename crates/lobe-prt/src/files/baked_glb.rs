@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, Write};
+use std::ops::Range;
 use std::path::Path;
 
 use lobe_io::{IoError, Job, write_atomically};
@@ -10,7 +11,7 @@ use serde_json::{Map, Value, json};
 
 use crate::files::baked_compressed::Compressed;
 use crate::files::baked_layout::{
-    Attribute, AttributeGroup, LOBE_EXTRAS_VERSION, PlainTransfer, VertexData, attribute_groups,
+    Attribute, AttributeGroup, BACK, FRONT, LOBE_EXTRAS_VERSION, PlainTransfer, VertexData, attribute_groups,
     attributes_per_channel, check_version,
 };
 use crate::job::meter::Meter;
@@ -32,6 +33,9 @@ const OUR_ATTRIBUTES: [&str; 3] = ["_TRANSFER_", "_WEIGHTS_", "_CLUSTER"];
 /// green and blue. Both its mesh and `asset` say `version`, `quantity` ("transfer"), `order` and `channels` under
 /// `extras.lobe`, and `asset` the whole recipe. The transfer is in Lobe's z-up world frame, whatever node the vertex
 /// belongs to.
+///
+/// [With backs](BakedGlb::with_backs), primitives of double-sided materials have `_TRANSFER_BACK_k` in the same layout, for the
+/// side from which corners run clockwise, and `extras.lobe` of their mesh and of `asset` says `"backs": true`.
 #[derive(Clone, Debug)]
 pub struct BakedGlb {
     document: GltfDocument,
@@ -44,6 +48,25 @@ struct Place {
     mesh: usize,
     primitive: usize,
     vertices: usize,
+    /// Whether its backs have transfer too.
+    has_backs: bool,
+}
+
+/// What is written of the vertices of places: their fronts, or the backs of those that have some.
+struct Written<'a> {
+    data: &'a dyn VertexData,
+    groups: Vec<AttributeGroup>,
+    is_back: bool,
+}
+
+impl<'a> Written<'a> {
+    fn new(data: &'a dyn VertexData, is_back: bool) -> Self {
+        Self { data, groups: attribute_groups(&data.attributes()), is_back }
+    }
+
+    fn is_of(&self, place: Place) -> bool {
+        !self.is_back || place.has_backs
+    }
 }
 
 impl BakedGlb {
@@ -79,6 +102,7 @@ impl BakedGlb {
                 mesh: own.get(&source.node).copied().unwrap_or(source.mesh),
                 primitive: source.primitive,
                 vertices: mesh.positions().len(),
+                has_backs: false,
             };
             let own = place.vertices - mesh.halved().len();
             if vertices_in_file(&document.json, place) != Some(own as u64) {
@@ -96,15 +120,29 @@ impl BakedGlb {
     /// A scene that is in no glTF file: one that was made by a formula or read from another kind of file.
     #[must_use]
     pub fn of_scene(scene: &Scene) -> Self {
-        let place = |(i, mesh): (usize, &Mesh)| Place { mesh: i, primitive: 0, vertices: mesh.positions().len() };
+        let place = |(i, mesh): (usize, &Mesh)| Place {
+            mesh: i,
+            primitive: 0,
+            vertices: mesh.positions().len(),
+            has_backs: false,
+        };
         Self { document: GltfDocument::of_scene(scene), places: scene.meshes().iter().enumerate().map(place).collect() }
+    }
+
+    /// The same file with transfer of the backs of the [double-sided vertices](crate::double_sided_vertices) of its scene, too.
+    #[must_use]
+    pub fn with_backs(mut self, scene: &Scene) -> Self {
+        for (mesh, place) in self.places.iter_mut().enumerate() {
+            place.has_backs = scene.material(mesh).double_sided;
+        }
+        self
     }
 
     /// The size of the file in bytes, but for its JSON: a few hundred for each mesh and attribute.
     #[must_use]
     pub fn size(&self, order: usize, channels: Channels) -> u64 {
         let floats = 4 * channels.count() * attributes_per_channel(order);
-        (self.document.bytes.len() + self.vertices() * floats * 4) as u64
+        (self.document.bytes.len() + (self.vertices() + self.backs()) * floats * 4) as u64
     }
 
     /// Refuses transfer that a .glb cannot hold, before it is baked.
@@ -129,7 +167,27 @@ impl BakedGlb {
         recipe: &Recipe,
         job: Job<'_>,
     ) -> Result<(), PrtError> {
-        self.write_data(path.as_ref(), &PlainTransfer(transfer), recipe, job)
+        self.write_data(path.as_ref(), &PlainTransfer(transfer, FRONT), None, recipe, job)
+    }
+
+    /// [`BakedGlb::write`] of a file [with backs](BakedGlb::with_backs): `backs` is the transfer of the
+    /// [double-sided vertices](crate::double_sided_vertices), of as many bands and channels.
+    ///
+    /// # Errors
+    /// As [`BakedGlb::write`].
+    pub fn write_with_backs(
+        &self,
+        path: impl AsRef<Path>,
+        [transfer, backs]: [&dyn TransferRows; 2],
+        recipe: &Recipe,
+        job: Job<'_>,
+    ) -> Result<(), PrtError> {
+        if (transfer.order(), transfer.channels()) != (backs.order(), backs.channels()) {
+            let message = "expected backs of as many bands and channels as fronts, found others";
+            return Err(PrtError::Options(message.to_owned()));
+        }
+        let [fronts, backs] = [PlainTransfer(transfer, FRONT), PlainTransfer(backs, BACK)];
+        self.write_data(path.as_ref(), &fronts, Some(&backs), recipe, job)
     }
 
     /// [`BakedGlb::write`] for compressed transfer.
@@ -149,62 +207,91 @@ impl BakedGlb {
         transfer: &CompressedTransfer,
         recipe: &Recipe,
     ) -> Result<(), PrtError> {
-        self.write_data(path.as_ref(), &Compressed(transfer), recipe, Job::default())
+        self.write_data(path.as_ref(), &Compressed(transfer), None, recipe, Job::default())
     }
 
     fn vertices(&self) -> usize {
         self.places.iter().map(|place| place.vertices).sum()
     }
 
-    fn write_data(&self, path: &Path, data: &dyn VertexData, recipe: &Recipe, job: Job<'_>) -> Result<(), PrtError> {
-        let (expected, found) = (self.vertices(), data.vertices());
-        if expected != found {
-            let message = format!("expected the transfer of {expected} vertices, found that of {found} receivers");
-            return Err(PrtError::Options(message));
+    /// The vertices whose backs have transfer.
+    fn backs(&self) -> usize {
+        self.places.iter().filter(|place| place.has_backs).map(|place| place.vertices).sum()
+    }
+
+    fn write_data(
+        &self,
+        path: &Path,
+        data: &dyn VertexData,
+        backs: Option<&dyn VertexData>,
+        recipe: &Recipe,
+        job: Job<'_>,
+    ) -> Result<(), PrtError> {
+        let backs_found = backs.map_or(0, VertexData::vertices);
+        let backs_expected = if backs.is_some() { self.backs() } else { 0 };
+        for (side, expected, found) in
+            [("vertices", self.vertices(), data.vertices()), ("backs", backs_expected, backs_found)]
+        {
+            if expected != found {
+                let message = format!("expected the transfer of {expected} {side}, found that of {found} receivers");
+                return Err(PrtError::Options(message));
+            }
         }
-        let groups = attribute_groups(&data.attributes());
+        let mut written = vec![Written::new(data, false)];
+        written.extend(backs.map(|backs| Written::new(backs, true)));
         let shared = data.shared();
-        let (json, length) = self.laid_out(data, &groups, shared.as_ref(), recipe);
+        let (json, length) = self.laid_out(&written, shared.as_ref(), recipe);
         let json = padded_json(&json);
         let total = 12 + 8 + json.len() as u64 + 8 + length as u64;
         check_length(total)?;
-        let mut meter = Meter::new(groups.len() * expected, job)?;
-        let written = write_atomically(path, |out| {
+        let steps = written.iter().map(|sides| sides.groups.len() * sides.data.vertices()).sum();
+        let mut meter = Meter::new(steps, job)?;
+        let outcome = write_atomically(path, |out| {
             out.write_all(b"glTF")?;
             write_words(out, &[2, total as u32, json.len() as u32, u32::from_le_bytes(*b"JSON")])?;
             out.write_all(&json)?;
             write_words(out, &[length as u32, u32::from_le_bytes(*b"BIN\0")])?;
             out.write_all(&self.document.bytes)?;
             out.write_all(&[0; 3][..padding(self.document.bytes.len())])?;
-            self.write_vertices(out, data, &groups, &mut meter)?;
+            self.write_vertices(out, &written, &mut meter)?;
             let shared = shared.as_ref().map_or(&[][..], |(_, bytes)| bytes);
             out.write_all(shared)?;
             out.write_all(&[0; 3][..padding(shared.len())])
         });
         let place = path.display().to_string();
-        meter.written(written.map_err(|source| IoError::Io { place, source }))
+        meter.written(outcome.map_err(|source| IoError::Io { place, source }))
     }
 
     /// The JSON with views, accessors, attributes and extras of the data, and the length of the buffer.
     fn laid_out(
         &self,
-        data: &dyn VertexData,
-        groups: &[AttributeGroup],
+        written: &[Written<'_>],
         shared: Option<&(&'static str, Vec<u8>)>,
         recipe: &Recipe,
     ) -> (Value, usize) {
         let mut json = self.document.json.clone();
         let mut length = self.document.bytes.len() + padding(self.document.bytes.len());
-        let attributes = data.attributes();
-        let mut about = data.about();
+        let mut about = written[0].data.about();
         about["version"] = json!(LOBE_EXTRAS_VERSION);
         // Add views, accessors and attributes to each primitive, and the extras of its mesh.
+        let mut with_backs = BTreeSet::new();
         for place in &self.places {
-            for group in groups {
-                add_group(&mut json, *place, &attributes[group.attributes.clone()], length);
-                length += place.vertices * group.stride;
+            for sides in written.iter().filter(|sides| sides.is_of(*place)) {
+                let attributes = sides.data.attributes();
+                for group in &sides.groups {
+                    add_group(&mut json, *place, &attributes[group.attributes.clone()], length);
+                    length += place.vertices * group.stride;
+                }
+                with_backs.extend(sides.is_back.then_some(place.mesh));
             }
-            put_extras(&mut json["meshes"][place.mesh], about.clone());
+            let mut about = about.clone();
+            if with_backs.contains(&place.mesh) {
+                about["backs"] = json!(true);
+            }
+            put_extras(&mut json["meshes"][place.mesh], about);
+        }
+        if !with_backs.is_empty() {
+            about["backs"] = json!(true);
         }
         // Add the view of the data that all vertices share.
         if let Some((member, bytes)) = shared {
@@ -224,30 +311,38 @@ impl BakedGlb {
         (json, length)
     }
 
-    fn write_vertices(
-        &self,
-        out: &mut dyn Write,
-        data: &dyn VertexData,
-        groups: &[AttributeGroup],
-        meter: &mut Meter<'_>,
-    ) -> io::Result<()> {
-        let mut bytes = Vec::new();
-        let mut first = 0;
+    fn write_vertices(&self, out: &mut dyn Write, written: &[Written<'_>], meter: &mut Meter<'_>) -> io::Result<()> {
+        let mut firsts = vec![0; written.len()];
         for place in &self.places {
-            for group in groups {
-                for start in (0..place.vertices).step_by(VERTICES_AT_ONCE) {
-                    meter.go_on_writing()?;
-                    let end = (start + VERTICES_AT_ONCE).min(place.vertices);
-                    bytes.clear();
-                    data.push_bytes(first + start..first + end, group.attributes.clone(), &mut bytes)?;
-                    out.write_all(&bytes)?;
-                    meter.step(end - start);
+            for (sides, first) in written.iter().zip(&mut firsts).filter(|(sides, _)| sides.is_of(*place)) {
+                for group in &sides.groups {
+                    write_group(out, sides.data, group, *first..*first + place.vertices, meter)?;
                 }
+                *first += place.vertices;
             }
-            first += place.vertices;
         }
         Ok(())
     }
+}
+
+/// Writes the attributes of a group for some vertices, a few at a time.
+fn write_group(
+    out: &mut dyn Write,
+    data: &dyn VertexData,
+    group: &AttributeGroup,
+    vertices: Range<usize>,
+    meter: &mut Meter<'_>,
+) -> io::Result<()> {
+    let mut bytes = Vec::new();
+    for start in vertices.clone().step_by(VERTICES_AT_ONCE) {
+        meter.go_on_writing()?;
+        let end = (start + VERTICES_AT_ONCE).min(vertices.end);
+        bytes.clear();
+        data.push_bytes(start..end, group.attributes.clone(), &mut bytes)?;
+        out.write_all(&bytes)?;
+        meter.step(end - start);
+    }
+    Ok(())
 }
 
 /// Adds a buffer view at `offset` for attributes of a primitive that lie side by side.

@@ -90,12 +90,18 @@ pub(crate) fn attributes_per_channel(order: usize) -> usize {
     (order * order).div_ceil(4)
 }
 
-/// Transfer as it is.
+/// The prefix of the attributes of transfer, of the side from which corners run counter-clockwise.
+pub(crate) const FRONT: &str = "_TRANSFER_";
+
+/// The prefix of those of the other side.
+pub(crate) const BACK: &str = "_TRANSFER_BACK_";
+
+/// Transfer as it is, and the prefix of its attributes.
 ///
 /// ```text
 ///   attribute k = c ⌈n²/4⌉ + j  holds  T_c,4j .. T_c,4j+3,  zeros from n² on
 /// ```
-pub(crate) struct PlainTransfer<'a>(pub(crate) &'a dyn TransferRows);
+pub(crate) struct PlainTransfer<'a>(pub(crate) &'a dyn TransferRows, pub(crate) &'static str);
 
 impl VertexData for PlainTransfer<'_> {
     fn vertices(&self) -> usize {
@@ -104,7 +110,7 @@ impl VertexData for PlainTransfer<'_> {
 
     fn attributes(&self) -> Vec<Attribute> {
         let attribute = |k| Attribute {
-            name: format!("_TRANSFER_{k}"),
+            name: format!("{}{k}", self.1),
             kind: "VEC4",
             component: FLOAT,
             normalized: false,
@@ -164,7 +170,7 @@ mod tests {
     #[test]
     fn coefficients_stand_in_index_order_padded_with_zeros_channel_by_channel() {
         let transfer = Transfer::new(3, Channels::Rgb, (0..54).map(|i| i as f32).collect()).unwrap();
-        let data = PlainTransfer(&transfer);
+        let data = PlainTransfer(&transfer, FRONT);
         assert_eq!(data.attributes().len(), 9, "three attributes of four hold nine coefficients");
         let mut bytes = Vec::new();
         data.push_bytes(1..2, 2..9, &mut bytes).unwrap();
@@ -177,7 +183,7 @@ mod tests {
     fn no_view_has_vertices_more_than_252_bytes_apart() {
         for order in 1..=8 {
             let transfer = Transfer::new(order, Channels::Rgb, vec![]).unwrap();
-            let attributes = PlainTransfer(&transfer).attributes();
+            let attributes = PlainTransfer(&transfer, FRONT).attributes();
             let groups = attribute_groups(&attributes);
             let all: Vec<usize> = groups.iter().flat_map(|group| group.attributes.clone()).collect();
             assert_eq!(all, (0..attributes.len()).collect::<Vec<_>>(), "order {order}: each attribute once");

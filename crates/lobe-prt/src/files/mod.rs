@@ -2,10 +2,12 @@
 //!
 //! Read `transfer_file` first, the simplest, on `tensor_file`, which all safetensors share; then `matrix_file`,
 //! `compressed_file` and `lightmap_file`. `any_transfer` reads whichever it is. `baked_glb` writes scenes whose
-//! vertices carry transfer, laid out as `baked_layout` and `baked_compressed` say, and `read_baked` reads them. Uses
+//! vertices carry transfer, laid out as `baked_layout` and `baked_compressed` say, and `read_baked` reads them, their backs by
+//! `baked_backs`. Uses
 //! `bake`, `compression`, `job`, `recipe`, `transfer` and `zonal`.
 
 pub(crate) mod any_transfer;
+pub(crate) mod baked_backs;
 pub(crate) mod baked_compressed;
 pub(crate) mod baked_glb;
 pub(crate) mod baked_layout;

@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
-use lobe_scene::{GltfReader, Mesh, Scene, ScenePose, SceneReadOptions, SceneReadReport, is_gltf};
+use lobe_scene::{GltfReader, Scene, ScenePose, SceneReadOptions, SceneReadReport, is_gltf};
 use serde_json::Value;
 
+use crate::files::baked_backs::{BakedBacks, read_backs, read_rows};
 use crate::files::baked_compressed::read_compressed;
-use crate::files::baked_layout::{attributes_per_channel, check_version, read_column};
+use crate::files::baked_layout::{FRONT, check_version};
 use crate::{Channels, CompressedTransfer, PrtError, Recipe, Transfer};
 
 /// A baked scene from a file.
@@ -16,6 +17,8 @@ pub struct Baked {
     pub scene: Scene,
     /// The transfer of its vertices, mesh by mesh.
     pub transfer: Transfer,
+    /// The transfer of the backs of double-sided surfaces, if the file has that.
+    pub backs: Option<BakedBacks>,
     /// The compressed form, of which `transfer` is made, if the file has that.
     pub compressed: Option<CompressedTransfer>,
     /// The options and versions that made the transfer.
@@ -65,6 +68,8 @@ pub fn baked_pose(gltf: &GltfReader) -> Option<ScenePose> {
 pub struct BakedTransfer {
     /// The transfer of the vertices, mesh by mesh.
     pub transfer: Transfer,
+    /// The transfer of the backs of double-sided surfaces, if the file has that.
+    pub backs: Option<BakedBacks>,
     /// The compressed form, of which `transfer` is made, if the file has that.
     pub compressed: Option<CompressedTransfer>,
     /// The options and versions that made the transfer.
@@ -90,14 +95,15 @@ impl BakedTransfer {
         let recipe = Recipe::from(lobe["recipe"].clone()).understood(name)?;
         if lobe["compression"].is_object() {
             let compressed = read_compressed(scene.meshes(), gltf, (order, channels), name)?;
-            return Ok(Self { transfer: compressed.to_transfer(), compressed: Some(compressed), recipe });
+            return Ok(Self { transfer: compressed.to_transfer(), backs: None, compressed: Some(compressed), recipe });
         }
         let mut coefficients = Vec::new();
         for mesh in scene.meshes() {
-            read_mesh(mesh, gltf, (order, channels), name, &mut coefficients)?;
+            read_rows(mesh, gltf, FRONT, (order, channels), name, &mut coefficients)?;
         }
         let transfer = Transfer::new(order, channels, coefficients).map_err(|error| error.within(name))?;
-        Ok(Self { transfer, compressed: None, recipe })
+        let backs = read_backs(scene, gltf, (order, channels), name)?;
+        Ok(Self { transfer, backs, compressed: None, recipe })
     }
 }
 
@@ -109,8 +115,8 @@ impl Baked {
     pub fn of(gltf: &GltfReader) -> Result<Self, PrtError> {
         let (scene, mut report) = gltf.scene_in(&baked_pose(gltf).unwrap_or_default())?;
         report.assumed_animation = None;
-        let BakedTransfer { transfer, compressed, recipe } = BakedTransfer::of(gltf, &scene)?;
-        Ok(Self { scene, transfer, compressed, recipe, report })
+        let BakedTransfer { transfer, backs, compressed, recipe } = BakedTransfer::of(gltf, &scene)?;
+        Ok(Self { scene, transfer, backs, compressed, recipe, report })
     }
 }
 
@@ -185,24 +191,4 @@ fn check_extras(lobe: &Value, name: &str) -> Result<(usize, Channels), PrtError>
         Some(3) => Ok((order, Channels::Rgb)),
         _ => invalid("1 or 3 channels", &lobe["channels"]),
     }
-}
-
-fn read_mesh(
-    mesh: &Mesh,
-    gltf: &GltfReader,
-    (order, channels): (usize, Channels),
-    name: &str,
-    coefficients: &mut Vec<f32>,
-) -> Result<(), PrtError> {
-    let per_channel = attributes_per_channel(order);
-    let columns: Vec<Vec<[f32; 4]>> = (0..channels.count() * per_channel)
-        .map(|k| read_column(gltf, mesh, &format!("_TRANSFER_{k}"), name))
-        .collect::<Result<_, _>>()?;
-    for vertex in 0..mesh.positions().len() {
-        for channel in columns.chunks_exact(per_channel) {
-            let padded = channel.iter().flat_map(|column| column[vertex]);
-            coefficients.extend(padded.take(order * order));
-        }
-    }
-    Ok(())
 }

@@ -4,6 +4,7 @@
 
 mod adaptive;
 mod bake;
+mod baked_backs;
 mod baked_glb;
 mod checkpoint;
 mod cloth;

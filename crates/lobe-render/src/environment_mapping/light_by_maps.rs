@@ -1,13 +1,12 @@
 //! Pictures of a scene by environment mapping.
 
-use lobe_image::Picture;
 use lobe_io::Job;
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Dir, Rgb};
 
 use crate::environment_mapping::environment_maps::TurnedMaps;
 use crate::scene_view::scene_picture::ray_cast;
-use crate::{Camera, RenderError, SceneHit, ViewOptions};
+use crate::{Camera, LitPicture, RenderError, SceneHit, ViewOptions};
 
 /// Shows a scene as `camera` sees it, lit by [`EnvironmentMaps`](crate::EnvironmentMaps), which has the formula: `background`
 /// where a ray escapes.
@@ -33,8 +32,8 @@ use crate::{Camera, RenderError, SceneHit, ViewOptions};
 /// let view = ViewOptions::default().width(16).height(12);
 /// let (bvh, behind) = (Bvh::new(&scene), |_: Dir| Rgb::new(1.0_f64, 1.0, 1.0));
 /// let turned = maps.turned(&Rotation::IDENTITY);
-/// let picture = light_by_environment_maps(&scene, &bvh, turned, &camera, &view, behind, Job::default())?;
-/// let mean = picture.mean();
+/// let lit = light_by_environment_maps(&scene, &bvh, turned, &camera, &view, behind, Job::default())?;
+/// let mean = lit.picture.mean();
 /// assert!(mean[1] > 0.4 && mean[1] < 1.0, "{mean:?}");
 /// # Ok::<(), lobe_render::RenderError>(())
 /// ```
@@ -49,7 +48,8 @@ pub fn light_by_environment_maps(
     options: &ViewOptions,
     background: impl Fn(Dir) -> Rgb<f64> + Sync,
     job: Job<'_>,
-) -> Result<Picture, RenderError> {
+) -> Result<LitPicture, RenderError> {
     let radiance = |hit: &SceneHit<'_>| maps.radiance(hit);
-    ray_cast(scene, bvh, camera, options, &background, &radiance, job)
+    let (picture, coverage) = ray_cast(scene, bvh, camera, options, &background, &radiance, job)?;
+    Ok(LitPicture { picture, coverage, below_zero: 0.0 })
 }

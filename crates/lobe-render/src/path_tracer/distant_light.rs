@@ -1,5 +1,7 @@
 //! Light from infinitely far away: an environment map or an expansion, evaluated and sampled.
 
+use std::sync::Arc;
+
 use lobe_env::EnvMap;
 use lobe_io::Fingerprint;
 use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec};
@@ -9,8 +11,9 @@ use crate::path_tracer::sphere_table::{SphereTable, cell};
 /// Light that depends on direction alone: an environment map or an expansion, turned.
 ///
 /// A map is constant over each texel, as it is wherever Lobe integrates it, so light and its expansion by
-/// [`project_env`](lobe_env::project_env) are of one function; seen directly, texels have edges. An expansion is
-/// evaluated exactly, its negative values are kept.
+/// [`project_env`](lobe_env::project_env) are of one function. An eye that looks past all surfaces
+/// [sees](DistantLight::seen) a map interpolated between its texels. An expansion is evaluated exactly, its negative
+/// values are kept.
 ///
 /// Directions are drawn with a density that is constant over each cell of a lat-long grid:
 ///
@@ -18,8 +21,11 @@ use crate::path_tracer::sphere_table::{SphereTable, cell};
 ///   map         p ∝ 0.2126 |r| + 0.7152 |g| + 0.0722 |b|         over its own texels: zero only where the map is black
 ///   expansion   p ∝ max |channel| at the cell's center + 0.1 mean over 64 x 32 cells: zero nowhere
 /// ```
+///
+/// Behind a scene the eye sees the light itself, or another [`Backdrop`]. That lights nothing.
 pub struct DistantLight {
     source: Source,
+    backdrop: Backdrop,
     /// The table for importance sampling; none if the light is black, or not finite.
     table: Option<SphereTable>,
     world_from_light: Rotation,
@@ -27,8 +33,27 @@ pub struct DistantLight {
 }
 
 enum Source {
-    Map(EnvMap),
+    Map(Arc<EnvMap>),
     Expansion(ShVec<Rgb<f64>>),
+}
+
+/// What an eye sees where no surface is. Pictures turn with the light.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub enum Backdrop {
+    /// The light itself: an expansion as it is, a map as [`Backdrop::Map`].
+    #[default]
+    Light,
+    /// A map by [`MappedMap::radiance`](lobe_env::MappedMap::radiance): bilinear between the centers of its texels, and
+    /// across its seam. The interpolation leaves every texel its solid angle, so that a sky is as bright as the light
+    /// of its map.
+    Map(Arc<EnvMap>),
+    /// An expansion of radiance.
+    Expansion(ShVec<Rgb<f64>>),
+    /// One color of radiance, linear.
+    Color(Rgb<f64>),
+    /// Nothing: what lies behind is transparent.
+    None,
 }
 
 /// A direction drawn from a light.
@@ -51,7 +76,8 @@ impl DistantLight {
     /// The light of an environment map. Its texels should be [finite](EnvMap): of a map that is not, no direction is drawn, and
     /// its light is met only in directions drawn from the BSDF.
     #[must_use]
-    pub fn from_map(map: EnvMap) -> Self {
+    pub fn from_map(map: impl Into<Arc<EnvMap>>) -> Self {
+        let map = map.into();
         let weight = |texel: &Rgb<f32>| Rgb::from(texel.widen().to_array().map(f64::abs)).luminance();
         let weights: Vec<f64> = map.texels().iter().map(weight).collect();
         let table = SphereTable::new(map.width(), map.height(), &weights);
@@ -72,7 +98,13 @@ impl DistantLight {
 
     fn new(source: Source, table: Option<SphereTable>) -> Self {
         let none = Rotation::from_axis_angle(Dir::Z, 0.0);
-        Self { source, table, world_from_light: none, light_from_world: none }
+        Self { source, backdrop: Backdrop::Light, table, world_from_light: none, light_from_world: none }
+    }
+
+    /// This light in front of a backdrop.
+    #[must_use]
+    pub fn before(self, backdrop: Backdrop) -> Self {
+        Self { backdrop, ..self }
     }
 
     /// This light turned, after all turns before: what was towards `s` is towards `R s`.
@@ -82,7 +114,7 @@ impl DistantLight {
         Self { world_from_light, light_from_world: world_from_light.inverse(), ..self }
     }
 
-    /// The radiance that arrives from direction `s`.
+    /// The radiance that arrives from direction `s`: what lights surfaces, and what they mirror.
     #[must_use]
     pub fn radiance(&self, s: Dir) -> Rgb<f64> {
         let s = self.light_from_world.rotate_dir(s);
@@ -92,20 +124,45 @@ impl DistantLight {
         }
     }
 
+    /// What an eye sees towards `s`, where no surface is: the [`Backdrop`]; black where there is none.
+    #[must_use]
+    pub fn seen(&self, s: Dir) -> Rgb<f64> {
+        let turned = || self.light_from_world.rotate_dir(s);
+        match (&self.backdrop, &self.source) {
+            (Backdrop::Map(map), _) | (Backdrop::Light, Source::Map(map)) => map.radiance(turned()).widen(),
+            (Backdrop::Expansion(f), _) | (Backdrop::Light, Source::Expansion(f)) => f.eval(turned()),
+            (Backdrop::Color(color), _) => *color,
+            (Backdrop::None, _) => Rgb::ZERO,
+        }
+    }
+
+    /// Whether nothing is behind the scene, so that pictures have an alpha.
+    #[must_use]
+    pub fn is_transparent(&self) -> bool {
+        self.backdrop == Backdrop::None
+    }
+
     /// Writes everything that identifies this light into a fingerprint.
     pub(crate) fn write_into(&self, all: &mut Fingerprint) {
         match &self.source {
-            Source::Map(map) => {
-                all.word(map.width() as u64);
-                for row in map.texels().chunks(map.width()) {
-                    let numbers: Vec<f32> = row.iter().flat_map(|texel| texel.to_array()).collect();
-                    all.floats(&numbers);
-                }
+            Source::Map(map) => write_map(all, map),
+            Source::Expansion(f) => write_expansion(all, f),
+        }
+        match &self.backdrop {
+            Backdrop::Light => all.word(0),
+            Backdrop::Map(map) => {
+                all.word(1);
+                write_map(all, map);
             }
-            Source::Expansion(f) => {
-                all.word(f.order() as u64);
-                f.coefficients().iter().flat_map(|c| c.to_array()).for_each(|c| all.word(c.to_bits()));
+            Backdrop::Expansion(f) => {
+                all.word(2);
+                write_expansion(all, f);
             }
+            Backdrop::Color(color) => {
+                all.word(3);
+                color.to_array().iter().for_each(|c| all.word(c.to_bits()));
+            }
+            Backdrop::None => all.word(4),
         }
         for axis in [Dir::X, Dir::Z] {
             self.light_from_world.rotate_dir(axis).to_array().iter().for_each(|c| all.word(c.to_bits()));
@@ -126,6 +183,19 @@ impl DistantLight {
     pub(crate) fn density(&self, s: Dir) -> f64 {
         self.table.as_ref().map_or(0.0, |table| table.density(self.light_from_world.rotate_dir(s)))
     }
+}
+
+fn write_map(all: &mut Fingerprint, map: &EnvMap) {
+    all.word(map.width() as u64);
+    for row in map.texels().chunks(map.width()) {
+        let numbers: Vec<f32> = row.iter().flat_map(|texel| texel.to_array()).collect();
+        all.floats(&numbers);
+    }
+}
+
+fn write_expansion(all: &mut Fingerprint, f: &ShVec<Rgb<f64>>) {
+    all.word(f.order() as u64);
+    f.coefficients().iter().flat_map(|c| c.to_array()).for_each(|c| all.word(c.to_bits()));
 }
 
 #[cfg(test)]
@@ -170,7 +240,40 @@ mod tests {
             let s = Dir::new(v).unwrap();
             let (a, b) = (light.radiance(turn().inverse().rotate_dir(s)), turned.radiance(s));
             assert_eq!(a, b, "towards {s:?}");
+            let (a, b) = (light.seen(turn().inverse().rotate_dir(s)), turned.seen(s));
+            assert_eq!(a, b, "seen towards {s:?}");
         }
+    }
+
+    #[test]
+    fn an_eye_sees_a_map_linear_between_its_texels_and_its_light_constant_over_them() {
+        // Rows alike: between two centers of columns the value is their mean, on the seam too.
+        let map = EnvMap::from_fn(16, 8, |s| Rgb::splat(s.x().atan2(s.y()).sin().mul_add(2.0, 3.0) as f32));
+        let light = DistantLight::from_map(map.clone());
+        for x in 0..16 {
+            let [a, b] = [x, (x + 1) % 16].map(|x| f64::from(map.texel(x, 4).r));
+            let s = lobe_env::lat_long::dir_from_uv((x as f64 + 0.75) / 16.0, 4.5 / 8.0);
+            let (seen, lights) = (light.seen(s).r, light.radiance(s).r);
+            assert!((seen - 0.75f64.mul_add(a, 0.25 * b)).abs() < 1e-6, "column {x}: {seen} between {a} and {b}");
+            assert_eq!(lights, a, "column {x}: what lights is the texel");
+        }
+    }
+
+    #[test]
+    fn what_is_behind_a_scene_lights_nothing_and_turns_with_the_light() {
+        let map = Arc::new(bundled::sunset().map());
+        let even = || DistantLight::from_expansion(ShVec::constant(1, Rgb::splat(1.0))).turned(&turn());
+        let behind = even().before(Backdrop::Map(map.clone()));
+        let itself = DistantLight::from_map(map).turned(&turn());
+        for v in lobe_testkit::directions() {
+            let s = Dir::new(v).unwrap();
+            assert_eq!(behind.seen(s), itself.seen(s), "the map towards {s:?}");
+            assert_eq!(behind.radiance(s), even().radiance(s), "the light towards {s:?}");
+        }
+        let red = Rgb::new(2.0, 0.0, 0.0);
+        assert_eq!(even().before(Backdrop::Color(red)).seen(Dir::X), red, "a color");
+        let nothing = even().before(Backdrop::None);
+        assert!(nothing.is_transparent() && nothing.seen(Dir::X) == Rgb::ZERO, "nothing");
     }
 
     #[test]

@@ -2,9 +2,11 @@
 //!
 //! Read `path_tracer`, the estimator with next-event estimation and multiple importance sampling; then what it draws
 //! from: `bsdf` with the microfacets of `ggx`, `distant_light` with its `sphere_table`, each `emitter` near by, and the Owen-scrambled Sobol'
-//! points of `sampler`. `estimate` makes means and variances of paths, `reference` pictures,
+//! points of `sampler`. `background` names what is behind a scene. `estimate` makes means and variances of paths,
+//! `reference` pictures,
 //! `truth_checkpoint` keeps their pixels, `truth_exr` writes them. Uses `camera`.
 
+pub(crate) mod background;
 pub(crate) mod bsdf;
 pub(crate) mod distant_light;
 pub(crate) mod emitter;

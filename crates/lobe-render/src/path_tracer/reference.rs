@@ -38,7 +38,8 @@ impl Default for TruthOptions {
     }
 }
 
-/// A traced picture. Pixels are means over their square, the light showing where rays escape.
+/// A traced picture. Pixels are means over their square, [what is behind the light](DistantLight::seen) showing where
+/// rays escape.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Truth {
     /// Radiance.
@@ -53,12 +54,13 @@ pub struct Truth {
     pub normal: Picture,
     /// Mean distance from the eye of what is seen, row by row; infinite where nothing is.
     pub depth: Vec<f32>,
-    /// The part of the pixel that shows a surface, 0 to 1.
+    /// The part of the pixel that shows a surface, 0 to 1; glass by the part of the light that it stops. Before [no
+    /// backdrop](crate::Backdrop::None) it is the [alpha](Picture::alpha) of `mean`.
     pub coverage: Vec<f32>,
 }
 
 /// The kind of this work among fingerprints.
-const KIND: u64 = 16;
+const KIND: u64 = 17;
 
 /// Traces a picture of `scene`, whose tree is `bvh`, seen by a camera in its world, under `light`.
 ///
@@ -98,14 +100,16 @@ pub fn render_truth_with_emitters(
     // Take the pixels apart into pictures.
     let TruthOptions { width, height, count, .. } = *options;
     let picture = |of: fn(&TracedPixel) -> Rgb<f32>| Picture::new(width, height, traced.iter().map(of).collect());
+    let coverage: Vec<f32> = traced.iter().map(|p| p.coverage).collect();
+    let mean = picture(|p| p.mean)?;
     Ok(Truth {
-        mean: picture(|p| p.mean)?,
+        mean: if light.is_transparent() { mean.with_alpha(coverage.clone())? } else { mean },
         variance: picture(|p| p.variance)?,
         degrees_of_freedom: count.sets - 1,
         albedo: picture(|p| p.albedo)?,
         normal: picture(|p| p.normal)?,
         depth: traced.iter().map(|p| p.depth).collect(),
-        coverage: traced.iter().map(|p| p.coverage).collect(),
+        coverage,
     })
 }
 
@@ -237,7 +241,7 @@ fn trace_pixel(
             let (ray, towards) = camera.ray_of_pixel([width, height], [x + dx, y + dy]);
             let (hit, tint) = tracer.intersect(&ray);
             match hit {
-                None => sum += light.radiance(towards) * tint,
+                None => sum += light.seen(towards) * tint,
                 Some(FirstHit { albedo: a, normal: n, distance, interaction }) => {
                     albedo += a.widen();
                     normal += Rgb::from(n).widen();

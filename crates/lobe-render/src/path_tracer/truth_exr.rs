@@ -20,11 +20,12 @@ impl Truth {
     /// | channels | |
     /// |---|---|
     /// | `R`, `G`, `B` | radiance |
+    /// | `A` | its alpha, before [no backdrop](crate::Backdrop::None) alone: that of `coverage.A` |
     /// | `variance.R`, `.G`, `.B` | the variance of that mean |
     /// | `albedo.R`, `.G`, `.B` | base color |
     /// | `normal.X`, `.Y`, `.Z` | shading normal in the world |
     /// | `depth.Z` | distance from the eye |
-    /// | `coverage.A` | the part of the pixel that shows a surface |
+    /// | `coverage.A` | the part of the pixel that shows a surface, as of [`Truth::coverage`] |
     ///
     /// # Errors
     /// [`RenderError::Invalid`] if the format cannot hold the picture.
@@ -37,6 +38,9 @@ impl Truth {
             layers.channel(format!("{VARIANCE}.{name}"), plane(&self.variance, c));
             layers.channel(format!("albedo.{name}"), plane(&self.albedo, c));
             layers.channel(format!("normal.{}", ["X", "Y", "Z"][c]), plane(&self.normal, c));
+        }
+        if let Some(alpha) = self.mean.alpha() {
+            layers.channel("A", alpha.to_vec());
         }
         layers.channel("depth.Z", self.depth.clone());
         layers.channel("coverage.A", self.coverage.clone());

@@ -1,9 +1,9 @@
-//! Back faces: the transfer of the backs of double-sided surfaces that a view shows; files hold that of fronts alone.
+//! Back faces: the transfer of the backs of double-sided surfaces that a view shows. Most files hold that of fronts alone.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use lobe_io::Job;
-use lobe_prt::{BakeOptions, Receivers, TexelReceivers};
+use lobe_prt::{BakeOptions, BakedBacks, Receivers, TexelReceivers};
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
 
@@ -54,6 +54,15 @@ impl BackFaces {
         Ok(Self { receivers, transfer })
     }
 
+    /// The backs of these vertices of a scene, which a file holds.
+    pub(crate) fn of_file(scene: &Scene, BakedBacks { vertices, transfer }: BakedBacks) -> Self {
+        let mut receivers = vec![NONE; scene.vertex_count()];
+        for (receiver, vertex) in vertices.into_iter().enumerate() {
+            receivers[vertex] = receiver as u32;
+        }
+        Self { receivers, transfer: SurfaceTransfer::Matte(transfer.into()) }
+    }
+
     /// The receiver at the back of a place, if that was baked.
     pub(crate) fn receiver(&self, place: usize) -> Option<usize> {
         Some(self.receivers[place]).filter(|&receiver| receiver != NONE).map(|receiver| receiver as usize)
@@ -81,6 +90,7 @@ pub(crate) fn backs_in_view(
         }
         Rgb::ZERO
     };
+    // Of the same rays as the picture: that of neither depends on the light.
     ray_cast(scene, bvh, camera, view, &|_: Dir| Rgb::ZERO, &mark, job)?;
     Ok((0..seen.len()).filter(|&place| seen[place].load(Ordering::Relaxed)).collect())
 }

@@ -34,10 +34,12 @@ pub struct BakedScene {
 }
 
 impl From<Baked> for BakedScene {
-    /// The scene of a baked glTF file, with the options of its recipe for backs.
+    /// The scene of a baked glTF file, with the backs that it holds, and the options of its recipe for others.
     fn from(baked: Baked) -> Self {
-        let Baked { scene, transfer, recipe, .. } = baked;
-        Self::new(scene, Places::Vertices, SurfaceTransfer::Matte(transfer.into()), None, recipe)
+        let Baked { scene, transfer, recipe, backs, .. } = baked;
+        let read = Self::new(scene, Places::Vertices, SurfaceTransfer::Matte(transfer.into()), None, recipe);
+        let back = backs.map(|backs| BackFaces::of_file(&read.scene, backs));
+        Self { back, ..read }
     }
 }
 
@@ -177,14 +179,16 @@ impl BakedScene {
     }
 
     /// The vertices or texels that a view shows from behind, in rising order: those that [`BakedScene::bake_backs`]
-    /// needs.
+    /// needs. None if the backs of all of them are known, such as from the file.
     ///
     /// The steps of `job` are the pixels that were looked at.
     ///
     /// # Errors
     /// As [`scene_picture`](fn@crate::scene_picture).
     pub fn backs_in_view(&self, camera: &Camera, view: &ViewOptions, job: Job<'_>) -> Result<Vec<usize>, RenderError> {
-        back_faces::backs_in_view(&self.scene, &self.bvh, camera, view, &self.places, job)
+        let seen = back_faces::backs_in_view(&self.scene, &self.bvh, camera, view, &self.places, job)?;
+        let is_known = |place: &usize| self.back.as_ref().is_some_and(|back| back.receiver(*place).is_some());
+        Ok(if seen.iter().all(is_known) { Vec::new() } else { seen })
     }
 
     /// Bakes the backs of these vertices or texels, in rising order, in place of those that were baked before.

@@ -15,13 +15,18 @@ use crate::{BakedScene, Camera, RenderError, SceneHit, ViewOptions};
 /// not rounding.
 const VISIBLY_BELOW: f64 = 1e-3;
 
-/// A scene lit by an expansion.
+/// A scene that is lit.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct LitPicture {
     /// Radiance.
     pub picture: Picture,
+    /// The part of each pixel that shows a surface, 0 to 1, row by row; glass by the part of the light that it stops.
+    /// Before a background that is black it is the alpha of the picture.
+    pub coverage: Vec<f32>,
     /// The part of the rays that hit a lit surface whose radiance is below zero in some channel, by more than 0.1 % of
-    /// the light's mean. This happens where the expansion of the light rings; see [`lobe_sh::deringed`].
+    /// the light's mean. This happens where the expansion of the light rings; see [`lobe_sh::deringed`]. 0 without an
+    /// expansion.
     pub below_zero: f64,
 }
 
@@ -103,8 +108,19 @@ pub(crate) fn picture_of(
 ) -> Result<LitPicture, RenderError> {
     let counted = Counted::new(light, shade);
     let radiance = |hit: &SceneHit<'_>| counted.radiance(hit);
-    let picture = ray_cast(scene, bvh, camera, options, background, &radiance, job)?;
-    Ok(LitPicture { picture, below_zero: counted.below_zero() })
+    let (picture, coverage) = ray_cast(scene, bvh, camera, options, background, &radiance, job)?;
+    Ok(LitPicture { picture, coverage, below_zero: counted.below_zero() })
+}
+
+impl LitPicture {
+    /// The picture with its coverage as [alpha](Picture::alpha), for what was rendered before black.
+    #[must_use]
+    pub fn before_nothing(self) -> Self {
+        let Self { picture, coverage, below_zero } = self;
+        let alpha = coverage.clone();
+        let picture = picture.with_alpha(alpha).unwrap_or_else(|_| unreachable!("a pixel has a coverage"));
+        Self { picture, coverage, below_zero }
+    }
 }
 
 /// A shading that counts how often it is below zero.

@@ -1,8 +1,9 @@
 //! Pictures of scenes of triangles whose light is known at the surface: by precomputed radiance transfer, or by
 //! irradiance.
 //!
-//! Read `scene_picture`, which finds the surface that each pixel shows, then `prt_shading`, which lights it by
-//! transfer, and `back_faces`, which bakes what files of transfer leave out. `baked_scene` holds a scene with its
+//! Read `scene_picture`, which finds the surface that each pixel shows, and `silhouettes`, where it looks closer; then
+//! `prt_shading`, which lights a surface by transfer, and `back_faces`, which bakes what files of transfer leave out.
+//! `baked_scene` holds a scene with its
 //! transfer, `light_scene` makes the picture. Uses `camera`.
 
 pub(crate) mod back_faces;
@@ -10,3 +11,4 @@ pub(crate) mod baked_scene;
 pub(crate) mod light_scene;
 pub(crate) mod prt_shading;
 pub(crate) mod scene_picture;
+pub(crate) mod silhouettes;

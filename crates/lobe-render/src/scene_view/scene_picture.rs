@@ -3,11 +3,12 @@
 use derive_setters::Setters;
 use lobe_image::Picture;
 use lobe_io::Job;
-use lobe_scene::{Bvh, Material, Ray, Scene, SurfaceRays};
+use lobe_scene::{Bvh, Material, Scene, SurfaceRays};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
 use web_time::Instant;
 
 use crate::progressive::{in_portions, progress_of};
+use crate::scene_view::silhouettes::{Again, Met, Sampled, place_in_pixel, silhouettes};
 use crate::{Camera, RenderError};
 
 /// The size and the sampling of a picture of a scene.
@@ -21,21 +22,26 @@ pub struct ViewOptions {
     pub height: usize,
     /// Rays per pixel and axis, at least 1, on a regular grid.
     pub rays: usize,
+    /// Rays of a pixel in which a surface ends, or between which and the next one it does: the next power of two,
+    /// spread so that each is alone in its column and in its row of the pixel. Up to the square of `rays`, such as 0,
+    /// no pixel takes more than others.
+    pub edge_rays: usize,
 }
 
 impl Default for ViewOptions {
-    /// A picture of 512 × 384 pixels with 2 × 2 rays each.
+    /// A picture of 512 × 384 pixels with 2 × 2 rays each, 16 where surfaces end.
     fn default() -> Self {
-        Self { width: 512, height: 384, rays: 2 }
+        Self { width: 512, height: 384, rays: 2, edge_rays: 16 }
     }
 }
 
 impl ViewOptions {
     /// The most bytes that a picture takes until it is written: its numbers twice as they are, compressed in blocks and as a
-    /// file, and some room (test `work_takes_no_more_memory_than_is_said` of `lobe-cli`).
+    /// file, and some room (test `work_takes_no_more_memory_than_is_said` of `lobe-cli`). What is known of its surfaces
+    /// is forgotten before that, and takes less.
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        (5 * size_of::<[f32; 3]>() as u64).saturating_mul(self.width as u64).saturating_mul(self.height as u64)
+        (5 * size_of::<[f32; 4]>() as u64).saturating_mul(self.width as u64).saturating_mul(self.height as u64)
     }
 }
 
@@ -44,9 +50,15 @@ impl ViewOptions {
 ///
 /// The steps of `job` are pixels; it cannot be kept in a file.
 ///
-/// Pixels are means over their square. Surfaces that are not double-sided are black from behind, as they are baked and
-/// traced, and `radiance` is not asked. Of those that are, it is asked for both sides: [`SceneHit::is_front`] says for
-/// which. The same bits for any number of threads.
+/// Pixels are means over their square, by [`ViewOptions::rays`]; those in which surfaces end are looked at again, by
+/// [`ViewOptions::edge_rays`]. A surface ends where a ray meets another mesh or another side than its neighbor, or
+/// none, or where the surface has a crease of more than 12° or a step. What lies within it is left to the shading.
+///
+/// Surfaces that are not double-sided are black from behind, as they are baked and traced, and `radiance` is not asked.
+/// A ray that passes an edge of an open body, through a gap such as that around an eye in its socket, meets the inside
+/// of its skin: a gap no wider than two pixels, 40 % of the rays of five by five, takes the light of what is around it.
+/// Of surfaces that are double-sided, `radiance` is asked for both sides: [`SceneHit::is_front`] says for which. The
+/// same bits for any number of threads.
 ///
 /// # Errors
 /// [`RenderError::Options`] if the picture has no pixels, a pixel no ray, or the job a file, [`RenderError::Cancelled`]
@@ -60,10 +72,11 @@ pub fn scene_picture(
     radiance: impl Fn(&SceneHit<'_>) -> Rgb<f64> + Sync,
     job: Job<'_>,
 ) -> Result<Picture, RenderError> {
-    ray_cast(scene, bvh, camera, options, &background, &radiance, job)
+    Ok(ray_cast(scene, bvh, camera, options, &background, &radiance, job)?.0)
 }
 
-/// [`scene_picture`] by references: compiled once, not for every shading.
+/// [`scene_picture`] by references, compiled once, not for every shading; and the coverage of each pixel, the part of
+/// its rays that stop at surfaces.
 pub(crate) fn ray_cast(
     scene: &Scene,
     bvh: &Bvh,
@@ -72,49 +85,129 @@ pub(crate) fn ray_cast(
     background: &(dyn Fn(Dir) -> Rgb<f64> + Sync),
     radiance: &(dyn Fn(&SceneHit<'_>) -> Rgb<f64> + Sync),
     mut job: Job<'_>,
-) -> Result<Picture, RenderError> {
+) -> Result<(Picture, Vec<f32>), RenderError> {
     job.expect_no_checkpoint().map_err(RenderError::Options)?;
-    let ViewOptions { width, height, rays } = *options;
-    let pixels = width.checked_mul(height).filter(|&pixels| pixels > 0 && rays > 0);
-    let Some(pixels) = pixels else {
+    let ViewOptions { width, height, rays, edge_rays } = *options;
+    let count = width.checked_mul(height).filter(|&pixels| pixels > 0 && rays > 0);
+    let Some(count) = count else {
         return Err(RenderError::Options(format!(
             "expected a picture with pixels and rays, found {width} x {height} with {rays} rays along an axis"
         )));
     };
     let camera = camera.relative_to(scene.origin()).outside_of(bvh.bounds());
-    let surfaces = SurfaceRays::new(scene, bvh);
-    // Shade the nearest hit along a ray, or the background.
-    let radiance_along = |ray: &Ray, towards: Dir| {
-        let (hit, tint) = surfaces.closest_through(ray);
-        let tint = Rgb::from(tint).widen();
-        let Some(hit) = hit else { return background(towards) * tint };
-        let hit = SceneHit::new(scene, hit, towards);
-        if hit.is_lit { radiance(&hit) * tint } else { Rgb::ZERO }
-    };
-    // Average the rays of a pixel.
-    let pixel = |i: usize| {
-        let (x, y) = ((i % width) as f64, (i / width) as f64);
-        let mut sum = Rgb::<f64>::ZERO;
-        for k in 0..rays * rays {
-            let offset = |i: usize| (i as f64 + 0.5) / rays as f64;
-            let (ray, towards) = camera.ray_of_pixel([width, height], [x + offset(k % rays), y + offset(k / rays)]);
-            sum += radiance_along(&ray, towards);
-        }
-        Rgb::<f32>::narrow(sum.scale(((rays * rays) as f64).recip()))
-    };
-    // Compute the pixels in portions, between which the job may stop.
+    let cast = Cast { surfaces: SurfaceRays::new(scene, bvh), camera, size: [width, height], background, radiance };
+    let looks_again = edge_rays > rays.saturating_mul(rays);
+    // Pixels of the second look are about a tenth, of four times as many rays.
+    let first_part = if looks_again { count - count / 4 } else { count };
     let begin = Instant::now();
-    let all = in_portions(Vec::new(), pixels, &pixel, &mut |done| {
-        let is_stopped = job.report(&progress_of(done.len(), pixels, 0, begin)).is_break() && done.len() < pixels;
+    let mut watch = |done: usize| {
+        let is_stopped = job.report(&progress_of(done, count, 0, begin)).is_break() && done < count;
         if is_stopped { Err(RenderError::Cancelled) } else { Ok(()) }
+    };
+    // Average the rays of each pixel, in portions between which the job may stop.
+    let places = |k: usize| [k % rays, k / rays].map(|k| (k as f64 + 0.5) / rays as f64);
+    let pixel = |i: usize| cast.sampled(i, rays * rays, &places);
+    let share = |done: usize, of: usize, part: usize| (done as u128 * part as u128 / of.max(1) as u128) as usize;
+    let first = in_portions(Vec::new(), count, &pixel, &mut |done| watch(share(done.len(), count, first_part)))?;
+    // Look again where surfaces end.
+    let again = if looks_again { silhouettes(&first, width) } else { Vec::new() };
+    let mut lights: Vec<Rgb<f32>> = first.iter().map(|pixel| pixel.light).collect();
+    let mut coverage: Vec<f32> = first.iter().map(|pixel| pixel.coverage).collect();
+    drop(first);
+    let edge_rays = edge_rays.checked_next_power_of_two().unwrap_or(edge_rays);
+    let pixel = |k: usize| cast.again(&again[k], edge_rays);
+    let rest = count - first_part;
+    let second = in_portions(Vec::new(), again.len(), &pixel, &mut |done| {
+        watch(if again.len() == done.len() { count } else { first_part + share(done.len(), again.len(), rest) })
     })?;
-    Ok(Picture::new(width, height, all)?)
+    for (at, pixel) in again.iter().zip(second) {
+        (lights[at.pixel], coverage[at.pixel]) = pixel;
+    }
+    Ok((Picture::new(width, height, lights)?, coverage))
+}
+
+/// Rays from an eye into a scene.
+struct Cast<'a> {
+    surfaces: SurfaceRays<'a>,
+    camera: Camera,
+    size: [usize; 2],
+    background: &'a (dyn Fn(Dir) -> Rgb<f64> + Sync),
+    radiance: &'a (dyn Fn(&SceneHit<'_>) -> Rgb<f64> + Sync),
+}
+
+/// What a ray brings to the eye.
+struct Seen {
+    light: Rgb<f64>,
+    is_back: bool,
+    met: Met,
+}
+
+impl Seen {
+    /// 1 if the ray meets a surface, else 0.
+    fn hits(&self) -> usize {
+        usize::from(self.met != Met::NOTHING)
+    }
+}
+
+impl Cast<'_> {
+    /// Shades the nearest hit of the ray through a place of a pixel, or the background.
+    fn along(&self, pixel: usize, place: [f64; 2]) -> Seen {
+        let (x, y) = ((pixel % self.size[0]) as f64, (pixel / self.size[0]) as f64);
+        let (ray, towards) = self.camera.ray_of_pixel(self.size, [x + place[0], y + place[1]]);
+        let (hit, tint) = self.surfaces.closest_through(&ray);
+        let tint = Rgb::from(tint).widen();
+        let Some(hit) = hit else {
+            return Seen { light: (self.background)(towards) * tint, is_back: false, met: Met::NOTHING };
+        };
+        let hit = SceneHit::new(self.surfaces.scene(), hit, towards);
+        let light = if hit.is_lit { (self.radiance)(&hit) * tint } else { Rgb::ZERO };
+        Seen { light, is_back: !hit.is_lit, met: hit.met }
+    }
+
+    /// A pixel by `count` rays through these places.
+    fn sampled(&self, pixel: usize, count: usize, place: &dyn Fn(usize) -> [f64; 2]) -> Sampled {
+        let first = self.along(pixel, place(0));
+        let (met, mut is_edge) = (first.met, false);
+        let (mut light, mut hits, mut backs) = (first.light, first.hits(), usize::from(first.is_back));
+        for k in 1..count {
+            let seen = self.along(pixel, place(k));
+            light += seen.light;
+            hits += seen.hits();
+            backs += usize::from(seen.is_back);
+            is_edge |= seen.met.is_apart(&met);
+        }
+        let part = (count as f64).recip();
+        let light = Rgb::<f32>::narrow(light.scale(part));
+        let [coverage, backs] = [hits, backs].map(|rays| (rays as f64 * part) as f32);
+        Sampled { light, coverage, backs, met, is_edge }
+    }
+
+    /// The light and the coverage of a pixel in which a surface ends; of a gap, those of what is around it.
+    fn again(&self, at: &Again, count: usize) -> (Rgb<f32>, f32) {
+        let (mut light, mut hits, mut rays) = (Rgb::<f64>::ZERO, 0, 0);
+        for k in 0..count {
+            let seen = self.along(at.pixel, place_in_pixel(k, count));
+            if seen.is_back && at.gap.is_some() {
+                continue;
+            }
+            light += seen.light;
+            hits += seen.hits();
+            rays += 1;
+        }
+        let part = f64::from(rays).recip();
+        match at.gap {
+            Some(around) if rays == 0 => (around, 1.0),
+            _ => (Rgb::narrow(light.scale(part)), (hits as f64 * part) as f32),
+        }
+    }
 }
 
 /// A point of a surface that the eye sees.
 pub struct SceneHit<'a> {
     scene: &'a Scene,
     hit: lobe_scene::Hit,
+    /// By which it is told apart from what other rays meet.
+    met: Met,
     /// Towards the eye.
     pub view: Dir,
     /// The unit normal to shade with, tilted by a normal map if there is one, on the side that is seen.
@@ -139,6 +232,7 @@ impl<'a> SceneHit<'a> {
         Self {
             scene,
             hit,
+            met: Met::new(surface.mesh, is_front, surface.position, surface.vertex_normal),
             view: -towards,
             normal: Dir::from_unit(shading),
             albedo: Rgb::new(r, g, b).widen(),

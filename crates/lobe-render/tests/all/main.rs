@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod baked_scene;
+mod behind;
 mod bent_normals;
 mod emitters;
 mod environment_mapping;
@@ -19,4 +20,5 @@ mod normal_maps;
 mod part_files;
 mod path_tracer;
 mod png;
+mod silhouettes;
 mod strict;

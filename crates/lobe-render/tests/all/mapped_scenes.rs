@@ -67,7 +67,8 @@ fn camera() -> Camera {
 fn by_maps(scene: &Scene, maps: &EnvironmentMaps, rotation: &Rotation, light: &DistantLight, side: usize) -> Picture {
     let view = ViewOptions::default().width(side).height(side).rays(3);
     let (bvh, behind) = (Bvh::new(scene), |s: Dir| light.radiance(s));
-    light_by_environment_maps(scene, &bvh, maps.turned(rotation), &camera(), &view, behind, Job::default()).unwrap()
+    let turned = maps.turned(rotation);
+    light_by_environment_maps(scene, &bvh, turned, &camera(), &view, behind, Job::default()).unwrap().picture
 }
 
 /// How far a picture of a ball is from the truth without bounces (RMS over the pixels that it covers, relative to theirs), the
@@ -114,7 +115,9 @@ fn a_ball_is_as_the_truth_but_for_the_split_sum() {
 /// The ball in black by maps, a ray for each pixel.
 fn by_maps_alone(scene: &Scene, maps: &EnvironmentMaps) -> Picture {
     let (bvh, turned) = (Bvh::new(scene), maps.turned(&Rotation::IDENTITY));
-    light_by_environment_maps(scene, &bvh, turned, &camera(), &one_ray(), |_| Rgb::ZERO, Job::default()).unwrap()
+    light_by_environment_maps(scene, &bvh, turned, &camera(), &one_ray(), |_| Rgb::ZERO, Job::default())
+        .unwrap()
+        .picture
 }
 
 /// The same by a function.
@@ -124,7 +127,7 @@ fn by_function(scene: &Scene, radiance: impl Fn(&SceneHit<'_>) -> Rgb<f64> + Syn
 }
 
 fn one_ray() -> ViewOptions {
-    ViewOptions::default().width(SIDE).height(SIDE).rays(1)
+    ViewOptions::default().width(SIDE).height(SIDE).rays(1).edge_rays(0)
 }
 
 #[test]
@@ -200,7 +203,7 @@ fn seen((scene, camera): &(Scene, Camera), maps: &EnvironmentMaps) -> Rgb<f64> {
     let (bvh, turned) = (Bvh::new(scene), maps.turned(&Rotation::IDENTITY));
     let black = |_: Dir| Rgb::<f64>::ZERO;
     let found = light_by_environment_maps(scene, &bvh, turned, camera, &view, black, Job::default()).unwrap();
-    Rgb::from(found.mean())
+    Rgb::from(found.picture.mean())
 }
 
 fn near(found: Rgb<f64>, expected: Rgb<f64>, allowed: f64, what: &str) {
