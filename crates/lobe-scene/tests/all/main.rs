@@ -24,4 +24,5 @@ mod read_obj_ply;
 mod read_posed;
 mod split_edges;
 mod textures;
+mod unwrap;
 mod write_gltf;
