@@ -11,6 +11,7 @@ mod common;
 mod compression;
 mod compression_of_bakes;
 mod convex;
+mod finishing;
 mod glass;
 mod masks;
 mod matrices;

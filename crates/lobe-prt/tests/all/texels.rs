@@ -46,6 +46,17 @@ fn texels_lie_where_the_surface_is_unfolded() {
 }
 
 #[test]
+fn at_an_edge_between_colors_of_zero_no_albedo_is_below_zero() {
+    let mut parts = square(0.01, 0.93, 0, 0.0);
+    parts.colors = vec![[0.0, 0.0, 1.0, 1.0], [0.0, 0.0, 1.0, 1.0], [0.0, 1.0, 1.0, 1.0], [1.0, 0.0, 1.0, 1.0]];
+    for width in [30, 57, 101] {
+        let texels = TexelReceivers::new(&scene([parts.clone()]), width).unwrap();
+        let least = texels.receivers().albedos().as_flattened().iter().fold(1.0_f32, |least, c| least.min(*c));
+        assert_eq!(least, 0.0, "{width} texels");
+    }
+}
+
+#[test]
 fn every_texel_of_the_picture_shows_a_nearest_receiver() {
     let texels = TexelReceivers::new(&scene([square(0.25, 0.5, 0, 0.0)]), 16).unwrap();
     let values: Vec<f32> = (0..texels.receivers().len()).map(|i| i as f32).collect();
