@@ -6,7 +6,7 @@ use anyhow::{anyhow, bail};
 use lobe::io::Shard;
 use lobe::prt::{
     BakeReport, BakeWork, BakedGlb, BakedRows, Channels, CompressReport, CompressedTransfer, Receivers, Recipe,
-    TexelReceivers, write_compressed_transfer,
+    write_compressed_transfer,
 };
 use lobe::scene::{GltfDocument, Mesh, Scene, ScenePose};
 
@@ -16,6 +16,7 @@ use crate::args::sharing;
 use crate::bake::options::{Bake, ModeName};
 use crate::bake::report;
 use crate::bake::split;
+use crate::bake::texels::Lightmap;
 use crate::run::bake_watch::{Checkpoint, stop_before_writing, stopped, tell_if_too_late, watched, write_watched};
 use crate::run::talk::Talk;
 
@@ -33,6 +34,7 @@ impl Bake {
         let ReadScene { scene, document, pose } = OpenScene::read(&self.input, &self.memory, is_kept, talk)?;
         self.tell_of_normal_maps(&scene, talk);
         let scene = self.splitting.split_long(scene)?;
+        let (scene, document, lightmap) = self.unwrapped(scene, document, talk)?;
         if self.fresh {
             checkpoint.discard()?;
         }
@@ -41,7 +43,7 @@ impl Bake {
         }
         let scene = Arc::new(self.split_adaptively(scene, &checkpoint, talk)?);
         self.sharing.merge(&checkpoint, talk)?;
-        let baked = self.bake_all(&scene, (document, pose), &checkpoint, talk);
+        let baked = self.bake_all(&scene, (document, pose, lightmap), &checkpoint, talk);
         let (report, compression) = self.sharing.merged(&checkpoint, baked)?;
         checkpoint.finish();
         tell_if_too_late(&self.output, talk);
@@ -57,6 +59,19 @@ impl Bake {
             compression: compression.as_ref(),
         }
         .tell(&self.output, self.json, talk)
+    }
+
+    /// The scene with texture coordinates of a lightmap, if one is asked for; its document is then in that.
+    fn unwrapped(
+        &self,
+        scene: Scene,
+        document: Option<GltfDocument>,
+        talk: Talk,
+    ) -> anyhow::Result<(Scene, Option<GltfDocument>, Lightmap)> {
+        let Some(width) = self.texels else { return Ok((scene, document, Lightmap::default())) };
+        let about = (&*self.input.name(), &self.memory, talk);
+        let (scene, lightmap) = self.lightmap.unwrapped((scene, document), (width, self.is_glb()), about)?;
+        Ok((scene, None, lightmap))
     }
 
     /// Says that transfer at vertices leaves the normal maps of their surfaces out, if there are any. The view that glossy surfaces
@@ -104,7 +119,7 @@ impl Bake {
     fn bake_all(
         &self,
         scene: &Arc<Scene>,
-        (document, pose): (Option<GltfDocument>, Option<ScenePose>),
+        (document, pose, lightmap): (Option<GltfDocument>, Option<ScenePose>, Lightmap),
         checkpoint: &Checkpoint,
         talk: Talk,
     ) -> anyhow::Result<(BakeReport, Option<CompressReport>)> {
@@ -112,22 +127,26 @@ impl Bake {
         if self.is_glb() {
             self.check_document(scene)?;
         }
-        let glb = if self.is_glb() { Some(self.glb(scene, document, talk)?) } else { None };
+        let glb = if self.is_glb() && self.texels.is_none() { Some(self.glb(scene, document, talk)?) } else { None };
         let work = self.work(scene)?;
         // Refuse an output that has no room, before the bake.
         let channels = work.channels();
         if let Some(glb) = &glb {
             glb.check_size(self.order, channels)?;
         }
+        if let Some(glb) = &lightmap.glb {
+            glb.check_size(self.order, channels)?;
+        }
         let size = glb.as_ref().map_or_else(|| work.file_bytes(), |glb| glb.size(self.order, channels));
         checkpoint.check_room(&self.output, size, work.bytes(), 0)?;
         // Bake, into the checkpoint.
         let (baked, report) = checkpoint.watched(talk, |job| work.bake(job))?;
-        let recipe = self.recipe(&work, &report, pose.as_ref());
+        let recipe = self.recipe(&work, &report, pose.as_ref()).unwrap(lightmap.options.clone());
         // Write the results as they are, unless they are to be compressed.
         let Some(compression) = self.compression.options() else {
             write_watched(talk, |job| match (&glb, &baked) {
                 (Some(glb), BakedRows::Transfer(transfer)) => glb.write(&self.output, transfer, &recipe, job),
+                _ if let Some(glb) = &lightmap.glb => work.write_into_glb(&self.output, (glb, &baked), &recipe, job),
                 _ => work.write(&self.output, &baked, &recipe, job),
             })?;
             return Ok((report, None));
@@ -156,8 +175,8 @@ impl Bake {
                 .map_err(|error| anyhow!("--grid: {error}; --grid-box asks for another"));
         }
         if let Some(width) = self.texels {
-            self.check_memory(&scene, width)?;
-            return Ok(BakeWork::at_texels(scene, width, options)?);
+            self.lightmap.check((&scene, width), &options, &self.memory, has_extension(&self.output, "exr"))?;
+            return Ok(BakeWork::at_texels(scene, width, options)?.finished_by(self.lightmap.finish()));
         }
         Ok(BakeWork::at_vertices(scene, options)?)
     }
@@ -178,15 +197,6 @@ impl Bake {
         let meshes = scene.meshes().len();
         let bytes = BYTES_OF_ACCESSOR * accessors as u64;
         self.memory.check(&format!("a .glb of {meshes} meshes"), bytes, "fewer instances, or -o FILE.safetensors")
-    }
-
-    /// Refuses a lightmap that takes too much memory: of an .exr picture all numbers, and the file while it grows.
-    fn check_memory(&self, scene: &Scene, width: usize) -> anyhow::Result<()> {
-        let channels = self.bake_options().channels_for(scene, scene.is_gray());
-        let is_picture = has_extension(&self.output, "exr");
-        let numbers = if is_picture { 2 * bytes(width * width, self.order.pow(2), channels) } else { 0 };
-        let what = format!("--texels {width}");
-        self.memory.check(&what, numbers + TexelReceivers::bytes_for(width), "fewer --texels, or a lower --order")
     }
 
     fn glb(&self, scene: &Scene, document: Option<GltfDocument>, talk: Talk) -> anyhow::Result<BakedGlb> {

@@ -1,6 +1,6 @@
 //! Commands that make transfer: `lobe bake`, `lobe compress`, `lobe fit-lobes`.
 //!
-//! `options` has the options of `bake`, which does the work; `split` adds vertices before it, `report` prints the report.
+//! `options` has the options of `bake`, which does the work; `split` adds vertices before it, `texels` unwraps for a lightmap, `report` prints the report.
 //! `compress` and `fit_lobes` are commands of their own. Uses `args` and `run`.
 
 pub(crate) mod bake;
@@ -9,3 +9,4 @@ pub(crate) mod fit_lobes;
 pub(crate) mod options;
 pub(crate) mod report;
 pub(crate) mod split;
+pub(crate) mod texels;
