@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use anyhow::bail;
+use anyhow::{anyhow, bail};
 use clap::Args;
 use lobe::prt::{BakeOptions, FinishOptions, LightmapGlb, TexelReceivers};
 use lobe::scene::{GltfDocument, Scene, UnwrapOptions, is_gltf};
@@ -131,7 +131,7 @@ impl LightmapOptions {
         let own = TexelReceivers::check(scene, width);
         let why = match (self.unwrap, own) {
             (UnwrapMode::Never, own) => {
-                own?;
+                own.map_err(|error| anyhow!("{error}; --unwrap auto makes others"))?;
                 return Ok((None, None));
             }
             (UnwrapMode::Auto, Ok(())) if !self.is_shaped() => return Ok((None, None)),

@@ -9,8 +9,8 @@ use rayon::iter::{IntoParallelRefIterator as _, ParallelIterator as _};
 use crate::receivers::vertex_key::vertex_key;
 use crate::{Lightmap, TexelReceivers, Transfer};
 
-/// Places of a seam for each texel that it is long: the nearest of two that light between texels bends at.
-const PLACES_PER_TEXEL: f64 = 2.0;
+/// Places of a seam for each texel that it is long: between two that light between texels bends at is at least one.
+const PLACES_PER_TEXEL: f64 = 4.0;
 
 /// The most places of one seam: lightmaps have no more texels along a side.
 const MOST_PLACES: f64 = 32768.0;
