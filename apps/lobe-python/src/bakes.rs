@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 use lobe::io::Job;
 use lobe::prt::{
     AdaptiveOptions, AlbedoMode, AnyTransfer, BakeMode, BakeOptions, BakeReport, BakeWork, BakedGlb, CompressOptions,
-    CompressedTransfer, Pilot, PrtError, Recipe, read_any_transfer, read_baked, scene_hash, split_checkpoints,
-    write_compressed_transfer, write_half_transfer, write_transfer, write_zonal_transfer,
+    CompressedTransfer, FinishOptions, Pilot, PrtError, Recipe, TexelReceivers, read_any_transfer, read_baked,
+    scene_hash, split_checkpoints, write_compressed_transfer, write_half_transfer, write_transfer,
+    write_zonal_transfer,
 };
-use lobe::scene::{GltfDocument, Scene, ScenePose, SceneReadOptions};
+use lobe::scene::{GltfDocument, Scene, ScenePose, SceneReadOptions, UnwrapOptions};
 use lobe::sh::Rgb;
 use numpy::{PyArrayDyn, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -36,6 +37,8 @@ pub(crate) struct Settings {
     albedo: Option<String>,
     max_edge: Option<f64>,
     texels: Option<usize>,
+    unwrap: String,
+    denoise: bool,
     grid: Option<[usize; 3]>,
     grid_box: Option<[f64; 6]>,
     /// Whether triangles are split where transfer is off; of shards as soon as the scene is read.
@@ -102,15 +105,31 @@ impl Settings {
 
     fn work(&self, scene: Scene, options: BakeOptions) -> Result<BakeWork, PrtError> {
         match (self.texels, self.grid) {
-            (Some(width), _) => BakeWork::at_texels(scene, width, options),
+            (Some(width), _) => self.work_at_texels(scene, width, options),
             (None, Some(counts)) => BakeWork::in_grid(scene, counts, self.grid_box, options),
             (None, None) => BakeWork::at_vertices(scene, options),
         }
     }
 
+    /// Unwraps the scene, if it is to be.
+    fn work_at_texels(&self, scene: Scene, width: usize, options: BakeOptions) -> Result<BakeWork, PrtError> {
+        let is_own = match &*self.unwrap {
+            "never" => true,
+            "always" => false,
+            _ => TexelReceivers::check(&scene, width).is_ok(),
+        };
+        let unwrap = (!is_own).then(|| UnwrapOptions::default().texels(width));
+        let scene = match &unwrap {
+            Some(unwrap) => scene.unwrapped(unwrap, Job::default())?.0,
+            None => scene,
+        };
+        let finish = FinishOptions::default().denoise(self.denoise);
+        Ok(BakeWork::at_texels(scene, width, options)?.finished_by(finish).unwrapped_by(unwrap))
+    }
+
     fn endings(&self) -> &'static [&'static str] {
         match (self.texels, self.grid) {
-            (Some(_), _) => &["safetensors", "exr"],
+            (Some(_), _) => &["glb", "safetensors", "exr"],
             (None, Some(_)) => &["safetensors"],
             (None, None) if self.mode == BakeMode::Glossy.name() => &["safetensors"],
             (None, None) => &["glb", "safetensors"],
@@ -137,7 +156,8 @@ impl Bake {
         progress: Option<&Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         self.check_output(output.to_path_buf())?;
-        let is_glb = has_ending(output, "glb");
+        // Of texels work writes a .glb by itself.
+        let is_glb = has_ending(output, "glb") && self.settings.texels.is_none();
         let glb = if is_glb { Some(self.glb(work).map_err(|error| error_of(&error))?) } else { None };
         let compression = self.settings.compression()?;
         let (baked, report) = watched(py, progress, Some(checkpoint), |job| work.bake(job))?;

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 use lobe_io::{Job, Shard};
-use lobe_scene::{Bvh, Scene};
+use lobe_scene::{Bvh, Scene, UnwrapOptions};
 
 use crate::bake::bake::{bake_on_disk_knowing, bake_shard_knowing};
 use crate::bake::glossy::{Points as MatrixPoints, bake_points_on_disk, bake_points_shard};
@@ -12,9 +12,9 @@ use crate::bake::pilot::KnownPilot;
 use crate::fit::vertex_fit::{fitted, moments_on_disk, moments_shard, row_of_triangle};
 use crate::job::checkpoint::StoredRows;
 use crate::{
-    AdaptiveOptions, AdaptiveReport, BakeMode, BakeOptions, BakeReport, Channels, NeighborhoodGrid, Pilot, PrtError,
-    Receivers, Recipe, StoredMatrices, StoredTransfer, TexelReceivers, Transfer, TransferRows, split_adaptively,
-    write_lightmap, write_matrices, write_neighborhood, write_transfer,
+    AdaptiveOptions, AdaptiveReport, BakeMode, BakeOptions, BakeReport, Channels, FinishOptions, LightmapGlb,
+    NeighborhoodGrid, Pilot, PrtError, Receivers, Recipe, StoredMatrices, StoredTransfer, TexelReceivers, Transfer,
+    TransferRows, split_adaptively, write_lightmap, write_matrices, write_neighborhood, write_transfer,
 };
 
 /// A bake of a scene whose points are known: at its vertices, at the texels of its lightmap, or in space.
@@ -40,6 +40,10 @@ pub struct BakeWork {
     pilot: KnownPilot,
     options: BakeOptions,
     points: Points,
+    /// What is done with the texels of a lightmap.
+    finish: FinishOptions,
+    /// How the scene was unwrapped for them.
+    unwrap: Option<UnwrapOptions>,
 }
 
 #[derive(Debug)]
@@ -126,7 +130,20 @@ impl BakeWork {
     }
 
     fn new(scene: Arc<Scene>, points: Points, options: BakeOptions) -> Self {
-        Self { scene, bvh: OnceLock::new(), pilot: KnownPilot::new(), options, points }
+        let finish = FinishOptions { denoise: false, stitch: false };
+        Self { scene, bvh: OnceLock::new(), pilot: KnownPilot::new(), options, points, finish, unwrap: None }
+    }
+
+    /// The same work, whose scene was [unwrapped](Scene::unwrapped) so, which the recipe says.
+    #[must_use]
+    pub fn unwrapped_by(self, unwrap: Option<UnwrapOptions>) -> Self {
+        Self { unwrap, ..self }
+    }
+
+    /// The same work, whose texels are [finished](TexelReceivers::finished) so before they are written.
+    #[must_use]
+    pub fn finished_by(self, finish: FinishOptions) -> Self {
+        Self { finish, ..self }
     }
 
     /// The scene.
@@ -301,13 +318,13 @@ impl BakeWork {
         let recipe = Recipe::of_bake(&self.scene, &self.options, report);
         match &self.points {
             Points::Vertices(_) => recipe,
-            Points::Texels(texels) => recipe.texels(texels.width()),
+            Points::Texels(texels) => recipe.of_texels(texels.width(), &self.finish).unwrap(self.unwrap.clone()),
             Points::Grid(grid, corners) => recipe.grid(grid.counts()).grid_box(*corners),
         }
     }
 
-    /// Writes results as a file of their own, .safetensors; of a lightmap as an .exr picture if the name ends so. The results of
-    /// vertices may be [part of their scene](crate::BakedGlb) instead.
+    /// Writes results as a file of their own, .safetensors; of a lightmap as an .exr picture, or as a .glb with its
+    /// scene, if the name ends so. The results of vertices may be [part of their scene](crate::BakedGlb) instead.
     ///
     /// # Errors
     /// [`PrtError::Options`] if the results are not of this kind of bake; [`PrtError::Io`] if the system refuses, and
@@ -324,10 +341,14 @@ impl BakeWork {
             (Points::Vertices(_), BakedRows::Fitted(rows)) => write_transfer(path, &rows.transfer, recipe, job),
             (Points::Vertices(_), BakedRows::Matrices(rows)) => write_matrices(path, rows, recipe, job),
             (Points::Texels(texels), BakedRows::Transfer(rows)) => {
-                let is_picture = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("exr"));
+                let is = |name: &str| path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(name));
+                let finished = self.finished(texels, rows)?;
+                let rows: &dyn TransferRows = finished.as_ref().map_or(rows, |finished| finished);
                 let picture = texels.rows(rows)?;
-                if is_picture {
+                if is("exr") {
                     write_lightmap(path, &picture, recipe, job)
+                } else if is("glb") {
+                    LightmapGlb::of_scene(&self.scene, texels.width()).write(path, &picture, recipe, job)
                 } else {
                     write_transfer(path, &picture, recipe, job)
                 }
@@ -338,6 +359,36 @@ impl BakeWork {
                 Err(PrtError::Options(message.to_owned()))
             }
         }
+    }
+}
+
+impl BakeWork {
+    /// Writes results of texels as textures of a .glb that waits for them.
+    ///
+    /// # Errors
+    /// As [`BakeWork::write`].
+    pub fn write_into_glb(
+        &self,
+        path: impl AsRef<Path>,
+        (glb, baked): (&LightmapGlb, &BakedRows),
+        recipe: &Recipe,
+        job: Job<'_>,
+    ) -> Result<(), PrtError> {
+        let (Points::Texels(texels), BakedRows::Transfer(rows)) = (&self.points, baked) else {
+            return Err(PrtError::Options("expected the results of texels".to_owned()));
+        };
+        let finished = self.finished(texels, rows)?;
+        let rows: &dyn TransferRows = finished.as_ref().map_or(rows, |finished| finished);
+        glb.write(path, &texels.rows(rows)?, recipe, job)
+    }
+
+    /// The transfer of texels as it is written, if that is other than what was baked.
+    fn finished(&self, texels: &TexelReceivers, rows: &StoredTransfer) -> Result<Option<Transfer>, PrtError> {
+        if !self.finish.is_asked() {
+            return Ok(None);
+        }
+        let (finished, _) = texels.finished(&self.scene, rows.load()?, &self.finish)?;
+        Ok(Some(finished))
     }
 }
 

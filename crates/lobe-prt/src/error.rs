@@ -33,7 +33,7 @@ pub enum PrtError {
     Cancelled,
     /// The scene is at fault.
     #[error(transparent)]
-    Scene(#[from] SceneError),
+    Scene(SceneError),
     /// A file could not be read or written, or what is kept in one is at fault.
     #[error(transparent)]
     Io(IoError),
@@ -49,6 +49,16 @@ impl PrtError {
         match self {
             Self::Invalid { place, message } => Self::Invalid { place: format!("{file}: {place}"), message },
             other => other,
+        }
+    }
+}
+
+impl From<SceneError> for PrtError {
+    /// Work that was stopped is [`PrtError::Cancelled`], wherever it was.
+    fn from(error: SceneError) -> Self {
+        match error {
+            SceneError::Cancelled => Self::Cancelled,
+            other => Self::Scene(other),
         }
     }
 }

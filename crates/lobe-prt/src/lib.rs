@@ -9,7 +9,7 @@
 //! | purpose | item |
 //! |---|---|
 //! | transfer vectors | [`Transfer`], [`Channels`]; in 16 bits [`HalfTransfer`], [`HalfReport`]; without holding it in memory [`TransferRows`], [`StoredTransfer`] |
-//! | receivers | [`Receivers`]; [`TexelReceivers`] of a lightmap, shown by [`Lightmap`] |
+//! | receivers | [`Receivers`]; [`TexelReceivers`] of a lightmap, shown by [`Lightmap`], finished by [`FinishOptions`] |
 //! | adaptive subdivision | [`split_adaptively`], [`AdaptiveOptions`], [`AdaptiveReport`], [`split_checkpoints`] |
 //! | baking | [`fn@bake`], [`bake_on_disk`], [`bake_shard`], [`BakeOptions`], [`BakeMode`], [`AlbedoMode`], [`BakeReport`] |
 //! | a bake as a piece of work, with its points, shards and file | [`BakeWork`], [`BakedRows`] |
@@ -36,6 +36,7 @@ mod bake_work;
 mod compression;
 mod error;
 mod files;
+mod finishing;
 mod fit;
 mod job;
 mod receivers;
@@ -65,6 +66,7 @@ pub use files::compressed_file::{
     write_compressed_transfer, write_zonal_transfer,
 };
 pub use files::lightmap_file::{read_lightmap, read_lightmap_bytes, write_lightmap};
+pub use files::lightmap_glb::LightmapGlb;
 pub use files::matrix_file::{
     read_matrices, read_matrices_bytes, read_neighborhood, read_neighborhood_bytes, write_matrices, write_neighborhood,
 };
@@ -73,6 +75,7 @@ pub use files::read_baked::{
     read_baked_or_scene_bytes,
 };
 pub use files::transfer_file::{read_transfer, read_transfer_bytes, write_half_transfer, write_transfer};
+pub use finishing::finish::{FinishOptions, FinishReport};
 pub use fit::adaptive::{AdaptiveOptions, AdaptiveReport, split_adaptively, split_checkpoints};
 pub use fit::vertex_fit::bake_vertices;
 pub use job::fingerprint::{fingerprint_arithmetic, fingerprint_scene, scene_hash};

@@ -2,13 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use lobe_scene::{Alpha, Scene, ScenePose};
+use lobe_io::Job;
+use lobe_scene::{Alpha, Scene, ScenePose, UnwrapOptions};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use crate::job::fingerprint::scene_hash;
-use crate::{AlbedoMode, BakeMode, BakeOptions, BakeReport, CompressOptions, CompressReport, HalfReport, PrtError};
+use crate::{
+    AlbedoMode, BakeMode, BakeOptions, BakeReport, CompressOptions, CompressReport, FinishOptions, HalfReport, PrtError,
+};
 
 /// The name of [`AlbedoMode::None`] in a recipe.
 const DEMODULATED: &str = "none";
@@ -114,6 +117,12 @@ Recipe {
     animation: String,
     /// Texels along a side of a lightmap.
     texels: usize,
+    /// How the scene was unwrapped for the lightmap, if its own texture coordinates were not those.
+    unwrap: UnwrapOptions,
+    /// Whether texels were averaged within their noise, see [`FinishOptions::denoise`].
+    denoised: bool,
+    /// Whether charts were made to agree at seams, see [`FinishOptions::stitch`].
+    stitched: bool,
     /// Points of a grid along its axes.
     grid: [usize; 3],
     /// Two corners of the box of that grid.
@@ -195,6 +204,32 @@ impl Recipe {
             ScenePose::At { animation, time } => self.time(*time).animation(animation.clone()),
             ScenePose::Start => self.time(0.0),
             _ => self,
+        }
+    }
+
+    /// The recipe of transfer at the texels of a lightmap of this width, finished so.
+    #[must_use]
+    pub(crate) fn of_texels(self, width: usize, finish: &FinishOptions) -> Self {
+        let yes = |is_done: bool| is_done.then_some(true);
+        self.texels(width).denoised(yes(finish.denoise)).stitched(yes(finish.stitch))
+    }
+
+    /// The scene to which transfer of texels belongs: unwrapped, if it was for the bake; `place` stands in messages.
+    ///
+    /// # Errors
+    /// Those of [`Scene::unwrapped`]; [`PrtError::Invalid`] if that does not give the coordinates of the bake, as of
+    /// another scene, or in another version.
+    pub fn scene_of_texels(&self, scene: Scene, place: &str) -> Result<Scene, PrtError> {
+        let Some(options) = &self.unwrap else { return Ok(scene) };
+        let (unwrapped, _) = scene.unwrapped(options, Job::default())?;
+        let unwrapped = unwrapped.with_straight_through(self.straight_through == Some(true));
+        match &self.scene_hash {
+            Some(expected) if scene_hash(&unwrapped) != *expected => {
+                let message = "expected the scene that was unwrapped for it, found another, or one that is unwrapped \
+                               otherwise; a bake to .glb holds its coordinates";
+                Err(PrtError::invalid(place, message))
+            }
+            _ => Ok(unwrapped),
         }
     }
 

@@ -39,6 +39,9 @@ pub enum SceneError {
         /// The option that would let it in.
         option: SceneReadOption,
     },
+    /// The watch of the job said to stop.
+    #[error("stopped before the end")]
+    Cancelled,
     /// The operating system refused.
     #[error("{place}: {source}")]
     Io {

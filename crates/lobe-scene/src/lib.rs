@@ -52,6 +52,7 @@
 //! | built-in scenes | [`built_in`] |
 //! | y-up files | [`Up`], [`z_up_from_y_up`], [`y_up_from_z_up`] |
 //! | subdivision | [`Scene::split_edges`], [`Scene::halve_edges`], [`HalvedEdges`] |
+//! | texture coordinates of a lightmap | [`Scene::unwrapped`], [`UnwrapOptions`], [`UnwrapReport`] |
 //! | rays | [`Bvh`], [`Ray`], [`Hit`], [`Simd`]; among surfaces with holes [`SurfaceRays`] |
 //! | surface at a hit | [`Scene::surface`], [`Surface`], [`Scene::stops`] |
 
@@ -62,6 +63,7 @@ mod files;
 mod motion;
 mod reading;
 mod scene;
+mod unwrap;
 
 pub use bvh::bvh::Bvh;
 pub use bvh::lanes::Simd;
@@ -86,3 +88,5 @@ pub use scene::scene::{Bounds, Scene, Surface};
 pub use scene::split_edges::HalvedEdges;
 pub use scene::texture::{Texture, Wrap};
 pub use scene::up::{Up, y_up_from_z_up, z_up_from_y_up};
+pub use unwrap::options::UnwrapOptions;
+pub use unwrap::unwrap::UnwrapReport;

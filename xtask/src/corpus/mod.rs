@@ -101,7 +101,10 @@ fn all_steps(program: &Path, input: &Path, validator: Option<&Validator>, folder
     let is_model = MODELS.iter().any(|known| input.extension().is_some_and(|e| e.eq_ignore_ascii_case(known)));
     let small_bake = ["--order", "3", "--samples", "4", "--bounces", "1", "--max-memory", "2"];
     let small_picture = ["--size", "32x24", "--samples", "2", "-o", "picture.exr"];
-    let bake: Vec<&str> = ["--quiet", "bake", &input_name, "-o", "baked.glb"].into_iter().chain(small_bake).collect();
+    let bake = |output: &[&'static str]| -> Vec<&str> {
+        let words = ["--quiet", "bake", &input_name, "-o"].into_iter().chain(output.iter().copied());
+        words.chain(small_bake).collect()
+    };
     let render = |scene, mode| -> Vec<&str> {
         let words = ["--quiet", "render", scene, "--env", "bundled:studio", "--mode", mode];
         words.into_iter().chain(small_picture).collect()
@@ -110,7 +113,8 @@ fn all_steps(program: &Path, input: &Path, validator: Option<&Validator>, folder
         // What moves is posed between two keys, by its skin if it has one.
         let mut posed = render(&*input_name, "truth");
         posed.extend(["--time", "0.37"]);
-        vec![bake, render("baked.glb", "interreflected"), posed]
+        let mapped = [bake(&["mapped.glb", "--texels", "256"]), render("mapped.glb", "interreflected")];
+        [bake(&["baked.glb"]), render("baked.glb", "interreflected"), posed].into_iter().chain(mapped).collect()
     } else {
         vec![
             vec!["--quiet", "env", "info", &input_name],
@@ -126,10 +130,11 @@ fn all_steps(program: &Path, input: &Path, validator: Option<&Validator>, folder
             return (end, seconds);
         }
     }
-    (
-        validator.filter(|_| is_model).map_or(End::Done, |validator| validator.judge(input, &folder.join("baked.glb"))),
-        seconds,
-    )
+    let judged = validator
+        .filter(|_| is_model)
+        .into_iter()
+        .flat_map(|validator| ["baked.glb", "mapped.glb"].map(|file| validator.judge(input, &folder.join(file))));
+    (judged.into_iter().find(|end| *end != End::Done).unwrap_or(End::Done), seconds)
 }
 
 impl Validator {

@@ -5,8 +5,7 @@ use std::sync::Arc;
 use anyhow::{anyhow, bail};
 use lobe::io::Shard;
 use lobe::prt::{
-    BakeReport, BakeWork, BakedGlb, Channels, CompressReport, CompressedTransfer, Recipe, TexelReceivers,
-    write_compressed_transfer,
+    BakeReport, BakeWork, BakedGlb, Channels, CompressReport, CompressedTransfer, Recipe, write_compressed_transfer,
 };
 use lobe::scene::{GltfDocument, Mesh, Scene, ScenePose};
 
@@ -16,6 +15,7 @@ use crate::args::sharing;
 use crate::bake::backs::baked_backs;
 use crate::bake::options::{Bake, ModeName};
 use crate::bake::report;
+use crate::bake::texels::Lightmap;
 use crate::run::bake_watch::{Checkpoint, stop_before_writing, stopped, tell_if_too_late, watched, write_watched};
 use crate::run::talk::Talk;
 
@@ -33,6 +33,7 @@ impl Bake {
         let ReadScene { scene, document, pose } = OpenScene::read(&self.input, &self.memory, is_kept, talk)?;
         self.tell_of_normal_maps(&scene, talk);
         let scene = self.splitting.split_long(scene)?;
+        let (scene, document, lightmap) = self.unwrapped(scene, document, talk)?;
         if self.fresh {
             checkpoint.discard()?;
         }
@@ -41,7 +42,7 @@ impl Bake {
             return self.bake_shard(&scene, shard, &checkpoint, talk);
         }
         self.sharing.merge(&checkpoint, talk)?;
-        let baked = self.bake_all(&scene, (document, pose), &checkpoint, talk);
+        let baked = self.bake_all(&scene, (document, pose, lightmap), &checkpoint, talk);
         let (report, compression) = self.sharing.merged(&checkpoint, baked)?;
         checkpoint.finish();
         tell_if_too_late(&self.output, talk);
@@ -57,6 +58,19 @@ impl Bake {
             compression: compression.as_ref(),
         }
         .tell(&self.output, self.json, talk)
+    }
+
+    /// The scene with texture coordinates of a lightmap, if one is asked for; its document is then in that.
+    fn unwrapped(
+        &self,
+        scene: Scene,
+        document: Option<GltfDocument>,
+        talk: Talk,
+    ) -> anyhow::Result<(Scene, Option<GltfDocument>, Lightmap)> {
+        let Some(width) = self.texels else { return Ok((scene, document, Lightmap::default())) };
+        let about = (&*self.input.name(), &self.memory, talk);
+        let (scene, lightmap) = self.lightmap.unwrapped((scene, document), (width, self.is_glb()), about)?;
+        Ok((scene, None, lightmap))
     }
 
     /// Says that transfer at vertices leaves the normal maps of their surfaces out, if there are any. The view that glossy surfaces
@@ -101,7 +115,7 @@ impl Bake {
     fn bake_all(
         &self,
         scene: &Arc<Scene>,
-        (document, pose): (Option<GltfDocument>, Option<ScenePose>),
+        (document, pose, lightmap): (Option<GltfDocument>, Option<ScenePose>, Lightmap),
         checkpoint: &Checkpoint,
         talk: Talk,
     ) -> anyhow::Result<(BakeReport, Option<CompressReport>)> {
@@ -109,7 +123,8 @@ impl Bake {
         if self.is_glb() {
             self.check_document(scene)?;
         }
-        let glb = if self.is_glb() { Some(self.glb(scene, document)?) } else { None };
+        let is_at_vertices = self.texels.is_none();
+        let glb = if self.is_glb() && is_at_vertices { Some(self.glb(scene, document)?) } else { None };
         let glb = if self.backs { glb.map(|glb| glb.with_backs(scene)) } else { glb };
         let work = self.work(scene)?;
         // Refuse an output that has no room, before the bake.
@@ -117,11 +132,14 @@ impl Bake {
         if let Some(glb) = &glb {
             glb.check_size(self.order, channels)?;
         }
+        if let Some(glb) = &lightmap.glb {
+            glb.check_size(self.order, channels)?;
+        }
         let size = glb.as_ref().map_or_else(|| work.file_bytes(), |glb| glb.size(self.order, channels));
         checkpoint.check_room(&self.output, size, work.bytes(), 0)?;
         // Bake, into the checkpoint.
         let (baked, report) = checkpoint.watched(talk, |job| work.bake(job))?;
-        let recipe = self.recipe(&work, &report, pose.as_ref());
+        let recipe = self.recipe(&work, &report, pose.as_ref()).unwrap(lightmap.options.clone());
         if let (Some(glb), Some(transfer), true) = (&glb, baked.as_transfer(), self.backs) {
             let backs = baked_backs(scene, work.options(), channels, (checkpoint, self.fresh), talk)?;
             if let Some((backs, kept)) = backs {
@@ -135,6 +153,7 @@ impl Bake {
         let Some(compression) = self.compression.options() else {
             write_watched(talk, |job| match (&glb, baked.as_transfer()) {
                 (Some(glb), Some(transfer)) => glb.write(&self.output, transfer, &recipe, job),
+                _ if let Some(glb) = &lightmap.glb => work.write_into_glb(&self.output, (glb, &baked), &recipe, job),
                 _ => work.write(&self.output, &baked, &recipe, job),
             })?;
             return Ok((report, None));
@@ -162,8 +181,8 @@ impl Bake {
                 .map_err(|error| anyhow!("--grid: {error}; --grid-box asks for another"));
         }
         if let Some(width) = self.texels {
-            self.check_memory(&scene, width)?;
-            return Ok(BakeWork::at_texels(scene, width, options)?);
+            self.lightmap.check((&scene, width), &options, &self.memory, has_extension(&self.output, "exr"))?;
+            return Ok(BakeWork::at_texels(scene, width, options)?.finished_by(self.lightmap.finish()));
         }
         Ok(BakeWork::at_vertices(scene, options)?)
     }
@@ -184,15 +203,6 @@ impl Bake {
         let meshes = scene.meshes().len();
         let bytes = BYTES_OF_ACCESSOR * accessors as u64;
         self.memory.check(&format!("a .glb of {meshes} meshes"), bytes, "fewer instances, or -o FILE.safetensors")
-    }
-
-    /// Refuses a lightmap that takes too much memory: of an .exr picture all numbers, and the file while it grows.
-    fn check_memory(&self, scene: &Scene, width: usize) -> anyhow::Result<()> {
-        let channels = self.bake_options(scene).channels_for(scene, scene.is_gray());
-        let is_picture = has_extension(&self.output, "exr");
-        let numbers = if is_picture { 2 * bytes(width * width, self.order.pow(2), channels) } else { 0 };
-        let what = format!("--texels {width}");
-        self.memory.check(&what, numbers + TexelReceivers::bytes_for(width), "fewer --texels, or a lower --order")
     }
 
     fn glb(&self, scene: &Scene, document: Option<GltfDocument>) -> anyhow::Result<BakedGlb> {
@@ -220,9 +230,4 @@ impl Bake {
             .components(compression.map(|options| options.components))
             .weights(compression.map(|options| 8 * options.weights.bytes()))
     }
-}
-
-/// The bytes of `points` with `numbers` for each channel.
-fn bytes(points: usize, numbers: usize, channels: Channels) -> u64 {
-    (points as u64).saturating_mul((4 * numbers * channels.count()) as u64)
 }

@@ -15,6 +15,7 @@ use crate::args::scene_input::SceneInput;
 use crate::args::sharing::Sharing;
 use crate::args::values;
 use crate::bake::split::Splitting;
+use crate::bake::texels::LightmapOptions;
 
 const NOTES: &str = "\
 Stopping: results are kept in OUT.checkpoint, those of --adaptive in OUT.checkpoint.split-0, -1 and so on. Ctrl-C (or SIGTERM, SIGHUP) ends \
@@ -24,8 +25,9 @@ removed. Compression begins anew.
 
 Disk: 4 n² bytes for each vertex and channel, taken from the start, as many again for the output, and as many for --adaptive.
 
-Memory: 20 MB and some 820 bytes for each vertex of the scene once split, at any order. Only --adaptive, compression and --texels as \
-.exr take results into memory: twice 4 n² bytes for each vertex or texel and channel. --texels takes 105 bytes for each texel.";
+Memory: 20 MB and some 820 bytes for each vertex of the scene once split, at any order. Only --adaptive and compression \
+take results into memory: twice 4 n² bytes for each vertex and channel. --texels takes 105 bytes for each texel, and 12 n² for each \
+channel, as .exr 20 n²; unwrapping takes 1000 bytes for each triangle.";
 
 #[expect(clippy::doc_markdown, reason = "the keys of the JSON are shown on a terminal")]
 #[derive(Args)]
@@ -33,8 +35,8 @@ Memory: 20 MB and some 820 bytes for each vertex of the scene once split, at any
 pub(crate) struct Bake {
     #[command(flatten)]
     pub(super) input: SceneInput,
-    /// The scene with transfer at its vertices, a .glb file, or the transfer alone, a .safetensors file, as which --mode glossy,
-    /// --texels and --grid are written; of --texels also an .exr picture with a layer for each coefficient
+    /// The scene with transfer at its vertices, or in textures with --texels, a .glb file; or the transfer alone, a .safetensors
+    /// file, as which --mode glossy and --grid are written; of --texels also an .exr picture with a layer for each coefficient
     #[arg(short, long, value_name = "OUT")]
     pub(super) output: PathBuf,
     /// The light that is baked
@@ -65,10 +67,12 @@ pub(crate) struct Bake {
     pub(super) backs: bool,
     #[command(flatten)]
     pub(super) splitting: Splitting,
-    /// Bake at the W × W texels of a lightmap instead of at vertices, with the normals that normal maps have there; scenes need
-    /// texture coordinates that do not overlap, in set 1 or else 0
+    /// Bake at the W × W texels of a lightmap instead of at vertices, with the normals that normal maps have there, in
+    /// texture coordinates of set 1 or else 0 that do not overlap, or of an unwrapping
     #[arg(long, value_name = "W", value_parser = texels, conflicts_with_all = ["grid", "clusters", "components", "weights"])]
     pub(super) texels: Option<usize>,
+    #[command(flatten)]
+    pub(super) lightmap: LightmapOptions,
     /// Bake the light that arrives at points in space, as matrices: NX × NY × NZ points in the scene's box
     #[arg(long, value_name = "NX,NY,NZ", value_parser = grid, conflicts_with_all = ["clusters", "components", "weights"])]
     pub(super) grid: Option<[usize; 3]>,
@@ -164,8 +168,8 @@ impl Bake {
             ),
             (is_glossy && is_compressed, "--clusters, --components and --weights: not of --mode glossy"),
             (
-                self.is_glb() && (is_glossy || is_elsewhere),
-                "-o: --mode glossy, --texels and --grid are written as .safetensors",
+                self.is_glb() && (is_glossy || self.grid.is_some()),
+                "-o: --mode glossy and --grid are written as .safetensors",
             ),
         ];
         if self.backs && !self.is_glb() {
@@ -176,8 +180,8 @@ impl Bake {
             bail!(message);
         }
         let is_picture = has_extension(&self.output, "exr");
-        if self.texels.is_some() && !is_picture && !has_extension(&self.output, "safetensors") {
-            bail!("{}: expected a name that ends in .safetensors or .exr", self.output.display());
+        if self.texels.is_some() && !is_picture && !self.is_glb() && !has_extension(&self.output, "safetensors") {
+            bail!("{}: expected a name that ends in .glb, .safetensors or .exr", self.output.display());
         }
         if self.texels.is_none() && !self.is_glb() && !has_extension(&self.output, "safetensors") {
             bail!("{}: expected a name that ends in .glb or .safetensors", self.output.display());

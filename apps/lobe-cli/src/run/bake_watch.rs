@@ -9,6 +9,7 @@ use anyhow::{anyhow, bail};
 use lobe::io::{IoError, Job, Progress};
 use lobe::prt::{PrtError, split_checkpoints};
 use lobe::render::RenderError;
+use lobe::scene::SceneError;
 use lobe::shadow::ShadowError;
 
 use crate::run::ctrl_c;
@@ -32,7 +33,7 @@ macro_rules! cancellable {
     )*};
 }
 
-cancellable!(IoError, PrtError, ShadowError, RenderError);
+cancellable!(IoError, SceneError, PrtError, ShadowError, RenderError);
 
 /// Does work, with a line of progress on a terminal, until it is done or the user presses Ctrl-C: then the inner error
 /// says how far it was.

@@ -23,6 +23,7 @@ mod harness;
 mod kept_bake;
 mod lamp;
 mod light;
+mod lightmaps;
 mod manual;
 mod maps;
 mod memory;

@@ -90,6 +90,10 @@ class BakeOptions:
     """Triangles are split first until no edge is longer, in the scene's unit of length."""
     texels: int | None = None
     """Texels along a side of a lightmap, where light is baked instead of at vertices."""
+    unwrap: str = "auto"
+    """With texels: auto unwraps a scene whose texture coordinates overlap or are missing; always, never."""
+    denoise: bool = True
+    """With texels: whether those that differ by their noise alone are averaged."""
     grid: tuple[int, int, int] | None = None
     """Points in space along x, y and z, where the light that arrives is baked as matrices."""
     grid_box: tuple[float, float, float, float, float, float] | None = None
@@ -157,6 +161,9 @@ class BakeOptions:
         self._check_numbers()
         if self.texels is not None:
             whole(self.texels, "texels", 1, 1 << 14)
+        if self.unwrap not in ("auto", "always", "never"):
+            raise ValueError(f"unwrap: expected auto, always or never, found {self.unwrap!r}")
+        expect(self.denoise, bool, "denoise", "True or False")
         for corners, what, expected in [(self.grid, "grid", "three numbers of points"), (self.grid_box, "grid_box", "two corners")]:
             expect(corners, (tuple, list, np.ndarray, type(None)), what, expected)
         if self.grid is not None and len([whole(count, "grid", 2, 4096) for count in self.grid]) != 3:

@@ -168,7 +168,11 @@ pub(crate) fn open(
     let data = SceneData::new(opened.name, opened.scene);
     control.send(SceneNews::Opened(data.clone()));
     if let Some(baked) = opened.baked {
-        let places = Places::vertices(&baked.recipe);
+        let vertices = Places::vertices(&baked.recipe);
+        if baked.lightmap.is_some() && matches!(vertices, Places::WithoutAlbedo) {
+            return Err("a lightmap without albedo; lobe render shows it, or bake it with albedo".to_owned());
+        }
+        let places = baked.lightmap.map_or(vertices, |lightmap| Places::Texels(Arc::new(lightmap)));
         control.send(SceneNews::of_file(baked.transfer, &baked.recipe, places));
         return Ok(());
     }

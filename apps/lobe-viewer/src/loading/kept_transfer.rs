@@ -104,6 +104,11 @@ fn texels(data: &SceneData, name: &str, transfer: &AnyTransfer, recipe: &Recipe)
             "{name}: a lightmap without albedo; lobe render --transfer shows it, or bake it with albedo"
         ));
     }
+    if recipe.unwrap.is_some() {
+        return Err(format!(
+            "{name}: the scene was unwrapped for it; bake it to .glb, which holds the scene with its coordinates"
+        ));
+    }
     let lightmap = Lightmap::new(&data.scene, transfer.receivers().isqrt());
     let lightmap = lightmap.map_err(|error| format!("{name}, on {}: {error}", data.name))?;
     Ok(Places::Texels(Arc::new(lightmap)))

@@ -368,7 +368,7 @@ fn add_group(json: &mut Value, place: Place, attributes: &[Attribute], offset: u
 }
 
 /// The header of a .glb has 32 bits for its length.
-fn check_length(bytes: u64) -> Result<(), PrtError> {
+pub(crate) fn check_length(bytes: u64) -> Result<(), PrtError> {
     if u32::try_from(bytes).is_ok() {
         return Ok(());
     }
@@ -378,21 +378,21 @@ fn check_length(bytes: u64) -> Result<(), PrtError> {
 }
 
 /// The padding to the next multiple of four.
-fn padding(length: usize) -> usize {
+pub(crate) fn padding(length: usize) -> usize {
     length.next_multiple_of(4) - length
 }
 
-fn padded_json(json: &Value) -> Vec<u8> {
+pub(crate) fn padded_json(json: &Value) -> Vec<u8> {
     let mut text = json.to_string().into_bytes();
     text.resize(text.len().next_multiple_of(4), b' ');
     text
 }
 
-fn write_words(out: &mut dyn Write, words: &[u32]) -> io::Result<()> {
+pub(crate) fn write_words(out: &mut dyn Write, words: &[u32]) -> io::Result<()> {
     words.iter().try_for_each(|word| out.write_all(&word.to_le_bytes()))
 }
 
-fn push(json: &mut Value, array: &str, item: Value) -> usize {
+pub(crate) fn push(json: &mut Value, array: &str, item: Value) -> usize {
     match &mut json[array] {
         Value::Array(items) => items.push(item),
         missing => *missing = json!([item]),
@@ -401,7 +401,7 @@ fn push(json: &mut Value, array: &str, item: Value) -> usize {
 }
 
 /// Puts `lobe` into the extras of an object, beside what others have put there.
-fn put_extras(object: &mut Value, lobe: Value) {
+pub(crate) fn put_extras(object: &mut Value, lobe: Value) {
     match &mut object["extras"] {
         Value::Object(extras) => drop(extras.insert("lobe".to_string(), lobe)),
         Value::Null => object["extras"] = json!({"lobe": lobe}),
@@ -417,7 +417,7 @@ fn vertices_in_file(json: &Value, place: Place) -> Option<u64> {
 
 /// Sees to it that no two nodes of the scene, and no node of the scene and one outside, show the same mesh; the new
 /// mesh of each node that got one.
-fn give_nodes_own_meshes(json: &mut Value, sources: &[MeshSource]) -> BTreeMap<usize, usize> {
+pub(crate) fn give_nodes_own_meshes(json: &mut Value, sources: &[MeshSource]) -> BTreeMap<usize, usize> {
     let shown: BTreeSet<usize> = sources.iter().map(|source| source.node).collect();
     let mesh_of = |node: &Value| node.get("mesh").and_then(Value::as_u64).map(|mesh| mesh as usize);
     let nodes = json["nodes"].as_array().map_or(&[][..], Vec::as_slice);
@@ -438,7 +438,7 @@ fn give_nodes_own_meshes(json: &mut Value, sources: &[MeshSource]) -> BTreeMap<u
 
 /// Takes out the attributes and extras of an earlier bake; their data too, where they are the last of the file and used
 /// by nobody else, as they are where a bake wrote them.
-fn remove_earlier_transfer(document: &mut GltfDocument) {
+pub(crate) fn remove_earlier_transfer(document: &mut GltfDocument) {
     let json = &mut document.json;
     let (mut ours, mut others) = (BTreeSet::new(), BTreeSet::new());
     for mesh in json["meshes"].as_array_mut().into_iter().flatten() {

@@ -2,9 +2,9 @@
 //!
 //! Read `transfer_file` first, the simplest, on `tensor_file`, which all safetensors share; then `matrix_file`,
 //! `compressed_file` and `lightmap_file`. `any_transfer` reads whichever it is. `baked_glb` writes scenes whose
-//! vertices carry transfer, laid out as `baked_layout` and `baked_compressed` say, and `read_baked` reads them, their backs by
-//! `baked_backs`. Uses
-//! `bake`, `compression`, `job`, `recipe`, `transfer` and `zonal`.
+//! vertices carry transfer, laid out as `baked_layout` and `baked_compressed` say, and `read_baked` reads them, their
+//! backs by `baked_backs`, and those with a lightmap, which `lightmap_glb` writes, with `new_vertices` where a file was
+//! unwrapped. Uses `bake`, `compression`, `job`, `receivers`, `recipe`, `transfer` and `zonal`.
 
 pub(crate) mod any_transfer;
 pub(crate) mod baked_backs;
@@ -13,7 +13,9 @@ pub(crate) mod baked_glb;
 pub(crate) mod baked_layout;
 pub(crate) mod compressed_file;
 pub(crate) mod lightmap_file;
+pub(crate) mod lightmap_glb;
 pub(crate) mod matrix_file;
+pub(crate) mod new_vertices;
 pub(crate) mod read_baked;
 pub(crate) mod tensor_file;
 pub(crate) mod transfer_file;

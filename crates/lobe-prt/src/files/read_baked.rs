@@ -8,17 +8,20 @@ use serde_json::Value;
 use crate::files::baked_backs::{BakedBacks, read_backs, read_rows};
 use crate::files::baked_compressed::read_compressed;
 use crate::files::baked_layout::{FRONT, check_version};
-use crate::{Channels, CompressedTransfer, PrtError, Recipe, Transfer};
+use crate::files::lightmap_glb::{lightmap_in, read_lightmap_of_glb};
+use crate::{Channels, CompressedTransfer, Lightmap, PrtError, Recipe, Transfer};
 
 /// A baked scene from a file.
 #[derive(Clone, Debug)]
 pub struct Baked {
     /// The scene.
     pub scene: Scene,
-    /// The transfer of its vertices, mesh by mesh.
+    /// The transfer of its vertices, mesh by mesh, or else of all texels of its lightmap.
     pub transfer: Transfer,
     /// The transfer of the backs of double-sided surfaces, if the file has that.
     pub backs: Option<BakedBacks>,
+    /// The lightmap, if the transfer is that of its texels.
+    pub lightmap: Option<Lightmap>,
     /// The compressed form, of which `transfer` is made, if the file has that.
     pub compressed: Option<CompressedTransfer>,
     /// The options and versions that made the transfer.
@@ -27,7 +30,7 @@ pub struct Baked {
     pub report: SceneReadReport,
 }
 
-/// Reads a scene that [`BakedGlb`](crate::BakedGlb) wrote.
+/// Reads a scene that [`BakedGlb`](crate::BakedGlb) or [`LightmapGlb`](crate::LightmapGlb) wrote.
 ///
 /// # Errors
 /// [`PrtError::Scene`] if the file is no scene; [`PrtError::Unsupported`] if it is of a newer version; [`PrtError::Invalid`] if
@@ -91,8 +94,7 @@ impl BakedTransfer {
     /// Those of [`read_baked`].
     pub fn of(gltf: &GltfReader, scene: &Scene) -> Result<Self, PrtError> {
         let (lobe, name) = (&gltf.asset_extras()["lobe"], gltf.name());
-        let (order, channels) = check_extras(lobe, name)?;
-        let recipe = Recipe::from(lobe["recipe"].clone()).understood(name)?;
+        let ((order, channels), recipe) = about(gltf)?;
         if lobe["compression"].is_object() {
             let compressed = read_compressed(scene.meshes(), gltf, (order, channels), name)?;
             return Ok(Self { transfer: compressed.to_transfer(), backs: None, compressed: Some(compressed), recipe });
@@ -115,8 +117,13 @@ impl Baked {
     pub fn of(gltf: &GltfReader) -> Result<Self, PrtError> {
         let (scene, mut report) = gltf.scene_in(&baked_pose(gltf).unwrap_or_default())?;
         report.assumed_animation = None;
+        let (format, recipe) = about(gltf)?;
+        if let Some((transfer, width)) = read_lightmap_of_glb(gltf, format)? {
+            let lightmap = Some(lightmap_in(&scene, width, gltf.name())?);
+            return Ok(Self { scene, transfer, backs: None, lightmap, compressed: None, recipe, report });
+        }
         let BakedTransfer { transfer, backs, compressed, recipe } = BakedTransfer::of(gltf, &scene)?;
-        Ok(Self { scene, transfer, backs, compressed, recipe, report })
+        Ok(Self { scene, transfer, backs, lightmap: None, compressed, recipe, report })
     }
 }
 
@@ -168,6 +175,13 @@ impl BakedOrScene {
         let (scene, report) = gltf.scene()?;
         Ok(Self::Scene(scene, Box::new(report)))
     }
+}
+
+/// Order, channels and recipe of the transfer in an open file.
+fn about(gltf: &GltfReader) -> Result<((usize, Channels), Recipe), PrtError> {
+    let (lobe, name) = (&gltf.asset_extras()["lobe"], gltf.name());
+    let format = check_extras(lobe, name)?;
+    Ok((format, Recipe::from(lobe["recipe"].clone()).understood(name)?))
 }
 
 /// Order and channels that `asset.extras.lobe` states.

@@ -21,6 +21,10 @@ pub fn fingerprint_scene(all: &mut Fingerprint, scene: &Scene) {
         all.floats(mesh.normals().as_flattened());
         all.words(mesh.triangles().as_flattened().iter().map(|&i| u64::from(i)));
         (0..2).for_each(|set| all.floats(mesh.uvs(set).as_flattened()));
+        // Without a third set it is what it was before there was one.
+        if !mesh.third_uvs().is_empty() {
+            all.floats(mesh.third_uvs().as_flattened());
+        }
         all.floats(mesh.colors().as_flattened());
         // Without normal maps the fingerprint is what it was before there were some.
         if !mesh.tangents().is_empty() {

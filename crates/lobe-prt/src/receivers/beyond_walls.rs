@@ -7,6 +7,8 @@
 //!   move to the side of the wall that the chart is on.
 //! - A wider part is a surface of its own. The first texels behind the wall move all the same, from the side that sees
 //!   much of the sky to the one that sees little: a dark line outside is hardly seen, a bright one inside is.
+//!
+//! Inside of a solid nobody sees anything: a place that is surrounded by the backs of single-sided surfaces moves out.
 
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -32,6 +34,9 @@ const SKY_RAYS: usize = 64;
 /// Light goes through a wall from places that see more than so many times as much of the sky. Where sides are more
 /// alike, as of a wall in the open, what goes through is no more than what is there.
 const BRIGHTER: usize = 2;
+
+/// Inside of a solid so many of a hundred rays meet single-sided surfaces from behind, and none leaves.
+const BACKS: usize = 75;
 
 /// Texels that one thread takes at once.
 const PIECE: usize = 256;
@@ -144,6 +149,21 @@ fn in_front((scene, bvh): (&Scene, &Bvh), (from, to): (Point, Point), margin: f6
     Some((from.position + way * free.max(0.0)).as_vec3().to_array())
 }
 
+/// What is seen from a place, of [`SKY_RAYS`].
+#[derive(Clone, Copy)]
+struct Sight {
+    /// Rays that leave the scene.
+    sky: usize,
+    /// Rays that meet single-sided surfaces from behind.
+    backs: usize,
+}
+
+impl Sight {
+    fn is_inside_a_solid(self) -> bool {
+        self.sky == 0 && 100 * self.backs >= BACKS * SKY_RAYS
+    }
+}
+
 /// What is asked of the texels next to a wall.
 struct Walls<'a> {
     rays: SurfaceRays<'a>,
@@ -154,7 +174,8 @@ struct Walls<'a> {
 }
 
 impl Walls<'_> {
-    /// The place in front of a wall for a texel that lies behind it, as seen from a neighbor in much less light.
+    /// The place in front of a wall for a texel that lies behind it, as seen from a neighbor in much less light, or of any
+    /// neighbor if the texel is inside a solid. Neighbors there count for nothing.
     fn darker_place(&self, texel: usize, position: [f32; 3]) -> Option<[f32; 3]> {
         let (scene, bvh) = (self.rays.scene(), self.rays.bvh());
         let chart = self.picture.chart(texel)?;
@@ -164,28 +185,38 @@ impl Walls<'_> {
         let across = |next: usize| {
             let from = point(scene, &(self.picture.shown)(next)?.hit);
             let place = in_front((scene, bvh), (from, to), self.margin)?;
-            Some((self.sky(from), place))
+            Some((self.sight(from), place)).filter(|(sight, _)| !sight.is_inside_a_solid())
         };
         let near = self.picture.around(texel, 1).flatten().filter(|&next| next != texel).filter(is_near);
         // The first of those that see as little.
-        let (sky, place) = near.filter_map(across).min_by_key(|&(sky, _)| sky)?;
-        (self.sky(to) > BRIGHTER * sky).then_some(place)
+        let (darkest, place) = near.filter_map(across).min_by_key(|&(sight, _)| sight.sky)?;
+        let own = self.sight(to);
+        (own.is_inside_a_solid() || own.sky > BRIGHTER * darkest.sky).then_some(place)
     }
 
-    /// How many of [`SKY_RAYS`] leave the scene, which are as dense as what they bring to a diffuse surface.
-    fn sky(&self, Point { position, normal }: Point) -> usize {
+    /// What [`SKY_RAYS`] meet, which are as dense as what they bring to a diffuse surface.
+    fn sight(&self, Point { position, normal }: Point) -> Sight {
+        let scene = self.rays.scene();
         let [position, above] = [position, normal].map(|v| v.as_vec3().to_array());
         let origin = self.rays.bvh().origin_above(position, above);
         let (x, y) = normal.any_orthonormal_pair();
         // By this angle from one to the next, directions fill the disk below them evenly.
         let golden_angle = PI * (3.0 - 5.0_f64.sqrt());
-        let is_free = |&k: &usize| {
+        let mut sight = Sight { sky: 0, backs: 0 };
+        for k in 0..SKY_RAYS {
             let radius = ((k as f64 + 0.5) / SKY_RAYS as f64).sqrt();
             let (sin, cos) = (k as f64 * golden_angle).sin_cos();
             let direction = (x * cos + y * sin) * radius + normal * (1.0 - radius * radius).sqrt();
-            !self.rays.is_occluded(&Ray::new(origin, direction.as_vec3().to_array()))
-        };
-        (0..SKY_RAYS).filter(is_free).count()
+            match self.rays.closest(&Ray::new(origin, direction.as_vec3().to_array())) {
+                None => sight.sky += 1,
+                Some(hit) => {
+                    let surface = scene.surface(&hit);
+                    let is_behind = wide(surface.geometric_normal).dot(direction) > 0.0;
+                    sight.backs += usize::from(is_behind && !scene.material(surface.mesh).double_sided);
+                }
+            }
+        }
+        sight
     }
 }
 

@@ -26,11 +26,14 @@ impl Lightmap {
     /// # Errors
     /// As [`TexelReceivers::new`].
     pub fn new(scene: &Scene, width: usize) -> Result<Self, PrtError> {
-        let texels = TexelReceivers::as_unfolded(scene, width)?;
-        let chart_of_triangle: Vec<u32> = charts(scene);
-        let chart_of = |receiver: u32| chart_of_triangle[texels.triangles()[receiver as usize] as usize];
+        Ok(Self::of(&TexelReceivers::as_unfolded(scene, width)?, &charts(scene)))
+    }
+
+    /// That of texels of a scene with these charts.
+    pub(crate) fn of(texels: &TexelReceivers, charts: &[u32]) -> Self {
+        let chart_of = |receiver: u32| charts[texels.triangles()[receiver as usize] as usize];
         let chart_of_texel = texels.dilated().into_iter().map(chart_of).collect();
-        Ok(Self { width, chart_of_texel, chart_of_triangle })
+        Self { width: texels.width(), chart_of_texel, chart_of_triangle: charts.to_vec() }
     }
 
     /// Width and height in texels.

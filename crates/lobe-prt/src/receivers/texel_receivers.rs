@@ -81,6 +81,14 @@ impl TexelReceivers {
         Ok(texels)
     }
 
+    /// Why a scene's own texture coordinates cannot hold a lightmap of this width, if they cannot.
+    ///
+    /// # Errors
+    /// As [`TexelReceivers::new`].
+    pub fn check(scene: &Scene, width: usize) -> Result<(), PrtError> {
+        places_of(scene, width).map(drop)
+    }
+
     /// The same at the places that the unfolding gives them, beyond walls too.
     pub(crate) fn as_unfolded(scene: &Scene, width: usize) -> Result<Self, PrtError> {
         Self::at(scene, width, &places_of(scene, width)?)
@@ -119,7 +127,8 @@ impl TexelReceivers {
             positions.push(moved);
             normals.push(surface.shading_normal);
             planes.push(surface.shading_normal, surface.vertex_normal, surface.geometric_normal);
-            albedos.push([0, 1, 2].map(|c| surface.base_color[c]));
+            // At an edge the weight of a corner may be below zero by a rounding.
+            albedos.push([0, 1, 2].map(|c| surface.base_color[c].max(0.0)));
         }
         let receivers = Receivers::new(positions, normals, albedos)?.on(planes);
         Ok(Self { width, texels, triangles, receivers })
@@ -182,12 +191,17 @@ impl TexelReceivers {
     /// # Errors
     /// [`PrtError::Invalid`] if the transfer is of another number of receivers.
     pub fn rows<'a>(&self, transfer: &'a dyn TransferRows) -> Result<TexelRows<'a>, PrtError> {
-        let (expected, found) = (self.receivers.len(), transfer.receivers());
-        if expected != found {
-            let message = format!("expected transfer of {expected} texels, found {found}");
-            return Err(PrtError::invalid("lightmap", message));
-        }
+        self.expect_receivers(transfer.receivers())?;
         Ok(TexelRows::new(self.dilated(), transfer))
+    }
+
+    /// Refuses transfer of another number of receivers.
+    pub(crate) fn expect_receivers(&self, found: usize) -> Result<(), PrtError> {
+        let expected = self.receivers.len();
+        if expected == found {
+            return Ok(());
+        }
+        Err(PrtError::invalid("lightmap", format!("expected transfer of {expected} texels, found {found}")))
     }
 
     /// [`TexelReceivers::rows`], all of them in memory.

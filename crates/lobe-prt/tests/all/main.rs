@@ -12,6 +12,7 @@ mod common;
 mod compression;
 mod compression_of_bakes;
 mod convex;
+mod finishing;
 mod glass;
 mod masks;
 mod matrices;

@@ -1,8 +1,9 @@
 //! Receivers at the texels of a lightmap.
 
 use crate::common::{baked, options};
+use lobe_io::Job;
 use lobe_prt::{BakeMode, Lightmap, TexelReceivers, Transfer};
-use lobe_scene::{Hit, Material, Mesh, MeshParts, Scene};
+use lobe_scene::{Bvh, Hit, Material, Mesh, MeshParts, Ray, Scene, UnwrapOptions};
 
 /// A square of side 2 about the origin, facing up, whose picture fills the part `[from, to]²` of the unit square; x
 /// along u, y against v.
@@ -42,6 +43,17 @@ fn texels_lie_where_the_surface_is_unfolded() {
             assert!((albedo[0] - (expected[0] + 1.0) / 2.0).abs() < 1e-5, "texel {x}, {y}: red {}", albedo[0]);
             assert_eq!(receivers.normals()[i], [0.0, 0.0, 1.0], "normal of texel {x}, {y}");
         }
+    }
+}
+
+#[test]
+fn at_an_edge_between_colors_of_zero_no_albedo_is_below_zero() {
+    let mut parts = square(0.01, 0.93, 0, 0.0);
+    parts.colors = vec![[1.0, 1.0, 1.0, 1.0], [0.0, 0.0, 1.0, 1.0], [0.0, 0.0, 1.0, 1.0], [0.0, 0.0, 1.0, 1.0]];
+    for width in [30, 57, 101] {
+        let texels = TexelReceivers::new(&scene([parts.clone()]), width).unwrap();
+        let least = texels.receivers().albedos().as_flattened().iter().fold(1.0_f32, |least, c| least.min(*c));
+        assert_eq!(least, 0.0, "{width} texels");
     }
 }
 
@@ -206,4 +218,46 @@ fn a_floor_that_goes_on_far_behind_a_wall_is_lit_there() {
         positions.filter(|p| p[2] == 0.0 && p[0] > 0.26).count()
     };
     assert_eq!(behind(&moved), behind(&plain.unwrap()), "texels of the floor behind the wall");
+}
+
+#[test]
+fn a_solid_block_on_a_floor_has_no_black_line_at_its_foot() {
+    const WIDTH: usize = 64;
+    let corner = |x: f32, y: f32, z: f32| [0.3 * x, 0.3 * y, 0.5 * z];
+    let positions = (0..8)
+        .map(|k| [k & 1, k >> 1 & 1, k >> 2].map(|b| b as f32))
+        .map(|[x, y, z]| corner(2.0 * x - 1.0, 2.0 * y - 1.0, z));
+    let quads = [[0, 1, 5, 4], [1, 3, 7, 5], [3, 2, 6, 7], [2, 0, 4, 6], [4, 5, 7, 6]];
+    let triangles: Vec<[u32; 3]> = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+    let (positions, triangles): (Vec<_>, Vec<_>) = triangles
+        .iter()
+        .enumerate()
+        .map(|(t, corners)| {
+            (corners.map(|i| positions.clone().nth(i as usize).unwrap()), [0, 1, 2].map(|k| 3 * t as u32 + k))
+        })
+        .unzip();
+    let block = MeshParts { positions: positions.concat(), triangles, material: Some(0), ..MeshParts::default() };
+    let floor = MeshParts { material: Some(0), ..square(0.0, 0.5, 0, 0.0) };
+    let material = Material { double_sided: false, ..Material::matte("white", [1.0; 3]) };
+    let meshes = [floor, block].map(|mut parts| {
+        parts.colors.clear();
+        Mesh::new(parts).unwrap()
+    });
+    let scene = Scene::new(meshes.to_vec(), vec![material], vec![]).unwrap();
+    let scene = scene.unwrapped(&UnwrapOptions::default().texels(WIDTH), Job::default()).unwrap().0;
+    let texels = TexelReceivers::new(&scene, WIDTH).unwrap();
+    let (transfer, _) = baked(&scene, texels.receivers(), &options(BakeMode::Shadowed, 1, 256));
+    let (picture, lightmap) = (texels.picture(&transfer).unwrap(), Lightmap::new(&scene, WIDTH).unwrap());
+    let bvh = Bvh::new(&scene);
+    for k in 0..200 {
+        let (along, side) = ((k % 50) as f32 / 49.0 * 0.5 - 0.25, k / 50);
+        let off = if side < 2 { 0.302 } else { -0.302 };
+        let [x, y] = if side % 2 == 0 { [off, along] } else { [along, off] };
+        let hit = bvh.closest(&Ray::new([x, y, 2.0], [0.0, 0.0, -1.0])).unwrap();
+        let parts = lightmap.texels_at(&scene, &hit);
+        let shown: f64 = parts.iter().map(|&(texel, part)| f64::from(picture.vector(texel, 0)[0]) * part).sum();
+        // The foot of a wall sees between a half and all of the sky.
+        let open = shown / (0.5 / std::f64::consts::PI.sqrt());
+        assert!((0.45..1.01).contains(&open), "at {x}, {y}: {open} of the sky");
+    }
 }

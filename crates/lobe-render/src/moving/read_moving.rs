@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use lobe_prt::{AlbedoMode, BakedOrScene, BakedTransfer, read_baked_or_scene};
+use lobe_prt::{AlbedoMode, Baked, BakedOrScene, BakedTransfer, read_baked_or_scene};
 use lobe_scene::{AnimatedScene, GltfReader, Scene, SceneReadOptions, SceneReadReport, built_in, is_gltf, read_scene};
 use lobe_shadow::{
     AnimationChoice, EntityDescription, Lamp, LampDescription, LampSource, SceneDescription, StillDescription,
@@ -197,11 +197,14 @@ impl Reader {
         let (part, report) = match read {
             BakedOrScene::Baked(baked) => {
                 self.expect_not_straight_through(file)?;
+                let Baked { scene, transfer, lightmap, recipe, report, .. } = *baked;
                 // Light goes where it went in the bake.
-                let scene = baked.scene.with_straight_through(baked.recipe.straight_through == Some(true));
-                let is_demodulated = baked.recipe.bake_options().albedo == AlbedoMode::None;
+                let scene = scene.with_straight_through(recipe.straight_through == Some(true));
+                let is_demodulated = recipe.bake_options().albedo == AlbedoMode::None;
                 let part = MovingPart::new(name, scene, motion);
-                (MovingPart { transfer: Some(Arc::new(baked.transfer)), is_demodulated, ..part }, baked.report)
+                // A lightmap is of what stands still.
+                let transfer = lightmap.is_none().then(|| Arc::new(transfer));
+                (MovingPart { transfer, is_demodulated, ..part }, report)
             }
             BakedOrScene::Scene(scene, report) => (MovingPart::new(name, scene, motion), *report),
         };

@@ -36,8 +36,9 @@ pub struct BakedScene {
 impl From<Baked> for BakedScene {
     /// The scene of a baked glTF file, with the backs that it holds, and the options of its recipe for others.
     fn from(baked: Baked) -> Self {
-        let Baked { scene, transfer, recipe, backs, .. } = baked;
-        let read = Self::new(scene, Places::Vertices, SurfaceTransfer::Matte(transfer.into()), None, recipe);
+        let Baked { scene, transfer, lightmap, recipe, backs, .. } = baked;
+        let places = lightmap.map_or(Places::Vertices, |lightmap| Places::Texels(Box::new(lightmap)));
+        let read = Self::new(scene, places, SurfaceTransfer::Matte(transfer.into()), None, recipe);
         let back = backs.map(|backs| BackFaces::of_file(&read.scene, backs));
         Self { back, ..read }
     }
@@ -90,7 +91,9 @@ impl BakedScene {
         let (transfer, recipe) = read_any_transfer_bytes(bytes, name)?;
         let is_picture = matches!(FileFormat::of_bytes(bytes, name), Ok(FileFormat::OpenExr));
         let width = transfer.receivers().isqrt();
-        let places = if is_picture || recipe.texels == Some(width) {
+        let is_of_texels = is_picture || recipe.texels == Some(width);
+        let scene = if is_of_texels { recipe.scene_of_texels(scene, name)? } else { scene };
+        let places = if is_of_texels {
             Places::Texels(Box::new(Lightmap::new(&scene, width)?))
         } else {
             expect_vertices(&scene, transfer.receivers(), name, &recipe)?;

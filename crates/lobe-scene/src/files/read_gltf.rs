@@ -139,6 +139,9 @@ fn read_primitive(
             optional(attribute(Semantic::TexCoords(0)), |index| accessors.vectors("TEXCOORD_0", index, source))?,
             optional(attribute(Semantic::TexCoords(1)), |index| accessors.vectors("TEXCOORD_1", index, source))?,
         ],
+        lightmap_uvs: optional(attribute(Semantic::TexCoords(2)), |index| {
+            accessors.vectors("TEXCOORD_2", index, source)
+        })?,
         colors: optional(attribute(Semantic::Colors(0)), |index| accessors.vectors("COLOR_0", index, source))?,
         material: primitive.material.map(|material| material.value()),
         source: Some(place),

@@ -393,6 +393,7 @@ impl Obj {
             normals: if made.is_empty() { given } else { made.to_vec() },
             tangents: Vec::new(),
             uvs: [complete(&corners, uvs, name, "texture coordinates", source), Vec::new()],
+            lightmap_uvs: Vec::new(),
             colors: complete(&corners, colors, name, "colors", source),
             material: material_of(model, materials, !self.libraries.is_empty(), source),
             source: None,

@@ -62,6 +62,7 @@ impl FlatMesh {
         }
         extend(&mut parts.positions, &self.added);
         parts.uvs.iter_mut().for_each(|uvs| extend(uvs, &self.added));
+        extend(&mut parts.lightmap_uvs, &self.added);
         extend(&mut parts.colors, &self.added);
         parts.triangles = self.triangles;
     }

@@ -22,6 +22,8 @@ pub struct MeshParts {
     pub tangents: Vec<[[f32; 4]; 3]>,
     /// Two sets of texture coordinates, one pair for each position; (0, 0) is the top left corner of a texture.
     pub uvs: [Vec<[f32; 2]>; 2],
+    /// Texture coordinates of a lightmap where they are neither of these sets, one pair for each position.
+    pub lightmap_uvs: Vec<[f32; 2]>,
     /// Linear color and alpha for each position, factors of the material's base color.
     pub colors: Vec<[f32; 4]>,
     /// Index into the materials of the scene. Without one a mesh is white and double-sided.
@@ -134,10 +136,17 @@ impl Mesh {
         &self.parts.uvs[set]
     }
 
-    /// The texture coordinates of a lightmap: the second set where there is one, else the first.
+    /// The texture coordinates of a lightmap: a third set where there is one, else the second, else the first.
     #[must_use]
     pub fn lightmap_uvs(&self) -> &[[f32; 2]] {
-        if self.uvs(1).is_empty() { self.uvs(0) } else { self.uvs(1) }
+        let sets = [&self.parts.lightmap_uvs[..], self.uvs(1)];
+        sets.into_iter().find(|set| !set.is_empty()).unwrap_or_else(|| self.uvs(0))
+    }
+
+    /// The third set of texture coordinates, which only a lightmap uses; empty where the mesh has none.
+    #[must_use]
+    pub fn third_uvs(&self) -> &[[f32; 2]] {
+        &self.parts.lightmap_uvs
     }
 
     /// Linear color and alpha for each position; empty where the mesh has none.
@@ -306,6 +315,28 @@ impl Mesh {
         (self, flat)
     }
 
+    /// The same surface with other vertices, of which each has the attributes of one `from` which it was made, and
+    /// with texture coordinates of a lightmap for them, in the first set that is free. Triangles keep their order.
+    pub(crate) fn with_lightmap(mut self, from: &[u32], triangles: Vec<[u32; 3]>, uvs: Vec<[f32; 2]>) -> Self {
+        fn taken<T: Copy>(values: &mut Vec<T>, from: &[u32]) {
+            if !values.is_empty() {
+                *values = from.iter().map(|&i| values[i as usize]).collect();
+            }
+        }
+        let parts = &mut self.parts;
+        taken(&mut parts.positions, from);
+        taken(&mut parts.normals, from);
+        parts.uvs.iter_mut().for_each(|uvs| taken(uvs, from));
+        taken(&mut parts.colors, from);
+        parts.triangles = triangles;
+        parts.lightmap_uvs = Vec::new();
+        match parts.uvs.iter_mut().find(|set| set.is_empty()) {
+            Some(free) => *free = uvs,
+            None => parts.lightmap_uvs = uvs,
+        }
+        self
+    }
+
     /// The parts of the mesh, to be changed and made into another mesh.
     #[must_use]
     pub fn into_parts(self) -> MeshParts {
@@ -347,6 +378,7 @@ fn check(parts: &MeshParts) -> Result<(), String> {
     check_numbers(parts)?;
     check_attribute("texture coordinates of set 0", &parts.uvs[0], count)?;
     check_attribute("texture coordinates of set 1", &parts.uvs[1], count)?;
+    check_attribute("texture coordinates of a lightmap", &parts.lightmap_uvs, count)?;
     check_attribute("colors", &parts.colors, count)?;
     check_tangents(parts)?;
     check_halved(parts)?;

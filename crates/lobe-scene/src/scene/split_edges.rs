@@ -210,6 +210,7 @@ impl MeshParts {
         push_mean(&mut self.positions, a, b);
         push_mean(&mut self.normals, a, b);
         self.uvs.iter_mut().for_each(|uvs| push_mean(uvs, a, b));
+        push_mean(&mut self.lightmap_uvs, a, b);
         push_mean(&mut self.colors, a, b);
         self.halved.push([a as u32, b as u32]);
         (self.positions.len() - 1) as u32

@@ -25,4 +25,5 @@ mod read_posed;
 mod split_edges;
 mod subdivided;
 mod textures;
+mod unwrap;
 mod write_gltf;

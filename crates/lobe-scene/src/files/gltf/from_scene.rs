@@ -28,7 +28,7 @@ impl GltfDocument {
         // Positions, normals, tangents, two pairs of texture coordinates, a color and the triangles; pictures are few.
         let bytes_of = |mesh: &Mesh| {
             let (vertices, has_tangents) = (mesh.positions().len(), !mesh.tangents().is_empty());
-            let pairs = [0, 1].map(|set| mesh.uvs(set).len()).iter().sum::<usize>();
+            let pairs = [mesh.uvs(0), mesh.uvs(1), mesh.third_uvs()].map(<[_]>::len).iter().sum::<usize>();
             let in_fours = mesh.colors().len() + if has_tangents { vertices } else { 0 };
             24 * vertices + 8 * pairs + 16 * in_fours + 12 * mesh.triangles().len()
         };
@@ -79,9 +79,9 @@ impl GltfDocument {
         if let Some(tangents) = vertex_tangents(mesh) {
             attributes.insert("TANGENT".to_string(), json!(self.push_vectors("VEC4", &tangents)));
         }
-        for set in 0..2 {
-            if !mesh.uvs(set).is_empty() {
-                attributes.insert(format!("TEXCOORD_{set}"), json!(self.push_vectors("VEC2", mesh.uvs(set))));
+        for (set, uvs) in [mesh.uvs(0), mesh.uvs(1), mesh.third_uvs()].into_iter().enumerate() {
+            if !uvs.is_empty() {
+                attributes.insert(format!("TEXCOORD_{set}"), json!(self.push_vectors("VEC2", uvs)));
             }
         }
         if !mesh.colors().is_empty() {
