@@ -113,6 +113,24 @@ fn others_that_share_what_was_split_keep_it_as_it_was() {
     assert_alike(&found, &split, 0.0);
 }
 
+#[test]
+fn quantized_positions_become_floats_so_that_middles_are_not_rounded() {
+    let mut file = Gltf::square().with("/extensionsUsed", json!(["KHR_mesh_quantization"]));
+    let corners = [[0_i16, 0, 0, 7], [1, 0, 0, 7], [1, 1, 0, 7], [0, 1, 0, 7]];
+    let bytes: Vec<u8> = corners.as_flattened().iter().flat_map(|c| c.to_le_bytes()).collect();
+    // Rows of three numbers, eight bytes apart.
+    let whole = file.push("VEC3", 5122, 4, &bytes);
+    let view = file.json["accessors"][whole]["bufferView"].as_u64().unwrap() as usize;
+    file.json["bufferViews"][view]["byteStride"] = json!(8);
+    file.json["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = json!(whole);
+    let (scene, document) = open(&file);
+    let split = scene.split_edges(0.3).unwrap();
+    let found = subdivided(document, &[(0, &split.meshes()[0])]);
+    assert_alike(&again(&found), &split, 0.0);
+    let positions = numbers(&found, &found.json["meshes"][0]["primitives"][0]["attributes"], "POSITION");
+    assert!(positions.contains(&0.25), "{positions:?} has quarters");
+}
+
 /// A square with an attribute of each kind.
 fn of_all_kinds() -> Gltf {
     let mut file = Gltf::square();
