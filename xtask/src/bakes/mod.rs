@@ -4,8 +4,8 @@
 //! traced halves of a reference under the same light, over surfaces alone. References are kept in target/bakes.
 //! `--write` puts the table into the guide; it takes all scenes.
 //!
-//! `rows` lists the scenes, which `scenes` makes of `shapes` (with `vectors`) and `glb` writes; `measure` runs the command.
-//! Uses `corpus`, for scenes of packages.
+//! `rows` lists the scenes, some of packages; others `scenes` makes of `shapes` (with `vectors`) and `glb` writes.
+//! `measure` runs the command. Uses `corpus`.
 
 mod glb;
 mod measure;
@@ -45,9 +45,9 @@ struct Asked {
 /// Prints a line for each scene; rows that miss the goals are faults.
 pub(crate) fn run(arguments: &[String]) -> Outcome {
     let asked = Asked::of(arguments).map_err(|fault| vec![fault])?;
-    let program = asked.program.map_or_else(workspace::command_of_tests, Ok).and_then(absolute);
+    let program = asked.program.map_or_else(workspace::command_of_tests, Ok).and_then(|path| absolute(&path));
     let program = program.map_err(|fault| vec![fault])?;
-    let before = asked.before.map(absolute).transpose().map_err(|fault| vec![fault])?;
+    let before = asked.before.as_deref().map(absolute).transpose().map_err(|fault| vec![fault])?;
     let folder = workspace::root().join("target/bakes");
     fs::create_dir_all(&folder).map_err(|error| vec![format!("{}: {error}", folder.display())])?;
     let judge = Bench { program: &program, folder: &folder };
@@ -102,7 +102,7 @@ impl Asked {
     }
 }
 
-fn absolute(path: PathBuf) -> Result<PathBuf, String> {
+fn absolute(path: &Path) -> Result<PathBuf, String> {
     path.canonicalize().map_err(|error| format!("{}: {error}", path.display()))
 }
 
@@ -110,11 +110,11 @@ fn absolute(path: PathBuf) -> Result<PathBuf, String> {
 fn misses(row: &Row, found: &Found) -> Vec<String> {
     let (error, mean) = (found.number("relative_rms"), found.number("mean_ratio"));
     let mut misses = Vec::new();
-    // NaN misses, too.
-    if !(error <= LARGEST_ERROR + found.number("uncertainty")) {
+    // What is no number misses, too.
+    if error.is_nan() || error > LARGEST_ERROR + found.number("uncertainty") {
         misses.push(format!("{}: error {:.1} %, expected {:.0} %", row.name, 100.0 * error, 100.0 * LARGEST_ERROR));
     }
-    if !((mean - 1.0).abs() <= MEAN_WITHIN) {
+    if mean.is_nan() || (mean - 1.0).abs() > MEAN_WITHIN {
         misses.push(format!("{}: {mean:.3} of the mean, expected it within {:.0} %", row.name, 100.0 * MEAN_WITHIN));
     }
     misses

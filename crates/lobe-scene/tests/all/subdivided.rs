@@ -55,8 +55,8 @@ fn numbers(file: &Gltf, set: &Value, name: &str) -> Vec<f64> {
     rows.flat_map(|row| (0..size).map(move |k| start + row * stride + k * width)).map(read).collect()
 }
 
-/// Fails unless both are the same but for rounding, with the same triangles in the same order. `turn` is how far normals
-/// may be turned.
+/// Fails unless both are the same except for rounding, with the same triangles in the same order. `turn` is how far
+/// normals may be turned.
 fn assert_alike(found: &Scene, expected: &Scene, turn: f32) {
     assert_eq!(found.meshes().len(), expected.meshes().len(), "meshes");
     for (found, expected) in found.meshes().iter().zip(expected.meshes()) {
@@ -236,8 +236,8 @@ fn meshes_that_are_not_of_the_document_are_refused() {
     let refusal =
         |place: [usize; 2], mesh: &Mesh| document.clone().subdivided(&[(place, mesh)]).unwrap_err().to_string();
     let found = refusal([0, 0], &other.meshes()[1]);
-    let expected = "the document: mesh `square`, primitive 0: expected a mesh of this primitive whose edges were halved, \
-        found another";
+    let expected = "the document: mesh `square`, primitive 0: expected a mesh of this primitive whose edges were \
+        halved, found another";
     assert_eq!(found, expected, "another mesh");
     assert_eq!(refusal([0, 3], &scene.meshes()[0]), "the document: mesh 0 has no primitive 3", "no primitive");
 }
