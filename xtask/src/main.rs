@@ -1,6 +1,7 @@
 //! Chores of the repository: `cargo xtask CHORE`. Without a chore it lists them.
 
 mod arch;
+mod bakes;
 mod bench;
 mod ci;
 mod corpus;
@@ -46,6 +47,11 @@ const CHORES: &[(&str, &str, Chore)] = &[
         "corpus",
         "the command on public models and maps, fetched into a cache: [PROGRAM] [--small] [FOLDER ..]",
         corpus::run,
+    ),
+    (
+        "bakes",
+        "default bakes against path traced pictures: [PROGRAM] [--before PROGRAM] [--write] [SCENE ..]",
+        bakes::run,
     ),
     ("web", "the viewer as a page for any static host, in target/web; --check looks at it in Chromium", web::run),
     (

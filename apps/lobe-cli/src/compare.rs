@@ -1,4 +1,5 @@
-//! `lobe compare`: RMSE, relative MSE, PSNR and FLIP of two pictures, and a test by their variance.
+//! `lobe compare`: RMSE, relative MSE, PSNR and FLIP of two pictures, a test by their variance, and the error over
+//! surfaces against two halves of a reference.
 
 use std::path::{Path, PathBuf};
 
@@ -6,8 +7,8 @@ use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::FileFormat;
 use lobe::image::{
-    ErrorReport, FLIP_PIXELS_PER_DEGREE, Flip, Measured, Picture, PictureReadOptions, Tone, ZTest, compare, flip,
-    hdr_flip, read_picture, relative_mse,
+    ErrorReport, FLIP_PIXELS_PER_DEGREE, Flip, HalvesReport, Measured, Picture, PictureReadOptions, Tone, ZTest,
+    compare, flip, hdr_flip, read_picture, relative_mse,
 };
 use lobe::render::{TracedPicture, read_traced_picture};
 use serde::Serialize;
@@ -46,15 +47,20 @@ pub(crate) struct Compare {
     /// level of significance is 1 % for all six numbers together (Šidák)
     #[arg(long)]
     z_test: bool,
+    /// Another reference by lobe render --mode truth, like B except for its --seed: adds the error over surfaces, with the noise
+    /// of both references subtracted. Only pixels that show nothing else count
+    #[arg(long, value_name = "B2", conflicts_with = "z_test")]
+    half: Option<PathBuf>,
     /// Pixels per degree of visual angle, for FLIP [default: 67, a 4K display as wide as it is far away]
     #[arg(long, value_name = "N", value_parser = values::positive)]
     pixels_per_degree: Option<f64>,
     /// Print {"rmse", "relmse", "psnr", "flip"} instead of text, with --z-test also {"z_test": {"mean_z", "p_bias", "spread",
-    /// "p_spread"}}; psnr is null for equal pictures
+    /// "p_spread"}}, with --half {"surfaces": {"pixels", "relative_rms", "uncertainty", "mean_ratio", "psnr", "noise", "dark"}};
+    /// psnr is null for equal pictures
     #[arg(long)]
     json: bool,
-    /// With --z-test, refuse pictures that take more memory than this, in GiB [default: 4]
-    #[arg(long, value_name = "GIB", requires = "z_test", value_parser = values::positive)]
+    /// With --z-test and --half, refuse pictures that take more memory than this, in GiB [default: 4]
+    #[arg(long, value_name = "GIB", value_parser = values::positive)]
     max_memory: Option<f64>,
 }
 
@@ -68,6 +74,8 @@ enum Metric {
     Psnr,
     /// The difference that one sees when flipping between them, 0 to 1: FLIP for .png and .jpg, HDR-FLIP for light
     Flip,
+    /// With --half: the root mean square error over surfaces relative to that of the reference, its noise subtracted
+    Surfaces,
 }
 
 /// The JSON of `--json`.
@@ -79,6 +87,19 @@ struct Found {
     flip: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
     z_test: Option<FoundZ>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    surfaces: Option<FoundSurfaces>,
+}
+
+#[derive(Serialize)]
+struct FoundSurfaces {
+    pixels: usize,
+    relative_rms: f64,
+    uncertainty: f64,
+    mean_ratio: f64,
+    psnr: f64,
+    noise: f64,
+    dark: f64,
 }
 
 #[derive(Serialize)]
@@ -109,6 +130,12 @@ impl Read {
 impl Compare {
     /// Whether the pictures are as close as the options ask for.
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<bool> {
+        if self.metric == Some(Metric::Surfaces) && self.half.is_none() {
+            bail!("--metric surfaces: expected --half B2, another reference of a different --seed");
+        }
+        if self.max_memory.is_some() && !self.z_test && self.half.is_none() {
+            bail!("--max-memory: expected --z-test or --half, which it bounds");
+        }
         if let Some(path) = &self.output {
             output::check_png(path)?;
             output::prepare_file(path, &[&self.image, &self.reference])?;
@@ -121,21 +148,28 @@ impl Compare {
         let ErrorReport { rmse, psnr, .. } = compare(a.pixels(), b.pixels());
         let relmse = relative_mse(a.pixels(), b.pixels());
         let z_test = self.z_test(&image, &reference)?;
+        let surfaces = self.surfaces(&image)?;
         if let Some(path) = &self.output {
             flip.picture().write_png(path, &Tone::PLAIN)?;
         }
-        let found = Found {
-            rmse,
-            relmse,
-            psnr,
-            flip: flip.mean(),
-            z_test: z_test.map(|ZTest { mean_z, p_bias, spread, p_spread, .. }| FoundZ {
-                mean_z,
-                p_bias,
-                spread,
-                p_spread,
-            }),
-        };
+        let found =
+            Found {
+                rmse,
+                relmse,
+                psnr,
+                flip: flip.mean(),
+                z_test: z_test.map(|ZTest { mean_z, p_bias, spread, p_spread, .. }| FoundZ {
+                    mean_z,
+                    p_bias,
+                    spread,
+                    p_spread,
+                }),
+                surfaces: surfaces.map(
+                    |HalvesReport { pixels, relative_rms, uncertainty, mean_ratio, psnr, noise, dark, .. }| {
+                        FoundSurfaces { pixels, relative_rms, uncertainty, mean_ratio, psnr, noise, dark }
+                    },
+                ),
+            };
         if self.json {
             output::print_json(&found)?;
         } else {
@@ -160,6 +194,31 @@ impl Compare {
         Ok(Some(ZTest::new(&a, &b)?))
     }
 
+    /// The error over surfaces, the noise of the reference subtracted; none without another reference.
+    fn surfaces(&self, image: &Read) -> anyhow::Result<Option<HalvesReport>> {
+        let Some(half) = &self.half else { return Ok(None) };
+        let memory = MemoryLimit::of(self.max_memory);
+        let halves = [&self.reference, half].map(|path| traced(path, &memory));
+        let [a, b] = halves;
+        let (a, b) = (a?, b?);
+        let size = |picture: &Picture| (picture.width(), picture.height());
+        if size(&a.mean) != size(&b.mean) {
+            let ((w, h), (v, g)) = (size(&a.mean), size(&b.mean));
+            bail!("{}: expected {w} x {h} pixels as {} has, found {v} x {g}", half.display(), self.reference.display());
+        }
+        if a.mean == b.mean {
+            bail!(
+                "{}: expected another --seed than that of {}, found the same",
+                half.display(),
+                self.reference.display()
+            );
+        }
+        let is_surface = |i: usize| [&a, &b].iter().all(|of| of.coverage.get(i).is_none_or(|&part| part >= 1.0));
+        let halves = [a.mean.pixels(), b.mean.pixels()];
+        let report = HalvesReport::new(image.picture.pixels(), halves, is_surface);
+        Ok(Some(report.map_err(|error| anyhow::anyhow!("{}: {error}", self.image.display()))?))
+    }
+
     fn is_close(&self, found: &Found) -> bool {
         let Some(max) = self.max else { return true };
         match self.metric.unwrap_or(Metric::Rmse) {
@@ -167,6 +226,7 @@ impl Compare {
             Metric::Relmse => found.relmse <= max,
             Metric::Psnr => found.psnr >= max,
             Metric::Flip => found.flip <= max,
+            Metric::Surfaces => found.surfaces.as_ref().is_none_or(|report| report.relative_rms <= max),
         }
     }
 
@@ -195,13 +255,17 @@ fn read(path: &Path, talk: Talk) -> anyhow::Result<Read> {
 
 /// A picture of `lobe render --mode truth`, with its variance.
 fn read_traced(path: &Path, memory: &MemoryLimit) -> anyhow::Result<Read> {
-    memory.check_file(path, "smaller pictures")?;
-    let TracedPicture { mean, variance, degrees_of_freedom, .. } = read_traced_picture(path)?;
+    let TracedPicture { mean, variance, degrees_of_freedom, .. } = traced(path, memory)?;
     Ok(Read { picture: mean, is_display: false, variance: Some((variance, degrees_of_freedom)) })
 }
 
+fn traced(path: &Path, memory: &MemoryLimit) -> anyhow::Result<TracedPicture> {
+    memory.check_file(path, "smaller pictures")?;
+    Ok(read_traced_picture(path)?)
+}
+
 fn text(found: &Found) -> String {
-    let Found { rmse, relmse, psnr, flip, z_test } = found;
+    let Found { rmse, relmse, psnr, flip, z_test, surfaces } = found;
     let mut text = format!("rmse    {rmse:.6}\nrelmse  {relmse:.6}\npsnr    {psnr:.3} dB\nflip    {flip:.6}\n");
     if let Some(z) = z_test {
         for (c, name) in ["red", "green", "blue"].into_iter().enumerate() {
@@ -210,6 +274,13 @@ fn text(found: &Found) -> String {
                 z.mean_z[c], z.p_bias[c], z.spread[c], z.p_spread[c]
             );
         }
+    }
+    if let Some(FoundSurfaces { pixels, relative_rms, uncertainty, mean_ratio, psnr, noise, dark }) = surfaces {
+        let [rms, by, noise, dark] = [relative_rms, uncertainty, noise, dark].map(|part| 100.0 * part);
+        text += &format!(
+            "surfaces: rms {rms:.2} % ± {by:.2} %, mean ratio {mean_ratio:.3}, psnr {psnr:.1} dB, dark {dark:.2} %; \
+             {pixels} pixels, noise of the reference {noise:.1} %\n"
+        );
     }
     text
 }

@@ -38,7 +38,7 @@
 //! | writing light | [`write_picture`], [`encode_picture`], [`PictureWriteOptions`], [`PictureWriteReport`]; OpenEXR of any channels: [`ExrLayers`] |
 //! | writing for display | [`Picture::write_png`], [`AnimatedPng`], [`FrameSequence`], [`Tone`], [`Exposure`], [`Curve`]; [`srgb_encode`], [`srgb_decode`] |
 //! | cube textures | [`read_cube_texture`], [`write_cube_texture`], [`CubeTexture`], [`TexelFormat`] |
-//! | differences | [`compare()`], [`relative_mse`], [`error_map`]; perceptual [`flip()`], [`hdr_flip()`]; statistical [`ZTest`] |
+//! | differences | [`compare()`], [`relative_mse`], [`error_map`]; perceptual [`flip()`], [`hdr_flip()`]; statistical [`ZTest`], [`HalvesReport`] |
 //!
 //! # Linear light until the last step
 //!
@@ -66,6 +66,7 @@ pub use codec::read::{
 };
 pub use compare::compare::{ErrorReport, compare, error_map, error_of, relative_mse};
 pub use compare::flip::{FLIP_PIXELS_PER_DEGREE, Flip, flip};
+pub use compare::halves::HalvesReport;
 pub use compare::hdr_flip::hdr_flip;
 pub use compare::z_test::{Measured, ZTest};
 pub use error::{ImageError, ReadOption};

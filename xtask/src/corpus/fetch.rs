@@ -137,6 +137,17 @@ pub(super) fn files(folder: &Path, extensions: &[&str]) -> Vec<PathBuf> {
     found
 }
 
+/// The folder of a package of the list, which is fetched if it is not there.
+///
+/// # Errors
+/// The reason why it is not there.
+pub(crate) fn package_folder(name: &str) -> Result<PathBuf, String> {
+    let package = packages().find(|package| package.name == name);
+    let package = package.ok_or_else(|| format!("{name} is not in packages.txt"))?;
+    package.fetch()?;
+    Ok(package.folder())
+}
+
 /// Whether the small part of the corpus is in the cache or can be fetched.
 ///
 /// # Errors

@@ -16,8 +16,8 @@ use std::process::Command;
 
 use crate::outcome::Outcome;
 use crate::workspace;
-pub(crate) use fetch::has_small_part;
 use fetch::{files, packages};
+pub(crate) use fetch::{has_small_part, package_folder};
 use step::{End, run as run_step};
 
 const MODELS: &[&str] = &["glb", "gltf", "vrm", "obj", "ply"];

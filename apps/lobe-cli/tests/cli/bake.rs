@@ -438,3 +438,27 @@ fn glb_files_that_are_cut_off_are_refused() {
         assert!(!line.is_empty(), "cut off after {end} bytes");
     }
 }
+
+#[test]
+fn a_scene_that_is_split_keeps_what_its_file_holds_besides() {
+    let camera = json!([{"name": "eye", "type": "perspective", "perspective": {"yfov": 0.7, "znear": 0.1}}]);
+    let material = json!([{"name": "glow", "emissiveFactor": [1, 0, 0], "extras": {"a": 1}}]);
+    let dir = with_square(|json| {
+        json["cameras"] = camera.clone();
+        json["nodes"].as_array_mut().unwrap().push(json!({"camera": 0, "name": "tripod"}));
+        json["materials"] = material.clone();
+        json["meshes"][0]["primitives"][0]["material"] = json!(0);
+    });
+    for split in ["--max-edge 0.3", "--adaptive 0.01 --min-edge 0.2"] {
+        // Without a note on what was left out.
+        dir.lobe(&format!("bake scene.gltf -o split.glb --samples 4 --mode shadowed {split} --fresh -q")).stdout();
+        let bytes = dir.bytes("split.glb");
+        let end = 20 + u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+        let found: Value = serde_json::from_slice(&bytes[20..end]).unwrap();
+        assert_eq!((&found["cameras"], &found["materials"]), (&camera, &material), "{split}");
+        assert_eq!(found["nodes"][1]["name"], "tripod", "{split}");
+        let position = found["meshes"][0]["primitives"][0]["attributes"]["POSITION"].as_u64().unwrap() as usize;
+        let vertices = found["accessors"][position]["count"].as_u64().unwrap();
+        assert!(vertices > 4 || split.starts_with("--adaptive"), "{split}: {vertices} vertices");
+    }
+}

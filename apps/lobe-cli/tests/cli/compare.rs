@@ -122,3 +122,39 @@ fn traced_pictures_of_one_light_pass_the_test_and_of_another_do_not() {
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert!(found["z_test"]["p_spread"][1].as_f64().unwrap() < 1e-6, "{found}");
 }
+
+#[test]
+fn errors_over_surfaces_have_no_noise_of_the_reference_and_no_background() {
+    let dir = Dir::new();
+    let trace = |name: &str, samples: u32, seed: u32| {
+        let common = "render built-in:ball --env bundled:studio --order 4 --mode truth --size 96x72 --bounces 1";
+        dir.lobe(&format!("{common} --samples {samples} --seed {seed} -o {name}")).arg("--quiet").stdout();
+    };
+    trace("good.exr", 512, 1);
+    trace("a.exr", 32, 2);
+    trace("b.exr", 32, 3);
+    let text = dir.lobe("compare good.exr a.exr --half b.exr --json").arg("--quiet").stdout();
+    let found: Value = serde_json::from_str(&text).unwrap();
+    let surfaces = &found["surfaces"];
+    let number = |name: &str| surfaces[name].as_f64().unwrap();
+    assert!(number("noise") > 0.04, "32 paths are noisy: {surfaces}");
+    assert!(number("relative_rms") < 0.5 * number("noise"), "512 are not, and the others do not count: {surfaces}");
+    assert!((number("mean_ratio") - 1.0).abs() < 0.03 && number("dark") == 0.0, "{surfaces}");
+    assert!(number("pixels") > 100.0 && number("pixels") < 96.0 * 72.0, "surfaces alone: {surfaces}");
+    let text = dir.lobe("compare good.exr a.exr --half b.exr").arg("--quiet").stdout();
+    assert!(text.contains("surfaces: rms "), "{text}");
+    let status = |max: f64| {
+        let words = format!("compare good.exr a.exr --half b.exr --metric surfaces --max {max}");
+        dir.lobe(&words).output().status.code()
+    };
+    assert_eq!((status(0.5), status(1e-9)), (Some(0), Some(1)), "bounds");
+    for (words, expected) in [
+        ("good.exr a.exr --half a.exr", "a.exr: expected another --seed than that of a.exr, found the same"),
+        (
+            "good.exr a.exr --metric surfaces --max 1",
+            "--metric surfaces: expected --half B2, another reference of a different --seed",
+        ),
+    ] {
+        assert_eq!(dir.lobe(&format!("compare {words}")).arg("--quiet").error(), expected, "{words}");
+    }
+}

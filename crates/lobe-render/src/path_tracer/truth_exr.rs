@@ -14,6 +14,9 @@ const FREEDOM: &str = "lobeDegreesOfFreedom";
 /// The prefix of the channels of variance.
 const VARIANCE: &str = "variance";
 
+/// The channel of the part of a pixel that shows a surface.
+const COVERAGE: &str = "coverage.A";
+
 impl Truth {
     /// The bytes of an OpenEXR file of one part, 32-bit floats:
     ///
@@ -43,7 +46,7 @@ impl Truth {
             layers.channel("A", alpha.to_vec());
         }
         layers.channel("depth.Z", self.depth.clone());
-        layers.channel("coverage.A", self.coverage.clone());
+        layers.channel(COVERAGE, self.coverage.clone());
         let freedom = i32::try_from(self.degrees_of_freedom).unwrap_or(i32::MAX);
         layers.attribute(FREEDOM, ExrAttribute::Integer(freedom));
         layers.into_bytes().map_err(|error| RenderError::Invalid {
@@ -73,6 +76,8 @@ pub struct TracedPicture {
     pub variance: Picture,
     /// The degrees of freedom of the variance; infinite ones if the file does not say.
     pub degrees_of_freedom: f64,
+    /// The part of each pixel that shows a surface; empty if the file does not say.
+    pub coverage: Vec<f32>,
 }
 
 /// Reads what [`Truth::write_exr`] wrote; everything is decoded once.
@@ -113,7 +118,8 @@ pub fn read_traced_picture_bytes(bytes: &[u8], name: &str) -> Result<TracedPictu
         _ => f64::INFINITY,
     };
     let variance = picture(&format!("{VARIANCE}."))?;
-    Ok(TracedPicture { mean: picture("")?, variance, degrees_of_freedom })
+    let coverage = layers.get(COVERAGE).map(<[f32]>::to_vec).unwrap_or_default();
+    Ok(TracedPicture { mean: picture("")?, variance, degrees_of_freedom, coverage })
 }
 
 #[cfg(test)]
@@ -138,6 +144,7 @@ mod tests {
         let bytes = truth.to_exr().unwrap();
         let traced = read_traced_picture_bytes(&bytes, "a.exr").unwrap();
         assert_eq!((&traced.variance, traced.degrees_of_freedom), (&truth.variance, 15.0), "variance");
+        assert_eq!(traced.coverage, truth.coverage, "coverage");
         let (read, _) = read_picture_bytes(&bytes, "a.exr", &PictureReadOptions::default()).unwrap();
         assert_eq!(read.pixels(), truth.mean.pixels(), "radiance, as everybody reads it");
         assert_eq!(read, traced.mean, "radiance, read with its variance");

@@ -55,8 +55,8 @@ fn numbers(file: &Gltf, set: &Value, name: &str) -> Vec<f64> {
     rows.flat_map(|row| (0..size).map(move |k| start + row * stride + k * width)).map(read).collect()
 }
 
-/// Fails unless both are the same but for rounding, with the same triangles in the same order. `turn` is how far normals
-/// may be turned.
+/// Fails unless both are the same except for rounding, with the same triangles in the same order. `turn` is how far
+/// normals may be turned.
 fn assert_alike(found: &Scene, expected: &Scene, turn: f32) {
     assert_eq!(found.meshes().len(), expected.meshes().len(), "meshes");
     for (found, expected) in found.meshes().iter().zip(expected.meshes()) {
@@ -111,6 +111,24 @@ fn others_that_share_what_was_split_keep_it_as_it_was() {
     assert_eq!(found.meshes()[0].positions(), scene.meshes()[0].positions(), "the other");
     assert_eq!(found.meshes()[0].triangles(), scene.meshes()[0].triangles(), "the other");
     assert_alike(&found, &split, 0.0);
+}
+
+#[test]
+fn quantized_positions_become_floats_so_that_middles_are_not_rounded() {
+    let mut file = Gltf::square().with("/extensionsUsed", json!(["KHR_mesh_quantization"]));
+    let corners = [[0_i16, 0, 0, 7], [1, 0, 0, 7], [1, 1, 0, 7], [0, 1, 0, 7]];
+    let bytes: Vec<u8> = corners.as_flattened().iter().flat_map(|c| c.to_le_bytes()).collect();
+    // Rows of three numbers, eight bytes apart.
+    let whole = file.push("VEC3", 5122, 4, &bytes);
+    let view = file.json["accessors"][whole]["bufferView"].as_u64().unwrap() as usize;
+    file.json["bufferViews"][view]["byteStride"] = json!(8);
+    file.json["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = json!(whole);
+    let (scene, document) = open(&file);
+    let split = scene.split_edges(0.3).unwrap();
+    let found = subdivided(document, &[(0, &split.meshes()[0])]);
+    assert_alike(&again(&found), &split, 0.0);
+    let positions = numbers(&found, &found.json["meshes"][0]["primitives"][0]["attributes"], "POSITION");
+    assert!(positions.contains(&0.25), "{positions:?} has quarters");
 }
 
 /// A square with an attribute of each kind.
@@ -218,8 +236,8 @@ fn meshes_that_are_not_of_the_document_are_refused() {
     let refusal =
         |place: [usize; 2], mesh: &Mesh| document.clone().subdivided(&[(place, mesh)]).unwrap_err().to_string();
     let found = refusal([0, 0], &other.meshes()[1]);
-    let expected = "the document: mesh `square`, primitive 0: expected a mesh of this primitive whose edges were halved, \
-        found another";
+    let expected = "the document: mesh `square`, primitive 0: expected a mesh of this primitive whose edges were \
+        halved, found another";
     assert_eq!(found, expected, "another mesh");
     assert_eq!(refusal([0, 3], &scene.meshes()[0]), "the document: mesh 0 has no primitive 3", "no primitive");
 }

@@ -7,9 +7,9 @@ use crate::Mesh;
 /// Whether the triangles of a split mesh run around the other way than those that they are parts of; `None` if one is
 /// part of none.
 ///
-/// A vertex is a mean of the first vertices, which are those of the file. The weights of the three corners are a matrix,
-/// and its determinant is the part's share of the area, with the sign of its orientation. Triangles that the file has
-/// both ways around say nothing. Where no others are, neither way is the wrong one.
+/// A vertex is a mean of the first vertices, which are those of the file. The weights of the three corners are a
+/// matrix, and its determinant is the part's share of the area, with the sign of its orientation. Triangles that the
+/// file has both ways around say nothing. Where no others are, neither way is the wrong one.
 pub(crate) fn is_turned(own: &[[u32; 3]], split: &Mesh) -> Option<bool> {
     let mut ways: HashMap<[u32; 3], [bool; 2]> = HashMap::with_capacity(own.len());
     for &triangle in own {

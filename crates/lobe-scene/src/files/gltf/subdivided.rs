@@ -25,8 +25,8 @@ const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 const SHORT_INDICES: usize = 65535;
 
 impl GltfDocument {
-    /// The document with the further vertices of meshes that were split. Each mesh comes with the indices of the mesh and
-    /// of the primitive that it was read from; [`Mesh::halved`] says between which vertices the new ones lie.
+    /// The document with the further vertices of meshes that were split. Each mesh comes with the indices of the mesh
+    /// and of the primitive that it was read from; [`Mesh::halved`] says between which vertices the new ones lie.
     ///
     /// ```text
     ///   POSITION, TEXCOORD_n, COLOR_n, morph targets:  a_m = (a_p + a_q) / 2 in the middle of the edge from p to q
