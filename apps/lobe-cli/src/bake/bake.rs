@@ -5,7 +5,7 @@ use std::sync::Arc;
 use anyhow::{anyhow, bail};
 use lobe::io::Shard;
 use lobe::prt::{
-    BakeReport, BakeWork, BakedGlb, Channels, CompressReport, CompressedTransfer, Recipe, write_compressed_transfer,
+    BakeReport, BakeWork, BakedGlb, CompressReport, CompressedTransfer, Recipe, write_compressed_transfer,
 };
 use lobe::scene::{GltfDocument, Mesh, Scene, ScenePose};
 
