@@ -10,9 +10,10 @@
 //! |---|---|
 //! | transfer vectors | [`Transfer`], [`Channels`]; in 16 bits [`HalfTransfer`], [`HalfReport`]; without holding it in memory [`TransferRows`], [`StoredTransfer`] |
 //! | receivers | [`Receivers`]; [`TexelReceivers`] of a lightmap, shown by [`Lightmap`], finished by [`FinishOptions`] |
+//! | transfer at vertices by least squares | [`bake_vertices`] |
 //! | adaptive subdivision | [`split_adaptively`], [`AdaptiveOptions`], [`AdaptiveReport`], [`split_checkpoints`] |
 //! | baking | [`fn@bake`], [`bake_on_disk`], [`bake_shard`], [`BakeOptions`], [`BakeMode`], [`AlbedoMode`], [`BakeReport`] |
-//! | a bake as a piece of work, with its points, shards and file | [`BakeWork`], [`BakedRows`] |
+//! | a bake as a piece of work, with its points, shards and file | [`BakeWork`], [`BakedRows`], [`FittedTransfer`] |
 //! | baked glTF scenes | [`BakedGlb`], [`fn@read_baked`], [`Baked`]; their backs [`BakedBacks`], [`double_sided_vertices`]; baked or not: [`read_baked_or_scene`]; of an open file: [`BakedTransfer`] |
 //! | files of transfer alone | [`write_transfer`], [`write_half_transfer`], [`read_transfer`]; lightmaps [`write_lightmap`], [`read_lightmap`] |
 //! | compression (CPCA) | [`CompressedTransfer`], [`error_curve`] |

@@ -101,8 +101,7 @@ Recipe {
     albedo: String,
     /// The longest edge that was left when triangles were split.
     max_edge: f64,
-    /// The error in the middle of an edge that was split, see
-    /// [`AdaptiveOptions::threshold`](crate::AdaptiveOptions::threshold).
+    /// The error that splitting should reach, see [`AdaptiveOptions::error`](crate::AdaptiveOptions::error).
     adaptive: f64,
     /// Edges that are shorter were not split.
     min_edge: f64,
