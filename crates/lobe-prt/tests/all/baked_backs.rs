@@ -3,9 +3,7 @@
 use std::fs;
 
 use lobe_io::Job;
-use lobe_prt::{
-    BakedGlb, Channels, PrtError, Recipe, Transfer, double_sided_vertices, read_baked, read_baked_bytes,
-};
+use lobe_prt::{BakedGlb, Channels, PrtError, Recipe, Transfer, double_sided_vertices, read_baked, read_baked_bytes};
 use lobe_scene::{Material, Scene, SceneReadOptions, built_in};
 use lobe_testkit::glb_faults;
 
