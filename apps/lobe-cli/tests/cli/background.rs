@@ -1,4 +1,4 @@
-//! `lobe render --background`: what is behind the scene, and alpha in files.
+//! Backgrounds of `lobe render`: their light, and alpha in files.
 
 use std::fs::File;
 use std::io::BufReader;

@@ -1,4 +1,4 @@
-//! What a picture shows behind its scene, by its name.
+//! The background of a picture of a scene, by its name.
 
 use std::fmt;
 use std::str::FromStr;

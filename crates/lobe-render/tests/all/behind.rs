@@ -1,4 +1,4 @@
-//! What is behind scenes: interpolated as the eye sees it, and alpha where there is nothing.
+//! Backgrounds of scenes: interpolated as the eye sees them, and alpha where there is nothing.
 
 use std::sync::Arc;
 
