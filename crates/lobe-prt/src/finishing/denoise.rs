@@ -35,15 +35,16 @@ const HEIGHT: f32 = 0.25;
 ///   w_ij = exp(-max(0, D_ij - (σ_i² + σ_j²)) / (½ (σ_i² + σ_j²))) · n_ij · h_ij
 /// ```
 ///
-/// D_ij is the mean of |T - T'|², over all coefficients, of both texels and their four neighbors: where it is no more
-/// than noise, texels show the same light [Buades 2005] [Rousselle 2012]. n_ij falls from 1 to 0 while the
-/// normals turn away from each other by 26°, h_ij where j is off the plane of i. σ_i² is the noise of all coefficients
-/// together: ⅔ |T_i - (T_a + T_b)/2|² of the two neighbors along the line, of four, where that is least, so that the
-/// border of a shadow is no noise, and the median of that over 5 × 5 texels.
+/// `D_ij` is the mean of `|T - T'|²`, over all coefficients, of both texels and their four neighbors: where it is no
+/// more than noise, texels show the same light [Buades 2005] [Rousselle 2012]. `n_ij` falls from 1 to 0 while the
+/// normals turn away from each other by 26°, `h_ij` where j is off the plane of i. `σ_i²` is the noise of all
+/// coefficients together: `⅔ |T_i - (T_a + T_b)/2|²` of the two neighbors along the line, of four, where that is least,
+/// so that the border of a shadow is no noise, and the median of that over 5 × 5 texels.
 ///
-/// T̂_i is at most 2 σ_i from T_i, which is right on average: so is the bias. Of a ball over the ground, order 3, the RMS
-/// error against 16 384 paths falls from 3.4 to 2.6 % at 64 paths, from 1.07 to 1.00 at 256, and from .359 to .356 at
-/// 1024, where there is little left: `denoising_brings_baked_texels_nearer_to_the_truth_at_any_number_of_paths`.
+/// `T̂_i` is at most `2 σ_i` from `T_i`, which is right on average: so is the bias. The RMS error of a ball over the
+/// ground, order 3, against 16 384 paths falls from 3.4 to 2.6 % at 64 paths, from 1.07 to 1.00 at 256, and from .359
+/// to .356 at 1024, where there is little left. The test
+/// `denoising_brings_baked_texels_nearer_to_the_truth_at_any_number_of_paths` measures it.
 pub(crate) fn denoised(texels: &TexelReceivers, charts: &[u32], transfer: &Transfer) -> Result<Transfer, PrtError> {
     let grid = Grid::new(texels, charts, transfer);
     let count = transfer.receivers();

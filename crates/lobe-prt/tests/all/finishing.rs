@@ -8,6 +8,9 @@ use lobe_prt::{BakeMode, Channels, FinishOptions, Lightmap, TexelReceivers, Tran
 use lobe_scene::{Hit, Mesh, Scene, UnwrapOptions, built_in};
 use lobe_testkit::Random;
 
+/// A triangle, two of its corners, and their places in the lightmap.
+type Side = (usize, [usize; 2], [[f32; 2]; 2]);
+
 const NOTHING: [bool; 2] = [false, false];
 
 fn unwrapped(scene: &Scene, texels: usize) -> Scene {
@@ -41,7 +44,7 @@ fn steps_at_seams(scene: &Scene, texels: &TexelReceivers, transfer: &Transfer) -
     };
     let mean = (0..transfer.receivers()).map(|i| f64::from(transfer.vector(i, 0)[0])).sum::<f64>()
         / transfer.receivers() as f64;
-    let mut sides: HashMap<[[u32; 6]; 2], Vec<(usize, [usize; 2], [[f32; 2]; 2])>> = HashMap::new();
+    let mut sides: HashMap<[[u32; 6]; 2], Vec<Side>> = HashMap::new();
     for triangle in 0..scene.triangle_count() {
         let (mesh, number) = scene.locate(triangle);
         let mesh = &scene.meshes()[mesh];

@@ -132,7 +132,7 @@ fn what_has_hardly_an_area_is_unwrapped_with_the_rest() {
     for parts in [vec![sliver(1e-30)], vec![sliver(1e-7), triangle(1.0, 0)], vec![triangle(1e-12, 0)]] {
         let (found, report) = unwrapped(&of(parts.clone()), &options);
         assert_eq!(found.triangle_count(), parts.len(), "{report:?}");
-        let all = found.meshes().iter().flat_map(|mesh| mesh.lightmap_uvs()).flatten();
+        let all = found.meshes().iter().flat_map(Mesh::lightmap_uvs).flatten();
         assert!(all.clone().all(|c| (0.0..=1.0).contains(c)), "{parts:?}: {:?}", all.collect::<Vec<_>>());
     }
 }
