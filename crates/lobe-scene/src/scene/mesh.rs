@@ -30,8 +30,8 @@ pub struct MeshParts {
     pub material: Option<usize>,
     /// The origin of the mesh in its file.
     pub source: Option<MeshSource>,
-    /// The edges whose middles the last vertices are, in their order: two earlier vertices each. Splitting appends to
-    /// them, so that the vertices before are those of the file.
+    /// The edges whose middles the last vertices are, in their order: two earlier vertices each, or one twice for a
+    /// copy of it. Splitting appends to them, so that the vertices before are those of the file.
     pub halved: Vec<[u32; 2]>,
 }
 

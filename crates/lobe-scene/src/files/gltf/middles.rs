@@ -95,6 +95,9 @@ mod tests {
         assert_eq!(normals[9..], quarter, "a quarter of the way, as shading interpolates it");
         let tangents = after(Middle::Tangent, &[1.0, 0.0, 0.0, -1.0, -1.0, 0.0, 0.0, 1.0], 4);
         assert_eq!(tangents[8..12], [1.0, 0.0, 0.0, -1.0], "opposite directions leave that of the first end");
+        let mut copied = vec![0.1, 0.7];
+        Middle::Mean.append(&mut copied, 1, &[[1, 1]]);
+        assert_eq!(copied, [0.1, 0.7, 0.7], "one vertex twice is a copy");
         assert_eq!(after(Middle::Mean, &[f32::MAX, f32::MAX], 1)[2..], [f32::MAX; 2], "no overflow");
     }
 

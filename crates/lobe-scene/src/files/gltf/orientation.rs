@@ -85,6 +85,14 @@ mod tests {
         assert_eq!(is_turned(&turned, &split(&SQUARE)), Some(true), "the mirror");
         let both = [SQUARE, turned].concat();
         assert_eq!(is_turned(&both, &split(&SQUARE)), Some(false), "nothing to tell them by");
+        // A copy of a vertex, the same one twice, in place of it.
+        let mut parts = split(&SQUARE).into_parts();
+        let copy = parts.positions.len() as u32;
+        parts.positions.push(parts.positions[2]);
+        parts.normals.push(parts.normals[2]);
+        parts.halved.push([2, 2]);
+        parts.triangles.iter_mut().flatten().filter(|i| **i == 2).for_each(|i| *i = copy);
+        assert_eq!(is_turned(&SQUARE, &Mesh::new(parts).unwrap()), Some(false), "with a copy of a vertex");
         let most = [&turned[..], &SQUARE[..1]].concat();
         assert_eq!(is_turned(&most, &split(&SQUARE)), Some(true), "one triangle tells");
         assert_eq!(is_turned(&[[0, 1, 3], [1, 2, 3]], &split(&SQUARE)), None, "another diagonal");
