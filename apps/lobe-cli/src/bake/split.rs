@@ -14,8 +14,8 @@ pub(crate) struct Splitting {
     /// Split triangles first until no edge is longer than this, in the scene's unit of length
     #[arg(long, value_name = "L", value_parser = values::positive)]
     pub(crate) max_edge: Option<f64>,
-    /// Split triangles where transfer between vertices is farthest off, until that is less than this part of the mean, or
-    /// there are --max-vertices [default: 0.01; of a .safetensors file none are split]
+    /// Split triangles where transfer between vertices is farthest off, until that is less than this part of the mean,
+    /// or there are --max-vertices [default: 0.01; of a .safetensors file none are split]
     #[arg(long, value_name = "X", value_parser = values::positive, conflicts_with = "no_split")]
     pub(crate) adaptive: Option<f64>,
     /// Leave edges that are shorter than this [default: 1/1024 of the scene's diagonal]

@@ -209,8 +209,8 @@ impl<'a> DiffusePaths<'a> {
         tally
     }
 
-    /// Whether a point is inside of a solid, or of a gap narrower than `gap`: whether every one of 16 rays, uniform over the
-    /// hemisphere, meets a back side, or anything nearer than that.
+    /// Whether a point is inside of a solid, or of a gap narrower than `gap`: whether every one of 16 rays, uniform
+    /// over the hemisphere, meets a back side, or anything nearer than that.
     ///
     /// Points below a roof that has no ceiling are not: rays along the surface leave.
     pub(crate) fn is_buried(&self, start: &PathStart<'_>, gap: f32) -> bool {

@@ -22,12 +22,13 @@ const SHORTEST_EDGE: f32 = 1.0 / 1024.0;
 /// behind.
 const PART_OF_A_ROUND: f64 = 0.5;
 
-/// Edges of a triangle that are no shorter than this part of its longest one are halved with it, so that triangles of any
-/// shape become four like it, and thin ones less thin.
+/// Edges of a triangle that are no shorter than this part of its longest one are halved with it, so that triangles of
+/// any shape become four like it, and thin ones less thin.
 const NEARLY_LONGEST: f32 = 0.7;
 
-/// A continuous fit, over the surfaces that a picture shows, is off by about this times as much as linear functions that end
-/// at each triangle are over all surfaces. Measured on a room, a robot, rods through a block, and a ball over a plate: 1.5 to 3.
+/// A continuous fit, over the surfaces that a picture shows, is off by about this times as much as linear functions
+/// that end at each triangle are over all surfaces. Measured on a room, a robot, rods through a block, and a ball over
+/// a plate: 1.5 to 3.
 const CONTINUITY: f64 = 2.0;
 
 /// Options of [`split_adaptively`].
@@ -35,7 +36,8 @@ const CONTINUITY: f64 = 2.0;
 #[serde(default)]
 #[non_exhaustive]
 pub struct AdaptiveOptions {
-    /// Splitting ends where interpolated transfer is off by less than this part of the root mean square of all transfer.
+    /// Splitting ends where interpolated transfer is off by less than this part of the root mean square of all
+    /// transfer.
     pub error: f64,
     /// Edges that are shorter are left. Without a choice that is 1/1024 of the diagonal of the scene's box.
     pub min_edge: Option<f32>,
@@ -86,17 +88,17 @@ pub struct AdaptiveReport {
     pub worst: Option<(usize, f64)>,
 }
 
-/// Splits a scene where transfer at vertices, [fitted](crate::bake_vertices), is farthest off, until the error is small or
-/// there are as many vertices as allowed.
+/// Splits a scene where transfer at vertices, [fitted](crate::bake_vertices), is farthest off, until the error is small
+/// or there are as many vertices as allowed.
 ///
 /// ```text
 ///   error² = 4 Σ_t e_t / Σ_t ∫ ‖T‖² dA      e_t = ∫ over triangle t of  ‖T - (the nearest linear function)‖² dA
 /// ```
 ///
-/// e is estimated without bias from points in the triangle; each has two estimates of its transfer, whose product has no
-/// noise on average. Band l counts by 1/(l + 1)², as in photographed skies, about. The factor 4 is for what a fit loses
-/// that is continuous. In each round the triangles are split that have half of all error above its standard deviation,
-/// worst first. What nobody sees, inside of a solid or in a narrow gap, counts nothing.
+/// e is estimated without bias from points in the triangle; each has two estimates of its transfer, whose product has
+/// no noise on average. Band l counts by 1/(l + 1)², as in photographed skies, about. The factor 4 is for what a fit
+/// loses that is continuous. In each round the triangles are split that have half of all error above its standard
+/// deviation, worst first. What nobody sees, inside of a solid or in a narrow gap, counts nothing.
 ///
 /// What comes and goes between the points of a triangle is not found. Points are as dense as triangles would be if all
 /// vertices were spread evenly, and no more than 256 in a triangle at first.
@@ -164,9 +166,9 @@ fn check(options: &AdaptiveOptions) -> Result<(), PrtError> {
     }
 }
 
-/// The files in which the rounds of a split that is kept in `checkpoint` keep what they find, as far as they are there: its
-/// name with `.split-0` appended, and so on. They are made in this order; where they are removed in the reverse one, there are
-/// no gaps.
+/// The files in which the rounds of a split that is kept in `checkpoint` keep what they find, as far as they are there:
+/// its name with `.split-0` appended, and so on. They are made in this order; where they are removed in the reverse
+/// one, there are no gaps.
 #[must_use]
 pub fn split_checkpoints(checkpoint: impl AsRef<Path>) -> Vec<PathBuf> {
     let path = |round| path_of_round(checkpoint.as_ref(), round);
@@ -227,8 +229,8 @@ fn fingerprint(scene: &Scene, split: &Scene, options: &AdaptiveOptions) -> Finge
 /// A mesh, and the ends of one of its edges, the smaller index first.
 type Edge = (usize, [u32; 2]);
 
-/// The scene with the edges of the first triangles halved, as far as its vertices are allowed; none if there is no room even
-/// for one.
+/// The scene with the edges of the first triangles halved, as far as its vertices are allowed; none if there is no room
+/// even for one.
 fn within(scene: &Scene, mut chosen: Vec<Vec<Edge>>, budget: usize) -> Result<Option<Scene>, PrtError> {
     while !chosen.is_empty() {
         let edges: HashSet<Edge> = chosen.iter().flatten().copied().collect();
@@ -280,7 +282,8 @@ impl Known {
         self.residuals = residuals;
     }
 
-    /// The error as a part of all, and the bound that it is below with a probability of 84 %: one standard deviation more.
+    /// The error as a part of all, and the bound that it is below with a probability of 84 %: one standard deviation
+    /// more.
     fn relative_error(&self) -> [f64; 2] {
         let sum = |of: fn(&Residual) -> f64| self.current.iter().map(of).sum::<f64>();
         let energy = sum(|residual| residual.energy);

@@ -11,7 +11,8 @@ pub(crate) type Lanes = [f64; LANES];
 /// The residual at the end, as a part of that of zero: below the rounding of the `f32` that results become.
 const TOLERANCE: f64 = 1e-8;
 
-/// Steps at most. Where nothing but regularization decides, in what nobody sees, convergence is slow and does not matter.
+/// Steps at most. Where nothing but regularization decides, in what nobody sees, convergence is slow and does not
+/// matter.
 const MOST_STEPS: usize = 500;
 
 /// Solves `A x = b` for a symmetric positive semidefinite matrix; rows whose diagonal is zero get zero.

@@ -26,8 +26,8 @@ pub(crate) struct NormalEquations {
 pub(crate) type ReadRows<'a> = &'a dyn Fn(usize, &mut [f32]) -> io::Result<()>;
 
 impl NormalEquations {
-    /// The equations for the moments of all triangles, `vector` numbers of transfer for each corner, and regularization of
-    /// a weight.
+    /// The equations for the moments of all triangles, `vector` numbers of transfer for each corner, and regularization
+    /// of a weight.
     pub(crate) fn new(scene: &Scene, vector: usize, regularization: f64, read: ReadRows<'_>) -> io::Result<Self> {
         let unknowns = shared_vertices(scene);
         let corners = corners(scene, &unknowns);

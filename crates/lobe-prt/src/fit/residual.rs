@@ -13,8 +13,8 @@ use crate::{BakeMode, BakeOptions};
 /// Paths of a half of a point.
 const PATHS: u32 = 8;
 
-/// Points in a triangle: enough for the three numbers of a linear function and as many that test it, and as many as find
-/// the shadow of a small body on a large floor.
+/// Points in a triangle: enough for the three numbers of a linear function and as many that test it, and as many as
+/// find the shadow of a small body on a large floor.
 const POINTS: [u32; 2] = [6, 256];
 
 /// The measure of transfer, and how far the nearest function linear in the triangle is from it.
@@ -79,8 +79,8 @@ pub(crate) struct Scratch {
 }
 
 impl<'a> Residuals<'a> {
-    /// Rays go through `scene`; the triangles are those of one that is split of it. `density` is the number of points for a
-    /// unit of area.
+    /// Rays go through `scene`; the triangles are those of one that is split of it. `density` is the number of points
+    /// for a unit of area.
     pub(crate) fn new(scene: &'a Scene, bvh: &'a Bvh, options: &'a BakeOptions, density: f64, gap: f32) -> Self {
         let is_traced = options.mode != BakeMode::Unshadowed;
         let order = if is_traced { coherent_order(PATHS) } else { Vec::new() };

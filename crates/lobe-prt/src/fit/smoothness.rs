@@ -13,10 +13,10 @@ use crate::receivers::inset::wide;
 ///   E = A (k·v)²,   k ∝ (cot bₖ + cot bₗ,  cot aₖ + cot aₗ,  -cot aₖ - cot bₖ,  -cot aₗ - cot bₗ),   |k| = 1
 /// ```
 ///
-/// v are the values at the ends a and b of the edge and at the corners k and l opposite to it, cot aₖ is the cotangent of
-/// the angle at a in the triangle of k, A the area of both. k·v is 0 for linear functions: it is the change of slope across
-/// the edge [Bergou, Wardetzky, Harmon, Zorin and Grinspun 2006], made free of units so that thin triangles count no more
-/// than others.
+/// v are the values at the ends a and b of the edge and at the corners k and l opposite to it, cot aₖ is the cotangent
+/// of the angle at a in the triangle of k, A the area of both. k·v is 0 for linear functions: it is the change of slope
+/// across the edge [Bergou, Wardetzky, Harmon, Zorin and Grinspun 2006], made free of units so that thin triangles
+/// count no more than others.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Hinge {
     pub(crate) unknowns: [u32; 4],

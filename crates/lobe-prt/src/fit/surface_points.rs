@@ -9,8 +9,8 @@ use crate::receivers::planes::plane_of_point;
 use crate::receivers::receivers::lift_of;
 use crate::sampling::sobol::{Sobol, hash};
 
-/// Paths from a point, at most: their directions fill the hemisphere evenly, and are traced together. In a room with walls of
-/// two triangles 8 paths a point leave a fit 1.2 times as noisy at equal rays, and 128 are no better.
+/// Paths from a point, at most: their directions fill the hemisphere evenly, and are traced together. In a room with
+/// walls of two triangles 8 paths a point leave a fit 1.2 times as noisy at equal rays, and 128 are no better.
 const PATHS: u32 = 64;
 
 /// Points in a triangle, at least, if it has any area: one more than a linear function has numbers.
@@ -95,7 +95,8 @@ impl<'a> SurfacePoints<'a> {
 }
 
 impl SurfacePoint {
-    /// The sequences of a triangle for a seed: of its points, taken in an order of its own as those of bounces are, and of the directions of their paths with `bounces` more.
+    /// The sequences of a triangle for a seed: of its points, taken in an order of its own as those of bounces are, and
+    /// of the directions of their paths with `bounces` more.
     pub(crate) fn sequences(scene: &Scene, seed: u64, triangle: usize, bounces: usize) -> [Sobol; 2] {
         const OF_POINTS: u64 = 0x0050_4F49_4E54;
         let (mesh, number) = scene.locate(triangle);

@@ -8,8 +8,8 @@ use crate::job::chunks::{Estimator, Tally};
 use crate::sampling::sobol::coherent_order;
 use crate::{AlbedoMode, BakeMode, BakeOptions, Channels};
 
-/// The weight of a point that nobody sees, in a solid or a narrow gap, as a part of that of others: it decides only where
-/// nothing else does.
+/// The weight of a point that nobody sees, in a solid or a narrow gap, as a part of that of others: it decides only
+/// where nothing else does.
 const BURIED: f64 = 1e-4;
 
 /// Numbers of a row before the moments of transfer: the upper triangle of the moments of the weights alone.

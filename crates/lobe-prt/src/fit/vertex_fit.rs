@@ -28,8 +28,8 @@ const REGULARIZATION: f64 = 0.05;
 /// between vertices, T the transfer of [`fn@crate::bake`] for a white receiver. The second sum, with λ = 0.05, holds
 /// changes of slope across edges small, and decides where points do not.
 ///
-/// This is [Kavan, Bargteil and Sloan 2011]. The paths that a vertex would have are shared among the points around it, so
-/// that the number of rays is the same and the noise is averaged over them.
+/// This is [Kavan, Bargteil and Sloan 2011]. The paths that a vertex would have are shared among the points around it,
+/// so that the number of rays is the same and the noise is averaged over them.
 ///
 /// - Vertices of one place and normal, in one mesh or in several, have one value: there is no seam. Where normals
 ///   differ, at a crease, each side has values of its own.
