@@ -193,8 +193,9 @@ impl Bake {
     /// Whether triangles are split where transfer is off: of a scene that the output, or that of all shards, holds too.
     pub(super) fn is_split(&self) -> bool {
         let is_at_vertices = self.texels.is_none() && self.grid.is_none();
-        let has_scene = self.is_glb() || self.sharing.shard.is_some();
-        is_at_vertices && !self.splitting.budget.no_split && (has_scene || self.splitting.is_adaptive_asked())
+        let has_scene = (self.is_glb() || self.sharing.shard.is_some()) && self.mode != ModeName::Glossy;
+        let is_left_open = has_scene && self.splitting.max_edge.is_none() && !self.splitting.budget.no_split;
+        is_at_vertices && (is_left_open || self.splitting.is_adaptive_asked())
     }
 
     pub(super) fn is_glb(&self) -> bool {

@@ -15,7 +15,7 @@ pub(crate) struct Splitting {
     #[arg(long, value_name = "L", value_parser = values::positive)]
     pub(crate) max_edge: Option<f64>,
     /// Split triangles where transfer between vertices is farthest off, until that is less than this part of the mean,
-    /// or there are --max-vertices [default: 0.01; of a .safetensors file none are split]
+    /// or there are --max-vertices [default: 0.01; none are split for a .safetensors file, nor after --max-edge]
     #[arg(long, value_name = "X", value_parser = values::positive, conflicts_with = "no_split")]
     pub(crate) adaptive: Option<f64>,
     /// Leave edges that are shorter than this [default: 1/1024 of the scene's diagonal]

@@ -245,8 +245,7 @@ fn options_that_would_be_ignored_or_cannot_be_are_refused() {
     for (args, expected) in [
         ("--mode shadowed --bounces 2", "--bounces: only of --mode interreflected and glossy"),
         ("--mode shadowed --energy-stop 0", "--energy-stop: only of --mode interreflected and glossy"),
-        ("--min-edge 1", "--min-edge: only of --adaptive"),
-        ("--max-vertices 9", "--max-vertices: only of --adaptive"),
+        ("--max-vertices 3", "--max-vertices: expected at least the 4 vertices that the scene begins with"),
         ("--mode glossy", "-o: --mode glossy and --grid are written as .safetensors"),
         ("--texels 4 --max-edge 1", "--max-edge and --adaptive: light is not at vertices with --texels and --grid"),
         ("--mode glossy --clusters 2", "--clusters, --components and --weights: not of --mode glossy"),
@@ -259,6 +258,7 @@ fn options_that_would_be_ignored_or_cannot_be_are_refused() {
         ("--max-edge 0", "expected a number above 0, found 0"),
         ("--max-edge nan", "expected a finite number"),
         ("--mode glow", "possible values"),
+        ("--min-edge 1 --no-split", "cannot be used with"),
     ] {
         let line = dir.lobe(&format!("bake scene.gltf -o out.glb {args}")).error();
         assert!(line.contains(part) && line.ends_with("; see lobe bake --help"), "{args}: {line}");

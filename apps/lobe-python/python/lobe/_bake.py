@@ -99,8 +99,8 @@ class BakeOptions:
     grid_box: tuple[float, float, float, float, float, float] | None = None
     """Two corners of the grid's box, which are points; without them points are in the middle of as many equal parts of the scene's box."""
     split: bool | None = None
-    """Whether triangles are split first where transfer between vertices is off; None: of a .glb and of shards, and if one of the next three is
-    given."""
+    """Whether triangles are split first where transfer between vertices is off; None: of a .glb and of shards, unless max_edge is given, and if
+    one of the next three is given."""
     adaptive: float | None = None
     """Splitting ends where transfer is off by less than this part of the mean; None: 0.01."""
     min_edge: float | None = None
@@ -133,8 +133,9 @@ class BakeOptions:
         """Whether triangles are split for this output, or for shards."""
         if self.texels is not None or self.grid is not None:
             return False
-        has_scene = output is None or os.fspath(output).lower().endswith(".glb")
-        return self._asks_to_split or (has_scene if self.split is None else self.split)
+        has_scene = (output is None or os.fspath(output).lower().endswith(".glb")) and self.mode != "glossy"
+        is_left_open = has_scene and self.max_edge is None
+        return self._asks_to_split or (is_left_open if self.split is None else self.split)
 
     @property
     def _is_compressed(self) -> bool:
