@@ -37,6 +37,9 @@ impl Bake {
         if self.fresh {
             checkpoint.discard()?;
         }
+        if self.is_split() {
+            self.check_glb(&scene, document.as_ref())?;
+        }
         let scene = self.split_adaptively(Arc::new(scene), &checkpoint, talk)?;
         if let Some(shard) = self.sharing.shard {
             return self.bake_shard(&scene, shard, &checkpoint, talk);
@@ -203,6 +206,15 @@ impl Bake {
         let meshes = scene.meshes().len();
         let bytes = BYTES_OF_ACCESSOR * accessors as u64;
         self.memory.check(&format!("a .glb of {meshes} meshes"), bytes, "fewer instances, or -o FILE.safetensors")
+    }
+
+    /// Refuses a .glb that cannot be, before the scene is split.
+    fn check_glb(&self, scene: &Scene, document: Option<&GltfDocument>) -> anyhow::Result<()> {
+        if self.is_glb() {
+            self.check_document(scene)?;
+            self.glb(scene, document.cloned())?;
+        }
+        Ok(())
     }
 
     fn glb(&self, scene: &Scene, document: Option<GltfDocument>) -> anyhow::Result<BakedGlb> {

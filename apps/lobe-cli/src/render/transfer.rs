@@ -111,6 +111,7 @@ impl Asked {
             .samples(self.samples.map_or(defaults.samples, |n| n as u32))
             .bounces(self.bounces.unwrap_or(defaults.bounces));
         let options = options.albedo(AlbedoMode::of_scene(&scene));
+        check_memory(memory, &scene, scene.vertex_count(), &options, self.lobe.is_some())?;
         // Matrices take too much memory for vertices that nobody asked for.
         let is_split = !self.budget.no_split && (self.lobe.is_none() || self.budget.max_vertices.is_some());
         let splitting = self.budget.options(&scene)?.bake(options.clone());

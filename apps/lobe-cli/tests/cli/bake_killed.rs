@@ -86,7 +86,8 @@ fn a_bake_killed_again_and_again_goes_on_and_ends_with_the_same_bytes() {
 #[test]
 fn adaptive_splitting_killed_again_and_again_goes_on_and_ends_with_the_same_bytes() {
     let dir = Dir::new();
-    let bake = "bake built-in:ball --max-edge 0.5 --adaptive 0.05 --order 2 --samples 64 --bounces 0 -o";
+    let bake =
+        "bake built-in:ball --max-edge 0.5 --max-vertices 40000 --adaptive 0.002 --order 2 --samples 64 --bounces 0 -o";
     dir.lobe(&format!("{bake} whole.glb --quiet")).stdout();
     let (mut killed_while_splitting, mut resumed) = (0, 0);
     let [first, second] = [0, 1].map(|round| dir.path(&format!("out.glb.checkpoint.split-{round}")));

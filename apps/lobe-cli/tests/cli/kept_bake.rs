@@ -44,7 +44,7 @@ fn picture(dir: &Dir, command: &str) -> (Picture, String) {
 fn what_stands_still_far_from_what_moves_is_shown_as_it_was_baked() {
     let dir = Dir::new();
     gltf(&dir, 300.0);
-    dir.lobe("bake a.gltf -o b.glb --samples 64 --order 3 --quiet").stdout();
+    dir.lobe("bake a.gltf -o b.glb --no-split --samples 64 --order 3 --quiet").stdout();
     let (still, _) = picture(&dir, "b.glb --mode interreflected");
     let (moving, notes) = picture(&dir, "b.glb --mode fields --time 1");
     assert!(!notes.contains("transfer"), "{notes}");
@@ -63,7 +63,7 @@ fn what_stands_still_far_from_what_moves_is_shown_as_it_was_baked() {
 fn what_stood_near_has_no_shadow_where_it_is_no_more() {
     let dir = Dir::new();
     gltf(&dir, 0.0);
-    dir.lobe("bake a.gltf -o b.glb --samples 256 --order 3 --quiet").stdout();
+    dir.lobe("bake a.gltf -o b.glb --no-split --samples 256 --order 3 --quiet").stdout();
     let (moved, notes) = picture(&dir, "b.glb --mode fields --time 0 --still-points 0");
     let told = notes.lines().filter(|line| line.contains("vertices that stand still keep their transfer")).count();
     assert_eq!(told, 1, "{notes}");
@@ -77,7 +77,7 @@ fn what_stood_near_has_no_shadow_where_it_is_no_more() {
 fn an_animated_entity_of_a_description_keeps_its_transfer_too() {
     let dir = Dir::new();
     gltf(&dir, 300.0);
-    dir.lobe("bake a.gltf -o b.glb --samples 64 --order 3 --quiet").stdout();
+    dir.lobe("bake a.gltf -o b.glb --no-split --samples 64 --order 3 --quiet").stdout();
     dir.file(
         "s.json",
         r#"{"format":"lobe-scene","version":1,"entities":[{"name":"room","mesh":"b.glb","animation":"0",
@@ -101,7 +101,7 @@ fn what_stands_in_another_shape_than_it_was_baked_in_is_baked_anew() {
     assert!(text.contains(plain), "{text}");
     let grown = r#"{"primitives":[{"attributes":{"POSITION":0},"targets":[{"POSITION":0}]}],"weights":[0.5]}"#;
     dir.file("a.gltf", text.replace(plain, grown));
-    dir.lobe("bake a.gltf -o b.glb --samples 256 --order 3 --quiet").succeeds();
+    dir.lobe("bake a.gltf -o b.glb --no-split --samples 256 --order 3 --quiet").succeeds();
     let (_, notes) = picture(&dir, "b.glb --mode fields --time 1 --still-points 0");
     assert!(!notes.contains("another shape"), "bakes see morph targets: {notes}");
     // A recipe that does not say when the scene stood so is of a bake without them.

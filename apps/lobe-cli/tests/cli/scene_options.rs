@@ -66,7 +66,7 @@ fn the_normals_of_a_bake_are_those_that_were_asked_for() {
     let dir = Dir::new();
     dir.file("a.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nf 1 2 3 4\nf 2 1 5 6\n");
     for (option, vertices) in [("", 6), ("--missing-normals smooth", 6), ("--missing-normals flat", 8)] {
-        dir.lobe(&format!("bake a.obj --samples 4 --order 1 -o out.glb --fresh {option}")).succeeds();
+        dir.lobe(&format!("bake a.obj --samples 4 --order 1 -o out.glb --fresh --no-split {option}")).succeeds();
         assert_eq!(dir.baked("out.glb").scene.vertex_count(), vertices, "{option}");
     }
 }

@@ -134,9 +134,10 @@ fn shards_of_machines_that_round_otherwise_are_not_mixed() {
         return;
     }
     let dir = scenes();
-    for command in
-        ["bake s.obj --order 3 --samples 64 --mode shadowed", "field s.obj --order 2 --rays 64 --spheres 4 --cells 4"]
-    {
+    for command in [
+        "bake s.obj --no-split --order 3 --samples 64 --mode shadowed",
+        "field s.obj --order 2 --rays 64 --spheres 4 --cells 4",
+    ] {
         shards(&dir, command, 2);
         dir.lobe(&format!("{command} --shard 2/2 -o plain.safetensors")).env("LOBE_SIMD", "plain").succeeds();
         let merge = format!("{command} --quiet --merge part-1-of-2.safetensors plain.safetensors -o m.safetensors");

@@ -174,7 +174,8 @@ fn frames_that_were_complete_stay_and_nothing_is_half_written() {
 #[test]
 fn a_bake_on_the_way_to_a_picture_stops_and_keeps_nothing() {
     let dir = Dir::new();
-    let args = "render built-in:ball --env bundled:studio --mode shadowed --bake-samples 2048 --quiet -o out.png";
+    let args =
+        "render built-in:ball --env bundled:studio --mode shadowed --no-split --bake-samples 2048 --quiet -o out.png";
     let output = stopped_at_work(&dir, args);
     assert_eq!(dir.names(), Vec::<String>::new(), "files");
     let line = line(output);

@@ -50,7 +50,7 @@ fn transfer_is_compressed_and_the_curve_falls() {
 fn compressed_transfer_and_lobes_are_rendered_as_the_transfer_they_stand_for() {
     let dir = Dir::new();
     let view = "--env bundled:sunset --rotate-light 40 --size 64x48 --quiet";
-    dir.lobe("bake built-in:ball -o b.glb --order 3 --samples 64 --mode shadowed").succeeds();
+    dir.lobe("bake built-in:ball -o b.glb --no-split --order 3 --samples 64 --mode shadowed").succeeds();
     dir.lobe("bake built-in:ball -o p.safetensors --order 3 --samples 64 --mode shadowed --clusters 8 --components 8")
         .succeeds();
     dir.lobe("compress b.glb -o c.safetensors --clusters 8 --components 8 --weights 16").succeeds();

@@ -209,6 +209,21 @@ impl<'a> DiffusePaths<'a> {
         tally
     }
 
+    /// How far the mean of the basis over the directions of a point is off its closed form, which is what light without
+    /// obstacles is off in [`DiffusePaths::transfer`] of a white point.
+    pub(crate) fn sampling_error(&self, start: &PathStart<'_>, scratch: &mut Scratch, row: &mut [f32]) {
+        let (frame, _) = self.frame_and_origin(start);
+        for &index in &self.order {
+            scratch.sum.push(frame.cosine(start.sobol.point(start.first + index, 0)), [1.0; 3]);
+        }
+        scratch.sum.take_into(self.factors(start), row);
+        let normal = Dir::from_f32(start.normal).unwrap_or(Dir::Z);
+        let cosine = self.cosine.towards(normal, std::f64::consts::FRAC_1_PI);
+        for row in row.chunks_exact_mut(self.bands()) {
+            row.iter_mut().zip(cosine.coefficients()).for_each(|(t, c)| *t -= *c as f32);
+        }
+    }
+
     /// Whether a point is inside of a solid, or of a gap narrower than `gap`: whether every one of 16 rays, uniform
     /// over the hemisphere, meets a back side, or anything nearer than that.
     ///

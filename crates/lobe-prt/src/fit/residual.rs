@@ -76,6 +76,8 @@ pub(crate) struct Scratch {
     points: Vec<[f64; 3]>,
     /// The two estimates of each point, weighted.
     halves: [Vec<f64>; 2],
+    /// What their directions alone are off, weighted.
+    errors: [Vec<f64>; 2],
 }
 
 impl<'a> Residuals<'a> {
@@ -93,7 +95,13 @@ impl<'a> Residuals<'a> {
 
     fn scratch(&self) -> Scratch {
         let row = vec![0.0; self.paths.row()];
-        Scratch { paths: self.paths.scratch(), row, points: Vec::new(), halves: Default::default() }
+        Scratch {
+            paths: self.paths.scratch(),
+            row,
+            points: Vec::new(),
+            halves: Default::default(),
+            errors: Default::default(),
+        }
     }
 
     /// The residual of a triangle of a split scene.
@@ -109,7 +117,8 @@ impl<'a> Residuals<'a> {
         let of = |half: u64| SurfacePoint::sequences(split, hash([self.seed, half]), triangle, self.paths.bounces);
         let [[places, first], [_, second]] = [0, 1].map(of);
         scratch.points.clear();
-        scratch.halves.iter_mut().for_each(Vec::clear);
+        scratch.halves.iter_mut().chain(&mut scratch.errors).for_each(Vec::clear);
+        let mut open = 0.0;
         let mut rays = 0;
         for index in 0..count {
             let point = SurfacePoint::new(split, triangle, index, &places);
@@ -120,14 +129,24 @@ impl<'a> Residuals<'a> {
                 let tally = self.paths.transfer(&start(half), &mut scratch.paths, &mut scratch.row);
                 rays += tally.rays;
                 is_dark &= tally.energy.iter().all(|&energy| energy == 0.0);
-                let weighted = scratch.row.iter().zip(&self.weights).map(|(t, weight)| f64::from(*t) * weight);
-                scratch.halves[half].extend(weighted);
+                open += tally.energy[0];
+                extend_weighted(&mut scratch.halves[half], &scratch.row, &self.weights);
+                if self.is_traced {
+                    self.paths.sampling_error(&start(half), &mut scratch.paths, &mut scratch.row);
+                    extend_weighted(&mut scratch.errors[half], &scratch.row, &self.weights);
+                }
             }
             if is_dark && self.paths.is_buried(&start(0), self.gap) {
                 let row = self.weights.len();
-                scratch.halves.iter_mut().for_each(|half| half.truncate(half.len() - row));
+                scratch.halves.iter_mut().chain(&mut scratch.errors).for_each(|half| half.truncate(half.len() - row));
             } else {
                 scratch.points.push(point.weights);
+            }
+        }
+        // Where most paths leave at once, estimate what is in the way instead of what is not.
+        if self.is_traced && open > f64::from(count) {
+            for (half, errors) in scratch.halves.iter_mut().zip(&scratch.errors) {
+                half.iter_mut().zip(errors).for_each(|(t, error)| *t -= error);
             }
         }
         // What is buried counts by its visible part alone.
@@ -137,6 +156,10 @@ impl<'a> Residuals<'a> {
         let Residual { error, energy, variance } = found;
         (Residual { error: error * size, energy: energy * size, variance: variance * size * size }, rays)
     }
+}
+
+fn extend_weighted(numbers: &mut Vec<f64>, row: &[f32], weights: &[f64]) {
+    numbers.extend(row.iter().zip(weights).map(|(t, weight)| f64::from(*t) * weight));
 }
 
 /// The residuals of some triangles of a split scene, as rows of [`Residual::numbers`].

@@ -39,6 +39,17 @@ fn nothing_is_split_where_transfer_is_linear() {
 }
 
 #[test]
+fn nothing_is_split_where_nothing_is_in_the_way() {
+    // Paths that leave at once are those of the closed form: estimates have no noise.
+    let (meshes, ..) = plate_over_floor().into_parts();
+    let scene = Scene::new(vec![meshes[0].clone()], vec![], vec![]).unwrap();
+    for mode in [BakeMode::Shadowed, BakeMode::Interreflected] {
+        let (found, report) = split(&scene, &options(mode, 0.001, 10_000));
+        assert_eq!(found.vertex_count(), scene.vertex_count(), "{mode:?}: {report:?}");
+    }
+}
+
+#[test]
 fn the_estimate_is_the_error_of_linear_functions_in_closed_form() {
     // Only normals bend: along an edge of angle φ they, and with them bands 1, are off chords by about φ²/8.
     let coarse = built_in::ball_over_ground(8);
