@@ -7,7 +7,7 @@ use lobe_image::Picture;
 use lobe_io::{Job, Progress};
 use lobe_prt::{
     AlbedoMode, AnyTransfer, BakeMode, BakeOptions, BakedGlb, GlossyLobe, Receivers, Recipe, TexelReceivers, bake,
-    bake_matrices, scene_hash, write_lightmap, write_matrices, write_transfer,
+    bake_matrices, bake_vertices, scene_hash, write_lightmap, write_matrices, write_transfer,
 };
 use lobe_render::{BakedScene, Camera, LitPicture, RenderError, ViewOptions, light_baked_scene, light_by_irradiance};
 use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene, SceneReadOptions, Up, read_scene_bytes};
@@ -106,7 +106,7 @@ fn every_kind_of_file_is_lit_as_what_was_baked() {
     let options = options(BakeMode::Shadowed);
     let recipe = Recipe::default().mode(BakeMode::Shadowed).samples(64);
     let path = |name: &str| folder.path().join(name);
-    let transfer = bake(&scene, &bvh, &receivers, &options, Job::default()).unwrap().0;
+    let transfer = bake_vertices(&scene, &bvh, &options, Job::default()).unwrap().0;
     BakedGlb::of_scene(&scene).write(path("a.glb"), &transfer, &recipe, Job::default()).unwrap();
     write_transfer(path("a.safetensors"), &transfer, &recipe, Job::default()).unwrap();
     let lobe = GlossyLobe::Ggx(0.4);
