@@ -136,7 +136,7 @@ fn edges_are_split_where_transfer_changes() {
     let bake = "bake wall.obj -o out.glb --order 2 --samples 16 --mode shadowed --quiet --max-edge 2";
     dir.lobe(bake).stdout();
     let even = dir.baked("out.glb").scene;
-    dir.lobe(&format!("{bake} --adaptive 0.002 --min-edge 0.3")).stdout();
+    dir.lobe(&format!("{bake} --adaptive 0.02 --min-edge 0.3")).stdout();
     let fine = dir.baked("out.glb").scene;
     let near = |scene: &lobe::scene::Scene, inside: bool| {
         let positions = scene.meshes().iter().flat_map(Mesh::positions);

@@ -18,11 +18,12 @@ pub(crate) const ELEMENT: usize = 6;
 /// The estimator of the moments of each triangle, by the hat functions φ of its corners:
 ///
 /// ```text
-///   M_ab = Σ_k w_k φ_a(p_k) φ_b(p_k)      m_a = Σ_k w_k φ_a(p_k) T(p_k),      w_k = area of the triangle / points in it
+///   M_ab = Σ_k w_k φ_a(p_k) φ_b(p_k)      m_a = Σ_k w_k φ_a(p_k) T(p_k)      w_k = area / points in the triangle
+///
+///   a row:  M_00, M_01, M_02, M_11, M_12, M_22, m_0, m_1, m_2
 /// ```
 ///
-/// T has no albedo. A row is M_00, M_01, M_02, M_11, M_12, M_22, m_0, m_1, m_2. Points that nobody sees have a weight
-/// of 1e-4 of this.
+/// T has no albedo. Points that nobody sees have a weight of 1e-4 of this.
 #[derive(Debug)]
 pub(crate) struct TriangleMoments<'a> {
     paths: DiffusePaths<'a>,
