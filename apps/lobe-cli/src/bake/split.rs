@@ -61,29 +61,48 @@ impl Splitting {
         self.adaptive.unwrap_or(AdaptiveOptions::default().error)
     }
 
-    /// The report of adaptive splitting, as a note: its outcome.
+    /// The report of adaptive splitting, as a note: its outcome, and what is left to do.
     pub(crate) fn note_of(&self, scene: &Scene, report: &AdaptiveReport) -> String {
         let AdaptiveReport { vertices_before, vertices, error, error_bound, too_short, worst, .. } = report;
-        let goal = self.error();
-        let mut text = format!("{vertices} vertices after splitting, {vertices_before} before");
-        if *error_bound <= goal {
-            text += &format!("; interpolated transfer is off by less than {:.1} % of the mean", 100.0 * goal);
-            return text;
+        let text =
+            format!("{vertices} vertices after splitting, {vertices_before} before; interpolated transfer is off by");
+        if *error_bound <= self.error() {
+            return format!("{text} less than {:.1} % of the mean", 100.0 * self.error());
         }
-        text += &format!(
-            "; interpolated transfer is off by about {:.1} % of the mean",
-            100.0 * error.max(0.5 * error_bound)
-        );
-        if let Some((mesh, _)) = worst {
-            text += &format!(", most on `{}`", scene.meshes()[*mesh].name());
-        }
-        // Along the edge of a shadow the error falls as the root of the number of vertices.
-        let more = 4 * vertices;
-        text += &if *too_short > 0.5 {
-            format!("; edges are too short to be split: a smaller --min-edge splits them too")
+        // An estimate near zero says little: half of its bound is nearer to what is known.
+        let error = error.max(0.5 * error_bound);
+        let place = worst.map_or_else(String::new, |(mesh, _)| format!(", most on `{}`", scene.meshes()[mesh].name()));
+        let advice = if *too_short > 0.5 {
+            "a smaller --min-edge splits what is too short now".to_owned()
         } else {
-            format!("; --max-vertices {more} about halves it")
+            // Along the edge of a shadow the error falls as the root of the number of vertices.
+            format!("--max-vertices {} about halves it", 4 * vertices)
         };
-        text
+        format!("{text} about {:.1} % of the mean{place}; {advice}", 100.0 * error)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use lobe::prt::AdaptiveReport;
+    use lobe::scene::built_in;
+
+    use super::*;
+
+    #[test]
+    fn the_note_after_splitting_says_what_is_off_and_what_to_do() {
+        let budget = VertexBudget { max_vertices: None, no_split: false };
+        let splitting = Splitting { max_edge: None, adaptive: Some(0.02), min_edge: None, budget };
+        let scene = built_in::ball_over_ground(4);
+        let mut report = AdaptiveReport::default();
+        (report.vertices_before, report.vertices, report.error, report.error_bound) = (8, 20, 0.01, 0.015);
+        let begin = "20 vertices after splitting, 8 before; interpolated transfer is off by";
+        assert_eq!(splitting.note_of(&scene, &report), format!("{begin} less than 2.0 % of the mean"));
+        (report.error, report.error_bound, report.worst) = (0.041, 0.05, Some((1, 0.9)));
+        let name = scene.meshes()[1].name();
+        let expected = format!("{begin} about 4.1 % of the mean, most on `{name}`; --max-vertices 80 about halves it");
+        assert_eq!(splitting.note_of(&scene, &report), expected);
+        report.too_short = 0.8;
+        assert!(splitting.note_of(&scene, &report).ends_with("a smaller --min-edge splits what is too short now"));
     }
 }
