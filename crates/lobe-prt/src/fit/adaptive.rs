@@ -31,6 +31,10 @@ const NEARLY_LONGEST: f32 = 0.7;
 /// a plate: 1.5 to 3.
 const CONTINUITY: f64 = 2.0;
 
+/// The part of the mean of ‖T‖² that is added to that of a triangle before its error is compared with it: what sends a tenth
+/// of the mean counts half, and what is black nothing.
+const DARKEST: f64 = 0.01;
+
 /// Options of [`split_adaptively`].
 #[derive(Clone, Debug, PartialEq, Setters, serde::Serialize, serde::Deserialize)]
 #[serde(default)]
@@ -92,7 +96,8 @@ pub struct AdaptiveReport {
 /// or there are as many vertices as allowed.
 ///
 /// ```text
-///   error² = 4 Σ_t e_t / Σ_t ∫ ‖T‖² dA      e_t = ∫ over triangle t of  ‖T - (the nearest linear function)‖² dA
+///   error² = 4 Σ_t e_t / (E_t + Ē/100) / area of all      E_t = mean over triangle t of ‖T‖²
+///   e_t = ∫ over triangle t of  ‖T - (the nearest linear function)‖² dA
 /// ```
 ///
 /// e is estimated without bias from points in the triangle; each has two estimates of its transfer, whose product has
@@ -251,7 +256,7 @@ fn within(scene: &Scene, mut chosen: Vec<Vec<Edge>>, budget: usize) -> Result<Op
 #[derive(Default)]
 struct Known {
     residuals: HashMap<(usize, [u32; 3]), Residual>,
-    /// Those of the triangles of the scene, in its order.
+    /// Those of the triangles of the scene, in its order, with relative errors.
     current: Vec<Residual>,
     meshes: Vec<usize>,
 }
@@ -280,15 +285,20 @@ impl Known {
             self.meshes.push(key.0);
         }
         self.residuals = residuals;
+        // Errors count by what is there: a dim room is looked at by an eye that is used to it.
+        let sum = |of: fn(&Residual) -> f64| self.current.iter().map(of).sum::<f64>();
+        let (energy, area) = (sum(|residual| residual.energy), sum(|residual| residual.area));
+        let floor = if area > 0.0 { DARKEST * energy.max(0.0) / area } else { 0.0 };
+        self.current.iter_mut().for_each(|residual| *residual = residual.relative_to(floor));
     }
 
     /// The error as a part of all, and the bound that it is below with a probability of 84 %: one standard deviation
     /// more.
     fn relative_error(&self) -> [f64; 2] {
         let sum = |of: fn(&Residual) -> f64| self.current.iter().map(of).sum::<f64>();
-        let energy = sum(|residual| residual.energy);
+        let area = sum(|residual| residual.area);
         let (error, deviation) = (sum(|residual| residual.error), sum(|residual| residual.variance).sqrt());
-        let part = |error: f64| if energy > 0.0 { CONTINUITY * (error.max(0.0) / energy).sqrt() } else { 0.0 };
+        let part = |error: f64| if area > 0.0 { CONTINUITY * (error.max(0.0) / area).sqrt() } else { 0.0 };
         [part(error), part(error.max(0.0) + deviation)]
     }
 

@@ -26,14 +26,23 @@ pub(crate) struct Residual {
     pub(crate) energy: f64,
     /// The variance of the error's estimate.
     pub(crate) variance: f64,
+    /// The area that is seen.
+    pub(crate) area: f64,
 }
 
 impl Residual {
-    pub(crate) const NUMBERS: usize = 3;
+    pub(crate) const NUMBERS: usize = 4;
 
-    /// Error and energy, and the standard deviation of the error.
+    /// Error and energy, the standard deviation of the error, and the area.
     pub(crate) fn numbers(self) -> [f32; Self::NUMBERS] {
-        [self.error as f32, self.energy as f32, self.variance.sqrt() as f32]
+        [self.error as f32, self.energy as f32, self.variance.sqrt() as f32, self.area as f32]
+    }
+
+    /// The same with an error relative to its own energy and a little of the mean of all, `floor`.
+    pub(crate) fn relative_to(self, floor: f64) -> Self {
+        let own = if self.area > 0.0 { self.energy.max(0.0) / self.area } else { 0.0 };
+        let factor = if own + floor > 0.0 { 1.0 / (own + floor) } else { 0.0 };
+        Self { error: self.error * factor, variance: self.variance * factor * factor, ..self }
     }
 
     /// The error less its standard deviation, so that few triangles count by their noise alone.
@@ -42,8 +51,8 @@ impl Residual {
     }
 
     pub(crate) fn of_numbers(numbers: [f32; Self::NUMBERS]) -> Self {
-        let [error, energy, deviation] = numbers.map(f64::from);
-        Self { error, energy, variance: deviation * deviation }
+        let [error, energy, deviation, area] = numbers.map(f64::from);
+        Self { error, energy, variance: deviation * deviation, area }
     }
 }
 
@@ -152,9 +161,9 @@ impl<'a> Residuals<'a> {
         // What is buried counts by its visible part alone.
         let visible = scratch.points.len() as f64 / f64::from(count);
         let found = residual(&scratch.points, &scratch.halves, self.weights.len());
-        let size = size * visible;
-        let Residual { error, energy, variance } = found;
-        (Residual { error: error * size, energy: energy * size, variance: variance * size * size }, rays)
+        let area = size * visible;
+        let Residual { error, energy, variance, .. } = found;
+        (Residual { error: error * area, energy: energy * area, variance: variance * area * area, area }, rays)
     }
 }
 
@@ -235,5 +244,10 @@ fn residual(points: &[[f64; 3]], [first, second]: &[Vec<f64>; 2], row: usize) ->
         fourth += (square / count as f64).powi(2);
     }
     let freedom = (count - 3) as f64;
-    Residual { error: (energy - fitted) / freedom, energy: energy / count as f64, variance: fourth / freedom }
+    Residual {
+        error: (energy - fitted) / freedom,
+        energy: energy / count as f64,
+        variance: fourth / freedom,
+        area: 1.0,
+    }
 }

@@ -14,7 +14,7 @@ use crate::job::fingerprint::{fingerprint_arithmetic, fingerprint_scene};
 use crate::{AlbedoMode, BakeMode, BakeOptions, BakeReport, PrtError, Receivers, Transfer};
 
 /// The weight of the regularization.
-const REGULARIZATION: f64 = 0.05;
+const REGULARIZATION: f64 = 0.25;
 
 /// Bakes transfer at the vertices of a scene, so that transfer interpolated between them is as near as it can be to the
 /// transfer of the surface.
@@ -25,7 +25,7 @@ const REGULARIZATION: f64 = 0.05;
 /// ```
 ///
 /// Points lie in all triangles; w is the part of the area that each stands for, φ the hat functions that interpolate
-/// between vertices, T the transfer of [`fn@crate::bake`] for a white receiver. The second sum, with λ = 0.05, holds
+/// between vertices, T the transfer of [`fn@crate::bake`] for a white receiver. The second sum, with λ = 0.25, holds
 /// changes of slope across edges small, and decides where points do not.
 ///
 /// This is [Kavan, Bargteil and Sloan 2011]. The paths that a vertex would have are shared among the points around it,
