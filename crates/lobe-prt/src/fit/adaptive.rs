@@ -40,8 +40,8 @@ const DARKEST: f64 = 0.01;
 #[serde(default)]
 #[non_exhaustive]
 pub struct AdaptiveOptions {
-    /// Splitting ends where interpolated transfer is off by less than this part of the root mean square of all
-    /// transfer.
+    /// Splitting ends where interpolated transfer is off by less than this part of itself, as a root mean square over
+    /// all surfaces.
     pub error: f64,
     /// Edges that are shorter are left. Without a choice that is 1/1024 of the diagonal of the scene's box.
     pub min_edge: Option<f32>,
