@@ -101,10 +101,10 @@ def table(folder):
 
 
 def test_a_bake_that_splits_where_transfer_changes_has_the_bytes_of_the_command(tmp_path):
-    words = "--order 2 --samples 16 --mode shadowed --adaptive 0.2 --min-edge 0.3 --max-vertices 5000"
+    words = "--order 2 --samples 16 --mode shadowed --adaptive 0.01 --min-edge 0.3 --max-vertices 5000"
     scene = table(tmp_path)
     told = lobe_json("bake", scene, words, "-o", tmp_path / "a.glb")
-    options = lobe.BakeOptions(order=2, samples=16, mode="shadowed", adaptive=0.2, min_edge=0.3, max_vertices=5000)
+    options = lobe.BakeOptions(order=2, samples=16, mode="shadowed", adaptive=0.01, min_edge=0.3, max_vertices=5000)
     report = lobe.bake(scene, tmp_path / "b.glb", options)
     assert (tmp_path / "b.glb").read_bytes() == (tmp_path / "a.glb").read_bytes()
     assert told["vertices"] == report["adaptive"]["vertices"] > report["adaptive"]["vertices_before"]

@@ -28,9 +28,9 @@ def commanded(scene, light, words, folder):
     "words, options",
     [
         ("--mode irradiance", {"mode": "irradiance"}),
-        ("--mode unshadowed --order 2 --bake-samples 16", {"mode": "unshadowed", "order": 2, "bake_samples": 16}),
-        ("--mode shadowed --bake-samples 16", {"mode": "shadowed", "bake_samples": 16}),
-        ("--mode interreflected --bake-samples 16 --bounces 1", {"mode": "interreflected", "bake_samples": 16, "bounces": 1}),
+        ("--mode unshadowed --no-split --order 2 --bake-samples 16", {"mode": "unshadowed", "order": 2, "bake_samples": 16}),
+        ("--mode shadowed --no-split --bake-samples 16", {"mode": "shadowed", "bake_samples": 16}),
+        ("--mode interreflected --no-split --bake-samples 16 --bounces 1", {"mode": "interreflected", "bake_samples": 16, "bounces": 1}),
         ("--mode glossy --order 2 --bake-samples 16", {"mode": "glossy", "order": 2, "bake_samples": 16}),
         ("--mode glossy --order 2 --bake-samples 16 --lobe phong:9", {"mode": "glossy", "order": 2, "bake_samples": 16, "lobe": "phong:9"}),
     ],
@@ -42,7 +42,7 @@ def test_every_mode_makes_the_picture_of_the_command(words, options, light, tmp_
 
 @pytest.mark.nightly
 def test_transfer_alone_lights_the_scene_that_it_was_baked_for(light, tmp_path):
-    options = lobe.BakeOptions(order=3, samples=16, mode="shadowed")
+    options = lobe.BakeOptions(order=3, samples=16, mode="shadowed", split=False)
     lobe.bake("built-in:ball", tmp_path / "b.glb", options)
     lobe.bake("built-in:ball", tmp_path / "b.safetensors", options)
     by_scene = lobe.render(tmp_path / "b.glb", SKY, **SIZE)

@@ -20,13 +20,13 @@ COUNTS = [1, 2, 3, 7]
 
 # The scene, the name of the output, options, and the same as the command has them. The triangle has fewer vertices than there are shards.
 KINDS = {
-    "unshadowed": ("built-in:cornell", "o.glb", {"mode": "unshadowed"}, "--mode unshadowed"),
-    "shadowed": ("built-in:cornell", "o.safetensors", {"mode": "shadowed", "seed": 3}, "--mode shadowed --seed 3"),
-    "interreflected": ("built-in:cornell", "o.glb", {"energy_stop": 0.0}, "--energy-stop 0"),
-    "without albedo": ("built-in:cornell", "o.safetensors", {"albedo": "none"}, "--albedo none"),
+    "unshadowed": ("built-in:cornell", "o.glb", {"mode": "unshadowed", "split": False}, "--mode unshadowed --no-split"),
+    "shadowed": ("built-in:cornell", "o.safetensors", {"mode": "shadowed", "seed": 3, "split": False}, "--mode shadowed --seed 3 --no-split"),
+    "interreflected": ("built-in:cornell", "o.glb", {"energy_stop": 0.0, "split": False}, "--energy-stop 0 --no-split"),
+    "without albedo": ("built-in:cornell", "o.safetensors", {"albedo": "none", "split": False}, "--albedo none --no-split"),
     "split": ("built-in:ball", "o.glb", {"max_edge": 3.0}, "--max-edge 3"),
     "glossy": ("built-in:cornell", "o.safetensors", {"mode": "glossy"}, "--mode glossy"),
-    "three vertices": ("three.obj", "o.glb", {}, ""),
+    "three vertices": ("three.obj", "o.glb", {"max_vertices": 30}, "--max-vertices 30"),
     "three glossy vertices": ("three.obj", "o.safetensors", {"mode": "glossy"}, "--mode glossy"),
     "texels": ("built-in:cornell", "o.safetensors", {"texels": 16}, "--texels 16"),
     "a picture of texels": ("built-in:cornell", "o.exr", {"texels": 16, "albedo": "none"}, "--texels 16 --albedo none"),

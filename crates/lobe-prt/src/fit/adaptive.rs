@@ -304,14 +304,11 @@ impl Known {
 
     /// The edges to halve of the triangles that have half of all error, worst first.
     fn worst(&self, scene: &Scene, min_edge: f32) -> Vec<Vec<Edge>> {
-        let mut off: Vec<(f64, usize)> =
-            self.current.iter().map(Residual::least_error).zip(0..).filter(|(error, _)| *error > 0.0).collect();
-        off.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        let edges = |&(error, triangle): &(f64, usize)| {
-            let edges = edges_to_halve(scene, triangle, min_edge);
-            (!edges.is_empty()).then_some((error, edges))
-        };
-        let off: Vec<_> = off.iter().filter_map(edges).collect();
+        let mut off = self.off_by(scene, min_edge, Residual::least_error);
+        if off.is_empty() {
+            // Nothing stands out of the noise; what is left is spread evenly.
+            off = self.off_by(scene, min_edge, |residual| residual.error);
+        }
         let mut rest = PART_OF_A_ROUND * off.iter().map(|(error, _)| error).sum::<f64>();
         let is_worst = |(error, _): &(f64, Vec<Edge>)| {
             let is_worst = rest > 0.0;
@@ -319,6 +316,18 @@ impl Known {
             is_worst
         };
         off.into_iter().take_while(is_worst).map(|(_, edges)| edges).collect()
+    }
+
+    /// The triangles with an error above zero that can be split, worst first: the error, and the edges to halve.
+    fn off_by(&self, scene: &Scene, min_edge: f32, error: fn(&Residual) -> f64) -> Vec<(f64, Vec<Edge>)> {
+        let errors = self.current.iter().map(error).zip(0..);
+        let mut off: Vec<(f64, usize)> = errors.filter(|(error, _)| *error > 0.0).collect();
+        off.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let edges = |&(error, triangle): &(f64, usize)| {
+            let edges = edges_to_halve(scene, triangle, min_edge);
+            (!edges.is_empty()).then_some((error, edges))
+        };
+        off.iter().filter_map(edges).collect()
     }
 
     /// The part of the error that is in triangles whose edges are too short.

@@ -101,10 +101,15 @@ impl DistantLight {
         Self { source, backdrop: Backdrop::Light, table, world_from_light: none, light_from_world: none }
     }
 
-    /// This light in front of a backdrop.
+    /// This light in front of a backdrop. One that is the light itself is the same as [`Backdrop::Light`], in fingerprints too.
     #[must_use]
     pub fn before(self, backdrop: Backdrop) -> Self {
-        Self { backdrop, ..self }
+        let is_light = match (&backdrop, &self.source) {
+            (Backdrop::Map(map), Source::Map(own)) => map == own,
+            (Backdrop::Expansion(f), Source::Expansion(own)) => f == own,
+            _ => false,
+        };
+        Self { backdrop: if is_light { Backdrop::Light } else { backdrop }, ..self }
     }
 
     /// This light turned, after all turns before: what was towards `s` is towards `R s`.
