@@ -47,16 +47,16 @@ pub(crate) struct Compare {
     /// level of significance is 1 % for all six numbers together (Šidák)
     #[arg(long)]
     z_test: bool,
-    /// Another reference by lobe render --mode truth, like B except for its --seed: adds the error over surfaces, with the noise
-    /// of both references subtracted. Only pixels that show nothing else count
+    /// Another reference by lobe render --mode truth, like B except for its --seed: adds the error over surfaces, with
+    /// the noise of both references subtracted. Only pixels that show nothing else count
     #[arg(long, value_name = "B2", conflicts_with = "z_test")]
     half: Option<PathBuf>,
     /// Pixels per degree of visual angle, for FLIP [default: 67, a 4K display as wide as it is far away]
     #[arg(long, value_name = "N", value_parser = values::positive)]
     pixels_per_degree: Option<f64>,
     /// Print {"rmse", "relmse", "psnr", "flip"} instead of text, with --z-test also {"z_test": {"mean_z", "p_bias", "spread",
-    /// "p_spread"}}, with --half {"surfaces": {"pixels", "relative_rms", "uncertainty", "mean_ratio", "psnr", "noise", "dark"}};
-    /// psnr is null for equal pictures
+    /// "p_spread"}}, with --half {"surfaces": {"pixels", "relative_rms", "uncertainty", "mean_ratio", "psnr", "noise",
+    /// "dark"}}; psnr is null for equal pictures
     #[arg(long)]
     json: bool,
     /// With --z-test and --half, refuse pictures that take more memory than this, in GiB [default: 4]

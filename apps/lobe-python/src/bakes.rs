@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use lobe::io::Job;
 use lobe::prt::{
-    AdaptiveOptions, AlbedoMode, AnyTransfer, BakeMode, BakeOptions, BakeReport, BakeWork, BakedGlb, CompressOptions,
-    CompressedTransfer, FinishOptions, Pilot, PrtError, Recipe, TexelReceivers, read_any_transfer, read_baked,
-    scene_hash, split_checkpoints, write_compressed_transfer, write_half_transfer, write_transfer,
+    AdaptiveOptions, AdaptiveReport, AlbedoMode, AnyTransfer, BakeMode, BakeOptions, BakeReport, BakeWork, BakedGlb,
+    CompressOptions, CompressedTransfer, FinishOptions, Pilot, PrtError, Recipe, TexelReceivers, read_any_transfer,
+    read_baked, scene_hash, split_checkpoints, write_compressed_transfer, write_half_transfer, write_transfer,
     write_zonal_transfer,
 };
 use lobe::scene::{GltfDocument, Scene, ScenePose, SceneReadOptions, UnwrapOptions};
@@ -65,7 +65,12 @@ pub(crate) struct Bake {
     /// The pose of the scene, if its file poses it.
     pose: Option<ScenePose>,
     settings: Settings,
+    /// How the scene of shards was split.
+    split: Option<SplitBy>,
 }
+
+/// How a scene was split, and what came of it.
+type SplitBy = (AdaptiveOptions, AdaptiveReport);
 
 pub(crate) fn mode_of(name: &str) -> PyResult<BakeMode> {
     let all = [BakeMode::Unshadowed, BakeMode::Shadowed, BakeMode::Interreflected, BakeMode::Glossy];
@@ -150,7 +155,7 @@ impl Bake {
     fn write_with<'py>(
         &self,
         py: Python<'py>,
-        work: &BakeWork,
+        (work, split): (&BakeWork, Option<&SplitBy>),
         output: &Path,
         checkpoint: &Path,
         progress: Option<&Py<PyAny>>,
@@ -161,7 +166,7 @@ impl Bake {
         let glb = if is_glb { Some(self.glb(work).map_err(|error| error_of(&error))?) } else { None };
         let compression = self.settings.compression()?;
         let (baked, report) = watched(py, progress, Some(checkpoint), |job| work.bake(job))?;
-        let recipe = self.recipe(work, &report, compression.as_ref());
+        let recipe = self.recipe(work, &report, (split, compression.as_ref()));
         let told = report_of(py, &report)?;
         match compression {
             None => watched(py, progress, None, |job| match (&glb, baked.as_transfer()) {
@@ -188,37 +193,42 @@ impl Bake {
     }
 
     /// Everything that decides the bytes of the output.
-    fn recipe(&self, work: &BakeWork, report: &BakeReport, compression: Option<&CompressOptions>) -> Recipe {
-        let Settings { max_edge, adaptive, min_edge, max_vertices, .. } = self.settings;
+    fn recipe(
+        &self,
+        work: &BakeWork,
+        report: &BakeReport,
+        (split, compression): (Option<&SplitBy>, Option<&CompressOptions>),
+    ) -> Recipe {
+        let Settings { max_edge, min_edge, .. } = self.settings;
         let recipe = work.recipe(report).scene(self.name.clone()).max_edge(max_edge);
         let recipe = if self.source.options.straight_through { recipe.straight_through(true) } else { recipe };
         let recipe = self.pose.iter().fold(recipe, Recipe::posed);
-        let recipe = recipe.adaptive(adaptive).min_edge(min_edge).max_vertices(max_vertices);
+        let recipe = split.iter().fold(recipe, |recipe, (options, report)| recipe.split_by(options, report));
+        let recipe = recipe.min_edge(min_edge);
         recipe
             .clusters(compression.map(|options| options.clusters))
             .components(compression.map(|options| options.components))
             .weights(compression.map(|options| 8 * options.weights.bytes()))
     }
 
-    /// The scene with further vertices where its transfer changes by more than a part of the mean, and what was found.
-    fn split<'py>(
-        &self,
-        py: Python<'py>,
-        checkpoint: &Path,
-        progress: Option<&Py<PyAny>>,
-    ) -> PyResult<(Scene, Bound<'py, PyDict>)> {
+    /// The scene with further vertices where its transfer is off, and how it was split.
+    fn split(&self, py: Python<'_>, checkpoint: &Path, progress: Option<&Py<PyAny>>) -> PyResult<(Scene, SplitBy)> {
         let options = self.settings.splitting(&self.work)?;
         let (scene, report) = watched(py, progress, Some(checkpoint), |job| self.work.split(&options, job))?;
-        let all = PyDict::new(py);
-        all.set_item("rounds", report.rounds)?;
-        all.set_item("vertices_before", report.vertices_before)?;
-        all.set_item("vertices", report.vertices)?;
-        all.set_item("rays", report.rays)?;
-        all.set_item("error", report.error)?;
-        all.set_item("error_bound", report.error_bound)?;
-        all.set_item("too_short", report.too_short)?;
-        Ok((scene, all))
+        Ok((scene, (options, report)))
     }
+}
+
+fn report_of_split<'py>(py: Python<'py>, report: &AdaptiveReport) -> PyResult<Bound<'py, PyDict>> {
+    let all = PyDict::new(py);
+    all.set_item("rounds", report.rounds)?;
+    all.set_item("vertices_before", report.vertices_before)?;
+    all.set_item("vertices", report.vertices)?;
+    all.set_item("rays", report.rays)?;
+    all.set_item("error", report.error)?;
+    all.set_item("error_bound", report.error_bound)?;
+    all.set_item("too_short", report.too_short)?;
+    Ok(all)
 }
 
 #[pymethods]
@@ -237,15 +247,16 @@ impl Bake {
             Ok(Read { found: (asked.work(found, options)?, document, pose), remarks })
         })?;
         let (mut work, document, pose) = made.map_err(|error: PrtError| error_of(&error))?.told(py)?;
+        let mut split = None;
         if settings.split && settings.is_shared {
             let splitting = settings.splitting(&work)?;
-            let (split, _) = watched(py, None, None, |job| work.split(&splitting, job))?;
+            let (scene, report) = watched(py, None, None, |job| work.split(&splitting, job))?;
             let options = work.options().clone();
-            let again = py.detach(|| with_threads(|| BakeWork::at_vertices(split, options)));
-            work = again.map_err(|error| error_of(&error))?;
+            let again = py.detach(|| with_threads(|| BakeWork::at_vertices(scene, options)));
+            (work, split) = (again.map_err(|error| error_of(&error))?, Some((splitting, report)));
         }
         let name = scene.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        Ok(Self { name, source: scene, work, document, pose, settings })
+        Ok(Self { name, source: scene, work, document, pose, settings, split })
     }
 
     /// The fingerprint of all of the scene that decides the results, 32 hexadecimal digits.
@@ -293,18 +304,18 @@ impl Bake {
     ) -> PyResult<Bound<'py, PyDict>> {
         let (checkpoint, progress) = (beside(&output, ".checkpoint"), progress.as_ref());
         if !self.settings.split {
-            return self.write_with(py, &self.work, &output, &checkpoint, progress);
+            return self.write_with(py, (&self.work, None), &output, &checkpoint, progress);
         }
         self.check_output(output.clone())?;
-        let (scene, found) = self.split(py, &checkpoint, progress)?;
+        let (scene, split) = self.split(py, &checkpoint, progress)?;
         let work = py.detach(|| with_threads(|| BakeWork::at_vertices(scene, self.work.options().clone())));
         let work = work.map_err(|error| error_of(&error))?;
-        let report = self.write_with(py, &work, &output, &checkpoint, progress)?;
+        let report = self.write_with(py, (&work, Some(&split)), &output, &checkpoint, progress)?;
         // The last first, so that what is left by a fault has no gaps.
         for path in split_checkpoints(&checkpoint).iter().rev() {
             let _ = fs::remove_file(path);
         }
-        report.set_item("adaptive", found)?;
+        report.set_item("adaptive", report_of_split(py, &split.1)?)?;
         Ok(report)
     }
 
@@ -335,7 +346,7 @@ impl Bake {
         // Beside what a bake that was stopped may have kept.
         let checkpoint = beside(&output, ".merged.checkpoint");
         merge(py, &parts, &checkpoint, progress.as_ref())?;
-        self.write_with(py, &self.work, &output, &checkpoint, progress.as_ref())
+        self.write_with(py, (&self.work, self.split.as_ref()), &output, &checkpoint, progress.as_ref())
             .map_err(|error| of_merged(py, error, &parts, &checkpoint))
     }
 }

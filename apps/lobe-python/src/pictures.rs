@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use lobe::env::MappedMap;
 use lobe::image::{ImageError, Measured, Picture, ZTest, compare as compare_pixels, flip, hdr_flip, relative_mse};
 use lobe::io::{Job, Shard};
-use lobe::prt::{BakeOptions, BakedOrScene, GlossyLobe};
+use lobe::prt::{AdaptiveOptions, AlbedoMode, BakeOptions, BakeWork, BakedOrScene, GlossyLobe};
 use lobe::render::{
     Background, BakedScene, Camera, DistantLight, Emitter, LitPicture, PathOptions, RenderError, SampleCount, Surfaces,
     Truth, TruthOptions, ViewOptions, light_baked_scene, light_by_irradiance, render_truth_shard,
@@ -197,7 +197,17 @@ pub(crate) fn render_still<'py>(
         }
         (Found::Scene(scene), Some(mode)) => {
             let bake = method.options(mode)?;
-            watched(py, progress, None, |job| BakedScene::bake(scene, &bake, lobe, job))?
+            if lobe.is_some() {
+                watched(py, progress, None, |job| BakedScene::bake(scene, &bake, lobe, job))?
+            } else {
+                // As the command does: split where transfer is off, with the albedo where textures are.
+                let bake = bake.albedo(AlbedoMode::of_scene(&scene));
+                let splitting = AdaptiveOptions::default().bake(bake.clone());
+                let work = py.detach(|| with_threads(|| BakeWork::at_vertices(scene, bake.clone())));
+                let work = work.map_err(|error| error_of(&error))?;
+                let (scene, _) = watched(py, progress, None, |job| work.split(&splitting, job))?;
+                watched(py, progress, None, |job| BakedScene::bake(scene, &bake, None, job))?
+            }
         }
     };
     let camera = camera_of(baked.scene(), view)?;

@@ -28,9 +28,9 @@ def commanded(scene, light, words, folder):
     "words, options",
     [
         ("--mode irradiance", {"mode": "irradiance"}),
-        ("--mode unshadowed --no-split --order 2 --bake-samples 16", {"mode": "unshadowed", "order": 2, "bake_samples": 16}),
-        ("--mode shadowed --no-split --bake-samples 16", {"mode": "shadowed", "bake_samples": 16}),
-        ("--mode interreflected --no-split --bake-samples 16 --bounces 1", {"mode": "interreflected", "bake_samples": 16, "bounces": 1}),
+        ("--mode unshadowed --order 2 --bake-samples 16", {"mode": "unshadowed", "order": 2, "bake_samples": 16}),
+        ("--mode shadowed --bake-samples 16", {"mode": "shadowed", "bake_samples": 16}),
+        ("--mode interreflected --bake-samples 16 --bounces 1", {"mode": "interreflected", "bake_samples": 16, "bounces": 1}),
         ("--mode glossy --order 2 --bake-samples 16", {"mode": "glossy", "order": 2, "bake_samples": 16}),
         ("--mode glossy --order 2 --bake-samples 16 --lobe phong:9", {"mode": "glossy", "order": 2, "bake_samples": 16, "lobe": "phong:9"}),
     ],

@@ -260,7 +260,7 @@ impl BakeWork {
         match self.receivers() {
             Some(receivers) if self.is_fitted() => {
                 let (moments, report) = moments_on_disk(scene, bvh, receivers, options, job, pilot)?;
-                let transfer = fitted(scene, receivers, options, &moments)?;
+                let transfer = fitted(scene, receivers, options, (&moments, report.stderr_dc))?;
                 Ok((BakedRows::Fitted(FittedTransfer { transfer, moments }), report))
             }
             Some(receivers) if !self.has_matrices() => {

@@ -10,7 +10,8 @@ use serde_json::{Map, Value};
 
 use crate::job::fingerprint::scene_hash;
 use crate::{
-    AlbedoMode, BakeMode, BakeOptions, BakeReport, CompressOptions, CompressReport, FinishOptions, HalfReport, PrtError,
+    AdaptiveOptions, AdaptiveReport, AlbedoMode, BakeMode, BakeOptions, BakeReport, CompressOptions, CompressReport,
+    FinishOptions, HalfReport, PrtError,
 };
 
 /// The name of [`AlbedoMode::None`] in a recipe.
@@ -101,12 +102,15 @@ Recipe {
     albedo: String,
     /// The longest edge that was left when triangles were split.
     max_edge: f64,
-    /// The error that splitting should reach, see [`AdaptiveOptions::error`](crate::AdaptiveOptions::error).
+    /// The error that splitting should reach, see [`AdaptiveOptions::error`](crate::AdaptiveOptions::error), if
+    /// triangles were split where transfer is off.
     adaptive: f64,
     /// Edges that are shorter were not split.
     min_edge: f64,
-    /// The most vertices after that, if there was a limit.
+    /// The most vertices after that.
     max_vertices: usize,
+    /// The error that splitting left, as it was estimated.
+    split_error: f64,
     /// Whether light went straight through glass and blended surfaces.
     straight_through: bool,
     /// Seconds from the beginning of the animation at which the scene stood, if animations, skins or morph targets pose
@@ -194,6 +198,13 @@ impl Recipe {
         let error = report.relative_error.hypot(self.relative_error.unwrap_or(0.0));
         let recipe = Self { clusters: None, components: None, weights: None, ..self };
         recipe.relative_error(error).compressed_by(env!("CARGO_PKG_VERSION").to_owned())
+    }
+
+    /// The same recipe, of a scene that was split where its transfer is off.
+    #[must_use]
+    pub fn split_by(self, options: &AdaptiveOptions, report: &AdaptiveReport) -> Self {
+        let budget = options.budget(report.vertices_before);
+        self.adaptive(options.error).max_vertices(budget).split_error(report.error)
     }
 
     /// The same recipe, of a scene that was read from a file that poses it.

@@ -6,8 +6,8 @@ use lobe::scene::{Bvh, Scene};
 use crate::run::bake_watch::Checkpoint;
 use crate::run::talk::Talk;
 
-/// The transfer of the backs of all double-sided vertices, and the file in which it lies until it is written; none of a scene
-/// without any.
+/// The transfer of the backs of all double-sided vertices, and the file in which it lies until it is written; none of a
+/// scene without any.
 pub(super) fn baked_backs(
     scene: &Scene,
     options: &BakeOptions,

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use anyhow::{anyhow, bail};
 use lobe::io::Shard;
 use lobe::prt::{
-    BakeReport, BakeWork, BakedGlb, CompressReport, CompressedTransfer, Recipe, write_compressed_transfer,
+    AdaptiveOptions, AdaptiveReport, BakeReport, BakeWork, BakedGlb, CompressReport, CompressedTransfer, Recipe,
+    write_compressed_transfer,
 };
 use lobe::scene::{GltfDocument, Mesh, Scene, ScenePose};
 
@@ -19,13 +20,20 @@ use crate::bake::texels::Lightmap;
 use crate::run::bake_watch::{Checkpoint, stop_before_writing, stopped, tell_if_too_late, watched, write_watched};
 use crate::run::talk::Talk;
 
+/// How a scene was split, and what came of it.
+type SplitBy = (AdaptiveOptions, AdaptiveReport);
+
+/// A scene, and how it was split, if it was.
+type Split = (Arc<Scene>, Option<SplitBy>);
+
 impl Bake {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         self.check_options()?;
         let inputs: Vec<_> = self.sharing.inputs().chain([self.input.path()]).collect();
         output::prepare_file(&self.output, &inputs)?;
         let checkpoint = self.sharing.checkpoint(&self.output);
-        if !self.fresh {
+        // The file of a shard that is done stands alone.
+        if !self.fresh && self.sharing.shard.is_none() {
             checkpoint.check_kind(self.is_split())?;
         }
         // A .glb keeps what a glTF file holds beside the scene.
@@ -40,12 +48,12 @@ impl Bake {
         if self.is_split() {
             self.check_glb(&scene, document.as_ref())?;
         }
-        let scene = self.split_adaptively(Arc::new(scene), &checkpoint, talk)?;
+        let (scene, split) = self.split_adaptively(Arc::new(scene), &checkpoint, talk)?;
         if let Some(shard) = self.sharing.shard {
             return self.bake_shard(&scene, shard, &checkpoint, talk);
         }
         self.sharing.merge(&checkpoint, talk)?;
-        let baked = self.bake_all(&scene, (document, pose, lightmap), &checkpoint, talk);
+        let baked = self.bake_all(&scene, (document, pose, lightmap, split), &checkpoint, talk);
         let (report, compression) = self.sharing.merged(&checkpoint, baked)?;
         checkpoint.finish();
         tell_if_too_late(&self.output, talk);
@@ -91,17 +99,18 @@ impl Bake {
     fn bake_shard(&self, scene: &Arc<Scene>, shard: Shard, checkpoint: &Checkpoint, talk: Talk) -> anyhow::Result<()> {
         let work = self.work(scene)?;
         let report = checkpoint.watched(talk, |job| work.bake_shard(shard, job))?;
+        checkpoint.finish_rounds();
         tell_if_too_late(&self.output, talk);
         let BakeReport { receivers: points, seconds, .. } = report;
         let points_in_all = work.points();
         sharing::Done { shard: shard.to_string(), points, points_in_all, seconds }.tell(&self.output, self.json, talk)
     }
 
-    /// The scene with further vertices where transfer is off, unless the options say otherwise. Refuses work whose results
-    /// could not be stored before it begins.
-    fn split_adaptively(&self, scene: Arc<Scene>, checkpoint: &Checkpoint, talk: Talk) -> anyhow::Result<Arc<Scene>> {
+    /// The scene with further vertices where transfer is off, unless the options say otherwise. Refuses work whose
+    /// results could not be stored before it begins.
+    fn split_adaptively(&self, scene: Arc<Scene>, checkpoint: &Checkpoint, talk: Talk) -> anyhow::Result<Split> {
         if !self.is_split() {
-            return Ok(scene);
+            return Ok((scene, None));
         }
         let options = self.bake_options(&scene);
         let work = BakeWork::at_vertices(Arc::clone(&scene), options)?;
@@ -111,14 +120,14 @@ impl Bake {
         checkpoint.check_room(&self.output, work.file_bytes(), work.bytes(), 0)?;
         let (split, report) = self.splitting.split_adaptively(&work, checkpoint, talk)?;
         talk.note(&self.input.name(), &self.splitting.note_of(&split, &report));
-        Ok(Arc::new(split))
+        Ok((Arc::new(split), Some((self.splitting.options(&scene)?, report))))
     }
 
     /// Bakes what is asked for, and writes it.
     fn bake_all(
         &self,
         scene: &Arc<Scene>,
-        (document, pose, lightmap): (Option<GltfDocument>, Option<ScenePose>, Lightmap),
+        (document, pose, lightmap, split): (Option<GltfDocument>, Option<ScenePose>, Lightmap, Option<SplitBy>),
         checkpoint: &Checkpoint,
         talk: Talk,
     ) -> anyhow::Result<(BakeReport, Option<CompressReport>)> {
@@ -142,7 +151,7 @@ impl Bake {
         checkpoint.check_room(&self.output, size, work.bytes(), 0)?;
         // Bake, into the checkpoint.
         let (baked, report) = checkpoint.watched(talk, |job| work.bake(job))?;
-        let recipe = self.recipe(&work, &report, pose.as_ref()).unwrap(lightmap.options.clone());
+        let recipe = self.recipe(&work, &report, (pose.as_ref(), split)).unwrap(lightmap.options.clone());
         if let (Some(glb), Some(transfer), true) = (&glb, baked.as_transfer(), self.backs) {
             let backs = baked_backs(scene, work.options(), channels, (checkpoint, self.fresh), talk)?;
             if let Some((backs, kept)) = backs {
@@ -227,17 +236,21 @@ impl Bake {
     }
 
     /// The recipe: everything that decides the bytes of the output, and nothing that differs from run to run.
-    fn recipe(&self, work: &BakeWork, report: &BakeReport, pose: Option<&ScenePose>) -> Recipe {
+    fn recipe(
+        &self,
+        work: &BakeWork,
+        report: &BakeReport,
+        (pose, split): (Option<&ScenePose>, Option<SplitBy>),
+    ) -> Recipe {
         let compression = self.compression.options();
         let recipe = work.recipe(report);
+        let recipe = split.iter().fold(recipe, |recipe, (options, report)| recipe.split_by(options, report));
         let recipe = pose.into_iter().fold(recipe, Recipe::posed);
         let recipe = if self.input.is_see_through() { recipe.straight_through(true) } else { recipe };
         recipe
             .scene(self.input.file_name())
             .max_edge(self.splitting.max_edge)
-            .adaptive(self.splitting.adaptive)
             .min_edge(self.splitting.min_edge)
-            .max_vertices(self.splitting.budget.max_vertices)
             .clusters(compression.map(|options| options.clusters))
             .components(compression.map(|options| options.components))
             .weights(compression.map(|options| 8 * options.weights.bytes()))

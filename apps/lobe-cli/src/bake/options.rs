@@ -36,8 +36,9 @@ channel, as .exr 20 n²; unwrapping takes 1000 bytes for each triangle.";
 pub(crate) struct Bake {
     #[command(flatten)]
     pub(super) input: SceneInput,
-    /// The scene with transfer at its vertices, or in textures with --texels, a .glb file; or the transfer alone, a .safetensors
-    /// file, as which --mode glossy and --grid are written; of --texels also an .exr picture with a layer for each coefficient
+    /// The scene with transfer at its vertices, or in textures with --texels, a .glb file; or the transfer alone, a
+    /// .safetensors file, as which --mode glossy and --grid are written; of --texels also an .exr picture with a layer
+    /// for each coefficient
     #[arg(short, long, value_name = "OUT")]
     pub(super) output: PathBuf,
     /// The light that is baked
@@ -58,12 +59,13 @@ pub(crate) struct Bake {
     /// The same seed gives the same bytes
     #[arg(long, value_name = "S", default_value = "0")]
     pub(super) seed: u64,
-    /// Where the albedo of the surface itself is; not of --mode glossy and --grid, whose matrices never have it [default: none
-    /// if a texture colors any surface, else vertex]
+    /// Where the albedo of the surface itself is; not of --mode glossy and --grid, whose matrices never have it
+    /// [default: none if a texture colors any surface, else vertex]
     #[arg(long, value_enum)]
     pub(super) albedo: Option<AlbedoName>,
-    /// Keep the transfer of the backs of double-sided surfaces in the file, too, for the side from which corners run clockwise.
-    /// Without it lobe render bakes those that it shows, and other programs have none. Of a .glb without compression
+    /// Keep the transfer of the backs of double-sided surfaces in the file, too, for the side from which corners run
+    /// clockwise. Without it lobe render bakes those that it shows, and other programs have none. Of a .glb without
+    /// compression
     #[arg(long, conflicts_with_all = ["texels", "grid", "clusters", "components", "weights", "shard", "merge"])]
     pub(super) backs: bool,
     #[command(flatten)]

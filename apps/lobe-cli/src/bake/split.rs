@@ -14,7 +14,7 @@ pub(crate) struct Splitting {
     /// Split triangles first until no edge is longer than this, in the scene's unit of length
     #[arg(long, value_name = "L", value_parser = values::positive)]
     pub(crate) max_edge: Option<f64>,
-    /// Split triangles where transfer between vertices is farthest off, until that is less than this part of the mean,
+    /// Split triangles where transfer between vertices is farthest off, until that is less than this part of it,
     /// or there are --max-vertices [default: 0.01; none are split for a .safetensors file, nor after --max-edge]
     #[arg(long, value_name = "X", value_parser = values::positive, conflicts_with = "no_split")]
     pub(crate) adaptive: Option<f64>,
@@ -51,9 +51,14 @@ impl Splitting {
         checkpoint: &Checkpoint,
         talk: Talk,
     ) -> anyhow::Result<(Scene, AdaptiveReport)> {
-        let options = self.budget.options(work.scene())?.error(self.error()).bake(work.options().clone());
-        let options = options.min_edge(self.min_edge.map(|edge| edge as f32));
+        let options = self.options(work.scene())?.bake(work.options().clone());
         checkpoint.watched_rounds(talk, |job| work.split(&options, job))
+    }
+
+    /// The options of splitting, except for those of the bake.
+    pub(crate) fn options(&self, scene: &Scene) -> anyhow::Result<AdaptiveOptions> {
+        let options = self.budget.options(scene)?.error(self.error());
+        Ok(options.min_edge(self.min_edge.map(|edge| edge as f32)))
     }
 
     /// The error to reach.
@@ -67,7 +72,7 @@ impl Splitting {
         let text =
             format!("{vertices} vertices after splitting, {vertices_before} before; interpolated transfer is off by");
         if *error_bound <= self.error() {
-            return format!("{text} less than {:.1} % of the mean", 100.0 * self.error());
+            return format!("{text} less than {:.1} %", 100.0 * self.error());
         }
         // An estimate near zero says little: half of its bound is nearer to what is known.
         let error = error.max(0.5 * error_bound);
@@ -78,7 +83,7 @@ impl Splitting {
             // Along the edge of a shadow the error falls as the root of the number of vertices.
             format!("--max-vertices {} about halves it", 4 * vertices)
         };
-        format!("{text} about {:.1} % of the mean{place}; {advice}", 100.0 * error)
+        format!("{text} about {:.1} %{place}; {advice}", 100.0 * error)
     }
 }
 
@@ -97,10 +102,10 @@ mod tests {
         let mut report = AdaptiveReport::default();
         (report.vertices_before, report.vertices, report.error, report.error_bound) = (8, 20, 0.01, 0.015);
         let begin = "20 vertices after splitting, 8 before; interpolated transfer is off by";
-        assert_eq!(splitting.note_of(&scene, &report), format!("{begin} less than 2.0 % of the mean"));
+        assert_eq!(splitting.note_of(&scene, &report), format!("{begin} less than 2.0 %"));
         (report.error, report.error_bound, report.worst) = (0.041, 0.05, Some((1, 0.9)));
         let name = scene.meshes()[1].name();
-        let expected = format!("{begin} about 4.1 % of the mean, most on `{name}`; --max-vertices 80 about halves it");
+        let expected = format!("{begin} about 4.1 %, most on `{name}`; --max-vertices 80 about halves it");
         assert_eq!(splitting.note_of(&scene, &report), expected);
         report.too_short = 0.8;
         assert!(splitting.note_of(&scene, &report).ends_with("a smaller --min-edge splits what is too short now"));

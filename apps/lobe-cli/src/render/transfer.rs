@@ -110,7 +110,8 @@ impl Asked {
             .order(self.order.unwrap_or(defaults.order))
             .samples(self.samples.map_or(defaults.samples, |n| n as u32))
             .bounces(self.bounces.unwrap_or(defaults.bounces));
-        let options = options.albedo(AlbedoMode::of_scene(&scene));
+        // Matrices never have the albedo.
+        let options = if self.lobe.is_none() { options.albedo(AlbedoMode::of_scene(&scene)) } else { options };
         check_memory(memory, &scene, scene.vertex_count(), &options, self.lobe.is_some())?;
         // Matrices take too much memory for vertices that nobody asked for.
         let is_split = !self.budget.no_split && (self.lobe.is_none() || self.budget.max_vertices.is_some());

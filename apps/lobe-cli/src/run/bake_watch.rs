@@ -84,11 +84,11 @@ fn show(line: &ProgressLine, progress: &Progress) {
     line.show(progress.done, progress.total, text.as_deref(), progress.seconds_left());
 }
 
-/// The pace of work that traces rays; of splitting also how many edges may be off, whose middles are baked, and by how much.
+/// The pace of work that traces rays; of splitting also how many triangles are measured, and how far transfer is off.
 fn text_of(progress: &Progress) -> Option<String> {
     let Progress { total, rays, round, error, .. } = *progress;
     let pace = (rays > 0).then(|| format!("{:.2} Mrays/s", progress.rays_per_second() / 1e6));
-    let edges = (round > 0).then(|| format!("round {round}: {total} edges may be off, by up to {error:.3}"));
+    let edges = (round > 0).then(|| format!("round {round}: {total} triangles, off by {:.1} %", 100.0 * error));
     let parts: Vec<String> = edges.into_iter().chain(pace).collect();
     (!parts.is_empty()).then(|| parts.join(", "))
 }
@@ -134,6 +134,11 @@ impl Checkpoint {
     pub(crate) fn finish(&self) {
         // One that cannot be removed is found to be done by the next bake, which then takes no time.
         let _ = fs::remove_file(&self.path);
+        self.finish_rounds();
+    }
+
+    /// To be called when the results are safe in the file itself, as those of a shard are.
+    pub(crate) fn finish_rounds(&self) {
         for path in split_checkpoints(&self.path).iter().rev() {
             let _ = fs::remove_file(path);
         }
@@ -149,7 +154,7 @@ impl Checkpoint {
             _ => return Ok(()),
         };
         bail!(
-            "{}: this checkpoint is of a bake {of} --adaptive; repeat that command to continue it, or start anew with --fresh",
+            "{}: this checkpoint is of a bake {of} splitting (--no-split, --adaptive); repeat that command to continue it, or start anew with --fresh",
             other.display()
         )
     }

@@ -89,6 +89,7 @@ fn all_numbers_of_shards_make_the_bytes_of_one_machine(kinds: &[Kind]) {
         let one = alone(&dir, kind);
         for count in COUNTS {
             let mut parts = shards(&dir, kind.0, count);
+            assert!(!dir.names().iter().any(|name| name.contains(".split-")), "what splitting kept: {:?}", dir.names());
             parts.reverse();
             parts.rotate_left(count / 2);
             assert!(merges_to(&dir, kind, &parts, &one), "{}: {count} shards", kind.0);

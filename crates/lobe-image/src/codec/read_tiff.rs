@@ -213,7 +213,8 @@ fn head(reader: &mut Reader<'_>, profile: &Option<Option<Profile>>, [width, heig
     head
 }
 
-/// The bytes of a tag; an empty list where there are more than a file should have, as the library takes 32 bytes for each.
+/// The bytes of a tag; an empty list where there are more than a file should have, as the library takes 32 bytes for
+/// each.
 fn bytes_of(reader: &mut Reader<'_>, tag: Tag) -> Option<Vec<u8>> {
     let entry = reader.image_ifd().find_entry(tag)?;
     if entry.count() > LONGEST_VALUE {

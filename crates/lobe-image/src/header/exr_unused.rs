@@ -10,8 +10,8 @@ use crate::header::decoded::quoted;
 /// Attributes in which programs write the color space of the values.
 const COLOR_SPACES: [&str; 3] = ["colorInteropID", "oiio:ColorSpace", "colorspace"];
 
-/// Names of linear light in the primaries of Rec. 709, or of no color, in small letters: of `OpenImageIO`, `OpenColorIO` and its
-/// configurations.
+/// Names of linear light in the primaries of Rec. 709, or of no color, in small letters: of `OpenImageIO`,
+/// `OpenColorIO` and its configurations.
 const USUAL: [&str; 15] = [
     "data",
     "g10_rec709",

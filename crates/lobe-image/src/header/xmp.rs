@@ -38,8 +38,8 @@ pub(crate) fn with_document<T>(packet: &[u8], look: impl FnOnce(&Document<'_>) -
     let text = String::from_utf8_lossy(packet);
     // Some writers end with a zero, or begin with the mark of a byte order.
     let text = text.trim_matches(|c: char| c == '\0' || c == '\u{feff}' || c.is_whitespace());
-    // The parser compares each attribute of an element with all before it, and each element copies the namespaces around it. No value of
-    // an attribute has a `<` in it.
+    // The parser compares each attribute of an element with all before it, and each element copies the namespaces
+    // around it. No value of an attribute has a `<` in it.
     let attributes = text.split('<').map(|part| part.bytes().filter(|byte| *byte == b'=').count()).max();
     let namespaces = text.matches("xmlns").count();
     if attributes > Some(MOST_ATTRIBUTES) || namespaces > MOST_NAMESPACES {

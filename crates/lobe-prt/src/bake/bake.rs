@@ -229,7 +229,16 @@ impl<E: Estimator> PreparedBake<E> {
     }
 }
 
-/// Checks the arguments.
+/// Checks the arguments of a bake of vectors.
+pub(crate) fn check_of_vectors(scene: &Scene, bvh: &Bvh, options: &BakeOptions) -> Result<(), PrtError> {
+    options.check()?;
+    if options.mode == BakeMode::Glossy {
+        let message = "expected light that receivers reflect, found glossy; bake_matrices bakes the matrices of that";
+        return Err(PrtError::Options(message.to_owned()));
+    }
+    check_tree(scene, bvh)
+}
+
 fn prepare<'a>(
     scene: &'a Scene,
     bvh: &'a Bvh,
@@ -237,12 +246,7 @@ fn prepare<'a>(
     options: &'a BakeOptions,
     known: &KnownPilot,
 ) -> Result<PreparedBake<Diffuse<'a>>, PrtError> {
-    options.check()?;
-    if options.mode == BakeMode::Glossy {
-        let message = "expected light that receivers reflect, found glossy; bake_matrices bakes the matrices of that";
-        return Err(PrtError::Options(message.to_owned()));
-    }
-    check_tree(scene, bvh)?;
+    check_of_vectors(scene, bvh, options)?;
     let diffuse = Diffuse::new(scene, bvh, receivers, options);
     Ok(PreparedBake::new(diffuse, options.energy_stop, known, |diffuse, bounces| diffuse.paths.bounces = bounces))
 }

@@ -229,7 +229,7 @@ impl<'a> DiffusePaths<'a> {
     ///
     /// Points below a roof that has no ceiling are not: rays along the surface leave.
     pub(crate) fn is_buried(&self, start: &PathStart<'_>, gap: f32) -> bool {
-        /// A point in the open is taken for a buried one by chance if it sees less than a tenth of what is around it.
+        /// A point that sees half of what is around it is taken for a buried one once in 65 536 times.
         const RAYS: u32 = 16;
         let (frame, origin) = self.frame_and_origin(start);
         (0..RAYS).all(|index| {

@@ -14,8 +14,8 @@ pub struct BakedBacks {
     pub transfer: Transfer,
 }
 
-/// The vertices of a scene whose backs are seen: those of the meshes whose material is double-sided, in rising order. Their
-/// receivers are [`Receivers::backs`](crate::Receivers::backs).
+/// The vertices of a scene whose backs are seen: those of the meshes whose material is double-sided, in rising order.
+/// Their receivers are [`Receivers::backs`](crate::Receivers::backs).
 #[must_use]
 pub fn double_sided_vertices(scene: &Scene) -> Vec<usize> {
     vertices_where(scene, &|mesh, _| scene.material(mesh).double_sided)

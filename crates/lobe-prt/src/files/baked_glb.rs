@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::ops::Range;
 use std::path::Path;
 
-use lobe_io::{IoError, Job, write_atomically};
+use lobe_io::Job;
 use lobe_scene::{GltfDocument, Mesh, MeshSource, Scene};
 use serde_json::{Map, Value, json};
 
@@ -14,6 +14,7 @@ use crate::files::baked_layout::{
     Attribute, AttributeGroup, BACK, FRONT, LOBE_EXTRAS_VERSION, PlainTransfer, VertexData, attribute_groups,
     attributes_per_channel, check_version,
 };
+use crate::files::glb_writer::{check_length, padding, write_glb};
 use crate::job::meter::Meter;
 use crate::{Channels, CompressedTransfer, PrtError, Recipe, TransferRows};
 
@@ -34,8 +35,8 @@ const OUR_ATTRIBUTES: [&str; 3] = ["_TRANSFER_", "_WEIGHTS_", "_CLUSTER"];
 /// `extras.lobe`, and `asset` the whole recipe. The transfer is in Lobe's z-up world frame, whatever node the vertex
 /// belongs to.
 ///
-/// [With backs](BakedGlb::with_backs), primitives of double-sided materials have `_TRANSFER_BACK_k` in the same layout, for the
-/// side from which corners run clockwise, and `extras.lobe` of their mesh and of `asset` says `"backs": true`.
+/// [With backs](BakedGlb::with_backs), primitives of double-sided materials have `_TRANSFER_BACK_k` in the same layout,
+/// for the side from which corners run clockwise, and `extras.lobe` of their mesh and of `asset` says `"backs": true`.
 #[derive(Clone, Debug)]
 pub struct BakedGlb {
     document: GltfDocument,
@@ -80,8 +81,8 @@ impl BakedGlb {
     ///
     /// # Errors
     /// [`PrtError::Options`] if the scene is not this file's; [`PrtError::Unsupported`] or [`PrtError::Invalid`] if the file was
-    /// baked by another version, whose transfer cannot be taken out; [`PrtError::Scene`] if attributes of a mesh that was
-    /// split are not in the document.
+    /// baked by another version, whose transfer cannot be taken out; [`PrtError::Scene`] if attributes of a mesh that
+    /// was split are not in the document.
     pub fn of_document(document: GltfDocument, scene: &Scene) -> Result<Self, PrtError> {
         let mut document = document;
         let earlier = &document.json["asset"]["extras"]["lobe"];
@@ -129,7 +130,8 @@ impl BakedGlb {
         Self { document: GltfDocument::of_scene(scene), places: scene.meshes().iter().enumerate().map(place).collect() }
     }
 
-    /// The same file with transfer of the backs of the [double-sided vertices](crate::double_sided_vertices) of its scene, too.
+    /// The same file with transfer of the backs of the [double-sided vertices](crate::double_sided_vertices) of its
+    /// scene, too.
     #[must_use]
     pub fn with_backs(mut self, scene: &Scene) -> Self {
         for (mesh, place) in self.places.iter_mut().enumerate() {
@@ -241,25 +243,13 @@ impl BakedGlb {
         written.extend(backs.map(|backs| Written::new(backs, true)));
         let shared = data.shared();
         let (json, length) = self.laid_out(&written, shared.as_ref(), recipe);
-        let json = padded_json(&json);
-        let total = 12 + 8 + json.len() as u64 + 8 + length as u64;
-        check_length(total)?;
         let steps = written.iter().map(|sides| sides.groups.len() * sides.data.vertices()).sum();
-        let mut meter = Meter::new(steps, job)?;
-        let outcome = write_atomically(path, |out| {
-            out.write_all(b"glTF")?;
-            write_words(out, &[2, total as u32, json.len() as u32, u32::from_le_bytes(*b"JSON")])?;
-            out.write_all(&json)?;
-            write_words(out, &[length as u32, u32::from_le_bytes(*b"BIN\0")])?;
-            out.write_all(&self.document.bytes)?;
-            out.write_all(&[0; 3][..padding(self.document.bytes.len())])?;
-            self.write_vertices(out, &written, &mut meter)?;
+        write_glb(path, (&json, &self.document.bytes, length), (steps, job), |out, meter| {
+            self.write_vertices(out, &written, meter)?;
             let shared = shared.as_ref().map_or(&[][..], |(_, bytes)| bytes);
             out.write_all(shared)?;
             out.write_all(&[0; 3][..padding(shared.len())])
-        });
-        let place = path.display().to_string();
-        meter.written(outcome.map_err(|source| IoError::Io { place, source }))
+        })
     }
 
     /// The JSON with views, accessors, attributes and extras of the data, and the length of the buffer.
@@ -367,31 +357,6 @@ fn add_group(json: &mut Value, place: Place, attributes: &[Attribute], offset: u
     }
 }
 
-/// The header of a .glb has 32 bits for its length.
-pub(crate) fn check_length(bytes: u64) -> Result<(), PrtError> {
-    if u32::try_from(bytes).is_ok() {
-        return Ok(());
-    }
-    Err(PrtError::Options(format!(
-        "expected less than 4 GiB, the most a .glb holds, found {bytes} bytes: write .safetensors, or a lower order"
-    )))
-}
-
-/// The padding to the next multiple of four.
-pub(crate) fn padding(length: usize) -> usize {
-    length.next_multiple_of(4) - length
-}
-
-pub(crate) fn padded_json(json: &Value) -> Vec<u8> {
-    let mut text = json.to_string().into_bytes();
-    text.resize(text.len().next_multiple_of(4), b' ');
-    text
-}
-
-pub(crate) fn write_words(out: &mut dyn Write, words: &[u32]) -> io::Result<()> {
-    words.iter().try_for_each(|word| out.write_all(&word.to_le_bytes()))
-}
-
 pub(crate) fn push(json: &mut Value, array: &str, item: Value) -> usize {
     match &mut json[array] {
         Value::Array(items) => items.push(item),
@@ -491,19 +456,4 @@ fn remove_tail(
     let (first, last) = (*indices.first()?, *indices.last()?);
     let is_tail = last + 1 == items.len() as u64 && last - first + 1 == indices.len() as u64;
     is_tail.then(|| items.drain(first as usize..).filter_map(|item| inner(&item)).collect())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn files_that_are_too_long_for_their_header_are_refused() {
-        assert!(check_length(u64::from(u32::MAX)).is_ok(), "the longest");
-        let message = check_length(1 << 32).unwrap_err().to_string();
-        assert!(
-            message.starts_with("expected less than 4 GiB, the most a .glb holds, found 4294967296 bytes"),
-            "{message}"
-        );
-    }
 }

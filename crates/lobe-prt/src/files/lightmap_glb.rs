@@ -4,14 +4,13 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use half::f16;
-use lobe_io::{IoError, Job, write_atomically};
+use lobe_io::Job;
 use lobe_scene::{GltfDocument, GltfReader, Mesh, MeshSource, Scene};
 use serde_json::{Value, json};
 
-use crate::files::baked_glb::{
-    check_length, give_nodes_own_meshes, padded_json, padding, push, put_extras, remove_earlier_transfer, write_words,
-};
+use crate::files::baked_glb::{give_nodes_own_meshes, push, put_extras, remove_earlier_transfer};
 use crate::files::baked_layout::{LOBE_EXTRAS_VERSION, attributes_per_channel};
+use crate::files::glb_writer::{check_length, write_glb};
 use crate::files::new_vertices::NewVertices;
 use crate::job::checkpoint::rows_at_once;
 use crate::job::meter::Meter;
@@ -114,21 +113,10 @@ impl LightmapGlb {
         }
         let textures = texels.channels().count() * attributes_per_channel(texels.order());
         let (json, length) = self.laid_out(texels, textures, recipe);
-        let json = padded_json(&json);
-        let total = 12 + 8 + json.len() as u64 + 8 + length as u64;
-        check_length(total)?;
-        let mut meter = Meter::new(textures * expected, job)?;
-        let written = write_atomically(path, |out| {
-            out.write_all(b"glTF")?;
-            write_words(out, &[2, total as u32, json.len() as u32, u32::from_le_bytes(*b"JSON")])?;
-            out.write_all(&json)?;
-            write_words(out, &[length as u32, u32::from_le_bytes(*b"BIN\0")])?;
-            out.write_all(&self.document.bytes)?;
-            out.write_all(&[0; 3][..padding(self.document.bytes.len())])?;
-            (0..textures).try_for_each(|texture| write_texture(out, texels, texture, &mut meter))
-        });
-        let place = path.display().to_string();
-        meter.written(written.map_err(|source| IoError::Io { place, source }))
+        let steps = textures * expected;
+        write_glb(path, (&json, &self.document.bytes, length), (steps, job), |out, meter| {
+            (0..textures).try_for_each(|texture| write_texture(out, texels, texture, meter))
+        })
     }
 
     /// The JSON with the views of all textures, and the length of the buffer.

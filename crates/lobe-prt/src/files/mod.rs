@@ -4,7 +4,8 @@
 //! `compressed_file` and `lightmap_file`. `any_transfer` reads whichever it is. `baked_glb` writes scenes whose
 //! vertices carry transfer, laid out as `baked_layout` and `baked_compressed` say, and `read_baked` reads them, their
 //! backs by `baked_backs`, and those with a lightmap, which `lightmap_glb` writes, with `new_vertices` where a file was
-//! unwrapped. Uses `bake`, `compression`, `job`, `receivers`, `recipe`, `transfer` and `zonal`.
+//! unwrapped; `glb_writer` is the container of both. Uses `bake`, `compression`, `job`, `receivers`, `recipe`,
+//! `transfer` and `zonal`.
 
 pub(crate) mod any_transfer;
 pub(crate) mod baked_backs;
@@ -12,6 +13,7 @@ pub(crate) mod baked_compressed;
 pub(crate) mod baked_glb;
 pub(crate) mod baked_layout;
 pub(crate) mod compressed_file;
+pub(crate) mod glb_writer;
 pub(crate) mod lightmap_file;
 pub(crate) mod lightmap_glb;
 pub(crate) mod matrix_file;

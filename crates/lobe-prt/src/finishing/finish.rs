@@ -47,8 +47,8 @@ impl FinishOptions {
 }
 
 impl TexelReceivers {
-    /// The most bytes that finishing takes for each number of the transfer: it, what is made of it, and at the borders of
-    /// charts what is looked for.
+    /// The most bytes that finishing takes for each number of the transfer: it, what is made of it, and at the borders
+    /// of charts what is looked for.
     pub const BYTES_TO_FINISH: u64 = 12;
 
     /// The transfer of these receivers, without noise and without steps at seams as far as the options say.

@@ -18,9 +18,9 @@ const ITERATIONS: usize = 300;
 /// ```
 ///
 /// A has the rows of the seams, x is a coefficient of all receivers, and d the change. Conjugate gradients on the
-/// least-squares problem (CGLS [Bjorck 1996]) find it from d = 0, where every step stays among changes that rows ask for;
-/// they end where all rows are below a thousandth of the mean, or after 300 steps. Each coefficient is solved by itself,
-/// by sums in a fixed order. What is black on both sides stays black.
+/// least-squares problem (CGLS [Bjorck 1996]) find it from d = 0, where every step stays among changes that rows ask
+/// for; they end where all rows are below a thousandth of the mean, or after 300 steps. Each coefficient is solved by
+/// itself, by sums in a fixed order. What is black on both sides stays black.
 pub(crate) fn stitched(seams: &Seams, transfer: &Transfer) -> Result<Transfer, PrtError> {
     let matrix = Matrix::new(seams);
     let row = transfer.coefficients().len() / transfer.receivers().max(1);

@@ -60,12 +60,17 @@ impl Residual {
 ///
 /// ```text
 ///   ‖T‖² = Σ over bands l and orders m of  T_lm² / (l + 1)²
-///   ∫ ‖T - linear‖² dA ≈ |t|/(K - 3) (Σ_k ⟨T'_k, T''_k⟩ - Σ_ab m'_a G⁻¹_ab m''_b),   G_ab = Σ_k φ_a φ_b,  m_a = Σ_k φ_a T_k
+///   ∫ ‖T - linear‖² dA ≈ |t|/(K - 3) (Σ_k ⟨T'_k, T''_k⟩ - Σ_ab ⟨m'_a, G⁻¹_ab m''_b⟩)
+///   G_ab = Σ_k φ_a(p_k) φ_b(p_k)      m_a = Σ_k φ_a(p_k) T_k
 /// ```
 ///
-/// T' and T'' are estimates of the same point by different paths: the noise of the one is independent of that of the
-/// other, and adds nothing to their product on average. Bands count as much as they have in photographed skies, about.
-/// Points that nobody sees are left out.
+/// t is the triangle and |t| its area, p its K points, φ_a the barycentric coordinate of corner a. T' and T'' are
+/// estimates of the same point by different paths. The noise of the one is independent of that of the other, and adds
+/// nothing to their product on average. Where more than half of the paths leave at once, both are the closed form less
+/// what is in the way, so that open surfaces have no noise. A coefficient of band l counts by what it has in a sky: of
+/// the bundled sunset the squares are 1, .22, .07 and .05 of that of band 0.
+///
+/// Points that nobody sees are left out. Three points or fewer, or points in a line, fit exactly.
 #[derive(Debug)]
 pub(crate) struct Residuals<'a> {
     paths: DiffusePaths<'a>,

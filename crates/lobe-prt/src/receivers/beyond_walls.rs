@@ -21,8 +21,8 @@ use rayon::iter::{
 
 use crate::receivers::inset::wide;
 
-/// The depth of texels that are of a surface of their own, whatever walls are around: two more of their chart lie around
-/// them in all directions.
+/// The depth of texels that are of a surface of their own, whatever walls are around: two more of their chart lie
+/// around them in all directions.
 const DEEP: u8 = 3;
 
 /// A wall is no part of the surface that it stands on: their normals are farther apart than the angle of this cosine.
@@ -174,8 +174,8 @@ struct Walls<'a> {
 }
 
 impl Walls<'_> {
-    /// The place in front of a wall for a texel that lies behind it, as seen from a neighbor in much less light, or of any
-    /// neighbor if the texel is inside a solid. Neighbors there count for nothing.
+    /// The place in front of a wall for a texel that lies behind it, as seen from a neighbor in much less light, or of
+    /// any neighbor if the texel is inside a solid. Neighbors there count for nothing.
     fn darker_place(&self, texel: usize, position: [f32; 3]) -> Option<[f32; 3]> {
         let (scene, bvh) = (self.rays.scene(), self.rays.bvh());
         let chart = self.picture.chart(texel)?;

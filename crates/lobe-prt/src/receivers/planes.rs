@@ -102,8 +102,8 @@ impl Planes {
     }
 }
 
-/// The plane of the triangle that a point with this normal lies on, on the lit side, which is that of `vertex_normal`; none
-/// if the two normals are the same.
+/// The plane of the triangle that a point with this normal lies on, on the lit side, which is that of `vertex_normal`;
+/// none if the two normals are the same.
 pub(crate) fn plane_of_point(normal: [f32; 3], vertex_normal: [f32; 3], plane: [f32; 3]) -> Option<[f32; 3]> {
     let plane = turned(wide(plane), vertex_normal);
     (wide(plane).dot(wide(normal)) <= SAME).then_some(plane)

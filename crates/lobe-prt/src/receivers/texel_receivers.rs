@@ -33,8 +33,8 @@ const OUTSIDE: f32 = 1e-4;
 /// the nearest, so that a picture shown between texels is right up to the seams. All meshes share the picture, in their
 /// texture coordinates of set 1, or of set 0 where they have no set 1.
 ///
-/// A floor that goes on behind a wall brings no light through. At the border of a chart, texels whose places lie beyond a
-/// wall, no farther than two texels, are moved in front of it. Farther parts stay, except for the texels next to the
+/// A floor that goes on behind a wall brings no light through. At the border of a chart, texels whose places lie beyond
+/// a wall, no farther than two texels, are moved in front of it. Farther parts stay, except for the texels next to the
 /// wall: these move to the side that sees less than half as much of the sky.
 ///
 /// Normals are those at the places of the texels, tilted by normal maps: what is finer than a texel is seen at its center alone.
@@ -282,8 +282,8 @@ fn draw(
 
 /// The rows of a picture near a triangle, each with the columns there: those within [`REACH`], and few others.
 ///
-/// A row has its columns from the part of the triangle that is as near to it: slivers along a diagonal have as many texels
-/// as they are long, whatever their box.
+/// A row has its columns from the part of the triangle that is as near to it: slivers along a diagonal have as many
+/// texels as they are long, whatever their box.
 fn rows_near(corners: [DVec2; 3], width: usize) -> impl Iterator<Item = (usize, Range<usize>)> {
     // Centers are at halves.
     let near = move |(min, max): (f64, f64)| {

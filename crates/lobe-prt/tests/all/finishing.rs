@@ -31,8 +31,8 @@ fn white(scene: &Scene, keeps: impl Fn(&Mesh) -> bool) -> Scene {
     Scene::new(meshes.collect(), vec![], vec![]).unwrap()
 }
 
-/// The largest and the mean value of |a - b| / mean at random places of the edges that have two places in the lightmap, by a look at
-/// the picture from both.
+/// The largest and the mean value of |a - b| / mean at random places of the edges that have two places in the lightmap,
+/// by a look at the picture from both.
 fn steps_at_seams(scene: &Scene, texels: &TexelReceivers, transfer: &Transfer) -> (f64, f64, usize) {
     const PLACES: usize = 9;
     let mut random = Random::new(5);

@@ -101,7 +101,8 @@ impl DistantLight {
         Self { source, backdrop: Backdrop::Light, table, world_from_light: none, light_from_world: none }
     }
 
-    /// This light in front of a backdrop. One that is the light itself is the same as [`Backdrop::Light`], in fingerprints too.
+    /// This light in front of a backdrop. One that is the light itself is the same as [`Backdrop::Light`], in
+    /// fingerprints too.
     #[must_use]
     pub fn before(self, backdrop: Backdrop) -> Self {
         let is_light = match (&backdrop, &self.source) {

@@ -1,4 +1,5 @@
-//! Back faces: the transfer of the backs of double-sided surfaces that a view shows. Most files hold that of fronts alone.
+//! Back faces: the transfer of the backs of double-sided surfaces that a view shows. Most files hold that of fronts
+//! alone.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 

@@ -102,8 +102,8 @@ impl BakedScene {
         Ok(Self::new(scene, places, SurfaceTransfer::Matte(transfer), None, recipe))
     }
 
-    /// Bakes the vertices of `scene`, [fitted](lobe_prt::bake_vertices), or with matrices and `lobe` if there is one. The steps
-    /// of `job` are triangles or vertices; it can be kept in a file.
+    /// Bakes the vertices of `scene`, [fitted](lobe_prt::bake_vertices), or with matrices and `lobe` if there is one.
+    /// The steps of `job` are triangles or vertices; it can be kept in a file.
     ///
     /// # Errors
     /// [`RenderError::Prt`] with the errors of [`bake`](fn@lobe_prt::bake), [`RenderError::Cancelled`] if the

@@ -42,8 +42,8 @@ pub struct SceneReadOptions {
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub enum ScenePose {
-    /// The beginning of the first animation, where nobody asks for a time: the report says which that is. Where the file
-    /// has a fault in what moves, things stand at rest, with a note.
+    /// The beginning of the first animation, where nobody asks for a time: the report says which that is. Where the
+    /// file has a fault in what moves, things stand at rest, with a note.
     #[default]
     Start,
     /// Where they are at a time: nodes as an animation has moved them, skins carried by their joints, morph targets

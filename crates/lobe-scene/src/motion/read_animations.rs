@@ -43,7 +43,8 @@ pub(crate) enum Wanted<'a> {
 }
 
 impl Wanted<'_> {
-    /// Whether the animation of a number is read, by the same rule as [`AnimatedScene::animation`](crate::AnimatedScene::animation).
+    /// Whether the animation of a number is read, by the same rule as
+    /// [`AnimatedScene::animation`](crate::AnimatedScene::animation).
     fn has(&self, number: usize, names: &[Option<&str>]) -> bool {
         match self {
             Self::All => true,

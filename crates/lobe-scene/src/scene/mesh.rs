@@ -167,8 +167,8 @@ impl Mesh {
         self.parts.source
     }
 
-    /// The edges whose middles the last vertices are, in their order; empty where nothing was split. The ends of an edge
-    /// are earlier vertices, middles among them.
+    /// The edges whose middles the last vertices are, in their order; empty where nothing was split. The ends of an
+    /// edge are earlier vertices, middles among them.
     #[must_use]
     pub fn halved(&self) -> &[[u32; 2]] {
         &self.parts.halved

@@ -56,8 +56,8 @@ impl Scene {
     /// The steps of `job` are triangles that are flattened. It cannot be kept in a file.
     ///
     /// # Errors
-    /// [`SceneError::Options`] if an option is out of range, or if the charts with their padding do not fit into so many
-    /// texels; [`SceneError::Cancelled`] if the watch of the job said to stop.
+    /// [`SceneError::Options`] if an option is out of range, or if the charts with their padding do not fit into so
+    /// many texels; [`SceneError::Cancelled`] if the watch of the job said to stop.
     pub fn unwrapped(&self, options: &UnwrapOptions, job: Job<'_>) -> Result<(Self, UnwrapReport), SceneError> {
         options.check()?;
         job.expect_no_checkpoint().map_err(SceneError::Options)?;

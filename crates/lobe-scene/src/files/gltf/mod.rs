@@ -5,8 +5,8 @@
 //! finds the origin that they count from; `materials` reads colors and textures, `normal_maps` the tangents that belong to some;
 //! `plain` is a file in which `meshopt`, `draco`, `instancing` and `flat`
 //! have made plain what it stores otherwise, after `unfolded` has counted what it shows.
-//! Writing: `document` is a file to extend, `from_scene` creates one; `subdivided` gives primitives of a file the vertices of
-//! a split scene, with attributes of `middles`, around as `orientation` says.
+//! Writing: `document` is a file to extend, `from_scene` creates one; `subdivided` gives primitives of a file the
+//! vertices of a split scene, with attributes of `middles`, around as `orientation` says.
 
 pub(crate) mod accessor;
 pub(crate) mod container;

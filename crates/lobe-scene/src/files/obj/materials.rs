@@ -17,8 +17,8 @@ pub(crate) struct MtlMaterial {
     unused: BTreeSet<String>,
 }
 
-/// Keywords that say nothing of a matte surface. The width of highlights and how glass refracts count only beside others,
-/// which are named.
+/// Keywords that say nothing of a matte surface. The width of highlights and how glass refracts count only beside
+/// others, which are named.
 const SILENT: [&str; 3] = ["ns", "ni", "sharpness"];
 
 /// The most keywords that a note names.
