@@ -148,13 +148,14 @@ impl Checkpoint {
     /// in vain.
     pub(crate) fn check_kind(&self, is_adaptive: bool) -> anyhow::Result<()> {
         let rounds = split_checkpoints(&self.path);
-        let (other, of) = match (is_adaptive, rounds.first()) {
-            (true, None) if self.path.exists() => (&self.path, "without"),
-            (false, Some(first)) => (first, "with"),
+        let (other, does) = match (is_adaptive, rounds.first()) {
+            (true, None) if self.path.exists() => (&self.path, "does not split"),
+            (false, Some(first)) => (first, "splits"),
             _ => return Ok(()),
         };
         bail!(
-            "{}: this checkpoint is of a bake {of} splitting (--no-split, --adaptive); repeat that command to continue it, or start anew with --fresh",
+            "{}: this checkpoint is of a bake that {does} triangles; repeat that command to continue it, or start anew \
+             with --fresh",
             other.display()
         )
     }
@@ -280,7 +281,7 @@ mod tests {
         let bake = Progress { rays: 3_000_000, ..work };
         assert_eq!(text_of(&bake).as_deref(), Some("1.50 Mrays/s"));
         let splitting = Progress { round: 2, error: 0.0824, ..bake };
-        let text = "round 2: 120 edges may be off, by up to 0.082, 1.50 Mrays/s";
+        let text = "round 2: 120 triangles, off by 8.2 %, 1.50 Mrays/s";
         assert_eq!(text_of(&splitting).as_deref(), Some(text));
     }
 
@@ -296,10 +297,13 @@ mod tests {
         }
         make(&["out.glb.checkpoint"]);
         let refusal = checkpoint.check_kind(true).unwrap_err().to_string();
-        assert!(refusal.contains("checkpoint: this checkpoint is of a bake without --adaptive; "), "{refusal}");
+        assert!(
+            refusal.contains("checkpoint: this checkpoint is of a bake that does not split triangles; "),
+            "{refusal}"
+        );
         make(&rounds);
         let refusal = checkpoint.check_kind(false).unwrap_err().to_string();
-        assert!(refusal.contains("split-0: this checkpoint is of a bake with --adaptive; "), "{refusal}");
+        assert!(refusal.contains("split-0: this checkpoint is of a bake that splits triangles; "), "{refusal}");
         assert!(checkpoint.check_kind(true).is_ok(), "its own files");
         for remove in [Checkpoint::finish, |checkpoint: &Checkpoint| checkpoint.discard().unwrap()] {
             make(&["out.glb.checkpoint"]);
