@@ -9,12 +9,12 @@ use serde_json::Value;
 use crate::PrtError;
 use crate::job::meter::Meter;
 
-/// Writes a .glb; until all is written, nothing has its name. Its buffer, of `length` bytes, is that of a document, padded
-/// to a multiple of four, and what `rest` writes, `steps` steps of the job.
+/// Writes a .glb; until all is written, nothing has its name. Its buffer, of `length` bytes, is that of a document,
+/// padded to a multiple of four, and what `rest` writes, `steps` steps of the job.
 ///
 /// # Errors
-/// [`PrtError::Options`] if it would have 4 GiB or more, [`PrtError::Io`] if the system refuses, [`PrtError::Cancelled`]
-/// if the job was told to stop.
+/// [`PrtError::Options`] if it would have 4 GiB or more, [`PrtError::Io`] if the system refuses,
+/// [`PrtError::Cancelled`] if the job was told to stop.
 pub(crate) fn write_glb(
     path: &Path,
     (json, document, length): (&Value, &[u8], usize),

@@ -13,8 +13,8 @@ use crate::job::checkpoint::StoredRows;
 use crate::job::fingerprint::{fingerprint_arithmetic, fingerprint_scene};
 use crate::{AlbedoMode, BakeOptions, BakeReport, PrtError, Receivers, Transfer};
 
-/// The weight of the regularization, for each square of the noise: what holds slopes is worth as much as what points say
-/// is uncertain. With this and with a weight of .25 for all, default bakes are off by 3.7 and 4.0 % in a room of noise
+/// The weight of the regularization, for each square of the noise: what holds slopes is worth as much as what points
+/// say is uncertain. With this and with a weight of .25 for all, default bakes are off by 3.7 and 4.0 % in a room of noise
 /// .13, 2.7 and 3.1 % on a robot of .05, .4 and .7 % on a rabbit of .004.
 const SMOOTHNESS: f64 = 25.0;
 
