@@ -62,7 +62,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         for kind in [Kind::Fronts, Kind::Backs, Kind::Matrices, Kind::Visibility] {
             let mode = if kind == Kind::Visibility { BakeMode::Shadowed } else { BakeMode::Interreflected };
             let found = measure(&scene, &options.clone().mode(mode), kind)?;
-            let [vertices, fitted] = found.errors.map(|error| format!("{:.1} %", 100.0 * error));
+            let percent =
+                |error: f64| if error.is_finite() { format!("{:.1} %", 100.0 * error) } else { String::new() };
+            let [vertices, fitted] = found.errors.map(percent);
             let count = scene.vertex_count();
             println!("| {argument} | {count} | {kind:?} | {vertices} | {fitted} | {:.2} |", found.rays);
         }
@@ -71,7 +73,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 struct Found {
-    /// Of transfer at the vertices, and of fitted transfer.
+    /// Of transfer at the vertices, and of fitted transfer; none if no point is seen.
     errors: [f64; 2],
     /// Rays of the fit, those of vertices being 1.
     rays: f64,
