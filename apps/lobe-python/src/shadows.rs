@@ -135,7 +135,8 @@ pub(crate) fn self_visibility<'py>(
     let options = VisibilityOptions::default().order(settings.order).rays(settings.rays).seed(settings.seed);
     let scene = read(py, scene, settings.entity)?;
     let checkpoint = beside(&output, ".checkpoint");
-    let rows = watched(py, progress.as_ref(), Some(&checkpoint), |job| bake_vertex_visibility(&scene, &options, job))?;
+    let (rows, rays) =
+        watched(py, progress.as_ref(), Some(&checkpoint), |job| bake_vertex_visibility(&scene, &options, job))?;
     let stored = py.detach(|| {
         let positions = scene.meshes().iter().flat_map(lobe::scene::Mesh::positions).copied().collect();
         let visibility = SurfaceVisibility::new(settings.order, rows)?.with_positions(positions)?;
@@ -145,7 +146,7 @@ pub(crate) fn self_visibility<'py>(
     let _ = fs::remove_file(&checkpoint);
     let all = report_of(py, &stored)?;
     all.set_item("vertices", scene.vertex_count())?;
-    all.set_item("rays", scene.vertex_count() as u64 * u64::from(settings.rays))?;
+    all.set_item("rays", rays)?;
     Ok(all)
 }
 

@@ -1,5 +1,6 @@
 //! A bake as a piece of work: what is baked at which points, all at once or in shards, and the file of the results.
 
+use std::borrow::Cow;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
@@ -9,12 +10,13 @@ use lobe_scene::{Bvh, Scene, UnwrapOptions};
 use crate::bake::bake::{bake_on_disk_knowing, bake_shard_knowing};
 use crate::bake::glossy::{Points as MatrixPoints, bake_points_on_disk, bake_points_shard};
 use crate::bake::pilot::KnownPilot;
-use crate::fit::vertex_fit::{fitted, moments_on_disk, moments_shard, row_of_triangle};
+use crate::fit::vertex_fit::{VertexFit, row_of_triangle, white_channels};
 use crate::job::checkpoint::StoredRows;
 use crate::{
-    AdaptiveOptions, AdaptiveReport, BakeMode, BakeOptions, BakeReport, Channels, FinishOptions, LightmapGlb,
-    NeighborhoodGrid, Pilot, PrtError, Receivers, Recipe, StoredMatrices, StoredTransfer, TexelReceivers, Transfer,
-    TransferRows, split_adaptively, write_lightmap, write_matrices, write_neighborhood, write_transfer,
+    AdaptiveOptions, AdaptiveReport, BakeMode, BakeOptions, BakeReport, Channels, FinishOptions, FittedVertices,
+    LightmapGlb, NeighborhoodGrid, Pilot, PrtError, Receivers, Recipe, StoredMatrices, StoredTransfer, TexelReceivers,
+    Transfer, TransferMatrices, TransferRows, split_adaptively, write_lightmap, write_matrices, write_neighborhood,
+    write_transfer,
 };
 
 /// A bake of a scene whose points are known: at its vertices, at the texels of its lightmap, or in space.
@@ -59,30 +61,32 @@ pub enum BakedRows {
     /// Transfer vectors, each baked at its point.
     Transfer(StoredTransfer),
     /// Transfer vectors of vertices, fitted to the points around them.
-    Fitted(FittedTransfer),
-    /// Transfer matrices: of glossy light, and of points in space.
+    Fitted(Fitted<Transfer>),
+    /// Transfer matrices of points in space.
     Matrices(StoredMatrices),
+    /// Transfer matrices of vertices, fitted to the points around them: of glossy light.
+    FittedMatrices(Fitted<TransferMatrices>),
 }
 
 /// Transfer of vertices that was fitted to moments in a checkpoint, which stays locked as long as this is there.
 #[derive(Debug)]
-pub struct FittedTransfer {
-    transfer: Transfer,
+pub struct Fitted<T> {
+    transfer: T,
     #[cfg_attr(not(test), expect(dead_code, reason = "keeps the file locked"))]
     moments: StoredRows,
 }
 
-impl FittedTransfer {
+impl<T> Fitted<T> {
     /// The transfer.
     #[must_use]
-    pub fn transfer(&self) -> &Transfer {
+    pub fn transfer(&self) -> &T {
         &self.transfer
     }
 }
 
 impl BakeWork {
-    /// Transfer vectors at the vertices of a scene, [fitted](crate::bake_vertices) to points all over its triangles; of
-    /// [`BakeMode::Glossy`] matrices at the vertices themselves.
+    /// Transfer vectors at the vertices of a scene, of [`BakeMode::Glossy`] matrices, [fitted](crate::bake_vertices) to
+    /// points all over its triangles.
     ///
     /// # Errors
     /// Those of [`Receivers::at_vertices`].
@@ -158,12 +162,11 @@ impl BakeWork {
         &self.options
     }
 
-    /// Points that are baked, each a step of the job: of vertices that are fitted, triangles.
+    /// Points that are baked, each a step of the job: of vertices, which are fitted, triangles.
     #[must_use]
     pub fn points(&self) -> usize {
         match &self.points {
-            Points::Vertices(_) if self.is_fitted() => self.scene.triangle_count(),
-            Points::Vertices(receivers) => receivers.len(),
+            Points::Vertices(_) => self.scene.triangle_count(),
             Points::Texels(texels) => texels.receivers().len(),
             Points::Grid(grid, _) => grid.counts().iter().product(),
         }
@@ -173,6 +176,8 @@ impl BakeWork {
     #[must_use]
     pub fn channels(&self) -> Channels {
         let is_gray = match &self.points {
+            // Matrices have no albedo of their own.
+            _ if self.has_matrices() => true,
             Points::Vertices(receivers) => receivers.is_gray(),
             Points::Texels(texels) => texels.receivers().is_gray(),
             Points::Grid(..) => true,
@@ -183,11 +188,11 @@ impl BakeWork {
     /// Bytes of the results in a checkpoint, but for its header.
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        if self.is_fitted() {
-            let row = row_of_triangle(&self.scene, &self.options);
-            return (size_of::<f32>() * row * self.scene.triangle_count()) as u64;
-        }
-        self.bytes_of(self.points())
+        let Points::Vertices(_) = &self.points else { return self.bytes_of(self.points()) };
+        // Of a fit, the moments of triangles.
+        let channels = white_channels(&self.scene, &self.options).count();
+        let row = row_of_triangle(self.numbers_of_channel() * channels);
+        (size_of::<f32>() as u64).saturating_mul((row * self.scene.triangle_count()) as u64)
     }
 
     /// Bytes of the numbers in the file of the results: of a lightmap all texels have some.
@@ -200,11 +205,6 @@ impl BakeWork {
         }
     }
 
-    /// Whether results are fitted to moments of triangles.
-    fn is_fitted(&self) -> bool {
-        matches!(self.points, Points::Vertices(_)) && !self.has_matrices()
-    }
-
     /// Splits the scene where its transfer at vertices is farthest off, see [`split_adaptively`].
     ///
     /// # Errors
@@ -214,8 +214,13 @@ impl BakeWork {
     }
 
     fn bytes_of(&self, points: usize) -> u64 {
-        let numbers = self.options.order.pow(if self.has_matrices() { 4 } else { 2 });
-        (points as u64).saturating_mul((size_of::<f32>() * numbers * self.channels().count()) as u64)
+        let numbers = self.numbers_of_channel() * self.channels().count();
+        (points as u64).saturating_mul((size_of::<f32>() * numbers) as u64)
+    }
+
+    /// Numbers of the vector or matrix of a channel.
+    fn numbers_of_channel(&self) -> usize {
+        self.options.order.pow(if self.has_matrices() { 4 } else { 2 })
     }
 
     fn has_matrices(&self) -> bool {
@@ -251,25 +256,31 @@ impl BakeWork {
         Ok(())
     }
 
-    /// Bakes all points. The results stay in the checkpoint of the job.
+    /// Bakes all points. The results stay in the checkpoint of the job; those of a fit are in memory, too.
     ///
     /// # Errors
     /// Those of [`bake_on_disk`](crate::bake_on_disk).
     pub fn bake(&self, job: Job<'_>) -> Result<(BakedRows, BakeReport), PrtError> {
         let (scene, bvh, options, pilot) = (&*self.scene, self.bvh(), &self.options, &self.pilot);
-        match self.receivers() {
-            Some(receivers) if self.is_fitted() => {
-                let (moments, report) = moments_on_disk(scene, bvh, receivers, options, job, pilot)?;
-                let transfer = fitted(scene, receivers, options, (&moments, report.stderr_dc))?;
-                Ok((BakedRows::Fitted(FittedTransfer { transfer, moments }), report))
+        match &self.points {
+            Points::Vertices(receivers) => {
+                let fitted = FittedVertices::of_receivers(scene, Cow::Borrowed(receivers));
+                if self.has_matrices() {
+                    let (numbers, moments, report) =
+                        VertexFit::of_matrices(&fitted, bvh, options, pilot)?.run_on_disk(job)?;
+                    let transfer = TransferMatrices::new(options.order, self.channels(), numbers)?;
+                    return Ok((BakedRows::FittedMatrices(Fitted { transfer, moments }), report));
+                }
+                let (white, moments, report) = VertexFit::of_vectors(&fitted, bvh, options, pilot)?.run_on_disk(job)?;
+                let transfer = fitted.colored(&white, options)?;
+                Ok((BakedRows::Fitted(Fitted { transfer, moments }), report))
             }
-            Some(receivers) if !self.has_matrices() => {
-                let (rows, report) = bake_on_disk_knowing(scene, bvh, receivers, options, job, pilot)?;
+            Points::Texels(texels) => {
+                let (rows, report) = bake_on_disk_knowing(scene, bvh, texels.receivers(), options, job, pilot)?;
                 Ok((BakedRows::Transfer(rows), report))
             }
-            receivers => {
-                let positions = self.positions();
-                let points = matrix_points(receivers, &positions);
+            Points::Grid(grid, _) => {
+                let points = MatrixPoints { positions: &grid.points(scene.origin()), receivers: None };
                 let (rows, report) = bake_points_on_disk(scene, bvh, points, options, job, pilot)?;
                 Ok((BakedRows::Matrices(rows), report))
             }
@@ -283,32 +294,19 @@ impl BakeWork {
     /// Those of [`bake_on_disk`](crate::bake_on_disk).
     pub fn bake_shard(&self, shard: Shard, job: Job<'_>) -> Result<BakeReport, PrtError> {
         let (scene, bvh, options, pilot) = (&*self.scene, self.bvh(), &self.options, &self.pilot);
-        match self.receivers() {
-            Some(receivers) if self.is_fitted() => moments_shard(scene, bvh, receivers, options, shard, job, pilot),
-            Some(receivers) if !self.has_matrices() => {
-                bake_shard_knowing(scene, bvh, receivers, options, shard, job, pilot)
-            }
-            receivers => {
-                let positions = self.positions();
-                bake_points_shard(scene, bvh, matrix_points(receivers, &positions), options, shard, job, pilot)
-            }
-        }
-    }
-
-    /// The receivers, if the points are on surfaces.
-    fn receivers(&self) -> Option<&Receivers> {
         match &self.points {
-            Points::Vertices(receivers) => Some(receivers),
-            Points::Texels(texels) => Some(texels.receivers()),
-            Points::Grid(..) => None,
-        }
-    }
-
-    /// The points in space; none on surfaces.
-    fn positions(&self) -> Vec<[f32; 3]> {
-        match &self.points {
-            Points::Grid(grid, _) => grid.points(self.scene.origin()),
-            Points::Vertices(_) | Points::Texels(_) => Vec::new(),
+            Points::Vertices(receivers) => {
+                let fitted = FittedVertices::of_receivers(scene, Cow::Borrowed(receivers));
+                match self.has_matrices() {
+                    true => VertexFit::of_matrices(&fitted, bvh, options, pilot)?.run_shard(shard, job),
+                    false => VertexFit::of_vectors(&fitted, bvh, options, pilot)?.run_shard(shard, job),
+                }
+            }
+            Points::Texels(texels) => bake_shard_knowing(scene, bvh, texels.receivers(), options, shard, job, pilot),
+            Points::Grid(grid, _) => {
+                let points = MatrixPoints { positions: &grid.points(scene.origin()), receivers: None };
+                bake_points_shard(scene, bvh, points, options, shard, job, pilot)
+            }
         }
     }
 
@@ -339,7 +337,7 @@ impl BakeWork {
         let path = path.as_ref();
         match (&self.points, baked) {
             (Points::Vertices(_), BakedRows::Fitted(rows)) => write_transfer(path, &rows.transfer, recipe, job),
-            (Points::Vertices(_), BakedRows::Matrices(rows)) => write_matrices(path, rows, recipe, job),
+            (Points::Vertices(_), BakedRows::FittedMatrices(rows)) => write_matrices(path, &rows.transfer, recipe, job),
             (Points::Texels(texels), BakedRows::Transfer(rows)) => {
                 let is = |name: &str| path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(name));
                 let finished = self.finished(texels, rows)?;
@@ -392,11 +390,6 @@ impl BakeWork {
     }
 }
 
-/// Points that matrices are baked for: receivers, or else positions in space.
-fn matrix_points<'a>(receivers: Option<&'a Receivers>, positions: &'a [[f32; 3]]) -> MatrixPoints<'a> {
-    receivers.map_or(MatrixPoints { positions, receivers: None }, MatrixPoints::of)
-}
-
 impl BakedRows {
     /// The transfer vectors, unless there are matrices.
     #[must_use]
@@ -404,7 +397,7 @@ impl BakedRows {
         match self {
             Self::Transfer(rows) => Some(rows),
             Self::Fitted(rows) => Some(&rows.transfer),
-            Self::Matrices(_) => None,
+            Self::Matrices(_) | Self::FittedMatrices(_) => None,
         }
     }
 
@@ -416,7 +409,7 @@ impl BakedRows {
         match self {
             Self::Transfer(rows) => rows.load().map(Some),
             Self::Fitted(rows) => Ok(Some(rows.transfer)),
-            Self::Matrices(_) => Ok(None),
+            Self::Matrices(_) | Self::FittedMatrices(_) => Ok(None),
         }
     }
 }
@@ -506,6 +499,12 @@ mod tests {
         }
     }
 
+    fn check_fitted(work: &BakeWork, transfer: &[f32], moments: &StoredRows) {
+        let mode = work.options().mode;
+        assert_eq!(work.file_bytes(), 4 * transfer.len() as u64, "{mode:?}: transfer of vertices");
+        assert_eq!(work.bytes(), 4 * moments.load().unwrap().len() as u64, "{mode:?}: moments of triangles");
+    }
+
     #[test]
     fn bytes_are_those_of_the_results() {
         for (kind, (work, _)) in works().iter().enumerate() {
@@ -515,11 +514,12 @@ mod tests {
             let numbers = match baked {
                 BakedRows::Transfer(rows) => rows.load().unwrap().coefficients().len(),
                 BakedRows::Matrices(rows) => rows.load().unwrap().coefficients().len(),
-                BakedRows::Fitted(rows) => {
-                    let (transfer, moments) =
-                        (rows.transfer().coefficients().len(), rows.moments.load().unwrap().len());
-                    assert_eq!(work.file_bytes(), 4 * transfer as u64, "kind {kind}: transfer of vertices");
-                    assert_eq!(work.bytes(), 4 * moments as u64, "kind {kind}: moments of triangles");
+                BakedRows::Fitted(Fitted { transfer, moments }) => {
+                    check_fitted(work, transfer.coefficients(), &moments);
+                    continue;
+                }
+                BakedRows::FittedMatrices(Fitted { transfer, moments }) => {
+                    check_fitted(work, transfer.coefficients(), &moments);
                     continue;
                 }
             };

@@ -10,10 +10,10 @@
 //! |---|---|
 //! | transfer vectors | [`Transfer`], [`Channels`]; in 16 bits [`HalfTransfer`], [`HalfReport`]; without holding it in memory [`TransferRows`], [`StoredTransfer`] |
 //! | receivers | [`Receivers`]; [`TexelReceivers`] of a lightmap, shown by [`Lightmap`], finished by [`FinishOptions`] |
-//! | transfer at vertices by least squares | [`bake_vertices`] |
+//! | transfer and matrices at vertices by least squares | [`bake_vertices`], [`FittedVertices`] |
 //! | adaptive subdivision | [`split_adaptively`], [`AdaptiveOptions`], [`AdaptiveReport`], [`split_checkpoints`] |
 //! | baking | [`fn@bake`], [`bake_on_disk`], [`bake_shard`], [`BakeOptions`], [`BakeMode`], [`AlbedoMode`], [`BakeReport`] |
-//! | a bake as a piece of work, with its points, shards and file | [`BakeWork`], [`BakedRows`], [`FittedTransfer`] |
+//! | a bake as a piece of work, with its points, shards and file | [`BakeWork`], [`BakedRows`], [`Fitted`] |
 //! | baked glTF scenes | [`BakedGlb`], [`fn@read_baked`], [`Baked`]; their backs [`BakedBacks`], [`double_sided_vertices`]; baked or not: [`read_baked_or_scene`]; of an open file: [`BakedTransfer`] |
 //! | files of transfer alone | [`write_transfer`], [`write_half_transfer`], [`read_transfer`]; lightmaps [`write_lightmap`], [`read_lightmap`] |
 //! | compression (CPCA) | [`CompressedTransfer`], [`error_curve`] |
@@ -51,7 +51,7 @@ pub use bake::glossy::bake_matrices;
 pub use bake::options::{AlbedoMode, BakeMode, BakeOptions, BakeReport};
 pub use bake::pilot::Pilot;
 pub use bake::transfer_grid::{Neighborhood, NeighborhoodGrid, bake_neighborhood};
-pub use bake_work::{BakeWork, BakedRows, FittedTransfer};
+pub use bake_work::{BakeWork, BakedRows, Fitted};
 pub use compression::compress::{
     CompressOptions, CompressReport, CurvePoint, compress_table, compress_table_within, error_curve,
 };
@@ -78,6 +78,7 @@ pub use files::read_baked::{
 pub use files::transfer_file::{read_transfer, read_transfer_bytes, write_half_transfer, write_transfer};
 pub use finishing::finish::{FinishOptions, FinishReport};
 pub use fit::adaptive::{AdaptiveOptions, AdaptiveReport, split_adaptively, split_checkpoints};
+pub use fit::fitted_vertices::FittedVertices;
 pub use fit::vertex_fit::bake_vertices;
 pub use job::fingerprint::{fingerprint_arithmetic, fingerprint_scene, scene_hash};
 pub use receivers::lightmap::Lightmap;

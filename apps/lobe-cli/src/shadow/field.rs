@@ -193,16 +193,15 @@ impl Field {
         let numbers = vertices * self.order * self.order;
         self.memory.check(&what, COPIES * size_of::<f32>() as u64 * numbers as u64, "fewer bands (--order)")?;
         let defaults = VisibilityOptions::default();
-        let per_vertex = self.rays.unwrap_or(defaults.rays);
-        let options = defaults.order(self.order).rays(per_vertex).seed(self.seed);
-        let rows = checkpoint.watched(talk, |job| bake_vertex_visibility(scene, &options, job))?;
+        let rays = self.rays.unwrap_or(defaults.rays);
+        let options = defaults.order(self.order).rays(rays).seed(self.seed);
+        let (rows, rays) = checkpoint.watched(talk, |job| bake_vertex_visibility(scene, &options, job))?;
         let positions = scene.meshes().iter().flat_map(Mesh::positions).copied().collect();
         let visibility = SurfaceVisibility::new(self.order, rows)?.with_positions(positions)?;
         let storage = write_visibility(&self.output, &visibility, form)?;
         self.storage.tell_if_larger(&storage, talk);
         checkpoint.finish();
         tell_if_too_late(&self.output, talk);
-        let rays = vertices as u64 * u64::from(per_vertex);
         if self.json {
             return output::print_json(&PrintedVisibility { vertices, rays, storage });
         }

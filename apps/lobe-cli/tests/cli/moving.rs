@@ -133,17 +133,16 @@ fn options_that_would_be_ignored_or_contradict_each_other_are_refused() {
 
 #[test]
 fn the_visibility_of_an_entity_itself_is_that_of_the_library() {
-    use lobe::shadow::{VisibilityOptions, bake_visibility, read_visibility};
+    use lobe::shadow::{VisibilityOptions, bake_vertex_visibility, read_visibility};
     let dir = Dir::new();
     let command = "field built-in:ball --self-visibility --order 3 --rays 64 --seed 2 -o v.safetensors --json";
     let printed: Value = serde_json::from_str(&dir.lobe(command).succeeds().0).unwrap();
     let scene = lobe::scene::built_in::named("ball").unwrap();
     assert_eq!(printed["vertices"], scene.vertex_count(), "{printed}");
-    let vectors =
-        |of: fn(&lobe::scene::Mesh) -> &[[f32; 3]]| scene.meshes().iter().flat_map(of).copied().collect::<Vec<_>>();
-    let (positions, normals) = (vectors(lobe::scene::Mesh::positions), vectors(lobe::scene::Mesh::normals));
+    let positions: Vec<_> = scene.meshes().iter().flat_map(lobe::scene::Mesh::positions).copied().collect();
     let options = VisibilityOptions::default().order(3).rays(64).seed(2);
-    let expected = bake_visibility(&scene, &positions, &normals, &options, Default::default()).unwrap();
+    let (expected, rays) = bake_vertex_visibility(&scene, &options, Default::default()).unwrap();
+    assert_eq!(printed["rays"], rays, "{printed}");
     let found = read_visibility(dir.path("v.safetensors")).unwrap();
     assert!(found.order() == 3 && found.rows() == expected, "the numbers of the library");
     assert_eq!(found.positions(), Some(&*positions), "where each vertex is");

@@ -6,8 +6,7 @@ use anyhow::{anyhow, bail};
 use lobe::env::{DfgTable, MappedMap, PrefilterOptions, cube_source, prefilter_ggx};
 use lobe::io::Job;
 use lobe::prt::{
-    AnyTransfer, BakeMode, Baked, CompressedTransfer, GlossyLobe, Receivers, Recipe, Transfer, TransferMatrices,
-    bake_matrices,
+    AnyTransfer, BakeMode, Baked, CompressedTransfer, FittedVertices, GlossyLobe, Recipe, Transfer, TransferMatrices,
 };
 use lobe_gpu::{Environment, GlossyMesh, SplitSum, Storage, SurfaceShading};
 
@@ -130,8 +129,8 @@ impl Shown {
             arguments.limits.check_memory("transfer matrices", bytes as u64).map_err(|line| anyhow!(line))?;
             let options = bake_options(BakeMode::Interreflected, order, arguments.samples);
             let mut watch = progress("transfer matrices");
-            let (receivers, job) = (Receivers::at_vertices(&data.scene)?, Job::default().watched_by(&mut watch));
-            bake_matrices(&data.scene, &data.bvh, &receivers, &options, job)?.0
+            let job = Job::default().watched_by(&mut watch);
+            FittedVertices::all(&data.scene)?.bake_matrices(&data.bvh, &options, job)?.0
         };
         Ok(Self::Matrices(matrices, arguments.lobe.unwrap_or(LOBE)))
     }

@@ -7,8 +7,7 @@ use std::time::Duration;
 
 use lobe::io::{Job, Progress};
 use lobe::prt::{
-    BakeMode, BakeOptions, GlossyLobe, PrtError, Receivers, Recipe, Transfer, TransferMatrices, bake_matrices,
-    bake_vertices,
+    BakeMode, BakeOptions, FittedVertices, GlossyLobe, PrtError, Recipe, Transfer, TransferMatrices, bake_vertices,
 };
 use lobe::scene::{Bvh, Scene};
 use lobe_gpu::GlossyMesh;
@@ -237,7 +236,7 @@ pub(crate) fn rounds(
 /// Bakes the meshes that shine, watched; none of them if they are too many.
 ///
 /// # Errors
-/// As [`bake_matrices`].
+/// As [`FittedVertices::bake_matrices`].
 pub fn bake_glossy(
     data: &SceneData,
     order: usize,
@@ -251,13 +250,11 @@ pub fn bake_glossy(
     if vertices * order.pow(4) * 12 > GLOSSY_BYTES {
         return Ok(Vec::new());
     }
-    let receivers = Receivers::at_vertices(&data.scene)?;
     let options = bake_options(BakeMode::Interreflected, order, samples);
     let mut baked = Vec::new();
     for (mesh, lobe) in meshes {
-        let own = receivers.subset(&vertices_of(&data.scene, mesh).collect::<Vec<_>>())?;
-        let job = Job::default().watched_by(&mut watch);
-        let (matrices, _) = bake_matrices(&data.scene, &data.bvh, &own, &options, job)?;
+        let own = FittedVertices::some(&data.scene, &vertices_of(&data.scene, mesh).collect::<Vec<_>>())?;
+        let (matrices, _) = own.bake_matrices(&data.bvh, &options, Job::default().watched_by(&mut watch))?;
         baked.push(GlossyBake { mesh, lobe, matrices: Arc::new(matrices) });
     }
     Ok(baked)

@@ -1,10 +1,10 @@
 //! Diffuse transfer: the vectors of matte receivers by Monte Carlo sampling.
 
-use glam::Vec3;
-use lobe_scene::{Bvh, Hit, Ray, Scene, SurfaceRays};
+use lobe_scene::{Bvh, Ray, Scene, SurfaceRays};
 use lobe_sh::{Dir, Expansion as _, Zonal};
 
 use crate::bake::basis_sum::BasisSum;
+use crate::bake::point_transfer::{PathStart, PointTransfer};
 use crate::bake::tracer::{PathEnd, Tracer};
 use crate::job::chunks::{Estimator, Tally};
 use crate::receivers::planes::is_below;
@@ -36,21 +36,16 @@ pub(crate) struct DiffusePaths<'a> {
     /// The numbers of the paths from a point, so that neighbors follow each other.
     order: Vec<u32>,
     cosine: Zonal,
+    density: Density,
 }
 
-/// A point that paths start from.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct PathStart<'a> {
-    pub(crate) position: [f32; 3],
-    pub(crate) normal: [f32; 3],
-    /// The unit vector along which rays are lifted off the surface.
-    pub(crate) lift: [f32; 3],
-    /// The normals of the planes of the triangles that the point lies on, as of [`Receivers::planes`].
-    pub(crate) planes: &'a [[f32; 3]],
-    pub(crate) albedo: [f64; 3],
-    /// The sequences of its directions, and the number of its first path among them.
-    pub(crate) sobol: &'a Sobol,
-    pub(crate) first: u32,
+/// The density of the directions in which paths start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Density {
+    /// That of a matte receiver.
+    Cosine,
+    /// Uniform over the hemisphere, so that shadowed transfer is `∫ V(s) yᵢ(s) ds`: what is seen of the sky.
+    Hemisphere,
 }
 
 /// The buffers of a thread.
@@ -84,33 +79,13 @@ impl<'a> DiffusePaths<'a> {
         channels: Channels,
     ) -> Self {
         let cosine = Zonal::clamped_cosine(options.order);
-        Self { tracer: Tracer(surfaces), options, bounces: options.most_bounces(), channels, order, cosine }
+        let (tracer, bounces) = (Tracer(surfaces), options.most_bounces());
+        Self { tracer, options, bounces, channels, order, cosine, density: Density::Cosine }
     }
 
-    /// Numbers of a transfer vector.
-    pub(crate) fn row(&self) -> usize {
-        self.bands() * self.channels.count()
-    }
-
-    /// Paths from each point.
-    pub(crate) fn count(&self) -> usize {
-        self.order.len()
-    }
-
-    pub(crate) fn scratch(&self) -> Scratch {
-        // Visibility alone has no hue, unless by glass.
-        let channels =
-            if self.options.mode.reflects() || self.tracer.0.is_tinted() { self.channels.count() } else { 1 };
-        Scratch { sum: BasisSum::new(self.options.order, channels), directions: Vec::new(), occluded: Vec::new() }
-    }
-
-    /// Finds the transfer vector of a point.
-    pub(crate) fn transfer(&self, start: &PathStart<'_>, scratch: &mut Scratch, row: &mut [f32]) -> Tally {
-        match self.options.mode {
-            BakeMode::Unshadowed => self.unshadowed(start, row),
-            BakeMode::Shadowed => self.shadowed(start, scratch, row),
-            BakeMode::Interreflected | BakeMode::Glossy => self.interreflected(start, scratch, row),
-        }
+    /// The same paths with directions of another density.
+    pub(crate) fn with_density(self, density: Density) -> Self {
+        Self { density, ..self }
     }
 
     fn unshadowed(&self, start: &PathStart<'_>, row: &mut [f32]) -> Tally {
@@ -125,9 +100,13 @@ impl<'a> DiffusePaths<'a> {
     fn shadowed(&self, start: &PathStart<'_>, scratch: &mut Scratch, row: &mut [f32]) -> Tally {
         let (frame, origin) = self.frame_and_origin(start);
         let Scratch { sum, directions, occluded } = scratch;
-        // Trace shadow rays in cosine-weighted directions, all at once.
+        // Trace shadow rays, all at once.
         directions.clear();
-        directions.extend(self.order.iter().map(|&index| frame.cosine(start.sobol.point(start.first + index, 0))));
+        let direction = |point| match self.density {
+            Density::Cosine => frame.cosine(point),
+            Density::Hemisphere => frame.hemisphere(point),
+        };
+        directions.extend(self.order.iter().map(|&index| direction(start.sobol.point(start.first + index, 0))));
         occluded.resize(directions.len(), false);
         if self.tracer.0.is_tinted() {
             return self.shadowed_through_glass(start, origin, scratch, row);
@@ -171,6 +150,7 @@ impl<'a> DiffusePaths<'a> {
         for &direction in scratch.directions.iter().filter(|direction| !is_below(start.planes, **direction)) {
             match self.tracer.0.passes_through(&Ray::new(origin, direction)) {
                 Some(tint) => {
+                    let tint = if self.channels == Channels::Gray { [tint.iter().sum::<f32>() / 3.0; 3] } else { tint };
                     scratch.sum.push(direction, tint);
                     escaped += mean([0, 1, 2].map(|c| f64::from(tint[c]) * factors[c]));
                 }
@@ -224,26 +204,6 @@ impl<'a> DiffusePaths<'a> {
         }
     }
 
-    /// Whether a point is inside of a solid, or of a gap narrower than `gap`: whether every one of 16 rays, uniform
-    /// over the hemisphere, meets a back side, or anything nearer than that.
-    ///
-    /// Points below a roof that has no ceiling are not: rays along the surface leave.
-    pub(crate) fn is_buried(&self, start: &PathStart<'_>, gap: f32) -> bool {
-        /// A point that sees half of what is around it is taken for a buried one once in 65 536 times.
-        const RAYS: u32 = 16;
-        let (frame, origin) = self.frame_and_origin(start);
-        (0..RAYS).all(|index| {
-            let direction = frame.hemisphere(start.sobol.point(index, 0));
-            let (hit, _) = self.tracer.0.closest_through(&Ray::new(origin, direction));
-            hit.is_some_and(|hit| hit.t < gap || self.is_met_from_behind(&hit, direction))
-        })
-    }
-
-    fn is_met_from_behind(&self, hit: &Hit, direction: [f32; 3]) -> bool {
-        let normal = self.tracer.0.scene().surface(hit).geometric_normal;
-        Vec3::from(normal).dot(Vec3::from(direction)) > 0.0
-    }
-
     /// The axes of the directions of a point, and the origin of its rays.
     fn frame_and_origin(&self, start: &PathStart<'_>) -> (Frame, [f32; 3]) {
         (Frame::about(start.normal), self.tracer.origin_above(start.position, start.lift))
@@ -251,11 +211,51 @@ impl<'a> DiffusePaths<'a> {
 
     /// The factors of the sums over escaping paths, by channel.
     fn factors(&self, start: &PathStart<'_>) -> [f64; 3] {
-        start.albedo.map(|rho| rho / self.order.len() as f64)
+        let measure = if self.density == Density::Cosine { 1.0 } else { std::f64::consts::TAU };
+        start.albedo.map(|rho| measure * rho / self.order.len() as f64)
     }
 
     fn bands(&self) -> usize {
         self.options.order * self.options.order
+    }
+}
+
+impl PointTransfer for DiffusePaths<'_> {
+    type Scratch = Scratch;
+
+    fn row(&self) -> usize {
+        self.bands() * self.channels.count()
+    }
+
+    fn count(&self) -> usize {
+        self.order.len()
+    }
+
+    fn bounces(&self) -> usize {
+        self.bounces
+    }
+
+    fn limit_bounces(&mut self, bounces: usize) {
+        self.bounces = bounces;
+    }
+
+    fn scratch(&self) -> Scratch {
+        // Visibility alone has no hue, unless by glass.
+        let channels =
+            if self.options.mode.reflects() || self.tracer.0.is_tinted() { self.channels.count() } else { 1 };
+        Scratch { sum: BasisSum::new(self.options.order, channels), directions: Vec::new(), occluded: Vec::new() }
+    }
+
+    fn tracer(&self) -> Option<&Tracer<'_>> {
+        (self.options.mode != BakeMode::Unshadowed).then_some(&self.tracer)
+    }
+
+    fn transfer(&self, start: &PathStart<'_>, scratch: &mut Scratch, row: &mut [f32]) -> Tally {
+        match self.options.mode {
+            BakeMode::Unshadowed => self.unshadowed(start, row),
+            BakeMode::Shadowed => self.shadowed(start, scratch, row),
+            BakeMode::Interreflected | BakeMode::Glossy => self.interreflected(start, scratch, row),
+        }
     }
 }
 

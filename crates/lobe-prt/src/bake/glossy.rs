@@ -8,6 +8,7 @@ use lobe_scene::{Bvh, Ray, Scene, SurfaceRays};
 use crate::bake::bake::{PreparedBake, check_tree};
 use crate::bake::outer_sum::OuterSum;
 use crate::bake::pilot::KnownPilot;
+use crate::bake::point_transfer::{PathStart, PointTransfer};
 use crate::bake::tracer::{PathEnd, Tracer};
 use crate::job::chunks::{Estimator, Tally};
 use crate::job::fingerprint::{fingerprint_arithmetic, fingerprint_scene};
@@ -55,7 +56,7 @@ pub(crate) fn bake_points(
     job: Job<'_>,
 ) -> Result<(TransferMatrices, BakeReport), PrtError> {
     let bake = prepare(scene, bvh, points, options, &KnownPilot::new())?;
-    let channels = bake.estimator.channels;
+    let channels = bake.estimator.paths.channels;
     let (rows, report) = bake.run(|matrices| matrices.fingerprint(scene), job)?;
     Ok((TransferMatrices::new(options.order, channels, rows)?, report))
 }
@@ -71,7 +72,7 @@ pub(crate) fn bake_points_on_disk(
     known: &KnownPilot,
 ) -> Result<(StoredMatrices, BakeReport), PrtError> {
     let bake = prepare(scene, bvh, points, options, known)?;
-    let channels = bake.estimator.channels;
+    let channels = bake.estimator.paths.channels;
     let (rows, report) = bake.run_on_disk(|matrices| matrices.fingerprint(scene), job)?;
     Ok((StoredMatrices { order: options.order, channels, rows }, report))
 }
@@ -99,30 +100,122 @@ fn prepare<'a>(
 ) -> Result<PreparedBake<Matrices<'a>>, PrtError> {
     options.check()?;
     check_tree(scene, bvh)?;
-    let matrices = Matrices {
-        tracer: Tracer(SurfaceRays::new(scene, bvh)),
-        points,
-        options,
-        bounces: options.most_bounces(),
-        channels: options.channels_for(scene, true),
-        order: coherent_order(options.samples),
-    };
-    Ok(PreparedBake::new(matrices, options.energy_stop, known, |matrices, bounces| matrices.bounces = bounces))
+    let paths = MatrixPaths::new(SurfaceRays::new(scene, bvh), options, coherent_order(options.samples));
+    let matrices = Matrices { paths, points };
+    Ok(PreparedBake::new(matrices, options.energy_stop, known, |matrices, bounces| matrices.paths.bounces = bounces))
 }
 
-/// The estimator of matrices:
+/// The paths from a point, summed into its matrix:
 ///
 /// ```text
 ///   M_ij ≈ |Ω|/N Σ_k w_k yᵢ(a_k) yⱼ(b_k),    path k starts along a_k, uniform over Ω, and escapes along b_k
 /// ```
 #[derive(Debug)]
-struct Matrices<'a> {
+pub(crate) struct MatrixPaths<'a> {
     tracer: Tracer<'a>,
-    points: Points<'a>,
     options: &'a BakeOptions,
     bounces: usize,
-    channels: Channels,
+    pub(crate) channels: Channels,
+    /// The numbers of the paths from a point, so that neighbors follow each other.
     order: Vec<u32>,
+}
+
+impl<'a> MatrixPaths<'a> {
+    /// Paths of these numbers from each point.
+    pub(crate) fn new(surfaces: SurfaceRays<'a>, options: &'a BakeOptions, order: Vec<u32>) -> Self {
+        let channels = options.channels_for(surfaces.scene(), true);
+        Self { tracer: Tracer(surfaces), options, bounces: options.most_bounces(), channels, order }
+    }
+
+    /// The sum over paths from an origin, whose first directions are `direction` of points of a sequence, number
+    /// `first` and those after it. Those below all planes bring nothing.
+    fn sum(
+        &self,
+        (origin, planes): ([f32; 3], &[[f32; 3]]),
+        direction: impl Fn([f32; 2]) -> [f32; 3],
+        (sobol, first): (&Sobol, u32),
+        sum: &mut OuterSum,
+    ) -> Tally {
+        let part = 1.0 / self.order.len() as f64;
+        let energy = |throughput: [f32; 3]| part * throughput.iter().map(|&w| f64::from(w)).sum::<f64>() / 3.0;
+        let mut tally = Tally { energy: vec![0.0; self.bounces + 1], ..Tally::default() };
+        for &index in &self.order {
+            // Start a path.
+            let number = first + index;
+            let start = direction(sobol.point(number, 0));
+            if self.options.mode != BakeMode::Unshadowed && is_below(planes, start) {
+                continue;
+            }
+            // Follow it to its end.
+            match self.end(Ray::new(origin, start), sobol, number, &mut tally.rays) {
+                // Add the basis at both ends of the path, times its throughput.
+                PathEnd::Escaped { direction, throughput, bounce } => {
+                    sum.push(start, direction, throughput);
+                    tally.energy[bounce] += energy(throughput);
+                }
+                PathEnd::Left { throughput } => tally.left += energy(throughput),
+                PathEnd::Absorbed => {}
+            }
+        }
+        tally
+    }
+
+    /// The end of the path that starts along a ray.
+    fn end(&self, ray: Ray, sobol: &Sobol, index: u32, rays: &mut u64) -> PathEnd {
+        match self.options.mode {
+            BakeMode::Unshadowed => PathEnd::Escaped { direction: ray.direction, throughput: [1.0; 3], bounce: 0 },
+            _ => self.tracer.follow(ray, self.bounces, sobol, index, rays),
+        }
+    }
+
+    /// The factor of the sums over escaping paths of directions in this solid angle.
+    fn factor(&self, solid_angle: f64) -> f64 {
+        1.0 / self.order.len() as f64 * solid_angle
+    }
+}
+
+impl PointTransfer for MatrixPaths<'_> {
+    type Scratch = OuterSum;
+
+    fn row(&self) -> usize {
+        self.options.order.pow(4) * self.channels.count()
+    }
+
+    fn count(&self) -> usize {
+        self.order.len()
+    }
+
+    fn bounces(&self) -> usize {
+        self.bounces
+    }
+
+    fn limit_bounces(&mut self, bounces: usize) {
+        self.bounces = bounces;
+    }
+
+    fn scratch(&self) -> OuterSum {
+        OuterSum::new(self.options.order, self.channels.count())
+    }
+
+    fn tracer(&self) -> Option<&Tracer<'_>> {
+        (self.options.mode != BakeMode::Unshadowed).then_some(&self.tracer)
+    }
+
+    fn transfer(&self, start: &PathStart<'_>, sum: &mut OuterSum, row: &mut [f32]) -> Tally {
+        let frame = Frame::about(start.normal);
+        let origin = self.tracer.origin_above(start.position, start.lift);
+        let sequence = (start.sobol, start.first);
+        let tally = self.sum((origin, start.planes), |point| frame.hemisphere(point), sequence, sum);
+        sum.take_into(self.factor(TAU), row);
+        tally
+    }
+}
+
+/// The estimator of matrices of receivers, or of points in space.
+#[derive(Debug)]
+struct Matrices<'a> {
+    paths: MatrixPaths<'a>,
+    points: Points<'a>,
 }
 
 impl Matrices<'_> {
@@ -136,17 +229,9 @@ impl Matrices<'_> {
             Some(receivers) => receivers.write_into(&mut fingerprint),
             None => fingerprint.floats(self.points.positions.as_flattened()),
         }
-        self.options.write_into(&mut fingerprint);
+        self.paths.options.write_into(&mut fingerprint);
         fingerprint_arithmetic(&mut fingerprint);
         fingerprint
-    }
-
-    /// The end of the path that starts along a ray.
-    fn end(&self, ray: Ray, sobol: &Sobol, index: u32, rays: &mut u64) -> PathEnd {
-        match self.options.mode {
-            BakeMode::Unshadowed => PathEnd::Escaped { direction: ray.direction, throughput: [1.0; 3], bounce: 0 },
-            _ => self.tracer.follow(ray, self.bounces, sobol, index, rays),
-        }
     }
 }
 
@@ -158,52 +243,39 @@ impl Estimator for Matrices<'_> {
     }
 
     fn row(&self) -> usize {
-        self.options.order.pow(4) * self.channels.count()
+        self.paths.row()
     }
 
     fn paths(&self) -> usize {
-        self.order.len()
+        self.paths.count()
     }
 
     fn scratch(&self) -> OuterSum {
-        OuterSum::new(self.options.order, self.channels.count())
+        self.paths.scratch()
     }
 
     fn seed(&self) -> u64 {
-        self.options.seed
+        self.paths.options.seed
     }
 
-    fn estimate(&self, seed: u64, receiver: usize, sum: &mut OuterSum, row: &mut [f32]) -> Tally {
-        let position = self.points.positions[receiver];
-        let normal = self.points.receivers.map(|receivers| receivers.normals()[receiver]);
-        let planes = self.points.receivers.map_or(&[][..], |receivers| receivers.planes(receiver));
-        let place = position.into_iter().chain(normal.into_iter().flatten());
-        let sobol = Sobol::at_place(seed, place, self.bounces);
-        let frame = normal.map(Frame::about);
-        let lift = self.points.receivers.map(|receivers| receivers.lift(receiver));
-        let origin = lift.map_or(position, |lift| self.tracer.origin_above(position, lift));
-        let part = 1.0 / f64::from(self.options.samples);
-        let energy = |throughput: [f32; 3]| part * throughput.iter().map(|&w| f64::from(w)).sum::<f64>() / 3.0;
-        let mut tally = Tally { energy: vec![0.0; self.bounces + 1], ..Tally::default() };
-        for &index in &self.order {
-            // Start a path uniformly over the hemisphere, or over the sphere.
-            let point = sobol.point(index, 0);
-            let first = frame.map_or_else(|| sphere(point), |frame| frame.hemisphere(point));
-            if self.options.mode != BakeMode::Unshadowed && is_below(planes, first) {
-                continue;
-            }
-            // Follow it to its end.
-            match self.end(Ray::new(origin, first), &sobol, index, &mut tally.rays) {
-                // Add the basis at both ends of the path, times its throughput.
-                PathEnd::Escaped { direction, throughput, bounce } => {
-                    sum.push(first, direction, throughput);
-                    tally.energy[bounce] += energy(throughput);
-                }
-                PathEnd::Left { throughput } => tally.left += energy(throughput),
-                PathEnd::Absorbed => {}
-            }
-        }
-        sum.take_into(part * if frame.is_some() { TAU } else { 4.0 * PI }, row);
-        tally
+    fn estimate(&self, seed: u64, point: usize, sum: &mut OuterSum, row: &mut [f32]) -> Tally {
+        let position = self.points.positions[point];
+        let Some(receivers) = self.points.receivers else {
+            let sobol = Sobol::at_place(seed, position.into_iter(), self.paths.bounces);
+            let tally = self.paths.sum((position, &[]), sphere, (&sobol, 0), sum);
+            sum.take_into(self.paths.factor(4.0 * PI), row);
+            return tally;
+        };
+        let normal = receivers.normals()[point];
+        let start = PathStart {
+            position,
+            normal,
+            lift: receivers.lift(point),
+            planes: receivers.planes(point),
+            albedo: [1.0; 3],
+            sobol: &Sobol::at_place(seed, position.into_iter().chain(normal), self.paths.bounces),
+            first: 0,
+        };
+        self.paths.transfer(&start, sum, row)
     }
 }

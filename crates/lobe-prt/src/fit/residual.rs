@@ -4,8 +4,10 @@ use glam::{DMat3, DVec3};
 use lobe_scene::{Bvh, Scene, SurfaceRays};
 
 use crate::bake::diffuse::{DiffusePaths, Scratch as PathScratch};
-use crate::fit::surface_points::{SurfacePoint, area};
-use crate::fit::triangle_moments::TriangleMoments;
+use crate::bake::point_transfer::PointTransfer;
+use crate::fit::fitted_vertices::Face;
+use crate::fit::surface_points::area;
+use crate::fit::vertex_fit::white_channels;
 use crate::job::chunks::{Estimator, Tally};
 use crate::sampling::sobol::{coherent_order, hash};
 use crate::{BakeMode, BakeOptions};
@@ -100,7 +102,7 @@ impl<'a> Residuals<'a> {
     pub(crate) fn new(scene: &'a Scene, bvh: &'a Bvh, options: &'a BakeOptions, density: f64, gap: f32) -> Self {
         let is_traced = options.mode != BakeMode::Unshadowed;
         let order = if is_traced { coherent_order(PATHS) } else { Vec::new() };
-        let channels = TriangleMoments::channels(scene, options);
+        let channels = white_channels(scene, options);
         let paths = DiffusePaths::new(SurfaceRays::new(scene, bvh), options, order, channels);
         let of_band = |l: usize| std::iter::repeat_n(1.0 / (l + 1) as f64, 2 * l + 1);
         let weights: Vec<f64> = (0..channels.count()).flat_map(|_| (0..options.order).flat_map(of_band)).collect();
@@ -120,22 +122,22 @@ impl<'a> Residuals<'a> {
 
     /// The residual of a triangle of a split scene.
     fn of(&self, split: &Scene, triangle: usize, scratch: &mut Scratch) -> (Residual, u64) {
-        let (mesh, number) = split.locate(triangle);
-        let size = area(split.meshes()[mesh].corners(number));
+        let face = Face::front(split, triangle);
+        let size = area(face.corners());
         if size <= 0.0 {
             return (Residual::default(), 0);
         }
         let count = ((size * self.density) as u32).clamp(POINTS[0], POINTS[1]);
         // The two estimates have sequences of their own: blocks of one sequence complement each other, and are no
         // independent witnesses.
-        let of = |half: u64| SurfacePoint::sequences(split, hash([self.seed, half]), triangle, self.paths.bounces);
+        let of = |half: u64| face.sequences(hash([self.seed, half]), self.paths.bounces);
         let [[places, first], [_, second]] = [0, 1].map(of);
         scratch.points.clear();
         scratch.halves.iter_mut().chain(&mut scratch.errors).for_each(Vec::clear);
         let mut open = 0.0;
         let mut rays = 0;
         for index in 0..count {
-            let point = SurfacePoint::new(split, triangle, index, &places);
+            let point = face.point(index, &places);
             let start = |half: usize| point.start([&first, &second][half], index * PATHS);
             // Bake the two halves of the point, unless nobody sees it.
             let mut is_dark = self.is_traced;

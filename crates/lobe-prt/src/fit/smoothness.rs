@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 
 use glam::DVec3;
-use lobe_scene::Scene;
 
+use crate::fit::fitted_vertices::FittedVertices;
 use crate::receivers::inset::wide;
 
 /// Two triangles with a common edge, unfolded into a plane.
@@ -24,30 +24,24 @@ pub(crate) struct Hinge {
     pub(crate) area: f64,
 }
 
-/// The hinges of all edges of two triangles. `unknowns` are those of the vertices of all meshes; edges whose ends have
-/// values of their own in each triangle, creases, are none.
-pub(crate) fn hinges(scene: &Scene, unknowns: &[u32]) -> Vec<Hinge> {
+/// The hinges of all edges of two triangles. `unknowns` are those of the corners of each; edges whose ends have values of
+/// their own in each triangle, creases, are none.
+pub(crate) fn hinges(fitted: &FittedVertices<'_>, unknowns: &[[u32; 3]]) -> Vec<Hinge> {
     // Find the triangles of each edge: the third corner of each, first come first.
     let mut sides: HashMap<[u32; 2], Side> = HashMap::new();
     let mut hinges = Vec::new();
-    let mut first = 0;
-    for mesh in scene.meshes() {
-        for triangle in mesh.triangles() {
-            let corners = triangle.map(|v| v as usize);
-            let own = corners.map(|v| unknowns[first + v]);
-            let at = corners.map(|v| wide(mesh.positions()[v]));
-            for k in 0..3 {
-                let [i, j, l] = [k, (k + 1) % 3, (k + 2) % 3];
-                let [a, b] = if own[i] < own[j] { [i, j] } else { [j, i] };
-                if own[a] == own[b] {
-                    continue;
-                }
-                let side = Side::new(own[l], at[a], at[b], at[l]);
-                let known = sides.entry([own[a], own[b]]).or_insert(Side::NONE);
-                hinges.extend(known.meet(side, [own[a], own[b]]));
+    for (triangle, own) in unknowns.iter().enumerate() {
+        let at = fitted.face(triangle).corners().map(wide);
+        for k in 0..3 {
+            let [i, j, l] = [k, (k + 1) % 3, (k + 2) % 3];
+            let [a, b] = if own[i] < own[j] { [i, j] } else { [j, i] };
+            if own[a] == own[b] {
+                continue;
             }
+            let side = Side::new(own[l], at[a], at[b], at[l]);
+            let known = sides.entry([own[a], own[b]]).or_insert(Side::NONE);
+            hinges.extend(known.meet(side, [own[a], own[b]]));
         }
-        first += mesh.positions().len();
     }
     hinges
 }
@@ -94,7 +88,7 @@ impl Side {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lobe_scene::{Mesh, MeshParts};
+    use lobe_scene::{Mesh, MeshParts, Scene};
 
     fn two_triangles(positions: [[f32; 3]; 4]) -> Scene {
         let parts = MeshParts {
@@ -106,10 +100,18 @@ mod tests {
         Scene::new(vec![Mesh::new(parts).unwrap()], vec![], vec![]).unwrap()
     }
 
+    /// The hinges of two triangles, whose vertices have these unknowns.
+    fn hinges_of(positions: [[f32; 3]; 4], unknowns: [u32; 4]) -> Vec<Hinge> {
+        let scene = two_triangles(positions);
+        let fitted = FittedVertices::all(&scene).unwrap();
+        let of_corners: Vec<_> = fitted.corners().iter().map(|t| t.map(|v| unknowns[v as usize])).collect();
+        hinges(&fitted, &of_corners)
+    }
+
     #[test]
     fn a_hinge_is_the_change_of_slope_across_its_edge() {
         let positions = [[0.0, -0.3, 0.0], [0.0, 1.1, 0.0], [-0.7, 0.2, 0.0], [1.9, 0.9, 0.0]];
-        let hinges = hinges(&two_triangles(positions), &[0, 1, 2, 3]);
+        let hinges = hinges_of(positions, [0, 1, 2, 3]);
         assert_eq!(hinges.len(), 1, "one inner edge");
         let value = |of: &dyn Fn([f32; 3]) -> f64| {
             let Hinge { unknowns, weights, .. } = hinges[0];
@@ -129,7 +131,7 @@ mod tests {
         let of = |fold: f32, size: f32| {
             let (sin, cos) = fold.sin_cos();
             let positions = [[0.0, -0.3, 0.0], [0.0, 1.1, 0.0], [-0.7, 0.2, 0.0], [1.9 * cos, 0.9, 1.9 * sin]];
-            hinges(&two_triangles(positions.map(|p| p.map(|c| size * c))), &[0, 1, 2, 3])[0].weights
+            hinges_of(positions.map(|p| p.map(|c| size * c)), [0, 1, 2, 3])[0].weights
         };
         for (found, expected) in of(0.8, 30.0).iter().zip(of(0.0, 1.0)) {
             // Positions are rounded to f32.
@@ -141,7 +143,7 @@ mod tests {
     fn creases_borders_and_triangles_without_area_have_no_hinges() {
         let positions = [[0.0, -0.3, 0.0], [0.0, 1.1, 0.0], [-0.7, 0.2, 0.0], [1.9, 0.9, 0.0]];
         let flat = [[0.0, -0.3, 0.0], [0.0, 1.1, 0.0], [0.0, 0.2, 0.0], [1.9, 0.9, 0.0]];
-        assert!(hinges(&two_triangles(flat), &[0, 1, 2, 3]).is_empty(), "no area");
-        assert!(hinges(&two_triangles(positions), &[0, 0, 2, 3]).is_empty(), "no length");
+        assert!(hinges_of(flat, [0, 1, 2, 3]).is_empty(), "no area");
+        assert!(hinges_of(positions, [0, 0, 2, 3]).is_empty(), "no length");
     }
 }

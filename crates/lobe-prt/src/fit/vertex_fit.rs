@@ -1,17 +1,24 @@
 //! Transfer at vertices by least squares.
 
-use std::io;
+use std::path::Path;
 
 use lobe_io::{Fingerprint, IoError, Job, Shard};
-use lobe_scene::{Bvh, Scene};
+use lobe_scene::{Bvh, Scene, SurfaceRays};
 
-use crate::bake::bake::{PreparedBake, check_of_vectors};
+use crate::bake::bake::{PreparedBake, check_of_vectors, check_tree};
+use crate::bake::diffuse::{Density, DiffusePaths};
+use crate::bake::glossy::MatrixPaths;
 use crate::bake::pilot::KnownPilot;
+use crate::bake::point_transfer::PointTransfer;
+use crate::fit::fitted_vertices::FittedVertices;
 use crate::fit::normal_equations::{NormalEquations, ReadRows};
-use crate::fit::triangle_moments::TriangleMoments;
+use crate::fit::surface_points::{SurfacePoints, gap};
+use crate::fit::triangle_moments::{ELEMENT, TriangleMoments};
 use crate::job::checkpoint::StoredRows;
-use crate::job::fingerprint::{fingerprint_arithmetic, fingerprint_scene};
-use crate::{AlbedoMode, BakeOptions, BakeReport, PrtError, Receivers, Transfer};
+use crate::job::chunks::Estimator;
+use crate::job::fingerprint::fingerprint_arithmetic;
+use crate::sampling::sobol::coherent_order;
+use crate::{AlbedoMode, BakeMode, BakeOptions, BakeReport, Channels, PrtError, Transfer, TransferMatrices};
 
 /// The weight of the regularization, for each square of the noise: what holds slopes is worth as much as what points
 /// say is uncertain. With this and with a weight of .25 for all, default bakes are off by 3.7 and 4.0 % in a room of noise
@@ -51,129 +58,222 @@ pub fn bake_vertices(
     options: &BakeOptions,
     job: Job<'_>,
 ) -> Result<(Transfer, BakeReport), PrtError> {
-    let receivers = Receivers::at_vertices(scene)?;
-    let bake = prepare(scene, bvh, &receivers, options, &KnownPilot::new())?;
-    if job.checkpoint().is_some() {
-        let (rows, report) = bake.run_on_disk(|_| fingerprint(scene, options), job)?;
-        return Ok((fitted(scene, &receivers, options, (&rows, report.stderr_dc))?, report));
+    FittedVertices::all(scene)?.bake(bvh, options, job)
+}
+
+impl FittedVertices<'_> {
+    /// Bakes the transfer vectors of these vertices, see [`bake_vertices`].
+    ///
+    /// # Errors
+    /// Those of [`fn@crate::bake`].
+    pub fn bake(&self, bvh: &Bvh, options: &BakeOptions, job: Job<'_>) -> Result<(Transfer, BakeReport), PrtError> {
+        let (white, report) = VertexFit::of_vectors(self, bvh, options, &KnownPilot::new())?.run(job)?;
+        Ok((self.colored(&white, options)?, report))
     }
-    let (rows, report) = bake.run(|_| fingerprint(scene, options), job)?;
-    let row = rows.len() / scene.triangle_count().max(1);
-    let read = |first: usize, out: &mut [f32]| {
-        out.copy_from_slice(&rows[first * row..][..out.len()]);
-        Ok(())
-    };
-    Ok((solved(scene, &receivers, options, (&read, report.stderr_dc))?, report))
+
+    /// Bakes the transfer matrices of these vertices: those of [`bake_matrices`](crate::bake_matrices), fitted as
+    /// vectors are by [`bake_vertices`]. Their albedo is not in them.
+    ///
+    /// Memory: `4 n⁴` bytes for each vertex and channel, and three times that for each triangle unless the job is
+    /// [kept in a file](Job::kept_in).
+    ///
+    /// # Errors
+    /// Those of [`fn@crate::bake`].
+    pub fn bake_matrices(
+        &self,
+        bvh: &Bvh,
+        options: &BakeOptions,
+        job: Job<'_>,
+    ) -> Result<(TransferMatrices, BakeReport), PrtError> {
+        let (numbers, report) = VertexFit::of_matrices(self, bvh, options, &KnownPilot::new())?.run(job)?;
+        let channels = options.channels_for(self.scene(), true);
+        Ok((TransferMatrices::new(options.order, channels, numbers)?, report))
+    }
+
+    /// Bakes what these vertices see of the sky, fitted as transfer is: `∫ V(s) yᵢ(s) ds` over all directions above the
+    /// surface, n² numbers for each. Glass lets the mean of its tint through. Of the options the order, the samples and
+    /// the seed are used.
+    ///
+    /// # Errors
+    /// Those of [`fn@crate::bake`].
+    pub fn bake_visibility(
+        &self,
+        bvh: &Bvh,
+        options: &BakeOptions,
+        job: Job<'_>,
+    ) -> Result<(Vec<f32>, BakeReport), PrtError> {
+        let BakeOptions { order, samples, seed, .. } = *options;
+        let options = BakeOptions::default().mode(BakeMode::Shadowed).order(order).samples(samples).seed(seed);
+        VertexFit::of_visibility(self, bvh, &options.albedo(AlbedoMode::None), &KnownPilot::new())?.run(job)
+    }
+
+    /// The transfer of the vertices, from that of white ones.
+    pub(crate) fn colored(&self, white: &[f32], options: &BakeOptions) -> Result<Transfer, PrtError> {
+        let channels = self.channels(options);
+        let bands = options.order * options.order;
+        let of_white = bands * white_channels(self.scene(), options).count();
+        let mut rows = Vec::with_capacity(self.vertices().len() * bands * channels.count());
+        for (&vertex, white) in self.vertices().iter().zip(white.chunks_exact(of_white)) {
+            for (c, factor) in self.albedo(vertex, options).into_iter().enumerate().take(channels.count()) {
+                let own = if white.len() > bands { &white[c * bands..][..bands] } else { white };
+                rows.extend(own.iter().map(|t| factor * t));
+            }
+        }
+        Transfer::new(options.order, channels, rows)
+    }
 }
 
-/// The moments of all triangles, which stay in the file of the job.
-pub(crate) fn moments_on_disk(
-    scene: &Scene,
-    bvh: &Bvh,
-    receivers: &Receivers,
-    options: &BakeOptions,
-    job: Job<'_>,
-    known: &KnownPilot,
-) -> Result<(StoredRows, BakeReport), PrtError> {
-    prepare(scene, bvh, receivers, options, known)?.run_on_disk(|_| fingerprint(scene, options), job)
-}
+/// The kinds of this work among fingerprints.
+const VECTORS: u64 = 8;
+const MATRICES: u64 = 10;
+const VISIBILITY: u64 = 11;
 
-/// A shard of them.
-pub(crate) fn moments_shard(
-    scene: &Scene,
-    bvh: &Bvh,
-    receivers: &Receivers,
-    options: &BakeOptions,
-    shard: Shard,
-    job: Job<'_>,
-    known: &KnownPilot,
-) -> Result<BakeReport, PrtError> {
-    prepare(scene, bvh, receivers, options, known)?.run_shard(|_| fingerprint(scene, options), shard, job)
-}
-
-/// The transfer of the vertices, from the moments of all triangles in a file and their noise.
-pub(crate) fn fitted(
-    scene: &Scene,
-    receivers: &Receivers,
-    options: &BakeOptions,
-    (rows, noise): (&StoredRows, f64),
-) -> Result<Transfer, PrtError> {
-    let read = |first: usize, out: &mut [f32]| rows.read_into(first, out);
-    solved(scene, receivers, options, (&read, noise)).map_err(|error| match error {
-        PrtError::Io(IoError::Io { source, .. }) => IoError::io(rows.path(), source).into(),
-        other => other,
-    })
-}
-
-/// Numbers of the row of a triangle.
-pub(crate) fn row_of_triangle(scene: &Scene, options: &BakeOptions) -> usize {
-    crate::fit::triangle_moments::ELEMENT + 3 * vector(scene, options)
-}
-
-fn vector(scene: &Scene, options: &BakeOptions) -> usize {
-    options.order * options.order * TriangleMoments::channels(scene, options).count()
-}
-
-fn prepare<'a>(
-    scene: &'a Scene,
-    bvh: &'a Bvh,
-    receivers: &Receivers,
+/// A fit that is prepared: of vectors or of matrices.
+pub(crate) struct VertexFit<'a, P> {
+    fitted: &'a FittedVertices<'a>,
     options: &'a BakeOptions,
-    known: &KnownPilot,
-) -> Result<PreparedBake<TriangleMoments<'a>>, PrtError> {
-    check_of_vectors(scene, bvh, options)?;
-    let moments = TriangleMoments::new(scene, bvh, albedos(scene, receivers, options), options);
-    Ok(PreparedBake::new(moments, options.energy_stop, known, TriangleMoments::limit_bounces))
+    bake: PreparedBake<TriangleMoments<'a, P>>,
+    /// The kind of this work among fingerprints.
+    kind: u64,
+}
+
+impl<'a> VertexFit<'a, DiffusePaths<'a>> {
+    /// The fit of vectors of white vertices. The pilot may be known from a shard of the same bake.
+    pub(crate) fn of_vectors(
+        fitted: &'a FittedVertices<'a>,
+        bvh: &'a Bvh,
+        options: &'a BakeOptions,
+        known: &KnownPilot,
+    ) -> Result<Self, PrtError> {
+        let channels = white_channels(fitted.scene(), options);
+        Self::of_density(fitted, bvh, options, (Density::Cosine, channels), (VECTORS, known))
+    }
+
+    /// The fit of what is seen of the sky.
+    fn of_visibility(
+        fitted: &'a FittedVertices<'a>,
+        bvh: &'a Bvh,
+        options: &'a BakeOptions,
+        known: &KnownPilot,
+    ) -> Result<Self, PrtError> {
+        Self::of_density(fitted, bvh, options, (Density::Hemisphere, Channels::Gray), (VISIBILITY, known))
+    }
+
+    fn of_density(
+        fitted: &'a FittedVertices<'a>,
+        bvh: &'a Bvh,
+        options: &'a BakeOptions,
+        (density, channels): (Density, Channels),
+        kind: (u64, &KnownPilot),
+    ) -> Result<Self, PrtError> {
+        check_of_vectors(fitted.scene(), bvh, options)?;
+        let points = SurfacePoints::new(fitted, options.samples);
+        // Transfer without shadows has a closed form.
+        let is_traced = options.mode != BakeMode::Unshadowed;
+        let order = if is_traced { coherent_order(points.paths) } else { Vec::new() };
+        let paths = DiffusePaths::new(SurfaceRays::new(fitted.scene(), bvh), options, order, channels);
+        let albedos = albedos(fitted, options);
+        Ok(Self::new((fitted, points), (paths.with_density(density), albedos), options, kind))
+    }
+}
+
+impl<'a> VertexFit<'a, MatrixPaths<'a>> {
+    /// The fit of matrices.
+    pub(crate) fn of_matrices(
+        fitted: &'a FittedVertices<'a>,
+        bvh: &'a Bvh,
+        options: &'a BakeOptions,
+        known: &KnownPilot,
+    ) -> Result<Self, PrtError> {
+        options.check()?;
+        check_tree(fitted.scene(), bvh)?;
+        let points = SurfacePoints::new(fitted, options.samples);
+        let paths = MatrixPaths::new(SurfaceRays::new(fitted.scene(), bvh), options, coherent_order(points.paths));
+        let white = vec![1.0; fitted.corners().len()];
+        Ok(Self::new((fitted, points), (paths, white), options, (MATRICES, known)))
+    }
+}
+
+impl<'a, P: PointTransfer> VertexFit<'a, P> {
+    fn new(
+        (fitted, points): (&'a FittedVertices<'a>, SurfacePoints<'a>),
+        (paths, albedos): (P, Vec<f64>),
+        options: &'a BakeOptions,
+        (kind, known): (u64, &KnownPilot),
+    ) -> Self {
+        let moments = TriangleMoments { paths, points, albedos, gap: gap(fitted.scene()), seed: options.seed };
+        let limit = |moments: &mut TriangleMoments<'a, P>, bounces| moments.paths.limit_bounces(bounces);
+        Self { fitted, options, bake: PreparedBake::new(moments, options.energy_stop, known, limit), kind }
+    }
+
+    /// The numbers of the vertices.
+    fn run(self, job: Job<'_>) -> Result<(Vec<f32>, BakeReport), PrtError> {
+        if job.checkpoint().is_some() {
+            let (numbers, _, report) = self.run_on_disk(job)?;
+            return Ok((numbers, report));
+        }
+        let Self { fitted, bake, .. } = self;
+        let row = bake.estimator.row();
+        let numbers = bake.estimator.paths.row();
+        // Nothing is kept, so that nothing tells it from other work.
+        let (rows, report) = bake.run(|_| Fingerprint::of_kind(0), job)?;
+        let read = |first: usize, out: &mut [f32]| {
+            out.copy_from_slice(&rows[first * row..][..out.len()]);
+            Ok(())
+        };
+        Ok((solved((fitted, numbers), &read, report.stderr_dc, "the moments".as_ref())?, report))
+    }
+
+    /// The numbers of the vertices, and the moments that they are fitted to, which stay in the file of the job.
+    pub(crate) fn run_on_disk(self, job: Job<'_>) -> Result<(Vec<f32>, StoredRows, BakeReport), PrtError> {
+        let fingerprint = self.fingerprint();
+        let numbers = self.bake.estimator.paths.row();
+        let (rows, report) = self.bake.run_on_disk(|_| fingerprint, job)?;
+        let read = |first: usize, out: &mut [f32]| rows.read_into(first, out);
+        Ok((solved((self.fitted, numbers), &read, report.stderr_dc, rows.path())?, rows, report))
+    }
+
+    /// A shard of the moments.
+    pub(crate) fn run_shard(self, shard: Shard, job: Job<'_>) -> Result<BakeReport, PrtError> {
+        let fingerprint = self.fingerprint();
+        self.bake.run_shard(|_| fingerprint, shard, job)
+    }
+
+    /// The fingerprint of everything that decides the moments.
+    fn fingerprint(&self) -> Fingerprint {
+        let mut fingerprint = Fingerprint::of_kind(self.kind);
+        self.fitted.write_into(&mut fingerprint);
+        self.options.write_into(&mut fingerprint);
+        fingerprint_arithmetic(&mut fingerprint);
+        fingerprint
+    }
+}
+
+/// Numbers of the row of a triangle, of a fit of this many for each vertex.
+pub(crate) fn row_of_triangle(numbers: usize) -> usize {
+    ELEMENT + 3 * numbers
+}
+
+/// The channels of transfer without albedo.
+pub(crate) fn white_channels(scene: &Scene, options: &BakeOptions) -> Channels {
+    BakeOptions { albedo: AlbedoMode::None, channels: None, ..options.clone() }.channels_for(scene, true)
 }
 
 /// The mean albedo of each triangle.
-fn albedos(scene: &Scene, receivers: &Receivers, options: &BakeOptions) -> Vec<f64> {
-    let mut first = 0;
-    let mut albedos = Vec::with_capacity(scene.triangle_count());
-    for mesh in scene.meshes() {
-        let of_vertex = |v: u32| match options.albedo {
-            AlbedoMode::Vertex => {
-                receivers.albedos()[first + v as usize].iter().map(|&c| f64::from(c)).sum::<f64>() / 3.0
-            }
-            AlbedoMode::None => 1.0,
-        };
-        albedos.extend(mesh.triangles().iter().map(|t| t.iter().map(|&v| of_vertex(v)).sum::<f64>() / 3.0));
-        first += mesh.positions().len();
-    }
-    albedos
+fn albedos(fitted: &FittedVertices<'_>, options: &BakeOptions) -> Vec<f64> {
+    let of_vertex =
+        |vertex: u32| fitted.albedo(vertex as usize, options).iter().map(|&c| f64::from(c)).sum::<f64>() / 3.0;
+    fitted.corners().iter().map(|t| t.iter().map(|&vertex| of_vertex(vertex)).sum::<f64>() / 3.0).collect()
 }
 
-/// The fingerprint of everything that decides the moments.
-fn fingerprint(scene: &Scene, options: &BakeOptions) -> Fingerprint {
-    /// The kind of this work among fingerprints.
-    const KIND: u64 = 8;
-    let mut fingerprint = Fingerprint::of_kind(KIND);
-    fingerprint_scene(&mut fingerprint, scene);
-    options.write_into(&mut fingerprint);
-    fingerprint_arithmetic(&mut fingerprint);
-    fingerprint
-}
-
-/// Solves for the transfer of the vertices, and multiplies it by their albedos.
+/// Solves for the numbers of the vertices. The moments are read from a place.
 fn solved(
-    scene: &Scene,
-    receivers: &Receivers,
-    options: &BakeOptions,
-    (read, noise): (ReadRows<'_>, f64),
-) -> Result<Transfer, PrtError> {
-    let refused = |source: io::Error| PrtError::from(IoError::Io { place: "the moments".to_owned(), source });
-    let vector = vector(scene, options);
+    (fitted, numbers): (&FittedVertices<'_>, usize),
+    read: ReadRows<'_>,
+    noise: f64,
+    place: &Path,
+) -> Result<Vec<f32>, PrtError> {
     let weight = (SMOOTHNESS * noise * noise).clamp(REGULARIZATION[0], REGULARIZATION[1]);
-    let white = NormalEquations::new(scene, vector, weight, read).map_err(refused)?.solve(vector);
-    let channels = options.channels_for(scene, receivers.is_gray());
-    let bands = options.order * options.order;
-    let mut rows = Vec::with_capacity(receivers.len() * bands * channels.count());
-    for (albedo, white) in receivers.albedos().iter().zip(white.chunks_exact(vector)) {
-        for c in 0..channels.count() {
-            let factor = if options.albedo == AlbedoMode::None { 1.0 } else { albedo[c] };
-            let own = if white.len() > bands { &white[c * bands..][..bands] } else { white };
-            rows.extend(own.iter().map(|t| factor * t));
-        }
-    }
-    Transfer::new(options.order, channels, rows)
+    let solved = NormalEquations::new(fitted, numbers, weight, read).and_then(|equations| equations.solve(read));
+    solved.map_err(|source| IoError::io(place, source).into())
 }

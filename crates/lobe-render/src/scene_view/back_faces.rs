@@ -4,7 +4,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use lobe_io::Job;
-use lobe_prt::{BakeOptions, BakedBacks, Receivers, TexelReceivers};
+use lobe_prt::{BakeOptions, BakedBacks, FittedVertices, TexelReceivers};
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
 
@@ -22,7 +22,7 @@ pub(crate) struct BackFaces {
 const NONE: u32 = u32::MAX;
 
 impl BackFaces {
-    /// Bakes the backs of `seen`, places in rising order.
+    /// Bakes the backs of `seen`, places in rising order; vertices are fitted.
     pub(crate) fn bake(
         scene: &Scene,
         bvh: &Bvh,
@@ -32,26 +32,28 @@ impl BackFaces {
         is_glossy: bool,
         job: Job<'_>,
     ) -> Result<Self, RenderError> {
-        // Find the receivers at the fronts. Texels between triangles show a neighbor's.
-        let (fronts, front_of) = match places {
-            Places::Vertices => (Receivers::at_vertices(scene)?, None),
+        let mut receivers = vec![NONE; places.count(scene)];
+        let transfer = match places {
+            Places::Vertices => {
+                (0..).zip(seen).for_each(|(receiver, &vertex)| receivers[vertex] = receiver);
+                let backs = FittedVertices::backs(scene, seen)?;
+                SurfaceTransfer::fit(&backs, bvh, options, is_glossy, job)?.0
+            }
             Places::Texels(lightmap) => {
+                // List each receiver that is needed once: texels between triangles show a neighbor's.
                 let texels = TexelReceivers::new(scene, lightmap.width())?;
-                (texels.receivers().clone(), Some(texels.dilated()))
+                let front_of = texels.dilated();
+                let mut needed: Vec<usize> = seen.iter().map(|&place| front_of[place] as usize).collect();
+                needed.sort_unstable();
+                needed.dedup();
+                // Let every texel know its receiver in that list.
+                for &place in seen {
+                    receivers[place] = needed.partition_point(|&front| front < front_of[place] as usize) as u32;
+                }
+                let backs = texels.receivers().backs(&needed)?;
+                SurfaceTransfer::bake(scene, bvh, &backs, options, is_glossy, job)?.0
             }
         };
-        let front_of = |place: usize| front_of.as_ref().map_or(place, |front_of| front_of[place] as usize);
-        // List each receiver that is needed once.
-        let mut needed: Vec<usize> = seen.iter().map(|&place| front_of(place)).collect();
-        needed.sort_unstable();
-        needed.dedup();
-        // Let every place know its receiver in that list.
-        let mut receivers = vec![NONE; places.count(scene)];
-        for &place in seen {
-            receivers[place] = needed.partition_point(|&front| front < front_of(place)) as u32;
-        }
-        // Bake the other sides.
-        let (transfer, _) = SurfaceTransfer::bake(scene, bvh, &fronts.backs(&needed)?, options, is_glossy, job)?;
         Ok(Self { receivers, transfer })
     }
 

@@ -5,8 +5,8 @@ use std::path::Path;
 use lobe_image::FileFormat;
 use lobe_io::Job;
 use lobe_prt::{
-    AlbedoMode, BakeMode, BakeOptions, Baked, GlossyLobe, Lightmap, Recipe, read_any_transfer_bytes, read_baked,
-    read_baked_bytes, read_matrices_bytes,
+    AlbedoMode, BakeMode, BakeOptions, Baked, FittedVertices, GlossyLobe, Lightmap, Recipe, read_any_transfer_bytes,
+    read_baked, read_baked_bytes, read_matrices_bytes,
 };
 use lobe_scene::{Bvh, Scene, SceneReadOptions};
 use lobe_sh::{Coefficient as _, Rgb, ShVec};
@@ -102,8 +102,8 @@ impl BakedScene {
         Ok(Self::new(scene, places, SurfaceTransfer::Matte(transfer), None, recipe))
     }
 
-    /// Bakes the vertices of `scene`, [fitted](lobe_prt::bake_vertices), or with matrices and `lobe` if there is one.
-    /// The steps of `job` are triangles or vertices; it can be kept in a file.
+    /// Bakes the vertices of `scene`, [fitted](lobe_prt::bake_vertices), with matrices and `lobe` if there is one. The
+    /// steps of `job` are triangles; it can be kept in a file.
     ///
     /// # Errors
     /// [`RenderError::Prt`] with the errors of [`bake`](fn@lobe_prt::bake), [`RenderError::Cancelled`] if the
@@ -115,7 +115,7 @@ impl BakedScene {
         job: Job<'_>,
     ) -> Result<Self, RenderError> {
         let bvh = Bvh::new(&scene);
-        let (front, report) = SurfaceTransfer::bake_vertices(&scene, &bvh, options, lobe.is_some(), job)?;
+        let (front, report) = SurfaceTransfer::fit(&FittedVertices::all(&scene)?, &bvh, options, lobe.is_some(), job)?;
         let recipe = Recipe::of_bake(&scene, options, &report);
         let recipe = if lobe.is_some() { recipe.mode(BakeMode::Glossy) } else { recipe };
         let (gloss, options) = (lobe.map(Gloss::new), options.clone());

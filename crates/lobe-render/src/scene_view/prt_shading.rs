@@ -3,8 +3,8 @@
 use lobe_env::DfgTable;
 use lobe_io::{Job, parallel};
 use lobe_prt::{
-    AnyTransfer, BakeOptions, BakeReport, GlossyLobe, Lightmap, PrtError, Receivers, TransferMatrices, bake,
-    bake_matrices, bake_vertices,
+    AnyTransfer, BakeOptions, BakeReport, FittedVertices, GlossyLobe, Lightmap, PrtError, Receivers, TransferMatrices,
+    bake, bake_matrices,
 };
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Coefficient as _, Expansion as _, Rgb, ShVec, convolved};
@@ -106,19 +106,21 @@ impl SurfaceTransfer {
         }
     }
 
-    /// Transfer of the fronts of all vertices, fitted; matrices are baked at the vertices.
-    pub(crate) fn bake_vertices(
-        scene: &Scene,
+    /// Transfer of vertices, fitted.
+    pub(crate) fn fit(
+        vertices: &FittedVertices<'_>,
         bvh: &Bvh,
         options: &BakeOptions,
         is_glossy: bool,
         job: Job<'_>,
     ) -> Result<(Self, BakeReport), PrtError> {
         if is_glossy {
-            return Self::bake(scene, bvh, &Receivers::at_vertices(scene)?, options, is_glossy, job);
+            let (matrices, report) = vertices.bake_matrices(bvh, options, job)?;
+            Ok((Self::Glossy(matrices), report))
+        } else {
+            let (transfer, report) = vertices.bake(bvh, options, job)?;
+            Ok((Self::Matte(transfer.into()), report))
         }
-        let (transfer, report) = bake_vertices(scene, bvh, options, job)?;
-        Ok((Self::Matte(transfer.into()), report))
     }
 
     pub(crate) fn order(&self) -> usize {

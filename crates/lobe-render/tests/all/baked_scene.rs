@@ -6,8 +6,8 @@ use std::ops::ControlFlow;
 use lobe_image::Picture;
 use lobe_io::{Job, Progress};
 use lobe_prt::{
-    AlbedoMode, AnyTransfer, BakeMode, BakeOptions, BakedGlb, GlossyLobe, Receivers, Recipe, TexelReceivers, bake,
-    bake_matrices, bake_vertices, scene_hash, write_lightmap, write_matrices, write_transfer,
+    AlbedoMode, AnyTransfer, BakeMode, BakeOptions, BakedGlb, FittedVertices, GlossyLobe, Receivers, Recipe,
+    TexelReceivers, bake, bake_vertices, scene_hash, write_lightmap, write_matrices, write_transfer,
 };
 use lobe_render::{BakedScene, Camera, LitPicture, RenderError, ViewOptions, light_baked_scene, light_by_irradiance};
 use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene, SceneReadOptions, Up, read_scene_bytes};
@@ -102,15 +102,14 @@ fn backs_are_black_until_they_are_baked_and_then_show_their_own_light() {
 #[test]
 fn every_kind_of_file_is_lit_as_what_was_baked() {
     let (folder, scene, light) = (tempfile::tempdir().unwrap(), square(), light());
-    let (bvh, receivers) = (Bvh::new(&scene), Receivers::at_vertices(&scene).unwrap());
-    let options = options(BakeMode::Shadowed);
+    let (bvh, options) = (Bvh::new(&scene), options(BakeMode::Shadowed));
     let recipe = Recipe::default().mode(BakeMode::Shadowed).samples(64);
     let path = |name: &str| folder.path().join(name);
     let transfer = bake_vertices(&scene, &bvh, &options, Job::default()).unwrap().0;
     BakedGlb::of_scene(&scene).write(path("a.glb"), &transfer, &recipe, Job::default()).unwrap();
     write_transfer(path("a.safetensors"), &transfer, &recipe, Job::default()).unwrap();
     let lobe = GlossyLobe::Ggx(0.4);
-    let matrices = bake_matrices(&scene, &bvh, &receivers, &options, Job::default()).unwrap().0;
+    let matrices = FittedVertices::all(&scene).unwrap().bake_matrices(&bvh, &options, Job::default()).unwrap().0;
     write_matrices(path("m.safetensors"), &matrices, &recipe, Job::default()).unwrap();
 
     let matte = BakedScene::bake(square(), &options, None, Job::default()).unwrap();

@@ -2,12 +2,13 @@
 
 use derive_setters::Setters;
 use lobe_io::{Fingerprint, Job, RecordFormat, Shard};
-use lobe_prt::{fingerprint_arithmetic, fingerprint_scene};
-use lobe_scene::{Bvh, Mesh, Scene};
+use lobe_prt::{BakeOptions, FittedVertices, fingerprint_arithmetic, fingerprint_scene};
+use lobe_scene::{Bvh, Scene};
 use lobe_sh::Dir;
 
 use crate::field::axial::Axial;
 use crate::field::bake_rows::{RowWork, bake_rows};
+use crate::field::field_storage::of_prt;
 use crate::field::fill_inside::fill_inside;
 use crate::field::sky_rays::{Cap, RayScratch, SkyRays, turn_of};
 use crate::{FieldGrid, OcclusionField, ShadowError};
@@ -263,17 +264,24 @@ impl Default for VisibilityOptions {
     }
 }
 
-/// [`bake_visibility`] of all vertices, mesh by mesh: that of the surface of an entity itself.
+/// The visibility of the sky at all vertices, mesh by mesh: that of the surface of an entity itself, fitted to points all
+/// over its triangles as transfer is by [`lobe_prt::bake_vertices`]. Returns the rays that were traced, too.
+///
+/// Vertices have the visibility of [`bake_visibility`] if that is linear between them. One that is buried in another
+/// part of the entity has that of what is seen of its triangles.
 ///
 /// # Errors
-/// As [`bake_visibility`].
+/// As [`bake_field`].
 pub fn bake_vertex_visibility(
     scene: &Scene,
     options: &VisibilityOptions,
     job: Job<'_>,
-) -> Result<Vec<f32>, ShadowError> {
-    let vectors = |of: fn(&Mesh) -> &[[f32; 3]]| scene.meshes().iter().flat_map(of).copied().collect::<Vec<_>>();
-    bake_visibility(scene, &vectors(Mesh::positions), &vectors(Mesh::normals), options, job)
+) -> Result<(Vec<f32>, u64), ShadowError> {
+    check(options.order, options.rays)?;
+    let bake = BakeOptions::default().order(options.order).samples(options.rays).seed(options.seed);
+    let fit = || FittedVertices::all(scene)?.bake_visibility(&Bvh::new(scene), &bake, job);
+    let (rows, report) = fit().map_err(of_prt)?;
+    Ok((rows, report.rays))
 }
 
 /// The visibility of the sky at points of a scene's surface, hidden by the scene itself: `order²` numbers for each.

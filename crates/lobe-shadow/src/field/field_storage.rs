@@ -168,7 +168,7 @@ fn clustered(
     for run in 0..runs {
         let clusters = (run + 1) * options.clusters / runs - run * options.clusters / runs;
         let rows = &rows[begin(run) * width..begin(run + 1) * width];
-        tables.push(compress_table(rows, width, &options.clusters(clusters), Job::default()).map_err(of_table)?.0);
+        tables.push(compress_table(rows, width, &options.clusters(clusters), Job::default()).map_err(of_prt)?.0);
     }
     joined(width, &tables)
 }
@@ -192,11 +192,11 @@ fn joined(width: usize, tables: &[CompressedTable]) -> Result<CompressedTable, S
             _ => unreachable!("the tables have the weights of one choice of options"),
         }
     }
-    CompressedTable::new(width, components, clusters, weights, bases).map_err(of_table)
+    CompressedTable::new(width, components, clusters, weights, bases).map_err(of_prt)
 }
 
-/// An error of compression as one of this crate.
-fn of_table(error: PrtError) -> ShadowError {
+/// An error of `lobe-prt` as one of this crate.
+pub(crate) fn of_prt(error: PrtError) -> ShadowError {
     match error {
         PrtError::Cancelled => ShadowError::Cancelled,
         PrtError::Io(error) => ShadowError::Io(error),

@@ -124,11 +124,14 @@ fn a_convex_surface_hides_the_half_below_it_and_a_cosine_takes_the_rest() {
     let [positions, normals] = [mesh.positions(), mesh.normals()].map(|all| which.map(|k: usize| all[k]));
     let options = VisibilityOptions::default().order(5).rays(4096);
     let visible = bake_visibility(&scene, &positions, &normals, &options, Job::default()).unwrap();
-    let few = VisibilityOptions::default().order(2).rays(8);
-    let of_mesh = bake_visibility(&scene, mesh.positions(), mesh.normals(), &few, Job::default()).unwrap();
-    assert_eq!(bake_vertex_visibility(&scene, &few, Job::default()).unwrap(), of_mesh, "of all vertices");
+    let (fitted, rays) = bake_vertex_visibility(&scene, &options, Job::default()).unwrap();
+    let of_vertices = which.map(|k| &fitted[25 * k..][..25]).concat();
+    // Four points or more in each triangle, however small.
+    let rays = rays as f64 / (4096 * scene.vertex_count()) as f64;
+    assert!((0.9..1.2).contains(&rays), "{rays} of the rays");
     let half = Zonal::cone(5, std::f64::consts::FRAC_PI_2);
-    for (normal, visible) in normals.iter().zip(visible.chunks_exact(25)) {
+    let all = normals.iter().zip(visible.chunks_exact(25)).chain(normals.iter().zip(of_vertices.chunks_exact(25)));
+    for (normal, visible) in all {
         let expected = half.towards(Dir::from_f32(*normal).unwrap(), 1.0_f64);
         for i in 0..25 {
             let off = (f64::from(visible[i]) - expected[i]).abs();

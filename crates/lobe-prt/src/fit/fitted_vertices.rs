@@ -1,0 +1,262 @@
+//! The vertices whose transfer is fitted, and the triangles around them, seen from one side.
+
+use std::borrow::Cow;
+
+use lobe_io::Fingerprint;
+use lobe_scene::{Hit, Scene};
+
+use crate::fit::surface_points::SurfacePoint;
+use crate::job::fingerprint::fingerprint_scene;
+use crate::receivers::planes::plane_of_point;
+use crate::receivers::receivers::lift_of;
+use crate::sampling::sobol::{Sobol, hash};
+use crate::{AlbedoMode, BakeOptions, Channels, PrtError, Receivers};
+
+/// Rings of triangles around some vertices to which they are fitted. Each one more divides by about four what is missed
+/// of a fit to all triangles.
+const RINGS: usize = 2;
+
+/// Vertices of a scene whose transfer is fitted, see [`bake_vertices`](crate::bake_vertices): all of them, or some, from
+/// the front or from the back.
+///
+/// What some of them have is fitted to the triangles that touch them, and to those that touch these. So they have the
+/// values of a fit of all vertices but for a part of its noise. Light is hidden and reflected by the whole scene.
+///
+/// ```
+/// use lobe_io::Job;
+/// use lobe_prt::{BakeOptions, FittedVertices};
+/// use lobe_scene::{Bvh, built_in};
+///
+/// let scene = built_in::ball_over_ground(4);
+/// let options = BakeOptions::default().order(2).samples(64);
+/// let (below, _) = FittedVertices::backs(&scene, &[0, 1])?.bake(&Bvh::new(&scene), &options, Job::default())?;
+/// assert_eq!(below.receivers(), 2);
+/// # Ok::<(), lobe_prt::PrtError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct FittedVertices<'a> {
+    scene: &'a Scene,
+    receivers: Cow<'a, Receivers>,
+    /// The vertices that are asked for, among those of all meshes.
+    vertices: Vec<usize>,
+    /// The triangles that are fitted, among those of all meshes.
+    triangles: Vec<u32>,
+    /// The corners of each of them, among the vertices of all meshes.
+    corners: Vec<[u32; 3]>,
+    side: Side,
+}
+
+/// A side of surfaces.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Side {
+    /// That of the normals.
+    Front,
+    Back,
+}
+
+impl Side {
+    fn turned(self, vector: [f32; 3]) -> [f32; 3] {
+        match self {
+            Self::Front => vector,
+            Self::Back => vector.map(|c| -c),
+        }
+    }
+}
+
+impl<'a> FittedVertices<'a> {
+    /// The fronts of all vertices.
+    ///
+    /// # Errors
+    /// Those of [`Receivers::at_vertices`].
+    pub fn all(scene: &'a Scene) -> Result<Self, PrtError> {
+        Ok(Self::of_receivers(scene, Cow::Owned(Receivers::at_vertices(scene)?)))
+    }
+
+    /// The fronts of some vertices, in this order.
+    ///
+    /// # Errors
+    /// [`PrtError::Invalid`] if there are none; those of [`Receivers::at_vertices`].
+    ///
+    /// # Panics
+    /// If there is no such vertex.
+    pub fn some(scene: &'a Scene, vertices: &[usize]) -> Result<Self, PrtError> {
+        if vertices.is_empty() {
+            return Err(PrtError::invalid("receivers", "expected at least one, found none".to_owned()));
+        }
+        let all = Self::all(scene)?;
+        let mut is_near = vec![false; scene.vertex_count()];
+        vertices.iter().for_each(|&vertex| is_near[vertex] = true);
+        let touches = |is_near: &[bool], corners: &[u32; 3]| corners.iter().any(|&vertex| is_near[vertex as usize]);
+        for _ in 1..RINGS {
+            let inner = is_near.clone();
+            let ring = all.corners.iter().filter(|corners| touches(&inner, corners));
+            ring.flatten().for_each(|&vertex| is_near[vertex as usize] = true);
+        }
+        let near = all.triangles.iter().zip(&all.corners).filter(|(_, corners)| touches(&is_near, corners));
+        let (triangles, corners) = near.unzip();
+        Ok(Self { vertices: vertices.to_vec(), triangles, corners, ..all })
+    }
+
+    /// The backs of some vertices, in this order.
+    ///
+    /// # Errors
+    /// Those of [`FittedVertices::some`].
+    ///
+    /// # Panics
+    /// If there is no such vertex.
+    pub fn backs(scene: &'a Scene, vertices: &[usize]) -> Result<Self, PrtError> {
+        Ok(Self { side: Side::Back, ..Self::some(scene, vertices)? })
+    }
+
+    /// The fronts of all vertices, which are these receivers.
+    pub(crate) fn of_receivers(scene: &'a Scene, receivers: Cow<'a, Receivers>) -> Self {
+        let (mut first, mut corners) = (0, Vec::with_capacity(scene.triangle_count()));
+        for mesh in scene.meshes() {
+            corners.extend(mesh.triangles().iter().map(|t| t.map(|v| first + v)));
+            first += mesh.positions().len() as u32;
+        }
+        let (vertices, triangles) = ((0..receivers.len()).collect(), (0..corners.len() as u32).collect());
+        Self { scene, receivers, vertices, triangles, corners, side: Side::Front }
+    }
+
+    /// The scene that they are of.
+    pub(crate) fn scene(&self) -> &'a Scene {
+        self.scene
+    }
+
+    /// The vertices that are asked for.
+    pub(crate) fn vertices(&self) -> &[usize] {
+        &self.vertices
+    }
+
+    /// The corners of each triangle that is fitted, among the vertices of all meshes.
+    pub(crate) fn corners(&self) -> &[[u32; 3]] {
+        &self.corners
+    }
+
+    /// The side of a triangle that is fitted.
+    pub(crate) fn face(&self, number: usize) -> Face<'a> {
+        Face { scene: self.scene, triangle: self.triangles[number] as usize, side: self.side }
+    }
+
+    /// The channels of transfer with albedo.
+    pub(crate) fn channels(&self, options: &BakeOptions) -> Channels {
+        let is_gray = self.vertices.iter().all(|&vertex| {
+            let [r, g, b] = self.receivers.albedos()[vertex];
+            r == g && g == b
+        });
+        options.channels_for(self.scene, is_gray)
+    }
+
+    /// The albedo of a vertex.
+    pub(crate) fn albedo(&self, vertex: usize, options: &BakeOptions) -> [f32; 3] {
+        match options.albedo {
+            AlbedoMode::Vertex => self.receivers.albedos()[vertex],
+            AlbedoMode::None => [1.0; 3],
+        }
+    }
+
+    /// Writes all that decides what is fitted into a fingerprint.
+    pub(crate) fn write_into(&self, fingerprint: &mut Fingerprint) {
+        fingerprint_scene(fingerprint, self.scene);
+        if self.side == Side::Back || self.triangles.len() < self.scene.triangle_count() {
+            fingerprint.word(self.side as u64);
+            fingerprint.words(self.triangles.iter().map(|&triangle| u64::from(triangle)));
+        }
+    }
+}
+
+/// A side of a triangle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Face<'a> {
+    scene: &'a Scene,
+    triangle: usize,
+    side: Side,
+}
+
+impl<'a> Face<'a> {
+    pub(crate) fn front(scene: &'a Scene, triangle: usize) -> Self {
+        Self { scene, triangle, side: Side::Front }
+    }
+
+    /// The corners.
+    pub(crate) fn corners(&self) -> [[f32; 3]; 3] {
+        let (mesh, number) = self.scene.locate(self.triangle);
+        self.scene.meshes()[mesh].corners(number)
+    }
+
+    /// The sequences for a seed: of its points, taken in an order of its own as those of bounces are, and of the
+    /// directions of their paths with `bounces` more.
+    pub(crate) fn sequences(&self, seed: u64, bounces: usize) -> [Sobol; 2] {
+        const OF_POINTS: u64 = 0x0050_4F49_4E54;
+        let (mesh, number) = self.scene.locate(self.triangle);
+        let mesh = &self.scene.meshes()[mesh];
+        let corners = mesh.triangles()[number].map(|i| i as usize);
+        let at = |i: usize| mesh.positions()[i].into_iter().chain(self.side.turned(mesh.normals()[i]));
+        let place = || corners.into_iter().flat_map(at);
+        [Sobol::at_place(hash([seed, OF_POINTS]), place(), 1), Sobol::at_place(seed, place(), bounces)]
+    }
+
+    /// Point number `index`, by the sequence of its points.
+    pub(crate) fn point(&self, index: u32, sequence: &Sobol) -> SurfacePoint {
+        let [u, v] = in_triangle(sequence.point(index, 1));
+        let surface = self.scene.surface(&Hit { t: 0.0, triangle: self.triangle as u32, u, v });
+        let normal = self.side.turned(surface.vertex_normal);
+        let plane = plane_of_point(normal, normal, surface.geometric_normal);
+        let lift = lift_of(normal, plane.as_slice());
+        let [u, v] = [u, v].map(f64::from);
+        SurfacePoint { weights: [1.0 - u - v, u, v], position: surface.position, normal, plane, lift }
+    }
+}
+
+/// A point of the unit square, moved into the triangle below its diagonal: the two halves of the square above and below
+/// the other diagonal are each pressed into a half of the triangle, so that neighbors stay neighbors [Heitz 2019].
+fn in_triangle([x, y]: [f32; 2]) -> [f32; 2] {
+    if y > x { [0.5 * x, y - 0.5 * x] } else { [x - 0.5 * y, 0.5 * y] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lobe_scene::built_in;
+
+    #[test]
+    fn points_fill_a_triangle_evenly() {
+        let sobol = Sobol::new(3, 0);
+        let (mut count, mut mean) = ([0; 4], [0.0; 2]);
+        for index in 0..1024 {
+            let [u, v] = in_triangle(sobol.point(index, 0));
+            assert!(u >= 0.0 && v >= 0.0 && u + v <= 1.0, "({u}, {v}) in the triangle");
+            [mean[0], mean[1]] = [mean[0] + f64::from(u) / 1024.0, mean[1] + f64::from(v) / 1024.0];
+            // The four similar triangles within.
+            let within = [u > 0.5, v > 0.5, u + v < 0.5].iter().position(|&is| is).unwrap_or(3);
+            count[within] += 1;
+        }
+        // Evenly distributed points miss a quarter by a few; 1024 random ones by 14.
+        assert!(count.iter().all(|&c: &i32| (c - 256).abs() < 14), "{count:?}");
+        assert!(mean.iter().all(|m| (m - 1.0 / 3.0).abs() < 2e-3), "{mean:?}");
+    }
+
+    #[test]
+    fn some_vertices_are_fitted_to_two_rings_of_triangles() {
+        let scene = built_in::ball_over_ground(12);
+        let all = FittedVertices::all(&scene).unwrap();
+        let last = scene.vertex_count() - 1;
+        let some = FittedVertices::backs(&scene, &[last, 0]).unwrap();
+        assert_eq!(some.vertices(), [last, 0], "in the order asked for");
+        let mut near = vec![0, last as u32];
+        for _ in 0..RINGS {
+            let touching = all.corners().iter().filter(|t| t.iter().any(|v| near.contains(v)));
+            near = touching.flatten().copied().collect();
+        }
+        let mut found: Vec<u32> = some.corners().iter().flatten().copied().collect();
+        [&mut near, &mut found].into_iter().for_each(|vertices| {
+            vertices.sort_unstable();
+            vertices.dedup();
+        });
+        assert_eq!(found, near, "the vertices of both rings");
+        assert!(some.corners().len() < all.corners().len(), "not of all");
+        assert_eq!(some.face(1).corners(), all.face(some.triangles[1] as usize).corners(), "where triangles are");
+        assert!(FittedVertices::some(&scene, &[]).is_err(), "none");
+    }
+}
