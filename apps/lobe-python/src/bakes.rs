@@ -30,7 +30,7 @@ use crate::sharing::{merge, of_merged, shard_of};
 pub(crate) struct Settings {
     mode: String,
     order: usize,
-    samples: u32,
+    samples: Option<u32>,
     bounces: usize,
     energy_stop: f64,
     seed: u64,
@@ -82,7 +82,8 @@ pub(crate) fn mode_of(name: &str) -> PyResult<BakeMode> {
 
 impl Settings {
     fn options(&self) -> PyResult<BakeOptions> {
-        let options = BakeOptions::default().mode(mode_of(&self.mode)?).order(self.order).samples(self.samples);
+        let mut options = BakeOptions::default().mode(mode_of(&self.mode)?).order(self.order);
+        options.samples = self.samples;
         Ok(options.bounces(self.bounces).energy_stop(self.energy_stop).seed(self.seed))
     }
 
@@ -277,16 +278,16 @@ impl Bake {
         self.work.bytes()
     }
 
-    /// What the pilot has found, bounces and an error; none before the first shard.
+    /// What the pilot has found, bounces, paths and an error; none before the first shard.
     #[getter]
-    fn pilot(&self) -> Option<(usize, f64)> {
-        self.work.pilot().map(|Pilot { bounces, stderr_dc }| (bounces, stderr_dc))
+    fn pilot(&self) -> Option<(usize, u32, f64)> {
+        self.work.pilot().map(|Pilot { bounces, samples, stderr_dc }| (bounces, samples, stderr_dc))
     }
 
     /// Takes what the pilot of the same bake has found elsewhere.
-    fn know(&self, pilot: (usize, f64)) -> PyResult<()> {
-        let (bounces, stderr_dc) = pilot;
-        self.work.know(Pilot { bounces, stderr_dc }).map_err(|error| error_of(&error))
+    fn know(&self, pilot: (usize, u32, f64)) -> PyResult<()> {
+        let (bounces, samples, stderr_dc) = pilot;
+        self.work.know(Pilot { bounces, samples, stderr_dc }).map_err(|error| error_of(&error))
     }
 
     /// Refuses the name of a file that cannot hold the results, and that of the scene, which would be lost.

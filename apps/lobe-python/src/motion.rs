@@ -34,7 +34,7 @@ pub(crate) struct Shading {
     mode: String,
     /// That of what is baked already, or 4.
     order: Option<usize>,
-    samples: u32,
+    samples: Option<u32>,
     bounces: Option<usize>,
     exponential: String,
     spheres: Option<usize>,
@@ -58,7 +58,9 @@ impl Shading {
     fn transfer(&self, moving: &MovingScene) -> BakeOptions {
         let defaults = BakeOptions::default();
         let (order, bounces) = (self.order.or_else(|| moving.order()), self.bounces.unwrap_or(defaults.bounces));
-        defaults.clone().order(order.unwrap_or(defaults.order)).samples(self.samples).bounces(bounces)
+        let mut options = defaults.clone().order(order.unwrap_or(defaults.order)).bounces(bounces);
+        options.samples = self.samples;
+        options
     }
 
     fn bakes(&self, transfer: &BakeOptions) -> MovingBakeOptions {

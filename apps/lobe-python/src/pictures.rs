@@ -153,9 +153,10 @@ impl Method {
 
     fn options(&self, mode: &str) -> PyResult<BakeOptions> {
         let defaults = BakeOptions::default();
-        let (order, samples) = (self.order.unwrap_or(defaults.order), self.samples.unwrap_or(defaults.samples));
-        let bounces = self.bounces.unwrap_or(defaults.bounces);
-        Ok(defaults.clone().mode(bakes::mode_of(mode)?).order(order).samples(samples).bounces(bounces))
+        let (order, bounces) = (self.order.unwrap_or(defaults.order), self.bounces.unwrap_or(defaults.bounces));
+        let mut options = defaults.mode(bakes::mode_of(mode)?).order(order).bounces(bounces);
+        options.samples = self.samples;
+        Ok(options)
     }
 }
 

@@ -248,8 +248,12 @@ impl BakeWork {
     /// [`PrtError::Options`] if no pilot of this work can have found it.
     pub fn know(&self, pilot: Pilot) -> Result<(), PrtError> {
         let most = self.options.most_bounces();
-        if pilot.bounces > most || !(pilot.stderr_dc.is_finite() && pilot.stderr_dc >= 0.0) {
-            let message = format!("expected a pilot of at most {most} bounces and a finite error, found {pilot:?}");
+        if pilot.bounces > most
+            || !self.options.may_have(pilot.samples)
+            || !(pilot.stderr_dc.is_finite() && pilot.stderr_dc >= 0.0)
+        {
+            let message =
+                format!("expected a pilot of these paths, at most {most} bounces and a finite error, found {pilot:?}");
             return Err(PrtError::Options(message));
         }
         self.pilot.get_or_init(|| pilot);
@@ -493,7 +497,11 @@ mod tests {
                 (0.125, pilot.bounces),
                 "kind {kind}: the first that was known"
             );
-            for bad in [Pilot { bounces: 1000, ..pilot }, Pilot { stderr_dc: f64::NAN, ..pilot }] {
+            for bad in [
+                Pilot { bounces: 1000, ..pilot },
+                Pilot { samples: 3, ..pilot },
+                Pilot { stderr_dc: f64::NAN, ..pilot },
+            ] {
                 assert!(matches!(other.know(bad), Err(PrtError::Options(_))), "kind {kind}: {bad:?}");
             }
         }

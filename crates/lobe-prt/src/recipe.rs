@@ -171,7 +171,7 @@ impl Recipe {
             .straight_through(is_see_through.then_some(true))
             .mode(options.mode)
             .order(options.order)
-            .samples(options.samples)
+            .samples(report.samples)
             .bounces(options.most_bounces())
             .bounces_baked(report.bounces)
             .energy_stop(options.energy_stop)
@@ -265,7 +265,7 @@ impl Recipe {
                 Some(mode) => mode,
             },
             order: self.order.unwrap_or(defaults.order),
-            samples: self.samples.unwrap_or(defaults.samples),
+            samples: self.samples,
             bounces: self.bounces.unwrap_or(defaults.bounces),
             energy_stop: self.energy_stop.unwrap_or(defaults.energy_stop),
             seed: self.seed.unwrap_or(defaults.seed),
@@ -336,8 +336,9 @@ mod tests {
         let defaults = BakeOptions::default();
         assert_eq!(Recipe::default().bake_options(), defaults, "an empty recipe");
         let options =
-            BakeOptions { mode: BakeMode::Shadowed, order: 3, samples: 7, energy_stop: 0.5, seed: 9, ..defaults };
+            BakeOptions { mode: BakeMode::Shadowed, order: 3, samples: Some(7), energy_stop: 0.5, seed: 9, ..defaults };
         let report = BakeReport {
+            samples: 7,
             receivers: 1,
             rays: 2,
             seconds: 0.0,

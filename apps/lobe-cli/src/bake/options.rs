@@ -48,9 +48,10 @@ pub(crate) struct Bake {
     /// The order (number of bands), 1 to 8: n² coefficients, three times as many where light meets colors
     #[arg(long, value_name = "N", default_value = "4", value_parser = order)]
     pub(super) order: usize,
-    /// Paths from each vertex, 1 to 16777216; powers of two are distributed best
-    #[arg(long, value_name = "N", default_value = "1024", value_parser = samples)]
-    pub(super) samples: u32,
+    /// Paths from each vertex, 1 to 16777216; powers of two are distributed best [default: 1024, or up to 4096 where
+    /// their noise is above 7 %]
+    #[arg(long, value_name = "N", value_parser = samples)]
+    pub(super) samples: Option<u32>,
     /// With --mode interreflected and glossy: reflections at most, 0 to 255 [default: 3]
     #[arg(long, value_name = "B", value_parser = bounces)]
     pub(super) bounces: Option<usize>,
@@ -209,14 +210,15 @@ impl Bake {
         let defaults = BakeOptions::default();
         let has_matrices = self.mode == ModeName::Glossy || self.grid.is_some();
         let own = || if has_matrices { defaults.albedo } else { AlbedoMode::of_scene(scene) };
-        defaults
+        let mut options = defaults
             .clone()
             .mode(self.mode.into())
             .order(self.order)
-            .samples(self.samples)
             .bounces(self.bounces.unwrap_or(defaults.bounces))
             .energy_stop(self.energy_stop.unwrap_or(defaults.energy_stop))
             .seed(self.seed)
-            .albedo(self.albedo.map_or_else(own, Into::into))
+            .albedo(self.albedo.map_or_else(own, Into::into));
+        options.samples = self.samples;
+        options
     }
 }

@@ -92,7 +92,8 @@ pub(crate) struct Render {
     truth: TruthInput,
     #[command(flatten)]
     environment: EnvironmentInput,
-    /// Paths from each vertex where the scene is not baked yet, 1 to 1048576 [default: 1024]
+    /// Paths from each vertex where the scene is not baked yet, 1 to 1048576 [default: 1024, or up to 4096 where
+    /// their noise is above 7 %]
     #[arg(long, value_name = "N", value_parser = samples)]
     bake_samples: Option<usize>,
     #[command(flatten)]
@@ -381,11 +382,10 @@ impl Render {
     /// The bake of parts that move, of as many bands as those have that are baked.
     fn bake_options(&self, moving: &MovingScene) -> BakeOptions {
         let defaults = BakeOptions::default();
-        defaults
-            .clone()
-            .order(self.light.order().or_else(|| moving.order()).unwrap_or(defaults.order))
-            .samples(self.bake_samples.map_or(defaults.samples, |n| n as u32))
-            .bounces(self.bounces.unwrap_or(defaults.bounces))
+        let order = self.light.order().or_else(|| moving.order()).unwrap_or(defaults.order);
+        let mut options = defaults.clone().order(order).bounces(self.bounces.unwrap_or(defaults.bounces));
+        options.samples = self.bake_samples.map(|n| n as u32);
+        options
     }
 
     /// The transfer that the mode needs.

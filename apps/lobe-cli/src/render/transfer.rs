@@ -104,12 +104,9 @@ impl Asked {
 
     fn bake(&self, scene: Scene, memory: &MemoryLimit, talk: Talk) -> anyhow::Result<BakedScene> {
         let defaults = BakeOptions::default();
-        let options = defaults
-            .clone()
-            .mode(self.mode)
-            .order(self.order.unwrap_or(defaults.order))
-            .samples(self.samples.map_or(defaults.samples, |n| n as u32))
-            .bounces(self.bounces.unwrap_or(defaults.bounces));
+        let (order, bounces) = (self.order.unwrap_or(defaults.order), self.bounces.unwrap_or(defaults.bounces));
+        let mut options = defaults.mode(self.mode).order(order).bounces(bounces);
+        options.samples = self.samples.map(|n| n as u32);
         // Matrices never have the albedo.
         let options = if self.lobe.is_none() { options.albedo(AlbedoMode::of_scene(&scene)) } else { options };
         check_memory(memory, &scene, scene.vertex_count(), &options, self.lobe.is_some())?;
@@ -155,11 +152,11 @@ fn bake_backs(
     }
     check_memory(memory, baked.scene(), seen.len(), baked.options(), baked.is_glossy())?;
     if let Some(file) = file {
-        let (count, samples) = (seen.len(), baked.options().samples);
+        let count = seen.len();
+        let paths = baked.options().samples.map_or_else(String::new, |samples| format!(" from {samples} paths each"));
         let places = if baked.is_lightmap() { "texels" } else { "vertices" };
-        let text = format!(
-            "holds fronts of surfaces; the backs of {count} {places}, which are seen, are baked now from {samples} paths each"
-        );
+        let text =
+            format!("holds fronts of surfaces; the backs of {count} {places}, which are seen, are baked now{paths}");
         talk.note(file, &text);
     }
     watched_bake(talk, |job| baked.bake_backs(&seen, job))

@@ -76,8 +76,8 @@ class BakeOptions:
     """unshadowed, shadowed, interreflected, or glossy (matrices of the light that arrives)."""
     order: int = 4
     """Number of bands, 1 to 8."""
-    samples: int = 1024
-    """Paths from each vertex, best a power of two."""
+    samples: int | None = None
+    """Paths from each vertex, best a power of two; None: 1024, or up to 4096 where their noise is above 7 %."""
     bounces: int = 3
     """Reflections at most."""
     energy_stop: float = 1e-3
@@ -120,7 +120,9 @@ class BakeOptions:
             raise ValueError(f"mode: expected {', '.join(modes[:-1])} or glossy, found {self.mode!r}")
         if self.albedo not in (None, "vertex", "none"):
             raise ValueError(f"albedo: expected vertex or none, found {self.albedo!r}")
-        for name, least, most in [("order", 1, 8), ("samples", 1, 1 << 24), ("bounces", 0, 255), ("seed", 0, 2**64 - 1)]:
+        if self.samples is not None:
+            whole(self.samples, "samples", 1, 1 << 24)
+        for name, least, most in [("order", 1, 8), ("bounces", 0, 255), ("seed", 0, 2**64 - 1)]:
             whole(getattr(self, name), name, least, most)
         real(self.energy_stop, "energy_stop", 0.0, 1.0)
         self._check_points()

@@ -25,8 +25,8 @@ class MovingOptions:
     alone, as exponentials of sums: less to bake."""
     order: int | None = None
     """Number of bands, 1 to 8; None: as many as what is baked already has, else 4."""
-    samples: int = 1024
-    """Paths from each vertex where a part is not baked yet."""
+    samples: int | None = None
+    """Paths from each vertex where a part is not baked yet; None: 1024, or up to 4096 where their noise is above 7 %."""
     bounces: int | None = None
     """Reflections within each part; None: 3, or those of the file."""
     exponential: str = "grid"
@@ -52,10 +52,10 @@ class MovingOptions:
             raise ValueError("exponential: only of the mode shexp")
         if self.exponential.partition(":")[0] not in ("grid", "optimal-linear", "hybrid"):
             raise ValueError(f"exponential: expected grid, optimal-linear or hybrid[:NORM], found {self.exponential!r}")
-        for name, least, most in [("order", 1, 8), ("bounces", 0, 255), ("spheres", 1, 4096)]:
+        for name, least, most in [("order", 1, 8), ("samples", 1, 1 << 20), ("bounces", 0, 255), ("spheres", 1, 4096)]:
             if getattr(self, name) is not None:
                 whole(getattr(self, name), name, least, most)
-        for name, least, most in [("samples", 1, 1 << 20), ("group", 0, 4096), ("still_points", 0, 1 << 24)]:
+        for name, least, most in [("group", 0, 4096), ("still_points", 0, 1 << 24)]:
             whole(getattr(self, name), name, least, most)
         if self.group % 16:
             raise ValueError(f"group: expected a multiple of 16, found {self.group}")

@@ -50,7 +50,7 @@ class Cost:
     """What all receivers take."""
     size: int = 0
     """Bytes of the results of all receivers."""
-    pilot: tuple[int, float] | None = None
+    pilot: tuple[int, int, float] | None = None
     """What the pilot of the bake has found, which the other workers need not make again."""
 
 

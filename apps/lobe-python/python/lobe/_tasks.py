@@ -18,8 +18,8 @@ from ._bake import BakeOptions
 from ._scene import Scene
 from ._shards import Cost, measured
 
-Pilot = tuple[int, float]
-"""What the pilot of a bake has found: bounces, and an error."""
+Pilot = tuple[int, int, float]
+"""What the pilot of a bake has found: bounces, paths, and an error."""
 
 _read: dict[str, _lobe.Bake] = {}
 """The bake that this worker has had last, its scene read and its tree built."""

@@ -5,10 +5,10 @@ use lobe_scene::{Bvh, Scene};
 use web_time::Instant;
 
 use crate::bake::diffuse::Diffuse;
-use crate::bake::pilot::{KnownPilot, Pilot, pilot};
+use crate::bake::pilot::{KnownPilot, Pilot, Piloted, pilot};
 use crate::job::checkpoint::Checkpoint;
 use crate::job::checkpoint::StoredRows;
-use crate::job::chunks::{Chunks, Estimator, Memory, Tally, run};
+use crate::job::chunks::{Chunks, Memory, Tally, run};
 use crate::job::fingerprint::{fingerprint_arithmetic, fingerprint_scene};
 use crate::{BakeMode, BakeOptions, BakeReport, PrtError, Receivers, StoredTransfer, Transfer};
 
@@ -133,24 +133,22 @@ fn fingerprint(scene: &Scene, receivers: &Receivers, options: &BakeOptions) -> F
     fingerprint
 }
 
-/// A bake whose number of bounces is known, of any estimator.
+/// A bake whose numbers of bounces and paths are known, of any estimator.
 pub(crate) struct PreparedBake<E> {
     pub(crate) estimator: E,
     pilot: Pilot,
     start: Instant,
 }
 
-impl<E: Estimator> PreparedBake<E> {
-    /// Finds the number of bounces to bake by the pilot, unless it is known, and limits the estimator to it.
-    pub(crate) fn new(
-        mut estimator: E,
-        energy_stop: f64,
-        known: &KnownPilot,
-        limit_bounces: impl FnOnce(&mut E, usize),
-    ) -> Self {
+impl<E: Piloted> PreparedBake<E> {
+    /// Finds the numbers of bounces and paths by the pilot, unless they are known, and sets those of the estimator.
+    pub(crate) fn new(mut estimator: E, options: &BakeOptions, known: &KnownPilot) -> Self {
         let start = Instant::now();
-        let pilot = *known.get_or_init(|| pilot(&estimator, energy_stop));
-        limit_bounces(&mut estimator, pilot.bounces);
+        let pilot = *known.get_or_init(|| pilot(&mut estimator, options));
+        if pilot.samples != options.first_samples() {
+            estimator.set_samples(pilot.samples);
+        }
+        estimator.limit_bounces(pilot.bounces);
         Self { estimator, pilot, start }
     }
 
@@ -221,6 +219,7 @@ impl<E: Estimator> PreparedBake<E> {
             receivers,
             rays: tally.rays,
             seconds: self.start.elapsed().as_secs_f64(),
+            samples: self.pilot.samples,
             bounces: self.pilot.bounces,
             energy_per_bounce: tally.energy.iter().copied().map(mean).collect(),
             energy_left: mean(tally.left),
@@ -248,7 +247,7 @@ fn prepare<'a>(
 ) -> Result<PreparedBake<Diffuse<'a>>, PrtError> {
     check_of_vectors(scene, bvh, options)?;
     let diffuse = Diffuse::new(scene, bvh, receivers, options);
-    Ok(PreparedBake::new(diffuse, options.energy_stop, known, |diffuse, bounces| diffuse.paths.bounces = bounces))
+    Ok(PreparedBake::new(diffuse, options, known))
 }
 
 /// Refuses the tree of another scene.

@@ -4,6 +4,7 @@ use lobe_scene::{Bvh, Ray, Scene, SurfaceRays};
 use lobe_sh::{Dir, Expansion as _, Zonal};
 
 use crate::bake::basis_sum::BasisSum;
+use crate::bake::pilot::Piloted;
 use crate::bake::point_transfer::{PathStart, PointTransfer};
 use crate::bake::tracer::{PathEnd, Tracer};
 use crate::job::chunks::{Estimator, Tally};
@@ -58,7 +59,12 @@ pub(crate) struct Scratch {
 impl<'a> Diffuse<'a> {
     pub(crate) fn new(scene: &'a Scene, bvh: &'a Bvh, receivers: &'a Receivers, options: &'a BakeOptions) -> Self {
         let channels = options.channels_for(scene, receivers.is_gray());
-        let paths = DiffusePaths::new(SurfaceRays::new(scene, bvh), options, options.path_order(), channels);
+        let paths = DiffusePaths::new(
+            SurfaceRays::new(scene, bvh),
+            options,
+            options.path_order(options.first_samples()),
+            channels,
+        );
         Self { paths, receivers }
     }
 
@@ -239,6 +245,10 @@ impl PointTransfer for DiffusePaths<'_> {
         self.bounces = bounces;
     }
 
+    fn set_count(&mut self, count: u32) {
+        self.order = self.options.path_order(count);
+    }
+
     fn scratch(&self) -> Scratch {
         // Visibility alone has no hue, unless by glass.
         let channels =
@@ -261,6 +271,16 @@ impl PointTransfer for DiffusePaths<'_> {
 
 fn mean(channels: [f64; 3]) -> f64 {
     channels.iter().sum::<f64>() / 3.0
+}
+
+impl Piloted for Diffuse<'_> {
+    fn limit_bounces(&mut self, bounces: usize) {
+        self.paths.limit_bounces(bounces);
+    }
+
+    fn set_samples(&mut self, samples: u32) {
+        self.paths.set_count(samples);
+    }
 }
 
 impl Estimator for Diffuse<'_> {

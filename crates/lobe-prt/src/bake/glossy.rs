@@ -7,7 +7,7 @@ use lobe_scene::{Bvh, Ray, Scene, SurfaceRays};
 
 use crate::bake::bake::{PreparedBake, check_tree};
 use crate::bake::outer_sum::OuterSum;
-use crate::bake::pilot::KnownPilot;
+use crate::bake::pilot::{KnownPilot, Piloted};
 use crate::bake::point_transfer::{PathStart, PointTransfer};
 use crate::bake::tracer::{PathEnd, Tracer};
 use crate::job::chunks::{Estimator, Tally};
@@ -100,9 +100,9 @@ fn prepare<'a>(
 ) -> Result<PreparedBake<Matrices<'a>>, PrtError> {
     options.check()?;
     check_tree(scene, bvh)?;
-    let paths = MatrixPaths::new(SurfaceRays::new(scene, bvh), options, coherent_order(options.samples));
+    let paths = MatrixPaths::new(SurfaceRays::new(scene, bvh), options, coherent_order(options.first_samples()));
     let matrices = Matrices { paths, points };
-    Ok(PreparedBake::new(matrices, options.energy_stop, known, |matrices, bounces| matrices.paths.bounces = bounces))
+    Ok(PreparedBake::new(matrices, options, known))
 }
 
 /// The paths from a point, summed into its matrix:
@@ -193,6 +193,10 @@ impl PointTransfer for MatrixPaths<'_> {
         self.bounces = bounces;
     }
 
+    fn set_count(&mut self, count: u32) {
+        self.order = coherent_order(count);
+    }
+
     fn scratch(&self) -> OuterSum {
         OuterSum::new(self.options.order, self.channels.count())
     }
@@ -232,6 +236,16 @@ impl Matrices<'_> {
         self.paths.options.write_into(&mut fingerprint);
         fingerprint_arithmetic(&mut fingerprint);
         fingerprint
+    }
+}
+
+impl Piloted for Matrices<'_> {
+    fn limit_bounces(&mut self, bounces: usize) {
+        self.paths.limit_bounces(bounces);
+    }
+
+    fn set_samples(&mut self, samples: u32) {
+        self.paths.set_count(samples);
     }
 }
 

@@ -1,9 +1,10 @@
-//! The pilot bake: a few receivers, from which the number of bounces and the standard error are estimated beforehand.
+//! The pilot bake: a few receivers, from which bounces, paths and the standard error are known beforehand.
 
 use std::sync::OnceLock;
 
 use lobe_io::parallel;
 
+use crate::BakeOptions;
 use crate::job::chunks::{Estimator, Tally};
 use crate::sampling::sobol::hash;
 
@@ -26,15 +27,37 @@ const MOST_PATHS: usize = 1 << 22;
 pub struct Pilot {
     /// Bounces that carry enough energy.
     pub bounces: usize,
+    /// Paths from each receiver.
+    pub samples: u32,
     /// Relative standard error of the constant coefficient.
     pub stderr_dc: f64,
+}
+
+/// An estimator whose work a pilot decides.
+pub(crate) trait Piloted: Estimator {
+    /// Bakes no more bounces than these from now on.
+    fn limit_bounces(&mut self, bounces: usize);
+
+    /// Bakes so many paths from each receiver from now on.
+    fn set_samples(&mut self, samples: u32);
 }
 
 /// The pilot of one bake, found by whichever part of it a process makes first.
 pub(crate) type KnownPilot = OnceLock<Pilot>;
 
-/// Bakes evenly chosen receivers with other seeds, derived from that of the estimator.
-pub(crate) fn pilot<E: Estimator>(estimator: &E, energy_stop: f64) -> Pilot {
+/// The pilot of a bake, which has more paths where those of the first pilot leave too much noise.
+pub(crate) fn pilot<E: Piloted>(estimator: &mut E, options: &BakeOptions) -> Pilot {
+    let first = pilot_of(estimator, options.first_samples(), options.energy_stop);
+    let samples = options.samples_for(first.stderr_dc);
+    if samples == first.samples {
+        return first;
+    }
+    estimator.set_samples(samples);
+    pilot_of(estimator, samples, options.energy_stop)
+}
+
+/// Bakes evenly chosen receivers with other seeds, derived from that of the estimator, which has so many paths.
+fn pilot_of<E: Estimator>(estimator: &E, samples: u32, energy_stop: f64) -> Pilot {
     let all = estimator.receivers();
     let most = (MOST_PATHS / (REPETITIONS * estimator.paths().max(1))).clamp(2, RECEIVERS);
     let once = all.min(most);
@@ -46,7 +69,7 @@ pub(crate) fn pilot<E: Estimator>(estimator: &E, energy_stop: f64) -> Pilot {
     // Bake some of them with other seeds, to see how much the result varies.
     let again = |k: usize| (k / REPETITIONS * all / repeated, seeds[k % REPETITIONS]);
     let again = bakes(estimator, repeated * REPETITIONS, &again);
-    Pilot { bounces, stderr_dc: relative_standard_error(&again, bounces) }
+    Pilot { bounces, samples, stderr_dc: relative_standard_error(&again, bounces) }
 }
 
 /// Bakes `count` receivers with a seed each, which `receiver_and_seed` tells.

@@ -39,6 +39,9 @@ pub(crate) trait PointTransfer: Sync {
 
     fn limit_bounces(&mut self, bounces: usize);
 
+    /// Sets the paths from each point.
+    fn set_count(&mut self, count: u32);
+
     fn scratch(&self) -> Self::Scratch;
 
     /// The tracer of its paths; none if nothing is in the way.

@@ -54,6 +54,11 @@ pub(crate) struct SurfacePoint {
 }
 
 impl<'a> SurfacePoints<'a> {
+    /// Those of the same triangles for another number of paths from each vertex.
+    pub(crate) fn of_samples(&self, samples: u32) -> Self {
+        Self::new(self.fitted, samples)
+    }
+
     /// The points for `samples` paths from each vertex.
     pub(crate) fn new(fitted: &'a FittedVertices<'a>, samples: u32) -> Self {
         let most = (samples / POINTS_OF_VERTEX).clamp(1, PATHS);

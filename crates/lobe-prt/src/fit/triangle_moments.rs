@@ -1,5 +1,6 @@
 //! The moments of transfer in triangles: what the fit needs to know of the points.
 
+use crate::bake::pilot::Piloted;
 use crate::bake::point_transfer::PointTransfer;
 use crate::fit::surface_points::SurfacePoints;
 use crate::job::chunks::{Estimator, Tally};
@@ -36,6 +37,17 @@ pub(crate) struct Scratch<S> {
     paths: S,
     row: Vec<f32>,
     sums: Vec<f64>,
+}
+
+impl<P: PointTransfer> Piloted for TriangleMoments<'_, P> {
+    fn limit_bounces(&mut self, bounces: usize) {
+        self.paths.limit_bounces(bounces);
+    }
+
+    fn set_samples(&mut self, samples: u32) {
+        self.points = self.points.of_samples(samples);
+        self.paths.set_count(self.points.paths);
+    }
 }
 
 impl<P: PointTransfer> Estimator for TriangleMoments<'_, P> {

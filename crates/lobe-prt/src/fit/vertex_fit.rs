@@ -103,7 +103,8 @@ impl FittedVertices<'_> {
         job: Job<'_>,
     ) -> Result<(Vec<f32>, BakeReport), PrtError> {
         let BakeOptions { order, samples, seed, .. } = *options;
-        let options = BakeOptions::default().mode(BakeMode::Shadowed).order(order).samples(samples).seed(seed);
+        let options =
+            BakeOptions { samples, ..BakeOptions::default().mode(BakeMode::Shadowed).order(order).seed(seed) };
         VertexFit::of_visibility(self, bvh, &options.albedo(AlbedoMode::None), &KnownPilot::new())?.run(job)
     }
 
@@ -167,7 +168,7 @@ impl<'a> VertexFit<'a, DiffusePaths<'a>> {
         kind: (u64, &KnownPilot),
     ) -> Result<Self, PrtError> {
         check_of_vectors(fitted.scene(), bvh, options)?;
-        let points = SurfacePoints::new(fitted, options.samples);
+        let points = SurfacePoints::new(fitted, options.first_samples());
         // Transfer without shadows has a closed form.
         let is_traced = options.mode != BakeMode::Unshadowed;
         let order = if is_traced { coherent_order(points.paths) } else { Vec::new() };
@@ -187,7 +188,7 @@ impl<'a> VertexFit<'a, MatrixPaths<'a>> {
     ) -> Result<Self, PrtError> {
         options.check()?;
         check_tree(fitted.scene(), bvh)?;
-        let points = SurfacePoints::new(fitted, options.samples);
+        let points = SurfacePoints::new(fitted, options.first_samples());
         let paths = MatrixPaths::new(SurfaceRays::new(fitted.scene(), bvh), options, coherent_order(points.paths));
         let white = vec![1.0; fitted.corners().len()];
         Ok(Self::new((fitted, points), (paths, white), options, (MATRICES, known)))
@@ -202,8 +203,7 @@ impl<'a, P: PointTransfer> VertexFit<'a, P> {
         (kind, known): (u64, &KnownPilot),
     ) -> Self {
         let moments = TriangleMoments { paths, points, albedos, gap: gap(fitted.scene()), seed: options.seed };
-        let limit = |moments: &mut TriangleMoments<'a, P>, bounces| moments.paths.limit_bounces(bounces);
-        Self { fitted, options, bake: PreparedBake::new(moments, options.energy_stop, known, limit), kind }
+        Self { fitted, options, bake: PreparedBake::new(moments, options, known), kind }
     }
 
     /// The numbers of the vertices.

@@ -376,7 +376,7 @@ fn a_bake_can_be_watched_and_stopped() {
     let (first, last) = (seen[0], seen[seen.len() - 1]);
     assert_eq!((first.done, first.rays, first.seconds_left()), (0, 0, None), "at first");
     assert_eq!((last.done, last.seconds_left()), (receivers.len(), Some(0.0)), "at last");
-    assert_eq!(last.rays, u64::from(options.samples) * receivers.len() as u64, "rays");
+    assert_eq!(last.rays, u64::from(report.samples) * receivers.len() as u64, "rays");
     assert!(seen.len() > 2 && last.rays_per_second() > 0.0, "{} reports", seen.len());
     let stopped = bake(&scene, &bvh, &receivers, &options, Job::default().watched_by(&mut |_| ControlFlow::Break(())));
     assert!(matches!(stopped, Err(PrtError::Cancelled)), "stopped: {stopped:?}");
