@@ -1,4 +1,4 @@
-//! How far transfer that is interpolated between vertices is from that of the surfaces, baked at the vertices and fitted.
+//! Errors of transfer that is interpolated between vertices, baked at them and fitted.
 //!
 //! `cargo run --release -p lobe-prt --example fit_errors -- built-in:cornell room.glb@20000` measures these scenes, the
 //! second one split to as many vertices.

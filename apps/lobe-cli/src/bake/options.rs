@@ -23,11 +23,11 @@ the bake with exit code 2 and leaves these files, and so does whatever kills it,
 reads the scene, splits it where that is known already, and goes on from there, to the same bytes; at the end the files are \
 removed. Compression begins anew.
 
-Disk: 12 n² bytes for each triangle and channel, taken from the start, and 4 n² for each vertex and channel of the output, \
-n⁴ instead of n² of --mode glossy; of --texels and --grid twice the output.
+Disk: 12 n² bytes for each triangle and channel, taken from the start, and 4 n² for each vertex and channel of the \
+output; n⁴ instead of n² of --mode glossy; of --texels and --grid twice the output.
 
-Memory: 20 MB and some 820 bytes for each vertex of the scene once split, and at vertices 20 n² for each channel more; of \
---mode glossy 4 n⁴ for each channel, and up to 0.8 GB beside. \
+Memory: 20 MB and some 820 bytes for each vertex of the scene once split, and at vertices 20 n² for each channel more; \
+of --mode glossy 4 n⁴ for each channel, and up to 0.8 GB beside. \
 Compression takes twice 4 n² bytes for each vertex and channel. --texels takes 105 bytes for each texel, and 12 n² for each \
 channel, as .exr 20 n²; unwrapping takes 1000 bytes for each triangle.";
 

@@ -45,7 +45,8 @@ pub(crate) struct DiffusePaths<'a> {
 pub(crate) enum Density {
     /// That of a matte receiver.
     Cosine,
-    /// Uniform over the hemisphere, so that shadowed transfer is `∫ V(s) yᵢ(s) ds`: what is seen of the sky.
+    /// Uniform over the hemisphere above the surface, so that shadowed transfer is `∫ V(s) yᵢ(s) ds`: what is seen of
+    /// the sky.
     Hemisphere,
 }
 
@@ -105,12 +106,14 @@ impl<'a> DiffusePaths<'a> {
 
     fn shadowed(&self, start: &PathStart<'_>, scratch: &mut Scratch, row: &mut [f32]) -> Tally {
         let (frame, origin) = self.frame_and_origin(start);
+        // What is seen of the sky ends at the surface, wherever the normal to shade with points.
+        let open = Frame::about(start.planes.first().copied().unwrap_or(start.normal));
         let Scratch { sum, directions, occluded } = scratch;
         // Trace shadow rays, all at once.
         directions.clear();
         let direction = |point| match self.density {
             Density::Cosine => frame.cosine(point),
-            Density::Hemisphere => frame.hemisphere(point),
+            Density::Hemisphere => open.hemisphere(point),
         };
         directions.extend(self.order.iter().map(|&index| direction(start.sobol.point(start.first + index, 0))));
         occluded.resize(directions.len(), false);
@@ -156,7 +159,8 @@ impl<'a> DiffusePaths<'a> {
         for &direction in scratch.directions.iter().filter(|direction| !is_below(start.planes, **direction)) {
             match self.tracer.0.passes_through(&Ray::new(origin, direction)) {
                 Some(tint) => {
-                    let tint = if self.channels == Channels::Gray { [tint.iter().sum::<f32>() / 3.0; 3] } else { tint };
+                    let is_gray = self.density == Density::Hemisphere;
+                    let tint = if is_gray { [tint.iter().sum::<f32>() / 3.0; 3] } else { tint };
                     scratch.sum.push(direction, tint);
                     escaped += mean([0, 1, 2].map(|c| f64::from(tint[c]) * factors[c]));
                 }

@@ -17,7 +17,8 @@ use crate::sampling::sobol::{Sobol, coherent_order};
 use crate::sampling::warp::{Frame, sphere};
 use crate::{BakeMode, BakeOptions, BakeReport, Channels, PrtError, Receivers, StoredMatrices, TransferMatrices};
 
-/// Bakes the transfer matrix of every receiver; its albedo is not in it.
+/// Bakes the transfer matrix of every receiver; its albedo is not in it. Those of the vertices of a scene are better
+/// [fitted](crate::FittedVertices::bake_matrices).
 ///
 /// [`BakeOptions`] mean what they mean to [`fn@crate::bake`]; directions are uniform over the hemisphere. With
 /// [`BakeMode::Unshadowed`] nothing is in the way. Memory: `4 n⁴` bytes for each receiver and channel, 1 KiB at order 4.

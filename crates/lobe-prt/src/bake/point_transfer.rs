@@ -1,4 +1,4 @@
-//! What is baked at a point of a surface: the start of its paths, and the estimator of its row of numbers.
+//! Transfer of a point of a surface: the start of its paths, and the estimator of its row of numbers.
 
 use glam::Vec3;
 use lobe_scene::{Hit, Ray};

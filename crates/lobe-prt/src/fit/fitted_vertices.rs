@@ -3,21 +3,18 @@
 use std::borrow::Cow;
 
 use lobe_io::Fingerprint;
-use lobe_scene::{Hit, Scene};
+use lobe_scene::Scene;
 
-use crate::fit::surface_points::SurfacePoint;
+use crate::fit::face::{Face, Side};
 use crate::job::fingerprint::fingerprint_scene;
-use crate::receivers::planes::plane_of_point;
-use crate::receivers::receivers::lift_of;
-use crate::sampling::sobol::{Sobol, hash};
 use crate::{AlbedoMode, BakeOptions, Channels, PrtError, Receivers};
 
 /// Rings of triangles around some vertices to which they are fitted. Each one more divides by about four what is missed
 /// of a fit to all triangles.
 const RINGS: usize = 2;
 
-/// Vertices of a scene whose transfer is fitted, see [`bake_vertices`](crate::bake_vertices): all of them, or some, from
-/// the front or from the back.
+/// Vertices of a scene whose transfer is fitted, see [`bake_vertices`](crate::bake_vertices): all of them, or some,
+/// from the front or from the back.
 ///
 /// What some of them have is fitted to the triangles that touch them, and to those that touch these. So they have the
 /// values of a fit of all vertices but for a part of its noise. Light is hidden and reflected by the whole scene.
@@ -44,23 +41,6 @@ pub struct FittedVertices<'a> {
     /// The corners of each of them, among the vertices of all meshes.
     corners: Vec<[u32; 3]>,
     side: Side,
-}
-
-/// A side of surfaces.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Side {
-    /// That of the normals.
-    Front,
-    Back,
-}
-
-impl Side {
-    fn turned(self, vector: [f32; 3]) -> [f32; 3] {
-        match self {
-            Self::Front => vector,
-            Self::Back => vector.map(|c| -c),
-        }
-    }
 }
 
 impl<'a> FittedVertices<'a> {
@@ -136,7 +116,7 @@ impl<'a> FittedVertices<'a> {
 
     /// The side of a triangle that is fitted.
     pub(crate) fn face(&self, number: usize) -> Face<'a> {
-        Face { scene: self.scene, triangle: self.triangles[number] as usize, side: self.side }
+        Face::new(self.scene, self.triangles[number] as usize, self.side)
     }
 
     /// The channels of transfer with albedo.
@@ -166,76 +146,10 @@ impl<'a> FittedVertices<'a> {
     }
 }
 
-/// A side of a triangle.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Face<'a> {
-    scene: &'a Scene,
-    triangle: usize,
-    side: Side,
-}
-
-impl<'a> Face<'a> {
-    pub(crate) fn front(scene: &'a Scene, triangle: usize) -> Self {
-        Self { scene, triangle, side: Side::Front }
-    }
-
-    /// The corners.
-    pub(crate) fn corners(&self) -> [[f32; 3]; 3] {
-        let (mesh, number) = self.scene.locate(self.triangle);
-        self.scene.meshes()[mesh].corners(number)
-    }
-
-    /// The sequences for a seed: of its points, taken in an order of its own as those of bounces are, and of the
-    /// directions of their paths with `bounces` more.
-    pub(crate) fn sequences(&self, seed: u64, bounces: usize) -> [Sobol; 2] {
-        const OF_POINTS: u64 = 0x0050_4F49_4E54;
-        let (mesh, number) = self.scene.locate(self.triangle);
-        let mesh = &self.scene.meshes()[mesh];
-        let corners = mesh.triangles()[number].map(|i| i as usize);
-        let at = |i: usize| mesh.positions()[i].into_iter().chain(self.side.turned(mesh.normals()[i]));
-        let place = || corners.into_iter().flat_map(at);
-        [Sobol::at_place(hash([seed, OF_POINTS]), place(), 1), Sobol::at_place(seed, place(), bounces)]
-    }
-
-    /// Point number `index`, by the sequence of its points.
-    pub(crate) fn point(&self, index: u32, sequence: &Sobol) -> SurfacePoint {
-        let [u, v] = in_triangle(sequence.point(index, 1));
-        let surface = self.scene.surface(&Hit { t: 0.0, triangle: self.triangle as u32, u, v });
-        let normal = self.side.turned(surface.vertex_normal);
-        let plane = plane_of_point(normal, normal, surface.geometric_normal);
-        let lift = lift_of(normal, plane.as_slice());
-        let [u, v] = [u, v].map(f64::from);
-        SurfacePoint { weights: [1.0 - u - v, u, v], position: surface.position, normal, plane, lift }
-    }
-}
-
-/// A point of the unit square, moved into the triangle below its diagonal: the two halves of the square above and below
-/// the other diagonal are each pressed into a half of the triangle, so that neighbors stay neighbors [Heitz 2019].
-fn in_triangle([x, y]: [f32; 2]) -> [f32; 2] {
-    if y > x { [0.5 * x, y - 0.5 * x] } else { [x - 0.5 * y, 0.5 * y] }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use lobe_scene::built_in;
-
-    #[test]
-    fn points_fill_a_triangle_evenly() {
-        let sobol = Sobol::new(3, 0);
-        let (mut count, mut mean) = ([0; 4], [0.0; 2]);
-        for index in 0..1024 {
-            let [u, v] = in_triangle(sobol.point(index, 0));
-            assert!(u >= 0.0 && v >= 0.0 && u + v <= 1.0, "({u}, {v}) in the triangle");
-            [mean[0], mean[1]] = [mean[0] + f64::from(u) / 1024.0, mean[1] + f64::from(v) / 1024.0];
-            // The four similar triangles within.
-            let within = [u > 0.5, v > 0.5, u + v < 0.5].iter().position(|&is| is).unwrap_or(3);
-            count[within] += 1;
-        }
-        // Evenly distributed points miss a quarter by a few; 1024 random ones by 14.
-        assert!(count.iter().all(|&c: &i32| (c - 256).abs() < 14), "{count:?}");
-        assert!(mean.iter().all(|m| (m - 1.0 / 3.0).abs() < 2e-3), "{mean:?}");
-    }
 
     #[test]
     fn some_vertices_are_fitted_to_two_rings_of_triangles() {

@@ -160,7 +160,8 @@ fn unknowns(fitted: &FittedVertices<'_>) -> (Vec<u32>, usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fit::surface_points::{SurfacePoint, SurfacePoints};
+    use crate::fit::face::SurfacePoint;
+    use crate::fit::surface_points::SurfacePoints;
     use crate::fit::triangle_moments::add_moments;
     use lobe_scene::built_in;
     use lobe_testkit::Random;

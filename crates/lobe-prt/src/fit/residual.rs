@@ -5,7 +5,7 @@ use lobe_scene::{Bvh, Scene, SurfaceRays};
 
 use crate::bake::diffuse::{DiffusePaths, Scratch as PathScratch};
 use crate::bake::point_transfer::PointTransfer;
-use crate::fit::fitted_vertices::Face;
+use crate::fit::face::{Face, Side};
 use crate::fit::surface_points::area;
 use crate::fit::vertex_fit::white_channels;
 use crate::job::chunks::{Estimator, Tally};
@@ -66,7 +66,7 @@ impl Residual {
 ///   G_ab = Σ_k φ_a(p_k) φ_b(p_k)      m_a = Σ_k φ_a(p_k) T_k
 /// ```
 ///
-/// t is the triangle and |t| its area, p its K points, φ_a the barycentric coordinate of corner a. T' and T'' are
+/// t is the triangle and |t| its area, p its K points, `φ_a` the barycentric coordinate of corner a. T' and T'' are
 /// estimates of the same point by different paths. The noise of the one is independent of that of the other, and adds
 /// nothing to their product on average. Where more than half of the paths leave at once, both are the closed form less
 /// what is in the way, so that open surfaces have no noise. A coefficient of band l counts by what it has in a sky: of
@@ -122,7 +122,7 @@ impl<'a> Residuals<'a> {
 
     /// The residual of a triangle of a split scene.
     fn of(&self, split: &Scene, triangle: usize, scratch: &mut Scratch) -> (Residual, u64) {
-        let face = Face::front(split, triangle);
+        let face = Face::new(split, triangle, Side::Front);
         let size = area(face.corners());
         if size <= 0.0 {
             return (Residual::default(), 0);

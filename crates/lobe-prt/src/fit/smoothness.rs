@@ -24,8 +24,8 @@ pub(crate) struct Hinge {
     pub(crate) area: f64,
 }
 
-/// The hinges of all edges of two triangles. `unknowns` are those of the corners of each; edges whose ends have values of
-/// their own in each triangle, creases, are none.
+/// The hinges of all edges of two triangles. `unknowns` are those of the corners of each; edges whose ends have values
+/// of their own in each triangle, creases, are none.
 pub(crate) fn hinges(fitted: &FittedVertices<'_>, unknowns: &[[u32; 3]]) -> Vec<Hinge> {
     // Find the triangles of each edge: the third corner of each, first come first.
     let mut sides: HashMap<[u32; 2], Side> = HashMap::new();

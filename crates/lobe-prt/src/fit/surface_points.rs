@@ -3,10 +3,9 @@
 use glam::DVec3;
 use lobe_scene::Scene;
 
-use crate::bake::point_transfer::PathStart;
-use crate::fit::fitted_vertices::{Face, FittedVertices};
+use crate::fit::face::Face;
+use crate::fit::fitted_vertices::FittedVertices;
 use crate::receivers::inset::wide;
-use crate::sampling::sobol::Sobol;
 
 /// Paths from a point, at most: their directions fill the hemisphere evenly, and are traced together. In a room with
 /// walls of two triangles 8 paths a point leave a fit 1.2 times as noisy at equal rays, and 128 are no better.
@@ -37,20 +36,6 @@ pub(crate) struct SurfacePoints<'a> {
     areas: Vec<f64>,
     /// Paths from each point.
     pub(crate) paths: u32,
-}
-
-/// A point in a triangle.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct SurfacePoint {
-    /// Barycentric coordinates: the weights of the corners.
-    pub(crate) weights: [f64; 3],
-    pub(crate) position: [f32; 3],
-    /// The normal to shade with, without normal maps.
-    pub(crate) normal: [f32; 3],
-    /// The normal of the triangle on the same side, unless the two are the same.
-    pub(crate) plane: Option<[f32; 3]>,
-    /// The vector along which rays are lifted off the surface.
-    pub(crate) lift: [f32; 3],
 }
 
 impl<'a> SurfacePoints<'a> {
@@ -95,15 +80,6 @@ impl<'a> SurfacePoints<'a> {
     /// A triangle.
     pub(crate) fn face(&self, triangle: usize) -> Face<'a> {
         self.fitted.face(triangle)
-    }
-}
-
-impl SurfacePoint {
-    /// The start of its paths, from number `first` of the sequences on, as if it were white.
-    pub(crate) fn start<'a>(&'a self, sobol: &'a Sobol, first: u32) -> PathStart<'a> {
-        let Self { position, normal, lift, plane, .. } = self;
-        let planes = plane.as_slice();
-        PathStart { position: *position, normal: *normal, lift: *lift, planes, albedo: [1.0; 3], sobol, first }
     }
 }
 

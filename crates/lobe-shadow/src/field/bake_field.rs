@@ -264,11 +264,12 @@ impl Default for VisibilityOptions {
     }
 }
 
-/// The visibility of the sky at all vertices, mesh by mesh: that of the surface of an entity itself, fitted to points all
-/// over its triangles as transfer is by [`lobe_prt::bake_vertices`]. Returns the rays that were traced, too.
+/// The visibility of the sky at all vertices, mesh by mesh: that of the surface of an entity itself, fitted to points
+/// all over its triangles as transfer is by [`lobe_prt::bake_vertices`]. Returns the rays that were traced, too.
 ///
 /// Vertices have the visibility of [`bake_visibility`] if that is linear between them. One that is buried in another
-/// part of the entity has that of what is seen of its triangles.
+/// part of the entity has that of what is seen of its triangles. A corner where flat faces meet has the mean of what
+/// these see, not what is seen from its tip.
 ///
 /// # Errors
 /// As [`bake_field`].
