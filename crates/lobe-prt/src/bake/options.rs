@@ -77,8 +77,8 @@ pub struct BakeOptions {
     /// Number of bands, 1 to 8.
     pub order: usize,
     /// Paths from each receiver, at most [`BakeOptions::MAX_SAMPLES`]. Powers of two are distributed best. Without a
-    /// choice there are [`BakeOptions::SAMPLES`], and two or four times as many where these leave a
-    /// [standard error](BakeReport::stderr_dc) above [`BakeOptions::NOISE`].
+    /// choice there are [`BakeOptions::SAMPLES`], and two or four times as many where these leave noise above
+    /// [`BakeOptions::NOISE`].
     #[setters(strip_option)]
     pub samples: Option<u32>,
     /// Reflections at most, where the mode [has any](BakeMode::reflects); at most [`BakeOptions::MAX_BOUNCES`].
@@ -117,8 +117,8 @@ impl BakeOptions {
     /// The most paths from a receiver if nothing else is said.
     pub const SAMPLES_OF_NOISE: u32 = 4 * Self::SAMPLES;
 
-    /// The standard error of the constant coefficient above which there are more paths. A fit averages over the points
-    /// around a vertex: with this error pictures of rooms are off by 3 %.
+    /// The noise above which there are more paths: the standard error of the constant coefficient of a receiver, relative
+    /// to its own, as a root mean square over surfaces. A fit averages it, in pictures of rooms to less than half.
     pub const NOISE: f64 = 0.07;
 
     /// The most paths from a receiver.
@@ -169,9 +169,9 @@ impl BakeOptions {
         self.samples.unwrap_or(Self::SAMPLES)
     }
 
-    /// Paths from each receiver where the first ones leave this standard error: it falls as the root of their number.
-    pub(crate) fn samples_for(&self, stderr: f64) -> u32 {
-        let factor = (stderr / Self::NOISE).powi(2).ceil().min(f64::from(Self::SAMPLES_OF_NOISE / Self::SAMPLES));
+    /// Paths from each receiver where the first ones leave this noise, which falls as the root of their number.
+    pub(crate) fn samples_for(&self, noise: f64) -> u32 {
+        let factor = (noise / Self::NOISE).powi(2).ceil().min(f64::from(Self::SAMPLES_OF_NOISE / Self::SAMPLES));
         self.samples.unwrap_or(Self::SAMPLES * (factor as u32).max(1).next_power_of_two())
     }
 

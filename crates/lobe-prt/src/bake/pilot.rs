@@ -22,6 +22,10 @@ const RECEIVERS_FOR_ONE: usize = 128;
 /// is killed.
 const MOST_PATHS: usize = 1 << 22;
 
+/// The part of the mean square of all that is added to that of a place before its error is compared with it: what sends a
+/// tenth of the mean counts half, and what is black nothing.
+pub(crate) const DARKEST: f64 = 0.01;
+
 /// What a pilot has found: it bakes a few receivers to know beforehand how many bounces matter, and how far results vary.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Pilot {
@@ -40,6 +44,11 @@ pub(crate) trait Piloted: Estimator {
 
     /// Bakes so many paths from each receiver from now on.
     fn set_samples(&mut self, samples: u32);
+
+    /// By how much the energy of a receiver, and its part of all surfaces, are larger than those of others.
+    fn weight(&self, _receiver: usize) -> f64 {
+        1.0
+    }
 }
 
 /// The pilot of one bake, found by whichever part of it a process makes first.
@@ -47,17 +56,18 @@ pub(crate) type KnownPilot = OnceLock<Pilot>;
 
 /// The pilot of a bake, which has more paths where those of the first pilot leave too much noise.
 pub(crate) fn pilot<E: Piloted>(estimator: &mut E, options: &BakeOptions) -> Pilot {
-    let first = pilot_of(estimator, options.first_samples(), options.energy_stop);
-    let samples = options.samples_for(first.stderr_dc);
+    let (first, noise) = pilot_of(estimator, options.first_samples(), options.energy_stop);
+    let samples = options.samples_for(noise);
     if samples == first.samples {
         return first;
     }
     estimator.set_samples(samples);
-    pilot_of(estimator, samples, options.energy_stop)
+    pilot_of(estimator, samples, options.energy_stop).0
 }
 
-/// Bakes evenly chosen receivers with other seeds, derived from that of the estimator, which has so many paths.
-fn pilot_of<E: Estimator>(estimator: &E, samples: u32, energy_stop: f64) -> Pilot {
+/// Bakes evenly chosen receivers with other seeds, derived from that of the estimator, which has so many paths. Beside
+/// the pilot it finds the noise: the standard error of each receiver, relative to its own value.
+fn pilot_of<E: Piloted>(estimator: &E, samples: u32, energy_stop: f64) -> (Pilot, f64) {
     let all = estimator.receivers();
     let most = (MOST_PATHS / (REPETITIONS * estimator.paths().max(1))).clamp(2, RECEIVERS);
     let once = all.min(most);
@@ -67,9 +77,11 @@ fn pilot_of<E: Estimator>(estimator: &E, samples: u32, energy_stop: f64) -> Pilo
     let first = bakes(estimator, once, &|k| (k * all / once, seeds[0]));
     let bounces = bounces_that_matter(&first, energy_stop);
     // Bake some of them with other seeds, to see how much the result varies.
-    let again = |k: usize| (k / REPETITIONS * all / repeated, seeds[k % REPETITIONS]);
-    let again = bakes(estimator, repeated * REPETITIONS, &again);
-    Pilot { bounces, samples, stderr_dc: relative_standard_error(&again, bounces) }
+    let receiver = |k: usize| k * all / repeated;
+    let again = bakes(estimator, repeated * REPETITIONS, &|k| (receiver(k / REPETITIONS), seeds[k % REPETITIONS]));
+    let spreads: Vec<Spread> = again.chunks_exact(REPETITIONS).map(|tallies| Spread::of(tallies, bounces)).collect();
+    let weights: Vec<f64> = (0..repeated).map(|k| estimator.weight(receiver(k))).collect();
+    (Pilot { bounces, samples, stderr_dc: relative_standard_error(&spreads) }, noise_by_place(&spreads, &weights))
 }
 
 /// Bakes `count` receivers with a seed each, which `receiver_and_seed` tells.
@@ -97,17 +109,39 @@ fn bounces_that_matter(tallies: &[Tally], stop: f64) -> usize {
     sum.energy.iter().rposition(|&energy| energy > 0.0 && energy >= stop * all).unwrap_or(0)
 }
 
-/// The root mean square over receivers of the standard deviation of exit radiance under a constant sky, over its mean;
-/// 0 if these receivers see no light.
-fn relative_standard_error(tallies: &[Tally], bounces: usize) -> f64 {
-    let (mut variance, mut mean) = (0.0, 0.0);
-    let receivers = tallies.chunks_exact(REPETITIONS);
-    let count = receivers.len() as f64;
-    for repetitions in receivers {
-        let values: Vec<f64> = repetitions.iter().map(|tally| tally.energy[..=bounces].iter().sum()).collect();
-        let middle = values.iter().sum::<f64>() / REPETITIONS as f64;
-        variance += values.iter().map(|v| (v - middle).powi(2)).sum::<f64>() / (REPETITIONS - 1) as f64 / count;
-        mean += middle / count;
+/// Exit radiance of a receiver under a constant sky: what several bakes have found.
+#[derive(Clone, Copy, Debug)]
+struct Spread {
+    mean: f64,
+    variance: f64,
+}
+
+impl Spread {
+    fn of(tallies: &[Tally], bounces: usize) -> Self {
+        let values: Vec<f64> = tallies.iter().map(|tally| tally.energy[..=bounces].iter().sum()).collect();
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (values.len() - 1) as f64;
+        Self { mean, variance }
     }
-    if mean > 0.0 { variance.sqrt() / mean } else { 0.0 }
+}
+
+/// The root mean square over receivers of the standard deviation, over the mean of all; 0 if these receivers see no
+/// light.
+fn relative_standard_error(spreads: &[Spread]) -> f64 {
+    let sum = |of: fn(&Spread) -> f64| spreads.iter().map(of).sum::<f64>();
+    let mean = sum(|spread| spread.mean) / spreads.len() as f64;
+    if mean > 0.0 { (sum(|spread| spread.variance) / spreads.len() as f64).sqrt() / mean } else { 0.0 }
+}
+
+/// The root mean square over surfaces of the standard deviation relative to the receiver's own mean: a dim room is looked
+/// at by an eye that is used to it. What sends a tenth of the mean of all counts half, see [`DARKEST`]; 0 if these
+/// receivers see no light. Means and deviations are those of receivers times their weights.
+fn noise_by_place(spreads: &[Spread], weights: &[f64]) -> f64 {
+    let all: f64 = weights.iter().sum();
+    let own = || spreads.iter().zip(weights).filter(|(_, weight)| **weight > 0.0);
+    let square = own().map(|(spread, weight)| spread.mean * spread.mean / weight).sum::<f64>() / all;
+    let relative = |(spread, weight): (&Spread, &f64)| {
+        weight * spread.variance / (spread.mean * spread.mean + DARKEST * square * weight * weight)
+    };
+    if square > 0.0 { (own().map(relative).sum::<f64>() / all).sqrt() } else { 0.0 }
 }

@@ -8,6 +8,7 @@ use lobe_io::{Fingerprint, Job, Progress};
 use lobe_scene::{Bounds, Bvh, Scene};
 
 use crate::bake::bake::check_tree;
+use crate::bake::pilot::DARKEST;
 use crate::fit::residual::{Residual, Residuals, RoundOfResiduals};
 use crate::fit::surface_points::{area, gap};
 use crate::job::checkpoint::{Checkpoint, StoredRows};
@@ -30,10 +31,6 @@ const NEARLY_LONGEST: f32 = 0.7;
 /// that end at each triangle are over all surfaces. With it the estimate is .8 to 1.4 times the error of pictures of a
 /// box, a room, a robot and a hall.
 const CONTINUITY: f64 = 2.0;
-
-/// The part of the mean of ‖T‖² that is added to that of a triangle before its error is compared with it: what sends a
-/// tenth of the mean counts half, and what is black nothing.
-const DARKEST: f64 = 0.01;
 
 /// Options of [`split_adaptively`].
 #[derive(Clone, Debug, PartialEq, Setters, serde::Serialize, serde::Deserialize)]

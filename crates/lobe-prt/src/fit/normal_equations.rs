@@ -10,7 +10,7 @@ use crate::fit::fitted_vertices::FittedVertices;
 use crate::fit::smoothness::hinges;
 use crate::fit::sparse_matrix::SparseMatrix;
 use crate::fit::surface_points::area;
-use crate::fit::triangle_moments::ELEMENT;
+use crate::fit::triangle_moments::{ELEMENT, VARIANCE};
 use crate::job::checkpoint::rows_at_once;
 use crate::receivers::planes::shared_vertices;
 
@@ -36,13 +36,16 @@ pub(crate) struct NormalEquations<'a> {
 /// The moments of triangles from `first` on, as many as fill the rows.
 pub(crate) type ReadRows<'a> = &'a dyn Fn(usize, &mut [f32]) -> io::Result<()>;
 
+/// The weight of the regularization where the noise has a variance.
+pub(crate) type Regularization<'a> = &'a dyn Fn(f64) -> f64;
+
 impl<'a> NormalEquations<'a> {
     /// The equations for the moments of all triangles, `vector` numbers of transfer for each corner, and regularization
-    /// of a weight.
+    /// whose weight in a triangle follows the variance of its noise.
     pub(crate) fn new(
         fitted: &'a FittedVertices<'a>,
         vector: usize,
-        regularization: f64,
+        regularization: Regularization<'_>,
         read: ReadRows<'_>,
     ) -> io::Result<Self> {
         let (unknowns, count) = unknowns(fitted);
@@ -120,14 +123,14 @@ fn matrix(
     fitted: &FittedVertices<'_>,
     (corners, count): (&[[u32; 3]], usize),
     elements: &[[f32; ELEMENT]],
-    regularization: f64,
+    regularization: Regularization<'_>,
 ) -> SparseMatrix {
     /// The places of an element's numbers.
     const PLACES: [[usize; 3]; 3] = [[0, 1, 2], [1, 3, 4], [2, 4, 5]];
-    let hinges = hinges(fitted, corners);
+    let hinges = hinges(fitted, corners, &|triangle| regularization(f64::from(elements[triangle][VARIANCE])));
     // Areas are parts of that of all, as in the moments; each triangle belongs to up to three hinges.
     let area: f64 = (0..corners.len()).map(|k| area(fitted.face(k).corners())).sum();
-    let weight = if area > 0.0 { regularization / area } else { 0.0 };
+    let part = if area > 0.0 { 1.0 / area } else { 0.0 };
     let pairs = || (0..3).flat_map(|a| (0..3).map(move |b| (a, b)));
     let of_triangles = || {
         corners.iter().zip(elements).flat_map(move |(corners, element)| {
@@ -136,7 +139,7 @@ fn matrix(
     };
     let of_hinges = || {
         hinges.iter().flat_map(move |hinge| {
-            let weight = weight * hinge.area;
+            let weight = part * hinge.weight;
             let pairs = (0..4).flat_map(|a| (0..4).map(move |b| (a, b)));
             pairs
                 .map(move |(a, b)| (hinge.unknowns[a], hinge.unknowns[b], weight * hinge.weights[a] * hinge.weights[b]))
@@ -197,7 +200,7 @@ mod tests {
             out.copy_from_slice(&rows[start..][..out.len()]);
             Ok(())
         };
-        let equations = NormalEquations::new(fitted, VECTOR, regularization, &read).unwrap();
+        let equations = NormalEquations::new(fitted, VECTOR, &|_| regularization, &read).unwrap();
         let found = equations.solve(&read).unwrap();
         assert_eq!(equations.solve_columns_at_once(LANES, &read).unwrap(), found, "a block of columns at a time");
         found
@@ -255,9 +258,9 @@ mod tests {
             [value; VECTOR]
         });
         let area: f64 = scene.corners().map(area).sum();
-        for hinge in hinges(&fitted, &corners) {
+        for hinge in hinges(&fitted, &corners, &|_| REGULARIZATION) {
             let weights: Vec<_> = hinge.unknowns.iter().zip(hinge.weights).map(|(&u, w)| (u as usize, w)).collect();
-            add(&weights, 0.0, REGULARIZATION * hinge.area / area);
+            add(&weights, 0.0, hinge.weight / area);
         }
         let expected = eliminated(normal);
         let found = solved(&fitted, &rows, REGULARIZATION);

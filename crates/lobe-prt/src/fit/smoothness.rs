@@ -10,23 +10,24 @@ use crate::receivers::inset::wide;
 /// Two triangles with a common edge, unfolded into a plane.
 ///
 /// ```text
-///   E = A (k·v)²,   k ∝ (cot bₖ + cot bₗ,  cot aₖ + cot aₗ,  -cot aₖ - cot bₖ,  -cot aₗ - cot bₗ),   |k| = 1
+///   E = (λ_k A_k + λ_l A_l) (k·v)²,   k ∝ (cot bₖ + cot bₗ,  cot aₖ + cot aₗ,  -cot aₖ - cot bₖ,  -cot aₗ - cot bₗ),   |k| = 1
 /// ```
 ///
 /// v are the values at the ends a and b of the edge and at the corners k and l opposite to it, cot aₖ is the cotangent
-/// of the angle at a in the triangle of k, A the area of both. k·v is 0 for linear functions: it is the change of slope
+/// of the angle at a in the triangle of k, A the areas and λ the weights of the triangles. k·v is 0 for linear functions: it is the change of slope
 /// across the edge [Bergou, Wardetzky, Harmon, Zorin and Grinspun 2006], made free of units so that thin triangles
 /// count no more than others.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Hinge {
     pub(crate) unknowns: [u32; 4],
     pub(crate) weights: [f64; 4],
-    pub(crate) area: f64,
+    /// The sum over both triangles of λ and the area.
+    pub(crate) weight: f64,
 }
 
-/// The hinges of all edges of two triangles. `unknowns` are those of the corners of each; edges whose ends have values
-/// of their own in each triangle, creases, are none.
-pub(crate) fn hinges(fitted: &FittedVertices<'_>, unknowns: &[[u32; 3]]) -> Vec<Hinge> {
+/// The hinges of all edges of two triangles, with the weights λ of these. `unknowns` are those of the corners of each;
+/// edges whose ends have values of their own in each triangle, creases, are none.
+pub(crate) fn hinges(fitted: &FittedVertices<'_>, unknowns: &[[u32; 3]], lambda: &dyn Fn(usize) -> f64) -> Vec<Hinge> {
     // Find the triangles of each edge: the third corner of each, first come first.
     let mut sides: HashMap<[u32; 2], Side> = HashMap::new();
     let mut hinges = Vec::new();
@@ -38,7 +39,7 @@ pub(crate) fn hinges(fitted: &FittedVertices<'_>, unknowns: &[[u32; 3]]) -> Vec<
             if own[a] == own[b] {
                 continue;
             }
-            let side = Side::new(own[l], at[a], at[b], at[l]);
+            let side = Side::new(own[l], [at[a], at[b], at[l]], lambda(triangle));
             let known = sides.entry([own[a], own[b]]).or_insert(Side::NONE);
             hinges.extend(known.meet(side, [own[a], own[b]]));
         }
@@ -52,18 +53,19 @@ struct Side {
     opposite: u32,
     /// The cotangents of the angles at the ends of the edge.
     cotangents: [f64; 2],
-    area: f64,
+    /// λ and the area.
+    weight: f64,
     /// Triangles that were met.
     count: u32,
 }
 
 impl Side {
-    const NONE: Self = Self { opposite: 0, cotangents: [0.0; 2], area: 0.0, count: 0 };
+    const NONE: Self = Self { opposite: 0, cotangents: [0.0; 2], weight: 0.0, count: 0 };
 
-    fn new(opposite: u32, a: DVec3, b: DVec3, c: DVec3) -> Self {
+    fn new(opposite: u32, [a, b, c]: [DVec3; 3], lambda: f64) -> Self {
         let double = (b - a).cross(c - a).length();
         let cotangents = [(b - a).dot(c - a) / double, (a - b).dot(c - b) / double];
-        Self { opposite, cotangents, area: 0.5 * double, count: 1 }
+        Self { opposite, cotangents, weight: lambda * 0.5 * double, count: 1 }
     }
 
     /// Keeps the first triangle of an edge, and makes a hinge of it and the second one.
@@ -80,7 +82,7 @@ impl Side {
         is_sound.then(|| Hinge {
             unknowns: [a, b, self.opposite, other.opposite],
             weights: weights.map(|w| w / length),
-            area: self.area + other.area,
+            weight: self.weight + other.weight,
         })
     }
 }
@@ -105,7 +107,7 @@ mod tests {
         let scene = two_triangles(positions);
         let fitted = FittedVertices::all(&scene).unwrap();
         let of_corners: Vec<_> = fitted.corners().iter().map(|t| t.map(|v| unknowns[v as usize])).collect();
-        hinges(&fitted, &of_corners)
+        hinges(&fitted, &of_corners, &|_| 1.0)
     }
 
     #[test]

@@ -9,18 +9,26 @@ use crate::job::chunks::{Estimator, Tally};
 /// where nothing else does.
 const BURIED: f64 = 1e-4;
 
-/// Numbers of a row before the moments of transfer: the upper triangle of the moments of the weights alone.
-pub(crate) const ELEMENT: usize = 6;
+/// Numbers of a row before the moments of transfer: the upper triangle of the moments of the weights alone, and the
+/// variance of the noise.
+pub(crate) const ELEMENT: usize = 7;
+
+/// The place of the variance in a row.
+pub(crate) const VARIANCE: usize = 6;
 
 /// The estimator of the moments of each triangle, by the hat functions φ of its corners:
 ///
 /// ```text
 ///   M_ab = Σ_k w_k φ_a(p_k) φ_b(p_k)      m_a = Σ_k w_k φ_a(p_k) T(p_k)      w_k = area / points in the triangle
 ///
-///   a row:  M_00, M_01, M_02, M_11, M_12, M_22, m_0, m_1, m_2
+///   σ² = (1 - p) / (p N)
+///
+///   a row:  M_00, M_01, M_02, M_11, M_12, M_22, σ², m_0, m_1, m_2
 /// ```
 ///
-/// T are the vectors or matrices of a white point. Points that nobody sees have a weight of 1e-4 of this.
+/// T are the vectors or matrices of a white point. Points that nobody sees have a weight of 1e-4 of this. p is the mean
+/// throughput of the N paths of the triangle: σ² is the variance of their mean, as a part of its square, if each brings
+/// all or nothing and none knows of the others.
 #[derive(Debug)]
 pub(crate) struct TriangleMoments<'a, P> {
     pub(crate) paths: P,
@@ -47,6 +55,10 @@ impl<P: PointTransfer> Piloted for TriangleMoments<'_, P> {
     fn set_samples(&mut self, samples: u32) {
         self.points = self.points.of_samples(samples);
         self.paths.set_count(self.points.paths);
+    }
+
+    fn weight(&self, triangle: usize) -> f64 {
+        self.albedos[triangle] * self.points.area(triangle) * self.points.triangles() as f64
     }
 }
 
@@ -94,12 +106,25 @@ impl<P: PointTransfer> Estimator for TriangleMoments<'_, P> {
             add_moments(sums, weight, point.weights, transfer);
         }
         row.iter_mut().zip(&*sums).for_each(|(number, sum)| *number = *sum as f32);
+        row[VARIANCE] = variance(&tally, count, self.paths.count()) as f32;
         // Energy is the mean over the triangle, weighted by its area among all.
-        let weight = self.albedos[triangle] * area * self.points.triangles() as f64 / f64::from(count.max(1));
+        let weight = self.weight(triangle) / f64::from(count.max(1));
         tally.energy.iter_mut().for_each(|energy| *energy *= weight);
         tally.left *= weight;
         tally
     }
+}
+
+/// The variance of the mean over so many points and paths from each, as a part of its square.
+fn variance(tally: &Tally, points: u32, paths: usize) -> f64 {
+    let paths = f64::from(points) * paths as f64;
+    if paths == 0.0 {
+        return 0.0;
+    }
+    let mean = tally.energy.iter().sum::<f64>() / f64::from(points);
+    // One path that escapes is the least that could have been seen.
+    let mean = mean.clamp(1.0 / paths, 1.0);
+    (1.0 - mean) / (mean * paths)
 }
 
 /// Adds the moments of a point, with its barycentric coordinates and its transfer, to a row.

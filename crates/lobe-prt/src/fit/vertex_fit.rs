@@ -33,13 +33,14 @@ const REGULARIZATION: [f64; 2] = [0.01, 1.0];
 ///
 /// ```text
 ///   minimize over the values v of the vertices
-///   Σ over points k of  w_k ‖Σ_i v_i φ_i(p_k) - T(p_k)‖²  +  λ Σ over inner edges of  A (k·v)²
+///   Σ over points k of  w_k ‖Σ_i v_i φ_i(p_k) - T(p_k)‖²  +  Σ over inner edges of  (λ_1 A_1 + λ_2 A_2) (k·v)²
+///   λ = 25 σ²,  from 0.01 to 1      σ² = (1 - p) / (p N)
 /// ```
 ///
 /// Points lie in all triangles; w is the part of the area that each stands for, φ the hat functions that interpolate
 /// between vertices, T the transfer of [`fn@crate::bake`] for a white receiver. The second sum holds changes of slope
-/// across edges small: A is the area of the two triangles at an edge, and k·v the change. Its weight `λ = 25 σ²`, from
-/// 0.01 to 1, follows the noise: σ is [`BakeReport::stderr_dc`].
+/// across edges small: k·v is the change, A are the areas of the two triangles. Their weights λ follow the noise: of N
+/// paths from a triangle p escape, weighted by their throughput, and σ² is the variance of that as a part of its square.
 ///
 /// This is [Kavan, Bargteil and Sloan 2011]. The paths that a vertex would have are shared among the points around it,
 /// so that the number of rays is the same and the noise is averaged over them.
@@ -221,7 +222,7 @@ impl<'a, P: PointTransfer> VertexFit<'a, P> {
             out.copy_from_slice(&rows[first * row..][..out.len()]);
             Ok(())
         };
-        Ok((solved((fitted, numbers), &read, report.stderr_dc, "the moments".as_ref())?, report))
+        Ok((solved((fitted, numbers), &read, "the moments".as_ref())?, report))
     }
 
     /// The numbers of the vertices, and the moments that they are fitted to, which stay in the file of the job.
@@ -230,7 +231,7 @@ impl<'a, P: PointTransfer> VertexFit<'a, P> {
         let numbers = self.bake.estimator.paths.row();
         let (rows, report) = self.bake.run_on_disk(|_| fingerprint, job)?;
         let read = |first: usize, out: &mut [f32]| rows.read_into(first, out);
-        Ok((solved((self.fitted, numbers), &read, report.stderr_dc, rows.path())?, rows, report))
+        Ok((solved((self.fitted, numbers), &read, rows.path())?, rows, report))
     }
 
     /// A shard of the moments.
@@ -270,10 +271,9 @@ fn albedos(fitted: &FittedVertices<'_>, options: &BakeOptions) -> Vec<f64> {
 fn solved(
     (fitted, numbers): (&FittedVertices<'_>, usize),
     read: ReadRows<'_>,
-    noise: f64,
     place: &Path,
 ) -> Result<Vec<f32>, PrtError> {
-    let weight = (SMOOTHNESS * noise * noise).clamp(REGULARIZATION[0], REGULARIZATION[1]);
-    let solved = NormalEquations::new(fitted, numbers, weight, read).and_then(|equations| equations.solve(read));
+    let weight = |variance: f64| (SMOOTHNESS * variance).clamp(REGULARIZATION[0], REGULARIZATION[1]);
+    let solved = NormalEquations::new(fitted, numbers, &weight, read).and_then(|equations| equations.solve(read));
     solved.map_err(|source| IoError::io(place, source).into())
 }

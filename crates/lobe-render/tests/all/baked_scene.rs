@@ -123,7 +123,11 @@ fn every_kind_of_file_is_lit_as_what_was_baked() {
         let picture = lit(&found, &light, 3.0).picture;
         assert_close(&picture, &lit(expected, &light, 3.0).picture, what);
         assert!(picture.pixels().iter().any(|p| p[0] > 0.01), "{what} is lit");
-        assert_eq!((found.options().mode, found.options().samples), (BakeMode::Shadowed, Some(64)), "{what}: its recipe");
+        assert_eq!(
+            (found.options().mode, found.options().samples),
+            (BakeMode::Shadowed, Some(64)),
+            "{what}: its recipe"
+        );
     }
     let bytes = |name: &str| fs::read(path(name)).unwrap();
     let from_bytes = BakedScene::read_bytes(&bytes("a.glb"), "a.glb", &SceneReadOptions::default()).unwrap();
