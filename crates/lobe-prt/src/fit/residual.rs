@@ -64,7 +64,7 @@ impl Residual {
 ///   G_ab = Σ_k φ_a(p_k) φ_b(p_k)      m_a = Σ_k φ_a(p_k) T_k
 /// ```
 ///
-/// t is the triangle and |t| its area, p its K points, φ_a the barycentric coordinate of corner a. T' and T'' are
+/// t is the triangle and |t| its area, p its K points, `φ_a` the barycentric coordinate of corner a. T' and T'' are
 /// estimates of the same point by different paths. The noise of the one is independent of that of the other, and adds
 /// nothing to their product on average. Where more than half of the paths leave at once, both are the closed form less
 /// what is in the way, so that open surfaces have no noise. A coefficient of band l counts by what it has in a sky: of
