@@ -50,7 +50,7 @@ const CHORES: &[(&str, &str, Chore)] = &[
     ),
     (
         "bakes",
-        "default bakes against path traced pictures: [PROGRAM] [--before PROGRAM] [--write] [SCENE ..]",
+        "default bakes against path traced pictures: [PROGRAM] [--before PROGRAM] [--pictures] [--write] [SCENE ..]",
         bakes::run,
     ),
     ("web", "the viewer as a page for any static host, in target/web; --check looks at it in Chromium", web::run),

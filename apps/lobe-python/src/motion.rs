@@ -295,13 +295,14 @@ impl Moving {
         time: f64,
         light: Option<PyReadonlyArray2<'py, f64>>,
         map: Option<&Map>,
+        background: &str,
         view: View,
         size: (usize, usize),
         paths: Paths,
         share: Option<Share>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Traced<'py>> {
-        let (distant, options) = (distant_light(py, light, map)?, paths.options(size)?);
+        let (distant, options) = (distant_light(py, light, map, background)?, paths.options(size)?);
         let camera = camera_around(self.bounds(py, time)?, view)?;
         if let Some(share) = &share {
             share.begin(py, &[], progress.as_ref())?;

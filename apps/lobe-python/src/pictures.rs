@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use lobe::env::MappedMap;
-use lobe::image::{ImageError, Measured, Picture, ZTest, compare as compare_pixels, flip, hdr_flip, relative_mse};
+use lobe::image::{
+    HalvesReport, ImageError, Measured, Picture, ZTest, compare as compare_pixels, flip, hdr_flip, relative_mse,
+};
 use lobe::io::{Job, Shard};
 use lobe::prt::{AdaptiveOptions, AlbedoMode, BakeOptions, BakeWork, BakedOrScene, GlossyLobe};
 use lobe::render::{
@@ -241,8 +243,7 @@ pub(crate) struct Behind<'a> {
 
 impl<'a> Behind<'a> {
     pub(crate) fn new(background: &str, map: Option<&'a Map>) -> PyResult<Self> {
-        let background = background.parse().map_err(|error| value_error(format!("background: {error}")))?;
-        Ok(Self { background, map: map.map(|map| &*map.0) })
+        Ok(Self { background: background_of(background)?, map: map.map(|map| &*map.0) })
     }
 
     /// What is seen towards `s` under the light as it was given, and as it lights the scene.
@@ -282,23 +283,31 @@ impl Paths {
     }
 }
 
-/// The light of a map or, without one, of an expansion.
+/// The light of a map or, without one, of an expansion, in front of a background.
 pub(crate) fn distant_light(
     py: Python<'_>,
     light: Option<PyReadonlyArray2<'_, f64>>,
     map: Option<&Map>,
+    background: &str,
 ) -> PyResult<DistantLight> {
-    match (light, map) {
-        (Some(light), _) => Ok(DistantLight::from_expansion(expansion(&light)?)),
-        (None, Some(map)) => Ok(DistantLight::from_map(map.to_lat_long(py)?)),
-        (None, None) => Err(value_error("expected light, found none")),
-    }
+    let distant = match (light, map) {
+        (Some(light), _) => DistantLight::from_expansion(expansion(&light)?),
+        (None, Some(map)) => DistantLight::from_map(map.to_lat_long(py)?),
+        (None, None) => return Err(value_error("expected light, found none")),
+    };
+    // What was given is what lights the scene.
+    Ok(distant.before(background_of(background)?.backdrop(None, None)))
 }
 
-/// The picture and the variance of its means, `(height, width, 3)` each, and the degrees of freedom of the latter; none of a shard.
-pub(crate) type Traced<'py> = Option<(Pixels<'py>, Pixels<'py>, usize)>;
+fn background_of(text: &str) -> PyResult<Background> {
+    text.parse().map_err(|error| value_error(format!("background: {error}")))
+}
 
-/// A scene path traced under a lat-long map or an expansion.
+/// The picture and the variance of its means, `(height, width, 3)` each, the degrees of freedom of the latter, and the part of each
+/// pixel that shows a surface; none of a shard. Before nothing the picture has four channels.
+pub(crate) type Traced<'py> = Option<(Pixels<'py>, Pixels<'py>, usize, Pixels<'py>)>;
+
+/// A scene path traced under a lat-long map or an expansion, before a background.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "a picture takes its scene, its light, its view, its size and its paths")]
 pub(crate) fn render_traced<'py>(
@@ -306,13 +315,14 @@ pub(crate) fn render_traced<'py>(
     scene: SceneInput,
     light: Option<PyReadonlyArray2<'py, f64>>,
     map: Option<&Map>,
+    background: &str,
     view: View,
     size: (usize, usize),
     paths: Paths,
     share: Option<Share>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Traced<'py>> {
-    let (distant, options) = (distant_light(py, light, map)?, paths.options(size)?);
+    let (distant, options) = (distant_light(py, light, map, background)?, paths.options(size)?);
     if let Some(share) = &share {
         share.begin(py, &[&scene.path], progress.as_ref())?;
     }
@@ -337,7 +347,11 @@ pub(crate) fn traced<'py>(
         Some(share) => share.outcome(py, truth)?,
         None => truth?,
     };
-    let of = |truth: Truth| Ok((pixels(py, &truth.mean)?, pixels(py, &truth.variance)?, truth.degrees_of_freedom));
+    let of = |truth: Truth| {
+        let size = [truth.mean.height(), truth.mean.width()];
+        let (mean, variance) = (pixels(py, &truth.mean)?, pixels(py, &truth.variance)?);
+        Ok((mean, variance, truth.degrees_of_freedom, array_of(py, truth.coverage, &size)?))
+    };
     truth.map(of).transpose()
 }
 
@@ -396,6 +410,27 @@ pub(crate) fn z_test(a: MeasuredPicture<'_>, b: MeasuredPicture<'_>, level: f64)
     });
     let test = ZTest::new(&a, &b).map_err(|error| error_of(&error))?;
     Ok((test.mean_z, test.p_bias, test.spread, test.p_spread, test.passes(level)))
+}
+
+/// How many pixels count, the error relative to the reference, how uncertain that is, the ratio of the means, the PSNR, the noise of the
+/// reference and the part of dark pixels.
+type Halved = (usize, f64, f64, f64, f64, f64, f64);
+
+/// How far a picture `(height, width, 3)` is from a reference of which there are two independent halves, where `counts` says so.
+#[pyfunction]
+pub(crate) fn compare_halves(
+    image: PyReadonlyArrayDyn<'_, f32>,
+    halves: [PyReadonlyArrayDyn<'_, f32>; 2],
+    counts: PyReadonlyArrayDyn<'_, bool>,
+) -> PyResult<Halved> {
+    let image = picture_of(&image)?;
+    let [a, b] = [picture_of(&halves[0])?, picture_of(&halves[1])?];
+    let counts = contiguous(&counts)?;
+    let counts = |i: usize| counts.get(i) == Some(&true);
+    let report = HalvesReport::new(image.pixels(), [a.pixels(), b.pixels()], counts);
+    let HalvesReport { pixels, relative_rms, uncertainty, mean_ratio, psnr, noise, dark, .. } =
+        report.map_err(|error| error_of(&error))?;
+    Ok((pixels, relative_rms, uncertainty, mean_ratio, psnr, noise, dark))
 }
 
 fn picture_of(array: &PyReadonlyArrayDyn<'_, f32>) -> PyResult<Picture> {

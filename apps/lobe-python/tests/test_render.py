@@ -60,6 +60,44 @@ def test_a_background_is_nothing_a_color_or_the_light_that_lights(baked):
             of(bad)
 
 
+def test_a_traced_picture_has_the_backgrounds_of_a_rendered_one():
+    sky = lobe.EnvMap.bundled("sunset")
+    of = lambda background, light=sky: lobe.trace("built-in:ball", light, samples=4, background=background, **SMALL)  # noqa: E731
+    clear, color, given = of("none"), of((0.5, 2.0, 0.25)), lobe.trace("built-in:ball", sky, samples=4, **SMALL)
+    assert clear.mean.shape == (24, 32, 4) and color.mean.shape == clear.variance.shape == (24, 32, 3)
+    np.testing.assert_array_equal(clear.mean[..., 3], clear.coverage)
+    behind = 1 - clear.coverage[..., None]
+    assert behind.min() == 0 and behind.max() == 1
+    np.testing.assert_allclose(clear.mean[..., :3] + behind * np.float32([0.5, 2.0, 0.25]), color.mean, atol=1e-5)
+    for name in ["env", "light"]:
+        np.testing.assert_array_equal(of(name).mean, given.mean, err_msg=name)
+    np.testing.assert_allclose(of("#ff0000", WHITE).mean[0, 0], [1, 0, 0])
+    moment = lobe.MovingScene("built-in:three-objects").trace(sky, samples=4, background="none", **SMALL)
+    assert moment.mean.shape == (24, 32, 4)
+    with pytest.raises(ValueError, match="background: expected"):
+        of("sky")
+
+
+def test_the_error_over_surfaces_is_free_of_the_noise_of_its_reference():
+    of = lambda seed: lobe.trace("built-in:ball", WHITE, samples=16, seed=seed, **SMALL)  # noqa: E731
+    one, other, third = of(1), of(2), of(3)
+    found = lobe.compare_surfaces(1.1 * one.mean, other, third)
+    assert found.pixels == np.sum((other.coverage == 1) & (third.coverage == 1)) < one.coverage.size
+    # A tenth too bright, and the noise of the picture itself.
+    assert abs(found.relative_rms - 0.1) < 0.05 and abs(found.mean_ratio - 1.1) < 0.02, found
+    assert lobe.compare_surfaces(0 * one.mean, other, third).dark > 0.9
+    counted = (other.coverage == 1) & (third.coverage == 1)
+    p, a, b = ((1.1 if k == 0 else 1.0) * x.mean[counted].astype(float) for k, x in enumerate((one, other, third)))
+    expected = np.sqrt(np.mean((p - a) * (p - b)) / np.mean(a * b))
+    assert found.relative_rms == pytest.approx(expected, rel=1e-5)
+    with pytest.raises(ValueError, match="half: expected another seed"):
+        lobe.compare_surfaces(one.mean, other, other)
+    with pytest.raises(TypeError, match="picture: expected what lobe.trace returns"):
+        lobe.compare_surfaces(one.mean, other.mean, third)
+    with pytest.raises(ValueError, match="one size"):
+        lobe.compare_surfaces(one.mean[1:], other, third)
+
+
 def test_equal_pictures_do_not_differ_and_noise_is_measured():
     a = np.random.default_rng(0).random((16, 16, 3)).astype(np.float32)
     same = lobe.compare(a, a)

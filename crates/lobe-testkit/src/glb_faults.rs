@@ -63,7 +63,7 @@ pub fn glb_faults(bytes: &[u8]) -> Vec<String> {
 }
 
 /// The JSON and the buffer of the container.
-fn chunks(bytes: &[u8]) -> Result<(&[u8], &[u8]), String> {
+pub(crate) fn chunks(bytes: &[u8]) -> Result<(&[u8], &[u8]), String> {
     let word = |at: usize| {
         let word = bytes.get(at..at + 4).and_then(|word| word.first_chunk::<4>());
         word.map(|word| u32::from_le_bytes(*word) as usize).ok_or(format!("the file ends before byte {}", at + 4))

@@ -3,6 +3,7 @@
 mod chi_square;
 mod directions;
 mod glb_faults;
+mod glb_unused;
 mod golden;
 mod random;
 mod skipped;
@@ -10,6 +11,7 @@ mod skipped;
 pub use chi_square::ChiSquare;
 pub use directions::{directions, fibonacci_sphere};
 pub use glb_faults::glb_faults;
+pub use glb_unused::glb_unused;
 pub use golden::{golden, golden_f64s};
 pub use random::Random;
 pub use skipped::skipped;

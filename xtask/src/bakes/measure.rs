@@ -52,21 +52,31 @@ impl Bench<'_> {
     pub(super) fn row(&self, row: &Row, judge: &Self) -> Result<Found, String> {
         let scene = row.scene(self.folder)?;
         let scene = scene.to_string_lossy();
-        let halves = [1, 2].map(|seed| judge.half(row, &scene, seed));
-        let [a, b] = halves;
-        let (a, b) = (a?, b?);
-        let [baked, picture] = ["glb", "exr"].map(|kind| format!("baked-{}.{kind}", row.file_name()));
+        let halves = judge.halves(row)?;
+        let (baked, picture) = (format!("baked-{}.glb", row.file_name()), self.picture(row));
         let start = Instant::now();
         let report = self.run(&words(&["bake", &scene, "-o", &baked, "--json", "--fresh"], ""))?;
         let seconds = start.elapsed().as_secs_f64();
         let show = ["render", &baked, "--mode", "interreflected", "--env", LIGHT, "--size", SIZE, "--samples", RAYS];
         let show = words(&show, row.view);
+        let picture = picture.to_string_lossy();
         self.run(&[show, words(&["-o", &picture], "")].concat())?;
-        let [a, b] = [a, b].map(|path| path.to_string_lossy().into_owned());
-        let picture = self.folder.join(picture);
-        let compared = judge.run(&words(&["compare", &picture.to_string_lossy(), &a, "--half", &b, "--json"], ""))?;
+        let [a, b] = halves.map(|path| path.to_string_lossy().into_owned());
+        let compared = judge.run(&words(&["compare", &picture, &a, "--half", &b, "--json"], ""))?;
         let vertices = json(&report)?["vertices"].as_u64().unwrap_or(0);
         Ok(Found { vertices, seconds, surfaces: json(&compared)?["surfaces"].take() })
+    }
+
+    /// The picture of what was baked last of a row.
+    pub(super) fn picture(&self, row: &Row) -> PathBuf {
+        self.folder.join(format!("baked-{}.exr", row.file_name()))
+    }
+
+    /// Both halves of the reference.
+    pub(super) fn halves(&self, row: &Row) -> Result<[PathBuf; 2], String> {
+        let scene = row.scene(self.folder)?;
+        let scene = scene.to_string_lossy();
+        Ok([self.half(row, &scene, 1)?, self.half(row, &scene, 2)?])
     }
 
     /// Half of the reference, which is kept: it depends on the scene and the view, and not on any bake.

@@ -1,14 +1,16 @@
-//! `bakes [PROGRAM] [--before PROGRAM] [--write] [SCENE ..]`: how far default bakes are from path traced pictures.
+//! `bakes [PROGRAM] [--before PROGRAM] [--pictures] [--write] [SCENE ..]`: how far default bakes are from paths.
 //!
 //! Each scene is baked without an option, shown under an expansion of the order of the bake, and compared with two path
 //! traced halves of a reference under the same light, over surfaces alone. References are kept in target/bakes.
-//! `--write` puts the table into the guide; it takes all scenes.
+//! `--write` puts the table into the guide; it takes all scenes. `--pictures` writes the figures of the chapter, each
+//! of both programs and of paths.
 //!
 //! `rows` lists the scenes, some of packages; others `scenes` makes of `shapes` (with `vectors`) and `glb` writes.
-//! `measure` runs the command. Uses `corpus`.
+//! `measure` runs the command, `pictures` puts its pictures side by side. Uses `corpus`.
 
 mod glb;
 mod measure;
+mod pictures;
 mod rows;
 mod scenes;
 mod shapes;
@@ -39,6 +41,7 @@ struct Asked {
     program: Option<PathBuf>,
     before: Option<PathBuf>,
     writes: bool,
+    pictures: bool,
     scenes: Vec<String>,
 }
 
@@ -56,7 +59,20 @@ pub(crate) fn run(arguments: &[String]) -> Outcome {
     let (mut faults, mut lines) = (Vec::new(), Vec::new());
     for row in ROWS.iter().filter(is_asked) {
         let measured = |program: &PathBuf| Bench { program, folder: &folder }.row(row, &judge);
-        let found = before.as_ref().map(measured).transpose().and_then(|old| Ok((old, measured(&program)?)));
+        let old = before.as_ref().map(|before| {
+            let found = measured(before)?;
+            // The next bake has another picture of this name.
+            let (picture, kept) = (judge.picture(row), folder.join(format!("before-{}.exr", row.file_name())));
+            let renamed = fs::rename(&picture, &kept).map_err(|error| format!("{}: {error}", kept.display()));
+            renamed.map(|()| (found, kept))
+        });
+        let found = old.transpose().and_then(|old| {
+            let now = measured(&program)?;
+            if let Some((_, kept)) = old.as_ref().filter(|_| asked.pictures) {
+                pictures::write(&row.file_name(), [kept, &judge.picture(row)], &judge.halves(row)?)?;
+            }
+            Ok((old.map(|(found, _)| found), now))
+        });
         match found {
             Ok((old, now)) => {
                 let line = line_of(row, old.as_ref(), &now);
@@ -86,14 +102,20 @@ impl Asked {
         while let Some(word) = words.next() {
             match word.as_str() {
                 "--write" => asked.writes = true,
+                "--pictures" => asked.pictures = true,
                 "--before" => {
                     asked.before = Some(words.next().ok_or("--before: expected a program, found nothing")?.into());
                 }
-                word if word.starts_with("--") => return Err(format!("{word}: expected --before or --write")),
+                word if word.starts_with("--") => {
+                    return Err(format!("{word}: expected --before, --pictures or --write"));
+                }
                 word if ROWS.iter().any(|row| row.file_name() == word) => asked.scenes.push(word.to_owned()),
                 word if asked.program.is_none() => asked.program = Some(word.into()),
                 word => return Err(format!("{word}: expected the name of a scene")),
             }
+        }
+        if asked.pictures && asked.before.is_none() {
+            return Err("--pictures: expected --before, another program to compare with".to_owned());
         }
         if asked.writes && !asked.scenes.is_empty() {
             return Err("--write: the table has all scenes, so name none".to_owned());
@@ -170,13 +192,15 @@ mod tests {
     #[test]
     fn arguments_are_programs_scenes_and_options_in_any_order() {
         let asked = |text: &str| Asked::of(&text.split_whitespace().map(Into::into).collect::<Vec<_>>());
-        let found = asked("rods-in-a-block lobe --before old robot").unwrap();
+        let found = asked("rods-in-a-block lobe --before old --pictures robot").unwrap();
         let scenes = vec!["rods-in-a-block".to_owned(), "robot".to_owned()];
-        let expected = Asked { program: Some("lobe".into()), before: Some("old".into()), writes: false, scenes };
+        let (program, before) = (Some("lobe".into()), Some("old".into()));
+        let expected = Asked { program, before, writes: false, pictures: true, scenes };
         assert_eq!(found, expected, "all of them");
         for (wrong, fault) in [
             ("--before", "--before: expected a program, found nothing"),
-            ("--wrong", "--wrong: expected --before or --write"),
+            ("--wrong", "--wrong: expected --before, --pictures or --write"),
+            ("--pictures", "--pictures: expected --before, another program to compare with"),
             ("a b", "b: expected the name of a scene"),
             ("robot --write", "--write: the table has all scenes, so name none"),
         ] {

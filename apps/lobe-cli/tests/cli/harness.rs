@@ -8,7 +8,7 @@ use std::process::{Command, ExitStatus, Output, Stdio};
 use lobe::env::{EnvMap, PictureWriteOptions, write_env};
 use lobe::prt::{Baked, read_baked};
 use lobe::sh::{FileCoefficients, Quantity, Rgb, ShFile, read_sh_json, write_sh_json};
-use lobe_testkit::glb_faults;
+use lobe_testkit::{glb_faults, glb_unused};
 use tempfile::TempDir;
 
 /// A folder that is removed at the end of the test.
@@ -38,6 +38,7 @@ impl Dir {
     /// Reads a baked scene, whose file has to be right by glTF's rules.
     pub(crate) fn baked(&self, name: &str) -> Baked {
         assert_eq!(glb_faults(&self.bytes(name)), Vec::<String>::new(), "faults of {name}");
+        assert_eq!(glb_unused(&self.bytes(name)), Vec::<String>::new(), "what nothing names in {name}");
         read_baked(self.path(name), &lobe::scene::SceneReadOptions::default()).unwrap()
     }
 

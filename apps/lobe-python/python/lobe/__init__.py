@@ -25,7 +25,7 @@ from ._light import light
 from ._lobe import __version__
 from ._moving import MovingOptions, MovingScene
 from ._reflection import dfg, dfg_table, directional_albedo
-from ._render import Difference, ZTest, compare, render, trace, trace_shard, z_test
+from ._render import Difference, SurfaceError, ZTest, compare, compare_surfaces, render, trace, trace_shard, z_test
 from ._scene import Scene
 from ._sh import Lights, Minimum, Sh
 from ._shadow import (
@@ -70,6 +70,7 @@ __all__ = [
     "Sh",
     "Spheres",
     "Sun",
+    "SurfaceError",
     "Technique",
     "Traced",
     "Transfer",
@@ -78,6 +79,7 @@ __all__ = [
     "__version__",
     "bake",
     "compare",
+    "compare_surfaces",
     "compress",
     "compress_f16",
     "dfg",

@@ -57,11 +57,13 @@ class Traced:
     """A path traced picture."""
 
     mean: Picture
-    """Radiance, (height, width, 3)."""
+    """Radiance, (height, width, 3); before the background "none" (height, width, 4), premultiplied by its alpha."""
     variance: Picture
     """The variance of the means, (height, width, 3): the square of their standard error."""
     degrees_of_freedom: float
     """Of each variance: how many differences it is estimated from."""
+    coverage: Picture
+    """The part of each pixel that shows a surface, (height, width), 0 to 1."""
 
 
 Background = str | Sequence[float]
@@ -84,7 +86,7 @@ def checked(light: EnvMap | Sh, camera: Camera | None) -> Camera:
     return camera or Camera()
 
 
-def picture_of(traced: tuple[Picture, Picture, int] | None) -> Traced:
+def picture_of(traced: tuple[Picture, Picture, int, Picture] | None) -> Traced:
     """A picture that is no shard."""
     assert traced is not None
     return Traced(*traced)
@@ -96,12 +98,20 @@ Paths = tuple[int, int, int, str]
 """Samples of each pixel, bounces before the visible surface, a seed, and the model of surfaces."""
 
 
-Tracing = tuple[Doubles | None, _lobe.Map | None, tuple[list[float] | None, list[float] | None, float], tuple[int, int], Paths]
-"""Light, an expansion or a map; eye, size and paths of a picture."""
+Tracing = tuple[Doubles | None, _lobe.Map | None, str, tuple[list[float] | None, list[float] | None, float], tuple[int, int], Paths]
+"""Light, an expansion or a map, and what is behind the scene; eye, size and paths of a picture."""
 
 
 def tracing_of(
-    light: EnvMap | Sh, camera: Camera | None, width: int, height: int, samples: int, bounces: int, seed: int, surfaces: str
+    light: EnvMap | Sh,
+    camera: Camera | None,
+    width: int,
+    height: int,
+    samples: int,
+    bounces: int,
+    seed: int,
+    surfaces: str,
+    background: Background,
 ) -> Tracing:
     """What a picture is traced by."""
     view, size = checked(light, camera)._view(), size_of(width, height)
@@ -109,7 +119,7 @@ def tracing_of(
         raise ValueError(f"surfaces: expected {', '.join(SURFACES[:-1])} or {SURFACES[-1]}, found {surfaces!r}")
     paths = whole(samples, "samples", 2, 1 << 20), whole(bounces, "bounces", 0, 255), whole(seed, "seed", 0, 2**64 - 1), surfaces
     colors, source = (None, light._map) if isinstance(light, EnvMap) else (colors_of(light), None)
-    return colors, source, view, size, paths
+    return colors, source, background_of(background), view, size, paths
 
 
 @contextmanager

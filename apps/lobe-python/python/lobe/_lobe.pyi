@@ -120,12 +120,13 @@ def render_traced(
     scene: Scene,
     light: Doubles | None,
     map: Map | None,
+    background: str,
     view: View,
     size: tuple[int, int],
     paths: tuple[int, int, int, str],
     share: Share | None,
     progress: Callable[[int, int], object] | None,
-) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32], int] | None: ...
+) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32], int, npt.NDArray[np.float32]] | None: ...
 def field(
     scene: Scene,
     output: str | os.PathLike[str],
@@ -163,6 +164,9 @@ def lamp(
 def compare(
     image: npt.NDArray[np.float32], reference: npt.NDArray[np.float32], pixels_per_degree: float, for_display: bool
 ) -> tuple[float, float, float, float]: ...
+def compare_halves(
+    image: npt.NDArray[np.float32], halves: list[npt.NDArray[np.float32]], counts: npt.NDArray[np.bool_]
+) -> tuple[int, float, float, float, float, float, float]: ...
 def z_test(
     a: tuple[npt.NDArray[np.float32], npt.NDArray[np.float32], float],
     b: tuple[npt.NDArray[np.float32], npt.NDArray[np.float32], float],
@@ -253,12 +257,13 @@ class Moving:
         time: float,
         light: Doubles | None,
         map: Map | None,
+        background: str,
         view: View,
         size: tuple[int, int],
         paths: tuple[int, int, int, str],
         share: Share | None,
         progress: Callable[[int, int], object] | None,
-    ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32], int] | None: ...
+    ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32], int, npt.NDArray[np.float32]] | None: ...
 @final
 class Transfer:
     @property

@@ -153,11 +153,12 @@ class MovingScene:
         bounces: int = 3,
         seed: int = 0,
         surfaces: str = "matte",
+        background: Background = "env",
         merge: Sequence[Path] = (),
         progress: Progress | None = None,
     ) -> Traced:
         """A moment path traced, with the lamps of the scene: the truth beside `render`. Options are those of `lobe.trace`; nothing is baked for it."""
-        asked = tracing_of(light, camera, width, height, samples, bounces, seed, surfaces)
+        asked = tracing_of(light, camera, width, height, samples, bounces, seed, surfaces, background)
         with merged(expect_parts(merge)) as share:
             return picture_of(self._moving.trace(_seconds(time), *asked, share, progress))
 
@@ -175,10 +176,11 @@ class MovingScene:
         bounces: int = 3,
         seed: int = 0,
         surfaces: str = "matte",
+        background: Background = "env",
         progress: Progress | None = None,
     ) -> None:
         """A shard of `trace`, as by `lobe.trace_shard`."""
-        asked = tracing_of(light, camera, width, height, samples, bounces, seed, surfaces)
+        asked = tracing_of(light, camera, width, height, samples, bounces, seed, surfaces, background)
         self._moving.trace(_seconds(time), *asked, (output, expect_shard(shard)), progress)
 
 

@@ -104,6 +104,7 @@ def trace(
     bounces: int = 3,
     seed: int = 0,
     surfaces: str = "matte",
+    background: Background = "env",
     merge: Sequence[Path] = (),
     progress: Progress | None = None,
 ) -> Traced:
@@ -111,7 +112,8 @@ def trace(
 
     `scene` is a file, or "built-in:still-life" or another scene of Lobe. With a `time`, in seconds, it is one that moves, with its lamps.
     `samples` paths for each pixel, of up to `bounces` reflections before the visible one. `surfaces` are "matte", as in a bake; "gltf", by the
-    metallic-roughness model of glTF with height-correlated masking; or "gltf-separable", as its specification prints that. `merge` takes the paths from all files that
+    metallic-roughness model of glTF with height-correlated masking; or "gltf-separable", as its specification prints that. `background` is that of
+    `render`; the light that was given is the light that lights. `merge` takes the paths from all files that
     `trace_shard` wrote with the same options, on any machines. Ctrl-C and what `progress(done, total)` raises stop it.
     """
     if time is not None:
@@ -125,10 +127,11 @@ def trace(
             bounces=bounces,
             seed=seed,
             surfaces=surfaces,
+            background=background,
             merge=merge,
             progress=progress,
         )
-    asked = tracing_of(light, camera, width, height, samples, bounces, seed, surfaces)
+    asked = tracing_of(light, camera, width, height, samples, bounces, seed, surfaces, background)
     with merged(expect_parts(merge)) as share:
         return picture_of(_lobe.render_traced(Scene.of(scene), *asked, share, progress))
 
@@ -147,6 +150,7 @@ def trace_shard(
     bounces: int = 3,
     seed: int = 0,
     surfaces: str = "matte",
+    background: Background = "env",
     progress: Progress | None = None,
 ) -> None:
     """Traces part i of n of the pixels of `trace`, `shard=(i, n)` from 1 on, and writes them as a .safetensors file, as by `lobe render --shard`.
@@ -166,10 +170,11 @@ def trace_shard(
             bounces=bounces,
             seed=seed,
             surfaces=surfaces,
+            background=background,
             progress=progress,
         )
         return
-    asked = tracing_of(light, camera, width, height, samples, bounces, seed, surfaces)
+    asked = tracing_of(light, camera, width, height, samples, bounces, seed, surfaces, background)
     _lobe.render_traced(Scene.of(scene), *asked, (output, expect_shard(shard)), progress)
 
 
@@ -215,6 +220,48 @@ def _picture(image: npt.ArrayLike) -> Picture:
 
 
 @dataclass(frozen=True)
+class SurfaceError:
+    """How far a picture is from a reference of which there are two independent halves, whose noise is subtracted."""
+
+    pixels: int
+    """The pixels that count: those that show surfaces in both halves, and nothing beside them."""
+    relative_rms: float
+    """The root of the mean squared error as a part of that of the reference."""
+    uncertainty: float
+    """How far `relative_rms` may be raised by chance: one standard error."""
+    mean_ratio: float
+    """The mean of the picture divided by that of the reference."""
+    psnr: float
+    """The peak signal-to-noise ratio in decibels, of a peak that a thousandth of the reference's values exceed."""
+    noise: float
+    """The noise of the mean of both halves as a part of the reference."""
+    dark: float
+    """The part of the pixels that are below a tenth of a reference that is above a quarter of its mean."""
+
+
+def compare_surfaces(image: npt.ArrayLike, reference: Traced, half: Traced) -> SurfaceError:
+    """How far a picture of shape (height, width, 3) is from the truth, which two traced pictures of other seeds estimate, as `lobe compare --half` does.
+
+    The mean of the product of both differences, (P - A)(P - B), has no noise of the truth in it: halves may be noisier than the error that they measure.
+    Pixels count that show a surface in both and nothing beside it.
+    """
+    for traced in (reference, half):
+        expect(traced, Traced, "picture", "what lobe.trace returns")
+    picture, *halves = (_picture(x) for x in (image, _colors(reference), _colors(half)))
+    if any(x.shape != picture.shape for x in halves):
+        raise ValueError(f"pictures: expected one size, found {[x.shape for x in (picture, *halves)]}")
+    if np.array_equal(halves[0], halves[1]):
+        raise ValueError("half: expected another seed than that of the reference, found the same picture")
+    counts = (reference.coverage >= 1) & (half.coverage >= 1)
+    return SurfaceError(*_lobe.compare_halves(picture, halves, np.ascontiguousarray(counts)))
+
+
+def _colors(traced: Traced) -> Picture:
+    """The radiance of a traced picture, without an alpha."""
+    return traced.mean[..., :3]
+
+
+@dataclass(frozen=True)
 class ZTest:
     """Whether chance explains the differences of two traced pictures; three numbers each, for red, green and blue."""
 
@@ -237,7 +284,7 @@ def z_test(picture: Traced, reference: Traced, *, level: float = 0.01) -> ZTest:
         raise ValueError(f"level: expected a probability above 0 and below 1, found {level}")
     for traced in (picture, reference):
         expect(traced, Traced, "picture", "what lobe.trace returns")
-    a, b = ((_picture(x.mean), _picture(x.variance), float(x.degrees_of_freedom)) for x in (picture, reference))
+    a, b = ((_picture(_colors(x)), _picture(x.variance), float(x.degrees_of_freedom)) for x in (picture, reference))
     if not a[0].shape == a[1].shape == b[0].shape == b[1].shape:
         raise ValueError(f"pictures: expected one size, found {[x.shape for x in (*a[:2], *b[:2])]}")
     *numbers_of, passes = _lobe.z_test(a, b, float(level))

@@ -5,11 +5,12 @@ use std::path::Path;
 
 use lobe::image::FrameSequence;
 use lobe::io::Job;
-use lobe_gpu::{SceneViewOptions, TurntableOptions, write_turntable};
+use lobe_gpu::{SceneViewOptions, TurntableOptions};
 
 use crate::cli::args::Arguments;
 use crate::cli::moving;
 use crate::cli::prepared::{Prepared, prepare};
+use crate::loading::backdrop::write_frames;
 use crate::loading::scene_source::open_scene;
 
 /// The size of a picture without another choice.
@@ -29,8 +30,8 @@ pub(crate) fn run(arguments: &Arguments, scene: &Path, output: &Path) -> anyhow:
     if let Some(method) = arguments.mode.of_moving() {
         return moving::run(arguments, (scene, method), &options, output);
     }
-    let Prepared { view, light, .. } = prepare(arguments, open_scene(scene, &arguments.limits)?, &options)?;
+    let Prepared { view, alpha, light, .. } = prepare(arguments, open_scene(scene, &arguments.limits)?, &options)?;
     let options = TurntableOptions::default().frames(frames).step(TAU / frames as f64);
-    write_turntable(&view, &light, &options, output, Job::default())?;
+    write_frames((&view, alpha.as_ref()), &light, &options, output, Job::default())?;
     Ok(())
 }

@@ -15,10 +15,11 @@ use crate::cli::failure::note;
 use crate::cli::prepared::device;
 use crate::cli::progress::progress;
 use crate::cli::shown::ORDER;
+use crate::loading::backdrop::Behind;
 use crate::loading::moving_bakes::moving_bake_options;
 use crate::loading::moving_light::MovingLight;
 use crate::loading::moving_source::{is_file, open_moving, with_files};
-use crate::loading::sky_source::{on_device, open_sky};
+use crate::loading::sky_source::open_sky;
 use crate::widgets::orbit::Orbit;
 
 /// Renders a scene that moves at `--frames` moments, from the begin of its time to shortly before its end, where it begins anew.
@@ -44,14 +45,17 @@ pub(crate) fn run(
     let time = |frame: usize| begin + (end - begin) * frame as f64 / frames as f64;
     let first = scene.at(begin)?;
     let context = device(arguments)?;
-    let environment = on_device(&context, &sky.map);
+    let behind = Behind::new(arguments.background, || light.clone());
+    let environment = behind.on_device(&context, Some(&sky.map));
     let mut lit = MovingLight::new(shading, Some(&context), arguments.lit_on);
     let radiance = vec![Rgb::new(0.0, 0.0, 0.0); first.scene().vertex_count()];
     let shown = SurfaceShading::Radiance(&radiance);
-    let view = SceneView::new(&context, first.scene(), &shown, Some(&environment), options)?;
+    let view = SceneView::new(&context, first.scene(), &shown, environment.as_ref(), options)?;
     let [azimuth, height] = arguments.eye.map(f64::to_radians);
     let orbit = Orbit { azimuth, height, ..Orbit::default() }.framing(bounds(&scene, (0..frames).map(time))?);
-    view.set_camera(&orbit.on_device().context("the scene has no extent")?)?;
+    let camera = orbit.on_device().context("the scene has no extent")?;
+    view.set_camera(&camera)?;
+    let alpha = behind.alpha(&context, first.scene(), options, &camera)?;
     let (width, height) = (options.width as usize, options.height as usize);
     let sequence = FrameSequence { width, height, frames, seconds_per_frame: TurntableOptions::default().seconds };
     let mut tone = Tone::PHOTOGRAPH;
@@ -61,7 +65,11 @@ pub(crate) fn run(
             view.set_vertices(moment.scene())?;
             lit.show(&moment, &light, &view)?;
             view.render()?;
-            let picture = view.picture()?;
+            let mut picture = view.picture()?;
+            if let Some(alpha) = &alpha {
+                alpha.set_vertices(moment.scene())?;
+                picture = alpha.put_into(picture)?;
+            }
             if !matches!(tone.exposure, Exposure::Fixed(_)) {
                 tone = tone.fixed_for(&picture);
             }

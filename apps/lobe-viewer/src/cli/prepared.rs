@@ -6,15 +6,18 @@ use lobe_gpu::{AdapterChoice, Context, ContextOptions, GpuError, SceneView, Scen
 
 use crate::cli::args::Arguments;
 use crate::cli::shown::Shown;
+use crate::loading::backdrop::{Alpha, Behind};
 use crate::loading::bake::SceneData;
 use crate::loading::scene_source::OpenedScene;
-use crate::loading::sky_source::{on_device, open_sky};
+use crate::loading::sky_source::open_sky;
 use crate::widgets::orbit::Orbit;
 
 /// A scene on a device under a light.
 pub(crate) struct Prepared {
     pub(crate) context: Context,
     pub(crate) view: SceneView,
+    /// Of pictures before nothing.
+    pub(crate) alpha: Option<Alpha>,
     pub(crate) light: ShVec<Rgb<f64>>,
     /// The bands of the light that are asked for or shown.
     pub(crate) order: usize,
@@ -37,14 +40,17 @@ pub(crate) fn prepare(
     let context = device(arguments)?;
     let meshes = shown.meshes();
     let shading = shown.shading(&meshes, arguments.storage.into());
-    let environment = on_device(&context, &sky.map);
-    let view = SceneView::new(&context, &data.scene, &shading, Some(&environment), options)?;
-    let [azimuth, height] = arguments.eye.map(f64::to_radians);
-    let orbit = Orbit { azimuth, height, ..Orbit::default() }.framing(data.scene.world_bounds());
-    view.set_camera(&orbit.on_device().context("the scene has no extent")?)?;
     let order = arguments.order.map_or(shown.order(), usize::from);
     let light = sky.light.resized(order);
-    Ok(Prepared { context, view, light, order, vertices: data.scene.vertex_count(), name: data.name })
+    let behind = Behind::new(arguments.background, || light.clone());
+    let environment = behind.on_device(&context, Some(&sky.map));
+    let view = SceneView::new(&context, &data.scene, &shading, environment.as_ref(), options)?;
+    let [azimuth, height] = arguments.eye.map(f64::to_radians);
+    let orbit = Orbit { azimuth, height, ..Orbit::default() }.framing(data.scene.world_bounds());
+    let camera = orbit.on_device().context("the scene has no extent")?;
+    view.set_camera(&camera)?;
+    let alpha = behind.alpha(&context, &data.scene, options, &camera)?;
+    Ok(Prepared { context, view, alpha, light, order, vertices: data.scene.vertex_count(), name: data.name })
 }
 
 /// The device that is asked for.

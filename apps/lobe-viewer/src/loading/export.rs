@@ -8,13 +8,14 @@ use lobe::image::{ImageError, Picture, Tone, srgb_decode};
 use lobe::io::Job;
 use lobe_gpu::{
     Context, GlossyMesh, GpuCamera, GpuError, SceneView, SceneViewOptions, Storage, SurfaceShading, TurningLight,
-    TurntableOptions, write_turntable,
+    TurntableOptions,
 };
 use serde::{Deserialize, Serialize};
 
+use crate::loading::backdrop::{Behind, write_frames};
 use crate::loading::bake::{GlossyBake, SceneData};
 use crate::loading::places::Places;
-use crate::loading::sky_source::{OpenedSky, on_device};
+use crate::loading::sky_source::OpenedSky;
 
 /// The largest side of a picture, in pixels, and the most pictures of a turntable: what fits into a few gigabytes.
 pub(crate) const MOST_PIXELS: u32 = 4096;
@@ -103,6 +104,7 @@ pub struct SceneExport {
     pub(crate) order: usize,
     pub(crate) glossy: Vec<GlossyBake>,
     pub(crate) sky: Option<OpenedSky>,
+    pub(crate) behind: Behind,
     pub(crate) light: TurningLight,
     pub(crate) camera: GpuCamera,
     pub(crate) tone: Tone,
@@ -129,11 +131,12 @@ impl SceneExport {
         };
         let [width, height] = plan.size;
         let options = SceneViewOptions::default().width(width).height(height).rays(plan.rays);
-        let environment = self.sky.as_ref().map(|sky| on_device(context, &sky.shown));
+        let environment = self.behind.on_device(context, self.sky.as_ref().map(|sky| &*sky.shown));
         let view = SceneView::new(context, &self.data.scene, &shading, environment.as_ref(), &options)?;
         view.set_camera(&self.camera)?;
+        let alpha = self.behind.alpha(context, &self.data.scene, &options, &self.camera)?;
         let step = std::f64::consts::TAU / frames.max(1) as f64;
         let options = TurntableOptions::default().frames(frames).step(step).tone(self.tone);
-        write_turntable(&view, self.light.clone(), &options, path, job)
+        write_frames((&view, alpha.as_ref()), self.light.clone(), &options, path, job)
     }
 }

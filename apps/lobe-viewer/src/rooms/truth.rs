@@ -11,6 +11,7 @@ use lobe::render::{
 };
 use lobe::sh::{Rgb, Rotation};
 
+use crate::loading::backdrop::Behind;
 use crate::loading::bake::SceneData;
 use crate::loading::place::IN_PAGE;
 use crate::loading::task::{Control, Task, TaskEvent};
@@ -31,6 +32,7 @@ pub(crate) struct Still {
     /// Lamps near by, of a scene that is another where they are others.
     pub(crate) emitters: Vec<Emitter>,
     pub(crate) sky: Option<Arc<MappedMap>>,
+    pub(crate) behind: Behind,
     pub(crate) orbit: Orbit,
     pub(crate) size: [u32; 2],
     pub(crate) turn: Rotation,
@@ -50,6 +52,7 @@ impl Still {
         is_same_sky
             && Arc::ptr_eq(&self.data.scene, &other.data.scene)
             && of(self) == of(other)
+            && self.behind == other.behind
             && self.lamps == other.lamps
     }
 }
@@ -196,7 +199,7 @@ fn refine(control: &Control<Refined>, still: &Still, grid: &SkyGrid) -> Result<(
     let job = Job::default().watched_by(&mut watch);
     let light = match grid.light(still.sky.as_ref(), (still.strength, &still.turn), &still.lamps, job) {
         Err(EnvError::Cancelled) => return Ok(()),
-        other => other.map_err(|error| error.to_string())?,
+        other => other.map_err(|error| error.to_string())?.before(still.behind.backdrop()),
     };
     let emitters = &still.emitters;
     let Some(camera) = still.orbit.camera() else { return Err("the camera looks at its own place".into()) };

@@ -64,6 +64,7 @@ fn bad_input_is_one_line_and_exit_code_2() {
         ("--headless built-in:ball --order 9 -o a.png", "--order"),
         ("--headless built-in:ball --size 0x4 -o a.png", "0x4"),
         ("--headless built-in:ball --mode shiny -o a.png", "shiny"),
+        ("--headless built-in:ball --background sky -o a.png", "expected env, light, none"),
         ("--headless built-in:ball --mode glossy --order 8 --max-memory 0.01 -o a.png", "transfer matrices"),
         ("--headless built-in:ball --mode glossy --lobe cone:1 -o a.png", "cone:1"),
         ("--headless built-in:ball --mode specular --roughness 1.5 -o a.png", "1.5"),
@@ -133,6 +134,35 @@ fn a_scene_is_rendered_to_a_file_in_every_mode() {
         assert_eq!((picture.width(), picture.height()), (32, 20), "{mode}");
         let mean = picture.mean().iter().sum::<f64>();
         assert!(mean.is_finite() && mean > 0.0, "{mode}: {mean}");
+    }
+}
+
+#[test]
+fn a_picture_has_the_background_that_is_asked_for_and_before_nothing_an_alpha() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let small = "--headless built-in:ball --env made:even --mode unshadowed --size 32x20 --software";
+    let mut pictures = Vec::new();
+    for background in ["env", "light", "none", "0.5,2,0.25"] {
+        let output = viewer(at, &format!("{small} --background {background} -o a.exr"));
+        if is_without_adapter(&output) {
+            return;
+        }
+        assert!(output.status.success(), "{background}: {}", String::from_utf8_lossy(&output.stderr));
+        let bytes = std::fs::read(at.join("a.exr")).unwrap();
+        pictures.push(lobe::image::ExrLayers::from_bytes(&bytes, "a.exr").unwrap());
+    }
+    let channel = |picture: usize, name: &str| pictures[picture].get(name).map(<[f32]>::to_vec);
+    let alpha = channel(2, "A").expect("an alpha before nothing");
+    assert!(alpha[0] == 0.0 && alpha.contains(&1.0), "{alpha:?}: nothing in the corner, and the ball");
+    assert_eq!([0, 1, 3].map(|picture| channel(picture, "A")), [None, None, None], "no other alpha");
+    for (name, color) in [("R", 0.5), ("G", 2.0), ("B", 0.25)] {
+        let [env, light, none, colored] = [0, 1, 2, 3].map(|picture| channel(picture, name).unwrap());
+        for (i, alpha) in alpha.iter().enumerate() {
+            let behind = 1.0 - alpha;
+            let off = [env[i] - none[i] - behind, light[i] - none[i] - behind, colored[i] - none[i] - behind * color];
+            assert!(off.iter().all(|off| off.abs() < 2e-3), "{name} of pixel {i} behind {alpha}: off by {off:?}");
+        }
     }
 }
 

@@ -114,7 +114,7 @@ impl BakedGlb {
             }
             places.push(place);
         }
-        let document = document.subdivided(&split)?;
+        let document = document.subdivided(&split)?.pruned();
         Ok(Self { document, places })
     }
 
@@ -401,59 +401,23 @@ pub(crate) fn give_nodes_own_meshes(json: &mut Value, sources: &[MeshSource]) ->
     own
 }
 
-/// Takes out the attributes and extras of an earlier bake; their data too, where they are the last of the file and used
-/// by nobody else, as they are where a bake wrote them.
+/// Takes out the attributes and extras of an earlier bake. Their data stay, which nothing names any more.
 pub(crate) fn remove_earlier_transfer(document: &mut GltfDocument) {
     let json = &mut document.json;
-    let (mut ours, mut others) = (BTreeSet::new(), BTreeSet::new());
     for mesh in json["meshes"].as_array_mut().into_iter().flatten() {
-        let mut had_transfer = false;
         for primitive in mesh.get_mut("primitives").and_then(Value::as_array_mut).into_iter().flatten() {
-            others.extend(primitive["indices"].as_u64());
-            let Some(Value::Object(attributes)) = primitive.get_mut("attributes") else { continue };
-            attributes.retain(|name, accessor| {
-                let is_ours = OUR_ATTRIBUTES.iter().any(|ours| name.starts_with(ours));
-                had_transfer |= is_ours;
-                if is_ours { &mut ours } else { &mut others }.extend(accessor.as_u64());
-                !is_ours
-            });
+            if let Some(Value::Object(attributes)) = primitive.get_mut("attributes") {
+                attributes.retain(|name, _| !OUR_ATTRIBUTES.iter().any(|ours| name.starts_with(ours)));
+            }
         }
-        if had_transfer && let Some(Value::Object(extras)) = mesh.get_mut("extras") {
-            extras.remove("lobe");
-        }
+        remove_extras(mesh);
     }
-    let lobe = &json["asset"]["extras"]["lobe"];
-    if lobe.is_object() && ours.is_disjoint(&others) {
-        let bases = lobe["bases"].as_u64();
-        remove_data(document, &ours, bases);
-    }
+    json.get_mut("asset").into_iter().for_each(remove_extras);
 }
 
-fn remove_data(document: &mut GltfDocument, accessors: &BTreeSet<u64>, bases: Option<u64>) {
-    let json = &mut document.json;
-    let Some(mut views) = remove_tail(json, "accessors", accessors, |accessor| accessor["bufferView"].as_u64()) else {
-        return;
-    };
-    views.extend(bases);
-    let Some(offsets) = remove_tail(json, "bufferViews", &views, |view| view["byteOffset"].as_u64()) else { return };
-    let end_of = |view: &Value| Some(view["byteOffset"].as_u64().unwrap_or(0) + view["byteLength"].as_u64()?);
-    let end = json["bufferViews"].as_array().into_iter().flatten().filter_map(end_of).max().unwrap_or(0);
-    if let Some(&first) = offsets.first()
-        && first >= end
-    {
-        document.bytes.truncate(first as usize);
+/// Takes `lobe` out of the extras of an object.
+fn remove_extras(object: &mut Value) {
+    if let Some(Value::Object(extras)) = object.get_mut("extras") {
+        extras.remove("lobe");
     }
-}
-
-/// Removes these items of an array if they are its last ones; what `inner` says of them.
-fn remove_tail(
-    json: &mut Value,
-    array: &str,
-    indices: &BTreeSet<u64>,
-    inner: impl Fn(&Value) -> Option<u64>,
-) -> Option<BTreeSet<u64>> {
-    let items = json.get_mut(array)?.as_array_mut()?;
-    let (first, last) = (*indices.first()?, *indices.last()?);
-    let is_tail = last + 1 == items.len() as u64 && last - first + 1 == indices.len() as u64;
-    is_tail.then(|| items.drain(first as usize..).filter_map(|item| inner(&item)).collect())
 }

@@ -60,16 +60,19 @@ impl LightmapGlb {
         let sources: Vec<MeshSource> = scene.meshes().iter().map(Mesh::source).collect::<Option<_>>()?;
         remove_earlier_transfer(&mut document);
         let own = give_nodes_own_meshes(&mut document.json, &sources);
+        let mesh_of = |source: &MeshSource| own.get(&source.node).copied().unwrap_or(source.mesh);
         for ((source, before), after) in sources.iter().zip(scene.meshes()).zip(unwrapped.meshes()) {
-            let mesh = own.get(&source.node).copied().unwrap_or(source.mesh);
-            let set = set_of(after);
             if before != after {
                 let from = sources_of(before, after);
-                let uvs = (after.lightmap_uvs(), set);
+                let uvs = (after.lightmap_uvs(), set_of(after));
                 let new = NewVertices { from: &from, triangles: after.triangles(), uvs };
-                new.put(&mut document, [mesh, source.primitive], source.node)?;
+                new.put(&mut document, [mesh_of(source), source.primitive], source.node)?;
             }
-            put_extras(document.json["meshes"].get_mut(mesh)?, json!({"lightmap": {"texCoord": set}}));
+        }
+        let mut document = document.pruned();
+        for (source, after) in sources.iter().zip(unwrapped.meshes()) {
+            let mesh = document.json["meshes"].get_mut(mesh_of(source))?;
+            put_extras(mesh, json!({"lightmap": {"texCoord": set_of(after)}}));
         }
         Some(Self { document, width })
     }

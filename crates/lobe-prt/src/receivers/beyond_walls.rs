@@ -8,7 +8,8 @@
 //! - A wider part is a surface of its own. The first texels behind the wall move all the same, from the side that sees
 //!   much of the sky to the one that sees little: a dark line outside is hardly seen, a bright one inside is.
 //!
-//! Inside of a solid nobody sees anything: a place that is surrounded by the backs of single-sided surfaces moves out.
+//! Inside of a solid nobody sees anything: a place that is surrounded by the backs of surfaces moves out. Backs of
+//! double-sided surfaces may be the walls of a room: they are a solid if hardly a path leads out of it.
 
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -35,8 +36,14 @@ const SKY_RAYS: usize = 64;
 /// alike, as of a wall in the open, what goes through is no more than what is there.
 const BRIGHTER: usize = 2;
 
-/// Inside of a solid so many of a hundred rays meet single-sided surfaces from behind, and none leaves.
+/// Inside of a solid so many of a hundred rays meet surfaces from behind, and none leaves.
 const BACKS: usize = 75;
+
+/// Reflections of the paths that look for a way out: doors lead from room to room.
+const REFLECTIONS: usize = 16;
+
+/// So many of [`SKY_RAYS`] paths leave a solid through cracks between its surfaces; through a small window more do.
+const THROUGH_CRACKS: usize = 2;
 
 /// Texels that one thread takes at once.
 const PIECE: usize = 256;
@@ -154,14 +161,8 @@ fn in_front((scene, bvh): (&Scene, &Bvh), (from, to): (Point, Point), margin: f6
 struct Sight {
     /// Rays that leave the scene.
     sky: usize,
-    /// Rays that meet single-sided surfaces from behind.
-    backs: usize,
-}
-
-impl Sight {
-    fn is_inside_a_solid(self) -> bool {
-        self.sky == 0 && 100 * self.backs >= BACKS * SKY_RAYS
-    }
+    /// Whether it is that of a place inside of a solid.
+    is_inside_a_solid: bool,
 }
 
 /// What is asked of the texels next to a wall.
@@ -185,39 +186,82 @@ impl Walls<'_> {
         let across = |next: usize| {
             let from = point(scene, &(self.picture.shown)(next)?.hit);
             let place = in_front((scene, bvh), (from, to), self.margin)?;
-            Some((self.sight(from), place)).filter(|(sight, _)| !sight.is_inside_a_solid())
+            Some((self.sight(from), place)).filter(|(sight, _)| !sight.is_inside_a_solid)
         };
         let near = self.picture.around(texel, 1).flatten().filter(|&next| next != texel).filter(is_near);
         // The first of those that see as little.
         let (darkest, place) = near.filter_map(across).min_by_key(|&(sight, _)| sight.sky)?;
         let own = self.sight(to);
-        (own.is_inside_a_solid() || own.sky > BRIGHTER * darkest.sky).then_some(place)
+        (own.is_inside_a_solid || own.sky > BRIGHTER * darkest.sky).then_some(place)
     }
 
     /// What [`SKY_RAYS`] meet, which are as dense as what they bring to a diffuse surface.
-    fn sight(&self, Point { position, normal }: Point) -> Sight {
+    fn sight(&self, from: Point) -> Sight {
         let scene = self.rays.scene();
-        let [position, above] = [position, normal].map(|v| v.as_vec3().to_array());
-        let origin = self.rays.bvh().origin_above(position, above);
-        let (x, y) = normal.any_orthonormal_pair();
-        // By this angle from one to the next, directions fill the disk below them evenly.
-        let golden_angle = PI * (3.0 - 5.0_f64.sqrt());
-        let mut sight = Sight { sky: 0, backs: 0 };
+        let (mut sky, mut backs, mut single_sided) = (0, 0, 0);
         for k in 0..SKY_RAYS {
-            let radius = ((k as f64 + 0.5) / SKY_RAYS as f64).sqrt();
-            let (sin, cos) = (k as f64 * golden_angle).sin_cos();
-            let direction = (x * cos + y * sin) * radius + normal * (1.0 - radius * radius).sqrt();
-            match self.rays.closest(&Ray::new(origin, direction.as_vec3().to_array())) {
-                None => sight.sky += 1,
+            // By this angle from one to the next, directions fill the disk below them evenly.
+            let golden_angle = PI * (3.0 - 5.0_f64.sqrt());
+            let direction = from.above((k as f64 + 0.5) / SKY_RAYS as f64, k as f64 * golden_angle);
+            match self.closest(from, direction) {
+                None => sky += 1,
                 Some(hit) => {
                     let surface = scene.surface(&hit);
                     let is_behind = wide(surface.geometric_normal).dot(direction) > 0.0;
-                    sight.backs += usize::from(is_behind && !scene.material(surface.mesh).double_sided);
+                    backs += usize::from(is_behind);
+                    single_sided += usize::from(is_behind && !scene.material(surface.mesh).double_sided);
                 }
             }
         }
-        sight
+        let is_most = |count: usize| sky == 0 && 100 * count >= BACKS * SKY_RAYS;
+        let is_inside_a_solid = is_most(single_sided) || (is_most(backs) && self.has_no_way_out(from));
+        Sight { sky, is_inside_a_solid }
     }
+
+    /// Whether hardly any of [`SKY_RAYS`] paths leaves the scene.
+    fn has_no_way_out(&self, from: Point) -> bool {
+        let mut ways_out = (0..SKY_RAYS).filter(|&path| self.leaves(from, path));
+        ways_out.nth(THROUGH_CRACKS).is_none()
+    }
+
+    /// Whether a path of [`REFLECTIONS`] leaves the scene.
+    fn leaves(&self, from: Point, path: usize) -> bool {
+        let mut place = from;
+        for reflection in 0..=REFLECTIONS {
+            let [a, b] = scattered((path * (REFLECTIONS + 1) + reflection) as u64);
+            let direction = place.above(a, 2.0 * PI * b);
+            let Some(hit) = self.closest(place, direction) else { return true };
+            let next = point(self.rays.scene(), &hit);
+            let side = if next.normal.dot(direction) > 0.0 { -1.0 } else { 1.0 };
+            place = Point { normal: next.normal * side, ..next };
+        }
+        false
+    }
+
+    /// What a ray from a place meets.
+    fn closest(&self, from: Point, direction: DVec3) -> Option<Hit> {
+        let [position, above, direction] = [from.position, from.normal, direction].map(|v| v.as_vec3().to_array());
+        self.rays.closest(&Ray::new(self.rays.bvh().origin_above(position, above), direction))
+    }
+}
+
+impl Point {
+    /// The direction above a point of the disk below it, by the square of its distance from the middle and by an angle.
+    fn above(self, squared_radius: f64, angle: f64) -> DVec3 {
+        let (x, y) = self.normal.any_orthonormal_pair();
+        let (sin, cos) = angle.sin_cos();
+        (x * cos + y * sin) * squared_radius.sqrt() + self.normal * (1.0 - squared_radius).sqrt()
+    }
+}
+
+/// Two numbers from 0 to 1 that follow no pattern: in an even sequence paths would meet the same walls again.
+fn scattered(number: u64) -> [f64; 2] {
+    // Odd factors with as many ones as zeros spread each bit over those above it, the shifts over those below.
+    let mut bits = (number + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    bits ^= bits >> 32;
+    bits = bits.wrapping_mul(0xD6E8_FEB8_6659_FD93);
+    bits ^= bits >> 32;
+    [bits >> 32, bits & 0xFFFF_FFFF].map(|half| half as f64 / (1_u64 << 32) as f64)
 }
 
 fn point(scene: &Scene, hit: &Hit) -> Point {

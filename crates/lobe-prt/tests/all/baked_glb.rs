@@ -12,7 +12,7 @@ use lobe_scene::{
     Alpha, GltfDocument, GltfReader, Material, Mesh, MeshParts, Scene, SceneReadOptions, Texture, TextureUse, Wrap,
     built_in, read_scene,
 };
-use lobe_testkit::glb_faults;
+use lobe_testkit::{glb_faults, glb_unused};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
@@ -33,10 +33,11 @@ fn glb_of_file(path: &Path) -> BakedGlb {
     BakedGlb::of_document(document, &scene).unwrap()
 }
 
-/// JSON and buffer of a .glb, which is checked by glTF's rules.
+/// JSON and buffer of a .glb, which is checked by glTF's rules, and for what nothing names.
 fn parts_of(path: &Path) -> (Value, Vec<u8>) {
     let bytes = fs::read(path).unwrap();
     assert_eq!(glb_faults(&bytes), Vec::<String>::new(), "faults of {}", path.display());
+    assert_eq!(glb_unused(&bytes), Vec::<String>::new(), "what nothing names in {}", path.display());
     let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
     let bin = 20 + word(12);
     (serde_json::from_slice(&bytes[20..bin]).unwrap(), bytes[bin + 8..].to_vec())
@@ -167,7 +168,7 @@ fn rich_file(folder: &TempDir) -> PathBuf {
     json["cameras"] = json!([{"type": "perspective", "perspective": {"yfov": 0.7, "znear": 0.1}}]);
     json["meshes"][1]["extras"] = json!("a text");
     json["extensionsUsed"] = json!(["XMP_example"]);
-    json["extensions"] = json!({"XMP_example": {"a": 1}});
+    json["extensions"] = json!({"XMP_example": {"a": "b"}});
     let normal_map = Texture::new(1, 1, vec![[128, 128, 255, 255]], [Wrap::Repeat; 2]);
     fs::write(folder.path().join("normal map.png"), normal_map.to_png()).unwrap();
     json["images"] = json!([{"uri": "normal%20map.png", "name": "n"}, {"uri": "missing.png"}]);

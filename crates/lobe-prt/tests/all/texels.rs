@@ -220,44 +220,79 @@ fn a_floor_that_goes_on_far_behind_a_wall_is_lit_there() {
     assert_eq!(behind(&moved), behind(&plain.unwrap()), "texels of the floor behind the wall");
 }
 
+const WIDTH: usize = 64;
+
+/// A floor of side 2 and these rectangles of a single or double-sided material, each by three corners that are followed
+/// by the fourth, unfolded.
+fn on_a_floor(rectangles: &[[[f32; 3]; 3]], double_sided: bool) -> Scene {
+    let corners = |[a, b, c]: [[f32; 3]; 3]| [a, b, c, [0, 1, 2].map(|k| a[k] + c[k] - b[k])];
+    let triangles = |k: u32| [[4 * k, 4 * k + 1, 4 * k + 2], [4 * k, 4 * k + 2, 4 * k + 3]];
+    let block = MeshParts {
+        positions: rectangles.iter().copied().flat_map(corners).collect(),
+        triangles: (0..rectangles.len() as u32).flat_map(triangles).collect(),
+        material: Some(0),
+        ..MeshParts::default()
+    };
+    let floor = MeshParts { material: Some(0), colors: vec![], ..square(0.0, 0.5, 0, 0.0) };
+    let material = Material { double_sided, ..Material::matte("white", [1.0; 3]) };
+    let meshes = [floor, block].map(|parts| Mesh::new(parts).unwrap());
+    let scene = Scene::new(meshes.to_vec(), vec![material], vec![]).unwrap();
+    scene.unwrapped(&UnwrapOptions::default().texels(WIDTH), Job::default()).unwrap().0
+}
+
+/// The four sides of a box from z = 0 to 0.5 between these bounds, and its top, seen from outside.
+fn sides_and_top([x, y]: [[f32; 2]; 2]) -> [[[f32; 3]; 3]; 5] {
+    const TOP: f32 = 0.5;
+    let side = |[a, b]: [f32; 2], [c, d]: [f32; 2]| [[a, b, 0.0], [c, d, 0.0], [c, d, TOP]];
+    let [p, q, r, s] = [[x[0], y[0]], [x[1], y[0]], [x[1], y[1]], [x[0], y[1]]];
+    let [on_p, on_q, on_r] = [p, q, r].map(|[x, y]| [x, y, TOP]);
+    [side(p, q), side(q, r), side(r, s), side(s, p), [on_p, on_q, on_r]]
+}
+
+/// What the lightmap of a scene shows of the sky at places of its floor, as a part of all of it.
+fn shown_of_the_sky(scene: &Scene, places: impl Iterator<Item = [f32; 2]>) -> Vec<([f32; 2], f64)> {
+    let texels = TexelReceivers::new(scene, WIDTH).unwrap();
+    let (transfer, _) = baked(scene, texels.receivers(), &options(BakeMode::Shadowed, 1, 256));
+    let (picture, lightmap) = (texels.picture(&transfer).unwrap(), Lightmap::new(scene, WIDTH).unwrap());
+    let bvh = Bvh::new(scene);
+    let shown = |[x, y]: [f32; 2]| {
+        // From just above the floor, under whatever is above.
+        let hit = bvh.closest(&Ray::new([x, y, 0.01], [0.0, 0.0, -1.0])).unwrap();
+        let parts = lightmap.texels_at(scene, &hit);
+        let shown: f64 = parts.iter().map(|&(texel, part)| f64::from(picture.vector(texel, 0)[0]) * part).sum();
+        ([x, y], shown / (0.5 / std::f64::consts::PI.sqrt()))
+    };
+    places.map(shown).collect()
+}
+
 #[test]
 fn a_solid_block_on_a_floor_has_no_black_line_at_its_foot() {
-    const WIDTH: usize = 64;
-    let corner = |x: f32, y: f32, z: f32| [0.3 * x, 0.3 * y, 0.5 * z];
-    let positions = (0..8)
-        .map(|k| [k & 1, k >> 1 & 1, k >> 2].map(|b| b as f32))
-        .map(|[x, y, z]| corner(2.0 * x - 1.0, 2.0 * y - 1.0, z));
-    let quads = [[0, 1, 5, 4], [1, 3, 7, 5], [3, 2, 6, 7], [2, 0, 4, 6], [4, 5, 7, 6]];
-    let triangles: Vec<[u32; 3]> = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
-    let (positions, triangles): (Vec<_>, Vec<_>) = triangles
-        .iter()
-        .enumerate()
-        .map(|(t, corners)| {
-            (corners.map(|i| positions.clone().nth(i as usize).unwrap()), [0, 1, 2].map(|k| 3 * t as u32 + k))
-        })
-        .unzip();
-    let block = MeshParts { positions: positions.concat(), triangles, material: Some(0), ..MeshParts::default() };
-    let floor = MeshParts { material: Some(0), ..square(0.0, 0.5, 0, 0.0) };
-    let material = Material { double_sided: false, ..Material::matte("white", [1.0; 3]) };
-    let meshes = [floor, block].map(|mut parts| {
-        parts.colors.clear();
-        Mesh::new(parts).unwrap()
-    });
-    let scene = Scene::new(meshes.to_vec(), vec![material], vec![]).unwrap();
-    let scene = scene.unwrapped(&UnwrapOptions::default().texels(WIDTH), Job::default()).unwrap().0;
-    let texels = TexelReceivers::new(&scene, WIDTH).unwrap();
-    let (transfer, _) = baked(&scene, texels.receivers(), &options(BakeMode::Shadowed, 1, 256));
-    let (picture, lightmap) = (texels.picture(&transfer).unwrap(), Lightmap::new(&scene, WIDTH).unwrap());
-    let bvh = Bvh::new(&scene);
-    for k in 0..200 {
-        let (along, side) = ((k % 50) as f32 / 49.0 * 0.5 - 0.25, k / 50);
-        let off = if side < 2 { 0.302 } else { -0.302 };
-        let [x, y] = if side % 2 == 0 { [off, along] } else { [along, off] };
-        let hit = bvh.closest(&Ray::new([x, y, 2.0], [0.0, 0.0, -1.0])).unwrap();
-        let parts = lightmap.texels_at(&scene, &hit);
-        let shown: f64 = parts.iter().map(|&(texel, part)| f64::from(picture.vector(texel, 0)[0]) * part).sum();
-        // The foot of a wall sees between a half and all of the sky.
-        let open = shown / (0.5 / std::f64::consts::PI.sqrt());
-        assert!((0.45..1.01).contains(&open), "at {x}, {y}: {open} of the sky");
+    let sides = sides_and_top([[-0.3, 0.3]; 2]);
+    let bottom = [[-0.3, -0.3, 0.0], [-0.3, 0.3, 0.0], [0.3, 0.3, 0.0]];
+    let closed: Vec<_> = sides.into_iter().chain([bottom]).collect();
+    for (block, double_sided) in [(&sides[..], false), (&sides[..], true), (&closed[..], true)] {
+        let places = (0..200).map(|k| {
+            let (along, side) = ((k % 50) as f32 / 49.0 * 0.5 - 0.25, k / 50);
+            let off = if side < 2 { 0.302 } else { -0.302 };
+            if side % 2 == 0 { [off, along] } else { [along, off] }
+        });
+        for (place, open) in shown_of_the_sky(&on_a_floor(block, double_sided), places) {
+            // The foot of a wall sees between a half and all of the sky.
+            let what = format!("{} sides, double-sided {double_sided}", block.len());
+            assert!((0.45..1.01).contains(&open), "{what}, at {place:?}: {open} of the sky");
+        }
+    }
+}
+
+#[test]
+fn a_room_with_a_door_is_no_solid_though_its_walls_are_modeled_from_outside() {
+    // Two rooms behind each other; the second has no roof, and a low door leads to it.
+    let [front, right, back, left, _] = sides_and_top([[-0.6, 0.6], [-0.4, 0.4]]);
+    let roof = [[-0.6, -0.4, 0.5], [0.0, -0.4, 0.5], [0.0, 0.4, 0.5]];
+    let over_the_door = [[0.0, -0.4, 0.15], [0.0, 0.4, 0.15], [0.0, 0.4, 0.5]];
+    let scene = on_a_floor(&[front, right, back, left, roof, over_the_door], true);
+    let places = (0..50).map(|k| [-0.598, k as f32 / 49.0 * 0.7 - 0.35]);
+    for (place, open) in shown_of_the_sky(&scene, places) {
+        assert!(open < 1e-3, "at {place:?}, where no sky is to be seen: {open} of the sky");
     }
 }

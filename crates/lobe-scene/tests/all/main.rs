@@ -18,6 +18,7 @@ mod other_encoders;
 mod outside;
 mod ply_attributes;
 mod posed_rays;
+mod pruned;
 mod rays;
 mod read_gltf;
 mod read_obj_ply;

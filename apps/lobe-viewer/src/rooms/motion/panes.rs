@@ -7,6 +7,7 @@ use lobe::render::Surfaces;
 use lobe_gpu::GpuError;
 use web_time::{Duration, Instant};
 
+use crate::loading::backdrop::Behind;
 use crate::loading::sky_source::OpenedSky;
 use crate::rooms::motion::edits::MotionView;
 use crate::rooms::motion::player::Shown;
@@ -215,6 +216,7 @@ fn still(scenery: &Scenery<'_>, frame: &Frame) -> Still {
         data: scenery.lit.data.clone(),
         emitters: scenery.lit.emitters.clone(),
         sky: scenery.sky.map(|sky| sky.map.clone()),
+        behind: Behind::default(),
         orbit: frame.orbit,
         size: frame.size,
         turn: frame.turn,

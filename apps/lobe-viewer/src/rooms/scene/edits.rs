@@ -5,6 +5,7 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use lobe::prt::Transfer;
+use lobe::render::Background;
 use lobe::sh::{Dir, Light, Normalization, Rgb, Rotation, ShError, ShVec};
 use serde::{Deserialize, Serialize};
 
@@ -77,6 +78,9 @@ pub struct SceneEdits {
     pub tilt: f64,
     /// Stops of exposure above that which fits the scene.
     pub exposure: f64,
+    /// What is behind the scene.
+    #[serde(with = "background")]
+    pub background: Background,
     /// Lights added by hand.
     pub lamps: Vec<SceneLamp>,
 }
@@ -97,6 +101,7 @@ impl Default for SceneEdits {
             turn: 160.0_f64.to_radians(),
             tilt: 0.0,
             exposure: 0.0,
+            background: Background::Env,
             lamps: Vec::new(),
         }
     }
@@ -154,6 +159,20 @@ impl SceneEdits {
         let Self { order, taming, turn, tilt, exposure, .. } = self;
         let (taming, exposure) = (Some(taming), Some(exposure));
         LightHand { order, most_order: Transfer::MAX_ORDER, taming, turn, tilt, exposure }
+    }
+}
+
+/// A background as its text; one that is not known is that without a choice.
+mod background {
+    use lobe::render::Background;
+    use serde::{Deserialize as _, Deserializer, Serializer};
+
+    pub(super) fn serialize<S: Serializer>(background: &Background, to: S) -> Result<S::Ok, S::Error> {
+        to.collect_str(background)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Background, D::Error> {
+        Ok(String::deserialize(from)?.parse().unwrap_or_default())
     }
 }
 

@@ -3,6 +3,7 @@
 use lobe::sh::{Coefficient as _, Rgb, ShVec};
 use lobe_gpu::TurningLight;
 
+use crate::loading::backdrop::Behind;
 use crate::loading::sky_source::OpenedSky;
 use crate::rooms::light::TamedSky;
 use crate::rooms::scene::edits::{SceneEdits, SceneLamp};
@@ -36,6 +37,14 @@ impl SceneLight {
     pub(crate) fn turning(&mut self, edits: &SceneEdits, sky: Option<&OpenedSky>) -> TurningLight {
         let turned = self.turned_sky(edits, sky);
         TurningLight::new(turned, edits.rotation()).with_still(self.tamed_lamps(edits).clone())
+    }
+
+    /// What is behind the scene, before it is turned as the sky is.
+    pub(crate) fn behind(&mut self, edits: &SceneEdits, sky: Option<&OpenedSky>) -> Behind {
+        Behind::new(edits.background, || match sky {
+            Some(sky) => self.sky.of(sky, edits.order, edits.taming).map(|c| c.scale(edits.sky_strength)),
+            None => ShVec::zero(edits.order),
+        })
     }
 
     fn turned_sky(&mut self, edits: &SceneEdits, sky: Option<&OpenedSky>) -> ShVec<Rgb<f64>> {

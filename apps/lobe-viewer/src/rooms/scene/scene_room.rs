@@ -7,6 +7,7 @@ use std::sync::Arc;
 use eframe::egui::{CentralPanel, Color32, Context, Id, Key, Panel, Rect, ScrollArea, Sense, Ui, pos2};
 use lobe::prt::{BakeMode, Transfer};
 
+use crate::loading::backdrop::Behind;
 use crate::loading::bake::{BOUNCES, GlossyBake, SceneData, SceneNews};
 use crate::loading::cache::UserFolder;
 use crate::loading::export::SceneExport;
@@ -186,6 +187,7 @@ impl SceneRoom {
             order: self.edits.order,
             glossy: self.shining().to_vec(),
             light: self.light.turning(&self.edits, sky.as_ref()),
+            behind: self.light.behind(&self.edits, sky.as_ref()),
             camera: self.orbit.on_device()?,
             tone: self.viewport.tone(self.edits.exposure),
             sky,
@@ -427,6 +429,7 @@ impl SceneRoom {
         let scale = ui.ctx().pixels_per_point();
         let size = [rect.width(), rect.height()].map(|points| (points.max(0.0) * scale).round() as u32);
         let light = self.light.light(&self.edits, self.work.sky());
+        let behind = self.light.behind(&self.edits, self.work.sky());
         let turn = self.edits.rotation();
         let frame = Frame { size, orbit: self.orbit, light, turn, exposure: self.edits.exposure };
         let transfer = self.shown.as_ref().map(|(_, transfer)| transfer);
@@ -438,6 +441,7 @@ impl SceneRoom {
             places: &places,
             glossy: &glossy,
             sky: self.work.sky(),
+            behind: &behind,
             order: self.edits.order,
         };
         match self.viewport.draw(gpu, &wanted, &frame) {
@@ -453,13 +457,13 @@ impl SceneRoom {
         if self.viewport.is_coarse() {
             ui.ctx().request_repaint_after(REST);
         }
-        self.compare(ui, rect, &data, size, has_gloss);
+        self.compare(ui, rect, (&data, behind), size, has_gloss);
         steer::hold_keys(ui, &response);
         self.probe.look(&ui.painter_at(rect), rect, response.hover_pos(), &data, &self.orbit);
     }
 
     /// Shows the truth over the picture, which is at rest, or the difference of both.
-    fn compare(&mut self, ui: &Ui, rect: Rect, data: &SceneData, size: [u32; 2], has_gloss: bool) {
+    fn compare(&mut self, ui: &Ui, rect: Rect, (data, behind): (&SceneData, Behind), size: [u32; 2], has_gloss: bool) {
         let (comparison, is_at_rest) = (self.edits.comparison, !self.viewport.is_coarse());
         if comparison == Comparison::Off || !is_at_rest || size.contains(&0) {
             self.truth.stop();
@@ -469,7 +473,7 @@ impl SceneRoom {
         // With as many reflections as what it is compared with.
         let bounces = self.edits.mode.bakes().last().and_then(|mode| self.bakes.get(mode));
         let bounces = bounces.map_or(BOUNCES, |baked| baked.bounces);
-        let still = still(data, sky, &self.edits, (self.orbit, size), (has_gloss, bounces));
+        let still = still(data, (sky, behind), &self.edits, (self.orbit, size), (has_gloss, bounces));
         self.truth.follow(ui.ctx(), &still);
         let viewport = &self.viewport;
         let found = || viewport.picture_at_rest();

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use lobe::env::MappedMap;
 use lobe::render::Surfaces;
 
+use crate::loading::backdrop::Behind;
 use crate::loading::bake::SceneData;
 use crate::loading::mode::Mode;
 use crate::rooms::scene::edits::{SceneEdits, SceneLamp};
@@ -14,7 +15,7 @@ use crate::widgets::orbit::Orbit;
 /// What the truth of a scene depends on. Metals shine where the picture has them shine; else all is matte, as transfer takes it.
 pub(crate) fn still(
     data: &SceneData,
-    sky: Option<&Arc<MappedMap>>,
+    (sky, behind): (Option<&Arc<MappedMap>>, Behind),
     edits: &SceneEdits,
     (orbit, size): (Orbit, [u32; 2]),
     (has_gloss, bounces): (bool, usize),
@@ -23,6 +24,7 @@ pub(crate) fn still(
         data: data.clone(),
         emitters: Vec::new(),
         sky: sky.cloned(),
+        behind,
         orbit,
         size,
         turn: edits.rotation(),

@@ -11,10 +11,11 @@ use lobe::sh::{Expansion as _, Rgb, Rotation, ShVec};
 use lobe_gpu::{GlossyMesh, GpuError, SceneView, SceneViewOptions, Storage, SurfaceShading, ViewOutput};
 use web_time::{Duration, Instant};
 
+use crate::loading::backdrop::Behind;
 use crate::loading::bake::{GlossyBake, SceneData};
 use crate::loading::place::IN_PAGE;
 use crate::loading::places::Places;
-use crate::loading::sky_source::{OpenedSky, on_device};
+use crate::loading::sky_source::OpenedSky;
 use crate::widgets::gpu::Gpu;
 use crate::widgets::orbit::Orbit;
 use crate::widgets::status::Status;
@@ -47,6 +48,7 @@ pub(crate) struct Wanted<'a> {
     /// Meshes that shine among those lit by transfer.
     pub(crate) glossy: &'a [GlossyBake],
     pub(crate) sky: Option<&'a OpenedSky>,
+    pub(crate) behind: &'a Behind,
     pub(crate) order: usize,
 }
 
@@ -81,6 +83,7 @@ struct ViewKey {
     transfer: Option<Arc<Transfer>>,
     glossy: Vec<Arc<TransferMatrices>>,
     sky: Option<Arc<MappedMap>>,
+    behind: Behind,
     /// Of light by normals alone.
     order: usize,
 }
@@ -92,6 +95,7 @@ impl ViewKey {
             transfer: wanted.transfer.cloned(),
             glossy: wanted.glossy.iter().map(|glossy| glossy.matrices.clone()).collect(),
             sky: wanted.sky.map(|sky| sky.map.clone()),
+            behind: wanted.behind.clone(),
             order: if wanted.transfer.is_none() { wanted.order } else { 0 },
         }
     }
@@ -102,6 +106,7 @@ impl ViewKey {
             && self.glossy.len() == other.glossy.len()
             && self.glossy.iter().zip(&other.glossy).all(|(a, b)| Arc::ptr_eq(a, b))
             && same(self.sky.as_ref(), other.sky.as_ref())
+            && self.behind == other.behind
             && self.order == other.order
     }
 }
@@ -222,7 +227,7 @@ impl Viewport {
             Some(transfer) => wanted.places.shading(transfer, &glossy, Storage::F32),
             None => SurfaceShading::Irradiance(wanted.order),
         };
-        let environment = wanted.sky.map(|sky| on_device(gpu.context(), &sky.shown));
+        let environment = wanted.behind.on_device(gpu.context(), wanted.sky.map(|sky| &*sky.shown));
         // As it is rendered first: to give it other options is to compile its passes anew.
         let [width, height] = frame.size;
         let options = match self.fitting {

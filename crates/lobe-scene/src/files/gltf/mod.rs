@@ -6,7 +6,8 @@
 //! `plain` is a file in which `meshopt`, `draco`, `instancing` and `flat`
 //! have made plain what it stores otherwise, after `unfolded` has counted what it shows.
 //! Writing: `document` is a file to extend, `from_scene` creates one; `subdivided` gives primitives of a file the
-//! vertices of a split scene, with attributes of `middles`, around as `orientation` says.
+//! vertices of a split scene, with attributes of `middles`, around as `orientation` says; `pruned` takes out what
+//! nothing names.
 
 pub(crate) mod accessor;
 pub(crate) mod container;
@@ -26,6 +27,7 @@ pub(crate) mod orientation;
 pub(crate) mod placement;
 pub(crate) mod plain;
 pub(crate) mod primitive;
+pub(crate) mod pruned;
 pub(crate) mod root;
 pub(crate) mod smooth;
 pub(crate) mod subdivided;

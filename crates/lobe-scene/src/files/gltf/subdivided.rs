@@ -35,7 +35,8 @@ impl GltfDocument {
     ///   _NAME:  as COLOR_n, but that of p where it is a whole number or a name (_FEATURE_ID_n, _BATCHID)
     /// ```
     ///
-    /// New accessors hold the attributes of all vertices and the triangles; others may go on to use the old ones. Whole
+    /// New accessors hold the attributes of all vertices and the triangles. The old ones stay, which others may use;
+    /// [`GltfDocument::pruned`] takes out those that nobody does. Whole
     /// numbers become floats where rounding would move something: positions, directions, weights, and coordinates that
     /// are no fractions. Sparse accessors become dense ones. Where a node mirrors its mesh, triangles keep the
     /// orientation that they have in the file.
