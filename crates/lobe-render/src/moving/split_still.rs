@@ -3,7 +3,7 @@
 use derive_setters::Setters;
 use lobe_io::Job;
 use lobe_prt::{AdaptiveOptions, split_adaptively};
-use lobe_scene::{Bvh, Scene};
+use lobe_scene::{Bvh, Mesh, Scene};
 
 use crate::{Motion, MovingPart, MovingScene, RenderError};
 
@@ -119,7 +119,7 @@ impl MovingScene {
             for part in self.parts() {
                 let own = meshes.by_ref().take(part.scene.meshes().len());
                 let [mut min, mut max] = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
-                for p in own.flat_map(|mesh| mesh.positions()) {
+                for p in own.flat_map(Mesh::positions) {
                     for axis in 0..3 {
                         let x = f64::from(p[axis]) + origin[axis];
                         (min[axis], max[axis]) = (min[axis].min(x), max[axis].max(x));

@@ -1,8 +1,8 @@
-//! How spheres follow the morph targets of an entity: fitted to the surface next to each, see `morphs`.
+//! Morph targets of an entity, followed by its spheres: fitted to the surface next to each, see `morphs`.
 
 use glam::{DMat3, DVec3};
 use lobe_io::{Job, Progress, parallel};
-use lobe_scene::{AnimatedScene, Entity, Scene};
+use lobe_scene::{AnimatedScene, Entity, Mesh, Scene};
 
 use crate::ShadowError;
 use crate::spheres::morphs::{NUMBERS, SphereMorphs};
@@ -122,6 +122,6 @@ impl MorphedSurface {
 /// The vertices of a scene, which count from a point of its own.
 fn positions_from(scene: &Scene, origin: [f64; 3]) -> Vec<DVec3> {
     let offset = DVec3::from_array(scene.origin()) - DVec3::from_array(origin);
-    let positions = scene.meshes().iter().flat_map(|mesh| mesh.positions());
+    let positions = scene.meshes().iter().flat_map(Mesh::positions);
     positions.map(|p| DVec3::from_array(p.map(f64::from)) + offset).collect()
 }

@@ -1,4 +1,4 @@
-//! What morph targets do to spheres.
+//! Morph targets and what they do to spheres.
 //!
 //! A sphere follows the surface next to it. With places `p` of the surface nearest to points `c + R s` of the sphere, in
 //! directions `s` over all of it, and `Δp_k` what target `k` adds there,
