@@ -5,10 +5,10 @@ use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
 use std::thread::{self, ThreadId};
 use std::time::Duration;
 
-use lobe::prt::{AlbedoMode, BakeOptions, BakedTransfer};
+use lobe::prt::{AdaptiveOptions, AlbedoMode, BakeOptions, BakedTransfer};
 use lobe::render::{
-    MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, MovingShading, RenderError, VisibilityGridOptions,
-    light_moving_scene,
+    MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, MovingShading, RenderError, StillSplitOptions,
+    VisibilityGridOptions, light_moving_scene,
 };
 use lobe::scene::{Bvh, SceneReadReport};
 use lobe::sh::Dir;
@@ -43,6 +43,9 @@ pub(crate) struct Shading {
     interpolation: String,
     group: usize,
     still_points: usize,
+    /// Whether what stands still is split first.
+    split: bool,
+    max_vertices: Option<usize>,
 }
 
 impl Shading {
@@ -237,6 +240,12 @@ impl Moving {
         let transfer = shading.transfer(&inner.scene);
         let made = shading.shading(transfer.order)?;
         let bakes = shading.bakes(&transfer);
+        if shading.split {
+            let adaptive = AdaptiveOptions::default().max_vertices(shading.max_vertices);
+            let split = StillSplitOptions::default().adaptive(adaptive.bake(bakes.transfer.clone()));
+            watched(py, progress.as_ref(), None, |job| inner.scene.split_still(&split, job))?;
+            inner.tree = None;
+        }
         watched(py, progress.as_ref(), checkpoint.as_deref(), |job| {
             inner.scene.expect_order(transfer.order)?;
             inner.scene.bake(method, &bakes, job)?;

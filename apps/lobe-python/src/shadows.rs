@@ -205,7 +205,13 @@ pub(crate) fn spheres<'py>(
     let options = options.rounds(settings.rounds).seed(settings.seed);
     let found = answered(py, usize::MAX, move || whole_or_entity(&scene, entity.as_deref()))?;
     let found = found.map_err(|error| error_of(&error))?.told(py)?;
-    let (solid, entity) = &found;
+    let (whole, entity) = &found;
+    // Spheres shrink with what morph targets stretch.
+    let widest = entity.as_ref().map(|(animated, entity)| {
+        animated.widest_weights(entity).and_then(|weights| animated.morphed_scene(entity, &weights))
+    });
+    let widest = widest.transpose().map_err(|error| error_of(&error))?;
+    let solid = widest.as_ref().unwrap_or(whole);
     let checkpoint = output.as_ref().filter(|_| is_kept).map(|output| beside(output, ".checkpoint"));
     let fit = |mut job: Job<'_>| {
         // What cannot be fitted is the mesh.

@@ -65,6 +65,7 @@ pub use lamp_description::{LampDescription, LampSource};
 pub use placement::Placement;
 pub use receivers::ShadowReceivers;
 pub use spheres::fit_spheres::{SphereFitMethod, SphereFitOptions, SphereFitReport, fit_spheres, refine_spheres};
+pub use spheres::morphs::SphereMorphs;
 pub use spheres::pose::{SkinnedMesh, WorldSphere};
 pub use spheres::skeleton::Skeleton;
 pub use spheres::skin::Skin;

@@ -352,7 +352,7 @@ def main(arguments):
             mean = sum(row[0] for row in rows) / max(len(rows), 1) * math.sqrt(1 / (4 * math.pi))
             print(f"{path}: {kind}, order {about['order']}, vertices {len(rows)}, mean {mean}")
             continue
-        if kind in ("lobe-spheres", "lobe-sphere-logarithms"):
+        if kind in ("lobe-spheres", "lobe-morphed-spheres", "lobe-sphere-logarithms"):
             print(f"{path}: {kind},", f"{len(tensors['radii'])} spheres" if "radii" in tensors else about["options"])
             if "skeleton" in about:
                 still = [[float(i % 5 == 0) for i in range(12)]] * (len(about["skeleton"]["joints"]) + 1)

@@ -9,7 +9,8 @@ use crate::args::values;
 
 #[derive(Args, Clone, Copy)]
 pub(crate) struct VertexBudget {
-    /// Where a scene is baked: the most vertices that splitting may leave it, spent where transfer is farthest off
+    /// Where a scene is baked: the most vertices that splitting may leave it, spent where transfer is farthest off; of a
+    /// scene that moves half of them where shadows of what moves fall on what stands still
     /// [default: four times those of the scene, at least 20000]
     #[arg(long, value_name = "N", value_parser = vertices)]
     pub(crate) max_vertices: Option<usize>,
@@ -30,7 +31,11 @@ impl VertexBudget {
 
     /// Options of splitting within the budget, which a scene must not exceed to begin with.
     pub(crate) fn options(&self, scene: &Scene) -> anyhow::Result<AdaptiveOptions> {
-        let found = scene.vertex_count();
+        self.options_of(scene.vertex_count())
+    }
+
+    /// The same of a scene that begins with so many vertices.
+    pub(crate) fn options_of(&self, found: usize) -> anyhow::Result<AdaptiveOptions> {
         if self.max_vertices.is_some_and(|most| most < found) {
             bail!("--max-vertices: expected at least the {found} vertices that the scene begins with");
         }

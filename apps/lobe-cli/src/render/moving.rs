@@ -7,7 +7,10 @@ use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::image::AnimatedPng;
 use lobe::prt::{AlbedoMode, BakeOptions};
-use lobe::render::{MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, MovingShading, VisibilityGridOptions};
+use lobe::render::{
+    MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, MovingShading, StillSplitOptions,
+    VisibilityGridOptions,
+};
 use lobe::sh::ExpMethod;
 use lobe::shadow::{
     FieldOptions, LogTable, LogTableOptions, RadialInterpolation, SceneDescription, ShadowFieldOptions, ShadowOptions,
@@ -20,8 +23,9 @@ use crate::args::open_scene::OpenScene;
 use crate::args::scene_input::tell;
 use crate::args::scene_pose::PoseInput;
 use crate::args::values;
+use crate::args::vertex_budget::VertexBudget;
 use crate::render::pictures::Pictures;
-use crate::run::bake_watch::Checkpoint;
+use crate::run::bake_watch::{Checkpoint, watched};
 use crate::run::talk::Talk;
 
 /// Pictures for each second of `--frames A..B`, as films have.
@@ -32,6 +36,9 @@ const LEAST_FRAMES_PER_SECOND: f64 = 1e-300;
 
 /// The most points of a grid, of which each takes `order²` numbers. A larger number is taken for a typing error.
 const MAX_STILL_POINTS: usize = 1 << 24;
+
+/// Edges that are longer than this part of what moves blur its shadow.
+const COARSE: f64 = 0.2;
 
 /// Where bakes are kept until all pictures are done.
 pub(crate) struct Keep<'a> {
@@ -326,6 +333,33 @@ impl MovingInput {
             }
             _ => {}
         }
+    }
+
+    /// Splits what stands still, so that it has vertices where shadows of what moves fall.
+    pub(crate) fn split(
+        moving: &mut MovingScene,
+        budget: &VertexBudget,
+        transfer: &BakeOptions,
+        name: &str,
+        talk: Talk,
+    ) -> anyhow::Result<()> {
+        if budget.no_split {
+            return Ok(());
+        }
+        let all = moving.parts().iter().map(|part| part.scene.vertex_count()).sum();
+        let adaptive = budget.options_of(all)?.bake(transfer.clone().albedo(AlbedoMode::None));
+        let options = StillSplitOptions::default().adaptive(adaptive);
+        let split = watched(talk, "split", |job| moving.split_still(&options, job))?;
+        let Ok(split) = split else { bail!("stopped while triangles were split, of which nothing is kept") };
+        if let Some(report) = split.filter(|report| report.edge > COARSE) {
+            let text = format!(
+                "has too few vertices where shadows of what moves fall: {} of what stands still, whose edges there are up to \
+                 {} times the size of what moves; --max-vertices allows more",
+                report.after, report.edge
+            );
+            talk.note(name, &text);
+        }
+        Ok(())
     }
 
     /// Bakes what the parts lack, and prepares the shading.

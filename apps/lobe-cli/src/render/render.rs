@@ -251,6 +251,7 @@ impl Render {
             Some(method) => {
                 let keep = Keep { output: self.pictures.output(), is_fresh: self.fresh, talk };
                 let bake = self.bake_options(&moving);
+                MovingInput::split(&mut moving, &self.budget, &bake, &name, talk)?;
                 Some(self.moving.prepare(&mut moving, method, &bake, &self.memory, &keep)?)
             }
             None => None,
@@ -450,8 +451,8 @@ impl Render {
             ),
             (self.bake_samples.is_some() && !bakes, "--bake-samples: only of modes with transfer"),
             (
-                self.budget.asked().is_some() && (!bakes || method.is_some() || self.transfer.is_some()),
-                "--max-vertices and --no-split: only of modes that bake a scene that stands still",
+                self.budget.asked().is_some() && (!bakes || self.transfer.is_some()),
+                "--max-vertices and --no-split: only of modes that bake a scene",
             ),
             (
                 self.transfer.is_some() && (!bakes || method.is_some()),

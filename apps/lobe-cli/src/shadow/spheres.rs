@@ -181,7 +181,12 @@ impl Spheres {
         output::check_safetensors(&self.output)?;
         output::prepare_file(&self.output, &[self.input.path()])?;
         let opened = OpenScene::of_shapes(&self.input, &self.memory, talk)?;
-        let (scene, entity) = opened.whole_or_entity(self.entity.as_deref(), IF_POSED)?;
+        let (whole, entity) = opened.whole_or_entity(self.entity.as_deref(), IF_POSED)?;
+        // Spheres shrink with what morph targets stretch.
+        let scene = match &entity {
+            Some((animated, entity)) => animated.morphed_scene(entity, &animated.widest_weights(entity)?)?,
+            None => whole,
+        };
         let options = self.options();
         let what = format!("a fit to {} points", options.samples);
         self.memory.check(&what, POINT * options.samples as u64, "fewer --points")?;

@@ -44,6 +44,10 @@ class MovingOptions:
     still_points: int = 4096
     """Points of the grid at which it is found how much of the sky the parts that stand still leave to those that move, 8 or more; 0: they
     hide nothing from them, and only receive shadows."""
+    split: bool = True
+    """Whether triangles of what stands still are split first, where shadows of what moves fall and where transfer is off."""
+    max_vertices: int | None = None
+    """The most vertices that this may leave; None: four times those of the scene, at least 20000."""
 
     def __post_init__(self) -> None:
         if self.mode not in ("fields", "shexp"):
@@ -57,6 +61,10 @@ class MovingOptions:
                 whole(getattr(self, name), name, least, most)
         for name, least, most in [("group", 0, 4096), ("still_points", 0, 1 << 24)]:
             whole(getattr(self, name), name, least, most)
+        if self.max_vertices is not None:
+            whole(self.max_vertices, "max_vertices", 1, (1 << 32) - 1)
+            if not self.split:
+                raise ValueError("max_vertices: nothing is split with split=False")
         if self.group % 16:
             raise ValueError(f"group: expected a multiple of 16, found {self.group}")
         if 0 < self.still_points < 8:

@@ -21,13 +21,14 @@ pub(crate) const TENSORS: &str = "safetensors";
 const HEAD: u64 = 1 << 20;
 
 /// Formats of tensors, as files name them.
-const FORMATS: [(&str, FileKind); 6] = [
+const FORMATS: [(&str, FileKind); 7] = [
     ("lobe-transfer-matrices", FileKind::Matrices),
     ("lobe-compressed-transfer", FileKind::Transfer),
     ("lobe-zonal-transfer", FileKind::Transfer),
     ("lobe-transfer", FileKind::Transfer),
     ("lobe-occlusion-field", FileKind::Field),
     ("lobe-spheres", FileKind::Spheres),
+    ("lobe-morphed-spheres", FileKind::Spheres),
 ];
 
 /// Formats that are shown as parts of something else, and how.

@@ -73,11 +73,11 @@ impl SpherePasses {
         pieces: &[Piece],
         shadows: Option<&SphereShadows<'_>>,
     ) -> Result<(), GpuError> {
-        let shape = |(sphere, share): (lobe_shadow::Occluder, [f32; 9])| {
+        let shape = |(sphere, share): (lobe_shadow::Occluder, [f32; 10])| {
             let mut shape = [0.0; 16];
             shape[..3].copy_from_slice(&sphere.center);
             shape[3] = sphere.radius;
-            shape[4..13].copy_from_slice(&share);
+            shape[4..14].copy_from_slice(&share);
             shape
         };
         let spheres: Vec<[f32; 16]> = shadows.into_iter().flat_map(SphereShadows::shares).map(shape).collect();

@@ -3,7 +3,8 @@
 // logarithms of all spheres, each from the table by its size and turned to where the receiver sees it, and its
 // exponential on a grid; then irradiance by the operator of `lobe_shadow::SkyLight`.
 
-// Center and radius; the factors of 1, x, y, z, xy, yz, z*z, xz, x*x - y*y in the part of the disc that counts.
+// Center and radius; the factors of 1, x, y, z, xy, yz, z*z, xz, x*x - y*y in the part of the disc that counts; the square of the
+// radius of the solid whose part it is, over that of its own.
 struct Sphere {
     center: vec4f,
     share_0: vec4f,
@@ -31,9 +32,11 @@ struct Sizes {
 @group(0) @binding(5) var<storage, read> grid: array<vec4f>;
 @group(0) @binding(6) var<storage, read_write> visibility: array<f32>;
 
-// The height at which a sinking sphere counts, as a part of that of its top, and the least square of a distance, as in
-// lobe-shadow/accumulate/aim.
+// The height at which a sinking sphere counts, as a part of that of its top; the part of the radius by which it reaches out of a
+// surface and hides nothing yet; how it sinks; and the least square of a distance, as in lobe-shadow/accumulate/aim.
 const SUNK = 0.25;
+const RIM = 0.125;
+const SLOPE = 0.8275862;
 const NO_DISTANCE = 1e-30;
 
 struct Aim {
@@ -47,7 +50,7 @@ fn aim(at: Receiver, sphere: Sphere) -> Aim {
     var c = sphere.center.xyz - at.position.xyz;
     let h = dot(n, c);
     let top = h + r;
-    let hiding = r * clamp((1.0 - SUNK) * top, 0.0, r);
+    let hiding = r * clamp(SLOPE * (top - RIM * r), 0.0, r);
     c += max(SUNK * top - h, 0.0) * n;
     let squared = dot(c, c);
     let inverse = inverseSqrt(max(squared, NO_DISTANCE));
@@ -71,6 +74,19 @@ fn log_factors(u: f32) -> array<f32, ORDER> {
     return between_rows(ORDER * row, place - f32(row));
 }
 
+// F_0/u of one sphere, by the polynomial alone.
+fn mean_of_unit(u: f32) -> f32 {
+    return fitted(min(u, sizes.fit_end) * (2.0 / sizes.fit_end) - 1.0, 1.0)[0];
+}
+
+// How much deeper the logarithm of a part of a solid is than that of a sphere alone, as in lobe-shadow/accumulate/sum_logarithms.
+fn gain(u: f32, ratio: f32) -> f32 {
+    if ratio <= 1.0 {
+        return 1.0;
+    }
+    return mean_of_unit(u * ratio) / mean_of_unit(u);
+}
+
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let r = item_of(id, groups);
@@ -82,7 +98,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     for (var k = 0u; k < sizes.spheres; k++) {
         let sphere = spheres[k];
         let seen = aim(at, sphere);
-        let share = share_towards(sphere, seen.towards);
+        let share = share_towards(sphere, seen.towards) * gain(seen.sin_squared, sphere.share_2.y);
         f = with_sphere(f, share, log_factors(seen.sin_squared), basis(seen.towards));
     }
     // The mean is taken out of the grid.

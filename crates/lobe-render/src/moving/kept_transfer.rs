@@ -25,7 +25,8 @@ impl KeptTransfer {
         self.options.albedo == AlbedoMode::None
     }
 
-    /// The same with the others baked by the part alone, as the file was.
+    /// The same with the others baked by the part alone, as the file was, but at the vertices themselves: a fit would take
+    /// paths of the whole part.
     pub(crate) fn completed(&self, scene: &Scene, job: Job<'_>) -> Result<Transfer, RenderError> {
         let others: Vec<usize> = (0..self.keeps.len()).filter(|vertex| !self.keeps[*vertex]).collect();
         let receivers = Receivers::at_vertices(scene)?.subset(&others)?;

@@ -7,10 +7,10 @@ use std::sync::Arc;
 
 use derive_setters::Setters;
 use lobe_io::Job;
-use lobe_prt::{AlbedoMode, BakeOptions, Receivers, bake, scene_hash};
+use lobe_prt::{AlbedoMode, BakeOptions, bake_vertices, scene_hash};
 use lobe_scene::Bvh;
 use lobe_shadow::{
-    FieldOptions, Lamp, RadianceField, RadianceOptions, Solid, SphereFitOptions, bake_field, fit_spheres,
+    FieldOptions, Lamp, RadianceField, RadianceOptions, Solid, SphereFitOptions, SphereSet, bake_field, fit_spheres,
 };
 
 use crate::moving::part_backs::PartBacks;
@@ -84,7 +84,7 @@ impl MovingBakeOptions {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum PartBakeKind {
-    /// Transfer of the vertices from the part alone.
+    /// Transfer of the vertices from the part alone, [fitted](lobe_prt::bake_vertices) to points all over its triangles.
     Transfer,
     /// An occlusion field.
     Field,
@@ -184,16 +184,15 @@ impl MovingScene {
         self.baked(bake, options, job).map_err(|error| error.of_part(&bake.name))
     }
 
-    fn baked(&mut self, of: &PartBake, options: &MovingBakeOptions, mut job: Job<'_>) -> Result<(), RenderError> {
+    fn baked(&mut self, of: &PartBake, options: &MovingBakeOptions, job: Job<'_>) -> Result<(), RenderError> {
         let part = &self.parts()[of.parts[0]];
         match of.kind {
             PartBakeKind::Transfer => {
                 let (transfer, is_demodulated) = match &part.kept {
                     Some(kept) => (kept.completed(&part.scene, job)?, kept.is_demodulated()),
                     None => {
-                        let receivers = Receivers::at_vertices(&part.scene)?;
                         let bvh = Bvh::new(&part.scene);
-                        let (transfer, _) = bake(&part.scene, &bvh, &receivers, &options.transfer, job)?;
+                        let (transfer, _) = bake_vertices(&part.scene, &bvh, &options.transfer, job)?;
                         (transfer, options.transfer.albedo == AlbedoMode::None)
                     }
                 };
@@ -207,12 +206,7 @@ impl MovingScene {
                 self.share(of, |part| part.field = Some(Arc::clone(&field)));
             }
             PartBakeKind::Spheres => {
-                let (spheres, _) = fit_spheres(&part.scene, &options.spheres_of(part), job.reborrow())?;
-                let spheres = match (&part.motion, self.rig_of(of.parts[0])) {
-                    (Motion::Deformed(entity), Some(rig)) => spheres.bind_to(rig, entity, &mut job)?,
-                    _ => spheres,
-                };
-                let spheres = Arc::new(spheres);
+                let spheres = Arc::new(self.fitted_spheres(of.parts[0], &options.spheres_of(part), job)?);
                 self.share(of, |part| part.spheres = Some(Arc::clone(&spheres)));
             }
             PartBakeKind::Visibility => {
@@ -222,6 +216,23 @@ impl MovingScene {
             }
         }
         Ok(())
+    }
+
+    /// Spheres as large as a part, which follow what deforms it.
+    fn fitted_spheres(
+        &self,
+        index: usize,
+        options: &SphereFitOptions,
+        mut job: Job<'_>,
+    ) -> Result<SphereSet, RenderError> {
+        let part = &self.parts()[index];
+        let (Motion::Deformed(entity), Some(rig)) = (&part.motion, self.rig_of(index)) else {
+            return Ok(fit_spheres(&part.scene, options, job)?.0.with_silhouette_of(&part.scene));
+        };
+        // Spheres shrink with what morph targets stretch.
+        let widest = rig.morphed_scene(entity, &rig.widest_weights(entity)?)?;
+        let (spheres, _) = fit_spheres(&widest, options, job.reborrow())?;
+        Ok(spheres.bind_to(rig, entity, &mut job)?.with_silhouette_of(&widest))
     }
 
     fn share(&mut self, bake: &PartBake, set: impl Fn(&mut MovingPart)) {

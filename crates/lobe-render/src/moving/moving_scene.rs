@@ -32,6 +32,8 @@ pub struct MovingScene {
     carried: Vec<Carried>,
     lamps: Vec<MovingLamp>,
     is_looped: bool,
+    /// Whether what stands still has other vertices than in the animated scene.
+    is_split: bool,
 }
 
 /// An animated file whose parts are carried along a track, which are these of the scene.
@@ -102,7 +104,14 @@ impl MovingScene {
 
     /// A scene to which parts are added.
     pub(crate) fn without_parts() -> Self {
-        Self { parts: Vec::new(), animated: None, carried: Vec::new(), lamps: Vec::new(), is_looped: false }
+        Self {
+            parts: Vec::new(),
+            animated: None,
+            carried: Vec::new(),
+            lamps: Vec::new(),
+            is_looped: false,
+            is_split: false,
+        }
     }
 
     /// Adds a part that no animation moves.
@@ -189,6 +198,11 @@ impl MovingScene {
 
     pub(crate) fn parts_mut(&mut self) -> &mut [MovingPart] {
         &mut self.parts
+    }
+
+    /// What stands still has its triangles from the part from now on.
+    pub(crate) fn set_split(&mut self) {
+        self.is_split = true;
     }
 
     /// The animated scene that moves a part.
@@ -325,6 +339,11 @@ impl MovingScene {
                 self.parts.iter().filter_map(MovingPart::entity).flat_map(Entity::meshes).collect();
             let mut is_still = vec![true; posed.scene().meshes().len()];
             moving.iter().for_each(|&mesh| is_still[mesh] = false);
+            if self.is_split {
+                let split = self.parts.iter().filter(|part| part.entity().is_none()).map(|part| part.scene.clone());
+                let moving = (!moving.is_empty()).then(|| posed.scene().part(moving)).transpose()?;
+                return Ok(Scene::joined(split.chain(moving))?);
+            }
             let still = (0..is_still.len()).filter(|&mesh| is_still[mesh]);
             return Ok(posed.scene().part(still.chain(moving))?);
         }

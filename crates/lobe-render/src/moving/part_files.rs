@@ -86,8 +86,15 @@ impl MovingScene {
                     ShadowError::Options(message) => RenderError::invalid(file, message),
                     other => other.into(),
                 })?;
+                if let Some(morphs) = set.morphs() {
+                    // They stand where morph targets stretch the part farthest.
+                    let fitted = rig.morphed_scene(entity, morphs.weights())?;
+                    let set = set.with_silhouette_of(&fitted);
+                    let set = if part.is_rigid() { set.morphed_to(rig.morph_weights(entity)) } else { set };
+                    return Ok((index, set));
+                }
                 expect_near(part, file, &set)?;
-                Ok((index, set))
+                Ok((index, set.with_silhouette_of(&part.scene)))
             }
             _ => Ok((index, of_rigid(part, file, set)?)),
         }
@@ -149,7 +156,7 @@ fn of_rigid(part: &MovingPart, file: &Path, set: SphereSet) -> Result<SphereSet,
         return Err(RenderError::invalid(file, message));
     }
     expect_near(part, file, &set)?;
-    Ok(set)
+    Ok(set.with_silhouette_of(&part.scene))
 }
 
 /// The entity that a skeleton is of: that of its name, of several the one of its node too; without a name that of its node.

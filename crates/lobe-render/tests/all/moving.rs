@@ -4,7 +4,7 @@ use std::fs;
 
 use lobe_env::{bundled, project_env};
 use lobe_io::Job;
-use lobe_prt::{BakeMode, BakeOptions, Receivers, bake};
+use lobe_prt::{BakeMode, BakeOptions, bake_vertices};
 use lobe_render::{
     Camera, DistantLight, Motion, MovingBakeOptions, MovingMethod, MovingOptions, MovingPart, MovingScene,
     MovingShading, PathOptions, SampleCount, TruthOptions, View, ViewOptions, VisibilityGridOptions,
@@ -49,8 +49,7 @@ fn relative_difference(found: &[Rgb<f32>], expected: &[Rgb<f32>]) -> f64 {
 #[test]
 fn a_scene_of_one_part_is_lit_as_its_bake() {
     let scene = built_in::ball_over_ground(8);
-    let receivers = Receivers::at_vertices(&scene).unwrap();
-    let (transfer, _) = bake(&scene, &Bvh::new(&scene), &receivers, &options().transfer, Job::default()).unwrap();
+    let (transfer, _) = bake_vertices(&scene, &Bvh::new(&scene), &options().transfer, Job::default()).unwrap();
     let expected = transfer.exit_radiance(sky().coefficients());
     let mut moving = MovingScene::new(vec![MovingPart::new("all", scene, Motion::Still)]).unwrap();
     for method in [MovingMethod::Fields, MovingMethod::Exponentials] {

@@ -4,10 +4,10 @@ use std::ops::ControlFlow;
 
 use lobe_env::{bundled, project_env};
 use lobe_io::{Job, Progress};
-use lobe_prt::{AlbedoMode, BakeMode, BakeOptions, Receivers, bake};
+use lobe_prt::{AdaptiveOptions, AlbedoMode, BakeMode, BakeOptions, Receivers, bake, bake_vertices};
 use lobe_render::{
     Camera, Motion, MovingBakeOptions, MovingMethod, MovingOptions, MovingPart, MovingScene, MovingShading,
-    PartBakeKind, View, ViewOptions, VisibilityGridOptions, light_moving_scene,
+    PartBakeKind, StillSplitOptions, View, ViewOptions, VisibilityGridOptions, light_moving_scene,
 };
 use lobe_scene::{Bvh, Mesh, MeshParts, Scene, SceneReadOptions, built_in};
 use lobe_sh::{Expansion as _, Rgb, Rotation, ShVec};
@@ -217,6 +217,92 @@ fn parts_get_what_they_lack_once_for_each_shape() {
     assert!(refusal.starts_with("`ground`: expected its transfer to have 5 bands at least, found 4"), "{refusal}");
 }
 
+/// A ground of two triangles, of side `2 half`.
+fn sheet(half: f32) -> Scene {
+    let positions =
+        [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| [half * x, half * y, 0.0]).to_vec();
+    let parts = MeshParts { positions, triangles: vec![[0, 1, 2], [0, 2, 3]], ..MeshParts::default() };
+    Scene::new(vec![Mesh::new(parts).unwrap()], Vec::new(), Vec::new()).unwrap()
+}
+
+/// What the ground sends back at vertices whose distance from a point is in a range.
+fn ground_around(moving: &MovingScene, time: f64, middle: [f64; 2], range: std::ops::Range<f64>) -> Vec<f32> {
+    let moment = moving.at(time).unwrap();
+    let lit = shading(MovingMethod::Exponentials).exit_radiance(&moment, &sky()).unwrap();
+    let positions = moment.scene().meshes()[0].positions();
+    let distance = |p: &[f32; 3]| (f64::from(p[0]) - middle[0]).hypot(f64::from(p[1]) - middle[1]);
+    positions.iter().zip(&lit).filter(|(p, _)| range.contains(&distance(p))).map(|(_, lit)| lit.g).collect()
+}
+
+#[test]
+fn a_ground_of_two_triangles_gets_vertices_where_shadows_of_what_moves_fall() {
+    let ground = || MovingPart::new("ground", sheet(4.0), Motion::Still);
+    let ball = || ball([-1.0, 0.0, 0.3], [1.0, 0.0, 0.3], 0.3);
+    let mut moving = MovingScene::new(vec![ground(), ball()]).unwrap();
+    let adaptive = AdaptiveOptions::default().bake(options().transfer);
+    let split = StillSplitOptions::default().adaptive(adaptive.clone());
+    let report = moving.split_still(&split, Job::default()).unwrap().unwrap();
+    assert!(report.before == 4 && report.after <= AdaptiveOptions::LEAST_BUDGET, "{report:?}");
+    let at = moving.at(0.0).unwrap().scene().vertex_count();
+    assert_eq!(at, moving.parts().iter().map(|part| part.scene.vertex_count()).sum::<usize>(), "those of its parts");
+    // On the path there is a vertex within a ball's radius of every place, and the corners are left coarse.
+    let positions = moving.parts()[0].scene.meshes()[0].positions();
+    let near = |x: f32, y: f32, by: f32| positions.iter().filter(|p| (p[0] - x).hypot(p[1] - y) < by).count();
+    for x in [-1.0, -0.5, 0.0, 0.5, 1.0] {
+        assert!(near(x, 0.0, 0.15) >= 4, "{} vertices around {x}", near(x, 0.0, 0.15));
+    }
+    assert!(near(3.8, 3.8, 0.15) <= 4, "{} vertices in a corner", near(3.8, 3.8, 0.15));
+    // The shadow is under the ball, and moves with it.
+    moving.bake(MovingMethod::Exponentials, &options(), Job::default()).unwrap();
+    let mean = |of: Vec<f32>| of.iter().sum::<f32>() / of.len() as f32;
+    for (time, x) in [(0.0, -1.0), (2.0, 1.0)] {
+        let [under, far] = [0.0..0.1, 1.5..3.0].map(|range| mean(ground_around(&moving, time, [x, 0.0], range)));
+        assert!(under < 0.5 * far, "at {time}: {under} under the ball, {far} around");
+    }
+    assert!(moving.split_still(&split, Job::default()).unwrap().is_none(), "what has its transfer stays as it is");
+    let mut few = MovingScene::new(vec![ground(), ball()]).unwrap();
+    let all = few.parts().iter().map(|part| part.scene.vertex_count()).sum::<usize>();
+    let split = StillSplitOptions::default().adaptive(adaptive.max_vertices(Some(all + 100)));
+    let report = few.split_still(&split, Job::default()).unwrap().unwrap();
+    assert!(report.after <= 104 && report.edge > 1.0 / 16.0, "no more than are allowed: {report:?}");
+}
+
+#[test]
+fn what_stands_still_in_an_animated_scene_is_split_and_what_moves_is_not() {
+    let scene = built_in::walking_figure(8);
+    let mut moving = MovingScene::animated(scene.clone(), Some(0)).unwrap();
+    let counts =
+        |moving: &MovingScene| -> Vec<usize> { moving.parts().iter().map(|part| part.scene.vertex_count()).collect() };
+    let before = counts(&moving);
+    let adaptive = AdaptiveOptions::default().bake(options().transfer).max_vertices(Some(2000 + before[1]));
+    moving.split_still(&StillSplitOptions::default().adaptive(adaptive), Job::default()).unwrap();
+    let after = counts(&moving);
+    assert!(after[0] > before[0] && after[1..] == before[1..], "{before:?} became {after:?}");
+    for time in [0.0, 0.3] {
+        let (moment, pose) = (moving.at(time).unwrap(), scene.pose(0, time).unwrap());
+        let area = |scene: &Scene| -> f64 { scene.corners().map(|[a, b, c]| area_of(a, b, c)).sum() };
+        let (found, expected) = (area(moment.scene()), area(pose.scene()));
+        assert!((found / expected - 1.0).abs() < 1e-5, "at {time}: {found} and {expected}");
+        assert_eq!(moment.scene().world_bounds(), pose.scene().world_bounds(), "at {time}");
+        assert_eq!(moment.scene().vertex_count(), after.iter().sum::<usize>(), "at {time}");
+    }
+}
+
+fn area_of(a: [f32; 3], b: [f32; 3], c: [f32; 3]) -> f64 {
+    let side = |p: [f32; 3]| -> [f64; 3] { [0, 1, 2].map(|k| f64::from(p[k]) - f64::from(a[k])) };
+    let n = lobe_sh::vector::cross(side(b), side(c));
+    0.5 * n.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+#[test]
+fn the_transfer_of_a_part_is_fitted_to_all_of_its_triangles() {
+    let mut moving = MovingScene::new(vec![ball([0.0; 3], [1.0; 3], 1.0)]).unwrap();
+    moving.bake(MovingMethod::Exponentials, &options(), Job::default()).unwrap();
+    let part = &moving.parts()[0];
+    let (fitted, _) = bake_vertices(&part.scene, &Bvh::new(&part.scene), &options().transfer, Job::default()).unwrap();
+    assert_eq!(part.transfer.as_deref(), Some(&fitted));
+}
+
 #[test]
 fn a_bake_that_was_stopped_goes_on_to_the_same_numbers() {
     let folder = tempfile::tempdir().unwrap();
@@ -349,8 +435,7 @@ fn what_is_behind_a_surface_hides_its_baked_reflections_by_fields_and_not_by_sph
     let (fields, spheres) = (shaded(MovingMethod::Fields, true), shaded(MovingMethod::Exponentials, true));
     let moving = scene().unwrap();
     let moment = moving.at(0.0).unwrap();
-    let receivers = Receivers::at_vertices(moment.scene()).unwrap();
-    let (truth, _) = bake(moment.scene(), moment.bvh(), &receivers, &bake_options, Job::default()).unwrap();
+    let (truth, _) = bake_vertices(moment.scene(), moment.bvh(), &bake_options, Job::default()).unwrap();
     let truth = of_wall(&truth.exit_radiance(light.coefficients()));
     println!("without the ball {open:.4}, fields {fields:.4}, spheres {spheres:.4}, a bake of all {truth:.4}");
     assert!((spheres - open).abs() < 1e-6 * open, "spheres: {spheres}, without the ball {open}");

@@ -6,7 +6,7 @@ use lobe_prt::{BakeMode, BakeOptions, Receivers, bake};
 use lobe_render::{Motion, MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, MovingShading, PartBakeKind};
 use lobe_scene::{AnimatedScene, Bvh, EntityKind, Scene, ScenePose, SceneReadOptions, built_in};
 use lobe_sh::Rgb;
-use lobe_shadow::{FieldOptions, SphereFitOptions, SphereSet, write_spheres};
+use lobe_shadow::{FieldOptions, SphereFitOptions, SphereSet, read_spheres, write_spheres};
 use serde_json::{Value, json};
 
 /// A glTF file in memory: a box of side 1 about the origin, in several nodes.
@@ -234,14 +234,15 @@ fn spheres_that_a_description_names_go_where_the_vertices_at_their_centers_go() 
         ("with a skin far away", bending([50.0, 0.0, 8.0])),
         ("moved", File::new(node.clone(), [0.0; 3]).translated(0)),
         ("stretched", File::new(node.clone(), [0.0; 3]).moved(0, "scale", "VEC3", &pop)),
+        ("morphed", File::new(node.clone(), [0.0; 3]).moved(0, "weights", "SCALAR", &[0.0, 1.0])),
         ("far away", File::new(node, [9e4, 0.0, 3e5]).translated(0)),
     ] {
         let (scene, folder) = (file.read(), tempfile::tempdir().unwrap());
         let entity = &scene.entities()[0];
-        let own = scene.own_scene(entity).unwrap();
+        let own = scene.morphed_scene(entity, &scene.widest_weights(entity).unwrap()).unwrap();
         let corners: Vec<[f32; 3]> = own.meshes().iter().flat_map(|mesh| mesh.positions().to_vec()).collect();
         let set =
-            SphereSet::new(corners.clone(), vec![0.01; corners.len()]).unwrap().with_origin(own.origin()).unwrap();
+            SphereSet::new(corners.clone(), vec![1e-5; corners.len()]).unwrap().with_origin(own.origin()).unwrap();
         let set = set.bind_to(&scene, entity, &mut Job::default()).unwrap();
         write_spheres(folder.path().join("a.spheres.safetensors"), &set).unwrap();
         std::fs::write(folder.path().join("a.glb"), file.bytes()).unwrap();
@@ -263,6 +264,35 @@ fn spheres_that_a_description_names_go_where_the_vertices_at_their_centers_go() 
         }
         let lacking = moving.lacking(MovingMethod::Exponentials, &MovingBakeOptions::default());
         assert!(lacking.iter().all(|bake| bake.kind != PartBakeKind::Spheres), "{name}: spheres are there");
+    }
+}
+
+#[test]
+fn spheres_follow_a_morph_target_that_stretches_their_part() {
+    let file = File::new(json!([{"mesh": 0}]), [0.0; 3]).moved(0, "weights", "SCALAR", &[0.0, 1.0, 0.5]);
+    let mut moving = MovingScene::animated(file.read(), Some(0)).unwrap();
+    let options = MovingBakeOptions::default()
+        .spheres(SphereFitOptions::default().samples(600).rounds(6))
+        .deformed_spheres(Some(12));
+    moving.bake(MovingMethod::Exponentials, &options, Job::default()).unwrap();
+    let set = moving.parts()[0].spheres.clone().unwrap();
+    let (folder, entity) = (tempfile::tempdir().unwrap(), moving.parts()[0].name.clone());
+    let path = folder.path().join("s.safetensors");
+    write_spheres(&path, &set).unwrap();
+    assert_eq!(read_spheres(&path).unwrap(), *set, "files keep how spheres of {entity} follow");
+    for time in [0.0, 0.25, 0.5, 1.0, 1.5] {
+        let moment = moving.at(time).unwrap();
+        let [low, high] = moment.scene().world_bounds();
+        let bound = |sign: f64| {
+            let ends = moment.spheres(0).iter().map(|s| sign * s.center[2] + s.radius);
+            sign * ends.fold(f64::NEG_INFINITY, f64::max)
+        };
+        let off = [bound(-1.0) - low[2], bound(1.0) - high[2]];
+        // A sphere that is flattened keeps its volume's share, not its height.
+        assert!(off.iter().all(|off| off.abs() < 0.2), "at {time}: from {low:?} to {high:?}, spheres are {off:?} off");
+        let (centers, radii) = moment.spheres(0).iter().map(|s| (s.center.map(|c| c as f32), s.radius as f32)).unzip();
+        let (volume, expected) = (SphereSet::new(centers, radii).unwrap().union_volume(), high[2] - low[2]);
+        assert!((volume / expected - 1.0).abs() < 0.3, "at {time}: spheres fill {volume} of {expected}");
     }
 }
 
@@ -328,8 +358,9 @@ fn what_is_scaled_to_nothing_is_lit_past_spheres_far_away() {
         .moved(1, "translation", "VEC3", &[3000.0, 0.0, 0.0, 3000.0, 1.0, 0.0]);
     let mut moving = MovingScene::animated(file.read(), Some(0)).unwrap();
     let [there, gone] = [0.0, 1.0].map(|time| lit(&mut moving, MovingMethod::Exponentials, time));
-    assert!(gone.iter().all(|c| c.g.is_finite() && c.g >= 0.0), "{gone:?}");
     let mean = there.iter().map(|c| c.g).sum::<f32>() / there.len() as f32;
+    // A corner that a fit extrapolates to may be a little below zero where hardly any light comes from.
+    assert!(gone.iter().all(|c| c.g.is_finite() && c.g >= -0.01 * mean), "{gone:?}");
     assert!(largest_difference(&there, &gone) < 1e-2 * mean, "it turns nowhere: {there:?} and {gone:?}");
 }
 

@@ -233,9 +233,7 @@ impl AnimatedScene {
     /// # Panics
     /// If the entity is of another scene, which has more meshes.
     pub fn own_scene(&self, entity: &Entity) -> Result<Scene, SceneError> {
-        let own = |mesh: usize| self.parts[mesh].own(&self.rest.meshes()[mesh], &self.rig);
-        let meshes = entity.meshes().map(own).collect::<Result<Vec<_>, _>>()?;
-        self.rest.of_meshes(meshes)
+        self.morphed_scene(entity, self.morph_weights(entity))
     }
 
     /// The scene at a time of an animation, in seconds. Before its first key and after its last one nothing moves, as glTF
@@ -316,6 +314,7 @@ impl AnimatedScene {
             up: self.rig.up,
             skins: joints.zip(of_skins).collect(),
             worlds,
+            weights: state.weights.clone(),
         })
     }
 

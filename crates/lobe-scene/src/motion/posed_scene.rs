@@ -14,6 +14,8 @@ pub struct PosedScene {
     pub(crate) worlds: Vec<DMat4>,
     /// For each skin the nodes of its joints, and from where the mesh was bound to the scene.
     pub(crate) skins: Vec<(Vec<usize>, Vec<DMat4>)>,
+    /// The weights of the morph targets of each node's meshes.
+    pub(crate) weights: Vec<Vec<f64>>,
 }
 
 impl PosedScene {

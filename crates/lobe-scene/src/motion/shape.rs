@@ -198,8 +198,8 @@ impl Part {
         mesh.posed(positions, normals, &tangents, is_mirrored != self.is_mirrored)
     }
 
-    /// The mesh in its own frame, z up, as nothing has moved it, with the morph targets that its node has at rest.
-    pub(crate) fn own(&self, mesh: &Mesh, rig: &Rig) -> Result<Mesh, SceneError> {
-        self.posed(mesh, rig, Carrier::Node(DMat4::IDENTITY), &rig.rest.weights[self.node])
+    /// The mesh in its own frame, z up, as nothing has moved it, with these weights of its morph targets.
+    pub(crate) fn own(&self, mesh: &Mesh, rig: &Rig, weights: &[f64]) -> Result<Mesh, SceneError> {
+        self.posed(mesh, rig, Carrier::Node(DMat4::IDENTITY), weights)
     }
 }

@@ -57,6 +57,13 @@ pub(crate) struct Aim<S: Simd> {
 /// undefined.
 const SUNK: f32 = 0.25;
 
+/// The part of its radius by which a sphere reaches out of the surface that it stands for and hides nothing yet: as far as
+/// fitted spheres mostly do. Without this the sides of growing columns are 4 to 8 % darker than they are by many spheres.
+const RIM: f32 = 0.125;
+
+/// Spheres sink from a third of the radius above the plane, where 4/3 of it are above, to the rim.
+const SLOPE: f32 = 1.0 / (4.0 / 3.0 - RIM);
+
 /// Below this square of a distance a direction is zero, and the reciprocal still is a number.
 const NO_DISTANCE: f32 = 1e-30;
 
@@ -69,7 +76,7 @@ const NO_DISTANCE: f32 = 1e-30;
 /// lower than a third of the radius sinks away: it counts as a smaller one at a quarter of the height of its top,
 ///
 /// ```text
-///   t = clamp(¾ (h + r)/r, 0, 1)        r' = r √t        c' = c + n max(0, ¼ (h + r) - h)
+///   t = clamp((h + r - r/8)/(4/3 r - r/8), 0, 1)        r' = r √t        c' = c + n max(0, ¼ (h + r) - h)
 /// ```
 ///
 /// so that a surface is not hidden by the sphere that stands for what is behind it. Both begin at `h = r/3`.
@@ -81,8 +88,8 @@ const NO_DISTANCE: f32 = 1e-30;
 ///   sin θ = r' / max(|c'|, r)
 /// ```
 ///
-/// A receiver a tenth of the radius below the surface, which looks outward, loses a thirteenth of its light from straight above
-/// instead of all of it; one at the center three quarters. The result is continuous in place and normal, in and out of the sphere (test
+/// A receiver an eighth of the radius below the surface, which looks outward, loses nothing of its light from straight above
+/// instead of all of it; one at the center 72 %. The result is continuous in place and normal, in and out of the sphere (test
 /// `what_hides_is_continuous_through_the_surface_and_the_center`). The paper's own wording of such rules was not at hand.
 ///
 /// Without a plane, `PLANE` being false, only the second rule holds, and a sphere around the receiver's own place hides
@@ -99,7 +106,7 @@ pub(crate) fn aim<S: Simd, const PLANE: bool>(simd: S, at: &ReceiverLanes<S>, ce
         let h = nx.times_plus(c[0], ny.times_plus(c[1], nz * c[2]));
         let top = h + r;
         // r t and r'² = r² t.
-        let above = (splat(1.0 - SUNK) * top).max(zero).min(r);
+        let above = (splat(SLOPE) * (top - splat(RIM * radius))).max(zero).min(r);
         hiding = r * above;
         let lift = (splat(SUNK) * top - h).max(zero);
         c = [nx.times_plus(lift, c[0]), ny.times_plus(lift, c[1]), nz.times_plus(lift, c[2])];

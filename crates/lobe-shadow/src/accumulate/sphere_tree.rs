@@ -20,6 +20,8 @@ pub(crate) struct Node {
     pub(crate) count: f32,
     /// What is left to them by others that they overlap.
     pub(crate) share: Share,
+    /// The radius of the solid whose part they are: the largest of the spheres that each overlaps, or its own.
+    pub(crate) solid: f32,
     /// From the center to the farthest point of any of the spheres.
     pub(crate) reach: f32,
     /// The children's places among the nodes, after this one; empty for a leaf.
@@ -133,8 +135,8 @@ impl SphereTree {
     fn push_empty(&mut self) {
         let place = self.nodes.len() as u32;
         let (center, first_child, child_count) = ([0.0; 3], 0, 0);
-        let (radius, count, share, reach) = (0.0, 0.0, Share::Nothing, 0.0);
-        self.nodes.push(Node { center, radius, count, share, reach, first_child, child_count, place });
+        let (radius, count, share, solid, reach) = (0.0, 0.0, Share::Nothing, 0.0, 0.0);
+        self.nodes.push(Node { center, radius, count, share, solid, reach, first_child, child_count, place });
         self.spheres.push(NO_SPHERE);
     }
 
@@ -169,7 +171,7 @@ impl SphereTree {
         for (node, which) in self.nodes.iter_mut().zip(&self.spheres).filter(|(node, _)| node.is_leaf()) {
             let Occluder { center, radius } = spheres[*which as usize];
             let (center, radius) = (self.unit.scaled(center), self.unit.length(radius));
-            *node = Node { center, radius, count: 1.0, share: Share::Whole, reach: radius, ..*node };
+            *node = Node { center, radius, count: 1.0, share: Share::Whole, solid: radius, reach: radius, ..*node };
         }
         self.merge();
     }
@@ -179,14 +181,15 @@ impl SphereTree {
         let surface = Surface::new();
         let found = AtomicUsize::new(0);
         let leaves: Vec<&Node> = self.nodes.iter().filter(|node| node.is_leaf()).collect();
-        let shares: Vec<Option<(u32, Share)>> = parallel::map(leaves.len(), &|k| {
+        let shares: Vec<Option<(u32, Share, f32)>> = parallel::map(leaves.len(), &|k| {
             // Look for no more once there are too many.
             if found.load(Ordering::Relaxed) > MOST_OVERLAPS {
                 return None;
             }
             let others = self.overlapping(leaves[k]);
             let all = found.fetch_add(others.len(), Ordering::Relaxed) + others.len();
-            (all <= MOST_OVERLAPS).then(|| (leaves[k].place, surface.share(&leaves[k].sphere(), &others)))
+            let solid = others.iter().fold(leaves[k].radius, |solid, other| solid.max(other.radius));
+            (all <= MOST_OVERLAPS).then(|| (leaves[k].place, surface.share(&leaves[k].sphere(), &others), solid))
         });
         if found.into_inner() > MOST_OVERLAPS {
             let message = format!(
@@ -196,8 +199,9 @@ impl SphereTree {
             );
             return Err(ShadowError::Invalid { place: "spheres".to_owned(), message });
         }
-        for (place, share) in shares.into_iter().flatten() {
-            self.nodes[place as usize].share = share;
+        for (place, share, solid) in shares.into_iter().flatten() {
+            let node = &mut self.nodes[place as usize];
+            (node.share, node.solid) = (share, solid);
         }
         self.merge();
         Ok(())
@@ -205,7 +209,7 @@ impl SphereTree {
 
     /// Lets each sphere hide all that it hides.
     pub(crate) fn unshare(&mut self) {
-        self.nodes.iter_mut().for_each(|node| node.share = Share::Whole);
+        self.nodes.iter_mut().for_each(|node| (node.share, node.solid) = (Share::Whole, node.radius));
         self.merge();
     }
 
@@ -254,8 +258,9 @@ fn merged(node: Node, children: &[Node]) -> Node {
     let part = |child: &Node| if all > 0.0 { (area(child) / all) as f32 } else { 0.0 };
     let share = Share::mixed(children.iter().map(|child| (part(child), child.share)));
     let radius = (all / f64::from(count)).sqrt() as f32;
+    let solid = children.iter().map(|child| part(child) * child.solid.powi(2)).sum::<f32>().sqrt();
     let reach = children.iter().map(|child| distance(center, child.center) + child.reach).fold(0.0, f32::max);
-    Node { center, radius, count, share, reach, ..node }
+    Node { center, radius, count, share, solid, reach, ..node }
 }
 
 fn squared(a: [f32; 3], b: [f32; 3]) -> f32 {

@@ -59,7 +59,15 @@ impl<const N: usize, const PLANE: bool> WithSimd for AddLogarithms<'_, N, PLANE>
             for node in self.nodes {
                 let seen = aim::<S, PLANE>(simd, &at, node.center, node.radius);
                 let count = node.share.towards(simd, seen.towards) * constant(simd, node.count);
-                let factors = factors::<S, N>(simd, self.table, &fit, seen.sin_squared, count);
+                let mut factors = factors::<S, N>(simd, self.table, &fit, seen.sin_squared, count);
+                if node.solid > node.radius {
+                    let ratio = node.solid / node.radius;
+                    let gain = gain(simd, &fit[0], self.table.fit_end, seen.sin_squared, ratio * ratio);
+                    // Array::map is not inlined where the instructions are.
+                    for l in 0..N {
+                        factors[l] = factors[l] * gain;
+                    }
+                }
                 add_rotated::<S, N>(simd, self.columns, seen.towards, &factors, &mut sums);
             }
             for ((sum, leading), out) in sums.iter().zip(&self.columns.leading).zip(out.iter_mut()) {
@@ -67,6 +75,32 @@ impl<const N: usize, const PLANE: bool> WithSimd for AddLogarithms<'_, N, PLANE>
             }
         }
     }
+}
+
+/// How much deeper the logarithm of a small part of a solid is than that of a sphere alone.
+///
+/// The logarithms of small spheres that share what they hide sum to `-O`, with `O` what they hide together, and
+/// `exp(-O)` is more than `1 - O`. So each counts as a part of the sphere of the solid's radius around it: by what a unit of
+/// `u = sin² θ` has in the mean of its logarithm,
+///
+/// ```text
+///   gain = (F_0(U)/U) / (F_0(u)/u)        U = u ρ²/r²
+/// ```
+///
+/// with `ρ` the radius of the solid; both up to the end of the polynomials.
+#[inline(always)]
+fn gain<S: Simd>(simd: S, fit: &[f32; FIT], end: f32, u: Wide<S>, ratio: f32) -> Wide<S> {
+    let mean_of_unit = |u: Wide<S>| {
+        let x = u.min(constant(simd, end)).times_plus(constant(simd, 2.0 / end), constant(simd, -1.0));
+        let mut p = constant(simd, fit[FIT - 1]);
+        for k in (0..FIT - 1).rev() {
+            p = p.times_plus(x, constant(simd, fit[k]));
+        }
+        p
+    };
+    let (whole, own) = (mean_of_unit(u * constant(simd, ratio)), mean_of_unit(u));
+    // Both are below zero.
+    constant(simd, -1.0) * whole * (own * own).inverse_sqrt()
 }
 
 /// `count F_l(u)`, with `u = sin² θ`, for as many spheres as `count` says.

@@ -4,6 +4,7 @@ use glam::DVec3;
 use lobe_io::{Job, Progress};
 use lobe_scene::{AnimatedScene, Entity, PosedScene};
 
+use crate::spheres::follow_morphs::morphs_of;
 use crate::spheres::skeleton::expect_joint;
 use crate::{ShadowError, Skeleton, Skin, SkinnedMesh, SphereSet, WorldSphere};
 
@@ -20,8 +21,9 @@ struct BoundShape {
 }
 
 impl SphereSet {
-    /// The set bound to an entity, which it was [fitted](crate::fit_spheres) to in the entity's
-    /// [own frame](AnimatedScene::own_scene): in the shape that was bound. Every sphere gets the four strongest joints of the
+    /// The set bound to an entity, which it was [fitted](crate::fit_spheres) to in the entity's own frame: in the shape that
+    /// was bound, with the morph targets where its surface is [largest](AnimatedScene::widest_weights). It follows morph
+    /// targets as the surface next to each sphere does. Every sphere gets the four strongest joints of the
     /// place of the surface nearest to its center, with their weights. Spheres of an entity without a skin move with its node.
     ///
     /// ```
@@ -55,7 +57,8 @@ impl SphereSet {
             }
             None => self,
         };
-        bound.with_skeleton(Skeleton::of(scene, entity))
+        let morphs = morphs_of(scene, entity, &bound, job)?;
+        bound.with_morphs(morphs)?.with_skeleton(Skeleton::of(scene, entity))
     }
 
     /// The set, bound to an entity in another program or by another version of its file, with the joints numbered as those of
@@ -70,6 +73,7 @@ impl SphereSet {
     /// If the entity is of another scene, which has more skins.
     pub fn for_entity(self, scene: &AnimatedScene, entity: &Entity) -> Result<Self, ShadowError> {
         let skeleton = Skeleton::of(scene, entity);
+        self.expect_targets(scene.morph_weights(entity).len(), &skeleton)?;
         let refuse = |message: String| Err(ShadowError::Options(message));
         let of = skeleton.label();
         let Some(skin) = self.skin() else {
@@ -95,6 +99,18 @@ impl SphereSet {
         self.with_skin(skin)?.with_skeleton(skeleton)
     }
 
+    /// Refuses a set that follows another number of morph targets than an entity has.
+    fn expect_targets(&self, expected: usize, skeleton: &Skeleton) -> Result<(), ShadowError> {
+        match self.morphs().map(|morphs| morphs.weights().len()).filter(|found| *found != expected) {
+            None => Ok(()),
+            Some(found) => Err(ShadowError::Options(format!(
+                "expected spheres that follow the {expected} morph targets of {}, found some that follow {found}; fit them \
+                 to this entity",
+                skeleton.label()
+            ))),
+        }
+    }
+
     /// The spheres in the world, in a pose of the scene whose entity the set is [bound to](Self::bind_to).
     ///
     /// # Errors
@@ -111,14 +127,14 @@ impl SphereSet {
             (0..3).for_each(|k| rows[k][3] += origin[k]);
             rows
         });
-        self.posed(&rows.collect::<Vec<_>>())
+        self.posed_at(posed.morph_weights(entity), &rows.collect::<Vec<_>>())
     }
 }
 
 impl BoundShape {
     /// The shape of an entity with a skin, its positions from the origin of spheres.
     fn new(scene: &AnimatedScene, entity: &Entity, origin: [f64; 3]) -> Result<Self, ShadowError> {
-        let (mut shape, own) = (Self::default(), scene.own_scene(entity)?);
+        let (mut shape, own) = (Self::default(), scene.morphed_scene(entity, &scene.widest_weights(entity)?)?);
         let offset = DVec3::from_array(own.origin()) - DVec3::from_array(origin);
         let from_there = |p: &[f32; 3]| (DVec3::from_array(p.map(f64::from)) + offset).as_vec3().to_array();
         for (mesh, own) in entity.meshes().zip(own.meshes()) {

@@ -7,13 +7,14 @@
 //!   c' = Σ_j w_j M_j c        R' = R Σ_j w_j |det M_j|^{1/3}
 //! ```
 //!
-//! where `M_j` takes points of the mesh's own frame, where it was bound, to the world. The scales are blended, not the scale of the
+//! of a sphere that first [followed its morph targets](crate::SphereMorphs), where `M_j` takes points of the mesh's own frame, where it was bound, to the world. The scales are blended, not the scale of the
 //! blended matrix taken: that falls to 0 where joints turn against each other.
 
 use glam::{DMat3, DVec3};
 use lobe_io::parallel;
 
 use crate::ShadowError;
+use crate::spheres::morphs::SphereMorphs;
 use crate::spheres::near_triangle::{nearest_on_triangle, place};
 use crate::spheres::skin::Skin;
 use crate::spheres::sphere_set::SphereSet;
@@ -71,6 +72,15 @@ impl SphereSet {
     /// # Errors
     /// [`ShadowError::Options`] if a joint has no matrix, or a matrix is not finite.
     pub fn posed(&self, matrices: &[[[f64; 4]; 3]]) -> Result<Vec<WorldSphere>, ShadowError> {
+        self.posed_at(self.morphs().map_or(&[][..], SphereMorphs::weights), matrices)
+    }
+
+    /// The same at weights of the morph targets that it follows, if any.
+    pub(crate) fn posed_at(
+        &self,
+        morphed: &[f64],
+        matrices: &[[[f64; 4]; 3]],
+    ) -> Result<Vec<WorldSphere>, ShadowError> {
         if let Some(j) = matrices.iter().position(|m| m.as_flattened().iter().any(|x| !x.is_finite())) {
             return Err(ShadowError::Options(format!(
                 "expected finite matrices, found {:?} at joint {j}",
@@ -83,7 +93,11 @@ impl SphereSet {
                 Some(skin) => (skin.joints()[k], skin.weights()[k]),
                 None => ([0; 4], [1.0, 0.0, 0.0, 0.0]),
             };
-            let (center, mut sphere) = (self.center(k), WorldSphere::default());
+            let (center, factor) = match self.morphs() {
+                Some(morphs) => morphs.at(k, self.center(k), morphed),
+                None => (self.center(k), 1.0),
+            };
+            let (own_radius, mut sphere) = (factor * f64::from(self.radii()[k]), WorldSphere::default());
             for (&joint, &weight) in joints.iter().zip(&weights).filter(|pair| *pair.1 > 0.0) {
                 let Some(matrix) = matrices.get(usize::from(joint)) else {
                     let message =
@@ -95,7 +109,7 @@ impl SphereSet {
                     let moved: f64 = row.iter().zip(center).map(|(m, c)| m * c).sum();
                     *x += weight * (moved + row[3]);
                 }
-                sphere.radius += weight * scales[usize::from(joint)] * f64::from(self.radii()[k]);
+                sphere.radius += weight * scales[usize::from(joint)] * own_radius;
             }
             Ok(sphere)
         };

@@ -1,6 +1,7 @@
 //! Sets of spheres that stand for a solid.
 
 use crate::ShadowError;
+use crate::spheres::morphs::SphereMorphs;
 use crate::spheres::skeleton::Skeleton;
 use crate::spheres::skin::Skin;
 
@@ -28,6 +29,7 @@ pub struct SphereSet {
     origin: [f64; 3],
     skin: Option<Skin>,
     skeleton: Option<Skeleton>,
+    morphs: Option<SphereMorphs>,
 }
 
 impl SphereSet {
@@ -37,7 +39,7 @@ impl SphereSet {
     /// [`ShadowError::Options`] if there are not as many of both, or more than 65536, or one is not finite, or a radius is negative.
     pub fn new(centers: Vec<[f32; 3]>, radii: Vec<f32>) -> Result<Self, ShadowError> {
         check(&centers, &radii).map_err(ShadowError::Options)?;
-        Ok(Self { centers, radii, origin: [0.0; 3], skin: None, skeleton: None })
+        Ok(Self { centers, radii, origin: [0.0; 3], skin: None, skeleton: None, morphs: None })
     }
 
     /// The number of spheres.
@@ -102,6 +104,27 @@ impl SphereSet {
         self.skeleton.as_ref()
     }
 
+    /// How it follows morph targets, if it does.
+    #[must_use]
+    pub fn morphs(&self) -> Option<&SphereMorphs> {
+        self.morphs.as_ref()
+    }
+
+    /// The set following morph targets so.
+    ///
+    /// # Errors
+    /// [`ShadowError::Options`] if they are not of as many spheres.
+    pub fn with_morphs(self, morphs: Option<SphereMorphs>) -> Result<Self, ShadowError> {
+        let expected = self.len() * morphs.as_ref().map_or(0, |morphs| morphs.weights().len());
+        let found = morphs.as_ref().map_or(0, |morphs| morphs.changes().len());
+        if found != expected {
+            return Err(ShadowError::Options(format!(
+                "expected {expected} changes of spheres by morph targets, found {found}"
+            )));
+        }
+        Ok(Self { morphs, ..self })
+    }
+
     /// The set with other joints, of no entity that it would know.
     ///
     /// # Errors
@@ -113,6 +136,23 @@ impl SphereSet {
         }
         (self.skin, self.skeleton) = (Some(skin), None);
         Ok(self)
+    }
+
+    /// The set as it stands at weights of the morph targets that it follows, which it then follows no longer.
+    #[must_use]
+    pub fn morphed_to(mut self, weights: &[f64]) -> Self {
+        let Some(morphs) = self.morphs.take() else { return self };
+        for (k, (center, radius)) in self.centers.iter_mut().zip(&mut self.radii).enumerate() {
+            let (there, factor) = morphs.at(k, center.map(f64::from), weights);
+            (*center, *radius) = (there.map(|c| c as f32), (factor * f64::from(*radius)) as f32);
+        }
+        self
+    }
+
+    /// The same spheres about their own centers, their radii multiplied by a factor from 0 to 1.
+    pub(crate) fn scaled(mut self, factor: f64) -> Self {
+        self.radii.iter_mut().for_each(|radius| *radius = (factor * f64::from(*radius)) as f32);
+        self
     }
 
     /// The set as one of an entity whose joints it moves with.

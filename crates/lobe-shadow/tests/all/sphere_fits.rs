@@ -327,3 +327,35 @@ fn json_has_the_spheres_and_the_report() {
     assert_eq!(json["history"].as_array().unwrap().len(), report.history.len(), "{json}");
     assert_eq!(json["solid_volume"].as_f64().unwrap(), report.solid_volume, "{json}");
 }
+
+/// Of a silhouette: its area is then known to a hundredth.
+const LINES: usize = 40_000;
+
+#[test]
+fn spheres_with_the_silhouette_of_a_solid_are_as_large_as_it_from_all_sides() {
+    // The mean silhouette of a convex body is a quarter of its surface (Cauchy): of a cube of side 1 it is 1.5.
+    let (cube, mut random) = (scene(&cube(0.5)), Random::new(5));
+    for count in [1, 8, 27] {
+        let (covering, _) = fit_spheres(&cube, &options(count), Job::default()).unwrap();
+        let set = covering.clone().with_silhouette_of(&cube);
+        let factor = set.radii()[0] / covering.radii()[0];
+        assert!(factor < 1.0, "{count} spheres reach out of it: {factor}");
+        let is_even = set.radii().iter().zip(covering.radii()).all(|(a, b)| (a / b - factor).abs() < 1e-5);
+        assert!(is_even && set.centers() == covering.centers(), "one factor for all");
+        let mut hits = 0;
+        for _ in 0..LINES {
+            let (along, distance) = (random.direction(), random.unit().sqrt());
+            // A place in a disc of radius 1 across the line.
+            let across = lobe_sh::vector::normalized(lobe_sh::vector::cross(along, random.direction()));
+            let place = across.map(|c| distance * c);
+            let touches = |k: usize| {
+                let to = [0, 1, 2].map(|axis| set.center(k)[axis] - place[axis]);
+                let along_it: f64 = (0..3).map(|axis| to[axis] * along[axis]).sum();
+                to.iter().map(|c| c * c).sum::<f64>() - along_it * along_it < f64::from(set.radii()[k]).powi(2)
+            };
+            hits += usize::from((0..set.len()).any(touches));
+        }
+        let area = std::f64::consts::PI * hits as f64 / LINES as f64;
+        assert!((area / 1.5 - 1.0).abs() < 0.02, "{count} spheres: {area}");
+    }
+}
