@@ -49,7 +49,7 @@ pub(crate) struct Bake {
     #[arg(long, value_name = "N", default_value = "4", value_parser = order)]
     pub(super) order: usize,
     /// Paths from each vertex, 1 to 16777216; powers of two are distributed best [default: 1024, or up to 4096 where
-    /// their noise is above 7 %]
+    /// their noise is above 2 %]
     #[arg(long, value_name = "N", value_parser = samples)]
     pub(super) samples: Option<u32>,
     /// With --mode interreflected and glossy: reflections at most, 0 to 255 [default: 3]

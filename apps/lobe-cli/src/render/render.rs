@@ -93,7 +93,7 @@ pub(crate) struct Render {
     #[command(flatten)]
     environment: EnvironmentInput,
     /// Paths from each vertex where the scene is not baked yet, 1 to 1048576 [default: 1024, or up to 4096 where
-    /// their noise is above 7 %]
+    /// their noise is above 2 %]
     #[arg(long, value_name = "N", value_parser = samples)]
     bake_samples: Option<usize>,
     #[command(flatten)]

@@ -36,7 +36,10 @@ fn files_outside_of_the_folder_are_in_a_bake_only_if_the_scene_is_trusted() {
         let buffers = json["buffers"].as_array_mut().unwrap();
         buffers.push(json!({"uri": "../secret.txt", "byteLength": 8}));
         let buffer = buffers.len() - 1;
-        json["bufferViews"].as_array_mut().unwrap().push(json!({"buffer": buffer, "byteLength": 8}));
+        let views = json["bufferViews"].as_array_mut().unwrap();
+        views.push(json!({"buffer": buffer, "byteLength": 8}));
+        let view = views.len() - 1;
+        json["extras"] = json!({"bufferView": view});
     });
     let line = viewed.lobe(BAKE).arg("--quiet").error();
     let expected = "in/a.gltf: names the file `../secret.txt`, which is outside of its folder: move it there, or trust the \

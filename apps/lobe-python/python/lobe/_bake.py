@@ -77,7 +77,7 @@ class BakeOptions:
     order: int = 4
     """Number of bands, 1 to 8."""
     samples: int | None = None
-    """Paths from each vertex, best a power of two; None: 1024, or up to 4096 where their noise is above 7 %."""
+    """Paths from each vertex, best a power of two; None: 1024, or up to 4096 where their noise is above 2 %."""
     bounces: int = 3
     """Reflections at most."""
     energy_stop: float = 1e-3

@@ -26,7 +26,7 @@ class MovingOptions:
     order: int | None = None
     """Number of bands, 1 to 8; None: as many as what is baked already has, else 4."""
     samples: int | None = None
-    """Paths from each vertex where a part is not baked yet; None: 1024, or up to 4096 where their noise is above 7 %."""
+    """Paths from each vertex where a part is not baked yet; None: 1024, or up to 4096 where their noise is above 2 %."""
     bounces: int | None = None
     """Reflections within each part; None: 3, or those of the file."""
     exponential: str = "grid"

@@ -52,7 +52,7 @@ def render(
     "shadowed" or "interreflected" transfer, baked on the way where the scene is not; "glossy" with a `lobe` of reflection, "phong:E" or "ggx:ALPHA"
     [default: ggx:0.3], by the matrices in `transfer` or baked on the way; "fields" or "shexp", a scene that moves at a `time` in seconds
     [default: 0], of which `MovingScene` has the options. What is baked has an `order` of 1 to 8 [default: 4], `bake_samples` paths from each vertex
-    [default: 1024, or up to 4096 where their noise is above 7 %] and `bounces` [default: 3]; of what was baked before they are expected to be these.
+    [default: 1024, or up to 4096 where their noise is above 2 %] and `bounces` [default: 3]; of what was baked before they are expected to be these.
 
     Behind the scene is a `background`: "env", the map, or the expansion itself; "light", the bands that light the scene; "none", with which the picture
     has shape (height, width, 4), premultiplied by its alpha; or a color, three numbers of linear radiance or "#rrggbb" of sRGB. `rays` squared rays are

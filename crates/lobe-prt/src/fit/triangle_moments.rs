@@ -27,8 +27,8 @@ pub(crate) const VARIANCE: usize = 6;
 /// ```
 ///
 /// T are the vectors or matrices of a white point. Points that nobody sees have a weight of 1e-4 of this. p is the mean
-/// throughput of the N paths of the triangle: σ² is the variance of their mean, as a part of its square, if each brings
-/// all or nothing and none knows of the others.
+/// throughput of the N paths of the others: σ² is the variance of that, as a part of its square, if each path brings all
+/// or nothing and none knows of the others.
 #[derive(Debug)]
 pub(crate) struct TriangleMoments<'a, P> {
     pub(crate) paths: P,
@@ -93,6 +93,7 @@ impl<P: PointTransfer> Estimator for TriangleMoments<'_, P> {
         let face = self.points.face(triangle);
         let [places, directions] = face.sequences(seed, self.paths.bounces());
         let mut tally = Tally::default();
+        let mut seen = 0;
         for index in 0..count {
             // Bake the point as if it were white.
             let point = face.point(index, &places);
@@ -101,12 +102,13 @@ impl<P: PointTransfer> Estimator for TriangleMoments<'_, P> {
             let is_dark = of_point.energy.iter().all(|&energy| energy == 0.0);
             let is_buried = is_dark && self.paths.is_buried(&start, self.gap);
             tally += &of_point;
+            seen += u32::from(!is_buried);
             // Add its moments.
             let weight = area / f64::from(count) * if is_buried { BURIED } else { 1.0 };
             add_moments(sums, weight, point.weights, transfer);
         }
         row.iter_mut().zip(&*sums).for_each(|(number, sum)| *number = *sum as f32);
-        row[VARIANCE] = variance(&tally, count, self.paths.count()) as f32;
+        row[VARIANCE] = variance(&tally, seen, self.paths.count()) as f32;
         // Energy is the mean over the triangle, weighted by its area among all.
         let weight = self.weight(triangle) / f64::from(count.max(1));
         tally.energy.iter_mut().for_each(|energy| *energy *= weight);

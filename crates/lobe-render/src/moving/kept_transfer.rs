@@ -1,7 +1,7 @@
 //! The transfer that a baked file holds of some vertices of a part, to be completed.
 
 use lobe_io::Job;
-use lobe_prt::{AlbedoMode, BakeOptions, Receivers, Transfer, bake};
+use lobe_prt::{AlbedoMode, BakeOptions, FittedVertices, Transfer};
 use lobe_scene::{Bvh, Scene};
 
 use crate::RenderError;
@@ -25,14 +25,12 @@ impl KeptTransfer {
         self.options.albedo == AlbedoMode::None
     }
 
-    /// The same with the others baked by the part alone, as the file was, but at the vertices themselves: a fit would take
-    /// paths of the whole part.
+    /// The same with the others fitted by the part alone, as the file was.
     pub(crate) fn completed(&self, scene: &Scene, job: Job<'_>) -> Result<Transfer, RenderError> {
         let others: Vec<usize> = (0..self.keeps.len()).filter(|vertex| !self.keeps[*vertex]).collect();
-        let receivers = Receivers::at_vertices(scene)?.subset(&others)?;
         let mut options = self.options.clone();
         options.channels = Some(self.transfer.channels());
-        let (found, _) = bake(scene, &Bvh::new(scene), &receivers, &options, job)?;
+        let (found, _) = FittedVertices::some(scene, &others)?.bake(&Bvh::new(scene), &options, job)?;
         let mut rows = self.transfer.coefficients().to_vec();
         let width = row_width(&self.transfer);
         for (vertex, row) in others.iter().zip(found.coefficients().chunks_exact(width)) {
