@@ -370,6 +370,7 @@ fn report_of<'py>(py: Python<'py>, report: &BakeReport) -> PyResult<Bound<'py, P
     all.set_item("receivers", report.receivers)?;
     all.set_item("rays", report.rays)?;
     all.set_item("seconds", report.seconds)?;
+    all.set_item("samples", report.samples)?;
     all.set_item("bounces", report.bounces)?;
     all.set_item("stderr_dc", report.stderr_dc)?;
     Ok(all)

@@ -303,8 +303,8 @@ fn background_of(text: &str) -> PyResult<Background> {
     text.parse().map_err(|error| value_error(format!("background: {error}")))
 }
 
-/// The picture and the variance of its means, `(height, width, 3)` each, the degrees of freedom of the latter, and the part of each
-/// pixel that shows a surface; none of a shard. Before nothing the picture has four channels.
+/// The picture and the variance of its means, `(height, width, 3)` each, the degrees of freedom of the latter, and the
+/// part of each pixel that shows a surface; none of a shard. Before nothing the picture has four channels.
 pub(crate) type Traced<'py> = Option<(Pixels<'py>, Pixels<'py>, usize, Pixels<'py>)>;
 
 /// A scene path traced under a lat-long map or an expansion, before a background.
@@ -412,11 +412,12 @@ pub(crate) fn z_test(a: MeasuredPicture<'_>, b: MeasuredPicture<'_>, level: f64)
     Ok((test.mean_z, test.p_bias, test.spread, test.p_spread, test.passes(level)))
 }
 
-/// How many pixels count, the error relative to the reference, how uncertain that is, the ratio of the means, the PSNR, the noise of the
-/// reference and the part of dark pixels.
+/// How many pixels count, the error relative to the reference, how uncertain that is, the ratio of the means, the PSNR,
+/// the noise of the reference and the part of dark pixels.
 type Halved = (usize, f64, f64, f64, f64, f64, f64);
 
-/// How far a picture `(height, width, 3)` is from a reference of which there are two independent halves, where `counts` says so.
+/// How far a picture `(height, width, 3)` is from a reference of which there are two independent halves, where `counts`
+/// says so.
 #[pyfunction]
 pub(crate) fn compare_halves(
     image: PyReadonlyArrayDyn<'_, f32>,

@@ -10,7 +10,8 @@ use crate::glb_faults::chunks;
 const PADDING: u64 = 7;
 
 /// What a .glb file holds that nothing in it names, a line each: accessors, buffer views, and bytes of the buffer that
-/// lie in no buffer view. Members that name them have the names of glTF, wherever they stand: extensions and extras count.
+/// lie in no buffer view. Members that name them have the names of glTF, wherever they stand: extensions and extras
+/// count.
 #[must_use]
 pub fn glb_unused(bytes: &[u8]) -> Vec<String> {
     let (json, buffer) = match chunks(bytes) {

@@ -160,7 +160,7 @@ fn line_of(row: &Row, before: Option<&Found>, now: &Found) -> String {
 }
 
 fn table_of(lines: &[String], has_before: bool) -> String {
-    const COLUMNS: [&str; 5] = ["vertices", "error", "mean", "PSNR, dB", "s"];
+    const COLUMNS: [&str; 5] = ["vertices", "error", "mean", "PSNR, dB", "CPU s"];
     let (mut head, mut rule) = ("| scene |".to_owned(), "|---|".to_owned());
     for time in if has_before { &["before: ", ""][..] } else { &[""][..] } {
         for (k, column) in COLUMNS.iter().enumerate() {

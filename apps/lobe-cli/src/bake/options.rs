@@ -92,9 +92,9 @@ pub(crate) struct Bake {
     /// Start anew, even if there is a checkpoint of a bake that was stopped
     #[arg(long)]
     pub(super) fresh: bool,
-    /// Print {"vertices", "triangles", "rays", "seconds", "stderr_dc", "points", "bounces", "energy_per_bounce", "energy_left"} on stdout,
-    /// of compressed transfer also "compression": {"clusters", "components", "bytes", "ratio", "relative_error"}; with --shard {"shard",
-    /// "points", "points_in_all", "seconds"}
+    /// Print {"vertices", "triangles", "rays", "seconds", "stderr_dc", "points", "samples", "bounces",
+    /// "energy_per_bounce", "energy_left"} on stdout, of compressed transfer also "compression": {"clusters",
+    /// "components", "bytes", "ratio", "relative_error"}; with --shard {"shard", "points", "points_in_all", "seconds"}
     #[arg(long)]
     pub(super) json: bool,
     #[command(flatten)]

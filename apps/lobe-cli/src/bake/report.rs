@@ -19,6 +19,7 @@ struct Printed<'a> {
     seconds: f64,
     stderr_dc: f64,
     points: usize,
+    samples: u32,
     bounces: usize,
     energy_per_bounce: &'a [f64],
     energy_left: f64,
@@ -54,6 +55,7 @@ impl Done<'_> {
             rays: report.rays,
             seconds: report.seconds,
             stderr_dc: report.stderr_dc,
+            samples: report.samples,
             bounces: report.bounces,
             energy_per_bounce: &report.energy_per_bounce,
             energy_left: report.energy_left,
@@ -69,11 +71,12 @@ impl Done<'_> {
     fn text(&self) -> String {
         let report = self.report;
         let mut text = format!(
-            "vertices: {}, triangles: {}; rays: {} in {:.1} s; standard error of the constant coefficient {:.2} %",
+            "vertices: {}, triangles: {}; rays: {} in {:.1} s; paths from each: {}; standard error of the constant coefficient {:.2} %",
             self.scene.vertex_count(),
             self.scene.triangle_count(),
             report.rays,
             report.seconds,
+            report.samples,
             100.0 * report.stderr_dc
         );
         if self.options.mode.reflects() {

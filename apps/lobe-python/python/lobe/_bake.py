@@ -44,7 +44,7 @@ class AdaptiveReport(TypedDict):
     vertices: int
     rays: int
     error: float
-    """The estimate of the error at the end, as a part of the mean."""
+    """The estimate of the error at the end, as a part of what is there."""
     error_bound: float
     """One standard deviation more, which splitting compares with its goal."""
     too_short: float
@@ -55,6 +55,8 @@ class _BakeReport(TypedDict):
     receivers: int
     rays: int
     seconds: float
+    samples: int
+    """Paths from each point."""
     bounces: int
     stderr_dc: float
 
@@ -102,7 +104,7 @@ class BakeOptions:
     """Whether triangles are split first where transfer between vertices is off; None: of a .glb and of shards, unless max_edge is given, and if
     one of the next three is given."""
     adaptive: float | None = None
-    """Splitting ends where transfer is off by less than this part of the mean; None: 0.01."""
+    """Splitting ends where transfer is off by less than this part of itself; None: 0.01."""
     min_edge: float | None = None
     """Edges that are shorter are not split; None: 1/1024 of the scene's diagonal."""
     max_vertices: int | None = None

@@ -28,8 +28,8 @@ pub(crate) struct Arguments {
     /// The environment: a picture, bundled:sunset, bundled:studio, made:evening, made:noon or made:even
     #[arg(long, value_name = "ENV", default_value = "made:evening")]
     pub(crate) env: PathBuf,
-    /// What is behind the scene, as of `lobe render`: the environment; light, the bands that light the scene; none, with which pictures
-    /// have an alpha; or a color, #rrggbb of sRGB or r,g,b of linear radiance
+    /// What is behind the scene, as of `lobe render`: the environment; light, the bands that light the scene; none,
+    /// with which pictures have an alpha; or a color, #rrggbb of sRGB or r,g,b of linear radiance
     #[arg(long, value_name = "env|light|none|COLOR", default_value_t = Background::Env, requires = "headless")]
     pub(crate) background: Background,
     /// The light paths that are shown; of a scene that moves, how its parts hide the sky

@@ -117,9 +117,9 @@ impl BakeOptions {
     /// The most paths from a receiver if nothing else is said.
     pub const SAMPLES_OF_NOISE: u32 = 4 * Self::SAMPLES;
 
-    /// The noise above which there are more paths: the standard error of the constant coefficient of a receiver, relative
-    /// to its own, as a root mean square over surfaces. What stands in the open has less. In a house of 3.4 % a picture of
-    /// a room is off by 3.9 %, and with four times the paths by 3.0 %.
+    /// The noise above which there are more paths: the standard error of the constant coefficient of a receiver,
+    /// relative to its own, as a root mean square over surfaces. What stands in the open has less. In a house of 3.4 %
+    /// a picture of a room is off by 3.9 %, and with four times the paths by 3.0 %.
     pub const NOISE: f64 = 0.02;
 
     /// The most paths from a receiver.

@@ -22,8 +22,8 @@ const RECEIVERS_FOR_ONE: usize = 128;
 /// is killed.
 const MOST_PATHS: usize = 1 << 22;
 
-/// The part of the mean square of all that is added to that of a place before its error is compared with it: what sends a
-/// tenth of the mean counts half, and what is black nothing.
+/// The part of the mean square of all that is added to that of a place before its error is compared with it: what sends
+/// a tenth of the mean counts half, and what is black nothing.
 pub(crate) const DARKEST: f64 = 0.01;
 
 /// What a pilot has found: it bakes a few receivers to know beforehand how many bounces matter, and how far results vary.
@@ -133,9 +133,9 @@ fn relative_standard_error(spreads: &[Spread]) -> f64 {
     if mean > 0.0 { (sum(|spread| spread.variance) / spreads.len() as f64).sqrt() / mean } else { 0.0 }
 }
 
-/// The root mean square over surfaces of the standard deviation relative to the receiver's own mean: a dim room is looked
-/// at by an eye that is used to it. What sends a tenth of the mean of all counts half, see [`DARKEST`]; 0 if these
-/// receivers see no light. Means and deviations are those of receivers times their weights.
+/// The root mean square over surfaces of the standard deviation relative to the receiver's own mean: a dim room is
+/// looked at by an eye that is used to it. What sends a tenth of the mean of all counts half, see [`DARKEST`]; 0 if
+/// these receivers see no light. Means and deviations are those of receivers times their weights.
 fn noise_by_place(spreads: &[Spread], weights: &[f64]) -> f64 {
     let all: f64 = weights.iter().sum();
     let own = || spreads.iter().zip(weights).filter(|(_, weight)| **weight > 0.0);

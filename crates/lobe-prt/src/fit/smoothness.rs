@@ -14,9 +14,9 @@ use crate::receivers::inset::wide;
 /// ```
 ///
 /// v are the values at the ends a and b of the edge and at the corners k and l opposite to it, cot aₖ is the cotangent
-/// of the angle at a in the triangle of k, A the areas and λ the weights of the triangles. k·v is 0 for linear functions: it is the change of slope
-/// across the edge [Bergou, Wardetzky, Harmon, Zorin and Grinspun 2006], made free of units so that thin triangles
-/// count no more than others.
+/// of the angle at a in the triangle of k, A the areas and λ the weights of the triangles. k·v is 0 for linear
+/// functions: it is the change of slope across the edge [Bergou, Wardetzky, Harmon, Zorin and Grinspun 2006], made free
+/// of units so that thin triangles count no more than others.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Hinge {
     pub(crate) unknowns: [u32; 4],

@@ -27,8 +27,8 @@ pub(crate) const VARIANCE: usize = 6;
 /// ```
 ///
 /// T are the vectors or matrices of a white point. Points that nobody sees have a weight of 1e-4 of this. p is the mean
-/// throughput of the N paths of the others: σ² is the variance of that, as a part of its square, if each path brings all
-/// or nothing and none knows of the others.
+/// throughput of the N paths of the others: σ² is the variance of that, as a part of its square, if each path brings
+/// all or nothing and none knows of the others.
 #[derive(Debug)]
 pub(crate) struct TriangleMoments<'a, P> {
     pub(crate) paths: P,

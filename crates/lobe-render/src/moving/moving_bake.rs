@@ -84,7 +84,8 @@ impl MovingBakeOptions {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum PartBakeKind {
-    /// Transfer of the vertices from the part alone, [fitted](lobe_prt::bake_vertices) to points all over its triangles.
+    /// Transfer of the vertices from the part alone, [fitted](lobe_prt::bake_vertices) to points all over its
+    /// triangles.
     Transfer,
     /// An occlusion field.
     Field,

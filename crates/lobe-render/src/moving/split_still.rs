@@ -14,8 +14,8 @@ const TIMES: usize = 33;
 /// are the softer the farther what throws them is.
 const FINEST: f64 = 1.0 / 16.0;
 
-/// The part of the vertices that are allowed which go to shadows of what moves; the others go where the own transfer of a
-/// part asks for them.
+/// The part of the vertices that are allowed which go to shadows of what moves; the others go where the own transfer of
+/// a part asks for them.
 const FOR_SHADOWS: f64 = 0.5;
 
 /// Options of [`MovingScene::split_still`].

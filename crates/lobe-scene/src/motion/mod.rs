@@ -4,7 +4,8 @@
 //! and `animation`, which moves them by `sampler`s, and `similar_nodes`, those that keep their shape; then `shape` and `skin`,
 //! the vertices and what carries them. `read` makes all this of glTF files: `read_animations` with `read_samplers`,
 //! `read_skins`, `read_shapes`, which get their numbers from `numbers`. `split_poses` splits edges
-//! in all poses, and `morphs` has the shapes of an entity at any weights of its morph targets. Uses `files`, `bvh` and `scene`.
+//! in all poses, and `morphs` has the shapes of an entity at any weights of its morph targets. Uses `files`, `bvh` and
+//! `scene`.
 
 pub(crate) mod animated_scene;
 pub(crate) mod animation;

@@ -19,8 +19,8 @@ impl AnimatedScene {
         &self.rig.rest.weights[entity.node]
     }
 
-    /// An entity by itself as [`Self::own_scene`] has it, but with these weights of its morph targets; targets without one
-    /// count nothing.
+    /// An entity by itself as [`Self::own_scene`] has it, but with these weights of its morph targets; targets without
+    /// one count nothing.
     ///
     /// # Errors
     /// [`SceneError::Invalid`] if a coordinate is out of range.

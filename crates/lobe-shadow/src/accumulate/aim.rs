@@ -57,8 +57,9 @@ pub(crate) struct Aim<S: Simd> {
 /// undefined.
 const SUNK: f32 = 0.25;
 
-/// The part of its radius by which a sphere reaches out of the surface that it stands for and hides nothing yet: as far as
-/// fitted spheres mostly do. Without this the sides of growing columns are 4 to 8 % darker than they are by many spheres.
+/// The part of its radius by which a sphere reaches out of the surface that it stands for and hides nothing yet: as far
+/// as fitted spheres mostly do. Without this the sides of growing columns are 4 to 8 % darker than they are by many
+/// spheres.
 const RIM: f32 = 0.125;
 
 /// Spheres sink from a third of the radius above the plane, where 4/3 of it are above, to the rim.
@@ -88,8 +89,9 @@ const NO_DISTANCE: f32 = 1e-30;
 ///   sin θ = r' / max(|c'|, r)
 /// ```
 ///
-/// A receiver an eighth of the radius below the surface, which looks outward, loses nothing of its light from straight above
-/// instead of all of it; one at the center 72 %. The result is continuous in place and normal, in and out of the sphere (test
+/// A receiver an eighth of the radius below the surface, which looks outward, loses nothing of its light from straight
+/// above instead of all of it; one at the center 72 %. The result is continuous in place and normal, in and out of the
+/// sphere (test
 /// `what_hides_is_continuous_through_the_surface_and_the_center`). The paper's own wording of such rules was not at hand.
 ///
 /// Without a plane, `PLANE` being false, only the second rule holds, and a sphere around the receiver's own place hides

@@ -148,8 +148,8 @@ impl<'a> SphereShadows<'a> {
     }
 
     /// The spheres that hide anything, each with the part of its disc that counts for a receiver that sees it in direction s: the
-    /// factors of 1, x, y, z, xy, yz, z², xz, x² - y² in that part, which is cut off at 0 and 1; and last the square of the radius
-    /// of the solid whose part it is, over that of its own. For shaders.
+    /// factors of 1, x, y, z, xy, yz, z², xz, x² - y² in that part, which is cut off at 0 and 1; and last the square of
+    /// the radius of the solid whose part it is, over that of its own. For shaders.
     pub fn shares(&self) -> impl Iterator<Item = (Occluder, [f32; 10])> {
         self.leaves.iter().map(|leaf| {
             let mut numbers = [1.0, 0., 0., 0., 0., 0., 0., 0., 0., (leaf.solid / leaf.radius).powi(2)];

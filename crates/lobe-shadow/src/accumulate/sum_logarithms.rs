@@ -80,7 +80,8 @@ impl<const N: usize, const PLANE: bool> WithSimd for AddLogarithms<'_, N, PLANE>
 /// How much deeper the logarithm of a small part of a solid is than that of a sphere alone.
 ///
 /// The logarithms of small spheres that share what they hide sum to `-O`, with `O` what they hide together, and
-/// `exp(-O)` is more than `1 - O`. So each counts as a part of the sphere of the solid's radius around it: by what a unit of
+/// `exp(-O)` is more than `1 - O`. So each counts as a part of the sphere of the solid's radius around it: by what a
+/// unit of
 /// `u = sin² θ` has in the mean of its logarithm,
 ///
 /// ```text

@@ -21,10 +21,11 @@ struct BoundShape {
 }
 
 impl SphereSet {
-    /// The set bound to an entity, which it was [fitted](crate::fit_spheres) to in the entity's own frame: in the shape that
-    /// was bound, with the morph targets where its surface is [largest](AnimatedScene::widest_weights). It follows morph
-    /// targets as the surface next to each sphere does. Every sphere gets the four strongest joints of the
-    /// place of the surface nearest to its center, with their weights. Spheres of an entity without a skin move with its node.
+    /// The set bound to an entity, which it was [fitted](crate::fit_spheres) to in the entity's own frame: in the shape
+    /// that was bound, with the morph targets where its surface is [largest](AnimatedScene::widest_weights). It follows
+    /// morph targets as the surface next to each sphere does. Every sphere gets the four strongest joints of the place
+    /// of the surface nearest to its center, with their weights. Spheres of an entity without a skin move with its
+    /// node.
     ///
     /// ```
     /// use lobe_io::Job;

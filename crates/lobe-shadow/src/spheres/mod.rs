@@ -5,7 +5,8 @@
 //! cover. `ball` fits one sphere; `variational` many, in rounds that end with `teleport`; `medial_axis` is the other
 //! way. `fit_spheres` has options, reports and the job. The result is a `sphere_set`, which may move with a `skin`;
 //! `pose` binds and moves it, by `near_triangle`. `follow_entity` does so for an entity of an animated scene, whose joints its
-//! `skeleton` names, with its `morphs`, which `follow_morphs` finds. `sphere_file` and `sphere_json` are its files, `union_volume` what it fills, and `silhouette` makes it no larger than its shape. Uses no other room.
+//! `skeleton` names, with its `morphs`, which `follow_morphs` finds. `sphere_file` and `sphere_json` are its files,
+//! `union_volume` what it fills, and `silhouette` makes it no larger than its shape. Uses no other room.
 
 pub(crate) mod ball;
 pub(crate) mod cover_samples;

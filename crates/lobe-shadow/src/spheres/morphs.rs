@@ -1,7 +1,7 @@
 //! Morph targets and what they do to spheres.
 //!
-//! A sphere follows the surface next to it. With places `p` of the surface nearest to points `c + R s` of the sphere, in
-//! directions `s` over all of it, and `Δp_k` what target `k` adds there,
+//! A sphere follows the surface next to it. With places `p` of the surface nearest to points `c + R s` of the sphere,
+//! in directions `s` over all of it, and `Δp_k` what target `k` adds there,
 //!
 //! ```text
 //!   c' = c + Σ_k v_k D_k          R' = R |det(1 + Σ_k v_k A_k)|^{1/3}         v = w - w_0
@@ -28,8 +28,8 @@ pub struct SphereMorphs {
 }
 
 impl SphereMorphs {
-    /// The weights of the shape that spheres were fitted to, and for each sphere and each of its targets twelve numbers:
-    /// where its center goes, and the rows of a matrix.
+    /// The weights of the shape that spheres were fitted to, and for each sphere and each of its targets twelve
+    /// numbers: where its center goes, and the rows of a matrix.
     ///
     /// # Errors
     /// [`ShadowError::Options`] without targets, or if a number is not finite.
@@ -56,7 +56,8 @@ impl SphereMorphs {
         &self.changes
     }
 
-    /// The center of a sphere and the factor of its radius at weights; targets without a weight stay as they were fitted.
+    /// The center of a sphere and the factor of its radius at weights; targets without a weight stay as they were
+    /// fitted.
     pub(crate) fn at(&self, sphere: usize, center: [f64; 3], weights: &[f64]) -> ([f64; 3], f64) {
         let count = self.weights.len();
         let (mut moved, mut map) = (DVec3::from_array(center), DMat3::IDENTITY);

@@ -7,8 +7,9 @@
 //!   c' = Σ_j w_j M_j c        R' = R Σ_j w_j |det M_j|^{1/3}
 //! ```
 //!
-//! of a sphere that first [followed its morph targets](crate::SphereMorphs), where `M_j` takes points of the mesh's own frame, where it was bound, to the world. The scales are blended, not the scale of the
-//! blended matrix taken: that falls to 0 where joints turn against each other.
+//! of a sphere that first [followed its morph targets](crate::SphereMorphs), where `M_j` takes points of the mesh's own
+//! frame, where it was bound, to the world. The scales are blended, not the scale of the blended matrix taken: that
+//! falls to 0 where joints turn against each other.
 
 use glam::{DMat3, DVec3};
 use lobe_io::parallel;

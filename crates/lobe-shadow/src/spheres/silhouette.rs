@@ -18,9 +18,9 @@ const STEPS: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_2];
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 impl SphereSet {
-    /// The same spheres, all smaller by one factor, so that together they hide as much of the sky as a shape does, in the
-    /// mean over all sides. Spheres that [cover](crate::fit_spheres) a shape reach out of it, and hide more: 16 of the
-    /// bunny make the ground within three pixels of it 4 % darker than it is.
+    /// The same spheres, all smaller by one factor, so that together they hide as much of the sky as a shape does, in
+    /// the mean over all sides. Spheres that [cover](crate::fit_spheres) a shape reach out of it, and hide more: 16 of
+    /// the bunny make the ground within three pixels of it 4 % darker than it is.
     ///
     /// Of lines spread evenly over places and directions, as many hit a sphere as hit the shape. That is exact for the
     /// mean area of silhouettes (Cauchy), to the part that 16384 lines resolve. Spheres are never made larger.

@@ -29,12 +29,15 @@ struct Header {
 }
 
 /// Writes a set: tensors `centers` of `[n, 3]` and `radii` of `[n]` floats, and of a set with a [`Skin`] also
-/// `joints`, 16-bit numbers, and `weights`, floats, both of `[n, 4]`. Of one that follows `t` morph targets `morphs`, floats of
+/// `joints`, 16-bit numbers, and `weights`, floats, both of `[n, 4]`. Of one that follows `t` morph targets `morphs`,
+/// floats of
 /// `[n, t, 12]`.
 ///
 /// The metadata's entry `lobe` is JSON: format `lobe-spheres`, or `lobe-morphed-spheres` if they follow morph targets,
-/// version 1, `origin`, the point of the mesh's own frame from which the centers count, and of a set that is bound to an entity its [`Skeleton`]: `skeleton`, an object of `entity`, `node` and
-/// `joints`; `morph_weights` are those of the shape that spheres that follow morph targets were fitted to. Until all is written, nothing has the file's name.
+/// version 1, `origin`, the point of the mesh's own frame from which the centers count, and of a set that is bound to
+/// an entity its [`Skeleton`]: `skeleton`, an object of `entity`, `node` and
+/// `joints`; `morph_weights` are those of the shape that spheres that follow morph targets were fitted to. Until all is
+/// written, nothing has the file's name.
 ///
 /// # Errors
 /// [`ShadowError::Io`] if the system refuses.
