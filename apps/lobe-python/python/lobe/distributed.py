@@ -351,6 +351,7 @@ def _numbers(kind: Callable[[str], float]) -> Callable[[str], tuple[float, ...]]
 
 
 OPTIONAL: dict[str, Callable[[str], Any]] = {
+    "samples": int,
     "albedo": str,
     "max_edge": float,
     "split": lambda text: bool(("false", "true").index(text)),

@@ -115,7 +115,7 @@ impl SceneExport {
     /// size, the samples and the number of frames are those of the plan; `path` ends on `.png`, `.exr` or `.hdr`.
     ///
     /// # Errors
-    /// As [`write_turntable`].
+    /// As [`lobe_gpu::write_turntable`].
     pub fn write(
         &self,
         context: &Context,

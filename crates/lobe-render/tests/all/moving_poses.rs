@@ -2,7 +2,7 @@
 
 use lobe_env::{bundled, project_env};
 use lobe_io::Job;
-use lobe_prt::{BakeMode, BakeOptions, Receivers, bake};
+use lobe_prt::{BakeMode, BakeOptions, bake_vertices};
 use lobe_render::{Motion, MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, MovingShading, PartBakeKind};
 use lobe_scene::{AnimatedScene, Bvh, EntityKind, Scene, ScenePose, SceneReadOptions, built_in};
 use lobe_sh::Rgb;
@@ -374,10 +374,7 @@ fn standing_boxes(first: &Value, apart: f32) -> AnimatedScene {
 #[test]
 fn transfer_is_kept_where_the_shape_is_the_one_that_was_baked() {
     let options = BakeOptions::default().mode(BakeMode::Shadowed).order(ORDER).samples(256);
-    let baked = |scene: &Scene| {
-        let receivers = Receivers::at_vertices(scene).unwrap();
-        bake(scene, &Bvh::new(scene), &receivers, &options, Job::default()).unwrap().0
-    };
+    let baked = |scene: &Scene| bake_vertices(scene, &Bvh::new(scene), &options, Job::default()).unwrap().0;
     let plain = json!({"mesh": 0});
     let lifted = json!({"mesh": 0, "weights": [1.0]});
     // The vertices that keep it, and those that have another shape. Of a box beside the lifted one those keep it that look away.
