@@ -18,18 +18,18 @@ use crate::bake::split::Splitting;
 use crate::bake::texels::LightmapOptions;
 
 const NOTES: &str = "\
-Stopping: results are kept in OUT.checkpoint, those of splitting in OUT.checkpoint.split-0, -1 and so on. Ctrl-C (or SIGTERM, SIGHUP) ends \
-the bake with exit code 2 and leaves these files, and so does whatever kills it, at a cost of at most 10 s of rays. The same command \
-reads the scene, splits it where that is known already, and goes on from there, to the same bytes; at the end the files are \
-removed. Compression begins anew.
+Stopping: results are kept in OUT.checkpoint, those of splitting in OUT.checkpoint.split-0, -1 and so on. Ctrl-C (or \
+SIGTERM, SIGHUP) ends the bake with exit code 2 and leaves these files, and so does whatever kills it, at a cost of at \
+most 10 s of rays. The same command reads the scene, splits it where that is known already, and goes on from there, to \
+the same bytes; at the end the files are removed. Compression begins anew.
 
 Disk: 12 n² bytes for each triangle and channel, taken from the start, and 4 n² for each vertex and channel of the \
 output; n⁴ instead of n² of --mode glossy; of --texels and --grid twice the output.
 
-Memory: 20 MB and some 820 bytes for each vertex of the scene once split, and at vertices 20 n² for each channel more; \
-of --mode glossy 4 n⁴ for each channel, and up to 0.8 GB beside. \
-Compression takes twice 4 n² bytes for each vertex and channel. --texels takes 105 bytes for each texel, and 12 n² for each \
-channel, as .exr 20 n²; unwrapping takes 1000 bytes for each triangle.";
+Memory: 20 MB, and at vertices 2200 bytes for each of the scene once split, or, if that is more, 1250 and 20 n² for \
+each channel; of --mode glossy 4 n⁴ for each channel, and up to 0.8 GB beside. Compression takes twice 4 n² bytes for \
+each vertex and channel. --texels takes 820 bytes for each vertex and 105 for each texel, and 12 n² for each channel, \
+as .exr 20 n²; unwrapping takes 1000 bytes for each triangle.";
 
 #[expect(clippy::doc_markdown, reason = "the keys of the JSON are shown on a terminal")]
 #[derive(Args)]
