@@ -71,7 +71,8 @@ impl Done<'_> {
     fn text(&self) -> String {
         let report = self.report;
         let mut text = format!(
-            "vertices: {}, triangles: {}; rays: {} in {:.1} s; paths from each: {}; standard error of the constant coefficient {:.2} %",
+            "vertices: {}, triangles: {}; rays: {} in {:.1} s; paths from each: {}; standard error of the constant \
+             coefficient {:.2} %",
             self.scene.vertex_count(),
             self.scene.triangle_count(),
             report.rays,

@@ -59,11 +59,11 @@ way, with as many paths, as far as the view shows them: of a closed body seen fr
 
 Memory: 224 bytes for each pixel of the truth, 80 else, for one picture at a time; transfer that is baked on the way, \
 twice 4 n² bytes for each vertex and channel, of glossy 4 n⁴; environment mapping, up to 96 for each texel of the \
-light and 160 MB. Scene, light and transfer from a file come on top and are as large as their files. A scene that moves \
-takes 192 + 16 n² bytes more for each vertex, 320 for each triangle, and what is baked of its parts.
+light and 160 MB. Scene, light and transfer from a file come on top and are as large as their files. A scene that \
+moves takes 192 + 16 n² bytes more for each vertex, 320 for each triangle, and what is baked of its parts.
 
-Parts of a scene that moves are baked first, which takes minutes, unless its description names files of lobe bake, field \
-and spheres. Results are kept in OUT.checkpoint... until all pictures are done: the same command goes on after Ctrl-C.";
+Parts of a scene that moves are baked first, which takes minutes, unless its description names files of lobe bake, \
+field and spheres. Results are kept in OUT.checkpoint... until all pictures are done: the same command goes on after Ctrl-C.";
 
 #[derive(Args)]
 #[command(after_help = NOTES)]

@@ -10,7 +10,8 @@ use crate::receivers::inset::wide;
 /// Two triangles with a common edge, unfolded into a plane.
 ///
 /// ```text
-///   E = (λ_k A_k + λ_l A_l) (k·v)²,   k ∝ (cot bₖ + cot bₗ,  cot aₖ + cot aₗ,  -cot aₖ - cot bₖ,  -cot aₗ - cot bₗ),   |k| = 1
+///   E = (λ_k A_k + λ_l A_l) (k·v)²
+///   k ∝ (cot bₖ + cot bₗ,  cot aₖ + cot aₗ,  -cot aₖ - cot bₖ,  -cot aₗ - cot bₗ),   |k| = 1
 /// ```
 ///
 /// v are the values at the ends a and b of the edge and at the corners k and l opposite to it, cot aₖ is the cotangent
