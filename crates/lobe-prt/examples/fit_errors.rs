@@ -29,7 +29,7 @@ const ORDER: usize = 4;
 /// Points at which it is compared.
 const POINTS: usize = 1000;
 
-/// Paths of each of the two bakes there.
+/// Paths from each vertex, and of each of the two bakes there.
 const PATHS: u32 = 1024;
 
 /// What is baked.
@@ -51,7 +51,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             Some(name) => built_in::named(name).ok_or("no such scene")?,
             None => read_scene(name, &SceneReadOptions::default().allow_outside(true))?.0,
         };
-        let options = BakeOptions::default().mode(BakeMode::Interreflected).order(ORDER).albedo(AlbedoMode::None);
+        let options =
+            BakeOptions::default().mode(BakeMode::Interreflected).order(ORDER).samples(PATHS).albedo(AlbedoMode::None);
         let scene = match budget {
             Some(budget) => {
                 let split = AdaptiveOptions::default().max_vertices(Some(budget.parse()?)).bake(options.clone());
