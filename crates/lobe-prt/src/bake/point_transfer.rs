@@ -50,20 +50,21 @@ pub(crate) trait PointTransfer: Sync {
     /// Finds the row of a point.
     fn transfer(&self, start: &PathStart<'_>, scratch: &mut Self::Scratch, row: &mut [f32]) -> Tally;
 
-    /// Whether a point is inside of a solid, or of a gap narrower than `gap`: whether every one of 16 rays, uniform
-    /// over the hemisphere, meets a back side, or anything nearer than that.
+    /// Whether a point that no light reaches is inside of a solid, or of a gap narrower than `gap`: whether at least
+    /// half of 16 rays, uniform over the hemisphere, meet a back side, or anything nearer than that.
     ///
-    /// Points below a roof that has no ceiling are not: rays along the surface leave.
+    /// Half of them, as solids overlap: where a floor goes on below a box, rays in the box meet the floor's front. From
+    /// a point of a dark room they meet fronts.
     fn is_buried(&self, start: &PathStart<'_>, gap: f32) -> bool {
-        /// A point that sees half of what is around it is taken for a buried one once in 65 536 times.
         const RAYS: u32 = 16;
         self.tracer().is_some_and(|tracer| {
             let (frame, origin) = (Frame::about(start.normal), tracer.origin_above(start.position, start.lift));
-            (0..RAYS).all(|index| {
-                let direction = frame.hemisphere(start.sobol.point(index, 0));
+            let is_hidden = |index: &u32| {
+                let direction = frame.hemisphere(start.sobol.point(*index, 0));
                 let (hit, _) = tracer.0.closest_through(&Ray::new(origin, direction));
                 hit.is_some_and(|hit| hit.t < gap || is_met_from_behind(tracer, &hit, direction))
-            })
+            };
+            2 * (0..RAYS).filter(is_hidden).count() >= RAYS as usize
         })
     }
 }

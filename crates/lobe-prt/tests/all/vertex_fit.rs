@@ -77,6 +77,22 @@ fn a_vertex_inside_of_another_body_has_the_transfer_of_what_is_seen_of_its_trian
 }
 
 #[test]
+fn what_is_inside_of_the_other_body_changes_nothing() {
+    let (bar, body) = (block([-0.1, -0.1, -0.5], [0.1, 0.1, 2.0]), block([-1.0, -1.0, -1.0], [1.0, 1.0, 0.5]));
+    // Its top is a front, which buried sides of the bar see.
+    let plate = block([-0.9, -0.9, -0.9], [0.9, 0.9, -0.7]);
+    let options = options(BakeMode::Shadowed).albedo(AlbedoMode::None);
+    let alone = fitted(&of_meshes(vec![bar.clone(), body.clone()]), &options);
+    let with_plate = fitted(&of_meshes(vec![bar, body, plate]), &options);
+    let of_bar = 0..24 * alone.vector(0, 0).len();
+    let pairs = alone.coefficients()[of_bar.clone()].iter().zip(&with_plate.coefficients()[of_bar]);
+    for (k, (expected, found)) in pairs.enumerate() {
+        // The solver ends at 1e-8, and moments are rounded to f32.
+        assert!((found - expected).abs() < 1e-5, "number {k}: {found}, expected {expected}");
+    }
+}
+
+#[test]
 fn a_vertex_inside_of_another_body_has_the_matrix_of_what_is_seen_of_its_triangles() {
     let (scene, receivers, buried) = bar_in_a_block();
     let (bvh, options) = (Bvh::new(&scene), options(BakeMode::Shadowed));
