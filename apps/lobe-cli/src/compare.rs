@@ -14,7 +14,7 @@ use lobe::render::{TracedPicture, read_traced_picture};
 use serde::Serialize;
 
 use crate::args::input::{tell, without_options};
-use crate::args::memory::MemoryLimit;
+use crate::args::memory::{GIB_BY_DEFAULT, MemoryLimit};
 use crate::args::output;
 use crate::args::values;
 use crate::run::talk::Talk;
@@ -59,9 +59,9 @@ pub(crate) struct Compare {
     /// "dark"}}; psnr is null for equal pictures
     #[arg(long)]
     json: bool,
-    /// With --z-test and --half, refuse pictures that take more memory than this, in GiB [default: 4]
-    #[arg(long, value_name = "GIB", value_parser = values::positive)]
-    max_memory: Option<f64>,
+    /// Refuse pictures that take more memory than this, in GiB
+    #[arg(long, value_name = "GIB", default_value_t = GIB_BY_DEFAULT, value_parser = values::positive)]
+    max_memory: f64,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -133,15 +133,12 @@ impl Compare {
         if self.metric == Some(Metric::Surfaces) && self.half.is_none() {
             bail!("--metric surfaces: expected --half B2, another reference of a different --seed");
         }
-        if self.max_memory.is_some() && !self.z_test && self.half.is_none() {
-            bail!("--max-memory: expected --z-test or --half, which it bounds");
-        }
         if let Some(path) = &self.output {
             output::check_png(path)?;
             output::prepare_file(path, &[&self.image, &self.reference])?;
         }
-        let read =
-            |path| if self.z_test { read_traced(path, &MemoryLimit::of(self.max_memory)) } else { read(path, talk) };
+        let memory = self.memory();
+        let read = |path| if self.z_test { read_traced(path, &memory) } else { read(path, &memory, talk) };
         let (image, reference) = (read(&self.image)?, read(&self.reference)?);
         let (a, b) = (&image.picture, &reference.picture);
         let flip = self.flip(&image, &reference)?;
@@ -197,7 +194,7 @@ impl Compare {
     /// The error over surfaces, the noise of the reference subtracted; none without another reference.
     fn surfaces(&self, image: &Read) -> anyhow::Result<Option<HalvesReport>> {
         let Some(half) = &self.half else { return Ok(None) };
-        let memory = MemoryLimit::of(self.max_memory);
+        let memory = self.memory();
         let halves = [&self.reference, half].map(|path| traced(path, &memory));
         let [a, b] = halves;
         let (a, b) = (a?, b?);
@@ -217,6 +214,10 @@ impl Compare {
         let halves = [a.mean.pixels(), b.mean.pixels()];
         let report = HalvesReport::new(image.picture.pixels(), halves, is_surface);
         Ok(Some(report.map_err(|error| anyhow::anyhow!("{}: {error}", self.image.display()))?))
+    }
+
+    fn memory(&self) -> MemoryLimit {
+        MemoryLimit::of(Some(self.max_memory))
     }
 
     fn is_close(&self, found: &Found) -> bool {
@@ -245,8 +246,8 @@ impl Compare {
 /// Advice on a picture that is too large or has pixels that are no numbers.
 const TO_DO: [&str; 2] = ["scale both down", "only numbers can be compared"];
 
-fn read(path: &Path, talk: Talk) -> anyhow::Result<Read> {
-    let read = read_picture(path, &PictureReadOptions::default());
+fn read(path: &Path, memory: &MemoryLimit, talk: Talk) -> anyhow::Result<Read> {
+    let read = read_picture(path, &PictureReadOptions::default().max_bytes(memory.bytes()));
     let (picture, report) = read.map_err(|error| without_options(error.into(), TO_DO))?;
     let is_display = matches!(report.format, FileFormat::Png | FileFormat::Jpeg);
     tell(&report, &path.display().to_string(), talk);

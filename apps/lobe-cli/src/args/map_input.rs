@@ -133,11 +133,11 @@ names! {
 }
 
 impl MapInput {
-    /// The map at a path, whose mapping the file or its proportions tell.
-    pub(crate) fn of(path: &Path) -> Self {
-        let max_texels = PictureReadOptions::default().max_texels;
+    /// The map at a path, whose mapping the file or its proportions tell, and which takes no more memory than `limit`.
+    pub(crate) fn of(path: &Path, limit: &MemoryLimit) -> Self {
+        let (max_texels, max_memory) = (PictureReadOptions::default().max_texels, limit.gib());
         let (from, vertical_fov, padding) = (None, None, Filling::Black);
-        let (from_left_handed, to_rec709, max_memory) = (false, false, GIB_BY_DEFAULT);
+        let (from_left_handed, to_rec709) = (false, false);
         let path = path.to_owned();
         let (fisheye, faces) = (FisheyeInput::none(), None);
         let map = MapPath {

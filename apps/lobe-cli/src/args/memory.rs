@@ -36,6 +36,11 @@ impl MemoryLimit {
         Self { max_memory: gib.unwrap_or(GIB_BY_DEFAULT) }
     }
 
+    /// The limit in GiB.
+    pub(crate) fn gib(&self) -> f64 {
+        self.max_memory
+    }
+
     /// The limit in bytes.
     pub(crate) fn bytes(&self) -> u64 {
         (self.max_memory * GIB) as u64

@@ -11,6 +11,7 @@ use lobe::sh::{Dir, Expansion as _, Quantity, Rgb, Rotation, ShVec, Window, read
 
 use crate::args::input::without_options;
 use crate::args::map_input::MapInput;
+use crate::args::memory::MemoryLimit;
 use crate::args::values;
 use crate::run::talk::Talk;
 
@@ -77,10 +78,11 @@ impl LightInput {
         &self.env
     }
 
-    pub(crate) fn read(&self, talk: Talk) -> anyhow::Result<ReadLight> {
+    /// Reads the light, whose file takes no more memory than allowed.
+    pub(crate) fn read(&self, memory: &MemoryLimit, talk: Talk) -> anyhow::Result<ReadLight> {
         let name = self.env.display().to_string();
         if !self.is_expansion() {
-            let read = MapInput::of(&self.env).read_lat_long(talk);
+            let read = MapInput::of(&self.env, memory).read_lat_long(talk);
             let map = read.map_err(|error| without_options(error, CONVERT_FIRST))?;
             return Ok(ReadLight { map: Some(Arc::new(map)), expansion: None });
         }

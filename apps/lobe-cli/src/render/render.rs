@@ -144,7 +144,7 @@ impl Render {
         } else {
             self.pictures.check(&inputs)?;
         }
-        let light = self.light.read(talk)?;
+        let light = self.light.read(&self.memory, talk)?;
         let (stage, camera, kept) = self.stage(talk)?;
         let order = stage.order();
         let is_expansion = match self.mode {
