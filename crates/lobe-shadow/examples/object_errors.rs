@@ -7,8 +7,8 @@
 //!
 //! * open: nothing hides the sky but a receiver's own object;
 //! * fields: the chain of triple products of occlusion fields;
-//! * products, SHEXP: the chain of triple products of what spheres leave visible, and the exponential of the sum of their
-//!   logarithms, 16 or 64 for each object;
+//! * products, SHEXP: the chain of triple products of what spheres leave visible, and the exponential of the sum of
+//!   their logarithms, 16 or 64 for each object, which hide as much as it does (`SphereSet::with_silhouette_of`);
 //! * exact: the visibility that rays find, cut off at the order: what no way can do better with, but by luck.
 //!
 //! ```sh
@@ -113,7 +113,7 @@ fn objects() -> Vec<Object> {
         let (field, _) = bake_field(&scene, &field, Job::default()).unwrap();
         let set = |count: usize| {
             let options = SphereFitOptions::default().count(count).samples(4000).rounds(20);
-            fit_spheres(&scene, &options, Job::default()).unwrap().0
+            fit_spheres(&scene, &options, Job::default()).unwrap().0.with_silhouette_of(&scene)
         };
         let sets = SPHERES.map(set).to_vec();
         Object { name, placement: Placement::new(place, turn, 1.0), field, sets, scene }
