@@ -5,7 +5,10 @@ use std::fmt;
 use eframe::egui::TextureId;
 use eframe::egui_wgpu::RenderState;
 use eframe::wgpu;
-use lobe_gpu::{Context, ContextOptions, GpuError};
+use lobe_gpu::{Context, ContextOptions, GpuError, SceneViewOptions, ViewOutput};
+
+/// Samples of a pixel along each axis at rest.
+const RAYS_AT_REST: u32 = 2;
 
 /// The device of the window, for rooms to draw on.
 #[derive(Clone)]
@@ -27,6 +30,16 @@ impl Gpu {
     #[must_use]
     pub fn context(&self) -> &Context {
         &self.context
+    }
+
+    /// The options of a picture of so many columns and rows: at rest with its light, for comparisons, and more samples;
+    /// in motion by multisampling.
+    pub(crate) fn options(&self, size: [u32; 2], is_at_rest: bool) -> SceneViewOptions {
+        let (rays, output) = match is_at_rest {
+            true => (rays_at_rest(size, self.context.max_texture_side()), ViewOutput::LightAndDisplay),
+            false => (1, ViewOutput::Display),
+        };
+        SceneViewOptions::default().width(size[0]).height(size[1]).rays(rays).output(output)
     }
 
     /// Forgets a texture that was shown.
@@ -54,6 +67,11 @@ impl fmt::Debug for Gpu {
     }
 }
 
+/// Samples of a pixel along each axis at rest: one where more would be beyond the textures of the device.
+fn rays_at_rest([width, height]: [u32; 2], most: u32) -> u32 {
+    if width.max(height).saturating_mul(RAYS_AT_REST) <= most { RAYS_AT_REST } else { 1 }
+}
+
 /// What is said in place of a picture that was not drawn.
 pub(crate) fn failure(error: &GpuError) -> String {
     match error {
@@ -68,6 +86,13 @@ pub(crate) fn failure(error: &GpuError) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn pictures_that_are_wide_for_a_device_have_one_sample_at_rest() {
+        for (size, expected) in [([4096, 10], 2), ([10, 4097], 1), ([8192, 8192], 1), ([u32::MAX, 1], 1)] {
+            assert_eq!(rays_at_rest(size, 8192), expected, "{size:?}");
+        }
+    }
 
     #[test]
     fn only_a_device_that_fails_asks_for_a_restart() {

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use lobe::render::MovingMethod;
+use lobe::render::{Background, MovingMethod};
 use lobe::scene::built_in;
 use lobe::sh::{Expansion as _, Rgb, Rotation, ShVec};
 use serde::{Deserialize, Serialize};
@@ -96,6 +96,9 @@ pub struct MotionEdits {
     pub tilt: f64,
     /// Stops of exposure above that which fits the first picture.
     pub exposure: f64,
+    /// What is behind the scene.
+    #[serde(with = "crate::rooms::background")]
+    pub background: Background,
     /// Whether parts are where the user has put them, and not where the animation does.
     pub is_by_hand: bool,
     /// Whether the spheres are drawn.
@@ -118,6 +121,7 @@ impl Default for MotionEdits {
             turn: 0.0,
             tilt: 0.0,
             exposure: 0.0,
+            background: Background::Env,
             is_by_hand: false,
             has_spheres: false,
             lit_on: LitOn::default(),

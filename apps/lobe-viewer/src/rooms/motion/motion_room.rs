@@ -8,6 +8,7 @@ use lobe::render::MovingMethod;
 use lobe::sh::{Rgb, ShVec};
 use lobe::shadow::WorldSphere;
 
+use crate::loading::backdrop::Behind;
 use crate::loading::limits::ReadLimits;
 use crate::loading::sky_source::OpenedSky;
 use crate::loading::task::TaskEvent;
@@ -417,6 +418,16 @@ impl MotionRoom {
             self.asked = Some(asked);
             self.is_waiting = true;
         }
+    }
+
+    /// What is behind the scene, before it is turned as the sky is.
+    pub(super) fn behind(&mut self) -> Behind {
+        let MotionEdits { background, order, taming, .. } = self.edits;
+        let (light, most) = (&mut self.light, self.cast.as_ref().map_or(order, |cast| cast.most_order));
+        Behind::new(background, || match &self.sky {
+            Some(sky) => light.of(sky, order.min(most), taming).clone(),
+            None => ShVec::zero(order),
+        })
     }
 
     fn panel(&mut self, ui: &mut Ui) {

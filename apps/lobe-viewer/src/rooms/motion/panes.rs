@@ -29,8 +29,7 @@ const MEASURE: Duration = Duration::from_secs(1);
 pub(crate) struct Scenery<'a> {
     pub(crate) lit: &'a Shown,
     pub(crate) sky: Option<&'a OpenedSky>,
-    /// Whether time stands still and nothing is being baked.
-    pub(crate) is_still: bool,
+    pub(crate) behind: &'a Behind,
 }
 
 /// The views of both ways, the truth, and what is known of their difference.
@@ -108,12 +107,12 @@ impl Panes {
                 Some(number) => {
                     let method = pane.method().unwrap_or_default();
                     let moment = (scenery.lit, method);
-                    let sky = scenery.sky.map(|sky| &sky.shown);
-                    let drawn = self.stages[number].draw(gpu, moment, sky, frame, &mut self.fits)?;
+                    let behind = (scenery.behind, scenery.sky.map(|sky| &sky.shown));
+                    let drawn = self.stages[number].draw(gpu, moment, behind, frame, &mut self.fits)?;
                     is_new |= drawn.is_some_and(|drawn| drawn.is_new);
                     (drawn.map(|Drawn { texture, .. }| texture), self.title(*pane, scenery.lit))
                 }
-                None => (self.truth(ui, scenery, frame), self.truth_title(scenery)),
+                None => (self.truth(ui, scenery, frame), self.truth_title(frame)),
             };
             if let Some(texture) = texture {
                 let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
@@ -151,8 +150,8 @@ impl Panes {
         }
     }
 
-    fn truth_title(&self, scenery: &Scenery<'_>) -> String {
-        match scenery.is_still {
+    fn truth_title(&self, frame: &Frame) -> String {
+        match frame.is_still {
             true => format!("{}: {}", MotionView::Truth.title(), self.describe()),
             false => format!("{}: traced while nothing moves", MotionView::Truth.title()),
         }
@@ -161,7 +160,7 @@ impl Panes {
     /// The truth of what has rested for a moment, and how far both ways are from it.
     fn truth(&mut self, ui: &Ui, scenery: &Scenery<'_>, frame: &Frame) -> Option<eframe::egui::TextureId> {
         let (_, _, since) = self.still.as_ref()?;
-        if !scenery.is_still || frame.size.contains(&0) {
+        if !frame.is_still || frame.size.contains(&0) {
             return None;
         }
         let rested = since.elapsed();
@@ -216,7 +215,7 @@ fn still(scenery: &Scenery<'_>, frame: &Frame) -> Still {
         data: scenery.lit.data.clone(),
         emitters: scenery.lit.emitters.clone(),
         sky: scenery.sky.map(|sky| sky.map.clone()),
-        behind: Behind::default(),
+        behind: scenery.behind.clone(),
         orbit: frame.orbit,
         size: frame.size,
         turn: frame.turn,

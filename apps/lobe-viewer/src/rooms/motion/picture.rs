@@ -37,9 +37,11 @@ impl MotionRoom {
         let size = places.first().map_or([0, 0], |(_, rect)| [side(rect.width()), side(rect.height())]);
         let is_playing = self.clock.is_playing && !self.edits.is_by_hand;
         let is_still = !is_playing && !self.is_sky_turning && !self.is_waiting;
-        let scenery = Scenery { lit: &lit, sky: self.sky.as_ref(), is_still };
+        let behind = self.behind();
+        let scenery = Scenery { lit: &lit, sky: self.sky.as_ref(), behind: &behind };
         let orbit = places.first().map_or(self.orbit, |(_, rect)| self.seen(*rect));
-        let frame = Frame { orbit, size, turn: self.edits.rotation(), exposure: self.edits.exposure };
+        let (turn, exposure) = (self.edits.rotation(), self.edits.exposure);
+        let frame = Frame { orbit, size, turn, exposure, is_still };
         if let Err(error) = self.panes.show(ui, gpu, &places, &scenery, &frame) {
             ui.centered_and_justified(|ui| ui.label(failure(&error)));
         }

@@ -7,16 +7,13 @@ use lobe::env::MappedMap;
 use lobe::image::Picture;
 use lobe::render::MovingMethod;
 use lobe::sh::Rotation;
-use lobe_gpu::{GpuError, SceneView, SceneViewOptions, SurfaceShading};
+use lobe_gpu::{GpuError, SceneView, SurfaceShading};
 
-use crate::loading::sky_source::on_device;
+use crate::loading::backdrop::Behind;
 use crate::rooms::motion::player::Shown;
 use crate::widgets::gpu::Gpu;
 use crate::widgets::orbit::Orbit;
 use crate::widgets::tone::{fitting, photograph};
-
-/// Samples of a pixel along each axis.
-const RAYS: u32 = 1;
 
 /// What changes from frame to frame beside the moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,6 +25,8 @@ pub(crate) struct Frame {
     pub(crate) turn: Rotation,
     /// Stops above the exposure that fits.
     pub(crate) exposure: f64,
+    /// Whether nothing moves, for more samples and the light of the picture.
+    pub(crate) is_still: bool,
 }
 
 /// A view on the device and what it shows.
@@ -35,6 +34,7 @@ pub(crate) struct Frame {
 pub(crate) struct Stage {
     view: Option<SceneView>,
     texture: Option<TextureId>,
+    behind: Behind,
     sky: Option<Arc<MappedMap>>,
     shown: Option<(Shown, Frame)>,
 }
@@ -64,7 +64,7 @@ impl Stage {
         &mut self,
         gpu: &Gpu,
         (lit, method): (&Shown, MovingMethod),
-        sky: Option<&Arc<MappedMap>>,
+        (behind, sky): (&Behind, Option<&Arc<MappedMap>>),
         frame: &Frame,
         fits: &mut Option<f64>,
     ) -> Result<Option<Drawn>, GpuError> {
@@ -74,13 +74,14 @@ impl Stage {
             (Some(before), Some(sky)) => Arc::ptr_eq(before, sky),
             (before, sky) => before.is_none() && sky.is_none(),
         };
-        if !is_same_sky {
+        if !is_same_sky || self.behind != *behind {
             self.clear();
-            self.sky = sky.cloned();
+            (self.sky, self.behind) = (sky.cloned(), behind.clone());
         }
-        let options = SceneViewOptions::default().width(frame.size[0]).height(frame.size[1]).rays(RAYS);
+        // The exposure fits light, which a picture in motion does not keep.
+        let options = gpu.options(frame.size, frame.is_still || fits.is_none());
         if self.view.is_none() {
-            let environment = sky.map(|sky| on_device(gpu.context(), sky));
+            let environment = behind.on_device(gpu.context(), sky.map(|sky| &**sky));
             let shading = SurfaceShading::Radiance(&way.radiance);
             let view = SceneView::new(gpu.context(), &lit.data.scene, &shading, environment.as_ref(), &options)?;
             self.texture = Some(gpu.show(self.texture, &view.renderer().view("display")?));
@@ -113,7 +114,7 @@ impl Stage {
         Ok(Some(Drawn { texture: self.texture.unwrap_or(texture), is_new: true }))
     }
 
-    /// The picture in linear light, which waits for the device; none before one was drawn.
+    /// The picture in linear light, which waits for the device; none before one was drawn at rest.
     pub(crate) fn picture(&self) -> Option<Picture> {
         self.shown.as_ref()?;
         self.view.as_ref()?.picture().ok()

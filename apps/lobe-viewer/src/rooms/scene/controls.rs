@@ -3,15 +3,14 @@
 use std::path::PathBuf;
 
 use eframe::egui::{Button, Checkbox, ComboBox, ProgressBar, Slider, Ui};
-use lobe::render::Background;
 use lobe::scene::built_in;
-use lobe::sh::Rgb;
 
 use crate::loading::mode::Mode;
 use crate::loading::place::IN_PAGE;
 use crate::loading::scene_source::built_in_source;
 use crate::loading::sky_source;
 use crate::loading::task::Task;
+use crate::rooms::background;
 use crate::rooms::scene::edits::{Comparison, PATHS_LOG2, SceneEdits};
 
 /// Orders that the window bakes to.
@@ -122,29 +121,7 @@ pub(crate) fn sky_and_exposure(ui: &mut Ui, edits: &mut SceneEdits, is_turning: 
     edits.light().sky_controls(ui);
     ui.checkbox(is_turning, "Keep turning (T)");
     ui.add(Slider::new(&mut edits.sky_strength, 0.0..=8.0).text("Strength of the sky").fixed_decimals(2));
-    background(ui, &mut edits.background);
-}
-
-/// What is behind the scene, by the words of the command.
-fn background(ui: &mut Ui, chosen: &mut Background) {
-    const GRAY: Rgb<f64> = Rgb { r: 0.2, g: 0.2, b: 0.2 };
-    let color = if let Background::Color(color) = *chosen { color } else { GRAY };
-    let choices = [Background::Env, Background::Light, Background::None, Background::Color(color)];
-    let titles = ["env", "light", "none", "color"];
-    let number = choices.iter().position(|choice| choice == chosen).unwrap_or(0);
-    ui.horizontal(|ui| {
-        ComboBox::from_label("Background").selected_text(titles[number]).show_ui(ui, |ui| {
-            for (choice, title) in choices.into_iter().zip(titles) {
-                ui.selectable_value(chosen, choice, title);
-            }
-        });
-        if let Background::Color(color) = chosen {
-            let mut channels = color.to_array().map(|c| c as f32);
-            if ui.color_edit_button_rgb(&mut channels).changed() {
-                *color = Rgb::from(channels.map(f64::from));
-            }
-        }
-    });
+    background::control(ui, &mut edits.background);
 }
 
 pub(crate) fn bake<T>(ui: &mut Ui, plan: &mut BakePlan, known: &Known, task: Option<&Task<T>>) -> Option<Asked> {

@@ -79,7 +79,7 @@ pub struct SceneEdits {
     /// Stops of exposure above that which fits the scene.
     pub exposure: f64,
     /// What is behind the scene.
-    #[serde(with = "background")]
+    #[serde(with = "crate::rooms::background")]
     pub background: Background,
     /// Lights added by hand.
     pub lamps: Vec<SceneLamp>,
@@ -159,20 +159,6 @@ impl SceneEdits {
         let Self { order, taming, turn, tilt, exposure, .. } = self;
         let (taming, exposure) = (Some(taming), Some(exposure));
         LightHand { order, most_order: Transfer::MAX_ORDER, taming, turn, tilt, exposure }
-    }
-}
-
-/// A background as its text; one that is not known is that without a choice.
-mod background {
-    use lobe::render::Background;
-    use serde::{Deserialize as _, Deserializer, Serializer};
-
-    pub(super) fn serialize<S: Serializer>(background: &Background, to: S) -> Result<S::Ok, S::Error> {
-        to.collect_str(background)
-    }
-
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Background, D::Error> {
-        Ok(String::deserialize(from)?.parse().unwrap_or_default())
     }
 }
 

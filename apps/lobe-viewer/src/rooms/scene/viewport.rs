@@ -8,7 +8,7 @@ use lobe::image::{Picture, Tone};
 use lobe::prt::{Transfer, TransferMatrices};
 use lobe::scene::Scene;
 use lobe::sh::{Expansion as _, Rgb, Rotation, ShVec};
-use lobe_gpu::{GlossyMesh, GpuError, SceneView, SceneViewOptions, Storage, SurfaceShading, ViewOutput};
+use lobe_gpu::{GlossyMesh, GpuError, SceneView, SceneViewOptions, Storage, SurfaceShading};
 use web_time::{Duration, Instant};
 
 use crate::loading::backdrop::Behind;
@@ -23,9 +23,6 @@ use crate::widgets::tone::{fitting, photograph, photograph_of_any};
 
 /// After so long without a change the picture is drawn again with more samples a pixel.
 pub(crate) const REST: Duration = Duration::from_millis(250);
-
-/// Samples of a pixel along each axis, at rest.
-const RAYS_AT_REST: u32 = 2;
 
 /// The exposure fits a picture with so many times fewer pixels along each axis: its average is nearly the same, and the first picture, which
 /// waits for it, is there sooner.
@@ -141,11 +138,6 @@ fn small(size: [u32; 2]) -> SceneViewOptions {
     SceneViewOptions::default().width(width).height(height).rays(1)
 }
 
-/// Samples of a pixel along each axis at rest: one where more would be beyond the textures of the device.
-fn rays_at_rest([width, height]: [u32; 2], most: u32) -> u32 {
-    if width.max(height).saturating_mul(RAYS_AT_REST) <= most { RAYS_AT_REST } else { 1 }
-}
-
 /// The light of a frame in few pixels.
 fn small_picture(view: &mut SceneView, frame: &Frame) -> Result<Picture, GpuError> {
     if *view.options() != small(frame.size) {
@@ -229,10 +221,9 @@ impl Viewport {
         };
         let environment = wanted.behind.on_device(gpu.context(), wanted.sky.map(|sky| &*sky.shown));
         // As it is rendered first: to give it other options is to compile its passes anew.
-        let [width, height] = frame.size;
         let options = match self.fitting {
             None if !IN_PAGE => small(frame.size),
-            _ => SceneViewOptions::default().width(width).height(height).rays(1).output(ViewOutput::Display),
+            _ => gpu.options(frame.size, false),
         };
         let view = SceneView::new(gpu.context(), &wanted.data.scene, &shading, environment.as_ref(), &options)?;
         self.status.vertices = wanted.data.scene.vertex_count();
@@ -250,11 +241,7 @@ impl Viewport {
             None if IN_PAGE => *self.fitting.insert(fitting(&picture_of_vertices(key, &frame.light))),
             None => *self.fitting.insert(fitting(&small_picture(view, frame)?)),
         };
-        let [width, height] = frame.size;
-        // At rest the light is kept, for comparisons.
-        let output = if is_at_rest { ViewOutput::LightAndDisplay } else { ViewOutput::Display };
-        let rays = if is_at_rest { rays_at_rest(frame.size, gpu.context().max_texture_side()) } else { 1 };
-        let options = SceneViewOptions::default().width(width).height(height).rays(rays).output(output);
+        let options = gpu.options(frame.size, is_at_rest);
         if *view.options() != options {
             view.resize(&options)?;
             self.texture = Some(gpu.show(self.texture, &view.renderer().view("display")?));
@@ -277,17 +264,5 @@ impl Viewport {
         self.status.bytes = view.renderer().bytes();
         self.status.size = frame.size;
         Ok(())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn pictures_that_are_wide_for_a_device_have_one_sample_at_rest() {
-        for (size, expected) in [([4096, 10], 2), ([10, 4097], 1), ([8192, 8192], 1), ([u32::MAX, 1], 1)] {
-            assert_eq!(rays_at_rest(size, 8192), expected, "{size:?}");
-        }
     }
 }
