@@ -1,6 +1,7 @@
 //! Bounding volume hierarchy with eight children per node (BVH8): construction and ray queries.
 
 use crate::bvh::binned;
+use crate::bvh::bins::MOST_PRIMITIVES;
 use crate::bvh::collapse::collapse;
 use crate::bvh::lanes::Machine;
 use crate::bvh::layers::LeftOut;
@@ -69,14 +70,14 @@ impl Bvh {
     /// The BVH of the triangles with these corners, with their indices in the slice. Without triangles nothing is hit.
     ///
     /// # Panics
-    /// If a coordinate is not finite or above 10¹⁵, or there are 2³¹ triangles or more.
+    /// If a coordinate is not finite or above 10¹⁵, or there are more than 2³⁰ triangles.
     #[must_use]
     pub fn from_corners(corners: &[[[f32; 3]; 3]]) -> Self {
         Self::of(corners, LeftOut::default())
     }
 
     fn of(corners: &[[[f32; 3]; 3]], left_out: LeftOut) -> Self {
-        assert!(corners.len() < 1 << 31, "{} triangles", corners.len());
+        assert!(corners.len() <= MOST_PRIMITIVES, "{} triangles", corners.len());
         let is_in_range = |c: &f32| c.abs() <= LARGEST_COORDINATE;
         assert!(
             corners.as_flattened().as_flattened().iter().all(is_in_range),

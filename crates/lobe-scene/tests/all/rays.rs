@@ -428,3 +428,33 @@ fn triangles_without_area_stop_no_rays_together_either() {
     let occluded = compare_together_and_alone("no area", &bvh, [0.0; 3], &rays);
     assert_eq!(occluded, 0, "rays stopped by triangles without area");
 }
+
+#[test]
+fn neither_a_tree_nor_its_rays_meet_denormal_numbers() {
+    let corners = soup(5000, 41);
+    // In one thread, whose flags are looked at.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let build = || drop(Bvh::from_corners(&corners));
+    let in_tree = pool.install(|| lobe_testkit::meets_denormals(build));
+    let rays: Vec<Ray> = rays(2000, 42).into_iter().map(|ray| Ray::new(ray.origin, ray.direction)).collect();
+    let whole = Bvh::from_corners(&corners);
+    for simd in Simd::ALL {
+        let Some(bvh) = whole.clone().with_simd(simd) else {
+            lobe_testkit::skipped(&format!("this machine has no {simd:?}"));
+            continue;
+        };
+        let in_rays = lobe_testkit::meets_denormals(|| {
+            let directions: Vec<_> = rays.iter().map(|ray| ray.direction).collect();
+            let mut occluded = vec![false; rays.len()];
+            bvh.occluded_from_into([0.1, 0.2, 0.3], &directions, &mut occluded);
+            for ray in &rays {
+                std::hint::black_box((bvh.is_occluded(ray), bvh.closest(ray)));
+            }
+        });
+        assert_ne!(in_rays, Some(true), "{simd:?} rays meet a denormal number");
+    }
+    assert_ne!(in_tree, Some(true), "the build of a tree meets a denormal number");
+    if in_tree.is_none() {
+        lobe_testkit::skipped("this processor does not tell of denormal numbers");
+    }
+}
