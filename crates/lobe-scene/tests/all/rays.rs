@@ -458,3 +458,44 @@ fn neither_a_tree_nor_its_rays_meet_denormal_numbers() {
         lobe_testkit::skipped("this processor does not tell of denormal numbers");
     }
 }
+
+#[test]
+fn closest_hits_of_many_rays_from_a_point_are_those_of_each_bit_by_bit() {
+    let bits = |hit: Option<Hit>| hit.map(|hit| (hit.t.to_bits(), hit.triangle, hit.u.to_bits(), hit.v.to_bits()));
+    let mut random = Random::new(43);
+    // Each triangle of the second half is at the place of another, so that hits are equally close.
+    let mut corners = soup(1500, 44);
+    corners.extend_from_within(..);
+    let whole = Bvh::from_corners(&corners);
+    let mut hit = 0;
+    for simd in Simd::ALL {
+        let Some(bvh) = whole.clone().with_simd(simd) else {
+            lobe_testkit::skipped(&format!("this machine has no {simd:?}"));
+            continue;
+        };
+        for (round, count) in [1, 2, 16, 63, 64, 65, 256, 257, 1000].into_iter().cycle().take(27).enumerate() {
+            // Among the triangles, at a corner of one, and far away.
+            let origin = match round % 3 {
+                0 => narrow(random.direction().map(|c| c * random.unit())),
+                1 => corners[17 * round][0],
+                _ => narrow(random.direction().map(|c| 100.0 * c)),
+            };
+            let mut directions: Vec<[f32; 3]> = rays(count, round as u64).iter().map(|ray| ray.direction).collect();
+            directions[0] = [0.0, 0.0, if round % 2 == 0 { 0.0 } else { 1.0 }];
+            let mut hits = vec![None; count];
+            bvh.closest_from_into(origin, &directions, &mut hits);
+            let mut odd = hits.clone();
+            bvh.closest_from_where_into(origin, &directions, &mut odd, |place, hit| {
+                (place as u32 ^ hit.triangle) & 1 == 1
+            });
+            for (k, &direction) in directions.iter().enumerate() {
+                let ray = Ray::new(origin, direction);
+                assert_eq!(bits(hits[k]), bits(bvh.closest(&ray)), "{simd:?}, round {round}, ray {k}: {ray:?}");
+                let expected = bvh.closest_where(&ray, |hit| (k as u32 ^ hit.triangle) & 1 == 1);
+                assert_eq!(bits(odd[k]), bits(expected), "{simd:?}, round {round}, ray {k}, every other triangle");
+                hit += usize::from(hits[k].is_some());
+            }
+        }
+    }
+    assert!(hit > 1000, "{hit} hits: enough to tell");
+}
