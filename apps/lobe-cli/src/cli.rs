@@ -229,6 +229,7 @@ fn command_meant(args: impl Iterator<Item = OsString>) -> String {
 pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
     let talk = Talk { quiet: cli.everywhere.quiet };
     Machine::check_limit().map_err(anyhow::Error::from)?;
+    lobe::io::choose_huge_pages().map_err(anyhow::Error::from)?;
     if cli.everywhere.threads.is_none() {
         parallel::check_environment().map_err(anyhow::Error::from)?;
     }

@@ -34,15 +34,21 @@ mod shadows;
 mod sharing;
 mod techniques;
 
-use lobe::io::parallel;
+use std::alloc::System;
+
+use lobe::io::{HugePages, choose_huge_pages, parallel};
 use lobe::sh::simd::Machine;
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
+#[global_allocator]
+static ALLOCATOR: HugePages<System> = HugePages::new(System).growing_by_remapping();
+
 /// Refuses instructions and numbers of threads that do not exist, which would be ignored, or take minutes.
 fn check_environment() -> Result<(), String> {
     Machine::check_limit().map_err(|error| error.to_string())?;
+    choose_huge_pages().map_err(|error| error.to_string())?;
     parallel::check_environment().map_err(|error| error.to_string())
 }
 

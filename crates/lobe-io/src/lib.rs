@@ -13,10 +13,12 @@
 //! | learn before long work whether its result can be written | [`check_writable`] |
 //! | clear away what programs that were killed have left, or would leave | [`remove_abandoned`]; [`before_writing`], [`remove_unfinished`] |
 //! | refuse a pipe where a file is named | [`expect_file`] |
+//! | have large arrays on huge pages | [`HugePages`], [`choose_huge_pages`] |
 //! | print what a file says in one line that no character turns around | [`one_line`] |
 
 mod error;
 mod fingerprint;
+mod huge_pages;
 mod job;
 mod one_line;
 #[cfg(feature = "parallel")]
@@ -29,6 +31,7 @@ mod tensors;
 
 pub use error::{IoError, expect_file, read_file};
 pub use fingerprint::Fingerprint;
+pub use huge_pages::{HugePages, choose_huge_pages};
 pub use job::{Job, Progress, Watch};
 pub use one_line::one_line;
 pub use portions::Portions;

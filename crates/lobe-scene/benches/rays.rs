@@ -1,9 +1,11 @@
 //! Occlusion rays: throughput; see the README beside this file.
 
+use std::alloc::System;
 use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
+use lobe_io::{HugePages, choose_huge_pages};
 use lobe_scene::{Bvh, Ray, Simd};
 
 #[path = "rays/obvhs_peer.rs"]
@@ -13,6 +15,9 @@ mod workload;
 
 use obvhs_peer::Obvhs;
 use workload::{RAYS_PER_POINT, Workload};
+
+#[global_allocator]
+static ALLOCATOR: HugePages<System> = HugePages::new(System).growing_by_remapping();
 
 /// Traces rays from a point, and returns a number that depends on the hits.
 type Trace<'a> = dyn FnMut([f32; 3], &[[f32; 3]]) -> usize + 'a;
@@ -67,6 +72,11 @@ fn rays(c: &mut Criterion) {
         measure("closest", &work, &mut |origin, directions| {
             directions.iter().filter(|&&d| bvh.closest(&Ray::new(origin, d)).is_some()).count()
         });
+        let mut hits = vec![None; RAYS_PER_POINT];
+        measure("closest-together", &work, &mut |origin, directions| {
+            bvh.closest_from_into(origin, directions, &mut hits);
+            usize::from(hits[0].is_some())
+        });
         measure("obvhs", &work, &mut |origin, directions| obvhs.occluded(origin, directions));
         measure("obvhs-ordered", &ordered, &mut |origin, directions| obvhs.occluded(origin, directions));
         drop(group);
@@ -78,6 +88,7 @@ fn rays(c: &mut Criterion) {
 }
 
 fn main() {
+    choose_huge_pages().expect("on or off");
     let mut criterion = Criterion::default().configure_from_args();
     rays(&mut criterion);
     criterion.final_summary();

@@ -1,7 +1,9 @@
 //! Rays and trees of lobe-scene beside those of Embree 4, one thread; see the README beside this file.
 
+use std::alloc::System;
 use std::time::Instant;
 
+use lobe_io::HugePages;
 use lobe_scene::{Bvh, Ray};
 
 mod embree;
@@ -10,6 +12,10 @@ mod workload;
 
 use embree::Embree;
 use workload::{RAYS_PER_POINT, Workload};
+
+/// As in Lobe's programs; Embree asks for huge pages by itself.
+#[global_allocator]
+static ALLOCATOR: HugePages<System> = HugePages::new(System).growing_by_remapping();
 
 /// The sizes of `benches/rays.rs`: cells along the height field and around each ball.
 const SIZES: [(&str, usize, usize); 2] = [("100k", 100, 36), ("1M", 320, 112)];
@@ -56,7 +62,12 @@ fn compare(size: &str, work: &Workload) {
             occlusion(together(&bvh), &fast, &robust),
         );
         rays(&format!("occlusion, one ray in a call, {order}"), work, occlusion(single(&bvh), &fast, &robust));
-        rays(&format!("closest hit, one ray in a call, {order}"), work, closest(&bvh, &fast, &robust));
+        rays(
+            &format!("closest hit, the rays of a point in one call, {order}"),
+            work,
+            closest(closest_together(&bvh), &fast, &robust),
+        );
+        rays(&format!("closest hit, one ray in a call, {order}"), work, closest(closest_single(&bvh), &fast, &robust));
     }
 }
 
@@ -103,13 +114,24 @@ fn occlusion<'a>(lobe: Trace<'a>, fast: &'a Embree, robust: &'a Embree) -> [Trac
     ]
 }
 
-fn closest<'a>(bvh: &'a Bvh, fast: &'a Embree, robust: &'a Embree) -> [Tracer<'a>; 3] {
-    let lobe = |origin, directions: &[[f32; 3]]| {
+fn closest_together(bvh: &Bvh) -> Trace<'_> {
+    let mut hits = vec![None; RAYS_PER_POINT];
+    Box::new(move |origin, directions| {
+        bvh.closest_from_into(origin, directions, &mut hits);
+        hits.iter().flatten().map(|hit| f64::from(hit.t)).sum()
+    })
+}
+
+fn closest_single(bvh: &Bvh) -> Trace<'_> {
+    Box::new(|origin, directions| {
         let hits = directions.iter().filter_map(|&direction| bvh.closest(&Ray::new(origin, direction)));
         hits.map(|hit| f64::from(hit.t)).sum()
-    };
+    })
+}
+
+fn closest<'a>(lobe: Trace<'a>, fast: &'a Embree, robust: &'a Embree) -> [Tracer<'a>; 3] {
     [
-        ("lobe", Box::new(lobe)),
+        ("lobe", lobe),
         ("embree", Box::new(|origin, directions| fast.closest(origin, directions))),
         ("embree robust", Box::new(|origin, directions| robust.closest(origin, directions))),
     ]

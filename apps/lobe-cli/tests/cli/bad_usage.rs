@@ -62,6 +62,7 @@ fn variables_that_name_no_instructions_and_no_number_of_threads_are_refused() {
     for (name, value, range) in [
         ("LOBE_SIMD", "plains", "plain, neon, avx2 or avx512"),
         ("LOBE_SIMD", "AVX2", "plain, neon, avx2 or avx512"),
+        ("LOBE_HUGE_PAGES", "none", "on or off"),
         ("RAYON_NUM_THREADS", "0", "a number of threads from 1 to 1024"),
         ("RAYON_NUM_THREADS", "100000", "a number of threads from 1 to 1024"),
         ("RAYON_NUM_THREADS", "-3", "a number of threads from 1 to 1024"),

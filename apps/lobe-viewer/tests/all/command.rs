@@ -37,7 +37,7 @@ pub(crate) fn is_without_adapter(output: &Output) -> bool {
 #[test]
 fn variables_that_name_no_instructions_and_no_number_of_threads_are_refused() {
     let folder = tempfile::tempdir().unwrap();
-    for (name, value) in [("LOBE_SIMD", "plains"), ("RAYON_NUM_THREADS", "100000")] {
+    for (name, value) in [("LOBE_SIMD", "plains"), ("LOBE_HUGE_PAGES", "none"), ("RAYON_NUM_THREADS", "100000")] {
         let mut command = Command::new(env!("CARGO_BIN_EXE_lobe-viewer"));
         let output = command.current_dir(folder.path()).arg("--bench").env(name, value).output().unwrap();
         let said = String::from_utf8(output.stderr).unwrap();

@@ -5,6 +5,10 @@ use lobe_sh::Basis;
 /// Directions evaluated together.
 pub(crate) const BATCH: usize = 64;
 
+/// Directions of a batch that is not full are evaluated in steps of so many, which is what the kernels of the basis take at a time:
+/// fewer would be evaluated in plain code, to other last digits.
+const STEP: usize = 32;
+
 /// Partial sums of a batch that run side by side.
 const LANES: usize = 16;
 
@@ -64,29 +68,30 @@ impl BasisSum {
         if self.count == 0 {
             return;
         }
-        // Clear the weights that are left of an earlier batch.
+        // Whole steps up to the last direction; those beyond it have no weight.
+        let width = self.count.next_multiple_of(STEP);
         for axis in 0..3 {
-            self.weights[axis][self.count..].fill(0.0);
+            self.weights[axis][self.count..width].fill(0.0);
         }
         self.count = 0;
-        let [x, y, z] = &self.directions;
-        self.basis.eval_many_into([x, y, z], &mut self.values);
+        let directions = self.directions.each_ref().map(|axis| &axis[..width]);
         let bands = self.values.len() / BATCH;
-        let (values, _) = self.values.as_chunks::<BATCH>();
+        let values = &mut self.values[..bands * width];
+        self.basis.eval_many_into(directions, values);
         for (sums, weights) in self.sums.chunks_exact_mut(bands).zip(&self.weights) {
-            for (sum, values) in sums.iter_mut().zip(values) {
-                *sum += dot(values, weights);
+            for (sum, values) in sums.iter_mut().zip(values.chunks_exact(width)) {
+                *sum += dot(values, &weights[..width]);
             }
         }
     }
 }
 
-/// The sum of products, in 16 lanes of `f32` and those in `f64`.
-pub(crate) fn dot(a: &[f32; BATCH], b: &[f32; BATCH]) -> f64 {
+/// The sum of products of as many numbers, whole lanes of them: in 16 lanes of `f32`, and those in `f64`.
+pub(crate) fn dot(a: &[f32], b: &[f32]) -> f64 {
     let mut lanes = [0.0_f32; LANES];
-    for start in (0..BATCH).step_by(LANES) {
+    for (a, b) in a.as_chunks::<LANES>().0.iter().zip(b.as_chunks::<LANES>().0) {
         for k in 0..LANES {
-            lanes[k] += a[start + k] * b[start + k];
+            lanes[k] += a[k] * b[k];
         }
     }
     lanes.into_iter().map(f64::from).sum()
@@ -100,6 +105,28 @@ mod tests {
 
     /// Relative to the sum of all weights.
     const TOLERANCE: f64 = 1e-6;
+
+    #[test]
+    fn sums_have_the_same_bits_whether_or_not_others_without_weight_fill_the_batch() {
+        let all = directions();
+        for count in [1, 16, 31, 32, 33, 64, 90] {
+            let [mut few, mut filled] = [(); 2].map(|()| BasisSum::new(4, 3));
+            let mut push = |k: usize, weight: [f32; 3]| {
+                let direction = all[k].map(|c| c as f32);
+                if k < count {
+                    few.push(direction, weight);
+                }
+                filled.push(direction, weight);
+            };
+            (0..count).for_each(|k| push(k, [1.0, 0.1 * k as f32, -0.3]));
+            (count..2 * BATCH).for_each(|k| push(k, [0.0; 3]));
+            let [mut found, mut expected] = [vec![f32::NAN; 48], vec![f32::NAN; 48]];
+            few.take_into([0.7; 3], &mut found);
+            filled.take_into([0.7; 3], &mut expected);
+            let bits = |row: &[f32]| row.iter().map(|c| c.to_bits()).collect::<Vec<_>>();
+            assert_eq!(bits(&found), bits(&expected), "{count} directions: {found:?} against {expected:?}");
+        }
+    }
 
     #[test]
     fn sums_are_those_of_the_basis() {

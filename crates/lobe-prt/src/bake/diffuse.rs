@@ -6,7 +6,7 @@ use lobe_sh::{Dir, Expansion as _, Zonal};
 use crate::bake::basis_sum::BasisSum;
 use crate::bake::pilot::Piloted;
 use crate::bake::point_transfer::{PathStart, PointTransfer};
-use crate::bake::tracer::{PathEnd, Tracer};
+use crate::bake::tracer::{PathEnd, Starts, Tracer};
 use crate::job::chunks::{Estimator, Tally};
 use crate::receivers::planes::is_below;
 use crate::sampling::sobol::Sobol;
@@ -55,6 +55,7 @@ pub(crate) struct Scratch {
     sum: BasisSum,
     directions: Vec<[f32; 3]>,
     occluded: Vec<bool>,
+    starts: Starts,
 }
 
 impl<'a> Diffuse<'a> {
@@ -108,7 +109,7 @@ impl<'a> DiffusePaths<'a> {
         let (frame, origin) = self.frame_and_origin(start);
         // What is seen of the sky ends at the surface, wherever the normal to shade with points.
         let open = Frame::about(start.planes.first().copied().unwrap_or(start.normal));
-        let Scratch { sum, directions, occluded } = scratch;
+        let Scratch { sum, directions, occluded, .. } = scratch;
         // Trace shadow rays, all at once.
         directions.clear();
         let direction = |point| match self.density {
@@ -176,25 +177,27 @@ impl<'a> DiffusePaths<'a> {
         let factors = self.factors(start);
         let energy = |throughput: [f32; 3]| (0..3).map(|c| f64::from(throughput[c]) * factors[c]).sum::<f64>() / 3.0;
         let mut tally = Tally { energy: vec![0.0; self.bounces + 1], ..Tally::default() };
+        // Start paths in cosine-weighted directions.
+        let Scratch { sum, starts, .. } = scratch;
+        starts.clear();
         for &index in &self.order {
-            // Start a path in a cosine-weighted direction.
             let number = start.first + index;
             let direction = frame.cosine(start.sobol.point(number, 0));
-            if is_below(start.planes, direction) {
-                continue;
-            }
-            // Follow it to its end.
-            let ray = Ray::new(origin, direction);
-            match self.tracer.follow(ray, self.bounces, start.sobol, number, &mut tally.rays) {
-                // Add the basis where the path escapes, times its throughput.
-                PathEnd::Escaped { direction, throughput, bounce } => {
-                    scratch.sum.push(direction, throughput);
-                    tally.energy[bounce] += energy(throughput);
-                }
-                PathEnd::Left { throughput } => tally.left += energy(throughput),
-                PathEnd::Absorbed => {}
+            if !is_below(start.planes, direction) {
+                starts.push(direction, number);
             }
         }
+        // Follow them to their ends.
+        let Tally { rays, energy: escaped, left } = &mut tally;
+        self.tracer.follow_all(origin, starts, self.bounces, start.sobol, rays, |_, end| match end {
+            // Add the basis where the path escapes, times its throughput.
+            PathEnd::Escaped { direction, throughput, bounce } => {
+                sum.push(direction, throughput);
+                escaped[bounce] += energy(throughput);
+            }
+            PathEnd::Left { throughput } => *left += energy(throughput),
+            PathEnd::Absorbed => {}
+        });
         scratch.sum.take_into(factors, row);
         tally
     }
@@ -257,7 +260,12 @@ impl PointTransfer for DiffusePaths<'_> {
         // Visibility alone has no hue, unless by glass.
         let channels =
             if self.options.mode.reflects() || self.tracer.0.is_tinted() { self.channels.count() } else { 1 };
-        Scratch { sum: BasisSum::new(self.options.order, channels), directions: Vec::new(), occluded: Vec::new() }
+        Scratch {
+            sum: BasisSum::new(self.options.order, channels),
+            directions: Vec::new(),
+            occluded: Vec::new(),
+            starts: Starts::default(),
+        }
     }
 
     fn tracer(&self) -> Option<&Tracer<'_>> {

@@ -3,13 +3,13 @@
 use std::f64::consts::{PI, TAU};
 
 use lobe_io::{Fingerprint, Job, Shard};
-use lobe_scene::{Bvh, Ray, Scene, SurfaceRays};
+use lobe_scene::{Bvh, Scene, SurfaceRays};
 
 use crate::bake::bake::{PreparedBake, check_tree};
 use crate::bake::outer_sum::OuterSum;
 use crate::bake::pilot::{KnownPilot, Piloted};
 use crate::bake::point_transfer::{PathStart, PointTransfer};
-use crate::bake::tracer::{PathEnd, Tracer};
+use crate::bake::tracer::{PathEnd, Starts, Tracer};
 use crate::job::chunks::{Estimator, Tally};
 use crate::job::fingerprint::{fingerprint_arithmetic, fingerprint_scene};
 use crate::receivers::planes::is_below;
@@ -121,6 +121,12 @@ pub(crate) struct MatrixPaths<'a> {
     order: Vec<u32>,
 }
 
+/// The buffers of a thread.
+pub(crate) struct MatrixScratch {
+    sum: OuterSum,
+    starts: Starts,
+}
+
 impl<'a> MatrixPaths<'a> {
     /// Paths of these numbers from each point.
     pub(crate) fn new(surfaces: SurfaceRays<'a>, options: &'a BakeOptions, order: Vec<u32>) -> Self {
@@ -135,38 +141,39 @@ impl<'a> MatrixPaths<'a> {
         (origin, planes): ([f32; 3], &[[f32; 3]]),
         direction: impl Fn([f32; 2]) -> [f32; 3],
         (sobol, first): (&Sobol, u32),
-        sum: &mut OuterSum,
+        scratch: &mut MatrixScratch,
     ) -> Tally {
+        let MatrixScratch { sum, starts } = scratch;
         let part = 1.0 / self.order.len() as f64;
         let energy = |throughput: [f32; 3]| part * throughput.iter().map(|&w| f64::from(w)).sum::<f64>() / 3.0;
         let mut tally = Tally { energy: vec![0.0; self.bounces + 1], ..Tally::default() };
+        let Tally { rays, energy: escaped, left } = &mut tally;
+        let is_open = self.options.mode == BakeMode::Unshadowed;
+        // Start paths.
+        starts.clear();
         for &index in &self.order {
-            // Start a path.
             let number = first + index;
             let start = direction(sobol.point(number, 0));
-            if self.options.mode != BakeMode::Unshadowed && is_below(planes, start) {
-                continue;
+            if is_open || !is_below(planes, start) {
+                starts.push(start, number);
             }
-            // Follow it to its end.
-            match self.end(Ray::new(origin, start), sobol, number, &mut tally.rays) {
-                // Add the basis at both ends of the path, times its throughput.
-                PathEnd::Escaped { direction, throughput, bounce } => {
-                    sum.push(start, direction, throughput);
-                    tally.energy[bounce] += energy(throughput);
-                }
-                PathEnd::Left { throughput } => tally.left += energy(throughput),
-                PathEnd::Absorbed => {}
+        }
+        // Follow them to their ends.
+        let end = |start: [f32; 3], end: PathEnd| match end {
+            // Add the basis at both ends of the path, times its throughput.
+            PathEnd::Escaped { direction, throughput, bounce } => {
+                sum.push(start, direction, throughput);
+                escaped[bounce] += energy(throughput);
             }
+            PathEnd::Left { throughput } => *left += energy(throughput),
+            PathEnd::Absorbed => {}
+        };
+        if is_open {
+            starts.escape(end);
+        } else {
+            self.tracer.follow_all(origin, starts, self.bounces, sobol, rays, end);
         }
         tally
-    }
-
-    /// The end of the path that starts along a ray.
-    fn end(&self, ray: Ray, sobol: &Sobol, index: u32, rays: &mut u64) -> PathEnd {
-        match self.options.mode {
-            BakeMode::Unshadowed => PathEnd::Escaped { direction: ray.direction, throughput: [1.0; 3], bounce: 0 },
-            _ => self.tracer.follow(ray, self.bounces, sobol, index, rays),
-        }
     }
 
     /// The factor of the sums over escaping paths of directions in this solid angle.
@@ -176,7 +183,7 @@ impl<'a> MatrixPaths<'a> {
 }
 
 impl PointTransfer for MatrixPaths<'_> {
-    type Scratch = OuterSum;
+    type Scratch = MatrixScratch;
 
     fn row(&self) -> usize {
         self.options.order.pow(4) * self.channels.count()
@@ -198,20 +205,21 @@ impl PointTransfer for MatrixPaths<'_> {
         self.order = coherent_order(count);
     }
 
-    fn scratch(&self) -> OuterSum {
-        OuterSum::new(self.options.order, self.channels.count())
+    fn scratch(&self) -> MatrixScratch {
+        let sum = OuterSum::new(self.options.order, self.channels.count());
+        MatrixScratch { sum, starts: Starts::default() }
     }
 
     fn tracer(&self) -> Option<&Tracer<'_>> {
         (self.options.mode != BakeMode::Unshadowed).then_some(&self.tracer)
     }
 
-    fn transfer(&self, start: &PathStart<'_>, sum: &mut OuterSum, row: &mut [f32]) -> Tally {
+    fn transfer(&self, start: &PathStart<'_>, scratch: &mut MatrixScratch, row: &mut [f32]) -> Tally {
         let frame = Frame::about(start.normal);
         let origin = self.tracer.origin_above(start.position, start.lift);
         let sequence = (start.sobol, start.first);
-        let tally = self.sum((origin, start.planes), |point| frame.hemisphere(point), sequence, sum);
-        sum.take_into(self.factor(TAU), row);
+        let tally = self.sum((origin, start.planes), |point| frame.hemisphere(point), sequence, scratch);
+        scratch.sum.take_into(self.factor(TAU), row);
         tally
     }
 }
@@ -251,7 +259,7 @@ impl Piloted for Matrices<'_> {
 }
 
 impl Estimator for Matrices<'_> {
-    type Scratch = OuterSum;
+    type Scratch = MatrixScratch;
 
     fn receivers(&self) -> usize {
         self.points.positions.len()
@@ -265,7 +273,7 @@ impl Estimator for Matrices<'_> {
         self.paths.count()
     }
 
-    fn scratch(&self) -> OuterSum {
+    fn scratch(&self) -> MatrixScratch {
         self.paths.scratch()
     }
 
@@ -273,12 +281,12 @@ impl Estimator for Matrices<'_> {
         self.paths.options.seed
     }
 
-    fn estimate(&self, seed: u64, point: usize, sum: &mut OuterSum, row: &mut [f32]) -> Tally {
+    fn estimate(&self, seed: u64, point: usize, scratch: &mut MatrixScratch, row: &mut [f32]) -> Tally {
         let position = self.points.positions[point];
         let Some(receivers) = self.points.receivers else {
             let sobol = Sobol::at_place(seed, position.into_iter(), self.paths.bounces);
-            let tally = self.paths.sum((position, &[]), sphere, (&sobol, 0), sum);
-            sum.take_into(self.paths.factor(4.0 * PI), row);
+            let tally = self.paths.sum((position, &[]), sphere, (&sobol, 0), scratch);
+            scratch.sum.take_into(self.paths.factor(4.0 * PI), row);
             return tally;
         };
         let normal = receivers.normals()[point];
@@ -291,6 +299,6 @@ impl Estimator for Matrices<'_> {
             sobol: &Sobol::at_place(seed, position.into_iter().chain(normal), self.paths.bounces),
             first: 0,
         };
-        self.paths.transfer(&start, sum, row)
+        self.paths.transfer(&start, scratch, row)
     }
 }

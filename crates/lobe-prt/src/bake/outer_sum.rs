@@ -70,7 +70,7 @@ impl OuterSum {
         let square = first.len() * first.len();
         for (sums, weights) in self.sums.chunks_exact_mut(square).zip(&self.weights).take(self.channels) {
             for (sums, first) in sums.chunks_exact_mut(first.len()).zip(first) {
-                let weighted = std::array::from_fn(|k| first[k] * weights[k]);
+                let weighted: [f32; BATCH] = std::array::from_fn(|k| first[k] * weights[k]);
                 sums.iter_mut().zip(last).for_each(|(sum, last)| *sum += dot(&weighted, last));
             }
         }

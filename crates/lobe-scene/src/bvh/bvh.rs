@@ -1,6 +1,8 @@
 //! Bounding volume hierarchy with eight children per node (BVH8): construction and ray queries.
 
 use crate::bvh::binned;
+use crate::bvh::bins::MOST_PRIMITIVES;
+use crate::bvh::closest_stream::ClosestStream;
 use crate::bvh::collapse::collapse;
 use crate::bvh::lanes::Machine;
 use crate::bvh::layers::LeftOut;
@@ -69,14 +71,14 @@ impl Bvh {
     /// The BVH of the triangles with these corners, with their indices in the slice. Without triangles nothing is hit.
     ///
     /// # Panics
-    /// If a coordinate is not finite or above 10¹⁵, or there are 2³¹ triangles or more.
+    /// If a coordinate is not finite or above 10¹⁵, or there are more than 2³⁰ triangles.
     #[must_use]
     pub fn from_corners(corners: &[[[f32; 3]; 3]]) -> Self {
         Self::of(corners, LeftOut::default())
     }
 
     fn of(corners: &[[[f32; 3]; 3]], left_out: LeftOut) -> Self {
-        assert!(corners.len() < 1 << 31, "{} triangles", corners.len());
+        assert!(corners.len() <= MOST_PRIMITIVES, "{} triangles", corners.len());
         let is_in_range = |c: &f32| c.abs() <= LARGEST_COORDINATE;
         assert!(
             corners.as_flattened().as_flattened().iter().all(is_in_range),
@@ -231,6 +233,29 @@ impl Bvh {
     pub fn occluded_from_into(&self, origin: [f32; 3], directions: &[[f32; 3]], occluded: &mut [bool]) {
         assert_eq!(directions.len(), occluded.len(), "directions and answers");
         self.machine.run(RayStream { tree: self.tree(), origin, directions, occluded });
+    }
+
+    /// The closest hits of many half lines from one point: the same as of [`Bvh::closest`], bit by bit, in less time.
+    ///
+    /// # Panics
+    /// If the lengths differ.
+    pub fn closest_from_into(&self, origin: [f32; 3], directions: &[[f32; 3]], hits: &mut [Option<Hit>]) {
+        self.closest_from_where_into(origin, directions, hits, |_, _| true);
+    }
+
+    /// The closest hits that are accepted, each for the ray at that place among the directions.
+    ///
+    /// # Panics
+    /// If the lengths differ.
+    pub fn closest_from_where_into(
+        &self,
+        origin: [f32; 3],
+        directions: &[[f32; 3]],
+        hits: &mut [Option<Hit>],
+        accept: impl FnMut(usize, &Hit) -> bool,
+    ) {
+        assert_eq!(directions.len(), hits.len(), "directions and hits");
+        self.machine.run(ClosestStream { tree: self.tree(), origin, directions, hits, accept });
     }
 
     /// The closest hit; of equally close ones that of the triangle with the smallest index.

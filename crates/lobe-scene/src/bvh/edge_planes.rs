@@ -109,6 +109,30 @@ impl<L: Lanes> EdgePlanes<L> {
     }
 }
 
+impl<L: Lanes> EdgePlanes<L> {
+    /// For each triangle the rays of a set that may hit it: all but certain misses.
+    #[inline(always)]
+    pub(crate) fn may_hit(&self, lanes: L, rays: &[BundledRay], set: u64) -> [u64; WIDTH] {
+        let below = lanes.sub(lanes.splat(0.0), self.room);
+        let [mut possible, mut reversed] = [lanes.empty_sets(); 2];
+        for number in numbers(set) {
+            let d = rays[number].direction.map(|d| lanes.splat(d));
+            let [u, v, w] = [0, 1, 2].map(|k| dot(lanes, &d, &self.normals[k]));
+            possible = lanes.insert_where(possible, below, lanes.min(lanes.min(u, v), w), number);
+            if self.certain != ALL {
+                reversed = lanes.insert_where(reversed, lanes.max(lanes.max(u, v), w), self.room, number);
+            }
+        }
+        let [mut possible, reversed] = [possible, reversed].map(|sets| lanes.store_sets(sets));
+        for k in 0..WIDTH {
+            if self.certain >> k & 1 == 0 {
+                possible[k] |= reversed[k];
+            }
+        }
+        possible
+    }
+}
+
 #[inline(always)]
 fn cross<L: Lanes>(lanes: L, a: &[L::Vector; 3], b: &[L::Vector; 3]) -> [L::Vector; 3] {
     std::array::from_fn(|k| {

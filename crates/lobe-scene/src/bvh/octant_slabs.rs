@@ -1,7 +1,7 @@
 //! Slab test of eight boxes against many rays from one point in the same octant.
 
 use crate::bvh::lanes::{Lanes, WIDTH};
-use crate::bvh::ray_frame::{BundledRay, RayOrigin, numbers};
+use crate::bvh::ray_frame::{BUNDLE, BundledRay, RayOrigin, numbers};
 use crate::bvh::wide_node::{LARGEST, Node, SMALLEST};
 
 /// The slab test for rays of one octant from one point.
@@ -20,6 +20,8 @@ pub(crate) struct OctantSlabs<L: Lanes> {
     far_row: [usize; 3],
     near_shift: [L::Vector; 3],
     far_shift: [L::Vector; 3],
+    /// 1 or -1, as directions have it.
+    sign: [L::Vector; 3],
 }
 
 impl<L: Lanes> OctantSlabs<L> {
@@ -39,6 +41,7 @@ impl<L: Lanes> OctantSlabs<L> {
             far_row: std::array::from_fn(|k| far(k).0),
             near_shift: std::array::from_fn(|k| near(k).1),
             far_shift: std::array::from_fn(|k| far(k).1),
+            sign: is_backwards.map(|is_backwards| lanes.splat(if is_backwards { -1.0 } else { 1.0 })),
         }
     }
 
@@ -59,5 +62,39 @@ impl<L: Lanes> OctantSlabs<L> {
             sets = lanes.insert_where(sets, first, last, number);
         }
         lanes.store_sets(sets)
+    }
+
+    /// For each box the rays of a set that meet it up to their ends, in lengths of their scaled directions; and how far they
+    /// go at least before that.
+    ///
+    /// ```text
+    ///   t ≥ max_k (b - (o ± e)) / |d_k| ≥ max_k |b - (o ± e)|,   as |d_k| ≤ 1
+    /// ```
+    #[inline(always)]
+    pub(crate) fn meets_before(
+        &self,
+        lanes: L,
+        node: &Node,
+        rays: &[BundledRay],
+        ends: &[f32; BUNDLE],
+        set: u64,
+    ) -> ([u64; WIDTH], [f32; WIDTH]) {
+        let plane = |row: usize, shift| lanes.sub(node.row(lanes, row), shift);
+        let near: [L::Vector; 3] = std::array::from_fn(|k| plane(self.near_row[k], self.near_shift[k]));
+        let far: [L::Vector; 3] = std::array::from_fn(|k| plane(self.far_row[k], self.far_shift[k]));
+        let zero = lanes.splat(0.0);
+        let mut sets = lanes.empty_sets();
+        for number in numbers(set) {
+            let r = rays[number].reciprocal.map(|r| lanes.splat(r));
+            let enter = |k: usize| lanes.mul(near[k], r[k]);
+            let leave = |k: usize| lanes.mul(far[k], r[k]);
+            let end = lanes.splat(ends[number % BUNDLE]);
+            let first = lanes.max(lanes.max(enter(0), enter(1)), lanes.max(enter(2), zero));
+            let last = lanes.min(lanes.min(leave(0), leave(1)), lanes.min(leave(2), end));
+            sets = lanes.insert_where(sets, first, last, number);
+        }
+        let gap = |k: usize| lanes.mul(near[k], self.sign[k]);
+        let gaps = lanes.max(lanes.max(gap(0), gap(1)), lanes.max(gap(2), zero));
+        (lanes.store_sets(sets), lanes.store(gaps))
     }
 }

@@ -50,31 +50,71 @@ impl Work for RayStream<'_, '_> {
 
     #[inline(always)]
     fn work<L: Lanes>(self, lanes: L) {
-        let start = RayOrigin::new(self.origin, self.tree.bounds);
-        let mut stack = Stack::new();
-        for (directions, occluded) in self.directions.chunks(BATCH).zip(self.occluded.chunks_mut(BATCH)) {
-            let mut rays = [BundledRay::default(); BATCH];
-            let ends = sort(&start, directions, &mut rays);
-            for octant in 0..8 {
-                let first = if octant == 0 { 0 } else { ends[4 * octant - 1] };
-                let rays = &rays[first..ends[4 * octant + 3]];
-                let slabs = OctantSlabs::new(lanes, &start, octant);
-                let parts = rays.len().div_ceil(BUNDLE);
-                for part in 0..parts {
-                    let rays = &rays[part * rays.len() / parts..(part + 1) * rays.len() / parts];
-                    let bundle = Bundle { tree: &self.tree, start: &start, directions, rays, slabs: &slabs };
-                    let hit = bundle.trace(lanes, &mut stack);
-                    for (k, ray) in rays.iter().enumerate() {
-                        occluded[ray.place as usize] = hit >> k & 1 != 0;
-                    }
-                }
-            }
-            for ray in &rays[ends[KEYS - 2]..directions.len()] {
-                let place = ray.place as usize;
-                let ray = Ray::new(self.origin, directions[place]);
-                occluded[place] = AnyHit { tree: self.tree, ray: &ray, accept: |_| true }.work(lanes);
+        let mut query = Occlusion { occluded: self.occluded, stack: Stack::new() };
+        for_each_bundle(lanes, &self.tree, self.origin, self.directions, &mut query);
+    }
+}
+
+/// What is asked about rays, those of a bundle together and the others alone.
+pub(crate) trait BundleQuery {
+    /// To be marked `#[inline(always)]`, as all that takes lanes.
+    fn bundle<L: Lanes>(&mut self, lanes: L, bundle: &Bundle<'_, L>);
+
+    /// The ray at a place among all.
+    fn single<L: Lanes>(&mut self, lanes: L, tree: &Tree<'_>, ray: &Ray, place: usize);
+}
+
+/// Asks about many rays from one point.
+#[inline(always)]
+pub(crate) fn for_each_bundle<L: Lanes>(
+    lanes: L,
+    tree: &Tree<'_>,
+    origin: [f32; 3],
+    directions: &[[f32; 3]],
+    query: &mut impl BundleQuery,
+) {
+    let start = RayOrigin::new(origin, tree.bounds);
+    for (batch, directions) in directions.chunks(BATCH).enumerate() {
+        let mut rays = [BundledRay::default(); BATCH];
+        let ends = sort(&start, directions, &mut rays);
+        for octant in 0..8 {
+            let first = if octant == 0 { 0 } else { ends[4 * octant - 1] };
+            let rays = &rays[first..ends[4 * octant + 3]];
+            let slabs = OctantSlabs::new(lanes, &start, octant);
+            let parts = rays.len().div_ceil(BUNDLE);
+            for part in 0..parts {
+                let rays = &rays[part * rays.len() / parts..(part + 1) * rays.len() / parts];
+                query.bundle(
+                    lanes,
+                    &Bundle { tree, start: &start, directions, first: batch * BATCH, rays, slabs: &slabs },
+                );
             }
         }
+        for ray in &rays[ends[KEYS - 2]..directions.len()] {
+            let place = ray.place as usize;
+            query.single(lanes, tree, &Ray::new(origin, directions[place]), batch * BATCH + place);
+        }
+    }
+}
+
+/// Whether anything is hit.
+struct Occlusion<'r> {
+    occluded: &'r mut [bool],
+    stack: Stack<(u32, u64)>,
+}
+
+impl BundleQuery for Occlusion<'_> {
+    #[inline(always)]
+    fn bundle<L: Lanes>(&mut self, lanes: L, bundle: &Bundle<'_, L>) {
+        let hit = bundle.trace(lanes, &mut self.stack);
+        for k in 0..bundle.rays.len() {
+            self.occluded[bundle.place(k)] = hit >> k & 1 != 0;
+        }
+    }
+
+    #[inline(always)]
+    fn single<L: Lanes>(&mut self, lanes: L, tree: &Tree<'_>, ray: &Ray, place: usize) {
+        self.occluded[place] = AnyHit { tree: *tree, ray, accept: |_| true }.work(lanes);
     }
 }
 
@@ -109,19 +149,37 @@ fn sort(start: &RayOrigin, directions: &[[f32; 3]], sorted: &mut [BundledRay; BA
 }
 
 /// Up to 64 rays of one octant.
-struct Bundle<'a, L: Lanes> {
-    tree: &'a Tree<'a>,
-    start: &'a RayOrigin,
+pub(crate) struct Bundle<'a, L: Lanes> {
+    pub(crate) tree: &'a Tree<'a>,
+    pub(crate) start: &'a RayOrigin,
+    /// Those of the batch, whose first ray has this place among all.
     directions: &'a [[f32; 3]],
-    rays: &'a [BundledRay],
-    slabs: &'a OctantSlabs<L>,
+    first: usize,
+    pub(crate) rays: &'a [BundledRay],
+    pub(crate) slabs: &'a OctantSlabs<L>,
 }
 
 impl<L: Lanes> Bundle<'_, L> {
+    /// The place of a ray among all.
+    #[inline(always)]
+    pub(crate) fn place(&self, k: usize) -> usize {
+        self.first + self.rays[k].place as usize
+    }
+
+    /// The set of all its rays.
+    #[inline(always)]
+    pub(crate) fn all(&self) -> u64 {
+        !0 >> (BUNDLE - self.rays.len())
+    }
+
+    pub(crate) fn ray(&self, k: usize) -> Ray {
+        Ray::new(self.start.origin, self.directions[self.rays[k].place as usize])
+    }
+
     /// The set of rays that are occluded.
     #[inline(always)]
     fn trace(&self, lanes: L, stack: &mut Stack<(u32, u64)>) -> u64 {
-        let all = !0 >> (BUNDLE - self.rays.len());
+        let all = self.all();
         let mut free = all;
         stack.clear();
         let mut next = Some((0, all));
@@ -165,7 +223,7 @@ impl<L: Lanes> Bundle<'_, L> {
     /// Whether a ray hits a triangle.
     #[cold]
     fn is_hit(&self, block: &Block, lane: usize, k: usize) -> bool {
-        let ray = Ray::new(self.start.origin, self.directions[self.rays[k].place as usize]);
+        let ray = self.ray(k);
         let hit = |frame| block.hit(&ShearedRay::new(ray.origin, &frame, ray.t_max), lane);
         self.start.frame_of(&ray).and_then(hit).is_some()
     }

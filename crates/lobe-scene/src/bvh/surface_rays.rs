@@ -104,6 +104,19 @@ impl<'a> SurfaceRays<'a> {
         }
     }
 
+    /// The first hits at which many rays from one point stop: those of [`Self::closest`], in less time.
+    ///
+    /// # Panics
+    /// If the lengths differ.
+    pub fn closest_from_into(&self, origin: [f32; 3], directions: &[[f32; 3]], hits: &mut [Option<Hit>]) {
+        if self.has_holes {
+            let stops = |place: usize, hit: &Hit| self.scene.stops(&Ray::new(origin, directions[place]), hit);
+            self.bvh.closest_from_where_into(origin, directions, hits, stops);
+        } else {
+            self.bvh.closest_from_into(origin, directions, hits);
+        }
+    }
+
     /// Whether each of many rays from one point stops anywhere: see [`Bvh::occluded_from_into`].
     ///
     /// # Panics

@@ -7,7 +7,7 @@ use crate::bvh::wide_node::{BLOCK_BIT, Block, Node, SlabRay};
 use crate::{Bounds, Hit, Ray};
 
 /// The factor that covers the rounding of a ray's end, and of the distance of a hit, against boxes.
-const END_ROOM: f32 = 1.0 + 1e-6;
+pub(crate) const END_ROOM: f32 = 1.0 + 1e-6;
 
 /// The parts of a tree needed for traversal.
 #[derive(Clone, Copy, Debug)]

@@ -428,3 +428,74 @@ fn triangles_without_area_stop_no_rays_together_either() {
     let occluded = compare_together_and_alone("no area", &bvh, [0.0; 3], &rays);
     assert_eq!(occluded, 0, "rays stopped by triangles without area");
 }
+
+#[test]
+fn neither_a_tree_nor_its_rays_meet_denormal_numbers() {
+    let corners = soup(5000, 41);
+    // In one thread, whose flags are looked at.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let build = || drop(Bvh::from_corners(&corners));
+    let in_tree = pool.install(|| lobe_testkit::meets_denormals(build));
+    let rays: Vec<Ray> = rays(2000, 42).into_iter().map(|ray| Ray::new(ray.origin, ray.direction)).collect();
+    let whole = Bvh::from_corners(&corners);
+    for simd in Simd::ALL {
+        let Some(bvh) = whole.clone().with_simd(simd) else {
+            lobe_testkit::skipped(&format!("this machine has no {simd:?}"));
+            continue;
+        };
+        let in_rays = lobe_testkit::meets_denormals(|| {
+            let directions: Vec<_> = rays.iter().map(|ray| ray.direction).collect();
+            let mut occluded = vec![false; rays.len()];
+            bvh.occluded_from_into([0.1, 0.2, 0.3], &directions, &mut occluded);
+            for ray in &rays {
+                std::hint::black_box((bvh.is_occluded(ray), bvh.closest(ray)));
+            }
+        });
+        assert_ne!(in_rays, Some(true), "{simd:?} rays meet a denormal number");
+    }
+    assert_ne!(in_tree, Some(true), "the build of a tree meets a denormal number");
+    if in_tree.is_none() {
+        lobe_testkit::skipped("this processor does not tell of denormal numbers");
+    }
+}
+
+#[test]
+fn closest_hits_of_many_rays_from_a_point_are_those_of_each_bit_by_bit() {
+    let bits = |hit: Option<Hit>| hit.map(|hit| (hit.t.to_bits(), hit.triangle, hit.u.to_bits(), hit.v.to_bits()));
+    let mut random = Random::new(43);
+    // Each triangle of the second half is at the place of another, so that hits are equally close.
+    let mut corners = soup(1500, 44);
+    corners.extend_from_within(..);
+    let whole = Bvh::from_corners(&corners);
+    let mut hit = 0;
+    for simd in Simd::ALL {
+        let Some(bvh) = whole.clone().with_simd(simd) else {
+            lobe_testkit::skipped(&format!("this machine has no {simd:?}"));
+            continue;
+        };
+        for (round, count) in [1, 2, 16, 63, 64, 65, 256, 257, 1000].into_iter().cycle().take(27).enumerate() {
+            // Among the triangles, at a corner of one, and far away.
+            let origin = match round % 3 {
+                0 => narrow(random.direction().map(|c| c * random.unit())),
+                1 => corners[17 * round][0],
+                _ => narrow(random.direction().map(|c| 100.0 * c)),
+            };
+            let mut directions: Vec<[f32; 3]> = rays(count, round as u64).iter().map(|ray| ray.direction).collect();
+            directions[0] = [0.0, 0.0, if round % 2 == 0 { 0.0 } else { 1.0 }];
+            let mut hits = vec![None; count];
+            bvh.closest_from_into(origin, &directions, &mut hits);
+            let mut odd = hits.clone();
+            bvh.closest_from_where_into(origin, &directions, &mut odd, |place, hit| {
+                (place as u32 ^ hit.triangle) & 1 == 1
+            });
+            for (k, &direction) in directions.iter().enumerate() {
+                let ray = Ray::new(origin, direction);
+                assert_eq!(bits(hits[k]), bits(bvh.closest(&ray)), "{simd:?}, round {round}, ray {k}: {ray:?}");
+                let expected = bvh.closest_where(&ray, |hit| (k as u32 ^ hit.triangle) & 1 == 1);
+                assert_eq!(bits(odd[k]), bits(expected), "{simd:?}, round {round}, ray {k}, every other triangle");
+                hit += usize::from(hits[k].is_some());
+            }
+        }
+    }
+    assert!(hit > 1000, "{hit} hits: enough to tell");
+}
