@@ -202,21 +202,6 @@ impl<'a> DiffusePaths<'a> {
         tally
     }
 
-    /// How far the mean of the basis over the directions of a point is off its closed form, which is what light without
-    /// obstacles is off in [`DiffusePaths::transfer`] of a white point.
-    pub(crate) fn sampling_error(&self, start: &PathStart<'_>, scratch: &mut Scratch, row: &mut [f32]) {
-        let (frame, _) = self.frame_and_origin(start);
-        for &index in &self.order {
-            scratch.sum.push(frame.cosine(start.sobol.point(start.first + index, 0)), [1.0; 3]);
-        }
-        scratch.sum.take_into(self.factors(start), row);
-        let normal = Dir::from_f32(start.normal).unwrap_or(Dir::Z);
-        let cosine = self.cosine.towards(normal, std::f64::consts::FRAC_1_PI);
-        for row in row.chunks_exact_mut(self.bands()) {
-            row.iter_mut().zip(cosine.coefficients()).for_each(|(t, c)| *t -= *c as f32);
-        }
-    }
-
     /// The axes of the directions of a point, and the origin of its rays.
     fn frame_and_origin(&self, start: &PathStart<'_>) -> (Frame, [f32; 3]) {
         (Frame::about(start.normal), self.tracer.origin_above(start.position, start.lift))
@@ -278,6 +263,23 @@ impl PointTransfer for DiffusePaths<'_> {
             BakeMode::Shadowed => self.shadowed(start, scratch, row),
             BakeMode::Interreflected | BakeMode::Glossy => self.interreflected(start, scratch, row),
         }
+    }
+
+    fn sampling_error(&self, start: &PathStart<'_>, scratch: &mut Scratch, row: &mut [f32]) -> bool {
+        if self.options.mode == BakeMode::Unshadowed || self.density != Density::Cosine {
+            return false;
+        }
+        let (frame, _) = self.frame_and_origin(start);
+        for &index in &self.order {
+            scratch.sum.push(frame.cosine(start.sobol.point(start.first + index, 0)), [1.0; 3]);
+        }
+        scratch.sum.take_into(self.factors(start), row);
+        let normal = Dir::from_f32(start.normal).unwrap_or(Dir::Z);
+        let cosine = self.cosine.towards(normal, std::f64::consts::FRAC_1_PI);
+        for row in row.chunks_exact_mut(self.bands()) {
+            row.iter_mut().zip(cosine.coefficients()).for_each(|(t, c)| *t -= *c as f32);
+        }
+        true
     }
 }
 

@@ -148,7 +148,7 @@ impl<'a> Residuals<'a> {
                 open += tally.energy[0];
                 extend_weighted(&mut scratch.halves[half], &scratch.row, &self.weights);
                 if self.is_traced {
-                    self.paths.sampling_error(&start(half), &mut scratch.paths, &mut scratch.row);
+                    let _ = self.paths.sampling_error(&start(half), &mut scratch.paths, &mut scratch.row);
                     extend_weighted(&mut scratch.errors[half], &scratch.row, &self.weights);
                 }
             }

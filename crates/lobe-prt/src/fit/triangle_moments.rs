@@ -26,7 +26,9 @@ pub(crate) const VARIANCE: usize = 6;
 ///   a row:  M_00, M_01, M_02, M_11, M_12, M_22, σ², m_0, m_1, m_2
 /// ```
 ///
-/// T are the vectors or matrices of a white point. Points that nobody sees have a weight of 1e-4 of this. p is the mean
+/// T are the vectors or matrices of a white point. Vectors are less noisy by what their directions alone are off, times
+/// the part β of the paths of the other points that leave at once (a control variate, no bias; see [`SamplingErrors`]).
+/// Points that nobody sees have a weight of 1e-4 of this. p is the mean
 /// throughput of the N paths of the others: σ² is the variance of that, as a part of its square, if each path brings
 /// all or nothing and none knows of the others.
 #[derive(Debug)]
@@ -44,7 +46,9 @@ pub(crate) struct TriangleMoments<'a, P> {
 pub(crate) struct Scratch<S> {
     paths: S,
     row: Vec<f32>,
+    error: Vec<f32>,
     sums: Vec<f64>,
+    errors: SamplingErrors,
 }
 
 impl<P: PointTransfer> Piloted for TriangleMoments<'_, P> {
@@ -78,7 +82,14 @@ impl<P: PointTransfer> Estimator for TriangleMoments<'_, P> {
     }
 
     fn scratch(&self) -> Scratch<P::Scratch> {
-        Scratch { paths: self.paths.scratch(), row: vec![0.0; self.paths.row()], sums: vec![0.0; self.row()] }
+        let numbers = self.paths.row();
+        Scratch {
+            paths: self.paths.scratch(),
+            row: vec![0.0; numbers],
+            error: vec![0.0; numbers],
+            sums: vec![0.0; self.row()],
+            errors: SamplingErrors::new(3 * numbers),
+        }
     }
 
     fn seed(&self) -> u64 {
@@ -86,8 +97,9 @@ impl<P: PointTransfer> Estimator for TriangleMoments<'_, P> {
     }
 
     fn estimate(&self, seed: u64, triangle: usize, scratch: &mut Self::Scratch, row: &mut [f32]) -> Tally {
-        let Scratch { paths, row: transfer, sums } = scratch;
+        let Scratch { paths, row: transfer, error, sums, errors } = scratch;
         sums.fill(0.0);
+        errors.clear();
         let count = self.points.count(triangle);
         let area = self.points.area(triangle);
         let face = self.points.face(triangle);
@@ -106,7 +118,12 @@ impl<P: PointTransfer> Estimator for TriangleMoments<'_, P> {
             // Add its moments.
             let weight = area / f64::from(count) * if is_buried { BURIED } else { 1.0 };
             add_moments(sums, weight, point.weights, transfer);
+            // What directions alone are off is known where nothing is in the way.
+            if self.paths.sampling_error(&start, paths, error) {
+                errors.add(weight, point.weights, error, of_point.energy[0]);
+            }
         }
+        errors.subtract_from(&mut sums[ELEMENT..]);
         row.iter_mut().zip(&*sums).for_each(|(number, sum)| *number = *sum as f32);
         row[VARIANCE] = variance(&tally, seen, self.paths.count()) as f32;
         // Energy is the mean over the triangle, weighted by its area among all.
@@ -129,12 +146,67 @@ fn variance(tally: &Tally, points: u32, paths: usize) -> f64 {
     (1.0 - mean) / (mean * paths)
 }
 
+/// What the moments of a triangle are off by the directions of paths alone, times what leaves at once.
+///
+/// ```text
+///   m_a = Σ_k w_k φ_a(p_k) (T_k - β_k E_k)      β_k = 1/(K - 1) Σ_{j ≠ k} o_j
+/// ```
+///
+/// `E_k` is what the directions of point k are off, with the mean 0, and `o_k` the part of its paths that leaves at
+/// once. `β_k` knows nothing of those directions, so the mean of the moments is the same. In the open, where β is 1, the
+/// closed form is left, without noise.
+#[derive(Debug)]
+pub(crate) struct SamplingErrors {
+    /// `Σ_k w_k φ_a(p_k) E_k`.
+    sums: Vec<f64>,
+    /// The same, times `o_k`.
+    open_sums: Vec<f64>,
+    open: f64,
+    points: u32,
+}
+
+impl SamplingErrors {
+    fn new(numbers: usize) -> Self {
+        Self { sums: vec![0.0; numbers], open_sums: vec![0.0; numbers], open: 0.0, points: 0 }
+    }
+
+    fn clear(&mut self) {
+        self.sums.fill(0.0);
+        self.open_sums.fill(0.0);
+        (self.open, self.points) = (0.0, 0);
+    }
+
+    /// Adds a point, of whose paths the part `open` leaves at once.
+    fn add(&mut self, weight: f64, phi: [f64; 3], error: &[f32], open: f64) {
+        add_vectors(&mut self.sums, weight, phi, error);
+        add_vectors(&mut self.open_sums, weight * open, phi, error);
+        self.open += open;
+        self.points += 1;
+    }
+
+    /// Subtracts `Σ_k w_k φ_a(p_k) β_k E_k`.
+    fn subtract_from(&self, moments: &mut [f64]) {
+        if self.points < 2 {
+            return;
+        }
+        let others = 1.0 / f64::from(self.points - 1);
+        for ((moment, sum), open_sum) in moments.iter_mut().zip(&self.sums).zip(&self.open_sums) {
+            *moment -= others * (self.open * sum - open_sum);
+        }
+    }
+}
+
 /// Adds the moments of a point, with its barycentric coordinates and its transfer, to a row.
 pub(crate) fn add_moments(sums: &mut [f64], weight: f64, [a, b, c]: [f64; 3], transfer: &[f32]) {
     let (element, vectors) = sums.split_at_mut(ELEMENT);
     let products = [a * a, a * b, a * c, b * b, b * c, c * c];
     element.iter_mut().zip(products).for_each(|(sum, product)| *sum += weight * product);
-    for (sums, phi) in vectors.chunks_exact_mut(transfer.len()).zip([a, b, c]) {
-        sums.iter_mut().zip(transfer).for_each(|(sum, t)| *sum += weight * phi * f64::from(*t));
+    add_vectors(vectors, weight, [a, b, c], transfer);
+}
+
+/// Adds a row times the hat function of each corner.
+fn add_vectors(sums: &mut [f64], weight: f64, phi: [f64; 3], row: &[f32]) {
+    for (sums, phi) in sums.chunks_exact_mut(row.len()).zip(phi) {
+        sums.iter_mut().zip(row).for_each(|(sum, t)| *sum += weight * phi * f64::from(*t));
     }
 }

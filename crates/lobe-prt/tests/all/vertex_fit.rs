@@ -51,6 +51,19 @@ fn without_shadows_it_is_the_closed_form_where_normals_do_not_bend() {
     }
 }
 
+#[test]
+fn what_stands_alone_has_the_closed_form_however_few_paths() {
+    let scene = of_meshes(vec![block([0.0; 3], [1.0, 2.0, 3.0])]);
+    let expected = fitted(&scene, &options(BakeMode::Unshadowed));
+    for mode in [BakeMode::Shadowed, BakeMode::Interreflected] {
+        let found = fitted(&scene, &options(mode).samples(16));
+        for (found, expected) in found.coefficients().iter().zip(expected.coefficients()) {
+            // Sums in f32 of directions and of the closed form are off by 1e-6 each.
+            assert!((found - expected).abs() < 1e-5, "{mode:?}: {found}, expected {expected}");
+        }
+    }
+}
+
 /// A long bar whose lower end is in a block, and the vertices of its sides there. Its sides are two triangles each.
 fn bar_in_a_block() -> (Scene, Receivers, Vec<usize>) {
     let bar = block([-0.1, -0.1, -0.5], [0.1, 0.1, 8.0]);
