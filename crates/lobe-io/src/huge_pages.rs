@@ -1,6 +1,7 @@
 //! Large arrays on huge pages.
 //!
-//! The one file of this crate with `unsafe`: an allocator cannot be had without, and advice to the system takes a pointer.
+//! The one file of this crate with `unsafe`: an allocator cannot be had without, and advice to the system takes a
+//! pointer.
 #![allow(unsafe_code, reason = "an allocator, and the system call by which it asks for huge pages; see above")]
 
 use std::alloc::{GlobalAlloc, Layout};
@@ -24,17 +25,17 @@ static IS_ON: AtomicBool = AtomicBool::new(true);
 
 /// An allocator whose allocations of 4 MiB and more lie on huge pages, if the system has some.
 ///
-/// Rays through a large tree, and whatever else reads here and there in much memory, wait for the table of pages. A page
-/// of 2 MiB takes one place in it where 512 usual ones do, and the system clears it in one go. Linux gives such pages to
-/// memory for which `madvise(MADV_HUGEPAGE)` asks (`/sys/kernel/mm/transparent_hugepage/enabled` is `madvise` or
-/// `always`). Elsewhere the allocator is the one that it stands on.
+/// Rays through a large tree, and whatever else reads here and there in much memory, wait for the table of pages. A
+/// page of 2 MiB takes one place in it where 512 usual ones do, and the system clears it in one go. Linux gives such
+/// pages to memory for which `madvise(MADV_HUGEPAGE)` asks (`/sys/kernel/mm/transparent_hugepage/enabled` is `madvise`
+/// or `always`). Elsewhere the allocator is the one that it stands on.
 ///
-/// mimalloc, which the command stands on, asks for huge pages by itself. This is for programs with the system's allocator:
-/// a million triangles so take rays of a bundle 0.80 to 0.86 of the time, single ones 0.87 to 0.95 (AMD EPYC,
-/// `cargo bench -p lobe-scene --bench rays -- 1M`).
+/// mimalloc, which the command stands on, asks for huge pages by itself. This is for programs with the system's
+/// allocator: a million triangles so take rays of a bundle 0.80 to 0.86 of the time, single ones 0.87 to 0.95 (AMD
+/// EPYC, `cargo bench -p lobe-scene --bench rays -- 1M`).
 ///
-/// Only whole huge pages within an allocation are asked for, so a process takes no memory beyond its allocations. What an
-/// array has allocated and not written yet takes up to 2 MiB.
+/// Only whole huge pages within an allocation are asked for, so a process takes no memory beyond its allocations. What
+/// an array has allocated and not written yet takes up to 2 MiB.
 ///
 /// ```no_run
 /// use std::alloc::System;
@@ -67,7 +68,8 @@ impl<A: Copy> HugePages<A> {
     }
 }
 
-// SAFETY: what is returned comes from the allocator below, which is asked by its own contract. Advice moves and changes nothing.
+// SAFETY: what is returned comes from the allocator below, which is asked by its own contract. Advice moves and changes
+// nothing.
 unsafe impl<A: GlobalAlloc> GlobalAlloc for HugePages<A> {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         // SAFETY: the caller keeps the contract of this function, which is that of the allocator's.
@@ -88,7 +90,8 @@ unsafe impl<A: GlobalAlloc> GlobalAlloc for HugePages<A> {
         // SAFETY: the caller has seen to it that a layout of this size is none that overflows.
         let grown = unsafe { self.alloc(Layout::from_size_align_unchecked(size, layout.align())) };
         if !grown.is_null() {
-            // SAFETY: both are there, apart from each other, and have as many bytes; the first was allocated by this layout.
+            // SAFETY: both are there, apart from each other, and have as many bytes; the first was allocated by this
+            // layout.
             unsafe {
                 std::ptr::copy_nonoverlapping(memory, grown, layout.size());
                 self.allocator.dealloc(memory, layout);
@@ -171,7 +174,8 @@ mod tests {
 
     use super::*;
 
-    /// Allocates, fills, and grows twice, beyond the size from which pages are huge; returns what the last part is like.
+    /// Allocates, fills, and grows twice, beyond the size from which pages are huge; returns what the last part is
+    /// like.
     fn grown<T>(allocator: &HugePages<System>, look: impl Fn(*mut u8, usize) -> T) -> T {
         let layout = |bytes: usize| Layout::from_size_align(bytes, 64).unwrap();
         let sizes = [LEAST / 2, 2 * LEAST + 12_345, 8 * LEAST];

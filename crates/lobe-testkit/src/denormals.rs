@@ -3,8 +3,9 @@
 
 /// Whether arithmetic of this thread meets a denormal number in `work`; `None` where the processor does not tell.
 ///
-/// Processors of Intel leave their pipeline for some hundred cycles where a sum or a product has one. The flag for it in
-/// the vector unit's register, MXCSR, is set by every x86, so that a test sees the trap on those too which pay nothing.
+/// Processors of Intel leave their pipeline for some hundred cycles where a sum or a product has one. The flag for it
+/// in the vector unit's register, MXCSR, is set by every x86, so that a test sees the trap on those too which pay
+/// nothing.
 pub fn meets_denormals(work: impl FnOnce()) -> Option<bool> {
     #[cfg(target_arch = "x86_64")]
     {
@@ -38,8 +39,8 @@ fn flags() -> u32 {
 #[cfg(target_arch = "x86_64")]
 fn clear_flags() {
     let mut register = 0_u32;
-    // SAFETY: the first instruction writes four bytes, to a number of four bytes; the second reads them. Settings of the
-    // register stay, and its flags may be changed by any code.
+    // SAFETY: the first instruction writes four bytes, to a number of four bytes; the second reads them. Settings of
+    // the register stay, and its flags may be changed by any code.
     unsafe {
         std::arch::asm!("stmxcsr [{}]", in(reg) &raw mut register, options(nostack, preserves_flags));
         register &= !FLAGS;

@@ -5,8 +5,8 @@ use lobe_sh::Basis;
 /// Directions evaluated together.
 pub(crate) const BATCH: usize = 64;
 
-/// Directions of a batch that is not full are evaluated in steps of so many, which is what the kernels of the basis take at a time:
-/// fewer would be evaluated in plain code, to other last digits.
+/// Directions of a batch that is not full are evaluated in steps of so many, which is what the kernels of the basis
+/// take at a time: fewer would be evaluated in plain code, to other last digits.
 const STEP: usize = 32;
 
 /// Partial sums of a batch that run side by side.

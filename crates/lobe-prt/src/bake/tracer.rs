@@ -32,8 +32,8 @@ pub(crate) enum PathEnd {
     Absorbed,
 }
 
-/// Paths from a point, at least, whose first rays are traced together: rays of an octant share the work, and of 16 paths there are
-/// two or three to each (`lobe bake --samples 256`, a fit, takes 0.9 to 1.2 times as long by bundles).
+/// Paths from a point, at least, whose first rays are traced together: rays of an octant share the work, and of 16
+/// paths there are two or three to each (`lobe bake --samples 256`, a fit, takes 0.9 to 1.2 times as long by bundles).
 const TOGETHER: usize = 24;
 
 /// The first directions of paths from one point, with their numbers in the sequences, and room for what they meet.
@@ -70,8 +70,8 @@ impl Tracer<'_> {
         self.0.bvh().origin_above(position, normal)
     }
 
-    /// Follows paths from one point, which start together, and calls `end` with the first direction of each and its end, in
-    /// their order. Counts their rays.
+    /// Follows paths from one point, which start together, and calls `end` with the first direction of each and its
+    /// end, in their order. Counts their rays.
     ///
     /// The first rays are traced in bundles, which few of them are not worth. Where glass tints light, each is alone.
     pub(crate) fn follow_all(

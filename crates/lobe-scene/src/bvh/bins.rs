@@ -5,8 +5,8 @@ use glam::{Vec3A, Vec4};
 /// A box and the index of what it is around. The index is in the fourth lane of `min`, as bits, so that both corners are
 /// loaded as they lie in memory.
 ///
-/// The fourth lane enters the arithmetic of the other three. Below 2²³ the bits alone are a denormal number, for each of
-/// which processors of Intel leave their pipeline: [`NORMAL`] makes the lane 2 or more.
+/// The fourth lane enters the arithmetic of the other three. Below 2²³ the bits alone are a denormal number, for each
+/// of which processors of Intel leave their pipeline: [`NORMAL`] makes the lane 2 or more.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Primitive {
     min: Vec4,

@@ -11,11 +11,11 @@ use crate::{Hit, Ray};
 
 /// Finds the closest accepted hits of many rays from one point.
 ///
-/// Rays traverse the tree in bundles as those of [`RayStream`](crate::bvh::ray_stream::RayStream) do. The boxes of a node
-/// are visited in the order of their distances to the point, which is about that in which all rays meet them, and a ray
-/// leaves the sets of boxes that lie beyond its hit. Planes through the point rule triangles out; those that are left
-/// are hit where [`ShearedRay::hit`] says so. Hits are those of one ray at a time, bit by bit: the least by distance
-/// and, of equal ones, by triangle.
+/// Rays traverse the tree in bundles as those of [`RayStream`](crate::bvh::ray_stream::RayStream) do. The boxes of a
+/// node are visited in the order of their distances to the point, which is about that in which all rays meet them, and
+/// a ray leaves the sets of boxes that lie beyond its hit. Planes through the point rule triangles out; those that are
+/// left are hit where [`ShearedRay::hit`] says so. Hits are those of one ray at a time, bit by bit: the least by
+/// distance and, of equal ones, by triangle.
 pub(crate) struct ClosestStream<'a, 'r, F> {
     pub(crate) tree: Tree<'a>,
     pub(crate) origin: [f32; 3],

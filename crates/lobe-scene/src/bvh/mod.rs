@@ -4,8 +4,8 @@
 //! Read `bvh` first, the public type; then `binned`, which builds a `binary_tree` by `bins`, `collapse`, which makes wide nodes of
 //! it, and `wide_node`, their layout in memory, `layers`, triangles that need not be in it, and `refit`, which moves
 //! the boxes of a tree; then `traverse`, one ray at a time: `ray_frame` prepares it, `watertight` intersects triangles.
-//! `ray_stream` traces many rays from one point at once, `closest_stream` to their closest hits: `octant_slabs` for boxes,
-//! `edge_planes` for triangles.
+//! `ray_stream` traces many rays from one point at once, `closest_stream` to their closest hits: `octant_slabs` for
+//! boxes, `edge_planes` for triangles.
 //! `surface_rays` asks surfaces whether they have holes. `lanes` has the vector instructions of all this. Uses `scene`.
 
 pub(crate) mod binary_tree;

@@ -64,8 +64,8 @@ impl<L: Lanes> OctantSlabs<L> {
         lanes.store_sets(sets)
     }
 
-    /// For each box the rays of a set that meet it up to their ends, in lengths of their scaled directions; and how far they
-    /// go at least before that.
+    /// For each box the rays of a set that meet it up to their ends, in lengths of their scaled directions; and how far
+    /// they go at least before that.
     ///
     /// ```text
     ///   t ≥ max_k (b - (o ± e)) / |d_k| ≥ max_k |b - (o ± e)|,   as |d_k| ≤ 1
