@@ -27,6 +27,7 @@ pub(crate) trait Lanes: Copy {
 
     fn load_wide(self, values: &[f32; EIGHT]) -> Self::Wide;
     fn splat_wide(self, value: f32) -> Self::Wide;
+    #[cfg(test)]
     fn store_wide(self, values: Self::Wide) -> [f32; EIGHT];
     /// `sum + a b`, rounded twice.
     fn add_product_wide(self, sum: Self::Wide, a: Self::Wide, b: Self::Wide) -> Self::Wide;
@@ -149,6 +150,7 @@ impl Lanes for Plain {
         [value; EIGHT]
     }
 
+    #[cfg(test)]
     #[inline(always)]
     fn store_wide(self, values: Self::Wide) -> [f32; EIGHT] {
         values
@@ -232,6 +234,7 @@ mod avx2 {
             self.avx._mm256_set1_ps(value)
         }
 
+        #[cfg(test)]
         #[inline(always)]
         fn store_wide(self, values: Self::Wide) -> [f32; EIGHT] {
             pulp::cast(values)
