@@ -249,6 +249,16 @@ impl<S> Rgb<S> {
 }
 
 impl<S: Real> Rgb<S> {
+    /// Channel `c` to write to; blue from 2 on.
+    #[inline(always)]
+    pub(crate) fn channel_mut(&mut self, c: usize) -> &mut S {
+        match c {
+            0 => &mut self.r,
+            1 => &mut self.g,
+            _ => &mut self.b,
+        }
+    }
+
     /// Relative luminance `0.2126 r + 0.7152 g + 0.0722 b` (ITU-R BT.709).
     #[must_use]
     pub fn luminance(self) -> S {

@@ -78,6 +78,7 @@ fn generated() -> Vec<(&'static str, Vec<(String, String)>)> {
     ];
     vec![
         ("crates/lobe-sh/src/product/generated", product_files::of_pairs(&products)),
+        ("crates/lobe-sh/src/product/fused", product_files::of_fused_pairs(&products)),
         ("crates/lobe-sh/src/product/lanes", product_files::of_lanes(&products)),
         ("crates/lobe-sh/src/basis/lanes", lane_basis::files(HEADER)),
         ("crates/lobe-sh/src/rotation/generated", rotation::files(HEADER)),

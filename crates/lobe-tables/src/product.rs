@@ -116,6 +116,17 @@ impl Product {
         )
     }
 
+    /// Of one pair in `f32`, whose sums and products a machine fuses.
+    pub(crate) fn source_to_fuse(&self) -> String {
+        let [a, b, out] = self.kind.lengths();
+        let signature = format!("product(a: &[f32; {a}], b: &[f32; {b}], out: &mut [f32; {out}])");
+        let function = Function { seen_by: "crate", signature, ..self.function() };
+        format!(
+            "{HEADER}\nuse crate::product::fused_pair::Fuse as _;\nuse crate::scalar::constant as k;\n\n{}",
+            function.source_to_fuse()
+        )
+    }
+
     fn function(&self) -> Function<'_> {
         let [a, b, out] = self.kind.lengths();
         let [order_a, order_b, order_out] = self.kind.orders();

@@ -33,6 +33,24 @@ pub(crate) fn of_lanes(products: &[Product]) -> Vec<(String, String)> {
     files
 }
 
+/// The orders of the files of one pair that is multiplied by fused sums.
+const FUSED: [usize; 2] = [3, 4];
+
+/// Those files.
+pub(crate) fn of_fused_pairs(products: &[Product]) -> Vec<(String, String)> {
+    let mut files = Vec::new();
+    let mut index = format!(
+        "{HEADER}\n//! Products of one pair of expansions in `f32`, with fused sums, as straight-line code.\n\n\
+         #![allow(clippy::too_many_lines, reason = \"straight-line code\")]\n\n"
+    );
+    for product in products.iter().filter(|product| FUSED.map(|n| Kind::General([n; 3])).contains(&product.kind)) {
+        let _ = writeln!(index, "#[rustfmt::skip]\npub(crate) mod {};", product.kind.module());
+        files.push((format!("{}.rs", product.kind.module()), product.source_to_fuse()));
+    }
+    files.push(("mod.rs".into(), index));
+    files
+}
+
 /// `mod.rs`: the modules, the table of costs and the choice of a function by the numbers of coefficients.
 fn index(products: &[Product]) -> String {
     let mut text = String::from(HEADER);

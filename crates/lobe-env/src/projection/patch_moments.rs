@@ -101,19 +101,28 @@ impl Patches {
     pub(crate) fn project(&self, map: &MappedMap, order: usize) -> Vec<Vec<Rgb<f64>>> {
         let rule = gauss_legendre(self.nodes);
         let basis = Basis::<f64>::new(order);
-        let columns: Vec<Vec<Cell>> = parallel::map(self.patches.len(), &|k| {
-            (0..self.cells).map(|column| self.patches[k].cell(0, column, self.cells, &rule)).collect()
+        // Few are different: those of both axes of all faces of a cube are one.
+        let mut spans: Vec<Span> = self.patches.iter().flat_map(|patch| [patch.span(0), patch.span(1)]).collect();
+        spans.sort_unstable();
+        spans.dedup();
+        let integrals = parallel::map(spans.len() * self.cells, &|task| {
+            spans[task / self.cells].integrals(task % self.cells, self.cells, &rule)
         });
+        let cell = |patch: &Patch, axis: usize, k: usize| {
+            let span = spans.binary_search(&patch.span(axis)).unwrap_or_else(|_| unreachable!("every span is there"));
+            patch.cell(axis, k, self.cells, &rule, &integrals[span * self.cells + k])
+        };
         // A task for each row of cells of each patch.
         parallel::map(self.patches.len() * self.cells, &|task| {
             let (k, row) = (task / self.cells, task % self.cells);
             let patch = &self.patches[k];
-            let row = patch.cell(1, row, self.cells, &rule);
+            let row = cell(patch, 1, row);
+            let columns: Vec<Cell<'_>> = (0..self.cells).map(|column| cell(patch, 0, column)).collect();
             let moments =
-                Machine::detect().run(Moments { patch, map, columns: &columns[k], row: &row, nodes: self.nodes });
+                Machine::detect().run(Moments { patch, map, columns: &columns, row: &row, nodes: self.nodes });
             let mut part = vec![Rgb::ZERO; coefficient_count(order)];
             let mut values = vec![0.0; coefficient_count(order)];
-            for (column, moments) in columns[k].iter().zip(moments.chunks_exact(self.nodes * self.nodes)) {
+            for (column, moments) in columns.iter().zip(moments.chunks_exact(self.nodes * self.nodes)) {
                 for (i, moment) in moments.iter().copied().map(Rgb::from).enumerate() {
                     let p = patch.point(column.nodes[i % self.nodes], row.nodes[i / self.nodes]);
                     let scale = dot(p, p).sqrt().recip();
@@ -130,10 +139,10 @@ impl Patches {
 }
 
 /// The texels of a cell in one direction.
-struct Cell {
+struct Cell<'a> {
     texels: Range<usize>,
     /// For each node, the integrals of its Lagrange polynomial over the texels.
-    integrals: Vec<f64>,
+    integrals: &'a [f64],
     /// The coordinates of the nodes on the patch.
     nodes: Vec<f64>,
 }
@@ -143,29 +152,20 @@ impl Patch {
         add_scaled(add_scaled(self.origin, self.right, a), self.down, b)
     }
 
-    /// Cell `k` of `cells` along an axis.
-    fn cell(&self, axis: usize, k: usize, cells: usize, rule: &[(f64, f64)]) -> Cell {
+    fn span(&self, axis: usize) -> Span {
         let (frame, texels) = (&self.frame[axis], &self.texels[axis]);
-        let edge = |k: usize| texels.start as f64 + (texels.len() * k) as f64 / cells as f64;
-        let (start, end) = (edge(k), edge(k + 1));
-        let (middle, half) = (0.5 * (start + end), 0.5 * (end - start));
-        let first = start as usize;
-        let count = if half > 0.0 { end.ceil() as usize - first } else { 0 };
+        Span { frame: frame.len(), start: texels.start - frame.start, len: texels.len() }
+    }
+
+    /// Cell `k` of `cells` along an axis, whose integrals are given.
+    fn cell<'a>(&self, axis: usize, k: usize, cells: usize, rule: &[(f64, f64)], integrals: &'a [f64]) -> Cell<'a> {
+        let (frame, texels) = (&self.frame[axis], &self.texels[axis]);
+        let [middle, half] = middle_and_half(texels, k, cells);
+        let first = (middle - half) as usize;
         // From edges of texels to [-1, 1] of the frame.
         let to_frame = 2.0 / frame.len() as f64;
-        let mut integrals = vec![0.0; rule.len() * count];
-        let at = |edge: usize| legendre_integrals(((edge as f64).clamp(start, end) - middle) / half, rule.len());
-        let at_nodes: Vec<Vec<f64>> = rule.iter().map(|(x, _)| legendre(*x, rule.len())).collect();
-        for i in 0..count {
-            let (from, to) = (at(first + i), at(first + i + 1));
-            for (j, (values, (_, weight))) in at_nodes.iter().zip(rule).enumerate() {
-                let sum: f64 =
-                    values.iter().zip(from.iter().zip(&to)).map(|(value, (from, to))| value * (to - from)).sum();
-                integrals[j * count + i] = 0.5 * weight * sum * half * to_frame;
-            }
-        }
         let nodes = rule.iter().map(|(x, _)| (middle + half * x - frame.start as f64) * to_frame - 1.0).collect();
-        Cell { texels: first..first + count, integrals, nodes }
+        Cell { texels: first..first + integrals.len() / rule.len(), integrals, nodes }
     }
 
     /// The columns of the texels of a row that lie in the patch as a whole.
@@ -179,6 +179,45 @@ impl Patch {
         let first = (start..end).find(is_in).unwrap_or(end);
         first..(first..end).find(|x| !is_in(x)).unwrap_or(end)
     }
+}
+
+/// The texels of a patch along an axis, from the start of its frame, and the length of that.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Span {
+    frame: usize,
+    start: usize,
+    len: usize,
+}
+
+impl Span {
+    /// For each node of cell `k` of `cells`, the integrals of its Lagrange polynomial over the texels.
+    fn integrals(&self, k: usize, cells: usize, rule: &[(f64, f64)]) -> Vec<f64> {
+        let [middle, half] = middle_and_half(&(self.start..self.start + self.len), k, cells);
+        let (start, end) = (middle - half, middle + half);
+        let first = start as usize;
+        let count = if half > 0.0 { end.ceil() as usize - first } else { 0 };
+        let scale = half * 2.0 / self.frame as f64;
+        let at = |edge: usize| legendre_integrals(((edge as f64).clamp(start, end) - middle) / half, rule.len());
+        let at_nodes: Vec<Vec<f64>> = rule.iter().map(|(x, _)| legendre(*x, rule.len())).collect();
+        let mut integrals = vec![0.0; rule.len() * count];
+        let mut from = at(first);
+        for i in 0..count {
+            let to = at(first + i + 1);
+            let over: Vec<f64> = from.iter().zip(&to).map(|(from, to)| to - from).collect();
+            for (j, (values, (_, weight))) in at_nodes.iter().zip(rule).enumerate() {
+                let sum: f64 = values.iter().zip(&over).map(|(value, over)| value * over).sum();
+                integrals[j * count + i] = 0.5 * weight * sum * scale;
+            }
+            from = to;
+        }
+        integrals
+    }
+}
+
+/// The middle and half the length of cell `k` of `cells` of some texels, in texels.
+fn middle_and_half(texels: &Range<usize>, k: usize, cells: usize) -> [f64; 2] {
+    let edge = |k: usize| texels.start as f64 + (texels.len() * k) as f64 / cells as f64;
+    [0.5 * (edge(k) + edge(k + 1)), 0.5 * (edge(k + 1) - edge(k))]
 }
 
 /// A face of a cube.
@@ -243,8 +282,8 @@ fn legendre_integrals(t: f64, n: usize) -> Vec<f64> {
 struct Moments<'a> {
     patch: &'a Patch,
     map: &'a MappedMap,
-    columns: &'a [Cell],
-    row: &'a Cell,
+    columns: &'a [Cell<'a>],
+    row: &'a Cell<'a>,
     nodes: usize,
 }
 

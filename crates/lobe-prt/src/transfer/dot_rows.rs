@@ -13,7 +13,7 @@ use lobe_io::parallel;
 use lobe_sh::Rgb;
 
 use crate::transfer::number::Number;
-use crate::transfer::simd::{EIGHT, Lanes, Machine, Work};
+use crate::transfer::simd::{EIGHT, FOUR, Lanes, Machine, Work};
 
 /// Receivers that a thread takes at a time: their rows fit the second-level cache, and handing them out costs nothing.
 pub(crate) const CHUNK: usize = 4096;
@@ -143,15 +143,21 @@ fn gray_rows<L: Lanes, T: Number, const N: usize>(lanes: L, rows: &[T], light: &
     let (eights, last_rows) = rows.as_chunks::<N>().0.as_chunks::<EIGHT>();
     let (outs, last_outs) = out.as_chunks_mut::<EIGHT>();
     for (rows, out) in eights.iter().zip(outs) {
-        let [r, g, b] = eight_colors(lanes, rows, &planes).map(|color| lanes.store_wide(color));
-        for (k, out) in out.iter_mut().enumerate() {
-            *out = Rgb::new(r[k], g[k], b[k]);
-        }
+        store_colors(lanes, eight_colors(lanes, rows, &planes), out);
     }
     for (row, out) in last_rows.iter().zip(last_outs) {
         let sum = |plane: &[f32; N]| row.iter().zip(plane).fold(0.0, |sum, (t, l)| sum + t.single() * l);
         let [r, g, b] = planes.each_ref().map(sum);
         *out = Rgb::new(r, g, b);
+    }
+}
+
+/// Eight colors from the lanes of their channels.
+#[inline(always)]
+pub(crate) fn store_colors<L: Lanes>(lanes: L, channels: [L::Wide; 3], out: &mut [Rgb<f32>; EIGHT]) {
+    let numbers = lanes.store_colors(channels);
+    for (out, [r, g, b]) in out.iter_mut().zip(numbers.as_chunks::<3>().0) {
+        *out = Rgb::new(*r, *g, *b);
     }
 }
 
@@ -163,21 +169,49 @@ fn eight_colors<L: Lanes, T: Number, const N: usize>(
     planes: &[[f32; N]; 3],
 ) -> [L::Wide; 3] {
     let mut sums = [lanes.splat_wide(0.0); 3];
-    let mut add = |i: usize, column: L::Wide| {
-        for c in 0..3 {
-            sums[c] = lanes.add_product_wide(sums[c], column, lanes.splat_wide(planes[c][i]));
-        }
-    };
     for block in 0..N / EIGHT {
-        let square = std::array::from_fn(|k| T::wide(lanes, &rows[k].as_chunks::<EIGHT>().0[block]));
-        for (i, column) in lanes.transpose(square).into_iter().enumerate() {
-            add(EIGHT * block + i, column);
+        let mut square = [&rows[0].as_chunks::<EIGHT>().0[block]; EIGHT];
+        for k in 1..EIGHT {
+            square[k] = &rows[k].as_chunks::<EIGHT>().0[block];
+        }
+        let columns = T::columns(lanes, square);
+        for i in 0..EIGHT {
+            add_column(lanes, &mut sums, planes, EIGHT * block + i, columns[i]);
         }
     }
-    for i in N - N % EIGHT..N {
-        add(i, lanes.load_wide(&std::array::from_fn(|k| rows[k][i].single())));
+    if N % EIGHT >= FOUR {
+        let mut half = [&rows[0].as_chunks::<FOUR>().0[N / EIGHT * 2]; EIGHT];
+        for k in 1..EIGHT {
+            half[k] = &rows[k].as_chunks::<FOUR>().0[N / EIGHT * 2];
+        }
+        let columns = T::four_columns(lanes, half);
+        for i in 0..FOUR {
+            add_column(lanes, &mut sums, planes, N / EIGHT * EIGHT + i, columns[i]);
+        }
+    }
+    for i in N - N % FOUR..N {
+        let mut column = [0.0; EIGHT];
+        for k in 0..EIGHT {
+            column[k] = rows[k][i].single();
+        }
+        add_column(lanes, &mut sums, planes, i, lanes.load_wide(&column));
     }
     sums
+}
+
+/// A function: long closures are compiled by themselves, without the instructions of the lanes, which made order 6 five
+/// times as slow as with a vector for each color.
+#[inline(always)]
+fn add_column<L: Lanes, const N: usize>(
+    lanes: L,
+    sums: &mut [L::Wide; 3],
+    planes: &[[f32; N]; 3],
+    i: usize,
+    column: L::Wide,
+) {
+    for c in 0..3 {
+        sums[c] = lanes.add_product_wide(sums[c], column, lanes.splat_wide(planes[c][i]));
+    }
 }
 
 /// A vector for each color: `out[r].c = Σ_i rows[r][c][i] light[i].c`.

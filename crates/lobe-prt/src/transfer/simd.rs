@@ -27,6 +27,7 @@ pub(crate) trait Lanes: Copy {
 
     fn load_wide(self, values: &[f32; EIGHT]) -> Self::Wide;
     fn splat_wide(self, value: f32) -> Self::Wide;
+    #[cfg(test)]
     fn store_wide(self, values: Self::Wide) -> [f32; EIGHT];
     /// `sum + a b`, rounded twice.
     fn add_product_wide(self, sum: Self::Wide, a: Self::Wide, b: Self::Wide) -> Self::Wide;
@@ -36,6 +37,12 @@ pub(crate) trait Lanes: Copy {
     fn sums(self, values: [Self::Wide; 3]) -> [f32; 3];
     /// The columns of a square.
     fn transpose(self, rows: [Self::Wide; EIGHT]) -> [Self::Wide; EIGHT];
+    /// Four numbers beside four others.
+    fn pair(self, first: &[f32; FOUR], last: &[f32; FOUR]) -> Self::Wide;
+    /// The columns of the first halves beside those of the last halves.
+    fn transpose_halves(self, rows: [Self::Wide; FOUR]) -> [Self::Wide; FOUR];
+    /// Colors from their channels.
+    fn store_colors(self, channels: [Self::Wide; 3]) -> [f32; 3 * EIGHT];
 }
 
 /// Sign, exponent and fraction of a half, where an `f32` has its own.
@@ -143,6 +150,7 @@ impl Lanes for Plain {
         [value; EIGHT]
     }
 
+    #[cfg(test)]
     #[inline(always)]
     fn store_wide(self, values: Self::Wide) -> [f32; EIGHT] {
         values
@@ -166,6 +174,21 @@ impl Lanes for Plain {
     #[inline(always)]
     fn transpose(self, rows: [Self::Wide; EIGHT]) -> [Self::Wide; EIGHT] {
         std::array::from_fn(|i| std::array::from_fn(|k| rows[k][i]))
+    }
+
+    #[inline(always)]
+    fn pair(self, first: &[f32; FOUR], last: &[f32; FOUR]) -> Self::Wide {
+        std::array::from_fn(|i| if i < FOUR { first[i] } else { last[i - FOUR] })
+    }
+
+    #[inline(always)]
+    fn transpose_halves(self, rows: [Self::Wide; FOUR]) -> [Self::Wide; FOUR] {
+        std::array::from_fn(|i| std::array::from_fn(|k| rows[k % FOUR][k / FOUR * FOUR + i]))
+    }
+
+    #[inline(always)]
+    fn store_colors(self, channels: [Self::Wide; 3]) -> [f32; 3 * EIGHT] {
+        std::array::from_fn(|k| channels[k % 3][k / 3])
     }
 }
 
@@ -211,6 +234,7 @@ mod avx2 {
             self.avx._mm256_set1_ps(value)
         }
 
+        #[cfg(test)]
         #[inline(always)]
         fn store_wide(self, values: Self::Wide) -> [f32; EIGHT] {
             pulp::cast(values)
@@ -241,28 +265,52 @@ mod avx2 {
             [red, green, even + odd]
         }
 
-        /// Pairs of rows, then of pairs, then of halves.
+        /// Of each half, then of halves. Without closures: long ones are compiled by themselves, for any machine.
         #[inline(always)]
-        fn transpose(self, rows: [Self::Wide; EIGHT]) -> [Self::Wide; EIGHT] {
-            let [a, b, c, d, e, f, g, h] = rows;
-            let pairs = |x, y| [self.avx._mm256_unpacklo_ps(x, y), self.avx._mm256_unpackhi_ps(x, y)];
-            // Columns 0 and 4, 1 and 5, 2 and 6, 3 and 7 of four rows.
-            let fours = |[lo, hi]: [Self::Wide; 2], [next_lo, next_hi]: [Self::Wide; 2]| {
-                [
-                    self.avx._mm256_shuffle_ps::<0x44>(lo, next_lo),
-                    self.avx._mm256_shuffle_ps::<0xee>(lo, next_lo),
-                    self.avx._mm256_shuffle_ps::<0x44>(hi, next_hi),
-                    self.avx._mm256_shuffle_ps::<0xee>(hi, next_hi),
-                ]
-            };
-            let (first, last) = (fours(pairs(a, b), pairs(c, d)), fours(pairs(e, f), pairs(g, h)));
-            std::array::from_fn(|i| {
-                if i < FOUR {
-                    self.avx._mm256_permute2f128_ps::<0x20>(first[i], last[i])
-                } else {
-                    self.avx._mm256_permute2f128_ps::<0x31>(first[i - FOUR], last[i - FOUR])
-                }
-            })
+        fn transpose(self, [a, b, c, d, e, f, g, h]: [Self::Wide; EIGHT]) -> [Self::Wide; EIGHT] {
+            let (first, last) = (self.transpose_halves([a, b, c, d]), self.transpose_halves([e, f, g, h]));
+            let mut columns = [a; EIGHT];
+            for i in 0..FOUR {
+                columns[i] = self.avx._mm256_permute2f128_ps::<0x20>(first[i], last[i]);
+                columns[FOUR + i] = self.avx._mm256_permute2f128_ps::<0x31>(first[i], last[i]);
+            }
+            columns
+        }
+
+        #[inline(always)]
+        fn pair(self, first: &[f32; FOUR], last: &[f32; FOUR]) -> Self::Wide {
+            self.avx._mm256_set_m128(pulp::cast(*last), pulp::cast(*first))
+        }
+
+        #[inline(always)]
+        fn transpose_halves(self, [a, b, c, d]: [Self::Wide; FOUR]) -> [Self::Wide; FOUR] {
+            let (lo, hi) = (self.avx._mm256_unpacklo_ps(a, b), self.avx._mm256_unpackhi_ps(a, b));
+            let (next_lo, next_hi) = (self.avx._mm256_unpacklo_ps(c, d), self.avx._mm256_unpackhi_ps(c, d));
+            [
+                self.avx._mm256_shuffle_ps::<0x44>(lo, next_lo),
+                self.avx._mm256_shuffle_ps::<0xee>(lo, next_lo),
+                self.avx._mm256_shuffle_ps::<0x44>(hi, next_hi),
+                self.avx._mm256_shuffle_ps::<0xee>(hi, next_hi),
+            ]
+        }
+
+        /// Three registers of four colors each half, then the halves one after the other.
+        #[inline(always)]
+        fn store_colors(self, [r, g, b]: [Self::Wide; 3]) -> [f32; 3 * EIGHT] {
+            let (first, last) = (self.avx._mm256_unpacklo_ps(r, g), self.avx._mm256_unpackhi_ps(r, g));
+            let first =
+                self.avx._mm256_shuffle_ps::<0b10_00_01_00>(first, self.avx._mm256_shuffle_ps::<0b01_01_00_00>(b, r));
+            let middle = self.avx._mm256_shuffle_ps::<0b01_01_01_01>(g, b);
+            let middle = self.avx._mm256_shuffle_ps::<0b01_00_10_00>(middle, last);
+            let last = self.avx._mm256_shuffle_ps::<0b11_11_11_11>(g, b);
+            let last =
+                self.avx._mm256_shuffle_ps::<0b10_00_10_00>(self.avx._mm256_shuffle_ps::<0b11_11_10_10>(b, r), last);
+            let lines = [
+                self.avx._mm256_permute2f128_ps::<0x20>(first, middle),
+                self.avx._mm256_permute2f128_ps::<0x30>(last, first),
+                self.avx._mm256_permute2f128_ps::<0x31>(middle, last),
+            ];
+            pulp::cast(lines)
         }
     }
 }

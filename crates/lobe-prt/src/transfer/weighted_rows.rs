@@ -5,11 +5,12 @@
 use lobe_io::parallel;
 use lobe_sh::Rgb;
 
-use crate::transfer::dot_rows::CHUNK;
-use crate::transfer::simd::{Lanes, Machine, Work};
+use crate::transfer::dot_rows::{CHUNK, store_colors};
+use crate::transfer::number::Number as _;
+use crate::transfer::simd::{EIGHT, FOUR, Lanes, Machine, Work};
 
 /// Receivers shaded together: as many additions as a machine has under way at a time, so that those of one need not wait for another's.
-const TOGETHER: usize = 8;
+const TOGETHER: usize = EIGHT;
 
 /// Receivers whose weights are made `f32` at a time, by whole registers; those of eight components take 2 KB.
 const WIDENED: usize = 64;
@@ -57,7 +58,12 @@ impl<W: Copy + Into<f32>> Work for WeightsOfChunk<'_, W> {
             let (outs_together, last_outs) = out.as_chunks_mut::<TOGETHER>();
             let (numbers_together, last_numbers) = numbers.split_at(TOGETHER * clusters_together.len() * components);
             for (k, (clusters, out)) in clusters_together.iter().zip(outs_together).enumerate() {
-                let numbers = &numbers_together[k * TOGETHER * components..];
+                let numbers = &numbers_together[k * TOGETHER * components..][..TOGETHER * components];
+                if clusters.iter().all(|cluster| *cluster == clusters[0]) {
+                    let table = &table[usize::from(clusters[0]) * (components + 1)..][..=components];
+                    weighted_of_one(lanes, numbers, table, out);
+                    continue;
+                }
                 weighted_together(lanes, clusters, numbers, components, table, out);
             }
             for (k, (cluster, out)) in last_clusters.iter().zip(last_outs).enumerate() {
@@ -66,6 +72,41 @@ impl<W: Copy + Into<f32>> Work for WeightsOfChunk<'_, W> {
             }
         }
     }
+}
+
+/// The sums of eight receivers of one cluster, a receiver in each lane: each number of the cluster is loaded once for all.
+#[inline(always)]
+fn weighted_of_one<L: Lanes>(lanes: L, weights: &[f32], table: &[[f32; 4]], out: &mut [Rgb<f32>; TOGETHER]) {
+    let [first, bases @ ..] = table else { return };
+    let mut sums = [lanes.splat_wide(first[0]), lanes.splat_wide(first[1]), lanes.splat_wide(first[2])];
+    let mut rows: [&[f32]; TOGETHER] = [&[]; TOGETHER];
+    for k in 0..TOGETHER {
+        rows[k] = &weights[k * bases.len()..][..bases.len()];
+    }
+    let (fours, rest) = bases.as_chunks::<FOUR>();
+    for (block, bases) in fours.iter().enumerate() {
+        let mut square = [&[0.0; FOUR]; TOGETHER];
+        for k in 0..TOGETHER {
+            square[k] = &rows[k].as_chunks::<FOUR>().0[block];
+        }
+        let columns = f32::four_columns(lanes, square);
+        for i in 0..FOUR {
+            for c in 0..3 {
+                sums[c] = lanes.add_product_wide(sums[c], columns[i], lanes.splat_wide(bases[i][c]));
+            }
+        }
+    }
+    for (i, base) in rest.iter().enumerate() {
+        let mut column = [0.0; TOGETHER];
+        for k in 0..TOGETHER {
+            column[k] = rows[k][FOUR * fours.len() + i];
+        }
+        let column = lanes.load_wide(&column);
+        for c in 0..3 {
+            sums[c] = lanes.add_product_wide(sums[c], column, lanes.splat_wide(base[c]));
+        }
+    }
+    store_colors(lanes, sums, out);
 }
 
 /// The sums of `K` receivers side by side.
@@ -121,6 +162,24 @@ mod tests {
                 let error = (f64::from(found.g) - expected).abs();
                 assert!(error < 1e-3, "{components} components, receiver {r}: {} against {expected}", found.g);
             }
+        }
+    }
+    #[test]
+    fn receivers_of_one_cluster_have_the_bits_that_each_has_alone() {
+        let mut random = Random::new(4);
+        for components in [0, 1, 4, 7, 8] {
+            let table: Vec<[f32; 4]> =
+                (0..2 * (components + 1)).map(|_| std::array::from_fn(|_| random.signed() as f32)).collect();
+            let clusters = [1_u16; TOGETHER];
+            let weights: Vec<f32> = random.signed_vec(TOGETHER * components).iter().map(|x| *x as f32).collect();
+            let black = Rgb::new(0.0, 0.0, 0.0);
+            let (mut together, mut alone) = ([black; TOGETHER], [black; TOGETHER]);
+            weighted(&clusters, &weights, components, &table, &mut together);
+            for (r, alone) in alone.iter_mut().enumerate() {
+                let weights = &weights[r * components..][..components];
+                weighted(&clusters[..1], weights, components, &table, std::array::from_mut(alone));
+            }
+            assert_eq!(together, alone, "{components} components");
         }
     }
 }

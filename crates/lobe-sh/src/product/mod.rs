@@ -1,7 +1,7 @@
 //! Products of functions.
 //!
 //! Read [`product`] first: it picks one of three routes, straight-line code ([`straight_line`] of [`generated`], which `cargo xtask
-//! tables` writes), the sparse tensor of Gaunt coefficients ([`gaunt`]) or a [`grid`], the rows of which [`grid_fft`] transforms at
+//! tables` writes; [`fused_pair`] and [`fused`] in `f32`), the sparse tensor of Gaunt coefficients ([`gaunt`]) or a [`grid`], the rows of which [`grid_fft`] transforms at
 //! high orders by [`row_columns`] and FFT. [`matrix`] multiplies many functions by
 //! one. [`lane_product`] multiplies sixteen pairs at once ([`lanes`], generated too), [`lane_rows`] one pair of order 7
 //! to 10 by wide instructions. Uses `basis`, `expansion`, `simd` and
@@ -9,6 +9,10 @@
 
 #[cfg(test)]
 pub(crate) mod cost;
+#[cfg(feature = "std")]
+pub(crate) mod fused;
+#[cfg(feature = "std")]
+pub(crate) mod fused_pair;
 pub(crate) mod gaunt;
 pub(crate) mod generated;
 pub(crate) mod grid;

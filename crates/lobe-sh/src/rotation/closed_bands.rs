@@ -3,7 +3,7 @@
 use crate::rotation::term::{Term, number};
 
 /// √3; `f64::sqrt` is not const.
-const SQRT_3: f64 = 1.732_050_807_568_877_2;
+pub(crate) const SQRT_3: f64 = 1.732_050_807_568_877_2;
 
 /// Rotates the three coefficients of band 1, which are a vector.
 ///

@@ -1,14 +1,17 @@
-//! Bands 1 to 7 by straight-line code, with fused multiply-adds where the machine has them.
+//! Bands 1 to 7 by straight-line code, with fused multiply-adds where the machine has them; in `f32` by registers of AVX2.
 
-use crate::basis::index::band_range;
+use crate::basis::index::{band_range, coefficient_count};
 use crate::rotation::closed_bands::{rotate_band_1, rotate_band_2};
 use crate::rotation::cos_sin::{CosSin, zyz_of};
 use crate::rotation::generated::{band_3, band_4, band_5, band_6, band_7};
+#[cfg(all(feature = "std", target_arch = "x86_64"))]
+use crate::rotation::register_bands::rotate_in_registers;
 #[cfg(feature = "std")]
 use crate::rotation::term::Fused;
 use crate::rotation::term::Term;
+use crate::scalar::{TypedSlice, TypedSliceMut};
 use crate::simd::{Kernel, Machine};
-use crate::{Coefficient, Real};
+use crate::{Coefficient, Real, Rgb};
 
 /// The bands that are turned by angles and have code of their own.
 pub(crate) const MIDDLE_BANDS: core::ops::RangeInclusive<usize> = 3..=7;
@@ -22,14 +25,56 @@ type Turns<S> = [S; 2 * *MIDDLE_BANDS.end()];
 /// The matrix of a rotation, row by row.
 type Matrix = [[f64; 3]; 3];
 
-/// Rotates bands 1 and 2 by the matrix, and bands 3 to 7 by its angles and the formula of `rotate_bands_zyz`.
-pub(crate) fn rotate_low_bands<T: Coefficient>(matrix: &Matrix, coefficients: &mut [T]) {
-    Machine::detect().run(LowBands { matrix, coefficients });
+/// The number of coefficients of the bands that have code.
+pub(crate) const LOW_COUNT: usize = coefficient_count(FIRST_BAND_BY_TABLES);
+
+/// Rotates bands 0 to 7 of `src` into `dst`, as far as they have them: bands 1 and 2 by the matrix, and bands 3 to 7 by its
+/// angles and the formula of `rotate_bands_zyz`. Colors channel by channel, so that there is one code for all.
+pub(crate) fn rotate_low_bands<T: Coefficient>(matrix: &Matrix, src: &[T], dst: &mut [T]) {
+    let count = src.len().min(LOW_COUNT);
+    let (src, dst) = (&src[..count], &mut dst[..count]);
+    match (T::typed(src), T::typed_mut(dst)) {
+        (TypedSlice::Single(src), TypedSliceMut::Single(dst)) => rotate_singles(matrix, src, dst),
+        (TypedSlice::Double(src), TypedSliceMut::Double(dst)) => rotate_doubles(matrix, src, dst),
+        (TypedSlice::SingleColors(src), TypedSliceMut::SingleColors(dst)) => {
+            rotate_channels(rotate_singles, matrix, src, dst);
+        }
+        (TypedSlice::DoubleColors(src), TypedSliceMut::DoubleColors(dst)) => {
+            rotate_channels(rotate_doubles, matrix, src, dst);
+        }
+        _ => unreachable!("slices of one type"),
+    }
+}
+
+fn rotate_channels<S: Real>(rotate: fn(&Matrix, &[S], &mut [S]), matrix: &Matrix, src: &[Rgb<S>], dst: &mut [Rgb<S>]) {
+    let (mut from, mut to) = ([S::ZERO; LOW_COUNT], [S::ZERO; LOW_COUNT]);
+    let (from, to) = (&mut from[..src.len()], &mut to[..src.len()]);
+    for c in 0..Rgb::<S>::CHANNELS {
+        from.iter_mut().zip(src).for_each(|(from, color)| *from = color.channel(c));
+        rotate(matrix, from, to);
+        to.iter().zip(&mut *dst).for_each(|(to, color)| *color.channel_mut(c) = *to);
+    }
+}
+
+fn rotate_singles(matrix: &Matrix, src: &[f32], dst: &mut [f32]) {
+    #[cfg(all(feature = "std", target_arch = "x86_64"))]
+    if let Some(v3) = Machine::detect().avx2()
+        && rotate_in_registers(v3, matrix, src, dst)
+    {
+        return;
+    }
+    dst.copy_from_slice(src);
+    Machine::detect().run_scalar(LowBands { matrix, coefficients: dst });
+}
+
+fn rotate_doubles(matrix: &Matrix, src: &[f64], dst: &mut [f64]) {
+    dst.copy_from_slice(src);
+    Machine::detect().run_scalar(LowBands { matrix, coefficients: dst });
 }
 
 /// Rotates bands 3 to 7 by `R_z(α) R_y(β) R_z(γ)`.
 pub(crate) fn rotate_middle_bands<T: Coefficient>(angles: [CosSin; 3], coefficients: &mut [T]) {
-    Machine::detect().run(MiddleBands { angles, coefficients });
+    Machine::detect().run_scalar(MiddleBands { angles, coefficients });
 }
 
 struct LowBands<'a, T> {

@@ -3,7 +3,7 @@
 //! Read [`rotation`] first; it turns bands 1 and 2 in closed form ([`closed_bands`]) and all others by [`zyz`], rotations
 //! about z between exchanges of y and z ([`yz_exchange`], computed from Wigner's d-matrices of 90°): up to band 7 by
 //! straight-line code ([`low_bands`]; [`generated`], written by `cargo xtask tables`) whose sums a machine may round once
-//! ([`term`]), from band 64 on without matrices ([`high_bands`], its sums in [`exchange_lanes`]). [`ivanic`] builds
+//! ([`term`]) or, in `f32` by AVX2, by registers (`register_bands` with the angles of `register_turns`), from band 64 on without matrices ([`high_bands`], its sums in [`exchange_lanes`]). [`ivanic`] builds
 //! one matrix for each band, for many expansions; [`lane_rotation`] applies them to sixteen at once. [`axis_permutation`] is
 //! exact. Uses `basis`, `expansion`, `simd` and `sphere`.
 
@@ -16,6 +16,10 @@ pub(crate) mod high_bands;
 pub(crate) mod ivanic;
 pub(crate) mod lane_rotation;
 pub(crate) mod low_bands;
+#[cfg(all(feature = "std", target_arch = "x86_64"))]
+pub(crate) mod register_bands;
+#[cfg(all(feature = "std", target_arch = "x86_64"))]
+pub(crate) mod register_turns;
 pub(crate) mod rotation;
 pub(crate) mod term;
 pub(crate) mod yz_exchange;

@@ -162,6 +162,23 @@ impl Machine {
     }
 }
 
+impl Machine {
+    /// Runs a kernel that has one number at a time in a register, for which AVX-512 has nothing that AVX2 has not: it is
+    /// compiled once less.
+    #[inline]
+    pub(crate) fn run_scalar<K: Kernel>(self, kernel: K) -> K::Output {
+        #[cfg(all(feature = "std", target_arch = "x86_64"))]
+        if let Some(v3) = self.avx2() {
+            return v3.vectorize(Job(v3, kernel));
+        }
+        #[cfg(all(feature = "std", target_arch = "aarch64"))]
+        if let Instructions::Neon(neon) = self.0 {
+            return pulp::Simd::vectorize(neon, Job(neon, kernel));
+        }
+        kernel.plain()
+    }
+}
+
 /// All instructions, from wide to narrow.
 #[cfg(feature = "std")]
 const NAMES: [&str; 4] = ["avx512", "avx2", "neon", "plain"];
