@@ -23,6 +23,9 @@ HERE = Path(__file__).resolve().parent
 SAME = 1e-5
 COMMAND_SAME = 1e-4
 
+# Multiply-adds of a register in a cycle, below which floors are those of a bad build, as `lobe bench` has it.
+LEAST_EACH_CYCLE = 0.45
+
 # What else pip needs, where it fails.
 ADVICE = {"shtns": "it is built here: apt-get install libfftw3-dev and a C compiler"}
 
@@ -249,6 +252,9 @@ def main():
     not_installed = json.loads(os.environ["LOBE_NOT_INSTALLED"])
     rows, faults = measured.joined(), sorted(set(measured.faults))
     faults += [f"lobe: {job}: its numbers are {far:.1e} from the definition" for job, far in differs.items() if far > COMMAND_SAME]
+    each_cycle = measured.machine["each_cycle"]
+    if each_cycle < LEAST_EACH_CYCLE:
+        faults.append(f"lobe: its probe of arithmetic does {each_cycle:.2f} multiply-adds a cycle: the floors are void")
     if given.json:
         print(json.dumps({
             "machine": measured.machine, "jobs": rows, "versions": versions, "absent": absent, "not_installed": not_installed,
