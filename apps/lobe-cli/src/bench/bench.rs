@@ -10,7 +10,7 @@ use serde::Serialize;
 use crate::args::{output, values};
 use crate::bench::floors::Floors;
 use crate::bench::measure::{Bench, Pace, Row};
-use crate::bench::{functions, lights, pictures, receivers};
+use crate::bench::{functions, lights, paths, pictures, receivers};
 use crate::run::talk::Talk;
 
 /// Times its floor above which a job says why.
@@ -76,7 +76,8 @@ impl BenchCommand {
             functions::run(&mut bench);
             pictures::run(&mut bench)?;
             lights::run(&mut bench)?;
-            receivers::run(&mut bench, self.rays.as_deref())
+            receivers::run(&mut bench, self.rays.as_deref())?;
+            paths::run(&mut bench)
         })?;
         drop(bench.line);
         if bench.rows.is_empty() && bench.counted.is_empty() {
