@@ -194,8 +194,8 @@ mod tests {
     fn the_probe_of_arithmetic_executes_next_to_nothing_beside_its_multiply_adds() {
         // Twelve chains of 4096 steps. Sums that are kept in memory, or a call for each, take several times as many.
         const REGISTERS: u64 = 12 * 4096;
-        // A register takes one instruction by AVX2, and a turn of the loop another two or three. Plain code is another matter: the
-        // compiler finds its registers at the level of releases alone.
+        // A register takes one instruction by AVX2, and a turn of the loop another two or three. Plain code is
+        // another matter: the compiler finds its registers at the level of releases alone.
         const LOOP: f64 = 0.25;
         let count = record().unwrap()["counts"][format!("{PROBE} avx2")].as_u64().unwrap() as f64 / REGISTERS as f64;
         assert!((1.0..1.0 + LOOP).contains(&count), "{count} instructions for a register");

@@ -32,9 +32,10 @@ pub(crate) struct BenchCommand {
     #[arg(long, value_name = "S", default_value = "0.5", value_parser = values::positive)]
     seconds: f64,
     /// Print {"machine": {"instructions", "gigahertz", "gflops", "each_cycle", "first_level", "store_first_level",
-    /// "copy_first_level", "store_second_level", "copy_second_level", "store", "store_past_caches", "read"}, "jobs": [{"job",
-    /// "order", "item", "nanoseconds", "floor", "bound", "ratio"}]} instead of text: rates in bytes per nanosecond, multiply-adds
-    /// of a register in each cycle, first_level in bytes; floor, bound and ratio are null where none is known
+    /// "copy_first_level", "store_second_level", "copy_second_level", "store", "store_past_caches", "read"}, "jobs":
+    /// [{"job", "order", "item", "nanoseconds", "floor", "bound", "ratio"}]} instead of text: rates in bytes per
+    /// nanosecond, multiply-adds of a register in each cycle, first_level in bytes; floor, bound and ratio are null
+    /// where none is known
     #[arg(long)]
     json: bool,
     /// Write the triangles of the job occlusion, its rays and which of them are hidden to a .safetensors file: corners, points,
@@ -103,10 +104,10 @@ fn head(floors: &Floors) -> String {
     let Floors { instructions, gigahertz, gflops, each_cycle, store_first_level, copy_first_level, .. } = floors;
     let Floors { store_second_level, copy_second_level, store, store_past_caches, read, .. } = floors;
     format!(
-        "one thread, {instructions}: {gflops:.0} GFLOP/s, {each_cycle:.2} multiply-adds of a register a cycle at {gigahertz:.2} GHz; GB/s:\n\
-         first-level cache {store_first_level:.0} written, {copy_first_level:.0} copied, second-level cache {store_second_level:.0} \
-         written, {copy_second_level:.0} copied,\nmemory {store:.1} written, {store_past_caches:.1} past the caches, {read:.1} read. \
-         Floor: the larger of arithmetic and bytes.\n\n"
+        "one thread, {instructions}: {gflops:.0} GFLOP/s, {each_cycle:.2} multiply-adds of a register a cycle at \
+         {gigahertz:.2} GHz; GB/s:\nfirst-level cache {store_first_level:.0} written, {copy_first_level:.0} copied, \
+         second-level cache {store_second_level:.0} written, {copy_second_level:.0} copied,\nmemory {store:.1} \
+         written, {store_past_caches:.1} past the caches, {read:.1} read. Floor: the larger of arithmetic and bytes.\n\n"
     )
 }
 

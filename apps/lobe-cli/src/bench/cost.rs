@@ -31,8 +31,9 @@ pub(crate) struct Cost {
 }
 
 impl Cost {
-    /// The nanoseconds of one of some items, the larger of the time for its arithmetic and that for its bytes, and which of them it
-    /// is. The cache is of the first level where that holds the bytes of all items, else of the second.
+    /// The nanoseconds of one of some items, the larger of the time for its arithmetic and that for its bytes, and
+    /// which of them it is. The cache is of the first level where that holds the bytes of all items, else of the
+    /// second.
     pub(crate) fn floor(&self, items: usize, floors: &Floors) -> (f64, &'static str) {
         let is_first = self.bytes * items as f64 <= floors.first_level as f64;
         let (rate, name) = match (self.level, is_first) {

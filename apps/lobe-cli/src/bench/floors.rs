@@ -10,8 +10,8 @@ use serde::Serialize;
 
 use crate::bench::clock::nanoseconds;
 
-/// Blocks that fit the first-level cache with room to spare, and the second-level cache but not the first. The least that machines
-/// of today have is 32 KiB and 256 KiB, the most that a first level has 64 KiB but for a few.
+/// Blocks that fit the first-level cache with room to spare, and the second-level cache but not the first. The least
+/// that machines of today have is 32 KiB and 256 KiB, the most that a first level has 64 KiB but for a few.
 const FIRST_LEVEL: usize = 16 * 1024 / size_of::<Lanes>();
 const SECOND_LEVEL: usize = 160 * 1024 / size_of::<Lanes>();
 
@@ -24,8 +24,8 @@ const LEAST_FIRST_LEVEL: usize = 32 * 1024;
 /// Operations of the chain that measures the clock.
 const CHAIN: usize = 20_000;
 
-/// Multiply-adds of a whole register that a machine does in a cycle at least. Most do one or two; wide ones lower their clock for
-/// it by up to a third, and small cores need two cycles.
+/// Multiply-adds of a whole register that a machine does in a cycle at least. Most do one or two; wide ones lower
+/// their clock for it by up to a third, and small cores need two cycles.
 const LEAST_EACH_CYCLE: f64 = 0.45;
 
 /// The rates of one thread.
@@ -112,8 +112,8 @@ impl Floors {
         (*each_cycle < LEAST_EACH_CYCLE).then(|| {
             format!(
                 "expected {LEAST_EACH_CYCLE} multiply-adds of a register or more in a cycle by {instructions}, found \
-                 {each_cycle:.2}: floors are too high and ratios too low; the processor is emulated, or this program is \
-                 built without optimization of lobe-sh"
+                 {each_cycle:.2}: floors are too high and ratios too low; the processor is emulated, or lobe-sh is \
+                 built without optimization"
             )
         })
     }

@@ -185,7 +185,8 @@ impl DistantLight {
         Some(LightSample { towards: self.world_from_light.rotate_dir(s), radiance, density })
     }
 
-    /// The radiance that arrives from direction `s`, and the density in sr⁻¹ with which [`DistantLight::sample`] draws it.
+    /// The radiance that arrives from direction `s`, and the density in sr⁻¹ with which [`DistantLight::sample`]
+    /// draws it.
     pub(crate) fn radiance_and_density(&self, s: Dir) -> (Rgb<f64>, f64) {
         let Some(table) = &self.table else { return (self.radiance(s), 0.0) };
         let s = self.light_from_world.rotate_dir(s);

@@ -72,8 +72,8 @@ impl SphereTable {
 
 /// The cell of a lat-long grid that `s` goes through.
 ///
-/// Angles are found to [`ATAN_ERROR`] first, which is all that most directions need. The others are those that pass a border of
-/// cells as near as that, so that all have the cell of the angles in full.
+/// Angles are found to [`ATAN_ERROR`] first, which is all that most directions need. The others are those that pass a
+/// border of cells as near as that, so that all have the cell of the angles in full.
 pub(crate) fn cell(width: usize, height: usize, s: Dir) -> usize {
     let [x, y, z] = s.to_array();
     let across = 0.5 - 0.5 * FRAC_1_PI * nearly_atan2(y, x);
@@ -91,7 +91,8 @@ fn cell_by_angles(width: usize, height: usize, s: Dir) -> usize {
     place(v, height) * width + place(u, width)
 }
 
-/// The one of `count` equal parts of `(0, 1)` in which lies what is `t` to an angle of [`ATAN_ERROR`]; none if it may be another.
+/// The one of `count` equal parts of `(0, 1)` in which lies what is `t` to an angle of [`ATAN_ERROR`]; none if it may
+/// be another.
 fn certain_place(t: f64, count: usize) -> Option<usize> {
     // A turn is 2π and half a turn π: the larger part of these is meant.
     let (at, error) = (t * count as f64, FRAC_1_PI * ATAN_ERROR * count as f64);
@@ -148,8 +149,9 @@ fn cumulate(row: &[f64], out: &mut Vec<f64>) -> f64 {
     sum
 }
 
-/// Appends, for each of as many equal parts of `(0, 1)` as the distribution has intervals, the interval that holds its start: a
-/// guide table ([Chen and Asau 1974]). Intervals beyond the last number of 16 bits have that, from which [`invert`] goes on.
+/// Appends, for each of as many equal parts of `(0, 1)` as the distribution has intervals, the interval that holds
+/// its start: a guide table ([Chen and Asau 1974]). Intervals beyond the last number of 16 bits have that, from which
+/// [`invert`] goes on.
 ///
 /// [Chen and Asau 1974]: https://doi.org/10.1080/05695557408974949
 fn guide(cumulative: &[f64], out: &mut Vec<u16>) {
@@ -166,8 +168,8 @@ fn guide(cumulative: &[f64], out: &mut Vec<u16>) {
 
 /// The interval of a cumulative distribution that holds `u`, never one without extent, and how far within it `u` lies.
 ///
-/// The search begins where its guide says. Over all `u` it passes less than one interval in the mean, as there are as many parts
-/// of the guide as intervals.
+/// The search begins where its guide says. Over all `u` it passes less than one interval in the mean, as there are as
+/// many parts of the guide as intervals.
 fn invert(cumulative: &[f64], guide: &[u16], u: f64) -> (usize, f64) {
     let last = guide.len() - 1;
     let part = ((u * guide.len() as f64) as usize).min(last);

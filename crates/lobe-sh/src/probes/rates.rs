@@ -6,19 +6,19 @@ use pulp::Simd;
 
 use crate::simd::{Kernel, Lanes, Machine};
 
-/// Sums that do not wait for each other. Two units of four or five cycles each need ten; the sixteen registers of AVX2 have
-/// room for fourteen beside the factor and the term.
+/// Sums that do not wait for each other. Two units of four or five cycles each need ten; the sixteen registers of
+/// AVX2 have room for fourteen beside the factor and the term.
 const CHAINS: usize = 12;
 
 /// Steps of each chain in a run.
 const STEPS: usize = 1 << 12;
 
-/// Cycles of a step of [`integer_chain`]: an addition and a rotation of a register, each of which takes one on every processor
-/// of the kinds for which there are wide kernels.
+/// Cycles of a step of [`integer_chain`]: an addition and a rotation of a register, each of which takes one on every
+/// processor of the kinds for which there are wide kernels.
 pub const CHAIN_CYCLES: usize = 2;
 
-/// A chain of `steps` integer operations, each of which waits for the one before: its time is `steps` times [`CHAIN_CYCLES`]
-/// cycles.
+/// A chain of `steps` integer operations, each of which waits for the one before: its time is `steps` times
+/// [`CHAIN_CYCLES`] cycles.
 #[inline(never)]
 #[must_use]
 pub fn integer_chain(steps: usize) -> u64 {
@@ -66,8 +66,8 @@ pub fn sum(machine: Machine, blocks: &[Lanes]) -> f32 {
     machine.run(Sum(blocks))
 }
 
-/// Sums of blocks that do not wait for each other: two units of four cycles each need eight registers, which by AVX2 are four
-/// blocks, by AVX-512 eight.
+/// Sums of blocks that do not wait for each other: two units of four cycles each need eight registers, which by AVX2
+/// are four blocks, by AVX-512 eight.
 const SUMS: usize = 8;
 
 /// Numbers of the registers that every machine has for which plain code is compiled.
