@@ -3,16 +3,16 @@
 //     directxmath JOB ORDER SECONDS < numbers > results
 //
 // Reads floats: directions for basis and basis-streamed; the rows of a rotation that multiplies columns, then functions, for rotation
-// and rotation-one; functions and as many others for product-one. Writes the coefficients, one function after the other, and on
-// stderr the nanoseconds for one. DirectXMath's order counts bands as ours does, and its signs are ours.
+// and rotation-one; functions and as many others for product-one; the texels of the faces +x, -x, +y, -y, +z, -z of a
+// cube for project-cube. Writes the coefficients, one function after the other, and on stderr the nanoseconds for one
+// item. DirectXMath's order counts bands as ours does, and its signs are ours.
 
-#include <algorithm>
-#include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <limits>
 #include <string>
-#include <vector>
+
+#include "timing.h"
 
 #include <DirectXMath.h>
 #include <DirectXSH.h>
@@ -20,49 +20,6 @@
 using namespace DirectX;
 
 namespace {
-
-using Floats = std::vector<float>;
-using Clock = std::chrono::steady_clock;
-
-// A sample takes this long at least, as in `lobe bench`.
-constexpr double kSampleNs = 1e6;
-constexpr int kLeastSamples = 3;
-
-Floats read_all() {
-    Floats numbers;
-    float part[4096];
-    for (size_t count; (count = std::fread(part, sizeof(float), 4096, stdin)) > 0;) {
-        numbers.insert(numbers.end(), part, part + count);
-    }
-    return numbers;
-}
-
-template <class Work>
-double time_ns(Work &&work) {
-    const auto begun = Clock::now();
-    work();
-    return std::chrono::duration<double, std::nano>(Clock::now() - begun).count();
-}
-
-// The least of many samples: everything that disturbs makes it slower.
-template <class Work>
-double nanoseconds(double seconds, Work &&work) {
-    work();
-    const int repeats = std::max(1, static_cast<int>(kSampleNs / std::max(1.0, time_ns(work))));
-    double least = std::numeric_limits<double>::infinity(), spent = 0;
-    for (int samples = 0; samples < kLeastSamples || spent < seconds * 1e9; ++samples) {
-        const double sample = time_ns([&] {
-            for (int k = 0; k < repeats; ++k) {
-                work();
-                // The results may be read by anyone: no run can be left out.
-                asm volatile("" ::: "memory");
-            }
-        });
-        least = std::min(least, sample / repeats);
-        spent += sample;
-    }
-    return least;
-}
 
 // Vectors of rows are multiplied from the left there: the transposed matrix.
 XMMATRIX matrix_of(const float *r) {
@@ -113,6 +70,43 @@ double product(size_t order, double seconds, const Floats &numbers, Floats &out)
     }) / static_cast<double>(count);
 }
 
+// The library projects cube maps of Direct3D alone. This is a loop over texels around its own functions: the middle
+// of each, and sums in single precision, as there.
+double project_cube(size_t order, double seconds, const Floats &texels, Floats &out) {
+    const size_t width = order * order, count = texels.size() / 3, size = std::lround(std::sqrt(count / 6.0));
+    out.resize(3 * width);
+    const double ns = nanoseconds(seconds, [&] {
+        std::fill(out.begin(), out.end(), 0.0f);
+        float sum_of_weights = 0;
+        const float *texel = texels.data();
+        for (size_t face = 0; face < 6; ++face) {
+            for (size_t y = 0; y < size; ++y) {
+                const float v = (2 * y + 1.0f) / size - 1;
+                for (size_t x = 0; x < size; ++x, texel += 3) {
+                    const float u = (2 * x + 1.0f) / size - 1, square = 1 + u * u + v * v;
+                    const float side = face % 2 == 0 ? 1.0f : -1.0f;
+                    const XMVECTOR across = face / 2 == 0   ? XMVectorSet(side, -v, -side * u, 0)
+                                            : face / 2 == 1 ? XMVectorSet(u, side, side * v, 0)
+                                                            : XMVectorSet(side * u, -v, side, 0);
+                    const float weight = 4 / (square * std::sqrt(square));
+                    float basis[XM_SH_MAXORDER * XM_SH_MAXORDER], scaled[XM_SH_MAXORDER * XM_SH_MAXORDER];
+                    XMSHEvalDirection(basis, order, XMVector3Normalize(across));
+                    for (size_t c = 0; c < 3; ++c) {
+                        XMSHScale(scaled, order, basis, texel[c] * weight);
+                        XMSHAdd(&out[c * width], order, &out[c * width], scaled);
+                    }
+                    sum_of_weights += weight;
+                }
+            }
+        }
+        const float scale = 4 * XM_PI / sum_of_weights;
+        for (size_t c = 0; c < 3; ++c) {
+            XMSHScale(&out[c * width], order, &out[c * width], scale);
+        }
+    });
+    return ns / static_cast<double>(count);
+}
+
 }  // namespace
 
 int main(int count, char **arguments) {
@@ -136,6 +130,8 @@ int main(int count, char **arguments) {
         ns = rotation(order, seconds, numbers, out);
     } else if (job == "product-one") {
         ns = product(order, seconds, numbers, out);
+    } else if (job == "project-cube") {
+        ns = project_cube(order, seconds, numbers, out);
     } else {
         std::fprintf(stderr, "unknown job %s\n", job.c_str());
         return 2;

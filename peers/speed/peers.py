@@ -29,6 +29,7 @@ STREAMED = [("basis-streamed", order) for order in (3, 4, 6, 10)]
 ROTATION = [("rotation", order) for order in (3, 4, 6)]
 ROTATION_ONE = [("rotation-one", order) for order in (3, 4, 6, 10)]
 PRODUCT_ONE = [("product-one", order) for order in (3, 4, 6)]
+PROJECT_CUBE = [("project-cube", order) for order in (3, 6)]
 PROJECT = [("project", order) for order in (3, 6)]
 RECONSTRUCT = [("reconstruct", order) for order in (3, 6)]
 
@@ -423,11 +424,36 @@ def read_safetensors(path):
     }
 
 
+def cube(order, side=512):
+    """The colors of texels of the faces +x, -x, +y, -y, +z, -z, at their middles."""
+    v, u = np.meshgrid(*2 * [(2 * np.arange(side) + 1) / side - 1], indexing="ij")
+    one = np.ones_like(u)
+    faces = [(one, -v, -u), (-one, -v, u), (u, one, v), (u, -one, -v), (u, -v, one), (-u, -v, -one)]
+    d = np.stack([np.stack(face, axis=-1) for face in faces]).reshape(-1, 3)
+    d /= np.linalg.norm(d, axis=1)[:, None]
+    parts = np.array_split(d, 64)
+    return d, np.concatenate([reference.basis(part, order) @ colors(order).T for part in parts])
+
+
+def run_program(program, job, order, seconds, given):
+    """The numbers that a peer in C++ writes, and the nanoseconds that it says."""
+    sent = b"".join(np.ascontiguousarray(part, np.float32).tobytes() for part in given)
+    done = subprocess.run([program, job, str(order), str(seconds)], input=sent, capture_output=True, check=False)
+    if done.returncode != 0:
+        raise ValueError(done.stderr.decode().strip() or f"ended with {done.returncode}")
+    return np.frombuffer(done.stdout, np.float32), float(done.stderr)
+
+
+# Sums of a million and a half texels in single precision.
+CUBE_SAME = 2e-3
+
+
 class DirectXMath:
     """DirectXSH by `directxmath.cpp`, which the driver has compiled; that program measures by itself."""
 
     name = "DirectXMath"
-    jobs = [job for job in BASIS + STREAMED + ROTATION + ROTATION_ONE if job[1] <= 6] + PRODUCT_ONE
+    jobs = [job for job in BASIS + STREAMED + ROTATION + ROTATION_ONE if job[1] <= 6] + PRODUCT_ONE + PROJECT_CUBE
+    allowed = {"project-cube": CUBE_SAME}
 
     def __init__(self):
         if "LOBE_DIRECTXMATH" not in os.environ:
@@ -437,12 +463,9 @@ class DirectXMath:
     def measure(self, job, order, seconds):
         """Nanoseconds for an item, and how far the numbers are apart."""
         given, expected = self.numbers(job, order)
-        sent = b"".join(np.ascontiguousarray(part, np.float32).tobytes() for part in given)
-        done = subprocess.run([self.program, job, str(order), str(seconds)], input=sent, capture_output=True, check=False)
-        if done.returncode != 0:
-            raise ValueError(done.stderr.decode().strip())
-        found = np.frombuffer(done.stdout, np.float32).reshape(-1, order * order)
-        return float(done.stderr), reference.apart(found[:: max(1, len(found) // TURNED)], expected)
+        found, ns = run_program(self.program, job, order, seconds, given)
+        found = found.reshape(-1, order * order)
+        return ns, reference.apart(found[:: max(1, len(found) // TURNED)], expected)
 
     @staticmethod
     def numbers(job, order):
@@ -454,9 +477,53 @@ class DirectXMath:
         if job.startswith("rotation"):
             f = reference.coefficients(order, TURNED if job == "rotation" else 1)
             return [reference.turn(), f], reference.rotated(f, order)
+        if job == "project-cube":
+            return [cube(order)[1]], colors(order)
         f = reference.coefficients(order, PAIRS)
         g = f.flatten()[::-1].reshape(f.shape)
         return [f, g], reference.product(f, g, order)
 
 
-PEERS = [Blas, Sphericart, DrJit, Ducc0, Shtns, Pyshtools, Embree, DirectXMath]
+class Filament:
+    """libfilament_ibl of Debian by `filament.cpp`, which the driver has compiled.
+
+    Its loops take two threads at least, which have one core.
+    """
+
+    name = "Filament"
+    jobs = PROJECT_CUBE + [("irradiance", 3), ("dering", 3)]
+    # Deringed probes have another window; what is left below zero is in parts of the largest value.
+    allowed = {"project-cube": CUBE_SAME, "dering": 0.1}
+
+    def __init__(self):
+        if "LOBE_FILAMENT" not in os.environ:
+            raise ImportError(os.environ.get("LOBE_NO_FILAMENT", "apt-get install libfilament-dev"))
+        self.program, self.version = os.environ["LOBE_FILAMENT"], "libfilament_ibl"
+        if hasattr(os, "sched_setaffinity"):
+            os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
+
+    def measure(self, job, order, seconds):
+        """Nanoseconds for an item, and how far the numbers are apart."""
+        if job == "project-cube":
+            found, ns = run_program(self.program, job, order, seconds, [cube(order)[1]])
+            return ns, reference.apart(found.reshape(-1, COLORS).T, colors(order))
+        if job == "irradiance":
+            f, (d, _) = reference.coefficients(order, COLORS) + 2, cube(order, 64)
+            found, ns = run_program(self.program, job, order, seconds, [f.T])
+            return ns, reference.apart(found.reshape(-1, COLORS), reference.basis(d, order) @ f.T / math.pi)
+        return self.dering(seconds)
+
+    def dering(self, seconds):
+        """Skies with a sun, as in `lobe bench`."""
+        count, order, d = 1024, 3, reference.directions(4096)
+        phi = 0.618 * np.arange(count)
+        around, up = math.sin(0.3), np.full(count, math.cos(0.3))
+        suns = np.stack([around * np.cos(phi), around * np.sin(phi), up], axis=1)
+        probes = reference.basis(suns, order)[:, :, None] * np.array([5.0, 4.0, 2.5])
+        probes[:, 0] += 1
+        found, ns = run_program(self.program, "dering", order, seconds, [probes])
+        values = reference.basis(d, order) @ found.reshape(count, 9, COLORS).astype(float)
+        return ns, float((-values.min(axis=1) / values.max(axis=1)).max().clip(0))
+
+
+PEERS = [Blas, Sphericart, DrJit, Ducc0, Shtns, Pyshtools, Embree, DirectXMath, Filament]

@@ -61,7 +61,7 @@ def main():
         job, order, seconds = json.loads(line)
         try:
             time_ns, apart = measure(peer, job, order, seconds)
-            say({"nanoseconds": time_ns, "apart": apart})
+            say({"nanoseconds": time_ns, "apart": apart, "allowed": getattr(kind, "allowed", {}).get(job)})
         except Exception as error:
             say({"error": f"{type(error).__name__}: {error}"})
 

@@ -22,7 +22,8 @@ const RECORD: &str = "apps/lobe-cli/instructions.json";
 const TOLERANCE: f64 = 0.25;
 
 /// Jobs of `lobe bench`: those of functions, whose work takes valgrind milliseconds.
-const JOBS: [&str; 10] = [
+const JOBS: [&str; 11] = [
+    PROBE,
     "basis",
     "eval",
     "product",
@@ -34,6 +35,9 @@ const JOBS: [&str; 10] = [
     "irradiance",
     "dering",
 ];
+
+/// The probe of arithmetic, which every floor rests on.
+const PROBE: &str = "multiply-adds";
 
 /// The function of the command within which valgrind counts; patterns are not understood by all of its options.
 const COUNTED: &str = "lobe::bench::measure::counted";
@@ -184,6 +188,17 @@ mod tests {
                 assert!(counts.keys().any(|name| is_one(&name)), "{job} by {instructions}");
             }
         }
+    }
+
+    #[test]
+    fn the_probe_of_arithmetic_executes_next_to_nothing_beside_its_multiply_adds() {
+        // Twelve chains of 4096 steps. Sums that are kept in memory, or a call for each, take several times as many.
+        const REGISTERS: u64 = 12 * 4096;
+        // A register takes one instruction by AVX2, and a turn of the loop another two or three. Plain code is
+        // another matter: the compiler finds its registers at the level of releases alone.
+        const LOOP: f64 = 0.25;
+        let count = record().unwrap()["counts"][format!("{PROBE} avx2")].as_u64().unwrap() as f64 / REGISTERS as f64;
+        assert!((1.0..1.0 + LOOP).contains(&count), "{count} instructions for a register");
     }
 
     #[test]

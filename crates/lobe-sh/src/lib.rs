@@ -123,6 +123,9 @@ mod light;
 mod light_extraction;
 mod once;
 mod prelude;
+#[cfg(feature = "std")]
+#[doc(hidden)]
+pub mod probes;
 mod product;
 mod projection;
 mod ringing;

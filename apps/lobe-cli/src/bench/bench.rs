@@ -10,7 +10,7 @@ use serde::Serialize;
 use crate::args::{output, values};
 use crate::bench::floors::Floors;
 use crate::bench::measure::{Bench, Pace, Row};
-use crate::bench::{functions, lights, pictures, receivers};
+use crate::bench::{functions, lights, paths, pictures, receivers};
 use crate::run::talk::Talk;
 
 /// Times its floor above which a job says why.
@@ -31,9 +31,11 @@ pub(crate) struct BenchCommand {
     /// Seconds for each line of the table
     #[arg(long, value_name = "S", default_value = "0.5", value_parser = values::positive)]
     seconds: f64,
-    /// Print {"machine": {"instructions", "gflops", "store_first_level", "copy_second_level", "store", "store_past_caches", "read"}, "jobs": [{"job",
-    /// "order", "item", "nanoseconds", "floor", "bound", "ratio"}]} instead of text: rates in bytes per nanosecond; floor, bound and
-    /// ratio are null where none is known
+    /// Print {"machine": {"instructions", "gigahertz", "gflops", "each_cycle", "first_level", "store_first_level",
+    /// "copy_first_level", "store_second_level", "copy_second_level", "store", "store_past_caches", "read"}, "jobs":
+    /// [{"job", "order", "item", "nanoseconds", "floor", "bound", "ratio"}]} instead of text: rates in bytes per
+    /// nanosecond, multiply-adds of a register in each cycle, first_level in bytes; floor, bound and ratio are null
+    /// where none is known
     #[arg(long)]
     json: bool,
     /// Write the triangles of the job occlusion, its rays and which of them are hidden to a .safetensors file: corners, points,
@@ -63,7 +65,11 @@ impl BenchCommand {
             Pace::Counted
         } else {
             line.say("floors");
-            Pace::Timed { floors: Floors::measure(time), time }
+            let floors = Floors::measure(time);
+            if let Some(doubt) = floors.doubt() {
+                talk.note("floors", &doubt);
+            }
+            Pace::Timed { floors, time }
         };
         let (words, order) = (&*self.words, self.order);
         let mut bench = Bench { pace, words, order, rows: Vec::new(), counted: Vec::new(), names: Vec::new(), line };
@@ -71,7 +77,8 @@ impl BenchCommand {
             functions::run(&mut bench);
             pictures::run(&mut bench)?;
             lights::run(&mut bench)?;
-            receivers::run(&mut bench, self.rays.as_deref())
+            receivers::run(&mut bench, self.rays.as_deref())?;
+            paths::run(&mut bench)
         })?;
         drop(bench.line);
         if bench.rows.is_empty() && bench.counted.is_empty() {
@@ -94,10 +101,13 @@ impl BenchCommand {
 
 /// What the machine does at most.
 fn head(floors: &Floors) -> String {
-    let Floors { instructions, gflops, store_first_level, copy_second_level, store, store_past_caches, read } = floors;
+    let Floors { instructions, gigahertz, gflops, each_cycle, store_first_level, copy_first_level, .. } = floors;
+    let Floors { store_second_level, copy_second_level, store, store_past_caches, read, .. } = floors;
     format!(
-        "one thread, {instructions}: {gflops:.0} GFLOP/s; GB/s: first-level cache {store_first_level:.0} written, second-level \
-         cache {copy_second_level:.0} copied,\nmemory {store:.1} written, {store_past_caches:.1} past the caches, {read:.1} read. Floor: the larger of arithmetic and bytes.\n\n"
+        "one thread, {instructions}: {gflops:.0} GFLOP/s, {each_cycle:.2} multiply-adds of a register a cycle at \
+         {gigahertz:.2} GHz; GB/s:\nfirst-level cache {store_first_level:.0} written, {copy_first_level:.0} copied, \
+         second-level cache {store_second_level:.0} written, {copy_second_level:.0} copied,\nmemory {store:.1} \
+         written, {store_past_caches:.1} past the caches, {read:.1} read. Floor: the larger of arithmetic and bytes.\n\n"
     )
 }
 

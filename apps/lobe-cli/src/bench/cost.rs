@@ -7,15 +7,18 @@ use crate::bench::floors::Floors;
 /// Where the bytes of a job lie.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Level {
-    /// Written to the first-level cache.
-    First,
-    /// Read from and written to the second-level cache.
-    Second,
+    /// Written to the cache that holds all items.
+    WrittenToCache,
+    /// Read from and written to the cache that holds all items.
+    Cache,
     /// Written to memory.
     Written,
     /// Read from memory.
     Read,
 }
+
+const FIRST_LEVEL: &str = "first-level cache";
+const SECOND_LEVEL: &str = "second-level cache";
 
 /// What one item needs.
 #[derive(Clone, Copy, Debug)]
@@ -28,13 +31,18 @@ pub(crate) struct Cost {
 }
 
 impl Cost {
-    /// The nanoseconds of an item, the larger of the time for its arithmetic and that for its bytes, and which of them it is.
-    pub(crate) fn floor(&self, floors: &Floors) -> (f64, &'static str) {
-        let (rate, name) = match self.level {
-            Level::First => (floors.store_first_level, "first-level cache"),
-            Level::Second => (floors.copy_second_level, "second-level cache"),
-            Level::Written => (floors.store.max(floors.store_past_caches), "memory, written"),
-            Level::Read => (floors.read, "memory, read"),
+    /// The nanoseconds of one of some items, the larger of the time for its arithmetic and that for its bytes, and
+    /// which of them it is. The cache is of the first level where that holds the bytes of all items, else of the
+    /// second.
+    pub(crate) fn floor(&self, items: usize, floors: &Floors) -> (f64, &'static str) {
+        let is_first = self.bytes * items as f64 <= floors.first_level as f64;
+        let (rate, name) = match (self.level, is_first) {
+            (Level::WrittenToCache, true) => (floors.store_first_level, FIRST_LEVEL),
+            (Level::WrittenToCache, false) => (floors.store_second_level, SECOND_LEVEL),
+            (Level::Cache, true) => (floors.copy_first_level, FIRST_LEVEL),
+            (Level::Cache, false) => (floors.copy_second_level, SECOND_LEVEL),
+            (Level::Written, _) => (floors.store.max(floors.store_past_caches), "memory, written"),
+            (Level::Read, _) => (floors.read, "memory, read"),
         };
         let (arithmetic, bytes) = (self.operations / floors.gflops, self.bytes / rate);
         if arithmetic > bytes { (arithmetic, "arithmetic") } else { (bytes, name) }
@@ -110,17 +118,25 @@ mod tests {
     fn the_floor_is_the_slower_of_arithmetic_and_bytes() {
         let floors = Floors {
             instructions: "plain",
+            gigahertz: 1.0,
             gflops: 10.0,
+            each_cycle: 1.0,
+            first_level: 1000,
             store_first_level: 100.0,
+            copy_first_level: 80.0,
+            store_second_level: 25.0,
             copy_second_level: 50.0,
             store: 3.0,
             store_past_caches: 5.0,
             read: 8.0,
         };
-        let floor = |operations, bytes, level| Cost { operations, bytes, level }.floor(&floors);
-        assert_eq!(floor(100.0, 100.0, Level::First), (10.0, "arithmetic"), "10 ns against 1 ns");
+        let floor = |operations, bytes, level| Cost { operations, bytes, level }.floor(10, &floors);
+        assert_eq!(floor(100.0, 100.0, Level::WrittenToCache), (10.0, "arithmetic"), "10 ns against 1 ns");
         assert_eq!(floor(100.0, 100.0, Level::Written), (20.0, "memory, written"), "10 ns against 20 ns");
-        assert_eq!(floor(0.0, 100.0, Level::Second), (2.0, "second-level cache"), "bytes alone");
+        assert_eq!(floor(0.0, 100.0, Level::WrittenToCache), (1.0, "first-level cache"), "1000 bytes fit");
+        assert_eq!(floor(0.0, 200.0, Level::WrittenToCache), (8.0, "second-level cache"), "2000 bytes do not");
+        assert_eq!(floor(0.0, 80.0, Level::Cache), (1.0, "first-level cache"), "800 bytes fit");
+        assert_eq!(floor(0.0, 200.0, Level::Cache), (4.0, "second-level cache"), "2000 bytes do not");
         assert_eq!(floor(0.0, 80.0, Level::Read), (10.0, "memory, read"), "bytes alone");
     }
 }

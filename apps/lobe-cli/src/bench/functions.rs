@@ -2,13 +2,14 @@
 
 use std::hint::black_box;
 
-use lobe::sh::simd::LANES;
-use lobe::sh::{Dir, DirBatch, Rotation, RotationMatrices, ShBatch, even_directions, product_into};
+use lobe::sh::probes::{multiply_adds, multiply_adds_in, multiply_pairs, rotate_one};
+use lobe::sh::simd::{LANES, Machine};
+use lobe::sh::{Dir, DirBatch, Rotation, RotationMatrices, ShBatch, even_directions};
 
 use crate::bench::cost::{
     Cost, Level, basis_operations, product_operations, rotation_operations, square_operations, zonal_product_operations,
 };
-use crate::bench::measure::{Bench, BenchJob};
+use crate::bench::measure::{Bench, BenchJob, Pace};
 
 /// Directions of a tile, whose basis stays in the first-level cache up to order 5.
 const TILE: usize = 256;
@@ -26,6 +27,7 @@ const NUMBER: f64 = size_of::<f32>() as f64;
 
 /// Runs the jobs of this file.
 pub(crate) fn run(bench: &mut Bench<'_>) {
+    probe(bench);
     basis(bench);
     values(bench);
     products(bench);
@@ -34,6 +36,19 @@ pub(crate) fn run(bench: &mut Bench<'_>) {
     rotation(bench);
     rotation_of_one(bench);
     high_rotation_of_one(bench);
+}
+
+/// The probe of arithmetic, once where instructions are counted: its time is the floor itself.
+fn probe(bench: &mut Bench<'_>) {
+    let name = "multiply-adds";
+    if matches!(bench.pace, Pace::Counted) && bench.wants_without_order(name) {
+        let machine = Machine::detect();
+        let (items, _) = multiply_adds_in(machine);
+        let job = BenchJob { name, order: None, item: "register", items, cost: None, above: "" };
+        bench.measure(&job, || {
+            black_box(multiply_adds(machine, black_box(0.5), black_box(1.0)));
+        });
+    }
 }
 
 /// Coefficients of any value: what kernels do does not depend on them.
@@ -52,9 +67,10 @@ fn turn() -> Rotation {
 }
 
 fn basis(bench: &mut Bench<'_>) {
-    for (name, count, orders, level) in
-        [("basis", TILE, &[3, 4, 6, 10][..], Level::First), ("basis-streamed", MESH, &[3, 4, 6, 10], Level::Written)]
-    {
+    for (name, count, orders, level) in [
+        ("basis", TILE, &[3, 4, 6, 10][..], Level::WrittenToCache),
+        ("basis-streamed", MESH, &[3, 4, 6, 10], Level::Written),
+    ] {
         if !bench.wants(name) {
             continue;
         }
@@ -90,7 +106,7 @@ fn products(bench: &mut Bench<'_>) {
                 order: Some(order),
                 item: if is_square { "function" } else { "pair" },
                 items: PAIRS,
-                cost: Some(Cost { operations, bytes, level: Level::Second }),
+                cost: Some(Cost { operations, bytes, level: Level::Cache }),
                 above: "the straight-line code of an order keeps more numbers alive than there are registers",
             };
             bench.measure(&job, || {
@@ -119,7 +135,7 @@ fn values(bench: &mut Bench<'_>) {
             order: Some(order),
             item: "function",
             items: TILE,
-            cost: Some(Cost { operations: basis_operations(order) + 2.0 * n, bytes: NUMBER * n, level: Level::Second }),
+            cost: Some(Cost { operations: basis_operations(order) + 2.0 * n, bytes: NUMBER * n, level: Level::Cache }),
             above: "each coefficient is loaded for one multiplication",
         };
         bench.measure(&job, || black_box(&f).eval_into(black_box(&directions), black_box(&mut out)));
@@ -142,7 +158,7 @@ fn zonal_products(bench: &mut Bench<'_>) {
             order: Some(order),
             item: "pair",
             items: PAIRS,
-            cost: Some(Cost { operations: zonal_product_operations(order), bytes, level: Level::Second }),
+            cost: Some(Cost { operations: zonal_product_operations(order), bytes, level: Level::Cache }),
             above: "the straight-line code of an order keeps more numbers alive than there are registers",
         };
         bench.measure(&job, || black_box(&f).zonal_product_into(black_box(zonal), black_box(&mut out)));
@@ -165,15 +181,10 @@ fn product_of_one(bench: &mut Bench<'_>) {
             order: Some(order),
             item: "pair",
             items: PAIRS,
-            cost: Some(Cost { operations: product_operations(order), bytes, level: Level::Second }),
+            cost: Some(Cost { operations: product_operations(order), bytes, level: Level::Cache }),
             above: "one pair leaves lanes empty, and its sums wait for each other",
         };
-        bench.measure(&job, || {
-            let pairs = black_box(&a).chunks_exact(n).zip(black_box(&b).chunks_exact(n));
-            for ((a, b), out) in pairs.zip(black_box(&mut out).chunks_exact_mut(n)) {
-                product_into(a, b, out);
-            }
-        });
+        bench.measure(&job, || multiply_pairs(n, black_box(&a), black_box(&b), black_box(&mut out)));
     }
 }
 
@@ -191,7 +202,7 @@ fn rotation(bench: &mut Bench<'_>) {
             order: Some(order),
             item: "function",
             items: TURNED,
-            cost: Some(Cost { operations: rotation_operations(order), bytes, level: Level::Second }),
+            cost: Some(Cost { operations: rotation_operations(order), bytes, level: Level::Cache }),
             above: "each entry of the matrices is loaded for every sixteen functions",
         };
         bench.measure(&job, || black_box(&f).rotated_into(&matrices, black_box(&mut out)));
@@ -224,6 +235,6 @@ fn rotation_of_one(bench: &mut Bench<'_>) {
         let (turn, f) = (turn(), coefficients(order, 1));
         let mut out = vec![0.0; f.len()];
         let job = BenchJob { name, order: Some(order), item: "function", items: 1, cost: None, above: "" };
-        bench.measure(&job, || black_box(&turn).apply_into(black_box(&f), black_box(&mut out)));
+        bench.measure(&job, || rotate_one(black_box(&turn), black_box(&f), black_box(&mut out)));
     }
 }

@@ -52,7 +52,7 @@ fn irradiance(bench: &mut Bench<'_>) {
             item: "normal",
             items: COUNT,
             // Five products of coordinates, one of them in a multiply-add; eight multiply-adds for each color.
-            cost: Some(Cost { operations: 7.0 + 3.0 * 16.0, bytes: 12.0 + 12.0, level: Level::Second }),
+            cost: Some(Cost { operations: 7.0 + 3.0 * 16.0, bytes: 12.0 + 12.0, level: Level::Cache }),
             above: "sixteen colors are put together from their channels",
         };
         bench.measure(&job, || packed.eval_into(black_box(&normals), black_box(&mut out)));

@@ -113,7 +113,7 @@ impl Bench<'_> {
             }
         };
         let nanoseconds = nanoseconds(time, work) / items as f64;
-        let (floor, bound) = cost.map(|cost| cost.floor(floors)).unzip();
+        let (floor, bound) = cost.map(|cost| cost.floor(items, floors)).unzip();
         let ratio = floor.map(|floor| nanoseconds / floor);
         self.rows.push(Row { job: name, order, item, nanoseconds, floor, bound, ratio, above });
     }

@@ -10,7 +10,10 @@ fn jobs_are_measured_beside_their_floors() {
     let dir = Dir::new();
     let printed: Value =
         serde_json::from_str(&dir.lobe("bench product square --seconds 0.001 --json").stdout()).unwrap();
-    for rate in ["gflops", "store_first_level", "copy_second_level", "store", "store_past_caches", "read"] {
+    let caches = ["store_first_level", "copy_first_level", "store_second_level", "copy_second_level"];
+    for rate in
+        ["gigahertz", "gflops", "each_cycle", "first_level", "store", "store_past_caches", "read"].iter().chain(&caches)
+    {
         assert!(printed["machine"][rate].as_f64().unwrap() > 0.0, "{rate}: {printed}");
     }
     let jobs = printed["jobs"].as_array().unwrap();
@@ -32,7 +35,8 @@ fn the_table_has_a_line_for_each_job_and_says_by_what_it_is_bound() {
     assert!(text.starts_with("one thread, ") && text.contains("GFLOP/s"), "{text}");
     let lines: Vec<_> = text.lines().filter(|line| line.starts_with("rotation  ")).collect();
     assert_eq!(lines.len(), 3, "{text}");
-    assert!(lines.iter().all(|line| line.contains("second-level cache") || line.contains("arithmetic")), "{text}");
+    let bounds = ["first-level cache", "second-level cache", "arithmetic"];
+    assert!(lines.iter().all(|line| bounds.iter().any(|bound| line.contains(bound))), "{text}");
 }
 
 #[test]
@@ -78,6 +82,7 @@ fn an_order_picks_among_the_jobs_and_a_count_does_each_of_them_once() {
     let lines = |args: &str| dir.lobe(&format!("bench --counted {args}")).stdout();
     assert_eq!(lines("basis product --order 4"), "basis 4\nproduct 4\n", "whole names, so no other basis or product");
     assert_eq!(lines("irradiance dering"), "irradiance 3\ndering 3\n");
+    assert_eq!(lines("multiply-adds"), "multiply-adds\n", "the probe of arithmetic");
     let line = dir.lobe("bench product --order 5 --seconds 0.001").error();
     assert!(line.contains(r#"expected a word in the name of a job of order 5, found ["product"]"#), "{line}");
 }

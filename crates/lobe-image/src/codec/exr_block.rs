@@ -142,8 +142,14 @@ impl Block {
             let start: usize = list[..c].iter().map(bytes_of).sum();
             (start..start + bytes_of(&list[c]), list[c].sample_type)
         });
-        let mut numbers = [(); 3].map(|()| vec![0.0; size.0]);
         let mut texels = Vec::with_capacity(size.area());
+        if lines.iter().all(|(_, sample_type)| *sample_type == SampleType::F32) {
+            for row in block.data.chunks_exact(bytes_of_row) {
+                extend_by_floats(&mut texels, lines.each_ref().map(|(line, _)| &row[line.clone()]));
+            }
+            return Ok(Self { x: position.0, y: position.1, width: size.0, texels });
+        }
+        let mut numbers = [(); 3].map(|()| vec![0.0; size.0]);
         for row in block.data.chunks_exact(bytes_of_row) {
             for ((line, sample_type), numbers) in lines.iter().zip(&mut numbers) {
                 read_samples(&row[line.clone()], *sample_type, numbers);
@@ -153,6 +159,12 @@ impl Block {
         }
         Ok(Self { x: position.0, y: position.1, width: size.0, texels })
     }
+}
+
+/// Appends the texels of a row whose three lines are floats, in native byte order, at once.
+fn extend_by_floats(texels: &mut Vec<Pixel>, lines: [&[u8]; 3]) {
+    let [r, g, b] = lines.map(|line| line.as_chunks().0.iter().map(|bytes| f32::from_ne_bytes(*bytes)));
+    texels.extend(r.zip(g).zip(b).map(|((r, g), b)| [r, g, b]));
 }
 
 /// The numbers of a line of samples, which the library gives in native byte order.
@@ -185,5 +197,26 @@ pub(crate) fn explain(error: ExrError, name: &str) -> ImageError {
         }
         ExrError::Invalid(what) => invalid(name, format!("damaged OpenEXR picture: {what}")),
         other => invalid(name, format!("damaged OpenEXR picture: {other}")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn floats_at_once_are_those_line_by_line() {
+        let numbers: Vec<f32> = (0..51).map(|k| (k as f32 - 7.3) * 1e3_f32.powi(k % 5 - 2)).collect();
+        let bytes: Vec<u8> = numbers.iter().flat_map(|x| x.to_ne_bytes()).collect();
+        let lines: [&[u8]; 3] = std::array::from_fn(|c| &bytes[c * 68..][..68]);
+        let mut at_once = Vec::new();
+        extend_by_floats(&mut at_once, lines);
+        let by_line = lines.map(|line| {
+            let mut numbers = vec![0.0; 17];
+            read_samples(line, SampleType::F32, &mut numbers);
+            numbers
+        });
+        let expected: Vec<Pixel> = (0..17).map(|x| by_line.each_ref().map(|numbers| numbers[x])).collect();
+        assert_eq!(at_once, expected, "red, green and blue of 17 texels");
     }
 }

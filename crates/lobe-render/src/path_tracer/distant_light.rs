@@ -28,6 +28,8 @@ pub struct DistantLight {
     backdrop: Backdrop,
     /// The table for importance sampling; none if the light is black, or not finite.
     table: Option<SphereTable>,
+    /// The weights of the table under an expansion; those of a map follow from its texels.
+    weights: Vec<f64>,
     world_from_light: Rotation,
     light_from_world: Rotation,
 }
@@ -78,10 +80,9 @@ impl DistantLight {
     #[must_use]
     pub fn from_map(map: impl Into<Arc<EnvMap>>) -> Self {
         let map = map.into();
-        let weight = |texel: &Rgb<f32>| Rgb::from(texel.widen().to_array().map(f64::abs)).luminance();
-        let weights: Vec<f64> = map.texels().iter().map(weight).collect();
+        let weights: Vec<f64> = map.texels().iter().map(|texel| weight(texel.widen())).collect();
         let table = SphereTable::new(map.width(), map.height(), &weights);
-        Self::new(Source::Map(map), table)
+        Self::new(Source::Map(map), table, Vec::new())
     }
 
     /// The light of an expansion of radiance, of any order.
@@ -93,12 +94,12 @@ impl DistantLight {
         let mean = weights.iter().sum::<f64>() / weights.len() as f64;
         weights.iter_mut().for_each(|weight| *weight += EVERYWHERE * mean);
         let table = SphereTable::new(2 * ROWS, ROWS, &weights);
-        Self::new(Source::Expansion(radiance), table)
+        Self::new(Source::Expansion(radiance), table, weights)
     }
 
-    fn new(source: Source, table: Option<SphereTable>) -> Self {
+    fn new(source: Source, table: Option<SphereTable>, weights: Vec<f64>) -> Self {
         let none = Rotation::from_axis_angle(Dir::Z, 0.0);
-        Self { source, backdrop: Backdrop::Light, table, world_from_light: none, light_from_world: none }
+        Self { source, backdrop: Backdrop::Light, table, weights, world_from_light: none, light_from_world: none }
     }
 
     /// This light in front of a backdrop. One that is the light itself is the same as [`Backdrop::Light`], in
@@ -177,18 +178,38 @@ impl DistantLight {
 
     /// A direction drawn with two numbers in `(0, 1)`; none under a light that is black, or not finite.
     pub(crate) fn sample(&self, numbers: [f64; 2]) -> Option<LightSample> {
-        let (s, cell, density) = self.table.as_ref()?.sample(numbers);
-        let radiance = match &self.source {
-            Source::Map(map) => map.texels()[cell].widen(),
-            Source::Expansion(f) => f.eval(s),
-        };
+        let table = self.table.as_ref()?;
+        let (s, cell) = table.sample(numbers);
+        let (radiance, weight) = self.in_cell(cell, s);
+        let density = weight / table.whole();
         Some(LightSample { towards: self.world_from_light.rotate_dir(s), radiance, density })
     }
 
-    /// The density in sr⁻¹ with which [`DistantLight::sample`] draws `s`.
-    pub(crate) fn density(&self, s: Dir) -> f64 {
-        self.table.as_ref().map_or(0.0, |table| table.density(self.light_from_world.rotate_dir(s)))
+    /// The radiance that arrives from direction `s`, and the density in sr⁻¹ with which [`DistantLight::sample`]
+    /// draws it.
+    pub(crate) fn radiance_and_density(&self, s: Dir) -> (Rgb<f64>, f64) {
+        let Some(table) = &self.table else { return (self.radiance(s), 0.0) };
+        let s = self.light_from_world.rotate_dir(s);
+        let [width, height] = table.size();
+        let (radiance, weight) = self.in_cell(cell(width, height, s), s);
+        (radiance, weight / table.whole())
     }
+
+    /// The radiance from a direction in the frame of the light, and the weight in the table of its cell.
+    fn in_cell(&self, cell: usize, s: Dir) -> (Rgb<f64>, f64) {
+        match &self.source {
+            Source::Map(map) => {
+                let texel = map.texels()[cell].widen();
+                (texel, weight(texel))
+            }
+            Source::Expansion(f) => (f.eval(s), self.weights[cell]),
+        }
+    }
+}
+
+/// The weight of a texel in the table: the luminance of its absolute values.
+fn weight(texel: Rgb<f64>) -> f64 {
+    Rgb::from(texel.to_array().map(f64::abs)).luminance()
 }
 
 fn write_map(all: &mut Fingerprint, map: &EnvMap) {
@@ -230,7 +251,7 @@ mod tests {
             for _ in 0..count {
                 let sample = light.sample([random.unit(), random.unit()]).unwrap();
                 sum += sample.radiance.scale(1.0 / (sample.density * f64::from(count)));
-                let found = light.density(sample.towards);
+                let (_, found) = light.radiance_and_density(sample.towards);
                 assert!((found / sample.density - 1.0).abs() < 1e-12, "{name}: density {found}, {}", sample.density);
             }
             let error = (sum.luminance() / expected.luminance() - 1.0).abs();
@@ -285,6 +306,6 @@ mod tests {
     #[test]
     fn black_light_has_nothing_to_draw() {
         let light = DistantLight::from_map(EnvMap::from_fn(4, 2, |_| Rgb::ZERO));
-        assert!(light.sample([0.5, 0.5]).is_none() && light.density(Dir::X) == 0.0, "black");
+        assert!(light.sample([0.5, 0.5]).is_none() && light.radiance_and_density(Dir::X) == (Rgb::ZERO, 0.0), "black");
     }
 }

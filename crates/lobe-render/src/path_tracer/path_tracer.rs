@@ -373,9 +373,9 @@ impl<'a> PathTracer<'a> {
                 // Add the light of the direction drawn from the BSDF.
                 None if samples_bsdf => {
                     let s = Dir::from_unit(sample.towards);
-                    let weight =
-                        if samples_light { power_heuristic(sample.density, self.light.density(s)) } else { 1.0 };
-                    sum += (throughput * self.light.radiance(s)).scale(weight);
+                    let (radiance, density) = self.light.radiance_and_density(s);
+                    let weight = if samples_light { power_heuristic(sample.density, density) } else { 1.0 };
+                    sum += (throughput * radiance).scale(weight);
                     break;
                 }
                 // Go on from the surface that was hit.

@@ -24,6 +24,9 @@ pub use lane::Lane;
 pub use lanes::{LANES, Lanes};
 pub use machine::{Kernel, Machine};
 #[cfg(feature = "std")]
+#[doc(hidden)]
+pub use past_caches::cache_bytes;
+#[cfg(feature = "std")]
 pub use past_caches::copy_past_caches;
 #[cfg(feature = "std")]
 pub(crate) use wide::rounded;

@@ -27,17 +27,23 @@ pub(crate) fn are_many<T>(results: &[T]) -> bool {
 
 /// The bytes of the cache of the third level, which cores share.
 fn third_cache() -> Option<usize> {
-    static BYTES: std::sync::OnceLock<Option<usize>> = std::sync::OnceLock::new();
+    cache_bytes(3)
+}
+
+/// The bytes of the cache for data of a level, 1 to 3, where the processor tells.
+pub fn cache_bytes(level: u32) -> Option<usize> {
+    static BYTES: std::sync::OnceLock<[Option<usize>; 3]> = std::sync::OnceLock::new();
     #[cfg(target_arch = "x86_64")]
     let ask = told_by_processor;
     #[cfg(not(target_arch = "x86_64"))]
-    let ask = || None;
-    *BYTES.get_or_init(ask)
+    let ask = |_| None;
+    let place = (level as usize).checked_sub(1)?;
+    BYTES.get_or_init(|| [1, 2, 3].map(ask)).get(place).copied().flatten()
 }
 
 /// What `cpuid` says of caches, one after the other: leaf `0x8000_001d` of AMD (APM volume 3, appendix E), leaf 4 of Intel (SDM volume 2A).
 #[cfg(target_arch = "x86_64")]
-fn told_by_processor() -> Option<usize> {
+fn told_by_processor(level: u32) -> Option<usize> {
     use core::arch::x86_64::{__cpuid, __cpuid_count};
 
     /// The leaf that says which leaves there are besides the first ones.
@@ -47,14 +53,14 @@ fn told_by_processor() -> Option<usize> {
 
     let of_leaf = |leaf: u32| {
         let mut caches = (0..MOST_CACHES).map(|k| __cpuid_count(leaf, k)).map(|told| [told.eax, told.ebx, told.ecx]);
-        caches.find_map(|told| cache_of(told).filter(|(level, _)| *level == 3)).map(|(_, bytes)| bytes)
+        caches.find_map(|told| cache_of(told).filter(|(of, _)| *of == level)).map(|(_, bytes)| bytes)
     };
     let has = |leaf: u32| __cpuid(leaf & EXTENDED).eax >= leaf;
     [0x8000_001d, 4].into_iter().filter(|leaf| has(*leaf)).find_map(of_leaf)
 }
 
 /// The level and the bytes of a cache by the registers eax, ebx and ecx of these leaves, which have one layout; `None` if they tell of
-/// none. All but the type and the level are less by one than what they count.
+/// none for data. All but the type and the level are less by one than what they count.
 ///
 /// ```text
 ///   eax: type 0..5, level 5..8      ebx: bytes of a line 0..12, lines of a partition 12..22, ways 22..32      ecx: sets
@@ -62,9 +68,12 @@ fn told_by_processor() -> Option<usize> {
 /// ```
 #[cfg(target_arch = "x86_64")]
 fn cache_of([eax, ebx, ecx]: [u32; 3]) -> Option<(u32, usize)> {
+    /// Types: 2 is one of instructions alone.
+    const DATA: u32 = 1;
+    const UNIFIED: u32 = 3;
     let [line, partition, ways, sets] =
         [ebx & 0xfff, ebx >> 12 & 0x3ff, ebx >> 22, ecx].map(|less_by_one| less_by_one as usize + 1);
-    (eax & 0x1f != 0).then_some((eax >> 5 & 7, line * partition * ways * sets))
+    (matches!(eax & 0x1f, DATA | UNIFIED)).then_some((eax >> 5 & 7, line * partition * ways * sets))
 }
 
 /// Copies numbers past the caches, for results that are larger than the caches and not read soon: their lines are neither
@@ -151,6 +160,8 @@ mod tests {
         assert_eq!(cache_of([0x1c163, 0x03c0_003f, 0x7fff]), Some((3, 32 << 20)), "2^15 sets");
         assert_eq!(cache_of([0x1c03_c163, 0x03c0_003f, 0x1fff]), Some((3, 8 << 20)), "2^13 sets");
         assert_eq!(cache_of([0x0000_4143, 0x0240_003f, 0x07ff]), Some((2, 1280 << 10)), "2^11 sets");
+        assert_eq!(cache_of([0x0000_4121, 0x01c0_003f, 0x003f]), Some((1, 32 << 10)), "8 ways of data");
+        assert_eq!(cache_of([0x0000_4122, 0x01c0_003f, 0x003f]), None, "instructions");
         assert_eq!(cache_of([0, 0x0240_003f, 0x07ff]), None, "type 0");
     }
 
