@@ -137,8 +137,11 @@ pub(crate) fn without_options(error: anyhow::Error, [too_large, nonfinite]: [&st
         return anyhow::anyhow!("{place}: {message}; {MAKE_A_MAP}");
     }
     match image_error(&error) {
-        Some(ImageError::Refused { place, message, option: ReadOption::MaxTexels | ReadOption::MaxBytes }) => {
+        Some(ImageError::Refused { place, message, option: ReadOption::MaxTexels }) => {
             anyhow::anyhow!("{place}: {message}; {too_large}")
+        }
+        Some(ImageError::Refused { place, message, option: ReadOption::MaxBytes }) => {
+            anyhow::anyhow!("{place}: {message}; {too_large}, or raise the limit with --max-memory")
         }
         Some(ImageError::Refused { place, message, option: ReadOption::Nonfinite }) => {
             anyhow::anyhow!("{place}: {message}; {nonfinite}")

@@ -55,7 +55,8 @@ fn a_small_file_of_many_equal_numbers_is_held_against_the_limit() {
         "render s.obj --env flat.exr --mode irradiance --size 4x4 --max-memory 0.01 -o a.png",
     ] {
         let line = dir.lobe(args).arg("--quiet").error();
-        assert!(line.contains("flat.exr") && line.contains("memory"), "{args}: {line}");
+        assert!(line.contains("flat.exr: the picture is 2048 x 2048, more than the limit"), "{args}: {line}");
+        assert!(line.ends_with("or raise the limit with --max-memory"), "{args}: {line}");
     }
     let line = dir.lobe("compare none.exr none.exr --z-test").error();
     assert!(line.contains("none.exr: no such file"), "{line}");
