@@ -413,7 +413,7 @@ fn a_pipe_that_a_description_names_is_refused_and_not_waited_for() {
 fn what_is_baked_of_parts_is_held_against_the_limit_of_memory() {
     let dir = scene(KEYS);
     // An expansion takes less than a map.
-    dir.lobe("project bundled:sunset --order 4 -o sky.sh.json").stdout();
+    dir.lobe("project bundled:sunset --order 4 --quiet -o sky.sh.json").stdout();
     let view = VIEW.replace("bundled:sunset", "sky.sh.json");
     let error = dir.lobe(&format!("render s.json {view} --mode fields --max-memory 0.00002 --quiet -o x.png")).error();
     assert!(error.starts_with("what is baked of the parts takes up to "), "{error}");
