@@ -59,7 +59,7 @@ pub fn copy(machine: Machine, from: &[Lanes], to: &mut [Lanes]) {
     machine.run(Copy { to, from });
 }
 
-/// Reads all numbers; their sum, without those past the last whole group of [`SUMS`] blocks.
+/// Reads all numbers; their sum, without those past the last whole group of eight blocks.
 #[inline(never)]
 #[must_use]
 pub fn sum(machine: Machine, blocks: &[Lanes]) -> f32 {
