@@ -2,8 +2,10 @@
 
 use crate::bake::pilot::Piloted;
 use crate::bake::point_transfer::PointTransfer;
+use crate::fit::sampling_errors::{SamplingErrors, add_vectors};
 use crate::fit::surface_points::SurfacePoints;
 use crate::job::chunks::{Estimator, Tally};
+use crate::sampling::sobol::hash;
 
 /// The weight of a point that nobody sees, in a solid or a narrow gap, as a part of that of others: it decides only
 /// where nothing else does.
@@ -12,6 +14,9 @@ const BURIED: f64 = 1e-4;
 /// Numbers of a row before the moments of transfer: the upper triangle of the moments of the weights alone, and the
 /// variance of the noise.
 pub(crate) const ELEMENT: usize = 7;
+
+/// Marks the seed of every second point; any number.
+const SECOND_SEQUENCE: u64 = 0x5345_434F_4E44;
 
 /// The place of the variance in a row.
 pub(crate) const VARIANCE: usize = 6;
@@ -27,7 +32,7 @@ pub(crate) const VARIANCE: usize = 6;
 /// ```
 ///
 /// T are the vectors or matrices of a white point. Vectors are less noisy by what their directions alone are off, times
-/// the part β of the paths of the other points that leave at once (a control variate, no bias; see [`SamplingErrors`]).
+/// the part β of paths that leave at once (see [`SamplingErrors`]).
 /// Points that nobody sees have a weight of 1e-4 of this. p is the mean
 /// throughput of the N paths of the others: σ² is the variance of that, as a part of its square, if each path brings
 /// all or nothing and none knows of the others.
@@ -103,13 +108,16 @@ impl<P: PointTransfer> Estimator for TriangleMoments<'_, P> {
         let count = self.points.count(triangle);
         let area = self.points.area(triangle);
         let face = self.points.face(triangle);
-        let [places, directions] = face.sequences(seed, self.paths.bounces());
+        // Every second point has a sequence of its own, which knows nothing of that of the others.
+        let [places, first] = face.sequences(seed, self.paths.bounces());
+        let [_, second] = face.sequences(hash([seed, SECOND_SEQUENCE]), self.paths.bounces());
         let mut tally = Tally::default();
         let mut seen = 0;
         for index in 0..count {
             // Bake the point as if it were white.
             let point = face.point(index, &places);
-            let start = point.start(&directions, index * self.points.paths);
+            let half = index as usize % 2;
+            let start = point.start([&first, &second][half], index / 2 * self.points.paths);
             let of_point = self.paths.transfer(&start, paths, transfer);
             let is_dark = of_point.energy.iter().all(|&energy| energy == 0.0);
             let is_buried = is_dark && self.paths.is_buried(&start, self.gap);
@@ -120,7 +128,7 @@ impl<P: PointTransfer> Estimator for TriangleMoments<'_, P> {
             add_moments(sums, weight, point.weights, transfer);
             // What directions alone are off is known where nothing is in the way.
             if self.paths.sampling_error(&start, paths, error) {
-                errors.add(weight, point.weights, error, of_point.energy[0]);
+                errors.add(half, weight, point.weights, error, of_point.energy[0]);
             }
         }
         errors.subtract_from(&mut sums[ELEMENT..]);
@@ -146,67 +154,10 @@ fn variance(tally: &Tally, points: u32, paths: usize) -> f64 {
     (1.0 - mean) / (mean * paths)
 }
 
-/// What the moments of a triangle are off by the directions of paths alone, times what leaves at once.
-///
-/// ```text
-///   m_a = Σ_k w_k φ_a(p_k) (T_k - β_k E_k)      β_k = 1/(K - 1) Σ_{j ≠ k} o_j
-/// ```
-///
-/// `E_k` is what the directions of point k are off, with the mean 0, and `o_k` the part of its paths that leaves at
-/// once. `β_k` knows nothing of those directions, so the mean of the moments is the same. In the open, where β is 1, the
-/// closed form is left, without noise.
-#[derive(Debug)]
-pub(crate) struct SamplingErrors {
-    /// `Σ_k w_k φ_a(p_k) E_k`.
-    sums: Vec<f64>,
-    /// The same, times `o_k`.
-    open_sums: Vec<f64>,
-    open: f64,
-    points: u32,
-}
-
-impl SamplingErrors {
-    fn new(numbers: usize) -> Self {
-        Self { sums: vec![0.0; numbers], open_sums: vec![0.0; numbers], open: 0.0, points: 0 }
-    }
-
-    fn clear(&mut self) {
-        self.sums.fill(0.0);
-        self.open_sums.fill(0.0);
-        (self.open, self.points) = (0.0, 0);
-    }
-
-    /// Adds a point, of whose paths the part `open` leaves at once.
-    fn add(&mut self, weight: f64, phi: [f64; 3], error: &[f32], open: f64) {
-        add_vectors(&mut self.sums, weight, phi, error);
-        add_vectors(&mut self.open_sums, weight * open, phi, error);
-        self.open += open;
-        self.points += 1;
-    }
-
-    /// Subtracts `Σ_k w_k φ_a(p_k) β_k E_k`.
-    fn subtract_from(&self, moments: &mut [f64]) {
-        if self.points < 2 {
-            return;
-        }
-        let others = 1.0 / f64::from(self.points - 1);
-        for ((moment, sum), open_sum) in moments.iter_mut().zip(&self.sums).zip(&self.open_sums) {
-            *moment -= others * (self.open * sum - open_sum);
-        }
-    }
-}
-
 /// Adds the moments of a point, with its barycentric coordinates and its transfer, to a row.
 pub(crate) fn add_moments(sums: &mut [f64], weight: f64, [a, b, c]: [f64; 3], transfer: &[f32]) {
     let (element, vectors) = sums.split_at_mut(ELEMENT);
     let products = [a * a, a * b, a * c, b * b, b * c, c * c];
     element.iter_mut().zip(products).for_each(|(sum, product)| *sum += weight * product);
     add_vectors(vectors, weight, [a, b, c], transfer);
-}
-
-/// Adds a row times the hat function of each corner.
-fn add_vectors(sums: &mut [f64], weight: f64, phi: [f64; 3], row: &[f32]) {
-    for (sums, phi) in sums.chunks_exact_mut(row.len()).zip(phi) {
-        sums.iter_mut().zip(row).for_each(|(sum, t)| *sum += weight * phi * f64::from(*t));
-    }
 }
