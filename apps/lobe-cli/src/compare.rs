@@ -217,7 +217,7 @@ impl Compare {
     }
 
     fn memory(&self) -> MemoryLimit {
-        MemoryLimit::of(Some(self.max_memory))
+        MemoryLimit::of(self.max_memory)
     }
 
     fn is_close(&self, found: &Found) -> bool {

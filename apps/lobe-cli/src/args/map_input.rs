@@ -161,7 +161,7 @@ impl MapInput {
 
     /// The limit for work on the map.
     pub(crate) fn memory(&self) -> MemoryLimit {
-        MemoryLimit::of(Some(self.map.max_memory))
+        MemoryLimit::of(self.map.max_memory)
     }
 
     /// Refuses work on a map that was read, if it takes more memory than allowed: `bytes` for each of its texels, the
@@ -262,7 +262,7 @@ impl MapPath {
     }
 
     fn options(&self, nonfinite: Nonfinite) -> MapReadOptions {
-        let memory = MemoryLimit::of(Some(self.max_memory));
+        let memory = MemoryLimit::of(self.max_memory);
         let picture = PictureReadOptions::default().nonfinite(nonfinite).max_texels(self.max_texels);
         let picture = picture.max_bytes(memory.bytes()).to_rec_709(self.to_rec709);
         MapReadOptions::default()

@@ -31,9 +31,9 @@ pub(crate) struct MemoryLimit {
 }
 
 impl MemoryLimit {
-    /// A limit in GiB, that of all commands if there is none.
-    pub(crate) fn of(gib: Option<f64>) -> Self {
-        Self { max_memory: gib.unwrap_or(GIB_BY_DEFAULT) }
+    /// A limit in GiB.
+    pub(crate) fn of(gib: f64) -> Self {
+        Self { max_memory: gib }
     }
 
     /// The limit in GiB.

@@ -45,12 +45,19 @@ impl<L: Lanes> OctantSlabs<L> {
         }
     }
 
+    /// The near and the far planes of eight boxes, as seen from the point.
+    #[inline(always)]
+    fn planes(&self, lanes: L, node: &Node) -> [[L::Vector; 3]; 2] {
+        let plane = |row: usize, shift| lanes.sub(node.row(lanes, row), shift);
+        let near = std::array::from_fn(|k| plane(self.near_row[k], self.near_shift[k]));
+        let far = std::array::from_fn(|k| plane(self.far_row[k], self.far_shift[k]));
+        [near, far]
+    }
+
     /// For each box the rays of a set that meet it.
     #[inline(always)]
     pub(crate) fn meets(&self, lanes: L, node: &Node, rays: &[BundledRay], set: u64) -> [u64; WIDTH] {
-        let plane = |row: usize, shift| lanes.sub(node.row(lanes, row), shift);
-        let near: [L::Vector; 3] = std::array::from_fn(|k| plane(self.near_row[k], self.near_shift[k]));
-        let far: [L::Vector; 3] = std::array::from_fn(|k| plane(self.far_row[k], self.far_shift[k]));
+        let [near, far] = self.planes(lanes, node);
         let zero = lanes.splat(0.0);
         let mut sets = lanes.empty_sets();
         for number in numbers(set) {
@@ -79,9 +86,7 @@ impl<L: Lanes> OctantSlabs<L> {
         ends: &[f32; BUNDLE],
         set: u64,
     ) -> ([u64; WIDTH], [f32; WIDTH]) {
-        let plane = |row: usize, shift| lanes.sub(node.row(lanes, row), shift);
-        let near: [L::Vector; 3] = std::array::from_fn(|k| plane(self.near_row[k], self.near_shift[k]));
-        let far: [L::Vector; 3] = std::array::from_fn(|k| plane(self.far_row[k], self.far_shift[k]));
+        let [near, far] = self.planes(lanes, node);
         let zero = lanes.splat(0.0);
         let mut sets = lanes.empty_sets();
         for number in numbers(set) {
