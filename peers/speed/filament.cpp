@@ -2,9 +2,9 @@
 //
 //     filament JOB ORDER SECONDS < numbers > results
 //
-// Reads floats: the texels of the faces +x, -x, +y, -y, +z, -z of a cube for project-cube; the coefficients of an irradiance, color
-// within coefficient, for irradiance; those of probes for dering. Writes coefficients, color within coefficient, or texels, and on
-// stderr the nanoseconds for one item.
+// Reads floats: the texels of the faces +x, -x, +y, -y, +z, -z of a cube for project-cube; the coefficients of an
+// irradiance, color within coefficient, for irradiance; those of probes for dering. Writes coefficients, color within
+// coefficient, or texels, and on stderr the nanoseconds for one item.
 
 #include <cmath>
 #include <cstdio>

@@ -1,10 +1,10 @@
-"""Pictures traced for reference by whole programs: Lobe beside Mitsuba, one thread each, with the noise beside the time.
+"""Pictures traced for reference by whole programs: Lobe beside Mitsuba, one thread each, with their noise.
 
     pip install mitsuba OpenEXR numpy
     python3 peers/speed/programs.py target/release/lobe
 
-`speed.py` runs this in its environment and prints the table below its own. Times are of the processor, so that other work on the machine
-disturbs little; reading the scene, building its tree and compiling kernels are left out for both.
+`speed.py` runs this in its environment and prints the table below its own. Times are of the processor, so that other
+work on the machine disturbs little. Reading the scene, building its tree and compiling kernels are left out for both.
 """
 
 import os

@@ -597,7 +597,7 @@ def test_a_shard_has_room_in_memory_however_cheap_it_is():
     count = shards.shards_for(1, shards.Cost(10.0, 0.1, 5_184_000_000))
     assert count == 78 and 5_184_000_000 / count <= shards.MOST_BYTES
     made = lobe.BakeOptions(mode="glossy", order=6).of(SCENE)
-    # Of each triangle six moments of weights, the variance, and moments of matrices of three colors for each of its corners.
+    # Of each triangle six moments of weights, the variance, and moments of matrices of three colors for each corner.
     assert made.bytes == made.points * 4 * (7 + 3 * 3 * 36 * 36)
 
 

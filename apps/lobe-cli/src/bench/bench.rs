@@ -107,7 +107,8 @@ fn head(floors: &Floors) -> String {
         "one thread, {instructions}: {gflops:.0} GFLOP/s, {each_cycle:.2} multiply-adds of a register a cycle at \
          {gigahertz:.2} GHz; GB/s:\nfirst-level cache {store_first_level:.0} written, {copy_first_level:.0} copied, \
          second-level cache {store_second_level:.0} written, {copy_second_level:.0} copied,\nmemory {store:.1} \
-         written, {store_past_caches:.1} past the caches, {read:.1} read. Floor: the larger of arithmetic and bytes.\n\n"
+         written, {store_past_caches:.1} past the caches, {read:.1} read. Floor: the larger of arithmetic and \
+         bytes.\n\n"
     )
 }
 

@@ -353,8 +353,8 @@ impl MovingInput {
         let Ok(split) = split else { bail!("stopped while triangles were split, of which nothing is kept") };
         if let Some(report) = split.filter(|report| report.edge > COARSE) {
             let text = format!(
-                "has {} vertices of what stands still, too few for the shadows of what moves: edges there are up to {:.1} \
-                 times its size; --max-vertices allows more",
+                "has {} vertices of what stands still, too few for the shadows of what moves: edges there are up to \
+                 {:.1} times its size; --max-vertices allows more",
                 report.after, report.edge
             );
             talk.note(name, &text);

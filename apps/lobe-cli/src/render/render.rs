@@ -63,7 +63,8 @@ light and 160 MB. Scene, light and transfer from a file come on top and are as l
 moves takes 192 + 16 n² bytes more for each vertex, 320 for each triangle, and what is baked of its parts.
 
 Parts of a scene that moves are baked first, which takes minutes, unless its description names files of lobe bake, \
-field and spheres. Results are kept in OUT.checkpoint... until all pictures are done: the same command goes on after Ctrl-C.";
+field and spheres. Results are kept in OUT.checkpoint... until all pictures are done: the same command goes on after \
+Ctrl-C.";
 
 #[derive(Args)]
 #[command(after_help = NOTES)]

@@ -1,7 +1,8 @@
 //! The rooms of the application, each with its controls beside what they change.
 //!
-//! Read `background`, what is behind a scene, `taming`, what ends the ringing of an expansion, `light`, what all rooms do to a light, `steer`, how a hand changes it and the
-//! camera, `truth_light` and `truth`, what pictures are compared with, and `formulas`, a table of what is computed, then the rooms:
+//! Read `background`, what is behind a scene, `taming`, what ends the ringing of an expansion, `light`, what all rooms
+//! do to a light, `steer`, how a hand changes it and the camera, `truth_light` and `truth`, what pictures are compared
+//! with, and `formulas`, a table of what is computed, then the rooms:
 //! `scene`, a baked scene under a turning sky; `sky`, an environment and its expansions; `functions`, functions on the sphere; `motion`,
 //! what moves. Uses `loading` and `widgets`.
 

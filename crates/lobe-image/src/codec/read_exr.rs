@@ -27,9 +27,9 @@ use crate::pixel::BLACK;
 /// compressed, and again as many decoded. A constant, so that errors do not depend on the number of threads.
 const TEXELS_TOGETHER: usize = if cfg!(fuzzing) { 1 << 5 } else { 1 << 19 };
 
-/// The same of blocks that are not compressed, which are only copied: few enough that what is read is still in the cache,
-/// and that their memory is used again. The pages of larger batches come new from the system each time, and clearing
-/// them takes longer than all else.
+/// The same of blocks that are not compressed, which are only copied: few enough that what is read is still in the
+/// cache, and that their memory is used again. The pages of larger batches come new from the system each time, and
+/// clearing them takes longer than all else.
 const RAW_TEXELS_TOGETHER: usize = if cfg!(fuzzing) { 1 << 4 } else { 1 << 15 };
 
 /// The bit of the version field that says "at least one part is deep".

@@ -50,8 +50,8 @@ pub(crate) trait PointTransfer: Sync {
     /// Finds the row of a point.
     fn transfer(&self, start: &PathStart<'_>, scratch: &mut Self::Scratch, row: &mut [f32]) -> Tally;
 
-    /// Finds how far the row of a white point would be off its closed form if nothing were in the way, by the directions
-    /// of its paths alone. Returns whether there is a closed form.
+    /// Finds how far the row of a white point would be off its closed form if nothing were in the way, by the
+    /// directions of its paths alone. Returns whether there is a closed form.
     fn sampling_error(&self, _start: &PathStart<'_>, _scratch: &mut Self::Scratch, _row: &mut [f32]) -> bool {
         false
     }

@@ -9,8 +9,8 @@
 /// `E_k` is what the directions of point k are off their closed form, and `o_k` the part of its paths that leaves at
 /// once: a control variate. The mean of `E_k` is 0. Every second point has a sequence of its own, so that `β_h` knows
 /// nothing of the directions of its half, and the mean of the moments is the same (test
-/// `moments_by_few_paths_are_those_by_many_in_the_mean`). In the open β is 1, and the closed form is left without noise.
-/// One point alone is left as it is.
+/// `moments_by_few_paths_are_those_by_many_in_the_mean`). In the open β is 1, and the closed form is left without
+/// noise. One point alone is left as it is.
 #[derive(Debug)]
 pub(crate) struct SamplingErrors {
     halves: [Half; 2],
@@ -109,7 +109,8 @@ mod tests {
         let mut tried = 0;
         for triangle in (0..scene.triangle_count()).step_by(7) {
             let known = means(&many, triangle, 16);
-            // The first moments of the three corners are those of constant transfer: 1/√4π of the area where all is open.
+            // The first moments of the three corners are those of constant transfer: 1/√4π of the area where all is
+            // open.
             let open = (0..3).map(|a| known[9 * a].0).sum::<f64>() / few.points.area(triangle) * 12.566_f64.sqrt();
             if !(0.2..0.97).contains(&open) {
                 continue;

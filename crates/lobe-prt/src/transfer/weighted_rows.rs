@@ -74,7 +74,8 @@ impl<W: Copy + Into<f32>> Work for WeightsOfChunk<'_, W> {
     }
 }
 
-/// The sums of eight receivers of one cluster, a receiver in each lane: each number of the cluster is loaded once for all.
+/// The sums of eight receivers of one cluster, a receiver in each lane: each number of the cluster is loaded once for
+/// all.
 #[inline(always)]
 fn weighted_of_one<L: Lanes>(lanes: L, weights: &[f32], table: &[[f32; 4]], out: &mut [Rgb<f32>; TOGETHER]) {
     let [first, bases @ ..] = table else { return };

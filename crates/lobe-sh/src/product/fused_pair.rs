@@ -32,8 +32,8 @@ impl Fuse for f32 {
     }
 }
 
-/// The product in place of `out` if both factors and the product are of order 3 or of order 4, and the machine fuses; whether
-/// it is.
+/// The product in place of `out` if both factors and the product are of order 3 or of order 4, and the machine fuses;
+/// whether it is.
 ///
 /// Sums and products in one operation are half as many operations that wait for each other.
 pub(crate) fn multiply_pair(a: &[f32], b: &[f32], out: &mut [f32]) -> bool {

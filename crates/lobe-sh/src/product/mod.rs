@@ -1,10 +1,10 @@
 //! Products of functions.
 //!
 //! Read [`product`] first: it picks one of three routes, straight-line code ([`straight_line`] of [`generated`], which `cargo xtask
-//! tables` writes; [`fused_pair`] and [`fused`] in `f32`), the sparse tensor of Gaunt coefficients ([`gaunt`]) or a [`grid`], the rows of which [`grid_fft`] transforms at
-//! high orders by [`row_columns`] and FFT. [`matrix`] multiplies many functions by
-//! one. [`lane_product`] multiplies sixteen pairs at once ([`lanes`], generated too), [`lane_rows`] one pair of order 7
-//! to 10 by wide instructions. Uses `basis`, `expansion`, `simd` and
+//! tables` writes; [`fused_pair`] and [`fused`] in `f32`), the sparse tensor of Gaunt coefficients ([`gaunt`]) or a
+//! [`grid`], the rows of which [`grid_fft`] transforms at high orders by [`row_columns`] and FFT. [`matrix`] multiplies
+//! many functions by one. [`lane_product`] multiplies sixteen pairs at once ([`lanes`], generated too), [`lane_rows`]
+//! one pair of order 7 to 10 by wide instructions. Uses `basis`, `expansion`, `simd` and
 //! `sphere`.
 
 #[cfg(test)]

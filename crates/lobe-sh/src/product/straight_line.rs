@@ -1,7 +1,7 @@
 //! The straight-line code, compiled here once for each type of numbers and not again in every crate that multiplies.
 //!
-//! Products of colors are those of their channels, one after the other: the same bits as with colors in the code, which would be
-//! three times as long.
+//! Products of colors are those of their channels, one after the other: the same bits as with colors in the code, which
+//! would be three times as long.
 
 use crate::by_type::of_each_type;
 #[cfg(feature = "std")]

@@ -1,4 +1,5 @@
-//! Bands 1 to 7 by straight-line code, with fused multiply-adds where the machine has them; in `f32` by registers of AVX2.
+//! Bands 1 to 7 by straight-line code, with fused multiply-adds where the machine has them; in `f32` by registers of
+//! AVX2.
 
 use crate::basis::index::{band_range, coefficient_count};
 use crate::rotation::closed_bands::{rotate_band_1, rotate_band_2};
@@ -28,8 +29,8 @@ type Matrix = [[f64; 3]; 3];
 /// The number of coefficients of the bands that have code.
 pub(crate) const LOW_COUNT: usize = coefficient_count(FIRST_BAND_BY_TABLES);
 
-/// Rotates bands 0 to 7 of `src` into `dst`, as far as they have them: bands 1 and 2 by the matrix, and bands 3 to 7 by its
-/// angles and the formula of `rotate_bands_zyz`. Colors channel by channel, so that there is one code for all.
+/// Rotates bands 0 to 7 of `src` into `dst`, as far as they have them: bands 1 and 2 by the matrix, and bands 3 to 7 by
+/// its angles and the formula of `rotate_bands_zyz`. Colors channel by channel, so that there is one code for all.
 pub(crate) fn rotate_low_bands<T: Coefficient>(matrix: &Matrix, src: &[T], dst: &mut [T]) {
     let count = src.len().min(LOW_COUNT);
     let (src, dst) = (&src[..count], &mut dst[..count]);

@@ -1,15 +1,15 @@
 //! Bands 1 to 7 of one function in `f32`, each in one or two registers of AVX2.
 //!
-//! Bands 1 and 2 are those of `closed_bands`, to the bit. From band 4 on `m` is sorted as in [`WAVES`], cosines in one register
-//! and sines in another, so that rotations about z are products place by place, and the four blocks of the exchange of y
-//! and z sums over the places of a half. Band 3 is one register.
+//! Bands 1 and 2 are those of `closed_bands`, to the bit. From band 4 on `m` is sorted as in [`WAVES`], cosines in one
+//! register and sines in another, so that rotations about z are products place by place, and the four blocks of the
+//! exchange of y and z sums over the places of a half. Band 3 is one register.
 //
 // With D = R_y(β) between the cosines or between the sines of band 3,
 //
 //   D_m'm = ρ^p (A + B cos²β) cos^e β        ρ = sin β        p = 1 where m + m' is odd, else 0        e = 0 or 1
 //
-// What `register_turns` leaves out, 1/ρ for odd m and for odd m', is with ρ^p 1/ρ² where both are odd, and 1 elsewhere: band 3
-// waits for no root. With one, order 4 took a tenth longer.
+// What `register_turns` leaves out, 1/ρ for odd m and for odd m', is with ρ^p 1/ρ² where both are odd, and 1 elsewhere:
+// band 3 waits for no root. With one, order 4 took a tenth longer.
 
 use std::arch::x86_64::{__m128, __m256};
 
@@ -36,8 +36,8 @@ const SUMMED: usize = 4;
 type Numbers = [f32; LANES];
 type Places = [i32; LANES];
 
-/// Turns bands 0 to 7 of `src`, as far as it has them, into `dst`; whether there is code for them, from order 3 on where the
-/// matrix determines its angles.
+/// Turns bands 0 to 7 of `src`, as far as it has them, into `dst`; whether there is code for them, from order 3 on
+/// where the matrix determines its angles.
 pub(crate) fn rotate_in_registers(v3: V3, matrix: &Matrix, src: &[f32], dst: &mut [f32]) -> bool {
     let square = matrix[0][2] * matrix[0][2] + matrix[1][2] * matrix[1][2];
     let needs_angles = src.len() > LEAST_COUNT;
@@ -234,8 +234,8 @@ impl Pair {
         Self { cos: v.avx._mm256_mul_ps(self.cos, by), sin: v.avx._mm256_mul_ps(self.sin, by) }
     }
 
-    /// With y and z exchanged: in odd bands cosines of even `m` and sines of odd `m` become each other, in even ones sines of
-    /// even and cosines of odd `m`; the others stay what they are.
+    /// With y and z exchanged: in odd bands cosines of even `m` and sines of odd `m` become each other, in even ones
+    /// sines of even and cosines of odd `m`; the others stay what they are.
     #[inline(always)]
     fn exchanged<const L: usize>(self, v: V3, exchange: &PairExchange) -> Self {
         let Self { cos, sin } = self;
@@ -258,8 +258,8 @@ fn product<const L: usize>(v: V3, columns: &[Numbers; SUMMED], f: __m256) -> __m
     if L < 6 { sum } else { v.fma._mm256_fmadd_ps(pulp::cast(d), v.avx._mm256_permute_ps::<0xff>(f), sum) }
 }
 
-/// Turns band `L`, if there is one, by `Z(α) J Z(-β) J Z(γ)`. The bits of `FIRST` and `LAST` say which of the first and of the
-/// last eight coefficients are cosines.
+/// Turns band `L`, if there is one, by `Z(α) J Z(-β) J Z(γ)`. The bits of `FIRST` and `LAST` say which of the first and
+/// of the last eight coefficients are cosines.
 #[inline(always)]
 fn pair_of_band<const L: usize, const FIRST: i32, const LAST: i32>(
     v: V3,

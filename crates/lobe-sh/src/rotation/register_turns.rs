@@ -4,8 +4,8 @@
 //
 //   -R_20 + i R_21 = ρ e^{iγ}        R_22 + iρ = e^{iβ}        R_02 + i R_12 = ρ e^{iα}
 //
-// So powers of these three complex numbers, of the second with its imaginary part in units of ρ, need no root: the root is
-// computed meanwhile. Powers of 1/ρ² scale them afterwards, and one of 1/ρ those of odd multiples.
+// So powers of these three complex numbers, of the second with its imaginary part in units of ρ, need no root: the root
+// is computed meanwhile. Powers of 1/ρ² scale them afterwards, and one of 1/ρ those of odd multiples.
 
 use std::arch::x86_64::{__m128, __m256, __m256d};
 

@@ -163,8 +163,8 @@ impl Machine {
 }
 
 impl Machine {
-    /// Runs a kernel that has one number at a time in a register, for which AVX-512 has nothing that AVX2 has not: it is
-    /// compiled once less.
+    /// Runs a kernel that has one number at a time in a register, for which AVX-512 has nothing that AVX2 has not: it
+    /// is compiled once less.
     #[inline]
     pub(crate) fn run_scalar<K: Kernel>(self, kernel: K) -> K::Output {
         #[cfg(all(feature = "std", target_arch = "x86_64"))]

@@ -87,7 +87,8 @@ fn every_route_agrees_at_every_order() {
     }
 }
 
-/// In units of the last place of the length of a band: three rotations about z and two exchanges in `f32`. Measured: 3.4.
+/// In units of the last place of the length of a band: three rotations about z and two exchanges in `f32`. Measured:
+/// 3.4.
 const SINGLE_ROUNDINGS: f64 = 6.0;
 
 #[test]
@@ -128,7 +129,8 @@ fn every_band_and_every_channel_is_turned_alike_at_every_order() {
             let count = order * order;
             let mut some = vec![0.0; count];
             rotation.apply_into(&f[..count], &mut some);
-            // Order 2 and the straight-line code near the poles round alike: both are the closed forms of bands 1 and 2.
+            // Order 2 and the straight-line code near the poles round alike: both are the closed forms of bands 1 and
+            // 2.
             assert_eq!(some, all[..count], "order {order}, {rotation:?}");
             let colors: Vec<Rgb<f32>> = f[..count].iter().map(|x| Rgb::new(*x, -x, 0.5 * x)).collect();
             let mut turned = vec![Rgb::new(0.0, 0.0, 0.0); count];
