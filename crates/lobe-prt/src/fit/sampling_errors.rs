@@ -1,6 +1,6 @@
-//! What directions of paths alone are off, subtracted from the moments of a triangle.
+//! Control variate of the moments of a triangle: noise of the directions of paths alone, subtracted.
 
-/// What the moments of a triangle are off by the directions of paths alone, times what leaves at once.
+/// The error that directions of paths alone leave in the moments of a triangle, times the part that leaves at once.
 ///
 /// ```text
 ///   m_a = Σ_k w_k φ_a(p_k) (T_k - β_h E_k)      β_h: the mean of o_j over the points j of the other half
@@ -64,7 +64,6 @@ pub(crate) fn add_vectors(sums: &mut [f64], weight: f64, phi: [f64; 3], row: &[f
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::bake::diffuse::DiffusePaths;
     use crate::fit::fitted_vertices::FittedVertices;
     use crate::fit::surface_points::{SurfacePoints, gap};
