@@ -9,6 +9,8 @@ use std::time::Duration;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Progress {
+    /// What is done, one of several pieces of work that follow each other, such as `bake`; empty where there is but one.
+    pub step: &'static str,
     /// Steps that are done: receivers, points or pixels, as the function that works says.
     pub done: usize,
     /// Steps in all. Work that ends before it has taken all of them reports `done` equal to `total` when it ends.
@@ -46,6 +48,10 @@ impl Progress {
 /// whether to go on.
 pub type Watch<'a> = &'a mut dyn FnMut(&Progress) -> ControlFlow<()>;
 
+/// A function that is told what a user should know, in one line, and what that is about: a file, or a scene's name.
+/// Options are named in backquotes.
+pub type Listener<'a> = &'a mut dyn FnMut(&str, &str);
+
 /// How a piece of long work is run: who watches it, and where it keeps its results so that it can be continued.
 ///
 /// By default nobody watches it, and it keeps nothing. Work that is told to stop returns the error `Cancelled` of its crate.
@@ -76,6 +82,8 @@ pub type Watch<'a> = &'a mut dyn FnMut(&Progress) -> ControlFlow<()>;
 pub struct Job<'a> {
     watch: Option<Watch<'a>>,
     checkpoint: Option<PathBuf>,
+    listener: Option<Listener<'a>>,
+    step: &'static str,
 }
 
 impl<'a> Job<'a> {
@@ -100,11 +108,31 @@ impl<'a> Job<'a> {
         self
     }
 
-    /// The same job for a part of the work, by which it is watched and kept as before.
+    /// Tells `listener` what a user should know of the work.
+    #[must_use]
+    pub fn heard_by(mut self, listener: Listener<'a>) -> Self {
+        self.listener = Some(listener);
+        self
+    }
+
+    /// The same job for a part of the work, by which it is watched, heard and kept as before.
     pub fn reborrow(&mut self) -> Job<'_> {
-        let Self { watch, checkpoint } = self;
+        let Self { watch, checkpoint, listener, step } = self;
         let watch = watch.as_mut().map(|watch| &mut **watch as Watch<'_>);
-        Job { watch, checkpoint: checkpoint.clone() }
+        let listener = listener.as_mut().map(|listener| &mut **listener as Listener<'_>);
+        Job { watch, checkpoint: checkpoint.clone(), listener, step }
+    }
+
+    /// The same job for a piece of the work with a [name](Progress::step), of which nothing is kept.
+    pub fn step(&mut self, step: &'static str) -> Job<'_> {
+        Job { step, checkpoint: None, ..self.reborrow() }
+    }
+
+    /// Says what a user should know of a file or a scene. To be called by the work.
+    pub fn note(&mut self, about: &str, text: &str) {
+        if let Some(listener) = &mut self.listener {
+            listener(about, text);
+        }
     }
 
     /// The file that results are kept in, if any.
@@ -116,7 +144,8 @@ impl<'a> Job<'a> {
     /// Tells whoever watches how far the work is, and returns whether to go on. To be called by the work.
     pub fn report(&mut self, progress: &Progress) -> ControlFlow<()> {
         match &mut self.watch {
-            Some(watch) => watch(progress),
+            Some(watch) if self.step.is_empty() => watch(progress),
+            Some(watch) => watch(&Progress { step: self.step, ..*progress }),
             None => ControlFlow::Continue(()),
         }
     }
@@ -137,8 +166,13 @@ impl<'a> Job<'a> {
 
 impl fmt::Debug for Job<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { watch, checkpoint } = self;
-        f.debug_struct("Job").field("is_watched", &watch.is_some()).field("checkpoint", checkpoint).finish()
+        let Self { watch, checkpoint, listener, step } = self;
+        f.debug_struct("Job")
+            .field("is_watched", &watch.is_some())
+            .field("is_heard", &listener.is_some())
+            .field("checkpoint", checkpoint)
+            .field("step", step)
+            .finish()
     }
 }
 
@@ -150,6 +184,24 @@ mod tests {
     fn work_that_nobody_watches_goes_on() {
         let mut job = Job::default();
         assert!(job.report(&Progress::default()).is_continue(), "{job:?}");
+    }
+
+    #[test]
+    fn a_step_of_work_says_its_name_and_is_heard() {
+        let (mut steps, mut heard) = (Vec::new(), Vec::new());
+        let mut watch = |progress: &Progress| {
+            steps.push(progress.step);
+            ControlFlow::Continue(())
+        };
+        let mut listener = |about: &str, text: &str| heard.push(format!("{about}: {text}"));
+        let mut job = Job::default().watched_by(&mut watch).heard_by(&mut listener).kept_in("file");
+        assert!(job.report(&Progress::default()).is_continue());
+        let mut part = job.step("bake");
+        assert_eq!(part.checkpoint(), None, "nothing is kept of a step");
+        assert!(part.reborrow().report(&Progress::default()).is_continue());
+        part.note("a.glb", "is empty");
+        assert_eq!(steps, ["", "bake"]);
+        assert_eq!(heard, ["a.glb: is empty"]);
     }
 
     #[test]

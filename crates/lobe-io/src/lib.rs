@@ -14,17 +14,25 @@
 //! | clear away what programs that were killed have left, or would leave | [`remove_abandoned`]; [`before_writing`], [`remove_unfinished`] |
 //! | refuse a pipe where a file is named | [`expect_file`] |
 //! | have large arrays on huge pages | [`HugePages`], [`choose_huge_pages`] |
+//! | have options in one table for every front (feature `options`) | `options!`, `JobOptions`, `OptionField`, `OptionError`, `worded` |
+//! | refuse work that takes too much memory, or room on the disk (feature `options`) | `MemoryLimit`, `expect_room` |
 //! | print what a file says in one line that no character turns around | [`one_line`] |
 
 mod error;
 mod fingerprint;
 mod huge_pages;
 mod job;
+#[cfg(feature = "options")]
+mod memory_limit;
 mod one_line;
+#[cfg(feature = "options")]
+mod options;
 #[cfg(feature = "parallel")]
 pub mod parallel;
 mod portions;
 mod records;
+#[cfg(feature = "options")]
+mod room;
 mod staged;
 #[cfg(feature = "tensors")]
 mod tensors;
@@ -32,14 +40,26 @@ mod tensors;
 pub use error::{IoError, expect_file, read_file};
 pub use fingerprint::Fingerprint;
 pub use huge_pages::{HugePages, choose_huge_pages};
-pub use job::{Job, Progress, Watch};
+pub use job::{Job, Listener, Progress, Watch};
+#[cfg(feature = "options")]
+pub use memory_limit::MemoryLimit;
 pub use one_line::one_line;
+#[cfg(feature = "options")]
+pub use options::field::{OptionError, OptionField, worded};
+#[cfg(feature = "options")]
+pub use options::job_options::{Given, JobOptions};
+#[cfg(feature = "options")]
+pub use options::kind::{NumberRange, OptionKind, Refusal};
+#[cfg(feature = "options")]
+pub use options::path_text::{as_text, as_text_if_any, as_texts};
 pub use portions::Portions;
 pub use records::layout::{RecordFormat, RecordLayout};
 pub use records::merge::merge_shards;
 pub use records::record_file::RecordFile;
 pub use records::record_reader::RecordReader;
 pub use records::shard::Shard;
+#[cfg(feature = "options")]
+pub use room::expect_room;
 pub use staged::{
     StagedFile, StagedWriter, before_writing, check_writable, remove_abandoned, remove_unfinished, write_atomically,
 };
