@@ -2,7 +2,7 @@
 
 use std::io;
 
-use lobe_io::one_line;
+use lobe_io::{OptionError, one_line};
 
 /// Errors of making, reading and changing scenes, by fault.
 ///
@@ -29,6 +29,9 @@ pub enum SceneError {
     /// The caller asked for something that cannot be.
     #[error("{0}")]
     Options(String),
+    /// An option of a job is refused.
+    #[error(transparent)]
+    OfJob(#[from] OptionError),
     /// The file has more of something than an option of reading allows.
     #[error("{place}: {message}: raise SceneReadOptions::{}", option.name())]
     Refused {

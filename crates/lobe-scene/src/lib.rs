@@ -81,6 +81,7 @@ pub use motion::place::{Place, Similarity};
 pub use motion::posed_scene::PosedScene;
 pub use reading::gltf_reader::GltfReader;
 pub use reading::read_scene::{read_scene, read_scene_bytes};
+pub use reading::scene_source::{BUILT_IN, ReadScene, SceneSource};
 pub use scene::material::{Alpha, Material, NormalMap, TextureUse};
 pub use scene::mesh::{Mesh, MeshParts, MeshSource};
 pub use scene::ray::{Hit, Ray};

@@ -72,6 +72,7 @@ impl ScenePose {
 
 /// The normals of meshes that have none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum MissingNormals {
     /// Flat triangles in glTF, which asks for them; smooth ones in PLY, which does not say. In OBJ what the smoothing groups
@@ -87,6 +88,7 @@ pub enum MissingNormals {
 
 /// The material of glTF meshes that have none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum DefaultMaterial {
     /// [`Material::WHITE`](crate::Material::WHITE), white on both sides: a mesh without a material is one of which
@@ -95,7 +97,16 @@ pub enum DefaultMaterial {
     White,
     /// What glTF says: a white metal of roughness 1, seen from the front only. Metals reflect no diffuse light, so that
     /// transfer is black on it.
+    #[serde(rename = "gltf")]
     AsFormat,
+}
+
+impl SceneReadOptions {
+    /// The most triangles that rays can be traced among.
+    pub const MOST_TRIANGLES: usize = (1 << 31) - 1;
+
+    /// The most texels whose bytes can be counted.
+    pub const MOST_TEXELS: usize = usize::MAX >> 3;
 }
 
 impl Default for SceneReadOptions {
@@ -148,6 +159,17 @@ impl SceneReadReport {
     pub fn assumed_pose(&self) -> Option<String> {
         let animation = self.assumed_animation.as_ref()?;
         Some(format!("moves; it is taken at 0 s of its animation {animation}"))
+    }
+
+    /// [`SceneReadReport::remarks`] for who can choose another pose, by options that have `@` before their names.
+    #[must_use]
+    pub fn remarks_with_options(&self) -> Vec<String> {
+        let assumed = self.assumed_pose();
+        let said = |text: String| match assumed.as_ref() == Some(&text) {
+            true => format!("{text}; @time and @animation choose another"),
+            false => text,
+        };
+        self.remarks().into_iter().map(said).collect()
     }
 
     /// What a user should know, each in one line: the notes, and what was dropped, doubled or made.

@@ -4,6 +4,7 @@ use std::ops::Neg;
 
 /// The up axis of a file. glTF defines y; OBJ and PLY leave it open.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Up {
     /// +y is up, as in glTF and in most modeling programs: the scene is rotated by [`z_up_from_y_up`].
     #[default]
