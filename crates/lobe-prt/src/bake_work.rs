@@ -231,7 +231,7 @@ impl BakeWork {
         }
     }
 
-    fn bvh(&self) -> &Bvh {
+    pub(crate) fn bvh(&self) -> &Bvh {
         self.bvh.get_or_init(|| Bvh::new(&self.scene))
     }
 

@@ -1,6 +1,6 @@
 //! The error type of this crate.
 
-use lobe_io::IoError;
+use lobe_io::{IoError, OptionError};
 use lobe_scene::SceneError;
 
 /// An error of making, reading, writing or changing transfer: a variant for each kind of fault.
@@ -28,6 +28,9 @@ pub enum PrtError {
     /// The caller asked for something that cannot be.
     #[error("{0}")]
     Options(String),
+    /// An option of a job is refused.
+    #[error(transparent)]
+    Refused(#[from] OptionError),
     /// The watch of the job said to stop.
     #[error("stopped before the end")]
     Cancelled,
@@ -58,6 +61,7 @@ impl From<SceneError> for PrtError {
     fn from(error: SceneError) -> Self {
         match error {
             SceneError::Cancelled => Self::Cancelled,
+            SceneError::OfJob(error) => Self::Refused(error),
             other => Self::Scene(other),
         }
     }

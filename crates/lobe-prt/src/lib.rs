@@ -14,6 +14,7 @@
 //! | adaptive subdivision | [`split_adaptively`], [`AdaptiveOptions`], [`AdaptiveReport`], [`split_checkpoints`] |
 //! | baking | [`fn@bake`], [`bake_on_disk`], [`bake_shard`], [`BakeOptions`], [`BakeMode`], [`AlbedoMode`], [`BakeReport`] |
 //! | a bake as a piece of work, with its points, shards and file | [`BakeWork`], [`BakedRows`], [`Fitted`] |
+//! | all that is asked of a bake as one value, and all that is done for it | [`BakeJob`], [`UnwrapMode`]; step by step [`OpenBake`], [`PreparedBake`], [`BakeFiles`], [`BakeDone`] |
 //! | baked glTF scenes | [`BakedGlb`], [`fn@read_baked`], [`Baked`]; their backs [`BakedBacks`], [`double_sided_vertices`]; baked or not: [`read_baked_or_scene`]; of an open file: [`BakedTransfer`] |
 //! | files of transfer alone | [`write_transfer`], [`write_half_transfer`], [`read_transfer`]; lightmaps [`write_lightmap`], [`read_lightmap`] |
 //! | compression (CPCA) | [`CompressedTransfer`], [`error_curve`] |
@@ -33,6 +34,7 @@
 //! file.
 
 mod bake;
+mod bake_job;
 mod bake_work;
 mod compression;
 mod error;
@@ -51,6 +53,10 @@ pub use bake::glossy::bake_matrices;
 pub use bake::options::{AlbedoMode, BakeMode, BakeOptions, BakeReport};
 pub use bake::pilot::Pilot;
 pub use bake::transfer_grid::{Neighborhood, NeighborhoodGrid, bake_neighborhood};
+pub use bake_job::bake_files::BakeFiles;
+pub use bake_job::bake_job::{BakeJob, UnwrapMode};
+pub use bake_job::open_bake::OpenBake;
+pub use bake_job::prepared_bake::{BakeDone, PreparedBake};
 pub use bake_work::{BakeWork, BakedRows, Fitted};
 pub use compression::compress::{
     CompressOptions, CompressReport, CurvePoint, compress_table, compress_table_within, error_curve,

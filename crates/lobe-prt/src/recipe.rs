@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use lobe_io::Job;
-use lobe_scene::{Alpha, Scene, ScenePose, UnwrapOptions};
+use lobe_scene::{Alpha, DefaultMaterial, MissingNormals, Scene, ScenePose, SceneSource, UnwrapOptions, Up};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -111,6 +111,14 @@ Recipe {
     max_vertices: usize,
     /// The error that splitting left, as it was estimated.
     split_error: f64,
+    /// Which axis pointed up in the scene's file, if that was not y.
+    up: Up,
+    /// The normals of meshes without any, if they were not those of the format.
+    missing_normals: MissingNormals,
+    /// The material of meshes without any, if that was not white.
+    default_material: DefaultMaterial,
+    /// Whether the file has the backs of double-sided surfaces, too.
+    backs: bool,
     /// Whether light went straight through glass and blended surfaces.
     straight_through: bool,
     /// Seconds from the beginning of the animation at which the scene stood, if animations, skins or morph targets pose
@@ -205,6 +213,16 @@ impl Recipe {
     pub fn split_by(self, options: &AdaptiveOptions, report: &AdaptiveReport) -> Self {
         let budget = options.budget(report.vertices_before);
         self.adaptive(options.error).max_vertices(budget).split_error(report.error)
+    }
+
+    /// The same recipe, of a scene that was read so. Defaults are left out.
+    #[must_use]
+    pub fn read_from(self, source: &SceneSource) -> Self {
+        let defaults = SceneSource::default();
+        self.scene(source.file_name())
+            .up(Some(source.up).filter(|up| *up != defaults.up))
+            .missing_normals(source.missing_normals)
+            .default_material(Some(source.default_material).filter(|material| *material != defaults.default_material))
     }
 
     /// The same recipe, of a scene that was read from a file that poses it.

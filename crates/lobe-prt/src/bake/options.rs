@@ -44,6 +44,7 @@ impl BakeMode {
 
 /// Where the albedo of the receivers is; that of the surfaces which light meets on its way is always in the transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum AlbedoMode {
     /// Each receiver's is a factor of its transfer. Between receivers it is interpolated with the light: detail of

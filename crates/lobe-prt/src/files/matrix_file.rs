@@ -7,8 +7,8 @@ use lobe_io::{Job, TensorFormat, read_file};
 use crate::files::tensor_file::{GridMember, Header, TransferFile, format, write_streamed};
 use crate::{MatrixRows, Neighborhood, NeighborhoodGrid, PrtError, Recipe, TransferMatrices};
 
-const MATRICES: TensorFormat = format("lobe-transfer-matrices");
-const NEIGHBORHOOD: TensorFormat = format("lobe-neighbourhood-transfer");
+pub(crate) const MATRICES: TensorFormat = format("lobe-transfer-matrices");
+pub(crate) const NEIGHBORHOOD: TensorFormat = format("lobe-neighbourhood-transfer");
 const TENSOR: &str = "matrices";
 
 /// Writes transfer matrices as a safetensors file: one tensor `matrices` of `[points, channels, n², n²]` floats, row by
