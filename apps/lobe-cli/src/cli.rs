@@ -9,7 +9,7 @@ use lobe::sh::simd::Machine;
 
 use crate::args::output::stdout_error;
 use crate::args::values;
-use crate::bake::{compress, fit_lobes, options};
+use crate::bake::{bake, compress, fit_lobes};
 use crate::bench::bench;
 use crate::render::render;
 use crate::run::failure::Failure;
@@ -63,7 +63,7 @@ enum Command {
     /// Write a light with a name as an expansion: sun, lamp, window, sky
     Light(light::LightCommand),
     /// Bake what a scene does to light, for any light to come
-    Bake(options::Bake),
+    Bake(bake::Bake),
     /// Render a scene under any light: by transfer at once, or path traced for reference
     Render(Box<render::Render>),
     /// Compare two pictures: RMSE, relative MSE, PSNR, FLIP; test whether chance explains the difference

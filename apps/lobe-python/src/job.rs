@@ -102,6 +102,25 @@ pub(crate) fn watched<T: Send, E: WorkError>(
     checkpoint: Option<&Path>,
     work: impl FnOnce(Job<'_>) -> Result<T, E> + Send,
 ) -> PyResult<T> {
+    watched_work(py, progress, checkpoint, work).map_err(|error| match error {
+        Failed::Raised(error) => error,
+        Failed::Work(error) => error_of(&error),
+    })
+}
+
+/// Why work ended: by what Python raised, or by its own error.
+pub(crate) enum Failed<E> {
+    Raised(PyErr),
+    Work(E),
+}
+
+/// [`watched`], with the error as it was.
+pub(crate) fn watched_work<T: Send, E: WorkError>(
+    py: Python<'_>,
+    progress: Option<&Py<PyAny>>,
+    checkpoint: Option<&Path>,
+    work: impl FnOnce(Job<'_>) -> Result<T, E> + Send,
+) -> Result<T, Failed<E>> {
     let mut raised = None;
     let watch = |raised: &mut Option<PyErr>, state: &Progress| {
         let told = Python::attach(|py| {
@@ -128,9 +147,11 @@ pub(crate) fn watched<T: Send, E: WorkError>(
     });
     match (done, raised) {
         // Even where all was done already: what was raised is for the caller.
-        (Ok(_), Some(error)) => Err(error),
+        (Ok(_), Some(error)) => Err(Failed::Raised(error)),
         (Ok(done), None) => Ok(done),
-        (Err(error), raised) if error.is_cancelled() => Err(raised.unwrap_or_else(|| PyKeyboardInterrupt::new_err(()))),
-        (Err(error), _) => Err(error_of(&error)),
+        (Err(error), raised) if error.is_cancelled() => {
+            Err(Failed::Raised(raised.unwrap_or_else(|| PyKeyboardInterrupt::new_err(()))))
+        }
+        (Err(error), _) => Err(Failed::Work(error)),
     }
 }

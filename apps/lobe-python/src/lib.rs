@@ -24,6 +24,7 @@ mod map_filters;
 mod maps;
 mod matrices;
 mod motion;
+mod options;
 mod outputs;
 mod pictures;
 mod reflection;
@@ -60,7 +61,7 @@ mod _lobe {
     #[pymodule_export]
     use crate::area_lights::AreaLight;
     #[pymodule_export]
-    use crate::bakes::{Bake, Transfer, load_transfer};
+    use crate::bakes::{Bake, Transfer, bake, bake_like, check_bake, is_bake_split, load_transfer};
     #[pymodule_export]
     use crate::compression::{compress, compress_f16, error_curve, fit_lobes};
     #[pymodule_export]
@@ -86,6 +87,8 @@ mod _lobe {
     use crate::matrices::{Matrices, load_matrices};
     #[pymodule_export]
     use crate::motion::Moving;
+    #[pymodule_export]
+    use crate::options::bake_fields;
     #[pymodule_export]
     use crate::outputs::{clear_abandoned, write_whole};
     #[pymodule_export]

@@ -76,11 +76,11 @@ def test_shards_that_do_not_belong_together_are_refused_by_name(scene, tmp_path)
         ([*parts[:2], other], "other.safetensors"),
         ([*parts[:2], cut], "cut.safetensors"),
         ([*parts[:2], scene], "roof.obj"),
-        ([], "shard|part|none"),
+        ([], "merge: expected paths of files, one or more"),
     ]:
         with pytest.raises((ValueError, OSError), match=message):
             lobe.merge(scene, given, tmp_path / "o.glb", QUICK)
-    with pytest.raises(ValueError, match="1.safetensors: is an input, which would be lost"):
+    with pytest.raises(ValueError, match="output: .*1.safetensors is an input, which would be lost"):
         lobe.merge(scene, parts, parts[0], QUICK)
     with pytest.raises(ValueError, match="1.safetensors: this shard and the others are not of this work"):
         lobe.merge(scene, parts, tmp_path / "o.glb", lobe.BakeOptions(mode="shadowed", order=3, samples=64))
@@ -120,10 +120,10 @@ def test_what_cannot_be_baked_says_so(scene, tmp_path):
         (lambda: lobe.bake(scene, tmp_path / "no/o.glb", QUICK), OSError, "no"),
         (lambda: lobe.bake(scene, tmp_path / "o.glb", lobe.BakeOptions(mode="glossy", order=2, samples=4)), ValueError, "safetensors"),
         (lambda: lobe.bake(scene, tmp_path / "o.safetensors", QUICK, shard=(4, 3)), ValueError, "shard"),
-        (lambda: lobe.BakeOptions(mode="magic").of(scene), ValueError, "interreflected"),
-        (lambda: lobe.BakeOptions(order=9), ValueError, "order: expected 1 to 8"),
+        (lambda: lobe.BakeOptions(mode="magic"), ValueError, "interreflected"),
+        (lambda: lobe.BakeOptions(order=9), ValueError, "order: expected an order .* from 1 to 8, found 9"),
         (lambda: lobe.BakeOptions(samples=0), ValueError, "samples"),
-        (lambda: lobe.BakeOptions(energy_stop=2.0).of(scene).write(tmp_path / "o.glb", None), ValueError, "energy"),
+        (lambda: lobe.BakeOptions(energy_stop=2.0), ValueError, "energy"),
         (lambda: lobe.BakeOptions(albedo="full"), ValueError, "albedo"),
         (lambda: lobe.Transfer(scene), ValueError, "roof.obj"),
     ]:

@@ -142,7 +142,7 @@ def test_what_contradicts_itself_is_refused(baked, tmp_path):
         (lambda: lobe.compress(baked, out, clusters=0), ValueError, "clusters: expected 1 to 65536"),
         (lambda: lobe.fit_lobes(baked, out, lobes=9), ValueError, "lobes: expected 1 to 8"),
         (lambda: lobe.bake("built-in:ball", out, adaptive, shard=(1, 2)), ValueError, "max_vertices: expected at least the"),
-        (lambda: lobe.BakeOptions(split=False, max_vertices=9), ValueError, "nothing is split with split=False"),
+        (lambda: lobe.BakeOptions(no_split=True, max_vertices=9), ValueError, "max_vertices: not with no_split"),
         (lambda: lobe.bake("built-in:ball", out, adaptive), ValueError, "max_vertices: expected at least the"),
         (lambda: lobe.BakeOptions(adaptive=-0.1), ValueError, "adaptive: expected a number above 0"),
         (lambda: lobe.BakeOptions(adaptive=0.1, texels=8), ValueError, "light is not at vertices"),

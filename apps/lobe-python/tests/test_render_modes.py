@@ -42,7 +42,7 @@ def test_every_mode_makes_the_picture_of_the_command(words, options, light, tmp_
 
 @pytest.mark.nightly
 def test_transfer_alone_lights_the_scene_that_it_was_baked_for(light, tmp_path):
-    options = lobe.BakeOptions(order=3, samples=16, mode="shadowed", split=False)
+    options = lobe.BakeOptions(order=3, samples=16, mode="shadowed", no_split=True)
     lobe.bake("built-in:ball", tmp_path / "b.glb", options)
     lobe.bake("built-in:ball", tmp_path / "b.safetensors", options)
     by_scene = lobe.render(tmp_path / "b.glb", SKY, **SIZE)

@@ -73,7 +73,7 @@ def test_light_goes_through_glass_where_asked(tmp_path):
     white = lobe.Sh(np.array([[2 * np.sqrt(np.pi)] * 3]))
     floor = {}
     for transparency in (False, True):
-        lobe.bake(lobe.Scene(scene, transparency=transparency), tmp_path / "o.glb", lobe.BakeOptions(mode="shadowed", order=1, samples=4096, split=False))
+        lobe.bake(lobe.Scene(scene, transparency=transparency), tmp_path / "o.glb", lobe.BakeOptions(mode="shadowed", order=1, samples=4096, no_split=True))
         floor[transparency] = lobe.Transfer(tmp_path / "o.glb").exit_radiance(white)[:4].mean()
     # What a corner of the floor does not see past the pane, it sees through it by half.
     assert floor[True] - floor[False] == pytest.approx((1 - floor[False]) / 2, abs=0.01)

@@ -24,11 +24,6 @@ pub(crate) struct Compression {
 }
 
 impl Compression {
-    /// The options of compression, if that was asked for.
-    pub(crate) fn options(&self) -> Option<CompressOptions> {
-        self.asked().map(|_| self.options_or_default())
-    }
-
     /// The name of an option that is given.
     pub(crate) fn asked(&self) -> Option<&'static str> {
         [

@@ -1,6 +1,6 @@
 //! Arguments that several commands share: inputs, outputs, numbers and limits, with their checks.
 //!
-//! `values` parses numbers, `exponential` names of exponentials. `input`, `map_input`, `scene_input` (which
+//! `job_args` makes options of the table of a job. `values` parses numbers, `exponential` names of exponentials. `input`, `map_input`, `scene_input` (which
 //! `open_scene` opens) and `transfer_input` open files, `output`, `map_output`
 //! and `picture` check and write them; `fisheye` is how `map_input` reads some; `compression`, `field_storage`, `memory`, `scene_limits`, `sharing` and `turn` are options, `names` declares the values of
 //! others. Uses `run`.
@@ -10,6 +10,7 @@ pub(crate) mod exponential;
 pub(crate) mod field_storage;
 pub(crate) mod fisheye;
 pub(crate) mod input;
+pub(crate) mod job_args;
 pub(crate) mod map_input;
 pub(crate) mod map_output;
 pub(crate) mod memory;

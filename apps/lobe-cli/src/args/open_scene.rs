@@ -2,12 +2,11 @@
 
 use anyhow::bail;
 use lobe::prt::{BakedOrScene, BakedTransfer, baked_pose, is_baked};
-use lobe::scene::{
-    AnimatedScene, Entity, GltfDocument, GltfReader, Scene, ScenePose, SceneReadOptions, built_in, read_scene,
-};
+use lobe::scene::{AnimatedScene, BUILT_IN, Entity, GltfReader, Scene, SceneReadOptions, built_in};
 
 use crate::args::memory::MemoryLimit;
-use crate::args::scene_input::{BUILT_IN, SceneInput, tell};
+use crate::args::scene_input::{SceneInput, tell};
+use crate::run::option_names::in_flags;
 use crate::run::talk::Talk;
 
 /// A scene that was given, with its glTF file if it is in one. What is read of it is noted.
@@ -16,15 +15,6 @@ pub(crate) struct OpenScene<'a> {
     pub(crate) memory: &'a MemoryLimit,
     pub(crate) talk: Talk,
     gltf: Option<GltfReader>,
-}
-
-/// A scene that was read to be baked.
-pub(crate) struct ReadScene {
-    pub(crate) scene: Scene,
-    /// All that its glTF file holds, if it is to be kept.
-    pub(crate) document: Option<GltfDocument>,
-    /// The pose of the scene, if its file poses it.
-    pub(crate) pose: Option<ScenePose>,
 }
 
 impl<'a> OpenScene<'a> {
@@ -56,68 +46,21 @@ impl<'a> OpenScene<'a> {
     /// The scene as it stands at the time that is asked for; a baked one else as it was baked.
     pub(crate) fn scene(self) -> anyhow::Result<Scene> {
         let name = self.input.name();
-        if let Some(built_in_name) = name.strip_prefix(BUILT_IN) {
-            self.input.check_built_in_options()?;
-            if self.input.is_built_in_motion() {
-                bail!(
-                    "{name}: moves; lobe render shows it, by --mode truth, fields or shexp, and lobe field and lobe spheres take one --entity NAME of it"
-                );
+        let Some(gltf) = &self.gltf else {
+            let read = self.input.source()?.read(self.memory.bytes(), false)?;
+            read.remarks.iter().for_each(|text| self.talk.note(&name, &in_flags(text)));
+            return Ok(read.scene);
+        };
+        let (scene, report) = match baked_pose(gltf).filter(|_| self.input.pose.asked().is_none()) {
+            Some(pose) => {
+                let (scene, mut report) = gltf.scene_in(&pose)?;
+                report.assumed_animation = None;
+                (scene, report)
             }
-            let Some(scene) = built_in::named(built_in_name) else {
-                let prefixed = |known: &str| format!("{BUILT_IN}{known}");
-                let (known, moving) = (built_in::NAMES.map(prefixed), built_in::MOVING_NAMES.map(prefixed));
-                bail!(
-                    "{name}: there is no such scene in the program; there are {}; of lobe render also {}, which move",
-                    known.join(", "),
-                    moving.join(" and ")
-                );
-            };
-            return Ok(scene);
-        }
-        if self.input.has_extension(&["json"]) {
-            bail!(
-                "{name}: only lobe render reads descriptions of scenes; expected a file named .gltf, .glb, .vrm, .obj or .ply"
-            );
-        }
-        let (scene, report) = match &self.gltf {
-            Some(gltf) => match baked_pose(gltf).filter(|_| self.input.pose.asked().is_none()) {
-                Some(pose) => {
-                    let (scene, mut report) = gltf.scene_in(&pose)?;
-                    report.assumed_animation = None;
-                    (scene, report)
-                }
-                None => gltf.scene()?,
-            },
-            None => read_scene(self.input.path(), &self.input.checked_options(self.memory)?)?,
+            None => gltf.scene()?,
         };
         tell(&report, &name, self.talk);
         Ok(scene)
-    }
-
-    /// Reads or makes a scene as it stands at the time that is asked for, and with it all that a glTF file holds, if
-    /// that is to be kept.
-    pub(crate) fn read(
-        input: &SceneInput,
-        memory: &MemoryLimit,
-        keeps_document: bool,
-        talk: Talk,
-    ) -> anyhow::Result<ReadScene> {
-        input.expect_no_time_unless_gltf()?;
-        let mut open = OpenScene::new(input, memory, talk)?;
-        let pose = open.has_poses().then(|| input.pose.pose());
-        match open.gltf.take() {
-            Some(gltf) if keeps_document => {
-                let (scene, report, document) = gltf.into_scene_and_document()?;
-                tell(&report, &input.name(), talk);
-                Ok(ReadScene { scene, document: Some(document), pose })
-            }
-            Some(gltf) => {
-                let (scene, report) = gltf.scene()?;
-                tell(&report, &input.name(), talk);
-                Ok(ReadScene { scene, document: None, pose })
-            }
-            None => Ok(ReadScene { scene: open.scene()?, document: None, pose }),
-        }
     }
 
     /// The scene, and with it the transfer that a baked glTF file holds.
@@ -141,7 +84,7 @@ impl<'a> OpenScene<'a> {
     /// transfer that a baked file holds.
     pub(crate) fn animated(self, takes_transfer: bool) -> anyhow::Result<(AnimatedScene, Option<BakedTransfer>)> {
         if let Some(made) = self.input.name().strip_prefix(BUILT_IN).and_then(built_in::moving) {
-            self.input.check_built_in_options()?;
+            self.input.source()?;
             return Ok((made, None));
         }
         let Some(gltf) = &self.gltf else { return Ok((AnimatedScene::still(self.scene()?), None)) };

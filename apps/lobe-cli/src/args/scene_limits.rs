@@ -6,9 +6,6 @@ use lobe::scene::SceneReadOptions;
 use crate::args::memory::MemoryLimit;
 use crate::args::values;
 
-/// The most triangles that rays can be traced among.
-const MOST_TRIANGLES: usize = (1 << 31) - 1;
-
 /// `--max-triangles` and `--max-texels`.
 #[derive(Args)]
 pub(crate) struct SceneLimits {
@@ -21,11 +18,11 @@ pub(crate) struct SceneLimits {
 }
 
 fn max_triangles(text: &str) -> Result<usize, String> {
-    values::whole(text, 1, MOST_TRIANGLES, "a number of triangles")
+    values::whole(text, 1, SceneReadOptions::MOST_TRIANGLES, "a number of triangles")
 }
 
 fn max_texels(text: &str) -> Result<usize, String> {
-    values::whole(text, 1, usize::MAX >> 3, "a number of texels")
+    values::whole(text, 1, SceneReadOptions::MOST_TEXELS, "a number of texels")
 }
 
 impl SceneLimits {

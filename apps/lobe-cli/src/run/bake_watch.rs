@@ -16,7 +16,7 @@ use crate::run::ctrl_c;
 use crate::run::talk::{ProgressLine, Talk};
 
 /// Advice on work that was stopped and has a checkpoint.
-const GO_ON: &str = "the same command goes on from there, --fresh starts anew";
+pub(crate) const GO_ON: &str = "the same command goes on from there, --fresh starts anew";
 
 /// An error that may say that work was stopped.
 pub(crate) trait Cancellable: Error + Send + Sync + 'static {
@@ -56,21 +56,6 @@ pub(crate) fn watched<T, E: Cancellable>(
     }
 }
 
-/// Writes what a bake has left in its checkpoint. Ctrl-C ends it, and leaves the checkpoint and no output.
-pub(crate) fn write_watched(talk: Talk, write: impl FnOnce(Job<'_>) -> Result<(), PrtError>) -> anyhow::Result<()> {
-    watched(talk, "write", write)?.or_else(|_| stopped())
-}
-
-/// The error when the bake is done, but the work after it was stopped.
-pub(crate) fn stopped<T>() -> anyhow::Result<T> {
-    bail!("stopped after the bake, before its output was written; {GO_ON}")
-}
-
-/// Ends a command whose bake is done if the user has pressed Ctrl-C, before an output that takes no time to write.
-pub(crate) fn stop_before_writing() -> anyhow::Result<()> {
-    if ctrl_c::go_on().is_break() { stopped() } else { Ok(()) }
-}
-
 /// Notes that an output is complete although the user has pressed Ctrl-C.
 pub(crate) fn tell_if_too_late(output: &Path, talk: Talk) {
     if ctrl_c::go_on().is_break() {
@@ -79,7 +64,7 @@ pub(crate) fn tell_if_too_late(output: &Path, talk: Talk) {
 }
 
 /// Shows the progress of a bake, or of other work, which traces no rays.
-fn show(line: &ProgressLine, progress: &Progress) {
+pub(crate) fn show(line: &ProgressLine, progress: &Progress) {
     let text = text_of(progress);
     line.show(progress.done, progress.total, text.as_deref(), progress.seconds_left());
 }
@@ -144,22 +129,6 @@ impl Checkpoint {
         }
     }
 
-    /// Refuses to begin beside a checkpoint that cannot be of this bake, whose splitting, or else whose bake, would be
-    /// in vain.
-    pub(crate) fn check_kind(&self, is_adaptive: bool) -> anyhow::Result<()> {
-        let rounds = split_checkpoints(&self.path);
-        let (other, does) = match (is_adaptive, rounds.first()) {
-            (true, None) if self.path.exists() => (&self.path, "does not split"),
-            (false, Some(first)) => (first, "splits"),
-            _ => return Ok(()),
-        };
-        bail!(
-            "{}: this checkpoint is of a bake that {does} triangles; repeat that command to continue it, or start anew \
-             with --fresh",
-            other.display()
-        )
-    }
-
     /// Bakes until it is done or the user presses Ctrl-C.
     pub(crate) fn watched<T, E: Cancellable>(
         &self,
@@ -211,61 +180,6 @@ impl Checkpoint {
             work(Job::default().watched_by(&mut watch).kept_in(&self.path))
         })
     }
-
-    /// Splits until it is done or the user presses Ctrl-C.
-    pub(crate) fn watched_rounds<T>(
-        &self,
-        talk: Talk,
-        work: impl FnOnce(Job<'_>) -> Result<T, PrtError>,
-    ) -> anyhow::Result<T> {
-        let (mut is_resumed, mut is_told) = (false, false);
-        let result = watched(talk, "split", |mut shown| {
-            let mut watch = |progress: &Progress| {
-                is_resumed |= progress.resumed > 0;
-                if !is_told && progress.resumed < progress.total {
-                    is_told = true;
-                    if is_resumed {
-                        let percent = 100 * progress.resumed / progress.total.max(1);
-                        let text = format!("found; going on from {percent} % of round {} of splitting", progress.round);
-                        talk.note(&self.path.display().to_string(), &text);
-                    }
-                }
-                shown.report(progress)
-            };
-            work(Job::default().watched_by(&mut watch).kept_in(&self.path))
-        })?;
-        result.or_else(|Progress { round, done, total, .. }| {
-            bail!("stopped in round {round} of splitting after {done} of {total} points; {GO_ON}")
-        })
-    }
-
-    /// Refuses to begin work whose results do not fit on the disk: an output of `bytes` beside a checkpoint of
-    /// `checkpoint` bytes and files of rounds of splitting that take at least `rounds`, of which some may be there already.
-    pub(crate) fn check_room(&self, output: &Path, bytes: u64, checkpoint: u64, rounds: u64) -> anyhow::Result<()> {
-        let there: u64 = split_checkpoints(&self.path).iter().map(|path| length(path)).sum();
-        let rest = checkpoint.saturating_sub(length(&self.path)).saturating_add(rounds.saturating_sub(there));
-        let folder = match output.parent() {
-            Some(folder) if folder != Path::new("") => folder,
-            _ => Path::new("."),
-        };
-        // Where the system does not say how much is left, writing shows it.
-        let Ok(free) = fs4::available_space(folder) else { return Ok(()) };
-        let needed = bytes.saturating_add(rest);
-        if free < needed {
-            let [needed, free] = [needed, free].map(|bytes| bytes.div_ceil(1 << 20));
-            bail!(
-                "{}: expected {needed} MiB of free space for it and its checkpoint, found {free}: make room, or write \
-                 somewhere else",
-                output.display()
-            );
-        }
-        Ok(())
-    }
-}
-
-/// Bytes of a file; none if it is not there.
-fn length(path: &Path) -> u64 {
-    fs::metadata(path).map_or(0, |found| found.len())
 }
 
 #[cfg(test)]
@@ -283,47 +197,5 @@ mod tests {
         let splitting = Progress { round: 2, error: 0.0824, ..bake };
         let text = "round 2: 120 triangles, off by 8.2 %, 1.50 Mrays/s";
         assert_eq!(text_of(&splitting).as_deref(), Some(text));
-    }
-
-    #[test]
-    fn files_of_all_rounds_are_found_refused_to_others_and_removed() {
-        let folder = tempfile::tempdir().unwrap();
-        let output = folder.path().join("out.glb");
-        let checkpoint = Checkpoint::beside(&output);
-        let make = |names: &[&str]| names.iter().for_each(|name| fs::write(folder.path().join(name), "x").unwrap());
-        let rounds = ["out.glb.checkpoint.split-0", "out.glb.checkpoint.split-1"];
-        for is_adaptive in [false, true] {
-            assert!(checkpoint.check_kind(is_adaptive).is_ok(), "nothing is there");
-        }
-        make(&["out.glb.checkpoint"]);
-        let refusal = checkpoint.check_kind(true).unwrap_err().to_string();
-        assert!(
-            refusal.contains("checkpoint: this checkpoint is of a bake that does not split triangles; "),
-            "{refusal}"
-        );
-        make(&rounds);
-        let refusal = checkpoint.check_kind(false).unwrap_err().to_string();
-        assert!(refusal.contains("split-0: this checkpoint is of a bake that splits triangles; "), "{refusal}");
-        assert!(checkpoint.check_kind(true).is_ok(), "its own files");
-        for remove in [Checkpoint::finish, |checkpoint: &Checkpoint| checkpoint.discard().unwrap()] {
-            make(&["out.glb.checkpoint"]);
-            make(&rounds);
-            remove(&checkpoint);
-            assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "files left");
-        }
-    }
-
-    #[test]
-    fn what_no_disk_has_room_for_is_refused() {
-        let folder = tempfile::tempdir().unwrap();
-        let output = folder.path().join("out.glb");
-        let checkpoint = Checkpoint::beside(&output);
-        let huge = 1 << 60;
-        for (bytes, of_bake, of_rounds) in [(huge, 0, 0), (0, huge, 0), (0, 0, huge), (u64::MAX, u64::MAX, u64::MAX)] {
-            let refusal = checkpoint.check_room(&output, bytes, of_bake, of_rounds).unwrap_err().to_string();
-            assert!(refusal.contains("out.glb: expected ") && refusal.contains(" MiB of free space"), "{refusal}");
-        }
-        assert!(checkpoint.check_room(&output, 1, 1, 1).is_ok(), "three bytes");
-        assert!(checkpoint.check_room(&output, 0, huge, 0).is_err(), "a checkpoint that is too large");
     }
 }

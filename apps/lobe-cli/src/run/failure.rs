@@ -9,7 +9,7 @@ use std::sync::Mutex;
 use clap::error::ErrorKind;
 use lobe::env::{EnvError, MapReadOption};
 use lobe::image::{ImageError, ReadOption};
-use lobe::io::{IoError, one_line};
+use lobe::io::{IoError, OptionError, one_line};
 use lobe::prt::PrtError;
 use lobe::render::RenderError;
 use lobe::scene::{SceneError, SceneReadOption};
@@ -17,6 +17,7 @@ use lobe::sh::ShError;
 use lobe::shadow::ShadowError;
 
 use crate::run::ERROR;
+use crate::run::option_names::refusal;
 use crate::run::system::stdout;
 
 /// The exit code for "compared and different", and for "looked and found nothing": answers, not errors.
@@ -115,6 +116,9 @@ pub(crate) fn report_panic() -> ExitCode {
 /// The message of an error; what the system says about files that everybody meets is said in plain words, and what the
 /// options of reading keep out by the names that they have here.
 fn plain(error: &anyhow::Error) -> String {
+    if let Some(error) = refused_option(error) {
+        return refusal(error);
+    }
     let said = match cause(error) {
         Some(Cause::Image(ImageError::Refused { place, message, option })) => {
             Some(format!("{place}: {message}; {}", in_flags(*option)))
@@ -135,6 +139,19 @@ fn plain(error: &anyhow::Error) -> String {
         (Some(said), _) => said,
         (None, _) => error.to_string(),
     }
+}
+
+/// The option of a job that is refused, if that is the fault.
+fn refused_option(error: &anyhow::Error) -> Option<&OptionError> {
+    let of_prt = || match error.downcast_ref()? {
+        PrtError::Refused(error) => Some(error),
+        _ => None,
+    };
+    let of_scene = || match error.downcast_ref()? {
+        SceneError::OfJob(error) => Some(error),
+        _ => None,
+    };
+    error.downcast_ref().or_else(of_prt).or_else(of_scene)
 }
 
 /// The message of a map whose mapping is in doubt.

@@ -262,12 +262,12 @@ fn shards_that_are_not_all_of_one_command_are_refused_by_name() {
     }
     // All of them, but of another command.
     let error = refusal("--seed 1", &[&a, &b, &c]);
-    assert!(error.contains("part-1-of-3.safetensors: this shard and the others are not of this command"), "{error}");
+    assert!(error.contains("part-1-of-3.safetensors: this shard and the others are not of this work"), "{error}");
     assert_eq!(dir.names(), before, "nothing is left of another command");
     for (options, expected) in [
-        ("--shard 4/3 -o x.safetensors", "expected a shard such as 2/7"),
+        ("--shard 4/3 -o x.safetensors", "expected a part I/N, such as 1/4"),
         ("--shard 1/3 -o x.glb", "expected a name that ends in .safetensors"),
-        ("--shard 1/3 -o s.obj.safetensors --merge part-1-of-3.safetensors", "cannot be used with"),
+        ("--shard 1/3 -o s.obj.safetensors --merge part-1-of-3.safetensors", "--merge: not with --shard"),
     ] {
         let error = dir.lobe(&format!("{command} {options}")).error();
         assert!(error.contains(expected), "{options}: {error}");

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import os
+import sys
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, fields
 from typing import Any, TypedDict
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _lobe
-from ._arrays import Doubles, expect, points, real, whole
+from ._arrays import Doubles, expect, points, whole
+from ._bake_fields import BakeFields
 from ._carried import bytes_of, from_bytes
 from ._scene import Path, Progress, Scene
 from ._sh import Sh
@@ -71,133 +74,43 @@ class BakeReport(_BakeReport, total=False):
 
 
 @dataclass(frozen=True)
-class BakeOptions:
-    """Options of a bake, as of `lobe bake`."""
-
-    mode: str = "interreflected"
-    """unshadowed, shadowed, interreflected, or glossy (matrices of the light that arrives)."""
-    order: int = 4
-    """Number of bands, 1 to 8."""
-    samples: int | None = None
-    """Paths from each vertex, best a power of two; None: 1024, or up to 4096 where their noise is above 2 %."""
-    bounces: int = 3
-    """Reflections at most."""
-    energy_stop: float = 1e-3
-    """Bounces that carry less than this part of the energy are left out."""
-    seed: int = 0
-    """Bakes with different seeds have independent errors."""
-    albedo: str | None = None
-    """vertex, or none: whoever shades multiplies by the base color. None: none if a texture colors any surface, else vertex."""
-    max_edge: float | None = None
-    """Triangles are split first until no edge is longer, in the scene's unit of length."""
-    texels: int | None = None
-    """Texels along a side of a lightmap, where light is baked instead of at vertices."""
-    unwrap: str = "auto"
-    """With texels: auto unwraps a scene whose texture coordinates overlap or are missing; always, never."""
-    denoise: bool = True
-    """With texels: whether those that differ by their noise alone are averaged."""
-    grid: tuple[int, int, int] | None = None
-    """Points in space along x, y and z, where the light that arrives is baked as matrices."""
-    grid_box: tuple[float, float, float, float, float, float] | None = None
-    """Two corners of the grid's box, which are points; without them points are in the middle of as many equal parts of the scene's box."""
-    split: bool | None = None
-    """Whether triangles are split first where transfer between vertices is off; None: of a .glb and of shards, unless max_edge is given, and if
-    one of the next three is given."""
-    adaptive: float | None = None
-    """Splitting ends where transfer is off by less than this part of itself; None: 0.01."""
-    min_edge: float | None = None
-    """Edges that are shorter are not split; None: 1/1024 of the scene's diagonal."""
-    max_vertices: int | None = None
-    """Vertices at most, spent where transfer is farthest off; None: four times those of the scene, at least 20000."""
-    clusters: int | None = None
-    """Transfer is compressed if this or one of the next two is given: to as many clusters at most, 1 to 65536; None: 64."""
-    components: int | None = None
-    """Components in each cluster, 0 to 192; None: 8."""
-    weights: int | None = None
-    """Bits of a weight, 8, 16 or 32; None: 16."""
+class BakeOptions(BakeFields):
+    """Options of a bake, as of `lobe bake`. An option that is out of its range, or excludes another, is refused when they are made."""
 
     def __post_init__(self) -> None:
-        modes = ("unshadowed", "shadowed", "interreflected", "glossy")
-        if self.mode not in modes:
-            raise ValueError(f"mode: expected {', '.join(modes[:-1])} or glossy, found {self.mode!r}")
-        if self.albedo not in (None, "vertex", "none"):
-            raise ValueError(f"albedo: expected vertex or none, found {self.albedo!r}")
-        if self.samples is not None:
-            whole(self.samples, "samples", 1, 1 << 24)
-        for name, least, most in [("order", 1, 8), ("bounces", 0, 255), ("seed", 0, 2**64 - 1)]:
-            whole(getattr(self, name), name, least, most)
-        real(self.energy_stop, "energy_stop", 0.0, 1.0)
-        self._check_points()
+        _lobe.check_bake(self.asked())
 
-    @property
-    def _asks_to_split(self) -> bool:
-        return (self.adaptive, self.min_edge, self.max_vertices) != (None, None, None)
+    @staticmethod
+    def like(path: Path) -> BakeOptions:
+        """The options of the bake that made a file: a baked .glb, a .safetensors file of transfer, or an .exr picture of texels. How its
+        scene was read is not among them."""
+        names = {field.name for field in fields(BakeOptions)}
+        found = {name: json.loads(text) for name, text in _lobe.bake_like(os.fspath(path))}
+        return BakeOptions(**{name: tuple(value) if isinstance(value, list) else value for name, value in found.items() if name in names})
 
-    def is_split(self, output: Path | None) -> bool:
-        """Whether triangles are split for this output, or for shards."""
-        if self.texels is not None or self.grid is not None:
-            return False
-        has_scene = (output is None or os.fspath(output).lower().endswith(".glb")) and self.mode != "glossy"
-        is_left_open = has_scene and self.max_edge is None
-        return self._asks_to_split or (is_left_open if self.split is None else self.split)
+    def asked(self) -> dict[str, Any]:
+        """The options that are not left at their defaults."""
+        all_of_them = [(field.name, getattr(self, field.name), field.default) for field in fields(self)]
+        return {name: value for name, value, default in all_of_them if not _is_default(value, default)}
 
-    @property
-    def _is_compressed(self) -> bool:
-        return (self.clusters, self.components, self.weights) != (None, None, None)
+    def job(self, scene: Path | Scene, **others: Any) -> dict[str, Any]:
+        """All that is asked of a bake: of this scene, with other options of the job, such as its output."""
+        read = Scene.of(scene)
+        of_scene = {field.name: getattr(read, field.name) for field in fields(read) if not _is_default(getattr(read, field.name), field.default)}
+        of_scene["scene"] = of_scene.pop("path")
+        # Without a limit any memory may be taken.
+        limit = of_scene.pop("max_bytes", None)
+        return of_scene | {"max_memory": sys.float_info.max if limit is None else limit / 2**30} | self.asked() | others
 
-    def _check_numbers(self) -> None:
-        for length, what in [(self.max_edge, "max_edge"), (self.adaptive, "adaptive"), (self.min_edge, "min_edge")]:
-            if length is not None:
-                expect(length, (int, float, np.integer, np.floating), what, "a number")
-                if not (np.isfinite(length) and length > 0):
-                    expected = "a number" if what == "adaptive" else "a length"
-                    raise ValueError(f"{what}: expected {expected} above 0, found {length}")
-        for count, what, least, most in [
-            (self.max_vertices, "max_vertices", 1, 2**32 - 1),
-            (self.clusters, "clusters", 1, MAX_CLUSTERS),
-            (self.components, "components", 0, MAX_COMPONENTS),
-        ]:
-            if count is not None:
-                whole(count, what, least, most)
-        if self.weights is not None:
-            expect_bits(self.weights)
+    def of(self, scene: Path | Scene) -> _lobe.Bake:
+        """The bake of a scene in shards, which is read and split at once."""
+        return _lobe.Bake(self.job(scene))
 
-    def _check_points(self) -> None:
-        self._check_numbers()
-        if self.texels is not None:
-            whole(self.texels, "texels", 1, 1 << 14)
-        if self.unwrap not in ("auto", "always", "never"):
-            raise ValueError(f"unwrap: expected auto, always or never, found {self.unwrap!r}")
-        expect(self.denoise, bool, "denoise", "True or False")
-        for corners, what, expected in [(self.grid, "grid", "three numbers of points"), (self.grid_box, "grid_box", "two corners")]:
-            expect(corners, (tuple, list, np.ndarray, type(None)), what, expected)
-        if self.grid is not None and len([whole(count, "grid", 2, 4096) for count in self.grid]) != 3:
-            raise ValueError(f"grid: expected three numbers of points, found {self.grid}")
-        if self.grid_box is not None and (len(self.grid_box) != 6 or not np.isfinite(self.grid_box).all()):
-            raise ValueError(f"grid_box: expected the six numbers of two corners, found {self.grid_box}")
-        is_elsewhere = self.texels is not None or self.grid is not None
-        for is_refused, why in [
-            (self.texels is not None and self.grid is not None, "texels and grid: expected one of them"),
-            (self.grid_box is not None and self.grid is None, "grid_box: only with grid"),
-            (self.max_edge is not None and is_elsewhere, "max_edge: light is not at vertices with texels and grid"),
-            (self._asks_to_split and is_elsewhere, "adaptive, min_edge and max_vertices: light is not at vertices with texels and grid"),
-            (self._asks_to_split and self.split is False, "adaptive, min_edge and max_vertices: nothing is split with split=False"),
-            (
-                self._is_compressed and (self.mode == "glossy" or self.grid is not None),
-                "clusters, components and weights: of transfer vectors only, not of matrices",
-            ),
-            (self.mode == "glossy" and is_elsewhere, "mode: glossy at vertices only; grid bakes matrices by itself"),
-            (
-                self.albedo == "none" and (self.mode == "glossy" or self.grid is not None),
-                "albedo: matrices never have it, none is for vectors",
-            ),
-        ]:
-            if is_refused:
-                raise ValueError(why)
 
-    def of(self, scene: Path | Scene, output: Path | None = None) -> _lobe.Bake:
-        """The bake of a scene into an output; without one that of shards, whose scene is split at once."""
-        return _lobe.Bake(Scene.of(scene), asdict(self) | {"split": self.is_split(output), "is_shared": output is None})
+def _is_default(value: object, default: object) -> bool:
+    if value is None or default is None:
+        return value is default
+    return isinstance(value, (str, bool, int, float)) and type(value) is type(default) and value == default
 
 
 def expect_bits(weights: int) -> int:
@@ -213,22 +126,20 @@ def bake(
     options: BakeOptions | None = None,
     *,
     shard: tuple[int, int] | None = None,
+    fresh: bool = False,
     progress: Progress | None = None,
 ) -> BakeReport:
     """Bakes the transfer of a scene, and writes the bytes of `lobe bake`: a .glb of transfer at vertices, a .safetensors file of any, an .exr of
     texels.
 
     `scene` is a file, which `Scene` tells how to read, or "built-in:still-life" or another scene of Lobe. Results are kept beside the output while they are found: a bake that was
-    stopped, by Ctrl-C or by what `progress(done, total)` raises, goes on from there. With `shard=(i, n)` part i of n is baked, from 1 on,
+    stopped, by Ctrl-C or by what `progress(done, total)` raises, goes on from there, unless it is to start `fresh`. With `shard=(i, n)` part i of n is baked, from 1 on,
     and written as a .safetensors file, which `merge` puts together with the others.
     """
     options = options or BakeOptions()
-    if shard is None:
-        report: BakeReport = options.of(scene, output).write(output, progress)
-        return report
-    number, count = expect_shard(shard)
-    part: BakeReport = options.of(scene).write_shard(output, number, count, progress)
-    return part
+    others: dict[str, Any] = {} if shard is None else {"shard": "{}/{}".format(*expect_shard(shard))}
+    report: BakeReport = _lobe.bake(options.job(scene, output=output, fresh=fresh, **others), progress)
+    return report
 
 
 def expect_shard(shard: object) -> tuple[int, int]:
@@ -256,9 +167,8 @@ def merge(
 ) -> BakeReport:
     """Puts all shards of a bake together, in any order: the bytes that one machine alone writes. Shards of other work, missing ones and those
     that are there twice are refused by name."""
-    paths = expect_parts(parts)
     options = options or BakeOptions()
-    report: BakeReport = options.of(scene).merge(paths, output, progress)
+    report: BakeReport = _lobe.bake(options.job(scene, output=output, merge=expect_parts(parts)), progress)
     return report
 
 

@@ -97,8 +97,11 @@ class Work:
 
     def __init__(self, scene: Path | Scene, output: Path, options: BakeOptions) -> None:
         self.scene, self.output = Scene.of(scene), os.fspath(output)
+        if options.backs:
+            raise ValueError("backs: not of shards; lobe.bake bakes them")
         # All machines do the same, whatever they know of the output.
-        self.options = replace(options, split=options.is_split(output))
+        is_split = _lobe.is_bake_split(options.job(self.scene, output=output))
+        self.options = replace(options, no_split=not is_split and options.texels is None and options.grid is None)
         self._made = self.options.of(self.scene)
         self._made.check_output(self.output)
         self.identity = identity_of(self._made, self.scene, self.options)
@@ -350,22 +353,12 @@ def _numbers(kind: Callable[[str], float]) -> Callable[[str], tuple[float, ...]]
     return numbers
 
 
-OPTIONAL: dict[str, Callable[[str], Any]] = {
-    "samples": int,
-    "albedo": str,
-    "max_edge": float,
-    "split": lambda text: bool(("false", "true").index(text)),
-    "adaptive": float,
-    "min_edge": float,
-    "max_vertices": int,
-    "texels": int,
-    "grid": _numbers(int),
-    "grid_box": _numbers(float),
-    "clusters": int,
-    "components": int,
-    "weights": int,
-}
-"""How options that may be left out are read."""
+def _switch(text: str) -> bool:
+    return bool(("off", "on").index(text))
+
+
+TYPES = {"bool": _switch, "int": int, "float": float, "str": str, "tuple[int": _numbers(int), "tuple[float": _numbers(float)}
+"""How options are read, by how their types begin."""
 
 
 class _Parser(argparse.ArgumentParser):
@@ -404,7 +397,10 @@ def main(arguments: list[str] | None = None) -> int:
     shared = fields(BakeOptions)
     for field in shared:
         name = "--" + field.name.replace("_", "-")
-        kind = OPTIONAL.get(field.name) or type(field.default)
+        if field.default is False:
+            parser.add_argument(name, action="store_true", help="see lobe.BakeOptions")
+            continue
+        kind = TYPES[str(field.type).split(" |")[0].split(",")[0]]
         parser.add_argument(name, type=kind, default=field.default, help=f"[default: {field.default}]")
     read = [field for field in fields(Scene) if field.name != "path"]
     for field in read:

@@ -1,0 +1,84 @@
+//! Work in several steps: a line of progress for each, Ctrl-C, and what it tells.
+
+use std::path::Path;
+
+use anyhow::bail;
+use lobe::io::{Job, Progress};
+
+use crate::run::bake_watch::{Cancellable, GO_ON, show};
+use crate::run::ctrl_c;
+use crate::run::option_names::in_flags;
+use crate::run::talk::{ProgressLine, Talk};
+
+/// The steps of a job, as far as they are known.
+struct Steps<'a> {
+    talk: Talk,
+    /// The file that results are kept in, if the user hears of what was found in it.
+    kept: Option<&'a Path>,
+    line: Option<ProgressLine>,
+    last: Progress,
+    is_resumed: bool,
+    is_told: bool,
+}
+
+impl Steps<'_> {
+    fn show(&mut self, progress: &Progress) {
+        if self.line.is_none() || self.last.step != progress.step {
+            (self.is_resumed, self.is_told) = (false, self.kept.is_none());
+            self.line = Some(self.talk.progress(progress.step));
+        }
+        self.last = *progress;
+        self.is_resumed |= progress.resumed > 0;
+        // Rounds of splitting that are done are taken up in no time.
+        if !self.is_told && (progress.step != "split" || progress.resumed < progress.total) {
+            self.is_told = true;
+            self.tell_of_resumption(progress);
+        }
+        if let Some(line) = &self.line {
+            show(line, progress);
+        }
+    }
+
+    fn tell_of_resumption(&self, progress: &Progress) {
+        let Some(kept) = self.kept.filter(|_| self.is_resumed) else { return };
+        let percent = 100 * progress.resumed / progress.total.max(1);
+        let place = match progress.step {
+            "split" => format!(" of round {} of splitting", progress.round),
+            _ => String::new(),
+        };
+        let ending = if progress.step == "bake backs" { ".backs" } else { "" };
+        self.talk.note(&format!("{}{ending}", kept.display()), &format!("found; going on from {percent} %{place}"));
+    }
+}
+
+/// Does work with a line of progress for each step, until it is done or the user presses Ctrl-C. `kept` is the file that
+/// results are kept in, if the user is to hear of what was found in it.
+pub(crate) fn watched_job<T, E: Cancellable>(
+    talk: Talk,
+    kept: Option<&Path>,
+    work: impl FnOnce(Job<'_>) -> Result<T, E>,
+) -> anyhow::Result<T> {
+    ctrl_c::watch();
+    let mut steps = Steps { talk, kept, line: None, last: Progress::default(), is_resumed: false, is_told: false };
+    let mut watch = |progress: &Progress| {
+        steps.show(progress);
+        ctrl_c::go_on()
+    };
+    let mut listener = |about: &str, text: &str| talk.note(about, &in_flags(text));
+    match work(Job::default().watched_by(&mut watch).heard_by(&mut listener)) {
+        Err(error) if error.is_cancelled() => stopped(&steps.last),
+        other => Ok(other?),
+    }
+}
+
+/// The error of work that was stopped.
+fn stopped<T>(last: &Progress) -> anyhow::Result<T> {
+    let Progress { step, done, total, round, .. } = *last;
+    match step {
+        "split" => bail!("stopped in round {round} of splitting after {done} of {total} points; {GO_ON}"),
+        "unwrap" => bail!("stopped while the scene was unwrapped"),
+        "merge" => bail!("stopped after {done} of {total} records, of which nothing is kept"),
+        "compress" | "write" => bail!("stopped after the bake, before its output was written; {GO_ON}"),
+        _ => bail!("stopped after {done} of {total} points; {GO_ON}"),
+    }
+}
