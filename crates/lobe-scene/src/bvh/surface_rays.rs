@@ -78,6 +78,25 @@ impl<'a> SurfaceRays<'a> {
         (!stops).then(|| product(passed))
     }
 
+    /// [`Self::closest_through`] of many rays.
+    #[must_use]
+    pub fn closest_of_each(&self, rays: &[Ray]) -> Vec<(Option<Hit>, [f32; 3])> {
+        let Some(first) = rays.first() else { return Vec::new() };
+        if self.is_tinted || rays.iter().any(|ray| ray.origin != first.origin || ray.t_max < f32::INFINITY) {
+            return rays.iter().map(|ray| self.closest_through(ray)).collect();
+        }
+        let directions: Vec<_> = rays.iter().map(|ray| ray.direction).collect();
+        let mut hits = vec![None; rays.len()];
+        self.closest_from_into(first.origin, &directions, &mut hits);
+        hits.into_iter().map(|hit| (hit, [1.0; 3])).collect()
+    }
+
+    /// [`Self::passes_through`] of many rays.
+    #[must_use]
+    pub fn passes_of_each(&self, rays: &[Ray]) -> Vec<Option<[f32; 3]>> {
+        rays.iter().map(|ray| self.passes_through(ray)).collect()
+    }
+
     /// Whether light may take on a hue on its way.
     #[must_use]
     pub fn is_tinted(&self) -> bool {
