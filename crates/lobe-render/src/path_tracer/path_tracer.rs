@@ -368,12 +368,12 @@ impl<'a> PathTracer<'a> {
     /// The first hits of rays, and the factors of light on the way there.
     pub(crate) fn intersections(&self, rays: &[Ray]) -> Vec<(Option<Hit>, Rgb<f64>)> {
         let widened = |(hit, tint): (Option<Hit>, [f32; 3])| (hit, Rgb::from(tint).widen());
-        self.surfaces.closest_of_each(rays).into_iter().map(widened).collect()
+        self.surfaces.closest_through_each(rays).into_iter().map(widened).collect()
     }
 
     /// The factor of light along each ray that no surface stops.
     pub(crate) fn pass(&self, rays: &[Ray]) -> impl Iterator<Item = Option<Rgb<f64>>> {
-        self.surfaces.passes_of_each(rays).into_iter().map(|tint| tint.map(|tint| Rgb::from(tint).widen()))
+        self.surfaces.passes_through_each(rays).into_iter().map(|tint| tint.map(|tint| Rgb::from(tint).widen()))
     }
 
     /// Intersects a ray with the scene: the first surface, or none if the ray escapes, and the factor of light on the
