@@ -83,7 +83,8 @@ impl Bsdf {
         self.eval_in_frame(self.frame.map(|axis| dot(axis, s)))
     }
 
-    /// A direction drawn with two numbers in `(0, 1)`, and a third one where there is a mirror; none if it would be below the surface or black.
+    /// A direction drawn with two numbers in `(0, 1)`, and a third one where there is a mirror; none if it would be below
+    /// the surface or black.
     pub(crate) fn sample(&self, numbers: [f64; 2], choice: impl FnOnce() -> f64) -> Option<BsdfSample> {
         // Draw a direction from the microfacets or from the cosine lobe.
         let l = match &self.mirror {

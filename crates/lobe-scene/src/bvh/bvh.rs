@@ -58,9 +58,9 @@ const WORN: f32 = 1.1;
 /// they are hit.
 const OFFSET: f32 = 64.0 * ROUNDING;
 
-/// Bytes of a tree from which on independent rays are occluded in turns. Smaller ones lie in the caches near the processor:
-/// there a ray alone is quicker (`peers/embree`: turns take 1.09 of its time at 10 thousand triangles, 0.9 at 100 thousand
-/// and 0.65 at a million).
+/// Bytes of a tree from which on independent rays are occluded in turns. Smaller ones lie in the caches near the
+/// processor: there a ray alone is quicker (`peers/embree`: turns take 1.09 of its time at 10 thousand triangles, 0.87 at
+/// 100 thousand and 0.64 at a million).
 const OCCLUDED_IN_TURNS: usize = 2 << 20;
 
 /// Bytes of a tree from which on closest hits of independent rays are found in turns, which cost more than those of
@@ -281,7 +281,8 @@ impl Bvh {
         self.machine.run(Closest { tree: self.tree(), ray, accept })
     }
 
-    /// Occlusion of many independent rays: the same answers as [`Bvh::is_occluded`], in less time where the tree is large.
+    /// Occlusion of many independent rays: the same answers as [`Bvh::is_occluded`], in less time where the tree is
+    /// large.
     ///
     /// Some rays are traversed in turns, so that they wait for memory together. Those of one point are quicker by
     /// [`Bvh::occluded_from_into`].
