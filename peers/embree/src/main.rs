@@ -61,11 +61,21 @@ fn compare(size: &str, work: &Workload) {
             work,
             occlusion(together(&bvh), &fast, &robust),
         );
+        rays(
+            &format!("occlusion, 256 rays in one call as if of many points, {order}"),
+            work,
+            occlusion(independent(&bvh), &fast, &robust),
+        );
         rays(&format!("occlusion, one ray in a call, {order}"), work, occlusion(single(&bvh), &fast, &robust));
         rays(
             &format!("closest hit, the rays of a point in one call, {order}"),
             work,
             closest(closest_together(&bvh), &fast, &robust),
+        );
+        rays(
+            &format!("closest hit, 256 rays in one call as if of many points, {order}"),
+            work,
+            closest(closest_independent(&bvh), &fast, &robust),
         );
         rays(&format!("closest hit, one ray in a call, {order}"), work, closest(closest_single(&bvh), &fast, &robust));
     }
@@ -100,6 +110,16 @@ fn together(bvh: &Bvh) -> Trace<'_> {
     })
 }
 
+fn independent(bvh: &Bvh) -> Trace<'_> {
+    let (mut rays, mut occluded) = (Vec::new(), vec![false; RAYS_PER_POINT]);
+    Box::new(move |origin, directions| {
+        rays.clear();
+        rays.extend(directions.iter().map(|&direction| Ray::new(origin, direction)));
+        bvh.occluded_into(&rays, &mut occluded);
+        occluded.iter().filter(|&&o| o).count() as f64
+    })
+}
+
 fn single(bvh: &Bvh) -> Trace<'_> {
     Box::new(|origin, directions| {
         directions.iter().filter(|&&direction| bvh.is_occluded(&Ray::new(origin, direction))).count() as f64
@@ -118,6 +138,16 @@ fn closest_together(bvh: &Bvh) -> Trace<'_> {
     let mut hits = vec![None; RAYS_PER_POINT];
     Box::new(move |origin, directions| {
         bvh.closest_from_into(origin, directions, &mut hits);
+        hits.iter().flatten().map(|hit| f64::from(hit.t)).sum()
+    })
+}
+
+fn closest_independent(bvh: &Bvh) -> Trace<'_> {
+    let (mut rays, mut hits) = (Vec::new(), vec![None; RAYS_PER_POINT]);
+    Box::new(move |origin, directions| {
+        rays.clear();
+        rays.extend(directions.iter().map(|&direction| Ray::new(origin, direction)));
+        bvh.closest_into(&rays, &mut hits);
         hits.iter().flatten().map(|hit| f64::from(hit.t)).sum()
     })
 }

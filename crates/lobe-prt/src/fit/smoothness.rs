@@ -1,7 +1,5 @@
 //! The regularization of a fit: second differences across edges.
 
-use std::collections::HashMap;
-
 use glam::DVec3;
 
 use crate::fit::fitted_vertices::FittedVertices;
@@ -29,23 +27,55 @@ pub(crate) struct Hinge {
 /// The hinges of all edges of two triangles, with the weights λ of these. `unknowns` are those of the corners of each;
 /// edges whose ends have values of their own in each triangle, creases, are none.
 pub(crate) fn hinges(fitted: &FittedVertices<'_>, unknowns: &[[u32; 3]], lambda: &dyn Fn(usize) -> f64) -> Vec<Hinge> {
-    // Find the triangles of each edge: the third corner of each, first come first.
-    let mut sides: HashMap<[u32; 2], Side> = HashMap::new();
-    let mut hinges = Vec::new();
-    for (triangle, own) in unknowns.iter().enumerate() {
-        let at = fitted.face(triangle).corners().map(wide);
-        for k in 0..3 {
-            let [i, j, l] = [k, (k + 1) % 3, (k + 2) % 3];
-            let [a, b] = if own[i] < own[j] { [i, j] } else { [j, i] };
-            if own[a] == own[b] {
-                continue;
+    let side = |number: u32| {
+        let (triangle, k) = (number as usize / 3, number as usize % 3);
+        let (own, at) = (&unknowns[triangle], fitted.face(triangle).corners().map(wide));
+        let [a, b, l] = along(own, k);
+        ([own[a], own[b]], Side::new(own[l], [at[a], at[b], at[l]], lambda(triangle)))
+    };
+    let firsts = firsts(unknowns);
+    let seconds = firsts.iter().enumerate().filter(|&(_, &first)| first != NONE);
+    seconds.filter_map(|(second, &first)| side(first).1.meet(side(second as u32))).collect()
+}
+
+/// The corners of an edge of a triangle, that of the smaller unknown first, and the corner opposite to it.
+fn along(own: &[u32; 3], k: usize) -> [usize; 3] {
+    let [i, j, l] = [k, (k + 1) % 3, (k + 2) % 3];
+    if own[i] < own[j] { [i, j, l] } else { [j, i, l] }
+}
+
+/// No side.
+const NONE: u32 = u32::MAX;
+
+/// For each side of each triangle that is the second at its edge, the first.
+///
+/// Sides lie beside each other by the smaller unknown of their edge, in their order, so that few are compared.
+fn firsts(unknowns: &[[u32; 3]]) -> Vec<u32> {
+    let sides = || unknowns.iter().flat_map(|own| (0..3).map(move |k| along(own, k)).map(|[a, b, _]| [own[a], own[b]]));
+    let mut ends = vec![0_u32; unknowns.as_flattened().iter().max().map_or(0, |&most| most as usize + 1)];
+    sides().for_each(|[a, _]| ends[a as usize] += 1);
+    let mut before = 0;
+    for end in &mut ends {
+        (*end, before) = (before, before + *end);
+    }
+    let mut others = vec![(0, 0); before as usize];
+    for (number, [a, b]) in sides().enumerate() {
+        others[ends[a as usize] as usize] = (b, number as u32);
+        ends[a as usize] += 1;
+    }
+    let mut firsts = vec![NONE; others.len()];
+    let mut start = 0;
+    for (a, &end) in ends.iter().enumerate() {
+        let own = &mut others[start..end as usize];
+        start = end as usize;
+        own.sort_unstable();
+        for group in own.chunk_by(|c, d| c.0 == d.0).filter(|group| group[0].0 as usize != a) {
+            if let [(_, first), (_, second), ..] = group {
+                firsts[*second as usize] = *first;
             }
-            let side = Side::new(own[l], [at[a], at[b], at[l]], lambda(triangle));
-            let known = sides.entry([own[a], own[b]]).or_insert(Side::NONE);
-            hinges.extend(known.meet(side, [own[a], own[b]]));
         }
     }
-    hinges
+    firsts
 }
 
 /// A triangle beside an edge.
@@ -56,30 +86,21 @@ struct Side {
     cotangents: [f64; 2],
     /// λ and the area.
     weight: f64,
-    /// Triangles that were met.
-    count: u32,
 }
 
 impl Side {
-    const NONE: Self = Self { opposite: 0, cotangents: [0.0; 2], weight: 0.0, count: 0 };
-
     fn new(opposite: u32, [a, b, c]: [DVec3; 3], lambda: f64) -> Self {
         let double = (b - a).cross(c - a).length();
         let cotangents = [(b - a).dot(c - a) / double, (a - b).dot(c - b) / double];
-        Self { opposite, cotangents, weight: lambda * 0.5 * double, count: 1 }
+        Self { opposite, cotangents, weight: lambda * 0.5 * double }
     }
 
-    /// Keeps the first triangle of an edge, and makes a hinge of it and the second one.
-    fn meet(&mut self, other: Self, [a, b]: [u32; 2]) -> Option<Hinge> {
-        self.count += 1;
-        if self.count == 1 {
-            *self = other;
-            return None;
-        }
+    /// Makes a hinge of the first triangle of an edge and the second one.
+    fn meet(&self, ([a, b], other): ([u32; 2], Self)) -> Option<Hinge> {
         let ([ak, bk], [al, bl]) = (self.cotangents, other.cotangents);
         let weights = [bk + bl, ak + al, -ak - bk, -al - bl];
         let length = weights.iter().map(|w| w * w).sum::<f64>().sqrt();
-        let is_sound = self.count == 2 && self.opposite != other.opposite && length.is_finite() && length > 0.0;
+        let is_sound = self.opposite != other.opposite && length.is_finite() && length > 0.0;
         is_sound.then(|| Hinge {
             unknowns: [a, b, self.opposite, other.opposite],
             weights: weights.map(|w| w / length),

@@ -1,7 +1,5 @@
 //! Receivers at the borders of meshes, moved a little inwards.
 
-use std::collections::HashMap;
-
 use glam::DVec3;
 use lobe_scene::{Mesh, Scene};
 
@@ -70,16 +68,35 @@ pub(crate) fn wide(v: [f32; 3]) -> DVec3 {
 }
 
 /// Whether each vertex is an end of an edge that one triangle has alone.
+///
+/// Edges lie side by side by their vertex of the smaller index, so that those of one vertex, a few, are compared with
+/// each other: in linear time where no vertex has many.
 pub(crate) fn border(mesh: &Mesh) -> Vec<bool> {
     let edges = |t: &[u32; 3]| [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])].map(|(a, b)| (a.min(b), a.max(b)));
-    let mut count: HashMap<(u32, u32), u32> = HashMap::new();
-    for edge in mesh.triangles().iter().flat_map(edges) {
-        *count.entry(edge).or_insert(0) += 1;
+    let all = || mesh.triangles().iter().flat_map(edges);
+    // Count the edges of each vertex, and put their other ends side by side.
+    let mut ends = vec![0_u32; mesh.positions().len() + 1];
+    all().for_each(|(a, _)| ends[a as usize] += 1);
+    let mut before = 0;
+    for end in &mut ends {
+        (*end, before) = (before, before + *end);
     }
+    let mut others = vec![0; before as usize];
+    for (a, b) in all() {
+        others[ends[a as usize] as usize] = b;
+        ends[a as usize] += 1;
+    }
+    // Find those that are there once. Each vertex has been moved to where the next one begins.
     let mut is_border = vec![false; mesh.positions().len()];
-    for ((a, b), _) in count.into_iter().filter(|&(_, count)| count == 1) {
-        is_border[a as usize] = true;
-        is_border[b as usize] = true;
+    let mut start = 0;
+    for a in 0..is_border.len() {
+        let own = &mut others[start..ends[a] as usize];
+        start = ends[a] as usize;
+        own.sort_unstable();
+        for group in own.chunk_by(|b, c| b == c).filter(|group| group.len() == 1) {
+            is_border[a] = true;
+            is_border[group[0] as usize] = true;
+        }
     }
     is_border
 }
@@ -119,5 +136,27 @@ mod tests {
         assert!(tip[2] == 1.0 && tip[1] > 1e-6 && tip[0].abs() < 1e-9, "the tip moved to {tip:?}");
         // From below the middles are above the plane of the normal.
         assert!(back[2] < 1.0 && back[1] > 1e-6 && back[0].abs() < 1e-9, "the back of the tip moved to {back:?}");
+    }
+
+    #[test]
+    fn a_border_is_an_edge_that_one_triangle_has_alone() {
+        // Against a count of all edges, one by one: of bumps, of three triangles at one edge, and of one without area.
+        let fan = MeshParts {
+            positions: [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [2.0; 3]]
+                .to_vec(),
+            triangles: vec![[0, 1, 2], [1, 0, 3], [4, 0, 1], [5, 5, 2]],
+            ..MeshParts::default()
+        };
+        let mut meshes = built_in::columns_hall(4).meshes().to_vec();
+        meshes.push(Mesh::new(fan).unwrap());
+        for mesh in &meshes {
+            let sides = |t: &[u32; 3]| [0, 1, 2].map(|k| [t[k].min(t[(k + 1) % 3]), t[k].max(t[(k + 1) % 3])]);
+            let mut counts = std::collections::BTreeMap::new();
+            mesh.triangles().iter().flat_map(sides).for_each(|side| *counts.entry(side).or_insert(0) += 1);
+            let mut expected = vec![false; mesh.positions().len()];
+            let alone = counts.iter().filter(|&(_, &count)| count == 1);
+            alone.flat_map(|(side, _)| side).for_each(|&vertex| expected[vertex as usize] = true);
+            assert_eq!(border(mesh), expected, "{}", mesh.name());
+        }
     }
 }

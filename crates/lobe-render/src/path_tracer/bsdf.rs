@@ -83,11 +83,12 @@ impl Bsdf {
         self.eval_in_frame(self.frame.map(|axis| dot(axis, s)))
     }
 
-    /// A direction drawn with two numbers and a third one in `(0, 1)`; none if it would be below the surface or black.
-    pub(crate) fn sample(&self, numbers: [f64; 2], choice: f64) -> Option<BsdfSample> {
+    /// A direction drawn with two numbers in `(0, 1)`, and a third one where there is a mirror; none if it would be below
+    /// the surface or black.
+    pub(crate) fn sample(&self, numbers: [f64; 2], choice: impl FnOnce() -> f64) -> Option<BsdfSample> {
         // Draw a direction from the microfacets or from the cosine lobe.
         let l = match &self.mirror {
-            Some(mirror) if choice < mirror.share => mirror.facets.sample(mirror.v, numbers),
+            Some(mirror) if choice() < mirror.share => mirror.facets.sample(mirror.v, numbers),
             _ => cosine_weighted(numbers),
         };
         // Evaluate the BSDF and the density of both together.
@@ -142,7 +143,7 @@ mod tests {
         let mut sum = Rgb::<f64>::ZERO;
         for _ in 0..count {
             let numbers = [random.unit(), random.unit()];
-            if let Some(sample) = bsdf.sample(numbers, random.unit()) {
+            if let Some(sample) = bsdf.sample(numbers, || random.unit()) {
                 let (value, density) = bsdf.eval(sample.towards);
                 assert!((density / sample.density - 1.0).abs() < 1e-6, "densities {density}, {}", sample.density);
                 let again = value.scale(1.0 / density);
@@ -183,7 +184,10 @@ mod tests {
             ("metal", glossy(1.0, 0.5)),
             ("half a metal", glossy(0.5, 1.0)),
         ] {
-            let draw = || bsdf.sample([random.unit(), random.unit()], random.unit()).map(|sample| sample.towards);
+            let draw = || {
+                let [a, b, choice] = [random.unit(), random.unit(), random.unit()];
+                bsdf.sample([a, b], || choice).map(|sample| sample.towards)
+            };
             let test = ChiSquare::new(200_000, draw, |s| bsdf.eval(s).1);
             // Chance passes 5 once in three million.
             assert!(test.z() < 5.0, "{name}: z = {}, {test:?}", test.z());

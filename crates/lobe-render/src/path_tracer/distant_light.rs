@@ -62,9 +62,14 @@ pub enum Backdrop {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LightSample {
     pub(crate) towards: Dir,
-    pub(crate) radiance: Rgb<f64>,
-    /// Density in sr⁻¹.
-    pub(crate) density: f64,
+    pub(crate) met: Met,
+}
+
+/// Where a direction meets a light: in the frame of the light, and in which cell of its table.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Met {
+    s: Dir,
+    cell: usize,
 }
 
 /// Rows of the grid that directions are drawn from under an expansion: a band-limited function of order 8 changes
@@ -176,22 +181,27 @@ impl DistantLight {
         }
     }
 
-    /// A direction drawn with two numbers in `(0, 1)`; none under a light that is black, or not finite.
-    pub(crate) fn sample(&self, numbers: [f64; 2]) -> Option<LightSample> {
-        let table = self.table.as_ref()?;
-        let (s, cell) = table.sample(numbers);
-        let (radiance, weight) = self.in_cell(cell, s);
-        let density = weight / table.whole();
-        Some(LightSample { towards: self.world_from_light.rotate_dir(s), radiance, density })
+    /// A direction drawn with each two numbers in `(0, 1)`; none under a light that is black, or not finite.
+    pub(crate) fn samples(&self, numbers: &[[f64; 2]]) -> Vec<LightSample> {
+        let Some(table) = &self.table else { return Vec::new() };
+        let of = |(s, cell)| LightSample { towards: self.world_from_light.rotate_dir(s), met: Met { s, cell } };
+        table.samples(numbers).into_iter().map(of).collect()
     }
 
-    /// The radiance that arrives from direction `s`, and the density in sr⁻¹ with which [`DistantLight::sample`]
-    /// draws it.
-    pub(crate) fn radiance_and_density(&self, s: Dir) -> (Rgb<f64>, f64) {
-        let Some(table) = &self.table else { return (self.radiance(s), 0.0) };
-        let s = self.light_from_world.rotate_dir(s);
-        let [width, height] = table.size();
-        let (radiance, weight) = self.in_cell(cell(width, height, s), s);
+    /// Where directions of the world meet the light.
+    pub(crate) fn meet(&self, directions: impl Iterator<Item = Dir>) -> Vec<Met> {
+        let [width, height] = self.table.as_ref().map_or([1, 1], SphereTable::size);
+        let of = |s| {
+            let s = self.light_from_world.rotate_dir(s);
+            Met { s, cell: cell(width, height, s) }
+        };
+        directions.map(of).collect()
+    }
+
+    /// The radiance that arrives from there, and the density in sr⁻¹ with which [`DistantLight::samples`] draws it.
+    pub(crate) fn radiance_and_density(&self, met: &Met) -> (Rgb<f64>, f64) {
+        let Some(table) = &self.table else { return (self.radiance(self.world_from_light.rotate_dir(met.s)), 0.0) };
+        let (radiance, weight) = self.in_cell(met.cell, met.s);
         (radiance, weight / table.whole())
     }
 
@@ -249,10 +259,11 @@ mod tests {
             let mut random = Random::new(1);
             let (mut sum, count) = (Rgb::<f64>::ZERO, 20_000);
             for _ in 0..count {
-                let sample = light.sample([random.unit(), random.unit()]).unwrap();
-                sum += sample.radiance.scale(1.0 / (sample.density * f64::from(count)));
-                let (_, found) = light.radiance_and_density(sample.towards);
-                assert!((found / sample.density - 1.0).abs() < 1e-12, "{name}: density {found}, {}", sample.density);
+                let sample = light.samples(&[[random.unit(), random.unit()]])[0];
+                let (radiance, density) = light.radiance_and_density(&sample.met);
+                sum += radiance.scale(1.0 / (density * f64::from(count)));
+                let (_, found) = light.radiance_and_density(&light.meet(std::iter::once(sample.towards))[0]);
+                assert!((found / density - 1.0).abs() < 1e-12, "{name}: density {found}, {density}");
             }
             let error = (sum.luminance() / expected.luminance() - 1.0).abs();
             assert!(error < allowed, "{name}: {sum:?} against {expected:?}");
@@ -306,6 +317,7 @@ mod tests {
     #[test]
     fn black_light_has_nothing_to_draw() {
         let light = DistantLight::from_map(EnvMap::from_fn(4, 2, |_| Rgb::ZERO));
-        assert!(light.sample([0.5, 0.5]).is_none() && light.radiance_and_density(Dir::X) == (Rgb::ZERO, 0.0), "black");
+        let met = light.meet(std::iter::once(Dir::X))[0];
+        assert!(light.samples(&[[0.5; 2]]).is_empty() && light.radiance_and_density(&met) == (Rgb::ZERO, 0.0), "black");
     }
 }

@@ -55,7 +55,7 @@ pub struct PathEstimate {
 
 /// Sums of values and of their squares about a first value, which takes the cancellation out.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Moments {
+struct Moments {
     count: f64,
     first: Rgb<f64>,
     sum: Rgb<f64>,
@@ -63,7 +63,7 @@ pub(crate) struct Moments {
 }
 
 impl Moments {
-    pub(crate) fn add(&mut self, value: Rgb<f64>) {
+    fn add(&mut self, value: Rgb<f64>) {
         if self.count == 0.0 {
             self.first = value;
         }
@@ -73,7 +73,7 @@ impl Moments {
         self.squares += d * d;
     }
 
-    pub(crate) fn estimate(&self) -> PathEstimate {
+    fn estimate(&self) -> PathEstimate {
         let n = self.count;
         if n == 0.0 {
             return PathEstimate::default();
@@ -88,38 +88,59 @@ impl Moments {
     }
 }
 
-/// The mean of `value(set, path)`; its variance is that between sets.
-pub(crate) fn estimate(count: &SampleCount, mut value: impl FnMut(usize, usize) -> Rgb<f64>) -> PathEstimate {
-    let mut moments = Moments::default();
-    for set in 0..count.sets {
-        let mut sum = Rgb::<f64>::ZERO;
-        for path in 0..count.per_set {
-            sum += value(set, path);
-        }
-        moments.add(sum.scale((count.per_set as f64).recip()));
+/// Means over sets of values that come one after the other.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SetMeans {
+    per_set: usize,
+    in_set: usize,
+    sum: Rgb<f64>,
+    moments: Moments,
+}
+
+impl SetMeans {
+    pub(crate) fn new(count: &SampleCount) -> Self {
+        Self { per_set: count.per_set, in_set: 0, sum: Rgb::ZERO, moments: Moments::default() }
     }
-    moments.estimate()
+
+    pub(crate) fn add(&mut self, value: Rgb<f64>) {
+        self.sum += value;
+        self.in_set += 1;
+        if self.in_set == self.per_set {
+            self.moments.add(self.sum.scale((self.per_set as f64).recip()));
+            (self.in_set, self.sum) = (0, Rgb::ZERO);
+        }
+    }
+
+    /// The mean over all; its variance is that between sets.
+    pub(crate) fn estimate(&self) -> PathEstimate {
+        self.moments.estimate()
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn estimate(per_set: usize, values: &[f64]) -> PathEstimate {
+        let mut means = SetMeans::new(&SampleCount { sets: values.len() / per_set, per_set });
+        values.iter().for_each(|&value| means.add(Rgb::splat(value)));
+        means.estimate()
+    }
+
     #[test]
     fn mean_and_variance_are_those_of_a_hand_computed_case() {
         let values = [1.0, 2.0, 6.0, 7.0];
-        let found = estimate(&SampleCount { sets: 2, per_set: 2 }, |set, path| Rgb::splat(values[2 * set + path]));
+        let found = estimate(2, &values);
         // Means of sets 1.5 and 6.5: their variance is 12.5, that of the mean half of it.
         assert_eq!((found.mean.g, found.variance.g), (4.0, 6.25), "{found:?}");
-        let alone = estimate(&SampleCount { sets: 1, per_set: 4 }, |_, path| Rgb::splat(values[path]));
+        let alone = estimate(4, &values);
         assert_eq!((alone.mean.g, alone.variance.g), (4.0, f64::INFINITY), "{alone:?}");
     }
 
     #[test]
     fn the_error_of_what_is_not_finite_is_not_zero() {
         for value in [f64::INFINITY, f64::NAN, 1e200] {
-            let count = SampleCount::independent(4);
-            let found = estimate(&count, |set, _| Rgb::splat(if set == 1 { value } else { 1.0 }));
+            let found = estimate(1, &[1.0, value, 1.0, 1.0]);
             assert_eq!(found.variance.g, f64::INFINITY, "{value} among ones: {found:?}");
         }
     }

@@ -5,13 +5,13 @@ use std::f64::consts::PI;
 
 use derive_setters::Setters;
 use lobe_prt::Receivers;
-use lobe_scene::{Bvh, Hit, Ray, Scene, SurfaceRays};
+use lobe_scene::{Bvh, Hit, Ray, Scene, Surface, SurfaceRays};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
 
 use crate::DistantLight;
 use crate::path_tracer::bsdf::Bsdf;
 use crate::path_tracer::emitter::Emitter;
-use crate::path_tracer::estimate::{PathEstimate, SampleCount, estimate};
+use crate::path_tracer::estimate::{PathEstimate, SampleCount, SetMeans};
 use crate::path_tracer::ggx::Facets;
 use crate::path_tracer::sampler::{PathNumbers, SampleSet};
 use lobe_sh::vector::{Vec3, dot, normalized, scale, tangents_along_z};
@@ -138,11 +138,20 @@ pub struct PathTracer<'a> {
 /// A point of a surface that a path visits.
 pub(crate) struct Interaction {
     /// The origin of rays.
-    origin: [f32; 3],
+    pub(crate) origin: [f32; 3],
     /// The geometric normals: no ray goes below all of their planes. There is one but at a receiver.
-    planes: SurfacePlanes,
-    bsdf: Bsdf,
+    pub(crate) planes: SurfacePlanes,
+    pub(crate) bsdf: Bsdf,
 }
+
+/// Where a path starts, and its numbers.
+pub(crate) struct PathStart<'s> {
+    pub(crate) at: &'s Interaction,
+    pub(crate) numbers: PathNumbers,
+}
+
+/// The most paths that are followed at once: their state fits the first-level cache.
+pub(crate) const ABREAST: usize = 64;
 
 /// The planes of an interaction.
 pub(crate) enum SurfacePlanes {
@@ -151,7 +160,8 @@ pub(crate) enum SurfacePlanes {
 }
 
 /// Whether a direction is below all planes, and leads into the surface.
-fn is_below(planes: &SurfacePlanes, s: Vec3) -> bool {
+#[inline]
+pub(crate) fn is_below(planes: &SurfacePlanes, s: Vec3) -> bool {
     match planes {
         SurfacePlanes::One(normal) => dot(s, *normal) <= 0.0,
         SurfacePlanes::Around(normals) => normals.iter().all(|normal| dot(s, *normal) <= 0.0),
@@ -168,9 +178,32 @@ pub(crate) struct FirstHit {
     pub(crate) interaction: Option<Interaction>,
 }
 
+/// How a ray meets a surface: both normals are turned to the side that is hit.
+struct Facing {
+    is_front: bool,
+    /// The direction of the ray, and its length.
+    towards: Vec3,
+    length: f64,
+    plane: Vec3,
+    shading: Vec3,
+}
+
+impl Facing {
+    #[inline]
+    fn of(surface: &Surface, ray: &Ray) -> Self {
+        let towards = ray.direction.map(f64::from);
+        let geometric = surface.geometric_normal.map(f64::from);
+        let is_front = dot(towards, geometric) < 0.0;
+        let side = if is_front { 1.0 } else { -1.0 };
+        // Normals of f32 are not of unit length to the last digit of f64.
+        let shading = normalized(surface.shading_normal.map(|c| side * f64::from(c)));
+        Self { is_front, towards, length: dot(towards, towards).sqrt(), plane: scale(geometric, side), shading }
+    }
+}
+
 /// Purposes of random numbers at each point of a path; see [`Purpose::at`].
 #[derive(Clone, Copy)]
-enum Purpose {
+pub(crate) enum Purpose {
     Light = 1,
     Surface = 2,
     Lobe = 3,
@@ -178,7 +211,7 @@ enum Purpose {
 }
 
 impl Purpose {
-    fn at(self, bounce: usize) -> u32 {
+    pub(crate) fn at(self, bounce: usize) -> u32 {
         4 * bounce as u32 + self as u32
     }
 }
@@ -207,11 +240,13 @@ impl<'a> PathTracer<'a> {
     /// Receivers of different numbers use independent paths.
     #[must_use]
     pub fn radiance_at(&self, receiver: &PathReceiver<'_>, place: usize, count: &SampleCount) -> PathEstimate {
-        let start = self.receiver_interaction(receiver);
-        estimate(count, |set, path| {
-            let numbers = SampleSet::new(self.options.seed, place as u64, set as u64).path(path);
-            self.exit_radiance(&start, numbers, self.options.bounces)
-        })
+        let at = &self.receiver_interaction(receiver);
+        let mut means = SetMeans::new(count);
+        self.for_each_group(place, count, |_, numbers| {
+            let starts: Vec<_> = numbers.iter().map(|&numbers| PathStart { at, numbers }).collect();
+            self.radiances(&starts).into_iter().for_each(|value| means.add(value));
+        });
+        means.estimate()
     }
 
     /// Follows paths from receiver number `place` that are drawn from the BSDF alone, and calls `escaped` for each that
@@ -258,173 +293,134 @@ impl<'a> PathTracer<'a> {
         let Interaction { origin, planes, .. } = self.receiver_interaction(receiver);
         let normal = normalized(receiver.normal.map(f64::from));
         let [u, v] = tangents_along_z(normal);
-        for set in 0..count.sets {
-            let samples = SampleSet::new(self.options.seed, place as u64, set as u64);
-            for path in 0..count.per_set {
-                // Draw a direction uniformly over the hemisphere.
-                let numbers = samples.path(path);
-                let [x, y, z] = uniform_over_hemisphere(numbers.pair(FIRST_PURPOSE));
-                let s = std::array::from_fn(|k| x * u[k] + y * v[k] + z * normal[k]);
-                // Estimate the radiance from there: that of the light, or of the surface that was hit.
-                if is_below(&planes, s) {
-                    arrived(set, Dir::from_unit(s), Rgb::ZERO);
-                    continue;
+        self.for_each_group(place, count, |first, numbers| {
+            // Draw directions uniformly over the hemisphere.
+            let directions: Vec<Vec3> = numbers
+                .iter()
+                .map(|numbers| {
+                    let [x, y, z] = uniform_over_hemisphere(numbers.pair(FIRST_PURPOSE));
+                    std::array::from_fn(|k| x * u[k] + y * v[k] + z * normal[k])
+                })
+                .collect();
+            // Estimate the radiance from there: that of the light, or of the surface that was hit.
+            let rays: Vec<_> = directions.iter().map(|s| Ray::new(origin, s.map(|c| c as f32))).collect();
+            let hits = self.first_hits(&rays);
+            let mut starts = Vec::with_capacity(rays.len());
+            for ((hit, _), &numbers) in hits.iter().zip(numbers) {
+                if let Some(FirstHit { interaction: Some(at), .. }) = hit {
+                    starts.push(PathStart { at, numbers });
                 }
-                let (hit, tint) = self.intersect(&Ray::new(origin, s.map(|c| c as f32)));
-                let radiance = match (hit, self.options.bounces) {
-                    (None, _) => self.light.radiance(Dir::from_unit(s)),
-                    (Some(FirstHit { interaction: Some(at), .. }), 1..) => {
-                        self.exit_radiance_under(&[], &at, numbers, self.options.bounces - 1)
-                    }
-                    _ => Rgb::ZERO,
-                };
-                arrived(set, Dir::from_unit(s), radiance * tint);
             }
+            let mut reflected = match self.options.bounces.checked_sub(1) {
+                None => vec![Rgb::ZERO; starts.len()],
+                Some(bounces) => self.exit_radiances(&[], &starts, bounces),
+            }
+            .into_iter();
+            for (k, (s, (hit, tint))) in directions.iter().zip(&hits).enumerate() {
+                let radiance = match hit {
+                    None => self.light.radiance(Dir::from_unit(*s)),
+                    Some(FirstHit { interaction: Some(_), .. }) => reflected.next().unwrap_or(Rgb::ZERO),
+                    Some(_) => Rgb::ZERO,
+                };
+                let radiance = if is_below(&planes, *s) { Rgb::ZERO } else { radiance * *tint };
+                arrived((first + k) / count.per_set, Dir::from_unit(*s), radiance);
+            }
+        });
+    }
+
+    /// The numbers of all paths from a place in their order, some at a time, with the place among all of the first.
+    pub(crate) fn for_each_group(
+        &self,
+        place: usize,
+        count: &SampleCount,
+        mut found: impl FnMut(usize, &[PathNumbers]),
+    ) {
+        let mut group = Vec::with_capacity(ABREAST.min(count.total()));
+        for first in (0..count.total()).step_by(ABREAST) {
+            group.clear();
+            group.extend((first..count.total().min(first + ABREAST)).map(|k| {
+                let set = SampleSet::new(self.options.seed, place as u64, (k / count.per_set) as u64);
+                set.path(k % count.per_set)
+            }));
+            found(first, &group);
         }
+    }
+
+    pub(crate) fn options(&self) -> &PathOptions {
+        &self.options
+    }
+
+    pub(crate) fn light(&self) -> &DistantLight {
+        self.light
+    }
+
+    /// One estimate for each path of the light that leaves its start under all lights.
+    pub(crate) fn radiances(&self, starts: &[PathStart<'_>]) -> Vec<Rgb<f64>> {
+        self.exit_radiances(&self.emitters, starts, self.options.bounces)
+    }
+
+    /// Intersects rays with the scene: see [`Self::intersect`].
+    pub(crate) fn first_hits(&self, rays: &[Ray]) -> Vec<(Option<FirstHit>, Rgb<f64>)> {
+        let found = self.intersections(rays).into_iter().zip(rays);
+        found.map(|((hit, tint), ray)| (hit.map(|hit| self.first_hit(ray, &hit)), tint)).collect()
+    }
+
+    /// The first hits of rays, and the factors of light on the way there.
+    pub(crate) fn intersections(&self, rays: &[Ray]) -> Vec<(Option<Hit>, Rgb<f64>)> {
+        let widened = |(hit, tint): (Option<Hit>, [f32; 3])| (hit, Rgb::from(tint).widen());
+        self.surfaces.closest_through_each(rays).into_iter().map(widened).collect()
+    }
+
+    /// The factor of light along each ray that no surface stops.
+    pub(crate) fn pass(&self, rays: &[Ray]) -> impl Iterator<Item = Option<Rgb<f64>>> {
+        self.surfaces.passes_through_each(rays).into_iter().map(|tint| tint.map(|tint| Rgb::from(tint).widen()))
     }
 
     /// Intersects a ray with the scene: the first surface, or none if the ray escapes, and the factor of light on the
     /// way there.
-    pub(crate) fn intersect(&self, ray: &Ray) -> (Option<FirstHit>, Rgb<f64>) {
+    fn intersect(&self, ray: &Ray) -> (Option<FirstHit>, Rgb<f64>) {
         let (hit, tint) = self.surfaces.closest_through(ray);
         (hit.map(|hit| self.first_hit(ray, &hit)), Rgb::from(tint).widen())
     }
 
     fn first_hit(&self, ray: &Ray, hit: &Hit) -> FirstHit {
         let surface = self.surfaces.scene().surface(hit);
-        let towards = ray.direction.map(f64::from);
-        let length = dot(towards, towards).sqrt();
-        // Turn both normals to the side that is hit.
-        let geometric = surface.geometric_normal.map(f64::from);
-        let is_front = dot(towards, geometric) < 0.0;
-        let material = self.surfaces.scene().material(surface.mesh);
-        let side = if is_front { 1.0 } else { -1.0 };
-        // Normals of f32 are not of unit length to the last digit of f64.
-        let shading = normalized(surface.shading_normal.map(|c| side * f64::from(c)));
-        let plane = scale(geometric, side);
+        let facing = Facing::of(&surface, ray);
         let [r, g, b, _] = surface.base_color;
-        let base = Rgb::new(r, g, b);
-        // Prepare the BSDF, unless the surface is black from this side.
-        let interaction = (is_front || material.double_sided).then(|| {
-            let bsdf = match self.options.surfaces {
-                Surfaces::Matte => Bsdf::matte(shading, base.widen()),
-                gltf => {
-                    let is_separable = gltf == Surfaces::MetallicRoughnessSeparable;
-                    let facets = Facets::of_roughness(material.roughness.into(), is_separable);
-                    let (metallic, view) = (material.metallic.into(), scale(towards, -1.0 / length));
-                    Bsdf::metallic_roughness(shading, base.widen(), metallic, facets, view)
-                }
-            };
-            let origin = self.surfaces.bvh().origin_above(surface.position, plane.map(|c| c as f32));
-            Interaction { origin, planes: SurfacePlanes::One(plane), bsdf }
-        });
-        let distance = f64::from(hit.t) * length;
-        FirstHit { albedo: base, normal: shading.map(|c| c as f32), distance, interaction }
-    }
-
-    /// One path's estimate of the light that leaves `start`, reflected by at most `bounces` surfaces before.
-    pub(crate) fn exit_radiance(&self, start: &Interaction, numbers: PathNumbers, bounces: usize) -> Rgb<f64> {
-        self.exit_radiance_under(&self.emitters, start, numbers, bounces)
-    }
-
-    /// The same under these lamps.
-    fn exit_radiance_under(
-        &self,
-        emitters: &[Emitter],
-        start: &Interaction,
-        numbers: PathNumbers,
-        bounces: usize,
-    ) -> Rgb<f64> {
-        let samples_light = self.options.strategy != LightStrategy::Bsdf;
-        let samples_bsdf = self.options.strategy != LightStrategy::NextEvent;
-        let (mut sum, mut throughput) = (Rgb::ZERO, Rgb::splat(1.0));
-        let mut next: Option<Interaction> = None;
-        for bounce in 0..=bounces {
-            let at = next.as_ref().unwrap_or(start);
-            // Add the light of a direction drawn from the light.
-            if samples_light {
-                sum += throughput * self.next_event(at, numbers.pair(Purpose::Light.at(bounce)));
-            }
-            if !emitters.is_empty() {
-                sum += throughput * self.emitted_light(emitters, at, numbers.pair(Purpose::Emitter.at(bounce)));
-            }
-            // Draw a direction from the BSDF.
-            let is_last = bounce == bounces;
-            if is_last && !samples_bsdf {
-                break;
-            }
-            let choice = numbers.one(Purpose::Lobe.at(bounce));
-            let Some(sample) = at.bsdf.sample(numbers.pair(Purpose::Surface.at(bounce)), choice) else { break };
-            if is_below(&at.planes, sample.towards) {
-                break;
-            }
-            // Update the path throughput.
-            throughput = throughput * sample.weight;
-            // Trace the ray; at the last bounce it only matters whether it escapes.
-            let ray = Ray::new(at.origin, sample.towards.map(|c| c as f32));
-            let (hit, tint) = if is_last {
-                self.passes(&ray).map_or((Some(None), Rgb::ZERO), |tint| (None, tint))
-            } else {
-                let (hit, tint) = self.intersect(&ray);
-                (hit.map(|hit| hit.interaction), tint)
-            };
-            throughput = throughput * tint;
-            match hit {
-                // Add the light of the direction drawn from the BSDF.
-                None if samples_bsdf => {
-                    let s = Dir::from_unit(sample.towards);
-                    let (radiance, density) = self.light.radiance_and_density(s);
-                    let weight = if samples_light { power_heuristic(sample.density, density) } else { 1.0 };
-                    sum += (throughput * radiance).scale(weight);
-                    break;
-                }
-                // Go on from the surface that was hit.
-                Some(Some(interaction)) => next = Some(interaction),
-                _ => break,
-            }
+        FirstHit {
+            albedo: Rgb::new(r, g, b),
+            normal: facing.shading.map(|c| c as f32),
+            distance: f64::from(hit.t) * facing.length,
+            interaction: self.interaction_at(&surface, &facing),
         }
-        sum
     }
 
-    /// Next-event estimation: the light that one direction drawn from the light brings to an interaction.
-    fn next_event(&self, at: &Interaction, numbers: [f64; 2]) -> Rgb<f64> {
-        // Draw a direction from the light.
-        let Some(sample) = self.light.sample(numbers) else { return Rgb::ZERO };
-        // Evaluate the BSDF towards it.
-        let s = sample.towards.to_array();
-        let (value, density) = at.bsdf.eval(s);
-        if density <= 0.0 || is_below(&at.planes, s) {
-            return Rgb::ZERO;
+    /// What a path goes on from at a hit; none if the surface is black from this side.
+    #[inline]
+    pub(crate) fn interaction(&self, ray: &Ray, hit: &Hit) -> Option<Interaction> {
+        let surface = self.surfaces.scene().surface(hit);
+        self.interaction_at(&surface, &Facing::of(&surface, ray))
+    }
+
+    #[inline]
+    fn interaction_at(&self, surface: &Surface, facing: &Facing) -> Option<Interaction> {
+        let material = self.surfaces.scene().material(surface.mesh);
+        if !(facing.is_front || material.double_sided) {
+            return None;
         }
-        // Trace the shadow ray.
-        let Some(tint) = self.passes(&Ray::new(at.origin, s.map(|c| c as f32))) else { return Rgb::ZERO };
-        // Weight the sample against the same direction drawn from the BSDF.
-        let is_alone = self.options.strategy == LightStrategy::NextEvent;
-        let weight = if is_alone { 1.0 } else { power_heuristic(sample.density, density) };
-        (value * sample.radiance * tint).scale(weight / sample.density)
-    }
-
-    /// The factor of light along a ray that no surface stops; none if one does.
-    fn passes(&self, ray: &Ray) -> Option<Rgb<f64>> {
-        self.surfaces.passes_through(ray).map(|tint| Rgb::from(tint).widen())
-    }
-
-    /// The light that one direction drawn from each emitter brings to an interaction.
-    fn emitted_light(&self, emitters: &[Emitter], at: &Interaction, numbers: [f64; 2]) -> Rgb<f64> {
-        let mut sum = Rgb::ZERO;
-        for emitter in emitters {
-            let Some(sample) = emitter.sample(at.origin.map(f64::from), numbers) else { continue };
-            let (value, density) = at.bsdf.eval(sample.towards);
-            if density <= 0.0 || is_below(&at.planes, sample.towards) {
-                continue;
+        let [r, g, b, _] = surface.base_color;
+        let base = Rgb::new(r, g, b).widen();
+        let bsdf = match self.options.surfaces {
+            Surfaces::Matte => Bsdf::matte(facing.shading, base),
+            gltf => {
+                let is_separable = gltf == Surfaces::MetallicRoughnessSeparable;
+                let facets = Facets::of_roughness(material.roughness.into(), is_separable);
+                let view = scale(facing.towards, -1.0 / facing.length);
+                Bsdf::metallic_roughness(facing.shading, base, material.metallic.into(), facets, view)
             }
-            let t_max = (sample.distance * (1.0 - BEFORE_EMITTER)) as f32;
-            let ray = Ray { t_max, ..Ray::new(at.origin, sample.towards.map(|c| c as f32)) };
-            if let Some(tint) = self.passes(&ray) {
-                sum += (value * sample.radiance * tint).scale(sample.density.recip());
-            }
-        }
-        sum
+        };
+        let origin = self.surfaces.bvh().origin_above(surface.position, facing.plane.map(|c| c as f32));
+        Some(Interaction { origin, planes: SurfacePlanes::One(facing.plane), bsdf })
     }
 
     /// Follows one path drawn from the BSDF alone, and calls `escaped` where it leaves the scene.
@@ -432,7 +428,7 @@ impl<'a> PathTracer<'a> {
         let (mut at, mut throughput) = (start, Rgb::splat(1.0));
         for bounce in 0..=self.options.bounces {
             // Draw a direction from the BSDF.
-            let choice = numbers.one(Purpose::Lobe.at(bounce));
+            let choice = || numbers.one(Purpose::Lobe.at(bounce));
             let Some(sample) = at.bsdf.sample(numbers.pair(Purpose::Surface.at(bounce)), choice) else { return };
             if is_below(&at.planes, sample.towards) {
                 return;
@@ -450,7 +446,7 @@ impl<'a> PathTracer<'a> {
         }
     }
 
-    fn receiver_interaction(&self, receiver: &PathReceiver<'_>) -> Interaction {
+    pub(crate) fn receiver_interaction(&self, receiver: &PathReceiver<'_>) -> Interaction {
         let normal = normalized(receiver.normal.map(f64::from));
         let origin = self.surfaces.bvh().origin_above(receiver.position, receiver.lift);
         let planes = match receiver.planes {
@@ -461,20 +457,9 @@ impl<'a> PathTracer<'a> {
     }
 }
 
-/// The part of the way to an emitter at its end in which nothing hides it, such as the wall that it lies on.
-const BEFORE_EMITTER: f64 = 1e-4;
-
 /// A direction over +z, uniform by solid angle.
 fn uniform_over_hemisphere([u0, u1]: [f64; 2]) -> Vec3 {
     let radius = ((1.0 - u1) * (1.0 + u1)).sqrt();
     let (sin, cos) = (2.0 * PI * u0).sin_cos();
     [radius * cos, radius * sin, u1]
-}
-
-/// The power heuristic with exponent 2: the weight of a direction drawn with density `p` by a strategy, where the other
-/// one would draw it with density `q`.
-fn power_heuristic(p: f64, q: f64) -> f64 {
-    // As ratios, so that squares of large densities do not overflow.
-    let ratio = q / p;
-    1.0 / (1.0 + ratio * ratio)
 }

@@ -9,9 +9,8 @@ use lobe_sh::{Coefficient as _, Rgb};
 use web_time::Instant;
 
 use crate::path_tracer::emitter::Emitter;
-use crate::path_tracer::estimate::{Moments, SampleCount};
-use crate::path_tracer::path_tracer::{FIRST_PURPOSE, FirstHit};
-use crate::path_tracer::sampler::SampleSet;
+use crate::path_tracer::estimate::{SampleCount, SetMeans};
+use crate::path_tracer::path_tracer::{FIRST_PURPOSE, FirstHit, PathStart};
 use crate::path_tracer::truth_checkpoint::{PIXEL, TracedPixel, TruthCheckpoint};
 use crate::progressive::{in_portions, progress_of};
 use crate::{Camera, DistantLight, PathOptions, PathTracer, RenderError};
@@ -227,35 +226,43 @@ fn trace_pixel(
     options: &TruthOptions,
     index: usize,
 ) -> TracedPixel {
-    let TruthOptions { width, height, count, paths } = *options;
+    let TruthOptions { width, height, count, .. } = *options;
     let (x, y) = ((index % width) as f64, (index / width) as f64);
-    let mut moments = Moments::default();
+    let mut means = SetMeans::new(&count);
     let (mut albedo, mut normal) = (Rgb::<f64>::ZERO, Rgb::<f64>::ZERO);
     let (mut depth, mut hits) = (0.0, 0.0);
-    for set in 0..count.sets {
-        let samples = SampleSet::new(paths.seed, index as u64, set as u64);
-        let mut sum = Rgb::<f64>::ZERO;
-        for path in 0..count.per_set {
-            let numbers = samples.path(path);
-            let [dx, dy] = numbers.pair(FIRST_PURPOSE);
-            let (ray, towards) = camera.ray_of_pixel([width, height], [x + dx, y + dy]);
-            let (hit, tint) = tracer.intersect(&ray);
-            match hit {
-                None => sum += light.seen(towards) * tint,
-                Some(FirstHit { albedo: a, normal: n, distance, interaction }) => {
-                    albedo += a.widen();
-                    normal += Rgb::from(n).widen();
-                    depth += distance;
-                    hits += 1.0;
-                    if let Some(at) = interaction {
-                        sum += tracer.exit_radiance(&at, numbers, paths.bounces) * tint;
-                    }
-                }
+    tracer.for_each_group(index, &count, |_, numbers| {
+        // Find what the eye sees.
+        let (rays, towards): (Vec<_>, Vec<_>) = numbers
+            .iter()
+            .map(|numbers| {
+                let [dx, dy] = numbers.pair(FIRST_PURPOSE);
+                camera.ray_of_pixel([width, height], [x + dx, y + dy])
+            })
+            .unzip();
+        let seen = tracer.first_hits(&rays);
+        // Follow paths from there.
+        let mut starts = Vec::with_capacity(seen.len());
+        for ((hit, _), &numbers) in seen.iter().zip(numbers) {
+            if let Some(FirstHit { interaction: Some(at), .. }) = hit {
+                starts.push(PathStart { at, numbers });
             }
         }
-        moments.add(sum.scale((count.per_set as f64).recip()));
-    }
-    let estimate = moments.estimate();
+        let mut radiance = tracer.radiances(&starts).into_iter();
+        for ((hit, tint), towards) in seen.iter().zip(towards) {
+            let Some(FirstHit { albedo: a, normal: n, distance, interaction }) = hit else {
+                means.add(light.seen(towards) * *tint);
+                continue;
+            };
+            albedo += a.widen();
+            normal += Rgb::from(*n).widen();
+            depth += distance;
+            hits += 1.0;
+            let leaves = interaction.as_ref().and_then(|_| radiance.next()).unwrap_or(Rgb::ZERO);
+            means.add(leaves * *tint);
+        }
+    });
+    let estimate = means.estimate();
     let part = (count.total() as f64).recip();
     TracedPixel {
         mean: Rgb::narrow(estimate.mean),

@@ -48,11 +48,28 @@ impl SphereTable {
         Some(Self { width, height, rows, row_guide, columns, column_guides, borders, whole })
     }
 
-    /// A direction and its cell.
-    pub(crate) fn sample(&self, [u, v]: [f64; 2]) -> (Dir, usize) {
-        let (y, dy) = invert(&self.rows, &self.row_guide, v);
-        let row = &self.columns[y * (self.width + 1)..][..=self.width];
-        let (x, dx) = invert(row, &self.column_guides[y * self.width..][..self.width], u);
+    /// A direction and its cell, for each two numbers.
+    ///
+    /// Each step is done for all of them before the next, so that they wait for memory together.
+    pub(crate) fn samples(&self, numbers: &[[f64; 2]]) -> Vec<(Dir, usize)> {
+        // Draw the rows, and read where the search for the columns begins.
+        let starts = numbers.iter().map(|&[u, v]| {
+            let (y, dy) = invert(&self.rows, start_of(&self.row_guide, v), v);
+            (y, dy, start_of(&self.column_guides[y * self.width..][..self.width], u))
+        });
+        let starts: Vec<_> = starts.collect();
+        // Draw the columns.
+        let cells = starts.iter().zip(numbers).map(|(&(y, dy, start), &[u, _])| {
+            let row = &self.columns[y * (self.width + 1)..][..=self.width];
+            let (x, dx) = invert(row, start, u);
+            ((x, dx), (y, dy))
+        });
+        let cells: Vec<_> = cells.collect();
+        cells.into_iter().map(|(x, y)| self.within(x, y)).collect()
+    }
+
+    /// The direction at a place within the cell of a column and a row.
+    fn within(&self, (x, dx): (usize, f64), (y, dy): (usize, f64)) -> (Dir, usize) {
         let z = self.borders[y] + dy * (self.borders[y + 1] - self.borders[y]);
         let (sin_phi, cos_phi) = (PI * (1.0 - 2.0 * (x as f64 + dx) / self.width as f64)).sin_cos();
         let sin = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
@@ -166,14 +183,17 @@ fn guide(cumulative: &[f64], out: &mut Vec<u16>) {
     }
 }
 
+/// Where the search for `u` begins, by the guide of a distribution.
+fn start_of(guide: &[u16], u: f64) -> usize {
+    usize::from(guide[((u * guide.len() as f64) as usize).min(guide.len() - 1)])
+}
+
 /// The interval of a cumulative distribution that holds `u`, never one without extent, and how far within it `u` lies.
 ///
-/// The search begins where its guide says. Over all `u` it passes less than one interval in the mean, as there are as
-/// many parts of the guide as intervals.
-fn invert(cumulative: &[f64], guide: &[u16], u: f64) -> (usize, f64) {
-    let last = guide.len() - 1;
-    let part = ((u * guide.len() as f64) as usize).min(last);
-    let mut k = usize::from(guide[part]);
+/// The search begins where the guide [says](start_of). Over all `u` it passes less than one interval in the mean, as
+/// there are as many parts of the guide as intervals.
+fn invert(cumulative: &[f64], start: usize, u: f64) -> (usize, f64) {
+    let (mut k, last) = (start, cumulative.len() - 2);
     // Where the product was rounded up, the part begins above `u`.
     while k > 0 && cumulative[k] > u {
         k -= 1;
@@ -204,7 +224,7 @@ mod tests {
         let count = 60_000;
         let mut seen = vec![0.0; w * h];
         for _ in 0..count {
-            let (s, cell_drawn) = table.sample([random.unit(), random.unit()]);
+            let (s, cell_drawn) = table.samples(&[[random.unit(), random.unit()]])[0];
             assert_eq!(cell(w, h, s), cell_drawn, "towards {s:?}");
             seen[cell_drawn] += 1.0;
         }
@@ -240,7 +260,7 @@ mod tests {
         weights[13] = 2.0;
         let table = SphereTable::new(8, 4, &weights).unwrap();
         for u in [0.0, 0.5, 1.0 - 1e-16, 1.0] {
-            assert_eq!(table.sample([u, 1.0 - u]).1, 13, "the only cell, at {u}");
+            assert_eq!(table.samples(&[[u, 1.0 - u]])[0].1, 13, "the only cell, at {u}");
         }
     }
 
@@ -261,7 +281,7 @@ mod tests {
             let borders = cumulative.iter().copied().filter(|u| *u < 1.0);
             for u in borders.chain((0..2000).map(|_| random.unit())).collect::<Vec<_>>() {
                 let expected = cumulative.partition_point(|part| *part <= u) - 1;
-                let (found, within) = invert(&cumulative, &parts, u);
+                let (found, within) = invert(&cumulative, start_of(&parts, u), u);
                 assert_eq!(found, expected, "{u} of {} parts", weights.len());
                 assert!((0.0..=1.0).contains(&within), "{u}: {within}");
             }
@@ -275,7 +295,7 @@ mod tests {
         guide(&cumulative, &mut parts);
         for k in [0, 65_000, 65_535, 65_536, 69_999] {
             let u = 0.5 * (cumulative[k] + cumulative[k + 1]);
-            assert_eq!(invert(&cumulative, &parts, u).0, k, "{u}");
+            assert_eq!(invert(&cumulative, start_of(&parts, u), u).0, k, "{u}");
         }
     }
 

@@ -4,6 +4,7 @@ use crate::bvh::binned;
 use crate::bvh::bins::MOST_PRIMITIVES;
 use crate::bvh::closest_stream::ClosestStream;
 use crate::bvh::collapse::collapse;
+use crate::bvh::interleaved::{AnyHits, ClosestHits};
 use crate::bvh::lanes::Machine;
 use crate::bvh::layers::LeftOut;
 use crate::bvh::ray_frame::ROUNDING;
@@ -36,7 +37,7 @@ pub struct Bvh {
     blocks: Vec<Block>,
     bounds: Bounds,
     triangles: usize,
-    machine: Machine,
+    pub(crate) machine: Machine,
     /// The expected cost when it was built; `None` until it is refit.
     built_cost: Option<f32>,
     /// Triangles that are at the place of others, and not in the tree.
@@ -56,6 +57,16 @@ const WORN: f32 = 1.1;
 /// that starts 64 ε M above a plane and does not go down therefore stays above all triangles in or below that plane as
 /// they are hit.
 const OFFSET: f32 = 64.0 * ROUNDING;
+
+/// Bytes of a tree from which on independent rays are occluded in turns. Smaller ones lie in the caches near the
+/// processor: there a ray alone is quicker (`peers/embree`: turns take 1.09 of its time at 10 thousand triangles, 0.87 at
+/// 100 thousand and 0.64 at a million).
+const OCCLUDED_IN_TURNS: usize = 2 << 20;
+
+/// Bytes of a tree from which on closest hits of independent rays are found in turns, which cost more than those of
+/// occlusion (`peers/embree`: 1.15 of the time of a ray alone at 100 thousand triangles, 1.0 at 400 thousand and 0.9 at
+/// a million).
+const CLOSEST_IN_TURNS: usize = 32 << 20;
 
 impl Bvh {
     /// The BVH of all triangles of a scene, with the scene's indices.
@@ -270,7 +281,63 @@ impl Bvh {
         self.machine.run(Closest { tree: self.tree(), ray, accept })
     }
 
-    fn tree(&self) -> Tree<'_> {
+    /// Occlusion of many independent rays: the same answers as [`Bvh::is_occluded`], in less time where the tree is
+    /// large.
+    ///
+    /// Some rays are traversed in turns, so that they wait for memory together. Those of one point are quicker by
+    /// [`Bvh::occluded_from_into`].
+    ///
+    /// # Panics
+    /// If the lengths differ.
+    pub fn occluded_into(&self, rays: &[Ray], occluded: &mut [bool]) {
+        self.occluded_where_into(rays, occluded, |_, _| true);
+    }
+
+    /// Whether any hit of each ray is accepted, told by its place among the rays.
+    ///
+    /// # Panics
+    /// If the lengths differ.
+    pub fn occluded_where_into(&self, rays: &[Ray], occluded: &mut [bool], mut accept: impl FnMut(usize, Hit) -> bool) {
+        assert_eq!(rays.len(), occluded.len(), "rays and answers");
+        if self.bytes() < OCCLUDED_IN_TURNS {
+            for (place, (ray, occluded)) in rays.iter().zip(occluded).enumerate() {
+                *occluded = self.is_occluded_where(ray, |hit| accept(place, hit));
+            }
+            return;
+        }
+        self.machine.run(AnyHits { tree: self.tree(), rays, occluded, accept });
+    }
+
+    /// The closest hits of many independent rays: the same as of [`Bvh::closest`], bit by bit, in less time where the
+    /// tree is large.
+    ///
+    /// # Panics
+    /// If the lengths differ.
+    pub fn closest_into(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        self.closest_where_into(rays, hits, |_, _| true);
+    }
+
+    /// The closest hits that are accepted, each for the ray at that place.
+    ///
+    /// # Panics
+    /// If the lengths differ.
+    pub fn closest_where_into(
+        &self,
+        rays: &[Ray],
+        hits: &mut [Option<Hit>],
+        mut accept: impl FnMut(usize, &Hit) -> bool,
+    ) {
+        assert_eq!(rays.len(), hits.len(), "rays and hits");
+        if self.bytes() < CLOSEST_IN_TURNS {
+            for (place, (ray, hit)) in rays.iter().zip(hits).enumerate() {
+                *hit = self.closest_where(ray, |hit| accept(place, hit));
+            }
+            return;
+        }
+        self.machine.run(ClosestHits { tree: self.tree(), rays, hits, accept });
+    }
+
+    pub(crate) fn tree(&self) -> Tree<'_> {
         Tree { nodes: &self.nodes, blocks: &self.blocks, bounds: &self.bounds }
     }
 }

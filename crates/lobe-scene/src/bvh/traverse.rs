@@ -64,7 +64,7 @@ impl<T: Copy + Default> Stack<T> {
 
     /// Pushes the first `count` items, the last of them on top.
     #[inline(always)]
-    fn push_front(&mut self, items: &[T; WIDTH], count: usize) {
+    pub(crate) fn push_front(&mut self, items: &[T; WIDTH], count: usize) {
         if let Some(place) = self.near.get_mut(self.count..self.count + WIDTH)
             && self.far.is_empty()
         {
@@ -200,7 +200,7 @@ impl<F: FnMut(&Hit) -> bool> Work for Closest<'_, '_, F> {
 
 /// The nearest child of a mask, if there is one; pushes the others so that the nearest comes out first.
 #[inline(always)]
-fn push_all_but_nearest(
+pub(crate) fn push_all_but_nearest(
     node: &Node,
     mask: u32,
     enters: &[f32; WIDTH],

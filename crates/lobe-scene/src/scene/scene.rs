@@ -241,20 +241,23 @@ impl Scene {
     #[must_use]
     pub fn surface(&self, hit: &Hit) -> Surface {
         let (mesh_index, triangle) = self.locate(hit.triangle as usize);
-        let mesh = &self.meshes[mesh_index];
+        let (mesh, material) = (&self.meshes[mesh_index], self.material(mesh_index));
         let indices = mesh.triangles()[triangle].map(|i| i as usize);
         let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
         let [a, b, c] = indices.map(|i| Vec3::from(mesh.positions()[i]).as_dvec3());
         let position = blend(mesh.positions(), indices, weights);
         let geometric = (b - a).cross(c - a).normalize_or(DVec3::Z);
         let of_vertices = DVec3::from(blend(mesh.normals(), indices, weights).map(f64::from)).normalize_or(geometric);
-        let shading = self.mapped_normal(mesh_index, triangle, weights, of_vertices);
+        let shading = match material.normal_map {
+            Some(_) => self.mapped_normal(mesh_index, triangle, weights, of_vertices),
+            None => of_vertices,
+        };
         Surface {
             position,
             geometric_normal: geometric.as_vec3().to_array(),
             vertex_normal: of_vertices.as_vec3().to_array(),
             shading_normal: shading.as_vec3().to_array(),
-            base_color: self.material(mesh_index).reflected(self.color_at(hit)),
+            base_color: material.reflected(self.color_within(mesh, material, indices, weights)),
             mesh: mesh_index,
         }
     }
@@ -265,12 +268,19 @@ impl Scene {
         let mesh = &self.meshes[mesh_index];
         let indices = mesh.triangles()[triangle].map(|i| i as usize);
         let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
+        self.color_within(mesh, self.material(mesh_index), indices, weights)
+    }
+
+    /// The same at a place of a triangle, given by the weights of its corners.
+    fn color_within(&self, mesh: &Mesh, material: &Material, indices: [usize; 3], weights: [f32; 3]) -> [f32; 4] {
         let uvs = [0, 1].map(|set| match mesh.uvs(set) {
             [] => None,
+            // Without a texture they say nothing.
+            _ if material.base_color_texture.is_none() => None,
             uvs => Some(blend(uvs, indices, weights)),
         });
         let color = if mesh.colors().is_empty() { None } else { Some(blend(mesh.colors(), indices, weights)) };
-        self.base_color(self.material(mesh_index), uvs, color)
+        self.base_color(material, uvs, color)
     }
 
     /// The probability that a ray stops at a hit: 0 in the holes of an alpha mask, and in between where light goes
@@ -396,6 +406,7 @@ fn number_of(ray: &Ray, triangle: u32) -> f32 {
 }
 
 /// Barycentric interpolation, in `f64` until the end.
+#[inline]
 pub(crate) fn blend<const N: usize>(values: &[[f32; N]], indices: [usize; 3], weights: [f32; 3]) -> [f32; N] {
     std::array::from_fn(|k| {
         (0..3).map(|i| f64::from(values[indices[i]][k]) * f64::from(weights[i])).sum::<f64>() as f32

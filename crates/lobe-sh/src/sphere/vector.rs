@@ -8,54 +8,63 @@ use num_traits::Float as _;
 pub type Vec3 = [f64; 3];
 
 /// `a · b`.
+#[inline]
 #[must_use]
 pub fn dot(a: Vec3, b: Vec3) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// `Σ_i a_i b_i` of vectors of any equal length.
+#[inline]
 #[must_use]
 pub fn dot_slices(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// `a × b`.
+#[inline]
 #[must_use]
 pub fn cross(a: Vec3, b: Vec3) -> Vec3 {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// `a + b`.
+#[inline]
 #[must_use]
 pub fn add(a: Vec3, b: Vec3) -> Vec3 {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
 /// `a - b`.
+#[inline]
 #[must_use]
 pub fn sub(a: Vec3, b: Vec3) -> Vec3 {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 /// `s a`.
+#[inline]
 #[must_use]
 pub fn scale(a: Vec3, s: f64) -> Vec3 {
     a.map(|c| c * s)
 }
 
 /// `a + t b`.
+#[inline]
 #[must_use]
 pub fn add_scaled(a: Vec3, b: Vec3, t: f64) -> Vec3 {
     [a[0] + t * b[0], a[1] + t * b[1], a[2] + t * b[2]]
 }
 
 /// `|a|`.
+#[inline]
 #[must_use]
 pub fn length(a: Vec3) -> f64 {
     dot(a, a).sqrt()
 }
 
 /// The vector of length 1 along `a`; a zero vector stays zero.
+#[inline]
 #[must_use]
 pub fn normalized(a: Vec3) -> Vec3 {
     let length = length(a);
@@ -73,6 +82,7 @@ pub(crate) fn unit(v: Vec3) -> Vec3 {
 
 /// Two unit tangents `t_1, t_2` at the unit vector `s`, for every `s` on the sphere; `t_1, t_2, s` is right-handed, and `t_1`
 /// is at right angles to the axis that is farthest from `s`.
+#[inline]
 #[must_use]
 pub fn tangents(s: Vec3) -> [Vec3; 2] {
     // The axis that is farthest from `s` cannot be parallel to it.
@@ -89,6 +99,7 @@ pub fn tangents(s: Vec3) -> [Vec3; 2] {
 }
 
 /// [`tangents`] with `t_1` along the axis that is farthest from `s`: the frame of importance samples and filters of maps.
+#[inline]
 #[must_use]
 pub fn tangents_along_axis(s: Vec3) -> [Vec3; 2] {
     let least = (0..3).min_by(|&i, &j| s[i].abs().total_cmp(&s[j].abs())).unwrap_or(0);
@@ -99,6 +110,7 @@ pub fn tangents_along_axis(s: Vec3) -> [Vec3; 2] {
 }
 
 /// [`tangents`] with `t_1` along z, near the poles along x: the frame of rays and plots.
+#[inline]
 #[must_use]
 pub fn tangents_along_z(s: Vec3) -> [Vec3; 2] {
     let axis = if s[2].abs() < 0.9 { [0.0, 0.0, 1.0] } else { [1.0, 0.0, 0.0] };
