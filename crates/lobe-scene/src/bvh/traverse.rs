@@ -85,8 +85,8 @@ impl<T: Copy + Default> Stack<T> {
     }
 }
 
-/// What accepts a hit of one ray. It is asked a few times for each ray, so that a call costs nothing, and the code of rays is
-/// compiled once for each kind of instructions and not for every question again.
+/// What accepts a hit of one ray: asked a few times for each ray, so that a call costs next to nothing. The code of
+/// rays is compiled once for each kind of instructions, and not for every question again.
 pub(crate) type Accept<'r> = &'r mut dyn FnMut(&Hit) -> bool;
 
 /// The query for any accepted hit.
