@@ -115,7 +115,10 @@ const CORPUS_WHOLE: Step =
 /// The program as users build it, for the peers of [`nightly`].
 const RELEASE: Step = Step {
     name: "release",
-    work: Work::Cargo("build --release --package lobe-cli --package lobe-scene --example poses --bin lobe", &[]),
+    work: Work::Cargo(
+        "build --release --package lobe-cli --package lobe-scene --example poses --bin lobe --features lobe-cli/compressed",
+        &[],
+    ),
 };
 /// Other programs read what Lobe writes: the glTF validator, engines of the web, `OpenEXR`.
 const READERS: Step = Step {

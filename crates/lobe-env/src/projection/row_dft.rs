@@ -97,17 +97,17 @@ impl<C: Coefficient, const N: usize> AddSums<'_, C, N> {
                 for (plane, table, first, part) in dft.parts() {
                     let plane = block.plane(plane);
                     let table = |m: usize| &table[m * dft.columns + start..][..count];
-                    let mut m = first;
-                    while m + 2 * (TOGETHER - 1) < dft.order {
-                        let found = arithmetic.sums([table(m), table(m + 2), table(m + 4)], plane);
-                        for (k, found) in found.iter().enumerate() {
+                    for m in (first..dft.order).step_by(2 * TOGETHER) {
+                        let mut found = [[0.0; N]; TOGETHER];
+                        let count = (dft.order - m).div_ceil(2).min(TOGETHER);
+                        match count {
+                            1 => [found[0]] = arithmetic.sums([table(m)], plane),
+                            2 => [found[0], found[1]] = arithmetic.sums([table(m), table(m + 2)], plane),
+                            _ => found = arithmetic.sums([table(m), table(m + 2), table(m + 4)], plane),
+                        }
+                        for (k, found) in found[..count].iter().enumerate() {
                             add_to_rows::<C>(sums, dft.order, m + 2 * k, part, found);
                         }
-                        m += 2 * TOGETHER;
-                    }
-                    while m < dft.order {
-                        add_to_rows::<C>(sums, dft.order, m, part, &arithmetic.sums([table(m)], plane)[0]);
-                        m += 2;
                     }
                 }
             }
@@ -136,6 +136,24 @@ impl<C: Coefficient, const N: usize> Kernel for AddSums<'_, C, N> {
     }
 }
 
+/// The amplitudes of every second wave from `m` on, for each line; of lines that have no row, zero.
+#[inline(always)]
+fn amplitudes<C: Coefficient, const N: usize, const WAVES: usize>(
+    waves: &[&RowSums<C::Wide>],
+    m: usize,
+    part: usize,
+) -> [[f64; WAVES]; N] {
+    let mut all = [[0.0; WAVES]; N];
+    for (row, lines) in waves.iter().zip(all.chunks_exact_mut(C::CHANNELS)) {
+        for (c, line) in lines.iter_mut().enumerate() {
+            for (k, amplitude) in line.iter_mut().enumerate() {
+                *amplitude = row[m + 2 * k][part].channel(c);
+            }
+        }
+    }
+    all
+}
+
 struct Synthesise<'a, 'b, C: Coefficient, const N: usize> {
     dft: &'a RowDft,
     waves: &'a [&'a RowSums<C::Wide>],
@@ -151,22 +169,30 @@ impl<C: Coefficient, const N: usize> Synthesise<'_, '_, C, N> {
         for start in (0..dft.columns).step_by(BLOCK) {
             let count = BLOCK.min(dft.columns - start);
             for (waves, rows) in waves.chunks(together).zip(rows.chunks_mut(together)) {
-                block.clear(count);
+                block.begin(count);
                 for (plane, table, first, part) in dft.parts() {
                     let table = |m: usize| &table[m * dft.columns + start..][..count];
-                    let lines = block.plane_mut(plane).into_iter().take(waves.len() * C::CHANNELS);
-                    for (k, line) in lines.enumerate() {
-                        let (waves, c) = (waves[k / C::CHANNELS], k % C::CHANNELS);
-                        let wave = |m: usize| waves[m][part].channel(c);
-                        let mut m = first;
-                        while m + 2 * (TOGETHER - 1) < dft.order {
-                            let tables = [table(m), table(m + 2), table(m + 4)];
-                            arithmetic.add_scaled(line, tables, [wave(m), wave(m + 2), wave(m + 4)]);
-                            m += 2 * TOGETHER;
-                        }
-                        while m < dft.order {
-                            arithmetic.add_scaled(line, [table(m)], [wave(m)]);
-                            m += 2;
+                    let lines = block.plane_mut(plane);
+                    if first >= dft.order {
+                        lines.iter_mut().for_each(|line| line[..count].fill(0.0));
+                    }
+                    for m in (first..dft.order).step_by(2 * TOGETHER) {
+                        let adds = m > first;
+                        match (dft.order - m).div_ceil(2) {
+                            1 => arithmetic.set_scaled(lines, [table(m)], amplitudes::<C, N, 1>(waves, m, part), adds),
+                            2 => {
+                                let tables = [table(m), table(m + 2)];
+                                arithmetic.set_scaled(lines, tables, amplitudes::<C, N, 2>(waves, m, part), adds);
+                            }
+                            _ => {
+                                let tables = [table(m), table(m + 2), table(m + 4)];
+                                arithmetic.set_scaled(
+                                    lines,
+                                    tables,
+                                    amplitudes::<C, N, TOGETHER>(waves, m, part),
+                                    adds,
+                                );
+                            }
                         }
                     }
                 }

@@ -57,20 +57,16 @@ impl<T: Real, const N: usize> FoldedBlock<T, N> {
         self.planes[if self.folded { plane } else { 0 }].each_ref().map(|line| &line[..self.count])
     }
 
-    /// The lines of a plane to be written.
+    /// The lines of a plane to be written, of which as many columns count as the block has.
     #[inline(always)]
-    pub(crate) fn plane_mut(&mut self, plane: usize) -> [&mut [f64]; N] {
-        let count = self.count;
-        self.planes[plane].each_mut().map(|line| &mut line[..count])
+    pub(crate) fn plane_mut(&mut self, plane: usize) -> &mut [[f64; BLOCK]; N] {
+        &mut self.planes[plane]
     }
 
-    /// Begins a block of `count` columns with planes of zeros.
+    /// Begins a block of `count` columns, every plane of which is to be written.
     #[inline(always)]
-    pub(crate) fn clear(&mut self, count: usize) {
+    pub(crate) fn begin(&mut self, count: usize) {
         self.count = count;
-        for line in self.planes.as_flattened_mut() {
-            line[..count].fill(0.0);
-        }
     }
 
     /// Folds `count` columns from `start` on, of as many rows as there are lines for, or fewer.

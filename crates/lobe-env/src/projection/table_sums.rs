@@ -19,6 +19,15 @@ pub(crate) trait TableSums: Copy {
         planes: [&[f64]; PLANES],
     ) -> [[f64; PLANES]; TABLES];
 
+    /// `to_c(k) = Σ_t tables_t(k) scales_ct`, added to what is there if `adds`, of the first numbers of each line.
+    fn set_scaled<const TABLES: usize, const LINES: usize, const LONGEST: usize>(
+        self,
+        to: &mut [[f64; LONGEST]; LINES],
+        tables: [&[f64]; TABLES],
+        scales: [[f64; TABLES]; LINES],
+        adds: bool,
+    );
+
     /// `to(k) += Σ_t tables_t(k) scales_t`.
     fn add_scaled<const TABLES: usize>(self, to: &mut [f64], tables: [&[f64]; TABLES], scales: [f64; TABLES]);
 }
@@ -60,6 +69,23 @@ impl TableSums for PlainSums {
     }
 
     #[inline(always)]
+    fn set_scaled<const TABLES: usize, const LINES: usize, const LONGEST: usize>(
+        self,
+        to: &mut [[f64; LONGEST]; LINES],
+        tables: [&[f64]; TABLES],
+        scales: [[f64; TABLES]; LINES],
+        adds: bool,
+    ) {
+        for (to, scales) in to.iter_mut().zip(scales) {
+            let to = &mut to[..tables[0].len()];
+            if !adds {
+                to.fill(0.0);
+            }
+            self.add_scaled(to, tables, scales);
+        }
+    }
+
+    #[inline(always)]
     fn add_scaled<const TABLES: usize>(self, to: &mut [f64], tables: [&[f64]; TABLES], scales: [f64; TABLES]) {
         for (table, scale) in tables.into_iter().zip(scales) {
             to.iter_mut().zip(table).for_each(|(to, from)| *to += from * scale);
@@ -95,6 +121,51 @@ impl<S: Simd> TableSums for WideSums<S> {
             }
         }
         sums
+    }
+
+    #[inline(always)]
+    fn set_scaled<const TABLES: usize, const LINES: usize, const LONGEST: usize>(
+        self,
+        to: &mut [[f64; LONGEST]; LINES],
+        tables: [&[f64]; TABLES],
+        scales: [[f64; TABLES]; LINES],
+        adds: bool,
+    ) {
+        let simd = self.0;
+        let count = tables[0].len();
+        let (tables, rests) = registers::<S, TABLES>(tables);
+        let mut wide = [[simd.splat_f64s(0.0); TABLES]; LINES];
+        for c in 0..LINES {
+            for t in 0..TABLES {
+                wide[c][t] = simd.splat_f64s(scales[c][t]);
+            }
+        }
+        let mut of_tables = [simd.splat_f64s(0.0); TABLES];
+        for k in 0..tables[0].len() {
+            for t in 0..TABLES {
+                of_tables[t] = tables[t][k];
+            }
+            for c in 0..LINES {
+                let place = &mut S::as_mut_simd_f64s(&mut to[c]).0[k];
+                let mut sum = if adds { *place } else { simd.splat_f64s(0.0) };
+                for t in 0..TABLES {
+                    sum = simd.mul_add_e_f64s(of_tables[t], wide[c][t], sum);
+                }
+                *place = sum;
+            }
+        }
+        // Fused as well: registers of another width have another rest.
+        for t in 0..TABLES {
+            of_tables[t] = simd.partial_load_f64s(rests[t]);
+        }
+        for c in 0..LINES {
+            let place = &mut to[c][count - rests[0].len()..count];
+            let mut sum = if adds { simd.partial_load_f64s(place) } else { simd.splat_f64s(0.0) };
+            for t in 0..TABLES {
+                sum = simd.mul_add_e_f64s(of_tables[t], wide[c][t], sum);
+            }
+            simd.partial_store_f64s(place, sum);
+        }
     }
 
     #[inline(always)]

@@ -2,7 +2,7 @@
 
 use crate::bvh::binned;
 use crate::bvh::bins::MOST_PRIMITIVES;
-use crate::bvh::closest_stream::ClosestStream;
+use crate::bvh::closest_stream::{AcceptAt, ClosestStream};
 use crate::bvh::collapse::collapse;
 use crate::bvh::interleaved::{AnyHits, ClosestHits};
 use crate::bvh::lanes::Machine;
@@ -10,7 +10,7 @@ use crate::bvh::layers::LeftOut;
 use crate::bvh::ray_frame::ROUNDING;
 use crate::bvh::ray_stream::RayStream;
 use crate::bvh::refit::{cost, refit};
-use crate::bvh::traverse::{AnyHit, Closest, Tree};
+use crate::bvh::traverse::{Accept, AnyHit, Closest, Tree};
 use crate::bvh::wide_node::{Block, Node};
 use crate::scene::mesh::LARGEST_COORDINATE;
 use crate::{Bounds, Hit, Ray, Scene, Simd};
@@ -230,7 +230,13 @@ impl Bvh {
     /// Whether any hit is accepted: with [`Scene::stops`], rays pass through the holes of alpha masks
     /// and through glass.
     #[must_use]
-    pub fn is_occluded_where(&self, ray: &Ray, accept: impl FnMut(Hit) -> bool) -> bool {
+    pub fn is_occluded_where(&self, ray: &Ray, mut accept: impl FnMut(&Hit) -> bool) -> bool {
+        self.is_occluded_by(ray, &mut accept)
+    }
+
+    /// Compiled here, and not in every crate that asks.
+    #[inline(never)]
+    fn is_occluded_by(&self, ray: &Ray, accept: Accept<'_>) -> bool {
         self.machine.run(AnyHit { tree: self.tree(), ray, accept })
     }
 
@@ -263,7 +269,18 @@ impl Bvh {
         origin: [f32; 3],
         directions: &[[f32; 3]],
         hits: &mut [Option<Hit>],
-        accept: impl FnMut(usize, &Hit) -> bool,
+        mut accept: impl FnMut(usize, &Hit) -> bool,
+    ) {
+        self.closest_from_by(origin, directions, hits, &mut accept);
+    }
+
+    #[inline(never)]
+    fn closest_from_by(
+        &self,
+        origin: [f32; 3],
+        directions: &[[f32; 3]],
+        hits: &mut [Option<Hit>],
+        accept: AcceptAt<'_>,
     ) {
         assert_eq!(directions.len(), hits.len(), "directions and hits");
         self.machine.run(ClosestStream { tree: self.tree(), origin, directions, hits, accept });
@@ -277,7 +294,12 @@ impl Bvh {
 
     /// The closest hit that is accepted.
     #[must_use]
-    pub fn closest_where(&self, ray: &Ray, accept: impl FnMut(&Hit) -> bool) -> Option<Hit> {
+    pub fn closest_where(&self, ray: &Ray, mut accept: impl FnMut(&Hit) -> bool) -> Option<Hit> {
+        self.closest_by(ray, &mut accept)
+    }
+
+    #[inline(never)]
+    fn closest_by(&self, ray: &Ray, accept: Accept<'_>) -> Option<Hit> {
         self.machine.run(Closest { tree: self.tree(), ray, accept })
     }
 

@@ -4,7 +4,7 @@ use crate::bvh::edge_planes::EdgePlanes;
 use crate::bvh::lanes::{Lanes, WIDTH, Work};
 use crate::bvh::ray_frame::{BUNDLE, numbers};
 use crate::bvh::ray_stream::{Bundle, BundleQuery, for_each_bundle};
-use crate::bvh::traverse::{Closest, END_ROOM, Stack, Tree};
+use crate::bvh::traverse::{Accept, Closest, END_ROOM, Stack, Tree};
 use crate::bvh::watertight::ShearedRay;
 use crate::bvh::wide_node::{BLOCK_BIT, Block};
 use crate::{Hit, Ray};
@@ -16,16 +16,19 @@ use crate::{Hit, Ray};
 /// a ray leaves the sets of boxes that lie beyond its hit. Planes through the point rule triangles out; those that are
 /// left are hit where [`ShearedRay::hit`] says so. Hits are those of one ray at a time, bit by bit: the least by
 /// distance and, of equal ones, by triangle.
-pub(crate) struct ClosestStream<'a, 'r, F> {
+pub(crate) struct ClosestStream<'a, 'r> {
     pub(crate) tree: Tree<'a>,
     pub(crate) origin: [f32; 3],
     pub(crate) directions: &'r [[f32; 3]],
     pub(crate) hits: &'r mut [Option<Hit>],
     /// Whether a ray, told by its place, stops at a hit.
-    pub(crate) accept: F,
+    pub(crate) accept: AcceptAt<'r>,
 }
 
-impl<F: FnMut(usize, &Hit) -> bool> Work for ClosestStream<'_, '_, F> {
+/// What accepts a hit of a ray at a place among others.
+pub(crate) type AcceptAt<'r> = &'r mut dyn FnMut(usize, &Hit) -> bool;
+
+impl Work for ClosestStream<'_, '_> {
     type Output = ();
 
     #[inline(always)]
@@ -38,14 +41,14 @@ impl<F: FnMut(usize, &Hit) -> bool> Work for ClosestStream<'_, '_, F> {
 /// A child that waits: its index, how far all rays go at least before they meet it, and the rays that do.
 type Waiting = (u32, f32, u64);
 
-struct ClosestHits<'r, F> {
+struct ClosestHits<'r> {
     hits: &'r mut [Option<Hit>],
-    accept: F,
+    accept: AcceptAt<'r>,
     stack: Stack<Waiting>,
     found: Found,
 }
 
-impl<F: FnMut(usize, &Hit) -> bool> BundleQuery for ClosestHits<'_, F> {
+impl BundleQuery for ClosestHits<'_> {
     #[inline(always)]
     fn bundle<L: Lanes>(&mut self, lanes: L, bundle: &Bundle<'_, L>) {
         let Self { hits, accept, stack, found } = self;
@@ -82,8 +85,8 @@ impl<F: FnMut(usize, &Hit) -> bool> BundleQuery for ClosestHits<'_, F> {
 
     #[inline(always)]
     fn single<L: Lanes>(&mut self, lanes: L, tree: &Tree<'_>, ray: &Ray, place: usize) {
-        let accept = |hit: &Hit| (self.accept)(place, hit);
-        self.hits[place] = Closest { tree: *tree, ray, accept }.work(lanes);
+        let accept: Accept<'_> = &mut |hit| (self.accept)(place, hit);
+        self.hits[place] = lanes.run(Closest { tree: *tree, ray, accept });
     }
 }
 
@@ -130,14 +133,7 @@ impl Found {
 
     /// Intersects rays with the triangles of a block, and shortens those that hit.
     #[inline(always)]
-    fn meet<L: Lanes>(
-        &mut self,
-        lanes: L,
-        bundle: &Bundle<'_, L>,
-        block: &Block,
-        set: u64,
-        accept: &mut impl FnMut(usize, &Hit) -> bool,
-    ) {
+    fn meet<L: Lanes>(&mut self, lanes: L, bundle: &Bundle<'_, L>, block: &Block, set: u64, accept: AcceptAt<'_>) {
         let planes = EdgePlanes::new(lanes, block.corners(), bundle.start.origin);
         for (lane, possible) in planes.may_hit(lanes, bundle.rays, set).into_iter().enumerate() {
             for k in numbers(possible) {

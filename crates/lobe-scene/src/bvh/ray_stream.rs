@@ -114,7 +114,7 @@ impl BundleQuery for Occlusion<'_> {
 
     #[inline(always)]
     fn single<L: Lanes>(&mut self, lanes: L, tree: &Tree<'_>, ray: &Ray, place: usize) {
-        self.occluded[place] = AnyHit { tree: *tree, ray, accept: |_| true }.work(lanes);
+        self.occluded[place] = lanes.run(AnyHit { tree: *tree, ray, accept: &mut |_| true });
     }
 }
 

@@ -74,7 +74,7 @@ impl<'a> SurfaceRays<'a> {
             return (!self.is_occluded(ray)).then_some([1.0; 3]);
         }
         let mut passed = Vec::new();
-        let stops = self.bvh.is_occluded_where(ray, |hit| self.stops_or_passes(ray, &hit, &mut passed));
+        let stops = self.bvh.is_occluded_where(ray, |hit| self.stops_or_passes(ray, hit, &mut passed));
         (!stops).then(|| product(passed))
     }
 
@@ -139,7 +139,7 @@ impl<'a> SurfaceRays<'a> {
     #[must_use]
     pub fn is_occluded(&self, ray: &Ray) -> bool {
         if self.has_holes {
-            self.bvh.is_occluded_where(ray, |hit| self.scene.stops(ray, &hit))
+            self.bvh.is_occluded_where(ray, |hit| self.scene.stops(ray, hit))
         } else {
             self.bvh.is_occluded(ray)
         }

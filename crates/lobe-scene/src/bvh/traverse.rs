@@ -85,23 +85,27 @@ impl<T: Copy + Default> Stack<T> {
     }
 }
 
+/// What accepts a hit of one ray: asked a few times for each ray, so that a call costs next to nothing. The code of
+/// rays is compiled once for each kind of instructions, and not for every question again.
+pub(crate) type Accept<'r> = &'r mut dyn FnMut(&Hit) -> bool;
+
 /// The query for any accepted hit.
-pub(crate) struct AnyHit<'a, 'r, F> {
+pub(crate) struct AnyHit<'a, 'r> {
     pub(crate) tree: Tree<'a>,
     pub(crate) ray: &'r Ray,
-    pub(crate) accept: F,
+    pub(crate) accept: Accept<'r>,
 }
 
-impl<F: FnMut(Hit) -> bool> Work for AnyHit<'_, '_, F> {
+impl Work for AnyHit<'_, '_> {
     type Output = bool;
 
     #[inline(always)]
-    fn work<L: Lanes>(mut self, lanes: L) -> bool {
+    fn work<L: Lanes>(self, lanes: L) -> bool {
         let Ray { origin, t_max, .. } = *self.ray;
         let start = RayOrigin::new(origin, self.tree.bounds);
         start.frame_of(self.ray).is_some_and(|frame| {
             let ray = ShearedRay::new(origin, &frame, t_max);
-            any_hit(lanes, &self.tree, &frame, &ray, t_max, &mut self.accept)
+            any_hit(lanes, &self.tree, &frame, &ray, t_max, self.accept)
         })
     }
 }
@@ -116,7 +120,7 @@ fn any_hit<L: Lanes>(
     frame: &RayFrame,
     ray: &ShearedRay,
     t_max: f32,
-    accept: &mut impl FnMut(Hit) -> bool,
+    accept: Accept<'_>,
 ) -> bool {
     let slabs = SlabRay::new(lanes, frame);
     let t_max = lanes.splat(t_max * frame.longest * END_ROOM);
@@ -138,7 +142,7 @@ fn any_hit<L: Lanes>(
                 next = Some(node.child(last as usize));
                 continue;
             }
-        } else if tree.blocks[(item & !BLOCK_BIT) as usize].hits(lanes, ray, &mut *accept) {
+        } else if tree.blocks[(item & !BLOCK_BIT) as usize].hits(lanes, ray, |hit| accept(&hit)) {
             return true;
         }
         next = stack.pop();
@@ -147,17 +151,17 @@ fn any_hit<L: Lanes>(
 }
 
 /// The query for the closest accepted hit; of equally close ones that of the triangle with the smallest index.
-pub(crate) struct Closest<'a, 'r, F> {
+pub(crate) struct Closest<'a, 'r> {
     pub(crate) tree: Tree<'a>,
     pub(crate) ray: &'r Ray,
-    pub(crate) accept: F,
+    pub(crate) accept: Accept<'r>,
 }
 
-impl<F: FnMut(&Hit) -> bool> Work for Closest<'_, '_, F> {
+impl Work for Closest<'_, '_> {
     type Output = Option<Hit>;
 
     #[inline(always)]
-    fn work<L: Lanes>(mut self, lanes: L) -> Option<Hit> {
+    fn work<L: Lanes>(self, lanes: L) -> Option<Hit> {
         let ray = self.ray;
         let frame = RayOrigin::new(ray.origin, self.tree.bounds).frame_of(ray)?;
         let sheared = ShearedRay::new(ray.origin, &frame, ray.t_max);

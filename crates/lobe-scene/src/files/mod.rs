@@ -3,8 +3,10 @@
 //! Read `by_extension` first, which chooses the format; then `source`, the input of every reader, which keeps the
 //! limits and, by `folder`, to the folder; then `read_ply`, a file of its own, and `read_obj` and `read_gltf`, whose
 //! parts are in the folders `obj` and `gltf`. `polygon` makes triangles of faces, `picture` textures of pictures, with
-//! `jpeg_end` to see whether all is there. Uses `scene`.
+//! `jpeg_end` to see whether all is there. `built_without` stands in for decoders that a build leaves out. Uses `scene`.
 
+#[cfg(any(test, not(feature = "compressed")))]
+pub(crate) mod built_without;
 pub(crate) mod by_extension;
 pub(crate) mod folder;
 pub(crate) mod gltf;

@@ -3,6 +3,7 @@
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+#[cfg(feature = "compressed")]
 use basisu::{DecodeFlags, TargetFormat, Transcoder};
 use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
@@ -15,6 +16,7 @@ use crate::{SceneError, Texture, Wrap};
 const KTX2: &[u8] = &[0xAB, b'K', b'T', b'X', b' ', b'2', b'0'];
 
 /// The number that a KTX2 has for the compression of its levels by Zstandard.
+#[cfg(feature = "compressed")]
 const ZSTANDARD: u32 = 2;
 
 /// The most memory that the PNG decoder takes besides the picture, for a row, a profile and texts.
@@ -127,7 +129,13 @@ fn rgba(raw: &[u8], channels: usize) -> Vec<[u8; 4]> {
     raw.chunks_exact(channels).map(texel).collect()
 }
 
+#[cfg(not(feature = "compressed"))]
+fn decode_ktx2(_: &[u8], name: &str, source: &mut Source<'_>) -> Result<Texels, SceneError> {
+    Err(source.unsupported(crate::files::built_without::message(&format!("{name}: a Basis Universal texture in KTX2"))))
+}
+
 /// The first level of a Basis Universal texture, the only kind that glTF allows in KTX2.
+#[cfg(feature = "compressed")]
 fn decode_ktx2(bytes: &[u8], name: &str, source: &mut Source<'_>) -> Result<Texels, SceneError> {
     let size = |at: usize| bytes.get(at..at + 4).and_then(|word| word.try_into().ok()).map_or(0, u32::from_le_bytes);
     // The header has the identifier, the format, the size of its type at 16, width, height, depth, layers, faces, levels

@@ -131,6 +131,7 @@ impl<'a> Source<'a> {
     }
 
     /// The bytes that may still be taken.
+    #[cfg(feature = "compressed")]
     pub(crate) fn bytes_left(&self) -> u64 {
         self.options.max_bytes.saturating_sub(self.bytes_taken())
     }

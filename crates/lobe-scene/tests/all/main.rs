@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod common;
+#[cfg(feature = "compressed")]
 mod compressed;
 mod damaged_files;
 mod far_coordinates;
@@ -14,6 +15,7 @@ mod motion_shapes;
 mod motion_skins;
 mod normal_maps;
 mod obj_normals;
+#[cfg(feature = "compressed")]
 mod other_encoders;
 mod outside;
 mod ply_attributes;

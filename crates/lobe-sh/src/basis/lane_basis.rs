@@ -66,16 +66,29 @@ pub(crate) fn tile_basis<S: Simd, T: Lane>(
     tile: &Tile<T>,
     out: &mut impl TilePlaces<S, T>,
 ) {
-    let registers = TILE / T::count::<S>();
     if order <= STRAIGHT_TILES {
-        for r in 0..registers {
+        for r in 0..TILE / T::count::<S>() {
             out.begin(r);
             let [x, y, z] = tile;
             let s = [Wide::load_array(simd, x, r), Wide::load_array(simd, y, r), Wide::load_array(simd, z, r)];
             basis_of_tiles(simd, order, s, out);
             out.end(1);
         }
-    } else if registers >= 4 {
+    } else {
+        tile_by_recurrence(simd, constants, order, tile, out);
+    }
+}
+
+/// The same of orders above [`STRAIGHT_TILES`].
+#[inline(always)]
+pub(crate) fn tile_by_recurrence<S: Simd, T: Lane>(
+    simd: S,
+    constants: &Constants<T>,
+    order: usize,
+    tile: &Tile<T>,
+    out: &mut impl TilePlaces<S, T>,
+) {
+    if TILE / T::count::<S>() >= 4 {
         tile_recurrence::<S, T, 4>(simd, constants, order, tile, out);
     } else {
         tile_recurrence::<S, T, 2>(simd, constants, order, tile, out);

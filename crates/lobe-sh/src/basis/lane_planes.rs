@@ -3,7 +3,7 @@
 use pulp::Simd;
 
 use crate::basis::index::coefficient_count;
-use crate::basis::lane_basis::{STRAIGHT_TILES, TILE, Tile, TilePlaces, tile_basis};
+use crate::basis::lane_basis::{STRAIGHT_TILES, TILE, Tile, TilePlaces, tile_by_recurrence};
 use crate::basis::lane_recurrence::PlacesTogether;
 use crate::basis::lane_rows::{column_order, tile_rows};
 use crate::basis::places::Places;
@@ -75,7 +75,7 @@ impl<T: Lane> EvalPlanes<'_, T> {
         while done + TILE <= stride {
             let tile = self.tile(done);
             let mut places = Planes { values: &mut *self.out, stride, start: done, first: 0 };
-            tile_basis(simd, self.constants, self.order, &tile, &mut places);
+            tile_by_recurrence(simd, self.constants, self.order, &tile, &mut places);
             done += TILE;
         }
         done

@@ -2,7 +2,7 @@
 
 use alloc::vec::Vec;
 
-use pulp::Simd;
+use pulp::{Simd, WithSimd};
 
 use crate::basis::index::{coefficient_count, coefficient_index};
 use crate::basis::lane_basis::{TILE, Tile, TilePlaces, tile_basis};
@@ -27,6 +27,8 @@ pub(crate) fn column_order(order: usize) -> Vec<usize> {
 
 /// The values towards a tile of directions, a row for each function, in [`column_order`]: they are written one after the other, as
 /// the recurrence has them, to every `step`th row of `y`.
+///
+/// Compiled once for each kind of register, and not in each kernel that has rows.
 #[inline(always)]
 pub(crate) fn tile_rows<S: Simd, T: Lane>(
     simd: S,
@@ -36,7 +38,25 @@ pub(crate) fn tile_rows<S: Simd, T: Lane>(
     y: &mut [[T; TILE]],
     step: usize,
 ) {
-    tile_basis(simd, constants, order, tile, &mut Rows { y, step, at: 0, first: 0, together: 0 });
+    simd.vectorize(TileRows { constants, order, tile, y, step });
+}
+
+struct TileRows<'a, T> {
+    constants: &'a Constants<T>,
+    order: usize,
+    tile: &'a Tile<T>,
+    y: &'a mut [[T; TILE]],
+    step: usize,
+}
+
+impl<T: Lane> WithSimd for TileRows<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { constants, order, tile, y, step } = self;
+        tile_basis(simd, constants, order, tile, &mut Rows { y, step, at: 0, first: 0, together: 0 });
+    }
 }
 
 /// Rows of a tile that are filled in the order in which values come.

@@ -1,11 +1,13 @@
 //! Rotation of coefficients by Euler angles, with rotations about z and fixed exchanges of y and z.
 
 use crate::basis::index::{band_range, coefficient_count, order_of_slice};
+use crate::prelude::*;
 use crate::rotation::cos_sin::CosSin;
 use crate::rotation::high_bands::{FIRST_HIGH_BAND, rotate_high_bands};
 use crate::rotation::low_bands::{MIDDLE_BANDS, rotate_middle_bands};
 use crate::rotation::yz_exchange::{SplitBand, YzExchange, YzExchangeBand};
-use crate::{Coefficient, Real};
+use crate::scalar::TypedSliceMut;
+use crate::{Coefficient, Real, Rgb};
 
 /// Orders up to this one work on the stack alone.
 const STACK_ORDER: usize = 11;
@@ -41,12 +43,43 @@ pub(crate) fn rotate_bands_zyz<T: Coefficient>(angles: [CosSin; 3], coefficients
     rotate_bands_by_tables(angles, 0, coefficients);
 }
 
-/// Rotates the bands from `first_band` on that have no code of their own.
+/// Rotates the bands from `first_band` on that have no code of their own: colors channel by channel, which is the same
+/// and compiled once less for each kind of number.
 pub(crate) fn rotate_bands_by_tables<T: Coefficient>(angles: [CosSin; 3], first_band: usize, coefficients: &mut [T]) {
     let all = coefficients;
     rotate_high_bands(angles, all);
     let order = order_of_slice(all).min(FIRST_HIGH_BAND);
+    let start = band_range(first_band).start;
+    if coefficient_count(order) <= start {
+        return;
+    }
     let coefficients = &mut all[..coefficient_count(order)];
+    match T::typed_mut(coefficients) {
+        TypedSliceMut::Single(numbers) => rotate_numbers(angles, first_band, numbers),
+        TypedSliceMut::Double(numbers) => rotate_numbers(angles, first_band, numbers),
+        TypedSliceMut::SingleColors(colors) => rotate_channels(angles, first_band, colors),
+        TypedSliceMut::DoubleColors(colors) => rotate_channels(angles, first_band, colors),
+    }
+}
+
+fn rotate_channels<S: Real>(angles: [CosSin; 3], first_band: usize, colors: &mut [Rgb<S>]) {
+    let (mut few, mut many) = ([S::ZERO; STACK_ORDER * STACK_ORDER], Vec::new());
+    let numbers = match few.get_mut(..colors.len()) {
+        Some(few) => few,
+        None => {
+            many.resize(colors.len(), S::ZERO);
+            &mut many
+        }
+    };
+    for c in 0..Rgb::<S>::CHANNELS {
+        numbers.iter_mut().zip(&*colors).for_each(|(number, color)| *number = color.channel(c));
+        rotate_numbers(angles, first_band, numbers);
+        numbers.iter().zip(&mut *colors).for_each(|(number, color)| *color.channel_mut(c) = *number);
+    }
+}
+
+fn rotate_numbers<T: Real>(angles: [CosSin; 3], first_band: usize, coefficients: &mut [T]) {
+    let order = order_of_slice(coefficients);
     if order <= STACK_ORDER {
         let (mut work, mut turns) = ([T::ZERO; STACK_PLACES], [T::Scalar::ZERO; STACK_ROTATION_PLACES]);
         rotate_with(angles, first_band, coefficients, &mut work, &mut turns);

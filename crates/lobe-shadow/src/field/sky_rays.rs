@@ -129,7 +129,7 @@ impl<'a> SkyRays<'a> {
         if self.has_holes {
             for (direction, occluded) in directions.iter().zip(occluded) {
                 let ray = Ray::new(origin, *direction);
-                *occluded = self.bvh.is_occluded_where(&ray, |hit| self.scene.stops(&ray, &hit));
+                *occluded = self.bvh.is_occluded_where(&ray, |hit| self.scene.stops(&ray, hit));
             }
         } else {
             self.bvh.occluded_from_into(origin, directions, occluded);

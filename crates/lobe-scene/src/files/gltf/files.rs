@@ -91,6 +91,7 @@ impl GltfFile {
     }
 
     /// Empties the buffers that nothing uses any more.
+    #[cfg(feature = "compressed")]
     pub(crate) fn drop_unused_buffers(&mut self) {
         let used = self.used_buffers();
         let buffers = self.buffers.iter_mut().enumerate();

@@ -12,6 +12,7 @@
 pub(crate) mod accessor;
 pub(crate) mod container;
 pub(crate) mod document;
+#[cfg(feature = "compressed")]
 pub(crate) mod draco;
 pub(crate) mod extensions;
 pub(crate) mod files;
@@ -19,6 +20,7 @@ pub(crate) mod flat;
 pub(crate) mod from_scene;
 pub(crate) mod instancing;
 pub(crate) mod materials;
+#[cfg(feature = "compressed")]
 pub(crate) mod meshopt;
 pub(crate) mod middles;
 pub(crate) mod nodes;
