@@ -219,6 +219,7 @@ macro_rules! options {
 }
 
 #[cfg(test)]
+#[expect(dead_code, unreachable_pub, reason = "made by the macro, for the crates that use it")]
 mod tests {
     use serde_json::json;
 

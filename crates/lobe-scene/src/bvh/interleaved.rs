@@ -109,7 +109,7 @@ struct AnyHitStep<'r, F> {
     accept: F,
 }
 
-impl<F: FnMut(usize, Hit) -> bool> Work for AnyHits<'_, '_, F> {
+impl<F: FnMut(usize, &Hit) -> bool> Work for AnyHits<'_, '_, F> {
     type Output = ();
 
     #[inline(always)]
@@ -119,7 +119,7 @@ impl<F: FnMut(usize, Hit) -> bool> Work for AnyHits<'_, '_, F> {
     }
 }
 
-impl<L: Lanes, F: FnMut(usize, Hit) -> bool> Step<L> for AnyHitStep<'_, F> {
+impl<L: Lanes, F: FnMut(usize, &Hit) -> bool> Step<L> for AnyHitStep<'_, F> {
     type Item = u32;
 
     #[inline(always)]
@@ -134,7 +134,7 @@ impl<L: Lanes, F: FnMut(usize, Hit) -> bool> Step<L> for AnyHitStep<'_, F> {
         } else {
             let block = &tree.blocks[(item & !BLOCK_BIT) as usize];
             let (place, accept) = (walker.place, &mut self.accept);
-            if block.hits(lanes, &walker.ray, |hit| accept(place, hit)) {
+            if block.hits(lanes, &walker.ray, |hit| accept(place, &hit)) {
                 self.occluded[place] = true;
                 return true;
             }
@@ -244,7 +244,7 @@ mod tests {
             for count in [0, 1, IN_TURNS - 1, IN_TURNS, rays.len()] {
                 let (rays, tree) = (&rays[..count], bvh.tree());
                 let mut occluded = vec![true; count];
-                let accept_any = |place: usize, hit: Hit| accept(place, hit.triangle);
+                let accept_any = |place: usize, hit: &Hit| accept(place, hit.triangle);
                 bvh.machine.run(AnyHits { tree, rays, occluded: &mut occluded, accept: accept_any });
                 let mut hits = vec![None; count];
                 let accept_closest = |place: usize, hit: &Hit| accept(place, hit.triangle);

@@ -113,7 +113,7 @@ impl<'a> SurfaceRays<'a> {
     /// Whether each of many rays stops anywhere.
     fn are_occluded_into(&self, rays: &[Ray], occluded: &mut [bool]) {
         if self.has_holes {
-            self.bvh.occluded_where_into(rays, occluded, |place, hit| self.scene.stops(&rays[place], &hit));
+            self.bvh.occluded_where_into(rays, occluded, |place, hit| self.scene.stops(&rays[place], hit));
         } else {
             self.bvh.occluded_into(rays, occluded);
         }
