@@ -1,9 +1,9 @@
 //! Arguments that several commands share: inputs, outputs, numbers and limits, with their checks.
 //!
-//! `job_args` makes options of the table of a job. `values` parses numbers, `exponential` names of exponentials. `input`, `map_input`, `scene_input` (which
-//! `open_scene` opens) and `transfer_input` open files, `output`, `map_output`
-//! and `picture` check and write them; `fisheye` is how `map_input` reads some; `compression`, `field_storage`, `memory`, `scene_limits`, `sharing` and `turn` are options, `names` declares the values of
-//! others. Uses `run`.
+//! `values` parses numbers, `exponential` names of exponentials. `job_args` makes options of the table of a job. `input`,
+//! `map_input`, `scene_input` (which `open_scene` opens) and `transfer_input` open files. `output`, `map_output` and
+//! `picture` check and write them; `fisheye` is how `map_input` reads some. `compression`, `field_storage`, `memory`,
+//! `scene_limits`, `sharing` and `turn` are options, `names` declares the values of others. Uses `run`.
 
 pub(crate) mod compression;
 pub(crate) mod exponential;

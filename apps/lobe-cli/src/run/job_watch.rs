@@ -51,8 +51,8 @@ impl Steps<'_> {
     }
 }
 
-/// Does work with a line of progress for each step, until it is done or the user presses Ctrl-C. `kept` is the file that
-/// results are kept in, if the user is to hear of what was found in it.
+/// Does work with a line of progress for each step, until it is done or the user presses Ctrl-C. Results are in `kept`,
+/// if the user is to hear of what was found there.
 pub(crate) fn watched_job<T, E: Cancellable>(
     talk: Talk,
     kept: Option<&Path>,

@@ -484,7 +484,7 @@ fn a_job_in_a_file_and_the_recipe_of_a_bake_give_the_same_bytes() {
     assert_eq!(dir.baked("low.glb").transfer.order(), 1, "options count more");
     for (text, expected) in [
         ("order = 9\n", "bad.toml: order: expected an order (number of bands) from 1 to 8, found 9"),
-        ("oder = 3\n", "bad.toml: oder: there is no such option; order is the nearest"),
+        ("orders = 3\n", "bad.toml: orders: there is no such option; order is the nearest"),
         ("order = \n", "bad.toml: line 1: "),
     ] {
         dir.file("bad.toml", text);

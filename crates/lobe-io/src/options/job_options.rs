@@ -107,7 +107,7 @@ fn check_values(fields: &[&OptionField], values: &Map<String, Value>) -> Result<
     Ok(())
 }
 
-/// The least number of letters that are put in, left out or replaced between two words [Levenshtein 1966].
+/// The edit distance of two words: the least number of letters that are put in, left out or replaced.
 fn distance(a: &str, b: &str) -> usize {
     let b: Vec<char> = b.chars().collect();
     let mut row: Vec<usize> = (0..=b.len()).collect();
@@ -283,7 +283,7 @@ mod tests {
         for (asked, expected) in [
             (json!({"order": 9}), "order: expected an order from 1 to 8, found 9"),
             (json!({"up": "x"}), "up: expected y or z, found \"x\""),
-            (json!({"oder": 3}), "oder: there is no such option; order is the nearest"),
+            (json!({"orders": 3}), "orders: there is no such option; order is the nearest"),
             (json!({"max_edge": 1.0, "is_flat": true}), "max_edge: not with is_flat"),
         ] {
             assert_eq!(read(asked.clone()).unwrap_err().to_string(), expected, "{asked}");

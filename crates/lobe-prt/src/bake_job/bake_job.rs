@@ -76,7 +76,7 @@ options! {
         /// Where the albedo of the surface itself is; not of `mode` glossy and `grid`, whose matrices never have it
         albedo: Option<AlbedoMode> = None, OptionKind::Name(&[
             ("vertex", "In the transfer: what is shown has the detail of vertices"),
-            ("none", "Nowhere: what shows it multiplies by the base color of each pixel, with the detail of textures"),
+            ("none", "Nowhere: lobe render, or your shader, multiplies by the base color of each pixel, with the detail of textures"),
         ]), "WHERE", "none if a texture colors any surface, else vertex";
         /// Keep the transfer of the backs of double-sided surfaces in the file, too, for the side from which corners
         /// run clockwise. Without it lobe render bakes those that it shows, and other programs have none. Only in a

@@ -129,7 +129,7 @@ mod tests {
     fn a_job_like_a_baked_file_gives_its_bytes_again() {
         let folder = tempfile::tempdir().unwrap();
         for (asked, ending) in [
-            (json!({"max_vertices": 600}), "glb"),
+            (json!({"max_vertices": 7100}), "glb"),
             (json!({"no_split": true, "mode": "shadowed", "albedo": "none"}), "glb"),
             (json!({"clusters": 3, "weights": 8, "no_split": true}), "safetensors"),
             (json!({"mode": "glossy"}), "safetensors"),

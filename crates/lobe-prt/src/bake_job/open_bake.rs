@@ -5,10 +5,8 @@ use std::sync::Arc;
 use lobe_io::{Job, JobOptions as _, OptionError};
 use lobe_scene::{GltfDocument, Mesh, Scene, ScenePose};
 
-use crate::bake_job::bake_files::BakeFiles;
 use crate::bake_job::bake_job::{BakeJob, ends_in};
 use crate::bake_job::lightmap_scene::{LightmapScene, lightmap_scene};
-use crate::bake_job::prepared_bake::PreparedBake;
 use crate::{AdaptiveOptions, AdaptiveReport, BakeMode, BakeWork, BakedGlb, PrtError, TexelReceivers};
 
 /// A bake whose scene is read.
@@ -60,44 +58,8 @@ impl OpenBake {
         &self.job
     }
 
-    /// Splits triangles where transfer is off, unless the options say otherwise, with rounds kept beside the output if
-    /// there is one. Refuses work whose results could not be stored before it begins.
-    ///
-    /// # Errors
-    /// Those of [`BakeWork::at_vertices`] and its like, [`split_adaptively`](crate::split_adaptively) and
-    /// [`BakedGlb::check_size`]; [`PrtError::Refused`] for a grid or a lightmap that cannot be, and for what takes more
-    /// memory than allowed.
-    pub fn prepared(mut self, files: Option<&BakeFiles>, mut work: Job<'_>) -> Result<PreparedBake, PrtError> {
-        if let Some(note) = self.lightmap.note.take() {
-            work.note(&self.job.source.name(), &note);
-        }
-        if !self.job.is_split() {
-            let points = self.work(Arc::clone(&self.scene))?;
-            return Ok(PreparedBake { open: self, work: points, split: None });
-        }
-        self.check_glb()?;
-        let light = self.job.light(&self.scene);
-        let whole = BakeWork::at_vertices(Arc::clone(&self.scene), light.clone())?;
-        if self.job.is_glb() {
-            BakedGlb::of_scene(&self.scene).check_size(self.job.order, whole.channels())?;
-        }
-        let mut part = work.step("split");
-        if let Some(files) = files {
-            files.check_room(whole.file_bytes(), whole.bytes())?;
-            part = part.kept_in(files.checkpoint());
-        }
-        let options = self.job.splitting(&self.scene, light)?;
-        let (split, report) = whole.split(&options, part)?;
-        work.note(&self.job.source.name(), &note_of_split(&split, (&options, &report)));
-        drop(whole);
-        // The scene that was read is of no more use.
-        self.scene = Arc::new(split);
-        let points = self.work(Arc::clone(&self.scene))?;
-        Ok(PreparedBake { open: self, work: points, split: Some((options, report)) })
-    }
-
     /// The points that are asked for in a scene, and what is baked there.
-    fn work(&self, scene: Arc<Scene>) -> Result<BakeWork, PrtError> {
+    pub(crate) fn work(&self, scene: Arc<Scene>) -> Result<BakeWork, PrtError> {
         let (job, light) = (&self.job, self.job.light(&scene));
         if let Some(counts) = job.grid {
             return BakeWork::in_grid(scene, counts, job.grid_box, light).map_err(|error| match error {
@@ -132,7 +94,7 @@ impl OpenBake {
     }
 
     /// Refuses a .glb that cannot be, before the scene is split.
-    fn check_glb(&self) -> Result<(), PrtError> {
+    pub(crate) fn check_glb(&self) -> Result<(), PrtError> {
         if self.job.is_glb() {
             self.check_document(&self.scene)?;
             self.glb(self.document.clone(), &self.scene)?;
@@ -179,7 +141,7 @@ fn tell_of_normal_maps(job: &BakeJob, scene: &Scene, work: &mut Job<'_>) {
 }
 
 /// The outcome of splitting where transfer is off, and what is left to do.
-fn note_of_split(scene: &Scene, (options, report): (&AdaptiveOptions, &AdaptiveReport)) -> String {
+pub(crate) fn note_of_split(scene: &Scene, (options, report): (&AdaptiveOptions, &AdaptiveReport)) -> String {
     let AdaptiveReport { vertices_before, vertices, error, error_bound, too_short, worst, .. } = report;
     let text =
         format!("{vertices} vertices after splitting, {vertices_before} before; interpolated transfer is off by");

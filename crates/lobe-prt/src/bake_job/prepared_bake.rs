@@ -1,13 +1,14 @@
 //! A bake that is ready: what is baked at which points, and the file that waits for it.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use lobe_io::{Job, OptionError, Progress, Shard};
 use lobe_scene::GltfDocument;
 
 use crate::bake_job::bake_files::BakeFiles;
 use crate::bake_job::bake_job::{BakeJob, ends_in};
-use crate::bake_job::open_bake::{OpenBake, SplitBy};
+use crate::bake_job::open_bake::{OpenBake, SplitBy, note_of_split};
 use crate::{
     AdaptiveReport, BakeReport, BakeWork, BakedGlb, BakedRows, CompressOptions, CompressReport, CompressedTransfer,
     FittedVertices, LightmapGlb, PrtError, Recipe, Transfer, double_sided_vertices, write_compressed_transfer,
@@ -37,6 +38,44 @@ pub struct BakeDone {
     pub split: Option<AdaptiveReport>,
     /// How transfer was compressed, if it was.
     pub compression: Option<CompressReport>,
+}
+
+impl OpenBake {
+    /// Splits triangles where transfer is off, unless the options say otherwise, with rounds kept beside the output if
+    /// there is one. Refuses work whose results could not be stored before it begins.
+    ///
+    /// # Errors
+    /// Those of [`BakeWork::at_vertices`] and its like, [`split_adaptively`](crate::split_adaptively) and
+    /// [`BakedGlb::check_size`]; [`PrtError::Refused`] for a grid or a lightmap that cannot be, and for what takes more
+    /// memory than allowed.
+    pub fn prepared(mut self, files: Option<&BakeFiles>, mut work: Job<'_>) -> Result<PreparedBake, PrtError> {
+        if let Some(note) = self.lightmap.note.take() {
+            work.note(&self.job.source.name(), &note);
+        }
+        if !self.job.is_split() {
+            let points = self.work(Arc::clone(&self.scene))?;
+            return Ok(PreparedBake { open: self, work: points, split: None });
+        }
+        self.check_glb()?;
+        let light = self.job.light(&self.scene);
+        let whole = BakeWork::at_vertices(Arc::clone(&self.scene), light.clone())?;
+        if self.job.is_glb() {
+            BakedGlb::of_scene(&self.scene).check_size(self.job.order, whole.channels())?;
+        }
+        let mut part = work.step("split");
+        if let Some(files) = files {
+            files.check_room(whole.file_bytes(), whole.bytes())?;
+            part = part.kept_in(files.checkpoint());
+        }
+        let options = self.job.splitting(&self.scene, light)?;
+        let (split, report) = whole.split(&options, part)?;
+        work.note(&self.job.source.name(), &note_of_split(&split, (&options, &report)));
+        drop(whole);
+        // The scene that was read is of no more use.
+        self.scene = Arc::new(split);
+        let points = self.work(Arc::clone(&self.scene))?;
+        Ok(PreparedBake { open: self, work: points, split: Some((options, report)) })
+    }
 }
 
 impl PreparedBake {

@@ -319,7 +319,12 @@ impl Bvh {
     ///
     /// # Panics
     /// If the lengths differ.
-    pub fn occluded_where_into(&self, rays: &[Ray], occluded: &mut [bool], mut accept: impl FnMut(usize, &Hit) -> bool) {
+    pub fn occluded_where_into(
+        &self,
+        rays: &[Ray],
+        occluded: &mut [bool],
+        mut accept: impl FnMut(usize, &Hit) -> bool,
+    ) {
         assert_eq!(rays.len(), occluded.len(), "rays and answers");
         if self.bytes() < OCCLUDED_IN_TURNS {
             for (place, (ray, occluded)) in rays.iter().zip(occluded).enumerate() {

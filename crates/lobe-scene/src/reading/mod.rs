@@ -2,7 +2,7 @@
 //!
 //! Read `read_scene` first; then `gltf_reader`, an open file of glTF, and `posed`, the scene of such a file at a time;
 //! last `scene_source`, a scene as a job names it.
-//! Uses `motion`, `files` and `scene`.
+//! Uses `built_in`, `files`, `motion` and `scene`.
 
 pub(crate) mod gltf_reader;
 pub(crate) mod posed;
