@@ -24,7 +24,7 @@ REFUSED = {
     "an edge that is text": (lambda p: lobe.BakeOptions(max_edge="a"), TypeError, "max_edge: expected a number"),
     "a shard that is a number": (lambda p: lobe.bake(SCENE, p / "o.glb", shard=3), TypeError, "shard: expected a pair"),
     "a shard of three numbers": (lambda p: lobe.bake(SCENE, p / "o.glb", shard=(1, 2, 3)), TypeError, "shard: expected a pair"),
-    "a shard beyond the last": (lambda p: lobe.bake(SCENE, p / "o.glb", shard=(3, 2)), ValueError, "shard: expected one of 2 from 1 on"),
+    "a shard beyond the last": (lambda p: lobe.bake(SCENE, p / "o.glb", shard=(3, 2)), ValueError, "shard: expected a part I/N, such as 1/4"),
     "one part by its name": (lambda p: lobe.merge(SCENE, "part", p / "o.glb"), TypeError, "parts: expected a list of files"),
     "texels that are NaN": (lambda p: lobe.project(np.full((4, 8, 3), np.nan), 3), ValueError, "texels: expected finite numbers"),
     "an infinite texel": (

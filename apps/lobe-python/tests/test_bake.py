@@ -136,7 +136,7 @@ def test_no_result_replaces_the_scene(scene, tmp_path):
     baked = tmp_path / "baked.glb"
     lobe.bake(scene, baked, QUICK)
     before = baked.read_bytes()
-    for write in [lobe.bake, lambda source, output, options: lobe.merge(source, [], output, options)]:
+    for write in [lobe.bake, lambda source, output, options: lobe.merge(source, [tmp_path / "part"], output, options)]:
         with pytest.raises(ValueError, match="which would be lost"):
             write(baked, baked, QUICK)
     assert baked.read_bytes() == before
@@ -175,16 +175,16 @@ def test_the_command_writes_the_same_bytes(scene, tmp_path):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (dict(max_edge=float("nan")), "max_edge: expected a length"),
-        (dict(texels=0), "texels: expected 1"),
-        (dict(grid=(1, 2, 2)), "grid: expected 2"),
-        (dict(grid=(2, 2)), "grid: expected three"),
-        (dict(grid=(2, 2, 2), texels=4), "expected one of them"),
-        (dict(grid=(2, 2, 2), grid_box=(0.0, 1.0)), "grid_box: expected the six"),
+        (dict(max_edge=float("nan")), "max_edge: expected a number above 0, found"),
+        (dict(texels=0), "texels: expected a number of texels from 1"),
+        (dict(grid=(1, 2, 2)), "grid: expected 3 whole numbers from 2"),
+        (dict(grid=(2, 2)), "grid: expected 3 whole numbers"),
+        (dict(grid=(2, 2, 2), texels=4), "grid: not with texels"),
+        (dict(grid=(2, 2, 2), grid_box=(0.0, 1.0)), "grid_box: expected 6 finite numbers"),
         (dict(grid_box=(0.0, 0.0, 0.0, 1.0, 1.0, 1.0)), "grid_box: only with grid"),
         (dict(texels=4, max_edge=1.0), "not at vertices"),
         (dict(mode="glossy", texels=4), "at vertices only"),
-        (dict(mode="glossy", albedo="none"), "matrices never have it"),
+        (dict(mode="glossy", albedo="none"), "matrices never have the albedo"),
     ],
 )
 def test_options_that_do_not_fit_are_refused_before_anything_is_read(options, message):

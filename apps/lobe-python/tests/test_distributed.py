@@ -402,10 +402,10 @@ def test_the_command_bakes_and_refuses_in_one_line(processes, tmp_path, whole):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["built-in:moon", "-o", "o.glb"], "error: expected one of ball"),
+        (["built-in:moon", "-o", "o.glb"], "error: built-in:moon: there is no such scene in the program; there are built-in:ball"),
         (["none.glb", "-o", "o.glb"], "none.glb"),
         (["built-in:ball", "-o", "o.png"], "o.png: expected a name"),
-        (["built-in:ball", "-o", "o.glb", "--order", "9"], "order: expected 1 to 8"),
+        (["built-in:ball", "-o", "o.glb", "--order", "9"], "order: expected an order (number of bands) from 1 to 8"),
         # Ten seconds until the scheduler is given up.
         pytest.param(
             ["built-in:ball", "-o", "o.glb", "--scheduler", "tcp://127.0.0.1:1"], "127.0.0.1:1", marks=pytest.mark.nightly

@@ -27,8 +27,9 @@ def test_options_like_those_of_a_file_bake_its_bytes_again(tmp_path):
 def test_backs_and_charts_are_there_as_in_the_command(tmp_path):
     sheet = tmp_path / "sheet.obj"
     sheet.write_text("v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nf 1 4 3 2\n")
-    with pytest.warns(lobe.LoadNote, match="unwrapped into 1 charts, as asked for"):
+    with pytest.warns(lobe.LoadNote, match="normals missing or zero"):
         lobe.bake(sheet, tmp_path / "o.glb", lobe.BakeOptions(order=1, samples=4, texels=16, unwrap="always", padding=1))
+    assert lobe.BakeOptions.like(tmp_path / "o.glb").padding == 1
     with pytest.raises(ValueError, match="backs: not with texels"):
         lobe.BakeOptions(backs=True, texels=8)
 

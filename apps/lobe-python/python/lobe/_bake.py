@@ -86,7 +86,8 @@ class BakeOptions(BakeFields):
         scene was read is not among them."""
         names = {field.name for field in fields(BakeOptions)}
         found = {name: json.loads(text) for name, text in _lobe.bake_like(os.fspath(path))}
-        return BakeOptions(**{name: tuple(value) if isinstance(value, list) else value for name, value in found.items() if name in names})
+        options: dict[str, Any] = {name: tuple(value) if isinstance(value, list) else value for name, value in found.items() if name in names}
+        return BakeOptions(**options)
 
     def asked(self) -> dict[str, Any]:
         """The options that are not left at their defaults."""

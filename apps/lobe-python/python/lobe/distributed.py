@@ -357,7 +357,7 @@ def _switch(text: str) -> bool:
     return bool(("off", "on").index(text))
 
 
-TYPES = {"bool": _switch, "int": int, "float": float, "str": str, "tuple[int": _numbers(int), "tuple[float": _numbers(float)}
+TYPES: dict[str, Callable[[str], Any]] = {"bool": _switch, "int": int, "float": float, "str": str, "tuple[int": _numbers(int), "tuple[float": _numbers(float)}
 """How options are read, by how their types begin."""
 
 
