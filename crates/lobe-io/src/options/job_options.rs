@@ -9,6 +9,7 @@ use super::field::{OptionError, OptionField};
 /// A struct whose fields are options, see [`options!`](crate::options!).
 pub trait JobOptions: Serialize + DeserializeOwned + Default {
     /// All options, in the order of help.
+    #[must_use]
     fn fields() -> Vec<&'static OptionField>;
 
     /// Refuses what cannot be had together, and what would be ignored.
@@ -40,6 +41,7 @@ pub trait JobOptions: Serialize + DeserializeOwned + Default {
     }
 
     /// The values of all options that are not their defaults.
+    #[must_use]
     fn values(&self) -> Map<String, Value> {
         let defaults = table(&Self::default());
         let mut values = table(self);
@@ -48,6 +50,7 @@ pub trait JobOptions: Serialize + DeserializeOwned + Default {
     }
 
     /// The default of an option, if it has one.
+    #[must_use]
     fn default_of(name: &str) -> Option<Value> {
         table(&Self::default()).remove(name).filter(|value| !value.is_null())
     }
@@ -241,10 +244,10 @@ mod tests {
         pub struct Work with place: Place {
             /// Bands
             order: usize = 4, OptionKind::Whole { least: 1, most: 8, what: "an order" }, "N", "";
-            /// A length, not with `is_flat`
+            /// A length, not with `flat`
             max_edge: Option<f64> = None, OptionKind::Number(NumberRange::Positive), "L", "none";
             /// Flat
-            is_flat: bool = false, OptionKind::Flag, "", "";
+            flat: bool = false, OptionKind::Flag, "", "";
         }
     }
 
@@ -254,8 +257,8 @@ mod tests {
         }
 
         fn check_together(&self, given: &Given<'_>) -> Result<(), OptionError> {
-            if self.is_flat && given.has("max_edge") {
-                return Err(OptionError::new("max_edge", "not with @is_flat"));
+            if self.flat && given.has("max_edge") {
+                return Err(OptionError::new("max_edge", "not with @flat"));
             }
             Ok(())
         }
@@ -284,7 +287,7 @@ mod tests {
             (json!({"order": 9}), "order: expected an order from 1 to 8, found 9"),
             (json!({"up": "x"}), "up: expected y or z, found \"x\""),
             (json!({"orders": 3}), "orders: there is no such option; order is the nearest"),
-            (json!({"max_edge": 1.0, "is_flat": true}), "max_edge: not with is_flat"),
+            (json!({"max_edge": 1.0, "flat": true}), "max_edge: not with flat"),
         ] {
             assert_eq!(read(asked.clone()).unwrap_err().to_string(), expected, "{asked}");
         }

@@ -27,7 +27,10 @@ pub(crate) fn lightmap_scene(
 ) -> Result<(Scene, LightmapScene), PrtError> {
     let whole =
         |unwrapped: &Scene| document.and_then(|document| LightmapGlb::of_document(document, &scene, unwrapped, width));
-    let (found, options, note) = with_coordinates(job, &scene, width, work.reborrow())?;
+    let (found, options, note) = match unwrapped(job, &scene, width, work.reborrow())? {
+        Some((found, options, note)) => (Some(found), Some(options), Some(note)),
+        None => (None, None, None),
+    };
     let unwrapped = found.as_ref().unwrap_or(&scene);
     // Without an output nobody knows yet.
     let glb = (job.is_glb() || job.output.is_none()).then(|| whole(unwrapped));
@@ -42,22 +45,20 @@ pub(crate) fn lightmap_scene(
     Ok((found.unwrap_or(scene), LightmapScene { options, glb, note }))
 }
 
-/// The scene, if it is to be unwrapped, and how.
-fn with_coordinates(
-    job: &BakeJob,
-    scene: &Scene,
-    width: usize,
-    mut work: Job<'_>,
-) -> Result<(Option<Scene>, Option<UnwrapOptions>, Option<String>), PrtError> {
+/// A scene that was unwrapped, how, and what came of it.
+type Unwrapped = (Scene, UnwrapOptions, String);
+
+/// The scene unwrapped, if it is to be.
+fn unwrapped(job: &BakeJob, scene: &Scene, width: usize, mut work: Job<'_>) -> Result<Option<Unwrapped>, PrtError> {
     let name = job.source.name();
     job.memory().check(&format!("@texels {width}"), TexelReceivers::bytes_for(width), "fewer @texels")?;
     let own = TexelReceivers::check(scene, width);
     let why = match (job.unwrap, own) {
-        (UnwrapMode::Never, Ok(())) => return Ok((None, None, None)),
+        (UnwrapMode::Never, Ok(())) => return Ok(None),
         (UnwrapMode::Never, Err(error)) => {
             return Err(OptionError::new("", format!("{error}; @unwrap auto makes others")).into());
         }
-        (UnwrapMode::Auto, Ok(())) if !job.shapes_charts() => return Ok((None, None, None)),
+        (UnwrapMode::Auto, Ok(())) if !job.shapes_charts() => return Ok(None),
         (UnwrapMode::Auto, Err(error)) => format!("its own coordinates hold no lightmap ({error})"),
         _ => "as asked for".to_owned(),
     };
@@ -75,7 +76,7 @@ fn with_coordinates(
         report.vertices,
         report.vertices_before
     );
-    Ok((Some(unwrapped), Some(options), Some(text)))
+    Ok(Some((unwrapped, options, text)))
 }
 
 /// A length with three digits that count.

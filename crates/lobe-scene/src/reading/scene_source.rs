@@ -151,17 +151,18 @@ impl SceneSource {
     /// The options of reading, with at most so many bytes.
     #[must_use]
     pub fn read_options(&self, max_bytes: u64) -> SceneReadOptions {
-        let mut options = SceneReadOptions::default();
-        options.up = self.up;
-        options.max_triangles = self.max_triangles;
-        options.max_texels = self.max_texels;
-        options.max_bytes = max_bytes;
-        options.allow_outside = self.allow_outside;
-        options.missing_normals = self.missing_normals.unwrap_or_default();
-        options.default_material = self.default_material;
-        options.straight_through = self.transparency;
-        options.pose = self.pose();
-        options
+        SceneReadOptions {
+            up: self.up,
+            max_triangles: self.max_triangles,
+            max_texels: self.max_texels,
+            max_bytes,
+            allow_outside: self.allow_outside,
+            missing_normals: self.missing_normals.unwrap_or_default(),
+            default_material: self.default_material,
+            straight_through: self.transparency,
+            pose: self.pose(),
+            ..SceneReadOptions::default()
+        }
     }
 
     /// Reads or makes the scene as it stands at the time that is asked for, and with it all that a glTF file holds, if
