@@ -14,7 +14,7 @@ use lobe::render::{TracedPicture, read_traced_picture};
 use serde::Serialize;
 
 use crate::args::input::{tell, without_options};
-use crate::args::memory::MemoryLimit;
+use crate::args::memory::{DEFAULT_GIB, MemoryLimit};
 use crate::args::output;
 use crate::args::values;
 use crate::run::talk::Talk;
@@ -60,7 +60,7 @@ pub(crate) struct Compare {
     #[arg(long)]
     json: bool,
     /// Refuse pictures that take more memory than this, in GiB
-    #[arg(long, value_name = "GIB", default_value_t = lobe::io::MemoryLimit::DEFAULT_GIB, value_parser = values::positive)]
+    #[arg(long, value_name = "GIB", default_value_t = DEFAULT_GIB, value_parser = values::positive)]
     max_memory: f64,
 }
 

@@ -19,7 +19,7 @@ use crate::forked::with_threads;
 use crate::job::{Failed, answered, error_of, watched_work};
 use crate::options::{error_of_job, named, refusal, values_of, warn};
 use crate::outputs::has_ending;
-use crate::rows::{array_of, contiguous, value_error};
+use crate::rows::{array_of, contiguous};
 use crate::sharing::shard_of;
 
 /// A bake whose scene is read and split, for shards of it.
@@ -27,11 +27,8 @@ use crate::sharing::shard_of;
 pub(crate) struct Bake(PreparedBake);
 
 pub(crate) fn mode_of(name: &str) -> PyResult<BakeMode> {
-    let all = [BakeMode::Unshadowed, BakeMode::Shadowed, BakeMode::Interreflected, BakeMode::Glossy];
-    let found = all.into_iter().find(|mode| mode.name() == name);
-    found.ok_or_else(|| {
-        value_error(format!("mode: expected unshadowed, shadowed, interreflected or glossy, found {name:?}"))
-    })
+    let asked = [("mode".to_owned(), name.into())].into_iter().collect();
+    BakeJob::from_values(asked).map(|job| job.mode).map_err(|error| refusal(&error))
 }
 
 /// The job of a dictionary of options.

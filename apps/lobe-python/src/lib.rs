@@ -96,6 +96,8 @@ mod _lobe {
     #[pymodule_export]
     use crate::reflection::{dfg, dfg_table, directional_albedo};
     #[pymodule_export]
+    use crate::scenes::check_scene;
+    #[pymodule_export]
     use crate::search::{lights, minimum, minimum_bound, peaks};
     #[pymodule_export]
     use crate::shadows::{field, field_shard, lamp, self_visibility, sphere_table, spheres};

@@ -69,7 +69,7 @@ pub(crate) fn refusal(error: &OptionError) -> PyErr {
 /// The error of a job.
 pub(crate) fn error_of_job(error: &PrtError) -> PyErr {
     match error {
-        PrtError::Refused(error) => refusal(error),
+        PrtError::OfJob(error) => refusal(error),
         error => error_of(error),
     }
 }

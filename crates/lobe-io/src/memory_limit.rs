@@ -18,9 +18,6 @@ impl MemoryLimit {
     /// rest.
     pub const DEFAULT_GIB: f64 = 4.0;
 
-    /// No limit.
-    pub const NONE: Self = Self { gib: f64::INFINITY };
-
     /// A limit in gibibytes.
     #[must_use]
     pub fn of(gib: f64) -> Self {
@@ -57,8 +54,8 @@ impl MemoryLimit {
         }
         if !is_there(bytes) {
             return refused(format!(
-                "{what} takes up to {bytes} bytes of memory, which the system does not give; ask for {instead}, or make \
-                 memory free"
+                "{what} takes up to {bytes} bytes of memory, which the system does not give; ask for {instead}, or \
+                 make memory free"
             ));
         }
         Ok(())
@@ -88,7 +85,7 @@ mod tests {
             "a map takes up to 536870913 bytes of memory (0.5 GiB), more than the limit of 0.5 GiB; ask for a smaller \
              one, or raise the limit with max_memory"
         );
-        let error = MemoryLimit::NONE.check("a map", u64::MAX, "less").unwrap_err().to_string();
+        let error = MemoryLimit::of(f64::MAX).check("a map", u64::MAX, "less").unwrap_err().to_string();
         assert!(error.contains("18446744073709551615 bytes of memory, which the system does not give"), "{error}");
     }
 }

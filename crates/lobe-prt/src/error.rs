@@ -30,7 +30,7 @@ pub enum PrtError {
     Options(String),
     /// An option of a job is refused.
     #[error(transparent)]
-    Refused(#[from] OptionError),
+    OfJob(#[from] OptionError),
     /// The watch of the job said to stop.
     #[error("stopped before the end")]
     Cancelled,
@@ -61,7 +61,7 @@ impl From<SceneError> for PrtError {
     fn from(error: SceneError) -> Self {
         match error {
             SceneError::Cancelled => Self::Cancelled,
-            SceneError::OfJob(error) => Self::Refused(error),
+            SceneError::OfJob(error) => Self::OfJob(error),
             other => Self::Scene(other),
         }
     }

@@ -1,12 +1,9 @@
 //! The options that compress transfer.
 
 use clap::Args;
-use lobe::prt::{CompressOptions, Transfer, WeightBits};
+use lobe::prt::{CompressOptions, WeightBits};
 
 use crate::args::values;
-
-/// As many as a row of the highest order in color has numbers.
-const MAX_COMPONENTS: usize = 3 * Transfer::MAX_ORDER * Transfer::MAX_ORDER;
 
 /// Options of transfer, which is compressed if any of them is given. Fields have the same with other words and defaults.
 #[derive(Args)]
@@ -54,7 +51,7 @@ pub(super) fn clusters(text: &str) -> Result<usize, String> {
 }
 
 pub(super) fn components(text: &str) -> Result<usize, String> {
-    values::whole(text, 0, MAX_COMPONENTS, "a number of components")
+    values::whole(text, 0, CompressOptions::MAX_COMPONENTS, "a number of components")
 }
 
 /// The bits of a weight.

@@ -86,6 +86,11 @@ impl<T: JobOptions> Args for JobArgs<T> {
     }
 }
 
+/// The argument of one option of a table, for commands that have it without the others.
+pub(crate) fn option<T: JobOptions>(name: &str) -> Option<Arg> {
+    T::fields().into_iter().find(|field| field.name == name).map(argument::<T>)
+}
+
 /// The argument of an option.
 fn argument<T: JobOptions>(field: &'static OptionField) -> Arg {
     let arg = Arg::new(field.name).help(help::<T>(field)).value_name(field.value_name);

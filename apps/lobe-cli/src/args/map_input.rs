@@ -13,7 +13,7 @@ use lobe::sh::{Rgb, ShVec};
 
 use crate::args::fisheye::FisheyeInput;
 use crate::args::input::{NonfiniteOption, PICTURES, explain, tell};
-use crate::args::memory::MemoryLimit;
+use crate::args::memory::{DEFAULT_GIB, MemoryLimit};
 use crate::args::names::names;
 use crate::args::values;
 use crate::run::talk::Talk;
@@ -67,7 +67,7 @@ pub(crate) struct MapPath {
     /// Refuse a map whose file, or whose pixels, take more memory than this, in GiB, and work on it that takes more. A
     /// file that is not read row by row is refused by its length, before it is read. Work that is refused says how many
     /// bytes it takes
-    #[arg(long, value_name = "GIB", default_value_t = lobe::io::MemoryLimit::DEFAULT_GIB, value_parser = values::positive)]
+    #[arg(long, value_name = "GIB", default_value_t = DEFAULT_GIB, value_parser = values::positive)]
     max_memory: f64,
     /// The most pixels that a picture may have; one that says it has more is refused. Each takes up to 28 bytes of memory while it
     /// is read, with its file, and 12 then

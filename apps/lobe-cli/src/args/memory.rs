@@ -4,22 +4,46 @@ use std::fs::{self, File};
 use std::io::Read as _;
 use std::path::Path;
 
-use clap::Args;
+use clap::{ArgMatches, Args, Command, FromArgMatches};
 use lobe::image::{ExrLayers, FileFormat};
+use lobe::prt::BakeJob;
+use serde_json::Value;
 
-use crate::args::values;
+use crate::args::job_args::option;
 
 /// Bytes in memory while a file is read for each of the file: it, its numbers, and what is made of them; of a scene its triangles.
 /// Measured 2.0 of a table, 3.0 of a scene, which a bake made finer.
 pub(crate) const COPIES: u64 = 3;
 
-/// `--max-memory`. The scene is held against it when it is read, and the other work when that is known, each alone.
-#[derive(Args)]
+/// The limit without another choice, in GiB.
+pub(crate) const DEFAULT_GIB: f64 = lobe::io::MemoryLimit::DEFAULT_GIB;
+
+/// `--max-memory`, as of a bake. The scene is held against it when it is read, and the other work when that is known,
+/// each alone.
 pub(crate) struct MemoryLimit {
-    /// The most memory, in GiB, of a scene with its instances and its tree, and of work and files beside it. More is
-    /// refused. 4 hold some 12 million triangles, which take about a minute to read; each instance counts
-    #[arg(long, value_name = "GIB", default_value_t = lobe::io::MemoryLimit::DEFAULT_GIB, value_parser = values::positive)]
     max_memory: f64,
+}
+
+impl FromArgMatches for MemoryLimit {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let given = matches.get_one::<Value>("max_memory").and_then(Value::as_f64);
+        Ok(Self::of(given.unwrap_or(DEFAULT_GIB)))
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+impl Args for MemoryLimit {
+    fn augment_args(command: Command) -> Command {
+        command.args(option::<BakeJob>("max_memory"))
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
 }
 
 impl MemoryLimit {

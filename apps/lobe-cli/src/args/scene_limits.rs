@@ -1,28 +1,38 @@
 //! Limits of what a scene's file may hold.
 
-use clap::Args;
-use lobe::scene::SceneReadOptions;
+use clap::{ArgMatches, Args, Command, FromArgMatches};
+use lobe::scene::{SceneReadOptions, SceneSource};
+use serde_json::Value;
 
+use crate::args::job_args::option;
 use crate::args::memory::MemoryLimit;
-use crate::args::values;
 
-/// `--max-triangles` and `--max-texels`.
-#[derive(Args)]
+/// `--max-triangles` and `--max-texels`, as of a scene.
 pub(crate) struct SceneLimits {
-    /// The most triangles, and the most vertices, that a file may hold, its instances counted [default: 67108864]
-    #[arg(long, value_name = "N", value_parser = max_triangles)]
     max_triangles: Option<usize>,
-    /// The most texels that all textures of a file together may have [default: 268435456]
-    #[arg(long, value_name = "N", value_parser = max_texels)]
     max_texels: Option<usize>,
 }
 
-fn max_triangles(text: &str) -> Result<usize, String> {
-    values::whole(text, 1, SceneReadOptions::MOST_TRIANGLES, "a number of triangles")
+impl FromArgMatches for SceneLimits {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let given = |name: &str| matches.get_one::<Value>(name).and_then(Value::as_u64).map(|most| most as usize);
+        Ok(Self { max_triangles: given("max_triangles"), max_texels: given("max_texels") })
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
 }
 
-fn max_texels(text: &str) -> Result<usize, String> {
-    values::whole(text, 1, SceneReadOptions::MOST_TEXELS, "a number of texels")
+impl Args for SceneLimits {
+    fn augment_args(command: Command) -> Command {
+        command.args(["max_triangles", "max_texels"].into_iter().filter_map(option::<SceneSource>))
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
 }
 
 impl SceneLimits {

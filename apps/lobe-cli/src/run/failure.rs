@@ -144,7 +144,7 @@ fn plain(error: &anyhow::Error) -> String {
 /// The option of a job that is refused, if that is the fault.
 fn refused_option(error: &anyhow::Error) -> Option<&OptionError> {
     let of_prt = || match error.downcast_ref()? {
-        PrtError::Refused(error) => Some(error),
+        PrtError::OfJob(error) => Some(error),
         _ => None,
     };
     let of_scene = || match error.downcast_ref()? {

@@ -494,3 +494,17 @@ fn a_job_in_a_file_and_the_recipe_of_a_bake_give_the_same_bytes() {
     let line = dir.lobe("bake -o out.glb").error();
     assert!(line.starts_with("SCENE: expected the scene"), "{line}");
 }
+
+#[test]
+fn a_bake_like_that_of_another_scene_says_so() {
+    let dir = Dir::new();
+    dir.file("a.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n");
+    dir.lobe("bake a.obj -o a.glb --order 1 --samples 4 --quiet").stdout();
+    let notes = |output: &str| dir.lobe(&format!("bake --like a.glb -o {output}")).succeeds().1;
+    assert!(!notes("same.glb").contains("another scene"), "the same scene");
+    dir.file("a.obj", "v 0 0 0\nv 1 0 0\nv 1 2 0\nf 1 2 3\n");
+    assert!(
+        notes("other.glb").contains("note: other.glb: is of another scene than a.glb, or of other vertices"),
+        "changed"
+    );
+}

@@ -97,11 +97,9 @@ class BakeOptions(BakeFields):
     def job(self, scene: Path | Scene, **others: Any) -> dict[str, Any]:
         """All that is asked of a bake: of this scene, with other options of the job, such as its output."""
         read = Scene.of(scene)
-        of_scene = {field.name: getattr(read, field.name) for field in fields(read) if not _is_default(getattr(read, field.name), field.default)}
-        of_scene["scene"] = of_scene.pop("path")
         # Without a limit any memory may be taken.
-        limit = of_scene.pop("max_bytes", None)
-        return of_scene | {"max_memory": sys.float_info.max if limit is None else limit / 2**30} | self.asked() | others
+        limit = sys.float_info.max if read.max_bytes is None else read.max_bytes / 2**30
+        return read._asked() | {"max_memory": limit} | self.asked() | others
 
     def of(self, scene: Path | Scene) -> _lobe.Bake:
         """The bake of a scene in shards, which is read and split at once."""

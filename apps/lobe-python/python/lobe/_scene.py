@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
+from . import _lobe
 from ._arrays import expect, whole
 
 Path = str | os.PathLike[str]
 Progress = Callable[[int, int], object]
-
-MAX_TRIANGLES = (1 << 31) - 1
-"""The most triangles that rays can be traced among."""
 
 
 @dataclass(frozen=True)
@@ -47,36 +45,14 @@ class Scene:
     def __post_init__(self) -> None:
         name = os.fspath(self.path)
         expect(name, str, "path", "a str or a path")
-        is_gltf = name.lower().endswith((".glb", ".gltf", ".vrm"))
-        leaves_up_open = name.lower().endswith((".obj", ".ply"))
-        for value, what, allowed in [
-            (self.up, "up", ("y", "z")),
-            (self.missing_normals, "missing_normals", (None, "flat", "smooth")),
-            (self.default_material, "default_material", ("white", "gltf")),
-        ]:
-            if value not in allowed:
-                raise ValueError(f"{what}: expected {' or '.join(name for name in allowed if name)}, found {value!r}")
-        for most, what, limit in [
-            (self.max_triangles, "max_triangles", MAX_TRIANGLES),
-            (self.max_texels, "max_texels", 2**60),
-            (self.max_bytes, "max_bytes", 2**63),
-        ]:
-            if most is not None:
-                whole(most, what, 1, limit)
-        expect(self.time, (int, float, type(None)), "time", "a number of seconds")
-        if self.time is not None and not math.isfinite(self.time):
-            raise ValueError(f"time: expected a finite number of seconds, found {self.time!r}")
         expect(self.animation, (str, int, type(None)), "animation", "a name or a number")
         if isinstance(self.animation, int):
             object.__setattr__(self, "animation", str(self.animation))
-        for is_refused, why in [
-            ((self.time or self.animation is not None) and not is_gltf, "time and animation: only what a glTF file moves stands elsewhere then"),
-            (self.up != "y" and not leaves_up_open, "up: only .obj and .ply files leave open which axis points up"),
-            (self.default_material != "white" and not is_gltf, "default_material: only of glTF files, which say what a mesh without a material is"),
-            (name.startswith("built-in:") and self._has_options(), "options: only of scenes in files"),
-        ]:
-            if is_refused:
-                raise ValueError(why)
+        if self.max_bytes is not None:
+            whole(self.max_bytes, "max_bytes", 1, 2**63)
+        _lobe.check_scene(self._asked())
+        if (self.time or self.animation is not None) and not name.lower().endswith((".glb", ".gltf", ".vrm")):
+            raise ValueError("time and animation: only what a glTF file moves stands elsewhere then")
 
     @staticmethod
     def of(scene: Path | Scene) -> Scene:
@@ -96,5 +72,7 @@ class Scene:
         """The same under another path."""
         return replace(self, path=os.fspath(path))
 
-    def _has_options(self) -> bool:
-        return any(getattr(self, field.name) != field.default for field in fields(self) if field.name != "path")
+    def _asked(self) -> dict[str, Any]:
+        """The options that are not left at their defaults, as the library names them."""
+        given = {field.name: getattr(self, field.name) for field in fields(self) if field.name not in ("path", "max_bytes")}
+        return {name: value for name, value in given.items() if value != getattr(Scene, name)} | {"scene": os.fspath(self.path)}

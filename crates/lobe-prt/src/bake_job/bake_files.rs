@@ -20,7 +20,7 @@ impl BakeFiles {
     /// The files of a job.
     ///
     /// # Errors
-    /// [`PrtError::Refused`] without an output.
+    /// [`PrtError::OfJob`] without an output.
     pub fn of(job: &BakeJob) -> Result<Self, PrtError> {
         let Some(output) = job.output.clone() else {
             return Err(OptionError::new("output", "expected the name of a file").into());
@@ -74,7 +74,7 @@ impl BakeFiles {
     /// killed programs have left beside it.
     ///
     /// # Errors
-    /// [`PrtError::Refused`] for an input, [`PrtError::Io`] if the system would refuse.
+    /// [`PrtError::OfJob`] for an input, [`PrtError::Io`] if the system would refuse.
     pub fn expect_writable(&self, inputs: &[&Path]) -> Result<(), PrtError> {
         let found = self.output.canonicalize();
         let is_same = |input: &&Path| matches!((&found, input.canonicalize()), (Ok(out), Ok(input)) if *out == input);

@@ -10,9 +10,6 @@ use crate::{
     AdaptiveOptions, AlbedoMode, BakeMode, BakeOptions, CompressOptions, FinishOptions, PrtError, Transfer, WeightBits,
 };
 
-/// As many components as a row of the highest order in color has numbers.
-const MAX_COMPONENTS: u64 = (3 * Transfer::MAX_ORDER * Transfer::MAX_ORDER) as u64;
-
 /// When a scene is unwrapped for a lightmap.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -59,14 +56,16 @@ options! {
         ]), "MODE", "";
         /// The order (number of bands): n² coefficients, three times as many where light meets colors
         order: usize = BakeOptions::default().order,
-            OptionKind::Whole { least: 1, most: Transfer::MAX_ORDER as u64, what: "an order (number of bands)" }, "N", "";
+            OptionKind::Whole { least: 1, most: Transfer::MAX_ORDER as u64, what: "an order (number of bands)" },
+            "N", "";
         /// Paths from each vertex; powers of two are distributed best
         samples: Option<u32> = None,
             OptionKind::Whole { least: 1, most: BakeOptions::MAX_SAMPLES as u64, what: "a number of paths" }, "N",
             "1024, or up to 4096 where their noise is above 2 %";
         /// With `mode` interreflected and glossy: reflections at most
         bounces: usize = BakeOptions::default().bounces,
-            OptionKind::Whole { least: 0, most: BakeOptions::MAX_BOUNCES as u64, what: "a number of reflections" }, "B", "";
+            OptionKind::Whole { least: 0, most: BakeOptions::MAX_BOUNCES as u64, what: "a number of reflections" },
+            "B", "";
         /// With `mode` interreflected and glossy: leave out reflections that carry less than this part of the energy; 0
         /// keeps all
         energy_stop: f64 = BakeOptions::default().energy_stop, OptionKind::Number(NumberRange::Part), "X", "";
@@ -76,7 +75,8 @@ options! {
         /// Where the albedo of the surface itself is; not of `mode` glossy and `grid`, whose matrices never have it
         albedo: Option<AlbedoMode> = None, OptionKind::Name(&[
             ("vertex", "In the transfer: what is shown has the detail of vertices"),
-            ("none", "Nowhere: lobe render, or your shader, multiplies by the base color of each pixel, with the detail of textures"),
+            ("none", "Nowhere: lobe render, or your shader, multiplies by the base color of each pixel, which has the \
+                textures' detail"),
         ]), "WHERE", "none if a texture colors any surface, else vertex";
         /// Keep the transfer of the backs of double-sided surfaces in the file, too, for the side from which corners
         /// run clockwise. Without it lobe render bakes those that it shows, and other programs have none. Only in a
@@ -100,7 +100,8 @@ options! {
         /// Bake at the W × W texels of a lightmap instead of at vertices, with the normals that normal maps have there,
         /// in texture coordinates of set 1 or else 0 that do not overlap, or of an unwrapping
         texels: Option<usize> = None,
-            OptionKind::Whole { least: 1, most: UnwrapOptions::MOST_TEXELS as u64, what: "a number of texels" }, "W", "";
+            OptionKind::Whole { least: 1, most: UnwrapOptions::MOST_TEXELS as u64, what: "a number of texels" },
+            "W", "";
         /// With `texels`: whether to unwrap the scene into texture coordinates of its own
         unwrap: UnwrapMode = UnwrapMode::Auto, OptionKind::Name(&[
             ("auto", "Where its own coordinates, in set 1 or else 0, overlap or are missing"),
@@ -130,8 +131,8 @@ options! {
             "K", "64 where there is compression";
         /// Compress to this many components in each cluster; 0 gives vector quantization
         components: Option<usize> = None,
-            OptionKind::Whole { least: 0, most: MAX_COMPONENTS, what: "a number of components" }, "N",
-            "8 where there is compression";
+            OptionKind::Whole { least: 0, most: CompressOptions::MAX_COMPONENTS as u64, what: "a number of components" },
+            "N", "8 where there is compression";
         /// Compress, with this many bits for each weight: 8 or 16 in steps of its range, or 32
         weights: Option<usize> = None, OptionKind::OneOf(&[8, 16, 32]), "BITS", "16 where there is compression";
         /// The most memory, in GiB, of the scene with its instances and its tree, and of work and files beside it. More
@@ -320,7 +321,7 @@ impl BakeJob {
     /// How triangles of a scene are split where transfer is off, by bakes with these light paths.
     ///
     /// # Errors
-    /// [`PrtError::Refused`] if the scene has more vertices than it may have after that.
+    /// [`PrtError::OfJob`] if the scene has more vertices than it may have after that.
     pub fn splitting(&self, scene: &Scene, light: BakeOptions) -> Result<AdaptiveOptions, PrtError> {
         let found = scene.vertex_count();
         if self.max_vertices.is_some_and(|most| most < found) {

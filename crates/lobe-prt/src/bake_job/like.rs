@@ -41,7 +41,7 @@ impl BakeJob {
     /// looked for in the folder of the file; where it is not, `scene` is its name alone.
     ///
     /// # Errors
-    /// Those of [`Recipe::of_file`]; [`PrtError::Refused`] for results that a bake alone does not give, such as lobes.
+    /// Those of [`Recipe::of_file`]; [`PrtError::OfJob`] for results that a bake alone does not give, such as lobes.
     pub fn like(path: impl AsRef<Path>) -> Result<Self, PrtError> {
         let path = path.as_ref();
         let recipe = Recipe::of_file(path)?;

@@ -28,7 +28,7 @@ impl OpenBake {
     /// Reads the scene of a job, and splits or unwraps it where that takes no rays.
     ///
     /// # Errors
-    /// [`PrtError::Refused`] for options that cannot be; those of [`SceneSource::read`](lobe_scene::SceneSource::read),
+    /// [`PrtError::OfJob`] for options that cannot be; those of [`SceneSource::read`](lobe_scene::SceneSource::read),
     /// [`Scene::split_edges`] and [`Scene::unwrapped`].
     pub fn read(job: BakeJob, mut work: Job<'_>) -> Result<Self, PrtError> {
         job.check()?;

@@ -46,7 +46,7 @@ impl OpenBake {
     ///
     /// # Errors
     /// Those of [`BakeWork::at_vertices`] and its like, [`split_adaptively`](crate::split_adaptively) and
-    /// [`BakedGlb::check_size`]; [`PrtError::Refused`] for a grid or a lightmap that cannot be, and for what takes more
+    /// [`BakedGlb::check_size`]; [`PrtError::OfJob`] for a grid or a lightmap that cannot be, and for what takes more
     /// memory than allowed.
     pub fn prepared(mut self, files: Option<&BakeFiles>, mut work: Job<'_>) -> Result<PreparedBake, PrtError> {
         if let Some(note) = self.lightmap.note.take() {
@@ -103,7 +103,7 @@ impl PreparedBake {
     /// Bakes everything, or takes it from the checkpoint, and writes the output.
     ///
     /// # Errors
-    /// Those of [`BakeWork::bake`] and of writing; [`PrtError::Refused`] for compression of matrices.
+    /// Those of [`BakeWork::bake`] and of writing; [`PrtError::OfJob`] for compression of matrices.
     pub fn write(&self, files: &BakeFiles, work: Job<'_>) -> Result<BakeDone, PrtError> {
         self.write_with(self.open.document.clone(), files, work)
     }

@@ -19,7 +19,7 @@ impl BakeJob {
     /// `compress` and `write`, and hears what a user should know.
     ///
     /// # Errors
-    /// [`PrtError::Refused`] for options that cannot be, or not of this scene; [`PrtError::Cancelled`] if the watch said to
+    /// [`PrtError::OfJob`] for options that cannot be, or not of this scene; [`PrtError::Cancelled`] if the watch said to
     /// stop; else those of reading, baking and writing.
     pub fn run(&self, mut work: Job<'_>) -> Result<BakeDone, PrtError> {
         self.begin()?;
@@ -29,7 +29,7 @@ impl BakeJob {
     /// Refuses options and files that cannot be, before anything is read.
     ///
     /// # Errors
-    /// [`PrtError::Refused`] and [`PrtError::Io`].
+    /// [`PrtError::OfJob`] and [`PrtError::Io`].
     pub fn begin(&self) -> Result<(), PrtError> {
         self.check()?;
         if self.source.scene.as_os_str().is_empty() {

@@ -39,6 +39,9 @@ impl CompressOptions {
     /// The most clusters: their numbers are 16 bits wide.
     pub const MAX_CLUSTERS: usize = 65536;
 
+    /// The most components: a row of the highest order in color has as many numbers.
+    pub const MAX_COMPONENTS: usize = 3 * Transfer::MAX_ORDER * Transfer::MAX_ORDER;
+
     fn check(&self) -> Result<(), PrtError> {
         if !(1..=Self::MAX_CLUSTERS).contains(&self.clusters) {
             let message = format!("expected 1 to {} clusters, found {}", Self::MAX_CLUSTERS, self.clusters);

@@ -1,6 +1,6 @@
 //! A scene as a job names it: its file or a built-in one, how it is read, and what was read.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use lobe_io::{Given, JobOptions, NumberRange, OptionError, OptionField, OptionKind, options};
 
@@ -28,10 +28,12 @@ options! {
         up: Up = Up::Y, OptionKind::Name(&[("y", ""), ("z", "")]), "AXIS", "";
         /// The most triangles, and the most vertices, that a file may hold, its instances counted
         max_triangles: usize = SceneReadOptions::default().max_triangles,
-            OptionKind::Whole { least: 1, most: SceneReadOptions::MOST_TRIANGLES as u64, what: "a number of triangles" }, "N", "";
+            OptionKind::Whole { least: 1, most: SceneReadOptions::MOST_TRIANGLES as u64, what: "a number of triangles" },
+            "N", "";
         /// The most texels that all textures of a file together may have
         max_texels: usize = SceneReadOptions::default().max_texels,
-            OptionKind::Whole { least: 1, most: SceneReadOptions::MOST_TEXELS as u64, what: "a number of texels" }, "N", "";
+            OptionKind::Whole { least: 1, most: SceneReadOptions::MOST_TEXELS as u64, what: "a number of texels" },
+            "N", "";
         /// Trust the file: it may name buffers, materials and pictures outside of its folder, which are read and may
         /// be copied into the output
         allow_outside: bool = false, OptionKind::Flag, "", "";
@@ -230,12 +232,6 @@ impl SceneSource {
             ))
             .into()
         })
-    }
-}
-
-impl From<&Path> for SceneSource {
-    fn from(path: &Path) -> Self {
-        Self::of(path)
     }
 }
 
