@@ -28,7 +28,7 @@
 //! # Ok::<(), lobe_scene::SceneError>(())
 //! ```
 //!
-//! Files that are stored compressed, by Draco, meshoptimizer or with Basis Universal textures, are read with the feature
+//! Files that are compressed by meshoptimizer, or have Basis Universal textures, are read with the feature
 //! `compressed`, a default; without it they are refused.
 //!
 //! Pose a scene that moves:

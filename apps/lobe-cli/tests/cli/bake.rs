@@ -423,12 +423,7 @@ fn extensions_that_are_required_and_not_read_are_named_with_what_to_do() {
             accessor.as_object_mut().unwrap().remove("bufferView");
         }
     });
-    // What the command is built with depends on the packages that are built beside it.
-    let told = [
-        "Draco compression: expected Draco's bytes, found ",
-        "of a mesh: this program was built without its decoder; build it by",
-    ];
-    assert!(told.iter().any(|told| line.contains(told)), "{line}");
+    assert!(line.contains("Draco compression: expected Draco's bytes, found "), "{line}");
 }
 
 #[test]

@@ -131,7 +131,6 @@ impl<'a> Source<'a> {
     }
 
     /// The bytes that may still be taken.
-    #[cfg(feature = "compressed")]
     pub(crate) fn bytes_left(&self) -> u64 {
         self.options.max_bytes.saturating_sub(self.bytes_taken())
     }

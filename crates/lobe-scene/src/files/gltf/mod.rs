@@ -12,7 +12,6 @@
 pub(crate) mod accessor;
 pub(crate) mod container;
 pub(crate) mod document;
-#[cfg(feature = "compressed")]
 pub(crate) mod draco;
 pub(crate) mod extensions;
 pub(crate) mod files;

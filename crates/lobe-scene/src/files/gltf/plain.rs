@@ -5,20 +5,18 @@ use std::borrow::Cow;
 use crate::SceneError;
 use crate::files::gltf::files::GltfFile;
 #[cfg(feature = "compressed")]
-use crate::files::gltf::{draco, meshopt};
-use crate::files::gltf::{flat, instancing, smooth, unfolded};
+use crate::files::gltf::meshopt;
+use crate::files::gltf::{draco, flat, instancing, smooth, unfolded};
 use crate::files::source::Source;
 
 /// Reads a file and makes it plain, in the order in which the parts may depend on each other.
 pub(crate) fn read(bytes: Cow<'_, [u8]>, source: &mut Source<'_>) -> Result<GltfFile, SceneError> {
     let mut file = GltfFile::read(bytes, source)?;
     #[cfg(feature = "compressed")]
-    {
-        meshopt::decode(&mut file, source)?;
-        draco::decode(&mut file, source)?;
-    }
+    meshopt::decode(&mut file, source)?;
     #[cfg(not(feature = "compressed"))]
     crate::files::built_without::refuse(&file.json, source)?;
+    draco::decode(&mut file, source)?;
     unfolded::count(&file, source)?;
     instancing::expand(&mut file, source)?;
     if source.is_flat(true) {
