@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::fit::fitted_vertices::FittedVertices;
+use crate::receivers::edges::for_each_edge;
 use crate::receivers::inset::wide;
 
 /// Two triangles with a common edge, unfolded into a plane.
@@ -48,33 +49,16 @@ fn along(own: &[u32; 3], k: usize) -> [usize; 3] {
 const NONE: u32 = u32::MAX;
 
 /// For each side of each triangle that is the second at its edge, the first.
-///
-/// Sides lie beside each other by the smaller unknown of their edge, in their order, so that few are compared.
 fn firsts(unknowns: &[[u32; 3]]) -> Vec<u32> {
     let sides = || unknowns.iter().flat_map(|own| (0..3).map(move |k| along(own, k)).map(|[a, b, _]| [own[a], own[b]]));
-    let mut ends = vec![0_u32; unknowns.as_flattened().iter().max().map_or(0, |&most| most as usize + 1)];
-    sides().for_each(|[a, _]| ends[a as usize] += 1);
-    let mut before = 0;
-    for end in &mut ends {
-        (*end, before) = (before, before + *end);
-    }
-    let mut others = vec![(0, 0); before as usize];
-    for (number, [a, b]) in sides().enumerate() {
-        others[ends[a as usize] as usize] = (b, number as u32);
-        ends[a as usize] += 1;
-    }
-    let mut firsts = vec![NONE; others.len()];
-    let mut start = 0;
-    for (a, &end) in ends.iter().enumerate() {
-        let own = &mut others[start..end as usize];
-        start = end as usize;
-        own.sort_unstable();
-        for group in own.chunk_by(|c, d| c.0 == d.0).filter(|group| group[0].0 as usize != a) {
-            if let [(_, first), (_, second), ..] = group {
-                firsts[*second as usize] = *first;
-            }
+    let mut firsts = vec![NONE; 3 * unknowns.len()];
+    for_each_edge(sides, |[a, b], sides| {
+        if let [first, second, ..] = *sides
+            && a != b
+        {
+            firsts[second as usize] = first;
         }
-    }
+    });
     firsts
 }
 

@@ -3,6 +3,8 @@
 use glam::DVec3;
 use lobe_scene::{Mesh, Scene};
 
+use crate::receivers::edges::for_each_edge;
+
 /// The distance that vertices move, as a part of the largest coordinate of the scene: twice the lift of a ray's origin
 /// above a surface ([`lobe_scene::Bvh::offset`]), so that halfway between two walls it is clear of both.
 const INSET: f64 = 128.0 / 16_777_216.0;
@@ -68,36 +70,18 @@ pub(crate) fn wide(v: [f32; 3]) -> DVec3 {
 }
 
 /// Whether each vertex is an end of an edge that one triangle has alone.
-///
-/// Edges lie side by side by their vertex of the smaller index, so that those of one vertex, a few, are compared with
-/// each other: in linear time where no vertex has many.
 pub(crate) fn border(mesh: &Mesh) -> Vec<bool> {
-    let edges = |t: &[u32; 3]| [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])].map(|(a, b)| (a.min(b), a.max(b)));
-    let all = || mesh.triangles().iter().flat_map(edges);
-    // Count the edges of each vertex, and put their other ends side by side.
-    let mut ends = vec![0_u32; mesh.positions().len() + 1];
-    all().for_each(|(a, _)| ends[a as usize] += 1);
-    let mut before = 0;
-    for end in &mut ends {
-        (*end, before) = (before, before + *end);
-    }
-    let mut others = vec![0; before as usize];
-    for (a, b) in all() {
-        others[ends[a as usize] as usize] = b;
-        ends[a as usize] += 1;
-    }
-    // Find those that are there once. Each vertex has been moved to where the next one begins.
+    let sides = |t: &[u32; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]].map(|[a, b]| [a.min(b), a.max(b)]);
     let mut is_border = vec![false; mesh.positions().len()];
-    let mut start = 0;
-    for a in 0..is_border.len() {
-        let own = &mut others[start..ends[a] as usize];
-        start = ends[a] as usize;
-        own.sort_unstable();
-        for group in own.chunk_by(|b, c| b == c).filter(|group| group.len() == 1) {
-            is_border[a] = true;
-            is_border[group[0] as usize] = true;
-        }
-    }
+    for_each_edge(
+        || mesh.triangles().iter().flat_map(sides),
+        |[a, b], triangles| {
+            if triangles.len() == 1 {
+                is_border[a as usize] = true;
+                is_border[b as usize] = true;
+            }
+        },
+    );
     is_border
 }
 

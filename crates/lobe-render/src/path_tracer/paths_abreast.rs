@@ -207,8 +207,8 @@ fn draw(paths: &mut PathsAbreast<'_>, bounce: usize) -> (Vec<Drawn>, Vec<Ray>) {
 /// The part of the way to an emitter at its end in which nothing hides it, such as the wall that it lies on.
 const BEFORE_EMITTER: f64 = 1e-4;
 
-/// The power heuristic with exponent 2: the weight of a direction drawn with density `p` by a strategy, where the other
-/// one would draw it with density `q`.
+/// The power heuristic with exponent 2 [Veach and Guibas 1995], `p² / (p² + q²)`: the weight of a direction drawn with
+/// density `p > 0` by a strategy, where the other one would draw it with density `q ≥ 0`.
 fn power_heuristic(p: f64, q: f64) -> f64 {
     // As ratios, so that squares of large densities do not overflow.
     let ratio = q / p;
