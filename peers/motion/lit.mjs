@@ -17,6 +17,8 @@ const PARTS = [0.13, 0.37, 0.81];
 const LIGHT = ['--env', 'bundled:sunset', '--size', '160x160'];
 const SPHERES = [4, 64];
 const LATE = 0.1;
+// More spheres are no worse. What hides nothing of itself is so by this many decibels, as every sphere reaches out of it a little.
+const WORSE = 2;
 // Paths for each pixel of the truth: their noise is some decibels below what is measured.
 const PATHS = 128;
 
@@ -56,7 +58,7 @@ try {
       // The control: what is late by a tenth of the animation is farther from the truth.
       render(file, time + LATE * duration(file), 'late.exr', '--mode', 'shexp', '--order', 4, '--spheres', SPHERES.at(-1));
       const late = decibels('late.exr');
-      const isNearer = near.at(-1) > late;
+      const isNearer = near.at(-1) > late && near.at(-1) > near[0] - WORSE;
       failures += isNearer ? 0 : 1;
       console.log(`| ${[name, time.toFixed(2), ...[...near, late].map((n) => n.toFixed(1)), isNearer ? 'nearer' : 'FAILS'].join(' | ')} |`);
     }

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use lobe::prt::{AdaptiveOptions, AlbedoMode, BakeOptions, BakedTransfer};
 use lobe::render::{
-    MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, MovingShading, RenderError, StillSplitOptions,
+    MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, MovingShading, MovingSplitOptions, RenderError,
     VisibilityGridOptions, light_moving_scene,
 };
 use lobe::scene::{Bvh, SceneReadReport};
@@ -242,8 +242,8 @@ impl Moving {
         let bakes = shading.bakes(&transfer);
         if shading.split {
             let adaptive = AdaptiveOptions::default().max_vertices(shading.max_vertices);
-            let split = StillSplitOptions::default().adaptive(adaptive.bake(bakes.transfer.clone()));
-            watched(py, progress.as_ref(), None, |job| inner.scene.split_still(&split, job))?;
+            let split = MovingSplitOptions::default().adaptive(adaptive.bake(bakes.transfer.clone()));
+            watched(py, progress.as_ref(), None, |job| inner.scene.split(&split, job))?;
             inner.tree = None;
         }
         watched(py, progress.as_ref(), checkpoint.as_deref(), |job| {

@@ -115,7 +115,7 @@ pub use moving::moving_picture::light_moving_scene;
 pub use moving::moving_scene::MovingScene;
 pub use moving::moving_shading::MovingShading;
 pub use moving::part_obstacles::{PartObstacles, PartReceivers};
-pub use moving::split_still::{StillSplitOptions, StillSplitReport};
+pub use moving::split_parts::{MovingSplitOptions, MovingSplitReport, SplitCounts};
 pub use moving::visibility_grid::{VisibilityGrid, VisibilityGridOptions};
 pub use path_tracer::background::Background;
 pub use path_tracer::distant_light::{Backdrop, DistantLight};

@@ -9,9 +9,9 @@ use crate::args::values;
 
 #[derive(Args, Clone, Copy)]
 pub(crate) struct VertexBudget {
-    /// Where a scene is baked: the most vertices that splitting may leave it, spent where transfer is farthest off; of
-    /// a scene that moves half of them where shadows of what moves fall on what stands still [default: four times those
-    /// of the scene, at least 20000]
+    /// Where a scene is baked: the most vertices that splitting may leave it, spent where transfer is farthest off. Of
+    /// a scene that moves, what moves takes half of the new ones at most, and its shadows half of the rest [default: four
+    /// times those of the scene, at least 20000]
     #[arg(long, value_name = "N", value_parser = vertices)]
     pub(crate) max_vertices: Option<usize>,
     /// Bake at the vertices that the scene has, however few

@@ -8,7 +8,7 @@ use clap::{Args, ValueEnum};
 use lobe::image::AnimatedPng;
 use lobe::prt::{AlbedoMode, BakeOptions};
 use lobe::render::{
-    MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, MovingShading, StillSplitOptions,
+    MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, MovingShading, MovingSplitOptions, SplitCounts,
     VisibilityGridOptions,
 };
 use lobe::sh::ExpMethod;
@@ -335,7 +335,7 @@ impl MovingInput {
         }
     }
 
-    /// Splits what stands still, so that it has vertices where shadows of what moves fall.
+    /// Splits triangles, so that there are vertices where shadows of what moves fall.
     pub(crate) fn split(
         moving: &mut MovingScene,
         budget: &VertexBudget,
@@ -348,16 +348,17 @@ impl MovingInput {
         }
         let all = moving.parts().iter().map(|part| part.scene.vertex_count()).sum();
         let adaptive = budget.options_of(all)?.bake(transfer.clone().albedo(AlbedoMode::None));
-        let options = StillSplitOptions::default().adaptive(adaptive);
-        let split = watched(talk, "split", |job| moving.split_still(&options, job))?;
+        let options = MovingSplitOptions::default().adaptive(adaptive);
+        let split = watched(talk, "split", |job| moving.split(&options, job))?;
         let Ok(split) = split else { bail!("stopped while triangles were split, of which nothing is kept") };
-        if let Some(report) = split.filter(|report| report.edge > COARSE) {
-            let text = format!(
-                "has {} vertices of what stands still, too few for the shadows of what moves: edges there are up to \
-                 {:.1} times its size; --max-vertices allows more",
-                report.after, report.edge
-            );
-            talk.note(name, &text);
+        for (what, counts) in [("stands still", split.still), ("moves", split.moving)] {
+            if let Some(SplitCounts { after, edge, .. }) = counts.filter(|counts| counts.edge > COARSE) {
+                let text = format!(
+                    "has {after} vertices of what {what}, too few for the shadows of what moves: edges there are up to \
+                     {edge:.1} times its size; --max-vertices allows more"
+                );
+                talk.note(name, &text);
+            }
         }
         Ok(())
     }

@@ -16,6 +16,11 @@ const FIT_SAMPLES: usize = 1500;
 /// Times as many spheres for a part that changes its shape: it has limbs.
 const DEFORMED: usize = 4;
 
+/// The options of the transfer of parts.
+pub(crate) fn moving_transfer_options(order: usize) -> BakeOptions {
+    BakeOptions::default().mode(BakeMode::Shadowed).order(order).samples(SAMPLES)
+}
+
 /// The options of the bakes of moving parts of the window, with `count` spheres for a part that keeps its shape. `still_hides` says
 /// whether what stands still hides the sky from what moves.
 #[must_use]
@@ -25,7 +30,7 @@ pub fn moving_bake_options(
     count: usize,
     still_hides: bool,
 ) -> MovingBakeOptions {
-    let transfer = BakeOptions::default().mode(BakeMode::Shadowed).order(order).samples(SAMPLES);
+    let transfer = moving_transfer_options(order);
     let field = FieldOptions::default().order(order).rays(FIELD_RAYS);
     let spheres = SphereFitOptions::default().method(method).count(count).samples(FIT_SAMPLES);
     let options = MovingBakeOptions::default().transfer(transfer).field(field).spheres(spheres);

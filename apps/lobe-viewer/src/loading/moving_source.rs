@@ -3,11 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use lobe::render::MovingScene;
+use lobe::io::Job;
+use lobe::prt::AdaptiveOptions;
+use lobe::render::{MovingScene, MovingSplitOptions};
 use lobe::scene::{AnimatedScene, built_in, is_gltf};
 
 use crate::loading::file_kind::{DESCRIPTION, FileKind};
 use crate::loading::limits::{ReadLimits, plain};
+use crate::loading::moving_bakes::moving_transfer_options;
 use crate::loading::scene_source::{BUILT_IN, ENDINGS, has_ending, open_scene};
 
 /// Reads a scene that may move, repeated from its end: a .glb, .gltf or .vrm file with its first animation, a description (.json) as the
@@ -29,14 +32,22 @@ pub fn open_moving(source: &Path, limits: &ReadLimits) -> anyhow::Result<MovingS
     } else if is_gltf(source) {
         let (animated, _) = AnimatedScene::read(source, &options).map_err(plain)?;
         let animation = (!animated.animations().is_empty()).then_some(0);
-        MovingScene::animated(animated, animation)?
+        split(MovingScene::animated(animated, animation)?)?
     } else if has_ending(source, &ENDINGS) {
-        MovingScene::animated(AnimatedScene::still(open_scene(source, limits)?.scene), None)?
+        split(MovingScene::animated(AnimatedScene::still(open_scene(source, limits)?.scene), None)?)?
     } else {
         let name = source.file_name().unwrap_or_default().to_string_lossy();
         bail!("{name}: not a scene that can move; there are .glb, .gltf, .vrm, .obj, .ply and descriptions, .json");
     };
     Ok(moving.looped(true))
+}
+
+/// A scene with vertices where shadows fall.
+fn split(scene: MovingScene) -> anyhow::Result<MovingScene> {
+    let mut scene = scene;
+    let adaptive = AdaptiveOptions::default().bake(moving_transfer_options(AdaptiveOptions::default().bake.order));
+    let _counts = scene.split(&MovingSplitOptions::default().adaptive(adaptive), Job::default())?;
+    Ok(scene)
 }
 
 /// Whether a source is a file, and not made by formula.

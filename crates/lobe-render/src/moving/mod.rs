@@ -2,7 +2,7 @@
 //!
 //! Read `moving_part`, `moving_lamp` and `moving_scene` first, then `moment`, the scene at one time, and `moments`,
 //! one after the other; `read_moving` reads descriptions, `keep_transfer` takes over what a file holds (`kept_transfer`),
-//! `split_still` splits what stands still, `moving_bake` makes what parts lack, `moving_shading` lights a moment by the
+//! `split_parts` splits what stands still and `split_moving` what moves, `moving_bake` makes what parts lack, `moving_shading` lights a moment by the
 //! options in `moving_options`, and `moving_picture` shows it. The others are steps of these: `visibility_grid` in the
 //! `swept_box`, `part_files` and `sphere_albedo`,
 //! `part_backs`, `part_obstacles`, `part_light` and `lamp_light`. Uses `camera`, `path_tracer` and `scene_view`.
@@ -25,6 +25,7 @@ mod part_light;
 pub(crate) mod part_obstacles;
 mod read_moving;
 mod sphere_albedo;
-pub(crate) mod split_still;
+mod split_moving;
+pub(crate) mod split_parts;
 mod swept_box;
 pub(crate) mod visibility_grid;

@@ -200,6 +200,24 @@ impl MovingScene {
         &mut self.parts
     }
 
+    /// Puts an animated scene with more vertices in the place of the own one, or of one that a track carries, and its
+    /// entities in that of the parts.
+    pub(crate) fn set_animated(&mut self, finer: AnimatedScene, carried: Option<usize>) -> Result<(), RenderError> {
+        let own = carried.map_or(0..self.parts.len(), |k| self.carried[k].parts.clone());
+        for part in &mut self.parts[own] {
+            let (Motion::Node(old) | Motion::Deformed(old)) = &mut part.motion else { continue };
+            if let Some(entity) = finer.entities().iter().find(|entity| entity.node() == old.node()) {
+                part.scene = finer.own_scene(entity)?;
+                *old = entity.clone();
+            }
+        }
+        match carried {
+            Some(k) => self.carried[k].scene = finer,
+            None => self.animated.iter_mut().for_each(|(scene, _)| *scene = finer.clone()),
+        }
+        Ok(())
+    }
+
     /// What stands still has its triangles from the part from now on.
     pub(crate) fn set_split(&mut self) {
         self.is_split = true;

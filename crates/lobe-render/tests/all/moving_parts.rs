@@ -7,7 +7,7 @@ use lobe_io::{Job, Progress};
 use lobe_prt::{AdaptiveOptions, AlbedoMode, BakeMode, BakeOptions, Receivers, bake, bake_vertices};
 use lobe_render::{
     Camera, Motion, MovingBakeOptions, MovingMethod, MovingOptions, MovingPart, MovingScene, MovingShading,
-    PartBakeKind, StillSplitOptions, View, ViewOptions, VisibilityGridOptions, light_moving_scene,
+    MovingSplitOptions, PartBakeKind, View, ViewOptions, VisibilityGridOptions, light_moving_scene,
 };
 use lobe_scene::{Bvh, Mesh, MeshParts, Scene, SceneReadOptions, built_in};
 use lobe_sh::{Expansion as _, Rgb, Rotation, ShVec};
@@ -240,8 +240,8 @@ fn a_ground_of_two_triangles_gets_vertices_where_shadows_of_what_moves_fall() {
     let ball = || ball([-1.0, 0.0, 0.3], [1.0, 0.0, 0.3], 0.3);
     let mut moving = MovingScene::new(vec![ground(), ball()]).unwrap();
     let adaptive = AdaptiveOptions::default().bake(options().transfer);
-    let split = StillSplitOptions::default().adaptive(adaptive.clone());
-    let report = moving.split_still(&split, Job::default()).unwrap().unwrap();
+    let split = MovingSplitOptions::default().adaptive(adaptive.clone());
+    let report = moving.split(&split, Job::default()).unwrap().still.unwrap();
     assert!(report.before == 4 && report.after <= AdaptiveOptions::LEAST_BUDGET, "{report:?}");
     let at = moving.at(0.0).unwrap().scene().vertex_count();
     assert_eq!(at, moving.parts().iter().map(|part| part.scene.vertex_count()).sum::<usize>(), "those of its parts");
@@ -259,25 +259,52 @@ fn a_ground_of_two_triangles_gets_vertices_where_shadows_of_what_moves_fall() {
         let [under, far] = [0.0..0.1, 1.5..3.0].map(|range| mean(ground_around(&moving, time, [x, 0.0], range)));
         assert!(under < 0.5 * far, "at {time}: {under} under the ball, {far} around");
     }
-    assert!(moving.split_still(&split, Job::default()).unwrap().is_none(), "what has its transfer stays as it is");
+    assert!(
+        moving.split(&split, Job::default()).unwrap() == Default::default(),
+        "what has its transfer stays as it is"
+    );
     let mut few = MovingScene::new(vec![ground(), ball()]).unwrap();
     let all = few.parts().iter().map(|part| part.scene.vertex_count()).sum::<usize>();
-    let split = StillSplitOptions::default().adaptive(adaptive.max_vertices(Some(all + 100)));
-    let report = few.split_still(&split, Job::default()).unwrap().unwrap();
+    let split = MovingSplitOptions::default().adaptive(adaptive.max_vertices(Some(all + 100)));
+    let report = few.split(&split, Job::default()).unwrap().still.unwrap();
     assert!(report.after <= 104 && report.edge > 1.0 / 16.0, "no more than are allowed: {report:?}");
 }
 
 #[test]
-fn what_stands_still_in_an_animated_scene_is_split_and_what_moves_is_not() {
+fn a_coarse_body_that_moves_is_split_to_a_quarter_of_its_size() {
+    let motion = ball([0.0; 3], [1.0; 3], 1.0).motion;
+    let mut moving = MovingScene::new(vec![MovingPart::new("box", built_in::closed_white_box(1), motion)]).unwrap();
+    let before = moving.parts()[0].scene.clone();
+    let report = moving.split(&MovingSplitOptions::default(), Job::default()).unwrap().moving.unwrap();
+    let after = &moving.parts()[0].scene;
+    assert_eq!((report.before, report.after), (before.vertex_count(), after.vertex_count()), "{report:?}");
+    let [min, max] = before.world_bounds();
+    let size = 0.5 * (0..3).map(|k| (max[k] - min[k]).powi(2)).sum::<f64>().sqrt();
+    let side = |a: [f32; 3], b: [f32; 3]| (0..3).map(|k| f64::from(a[k] - b[k]).powi(2)).sum::<f64>().sqrt();
+    let longest =
+        |scene: &Scene| scene.corners().flat_map(|[a, b, c]| [side(a, b), side(b, c), side(c, a)]).fold(0.0, f64::max);
+    let (long, short) = (longest(&before), longest(after));
+    assert!(long > size && short <= 0.25 * size * 1.0001, "edges of {long} became {short}, of size {size}");
+}
+
+#[test]
+fn parts_of_an_animated_scene_are_split_and_their_surface_stays_as_it_is_in_all_poses() {
     let scene = built_in::walking_figure(8);
     let mut moving = MovingScene::animated(scene.clone(), Some(0)).unwrap();
     let counts =
         |moving: &MovingScene| -> Vec<usize> { moving.parts().iter().map(|part| part.scene.vertex_count()).collect() };
     let before = counts(&moving);
-    let adaptive = AdaptiveOptions::default().bake(options().transfer).max_vertices(Some(2000 + before[1]));
-    moving.split_still(&StillSplitOptions::default().adaptive(adaptive), Job::default()).unwrap();
+    let adaptive = AdaptiveOptions::default().bake(options().transfer).max_vertices(Some(8000));
+    let report = moving.split(&MovingSplitOptions::default().adaptive(adaptive), Job::default()).unwrap();
     let after = counts(&moving);
-    assert!(after[0] > before[0] && after[1..] == before[1..], "{before:?} became {after:?}");
+    assert!(
+        after[0] > before[0] && after[1..] == before[1..],
+        "{before:?} became {after:?}, the figure is fine enough"
+    );
+    assert!(after.iter().sum::<usize>() <= 8000, "no more than are allowed: {after:?}");
+    let (still, figure) = (report.still.unwrap(), report.moving.unwrap());
+    assert_eq!([still.after, figure.after], [after[0], after[1..].iter().sum()], "{report:?}");
+    assert_eq!(figure.edge, 0.25, "{report:?}");
     for time in [0.0, 0.3] {
         let (moment, pose) = (moving.at(time).unwrap(), scene.pose(0, time).unwrap());
         let area = |scene: &Scene| -> f64 { scene.corners().map(|[a, b, c]| area_of(a, b, c)).sum() };

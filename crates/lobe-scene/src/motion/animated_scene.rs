@@ -323,7 +323,7 @@ impl AnimatedScene {
         let mut entities: Vec<Entity> = Vec::new();
         let mut vertices = 0;
         for (mesh, part) in self.parts.iter().enumerate() {
-            let end = vertices + part.shape.len();
+            let end = vertices + self.rest.meshes()[mesh].positions().len();
             match entities.last_mut().filter(|last| last.node == part.node) {
                 Some(last) => {
                     (last.meshes.end, last.vertices.end) = (mesh + 1, end);

@@ -8,10 +8,11 @@ use rayon::prelude::IndexedParallelIterator as _;
 
 use crate::motion::rig::Rig;
 use crate::motion::skin::Influences;
+use crate::scene::split_edges::push_mean;
 use crate::scene::transform::Affine;
 use crate::{Mesh, SceneError};
 
-/// The vertices of a mesh where nothing has moved them.
+/// The vertices of a mesh where nothing has moved them, without those in the middles of [halved](Mesh::halved) edges.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Shape {
     /// Three coordinates for each vertex.
@@ -21,7 +22,7 @@ pub(crate) struct Shape {
     /// Four for each vertex, or nothing where the scene has no use for them.
     pub(crate) tangents: Arc<[f32]>,
     pub(crate) targets: Vec<Target>,
-    /// The joints that carry the vertices, where there is a skin.
+    /// The joints that carry the vertices, those in the middles of edges too, where there is a skin.
     pub(crate) influences: Option<Influences>,
 }
 
@@ -61,27 +62,19 @@ impl Shape {
         Self { positions, normals, ..Self::default() }
     }
 
-    /// The same with one vertex more halfway along each of these edges, in their order. Positions, normals, morph
-    /// targets and weights of joints are means. Tangents are dropped. None if that takes too many weights.
+    /// The same for a mesh with one vertex more halfway along each of these edges, in their order. They follow the joints
+    /// of both ends, by halves of their weights. Tangents are dropped. None if that takes too many weights.
     pub(crate) fn halved(&self, edges: &[[u32; 2]]) -> Option<Self> {
-        let numbers = |old: &Arc<[f32]>| with_means(old, edges);
-        let target = |old: &Target| Target { positions: numbers(&old.positions), normals: numbers(&old.normals) };
-        let mut influences = self.influences.clone();
-        if let Some(influences) = &mut influences
+        let mut halved = Self { tangents: Arc::default(), ..self.clone() };
+        if let Some(influences) = &mut halved.influences
             && !edges.iter().all(|ends| influences.push_mean(ends.map(|end| end as usize)))
         {
             return None;
         }
-        Some(Self {
-            positions: numbers(&self.positions),
-            normals: numbers(&self.normals),
-            tangents: Arc::default(),
-            targets: self.targets.iter().map(target).collect(),
-            influences,
-        })
+        Some(halved)
     }
 
-    /// The number of vertices.
+    /// The number of vertices, without those in the middles of edges.
     pub(crate) fn len(&self) -> usize {
         self.positions.len() / 3
     }
@@ -119,22 +112,6 @@ impl Shape {
     }
 }
 
-/// Vectors, and behind them the means of these pairs, which may name means that stand before them. Nothing stays
-/// nothing.
-fn with_means(vectors: &Arc<[f32]>, pairs: &[[u32; 2]]) -> Arc<[f32]> {
-    if vectors.is_empty() || pairs.is_empty() {
-        return Arc::clone(vectors);
-    }
-    let mut all = Vec::with_capacity(vectors.len() + 3 * pairs.len());
-    all.extend_from_slice(vectors);
-    for [a, b] in pairs.iter().map(|pair| pair.map(|vertex| 3 * vertex as usize)) {
-        for k in 0..3 {
-            all.push(0.5 * (all[a + k] + all[b + k]));
-        }
-    }
-    all.into()
-}
-
 impl Part {
     /// A mesh as it is, shown by a node.
     pub(crate) fn rigid(mesh: &Mesh, node: usize) -> Self {
@@ -154,7 +131,8 @@ impl Part {
     /// ```
     ///
     /// with the place `J_j` of a joint and its inverse bind matrix `B_j`; the transform of the node that shows a skinned mesh
-    /// does not count. Each vertex by itself, in `f64`: the same for any number of threads.
+    /// does not count. Each vertex by itself, in `f64`: the same for any number of threads. The middle of a halved edge
+    /// stays the mean of its ends, so that a surface of more triangles is the same in every pose.
     pub(crate) fn posed(
         &self,
         mesh: &Mesh,
@@ -182,13 +160,19 @@ impl Part {
         };
         let (vertices, tangents): (Vec<_>, Vec<_>) =
             (0..shape.len()).into_par_iter().with_min_len(PIECE).map(place).unzip();
-        let (positions, mut normals): (Vec<_>, Vec<_>) = vertices.into_iter().unzip();
+        let (mut positions, mut normals): (Vec<_>, Vec<_>) = vertices.into_iter().unzip();
         let (mut tangents, mirrored): (Vec<_>, Vec<bool>) = tangents.into_iter().unzip();
         if shape.normals.is_empty() {
             normals = Vec::new();
         }
         if shape.tangents.is_empty() {
             tangents = Vec::new();
+        }
+        let middles = mesh.positions().len() - shape.len();
+        for ends in &mesh.halved()[mesh.halved().len() - middles..] {
+            let [a, b] = ends.map(|end| end as usize);
+            push_mean(&mut positions, a, b);
+            push_mean(&mut normals, a, b);
         }
         // Joints may mirror some vertices and others not: the most decide, as triangles have one outside.
         let is_mirrored = 2 * mirrored.iter().filter(|&&is_mirrored| is_mirrored).count() > shape.len();

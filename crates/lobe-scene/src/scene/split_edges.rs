@@ -89,34 +89,41 @@ impl Scene {
 }
 
 /// The square of a longest edge, if it is above zero and the scene with no longer ones is not too large.
-pub(crate) fn squared_limit(scene: &Scene, max_edge: f32) -> Result<f64, SceneError> {
-    if !(max_edge > 0.0 && max_edge.is_finite()) {
-        return Err(SceneError::Options(format!("expected a longest edge above zero, found {max_edge}")));
-    }
-    let limit = f64::from(max_edge) * f64::from(max_edge);
-    // No triangle without a longer edge is larger than the equilateral one.
-    let area: f64 = scene.corners().map(|corners| 0.5 * double_area(corners)).sum();
-    if area > MOST_TRIANGLES as f64 * 0.75_f64.sqrt() / 2.0 * limit {
-        return Err(too_many(&goal_of(max_edge)));
-    }
+fn squared_limit(scene: &Scene, max_edge: f32) -> Result<f64, SceneError> {
+    let limit = squared(max_edge)?;
+    check_count(scene.meshes().iter().map(|mesh| (mesh, limit)), &goal_of(max_edge))?;
     Ok(limit)
 }
 
-/// Splits the edges of one mesh that are longer, and counts its triangles off the budget. Triangles without area stay.
-pub(crate) fn split_longer(
-    mesh: &Mesh,
-    (max_edge, limit): (f32, f64),
-    budget: &mut usize,
-) -> Result<(MeshParts, Vec<[u32; 2]>), SceneError> {
-    let is_longer = |edge| squared_length(edge) > limit;
-    split(mesh.clone().into_parts(), &is_longer, budget).ok_or_else(|| too_many(&goal_of(max_edge)))
+/// The square of a longest edge, if it is above zero.
+pub(crate) fn squared(max_edge: f32) -> Result<f64, SceneError> {
+    if max_edge > 0.0 && max_edge.is_finite() {
+        return Ok(f64::from(max_edge) * f64::from(max_edge));
+    }
+    Err(SceneError::Options(format!("expected a longest edge above zero, found {max_edge}")))
 }
 
-fn goal_of(max_edge: f32) -> String {
+/// Refuses meshes that would have too many triangles without edges whose square is above a limit.
+pub(crate) fn check_count<'a>(meshes: impl Iterator<Item = (&'a Mesh, f64)>, goal: &str) -> Result<(), SceneError> {
+    // No triangle without a longer edge is larger than the equilateral one.
+    let least = |(mesh, limit): (&Mesh, f64)| {
+        let area: f64 = (0..mesh.triangles().len()).map(|t| 0.5 * double_area(mesh.corners(t))).sum();
+        area / (0.75_f64.sqrt() / 2.0 * limit)
+    };
+    if meshes.map(least).sum::<f64>() > MOST_TRIANGLES as f64 { Err(too_many(goal)) } else { Ok(()) }
+}
+
+/// Splits the edges of one mesh whose squared length is above a limit, and counts its triangles off the budget. None if
+/// that does not suffice. Triangles without area stay.
+pub(crate) fn split_longer(mesh: &Mesh, limit: f64, budget: &mut usize) -> Option<(MeshParts, Vec<[u32; 2]>)> {
+    split(mesh.clone().into_parts(), &|edge| squared_length(edge) > limit, budget)
+}
+
+pub(crate) fn goal_of(max_edge: f32) -> String {
     format!("edges of at most {max_edge}")
 }
 
-fn too_many(goal: &str) -> SceneError {
+pub(crate) fn too_many(goal: &str) -> SceneError {
     SceneError::Options(format!("{goal} would take more than {MOST_TRIANGLES} triangles: allow longer ones"))
 }
 
@@ -218,7 +225,7 @@ impl MeshParts {
 }
 
 /// Appends the mean of two values: addition of two numbers does not depend on their order.
-fn push_mean<const N: usize>(values: &mut Vec<[f32; N]>, a: usize, b: usize) {
+pub(crate) fn push_mean<const N: usize>(values: &mut Vec<[f32; N]>, a: usize, b: usize) {
     if let (Some(p), Some(q)) = (values.get(a).copied(), values.get(b).copied()) {
         values.push(std::array::from_fn(|k| 0.5 * (p[k] + q[k])));
     }

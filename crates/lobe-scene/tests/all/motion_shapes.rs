@@ -1,6 +1,6 @@
 //! Shapes under animation: what keeps its shape, what is scaled to nothing, and what opens only in a pose.
 
-use lobe_scene::{AnimatedScene, Bvh, EntityKind, Mesh, Ray, SceneReadOptions, read_scene_bytes};
+use lobe_scene::{AnimatedScene, Bvh, EntityKind, Mesh, Ray, SceneReadOptions, built_in, read_scene_bytes};
 use serde_json::{Value, json};
 
 use crate::common::Gltf;
@@ -214,6 +214,21 @@ fn edges_that_morph_targets_make_long_are_split_and_new_vertices_stay_on_them_in
     assert!(found > 4 * at_rest, "{found} vertices of {at_rest}");
     let alone = coarse.split_edges(None, longest).unwrap();
     assert_eq!(alone.rest().vertex_count(), at_rest, "without its animation no edge is longer");
+}
+
+#[test]
+fn a_figure_whose_edges_are_split_has_the_same_surface_in_every_pose() {
+    let coarse = built_in::walking_figure(8);
+    let finer = coarse.split_edges(Some(0), 0.1).unwrap();
+    assert!(finer.rest().vertex_count() > 2 * coarse.rest().vertex_count(), "{} vertices", finer.rest().vertex_count());
+    for time in [0.0, 0.3, 0.7] {
+        let [before, after] = [&coarse, &finer].map(|scene| posed(scene, time));
+        for (before, after) in before.meshes().iter().zip(after.meshes()) {
+            let sum = |mesh: &Mesh| (0..mesh.triangles().len()).map(|t| area(mesh.corners(t))).sum::<f32>();
+            let (found, expected) = (sum(after), sum(before));
+            assert!((found / expected - 1.0).abs() < 1e-4, "area at {time}: {found}, expected {expected}");
+        }
+    }
 }
 
 #[test]

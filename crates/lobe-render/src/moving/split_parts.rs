@@ -1,4 +1,4 @@
-//! Splitting what stands still, so that it has vertices where shadows of what moves fall.
+//! Splitting triangles of a scene that moves, so that it has vertices where shadows fall.
 
 use derive_setters::Setters;
 use lobe_io::Job;
@@ -8,34 +8,47 @@ use lobe_scene::{Bvh, Mesh, Scene};
 use crate::{Motion, MovingPart, MovingScene, RenderError};
 
 /// Times of the span at which it is seen where parts are.
-const TIMES: usize = 33;
+pub(crate) const TIMES: usize = 33;
 
-/// Edges are split to a sixteenth of the size of what moves where it is, and of the distance from it elsewhere: shadows
-/// are the softer the farther what throws them is.
+/// Edges of what stands still are split to a sixteenth of the size of what moves where it comes, and of the distance from
+/// it elsewhere: shadows are the softer the farther what throws them is.
 const FINEST: f64 = 1.0 / 16.0;
 
-/// The part of the vertices that are allowed which go to shadows of what moves; the others go where the own transfer of
-/// a part asks for them.
+/// The part of the vertices that are allowed which go to what moves.
+const FOR_WHAT_MOVES: f64 = 0.5;
+
+/// The part of the vertices of what stands still which go to shadows of what moves; the others go where the own transfer
+/// of a part asks for them.
 const FOR_SHADOWS: f64 = 0.5;
 
-/// Options of [`MovingScene::split_still`].
+/// Options of [`MovingScene::split`].
 #[derive(Clone, Debug, Default, PartialEq, Setters)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
-pub struct StillSplitOptions {
+pub struct MovingSplitOptions {
     /// Of splits by transfer; the vertices that they allow are those of the whole scene.
     pub adaptive: AdaptiveOptions,
 }
 
-/// What became of a split.
+/// What became of a split: of what moves, and of what stands still. None of what was not to be split.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
-pub struct StillSplitReport {
-    /// Vertices of what was split, before.
+pub struct MovingSplitReport {
+    /// Parts that move.
+    pub moving: Option<SplitCounts>,
+    /// Parts that stand still.
+    pub still: Option<SplitCounts>,
+}
+
+/// Vertices before and after a split.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct SplitCounts {
+    /// Vertices before.
     pub before: usize,
     /// And after.
     pub after: usize,
-    /// How long edges are, as a part of the size of what moves where it is.
+    /// How long edges are at most, as a part of the size of what moves, there where it is.
     pub edge: f64,
 }
 
@@ -45,12 +58,25 @@ struct Moved {
     size: f64,
 }
 
-impl Moved {
-    fn of(bounds: [[f64; 3]; 2]) -> Self {
-        let [min, max] = bounds;
-        Self { bounds, size: 0.5 * (0..3).map(|k| (max[k] - min[k]).powi(2)).sum::<f64>().sqrt() }
+/// The smallest box around meshes, and half of its diagonal; none without vertices.
+fn bounds_of<'a>(meshes: impl Iterator<Item = &'a Mesh>, origin: [f64; 3]) -> Option<Moved> {
+    let [mut min, mut max] = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+    for p in meshes.flat_map(Mesh::positions) {
+        for axis in 0..3 {
+            let x = f64::from(p[axis]) + origin[axis];
+            (min[axis], max[axis]) = (min[axis].min(x), max[axis].max(x));
+        }
     }
+    let size = 0.5 * (0..3).map(|k| (max[k] - min[k]).powi(2)).sum::<f64>().sqrt();
+    (min[0] <= max[0]).then_some(Moved { bounds: [min, max], size })
+}
 
+/// Half of the diagonal of the box around meshes.
+pub(crate) fn size_of<'a>(meshes: impl Iterator<Item = &'a Mesh>) -> f64 {
+    bounds_of(meshes, [0.0; 3]).map_or(0.0, |moved| moved.size)
+}
+
+impl Moved {
     /// The scale of its shadow at a point: its size, and its distance.
     fn scale_at(&self, p: [f64; 3]) -> f64 {
         let [min, max] = &self.bounds;
@@ -59,52 +85,71 @@ impl Moved {
     }
 }
 
+/// Whether a part came without transfer, which its vertices would have to keep.
+pub(crate) fn is_bare(part: &MovingPart) -> bool {
+    part.transfer.is_none() && part.kept.is_none()
+}
+
 impl MovingScene {
-    /// Splits the triangles of parts that stand still and have no transfer yet: first where shadows of what moves fall,
-    /// the finer the nearer it comes, then where their own transfer asks for it, see [`split_adaptively`]. The vertices
-    /// that this makes are of [moments](Self::at), too.
+    /// Splits the triangles of parts that have no transfer yet. The vertices that this makes are of
+    /// [moments](Self::at), too; the surface of no part changes.
     ///
-    /// Edges end at a sixteenth of `size + distance`, of what moves and to it. Where that takes more than half of the
-    /// vertices that are allowed, they stay longer, everywhere by the same factor. `None` if there is nothing to split:
-    /// nothing stands still, or all of it came with its transfer.
+    /// Edges of what moves end at a quarter of its `size`, half of the diagonal of its box. Triangles that stand still
+    /// are split first where shadows of what moves fall, then where their own transfer asks for it, see
+    /// [`split_adaptively`]; under shadows edges end at a sixteenth of `size + distance`, of what moves and to it. What
+    /// moves takes half of the vertices that are allowed at most, shadows half of the rest. Where these do not suffice,
+    /// edges stay longer, everywhere by the same factor.
     ///
     /// # Errors
     /// [`RenderError::Prt`] with those of [`split_adaptively`], [`RenderError::Cancelled`] if the watch of the job said
     /// to stop, and those of [`Self::at`].
-    pub fn split_still(
-        &mut self,
-        options: &StillSplitOptions,
-        mut job: Job<'_>,
-    ) -> Result<Option<StillSplitReport>, RenderError> {
+    pub fn split(&mut self, options: &MovingSplitOptions, mut job: Job<'_>) -> Result<MovingSplitReport, RenderError> {
         job.expect_no_checkpoint().map_err(RenderError::Options)?;
-        let is_bare = |part: &MovingPart| part.transfer.is_none() && part.kept.is_none();
+        let all: usize = self.vertex_count();
+        let allowed = options.adaptive.budget(all).saturating_sub(all);
+        let moving = self.split_moving((FOR_WHAT_MOVES * allowed as f64) as usize)?;
+        let left = allowed.saturating_sub(self.vertex_count() - all);
+        let still = self.split_still(&options.adaptive, left, &mut job)?;
+        Ok(MovingSplitReport { moving, still })
+    }
+
+    /// The vertices of all parts.
+    pub(crate) fn vertex_count(&self) -> usize {
+        self.parts().iter().map(|part| part.scene.vertex_count()).sum()
+    }
+
+    /// Splits what stands still and has no transfer, if there is such a part, to so many vertices more.
+    fn split_still(
+        &mut self,
+        adaptive: &AdaptiveOptions,
+        mut left: usize,
+        job: &mut Job<'_>,
+    ) -> Result<Option<SplitCounts>, RenderError> {
         let is_split = |part: &MovingPart| matches!(part.motion, Motion::Still) && is_bare(part);
         let still: Vec<usize> = (0..self.parts().len()).filter(|k| is_split(&self.parts()[*k])).collect();
         if still.is_empty() {
             return Ok(None);
         }
         let moved = self.moved()?;
-        let all: usize = self.parts().iter().map(|part| part.scene.vertex_count()).sum();
-        let mut left = options.adaptive.budget(all).saturating_sub(all);
-        let mut report = StillSplitReport { edge: FINEST, ..StillSplitReport::default() };
+        let mut counts = SplitCounts { edge: FINEST, ..SplitCounts::default() };
         for (done, &index) in still.iter().enumerate() {
             // Each part has its share of what those before it left.
             let own = &self.parts()[index].scene;
             let (before, allowed) = (own.vertex_count(), left / (still.len() - done));
             let (scene, edge) = graded(own, &moved, before + (FOR_SHADOWS * allowed as f64) as usize)?;
-            let adaptive = options.adaptive.clone().max_vertices(Some(before + allowed));
+            let adaptive = adaptive.clone().max_vertices(Some(before + allowed));
             let (scene, _) = split_adaptively(&scene, &Bvh::new(&scene), &adaptive, job.reborrow())?;
             let after = scene.vertex_count();
             left = left.saturating_sub(after - before);
-            report = StillSplitReport {
-                before: report.before + before,
-                after: report.after + after,
-                edge: report.edge.max(edge),
+            counts = SplitCounts {
+                before: counts.before + before,
+                after: counts.after + after,
+                edge: counts.edge.max(edge),
             };
             self.parts_mut()[index].scene = scene;
         }
         self.set_split();
-        Ok(Some(report))
+        Ok(Some(counts))
     }
 
     /// Where the parts that move are, at some times.
@@ -114,20 +159,11 @@ impl MovingScene {
         for k in 0..TIMES {
             let part = k as f64 / (TIMES - 1) as f64;
             let (scene, _) = self.placed_at((1.0 - part) * begin + part * end)?;
-            let origin = scene.origin();
             let mut meshes = scene.meshes().iter();
             for part in self.parts() {
                 let own = meshes.by_ref().take(part.scene.meshes().len());
-                let [mut min, mut max] = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
-                for p in own.flat_map(Mesh::positions) {
-                    for axis in 0..3 {
-                        let x = f64::from(p[axis]) + origin[axis];
-                        (min[axis], max[axis]) = (min[axis].min(x), max[axis].max(x));
-                    }
-                }
-                if !matches!(part.motion, Motion::Still) && min[0] <= max[0] {
-                    moved.push(Moved::of([min, max]));
-                }
+                let found = bounds_of(own, scene.origin());
+                moved.extend(found.filter(|_| !matches!(part.motion, Motion::Still)));
             }
         }
         Ok(moved)
