@@ -144,7 +144,7 @@ def lobe_pictures(lobe, scene, folder, eye, target, samples, bounces=BOUNCES, mo
     """The same by Lobe under sky.exr of the folder, with more options, and the pixels that the scene covers whole."""
     pictures = []
     for seed in range(SEEDS):
-        run(lobe, "render", scene, "--env", folder / "sky.exr", "--mode", "truth", "-o", folder / "t.exr",
+        run(lobe, "render", "trace", scene, "--env", folder / "sky.exr", "-o", folder / "t.exr",
             "--size", f"{SIZE[0]}x{SIZE[1]}", "--samples", samples, "--bounces", bounces, "--seed", seed,
             "--fov", FOV, "--eye", ",".join(map(str, eye)), "--target", ",".join(map(str, target)), *more)
         with OpenEXR.File(str(folder / "t.exr")) as file:

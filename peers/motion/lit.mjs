@@ -30,7 +30,7 @@ if (!lobe || !existsSync(lobe)) {
 const folder = mkdtempSync(path.join(tmpdir(), 'lobe-lit-'));
 const at = (name) => path.join(folder, name);
 const run = (...words) => execFileSync(lobe, ['--quiet', ...words.map(String)], { encoding: 'utf8', stdio: ['ignore', 'pipe', 'inherit'] });
-const render = (file, time, out, ...words) => run('render', file, ...LIGHT, '--time', time, ...words, '-o', at(out));
+const render = (method, file, time, out, ...words) => run('render', method, file, ...LIGHT, '--time', time, ...words, '-o', at(out));
 const decibels = (picture) => JSON.parse(run('compare', at(picture), at('truth.exr'), '--json')).psnr;
 
 // The end of the first animation: the last key of its samplers.
@@ -50,13 +50,13 @@ try {
   for (const { name, file } of files) {
     for (const part of PARTS) {
       const time = part * duration(file);
-      render(file, time, 'truth.exr', '--mode', 'truth', '--bounces', 0, '--samples', PATHS);
+      render('trace', file, time, 'truth.exr', '--bounces', 0, '--samples', PATHS);
       const near = SPHERES.map((count) => {
-        render(file, time, 'spheres.exr', '--mode', 'shexp', '--order', 4, '--spheres', count);
+        render('moving', file, time, 'spheres.exr', '--method', 'exponentials', '--order', 4, '--spheres', count);
         return decibels('spheres.exr');
       });
       // The control: what is late by a tenth of the animation is farther from the truth.
-      render(file, time + LATE * duration(file), 'late.exr', '--mode', 'shexp', '--order', 4, '--spheres', SPHERES.at(-1));
+      render('moving', file, time + LATE * duration(file), 'late.exr', '--method', 'exponentials', '--order', 4, '--spheres', SPHERES.at(-1));
       const late = decibels('late.exr');
       const isNearer = near.at(-1) > late && near.at(-1) > near[0] - WORSE;
       failures += isNearer ? 0 : 1;

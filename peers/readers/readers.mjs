@@ -175,7 +175,7 @@ function readExr(python) {
   run('env', 'convert', 'bundled:sunset', '--size', '32', '-o', 'full.exr');
   run('env', 'convert', 'bundled:sunset', '--size', '32', '--half', '-o', 'half.exr');
   run('env', 'convert', 'bundled:sunset', '--size', '32', '-o', 'full.pfm');
-  run('render', 'built-in:ball', '--env', 'bundled:studio', '--mode', 'truth', '--size', '80x70', '--samples', '2', '-o', 'truth.exr');
+  run('render', 'trace', 'built-in:ball', '--env', 'bundled:studio', '--size', '80x70', '--samples', '2', '-o', 'truth.exr');
   run('bake', 'built-in:cornell', '--texels', '64', '--order', '3', '--samples', '4', '-o', 'lightmap.exr');
   const names = ['full.exr', 'half.exr', 'truth.exr', 'lightmap.exr'];
   const found = JSON.parse(execFileSync(python, [path.join(import.meta.dirname, 'exr.py'), ...names.map(at)], { maxBuffer: 1 << 24 }));

@@ -40,7 +40,7 @@ def noise(pictures):
 def by_lobe(lobe, compare, folder, name):
     """Seconds of a picture, and all pictures."""
     eye, target = (",".join(map(str, v)) for v in compare.SCENES[name])
-    command = [lobe, "render", f"built-in:{name}", "--env", folder / "sky.exr", "--mode", "truth", "--threads", 1, "--quiet",
+    command = [lobe, "render", "trace", f"built-in:{name}", "--env", folder / "sky.exr", "--threads", 1, "--quiet",
                "--bounces", BOUNCES, "--fov", compare.FOV, "--eye", eye, "--target", target, "-o", folder / "t.exr"]  # fmt: skip
     start = min(processor_seconds([*command, "--size", "1x1", "--samples", 2]) for _ in range(SEEDS))
     seconds, pictures = [], []

@@ -11,7 +11,7 @@ use crate::args::output::stdout_error;
 use crate::args::values;
 use crate::bake::{bake, compress, fit_lobes};
 use crate::bench::bench;
-use crate::render::render;
+use crate::render::methods::RenderCommand;
 use crate::run::failure::Failure;
 use crate::run::system::check_stdout;
 use crate::run::talk::Talk;
@@ -65,7 +65,8 @@ enum Command {
     /// Bake what a scene does to light, for any light to come
     Bake(bake::Bake),
     /// Render a scene under any light: by transfer at once, or path traced for reference
-    Render(Box<render::Render>),
+    #[command(subcommand)]
+    Render(RenderCommand),
     /// Compare two pictures: RMSE, relative MSE, PSNR, FLIP; test whether chance explains the difference
     Compare(compare::Compare),
     /// Write transfer in fewer bytes, by clustered principal components
@@ -173,13 +174,32 @@ fn threads(text: &str) -> Result<usize, String> {
 /// Reads the command line.
 pub(crate) fn parse() -> Result<Cli, Failure> {
     let command = with_negative_numbers(Cli::command());
-    let usage = |error| Failure::Usage { error: Box::new(error), command: command_meant(std::env::args_os()) };
-    let matches = command.try_get_matches().map_err(usage)?;
+    let args = with_method(std::env::args_os().collect());
+    let usage = |error| Failure::Usage { error: Box::new(error), command: command_meant(args.iter().cloned()) };
+    let matches = command.try_get_matches_from(&args).map_err(usage)?;
     let cli = Cli::from_arg_matches(&matches).map_err(usage)?;
     if prints(&matches, "lobe") {
         check_stdout().map_err(stdout_error)?;
     }
     Ok(cli)
+}
+
+/// `lobe render SCENE`, which names no method, means `lobe render baked SCENE`.
+fn with_method(mut args: Vec<OsString>) -> Vec<OsString> {
+    let is_render = |word: &OsString| word == "render";
+    let Some(at) = args.iter().position(is_render).filter(|&at| args[1..at].iter().all(is_no_word)) else {
+        return args;
+    };
+    let word = args[at + 1..].iter().find(|word| !is_no_word(word));
+    if word.is_some_and(|word| RenderCommand::NAMES.iter().all(|name| word != name)) {
+        args.insert(at + 1, "baked".into());
+    }
+    args
+}
+
+/// Whether a word is an option of the program or its number.
+fn is_no_word(word: &OsString) -> bool {
+    word.to_string_lossy().starts_with(|first: char| first == '-' || first.is_ascii_digit())
 }
 
 /// Commands that print a text without having --json.

@@ -43,11 +43,11 @@ pub(crate) struct Compare {
     /// Write the FLIP error of every pixel as a .png: black for none, white for the largest
     #[arg(short, long, value_name = "DIFF")]
     output: Option<PathBuf>,
-    /// Test whether chance explains the differences of two .exr pictures of lobe render --mode truth; exit with 1 if not. The
+    /// Test whether chance explains the differences of two .exr pictures of lobe render trace; exit with 1 if not. The
     /// level of significance is 1 % for all six numbers together (Šidák)
     #[arg(long)]
     z_test: bool,
-    /// Another reference by lobe render --mode truth, like B except for its --seed: adds the error over surfaces, with
+    /// Another reference by lobe render trace, like B except for its --seed: adds the error over surfaces, with
     /// the noise of both references subtracted. Only pixels that show nothing else count
     #[arg(long, value_name = "B2", conflicts_with = "z_test")]
     half: Option<PathBuf>,
@@ -254,7 +254,7 @@ fn read(path: &Path, memory: &MemoryLimit, talk: Talk) -> anyhow::Result<Read> {
     Ok(Read { picture, is_display, variance: None })
 }
 
-/// A picture of `lobe render --mode truth`, with its variance.
+/// A picture of `lobe render trace`, with its variance.
 fn read_traced(path: &Path, memory: &MemoryLimit) -> anyhow::Result<Read> {
     let TracedPicture { mean, variance, degrees_of_freedom, .. } = traced(path, memory)?;
     Ok(Read { picture: mean, is_display: false, variance: Some((variance, degrees_of_freedom)) })

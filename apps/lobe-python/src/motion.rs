@@ -31,7 +31,7 @@ use crate::sharing::Share;
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct Shading {
-    mode: String,
+    method: String,
     /// That of what is baked already, or 4.
     order: Option<usize>,
     samples: Option<u32>,
@@ -50,10 +50,10 @@ pub(crate) struct Shading {
 
 impl Shading {
     fn method(&self) -> PyResult<MovingMethod> {
-        match &*self.mode {
+        match &*self.method {
             "fields" => Ok(MovingMethod::Fields),
-            "shexp" => Ok(MovingMethod::Exponentials),
-            other => Err(value_error(format!("mode: expected fields or shexp, found {other:?}"))),
+            "exponentials" => Ok(MovingMethod::Exponentials),
+            other => Err(value_error(format!("method: expected fields or exponentials, found {other:?}"))),
         }
     }
 

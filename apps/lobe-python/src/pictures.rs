@@ -10,7 +10,7 @@ use lobe::io::{Job, Shard};
 use lobe::prt::{AdaptiveOptions, AlbedoMode, BakeOptions, BakeWork, BakedOrScene, GlossyLobe};
 use lobe::render::{
     Background, BakedScene, Camera, DistantLight, Emitter, LitPicture, PathOptions, RenderError, SampleCount, Surfaces,
-    Truth, TruthOptions, ViewOptions, light_baked_scene, light_by_irradiance, render_truth_shard,
+    Truth, TruthOptions, ViewOptions, ViewPoint, light_baked_scene, light_by_irradiance, render_truth_shard,
     render_truth_with_emitters,
 };
 use lobe::scene::{Bvh, Scene, is_gltf};
@@ -26,20 +26,22 @@ use crate::rows::{array_of, contiguous, value_error};
 use crate::scenes::{Read, SceneInput, remark};
 use crate::sharing::Share;
 
-/// An eye, its target and the angle of view from the bottom to the top of the picture, in radians; without an eye all of the scene is in
-/// view.
-pub(crate) type View = (Option<[f64; 3]>, Option<[f64; 3]>, f64);
+/// An eye and its target, or its azimuth and height around the scene; and the angle of view from the bottom to the top of the picture. Angles
+/// are in degrees.
+pub(crate) type View = (Option<[f64; 3]>, Option<[f64; 3]>, Option<[f64; 2]>, f64);
 
 fn camera_of(scene: &Scene, view: View) -> PyResult<Camera> {
     camera_around(scene.world_bounds(), view)
 }
 
 /// The camera for a box in the world.
-pub(crate) fn camera_around([min, max]: [[f64; 3]; 2], (eye, target, angle): View) -> PyResult<Camera> {
-    let Some(eye) = eye else { return Ok(Camera::in_front_of(min, max, 0.5 * angle)) };
-    let target = target.unwrap_or_else(|| std::array::from_fn(|k| 0.5 * (min[k] + max[k])));
-    Camera::look_at(eye, target, 0.5 * angle)
-        .ok_or_else(|| value_error("eye: expected another point than the target, found the same"))
+pub(crate) fn camera_around(bounds: [[f64; 3]; 2], (eye, target, orbit, fov): View) -> PyResult<Camera> {
+    let view = match (eye, orbit) {
+        (Some(eye), _) => ViewPoint::At { eye, target },
+        (None, Some([azimuth, height])) => ViewPoint::Orbit { azimuth, height },
+        (None, None) => ViewPoint::default(),
+    };
+    view.camera(bounds, fov).map_err(|error| error_of(&error))
 }
 
 /// A light of colors, `(n², 3)`.

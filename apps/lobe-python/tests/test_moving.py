@@ -32,20 +32,20 @@ def read(path):
 @pytest.mark.parametrize(
     "mode, words, options",
     [
-        ("shexp", "--time 0.7", {}),
-        pytest.param("shexp", "--time 0.2 --exponential hybrid --sphere-bounce --group 16 --sphere-window 6", {"exponential": "hybrid", "sphere_bounce": True, "group": 16, "sphere_window": 6.0}, marks=pytest.mark.nightly),
+        ("exponentials", "--time 0.7", {}),
+        pytest.param("exponentials", "--time 0.2 --exponential hybrid --sphere-bounce --group 16 --sphere-window 6", {"exponential": "hybrid", "sphere_bounce": True, "group": 16, "sphere_window": 6.0}, marks=pytest.mark.nightly),
         ("fields", "--time 0.7 --interpolation cubic", {"interpolation": "cubic"}),
     ],
 )
 def test_a_moment_is_that_of_the_command(mode, words, options, light, tmp_path):
-    lobe_command("render built-in:three-objects --env", light, f"--mode {mode}", WORDS, words, "-o", tmp_path / "p.exr")
+    lobe_command("render moving built-in:three-objects --env", light, f"--method {mode}", WORDS, words, "-o", tmp_path / "p.exr")
     moving = lobe.MovingScene("built-in:three-objects", lobe.MovingOptions(mode, **SMALL, **options))
     time = float(words.split()[1])
     np.testing.assert_array_equal(moving.render(SKY, time, **SIZE), read(tmp_path / "p.exr"))
 
 
 def test_what_is_called_while_a_scene_is_at_work_cannot_ask_it():
-    moving = lobe.MovingScene("built-in:three-objects", lobe.MovingOptions("shexp", **SMALL))
+    moving = lobe.MovingScene("built-in:three-objects", lobe.MovingOptions("exponentials", **SMALL))
 
     def ask(done, total):
         moving.bounds()
@@ -57,7 +57,7 @@ def test_what_is_called_while_a_scene_is_at_work_cannot_ask_it():
 
 @pytest.mark.nightly
 def test_one_scene_gives_the_pictures_of_many_times():
-    moving = lobe.MovingScene("built-in:three-objects", lobe.MovingOptions("shexp", **SMALL))
+    moving = lobe.MovingScene("built-in:three-objects", lobe.MovingOptions("exponentials", **SMALL))
     begin, end = moving.span
     assert begin < end and len(moving.parts) > 1
     camera = lobe.Camera((4, -6, 4), (0, 0, 0.5))
@@ -68,20 +68,20 @@ def test_one_scene_gives_the_pictures_of_many_times():
     # What has come to its end rests there, unless it begins anew.
     resting = moving.render(SKY, end + 1.0, camera=camera, **SIZE)
     np.testing.assert_array_equal(resting, moving.render(SKY, end, camera=camera, **SIZE))
-    again = lobe.MovingScene("built-in:three-objects", lobe.MovingOptions("shexp", **SMALL), loop=True)
+    again = lobe.MovingScene("built-in:three-objects", lobe.MovingOptions("exponentials", **SMALL), loop=True)
     np.testing.assert_allclose(again.render(SKY, end + begin, camera=camera, **SIZE), first, atol=1e-4)
 
 
 @pytest.mark.nightly
 def test_the_shading_is_near_the_truth_of_the_same_moment(light, tmp_path):
-    options = lobe.MovingOptions("shexp", order=4, samples=64, bounces=0, spheres=8, still_points=0)
+    options = lobe.MovingOptions("exponentials", order=4, samples=64, bounces=0, spheres=8, still_points=0)
     moving = lobe.MovingScene("built-in:three-objects", options)
     truth = moving.trace(SKY, 0.7, samples=64, bounces=0, seed=2, **SIZE)
     assert lobe.compare(moving.render(SKY, 0.7, **SIZE), truth.mean).psnr > 25
     same = lobe.trace("built-in:three-objects", SKY, time=0.7, samples=64, bounces=0, seed=2, **SIZE)
     np.testing.assert_array_equal(same.mean, truth.mean)
-    words = "--mode truth --time 0.7 --samples 64 --bounces 0 --seed 2 --size 32x16 --fov 40"
-    lobe_command("render built-in:three-objects --env", light, words, "-o", tmp_path / "t.exr")
+    words = "--time 0.7 --samples 64 --bounces 0 --seed 2 --size 32x16 --fov 40"
+    lobe_command("render trace built-in:three-objects --env", light, words, "-o", tmp_path / "t.exr")
     np.testing.assert_array_equal(truth.mean, read(tmp_path / "t.exr"))
 
 
@@ -90,7 +90,7 @@ def test_what_is_baked_is_taken_up_again(tmp_path):
     class Stopped(Exception):
         pass
 
-    options = lobe.MovingOptions("shexp", **{**SMALL, "samples": 64})
+    options = lobe.MovingOptions("exponentials", **{**SMALL, "samples": 64})
     calls = []
 
     def stop(done, total):
@@ -112,17 +112,17 @@ def test_what_is_baked_is_taken_up_again(tmp_path):
 
 @pytest.mark.nightly
 def test_render_shows_what_moves_at_a_time():
-    found = lobe.render("built-in:three-objects", SKY, mode="shexp", order=2, bake_samples=4, time=0.4, **SIZE)
-    moving = lobe.MovingScene("built-in:three-objects", lobe.MovingOptions("shexp", order=2, samples=4))
+    found = lobe.render("built-in:three-objects", SKY, mode="exponentials", order=2, bake_samples=4, time=0.4, **SIZE)
+    moving = lobe.MovingScene("built-in:three-objects", lobe.MovingOptions("exponentials", order=2, samples=4))
     np.testing.assert_array_equal(found, moving.render(SKY, 0.4, **SIZE))
 
 
 def test_what_cannot_move_or_be_shown_is_refused(tmp_path):
     (tmp_path / "s.json").write_text("{}")
     for call, error, message in [
-        (lambda: lobe.MovingOptions("glossy"), ValueError, "mode: expected fields or shexp"),
-        (lambda: lobe.MovingOptions("fields", exponential="hybrid"), ValueError, "exponential: only of the mode shexp"),
-        (lambda: lobe.MovingOptions("shexp", exponential="eigen"), ValueError, "exponential: expected grid"),
+        (lambda: lobe.MovingOptions("glossy"), ValueError, "method: expected fields or exponentials"),
+        (lambda: lobe.MovingOptions("fields", exponential="hybrid"), ValueError, "exponential: only of the method exponentials"),
+        (lambda: lobe.MovingOptions("exponentials", exponential="eigen"), ValueError, "exponential: expected grid"),
         (lambda: lobe.MovingOptions(group=8), ValueError, "group: expected a multiple of 16"),
         (lambda: lobe.MovingOptions(still_points=4), ValueError, "still_points: expected 0, or 8"),
         (lambda: lobe.MovingOptions(order=9), ValueError, "order: expected 1 to 8"),
@@ -132,7 +132,7 @@ def test_what_cannot_move_or_be_shown_is_refused(tmp_path):
         (lambda: lobe.MovingScene(tmp_path / "s.json", animation=0), ValueError, "animation: only of glTF files"),
         (lambda: lobe.MovingScene("built-in:three-objects", animation="dance"), ValueError, "dance"),
         (lambda: lobe.MovingScene("built-in:three-objects").render(SKY, float("nan")), ValueError, "time"),
-        (lambda: lobe.render("built-in:three-objects", SKY, time=1.0), ValueError, "time: only of the modes fields and shexp"),
+        (lambda: lobe.render("built-in:three-objects", SKY, time=1.0), ValueError, "time: only of the modes fields and exponentials"),
     ]:
         with pytest.raises(error, match=message):
             call()

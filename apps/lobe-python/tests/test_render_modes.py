@@ -20,19 +20,19 @@ def light(tmp_path_factory):
 
 
 def commanded(scene, light, words, folder):
-    lobe_command("render", scene, "--env", light, words, VIEW, "-o", folder / "p.exr")
+    lobe_command("render", words, scene, "--env", light, VIEW, "-o", folder / "p.exr")
     return lobe.EnvMap.load(folder / "p.exr", mapping="lat-long").texels
 
 
 @pytest.mark.parametrize(
     "words, options",
     [
-        ("--mode irradiance", {"mode": "irradiance"}),
-        ("--mode unshadowed --order 2 --bake-samples 16", {"mode": "unshadowed", "order": 2, "bake_samples": 16}),
-        ("--mode shadowed --bake-samples 16", {"mode": "shadowed", "bake_samples": 16}),
-        ("--mode interreflected --bake-samples 16 --bounces 1", {"mode": "interreflected", "bake_samples": 16, "bounces": 1}),
-        ("--mode glossy --order 2 --bake-samples 16", {"mode": "glossy", "order": 2, "bake_samples": 16}),
-        ("--mode glossy --order 2 --bake-samples 16 --lobe phong:9", {"mode": "glossy", "order": 2, "bake_samples": 16, "lobe": "phong:9"}),
+        ("irradiance", {"mode": "irradiance"}),
+        ("baked --mode unshadowed --order 2 --bake-samples 16", {"mode": "unshadowed", "order": 2, "bake_samples": 16}),
+        ("baked --mode shadowed --bake-samples 16", {"mode": "shadowed", "bake_samples": 16}),
+        ("baked --mode interreflected --bake-samples 16 --bounces 1", {"mode": "interreflected", "bake_samples": 16, "bounces": 1}),
+        ("baked --mode glossy --order 2 --bake-samples 16", {"mode": "glossy", "order": 2, "bake_samples": 16}),
+        ("baked --mode glossy --order 2 --bake-samples 16 --lobe phong:9", {"mode": "glossy", "order": 2, "bake_samples": 16, "lobe": "phong:9"}),
     ],
 )
 def test_every_mode_makes_the_picture_of_the_command(words, options, light, tmp_path):
@@ -51,19 +51,19 @@ def test_transfer_alone_lights_the_scene_that_it_was_baked_for(light, tmp_path):
     lobe.compress(tmp_path / "b.glb", tmp_path / "c.safetensors", clusters=16, components=9)
     compressed = lobe.render("built-in:ball", SKY, transfer=tmp_path / "c.safetensors", **SIZE)
     assert lobe.compare(compressed, by_scene).psnr > 40
-    words = f"--mode shadowed --transfer {tmp_path / 'c.safetensors'}"
+    words = f"baked --mode shadowed --transfer {tmp_path / 'c.safetensors'}"
     np.testing.assert_array_equal(compressed, commanded("built-in:ball", light, words, tmp_path))
 
 
 def test_matrices_and_lightmaps_make_the_pictures_of_the_command(light, tmp_path):
     lobe.bake("built-in:ball", tmp_path / "g.safetensors", lobe.BakeOptions(mode="glossy", order=2, samples=16))
     glossy = lobe.render("built-in:ball", SKY, mode="glossy", transfer=tmp_path / "g.safetensors", lobe="ggx:0.5", **SIZE)
-    words = f"--mode glossy --lobe ggx:0.5 --transfer {tmp_path / 'g.safetensors'}"
+    words = f"baked --mode glossy --lobe ggx:0.5 --transfer {tmp_path / 'g.safetensors'}"
     np.testing.assert_array_equal(glossy, commanded("built-in:ball", light, words, tmp_path))
     for name in ("l.exr", "l.safetensors"):
         lobe.bake("built-in:cornell", tmp_path / name, lobe.BakeOptions(texels=32, order=2, samples=8))
         lit = lobe.render("built-in:cornell", SKY, transfer=tmp_path / name, **SIZE)
-        words = f"--mode interreflected --transfer {tmp_path / name}"
+        words = f"baked --mode interreflected --transfer {tmp_path / name}"
         np.testing.assert_array_equal(lit, commanded("built-in:cornell", light, words, tmp_path))
 
 

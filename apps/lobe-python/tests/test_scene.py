@@ -136,7 +136,7 @@ def test_surfaces_are_those_of_the_command(tmp_path):
     lobe.EnvMap.bundled("sunset").save(tmp_path / "sky.exr")
     light = lobe.EnvMap.load(tmp_path / "sky.exr")
     for surfaces in ("matte", "gltf", "gltf-separable"):
-        lobe_command(f"render built-in:still-life --mode truth --surfaces {surfaces} --size 8x4 --samples 16 --bounces 1 --env", tmp_path / "sky.exr", "-o", tmp_path / "a.exr")
+        lobe_command(f"render trace built-in:still-life --surfaces {surfaces} --size 8x4 --samples 16 --bounces 1 --env", tmp_path / "sky.exr", "-o", tmp_path / "a.exr")
         expected = lobe.EnvMap.load(tmp_path / "a.exr").texels
         found = lobe.trace("built-in:still-life", light, surfaces=surfaces, width=8, height=4, samples=16, bounces=1)
         np.testing.assert_array_equal(found.mean, expected)

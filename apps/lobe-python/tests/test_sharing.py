@@ -54,8 +54,8 @@ def test_a_shard_of_a_picture_is_that_of_the_command(tmp_path):
     lobe.EnvMap.bundled("sunset").save(tmp_path / "sky.exr")
     light = lobe.EnvMap.load(tmp_path / "sky.exr")
     lobe.trace_shard("built-in:ball", light, tmp_path / "a.safetensors", (2, 3), **PICTURE)
-    options = "--mode truth --size 9x7 --samples 16 --bounces 1 --shard 2/3 -o"
-    lobe_command("render built-in:ball --env", tmp_path / "sky.exr", options, tmp_path / "b.safetensors")
+    options = "--size 9x7 --samples 16 --bounces 1 --shard 2/3 -o"
+    lobe_command("render trace built-in:ball --env", tmp_path / "sky.exr", options, tmp_path / "b.safetensors")
     assert (tmp_path / "a.safetensors").read_bytes() == (tmp_path / "b.safetensors").read_bytes()
 
 

@@ -86,6 +86,7 @@ mod scene_view;
 
 pub use camera::camera::Camera;
 pub use camera::view::View;
+pub use camera::view_point::ViewPoint;
 pub use environment_mapping::environment_maps::{EnvironmentMaps, TurnedMaps};
 pub use environment_mapping::light_by_maps::light_by_environment_maps;
 pub use environment_mapping::options::EnvironmentMapOptions;

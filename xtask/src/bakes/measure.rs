@@ -86,7 +86,7 @@ impl Bench<'_> {
         let path = self.folder.join(format!("paths-{}-{:016x}-{seed}.exr", row.file_name(), hasher.finish()));
         if !path.exists() {
             let (paths, seed, out) = (row.paths.to_string(), seed.to_string(), path.to_string_lossy().into_owned());
-            let trace = ["render", scene, "--mode", "truth", "--env", LIGHT, "--size", SIZE];
+            let trace = ["render", "trace", scene, "--env", LIGHT, "--size", SIZE];
             let rest = ["--samples", &paths, "--seed", &seed, "-o", &out];
             self.run(&[words(&trace, row.view), words(&rest, "")].concat())?;
         }

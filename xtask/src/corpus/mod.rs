@@ -105,18 +105,18 @@ fn all_steps(program: &Path, input: &Path, validator: Option<&Validator>, folder
         let words = ["--quiet", "bake", &input_name, "-o"].into_iter().chain(output.iter().copied());
         words.chain(small_bake).collect()
     };
-    let render = |scene, mode| -> Vec<&str> {
-        let words = ["--quiet", "render", scene, "--env", "bundled:studio", "--mode", mode];
+    let render = |scene, method| -> Vec<&str> {
+        let words = ["--quiet", "render", method, scene, "--env", "bundled:studio"];
         words.into_iter().chain(small_picture).collect()
     };
     let commands: Vec<Vec<&str>> = if is_model {
         // What moves is posed between two keys, by its skin if it has one.
-        let mut posed = render(&*input_name, "truth");
+        let mut posed = render(&*input_name, "trace");
         posed.extend(["--time", "0.37"]);
-        let mapped = [bake(&["mapped.glb", "--texels", "256"]), render("mapped.glb", "interreflected")];
+        let mapped = [bake(&["mapped.glb", "--texels", "256"]), render("mapped.glb", "baked")];
         // An error that few models need many rounds for.
         let split = bake(&["baked.glb", "--adaptive", "0.1"]);
-        [split, render("baked.glb", "interreflected"), posed].into_iter().chain(mapped).collect()
+        [split, render("baked.glb", "baked"), posed].into_iter().chain(mapped).collect()
     } else {
         vec![
             vec!["--quiet", "env", "info", &input_name],

@@ -1,6 +1,6 @@
 //! Options of a job on the command line: an argument for each field of its table, and what was given of them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::marker::PhantomData;
 use std::path::PathBuf;
 
@@ -78,7 +78,12 @@ impl<T: JobOptions> FromArgMatches for JobArgs<T> {
 
 impl<T: JobOptions> Args for JobArgs<T> {
     fn augment_args(command: Command) -> Command {
-        T::fields().into_iter().fold(command, |command, field| command.arg(argument::<T>(field)))
+        // -h has the first option of each heading, --help all of them.
+        let mut begun = BTreeSet::new();
+        T::fields().into_iter().fold(command, |command, field| {
+            let is_further = T::heading_of(field.name).is_some_and(|heading| !begun.insert(heading));
+            command.arg(argument::<T>(field).hide_short_help(is_further))
+        })
     }
 
     fn augment_args_for_update(command: Command) -> Command {

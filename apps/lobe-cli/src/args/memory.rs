@@ -38,7 +38,7 @@ impl FromArgMatches for MemoryLimit {
 
 impl Args for MemoryLimit {
     fn augment_args(command: Command) -> Command {
-        command.args(option::<BakeJob>("max_memory"))
+        command.args(option::<BakeJob>("max_memory").map(|arg| arg.hide_short_help(true)))
     }
 
     fn augment_args_for_update(command: Command) -> Command {

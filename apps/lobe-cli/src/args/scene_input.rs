@@ -38,7 +38,9 @@ impl FromArgMatches for SceneInput {
 
 impl Args for SceneInput {
     fn augment_args(command: Command) -> Command {
-        JobArgs::<SceneSource>::augment_args(command).mut_arg("scene", |scene| scene.required(true))
+        JobArgs::<SceneSource>::augment_args(command)
+            .mut_arg("scene", |scene| scene.required(true))
+            .mut_arg("time", |time| time.hide_short_help(false))
     }
 
     fn augment_args_for_update(command: Command) -> Command {

@@ -11,16 +11,16 @@ use crate::args::output;
 use crate::run::bake_watch::{Checkpoint, watched};
 use crate::run::talk::Talk;
 
-#[derive(Args)]
+#[derive(Args, Default)]
 #[command(next_help_heading = "Sharing among machines")]
 pub(crate) struct Sharing {
     /// Do part I of N of the work, and write it as a shard, a .safetensors file. Ctrl-C leaves what is done, and the same command
     /// goes on from there
-    #[arg(long, value_name = "I/N", value_parser = str::parse::<Shard>, conflicts_with = "merge")]
+    #[arg(long, value_name = "I/N", value_parser = str::parse::<Shard>, conflicts_with = "merge", hide_short_help = true)]
     pub(crate) shard: Option<Shard>,
     /// Take the work from these files, which are all shards of the same command on any machines: the output has the bytes that one
     /// machine alone gives it
-    #[arg(long, value_name = "PART", num_args = 1..)]
+    #[arg(long, value_name = "PART", num_args = 1.., hide_short_help = true)]
     pub(crate) merge: Vec<PathBuf>,
 }
 

@@ -7,7 +7,7 @@ use lobe::scene::Scene;
 
 use crate::args::values;
 
-#[derive(Args, Clone, Copy)]
+#[derive(Args, Clone, Copy, Default)]
 pub(crate) struct VertexBudget {
     /// Where a scene is baked: the most vertices that splitting may leave it, spent where transfer is farthest off. Of
     /// a scene that moves, what moves takes half of the new ones at most, and its shadows half of the rest [default: four

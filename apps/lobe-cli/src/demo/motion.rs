@@ -53,9 +53,9 @@ impl Writer<'_> {
         }
         self.moments(&objects)?;
         self.page.command(&format!(
-            "lobe render built-in:three-objects --env bundled:{name} --mode fields --frames 0..95 -o moving.png\n\
-             lobe render built-in:three-objects --env bundled:{name} --mode shexp --time 1 -o spheres.exr\n\
-             lobe render built-in:three-objects --env bundled:{name} --mode truth --time 1 -o truth.exr"
+            "lobe render moving built-in:three-objects --env bundled:{name} --frames 0..95 -o moving.png\n\
+             lobe render moving built-in:three-objects --env bundled:{name} --method exponentials --time 1 -o spheres.exr\n\
+             lobe render trace built-in:three-objects --env bundled:{name} --time 1 -o truth.exr"
         ));
         Ok(())
     }

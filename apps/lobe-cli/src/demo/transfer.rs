@@ -63,8 +63,8 @@ impl Writer<'_> {
         self.transfer_table(sky, &hall, &truths);
         self.page.command(&format!(
             "lobe bake built-in:columns -o hall.glb\n\
-             lobe render hall.glb --env bundled:{name} --mode interreflected --frames 24 -o hall.png\n\
-             lobe render hall.glb --env bundled:{name} --mode truth --samples 256 -o truth.exr"
+             lobe render hall.glb --env bundled:{name} --frames 24 -o hall.png\n\
+             lobe render trace hall.glb --env bundled:{name} --samples 256 -o truth.exr"
         ));
         Ok(hall)
     }

@@ -63,8 +63,8 @@ impl Writer<'_> {
         self.ringing_plot(sky, &rows)?;
         self.ringing_table(&rows);
         self.page.command(&format!(
-            "lobe render hall.glb --env bundled:{name} --mode interreflected --order {order} -o rings.exr\n\
-             lobe render hall.glb --env bundled:{name} --mode interreflected --order {order} --window hanning:{} -o calm.exr\n\
+            "lobe render hall.glb --env bundled:{name} --order {order} -o rings.exr\n\
+             lobe render hall.glb --env bundled:{name} --order {order} --window hanning:{} -o calm.exr\n\
              lobe compare calm.exr truth.exr",
             order + 1
         ));

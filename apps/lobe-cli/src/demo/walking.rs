@@ -37,7 +37,7 @@ impl Writer<'_> {
         self.steps(&stage, &figure)?;
         self.page.command(&format!(
             "lobe spheres built-in:walking-figure -n 64 --entity figure -o figure.spheres.safetensors\n\
-             lobe render built-in:walking-figure --env bundled:{name} --mode shexp --frames 0..47 --loop -o walking.png"
+             lobe render moving built-in:walking-figure --env bundled:{name} --method exponentials --frames 0..47 --loop -o walking.png"
         ));
         Ok(())
     }

@@ -13,9 +13,9 @@ use crate::run::bake_watch::watched;
 use crate::run::talk::Talk;
 
 /// What only environment mapping knows.
-#[derive(Args)]
+#[derive(Args, Default)]
 pub(crate) struct EnvironmentInput {
-    /// environment: look reflections up in a picture of this mapping, as --from of lobe project names it, of SIZE rows (of a cube, of
+    /// Look reflections up in a picture of this mapping, as --from of lobe project names it, of SIZE rows (of a cube, of
     /// a face), which shows its seams and its resolution; rougher levels have no more rows [default: mirrors show the texels of
     /// the environment, rough surfaces cubes; SIZE: about as many texels as the environment has]
     #[arg(long, value_name = "MAPPING[:SIZE]")]
@@ -42,18 +42,12 @@ impl FromStr for Through {
 }
 
 impl EnvironmentInput {
-    /// Refuses the option, of another mode or of surfaces that mirror nothing.
-    pub(crate) fn check(&self, surfaces: Option<Surfaces>) -> anyhow::Result<()> {
-        if self.reflect_through.is_none() {
-            return Ok(());
+    /// Refuses the option of surfaces that mirror nothing.
+    pub(crate) fn check(&self, surfaces: Surfaces) -> anyhow::Result<()> {
+        if self.reflect_through.is_some() && surfaces == Surfaces::Matte {
+            bail!("--reflect-through: matte surfaces reflect no picture; leave the option out");
         }
-        match surfaces {
-            None => bail!("--reflect-through: only of --mode environment; leave the option out"),
-            Some(Surfaces::Matte) => {
-                bail!("--reflect-through: matte surfaces reflect no picture; leave the option out")
-            }
-            Some(_) => Ok(()),
-        }
+        Ok(())
     }
 
     /// The maps of the light.

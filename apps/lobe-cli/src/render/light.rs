@@ -25,17 +25,22 @@ pub(crate) struct LightInput {
     /// The light: an environment map as for lobe project, bundled:NAME, or an expansion of radiance, a .sh.json file
     #[arg(long, value_name = "ENV")]
     env: PathBuf,
-    /// Light with the expansion of this order, 1 to 256 (transfer goes to 8) [default: truth: the map itself, as always in
-    /// environment; irradiance: 3; else that of the transfer, or 4; a .sh.json file has its own]
+    /// Turn the light about +z by this angle, counterclockwise seen from above
+    #[arg(long, value_name = "DEG", default_value = "0", allow_hyphen_values = true, value_parser = values::finite)]
+    rotate_light: f64,
+}
+
+/// The expansion of the light.
+#[derive(Args, Default)]
+pub(crate) struct ExpansionInput {
+    /// Light with the expansion of this order, 1 to 256 (transfer goes to 8) [default: of trace the map itself, of
+    /// irradiance 3, else that of the transfer, or 4; a .sh.json file has its own]
     #[arg(long, value_name = "N", value_parser = values::order)]
-    order: Option<usize>,
+    pub(crate) order: Option<usize>,
     /// A window for the expansion against ringing: hanning[:BAND], lanczos[:BAND[:POWER]], sinc4[:BAND] reach zero at that band
     /// [default: the order]; gauss:DEGREES; laplacian:PART leaves that part of the squared Laplacian
     #[arg(long, value_name = "KIND", value_parser = window)]
     window: Option<WindowKind>,
-    /// Turn the light about +z by this angle, counterclockwise seen from above
-    #[arg(long, value_name = "DEG", default_value = "0", allow_hyphen_values = true, value_parser = values::finite)]
-    rotate_light: f64,
 }
 
 /// A window whose width may depend on the expansion.
@@ -93,19 +98,13 @@ impl LightInput {
         Ok(ReadLight { map: None, expansion: Some(file.coefficients.to_rgb()) })
     }
 
-    /// Refuses an expansion, and options that make one, where light is looked up in the map itself.
+    /// Refuses an expansion where light is looked up in a map.
     pub(crate) fn expect_map(&self) -> anyhow::Result<()> {
-        let name = self.env.display();
         if self.is_expansion() {
-            bail!("{name}: --mode environment looks light up in a map; lobe env reconstruct makes one of an expansion");
+            let name = self.env.display();
+            bail!("{name}: lobe render maps looks light up in a map; lobe env reconstruct makes one of an expansion");
         }
-        let given = [(self.order.is_some(), "--order"), (self.window.is_some(), "--window")];
-        match given.into_iter().find(|(is_given, _)| *is_given) {
-            Some((_, option)) => {
-                bail!("{option}: --mode environment looks light up in the map itself; leave the option out")
-            }
-            None => Ok(()),
-        }
+        Ok(())
     }
 
     /// Whether the file holds an expansion.
@@ -113,18 +112,21 @@ impl LightInput {
         self.env.display().to_string().ends_with(".json")
     }
 
-    /// The order asked for.
-    pub(crate) fn order(&self) -> Option<usize> {
-        self.order
+    /// The turn of frame `k` of `frames`, which together go around once.
+    pub(crate) fn turn(&self, k: usize, frames: usize) -> Rotation {
+        let degrees = self.rotate_light + 360.0 * k as f64 / frames as f64;
+        Rotation::from_axis_angle(Dir::Z, degrees.rem_euclid(360.0).to_radians())
     }
+}
 
+impl ExpansionInput {
     /// Whether the light is an expansion in any case.
-    pub(crate) fn asks_for_expansion(&self, light: &ReadLight) -> bool {
+    pub(crate) fn is_asked_of(&self, light: &ReadLight) -> bool {
         light.map.is_none() || self.order.is_some() || self.window.is_some()
     }
 
     /// The expansion of the light under its window; of the order asked for, its own, or `default`.
-    pub(crate) fn expansion(&self, light: &ReadLight, default: usize) -> ShVec<Rgb<f64>> {
+    pub(crate) fn of(&self, light: &ReadLight, default: usize) -> ShVec<Rgb<f64>> {
         let f = match (&light.expansion, &light.map) {
             (Some(f), _) => f.resized(self.order.unwrap_or(f.order())),
             (None, Some(map)) => project_env(map, self.order.unwrap_or(default)),
@@ -139,12 +141,6 @@ impl LightInput {
             Some(WindowKind::Laplacian(part)) => Window::squared_laplacian_of(f.coefficients(), part),
         };
         windowed(&f, &window)
-    }
-
-    /// The turn of frame `k` of `frames`, which together go around once.
-    pub(crate) fn turn(&self, k: usize, frames: usize) -> Rotation {
-        let degrees = self.rotate_light + 360.0 * k as f64 / frames as f64;
-        Rotation::from_axis_angle(Dir::Z, degrees.rem_euclid(360.0).to_radians())
     }
 }
 

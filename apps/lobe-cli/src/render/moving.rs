@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use lobe::image::AnimatedPng;
 use lobe::prt::{AlbedoMode, BakeOptions};
 use lobe::render::{
     MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, MovingShading, MovingSplitOptions, SplitCounts,
@@ -21,24 +20,19 @@ use crate::args::exponential::fast_exponential;
 use crate::args::memory::MemoryLimit;
 use crate::args::open_scene::OpenScene;
 use crate::args::scene_input::tell;
-use crate::args::scene_pose::PoseInput;
 use crate::args::values;
 use crate::args::vertex_budget::VertexBudget;
-use crate::render::pictures::Pictures;
 use crate::run::bake_watch::{Checkpoint, watched};
 use crate::run::talk::Talk;
-
-/// Pictures for each second of `--frames A..B`, as films have.
-const FRAMES_PER_SECOND: f64 = 24.0;
-
-/// The fewest pictures for each second: the time of every picture is then a number.
-const LEAST_FRAMES_PER_SECOND: f64 = 1e-300;
 
 /// The most points of a grid, of which each takes `order²` numbers. A larger number is taken for a typing error.
 const MAX_STILL_POINTS: usize = 1 << 24;
 
-/// Edges that are longer than this part of what moves blur its shadow.
+/// Edges of what stands still that are longer than this part of what moves blur its shadow.
 const COARSE: f64 = 0.2;
+
+/// What moves wants no shorter edges than this part of its size.
+const COARSE_BODY: f64 = 0.25;
 
 /// Where bakes are kept until all pictures are done.
 pub(crate) struct Keep<'a> {
@@ -62,63 +56,56 @@ pub(crate) struct AskedBake {
     pub(crate) bounces: Option<usize>,
 }
 
-/// Options of scenes that move.
-#[derive(Args)]
-#[command(next_help_heading = "Scenes that move")]
+/// How parts that move are shaded.
+#[derive(Args, Default)]
+#[command(next_help_heading = "Parts that move")]
 pub(crate) struct MovingInput {
-    /// With --frames A..B: pictures for each second, 1/65 to 1000 in an animated .png; at others, .exr pictures are written without it
-    /// [default: 24]
-    #[arg(long, value_name = "N", value_parser = frames_per_second)]
-    fps: Option<f64>,
-    /// Begin anew when the animation or all tracks have ended; without this they rest there
-    #[arg(long = "loop")]
-    is_looped: bool,
-    /// shexp: the exponential: values on a grid of directions; the best linear function of single spheres; that after halving, then
+    /// With --method exponentials: the exponential: values on a grid of directions; the best linear function of single spheres; that after halving, then
     /// squared [default: grid]
-    #[arg(long, value_name = "grid|optimal-linear|hybrid[:NORM]", value_parser = fast_exponential)]
+    #[arg(long, hide_short_help = true, value_name = "grid|optimal-linear|hybrid[:NORM]", value_parser = fast_exponential)]
     exponential: Option<ExpMethod>,
-    /// fields, shexp: spheres fitted to each part that is deformed, and in shexp to each that moves [default: 64 and 16]
+    /// Spheres fitted to each part that is deformed, and with --method exponentials to each that moves [default: 64 and 16]
     #[arg(long, value_name = "K", value_parser = spheres)]
     spheres: Option<usize>,
-    /// fields, shexp: light that spheres send on, one bounce
+    /// Light that spheres send on, one bounce
     #[arg(long)]
     sphere_bounce: bool,
-    /// fields, shexp: the table of spheres, a .safetensors file of lobe spheres table, of any clamp and tolerance; made and written if
+    /// The table of spheres, a .safetensors file of lobe spheres table, of any clamp and tolerance; made and written if
     /// it is not there
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, hide_short_help = true, value_name = "FILE")]
     sphere_table: Option<PathBuf>,
-    /// fields, shexp: the width of a window on what single spheres leave visible, in bands [default: none]
-    #[arg(long, value_name = "H", value_parser = values::positive)]
+    /// The width of a window on what single spheres leave visible, in bands [default: none]
+    #[arg(long, hide_short_help = true, value_name = "H", value_parser = values::positive)]
     sphere_window: Option<f64>,
-    /// fields, shexp: how fields are interpolated between their spheres: linear has kinks that a moving shadow shows, cubic has
+    /// How fields are interpolated between their spheres: linear has kinks that a moving shadow shows, cubic has
     /// none for twice the reads [default: linear]
-    #[arg(long, value_enum)]
+    #[arg(long, hide_short_help = true, value_enum)]
     interpolation: Option<InterpolationName>,
-    /// fields, shexp: vertices, a multiple of 16, for which spheres far away are summed once; 0: for each vertex [default: 0]
-    #[arg(long, value_name = "N", value_parser = group)]
+    /// Vertices, a multiple of 16, for which spheres far away are summed once; 0: for each vertex [default: 0]
+    #[arg(long, hide_short_help = true, value_name = "N", value_parser = group)]
     group: Option<usize>,
-    /// fields, shexp: with --group, spheres are far away where its radius is at most this part of their distance, 0 to 1: the less, the
+    /// With --group, spheres are far away where its radius is at most this part of their distance, 0 to 1: the less, the
     /// nearer to no groups [default: 0.05]
-    #[arg(long, value_name = "X", value_parser = part)]
+    #[arg(long, hide_short_help = true, value_name = "X", value_parser = part)]
     far: Option<f32>,
-    /// fields, shexp: spheres near each other count as one where what holds them all reaches at most this part of its distance, 0 to 1; 0:
+    /// Spheres near each other count as one where what holds them all reaches at most this part of its distance, 0 to 1; 0:
     /// each counts by itself [default: 0.2]
-    #[arg(long, value_name = "X", value_parser = part)]
+    #[arg(long, hide_short_help = true, value_name = "X", value_parser = part)]
     cut: Option<f32>,
-    /// fields, shexp: every sphere hides all that it covers, as published; without this those that overlap share it
-    #[arg(long)]
+    /// Every sphere hides all that it covers, as published; without this those that overlap share it
+    #[arg(long, hide_short_help = true)]
     no_share_overlaps: bool,
-    /// fields, shexp: for each vertex the fields that look smallest are left out, up to this solid angle in all, in steradians; 0: none
+    /// For each vertex the fields that look smallest are left out, up to this solid angle in all, in steradians; 0: none
     /// [default: 0.0063, a thousandth of a hemisphere]
-    #[arg(long, value_name = "SR", value_parser = solid_angle)]
+    #[arg(long, hide_short_help = true, value_name = "SR", value_parser = solid_angle)]
     negligible: Option<f64>,
-    /// fields, shexp: split edges that are longer at a key of the animation, in the scene's units; light is at
+    /// Split edges that are longer at a key of the animation, in the scene's units; light is at
     /// vertices, and what morph targets stretch has too few. Not of a scene description
     #[arg(long, value_name = "LENGTH", value_parser = values::positive)]
     max_edge: Option<f64>,
-    /// fields, shexp: points of the grid at which it is found how much of the sky the parts that stand still leave to those that
+    /// Points of the grid at which it is found how much of the sky the parts that stand still leave to those that
     /// move; 0: they hide nothing from them, and only receive shadows [default: 4096]
-    #[arg(long, value_name = "N", value_parser = still_points)]
+    #[arg(long, hide_short_help = true, value_name = "N", value_parser = still_points)]
     still_points: Option<usize>,
 }
 
@@ -134,15 +121,6 @@ impl From<InterpolationName> for RadialInterpolation {
             InterpolationName::Linear => Self::Linear,
             InterpolationName::Cubic => Self::Cubic,
         }
-    }
-}
-
-fn frames_per_second(text: &str) -> Result<f64, String> {
-    match values::positive(text)? {
-        few if few < LEAST_FRAMES_PER_SECOND => {
-            Err(format!("expected {LEAST_FRAMES_PER_SECOND:e} pictures for each second at least, found {few:e}"))
-        }
-        fps => Ok(fps),
     }
 }
 
@@ -183,67 +161,15 @@ fn still_points(text: &str) -> Result<usize, String> {
 }
 
 impl MovingInput {
-    /// Whether an option asks for a scene that moves; its name for messages.
-    pub(crate) fn asked(&self) -> Option<&'static str> {
-        let asked = [(self.fps.is_some(), "--fps"), (self.is_looped, "--loop")];
-        let asked = asked.into_iter().find_map(|(is_asked, name)| is_asked.then_some(name));
-        asked.or_else(|| self.asked_of_shading())
-    }
-
-    /// Whether options of shading are given, which the truth ignores; the name of one.
-    pub(crate) fn asked_of_shading(&self) -> Option<&'static str> {
-        [
-            (self.exponential.is_some(), "--exponential"),
-            (self.spheres.is_some(), "--spheres"),
-            (self.sphere_bounce, "--sphere-bounce"),
-            (self.sphere_table.is_some(), "--sphere-table"),
-            (self.sphere_window.is_some(), "--sphere-window"),
-            (self.interpolation.is_some(), "--interpolation"),
-            (self.group.is_some(), "--group"),
-            (self.far.is_some(), "--far"),
-            (self.cut.is_some(), "--cut"),
-            (self.no_share_overlaps, "--no-share-overlaps"),
-            (self.negligible.is_some(), "--negligible"),
-            (self.max_edge.is_some(), "--max-edge"),
-            (self.still_points.is_some(), "--still-points"),
-        ]
-        .into_iter()
-        .find_map(|(is_asked, name)| is_asked.then_some(name))
-    }
-
     /// The file of the table of spheres.
     pub(crate) fn table_path(&self) -> Option<&Path> {
         self.sphere_table.as_deref()
     }
 
     /// Refuses options that contradict each other.
-    pub(crate) fn check(
-        &self,
-        pose: &PoseInput,
-        pictures: &Pictures,
-        method: Option<MovingMethod>,
-    ) -> anyhow::Result<()> {
-        let has_range = pictures.is_range();
-        if has_range && pose.time.is_some() {
-            bail!("--time: --frames A..B says the times; leave one of them out");
-        }
-        if self.fps.is_some() && !has_range {
-            bail!("--fps: only of --frames A..B; leave the option out");
-        }
-        if let Some(fps) = self.fps
-            && pictures.is_png()
-            && self.seconds_in_animation().is_none()
-        {
-            let shown = AnimatedPng::<Vec<u8>>::SECONDS;
-            bail!(
-                "--fps: an animated .png shows each picture for {} to {} seconds, found {fps:?} pictures for each second; \
-                 give another number, or -o FILE.exr",
-                shown.start(),
-                shown.end()
-            );
-        }
+    pub(crate) fn check(&self, method: Option<MovingMethod>) -> anyhow::Result<()> {
         if self.exponential.is_some() && method != Some(MovingMethod::Exponentials) {
-            bail!("--exponential: only of --mode shexp; leave the option out");
+            bail!("--exponential: only of --method exponentials; leave the option out");
         }
         if self.far.is_some() && self.group.unwrap_or_default() == 0 {
             bail!("--far: only of groups of vertices; give --group N too, or leave the option out");
@@ -254,27 +180,14 @@ impl MovingInput {
         Ok(())
     }
 
-    /// The time of a picture, in seconds: of frame `frame` of a range, else the one that was asked for.
-    pub(crate) fn time_of(&self, pose: &PoseInput, frame: Option<usize>) -> f64 {
-        match frame {
-            Some(frame) => frame as f64 * self.seconds_per_frame(),
-            None => pose.seconds(),
-        }
-    }
-
-    /// The time from one picture of a range to the next.
-    fn seconds_per_frame(&self) -> f64 {
-        self.fps.unwrap_or(FRAMES_PER_SECOND).recip()
-    }
-
-    /// The same in an animation; none if that cannot show pictures for so short or so long.
-    pub(crate) fn seconds_in_animation(&self) -> Option<f64> {
-        Some(self.seconds_per_frame()).filter(|seconds| AnimatedPng::<Vec<u8>>::SECONDS.contains(seconds))
-    }
-
     /// Reads or makes the scene, and says whether a part of it begins anew by itself, so that it never comes to rest. If bakes of it are
     /// of use, and a baked file holds some, it brings along those that suit.
-    pub(crate) fn read(&self, open: OpenScene<'_>, bake: Option<&AskedBake>) -> anyhow::Result<(MovingScene, bool)> {
+    pub(crate) fn read(
+        &self,
+        open: OpenScene<'_>,
+        is_looped: bool,
+        bake: Option<&AskedBake>,
+    ) -> anyhow::Result<(MovingScene, bool)> {
         let (input, talk, name) = (open.input, open.talk, open.input.name());
         if input.has_extension(&["json"]) {
             if input.pose.animation.is_some() {
@@ -289,7 +202,7 @@ impl MovingInput {
             // The span of the scene does not tell which of its animations begin anew.
             let description = SceneDescription::read(input.path(), options.allow_outside)?;
             let is_endless = description.entities.iter().any(|entity| entity.is_looped);
-            return Ok((moving.looped(self.is_looped), is_endless));
+            return Ok((moving.looped(is_looped), is_endless));
         }
         let (animated, baked) = open.animated(bake.is_some())?;
         let animation = match &input.pose.animation {
@@ -303,36 +216,13 @@ impl MovingInput {
             Some(max_edge) => animated.split_edges(animation, max_edge as f32)?,
             None => animated,
         };
-        let mut moving = MovingScene::animated(animated, animation)?.looped(self.is_looped);
+        let mut moving = MovingScene::animated(animated, animation)?.looped(is_looped);
         if let (Some(asked), Some(baked)) = (bake, &baked)
             && let Some(note) = moving.keep_baked(baked, asked.order, asked.bounces)
         {
             talk.note(&name, &note);
         }
         Ok((moving, false))
-    }
-
-    /// Notes which pictures show what has come to its end.
-    pub(crate) fn note_end(&self, moving: &MovingScene, times: &[f64], name: &str, talk: Talk) {
-        let [begin, end] = moving.span();
-        if self.is_looped || begin >= end {
-            return;
-        }
-        match times.iter().position(|time| *time >= end) {
-            Some(first) if times.len() == 1 => {
-                if times[first] == end {
-                    return;
-                }
-                talk.note(name, &format!("has come to its end at {end:.3} s and rests there; --loop begins anew"));
-            }
-            Some(first) if first + 1 < times.len() => {
-                let alike = times.len() - first;
-                let text =
-                    format!("comes to its end at {end:.3} s: the last {alike} pictures are alike; --loop begins anew");
-                talk.note(name, &text);
-            }
-            _ => {}
-        }
     }
 
     /// Splits triangles, so that there are vertices where shadows of what moves fall.
@@ -351,8 +241,8 @@ impl MovingInput {
         let options = MovingSplitOptions::default().adaptive(adaptive);
         let split = watched(talk, "split", |job| moving.split(&options, job))?;
         let Ok(split) = split else { bail!("stopped while triangles were split, of which nothing is kept") };
-        for (what, counts) in [("stands still", split.still), ("moves", split.moving)] {
-            if let Some(SplitCounts { after, edge, .. }) = counts.filter(|counts| counts.edge > COARSE) {
+        for (what, counts, limit) in [("stands still", split.still, COARSE), ("moves", split.moving, COARSE_BODY)] {
+            if let Some(SplitCounts { after, edge, .. }) = counts.filter(|counts| counts.edge > limit) {
                 let text = format!(
                     "has {after} vertices of what {what}, too few for the shadows of what moves: edges there are up to \
                      {edge:.1} times its size; --max-vertices allows more"

@@ -4,9 +4,8 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::bail;
-use clap::Args;
 use lobe::io::{Job, Progress, Shard};
-use lobe::prt::{BakeMode, BakeOptions, GlossyLobe, Transfer};
+use lobe::prt::{BakeMode, BakeOptions, GlossyLobe, Recipe, Transfer};
 use lobe::render::{
     Background, Camera, DistantLight, Emitter, EnvironmentMaps, MovingMethod, MovingScene, MovingShading, RenderError,
     Surfaces, TruthOptions, ViewOptions, light_baked_scene, light_by_environment_maps, light_by_irradiance,
@@ -20,26 +19,23 @@ use crate::args::open_scene::OpenScene;
 use crate::args::output;
 use crate::args::scene_input::SceneInput;
 use crate::args::sharing::{self, Sharing};
-use crate::args::values;
 use crate::args::vertex_budget::VertexBudget;
 use crate::render::environment::EnvironmentInput;
 use crate::render::frames::{Frames, SECONDS_PER_FRAME};
-use crate::render::light::{LightInput, ReadLight};
+use crate::render::light::{ExpansionInput, LightInput, ReadLight};
 use crate::render::mode::Mode;
 use crate::render::moving::{AskedBake, Keep, MovingInput, Prepared};
 use crate::render::pictures::{Pictures, Rendered};
 use crate::render::stage::{Lit, Stage, Work, moving_bounds};
 use crate::render::surfaces::SurfaceInput;
+use crate::render::time::TimeInput;
 use crate::render::transfer::Asked;
-use crate::render::truth::{self, TruthInput};
+use crate::render::truth;
 use crate::render::view::ViewInput;
 use crate::run::bake_watch::Checkpoint;
 use crate::run::talk::Talk;
 
-/// The most samples; larger numbers are taken for typing errors.
-const MAX_SAMPLES: usize = 1 << 20;
-
-/// Rays of a pixel without --samples, of all modes but truth.
+/// Rays of a pixel without --samples.
 const RAYS: usize = 4;
 
 /// So many times as many where surfaces end.
@@ -51,85 +47,29 @@ const BOUNCES: usize = 3;
 /// The lobe without --lobe: about the sharpest that order 4 can show.
 const LOBE: GlossyLobe = GlossyLobe::Ggx(0.3);
 
-const NOTES: &str = "\
-Surfaces seen from behind: single-sided ones are black, in every mode, and stop light all the same. In all modes \
-except truth, gaps of an open body no wider than two pixels take the light around them. Double-sided ones show the \
-light that falls on their back. Baked files hold fronts, and backs by lobe bake --backs; else backs are baked on the \
-way, with as many paths, as far as the view shows them: of a closed body seen from outside there are none.
-
-Memory: 224 bytes for each pixel of the truth, 80 else, for one picture at a time; transfer that is baked on the way, \
-twice 4 n² bytes for each vertex and channel, of glossy 4 n⁴; environment mapping, up to 96 for each texel of the \
-light and 160 MB. Scene, light and transfer from a file come on top and are as large as their files. A scene that \
-moves takes 192 + 16 n² bytes more for each vertex, 320 for each triangle, and what is baked of its parts.
-
-Parts of a scene that moves are baked first, which takes minutes, unless its description names files of lobe bake, \
-field and spheres. Results are kept in OUT.checkpoint... until all pictures are done: the same command goes on after \
-Ctrl-C.";
-
-#[derive(Args)]
-#[command(after_help = NOTES)]
+/// A picture as it was asked for, by any method.
 pub(crate) struct Render {
-    #[command(flatten)]
-    scene: SceneInput,
-    #[command(flatten)]
-    light: LightInput,
-    /// The method that makes the picture
-    #[arg(long, value_enum)]
-    mode: Mode,
-    #[command(flatten)]
-    pictures: Pictures,
-    #[command(flatten)]
-    view: ViewInput,
-    /// Paths (truth) or rays (else) for each pixel; four times as many rays where surfaces end [default: 64, 4]
-    #[arg(long, value_name = "N", value_parser = samples)]
-    samples: Option<usize>,
-    /// truth, interreflected, glossy: the number of reflections before that of the surface that is seen; fields, shexp: those within
-    /// each part, 0 to compare them with a truth of 0 [default: 3]
-    #[arg(long, value_name = "B", value_parser = bounces)]
-    bounces: Option<usize>,
-    #[command(flatten)]
-    surfaces: SurfaceInput,
-    #[command(flatten)]
-    truth: TruthInput,
-    #[command(flatten)]
-    environment: EnvironmentInput,
-    /// Paths from each vertex where the scene is not baked yet, 1 to 1048576 [default: 1024, or up to 4096 where
-    /// their noise is above 2 %]
-    #[arg(long, value_name = "N", value_parser = samples)]
-    bake_samples: Option<usize>,
-    #[command(flatten)]
-    budget: VertexBudget,
-    /// All but truth, irradiance and environment: the transfer of this scene that lobe bake, compress or fit-lobes wrote without
-    /// the scene, a .safetensors file, or an .exr file of lobe bake --texels
-    #[arg(long, value_name = "FILE")]
-    transfer: Option<PathBuf>,
-    #[command(flatten)]
-    moving: MovingInput,
-    /// glossy: the lobe of reflection about the mirrored view, tinted by the base color [default: ggx:0.3]. For metals of α 0.3
-    /// the picture differs by 18 % from --mode truth --surfaces gltf, for rougher ones by more
-    #[arg(long, value_name = "phong:E|ggx:ALPHA")]
-    lobe: Option<GlossyLobe>,
-    /// What is behind the scene, which lights nothing. env: the environment as it was given, a map interpolated between
-    /// its texels; light: the light that lights the scene, its expansion in all modes but truth without --order and
-    /// environment; none: nothing, so that .png has straight alpha and .exr a channel A beside premultiplied colors; or
-    /// a color, #rrggbb of sRGB or r,g,b of linear radiance
-    #[arg(long, value_name = "env|light|none|COLOR", default_value_t = Background::Env)]
-    background: Background,
-    #[command(flatten)]
-    memory: MemoryLimit,
-    /// truth, fields, shexp: start anew, even if there is a checkpoint of what was stopped
-    #[arg(long)]
-    fresh: bool,
-    #[command(flatten)]
-    sharing: Sharing,
-}
-
-fn samples(text: &str) -> Result<usize, String> {
-    values::whole(text, 1, MAX_SAMPLES, "a number of samples")
-}
-
-fn bounces(text: &str) -> Result<usize, String> {
-    values::whole(text, 0, BakeOptions::MAX_BOUNCES, "a number of reflections")
+    pub(crate) scene: SceneInput,
+    pub(crate) light: LightInput,
+    pub(crate) expansion: ExpansionInput,
+    pub(crate) mode: Mode,
+    pub(crate) pictures: Pictures,
+    pub(crate) view: ViewInput,
+    pub(crate) background: Background,
+    pub(crate) memory: MemoryLimit,
+    pub(crate) samples: Option<usize>,
+    pub(crate) bounces: Option<usize>,
+    pub(crate) surfaces: SurfaceInput,
+    pub(crate) seed: u64,
+    pub(crate) environment: EnvironmentInput,
+    pub(crate) bake_samples: Option<usize>,
+    pub(crate) budget: VertexBudget,
+    pub(crate) transfer: Option<PathBuf>,
+    pub(crate) time: TimeInput,
+    pub(crate) moving: MovingInput,
+    pub(crate) lobe: Option<GlossyLobe>,
+    pub(crate) fresh: bool,
+    pub(crate) sharing: Sharing,
 }
 
 impl Render {
@@ -149,11 +89,11 @@ impl Render {
         let (stage, camera, kept) = self.stage(talk)?;
         let order = stage.order();
         let is_expansion = match self.mode {
-            Mode::Truth => self.light.asks_for_expansion(&light),
-            Mode::Environment => false,
+            Mode::Trace => self.expansion.is_asked_of(&light),
+            Mode::Maps => false,
             _ => true,
         };
-        let expansion = is_expansion.then(|| self.light.expansion(&light, order));
+        let expansion = is_expansion.then(|| self.expansion.of(&light, order));
         let maps = self.maps(&light, talk)?;
         let mut work = Work { stage, camera, light: &light, expansion, maps, tree: None };
         if let Some(shard) = self.sharing.shard {
@@ -163,9 +103,9 @@ impl Render {
         let frames = Frames {
             pictures: &self.pictures,
             size: self.view.size(),
-            is_kept: self.mode == Mode::Truth,
+            is_kept: self.mode == Mode::Trace,
             keeps_bakes: !kept.is_empty(),
-            seconds_per_frame: if is_range { self.moving.seconds_in_animation() } else { Some(SECONDS_PER_FRAME) },
+            seconds_per_frame: if is_range { self.time.seconds_in_animation() } else { Some(SECONDS_PER_FRAME) },
             talk,
         };
         let count = if is_range { 1 } else { self.pictures.count() };
@@ -211,7 +151,7 @@ impl Render {
     /// The scene as the mode needs it, the camera that sees it, and the files of its bakes.
     fn stage(&self, talk: Talk) -> anyhow::Result<(Stage, Camera, Vec<Checkpoint>)> {
         let open = OpenScene::new(&self.scene, &self.memory, talk)?;
-        if self.is_moving() || (self.mode == Mode::Truth && open.has_poses()) {
+        if self.is_moving() || (self.mode == Mode::Trace && open.has_poses()) {
             return self.moving_stage(open);
         }
         self.scene.expect_no_time_unless_gltf()?;
@@ -232,18 +172,18 @@ impl Render {
 
     fn moving_stage(&self, open: OpenScene<'_>) -> anyhow::Result<(Stage, Camera, Vec<Checkpoint>)> {
         self.surfaces.expect_own_finish(&self.scene.name())?;
-        let asked = AskedBake { order: self.light.order(), bounces: self.bounces };
+        let asked = AskedBake { order: self.expansion.order, bounces: self.bounces };
         let asked = self.moving_method().map(|_| asked);
         let talk = open.talk;
-        let (mut moving, is_endless) = self.moving.read(open, asked.as_ref())?;
+        let (mut moving, is_endless) = self.moving.read(open, self.time.is_looped, asked.as_ref())?;
         let name = self.scene.name();
         let times: Vec<f64> = (0..self.pictures.count()).map(|k| self.time_of(k)).collect();
         if self.pictures.is_turn() && moving.span()[0] < moving.span()[1] {
             talk.note(&name, "stands still while the light turns; --frames A..B lets it move");
         } else if !is_endless {
-            self.moving.note_end(&moving, &times, &name, talk);
+            self.time.note_end(&moving, &times, &name, talk);
         }
-        if self.pictures.is_range() && self.moving.seconds_in_animation().is_none() {
+        if self.pictures.is_range() && self.time.seconds_in_animation().is_none() {
             let text = "no animation of the pictures is written, which cannot show each for so short or so long";
             talk.note(&self.pictures.name(), text);
         }
@@ -268,7 +208,7 @@ impl Render {
         let lit = self.lit(work, turn);
         let Work { stage, camera, tree, maps, .. } = work;
         match stage {
-            Stage::Plain(scene, bvh) if self.mode == Mode::Truth => {
+            Stage::Plain(scene, bvh) if self.mode == Mode::Trace => {
                 truth::traced((scene, bvh), (&lit.shown, &[]), camera, &self.truth_options(), job)
             }
             Stage::Moving(moving, None) => {
@@ -334,18 +274,18 @@ impl Render {
 
     fn truth_options(&self) -> TruthOptions {
         let surfaces = self.surfaces.model(Surfaces::Matte);
-        self.truth.options(self.view.size(), self.samples, self.bounces.unwrap_or(BOUNCES), surfaces)
+        truth::options(self.view.size(), self.samples, (self.bounces.unwrap_or(BOUNCES), self.seed), surfaces)
     }
 
-    /// The maps of environment mapping; none in other modes.
+    /// The maps of environment mapping; none of other methods.
     fn maps(&self, light: &ReadLight, talk: Talk) -> anyhow::Result<Option<EnvironmentMaps>> {
-        let (Mode::Environment, Some(map)) = (self.mode, light.map()) else { return Ok(None) };
+        let (Mode::Maps, Some(map)) = (self.mode, light.map()) else { return Ok(None) };
         let surfaces = self.surfaces.model(Surfaces::MetallicRoughness);
         let name = self.light.path().display().to_string();
         self.environment.maps((map, &name), surfaces, &self.memory, talk).map(Some)
     }
 
-    /// The options of the view of all modes but truth.
+    /// The options of the view of all methods that shade what they hit.
     fn view_options(&self) -> ViewOptions {
         let (width, height) = self.view.size();
         let rays = (self.samples.unwrap_or(RAYS) as f64).sqrt().ceil() as usize;
@@ -354,14 +294,14 @@ impl Render {
 
     /// The time of a picture, in seconds.
     fn time_of(&self, picture: usize) -> f64 {
-        self.moving.time_of(&self.scene.pose, self.pictures.frame(picture))
+        self.time.time_of(&self.scene.pose, self.pictures.frame(picture))
     }
 
     /// Whether the scene is asked for at times.
     fn is_moving(&self) -> bool {
         self.moving_method().is_some()
-            || (self.mode == Mode::Truth && self.scene.pose.asked().is_some())
-            || self.moving.asked().is_some()
+            || (self.mode == Mode::Trace && self.scene.pose.asked().is_some())
+            || self.time.asked().is_some()
             || self.pictures.is_range()
             || self.scene.has_extension(&["json"])
             || self.scene.is_built_in_motion()
@@ -372,11 +312,10 @@ impl Render {
         self.sharing.shard.is_some() || !self.sharing.merge.is_empty()
     }
 
-    /// How parts that move hide the sky from others; `None` in other modes.
+    /// How parts that move hide the sky from others; `None` of other methods.
     fn moving_method(&self) -> Option<MovingMethod> {
         match self.mode {
-            Mode::Fields => Some(MovingMethod::Fields),
-            Mode::Shexp => Some(MovingMethod::Exponentials),
+            Mode::Moving(method) => Some(method),
             _ => None,
         }
     }
@@ -384,89 +323,70 @@ impl Render {
     /// The bake of parts that move, of as many bands as those have that are baked.
     fn bake_options(&self, moving: &MovingScene) -> BakeOptions {
         let defaults = BakeOptions::default();
-        let order = self.light.order().or_else(|| moving.order()).unwrap_or(defaults.order);
+        let order = self.expansion.order.or_else(|| moving.order()).unwrap_or(defaults.order);
         let mut options = defaults.clone().order(order).bounces(self.bounces.unwrap_or(defaults.bounces));
         options.samples = self.bake_samples.map(|n| n as u32);
         options
     }
 
-    /// The transfer that the mode needs.
+    /// The transfer that the method needs.
     fn asked(&self) -> Option<Asked> {
-        let mode = match self.mode {
-            Mode::Truth | Mode::Irradiance | Mode::Environment | Mode::Fields | Mode::Shexp => return None,
-            Mode::Unshadowed => BakeMode::Unshadowed,
-            Mode::Shadowed => BakeMode::Shadowed,
-            Mode::Interreflected => BakeMode::Interreflected,
-            Mode::Glossy => BakeMode::Glossy,
-        };
-        let lobe = (self.mode == Mode::Glossy).then(|| self.lobe.unwrap_or(LOBE));
-        let (order, samples, file) = (self.light.order(), self.bake_samples, self.transfer.clone());
+        let Mode::Baked(asked) = self.mode else { return None };
+        let mode = asked.unwrap_or_else(|| self.mode_of_file().unwrap_or(BakeOptions::default().mode));
+        let lobe = (mode == BakeMode::Glossy).then(|| self.lobe.unwrap_or(LOBE));
+        let (order, samples, file) = (self.expansion.order, self.bake_samples, self.transfer.clone());
         Some(Asked { mode, order, samples, bounces: self.bounces, lobe, budget: self.budget, file })
+    }
+
+    /// The light paths that a baked file says, if it can be read.
+    fn mode_of_file(&self) -> Option<BakeMode> {
+        let file = self.transfer.as_deref().or(self.scene.is_gltf().then(|| self.scene.path()))?;
+        file.is_file().then(|| Recipe::of_file(file).ok())??.mode
     }
 
     /// Refuses a picture that takes too much memory.
     fn check_memory(&self) -> anyhow::Result<()> {
         let (width, height) = self.view.size();
-        let is_truth = self.mode == Mode::Truth;
+        let is_truth = self.mode == Mode::Trace;
         let bytes = if is_truth { self.truth_options().bytes() } else { self.view_options().bytes() };
         self.memory.check(&format!("--size {width}x{height}"), bytes, "a smaller picture")
     }
 
     /// Refuses options that would be ignored.
     fn check_options(&self) -> anyhow::Result<()> {
-        let is_truth = self.mode == Mode::Truth;
+        self.time.check(&self.scene.pose, &self.pictures)?;
         let method = self.moving_method();
-        let bakes = !matches!(self.mode, Mode::Truth | Mode::Irradiance | Mode::Environment);
-        let bounces = matches!(self.mode, Mode::Truth | Mode::Interreflected | Mode::Glossy) || method.is_some();
-        self.moving.check(&self.scene.pose, &self.pictures, method)?;
-        if let Some(option) = self.moving.asked_of_shading().filter(|_| method.is_none()) {
-            bail!("{option}: only of --mode fields and shexp; leave the option out");
+        self.moving.check(method)?;
+        if self.mode != Mode::Trace && method.is_none() && self.is_moving() {
+            let name = self.scene.name();
+            bail!("{name}: moves; show it by lobe render moving or lobe render trace");
         }
-        if !is_truth && method.is_none() {
-            let range = self.pictures.is_range().then_some("--frames A..B");
-            if let Some(option) = self.moving.asked().or(range) {
-                bail!(
-                    "{option}: a scene that moves is shown by --mode truth, fields or shexp; leave the option out for others"
-                );
-            }
-            if self.is_moving() {
-                bail!("{}: moves; it is shown by --mode truth, fields or shexp", self.scene.name());
-            }
-        }
-        if method.is_some() && self.light.order().is_some_and(|order| order > Transfer::MAX_ORDER) {
+        if method.is_some() && self.expansion.order.is_some_and(|order| order > Transfer::MAX_ORDER) {
             bail!("--order: shadows of what moves have an order of 1 to {}", Transfer::MAX_ORDER);
         }
-        if !is_truth {
-            self.truth.refuse()?;
+        if let Some(default) = self.mode.surfaces() {
+            self.surfaces.check(default)?;
         }
-        self.surfaces.check(self.mode.surfaces())?;
-        let is_environment = self.mode == Mode::Environment;
-        if is_environment {
+        if self.mode == Mode::Maps {
             self.light.expect_map()?;
+            self.environment.check(self.surfaces.model(Surfaces::MetallicRoughness))?;
         }
-        self.environment.check(is_environment.then(|| self.surfaces.model(Surfaces::MetallicRoughness)))?;
         let ignored = [
             (
-                self.bounces.is_some() && !bounces,
-                "--bounces: only of --mode truth, interreflected, glossy, fields and shexp",
-            ),
-            (self.bake_samples.is_some() && !bakes, "--bake-samples: only of modes with transfer"),
-            (
-                self.budget.asked().is_some() && (!bakes || self.transfer.is_some()),
-                "--max-vertices and --no-split: only of modes that bake a scene",
+                self.budget.asked().is_some() && self.transfer.is_some(),
+                "--max-vertices and --no-split: not with --transfer, whose vertices are there",
             ),
             (
-                self.transfer.is_some() && (!bakes || method.is_some()),
-                "--transfer: only of modes with transfer that do not move",
-            ),
-            (self.lobe.is_some() && self.mode != Mode::Glossy, "--lobe: only of --mode glossy"),
-            (
-                self.is_shared() && (!is_truth || self.pictures.count() > 1),
-                "--shard and --merge: only of a single picture of --mode truth; several pictures are shared by --frames A..B",
+                self.bounces.is_some() && self.asked().is_some_and(|asked| !asked.mode.reflects()),
+                "--bounces: only of --mode interreflected and glossy",
             ),
             (
-                self.fresh && !is_truth && method.is_none(),
-                "--fresh: only --mode truth, fields and shexp keep a checkpoint",
+                self.lobe.is_some() && self.asked().is_some_and(|asked| asked.mode != BakeMode::Glossy),
+                "--lobe: only of --mode glossy",
+            ),
+            (
+                self.is_shared() && self.pictures.count() > 1,
+                "--shard and --merge: only of a single picture; several pictures are shared by --frames A..B",
             ),
         ];
         if let Some((_, message)) = ignored.into_iter().find(|(is_ignored, _)| *is_ignored) {

@@ -7,16 +7,16 @@ use lobe::scene::Scene;
 
 use crate::args::values;
 
-/// How surfaces reflect, in the modes that look at more than their base color.
-#[derive(Args)]
+/// How surfaces reflect, of the methods that look at more than their base color.
+#[derive(Args, Default)]
 pub(crate) struct SurfaceInput {
-    /// truth, environment: the model of reflection [default: truth: matte, as in a bake; environment: gltf]
+    /// The model of reflection [default: of trace matte, as in a bake; of maps gltf]
     #[arg(long, value_enum)]
     surfaces: Option<SurfaceModel>,
-    /// truth, environment, with gltf: this roughness of all surfaces, 0 (mirrors) to 1, in place of their own
+    /// With gltf: this roughness of all surfaces, 0 (mirrors) to 1, in place of their own
     #[arg(long, value_name = "R", value_parser = part)]
     roughness: Option<f32>,
-    /// truth, environment, with gltf: all surfaces as metals (1), as plastics (0) or between them, in place of their own
+    /// With gltf: all surfaces as metals (1), as plastics (0) or between them, in place of their own
     #[arg(long, value_name = "M", value_parser = part)]
     metallic: Option<f32>,
 }
@@ -49,13 +49,8 @@ impl SurfaceInput {
         }
     }
 
-    /// Refuses what would be ignored: all of it in modes without a model of their own, a finish of matte surfaces.
-    pub(crate) fn check(&self, default: Option<Surfaces>) -> anyhow::Result<()> {
-        let Some(default) = default else {
-            let option = self.surfaces.map(|_| "--surfaces").or(self.finish());
-            let Some(option) = option else { return Ok(()) };
-            bail!("{option}: only of --mode truth and environment; leave the option out");
-        };
+    /// Refuses what would be ignored: a finish of matte surfaces.
+    pub(crate) fn check(&self, default: Surfaces) -> anyhow::Result<()> {
         if let (Surfaces::Matte, Some(option)) = (self.model(default), self.finish()) {
             bail!("{option}: matte surfaces have none; ask for --surfaces gltf, or leave the option out");
         }

@@ -46,8 +46,8 @@ impl Asked {
         let (memory, talk, input) = (open.memory, open.talk, open.input.name());
         let (mut baked, file) = self.read_or_bake(open)?;
         if baked.scene().has_normal_maps() && !baked.is_lightmap() && !baked.is_glossy() {
-            let text = "has normal maps, which transfer at vertices does not hold; that of lobe bake --texels does, and --mode truth, \
-                        irradiance and environment show them";
+            let text = "has normal maps, which transfer at vertices does not hold; that of lobe bake --texels does, and lobe \
+                        render trace, irradiance and maps show them";
             talk.note(&input, text);
         }
         let (camera, view) = view(baked.scene())?;

@@ -2,9 +2,9 @@
 
 use std::str::FromStr;
 
-use anyhow::bail;
+use anyhow::anyhow;
 use clap::Args;
-use lobe::render::Camera;
+use lobe::render::{Camera, ViewPoint};
 use lobe::scene::Scene;
 
 use crate::args::values;
@@ -18,14 +18,18 @@ pub(crate) struct ViewInput {
     /// Columns and rows of the picture
     #[arg(long, value_name = "WxH", default_value = "512x384")]
     size: Size,
-    /// Where the eye is [default: where all of the scene is in view]
-    #[arg(long, value_name = "X,Y,Z", requires = "target", allow_hyphen_values = true, value_parser = values::numbers::<3>)]
+    /// Where the eye is
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::numbers::<3>)]
     eye: Option<[f64; 3]>,
-    /// What it looks at, in the middle of the picture
+    /// What it looks at, in the middle of the picture [default: the middle of the scene]
     #[arg(long, value_name = "X,Y,Z", requires = "eye", allow_hyphen_values = true, value_parser = values::numbers::<3>)]
     target: Option<[f64; 3]>,
+    /// Instead of --eye: degrees of the eye from +x towards +y and above the horizon, from where all of the scene is in view
+    /// [default: -63,20]
+    #[arg(long, value_name = "AZIMUTH,HEIGHT", conflicts_with = "eye", allow_hyphen_values = true, value_parser = values::numbers::<2>)]
+    orbit: Option<[f64; 2]>,
     /// The angle from the lower to the upper edge of the picture, above 0 and below 180 degrees
-    #[arg(long, value_name = "DEG", default_value = "40", value_parser = fov)]
+    #[arg(long, value_name = "DEG", default_value_t = ViewPoint::FOV, value_parser = values::finite)]
     fov: f64,
 }
 
@@ -46,13 +50,6 @@ impl FromStr for Size {
     }
 }
 
-fn fov(text: &str) -> Result<f64, String> {
-    match values::finite(text)? {
-        x if x > 0.0 && x < 180.0 => Ok(x),
-        x => Err(format!("expected an angle above 0 and below 180 degrees, found {x}")),
-    }
-}
-
 impl ViewInput {
     pub(crate) fn size(&self) -> (usize, usize) {
         (self.size.width, self.size.height)
@@ -63,15 +60,13 @@ impl ViewInput {
     }
 
     /// The camera for a box in the world.
-    pub(crate) fn camera_around(&self, [min, max]: [[f64; 3]; 2]) -> anyhow::Result<Camera> {
-        let half_angle = 0.5 * self.fov.to_radians();
-        let (Some(eye), Some(target)) = (self.eye, self.target) else {
-            return Ok(Camera::in_front_of(min, max, half_angle));
+    pub(crate) fn camera_around(&self, bounds: [[f64; 3]; 2]) -> anyhow::Result<Camera> {
+        let view = match (self.eye, self.orbit) {
+            (Some(eye), _) => ViewPoint::At { eye, target: self.target },
+            (None, Some([azimuth, height])) => ViewPoint::Orbit { azimuth, height },
+            (None, None) => ViewPoint::default(),
         };
-        match Camera::look_at(eye, target, half_angle) {
-            Some(camera) => Ok(camera),
-            None => bail!("--eye and --target are one point, so there is no direction to look in; move one of them"),
-        }
+        view.camera(bounds, self.fov).map_err(|error| anyhow!("--{error}"))
     }
 }
 

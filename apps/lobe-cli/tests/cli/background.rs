@@ -10,13 +10,13 @@ use crate::harness::Dir;
 /// A ball that takes a part of the picture, with little to compute.
 const VIEW: &str = "built-in:ball --env bundled:sunset --size 24x18 --eye 5,-7,1.6 --target 0,0,1.2 --fov 30";
 
-/// The modes, each with what makes it quick.
+/// The methods, each with what makes it quick.
 const MODES: [&str; 5] = [
-    "truth --samples 16 --bounces 0",
+    "trace --samples 16 --bounces 0",
     "irradiance",
-    "environment",
-    "shadowed --bake-samples 4",
-    "glossy --bake-samples 4 --order 2",
+    "maps",
+    "baked --mode shadowed --bake-samples 4",
+    "baked --mode glossy --bake-samples 4 --order 2",
 ];
 
 /// A corner of the picture, where the sky is.
@@ -25,14 +25,14 @@ fn corner(dir: &Dir, name: &str) -> [f32; 3] {
 }
 
 fn render(dir: &Dir, args: &str) {
-    dir.lobe(&format!("render {VIEW} {args}")).arg("--quiet").stdout();
+    dir.lobe(&format!("render {args} {VIEW}")).arg("--quiet").stdout();
 }
 
 #[test]
-fn a_color_is_behind_the_scene_in_every_mode() {
+fn a_color_is_behind_the_scene_by_every_method() {
     let dir = Dir::new();
     for mode in MODES {
-        render(&dir, &format!("--mode {mode} --background 0.25,0,3 -o a.exr"));
+        render(&dir, &format!("{mode} --background 0.25,0,3 -o a.exr"));
         let found = corner(&dir, "a.exr");
         assert!((found[0] - 0.25).abs() + found[1] + (found[2] - 3.0).abs() < 1e-5, "{mode}: {found:?}");
     }
@@ -45,15 +45,15 @@ fn the_map_is_behind_the_scene_and_its_expansion_only_when_asked_for() {
         render(&dir, &format!("{args} -o a.exr"));
         corner(&dir, "a.exr")
     };
-    let map = of("--mode irradiance");
+    let map = of("irradiance");
     let near = |a: [f32; 3], b: [f32; 3]| (0..3).all(|c| (a[c] - b[c]).abs() < 0.05 * b[c].abs());
     // Paths are spread over the pixel.
-    for mode in ["truth --samples 256 --bounces 0", "truth --samples 256 --bounces 0 --order 3", "environment"] {
-        assert!(near(of(&format!("--mode {mode}")), map), "{mode}: the map");
+    for mode in ["trace --samples 256 --bounces 0", "trace --samples 256 --bounces 0 --order 3", "maps"] {
+        assert!(near(of(mode), map), "{mode}: the map");
     }
-    let light = of("--mode irradiance --background light");
+    let light = of("irradiance --background light");
     assert!(!near(light, map), "the expansion differs from the map: {light:?}, {map:?}");
-    let traced = of("--mode truth --samples 256 --bounces 0 --order 3 --background light");
+    let traced = of("trace --samples 256 --bounces 0 --order 3 --background light");
     assert!(near(traced, light), "the light of the truth: {traced:?}, {light:?}");
 }
 
@@ -61,7 +61,7 @@ fn the_map_is_behind_the_scene_and_its_expansion_only_when_asked_for() {
 fn before_nothing_exr_is_premultiplied_and_png_is_straight() {
     let dir = Dir::new();
     for mode in MODES {
-        render(&dir, &format!("--mode {mode} --background none -o a.exr"));
+        render(&dir, &format!("{mode} --background none -o a.exr"));
         let bytes = dir.bytes("a.exr");
         let layers = ExrLayers::from_bytes(&bytes, "a.exr").unwrap();
         let alpha = layers.get("A").expect("an alpha");
@@ -72,7 +72,7 @@ fn before_nothing_exr_is_premultiplied_and_png_is_straight() {
         assert!(nothing.into_iter().all(|i| colors.iter().all(|c| c[i] == 0.0)), "{mode}: nothing sends light");
 
         // A pixel of the edge has the color of its neighbor on the ball, or one like it, not that of black.
-        render(&dir, &format!("--mode {mode} --background none -o a.png --exposure 1"));
+        render(&dir, &format!("{mode} --background none -o a.png --exposure 1"));
         let decoder = png::Decoder::new(BufReader::new(File::open(dir.path("a.png")).unwrap()));
         let mut reader = decoder.read_info().unwrap();
         assert_eq!(reader.info().color_type, png::ColorType::Rgba, "{mode}");
@@ -89,7 +89,7 @@ fn before_nothing_exr_is_premultiplied_and_png_is_straight() {
 #[test]
 fn an_animation_before_nothing_has_an_alpha() {
     let dir = Dir::new();
-    render(&dir, "--mode irradiance --background none --frames 2 -o turn.png");
+    render(&dir, "irradiance --background none --frames 2 -o turn.png");
     for name in ["turn.png", "turn-000.png", "turn-001.png"] {
         let decoder = png::Decoder::new(BufReader::new(File::open(dir.path(name)).unwrap()));
         assert_eq!(decoder.read_info().unwrap().info().color_type, png::ColorType::Rgba, "{name}");

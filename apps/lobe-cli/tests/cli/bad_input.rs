@@ -82,7 +82,7 @@ fn a_photograph_that_is_no_map_is_refused_with_the_options_of_the_command() {
     dir.map("photo.pfm", 6, 4, |_, _| [1.0; 3]);
     let line = dir.lobe("env info photo.pfm").error();
     assert!(line.contains("say what it is with --from or --fisheye"), "{line}");
-    let line = dir.lobe("render built-in:ball --env photo.pfm --mode truth -o a.png").error();
+    let line = dir.lobe("render trace built-in:ball --env photo.pfm -o a.png").error();
     assert!(line.contains("make a map of it first: lobe env convert") && !line.contains("say what it is"), "{line}");
 }
 

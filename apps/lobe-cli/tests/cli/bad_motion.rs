@@ -51,19 +51,16 @@ fn numbers_out_of_range_are_refused_before_any_work() {
         assert!(line.contains(expected), "lobe {command}: expected {expected:?} in: {line}");
     }
     for (options, expected) in [
-        ("--mode fields --time nan", "nan"),
-        ("--mode fields --time inf", "inf"),
-        ("--mode fields --fps 0 --frames 0..1", "found 0"),
-        (
-            "--mode fields --fps 1e-300 --frames 0..1",
-            "--fps: an animated .png shows each picture for 0.001 to 65 seconds",
-        ),
-        ("--mode fields --fps 1001 --frames 0..1", "found 1001.0 pictures for each second"),
-        ("--mode fields --fps 1e-310 --frames 0..1", "expected 1e-300 pictures for each second at least, found 1e-310"),
-        ("--mode shexp --spheres 0", "a number of spheres"),
-        ("--mode shexp --sphere-window -1", "-1"),
+        ("moving --time nan", "nan"),
+        ("moving --time inf", "inf"),
+        ("moving --fps 0 --frames 0..1", "found 0"),
+        ("moving --fps 1e-300 --frames 0..1", "--fps: an animated .png shows each picture for 0.001 to 65 seconds"),
+        ("moving --fps 1001 --frames 0..1", "found 1001.0 pictures for each second"),
+        ("moving --fps 1e-310 --frames 0..1", "expected 1e-300 pictures for each second at least, found 1e-310"),
+        ("moving --method exponentials --spheres 0", "a number of spheres"),
+        ("moving --method exponentials --sphere-window -1", "-1"),
     ] {
-        let line = refused(&dir, &format!("render s.json {RENDER} {options}"));
+        let line = refused(&dir, &format!("render {options} s.json {RENDER}"));
         assert!(line.contains(expected), "{options}: expected {expected:?} in: {line}");
     }
 }
@@ -74,8 +71,8 @@ fn files_of_another_kind_are_refused_by_name() {
     dir.file("text.safetensors", "no tensors");
     write_spheres(dir.path("spheres.safetensors"), &SphereSet::new(vec![[0.0; 3]], vec![1.0]).unwrap()).unwrap();
     for table in ["text", "spheres"] {
-        let options = format!("--mode shexp --sphere-table {table}.safetensors");
-        let line = refused(&dir, &format!("render s.json {RENDER} {options}"));
+        let options = format!("moving --method exponentials --sphere-table {table}.safetensors");
+        let line = refused(&dir, &format!("render {options} s.json {RENDER}"));
         assert!(line.starts_with(&format!("{table}.safetensors: ")), "{line}");
     }
     dir.file("broken.sh.json", "{\"format\":");
@@ -102,9 +99,8 @@ fn lamps_of_descriptions_at_fault_are_refused_by_name() {
         (r#"[{"name":"a","file":"t.obj"}]"#, "t.obj"),
     ] {
         let dir = scene(&format!(r#","lamps":{lamps}"#));
-        for mode in ["fields", "truth --samples 2"] {
-            let line =
-                refused(&dir, &format!("render s.json {} --mode {mode}", RENDER.replace("--bake-samples 4 ", "")));
+        for method in ["moving", "trace --samples 2"] {
+            let line = refused(&dir, &format!("render {method} s.json {}", RENDER.replace("--bake-samples 4 ", "")));
             assert!(line.contains(expected), "{lamps}: expected {expected:?} in: {line}");
         }
     }
@@ -117,9 +113,9 @@ fn a_lamp_of_a_file_has_its_order() {
     let light = lobe::sh::Rgb::new(1.0, 1.0, 1.0);
     let field = RadianceField::rectangle(&Rectangle::upright([1.0, 1.0], true), light, &options).unwrap();
     write_lamp(dir.path("l.safetensors"), &Lamp::Still(field), &FieldStorage::F32).unwrap();
-    let line = refused(&dir, "render s.json --env bundled:sunset --size 8x6 --mode fields --order 3 --quiet -o x.png");
+    let line = refused(&dir, "render moving s.json --env bundled:sunset --size 8x6 --order 3 --quiet -o x.png");
     assert!(line.contains("lamp `panel`: expected light of 3 bands at least, found 2"), "{line}");
-    dir.lobe(&format!("render s.json {RENDER} --mode fields")).stdout();
+    dir.lobe(&format!("render moving s.json {RENDER}")).stdout();
     assert!(dir.names().contains(&"x.png".to_owned()), "{:?}", dir.names());
 }
 
@@ -131,7 +127,7 @@ fn the_truth_of_a_lamp_is_the_same_by_its_file_and_by_its_numbers() {
         if !make.is_empty() {
             dir.lobe(&format!("lamp {make} --order 2 -o l.safetensors")).succeeds();
         }
-        dir.lobe("render s.json --env bundled:sunset --size 8x6 --mode truth --samples 4 --quiet -o x.exr").stdout();
+        dir.lobe("render trace s.json --env bundled:sunset --size 8x6 --samples 4 --quiet -o x.exr").stdout();
         std::fs::read(dir.path("x.exr")).unwrap()
     };
     let panel = truth(r#""size":[2,1],"radiance":[40,20,10],"two_sided":true"#, "");
@@ -146,10 +142,12 @@ fn the_truth_of_a_lamp_is_the_same_by_its_file_and_by_its_numbers() {
 fn lamps_light_pictures_of_every_mode_that_moves() {
     let lamp = r#"{"name":"bulb","radius":0.3,"radiance":[40,40,40],"keys":[{"translation":[1,1,3]}]}"#;
     let (with, without) = (scene(&format!(r#","lamps":[{lamp}]"#)), scene(""));
-    for mode in ["fields --bake-samples 64", "shexp --spheres 2 --bake-samples 64", "truth --samples 16"] {
+    for mode in
+        ["moving --bake-samples 64", "moving --method exponentials --spheres 2 --bake-samples 64", "trace --samples 16"]
+    {
         let mean = |dir: &Dir| {
             let command = format!(
-                "render s.json --env bundled:sunset --order 2 --size 16x12 --bounces 0 --mode {mode} --quiet -o m.exr"
+                "render {mode} s.json --env bundled:sunset --order 2 --size 16x12 --bounces 0 --quiet -o m.exr"
             );
             dir.lobe(&command).stdout();
             let (picture, _) = lobe::image::read_picture(dir.path("m.exr"), &Default::default()).unwrap();

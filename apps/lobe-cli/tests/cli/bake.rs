@@ -281,9 +281,7 @@ fn outputs_that_cannot_be_are_refused_before_the_bake() {
 #[test]
 fn the_most_triangles_are_what_the_option_says() {
     let dir = with_square(|_| ());
-    for command in
-        ["bake scene.gltf -o out.glb", "render scene.gltf --env bundled:studio --mode truth --quiet -o out.png"]
-    {
+    for command in ["bake scene.gltf -o out.glb", "render trace scene.gltf --env bundled:studio --quiet -o out.png"] {
         let line = dir.lobe(&format!("{command} --max-triangles 3")).error();
         let expected = "scene.gltf: expected at most 3 triangles and vertices, found 2 and 4 or more: raise it with --max-triangles";
         assert_eq!(line, expected, "{command}");

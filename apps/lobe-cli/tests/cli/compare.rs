@@ -96,7 +96,7 @@ fn what_cannot_be_compared_is_said_in_one_line() {
 fn variances_of_too_few_paths_name_the_picture_and_the_option() {
     let dir = Dir::new();
     for (name, samples) in [("few.exr", 5), ("enough.exr", 6)] {
-        let trace = format!("render built-in:ball --env bundled:studio --mode truth --size 8x6 --samples {samples}");
+        let trace = format!("render trace built-in:ball --env bundled:studio --size 8x6 --samples {samples}");
         dir.lobe(&format!("{trace} --bounces 0 -o {name}")).arg("--quiet").stdout();
     }
     let line = dir.lobe("compare enough.exr few.exr --z-test").error();
@@ -109,8 +109,8 @@ fn variances_of_too_few_paths_name_the_picture_and_the_option() {
 fn traced_pictures_of_one_light_pass_the_test_and_of_another_do_not() {
     let dir = Dir::new();
     let trace = |name: &str, options: &str| {
-        let common = "--env bundled:studio --mode truth --size 40x30 --samples 64 --bounces 1";
-        dir.lobe(&format!("render built-in:ball {common} {options} -o {name}")).arg("--quiet").stdout();
+        let common = "--env bundled:studio --size 40x30 --samples 64 --bounces 1";
+        dir.lobe(&format!("render trace built-in:ball {common} {options} -o {name}")).arg("--quiet").stdout();
     };
     trace("a.exr", "--seed 1 --order 4");
     trace("b.exr", "--seed 2 --order 4");
@@ -127,7 +127,7 @@ fn traced_pictures_of_one_light_pass_the_test_and_of_another_do_not() {
 fn errors_over_surfaces_have_no_noise_of_the_reference_and_no_background() {
     let dir = Dir::new();
     let trace = |name: &str, samples: u32, seed: u32| {
-        let common = "render built-in:ball --env bundled:studio --order 4 --mode truth --size 96x72 --bounces 1";
+        let common = "render trace built-in:ball --env bundled:studio --order 4 --size 96x72 --bounces 1";
         dir.lobe(&format!("{common} --samples {samples} --seed {seed} -o {name}")).arg("--quiet").stdout();
     };
     trace("good.exr", 512, 1);

@@ -43,7 +43,7 @@ fn check(dir: &Dir, args: &str, expected: [f64; 3]) {
 }
 
 fn truth(dir: &Dir, args: &str) -> [f64; 3] {
-    dir.lobe(&format!("render {args} --mode truth --order 4 --background light --samples 256 -o truth.exr"))
+    dir.lobe(&format!("render trace {args} --order 4 --background light --samples 256 -o truth.exr"))
         .arg("--quiet")
         .stdout();
     mean(dir, "truth.exr")
@@ -57,8 +57,10 @@ fn both_sides_of_an_open_square_show_their_own_light() {
     for (view, is_redder) in [(ABOVE, true), (BELOW, false)] {
         let expected = truth(&dir, &format!("s.obj {common} {view}"));
         assert!((expected[0] > expected[2]) == is_redder, "{view}: {expected:?}");
-        for mode in ["irradiance --order 4", "unshadowed", "shadowed", "interreflected"] {
-            check(&dir, &format!("s.obj {common} {view} --mode {mode}"), expected);
+        for mode in
+            ["irradiance --order 4", "baked --mode unshadowed", "baked --mode shadowed", "baked --mode interreflected"]
+        {
+            check(&dir, &format!("{mode} s.obj {common} {view}"), expected);
         }
     }
 }
@@ -172,12 +174,12 @@ fn a_shining_sheet_looks_alike_from_both_sides_under_light_that_is() {
 fn single_sided_surfaces_are_black_from_behind_in_every_mode() {
     let dir = Dir::new();
     dir.map("even.exr", 16, 8, |_, _| [1.0; 3]);
-    for mode in ["truth", "irradiance", "unshadowed", "shadowed", "interreflected", "glossy"] {
-        let baked = if ["truth", "irradiance"].contains(&mode) { "" } else { "--bake-samples 16" };
+    let baked = ["unshadowed", "shadowed", "interreflected", "glossy"];
+    let baked = baked.map(|mode| format!("baked --mode {mode} --bake-samples 16"));
+    for method in ["trace", "irradiance"].map(str::to_owned).into_iter().chain(baked) {
         // From outside, the box fills the picture.
-        let args =
-            format!("built-in:furnace --env even.exr --mode {mode} {baked} --eye 3,0.3,0.2 --target 0,0,0 --fov 20");
+        let args = format!("{method} built-in:furnace --env even.exr --eye 3,0.3,0.2 --target 0,0,0 --fov 20");
         dir.lobe(&format!("render {args} --size 8x6 -o a.exr")).arg("--quiet").stdout();
-        assert_eq!(mean(&dir, "a.exr"), [0.0; 3], "{mode}");
+        assert_eq!(mean(&dir, "a.exr"), [0.0; 3], "{method}");
     }
 }

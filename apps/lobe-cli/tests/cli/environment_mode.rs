@@ -1,4 +1,4 @@
-//! `lobe render --mode environment`: scenes by environment mapping.
+//! `lobe render maps`: scenes by environment mapping.
 
 use serde_json::Value;
 
@@ -12,7 +12,7 @@ fn write_skies(dir: &Dir) {
 }
 
 /// A white square that fills the picture.
-const SQUARE: &str = "render s.obj --up z --eye 0,-2,3 --target 0,0,0 --fov 8 --size 8x6 --quiet --mode";
+const SQUARE: &str = "s.obj --up z --eye 0,-2,3 --target 0,0,0 --fov 8 --size 8x6 --quiet";
 
 fn rmse(dir: &Dir, a: &str, b: &str) -> f64 {
     let found: Value = serde_json::from_str(&dir.lobe(&format!("compare {a} {b} --json --quiet")).stdout()).unwrap();
@@ -26,12 +26,12 @@ fn in_even_light_white_surfaces_vanish_if_they_are_matte_or_smooth_metals() {
     for finish in
         ["--surfaces matte", "--metallic 1 --roughness 0", "--surfaces gltf-separable --metallic 1 --roughness 0"]
     {
-        dir.lobe(&format!("{SQUARE} environment --env even.exr {finish} -o a.exr")).stdout();
+        dir.lobe(&format!("render maps {SQUARE} --env even.exr {finish} -o a.exr")).stdout();
         for number in dir.numbers("a.exr") {
             assert!((number - 1.0).abs() < 1e-3, "{finish}: {number}");
         }
     }
-    dir.lobe(&format!("{SQUARE} environment --env even.exr --metallic 1 --roughness 1 -o a.png --exposure 1")).stdout();
+    dir.lobe(&format!("render maps {SQUARE} --env even.exr --metallic 1 --roughness 1 -o a.png --exposure 1")).stdout();
     assert_eq!(&dir.bytes("a.png")[1..4], b"PNG", "a picture for looking at");
 }
 
@@ -41,8 +41,8 @@ fn a_finish_means_the_same_in_the_truth() {
     write_skies(&dir);
     for (finish, allowed) in [("--surfaces matte", 0.05), ("--surfaces gltf --roughness 0 --metallic 1", 0.1)] {
         let common = format!("--env sky.exr --rotate-light 50 {finish}");
-        dir.lobe(&format!("{SQUARE} environment {common} -o maps.exr")).stdout();
-        dir.lobe(&format!("{SQUARE} truth --bounces 0 --samples 256 {common} -o truth.exr")).stdout();
+        dir.lobe(&format!("render maps {SQUARE} {common} -o maps.exr")).stdout();
+        dir.lobe(&format!("render trace {SQUARE} --bounces 0 --samples 256 {common} -o truth.exr")).stdout();
         let (found, whole) = (rmse(&dir, "maps.exr", "truth.exr"), mean(&dir.numbers("maps.exr")));
         assert!(found < allowed * whole, "{finish}: {found} of {whole}");
     }
@@ -52,7 +52,7 @@ fn a_finish_means_the_same_in_the_truth() {
 fn frames_turn_the_light_and_stored_pictures_blur_what_mirrors_show() {
     let dir = Dir::new();
     write_skies(&dir);
-    let mirror = format!("{SQUARE} environment --env sky.exr --metallic 1 --roughness 0");
+    let mirror = format!("render maps {SQUARE} --env sky.exr --metallic 1 --roughness 0");
     dir.lobe(&format!("{mirror} --frames 2 -o turn.png")).stdout();
     assert!(dir.bytes("turn-000.png") != dir.bytes("turn-001.png"), "the light turns");
     assert!(dir.bytes("turn.png").windows(4).any(|w| w == b"acTL"), "animated");
@@ -71,31 +71,22 @@ fn what_environment_mapping_cannot_do_is_said_in_one_line() {
     write_skies(&dir);
     dir.file("light.sh.json", "{}");
     for (args, part) in [
-        ("environment --env light.sh.json", "lobe env reconstruct makes one of an expansion"),
-        ("environment --env sky.exr --order 3", "--order: --mode environment looks light up in the map itself"),
-        ("environment --env sky.exr --window hanning", "--window: --mode environment"),
-        ("environment --env sky.exr --bounces 2", "--bounces: only of --mode truth"),
-        ("environment --env sky.exr --seed 2", "--seed: only --mode truth is random"),
-        ("environment --env sky.exr --bake-samples 4", "--bake-samples: only of modes with transfer"),
-        ("environment --env sky.exr --transfer a.safetensors", "--transfer: only of modes with transfer"),
-        ("environment --env sky.exr --fresh", "--fresh: only --mode truth"),
-        ("environment --env sky.exr --time 1", "--time: only what a glTF file moves"),
-        ("environment --env sky.exr --surfaces matte --roughness 0", "--roughness: matte surfaces have none"),
-        ("environment --env sky.exr --surfaces matte --reflect-through cube", "--reflect-through: matte surfaces"),
-        ("environment --env sky.exr --roughness 2", "expected a number from 0 to 1, found 2"),
-        ("environment --env sky.exr --reflect-through ball", "expected lat-long, sphere, "),
-        ("environment --env sky.exr --reflect-through cube:0", "a number of rows from 1 to"),
-        ("environment --env sky.exr --max-memory 0.001", "filtering sky.exr takes up to "),
-        ("truth --env sky.exr --metallic 1", "--metallic: matte surfaces have none; ask for --surfaces gltf"),
-        ("truth --env sky.exr --reflect-through cube", "--reflect-through: only of --mode environment"),
-        ("irradiance --env sky.exr --metallic 1", "--metallic: only of --mode truth and environment"),
+        ("maps --env light.sh.json", "lobe env reconstruct makes one of an expansion"),
+        ("maps --env sky.exr --order 3", "unexpected argument '--order'"),
+        ("maps --env sky.exr --time 1", "--time: only what a glTF file moves"),
+        ("maps --env sky.exr --surfaces matte --roughness 0", "--roughness: matte surfaces have none"),
+        ("maps --env sky.exr --surfaces matte --reflect-through cube", "--reflect-through: matte surfaces"),
+        ("maps --env sky.exr --roughness 2", "expected a number from 0 to 1, found 2"),
+        ("maps --env sky.exr --reflect-through ball", "expected lat-long, sphere, "),
+        ("maps --env sky.exr --reflect-through cube:0", "a number of rows from 1 to"),
+        ("maps --env sky.exr --max-memory 0.001", "filtering sky.exr takes up to "),
+        ("trace --env sky.exr --metallic 1", "--metallic: matte surfaces have none; ask for --surfaces gltf"),
     ] {
-        let line = dir.lobe(&format!("{SQUARE} {args} -o a.png")).error();
+        let line = dir.lobe(&format!("render {args} {SQUARE} -o a.png")).error();
         assert!(line.contains(part), "{args}: {line}");
     }
-    let line = dir.lobe(
-        "render built-in:walking-figure --mode truth --surfaces gltf --roughness 0.5 --env sky.exr -o a.png --quiet",
-    );
+    let line =
+        dir.lobe("render trace built-in:walking-figure --surfaces gltf --roughness 0.5 --env sky.exr -o a.png --quiet");
     let line = line.error();
     assert!(line.contains("--roughness: only of a scene that stands still"), "{line}");
     assert!(!dir.names().contains(&"a.png".to_owned()), "nothing was written: {:?}", dir.names());

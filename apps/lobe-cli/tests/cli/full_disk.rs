@@ -22,7 +22,7 @@ fn work_whose_results_have_no_room_leaves_nothing_behind() {
     dir.lobe(&format!("bake {room} --samples 2 -o room.glb")).succeeds();
     let before = dir.names();
     for args in [
-        &format!("render {room} --env sky.hdr --mode truth --samples 4 --size 64x64 -o t.exr"),
+        &format!("render trace {room} --env sky.hdr --samples 4 --size 64x64 -o t.exr"),
         &format!("render {room} --env sky.hdr --mode shadowed --samples 4 --size 256x256 --frames 2 -o t.png"),
         &format!("bake {room} --samples 16 -o b.glb"),
         &format!("bake {room} --samples 16 --mode glossy --order 3 -o g.safetensors"),

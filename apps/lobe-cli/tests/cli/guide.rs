@@ -39,7 +39,11 @@ fn every_command_of_the_guide_exists_with_its_options() {
                 _ => 1,
             };
             let name = words.iter().take(depth).filter(|word| word.starts_with(char::is_lowercase));
-            let name = name.copied().collect::<Vec<_>>().join(" ");
+            let name = match words[..] {
+                ["render", method @ ("trace" | "moving" | "maps" | "irradiance"), ..] => format!("render {method}"),
+                ["render", ..] => "render baked".to_owned(),
+                _ => name.copied().collect::<Vec<_>>().join(" "),
+            };
             if name.is_empty() {
                 // `lobe COMMAND --help` stands for all of them.
                 continue;

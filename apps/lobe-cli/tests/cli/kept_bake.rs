@@ -46,16 +46,16 @@ fn what_stands_still_far_from_what_moves_is_shown_as_it_was_baked() {
     gltf(&dir, 300.0);
     dir.lobe("bake a.gltf -o b.glb --no-split --samples 64 --order 3 --quiet").stdout();
     let (still, _) = picture(&dir, "b.glb --mode interreflected");
-    let (moving, notes) = picture(&dir, "b.glb --mode fields --time 1");
+    let (moving, notes) = picture(&dir, "moving b.glb --time 1");
     assert!(!notes.contains("transfer"), "{notes}");
     let off = compare(moving.pixels(), still.pixels()).relative_rmse;
     assert!(off < 1e-4, "off by {off} of the static picture");
     // A bake anew takes other paths, and as many as it is asked for.
-    let (anew, notes) = picture(&dir, "b.glb --mode fields --time 1 --bounces 1 --bake-samples 8");
+    let (anew, notes) = picture(&dir, "moving b.glb --time 1 --bounces 1 --bake-samples 8");
     assert!(notes.contains("its transfer is not used: it has 3 reflections, not those that are asked for"), "{notes}");
     let off_anew = compare(anew.pixels(), still.pixels()).relative_rmse;
     assert!(off_anew > 10.0 * off, "{off_anew} by a bake anew, {off} by that of the file");
-    let (_, notes) = picture(&dir, "b.glb --mode fields --time 1 --order 4 --bake-samples 8");
+    let (_, notes) = picture(&dir, "moving b.glb --time 1 --order 4 --bake-samples 8");
     assert!(notes.contains("its transfer is not used: it has 3 bands, fewer than are asked for"), "{notes}");
 }
 
@@ -64,12 +64,11 @@ fn what_stood_near_has_no_shadow_where_it_is_no_more() {
     let dir = Dir::new();
     gltf(&dir, 0.0);
     dir.lobe("bake a.gltf -o b.glb --no-split --samples 256 --order 3 --quiet").stdout();
-    let (moved, notes) = picture(&dir, "b.glb --mode fields --time 0 --still-points 0");
+    let (moved, notes) = picture(&dir, "moving b.glb --time 0 --still-points 0");
     let told = notes.lines().filter(|line| line.contains("vertices that stand still keep their transfer")).count();
     assert_eq!(told, 1, "{notes}");
     // The same of a file that is not baked.
-    let (anew, _) =
-        picture(&dir, "a.gltf --mode fields --no-split --time 0 --order 3 --bake-samples 256 --still-points 0");
+    let (anew, _) = picture(&dir, "moving a.gltf --no-split --time 0 --order 3 --bake-samples 256 --still-points 0");
     let off = compare(moved.pixels(), anew.pixels()).relative_rmse;
     assert!(off < 0.02, "off by {off} of a bake of the parts by themselves");
 }
@@ -85,10 +84,10 @@ fn an_animated_entity_of_a_description_keeps_its_transfer_too() {
             "keys":[{"translation":[0,0,0]}]}]}"#,
     );
     let (still, _) = picture(&dir, "b.glb --mode interreflected");
-    let (moving, _) = picture(&dir, "s.json --mode fields --order 3 --time 1 --bake-samples 8");
+    let (moving, _) = picture(&dir, "moving s.json --order 3 --time 1 --bake-samples 8");
     let off = compare(moving.pixels(), still.pixels()).relative_rmse;
     assert!(off < 1e-4, "off by {off} of the static picture");
-    let error = dir.lobe(&format!("render s.json --mode fields --order 4 {VIEW} --quiet -o y.exr")).error();
+    let error = dir.lobe(&format!("render moving s.json --order 4 {VIEW} --quiet -o y.exr")).error();
     assert!(error.contains("`room: still`: expected its transfer to have 4 bands at least, found 3"), "{error}");
 }
 
@@ -103,7 +102,7 @@ fn what_stands_in_another_shape_than_it_was_baked_in_is_baked_anew() {
     let grown = r#"{"primitives":[{"attributes":{"POSITION":0},"targets":[{"POSITION":0}]}],"weights":[0.5]}"#;
     dir.file("a.gltf", text.replace(plain, grown));
     dir.lobe("bake a.gltf -o b.glb --no-split --samples 256 --order 3 --quiet").succeeds();
-    let (_, notes) = picture(&dir, "b.glb --mode fields --time 1 --still-points 0");
+    let (_, notes) = picture(&dir, "moving b.glb --time 1 --still-points 0");
     assert!(!notes.contains("another shape"), "bakes see morph targets: {notes}");
     // A recipe that does not say when the scene stood so is of a bake without them.
     let mut bytes = dir.bytes("b.glb");
@@ -111,12 +110,11 @@ fn what_stands_in_another_shape_than_it_was_baked_in_is_baked_anew() {
     let at = bytes.windows(time.len()).position(|found| found == time).expect("a recipe with the time");
     bytes[at..][..time.len()].copy_from_slice(br#""Time":0.0"#);
     dir.file("b.glb", bytes);
-    let (kept, notes) = picture(&dir, "b.glb --mode fields --time 1 --still-points 0");
+    let (kept, notes) = picture(&dir, "moving b.glb --time 1 --still-points 0");
     let told = "0 of 12 vertices that stand still keep their transfer; another animation, skins or morph targets give 12 of the others";
     assert!(notes.contains(told), "{notes}");
     // The same of a file that is not baked.
-    let (anew, _) =
-        picture(&dir, "a.gltf --mode fields --no-split --time 1 --order 3 --bake-samples 256 --still-points 0");
+    let (anew, _) = picture(&dir, "moving a.gltf --no-split --time 1 --order 3 --bake-samples 256 --still-points 0");
     let off = compare(kept.pixels(), anew.pixels()).relative_rmse;
     assert!(off < 0.02, "off by {off} of a bake of the parts as they stand");
 }

@@ -52,7 +52,7 @@ fn a_small_file_of_many_equal_numbers_is_held_against_the_limit() {
     }
     for args in [
         "compare flat.exr flat.exr --max-memory 0.01",
-        "render s.obj --env flat.exr --mode irradiance --size 4x4 --max-memory 0.01 -o a.png",
+        "render irradiance s.obj --env flat.exr --size 4x4 --max-memory 0.01 -o a.png",
     ] {
         let line = dir.lobe(args).arg("--quiet").error();
         assert!(line.contains("flat.exr: the picture is 2048 x 2048, more than the limit"), "{args}: {line}");
@@ -69,14 +69,11 @@ fn what_takes_more_than_the_limit_is_refused_in_one_line() {
     let before = dir.names();
     for (args, part) in [
         (
-            "render s.obj --env even.exr --mode truth --size 16384x16384 -o a.exr",
+            "render trace s.obj --env even.exr --size 16384x16384 -o a.exr",
             "--size 16384x16384 takes up to 60129542144 bytes of memory (56.0 GiB), more than the limit of 4 GiB; ask for a \
              smaller picture, or raise the limit with --max-memory",
         ),
-        (
-            "render s.obj --env even.exr --mode irradiance --size 16384x16384 -o a.png",
-            "--size 16384x16384 takes up to ",
-        ),
+        ("render irradiance s.obj --env even.exr --size 16384x16384 -o a.png", "--size 16384x16384 takes up to "),
         (
             "render s.obj --env even.exr --mode shadowed --order 8 --size 4x4 --max-memory 0.0000015 -o a.png",
             "transfer of 4 vertices at order 8 takes up to 2096 bytes of memory",
@@ -175,8 +172,8 @@ fn what_the_system_does_not_give_is_told_and_nothing_aborts() {
     scene(&dir);
     let before = dir.names();
     for args in [
-        "render s.obj --env even.exr --mode irradiance --size 7000x6000 -o a.png",
-        "render s.obj --env even.exr --mode truth --samples 2 --size 4000x3000 -o a.exr",
+        "render irradiance s.obj --env even.exr --size 7000x6000 -o a.png",
+        "render trace s.obj --env even.exr --samples 2 --size 4000x3000 -o a.exr",
         "bake s.obj --texels 6000 --order 1 -o a.safetensors",
     ] {
         let output = limited(&dir, 3 << 19, args);
@@ -235,10 +232,10 @@ fn work_takes_no_more_memory_than_is_said() {
     let dir = Dir::new();
     scene(&dir);
     for args in [
-        "render s.obj --env even.exr --mode truth --samples 2 --size 800x600 -o a.exr",
-        "render s.obj --env even.exr --mode truth --samples 2 --size 800x600 -o a.png",
-        "render s.obj --env even.exr --mode irradiance --samples 1 --size 1600x1200 -o a.exr",
-        "render s.obj --env even.exr --mode irradiance --samples 1 --size 1600x1200 -o a.png",
+        "render trace s.obj --env even.exr --samples 2 --size 800x600 -o a.exr",
+        "render trace s.obj --env even.exr --samples 2 --size 800x600 -o a.png",
+        "render irradiance s.obj --env even.exr --samples 1 --size 1600x1200 -o a.exr",
+        "render irradiance s.obj --env even.exr --samples 1 --size 1600x1200 -o a.png",
         "bake s.obj --mode unshadowed --order 1 --texels 1200 -o a.safetensors",
         "bake s.obj --mode unshadowed --order 6 --texels 500 -o a.exr",
         // Of the work before, which is the input of these.
@@ -262,7 +259,7 @@ fn work_takes_no_more_memory_than_is_said() {
 fn pictures_of_an_animation_are_not_kept() {
     let dir = Dir::new();
     scene(&dir);
-    let args = "render s.obj --env even.exr --mode irradiance --samples 1 --size 512x384 --frames";
+    let args = "render irradiance s.obj --env even.exr --samples 1 --size 512x384 --frames";
     let found = peak(&dir, &format!("{args} 32 -o a.png"));
     assert_eq!(dir.names().len(), 2 + 33, "pictures and their animation");
     // All of them are 75 MB as numbers.

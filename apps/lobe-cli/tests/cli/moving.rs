@@ -18,7 +18,7 @@ fn a_field_is_baked_and_shadows_a_scene_in_files() {
             {"name":"ball","mesh":"built-in:ball","field":"ball.field.safetensors",
              "keys":[{"translation":[0,0,3],"scale":0.3}]}]}"#,
     );
-    dir.lobe(&format!("render scene.json {VIEW} --mode fields -o moving.png")).succeeds();
+    dir.lobe(&format!("render moving scene.json {VIEW} -o moving.png")).succeeds();
     assert!(dir.path("moving.png").exists(), "no picture");
 }
 
@@ -64,13 +64,13 @@ fn spheres_are_fitted_and_their_table_is_written() {
 #[ignore = "long: of the nightly group"]
 fn frames_of_a_moving_scene_are_numbered_by_their_times() {
     let dir = Dir::new();
-    let shexp = "--mode shexp --spheres 2 --exponential hybrid";
-    dir.lobe(&format!("render built-in:three-objects {VIEW} {shexp} --frames 3..4 --fps 2 -o turn.png")).succeeds();
+    let shexp = "moving --method exponentials --spheres 2 --exponential hybrid";
+    dir.lobe(&format!("render {shexp} built-in:three-objects {VIEW} --frames 3..4 --fps 2 -o turn.png")).succeeds();
     for name in ["turn-003.png", "turn-004.png", "turn.png"] {
         assert!(dir.path(name).exists(), "no {name}");
     }
-    dir.lobe(&format!("render built-in:three-objects {VIEW} {shexp} --time 1.5 -o one.png --exposure 1")).succeeds();
-    dir.lobe(&format!("render built-in:three-objects {VIEW} {shexp} --frames 3..3 --fps 2 -o same.png --exposure 1"))
+    dir.lobe(&format!("render {shexp} built-in:three-objects {VIEW} --time 1.5 -o one.png --exposure 1")).succeeds();
+    dir.lobe(&format!("render {shexp} built-in:three-objects {VIEW} --frames 3..3 --fps 2 -o same.png --exposure 1"))
         .succeeds();
     assert!(dir.bytes("one.png") == dir.bytes("same-003.png"), "frame 3 of 2 a second is at 1.5 s");
 }
@@ -80,13 +80,13 @@ fn frames_of_a_moving_scene_are_numbered_by_their_times() {
 fn fields_are_smooth_and_spheres_shared_by_neighbors_where_asked() {
     let dir = Dir::new();
     let picture = |name: &str, options: &str| {
-        let command = format!("render built-in:three-objects {VIEW} {options} --time 1 -o {name}");
+        let command = format!("render {options} built-in:three-objects {VIEW} --time 1 -o {name}");
         dir.lobe(&command).succeeds();
     };
-    picture("linear.exr", "--mode fields");
-    picture("cubic.exr", "--mode fields --interpolation cubic");
-    picture("alone.exr", "--mode shexp --spheres 4");
-    picture("groups.exr", "--mode shexp --spheres 4 --group 64");
+    picture("linear.exr", "moving");
+    picture("cubic.exr", "moving --interpolation cubic");
+    picture("alone.exr", "moving --method exponentials --spheres 4");
+    picture("groups.exr", "moving --method exponentials --spheres 4 --group 64");
     for (a, b) in [("linear.exr", "cubic.exr"), ("alone.exr", "groups.exr")] {
         let (printed, _) = dir.lobe(&format!("compare {a} {b} --json")).succeeds();
         let psnr = serde_json::from_str::<Value>(&printed).unwrap()["psnr"].as_f64().unwrap();
@@ -98,29 +98,28 @@ fn fields_are_smooth_and_spheres_shared_by_neighbors_where_asked() {
 fn options_that_would_be_ignored_or_contradict_each_other_are_refused() {
     let dir = Dir::new();
     for (options, expected) in [
-        ("--mode shadowed --time 1", "built-in:three-objects: moves; it is shown by --mode truth, fields or shexp"),
-        ("--mode shadowed", "built-in:three-objects: moves; it is shown by --mode truth, fields or shexp"),
-        ("--mode fields --order 9", "--order: shadows of what moves have an order of 1 to 8"),
-        ("--mode truth --loop --sphere-table t.safetensors", "--sphere-table: only of --mode fields and shexp"),
-        ("--mode fields --still-points 4", "expected 0, or 8 points at least, found 4"),
-        ("--mode fields --max-triangles 4", "--max-triangles: only of scenes in files"),
-        ("--mode fields --up z", "--up: only .obj and .ply files"),
-        ("--mode truth --spheres 4", "--spheres: only of --mode fields and shexp"),
-        ("--mode truth --interpolation cubic", "--interpolation: only of --mode fields and shexp"),
-        ("--mode shexp --group 20", "expected a multiple of 16, found 20"),
-        ("--mode fields --exponential grid", "--exponential: only of --mode shexp"),
-        ("--mode fields --fps 3", "--fps: only of --frames A..B"),
-        ("--mode fields --time 1 --frames 0..3", "--time: --frames A..B says the times"),
-        ("--mode fields --frames 3..0", "in order"),
-        ("--mode fields --animation none", "found no animation `none`"),
-        ("--mode fields --transfer x.safetensors", "--transfer: only of"),
+        ("baked --time 1", "built-in:three-objects: moves; show it by lobe render moving or lobe render trace"),
+        ("irradiance", "built-in:three-objects: moves; show it by lobe render moving or lobe render trace"),
+        ("moving --order 9", "--order: shadows of what moves have an order of 1 to 8"),
+        ("moving --still-points 4", "expected 0, or 8 points at least, found 4"),
+        ("moving --max-triangles 4", "--max-triangles: only of scenes in files"),
+        ("moving --up z", "--up: only .obj and .ply files"),
+        ("moving --method exponentials --group 20", "expected a multiple of 16, found 20"),
+        ("moving --exponential grid", "--exponential: only of --method exponentials"),
+        ("moving --fps 3", "--fps: only of --frames A..B"),
+        ("moving --time 1 --frames 0..3", "--time: --frames A..B says the times"),
+        ("moving --frames 3..0", "in order"),
+        ("moving --animation none", "found no animation `none`"),
     ] {
-        let command = format!("render built-in:three-objects --env bundled:sunset -o x.png --quiet {options}");
+        let command = format!("render {options} built-in:three-objects --env bundled:sunset -o x.png --quiet");
         let message = dir.lobe(&command).error();
         assert!(message.contains(expected), "{options}: {message}");
     }
     let message = dir.lobe("bake built-in:three-objects -o b.glb").error();
-    assert!(message.contains("built-in:three-objects: moves; lobe render shows it"), "{message}");
+    assert!(
+        message.contains("built-in:three-objects: moves; lobe render moving and lobe render trace show it"),
+        "{message}"
+    );
     let message = dir.lobe("spheres --quiet").error();
     assert!(message.contains("lobe spheres --help"), "{message}");
     let message = dir.lobe("spheres table -o t.safetensors --clamp 7").error();

@@ -9,7 +9,7 @@ use crate::stopped::{line, started, stopped};
 const TETRAHEDRON: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 4 3\nf 1 2 4\nf 2 3 4\n";
 const GROUND: &str = "v -3 0 3\nv 3 0 3\nv 3 0 -3\nv -3 0 -3\nf 1 2 3 4\n";
 const VIEW: &str = "--env bundled:sunset --size 16x12 --bake-samples 16 --still-points 64";
-const TRUTH: &str = "--env bundled:sunset --size 16x12 --mode truth --samples 2 --bounces 0";
+const TRUTH: &str = "--env bundled:sunset --size 16x12 --samples 2 --bounces 0";
 
 /// A folder with a ground and a tetrahedron, and a description of both whose entity has these further members.
 fn scene(members: &str) -> Dir {
@@ -85,8 +85,9 @@ fn the_truth_of_an_animated_file_is_posed_as_fields_are() {
     let dir = Dir::new();
     animated_gltf(&dir, &TRIANGLE);
     let view = "--eye 0.5,-8,1 --target 0.5,0,1 --fov 60";
-    let truth =
-        |more: &str, out: &str| dir.lobe(&format!("render a.gltf {TRUTH} {view} {more} -o {out}.exr")).succeeds().1;
+    let truth = |more: &str, out: &str| {
+        dir.lobe(&format!("render trace a.gltf {TRUTH} {view} {more} -o {out}.exr")).succeeds().1
+    };
     let notes = truth("", "plain");
     assert!(!notes.contains("animations are not used"), "{notes}");
     truth("--time 0 --animation Slide", "zero");
@@ -99,7 +100,7 @@ fn the_truth_of_an_animated_file_is_posed_as_fields_are() {
     truth("--time 1", "middle");
     assert!(dir.bytes("looped.exr") == dir.bytes("middle.exr"), "5 s is 1 s of a loop of 2 s");
     assert!(dir.bytes("middle.exr") != dir.bytes("zero.exr"), "it moves");
-    let notes = dir.lobe("render a.gltf --env bundled:sunset --size 16x12 --mode irradiance -o still.png").succeeds().1;
+    let notes = dir.lobe("render irradiance a.gltf --env bundled:sunset --size 16x12 -o still.png").succeeds().1;
     assert!(
         notes.contains("it is taken at 0 s of its animation `Slide`; --time and --animation choose another"),
         "{notes}"
@@ -128,14 +129,17 @@ fn bakes_and_all_modes_see_a_file_that_moves_as_the_truth_does() {
     }
     let view = "--env bundled:sunset --size 16x12 --eye 2.5,-8,1 --target 2.5,0,1 --fov 60 --order 2";
     let shown = |scene: &str, more: &str| {
-        dir.lobe(&format!("render {scene} {view} {more} -o {scene}.exr")).succeeds();
+        dir.lobe(&format!("render {more} {scene} {view} -o {scene}.exr")).succeeds();
         dir.bytes(&format!("{scene}.exr"))
     };
-    let baked = shown("middle.glb", "--mode shadowed");
-    assert!(baked == shown("a.gltf", "--mode shadowed --bake-samples 16 --time 1"), "baked before and on the way");
-    assert!(baked != shown("first.glb", "--mode shadowed"), "it moves");
-    let at_rest = shown("a.gltf", "--mode irradiance");
-    assert!(at_rest != shown("a.gltf", "--mode irradiance --time 1"), "modes without transfer pose it, too");
+    let baked = shown("middle.glb", "baked --mode shadowed");
+    assert!(
+        baked == shown("a.gltf", "baked --mode shadowed --bake-samples 16 --time 1"),
+        "baked before and on the way"
+    );
+    assert!(baked != shown("first.glb", "baked --mode shadowed"), "it moves");
+    let at_rest = shown("a.gltf", "irradiance");
+    assert!(at_rest != shown("a.gltf", "irradiance --time 1"), "modes without transfer pose it, too");
     for (command, part) in [
         (
             "render middle.glb --env bundled:sunset --mode shadowed --time 2 --quiet -o a.png",
@@ -153,7 +157,7 @@ fn bakes_and_all_modes_see_a_file_that_moves_as_the_truth_does() {
 #[test]
 fn pictures_past_the_end_are_told() {
     let dir = scene(KEYS);
-    let notes = dir.lobe(&format!("render s.json {TRUTH} --frames 0..4 --fps 2 -o f.png")).succeeds().1;
+    let notes = dir.lobe(&format!("render trace s.json {TRUTH} --frames 0..4 --fps 2 -o f.png")).succeeds().1;
     assert!(
         notes.contains("comes to its end at 1.000 s: the last 3 pictures are alike; --loop begins anew"),
         "{notes}"
@@ -162,10 +166,10 @@ fn pictures_past_the_end_are_told() {
     assert!(dir.bytes("f-003.png") == dir.bytes("f-004.png"), "alike");
     assert!(dir.bytes("f-001.png") != dir.bytes("f-002.png"), "before the end");
     assert!(dir.bytes("f-000.png") != dir.bytes("f-002.png"), "it moves");
-    let notes = dir.lobe(&format!("render s.json {TRUTH} --frames 0..4 --fps 2 --loop -o g.png")).succeeds().1;
+    let notes = dir.lobe(&format!("render trace s.json {TRUTH} --frames 0..4 --fps 2 --loop -o g.png")).succeeds().1;
     assert!(!notes.contains("alike"), "{notes}");
     assert!(dir.bytes("g-001.png") == dir.bytes("g-003.png"), "it begins anew after 1 s");
-    let notes = dir.lobe(&format!("render s.json {TRUTH} --frames 2 -o h.png")).succeeds().1;
+    let notes = dir.lobe(&format!("render trace s.json {TRUTH} --frames 2 -o h.png")).succeeds().1;
     assert!(notes.contains("stands still while the light turns; --frames A..B lets it move"), "{notes}");
 }
 
@@ -176,7 +180,7 @@ fn an_entity_that_begins_anew_by_itself_has_no_end() {
     let notes = |looped: &str, times: &str| {
         let entity = format!(r#"{{"name":"t","mesh":"a.gltf","animation":0{looped}}}"#);
         dir.file("s.json", format!(r#"{{"format":"lobe-scene","version":1,"entities":[{entity}]}}"#));
-        dir.lobe(&format!("render s.json {TRUTH} {times} -o x.png")).succeeds().1
+        dir.lobe(&format!("render trace s.json {TRUTH} {times} -o x.png")).succeeds().1
     };
     for (times, end) in
         [("--time 5", "has come to its end at 2.000 s"), ("--frames 96..97", "comes to its end at 2.000 s")]
@@ -191,7 +195,7 @@ fn an_entity_that_begins_anew_by_itself_has_no_end() {
 fn pictures_that_no_animation_can_show_are_written_without_it() {
     let dir = scene(KEYS);
     for fps in ["5000", "0.01"] {
-        let render = format!("render s.json {TRUTH} --frames 0..1 --fps {fps}");
+        let render = format!("render trace s.json {TRUTH} --frames 0..1 --fps {fps}");
         let error = dir.lobe(&format!("{render} --quiet -o f.png")).error();
         let expected = "--fps: an animated .png shows each picture for 0.001 to 65 seconds, found ";
         assert!(error.starts_with(expected), "{fps}: {error}");
@@ -210,9 +214,9 @@ fn a_description_with_a_byte_order_mark_is_read_and_one_that_is_cut_off_is_said_
     let dir = scene("");
     let text = String::from_utf8(dir.bytes("s.json")).unwrap();
     dir.file("s.json", format!("\u{feff}{text}"));
-    dir.lobe(&format!("render s.json {TRUTH} -o x.png")).succeeds();
+    dir.lobe(&format!("render trace s.json {TRUTH} -o x.png")).succeeds();
     dir.file("s.json", "{");
-    let error = dir.lobe(&format!("render s.json {TRUTH} --quiet -o x.png")).error();
+    let error = dir.lobe(&format!("render trace s.json {TRUTH} --quiet -o x.png")).error();
     let expected = "s.json: expected a description of a scene, found: EOF while parsing an object at line 1 column 1";
     assert_eq!(error, expected, "cut off");
 }
@@ -232,7 +236,7 @@ fn scenes_of_the_program_that_move_are_named_with_what_they_need() {
     let dir = Dir::new();
     let error = |text: &str| {
         dir.file("s.json", format!(r#"{{"format":"lobe-scene","version":1,{text}}}"#));
-        dir.lobe(&format!("render s.json {TRUTH} --quiet -o x.png")).error()
+        dir.lobe(&format!("render trace s.json {TRUTH} --quiet -o x.png")).error()
     };
     let moves =
         "built-in:three-objects: moves by an animation: expected an entity of it with an `animation`, such as 0";
@@ -242,7 +246,7 @@ fn scenes_of_the_program_that_move_are_named_with_what_they_need() {
     assert!(named.ends_with("furnace, and with an `animation` three-objects and walking-figure"), "{named}");
     let still = error(r#""entities":[{"name":"a","mesh":"built-in:ball","animation":0}]"#);
     assert!(still.starts_with("built-in:ball: has no animation: "), "{still}");
-    let named = dir.lobe(&format!("render built-in:nope {VIEW} --mode fields --quiet -o x.png")).error();
+    let named = dir.lobe(&format!("render moving built-in:nope {VIEW} --quiet -o x.png")).error();
     assert!(
         named.ends_with("of lobe render also built-in:three-objects and built-in:walking-figure, which move"),
         "{named}"
@@ -254,14 +258,14 @@ fn the_order_is_that_of_the_files_and_a_higher_one_names_the_part() {
     let dir = scene("");
     dir.lobe("field t.obj -o t.field.safetensors --order 2 --spheres 4 --cells 4 --rays 16").succeeds();
     describe(&dir, r#","field":"t.field.safetensors","keys":[{"translation":[0,0,1]}]"#);
-    dir.lobe(&format!("render s.json {VIEW} --mode fields -o a.exr")).succeeds();
-    dir.lobe(&format!("render s.json {VIEW} --mode fields --order 2 -o b.exr")).succeeds();
+    dir.lobe(&format!("render moving s.json {VIEW} -o a.exr")).succeeds();
+    dir.lobe(&format!("render moving s.json {VIEW} --order 2 -o b.exr")).succeeds();
     assert!(dir.bytes("a.exr") == dir.bytes("b.exr"), "order 2 without asking");
-    let error = dir.lobe(&format!("render s.json {VIEW} --mode fields --order 3 --quiet -o c.exr")).error();
+    let error = dir.lobe(&format!("render moving s.json {VIEW} --order 3 --quiet -o c.exr")).error();
     assert!(error.starts_with("`t`: expected its field to have 3 bands at least, found 2"), "{error}");
     // A field of another mesh.
     dir.file("s2.json", r#"{"format":"lobe-scene","version":1,"entities":[{"name":"o","mesh":"ground.obj","field":"t.field.safetensors"}]}"#);
-    let error = dir.lobe(&format!("render s2.json {VIEW} --mode fields --quiet -o c.exr")).error();
+    let error = dir.lobe(&format!("render moving s2.json {VIEW} --quiet -o c.exr")).error();
     assert!(error.contains("t.field.safetensors: expected the field of `o`"), "{error}");
 }
 
@@ -269,8 +273,9 @@ fn the_order_is_that_of_the_files_and_a_higher_one_names_the_part() {
 #[ignore = "long: of the nightly group"]
 fn a_table_of_spheres_is_kept_and_one_of_another_window_refused() {
     let dir = scene(KEYS);
-    let render =
-        |more: &str| dir.lobe(&format!("render s.json {VIEW} --mode shexp --order 2 --spheres 2 {more} --quiet"));
+    let render = |more: &str| {
+        dir.lobe(&format!("render moving s.json {VIEW} --method exponentials --order 2 --spheres 2 {more} --quiet"))
+    };
     render("--sphere-table t.safetensors -o a.exr").succeeds();
     let kept = dir.bytes("t.safetensors");
     render("--sphere-table t.safetensors -o b.exr").succeeds();
@@ -287,8 +292,9 @@ fn a_table_of_spheres_is_kept_and_one_of_another_window_refused() {
 #[test]
 fn a_table_of_spheres_says_its_own_clamp_and_tolerance() {
     let dir = scene(KEYS);
-    let render =
-        |more: &str| dir.lobe(&format!("render s.json {VIEW} --mode shexp --order 2 --spheres 2 {more} --quiet"));
+    let render = |more: &str| {
+        dir.lobe(&format!("render moving s.json {VIEW} --method exponentials --order 2 --spheres 2 {more} --quiet"))
+    };
     render("-o default.exr").succeeds();
     for (name, option) in [("clamp", "--clamp 0.4"), ("coarse", "--tolerance 0.3")] {
         dir.lobe(&format!("spheres table -o {name}.safetensors --order 2 {option}")).succeeds();
@@ -300,7 +306,9 @@ fn a_table_of_spheres_says_its_own_clamp_and_tolerance() {
     let [clamped, default] = ["clamp.exr", "default.exr"].map(|name| mean(&dir.numbers(name)));
     assert!(clamped > default, "a clamp of 0.4 leaves {clamped}, of 0.02 {default}");
     let error = dir
-        .lobe(&format!("render s.json {VIEW} --mode shexp --sphere-table clamp.safetensors --quiet -o x.exr"))
+        .lobe(&format!(
+            "render moving s.json {VIEW} --method exponentials --sphere-table clamp.safetensors --quiet -o x.exr"
+        ))
         .error();
     assert!(
         error.starts_with("clamp.safetensors: a table of another order: expected order 4, found order 2"),
@@ -313,7 +321,8 @@ fn spheres_without_size_hide_nothing_and_none_are_no_fault() {
     let with = |dir: &Dir, centers: Vec<[f32; 3]>, radii: Vec<f32>, name: &str| {
         write_spheres(dir.path("t.spheres.safetensors"), &SphereSet::new(centers, radii).unwrap()).unwrap();
         let out = format!("{name}.exr");
-        dir.lobe(&format!("render s.json {VIEW} --mode shexp --order 2 --sphere-bounce -o {out}")).succeeds();
+        dir.lobe(&format!("render moving s.json {VIEW} --method exponentials --order 2 --sphere-bounce -o {out}"))
+            .succeeds();
         dir.bytes(&out)
     };
     let dir = scene(&format!(r#","spheres":"t.spheres.safetensors"{KEYS}"#).replace(",0,1]", ",0,0]"));
@@ -326,7 +335,7 @@ fn spheres_without_size_hide_nothing_and_none_are_no_fault() {
     // Spheres of another mesh.
     write_spheres(dir.path("t.spheres.safetensors"), &SphereSet::new(vec![[50.0, 0.0, 0.0]], vec![1.0]).unwrap())
         .unwrap();
-    let error = dir.lobe(&format!("render s.json {VIEW} --mode shexp --quiet -o x.exr")).error();
+    let error = dir.lobe(&format!("render moving s.json {VIEW} --method exponentials --quiet -o x.exr")).error();
     assert!(error.contains("t.spheres.safetensors: expected spheres of `t`"), "{error}");
 }
 
@@ -338,8 +347,8 @@ fn objects_that_overlap_have_a_defined_picture() {
         "s.json",
         format!(r#"{{"format":"lobe-scene","version":1,"still":"ground.obj","entities":[{entity},{entity}]}}"#),
     );
-    for mode in ["fields", "shexp --spheres 2"] {
-        let command = format!("render s.json {VIEW} --order 2 --mode {mode}");
+    for mode in ["fields", "exponentials --spheres 2"] {
+        let command = format!("render moving s.json {VIEW} --order 2 --method {mode}");
         dir.lobe(&format!("{command} -o a.exr")).succeeds();
         dir.lobe(&format!("{command} -o b.exr --threads 1")).succeeds();
         assert!(dir.bytes("a.exr") == dir.bytes("b.exr"), "{mode}: the same for any number of threads");
@@ -371,7 +380,7 @@ fn descriptions_at_fault_end_in_one_line() {
     for (members, expected) in damaged {
         describe(&dir, members);
         for time in ["0", "1.7e308"] {
-            let error = dir.lobe(&format!("render s.json {VIEW} --mode fields --time {time} --quiet -o x.png")).error();
+            let error = dir.lobe(&format!("render moving s.json {VIEW} --time {time} --quiet -o x.png")).error();
             assert!(error.contains(expected) && !error.contains("a fault of this program"), "{members}: {error}");
         }
     }
@@ -383,7 +392,7 @@ fn descriptions_at_fault_end_in_one_line() {
         "{\"format\":\"lobe-scene\",\"version\":9,\"still\":\"ground.obj\"}",
     ] {
         dir.file("s.json", text);
-        let error = dir.lobe(&format!("render s.json {TRUTH} --quiet -o x.png")).error();
+        let error = dir.lobe(&format!("render trace s.json {TRUTH} --quiet -o x.png")).error();
         assert!(error.starts_with("s.json: expected "), "{text}: {error}");
     }
 }
@@ -396,7 +405,7 @@ fn a_pipe_that_a_description_names_is_refused_and_not_waited_for() {
     let expected = "pipe: expected a file, found a device or a pipe";
     for members in [r#","field":"pipe""#, r#","spheres":"pipe""#] {
         describe(&dir, members);
-        let error = dir.lobe(&format!("render s.json {VIEW} --mode fields --quiet -o x.png")).error();
+        let error = dir.lobe(&format!("render moving s.json {VIEW} --quiet -o x.png")).error();
         assert!(error.contains(expected), "{members}: {error}");
     }
     let lamp = r#"{"format":"lobe-scene","version":1,"still":"ground.obj","lamps":[{"name":"l","file":"pipe"}]}"#;
@@ -404,7 +413,7 @@ fn a_pipe_that_a_description_names_is_refused_and_not_waited_for() {
     let mesh = r#"{"format":"lobe-scene","version":1,"still":"pipe"}"#;
     for text in [lamp, still, mesh] {
         dir.file("s.json", text);
-        let error = dir.lobe(&format!("render s.json {VIEW} --mode fields --quiet -o x.png")).error();
+        let error = dir.lobe(&format!("render moving s.json {VIEW} --quiet -o x.png")).error();
         assert!(error.contains(expected), "{text}: {error}");
     }
 }
@@ -415,7 +424,7 @@ fn what_is_baked_of_parts_is_held_against_the_limit_of_memory() {
     // An expansion takes less than a map.
     dir.lobe("project bundled:sunset --order 4 --quiet -o sky.sh.json").stdout();
     let view = VIEW.replace("bundled:sunset", "sky.sh.json");
-    let error = dir.lobe(&format!("render s.json {view} --mode fields --max-memory 0.00002 --quiet -o x.png")).error();
+    let error = dir.lobe(&format!("render moving s.json {view} --max-memory 0.00002 --quiet -o x.png")).error();
     assert!(error.starts_with("what is baked of the parts takes up to "), "{error}");
     assert!(error.ends_with("ask for a lower --order, or raise the limit with --max-memory"), "{error}");
 }
@@ -427,7 +436,7 @@ fn bakes_of_parts_that_were_stopped_go_on_with_the_same_command() {
     // More work each time it was done before it could be stopped.
     for samples in [1 << 10, 1 << 13, 1 << 16, 1 << 19] {
         let args = format!(
-            "render s.json --env bundled:sunset --size 16x12 --mode fields --bake-samples {samples} --quiet -o out.exr"
+            "render moving s.json --env bundled:sunset --size 16x12 --bake-samples {samples} --quiet -o out.exr"
         );
         let Some(output) = stopped(&dir, started(&dir, &args), "out.exr.checkpoint.field-1") else {
             std::fs::remove_file(dir.path("out.exr")).unwrap();
@@ -448,12 +457,12 @@ fn bakes_of_parts_that_were_stopped_go_on_with_the_same_command() {
 #[test]
 fn edges_of_what_moves_are_split_where_that_is_asked_for() {
     let dir = Dir::new();
-    let render = "--env bundled:sunset --mode shexp --order 2 --size 32x24 --spheres 2 --still-points 0 --quiet";
+    let view = "--env bundled:sunset --method exponentials --order 2 --size 32x24 --spheres 2 --still-points 0 --quiet";
     for (name, option) in [("coarse", ""), ("fine", " --max-edge 0.05")] {
-        dir.lobe(&format!("render built-in:three-objects {render}{option} -o {name}.exr")).succeeds();
+        dir.lobe(&format!("render moving built-in:three-objects {view}{option} -o {name}.exr")).succeeds();
     }
     assert!(dir.bytes("coarse.exr") != dir.bytes("fine.exr"), "light at more vertices is other light");
     dir.file("s.json", "{}");
-    let error = dir.lobe(&format!("render s.json {render} --max-edge 0.2 -o x.exr")).error();
+    let error = dir.lobe(&format!("render moving s.json {view} --max-edge 0.2 -o x.exr")).error();
     assert_eq!(error, "--max-edge: not of a scene description; leave the option out");
 }

@@ -63,16 +63,16 @@ fn pictures_of_truth_and_irradiance_show_normal_maps_and_those_of_vertices_say_t
     dir.map("sky.exr", 32, 16, |x, _| [if (8..24).contains(&x) { 1.0 } else { 0.2 }; 3]);
     let view = "--env sky.exr --size 4x3 --eye 0.3,-0.5,6 --target 0,0,0 --fov 10";
     let render = |scene: &str, mode: &str| {
-        let (_, notes) = dir.lobe(&format!("render {scene}.gltf {view} --mode {mode} -o {scene}.exr")).succeeds();
+        let (_, notes) = dir.lobe(&format!("render {mode} {scene}.gltf {view} -o {scene}.exr")).succeeds();
         (mean(&dir.numbers(&format!("{scene}.exr"))), notes)
     };
-    for mode in ["irradiance", "truth --bounces 0 --samples 256"] {
+    for mode in ["irradiance", "trace --bounces 0 --samples 256"] {
         let [(tilted, notes), (flat, _)] = ["a", "flat"].map(|scene| render(scene, mode));
         // It tilts towards the brighter half, of which the triangle hides less, in the truth, than is gained.
         assert!(tilted > 1.02 * flat, "{mode}: {tilted} with a normal map, {flat} without");
         assert!(!notes.contains("normal map"), "{mode}: {notes}");
     }
-    let [(with, notes), (without, _)] = ["a", "flat"].map(|scene| render(scene, "unshadowed"));
+    let [(with, notes), (without, _)] = ["a", "flat"].map(|scene| render(scene, "baked --mode unshadowed"));
     assert!((with - without).abs() < 1e-6, "transfer at vertices: {with} and {without}");
     assert!(notes.contains(NOTE) && notes.contains("lobe bake --texels"), "{notes}");
 }

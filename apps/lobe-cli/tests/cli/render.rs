@@ -31,17 +31,15 @@ const INSIDE: &str = "--eye 0.9,0.8,0.7 --target -1,-0.9,-0.8";
 fn every_mode_makes_a_picture_of_its_size_with_what_gets_into_a_closed_box() {
     let dir = Dir::new();
     write_even(&dir);
-    for (mode, expected) in [
-        ("truth", 0.0),
-        ("irradiance", 1.0),
-        ("unshadowed", 1.0),
-        ("shadowed", 0.0),
-        ("interreflected", 0.0),
-        ("glossy", 0.0),
+    for (mode, method, expected) in [
+        ("trace", "trace", 0.0),
+        ("irradiance", "irradiance", 1.0),
+        ("unshadowed", "baked --bake-samples 16 --mode unshadowed", 1.0),
+        ("shadowed", "baked --bake-samples 16 --mode shadowed", 0.0),
+        ("interreflected", "--bake-samples 16", 0.0),
+        ("glossy", "baked --bake-samples 16 --mode glossy", 0.0),
     ] {
-        let baked = if ["truth", "irradiance"].contains(&mode) { "" } else { "--bake-samples 16" };
-        let args =
-            format!("render built-in:furnace --env even.exr --mode {mode} {INSIDE} --size 20x10 --samples 4 {baked}");
+        let args = format!("render {method} built-in:furnace --env even.exr {INSIDE} --size 20x10 --samples 4");
         dir.lobe(&format!("{args} -o {mode}.exr")).arg("--quiet").stdout();
         let (width, height, found) = pixels(&dir, &format!("{mode}.exr"));
         assert_eq!((width, height), (20, 10), "{mode}");
@@ -61,14 +59,17 @@ fn a_white_square_vanishes_in_even_light() {
     let dir = Dir::new();
     write_even(&dir);
     dir.file("s.obj", "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n");
-    let args = "render s.obj --up z --env even.exr --eye 0,-3,3 --target 0,0,0 --fov 50 --size 16x12";
+    let args = "s.obj --up z --env even.exr --eye 0,-3,3 --target 0,0,0 --fov 50 --size 16x12";
+    dir.lobe(&format!("render irradiance {args} -o irradiance.exr")).arg("--quiet").stdout();
+    for mode in ["unshadowed", "shadowed", "interreflected"] {
+        dir.lobe(&format!("render {args} --mode {mode} -o {mode}.exr")).arg("--quiet").stdout();
+    }
     for mode in ["irradiance", "unshadowed", "shadowed", "interreflected"] {
-        dir.lobe(&format!("{args} --mode {mode} -o {mode}.exr")).arg("--quiet").stdout();
         for pixel in pixels(&dir, &format!("{mode}.exr")).2 {
             assert!((pixel.g - 1.0).abs() < 1e-5, "{mode}: {pixel:?}");
         }
     }
-    dir.lobe(&format!("{args} --mode truth --samples 256 -o truth.exr")).arg("--quiet").stdout();
+    dir.lobe(&format!("render trace {args} --samples 256 -o truth.exr")).arg("--quiet").stdout();
     let found = pixels(&dir, "truth.exr").2;
     let mean = found.iter().map(|p| f64::from(p.g)).sum::<f64>() / found.len() as f64;
     // A path brings 0 to 1.5, so that it deviates by 0.75 at most; five deviations of the mean of all.
@@ -80,11 +81,9 @@ fn a_white_square_vanishes_in_even_light() {
 fn in_even_light_irradiance_shows_the_albedo() {
     let dir = Dir::new();
     write_even(&dir);
-    dir.lobe(
-        "render built-in:ball --env even.exr --mode irradiance --eye 0,0,9 --target 0,0,0 --fov 10 --size 8x8 -o a.exr",
-    )
-    .arg("--quiet")
-    .stdout();
+    dir.lobe("render irradiance built-in:ball --env even.exr --eye 0,0,9 --target 0,0,0 --fov 10 --size 8x8 -o a.exr")
+        .arg("--quiet")
+        .stdout();
     let (_, _, found) = pixels(&dir, "a.exr");
     let middle = found[4 * 8 + 4].to_array();
     for (found, albedo) in middle.iter().zip([0.7, 0.25, 0.2]) {
@@ -95,12 +94,11 @@ fn in_even_light_irradiance_shows_the_albedo() {
 #[test]
 fn transfer_and_truth_look_alike_under_one_expansion() {
     let dir = Dir::new();
-    let common = "render built-in:ball --env bundled:sunset --order 4 --size 48x36 --samples 16 --rotate-light 70";
-    dir.lobe(&format!("{common} --mode truth --bounces 0 --samples 256 -o truth.exr").replace("--samples 16 ", ""))
-        .arg("--quiet")
-        .stdout();
-    dir.lobe(&format!("{common} --mode shadowed --bake-samples 256 -o shadowed.exr")).arg("--quiet").stdout();
-    dir.lobe(&format!("{common} --mode unshadowed -o unshadowed.exr")).arg("--quiet").stdout();
+    let common = "built-in:ball --env bundled:sunset --order 4 --size 48x36 --rotate-light 70 --quiet";
+    dir.lobe(&format!("render trace {common} --bounces 0 --samples 256 -o truth.exr")).stdout();
+    let baked = format!("render {common} --samples 16");
+    dir.lobe(&format!("{baked} --mode shadowed --bake-samples 256 -o shadowed.exr")).stdout();
+    dir.lobe(&format!("{baked} --mode unshadowed -o unshadowed.exr")).stdout();
     let (close, far) = (compared(&dir, "shadowed.exr", "truth.exr"), compared(&dir, "unshadowed.exr", "truth.exr"));
     let rmse = |found: &Value| found["rmse"].as_f64().unwrap();
     assert!(rmse(&close) < 0.03 && rmse(&far) > 2.0 * rmse(&close), "{close}, {far}");
@@ -120,11 +118,11 @@ fn a_baked_file_is_rendered_as_it_is() {
     dir.lobe("bake built-in:furnace --mode unshadowed --order 3 -o white.glb --quiet").stdout();
     let common = format!("--env bundled:studio --size 16x12 {INSIDE}");
     for (scene, mode, to) in [
-        ("white.glb", "unshadowed", "a"),
-        ("built-in:furnace", "unshadowed --order 3", "b"),
+        ("white.glb", "baked", "a"),
+        ("built-in:furnace", "baked --mode unshadowed --order 3", "b"),
         ("built-in:furnace", "irradiance", "c"),
     ] {
-        dir.lobe(&format!("render {scene} {common} --mode {mode} -o {to}.exr")).arg("--quiet").stdout();
+        dir.lobe(&format!("render {mode} {scene} {common} -o {to}.exr")).arg("--quiet").stdout();
     }
     alike("a.exr", "b.exr");
     alike("a.exr", "c.exr");
@@ -197,7 +195,7 @@ fn demodulated_transfer_shows_the_texture_that_vertices_lose_and_says_so_in_its_
         let transfer = format!("--transfer {albedo}.safetensors -o {albedo}.exr");
         dir.lobe(&format!("render square.obj --up z --mode unshadowed {common} {transfer}")).stdout();
     }
-    dir.lobe(&format!("render square.obj --up z --mode irradiance {common} -o open.exr")).stdout();
+    dir.lobe(&format!("render irradiance square.obj --up z {common} -o open.exr")).stdout();
     let recipe = |name: &str| read_transfer(dir.path(name)).unwrap().1.albedo;
     let recipes = [recipe("vertex.safetensors"), recipe("none.safetensors")];
     assert_eq!(recipes, [None, Some("none".to_owned())], "recipes");
@@ -207,9 +205,7 @@ fn demodulated_transfer_shows_the_texture_that_vertices_lose_and_says_so_in_its_
     assert!(none < 1e-5 && vertex > 0.02, "the root mean square error is {none}, with the albedo of vertices {vertex}");
     let line = dir.lobe("bake square.obj --mode glossy --albedo none -o m.safetensors").error();
     assert!(line.contains("matrices never have the albedo"), "{line}");
-    for command in
-        ["bake square.obj -o b.glb --quiet", &format!("render square.obj --mode irradiance {common} -o b.png")]
-    {
+    for command in ["bake square.obj -o b.glb --quiet", &format!("render irradiance square.obj {common} -o b.png")] {
         let line = dir.lobe(&format!("{command} --max-texels 255")).error();
         assert!(line.contains("square.obj: expected textures of at most 255 texels"), "{command}: {line}");
     }
@@ -241,7 +237,6 @@ fn texels_and_vertices_show_the_same_light() {
         ("--transfer texels.exr --mode shadowed", "--mode shadowed: texels.exr was baked as interreflected"),
         ("--transfer texels.exr --mode interreflected --order 4", "--order 4: texels.exr was baked to order 3"),
         ("--transfer square.obj --mode interreflected", "square.obj: expected safetensors"),
-        ("--transfer texels.exr --mode irradiance", "--transfer: only of modes with transfer"),
     ] {
         let line = dir.lobe(&format!("render square.obj --env bundled:studio -o d.exr {args}")).arg("--quiet").error();
         assert!(line.contains(part), "{args}: {line}");
@@ -283,15 +278,13 @@ fn a_pattern_planted_in_a_lightmap_is_seen_where_its_texels_are() {
 fn the_truth_has_layers_and_variance() {
     let dir = Dir::new();
     write_even(&dir);
-    dir.lobe("render built-in:cornell --env even.exr --mode truth --size 12x9 --samples 16 -o t.exr")
-        .arg("--quiet")
-        .stdout();
+    dir.lobe("render trace built-in:cornell --env even.exr --size 12x9 --samples 16 -o t.exr").arg("--quiet").stdout();
     let bytes = dir.bytes("t.exr");
     for channel in ["variance.R", "albedo.G", "normal.Z", "depth.Z", "coverage.A"] {
         let found = bytes.windows(channel.len()).any(|w| w == channel.as_bytes());
         assert!(found, "channel {channel}");
     }
-    dir.lobe("render built-in:cornell --env even.exr --mode truth --size 12x9 --samples 16 --threads 3 -o u.exr")
+    dir.lobe("render trace built-in:cornell --env even.exr --size 12x9 --samples 16 --threads 3 -o u.exr")
         .arg("--quiet")
         .stdout();
     assert!(bytes == dir.bytes("u.exr"), "the same bytes for any number of threads");
@@ -300,14 +293,14 @@ fn the_truth_has_layers_and_variance() {
 #[test]
 fn frames_turn_the_light_and_make_an_animation() {
     let dir = Dir::new();
-    dir.lobe(
-        &format!("render built-in:furnace {INSIDE} --env bundled:studio --mode irradiance --size 8x6 --frames 3 -o turn.png --quiet"),
-    )
+    dir.lobe(&format!(
+        "render irradiance built-in:furnace {INSIDE} --env bundled:studio --size 8x6 --frames 3 -o turn.png --quiet"
+    ))
     .stdout();
     assert_eq!(dir.names(), ["turn-000.png", "turn-001.png", "turn-002.png", "turn.png"], "files");
     assert!(dir.bytes("turn.png").windows(4).any(|w| w == b"acTL"), "animated");
     assert!(dir.bytes("turn-000.png") != dir.bytes("turn-001.png"), "the light turns");
-    dir.lobe("render built-in:furnace --env bundled:studio --mode irradiance --size 8x6 --frames 2 -o t.exr")
+    dir.lobe("render irradiance built-in:furnace --env bundled:studio --size 8x6 --frames 2 -o t.exr")
         .arg("--quiet")
         .stdout();
     assert_eq!(dir.names().iter().filter(|n| n.ends_with(".exr")).count(), 2, "frames of values");
@@ -334,10 +327,11 @@ fn expansions_are_lights_if_they_are_radiance() {
     let light = ShVec::constant(2, Rgb::new(1.0, 1.0, 1.0));
     dir.sh("light.sh.json", Quantity::Radiance, light.clone());
     dir.sh("wrong.sh.json", Quantity::Irradiance, light);
-    let args = format!("{INSIDE} --mode irradiance --size 4x4 -o a.exr");
-    dir.lobe(&format!("render built-in:furnace --env light.sh.json {args}")).arg("--quiet").stdout();
+    let args = format!("{INSIDE} --size 4x4 -o a.exr");
+    dir.lobe(&format!("render irradiance built-in:furnace --env light.sh.json {args}")).arg("--quiet").stdout();
     assert!(pixels(&dir, "a.exr").2.iter().all(|p| (p.g - 1.0).abs() < 1e-6), "radiance 1 on walls of albedo 1");
-    let line = dir.lobe(&format!("render built-in:furnace --env wrong.sh.json {args}")).arg("--quiet").error();
+    let line =
+        dir.lobe(&format!("render irradiance built-in:furnace --env wrong.sh.json {args}")).arg("--quiet").error();
     assert!(line.starts_with("wrong.sh.json: expected radiance, found irradiance"), "{line}");
 }
 
@@ -347,27 +341,25 @@ fn what_cannot_be_rendered_is_said_in_one_line() {
     write_even(&dir);
     dir.map("nan.exr", 4, 2, |_, _| [f32::NAN; 3]);
     for (args, part) in [
-        ("built-in:teapot --env even.exr --mode truth -o a.png", "there is no such scene in the program"),
-        ("missing.glb --env even.exr --mode truth -o a.png", "missing.glb: no such file"),
-        (
-            "built-in:ball --env nan.exr --mode truth -o a.png",
-            "row 0; lobe env convert --nonfinite zero makes them black",
-        ),
-        ("built-in:ball --env missing.exr --mode truth -o a.png", "missing.exr: no such file"),
-        ("built-in:ball --env even.exr --mode truth -o a.jpg", "-o: expected a name that ends in .png or .exr"),
-        ("built-in:ball --env even.exr --mode truth -o no/a.png", "no"),
-        ("built-in:ball --env even.exr --mode shadowed --bounces 2 -o a.png", "--bounces: only of --mode truth"),
-        ("built-in:ball --env even.exr --mode shadowed --surfaces gltf -o a.png", "--surfaces: only of --mode truth"),
-        ("built-in:ball --env even.exr --mode truth --lobe ggx:0.1 -o a.png", "--lobe: only of --mode glossy"),
+        ("trace built-in:teapot --env even.exr -o a.png", "there is no such scene in the program"),
+        ("trace missing.glb --env even.exr -o a.png", "missing.glb: no such file"),
+        ("trace built-in:ball --env nan.exr -o a.png", "row 0; lobe env convert --nonfinite zero makes them black"),
+        ("trace built-in:ball --env missing.exr -o a.png", "missing.exr: no such file"),
+        ("trace built-in:ball --env even.exr -o a.jpg", "-o: expected a name that ends in .png or .exr"),
+        ("trace built-in:ball --env even.exr -o no/a.png", "no"),
+        ("built-in:ball --env even.exr --mode shadowed --bounces 2 -o a.png", "--bounces: only of --mode"),
+        ("built-in:ball --env even.exr --surfaces gltf -o a.png", "unexpected argument '--surfaces'"),
+        ("built-in:ball --env even.exr --mode shadowed --lobe ggx:0.1 -o a.png", "--lobe: only of --mode glossy"),
         ("built-in:ball --env even.exr --mode glossy --lobe ggx:3 -o a.png", "expected phong:E with"),
-        ("built-in:ball --env even.exr --mode truth --background sky -o a.png", "expected env, light, none, a color"),
+        ("trace built-in:ball --env even.exr --background sky -o a.png", "expected env, light, none, a color"),
         ("built-in:ball --env even.exr --mode shadowed --order 9 -o a.png", "--order: transfer has an order of 1 to 8"),
-        ("built-in:ball --env even.exr --mode truth --eye 1,2,3 -o a.png", "--target"),
-        ("built-in:ball --env even.exr --mode truth --eye 1,2,3 --target 1,2,3 -o a.png", "are one point"),
-        ("built-in:ball --env even.exr --mode truth --size 0x4 -o a.png", "expected columns x rows"),
-        ("built-in:ball --env even.exr --mode truth --fov 180 -o a.png", "below 180 degrees"),
-        ("built-in:ball --env even.exr --mode truth --window box -o a.png", "expected hanning"),
-        ("built-in:ball --env even.exr --mode magic -o a.png", "possible values: truth"),
+        ("trace built-in:ball --env even.exr --target 1,2,3 -o a.png", "--eye"),
+        ("trace built-in:ball --env even.exr --orbit 0,91 -o a.png", "--orbit: expected"),
+        ("trace built-in:ball --env even.exr --eye 1,2,3 --target 1,2,3 -o a.png", "expected another point than the target"),
+        ("trace built-in:ball --env even.exr --size 0x4 -o a.png", "expected columns x rows"),
+        ("trace built-in:ball --env even.exr --fov 180 -o a.png", "below 180 degrees"),
+        ("trace built-in:ball --env even.exr --window box -o a.png", "expected hanning"),
+        ("built-in:ball --env even.exr --mode magic -o a.png", "possible values: unshadowed"),
     ] {
         let line = dir.lobe(&format!("render {args}")).arg("--quiet").error();
         assert!(line.contains(part), "{args}: {line}");

@@ -29,7 +29,7 @@ fn scenes() -> Dir {
 
 /// The picture with these options.
 fn picture(dir: &Dir, options: &str) -> Vec<f32> {
-    dir.lobe(&format!("render {RENDER} {options} -o p.exr")).succeeds();
+    dir.lobe(&format!("render moving {RENDER} {options} -o p.exr")).succeeds();
     dir.numbers("p.exr")
 }
 
@@ -50,7 +50,7 @@ fn rises(dir: &Dir, exact: &[f32], option: &str, values: &[&str]) {
 #[test]
 fn spheres_are_nearer_to_each_by_itself_the_less_is_cut() {
     let dir = scenes();
-    let spheres = "spheres.json --mode shexp";
+    let spheres = "spheres.json --method exponentials";
     let exact = picture(&dir, &format!("{spheres} --cut 0"));
     rises(&dir, &exact, &format!("{spheres} --cut"), &["0.1", "0.3", "1"]);
     let grouped = format!("{spheres} --cut 0 --group 64 --far");
@@ -62,8 +62,8 @@ fn spheres_are_nearer_to_each_by_itself_the_less_is_cut() {
 #[test]
 fn fields_are_nearer_to_all_of_them_the_less_is_negligible() {
     let dir = scenes();
-    let exact = picture(&dir, "field.json --mode fields --negligible 0");
-    rises(&dir, &exact, "field.json --mode fields --negligible", &["0.001", "0.1", "12.5"]);
+    let exact = picture(&dir, "field.json --negligible 0");
+    rises(&dir, &exact, "field.json --negligible", &["0.001", "0.1", "12.5"]);
 }
 
 #[test]
@@ -73,7 +73,7 @@ fn tables_have_fewer_rows_the_larger_their_tolerance_and_are_as_near_to_the_fine
         let command = format!("spheres table -o t{tolerance}.safetensors --order 3 --tolerance {tolerance}");
         let (printed, _) = dir.lobe(&command).succeeds();
         let rows: usize = printed.lines().last().unwrap().rsplit(' ').next().unwrap().parse().unwrap();
-        (rows, picture(&dir, &format!("spheres.json --mode shexp --sphere-table t{tolerance}.safetensors")))
+        (rows, picture(&dir, &format!("spheres.json --method exponentials --sphere-table t{tolerance}.safetensors")))
     };
     let [(finest, exact), (fine, near), (coarse, far)] = ["0.001", "0.01", "0.5"].map(table);
     assert!(finest > fine && fine > coarse, "rows: {finest}, {fine}, {coarse}");
@@ -108,15 +108,13 @@ fn a_field_takes_more_bytes_and_is_nearer_with_more_clusters_and_components() {
 #[test]
 fn values_out_of_range_and_options_of_other_choices_are_refused() {
     let dir = Dir::new();
-    let render = format!("render built-in:three-objects {RENDER} -o x.png");
+    let render = format!("render moving built-in:three-objects {RENDER} -o x.png");
     let spheres = "spheres built-in:ball -n 3 -o s.safetensors";
     for (command, expected) in [
-        (format!("{render} --mode shexp --cut 1.5"), "expected a part from 0 to 1, found 1.5"),
-        (format!("{render} --mode shexp --group 16 --far -1"), "'-1'"),
-        (format!("{render} --mode shexp --far 0.1"), "--far: only of groups of vertices"),
-        (format!("{render} --mode fields --negligible 13"), "from 0 to 4π steradians, found 13"),
-        (format!("{render} --mode truth --cut 0"), "--cut: only of --mode fields and shexp"),
-        (format!("{render} --mode truth --no-share-overlaps"), "--no-share-overlaps: only of"),
+        (format!("{render} --method exponentials --cut 1.5"), "expected a part from 0 to 1, found 1.5"),
+        (format!("{render} --method exponentials --group 16 --far -1"), "'-1'"),
+        (format!("{render} --method exponentials --far 0.1"), "--far: only of groups of vertices"),
+        (format!("{render} --negligible 13"), "from 0 to 4π steradians, found 13"),
         ("spheres table -o t.safetensors --tolerance 0".to_owned(), "expected a number above 0, found 0"),
         ("spheres table -o t.safetensors --tolerance 1e-9".to_owned(), "take a larger one"),
         ("field built-in:ball -o f.safetensors --clusters 3".to_owned(), "--clusters: only of --storage clustered"),

@@ -42,14 +42,11 @@ const ELSEWHERE: [Kind; 8] = [
 
 /// Path-traced pictures: under a map, under its expansion, with the materials of glTF, of a scene that moves, and of fewer pixels than shards.
 const PICTURES: [Kind; 5] = [
-    ("render s.obj --mode truth --env bundled:sunset --size 16x12 --samples 4", "exr"),
-    ("render s.obj --mode truth --env bundled:sunset --order 3 --size 7x5 --samples 4 --seed 3", "exr"),
-    (
-        "render built-in:cornell --mode truth --env bundled:studio --surfaces gltf --size 8x6 --samples 4 --exposure 1",
-        "png",
-    ),
-    ("render built-in:three-objects --time 1 --mode truth --env bundled:sunset --size 8x6 --samples 4", "exr"),
-    ("render s.obj --mode truth --env bundled:sunset --size 2x1 --samples 4", "exr"),
+    ("render trace s.obj --env bundled:sunset --size 16x12 --samples 4", "exr"),
+    ("render trace s.obj --env bundled:sunset --order 3 --size 7x5 --samples 4 --seed 3", "exr"),
+    ("render trace built-in:cornell --env bundled:studio --surfaces gltf --size 8x6 --samples 4 --exposure 1", "png"),
+    ("render trace built-in:three-objects --time 1 --env bundled:sunset --size 8x6 --samples 4", "exr"),
+    ("render trace s.obj --env bundled:sunset --size 2x1 --samples 4", "exr"),
 ];
 
 /// A folder with the scenes of the commands above.
@@ -272,9 +269,9 @@ fn shards_that_are_not_all_of_one_command_are_refused_by_name() {
         let error = dir.lobe(&format!("{command} {options}")).error();
         assert!(error.contains(expected), "{options}: {error}");
     }
-    let render = "render s.obj --env bundled:sunset --size 4x4 --shard 1/2 -o x.safetensors";
-    let error = dir.lobe(&format!("{render} --mode irradiance")).error();
-    assert!(error.contains("--shard and --merge: only of a single picture of --mode truth"), "{error}");
+    let render = "render trace s.obj --env bundled:sunset --size 4x4 --shard 1/2 --frames 2 -o x.safetensors";
+    let error = dir.lobe(render).error();
+    assert!(error.contains("--shard and --merge: only of a single picture"), "{error}");
     assert_eq!(dir.names(), before, "nothing is written");
 }
 

@@ -5,7 +5,7 @@ use lobe::shadow::{Skeleton, Skin, SphereSet, read_spheres, write_spheres};
 
 use crate::harness::Dir;
 
-const VIEW: &str = "--env bundled:sunset --size 32x24 --bake-samples 16 --order 3 --mode shexp --time 0.4";
+const VIEW: &str = "--env bundled:sunset --size 32x24 --bake-samples 16 --order 3 --method exponentials --time 0.4";
 const FIT: &str = "spheres built-in:walking-figure -n 6";
 
 /// A description of the walking figure with these further members.
@@ -19,7 +19,7 @@ fn walk(members: &str) -> Dir {
 const ANIMATED: &str = r#","animation":"walk","spheres":"f.safetensors","keys":[{"translation":[1,0,0]}]"#;
 
 fn refused(dir: &Dir) -> String {
-    let error = dir.lobe(&format!("render s.json {VIEW} --quiet -o x.exr")).error();
+    let error = dir.lobe(&format!("render moving s.json {VIEW} --quiet -o x.exr")).error();
     assert!(!error.contains("a fault of this program"), "{error}");
     assert!(!dir.path("x.exr").exists(), "nothing is written");
     error
@@ -31,10 +31,10 @@ fn a_file_of_spheres_gives_the_picture_of_spheres_that_are_fitted_on_the_way() {
     let dir = walk(ANIMATED);
     let (printed, _) = dir.lobe(&format!("{FIT} --entity figure -o f.safetensors")).succeeds();
     assert!(printed.contains("spheres         6"), "{printed}");
-    dir.lobe(&format!("render s.json {VIEW} -o file.exr")).succeeds();
+    dir.lobe(&format!("render moving s.json {VIEW} -o file.exr")).succeeds();
     let fitted = walk(&ANIMATED.replace(r#","spheres":"f.safetensors""#, ""));
-    fitted.lobe(&format!("render s.json {VIEW} --spheres 6 -o fitted.exr")).succeeds();
-    fitted.lobe(&format!("render s.json {VIEW} --spheres 5 -o fewer.exr")).succeeds();
+    fitted.lobe(&format!("render moving s.json {VIEW} --spheres 6 -o fitted.exr")).succeeds();
+    fitted.lobe(&format!("render moving s.json {VIEW} --spheres 5 -o fewer.exr")).succeeds();
     assert!(dir.bytes("file.exr") == fitted.bytes("fitted.exr"), "the same picture");
     assert!(dir.bytes("file.exr") != fitted.bytes("fewer.exr"), "spheres are seen in it");
 }
@@ -105,7 +105,7 @@ fn spheres_that_cannot_follow_the_joints_are_refused_in_one_line() {
     assert!(refused(&dir).contains("f.safetensors: expected weights that sum to 1, found [0.7, "), "weights");
 
     write_spheres(dir.path("f.safetensors"), &with("figure", names)).unwrap();
-    dir.lobe(&format!("render s.json {VIEW} -o good.exr")).succeeds();
+    dir.lobe(&format!("render moving s.json {VIEW} -o good.exr")).succeeds();
     let twice = walk(&ANIMATED.replace(r#""f.safetensors""#, r#"["f.safetensors","f.safetensors"]"#));
     twice.file("f.safetensors", dir.bytes("f.safetensors"));
     assert!(refused(&twice).contains("`walker: figure` has spheres of another file already"), "twice");

@@ -85,7 +85,7 @@ fn a_truth_that_was_stopped_goes_on_to_the_same_bytes() {
     // More work each time it was done before it could be stopped.
     for samples in [256, 1024, 4096, 16384, 65536] {
         let args = format!(
-            "render built-in:ball --env bundled:studio --mode truth --size 48x32 --samples {samples} --quiet -o out.exr"
+            "render trace built-in:ball --env bundled:studio --size 48x32 --samples {samples} --quiet -o out.exr"
         );
         let Some(output) = stopped(&dir, started(&dir, &args), "out.exr.checkpoint") else {
             std::fs::remove_file(dir.path("out.exr")).unwrap();
@@ -111,7 +111,7 @@ fn a_truth_that_was_stopped_goes_on_to_the_same_bytes() {
 #[test]
 fn being_asked_to_end_stops_as_ctrl_c_does() {
     let dir = Dir::new();
-    let args = "render built-in:ball --env bundled:studio --mode truth --samples 65536 --quiet -o out.exr";
+    let args = "render trace built-in:ball --env bundled:studio --samples 65536 --quiet -o out.exr";
     for signal in ["-TERM", "-HUP"] {
         if signal == "-HUP" && hangups_are_ignored() {
             lobe_testkit::skipped("hangups: these tests were started with nohup, and so is what they start");
@@ -137,7 +137,7 @@ fn hangups_are_ignored() -> bool {
 fn what_was_started_with_nohup_does_not_hear_that_the_terminal_is_gone() {
     let dir = Dir::new();
     let lobe = env!("CARGO_BIN_EXE_lobe");
-    let args = "render built-in:ball --env bundled:studio --mode truth --samples 65536 --quiet -o out.exr";
+    let args = "render trace built-in:ball --env bundled:studio --samples 65536 --quiet -o out.exr";
     let mut command = Command::new("sh");
     command.args(["-c", &format!("trap '' HUP; exec {lobe} {args}")]).current_dir(dir.path("")).stderr(Stdio::piped());
     let mut child = command.spawn().unwrap();
@@ -156,8 +156,7 @@ fn what_was_started_with_nohup_does_not_hear_that_the_terminal_is_gone() {
 #[test]
 fn frames_that_were_complete_stay_and_nothing_is_half_written() {
     let dir = Dir::new();
-    let args =
-        "render built-in:ball --env bundled:studio --mode irradiance --size 96x64 --frames 1000 --quiet -o turn.png";
+    let args = "render irradiance built-in:ball --env bundled:studio --size 96x64 --frames 1000 --quiet -o turn.png";
     let output = stopped(&dir, started(&dir, args), "turn-001.png").unwrap();
     let line = line(output);
     let rest = line.strip_prefix("lobe: stopped after ").unwrap_or_else(|| panic!("{line}"));

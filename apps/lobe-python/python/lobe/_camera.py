@@ -28,26 +28,32 @@ class Camera:
     """An eye and where it looks, in the world of the scene, z up."""
 
     eye: tuple[float, float, float] | None = None
-    """None: in front of the scene, so far away that all of it is in view."""
+    """None: around the scene, so far away that all of it is in view."""
     target: tuple[float, float, float] | None = None
     """None: the middle of the scene."""
     fov: float = 40.0
     """The angle from the bottom to the top of the picture, in degrees."""
+    orbit: tuple[float, float] | None = None
+    """Without an eye: its azimuth from +x towards +y and its height above the horizon, in degrees; None: (-63, 20)."""
 
-    def _view(self) -> tuple[list[float] | None, list[float] | None, float]:
-        if not 0.0 < self.fov < 180.0:
-            raise ValueError(f"fov: expected an angle above 0 and below 180 degrees, found {self.fov}")
+    def _view(self) -> View:
         if self.eye is None and self.target is not None:
             raise ValueError("target: only with an eye")
-        return _point(self.eye, "eye"), _point(self.target, "target"), float(np.radians(self.fov))
+        if self.eye is not None and self.orbit is not None:
+            raise ValueError("orbit: not with an eye")
+        return _point(self.eye, "eye"), _point(self.target, "target"), _point(self.orbit, "orbit", 2), float(self.fov)
 
 
-def _point(values: npt.ArrayLike | None, what: str) -> list[float] | None:
+View = tuple[list[float] | None, list[float] | None, list[float] | None, float]
+"""An eye and its target, or an orbit, and the angle of view, in degrees."""
+
+
+def _point(values: npt.ArrayLike | None, what: str, length: int = 3) -> list[float] | None:
     if values is None:
         return None
     array = numbers(values, what).astype(np.float64)
-    if array.shape != (3,) or not np.all(np.isfinite(array)):
-        raise ValueError(f"{what}: expected three finite numbers")
+    if array.shape != (length,) or not np.all(np.isfinite(array)):
+        raise ValueError(f"{what}: expected {'three' if length == 3 else 'two'} finite numbers")
     point: list[float] = array.tolist()
     return point
 
@@ -98,7 +104,7 @@ Paths = tuple[int, int, int, str]
 """Samples of each pixel, bounces before the visible surface, a seed, and the model of surfaces."""
 
 
-Tracing = tuple[Doubles | None, _lobe.Map | None, str, tuple[list[float] | None, list[float] | None, float], tuple[int, int], Paths]
+Tracing = tuple[Doubles | None, _lobe.Map | None, str, View, tuple[int, int], Paths]
 """Light, an expansion or a map, and what is behind the scene; eye, size and paths of a picture."""
 
 

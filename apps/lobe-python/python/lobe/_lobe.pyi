@@ -14,7 +14,7 @@ __version__: str
 Numbers = npt.NDArray[Any]
 Doubles = npt.NDArray[np.float64]
 Matrix = Sequence[Sequence[float]]
-View = tuple[list[float] | None, list[float] | None, float]
+View = tuple[list[float] | None, list[float] | None, list[float] | None, float]
 Share = (
     tuple[str | os.PathLike[str], tuple[int, int]] | tuple[str | os.PathLike[str], Sequence[str | os.PathLike[str]]]
 )

@@ -18,10 +18,10 @@ from ._sh import Sh
 
 @dataclass(frozen=True)
 class MovingOptions:
-    """How parts that move are baked and shaded, as by `lobe render --mode fields` and `shexp`."""
+    """How parts that move are baked and shaded, as by `lobe render moving`."""
 
-    mode: str = "fields"
-    """How parts hide the sky from each other: fields, by precomputed shadow fields, or by spheres where they change their shape; shexp, by spheres
+    method: str = "fields"
+    """How parts hide the sky from each other: fields, by precomputed shadow fields, or by spheres where they change their shape; exponentials, by spheres
     alone, as exponentials of sums: less to bake."""
     order: int | None = None
     """Number of bands, 1 to 8; None: as many as what is baked already has, else 4."""
@@ -30,9 +30,9 @@ class MovingOptions:
     bounces: int | None = None
     """Reflections within each part; None: 3, or those of the file."""
     exponential: str = "grid"
-    """Of shexp: grid, optimal-linear, hybrid or hybrid:NORM."""
+    """Of exponentials: grid, optimal-linear, hybrid or hybrid:NORM."""
     spheres: int | None = None
-    """Spheres fitted to each part that is deformed, and in shexp to each that moves, 1 to 4096; None: 64 and 16."""
+    """Spheres fitted to each part that is deformed, and with exponentials to each that moves, 1 to 4096; None: 64 and 16."""
     sphere_bounce: bool = False
     """Light that spheres send on, one bounce."""
     sphere_window: float | None = None
@@ -50,10 +50,10 @@ class MovingOptions:
     """The most vertices that this may leave; None: four times those of the scene, at least 20000."""
 
     def __post_init__(self) -> None:
-        if self.mode not in ("fields", "shexp"):
-            raise ValueError(f"mode: expected fields or shexp, found {self.mode!r}")
-        if self.exponential != "grid" and self.mode != "shexp":
-            raise ValueError("exponential: only of the mode shexp")
+        if self.method not in ("fields", "exponentials"):
+            raise ValueError(f"method: expected fields or exponentials, found {self.method!r}")
+        if self.exponential != "grid" and self.method != "exponentials":
+            raise ValueError("exponential: only of the method exponentials")
         if self.exponential.partition(":")[0] not in ("grid", "optimal-linear", "hybrid"):
             raise ValueError(f"exponential: expected grid, optimal-linear or hybrid[:NORM], found {self.exponential!r}")
         for name, least, most in [("order", 1, 8), ("samples", 1, 1 << 20), ("bounces", 0, 255), ("spheres", 1, 4096)]:

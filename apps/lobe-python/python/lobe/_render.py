@@ -18,7 +18,7 @@ from ._moving import MovingOptions, MovingScene
 from ._scene import Path, Progress, Scene
 from ._sh import Sh
 
-MODES = ("irradiance", "unshadowed", "shadowed", "interreflected", "glossy", "fields", "shexp")
+MODES = ("irradiance", "unshadowed", "shadowed", "interreflected", "glossy", "fields", "exponentials")
 
 MOST_BANDS = 8
 """Bands of transfer at most: those of the light beyond count nothing."""
@@ -50,7 +50,7 @@ def render(
     Without a mode the transfer that is baked into a .glb or .gltf lights it at once, or that in a file of `transfer`, which `lobe.bake`, `compress` or
     `fit_lobes` wrote for this scene without it, a lightmap among them. `mode` asks for another: "irradiance", that of the light by the shading normal; "unshadowed",
     "shadowed" or "interreflected" transfer, baked on the way where the scene is not; "glossy" with a `lobe` of reflection, "phong:E" or "ggx:ALPHA"
-    [default: ggx:0.3], by the matrices in `transfer` or baked on the way; "fields" or "shexp", a scene that moves at a `time` in seconds
+    [default: ggx:0.3], by the matrices in `transfer` or baked on the way; "fields" or "exponentials", a scene that moves at a `time` in seconds
     [default: 0], of which `MovingScene` has the options. What is baked has an `order` of 1 to 8 [default: 4], `bake_samples` paths from each vertex
     [default: 1024, or up to 4096 where their noise is above 2 %] and `bounces` [default: 3]; of what was baked before they are expected to be these.
 
@@ -61,9 +61,9 @@ def render(
     """
     if mode is not None and mode not in MODES:
         raise ValueError(f"mode: expected {', '.join(MODES[:-1])} or {MODES[-1]}, found {mode!r}")
-    moves = mode in ("fields", "shexp")
+    moves = mode in ("fields", "exponentials")
     for is_refused, why in [
-        (time is not None and not moves, "time: only of the modes fields and shexp"),
+        (time is not None and not moves, "time: only of the modes fields and exponentials"),
         (transfer is not None and (moves or mode == "irradiance"), f"transfer: not of the mode {mode}"),
         (lobe is not None and mode != "glossy", "lobe: only of the mode glossy"),
         (mode in (None, "irradiance") and (order, bake_samples, bounces) != (None, None, None), "order, bake_samples and bounces: only of a mode with transfer"),

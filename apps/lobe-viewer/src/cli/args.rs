@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
-use anyhow::bail;
+use anyhow::{Context as _, anyhow, bail};
 use clap::{ArgGroup, Parser, ValueEnum as _};
 use lobe::image::FrameSequence;
 use lobe::prt::GlossyLobe;
-use lobe::render::{Background, MovingMethod};
-use lobe_gpu::{Storage, TurntableOptions};
+use lobe::render::{Background, MovingMethod, ViewPoint};
+use lobe_gpu::{GpuCamera, Storage, TurntableOptions};
 
 use crate::loading::limits::ReadLimits;
 use crate::loading::moving_light::LitOn;
@@ -63,15 +63,14 @@ pub(crate) struct Arguments {
     /// Pictures, with the sky turning once around from the first to the last; of a scene that moves, moments of its time
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) frames: u16,
-    /// Columns and rows [default: 640x400, and 1280x720 to measure]
+    /// Columns and rows [default: 512x384, and 1280x720 to measure]
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub(crate) size: Option<[u32; 2]>,
     /// Samples for a pixel along each axis [default: 2, and 1 to measure]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=8))]
     pub(crate) rays: Option<u8>,
-    /// The azimuth and the height of the eye above the horizon, in degrees
-    #[arg(long, value_name = "AZIMUTH,HEIGHT", value_parser = eye, default_value = "-62,9", allow_hyphen_values = true)]
-    pub(crate) eye: [f64; 2],
+    #[command(flatten)]
+    pub(crate) camera: CameraInput,
     /// The file to write: .png, animated with several frames, or .exr and .hdr in linear light
     #[arg(short, long, value_name = "OUT", requires = "headless")]
     pub(crate) output: Option<PathBuf>,
@@ -139,7 +138,7 @@ impl Arguments {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum ModeName {
     /// Irradiance of the normal alone, which needs no bake
-    Unshadowed,
+    Irradiance,
     /// Direct light with shadows
     Shadowed,
     /// Shadows, and the light that surfaces send each other
@@ -204,13 +203,45 @@ fn roughness(text: &str) -> Result<f64, String> {
     number.ok_or_else(|| format!("expected a roughness of 0 to 1, found '{text}'"))
 }
 
-/// Reads `AZIMUTH,HEIGHT`.
-fn eye(text: &str) -> Result<[f64; 2], String> {
-    let expected = || format!("expected AZIMUTH,HEIGHT in degrees, the height from -90 to 90, found '{text}'");
-    let (azimuth, height) = text.split_once(',').ok_or_else(expected)?;
-    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|x| x.is_finite());
-    let height = number(height).filter(|height| height.abs() <= 90.0).ok_or_else(expected)?;
-    Ok([number(azimuth).ok_or_else(expected)?, height])
+/// Reads numbers with commas between them.
+fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
+    let found: Option<Vec<f64>> =
+        text.split(',').map(|x| x.trim().parse().ok().filter(|x: &f64| x.is_finite())).collect();
+    let found = found.and_then(|found| found.try_into().ok());
+    found.ok_or_else(|| format!("expected {N} numbers with commas between them, found '{text}'"))
+}
+
+/// The camera, as of `lobe render`.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct CameraInput {
+    /// Where the eye is
+    #[arg(long, value_name = "X,Y,Z", value_parser = numbers::<3>, allow_hyphen_values = true)]
+    eye: Option<[f64; 3]>,
+    /// What it looks at, in the middle of the picture [default: the middle of the scene]
+    #[arg(long, value_name = "X,Y,Z", requires = "eye", value_parser = numbers::<3>, allow_hyphen_values = true)]
+    target: Option<[f64; 3]>,
+    /// Instead of --eye: degrees of the eye from +x towards +y and above the horizon, from where all of the scene is in view
+    /// [default: -63,20]
+    #[arg(long, value_name = "AZIMUTH,HEIGHT", conflicts_with = "eye", value_parser = numbers::<2>, allow_hyphen_values = true)]
+    orbit: Option<[f64; 2]>,
+    /// The angle from the lower to the upper edge of the picture, in degrees
+    #[arg(long, value_name = "DEG", default_value_t = ViewPoint::FOV)]
+    fov: f64,
+}
+
+impl CameraInput {
+    /// The camera for a box in the world.
+    pub(crate) fn of(&self, bounds: [[f64; 3]; 2]) -> anyhow::Result<GpuCamera> {
+        let view = match (self.eye, self.orbit) {
+            (Some(eye), _) => ViewPoint::At { eye, target: self.target },
+            (None, Some([azimuth, height])) => ViewPoint::Orbit { azimuth, height },
+            (None, None) => ViewPoint::default(),
+        };
+        let camera = view.camera(bounds, self.fov).map_err(|error| anyhow!("--{error}"))?;
+        let on_device =
+            camera.eye_target_angle().and_then(|(eye, target, angle)| GpuCamera::look_at(eye, target, angle));
+        on_device.context("the scene has no extent")
+    }
 }
 
 #[cfg(test)]
@@ -225,7 +256,7 @@ mod tests {
 
     #[test]
     fn sizes_and_eyes_are_two_numbers_in_range() {
-        assert_eq!((size("640x400"), eye("-30, 20.5")), (Ok([640, 400]), Ok([-30.0, 20.5])), "good ones");
+        assert_eq!((size("640x400"), numbers("-30, 20.5")), (Ok([640, 400]), Ok([-30.0, 20.5])), "good ones");
         for bad in ["640", "0x4", "4x0", "axb", "70000x1", "1x2x3", ""] {
             assert!(size(bad).is_err(), "{bad:?}");
         }
@@ -233,8 +264,8 @@ mod tests {
         for bad in ["-0.1", "1.1", "nan", "inf", "rough"] {
             assert!(roughness(bad).is_err(), "{bad:?}");
         }
-        for bad in ["640", "1,2,3", "0,91", "nan,1", ""] {
-            assert!(eye(bad).is_err(), "{bad:?}");
+        for bad in ["640", "1,2,3", "nan,1", ""] {
+            assert!(numbers::<2>(bad).is_err(), "{bad:?}");
         }
     }
 }

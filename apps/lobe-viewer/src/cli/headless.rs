@@ -14,7 +14,7 @@ use crate::loading::backdrop::write_frames;
 use crate::loading::scene_source::open_scene;
 
 /// The size of a picture without another choice.
-const SIZE: [u32; 2] = [640, 400];
+const SIZE: [u32; 2] = [512, 384];
 
 /// Samples of a pixel along each axis without another choice.
 const RAYS: u8 = 2;

@@ -1,8 +1,7 @@
 //! The command line: what opens a window, and what renders and measures without one.
 //!
 //! Read `args`, then `shown`, what lights the surfaces, and `prepared`, which makes a scene ready for a device, `headless` and `moving`,
-//! `bench` and `exponentials`, `progress`, `environment` and `failure`. Uses `loading`
-//! and `widgets`.
+//! `bench` and `exponentials`, `progress`, `environment` and `failure`. Uses `loading`.
 
 pub(crate) mod args;
 pub(crate) mod bench;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use anyhow::{Context as _, bail};
+use anyhow::bail;
 use lobe::image::{Exposure, FrameSequence, Tone};
 use lobe::io::Job;
 use lobe::render::{MovingMethod, MovingOptions, MovingScene, MovingShading};
@@ -20,7 +20,6 @@ use crate::loading::moving_bakes::moving_bake_options;
 use crate::loading::moving_light::MovingLight;
 use crate::loading::moving_source::{is_file, open_moving, with_files};
 use crate::loading::sky_source::open_sky;
-use crate::widgets::orbit::Orbit;
 
 /// Renders a scene that moves at `--frames` moments, from the begin of its time to shortly before its end, where it begins anew.
 pub(crate) fn run(
@@ -51,9 +50,7 @@ pub(crate) fn run(
     let radiance = vec![Rgb::new(0.0, 0.0, 0.0); first.scene().vertex_count()];
     let shown = SurfaceShading::Radiance(&radiance);
     let view = SceneView::new(&context, first.scene(), &shown, environment.as_ref(), options)?;
-    let [azimuth, height] = arguments.eye.map(f64::to_radians);
-    let orbit = Orbit { azimuth, height, ..Orbit::default() }.framing(bounds(&scene, (0..frames).map(time))?);
-    let camera = orbit.on_device().context("the scene has no extent")?;
+    let camera = arguments.camera.of(bounds(&scene, (0..frames).map(time))?)?;
     view.set_camera(&camera)?;
     let alpha = behind.alpha(&context, first.scene(), options, &camera)?;
     let (width, height) = (options.width as usize, options.height as usize);

@@ -1,6 +1,6 @@
 //! A scene, its light and its transfer on a device.
 
-use anyhow::{Context as _, bail};
+use anyhow::bail;
 use lobe::sh::{Rgb, ShVec};
 use lobe_gpu::{AdapterChoice, Context, ContextOptions, GpuError, SceneView, SceneViewOptions};
 
@@ -10,7 +10,6 @@ use crate::loading::backdrop::{Alpha, Behind};
 use crate::loading::bake::SceneData;
 use crate::loading::scene_source::OpenedScene;
 use crate::loading::sky_source::open_sky;
-use crate::widgets::orbit::Orbit;
 
 /// A scene on a device under a light.
 pub(crate) struct Prepared {
@@ -45,9 +44,7 @@ pub(crate) fn prepare(
     let behind = Behind::new(arguments.background, || light.clone());
     let environment = behind.on_device(&context, Some(&sky.map));
     let view = SceneView::new(&context, &data.scene, &shading, environment.as_ref(), options)?;
-    let [azimuth, height] = arguments.eye.map(f64::to_radians);
-    let orbit = Orbit { azimuth, height, ..Orbit::default() }.framing(data.scene.world_bounds());
-    let camera = orbit.on_device().context("the scene has no extent")?;
+    let camera = arguments.camera.of(data.scene.world_bounds())?;
     view.set_camera(&camera)?;
     let alpha = behind.alpha(&context, &data.scene, options, &camera)?;
     Ok(Prepared { context, view, alpha, light, order, vertices: data.scene.vertex_count(), name: data.name })

@@ -50,7 +50,7 @@ impl Shown {
     ) -> anyhow::Result<Self> {
         arguments.check_surfaces()?;
         let mode = match arguments.mode {
-            ModeName::Unshadowed => Mode::Unshadowed,
+            ModeName::Irradiance => Mode::Irradiance,
             ModeName::Shadowed => Mode::Shadowed,
             ModeName::Interreflected => Mode::Interreflected,
             ModeName::Difference => Mode::Difference,
@@ -72,7 +72,7 @@ impl Shown {
             return Self::kept(arguments, &name.to_string(), (transfer, places));
         }
         if let Some(file) = baked {
-            if mode == Mode::Unshadowed {
+            if mode == Mode::Irradiance {
                 return Ok(Self::Irradiance(arguments.order.map_or(file.transfer.order(), usize::from)));
             }
             let found = mode_of(&file.recipe);

@@ -1,4 +1,4 @@
-//! Light paths of a picture: unshadowed, shadowed, interreflected, or a difference.
+//! Light paths of a picture: irradiance, shadowed, interreflected, or a difference.
 
 use lobe::prt::{BakeMode, PrtError, Transfer};
 use serde::{Deserialize, Serialize};
@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 #[non_exhaustive]
 pub enum Mode {
     /// Irradiance of the normal alone, which needs no bake.
-    Unshadowed,
+    Irradiance,
     /// Direct light with shadows.
     Shadowed,
     /// Shadows, and the light that surfaces send each other.
@@ -21,13 +21,13 @@ pub enum Mode {
 
 impl Mode {
     /// All of them, in the order of the window.
-    pub const ALL: [Self; 4] = [Self::Unshadowed, Self::Shadowed, Self::Interreflected, Self::Difference];
+    pub const ALL: [Self; 4] = [Self::Irradiance, Self::Shadowed, Self::Interreflected, Self::Difference];
 
     /// The name in the window.
     #[must_use]
     pub fn title(self) -> &'static str {
         match self {
-            Self::Unshadowed => "Unshadowed",
+            Self::Irradiance => "Irradiance",
             Self::Shadowed => "Shadowed",
             Self::Interreflected => "Interreflected",
             Self::Difference => "Difference",
@@ -38,7 +38,7 @@ impl Mode {
     #[must_use]
     pub fn explain(self) -> &'static str {
         match self {
-            Self::Unshadowed => "Light by the normal alone: nothing stands in its way",
+            Self::Irradiance => "Light by the normal alone: nothing stands in its way",
             Self::Shadowed => "Direct light with shadows",
             Self::Interreflected => "Shadows, and the light that surfaces send each other",
             Self::Difference => "Only the light that surfaces send each other: interreflected minus shadowed",
@@ -49,7 +49,7 @@ impl Mode {
     #[must_use]
     pub fn bakes(self) -> &'static [BakeMode] {
         match self {
-            Self::Unshadowed => &[],
+            Self::Irradiance => &[],
             Self::Shadowed => &[BakeMode::Shadowed],
             Self::Interreflected => &[BakeMode::Interreflected],
             Self::Difference => &[BakeMode::Shadowed, BakeMode::Interreflected],
@@ -62,7 +62,7 @@ impl Mode {
     /// As [`Transfer::minus`].
     pub fn transfer<'a>(self, baked: impl Fn(BakeMode) -> Option<&'a Transfer>) -> Result<Option<Transfer>, PrtError> {
         match self {
-            Self::Unshadowed => Ok(None),
+            Self::Irradiance => Ok(None),
             Self::Shadowed => Ok(baked(BakeMode::Shadowed).cloned()),
             Self::Interreflected => Ok(baked(BakeMode::Interreflected).cloned()),
             Self::Difference => match (baked(BakeMode::Interreflected), baked(BakeMode::Shadowed)) {

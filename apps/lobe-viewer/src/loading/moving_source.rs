@@ -14,7 +14,7 @@ use crate::loading::moving_bakes::moving_transfer_options;
 use crate::loading::scene_source::{BUILT_IN, ENDINGS, has_ending, open_scene};
 
 /// Reads a scene that may move, repeated from its end: a .glb, .gltf or .vrm file with its first animation, a description (.json) as the
-/// command `lobe render --mode fields` takes it, another scene, which stands still, or `built-in:NAME`.
+/// command `lobe render moving` takes it, another scene, which stands still, or `built-in:NAME`.
 ///
 /// # Errors
 /// One line that says what is wrong with the file or the name.

@@ -70,7 +70,7 @@ fn bad_input_is_one_line_and_exit_code_2() {
         ("--headless built-in:ball --mode specular --roughness 1.5 -o a.png", "1.5"),
         ("--headless built-in:ball --mode specular --transfer bad.safetensors -o a.png", "--transfer bad.safetensors"),
         (
-            "--headless built-in:ball --mode unshadowed --transfer bad.safetensors -o a.png",
+            "--headless built-in:ball --mode irradiance --transfer bad.safetensors -o a.png",
             "--transfer bad.safetensors",
         ),
         ("--headless built-in:three-objects --mode fields --transfer bad.safetensors -o a.png", "--transfer"),
@@ -105,7 +105,7 @@ fn a_picture_is_not_written_over_what_it_is_made_of() {
     std::fs::create_dir(at.join("other")).unwrap();
     let before = std::fs::read(at.join("sky.png")).unwrap();
     for name in ["sky.png", "./sky.png", "other/../sky.png"] {
-        let said = error(at, &format!("--headless built-in:ball --env sky.png --mode unshadowed -o {name}"));
+        let said = error(at, &format!("--headless built-in:ball --env sky.png --mode irradiance -o {name}"));
         assert!(said.contains(&format!("-o: {name} is an input, which would be lost")), "{said}");
         let said = error(at, &format!("--headless built-in:ball --transfer sky.png --mode shadowed -o {name}"));
         assert!(said.contains("is an input"), "{said}");
@@ -113,7 +113,7 @@ fn a_picture_is_not_written_over_what_it_is_made_of() {
     assert_eq!(std::fs::read(at.join("sky.png")).unwrap(), before, "the sky is as it was");
     // Of several pictures the names are numbered.
     std::fs::write(at.join("sky.0002.pfm"), &before).unwrap();
-    let options = "--headless built-in:ball --env sky.0002.pfm --mode unshadowed --frames 3 --size 8x6";
+    let options = "--headless built-in:ball --env sky.0002.pfm --mode irradiance --frames 3 --size 8x6";
     let said = error(at, &format!("{options} -o sky.pfm"));
     assert!(said.contains("-o: sky.0002.pfm is an input, which would be lost"), "{said}");
 }
@@ -122,7 +122,7 @@ fn a_picture_is_not_written_over_what_it_is_made_of() {
 fn a_scene_is_rendered_to_a_file_in_every_mode() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    for mode in ["unshadowed", "shadowed", "interreflected", "difference", "glossy", "specular"] {
+    for mode in ["irradiance", "shadowed", "interreflected", "difference", "glossy", "specular"] {
         let small = "--order 2 --samples 4 --size 32x20 --rays 1 --software";
         let output =
             viewer(at, &format!("--headless built-in:ball --env made:even --mode {mode} {small} -o {mode}.exr"));
@@ -141,7 +141,7 @@ fn a_scene_is_rendered_to_a_file_in_every_mode() {
 fn a_picture_has_the_background_that_is_asked_for_and_before_nothing_an_alpha() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    let small = "--headless built-in:ball --env made:even --mode unshadowed --size 32x20 --software";
+    let small = "--headless built-in:ball --env made:even --mode irradiance --size 32x20 --software";
     let mut pictures = Vec::new();
     for background in ["env", "light", "none", "0.5,2,0.25"] {
         let output = viewer(at, &format!("{small} --background {background} -o a.exr"));

@@ -129,7 +129,7 @@ fn each_light_path_has_its_transfer_and_the_truth_its_integral() {
     assert_eq!(on_screen(&harness), metals, "with metals that shine");
     for (name, formulas) in [
         ("Metals shine", &[Formula::ROTATION, Formula::TRANSFER, Formula::INTERREFLECTED][..]),
-        ("Unshadowed", &[Formula::ROTATION, Formula::UNSHADOWED]),
+        ("Irradiance", &[Formula::ROTATION, Formula::UNSHADOWED]),
         ("Shadowed", &[Formula::ROTATION, Formula::TRANSFER, Formula::SHADOWED]),
         ("Difference", &[Formula::ROTATION, Formula::TRANSFER, Formula::BOUNCES]),
         (

@@ -2,10 +2,10 @@
 
 use lobe::image::Picture;
 use lobe::io::Job;
-use lobe::render::{MovingMethod, MovingOptions, MovingShading, ViewOptions, light_moving_scene};
+use lobe::render::{MovingMethod, MovingOptions, MovingShading, ViewOptions, ViewPoint, light_moving_scene};
 use lobe::sh::Coefficient as _;
 use lobe::shadow::SphereFitMethod;
-use lobe_viewer::{Orbit, ReadLimits, moving_bake_options, open_moving, open_sky};
+use lobe_viewer::{ReadLimits, moving_bake_options, open_moving, open_sky};
 
 use crate::command::{is_without_adapter, viewer};
 
@@ -64,7 +64,7 @@ fn what_moves_is_in_files_as_rays_on_the_processor_show_it() {
     for (mode, lit_on, method) in ways {
         let arguments = format!(
             "--headless falls.json --mode {mode} --order {ORDER} --spheres {SPHERES} --frames 2 --size {width}x{height} \
-             --rays 1 --eye 40,25 --software --lit-on {lit_on} -o {mode}.exr"
+             --rays 1 --orbit 40,25 --software --lit-on {lit_on} -o {mode}.exr"
         );
         let output = viewer(at, &arguments);
         if is_without_adapter(&output) {
@@ -77,8 +77,8 @@ fn what_moves_is_in_files_as_rays_on_the_processor_show_it() {
         let shading = MovingShading::new(MovingOptions::default().order(ORDER).method(method)).unwrap();
         let [begin, end] = scene.span();
         let first = scene.at(begin).unwrap();
-        let looks = Orbit { azimuth: 40_f64.to_radians(), height: 25_f64.to_radians(), ..Orbit::default() };
-        let camera = looks.framing(first.scene().world_bounds()).camera().unwrap();
+        let looks = ViewPoint::Orbit { azimuth: 40.0, height: 25.0 };
+        let camera = looks.camera(first.scene().world_bounds(), ViewPoint::FOV).unwrap();
         for (frame, time) in [begin, 0.5 * (begin + end)].into_iter().enumerate() {
             let moment = scene.at(time).unwrap();
             let behind = |s| sky.map.radiance(s).widen();

@@ -113,14 +113,14 @@ fn a_change_is_undone_and_made_again() {
     let mut harness = open(|_| ());
     settle(&mut harness);
     harness.run_steps(200);
-    harness.get_by_label("Unshadowed").click();
+    harness.get_by_label("Irradiance").click();
     // Undo knows a change once it has rested for a second.
     harness.run_steps(200);
     assert!(harness.state().has_undo(), "there is something to undo");
     harness.state_mut().step(Step::Undo);
     assert_eq!(harness.state().edits().mode, Mode::Interreflected, "undone");
     harness.state_mut().step(Step::Redo);
-    assert_eq!(harness.state().edits().mode, Mode::Unshadowed, "made again");
+    assert_eq!(harness.state().edits().mode, Mode::Irradiance, "made again");
 }
 
 #[test]
@@ -190,7 +190,7 @@ fn metals_are_made_to_shine_only_where_interreflections_are_shown() {
     settle(&mut harness);
     let is_there = |harness: &Harness<'_, SceneRoom>| harness.query_by_label("Metals shine").is_some();
     for (mode, expected) in
-        [("Unshadowed", false), ("Shadowed", false), ("Difference", false), ("Interreflected", true)]
+        [("Irradiance", false), ("Shadowed", false), ("Difference", false), ("Interreflected", true)]
     {
         harness.get_by_label(mode).click();
         harness.run_steps(2);
@@ -205,7 +205,7 @@ fn metals_are_made_to_shine_only_where_interreflections_are_shown() {
 
 #[test]
 fn lamps_are_added_and_removed_by_name() {
-    let mut harness = open(|edits| edits.mode = Mode::Unshadowed);
+    let mut harness = open(|edits| edits.mode = Mode::Irradiance);
     settle(&mut harness);
     harness.get_by_label("Add a sun").click();
     harness.run_steps(2);
@@ -265,7 +265,7 @@ fn the_sky_turns_as_its_rotation_says() {
 #[test]
 fn every_mode_says_what_it_needs() {
     let of = |mode: BakeMode| (mode == BakeMode::Shadowed).then_some(&*SHADOWED);
-    assert!(Mode::Unshadowed.transfer(of).unwrap().is_none(), "nothing");
+    assert!(Mode::Irradiance.transfer(of).unwrap().is_none(), "nothing");
     assert!(Mode::Shadowed.transfer(of).unwrap().is_some(), "one bake");
     assert!(Mode::Difference.transfer(of).unwrap().is_none(), "two, of which one is missing");
     assert_eq!(Mode::Difference.bakes().len(), 2, "its bakes");

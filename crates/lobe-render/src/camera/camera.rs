@@ -85,16 +85,6 @@ impl Camera {
         Self { target: add(min, half), ..Self::perspective(view, radius / half_angle.sin(), half_angle) }
     }
 
-    /// [`Camera::framing`] from in front: models of glTF face its +z, which is -y here; a little from the right and from above.
-    ///
-    /// # Panics
-    /// If `half_angle` is out of range.
-    #[must_use]
-    pub fn in_front_of(min: [f64; 3], max: [f64; 3], half_angle: f64) -> Self {
-        const FRONT: [f64; 3] = [0.5, -1.0, 0.4];
-        Self::framing(min, max, View::from_eye(Dir::from_unit(normalized(FRONT))), half_angle)
-    }
-
     /// The same camera in coordinates that count from a point, such as [`Scene::origin`](lobe_scene::Scene::origin).
     #[must_use]
     pub fn relative_to(self, origin: [f64; 3]) -> Self {
@@ -114,6 +104,14 @@ impl Camera {
     #[must_use]
     pub fn view(&self) -> View {
         self.view
+    }
+
+    /// The eye of a perspective, its target and half of the angle from the lower to the upper edge of the picture, in
+    /// radians; none of parallel rays.
+    #[must_use]
+    pub fn eye_target_angle(&self) -> Option<([f64; 3], [f64; 3], f64)> {
+        let Lens::Perspective { distance, slope } = self.lens else { return None };
+        Some((add(self.target, self.view.point([0.0, 0.0, distance])), self.target, slope.atan()))
     }
 
     /// The start and the direction of the ray at `right` and `up` of the middle, the upper edge at `up = 1`.

@@ -1,6 +1,7 @@
 //! Cameras: the axes of a picture, and the rays from the eye through its points.
 //!
-//! Read `view` first, then `camera`. Uses no other room.
+//! Read `view` first, then `camera` and `view_point`, which makes one for a scene. Uses no other room.
 
 pub(crate) mod camera;
 pub(crate) mod view;
+pub(crate) mod view_point;

@@ -218,7 +218,7 @@ impl SceneSource {
     fn built_in(&self, name: &str) -> Result<Scene, SceneError> {
         let refused = |message: String| OptionError::new("", format!("{}: {message}", self.name()));
         if self.is_built_in_motion() {
-            let text = "moves; lobe render shows it, by modes truth, fields and shexp, and fields and spheres take one \
+            let text = "moves; lobe render moving and lobe render trace show it, and fields and spheres take one \
                         @entity NAME of it";
             return Err(refused(text.to_owned()).into());
         }

@@ -84,7 +84,7 @@ pub(crate) fn modes(ui: &mut Ui, edits: &mut SceneEdits, known: &Known) {
     }
     edits.light().expansion_controls(ui);
     match (edits.mode, known.order) {
-        (Mode::Unshadowed, _) => {}
+        (Mode::Irradiance, _) => {}
         (_, Some(order)) if order < edits.order => {
             ui.weak(format!(
                 "Transfer has order {order}: higher bands of the light are cut off. Bake it to a higher order."

@@ -139,7 +139,7 @@ impl SceneEdits {
     /// What lights the scene, and what that is compared with.
     pub(crate) fn formulas(&self) -> Vec<Formula> {
         let light = match self.mode {
-            Mode::Unshadowed => &[Formula::UNSHADOWED][..],
+            Mode::Irradiance => &[Formula::UNSHADOWED][..],
             Mode::Shadowed => &[Formula::TRANSFER, Formula::SHADOWED],
             Mode::Interreflected if self.has_gloss => &[Formula::TRANSFER, Formula::INTERREFLECTED, Formula::GLOSSY],
             Mode::Interreflected => &[Formula::TRANSFER, Formula::INTERREFLECTED],

@@ -1,0 +1,326 @@
+//! The sub-commands of `lobe render`, one for each method, and their options.
+
+use std::path::PathBuf;
+
+use clap::{ArgMatches, Args, Command, FromArgMatches, Subcommand, ValueEnum};
+use lobe::prt::{BakeJob, BakeMode, BakeOptions, GlossyLobe};
+use lobe::render::{Background, MovingMethod};
+use serde_json::Value;
+
+use crate::args::job_args::option;
+use crate::args::memory::MemoryLimit;
+use crate::args::scene_input::SceneInput;
+use crate::args::sharing::Sharing;
+use crate::args::values;
+use crate::args::vertex_budget::VertexBudget;
+use crate::render::environment::EnvironmentInput;
+use crate::render::light::{ExpansionInput, LightInput};
+use crate::render::mode::Mode;
+use crate::render::moving::MovingInput;
+use crate::render::pictures::Pictures;
+use crate::render::render::Render;
+use crate::render::surfaces::SurfaceInput;
+use crate::render::time::TimeInput;
+use crate::render::view::ViewInput;
+use crate::run::talk::Talk;
+
+/// The most samples; larger numbers are taken for typing errors.
+const MAX_SAMPLES: usize = 1 << 20;
+
+const BACKS: &str = "\
+Surfaces seen from behind: single-sided ones are black and stop light all the same. Gaps of an open body no wider than \
+two pixels take the light around them. Double-sided ones show the light that falls on their back. Baked files hold \
+fronts, and backs by lobe bake --backs; else backs are baked on the way, with as many paths, as far as the view shows \
+them: of a closed body seen from outside there are none.";
+
+const MOVING: &str = "\
+Parts of a scene that moves are baked first, which takes minutes, unless its description names files of lobe bake, \
+field and spheres. Results are kept in OUT.checkpoint... until all pictures are done: the same command goes on after \
+Ctrl-C.";
+
+#[derive(Subcommand)]
+pub(crate) enum RenderCommand {
+    /// By transfer, from a baked file or baked on the way: `lobe render SCENE` means this
+    #[command(after_help = BACKS)]
+    Baked(Box<Baked>),
+    /// By path tracing, the reference: shadows and reflections between surfaces
+    Trace(Box<Trace>),
+    /// A scene that moves: transfer of its parts, which hide the sky from each other
+    #[command(after_help = MOVING)]
+    Moving(Box<Moving>),
+    /// By environment mapping: reflections and irradiance looked up in the map, without shadows
+    Maps(Box<Maps>),
+    /// By the irradiance of the shading normal times albedo/π, without shadows
+    Irradiance(Box<Irradiance>),
+}
+
+impl RenderCommand {
+    /// The names of the sub-commands; another word is a scene.
+    pub(crate) const NAMES: [&str; 6] = ["baked", "trace", "moving", "maps", "irradiance", "help"];
+
+    pub(crate) fn run(self, talk: Talk) -> anyhow::Result<()> {
+        match self {
+            Self::Baked(args) => args.render(),
+            Self::Trace(args) => args.render(),
+            Self::Moving(args) => args.render(),
+            Self::Maps(args) => args.render(),
+            Self::Irradiance(args) => args.render(),
+        }
+        .run(talk)
+    }
+}
+
+/// What all methods take.
+#[derive(Args)]
+struct Common {
+    #[command(flatten)]
+    scene: SceneInput,
+    #[command(flatten)]
+    light: LightInput,
+    #[command(flatten)]
+    pictures: Pictures,
+    #[command(flatten)]
+    view: ViewInput,
+    /// What is behind the scene, which lights nothing. env: the environment as it was given, a map interpolated between
+    /// its texels; light: the light that lights the scene, which may be an expansion; none: nothing, so that .png has
+    /// straight alpha and .exr a channel A beside premultiplied colors; or a color, #rrggbb of sRGB or r,g,b of linear
+    /// radiance
+    #[arg(long, value_name = "env|light|none|COLOR", default_value_t = Background::Env)]
+    background: Background,
+    #[command(flatten)]
+    memory: MemoryLimit,
+}
+
+impl Common {
+    fn render(self, mode: Mode) -> Render {
+        let Self { scene, light, pictures, view, background, memory } = self;
+        Render {
+            scene,
+            light,
+            expansion: ExpansionInput::default(),
+            mode,
+            pictures,
+            view,
+            background,
+            memory,
+            samples: None,
+            bounces: None,
+            surfaces: SurfaceInput::default(),
+            seed: 0,
+            environment: EnvironmentInput::default(),
+            bake_samples: None,
+            budget: VertexBudget::default(),
+            transfer: None,
+            time: TimeInput::default(),
+            moving: MovingInput::default(),
+            lobe: None,
+            fresh: false,
+            sharing: Sharing::default(),
+        }
+    }
+}
+
+/// Rays of a pixel, of all methods that shade what they hit.
+#[derive(Args)]
+struct Rays {
+    /// Rays for each pixel, four times as many where surfaces end [default: 4]
+    #[arg(long, value_name = "N", value_parser = samples)]
+    samples: Option<usize>,
+}
+
+/// How a scene is baked that has no transfer yet.
+#[derive(Args)]
+struct Bake {
+    /// Reflections at most; of what moves within each part [default: 3]
+    #[arg(long, value_name = "B", value_parser = bounces)]
+    bounces: Option<usize>,
+    /// Paths from each vertex where the scene is not baked yet, 1 to 1048576 [default: 1024, or up to 4096 where
+    /// their noise is above 2 %]
+    #[arg(long, value_name = "N", value_parser = samples)]
+    bake_samples: Option<usize>,
+    #[command(flatten)]
+    budget: VertexBudget,
+}
+
+/// `--mode`, as of a bake.
+struct LightPaths(Option<BakeMode>);
+
+impl FromArgMatches for LightPaths {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let given = matches.get_one::<Value>("mode").cloned();
+        Ok(Self(given.and_then(|name| serde_json::from_value(name).ok())))
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+impl Args for LightPaths {
+    fn augment_args(command: Command) -> Command {
+        let help = "The light paths [default: those of the baked file, else interreflected]";
+        command.args(option::<BakeJob>("mode").map(|arg| arg.help(help)))
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+#[derive(Args)]
+pub(crate) struct Baked {
+    #[command(flatten)]
+    common: Common,
+    #[command(flatten)]
+    expansion: ExpansionInput,
+    #[command(flatten)]
+    paths: LightPaths,
+    #[command(flatten)]
+    rays: Rays,
+    #[command(flatten)]
+    bake: Bake,
+    /// The transfer of this scene that lobe bake, compress or fit-lobes wrote without the scene, a .safetensors file, or an .exr
+    /// file of lobe bake --texels
+    #[arg(long, value_name = "FILE")]
+    transfer: Option<PathBuf>,
+    /// With --mode glossy: the lobe of reflection about the mirrored view, tinted by the base color [default: ggx:0.3]. For
+    /// metals of α 0.3 the picture differs by 18 % from lobe render trace --surfaces gltf, for rougher ones by more
+    #[arg(long, value_name = "phong:E|ggx:ALPHA")]
+    lobe: Option<GlossyLobe>,
+}
+
+#[derive(Args)]
+pub(crate) struct Trace {
+    #[command(flatten)]
+    common: Common,
+    #[command(flatten)]
+    expansion: ExpansionInput,
+    /// Paths for each pixel [default: 64]
+    #[arg(long, value_name = "N", value_parser = samples)]
+    samples: Option<usize>,
+    /// Reflections before that of the surface that is seen [default: 3]
+    #[arg(long, value_name = "B", value_parser = bounces)]
+    bounces: Option<usize>,
+    /// Another seed gives other paths
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    seed: u64,
+    #[command(flatten)]
+    surfaces: SurfaceInput,
+    #[command(flatten)]
+    time: TimeInput,
+    /// Start anew, even if there is a checkpoint of what was stopped
+    #[arg(long)]
+    fresh: bool,
+    #[command(flatten)]
+    sharing: Sharing,
+}
+
+#[derive(Args)]
+pub(crate) struct Moving {
+    #[command(flatten)]
+    common: Common,
+    #[command(flatten)]
+    expansion: ExpansionInput,
+    /// How parts that move hide the sky
+    #[arg(long, value_enum, default_value_t = HidingMethod::Fields)]
+    method: HidingMethod,
+    #[command(flatten)]
+    rays: Rays,
+    #[command(flatten)]
+    bake: Bake,
+    #[command(flatten)]
+    time: TimeInput,
+    #[command(flatten)]
+    moving: MovingInput,
+    /// Start anew, even if there are checkpoints of bakes that were stopped
+    #[arg(long)]
+    fresh: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum HidingMethod {
+    /// By precomputed shadow fields, or by spheres where they change their shape: nearer to the truth
+    Fields,
+    /// By spheres alone, as exponentials of sums (SHEXP): less to bake, and files of a few kilobytes
+    Exponentials,
+}
+
+#[derive(Args)]
+pub(crate) struct Maps {
+    #[command(flatten)]
+    common: Common,
+    #[command(flatten)]
+    rays: Rays,
+    #[command(flatten)]
+    surfaces: SurfaceInput,
+    #[command(flatten)]
+    environment: EnvironmentInput,
+}
+
+#[derive(Args)]
+pub(crate) struct Irradiance {
+    #[command(flatten)]
+    common: Common,
+    #[command(flatten)]
+    expansion: ExpansionInput,
+    #[command(flatten)]
+    rays: Rays,
+}
+
+fn samples(text: &str) -> Result<usize, String> {
+    values::whole(text, 1, MAX_SAMPLES, "a number of samples")
+}
+
+fn bounces(text: &str) -> Result<usize, String> {
+    values::whole(text, 0, BakeOptions::MAX_BOUNCES, "a number of reflections")
+}
+
+impl Bake {
+    fn of(self, render: Render) -> Render {
+        let Self { bounces, bake_samples, budget } = self;
+        Render { bounces, bake_samples, budget, ..render }
+    }
+}
+
+impl Baked {
+    fn render(self) -> Render {
+        let Self { common, expansion, paths, rays, bake, transfer, lobe } = self;
+        let render = bake.of(common.render(Mode::Baked(paths.0)));
+        Render { expansion, samples: rays.samples, transfer, lobe, ..render }
+    }
+}
+
+impl Trace {
+    fn render(self) -> Render {
+        let Self { common, expansion, samples, bounces, seed, surfaces, time, fresh, sharing } = self;
+        let render = common.render(Mode::Trace);
+        Render { expansion, samples, bounces, seed, surfaces, time, fresh, sharing, ..render }
+    }
+}
+
+impl Moving {
+    fn render(self) -> Render {
+        let Self { common, expansion, method, rays, bake, time, moving, fresh } = self;
+        let method = match method {
+            HidingMethod::Fields => MovingMethod::Fields,
+            HidingMethod::Exponentials => MovingMethod::Exponentials,
+        };
+        let render = bake.of(common.render(Mode::Moving(method)));
+        Render { expansion, samples: rays.samples, time, moving, fresh, ..render }
+    }
+}
+
+impl Maps {
+    fn render(self) -> Render {
+        let Self { common, rays, surfaces, environment } = self;
+        Render { samples: rays.samples, surfaces, environment, ..common.render(Mode::Maps) }
+    }
+}
+
+impl Irradiance {
+    fn render(self) -> Render {
+        let Self { common, expansion, rays } = self;
+        Render { expansion, samples: rays.samples, ..common.render(Mode::Irradiance) }
+    }
+}
