@@ -13,7 +13,7 @@
 //! | the rooms of skies, functions and motion | [`SkyRoom`], [`Shelf`], [`FunctionsRoom`], [`MotionRoom`], [`MotionEdits`], [`MotionView`] |
 //! | what is shown of a scene | [`Mode`], [`Taming`], [`Orbit`] |
 //! | what is computed | [`Formula`] |
-//! | reading and baking off the thread of the window | [`give_file`], [`ReadLimits`], [`Task`], [`open_scene`], [`open_moving`], [`open_sky`], [`bake_scene`], [`bake_glossy`], [`moving_bake_options`] |
+//! | reading and baking off the thread of the window | [`ReadLimits`], [`Task`], [`open_scene`], [`open_moving`], [`open_sky`], [`bake_scene`], [`moving_bake_options`] |
 //! | pictures as files | [`ExportPlan`], [`SceneExport`] |
 
 mod app;
@@ -30,14 +30,13 @@ use clap::Parser as _;
 
 pub use app::kept::{Kept, RoomName, Theme};
 pub use app::viewer_app::ViewerApp;
-pub use loading::bake::{GlossyBake, SceneData, SceneNews, bake_glossy, bake_options, bake_scene};
+pub use loading::bake::{GlossyBake, SceneData, bake_options, bake_scene};
 pub use loading::cache::UserFolder;
 pub use loading::export::{ExportPlan, SceneExport};
 pub use loading::limits::ReadLimits;
 pub use loading::mode::Mode;
 pub use loading::moving_bakes::moving_bake_options;
 pub use loading::moving_source::open_moving;
-pub use loading::place::give_file;
 pub use loading::places::Places;
 pub use loading::scene_source::{OpenedScene, open_scene};
 pub use loading::sky_source::{OpenedSky, open_sky};

@@ -19,7 +19,7 @@
 //! let sky = lobe_env::bundled::sunset().map();
 //!
 //! let context = Context::new(&ContextOptions::default())?;
-//! let shading = SurfaceShading::Vertices(&transfer, Storage::F32);
+//! let shading = SurfaceShading::Vertices(&transfer, &[], Storage::F32);
 //! let view = SceneView::new(&context, &scene, &shading, Some(&Environment::from(&*sky)), &SceneViewOptions::default())?;
 //! if let Some(camera) = GpuCamera::framing(scene.world_bounds(), Dir::from_angles(1.2, 0.5), 0.3) {
 //!     view.set_camera(&camera)?;
@@ -35,19 +35,12 @@
 //! | purpose | item | WGSL modules |
 //! |---|---|---|
 //! | a device | [`Context`], [`ContextOptions`] | |
-//! | passes and what they take | [`Renderer`], [`Pass`], [`PassTime`] | |
-//! | the modules themselves | [`wgsl_module`], [`wgsl_modules`] | all |
-//! | the basis | [`basis_towards`] | `basis` |
-//! | irradiance of order 3 | [`irradiance_towards`] | `irradiance` |
+//! | passes and what they take | [`Renderer`], [`PassTime`] | |
 //! | environment maps in every mapping | [`Environment`] | `environment` |
 //! | split-sum reflection | [`SplitSum`] | `specular` |
-//! | transfer of matte receivers | [`GpuTransfer`], [`Storage`] | `transfer`, `clustered` |
-//! | transfer of glossy ones | [`GpuMatrices`] | `glossy`, `glossy_exit` |
 //! | spheres that hide the sky | [`GpuSphereShadows`] | `accumulate`, `sky_light` |
-//! | entities with occlusion fields | [`GpuShadowFields`], [`FieldResponse`] | `shadow_fields`, `product` |
-//! | a part of a moving scene under all of these | [`GpuMovingPart`], [`StillGrid`] | `still_visibility` and those above |
-//! | skins and morph targets | [`GpuSkin`], [`GpuVertex`], [`MorphTarget`] | `skin` |
-//! | pictures of scenes | [`SceneView`], [`SurfaceShading`], [`GlossyMesh`], [`GpuCamera`] | `camera`, `surface`, `shade_*`, `draw_*`, `backdrop`, `resolve`, `tone`, `display` |
+//! | a part of a moving scene under spheres, fields and what stands still | [`GpuMovingPart`], [`FieldResponse`], [`StillGrid`] | `shadow_fields`, `product`, `still_visibility` and those above |
+//! | pictures of scenes | [`SceneView`], [`SurfaceShading`], [`GlossyMesh`], [`Storage`], [`GpuCamera`] | `transfer`, `clustered`, `glossy`, `basis`, `camera`, `surface`, `shade_*`, `draw_*`, `backdrop`, `resolve`, `tone`, `display` |
 //! | without a window: frames to files, times of passes | [`write_turntable`], [`render_turntable`], [`TurningLight`], [`BenchReport`] | |
 //!
 //! # Precision
@@ -62,10 +55,10 @@
 //! receivers, vertices, triangles, texels of a lightmap or fields is cut into pieces that fit, each a pass of its own, with the
 //! same results to the last digit (tests of `pieces`). These remain whole, and are refused in one line where they do not fit:
 //!
-//! * what every item looks up anywhere: spheres (64 bytes each), the products of the light with clusters, joints (48 bytes);
+//! * what every item looks up anywhere: spheres (64 bytes each), the products of the light with clusters;
 //! * one texture of a surface, and a triangle over more rows of a lightmap than a binding holds, because a triangle is drawn at once;
 //! * environments and pictures, which are textures: up to the side that the device has, 8192 texels in WebGPU;
-//! * buffers of all receivers that are read back or fetched as one, radiance, visibility, vertices: up to the largest buffer.
+//! * buffers of all receivers that are read back or fetched as one, radiance, visibility: up to the largest buffer.
 //!
 //! # What can go wrong
 //!
@@ -82,36 +75,21 @@ mod scene_view;
 mod storage;
 mod transfer;
 
-/// The example of README.md, compiled and run as a test.
-#[cfg(doctest)]
-#[doc = include_str!("../README.md")]
-struct Readme;
-
 pub use context::context::Context;
-pub use context::options::{AdapterChoice, ContextOptions, Interface};
+pub use context::options::{AdapterChoice, ContextOptions};
 pub use error::GpuError;
 pub use headless::bench::BenchReport;
 pub use headless::turning_light::TurningLight;
 pub use headless::turntable::{TurntableOptions, render_turntable, write_turntable};
-pub use lookup::basis::{MAX_SHADER_ORDER, basis_towards};
 pub use lookup::environment::Environment;
-pub use lookup::irradiance::irradiance_towards;
 pub use lookup::specular::SplitSum;
 pub use moving::field_passes::FieldResponse;
 pub use moving::gpu_moving_part::{GpuMovingPart, MovingObstacles, MovingPlaces};
-pub use moving::gpu_shadow_fields::GpuShadowFields;
-pub use moving::gpu_skin::{GpuSkin, GpuVertex, MorphTarget};
 pub use moving::gpu_sphere_shadows::GpuSphereShadows;
 pub use moving::still_grid::StillGrid;
-pub use renderer::pass::Pass;
 pub use renderer::renderer::{PassTime, Renderer};
-pub use renderer::shader::{wgsl_module, wgsl_modules};
 pub use scene_view::camera::GpuCamera;
 pub use scene_view::options::{SceneViewOptions, ViewOutput};
 pub use scene_view::scene_view::SceneView;
 pub use scene_view::surface_shading::{GlossyMesh, SurfaceShading};
 pub use storage::Storage;
-pub use transfer::gpu_matrices::GpuMatrices;
-pub use transfer::gpu_transfer::GpuTransfer;
-/// The library underneath, for programs that share a device with a window.
-pub use wgpu;

@@ -355,7 +355,10 @@ fn what_cannot_be_rendered_is_said_in_one_line() {
         ("built-in:ball --env even.exr --mode shadowed --order 9 -o a.png", "--order: transfer has an order of 1 to 8"),
         ("trace built-in:ball --env even.exr --target 1,2,3 -o a.png", "--eye"),
         ("trace built-in:ball --env even.exr --orbit 0,91 -o a.png", "--orbit: expected"),
-        ("trace built-in:ball --env even.exr --eye 1,2,3 --target 1,2,3 -o a.png", "expected another point than the target"),
+        (
+            "trace built-in:ball --env even.exr --eye 1,2,3 --target 1,2,3 -o a.png",
+            "expected another point than the target",
+        ),
         ("trace built-in:ball --env even.exr --size 0x4 -o a.png", "expected columns x rows"),
         ("trace built-in:ball --env even.exr --fov 180 -o a.png", "below 180 degrees"),
         ("trace built-in:ball --env even.exr --window box -o a.png", "expected hanning"),

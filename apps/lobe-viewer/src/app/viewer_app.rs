@@ -122,12 +122,6 @@ impl ViewerApp {
         &mut self.kept.export
     }
 
-    /// Whether no picture is being written.
-    #[must_use]
-    pub fn is_written(&self) -> bool {
-        self.exports.is_idle()
-    }
-
     /// What was done or went wrong last, in one line.
     #[must_use]
     pub fn notice(&self) -> Option<&str> {
@@ -330,8 +324,9 @@ impl ViewerApp {
         Self { lost, ..self }
     }
 
-    /// Says what went wrong, until it is closed.
-    pub fn complain(&mut self, text: impl Into<String>) {
+    /// Says what went wrong, until it is closed. A page has no other window that was lost.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) fn complain(&mut self, text: impl Into<String>) {
         self.notice.fail(text);
     }
 

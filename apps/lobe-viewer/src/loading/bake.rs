@@ -82,16 +82,14 @@ pub struct GlossyBake {
 
 impl GlossyBake {
     /// The mesh for a device.
-    #[must_use]
-    pub fn on_device(&self) -> GlossyMesh<'_> {
+    pub(crate) fn on_device(&self) -> GlossyMesh<'_> {
         GlossyMesh { mesh: self.mesh, matrices: &self.matrices, lobe: self.lobe }
     }
 }
 
 /// What comes from a task about a scene.
 #[derive(Clone, Debug)]
-#[non_exhaustive]
-pub enum SceneNews {
+pub(crate) enum SceneNews {
     /// A scene was opened.
     Opened(SceneData),
     /// Transfer of its vertices was read or baked.
@@ -237,7 +235,7 @@ pub(crate) fn rounds(
 ///
 /// # Errors
 /// As [`FittedVertices::bake_matrices`].
-pub fn bake_glossy(
+pub(crate) fn bake_glossy(
     data: &SceneData,
     order: usize,
     samples: u32,

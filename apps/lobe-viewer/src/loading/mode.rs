@@ -35,8 +35,7 @@ impl Mode {
     }
 
     /// What it shows, in one sentence.
-    #[must_use]
-    pub fn explain(self) -> &'static str {
+    pub(crate) fn explain(self) -> &'static str {
         match self {
             Self::Irradiance => "Light by the normal alone: nothing stands in its way",
             Self::Shadowed => "Direct light with shadows",

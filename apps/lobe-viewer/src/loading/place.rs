@@ -11,7 +11,8 @@ pub(crate) const IN_PAGE: bool = cfg!(target_arch = "wasm32");
 static GIVEN: Mutex<BTreeMap<PathBuf, Arc<[u8]>>> = Mutex::new(BTreeMap::new());
 
 /// Gives the bytes of a file to whoever opens this name; they come before a file of the system. A page has no others.
-pub fn give_file(name: impl Into<PathBuf>, bytes: Vec<u8>) {
+#[cfg(target_arch = "wasm32")]
+pub(crate) fn give_file(name: impl Into<PathBuf>, bytes: Vec<u8>) {
     GIVEN.lock().unwrap_or_else(PoisonError::into_inner).insert(name.into(), bytes.into());
 }
 

@@ -38,7 +38,7 @@ impl Places {
         storage: Storage,
     ) -> SurfaceShading<'a> {
         match self {
-            Self::Vertices => SurfaceShading::Mixed(transfer, glossy, storage),
+            Self::Vertices => SurfaceShading::Vertices(transfer, glossy, storage),
             Self::WithoutAlbedo => SurfaceShading::Demodulated(transfer, storage),
             Self::Texels(lightmap) => SurfaceShading::Lightmap(transfer, lightmap, storage),
         }

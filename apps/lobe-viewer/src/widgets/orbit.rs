@@ -85,8 +85,7 @@ impl Orbit {
 
     /// The same view in a picture that is higher than wide, from so far away that as much is seen from side to side as from top to
     /// bottom of others.
-    #[must_use]
-    pub fn fitting(self, width: f64, height: f64) -> Self {
+    pub(crate) fn fitting(self, width: f64, height: f64) -> Self {
         let farther = (height / width.max(1.0)).clamp(1.0, 1e3);
         Self { distance: farther * self.distance, ..self }
     }
@@ -121,8 +120,7 @@ impl Orbit {
     }
 
     /// The direction from the target to the eye.
-    #[must_use]
-    pub fn towards_eye(&self) -> Dir {
+    pub(crate) fn towards_eye(&self) -> Dir {
         Dir::from_angles(FRAC_PI_2 - self.height, self.azimuth)
     }
 

@@ -15,7 +15,7 @@ use crate::{AdapterChoice, ContextOptions, GpuError};
 /// use lobe_gpu::{Context, ContextOptions};
 ///
 /// let context = Context::new(&ContextOptions::default())?;
-/// println!("{}", context.describe());
+/// println!("textures of up to {} texels a side", context.max_texture_side());
 /// # Ok::<(), lobe_gpu::GpuError>(())
 /// ```
 #[derive(Clone, Debug)]
@@ -119,7 +119,7 @@ impl Context {
         }
     }
 
-    /// The same device with the limits of these options; what it reports goes to both contexts.
+    /// The same device with the limits of these options, for tests; what it reports goes to both contexts.
     #[must_use]
     pub fn limited(&self, options: &ContextOptions) -> Self {
         let (max_storage_binding, max_texture_side, has_storage) = limits(&self.device, self.is_whole, options);
@@ -134,19 +134,19 @@ impl Context {
 
     /// The device.
     #[must_use]
-    pub fn device(&self) -> &wgpu::Device {
+    pub(crate) fn device(&self) -> &wgpu::Device {
         &self.device
     }
 
     /// The queue of the device.
     #[must_use]
-    pub fn queue(&self) -> &wgpu::Queue {
+    pub(crate) fn queue(&self) -> &wgpu::Queue {
         &self.queue
     }
 
     /// One line for people: the adapter, its kind, the interface, the driver.
     #[must_use]
-    pub fn describe(&self) -> String {
+    pub(crate) fn describe(&self) -> String {
         let wgpu::AdapterInfo { name, device_type, backend, driver_info, .. } = &self.info;
         format!("{name} ({device_type:?}, {backend:?}, {driver_info})")
     }
@@ -159,7 +159,7 @@ impl Context {
 
     /// The most bytes that one storage binding can have.
     #[must_use]
-    pub fn max_storage_binding(&self) -> u64 {
+    pub(crate) fn max_storage_binding(&self) -> u64 {
         self.max_storage_binding
     }
 
@@ -254,12 +254,17 @@ fn is_whole(adapter: &wgpu::Adapter) -> bool {
     adapter.get_downlevel_capabilities().flags.contains(needed)
 }
 
+/// Interfaces that are asked for an adapter, one after the other: Vulkan, Metal or Direct3D 12 before OpenGL. OpenGL is not even opened
+/// where another has a device that no program emulates: NVIDIA's driver 580 came to a halt where it was closed in one thread and a Vulkan
+/// device in another.
+const INTERFACES: [wgpu::Backends; 2] = [wgpu::Backends::PRIMARY, wgpu::Backends::GL];
+
 /// The adapter that is asked for: of the first interface that has one, but rather a device of another than a program that emulates one.
 async fn adapter(options: &ContextOptions) -> Result<wgpu::Adapter, GpuError> {
     let is_software = options.adapter == AdapterChoice::Software;
     let (mut emulated, mut refusals) = (None, Vec::new());
-    for backends in options.interface.backends() {
-        match adapter_of(*backends, options).await {
+    for backends in INTERFACES {
+        match adapter_of(backends, is_software).await {
             Ok(adapter) if is_software || adapter.get_info().device_type != wgpu::DeviceType::Cpu => {
                 return Ok(adapter);
             }
@@ -272,18 +277,12 @@ async fn adapter(options: &ContextOptions) -> Result<wgpu::Adapter, GpuError> {
     emulated.ok_or_else(|| GpuError::NoAdapter(refusals.join("; ")))
 }
 
-async fn adapter_of(
-    backends: wgpu::Backends,
-    options: &ContextOptions,
-) -> Result<wgpu::Adapter, wgpu::RequestAdapterError> {
+async fn adapter_of(backends: wgpu::Backends, is_software: bool) -> Result<wgpu::Adapter, wgpu::RequestAdapterError> {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
     descriptor.backends = backends;
     let wanted = wgpu::RequestAdapterOptions {
-        power_preference: match options.adapter {
-            AdapterChoice::LeastPower => wgpu::PowerPreference::LowPower,
-            _ => wgpu::PowerPreference::HighPerformance,
-        },
-        force_fallback_adapter: options.adapter == AdapterChoice::Software,
+        power_preference: wgpu::PowerPreference::HighPerformance,
+        force_fallback_adapter: is_software,
         compatible_surface: None,
         ..Default::default()
     };

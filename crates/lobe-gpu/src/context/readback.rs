@@ -17,7 +17,7 @@ impl Context {
     ///
     /// # Errors
     /// [`GpuError::Unsupported`] if it is larger than a buffer of this device can be.
-    pub fn upload(&self, name: &str, bytes: &[u8], usage: wgpu::BufferUsages) -> Result<wgpu::Buffer, GpuError> {
+    pub(crate) fn upload(&self, name: &str, bytes: &[u8], usage: wgpu::BufferUsages) -> Result<wgpu::Buffer, GpuError> {
         let buffer = self.empty(name, bytes.len() as u64, usage | wgpu::BufferUsages::COPY_DST)?;
         let whole = bytes.len() / 4 * 4;
         self.queue().write_buffer(&buffer, 0, &bytes[..whole]);
@@ -33,7 +33,7 @@ impl Context {
     ///
     /// # Errors
     /// As [`Context::upload`].
-    pub fn empty(&self, name: &str, size: u64, usage: wgpu::BufferUsages) -> Result<wgpu::Buffer, GpuError> {
+    pub(crate) fn empty(&self, name: &str, size: u64, usage: wgpu::BufferUsages) -> Result<wgpu::Buffer, GpuError> {
         let size = size.max(LEAST_BYTES).next_multiple_of(4);
         let most = self.device().limits().max_buffer_size;
         if size > most {
@@ -48,7 +48,7 @@ impl Context {
     ///
     /// # Errors
     /// [`GpuError::Options`] if the buffer is shorter; [`GpuError::Device`] if the device was lost or refused work.
-    pub fn read<T: Pod>(&self, buffer: &wgpu::Buffer, count: usize) -> Result<Vec<T>, GpuError> {
+    pub(crate) fn read<T: Pod>(&self, buffer: &wgpu::Buffer, count: usize) -> Result<Vec<T>, GpuError> {
         if count == 0 {
             // Nothing cannot be mapped.
             return self.wait().map(|()| Vec::new());
@@ -71,7 +71,7 @@ impl Context {
     ///
     /// # Errors
     /// [`GpuError::Options`] if texels have another size; [`GpuError::Device`] as [`Context::read`].
-    pub fn read_texture<T: Pod>(&self, texture: &wgpu::Texture) -> Result<Vec<T>, GpuError> {
+    pub(crate) fn read_texture<T: Pod>(&self, texture: &wgpu::Texture) -> Result<Vec<T>, GpuError> {
         let (format, texel) = (texture.format(), size_of::<T>() as u32);
         if format.block_copy_size(None) != Some(texel) {
             return Err(GpuError::Options(format!("expected texels of {texel} bytes, found a texture of {format:?}")));
@@ -97,7 +97,7 @@ impl Context {
     ///
     /// # Errors
     /// As [`Context::read_texture`].
-    pub fn picture(&self, texture: &wgpu::Texture) -> Result<Picture, GpuError> {
+    pub(crate) fn picture(&self, texture: &wgpu::Texture) -> Result<Picture, GpuError> {
         let (width, height) = (texture.width() as usize, texture.height() as usize);
         let pixels: Vec<[f32; 3]> = if texture.format() == wgpu::TextureFormat::Rgba16Float {
             let texels: Vec<[u16; 4]> = self.read_texture(texture)?;

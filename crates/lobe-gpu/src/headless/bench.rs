@@ -119,8 +119,7 @@ impl BenchReport {
     }
 
     /// Milliseconds of all passes; `None` if the device measures no times.
-    #[must_use]
-    pub fn total(&self) -> Option<f64> {
+    fn total(&self) -> Option<f64> {
         self.passes.iter().map(|pass| pass.milliseconds).sum()
     }
 }

@@ -3,15 +3,12 @@
 use std::f64::consts::PI;
 
 use bytemuck::{Pod, Zeroable};
-use half::f16;
 use lobe_env::{CubeMipChain, MappedMap, Mapping, RoughnessLevels};
 use lobe_sh::{Coefficient as _, Dir, Rgb, Rotation};
 
-use crate::lookup::towards::{Question, colors};
-use crate::renderer::kernel::Slot;
+use crate::GpuError;
 use crate::renderer::renderer::Renderer;
 use crate::renderer::shader::Shader;
-use crate::{Context, GpuError, Storage};
 
 /// The most levels, as in the WGSL module.
 const MOST_LEVELS: usize = 16;
@@ -22,7 +19,7 @@ const MOST_LEVELS: usize = 16;
 /// textures have eight bits. Positions in the picture are single precision: the error grows with the width, 1e-7 times
 /// the width times the difference of neighboring texels.
 ///
-/// The sky can be turned without touching a texel ([`Environment::turned`]).
+/// The sky can be turned without touching a texel ([`SceneView::turn_backdrop`](crate::SceneView::turn_backdrop)).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Environment {
     mapping: Mapping,
@@ -30,8 +27,6 @@ pub struct Environment {
     roughness: RoughnessLevels,
     texels: Vec<Rgb<f32>>,
     width: usize,
-    turn: Rotation,
-    storage: Storage,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,8 +77,6 @@ impl From<&MappedMap> for Environment {
             roughness: RoughnessLevels::Linear,
             texels: map.texels().to_vec(),
             width: map.width(),
-            turn: Rotation::IDENTITY,
-            storage: Storage::F32,
         }
     }
 }
@@ -108,65 +101,14 @@ impl Environment {
                 texels.resize(texels.len() + width - map.width(), Rgb::ZERO);
             }
         }
-        let (turn, storage) = (Rotation::IDENTITY, Storage::F32);
-        Ok(Self { mapping: Mapping::Cube, levels: rows, roughness, texels, width, turn, storage })
-    }
-
-    /// The environment turned: what was seen towards s is then towards R s.
-    #[must_use]
-    pub fn turned(self, turn: Rotation) -> Self {
-        Self { turn, ..self }
-    }
-
-    /// The environment with texels in another number format.
-    #[must_use]
-    pub fn stored(self, storage: Storage) -> Self {
-        Self { storage, ..self }
-    }
-
-    /// The radiance from unit directions at a level, between levels for a fraction, as [`MappedMap::radiance`]; module
-    /// `environment`.
-    ///
-    /// # Errors
-    /// [`GpuError::Unsupported`] if the picture is larger than a texture of the device can be; [`GpuError::Device`] if the device
-    /// fails.
-    pub fn radiance_towards(
-        &self,
-        context: &Context,
-        dirs: &[[f32; 3]],
-        level: f32,
-    ) -> Result<Vec<[f32; 3]>, GpuError> {
-        let mut renderer = Renderer::new(context);
-        self.add_to(&mut renderer, "environment")?;
-        renderer.uniform("level", &level)?;
-        let question = Question {
-            name: "environment",
-            shader: self.constants(Shader::new(&["dispatch", "environment"])),
-            reads: &[
-                ("environment", Slot::Texture, "var texels: texture_2d<f32>"),
-                ("environment shape", Slot::Uniform, "var<uniform> shape: Environment"),
-                ("level", Slot::Uniform, "var<uniform> level: f32"),
-            ],
-            function: "fn value(i: u32, s: vec3f) -> vec4f { return vec4f(environment_radiance(texels, shape, s, level), 0.0); }\n",
-        };
-        question.ask(renderer, dirs).map(colors)
+        Ok(Self { mapping: Mapping::Cube, levels: rows, roughness, texels, width })
     }
 
     /// Uploads the texels as texture `name`, the shape as `name shape`.
     pub(crate) fn add_to(&self, renderer: &mut Renderer, name: &str) -> Result<(), GpuError> {
         let size = [self.width as u32, (self.texels.len() / self.width) as u32];
-        match self.storage {
-            Storage::F32 => {
-                let texels: Vec<[f32; 4]> = self.texels.iter().map(|c| [c.r, c.g, c.b, 1.0]).collect();
-                renderer.upload_texture(name, size, wgpu::TextureFormat::Rgba32Float, &texels)?;
-            }
-            Storage::F16 => {
-                let channel = |c: f32| f16::from_f32(c.min(f16::MAX.to_f32())).to_bits();
-                let texels: Vec<[u16; 4]> =
-                    self.texels.iter().map(|c| [channel(c.r), channel(c.g), channel(c.b), channel(1.0)]).collect();
-                renderer.upload_texture(name, size, wgpu::TextureFormat::Rgba16Float, &texels)?;
-            }
-        }
+        let texels: Vec<[f32; 4]> = self.texels.iter().map(|c| [c.r, c.g, c.b, 1.0]).collect();
+        renderer.upload_texture(name, size, wgpu::TextureFormat::Rgba32Float, &texels)?;
         renderer.uniform(&format!("{name} shape"), &self.shape())
     }
 
@@ -186,12 +128,7 @@ impl Environment {
                 bend: row_bend(level.height) as f32,
             };
         }
-        // Directions are turned back: the columns are those of the inverse.
-        let back = self.turn.inverse();
-        let turn = [Dir::X, Dir::Y, Dir::Z].map(|axis| {
-            let [x, y, z] = back.rotate_dir(axis).to_array().map(|c| c as f32);
-            [x, y, z, 0.0]
-        });
+        let turn = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
         EnvironmentShape { quadratic: [u32::from(self.roughness == RoughnessLevels::Quadratic), 0, 0, 0], turn, level }
     }
 }

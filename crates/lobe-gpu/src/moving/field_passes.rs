@@ -1,11 +1,10 @@
 //! The passes that look up the fields of entities and multiply by what these leave visible.
 
-use std::f64::consts::FRAC_1_PI;
 use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
 use lobe_prt::Transfer;
-use lobe_sh::{Rgb, Rotation, RotationMatrices, Zonal};
+use lobe_sh::{Rgb, Rotation, RotationMatrices};
 use lobe_shadow::{PlacedField, RadialInterpolation, ShadowFieldOptions, ShadowReceivers};
 
 use crate::GpuError;
@@ -57,8 +56,6 @@ pub enum FieldResponse<'a> {
 pub(crate) enum Answer {
     /// What is visible above the horizon; the buffer `radiance` is left as it is.
     Visibility,
-    /// That, and exit radiance by the clamped cosine.
-    Cosine,
     /// Visibility on all sides, and exit radiance by transfer of so many channels.
     Transfer(usize),
 }
@@ -67,7 +64,8 @@ impl Answer {
     /// The answer to a response.
     pub(crate) fn to(response: FieldResponse<'_>) -> Self {
         match response {
-            FieldResponse::Cosine => Self::Cosine,
+            // What the cosine sends back is the work of the operator of the sky.
+            FieldResponse::Cosine => Self::Visibility,
             FieldResponse::Transfer(transfer) => Self::Transfer(transfer.channels().count()),
         }
     }
@@ -103,26 +101,20 @@ impl FieldPasses {
         options: &ShadowFieldOptions,
     ) -> Result<Self, GpuError> {
         renderer.uniform("light", &[[0.0_f32; 4]; 64])?;
-        renderer.uniform("cosine", &cosine(order))?;
         let parts = FieldParts::upload(renderer, entities)?;
         let most = entities.len().max(1);
         renderer.upload("entities", &vec![EntityShape::zeroed(); most])?;
         renderer.upload("turns", &vec![0.0_f32; most * entries(order)])?;
         renderer.upload("no numbers", &[0.0_f32; 4])?;
-        let (channels, responds) = match answer {
-            Answer::Visibility => (0, 0),
-            Answer::Cosine => (0, 1),
-            Answer::Transfer(channels) => (channels, 1),
-        };
+        let channels = if let Answer::Transfer(channels) = answer { channels } else { 0 };
         let shader = Shader::new(&[])
             .constant("CHANNELS", channels)
-            .constant("RESPONDS", responds)
             .constant("MOST_ENTITIES", most)
             .constant("LOOKED_UP", usize::from(!parts.is_whole()))
             .order(order)
             .product(order)
             .module("shadow_fields");
-        let slots = [[Slot::Uniform; 3].as_slice(), &[Slot::Read; 6], &[Slot::Write; 2]].concat();
+        let slots = [[Slot::Uniform; 2].as_slice(), &[Slot::Read; 6], &[Slot::Write; 2]].concat();
         let kernel = Kernel::new(renderer.context(), "shadow fields", &shader, &slots)?;
         let look_up = if parts.is_whole() { None } else { Some(FieldParts::kernel(renderer.context(), order)?) };
         let negligible = options.negligible as f32;
@@ -159,7 +151,7 @@ impl FieldPasses {
             self.parts.add_look_ups(renderer, kernel, piece, found)?;
         }
         let mut pass = Pass::compute(piece.of("shadow fields"), &self.kernel, piece.count()).read(&piece.of("sizes"));
-        for name in ["light", "cosine", &piece.of("receivers"), "entities", "turns"] {
+        for name in ["light", &piece.of("receivers"), "entities", "turns"] {
             pass = pass.read(name);
         }
         pass = match &self.look_up {
@@ -225,9 +217,8 @@ pub(crate) fn check(
     if options.interpolation != RadialInterpolation::Linear {
         return refuse("expected fields to be interpolated linearly between spheres".into());
     }
-    let own = receivers.own_visibility().len();
-    if own != 0 && own != receivers.len() * order * order {
-        return refuse(format!("expected visibility of {} numbers for each receiver, or none", order * order));
+    if !receivers.own_visibility().is_empty() {
+        return refuse("expected receivers without visibility of their own, found some".into());
     }
     if let FieldResponse::Transfer(transfer) = response
         && (transfer.order() != order || transfer.receivers() != receivers.len())
@@ -258,15 +249,6 @@ fn entity_shape(entity: &PlacedField<'_>, first: u32, turn: [u32; 2]) -> EntityS
         grid: [grid.spheres() as u32, grid.cells() as u32, first, entity.field.order() as u32],
         turn: [turn[0], turn[1], 0, 0],
     }
-}
-
-/// The factor of each band of the clamped cosine over π, `√(4π/(2l+1)) z_l/π`.
-fn cosine(order: usize) -> [[f32; 4]; 8] {
-    let mut factors = [[0.0; 4]; 8];
-    for (out, factor) in factors.iter_mut().zip(Zonal::clamped_cosine(order).convolution_factors()) {
-        out[0] = (factor * FRAC_1_PI) as f32;
-    }
-    factors
 }
 
 /// Entries of the rotation of `order` bands.

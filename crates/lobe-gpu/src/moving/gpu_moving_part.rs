@@ -72,7 +72,7 @@ impl GpuMovingPart {
     ///
     /// # Errors
     /// [`GpuError::Options`] if the order is not 1 to 6, that of the table, or at most those of fields, grids and transfer, there are
-    /// more than 64 entities, numbers of receivers differ, or fields are to be interpolated otherwise than linearly;
+    /// more than 64 entities, numbers of receivers differ, these have visibility of their own, or fields are to be interpolated otherwise than linearly;
     /// [`GpuError::Unsupported`] if anything is too large for the device; [`GpuError::Device`] if the device fails.
     pub fn new(
         context: &Context,
@@ -94,11 +94,7 @@ impl GpuMovingPart {
         };
         let upload = |(number, grid)| GridPasses::upload(&mut renderer, order, number, grid);
         let grids = obstacles.grids.iter().enumerate().map(upload).collect::<Result<Vec<_>, _>>()?;
-        // Of the cosine, visibility alone is asked of fields: what it sends back is the work of the operator.
-        let answer = match response {
-            FieldResponse::Cosine => Answer::Visibility,
-            transfer @ FieldResponse::Transfer(_) => Answer::to(transfer),
-        };
+        let answer = Answer::to(response);
         let is_cosine = matches!(answer, Answer::Visibility);
         let is_open = spheres.is_none() && grids.is_empty();
         let needs_fields = !is_cosine || is_open || !obstacles.fields.is_empty();

@@ -30,7 +30,6 @@ pub struct GpuSphereShadows {
     light: SkyLightPasses,
     pieces: Vec<Piece>,
     receivers: usize,
-    order: usize,
 }
 
 impl GpuSphereShadows {
@@ -58,7 +57,7 @@ impl GpuSphereShadows {
             spheres.add(&mut renderer, piece, ("visibility", seen))?;
             light.add(&mut renderer, piece, ("visibility", seen), "irradiance")?;
         }
-        Ok(Self { renderer, spheres, light, pieces, receivers: count, order })
+        Ok(Self { renderer, spheres, light, pieces, receivers: count })
     }
 
     /// The passes, and the buffers `visibility` and `irradiance` that they write.
@@ -84,21 +83,5 @@ impl GpuSphereShadows {
         self.renderer.run()?;
         let values: Vec<[f32; 4]> = self.renderer.read("irradiance", self.receivers)?;
         Ok(values.into_iter().map(|[r, g, b, _]| Rgb::new(r, g, b)).collect())
-    }
-
-    /// What each receiver sees of the sky, `order²` coefficients one after the other.
-    ///
-    /// # Errors
-    /// [`GpuError::Device`] if the device fails.
-    pub fn visibility(&self) -> Result<Vec<f32>, GpuError> {
-        let n = self.order * self.order;
-        self.renderer.run()?;
-        let values: Vec<f32> = self.renderer.read("visibility", n * self.receivers)?;
-        // Coefficient by coefficient in each piece.
-        let of_piece = |piece: &Piece| {
-            let (first, count) = (n * piece.items.start, piece.items.len());
-            (0..count).flat_map(move |r| (0..n).map(move |i| first + i * count + r))
-        };
-        Ok(self.pieces.iter().flat_map(of_piece).map(|k| values[k]).collect())
     }
 }

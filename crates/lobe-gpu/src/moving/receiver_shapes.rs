@@ -1,4 +1,4 @@
-//! Receivers for shaders, and what they see, number by number.
+//! Receivers for shaders.
 
 use std::ops::Range;
 
@@ -24,10 +24,4 @@ fn shapes(receivers: &ShadowReceivers<'_>, of: Range<usize>, albedo: impl Fn(usi
         [p[0], p[1], p[2], 1.0, n[0], n[1], n[2], 0.0, r, g, b, 0.0]
     })
     .collect()
-}
-
-/// Rows of `width` numbers, number by number: number i of row r at `i rows + r`.
-pub(crate) fn planes(rows: &[f32], width: usize) -> Vec<f32> {
-    let count = rows.len() / width.max(1);
-    (0..width).flat_map(|i| (0..count).map(move |r| rows[r * width + i])).collect()
 }

@@ -7,7 +7,7 @@ use crate::renderer::kernel::Kernel;
 
 /// A named step of the work of a frame.
 #[derive(Clone, Debug)]
-pub struct Pass {
+pub(crate) struct Pass {
     pub(crate) name: String,
     pub(crate) reads: Vec<Use>,
     pub(crate) writes: Vec<Use>,
@@ -84,12 +84,12 @@ impl Pass {
 
     /// The name.
     #[must_use]
-    pub fn name(&self) -> &str {
+    pub(crate) fn name(&self) -> &str {
         &self.name
     }
 
     /// The names of what it reads: in the order of its bindings, then attributes and indices of vertices.
-    pub fn reads(&self) -> impl Iterator<Item = &str> {
+    pub(crate) fn reads(&self) -> impl Iterator<Item = &str> {
         self.reads.iter().map(|used| used.name.as_str()).chain(self.fetched())
     }
 
@@ -103,7 +103,7 @@ impl Pass {
     }
 
     /// The names of what it writes.
-    pub fn writes(&self) -> impl Iterator<Item = &str> {
+    pub(crate) fn writes(&self) -> impl Iterator<Item = &str> {
         self.writes.iter().map(|used| used.name.as_str())
     }
 }

@@ -20,8 +20,8 @@ const STORAGE: wgpu::BufferUsages = wgpu::BufferUsages::STORAGE.union(wgpu::Buff
 /// Modules of this crate add their passes to it, in the order in which they run. Printed, it is a table of them: what each
 /// reads and what it writes. A pass that reads what nothing wrote is refused when it is added.
 ///
-/// Resources are uploaded, or made for a pass to write; the content of an uploaded one can be replaced between two runs
-/// ([`Renderer::update`]), which is how light turns without anything else being done again.
+/// Resources are uploaded, or made for a pass to write; the content of an uploaded one can be replaced between two runs,
+/// which is how light turns without anything else being done again.
 #[derive(Debug)]
 pub struct Renderer {
     context: Context,
@@ -47,7 +47,7 @@ pub struct PassTime {
 impl Renderer {
     /// A renderer without passes.
     #[must_use]
-    pub fn new(context: &Context) -> Self {
+    pub(crate) fn new(context: &Context) -> Self {
         Self { context: context.clone(), resources: BTreeMap::new(), steps: Vec::new() }
     }
 
@@ -58,7 +58,7 @@ impl Renderer {
     }
 
     /// The passes in the order in which they run.
-    pub fn passes(&self) -> impl Iterator<Item = &Pass> {
+    pub(crate) fn passes(&self) -> impl Iterator<Item = &Pass> {
         self.steps.iter().map(|step| &step.pass)
     }
 
@@ -66,7 +66,7 @@ impl Renderer {
     ///
     /// # Errors
     /// [`GpuError::Device`] if the device was lost or refused work before.
-    pub fn run(&self) -> Result<(), GpuError> {
+    pub(crate) fn run(&self) -> Result<(), GpuError> {
         self.submit(None)
     }
 
@@ -125,7 +125,7 @@ impl Renderer {
     /// # Errors
     /// [`GpuError::Options`] if there is no such buffer or it is shorter; [`GpuError::Device`] if the device was lost or refused
     /// work.
-    pub fn read<T: Pod>(&self, name: &str, count: usize) -> Result<Vec<T>, GpuError> {
+    pub(crate) fn read<T: Pod>(&self, name: &str, count: usize) -> Result<Vec<T>, GpuError> {
         self.context.read(self.resource(name)?.buffer()?, count)
     }
 
@@ -133,7 +133,7 @@ impl Renderer {
     ///
     /// # Errors
     /// As [`Renderer::read`].
-    pub fn picture(&self, name: &str) -> Result<Picture, GpuError> {
+    pub(crate) fn picture(&self, name: &str) -> Result<Picture, GpuError> {
         self.context.picture(self.resource(name)?.texture()?)
     }
 
@@ -141,7 +141,7 @@ impl Renderer {
     ///
     /// # Errors
     /// As [`Renderer::read`].
-    pub fn texels<T: Pod>(&self, name: &str) -> Result<Vec<T>, GpuError> {
+    pub(crate) fn texels<T: Pod>(&self, name: &str) -> Result<Vec<T>, GpuError> {
         self.context.read_texture(self.resource(name)?.texture()?)
     }
 
@@ -149,7 +149,7 @@ impl Renderer {
     ///
     /// # Errors
     /// [`GpuError::Options`] if there is no such buffer or it is shorter.
-    pub fn update<T: NoUninit>(&self, name: &str, numbers: &[T]) -> Result<(), GpuError> {
+    pub(crate) fn update<T: NoUninit>(&self, name: &str, numbers: &[T]) -> Result<(), GpuError> {
         self.update_at(name, 0, numbers)
     }
 

@@ -26,11 +26,8 @@ const MODULES: &[(&str, &str)] = modules! {
     "environment" => "environment.wgsl",
     "field_stencil" => "field_stencil.wgsl",
     "glossy" => "glossy.wgsl",
-    "glossy_exit" => "glossy_exit.wgsl",
-    "irradiance" => "irradiance.wgsl",
     "look_up_fields" => "look_up_fields.wgsl",
     "product" => "generated/product.wgsl",
-    "receiver" => "receiver.wgsl",
     "resolve" => "resolve.wgsl",
     "shade_glossy" => "shade_glossy.wgsl",
     "shade_irradiance" => "shade_irradiance.wgsl",
@@ -40,7 +37,6 @@ const MODULES: &[(&str, &str)] = modules! {
     "shade_vertices" => "shade_vertices.wgsl",
     "shadow_fields" => "shadow_fields.wgsl",
     "shadow_receiver" => "shadow_receiver.wgsl",
-    "skin" => "skin.wgsl",
     "sky_light" => "sky_light.wgsl",
     "specular" => "specular.wgsl",
     "still_visibility" => "still_visibility.wgsl",
@@ -50,28 +46,10 @@ const MODULES: &[(&str, &str)] = modules! {
     "transfer" => "transfer.wgsl",
 };
 
-/// The text of a WGSL module, to use in a shader of one's own; `None` if there is no such module.
-///
-/// A module that needs others names them in its first line, `// uses: a, b`: put their texts before it. Modules whose
-/// arrays have the length of an order need constants `ORDER` and `COEFFICIENTS`, and a function `basis` that calls
-/// `basis_1` to `basis_8`. `accumulate` and `sky_light` also need what they say is written out for each order.
-///
-/// ```
-/// let basis = lobe_gpu::wgsl_module("basis").unwrap_or_default();
-/// assert!(basis.contains("fn basis_8(s: vec3f) -> array<f32, 64>"));
-/// ```
-#[must_use]
-pub fn wgsl_module(name: &str) -> Option<&'static str> {
-    MODULES.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
-}
-
-/// The names of all modules.
-#[must_use]
-pub fn wgsl_modules() -> Vec<&'static str> {
-    MODULES.iter().map(|(name, _)| *name).collect()
-}
-
 /// The source of a shader.
+///
+/// Modules whose arrays have the length of an order need [`Shader::order`]; `accumulate` and `sky_light` also what `straight_line` writes
+/// for each order.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Shader {
     constants: String,
@@ -151,4 +129,21 @@ impl Shader {
 fn uses(text: &str) -> impl Iterator<Item = &str> {
     let first = text.lines().next().unwrap_or_default();
     first.strip_prefix("// uses: ").into_iter().flat_map(|list| list.split(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_module_names_what_it_needs_and_is_named_once() {
+        for (number, (name, text)) in MODULES.iter().enumerate() {
+            assert!(text.starts_with("//"), "{name} begins with {:?}", text.lines().next());
+            let other = MODULES[..number].iter().any(|(before, _)| before == name);
+            assert!(!other, "{name} is there twice");
+            for used in uses(text) {
+                assert!(MODULES.iter().any(|(known, _)| *known == used), "{name} uses {used}");
+            }
+        }
+    }
 }

@@ -10,9 +10,6 @@ const NEAREST: f64 = 1e-4;
 /// The least radius of what is framed over its largest coordinate: rounding leaves a direction from its middle to the eye.
 const ROUNDING: f64 = 1e-9;
 
-/// The distance at which parallel rays start, in units of the half height of the picture.
-const FAR: f64 = 100.0;
-
 /// An eye that looks at a point, +z upwards in its picture: the camera of `lobe-render`, of which it shows the same.
 ///
 /// ```text
@@ -26,13 +23,9 @@ pub struct GpuCamera {
     up: Vec3,
     towards_eye: Vec3,
     target: Vec3,
-    lens: Lens,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Lens {
-    Orthographic { half_height: f64 },
-    Perspective { distance: f64, slope: f64 },
+    /// Of the eye from the target, and the tangent of half the angle of view.
+    distance: f64,
+    slope: f64,
 }
 
 /// The camera in the WGSL module `camera`.
@@ -54,9 +47,8 @@ impl GpuCamera {
     pub fn look_at(eye: [f64; 3], target: [f64; 3], half_angle: f64) -> Option<Self> {
         let from_target = sub(eye, target);
         let distance = dot(from_target, from_target).sqrt();
-        let lens = Lens::Perspective { distance, slope: half_angle.tan() };
         let is_angle = half_angle > 0.0 && half_angle < std::f64::consts::FRAC_PI_2;
-        Dir::new(from_target).filter(|_| is_angle).map(|e| Self::new(e, target, lens))
+        Dir::new(from_target).filter(|_| is_angle).map(|e| Self::new(e, target, [distance, half_angle.tan()]))
     }
 
     /// Rays from an eye in direction `eye` so far away that the ball around a box of these corners, such as those of
@@ -72,18 +64,11 @@ impl GpuCamera {
         Self::look_at(add(target, scale(eye.to_array(), distance)), target, half_angle)
     }
 
-    /// Parallel rays from direction `eye`; the picture shows `half_height` above and below `target`. None if the height is not
-    /// positive.
-    #[must_use]
-    pub fn orthographic(eye: Dir, target: [f64; 3], half_height: f64) -> Option<Self> {
-        (half_height > 0.0).then(|| Self::new(eye, target, Lens::Orthographic { half_height }))
-    }
-
-    fn new(eye: Dir, target: Vec3, lens: Lens) -> Self {
+    fn new(eye: Dir, target: Vec3, [distance, slope]: [f64; 2]) -> Self {
         let e = eye.to_array();
         let horizontal = [-e[1], e[0], 0.0];
         let right = if horizontal == [0.0; 3] { [0.0, -1.0, 0.0] } else { normalized(horizontal) };
-        Self { right, up: cross(e, right), towards_eye: e, target, lens }
+        Self { right, up: cross(e, right), towards_eye: e, target, distance, slope }
     }
 
     /// For a picture of `width` x `height` pixels, in coordinates that count from `origin`.
@@ -92,10 +77,7 @@ impl GpuCamera {
             let [x, y, z] = v.map(|c| c as f32);
             [x, y, z, 0.0]
         };
-        let lens = match self.lens {
-            Lens::Orthographic { half_height } => [0.0, FAR * half_height, half_height, 0.0],
-            Lens::Perspective { distance, slope } => [1.0, distance, slope, NEAREST * distance],
-        };
+        let lens = [self.distance, self.slope, NEAREST * self.distance, 0.0];
         CameraShape {
             right: single(self.right),
             up: single(self.up),

@@ -4,8 +4,8 @@ use lobe_sh::{Expansion as _, Rgb, ShVec, Zonal, convolved};
 
 use crate::GpuError;
 use crate::renderer::renderer::Renderer;
-use crate::transfer::gpu_matrices::lobe_light;
-use crate::transfer::gpu_transfer::light_vectors;
+use crate::transfer::matrix_passes::lobe_light;
+use crate::transfer::vector_passes::light_vectors;
 
 /// What becomes of the light before it is uploaded: each for the uniform of this name.
 #[derive(Clone, Debug, Default)]

@@ -20,9 +20,9 @@ use crate::renderer::shader::Shader;
 use crate::scene_view::lights::{LightUse, Lights};
 use crate::scene_view::scene_buffers::{CORNERS, MATERIAL, PAINT, TEXEL, VERTEX, add_surfaces, surface_reads};
 use crate::scene_view::surface_pieces::{Most, SurfacePiece, SurfacePieces};
-use crate::transfer::gpu_matrices::{add_incident, incident_bytes};
-use crate::transfer::gpu_transfer::{Rows, add_clustered, add_light, add_transfer};
+use crate::transfer::matrix_passes::{add_incident, incident_bytes};
 use crate::transfer::texture_transfer::{add_transfer_texture, unshadowed, vertices_in_texture};
+use crate::transfer::vector_passes::{Rows, add_clustered, add_light, add_transfer};
 use crate::{Context, GpuError, Storage};
 
 /// The table of what shines among matte meshes: the same for all scenes, computed for the first.
@@ -34,13 +34,11 @@ static DFG: LazyLock<DfgTable> = LazyLock::new(DfgTable::default);
 pub enum SurfaceShading<'a> {
     /// Irradiance of normals, without shadows, under light of this order, 1 to 8.
     Irradiance(usize),
-    /// Transfer vectors at vertices.
-    Vertices(&'a Transfer, Storage),
+    /// Transfer vectors at vertices, and meshes that shine instead, by matrices, if there are any.
+    Vertices(&'a Transfer, &'a [GlossyMesh<'a>], Storage),
     /// Transfer vectors at vertices that leave out the albedo, [`AlbedoMode::None`](lobe_prt::AlbedoMode): what they send back is
     /// multiplied by the base color of each pixel.
     Demodulated(&'a Transfer, Storage),
-    /// Transfer vectors at vertices, and some meshes that shine instead, by matrices.
-    Mixed(&'a Transfer, &'a [GlossyMesh<'a>], Storage),
     /// Transfer in clusters, at vertices.
     Clusters(&'a CompressedTransfer),
     /// Transfer vectors at the texels of a lightmap.
@@ -121,8 +119,8 @@ impl SurfaceShading<'_> {
     /// Whether shaders look up corners of triangles; else vertices are fetched by indices.
     fn binds_surfaces(&self, context: &Context, scene: &Scene) -> bool {
         let is_looked_up = match self {
-            Self::Vertices(..) | Self::Clusters(_) | Self::Radiance(_) => scene.has_holes(),
-            Self::Mixed(_, glossy, _) => scene.has_holes() || !glossy.is_empty(),
+            Self::Clusters(_) | Self::Radiance(_) => scene.has_holes(),
+            Self::Vertices(_, glossy, _) => scene.has_holes() || !glossy.is_empty(),
             _ => true,
         };
         context.has_storage() && is_looked_up
@@ -133,9 +131,7 @@ impl SurfaceShading<'_> {
         if !context.has_storage() {
             return match self {
                 Self::Irradiance(order) => Most::of_places(vertices_in_texture(context, *order)),
-                Self::Vertices(transfer, _) | Self::Mixed(transfer, ..) => {
-                    Most::of_places(vertices_in_texture(context, transfer.order()))
-                }
+                Self::Vertices(transfer, ..) => Most::of_places(vertices_in_texture(context, transfer.order())),
                 _ => Most::of_places(usize::MAX),
             };
         }
@@ -147,7 +143,7 @@ impl SurfaceShading<'_> {
         let (mut alone, mut rows, mut width) = (Vec::new(), usize::MAX, 0);
         match self {
             Self::Glossy(matrices, ..) => of_place.push(incident_bytes(matrices)),
-            Self::Mixed(_, glossy, _) => {
+            Self::Vertices(_, glossy, _) => {
                 of_place.extend(glossy.iter().map(|glossy| incident_bytes(glossy.matrices)));
                 alone.extend(glossy.iter().map(|glossy| glossy.mesh));
             }
@@ -169,7 +165,6 @@ impl Prepared<'_> {
         let vertices = self.scene.vertex_count();
         match *shading {
             SurfaceShading::Irradiance(order) => self.add_irradiance(order),
-            SurfaceShading::Vertices(transfer, storage) => self.add_transfer(transfer, storage, &[]),
             SurfaceShading::Demodulated(transfer, storage) => {
                 self.renderer.context().expect_storage("transfer without albedo")?;
                 expect("vertices", vertices, transfer.receivers())?;
@@ -179,7 +174,7 @@ impl Prepared<'_> {
                 self.add_passes("surfaces", &shader, &all, |pieces, piece| vec![radiance_of(pieces, piece)]);
                 Ok(())
             }
-            SurfaceShading::Mixed(transfer, glossy, storage) => {
+            SurfaceShading::Vertices(transfer, glossy, storage) => {
                 let meshes: Vec<usize> = glossy.iter().map(|glossy| glossy.mesh).collect();
                 check_meshes(self.scene.meshes().len(), &meshes)?;
                 if !meshes.is_empty() {

@@ -1,7 +1,7 @@
 //! Shading by precomputed radiance transfer on the device.
 //!
-//! Read `gpu_transfer`, which shades matte receivers, `gpu_matrices`, which shades glossy ones, and `texture_transfer`, which does without compute shaders. Uses `lookup`, `renderer` and `context`.
+//! Read `vector_passes`, which shade matte receivers, `matrix_passes`, which shade glossy ones, and `texture_transfer`, which does without compute shaders. Uses `lookup`, `renderer` and `context`.
 
-pub(crate) mod gpu_matrices;
-pub(crate) mod gpu_transfer;
+pub(crate) mod matrix_passes;
 pub(crate) mod texture_transfer;
+pub(crate) mod vector_passes;

@@ -9,7 +9,7 @@ use lobe_sh::{Dir, Zonal, eval_basis};
 
 use crate::lookup::basis::check_order;
 use crate::renderer::renderer::Renderer;
-use crate::transfer::gpu_transfer::add_light;
+use crate::transfer::vector_passes::add_light;
 use crate::{Context, GpuError, Storage};
 
 /// The largest number of half precision.

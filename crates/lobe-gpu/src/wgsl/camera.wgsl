@@ -6,8 +6,7 @@ struct Camera {
     up: vec4f,
     towards_eye: vec4f,
     middle: vec4f,
-    // 1 for perspective, 0 for orthographic; distance of the eye from what it looks at; tangent of half the angle of view,
-    // or half the height; the nearest distance that is drawn.
+    // Distance of the eye from what it looks at; tangent of half the angle of view; the nearest distance that is drawn.
     lens: vec4f,
     // Width and height of the picture in pixels.
     size: vec4f,
@@ -17,37 +16,19 @@ struct Camera {
 fn camera_clip(camera: Camera, p: vec3f) -> vec4f {
     let d = p - camera.middle.xyz;
     let along = vec3f(dot(d, camera.right.xyz), dot(d, camera.up.xyz), dot(d, camera.towards_eye.xyz));
-    let scale = vec2f(camera.size.y / camera.size.x, 1.0) / camera.lens.z;
-    if camera.lens.x == 1.0 {
-        return vec4f(along.xy * scale, camera.lens.w, camera.lens.y - along.z);
-    }
-    // 1 where the rays begin, 0 ten times as far beyond what the camera looks at.
-    return vec4f(along.xy * scale, (along.z + 10.0 * camera.lens.y) / (11.0 * camera.lens.y), 1.0);
+    let scale = vec2f(camera.size.y / camera.size.x, 1.0) / camera.lens.y;
+    return vec4f(along.xy * scale, camera.lens.z, camera.lens.x - along.z);
 }
 
 fn camera_eye(camera: Camera) -> vec3f {
-    return camera.middle.xyz + camera.lens.y * camera.towards_eye.xyz;
+    return camera.middle.xyz + camera.lens.x * camera.towards_eye.xyz;
 }
 
-// A point of the picture, in pixels from its top left corner, in the plane through what the camera looks at, per lens.z.
-fn camera_place(camera: Camera, pixel: vec2f) -> vec3f {
+// The direction of the ray through a point of the picture, in pixels from its top left corner.
+fn camera_towards(camera: Camera, pixel: vec2f) -> vec3f {
     let half = 0.5 * camera.size.xy;
     let place = vec2f(pixel.x - half.x, half.y - pixel.y) / half.y;
-    return place.x * camera.right.xyz + place.y * camera.up.xyz;
-}
-
-// Where the ray through a point of the picture begins.
-fn camera_origin(camera: Camera, pixel: vec2f) -> vec3f {
-    let beside = select(camera.lens.z, 0.0, camera.lens.x == 1.0);
-    return camera_eye(camera) + beside * camera_place(camera, pixel);
-}
-
-// The direction of that ray.
-fn camera_towards(camera: Camera, pixel: vec2f) -> vec3f {
-    if camera.lens.x == 0.0 {
-        return -camera.towards_eye.xyz;
-    }
-    return normalize(camera.lens.z * camera_place(camera, pixel) - camera.towards_eye.xyz);
+    return normalize(camera.lens.y * (place.x * camera.right.xyz + place.y * camera.up.xyz) - camera.towards_eye.xyz);
 }
 
 // A triangle that covers the picture.

@@ -16,20 +16,18 @@ struct Sizes {
 
 @group(0) @binding(0) var<uniform> sizes: Sizes;
 @group(0) @binding(1) var<uniform> light: array<vec4f, COEFFICIENTS>;
-// The factor of each band in the clamped cosine over pi.
-@group(0) @binding(2) var<uniform> cosine: array<vec4f, 8>;
-@group(0) @binding(3) var<storage, read> receivers: array<Receiver>;
-@group(0) @binding(4) var<storage, read> entities: array<Entity>;
-@group(0) @binding(5) var<storage, read> turns: array<f32>;
+@group(0) @binding(2) var<storage, read> receivers: array<Receiver>;
+@group(0) @binding(3) var<storage, read> entities: array<Entity>;
+@group(0) @binding(4) var<storage, read> turns: array<f32>;
 // The numbers of all fields; where LOOKED_UP is 1, what `look_up_fields` found in them.
-@group(0) @binding(6) var<storage, read> fields: array<f32>;
-// Transfer of receivers: COEFFICIENTS numbers for each of CHANNELS.
-@group(0) @binding(7) var<storage, read> given: array<f32>;
+@group(0) @binding(5) var<storage, read> fields: array<f32>;
+// Transfer of receivers: COEFFICIENTS numbers for each of CHANNELS, of which there are none where visibility alone is asked for.
+@group(0) @binding(6) var<storage, read> given: array<f32>;
 // Number i of receiver r, here and in `visibility`, is at i * receivers + r.
-@group(0) @binding(8) var<storage, read> own: array<f32>;
-@group(0) @binding(9) var<storage, read_write> visibility: array<f32>;
-// Where RESPONDS is 1.
-@group(0) @binding(10) var<storage, read_write> radiance: array<vec4f>;
+@group(0) @binding(7) var<storage, read> own: array<f32>;
+@group(0) @binding(8) var<storage, read_write> visibility: array<f32>;
+// Where there is transfer.
+@group(0) @binding(9) var<storage, read_write> radiance: array<vec4f>;
 
 const TAU = 6.28318530717959;
 const BELOW = -1.0;
@@ -163,7 +161,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
     for (var i = 0u; i < COEFFICIENTS; i++) {
         visibility[i * sizes.receivers + r] = v[i];
     }
-    if RESPONDS == 1u {
+    if CHANNELS > 0u {
         radiance[r] = vec4f(sent_back(at, r, v), 1.0);
     }
 }
@@ -171,19 +169,6 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) group
 fn sent_back(at: Receiver, r: u32, v: Expansion) -> vec3f {
     var sum = vec3f(0.0);
     var response: Expansion;
-    if CHANNELS == 0u {
-        var y = basis(at.normal.xyz);
-        for (var l = 0u; l < ORDER; l++) {
-            for (var i = l * l; i < (l + 1u) * (l + 1u); i++) {
-                response[i] = cosine[l].x * y[i];
-            }
-        }
-        var seen = product(v, response);
-        for (var i = 0u; i < COEFFICIENTS; i++) {
-            sum += seen[i] * light[i].rgb;
-        }
-        return sum * at.albedo.rgb;
-    }
     let first = r * CHANNELS * COEFFICIENTS;
     for (var c = 0u; c < CHANNELS; c++) {
         for (var i = 0u; i < COEFFICIENTS; i++) {

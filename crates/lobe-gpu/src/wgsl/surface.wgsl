@@ -89,7 +89,7 @@ fn surface_at(in: Varying) -> Surface {
     let b = vertices[triangle.y];
     let c = vertices[triangle.z];
     let towards = camera_towards(camera, in.position.xy);
-    let weights = weights_along(camera_origin(camera, in.position.xy), towards, a, b, c, in.weights);
+    let weights = weights_along(camera_eye(camera), towards, a, b, c, in.weights);
     let geometric = normalize(cross(b.position.xyz - a.position.xyz, c.position.xyz - a.position.xyz));
     let blended = weights.x * a.normal.xyz + weights.y * b.normal.xyz + weights.z * c.normal.xyz;
     let length_of = length(blended);

@@ -3,7 +3,6 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod context;
-mod glossy;
 mod lookup;
 mod moving;
 mod multisampling;
@@ -17,11 +16,18 @@ mod without_storage;
 
 use std::sync::OnceLock;
 
-use lobe_gpu::{AdapterChoice, Context, ContextOptions, GpuError};
+use lobe_gpu::{AdapterChoice, Context, ContextOptions, GpuError, Renderer, SceneView};
 use lobe_sh::Rgb;
 
 /// The relative difference to the CPU that the shaders keep, of the largest value.
 pub(crate) const TOLERANCE: f64 = 1e-4;
+
+/// The relative difference to the processor that a picture keeps.
+pub(crate) fn tolerance(view: &SceneView) -> f64 {
+    // Half precision rounds twice, by a 2048th each time.
+    let is_half = view.renderer().context().light_format() == wgpu::TextureFormat::Rgba16Float;
+    if is_half { 2e-3 } else { TOLERANCE }
+}
 
 /// The device of all tests: the software one where there is one, so that results are the same everywhere. `None`, and one
 /// line that says so, if this machine has no adapter.
@@ -47,6 +53,11 @@ pub(crate) fn with(context: &Context, options: &ContextOptions) -> Context {
     context.limited(options)
 }
 
+/// The names of the passes, which are run.
+pub(crate) fn pass_names(renderer: &Renderer) -> Vec<String> {
+    renderer.run_timed().unwrap().into_iter().map(|time| time.name).collect()
+}
+
 /// The largest difference of two lists of numbers over the largest expected one.
 pub(crate) fn relative_difference(
     found: impl IntoIterator<Item = f64>,
@@ -66,9 +77,4 @@ pub(crate) fn flat3(colors: &[[f32; 3]]) -> Vec<f64> {
 
 pub(crate) fn flat(colors: &[Rgb<f32>]) -> Vec<f64> {
     colors.iter().flat_map(|c| [f64::from(c.r), f64::from(c.g), f64::from(c.b)]).collect()
-}
-
-/// The test directions as a shader gets them.
-pub(crate) fn directions() -> Vec<[f32; 3]> {
-    lobe_testkit::directions().into_iter().map(|s| s.map(|c| c as f32)).collect()
 }

@@ -11,6 +11,9 @@ use crate::scene_view::sky;
 /// Columns and rows.
 const SIZE: u32 = 48;
 
+/// The distance of the eye, from which its rays are almost parallel.
+const FAR: f64 = 1000.0;
+
 /// Of four samples, each stands for a quarter; the place of each in the pixel is off by up to an eighth.
 const QUARTER: f64 = 0.25;
 
@@ -34,7 +37,7 @@ fn shown(context: &lobe_gpu::Context, options: &SceneViewOptions) -> Vec<f64> {
     let white = vec![Rgb::new(1.0, 1.0, 1.0); scene.vertex_count()];
     let shading = SurfaceShading::Radiance(&white);
     let view = SceneView::new(context, &scene, &shading, None, options).unwrap();
-    view.set_camera(&GpuCamera::orthographic(Dir::Z, [0.0; 3], 1.6).unwrap()).unwrap();
+    view.set_camera(&GpuCamera::look_at([0.0, 0.0, FAR], [0.0; 3], (1.6 / FAR).atan()).unwrap()).unwrap();
     view.render().unwrap();
     let bytes = view.display().unwrap();
     bytes.as_chunks::<3>().0.iter().map(|[r, _, _]| f64::from(*r) / 255.0).collect()

@@ -2,33 +2,29 @@
 
 use lobe_env::project_env;
 use lobe_gpu::{
-    Context, ContextOptions, Environment, FieldResponse, GlossyMesh, GpuMatrices, GpuMovingPart, GpuShadowFields,
-    GpuSkin, GpuSphereShadows, MorphTarget, MovingObstacles, MovingPlaces, Renderer, SceneView, StillGrid, Storage,
-    SurfaceShading,
+    Context, ContextOptions, Environment, FieldResponse, GlossyMesh, GpuError, GpuMovingPart, GpuSphereShadows,
+    MovingObstacles, MovingPlaces, SceneView, StillGrid, Storage, SurfaceShading,
 };
 use lobe_io::Job;
 use lobe_prt::{
-    BakeOptions, Channels, CompressOptions, CompressedTransfer, GlossyLobe, Lightmap, Receivers, Transfer,
-    TransferMatrices, bake, bake_matrices,
+    BakeOptions, Channels, CompressOptions, CompressedTransfer, GlossyLobe, Lightmap, Receivers, Transfer, bake,
+    bake_matrices,
 };
 use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene, Texture, TextureUse, Wrap, built_in};
-use lobe_sh::{Rgb, ShVec, Zonal};
+use lobe_sh::{Rgb, Rotation, ShVec};
 use lobe_shadow::{
-    LogTable, LogTableOptions, PlacedField, ShadowFieldOptions, ShadowOptions, ShadowReceivers, SkyLight, SphereShadows,
+    LogTable, LogTableOptions, PlacedField, Placement, ShadowFieldOptions, ShadowOptions, ShadowReceivers, SkyLight,
+    SphereShadows,
 };
 use lobe_testkit::Random;
 
 use crate::moving::{noise_field, placements, sky as small_sky, spheres};
 use crate::scene_view::{cameras, options, painted, sky};
-use crate::{device, with};
+use crate::{device, pass_names, with};
 
 /// The same device where a binding holds this many bytes.
 fn narrow(context: &Context, bytes: u64) -> Context {
     with(context, &ContextOptions::default().max_storage_binding(bytes))
-}
-
-fn passes(renderer: &Renderer) -> usize {
-    renderer.passes().count()
 }
 
 /// Positions in a cube, unit normals, colors.
@@ -64,14 +60,12 @@ fn receivers_of_sphere_shadows_in_pieces_see_the_same() {
             let context = narrow(context, most);
             let mut shaded = GpuSphereShadows::new(&context, &table, &receivers, 9).unwrap();
             shaded.set_spheres(&shadows).unwrap();
-            let visibility: Vec<u32> = shaded.visibility().unwrap().iter().map(|v| v.to_bits()).collect();
-            (bits(&shaded.irradiance(&light).unwrap()), visibility, passes(shaded.renderer()))
+            (bits(&shaded.irradiance(&light).unwrap()), pass_names(shaded.renderer()).len())
         };
-        let (irradiance, visibility, one) = seen(&context, u64::MAX);
-        let (cut_irradiance, cut_visibility, several) = seen(&context, least);
+        let (irradiance, one) = seen(&context, u64::MAX);
+        let (cut_irradiance, several) = seen(&context, least);
         assert_eq!((one, several), (2, 2 * pieces), "passes, bindings of {least} bytes");
         assert_eq!(irradiance, cut_irradiance, "irradiance of {count} receivers");
-        assert_eq!(visibility, cut_visibility, "visibility of {count} receivers");
         let expected = shadows.irradiance(&receivers, &light).unwrap();
         let worst = crate::relative_difference(
             crate::flat(&irradiance.iter().map(|c| Rgb::from(c.map(f32::from_bits))).collect::<Vec<_>>()),
@@ -110,7 +104,7 @@ fn a_moving_part_in_pieces_is_lit_the_same() {
             let mut part = GpuMovingPart::new(&narrow, order, &receivers, response, &obstacles).unwrap();
             let places = MovingPlaces { frame, fields, spheres: Some(&shadows), receivers: Some(receivers) };
             part.shade(&places, &light).unwrap();
-            (bits(&part.radiance().unwrap()), part.renderer().passes().count())
+            (bits(&part.radiance().unwrap()), pass_names(part.renderer()).len())
         };
         let ((whole, passes), (cut, more)) = (of(1 << 20), of(1 << 12));
         assert!(more > passes, "several pieces: {more} passes for {passes}");
@@ -125,31 +119,33 @@ fn fields_and_receivers_in_pieces_leave_the_same_light() {
     let (order, count) = (3, 200);
     let n = order * order;
     let [positions, normals, albedos] = points(count, &mut random);
-    let own: Vec<f32> = random.signed_vec(n * count).into_iter().map(|x| x as f32).collect();
-    let plain = ShadowReceivers::new(&positions, &normals).unwrap().with_albedos(&albedos).unwrap();
-    let with_own = plain.with_own_visibility(order, &own).unwrap();
+    let receivers = ShadowReceivers::new(&positions, &normals).unwrap().with_albedos(&albedos).unwrap();
+    let table = LogTable::new(&LogTableOptions::default().order(order)).unwrap();
     let rows = random.signed_vec(3 * n * count).into_iter().map(|x| x as f32).collect();
     let transfer = Transfer::new(order, Channels::Rgb, rows).unwrap();
     // Of more bands than are used, and twice the same.
     let fields = [noise_field(order, &mut random), noise_field(order + 1, &mut random)];
     let options = ShadowFieldOptions::default().negligible(0.3);
-    let light = crate::transfer::light(n);
+    let light = ShVec::from_vec(crate::transfer::light(n)).unwrap();
     // 126 points of 12 and of 20 numbers: fields of 6048 and 10080 bytes, which are cut between points of the second. 64 receivers, as many
     // as parts of buffers need, find 15360 bytes in five entities and 6144 in two, and have transfer of 6912: entities, bytes of a binding,
     // parts of the fields that are looked up one by one, pieces of the receivers by cosine and by transfer.
     let cases = [(5, 16_000, 2, [4, 4]), (5, 15_360, 2, [4, 4]), (5, 16_400, 0, [1, 2]), (2, 6912, 3, [4, 4])];
-    let responses = [(&plain, FieldResponse::Cosine), (&with_own, FieldResponse::Transfer(&transfer))];
+    let responses = [FieldResponse::Cosine, FieldResponse::Transfer(&transfer)];
     for ((entities, most, parts, pieces), way) in cases.into_iter().flat_map(|case| [0, 1].map(|way| (case, way))) {
-        let (receivers, response) = responses[way];
         let placed: Vec<PlacedField<'_>> = (placements(entities, &mut random).into_iter().enumerate())
             .map(|(k, placement)| PlacedField { field: &fields[k % 2], placement })
             .collect();
         let of = |most: u64| {
             let context = narrow(&context, most);
-            let shaded = GpuShadowFields::new(&context, order, &placed, receivers, response, &options).unwrap();
-            let radiance = bits(&shaded.exit_radiance(&light).unwrap());
-            let names: Vec<String> = shaded.renderer().passes().map(|pass| pass.name().to_owned()).collect();
-            (radiance, names)
+            let obstacles =
+                MovingObstacles { fields: &placed, options: &options, grids: &[], table: &table, most_spheres: 0 };
+            let mut part = GpuMovingPart::new(&context, order, &receivers, responses[way], &obstacles).unwrap();
+            let frame = Placement::new([0.0; 3], Rotation::IDENTITY, 1.0);
+            let places = MovingPlaces { frame, fields: &placed, spheres: None, receivers: None };
+            part.shade(&places, &light).unwrap();
+            let names = pass_names(part.renderer()).into_iter().filter(|name| !name.starts_with("sky light"));
+            (bits(&part.radiance().unwrap()), names.collect::<Vec<String>>())
         };
         let (whole, names) = of(u64::MAX);
         assert_eq!(names, ["shadow fields 0"], "in one piece");
@@ -159,72 +155,6 @@ fn fields_and_receivers_in_pieces_leave_the_same_light() {
         assert_eq!([looked_up, names.len()], expected, "bindings of {most} bytes, way {way}: {names:?}");
         assert_eq!(whole, cut, "bindings of {most} bytes: {names:?}");
     }
-}
-
-#[test]
-fn glossy_points_in_pieces_send_the_same_light() {
-    let Some(context) = device("glossy_points_in_pieces_send_the_same_light") else { return };
-    let mut random = Random::new(5);
-    let order = 3;
-    for count in [1, 100] {
-        let [positions, normals, _] = points(count, &mut random);
-        let numbers = random.signed_vec(order * order * order * order * count).into_iter().map(|x| x as f32).collect();
-        let matrices = TransferMatrices::new(order, Channels::Gray, numbers).unwrap();
-        let of = |most: u64| {
-            let context = narrow(&context, most);
-            let shaded = GpuMatrices::new(&context, &matrices, &positions, &normals, Storage::F32).unwrap();
-            let light = crate::transfer::light(9);
-            let found = shaded.exit_radiance(&light, &Zonal::ggx(order, 0.4), [2.0, -1.5, 3.0]).unwrap();
-            (found, passes(shaded.renderer()))
-        };
-        let ((whole, one), (cut, several)) = (of(u64::MAX), of(32 * 4 * 81));
-        assert_eq!(bits(&whole), bits(&cut), "{count} points");
-        // 32 points of 81 numbers in a piece of matrices, 64 of 9 colors in one of incident light.
-        assert_eq!((one, several), (2, if count == 1 { 2 } else { 4 + 2 }), "passes for {count} points");
-        let expected: Vec<f64> = (0..count)
-            .flat_map(|k| {
-                let n = lobe_sh::Dir::new(normals[k].map(f64::from)).unwrap();
-                let eye = [2.0, -1.5, 3.0];
-                let v = lobe_sh::Dir::new([0, 1, 2].map(|c| eye[c] - f64::from(positions[k][c]))).unwrap();
-                let light = crate::transfer::light(9);
-                matrices.exit_radiance(k, &light, &Zonal::ggx(order, 0.4), n, v).to_array()
-            })
-            .collect();
-        let worst = expected.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-        let difference =
-            crate::flat(&whole).iter().zip(&expected).fold(0.0_f64, |most, (f, e)| most.max((f - e).abs()));
-        assert!(difference <= crate::TOLERANCE * worst.max(1e-3), "{count} points: {difference:e} of {worst:e}");
-    }
-}
-
-#[test]
-fn skinned_vertices_in_pieces_are_where_they_were() {
-    let Some(context) = device("skinned_vertices_in_pieces_are_where_they_were") else { return };
-    let mut random = Random::new(8);
-    let count = 150;
-    let [positions, normals, added] = points(count, &mut random);
-    let targets =
-        [MorphTarget { positions: &added, normals: &normals }, MorphTarget { positions: &normals, normals: &[] }];
-    // None, one or two joints.
-    let joints = |v: usize| (0..v % 3).map(|j| (j as u32, 0.5_f32)).collect();
-    let influences: Vec<Vec<(u32, f32)>> = (0..count).map(joints).collect();
-    let still = lobe_scene::AnimatedScene::still(built_in::ball_over_ground(4));
-    let place = still.rest_pose().unwrap().place(&still.entities()[0]);
-    let of = |most: u64| {
-        let context = narrow(&context, most);
-        let shaded = GpuSkin::new(&context, [&positions, &normals], &influences, 2, &targets).unwrap();
-        shaded.set_joints(&[place, place], [0.1, 0.2, 0.3]).unwrap();
-        shaded.set_weights(&[0.25, -0.5]).unwrap();
-        (shaded.vertices().unwrap(), passes(shaded.renderer()))
-    };
-    // Two targets of 32 bytes a vertex: 64 vertices.
-    let ((whole, one), (cut, several)) = (of(u64::MAX), of(4100));
-    assert_eq!((one, several), (1, 3), "passes");
-    assert_eq!(bytes_of(&whole), bytes_of(&cut), "vertices");
-}
-
-fn bytes_of(vertices: &[lobe_gpu::GpuVertex]) -> Vec<u32> {
-    vertices.iter().flat_map(|v| v.position.into_iter().chain(v.normal)).map(f32::to_bits).collect()
 }
 
 /// Draws a scene on a device with small bindings, and on one with large ones; returns the passes that draw surfaces on the first.
@@ -241,7 +171,7 @@ fn same_picture(what: &str, context: &Context, small: &Context, scene: &Scene, s
         }
         view.set_vertices(scene).unwrap();
         view.render().unwrap();
-        let names = view.renderer().passes().filter(|pass| pass.name().starts_with("surfaces")).count();
+        let names = pass_names(view.renderer()).iter().filter(|name| name.starts_with("surfaces")).count();
         (view.picture().unwrap(), names, view.renderer().to_string())
     };
     let ((whole, one, _), (cut, several, table)) = (drawn(context), drawn(small));
@@ -266,8 +196,11 @@ fn surfaces_in_pieces_are_the_same_picture() {
     let demodulated = SurfaceShading::Demodulated(&transfer, Storage::F16);
     assert!(same_picture("demodulated", &context, &small, &scene, &demodulated) > 3, "pieces");
     // Vertices without holes are fetched, and drawn at once.
-    let fetched = SurfaceShading::Vertices(&transfer, Storage::F32);
+    let fetched = SurfaceShading::Vertices(&transfer, &[], Storage::F32);
     assert_eq!(same_picture("vertices", &context, &small, &scene, &fetched), 1, "pieces");
+    // 16 vertices, as many as parts of buffers need, do not fit.
+    let refused = SceneView::new(&narrow(&context, 1000), &scene, &fetched, None, &options());
+    assert!(matches!(refused, Err(GpuError::Unsupported { .. })), "{:?}", refused.err());
 }
 
 #[test]
@@ -287,7 +220,7 @@ fn surfaces_that_shine_in_pieces_are_the_same_picture() {
     let of_ball = receivers.subset(&(ground..scene.vertex_count()).collect::<Vec<_>>()).unwrap();
     let (matrices, _) = bake_matrices(&scene, &bvh, &of_ball, &bake_options, Job::default()).unwrap();
     let ball = [GlossyMesh { mesh: 1, matrices: &matrices, lobe: GlossyLobe::Phong(4.0) }];
-    same_picture("mixed", &context, &small, &scene, &SurfaceShading::Mixed(&transfer, &ball, Storage::F32));
+    same_picture("mixed", &context, &small, &scene, &SurfaceShading::Vertices(&transfer, &ball, Storage::F32));
 }
 
 /// Quads above each other, each with a texture of its own, the first with holes.
@@ -378,17 +311,15 @@ fn waves() -> Scene {
 #[test]
 fn clusters_in_pieces_are_the_same_light() {
     let Some(context) = device("clusters_in_pieces_are_the_same_light") else { return };
-    let numbers = Random::new(12).signed_vec(9 * 1000).into_iter().map(|x| x as f32).collect();
-    let transfer = Transfer::new(3, Channels::Gray, numbers).unwrap();
+    let scene = built_in::ball_over_ground(16);
+    let transfer = crate::transfer::transfer(&scene, 3, Channels::Gray);
     let options = CompressOptions::default().clusters(4).components(4);
     let (clustered, _) = CompressedTransfer::new(&transfer, &options, Job::default()).unwrap();
-    let of = |most: u64| {
-        let shaded = lobe_gpu::GpuTransfer::of_clusters(&narrow(&context, most), &clustered).unwrap();
-        (bits(&shaded.exit_radiance(&crate::transfer::light(9)).unwrap()), passes(shaded.renderer()))
-    };
-    let ((whole, one), (cut, several)) = (of(u64::MAX), of(16 * 128));
-    assert!(one == 2 && several > 6, "{one} and {several} passes");
-    assert_eq!(whole, cut, "exit radiance");
+    let (shading, small) = (SurfaceShading::Clusters(&clustered), narrow(&context, 16 * 128));
+    same_picture("clusters", &context, &small, &scene, &shading);
+    let view = SceneView::new(&small, &scene, &shading, None, &crate::scene_view::options()).unwrap();
+    let pieces = pass_names(view.renderer()).iter().filter(|name| name.starts_with("weights")).count();
+    assert!(pieces > 1, "{pieces} pieces");
 }
 
 #[test]
@@ -402,7 +333,7 @@ fn transfer_in_several_textures_is_the_same_picture() {
     // 12 vertices in a row of 192 texels, as many as the picture has samples along a side.
     let (whole, small) = (with(&context, &bare), with(&context, &bare.clone().max_texture_side(192_u32)));
     assert!(scene.vertex_count() > 12 * 192, "{} vertices", scene.vertex_count());
-    let shading = SurfaceShading::Vertices(&transfer, Storage::F32);
+    let shading = SurfaceShading::Vertices(&transfer, &[], Storage::F32);
     let pieces = same_picture("textures", &whole, &small, &scene, &shading);
     assert!(pieces > 1, "{pieces} textures");
 }

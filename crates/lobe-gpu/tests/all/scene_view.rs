@@ -12,7 +12,7 @@ use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene, Texture, TextureUse, Wra
 use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal, convolved};
 
 use crate::traced::{Eye, Seen, traced};
-use crate::{TOLERANCE, device};
+use crate::{device, tolerance};
 
 const SIZE: [u32; 2] = [96, 72];
 const HALF_ANGLE: f64 = 0.3;
@@ -59,9 +59,7 @@ const AT_EDGES: f64 = 4e-3;
 pub(crate) fn check(what: &str, view: &SceneView, expected: &Picture) {
     view.render().unwrap();
     let found = view.picture().unwrap();
-    // Half precision rounds twice, by a 2048th each time.
-    let is_half = view.renderer().context().light_format() == wgpu::TextureFormat::Rgba16Float;
-    let part = differing(&found, expected, if is_half { 2e-3 } else { TOLERANCE as f32 });
+    let part = differing(&found, expected, tolerance(view) as f32);
     if let Some(folder) = std::env::var_os("LOBE_GPU_PICTURES") {
         let folder = std::path::Path::new(&folder);
         for (name, picture) in [("gpu", &found), ("cpu", expected)] {
@@ -138,7 +136,7 @@ fn pictures_by_transfer_are_those_of_the_processor() {
     let bvh = Bvh::new(&scene);
     let (transfer, _) = bake(&scene, &bvh, &receivers, &bake_options, Job::default()).unwrap();
     let values = transfer.exit_radiance(light.coefficients());
-    let shading = SurfaceShading::Vertices(&transfer, Storage::F32);
+    let shading = SurfaceShading::Vertices(&transfer, &[], Storage::F32);
     let environment = Environment::from(&*sky);
     let view = SceneView::new(&context, &scene, &shading, Some(&environment), &options()).unwrap();
     view.set_camera(&gpu).unwrap();
@@ -152,7 +150,7 @@ fn pictures_by_transfer_are_those_of_the_processor() {
     one.set_camera(&gpu).unwrap();
     one.set_light(&light).unwrap();
     check("transfer one", &one, &traced(&scene, cpu, [RAYS[0], RAYS[1], 1], background, shade));
-    assert!(one.renderer().passes().all(|pass| pass.name() != "resolve"), "{}", one.renderer());
+    assert!(crate::pass_names(one.renderer()).iter().all(|name| name != "resolve"), "{}", one.renderer());
     // The display of those pictures, also where nothing else is kept.
     for (mut view, rays) in [(view, 2), (one, 1)] {
         for curve in [Curve::Clip, Curve::Reinhard { white: 2.0 }] {
@@ -211,7 +209,7 @@ fn a_mesh_that_shines_stands_among_matte_ones() {
     let (matrices, _) = bake_matrices(&scene, &bvh, &of_ball, &bake_options, Job::default()).unwrap();
     let (alpha, dfg) = (0.25, DfgTable::new(64));
     let ball = [GlossyMesh { mesh: 1, matrices: &matrices, lobe: GlossyLobe::Ggx(alpha) }];
-    let shading = SurfaceShading::Mixed(&transfer, &ball, Storage::F32);
+    let shading = SurfaceShading::Vertices(&transfer, &ball, Storage::F32);
     let view = SceneView::new(&context, &scene, &shading, None, &options()).unwrap();
     view.set_camera(&gpu).unwrap();
     view.set_light(&light).unwrap();
@@ -230,7 +228,7 @@ fn a_mesh_that_shines_stands_among_matte_ones() {
     check("mixed", &view, &traced(&scene, cpu, RAYS, |_| Rgb::ZERO, shade));
     let of_mesh = |mesh: usize| GlossyMesh { mesh, matrices: &matrices, lobe: GlossyLobe::Phong(4.0) };
     for bad in [vec![of_mesh(0)], vec![of_mesh(2)], vec![of_mesh(1), of_mesh(1)]] {
-        let shading = SurfaceShading::Mixed(&transfer, &bad, Storage::F32);
+        let shading = SurfaceShading::Vertices(&transfer, &bad, Storage::F32);
         let error = SceneView::new(&context, &scene, &shading, None, &options()).expect_err("another mesh");
         assert!(matches!(error, GpuError::Options(_)), "{error}");
     }
@@ -240,18 +238,23 @@ fn a_mesh_that_shines_stands_among_matte_ones() {
 fn glossy_pictures_are_those_of_the_processor() {
     let Some(context) = device("glossy_pictures_are_those_of_the_processor") else { return };
     let (scene, sky) = (built_in::ball_over_ground(12), sky());
-    let order = 3;
-    let light: ShVec<Rgb<f64>> = project_env(&sky, order);
     let (gpu, cpu) = cameras(&scene);
     let receivers = Receivers::at_vertices(&scene).unwrap();
     let bvh = Bvh::new(&scene);
-    let bake_options = BakeOptions::default().order(order).samples(32);
-    let (matrices, _) = bake_matrices(&scene, &bvh, &receivers, &bake_options, Job::default()).unwrap();
+    let baked = |order: usize| {
+        let bake_options = BakeOptions::default().order(order).samples(32);
+        bake_matrices(&scene, &bvh, &receivers, &bake_options, Job::default()).unwrap().0
+    };
     let dfg = DfgTable::new(64);
-    for (what, lobe, zonal) in [
-        ("phong", GlossyLobe::Phong(8.0), Zonal::phong(order, 8.0)),
-        ("ggx", GlossyLobe::Ggx(0.25), Zonal::ggx(order, 0.25)),
+    for (order, lobe) in [
+        (3, GlossyLobe::Phong(8.0)),
+        (3, GlossyLobe::Ggx(0.25)),
+        // All functions of the basis.
+        (8, GlossyLobe::Phong(60.0)),
+        (1, GlossyLobe::Phong(2.0)),
     ] {
+        let (zonal, matrices) = (lobe.zonal(order), baked(order));
+        let light: ShVec<Rgb<f64>> = project_env(&sky, order);
         let shading = SurfaceShading::Glossy(&matrices, lobe, Storage::F32);
         let view = SceneView::new(&context, &scene, &shading, None, &options()).unwrap();
         view.set_camera(&gpu).unwrap();
@@ -264,11 +267,12 @@ fn glossy_pictures_are_those_of_the_processor() {
             }
             let sum = s.blended(|corner| blurred[corner].eval(s.reflected()), |sum, value, w| *sum += value.scale(w));
             let cosine = s.normal.dot(s.view).max(0.0);
-            let albedo = if what == "phong" { s.albedo } else { dfg.lookup(cosine, 0.5).reflectance(s.albedo) };
+            let is_phong = matches!(lobe, GlossyLobe::Phong(_));
+            let albedo = if is_phong { s.albedo } else { dfg.lookup(cosine, 0.5).reflectance(s.albedo) };
             albedo * sum
         };
         let expected = traced(&scene, cpu, RAYS, |_| Rgb::ZERO, shade);
-        check(what, &view, &expected);
+        check(&format!("glossy {order} {lobe:?}"), &view, &expected);
     }
 }
 
@@ -281,25 +285,35 @@ fn reflections_of_the_environment_are_those_of_the_processor() {
     let cube = CubeMap::from_fn(16, |s| sky.radiance(s));
     let levels = prefilter_ggx(&cube, &prefilter, Job::default()).unwrap();
     let dfg = DfgTable::new(32);
-    let split =
-        SplitSum { environment: Environment::of_levels(&levels, RoughnessLevels::Linear).unwrap(), dfg: dfg.clone() };
+    assert_eq!(levels.levels().len(), 3, "levels");
     let environment = Environment::from(&*sky);
-    let view = SceneView::new(&context, &scene, &SurfaceShading::Specular(&split, 0.5), Some(&environment), &options())
-        .unwrap();
-    view.set_camera(&gpu).unwrap();
-    let middle = levels.levels().len() / 2;
-    assert_eq!(levels.levels().len(), 3, "roughness 0.5 is the middle of three levels");
-    for angle in [0.0, 0.7] {
+    // On levels, between them, and at both ends.
+    for (spacing, roughness, angle) in [
+        (RoughnessLevels::Linear, 0.5, 0.0),
+        (RoughnessLevels::Linear, 0.5, 0.7),
+        (RoughnessLevels::Linear, 0.0, 0.0),
+        (RoughnessLevels::Linear, 1.0, 0.0),
+        (RoughnessLevels::Quadratic, 0.3, 0.0),
+        (RoughnessLevels::Quadratic, 0.85, 0.0),
+    ] {
+        let split = SplitSum { environment: Environment::of_levels(&levels, spacing).unwrap(), dfg: dfg.clone() };
+        let shading = SurfaceShading::Specular(&split, roughness);
+        let view = SceneView::new(&context, &scene, &shading, Some(&environment), &options()).unwrap();
+        view.set_camera(&gpu).unwrap();
         let turn = Rotation::from_axis_angle(Dir::Z, angle);
         view.turn_backdrop(&turn).unwrap();
         let back = turn.inverse();
+        let level = spacing.level_for_roughness(roughness, 3);
+        let low = (level as usize).min(1);
         let shade = |s: &Seen<'_>| {
-            let g: Rgb<f64> = levels.levels()[middle].radiance(back.rotate_dir(s.reflected())).widen();
-            g * dfg.lookup(s.normal.dot(s.view), 0.5).reflectance(s.albedo)
+            let r = back.rotate_dir(s.reflected());
+            let at = |k: usize| -> Rgb<f64> { levels.levels()[k].radiance(r).widen() };
+            let g = at(low).scale(1.0 - (level - low as f64)) + at(low + 1).scale(level - low as f64);
+            g * dfg.lookup(s.normal.dot(s.view), roughness).reflectance(s.albedo)
         };
         let background = |s| sky.radiance(back.rotate_dir(s)).widen();
         let expected = traced(&scene, cpu, RAYS, background, shade);
-        check(&format!("specular, turned by {angle}"), &view, &expected);
+        check(&format!("specular, {spacing:?}, {roughness}, turned by {angle}"), &view, &expected);
     }
 }
 
@@ -312,7 +326,7 @@ fn what_cannot_be_drawn_is_an_error() {
         assert!(SceneView::new(&context, &scene, &shading, None, &bad).is_err(), "{bad:?}");
     }
     let transfer = lobe_prt::Transfer::new(2, lobe_prt::Channels::Gray, vec![0.0; 8]).unwrap();
-    let other = SurfaceShading::Vertices(&transfer, Storage::F32);
+    let other = SurfaceShading::Vertices(&transfer, &[], Storage::F32);
     let error = SceneView::new(&context, &scene, &other, None, &options()).expect_err("two receivers");
     assert!(error.to_string().contains("found 2"), "{error}");
     assert!(GpuCamera::look_at([0.0; 3], [0.0; 3], 0.3).is_none(), "an eye where it looks");
@@ -453,7 +467,7 @@ fn radiance_from_elsewhere_is_shown_and_vertices_move() {
         view.render().unwrap();
         view.picture().unwrap()
     };
-    let expected = show(&make(&SurfaceShading::Vertices(&transfer, Storage::F32)));
+    let expected = show(&make(&SurfaceShading::Vertices(&transfer, &[], Storage::F32)));
     let black = vec![Rgb::new(0.0, 0.0, 0.0); values.len()];
     let view = make(&SurfaceShading::Radiance(&black));
     assert!(show(&view).pixels().iter().flatten().all(|c| *c == 0.0), "black before it is set");

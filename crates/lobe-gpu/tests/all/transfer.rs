@@ -1,19 +1,24 @@
-//! Matte receivers: every order, gray and colored, in pieces, in clusters, in half precision.
+//! Matte receivers: every order, gray and colored, in clusters, in half precision, in number.
 
-use lobe_gpu::{Context, ContextOptions, GpuError, GpuTransfer, Storage};
+use lobe_env::project_env;
+use lobe_gpu::{SceneView, Storage, SurfaceShading};
 use lobe_io::Job;
-use lobe_prt::{Channels, CompressOptions, CompressedTransfer, Transfer, WeightBits};
-use lobe_sh::Rgb;
+use lobe_prt::{Channels, CompressOptions, CompressedTransfer, Lightmap, Transfer, WeightBits};
+use lobe_scene::{Mesh, MeshParts, Scene, built_in};
+use lobe_sh::{Coefficient as _, Expansion as _, Rgb, ShVec};
 use lobe_testkit::Random;
 
-use crate::{TOLERANCE, device, flat, relative_difference, with};
+use crate::scene_view::{RAYS, cameras, check, options, sky};
+use crate::traced::{Seen, traced};
+use crate::without_storage::check_values;
+use crate::{device, flat3, relative_difference};
 
-const RECEIVERS: usize = 1000;
-
-fn transfer(order: usize, channels: Channels) -> Transfer {
-    let mut random = Random::new(order as u64);
-    let numbers = random.signed_vec(order * order * channels.count() * RECEIVERS);
-    Transfer::new(order, channels, numbers.into_iter().map(|x| x as f32).collect()).unwrap()
+/// Transfer alike at all vertices but for a little: devices interpolate between corners that they snap to a 256th of a sample.
+pub(crate) fn transfer(scene: &Scene, order: usize, channels: Channels) -> Transfer {
+    let (mut random, n) = (Random::new(order as u64), order * order * channels.count());
+    let (common, own) = (random.signed_vec(n), random.signed_vec(scene.vertex_count() * n));
+    let coefficients = own.iter().enumerate().map(|(k, c)| (common[k % n] + 0.05 * c) as f32).collect();
+    Transfer::new(order, channels, coefficients).unwrap()
 }
 
 pub(crate) fn light(coefficients: usize) -> Vec<Rgb<f64>> {
@@ -24,54 +29,55 @@ pub(crate) fn light(coefficients: usize) -> Vec<Rgb<f64>> {
 #[test]
 fn transfer_of_every_order_gives_the_radiance_of_the_processor() {
     let Some(context) = device("transfer_of_every_order_gives_the_radiance_of_the_processor") else { return };
+    let scene = built_in::ball_over_ground(8);
     for order in 1..=8 {
         for channels in [Channels::Gray, Channels::Rgb] {
-            let transfer = transfer(order, channels);
-            let shaded = GpuTransfer::new(&context, &transfer, Storage::F32).unwrap();
-            // A light of the same order, of a lower one and of a higher one, in turn on one upload.
-            for coefficients in [order * order, (order - 1).max(1).pow(2), (order + 1).pow(2)] {
-                let light = light(coefficients);
-                let found = shaded.exit_radiance(&light).unwrap();
-                let worst = relative_difference(flat(&found), flat(&transfer.exit_radiance(&light)));
-                assert!(worst < 1e-5, "order {order}, {channels:?}, {coefficients} coefficients: {worst:e}");
-            }
+            let transfer = transfer(&scene, order, channels);
+            let values = transfer.exit_radiance(project_env(&sky(), order).coefficients());
+            let shading = SurfaceShading::Vertices(&transfer, &[], Storage::F32);
+            check_values(&format!("transfer {order} {channels:?}"), &context, &scene, &shading, &values);
         }
     }
 }
 
-/// The same device with bindings so small that work is split.
-fn small_bindings(context: &Context, bytes: u64) -> Context {
-    with(context, &ContextOptions::default().max_storage_binding(bytes))
-}
-
 #[test]
-fn what_is_larger_than_a_binding_is_split_and_gives_the_same() {
-    let Some(whole) = device("what_is_larger_than_a_binding_is_split_and_gives_the_same") else { return };
-    let transfer = transfer(4, Channels::Rgb);
-    let context = small_bindings(&whole, 40_000);
-    let shaded = GpuTransfer::new(&context, &transfer, Storage::F32).unwrap();
-    // 192 bytes a receiver, 208 receivers a piece.
-    assert_eq!(shaded.renderer().passes().count(), 5, "passes:\n{}", shaded.renderer());
-    let light = light(16);
-    let found = shaded.exit_radiance(&light).unwrap();
-    let worst = relative_difference(flat(&found), flat(&transfer.exit_radiance(&light)));
-    assert!(worst < 1e-5, "{worst:e}");
-    let error =
-        GpuTransfer::new(&small_bindings(&whole, 1000), &transfer, Storage::F32).expect_err("16 receivers do not fit");
-    assert!(matches!(error, GpuError::Unsupported { .. }), "{error}");
+fn bands_that_a_light_lacks_are_none_also_after_one_that_has_them() {
+    let Some(context) = device("bands_that_a_light_lacks_are_none_also_after_one_that_has_them") else { return };
+    let scene = built_in::ball_over_ground(8);
+    let transfer = transfer(&scene, 4, Channels::Rgb);
+    let shading = SurfaceShading::Vertices(&transfer, &[], Storage::F32);
+    let view = SceneView::new(&context, &scene, &shading, None, &options()).unwrap();
+    let (gpu, cpu) = cameras(&scene);
+    view.set_camera(&gpu).unwrap();
+    for order in [4, 2, 5] {
+        let light: ShVec<Rgb<f64>> = project_env(&sky(), order);
+        view.set_light(&light).unwrap();
+        let values = transfer.exit_radiance(light.coefficients());
+        let shade = |s: &Seen<'_>| if s.is_front { s.at_corners(&values) } else { Rgb::ZERO };
+        check(&format!("light of order {order}"), &view, &traced(&scene, cpu, RAYS, |_| Rgb::ZERO, shade));
+    }
 }
 
 #[test]
 fn half_precision_costs_what_is_said() {
     let Some(context) = device("half_precision_costs_what_is_said") else { return };
+    let scene = built_in::ball_over_ground(8);
     for channels in [Channels::Gray, Channels::Rgb] {
         // Nine coefficients: a word is left half empty.
         for order in [3, 4] {
-            let transfer = transfer(order, channels);
-            let light = light(order * order);
-            let shaded = GpuTransfer::new(&context, &transfer, Storage::F16).unwrap();
-            let found = shaded.exit_radiance(&light).unwrap();
-            let worst = relative_difference(flat(&found), flat(&transfer.exit_radiance(&light)));
+            // Unlike at all vertices: both pictures are of one device.
+            let numbers = Random::new(4).signed_vec(order * order * channels.count() * scene.vertex_count());
+            let numbers = numbers.into_iter().map(|c| c as f32).collect();
+            let transfer = Transfer::new(order, channels, numbers).unwrap();
+            let picture = |storage| {
+                let shading = SurfaceShading::Vertices(&transfer, &[], storage);
+                let view = SceneView::new(&context, &scene, &shading, None, &options()).unwrap();
+                view.set_camera(&cameras(&scene).0).unwrap();
+                view.set_light(&project_env(&sky(), order)).unwrap();
+                view.render().unwrap();
+                flat3(view.picture().unwrap().pixels())
+            };
+            let worst = relative_difference(picture(Storage::F16), picture(Storage::F32));
             assert!(worst > 1e-6 && worst < 3e-4, "order {order}, {channels:?}: {worst:e}");
         }
     }
@@ -80,43 +86,55 @@ fn half_precision_costs_what_is_said() {
 #[test]
 fn clusters_give_the_radiance_of_the_processor_in_every_number_format() {
     let Some(context) = device("clusters_give_the_radiance_of_the_processor_in_every_number_format") else { return };
+    let scene = built_in::ball_over_ground(8);
     for (channels, bits) in
         [(Channels::Gray, WeightBits::F32), (Channels::Rgb, WeightBits::U16), (Channels::Rgb, WeightBits::U8)]
     {
-        let transfer = transfer(3, channels);
+        let transfer = transfer(&scene, 3, channels);
         let options = CompressOptions::default().clusters(5).components(6).weights(bits);
         let (clustered, _) = CompressedTransfer::new(&transfer, &options, Job::default()).unwrap();
-        let shaded = GpuTransfer::of_clusters(&context, &clustered).unwrap();
-        let light = light(9);
-        let found = shaded.exit_radiance(&light).unwrap();
-        let worst = relative_difference(flat(&found), flat(&clustered.exit_radiance(&light)));
-        assert!(worst < 1e-5, "{channels:?}, {bits:?}: {worst:e}");
+        let values = clustered.exit_radiance(project_env(&sky(), 3).coefficients());
+        let shading = SurfaceShading::Clusters(&clustered);
+        check_values(&format!("clusters {channels:?} {bits:?}"), &context, &scene, &shading, &values);
     }
-    let (clustered, _) =
-        CompressedTransfer::new(&transfer(3, Channels::Rgb), &CompressOptions::default(), Job::default()).unwrap();
-    let shaded = GpuTransfer::of_clusters(&small_bindings(&context, 16384), &clustered).unwrap();
-    let found = shaded.exit_radiance(&light(9)).unwrap();
-    let worst = relative_difference(flat(&found), flat(&clustered.exit_radiance(&light(9))));
-    assert!(worst < TOLERANCE, "in pieces: {worst:e}\n{}", shaded.renderer());
 }
 
 #[test]
 fn more_receivers_than_one_row_of_workgroups_are_all_shaded() {
     let Some(context) = device("more_receivers_than_one_row_of_workgroups_are_all_shaded") else { return };
-    // A row has 65535 groups of 64.
-    let count = 65535 * 64 + 1000;
-    let numbers: Vec<f32> = (0..count).map(|k| (k % 1021) as f32).collect();
-    let transfer = Transfer::new(1, Channels::Gray, numbers).unwrap();
-    let shaded = GpuTransfer::new(&context, &transfer, Storage::F32).unwrap();
-    let found = shaded.exit_radiance(&[Rgb::new(1.0, 2.0, 0.0)]).unwrap();
-    let wrong = found.iter().zip(transfer.coefficients()).position(|(f, t)| f.r != *t || f.g != 2.0 * t);
-    assert!(found.len() == count && wrong.is_none(), "receiver {wrong:?} of {}", found.len());
-}
-
-#[test]
-fn nothing_to_shade_is_no_error() {
-    let Some(context) = device("nothing_to_shade_is_no_error") else { return };
-    let none = Transfer::new(2, Channels::Gray, Vec::new()).unwrap();
-    let shaded = GpuTransfer::new(&context, &none, Storage::F32).unwrap();
-    assert!(shaded.exit_radiance(&light(4)).unwrap().is_empty(), "no receivers");
+    // A row has 65535 groups of 64; the last texels are those along the far edge.
+    let width = 2064_usize;
+    assert!(width.pow(2) > 65535 * 64 + width, "a row of texels is beyond");
+    let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0_f32]];
+    let mesh = Mesh::new(MeshParts {
+        positions: corners.map(|[u, v]| [2.0 * u - 1.0, 2.0 * v - 1.0, 0.0]).into(),
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        uvs: [corners.into(), Vec::new()],
+        ..MeshParts::default()
+    });
+    let scene = Scene::new(vec![mesh.unwrap()], Vec::new(), Vec::new()).unwrap();
+    let lightmap = Lightmap::new(&scene, width).unwrap();
+    // Dark but for the rows beyond, and smooth: the picture has fewer pixels than there are texels.
+    let (first, end) = (65535 * 64, width.pow(2));
+    let value = |k: usize| if k < first { 0.25 } else { 0.25 + 4.0 * (k - first) as f32 / (end - first) as f32 };
+    let transfer = Transfer::new(1, Channels::Gray, (0..end).map(value).collect()).unwrap();
+    let light = ShVec::from_vec(vec![Rgb::new(1.0, 2.0, 0.5)]).unwrap();
+    let values = transfer.exit_radiance(light.coefficients());
+    let shading = SurfaceShading::Lightmap(&transfer, &lightmap, Storage::F32);
+    let view = SceneView::new(&context, &scene, &shading, None, &options()).unwrap();
+    // Near the far edge, so that the rows beyond are many pixels.
+    let eye = crate::traced::Eye { eye: [0.0, 0.98, 0.1], target: [0.0, 0.985, 0.0], half_angle: 0.2 };
+    view.set_camera(&lobe_gpu::GpuCamera::look_at(eye.eye, eye.target, eye.half_angle).unwrap()).unwrap();
+    view.set_light(&light).unwrap();
+    let shade = |s: &Seen<'_>| {
+        let mut sum = Rgb::<f64>::ZERO;
+        for (texel, weight) in lightmap.texels_at(&scene, &s.hit) {
+            sum += values[texel].widen().scale(weight);
+        }
+        if s.is_front { sum } else { Rgb::ZERO }
+    };
+    let expected = traced(&scene, eye, RAYS, |_| Rgb::ZERO, shade);
+    let bright = expected.pixels().iter().filter(|pixel| pixel[1] > 1.0).count();
+    assert!(bright > 100, "{bright} pixels show the rows beyond");
+    check("rows of workgroups", &view, &expected);
 }

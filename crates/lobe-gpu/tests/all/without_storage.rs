@@ -1,9 +1,7 @@
 //! Devices whose shaders read no buffers and compute nothing, as those of WebGL 2: transfer is in textures.
 
 use lobe_env::project_env;
-use lobe_gpu::{
-    BenchReport, Context, ContextOptions, Environment, GpuError, GpuTransfer, SceneView, Storage, SurfaceShading,
-};
+use lobe_gpu::{BenchReport, Context, ContextOptions, Environment, GpuError, SceneView, Storage, SurfaceShading};
 use lobe_io::Job;
 use lobe_prt::{BakeMode, BakeOptions, Channels, GlossyLobe, Receivers, Transfer, TransferMatrices, bake};
 use lobe_scene::{Bvh, Scene, built_in};
@@ -25,7 +23,13 @@ fn baked(scene: &Scene, order: usize, mode: BakeMode) -> Transfer {
 }
 
 /// Compares a picture with the values of vertices, interpolated.
-fn check_values(what: &str, context: &Context, scene: &Scene, shading: &SurfaceShading<'_>, values: &[Rgb<f32>]) {
+pub(crate) fn check_values(
+    what: &str,
+    context: &Context,
+    scene: &Scene,
+    shading: &SurfaceShading<'_>,
+    values: &[Rgb<f32>],
+) {
     let (sky, (gpu, cpu)) = (sky(), cameras(scene));
     let environment = Environment::from(&*sky);
     let view = SceneView::new(context, scene, shading, Some(&environment), &options()).unwrap();
@@ -38,13 +42,13 @@ fn check_values(what: &str, context: &Context, scene: &Scene, shading: &SurfaceS
 #[test]
 fn transfer_in_textures_is_that_of_the_processor_at_every_order() {
     let Some(context) = bare_device("transfer_in_textures_is_that_of_the_processor_at_every_order") else { return };
-    assert!(!context.has_storage(), "{}", context.describe());
+    assert!(!context.has_storage(), "{context:?}");
     let scene = built_in::ball_over_ground(16);
     for (order, mode) in [(1, BakeMode::Shadowed), (4, BakeMode::Interreflected), (8, BakeMode::Shadowed)] {
         let transfer = baked(&scene, order, mode);
         let light: ShVec<Rgb<f64>> = project_env(&sky(), order);
         let values = transfer.exit_radiance(light.coefficients());
-        let shading = SurfaceShading::Vertices(&transfer, Storage::F32);
+        let shading = SurfaceShading::Vertices(&transfer, &[], Storage::F32);
         check_values(&format!("texture {order}"), &context, &scene, &shading, &values);
     }
 }
@@ -53,14 +57,9 @@ fn transfer_in_textures_is_that_of_the_processor_at_every_order() {
 fn one_vector_for_all_colors_is_lit_by_each_color() {
     let Some(context) = bare_device("one_vector_for_all_colors_is_lit_by_each_color") else { return };
     let scene = built_in::ball_over_ground(8);
-    let order = 3;
-    // Alike at all vertices but for a little: devices interpolate between corners that they snap to a 256th of a sample.
-    let (mut random, n) = (lobe_testkit::Random::new(5), order * order);
-    let (common, own) = (random.signed_vec(n), random.signed_vec(scene.vertex_count() * n));
-    let coefficients = own.iter().enumerate().map(|(k, c)| (common[k % n] + 0.05 * c) as f32).collect();
-    let gray = Transfer::new(order, Channels::Gray, coefficients).unwrap();
-    let values = gray.exit_radiance(project_env(&sky(), order).coefficients());
-    check_values("gray", &context, &scene, &SurfaceShading::Vertices(&gray, Storage::F32), &values);
+    let gray = crate::transfer::transfer(&scene, 3, Channels::Gray);
+    let values = gray.exit_radiance(project_env(&sky(), 3).coefficients());
+    check_values("gray", &context, &scene, &SurfaceShading::Vertices(&gray, &[], Storage::F32), &values);
 }
 
 #[test]
@@ -87,7 +86,7 @@ fn half_precision_in_a_texture_is_half_precision_in_a_buffer() {
     let transfer = baked(&scene, 4, BakeMode::Interreflected);
     let (gpu, _) = cameras(&scene);
     let picture = |context: &Context| {
-        let shading = SurfaceShading::Vertices(&transfer, Storage::F16);
+        let shading = SurfaceShading::Vertices(&transfer, &[], Storage::F16);
         let view = SceneView::new(context, &scene, &shading, None, &options()).unwrap();
         view.set_camera(&gpu).unwrap();
         view.set_light(&project_env(&sky(), 4)).unwrap();
@@ -112,12 +111,10 @@ fn the_speed_of_copies_is_measured_by_the_command_of_the_device_alone() {
 fn what_needs_buffers_is_refused_by_name() {
     let Some(context) = bare_device("what_needs_buffers_is_refused_by_name") else { return };
     let scene = built_in::ball_over_ground(8);
-    let transfer = baked(&scene, 2, BakeMode::Shadowed);
-    let message = GpuTransfer::new(&context, &transfer, Storage::F32).unwrap_err().to_string();
-    assert!(message.contains("expected storage buffers and compute shaders"), "{message}");
     let count = scene.vertex_count();
     let matrices = TransferMatrices::new(1, Channels::Gray, vec![0.5; count]).unwrap();
     let shading = SurfaceShading::Glossy(&matrices, GlossyLobe::Phong(8.0), Storage::F32);
-    let refused = SceneView::new(&context, &scene, &shading, None, &options());
-    assert!(matches!(refused, Err(GpuError::Unsupported { .. })), "{:?}", refused.err());
+    let refused = SceneView::new(&context, &scene, &shading, None, &options()).expect_err("matrices are in buffers");
+    assert!(matches!(refused, GpuError::Unsupported { .. }), "{refused:?}");
+    assert!(refused.to_string().contains("expected storage buffers and compute shaders"), "{refused}");
 }

@@ -33,8 +33,7 @@ impl FunctionsRoom {
     }
 
     /// The same with the camera that was left there.
-    #[must_use]
-    pub fn seen_from(self, orbit: Option<Orbit>) -> Self {
+    pub(crate) fn seen_from(self, orbit: Option<Orbit>) -> Self {
         Self { eye: orbit.unwrap_or(self.eye), ..self }
     }
 

@@ -99,8 +99,7 @@ impl MotionRoom {
     }
 
     /// The same with the camera that was left there, for the scene that it opens first.
-    #[must_use]
-    pub fn seen_from(self, orbit: Option<Orbit>) -> Self {
+    pub(crate) fn seen_from(self, orbit: Option<Orbit>) -> Self {
         Self { wants_frame: orbit.is_none(), orbit: orbit.unwrap_or(self.orbit), ..self }
     }
 
@@ -119,12 +118,6 @@ impl MotionRoom {
     #[must_use]
     pub fn is_ready(&self) -> bool {
         self.lit.is_some()
-    }
-
-    /// Milliseconds that the light of the last moment took, by all ways that are seen; none before there is one.
-    #[must_use]
-    pub fn milliseconds(&self) -> Option<f64> {
-        self.lit.as_ref().map(|lit| lit.ways.iter().map(|way| way.milliseconds).sum())
     }
 
     /// Whether the scene is being opened, baked or lit.
@@ -231,7 +224,7 @@ impl MotionRoom {
     }
 
     /// Whether the user asked for the list of files, once.
-    pub fn take_wish_for_file(&mut self) -> bool {
+    pub(crate) fn take_wish_for_file(&mut self) -> bool {
         std::mem::take(&mut self.wants_file)
     }
 

@@ -167,7 +167,7 @@ impl SceneRoom {
     }
 
     /// Whether the user asked for the list of files, once.
-    pub fn take_wish_for_file(&mut self) -> bool {
+    pub(crate) fn take_wish_for_file(&mut self) -> bool {
         std::mem::take(&mut self.wants_file)
     }
 

@@ -82,8 +82,7 @@ impl SkyRoom {
     }
 
     /// The same with the camera that was left there.
-    #[must_use]
-    pub fn seen_from(self, orbit: Option<Orbit>) -> Self {
+    pub(crate) fn seen_from(self, orbit: Option<Orbit>) -> Self {
         Self { orbit: orbit.unwrap_or(self.orbit), ..self }
     }
 

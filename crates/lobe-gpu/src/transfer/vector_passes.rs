@@ -1,4 +1,12 @@
-//! Matte receivers on the device.
+//! The passes of matte receivers: transfer vectors, and transfer in clusters.
+//!
+//! ```text
+//!   B = Σᵢ Lᵢ Tᵢ          clustered:  B = M_k·L + Σ_j w_j (B_kj·L)
+//! ```
+//!
+//! As [`Transfer::exit_radiance`] and [`CompressedTransfer::exit_radiance`]. A light costs the upload of `n²` colors. What is
+//! larger than a storage binding of the device is split over several dispatches; but for the products of the light with the clusters,
+//! which every receiver reads: 16 bytes for each mean and direction.
 
 use lobe_prt::{Channels, CompressedTransfer, TableWeights, Transfer};
 use lobe_sh::Rgb;
@@ -14,85 +22,6 @@ use crate::{Context, GpuError, Storage};
 /// Bindings of the programs `transfer` and `clustered`.
 const TRANSFER_SLOTS: [Slot; 4] = [Slot::Uniform, Slot::Uniform, Slot::Read, Slot::Write];
 const CLUSTERED_SLOTS: [Slot; 4] = [Slot::Uniform, Slot::Read, Slot::Read, Slot::Write];
-
-/// Transfer of matte receivers on a device, which shades all of them under a new light in one pass.
-///
-/// ```text
-///   B = Σᵢ Lᵢ Tᵢ          clustered:  B = M_k·L + Σ_j w_j (B_kj·L)
-/// ```
-///
-/// As [`Transfer::exit_radiance`] and [`CompressedTransfer::exit_radiance`]. A light costs the upload of `n²` colors. What is
-/// larger than a storage binding of the device is split over several dispatches; but for the products of the light with the clusters,
-/// which every receiver reads: 16 bytes for each mean and direction.
-///
-/// ```no_run
-/// use lobe_gpu::{Context, ContextOptions, GpuTransfer, Storage};
-/// use lobe_prt::{Channels, Transfer};
-/// use lobe_sh::Rgb;
-///
-/// let context = Context::new(&ContextOptions::default())?;
-/// let transfer = Transfer::new(1, Channels::Gray, vec![0.5, 0.25])?;
-/// let shaded = GpuTransfer::new(&context, &transfer, Storage::F32)?;
-/// assert_eq!(shaded.exit_radiance(&[Rgb::new(2.0, 4.0, 8.0)])?[1], Rgb::new(0.5, 1.0, 2.0));
-/// println!("{}", shaded.renderer());
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-#[derive(Debug)]
-pub struct GpuTransfer {
-    renderer: Renderer,
-    order: usize,
-    receivers: usize,
-}
-
-impl GpuTransfer {
-    /// Uploads transfer vectors.
-    ///
-    /// # Errors
-    /// [`GpuError::Unsupported`] if they do not fit the device; [`GpuError::Device`] if the device fails.
-    pub fn new(context: &Context, transfer: &Transfer, storage: Storage) -> Result<Self, GpuError> {
-        let mut renderer = Renderer::new(context);
-        add_transfer(&mut renderer, transfer, storage, (transfer.receivers(), &|r| r), "radiance")?;
-        Ok(Self { renderer, order: transfer.order(), receivers: transfer.receivers() })
-    }
-
-    /// Uploads clusters and weights, which keep their number format.
-    ///
-    /// # Errors
-    /// As [`GpuTransfer::new`].
-    pub fn of_clusters(context: &Context, transfer: &CompressedTransfer) -> Result<Self, GpuError> {
-        let mut renderer = Renderer::new(context);
-        add_clustered(&mut renderer, transfer, (transfer.receivers(), &|r| r), "radiance")?;
-        Ok(Self { renderer, order: transfer.order(), receivers: transfer.receivers() })
-    }
-
-    /// The passes, and the buffer `radiance` that they write: four `f32` for each receiver.
-    #[must_use]
-    pub fn renderer(&self) -> &Renderer {
-        &self.renderer
-    }
-
-    /// Shades all receivers under a light, which is cut off at the order of the transfer. Does not wait.
-    ///
-    /// # Errors
-    /// [`GpuError::Device`] if the device was lost or refused work.
-    pub fn light(&self, light: &[Rgb<f64>]) -> Result<(), GpuError> {
-        self.renderer.update("light", &light_vectors(light, self.order))?;
-        self.renderer.run()
-    }
-
-    /// The exit radiance of every receiver under a light.
-    ///
-    /// # Errors
-    /// As [`GpuTransfer::light`].
-    pub fn exit_radiance(&self, light: &[Rgb<f64>]) -> Result<Vec<Rgb<f32>>, GpuError> {
-        if self.receivers == 0 {
-            return Ok(Vec::new());
-        }
-        self.light(light)?;
-        let values: Vec<[f32; 4]> = self.renderer.read("radiance", self.receivers)?;
-        Ok(values.into_iter().map(|[r, g, b, _]| Rgb::new(r, g, b)).collect())
-    }
-}
 
 /// The light's coefficients of `order`, missing ones zero.
 pub(crate) fn light_vectors(light: &[Rgb<f64>], order: usize) -> Vec<[f32; 4]> {
