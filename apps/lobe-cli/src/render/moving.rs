@@ -101,7 +101,7 @@ pub(crate) struct MovingInput {
     negligible: Option<f64>,
     /// Split edges that are longer at a key of the animation, in the scene's units; light is at
     /// vertices, and what morph targets stretch has too few. Not of a scene description
-    #[arg(long, value_name = "LENGTH", value_parser = values::positive)]
+    #[arg(long, hide_short_help = true, value_name = "LENGTH", value_parser = values::positive)]
     max_edge: Option<f64>,
     /// Points of the grid at which it is found how much of the sky the parts that stand still leave to those that
     /// move; 0: they hide nothing from them, and only receive shadows [default: 4096]
