@@ -68,7 +68,7 @@ pub(crate) struct MovingInput {
     #[arg(long, value_name = "K", value_parser = spheres)]
     spheres: Option<usize>,
     /// Light that spheres send on, one bounce
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     sphere_bounce: bool,
     /// The table of spheres, a .safetensors file of lobe spheres table, of any clamp and tolerance; made and written if
     /// it is not there
@@ -99,8 +99,8 @@ pub(crate) struct MovingInput {
     /// [default: 0.0063, a thousandth of a hemisphere]
     #[arg(long, hide_short_help = true, value_name = "SR", value_parser = solid_angle)]
     negligible: Option<f64>,
-    /// Split edges that are longer at a key of the animation, in the scene's units; light is at
-    /// vertices, and what morph targets stretch has too few. Not of a scene description
+    /// Split edges that are longer at a key of the animation, in the scene's units, for finer shadows. Not of a scene
+    /// description
     #[arg(long, hide_short_help = true, value_name = "LENGTH", value_parser = values::positive)]
     max_edge: Option<f64>,
     /// Points of the grid at which it is found how much of the sky the parts that stand still leave to those that
