@@ -174,7 +174,7 @@ fn threads(text: &str) -> Result<usize, String> {
 /// Reads the command line.
 pub(crate) fn parse() -> Result<Cli, Failure> {
     let command = with_negative_numbers(Cli::command());
-    let args = with_method(std::env::args_os().collect());
+    let args = with_method(&command, std::env::args_os().collect());
     let usage = |error| Failure::Usage { error: Box::new(error), command: command_meant(args.iter().cloned()) };
     let matches = command.try_get_matches_from(&args).map_err(usage)?;
     let cli = Cli::from_arg_matches(&matches).map_err(usage)?;
@@ -184,22 +184,23 @@ pub(crate) fn parse() -> Result<Cli, Failure> {
     Ok(cli)
 }
 
-/// `lobe render SCENE`, which names no method, means `lobe render baked SCENE`.
-fn with_method(mut args: Vec<OsString>) -> Vec<OsString> {
-    let is_render = |word: &OsString| word == "render";
-    let Some(at) = args.iter().position(is_render).filter(|&at| args[1..at].iter().all(is_no_word)) else {
-        return args;
+/// `lobe render SCENE`, which names no sub-command, means `lobe render baked SCENE`.
+fn with_method(command: &clap::Command, mut args: Vec<OsString>) -> Vec<OsString> {
+    // Options that stand before a command are those of the program: a flag, or one with a number.
+    let is_option = |word: &OsString| {
+        let word = word.to_string_lossy();
+        word.starts_with('-') || word.parse::<usize>().is_ok()
     };
-    let word = args[at + 1..].iter().find(|word| !is_no_word(word));
-    if word.is_some_and(|word| RenderCommand::NAMES.iter().all(|name| word != name)) {
+    let render = args.iter().position(|word| word == "render").filter(|&at| args[1..at].iter().all(is_option));
+    let (Some(at), Some(methods)) = (render, command.find_subcommand("render")) else { return args };
+    let Some(first) = args[at + 1..].iter().position(|word| !is_option(word)) else { return args };
+    let word = &args[at + 1 + first];
+    // A word that cannot be a scene is a sub-command, or was meant to be one.
+    let is_bare = first == 0 && !word.to_string_lossy().contains(['.', ':', '/', '\\']);
+    if !is_bare && methods.find_subcommand(word).is_none() {
         args.insert(at + 1, "baked".into());
     }
     args
-}
-
-/// Whether a word is an option of the program or its number.
-fn is_no_word(word: &OsString) -> bool {
-    word.to_string_lossy().starts_with(|first: char| first == '-' || first.is_ascii_digit())
 }
 
 /// Commands that print a text without having --json.

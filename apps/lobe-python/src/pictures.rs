@@ -26,8 +26,8 @@ use crate::rows::{array_of, contiguous, value_error};
 use crate::scenes::{Read, SceneInput, remark};
 use crate::sharing::Share;
 
-/// An eye and its target, or its azimuth and height around the scene; and the angle of view from the bottom to the top of the picture. Angles
-/// are in degrees.
+/// An eye and its target, or its azimuth and height around the scene; and the angle of view from the bottom to the top
+/// of the picture. Angles are in degrees.
 pub(crate) type View = (Option<[f64; 3]>, Option<[f64; 3]>, Option<[f64; 2]>, f64);
 
 fn camera_of(scene: &Scene, view: View) -> PyResult<Camera> {

@@ -10,8 +10,8 @@ use crate::args::values;
 #[derive(Args, Clone, Copy, Default)]
 pub(crate) struct VertexBudget {
     /// Where a scene is baked: the most vertices that splitting may leave it, spent where transfer is farthest off. Of
-    /// a scene that moves, what moves takes half of the new ones at most, and its shadows half of the rest [default: four
-    /// times those of the scene, at least 20000]
+    /// a scene that moves, what moves takes half of the new ones at most, and its shadows half of the rest [default:
+    /// four times those of the scene, at least 20000]
     #[arg(long, value_name = "N", value_parser = vertices)]
     pub(crate) max_vertices: Option<usize>,
     /// Bake at the vertices that the scene has, however few

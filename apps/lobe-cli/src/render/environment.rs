@@ -15,9 +15,9 @@ use crate::run::talk::Talk;
 /// What only environment mapping knows.
 #[derive(Args, Default)]
 pub(crate) struct EnvironmentInput {
-    /// Look reflections up in a picture of this mapping, as --from of lobe project names it, of SIZE rows (of a cube, of
-    /// a face), which shows its seams and its resolution; rougher levels have no more rows [default: mirrors show the texels of
-    /// the environment, rough surfaces cubes; SIZE: about as many texels as the environment has]
+    /// Look reflections up in a picture of this mapping, as --from of lobe project names it, of SIZE rows (of a cube,
+    /// of a face), which shows its seams and its resolution; rougher levels have no more rows [default: mirrors show
+    /// the texels of the environment, rough surfaces cubes; SIZE: about as many texels as the environment has]
     #[arg(long, value_name = "MAPPING[:SIZE]")]
     reflect_through: Option<Through>,
 }

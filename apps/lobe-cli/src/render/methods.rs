@@ -27,37 +27,48 @@ use crate::run::talk::Talk;
 /// The most samples; larger numbers are taken for typing errors.
 const MAX_SAMPLES: usize = 1 << 20;
 
-const BACKS: &str = "\
+const OF_BAKED: &str = "\
 Surfaces seen from behind: single-sided ones are black and stop light all the same. Gaps of an open body no wider than \
 two pixels take the light around them. Double-sided ones show the light that falls on their back. Baked files hold \
-fronts, and backs by lobe bake --backs; else backs are baked on the way, with as many paths, as far as the view shows \
-them: of a closed body seen from outside there are none.";
+fronts, and backs by lobe bake --backs. Other backs are baked on the way, with as many paths, as far as the view shows \
+them: of a closed body seen from outside there are none.
 
-const MOVING: &str = "\
+Memory: 80 bytes for each pixel; transfer that is baked on the way, twice 4 n² bytes for each vertex and channel, of \
+glossy 4 n⁴. Scene, light and transfer from a file come on top and are as large as their files.";
+
+const OF_TRACE: &str = "\
+Memory: 224 bytes for each pixel, for one picture at a time. Scene and light come on top and are as large as their \
+files. Results are kept in OUT.checkpoint until the picture is done: the same command goes on after Ctrl-C.";
+
+const OF_MOVING: &str = "\
 Parts of a scene that moves are baked first, which takes minutes, unless its description names files of lobe bake, \
 field and spheres. Results are kept in OUT.checkpoint... until all pictures are done: the same command goes on after \
-Ctrl-C.";
+Ctrl-C.
+
+Memory: 80 bytes for each pixel, 192 + 16 n² for each vertex and 320 for each triangle, and what is baked of the parts.";
+
+const OF_MAPS: &str = "\
+Memory: 80 bytes for each pixel, up to 96 for each texel of the light, and 160 MB.";
 
 #[derive(Subcommand)]
 pub(crate) enum RenderCommand {
     /// By transfer, from a baked file or baked on the way: `lobe render SCENE` means this
-    #[command(after_help = BACKS)]
+    #[command(after_help = OF_BAKED)]
     Baked(Box<Baked>),
     /// By path tracing, the reference: shadows and reflections between surfaces
+    #[command(after_help = OF_TRACE)]
     Trace(Box<Trace>),
     /// A scene that moves: transfer of its parts, which hide the sky from each other
-    #[command(after_help = MOVING)]
+    #[command(after_help = OF_MOVING)]
     Moving(Box<Moving>),
     /// By environment mapping: reflections and irradiance looked up in the map, without shadows
+    #[command(after_help = OF_MAPS)]
     Maps(Box<Maps>),
     /// By the irradiance of the shading normal times albedo/π, without shadows
     Irradiance(Box<Irradiance>),
 }
 
 impl RenderCommand {
-    /// The names of the sub-commands; another word is a scene.
-    pub(crate) const NAMES: [&str; 6] = ["baked", "trace", "moving", "maps", "irradiance", "help"];
-
     pub(crate) fn run(self, talk: Talk) -> anyhow::Result<()> {
         match self {
             Self::Baked(args) => args.render(),
@@ -180,12 +191,12 @@ pub(crate) struct Baked {
     rays: Rays,
     #[command(flatten)]
     bake: Bake,
-    /// The transfer of this scene that lobe bake, compress or fit-lobes wrote without the scene, a .safetensors file, or an .exr
-    /// file of lobe bake --texels
+    /// The transfer of this scene that lobe bake, compress or fit-lobes wrote without the scene, a .safetensors file,
+    /// or an .exr file of lobe bake --texels
     #[arg(long, value_name = "FILE")]
     transfer: Option<PathBuf>,
-    /// With --mode glossy: the lobe of reflection about the mirrored view, tinted by the base color [default: ggx:0.3]. For
-    /// metals of α 0.3 the picture differs by 18 % from lobe render trace --surfaces gltf, for rougher ones by more
+    /// The lobe of reflection of --mode glossy about the mirrored view, tinted by the base color [default: ggx:0.3].
+    /// For metals of α 0.3 the picture differs by 18 % from lobe render trace --surfaces gltf, for rougher ones by more
     #[arg(long, value_name = "phong:E|ggx:ALPHA")]
     lobe: Option<GlossyLobe>,
 }

@@ -1,9 +1,10 @@
 //! `lobe render`: a scene under distant light.
 //!
-//! `methods` has the sub-commands with their options, `render` makes the picture of one, by a method of `mode`. Inputs are in
-//! files of their own: the light (`light`), the scene with its transfer (`transfer`), what moves (`moving`) and when (`time`), how
-//! surfaces reflect (`surfaces`), the path tracer (`truth`), environment mapping (`environment`) and the camera (`view`). `stage`
-//! has what all pictures show, `frames` renders one picture after the other and `pictures` writes them. Uses `args` and `run`.
+//! `methods` has the sub-commands with their options, `render` makes the picture of one, by a method of `mode`. Inputs
+//! are in files of their own: the light (`light`), the scene with its transfer (`transfer`), what moves (`moving`) and
+//! when (`time`), how surfaces reflect (`surfaces`), the path tracer (`truth`), environment mapping (`environment`) and
+//! the camera (`view`). `stage` has what all pictures show, `frames` renders one picture after the other and `pictures`
+//! writes them. Uses `args` and `run`.
 
 pub(crate) mod environment;
 pub(crate) mod frames;

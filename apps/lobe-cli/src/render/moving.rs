@@ -60,11 +60,12 @@ pub(crate) struct AskedBake {
 #[derive(Args, Default)]
 #[command(next_help_heading = "Parts that move")]
 pub(crate) struct MovingInput {
-    /// With --method exponentials: the exponential: values on a grid of directions; the best linear function of single spheres; that after halving, then
-    /// squared [default: grid]
+    /// With --method exponentials: the exponential: values on a grid of directions; the best linear function of single
+    /// spheres; that after halving, then squared [default: grid]
     #[arg(long, hide_short_help = true, value_name = "grid|optimal-linear|hybrid[:NORM]", value_parser = fast_exponential)]
     exponential: Option<ExpMethod>,
-    /// Spheres fitted to each part that is deformed, and with --method exponentials to each that moves [default: 64 and 16]
+    /// Spheres fitted to each part that is deformed, and with --method exponentials to each that moves [default: 64 and
+    /// 16]
     #[arg(long, value_name = "K", value_parser = spheres)]
     spheres: Option<usize>,
     /// Light that spheres send on, one bounce
@@ -84,19 +85,19 @@ pub(crate) struct MovingInput {
     /// Vertices, a multiple of 16, for which spheres far away are summed once; 0: for each vertex [default: 0]
     #[arg(long, hide_short_help = true, value_name = "N", value_parser = group)]
     group: Option<usize>,
-    /// With --group, spheres are far away where its radius is at most this part of their distance, 0 to 1: the less, the
-    /// nearer to no groups [default: 0.05]
+    /// With --group, spheres are far away where its radius is at most this part of their distance, 0 to 1: the less,
+    /// the nearer to no groups [default: 0.05]
     #[arg(long, hide_short_help = true, value_name = "X", value_parser = part)]
     far: Option<f32>,
-    /// Spheres near each other count as one where what holds them all reaches at most this part of its distance, 0 to 1; 0:
-    /// each counts by itself [default: 0.2]
+    /// Spheres near each other count as one where what holds them all reaches at most this part of its distance, 0 to
+    /// 1; 0: each counts by itself [default: 0.2]
     #[arg(long, hide_short_help = true, value_name = "X", value_parser = part)]
     cut: Option<f32>,
     /// Every sphere hides all that it covers, as published; without this those that overlap share it
     #[arg(long, hide_short_help = true)]
     no_share_overlaps: bool,
-    /// For each vertex the fields that look smallest are left out, up to this solid angle in all, in steradians; 0: none
-    /// [default: 0.0063, a thousandth of a hemisphere]
+    /// For each vertex the fields that look smallest are left out, up to this solid angle in all, in steradians; 0:
+    /// none [default: 0.0063, a thousandth of a hemisphere]
     #[arg(long, hide_short_help = true, value_name = "SR", value_parser = solid_angle)]
     negligible: Option<f64>,
     /// Split edges that are longer at a key of the animation, in the scene's units, for finer shadows. Not of a scene

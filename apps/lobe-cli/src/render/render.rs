@@ -332,16 +332,18 @@ impl Render {
     /// The transfer that the method needs.
     fn asked(&self) -> Option<Asked> {
         let Mode::Baked(asked) = self.mode else { return None };
-        let mode = asked.unwrap_or_else(|| self.mode_of_file().unwrap_or(BakeOptions::default().mode));
+        let of_lobe = self.lobe.map(|_| BakeMode::Glossy);
+        let mode = asked.or(of_lobe).or_else(|| self.mode_of_file()).unwrap_or(BakeOptions::default().mode);
         let lobe = (mode == BakeMode::Glossy).then(|| self.lobe.unwrap_or(LOBE));
         let (order, samples, file) = (self.expansion.order, self.bake_samples, self.transfer.clone());
         Some(Asked { mode, order, samples, bounces: self.bounces, lobe, budget: self.budget, file })
     }
 
-    /// The light paths that a baked file says, if it can be read.
+    /// The light paths that a baked file says, if it can be read within the limits.
     fn mode_of_file(&self) -> Option<BakeMode> {
         let file = self.transfer.as_deref().or(self.scene.is_gltf().then(|| self.scene.path()))?;
-        file.is_file().then(|| Recipe::of_file(file).ok())??.mode
+        let may_be_read = file.is_file() && self.memory.check_file(file, "").is_ok();
+        may_be_read.then(|| Recipe::of_file(file).ok())??.mode
     }
 
     /// Refuses a picture that takes too much memory.
@@ -354,9 +356,13 @@ impl Render {
 
     /// Refuses options that would be ignored.
     fn check_options(&self) -> anyhow::Result<()> {
+        self.view.check()?;
         self.time.check(&self.scene.pose, &self.pictures)?;
         let method = self.moving_method();
         self.moving.check(method)?;
+        if self.pictures.is_range() && self.mode != Mode::Trace && method.is_none() {
+            bail!("--frames A..B: of lobe render moving and lobe render trace; --frames N turns the light");
+        }
         if self.mode != Mode::Trace && method.is_none() && self.is_moving() {
             let name = self.scene.name();
             bail!("{name}: moves; show it by lobe render moving or lobe render trace");
@@ -377,11 +383,11 @@ impl Render {
                 "--max-vertices and --no-split: not with --transfer, whose vertices are there",
             ),
             (
-                self.bounces.is_some() && self.asked().is_some_and(|asked| !asked.mode.reflects()),
+                self.bounces.is_some() && matches!(self.mode, Mode::Baked(Some(mode)) if !mode.reflects()),
                 "--bounces: only of --mode interreflected and glossy",
             ),
             (
-                self.lobe.is_some() && self.asked().is_some_and(|asked| asked.mode != BakeMode::Glossy),
+                self.lobe.is_some() && matches!(self.mode, Mode::Baked(Some(mode)) if mode != BakeMode::Glossy),
                 "--lobe: only of --mode glossy",
             ),
             (

@@ -19,8 +19,8 @@ const LEAST_FRAMES_PER_SECOND: f64 = 1e-300;
 /// When pictures of a scene that moves are taken.
 #[derive(Args, Default)]
 pub(crate) struct TimeInput {
-    /// With --frames A..B: pictures for each second, 1/65 to 1000 in an animated .png; at others, .exr pictures are written without it
-    /// [default: 24]
+    /// With --frames A..B: pictures for each second, 1/65 to 1000 in an animated .png; at others, .exr pictures are
+    /// written without it [default: 24]
     #[arg(long, value_name = "N", value_parser = frames_per_second)]
     fps: Option<f64>,
     /// Begin anew when the animation or all tracks have ended; without this they rest there

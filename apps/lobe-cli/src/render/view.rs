@@ -24,8 +24,8 @@ pub(crate) struct ViewInput {
     /// What it looks at, in the middle of the picture [default: the middle of the scene]
     #[arg(long, value_name = "X,Y,Z", requires = "eye", allow_hyphen_values = true, value_parser = values::numbers::<3>)]
     target: Option<[f64; 3]>,
-    /// Instead of --eye: degrees of the eye from +x towards +y and above the horizon, from where all of the scene is in view
-    /// [default: -63,20]
+    /// Instead of --eye: degrees of the eye from +x towards +y and above the horizon, from where all of the scene is in
+    /// view [default: -63,20]
     #[arg(long, value_name = "AZIMUTH,HEIGHT", conflicts_with = "eye", allow_hyphen_values = true, value_parser = values::numbers::<2>)]
     orbit: Option<[f64; 2]>,
     /// The angle from the lower to the upper edge of the picture, above 0 and below 180 degrees
@@ -57,6 +57,14 @@ impl ViewInput {
 
     pub(crate) fn camera(&self, scene: &Scene) -> anyhow::Result<Camera> {
         self.camera_around(scene.world_bounds())
+    }
+
+    /// Refuses a view that no scene has.
+    pub(crate) fn check(&self) -> anyhow::Result<()> {
+        // A box beside the eye, which so is not its middle, whatever the scene will be.
+        let corner = self.eye.unwrap_or_default();
+        let bounds = [corner, corner.map(|c| c + 1.0)];
+        self.camera_around(bounds).map(drop)
     }
 
     /// The camera for a box in the world.

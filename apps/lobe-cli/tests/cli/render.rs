@@ -350,6 +350,8 @@ fn what_cannot_be_rendered_is_said_in_one_line() {
         ("built-in:ball --env even.exr --mode shadowed --bounces 2 -o a.png", "--bounces: only of --mode"),
         ("built-in:ball --env even.exr --surfaces gltf -o a.png", "unexpected argument '--surfaces'"),
         ("built-in:ball --env even.exr --mode shadowed --lobe ggx:0.1 -o a.png", "--lobe: only of --mode glossy"),
+        ("trcae built-in:ball --env even.exr -o a.png", "unrecognized subcommand 'trcae'"),
+        ("built-in:ball --env even.exr --frames 0..2 -o a.png", "--frames A..B: of lobe render moving"),
         ("built-in:ball --env even.exr --mode glossy --lobe ggx:3 -o a.png", "expected phong:E with"),
         ("trace built-in:ball --env even.exr --background sky -o a.png", "expected env, light, none, a color"),
         ("built-in:ball --env even.exr --mode shadowed --order 9 -o a.png", "--order: transfer has an order of 1 to 8"),

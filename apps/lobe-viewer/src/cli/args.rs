@@ -220,8 +220,8 @@ pub(crate) struct CameraInput {
     /// What it looks at, in the middle of the picture [default: the middle of the scene]
     #[arg(long, value_name = "X,Y,Z", requires = "eye", value_parser = numbers::<3>, allow_hyphen_values = true)]
     target: Option<[f64; 3]>,
-    /// Instead of --eye: degrees of the eye from +x towards +y and above the horizon, from where all of the scene is in view
-    /// [default: -63,20]
+    /// Instead of --eye: degrees of the eye from +x towards +y and above the horizon, from where all of the scene is in
+    /// view [default: -63,20]
     #[arg(long, value_name = "AZIMUTH,HEIGHT", conflicts_with = "eye", value_parser = numbers::<2>, allow_hyphen_values = true)]
     orbit: Option<[f64; 2]>,
     /// The angle from the lower to the upper edge of the picture, in degrees

@@ -18,7 +18,7 @@ use crate::cli::shown::ORDER;
 use crate::loading::backdrop::Behind;
 use crate::loading::moving_bakes::moving_bake_options;
 use crate::loading::moving_light::MovingLight;
-use crate::loading::moving_source::{is_file, open_moving, with_files};
+use crate::loading::moving_source::{is_file, open_moving, split_for_shadows, with_files};
 use crate::loading::sky_source::open_sky;
 
 /// Renders a scene that moves at `--frames` moments, from the begin of its time to shortly before its end, where it begins anew.
@@ -31,6 +31,7 @@ pub(crate) fn run(
     arguments.check_surfaces()?;
     let sky = open_sky(&arguments.env, &arguments.limits)?;
     let mut scene = with_files(open_moving(source, &arguments.limits)?, &arguments.parts)?;
+    split_for_shadows(&mut scene, source, Job::default().watched_by(&mut progress("split")))?;
     let baked = scene.order();
     let order = arguments.order.map_or(baked.unwrap_or(ORDER), usize::from);
     if let Some(most) = baked.filter(|most| order > *most) {

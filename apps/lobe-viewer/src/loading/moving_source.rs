@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::bail;
 use lobe::io::Job;
 use lobe::prt::AdaptiveOptions;
-use lobe::render::{MovingScene, MovingSplitOptions};
+use lobe::render::{MovingScene, MovingSplitOptions, RenderError};
 use lobe::scene::{AnimatedScene, built_in, is_gltf};
 
 use crate::loading::file_kind::{DESCRIPTION, FileKind};
@@ -32,9 +32,9 @@ pub fn open_moving(source: &Path, limits: &ReadLimits) -> anyhow::Result<MovingS
     } else if is_gltf(source) {
         let (animated, _) = AnimatedScene::read(source, &options).map_err(plain)?;
         let animation = (!animated.animations().is_empty()).then_some(0);
-        split(MovingScene::animated(animated, animation)?)?
+        MovingScene::animated(animated, animation)?
     } else if has_ending(source, &ENDINGS) {
-        split(MovingScene::animated(AnimatedScene::still(open_scene(source, limits)?.scene), None)?)?
+        MovingScene::animated(AnimatedScene::still(open_scene(source, limits)?.scene), None)?
     } else {
         let name = source.file_name().unwrap_or_default().to_string_lossy();
         bail!("{name}: not a scene that can move; there are .glb, .gltf, .vrm, .obj, .ply and descriptions, .json");
@@ -42,12 +42,18 @@ pub fn open_moving(source: &Path, limits: &ReadLimits) -> anyhow::Result<MovingS
     Ok(moving.looped(true))
 }
 
-/// A scene with vertices where shadows fall.
-fn split(scene: MovingScene) -> anyhow::Result<MovingScene> {
-    let mut scene = scene;
-    let adaptive = AdaptiveOptions::default().bake(moving_transfer_options(AdaptiveOptions::default().bake.order));
-    let _counts = scene.split(&MovingSplitOptions::default().adaptive(adaptive), Job::default())?;
-    Ok(scene)
+/// Splits a scene from a file, so that it has vertices where shadows fall. Those made by formula have them, and a
+/// description says itself which meshes there are.
+///
+/// # Errors
+/// As [`MovingScene::split`].
+pub(crate) fn split_for_shadows(scene: &mut MovingScene, source: &Path, job: Job<'_>) -> Result<(), RenderError> {
+    if is_file(source) && !has_ending(source, &[DESCRIPTION]) {
+        let adaptive = AdaptiveOptions::default();
+        let bake = moving_transfer_options(adaptive.bake.order);
+        let _counts = scene.split(&MovingSplitOptions::default().adaptive(adaptive.bake(bake)), job)?;
+    }
+    Ok(())
 }
 
 /// Whether a source is a file, and not made by formula.

@@ -254,9 +254,9 @@ fn is_whole(adapter: &wgpu::Adapter) -> bool {
     adapter.get_downlevel_capabilities().flags.contains(needed)
 }
 
-/// Interfaces that are asked for an adapter, one after the other: Vulkan, Metal or Direct3D 12 before OpenGL. OpenGL is not even opened
-/// where another has a device that no program emulates: NVIDIA's driver 580 came to a halt where it was closed in one thread and a Vulkan
-/// device in another.
+/// Interfaces that are asked for an adapter, one after the other: Vulkan, Metal or Direct3D 12 before OpenGL. OpenGL is
+/// not even opened where another has a device that no program emulates: NVIDIA's driver 580 came to a halt where it was
+/// closed in one thread and a Vulkan device in another.
 const INTERFACES: [wgpu::Backends; 2] = [wgpu::Backends::PRIMARY, wgpu::Backends::GL];
 
 /// The adapter that is asked for: of the first interface that has one, but rather a device of another than a program that emulates one.

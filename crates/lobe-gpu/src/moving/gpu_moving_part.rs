@@ -71,9 +71,10 @@ impl GpuMovingPart {
     /// Uploads receivers and what may hide the sky from them.
     ///
     /// # Errors
-    /// [`GpuError::Options`] if the order is not 1 to 6, that of the table, or at most those of fields, grids and transfer, there are
-    /// more than 64 entities, numbers of receivers differ, these have visibility of their own, or fields are to be interpolated otherwise than linearly;
-    /// [`GpuError::Unsupported`] if anything is too large for the device; [`GpuError::Device`] if the device fails.
+    /// [`GpuError::Options`] if the order is not 1 to 6, that of the table, or at most those of fields, grids and
+    /// transfer, there are more than 64 entities, numbers of receivers differ, these have visibility of their own, or
+    /// fields are to be interpolated otherwise than linearly; [`GpuError::Unsupported`] if anything is too large for
+    /// the device; [`GpuError::Device`] if the device fails.
     pub fn new(
         context: &Context,
         order: usize,

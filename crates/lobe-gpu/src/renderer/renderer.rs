@@ -20,8 +20,8 @@ const STORAGE: wgpu::BufferUsages = wgpu::BufferUsages::STORAGE.union(wgpu::Buff
 /// Modules of this crate add their passes to it, in the order in which they run. Printed, it is a table of them: what each
 /// reads and what it writes. A pass that reads what nothing wrote is refused when it is added.
 ///
-/// Resources are uploaded, or made for a pass to write; the content of an uploaded one can be replaced between two runs,
-/// which is how light turns without anything else being done again.
+/// Resources are uploaded, or made for a pass to write; the content of an uploaded one can be replaced between two
+/// runs, which is how light turns without anything else being done again.
 #[derive(Debug)]
 pub struct Renderer {
     context: Context,

@@ -48,8 +48,8 @@ const MODULES: &[(&str, &str)] = modules! {
 
 /// The source of a shader.
 ///
-/// Modules whose arrays have the length of an order need [`Shader::order`]; `accumulate` and `sky_light` also what `straight_line` writes
-/// for each order.
+/// Modules whose arrays have the length of an order need [`Shader::order`]; `accumulate` and `sky_light` also what
+/// `straight_line` writes for each order.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Shader {
     constants: String,

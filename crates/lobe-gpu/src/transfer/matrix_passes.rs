@@ -30,8 +30,8 @@ pub(crate) fn incident_bytes(matrices: &TransferMatrices) -> u64 {
     VALUE * matrices.order().pow(2) as u64
 }
 
-/// The passes that make the blurred incident light of points, rows of the buffer `incident` under `light`; both names, and those of the
-/// matrices, end in `of`, which tells several sets of points apart.
+/// The passes that make the blurred incident light of points, rows of the buffer `incident` under `light`; both names,
+/// and those of the matrices, end in `of`, which tells several sets of points apart.
 pub(crate) fn add_incident(
     renderer: &mut Renderer,
     matrices: &TransferMatrices,

@@ -1,6 +1,7 @@
 //! Shading by precomputed radiance transfer on the device.
 //!
-//! Read `vector_passes`, which shade matte receivers, `matrix_passes`, which shade glossy ones, and `texture_transfer`, which does without compute shaders. Uses `lookup`, `renderer` and `context`.
+//! Read `vector_passes`, which shade matte receivers, `matrix_passes`, which shade glossy ones, and `texture_transfer`,
+//! which does without compute shaders. Uses `lookup`, `renderer` and `context`.
 
 pub(crate) mod matrix_passes;
 pub(crate) mod texture_transfer;

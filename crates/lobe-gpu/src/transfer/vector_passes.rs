@@ -4,9 +4,9 @@
 //!   B = Σᵢ Lᵢ Tᵢ          clustered:  B = M_k·L + Σ_j w_j (B_kj·L)
 //! ```
 //!
-//! As [`Transfer::exit_radiance`] and [`CompressedTransfer::exit_radiance`]. A light costs the upload of `n²` colors. What is
-//! larger than a storage binding of the device is split over several dispatches; but for the products of the light with the clusters,
-//! which every receiver reads: 16 bytes for each mean and direction.
+//! As [`Transfer::exit_radiance`] and [`CompressedTransfer::exit_radiance`]. A light costs the upload of `n²` colors.
+//! What is larger than a storage binding of the device is split over several dispatches; but for the products of the
+//! light with the clusters, which every receiver reads: 16 bytes for each mean and direction.
 
 use lobe_prt::{Channels, CompressedTransfer, TableWeights, Transfer};
 use lobe_sh::Rgb;

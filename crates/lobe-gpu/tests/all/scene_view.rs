@@ -11,6 +11,7 @@ use lobe_prt::{AlbedoMode, BakeOptions, GlossyLobe, Lightmap, Receivers, bake, b
 use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene, Texture, TextureUse, Wrap, built_in};
 use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal, convolved};
 
+use crate::traced::by_texels;
 use crate::traced::{Eye, Seen, traced};
 use crate::{device, tolerance};
 
@@ -357,13 +358,7 @@ fn a_lightmap_is_looked_up_as_on_the_processor() {
     let view = SceneView::new(&context, &scene, &shading, None, &options()).unwrap();
     view.set_camera(&gpu).unwrap();
     view.set_light(&light).unwrap();
-    let shade = |s: &Seen<'_>| {
-        let mut sum = Rgb::<f64>::ZERO;
-        for (texel, weight) in lightmap.texels_at(&scene, &s.hit) {
-            sum += values[texel].widen().scale(weight);
-        }
-        if s.is_front { sum } else { Rgb::ZERO }
-    };
+    let shade = by_texels((&scene, &lightmap), &values);
     let expected = traced(&scene, cpu, RAYS, |_| Rgb::ZERO, shade);
     check("lightmap", &view, &expected);
 }

@@ -1,6 +1,7 @@
 //! Pictures by rays, to compare with: of the same camera, on the same grid of samples, with the surfaces of `lobe_scene`.
 
 use lobe_image::Picture;
+use lobe_prt::Lightmap;
 use lobe_scene::{Bvh, Hit, Ray, Scene, SurfaceRays};
 use lobe_sh::vector::{add, cross, dot, normalized, scale, sub};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
@@ -21,6 +22,20 @@ pub(crate) struct Seen<'a> {
     pub(crate) normal: Dir,
     pub(crate) albedo: Rgb<f64>,
     pub(crate) is_front: bool,
+}
+
+/// Shades by values at the texels of a lightmap; backs are black.
+pub(crate) fn by_texels<'a>(
+    (scene, lightmap): (&'a Scene, &'a Lightmap),
+    values: &'a [Rgb<f32>],
+) -> impl Fn(&Seen<'_>) -> Rgb<f64> + Sync + 'a {
+    move |seen| {
+        let mut sum = Rgb::<f64>::ZERO;
+        for (texel, weight) in lightmap.texels_at(scene, &seen.hit) {
+            sum += values[texel].widen().scale(weight);
+        }
+        if seen.is_front { sum } else { Rgb::ZERO }
+    }
 }
 
 impl Seen<'_> {

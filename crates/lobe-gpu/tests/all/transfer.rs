@@ -9,11 +9,13 @@ use lobe_sh::{Coefficient as _, Expansion as _, Rgb, ShVec};
 use lobe_testkit::Random;
 
 use crate::scene_view::{RAYS, cameras, check, options, sky};
+use crate::traced::by_texels;
 use crate::traced::{Seen, traced};
 use crate::without_storage::check_values;
 use crate::{device, flat3, relative_difference};
 
-/// Transfer alike at all vertices but for a little: devices interpolate between corners that they snap to a 256th of a sample.
+/// Transfer alike at all vertices but for a little: devices interpolate between corners that they snap to a 256th of a
+/// sample.
 pub(crate) fn transfer(scene: &Scene, order: usize, channels: Channels) -> Transfer {
     let (mut random, n) = (Random::new(order as u64), order * order * channels.count());
     let (common, own) = (random.signed_vec(n), random.signed_vec(scene.vertex_count() * n));
@@ -126,13 +128,7 @@ fn more_receivers_than_one_row_of_workgroups_are_all_shaded() {
     let eye = crate::traced::Eye { eye: [0.0, 0.98, 0.1], target: [0.0, 0.985, 0.0], half_angle: 0.2 };
     view.set_camera(&lobe_gpu::GpuCamera::look_at(eye.eye, eye.target, eye.half_angle).unwrap()).unwrap();
     view.set_light(&light).unwrap();
-    let shade = |s: &Seen<'_>| {
-        let mut sum = Rgb::<f64>::ZERO;
-        for (texel, weight) in lightmap.texels_at(&scene, &s.hit) {
-            sum += values[texel].widen().scale(weight);
-        }
-        if s.is_front { sum } else { Rgb::ZERO }
-    };
+    let shade = by_texels((&scene, &lightmap), &values);
     let expected = traced(&scene, eye, RAYS, |_| Rgb::ZERO, shade);
     let bright = expected.pixels().iter().filter(|pixel| pixel[1] > 1.0).count();
     assert!(bright > 100, "{bright} pixels show the rows beyond");

@@ -19,8 +19,8 @@ impl BakeJob {
     /// `compress` and `write`, and hears what a user should know.
     ///
     /// # Errors
-    /// [`PrtError::OfJob`] for options that cannot be, or not of this scene; [`PrtError::Cancelled`] if the watch said to
-    /// stop; else those of reading, baking and writing.
+    /// [`PrtError::OfJob`] for options that cannot be, or not of this scene; [`PrtError::Cancelled`] if the watch said
+    /// to stop; else those of reading, baking and writing.
     pub fn run(&self, mut work: Job<'_>) -> Result<BakeDone, PrtError> {
         self.begin()?;
         OpenBake::read(self.clone(), work.reborrow())?.run(work)

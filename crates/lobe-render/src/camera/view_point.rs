@@ -36,12 +36,19 @@ impl ViewPoint {
     /// The angle from the lower to the upper edge of a picture without another choice, in degrees.
     pub const FOV: f64 = 40.0;
 
-    /// The camera for a box in the world, such as [`Scene::world_bounds`](lobe_scene::Scene::world_bounds), and an angle
-    /// of `fov` degrees from the lower to the upper edge.
+    /// The camera for a box in the world, such as that of [`Scene::world_bounds`](lobe_scene::Scene::world_bounds), and
+    /// an angle of `fov` degrees from the lower to the upper edge.
+    ///
+    /// ```text
+    ///   eye = middle + R/sin(fov/2) (cos h cos a, cos h sin a, sin h)        of an orbit: azimuth a, height h,
+    ///                                                                        R half of the diagonal of the box
+    /// ```
+    ///
+    /// Straight above and below, the azimuth says nothing.
     ///
     /// # Errors
-    /// [`RenderError::Options`] if the angle is not above 0 and below 180 degrees, the height of the eye not from -90 to
-    /// 90, a number is not finite, or eye and target are one point.
+    /// [`RenderError::Options`] if the angle is not above 0 and below 180 degrees, the height of the eye not from -90
+    /// to 90, an azimuth is not finite, or eye and target are one point.
     pub fn camera(&self, [min, max]: [[f64; 3]; 2], fov: f64) -> Result<Camera, RenderError> {
         let refused = |message: String| Err(RenderError::Options(message));
         if !(fov > 0.0 && fov < 180.0) {

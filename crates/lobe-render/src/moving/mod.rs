@@ -1,11 +1,11 @@
 //! Scenes that move: their parts, each with its place over time, and pictures of a moment.
 //!
-//! Read `moving_part`, `moving_lamp` and `moving_scene` first, then `moment`, the scene at one time, and `moments`,
-//! one after the other; `read_moving` reads descriptions, `keep_transfer` takes over what a file holds (`kept_transfer`),
-//! `split_parts` splits what stands still and `split_moving` what moves, `moving_bake` makes what parts lack, `moving_shading` lights a moment by the
-//! options in `moving_options`, and `moving_picture` shows it. The others are steps of these: `visibility_grid` in the
-//! `swept_box`, `part_files` and `sphere_albedo`,
-//! `part_backs`, `part_obstacles`, `part_light` and `lamp_light`. Uses `camera`, `path_tracer` and `scene_view`.
+//! Read `moving_part`, `moving_lamp` and `moving_scene` first, then `moment`, the scene at one time, and `moments`, one
+//! after the other; `read_moving` reads descriptions, `keep_transfer` takes over what a file holds (`kept_transfer`),
+//! `split_parts` splits what stands still and `split_moving` what moves, `moving_bake` makes what parts lack,
+//! `moving_shading` lights a moment by the options in `moving_options`, and `moving_picture` shows it. The others are
+//! steps of these: `visibility_grid` in the `swept_box`, `part_files` and `sphere_albedo`, `part_backs`,
+//! `part_obstacles`, `part_light` and `lamp_light`. Uses `camera`, `path_tracer` and `scene_view`.
 
 pub(crate) mod keep_transfer;
 mod kept_transfer;

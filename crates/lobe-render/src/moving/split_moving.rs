@@ -5,13 +5,13 @@ use lobe_scene::AnimatedScene;
 use crate::moving::split_parts::{SplitCounts, TIMES, is_bare, size_of};
 use crate::{Motion, MovingPart, MovingScene, RenderError};
 
-/// Edges of what moves are split to a quarter of its size, so that a limb has vertices between its ends. Shorter ones show
-/// more of what spheres get wrong: they reach out of faces and not of corners, and those at a sixteenth make the fox of
-/// `peers/motion` 2.6 dB worse.
+/// Edges of what moves are split to a quarter of its size, so that a limb has vertices between its ends. Shorter ones
+/// show more of what spheres get wrong: they reach out of faces and not of corners, and those at a sixteenth make the
+/// fox of `peers/motion` 2.6 dB worse.
 const FINEST: f64 = 1.0 / 4.0;
 
-/// The sizes of what is to be split: of parts along tracks, and by mesh of the animated scenes; infinite where edges may
-/// be as long as they are.
+/// The sizes of what is to be split: of parts along tracks, and by mesh of the animated scenes; infinite where edges
+/// may be as long as they are.
 struct Sizes {
     tracks: Vec<f64>,
     animated: Vec<f64>,
@@ -42,8 +42,8 @@ fn bounded(size: f64) -> f64 {
     if size > 0.0 { size } else { f64::INFINITY }
 }
 
-/// For each mesh of an animated scene the size of the entity that it belongs to, if that is one of these parts and has no
-/// transfer: at some times of the animation the largest.
+/// For each mesh of an animated scene the size of the entity that it belongs to, if that is one of these parts and has
+/// no transfer: at some times of the animation the largest.
 fn sizes_in(scene: &AnimatedScene, animation: usize, parts: &[MovingPart]) -> Result<Vec<f64>, RenderError> {
     let mut sizes = vec![0.0_f64; scene.rest().meshes().len()];
     for k in 0..TIMES {

@@ -10,15 +10,15 @@ use crate::{Motion, MovingPart, MovingScene, RenderError};
 /// Times of the span at which it is seen where parts are.
 pub(crate) const TIMES: usize = 33;
 
-/// Edges of what stands still are split to a sixteenth of the size of what moves where it comes, and of the distance from
-/// it elsewhere: shadows are the softer the farther what throws them is.
+/// Edges of what stands still are split to a sixteenth of the size of what moves where it comes, and of the distance
+/// from it elsewhere: shadows are the softer the farther what throws them is.
 const FINEST: f64 = 1.0 / 16.0;
 
 /// The part of the vertices that are allowed which go to what moves.
 const FOR_WHAT_MOVES: f64 = 0.5;
 
-/// The part of the vertices of what stands still which go to shadows of what moves; the others go where the own transfer
-/// of a part asks for them.
+/// The part of the vertices of what stands still which go to shadows of what moves; the others go where the own
+/// transfer of a part asks for them.
 const FOR_SHADOWS: f64 = 0.5;
 
 /// Options of [`MovingScene::split`].

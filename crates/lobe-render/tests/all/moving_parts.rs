@@ -418,6 +418,9 @@ fn an_animated_entity_is_carried_along_its_track_as_a_whole() {
         let off = found.iter().zip(place(expected)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(off < 1e-4, "{expected:?} went to {found:?}");
     }
+    // A split leaves it where it is.
+    let split = carried.clone().split(&MovingSplitOptions::default(), Job::default()).unwrap();
+    assert!(split.still.is_none() && split.moving.unwrap().before > 0, "{split:?}");
     let turn = Rotation::from_axis_angle(lobe_sh::Dir::Z, 0.5 * std::f64::consts::PI);
     let lit = |moving: &mut MovingScene, light: &ShVec<Rgb<f64>>| {
         moving.bake(MovingMethod::Exponentials, &options(), Job::default()).unwrap();

@@ -62,8 +62,8 @@ impl Shape {
         Self { positions, normals, ..Self::default() }
     }
 
-    /// The same for a mesh with one vertex more halfway along each of these edges, in their order. They follow the joints
-    /// of both ends, by halves of their weights. Tangents are dropped. None if that takes too many weights.
+    /// The same for a mesh with one vertex more halfway along each of these edges, in their order. They follow the
+    /// joints of both ends, by halves of their weights. Tangents are dropped. None if that takes too many weights.
     pub(crate) fn halved(&self, edges: &[[u32; 2]]) -> Option<Self> {
         let mut halved = Self { tangents: Arc::default(), ..self.clone() };
         if let Some(influences) = &mut halved.influences

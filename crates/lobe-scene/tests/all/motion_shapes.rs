@@ -1,6 +1,8 @@
 //! Shapes under animation: what keeps its shape, what is scaled to nothing, and what opens only in a pose.
 
-use lobe_scene::{AnimatedScene, Bvh, EntityKind, Mesh, Ray, SceneReadOptions, built_in, read_scene_bytes};
+use lobe_scene::{
+    AnimatedScene, Bvh, EntityKind, Mesh, MeshParts, Ray, Scene, SceneReadOptions, built_in, read_scene_bytes,
+};
 use serde_json::{Value, json};
 
 use crate::common::Gltf;
@@ -214,6 +216,25 @@ fn edges_that_morph_targets_make_long_are_split_and_new_vertices_stay_on_them_in
     assert!(found > 4 * at_rest, "{found} vertices of {at_rest}");
     let alone = coarse.split_edges(None, longest).unwrap();
     assert_eq!(alone.rest().vertex_count(), at_rest, "without its animation no edge is longer");
+}
+
+#[test]
+fn meshes_with_vertices_at_the_same_places_have_the_shorter_edges_and_those_without_a_length_stay() {
+    let square = |x: f32| {
+        let positions = [[x, 0.0, 0.0], [x + 1.0, 0.0, 0.0], [x + 1.0, 1.0, 0.0], [x, 1.0, 0.0]].into();
+        Mesh::new(MeshParts { positions, triangles: vec![[0, 1, 2], [0, 2, 3]], ..MeshParts::default() }).unwrap()
+    };
+    // The first two have an edge in common, the third is alone.
+    let scene = Scene::new([0.0, 1.0, 5.0].map(square).into(), Vec::new(), Vec::new()).unwrap();
+    let coarse = AnimatedScene::still(scene);
+    let counts = |longest: [f32; 3]| {
+        let finer = coarse.split_edges_of(None, &longest, "edges").unwrap();
+        finer.rest().meshes().iter().map(|mesh| mesh.positions().len()).collect::<Vec<_>>()
+    };
+    let [short, long] = [0.3, 0.8].map(|length| counts([length; 3])[0]);
+    assert!(4 < long && long < short, "{long} and {short} vertices");
+    assert_eq!(counts([0.3, 0.8, 0.8]), [short, short, long], "of neighbors the shorter length");
+    assert_eq!(counts([0.3, f32::INFINITY, 0.8]), [short, 4, long], "without a length it stays");
 }
 
 #[test]

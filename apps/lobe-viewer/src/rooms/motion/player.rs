@@ -20,7 +20,7 @@ use crate::loading::bake::SceneData;
 use crate::loading::limits::ReadLimits;
 use crate::loading::moving_bakes::moving_bake_options;
 use crate::loading::moving_light::{LitOn, MovingLight};
-use crate::loading::moving_source::{is_file, open_moving, with_files};
+use crate::loading::moving_source::{is_file, open_moving, split_for_shadows, with_files};
 use crate::loading::task::{Control, Task, TaskEvent};
 use crate::rooms::motion::cast::{Cast, Hand, cast, placed};
 
@@ -174,6 +174,12 @@ fn play(
     let Source { path: source, files, limits } = source;
     control.stage(source.file_name().unwrap_or_default().to_string_lossy());
     let mut opened = with_files(open_moving(source, limits)?, files)?;
+    control.stage("triangles");
+    let mut watch = control.watch();
+    match split_for_shadows(&mut opened, source, Job::default().watched_by(&mut watch)) {
+        Err(RenderError::Cancelled) => return Ok(()),
+        other => other?,
+    }
     let most_order = opened.order().unwrap_or(MOST_ORDER).min(MOST_ORDER);
     opened.bake_lamps(most_order)?;
     // The built-in scenes stand on open ground, which hides nothing from what moves over it.
