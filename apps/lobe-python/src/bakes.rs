@@ -2,11 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use lobe::io::{Job, JobOptions as _, worded};
+use lobe::io::{Job, JobFiles, JobOptions as _};
 use lobe::prt::{
-    AdaptiveReport, AnyTransfer, BakeDone, BakeFiles, BakeJob, BakeMode, OpenBake, Pilot, PreparedBake, PrtError,
-    Recipe, read_any_transfer, read_baked, scene_hash, write_compressed_transfer, write_half_transfer, write_transfer,
-    write_zonal_transfer,
+    AdaptiveReport, AnyTransfer, BakeDone, BakeJob, OpenBake, Pilot, PreparedBake, Recipe, read_any_transfer,
+    read_baked, scene_hash, write_compressed_transfer, write_half_transfer, write_transfer, write_zonal_transfer,
 };
 use lobe::scene::SceneReadOptions;
 use lobe::sh::Rgb;
@@ -16,8 +15,8 @@ use pyo3::types::PyDict;
 
 use crate::compression::report_of_compression;
 use crate::forked::with_threads;
-use crate::job::{Failed, answered, error_of, watched_work};
-use crate::options::{error_of_job, named, refusal, values_of, warn};
+use crate::job::{answered, error_of, heard, watched};
+use crate::options::{refusal, values_of};
 use crate::outputs::has_ending;
 use crate::rows::{array_of, contiguous};
 use crate::sharing::shard_of;
@@ -25,11 +24,6 @@ use crate::sharing::shard_of;
 /// A bake whose scene is read and split, for shards of it.
 #[pyclass(frozen, module = "lobe")]
 pub(crate) struct Bake(PreparedBake);
-
-pub(crate) fn mode_of(name: &str) -> PyResult<BakeMode> {
-    let asked = [("mode".to_owned(), name.into())].into_iter().collect();
-    BakeJob::from_values(asked).map(|job| job.mode).map_err(|error| refusal(&error))
-}
 
 /// The job of a dictionary of options.
 fn job_of(asked: &Bound<'_, PyDict>) -> PyResult<BakeJob> {
@@ -51,38 +45,13 @@ pub(crate) fn is_bake_split(asked: &Bound<'_, PyDict>) -> PyResult<bool> {
 /// The options of the bake that made a file.
 #[pyfunction]
 pub(crate) fn bake_like(py: Python<'_>, path: PathBuf) -> PyResult<Vec<(String, String)>> {
-    let job = answered(py, usize::MAX, move || BakeJob::like(&path))?.map_err(|error| error_of_job(&error))?;
+    let job = answered(py, usize::MAX, move || BakeJob::like(&path))?.map_err(|error| error_of(&error))?;
     Ok(job.values().into_iter().map(|(name, value)| (name, value.to_string())).collect())
 }
 
-/// Reads the scene of a job, with a warning for each remark.
+/// Reads the scene of a job.
 fn open(py: Python<'_>, job: BakeJob) -> PyResult<OpenBake> {
-    let (read, remarks) = answered(py, usize::MAX, move || {
-        let mut remarks = Vec::new();
-        let mut listener = |about: &str, text: &str| remarks.push(told(about, text));
-        let read = OpenBake::read(job, Job::default().heard_by(&mut listener));
-        (read, remarks)
-    })?;
-    let read = read.map_err(|error| error_of_job(&error))?;
-    warn(py, &remarks)?;
-    Ok(read)
-}
-
-/// A remark in the names of Python.
-fn told(about: &str, text: &str) -> String {
-    format!("{about}: {}", worded(text, named))
-}
-
-/// Does the work of a job. What comes of it is in its report.
-fn done<T: Send>(
-    py: Python<'_>,
-    progress: Option<&Py<PyAny>>,
-    work: impl FnOnce(Job<'_>) -> Result<T, PrtError> + Send,
-) -> PyResult<T> {
-    watched_work(py, progress, None, work).map_err(|error| match error {
-        Failed::Raised(error) => error,
-        Failed::Work(error) => error_of_job(&error),
-    })
+    heard(py, move |work| OpenBake::read(job, work.reborrow()))
 }
 
 /// Bakes and writes the output: all of it, a shard, or what is put together of shards.
@@ -93,9 +62,9 @@ pub(crate) fn bake<'py>(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let job = job_of(asked)?;
-    py.detach(|| job.begin()).map_err(|error| error_of_job(&error))?;
+    py.detach(|| job.begin()).map_err(|error| error_of(&error))?;
     let open = open(py, job)?;
-    report_of(py, &done(py, progress.as_ref(), |work| open.run(work))?)
+    report_of(py, &watched(py, progress.as_ref(), None, |work| open.run(work))?)
 }
 
 #[pymethods]
@@ -104,7 +73,7 @@ impl Bake {
     #[new]
     fn new(py: Python<'_>, asked: &Bound<'_, PyDict>) -> PyResult<Self> {
         let open = open(py, job_of(asked)?)?;
-        done(py, None, |work| open.prepared(None, work)).map(Self)
+        watched(py, None, None, |work| open.prepared(None, work)).map(Self)
     }
 
     /// The fingerprint of all of the scene that decides the results, 32 hexadecimal digits.
@@ -134,14 +103,14 @@ impl Bake {
     /// Takes what the pilot of the same bake has found elsewhere.
     fn know(&self, pilot: (usize, u32, f64)) -> PyResult<()> {
         let (bounces, samples, stderr_dc) = pilot;
-        self.0.work().know(Pilot { bounces, samples, stderr_dc }).map_err(|error| error_of_job(&error))
+        self.0.work().know(Pilot { bounces, samples, stderr_dc }).map_err(|error| error_of(&error))
     }
 
     /// Refuses the name of a file that cannot hold the results, and that of the scene, which would be lost.
     fn check_output(&self, py: Python<'_>, output: PathBuf) -> PyResult<()> {
-        let (job, files) = (self.0.job().clone().output(Some(output.clone())), BakeFiles::of_merge(output));
+        let (job, files) = (self.0.job().clone().output(Some(output.clone())), JobFiles::of_merge(output));
         job.check().map_err(|error| refusal(&error))?;
-        py.detach(|| job.expect_writable(&files)).map_err(|error| error_of_job(&error))
+        py.detach(|| job.expect_writable(&files)).map_err(|error| error_of(&error))
     }
 
     /// Bakes a shard, which is the file that it is kept in.
@@ -154,7 +123,7 @@ impl Bake {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let shard = shard_of(number, count)?;
-        report_of(py, &done(py, progress.as_ref(), |work| self.0.write_shard(shard, &output, work))?)
+        report_of(py, &watched(py, progress.as_ref(), None, |work| self.0.write_shard(shard, &output, work))?)
     }
 
     /// Puts shards together and writes the output: the bytes that one machine alone gives it.
@@ -165,10 +134,10 @@ impl Bake {
         output: PathBuf,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let files = BakeFiles::of_merge(output);
+        let files = JobFiles::of_merge(output);
         let inputs: Vec<&Path> = parts.iter().chain([&self.0.job().source.scene]).map(PathBuf::as_path).collect();
-        files.expect_writable(&inputs).map_err(|error| error_of_job(&error))?;
-        report_of(py, &done(py, progress.as_ref(), |work| self.0.merge(&parts, &files, work))?)
+        files.expect_writable(inputs).map_err(|error| error_of(&error))?;
+        report_of(py, &watched(py, progress.as_ref(), None, |work| self.0.merge(&parts, &files, work))?)
     }
 }
 

@@ -7,11 +7,16 @@ use std::path::Path;
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 
-use lobe::io::{Job, Progress};
+use lobe::io::{IoError, Job, OptionError, Progress};
+use lobe::prt::PrtError;
+use lobe::render::RenderError;
+use lobe::scene::SceneError;
+use lobe::shadow::ShadowError;
 use pyo3::exceptions::{PyKeyboardInterrupt, PyOSError, PyRuntimeError};
 use pyo3::prelude::*;
 
 use crate::forked::with_threads;
+use crate::options::{refusal, told, warn};
 use crate::rows::{UNSTOPPED, value_error};
 
 /// An error of the library, which may be that its work was stopped.
@@ -25,25 +30,25 @@ impl WorkError for lobe::env::EnvError {
     }
 }
 
-impl WorkError for lobe::prt::PrtError {
+impl WorkError for PrtError {
     fn is_cancelled(&self) -> bool {
         matches!(self, Self::Cancelled)
     }
 }
 
-impl WorkError for lobe::render::RenderError {
+impl WorkError for RenderError {
     fn is_cancelled(&self) -> bool {
         matches!(self, Self::Cancelled)
     }
 }
 
-impl WorkError for lobe::shadow::ShadowError {
+impl WorkError for ShadowError {
     fn is_cancelled(&self) -> bool {
         matches!(self, Self::Cancelled)
     }
 }
 
-impl WorkError for lobe::io::IoError {
+impl WorkError for IoError {
     fn is_cancelled(&self) -> bool {
         matches!(self, Self::Cancelled)
     }
@@ -51,6 +56,9 @@ impl WorkError for lobe::io::IoError {
 
 /// An error as Python has it: `OSError` where the system refused, else `ValueError`.
 pub(crate) fn error_of(error: &(dyn Error + 'static)) -> PyErr {
+    if let Some(error) = option_error(error) {
+        return refusal(error);
+    }
     let mut cause = error.source();
     while let Some(inner) = cause {
         if inner.is::<io::Error>() {
@@ -59,6 +67,19 @@ pub(crate) fn error_of(error: &(dyn Error + 'static)) -> PyErr {
         cause = inner.source();
     }
     value_error(error)
+}
+
+/// The refusal of an option, if an error is one.
+fn option_error<'a>(error: &'a (dyn Error + 'static)) -> Option<&'a OptionError> {
+    macro_rules! refused_by {
+        ($($type:ident),*) => {$(
+            if let Some($type::OfJob(error)) = error.downcast_ref() {
+                return Some(error);
+            }
+        )*};
+    }
+    refused_by!(IoError, SceneError, PrtError, ShadowError, RenderError);
+    None
 }
 
 /// Numbers that are worked on before anyone waits: to start a thread takes as long as some thousands of them.
@@ -94,6 +115,22 @@ pub(crate) fn answered<T: Send + 'static>(
     }
 }
 
+/// Reads without the interpreter's lock. Ctrl-C is answered at once; what a user should know is a warning.
+pub(crate) fn heard<T: Send + 'static, E: WorkError>(
+    py: Python<'_>,
+    read: impl FnOnce(&mut Job<'_>) -> Result<T, E> + Send + 'static,
+) -> PyResult<T> {
+    let (found, remarks) = answered(py, usize::MAX, move || {
+        let mut remarks = Vec::new();
+        let mut listener = |about: &str, text: &str| remarks.push(told(about, text));
+        let found = read(&mut Job::default().heard_by(&mut listener));
+        (found, remarks)
+    })?;
+    let found = found.map_err(|error| error_of(&error))?;
+    warn(py, &remarks)?;
+    Ok(found)
+}
+
 /// Does work without the interpreter's lock. `progress(done, total)`, if there is one, is called after each step of it; what it raises
 /// stops the work, as Ctrl-C does.
 pub(crate) fn watched<T: Send, E: WorkError>(
@@ -114,7 +151,7 @@ pub(crate) enum Failed<E> {
     Work(E),
 }
 
-/// [`watched`], with the error as it was.
+/// [`watched`], with the error as it was. What a user should know of the work is a warning.
 pub(crate) fn watched_work<T: Send, E: WorkError>(
     py: Python<'_>,
     progress: Option<&Py<PyAny>>,
@@ -135,16 +172,19 @@ pub(crate) fn watched_work<T: Send, E: WorkError>(
             }
         }
     };
+    let mut remarks = Vec::new();
     let done = py.detach(|| {
         with_threads(|| {
             let mut watch = |state: &Progress| watch(&mut raised, state);
-            let job = Job::default().watched_by(&mut watch);
+            let mut listener = |about: &str, text: &str| remarks.push(told(about, text));
+            let job = Job::default().watched_by(&mut watch).heard_by(&mut listener);
             work(match checkpoint {
                 Some(path) => job.kept_in(path),
                 None => job,
             })
         })
     });
+    warn(py, &remarks).map_err(Failed::Raised)?;
     match (done, raised) {
         // Even where all was done already: what was raised is for the caller.
         (Ok(_), Some(error)) => Err(Failed::Raised(error)),

@@ -88,7 +88,9 @@ mod _lobe {
     #[pymodule_export]
     use crate::motion::Moving;
     #[pymodule_export]
-    use crate::options::bake_fields;
+    use crate::motion::check_moving;
+    #[pymodule_export]
+    use crate::options::{bake_fields, moving_fields};
     #[pymodule_export]
     use crate::outputs::{clear_abandoned, write_whole};
     #[pymodule_export]
@@ -100,7 +102,7 @@ mod _lobe {
     #[pymodule_export]
     use crate::search::{lights, minimum, minimum_bound, peaks};
     #[pymodule_export]
-    use crate::shadows::{field, field_shard, lamp, self_visibility, sphere_table, spheres};
+    use crate::shadows::{field, lamp, sphere_table, spheres};
     #[pymodule_export]
     use crate::techniques::{show, techniques};
 

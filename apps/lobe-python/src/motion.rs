@@ -5,130 +5,35 @@ use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
 use std::thread::{self, ThreadId};
 use std::time::Duration;
 
-use lobe::prt::{AdaptiveOptions, AlbedoMode, BakeOptions, BakedTransfer};
-use lobe::render::{
-    MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, MovingShading, MovingSplitOptions, RenderError,
-    VisibilityGridOptions, light_moving_scene,
-};
-use lobe::scene::{Bvh, SceneReadReport};
+use lobe::io::{JobFiles, JobOptions as _, MemoryLimit};
+use lobe::prt::BakeOptions;
+use lobe::render::{MovingJob, MovingScene, MovingShading, OneBake, RenderError, light_moving_scene};
+use lobe::scene::Bvh;
 use lobe::sh::Dir;
-use lobe::shadow::{FieldOptions, LogTable, LogTableOptions, RadialInterpolation, ShadowFieldOptions, ShadowOptions};
 use numpy::PyReadonlyArray2;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 use crate::forked::with_threads;
-use crate::job::{answered, error_of, watched};
+use crate::job::{error_of, heard, watched};
 use crate::maps::Map;
+use crate::options::{refusal, values_of};
 use crate::pictures::{
     Behind, Paths, Pixels, Traced, View, camera_around, distant_light, expansion, trace, traced, view_options,
 };
-use crate::rows::value_error;
-use crate::scenes::{Read, SceneInput, remark};
+use crate::scenes::SceneInput;
 use crate::sharing::Share;
 
-/// What bakes parts and shades them, whose ranges the package has checked.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-pub(crate) struct Shading {
-    method: String,
-    /// That of what is baked already, or 4.
-    order: Option<usize>,
-    samples: Option<u32>,
-    bounces: Option<usize>,
-    exponential: String,
-    spheres: Option<usize>,
-    sphere_bounce: bool,
-    sphere_window: Option<f64>,
-    interpolation: String,
-    group: usize,
-    still_points: usize,
-    /// Whether what stands still is split first.
-    split: bool,
-    max_vertices: Option<usize>,
+/// The job of a dictionary of options.
+fn job_of(asked: &Bound<'_, PyDict>) -> PyResult<MovingJob> {
+    MovingJob::from_values(values_of(asked)?).map_err(|error| refusal(&error))
 }
 
-impl Shading {
-    fn method(&self) -> PyResult<MovingMethod> {
-        match &*self.method {
-            "fields" => Ok(MovingMethod::Fields),
-            "exponentials" => Ok(MovingMethod::Exponentials),
-            other => Err(value_error(format!("method: expected fields or exponentials, found {other:?}"))),
-        }
-    }
-
-    /// Of the transfer of each part.
-    fn transfer(&self, moving: &MovingScene) -> BakeOptions {
-        let defaults = BakeOptions::default();
-        let (order, bounces) = (self.order.or_else(|| moving.order()), self.bounces.unwrap_or(defaults.bounces));
-        let mut options = defaults.clone().order(order.unwrap_or(defaults.order)).bounces(bounces);
-        options.samples = self.samples;
-        options
-    }
-
-    fn bakes(&self, transfer: &BakeOptions) -> MovingBakeOptions {
-        let bake = MovingBakeOptions::default();
-        let (spheres, visibility) = (bake.spheres.clone(), VisibilityGridOptions::default());
-        let (count, deformed) = (self.spheres.unwrap_or(spheres.count), self.spheres.or(bake.deformed_spheres));
-        bake.transfer(transfer.clone().albedo(AlbedoMode::None))
-            .field(FieldOptions::default().order(transfer.order))
-            .spheres(spheres.count(count))
-            .deformed_spheres(deformed)
-            .visibility(visibility.order(transfer.order).points(self.still_points))
-            .still_hides(self.still_points > 0)
-    }
-
-    fn shading(&self, order: usize) -> PyResult<MovingShading> {
-        let interpolation = match &*self.interpolation {
-            "linear" => RadialInterpolation::Linear,
-            "cubic" => RadialInterpolation::Cubic,
-            other => return Err(value_error(format!("interpolation: expected linear or cubic, found {other:?}"))),
-        };
-        let exponential = self.exponential.parse().map_err(value_error)?;
-        let options = MovingOptions::default()
-            .method(self.method()?)
-            .order(order)
-            .fields(ShadowFieldOptions::default().interpolation(interpolation))
-            .spheres(ShadowOptions::default().method(exponential).group(self.group))
-            .bounce(self.sphere_bounce);
-        let mut table = LogTableOptions::default().order(order);
-        table.window = self.sphere_window;
-        let table = LogTable::new(&table).map_err(|error| error_of(&error))?;
-        MovingShading::with_table(options, table).map_err(|error| error_of(&error))
-    }
-}
-
-/// Reads or makes a scene.
-fn read(
-    input: &SceneInput,
-    animation: Option<&str>,
-    asked: (Option<usize>, Option<usize>),
-) -> Result<Read<MovingScene>, RenderError> {
-    if input.path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("json")) {
-        if animation.is_some() {
-            let text = "animation: only of glTF files; a scene description says which animations its entities play";
-            return Err(RenderError::Options(text.to_owned()));
-        }
-        let (moving, reports) = MovingScene::read(&input.path, &input.options)?;
-        let of_file = |(file, report): &(PathBuf, SceneReadReport)| {
-            report.remarks().iter().map(|text| remark(file, text)).collect::<Vec<_>>()
-        };
-        return Ok(Read { found: moving, remarks: reports.iter().flat_map(of_file).collect() });
-    }
-    let Read { found: (animated, gltf), mut remarks } = input.animated()?;
-    let baked = match gltf.as_ref().filter(|gltf| BakedTransfer::covers(gltf, animated.rest())) {
-        Some(gltf) => Some(BakedTransfer::of(gltf, animated.rest())?),
-        None => None,
-    };
-    let chosen = match animation {
-        Some(name) => Some(animated.animation(name)?),
-        None => (!animated.animations().is_empty()).then_some(0),
-    };
-    let mut moving = MovingScene::animated(animated, chosen)?;
-    let (order, bounces) = asked;
-    let dropped = baked.and_then(|baked| moving.keep_baked(&baked, order, bounces));
-    remarks.extend(dropped.map(|text| remark(&input.path, &text)));
-    Ok(Read { found: moving, remarks })
+/// Refuses options that are out of range, or cannot be had together.
+#[pyfunction]
+pub(crate) fn check_moving(asked: &Bound<'_, PyDict>) -> PyResult<()> {
+    job_of(asked).map(drop)
 }
 
 /// A scene that moves, and how it is shaded once its parts are baked.
@@ -141,6 +46,7 @@ pub(crate) struct Moving {
 }
 
 struct Inner {
+    name: String,
     scene: MovingScene,
     /// And the options of bakes of backs.
     shading: Option<(MovingShading, BakeOptions)>,
@@ -194,19 +100,21 @@ impl Moving {
 
 #[pymethods]
 impl Moving {
-    /// Reads a scene; `asked` is the order and the bounces that transfer in the file is kept for.
+    /// Reads a scene; transfer in the file is kept as far as it suits the order.
     #[staticmethod]
     fn load(
         py: Python<'_>,
         input: SceneInput,
-        animation: Option<String>,
+        asked: &Bound<'_, PyDict>,
+        order: Option<usize>,
         is_looped: bool,
-        asked: (Option<usize>, Option<usize>),
     ) -> PyResult<Self> {
-        let read = answered(py, usize::MAX, move || read(&input, animation.as_deref(), asked))?;
-        let scene = read.map_err(|error| error_of(&error))?.told(py)?.looped(is_looped);
+        let job = job_of(asked)?;
+        let (name, memory) = (input.source.name(), input.memory);
+        let read = heard(py, move |work| job.read(input.open()?, (order, true), memory, work))?;
+        let scene = read.moving.looped(is_looped);
         let span = scene.span();
-        Ok(Self::new(span, Inner { scene, shading: None, tree: None }))
+        Ok(Self::new(span, Inner { name, scene, shading: None, tree: None }))
     }
 
     /// The times, in seconds, between which the scene moves.
@@ -230,29 +138,30 @@ impl Moving {
     fn bake(
         &self,
         py: Python<'_>,
-        shading: Shading,
+        asked: &Bound<'_, PyDict>,
+        order: Option<usize>,
         checkpoint: Option<PathBuf>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<usize> {
-        let method = shading.method()?;
+        let job = job_of(asked)?;
+        MovingJob::check_order(order).map_err(|error| refusal(&error))?;
         let mut held = self.hold(py)?;
-        let inner = &mut *held.inner;
-        let transfer = shading.transfer(&inner.scene);
-        let made = shading.shading(transfer.order)?;
-        let bakes = shading.bakes(&transfer);
-        if shading.split {
-            let adaptive = AdaptiveOptions::default().max_vertices(shading.max_vertices);
-            let split = MovingSplitOptions::default().adaptive(adaptive.bake(bakes.transfer.clone()));
-            watched(py, progress.as_ref(), None, |job| inner.scene.split(&split, job))?;
-            inner.tree = None;
-        }
-        watched(py, progress.as_ref(), checkpoint.as_deref(), |job| {
-            inner.scene.expect_order(transfer.order)?;
-            inner.scene.bake(method, &bakes, job)?;
-            inner.shading = Some((made, transfer.clone()));
+        let Inner { scene, shading, tree, name } = &mut *held.inner;
+        let light = job.light(scene, order);
+        let files = checkpoint.map(|path| JobFiles::kept_in(path.clone(), path));
+        watched(py, progress.as_ref(), None, |mut work| {
+            job.split(scene, &light, name, work.reborrow())?;
+            *tree = None;
+            let mut bake_one = |_: &str, own: Option<&JobFiles>, bake: &mut OneBake<'_>| {
+                let one = work.reborrow();
+                bake(if let Some(own) = own { one.kept_in(own.checkpoint()) } else { one })
+            };
+            let unlimited = MemoryLimit::of(f64::MAX);
+            let (made, _) = job.prepare::<RenderError>(scene, &light, (unlimited, files.as_ref()), &mut bake_one)?;
+            *shading = Some((made, light.clone()));
             Ok::<_, RenderError>(())
         })?;
-        Ok(transfer.order)
+        Ok(light.order)
     }
 
     /// A moment under light, before a background as of `render_still`: `(height, width, 3)`, or 4 before nothing.

@@ -3,13 +3,15 @@
 use std::ffi::CString;
 
 use lobe::io::{JobOptions, OptionError, OptionField, OptionKind, one_line, worded};
-use lobe::prt::{BakeJob, PrtError};
+use lobe::prt::BakeJob;
+use lobe::render::{MovingJob, TransferSource};
+use lobe::scene::SceneSource;
+use lobe::shadow::{FieldJob, SphereJob};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyString};
+use serde::Serialize;
 use serde_json::{Map, Value};
-
-use crate::job::error_of;
 
 /// The values of a dictionary, None for what is left open.
 pub(crate) fn values_of(asked: &Bound<'_, PyDict>) -> PyResult<Map<String, Value>> {
@@ -55,7 +57,10 @@ fn text_of(value: &Bound<'_, PyAny>) -> PyResult<Value> {
 pub(crate) fn named(name: &str) -> Option<String> {
     match name {
         "max_memory" => Some("Scene.max_bytes".to_owned()),
-        name => BakeJob::fields().iter().any(|field| field.name == name).then(|| name.to_owned()),
+        name => {
+            let of_bakes = BakeJob::has(name) || FieldJob::has(name) || SphereJob::has(name);
+            (of_bakes || TransferSource::has(name) || MovingJob::has(name)).then(|| name.to_owned())
+        }
     }
 }
 
@@ -66,12 +71,15 @@ pub(crate) fn refusal(error: &OptionError) -> PyErr {
     if error.is_type { PyTypeError::new_err(text) } else { PyValueError::new_err(text) }
 }
 
-/// The error of a job.
-pub(crate) fn error_of_job(error: &PrtError) -> PyErr {
-    match error {
-        PrtError::OfJob(error) => refusal(error),
-        error => error_of(error),
-    }
+/// A remark in the names of Python.
+pub(crate) fn told(about: &str, text: &str) -> String {
+    format!("{about}: {}", worded(text, named))
+}
+
+/// A report as a dictionary.
+pub(crate) fn json_of<'py>(py: Python<'py>, report: &impl Serialize) -> PyResult<Bound<'py, PyAny>> {
+    let text = serde_json::to_string(report).map_err(|error| PyValueError::new_err(error.to_string()))?;
+    py.import("json")?.call_method1("loads", (text,))
 }
 
 /// A warning for each remark that work has made.
@@ -86,29 +94,44 @@ pub(crate) fn warn(py: Python<'_>, remarks: &[String]) -> PyResult<()> {
     Ok(())
 }
 
-/// The options of a bake: name, type, default, and what each does.
+/// An option of a job: its name, its type, its default, and what it does.
+type Field = (&'static str, String, String, String);
+
+/// The options of a bake, but for those of reading its scene.
 #[pyfunction]
-pub(crate) fn bake_fields() -> Vec<(&'static str, String, String, String)> {
+pub(crate) fn bake_fields() -> Vec<Field> {
+    fields_of::<BakeJob>().filter(|field| !SceneSource::has(field.0)).collect()
+}
+
+/// The options of a scene that moves.
+#[pyfunction]
+pub(crate) fn moving_fields() -> Vec<Field> {
+    fields_of::<MovingJob>().collect()
+}
+
+fn fields_of<T: JobOptions>() -> impl Iterator<Item = Field> {
+    T::fields().into_iter().map(field_of::<T>)
+}
+
+fn field_of<T: JobOptions>(field: &'static OptionField) -> Field {
     let plain = |text: &str| worded(text, |name| Some(name.to_owned()));
-    let of_field = |field: &'static OptionField| {
-        let own = BakeJob::default_of(field.name);
-        let (kind, is_open) = (type_of(&field.kind), own.is_none());
-        let default = own.map_or_else(|| "None".to_owned(), |value| in_python(&value));
-        let mut doc = plain(&field.marked_doc());
-        if let OptionKind::Whole { least, most, .. } = field.kind
-            && most < u64::from(u32::MAX)
-        {
-            doc += &format!("; {least} to {most}");
-        }
-        if let OptionKind::Name(names) = field.kind {
-            doc += &format!(": {}", names.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", "));
-        }
-        if is_open && !field.left_open.is_empty() {
-            doc += &format!("; None: {}", plain(field.left_open));
-        }
-        (field.name, if is_open { format!("{kind} | None") } else { kind }, default, format!("{doc}."))
-    };
-    BakeJob::FIELDS.iter().map(of_field).collect()
+    let own = T::default_of(field.name);
+    let (kind, is_open) = (type_of(&field.kind), own.is_none());
+    let default = own.map_or_else(|| "None".to_owned(), |value| in_python(&value));
+    let mut doc = plain(&field.marked_doc());
+    if let OptionKind::Whole { least, most, .. } = field.kind
+        && most < u64::from(u32::MAX)
+    {
+        doc += &format!("; {least} to {most}");
+    }
+    if let OptionKind::Name(names) = field.kind {
+        doc += &format!(": {}", names.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", "));
+    }
+    let left_open = T::left_open_of(field);
+    if is_open && !left_open.is_empty() {
+        doc += &format!("; None: {}", plain(left_open));
+    }
+    (field.name, if is_open { format!("{kind} | None") } else { kind }, default, format!("{doc}."))
 }
 
 fn type_of(kind: &OptionKind) -> String {

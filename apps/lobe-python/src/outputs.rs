@@ -26,13 +26,6 @@ pub(crate) fn prepare(output: &Path, endings: &[&str], inputs: &[&Path]) -> PyRe
     Ok(())
 }
 
-/// A file beside an output: its name with another ending appended.
-pub(crate) fn beside(output: &Path, ending: &str) -> PathBuf {
-    let mut name = output.as_os_str().to_owned();
-    name.push(ending);
-    name.into()
-}
-
 /// Whether the name of a file has this ending, in letters of any case.
 pub(crate) fn has_ending(path: &Path, ending: &str) -> bool {
     path.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending))

@@ -1,29 +1,26 @@
 //! Pictures of scenes, and how far two pictures are apart.
 
-use std::path::{Path, PathBuf};
-
 use lobe::env::MappedMap;
 use lobe::image::{
     HalvesReport, ImageError, Measured, Picture, ZTest, compare as compare_pixels, flip, hdr_flip, relative_mse,
 };
-use lobe::io::{Job, Shard};
-use lobe::prt::{AdaptiveOptions, AlbedoMode, BakeOptions, BakeWork, BakedOrScene, GlossyLobe};
+use lobe::io::{Job, JobOptions as _, Shard};
 use lobe::render::{
-    Background, BakedScene, Camera, DistantLight, Emitter, LitPicture, PathOptions, RenderError, SampleCount, Surfaces,
-    Truth, TruthOptions, ViewOptions, ViewPoint, light_baked_scene, light_by_irradiance, render_truth_shard,
-    render_truth_with_emitters,
+    Background, Camera, CameraOptions, DistantLight, Emitter, LitPicture, PathOptions, RenderError, SampleCount,
+    Surfaces, TransferSource, Truth, TruthOptions, ViewOptions, light_baked_scene, light_by_irradiance,
+    render_truth_shard, render_truth_with_emitters,
 };
-use lobe::scene::{Bvh, Scene, is_gltf};
+use lobe::scene::{Bvh, Scene};
 use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb, ShVec};
 use numpy::{PyArrayDyn, PyReadonlyArray2, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
-use crate::bakes;
-use crate::forked::with_threads;
-use crate::job::{answered, error_of, watched};
+use crate::job::{answered, error_of, heard, watched};
 use crate::maps::Map;
+use crate::options::{refusal, values_of};
 use crate::rows::{array_of, contiguous, value_error};
-use crate::scenes::{Read, SceneInput, remark};
+use crate::scenes::SceneInput;
 use crate::sharing::Share;
 
 /// An eye and its target, or its azimuth and height around the scene; and the angle of view from the bottom to the top
@@ -36,12 +33,8 @@ fn camera_of(scene: &Scene, view: View) -> PyResult<Camera> {
 
 /// The camera for a box in the world.
 pub(crate) fn camera_around(bounds: [[f64; 3]; 2], (eye, target, orbit, fov): View) -> PyResult<Camera> {
-    let view = match (eye, orbit) {
-        (Some(eye), _) => ViewPoint::At { eye, target },
-        (None, Some([azimuth, height])) => ViewPoint::Orbit { azimuth, height },
-        (None, None) => ViewPoint::default(),
-    };
-    view.camera(bounds, fov).map_err(|error| error_of(&error))
+    let options = CameraOptions::default().eye(eye).target(target).orbit(orbit).fov(fov);
+    options.camera(bounds).map_err(|error| error_of(&error))
 }
 
 /// A light of colors, `(n², 3)`.
@@ -62,111 +55,6 @@ pub(crate) fn pixels<'py>(py: Python<'py>, picture: &Picture) -> PyResult<Pixels
     array_of(py, numbers, &[height, width, 4])
 }
 
-/// How the picture of a scene that stands still is made.
-#[derive(Clone, FromPyObject)]
-#[pyo3(from_item_all)]
-pub(crate) struct Method {
-    /// As of the command; none takes the transfer that is baked, whatever its mode.
-    mode: Option<String>,
-    /// A file of transfer alone.
-    transfer: Option<PathBuf>,
-    /// Of the mode `glossy`.
-    lobe: Option<String>,
-    /// Of transfer that is baked on the way.
-    order: Option<usize>,
-    samples: Option<u32>,
-    bounces: Option<usize>,
-}
-
-/// A scene as it was read.
-enum Found {
-    Baked(Box<BakedScene>),
-    Scene(Scene),
-}
-
-impl Method {
-    fn lobe(&self) -> PyResult<Option<GlossyLobe>> {
-        self.lobe.as_ref().map(|lobe| lobe.parse().map_err(value_error)).transpose()
-    }
-
-    /// The scene, with the transfer of its fronts if that is in a file.
-    fn read(&self, input: &SceneInput, lobe: Option<GlossyLobe>) -> Result<Read<Found>, RenderError> {
-        if let Some(file) = &self.transfer {
-            let Read { found: scene, remarks } = input.scene()?;
-            let baked = BakedScene::read_transfer(scene, file, lobe)?;
-            return Ok(Read { found: Found::Baked(Box::new(self.checked(baked, file)?)), remarks });
-        }
-        let is_baked_file = is_gltf(&input.path);
-        match &self.mode {
-            None if input.is_built_in() => {
-                let text = "mode: expected one, such as interreflected, as the scenes of Lobe are not baked";
-                Err(RenderError::Options(text.to_owned()))
-            }
-            None if !is_baked_file => {
-                let baked = BakedScene::read(&input.path, &input.options)?;
-                Ok(Read::silent(Found::Baked(Box::new(baked))))
-            }
-            // A baked scene holds no matrices.
-            mode if lobe.is_none() && mode.as_deref() != Some(IRRADIANCE) && is_baked_file => {
-                match BakedOrScene::of(&input.gltf()?)? {
-                    BakedOrScene::Baked(baked) => {
-                        let remarks = baked.report.notes.iter().map(|text| remark(&input.path, text)).collect();
-                        let baked = self.checked(BakedScene::from(*baked), &input.path)?;
-                        Ok(Read { found: Found::Baked(Box::new(baked)), remarks })
-                    }
-                    // Of a file without transfer, what a baked one lacks is said.
-                    BakedOrScene::Scene(..) if mode.is_none() => {
-                        let baked = BakedScene::read(&input.path, &input.options)?;
-                        Ok(Read::silent(Found::Baked(Box::new(baked))))
-                    }
-                    BakedOrScene::Scene(scene, report) => Ok(input.with_remarks(Found::Scene(scene), &report)),
-                }
-            }
-            _ => Ok(input.scene()?.map(Found::Scene)),
-        }
-    }
-
-    /// Refuses transfer that was baked in another way than is asked for.
-    fn checked(&self, baked: BakedScene, file: &Path) -> Result<BakedScene, RenderError> {
-        let Some(mode) = &self.mode else { return Ok(baked) };
-        let found = baked.recipe().mode_name().unwrap_or(mode).to_owned();
-        let refused = |what: &str, found: &str, asked: &str| {
-            let place = file.display().to_string();
-            Err(RenderError::Invalid { place, message: format!("{what}: baked as {found}, not as {asked}") })
-        };
-        if found != *mode {
-            return refused("mode", &found, mode);
-        }
-        let recipe = baked.recipe();
-        let text = |number: Option<usize>| number.map_or("unknown".to_owned(), |number| number.to_string());
-        for (what, asked, found) in [
-            ("samples", self.samples.map(|n| n as usize), recipe.samples.map(|n| n as usize)),
-            ("bounces", self.bounces, recipe.bounces),
-        ] {
-            if asked.is_some() && asked != found {
-                return refused(what, &text(found), &text(asked));
-            }
-        }
-        if self.order.is_some_and(|order| order > baked.order()) {
-            return refused("order", &text(Some(baked.order())), &text(self.order));
-        }
-        let mode = bakes::mode_of(mode).map_err(|error| RenderError::Options(error.to_string()))?;
-        let options = baked.options().clone().mode(mode);
-        Ok(baked.with_options(options))
-    }
-
-    fn options(&self, mode: &str) -> PyResult<BakeOptions> {
-        let defaults = BakeOptions::default();
-        let (order, bounces) = (self.order.unwrap_or(defaults.order), self.bounces.unwrap_or(defaults.bounces));
-        let mut options = defaults.mode(bakes::mode_of(mode)?).order(order).bounces(bounces);
-        options.samples = self.samples;
-        Ok(options)
-    }
-}
-
-/// The mode that has no transfer.
-const IRRADIANCE: &str = "irradiance";
-
 /// A scene under light, before a background, such as the map or, without one, the light itself: `(height, width, 3)`,
 /// or 4 before nothing.
 #[pyfunction]
@@ -174,7 +62,8 @@ const IRRADIANCE: &str = "irradiance";
 pub(crate) fn render_still<'py>(
     py: Python<'py>,
     scene: SceneInput,
-    method: Method,
+    asked: Option<Bound<'py, PyDict>>,
+    order: Option<usize>,
     light: PyReadonlyArray2<'py, f64>,
     map: Option<&Map>,
     background: &str,
@@ -183,49 +72,28 @@ pub(crate) fn render_still<'py>(
     rays: usize,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Pixels<'py>> {
-    let (light, lobe) = (expansion(&light)?, method.lobe()?);
-    let asked = method.clone();
-    let read = answered(py, usize::MAX, move || asked.read(&scene, lobe))?;
-    let found = read.map_err(|error| error_of(&error))?.told(py)?;
-    let options = view_options(size, rays);
-    let behind = Behind::new(background, map)?;
+    let (light, options, behind) = (expansion(&light)?, view_options(size, rays), Behind::new(background, map)?);
     let progress = progress.as_ref();
-    let mut baked = match (found, method.mode.as_deref()) {
-        (Found::Baked(baked), _) => *baked,
-        (Found::Scene(scene), Some(IRRADIANCE) | None) => {
-            let (bvh, camera) = (py.detach(|| with_threads(|| Bvh::new(&scene))), camera_of(&scene, view)?);
-            let shown = |s: Dir| behind.seen([&light, &light], s);
-            let lit = watched(py, progress, None, |job| {
-                light_by_irradiance(&scene, &bvh, &light, &camera, &options, shown, job)
-            })?;
-            return behind.pixels(py, lit);
-        }
-        (Found::Scene(scene), Some(mode)) => {
-            let bake = method.options(mode)?;
-            if lobe.is_some() {
-                watched(py, progress, None, |job| BakedScene::bake(scene, &bake, lobe, job))?
-            } else {
-                // As the command does: split where transfer is off, with the albedo where textures are.
-                let bake = bake.albedo(AlbedoMode::of_scene(&scene));
-                let splitting = AdaptiveOptions::default().bake(bake.clone());
-                let work = py.detach(|| with_threads(|| BakeWork::at_vertices(scene, bake.clone())));
-                let work = work.map_err(|error| error_of(&error))?;
-                let (scene, _) = watched(py, progress, None, |job| work.split(&splitting, job))?;
-                watched(py, progress, None, |job| BakedScene::bake(scene, &bake, None, job))?
-            }
-        }
+    let Some(asked) = asked else {
+        // By irradiance, without transfer.
+        let (scene, bvh) = scene.read(py)?;
+        let camera = camera_of(&scene, view)?;
+        let shown = |s: Dir| behind.seen([&light, &light], s);
+        let lit = watched(py, progress, None, |job| {
+            light_by_irradiance(&scene, &bvh, &light, &camera, &options, shown, job)
+        })?;
+        return behind.pixels(py, lit);
     };
-    let camera = camera_of(baked.scene(), view)?;
+    let asked = TransferSource::from_values(values_of(&asked)?).map_err(|error| refusal(&error))?;
+    let memory = scene.memory;
+    let open = heard(py, move |_| scene.open())?;
+    let found = watched(py, progress, None, |job| asked.prepare(open, order, memory, job))?;
+    let camera = camera_of(found.baked.scene(), view)?;
+    // Files hold the fronts of surfaces; backs are baked as far as the view shows them.
+    let baked = watched(py, progress, None, |job| found.with_backs((&camera, &options), job))?;
     let lights = light.resized(baked.order().min(light.order()));
     let shown = |s: Dir| behind.seen([&light, &lights], s);
-    // Files hold the fronts of surfaces; backs are baked as far as the view shows them.
-    let lit = watched(py, progress, None, |mut job| {
-        let seen = baked.backs_in_view(&camera, &options, job.reborrow())?;
-        if !seen.is_empty() {
-            baked.bake_backs(&seen, job.reborrow())?;
-        }
-        light_baked_scene(&baked, &light, &camera, &options, shown, job)
-    })?;
+    let lit = watched(py, progress, None, |job| light_baked_scene(&baked, &light, &camera, &options, shown, job))?;
     behind.pixels(py, lit)
 }
 
@@ -326,10 +194,9 @@ pub(crate) fn render_traced<'py>(
 ) -> PyResult<Traced<'py>> {
     let (distant, options) = (distant_light(py, light, map, background)?, paths.options(size)?);
     if let Some(share) = &share {
-        share.begin(py, &[&scene.path], progress.as_ref())?;
+        share.begin(py, &[&*scene.source.scene], progress.as_ref())?;
     }
-    let read = answered(py, usize::MAX, move || scene.scene().map(|read| read.map(|scene| (Bvh::new(&scene), scene))))?;
-    let (bvh, scene) = read.map_err(|error| error_of(&error))?.told(py)?;
+    let (scene, bvh) = scene.read(py)?;
     let camera = camera_of(&scene, view)?;
     traced(py, share.as_ref(), progress.as_ref(), |shard, job| {
         trace(&scene, &bvh, &camera, (&distant, &[]), &options, shard, job)

@@ -2,7 +2,7 @@
 
 import json
 
-import bake_fields
+import option_fields
 import pytest
 from command import lobe_command
 
@@ -12,7 +12,7 @@ QUICK = {"order": 2, "samples": 4, "no_split": True}
 
 
 def test_the_fields_are_those_of_the_library():
-    assert bake_fields.FILE.read_text() == bake_fields.text(), "python tests/bake_fields.py writes them anew"
+    assert option_fields.FILE.read_text() == option_fields.text(), "python tests/option_fields.py writes them anew"
 
 
 def test_options_like_those_of_a_file_bake_its_bytes_again(tmp_path):

@@ -26,6 +26,10 @@ pub enum IoError {
         /// Which version it is of, and what to do.
         message: String,
     },
+    /// An option of a job is refused.
+    #[cfg(feature = "options")]
+    #[error(transparent)]
+    OfJob(#[from] crate::OptionError),
     /// The watch of the job said to stop.
     #[error("stopped before the end")]
     Cancelled,

@@ -14,7 +14,9 @@
 //! | clear away what programs that were killed have left, or would leave | [`remove_abandoned`]; [`before_writing`], [`remove_unfinished`] |
 //! | refuse a pipe where a file is named | [`expect_file`] |
 //! | have large arrays on huge pages | [`HugePages`], [`choose_huge_pages`] |
-//! | have options in one table for every front (feature `options`) | `options!`, `JobOptions`, `OptionField`, `OptionError`, `worded` |
+//! | have options in one table for every front (feature `options`) | `options!`, `JobOptions`, `OptionField`, `OptionError`, `worded`; `WorkOptions`, `SharingOptions` |
+//! | take them from a command line (feature `clap`) | `JobArgs` |
+//! | keep results beside an output until it is written (feature `options`) | `JobFiles` |
 //! | refuse work that takes too much memory, or room on the disk (feature `options`) | `MemoryLimit`, `expect_room` |
 //! | print what a file says in one line that no character turns around | [`one_line`] |
 
@@ -22,6 +24,8 @@ mod error;
 mod fingerprint;
 mod huge_pages;
 mod job;
+#[cfg(feature = "options")]
+mod job_files;
 #[cfg(feature = "options")]
 mod memory_limit;
 mod one_line;
@@ -42,16 +46,22 @@ pub use fingerprint::Fingerprint;
 pub use huge_pages::{HugePages, choose_huge_pages};
 pub use job::{Job, Listener, Progress, Watch};
 #[cfg(feature = "options")]
+pub use job_files::JobFiles;
+#[cfg(feature = "options")]
 pub use memory_limit::MemoryLimit;
 pub use one_line::one_line;
 #[cfg(feature = "options")]
 pub use options::field::{OptionError, OptionField, worded};
+#[cfg(feature = "clap")]
+pub use options::job_args::{JobArgs, flag, option};
 #[cfg(feature = "options")]
-pub use options::job_options::{Given, JobOptions};
+pub use options::job_options::{Given, GivenPaths, JobOptions};
 #[cfg(feature = "options")]
 pub use options::kind::{NumberRange, OptionKind, Refusal};
 #[cfg(feature = "options")]
 pub use options::path_text::{as_text, as_text_if_any, as_texts};
+#[cfg(feature = "options")]
+pub use options::work_options::{SharingOptions, WorkOptions};
 pub use portions::Portions;
 pub use records::layout::{RecordFormat, RecordLayout};
 pub use records::merge::merge_shards;

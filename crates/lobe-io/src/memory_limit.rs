@@ -24,6 +24,12 @@ impl MemoryLimit {
         Self { gib }
     }
 
+    /// A limit in bytes; none without one.
+    #[must_use]
+    pub fn of_bytes(bytes: Option<u64>) -> Self {
+        Self { gib: bytes.map_or(f64::MAX, |bytes| bytes as f64 / GIB) }
+    }
+
     /// The limit in gibibytes.
     #[must_use]
     pub fn gib(self) -> f64 {

@@ -72,6 +72,7 @@ impl From<IoError> for PrtError {
     fn from(error: IoError) -> Self {
         match error {
             IoError::Cancelled => Self::Cancelled,
+            IoError::OfJob(error) => Self::OfJob(error),
             other => Self::Io(other),
         }
     }

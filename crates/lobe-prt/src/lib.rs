@@ -11,10 +11,10 @@
 //! | transfer vectors | [`Transfer`], [`Channels`]; in 16 bits [`HalfTransfer`], [`HalfReport`]; without holding it in memory [`TransferRows`], [`StoredTransfer`] |
 //! | receivers | [`Receivers`]; [`TexelReceivers`] of a lightmap, shown by [`Lightmap`], finished by [`FinishOptions`] |
 //! | transfer and matrices at vertices by least squares | [`bake_vertices`], [`FittedVertices`] |
-//! | adaptive subdivision | [`split_adaptively`], [`AdaptiveOptions`], [`AdaptiveReport`], [`split_checkpoints`] |
+//! | adaptive subdivision | [`split_adaptively`], [`AdaptiveOptions`], [`AdaptiveReport`] |
 //! | baking | [`fn@bake`], [`bake_on_disk`], [`bake_shard`], [`BakeOptions`], [`BakeMode`], [`AlbedoMode`], [`BakeReport`] |
 //! | a bake as a piece of work, with its points, shards and file | [`BakeWork`], [`BakedRows`], [`Fitted`] |
-//! | all that is asked of a bake as one value, and all that is done for it | [`BakeJob`], [`UnwrapMode`]; step by step [`OpenBake`], [`PreparedBake`], [`BakeFiles`], [`BakeDone`] |
+//! | all that is asked of a bake as one value, and all that is done for it | [`BakeJob`], [`UnwrapMode`]; step by step [`OpenBake`], [`PreparedBake`], [`BakeDone`] |
 //! | baked glTF scenes | [`BakedGlb`], [`fn@read_baked`], [`Baked`]; their backs [`BakedBacks`], [`double_sided_vertices`]; baked or not: [`read_baked_or_scene`]; of an open file: [`BakedTransfer`] |
 //! | files of transfer alone | [`write_transfer`], [`write_half_transfer`], [`read_transfer`]; lightmaps [`write_lightmap`], [`read_lightmap`] |
 //! | compression (CPCA) | [`CompressedTransfer`], [`error_curve`] |
@@ -53,7 +53,6 @@ pub use bake::glossy::bake_matrices;
 pub use bake::options::{AlbedoMode, BakeMode, BakeOptions, BakeReport};
 pub use bake::pilot::Pilot;
 pub use bake::transfer_grid::{Neighborhood, NeighborhoodGrid, bake_neighborhood};
-pub use bake_job::bake_files::BakeFiles;
 pub use bake_job::bake_job::{BakeJob, UnwrapMode};
 pub use bake_job::open_bake::OpenBake;
 pub use bake_job::prepared_bake::{BakeDone, PreparedBake};
@@ -63,6 +62,7 @@ pub use compression::compress::{
 };
 pub use compression::compressed_table::{CompressedTable, TableWeights, WeightBits};
 pub use compression::compressed_transfer::CompressedTransfer;
+pub use compression::compression_options::CompressionOptions;
 pub use error::PrtError;
 pub use files::any_transfer::{AnyTransfer, read_any_transfer, read_any_transfer_bytes};
 pub use files::baked_backs::{BakedBacks, double_sided_vertices};
@@ -77,13 +77,14 @@ pub use files::lightmap_glb::LightmapGlb;
 pub use files::matrix_file::{
     read_matrices, read_matrices_bytes, read_neighborhood, read_neighborhood_bytes, write_matrices, write_neighborhood,
 };
+pub use files::open_scene::OpenScene;
 pub use files::read_baked::{
     Baked, BakedOrScene, BakedTransfer, baked_pose, is_baked, read_baked, read_baked_bytes, read_baked_or_scene,
     read_baked_or_scene_bytes,
 };
 pub use files::transfer_file::{read_transfer, read_transfer_bytes, write_half_transfer, write_transfer};
 pub use finishing::finish::{FinishOptions, FinishReport};
-pub use fit::adaptive::{AdaptiveOptions, AdaptiveReport, split_adaptively, split_checkpoints};
+pub use fit::adaptive::{AdaptiveOptions, AdaptiveReport, split_adaptively};
 pub use fit::fitted_vertices::FittedVertices;
 pub use fit::vertex_fit::bake_vertices;
 pub use job::fingerprint::{fingerprint_arithmetic, fingerprint_scene, scene_hash};

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use lobe_env::EnvError;
 use lobe_image::ImageError;
-use lobe_io::IoError;
+use lobe_io::{IoError, OptionError};
 use lobe_prt::PrtError;
 use lobe_scene::SceneError;
 use lobe_shadow::ShadowError;
@@ -35,10 +35,13 @@ pub enum RenderError {
     Shadow(ShadowError),
     /// A scene is at fault.
     #[error(transparent)]
-    Scene(#[from] SceneError),
+    Scene(SceneError),
     /// A scene, its transfer or their files are at fault.
     #[error(transparent)]
     Prt(PrtError),
+    /// An option of a job is refused.
+    #[error(transparent)]
+    OfJob(#[from] OptionError),
     /// The watch of the job said to stop.
     #[error("stopped before the end")]
     Cancelled,
@@ -83,11 +86,23 @@ impl From<EnvError> for RenderError {
     }
 }
 
+impl From<SceneError> for RenderError {
+    /// Work that was stopped is [`RenderError::Cancelled`], wherever it was.
+    fn from(error: SceneError) -> Self {
+        match error {
+            SceneError::Cancelled => Self::Cancelled,
+            SceneError::OfJob(error) => Self::OfJob(error),
+            other => Self::Scene(other),
+        }
+    }
+}
+
 impl From<IoError> for RenderError {
     /// Work that was stopped is [`RenderError::Cancelled`], wherever it was.
     fn from(error: IoError) -> Self {
         match error {
             IoError::Cancelled => Self::Cancelled,
+            IoError::OfJob(error) => Self::OfJob(error),
             other => Self::Io(other),
         }
     }
@@ -98,6 +113,7 @@ impl From<PrtError> for RenderError {
     fn from(error: PrtError) -> Self {
         match error {
             PrtError::Cancelled => Self::Cancelled,
+            PrtError::OfJob(error) => Self::OfJob(error),
             other => Self::Prt(other),
         }
     }
@@ -108,6 +124,7 @@ impl From<ShadowError> for RenderError {
     fn from(error: ShadowError) -> Self {
         match error {
             ShadowError::Cancelled => Self::Cancelled,
+            ShadowError::OfJob(error) => Self::OfJob(error),
             other => Self::Shadow(other),
         }
     }

@@ -54,6 +54,7 @@
 //! | cross-sections of functions on the sphere | [`PolarPlot`], [`CrossSection`] |
 //! | lit objects | [`Ball`], seen from a [`View`] |
 //! | shapes before a camera | [`Exhibit`], [`ExhibitSolid`], [`Torus`], [`Camera`]; what shades them: [`Shading`] |
+//! | cameras of scenes | [`ViewPoint`], [`CameraOptions`] |
 //! | mirrors | [`BlinnNewell`], [`SphereMapped`], [`CubeMapped`], [`Paraboloids`]; reference [`TracedMirror`] |
 //! | glossy reflection | [`Glossy`], [`HighlightMap`], [`ReflectionSpace`]; reference [`BruteForceReflection`] |
 //! | diffuse reflection | [`MatteByMap`], [`MatteBySh`] with [`IrradiancePolynomial`](lobe_sh::IrradiancePolynomial) |
@@ -63,6 +64,8 @@
 //! | all techniques on one sheet | [`environment_mapping_sheet`], [`environment_panels`] |
 //! | scenes of triangles | [`render_truth`], [`render_truth_shard`], [`Truth`], [`TruthOptions`]; [`fn@scene_picture`], [`SceneHit`] |
 //! | scenes with baked transfer | [`BakedScene`], [`light_baked_scene`], [`LitPicture`] |
+//! | what is asked of transfer for a picture as one value | [`TransferSource`], [`SceneTransfer`], [`PictureBake`] |
+//! | what is asked of a scene that moves as one value | [`MovingJob`], [`ReadMoving`] |
 //! | scenes that move | [`MovingScene`], its [`MovingPart`]s and [`MovingLamp`]s, [`Moment`], [`Moments`]; [`light_moving_scene`] by [`MovingShading`] |
 //! | what is baked of them | [`MovingBakeOptions`], [`PartBake`], [`KeptVertices`]; what stands still in a room [`VisibilityGrid`] |
 //! | scenes without transfer | [`light_by_irradiance`] |
@@ -85,6 +88,7 @@ mod progressive;
 mod scene_view;
 
 pub use camera::camera::Camera;
+pub use camera::camera_options::CameraOptions;
 pub use camera::view::View;
 pub use camera::view_point::ViewPoint;
 pub use environment_mapping::environment_maps::{EnvironmentMaps, TurnedMaps};
@@ -109,6 +113,7 @@ pub use moving::keep_transfer::KeptVertices;
 pub use moving::moment::Moment;
 pub use moving::moments::Moments;
 pub use moving::moving_bake::{MovingBakeOptions, PartBake, PartBakeKind};
+pub use moving::moving_job::{BakeOne, MovingJob, OneBake, ReadMoving};
 pub use moving::moving_lamp::MovingLamp;
 pub use moving::moving_options::{MovingMethod, MovingOptions};
 pub use moving::moving_part::{Motion, MovingPart};
@@ -137,7 +142,9 @@ pub use plot::profile_plot::{Profile, ProfilePlot};
 pub use plot::pyramid::{Pyramid, basis_balloons, basis_crosses};
 pub use scene_view::baked_scene::{BakedScene, LitScene, transfer_bytes};
 pub use scene_view::light_scene::{LitPicture, light_baked_scene, light_by_irradiance};
+pub use scene_view::picture_bake::PictureBake;
 pub use scene_view::scene_picture::{SceneHit, ViewOptions, scene_picture};
+pub use scene_view::transfer_source::{SceneTransfer, TransferSource};
 
 /// The examples of the README are tests.
 #[cfg(doctest)]

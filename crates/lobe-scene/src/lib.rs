@@ -82,6 +82,7 @@ pub use motion::animation::Animation;
 pub use motion::entity::{Entity, EntityKind};
 pub use motion::place::{Place, Similarity};
 pub use motion::posed_scene::PosedScene;
+pub use reading::entity_source::ReadEntity;
 pub use reading::gltf_reader::GltfReader;
 pub use reading::read_scene::{read_scene, read_scene_bytes};
 pub use reading::scene_source::{BUILT_IN, ReadScene, SceneSource};

@@ -1,6 +1,6 @@
 //! The error type of this crate.
 
-use lobe_io::IoError;
+use lobe_io::{IoError, OptionError};
 use lobe_scene::SceneError;
 
 /// An error of making, reading or writing what moves: a variant for each kind of fault.
@@ -20,12 +20,15 @@ pub enum ShadowError {
     /// The caller asked for something that cannot be.
     #[error("{0}")]
     Options(String),
+    /// An option of a job is refused.
+    #[error(transparent)]
+    OfJob(#[from] OptionError),
     /// The watch of the job said to stop.
     #[error("stopped before the end")]
     Cancelled,
     /// The scene is at fault.
     #[error(transparent)]
-    Scene(#[from] SceneError),
+    Scene(SceneError),
     /// A file could not be read or written, or what is kept in one is at fault.
     #[error(transparent)]
     Io(IoError),
@@ -36,7 +39,19 @@ impl From<IoError> for ShadowError {
     fn from(error: IoError) -> Self {
         match error {
             IoError::Cancelled => Self::Cancelled,
+            IoError::OfJob(error) => Self::OfJob(error),
             other => Self::Io(other),
+        }
+    }
+}
+
+impl From<SceneError> for ShadowError {
+    /// Work that was stopped is [`ShadowError::Cancelled`], wherever it was.
+    fn from(error: SceneError) -> Self {
+        match error {
+            SceneError::Cancelled => Self::Cancelled,
+            SceneError::OfJob(error) => Self::OfJob(error),
+            other => Self::Scene(other),
         }
     }
 }

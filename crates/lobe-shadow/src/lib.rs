@@ -10,6 +10,7 @@
 //! | where an entity is | [`Placement`], [`relative_placement`]; over time [`Track`] |
 //! | scenes of entities in files | [`SceneDescription`], its [`LampDescription`]s |
 //! | occlusion fields | [`OcclusionField`], [`FieldGrid`], [`bake_field`], [`bake_field_shard`], [`FieldOptions`] |
+//! | all that is asked of a field or of spheres as one value | [`FieldJob`], [`FieldDone`], [`SphereJob`]; [`FieldSampling`], [`StorageOptions`] |
 //! | files of fields | [`write_field`], [`read_field`], [`FieldStorage`] |
 //! | visibility of an entity's own surface | [`bake_visibility`], [`bake_vertex_visibility`]; files of it [`SurfaceVisibility`], [`write_visibility`], [`read_visibility`] |
 //! | lamps near by | [`LampSurface`], its [`RadianceField`], [`PatchField`]; files of them [`Lamp`], [`write_lamp`], [`read_lamp`] |
@@ -28,6 +29,7 @@ mod accumulate;
 mod description;
 mod error;
 mod field;
+mod jobs;
 mod lamp_description;
 mod lane_basis;
 mod placement;
@@ -61,6 +63,10 @@ pub use field::patch_field::PatchField;
 pub use field::radiance_field::{RadianceField, RadianceOptions};
 pub use field::shadow_fields::{LocalLight, PlacedField, ShadowFieldOptions, ShadowFields, relative_placement};
 pub use field::visibility_file::{SurfaceVisibility, read_visibility, read_visibility_bytes, write_visibility};
+pub use jobs::field_job::{FieldDone, FieldJob};
+pub use jobs::field_sampling::FieldSampling;
+pub use jobs::sphere_job::SphereJob;
+pub use jobs::storage_options::{StorageForm, StorageOptions};
 pub use lamp_description::{LampDescription, LampSource};
 pub use placement::Placement;
 pub use receivers::ShadowReceivers;

@@ -6,10 +6,8 @@ use std::path::Path;
 
 use clap::{ArgMatches, Args, Command, FromArgMatches};
 use lobe::image::{ExrLayers, FileFormat};
-use lobe::prt::BakeJob;
+use lobe::io::{WorkOptions, option};
 use serde_json::Value;
-
-use crate::args::job_args::option;
 
 /// Bytes in memory while a file is read for each of the file: it, its numbers, and what is made of them; of a scene its triangles.
 /// Measured 2.0 of a table, 3.0 of a scene, which a bake made finer.
@@ -38,7 +36,7 @@ impl FromArgMatches for MemoryLimit {
 
 impl Args for MemoryLimit {
     fn augment_args(command: Command) -> Command {
-        command.args(option::<BakeJob>("max_memory").map(|arg| arg.hide_short_help(true)))
+        command.args(option::<WorkOptions>("max_memory").map(|arg| arg.hide_short_help(true)))
     }
 
     fn augment_args_for_update(command: Command) -> Command {
@@ -55,6 +53,11 @@ impl MemoryLimit {
     /// The limit in GiB.
     pub(crate) fn gib(&self) -> f64 {
         self.max_memory
+    }
+
+    /// The limit as the library has it.
+    pub(crate) fn limit(&self) -> lobe::io::MemoryLimit {
+        lobe::io::MemoryLimit::of(self.max_memory)
     }
 
     /// The limit in bytes.

@@ -1,21 +1,17 @@
 //! Arguments that several commands share: inputs, outputs, numbers and limits, with their checks.
 //!
-//! `values` parses numbers, `exponential` names of exponentials. `job_args` makes options of the table of a job. `input`,
-//! `map_input`, `scene_input` (which `open_scene` opens) and `transfer_input` open files. `output`, `map_output` and
-//! `picture` check and write them; `fisheye` is how `map_input` reads some. `compression`, `field_storage`, `memory`,
+//! `values` parses numbers. `asked_job` takes the options of a job from a file or the command line. `input`,
+//! `map_input`, `scene_input` and `transfer_input` open files. `output`, `map_output` and
+//! `picture` check and write them; `fisheye` is how `map_input` reads some. `memory`,
 //! `scene_limits`, `sharing` and `turn` are options, `names` declares the values of others. Uses `run`.
 
-pub(crate) mod compression;
-pub(crate) mod exponential;
-pub(crate) mod field_storage;
+pub(crate) mod asked_job;
 pub(crate) mod fisheye;
 pub(crate) mod input;
-pub(crate) mod job_args;
 pub(crate) mod map_input;
 pub(crate) mod map_output;
 pub(crate) mod memory;
 pub(crate) mod names;
-pub(crate) mod open_scene;
 pub(crate) mod output;
 pub(crate) mod picture;
 pub(crate) mod scene_input;
@@ -25,4 +21,3 @@ pub(crate) mod sharing;
 pub(crate) mod transfer_input;
 pub(crate) mod turn;
 pub(crate) mod values;
-pub(crate) mod vertex_budget;

@@ -4,14 +4,11 @@ use std::path::Path;
 
 use anyhow::bail;
 use clap::{ArgMatches, Args, Command, FromArgMatches};
-use lobe::scene::{SceneReadOptions, SceneReadReport, SceneSource};
+use lobe::io::JobArgs;
+use lobe::scene::SceneSource;
 use serde_json::Value;
 
-use crate::args::job_args::JobArgs;
-use crate::args::memory::MemoryLimit;
 use crate::args::scene_pose::PoseInput;
-use crate::run::option_names::in_flags;
-use crate::run::talk::Talk;
 
 /// Where a scene is, and how it is read.
 pub(crate) struct SceneInput {
@@ -58,11 +55,6 @@ impl SceneInput {
         &self.source.scene
     }
 
-    /// Whether light goes straight through glass and blended surfaces.
-    pub(crate) fn is_see_through(&self) -> bool {
-        self.source.transparency
-    }
-
     /// Whether the scene is one of the program that moves.
     pub(crate) fn is_built_in_motion(&self) -> bool {
         self.source.is_built_in_motion()
@@ -80,11 +72,6 @@ impl SceneInput {
         Ok(source)
     }
 
-    /// The options of reading a file.
-    pub(crate) fn checked_options(&self, memory: &MemoryLimit) -> anyhow::Result<SceneReadOptions> {
-        Ok(self.source()?.read_options(memory.bytes()))
-    }
-
     /// Refuses times of scenes that stand still.
     pub(crate) fn expect_no_time_unless_gltf(&self) -> anyhow::Result<()> {
         match self.pose.asked().filter(|_| !self.is_gltf()) {
@@ -96,9 +83,4 @@ impl SceneInput {
     pub(crate) fn has_extension(&self, extensions: &[&str]) -> bool {
         self.source.has_extension(extensions)
     }
-}
-
-/// Notes the findings of reading a file.
-pub(crate) fn tell(report: &SceneReadReport, name: &str, talk: Talk) {
-    report.remarks_with_options().iter().for_each(|text| talk.note(name, &in_flags(text)));
 }

@@ -1,10 +1,10 @@
 //! Limits of what a scene's file may hold.
 
 use clap::{ArgMatches, Args, Command, FromArgMatches};
+use lobe::io::option;
 use lobe::scene::{SceneReadOptions, SceneSource};
 use serde_json::Value;
 
-use crate::args::job_args::option;
 use crate::args::memory::MemoryLimit;
 
 /// `--max-triangles` and `--max-texels`, as of a scene.

@@ -40,6 +40,14 @@ pub(crate) fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
+/// The least eigenvalue of a logarithm, as a part of the largest.
+pub(crate) fn clamp(text: &str) -> Result<f64, String> {
+    match finite(text)? {
+        x if x > 0.0 && x <= 1.0 => Ok(x),
+        x => Err(format!("expected a part above 0 and up to 1, found {x}")),
+    }
+}
+
 /// An angle from 0 to 90 degrees.
 pub(crate) fn quarter_turn(text: &str) -> Result<f64, String> {
     match finite(text)? {

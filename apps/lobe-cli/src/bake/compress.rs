@@ -4,13 +4,13 @@ use std::path::PathBuf;
 
 use anyhow::{anyhow, bail};
 use clap::Args;
+use lobe::io::JobArgs;
 use lobe::prt::{
-    CompressOptions, CompressReport, CompressedTransfer, CurvePoint, HalfReport, HalfTransfer, Recipe, Transfer,
-    error_curve, write_compressed_transfer, write_half_transfer,
+    CompressOptions, CompressReport, CompressedTransfer, CompressionOptions, CurvePoint, HalfReport, HalfTransfer,
+    Recipe, Transfer, error_curve, write_compressed_transfer, write_half_transfer,
 };
 use serde::Serialize;
 
-use crate::args::compression::Compression;
 use crate::args::output;
 use crate::args::transfer_input::TransferInput;
 use crate::run::bake_watch::{tell_if_too_late, watched};
@@ -29,7 +29,7 @@ pub(crate) struct Compress {
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     #[command(flatten)]
-    compression: Compression,
+    compression: JobArgs<CompressionOptions>,
     /// Keep all coefficients, in 16 bits each, instead of clusters and components
     #[arg(long, conflicts_with_all = ["clusters", "components", "weights", "curve"])]
     f16: bool,
@@ -61,7 +61,7 @@ impl Compress {
             return self.to_halves(&transfer, recipe, talk);
         }
         let (transfer, recipe) = self.input.read(bytes_of_work)?;
-        let options = self.compression.options_or_default();
+        let options = self.compression.job()?.of_transfer();
         let compressed = watched(talk, "compress", |job| CompressedTransfer::new(&transfer, &options, job))?;
         let Ok((compressed, report)) = compressed else {
             bail!("stopped; nothing is written, and the same command starts anew")

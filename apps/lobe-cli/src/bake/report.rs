@@ -13,7 +13,7 @@ use crate::run::talk::Talk;
 pub(crate) fn tell(job: &BakeJob, done: &BakeDone, as_json: bool, talk: Talk) -> anyhow::Result<()> {
     let output = job.output.as_deref().unwrap_or(Path::new(""));
     let report = &done.report;
-    if let Some(shard) = job.shard {
+    if let Some(shard) = job.sharing.shard {
         let (points, seconds) = (report.receivers, report.seconds);
         let done = sharing::Done { shard: shard.to_string(), points, points_in_all: done.points, seconds };
         return done.tell(output, as_json, talk);

@@ -5,11 +5,10 @@ use std::time::Instant;
 
 use anyhow::bail;
 use lobe::image::{FrameSequence, Picture, Tone};
-use lobe::io::{Job, Progress};
+use lobe::io::{Job, JobFiles, Progress};
 use lobe::render::RenderError;
 
 use crate::render::pictures::{Pictures, Rendered};
-use crate::run::bake_watch::Checkpoint;
 use crate::run::ctrl_c;
 use crate::run::talk::Talk;
 
@@ -39,20 +38,23 @@ type RenderOne<'a> = dyn FnMut(usize, Job<'_>) -> Result<Rendered, RenderError> 
 impl Frames<'_> {
     /// Renders and writes all pictures, and their animation; `fresh` forgets unfinished ones. The shards of a single picture lie
     /// in `merged`.
-    pub(crate) fn render(&self, fresh: bool, merged: Option<&Path>, render: &mut RenderOne<'_>) -> anyhow::Result<()> {
-        let of_picture = |k| {
-            merged.map_or_else(|| Checkpoint::beside(&self.pictures.path(k)), |path| Checkpoint::at(path.to_path_buf()))
-        };
+    pub(crate) fn render(
+        &self,
+        fresh: bool,
+        merged: Option<&JobFiles>,
+        render: &mut RenderOne<'_>,
+    ) -> anyhow::Result<()> {
+        let of_picture = |k| merged.cloned().unwrap_or_else(|| JobFiles::beside(self.pictures.path(k)));
         let checkpoints: Vec<_> = (0..self.pictures.count()).map(of_picture).collect();
         if fresh {
-            checkpoints.iter().try_for_each(Checkpoint::discard)?;
+            checkpoints.iter().try_for_each(JobFiles::discard)?;
         }
         ctrl_c::watch();
         match self.pictures.animation_path().zip(self.seconds_per_frame) {
             None => self.render_each(&checkpoints, render, &mut |_, _| Ok(()))?,
             Some((path, seconds)) => self.render_animation(&path, seconds, &checkpoints, render)?,
         }
-        checkpoints.iter().for_each(Checkpoint::finish);
+        checkpoints.iter().for_each(JobFiles::finish);
         Ok(())
     }
 
@@ -60,7 +62,7 @@ impl Frames<'_> {
         &self,
         path: &Path,
         seconds_per_frame: f64,
-        checkpoints: &[Checkpoint],
+        checkpoints: &[JobFiles],
         render: &mut RenderOne<'_>,
     ) -> anyhow::Result<()> {
         let ((width, height), frames) = (self.size, checkpoints.len());
@@ -72,7 +74,7 @@ impl Frames<'_> {
     /// Renders and writes all pictures, one after the other; each is handed to `animate` and dropped.
     fn render_each(
         &self,
-        checkpoints: &[Checkpoint],
+        checkpoints: &[JobFiles],
         render: &mut RenderOne<'_>,
         animate: &mut dyn FnMut(&Picture, &Tone) -> Result<(), RenderError>,
     ) -> anyhow::Result<()> {
@@ -87,7 +89,7 @@ impl Frames<'_> {
                 let steps = (part * STEPS as f64) as usize;
                 if !is_told && progress.resumed > 0 {
                     let text = format!("found; going on from {:.0} %", 100.0 * part);
-                    talk.note(&checkpoint.path().display().to_string(), &text);
+                    talk.note(&checkpoint.checkpoint().display().to_string(), &text);
                     resumed += steps;
                 }
                 is_told = true;
@@ -97,7 +99,7 @@ impl Frames<'_> {
                 ctrl_c::go_on()
             };
             let job = Job::default().watched_by(&mut watch);
-            let job = if self.is_kept { job.kept_in(checkpoint.path()) } else { job };
+            let job = if self.is_kept { job.kept_in(checkpoint.checkpoint()) } else { job };
             let rendered = match render(k, job) {
                 Err(RenderError::Cancelled) => bail!(self.stopped(k)),
                 other => other?,

@@ -1,22 +1,16 @@
 //! The sub-commands of `lobe render`, one for each method, and their options.
 
-use std::path::PathBuf;
+use clap::{Args, Subcommand};
+use lobe::io::{JobArgs, SharingOptions};
+use lobe::prt::BakeOptions;
+use lobe::render::{Background, MovingJob, TransferSource};
 
-use clap::{ArgMatches, Args, Command, FromArgMatches, Subcommand, ValueEnum};
-use lobe::prt::{BakeJob, BakeMode, BakeOptions, GlossyLobe};
-use lobe::render::{Background, MovingMethod};
-use serde_json::Value;
-
-use crate::args::job_args::option;
 use crate::args::memory::MemoryLimit;
 use crate::args::scene_input::SceneInput;
-use crate::args::sharing::Sharing;
 use crate::args::values;
-use crate::args::vertex_budget::VertexBudget;
 use crate::render::environment::EnvironmentInput;
 use crate::render::light::{ExpansionInput, LightInput};
 use crate::render::mode::Mode;
-use crate::render::moving::MovingInput;
 use crate::render::pictures::Pictures;
 use crate::render::render::Render;
 use crate::render::surfaces::SurfaceInput;
@@ -71,9 +65,9 @@ pub(crate) enum RenderCommand {
 impl RenderCommand {
     pub(crate) fn run(self, talk: Talk) -> anyhow::Result<()> {
         match self {
-            Self::Baked(args) => args.render(),
-            Self::Trace(args) => args.render(),
-            Self::Moving(args) => args.render(),
+            Self::Baked(args) => args.render()?,
+            Self::Trace(args) => args.render()?,
+            Self::Moving(args) => args.render()?,
             Self::Maps(args) => args.render(),
             Self::Irradiance(args) => args.render(),
         }
@@ -119,14 +113,11 @@ impl Common {
             surfaces: SurfaceInput::default(),
             seed: 0,
             environment: EnvironmentInput::default(),
-            bake_samples: None,
-            budget: VertexBudget::default(),
-            transfer: None,
+            transfer: TransferSource::default(),
             time: TimeInput::default(),
-            moving: MovingInput::default(),
-            lobe: None,
+            moving: MovingJob::default(),
             fresh: false,
-            sharing: Sharing::default(),
+            sharing: SharingOptions::default(),
         }
     }
 }
@@ -139,46 +130,6 @@ struct Rays {
     samples: Option<usize>,
 }
 
-/// How a scene is baked that has no transfer yet.
-#[derive(Args)]
-struct Bake {
-    /// Reflections at most; of what moves within each part [default: 3]
-    #[arg(long, value_name = "B", value_parser = bounces)]
-    bounces: Option<usize>,
-    /// Paths from each vertex where the scene is not baked yet, 1 to 1048576 [default: 1024, or up to 4096 where
-    /// their noise is above 2 %]
-    #[arg(long, value_name = "N", value_parser = samples)]
-    bake_samples: Option<usize>,
-    #[command(flatten)]
-    budget: VertexBudget,
-}
-
-/// `--mode`, as of a bake.
-struct LightPaths(Option<BakeMode>);
-
-impl FromArgMatches for LightPaths {
-    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        let given = matches.get_one::<Value>("mode").cloned();
-        Ok(Self(given.and_then(|name| serde_json::from_value(name).ok())))
-    }
-
-    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
-        *self = Self::from_arg_matches(matches)?;
-        Ok(())
-    }
-}
-
-impl Args for LightPaths {
-    fn augment_args(command: Command) -> Command {
-        let help = "The light paths [default: those of the baked file, else interreflected]";
-        command.args(option::<BakeJob>("mode").map(|arg| arg.help(help)))
-    }
-
-    fn augment_args_for_update(command: Command) -> Command {
-        Self::augment_args(command)
-    }
-}
-
 #[derive(Args)]
 pub(crate) struct Baked {
     #[command(flatten)]
@@ -186,19 +137,9 @@ pub(crate) struct Baked {
     #[command(flatten)]
     expansion: ExpansionInput,
     #[command(flatten)]
-    paths: LightPaths,
-    #[command(flatten)]
     rays: Rays,
     #[command(flatten)]
-    bake: Bake,
-    /// The transfer of this scene that lobe bake, compress or fit-lobes wrote without the scene, a .safetensors file,
-    /// or an .exr file of lobe bake --texels
-    #[arg(long, value_name = "FILE")]
-    transfer: Option<PathBuf>,
-    /// The lobe of reflection of --mode glossy about the mirrored view, tinted by the base color [default: ggx:0.3].
-    /// For metals of α 0.3 the picture differs by 18 % from lobe render trace --surfaces gltf, for rougher ones by more
-    #[arg(long, value_name = "phong:E|ggx:ALPHA")]
-    lobe: Option<GlossyLobe>,
+    transfer: JobArgs<TransferSource>,
 }
 
 #[derive(Args)]
@@ -224,7 +165,7 @@ pub(crate) struct Trace {
     #[arg(long)]
     fresh: bool,
     #[command(flatten)]
-    sharing: Sharing,
+    sharing: JobArgs<SharingOptions>,
 }
 
 #[derive(Args)]
@@ -233,28 +174,15 @@ pub(crate) struct Moving {
     common: Common,
     #[command(flatten)]
     expansion: ExpansionInput,
-    /// How parts that move hide the sky
-    #[arg(long, value_enum, default_value_t = HidingMethod::Fields)]
-    method: HidingMethod,
     #[command(flatten)]
     rays: Rays,
     #[command(flatten)]
-    bake: Bake,
-    #[command(flatten)]
     time: TimeInput,
     #[command(flatten)]
-    moving: MovingInput,
+    moving: JobArgs<MovingJob>,
     /// Start anew, even if there are checkpoints of bakes that were stopped
     #[arg(long)]
     fresh: bool,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum HidingMethod {
-    /// By precomputed shadow fields, or by spheres where they change their shape: nearer to the truth
-    Fields,
-    /// By spheres alone, as exponentials of sums (SHEXP): less to bake, and files of a few kilobytes
-    Exponentials,
 }
 
 #[derive(Args)]
@@ -287,38 +215,28 @@ fn bounces(text: &str) -> Result<usize, String> {
     values::whole(text, 0, BakeOptions::MAX_BOUNCES, "a number of reflections")
 }
 
-impl Bake {
-    fn of(self, render: Render) -> Render {
-        let Self { bounces, bake_samples, budget } = self;
-        Render { bounces, bake_samples, budget, ..render }
-    }
-}
-
 impl Baked {
-    fn render(self) -> Render {
-        let Self { common, expansion, paths, rays, bake, transfer, lobe } = self;
-        let render = bake.of(common.render(Mode::Baked(paths.0)));
-        Render { expansion, samples: rays.samples, transfer, lobe, ..render }
+    fn render(self) -> anyhow::Result<Render> {
+        let Self { common, expansion, rays, transfer } = self;
+        let transfer = transfer.job()?;
+        Ok(Render { expansion, samples: rays.samples, transfer, ..common.render(Mode::Baked) })
     }
 }
 
 impl Trace {
-    fn render(self) -> Render {
+    fn render(self) -> anyhow::Result<Render> {
         let Self { common, expansion, samples, bounces, seed, surfaces, time, fresh, sharing } = self;
         let render = common.render(Mode::Trace);
-        Render { expansion, samples, bounces, seed, surfaces, time, fresh, sharing, ..render }
+        let sharing = sharing.job()?;
+        Ok(Render { expansion, samples, bounces, seed, surfaces, time, fresh, sharing, ..render })
     }
 }
 
 impl Moving {
-    fn render(self) -> Render {
-        let Self { common, expansion, method, rays, bake, time, moving, fresh } = self;
-        let method = match method {
-            HidingMethod::Fields => MovingMethod::Fields,
-            HidingMethod::Exponentials => MovingMethod::Exponentials,
-        };
-        let render = bake.of(common.render(Mode::Moving(method)));
-        Render { expansion, samples: rays.samples, time, moving, fresh, ..render }
+    fn render(self) -> anyhow::Result<Render> {
+        let Self { common, expansion, rays, time, moving, fresh } = self;
+        let moving = moving.job()?;
+        Ok(Render { expansion, samples: rays.samples, time, moving, fresh, ..common.render(Mode::Moving) })
     }
 }
 

@@ -1,7 +1,6 @@
 //! The methods of `lobe render`.
 
-use lobe::prt::BakeMode;
-use lobe::render::{MovingMethod, Surfaces};
+use lobe::render::Surfaces;
 
 /// The method that makes a picture.
 #[derive(Clone, Copy, PartialEq)]
@@ -9,9 +8,8 @@ pub(crate) enum Mode {
     Trace,
     Irradiance,
     Maps,
-    /// Transfer of these light paths, or of those that a file says.
-    Baked(Option<BakeMode>),
-    Moving(MovingMethod),
+    Baked,
+    Moving,
 }
 
 impl Mode {

@@ -4,35 +4,32 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::bail;
-use lobe::io::{Job, Progress, Shard};
-use lobe::prt::{BakeMode, BakeOptions, GlossyLobe, Recipe, Transfer};
+use lobe::io::{Job, JobFiles, Progress, Shard, SharingOptions};
+use lobe::prt::OpenScene;
 use lobe::render::{
-    Background, Camera, DistantLight, Emitter, EnvironmentMaps, MovingMethod, MovingScene, MovingShading, RenderError,
-    Surfaces, TruthOptions, ViewOptions, light_baked_scene, light_by_environment_maps, light_by_irradiance,
-    light_moving_scene, render_truth_shard,
+    Background, Camera, DistantLight, Emitter, EnvironmentMaps, MovingJob, MovingScene, MovingShading, OneBake,
+    RenderError, Surfaces, TransferSource, TruthOptions, ViewOptions, light_baked_scene, light_by_environment_maps,
+    light_by_irradiance, light_moving_scene, render_truth_shard,
 };
 use lobe::scene::{Bvh, Scene};
 use lobe::sh::{Dir, Rotation};
 
 use crate::args::memory::MemoryLimit;
-use crate::args::open_scene::OpenScene;
 use crate::args::output;
 use crate::args::scene_input::SceneInput;
-use crate::args::sharing::{self, Sharing};
-use crate::args::vertex_budget::VertexBudget;
+use crate::args::sharing;
 use crate::render::environment::EnvironmentInput;
 use crate::render::frames::{Frames, SECONDS_PER_FRAME};
 use crate::render::light::{ExpansionInput, LightInput, ReadLight};
 use crate::render::mode::Mode;
-use crate::render::moving::{AskedBake, Keep, MovingInput, Prepared};
 use crate::render::pictures::{Pictures, Rendered};
 use crate::render::stage::{Lit, Stage, Work, moving_bounds};
 use crate::render::surfaces::SurfaceInput;
 use crate::render::time::TimeInput;
-use crate::render::transfer::Asked;
 use crate::render::truth;
 use crate::render::view::ViewInput;
-use crate::run::bake_watch::Checkpoint;
+use crate::run::bake_watch::{watched, watched_bake, watched_one};
+use crate::run::job_watch::{Kept, heard, watched_job};
 use crate::run::talk::Talk;
 
 /// Rays of a pixel without --samples.
@@ -43,9 +40,6 @@ const EDGE_RAYS: usize = 4;
 
 /// Bounces without --bounces, as in the bake.
 const BOUNCES: usize = 3;
-
-/// The lobe without --lobe: about the sharpest that order 4 can show.
-const LOBE: GlossyLobe = GlossyLobe::Ggx(0.3);
 
 /// A picture as it was asked for, by any method.
 pub(crate) struct Render {
@@ -62,25 +56,27 @@ pub(crate) struct Render {
     pub(crate) surfaces: SurfaceInput,
     pub(crate) seed: u64,
     pub(crate) environment: EnvironmentInput,
-    pub(crate) bake_samples: Option<usize>,
-    pub(crate) budget: VertexBudget,
-    pub(crate) transfer: Option<PathBuf>,
+    pub(crate) transfer: TransferSource,
     pub(crate) time: TimeInput,
-    pub(crate) moving: MovingInput,
-    pub(crate) lobe: Option<GlossyLobe>,
+    pub(crate) moving: MovingJob,
     pub(crate) fresh: bool,
-    pub(crate) sharing: Sharing,
+    pub(crate) sharing: SharingOptions,
 }
 
 impl Render {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         self.check_options()?;
         self.check_memory()?;
-        let inputs =
-            [Some(self.scene.path()), Some(self.light.path()), self.transfer.as_deref(), self.moving.table_path()];
-        let inputs: Vec<_> = inputs.into_iter().flatten().chain(self.sharing.inputs()).collect();
+        let inputs = [
+            Some(self.scene.path()),
+            Some(self.light.path()),
+            self.transfer.transfer.as_deref(),
+            self.moving.sphere_table.as_deref(),
+        ];
+        let inputs: Vec<_> =
+            inputs.into_iter().flatten().chain(self.sharing.parts().iter().map(PathBuf::as_path)).collect();
         if self.sharing.shard.is_some() {
-            self.sharing.check(self.pictures.output())?;
+            output::check_safetensors(self.pictures.output())?;
             output::prepare_file(self.pictures.output(), &inputs)?;
         } else {
             self.pictures.check(&inputs)?;
@@ -109,30 +105,34 @@ impl Render {
             talk,
         };
         let count = if is_range { 1 } else { self.pictures.count() };
-        let checkpoint = self.sharing.checkpoint(self.pictures.output());
-        self.sharing.merge(&checkpoint, talk)?;
-        let merges = !self.sharing.merge.is_empty();
-        let rendered = frames.render(self.fresh && !merges, merges.then_some(checkpoint.path()), &mut |k, job| {
+        let files = self.sharing.files(Some(self.pictures.output()))?;
+        let (parts, merges) = (self.sharing.parts(), self.sharing.merge.is_some());
+        if merges {
+            let merged = watched(talk, "merge", |job| files.merge(parts, job))?;
+            merged
+                .or_else(|at| bail!("stopped after {} of {} records, of which nothing is kept", at.done, at.total))?;
+        }
+        let rendered = frames.render(self.fresh && !merges, merges.then_some(&files), &mut |k, job| {
             let (turn, time) = (self.light.turn(k % count, count), self.time_of(k));
             self.render(&mut work, &turn, time, job)
         });
-        self.sharing.merged(&checkpoint, rendered)?;
-        kept.iter().for_each(Checkpoint::finish);
+        files.outcome_of_merge(parts, rendered)?;
+        kept.iter().for_each(JobFiles::finish);
         Ok(())
     }
 
     /// Traces a shard of the pixels of a picture, which is the file that they are kept in.
     fn trace_shard(&self, work: &Work<'_>, shard: Shard, talk: Talk) -> anyhow::Result<()> {
         let (lit, options, begin) = (self.lit(work, &self.light.turn(0, 1)), self.truth_options(), Instant::now());
-        let checkpoint = self.sharing.checkpoint(self.pictures.output());
+        let files = self.sharing.files(Some(self.pictures.output()))?;
         if self.fresh {
-            checkpoint.discard()?;
+            files.discard()?;
         }
         let trace = |(scene, bvh): (&Scene, &Bvh), emitters: &[Emitter]| {
             let work = |job: Job<'_>| {
                 render_truth_shard(scene, bvh, &work.camera, (&lit.shown, emitters), &options, shard, job)
             };
-            checkpoint.watched(talk, work)
+            watched_bake(&files, talk, work)
         };
         match &work.stage {
             Stage::Plain(scene, bvh) => trace((scene, bvh), &[])?,
@@ -149,38 +149,34 @@ impl Render {
     }
 
     /// The scene as the mode needs it, the camera that sees it, and the files of its bakes.
-    fn stage(&self, talk: Talk) -> anyhow::Result<(Stage, Camera, Vec<Checkpoint>)> {
-        let open = OpenScene::new(&self.scene, &self.memory, talk)?;
+    fn stage(&self, talk: Talk) -> anyhow::Result<(Stage, Camera, Vec<JobFiles>)> {
+        let open = OpenScene::new(self.scene.source()?, self.memory.bytes())?;
         if self.is_moving() || (self.mode == Mode::Trace && open.has_poses()) {
-            return self.moving_stage(open);
+            return self.moving_stage(open, talk);
         }
         self.scene.expect_no_time_unless_gltf()?;
-        let (stage, camera) = match self.asked() {
-            None => {
-                let scene = self.surfaces.applied(open.scene()?)?;
-                let (bvh, camera) = (Bvh::new(&scene), self.view.camera(&scene)?);
-                (Stage::Plain(scene, bvh), camera)
-            }
-            Some(asked) => {
-                let view = |scene: &Scene| Ok((self.view.camera(scene)?, self.view_options()));
-                let (baked, camera) = asked.prepare(open, view)?;
-                (Stage::Baked(Box::new(baked)), camera)
-            }
-        };
-        Ok((stage, camera, Vec::new()))
+        if self.mode == Mode::Baked {
+            let (order, memory) = (self.expansion.order, self.memory.limit());
+            let found = watched_job(talk, Kept::Nowhere, |work| self.transfer.prepare(open, order, memory, work))?;
+            let (camera, view) = (self.view.camera(found.baked.scene())?, self.view_options());
+            let baked = watched_job(talk, Kept::Nowhere, |work| found.with_backs((&camera, &view), work))?;
+            return Ok((Stage::Baked(Box::new(baked)), camera, Vec::new()));
+        }
+        let scene = self.surfaces.applied(heard(talk, |work| open.scene(work))?)?;
+        let (bvh, camera) = (Bvh::new(&scene), self.view.camera(&scene)?);
+        Ok((Stage::Plain(scene, bvh), camera, Vec::new()))
     }
 
-    fn moving_stage(&self, open: OpenScene<'_>) -> anyhow::Result<(Stage, Camera, Vec<Checkpoint>)> {
+    fn moving_stage(&self, open: OpenScene, talk: Talk) -> anyhow::Result<(Stage, Camera, Vec<JobFiles>)> {
         self.surfaces.expect_own_finish(&self.scene.name())?;
-        let asked = AskedBake { order: self.expansion.order, bounces: self.bounces };
-        let asked = self.moving_method().map(|_| asked);
-        let talk = open.talk;
-        let (mut moving, is_endless) = self.moving.read(open, self.time.is_looped, asked.as_ref())?;
-        let name = self.scene.name();
+        let (name, memory, is_shaded) = (self.scene.name(), self.memory.limit(), self.mode == Mode::Moving);
+        let keeps = (self.expansion.order, is_shaded);
+        let read = heard(talk, |work| self.moving.read(open, keeps, memory, work))?;
+        let mut moving = read.moving.looped(self.time.is_looped);
         let times: Vec<f64> = (0..self.pictures.count()).map(|k| self.time_of(k)).collect();
         if self.pictures.is_turn() && moving.span()[0] < moving.span()[1] {
             talk.note(&name, "stands still while the light turns; --frames A..B lets it move");
-        } else if !is_endless {
+        } else if !read.is_endless {
             self.time.note_end(&moving, &times, &name, talk);
         }
         if self.pictures.is_range() && self.time.seconds_in_animation().is_none() {
@@ -188,20 +184,25 @@ impl Render {
             talk.note(&self.pictures.name(), text);
         }
         let camera = self.view.camera_around(moving_bounds(&moving, &times)?)?;
-        let prepared = match self.moving_method() {
-            Some(method) => {
-                let keep = Keep { output: self.pictures.output(), is_fresh: self.fresh, talk };
-                let bake = self.bake_options(&moving);
-                MovingInput::split(&mut moving, &self.budget, &bake, &name, talk)?;
-                Some(self.moving.prepare(&mut moving, method, &bake, &self.memory, &keep)?)
+        if !is_shaded {
+            return Ok((Stage::Moving(Box::new(moving), None), camera, Vec::new()));
+        }
+        let light = self.moving.light(&moving, self.expansion.order);
+        watched_job(talk, Kept::Nowhere, |work| self.moving.split(&mut moving, &light, &name, work))?;
+        let files = JobFiles::beside(self.pictures.output().to_path_buf());
+        let mut bake_one = |what: &str, own: Option<&JobFiles>, bake: &mut OneBake<'_>| {
+            let Some(own) = own else { return Ok(()) };
+            if self.fresh {
+                own.discard()?;
             }
-            None => None,
+            watched_one(own, talk, what, |job| bake(job))
         };
-        let (shading, kept) = match prepared {
-            Some(Prepared { shading, kept }) => (Some(shading), kept),
-            None => (None, Vec::new()),
-        };
-        Ok((Stage::Moving(Box::new(moving), shading), camera, kept))
+        let (shading, kept) =
+            self.moving.prepare::<anyhow::Error>(&mut moving, &light, (memory, Some(&files)), &mut bake_one)?;
+        for name in moving.hides_nothing(self.moving.method) {
+            talk.note(name, "encloses no volume and changes its shape: it hides no light from other parts");
+        }
+        Ok((Stage::Moving(Box::new(moving), Some(shading)), camera, kept))
     }
 
     fn render(&self, work: &mut Work<'_>, turn: &Rotation, time: f64, job: Job<'_>) -> Result<Rendered, RenderError> {
@@ -262,7 +263,7 @@ impl Render {
         let seen = MovingScene::backs_in_view(&moment, camera, &view, Job::default().watched_by(&mut quiet))?;
         if !seen.is_empty() {
             let bvh = moment.into_bvh();
-            let bake = self.bake_options(moving).order(shading.order());
+            let bake = self.moving.light(moving, Some(shading.order()));
             moving.bake_backs(&seen, &bake, Job::default().watched_by(&mut quiet))?;
             moment = moving.at_with(time, Some(bvh))?;
         }
@@ -299,51 +300,12 @@ impl Render {
 
     /// Whether the scene is asked for at times.
     fn is_moving(&self) -> bool {
-        self.moving_method().is_some()
+        self.mode == Mode::Moving
             || (self.mode == Mode::Trace && self.scene.pose.asked().is_some())
             || self.time.asked().is_some()
             || self.pictures.is_range()
             || self.scene.has_extension(&["json"])
             || self.scene.is_built_in_motion()
-    }
-
-    /// Whether machines share the work.
-    fn is_shared(&self) -> bool {
-        self.sharing.shard.is_some() || !self.sharing.merge.is_empty()
-    }
-
-    /// How parts that move hide the sky from others; `None` of other methods.
-    fn moving_method(&self) -> Option<MovingMethod> {
-        match self.mode {
-            Mode::Moving(method) => Some(method),
-            _ => None,
-        }
-    }
-
-    /// The bake of parts that move, of as many bands as those have that are baked.
-    fn bake_options(&self, moving: &MovingScene) -> BakeOptions {
-        let defaults = BakeOptions::default();
-        let order = self.expansion.order.or_else(|| moving.order()).unwrap_or(defaults.order);
-        let mut options = defaults.clone().order(order).bounces(self.bounces.unwrap_or(defaults.bounces));
-        options.samples = self.bake_samples.map(|n| n as u32);
-        options
-    }
-
-    /// The transfer that the method needs.
-    fn asked(&self) -> Option<Asked> {
-        let Mode::Baked(asked) = self.mode else { return None };
-        let of_lobe = self.lobe.map(|_| BakeMode::Glossy);
-        let mode = asked.or(of_lobe).or_else(|| self.mode_of_file()).unwrap_or(BakeOptions::default().mode);
-        let lobe = (mode == BakeMode::Glossy).then(|| self.lobe.unwrap_or(LOBE));
-        let (order, samples, file) = (self.expansion.order, self.bake_samples, self.transfer.clone());
-        Some(Asked { mode, order, samples, bounces: self.bounces, lobe, budget: self.budget, file })
-    }
-
-    /// The light paths that a baked file says, if it can be read within the limits.
-    fn mode_of_file(&self) -> Option<BakeMode> {
-        let file = self.transfer.as_deref().or(self.scene.is_gltf().then(|| self.scene.path()))?;
-        let may_be_read = file.is_file() && self.memory.check_file(file, "").is_ok();
-        may_be_read.then(|| Recipe::of_file(file).ok())??.mode
     }
 
     /// Refuses a picture that takes too much memory.
@@ -358,17 +320,16 @@ impl Render {
     fn check_options(&self) -> anyhow::Result<()> {
         self.view.check()?;
         self.time.check(&self.scene.pose, &self.pictures)?;
-        let method = self.moving_method();
-        self.moving.check(method)?;
-        if self.pictures.is_range() && self.mode != Mode::Trace && method.is_none() {
+        let shows_motion = matches!(self.mode, Mode::Trace | Mode::Moving);
+        if self.pictures.is_range() && !shows_motion {
             bail!("--frames A..B: of lobe render moving and lobe render trace; --frames N turns the light");
         }
-        if self.mode != Mode::Trace && method.is_none() && self.is_moving() {
+        if !shows_motion && self.is_moving() {
             let name = self.scene.name();
             bail!("{name}: moves; show it by lobe render moving or lobe render trace");
         }
-        if method.is_some() && self.expansion.order.is_some_and(|order| order > Transfer::MAX_ORDER) {
-            bail!("--order: shadows of what moves have an order of 1 to {}", Transfer::MAX_ORDER);
+        if self.mode == Mode::Moving {
+            MovingJob::check_order(self.expansion.order)?;
         }
         if let Some(default) = self.mode.surfaces() {
             self.surfaces.check(default)?;
@@ -377,26 +338,8 @@ impl Render {
             self.light.expect_map()?;
             self.environment.check(self.surfaces.model(Surfaces::MetallicRoughness))?;
         }
-        let ignored = [
-            (
-                self.budget.asked().is_some() && self.transfer.is_some(),
-                "--max-vertices and --no-split: not with --transfer, whose vertices are there",
-            ),
-            (
-                self.bounces.is_some() && matches!(self.mode, Mode::Baked(Some(mode)) if !mode.reflects()),
-                "--bounces: only of --mode interreflected and glossy",
-            ),
-            (
-                self.lobe.is_some() && matches!(self.mode, Mode::Baked(Some(mode)) if mode != BakeMode::Glossy),
-                "--lobe: only of --mode glossy",
-            ),
-            (
-                self.is_shared() && self.pictures.count() > 1,
-                "--shard and --merge: only of a single picture; several pictures are shared by --frames A..B",
-            ),
-        ];
-        if let Some((_, message)) = ignored.into_iter().find(|(is_ignored, _)| *is_ignored) {
-            bail!("{message}; leave the option out");
+        if self.sharing.asked().is_some() && self.pictures.count() > 1 {
+            bail!("--shard and --merge: only of a single picture; several pictures are shared by --frames A..B");
         }
         Ok(())
     }

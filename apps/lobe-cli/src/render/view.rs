@@ -2,9 +2,9 @@
 
 use std::str::FromStr;
 
-use anyhow::anyhow;
 use clap::Args;
-use lobe::render::{Camera, ViewPoint};
+use lobe::io::JobArgs;
+use lobe::render::{Camera, CameraOptions};
 use lobe::scene::Scene;
 
 use crate::args::values;
@@ -18,19 +18,8 @@ pub(crate) struct ViewInput {
     /// Columns and rows of the picture
     #[arg(long, value_name = "WxH", default_value = "512x384")]
     size: Size,
-    /// Where the eye is
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::numbers::<3>)]
-    eye: Option<[f64; 3]>,
-    /// What it looks at, in the middle of the picture [default: the middle of the scene]
-    #[arg(long, value_name = "X,Y,Z", requires = "eye", allow_hyphen_values = true, value_parser = values::numbers::<3>)]
-    target: Option<[f64; 3]>,
-    /// Instead of --eye: degrees of the eye from +x towards +y and above the horizon, from where all of the scene is in
-    /// view [default: -63,20]
-    #[arg(long, value_name = "AZIMUTH,HEIGHT", conflicts_with = "eye", allow_hyphen_values = true, value_parser = values::numbers::<2>)]
-    orbit: Option<[f64; 2]>,
-    /// The angle from the lower to the upper edge of the picture, above 0 and below 180 degrees
-    #[arg(long, value_name = "DEG", default_value_t = ViewPoint::FOV, value_parser = values::finite)]
-    fov: f64,
+    #[command(flatten)]
+    camera: JobArgs<CameraOptions>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,20 +50,12 @@ impl ViewInput {
 
     /// Refuses a view that no scene has.
     pub(crate) fn check(&self) -> anyhow::Result<()> {
-        // A box beside the eye, which so is not its middle, whatever the scene will be.
-        let corner = self.eye.unwrap_or_default();
-        let bounds = [corner, corner.map(|c| c + 1.0)];
-        self.camera_around(bounds).map(drop)
+        Ok(self.camera.job().map(drop)?)
     }
 
     /// The camera for a box in the world.
     pub(crate) fn camera_around(&self, bounds: [[f64; 3]; 2]) -> anyhow::Result<Camera> {
-        let view = match (self.eye, self.orbit) {
-            (Some(eye), _) => ViewPoint::At { eye, target: self.target },
-            (None, Some([azimuth, height])) => ViewPoint::Orbit { azimuth, height },
-            (None, None) => ViewPoint::default(),
-        };
-        view.camera(bounds, self.fov).map_err(|error| anyhow!("--{error}"))
+        Ok(self.camera.job()?.camera(bounds)?)
     }
 }
 

@@ -2,12 +2,11 @@
 
 use std::borrow::Cow;
 use std::error::Error;
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use anyhow::{anyhow, bail};
-use lobe::io::{IoError, Job, Progress};
-use lobe::prt::{PrtError, split_checkpoints};
+use anyhow::bail;
+use lobe::io::{IoError, Job, JobFiles, Progress};
+use lobe::prt::PrtError;
 use lobe::render::RenderError;
 use lobe::scene::SceneError;
 use lobe::shadow::ShadowError;
@@ -78,108 +77,46 @@ fn text_of(progress: &Progress) -> Option<String> {
     (!parts.is_empty()).then(|| parts.join(", "))
 }
 
-/// The checkpoint of a bake, beside its output. Splitting before it has files of its own, one for each round.
-pub(crate) struct Checkpoint {
-    path: PathBuf,
-    /// Whether the user hears of what was found in it.
-    is_told: bool,
+/// Bakes, with results kept in these files, until it is done or the user presses Ctrl-C.
+pub(crate) fn watched_bake<T, E: Cancellable>(
+    files: &JobFiles,
+    talk: Talk,
+    work: impl FnOnce(Job<'_>) -> Result<T, E>,
+) -> anyhow::Result<T> {
+    watched_steps(files, talk, "bake", work)?
+        .or_else(|at| bail!("stopped after {} of {} points; {GO_ON}", at.done, at.total))
 }
 
-impl Checkpoint {
-    pub(crate) fn beside(output: &Path) -> Self {
-        let mut name = output.to_path_buf().into_os_string();
-        name.push(".checkpoint");
-        Self::at(name.into())
-    }
+/// Bakes something of a name, one of several, until it is done or the user presses Ctrl-C.
+pub(crate) fn watched_one<T, E: Cancellable>(
+    files: &JobFiles,
+    talk: Talk,
+    name: &str,
+    work: impl FnOnce(Job<'_>) -> Result<T, E>,
+) -> anyhow::Result<T> {
+    watched_steps(files, talk, format!("bake {name}"), work)?
+        .or_else(|at| bail!("stopped at {name}, after {} of {} steps; {GO_ON}", at.done, at.total))
+}
 
-    /// That of a part of the work, whose file is `path`.
-    pub(crate) fn at(path: PathBuf) -> Self {
-        Self { path, is_told: true }
-    }
-
-    /// One that the same command has made.
-    pub(crate) fn untold(self) -> Self {
-        Self { is_told: false, ..self }
-    }
-
-    pub(crate) fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// Forgets earlier work.
-    pub(crate) fn discard(&self) -> anyhow::Result<()> {
-        let rounds = split_checkpoints(&self.path);
-        for path in [&self.path].into_iter().chain(rounds.iter().rev()).filter(|path| path.exists()) {
-            fs::remove_file(path).map_err(|error| anyhow!("{}: cannot be removed: {error}", path.display()))?;
-        }
-        Ok(())
-    }
-
-    /// To be called when the results are safe.
-    pub(crate) fn finish(&self) {
-        // One that cannot be removed is found to be done by the next bake, which then takes no time.
-        let _ = fs::remove_file(&self.path);
-        self.finish_rounds();
-    }
-
-    /// To be called when the results are safe in the file itself, as those of a shard are.
-    pub(crate) fn finish_rounds(&self) {
-        for path in split_checkpoints(&self.path).iter().rev() {
-            let _ = fs::remove_file(path);
-        }
-    }
-
-    /// Bakes until it is done or the user presses Ctrl-C.
-    pub(crate) fn watched<T, E: Cancellable>(
-        &self,
-        talk: Talk,
-        work: impl FnOnce(Job<'_>) -> Result<T, E>,
-    ) -> anyhow::Result<T> {
-        self.watched_steps(talk, "bake", work)?
-            .or_else(|at| bail!("stopped after {} of {} points; {GO_ON}", at.done, at.total))
-    }
-
-    /// Fits until it is done or the user presses Ctrl-C.
-    pub(crate) fn watched_fit<T, E: Cancellable>(
-        &self,
-        talk: Talk,
-        work: impl FnOnce(Job<'_>) -> Result<T, E>,
-    ) -> anyhow::Result<T> {
-        self.watched_steps(talk, "fit", work)?
-            .or_else(|at| bail!("stopped after {} of up to {} rounds; {GO_ON}", at.done, at.total))
-    }
-
-    /// Bakes something of a name, one of several, until it is done or the user presses Ctrl-C.
-    pub(crate) fn watched_one<T, E: Cancellable>(
-        &self,
-        talk: Talk,
-        name: &str,
-        work: impl FnOnce(Job<'_>) -> Result<T, E>,
-    ) -> anyhow::Result<T> {
-        self.watched_steps(talk, format!("bake {name}"), work)?
-            .or_else(|at| bail!("stopped at {name}, after {} of {} steps; {GO_ON}", at.done, at.total))
-    }
-
-    /// Works until it is done or the user presses Ctrl-C; then the inner error says how far it was.
-    fn watched_steps<T, E: Cancellable>(
-        &self,
-        talk: Talk,
-        what: impl Into<Cow<'static, str>>,
-        work: impl FnOnce(Job<'_>) -> Result<T, E>,
-    ) -> anyhow::Result<Result<T, Progress>> {
-        let mut is_told = !self.is_told;
-        watched(talk, what, |mut shown| {
-            let mut watch = |progress: &Progress| {
-                if !is_told && progress.resumed > 0 {
-                    let percent = 100 * progress.resumed / progress.total.max(1);
-                    talk.note(&self.path.display().to_string(), &format!("found; going on from {percent} %"));
-                }
-                is_told = true;
-                shown.report(progress)
-            };
-            work(Job::default().watched_by(&mut watch).kept_in(&self.path))
-        })
-    }
+/// Works until it is done or the user presses Ctrl-C; then the inner error says how far it was.
+fn watched_steps<T, E: Cancellable>(
+    files: &JobFiles,
+    talk: Talk,
+    what: impl Into<Cow<'static, str>>,
+    work: impl FnOnce(Job<'_>) -> Result<T, E>,
+) -> anyhow::Result<Result<T, Progress>> {
+    let mut is_told = false;
+    watched(talk, what, |mut shown| {
+        let mut watch = |progress: &Progress| {
+            if !is_told && progress.resumed > 0 {
+                let percent = 100 * progress.resumed / progress.total.max(1);
+                talk.note(&files.checkpoint().display().to_string(), &format!("found; going on from {percent} %"));
+            }
+            is_told = true;
+            shown.report(progress)
+        };
+        work(Job::default().watched_by(&mut watch).kept_in(files.checkpoint()))
+    })
 }
 
 #[cfg(test)]

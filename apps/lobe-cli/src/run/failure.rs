@@ -143,15 +143,15 @@ fn plain(error: &anyhow::Error) -> String {
 
 /// The option of a job that is refused, if that is the fault.
 fn refused_option(error: &anyhow::Error) -> Option<&OptionError> {
-    let of_prt = || match error.downcast_ref()? {
-        PrtError::OfJob(error) => Some(error),
-        _ => None,
-    };
-    let of_scene = || match error.downcast_ref()? {
-        SceneError::OfJob(error) => Some(error),
-        _ => None,
-    };
-    error.downcast_ref().or_else(of_prt).or_else(of_scene)
+    macro_rules! refused_by {
+        ($($type:ident),*) => {$(
+            if let Some($type::OfJob(error)) = error.downcast_ref() {
+                return Some(error);
+            }
+        )*};
+    }
+    refused_by!(IoError, SceneError, PrtError, ShadowError, RenderError);
+    error.downcast_ref()
 }
 
 /// The message of a map whose mapping is in doubt.

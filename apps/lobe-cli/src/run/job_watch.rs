@@ -10,6 +10,17 @@ use crate::run::ctrl_c;
 use crate::run::option_names::in_flags;
 use crate::run::talk::{ProgressLine, Talk};
 
+/// Where the results of a job are while it runs.
+#[derive(Clone, Copy)]
+pub(crate) enum Kept<'a> {
+    /// In this file. The user hears of what was found in it.
+    In(&'a Path),
+    /// In files that the same command has made, of which the user knows nothing.
+    Untold,
+    /// Nowhere.
+    Nowhere,
+}
+
 /// The steps of a job, as far as they are known.
 struct Steps<'a> {
     talk: Talk,
@@ -51,31 +62,50 @@ impl Steps<'_> {
     }
 }
 
-/// Does work with a line of progress for each step, until it is done or the user presses Ctrl-C. Results are in `kept`,
-/// if the user is to hear of what was found there.
+/// Does work with a line of progress for each step, until it is done or the user presses Ctrl-C.
 pub(crate) fn watched_job<T, E: Cancellable>(
     talk: Talk,
-    kept: Option<&Path>,
+    kept: Kept<'_>,
     work: impl FnOnce(Job<'_>) -> Result<T, E>,
 ) -> anyhow::Result<T> {
     ctrl_c::watch();
-    let mut steps = Steps { talk, kept, line: None, last: Progress::default(), is_resumed: false, is_told: false };
+    let told = if let Kept::In(path) = kept { Some(path) } else { None };
+    let mut steps =
+        Steps { talk, kept: told, line: None, last: Progress::default(), is_resumed: false, is_told: false };
     let mut watch = |progress: &Progress| {
         steps.show(progress);
         ctrl_c::go_on()
     };
     let mut listener = |about: &str, text: &str| talk.note(about, &in_flags(text));
     match work(Job::default().watched_by(&mut watch).heard_by(&mut listener)) {
-        Err(error) if error.is_cancelled() => stopped(&steps.last),
+        Err(error) if error.is_cancelled() => stopped(&steps.last, kept),
         other => Ok(other?),
     }
 }
 
+/// Does work in no time that one could watch, and tells what a user should know of it.
+pub(crate) fn heard<T, E>(talk: Talk, work: impl FnOnce(&mut Job<'_>) -> Result<T, E>) -> Result<T, E> {
+    let mut listener = |about: &str, text: &str| talk.note(about, &in_flags(text));
+    work(&mut Job::default().heard_by(&mut listener))
+}
+
+/// Advice where a bake on the way to a picture takes long.
+const BAKE_FIRST: &str = "lobe bake can be stopped and continued, and what it writes can be rendered";
+
 /// The error of work that was stopped.
-fn stopped<T>(last: &Progress) -> anyhow::Result<T> {
+fn stopped<T>(last: &Progress, kept: Kept<'_>) -> anyhow::Result<T> {
     let Progress { step, done, total, round, .. } = *last;
     match step {
+        "fit" if matches!(kept, Kept::Nowhere) => {
+            bail!("stopped; nothing is written, and the same command starts anew")
+        }
+        "look" => bail!("stopped before the first picture; nothing is kept"),
+        "split" | "bake" if matches!(kept, Kept::Nowhere) => {
+            let what = if step == "split" { "triangles were split" } else { "transfer was baked" };
+            bail!("stopped while {what}, of which nothing is kept; {BAKE_FIRST}")
+        }
         "split" => bail!("stopped in round {round} of splitting after {done} of {total} points; {GO_ON}"),
+        "fit" => bail!("stopped after {done} of up to {total} rounds; {GO_ON}"),
         "unwrap" => bail!("stopped while the scene was unwrapped"),
         "merge" => bail!("stopped after {done} of {total} records, of which nothing is kept"),
         "compress" | "write" => bail!("stopped after the bake, before its output was written; {GO_ON}"),

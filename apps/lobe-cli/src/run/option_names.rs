@@ -1,34 +1,17 @@
 //! Names of options on the command line, where the library names them.
 
-use lobe::io::{JobOptions as _, OptionError, worded};
+use lobe::io::{JobOptions as _, OptionError, flag, worded};
 use lobe::prt::BakeJob;
-
-/// The argument without a dash.
-pub(crate) const POSITIONAL: &str = "scene";
-
-/// The argument with a letter of its own.
-pub(crate) const OUTPUT: &str = "output";
-
-/// The name of an option on the command line, without dashes before it.
-pub(crate) fn dashed(name: &str) -> String {
-    name.replace('_', "-")
-}
+use lobe::render::{MovingJob, TransferSource};
+use lobe::shadow::{FieldJob, SphereJob};
 
 /// A text with the names that options have on the command line.
 pub(crate) fn in_flags(text: &str) -> String {
-    /// Options that are named beside those of a bake.
-    const OTHERS: [&str; 1] = ["entity"];
-    let is_known = |name: &str| OTHERS.contains(&name) || BakeJob::fields().iter().any(|field| field.name == name);
+    let is_known = |name: &str| {
+        let of_bakes = BakeJob::has(name) || FieldJob::has(name) || SphereJob::has(name);
+        of_bakes || TransferSource::has(name) || MovingJob::has(name)
+    };
     worded(text, |name| is_known(name).then(|| flag(name)))
-}
-
-/// The name of an option on the command line.
-fn flag(name: &str) -> String {
-    match name {
-        POSITIONAL => "SCENE".to_owned(),
-        OUTPUT => "-o".to_owned(),
-        name => format!("--{}", dashed(name)),
-    }
 }
 
 /// The refusal of an option in the names of the command line.

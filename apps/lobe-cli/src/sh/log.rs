@@ -3,9 +3,9 @@
 use clap::Args;
 use lobe::sh::{LOG_CLAMP, Quantity, ShFile, logarithm};
 
-use crate::args::exponential::clamp;
 use crate::args::input::ShInput;
 use crate::args::output::ShOutput;
+use crate::args::values;
 use crate::sh::exp::{by_channel, check_order, expect};
 
 #[derive(Args)]
@@ -15,7 +15,7 @@ pub(crate) struct ShLog {
     input: ShInput,
     /// The least eigenvalue of the product matrix that is kept, as a part of the largest: visibility rings below zero, where
     /// there is no logarithm
-    #[arg(long, value_name = "C", default_value_t = LOG_CLAMP, allow_hyphen_values = true, value_parser = clamp)]
+    #[arg(long, value_name = "C", default_value_t = LOG_CLAMP, allow_hyphen_values = true, value_parser = values::clamp)]
     clamp: f64,
     /// The logarithm, a .sh.json file of log-visibility; - writes to stdout
     #[arg(short, long, value_name = "Q")]

@@ -5,21 +5,20 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use lobe::image::{PictureReadOptions, read_picture};
+use lobe::io::{JobArgs, JobFiles, MemoryLimit, WorkOptions, flag};
 use lobe::sh::Rgb;
 use lobe::shadow::{
-    Lamp, LampSequence, PatchField, RadianceField, RadianceOptions, Rectangle, StorageReport, write_lamp,
+    FieldSampling, Lamp, LampSequence, PatchField, RadianceField, Rectangle, StorageOptions, StorageReport, write_lamp,
 };
 use serde::Serialize;
 
-use crate::args::field_storage::StorageOptions;
 use crate::args::input::{NonfiniteOption, tell};
 use crate::args::map_input::max_texels;
-use crate::args::memory::MemoryLimit;
 use crate::args::output;
 use crate::args::values;
-use crate::run::bake_watch::{Checkpoint, tell_if_too_late};
+use crate::run::bake_watch::{tell_if_too_late, watched_bake};
+use crate::run::option_names::in_flags;
 use crate::run::talk::Talk;
-use crate::shadow::field;
 
 /// The most patches along each side of a rectangle.
 const MAX_PATCHES: usize = 64;
@@ -54,25 +53,12 @@ pub(crate) struct LampCommand {
     /// The back of a rectangle shines alike
     #[arg(long)]
     two_sided: bool,
-    /// Number of bands, 1 to 8
-    #[arg(long, value_name = "N", default_value = "4", value_parser = field::order)]
-    order: usize,
-    /// Concentric spheres of sample points around a rectangle, 2 or more [default: 16]
-    #[arg(long, value_name = "N", value_parser = field::spheres)]
-    spheres: Option<usize>,
-    /// Cells along each side of the octahedral grid of sample points on a sphere, an even number [default: 16]
-    #[arg(long, value_name = "N", value_parser = field::cells)]
-    cells: Option<usize>,
-    /// The innermost and the outermost sphere, in half diagonals of the rectangle [default: 0.25,8]
-    #[arg(long, value_name = "INNER,OUTER", value_parser = field::range)]
-    range: Option<[f64; 2]>,
     #[command(flatten)]
-    storage: StorageOptions,
+    sampling: JobArgs<FieldSampling>,
     #[command(flatten)]
-    memory: MemoryLimit,
-    /// Start anew, even if there is a checkpoint of a bake that was stopped
-    #[arg(long)]
-    fresh: bool,
+    storage: JobArgs<StorageOptions>,
+    #[command(flatten)]
+    work: JobArgs<WorkOptions>,
     #[command(flatten)]
     nonfinite: NonfiniteOption,
     /// The most pixels of a picture; a larger one is refused
@@ -120,22 +106,24 @@ impl LampCommand {
         let inputs: Vec<_> = self.pictures.iter().map(PathBuf::as_path).collect();
         output::prepare_file(&self.output, &inputs)?;
         self.check()?;
-        let form = self.storage.form()?;
-        let checkpoint = Checkpoint::beside(&self.output);
-        if self.fresh {
+        let (sampling, storage, work) = (self.sampling.job()?, self.storage.job()?, self.work.job()?);
+        let checkpoint = JobFiles::beside(self.output.clone());
+        if work.fresh {
             checkpoint.discard()?;
         }
         let lamp = match self.shape {
-            Shape::Sphere => self.sphere()?,
-            Shape::Rectangle => self.rectangle(&checkpoint, talk)?,
+            Shape::Sphere => self.sphere(&sampling)?,
+            Shape::Rectangle => self.rectangle(&sampling, (&checkpoint, work.memory()), talk)?,
         };
-        let report = write_lamp(&self.output, &lamp, &form)?;
-        self.storage.tell_if_larger(&report, talk);
+        let report = write_lamp(&self.output, &lamp, &storage.form())?;
+        if let Some(text) = storage.remark(&report) {
+            talk.note(&self.output.display().to_string(), &in_flags(&text));
+        }
         let StorageReport { bytes, relative_error, .. } = report;
         checkpoint.finish();
         tell_if_too_late(&self.output, talk);
         let (patches, pictures) = (self.patches_of_pictures(), self.pictures.len());
-        let printed = Printed { order: self.order, patches, pictures, bytes, relative_error };
+        let printed = Printed { order: sampling.order, patches, pictures, bytes, relative_error };
         if self.json {
             return output::print_json(&printed);
         }
@@ -150,13 +138,12 @@ impl LampCommand {
             ("--patches", self.patches.is_some()),
             ("--fps", self.fps.is_some()),
             ("--two-sided", self.two_sided),
-            ("--spheres", self.spheres.is_some()),
-            ("--cells", self.cells.is_some()),
-            ("--range", self.range.is_some()),
-            (self.storage.asked().unwrap_or("--storage"), self.storage.asked().is_some()),
         ];
+        let given = of_rectangles.iter().find(|(_, is_given)| *is_given).map(|(option, _)| (*option).to_owned());
+        let of_points = FieldSampling::OF_POINTS.into_iter().find(|name| self.sampling.values.contains_key(*name));
+        let of_tables = of_points.or(self.storage.values.keys().map(String::as_str).next()).map(flag);
         if self.shape == Shape::Sphere
-            && let Some((option, _)) = of_rectangles.iter().find(|(_, given)| *given)
+            && let Some(option) = given.or(of_tables)
         {
             bail!("{option}: only of a rectangle");
         }
@@ -181,21 +168,30 @@ impl LampCommand {
         if self.pictures.is_empty() { [1, 1] } else { self.patches.unwrap_or([8, 8]) }
     }
 
-    fn sphere(&self) -> anyhow::Result<Lamp> {
+    fn sphere(&self, sampling: &FieldSampling) -> anyhow::Result<Lamp> {
         let radius = self.radius.context("a sphere has a --radius")?;
-        Ok(Lamp::Still(RadianceField::ball(self.order, [0.0; 3], radius, self.radiance())?))
+        Ok(Lamp::Still(RadianceField::ball(sampling.order, [0.0; 3], radius, self.radiance())?))
     }
 
-    fn rectangle(&self, checkpoint: &Checkpoint, talk: Talk) -> anyhow::Result<Lamp> {
+    fn rectangle(
+        &self,
+        sampling: &FieldSampling,
+        (checkpoint, memory): (&JobFiles, MemoryLimit),
+        talk: Talk,
+    ) -> anyhow::Result<Lamp> {
         let [width, height] = self.size.context("a rectangle has a --size: give it as --size W,H")?;
         // The first row is on top; pixels are mirrored, as `u × v` of rows to the right would point away from who looks.
         let rectangle = Rectangle::upright([width, height], self.two_sided);
-        let (patches, options) = (self.patches_of_pictures(), self.options());
-        self.check_memory(patches, &options)?;
+        let (patches, options) = (self.patches_of_pictures(), sampling.of_lamp());
+        // Rows are held as those of a field.
+        let [columns, rows] = patches;
+        let what = format!("a lamp of {columns} x {rows} patches at order {}", options.order);
+        let bytes = sampling.bytes().saturating_mul((columns * rows) as u64);
+        memory.check(&what, bytes, "fewer --patches, --spheres or --cells")?;
         // A picture that is refused is so before the bake.
-        let pictures = self.pictures.iter().map(|path| self.colors(path, patches, talk));
+        let pictures = self.pictures.iter().map(|path| self.colors(path, patches, memory, talk));
         let pictures = pictures.collect::<anyhow::Result<Vec<_>>>()?;
-        let field = checkpoint.watched(talk, |job| PatchField::bake(&rectangle, patches, &options, job))?;
+        let field = watched_bake(checkpoint, talk, |job| PatchField::bake(&rectangle, patches, &options, job))?;
         Ok(match &*pictures {
             [] => Lamp::Still(field.with_colors(&[self.radiance()])?),
             [one] => Lamp::Still(field.with_colors(one)?),
@@ -208,9 +204,15 @@ impl LampCommand {
     }
 
     /// The radiance of the patches under a picture.
-    fn colors(&self, path: &Path, patches: [usize; 2], talk: Talk) -> anyhow::Result<Vec<Rgb<f64>>> {
+    fn colors(
+        &self,
+        path: &Path,
+        patches: [usize; 2],
+        memory: MemoryLimit,
+        talk: Talk,
+    ) -> anyhow::Result<Vec<Rgb<f64>>> {
         let options = PictureReadOptions::default().nonfinite((&self.nonfinite).into()).max_texels(self.max_texels);
-        let options = options.max_bytes(self.memory.bytes());
+        let options = options.max_bytes(memory.bytes());
         let (picture, report) = read_picture(path, &options)?;
         tell(&report, &path.display().to_string(), talk);
         let rows = picture.pixels().chunks_exact(picture.width().max(1));
@@ -218,24 +220,5 @@ impl LampCommand {
         let [r, g, b] = self.radiance().to_array();
         let colors = PatchField::colors_of_patches(patches, picture.width(), &mirrored)?;
         Ok(colors.into_iter().map(|c| Rgb::new(c.r * r, c.g * g, c.b * b)).collect())
-    }
-
-    /// Rows are held as those of a field.
-    fn check_memory(&self, [columns, rows]: [usize; 2], options: &RadianceOptions) -> anyhow::Result<()> {
-        let what = format!("a lamp of {columns} x {rows} patches at order {}", options.order);
-        let bytes = field::bytes(options.order, options.spheres, options.cells).saturating_mul((columns * rows) as u64);
-        self.memory.check(&what, bytes, "fewer --patches, --spheres or --cells")
-    }
-
-    fn options(&self) -> RadianceOptions {
-        let defaults = RadianceOptions::default();
-        let [inner, outer] = self.range.unwrap_or([defaults.inner, defaults.outer]);
-        defaults
-            .clone()
-            .order(self.order)
-            .spheres(self.spheres.unwrap_or(defaults.spheres))
-            .cells(self.cells.unwrap_or(defaults.cells))
-            .inner(inner)
-            .outer(outer)
     }
 }

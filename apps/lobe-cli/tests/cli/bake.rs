@@ -329,8 +329,8 @@ fn the_help_of_compression_is_that_of_what_is_compressed() {
     }
     for command in ["field", "lamp"] {
         let help = help(command);
-        assert!(help.contains("--clusters <K> With --storage clustered: "), "{command}: {help}");
-        assert!(help.contains("0 gives vector quantization [default: 6]"), "{command}: {help}");
+        assert!(help.contains("--clusters <K> Compress to this many clusters at most"), "{command}: {help}");
+        assert!(help.contains("0 gives vector quantization [0 to 192; default: 6]"), "{command}: {help}");
     }
 }
 

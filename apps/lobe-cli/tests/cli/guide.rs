@@ -59,3 +59,27 @@ fn every_command_of_the_guide_exists_with_its_options() {
     }
     assert!(seen > 40, "the guide shows {seen} commands");
 }
+
+#[test]
+fn every_job_of_the_guide_is_the_same_from_its_file() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let chapters = fs::read_dir(root.join("docs/guide/src")).unwrap().map(|entry| entry.unwrap().path());
+    let (dir, mut seen) = (Dir::new(), 0);
+    for path in chapters.filter(|path| path.extension().is_some_and(|e| e == "md")) {
+        for command in commands(&fs::read_to_string(&path).unwrap()) {
+            let words: Vec<&str> = command.split_whitespace().skip(1).collect();
+            let [verb @ ("bake" | "field" | "spheres"), _, ..] = words[..] else { continue };
+            // Files that are not here, names that a shell makes, and what is no job.
+            let is_whole = words.contains(&"-o") && !command.contains(['$', '*', '{', '>', '<']);
+            if !is_whole || words.iter().any(|word| ["--like", "--job", "--json", "table"].contains(word)) {
+                continue;
+            }
+            let job = dir.lobe(&format!("{} --print-job", words.join(" "))).stdout();
+            dir.file("job.toml", &job);
+            let again = dir.lobe(&format!("{verb} --job job.toml --print-job")).stdout();
+            assert_eq!(again, job, "{command}");
+            seen += 1;
+        }
+    }
+    assert!(seen > 5, "the guide shows {seen} jobs");
+}

@@ -111,7 +111,7 @@ fn values_out_of_range_and_options_of_other_choices_are_refused() {
     let render = format!("render moving built-in:three-objects {RENDER} -o x.png");
     let spheres = "spheres built-in:ball -n 3 -o s.safetensors";
     for (command, expected) in [
-        (format!("{render} --method exponentials --cut 1.5"), "expected a part from 0 to 1, found 1.5"),
+        (format!("{render} --method exponentials --cut 1.5"), "expected a number from 0 to 1, found 1.5"),
         (format!("{render} --method exponentials --group 16 --far -1"), "'-1'"),
         (format!("{render} --method exponentials --far 0.1"), "--far: only of groups of vertices"),
         (format!("{render} --negligible 13"), "from 0 to 4π steradians, found 13"),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any, TypedDict
@@ -14,8 +13,8 @@ import numpy.typing as npt
 
 from . import _lobe
 from ._arrays import Doubles, expect, points, whole
-from ._bake_fields import BakeFields
 from ._carried import bytes_of, from_bytes
+from ._option_fields import BakeFields
 from ._scene import Path, Progress, Scene
 from ._sh import Sh
 
@@ -91,19 +90,21 @@ class BakeOptions(BakeFields):
 
     def asked(self) -> dict[str, Any]:
         """The options that are not left at their defaults."""
-        all_of_them = [(field.name, getattr(self, field.name), field.default) for field in fields(self)]
-        return {name: value for name, value, default in all_of_them if not _is_default(value, default)}
+        return asked_of(self)
 
     def job(self, scene: Path | Scene, **others: Any) -> dict[str, Any]:
         """All that is asked of a bake: of this scene, with other options of the job, such as its output."""
-        read = Scene.of(scene)
-        # Without a limit any memory may be taken.
-        limit = sys.float_info.max if read.max_bytes is None else read.max_bytes / 2**30
-        return read._asked() | {"max_memory": limit} | self.asked() | others
+        return Scene.of(scene)._job() | self.asked() | others
 
     def of(self, scene: Path | Scene) -> _lobe.Bake:
         """The bake of a scene in shards, which is read and split at once."""
         return _lobe.Bake(self.job(scene))
+
+
+def asked_of(options: Any) -> dict[str, Any]:
+    """The options of a dataclass that are not left at their defaults."""
+    all_of_them = [(field.name, getattr(options, field.name), field.default) for field in fields(options)]
+    return {name: value for name, value, default in all_of_them if not _is_default(value, default)}
 
 
 def _is_default(value: object, default: object) -> bool:

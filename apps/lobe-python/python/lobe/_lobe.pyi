@@ -107,7 +107,8 @@ def clear_abandoned(path: str | os.PathLike[str]) -> None: ...
 def load_transfer(path: str | os.PathLike[str]) -> Transfer: ...
 def render_still(
     scene: Scene,
-    method: dict[str, object],
+    method: dict[str, object] | None,
+    order: int | None,
     light: Doubles,
     map: Map | None,
     background: str,
@@ -127,37 +128,15 @@ def render_traced(
     share: Share | None,
     progress: Callable[[int, int], object] | None,
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32], int, npt.NDArray[np.float32]] | None: ...
-def field(
-    scene: Scene,
-    output: str | os.PathLike[str],
-    settings: dict[str, object],
-    parts: Sequence[str | os.PathLike[str]],
-    progress: Callable[[int, int], object] | None,
-) -> Any: ...
-def field_shard(
-    scene: Scene,
-    output: str | os.PathLike[str],
-    settings: dict[str, object],
-    shard: tuple[int, int],
-    progress: Callable[[int, int], object] | None,
-) -> list[int]: ...
-def self_visibility(
-    scene: Scene,
-    output: str | os.PathLike[str],
-    settings: dict[str, object],
-    progress: Callable[[int, int], object] | None,
-) -> Any: ...
+def field(asked: dict[str, Any], progress: Callable[[int, int], object] | None) -> dict[str, Any]: ...
 def spheres(
-    scene: Scene,
-    entity: str | None,
-    output: str | os.PathLike[str] | None,
-    settings: dict[str, object],
-    progress: Callable[[int, int], object] | None,
+    asked: dict[str, Any], progress: Callable[[int, int], object] | None
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32], float, float, float, list[float], float]: ...
 def sphere_table(output: str | os.PathLike[str], order: int, window: float | None, clamp: float) -> int: ...
 def lamp(
     output: str | os.PathLike[str],
     settings: dict[str, object],
+    tables: tuple[dict[str, Any], dict[str, Any]],
     pictures: list[npt.NDArray[np.float32]],
     progress: Callable[[int, int], object] | None,
 ) -> int: ...
@@ -204,8 +183,10 @@ class Matrices:
 
 def bake(asked: dict[str, object], progress: Callable[[int, int], object] | None) -> Any: ...
 def bake_fields() -> list[tuple[str, str, str, str]]: ...
+def moving_fields() -> list[tuple[str, str, str, str]]: ...
 def bake_like(path: str | os.PathLike[str]) -> list[tuple[str, str]]: ...
 def check_bake(asked: dict[str, object]) -> None: ...
+def check_moving(asked: dict[str, object]) -> None: ...
 def check_scene(asked: dict[str, object]) -> None: ...
 def is_bake_split(asked: dict[str, object]) -> bool: ...
 @final
@@ -234,7 +215,7 @@ class Bake:
 class Moving:
     @staticmethod
     def load(
-        scene: Scene, animation: str | None, is_looped: bool, asked: tuple[int | None, int | None]
+        scene: Scene, asked: dict[str, Any], order: int | None, is_looped: bool
     ) -> Moving: ...
     @property
     def span(self) -> list[float]: ...
@@ -242,7 +223,8 @@ class Moving:
     def bounds(self, time: float) -> list[list[float]]: ...
     def bake(
         self,
-        shading: dict[str, object],
+        asked: dict[str, Any],
+        order: int | None,
         checkpoint: str | os.PathLike[str] | None,
         progress: Callable[[int, int], object] | None,
     ) -> int: ...

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -17,8 +16,6 @@ from ._env import EnvMap
 from ._moving import MovingOptions, MovingScene
 from ._scene import Path, Progress, Scene
 from ._sh import Sh
-
-MODES = ("irradiance", "unshadowed", "shadowed", "interreflected", "glossy", "fields", "exponentials")
 
 MOST_BANDS = 8
 """Bands of transfer at most: those of the light beyond count nothing."""
@@ -48,7 +45,7 @@ def render(
     """A scene under light from everywhere, as by `lobe render`: radiance of shape (height, width, 3), row 0 on top.
 
     Without a mode the transfer that is baked into a .glb or .gltf lights it at once, or that in a file of `transfer`, which `lobe.bake`, `compress` or
-    `fit_lobes` wrote for this scene without it, a lightmap among them. `mode` asks for another: "irradiance", that of the light by the shading normal; "unshadowed",
+    `fit_lobes` wrote for this scene without it, a lightmap among them; a scene without any is baked, "interreflected". `mode` asks for another: "irradiance", that of the light by the shading normal; "unshadowed",
     "shadowed" or "interreflected" transfer, baked on the way where the scene is not; "glossy" with a `lobe` of reflection, "phong:E" or "ggx:ALPHA"
     [default: ggx:0.3], by the matrices in `transfer` or baked on the way; "fields" or "exponentials", a scene that moves at a `time` in seconds
     [default: 0], of which `MovingScene` has the options. What is baked has an `order` of 1 to 8 [default: 4], `bake_samples` paths from each vertex
@@ -59,37 +56,28 @@ def render(
     averaged for each pixel, four times as many where surfaces end. Backs of double-sided surfaces, which files do
     not hold, are baked as far as the view shows them. Ctrl-C and what `progress(done, total)` raises, for one step after the other, stop it.
     """
-    if mode is not None and mode not in MODES:
-        raise ValueError(f"mode: expected {', '.join(MODES[:-1])} or {MODES[-1]}, found {mode!r}")
-    moves = mode in ("fields", "exponentials")
-    for is_refused, why in [
-        (time is not None and not moves, "time: only of the modes fields and exponentials"),
-        (transfer is not None and (moves or mode == "irradiance"), f"transfer: not of the mode {mode}"),
-        (lobe is not None and mode != "glossy", "lobe: only of the mode glossy"),
-        (mode in (None, "irradiance") and (order, bake_samples, bounces) != (None, None, None), "order, bake_samples and bounces: only of a mode with transfer"),
-    ]:
-        if is_refused:
-            raise ValueError(why)
-    samples = None if bake_samples is None else whole(bake_samples, "bake_samples", 1, 1 << 20)
-    if mode is not None and moves:
-        options = MovingOptions(mode, order, samples, bounces)
+    if mode in ("fields", "exponentials"):
+        if (transfer, lobe) != (None, None):
+            raise ValueError(f"transfer and lobe: not of the mode {mode}")
+        options = MovingOptions(method=mode, order=order, bake_samples=bake_samples, bounces=bounces)
         moving = MovingScene(scene, options)
         seconds = 0.0 if time is None else time
         return moving.render(light, seconds, camera=camera, width=width, height=height, rays=rays, background=background, progress=progress)
-    method: dict[str, object] = {
-        "mode": mode,
-        "transfer": None if transfer is None else os.fspath(transfer),
-        "lobe": "ggx:0.3" if mode == "glossy" and lobe is None else lobe,
-        "order": None if order is None else whole(order, "order", 1, MOST_BANDS),
-        "samples": samples,
-        "bounces": None if bounces is None else whole(bounces, "bounces", 0, 255),
-    }
+    if time is not None:
+        raise ValueError("time: only of the modes fields and exponentials")
+    asked: dict[str, object] = {"mode": mode, "transfer": transfer, "lobe": lobe, "bake_samples": bake_samples, "bounces": bounces}
+    if mode == "irradiance":
+        if any(asked[name] is not None for name in asked if name != "mode") or order is not None:
+            raise ValueError("transfer, lobe, order, bake_samples and bounces: only of a mode with transfer")
+    elif order is not None:
+        whole(order, "order", 1, MOST_BANDS)
     view, size = checked(light, camera)._view(), size_of(width, height)
     source = light._map if isinstance(light, EnvMap) else None
     behind = background_of(background)
     bands = IRRADIANCE_BANDS if mode == "irradiance" else MOST_BANDS
     colors = colors_of(light.project(bands) if isinstance(light, EnvMap) else light)
-    return _lobe.render_still(Scene.of(scene), method, colors, source, behind, view, size, whole(rays, "rays", 1, 64), progress)
+    method = None if mode == "irradiance" else asked
+    return _lobe.render_still(Scene.of(scene), method, order, colors, source, behind, view, size, whole(rays, "rays", 1, 64), progress)
 
 
 def trace(

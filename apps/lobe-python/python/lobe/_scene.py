@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from typing import Any
@@ -71,6 +72,12 @@ class Scene:
     def at(self, path: Path) -> Scene:
         """The same under another path."""
         return replace(self, path=os.fspath(path))
+
+    def _job(self) -> dict[str, Any]:
+        """The same, and the limit of memory, as options of a job."""
+        # Without a limit any memory may be taken.
+        limit = sys.float_info.max if self.max_bytes is None else self.max_bytes / 2**30
+        return self._asked() | {"max_memory": limit}
 
     def _asked(self) -> dict[str, Any]:
         """The options that are not left at their defaults, as the library names them."""

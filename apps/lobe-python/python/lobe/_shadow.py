@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypedDict
+from typing import Any, TypedDict
 
 import numpy as np
 import numpy.typing as npt
@@ -14,8 +14,8 @@ from ._arrays import Doubles, expect, finite, numbers, real, whole
 from ._bake import expect_parts, expect_shard
 from ._scene import Path, Progress, Scene
 
-MAX_SPHERES, MAX_CELLS, MAX_PATCHES, MAX_FITTED = 256, 256, 64, 4096
-"""Limits as of the command, beyond which a number is taken for a typing error."""
+MAX_PATCHES = 64
+"""A limit as of the command, beyond which a number is taken for a typing error."""
 
 
 class FieldReport(TypedDict):
@@ -57,8 +57,9 @@ def field(
     `storage` is f32, f16, u8 or clustered. Results are kept beside the output, a .safetensors file, while they are found: what was stopped, by Ctrl-C or by
     what `progress(done, total)` raises, goes on from there. `merge` takes them from all files that `field_shard` wrote with the same options.
     """
-    settings = _field_settings(entity, order, spheres, cells, range, rays, seed, storage)
-    report: FieldReport = _lobe.field(Scene.of(scene), output, settings, expect_parts(merge), progress)
+    asked = _asked(scene, output, entity) | _sampling(order, spheres, cells, range) | {"rays": rays, "seed": seed, "storage": storage}
+    found = _lobe.field(asked | {"merge": expect_parts(merge) or None}, progress)
+    report: FieldReport = found.pop("storage") | found
     return report
 
 
@@ -81,9 +82,9 @@ def field_shard(
 
     What was stopped goes on from its file. `field(.., merge=files)` makes the field of all.
     """
-    settings = _field_settings(entity, order, spheres, cells, range, rays, seed, "f32")
-    points, in_all = _lobe.field_shard(Scene.of(scene), output, settings, expect_shard(shard), progress)
-    return points, in_all
+    asked = _asked(scene, output, entity) | _sampling(order, spheres, cells, range) | {"rays": rays, "seed": seed}
+    found = _lobe.field(asked | {"shard": "{}/{}".format(*expect_shard(shard))}, progress)
+    return found["points"], found["points_in_all"]
 
 
 class VisibilityReport(TypedDict):
@@ -112,25 +113,21 @@ def self_visibility(
 ) -> VisibilityReport:
     """Writes what each vertex sees of the sky past the entity itself, as `lobe field --self-visibility` does: by it the visibility that other entities leave is
     multiplied. With `rays` from each vertex. Of one `entity` as `field`, and kept, stopped and stored as that."""
-    settings = _field_settings(entity, order, 2, 2, (1.0, 2.0), rays, seed, storage)
-    report: VisibilityReport = _lobe.self_visibility(Scene.of(scene), output, settings, progress)
+    asked = _asked(scene, output, entity) | {"order": order, "rays": rays, "seed": seed, "storage": storage, "self_visibility": True}
+    found = _lobe.field(asked, progress)
+    report: VisibilityReport = found.pop("storage") | found
     return report
 
 
-def _field_settings(
-    entity: str | None, order: int, spheres: int, cells: int, radii: tuple[float, float], rays: int, seed: int, storage: str
-) -> dict[str, object]:
+def _asked(scene: Path | Scene, output: Path | None, entity: str | None) -> dict[str, Any]:
+    """What is asked of a job: of a scene, or of one entity of it."""
     expect(entity, (str, type(None)), "entity", "a name")
-    return {
-        "entity": entity,
-        "order": whole(order, "order", 1, 8),
-        "spheres": whole(spheres, "spheres", 2, MAX_SPHERES),
-        "cells": _even(cells),
-        "range": _range(radii),
-        "rays": whole(rays, "rays", 1, 1 << 20),
-        "seed": whole(seed, "seed", 0, 2**64 - 1),
-        "storage": storage,
-    }
+    return Scene.of(scene)._job() | {"output": output, "entity": entity}
+
+
+def _sampling(order: int, spheres: int, cells: int, radii: object) -> dict[str, Any]:
+    """The sample points of a field."""
+    return {"order": order, "spheres": spheres, "cells": cells, "range": _pair(radii, "range")}
 
 
 @dataclass(frozen=True)
@@ -172,17 +169,8 @@ def spheres(
     `points` points of the solid have to be covered. With an output, a .safetensors file, its bytes are those of the command, and a
     variational fit that was stopped goes on from what is kept beside it.
     """
-    if rounds is not None and method != "variational":
-        raise ValueError("rounds: only of the method variational")
-    expect(entity, (str, type(None)), "entity", "a name")
-    settings = {
-        "count": whole(count, "count", 1, MAX_FITTED),
-        "method": method,
-        "points": whole(points, "points", 1, 1 << 22),
-        "rounds": 100 if rounds is None else whole(rounds, "rounds", 0, 10_000),
-        "seed": whole(seed, "seed", 0, 2**64 - 1),
-    }
-    found = _lobe.spheres(Scene.of(scene), entity, output, settings, progress)
+    asked = {"count": count, "method": method, "points": points, "rounds": rounds, "seed": seed}
+    found = _lobe.spheres(_asked(scene, output, entity) | asked, progress)
     centers, radii, outside, union, solid, history, certainty = found
     return Spheres(centers, radii, outside, union, solid, np.array(history), certainty)
 
@@ -234,19 +222,15 @@ def lamp(
     if color.shape != (3,):
         raise ValueError(f"radiance: expected three numbers, found an array of shape {color.shape}")
     settings = {
-        "order": whole(order, "order", 1, 8),
         "radiance": color.tolist(),
         "radius": None if radius is None else _above_zero(radius, "radius"),
         "size": None if size is None else [_above_zero(side, "size") for side in _pair(size, "size")],
         "two_sided": bool(two_sided),
         "patches": [whole(count, "patches", 1, MAX_PATCHES) for count in _pair(patches, "patches")],
         "fps": _above_zero(fps, "fps"),
-        "spheres": whole(spheres, "spheres", 2, MAX_SPHERES),
-        "cells": _even(cells),
-        "range": _range(range),
-        "storage": storage,
     }
-    return _lobe.lamp(output, settings, [_shown(picture) for picture in pictures], progress)
+    tables = (_sampling(order, spheres, cells, range), {"storage": storage})
+    return _lobe.lamp(output, settings, tables, [_shown(picture) for picture in pictures], progress)
 
 
 def _shown(picture: npt.ArrayLike) -> npt.NDArray[np.float32]:
@@ -268,17 +252,3 @@ def _above_zero(value: object, what: str) -> float:
     if number == 0.0:
         raise ValueError(f"{what}: expected a number above 0, found {value}")
     return number
-
-
-def _range(values: object) -> list[float]:
-    inner, outer = (_above_zero(radius, "range") for radius in _pair(values, "range"))
-    if inner >= outer:
-        raise ValueError(f"range: expected radii that rise, found {values}")
-    return [inner, outer]
-
-
-def _even(cells: object) -> int:
-    count = whole(cells, "cells", 2, MAX_CELLS)
-    if count % 2:
-        raise ValueError(f"cells: expected an even number, found {count}")
-    return count

@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use anyhow::{Context as _, anyhow, bail};
 use clap::{ArgGroup, Parser, ValueEnum as _};
 use lobe::image::FrameSequence;
+use lobe::io::{JobArgs, OptionError, flag, worded};
 use lobe::prt::GlossyLobe;
-use lobe::render::{Background, MovingMethod, ViewPoint};
+use lobe::render::{Background, CameraOptions, MovingMethod, RenderError};
 use lobe_gpu::{GpuCamera, Storage, TurntableOptions};
 
 use crate::loading::limits::ReadLimits;
@@ -70,7 +71,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=8))]
     pub(crate) rays: Option<u8>,
     #[command(flatten)]
-    pub(crate) camera: CameraInput,
+    pub(crate) camera: JobArgs<CameraOptions>,
     /// The file to write: .png, animated with several frames, or .exr and .hdr in linear light
     #[arg(short, long, value_name = "OUT", requires = "headless")]
     pub(crate) output: Option<PathBuf>,
@@ -203,45 +204,16 @@ fn roughness(text: &str) -> Result<f64, String> {
     number.ok_or_else(|| format!("expected a roughness of 0 to 1, found '{text}'"))
 }
 
-/// Reads numbers with commas between them.
-fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
-    let found: Option<Vec<f64>> =
-        text.split(',').map(|x| x.trim().parse().ok().filter(|x: &f64| x.is_finite())).collect();
-    let found = found.and_then(|found| found.try_into().ok());
-    found.ok_or_else(|| format!("expected {N} numbers with commas between them, found '{text}'"))
-}
-
-/// The camera, as of `lobe render`.
-#[derive(Clone, Debug, clap::Args)]
-pub(crate) struct CameraInput {
-    /// Where the eye is
-    #[arg(long, value_name = "X,Y,Z", value_parser = numbers::<3>, allow_hyphen_values = true)]
-    eye: Option<[f64; 3]>,
-    /// What it looks at, in the middle of the picture [default: the middle of the scene]
-    #[arg(long, value_name = "X,Y,Z", requires = "eye", value_parser = numbers::<3>, allow_hyphen_values = true)]
-    target: Option<[f64; 3]>,
-    /// Instead of --eye: degrees of the eye from +x towards +y and above the horizon, from where all of the scene is in
-    /// view [default: -63,20]
-    #[arg(long, value_name = "AZIMUTH,HEIGHT", conflicts_with = "eye", value_parser = numbers::<2>, allow_hyphen_values = true)]
-    orbit: Option<[f64; 2]>,
-    /// The angle from the lower to the upper edge of the picture, in degrees
-    #[arg(long, value_name = "DEG", default_value_t = ViewPoint::FOV)]
-    fov: f64,
-}
-
-impl CameraInput {
-    /// The camera for a box in the world.
-    pub(crate) fn of(&self, bounds: [[f64; 3]; 2]) -> anyhow::Result<GpuCamera> {
-        let view = match (self.eye, self.orbit) {
-            (Some(eye), _) => ViewPoint::At { eye, target: self.target },
-            (None, Some([azimuth, height])) => ViewPoint::Orbit { azimuth, height },
-            (None, None) => ViewPoint::default(),
-        };
-        let camera = view.camera(bounds, self.fov).map_err(|error| anyhow!("--{error}"))?;
-        let on_device =
-            camera.eye_target_angle().and_then(|(eye, target, angle)| GpuCamera::look_at(eye, target, angle));
-        on_device.context("the scene has no extent")
-    }
+/// The camera on the device for a box in the world.
+pub(crate) fn camera_around(options: &JobArgs<CameraOptions>, bounds: [[f64; 3]; 2]) -> anyhow::Result<GpuCamera> {
+    let refused =
+        |error: &OptionError| anyhow!("{}: {}", flag(&error.option), worded(&error.message, |name| Some(flag(name))));
+    let camera = match options.job().map_err(|error| refused(&error))?.camera(bounds) {
+        Err(RenderError::OfJob(error)) => return Err(refused(&error)),
+        other => other?,
+    };
+    let on_device = camera.eye_target_angle().and_then(|(eye, target, angle)| GpuCamera::look_at(eye, target, angle));
+    on_device.context("the scene has no extent")
 }
 
 #[cfg(test)]
@@ -255,17 +227,14 @@ mod tests {
     }
 
     #[test]
-    fn sizes_and_eyes_are_two_numbers_in_range() {
-        assert_eq!((size("640x400"), numbers("-30, 20.5")), (Ok([640, 400]), Ok([-30.0, 20.5])), "good ones");
+    fn sizes_and_roughness_are_numbers_in_range() {
+        assert_eq!(size("640x400"), Ok([640, 400]), "a good one");
         for bad in ["640", "0x4", "4x0", "axb", "70000x1", "1x2x3", ""] {
             assert!(size(bad).is_err(), "{bad:?}");
         }
         assert_eq!((roughness("0"), roughness("1")), (Ok(0.0), Ok(1.0)), "mirror and rough");
         for bad in ["-0.1", "1.1", "nan", "inf", "rough"] {
             assert!(roughness(bad).is_err(), "{bad:?}");
-        }
-        for bad in ["640", "1,2,3", "nan,1", ""] {
-            assert!(numbers::<2>(bad).is_err(), "{bad:?}");
         }
     }
 }

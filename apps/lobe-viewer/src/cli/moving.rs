@@ -10,7 +10,7 @@ use lobe::sh::Rgb;
 use lobe::shadow::SphereFitMethod;
 use lobe_gpu::{SceneView, SceneViewOptions, SurfaceShading, TurntableOptions};
 
-use crate::cli::args::Arguments;
+use crate::cli::args::{Arguments, camera_around};
 use crate::cli::failure::note;
 use crate::cli::prepared::device;
 use crate::cli::progress::progress;
@@ -51,7 +51,7 @@ pub(crate) fn run(
     let radiance = vec![Rgb::new(0.0, 0.0, 0.0); first.scene().vertex_count()];
     let shown = SurfaceShading::Radiance(&radiance);
     let view = SceneView::new(&context, first.scene(), &shown, environment.as_ref(), options)?;
-    let camera = arguments.camera.of(bounds(&scene, (0..frames).map(time))?)?;
+    let camera = camera_around(&arguments.camera, bounds(&scene, (0..frames).map(time))?)?;
     view.set_camera(&camera)?;
     let alpha = behind.alpha(&context, first.scene(), options, &camera)?;
     let (width, height) = (options.width as usize, options.height as usize);

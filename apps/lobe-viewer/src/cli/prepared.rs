@@ -4,7 +4,7 @@ use anyhow::bail;
 use lobe::sh::{Rgb, ShVec};
 use lobe_gpu::{AdapterChoice, Context, ContextOptions, GpuError, SceneView, SceneViewOptions};
 
-use crate::cli::args::Arguments;
+use crate::cli::args::{Arguments, camera_around};
 use crate::cli::shown::Shown;
 use crate::loading::backdrop::{Alpha, Behind};
 use crate::loading::bake::SceneData;
@@ -44,7 +44,7 @@ pub(crate) fn prepare(
     let behind = Behind::new(arguments.background, || light.clone());
     let environment = behind.on_device(&context, Some(&sky.map));
     let view = SceneView::new(&context, &data.scene, &shading, environment.as_ref(), options)?;
-    let camera = arguments.camera.of(data.scene.world_bounds())?;
+    let camera = camera_around(&arguments.camera, data.scene.world_bounds())?;
     view.set_camera(&camera)?;
     let alpha = behind.alpha(&context, &data.scene, options, &camera)?;
     Ok(Prepared { context, view, alpha, light, order, vertices: data.scene.vertex_count(), name: data.name })

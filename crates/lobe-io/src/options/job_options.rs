@@ -1,5 +1,7 @@
 //! Structs of options: what is asked for, as a table of fields and as JSON.
 
+use std::path::PathBuf;
+
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
@@ -11,6 +13,12 @@ pub trait JobOptions: Serialize + DeserializeOwned + Default {
     /// All options, in the order of help.
     #[must_use]
     fn fields() -> Vec<&'static OptionField>;
+
+    /// Whether there is an option of this name.
+    #[must_use]
+    fn has(name: &str) -> bool {
+        Self::fields().iter().any(|field| field.name == name)
+    }
 
     /// Refuses what cannot be had together, and what would be ignored.
     ///
@@ -39,6 +47,22 @@ pub trait JobOptions: Serialize + DeserializeOwned + Default {
         options.check_together(&Given(&values))?;
         Ok(options)
     }
+
+    /// The default of an option that is left open, in words, where it is another than in the table that the option is
+    /// of.
+    #[must_use]
+    fn left_open_of(field: &OptionField) -> &'static str {
+        field.left_open
+    }
+
+    /// The options that give way to this one, where it is asked for over others: its contraries.
+    #[must_use]
+    fn contraries(_name: &str) -> &'static [&'static str] {
+        &[]
+    }
+
+    /// Takes paths as the system has them, which need not be text, in place of their texts.
+    fn set_paths(&mut self, _given: GivenPaths<'_>) {}
 
     /// The values of all options that are not their defaults.
     #[must_use]
@@ -70,6 +94,9 @@ pub trait JobOptions: Serialize + DeserializeOwned + Default {
         self.check_together(&Given(&values))
     }
 }
+
+/// The paths that were given for an option, by its name.
+pub type GivenPaths<'a> = &'a dyn Fn(&str) -> Option<Vec<PathBuf>>;
 
 /// The options that somebody asked for.
 #[derive(Clone, Copy, Debug)]
@@ -130,7 +157,7 @@ fn distance(a: &str, b: &str) -> usize {
 /// [kind](crate::OptionKind), what stands for a value in help, and the default of what is left open, in words.
 ///
 /// The struct has serde's traits, in which it is a flat table, a setter for each option, and
-/// [`JobOptions`](crate::JobOptions) by `options_of!`. Options of another such struct are part of it after `with`.
+/// [`JobOptions`](crate::JobOptions) by the crate. Options of other such structs are part of it after `with`.
 ///
 /// ```
 /// use lobe_io::{JobOptions, OptionError, OptionKind, options};
@@ -158,7 +185,7 @@ fn distance(a: &str, b: &str) -> usize {
 macro_rules! options {
     (
         $(#[$meta:meta])*
-        pub struct $name:ident $(with $base:ident: $base_type:ty)? {
+        pub struct $name:ident $(with $($base:ident: $base_type:ty),+)? {
             $(
                 $(#[doc = $doc:literal])+
                 $(#[serde($($serde:tt)*)])?
@@ -171,11 +198,11 @@ macro_rules! options {
         #[serde(default)]
         #[non_exhaustive]
         pub struct $name {
-            $(
+            $($(
                 /// The options of another table, which are of the same job.
                 #[serde(flatten)]
                 pub $base: $base_type,
-            )?
+            )+)?
             $(
                 $(#[doc = $doc])+
                 $(#[serde($($serde)*)])?
@@ -186,7 +213,7 @@ macro_rules! options {
         impl Default for $name {
             /// The defaults of all options.
             fn default() -> Self {
-                Self { $($base: Default::default(),)? $($field: $default,)+ }
+                Self { $($($base: Default::default(),)+)? $($field: $default,)+ }
             }
         }
 
@@ -200,14 +227,14 @@ macro_rules! options {
                 ),)+
             ];
 
-            $(
+            $($(
                 #[doc = concat!("The same with another `", stringify!($base), "`.")]
                 #[must_use]
                 pub fn $base(mut self, $base: $base_type) -> Self {
                     self.$base = $base;
                     self
                 }
-            )?
+            )+)?
 
             $(
                 #[doc = concat!("The same with another `", stringify!($field), "`.")]

@@ -1,5 +1,6 @@
 //! Kinds of options: the values that one may have, as JSON and as text.
 
+use std::f64::consts::PI;
 use std::fmt::Write as _;
 
 use serde_json::Value;
@@ -60,8 +61,12 @@ pub enum NumberRange {
     Positive,
     /// From 0 to below 1.
     Part,
+    /// From 0 to 1.
+    Fraction,
     /// An angle above 0 and below 90 degrees.
     Acute,
+    /// A solid angle from 0 to 4π steradians, that of the whole sphere.
+    SolidAngle,
 }
 
 /// Why a value is refused.
@@ -90,7 +95,9 @@ impl NumberRange {
             Self::Finite => x.is_finite(),
             Self::Positive => x.is_finite() && x > 0.0,
             Self::Part => (0.0..1.0).contains(&x),
+            Self::Fraction => (0.0..=1.0).contains(&x),
             Self::Acute => x > 0.0 && x < 90.0,
+            Self::SolidAngle => (0.0..=4.0 * PI).contains(&x),
         }
     }
 
@@ -99,7 +106,9 @@ impl NumberRange {
             Self::Finite => "a finite number",
             Self::Positive => "a number above 0",
             Self::Part => "a number from 0 to below 1",
+            Self::Fraction => "a number from 0 to 1",
             Self::Acute => "an angle above 0 and below 90 degrees",
+            Self::SolidAngle => "a solid angle from 0 to 4π steradians",
         }
     }
 }

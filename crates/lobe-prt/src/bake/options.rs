@@ -24,6 +24,14 @@ pub enum BakeMode {
 }
 
 impl BakeMode {
+    /// The names of all, with what they are.
+    pub const NAMES: &[(&str, &str)] = &[
+        ("unshadowed", "Light that meets nothing on its way"),
+        ("shadowed", "Light that the scene may block"),
+        ("interreflected", "Light that the scene may block, and that its surfaces reflect"),
+        ("glossy", "The same light before a vertex reflects it, as matrices: for glossy surfaces"),
+    ];
+
     /// The name in recipes.
     #[must_use]
     pub fn name(self) -> &'static str {

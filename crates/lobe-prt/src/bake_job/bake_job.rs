@@ -2,12 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
-use lobe_io::{Given, JobOptions, MemoryLimit, NumberRange, OptionError, OptionField, OptionKind, Shard, options};
+use lobe_io::{
+    Given, GivenPaths, JobOptions, MemoryLimit, NumberRange, OptionError, OptionField, OptionKind, SharingOptions,
+    WorkOptions, options,
+};
 use lobe_scene::{Scene, SceneSource, UnwrapOptions};
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    AdaptiveOptions, AlbedoMode, BakeMode, BakeOptions, CompressOptions, FinishOptions, PrtError, Transfer, WeightBits,
+    AdaptiveOptions, AlbedoMode, BakeMode, BakeOptions, CompressOptions, CompressionOptions, FinishOptions, PrtError,
+    Transfer,
 };
 
 /// When a scene is unwrapped for a lightmap.
@@ -41,19 +45,16 @@ options! {
     /// assert!(done.report.rays > 0);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub struct BakeJob with source: SceneSource {
+    pub struct BakeJob with
+        source: SceneSource, packing: CompressionOptions, work: WorkOptions, sharing: SharingOptions
+    {
         /// The scene with transfer at its vertices, or in textures with `texels`, a .glb file; or the transfer alone, a
         /// .safetensors file, as which `mode` glossy and `grid` are written; of `texels` also an .exr picture with a
         /// layer for each coefficient
         #[serde(serialize_with = "lobe_io::as_text_if_any")]
         output: Option<PathBuf> = None, OptionKind::File, "OUT", "";
         /// The light that is baked
-        mode: BakeMode = BakeOptions::default().mode, OptionKind::Name(&[
-            ("unshadowed", "Light that meets nothing on its way"),
-            ("shadowed", "Light that the scene may block"),
-            ("interreflected", "Light that the scene may block, and that its surfaces reflect"),
-            ("glossy", "The same light before a vertex reflects it, as matrices: for glossy surfaces"),
-        ]), "MODE", "";
+        mode: BakeMode = BakeOptions::default().mode, OptionKind::Name(BakeMode::NAMES), "MODE", "";
         /// The order (number of bands): n² coefficients, three times as many where light meets colors
         order: usize = BakeOptions::default().order,
             OptionKind::Whole { least: 1, most: Transfer::MAX_ORDER as u64, what: "an order (number of bands)" },
@@ -125,43 +126,19 @@ options! {
         /// With `grid`: two corners of the box, whose corners are points
         grid_box: Option<[f64; 6]> = None, OptionKind::Numbers(6), "X0,Y0,Z0,X1,Y1,Z1",
             "the scene's box, with points in the middle of as many equal parts";
-        /// Compress to this many clusters at most; 1 gives ordinary principal components
-        clusters: Option<usize> = None,
-            OptionKind::Whole { least: 1, most: CompressOptions::MAX_CLUSTERS as u64, what: "a number of clusters" },
-            "K", "64 where there is compression";
-        /// Compress to this many components in each cluster; 0 gives vector quantization
-        components: Option<usize> = None,
-            OptionKind::Whole { least: 0, most: CompressOptions::MAX_COMPONENTS as u64, what: "a number of components" },
-            "N", "8 where there is compression";
-        /// Compress, with this many bits for each weight: 8 or 16 in steps of its range, or 32
-        weights: Option<usize> = None, OptionKind::OneOf(&[8, 16, 32]), "BITS", "16 where there is compression";
-        /// The most memory, in GiB, of the scene with its instances and its tree, and of work and files beside it. More
-        /// is refused. 4 hold some 12 million triangles, which take about a minute to read; each instance counts
-        max_memory: f64 = MemoryLimit::DEFAULT_GIB, OptionKind::Number(NumberRange::Positive), "GIB", "";
-        /// Start anew, even if there is a checkpoint of a bake that was stopped
-        fresh: bool = false, OptionKind::Flag, "", "";
-        /// Do part I of N of the work, and write it as a shard, a .safetensors file. A stop leaves what is done, and
-        /// the same job goes on from there
-        shard: Option<Shard> = None, OptionKind::Shard, "I/N", "";
-        /// Take the work from these files, which are all shards of the same job on any machines: the output has the
-        /// bytes that one machine alone gives it
-        #[serde(serialize_with = "lobe_io::as_texts")]
-        merge: Option<Vec<PathBuf>> = None, OptionKind::Files, "PART", "";
     }
 }
 
 /// Options that ask for splitting where transfer is off.
 const OF_ADAPTIVE: [&str; 3] = ["adaptive", "min_edge", "max_vertices"];
 
-/// Options that ask for compression.
-const OF_COMPRESSION: [&str; 3] = ["clusters", "components", "weights"];
-
 /// Options of lightmaps beside their width.
 const OF_TEXELS: [&str; 5] = ["unwrap", "padding", "texel_size", "chart_angle", "denoise"];
 
 impl JobOptions for BakeJob {
     fn fields() -> Vec<&'static OptionField> {
-        SceneSource::fields().into_iter().chain(Self::FIELDS).collect()
+        let own = SceneSource::fields().into_iter().chain(Self::FIELDS);
+        own.chain(CompressionOptions::FIELDS).chain(WorkOptions::FIELDS).chain(SharingOptions::FIELDS).collect()
     }
 
     fn heading_of(name: &str) -> Option<&'static str> {
@@ -169,17 +146,32 @@ impl JobOptions for BakeJob {
             "max_edge" | "no_split" => Some("Splitting"),
             "texels" => Some("Lightmaps"),
             "grid" | "grid_box" => Some("Points in space"),
-            "shard" | "merge" => Some("Sharing among machines"),
             name if OF_ADAPTIVE.contains(&name) => Some("Splitting"),
             name if OF_TEXELS.contains(&name) => Some("Lightmaps"),
-            name if OF_COMPRESSION.contains(&name) => Some("Compression"),
-            name if Self::FIELDS.iter().any(|field| field.name == name) => None,
-            name => SceneSource::heading_of(name),
+            name if CompressionOptions::has(name) => CompressionOptions::heading_of(name),
+            name if SharingOptions::has(name) => SharingOptions::heading_of(name),
+            name if SceneSource::has(name) => SceneSource::heading_of(name),
+            _ => None,
         }
+    }
+
+    fn contraries(name: &str) -> &'static [&'static str] {
+        match name {
+            "no_split" => &OF_ADAPTIVE,
+            name if OF_ADAPTIVE.contains(&name) => &["no_split"],
+            _ => &[],
+        }
+    }
+
+    fn set_paths(&mut self, given: GivenPaths<'_>) {
+        self.source.set_paths(given);
+        self.output = given("output").and_then(|paths| paths.into_iter().next()).or(self.output.take());
+        self.sharing.set_paths(given);
     }
 
     fn check_together(&self, given: &Given<'_>) -> Result<(), OptionError> {
         self.source.check_together(given)?;
+        self.sharing.check_together(given)?;
         self.check_light(given)?;
         self.check_points(given)?;
         self.check_output(given)
@@ -202,7 +194,7 @@ impl BakeJob {
         if self.albedo == Some(AlbedoMode::None) && self.has_matrices() {
             return refused("albedo", "matrices never have the albedo; leave it out");
         }
-        match given.first_of(&OF_COMPRESSION) {
+        match given.first_of(&CompressionOptions::NAMES) {
             Some(option) if self.has_matrices() => refused(option, "of transfer vectors only, not of matrices"),
             Some(option) if self.texels.is_some() => refused(option, "of transfer at vertices, not of @texels"),
             _ => Ok(()),
@@ -231,10 +223,8 @@ impl BakeJob {
 
     /// Outputs that cannot hold what is baked.
     fn check_output(&self, given: &Given<'_>) -> Result<(), OptionError> {
-        if self.shard.is_some() && self.merge.is_some() {
-            return refused("merge", "not with @shard; leave one of them out");
-        }
-        let others = given.first_of(&["texels", "grid", "shard", "merge"]).or(given.first_of(&OF_COMPRESSION));
+        let others =
+            given.first_of(&["texels", "grid", "shard", "merge"]).or(given.first_of(&CompressionOptions::NAMES));
         if let Some(other) = others.filter(|_| self.backs) {
             return refused("backs", &format!("not with @{other}; leave one of them out"));
         }
@@ -246,7 +236,7 @@ impl BakeJob {
         if self.is_glb() && self.has_matrices() {
             return refused("output", "@mode glossy and @grid are written as .safetensors");
         }
-        let endings: &[&str] = match (self.shard, self.texels, self.has_matrices()) {
+        let endings: &[&str] = match (self.sharing.shard, self.texels, self.has_matrices()) {
             (Some(_), _, _) | (None, _, true) => &["safetensors"],
             (None, Some(_), false) => &["glb", "safetensors", "exr"],
             (None, None, false) => &["glb", "safetensors"],
@@ -291,7 +281,7 @@ impl BakeJob {
     /// which have no output yet.
     #[must_use]
     pub fn is_split(&self) -> bool {
-        let has_scene = self.is_glb() || self.shard.is_some() || self.output.is_none();
+        let has_scene = self.is_glb() || self.sharing.shard.is_some() || self.output.is_none();
         let is_left_open = has_scene && self.mode != BakeMode::Glossy && self.max_edge.is_none() && !self.no_split;
         !self.is_elsewhere() && (is_left_open || self.asks_to_split_by_error())
     }
@@ -299,7 +289,7 @@ impl BakeJob {
     /// The limit of memory.
     #[must_use]
     pub fn memory(&self) -> MemoryLimit {
-        MemoryLimit::of(self.max_memory)
+        self.work.memory()
     }
 
     /// The light paths, for a scene.
@@ -356,17 +346,7 @@ impl BakeJob {
     /// How transfer is compressed, if it is.
     #[must_use]
     pub fn compression(&self) -> Option<CompressOptions> {
-        if (self.clusters, self.components, self.weights) == (None, None, None) {
-            return None;
-        }
-        let weights = match self.weights {
-            Some(8) => WeightBits::U8,
-            Some(32) => WeightBits::F32,
-            _ => WeightBits::U16,
-        };
-        let defaults = CompressOptions::default().weights(weights);
-        let (clusters, components) = (defaults.clusters, defaults.components);
-        Some(defaults.clusters(self.clusters.unwrap_or(clusters)).components(self.components.unwrap_or(components)))
+        self.packing.is_asked().then(|| self.packing.of_transfer())
     }
 }
 

@@ -10,7 +10,7 @@ use crate::files::compressed_file::COMPRESSED;
 use crate::files::matrix_file::{MATRICES, NEIGHBORHOOD};
 use crate::files::tensor_file::TransferFile;
 use crate::files::transfer_file::TRANSFER;
-use crate::{AlbedoMode, BakeMode, PrtError, Recipe, read_lightmap};
+use crate::{AlbedoMode, BakeMode, CompressionOptions, PrtError, Recipe, read_lightmap};
 
 impl Recipe {
     /// The recipe of a baked .glb, of a .safetensors file of transfer, or of an .exr picture of texels.
@@ -96,9 +96,10 @@ impl BakeJob {
             denoise: if recipe.texels.is_some() { recipe.denoised == Some(true) } else { defaults.denoise },
             grid: recipe.grid,
             grid_box: recipe.grid_box,
-            clusters: recipe.clusters,
-            components: recipe.components,
-            weights: recipe.weights,
+            packing: CompressionOptions::default()
+                .clusters(recipe.clusters)
+                .components(recipe.components)
+                .weights(recipe.weights),
             ..defaults
         }
     }

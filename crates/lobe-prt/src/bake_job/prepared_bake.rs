@@ -3,10 +3,9 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use lobe_io::{Job, OptionError, Progress, Shard};
+use lobe_io::{Job, JobFiles, OptionError, Progress, Shard};
 use lobe_scene::GltfDocument;
 
-use crate::bake_job::bake_files::BakeFiles;
 use crate::bake_job::bake_job::{BakeJob, ends_in};
 use crate::bake_job::open_bake::{OpenBake, SplitBy, note_of_split};
 use crate::{
@@ -48,7 +47,7 @@ impl OpenBake {
     /// Those of [`BakeWork::at_vertices`] and its like, [`split_adaptively`](crate::split_adaptively) and
     /// [`BakedGlb::check_size`]; [`PrtError::OfJob`] for a grid or a lightmap that cannot be, and for what takes more
     /// memory than allowed.
-    pub fn prepared(mut self, files: Option<&BakeFiles>, mut work: Job<'_>) -> Result<PreparedBake, PrtError> {
+    pub fn prepared(mut self, files: Option<&JobFiles>, mut work: Job<'_>) -> Result<PreparedBake, PrtError> {
         if let Some(note) = self.lightmap.note.take() {
             work.note(&self.job.source.name(), &note);
         }
@@ -64,7 +63,7 @@ impl OpenBake {
         }
         let mut part = work.step("split");
         if let Some(files) = files {
-            files.check_room(whole.file_bytes(), whole.bytes())?;
+            files.expect_room(whole.file_bytes(), whole.bytes())?;
             part = part.kept_in(files.checkpoint());
         }
         let options = self.job.splitting(&self.scene, light)?;
@@ -104,7 +103,7 @@ impl PreparedBake {
     ///
     /// # Errors
     /// Those of [`BakeWork::bake`] and of writing; [`PrtError::OfJob`] for compression of matrices.
-    pub fn write(&self, files: &BakeFiles, work: Job<'_>) -> Result<BakeDone, PrtError> {
+    pub fn write(&self, files: &JobFiles, work: Job<'_>) -> Result<BakeDone, PrtError> {
         self.write_with(self.open.document.clone(), files, work)
     }
 
@@ -112,7 +111,7 @@ impl PreparedBake {
     ///
     /// # Errors
     /// Those of [`PreparedBake::write`].
-    pub fn write_last(mut self, files: &BakeFiles, work: Job<'_>) -> Result<BakeDone, PrtError> {
+    pub fn write_last(mut self, files: &JobFiles, work: Job<'_>) -> Result<BakeDone, PrtError> {
         let document = self.open.document.take();
         self.write_with(document, files, work)
     }
@@ -120,7 +119,7 @@ impl PreparedBake {
     fn write_with(
         &self,
         document: Option<GltfDocument>,
-        files: &BakeFiles,
+        files: &JobFiles,
         mut work: Job<'_>,
     ) -> Result<BakeDone, PrtError> {
         // Prepare the output except for the transfer, so that its faults show before the bake.
@@ -130,7 +129,7 @@ impl PreparedBake {
             glb.check_size(order, channels)?;
         }
         let size = glb.as_ref().map_or_else(|| self.work.file_bytes(), |glb| glb.size(order, channels));
-        files.check_room(size, self.work.bytes())?;
+        files.expect_room(size, self.work.bytes())?;
         // Bake, into the checkpoint.
         let (baked, report) = self.work.bake(work.step("bake").kept_in(files.checkpoint()))?;
         let recipe = self.recipe(&report);
@@ -242,14 +241,14 @@ impl PreparedBake {
 
     /// The transfer of the backs of all double-sided vertices, and the files that it is kept in; none of a scene without
     /// any.
-    fn backs(&self, fronts: &BakeFiles, mut work: Job<'_>) -> Result<Option<(Transfer, BakeFiles)>, PrtError> {
+    fn backs(&self, fronts: &JobFiles, mut work: Job<'_>) -> Result<Option<(Transfer, JobFiles)>, PrtError> {
         let scene = self.work.scene();
         let vertices = double_sided_vertices(scene);
         if vertices.is_empty() {
             return Ok(None);
         }
-        let files = fronts.of_backs();
-        if self.open.job.fresh {
+        let files = fronts.of_part(".backs");
+        if self.open.job.work.fresh {
             files.discard()?;
         }
         let options = self.work.options().clone().channels(Some(self.work.channels()));

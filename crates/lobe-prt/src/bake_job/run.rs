@@ -1,11 +1,10 @@
 //! A bake from the first to the last.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use lobe_io::{Job, JobOptions as _, OptionError};
+use lobe_io::{Job, JobFiles, JobOptions as _, OptionError};
 
 use crate::PrtError;
-use crate::bake_job::bake_files::BakeFiles;
 use crate::bake_job::bake_job::BakeJob;
 use crate::bake_job::open_bake::OpenBake;
 use crate::bake_job::prepared_bake::{BakeDone, PreparedBake};
@@ -35,11 +34,11 @@ impl BakeJob {
         if self.source.scene.as_os_str().is_empty() {
             return Err(OptionError::new("scene", "expected the scene that is baked").into());
         }
-        let files = BakeFiles::of(self)?;
+        let files = self.files()?;
         self.expect_writable(&files)?;
         // The file of a shard that is done stands alone.
-        if !self.fresh && self.shard.is_none() {
-            files.check_kind(self.is_split())?;
+        if !self.work.fresh && self.sharing.shard.is_none() {
+            expect_own_kind(&files, self.is_split())?;
         }
         Ok(())
     }
@@ -47,11 +46,18 @@ impl BakeJob {
     /// Refuses files that cannot be written, or that are read by this job.
     ///
     /// # Errors
-    /// Those of [`BakeFiles::expect_writable`].
-    pub fn expect_writable(&self, files: &BakeFiles) -> Result<(), PrtError> {
-        let parts = self.merge.iter().flatten();
-        let inputs: Vec<&Path> = parts.chain([&self.source.scene]).map(PathBuf::as_path).collect();
-        files.expect_writable(&inputs)
+    /// Those of [`JobFiles::expect_writable`].
+    pub fn expect_writable(&self, files: &JobFiles) -> Result<(), PrtError> {
+        let parts = self.sharing.parts().iter();
+        Ok(files.expect_writable(parts.chain([&self.source.scene]).map(PathBuf::as_path))?)
+    }
+
+    /// The output, and what is kept beside it.
+    ///
+    /// # Errors
+    /// [`PrtError::OfJob`] without an output.
+    pub fn files(&self) -> Result<JobFiles, PrtError> {
+        Ok(self.sharing.files(self.output.as_deref())?)
     }
 }
 
@@ -63,18 +69,18 @@ impl OpenBake {
     pub fn run(self, mut work: Job<'_>) -> Result<BakeDone, PrtError> {
         self.job.begin()?;
         let job = self.job.clone();
-        let files = BakeFiles::of(&job)?;
-        if job.fresh {
+        let files = job.files()?;
+        if job.work.fresh {
             files.discard()?;
         }
         let prepared = self.prepared(Some(&files), work.reborrow())?;
-        if let Some(shard) = job.shard {
+        if let Some(shard) = job.sharing.shard {
             let done = prepared.write_shard(shard, files.output(), work)?;
             files.finish_rounds();
             return Ok(done);
         }
-        if let Some(parts) = &job.merge {
-            return prepared.merge(parts, &files, work);
+        if job.sharing.merge.is_some() {
+            return prepared.merge(job.sharing.parts(), &files, work);
         }
         let done = prepared.write_last(&files, work)?;
         files.finish();
@@ -88,10 +94,10 @@ impl PreparedBake {
     /// # Errors
     /// [`PrtError::Invalid`] for shards of other work, [`PrtError::Io`] for missing ones and those that are there twice;
     /// else those of [`PreparedBake::write`].
-    pub fn merge(&self, parts: &[PathBuf], files: &BakeFiles, mut work: Job<'_>) -> Result<BakeDone, PrtError> {
+    pub fn merge(&self, parts: &[PathBuf], files: &JobFiles, mut work: Job<'_>) -> Result<BakeDone, PrtError> {
         if let Err(error) = files.merge(parts, work.step("merge")) {
             files.discard()?;
-            return Err(error);
+            return Err(error.into());
         }
         let done = files.outcome_of_merge(parts, self.write(files, work))?;
         files.finish();
@@ -99,12 +105,30 @@ impl PreparedBake {
     }
 }
 
+/// Refuses to begin beside a checkpoint that cannot be of this bake, whose splitting, or else whose bake, would be in
+/// vain.
+fn expect_own_kind(files: &JobFiles, is_split: bool) -> Result<(), PrtError> {
+    let rounds = files.rounds();
+    let (other, does) = match (is_split, rounds.first()) {
+        (true, None) if files.checkpoint().exists() => (files.checkpoint(), "does not split"),
+        (false, Some(first)) => (first.as_path(), "splits"),
+        _ => return Ok(()),
+    };
+    let message = format!(
+        "{}: this checkpoint is of a bake that {does} triangles; repeat that command to continue it, or start anew with \
+         @fresh",
+        other.display()
+    );
+    Err(OptionError::new("", message).into())
+}
+
 #[cfg(test)]
 mod tests {
     use std::fs;
     use std::ops::ControlFlow;
+    use std::path::Path;
 
-    use lobe_io::{Progress, Shard};
+    use lobe_io::{Progress, Shard, SharingOptions};
     use serde_json::{Value, json};
 
     use super::*;
@@ -123,6 +147,26 @@ mod tests {
         let mut all: Vec<String> = fs::read_dir(folder).unwrap().map(name).collect();
         all.sort();
         all
+    }
+
+    #[test]
+    fn a_bake_does_not_begin_beside_the_files_of_one_that_splits_or_does_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let files = JobFiles::beside(folder.path().join("out.glb"));
+        let make = |name: &str| fs::write(folder.path().join(name), "x").unwrap();
+        for is_split in [false, true] {
+            assert!(expect_own_kind(&files, is_split).is_ok(), "nothing is there");
+        }
+        make("out.glb.checkpoint");
+        let refusal = expect_own_kind(&files, true).unwrap_err().to_string();
+        assert!(
+            refusal.contains("checkpoint: this checkpoint is of a bake that does not split triangles; "),
+            "{refusal}"
+        );
+        make("out.glb.checkpoint.split-0");
+        let refusal = expect_own_kind(&files, false).unwrap_err().to_string();
+        assert!(refusal.contains("split-0: this checkpoint is of a bake that splits triangles; "), "{refusal}");
+        assert!(expect_own_kind(&files, true).is_ok(), "its own files");
     }
 
     #[test]
@@ -160,13 +204,13 @@ mod tests {
         ball(&at("alone.glb")).run(Job::default()).unwrap();
         let parts = [1, 2].map(|number| {
             let part = at(&format!("{number}.safetensors"));
-            ball(&part).shard(Shard::new(number, 2)).run(Job::default()).unwrap();
+            ball(&part).sharing(SharingOptions::default().shard(Shard::new(number, 2))).run(Job::default()).unwrap();
             part
         });
-        ball(&at("merged.glb")).merge(Some(parts.to_vec())).run(Job::default()).unwrap();
+        let merge = SharingOptions::default().merge(Some(parts.to_vec()));
+        ball(&at("merged.glb")).sharing(merge.clone()).run(Job::default()).unwrap();
         assert!(fs::read(at("merged.glb")).unwrap() == fs::read(at("alone.glb")).unwrap(), "other bytes");
-        let other =
-            ball(&at("other.glb")).order(3).merge(Some(parts.to_vec())).run(Job::default()).unwrap_err().to_string();
+        let other = ball(&at("other.glb")).order(3).sharing(merge).run(Job::default()).unwrap_err().to_string();
         assert!(other.contains("1.safetensors: this shard and the others are not of this work"), "{other}");
         let expected = ["1.safetensors", "2.safetensors", "alone.glb", "merged.glb"];
         assert_eq!(names_in(folder.path()), expected, "files left");

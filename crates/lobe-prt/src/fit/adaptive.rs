@@ -1,10 +1,9 @@
 //! Adaptive subdivision: triangles split where linear functions fit their transfer worst.
 
 use std::collections::{HashMap, HashSet};
-use std::path::{Path, PathBuf};
 
 use derive_setters::Setters;
-use lobe_io::{Fingerprint, Job, Progress};
+use lobe_io::{Fingerprint, Job, JobFiles, Progress};
 use lobe_scene::{Bounds, Bvh, Scene};
 
 use crate::bake::bake::check_tree;
@@ -106,7 +105,7 @@ pub struct AdaptiveReport {
 /// vertices were spread evenly, and no more than 256 in a triangle at first.
 ///
 /// The job is told of each [round](Progress::round) anew, and of the [error](Progress::error) that is left. If it is
-/// [kept in a file](Job::kept_in), each round keeps what it finds in a file of its own, see [`split_checkpoints`].
+/// [kept in a file](Job::kept_in), each round keeps what it finds in a file of its own, see [`JobFiles::rounds`].
 /// Splitting that was stopped, or killed at any moment, continues from these files and ends with the same scene. The
 /// caller removes them, the last one first, when the results are safe.
 ///
@@ -168,22 +167,6 @@ fn check(options: &AdaptiveOptions) -> Result<(), PrtError> {
     }
 }
 
-/// The files in which the rounds of a split that is kept in `checkpoint` keep what they find, as far as they are there:
-/// its name with `.split-0` appended, and so on. They are made in this order; where they are removed in the reverse
-/// one, there are no gaps.
-#[must_use]
-pub fn split_checkpoints(checkpoint: impl AsRef<Path>) -> Vec<PathBuf> {
-    let path = |round| path_of_round(checkpoint.as_ref(), round);
-    (0..).map(path).take_while(|path| path.exists()).collect()
-}
-
-/// The checkpoint of a round of a split that is kept in a file.
-fn path_of_round(checkpoint: &Path, round: usize) -> PathBuf {
-    let mut name = checkpoint.to_path_buf().into_os_string();
-    name.push(format!(".split-{round}"));
-    name.into()
-}
-
 /// Estimates the residuals of a round, in memory or in a file of its own, and counts the rays.
 fn estimate(
     round: &RoundOfResiduals<'_>,
@@ -193,7 +176,7 @@ fn estimate(
     job: &mut Job<'_>,
     locked: &mut Vec<StoredRows>,
 ) -> Result<(Vec<f32>, u64), PrtError> {
-    let path = job.checkpoint().map(|path| path_of_round(path, number));
+    let path = job.checkpoint().map(|path| JobFiles::round(path, number));
     let error = if number == 0 { 0.0 } else { known.relative_error()[1] };
     let mut watch = |progress: &Progress| job.report(&Progress { round: number, error, ..*progress });
     let mut watched = Job::default().watched_by(&mut watch);

@@ -1,5 +1,6 @@
 //! The lobe by which glossy surfaces reflect what transfer matrices bring them.
 
+use std::fmt;
 use std::str::FromStr;
 
 use lobe_sh::Zonal;
@@ -8,6 +9,7 @@ use crate::PrtError;
 
 /// The lobe of reflection of glossy surfaces, about the mirrored view direction; in text `phong:E` or `ggx:ALPHA`.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(try_from = "String", into = "String")]
 pub enum GlossyLobe {
     /// Phong's lobe with this exponent, 0 or more. It is scaled by the base color.
     Phong(f64),
@@ -28,6 +30,29 @@ impl GlossyLobe {
             Self::Phong(exponent) => Zonal::phong(order, exponent),
             Self::Ggx(alpha) => Zonal::ggx(order, alpha),
         }
+    }
+}
+
+impl fmt::Display for GlossyLobe {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Phong(exponent) => write!(f, "phong:{exponent}"),
+            Self::Ggx(alpha) => write!(f, "ggx:{alpha}"),
+        }
+    }
+}
+
+impl From<GlossyLobe> for String {
+    fn from(lobe: GlossyLobe) -> Self {
+        lobe.to_string()
+    }
+}
+
+impl TryFrom<String> for GlossyLobe {
+    type Error = PrtError;
+
+    fn try_from(text: String) -> Result<Self, PrtError> {
+        text.parse()
     }
 }
 
@@ -55,6 +80,7 @@ mod tests {
     fn lobes_have_a_kind_and_a_number() {
         for (text, lobe) in [("phong:20", GlossyLobe::Phong(20.0)), ("ggx:0.25", GlossyLobe::Ggx(0.25))] {
             assert!(text.parse::<GlossyLobe>().is_ok_and(|found| found == lobe), "{text}");
+            assert_eq!(lobe.to_string(), text);
         }
         for bad in ["phong", "phong:-1", "phong:inf", "ggx:2", "ggx:x", "box:1", ""] {
             assert!(bad.parse::<GlossyLobe>().is_err(), "{bad:?}");

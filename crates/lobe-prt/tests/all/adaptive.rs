@@ -2,8 +2,8 @@
 
 use std::ops::ControlFlow;
 
-use lobe_io::{Job, Progress};
-use lobe_prt::{AdaptiveOptions, AdaptiveReport, BakeMode, BakeOptions, PrtError, split_adaptively, split_checkpoints};
+use lobe_io::{Job, JobFiles, Progress};
+use lobe_prt::{AdaptiveOptions, AdaptiveReport, BakeMode, BakeOptions, PrtError, split_adaptively};
 use lobe_scene::{Bvh, Mesh, MeshParts, Scene, built_in};
 
 fn options(mode: BakeMode, error: f64, max_vertices: usize) -> AdaptiveOptions {
@@ -178,7 +178,11 @@ fn a_split_that_is_stopped_everywhere_ends_with_the_same_scene() {
     assert_eq!(report, expected_report, "report");
     assert!(found.meshes() == expected.meshes(), "the same meshes");
     let files = (0..=report.rounds).map(|round| folder.path().join(format!("checkpoint.split-{round}")));
-    assert_eq!(split_checkpoints(&path), files.collect::<Vec<_>>(), "each round has a file");
+    assert_eq!(
+        JobFiles::kept_in(path.clone(), path.clone()).rounds(),
+        files.collect::<Vec<_>>(),
+        "each round has a file"
+    );
     // Options that lead elsewhere do not take these files for theirs.
     let other = options.clone().bake(options.bake.clone().seed(9));
     let error = split_adaptively(&scene, &bvh, &other, Job::default().kept_in(&path)).unwrap_err();

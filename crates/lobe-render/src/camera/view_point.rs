@@ -1,5 +1,6 @@
 //! Point of view of a picture: the place of its eye, or an orbit around the scene.
 
+use lobe_io::OptionError;
 use lobe_sh::Dir;
 use lobe_sh::vector::{add, scale, sub};
 
@@ -47,25 +48,24 @@ impl ViewPoint {
     /// Straight above and below, the azimuth says nothing.
     ///
     /// # Errors
-    /// [`RenderError::Options`] if the angle is not above 0 and below 180 degrees, the height of the eye not from -90
+    /// [`RenderError::OfJob`] if the angle is not above 0 and below 180 degrees, the height of the eye not from -90
     /// to 90, an azimuth is not finite, or eye and target are one point.
     pub fn camera(&self, [min, max]: [[f64; 3]; 2], fov: f64) -> Result<Camera, RenderError> {
-        let refused = |message: String| Err(RenderError::Options(message));
+        let refused = |option: &str, message: String| Err(OptionError::new(option, message).into());
         if !(fov > 0.0 && fov < 180.0) {
-            return refused(format!("fov: expected an angle above 0 and below 180 degrees, found {fov}"));
+            return refused("fov", format!("expected an angle above 0 and below 180 degrees, found {fov}"));
         }
         let half_angle = 0.5 * fov.to_radians();
         match *self {
             Self::At { eye, target } => {
                 let target = target.unwrap_or_else(|| add(min, scale(sub(max, min), 0.5)));
                 let camera = Camera::look_at(eye, target, half_angle);
-                camera.map_or_else(|| refused(format!("eye: expected another point than the target {target:?}")), Ok)
+                camera.map_or_else(|| refused("eye", format!("expected another point than the target {target:?}")), Ok)
             }
             Self::Orbit { azimuth, height } => {
                 if !(azimuth.is_finite() && (-90.0..=90.0).contains(&height)) {
-                    return refused(format!(
-                        "orbit: expected an angle, and one from -90 to 90, found {azimuth},{height}"
-                    ));
+                    let message = format!("expected an angle, and one from -90 to 90, found {azimuth},{height}");
+                    return refused("orbit", message);
                 }
                 let (polar, azimuth) = ((90.0 - height).to_radians(), azimuth.rem_euclid(360.0).to_radians());
                 let towards_eye = View::from_eye(Dir::from_angles(polar, azimuth));

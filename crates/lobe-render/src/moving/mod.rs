@@ -3,7 +3,7 @@
 //! Read `moving_part`, `moving_lamp` and `moving_scene` first, then `moment`, the scene at one time, and `moments`, one
 //! after the other; `read_moving` reads descriptions, `keep_transfer` takes over what a file holds (`kept_transfer`),
 //! `split_parts` splits what stands still and `split_moving` what moves, `moving_bake` makes what parts lack,
-//! `moving_shading` lights a moment by the options in `moving_options`, and `moving_picture` shows it. The others are
+//! `moving_shading` lights a moment by the options in `moving_options`, and `moving_picture` shows it; `moving_job` is all of that as a job asks for it. The others are
 //! steps of these: `visibility_grid` in the `swept_box`, `part_files` and `sphere_albedo`, `part_backs`,
 //! `part_obstacles`, `part_light` and `lamp_light`. Uses `camera`, `path_tracer` and `scene_view`.
 
@@ -13,6 +13,7 @@ mod lamp_light;
 pub(crate) mod moment;
 pub(crate) mod moments;
 pub(crate) mod moving_bake;
+pub(crate) mod moving_job;
 pub(crate) mod moving_lamp;
 pub(crate) mod moving_options;
 pub(crate) mod moving_part;

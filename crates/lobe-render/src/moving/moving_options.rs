@@ -4,8 +4,8 @@ use derive_setters::Setters;
 use lobe_shadow::{ShadowFieldOptions, ShadowOptions};
 
 /// How moving parts hide the sky from others.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum MovingMethod {
     /// By their occlusion fields where they have some, else by their spheres (precomputed shadow fields).

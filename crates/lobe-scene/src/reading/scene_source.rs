@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use lobe_io::{Given, JobOptions, NumberRange, OptionError, OptionField, OptionKind, options};
+use lobe_io::{Given, GivenPaths, JobOptions, NumberRange, OptionError, OptionField, OptionKind, options};
 
 use crate::{
     DefaultMaterial, GltfDocument, GltfReader, MissingNormals, Scene, SceneError, ScenePose, SceneReadOptions, Up,
@@ -62,6 +62,12 @@ impl JobOptions for SceneSource {
 
     fn heading_of(name: &str) -> Option<&'static str> {
         (name != "scene").then_some("Reading the scene")
+    }
+
+    fn set_paths(&mut self, given: GivenPaths<'_>) {
+        if let Some(scene) = given("scene").and_then(|paths| paths.into_iter().next()) {
+            self.scene = scene;
+        }
     }
 
     /// Refuses options of files that the scene has no use for.
@@ -174,6 +180,11 @@ impl SceneSource {
     /// [`SceneError::OfJob`] for what is no scene that stands still, and options that it has no use for; else those of
     /// reading.
     pub fn read(&self, max_bytes: u64, keeps_document: bool) -> Result<ReadScene, SceneError> {
+        self.read_with(&self.read_options(max_bytes), keeps_document)
+    }
+
+    /// [`SceneSource::read`] with other options of reading.
+    pub(crate) fn read_with(&self, options: &SceneReadOptions, keeps_document: bool) -> Result<ReadScene, SceneError> {
         self.check()?;
         if self.has_extension(&["json"]) {
             let text =
@@ -185,13 +196,12 @@ impl SceneSource {
             let scene = self.built_in(name)?;
             return Ok(ReadScene { scene, document: None, pose: None, remarks: Vec::new() });
         }
-        let options = self.read_options(max_bytes);
         if !self.is_gltf() {
             self.expect_no_time()?;
-            let (scene, report) = read_scene(&self.scene, &options)?;
+            let (scene, report) = read_scene(&self.scene, options)?;
             return Ok(ReadScene { scene, document: None, pose: None, remarks: report.remarks_with_options() });
         }
-        let gltf = GltfReader::open(&self.scene, &options)?;
+        let gltf = GltfReader::open(&self.scene, options)?;
         let pose = gltf.has_poses().then(|| self.pose());
         let (scene, report, document) = if keeps_document {
             let (scene, report, document) = gltf.into_scene_and_document()?;

@@ -61,6 +61,20 @@ pub struct FieldOptions {
     pub fill_inside: bool,
 }
 
+impl FieldOptions {
+    /// The highest order.
+    pub const MAX_ORDER: usize = 8;
+
+    /// The most spheres of a job; larger numbers are taken for typing errors.
+    pub const MAX_SPHERES: usize = 256;
+
+    /// The most cells of a job along a side; larger numbers are taken for typing errors.
+    pub const MAX_CELLS: usize = 256;
+
+    /// The most rays from a sample point.
+    pub const MAX_RAYS: u32 = 1 << 20;
+}
+
 impl Default for FieldOptions {
     fn default() -> Self {
         Self { order: 4, spheres: 16, cells: 16, inner: 0.25, outer: 8.0, rays: 1024, seed: 0, fill_inside: true }
@@ -225,10 +239,11 @@ fn sample(
 }
 
 fn check(order: usize, rays: u32) -> Result<(), ShadowError> {
-    if !(1..=8).contains(&order) {
-        return Err(ShadowError::Options(format!("expected an order of 1 to 8, found {order}")));
+    let most = FieldOptions::MAX_ORDER;
+    if !(1..=most).contains(&order) {
+        return Err(ShadowError::Options(format!("expected an order of 1 to {most}, found {order}")));
     }
-    if !(1..=1 << 20).contains(&rays) {
+    if !(1..=FieldOptions::MAX_RAYS).contains(&rays) {
         return Err(ShadowError::Options(format!("expected 1 to 2^20 rays, found {rays}")));
     }
     Ok(())

@@ -58,6 +58,7 @@ pub struct FieldGrid {
 
 /// How values are interpolated between spheres; between directions it is always bilinear.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum RadialInterpolation {
     /// Linearly in [`FieldGrid`]'s `m(r)`: continuous, with kinks at the spheres that a moving shadow shows.
     #[default]

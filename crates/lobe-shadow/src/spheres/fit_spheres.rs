@@ -15,15 +15,6 @@ use crate::spheres::solid::Solid;
 use crate::spheres::variational::{Cover, energy};
 use crate::{ShadowError, SphereSet};
 
-/// Spheres of a set at most: rounds take time proportional to spheres times points.
-const MOST_FITTED: usize = 4096;
-
-/// Points to cover at most: each takes about 100 bytes while the fit runs.
-const MOST_SAMPLES: usize = 1 << 22;
-
-/// Rounds at most; a fit is at its end after some tens.
-const MOST_ROUNDS: usize = 10_000;
-
 /// A fit is at its end when two rounds together lower the energy by less than twice the tolerance.
 const WINDOW: usize = 2;
 
@@ -84,16 +75,26 @@ impl Default for SphereFitOptions {
 }
 
 impl SphereFitOptions {
+    /// Spheres of a set at most: rounds take time proportional to spheres times points.
+    pub const MAX_COUNT: usize = 4096;
+
+    /// Points to cover at most: each takes about 100 bytes while the fit runs.
+    pub const MAX_SAMPLES: usize = 1 << 22;
+
+    /// Rounds at most; a fit is at its end after some tens.
+    pub const MAX_ROUNDS: usize = 10_000;
+
     fn check(&self) -> Result<(), ShadowError> {
         let refuse = |message: String| Err(ShadowError::Options(message));
-        if !(1..=MOST_FITTED).contains(&self.count) {
-            return refuse(format!("expected 1 to {MOST_FITTED} spheres, found {}", self.count));
+        let (most, samples, rounds) = (Self::MAX_COUNT, Self::MAX_SAMPLES, Self::MAX_ROUNDS);
+        if !(1..=most).contains(&self.count) {
+            return refuse(format!("expected 1 to {most} spheres, found {}", self.count));
         }
-        if !(1..=MOST_SAMPLES).contains(&self.samples) {
-            return refuse(format!("expected 1 to {MOST_SAMPLES} samples, found {}", self.samples));
+        if !(1..=samples).contains(&self.samples) {
+            return refuse(format!("expected 1 to {samples} samples, found {}", self.samples));
         }
-        if self.rounds > MOST_ROUNDS {
-            return refuse(format!("expected at most {MOST_ROUNDS} rounds, found {}", self.rounds));
+        if self.rounds > rounds {
+            return refuse(format!("expected at most {rounds} rounds, found {}", self.rounds));
         }
         if !(self.tolerance >= 0.0 && self.tolerance < 1.0) {
             return refuse(format!("expected a tolerance in [0, 1), found {}", self.tolerance));

@@ -1,21 +1,37 @@
-//! Options of a job on the command line: an argument for each field of its table, and what was given of them.
+//! Options of a job on the command line, by the crate clap: an argument for each field of its table, and what was given
+//! of them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::marker::PhantomData;
 use std::path::PathBuf;
 
-use anyhow::anyhow;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser as _, ValueParser};
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, ValueHint, value_parser};
-use lobe::io::{JobOptions, NumberRange, OptionError, OptionField, OptionKind};
 use serde_json::{Map, Value};
 
-use crate::run::option_names::{OUTPUT, POSITIONAL, dashed, in_flags};
+use crate::{JobOptions, NumberRange, OptionError, OptionField, OptionKind, worded};
 
-/// The options that were given of a job's.
+/// The argument without a dash.
+const POSITIONAL: &str = "scene";
+
+/// The argument with a letter of its own.
+const OUTPUT: &str = "output";
+
+/// The name of an option on the command line.
+#[must_use]
+pub fn flag(name: &str) -> String {
+    match name {
+        POSITIONAL => "SCENE".to_owned(),
+        OUTPUT => "-o".to_owned(),
+        name => format!("--{}", name.replace('_', "-")),
+    }
+}
+
+/// The options that were given of a job's: a group of arguments of clap.
 #[derive(Clone, Debug)]
-pub(crate) struct JobArgs<T> {
-    pub(crate) values: Map<String, Value>,
+pub struct JobArgs<T> {
+    /// The values, by the names of options.
+    pub values: Map<String, Value>,
     /// Paths as the system has them, which need not be text.
     paths: BTreeMap<&'static str, Vec<PathBuf>>,
     of: PhantomData<T>,
@@ -23,26 +39,33 @@ pub(crate) struct JobArgs<T> {
 
 impl<T: JobOptions> JobArgs<T> {
     /// The job, with defaults for what was not given.
-    pub(crate) fn job(&self) -> Result<T, OptionError> {
-        T::from_values(self.values.clone())
+    ///
+    /// # Errors
+    /// Those of [`JobOptions::from_values`].
+    pub fn job(&self) -> Result<T, OptionError> {
+        self.job_over(Map::new())
     }
 
     /// The job with what was given over other values.
-    pub(crate) fn job_over(&self, mut values: Map<String, Value>) -> Result<T, OptionError> {
+    ///
+    /// # Errors
+    /// Those of [`JobOptions::from_values`].
+    pub fn job_over(&self, mut values: Map<String, Value>) -> Result<T, OptionError> {
+        for contrary in self.values.keys().flat_map(|name| T::contraries(name)) {
+            values.remove(*contrary);
+        }
         values.extend(self.values.clone());
-        T::from_values(values)
+        let mut job = T::from_values(values)?;
+        job.set_paths(&|name| self.paths.get(name).cloned());
+        Ok(job)
     }
 }
 
 impl<T> JobArgs<T> {
     /// The path of an option, if it was given.
-    pub(crate) fn path(&self, name: &str) -> Option<PathBuf> {
+    #[must_use]
+    pub fn path(&self, name: &str) -> Option<PathBuf> {
         self.paths.get(name)?.first().cloned()
-    }
-
-    /// All paths of an option, if it was given.
-    pub(crate) fn paths(&self, name: &str) -> Option<Vec<PathBuf>> {
-        self.paths.get(name).cloned()
     }
 
     /// Keeps the paths of an option, and gives them as text.
@@ -92,14 +115,15 @@ impl<T: JobOptions> Args for JobArgs<T> {
 }
 
 /// The argument of one option of a table, for commands that have it without the others.
-pub(crate) fn option<T: JobOptions>(name: &str) -> Option<Arg> {
+#[must_use]
+pub fn option<T: JobOptions>(name: &str) -> Option<Arg> {
     T::fields().into_iter().find(|field| field.name == name).map(argument::<T>)
 }
 
 /// The argument of an option.
 fn argument<T: JobOptions>(field: &'static OptionField) -> Arg {
     let arg = Arg::new(field.name).help(help::<T>(field)).value_name(field.value_name);
-    let arg = if field.name == POSITIONAL { arg } else { arg.long(dashed(field.name)) };
+    let arg = if field.name == POSITIONAL { arg } else { arg.long(field.name.replace('_', "-")) };
     let arg = if field.name == OUTPUT { arg.short('o') } else { arg };
     let arg = match T::heading_of(field.name) {
         Some(heading) => arg.help_heading(heading),
@@ -127,6 +151,11 @@ fn parser(field: &'static OptionField) -> ValueParser {
     ValueParser::new(move |text: &str| field.kind.parse(text))
 }
 
+/// A text of a table, with the names that options have on the command line.
+fn in_flags(text: &str) -> String {
+    worded(text, |name| Some(flag(name)))
+}
+
 /// What an option does, its range and its default.
 fn help<T: JobOptions>(field: &OptionField) -> String {
     let mut about = Vec::new();
@@ -138,37 +167,11 @@ fn help<T: JobOptions>(field: &OptionField) -> String {
     let own = T::default_of(field.name).filter(|_| field.kind != OptionKind::Flag && field.kind != OptionKind::Files);
     match own {
         Some(value) if value.as_str() != Some("") => about.push(format!("default: {}", field.kind.text_of(&value))),
-        _ if !field.left_open.is_empty() => about.push(format!("default: {}", in_flags(field.left_open))),
+        _ if !T::left_open_of(field).is_empty() => {
+            about.push(format!("default: {}", in_flags(T::left_open_of(field))));
+        }
         _ => {}
     }
     let text = in_flags(&field.marked_doc());
     if about.is_empty() { text } else { format!("{text} [{}]", about.join("; ")) }
-}
-
-/// A value of TOML as JSON, which has neither dates nor numbers that are none.
-fn json_of(value: toml::Value) -> Value {
-    match value {
-        toml::Value::Float(x) if !x.is_finite() => Value::from(x.to_string().to_lowercase()),
-        toml::Value::Float(x) => x.into(),
-        toml::Value::Integer(n) => n.into(),
-        toml::Value::Boolean(yes) => yes.into(),
-        toml::Value::String(text) => text.into(),
-        toml::Value::Array(all) => all.into_iter().map(json_of).collect(),
-        other => other.to_string().into(),
-    }
-}
-
-/// The options in a file of a job, which is TOML.
-pub(crate) fn values_in(text: &str, place: &str) -> anyhow::Result<Map<String, Value>> {
-    let one_line = |error: toml::de::Error| {
-        let line = error.span().map_or(1, |span| 1 + text[..span.start.min(text.len())].matches('\n').count());
-        anyhow!("{place}: line {line}: {}", error.message())
-    };
-    let table: toml::Table = toml::from_str(text).map_err(one_line)?;
-    Ok(table.into_iter().map(|(name, value)| (name, json_of(value))).collect())
-}
-
-/// The options of a job as such a file.
-pub(crate) fn text_of(job: &impl JobOptions) -> anyhow::Result<String> {
-    toml::to_string(&job.values()).map_err(|error| anyhow!("this job cannot be written as TOML: {error}"))
 }
