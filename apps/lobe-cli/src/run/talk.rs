@@ -32,19 +32,14 @@ impl Talk {
         }
     }
 
-    /// The progress of work of `steps` steps.
-    pub(crate) fn bar(self, what: &'static str, steps: u64) -> ProgressLine {
-        self.line(what.into(), steps, "{prefix} {wide_bar} {percent:>3} %  {eta} left")
-    }
-
     /// The progress of work that knows its pace.
     pub(crate) fn progress(self, what: impl Into<Cow<'static, str>>) -> ProgressLine {
-        self.line(what.into(), 1, "{prefix} {wide_bar} {percent:>3} %  {msg}")
+        self.line(what.into(), "{prefix} {wide_bar} {percent:>3} %  {msg}")
     }
 
     /// Work of an unknown number of steps, each of which is named.
     pub(crate) fn waiting(self, what: &'static str) -> ProgressLine {
-        self.line(what.into(), 1, "{prefix} {msg}")
+        self.line(what.into(), "{prefix} {msg}")
     }
 
     /// Does work that takes a job, while a line shows how far it is.
@@ -75,8 +70,8 @@ impl Talk {
         })
     }
 
-    fn line(self, what: Cow<'static, str>, steps: u64, template: &str) -> ProgressLine {
-        let bar = if self.quiet { ProgressBar::hidden() } else { ProgressBar::new(steps) };
+    fn line(self, what: Cow<'static, str>, template: &str) -> ProgressLine {
+        let bar = if self.quiet { ProgressBar::hidden() } else { ProgressBar::new(1) };
         let bar = bar.with_prefix(what.clone());
         let bar = match ProgressStyle::with_template(template) {
             Ok(style) => bar.with_style(style),
@@ -139,11 +134,6 @@ impl ProgressLine {
         }
         self.bar.set_message(format!("{elapsed} so far"));
         self.bar.tick();
-    }
-
-    /// Shows that further steps are done.
-    pub(crate) fn inc(&self, steps: u64) {
-        self.set_position(self.bar.position() + steps);
     }
 
     /// Shows that `done` steps are done.
