@@ -117,12 +117,6 @@ impl ProgressLine {
         self.set_position(done as u64);
     }
 
-    /// Names the step that comes next.
-    pub(crate) fn say(&self, step: &'static str) {
-        self.bar.set_message(step);
-        self.set_position(0);
-    }
-
     /// Shows how long the work has taken.
     fn wait(&self, elapsed: Duration) {
         let elapsed = duration(elapsed.as_secs_f64());
@@ -137,7 +131,7 @@ impl ProgressLine {
     }
 
     /// Shows that `done` steps are done.
-    pub(crate) fn set_position(&self, done: u64) {
+    fn set_position(&self, done: u64) {
         self.bar.set_position(done);
         let Some(Ok(mut log)) = self.log.as_ref().map(Mutex::lock) else { return };
         let total = self.bar.length().unwrap_or(0).max(1);

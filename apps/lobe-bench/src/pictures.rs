@@ -5,8 +5,8 @@ use std::hint::black_box;
 use lobe::env::{EnvMap, MappedMap, Mapping, project_env, project_map, reconstruct};
 use lobe::sh::{Coefficient as _, Dir, Rgb, ShVec};
 
-use crate::bench::cost::{Cost, Level};
-use crate::bench::measure::{Bench, BenchJob};
+use crate::cost::{Cost, Level};
+use crate::measure::{Bench, BenchJob};
 
 /// Texels along the width and the height.
 const SIZE: [usize; 2] = [2048, 1024];

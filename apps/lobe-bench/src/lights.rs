@@ -9,8 +9,8 @@ use lobe::sh::{
     even_directions,
 };
 
-use crate::bench::cost::{Cost, Level};
-use crate::bench::measure::{Bench, BenchJob};
+use crate::cost::{Cost, Level};
+use crate::measure::{Bench, BenchJob};
 
 /// Normals, and probes.
 const COUNT: usize = 1024;

@@ -2,7 +2,7 @@
 
 use lobe::sh::GauntTensor;
 
-use crate::bench::floors::Floors;
+use crate::floors::Floors;
 
 /// Where the bytes of a job lie.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -116,21 +116,7 @@ mod tests {
 
     #[test]
     fn the_floor_is_the_slower_of_arithmetic_and_bytes() {
-        let floors = Floors {
-            instructions: "plain",
-            gigahertz: 1.0,
-            gflops: 10.0,
-            each_cycle: 1.0,
-            first_level: 1000,
-            store_first_level: 100.0,
-            copy_first_level: 80.0,
-            store_second_level: 25.0,
-            copy_second_level: 50.0,
-            store: 3.0,
-            store_past_caches: 5.0,
-            read: 8.0,
-        };
-        let floor = |operations, bytes, level| Cost { operations, bytes, level }.floor(10, &floors);
+        let floor = |operations, bytes, level| Cost { operations, bytes, level }.floor(10, &Floors::EXAMPLE);
         assert_eq!(floor(100.0, 100.0, Level::WrittenToCache), (10.0, "arithmetic"), "10 ns against 1 ns");
         assert_eq!(floor(100.0, 100.0, Level::Written), (20.0, "memory, written"), "10 ns against 20 ns");
         assert_eq!(floor(0.0, 100.0, Level::WrittenToCache), (1.0, "first-level cache"), "1000 bytes fit");

@@ -3,12 +3,12 @@
 use std::hint::black_box;
 use std::time::Duration;
 
+use indicatif::ProgressBar;
 use serde::Serialize;
 
-use crate::bench::clock::nanoseconds;
-use crate::bench::cost::Cost;
-use crate::bench::floors::Floors;
-use crate::run::talk::ProgressLine;
+use crate::clock::nanoseconds;
+use crate::cost::Cost;
+use crate::floors::Floors;
 
 /// A piece of work that is measured.
 pub(crate) struct BenchJob {
@@ -46,7 +46,8 @@ pub(crate) struct Bench<'a> {
     pub(crate) counted: Vec<(&'static str, Option<usize>)>,
     /// Of all jobs.
     pub(crate) names: Vec<&'static str>,
-    pub(crate) line: ProgressLine,
+    /// What is measured now, on a terminal.
+    pub(crate) line: ProgressBar,
 }
 
 /// A line of the table.
@@ -102,7 +103,8 @@ impl Bench<'_> {
     /// Measures a job.
     pub(crate) fn measure(&mut self, job: &BenchJob, mut work: impl FnMut()) {
         let BenchJob { name, order, item, items, cost, above } = *job;
-        self.line.say(name);
+        self.line.set_message(name);
+        self.line.tick();
         let (floors, time) = match &self.pace {
             Pace::Timed { floors, time } => (floors, *time),
             Pace::Counted => {

@@ -7,7 +7,7 @@ use lobe::io::Job;
 use lobe::render::{Camera, DistantLight, SampleCount, TruthOptions, render_truth};
 use lobe::scene::{Bvh, built_in};
 
-use crate::bench::measure::{Bench, BenchJob};
+use crate::measure::{Bench, BenchJob};
 
 /// Columns and rows of the picture, and paths for each of its pixels.
 const SIZE: [usize; 2] = [96, 72];

@@ -11,8 +11,8 @@ use lobe::prt::{
 use lobe::scene::{Bvh, built_in};
 use lobe::sh::{Rgb, even_directions};
 
-use crate::bench::cost::{Cost, Level};
-use crate::bench::measure::{Bench, BenchJob};
+use crate::cost::{Cost, Level};
+use crate::measure::{Bench, BenchJob};
 
 /// Receivers, enough that their transfer leaves every cache.
 const RECEIVERS: usize = 1 << 20;

@@ -6,10 +6,10 @@ use lobe::sh::probes::{multiply_adds, multiply_adds_in, multiply_pairs, rotate_o
 use lobe::sh::simd::{LANES, Machine};
 use lobe::sh::{Dir, DirBatch, Rotation, RotationMatrices, ShBatch, even_directions};
 
-use crate::bench::cost::{
+use crate::cost::{
     Cost, Level, basis_operations, product_operations, rotation_operations, square_operations, zonal_product_operations,
 };
-use crate::bench::measure::{Bench, BenchJob, Pace};
+use crate::measure::{Bench, BenchJob, Pace};
 
 /// Directions of a tile, whose basis stays in the first-level cache up to order 5.
 const TILE: usize = 256;

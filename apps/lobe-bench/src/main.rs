@@ -1,24 +1,45 @@
-//! `lobe bench`: the command, its table and its JSON.
+//! The kernels on one's own machine, each beside the time that its arithmetic or its bytes need at least.
+//!
+//! Read `floors` first, what the machine does at most, and `cost`, what a job needs of that; `measure` times a job by the
+//! `clock`, `functions`, `pictures`, `lights`, `receivers` and `paths` are the jobs.
 
+mod clock;
+mod cost;
+mod floors;
+mod functions;
+mod lights;
+mod measure;
+mod paths;
+mod pictures;
+mod receivers;
+
+use std::io::{self, Write as _};
 use std::path::PathBuf;
+use std::process::ExitCode;
 use std::time::Duration;
 
 use anyhow::{Context as _, bail};
-use clap::Args;
+use clap::Parser;
+use indicatif::{ProgressBar, ProgressStyle};
+use lobe::io::{check_writable, choose_huge_pages};
+use lobe::sh::simd::Machine;
 use serde::Serialize;
 
-use crate::args::{output, values};
-use crate::bench::floors::Floors;
-use crate::bench::measure::{Bench, Pace, Row};
-use crate::bench::{functions, lights, paths, pictures, receivers};
-use crate::run::talk::Talk;
+use floors::Floors;
+use measure::{Bench, Pace, Row};
+
+/// As the command has it: where memory comes from decides about jobs that write much.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
 /// Times its floor above which a job says why.
 const NEAR: f64 = 2.0;
 
+/// Measure the kernels on this machine, each beside the time that its arithmetic or its bytes need at least
 #[expect(clippy::doc_markdown, reason = "the keys of the JSON are shown on a terminal")]
-#[derive(Args)]
-pub(crate) struct BenchCommand {
+#[derive(Parser)]
+#[command(version, max_term_width = 100)]
+struct Arguments {
     /// Only jobs whose names contain one of these words, such as basis or product
     #[arg(value_name = "WORD")]
     words: Vec<String>,
@@ -29,7 +50,7 @@ pub(crate) struct BenchCommand {
     #[arg(long, hide = true, conflicts_with_all = ["seconds", "json", "rays"])]
     counted: bool,
     /// Seconds for each line of the table
-    #[arg(long, value_name = "S", default_value = "0.5", value_parser = values::positive)]
+    #[arg(long, value_name = "S", default_value = "0.5", value_parser = positive)]
     seconds: f64,
     /// Print {"machine": {"instructions", "gigahertz", "gflops", "each_cycle", "first_level", "store_first_level",
     /// "copy_first_level", "store_second_level", "copy_second_level", "store", "store_past_caches", "read"}, "jobs":
@@ -42,6 +63,27 @@ pub(crate) struct BenchCommand {
     /// directions and hidden. Other tracers can answer the same rays
     #[arg(long, value_name = "FILE")]
     rays: Option<PathBuf>,
+    /// Print no notes and no progress on stderr, only errors
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+/// A finite number above 0.
+fn positive(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|x: &f64| x.is_finite() && *x > 0.0)
+        .ok_or(format!("expected a number above 0, found {text}"))
+}
+
+fn main() -> ExitCode {
+    match Arguments::parse().run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("lobe-bench: {error}");
+            ExitCode::from(2)
+        }
+    }
 }
 
 /// The JSON of `--json`.
@@ -51,23 +93,26 @@ struct Printed<'a> {
     jobs: &'a [Row],
 }
 
-impl BenchCommand {
-    pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
+impl Arguments {
+    fn run(&self) -> anyhow::Result<()> {
+        Machine::check_limit()?;
+        choose_huge_pages()?;
         let time = Duration::try_from_secs_f64(self.seconds)
             .with_context(|| format!("--seconds: expected fewer seconds, found {}", self.seconds))?;
         if let Some(path) = &self.rays {
-            output::prepare_file(path, output::NO_INPUTS)?;
+            check_writable(path).with_context(|| path.display().to_string())?;
         }
         // One thread, as the floors are of one.
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().context("the system gives no thread")?;
-        let line = talk.waiting("measuring");
+        let line = self.line()?;
         let pace = if self.counted {
             Pace::Counted
         } else {
-            line.say("floors");
+            line.set_message("floors");
+            line.tick();
             let floors = Floors::measure(time);
-            if let Some(doubt) = floors.doubt() {
-                talk.note("floors", &doubt);
+            if let Some(doubt) = floors.doubt().filter(|_| !self.quiet) {
+                line.suspend(|| eprintln!("note: floors: {doubt}"));
             }
             Pace::Timed { floors, time }
         };
@@ -80,7 +125,7 @@ impl BenchCommand {
             receivers::run(&mut bench, self.rays.as_deref())?;
             paths::run(&mut bench)
         })?;
-        drop(bench.line);
+        bench.line.finish_and_clear();
         if bench.rows.is_empty() && bench.counted.is_empty() {
             let order = self.order.map(|order| format!(" of order {order}")).unwrap_or_default();
             let names = bench.names.join(", ");
@@ -90,13 +135,24 @@ impl BenchCommand {
         let Pace::Timed { floors, .. } = bench.pace else {
             let order = |order: Option<usize>| order.map(|order| format!(" {order}")).unwrap_or_default();
             let lines: String = counted.iter().map(|(name, of)| format!("{name}{}\n", order(*of))).collect();
-            return output::print(&lines);
+            return print(&lines);
         };
         if self.json {
-            return output::print_json(&Printed { machine: &floors, jobs: &rows });
+            return print(&(serde_json::to_string(&Printed { machine: &floors, jobs: &rows })? + "\n"));
         }
-        output::print(&(head(&floors) + &table(&rows) + &reasons(&rows)))
+        print(&(head(&floors) + &table(&rows) + &reasons(&rows)))
     }
+
+    /// What is measured now, on a terminal.
+    fn line(&self) -> anyhow::Result<ProgressBar> {
+        let line = if self.quiet { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
+        Ok(line.with_style(ProgressStyle::with_template("measuring {msg}")?))
+    }
+}
+
+fn print(text: &str) -> anyhow::Result<()> {
+    let mut stdout = io::stdout();
+    stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()).context("stdout")
 }
 
 /// What the machine does at most.

@@ -1,15 +1,46 @@
-//! `lobe bench`: what it prints, and what it refuses. The times themselves are no test.
+//! Output of the program, and its refusals. The times themselves are no test.
+
+#![allow(clippy::unwrap_used, reason = "a helper of a test that cannot do its work has found a failure")]
+
+use std::path::Path;
+use std::process::{Command, Output};
 
 use lobe::scene::Bvh;
 use serde_json::Value;
 
-use crate::harness::Dir;
+/// Runs the program with these arguments.
+fn run(args: &str, folder: &Path) -> (Option<i32>, [String; 2]) {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_lobe-bench"));
+    let output = program.args(args.split_whitespace()).current_dir(folder).output().unwrap();
+    let Output { status, stdout, stderr } = output;
+    (status.code(), [stdout, stderr].map(|bytes| String::from_utf8(bytes).unwrap()))
+}
+
+/// What it prints with these arguments; nothing is wrong.
+fn printed_in(folder: &Path, args: &str) -> String {
+    let (code, [stdout, stderr]) = run(args, folder);
+    assert_eq!((code, stderr.as_str()), (Some(0), ""), "{args}");
+    stdout
+}
+
+fn printed(args: &str) -> String {
+    printed_in(".".as_ref(), args)
+}
+
+/// Its message where something is wrong.
+fn refusal_in(folder: &Path, args: &str) -> String {
+    let (code, [stdout, stderr]) = run(args, folder);
+    assert_eq!((code, stdout.as_str()), (Some(2), ""), "{args}: {stderr}");
+    stderr
+}
+
+fn refusal(args: &str) -> String {
+    refusal_in(".".as_ref(), args)
+}
 
 #[test]
 fn jobs_are_measured_beside_their_floors() {
-    let dir = Dir::new();
-    let printed: Value =
-        serde_json::from_str(&dir.lobe("bench product square --seconds 0.001 --json").stdout()).unwrap();
+    let printed: Value = serde_json::from_str(&printed("product square --seconds 0.001 --json")).unwrap();
     let caches = ["store_first_level", "copy_first_level", "store_second_level", "copy_second_level"];
     for rate in
         ["gigahertz", "gflops", "each_cycle", "first_level", "store", "store_past_caches", "read"].iter().chain(&caches)
@@ -30,8 +61,7 @@ fn jobs_are_measured_beside_their_floors() {
 
 #[test]
 fn the_table_has_a_line_for_each_job_and_says_by_what_it_is_bound() {
-    let dir = Dir::new();
-    let text = dir.lobe("bench rotation --seconds 0.001 --quiet").stdout();
+    let text = printed("rotation --seconds 0.001 --quiet");
     assert!(text.starts_with("one thread, ") && text.contains("GFLOP/s"), "{text}");
     let lines: Vec<_> = text.lines().filter(|line| line.starts_with("rotation  ")).collect();
     assert_eq!(lines.len(), 3, "{text}");
@@ -42,9 +72,10 @@ fn the_table_has_a_line_for_each_job_and_says_by_what_it_is_bound() {
 #[test]
 #[ignore = "long: of the nightly group"]
 fn rays_that_are_written_find_what_the_file_says() {
-    let dir = Dir::new();
-    dir.lobe("bench occlusion --seconds 0.001 --rays rays.safetensors").stdout();
-    let bytes = std::fs::read(dir.path("rays.safetensors")).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    printed_in(folder, "occlusion --seconds 0.001 --rays rays.safetensors");
+    let bytes = std::fs::read(folder.join("rays.safetensors")).unwrap();
     let (header, numbers) =
         bytes[8..].split_at(usize::try_from(u64::from_le_bytes(bytes[..8].try_into().unwrap())).unwrap());
     let header: Value = serde_json::from_slice(header).unwrap();
@@ -70,28 +101,26 @@ fn rays_that_are_written_find_what_the_file_says() {
         "{part} of the rays are hidden: the ground hides the lower half, the knot some more"
     );
     assert!(all == tensor("hidden"), "{part} of the rays are hidden, the file says otherwise");
-    let line = dir.lobe("bench basis --seconds 0.001 --rays rays.safetensors").error();
+    let line = refusal_in(folder, "basis --seconds 0.001 --rays rays.safetensors");
     assert!(line.contains("--rays: expected occlusion among the jobs"), "{line}");
-    let line = dir.lobe("bench basis occlusion --order 3 --seconds 0.001 --rays rays.safetensors").error();
+    let line = refusal_in(folder, "basis occlusion --order 3 --seconds 0.001 --rays rays.safetensors");
     assert!(line.contains("--rays: expected occlusion among the jobs"), "rays have no order: {line}");
 }
 
 #[test]
 fn an_order_picks_among_the_jobs_and_a_count_does_each_of_them_once() {
-    let dir = Dir::new();
-    let lines = |args: &str| dir.lobe(&format!("bench --counted {args}")).stdout();
+    let lines = |args: &str| printed(&format!("--counted {args}"));
     assert_eq!(lines("basis product --order 4"), "basis 4\nproduct 4\n", "whole names, so no other basis or product");
     assert_eq!(lines("irradiance dering"), "irradiance 3\ndering 3\n");
     assert_eq!(lines("multiply-adds"), "multiply-adds\n", "the probe of arithmetic");
-    let line = dir.lobe("bench product --order 5 --seconds 0.001").error();
+    let line = refusal("product --order 5 --seconds 0.001");
     assert!(line.contains(r#"expected a word in the name of a job of order 5, found ["product"]"#), "{line}");
 }
 
 #[test]
 fn what_cannot_be_measured_is_refused() {
-    let dir = Dir::new();
-    let line = dir.lobe("bench fly --seconds 0.001").error();
+    let line = refusal("fly --seconds 0.001");
     assert!(line.contains(r#"found ["fly"]; jobs: basis, basis-streamed, eval, product"#), "{line}");
-    assert!(dir.lobe("bench --seconds 0").error().contains("--seconds"), "no time");
-    assert!(dir.lobe("bench --seconds 1e300").error().contains("--seconds"), "too much time");
+    assert!(refusal("--seconds 0").contains("--seconds"), "no time");
+    assert!(refusal("--seconds 1e300").contains("--seconds"), "too much time");
 }
