@@ -1,10 +1,10 @@
 """High orders beside ducc0 and SHTns, one thread, in one run; prints a table of milliseconds and ratios.
 
     pip install numpy ducc0 shtns          # shtns is compiled: it needs FFTW (apt install libfftw3-dev)
-    cargo build --release
-    python peers/speed/high_orders.py target/release/lobe
+    cargo build --release -p lobe-bench
+    python peers/speed/high_orders.py target/release/lobe-bench
 
-Lobe's figures are those of `lobe bench`, which projects and reconstructs 2048 x 1024 texels of three channels in f32 and rotates a
+Lobe's figures are those of `lobe-bench`, which projects and reconstructs 2048 x 1024 texels of three channels in f32 and rotates a
 scalar function in f64. ducc0 does the same in f32 and f64, a channel at a time, on the same grid (F1, middles of equal parts):
 its adjoint synthesis sums samples, which is what projection costs without the integrals over texels. The least of many runs each.
 """
@@ -40,9 +40,9 @@ def least(work, seconds=2.0):
 
 
 def of_lobe(program):
-    """Milliseconds of `lobe bench` by job and order."""
+    """Milliseconds of `lobe-bench` by job and order."""
     words = ["project", "reconstruct", "rotation-one-f64"]
-    printed = subprocess.run([program, "bench", *words, "--seconds", "2", "--json"], check=True, capture_output=True, text=True)
+    printed = subprocess.run([program, *words, "--seconds", "2", "--json"], check=True, capture_output=True, text=True)
     texels = WIDTH * HEIGHT
     return {
         (row["job"], row["order"]): row["nanoseconds"] * 1e-6 * (texels if row["item"] == "texel" else 1)

@@ -1,4 +1,4 @@
-"""What each peer does of the jobs of `lobe bench`.
+"""What each peer does of the jobs of `lobe-bench`.
 
 A peer is a class with a `name`, its `jobs`, of a name and an order each, and a constructor that loads the library. The method of a
 job's name makes a `Prepared` of an order. Results are brought to Lobe's convention before they are compared, never in the time.
@@ -19,7 +19,7 @@ import numpy as np
 
 import reference
 
-# As in `lobe bench`.
+# As in `lobe-bench`.
 TILE, MESH, PAIRS, TURNED = 256, 1 << 20, 512, 1024
 WIDTH, HEIGHT = 2048, 1024
 COLORS = 3
@@ -514,7 +514,7 @@ class Filament:
         return self.dering(seconds)
 
     def dering(self, seconds):
-        """Skies with a sun, as in `lobe bench`."""
+        """Skies with a sun, as in `lobe-bench`."""
         count, order, d = 1024, 3, reference.directions(4096)
         phi = 0.618 * np.arange(count)
         around, up = math.sin(0.3), np.full(count, math.cos(0.3))

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-# The rotation that all turn by: 0.8 about the axis of theta = 0.7, phi = 1.9, as in `lobe bench`.
+# The rotation that all turn by: 0.8 about the axis of theta = 0.7, phi = 1.9, as in `lobe-bench`.
 AXIS = np.array([math.sin(0.7) * math.cos(1.9), math.sin(0.7) * math.sin(1.9), math.cos(0.7)])
 ANGLE = 0.8
 
@@ -65,7 +65,7 @@ def basis(d, order):
 
 
 def coefficients(order, count=1):
-    """As many expansions, one in a row; small steps of an irrational angle, as in `lobe bench`."""
+    """As many expansions, one in a row; small steps of an irrational angle, as in `lobe-bench`."""
     return np.sin(0.618 * np.arange(count * order * order)).reshape(count, -1)
 
 

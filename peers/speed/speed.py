@@ -1,4 +1,4 @@
-"""`lobe bench` beside other libraries, all on this machine in one run: each job, its floor and the best peer in one table.
+"""`lobe-bench` beside other libraries, all on this machine in one run: each job, its floor and the best peer in one table.
 
     python3 peers/speed/speed.py target/release/lobe
     DIRECTXMATH=~/DirectXMath python3 peers/speed/speed.py target/release/lobe basis --json
@@ -23,7 +23,7 @@ HERE = Path(__file__).resolve().parent
 SAME = 1e-5
 COMMAND_SAME = 1e-4
 
-# Multiply-adds of a register in a cycle, below which floors are those of a bad build, as `lobe bench` has it.
+# Multiply-adds of a register in a cycle, below which floors are those of a bad build, as `lobe-bench` has it.
 LEAST_EACH_CYCLE = 0.45
 
 # What else pip needs, where it fails.
@@ -33,8 +33,8 @@ ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", 
 
 
 def arguments():
-    parser = argparse.ArgumentParser(description="lobe bench beside other libraries")
-    parser.add_argument("lobe", help="the command, built with --release")
+    parser = argparse.ArgumentParser(description="lobe-bench beside other libraries")
+    parser.add_argument("lobe", help="the command, built with --release, and lobe-bench beside it")
     parser.add_argument("words", nargs="*", metavar="WORD", help="only jobs whose names contain one of these words")
     parser.add_argument("--rounds", type=int, default=5, help="rounds; in each, Lobe and every peer run once (default: 5)")
     parser.add_argument("--seconds", type=float, default=0.2, help="seconds for each job in a round (default: 0.2)")
@@ -43,6 +43,9 @@ def arguments():
     given = parser.parse_args()
     if shutil.which(given.lobe) is None:
         parser.error(f"{given.lobe}: no such command; cargo build --release -p lobe-cli makes target/release/lobe")
+    given.bench = Path(shutil.which(given.lobe)).with_name("lobe-bench")
+    if shutil.which(given.bench) is None:
+        parser.error(f"{given.bench}: no such program; cargo build --release -p lobe-bench makes it")
     if given.rounds < 1 or not 0 < given.seconds < 1e3:
         parser.error("expected --rounds of at least 1 and --seconds above 0")
     return given
@@ -192,13 +195,13 @@ class Measured:
 def measure(given, folder):
     """All rounds; the peers that are absent, and the versions of the others."""
     rays = Path(folder) / "rays.safetensors"
-    subprocess.run([given.lobe, "bench", "occlusion", "--seconds", "0.001", "--quiet", "--rays", rays], stdout=subprocess.DEVNULL, check=True)
+    subprocess.run([given.bench, "occlusion", "--seconds", "0.001", "--quiet", "--rays", rays], stdout=subprocess.DEVNULL, check=True)
     environment = {"LOBE_RAYS": str(rays)} | compile_directxmath(folder) | compile_filament(folder)
     workers = [Worker(name, environment) for name in peer_names()]
     measured = Measured(workers)
     for k in range(given.rounds):
         say(f"round {k + 1} of {given.rounds}")
-        command = [given.lobe, "bench", "--json", "--quiet", "--seconds", str(given.seconds), *given.words]
+        command = [given.bench, "--json", "--quiet", "--seconds", str(given.seconds), *given.words]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             say(done.stderr.strip())

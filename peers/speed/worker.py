@@ -13,7 +13,7 @@ import time
 import peers
 import reference
 
-# A sample takes this long at least, as in `lobe bench`.
+# A sample takes this long at least, as in `lobe-bench`.
 SAMPLE_NS = 1_000_000
 LEAST_SAMPLES = 3
 

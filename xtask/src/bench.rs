@@ -5,20 +5,23 @@ use std::process::Command;
 use crate::outcome::Outcome;
 use crate::{toolchain, workspace};
 
-/// The command, as `cargo build` leaves it.
+/// The command, as `cargo build` leaves it: what it computes is checked before peers are measured.
 const LOBE: &str = "target/release/lobe";
 
-/// The script that runs the command and the peers, and joins their tables.
+/// The program that measures, beside it.
+const BENCH: &str = "target/release/lobe-bench";
+
+/// The script that runs the program and the peers, and joins their tables.
 const SCRIPT: &str = "peers/speed/speed.py";
 
-/// The option that the script has and the command has not; it takes a number.
+/// The option that the script has and the program has not; it takes a number.
 const ROUNDS: &str = "--rounds";
 
-/// Builds the command and measures it beside its peers; alone where there is no Python.
+/// Builds the program and measures the kernels beside their peers; alone where there is no Python.
 ///
 /// Arguments are those of the script: words of jobs, `--rounds`, `--seconds`, `--json`.
 pub(crate) fn bench(arguments: &[String]) -> Outcome {
-    let build = "build --release --package lobe-cli --bin lobe --target-dir target";
+    let build = "build --release --package lobe-cli --package lobe-bench --bins --target-dir target";
     let build: Vec<String> = build.split(' ').map(Into::into).collect();
     run(&workspace::cargo().to_string_lossy(), &build)?;
     let python = toolchain::has_program("python3", "so no peer is measured");
@@ -29,13 +32,13 @@ pub(crate) fn bench(arguments: &[String]) -> Outcome {
     run(program, &arguments)
 }
 
-/// What is run: the script, or without Python the command, which measures once.
+/// What is run: the script, or without Python the program, which measures once.
 fn measurement(has_python: bool, arguments: &[String]) -> (&'static str, Vec<String>) {
     if has_python {
         let script = [SCRIPT, LOBE].map(Into::into);
         return ("python3", script.into_iter().chain(arguments.iter().cloned()).collect());
     }
-    let mut all = vec!["bench".to_owned()];
+    let mut all = Vec::new();
     let mut rest = arguments.iter();
     while let Some(argument) = rest.next() {
         if argument == ROUNDS {
@@ -44,7 +47,7 @@ fn measurement(has_python: bool, arguments: &[String]) -> (&'static str, Vec<Str
             all.push(argument.clone());
         }
     }
-    (LOBE, all)
+    (BENCH, all)
 }
 
 fn run(program: &str, arguments: &[String]) -> Outcome {
@@ -75,10 +78,10 @@ mod tests {
     }
 
     #[test]
-    fn without_python_the_command_measures_alone_and_once() {
+    fn without_python_the_program_measures_alone_and_once() {
         for rounds in ["--rounds 2", "--rounds=2", ""] {
             let alone = line(false, &format!("basis {rounds} --seconds 1 --json"));
-            assert_eq!(alone, "target/release/lobe bench basis --seconds 1 --json", "{rounds}");
+            assert_eq!(alone, "target/release/lobe-bench basis --seconds 1 --json", "{rounds}");
         }
     }
 }

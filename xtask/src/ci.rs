@@ -194,7 +194,7 @@ fn has_mitsuba_and_node() -> Result<(), String> {
 /// The tests that take longest, which no other group runs.
 const TEST_LONG: Step = Step {
     name: "test-long",
-    work: Work::Cargo("test --workspace --lib --test all --test cli --test python -- --ignored", &[]),
+    work: Work::Cargo("test --workspace --lib --test all --test bench --test cli --test python -- --ignored", &[]),
 };
 /// The same bytes from every command by any number of threads.
 const OUTPUTS: Step =

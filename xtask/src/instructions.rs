@@ -1,6 +1,6 @@
 //! `instructions`: what kernels execute, counted by valgrind, against the counts on record.
 //!
-//! A time tells little on a machine that is shared; a count is the same on every machine that executes the same instructions. `lobe bench
+//! A time tells little on a machine that is shared; a count is the same on every machine that executes the same instructions. `lobe-bench
 //! --counted` does each job once within a function of a name of its own, within which valgrind collects, and after which it dumps.
 //! Counts are of one compiler, which is on record too.
 
@@ -14,14 +14,14 @@ use crate::outcome::{self, Outcome};
 use crate::toolchain;
 use crate::workspace;
 
-const RECORD: &str = "apps/lobe-cli/instructions.json";
+const RECORD: &str = "apps/lobe-bench/instructions.json";
 
 /// Counts that are larger by more than this part are a fault. They are the same from run to run, but not from build to build: where crates
 /// lie, and which features they have, changes what the compiler puts together, by which up to 11 % more were seen. A kernel that
 /// is lost, or calls what it had in itself, takes several times as many.
 const TOLERANCE: f64 = 0.25;
 
-/// Jobs of `lobe bench`: those of functions, whose work takes valgrind milliseconds.
+/// Jobs of `lobe-bench`: those of functions, whose work takes valgrind milliseconds.
 const JOBS: [&str; 11] = [
     PROBE,
     "basis",
@@ -39,8 +39,8 @@ const JOBS: [&str; 11] = [
 /// The probe of arithmetic, which every floor rests on.
 const PROBE: &str = "multiply-adds";
 
-/// The function of the command within which valgrind counts; patterns are not understood by all of its options.
-const COUNTED: &str = "lobe::bench::measure::counted";
+/// The function of the program within which valgrind counts; patterns are not understood by all of its options.
+const COUNTED: &str = "lobe_bench::measure::counted";
 
 /// What valgrind knows; it has no AVX-512.
 const INSTRUCTIONS: [&str; 2] = ["plain", "avx2"];
@@ -114,12 +114,12 @@ fn faults(counts: &BTreeMap<String, u64>, known: &BTreeMap<String, u64>) -> Vec<
 
 /// The instructions of each job.
 fn counts() -> Result<BTreeMap<String, u64>, String> {
-    let lobe = workspace::command_of_tests()?;
+    let bench = workspace::program_of_tests("bench", "lobe-bench")?;
     let folder = std::env::temp_dir().join(format!("lobe-instructions-{}", std::process::id()));
     std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let mut counts = BTreeMap::new();
     for instructions in INSTRUCTIONS {
-        let of_jobs = count(&lobe, instructions, &folder.join(instructions));
+        let of_jobs = count(&bench, instructions, &folder.join(instructions));
         let _ = std::fs::remove_dir_all(folder.join(instructions));
         counts.extend(of_jobs?.into_iter().map(|(job, count)| (format!("{job} {instructions}"), count)));
     }
@@ -129,20 +129,20 @@ fn counts() -> Result<BTreeMap<String, u64>, String> {
 }
 
 /// The jobs in their order, with what each executed.
-fn count(lobe: &Path, instructions: &str, folder: &Path) -> Result<Vec<(String, u64)>, String> {
+fn count(bench: &Path, instructions: &str, folder: &Path) -> Result<Vec<(String, u64)>, String> {
     std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let output = Command::new("valgrind")
         .arg("--tool=callgrind")
         .arg(format!("--callgrind-out-file={}", folder.join("part").display()))
         .args([format!("--toggle-collect={COUNTED}"), format!("--dump-after={COUNTED}")])
-        .arg(lobe)
-        .args(["--quiet", "bench", "--counted"])
+        .arg(bench)
+        .args(["--quiet", "--counted"])
         .args(JOBS)
         .env("LOBE_SIMD", instructions)
         .output()
         .map_err(|error| format!("valgrind: {error}"))?;
     if !output.status.success() {
-        return Err(format!("valgrind lobe bench --counted: {}", String::from_utf8_lossy(&output.stderr)));
+        return Err(format!("valgrind lobe-bench --counted: {}", String::from_utf8_lossy(&output.stderr)));
     }
     // Dumps are numbered from 1 on.
     let part = |k: usize| workspace::read(&folder.join(format!("part.{k}")));

@@ -104,14 +104,23 @@ pub(crate) fn read(path: &Path) -> Result<String, String> {
 pub(crate) fn relative(path: &Path) -> String {
     path.strip_prefix(root()).unwrap_or(path).display().to_string()
 }
-/// The command `lobe` as the tests of the workspace have it: with other features most of the workspace would be compiled anew.
+
+/// The command `lobe` as the tests of the workspace have it.
 ///
 /// # Errors
 /// If cargo fails.
 pub(crate) fn command_of_tests() -> Result<PathBuf, String> {
-    const BUILD: &str = "test --workspace --no-run --test cli";
-    let status = Command::new(cargo()).args(BUILD.split(' ')).current_dir(root()).status();
+    program_of_tests("cli", "lobe")
+}
+
+/// A program that a test starts, as the tests of the workspace have it: with other features most of the workspace would be compiled anew.
+///
+/// # Errors
+/// If cargo fails.
+pub(crate) fn program_of_tests(test: &str, program: &str) -> Result<PathBuf, String> {
+    let build = format!("test --workspace --no-run --test {test}");
+    let status = Command::new(cargo()).args(build.split(' ')).current_dir(root()).status();
     let status = status.map_err(|error| format!("cargo did not start: {error}"))?;
     let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from);
-    if status.success() { Ok(target.join("debug/lobe")) } else { Err(format!("`cargo {BUILD}` failed")) }
+    if status.success() { Ok(target.join("debug").join(program)) } else { Err(format!("`cargo {build}` failed")) }
 }

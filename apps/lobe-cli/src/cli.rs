@@ -10,7 +10,6 @@ use lobe::sh::simd::Machine;
 use crate::args::output::stdout_error;
 use crate::args::values;
 use crate::bake::{bake, compress, fit_lobes};
-use crate::bench::bench;
 use crate::render::methods::RenderCommand;
 use crate::run::failure::Failure;
 use crate::run::system::check_stdout;
@@ -85,8 +84,6 @@ enum Command {
     /// Work on environment maps, pictures of everything around a point
     #[command(subcommand)]
     Env(EnvCommand),
-    /// Measure the kernels on this machine, each beside the time that its arithmetic or its bytes need at least
-    Bench(bench::BenchCommand),
     /// Write the manual, a page for every command
     Man(manual::ManPages),
     /// Print the script with which a shell completes commands and options
@@ -308,7 +305,6 @@ pub(crate) fn run(cli: Cli) -> Result<(), Failure> {
         Command::Env(EnvCommand::AreaLight(args)) => args.run()?,
         Command::Env(EnvCommand::Ambient(args)) => args.run()?,
         Command::Env(EnvCommand::Dfg(args)) => args.run(talk)?,
-        Command::Bench(args) => args.run(talk)?,
         Command::Man(args) => args.run(Cli::command())?,
         Command::Completions(args) => args.run(Cli::command())?,
     }

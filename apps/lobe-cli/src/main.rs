@@ -5,7 +5,6 @@
 
 mod args;
 mod bake;
-mod bench;
 mod cli;
 mod compare;
 mod demo;

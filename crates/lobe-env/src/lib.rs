@@ -133,6 +133,7 @@ pub use mapping::mirror_ball;
 pub use mapping::octahedral;
 pub use prefilter::options::{PrefilterMethod, PrefilterOptions, RoughnessLevels};
 pub use prefilter::prefilter::{filter_lobe, filter_lobe_lat_long, filter_zonal, prefilter_ggx};
+pub use projection::encoding_errors::{EncodingErrors, encoding_errors, irradiance_to_encode};
 pub use projection::irradiance::{irradiance_at, irradiance_map, irradiance_map_brute_force, irradiance_sh};
 pub use projection::lat_long_projector::LatLongProjector;
 pub use projection::project::{project_env, project_env_as, project_lat_long};

@@ -15,6 +15,7 @@ use lobe::render::RenderError;
 use lobe::scene::{SceneError, SceneReadOption};
 use lobe::sh::ShError;
 use lobe::shadow::ShadowError;
+use lobe_gallery::GalleryError;
 
 use crate::run::ERROR;
 use crate::run::option_names::refusal;
@@ -199,7 +200,8 @@ enum Cause<'a> {
 
 /// The innermost error that the library wraps; none if it is none of those.
 fn cause(error: &anyhow::Error) -> Option<Cause<'_>> {
-    let found = error.downcast_ref().and_then(of_render);
+    let found = error.downcast_ref().and_then(of_gallery);
+    let found = found.or_else(|| error.downcast_ref().and_then(of_render));
     let found = found.or_else(|| error.downcast_ref().and_then(of_shadow));
     let found = found.or_else(|| error.downcast_ref().and_then(of_prt));
     let found = found.or_else(|| error.downcast_ref().map(of_env));
@@ -210,6 +212,15 @@ fn cause(error: &anyhow::Error) -> Option<Cause<'_>> {
         ShError::Io { place, source } => Some(Cause::System(place, source)),
         _ => None,
     })
+}
+
+/// Its data are built in, so that only its files can be at fault.
+fn of_gallery(error: &GalleryError) -> Option<Cause<'_>> {
+    match error {
+        GalleryError::Image(error) => Some(of_image(error)),
+        GalleryError::Io(error) => of_io(error),
+        _ => None,
+    }
 }
 
 fn of_render(error: &RenderError) -> Option<Cause<'_>> {

@@ -32,19 +32,14 @@ impl Talk {
         }
     }
 
-    /// The progress of work of `steps` steps.
-    pub(crate) fn bar(self, what: &'static str, steps: u64) -> ProgressLine {
-        self.line(what.into(), steps, "{prefix} {wide_bar} {percent:>3} %  {eta} left")
-    }
-
     /// The progress of work that knows its pace.
     pub(crate) fn progress(self, what: impl Into<Cow<'static, str>>) -> ProgressLine {
-        self.line(what.into(), 1, "{prefix} {wide_bar} {percent:>3} %  {msg}")
+        self.line(what.into(), "{prefix} {wide_bar} {percent:>3} %  {msg}")
     }
 
     /// Work of an unknown number of steps, each of which is named.
     pub(crate) fn waiting(self, what: &'static str) -> ProgressLine {
-        self.line(what.into(), 1, "{prefix} {msg}")
+        self.line(what.into(), "{prefix} {msg}")
     }
 
     /// Does work that takes a job, while a line shows how far it is.
@@ -75,8 +70,8 @@ impl Talk {
         })
     }
 
-    fn line(self, what: Cow<'static, str>, steps: u64, template: &str) -> ProgressLine {
-        let bar = if self.quiet { ProgressBar::hidden() } else { ProgressBar::new(steps) };
+    fn line(self, what: Cow<'static, str>, template: &str) -> ProgressLine {
+        let bar = if self.quiet { ProgressBar::hidden() } else { ProgressBar::new(1) };
         let bar = bar.with_prefix(what.clone());
         let bar = match ProgressStyle::with_template(template) {
             Ok(style) => bar.with_style(style),
@@ -122,12 +117,6 @@ impl ProgressLine {
         self.set_position(done as u64);
     }
 
-    /// Names the step that comes next.
-    pub(crate) fn say(&self, step: &'static str) {
-        self.bar.set_message(step);
-        self.set_position(0);
-    }
-
     /// Shows how long the work has taken.
     fn wait(&self, elapsed: Duration) {
         let elapsed = duration(elapsed.as_secs_f64());
@@ -141,13 +130,8 @@ impl ProgressLine {
         self.bar.tick();
     }
 
-    /// Shows that further steps are done.
-    pub(crate) fn inc(&self, steps: u64) {
-        self.set_position(self.bar.position() + steps);
-    }
-
     /// Shows that `done` steps are done.
-    pub(crate) fn set_position(&self, done: u64) {
+    fn set_position(&self, done: u64) {
         self.bar.set_position(done);
         let Some(Ok(mut log)) = self.log.as_ref().map(Mutex::lock) else { return };
         let total = self.bar.length().unwrap_or(0).max(1);

@@ -10,7 +10,6 @@ mod bake;
 mod bake_killed;
 #[cfg(unix)]
 mod bake_stopped;
-mod bench;
 mod compare;
 mod double_sided;
 mod encodings;

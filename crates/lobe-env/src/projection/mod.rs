@@ -5,9 +5,10 @@
 //! loops are in [`table_sums`]. Rows that come one after the other go to the [`lat_long_projector`]. From order 17 on [`high_orders`] does both for all rows together: FFT along them ([`row_fft`])
 //! where that is quicker, and Legendre functions on the few latitudes that determine them ([`polar_grid`]); its inner loops
 //! are in [`block_sums`]. [`irradiance`] is the light on a Lambertian surface, by coefficients and by brute force
-//! ([`horizon`]). Uses `map` and `mapping`.
+//! ([`horizon`]); [`encoding_errors`] compares its encodings. Uses `map` and `mapping`.
 
 pub(crate) mod block_sums;
+pub(crate) mod encoding_errors;
 pub(crate) mod high_orders;
 pub(crate) mod horizon;
 pub(crate) mod irradiance;

@@ -9,7 +9,7 @@ use crate::transfer::transfer::{check_order, check_rows};
 use crate::{Channels, PrtError, Transfer};
 
 /// [`Transfer`] whose coefficients are rounded to 16 bits: half of the memory, on disk and in use. Where 32 bits take 3.1 ns for each gray
-/// receiver of order 4 these take 3.4, in color 7.0 and 7.0 (one thread, AVX2 on a machine that reads 31 GB/s; `lobe bench transfer transfer-rgb
+/// receiver of order 4 these take 3.4, in color 7.0 and 7.0 (one thread, AVX2 on a machine that reads 31 GB/s; `lobe-bench transfer transfer-rgb
 /// transfer-f16 transfer-f16-rgb`).
 ///
 /// ```text

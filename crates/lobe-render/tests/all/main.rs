@@ -11,7 +11,6 @@ mod far;
 mod glossy;
 mod lamps;
 mod mapped_scenes;
-mod mapping_figures;
 mod masks;
 mod moving;
 mod moving_parts;

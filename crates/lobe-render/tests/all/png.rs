@@ -26,7 +26,7 @@ fn figures() -> Vec<Vec<u8>> {
 }
 
 /// The columns and rows of a PNG file of three colors, and its bytes.
-pub(crate) fn pixels_of(path: &Path) -> ((u32, u32), Vec<u8>) {
+fn pixels_of(path: &Path) -> ((u32, u32), Vec<u8>) {
     let file = fs::File::open(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     let mut reader = png::Decoder::new(BufReader::new(file)).read_info().unwrap();
     assert_eq!(reader.output_color_type(), (png::ColorType::Rgb, png::BitDepth::Eight), "{}", path.display());

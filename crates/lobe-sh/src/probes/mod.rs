@@ -1,4 +1,4 @@
-//! Limits of the machine and functions one by one, for `lobe bench`, compiled with the kernels.
+//! Limits of the machine and functions one by one, for `lobe-bench`, compiled with the kernels.
 //!
 //! The command is optimized little, and a kernel that is instantiated there is slower than its user has it. Nothing
 //! here is generic, and nothing is inlined elsewhere. Read `rates` first; `one_by_one` calls generic functions for
