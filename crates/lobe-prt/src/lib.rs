@@ -77,6 +77,7 @@ pub use files::lightmap_glb::LightmapGlb;
 pub use files::matrix_file::{
     read_matrices, read_matrices_bytes, read_neighborhood, read_neighborhood_bytes, write_matrices, write_neighborhood,
 };
+pub use files::memory::{BYTES_FOR_EACH, check_file_of_numbers};
 pub use files::open_scene::OpenScene;
 pub use files::read_baked::{
     Baked, BakedOrScene, BakedTransfer, baked_pose, is_baked, read_baked, read_baked_bytes, read_baked_or_scene,

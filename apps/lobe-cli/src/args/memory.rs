@@ -1,17 +1,11 @@
 //! Memory limit: work that would take more is refused before it begins.
 
-use std::fs::{self, File};
-use std::io::Read as _;
 use std::path::Path;
 
 use clap::{ArgMatches, Args, Command, FromArgMatches};
-use lobe::image::{ExrLayers, FileFormat};
 use lobe::io::{WorkOptions, option};
+use lobe::prt::check_file_of_numbers;
 use serde_json::Value;
-
-/// Bytes in memory while a file is read for each of the file: it, its numbers, and what is made of them; of a scene its triangles.
-/// Measured 2.0 of a table, 3.0 of a scene, which a bake made finer.
-pub(crate) const COPIES: u64 = 3;
 
 /// The limit without another choice, in GiB.
 pub(crate) const DEFAULT_GIB: f64 = lobe::io::MemoryLimit::DEFAULT_GIB;
@@ -68,16 +62,7 @@ impl MemoryLimit {
     /// Refuses a file of numbers that takes more than that while it is read, in any form: itself, its numbers, and what is made of
     /// them. One that cannot be read is left to its reader, which says so.
     pub(crate) fn check_file(&self, path: &Path, instead: &str) -> anyhow::Result<()> {
-        let name = path.display().to_string();
-        let check = |bytes: u64| self.check(&name, COPIES.saturating_mul(bytes), instead);
-        check(fs::metadata(path).map_or(0, |file| file.len()))?;
-        let mut begin = [0; 4];
-        let is_exr = File::open(path).and_then(|mut file| file.read_exact(&mut begin)).is_ok()
-            && matches!(FileFormat::of_bytes(&begin, &name), Ok(FileFormat::OpenExr));
-        if is_exr && let Ok(bytes) = fs::read(path) {
-            check(ExrLayers::bytes_in_memory(&bytes, &name)?)?;
-        }
-        Ok(())
+        Ok(check_file_of_numbers(self.limit(), path, instead)?)
     }
 
     /// Refuses the work `what`, which takes at most `bytes`, if that is above the limit or the system does not give it;

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::Args;
-use lobe::prt::{Recipe, Transfer, read_baked, read_transfer};
+use lobe::prt::{BYTES_FOR_EACH, Recipe, Transfer, read_baked, read_transfer};
 
-use crate::args::memory::{COPIES, MemoryLimit};
+use crate::args::memory::MemoryLimit;
 use crate::args::output::has_extension;
 use crate::args::scene_limits::SceneLimits;
 
@@ -34,7 +34,7 @@ impl TransferInput {
         let name = self.path.display().to_string();
         let check = |bytes: u64| self.memory.check(&name, bytes, "a bake of fewer receivers or a lower order");
         // Of a file that is not there, reading says so.
-        check(COPIES.saturating_mul(fs::metadata(&self.path).map_or(0, |file| file.len())))?;
+        check(BYTES_FOR_EACH.saturating_mul(fs::metadata(&self.path).map_or(0, |file| file.len())))?;
         let (transfer, recipe) = if has_extension(&self.path, "safetensors") {
             if let Some(option) = self.limits.given() {
                 bail!("{option}: only of baked scenes; leave the option out");

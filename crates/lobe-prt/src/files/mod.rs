@@ -1,7 +1,8 @@
 //! Files of transfer: baked glTF, safetensors, lightmaps.
 //!
 //! Read `transfer_file` first, the simplest, on `tensor_file`, which all safetensors share; then `matrix_file`,
-//! `compressed_file` and `lightmap_file`. `any_transfer` reads whichever it is, and `open_scene` a scene with or without. `baked_glb` writes scenes whose
+//! `compressed_file` and `lightmap_file`. `any_transfer` reads whichever it is, and `open_scene` a scene with or without;
+//! `memory` refuses what is too large. `baked_glb` writes scenes whose
 //! vertices carry transfer, laid out as `baked_layout` and `baked_compressed` say, and `read_baked` reads them, their
 //! backs by `baked_backs`, and those with a lightmap, which `lightmap_glb` writes, with `new_vertices` where a file was
 //! unwrapped; `glb_writer` is the container of both. Uses `bake`, `compression`, `job`, `receivers`, `recipe`,
@@ -17,6 +18,7 @@ pub(crate) mod glb_writer;
 pub(crate) mod lightmap_file;
 pub(crate) mod lightmap_glb;
 pub(crate) mod matrix_file;
+pub(crate) mod memory;
 pub(crate) mod new_vertices;
 pub(crate) mod open_scene;
 pub(crate) mod read_baked;

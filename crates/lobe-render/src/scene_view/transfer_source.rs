@@ -1,6 +1,6 @@
 //! The transfer of a scene for pictures: where it is, or how it is baked on the way.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use lobe_io::{Given, GivenPaths, Job, JobOptions, MemoryLimit, OptionError, OptionField, OptionKind, options};
 use lobe_prt::{AlbedoMode, BakeMode, BakeOptions, BakeWork, BakedOrScene, GlossyLobe, OpenScene, Recipe, Transfer};
@@ -59,8 +59,7 @@ impl TransferSource {
     pub fn mode_of(&self, source: &SceneSource, memory: MemoryLimit) -> BakeMode {
         let in_file = || {
             let file = self.transfer.as_deref().or(source.is_gltf().then_some(&*source.scene))?;
-            let bytes = file.metadata().ok().filter(std::fs::Metadata::is_file)?.len();
-            let may_be_read = memory.check("", bytes.saturating_mul(COPIES), "").is_ok();
+            let may_be_read = file.is_file() && check_file_of_numbers(memory, file, "").is_ok();
             may_be_read.then(|| Recipe::of_file(file).ok())??.mode
         };
         let by_lobe = self.lobe.map(|_| BakeMode::Glossy);
@@ -96,9 +95,6 @@ impl TransferSource {
         Ok(found)
     }
 }
-
-/// Bytes in memory while a file of numbers is read for each of the file.
-const COPIES: u64 = 3;
 
 /// A scene with its transfer, and where that was found.
 pub struct SceneTransfer {
@@ -160,7 +156,7 @@ impl Asked<'_> {
     fn read_or_bake(&self, open: OpenScene, work: &mut Job<'_>) -> Result<SceneTransfer, RenderError> {
         let (lobe, memory, name) = (self.lobe(), self.memory, open.source().name());
         if let Some(file) = &self.source.transfer {
-            check_file(memory, file)?;
+            check_file_of_numbers(memory, file, "a bake of fewer receivers or a lower order")?;
             let baked = BakedScene::read_transfer(open.scene(work)?, file, lobe)?;
             let name = file.display().to_string();
             return Ok(SceneTransfer { baked: self.checked(baked, &name)?, file: Some(name), memory });
@@ -223,12 +219,6 @@ impl Asked<'_> {
         check_memory(self.memory, &scene, scene.vertex_count(), &options, lobe.is_some())?;
         BakedScene::bake(scene, &options, lobe, work.step("bake"))
     }
-}
-
-/// Refuses a file of numbers that takes too much memory while it is read.
-fn check_file(memory: MemoryLimit, file: &Path) -> Result<(), RenderError> {
-    let bytes = file.metadata().map_or(0, |found| found.len()).saturating_mul(COPIES);
-    Ok(memory.check(&file.display().to_string(), bytes, "a bake of fewer receivers or a lower order")?)
 }
 
 /// Refuses a bake that takes too much memory.
