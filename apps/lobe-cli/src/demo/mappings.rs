@@ -64,18 +64,15 @@ impl Writer<'_> {
 
     /// The photograph in a mapping, tone mapped; the cube as two rows of faces, like its figure.
     fn unfolded(&self, sky: &Sky, mapping: Mapping) -> Picture {
-        let width = if mapping == Mapping::Cube { self.picture / 6 } else { self.picture / 2 };
+        let columns = mapping.faces().min(3);
+        let width = self.picture / (2 * columns);
         let to = Resample::to(mapping, width, mapping.height_for(width));
         let map = resample(&sky.map, &to, Job::default())
             .unwrap_or_else(|error| unreachable!("the size fits the mapping: {error}"));
-        let texel = |x: usize, y: usize| map.texel(x, y);
-        let picture = if mapping == Mapping::Cube {
-            Picture::from_fn(3 * width, 2 * width, |x, y| {
-                texel(x % width, (x / width + 3 * (y / width)) * width + y % width)
-            })
-        } else {
-            Picture::from_fn(map.width(), map.height(), texel)
-        };
+        let (height, rows) = (map.height() / mapping.faces(), mapping.faces() / columns);
+        let picture = Picture::from_fn(columns * width, rows * height, |x, y| {
+            map.texel(x % width, (x / width + columns * (y / height)) * height + y % height)
+        });
         Tone::PHOTOGRAPH.fixed_for(&Picture::from(&sky.map)).apply(&picture)
     }
 }

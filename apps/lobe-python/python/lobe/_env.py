@@ -16,6 +16,10 @@ from ._arrays import MAX_ORDER, MAX_SIDE, Doubles, Numbers, directions, expect, 
 from ._sh import Sh
 
 
+MAPPINGS: dict[str, str] = dict(_lobe.mappings())
+"""The names of the mappings, and what the pictures of each show."""
+
+
 class LoadNote(UserWarning):
     """What a reader found in a file that may not be what was meant: `warnings.simplefilter("ignore", lobe.LoadNote)` silences all of them."""
 
@@ -57,8 +61,7 @@ class Technique:
 class EnvMap:
     """A map of radiance from everywhere: texels of shape (height, width, 3) in linear light, row 0 on top.
 
-    Mappings are those of the command: lat-long, cube (six faces below each other), octahedral, equal-area, sphere, mirror-ball, angular and
-    dual-paraboloid. Directions are right-handed with +z up.
+    Mappings are those of `lobe.MAPPINGS`, which the command has, too. Directions are right-handed with +z up.
     """
 
     def __init__(self, texels: npt.ArrayLike, mapping: str = "lat-long") -> None:
@@ -216,8 +219,7 @@ class EnvMap:
         """The map in another mapping and size, turned by a rotation matrix first if there is one. Every texel is an integral over its
         footprint; the mean is kept."""
         width = whole(width, "width", 1, MAX_SIDE)
-        heights = {"lat-long": (width + 1) // 2, "dual-paraboloid": (width + 1) // 2, "cube": 6 * width}
-        height = whole(heights.get(mapping, width) if height is None else height, "height", 1, 6 * MAX_SIDE)
+        height = None if height is None else whole(height, "height", 1, 6 * MAX_SIDE)
         matrix = None if rotation is None else rotation_matrix(rotation)
         return EnvMap._of(self._map.convert(mapping, width, height, matrix))
 
