@@ -82,7 +82,7 @@ mod _lobe {
     #[pymodule_export]
     use crate::map_filters::{filter_lobe, irradiance, irradiance_at, prefilter, sun, vector_irradiance};
     #[pymodule_export]
-    use crate::maps::{Map, bundled, cie_sky, load, project_lat_long, reconstruct, sky, texels};
+    use crate::maps::{Map, bundled, cie_sky, load, mappings, project_lat_long, reconstruct, sky, texels};
     #[pymodule_export]
     use crate::matrices::{Matrices, load_matrices};
     #[pymodule_export]

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use lobe::env::{
-    CubeMap, EnvMap, PrefilterMethod, PrefilterOptions, RoughnessLevels, SpecularLobe, SunOptions, SunReport,
-    cube_source, extract_sun, filter_lobe as filter_by_lobe, irradiance_at as irradiance_towards, irradiance_map,
-    irradiance_map_brute_force, prefilter_ggx, vector_irradiance as vector_of,
+    CubeMap, EnvMap, PrefilterOptions, RoughnessLevels, SpecularLobe, SunOptions, SunReport, cube_source, extract_sun,
+    filter_lobe as filter_by_lobe, irradiance_at as irradiance_towards, irradiance_map, irradiance_map_brute_force,
+    prefilter_ggx, vector_irradiance as vector_of,
 };
 use lobe::sh::{Coefficient as _, Dir};
 use numpy::{PyArrayDyn, PyReadonlyArray2};
@@ -19,17 +19,6 @@ use crate::rows::{array_of, contiguous, value_error};
 /// An array of double precision.
 type Doubles<'py> = Bound<'py, PyArrayDyn<f64>>;
 
-/// A quadrature: `gather` to a tolerance, or `importance` with a number of samples.
-type Quadrature = (String, f64, usize);
-
-fn method_of((name, tolerance, samples): &Quadrature) -> PyResult<PrefilterMethod> {
-    match &**name {
-        "gather" => Ok(PrefilterMethod::Gather { tolerance: *tolerance }),
-        "importance" => Ok(PrefilterMethod::Importance { samples: *samples }),
-        other => Err(value_error(format!("method: expected gather or importance, found {other:?}"))),
-    }
-}
-
 fn cube_of(py: Python<'_>, map: &Map, size: usize) -> PyResult<CubeMap> {
     watched(py, None, None, |job| cube_source(&*map.0, size, job))
 }
@@ -41,15 +30,14 @@ pub(crate) fn prefilter(
     map: &Map,
     sizes: (usize, usize),
     roughness: &str,
-    quadrature: Quadrature,
+    tolerance: f64,
 ) -> PyResult<Vec<Map>> {
     let levels = match roughness {
         "linear" => RoughnessLevels::Linear,
         "quadratic" => RoughnessLevels::Quadratic,
         other => return Err(value_error(format!("roughness: expected linear or quadratic, found {other:?}"))),
     };
-    let options =
-        PrefilterOptions::default().size(sizes.0).last_size(sizes.1).roughness(levels).method(method_of(&quadrature)?);
+    let options = PrefilterOptions::default().size(sizes.0).last_size(sizes.1).roughness(levels).tolerance(tolerance);
     let cube = cube_of(py, map, sizes.0)?;
     let chain = watched(py, None, None, |job| prefilter_ggx(&cube, &options, job))?;
     Ok(chain.levels().iter().map(|level| Map::from((**level).clone())).collect())
@@ -63,7 +51,7 @@ pub(crate) fn filter_lobe(
     lobe: &str,
     parameter: f64,
     size: usize,
-    quadrature: Quadrature,
+    tolerance: f64,
 ) -> PyResult<Map> {
     let lobe = match lobe {
         "phong" => SpecularLobe::Phong { exponent: parameter },
@@ -71,9 +59,8 @@ pub(crate) fn filter_lobe(
         "ggx" => SpecularLobe::Ggx { alpha: parameter },
         other => return Err(value_error(format!("lobe: expected phong, blinn-phong or ggx, found {other:?}"))),
     };
-    let method = method_of(&quadrature)?;
     let cube = cube_of(py, map, size)?;
-    let filtered = watched(py, None, None, |job| filter_by_lobe(&cube, lobe, size, method, job))?;
+    let filtered = watched(py, None, None, |job| filter_by_lobe(&cube, lobe, size, tolerance, job))?;
     Ok(Map(Arc::new(filtered.into())))
 }
 

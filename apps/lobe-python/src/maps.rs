@@ -61,6 +61,12 @@ impl Map {
     }
 }
 
+/// The names of all mappings, and what the pictures of each show.
+#[pyfunction]
+pub(crate) fn mappings() -> Vec<(&'static str, &'static str)> {
+    Mapping::ALL.map(|mapping| (mapping.name(), mapping.description())).into()
+}
+
 fn mapping_of(name: &str) -> PyResult<Mapping> {
     Mapping::from_name(name)
         .ok_or_else(|| value_error(format!("expected a mapping such as lat-long or cube, found {name:?}")))
@@ -442,10 +448,11 @@ impl Map {
         py: Python<'_>,
         mapping: &str,
         width: usize,
-        height: usize,
+        height: Option<usize>,
         rotation: Option<[[f64; 3]; 3]>,
     ) -> PyResult<Self> {
-        let mut to = Resample::to(mapping_of(mapping)?, width, height);
+        let mapping = mapping_of(mapping)?;
+        let mut to = Resample::to(mapping, width, height.unwrap_or_else(|| mapping.height_for(width)));
         if let Some(matrix) = rotation {
             to = to.rotated(Rotation::from_matrix(matrix).map_err(value_error)?);
         }

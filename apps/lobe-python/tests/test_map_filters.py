@@ -48,7 +48,6 @@ def test_levels_are_the_map_blurred_by_the_lobe_of_their_roughness(roughness):
     [
         ("--lobe phong:20", (("phong", 20.0), {})),
         ("--lobe blinn-phong:40 --tolerance 0.001", (("blinn-phong", 40.0), {"tolerance": 0.001})),
-        ("--lobe phong:5 --method importance --samples 64", (("phong", 5.0), {"method": "importance", "samples": 64})),
     ],
 )
 def test_the_command_makes_the_same_highlight_map(words, lobe_and_options, tmp_path):
@@ -73,9 +72,6 @@ def test_the_command_finds_the_same_sun_by_the_same_criteria(tmp_path):
 
 def test_options_that_would_be_ignored_are_refused():
     for call, message in [
-        (lambda: SKY.prefilter(16, tolerance=0.1, method="importance"), "tolerance: only of the method gather"),
-        (lambda: SKY.prefilter(16, samples=8), "samples: only of the method importance"),
-        (lambda: SKY.prefilter(16, method="guess"), "method: expected gather or importance"),
         (lambda: SKY.prefilter(16, roughness="cubic"), "roughness: expected linear or quadratic"),
         (lambda: SKY.prefilter(16, tolerance=1.0), "tolerance: expected 1e-06 to 0.1"),
         (lambda: SKY.filter_lobe("box", 1.0), "lobe: expected phong, blinn-phong or ggx"),

@@ -3,29 +3,24 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion};
-use lobe_env::{CubeMap, PrefilterMethod, PrefilterOptions, SpecularLobe, bundled, filter_lobe, prefilter_ggx};
+use lobe_env::{CubeMap, PrefilterOptions, SpecularLobe, bundled, filter_lobe, prefilter_ggx};
 use lobe_io::Job;
 use rayon::ThreadPoolBuilder;
 
 fn chain(c: &mut Criterion) {
     let map = bundled::sunset().map();
     let source = CubeMap::from_fn(256, |s| map.radiance(s));
-    let methods =
-        [("gather", PrefilterMethod::default()), ("importance-1024", PrefilterMethod::Importance { samples: 1024 })];
+    let options = PrefilterOptions::default();
     for threads in [1, 2] {
         let pool = match ThreadPoolBuilder::new().num_threads(threads).build() {
             Ok(pool) => pool,
             Err(error) => panic!("no pool of {threads} threads: {error}"),
         };
-        let mut group = c.benchmark_group(format!("ggx-chain-256-to-16-{threads}-threads"));
+        let mut group = c.benchmark_group("ggx-chain-256-to-16");
         group.sample_size(10);
-        for (name, method) in methods {
-            let mut options = PrefilterOptions::default();
-            options.method = method;
-            group.bench_function(BenchmarkId::from_parameter(name), |b| {
-                b.iter(|| pool.install(|| prefilter_ggx(black_box(&source), &options, Job::default())));
-            });
-        }
+        group.bench_function(BenchmarkId::from_parameter(threads), |b| {
+            b.iter(|| pool.install(|| prefilter_ggx(black_box(&source), &options, Job::default())));
+        });
         drop(group);
         let mut group = c.benchmark_group(format!("phong-64-{threads}-threads"));
         group.sample_size(10);
@@ -33,9 +28,7 @@ fn chain(c: &mut Criterion) {
             let lobe = SpecularLobe::Phong { exponent };
             group.bench_function(BenchmarkId::from_parameter(exponent), |b| {
                 b.iter(|| {
-                    pool.install(|| {
-                        filter_lobe(black_box(&source), lobe, 64, PrefilterMethod::default(), Job::default())
-                    })
+                    pool.install(|| filter_lobe(black_box(&source), lobe, 64, options.tolerance, Job::default()))
                 });
             });
         }

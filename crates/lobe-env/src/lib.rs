@@ -60,7 +60,7 @@
 //! | net flux of light | [`vector_irradiance()`], [`VectorIrradiance`] |
 //! | area lights | [`AreaLight`]: [`SphereLight`], [`DiscLight`], [`PolygonLight`]; [`PointLight`], [`ParallelBeam`], [`compare_approximations`] |
 //! | skies | [`Sky`]: [`PreethamSky`], [`CieSky`]; [`Ground`], [`sky_sh`], [`sky_map`]; [`PreethamFit`], [`damp_zonal_in_place`] |
-//! | prefiltering for glossy reflection | [`cube_source`], [`prefilter_ggx`], [`PrefilterOptions`], [`PrefilterMethod`], [`RoughnessLevels`]; [`filter_lobe`], [`filter_lobe_lat_long`], [`SpecularLobe`], [`filter_zonal`] |
+//! | prefiltering for glossy reflection | [`cube_source`], [`prefilter_ggx`], [`PrefilterOptions`], [`RoughnessLevels`]; [`filter_lobe`], [`filter_lobe_lat_long`], [`SpecularLobe`], [`filter_zonal`] |
 //! | sun extraction | [`extract_sun`], [`SunOptions`], [`SunReport`], [`Sun`] |
 //! | reflectance and its directional albedo | [`Brdf`]: [`Lambert`], [`Phong`], [`Ggx`]; [`dfg()`], [`dfg_separable`], [`Dfg`], [`DfgTable`] |
 //!
@@ -131,7 +131,7 @@ pub use mapping::lat_long;
 pub use mapping::mapping::Mapping;
 pub use mapping::mirror_ball;
 pub use mapping::octahedral;
-pub use prefilter::options::{PrefilterMethod, PrefilterOptions, RoughnessLevels};
+pub use prefilter::options::{PrefilterOptions, RoughnessLevels};
 pub use prefilter::prefilter::{filter_lobe, filter_lobe_lat_long, filter_zonal, prefilter_ggx};
 pub use projection::encoding_errors::{EncodingErrors, encoding_errors, irradiance_to_encode};
 pub use projection::irradiance::{irradiance_at, irradiance_map, irradiance_map_brute_force, irradiance_sh};

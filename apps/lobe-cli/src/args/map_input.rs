@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use lobe::env::{
     CubeHandedness, CubeLayout, EnvError, EnvMap, FaceAssumption, FaceFiles, FaceOrder, LoadedMap, MapReadOptions,
     MapReadReport, MappedMap, Mapping, Nonfinite, Padding, project_map_file, read_map,
@@ -40,8 +41,8 @@ pub(crate) struct MapPath {
     path: PathBuf,
     /// How the picture shows the surroundings [default: what the file or its proportions tell: lat-long if it is twice as wide
     /// as high; a cube if it is a cross, a row or a column of six faces]
-    #[arg(long, value_name = "MAPPING", value_enum)]
-    from: Option<Form>,
+    #[arg(long, value_name = "MAPPING", value_parser = mapping())]
+    from: Option<Mapping>,
     /// The faces of the cube were made for left-handed directions, as by Direct3D or three.js [default: what the file says; those
     /// that lobe wrote do, but .dds and .pfm]
     #[arg(long)]
@@ -110,26 +111,10 @@ pub(crate) struct MapInput {
     nonfinite: NonfiniteOption,
 }
 
-names! {
-    /// A mapping on the command line.
-    pub(crate) enum Form for Mapping {
-        /// Longitude across, latitude down (Blinn and Newell)
-        LatLong,
-        /// Six faces
-        Cube,
-        /// The octahedron, unfolded
-        Octahedral,
-        /// The octahedron, unfolded so that all texels have the same solid angle
-        EqualArea,
-        /// The light probe: the distance from the middle is the angle
-        Angular,
-        /// OpenGL's sphere map
-        Sphere,
-        /// The photograph of a mirror ball
-        MirrorBall,
-        /// Two parabolic mirrors, side by side
-        DualParaboloid,
-    }
+/// Reads a mapping by its name; help pages list all of them.
+pub(crate) fn mapping() -> impl TypedValueParser<Value = Mapping> {
+    let known = Mapping::ALL.map(|mapping| PossibleValue::new(mapping.name()).help(mapping.description()));
+    PossibleValuesParser::new(known).try_map(|name| Mapping::from_name(&name).ok_or("no mapping has this name"))
 }
 
 impl MapInput {
@@ -320,8 +305,6 @@ fn layout_name(layout: CubeLayout) -> &'static str {
 
 #[cfg(test)]
 mod tests {
-    use clap::ValueEnum as _;
-
     use super::*;
 
     #[test]
@@ -335,10 +318,19 @@ mod tests {
     }
 
     #[test]
-    fn every_mapping_has_its_name_on_the_command_line() {
-        for mapping in Mapping::ALL {
-            let form = Form::from_str(mapping.name(), false).map(Mapping::from);
-            assert_eq!(form, Ok(mapping), "{mapping}");
+    fn every_mapping_is_read_by_its_name_and_stands_in_the_help() {
+        let parser = mapping();
+        let listed: Vec<PossibleValue> = parser.possible_values().unwrap().collect();
+        assert_eq!(listed.len(), Mapping::ALL.len(), "{listed:?}");
+        for (mapping, listed) in Mapping::ALL.into_iter().zip(listed) {
+            let read = parser.parse_ref(&clap::Command::new("lobe"), None, mapping.name().as_ref());
+            assert_eq!(read.unwrap(), mapping, "{mapping}");
+            let help = listed.get_help().map(ToString::to_string);
+            assert_eq!(
+                (listed.get_name(), help.as_deref()),
+                (mapping.name(), Some(mapping.description())),
+                "{mapping}"
+            );
         }
     }
 }

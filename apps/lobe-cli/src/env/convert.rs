@@ -3,7 +3,7 @@
 use clap::Args;
 use lobe::env::{CubeMap, LoadedMap, MappedMap, Mapping, Resample, resample};
 
-use crate::args::map_input::{Form, MapInput, OF_LARGER, OF_SMALLER};
+use crate::args::map_input::{MapInput, OF_LARGER, OF_SMALLER, mapping};
 use crate::args::map_output::MapOutput;
 use crate::args::values;
 use crate::run::talk::Talk;
@@ -16,9 +16,9 @@ pub(crate) struct EnvConvert {
     output: MapOutput,
     /// How the new map shows the surroundings [default: cube for .ktx2, .dds, .ktx, six files
     /// and with --layout; else as IN does]
-    #[arg(long, value_name = "MAPPING", value_enum)]
-    to: Option<Form>,
-    /// The height of the new picture, or of one face of a cube, 1 to 8192; lat-long and dual-paraboloid are twice as wide
+    #[arg(long, value_name = "MAPPING", value_parser = mapping())]
+    to: Option<Mapping>,
+    /// The height of the new picture, or of one face of a cube, 1 to 8192
     /// [default: about as many texels as IN has; a power of two for cubes]
     #[arg(long, value_name = "N", value_parser = values::rows)]
     size: Option<usize>,
@@ -43,7 +43,7 @@ impl EnvConvert {
 
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         let is_cube = self.output.is_cube_only() || self.output.has_layout();
-        let said = self.to.map(Mapping::from).or(is_cube.then_some(Mapping::Cube));
+        let said = self.to.or(is_cube.then_some(Mapping::Cube));
         let inputs = self.input.files()?;
         if let Some(mapping) = said {
             self.output.check(mapping, &inputs)?;
@@ -63,8 +63,8 @@ impl EnvConvert {
             levels => self.input.base_of(levels, talk),
         };
         let size = self.size.unwrap_or_else(|| map.size_like(mapping));
-        let width = if matches!(mapping, Mapping::LatLong | Mapping::DualParaboloid) { 2 * size } else { size };
-        let target = Resample::to(mapping, width, mapping.height_for(width));
+        let [width, height] = mapping.picture_size(size);
+        let target = Resample::to(mapping, width, height);
         self.check_memory(&map, &target)?;
         self.output.write(talk.watch("convert", |job| resample(map, &target, job))?, talk)
     }

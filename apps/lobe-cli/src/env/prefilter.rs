@@ -3,10 +3,10 @@
 use std::str::FromStr;
 
 use anyhow::bail;
-use clap::{Args, ValueEnum};
+use clap::Args;
 use lobe::env::{
-    CubeMap, MappedMap, Mapping, PrefilterMethod, PrefilterOptions, RoughnessLevels, SpecularLobe, cube_source,
-    filter_lobe, prefilter_ggx,
+    CubeMap, MappedMap, Mapping, PrefilterOptions, RoughnessLevels, SpecularLobe, cube_source, filter_lobe,
+    prefilter_ggx,
 };
 
 use crate::args::map_input::{MapInput, OF_LARGER};
@@ -14,8 +14,6 @@ use crate::args::map_output::MapOutput;
 use crate::args::names::names;
 use crate::args::values;
 use crate::run::talk::Talk;
-
-const DEFAULT_SAMPLES: usize = 1024;
 
 /// Bytes for each texel of the map, which becomes a cube and a tree over that, as measured.
 pub(crate) const OF_SOURCE: u64 = 40;
@@ -44,16 +42,10 @@ pub(crate) struct EnvPrefilter {
     /// With ggx: which level holds which roughness r; alpha = r² [default: linear]
     #[arg(long, value_enum)]
     roughness: Option<Roughness>,
-    /// gather: a sum over the whole source within --tolerance; importance: --samples drawn by the lobe
-    #[arg(long, value_enum, default_value = "gather")]
-    method: Method,
-    /// With --method gather: the error that is allowed, relative to the peak that a single small light makes, 1e-6 to 0.1
+    /// The error that is allowed, relative to the peak that a single small light makes, 1e-6 to 0.1
     /// [default: 0.02, which is seldom more than 0.002 off, beside lamps too]
     #[arg(long, value_name = "X", value_parser = values::positive)]
     tolerance: Option<f64>,
-    /// With --method importance: how many samples for each texel, 1 to 65536 [default: 1024]
-    #[arg(long, value_name = "N", value_parser = samples)]
-    samples: Option<usize>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,16 +82,6 @@ names! {
     }
 }
 
-#[derive(Clone, Copy, PartialEq, ValueEnum)]
-enum Method {
-    Gather,
-    Importance,
-}
-
-fn samples(text: &str) -> Result<usize, String> {
-    values::whole(text, 1, 65536, "a number of samples")
-}
-
 impl EnvPrefilter {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         self.check_options()?;
@@ -122,8 +104,6 @@ impl EnvPrefilter {
     fn check_options(&self) -> anyhow::Result<()> {
         let is_chain = self.lobe == Lobe::Ggx;
         let ignored = [
-            (self.tolerance.is_some() && self.method != Method::Gather, "--tolerance: only of --method gather"),
-            (self.samples.is_some() && self.method != Method::Importance, "--samples: only of --method importance"),
             (self.last_size.is_some() && !is_chain, "--last-size: only of the chain of --lobe ggx"),
             (self.roughness.is_some() && !is_chain, "--roughness: only of the chain of --lobe ggx"),
             (
@@ -163,23 +143,13 @@ impl EnvPrefilter {
         options.size = self.size;
         options.last_size = self.last_size.unwrap_or(options.last_size.min(self.size));
         options.roughness = self.roughness.map_or(options.roughness, RoughnessLevels::from);
-        options.method = self.filter_method();
+        options.tolerance = self.tolerance.unwrap_or(options.tolerance);
         options
     }
 
     fn write_highlights(&self, source: &CubeMap, lobe: SpecularLobe, talk: Talk) -> anyhow::Result<()> {
-        let filtered =
-            talk.watch("prefilter", |job| filter_lobe(source, lobe, self.size, self.filter_method(), job))?;
+        let tolerance = self.chain_options().tolerance;
+        let filtered = talk.watch("prefilter", |job| filter_lobe(source, lobe, self.size, tolerance, job))?;
         self.output.write(filtered.into(), talk)
-    }
-
-    fn filter_method(&self) -> PrefilterMethod {
-        match self.method {
-            Method::Gather => match self.tolerance {
-                Some(tolerance) => PrefilterMethod::Gather { tolerance },
-                None => PrefilterMethod::default(),
-            },
-            Method::Importance => PrefilterMethod::Importance { samples: self.samples.unwrap_or(DEFAULT_SAMPLES) },
-        }
     }
 }

@@ -368,13 +368,11 @@ fn a_photograph_of_the_sky_by_a_fisheye_lens_is_a_map() {
 fn an_even_sky_stays_even_however_rough_the_mirror() {
     let dir = Dir::new();
     dir.map("one.exr", 32, 16, |_, _| [1.0; 3]);
-    for method in ["gather", "importance --samples 64"] {
-        dir.lobe(&format!("env prefilter one.exr -o rough.ktx2 --size 16 --last-size 4 --method {method}")).stdout();
-        let chain = read_chain(&dir, "rough.ktx2");
-        assert_eq!(chain.levels().len(), 3, "16, 8, 4");
-        let texels = chain.levels().iter().flat_map(|level| level.texels());
-        assert!(texels.clone().all(|t| *t == Rgb::new(1.0, 1.0, 1.0)), "{method}: the white furnace");
-    }
+    dir.lobe("env prefilter one.exr -o rough.ktx2 --size 16 --last-size 4").stdout();
+    let chain = read_chain(&dir, "rough.ktx2");
+    assert_eq!(chain.levels().len(), 3, "16, 8, 4");
+    let mut texels = chain.levels().iter().flat_map(|level| level.texels());
+    assert!(texels.all(|t| *t == Rgb::new(1.0, 1.0, 1.0)), "the white furnace");
     dir.lobe("env prefilter one.exr -o highlights.exr --lobe phong:20 --size 8").stdout();
     let (picture, _) = read_picture(dir.path("highlights.exr"), &PictureReadOptions::default()).unwrap();
     assert_eq!((picture.width(), picture.height()), (32, 24), "a cross of faces");
@@ -442,7 +440,6 @@ fn options_that_would_be_ignored_are_refused() {
         ("convert bundled:studio --from angular -o a.ktx2", "--from: bundled:studio is lat-long"),
         ("prefilter sky.exr -o a.exr", "-o: the chain of --lobe ggx is written as .ktx2, .dds or .ktx"),
         ("prefilter sky.exr -o a.ktx --texels bc6h", "--texels: a .ktx holds r11g11b10f only; leave it out"),
-        ("prefilter sky.exr -o a.ktx2 --samples 5", "--samples: only of --method importance"),
         ("prefilter sky.exr -o a.ktx2 --tolerance 0.5", "tolerance"),
         ("prefilter sky.exr -o a.ktx2 --lobe phong:-1", "an exponent is 0 or more"),
         ("prefilter sky.exr -o a.ktx2 --size 8 --last-size 16", "not 8 to 16"),

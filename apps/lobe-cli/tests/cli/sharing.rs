@@ -187,7 +187,7 @@ fn machines_with_wide_and_narrow_registers_write_the_same_bytes() {
         return;
     }
     let dir = scenes();
-    // Widths that are and are not a multiple of four, and orders below and above the change of method and that to FFT.
+    // Widths that are and are not a multiple of four, low orders and high ones.
     for (width, height) in [(64, 32), (30, 15), (134, 67)] {
         dir.map(&format!("{width}.pfm"), width, height, |x, y| [(x * 7 % 13) as f32, (y * x % 11) as f32, y as f32]);
     }

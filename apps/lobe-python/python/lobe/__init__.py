@@ -20,7 +20,7 @@ from ._bake import AdaptiveReport, BakeOptions, BakeReport, CompressReport, Matr
 from ._camera import Camera, Traced
 from ._compression import CompressedReport, CurvePoint, HalvesReport, LobesReport, compress, compress_f16, error_curve, fit_lobes
 from ._encodings import Encoded, EncodingError
-from ._env import EnvMap, LoadNote, Sun, Technique, project, reconstruct
+from ._env import MAPPINGS, EnvMap, LoadNote, Sun, Technique, project, reconstruct
 from ._light import light
 from ._lobe import __version__
 from ._moving import MovingOptions, MovingScene
@@ -45,6 +45,7 @@ if hasattr(_os, "register_at_fork"):
     _os.register_at_fork(after_in_child=_lobe.after_fork)
 
 __all__ = [
+    "MAPPINGS",
     "AdaptiveReport",
     "AreaLight",
     "BakeOptions",

@@ -16,6 +16,10 @@ from ._arrays import MAX_ORDER, MAX_SIDE, Doubles, Numbers, directions, expect, 
 from ._sh import Sh
 
 
+MAPPINGS: dict[str, str] = dict(_lobe.mappings())
+"""The names of the mappings, and what the pictures of each show."""
+
+
 class LoadNote(UserWarning):
     """What a reader found in a file that may not be what was meant: `warnings.simplefilter("ignore", lobe.LoadNote)` silences all of them."""
 
@@ -57,8 +61,7 @@ class Technique:
 class EnvMap:
     """A map of radiance from everywhere: texels of shape (height, width, 3) in linear light, row 0 on top.
 
-    Mappings are those of the command: lat-long, cube (six faces below each other), octahedral, equal-area, sphere, mirror-ball, angular and
-    dual-paraboloid. Directions are right-handed with +z up.
+    Mappings are those of `lobe.MAPPINGS`, which the command has, too. Directions are right-handed with +z up.
     """
 
     def __init__(self, texels: npt.ArrayLike, mapping: str = "lat-long") -> None:
@@ -216,8 +219,7 @@ class EnvMap:
         """The map in another mapping and size, turned by a rotation matrix first if there is one. Every texel is an integral over its
         footprint; the mean is kept."""
         width = whole(width, "width", 1, MAX_SIDE)
-        heights = {"lat-long": (width + 1) // 2, "dual-paraboloid": (width + 1) // 2, "cube": 6 * width}
-        height = whole(heights.get(mapping, width) if height is None else height, "height", 1, 6 * MAX_SIDE)
+        height = None if height is None else whole(height, "height", 1, 6 * MAX_SIDE)
         matrix = None if rotation is None else rotation_matrix(rotation)
         return EnvMap._of(self._map.convert(mapping, width, height, matrix))
 
@@ -232,21 +234,18 @@ class EnvMap:
         last_size: int | None = None,
         *,
         roughness: str = "linear",
-        method: str = "gather",
-        tolerance: float | None = None,
-        samples: int | None = None,
+        tolerance: float = 0.02,
     ) -> list[EnvMap]:
         """A chain of cubes for glossy reflection by GGX (split sum), from the mirror to roughness 1.
 
         The faces of the last are not smaller than `last_size` [default: 16, or `size` if that is smaller]. Level k of 0 to K has the roughness
-        r = √α = k/K; with `roughness="quadratic"` k = K r (2 - r), more levels for smooth surfaces. `method` is "gather", a sum over all of the map
-        to a `tolerance`, 1e-6 to 0.1, of the peak that a single small light makes [default: 0.02]; or "importance", with `samples` for
-        each texel, 1 to 65536 [default: 1024].
+        r = √α = k/K; with `roughness="quadratic"` k = K r (2 - r), more levels for smooth surfaces. `tolerance`, 1e-6 to 0.1, is the error
+        that is allowed, relative to the peak that a single small light makes.
         """
         size = whole(size, "size", 1, 8192)
         last = min(16, size) if last_size is None else whole(last_size, "last_size", 1, size)
-        quadrature = _quadrature(method, tolerance, samples)
-        return [EnvMap._of(level) for level in _lobe.prefilter(self._map, (size, last), roughness, quadrature)]
+        limit = real(tolerance, "tolerance", 1e-6, 0.1)
+        return [EnvMap._of(level) for level in _lobe.prefilter(self._map, (size, last), roughness, limit)]
 
     def filter_lobe(
         self,
@@ -254,15 +253,13 @@ class EnvMap:
         parameter: float,
         size: int = 256,
         *,
-        method: str = "gather",
-        tolerance: float | None = None,
-        samples: int | None = None,
+        tolerance: float = 0.02,
     ) -> EnvMap:
         """One cube blurred by a lobe, divided by the lobe's integral: a highlight map. `lobe` is "phong" or "blinn-phong" with an exponent of 0 or more as
-        parameter, or "ggx" with α, 0 to 1; the others are those of `prefilter`."""
+        parameter, or "ggx" with α, 0 to 1; `tolerance` is that of `prefilter`."""
         number = real(parameter, "parameter", 0.0, 1.0 if lobe == "ggx" else np.inf)
-        quadrature = _quadrature(method, tolerance, samples)
-        return EnvMap._of(_lobe.filter_lobe(self._map, lobe, number, whole(size, "size", 1, 8192), quadrature))
+        limit = real(tolerance, "tolerance", 1e-6, 0.1)
+        return EnvMap._of(_lobe.filter_lobe(self._map, lobe, number, whole(size, "size", 1, 8192), limit))
 
     def irradiance(self, order: int | None = None, width: int = 64, height: int = 32, *, method: str = "sh") -> EnvMap:
         """The irradiance for every normal, as a lat-long map, from `order` bands [default: 3]; with `method="brute-force"` a sum over all
@@ -356,20 +353,6 @@ def _circle(circle: tuple[float, float, float]) -> tuple[float, ...]:
     if np.shape(circle) != (3,):
         raise ValueError("fisheye_circle: expected column, row and radius")
     return tuple(real(number, "fisheye_circle", 0, 1e9) for number in circle)
-
-
-MAX_SAMPLES = 1 << 16
-"""Samples of a texel at most, as in the command."""
-
-
-def _quadrature(method: str, tolerance: float | None, samples: int | None) -> tuple[str, float, int]:
-    """The quadrature of a filter; refuses what it would ignore."""
-    if tolerance is not None and method != "gather":
-        raise ValueError("tolerance: only of the method gather")
-    if samples is not None and method != "importance":
-        raise ValueError("samples: only of the method importance")
-    limit = 0.02 if tolerance is None else real(tolerance, "tolerance", 1e-6, 0.1)
-    return method, limit, 1024 if samples is None else whole(samples, "samples", 1, MAX_SAMPLES)
 
 
 def project(image: npt.ArrayLike, order: int, mapping: str = "lat-long") -> Sh:

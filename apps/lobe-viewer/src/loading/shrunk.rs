@@ -20,10 +20,8 @@ pub(crate) fn shrunk(map: &MappedMap, most: usize) -> Option<MappedMap> {
         return None;
     }
     let width = (map.width() / factor).max(1);
-    let height = match map.mapping() {
-        Mapping::Cube => Mapping::Cube.height_for(width),
-        _ => (map.height() / factor).max(1),
-    };
+    let faces = map.mapping().faces();
+    let height = faces * (map.height() / faces / factor).max(1);
     let at = |c: f64, count: usize| ((c * count as f64) as usize).min(count - 1);
     Some(MappedMap::from_fn(map.mapping(), width, height, |s| {
         // The texel that this direction is the middle of.

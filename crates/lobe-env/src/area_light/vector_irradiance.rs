@@ -7,7 +7,7 @@ use lobe_sh::{Coefficient, Dir, Expansion, Rgb, coefficient_index};
 
 use crate::mapping::lat_long::sin_cos_pi;
 use crate::projection::irradiance::row_vectors;
-use crate::{MappedMap, Mapping, project_map};
+use crate::{MappedMap, project_map};
 
 /// Relative to all light, a net flux up to this is rounding error of uniform light.
 const NOTHING: f64 = 1e-13;
@@ -129,9 +129,10 @@ impl VectorIrradiance<Rgb<f64>> {
 /// only to the error of the quadrature over the parts of those texels.
 #[must_use]
 pub fn vector_irradiance(map: &MappedMap) -> VectorIrradiance {
-    let e = match map.mapping() {
-        Mapping::LatLong => vector_of_rows(map),
-        _ => VectorIrradiance::from_radiance_sh(&project_map(map, 2)),
+    let e = if map.mapping().form().has_rows_of_latitude() {
+        vector_of_rows(map)
+    } else {
+        VectorIrradiance::from_radiance_sh(&project_map(map, 2))
     };
     let mean = map.mean();
     let is_nothing = [0, 1, 2].map(|c| e.magnitude(c) <= NOTHING * 4.0 * PI * mean.channel(c).abs());
@@ -172,7 +173,7 @@ mod tests {
     use super::*;
     use crate::files::bundled;
     use crate::mapping::lat_long;
-    use crate::{EnvMap, irradiance_at, project_env};
+    use crate::{EnvMap, Mapping, irradiance_at, project_env};
 
     fn normals() -> Vec<Dir> {
         directions().into_iter().map(|v| Dir::new(v).unwrap()).collect()

@@ -5,9 +5,8 @@ use std::borrow::Cow;
 use lobe_io::parallel;
 use lobe_sh::{Coefficient, Dir, Rgb};
 
-use crate::mapping::cube::FACES;
+use crate::mapping::grid::Grid;
 use crate::mapping::solid_angles::SolidAngles;
-use crate::mapping::taps::Grid;
 use crate::{EnvError, Mapping};
 
 /// The most texels of a map: 48 GiB, and an index of 32 bits for each.
@@ -80,7 +79,8 @@ impl MappedMap {
         if width == 0 || height == 0 {
             return Err(EnvError::Options(format!("an environment map needs texels, but {width} x {height} has none")));
         }
-        if mapping == Mapping::Cube && width.checked_mul(FACES) != Some(height) {
+        let faces = mapping.faces();
+        if faces > 1 && width.checked_mul(faces) != Some(height) {
             let message = format!("a cube's picture is six times as high as wide, but {width} x {height} is not");
             return Err(EnvError::Options(message));
         }
@@ -107,11 +107,7 @@ impl MappedMap {
     /// twice as wide as high, and for a cube.
     #[must_use]
     pub fn untold_mapping(&self) -> Option<&'static str> {
-        let is_told = match self.mapping {
-            Mapping::LatLong => self.width == 2 * self.height,
-            Mapping::Cube => true,
-            _ => false,
-        };
+        let is_told = self.mapping.form().is_told_by([self.width, self.height]);
         (!is_told).then(|| self.mapping.name())
     }
 
@@ -198,7 +194,7 @@ impl MappedMap {
     #[must_use]
     pub fn radiance(&self, s: Dir) -> Rgb<f32> {
         let grid = self.grid();
-        let taps = grid.taps(grid.tap_point(s));
+        let taps = grid.taps_towards(s);
         taps.iter().fold(Rgb::ZERO, |sum, (index, weight)| sum + self.texels[index].scale(weight))
     }
 

@@ -16,10 +16,18 @@
 
 use lobe_sh::Dir;
 
-use crate::mapping::azimuthal::{self, Frame, Profile};
-use crate::mapping::mirror_ball::{on_disc, texel_rect, uv};
+use crate::mapping::azimuthal::{Frame, Profile};
+use crate::mapping::discs::{Discs, opposite};
+use crate::mapping::form::Form as _;
 
-pub(crate) const FRAME: Frame = Frame { center: [1.0, 0.0, 0.0], right: [0.0, -1.0, 0.0], up: [0.0, 0.0, 1.0] };
+pub(crate) const ANGULAR: Discs = Discs {
+    name: "angular",
+    description: "The light probe: the distance from the middle is the angle",
+    profile: Profile::Angular,
+    frames: &[Frame { center: [1.0, 0.0, 0.0], right: [0.0, -1.0, 0.0], up: [0.0, 0.0, 1.0] }],
+    across: opposite,
+    axes_again: &[("-x", [0.0, 0.5])],
+};
 
 /// The direction of the point `(u, v)` of the picture; `None` outside the disc.
 ///
@@ -33,13 +41,13 @@ pub(crate) const FRAME: Frame = Frame { center: [1.0, 0.0, 0.0], right: [0.0, -1
 /// ```
 #[must_use]
 pub fn dir_from_uv(u: f64, v: f64) -> Option<Dir> {
-    on_disc(&FRAME, Profile::Angular, [2.0 * u - 1.0, 2.0 * v - 1.0])
+    ANGULAR.dir_from_uv(u, v)
 }
 
 /// The point `(u, v)` of the picture in the direction `s`; `(1, 1/2)` for -x.
 #[must_use]
 pub fn uv_from_dir(s: Dir) -> (f64, f64) {
-    uv(FRAME.point(Profile::Angular, s))
+    ANGULAR.uv_from_dir(s)
 }
 
 /// The solid angle in steradian of texel `(x, y)` of a picture of `width` x `height` texels.
@@ -52,7 +60,7 @@ pub fn uv_from_dir(s: Dir) -> (f64, f64) {
 /// If there is no such texel.
 #[must_use]
 pub fn solid_angle(width: usize, height: usize, x: usize, y: usize) -> f64 {
-    azimuthal::solid_angle(Profile::Angular, &texel_rect(width, height, x, y))
+    ANGULAR.solid_angle([width, height], [x, y])
 }
 
 #[cfg(test)]

@@ -93,6 +93,16 @@ impl Profile {
         }
     }
 
+    /// The same at the angle θ given by its cosine; `None` if that takes the angle itself.
+    pub(crate) fn density_towards(self, cos: f64) -> Option<f64> {
+        match self {
+            Self::Ball => Some(4.0),
+            // 1 + r² = 2/(1 + cos θ).
+            Self::Paraboloid => Some((1.0 + cos) * (1.0 + cos)),
+            Self::Angular | Self::Orthographic => None,
+        }
+    }
+
     /// `F(r) = 1 - cos θ`: the solid angle within the radius, per radian.
     pub(crate) fn cap(self, r: f64) -> f64 {
         match self {

@@ -31,9 +31,12 @@
 //!
 //! OpenGL 4.6, section 8.13, table of the cube map faces.
 
+use lobe_sh::vector::{add_scaled, dot};
 use lobe_sh::{Dir, Real};
 
+use crate::mapping::form::{Form, Pair, Plane, Rule, between_centers};
 use crate::mapping::polygon::triangle_solid_angle;
+use crate::mapping::taps::{Taps, for_each_corner};
 
 /// The number of faces.
 pub const FACES: usize = 6;
@@ -149,6 +152,135 @@ pub(crate) fn neighbor(size: usize, face: usize, x: isize, y: isize) -> (usize, 
 fn point(face: usize, a: f64, b: f64) -> [f64; 3] {
     let [center, right, down] = AXES[face];
     [0, 1, 2].map(|k| center[k] + a * right[k] + b * down[k])
+}
+
+/// The mapping to six faces.
+pub(crate) struct Cube;
+
+impl Form for Cube {
+    fn name(&self) -> &'static str {
+        "cube"
+    }
+
+    fn description(&self) -> &'static str {
+        "Six faces"
+    }
+
+    fn dir_from_uv(&self, u: f64, v: f64) -> Option<Dir> {
+        Some(dir_from_uv(u, v))
+    }
+
+    fn uv_from_dir(&self, s: Dir) -> (f64, f64) {
+        uv_from_dir(s)
+    }
+
+    fn solid_angle(&self, [width, height]: Pair, [x, y]: Pair) -> f64 {
+        assert!(height == FACES * width, "six faces of {width} x {width} are not {width} x {height}");
+        solid_angle(width, x, y % width)
+    }
+
+    fn density(&self, u: f64, v: f64) -> f64 {
+        density(u, v)
+    }
+
+    /// The point of the cube is at the distance `1/max(|x|, |y|, |z|)`.
+    fn density_towards(&self, s: Dir) -> f64 {
+        let [x, y, z] = s.to_array().map(f64::abs);
+        24.0 * x.max(y).max(z).powi(3)
+    }
+
+    fn aspect(&self) -> Pair {
+        [1, FACES]
+    }
+
+    fn is_told_by(&self, _size: Pair) -> bool {
+        true
+    }
+
+    fn faces(&self) -> usize {
+        FACES
+    }
+
+    /// A power of two.
+    fn usual_size(&self, size: f64) -> usize {
+        1 << (size.log2().round() as u32)
+    }
+
+    fn lengths(&self, [width, _]: Pair, _middle: [f64; 2], center: Dir) -> [f64; 2] {
+        // Moving along an axis by da turns the direction by da √(1 + b²)/(1 + a² + b²), at most da/√(1 + a² + b²).
+        let [x, y, z] = center.to_array().map(f64::abs);
+        [2.0 * (1.0 / width as f64) * x.max(y).max(z); 2]
+    }
+
+    fn limits(&self, [width, _]: Pair, p: [f64; 2]) -> [[f32; 2]; 2] {
+        let face = face_of_row(width, p[1]);
+        [[0.0, width as f32], [(face * width) as f32, (((face + 1) * width) as f32).next_down()]]
+    }
+
+    /// Beyond an edge of a face comes its neighbor, beyond a corner the mean of the three texels that meet there.
+    fn taps(&self, [width, _]: Pair, [x, y]: [f64; 2]) -> Taps {
+        let size = width as isize;
+        let face = ((y / width as f64) as usize).min(FACES - 1);
+        let inside = |i: isize| (0..size).contains(&i);
+        let number = |x: isize, y: isize| {
+            if inside(x) && inside(y) {
+                return (face * width + y as usize) * width + x as usize;
+            }
+            let (face, x, y) = neighbor(width, face, x, y);
+            (face * width + y) * width + x
+        };
+        let mut taps = Taps::NONE;
+        for_each_corner([x, y - (face * width) as f64], |x, y, weight| {
+            if inside(x) || inside(y) {
+                taps.push(number(x, y), weight);
+            } else {
+                let (cx, cy) = (x.clamp(0, size - 1), y.clamp(0, size - 1));
+                for (x, y) in [(cx, cy), (x, cy), (cx, y)] {
+                    taps.push(number(x, y), weight / 3.0);
+                }
+            }
+        });
+        taps
+    }
+
+    fn inner_part(&self, [width, _]: Pair, p: [f64; 2]) -> Option<[[f64; 2]; 2]> {
+        Some([between_centers(0, width), between_centers(face_of_row(width, p[1]) * width, width)])
+    }
+
+    fn add_nodes(&self, [width, _]: Pair, [x, y]: Pair, [rule, _]: [&Rule; 2], out: &mut Vec<(Dir, f64)>) {
+        let (face, row) = (y / width, y % width);
+        let on_face = |i: usize, t: f64| (i as f64 + 0.5 + 0.5 * t) / width as f64;
+        for (a, weight) in rule {
+            for (b, inner) in rule {
+                let (s, t) = (on_face(x, *a), on_face(row, *b));
+                out.push((dir_from_face(face, s, t), weight * inner * density(s, t / 6.0)));
+            }
+        }
+    }
+
+    fn planes(&self, [width, _]: Pair) -> Vec<Plane> {
+        (0..FACES).map(|face| plane(face, width)).collect()
+    }
+
+    fn plane_of(&self, [width, _]: Pair, [_, y]: Pair) -> Option<usize> {
+        Some(y / width)
+    }
+}
+
+/// The face of a row of texels.
+fn face_of_row(width: usize, y: f64) -> usize {
+    ((y / width as f64) as usize).min(FACES - 1)
+}
+
+fn plane(face: usize, size: usize) -> Plane {
+    let origin = dir_from_face(face, 0.5, 0.5).to_array();
+    let to_edge = |s: f64, t: f64| {
+        let p = dir_from_face(face, s, t).to_array();
+        let scale = dot(p, origin).recip();
+        add_scaled(p.map(|c| c * scale), origin, -1.0)
+    };
+    let frame = [0..size, face * size..(face + 1) * size];
+    Plane { number: face, origin, right: to_edge(1.0, 0.5), down: to_edge(0.5, 1.0), texels: frame.clone(), frame }
 }
 
 #[cfg(test)]

@@ -19,14 +19,23 @@
 
 use lobe_sh::Dir;
 
-use crate::mapping::azimuthal::{self, Frame, Profile, Rect};
-use crate::mapping::mirror_ball::on_disc;
+use crate::mapping::azimuthal::{Frame, Profile};
+use crate::mapping::discs::Discs;
+use crate::mapping::form::Form as _;
 
-/// The frames of the front and the back.
-pub(crate) const FRAMES: [Frame; 2] = [
-    Frame { center: [1.0, 0.0, 0.0], right: [0.0, -1.0, 0.0], up: [0.0, 0.0, 1.0] },
-    Frame { center: [-1.0, 0.0, 0.0], right: [0.0, 1.0, 0.0], up: [0.0, 0.0, 1.0] },
-];
+pub(crate) const DUAL_PARABOLOID: Discs = Discs {
+    name: "dual-paraboloid",
+    description: "Two parabolic mirrors, side by side",
+    profile: Profile::Paraboloid,
+    // The front and the back.
+    frames: &[
+        Frame { center: [1.0, 0.0, 0.0], right: [0.0, -1.0, 0.0], up: [0.0, 0.0, 1.0] },
+        Frame { center: [-1.0, 0.0, 0.0], right: [0.0, 1.0, 0.0], up: [0.0, 0.0, 1.0] },
+    ],
+    // The mirror image.
+    across: |p| [-p[0], p[1]],
+    axes_again: &[("+z", [0.75, 0.0]), ("-z", [0.75, 1.0]), ("+y", [1.0, 0.5])],
+};
 
 /// The direction of the point `(u, v)` of the picture; `None` outside the discs.
 ///
@@ -40,18 +49,13 @@ pub(crate) const FRAMES: [Frame; 2] = [
 /// ```
 #[must_use]
 pub fn dir_from_uv(u: f64, v: f64) -> Option<Dir> {
-    let half = usize::from(u >= 0.5);
-    on_disc(&FRAMES[half], Profile::Paraboloid, [4.0 * u - 1.0 - 2.0 * half as f64, 2.0 * v - 1.0])
+    DUAL_PARABOLOID.dir_from_uv(u, v)
 }
 
 /// The point `(u, v)` of the picture in the direction `s`; the circle `x = 0` belongs to the front.
 #[must_use]
 pub fn uv_from_dir(s: Dir) -> (f64, f64) {
-    let half = usize::from(s.x() < 0.0);
-    let p = FRAMES[half].point(Profile::Paraboloid, s);
-    let u = 0.25 * (p[0] + 1.0 + 2.0 * half as f64);
-    // The front touches the back at u = 1/2, which belongs to the back.
-    (if half == 0 { u.min(0.5_f64.next_down()) } else { u }, 0.5 + 0.5 * p[1])
+    DUAL_PARABOLOID.uv_from_dir(s)
 }
 
 /// The exact solid angle in steradian of texel `(x, y)` of a picture of `width` x `height` texels.
@@ -62,22 +66,7 @@ pub fn uv_from_dir(s: Dir) -> (f64, f64) {
 /// If there is no such texel.
 #[must_use]
 pub fn solid_angle(width: usize, height: usize, x: usize, y: usize) -> f64 {
-    texel_rects(width, height, x, y)
-        .iter()
-        .flatten()
-        .map(|rect| azimuthal::solid_angle(Profile::Paraboloid, rect))
-        .sum()
-}
-
-/// The part of a texel in the plane of the front and in that of the back.
-pub(crate) fn texel_rects(width: usize, height: usize, x: usize, y: usize) -> [Option<Rect>; 2] {
-    assert!(x < width && y < height, "no texel ({x}, {y}) in a picture of {width} x {height}");
-    let down = |j: usize| (2 * j) as f64 / height as f64 - 1.0;
-    [1.0, 3.0].map(|offset| {
-        let across = |i: usize| ((4 * i) as f64 / width as f64 - offset).clamp(-1.0, 1.0);
-        let (x0, x1) = (across(x), across(x + 1));
-        (x0 < x1).then(|| Rect { x: [x0, x1], y: [down(y), down(y + 1)] })
-    })
+    DUAL_PARABOLOID.solid_angle([width, height], [x, y])
 }
 
 #[cfg(test)]

@@ -15,7 +15,9 @@ use std::f64::consts::{FRAC_PI_4, PI};
 
 use lobe_sh::Dir;
 
-use crate::mapping::octahedral::sign;
+use crate::mapping::form::{Form, Obstacle, Pair, Rule};
+use crate::mapping::octahedral::{CORNERS, add_folded_nodes, folded_taps, sign};
+use crate::mapping::taps::Taps;
 
 /// The direction of the point `(u, v)` of the picture; both are clamped to `[0, 1]`.
 ///
@@ -56,6 +58,81 @@ pub fn uv_from_dir(s: Dir) -> (f64, f64) {
 #[must_use]
 pub fn solid_angle(width: usize, height: usize) -> f64 {
     4.0 * PI / (width as f64 * height as f64)
+}
+
+/// The mapping to the unfolded octahedron in equal areas.
+pub(crate) struct EqualArea;
+
+impl Form for EqualArea {
+    fn name(&self) -> &'static str {
+        "equal-area"
+    }
+
+    fn description(&self) -> &'static str {
+        "The octahedron, unfolded so that all texels have the same solid angle"
+    }
+
+    fn dir_from_uv(&self, u: f64, v: f64) -> Option<Dir> {
+        Some(dir_from_uv(u, v))
+    }
+
+    fn uv_from_dir(&self, s: Dir) -> (f64, f64) {
+        uv_from_dir(s)
+    }
+
+    fn solid_angle(&self, [width, height]: Pair, _texel: Pair) -> f64 {
+        solid_angle(width, height)
+    }
+
+    fn density(&self, _u: f64, _v: f64) -> f64 {
+        4.0 * PI
+    }
+
+    fn density_towards(&self, _s: Dir) -> f64 {
+        4.0 * PI
+    }
+
+    fn axes_again(&self) -> &'static [(&'static str, [f64; 2])] {
+        &CORNERS
+    }
+
+    fn taps(&self, size: Pair, p: [f64; 2]) -> Taps {
+        folded_taps(size, p)
+    }
+
+    fn add_nodes(&self, size: Pair, texel: Pair, [rule, _]: [&Rule; 2], out: &mut Vec<(Dir, f64)>) {
+        add_folded_nodes(self, size, texel, rule, out);
+    }
+
+    fn obstacle(&self, size: Pair, texel: Pair) -> Option<Obstacle> {
+        Some(Obstacle::Singularity(pole_distance(size, texel)))
+    }
+
+    /// That of a texel beside the one with the pole in its middle.
+    fn worst_obstacle(&self, [width, height]: Pair) -> Option<Obstacle> {
+        let (w, h) = (width as f64, height as f64);
+        Some(Obstacle::Singularity(1.0 + (w / h).min(h / w)))
+    }
+}
+
+// The azimuth is π/2 |b|/(|a| + |b|), a and b from a pole: singular where |a| = -|b|, as far beyond the axis as the node
+// in b is on this side of it. A texel with the pole in its corner is summed along rays, and across them is singular as
+// the texel beside it is.
+
+/// The least distance of the singularity at a pole from the middle of texel `(x, y)` of an equal-area picture, in halves
+/// of the texel along either side.
+fn pole_distance([width, height]: Pair, [x, y]: Pair) -> f64 {
+    let stretch = width as f64 / height as f64;
+    // The columns and rows between a texel and the pole.
+    let halves = |[i, j]: [f64; 2]| {
+        let aside = if i + j > 0.0 { (i + j * stretch).min(j + i / stretch) } else { stretch.min(1.0 / stretch) };
+        1.0 + 2.0 * aside
+    };
+    let from_middle = |i: usize, n: usize| (0.5 * (2 * i + 1).abs_diff(n) as f64 - 0.5).max(0.0);
+    let from_corner = |i: usize, n: usize| i.min(n - 1 - i) as f64;
+    let (middle, corner) =
+        ([from_middle(x, width), from_middle(y, height)], [from_corner(x, width), from_corner(y, height)]);
+    halves(middle).min(halves(corner))
 }
 
 #[cfg(test)]

@@ -2,78 +2,81 @@
 
 use lobe_sh::Dir;
 
-use crate::mapping::angular;
-use crate::mapping::azimuthal::{Frame, Profile};
-use crate::mapping::cube;
-use crate::mapping::dual_paraboloid;
-use crate::mapping::equal_area;
-use crate::mapping::lat_long;
-use crate::mapping::mirror_ball;
-use crate::mapping::octahedral;
+use crate::mapping::form::Form;
+use crate::mapping::{angular, cube, dual_paraboloid, equal_area, lat_long, mirror_ball, octahedral};
 
-/// A mapping of the sphere to a picture. The module of each mapping has its unfolded figure.
-///
-/// Each consists of [`dir_from_uv`](Mapping::dir_from_uv), [`uv_from_dir`](Mapping::uv_from_dir) and
-/// [`solid_angle`](Mapping::solid_angle), with `u` from the left edge to the right and `v` from the top down.
-///
-/// ```
-/// use lobe_env::Mapping;
-/// use lobe_sh::Dir;
-///
-/// for mapping in Mapping::ALL {
-///     let s = Dir::from_angles(0.7, 0.4);
-///     let (u, v) = mapping.uv_from_dir(s);
-///     assert!(mapping.dir_from_uv(u, v).is_some_and(|back| back.angle_to(s) < 1e-12));
-/// }
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[non_exhaustive]
-pub enum Mapping {
-    /// Longitude across, latitude down: [`lat_long`].
-    LatLong,
-    /// OpenGL's sphere map: [`mirror_ball`].
-    Sphere,
-    /// The photograph of a mirror ball: [`mirror_ball`].
-    MirrorBall,
-    /// The light probe: [`angular`].
-    Angular,
-    /// Two parabolic mirrors: [`dual_paraboloid`].
-    DualParaboloid,
-    /// The unfolded octahedron: [`octahedral`].
-    Octahedral,
-    /// The unfolded octahedron, every texel of the same solid angle: [`equal_area`].
-    EqualArea,
-    /// Six faces below each other, six times as high as wide: [`cube`].
-    Cube,
+/// The table of the mappings: each is an entry here, and a file that holds its [`Form`].
+macro_rules! mappings {
+    ($(#[$attr:meta])* pub enum $mapping:ident { $($(#[$doc:meta])* $name:ident = $form:expr,)+ }) => {
+        $(#[$attr])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+        #[non_exhaustive]
+        pub enum $mapping {
+            $($(#[$doc])* $name,)+
+        }
+
+        impl $mapping {
+            /// All mappings.
+            pub const ALL: [Self; [$(stringify!($name)),+].len()] = [$(Self::$name),+];
+
+            #[inline]
+            pub(crate) fn form(self) -> &'static dyn Form {
+                match self {
+                    $(Self::$name => &$form,)+
+                }
+            }
+        }
+    };
+}
+
+mappings! {
+    /// A mapping of the sphere to a picture. The module of each mapping has its unfolded figure.
+    ///
+    /// Each consists of [`dir_from_uv`](Mapping::dir_from_uv), [`uv_from_dir`](Mapping::uv_from_dir) and
+    /// [`solid_angle`](Mapping::solid_angle), with `u` from the left edge to the right and `v` from the top down.
+    ///
+    /// ```
+    /// use lobe_env::Mapping;
+    /// use lobe_sh::Dir;
+    ///
+    /// for mapping in Mapping::ALL {
+    ///     let s = Dir::from_angles(0.7, 0.4);
+    ///     let (u, v) = mapping.uv_from_dir(s);
+    ///     assert!(mapping.dir_from_uv(u, v).is_some_and(|back| back.angle_to(s) < 1e-12));
+    /// }
+    /// ```
+    pub enum Mapping {
+        /// Longitude across, latitude down: [`lat_long`].
+        LatLong = lat_long::LatLong,
+        /// OpenGL's sphere map: [`mirror_ball`].
+        Sphere = mirror_ball::SPHERE,
+        /// The photograph of a mirror ball: [`mirror_ball`].
+        MirrorBall = mirror_ball::MIRROR_BALL,
+        /// The light probe: [`angular`].
+        Angular = angular::ANGULAR,
+        /// Two parabolic mirrors: [`dual_paraboloid`].
+        DualParaboloid = dual_paraboloid::DUAL_PARABOLOID,
+        /// The unfolded octahedron: [`octahedral`].
+        Octahedral = octahedral::Octahedral,
+        /// The unfolded octahedron, every texel of the same solid angle: [`equal_area`].
+        EqualArea = equal_area::EqualArea,
+        /// Six faces below each other, six times as high as wide: [`cube`].
+        Cube = cube::Cube,
+    }
 }
 
 impl Mapping {
-    /// All mappings.
-    pub const ALL: [Self; 8] = [
-        Self::LatLong,
-        Self::Sphere,
-        Self::MirrorBall,
-        Self::Angular,
-        Self::DualParaboloid,
-        Self::Octahedral,
-        Self::EqualArea,
-        Self::Cube,
-    ];
-
     /// The name on a command line.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::LatLong => "lat-long",
-            Self::Sphere => "sphere",
-            Self::MirrorBall => "mirror-ball",
-            Self::Angular => "angular",
-            Self::DualParaboloid => "dual-paraboloid",
-            Self::Octahedral => "octahedral",
-            Self::EqualArea => "equal-area",
-            Self::Cube => "cube",
-        }
+        self.form().name()
+    }
+
+    /// What the picture shows, in a line for help pages.
+    #[must_use]
+    pub fn description(self) -> &'static str {
+        self.form().description()
     }
 
     /// The mapping of a [`name`](Mapping::name).
@@ -86,42 +89,42 @@ impl Mapping {
     /// mappings that are twice as wide as high.
     #[must_use]
     pub fn height_for(self, width: usize) -> usize {
-        match self {
-            Self::LatLong | Self::DualParaboloid => width.div_ceil(2),
-            Self::Cube => cube::FACES * width,
-            _ => width,
-        }
+        let [across, down] = self.form().aspect();
+        width.saturating_mul(down).div_ceil(across)
+    }
+
+    /// Width and height of a picture, of a cube that of all faces, whose height, or the side of whose faces, is `size`.
+    #[must_use]
+    pub fn picture_size(self, size: usize) -> [usize; 2] {
+        self.form().aspect().map(|count| count.saturating_mul(size))
+    }
+
+    /// The number of squares below each other, each a picture of its own: 6 for a cube, 1 for others.
+    #[must_use]
+    pub fn faces(self) -> usize {
+        self.form().faces()
+    }
+
+    /// Axes that the picture shows again elsewhere than [`uv_from_dir`](Self::uv_from_dir) says, by their names, `+x` to `-z`,
+    /// and the point `(u, v)` of each: a label may stand there, too.
+    #[must_use]
+    pub fn axes_again(self) -> &'static [(&'static str, [f64; 2])] {
+        self.form().axes_again()
     }
 
     /// The direction of the point `(u, v)` of the picture, both in `[0, 1]`; `None` outside the discs of a round
     /// picture.
+    #[inline]
     #[must_use]
     pub fn dir_from_uv(self, u: f64, v: f64) -> Option<Dir> {
-        match self {
-            Self::LatLong => Some(lat_long::dir_from_uv(u, v)),
-            Self::Sphere => mirror_ball::sphere_dir_from_uv(u, v),
-            Self::MirrorBall => mirror_ball::dir_from_uv(u, v),
-            Self::Angular => angular::dir_from_uv(u, v),
-            Self::DualParaboloid => dual_paraboloid::dir_from_uv(u, v),
-            Self::Octahedral => Some(octahedral::dir_from_uv(u, v)),
-            Self::EqualArea => Some(equal_area::dir_from_uv(u, v)),
-            Self::Cube => Some(cube::dir_from_uv(u, v)),
-        }
+        self.form().dir_from_uv(u, v)
     }
 
     /// The point `(u, v)` of the picture in the direction `s`, both in `[0, 1]`.
+    #[inline]
     #[must_use]
     pub fn uv_from_dir(self, s: Dir) -> (f64, f64) {
-        match self {
-            Self::LatLong => lat_long::uv_from_dir(s),
-            Self::Sphere => mirror_ball::sphere_uv_from_dir(s),
-            Self::MirrorBall => mirror_ball::uv_from_dir(s),
-            Self::Angular => angular::uv_from_dir(s),
-            Self::DualParaboloid => dual_paraboloid::uv_from_dir(s),
-            Self::Octahedral => octahedral::uv_from_dir(s),
-            Self::EqualArea => equal_area::uv_from_dir(s),
-            Self::Cube => cube::uv_from_dir(s),
-        }
+        self.form().uv_from_dir(s)
     }
 
     /// The solid angle in steradian of texel `(x, y)` of a picture of `width` x `height` texels, exact to rounding.
@@ -133,69 +136,7 @@ impl Mapping {
     #[must_use]
     pub fn solid_angle(self, width: usize, height: usize, x: usize, y: usize) -> f64 {
         assert!(x < width && y < height, "no texel ({x}, {y}) in a picture of {width} x {height}");
-        match self {
-            Self::LatLong => lat_long::solid_angle(width, height, y),
-            Self::Sphere | Self::MirrorBall => mirror_ball::solid_angle(width, height, x, y),
-            Self::Angular => angular::solid_angle(width, height, x, y),
-            Self::DualParaboloid => dual_paraboloid::solid_angle(width, height, x, y),
-            Self::Octahedral => octahedral::solid_angle(width, height, x, y),
-            Self::EqualArea => equal_area::solid_angle(width, height),
-            Self::Cube => {
-                assert!(height == cube::FACES * width, "six faces of {width} x {width} are not {width} x {height}");
-                cube::solid_angle(width, x, y % width)
-            }
-        }
-    }
-
-    /// The solid angle per area `du dv` at the point `(u, v)`; meaningless outside the discs of a round picture.
-    pub(crate) fn density(self, u: f64, v: f64) -> f64 {
-        use std::f64::consts::PI;
-        match self {
-            Self::LatLong => 2.0 * PI * PI * lat_long::sin_cos_pi(v).0,
-            Self::Octahedral => octahedral::density(u, v),
-            Self::EqualArea => 4.0 * PI,
-            Self::Cube => cube::density(u, v),
-            Self::Sphere | Self::MirrorBall | Self::Angular => {
-                let r = (2.0 * u - 1.0).hypot(2.0 * v - 1.0).min(1.0);
-                let profile = if self == Self::Angular { Profile::Angular } else { Profile::Ball };
-                4.0 * profile.density(r)
-            }
-            Self::DualParaboloid => {
-                let offset = if u < 0.5 { 1.0 } else { 3.0 };
-                8.0 * Profile::Paraboloid.density((4.0 * u - offset).hypot(2.0 * v - 1.0).min(1.0))
-            }
-        }
-    }
-
-    /// The solid angle per area `du dv` in the direction `s`: [`density`](Self::density) without angles where possible.
-    #[inline]
-    pub(crate) fn density_towards(self, s: Dir) -> f64 {
-        use std::f64::consts::PI;
-        let (x, y, z) = (s.x().abs(), s.y().abs(), s.z().abs());
-        match self {
-            Self::LatLong => 2.0 * PI * PI * (x * x + y * y).sqrt(),
-            Self::EqualArea => 4.0 * PI,
-            // The point of the octahedron or the cube is at the distance 1/(|x| + |y| + |z|) or 1/max.
-            Self::Octahedral => 4.0 * (x + y + z).powi(3),
-            Self::Cube => 24.0 * x.max(y).max(z).powi(3),
-            Self::Sphere | Self::MirrorBall => 16.0,
-            // 1 + |p|² = 2/(1 + |x|).
-            Self::DualParaboloid => 8.0 * (1.0 + x) * (1.0 + x),
-            Self::Angular => {
-                let (u, v) = self.uv_from_dir(s);
-                self.density(u, v)
-            }
-        }
-    }
-
-    /// The profile and the frame of a mapping of one disc that fills the picture.
-    pub(crate) fn single_disc(self) -> Option<(Profile, &'static Frame)> {
-        match self {
-            Self::Sphere => Some((Profile::Ball, &mirror_ball::SPHERE)),
-            Self::MirrorBall => Some((Profile::Ball, &mirror_ball::MIRROR_BALL)),
-            Self::Angular => Some((Profile::Angular, &angular::FRAME)),
-            _ => None,
-        }
+        self.form().solid_angle([width, height], [x, y])
     }
 }
 

@@ -33,10 +33,27 @@
 
 use lobe_sh::Dir;
 
-use crate::mapping::azimuthal::{self, Frame, Profile, Rect};
+use crate::mapping::azimuthal::{Frame, Profile};
+use crate::mapping::discs::{Discs, opposite};
+use crate::mapping::form::Form as _;
 
-pub(crate) const SPHERE: Frame = Frame { center: [0.0, -1.0, 0.0], right: [1.0, 0.0, 0.0], up: [0.0, 0.0, 1.0] };
-pub(crate) const MIRROR_BALL: Frame = Frame { center: [-1.0, 0.0, 0.0], right: [0.0, -1.0, 0.0], up: [0.0, 0.0, 1.0] };
+pub(crate) const SPHERE: Discs = Discs {
+    name: "sphere",
+    description: "OpenGL's sphere map",
+    profile: Profile::Ball,
+    frames: &[Frame { center: [0.0, -1.0, 0.0], right: [1.0, 0.0, 0.0], up: [0.0, 0.0, 1.0] }],
+    across: opposite,
+    axes_again: &[("+y", [0.0, 0.5])],
+};
+
+pub(crate) const MIRROR_BALL: Discs = Discs {
+    name: "mirror-ball",
+    description: "The photograph of a mirror ball",
+    profile: Profile::Ball,
+    frames: &[Frame { center: [-1.0, 0.0, 0.0], right: [0.0, -1.0, 0.0], up: [0.0, 0.0, 1.0] }],
+    across: opposite,
+    axes_again: &[("+x", [0.0, 0.5])],
+};
 
 /// The direction seen in the point `(u, v)` of OpenGL's sphere map; `None` beside the ball.
 ///
@@ -50,25 +67,25 @@ pub(crate) const MIRROR_BALL: Frame = Frame { center: [-1.0, 0.0, 0.0], right: [
 /// ```
 #[must_use]
 pub fn sphere_dir_from_uv(u: f64, v: f64) -> Option<Dir> {
-    on_disc(&SPHERE, Profile::Ball, [2.0 * u - 1.0, 2.0 * v - 1.0])
+    SPHERE.dir_from_uv(u, v)
 }
 
 /// The point `(u, v)` of OpenGL's sphere map in the direction `s`; `(1, 1/2)` for the one behind the ball.
 #[must_use]
 pub fn sphere_uv_from_dir(s: Dir) -> (f64, f64) {
-    uv(SPHERE.point(Profile::Ball, s))
+    SPHERE.uv_from_dir(s)
 }
 
 /// The direction seen in the point `(u, v)` of a photographed mirror ball; `None` beside the ball.
 #[must_use]
 pub fn dir_from_uv(u: f64, v: f64) -> Option<Dir> {
-    on_disc(&MIRROR_BALL, Profile::Ball, [2.0 * u - 1.0, 2.0 * v - 1.0])
+    MIRROR_BALL.dir_from_uv(u, v)
 }
 
 /// The point `(u, v)` of a photographed mirror ball in the direction `s`; `(1, 1/2)` for the one behind the ball.
 #[must_use]
 pub fn uv_from_dir(s: Dir) -> (f64, f64) {
-    uv(MIRROR_BALL.point(Profile::Ball, s))
+    MIRROR_BALL.uv_from_dir(s)
 }
 
 /// The exact solid angle in steradian of texel `(x, y)` of a ball's picture of `width` x `height` texels.
@@ -79,27 +96,7 @@ pub fn uv_from_dir(s: Dir) -> (f64, f64) {
 /// If there is no such texel.
 #[must_use]
 pub fn solid_angle(width: usize, height: usize, x: usize, y: usize) -> f64 {
-    azimuthal::solid_angle(Profile::Ball, &texel_rect(width, height, x, y))
-}
-
-/// The distance outside the unit disc within which a point still counts as on its rim: the rounding of `|p|²`.
-const RIM_ROUNDING: f64 = 1e-14;
-
-/// The direction of a point of the disc, `None` outside.
-pub(crate) fn on_disc(frame: &Frame, profile: Profile, p: [f64; 2]) -> Option<Dir> {
-    (p[0] * p[0] + p[1] * p[1] <= 1.0 + RIM_ROUNDING).then(|| frame.dir(profile, p))
-}
-
-/// The texel in the plane of the disc that fills the picture.
-pub(crate) fn texel_rect(width: usize, height: usize, x: usize, y: usize) -> Rect {
-    assert!(x < width && y < height, "no texel ({x}, {y}) in a picture of {width} x {height}");
-    let at = |i: usize, n: usize| (2 * i) as f64 / n as f64 - 1.0;
-    Rect { x: [at(x, width), at(x + 1, width)], y: [at(y, height), at(y + 1, height)] }
-}
-
-/// The point of the picture of a point of the disc that fills it.
-pub(crate) fn uv(p: [f64; 2]) -> (f64, f64) {
-    (0.5 + 0.5 * p[0], 0.5 + 0.5 * p[1])
+    MIRROR_BALL.solid_angle([width, height], [x, y])
 }
 
 #[cfg(test)]

@@ -21,9 +21,13 @@
 //!
 //! Praun and Hoppe 2003; Engelhardt and Dachsbacher 2008.
 
+use std::ops::Range;
+
 use lobe_sh::Dir;
 
+use crate::mapping::form::{Form, Pair, Plane, Rule, add_rectangle};
 use crate::mapping::polygon::{Point, clip, doubled_area, triangle_solid_angle};
+use crate::mapping::taps::{Taps, for_each_corner};
 
 /// The direction of the point `(u, v)` of the picture; both are clamped to `[0, 1]`.
 ///
@@ -134,6 +138,151 @@ fn square(u: f64) -> f64 {
 /// 1 or -1, 1 for both zeros.
 pub(crate) fn sign(x: f64) -> f64 {
     if x < 0.0 { -1.0 } else { 1.0 }
+}
+
+/// The mapping to the unfolded octahedron.
+pub(crate) struct Octahedral;
+
+impl Form for Octahedral {
+    fn name(&self) -> &'static str {
+        "octahedral"
+    }
+
+    fn description(&self) -> &'static str {
+        "The octahedron, unfolded"
+    }
+
+    fn dir_from_uv(&self, u: f64, v: f64) -> Option<Dir> {
+        Some(dir_from_uv(u, v))
+    }
+
+    fn uv_from_dir(&self, s: Dir) -> (f64, f64) {
+        uv_from_dir(s)
+    }
+
+    fn solid_angle(&self, [width, height]: Pair, [x, y]: Pair) -> f64 {
+        solid_angle(width, height, x, y)
+    }
+
+    fn density(&self, u: f64, v: f64) -> f64 {
+        density(u, v)
+    }
+
+    /// The point of the octahedron is at the distance `1/(|x| + |y| + |z|)`.
+    fn density_towards(&self, s: Dir) -> f64 {
+        let [x, y, z] = s.to_array().map(f64::abs);
+        4.0 * (x + y + z).powi(3)
+    }
+
+    fn axes_again(&self) -> &'static [(&'static str, [f64; 2])] {
+        &CORNERS
+    }
+
+    fn taps(&self, size: Pair, p: [f64; 2]) -> Taps {
+        folded_taps(size, p)
+    }
+
+    fn add_nodes(&self, size: Pair, texel: Pair, [rule, _]: [&Rule; 2], out: &mut Vec<(Dir, f64)>) {
+        add_folded_nodes(self, size, texel, rule, out);
+    }
+
+    fn planes(&self, size: Pair) -> Vec<Plane> {
+        (0..8).filter_map(|k| plane(k, size)).collect()
+    }
+
+    fn plane_of(&self, [width, height]: Pair, [x, y]: Pair) -> Option<usize> {
+        let bit = |i: usize, n: usize| (2 * i + 1 != n).then_some(usize::from(2 * i + 1 > n));
+        Some(bit(x, width)? | bit(y, height)? << 1 | usize::from(is_lower([width, height], [x, y])?) << 2)
+    }
+}
+
+/// The axis in the corners of the picture, in those other than the one at `(1, 1)`.
+pub(crate) const CORNERS: [(&str, [f64; 2]); 3] = [("-z", [0.0, 0.0]), ("-z", [1.0, 0.0]), ("-z", [0.0, 1.0])];
+
+/// Beyond a side comes the same side, rotated about its middle.
+pub(crate) fn folded_taps([width, height]: Pair, p: [f64; 2]) -> Taps {
+    let (w, h) = (width as isize, height as isize);
+    let mut taps = Taps::NONE;
+    for_each_corner(p, |x, y, weight| {
+        let beyond = (x < 0 || x >= w, y < 0 || y >= h);
+        let (cx, cy) = (x.clamp(0, w - 1), y.clamp(0, h - 1));
+        let (x, y) = (if beyond.1 { w - 1 - cx } else { cx }, if beyond.0 { h - 1 - cy } else { cy });
+        taps.push(y as usize * width + x as usize, weight);
+    });
+    taps
+}
+
+/// Nodes in each piece of a texel between the folds.
+pub(crate) fn add_folded_nodes(
+    form: &impl Form,
+    [width, height]: Pair,
+    [x, y]: Pair,
+    rule: &Rule,
+    out: &mut Vec<(Dir, f64)>,
+) {
+    for piece in pieces(width, height, x, y) {
+        add_piece(form, &piece, rule, out);
+    }
+}
+
+/// The nodes in a polygon on one triangle of the octahedron, in the coordinates of the square `[-1, 1]²`.
+fn add_piece(form: &impl Form, piece: &[Point], rule: &Rule, out: &mut Vec<(Dir, f64)>) {
+    // The equal-area mapping is smooth along rays from the poles, not across them: fan out from a pole.
+    let is_pole = |p: &Point| p[0].abs() == p[1].abs() && (p[0] == 0.0 || p[0].abs() == 1.0);
+    let apex = piece.iter().position(is_pole);
+    let is_rectangle =
+        piece.len() == 4 && (0..4).all(|k| piece[k].iter().zip(piece[(k + 1) % 4]).any(|(a, b)| *a == b));
+    if is_rectangle && apex.is_none() {
+        let (p, q) = (piece[0], piece[2]);
+        return add_rectangle(form, [[p[0], q[0]], [p[1], q[1]]], rule, out);
+    }
+    let apex = apex.unwrap_or(0);
+    let corner = |k: usize| piece[(apex + k) % piece.len()];
+    let a = corner(0);
+    for k in 1..piece.len() - 1 {
+        let (b, c) = (corner(k), corner(k + 1));
+        let area = ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).abs();
+        for (s, weight) in rule {
+            let s = 0.5 + 0.5 * s;
+            for (t, inner) in rule {
+                let t = 0.5 + 0.5 * t;
+                let p = [0, 1].map(|i| a[i] + s * (b[i] - a[i] + t * (c[i] - b[i])));
+                let (u, v) = (0.5 + 0.5 * p[0], 0.5 + 0.5 * p[1]);
+                if let Some(dir) = form.dir_from_uv(u, v) {
+                    out.push((dir, weight * inner * s * area * form.density(u, v)));
+                }
+            }
+        }
+    }
+}
+
+/// The face of the octahedron with the bits of `k`: right, lower in the picture, lower half of the sphere.
+fn plane(k: usize, [width, height]: Pair) -> Option<Plane> {
+    let sign = |bit: usize| if k & bit == 0 { -1.0 } else { 1.0 };
+    let (sa, sb) = (sign(1), sign(2));
+    let side = |n: usize, sign: f64| if sign < 0.0 { 0..n / 2 } else { n.div_ceil(2)..n };
+    let texels = [side(width, sa), side(height, sb)];
+    let (origin, right, down) = if k & 4 == 0 {
+        ([0.0, 0.0, 1.0], [1.0, 0.0, -sa], [0.0, 1.0, -sb])
+    } else {
+        ([sa, sb, 1.0], [0.0, -sa * sb, -sa], [-sa * sb, 0.0, -sb])
+    };
+    let is_empty = texels.iter().any(Range::is_empty);
+    (!is_empty).then_some(Plane { number: k, origin, right, down, frame: [0..width, 0..height], texels })
+}
+
+/// Whether a texel lies in the lower half of the sphere, as a whole: `|a| + |b| <= 1` is the upper one.
+fn is_lower([width, height]: Pair, [x, y]: Pair) -> Option<bool> {
+    let edges = |i: usize, n: usize| {
+        let (p, q) = ((2 * i).abs_diff(n) as u128, (2 * i + 2).abs_diff(n) as u128);
+        (p.min(q), p.max(q))
+    };
+    let ((a0, a1), (b0, b1)) = (edges(x, width), edges(y, height));
+    let (w, h) = (width as u128, height as u128);
+    if a1 * h + b1 * w <= w * h {
+        return Some(false);
+    }
+    (a0 * h + b0 * w >= w * h).then_some(true)
 }
 
 #[cfg(test)]

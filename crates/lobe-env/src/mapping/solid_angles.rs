@@ -3,8 +3,7 @@
 use lobe_io::parallel;
 
 use crate::Mapping;
-use crate::mapping::lat_long;
-use crate::mapping::taps::Grid;
+use crate::mapping::grid::Grid;
 
 /// [`Mapping::solid_angle`] of every texel; a quarter of them is stored, as every mapping is mirror-symmetric.
 pub(crate) struct SolidAngles {
@@ -20,12 +19,11 @@ pub(crate) struct SolidAngles {
 impl SolidAngles {
     pub(crate) fn new(grid: Grid) -> Self {
         let Grid { mapping, width, height } = grid;
-        let face = if mapping == Mapping::Cube { width } else { height };
-        let columns = if mapping == Mapping::LatLong { 1 } else { width.div_ceil(2) };
+        let face = height / mapping.faces();
+        let columns = if mapping.form().has_rows_of_latitude() { 1 } else { width.div_ceil(2) };
         let mut table = vec![0.0; columns * face.div_ceil(2)];
-        parallel::fill(&mut table, width.div_ceil(2), &|i| match mapping {
-            Mapping::LatLong => lat_long::solid_angle(width, height, i),
-            _ => mapping.solid_angle(width, height, i % columns, i / columns),
+        parallel::fill(&mut table, width.div_ceil(2), &|i| {
+            mapping.solid_angle(width, height, i % columns, i / columns)
         });
         let rows = (0..height).map(|y| y % face).map(|y| y.min(face - 1 - y) * columns).collect();
         Self { width, columns, rows, table }

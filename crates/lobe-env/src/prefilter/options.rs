@@ -1,4 +1,4 @@
-//! Options of prefiltering: the sizes of the chain, the roughness of its levels, and the quadrature.
+//! Options of prefiltering: the sizes of the chain, the roughness of its levels, and how exact they are.
 
 use derive_setters::Setters;
 use lobe_image::{mip_level_count, mip_level_size};
@@ -8,66 +8,8 @@ use crate::{CubeMap, EnvError};
 /// The least tolerance: below, errors of single precision dominate.
 const LEAST_TOLERANCE: f64 = 1e-6;
 
-/// The most samples: a thousand times as many as the default error needs, and a table of some tens of MiB.
-const MOST_SAMPLES: usize = 1 << 20;
-
-/// The quadrature of the convolution with a lobe.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum PrefilterMethod {
-    /// Hierarchical quadrature over all of the source, in cells as large as the lobe allows.
-    ///
-    /// Wherever the lobe is replaced by a polynomial, its error is at most `tolerance (K + √(K_peak K_mean)/b)`, except
-    /// at a kink. `b` is 1 up to sixteen times the median of the map's brightness, and at least half of the brightness
-    /// beyond, up to 2²⁰ times the median: the error of a lamp must not show in the dark. For a source of one small
-    /// light the error is below that; for light everywhere far below, because the polynomials' errors cancel.
-    ///
-    /// Measured at the default, with suns of one and two texels over a sky and α from 1/16 to 1: below 3e-3 of the
-    /// brightest texel (test `both_methods_against_brute_force`); with lamps 10⁵ times as bright as most of the map,
-    /// below 3e-3 of a texel's own value, the darkest texels among those looked at (test
-    /// `lamps_do_not_spoil_the_dark`).
-    Gather {
-        /// In `[1e-6, 0.1]`; 0.02 by default.
-        tolerance: f64,
-    },
-    /// Importance sampling of the lobe with filtered lookups: each sample is looked up in the mip level whose texels
-    /// are four times as large as the solid angle it represents, interpolated between texels and levels
-    /// ([Křivánek and Colbert 2008]).
-    ///
-    /// All samples have the same weight: their angles from the axis are stratified by the lobe, the cosine to the
-    /// normal included; their azimuths follow the golden angle. All texels use the same samples, rotated to their own
-    /// direction. The error is that of the blurred levels, and bands where a small light passes between samples. With
-    /// 1024 samples it is below 0.04 of the brightest texel, there, beside it and at a few other texels, for α from
-    /// 1/16 to 1 and a sun of one texel as well as real maps (test `both_methods_against_brute_force`), in faces of any
-    /// size up to 16384 (test `samples_keep_a_small_sun_in_faces_of_any_size`).
-    ///
-    /// [Křivánek and Colbert 2008]: https://doi.org/10.1111/j.1467-8659.2008.01252.x
-    Importance {
-        /// 1 to 2²⁰.
-        samples: usize,
-    },
-}
-
-impl Default for PrefilterMethod {
-    fn default() -> Self {
-        Self::Gather { tolerance: 0.02 }
-    }
-}
-
-impl PrefilterMethod {
-    pub(crate) fn check(self) -> Result<(), EnvError> {
-        match self {
-            Self::Gather { tolerance } if !(LEAST_TOLERANCE..=0.1).contains(&tolerance) => {
-                let message = format!("the tolerance of a filter lies in [{LEAST_TOLERANCE}, 0.1], not {tolerance}");
-                Err(EnvError::Options(message))
-            }
-            Self::Importance { samples } if !(1..=MOST_SAMPLES).contains(&samples) => {
-                Err(EnvError::Options(format!("a filter takes 1 to {MOST_SAMPLES} samples, not {samples}")))
-            }
-            _ => Ok(()),
-        }
-    }
-}
+/// The largest tolerance.
+const LARGEST_TOLERANCE: f64 = 0.1;
 
 /// The roughness of each level of a prefiltered chain; `last` is the number of the last level.
 ///
@@ -124,13 +66,24 @@ pub struct PrefilterOptions {
     pub last_size: usize,
     /// The roughness of each level. Default: linear.
     pub roughness: RoughnessLevels,
-    /// The quadrature. Default: gather to 0.02, see [`PrefilterMethod::Gather`].
-    pub method: PrefilterMethod,
+    /// The error that is allowed, relative to the peak that a single small light makes; in `[1e-6, 0.1]`. Default: 0.02.
+    ///
+    /// The light is integrated by hierarchical quadrature over all of the source, in cells as large as the lobe allows.
+    /// Wherever the lobe is replaced by a polynomial, its error is at most `tolerance (K + √(K_peak K_mean)/b)`, except
+    /// at a kink. `b` is 1 up to sixteen times the median of the map's brightness, and at least half of the brightness
+    /// beyond, up to 2²⁰ times the median: the error of a lamp must not show in the dark. For a source of one small
+    /// light the error is below that; for light everywhere far below, because the polynomials' errors cancel.
+    ///
+    /// Measured at the default, with suns of one and two texels over a sky and α from 1/16 to 1: below 3e-3 of the
+    /// brightest texel (test `filtered_maps_against_brute_force_and_samples`); with lamps 10⁵ times as bright as most
+    /// of the map, below 3e-3 of a texel's own value, the darkest texels among those looked at (test
+    /// `lamps_do_not_spoil_the_dark`).
+    pub tolerance: f64,
 }
 
 impl Default for PrefilterOptions {
     fn default() -> Self {
-        Self { size: 256, last_size: 16, roughness: RoughnessLevels::default(), method: PrefilterMethod::default() }
+        Self { size: 256, last_size: 16, roughness: RoughnessLevels::default(), tolerance: 0.02 }
     }
 }
 
@@ -160,6 +113,14 @@ impl PrefilterOptions {
             )));
         }
         CubeMap::check_size(self.size)?;
-        self.method.check()
+        check_tolerance(self.tolerance)
     }
+}
+
+pub(crate) fn check_tolerance(tolerance: f64) -> Result<(), EnvError> {
+    if (LEAST_TOLERANCE..=LARGEST_TOLERANCE).contains(&tolerance) {
+        return Ok(());
+    }
+    let range = format!("[{LEAST_TOLERANCE}, {LARGEST_TOLERANCE}]");
+    Err(EnvError::Options(format!("the tolerance of a filter lies in {range}, not {tolerance}")))
 }

@@ -51,11 +51,9 @@ use crate::prefilter::brightness::Brightness;
 use crate::prefilter::cell_tolerance::CellTolerance;
 use crate::prefilter::cell_tree::CellTree;
 use crate::prefilter::gather::{Shape, ZonalFilter, filter_tiles, is_mirror, shapes, texel_side, tiles};
-use crate::prefilter::importance::ImportanceFilter;
+use crate::prefilter::options::check_tolerance;
 use crate::reflection::specular_lobe::{CustomKernel, GgxKernel, Kernel, PowerKernel, integral};
-use crate::{
-    CubeMap, CubeMipChain, EnvError, EnvMap, MappedMap, Mapping, PrefilterMethod, PrefilterOptions, SpecularLobe,
-};
+use crate::{CubeMap, CubeMipChain, EnvError, EnvMap, MappedMap, Mapping, PrefilterOptions, SpecularLobe};
 
 /// The name of the sums in messages.
 const FILTERED: &str = "the filtered light";
@@ -91,8 +89,8 @@ const DIRS_TOGETHER: usize = 4096;
 /// Progress counts texels of all levels, on the calling thread. The job cannot be resumed.
 ///
 /// # Errors
-/// [`EnvError::Options`] for a size of 0 or of too many texels, a last size beyond the first, a method out of its
-/// range, sums over finite light that are more than `f32` holds, or a job with a checkpoint; [`EnvError::Cancelled`] if
+/// [`EnvError::Options`] for a size of 0 or of too many texels, a last size beyond the first, a tolerance out of
+/// its range, sums over finite light that are more than `f32` holds, or a job with a checkpoint; [`EnvError::Cancelled`] if
 /// the callback cancelled it.
 ///
 /// ```
@@ -116,7 +114,7 @@ pub fn prefilter_ggx(source: &CubeMap, options: &PrefilterOptions, mut job: Job<
     let count = options.levels();
     let size = |k: usize| mip_level_size(options.size, k);
     let alphas: Vec<f64> = (1..count).map(|k| options.alpha_of_level(k)).collect();
-    let quadrature = Quadrature::new(source, options.method, alphas.iter().map(|alpha| GgxKernel::new(*alpha)));
+    let quadrature = Quadrature::new(source, options.tolerance, alphas.iter().map(|alpha| GgxKernel::new(*alpha)));
     let work = |k: usize| FACES * size(k) * size(k);
     let mut report = reporter(&mut job, (1..count).map(work).sum());
     // Average the source over the texels of the mirror's level.
@@ -139,27 +137,27 @@ fn reporter(job: &mut Job<'_>, total: usize) -> impl FnMut(f64) -> ControlFlow<(
 
 /// Convolves a cube map with one lobe: for [`SpecularLobe::Phong`] and [`SpecularLobe::BlinnPhong`] a highlight map.
 ///
-/// The lobe integrates to 1, so a constant map stays the same; see [`SpecularLobe::integral`] for the other
-/// normalization. A lobe far narrower than the source's texels gives the source averaged over each texel.
+/// Integrated to `tolerance`; see [`PrefilterOptions::tolerance`], whose default serves here, too. The lobe integrates
+/// to 1, so a constant map stays the same; see [`SpecularLobe::integral`] for the other normalization. A lobe far narrower than the source's texels gives the source averaged over each texel.
 ///
 /// Progress counts texels of the result, on the calling thread. The job cannot be resumed.
 ///
 /// # Errors
-/// [`EnvError::Options`] if the lobe's parameter or the method is out of its range, there can be no cube of this
+/// [`EnvError::Options`] if the lobe's parameter or the tolerance is out of its range, there can be no cube of this
 /// size, sums over finite light are more than `f32` holds, or the job has a checkpoint; [`EnvError::Cancelled`] if the
 /// callback cancelled it.
 pub fn filter_lobe(
     source: &CubeMap,
     lobe: SpecularLobe,
     size: usize,
-    method: PrefilterMethod,
+    tolerance: f64,
     job: Job<'_>,
 ) -> Result<CubeMap, EnvError> {
     lobe.check()?;
     match lobe {
-        SpecularLobe::Ggx { alpha } => filter(source, || GgxKernel::new(alpha), size, method, job),
-        SpecularLobe::Phong { exponent } => filter(source, || PowerKernel::phong(exponent), size, method, job),
-        SpecularLobe::BlinnPhong { exponent } => filter(source, || PowerKernel::blinn(exponent), size, method, job),
+        SpecularLobe::Ggx { alpha } => filter(source, || GgxKernel::new(alpha), size, tolerance, job),
+        SpecularLobe::Phong { exponent } => filter(source, || PowerKernel::phong(exponent), size, tolerance, job),
+        SpecularLobe::BlinnPhong { exponent } => filter(source, || PowerKernel::blinn(exponent), size, tolerance, job),
     }
 }
 
@@ -169,7 +167,7 @@ pub fn filter_lobe(
 ///   g(r) = ∫ L(s) k(r·s) ds / ∫ k(r·s) ds
 /// ```
 ///
-/// Integrated to `tolerance`; see [`PrefilterMethod::Gather`]. The kernel should be highest on its axis;
+/// Integrated to `tolerance`; see [`PrefilterOptions::tolerance`]. The kernel should be highest on its axis;
 /// discontinuities and kinks cost time, and away from the horizon digits of the normalization. The job is that of
 /// [`filter_lobe`].
 ///
@@ -190,7 +188,7 @@ pub fn filter_zonal(
             format!("a kernel must be positive on its axis and on the whole, but it is {} and {total}", kernel(1.0));
         return Err(EnvError::Options(message));
     }
-    filter(source, || CustomKernel(&kernel), size, PrefilterMethod::Gather { tolerance }, job)
+    filter(source, || CustomKernel(&kernel), size, tolerance, job)
 }
 
 /// Convolves a cube map with a lobe, as a lat-long map of `width` x `height`, integrated to `tolerance`. The job is that of
@@ -209,7 +207,7 @@ pub fn filter_lobe_lat_long(
 ) -> Result<EnvMap, EnvError> {
     job.expect_no_checkpoint().map_err(EnvError::Options)?;
     lobe.check()?;
-    PrefilterMethod::Gather { tolerance }.check()?;
+    check_tolerance(tolerance)?;
     MappedMap::check(Mapping::LatLong, width, height)?;
     let mut out = EnvMap::from_rows(width, height, vec![Rgb::ZERO; width * height]);
     let dirs: Vec<Dir> = (0..width * height).map(|i| out.dir(i % width, i / width)).collect();
@@ -237,12 +235,8 @@ fn gather_towards<K: Kernel>(
     if is_mirror(&kernel(), source.size()) {
         return mirror_towards(source, dirs, job);
     }
-    let quadrature = Quadrature::new(source, PrefilterMethod::Gather { tolerance }, std::iter::once(kernel()));
-    let Quadrature::Gather { tree, shapes, brightness, .. } = &quadrature else {
-        unreachable!("a gathering quadrature was asked for")
-    };
-    let cells = cell_tolerance(source, &kernel(), tolerance, brightness);
-    let filter = ZonalFilter::new(tree, shapes, brightness, kernel(), cells);
+    let quadrature = Quadrature::new(source, tolerance, std::iter::once(kernel()));
+    let filter = quadrature.zonal_filter(kernel());
     let mut report = reporter(job, dirs.len());
     let mut texels = Vec::with_capacity(dirs.len());
     for part in dirs.chunks(DIRS_TOGETHER) {
@@ -275,44 +269,40 @@ fn filter<K: Kernel>(
     source: &CubeMap,
     kernel: impl Fn() -> K,
     size: usize,
-    method: PrefilterMethod,
+    tolerance: f64,
     mut job: Job<'_>,
 ) -> Result<CubeMap, EnvError> {
     job.expect_no_checkpoint().map_err(EnvError::Options)?;
-    method.check()?;
+    check_tolerance(tolerance)?;
     CubeMap::check_size(size)?;
     let texels = FACES * size * size;
     let mut report = reporter(&mut job, texels);
     let mut part = |p: f64| report(p * texels as f64);
-    Quadrature::new(source, method, std::iter::once(kernel())).filter(kernel(), size, &mut part)
+    Quadrature::new(source, tolerance, std::iter::once(kernel())).filter(kernel(), size, &mut part)
 }
 
-/// Fills the given tiles of a map.
-type FillTiles<'a> = dyn Fn(&[[usize; 3]], &mut [Rgb<f32>]) + 'a;
-
-/// The acceleration structure that all levels share.
-enum Quadrature<'a> {
-    Gather { tree: CellTree<'a>, shapes: Vec<Vec<Shape>>, brightness: Brightness, tolerance: f64 },
-    Importance { source: ImportanceFilter, base: &'a CubeMap, samples: usize },
+/// What all levels share: the tree of the source, and how exact its cells have to be.
+struct Quadrature<'a> {
+    tree: CellTree<'a>,
+    shapes: Vec<Vec<Shape>>,
+    brightness: Brightness,
+    tolerance: f64,
 }
 
 impl<'a> Quadrature<'a> {
-    fn new<K: Kernel>(source: &'a CubeMap, method: PrefilterMethod, kernels: impl Iterator<Item = K>) -> Self {
-        match method {
-            PrefilterMethod::Importance { samples } => {
-                Self::Importance { source: ImportanceFilter::new(source), base: source, samples }
-            }
-            PrefilterMethod::Gather { tolerance } => {
-                let last = CellTree::last_depth(source.size());
-                let brightness = Brightness::new(source, last);
-                let blurring = kernels.filter(|kernel| !is_mirror(kernel, source.size()));
-                let depth_for = |kernel| {
-                    cell_tolerance(source, &kernel, tolerance, &brightness).depth_needed(brightness.steps(), last)
-                };
-                let depth = blurring.map(depth_for).max().unwrap_or(0);
-                Self::Gather { tree: CellTree::new(source, depth), shapes: shapes(depth), brightness, tolerance }
-            }
-        }
+    fn new<K: Kernel>(source: &'a CubeMap, tolerance: f64, kernels: impl Iterator<Item = K>) -> Self {
+        let last = CellTree::last_depth(source.size());
+        let brightness = Brightness::new(source, last);
+        let blurring = kernels.filter(|kernel| !is_mirror(kernel, source.size()));
+        let depth_for =
+            |kernel| cell_tolerance(source, &kernel, tolerance, &brightness).depth_needed(brightness.steps(), last);
+        let depth = blurring.map(depth_for).max().unwrap_or(0);
+        Self { tree: CellTree::new(source, depth), shapes: shapes(depth), brightness, tolerance }
+    }
+
+    fn zonal_filter<K: Kernel>(&self, kernel: K) -> ZonalFilter<'_, K> {
+        let cells = cell_tolerance(self.tree.source, &kernel, self.tolerance, &self.brightness);
+        ZonalFilter::new(&self.tree, &self.shapes, &self.brightness, kernel, cells)
     }
 
     fn filter<K: Kernel>(
@@ -321,39 +311,21 @@ impl<'a> Quadrature<'a> {
         size: usize,
         progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
     ) -> Result<CubeMap, EnvError> {
-        let source = match self {
-            Self::Gather { tree, .. } => tree.source,
-            Self::Importance { base, .. } => base,
-        };
+        let source = self.tree.source;
         if is_mirror(&kernel, source.size()) {
             go_on(progress(0.0))?;
             let mirror = averaged_to(source, size);
             go_on(progress(1.0))?;
             return Ok(mirror);
         }
+        let filter = self.zonal_filter(kernel);
         let (side, tiles) = tiles(size);
         let mut out = vec![Rgb::ZERO; FACES * size * size];
-        let part: Box<FillTiles<'_>> = match self {
-            Self::Gather { tree, shapes, brightness, tolerance } => {
-                let cells = cell_tolerance(source, &kernel, *tolerance, brightness);
-                let filter = ZonalFilter::new(tree, shapes, brightness, kernel, cells);
-                Box::new(move |tiles, out| filter_tiles(size, side, tiles, out, &|dirs| filter.towards(dirs)))
-            }
-            Self::Importance { source, samples, .. } => {
-                let table = source.table(&kernel, *samples);
-                Box::new(move |tiles, out| {
-                    filter_tiles(size, side, tiles, out, &|dirs| {
-                        dirs.iter().map(|r| source.towards(&table, *r)).collect()
-                    });
-                })
-            }
-        };
         for (k, chunk) in tiles.chunks(TILES_TOGETHER).enumerate() {
             go_on(progress((k * TILES_TOGETHER) as f64 / tiles.len() as f64))?;
-            part(chunk, &mut out);
+            filter_tiles(size, side, chunk, &mut out, &|dirs| filter.towards(dirs));
         }
         go_on(progress(1.0))?;
-        drop(part);
         expect_finite(&out, FILTERED, || all_finite(source.texels()))?;
         CubeMap::new(size, out)
     }

@@ -8,7 +8,6 @@ use lobe_sh::{Coefficient, Expansion, FixedOrder, Rgb, ShVec, coefficient_count,
 
 use crate::EnvMap;
 use crate::mapping::lat_long::sin_cos_pi;
-use crate::projection::high_orders::{FIRST_HIGH_ORDER, project_high};
 use crate::projection::lat_long_rows::LatLongRows;
 use crate::projection::row_dft::{RowDft, RowSums};
 use crate::projection::row_legendre::{RowLegendre, for_each_column};
@@ -36,11 +35,8 @@ const MAX_CHUNKS: usize = 64;
 ///
 /// Order 0 has no coefficients. A texel that is not finite makes the coefficients NaN or infinite.
 ///
-/// Both integrals separate. To order 16 the cost is `O(w h n)` for the sums along the rows and `O(h n²)` for the rest; above,
-/// `O(w h log w)` by FFT where that is less, `O(h n²)` with a small factor for the way to about `n` latitudes, and `O(n³)` for
-/// the Legendre functions on these, in `48 h n` bytes. Both ways agree to 1e-13 of the largest coefficient (test
-/// `high_orders_have_the_integrals_over_every_row`). Sums are in `f64` and the result has the same bits for any number of threads
-/// (`the_projection_has_the_same_bits_for_any_number_of_threads`).
+/// Both integrals separate: the cost is `O(w h n)` for the sums along the rows and `O(h n²)` for the rest. Sums are in `f64`
+/// and the result has the same bits for any number of threads (`the_projection_has_the_same_bits_for_any_number_of_threads`).
 ///
 /// ```
 /// use lobe_env::{EnvMap, project_env};
@@ -103,25 +99,17 @@ pub fn project_lat_long<C: Coefficient>(texels: &[C], width: usize, order: usize
     project_rows(LatLongRows::new(texels, width), order)
 }
 
-pub(crate) fn project_rows<C: Coefficient>(rows: LatLongRows<'_, C>, order: usize) -> ShVec<C::Wide> {
+/// Pair of mirrored rows by pair, with the functions integrated over each.
+pub(crate) fn project_rows<C: Coefficient>(map: LatLongRows<'_, C>, order: usize) -> ShVec<C::Wide> {
     if order == 0 {
         return ShVec::zero(0);
     }
-    let columns = column_factors(rows.width(), order);
-    if order >= FIRST_HIGH_ORDER {
-        return project_high(rows, &columns);
-    }
-    project_low(rows, &columns)
-}
-
-/// Pair of rows by pair, with the functions integrated over each.
-fn project_low<C: Coefficient>(map: LatLongRows<'_, C>, columns: &[f64]) -> ShVec<C::Wide> {
-    let order = columns.len();
+    let columns = column_factors(map.width(), order);
     let azimuth = RowDft::new(map.width(), order);
     let polar = RowLegendre::integrals(order, map.height());
     sum_of_pairs(map.height(), order, |pairs, part| {
         for first in pairs.clone().step_by(PAIRS_TOGETHER) {
-            add_pairs(map, first..pairs.end.min(first + PAIRS_TOGETHER), &azimuth, &polar, columns, part);
+            add_pairs(map, first..pairs.end.min(first + PAIRS_TOGETHER), &azimuth, &polar, &columns, part);
         }
     })
 }
@@ -205,22 +193,6 @@ mod tests {
     use lobe_testkit::Random;
 
     use super::*;
-
-    #[test]
-    fn high_orders_have_the_integrals_over_every_row() {
-        for (order, w, h) in
-            [(17, 8, 4), (33, 30, 17), (64, 64, 31), (65, 17, 1), (100, 1, 40), (130, 100, 50), (256, 36, 9)]
-        {
-            let mut random = Random::new(order as u64);
-            let texels: Vec<_> =
-                (0..w * h).map(|_| Rgb::from([(); 3].map(|()| random.unit().powi(4) as f32))).collect();
-            let (map, columns) = (LatLongRows::new(&texels, w), column_factors(w, order));
-            let (found, expected) = (project_high(map, &columns), project_low(map, &columns));
-            let error = found.coefficients().iter().zip(expected.coefficients());
-            let error = error.flat_map(|(a, b)| (*a - *b).to_array()).fold(0.0, |worst: f64, e| worst.max(e.abs()));
-            assert!(error < 1e-13 * expected[0].g, "order {order}, {w} x {h}: {error:e} of {}", expected[0].g);
-        }
-    }
 
     #[test]
     fn numbers_have_the_projection_of_a_channel_in_their_precision() {

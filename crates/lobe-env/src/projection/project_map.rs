@@ -3,8 +3,8 @@
 use lobe_io::parallel;
 use lobe_sh::{Basis, Coefficient, Dir, Expansion, Rgb, ShVec, coefficient_count, gauss_legendre};
 
-use crate::mapping::azimuthal::{Profile, Rect};
-use crate::mapping::{mirror_ball, texel_quadrature};
+use crate::mapping::form::Obstacle;
+use crate::mapping::texel_quadrature;
 use crate::projection::lat_long_rows::LatLongRows;
 use crate::projection::patch_moments::Patches;
 use crate::projection::project::project_rows;
@@ -51,7 +51,7 @@ pub fn project_map(map: &MappedMap, order: usize) -> ShVec<Rgb<f64>> {
     if order == 0 {
         return ShVec::zero(0);
     }
-    if map.mapping() == Mapping::LatLong {
+    if map.mapping().form().has_rows_of_latitude() {
         return project_rows(LatLongRows::from(map), order);
     }
     let nodes = node_count(map, order);
@@ -140,34 +140,18 @@ struct Rules {
 impl Rules {
     /// With at least `nodes` across a texel.
     fn new(map: &MappedMap, order: usize, nodes: usize) -> Self {
-        let (w, h) = (map.width() as f64, map.height() as f64);
-        // The longest texel of a ball: it reaches from the rim inwards along its diagonal.
-        let diagonal = (2.0 / w).hypot(2.0 / h);
-        let longest = Rect { x: [1.0 - diagonal, 1.0], y: [0.0; 2] };
-        let most = match map.mapping() {
-            // A texel beside the one with the pole in its middle.
-            Mapping::EqualArea => pole_node_count(1.0 + (w / h).min(h / w)),
-            _ if is_ball(map) => ball_node_count(map, order, &longest),
-            _ => nodes,
-        };
+        let worst = map.mapping().form().worst_obstacle([map.width(), map.height()]);
+        let most = worst.map_or(nodes, |worst| nodes_against(map, order, &worst));
         Self { order, rules: (nodes..=most.max(nodes)).map(gauss_legendre).collect() }
     }
 
     /// The rule across texel `(x, y)`.
     fn across(&self, map: &MappedMap, x: usize, y: usize) -> &[(f64, f64)] {
         let least = self.rules[0].len();
-        let (w, h) = (map.width(), map.height());
-        let nodes = match map.mapping() {
-            Mapping::EqualArea => pole_node_count(pole_distance([w, h], [x, y])),
-            _ if is_ball(map) => ball_node_count(map, self.order, &mirror_ball::texel_rect(w, h, x, y)),
-            _ => least,
-        };
+        let obstacle = map.mapping().form().obstacle([map.width(), map.height()], [x, y]);
+        let nodes = obstacle.map_or(least, |obstacle| nodes_against(map, self.order, &obstacle));
         &self.rules[nodes.saturating_sub(least).min(self.rules.len() - 1)]
     }
-}
-
-fn is_ball(map: &MappedMap) -> bool {
-    matches!(map.mapping().single_disc(), Some((Profile::Ball, _)))
 }
 
 // A function of band l over an interval of the angle h behaves like cos(l t), |t| <= h/2, at worst. The q-point rule
@@ -182,10 +166,8 @@ fn is_ball(map: &MappedMap) -> bool {
 // natural proportions, and longer by the root of the stretch for others. Those of a ball have equal solid angles and are
 // the longer in θ the nearer they are to the rim, where θ = 2 asin r: up to 4.8/√w in a picture of w columns.
 //
-// In an equal-area picture the azimuth is π/2 |b|/(|a| + |b|), a and b from a pole: singular where |a| = -|b|, as far
-// beyond the axis as the node in b is on this side of it. The q-point rule on a texel whose middle is n of its halves
-// away from there has the error ρ^-2q, ρ = n + √(n² - 1). A texel with the pole in its corner is summed along rays, and
-// across them is singular as the texel beside it is.
+// Where a mapping is singular n halves of a texel away from its middle, the q-point rule has the error ρ^-2q,
+// ρ = n + √(n² - 1).
 
 /// The number of nodes across a texel; on a ball, of one away from the rim.
 fn node_count(map: &MappedMap, order: usize) -> usize {
@@ -195,9 +177,12 @@ fn node_count(map: &MappedMap, order: usize) -> usize {
     nodes_across(map.mapping(), order, 2.0 * (4.0 * std::f64::consts::PI * stretch / texels).sqrt())
 }
 
-/// The number of nodes across this texel of a ball, for its length in θ alone.
-fn ball_node_count(map: &MappedMap, order: usize, texel: &Rect) -> usize {
-    nodes_across(map.mapping(), order, texel.theta_extent(Profile::Ball) / BALL_STRETCH)
+/// The number of nodes across a texel, for what stands against few of them alone.
+fn nodes_against(map: &MappedMap, order: usize, obstacle: &Obstacle) -> usize {
+    match *obstacle {
+        Obstacle::Length(angle) => nodes_across(map.mapping(), order, angle / BALL_STRETCH),
+        Obstacle::Singularity(n) => count_for(n + ((n - 1.0) * (n + 1.0)).sqrt()),
+    }
 }
 
 /// The number of nodes across a texel with this longest side.
@@ -212,34 +197,12 @@ fn nodes_across(mapping: Mapping, order: usize, side: f64) -> usize {
     let part = side / FLAT_SIDE;
     let q = q.max(count_for((1.0 + 1.0_f64.hypot(part)) / part));
     // In a disc the azimuth runs over a quarter turn in the texels around the center, however small they are.
-    let disc = matches!(mapping, Mapping::Sphere | Mapping::MirrorBall | Mapping::Angular | Mapping::DualParaboloid);
-    q.max(2) + if disc { 4 } else { 0 }
+    q.max(2) + if mapping.form().discs() > 0 { 4 } else { 0 }
 }
 
 /// The number of nodes of a rule whose error is `ρ^-2q`.
 fn count_for(rho: f64) -> usize {
     ((-0.5 * NODE_ERROR.ln() / rho.ln()).ceil() as usize).min(MAX_NODES)
-}
-
-/// The number of nodes across a texel that is this far from a pole, for that distance alone; see [`pole_distance`].
-fn pole_node_count(distance: f64) -> usize {
-    count_for(distance + ((distance - 1.0) * (distance + 1.0)).sqrt())
-}
-
-/// The least distance of the singularity at a pole from the middle of texel `(x, y)` of an equal-area picture, in halves
-/// of the texel along either side.
-fn pole_distance([width, height]: [usize; 2], [x, y]: [usize; 2]) -> f64 {
-    let stretch = width as f64 / height as f64;
-    // The columns and rows between a texel and the pole.
-    let halves = |[i, j]: [f64; 2]| {
-        let aside = if i + j > 0.0 { (i + j * stretch).min(j + i / stretch) } else { stretch.min(1.0 / stretch) };
-        1.0 + 2.0 * aside
-    };
-    let from_middle = |i: usize, n: usize| (0.5 * (2 * i + 1).abs_diff(n) as f64 - 0.5).max(0.0);
-    let from_corner = |i: usize, n: usize| i.min(n - 1 - i) as f64;
-    let (middle, corner) =
-        ([from_middle(x, width), from_middle(y, height)], [from_corner(x, width), from_corner(y, height)]);
-    halves(middle).min(halves(corner))
 }
 
 #[cfg(test)]

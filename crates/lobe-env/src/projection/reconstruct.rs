@@ -4,7 +4,6 @@ use lobe_io::parallel;
 use lobe_sh::{Coefficient, Expansion, Rgb, ShVec, coefficient_count, coefficient_index};
 
 use crate::EnvMap;
-use crate::projection::high_orders::{FIRST_HIGH_ORDER, reconstruct_high};
 use crate::projection::lat_long_rows::LatLongRows;
 use crate::projection::row_dft::RowDft;
 use crate::projection::row_legendre::{RowLegendre, for_each_column};
@@ -18,9 +17,8 @@ const ROWS_TOGETHER: usize = 8;
 ///   L(θ, φ) = Σ_m (Σ_l f_lm P̃_l^m(cos θ)) cos mφ + (Σ_l f_l,-m P̃_l^m(cos θ)) sin mφ
 /// ```
 ///
-/// Separable like [`project_env`](crate::project_env): `O(n²)` for each row, `O(n)` for each texel, from order 25 on `O(log w)`
-/// by FFT; above order 16 in `48 h n` bytes. An expansion of
-/// radiance may be negative in places. Order 0 gives a black map.
+/// Separable like [`project_env`](crate::project_env): `O(n²)` for each row, `O(n)` for each texel. An
+/// expansion of radiance may be negative in places. Order 0 gives a black map.
 ///
 /// Texels are values, not means, so projecting the map again gives band `l` back only up to about `l (l+1) Δ²/24` of
 /// it, with `Δ` the larger side of a texel in radians (test
@@ -53,9 +51,6 @@ pub fn reconstruct(f: &ShVec<Rgb<f64>>, width: usize, height: usize) -> EnvMap {
 /// If `width` is 0, or the texels are not whole rows of it, or there are none.
 pub fn reconstruct_into<C: Coefficient>(f: &ShVec<C::Wide>, width: usize, texels: &mut [C]) {
     let (order, height) = (f.order(), LatLongRows::new(texels, width).height());
-    if order >= FIRST_HIGH_ORDER {
-        return reconstruct_high(f, width, texels);
-    }
     let azimuth = RowDft::new(width, order);
     let polar = RowLegendre::values(order, height);
     parallel::rows(texels, ROWS_TOGETHER * width, &|chunk, texels| {

@@ -243,7 +243,7 @@ mod tests {
 
     use super::*;
     use crate::Mapping;
-    use crate::mapping::taps::Grid;
+    use crate::mapping::grid::Grid;
 
     /// The largest deficit of a texel after the passes, relative to the mean texel: what the correction adds to it
     /// alone if it is bright. Of a sliver at the rim of a disc it may be more than half.

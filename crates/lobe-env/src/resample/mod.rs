@@ -7,7 +7,6 @@
 
 pub(crate) mod balance;
 pub(crate) mod cube_source;
-pub(crate) mod fast_atan;
 pub(crate) mod footprint;
 pub(crate) mod lost;
 pub(crate) mod neighbor_clamp;

@@ -9,9 +9,9 @@
 use lobe_io::parallel;
 use lobe_sh::{Coefficient, Rgb};
 
+use crate::MappedMap;
+use crate::mapping::grid::Grid;
 use crate::mapping::solid_angles::SolidAngles;
-use crate::mapping::taps::Grid;
-use crate::{MappedMap, Mapping};
 
 /// Rows of a band that one thread changes in place. The rows above and below each band are copied first.
 const ROWS: usize = 32;
@@ -80,7 +80,7 @@ impl<'a> NeighborClamp<'a> {
     /// Row `y` of the uniform light: each channel at most the mean of its neighbors; unchanged if there are none.
     fn row(&self, y: usize, rows: Rows<'_>, clamped: &mut [Rgb<f32>]) {
         // Without discs in the picture every texel has a solid angle.
-        if matches!(self.grid.mapping, Mapping::LatLong | Mapping::Octahedral | Mapping::EqualArea | Mapping::Cube) {
+        if self.grid.mapping.form().discs() == 0 {
             return clamped_row(rows, clamped);
         }
         for (x, clamped) in clamped.iter_mut().enumerate() {
@@ -142,6 +142,7 @@ mod tests {
     use lobe_testkit::Random;
 
     use super::*;
+    use crate::Mapping;
 
     fn random_map(mapping: Mapping, width: usize, height: usize) -> MappedMap {
         let mut random = Random::new(8);

@@ -1,6 +1,6 @@
 //! Quadratic patches: biquadratic interpolants of the sample positions of a block of target texels.
 
-use crate::mapping::taps::Grid;
+use crate::mapping::grid::Grid;
 use crate::resample::footprint::{Footprint, Footprints, Quad, Tile};
 
 /// The constant part of the rounding error by which samples leave the range of their patch, in texels.

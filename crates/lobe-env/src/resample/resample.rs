@@ -6,7 +6,7 @@ use lobe_io::Job;
 use lobe_sh::Rotation;
 
 use crate::map::finite::{all_finite, expect_finite};
-use crate::mapping::taps::Grid;
+use crate::mapping::grid::Grid;
 use crate::resample::balance::Balance;
 use crate::resample::passes::Passes;
 use crate::resample::sample_points::Sampler;
@@ -122,13 +122,11 @@ impl MappedMap {
     #[must_use]
     pub fn size_like(&self, mapping: Mapping) -> usize {
         if self.mapping() == mapping {
-            return if mapping == Mapping::Cube { self.width() } else { self.height() };
+            return self.height() / mapping.faces();
         }
         let texels = shown(self.mapping()) * (self.width() * self.height()) as f64;
-        let sides = if matches!(mapping, Mapping::LatLong | Mapping::DualParaboloid) { 2.0 } else { 1.0 };
-        let faces = if mapping == Mapping::Cube { 6.0 } else { 1.0 };
-        let size = (texels / (shown(mapping) * sides * faces)).sqrt();
-        if mapping == Mapping::Cube { 1 << (size.log2().round() as u32) } else { (size.round() as usize).max(1) }
+        let [across, down] = mapping.picture_size(1);
+        mapping.form().usual_size((texels / (shown(mapping) * (across * down) as f64)).sqrt())
     }
 
     /// The map as a lat-long one: itself if it is one, or else [resampled](resample()) to about as many texels.
@@ -146,12 +144,7 @@ impl MappedMap {
 
 /// The fraction of a picture's area that shows the sphere: the inscribed discs, or all of it.
 fn shown(mapping: Mapping) -> f64 {
-    match mapping {
-        Mapping::Sphere | Mapping::MirrorBall | Mapping::Angular | Mapping::DualParaboloid => {
-            std::f64::consts::FRAC_PI_4
-        }
-        _ => 1.0,
-    }
+    if mapping.form().discs() > 0 { std::f64::consts::FRAC_PI_4 } else { 1.0 }
 }
 
 /// Rotates a map, keeping mapping and size: the result shows towards `R s` what `map` shows towards `s`.

@@ -1,14 +1,12 @@
 //! Sample placement: the points of the source at which each target texel is sampled, and their weights.
 
-use std::f64::consts::{FRAC_1_PI, PI};
+use std::f64::consts::PI;
 use std::ops::Range;
 
 use lobe_sh::{Dir, Rotation};
 
-use crate::Mapping;
-use crate::mapping::cube;
-use crate::mapping::taps::Grid;
-use crate::resample::fast_atan::fast_atan2;
+use crate::mapping::form::bent;
+use crate::mapping::grid::Grid;
 use crate::resample::footprint::{Footprint, Footprints, Tile};
 use crate::resample::patch::{Limits, Patch, Sample};
 
@@ -86,7 +84,7 @@ pub(crate) struct Sampler {
     turn: Option<[[f64; 3]; 3]>,
     /// Its inverse.
     turn_back: Option<[[f64; 3]; 3]>,
-    /// The bends of the strips above the rows of a lat-long source, and of the one below the last.
+    /// The bends of the strips above the rows of the source, and of the one below the last.
     bends: Vec<f64>,
 }
 
@@ -94,8 +92,8 @@ impl Sampler {
     pub(crate) fn new(source: Grid, target: Grid, rotation: Option<&Rotation>) -> Self {
         let axes = |r: &Rotation| [Dir::X, Dir::Y, Dir::Z].map(|axis| r.rotate_dir(axis).to_array());
         let turn = rotation.map(|r| axes(&r.inverse()));
-        let factor = source.cotangent_factor();
-        let bends = (0..source.height + 2).map(|y| factor * source.cotangent(y as f64 - 1.0)).collect();
+        let form = source.mapping.form();
+        let bends = (0..source.height + 2).map(|y| form.bend(source.height, y as f64 - 1.0)).collect();
         Self { source, target, turn, turn_back: rotation.map(axes), bends }
     }
 
@@ -163,6 +161,7 @@ impl Sampler {
     /// farther from it than allowed.
     fn patch(&self, tile: Tile, [nx, ny]: [usize; 2]) -> Option<Patch> {
         let Grid { mapping, width, height } = self.target;
+        let form = mapping.form();
         let area = 1.0 / (nx * ny * width * height) as f64;
         let along = |start: usize, length: usize, n: usize, t: f64| {
             let cell = 1.0 / n as f64;
@@ -170,9 +169,9 @@ impl Sampler {
         };
         let look = |t: f64, v: f64| {
             let (x, y) = (along(tile.x, tile.width, nx, t), along(tile.y, tile.height, ny, v));
-            let s = mapping.dir_from_uv(x / width as f64, y / height as f64)?;
+            let s = form.dir_from_uv(x / width as f64, y / height as f64)?;
             let [x, y] = self.source_point(self.to_source(s));
-            Some([x, y, area * mapping.density_towards(s)])
+            Some([x, y, area * form.density_towards(s)])
         };
         // Sample the tile at three times three nodes.
         let mut values = [[[0.0; 3]; 3]; 3];
@@ -184,7 +183,7 @@ impl Sampler {
         // Interpolate them.
         let [x, y, _] = values[1][1];
         let patch = Patch::through(tile, [nx, ny], values, self.source, self.limits([x, y]));
-        let aside = OFF_PATCH * self.texels_across(y);
+        let aside = OFF_PATCH * self.source.mapping.form().texels_across(self.source.height, y);
         // Compare the patch with samples between the nodes.
         for (t, v) in CHECKS.into_iter().flat_map(|v| CHECKS.map(|t| (t, v))) {
             let (found, expected) = (patch.at(t, v), look(t, v)?);
@@ -194,13 +193,6 @@ impl Sampler {
             }
         }
         Some(patch)
-    }
-
-    /// The number of texels in row `y` of the source that are together as wide as one is high: above 1 towards the
-    /// poles of a lat-long map.
-    fn texels_across(&self, y: f64) -> f64 {
-        let Grid { mapping, height, .. } = self.source;
-        if mapping == Mapping::LatLong { 1.0 / (PI * y / height as f64).sin().max(1.0 / height as f64) } else { 1.0 }
     }
 
     /// Columns and rows of samples of a texel that no rim cuts.
@@ -213,6 +205,7 @@ impl Sampler {
     /// Adds a grid of samples, each in the middle of its cell.
     fn add_grid(&self, [x, y]: [usize; 2], samples: &mut Vec<Sample>) {
         let Grid { mapping, width, height } = self.target;
+        let form = mapping.form();
         let (w, h) = (1.0 / width as f64, 1.0 / height as f64);
         let Some([nx, ny]) = self.cells([x, y]) else { return };
         let (sx, sy) = (1.0 / nx as f64, 1.0 / ny as f64);
@@ -221,8 +214,8 @@ impl Sampler {
             let v = (y as f64 + (j as f64 + 0.5) * sy) * h;
             for i in 0..nx {
                 let u = (x as f64 + (i as f64 + 0.5) * sx) * w;
-                if let Some(s) = mapping.dir_from_uv(u, v) {
-                    samples.push(self.sample(s, area * mapping.density_towards(s)));
+                if let Some(s) = form.dir_from_uv(u, v) {
+                    samples.push(self.sample(s, area * form.density_towards(s)));
                 }
             }
         }
@@ -263,51 +256,31 @@ impl Sampler {
     /// The square root of the solid angle of a source texel.
     #[inline]
     fn source_pitch(&self, s: Dir) -> f64 {
-        let density = self.source.mapping.density_towards(self.to_source(s)).max(4.0 * PI * THINNEST);
+        let density = self.source.mapping.form().density_towards(self.to_source(s)).max(4.0 * PI * THINNEST);
         (density / self.source.len() as f64).sqrt()
     }
 
     #[inline]
     fn source_point(&self, s: Dir) -> [f64; 2] {
-        let Grid { mapping, width, height } = self.source;
-        if mapping != Mapping::LatLong {
-            return self.source.point(s);
-        }
-        let (x, y) = (s.x(), s.y());
-        let u = 0.5 - 0.5 * FRAC_1_PI * fast_atan2(y, x);
-        let v = FRAC_1_PI * fast_atan2((x * x + y * y).sqrt(), s.z());
-        let row = v * height as f64;
-        [u * width as f64, self.source.fair_row(row, self.bends[(row + 0.5) as usize])]
+        let [x, y] = self.source.mapping.form().fast_point(self.source.size(), s);
+        [x, bent(y, self.bends[(y + 0.5) as usize])]
     }
 
     /// The range of coordinates of the face or disc of the source that contains a point: rounding must not lead to the
     /// next one.
     #[inline]
     fn limits(&self, p: [f64; 2]) -> Limits {
-        let Grid { mapping, width, height } = self.source;
-        let (mut x, mut y) = ([0.0, width as f32], [0.0, height as f32]);
-        match mapping {
-            Mapping::Cube => {
-                let face = ((p[1] / width as f64) as usize).min(cube::FACES - 1);
-                y = [(face * width) as f32, (((face + 1) * width) as f32).next_down()];
-            }
-            Mapping::DualParaboloid => {
-                let middle = 0.5 * width as f32;
-                x = if p[0] < f64::from(middle) { [0.0, middle.next_down()] } else { [middle, x[1]] };
-            }
-            _ => {}
-        }
+        let [x, y] = self.source.mapping.form().limits(self.source.size(), p);
         Limits { x, y }
     }
 
     /// Whether the texel lies partly outside the discs, or on two of them.
     fn is_on_rim(&self, [x, y]: [usize; 2]) -> bool {
         let Grid { mapping, width, height } = self.target;
-        let discs = match mapping {
-            Mapping::Sphere | Mapping::MirrorBall | Mapping::Angular => 1,
-            Mapping::DualParaboloid => 2,
-            _ => return false,
-        };
+        let discs = mapping.form().discs();
+        if discs == 0 {
+            return false;
+        }
         // Twice the distance from the center of the disc, in texels.
         let disc = discs * x / width;
         let across = |x: usize| (discs * 2 * x) as f64 / width as f64 - (2 * disc + 1) as f64;
@@ -321,27 +294,11 @@ impl Sampler {
 /// The direction of the center of a texel that no rim cuts, and the approximate lengths of its two axes in radians.
 #[inline]
 pub(crate) fn axes(grid: Grid, [x, y]: [usize; 2]) -> Option<(Dir, [f64; 2])> {
-    let Grid { mapping, width, height } = grid;
-    let (w, h) = (1.0 / width as f64, 1.0 / height as f64);
-    let (u, v) = ((x as f64 + 0.5) * w, (y as f64 + 0.5) * h);
-    let center = mapping.dir_from_uv(u, v)?;
-    let lengths = match mapping {
-        Mapping::LatLong => [2.0 * PI * w * center.x().hypot(center.y()), PI * h],
-        Mapping::Cube => {
-            // Moving along an axis by da turns the direction by da √(1 + b²)/(1 + a² + b²), at most da/√(1 + a² + b²).
-            let [x, y, z] = center.to_array().map(f64::abs);
-            [2.0 * w * x.max(y).max(z); 2]
-        }
-        _ => {
-            // Nearly from edge to edge: the middles of the edges may lie on a fold.
-            let across = |du: f64, dv: f64| {
-                let (a, b) = (mapping.dir_from_uv(u - du, v - dv), mapping.dir_from_uv(u + du, v + dv));
-                a.zip(b).map_or(PI, |(a, b)| a.angle_to(b))
-            };
-            [across(0.499 * w, 0.0), across(0.0, 0.499 * h)]
-        }
-    };
-    Some((center, lengths))
+    let form = grid.mapping.form();
+    let (w, h) = (1.0 / grid.width as f64, 1.0 / grid.height as f64);
+    let [u, v] = [(x as f64 + 0.5) * w, (y as f64 + 0.5) * h];
+    let center = form.dir_from_uv(u, v)?;
+    Some((center, form.lengths(grid.size(), [u, v], center)))
 }
 
 #[inline]
@@ -358,6 +315,7 @@ pub(crate) fn midpoints(n: usize) -> Vec<(f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Mapping;
 
     #[test]
     fn samples_of_patches_lie_where_they_belong() {
@@ -392,7 +350,7 @@ mod tests {
                         let u = ((x + i) as f64 + ((k % nx) as f64 + 0.5) / nx as f64) / target.width as f64;
                         let v = ((y + j) as f64 + ((k / nx) as f64 + 0.5) / ny as f64) / target.height as f64;
                         let (p, found) = (sampler.source_point(to.dir_from_uv(u, v).unwrap()), sample.point());
-                        let across = sampler.texels_across(p[1]);
+                        let across = source.mapping.form().texels_across(source.height, p[1]);
                         let distance = ((found[0] - p[0]) / across).abs().max((found[1] - p[1]).abs());
                         let place = (x + i, y + j);
                         assert!(distance < 2.0 * OFF_PATCH, "{from} to {to}, texel {place:?}, sample {k}: {distance}");

@@ -8,7 +8,7 @@ use lobe_sh::{Coefficient, Dir, Rgb, gauss_legendre};
 
 use crate::mapping::texel_quadrature;
 use crate::sky::neighbors::{Neighbors, parts};
-use crate::{MappedMap, Mapping, NoSun};
+use crate::{MappedMap, NoSun};
 
 // An expansion of low order rings at a sun. So the sun is extracted first and lights the scene by itself:
 //
@@ -247,12 +247,12 @@ fn usual_pitch(map: &MappedMap) -> f64 {
 /// The unit vector from a point of the picture, in texels, to the center of its disc; zero in pictures without discs.
 fn inwards(map: &MappedMap, p: [f64; 2]) -> [f64; 2] {
     let [w, h] = [map.width() as f64, map.height() as f64];
-    let middle = match map.mapping() {
-        Mapping::Sphere | Mapping::MirrorBall | Mapping::Angular => 0.5 * w,
-        Mapping::DualParaboloid if p[0] < 0.5 * w => 0.25 * w,
-        Mapping::DualParaboloid => 0.75 * w,
-        _ => return [0.0; 2],
-    };
+    let discs = map.mapping().form().discs();
+    if discs == 0 {
+        return [0.0; 2];
+    }
+    let disc = ((discs as f64 * p[0] / w) as usize).min(discs - 1);
+    let middle = (2 * disc + 1) as f64 / (2 * discs) as f64 * w;
     let v = [middle - p[0], 0.5 * h - p[1]];
     let length = v[0].hypot(v[1]);
     if length > 0.0 { v.map(|c| c / length) } else { v }

@@ -45,6 +45,26 @@ fn solid_angles_of_every_mapping_and_size_sum_to_the_whole_sphere() {
 }
 
 #[test]
+fn every_mapping_is_found_by_its_name_and_tells_its_shape() {
+    for (k, mapping) in Mapping::ALL.into_iter().enumerate() {
+        let name = mapping.name();
+        assert_eq!(Mapping::from_name(name), Some(mapping), "{name}: two mappings of this name?");
+        assert_eq!(mapping as usize, k, "{name}: the shaders of lobe-gpu count in this order");
+        assert!(!mapping.description().is_empty() && mapping.to_string() == name, "{name}: {}", mapping.description());
+        let [width, height] = mapping.picture_size(12);
+        assert_eq!(mapping.height_for(width), height, "{name}: a picture of {width} columns");
+        assert!(height.is_multiple_of(mapping.faces()), "{name}: {} faces in {height} rows", mapping.faces());
+        for (axis, [u, v]) in mapping.axes_again() {
+            let at = ["+x", "-x", "+y", "-y", "+z", "-z"].iter().position(|known| known == axis);
+            let at = at.unwrap_or_else(|| panic!("{name}: {axis} is no axis"));
+            let axis = [Dir::X, -Dir::X, Dir::Y, -Dir::Y, Dir::Z, -Dir::Z][at];
+            let shown = mapping.dir_from_uv(*u, *v).unwrap_or_else(|| panic!("{name}: nothing at ({u}, {v})"));
+            assert!(shown.angle_to(axis) < 1e-7, "{name}: {shown:?} at ({u}, {v}), not {axis:?}");
+        }
+    }
+}
+
+#[test]
 fn directions_come_back_from_every_mapping() {
     let mut worst = 0.0_f64;
     for mapping in Mapping::ALL {

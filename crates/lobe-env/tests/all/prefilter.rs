@@ -1,21 +1,26 @@
 //! Prefiltering: white furnace, linearity, seams, and comparison with brute force.
 
+use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
 use lobe_env::{
-    Brdf, CubeMap, EnvError, Ggx, PrefilterMethod, PrefilterOptions, RoughnessLevels, SpecularLobe, bundled, cube, dfg,
-    filter_lobe, filter_lobe_lat_long, filter_zonal, prefilter_ggx,
+    Brdf, CubeMap, EnvError, Ggx, PrefilterOptions, RoughnessLevels, SpecularLobe, bundled, cube, dfg, filter_lobe,
+    filter_lobe_lat_long, filter_zonal, prefilter_ggx,
 };
 use lobe_io::{Job, Progress};
+use lobe_sh::vector::tangents_along_axis;
 use lobe_sh::{Coefficient, Dir, Rgb, gauss_legendre};
 use lobe_testkit::Random;
 
-const GATHER: PrefilterMethod = PrefilterMethod::Gather { tolerance: 0.02 };
-const IMPORTANCE: PrefilterMethod = PrefilterMethod::Importance { samples: 1024 };
+/// The default of the options.
+const TOLERANCE: f64 = 0.02;
 
 /// The largest error relative to the brightest texel. Peers at 1024 samples with a real sun: 0.08 to 0.13.
-const GATHER_ERROR: f64 = 3e-3;
-const IMPORTANCE_ERROR: f64 = 0.04;
+const OF_THE_PEAK: f64 = 3e-3;
+
+/// The same beside samples of the lobe, most of which miss a sun of one texel.
+const BESIDE_SAMPLES: f64 = 0.04;
+const SAMPLES: usize = 1 << 20;
 
 /// The largest error relative to a texel's own value, beside lamps 10⁵ times as bright; 2.1e-3 is measured.
 const OF_DARK_TEXELS: f64 = 3e-3;
@@ -24,10 +29,8 @@ fn ggx(alpha: f64) -> SpecularLobe {
     SpecularLobe::Ggx { alpha }
 }
 
-fn options(size: usize, last_size: usize, method: PrefilterMethod) -> PrefilterOptions {
-    let mut options = PrefilterOptions::default();
-    (options.size, options.last_size, options.method) = (size, last_size, method);
-    options
+fn options(size: usize, last_size: usize) -> PrefilterOptions {
+    PrefilterOptions::default().size(size).last_size(last_size)
 }
 
 fn chain(source: &CubeMap, options: &PrefilterOptions) -> Vec<CubeMap> {
@@ -42,13 +45,8 @@ fn noise(size: usize, seed: u64) -> CubeMap {
 
 /// A smooth sky with a sun of one texel, 1e5 times as bright.
 fn one_texel_sun(size: usize) -> CubeMap {
-    sun_in_texel(size, [size / 3, size / 6])
-}
-
-/// The same with the sun in this column and row of face 1.
-fn sun_in_texel(size: usize, [x, y]: [usize; 2]) -> CubeMap {
     let mut map = CubeMap::from_fn(size, |s| Rgb::splat(1.0 + 0.3 * s.z() as f32));
-    map.texels_mut()[(size + y) * size + x] = Rgb::splat(1e5);
+    map.texels_mut()[(size + size / 6) * size + size / 3] = Rgb::splat(1e5);
     map
 }
 
@@ -82,8 +80,31 @@ fn brute_force(points: &[(Dir, f64, f64)], r: Dir, weight: impl Fn(Dir) -> f64) 
     sum / weights
 }
 
+/// The average about `r` by samples of a GGX lobe, a witness that shares nothing with the quadrature: half vectors drawn with
+/// the density `D(h) (r·h)`, the light in the mirrored direction weighted by `r·l` ([Karis 2013]).
+///
+/// [Karis 2013]: https://blog.selfshadow.com/publications/s2013-shading-course/karis/s2013_pbs_epic_notes_v2.pdf
+fn by_importance(source: &CubeMap, alpha: f64, r: Dir) -> f64 {
+    const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
+    let (size, n) = (source.size(), r.to_array());
+    let [u, v] = tangents_along_axis(n);
+    let texel = |c: f64| ((c * size as f64) as usize).min(size - 1);
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for i in 0..SAMPLES {
+        let share = (i as f64 + 0.5) / SAMPLES as f64;
+        let cos = ((1.0 - share) / (1.0 - share * (1.0 - alpha * alpha))).sqrt();
+        let (aside, along) = (2.0 * cos * (1.0 - cos * cos).max(0.0).sqrt(), 2.0 * cos * cos - 1.0);
+        let (sin_phi, cos_phi) = (TAU * GOLDEN_RATIO * i as f64).sin_cos();
+        let l = Dir::from_unit([0, 1, 2].map(|k| aside * (cos_phi * u[k] + sin_phi * v[k]) + along * n[k]));
+        let (face, s, t) = cube::face_from_dir(l);
+        let weight = along.max(0.0);
+        (sum, weights) = (sum + weight * f64::from(source.texel(face, texel(s), texel(t)).g), weights + weight);
+    }
+    sum / weights
+}
+
 /// The largest error over some texels, the brightest and its neighbors among them, relative to the brightest.
-fn error_of_peak(found: &CubeMap, points: &[(Dir, f64, f64)], lobe: impl Fn(f64) -> f64) -> f64 {
+fn error_of_peak(found: &CubeMap, truth: impl Fn(Dir) -> f64) -> f64 {
     let size = found.size();
     let texels = found.texels();
     let best = (0..texels.len()).max_by(|a, b| texels[*a].g.total_cmp(&texels[*b].g)).unwrap();
@@ -91,29 +112,27 @@ fn error_of_peak(found: &CubeMap, points: &[(Dir, f64, f64)], lobe: impl Fn(f64)
         [best, best + 1, best + size, best.saturating_sub(2), 7, 5 * size * size + size / 2, 3 * size * size - 1];
     let error = |i: usize| {
         let r = found.dir(i / (size * size), i % size, i / size % size);
-        (f64::from(texels[i].g) - brute_force(points, r, |s| lobe(s.dot(r)))).abs()
+        (f64::from(texels[i].g) - truth(r)).abs()
     };
     picks.iter().map(|i| error(i % texels.len())).fold(0.0, f64::max) / f64::from(texels[best].g)
 }
 
 #[test]
 fn the_white_furnace_is_exactly_one() {
-    for method in [GATHER, IMPORTANCE] {
-        for size in [32, 21] {
-            let white = CubeMap::from_fn(size, |_| Rgb::splat(1.0));
-            for (k, level) in chain(&white, &options(16, 2, method)).iter().enumerate() {
-                assert!(level.texels().iter().all(|t| *t == Rgb::splat(1.0)), "{method:?}, {size}, level {k}");
-            }
-            for lobe in [SpecularLobe::Phong { exponent: 40.0 }, SpecularLobe::BlinnPhong { exponent: 900.0 }] {
-                let map = filter_lobe(&white, lobe, 8, method, Job::default()).unwrap();
-                assert!(map.texels().iter().all(|t| *t == Rgb::splat(1.0)), "{method:?}, {lobe:?}");
-            }
+    for size in [32, 21] {
+        let white = CubeMap::from_fn(size, |_| Rgb::splat(1.0));
+        for (k, level) in chain(&white, &options(16, 2)).iter().enumerate() {
+            assert!(level.texels().iter().all(|t| *t == Rgb::splat(1.0)), "{size}, level {k}");
+        }
+        for lobe in [SpecularLobe::Phong { exponent: 40.0 }, SpecularLobe::BlinnPhong { exponent: 900.0 }] {
+            let map = filter_lobe(&white, lobe, 8, TOLERANCE, Job::default()).unwrap();
+            assert!(map.texels().iter().all(|t| *t == Rgb::splat(1.0)), "{size}, {lobe:?}");
         }
     }
 }
 
 #[test]
-fn both_methods_against_brute_force() {
+fn filtered_maps_against_brute_force_and_samples() {
     let cube = |map: &lobe_env::EnvMap| CubeMap::from_fn(256, |s| map.radiance(s));
     let mut maps: Vec<_> = bundled::all().iter().map(|b| (b.name, cube(&b.map()), 1)).collect();
     maps.push(("a sun of one texel", one_texel_sun(64), 3));
@@ -121,31 +140,12 @@ fn both_methods_against_brute_force() {
         let points = brute_force_points(&source, per_texel);
         for alpha in [0.0625, 0.25, 0.5625, 1.0] {
             let lobe = ggx(alpha);
-            let error = |method| {
-                let found = filter_lobe(&source, lobe, 16, method, Job::default()).unwrap();
-                error_of_peak(&found, &points, |cos| lobe.value(cos))
-            };
-            let (gather, importance) = (error(GATHER), error(IMPORTANCE));
-            println!("{name}, α = {alpha}: of the peak, gather {gather:.1e}, importance {importance:.1e}");
-            assert!(gather < GATHER_ERROR, "{name}, α = {alpha}: {gather} of the peak, gathered");
-            assert!(importance < IMPORTANCE_ERROR, "{name}, α = {alpha}: {importance} of the peak, sampled");
-        }
-    }
-}
-
-#[test]
-fn samples_keep_a_small_sun_in_faces_of_any_size() {
-    for (size, per_texel) in [(31, 3), (100, 2), (250, 1)] {
-        for at in [size / 2, size / 4] {
-            let source = sun_in_texel(size, [at, at]);
-            let points = brute_force_points(&source, per_texel);
-            for alpha in [0.0625, 0.25, 1.0] {
-                let lobe = ggx(alpha);
-                let found = filter_lobe(&source, lobe, 16, IMPORTANCE, Job::default()).unwrap();
-                let error = error_of_peak(&found, &points, |cos| lobe.value(cos));
-                println!("faces of {size}, sun at {at}, α = {alpha}: {error:.1e} of the peak");
-                assert!(error < IMPORTANCE_ERROR, "faces of {size}, sun at {at}, α = {alpha}: {error} of the peak");
-            }
+            let found = filter_lobe(&source, lobe, 16, TOLERANCE, Job::default()).unwrap();
+            let by_points = error_of_peak(&found, |r| brute_force(&points, r, |s| lobe.value(s.dot(r))));
+            let by_samples = error_of_peak(&found, |r| by_importance(&source, alpha, r));
+            println!("{name}, α = {alpha}: of the peak, {by_points:.1e} by points, {by_samples:.1e} by samples");
+            assert!(by_points < OF_THE_PEAK, "{name}, α = {alpha}: {by_points} of the peak from points");
+            assert!(by_samples < BESIDE_SAMPLES, "{name}, α = {alpha}: {by_samples} of the peak from samples");
         }
     }
 }
@@ -163,7 +163,7 @@ fn lamps_do_not_spoil_the_dark() {
         let points = brute_force_points(&source, 4);
         for alpha in [0.0625, 0.25, 0.5625] {
             let lobe = ggx(alpha);
-            let found = filter_lobe(&source, lobe, 16, GATHER, Job::default()).unwrap();
+            let found = filter_lobe(&source, lobe, 16, TOLERANCE, Job::default()).unwrap();
             let mut order: Vec<usize> = (0..found.texels().len()).collect();
             order.sort_by(|a, b| found.texels()[*a].g.total_cmp(&found.texels()[*b].g));
             // The darkest, and some of all others.
@@ -192,14 +192,14 @@ fn highlight_maps_against_brute_force() {
         ggx(0.02),
     ];
     for lobe in lobes {
-        let found = filter_lobe(&source, lobe, 32, GATHER, Job::default()).unwrap();
-        let error = error_of_peak(&found, &points, |cos| lobe.value(cos));
+        let found = filter_lobe(&source, lobe, 32, TOLERANCE, Job::default()).unwrap();
+        let error = error_of_peak(&found, |r| brute_force(&points, r, |s| lobe.value(s.dot(r))));
         println!("{lobe:?}: {error:.1e} of the peak");
-        assert!(error < GATHER_ERROR, "{lobe:?}: {error} of the peak");
+        assert!(error < OF_THE_PEAK, "{lobe:?}: {error} of the peak");
     }
     let kernel = |cos: f64| (30.0 * (cos - 1.0)).exp();
     let found = filter_zonal(&source, 16, 1e-3, kernel, Job::default()).unwrap();
-    let error = error_of_peak(&found, &points, kernel);
+    let error = error_of_peak(&found, |r| brute_force(&points, r, |s| kernel(s.dot(r))));
     assert!(error < 1e-3, "a spherical Gaussian: {error} of the peak");
 }
 
@@ -209,8 +209,8 @@ fn a_smaller_tolerance_has_a_smaller_error() {
     let points = brute_force_points(&source, 3);
     for tolerance in [1e-2, 1e-3] {
         let lobe = ggx(0.25);
-        let found = filter_lobe(&source, lobe, 16, PrefilterMethod::Gather { tolerance }, Job::default()).unwrap();
-        let error = error_of_peak(&found, &points, |cos| lobe.value(cos));
+        let found = filter_lobe(&source, lobe, 16, tolerance, Job::default()).unwrap();
+        let error = error_of_peak(&found, |r| brute_force(&points, r, |s| lobe.value(s.dot(r))));
         println!("tolerance {tolerance}: {error:.1e} of the peak");
         assert!(error < tolerance, "tolerance {tolerance}: {error} of the peak");
     }
@@ -221,54 +221,43 @@ fn filtering_is_linear_in_the_source() {
     let (a, b) = (noise(24, 1), noise(24, 2));
     let both = a.texels().iter().zip(b.texels()).map(|(a, b)| a.scale(2.0) + b.scale(-0.5)).collect();
     let both = CubeMap::new(24, both).unwrap();
-    for method in [GATHER, IMPORTANCE] {
-        let [a, b, both] = [&a, &b, &both].map(|map| filter_lobe(map, ggx(0.2), 8, method, Job::default()).unwrap());
-        for ((a, b), both) in a.texels().iter().zip(b.texels()).zip(both.texels()) {
-            let expected = 2.0 * a.g - 0.5 * b.g;
-            assert!(
-                (both.g - expected).abs() < 1e-5 * (2.0 * a.g + 0.5 * b.g),
-                "{method:?}: {} and {expected}",
-                both.g
-            );
-        }
+    let [a, b, both] = [&a, &b, &both].map(|map| filter_lobe(map, ggx(0.2), 8, TOLERANCE, Job::default()).unwrap());
+    for ((a, b), both) in a.texels().iter().zip(b.texels()).zip(both.texels()) {
+        let expected = 2.0 * a.g - 0.5 * b.g;
+        assert!((both.g - expected).abs() < 1e-5 * (2.0 * a.g + 0.5 * b.g), "{} and {expected}", both.g);
     }
 }
 
 #[test]
 fn the_chain_has_the_same_bits_for_any_number_of_threads() {
     let source = noise(32, 3);
-    for method in [GATHER, IMPORTANCE] {
-        let run = |threads: usize| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| chain(&source, &options(32, 4, method)))
-        };
-        assert!(run(1) == run(3), "{method:?}: one thread and three differ");
-    }
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| chain(&source, &options(32, 4)))
+    };
+    assert!(run(1) == run(3), "one thread and three differ");
 }
 
 #[test]
 fn no_seam_shows_where_faces_meet() {
     let size = 32;
-    let source = noise(32, 4);
-    for method in [GATHER, IMPORTANCE] {
-        let map = filter_lobe(&source, ggx(0.25), size, method, Job::default()).unwrap();
-        let (mut inside, mut across) = (0.0_f32, 0.0_f32);
-        for face in 0..6 {
-            for k in 0..size {
-                for i in 1..size {
-                    inside = inside.max((map.texel(face, i, k).g - map.texel(face, i - 1, k).g).abs());
-                }
-                let t = (k as f64 + 0.5) / size as f64;
-                let beyond = -0.5 / size as f64;
-                for (s, t, own) in [(beyond, t, (0, k)), (t, beyond, (k, 0))] {
-                    let (other, s, t) = cube::face_from_dir(cube::dir_from_face(face, s, t));
-                    let at = |c: f64| ((c * size as f64) as usize).min(size - 1);
-                    across = across.max((map.texel(face, own.0, own.1).g - map.texel(other, at(s), at(t)).g).abs());
-                }
+    let map = filter_lobe(&noise(32, 4), ggx(0.25), size, TOLERANCE, Job::default()).unwrap();
+    let (mut inside, mut across) = (0.0_f32, 0.0_f32);
+    for face in 0..6 {
+        for k in 0..size {
+            for i in 1..size {
+                inside = inside.max((map.texel(face, i, k).g - map.texel(face, i - 1, k).g).abs());
+            }
+            let t = (k as f64 + 0.5) / size as f64;
+            let beyond = -0.5 / size as f64;
+            for (s, t, own) in [(beyond, t, (0, k)), (t, beyond, (k, 0))] {
+                let (other, s, t) = cube::face_from_dir(cube::dir_from_face(face, s, t));
+                let at = |c: f64| ((c * size as f64) as usize).min(size - 1);
+                across = across.max((map.texel(face, own.0, own.1).g - map.texel(other, at(s), at(t)).g).abs());
             }
         }
-        assert!(across < 1.3 * inside, "{method:?}: a step of {across} between faces, {inside} inside");
     }
+    assert!(across < 1.3 * inside, "a step of {across} between faces, {inside} inside");
 }
 
 /// The light that a GGX mirror with normal `n` reflects towards `v`, by brute force.
@@ -304,7 +293,7 @@ fn the_split_sum_is_exact_in_even_light_and_near_it_elsewhere() {
             let brdf = Ggx { alpha, f0: 0.5 };
             let factor = brdf.f0 * table.scale + table.bias;
             let split = |map: &CubeMap| {
-                f64::from(filter_lobe(map, ggx(alpha), 64, GATHER, Job::default()).unwrap().radiance(r).g) * factor
+                f64::from(filter_lobe(map, ggx(alpha), 64, TOLERANCE, Job::default()).unwrap().radiance(r).g) * factor
             };
             let truth = |map: &CubeMap| reflected(&brute_force_points(map, 1), &brdf, n, v);
             let even = split(&white) / truth(&white) - 1.0;
@@ -319,14 +308,14 @@ fn the_split_sum_is_exact_in_even_light_and_near_it_elsewhere() {
 #[test]
 fn level_zero_is_the_source_averaged_over_each_texel() {
     let source = noise(24, 5);
-    let same = chain(&source, &options(24, 24, GATHER));
+    let same = chain(&source, &options(24, 24));
     assert!(same.len() == 1 && same[0] == source, "the same size is the same map");
     for size in [12, 7] {
-        let level = &chain(&source, &options(size, size, GATHER))[0];
+        let level = &chain(&source, &options(size, size))[0];
         let (found, expected) = (level.mean().g, source.mean().g);
         assert!((found / expected - 1.0).abs() < 1e-6, "24 to {size}: {found} against {expected}");
     }
-    let narrow = filter_lobe(&source, SpecularLobe::Phong { exponent: 1e9 }, 24, GATHER, Job::default()).unwrap();
+    let narrow = filter_lobe(&source, SpecularLobe::Phong { exponent: 1e9 }, 24, TOLERANCE, Job::default()).unwrap();
     assert!(narrow == source, "a lobe far narrower than texels is a mirror");
 }
 
@@ -334,9 +323,8 @@ fn level_zero_is_the_source_averaged_over_each_texel() {
 fn a_lat_long_highlight_map_shows_the_same() {
     let source = noise(16, 6);
     let lobe = SpecularLobe::Phong { exponent: 20.0 };
-    let fine = PrefilterMethod::Gather { tolerance: 1e-4 };
     let (cube, map) = (
-        filter_lobe(&source, lobe, 64, fine, Job::default()).unwrap(),
+        filter_lobe(&source, lobe, 64, 1e-4, Job::default()).unwrap(),
         filter_lobe_lat_long(&source, lobe, [16, 8], 1e-4, Job::default()).unwrap(),
     );
     for y in 0..8 {
@@ -368,21 +356,20 @@ fn wrong_options_are_refused_and_the_work_can_be_stopped() {
     let source = noise(8, 7);
     let run = |options: &PrefilterOptions| prefilter_ggx(&source, options, Job::default());
     let bad = [
-        options(0, 1, GATHER),
-        options(8, 16, GATHER),
-        options(8, 0, GATHER),
-        options(8, 2, PrefilterMethod::Gather { tolerance: 0.0 }),
-        options(8, 2, PrefilterMethod::Importance { samples: 0 }),
-        options(8, 2, PrefilterMethod::Importance { samples: (1 << 20) + 1 }),
-        options(1 << 20, 2, GATHER),
-        options(usize::MAX, 2, GATHER),
+        options(0, 1),
+        options(8, 16),
+        options(8, 0),
+        options(8, 2).tolerance(0.0),
+        options(8, 2).tolerance(f64::NAN),
+        options(1 << 20, 2),
+        options(usize::MAX, 2),
     ];
     for options in bad {
         assert!(matches!(run(&options), Err(EnvError::Options(_))), "{options:?} was taken");
     }
     for lobe in [ggx(1.5), ggx(f64::NAN), SpecularLobe::Phong { exponent: -1.0 }] {
         assert!(
-            matches!(filter_lobe(&source, lobe, 8, GATHER, Job::default()), Err(EnvError::Options(_))),
+            matches!(filter_lobe(&source, lobe, 8, TOLERANCE, Job::default()), Err(EnvError::Options(_))),
             "{lobe:?} was taken"
         );
     }
@@ -392,7 +379,7 @@ fn wrong_options_are_refused_and_the_work_can_be_stopped() {
     );
     for size in [0, 1 << 20, usize::MAX] {
         let phong = SpecularLobe::Phong { exponent: 5.0 };
-        let cube = filter_lobe(&source, phong, size, GATHER, Job::default()).map(|_| ());
+        let cube = filter_lobe(&source, phong, size, TOLERANCE, Job::default()).map(|_| ());
         let picture = filter_lobe_lat_long(&source, phong, [size, size], 0.02, Job::default()).map(|_| ());
         assert!(matches!(cube, Err(EnvError::Options(_))), "a cube of {size}: {cube:?}");
         assert!(matches!(picture, Err(EnvError::Options(_))), "{size} x {size}: {picture:?}");
@@ -402,9 +389,9 @@ fn wrong_options_are_refused_and_the_work_can_be_stopped() {
         heard.push(progress.done as f64 / progress.total as f64);
         if heard.len() < 3 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     };
-    let stopped = prefilter_ggx(&source, &options(8, 2, GATHER), Job::default().watched_by(&mut watch));
+    let stopped = prefilter_ggx(&source, &options(8, 2), Job::default().watched_by(&mut watch));
     assert!(matches!(stopped, Err(EnvError::Cancelled)), "stopped: {stopped:?}");
-    let kept = prefilter_ggx(&source, &options(8, 2, GATHER), Job::default().kept_in("a.checkpoint"));
+    let kept = prefilter_ggx(&source, &options(8, 2), Job::default().kept_in("a.checkpoint"));
     assert!(matches!(kept, Err(EnvError::Options(_))), "a checkpoint: {kept:?}");
     assert!(heard.is_sorted() && heard.iter().all(|p| (0.0..=1.0).contains(p)), "parts done: {heard:?}");
 }
@@ -412,12 +399,10 @@ fn wrong_options_are_refused_and_the_work_can_be_stopped() {
 #[test]
 fn finite_light_is_refused_rather_than_filtered_to_infinite() {
     let sky = CubeMap::from_fn(8, |_| Rgb::splat(f32::MAX));
-    for method in [GATHER, IMPORTANCE] {
-        for lobe in [SpecularLobe::Phong { exponent: 1.0 }, ggx(1.0), ggx(0.3)] {
-            match filter_lobe(&sky, lobe, 4, method, Job::default()) {
-                Ok(map) => assert!(map.texels().iter().all(|t| t.g.is_finite()), "{lobe:?}: an infinite texel"),
-                Err(error) => assert!(error.to_string().contains("the filtered light"), "{lobe:?}: {error}"),
-            }
+    for lobe in [SpecularLobe::Phong { exponent: 1.0 }, ggx(1.0), ggx(0.3)] {
+        match filter_lobe(&sky, lobe, 4, TOLERANCE, Job::default()) {
+            Ok(map) => assert!(map.texels().iter().all(|t| t.g.is_finite()), "{lobe:?}: an infinite texel"),
+            Err(error) => assert!(error.to_string().contains("the filtered light"), "{lobe:?}: {error}"),
         }
     }
 }
@@ -443,6 +428,6 @@ fn a_mirror_is_watched_and_its_light_is_finite_as_that_of_any_lobe() {
     let mut stop = |_: &Progress| -> ControlFlow<()> { ControlFlow::Break(()) };
     let stopped = picture(&source, Job::default().watched_by(&mut stop)).map(|_| ());
     assert!(matches!(stopped, Err(EnvError::Cancelled)), "a picture: {stopped:?}");
-    let stopped = filter_lobe(&source, ggx(0.0), 8, GATHER, Job::default().watched_by(&mut stop)).map(|_| ());
+    let stopped = filter_lobe(&source, ggx(0.0), 8, TOLERANCE, Job::default().watched_by(&mut stop)).map(|_| ());
     assert!(matches!(stopped, Err(EnvError::Cancelled)), "a cube: {stopped:?}");
 }

@@ -65,16 +65,13 @@ fn table(canvas: &mut Canvas<'_>, sky: &Sky) -> Drawn {
 
 /// The photograph in a mapping, tone mapped; the cube as two rows of faces, like its figure.
 fn unfolded(picture: usize, sky: &Sky, mapping: Mapping) -> Result<Picture, GalleryError> {
-    let width = if mapping == Mapping::Cube { picture / 6 } else { picture / 2 };
+    let columns = mapping.faces().min(3);
+    let width = picture / (2 * columns);
     let map = resample(&sky.map, &Resample::to(mapping, width, mapping.height_for(width)), Job::default())?;
-    let texel = |x: usize, y: usize| map.texel(x, y);
-    let picture = if mapping == Mapping::Cube {
-        Picture::from_fn(3 * width, 2 * width, |x, y| {
-            texel(x % width, (x / width + 3 * (y / width)) * width + y % width)
-        })
-    } else {
-        Picture::from_fn(map.width(), map.height(), texel)
-    };
+    let (height, rows) = (map.height() / mapping.faces(), mapping.faces() / columns);
+    let picture = Picture::from_fn(columns * width, rows * height, |x, y| {
+        map.texel(x % width, (x / width + columns * (y / height)) * height + y % height)
+    });
     Ok(Tone::PHOTOGRAPH.fixed_for(&Picture::from(&sky.map)).apply(&picture))
 }
 

@@ -96,9 +96,8 @@ fn rows_like(light: &EnvMap, mapping: Mapping) -> usize {
 
 /// A map in a mapping, of so many rows.
 fn stored(map: MappedMap, mapping: Mapping, rows: usize, job: Job<'_>) -> Result<MappedMap, EnvError> {
-    let is_wide = matches!(mapping, Mapping::LatLong | Mapping::DualParaboloid);
-    let width = if is_wide { rows.saturating_mul(2) } else { rows };
-    resample(map, &Resample::to(mapping, width, mapping.height_for(width)), job)
+    let [width, height] = mapping.picture_size(rows);
+    resample(map, &Resample::to(mapping, width, height), job)
 }
 
 #[cfg(test)]

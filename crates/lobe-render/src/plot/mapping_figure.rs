@@ -9,6 +9,8 @@ use lobe_image::{Label, Picture, srgb_decode};
 const GRID: f64 = 15.0;
 /// Samples along each side of a pixel.
 const SAMPLES: usize = 3;
+/// The faces of a cube that lie beside each other.
+const FACES_ABREAST: usize = 3;
 /// The gray where a mapping shows nothing, as sRGB.
 const NOTHING: f64 = 0.62;
 /// The part of a pixel's color that a line of the grid leaves.
@@ -40,7 +42,17 @@ pub fn mapping_figure(mapping: Mapping, width: usize) -> Picture {
 }
 
 fn layout_height(mapping: Mapping, width: usize) -> usize {
-    if mapping == Mapping::Cube { (2 * width).div_ceil(3) } else { mapping.height_for(width) }
+    if mapping.faces() == 1 {
+        return mapping.height_for(width);
+    }
+    let [columns, rows] = faces_of(mapping);
+    (rows * width).div_ceil(columns)
+}
+
+/// Columns and rows of faces on the paper.
+fn faces_of(mapping: Mapping) -> [usize; 2] {
+    let columns = mapping.faces().min(FACES_ABREAST);
+    [columns, mapping.faces().div_ceil(columns)]
 }
 
 /// A mapping on the paper.
@@ -57,24 +69,20 @@ impl Layout {
         if !(0.0..1.0).contains(&u) || !(0.0..1.0).contains(&v) {
             return None;
         }
-        if self.mapping != Mapping::Cube {
-            return self.mapping.dir_from_uv(u, v);
-        }
-        let (column, row) = ((3.0 * u).floor(), (2.0 * v).floor());
-        let (s, t, face) = (3.0 * u - column, 2.0 * v - row, 3.0 * row + column);
-        self.mapping.dir_from_uv(s, (face + t) / 6.0)
+        let [columns, rows] = faces_of(self.mapping).map(|count| count as f64);
+        let (column, row) = ((columns * u).floor(), (rows * v).floor());
+        let (s, t, face) = (columns * u - column, rows * v - row, columns * row + column);
+        self.mapping.dir_from_uv(s, (face + t) / self.mapping.faces() as f64)
     }
 
     /// The point of the paper in a direction.
     fn place(&self, s: Dir) -> [f64; 2] {
         let (u, v) = self.mapping.uv_from_dir(s);
-        let (u, v) = if self.mapping == Mapping::Cube {
-            let face = (6.0 * v).floor().min(5.0);
-            (((face % 3.0) + u) / 3.0, ((face / 3.0).floor() + 6.0 * v - face) / 2.0)
-        } else {
-            (u, v)
-        };
-        [u * self.width as f64, v * self.height as f64]
+        let [columns, rows] = faces_of(self.mapping).map(|count| count as f64);
+        let down = self.mapping.faces() as f64 * v;
+        let face = down.floor().min((self.mapping.faces() - 1) as f64);
+        let (column, row) = (face % columns, (face / columns).floor());
+        [(column + u) / columns * self.width as f64, (row + down - face) / rows * self.height as f64]
     }
 
     /// The mean of the samples of a pixel; those on a line are darker.
@@ -101,19 +109,8 @@ impl Layout {
         let (w, h) = (self.width as f64, self.height as f64);
         let axes = [("+x", Dir::X), ("-x", -Dir::X), ("+y", Dir::Y), ("-y", -Dir::Y), ("+z", Dir::Z), ("-z", -Dir::Z)];
         let mut all: Vec<_> = axes.map(|(name, s)| (name, self.place(s))).into();
-        all.extend(match self.mapping {
-            Mapping::LatLong => vec![("-x", [0.0, 0.5 * h]), ("-x", [w, 0.5 * h])],
-            Mapping::Sphere => vec![("+y", [0.0, 0.5 * h])],
-            Mapping::MirrorBall => vec![("+x", [0.0, 0.5 * h])],
-            Mapping::Angular => vec![("-x", [0.0, 0.5 * h])],
-            Mapping::DualParaboloid => {
-                vec![("+z", [0.75 * w, 0.0]), ("-z", [0.75 * w, h]), ("+y", [w, 0.5 * h])]
-            }
-            Mapping::Octahedral | Mapping::EqualArea => {
-                vec![("-z", [0.0, 0.0]), ("-z", [w, 0.0]), ("-z", [0.0, h])]
-            }
-            _ => Vec::new(),
-        });
+        let again = self.mapping.axes_again().iter();
+        all.extend(again.map(|&(name, [u, v])| (name, [u * w, v * h])));
         all
     }
 }

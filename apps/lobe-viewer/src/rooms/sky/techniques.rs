@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_1_PI;
 use std::sync::Arc;
 
 use lobe::env::{
-    CubeMap, CubeMipChain, DfgTable, EnvError, EnvMap, Ggx, MappedMap, PrefilterMethod, SpecularLobe, cube,
+    CubeMap, CubeMipChain, DfgTable, EnvError, EnvMap, Ggx, MappedMap, PrefilterOptions, SpecularLobe, cube,
     cube_source, filter_lobe, project_map,
 };
 use lobe::io::Job;
@@ -157,7 +157,8 @@ fn prepare(control: &Control<Technique>, map: &Arc<MappedMap>) -> Result<(), Str
     let lobe = SpecularLobe::Ggx { alpha: ALPHA };
     let mut watch = control.watch();
     let job = Job::default().watched_by(&mut watch);
-    let filtered = match filter_lobe(averaged.base(), lobe, FILTERED_SIZE, PrefilterMethod::default(), job) {
+    let tolerance = PrefilterOptions::default().tolerance;
+    let filtered = match filter_lobe(averaged.base(), lobe, FILTERED_SIZE, tolerance, job) {
         Err(EnvError::Cancelled) => return Ok(()),
         other => other.map_err(|error| error.to_string())?,
     };
