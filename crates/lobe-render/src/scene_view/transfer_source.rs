@@ -3,7 +3,10 @@
 use std::path::PathBuf;
 
 use lobe_io::{Given, GivenPaths, Job, JobOptions, MemoryLimit, OptionError, OptionField, OptionKind, options};
-use lobe_prt::{AlbedoMode, BakeMode, BakeOptions, BakeWork, BakedOrScene, GlossyLobe, OpenScene, Recipe, Transfer};
+use lobe_prt::{
+    AlbedoMode, BakeMode, BakeOptions, BakeWork, BakedOrScene, GlossyLobe, OpenScene, Recipe, Transfer,
+    check_file_of_numbers,
+};
 use lobe_scene::{Scene, SceneSource};
 
 use crate::{BakedScene, Camera, PictureBake, RenderError, ViewOptions, transfer_bytes};
