@@ -83,7 +83,7 @@
 //! | exchange ringing for blur | [`Window`], [`windowed`], [`ContentWindow`] (none towards the light), [`Window::squared_laplacian_of`], [`width_of_peak`], [`dering_table_factors`] |
 //! | find extreme values | [`certified_minimum`], [`certified_maximum`], [`conservative_minimum`] |
 //! | remove ringing below zero | [`deringed`], [`dering_in_place`], [`dering_order_3_in_place`], [`dering_batch_order_3_in_place`] |
-//! | read and write `.sh.json` | `read_sh_json`, `write_sh_json` (feature `json`, on by default) |
+//! | read and write `.sh.json` | `read_sh_json`, `write_sh_json` (feature `json`) |
 //!
 //! # Types on top, slices below
 //!
@@ -101,15 +101,19 @@
 //!
 //! # Without the standard library
 //!
-//! With `default-features = false` the crate needs `core` and `alloc` only. Elementary functions then come from `libm`,
-//! so that results may differ in the last place, and files are left out.
+//! With `default-features = false` and the feature `libm` the crate needs `core` and `alloc` only. Elementary functions then come
+//! from `libm`, so that results may differ in the last place, and files are left out.
 
 #![cfg_attr(not(any(feature = "std", test)), no_std)]
+
+#[cfg(not(any(feature = "std", feature = "libm")))]
+compile_error!("lobe-sh needs the feature `std`, or `libm` where there is no standard library");
 
 #[macro_use]
 extern crate alloc;
 
 mod basis;
+#[cfg(feature = "batch")]
 mod batch;
 mod by_type;
 mod encoding;
@@ -123,7 +127,7 @@ mod light;
 mod light_extraction;
 mod once;
 mod prelude;
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 #[doc(hidden)]
 pub mod probes;
 mod product;
@@ -131,6 +135,7 @@ mod projection;
 mod ringing;
 mod rotation;
 mod scalar;
+mod setters;
 #[cfg(feature = "json")]
 mod sh_json;
 pub mod simd;
@@ -146,11 +151,13 @@ pub use basis::basis::{Basis, eval_basis, eval_basis_into};
 pub use basis::complex::{complex_from_real, eval_complex, real_from_complex};
 pub use basis::index::{MAX_ORDER, band_and_m, band_range, coefficient_count, coefficient_index, order_of};
 pub use basis::legendre::{legendre, legendre_normalized};
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 pub use basis::vectors::Vectors;
+#[cfg(feature = "batch")]
 pub use batch::dir_batch::DirBatch;
+#[cfg(feature = "batch")]
 pub use batch::sh_batch::ShBatch;
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 pub use batch::values::{BasisTiles, Functions, Tiled};
 
 pub use encoding::ahd::Ahd;
@@ -172,6 +179,7 @@ pub use expansion::quantity::Quantity;
 pub use expansion::sh::{Sh, ShL0, ShL1, ShL2, ShL3, ShL4, ShL5, ShL6, ShL7, ShL8, ShL9};
 pub use expansion::sh_vec::ShVec;
 pub use expansion::zonal::Zonal;
+#[cfg(feature = "batch")]
 pub use exponential::batch_logarithm::logarithm_batch_in_place;
 pub use exponential::exponential::{ExpMethod, Exponential};
 pub use exponential::logarithm::{LOG_CLAMP, logarithm};
@@ -192,12 +200,14 @@ pub use light_extraction::light_fit::{DirectionalLight, LightFit, LightMetric};
 pub use light_extraction::peaks::{Peak, PeakSearch, local_maxima};
 pub use product::gaunt::{GauntCoefficient, GauntTensor, MAX_GAUNT_ORDER, gaunt_coefficient};
 pub use product::grid::product_on_grid;
+#[cfg(feature = "batch")]
 pub use product::lane_product::product_of_blocks;
 pub use product::matrix::ProductMatrix;
 pub use product::product::{product, product_as, product_into, square_into, zonal_product_into};
 pub use projection::least_squares::{Conditioning, LeastSquaresFit, least_squares};
 pub use projection::monte_carlo::{MonteCarloEstimate, MonteCarloOptions, Sampling, project_monte_carlo};
 pub use projection::project::{Projection, project, project_as, project_to_accuracy};
+#[cfg(feature = "batch")]
 pub use ringing::batch_dering::dering_batch_order_3_in_place;
 pub use ringing::content_window::ContentWindow;
 pub use ringing::dering::{DeringMethod, DeringOptions, DeringReport, WindowFamily, dering_in_place, deringed};

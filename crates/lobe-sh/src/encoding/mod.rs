@@ -18,6 +18,7 @@ pub(crate) mod irradiance_polynomial;
 pub(crate) mod non_linear_l1;
 pub(crate) mod packed_irradiance;
 pub(crate) mod packed_irradiance_5;
+#[cfg(feature = "batch")]
 mod packed_lanes;
 pub(crate) mod zh3;
 

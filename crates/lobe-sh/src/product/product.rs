@@ -4,10 +4,10 @@ use crate::basis::index::{coefficient_count, order_of_slice};
 use crate::by_type::{by_type, of_each_type};
 use crate::once::Once;
 use crate::product::grid::product_on_grid;
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use crate::product::lane_rows::{LEAST_COUNT, multiply_by_rows};
 use crate::product::straight_line;
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use crate::simd::Machine;
 use crate::{Coefficient, Expansion, FixedOrder, GauntTensor, MAX_GAUNT_ORDER, Real as _, ShVec, Zonal};
 
@@ -58,13 +58,13 @@ pub fn product_into<T: Coefficient>(a: &[T], b: &[T], out: &mut [T]) {
 /// The product in the lanes of the machine, where it has wide instructions for the type and the orders; whether it has.
 #[inline]
 fn product_by_rows<T: Coefficient>(a: &[T], b: &[T], out: &mut [T]) -> bool {
-    #[cfg(feature = "std")]
+    #[cfg(feature = "simd")]
     if a.len() >= LEAST_COUNT
         && let (Some(a), Some(b), Some(out)) = (T::single_slice(a), T::single_slice(b), T::single_slice_mut(out))
     {
         return multiply_by_rows(Machine::detect(), a, b, out);
     }
-    #[cfg(not(feature = "std"))]
+    #[cfg(not(feature = "simd"))]
     let _ = (a, b, out);
     false
 }

@@ -2,7 +2,6 @@
 
 use core::fmt;
 use core::str::FromStr;
-use derive_setters::Setters;
 
 use crate::basis::index::{band_range, coefficient_count, order_of_slice};
 use crate::extrema::branch_and_bound::minimum_of;
@@ -126,8 +125,7 @@ impl DeringMethod {
 }
 
 /// Options of [`dering_in_place`]: by default the function itself becomes non-negative, by the least change.
-#[derive(Clone, Debug, Default, PartialEq, Setters)]
-#[setters(no_std)]
+#[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct DeringOptions {
@@ -136,8 +134,21 @@ pub struct DeringOptions {
     /// `None`: the function itself becomes non-negative. Otherwise its convolution with this kernel does: with
     /// [`Zonal::clamped_cosine`], radiance may stay negative as long as its irradiance is not. The factors are applied
     /// to the function itself in both cases.
-    #[setters(into)]
     pub kernel: Option<Zonal>,
+}
+
+impl DeringOptions {
+    /// Sets [`method`](Self::method).
+    #[must_use]
+    pub fn method(self, method: DeringMethod) -> Self {
+        Self { method, ..self }
+    }
+
+    /// Sets [`kernel`](Self::kernel).
+    #[must_use]
+    pub fn kernel(self, kernel: impl Into<Option<Zonal>>) -> Self {
+        Self { kernel: kernel.into(), ..self }
+    }
 }
 
 /// The report of [`dering_in_place`].

@@ -6,17 +6,17 @@
 
 use alloc::vec::Vec;
 
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use pulp::Simd;
 
 use crate::ringing::quadratic_dering::{QuadraticDeringReport, least_change_order_3};
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use crate::ringing::quadratic_dering::{ROUNDING, TIE, unit_roundoff};
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use crate::simd::LANES;
 use crate::simd::{Kernel, Lanes};
 use crate::{Coefficient, Rgb};
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use crate::{
     DERING_ALLOWED, DeringOutcome,
     extrema::lane_form::{LaneForm, Many, absolute},
@@ -57,7 +57,7 @@ impl SixteenFunctions<'_> {
 impl Kernel for SixteenFunctions<'_> {
     type Output = ();
 
-    #[cfg(feature = "std")]
+    #[cfg(feature = "simd")]
     #[inline(always)]
     fn wide<S: Simd>(self, simd: S) {
         let mut found = Found { state: [LEFT; LANES], factors: [[1.0; LANES]; 2] };
@@ -88,21 +88,21 @@ impl Kernel for SixteenFunctions<'_> {
 }
 
 // What lanes found of a function, as a number in its lane: it is left to the code for one, is non-negative, or has factors.
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 const LEFT: f64 = 0.0;
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 const UNCHANGED: f64 = 1.0;
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 const WINDOWED: f64 = 2.0;
 
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 struct Found {
     state: [f64; LANES],
     factors: [[f64; LANES]; 2],
 }
 
 /// A function in each lane.
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 struct Search<S: Simd> {
     simd: S,
     /// The forms that there are: 1 or 3.
@@ -112,7 +112,7 @@ struct Search<S: Simd> {
     weights: [Many<S>; 2],
 }
 
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 impl<S: Simd> Search<S> {
     #[inline(always)]
     fn new(simd: S, channels: &[&[Lanes]], part: usize) -> Self {
@@ -211,20 +211,20 @@ impl<S: Simd> Search<S> {
 }
 
 /// `then` where `value >= limit`, `or` elsewhere, where it is no number too.
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 #[inline(always)]
 fn at_least<S: Simd>(simd: S, value: Many<S>, limit: Many<S>, then: Many<S>, or: Many<S>) -> Many<S> {
     value.if_less(limit, or, value.if_less(rounded(simd, f64::INFINITY), then, or))
 }
 
 /// `then` where the channel that decides is another one than `k`.
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 #[inline(always)]
 fn other_than<S: Simd>(simd: S, decides: Many<S>, k: usize, then: Many<S>, or: Many<S>) -> Many<S> {
     absolute(decides - rounded(simd, k as f64)).if_less(rounded(simd, 0.5), or, then)
 }
 
-#[cfg(all(test, feature = "std"))]
+#[cfg(all(test, feature = "simd"))]
 mod tests {
     use lobe_testkit::Random;
 
