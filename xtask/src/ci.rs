@@ -15,8 +15,10 @@ const GOLDENS: Step = Step { name: "goldens", work: Work::Chore(goldens::check) 
 const CLIPPY: Step =
     Step { name: "clippy", work: Work::Cargo("clippy --workspace --all-targets --all-features -- -D warnings", &[]) };
 /// The mathematics alone, without files. At night: [`NO_STD`] and [`WASM`] check the same for other machines.
-const FEATURES: Step =
-    Step { name: "no-features", work: Work::Cargo("check --package lobe-sh --no-default-features --features libm", &[]) };
+const FEATURES: Step = Step {
+    name: "no-features",
+    work: Work::Cargo("check --package lobe-sh --no-default-features --features libm", &[]),
+};
 /// The command as users build it: the other steps have every feature on, or those that any crate of the workspace asks for. At night, because
 /// dependencies are checked again for it.
 const DEFAULTS: Step = Step { name: "default-features", work: Work::Cargo("check", &[]) };

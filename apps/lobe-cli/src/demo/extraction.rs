@@ -3,7 +3,7 @@
 use lobe::env::{EnvMap, SunOptions, extract_sun, project_env};
 use lobe::image::{Picture, Sheet, Tone};
 use lobe::render::{Ball, View};
-use lobe::sh::{Dir, LightFitOptions, LightMetric, Rgb, ShVec, Zonal, convolved, extract_lights};
+use lobe::sh::{Dir, LightFitOptions, LightMetric, Rgb, ShVec, Zonal, extract_lights};
 
 use super::{BACKDROP, SWEEP, Sky, Writer, digits};
 
@@ -43,7 +43,7 @@ impl Writer<'_> {
         let eye = Dir::from_angles(70.0_f64.to_radians(), light.phi() + 60.0_f64.to_radians());
         let ball = Ball::new(self.ball * 3 / 4).seen(View::from_eye(eye));
         let radiance = |f: &ShVec<Rgb<f64>>| ball.picture(BACKDROP, |n| lobe::sh::Expansion::eval(f, n));
-        let lit = |f: &ShVec<Rgb<f64>>| ball.lit_by_sh(BACKDROP, &convolved(f, &Zonal::clamped_cosine(SWEEP)));
+        let lit = |f: &ShVec<Rgb<f64>>| ball.lit_by_sh(BACKDROP, &f.convolved(&Zonal::clamped_cosine(SWEEP)));
         let tone = Tone::OBJECT.fixed_for(&lit(&lights[0]));
         let above = lights.iter().map(|f| sky.tone.apply(&radiance(f)));
         let below = lights.iter().map(|f| tone.apply(&lit(f)));

@@ -4,7 +4,7 @@ use lobe::env::{irradiance_at, irradiance_map_brute_force};
 use lobe::image::{Picture, Tone, color_bar, compare, error_map};
 use lobe::io::Job;
 use lobe::render::{Ball, View};
-use lobe::sh::{Dir, Rgb, Zonal, convolved};
+use lobe::sh::{Dir, Rgb, Zonal};
 
 use super::{BACKDROP, SWEEP, Sky, Writer, digits, values_like};
 
@@ -23,7 +23,7 @@ impl Writer<'_> {
             "A white Lambertian ball leaves E(n)/π. On the left E comes from nine coefficients a channel, in the middle \
              from a sum over every texel of the photograph for every pixel of the ball; on the right their difference.",
         );
-        let irradiance = convolved(&sky.radiance.resized(USUAL), &Zonal::clamped_cosine(USUAL));
+        let irradiance = sky.radiance.resized(USUAL).convolved(&Zonal::clamped_cosine(USUAL));
         let ball = Ball::new(self.ball).seen(beside(sky.main_direction()));
         let normals: Vec<Dir> = ball.normals().into_iter().map(|(_, n)| n).collect();
         let truth = ball.lit_by_values(BACKDROP, &irradiance_at(&sky.map, &normals));
@@ -56,7 +56,7 @@ impl Writer<'_> {
         let peak = truth.texels().iter().flat_map(|c| c.to_array()).fold(0.0, f32::max);
         let rows: Vec<Vec<String>> = (1..=SWEEP)
             .map(|order| {
-                let e = convolved(&sky.radiance.resized(order), &Zonal::clamped_cosine(order));
+                let e = sky.radiance.resized(order).convolved(&Zonal::clamped_cosine(order));
                 let values = values_like(&e, &truth);
                 let report = compare(&values, truth.texels());
                 let lowest = values.iter().flat_map(|c| c.to_array()).fold(f32::INFINITY, f32::min);

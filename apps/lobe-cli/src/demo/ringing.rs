@@ -7,7 +7,7 @@ use lobe::image::Tone;
 use lobe::render::{Balloon, CrossSection, CubeCross, PolarPlot, View};
 use lobe::sh::{
     Coefficient as _, DeringMethod, DeringOptions, DeringReport, Dir, Expansion as _, Extremum, Quantity, Rgb, ShVec,
-    WindowFamily, Zonal, certified_maximum, convolved, deringed,
+    WindowFamily, Zonal, certified_maximum,
 };
 
 use super::lights::POLAR;
@@ -60,8 +60,8 @@ impl Writer<'_> {
     /// The irradiance of a sun, which rings most.
     fn sun_alone(&mut self) -> anyhow::Result<()> {
         self.page.section("A sun that lights its dark side with less than nothing");
-        let before = convolved(&ShVec::<f64>::impulse(USUAL, Dir::Z, 1.0), &Zonal::clamped_cosine(USUAL));
-        let (after, report) = deringed(&before, &DeringOptions::default());
+        let before = ShVec::<f64>::impulse(USUAL, Dir::Z, 1.0).convolved(&Zonal::clamped_cosine(USUAL));
+        let (after, report) = before.deringed_with(&DeringOptions::default());
         self.page.text(&format!(
             "The irradiance of a sun in order {USUAL} is negative below the horizon, down to {} % of the mean, and positive again at \
              the far pole. The least change makes its lowest value 0 with the factors {}; {} % of the norm stay.",
@@ -86,8 +86,8 @@ impl Writer<'_> {
     fn irradiance_of_sky(&mut self, sky: &Sky) -> anyhow::Result<()> {
         let name = sky.bundled.name;
         self.page.section(&format!("{name}: irradiance below zero, and how it is removed"));
-        let irradiance = convolved(&sky.radiance.resized(USUAL), &Zonal::clamped_cosine(USUAL));
-        let (after, report) = deringed(&irradiance, &DeringOptions::default());
+        let irradiance = sky.radiance.resized(USUAL).convolved(&Zonal::clamped_cosine(USUAL));
+        let (after, report) = irradiance.deringed_with(&DeringOptions::default());
         let (channel, color) = worst_channel(&irradiance, &report);
         self.page.text(&format!(
             "The irradiance of order {USUAL} of this photograph falls to {} % of its mean, which no light does. The least change by a \
@@ -122,7 +122,7 @@ impl Writer<'_> {
     fn radiance_of_sky(&mut self, sky: &Sky) -> anyhow::Result<()> {
         let name = sky.bundled.name;
         self.page.section(&format!("{name}: the price for radiance"));
-        let (after, report) = deringed(&sky.radiance, &DeringOptions::default());
+        let (after, report) = sky.radiance.deringed_with(&DeringOptions::default());
         self.page.text(&format!(
             "Radiance of lamps rings far more: to {} % of the mean in order {SWEEP}. To make it non-negative costs contrast, {} % of the \
              norm stay; if only its irradiance is needed, --quantity irradiance leaves nearly all.",
@@ -184,7 +184,7 @@ impl Writer<'_> {
     fn methods_table(&mut self, irradiance: &ShVec<Rgb<f64>>) {
         (self.progress)("methods of dering");
         let rows = METHODS.map(|(name, method)| {
-            let (_, report) = deringed(irradiance, &DeringOptions::default().method(method));
+            let (_, report) = irradiance.deringed_with(&DeringOptions::default().method(method));
             vec![
                 name.to_owned(),
                 bands(&report),
@@ -203,10 +203,10 @@ impl Writer<'_> {
             for order in 2..=SWEEP {
                 let radiance = sky.radiance.resized(order);
                 let f = match quantity {
-                    Quantity::Irradiance => convolved(&radiance, &Zonal::clamped_cosine(order)),
+                    Quantity::Irradiance => radiance.convolved(&Zonal::clamped_cosine(order)),
                     _ => radiance,
                 };
-                let (_, report) = deringed(&f, &DeringOptions::default());
+                let (_, report) = f.deringed_with(&DeringOptions::default());
                 let before = lowest_of_means(&f, &report.before);
                 rows.push(vec![
                     quantity.to_string(),

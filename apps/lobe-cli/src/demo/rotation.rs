@@ -2,7 +2,7 @@
 
 use lobe::image::{Sheet, Tone};
 use lobe::render::{Ball, View};
-use lobe::sh::{Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal, convolved, even_directions};
+use lobe::sh::{Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal, even_directions};
 
 use super::{BACKDROP, Sky, Writer, digits};
 
@@ -15,13 +15,13 @@ const ORDER: usize = 5;
 impl Writer<'_> {
     pub(super) fn rotation(&mut self, sky: &Sky) -> anyhow::Result<()> {
         let name = sky.bundled.name;
-        let irradiance = convolved(&sky.radiance.resized(ORDER), &Zonal::clamped_cosine(ORDER));
+        let irradiance = sky.radiance.resized(ORDER).convolved(&Zonal::clamped_cosine(ORDER));
         let ball = Ball::new(self.ball * 3 / 4).seen(View::three_quarter());
         let mut balls = Vec::new();
         let mut error = 0.0_f64;
         for step in 0..STEPS {
             let turn = Rotation::from_axis_angle(Dir::Z, (step as f64 / STEPS as f64) * std::f64::consts::TAU);
-            let turned = turn.rotated(&irradiance);
+            let turned = irradiance.rotated(&turn);
             balls.push(ball.lit_by_sh(BACKDROP, &turned));
             error = error.max(largest_error(&irradiance, &turned, &turn));
         }

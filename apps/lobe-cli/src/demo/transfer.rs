@@ -8,7 +8,7 @@ use lobe::render::{
     render_truth, scene_picture,
 };
 use lobe::scene::{Bvh, Scene, built_in};
-use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, Window, windowed};
+use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, Window};
 
 use super::{SWEEP, Sky, Writer, digits};
 
@@ -171,7 +171,7 @@ impl Hall {
     /// The hall under the turned light, the turned photograph behind it.
     pub(super) fn picture(&self, sky: &Sky, turn: &Rotation, light: &ShVec<Rgb<f64>>) -> anyhow::Result<Picture> {
         let behind = DistantLight::from_map(sky.map.clone()).turned(turn);
-        Ok(self.lit(&turn.rotated(light), |s| behind.seen(s))?)
+        Ok(self.lit(&light.rotated(turn), |s| behind.seen(s))?)
     }
 
     fn lit(
@@ -207,7 +207,7 @@ impl Hall {
 
     /// All pixels that show nothing but the hall.
     pub(super) fn seen(&self, light: &ShVec<Rgb<f64>>, degrees: f64, truth: &Truth) -> Vec<Pixel> {
-        let Ok(picture) = self.lit(&about_z(degrees).rotated(light), |_| Rgb::ZERO) else {
+        let Ok(picture) = self.lit(&light.rotated(&about_z(degrees)), |_| Rgb::ZERO) else {
             unreachable!("the picture has pixels and rays, and nobody stops it")
         };
         covered(truth, &picture).collect()
@@ -221,7 +221,7 @@ pub(super) fn covered<'a>(truth: &'a Truth, picture: &'a Picture) -> impl Iterat
 
 /// Light under the window of this section.
 pub(super) fn calmed(light: &ShVec<Rgb<f64>>) -> ShVec<Rgb<f64>> {
-    windowed(light, &Window::Hanning { width: (light.order() + 1) as f64 })
+    light.windowed(&Window::Hanning { width: (light.order() + 1) as f64 })
 }
 
 pub(super) fn about_z(degrees: f64) -> Rotation {

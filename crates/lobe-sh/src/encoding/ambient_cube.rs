@@ -7,7 +7,7 @@ use crate::prelude::*;
 use crate::scalar::weighted_sum;
 use crate::solver::matrix::Matrix;
 use crate::solver::singular_values::SingularValues;
-use crate::{Coefficient, Dir, Expansion, Real, Sh, Zonal, convolved};
+use crate::{Coefficient, Dir, Expansion, Real, Sh, Zonal};
 
 /// The axes of the faces, in their order.
 pub(crate) const AXES: [[f64; 3]; 6] =
@@ -57,7 +57,7 @@ impl<T: Coefficient> AmbientCube<T> {
     /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
     #[must_use]
     pub fn from_irradiance_sh(irradiance: &impl Expansion<T>) -> Self {
-        let b = convolved(&widened(irradiance), &squared_cosine(irradiance.order()));
+        let b = widened(irradiance).convolved(&squared_cosine(irradiance.order()));
         let b = AXES.map(|a| b.eval(Dir::from_unit(a)));
         let all = b.into_iter().fold(T::Wide::ZERO, |sum, b| sum + b);
         let face = |f: usize| {
@@ -261,7 +261,7 @@ mod tests {
         }
         let unit = directional_normalization(3);
         let within_three_bands = |sun: Dir| {
-            let e = convolved(&ShVec::impulse(3, sun, unit / PI), &Zonal::clamped_cosine(3));
+            let e = ShVec::impulse(3, sun, unit / PI).convolved(&Zonal::clamped_cosine(3));
             let cube = AmbientCube::from_irradiance_sh(&e);
             (rule.integrate(|n| (cube.eval(n) - e.eval(n)).powi(2)) / (4.0 * PI)).sqrt()
         };

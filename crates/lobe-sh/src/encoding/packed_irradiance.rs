@@ -98,7 +98,7 @@ impl PackedIrradiance {
 mod tests {
     use super::*;
     use crate::IrradianceMatrix;
-    use crate::{ShL2, ShVec, Zonal, convolved};
+    use crate::{ShL2, ShVec, Zonal};
     use lobe_testkit::{Random, directions};
 
     fn random_radiance() -> ShVec<Rgb<f64>> {
@@ -113,7 +113,7 @@ mod tests {
     #[test]
     fn vectors_matrix_and_harmonics_are_one_function() {
         let radiance = random_radiance();
-        let irradiance = convolved(&radiance, &Zonal::clamped_cosine(3));
+        let irradiance = radiance.convolved(&Zonal::clamped_cosine(3));
         let (packed, again) =
             (PackedIrradiance::from_radiance_sh(&radiance), PackedIrradiance::from_irradiance_sh(&irradiance));
         let (matrix, by_matrix) =

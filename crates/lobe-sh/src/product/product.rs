@@ -9,7 +9,7 @@ use crate::product::lane_rows::{LEAST_COUNT, multiply_by_rows};
 use crate::product::straight_line;
 #[cfg(feature = "simd")]
 use crate::simd::Machine;
-use crate::{Coefficient, Expansion, FixedOrder, GauntTensor, MAX_GAUNT_ORDER, Real as _, ShVec, Zonal};
+use crate::{Coefficient, Expansion as _, GauntTensor, MAX_GAUNT_ORDER, Real as _, Zonal};
 
 /// The product of two functions, cut off at the order that `out` has room for.
 ///
@@ -67,30 +67,6 @@ fn product_by_rows<T: Coefficient>(a: &[T], b: &[T], out: &mut [T]) -> bool {
     #[cfg(not(feature = "simd"))]
     let _ = (a, b, out);
     false
-}
-
-/// The product of two functions, cut off at `order`; see [`product_into`].
-#[must_use]
-pub fn product<T: Coefficient>(a: &impl Expansion<T>, b: &impl Expansion<T>, order: usize) -> ShVec<T> {
-    let mut out = ShVec::zero(order);
-    product_into(a.coefficients(), b.coefficients(), out.coefficients_mut());
-    out
-}
-
-/// [`product`], cut off at the order of the type that is asked for.
-///
-/// ```
-/// use lobe_sh::{Dir, Expansion as _, ShL1, ShL2, product_as};
-///
-/// let f = ShL1::impulse(Dir::X, 1.0_f64);
-/// let square: ShL2<f64> = product_as(&f, &f);
-/// assert!((square.eval(Dir::X) - f.eval(Dir::X).powi(2)).abs() < 1e-14);
-/// ```
-#[must_use]
-pub fn product_as<E: FixedOrder>(a: &impl Expansion<E::Value>, b: &impl Expansion<E::Value>) -> E {
-    let mut out = E::zero();
-    product_into(a.coefficients(), b.coefficients(), out.coefficients_mut());
-    out
 }
 
 /// The square of a function, cut off at the order that `out` has room for.

@@ -6,7 +6,7 @@
 //! ([`term`]) or, in `f32` by AVX2, by registers (`register_bands` with the angles of `register_turns`), from band 64
 //! on without matrices ([`high_bands`], its sums in [`exchange_lanes`]). [`ivanic`] builds one matrix for each band,
 //! for many expansions, one after the other ([`band_matrices`]); [`lane_rotation`] applies them to sixteen at once. [`axis_permutation`] is exact. Uses `basis`,
-//! `expansion`, `simd` and `sphere`.
+//! `simd` and `sphere`.
 
 pub(crate) mod axis_permutation;
 pub(crate) mod band_matrices;

@@ -204,7 +204,7 @@ mod tests {
         for _ in 0..100 {
             let rotation = Rotation::from_quaternion(random.quaternion()).unwrap();
             let f = ShVec::from_vec(random.signed_vec(9)).unwrap();
-            let closed = rotation.rotated(&f);
+            let closed = f.rotated(&rotation);
             let mut exchanged = f.clone();
             rotate_bands_zyz(rotation.zyz_cos_sin(), exchanged.coefficients_mut());
             for i in 0..9 {
