@@ -2,20 +2,23 @@
 
 use crate::outcome::Outcome;
 use crate::step::{Step, Work, run_all};
-use crate::{arch, corpus, documents, goldens, instructions, narrower, sizes, toolchain};
+use crate::{arch, corpus, dependencies, documents, goldens, instructions, narrower, sizes, toolchain};
 
 const DENY_DOC_WARNINGS: &[(&str, &str)] = &[("RUSTDOCFLAGS", "-D warnings")];
 
 const FMT: Step = Step { name: "fmt", work: Work::Cargo("fmt --all --check", &[]) };
 const ARCH: Step = Step { name: "arch", work: Work::Chore(arch::check) };
+const DEPENDENCIES: Step = Step { name: "dependencies", work: Work::Chore(dependencies::check) };
 const SIZES: Step = Step { name: "sizes", work: Work::Chore(sizes::check) };
 const DOCUMENTS: Step = Step { name: "documents", work: Work::Chore(documents::check) };
 const GOLDENS: Step = Step { name: "goldens", work: Work::Chore(goldens::check) };
 const CLIPPY: Step =
     Step { name: "clippy", work: Work::Cargo("clippy --workspace --all-targets --all-features -- -D warnings", &[]) };
 /// The mathematics alone, without files. At night: [`NO_STD`] and [`WASM`] check the same for other machines.
-const FEATURES: Step =
-    Step { name: "no-features", work: Work::Cargo("check --package lobe-sh --no-default-features", &[]) };
+const FEATURES: Step = Step {
+    name: "no-features",
+    work: Work::Cargo("check --package lobe-sh --no-default-features --features libm", &[]),
+};
 /// The command as users build it: the other steps have every feature on, or those that any crate of the workspace asks for. At night, because
 /// dependencies are checked again for it.
 const DEFAULTS: Step = Step { name: "default-features", work: Work::Cargo("check", &[]) };
@@ -29,7 +32,7 @@ const WASM: Step = Step {
     work: Work::Where(
         || toolchain::has_target("wasm32-unknown-unknown"),
         "cargo",
-        "check --package lobe-sh --no-default-features --target wasm32-unknown-unknown",
+        "check --package lobe-sh --no-default-features --features libm --target wasm32-unknown-unknown",
     ),
 };
 /// The same on a microcontroller, where there is no standard library, with all that converts.
@@ -38,7 +41,7 @@ const NO_STD: Step = Step {
     work: Work::Where(
         || toolchain::has_target("thumbv7em-none-eabihf"),
         "cargo",
-        "check --package lobe-sh --no-default-features --features serde,bytemuck,glam,mint --target thumbv7em-none-eabihf",
+        "check --package lobe-sh --no-default-features --features libm,batch,serde,bytemuck,glam,mint --target thumbv7em-none-eabihf",
     ),
 };
 /// The oldest Rust that the Cargo.toml files promise.
@@ -232,7 +235,7 @@ pub(crate) fn nightly() -> Outcome {
 }
 
 /// What reads files and compiles nothing.
-const CHECKS: &[Step] = &[FMT, FMT_FUZZ, FMT_PEERS, FMT_BEVY, ARCH, SIZES, DOCUMENTS, GOLDENS];
+const CHECKS: &[Step] = &[FMT, FMT_FUZZ, FMT_PEERS, FMT_BEVY, ARCH, DEPENDENCIES, SIZES, DOCUMENTS, GOLDENS];
 
 /// What is found without running anything of the project.
 const LINTS: &[Step] = &[CLIPPY, WASM, NO_STD, OLDEST_RUST, DOCS, BOOK];

@@ -5,6 +5,7 @@ mod bakes;
 mod bench;
 mod ci;
 mod corpus;
+mod dependencies;
 mod documents;
 mod goldens;
 mod instructions;
@@ -38,6 +39,7 @@ const CHORES: &[(&str, &str, Chore)] = &[
         "ARCHITECTURE.md's arrows against the code's, circles between files; --circles, --draw [CRATE]",
         arch::run,
     ),
+    ("dependencies", "the crates that lobe-sh brings along by default, none", |_| dependencies::check()),
     ("sizes", "the length of every Rust file", |_| sizes::check()),
     ("bench", "the kernels beside their floors and other libraries, measured here in one run", bench::bench),
     ("documents", "links between documents, and citations against REFERENCES.bib", |_| documents::check()),

@@ -4,10 +4,7 @@ use std::hint::black_box;
 
 use lobe::env::{CubeMap, PrefilterOptions, prefilter_ggx};
 use lobe::io::Job;
-use lobe::sh::{
-    Coefficient as _, Dir, DirBatch, PackedIrradiance, Rgb, ShBatch, ShL2, dering_batch_order_3_in_place, eval_basis,
-    even_directions,
-};
+use lobe::sh::{Coefficient as _, Dir, DirBatch, PackedIrradiance, Rgb, ShBatch, ShL2, eval_basis, even_directions};
 
 use crate::cost::{Cost, Level};
 use crate::measure::{Bench, BenchJob};
@@ -76,7 +73,7 @@ fn dering(bench: &mut Bench<'_>) {
             for (work, batch) in work.iter_mut().zip(black_box(&batches)) {
                 work.blocks_mut().copy_from_slice(batch.blocks());
             }
-            black_box(dering_batch_order_3_in_place(black_box(&mut work)));
+            black_box(ShBatch::dering_in_place(black_box(&mut work)));
         });
     }
 }

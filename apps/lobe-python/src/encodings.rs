@@ -188,7 +188,7 @@ fn encoded<C: Coefficient<Scalar = f64>>(
     let used = |f: &[C]| {
         let irradiance = expansion(f)?;
         let scaled = if settings.over_pi { irradiance.map(|e| e.scale(FRAC_1_PI)) } else { irradiance };
-        Ok::<_, String>(if settings.up_is_y { AxisPermutation::Y_UP_FROM_Z_UP.applied(&scaled) } else { scaled })
+        Ok::<_, String>(if settings.up_is_y { scaled.permuted(&AxisPermutation::Y_UP_FROM_Z_UP) } else { scaled })
     };
     if let "packed" | "packed-5" | "matrix" | "r-h" = &*settings.name {
         let constants = |f: &[C]| Constants::of(&settings.name, &used(f)?).ok_or_else(String::new);

@@ -34,7 +34,7 @@
 //! use lobe_sh::{Dir, Expansion, Rotation};
 //!
 //! let light = project_env(&bundled::sunset().map(), 6);
-//! let turned = Rotation::from_axis_angle(Dir::Z, std::f64::consts::FRAC_PI_2).rotated(&light);
+//! let turned = light.rotated(&Rotation::from_axis_angle(Dir::Z, std::f64::consts::FRAC_PI_2));
 //! // Seen towards +y is what was towards +x.
 //! assert!((turned.eval(Dir::Y) - light.eval(Dir::X)).to_array().iter().all(|d| d.abs() < 1e-12));
 //! let picture = reconstruct(&turned, 64, 32);

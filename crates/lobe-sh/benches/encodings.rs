@@ -6,7 +6,6 @@ use std::time::Duration;
 use criterion::{BenchmarkId, Criterion, Throughput};
 use lobe_sh::{
     Dir, Expansion as _, IrradianceEncoding, IrradianceMatrix, PackedIrradiance, Rgb, Rotation, ShL2, ShVec, Zonal,
-    convolved,
 };
 use lobe_testkit::{Random, directions};
 
@@ -22,7 +21,7 @@ fn probes() -> Vec<ShVec<Rgb>> {
             let color = Rgb::new(random.unit(), random.unit(), random.unit());
             f += &ShVec::impulse(5, Dir::from_unit(random.direction()), color);
         }
-        convolved(&f, &cosine).map(|c| Rgb::new(c.r as f32, c.g as f32, c.b as f32))
+        f.convolved(&cosine).map(|c| Rgb::new(c.r as f32, c.g as f32, c.b as f32))
     };
     (0..PROBES).map(|_| probe()).collect()
 }

@@ -6,8 +6,7 @@ use std::time::Duration;
 use criterion::{BenchmarkId, Criterion, Throughput};
 use lobe_sh::{
     Coefficient as _, DeringMethod, DeringOptions, Dir, Expansion as _, Rgb, ShBatch, ShL2, ShVec, Window, Zonal,
-    certified_minimum, conservative_minimum, convolved, dering_batch_order_3_in_place, dering_in_place,
-    dering_order_3_in_place, window_in_place,
+    certified_minimum, conservative_minimum, dering_in_place, window_in_place,
 };
 use lobe_testkit::Random;
 
@@ -19,17 +18,18 @@ fn probe(random: &mut Random, order: usize) -> ShVec<Rgb> {
     let mut f = ShVec::impulse(order, Dir::from_unit(random.direction()), sun);
     let sky = Zonal::project(order, &[0.0], 20, |t| if t > 0.0 { 0.06 } else { 0.02 });
     f += &sky.towards(Dir::Z, Rgb::new(0.6, 0.8, 1.0));
-    convolved(&f, &Zonal::clamped_cosine(order)).map(|c| Rgb::new(c.r as f32, c.g as f32, c.b as f32))
+    f.convolved(&Zonal::clamped_cosine(order)).map(|c| Rgb::new(c.r as f32, c.g as f32, c.b as f32))
 }
 
 fn dering(c: &mut Criterion) {
     let mut random = Random::new(1);
     let probes: Vec<ShL2<Rgb>> = (0..PROBES).map(|_| ShL2::from_slice(probe(&mut random, 3).coefficients())).collect();
+    let quick = DeringOptions::default().evidence(false);
     let mut group = c.benchmark_group("dering-one-rgb-f32");
     group.bench_function(BenchmarkId::from_parameter(3), |bencher| {
         bencher.iter(|| {
             let mut f = black_box(probes[0]);
-            dering_order_3_in_place(f.coefficients_mut());
+            dering_in_place(f.coefficients_mut(), &quick);
             f
         });
     });
@@ -41,7 +41,7 @@ fn dering(c: &mut Criterion) {
         bencher.iter(|| {
             work.copy_from_slice(black_box(&probes));
             for f in &mut work {
-                dering_order_3_in_place(f.coefficients_mut());
+                dering_in_place(f.coefficients_mut(), &quick);
             }
         });
     });
@@ -56,7 +56,7 @@ fn dering(c: &mut Criterion) {
             for (work, batch) in work.iter_mut().zip(black_box(&batches)) {
                 work.blocks_mut().copy_from_slice(batch.blocks());
             }
-            dering_batch_order_3_in_place(&mut work)
+            ShBatch::dering_in_place(&mut work)
         });
     });
     group.finish();

@@ -24,14 +24,14 @@
 //! # Example: what a surface receives, in color
 //!
 //! ```
-//! use lobe_sh::{Dir, Expansion as _, Rgb, Rotation, ShL2, Zonal, convolved};
+//! use lobe_sh::{Dir, Expansion as _, Rgb, Rotation, ShL2, Zonal};
 //!
 //! // A bluish sky and a red light of irradiance 1 from +x. ShL2 has bands 0 to 2.
 //! let light = ShL2::constant(Rgb::new(0.2, 0.3, 0.5)) + ShL2::impulse(Dir::X, Rgb::new(1.0, 0.1, 0.1));
 //! // The whole sky turns by 90° about +z.
-//! let light = Rotation::from_axis_angle(Dir::Z, 90.0_f64.to_radians()).rotated(&light);
+//! let light = light.rotated(&Rotation::from_axis_angle(Dir::Z, 90.0_f64.to_radians()));
 //! // Irradiance E for every normal at once; a white diffuse surface sends E/π back.
-//! let irradiance = convolved(&light, &Zonal::clamped_cosine(3));
+//! let irradiance = light.convolved(&Zonal::clamped_cosine(3));
 //! let (lit, shaded) = (irradiance.eval(Dir::Y), irradiance.eval(-Dir::Y));
 //! assert!(lit.r > 2.0 * shaded.r, "{lit:?} {shaded:?}");
 //! ```
@@ -39,7 +39,7 @@
 //! # Example: measurements, and how far to trust them
 //!
 //! ```
-//! use lobe_sh::{Conditioning, Dir, Expansion as _, MonteCarloOptions, Zonal, convolved, least_squares, project_monte_carlo};
+//! use lobe_sh::{Conditioning, Dir, Expansion as _, MonteCarloOptions, Zonal, least_squares, project_monte_carlo};
 //!
 //! // A lamp that can only be sampled: 120° wide, with a hard edge.
 //! let lamp = |s: Dir| -> f64 { if s.dot(Dir::X) > 0.5 { 1.0 } else { 0.0 } };
@@ -49,7 +49,7 @@
 //! assert!(error < 4.0 * estimate.standard_error[0], "{error} against {}", estimate.standard_error[0]);
 //!
 //! // A light meter turned to 30 directions; the fit says whether they suffice for nine unknowns.
-//! let irradiance = convolved(&exact, &Zonal::clamped_cosine(4));
+//! let irradiance = exact.convolved(&Zonal::clamped_cosine(4));
 //! let readings = (0..30).map(|k| Dir::from_angles(0.1 * f64::from(k), 2.4 * f64::from(k)));
 //! let fit = least_squares(3, readings.map(|s| (s, irradiance.eval(s), 1.0)));
 //! assert_eq!(fit.conditioning, Conditioning::Well);
@@ -61,11 +61,11 @@
 //! | to | use |
 //! |---|---|
 //! | hold a function | [`Sh`] (order fixed, [`ShL0`] to [`ShL9`]), [`ShVec`] (order at run time), [`Zonal`] (symmetric about an axis) |
-//! | get a type of fixed order from a function | [`project_as`], [`product_as`], [`Zonal::towards_as`], [`Light::project_as`]: any [`FixedOrder`] |
+//! | get a type of fixed order from a function | [`project_as`], [`ShVec::product_as`], [`Zonal::towards_as`], [`Light::project_as`]: any [`FixedOrder`] |
 //! | exchange data with an engine | `From` and `Into` of arrays, `[[f32; 3]; 9]`; features `glam`, `mint`, `bytemuck`, `serde` |
 //! | read, compare, evaluate any of the first two | [`Expansion`]; coefficients are [`Coefficient`]s: `f32`, `f64`, [`Rgb`] |
-//! | hold and compute many functions at once | [`ShBatch`], [`DirBatch`]: basis, rotation, products by the widest instructions of the machine ([`simd`]) |
-//! | evaluate many functions towards many vectors | [`Functions`] of numbers or colors one after the other, towards [`Vectors`] |
+//! | hold and compute many functions at once | `ShBatch`, `DirBatch` (feature `batch`): basis, rotation, products by the widest instructions of the machine (feature `simd`) |
+//! | evaluate many functions towards many vectors | `Functions` of numbers or colors one after the other, towards `Vectors` (feature `simd`) |
 //! | evaluate the basis | [`eval_basis`], [`Basis`] (many directions), [`eval_basis_gradients`], [`eval_complex`], [`fn@legendre`] |
 //! | number bands and coefficients | [`coefficient_index`], [`band_range`], [`band_and_m`], [`coefficient_count`], [`order_of`] |
 //! | turn a function into an expansion | [`fn@project`] (exact), [`project_to_accuracy`], [`project_monte_carlo`], [`Zonal::project`] |
@@ -73,19 +73,21 @@
 //! | integrate | [`SphereQuadrature`], [`gauss_legendre`] |
 //! | keep irradiance in a few numbers | [`IrradianceEncoding`]: [`AmbientCube`], [`NonLinearL1`], [`Zh3`], [`Ahd`], [`HBasis`], [`Hl2`]; [`encoding_error`] |
 //! | give irradiance to a shader | [`PackedIrradiance`], [`IrradianceMatrix`], [`IrradiancePolynomial`]; of order 5 [`PackedIrradiance5`] |
-//! | blur: irradiance, Phong, GGX | [`convolved`] with [`Zonal::clamped_cosine`], [`Zonal::phong`], [`Zonal::ggx`] |
-//! | rotate | [`Rotation`] (Euler angles, quaternions), [`RotationMatrices`] (Ivanic and Ruedenberg, for many expansions), [`Zonal::towards`] |
-//! | mirror, exchange axes | [`AxisPermutation`], [`mirror_in_place`], [`quarter_turn_in_place`] |
-//! | multiply functions | [`fn@product`], [`product_into`], [`product_of_blocks`], [`product_on_grid`], [`ProductMatrix`]; Gaunt coefficients: [`gaunt_coefficient`], [`GauntTensor`] |
-//! | combine shadows | [`logarithm`], of many at once [`logarithm_batch_in_place`], [`Zonal::sphere_logarithm`], [`ZonalLogarithm`], [`Exponential`] ([`ExpMethod`], [`OptimalLinear`]) |
+//! | blur: irradiance, Phong, GGX | [`ShVec::convolved`] with [`Zonal::clamped_cosine`], [`Zonal::phong`], [`Zonal::ggx`] |
+//! | rotate | [`ShVec::rotated`] by a [`Rotation`] (Euler angles, quaternions), [`RotationMatrices`] (Ivanic and Ruedenberg, for many expansions), [`Zonal::towards`] |
+//! | mirror, exchange axes | [`ShVec::permuted`] by an [`AxisPermutation`], [`ShVec::mirrored`], [`mirror_in_place`], [`quarter_turn_in_place`] |
+//! | multiply functions | [`ShVec::product`], [`product_into`], of many `product_of_blocks`, [`product_on_grid`], [`ProductMatrix`]; Gaunt coefficients: [`gaunt_coefficient`], [`GauntTensor`] |
+//! | combine shadows | [`logarithm`], of many at once `logarithm_batch_in_place`, [`Zonal::sphere_logarithm`], [`ZonalLogarithm`], [`Exponential`] ([`ExpMethod`], [`OptimalLinear`]) |
 //! | make light | [`Light`] with its [`Normalization`]; [`Zonal::cone`], [`Zonal::soft_cone`], [`SphericalPolygon`] |
 //! | find lights in an expansion | [`extract_light`], [`extract_lights`], [`fit_lights`]; [`local_maxima`] |
-//! | exchange ringing for blur | [`Window`], [`windowed`], [`ContentWindow`] (none towards the light), [`Window::squared_laplacian_of`], [`width_of_peak`], [`dering_table_factors`] |
+//! | exchange ringing for blur | [`Window`], [`ShVec::windowed`], [`ContentWindow`] (none towards the light), [`Window::squared_laplacian_of`], [`width_of_peak`], [`dering_table_factors`] |
 //! | find extreme values | [`certified_minimum`], [`certified_maximum`], [`conservative_minimum`] |
-//! | remove ringing below zero | [`deringed`], [`dering_in_place`], [`dering_order_3_in_place`], [`dering_batch_order_3_in_place`] |
-//! | read and write `.sh.json` | `read_sh_json`, `write_sh_json` (feature `json`, on by default) |
+//! | remove ringing below zero | [`ShVec::deringed`], [`dering_in_place`] with its [`DeringReport`]; of many functions `ShBatch::dering_in_place` |
+//! | read and write `.sh.json` | `read_sh_json`, `write_sh_json` (feature `json`) |
 //!
 //! # Types on top, slices below
+//!
+//! What is done with a function is a method of both types, `light.rotated(&turn).convolved(&kernel).deringed()`.
 //!
 //! A shader's order is known at compile time, that of a file at run time. One type for both would need a heap
 //! allocation for each value or a fixed maximum. So there are two types, and every operation is written once, for a
@@ -101,15 +103,19 @@
 //!
 //! # Without the standard library
 //!
-//! With `default-features = false` the crate needs `core` and `alloc` only. Elementary functions then come from `libm`,
-//! so that results may differ in the last place, and files are left out.
+//! With `default-features = false` and the feature `libm` the crate needs `core` and `alloc` only. Elementary functions then come
+//! from `libm`, so that results may differ in the last place, and files are left out.
 
 #![cfg_attr(not(any(feature = "std", test)), no_std)]
+
+#[cfg(not(any(feature = "std", feature = "libm")))]
+compile_error!("lobe-sh needs the feature `std`, or `libm` where there is no standard library");
 
 #[macro_use]
 extern crate alloc;
 
 mod basis;
+#[cfg(feature = "batch")]
 mod batch;
 mod by_type;
 mod encoding;
@@ -123,7 +129,7 @@ mod light;
 mod light_extraction;
 mod once;
 mod prelude;
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 #[doc(hidden)]
 pub mod probes;
 mod product;
@@ -131,11 +137,13 @@ mod projection;
 mod ringing;
 mod rotation;
 mod scalar;
+mod setters;
 #[cfg(feature = "json")]
 mod sh_json;
 pub mod simd;
 mod solver;
 mod sphere;
+mod verbs;
 
 /// The example of README.md, compiled and run as a test.
 #[cfg(doctest)]
@@ -146,11 +154,13 @@ pub use basis::basis::{Basis, eval_basis, eval_basis_into};
 pub use basis::complex::{complex_from_real, eval_complex, real_from_complex};
 pub use basis::index::{MAX_ORDER, band_and_m, band_range, coefficient_count, coefficient_index, order_of};
 pub use basis::legendre::{legendre, legendre_normalized};
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 pub use basis::vectors::Vectors;
+#[cfg(feature = "batch")]
 pub use batch::dir_batch::DirBatch;
+#[cfg(feature = "batch")]
 pub use batch::sh_batch::ShBatch;
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 pub use batch::values::{BasisTiles, Functions, Tiled};
 
 pub use encoding::ahd::Ahd;
@@ -172,6 +182,7 @@ pub use expansion::quantity::Quantity;
 pub use expansion::sh::{Sh, ShL0, ShL1, ShL2, ShL3, ShL4, ShL5, ShL6, ShL7, ShL8, ShL9};
 pub use expansion::sh_vec::ShVec;
 pub use expansion::zonal::Zonal;
+#[cfg(feature = "batch")]
 pub use exponential::batch_logarithm::logarithm_batch_in_place;
 pub use exponential::exponential::{ExpMethod, Exponential};
 pub use exponential::logarithm::{LOG_CLAMP, logarithm};
@@ -179,9 +190,9 @@ pub use exponential::optimal_linear::OptimalLinear;
 pub use exponential::zonal_logarithm::ZonalLogarithm;
 pub use extrema::Extremum;
 pub use extrema::branch_and_bound::{certified_maximum, certified_minimum};
-pub use filter::kernel::{convolve_in_place, convolved};
+pub use filter::kernel::convolve_in_place;
 pub use filter::squared_laplacian::{squared_laplacian, squared_laplacian_lambda};
-pub use filter::window::{Window, scale_bands_in_place, width_of_peak, window_in_place, windowed};
+pub use filter::window::{Window, scale_bands_in_place, width_of_peak, window_in_place};
 pub use light::light::Light;
 pub use light::normalization::{Normalization, directional_normalization};
 pub use light::spherical_polygon::SphericalPolygon;
@@ -192,16 +203,15 @@ pub use light_extraction::light_fit::{DirectionalLight, LightFit, LightMetric};
 pub use light_extraction::peaks::{Peak, PeakSearch, local_maxima};
 pub use product::gaunt::{GauntCoefficient, GauntTensor, MAX_GAUNT_ORDER, gaunt_coefficient};
 pub use product::grid::product_on_grid;
+#[cfg(feature = "batch")]
 pub use product::lane_product::product_of_blocks;
 pub use product::matrix::ProductMatrix;
-pub use product::product::{product, product_as, product_into, square_into, zonal_product_into};
+pub use product::product::{product_into, square_into, zonal_product_into};
 pub use projection::least_squares::{Conditioning, LeastSquaresFit, least_squares};
 pub use projection::monte_carlo::{MonteCarloEstimate, MonteCarloOptions, Sampling, project_monte_carlo};
 pub use projection::project::{Projection, project, project_as, project_to_accuracy};
-pub use ringing::batch_dering::dering_batch_order_3_in_place;
 pub use ringing::content_window::ContentWindow;
-pub use ringing::dering::{DeringMethod, DeringOptions, DeringReport, WindowFamily, dering_in_place, deringed};
-pub use ringing::quadratic_dering::{QuadraticDeringReport, dering_order_3_in_place};
+pub use ringing::dering::{DeringMethod, DeringOptions, DeringReport, WindowFamily, dering_in_place};
 pub use ringing::sloan_table::{conservative_minimum, dering_table_factors};
 pub use ringing::{DERING_ALLOWED, DeringOutcome};
 pub use rotation::axis_permutation::{Axis, AxisPermutation, mirror_in_place, quarter_turn_in_place};

@@ -61,7 +61,7 @@ pub trait Coefficient:
 
     /// `self.scale(s) + plus`, each channel rounded once. Quick where the code is compiled for fused multiply-adds.
     #[doc(hidden)]
-    #[cfg(feature = "std")]
+    #[cfg(feature = "simd")]
     #[must_use]
     fn scale_plus(self, s: Self::Scalar, plus: Self) -> Self;
 
@@ -148,7 +148,7 @@ macro_rules! numbers {
                 self * s
             }
 
-            #[cfg(feature = "std")]
+            #[cfg(feature = "simd")]
             #[inline(always)]
             fn scale_plus(self, s: Self, plus: Self) -> Self {
                 self.mul_add(s, plus)
@@ -334,7 +334,7 @@ impl<S: Real> Coefficient for Rgb<S> {
         Self::new(self.r * s, self.g * s, self.b * s)
     }
 
-    #[cfg(feature = "std")]
+    #[cfg(feature = "simd")]
     #[inline(always)]
     fn scale_plus(self, s: S, plus: Self) -> Self {
         Self::new(self.r.scale_plus(s, plus.r), self.g.scale_plus(s, plus.g), self.b.scale_plus(s, plus.b))

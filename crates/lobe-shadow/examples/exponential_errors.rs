@@ -16,7 +16,7 @@ use std::env;
 
 use lobe_sh::{
     Basis, DeringOptions, Dir, ExpMethod, Expansion as _, Exponential, LOG_CLAMP, ShBatch, ShVec, Zonal,
-    ZonalLogarithm, deringed, product, project,
+    ZonalLogarithm, project,
 };
 use lobe_shadow::{BatchExponential, LogTable, LogTableOptions};
 use lobe_testkit::Random;
@@ -112,7 +112,7 @@ fn capped(f: &ShVec<f64>) -> ShVec<f64> {
 
 /// The zonal function nearest to one that is nowhere above zero, among those with its bands by factors.
 fn below_zero(f: &Zonal) -> Zonal {
-    let (minus, _) = deringed(&f.towards(Dir::Z, -1.0), &DeringOptions::default());
+    let (minus, _) = f.towards(Dir::Z, -1.0).deringed_with(&DeringOptions::default());
     Zonal::about(Dir::Z, &minus.map(|c: f64| -c))
 }
 
@@ -127,7 +127,7 @@ fn cluster(count: usize, scale: f64, random: &mut Random) -> Vec<(Dir, f64)> {
 fn chain(order: usize, spheres: &[(Dir, f64)]) -> ShVec<f64> {
     spheres.iter().fold(ShVec::constant(order, 1.0), |all, &(s, angle)| {
         let visible = &ShVec::constant(order, 1.0) + &Zonal::cone(order, angle).towards(s, -1.0);
-        product(&all, &visible, order)
+        all.product(&visible, order)
     })
 }
 

@@ -173,7 +173,7 @@ fn on_object(objects: &[Object], on: usize, bvh: &Bvh) -> Receivers {
     let turn = placement.rotation();
     let own = in_own.chunks_exact(MOST * MOST).flat_map(|row| {
         let row = ShVec::from_vec(row.iter().map(|c| f64::from(*c)).collect()).unwrap();
-        turn.rotated(&row).coefficients().iter().map(|c| *c as f32).collect::<Vec<_>>()
+        row.rotated(turn).coefficients().iter().map(|c| *c as f32).collect::<Vec<_>>()
     });
     let own: Vec<f32> = own.collect();
     let normals: Vec<[f32; 3]> = own_normals

@@ -57,6 +57,10 @@ fn index(products: &[Product]) -> String {
     text += "\n//! Products of expansions as straight-line code.\n\n";
     text += "#![allow(clippy::too_many_lines, reason = \"straight-line code\")]\n\n";
     for product in products {
+        if is_long(product) {
+            text += FOR_MANY;
+            text += "\n";
+        }
         let _ = writeln!(text, "#[rustfmt::skip]\nmod {};", product.kind.module());
     }
     text += "\nuse crate::Coefficient;\n#[cfg(test)]\nuse crate::product::cost::{ProductCost, ProductKind};\n\n";
@@ -83,6 +87,9 @@ fn index(products: &[Product]) -> String {
         let _ = write!(text, " -> bool {{\n    match {lengths} {{\n");
         for product in products.iter().filter(|product| product.kind.name().to_lowercase() == *name) {
             let (module, [a, b, out]) = (product.kind.module(), product.kind.lengths());
+            if is_long(product) {
+                let _ = writeln!(text, "        {FOR_MANY}");
+            }
             let _ = if square {
                 writeln!(text, "        ({a}, {out}) => {module}::product(fixed(a), fixed_mut(out)),")
             } else {
@@ -95,6 +102,15 @@ fn index(products: &[Product]) -> String {
         text += "        _ => return false,\n    }\n    true\n}\n";
     }
     text + HELPERS
+}
+
+/// Products of more multiplications than these take long to compile, and have code only where many are wanted.
+const MOST_MULTIPLICATIONS: usize = 300;
+
+const FOR_MANY: &str = "#[cfg(feature = \"batch\")]";
+
+fn is_long(product: &Product) -> bool {
+    product.cost().multiplications > MOST_MULTIPLICATIONS
 }
 
 const COSTS_DOC: &str = "/// What every generated product costs. The generator counts the operations it writes; a test counts them again\n\

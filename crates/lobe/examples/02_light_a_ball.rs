@@ -7,14 +7,14 @@ use std::error::Error;
 use lobe::env::{bundled, irradiance_at, project_env};
 use lobe::image::{Sheet, Tone, compare, error_map};
 use lobe::render::Ball;
-use lobe::sh::{Dir, Rgb, Zonal, convolved};
+use lobe::sh::{Dir, Rgb, Zonal};
 
 pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let sky = bundled::sunset().map();
     let (ball, black) = (Ball::new(96), Rgb::new(0.0, 0.0, 0.0));
 
     // Irradiance for every normal at once: each band of the light times one number, π, 2π/3, π/4.
-    let irradiance = convolved(&project_env(&sky, 3), &Zonal::clamped_cosine(3));
+    let irradiance = project_env(&sky, 3).convolved(&Zonal::clamped_cosine(3));
     let fast = ball.lit_by_sh(black, &irradiance);
 
     // The truth: for each pixel's normal the sum over all texels.

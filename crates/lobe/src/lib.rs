@@ -26,10 +26,10 @@
 //! Convolved with the clamped cosine, light becomes irradiance for every normal at once. Coefficients may be colors.
 //!
 //! ```
-//! use lobe::sh::{Dir, Expansion as _, Rgb, Zonal, convolved, project};
+//! use lobe::sh::{Dir, Expansion as _, Rgb, Zonal, project};
 //!
 //! let sky = project(3, 1, |s: Dir| Rgb::new(0.4, 0.5 + 0.1 * s.z(), 0.6 + 0.4 * s.z()));
-//! let irradiance = convolved(&sky, &Zonal::clamped_cosine(3));
+//! let irradiance = sky.convolved(&Zonal::clamped_cosine(3));
 //!
 //! let (up, down) = (irradiance.eval(Dir::Z), irradiance.eval(-Dir::Z));
 //! assert!(up.b > down.b, "the sky is bluer than the ground");
@@ -45,10 +45,10 @@
 //! use lobe::env::{bundled, irradiance_at, project_env};
 //! use lobe::image::{Tone, compare};
 //! use lobe::render::Ball;
-//! use lobe::sh::{Dir, Rgb, Zonal, convolved};
+//! use lobe::sh::{Dir, Rgb, Zonal};
 //!
 //! let sky = bundled::sunset().map();
-//! let irradiance = convolved(&project_env(&sky, 3), &Zonal::clamped_cosine(3));
+//! let irradiance = project_env(&sky, 3).convolved(&Zonal::clamped_cosine(3));
 //!
 //! let black = Rgb::new(0.0, 0.0, 0.0);
 //! let ball = Ball::new(48);
@@ -73,8 +73,7 @@
 //! ```
 //! use lobe::sh::{
 //!     Coefficient as _, ContentWindow, DeringOptions, Dir, Expansion as _, IrradianceEncoding, Light, Normalization,
-//!     PackedIrradiance, Rgb, Rotation, Window, Zonal, convolved, deringed, extract_light, windowed,
-//! };
+//!     PackedIrradiance, Rgb, Rotation, Window, Zonal, extract_light, //! };
 //!
 //! let sun = Light::Directional { dir: Dir::X, color: Rgb::new(3.0, 2.0, 1.0) };
 //! let sky = Light::Ambient { color: Rgb::splat(0.1) };
@@ -82,14 +81,14 @@
 //! let found = extract_light(&light)?;
 //! assert!(found.lights[0].dir.angle_to(Dir::X) < 1e-9 && (found.ambient.g - 0.1).abs() < 1e-12);
 //!
-//! let irradiance = convolved(&light, &Zonal::clamped_cosine(3));
-//! let (calm, report) = deringed(&irradiance, &DeringOptions::default());
+//! let irradiance = light.convolved(&Zonal::clamped_cosine(3));
+//! let (calm, report) = irradiance.deringed_with(&DeringOptions::default());
 //! assert!(report.before[0].hi < 0.0 && report.after[0].lo > -1e-6 * calm.mean().r, "{report:?}");
 //!
 //! let window = Window::Hanning { width: 3.0 };
 //! let content = ContentWindow::of(&light, window);
 //! assert!((content.eval(&light, Dir::X).r - light.eval(Dir::X).r).abs() < 1e-12);
-//! assert!((content.eval(&light, -Dir::X).r - windowed(&light, &window).eval(-Dir::X).r).abs() < 1e-12);
+//! assert!((content.eval(&light, -Dir::X).r - light.windowed(&window).eval(-Dir::X).r).abs() < 1e-12);
 //!
 //! // Seven vectors for a shader, or six colors for a cube.
 //! let constants = PackedIrradiance::from_irradiance_sh(&calm);

@@ -4,7 +4,7 @@ use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::{EnvMap, MappedMap, irradiance_at, irradiance_map, irradiance_map_brute_force, project_map};
 use lobe::image::PictureWriteOptions;
-use lobe::sh::{Dir, Expansion as _, Rgb, Zonal, convolved};
+use lobe::sh::{Dir, Expansion as _, Rgb, Zonal};
 
 use crate::args::map_input::MapInput;
 use crate::args::map_output::OF_PICTURE;
@@ -98,6 +98,6 @@ impl EnvIrradiance {
 
 /// The irradiance of surfaces that face `normals`.
 fn by_expansion(map: &MappedMap, order: usize, normals: &[Dir]) -> Vec<Rgb<f64>> {
-    let irradiance = convolved(&project_map(map, order), &Zonal::clamped_cosine(order));
+    let irradiance = project_map(map, order).convolved(&Zonal::clamped_cosine(order));
     normals.iter().map(|n| irradiance.eval(*n)).collect()
 }

@@ -7,7 +7,7 @@ use anyhow::bail;
 use clap::Args;
 use lobe::env::{EnvMap, project_env};
 use lobe::render::{Backdrop, Background, DistantLight};
-use lobe::sh::{Dir, Expansion as _, Quantity, Rgb, Rotation, ShVec, Window, read_sh_json, windowed};
+use lobe::sh::{Dir, Expansion as _, Quantity, Rgb, Rotation, ShVec, Window, read_sh_json};
 
 use crate::args::input::without_options;
 use crate::args::map_input::MapInput;
@@ -140,7 +140,7 @@ impl ExpansionInput {
             Some(WindowKind::Gauss(degrees)) => Window::Gauss { sigma: degrees.to_radians() },
             Some(WindowKind::Laplacian(part)) => Window::squared_laplacian_of(f.coefficients(), part),
         };
-        windowed(&f, &window)
+        f.windowed(&window)
     }
 }
 

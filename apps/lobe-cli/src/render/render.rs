@@ -243,7 +243,7 @@ impl Render {
             None => work.light.as_it_is(),
         };
         let shown = shown.before(work.light.backdrop(self.background)).turned(turn);
-        Lit { shown, expansion: work.expansion.as_ref().map(|f| turn.rotated(f)) }
+        Lit { shown, expansion: work.expansion.as_ref().map(|f| f.rotated(turn)) }
     }
 
     /// A moment of a scene that moves, the backs that it shows baked before; its tree is that of the moment before, refit.

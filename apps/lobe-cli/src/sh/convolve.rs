@@ -7,7 +7,7 @@ use anyhow::bail;
 use clap::Args;
 use lobe::sh::{
     Coefficient as _, Expansion as _, FileCoefficients, Quantity, Rgb, ShFile, ShVec, Zonal, band_and_m,
-    coefficient_index, convolved,
+    coefficient_index,
 };
 
 use crate::args::input::ShInput;
@@ -156,12 +156,12 @@ fn zonal(f: &ShVec<f64>) -> Result<Zonal, String> {
 /// Convolves with one kernel for all channels, or with one for each of three.
 fn convolve(p: FileCoefficients, kernels: &[Zonal]) -> FileCoefficients {
     match (p, kernels) {
-        (FileCoefficients::Scalar(f), [kernel]) => convolved(&f, kernel).into(),
-        (FileCoefficients::Rgb(f), [kernel]) => convolved(&f, kernel).into(),
+        (FileCoefficients::Scalar(f), [kernel]) => f.convolved(kernel).into(),
+        (FileCoefficients::Rgb(f), [kernel]) => f.convolved(kernel).into(),
         (p, kernels) => {
             let rgb = p.to_rgb();
             let channels: Vec<ShVec<f64>> =
-                kernels.iter().enumerate().map(|(c, k)| convolved(&rgb.map(|v| v.channel(c)), k)).collect();
+                kernels.iter().enumerate().map(|(c, k)| rgb.map(|v| v.channel(c)).convolved(k)).collect();
             let mut out = rgb;
             for (i, out) in out.coefficients_mut().iter_mut().enumerate() {
                 *out = Rgb::from_channels(|c| channels[c][i]);

@@ -4,7 +4,7 @@ use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::sh::{
     Coefficient, DeringMethod, DeringOptions, DeringOutcome, DeringReport, Expansion as _, Extremum, FileCoefficients,
-    Quantity, ShError, ShFile, ShVec, Zonal, deringed,
+    Quantity, ShError, ShFile, ShVec, Zonal,
 };
 use serde::Serialize;
 
@@ -124,7 +124,7 @@ impl ShDering {
     where
         ShVec<T>: Into<FileCoefficients>,
     {
-        let (g, report) = deringed(f, dering);
+        let (g, report) = f.deringed_with(dering);
         match report.outcome {
             DeringOutcome::Unchanged | DeringOutcome::Windowed => Ok((g.into(), report)),
             DeringOutcome::MeanNotPositive { channel } => {

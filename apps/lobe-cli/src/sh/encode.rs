@@ -7,8 +7,7 @@ use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::sh::{
     AxisPermutation, Coefficient, Dir, Expansion as _, FileCoefficients, IrradianceEncoding, IrradianceMatrix,
-    IrradiancePolynomial, PackedIrradiance, PackedIrradiance5, Quantity, Rgb, ShError, ShVec, Zonal, convolved,
-    tangent_frame,
+    IrradiancePolynomial, PackedIrradiance, PackedIrradiance5, Quantity, Rgb, ShError, ShVec, Zonal, tangent_frame,
 };
 use serde::Serialize;
 
@@ -144,7 +143,7 @@ impl ShEncode {
         let scaled = irradiance.map(|e| e.scale(factor));
         let (up, turned) = match self.up {
             Up::Z => ("z", scaled),
-            Up::Y => ("y", AxisPermutation::Y_UP_FROM_Z_UP.applied(&scaled)),
+            Up::Y => ("y", scaled.permuted(&AxisPermutation::Y_UP_FROM_Z_UP)),
         };
         let (encoding, floats, numbers) = self.numbers(&turned);
         Encoded { encoding, floats, of, up, numbers }
@@ -185,7 +184,7 @@ impl ShEncode {
 }
 
 fn irradiance_of<T: Coefficient>(radiance: &ShVec<T>) -> ShVec<T> {
-    convolved(radiance, &Zonal::clamped_cosine(radiance.order()))
+    radiance.convolved(&Zonal::clamped_cosine(radiance.order()))
 }
 
 impl Encoded {

@@ -2,7 +2,7 @@
 
 use anyhow::bail;
 use clap::Args;
-use lobe::sh::{FileCoefficients, Quantity, ShFile, product};
+use lobe::sh::{FileCoefficients, Quantity, ShFile};
 
 use crate::args::input::ShInput;
 use crate::args::output::{QuantityOption, ShOutput};
@@ -36,8 +36,8 @@ impl ShProduct {
         };
         let order = self.order.unwrap_or(a.coefficients.order().max(b.coefficients.order()));
         let c: FileCoefficients = match (&a.coefficients, &b.coefficients) {
-            (FileCoefficients::Scalar(a), FileCoefficients::Scalar(b)) => product(a, b, order).into(),
-            (a, b) => product(&a.to_rgb(), &b.to_rgb(), order).into(),
+            (FileCoefficients::Scalar(a), FileCoefficients::Scalar(b)) => a.product(b, order).into(),
+            (a, b) => a.to_rgb().product(&b.to_rgb(), order).into(),
         };
         self.output.write(&ShFile::new(quantity, c))
     }

@@ -25,8 +25,8 @@ impl ShRotate {
         self.output.check()?;
         let ShFile { quantity, coefficients } = self.input.read()?;
         let turned: FileCoefficients = match coefficients {
-            FileCoefficients::Scalar(f) => rotation.rotated(&f).into(),
-            FileCoefficients::Rgb(f) => rotation.rotated(&f).into(),
+            FileCoefficients::Scalar(f) => f.rotated(&rotation).into(),
+            FileCoefficients::Rgb(f) => f.rotated(&rotation).into(),
         };
         self.output.write(&ShFile::new(quantity, turned))
     }

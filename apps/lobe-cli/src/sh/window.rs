@@ -5,9 +5,7 @@ use std::f64::consts::PI;
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::damp_zonal_in_place;
-use lobe::sh::{
-    Coefficient, ContentWindow, Expansion as _, FileCoefficients, ShFile, ShVec, Window, width_of_peak, windowed,
-};
+use lobe::sh::{Coefficient, ContentWindow, Expansion as _, FileCoefficients, ShFile, ShVec, Window, width_of_peak};
 
 use crate::args::input::ShInput;
 use crate::args::output::ShOutput;
@@ -156,7 +154,7 @@ impl ShWindow {
             let text = format!("order {order}; punctual is made for order {PUNCTUAL_BANDS}, later bands become zero");
             talk.note(&subject, &text);
         }
-        Ok(if self.content { self.blended(f, window, talk) } else { windowed(f, &window) })
+        Ok(if self.content { self.blended(f, window, talk) } else { f.windowed(&window) })
     }
 
     /// The function towards its light, the window away from it, and what the order that is written loses of that.

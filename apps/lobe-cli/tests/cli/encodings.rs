@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use lobe::env::{EnvMap, irradiance_sh};
 use lobe::sh::{
     Coefficient as _, Dir as Direction, Expansion as _, IrradianceEncoding, IrradianceMatrix, PackedIrradiance,
-    Quantity, Rgb, ShVec, Zonal, convolved, eval_basis,
+    Quantity, Rgb, ShVec, Zonal, eval_basis,
 };
 use lobe_testkit::directions;
 use serde_json::Value;
@@ -105,7 +105,7 @@ fn radiance() -> ShVec<Rgb<f64>> {
 #[test]
 fn constants_of_shaders_give_the_irradiance_of_every_normal() {
     let dir = Dir::new();
-    let irradiance = convolved(&radiance(), &Zonal::clamped_cosine(5));
+    let irradiance = radiance().convolved(&Zonal::clamped_cosine(5));
     dir.sh("l.sh.json", Quantity::Radiance, radiance());
     dir.sh("e.sh.json", Quantity::Irradiance, irradiance.clone());
     for file in ["l.sh.json", "e.sh.json"] {
@@ -180,7 +180,7 @@ fn vectors_of_order_5_give_its_irradiance_to_every_normal() {
 #[test]
 fn nine_coefficients_of_ramamoorthi_and_hanrahan_give_irradiance_by_their_formula() {
     let dir = Dir::new();
-    let irradiance = convolved(&radiance(), &Zonal::clamped_cosine(3));
+    let irradiance = radiance().convolved(&Zonal::clamped_cosine(3));
     dir.sh("l.sh.json", Quantity::Radiance, radiance());
     dir.sh("e.sh.json", Quantity::Irradiance, irradiance.clone());
     let (c1, c2) = (0.429042765404892, 0.511663353973244);
@@ -210,7 +210,7 @@ fn nine_coefficients_of_ramamoorthi_and_hanrahan_give_irradiance_by_their_formul
 fn constants_can_be_those_of_white_surfaces_in_worlds_with_y_up() {
     let dir = Dir::new();
     dir.sh("l.sh.json", Quantity::Radiance, radiance());
-    let irradiance = convolved(&radiance(), &Zonal::clamped_cosine(3));
+    let irradiance = radiance().convolved(&Zonal::clamped_cosine(3));
     let packed = encoded(&dir, "l.sh.json --as packed --over-pi --up y");
     for v in directions() {
         // The same place in a world with y up.

@@ -2,9 +2,7 @@
 
 use std::f64::consts::PI;
 
-use lobe::sh::{
-    Coefficient as _, Dir as Direction, Expansion as _, FileCoefficients, Quantity, Rgb, ShVec, Zonal, convolved,
-};
+use lobe::sh::{Coefficient as _, Dir as Direction, Expansion as _, FileCoefficients, Quantity, Rgb, ShVec, Zonal};
 use lobe_testkit::fibonacci_sphere;
 use serde_json::Value;
 
@@ -227,7 +225,7 @@ fn options_of_windows_that_would_be_ignored_are_refused() {
 fn min_proves_the_least_value() {
     let dir = Dir::new();
     // 4π times the irradiance of an impulse of order 3, over π: least -0.158333 where z = -8/15.
-    let e = convolved(&impulse(3), &Zonal::clamped_cosine(3));
+    let e = impulse(3).convolved(&Zonal::clamped_cosine(3));
     dir.sh("e.sh.json", Quantity::Irradiance, e.map(|c| c * 4.0));
     let found = json(&dir, "sh min e.sh.json --json");
     let [channel] = &found["channels"].as_array().unwrap()[..] else { panic!("one channel expected: {found}") };
@@ -301,7 +299,7 @@ fn peaks_are_all_maxima_and_the_highest_first() {
 fn dering_ends_all_negative_values_of_what_is_asked() {
     let dir = Dir::new();
     let sun = sun();
-    let e = convolved(&sun, &Zonal::clamped_cosine(4));
+    let e = sun.convolved(&Zonal::clamped_cosine(4));
     dir.sh("l.sh.json", Quantity::Radiance, sun.clone());
     dir.sh("e.sh.json", Quantity::Irradiance, e.clone());
     let deringed = |args: &str| {
@@ -321,7 +319,7 @@ fn dering_ends_all_negative_values_of_what_is_asked() {
             "irradiance of radiance",
             &of_light_for_irradiance,
             &e,
-            &convolved(&light_for_irradiance, &Zonal::clamped_cosine(4)),
+            &light_for_irradiance.convolved(&Zonal::clamped_cosine(4)),
         ),
     ] {
         let [lows, now] = ["min_before", "min_after"].map(|key| numbers(&report[key]));
@@ -344,7 +342,7 @@ fn dering_ends_all_negative_values_of_what_is_asked() {
 #[test]
 fn every_method_of_dering_works_and_what_is_not_negative_stays() {
     let dir = Dir::new();
-    let e = convolved(&sun().resized(3), &Zonal::clamped_cosine(3));
+    let e = sun().resized(3).convolved(&Zonal::clamped_cosine(3));
     dir.sh("e.sh.json", Quantity::Irradiance, e.clone());
     let mut removed = Vec::new();
     for method in ["least-change", "table", "hanning", "lanczos", "lanczos:2", "sinc4", "gauss", "laplacian"] {

@@ -325,7 +325,7 @@ fn a_kernel_in_a_file_is_a_function_of_the_angle_from_z() {
     dir.lobe("sh convolve p.sh.json --kernel z.sh.json -o q.sh.json").stdout();
     let q = dir.read_sh("q.sh.json");
     assert_eq!(q.quantity, Quantity::Transfer, "a kernel from a file keeps the quantity");
-    assert_close(&q.coefficients, lobe::sh::convolved(&rule(4, rule_b), &cosine).coefficients(), "cosine by file");
+    assert_close(&q.coefficients, rule(4, rule_b).convolved(&cosine).coefficients(), "cosine by file");
 }
 
 #[test]

@@ -3,9 +3,7 @@
 use std::ops::RangeInclusive;
 
 use eframe::egui::{ComboBox, Slider, SliderClamping, Ui};
-use lobe::sh::{
-    Coefficient, DeringOptions, Expansion as _, ShVec, Window, Zonal, deringed, scale_bands_in_place, width_of_peak,
-};
+use lobe::sh::{Coefficient, DeringOptions, Expansion as _, ShVec, Window, Zonal, scale_bands_in_place, width_of_peak};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::rooms::formulas::Formula;
@@ -160,7 +158,7 @@ impl Taming {
     #[must_use]
     pub fn factors<T: Coefficient>(self, f: &ShVec<T>) -> Vec<f64> {
         match (self.dering(f.order()), self.window()) {
-            (Some(dering), _) => deringed(f, &dering).1.factors,
+            (Some(dering), _) => f.deringed_with(&dering).1.factors,
             (_, Some(window)) => window.factors(f.order()),
             _ => vec![1.0; f.order()],
         }
@@ -244,7 +242,7 @@ fn width_or_peak(ui: &mut Ui, width: &mut f64, order: usize, window: impl Fn(f64
 
 #[cfg(test)]
 mod tests {
-    use lobe::sh::{Dir, Rgb, convolved, windowed};
+    use lobe::sh::{Dir, Rgb};
 
     use super::*;
 
@@ -299,8 +297,8 @@ mod tests {
             let sun = ShVec::impulse(order, Dir::from_angles(1.1, 0.7), Rgb::new(3.0_f64, 2.0, 1.0));
             for taming in Taming::choices(order) {
                 let expected = match (taming.dering(order), taming.window()) {
-                    (Some(dering), _) => deringed(&sun, &dering).0,
-                    (None, Some(window)) => windowed(&sun, &window),
+                    (Some(dering), _) => sun.deringed_with(&dering).0,
+                    (None, Some(window)) => sun.windowed(&window),
                     (None, None) => sun.clone(),
                 };
                 assert_eq!(taming.tamed(&sun), expected, "{} of order {order}", taming.title());
@@ -320,7 +318,7 @@ mod tests {
                 [Taming::Dering, Taming::DeringIrradiance, Taming::None].map(kept);
             let is_between = by_radiance < by_irradiance && by_irradiance < whole;
             assert!(is_between, "order {order}: {by_radiance}, {by_irradiance} of {whole}");
-            let received = convolved(&Taming::DeringIrradiance.tamed(&sun), &Zonal::clamped_cosine(order));
+            let received = Taming::DeringIrradiance.tamed(&sun).convolved(&Zonal::clamped_cosine(order));
             let least = (0..=180).map(|k| received.eval(Dir::from_angles(f64::from(k).to_radians(), 0.0)));
             let least = least.fold(f64::INFINITY, f64::min);
             assert!(least > -1e-6, "order {order}: an irradiance of {least}");

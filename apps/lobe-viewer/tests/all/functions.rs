@@ -4,8 +4,7 @@ use eframe::egui::{Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 use lobe::sh::{
-    AmbientCube, Dir, Expansion as _, Quantity, ShFile, ShL2, ShVec, Window, Zonal, certified_minimum, convolved,
-    product, write_sh_json,
+    AmbientCube, Dir, Expansion as _, Quantity, ShFile, ShL2, ShVec, Window, Zonal, certified_minimum, write_sh_json,
 };
 use lobe_viewer::{FunctionsEdits, FunctionsRoom, Section, Shape, Study, Taming};
 
@@ -44,7 +43,7 @@ fn turning_a_slider_shows_the_coefficients_of_the_turned_function() {
     press(&mut harness, "Yaw", Key::ArrowRight);
     let edits = harness.state().edits().clone();
     assert_ne!(edits.angles[0], FunctionsEdits::default().angles[0], "the key moved the slider");
-    let turned = edits.rotation().rotated(&edits.function());
+    let turned = edits.function().rotated(&edits.rotation());
     for (l, energy) in turned.band_energies().iter().enumerate() {
         let row: Vec<String> = turned.band(l).iter().map(|c| format!("{c:8.4}")).collect();
         let text = format!("band {l}: {}   energy {energy:.4}", row.join(" "));
@@ -60,7 +59,7 @@ fn the_energy_that_a_product_loses_is_that_of_the_library() {
     assert_eq!(harness.state().edits().study, Study::Product, "the study that was pressed");
     let edits = harness.state().edits();
     let (f, g) = (edits.function(), edits.other_factor());
-    let (kept, all) = (product(&f, &g, edits.order), product(&f, &g, 2 * edits.order - 1));
+    let (kept, all) = (f.product(&g, edits.order), f.product(&g, 2 * edits.order - 1));
     let lost = 100.0 * (1.0 - kept.dot(&kept) / all.dot(&all));
     let text = format!("Energy cut off with the bands above: {lost:.2} %");
     assert!(lost > 0.1 && harness.query_by_label(&text).is_some(), "{text}");
@@ -102,7 +101,7 @@ fn factors_and_minima_on_the_screen_are_those_of_each_window_and_each_dering() {
         let text = format!("Factors of the bands: {}", factors.join(" "));
         assert!(harness.query_by_label(&text).is_some(), "{}: {text}", taming.title());
         let tamed = taming.tamed(&light);
-        let received = convolved(&tamed, &Zonal::clamped_cosine(light.order()));
+        let received = tamed.convolved(&Zonal::clamped_cosine(light.order()));
         for text in [minimum("Minimum, tamed", &tamed), minimum("Minimum of the irradiance, tamed", &received)] {
             assert!(harness.query_by_label(&text).is_some(), "{}: {text}", taming.title());
         }
@@ -113,7 +112,7 @@ fn factors_and_minima_on_the_screen_are_those_of_each_window_and_each_dering() {
 fn dering_by_irradiance_leaves_radiance_below_zero_and_no_irradiance() {
     let light = edits(|edits| edits.study = Study::Ringing).ringing_light();
     let tamed = Taming::DeringIrradiance.tamed(&light);
-    let received = convolved(&tamed, &Zonal::clamped_cosine(light.order()));
+    let received = tamed.convolved(&Zonal::clamped_cosine(light.order()));
     let [radiance, irradiance] = [&tamed, &received].map(|f| certified_minimum(f.coefficients(), 1e-9).lo);
     assert!(radiance < -1e-3 && irradiance > -1e-6, "least radiance {radiance}, least irradiance {irradiance}");
 }
@@ -205,7 +204,7 @@ fn the_cube_wobbles_by_what_is_shown() {
     press(&mut harness, "Azimuth of the light", Key::ArrowRight);
     let edits = harness.state().edits();
     let light = Dir::from_angles(std::f64::consts::FRAC_PI_2, edits.light_at.to_radians());
-    let irradiance = convolved(&ShL2::impulse(light, 1.0), &Zonal::clamped_cosine(3));
+    let irradiance = ShL2::impulse(light, 1.0).convolved(&Zonal::clamped_cosine(3));
     let cube: f64 = AmbientCube::from_irradiance_sh(&irradiance).eval(light);
     let text = format!("Facing the light: {:.4} by coefficients, {cube:.4} by the cube", irradiance.eval(light));
     assert!(harness.query_by_label(&text).is_some(), "{text}");
@@ -255,7 +254,7 @@ fn keys_turn_the_function_and_come_nearer_and_frame_goes_back() {
     for (found, expected) in edits.angles.into_iter().zip([5.0, 0.0, 5.0]) {
         assert!((found - expected).abs() < 1e-9, "{:?}", edits.angles);
     }
-    let turned = edits.rotation().rotated(&edits.function());
+    let turned = edits.function().rotated(&edits.rotation());
     let row: Vec<String> = turned.band(2).iter().map(|c| format!("{c:8.4}")).collect();
     let text = format!("band 2: {}   energy {:.4}", row.join(" "), turned.band_energies()[2]);
     assert!(harness.query_by_label(&text).is_some(), "{text}");

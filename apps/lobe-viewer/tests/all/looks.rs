@@ -103,7 +103,7 @@ fn a_change_of_a_function_is_taken_back_and_made_again_by_the_buttons_of_the_bar
     harness.get_by_label("Undo").click();
     harness.run_steps(3);
     assert_eq!(*harness.state().functions().edits(), first, "taken back");
-    let turned = first.rotation().rotated(&first.function());
+    let turned = first.function().rotated(&first.rotation());
     let row: Vec<String> = turned.band(1).iter().map(|c| format!("{c:8.4}")).collect();
     let text = format!("band 1: {}   energy {:.4}", row.join(" "), turned.band_energies()[1]);
     assert!(harness.query_by_label(&text).is_some(), "the numbers are those of before: {text}");

@@ -331,7 +331,7 @@ fn the_light_is_that_of_the_library_turned_and_tamed_by_keys() {
     // A drag of the whole height is half a turn, and a key a 36th of that.
     assert!((edits.turn.to_degrees() - 5.0).abs() < 1e-9, "{}", edits.turn);
     let sky = open_sky("bundled:sunset".as_ref(), &ReadLimits::default()).unwrap();
-    let expected = Rotation::from_axis_angle(Dir::Z, edits.turn).rotated(&Taming::Dering.tamed(&sky.light.resized(4)));
+    let expected = Taming::Dering.tamed(&sky.light.resized(4)).rotated(&Rotation::from_axis_angle(Dir::Z, edits.turn));
     wait(&mut harness, |room| room.light() == Some(&expected));
     let turn = harness.get_all_by_label("Turn of the sky").next().unwrap().accesskit_node().numeric_value().unwrap();
     assert!((turn - 5.0).abs() < 1e-9, "the slider says {turn}");

@@ -7,7 +7,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 use lobe::env::{EnvMap, write_env};
 use lobe::prt::BakeMode;
-use lobe::sh::{Dir, Expansion as _, Rgb, Zonal, convolved};
+use lobe::sh::{Dir, Expansion as _, Rgb, Zonal};
 use lobe_viewer::{Mode, Orbit, SceneEdits, SceneLamp, SceneRoom, Step, UserFolder, transfer_of};
 
 use crate::wait::step_until;
@@ -246,7 +246,7 @@ fn a_white_surface_that_faces_a_lamp_reflects_its_strength() {
     (lamp.color, lamp.strength, lamp.half_angle) = ([1.0, 0.5, 0.25], 3.0, 10.0);
     for order in 1..=8 {
         let light = lamp.project(order).unwrap();
-        let reflected: Rgb<f64> = convolved(&light, &Zonal::clamped_cosine(order)).eval(lamp.dir());
+        let reflected: Rgb<f64> = light.convolved(&Zonal::clamped_cosine(order)).eval(lamp.dir());
         let expected = [3.0, 1.5, 0.75].map(|c| c * std::f64::consts::PI);
         for (found, expected) in <[f64; 3]>::from(reflected).into_iter().zip(expected) {
             assert!((found / expected - 1.0).abs() < 1e-9, "order {order}: {found}, expected {expected}");

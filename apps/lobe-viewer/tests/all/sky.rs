@@ -6,7 +6,7 @@ use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use lobe::env::{Mapping, SunOptions, extract_sun, project_map};
 use lobe::sh::{
     Dir, Expansion as _, IrradianceEncoding, LightFitOptions, Quantity, Rgb, Rotation, ShFile, ShVec, Zonal,
-    certified_minimum, convolved, encoding_error, even_directions, extract_lights, write_sh_json,
+    certified_minimum, encoding_error, even_directions, extract_lights, write_sh_json,
 };
 use lobe_viewer::{OpenedSky, ReadLimits, Shelf, SkyEdits, SkyRoom, Step, Taming, open_sky};
 
@@ -200,7 +200,7 @@ fn coefficients_change_every_second_and_come_around() {
     }
     let expected = |step: usize| {
         let turn = Rotation::from_axis_angle(Dir::Z, std::f64::consts::TAU * step as f64 / 24.0);
-        format!("{:.4}", turn.rotated(&light).coefficients()[3].g)
+        format!("{:.4}", light.rotated(&turn).coefficients()[3].g)
     };
     let first = (0..24).find(|k| expected(*k) == seen[0]).unwrap();
     for (passed, found) in seen.iter().enumerate() {
@@ -275,7 +275,7 @@ fn the_errors_of_encodings_are_those_of_the_library() {
     let mut harness = open(SkyEdits::default(), Some(sky.clone()));
     harness.get_by_label("Encodings of irradiance").click();
     harness.run_steps(40);
-    let irradiance = convolved(&*sky.light, &Zonal::clamped_cosine(8));
+    let irradiance = sky.light.convolved(&Zonal::clamped_cosine(8));
     let truth: Vec<_> = even_directions(256).map(|n| (n, irradiance.eval(n))).collect();
     for encoding in IrradianceEncoding::ALL {
         let error = encoding_error(encoding, &irradiance, &truth).rms;
@@ -339,7 +339,7 @@ fn keys_turn_the_camera_the_sky_and_its_expansion() {
     let edits = harness.state().room.edits().clone();
     assert_eq!((edits.order, edits.turn.to_degrees().round()), (3, 5.0), "the sky and the order");
     // The minimum is that of the turned expansion, elsewhere and of the same value.
-    let turned = edits.rotation().rotated(&project_map(&sky.map, 8).resized(3));
+    let turned = project_map(&sky.map, 8).resized(3).rotated(&edits.rotation());
     let cell = harness.get_by_label("Band 1, 1, green").accesskit_node().value().unwrap();
     assert_eq!(cell, format!("{:.4}", turned.coefficients()[3].g), "the coefficients are those of the turned sky");
 }

@@ -5,9 +5,7 @@ use egui_kittest::kittest::Queryable as _;
 use lobe::env::{Mapping, project_map};
 use lobe::image::compare;
 use lobe::render::{lat_long_picture, lat_long_picture_of};
-use lobe::sh::{
-    Coefficient as _, DeringOptions, LightFitOptions, Rgb, ShVec, Window, Zonal, deringed, extract_lights, windowed,
-};
+use lobe::sh::{Coefficient as _, DeringOptions, LightFitOptions, Rgb, ShVec, Window, Zonal, extract_lights};
 use lobe_viewer::{OpenedSky, ReadLimits, SkyEdits, open_sky};
 
 use crate::press::{choose, slide};
@@ -30,7 +28,7 @@ fn each_window_and_dering_that_is_chosen_tames_the_expansion_as_the_library_does
     let sky = sunset();
     let light = project_map(&sky.map, 8).resized(4);
     let mut harness = open(&sky);
-    let by = |window: Window| windowed(&light, &window);
+    let by = |window: Window| light.windowed(&window);
     let by_irradiance = DeringOptions::default().kernel(Zonal::clamped_cosine(4));
     let all: [(&str, ShVec<Rgb<f64>>); 9] = [
         ("Hanning", by(Window::Hanning { width: 4.0 })),
@@ -39,8 +37,8 @@ fn each_window_and_dering_that_is_chosen_tames_the_expansion_as_the_library_does
         ("Gauss", by(Window::Gauss { sigma: 0.3 })),
         ("Squared Laplacian", by(Window::SquaredLaplacian { lambda: 0.005 })),
         ("Punctual lights", by(Window::PunctualLight)),
-        ("Dering by radiance", deringed(&light, &DeringOptions::default()).0),
-        ("Dering by irradiance", deringed(&light, &by_irradiance).0),
+        ("Dering by radiance", light.deringed_with(&DeringOptions::default()).0),
+        ("Dering by irradiance", light.deringed_with(&by_irradiance).0),
         ("None", light.clone()),
     ];
     for (name, tamed) in all {

@@ -242,7 +242,7 @@ fn turned_maps_have_turned_expansions() {
     for mapping in Mapping::ALL {
         let (w, h) = size(mapping, 16_000);
         let map = MappedMap::from_fn(mapping, w, h, |s| light(&f, s));
-        let expected = rotation.rotated(&project_map(&map, order));
+        let expected = project_map(&map, order).rotated(&rotation);
         let error =
             relative_difference(&project_map(&rotate_map(&map, &rotation, Job::default()).unwrap(), order), &expected);
         assert!(error < 1e-3, "{mapping}: {error:e}");

@@ -3,7 +3,7 @@
 use lobe_env::{EnvMap, SunOptions, bundled, extract_sun, project_env};
 use lobe_sh::{
     Coefficient as _, DeringMethod, DeringOptions, DeringOutcome, Dir, Expansion as _, LightFitOptions, LightMetric,
-    Rgb, ShVec, Window, WindowFamily, Zonal, convolved, deringed, even_directions, extract_lights, windowed,
+    Rgb, ShVec, Window, WindowFamily, Zonal, even_directions, extract_lights,
 };
 
 /// Sampled directions: a degree and a half apart, far below the wavelength of order 6.
@@ -35,9 +35,9 @@ fn no_real_map_is_below_zero_anywhere_after_dering() {
         let radiance = project_env(&map, *ORDERS.end());
         for order in ORDERS {
             let radiance = radiance.resized(order);
-            let irradiance = convolved(&radiance, &Zonal::clamped_cosine(order));
+            let irradiance = radiance.convolved(&Zonal::clamped_cosine(order));
             for (quantity, f) in [("radiance", radiance), ("irradiance", irradiance)] {
-                let (g, report) = deringed(&f, &DeringOptions::default());
+                let (g, report) = f.deringed_with(&DeringOptions::default());
                 let done = matches!(report.outcome, DeringOutcome::Windowed | DeringOutcome::Unchanged);
                 assert!(done, "{name}, {quantity} of order {order}: {report:?}");
                 rang += usize::from(report.outcome == DeringOutcome::Windowed);
@@ -65,27 +65,27 @@ fn norm_kept(f: &ShVec<Rgb<f64>>, g: &ShVec<Rgb<f64>>) -> f64 {
 /// non-negative. This is its best case: the width to rounding, not to a tenth.
 fn best_of_filament(f: &ShVec<Rgb<f64>>) -> ShVec<Rgb<f64>> {
     let method = DeringMethod::Family(WindowFamily::Lanczos { power: 4.0 });
-    let (_, report) = deringed(f, &DeringOptions::default().method(method));
+    let (_, report) = f.deringed_with(&DeringOptions::default().method(method));
     let width = match report.window {
         Some(Window::Lanczos { width, .. }) => width.min(FILAMENT_WIDEST),
         _ => FILAMENT_WIDEST,
     };
-    windowed(f, &Window::Lanczos { width, power: 4.0 })
+    f.windowed(&Window::Lanczos { width, power: 4.0 })
 }
 
 #[test]
 fn the_least_change_keeps_more_of_a_sun_probe_than_filament() {
     for map in bundled::all() {
-        let irradiance = convolved(&project_env(&map.map(), 3), &Zonal::clamped_cosine(3));
-        let (g, _) = deringed(&irradiance, &DeringOptions::default());
+        let irradiance = project_env(&map.map(), 3).convolved(&Zonal::clamped_cosine(3));
+        let (g, _) = irradiance.deringed_with(&DeringOptions::default());
         let (ours, theirs) = (norm_kept(&irradiance, &g), norm_kept(&irradiance, &best_of_filament(&irradiance)));
         println!("{}: {:.2} % of the norm kept, Filament {:.2} %", map.name, 100.0 * ours, 100.0 * theirs);
         assert!(ours > 0.85 && ours > theirs, "{}: {ours} of the norm kept, Filament {theirs}", map.name);
     }
     // A sun alone: the worst case.
     let sun = ShVec::impulse(3, Dir::from_angles(1.2, 0.7), Rgb::new(9.0, 8.0, 6.0));
-    let irradiance = convolved(&sun, &Zonal::clamped_cosine(3));
-    let (g, _) = deringed(&irradiance, &DeringOptions::default());
+    let irradiance = sun.convolved(&Zonal::clamped_cosine(3));
+    let (g, _) = irradiance.deringed_with(&DeringOptions::default());
     let (ours, theirs) = (norm_kept(&irradiance, &g), norm_kept(&irradiance, &best_of_filament(&irradiance)));
     println!("a sun alone: {:.2} % of the norm kept, Filament {:.2} %", 100.0 * ours, 100.0 * theirs);
     assert!(ours > 0.85 && ours > theirs, "a sun alone: {ours} of the norm kept, Filament {theirs}");

@@ -6,7 +6,7 @@ use lobe::env::irradiance_at;
 use lobe::render::{Balloon, CrossSection, CubeCross, View};
 use lobe::sh::{
     Coefficient as _, DeringMethod, DeringOptions, DeringReport, Dir, Expansion as _, Extremum, Quantity, Rgb, ShVec,
-    WindowFamily, Zonal, certified_maximum, convolved, deringed,
+    WindowFamily, Zonal, certified_maximum,
 };
 
 use crate::error::Drawn;
@@ -51,8 +51,8 @@ impl<'a> Pair<'a> {
 
 /// The irradiance of a sun, which rings most.
 pub(crate) fn sun_alone(canvas: &mut Canvas<'_>) -> Drawn {
-    let before = convolved(&ShVec::<f64>::impulse(USUAL, Dir::Z, 1.0), &Zonal::clamped_cosine(USUAL));
-    let (after, report) = deringed(&before, &DeringOptions::default());
+    let before = ShVec::<f64>::impulse(USUAL, Dir::Z, 1.0).convolved(&Zonal::clamped_cosine(USUAL));
+    let (after, report) = before.deringed_with(&DeringOptions::default());
     canvas.text(&format!(
             "The irradiance of a sun in order {USUAL} is negative below the horizon, down to {} % of the mean, and positive again at \
              the far pole. The least change makes its lowest value 0 with the factors {}; {} % of the norm stay.",
@@ -76,8 +76,8 @@ pub(crate) fn sun_alone(canvas: &mut Canvas<'_>) -> Drawn {
 
 pub(crate) fn irradiance_of_sky(canvas: &mut Canvas<'_>, sky: &Sky) -> Drawn {
     let name = sky.bundled.name;
-    let irradiance = convolved(&sky.radiance.resized(USUAL), &Zonal::clamped_cosine(USUAL));
-    let (after, report) = deringed(&irradiance, &DeringOptions::default());
+    let irradiance = sky.radiance.resized(USUAL).convolved(&Zonal::clamped_cosine(USUAL));
+    let (after, report) = irradiance.deringed_with(&DeringOptions::default());
     let (channel, color) = worst_channel(&irradiance, &report);
     canvas.text(&format!(
             "The irradiance of order {USUAL} of this photograph falls to {} % of its mean, which no light does. The least change by a \
@@ -111,7 +111,7 @@ pub(crate) fn irradiance_of_sky(canvas: &mut Canvas<'_>, sky: &Sky) -> Drawn {
 
 pub(crate) fn radiance_of_sky(canvas: &mut Canvas<'_>, sky: &Sky) -> Drawn {
     let name = sky.bundled.name;
-    let (after, report) = deringed(&sky.radiance, &DeringOptions::default());
+    let (after, report) = sky.radiance.deringed_with(&DeringOptions::default());
     canvas.text(&format!(
             "Radiance of lamps rings far more: to {} % of the mean in order {SWEEP}. To make it non-negative costs contrast, {} % of the \
              norm stay; if only its irradiance is needed, --quantity irradiance leaves nearly all.",
@@ -174,7 +174,7 @@ fn polars(
 fn methods_table(canvas: &mut Canvas<'_>, irradiance: &ShVec<Rgb<f64>>) -> Drawn {
     canvas.step()?;
     let rows = METHODS.map(|(name, method)| {
-        let (_, report) = deringed(irradiance, &DeringOptions::default().method(method));
+        let (_, report) = irradiance.deringed_with(&DeringOptions::default().method(method));
         vec![
             name.to_owned(),
             bands(&report),
@@ -194,10 +194,10 @@ fn orders_table(canvas: &mut Canvas<'_>, sky: &Sky) -> Drawn {
         for order in 2..=SWEEP {
             let radiance = sky.radiance.resized(order);
             let f = match quantity {
-                Quantity::Irradiance => convolved(&radiance, &Zonal::clamped_cosine(order)),
+                Quantity::Irradiance => radiance.convolved(&Zonal::clamped_cosine(order)),
                 _ => radiance,
             };
-            let (_, report) = deringed(&f, &DeringOptions::default());
+            let (_, report) = f.deringed_with(&DeringOptions::default());
             let before = lowest_of_means(&f, &report.before);
             rows.push(vec![
                 quantity.to_string(),

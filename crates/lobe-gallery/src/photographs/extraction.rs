@@ -2,7 +2,7 @@
 
 use lobe::env::{SunOptions, extract_sun, project_env};
 use lobe::image::{Picture, Tone};
-use lobe::sh::{Dir, Expansion as _, LightFitOptions, LightMetric, Rgb, ShVec, Zonal, convolved, extract_lights};
+use lobe::sh::{Dir, Expansion as _, LightFitOptions, LightMetric, Rgb, ShVec, Zonal, extract_lights};
 
 use crate::error::Drawn;
 use crate::page::{BACKDROP, Canvas, SWEEP, Sky, ball_from, digits, percent, sheet};
@@ -41,7 +41,7 @@ pub(crate) fn extraction(canvas: &mut Canvas<'_>, sky: &Sky) -> Drawn {
 fn balls(canvas: &mut Canvas<'_>, sky: &Sky, lights: &[ShVec<Rgb<f64>>]) -> Drawn {
     let ball = ball_from(canvas.size.ball * 3 / 4, sky.beside_the_light(70.0, 60.0));
     let radiance = |f: &ShVec<Rgb<f64>>| ball.picture(BACKDROP, |n| f.eval(n));
-    let lit = |f: &ShVec<Rgb<f64>>| ball.lit_by_sh(BACKDROP, &convolved(f, &Zonal::clamped_cosine(SWEEP)));
+    let lit = |f: &ShVec<Rgb<f64>>| ball.lit_by_sh(BACKDROP, &f.convolved(&Zonal::clamped_cosine(SWEEP)));
     let tone = Tone::OBJECT.fixed_for(&lit(&lights[0]));
     let above = lights.iter().map(|f| sky.tone.apply(&radiance(f)));
     let below = lights.iter().map(|f| tone.apply(&lit(f)));

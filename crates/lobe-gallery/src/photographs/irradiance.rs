@@ -3,7 +3,7 @@
 use lobe::env::{irradiance_at, irradiance_map_brute_force};
 use lobe::image::{Picture, Tone, color_bar, compare, error_map};
 use lobe::io::Job;
-use lobe::sh::{Dir, Rgb, Zonal, convolved};
+use lobe::sh::{Dir, Rgb, Zonal};
 
 use super::overview::overview;
 use crate::error::{Drawn, GalleryError};
@@ -30,7 +30,7 @@ pub(crate) struct Balls {
 
 impl Balls {
     pub(crate) fn new(sky: &Sky, size: Size) -> Result<Self, GalleryError> {
-        let irradiance = convolved(&sky.radiance.resized(USUAL), &Zonal::clamped_cosine(USUAL));
+        let irradiance = sky.radiance.resized(USUAL).convolved(&Zonal::clamped_cosine(USUAL));
         // The lit and the dark side, a little from above.
         let ball = ball_from(size.ball, sky.beside_the_light(75.0, 60.0));
         let normals: Vec<Dir> = ball.normals().into_iter().map(|(_, n)| n).collect();
@@ -76,7 +76,7 @@ fn table(canvas: &mut Canvas<'_>, sky: &Sky) -> Drawn {
     let peak = truth.texels().iter().flat_map(|c| c.to_array()).fold(0.0, f32::max);
     let rows: Vec<Vec<String>> = (1..=SWEEP)
         .map(|order| {
-            let e = convolved(&sky.radiance.resized(order), &Zonal::clamped_cosine(order));
+            let e = sky.radiance.resized(order).convolved(&Zonal::clamped_cosine(order));
             let values = values_like(&e, &truth);
             let report = compare(&values, truth.texels());
             let lowest = values.iter().flat_map(|c| c.to_array()).fold(f32::INFINITY, f32::min);

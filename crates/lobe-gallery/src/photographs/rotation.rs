@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use lobe::image::Tone;
 use lobe::render::{Ball, View};
-use lobe::sh::{Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal, convolved, even_directions};
+use lobe::sh::{Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal, even_directions};
 
 use crate::error::Drawn;
 use crate::page::{BACKDROP, Canvas, Sky, digits, sheet};
@@ -20,13 +20,13 @@ const SAMPLES: usize = 500;
 
 pub(crate) fn rotation(canvas: &mut Canvas<'_>, sky: &Sky) -> Drawn {
     let name = sky.bundled.name;
-    let irradiance = convolved(&sky.radiance.resized(ORDER), &Zonal::clamped_cosine(ORDER));
+    let irradiance = sky.radiance.resized(ORDER).convolved(&Zonal::clamped_cosine(ORDER));
     let ball = Ball::new(canvas.size.ball * 3 / 4).seen(View::three_quarter());
     let mut balls = Vec::new();
     let mut error = 0.0_f64;
     for step in 0..STEPS {
         let turn = Rotation::from_axis_angle(Dir::Z, (step as f64 / STEPS as f64) * TAU);
-        let turned = turn.rotated(&irradiance);
+        let turned = irradiance.rotated(&turn);
         balls.push(ball.lit_by_sh(BACKDROP, &turned));
         error = error.max(largest_error(&irradiance, &turned, &turn));
     }

@@ -5,7 +5,7 @@ use lobe::io::Job;
 use lobe::prt::{BakeMode, BakeOptions, BakeReport, Receivers, Transfer, bake};
 use lobe::render::{Camera, DistantLight, RenderError, Truth};
 use lobe::scene::{Bvh, Scene, built_in};
-use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, Window, windowed};
+use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, Window};
 
 use super::look::{Look, Raster, camera, covered};
 use crate::error::GalleryError;
@@ -60,7 +60,7 @@ impl Hall {
     /// The hall under the turned light, the turned photograph behind it.
     pub(crate) fn picture(&self, sky: &Sky, turn: &Rotation, light: &ShVec<Rgb<f64>>) -> Result<Picture, RenderError> {
         let behind = DistantLight::from_map(sky.map.clone()).turned(turn);
-        self.look().lit(&self.transfer, &turn.rotated(light), |s| behind.seen(s))
+        self.look().lit(&self.transfer, &light.rotated(turn), |s| behind.seen(s))
     }
 
     pub(crate) fn truth(&self, sky: &Sky, turn: &Rotation) -> Result<Truth, RenderError> {
@@ -79,7 +79,7 @@ impl Hall {
 
     /// All pixels that show nothing but the hall.
     pub(crate) fn seen(&self, light: &ShVec<Rgb<f64>>, degrees: f64, truth: &Truth) -> Vec<Pixel> {
-        let Ok(picture) = self.look().lit(&self.transfer, &about_z(degrees).rotated(light), |_| Rgb::ZERO) else {
+        let Ok(picture) = self.look().lit(&self.transfer, &light.rotated(&about_z(degrees)), |_| Rgb::ZERO) else {
             unreachable!("the picture has pixels and rays, and nobody stops it")
         };
         covered(truth, &picture).collect()
@@ -88,7 +88,7 @@ impl Hall {
 
 /// Light under the window that the sections about the hall have.
 pub(crate) fn calmed(light: &ShVec<Rgb<f64>>) -> ShVec<Rgb<f64>> {
-    windowed(light, &Window::Hanning { width: (light.order() + 1) as f64 })
+    light.windowed(&Window::Hanning { width: (light.order() + 1) as f64 })
 }
 
 pub(crate) fn about_z(degrees: f64) -> Rotation {

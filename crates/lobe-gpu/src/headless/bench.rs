@@ -73,7 +73,7 @@ impl BenchReport {
         }
         let frame = |number: usize| {
             let turn = Rotation::from_axis_angle(Dir::Z, TAU * number as f64 / frames as f64);
-            view.set_light(&turn.rotated(light))?;
+            view.set_light(&light.rotated(&turn))?;
             view.turn_backdrop(&turn)?;
             view.render()?;
             view.renderer().context().wait()

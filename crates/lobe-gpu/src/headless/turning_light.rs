@@ -33,7 +33,7 @@ impl TurningLight {
 
     /// The light after a turn.
     pub(crate) fn turned(&self, turn: &Rotation) -> ShVec<Rgb<f64>> {
-        let mut light = turn.rotated(&self.sky);
+        let mut light = self.sky.rotated(turn);
         if let Some(still) = &self.still {
             light += still;
         }

@@ -191,7 +191,7 @@ impl GpuMovingPart {
             None => {}
         }
         self.grids.iter().try_for_each(|grid| grid.place(&self.renderer, &self.pieces, &places.frame))?;
-        let light = places.frame.rotation().inverse().rotated(light);
+        let light = light.rotated(&places.frame.rotation().inverse());
         if let Some(fields) = &self.fields {
             fields.place(&self.renderer, places.fields)?;
             fields.set_light(&self.renderer, light.coefficients())?;

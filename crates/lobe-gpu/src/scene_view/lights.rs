@@ -1,6 +1,6 @@
 //! The light of surfaces, as their shaders take it.
 
-use lobe_sh::{Expansion as _, Rgb, ShVec, Zonal, convolved};
+use lobe_sh::{Expansion as _, Rgb, ShVec, Zonal};
 
 use crate::GpuError;
 use crate::renderer::renderer::Renderer;
@@ -33,7 +33,7 @@ impl Lights {
                 LightUse::Given => {}
                 LightUse::Radiance(order) => renderer.update(name, &light_vectors(light.coefficients(), *order))?,
                 LightUse::Irradiance(order) => {
-                    let irradiance = convolved(light, &Zonal::clamped_cosine(*order));
+                    let irradiance = light.convolved(&Zonal::clamped_cosine(*order));
                     renderer.update(name, &light_vectors(irradiance.coefficients(), *order))?;
                 }
                 LightUse::Lobe(order, lobe) => {

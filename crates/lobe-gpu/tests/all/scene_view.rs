@@ -9,7 +9,7 @@ use lobe_image::{Curve, Exposure, Picture, Tone};
 use lobe_io::Job;
 use lobe_prt::{AlbedoMode, BakeOptions, GlossyLobe, Lightmap, Receivers, bake, bake_matrices};
 use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene, Texture, TextureUse, Wrap, built_in};
-use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal, convolved};
+use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal};
 
 use crate::traced::by_texels;
 use crate::traced::{Eye, Seen, traced};
@@ -83,12 +83,12 @@ fn a_picture_by_irradiance_is_that_of_the_processor() {
             .unwrap();
         view.set_camera(&gpu).unwrap();
         for turn in [Rotation::IDENTITY, turn] {
-            let light = turn.rotated(&light);
+            let light = light.rotated(&turn);
             view.set_light(&light).unwrap();
             view.turn_backdrop(&turn).unwrap();
             let back = turn.inverse();
             let background = |s| sky.radiance(back.rotate_dir(s)).widen();
-            let irradiance = convolved(&light, &Zonal::clamped_cosine(order));
+            let irradiance = light.convolved(&Zonal::clamped_cosine(order));
             let shade = |s: &Seen<'_>| (s.albedo * irradiance.eval(s.normal)).scale(std::f64::consts::FRAC_1_PI);
             let expected = traced(&scene, cpu, RAYS, background, shade);
             check(&format!("irradiance {order} {}", back == turn), &view, &expected);
@@ -216,7 +216,7 @@ fn a_mesh_that_shines_stands_among_matte_ones() {
     view.set_light(&light).unwrap();
     let zonal = Zonal::ggx(order, alpha);
     let blurred: Vec<ShVec<Rgb<f64>>> =
-        (0..matrices.points()).map(|p| convolved(&matrices.incident(p, light.coefficients()), &zonal)).collect();
+        (0..matrices.points()).map(|p| matrices.incident(p, light.coefficients()).convolved(&zonal)).collect();
     let shade = |s: &Seen<'_>| match (s.is_front, scene.locate(s.hit.triangle as usize).0) {
         (false, _) => Rgb::ZERO,
         (true, 0) => s.at_corners(&values),
@@ -257,7 +257,7 @@ fn glossy_pictures_are_those_of_the_processor() {
         view.set_camera(&gpu).unwrap();
         view.set_light(&light).unwrap();
         let blurred: Vec<ShVec<Rgb<f64>>> =
-            (0..matrices.points()).map(|p| convolved(&matrices.incident(p, light.coefficients()), &zonal)).collect();
+            (0..matrices.points()).map(|p| matrices.incident(p, light.coefficients()).convolved(&zonal)).collect();
         let shade = |s: &Seen<'_>| {
             if !s.is_front {
                 return Rgb::ZERO;

@@ -3,7 +3,7 @@
 use lobe_env::project_env;
 use lobe_gpu::{Context, Environment, SceneView, SurfaceShading};
 use lobe_scene::{Material, Mesh, MeshParts, Scene, Texture, TextureUse, Wrap};
-use lobe_sh::{Coefficient as _, Expansion as _, Zonal, convolved};
+use lobe_sh::{Coefficient as _, Expansion as _, Zonal};
 
 use crate::device;
 use crate::scene_view::{RAYS, cameras, check, options, painted_by, sky};
@@ -19,7 +19,7 @@ fn check_irradiance(what: &str, context: &Context, scene: &Scene) {
     let view = SceneView::new(context, scene, &shading, Some(&environment), &options()).unwrap();
     view.set_camera(&gpu).unwrap();
     view.set_light(&light).unwrap();
-    let irradiance = convolved(&light, &Zonal::clamped_cosine(3));
+    let irradiance = light.convolved(&Zonal::clamped_cosine(3));
     let shade = |s: &Seen<'_>| (s.albedo * irradiance.eval(s.normal)).scale(std::f64::consts::FRAC_1_PI);
     check(what, &view, &traced(scene, cpu, RAYS, |s| sky.radiance(s).widen(), shade));
 }

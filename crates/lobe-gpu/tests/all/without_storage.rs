@@ -5,7 +5,7 @@ use lobe_gpu::{BenchReport, Context, ContextOptions, Environment, GpuError, Scen
 use lobe_io::Job;
 use lobe_prt::{BakeMode, BakeOptions, Channels, GlossyLobe, Receivers, Transfer, TransferMatrices, bake};
 use lobe_scene::{Bvh, Scene, built_in};
-use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, ShVec, Zonal, convolved};
+use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, ShVec, Zonal};
 
 use crate::scene_view::{RAYS, cameras, check, options, sky};
 use crate::traced::{Seen, traced};
@@ -67,7 +67,7 @@ fn light_without_shadows_is_that_of_normals_at_vertices() {
     let Some(context) = bare_device("light_without_shadows_is_that_of_normals_at_vertices") else { return };
     let scene = built_in::ball_over_ground(16);
     let light: ShVec<Rgb<f64>> = project_env(&sky(), 3);
-    let irradiance = convolved(&light, &Zonal::clamped_cosine(3));
+    let irradiance = light.convolved(&Zonal::clamped_cosine(3));
     let receivers = Receivers::at_vertices(&scene).unwrap();
     let lit = |(normal, albedo): (&[f32; 3], &[f32; 3])| {
         let e = irradiance.eval(Dir::new(normal.map(f64::from)).unwrap());

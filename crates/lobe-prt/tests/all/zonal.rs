@@ -121,7 +121,7 @@ fn turning_the_lobes_turns_the_expansion() {
         for r in 0..found.receivers() {
             for (c, (before, after)) in found.decode(r).chunks(n).zip(turned.decode(r).chunks(n)).enumerate() {
                 let before = ShVec::from_vec(before.iter().map(|x| f64::from(*x)).collect()).unwrap();
-                let expected = rotations[r].rotated(&before);
+                let expected = before.rotated(&rotations[r]);
                 for (i, (a, b)) in expected.coefficients().iter().zip(after).enumerate() {
                     assert!((a - f64::from(*b)).abs() < 2e-6, "receiver {r}, channel {c}, {i}: {b} against {a}");
                 }

@@ -95,7 +95,7 @@ impl<'a> PartLight<'a> {
         light: &ShVec<Rgb<f64>>,
     ) -> Result<Self, RenderError> {
         let to_own = frame.rotation().inverse();
-        let light = to_own.rotated(light);
+        let light = light.rotated(&to_own);
         let Hiding { obstacles: PartObstacles { fields, grids, spheres }, albedos } = hiding;
         let shadows =
             (!spheres.is_empty()).then(|| SphereShadows::new(table, &spheres, &options.spheres)).transpose()?;

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use lobe_image::Picture;
 use lobe_io::Job;
 use lobe_scene::{Bvh, Scene};
-use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, ShVec, Zonal, convolved};
+use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, ShVec, Zonal};
 
 use crate::scene_view::scene_picture::ray_cast;
 use crate::{BakedScene, Camera, RenderError, SceneHit, ViewOptions};
@@ -91,7 +91,7 @@ pub fn light_by_irradiance(
     background: impl Fn(Dir) -> Rgb<f64> + Sync,
     job: Job<'_>,
 ) -> Result<LitPicture, RenderError> {
-    let irradiance = convolved(light, &Zonal::clamped_cosine(light.order()));
+    let irradiance = light.convolved(&Zonal::clamped_cosine(light.order()));
     let radiance = |hit: &SceneHit<'_>| (hit.albedo * irradiance.eval(hit.normal)).scale(FRAC_1_PI);
     picture_of((scene, bvh), light, camera, options, &background, &radiance, job)
 }

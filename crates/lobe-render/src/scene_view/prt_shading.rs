@@ -7,7 +7,7 @@ use lobe_prt::{
     bake, bake_matrices,
 };
 use lobe_scene::{Bvh, Scene};
-use lobe_sh::{Coefficient as _, Expansion as _, Rgb, ShVec, convolved};
+use lobe_sh::{Coefficient as _, Expansion as _, Rgb, ShVec};
 
 use crate::SceneHit;
 
@@ -142,7 +142,7 @@ impl SurfaceTransfer {
                 let wide = |f: &[Rgb<f32>]| ShVec::from_vec(f.iter().map(|c| c.widen()).collect());
                 let blurred = |receiver: usize| {
                     let f = wide(&incident[receiver * bands..][..bands]);
-                    convolved(&f.unwrap_or_else(|| unreachable!("n² coefficients")), &zonal)
+                    f.unwrap_or_else(|| unreachable!("n² coefficients")).convolved(&zonal)
                 };
                 LitReceivers::Glossy(parallel::map(matrices.points(), &blurred))
             }

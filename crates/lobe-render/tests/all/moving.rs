@@ -88,7 +88,7 @@ fn a_turned_part_alone_is_lit_as_if_the_sky_were_turned_back() {
     let mut still = moving.parts()[0].clone();
     still.motion = Motion::Still;
     let still = MovingScene::new(vec![still]).unwrap();
-    let turned_back = turn.inverse().rotated(&sky());
+    let turned_back = sky().rotated(&turn.inverse());
     let expected = shading(MovingMethod::Fields).exit_radiance(&still.at(0.0).unwrap(), &turned_back).unwrap();
     let off = relative_difference(&found, &expected);
     assert!(off < 1e-5, "{off}");

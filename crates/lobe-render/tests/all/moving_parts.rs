@@ -426,7 +426,7 @@ fn an_animated_entity_is_carried_along_its_track_as_a_whole() {
         moving.bake(MovingMethod::Exponentials, &options(), Job::default()).unwrap();
         shading(MovingMethod::Exponentials).exit_radiance(&moving.at(time).unwrap(), light).unwrap()
     };
-    let off = off(&lit(&mut carried, &turn.rotated(&sky())), &lit(&mut still, &sky()));
+    let off = off(&lit(&mut carried, &sky().rotated(&turn)), &lit(&mut still, &sky()));
     assert!(off < 1e-3, "{off}");
 }
 

@@ -109,7 +109,7 @@ type Lights = Vec<ShVec<Rgb<f64>>>;
 
 /// The skies, turned by their coefficients.
 fn rotated_skies() -> Lights {
-    skies().iter().flat_map(|(_, sky)| turns().map(|turn| turn.rotated(sky))).collect()
+    skies().iter().flat_map(|(_, sky)| turns().map(|turn| sky.rotated(&turn))).collect()
 }
 
 /// The skies, turned by turning directions: projected by a rule that is exact for them.

@@ -66,9 +66,9 @@ mod tests {
     fn an_entity_of_what_moves_is_read_in_its_own_frame() {
         let source = SceneSource::of(format!("{BUILT_IN}three-objects"));
         let all = source.read_animated(&source.read_options(u64::MAX)).unwrap().0;
-        let name = all.entities()[0].name().to_owned();
+        let name = all.entities()[0].name().unwrap().to_owned();
         let read = source.read_entity(Some(&name), u64::MAX).unwrap();
-        assert_eq!(read.entity.unwrap().1.name(), name);
+        assert_eq!(read.entity.unwrap().1.name(), Some(&*name));
         assert!(read.scene.triangle_count() > 0 && !read.is_posed);
         let error = source.clone().time(Some(1.0)).read_entity(Some(&name), u64::MAX).unwrap_err().to_string();
         assert!(error.starts_with("time: entity takes a part in its own frame"), "{error}");

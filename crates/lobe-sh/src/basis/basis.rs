@@ -114,7 +114,7 @@ impl<S: Real> Basis<S> {
     }
 
     /// The constants, for kernels.
-    #[cfg(feature = "std")]
+    #[cfg(feature = "simd")]
     pub(crate) fn constants(&self) -> &Constants<S> {
         &self.0
     }

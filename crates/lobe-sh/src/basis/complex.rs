@@ -1,13 +1,11 @@
 //! The complex spherical harmonics and the map to and from the real ones.
 
-use num_complex::Complex64;
-
 use crate::Dir;
 use crate::basis::index::{coefficient_count, coefficient_index, order_of_slice};
 use crate::basis::legendre::legendre_normalized_at;
 use crate::prelude::*;
 
-/// The complex basis function `Y_l^m(s)`, orthonormal, with the Condon-Shortley phase.
+/// The complex basis function `Y_l^m(s)`, orthonormal, with the Condon-Shortley phase: its real and its imaginary part.
 ///
 /// ```text
 ///   Y_l^m = √((2l+1)/(4π) (l-m)!/(l+m)!) P_l^m(cos θ) e^{imφ}        Y_l^-m = (-1)^m conj(Y_l^m)
@@ -19,15 +17,15 @@ use crate::prelude::*;
 /// # Panics
 /// If `|m| > l`.
 #[must_use]
-pub fn eval_complex(l: usize, m: isize, s: Dir) -> Complex64 {
+pub fn eval_complex(l: usize, m: isize, s: Dir) -> [f64; 2] {
     let k = m.unsigned_abs();
     assert!(k <= l, "m = {m} lies outside band {l}");
     let norm = legendre_normalized_at(l, k, s.x().hypot(s.y()), s.z());
-    let value = Complex64::from_polar(norm, k as f64 * s.phi());
-    if m < 0 { value.conj() * sign(k) } else { value }
+    let (sin, cos) = (k as f64 * s.phi()).sin_cos();
+    if m < 0 { conjugate([norm * cos, norm * sin], k) } else { [norm * cos, norm * sin] }
 }
 
-/// The coefficients in the complex basis of a function given in the real one.
+/// The coefficients in the complex basis, real and imaginary part, of a function given in the real one.
 ///
 /// ```text
 ///   c_l0 = f_l0        c_lm = (f_lm - i f_l-m)/√2        c_l-m = (-1)^m (f_lm + i f_l-m)/√2        m > 0
@@ -38,16 +36,16 @@ pub fn eval_complex(l: usize, m: isize, s: Dir) -> Complex64 {
 /// # Panics
 /// If `real` are not `n²`.
 #[must_use]
-pub fn complex_from_real(real: &[f64]) -> Vec<Complex64> {
+pub fn complex_from_real(real: &[f64]) -> Vec<[f64; 2]> {
     let order = order_of_slice(real);
-    let mut complex = vec![Complex64::ZERO; coefficient_count(order)];
+    let mut complex = vec![[0.0; 2]; coefficient_count(order)];
     for l in 0..order {
-        complex[coefficient_index(l, 0)] = real[coefficient_index(l, 0)].into();
+        complex[coefficient_index(l, 0)] = [real[coefficient_index(l, 0)], 0.0];
         for m in 1..=l as isize {
             let (plus, minus) = (real[coefficient_index(l, m)], real[coefficient_index(l, -m)]);
-            let c = Complex64::new(plus, -minus) * 0.5_f64.sqrt();
+            let c = [plus, -minus].map(|part| part * 0.5_f64.sqrt());
             complex[coefficient_index(l, m)] = c;
-            complex[coefficient_index(l, -m)] = c.conj() * sign(m.unsigned_abs());
+            complex[coefficient_index(l, -m)] = conjugate(c, m.unsigned_abs());
         }
     }
     complex
@@ -64,19 +62,24 @@ pub fn complex_from_real(real: &[f64]) -> Vec<Complex64> {
 /// # Panics
 /// If `complex` are not `n²`.
 #[must_use]
-pub fn real_from_complex(complex: &[Complex64]) -> Vec<f64> {
+pub fn real_from_complex(complex: &[[f64; 2]]) -> Vec<f64> {
     let order = order_of_slice(complex);
     let mut real = vec![0.0; coefficient_count(order)];
     for l in 0..order {
-        real[coefficient_index(l, 0)] = complex[coefficient_index(l, 0)].re;
+        real[coefficient_index(l, 0)] = complex[coefficient_index(l, 0)][0];
         for m in 1..=l as isize {
-            let (plus, minus) =
-                (complex[coefficient_index(l, m)], complex[coefficient_index(l, -m)] * sign(m.unsigned_abs()));
-            real[coefficient_index(l, m)] = (plus + minus).re * 0.5_f64.sqrt();
-            real[coefficient_index(l, -m)] = -(plus - minus).im * 0.5_f64.sqrt();
+            let plus = complex[coefficient_index(l, m)];
+            let minus = complex[coefficient_index(l, -m)].map(|part| part * sign(m.unsigned_abs()));
+            real[coefficient_index(l, m)] = (plus[0] + minus[0]) * 0.5_f64.sqrt();
+            real[coefficient_index(l, -m)] = -(plus[1] - minus[1]) * 0.5_f64.sqrt();
         }
     }
     real
+}
+
+/// `(-1)^m conj(c)`.
+fn conjugate([re, im]: [f64; 2], m: usize) -> [f64; 2] {
+    [re * sign(m), -im * sign(m)]
 }
 
 /// `(-1)^m`.
@@ -89,10 +92,15 @@ mod tests {
     use super::*;
     use crate::{Expansion as _, ShVec, band_and_m};
     use lobe_testkit::{Random, directions};
+    use num_complex::Complex64;
+
+    fn of([re, im]: [f64; 2]) -> Complex64 {
+        Complex64::new(re, im)
+    }
 
     /// `Σ c_lm Y_lm(s)`.
-    fn eval(complex: &[Complex64], s: Dir) -> Complex64 {
-        complex.iter().enumerate().map(|(i, c)| c * eval_complex(band_and_m(i).0, band_and_m(i).1, s)).sum()
+    fn eval(complex: &[[f64; 2]], s: Dir) -> Complex64 {
+        complex.iter().enumerate().map(|(i, c)| of(*c) * of(eval_complex(band_and_m(i).0, band_and_m(i).1, s))).sum()
     }
 
     #[test]
@@ -110,7 +118,7 @@ mod tests {
     fn the_map_round_trips_and_keeps_the_energy() {
         let real = Random::new(2).signed_vec(64 * 64);
         let complex = complex_from_real(&real);
-        let (a, b): (f64, f64) = (real.iter().map(|f| f * f).sum(), complex.iter().map(Complex64::norm_sqr).sum());
+        let (a, b): (f64, f64) = (real.iter().map(|f| f * f).sum(), complex.iter().map(|c| of(*c).norm_sqr()).sum());
         assert!((a / b - 1.0).abs() < 1e-13, "energies {a} and {b}");
         for (i, (a, b)) in real.iter().zip(real_from_complex(&complex)).enumerate() {
             assert!((a - b).abs() < 1e-15, "i {i}: {a} became {b}");
@@ -120,7 +128,7 @@ mod tests {
     #[test]
     fn the_real_part_of_a_complex_function_is_kept() {
         let numbers = Random::new(3).signed_vec(50);
-        let complex: Vec<Complex64> = numbers.chunks(2).map(|c| Complex64::new(c[0], c[1])).collect();
+        let complex: Vec<[f64; 2]> = numbers.chunks(2).map(|c| [c[0], c[1]]).collect();
         let real = ShVec::from_vec(real_from_complex(&complex)).unwrap();
         for v in directions() {
             let s = Dir::from_unit(v);
@@ -142,7 +150,7 @@ mod tests {
             (2, -2, 0.25 * (15.0 / (2.0 * pi)).sqrt() * sin * sin * e(-2.0)),
         ];
         for (l, m, value) in expected {
-            let y = eval_complex(l, m, s);
+            let y = of(eval_complex(l, m, s));
             assert!((y - value).norm() < 1e-15, "Y_{l}^{m}: {y} against {value}");
         }
     }

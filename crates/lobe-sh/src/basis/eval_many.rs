@@ -2,12 +2,12 @@
 
 use crate::basis::basis::TypedBasis;
 use crate::basis::index::{coefficient_count, order_of, order_of_slice};
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use crate::basis::lane_kernels::{eval_planes, eval_sums};
 use crate::basis::recurrence::lanes;
 use crate::by_type::of_each_type;
 use crate::scalar::{TypedSlice as Slice, TypedSliceMut as SliceMut};
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use crate::simd::Machine;
 use crate::{Basis, Coefficient, Real, Rgb};
 
@@ -143,20 +143,20 @@ impl<S: Real> Basis<S> {
 
 of_each_type! { numbers:
     pub(super) fn eval_many_into(basis: &Basis<T>, order: usize, components: [&[T]; 3], out: &mut [T]) {
-        #[cfg(feature = "std")]
+        #[cfg(feature = "simd")]
         let done = eval_planes::<T>(Machine::detect(), basis.constants(), order, components, out);
-        #[cfg(not(feature = "std"))]
+        #[cfg(not(feature = "simd"))]
         let done = 0;
         basis.eval_many_from(done, order, components, out);
     }
 
     pub(super) fn eval_expansion_into(basis: &Basis<T>, coefficients: &[T], components: [&[T]; 3], out: &mut [T]) {
-        #[cfg(feature = "std")]
+        #[cfg(feature = "simd")]
         let done = {
             let order = order_of_slice(coefficients);
             eval_sums::<T>(Machine::detect(), basis.constants(), coefficients, order, components, out)
         };
-        #[cfg(not(feature = "std"))]
+        #[cfg(not(feature = "simd"))]
         let done = 0;
         basis.eval_expansion_from(done, coefficients, components, out);
     }

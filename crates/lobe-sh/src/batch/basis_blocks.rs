@@ -2,22 +2,22 @@
 
 use crate::Basis;
 use crate::basis::index::coefficient_count;
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use crate::basis::lane_basis::{HIGHEST_ORDER, basis};
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use crate::basis::places::Places;
 use crate::simd::{Kernel, Lanes, Machine};
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use crate::simd::{Wide, past_caches};
 
 /// Part `part` of blocks, one for each function.
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 struct Blocks<'a> {
     blocks: &'a mut [Lanes],
     part: usize,
 }
 
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 impl<S: pulp::Simd> Places<S> for Blocks<'_> {
     #[inline(always)]
     fn put(&mut self, i: usize, value: Wide<S>) {
@@ -33,7 +33,7 @@ pub(crate) fn eval_blocks(machine: Machine, order: usize, directions: &[[Lanes; 
         machine.run(EvalBlocks {
             order,
             directions,
-            #[cfg(feature = "std")]
+            #[cfg(feature = "simd")]
             leaves: past_caches::are_many(out),
             out,
         });
@@ -44,7 +44,7 @@ struct EvalBlocks<'a> {
     order: usize,
     directions: &'a [[Lanes; 3]],
     /// Whether results are so many that they go past the caches.
-    #[cfg(feature = "std")]
+    #[cfg(feature = "simd")]
     leaves: bool,
     out: &'a mut [Lanes],
 }
@@ -52,7 +52,7 @@ struct EvalBlocks<'a> {
 impl Kernel for EvalBlocks<'_> {
     type Output = ();
 
-    #[cfg(feature = "std")]
+    #[cfg(feature = "simd")]
     #[inline(always)]
     fn wide<S: pulp::Simd>(self, simd: S) {
         if self.order > HIGHEST_ORDER {
@@ -88,7 +88,7 @@ impl Kernel for EvalBlocks<'_> {
     }
 }
 
-#[cfg(all(test, feature = "std"))]
+#[cfg(all(test, feature = "simd"))]
 mod tests {
     use super::*;
     use crate::basis::lane_basis::tests::{assert_close, directions};

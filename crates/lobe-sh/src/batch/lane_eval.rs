@@ -2,16 +2,16 @@
 
 use crate::Basis;
 use crate::basis::index::coefficient_count;
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use crate::basis::lane_basis::{HIGHEST_ORDER, basis};
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use crate::basis::places::Places;
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use crate::simd::Wide;
 use crate::simd::{Kernel, LANES, Lanes, Machine};
 
 /// Sums side by side, so that an addition need not wait for the one before.
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 const SUMS: usize = 4;
 
 /// `Σ_i f_i y_i(s)` of each function towards its direction: `out` has a number for each function that there is, at most sixteen
@@ -40,7 +40,7 @@ struct Values<'a> {
 }
 
 /// Values of the basis times part `part` of the coefficients of sixteen functions, added up as they come.
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 struct Sums<'a, S: pulp::Simd> {
     simd: S,
     coefficients: &'a [Lanes],
@@ -48,7 +48,7 @@ struct Sums<'a, S: pulp::Simd> {
     sums: [Wide<S>; SUMS],
 }
 
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 impl<S: pulp::Simd> Places<S> for Sums<'_, S> {
     #[inline(always)]
     fn put(&mut self, i: usize, value: Wide<S>) {
@@ -60,7 +60,7 @@ impl<S: pulp::Simd> Places<S> for Sums<'_, S> {
 impl Kernel for Values<'_> {
     type Output = ();
 
-    #[cfg(feature = "std")]
+    #[cfg(feature = "simd")]
     #[inline(always)]
     fn wide<S: pulp::Simd>(self, simd: S) {
         if self.order > HIGHEST_ORDER {

@@ -7,5 +7,5 @@ pub(crate) mod basis_blocks;
 pub(crate) mod dir_batch;
 pub(crate) mod lane_eval;
 pub(crate) mod sh_batch;
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 pub(crate) mod values;

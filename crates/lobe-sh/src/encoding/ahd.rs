@@ -6,7 +6,7 @@ use crate::encoding::ambient_cube::AXES;
 use crate::encoding::{coefficient, not_negative, y_0};
 use crate::expansion::sh_vec::widened;
 use crate::solver::newton_on_sphere::ascend;
-use crate::{Coefficient, Dir, Expansion, Real, ShVec, Zonal, convolved, eval_with_gradient, optimal_linear_direction};
+use crate::{Coefficient, Dir, Expansion, Real, ShVec, Zonal, eval_with_gradient, optimal_linear_direction};
 
 /// Starts of the search for the best direction, besides the linear direction: the faces and corners of the cube. They
 /// suffice because the function is convolved with the cosine twice, so that its maxima are wide.
@@ -93,7 +93,7 @@ struct Fitter<T: Coefficient> {
 impl<T: Coefficient> Fitter<T> {
     fn new(irradiance: &impl Expansion<T>) -> Self {
         let total = coefficient(irradiance, 0).scale(1.0 / y_0());
-        Self { total, blurred: convolved(&widened(irradiance), &Zonal::clamped_cosine(irradiance.order())) }
+        Self { total, blurred: widened(irradiance).convolved(&Zonal::clamped_cosine(irradiance.order())) }
     }
 
     fn towards(&self, direction: Dir) -> Ahd<T> {
@@ -208,7 +208,7 @@ mod tests {
                 ShVec::from_vec(random.signed_vec(25)).unwrap().map(|x| Rgb::new(x, -x, 0.5 * x))
             };
             let turn = Rotation::from_quaternion(random.quaternion()).unwrap();
-            let turned = turn.rotated(&e);
+            let turned = e.rotated(&turn);
             for (f, g) in [(Ahd::linear(&e), Ahd::linear(&turned)), (Ahd::solved(&e), Ahd::solved(&turned))] {
                 for v in directions() {
                     let s = Dir::from_unit(v);

@@ -2,12 +2,12 @@
 
 use core::f64::consts::PI;
 
-use nalgebra::{DMatrix, DVector};
-
 use crate::expansion::sh_vec::widened;
 use crate::prelude::*;
 use crate::scalar::weighted_sum;
-use crate::{Coefficient, Dir, Expansion, Real, Sh, Zonal, convolved};
+use crate::solver::matrix::Matrix;
+use crate::solver::singular_values::SingularValues;
+use crate::{Coefficient, Dir, Expansion, Real, Sh, Zonal};
 
 /// The axes of the faces, in their order.
 pub(crate) const AXES: [[f64; 3]; 6] =
@@ -57,7 +57,7 @@ impl<T: Coefficient> AmbientCube<T> {
     /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
     #[must_use]
     pub fn from_irradiance_sh(irradiance: &impl Expansion<T>) -> Self {
-        let b = convolved(&widened(irradiance), &squared_cosine(irradiance.order()));
+        let b = widened(irradiance).convolved(&squared_cosine(irradiance.order()));
         let b = AXES.map(|a| b.eval(Dir::from_unit(a)));
         let all = b.into_iter().fold(T::Wide::ZERO, |sum, b| sum + b);
         let face = |f: usize| {
@@ -123,14 +123,14 @@ impl<T: Coefficient> AmbientCube<T> {
 /// The faces of [`AmbientCube::fit`], one right-hand side of the normal equations after the other; NaN where one is not
 /// finite. Not generic, so that the solver is compiled in this crate alone.
 fn solutions(normal: &[[f64; 6]; 6], right: &[[f64; 6]]) -> Vec<[f64; 6]> {
-    let svd = DMatrix::from_fn(6, 6, |i, j| normal[i][j]).svd(true, true);
-    let threshold = RANK_TOLERANCE * svd.singular_values.max();
+    let svd = SingularValues::new(Matrix::from_fn(6, 6, |i, j| normal[i][j]));
+    let threshold = RANK_TOLERANCE * svd.largest();
     let solve = |right: &[f64; 6]| {
         if !right.iter().all(|x| x.is_finite()) {
             return [f64::NAN; 6];
         }
-        let solution = svd.solve(&DVector::from_row_slice(right), threshold);
-        solution.map_or([0.0; 6], |x| [0, 1, 2, 3, 4, 5].map(|f| x[f]))
+        let solution = svd.solve(right, threshold);
+        [0, 1, 2, 3, 4, 5].map(|f| solution[f])
     };
     right.iter().map(solve).collect()
 }
@@ -261,7 +261,7 @@ mod tests {
         }
         let unit = directional_normalization(3);
         let within_three_bands = |sun: Dir| {
-            let e = convolved(&ShVec::impulse(3, sun, unit / PI), &Zonal::clamped_cosine(3));
+            let e = ShVec::impulse(3, sun, unit / PI).convolved(&Zonal::clamped_cosine(3));
             let cube = AmbientCube::from_irradiance_sh(&e);
             (rule.integrate(|n| (cube.eval(n) - e.eval(n)).powi(2)) / (4.0 * PI)).sqrt()
         };

@@ -88,7 +88,7 @@ impl IrradiancePolynomial {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{ShVec, Zonal, convolved};
+    use crate::{ShVec, Zonal};
     use lobe_testkit::{Random, directions};
 
     fn worst(a: Rgb<f64>, b: Rgb<f64>) -> f64 {
@@ -115,7 +115,7 @@ mod tests {
     fn the_published_formula_yields_the_irradiance() {
         for order in [1, 2, 3, 5] {
             let radiance = random_radiance(order);
-            let irradiance = convolved(&radiance.resized(3), &Zonal::clamped_cosine(3));
+            let irradiance = radiance.resized(3).convolved(&Zonal::clamped_cosine(3));
             let light = IrradiancePolynomial::from_radiance_sh(&radiance);
             let again = IrradiancePolynomial::from_irradiance_sh(&irradiance);
             for v in directions() {

@@ -5,7 +5,7 @@
 //! gives `E` back for a normal; bands that the expansion lacks count as zero. [`packed_irradiance`], of
 //! many normals by [`packed_lanes`], [`irradiance_matrix`] and [`irradiance_polynomial`] are order 3 rearranged, [`packed_irradiance_5`] is
 //! order 5; all others are approximations. The functions below read bands 0 to 2 for them, or up to 4. Uses `batch`, `expansion`,
-//! `filter`, `projection`, `rotation`, `simd`, `solver` and `sphere`.
+//! `projection`, `rotation`, `simd`, `solver` and `sphere`.
 
 pub(crate) mod ahd;
 pub(crate) mod ambient_cube;
@@ -18,6 +18,7 @@ pub(crate) mod irradiance_polynomial;
 pub(crate) mod non_linear_l1;
 pub(crate) mod packed_irradiance;
 pub(crate) mod packed_irradiance_5;
+#[cfg(feature = "batch")]
 mod packed_lanes;
 pub(crate) mod zh3;
 
@@ -27,7 +28,7 @@ use core::f64::consts::PI;
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use crate::{Coefficient, Expansion, Rgb, Sh, Zonal, convolved};
+use crate::{Coefficient, Expansion, Rgb, Sh, Zonal};
 
 /// `A_1 / π`, the share of the linear band that the clamped cosine lets through.
 pub(crate) const LINEAR_SHARE: f64 = 2.0 / 3.0;
@@ -55,7 +56,7 @@ pub(crate) fn irradiance_under<const N: usize, T: Coefficient<Wide = Rgb<f64>>>(
     radiance: &impl Expansion<T>,
 ) -> Sh<N, Rgb<f64>> {
     let first = Sh::<N, Rgb<f64>>::of(array::from_fn(|i| coefficient(radiance, i)));
-    convolved(&first, &Zonal::clamped_cosine(first.order()))
+    first.convolved(&Zonal::clamped_cosine(first.order()))
 }
 
 /// One channel of a vector of coefficients.

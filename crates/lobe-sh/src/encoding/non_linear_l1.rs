@@ -127,7 +127,7 @@ mod tests {
         for _ in 0..50 {
             let e = Sh::<4, f64>::from_slice(&random.signed_vec(4));
             let turn = Rotation::from_quaternion(random.quaternion()).unwrap();
-            let (f, g) = (NonLinearL1 { linear: e }, NonLinearL1 { linear: turn.rotated(&e) });
+            let (f, g) = (NonLinearL1 { linear: e }, NonLinearL1 { linear: e.rotated(&turn) });
             for v in directions() {
                 let s = Dir::from_unit(v);
                 let (a, b) = (f.eval(s), g.eval(turn.rotate_dir(s)));

@@ -5,10 +5,12 @@ use core::f64::consts::PI;
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
+#[cfg(feature = "batch")]
 use crate::encoding::packed_lanes::EvalPacked;
 use crate::encoding::{coefficient, irradiance_under};
+#[cfg(feature = "batch")]
 use crate::simd::Machine;
-use crate::{Coefficient, Dir, DirBatch, Expansion, Rgb};
+use crate::{Coefficient, Dir, Expansion, Rgb};
 
 /// The polynomial form of nine coefficients in color: seven vectors of four numbers for three dot products for each
 /// channel.
@@ -76,7 +78,8 @@ impl PackedIrradiance {
     ///
     /// # Panics
     /// If the numbers of normals and values differ.
-    pub fn eval_into(&self, normals: &DirBatch, out: &mut [Rgb<f32>]) {
+    #[cfg(feature = "batch")]
+    pub fn eval_into(&self, normals: &crate::DirBatch, out: &mut [Rgb<f32>]) {
         assert_eq!(normals.len(), out.len(), "normals against values");
         Machine::detect().run(EvalPacked { vectors: self.to_vectors(), normals: normals.blocks(), out });
     }
@@ -95,7 +98,7 @@ impl PackedIrradiance {
 mod tests {
     use super::*;
     use crate::IrradianceMatrix;
-    use crate::{ShL2, ShVec, Zonal, convolved};
+    use crate::{ShL2, ShVec, Zonal};
     use lobe_testkit::{Random, directions};
 
     fn random_radiance() -> ShVec<Rgb<f64>> {
@@ -110,7 +113,7 @@ mod tests {
     #[test]
     fn vectors_matrix_and_harmonics_are_one_function() {
         let radiance = random_radiance();
-        let irradiance = convolved(&radiance, &Zonal::clamped_cosine(3));
+        let irradiance = radiance.convolved(&Zonal::clamped_cosine(3));
         let (packed, again) =
             (PackedIrradiance::from_radiance_sh(&radiance), PackedIrradiance::from_irradiance_sh(&irradiance));
         let (matrix, by_matrix) =

@@ -139,7 +139,7 @@ impl PackedIrradiance5 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{PackedIrradiance, ShL4, ShVec, Zonal, convolved, eval_basis};
+    use crate::{PackedIrradiance, ShL4, ShVec, Zonal, eval_basis};
     use lobe_testkit::{Random, directions};
 
     fn random_radiance() -> ShVec<Rgb<f64>> {
@@ -168,7 +168,7 @@ mod tests {
     #[test]
     fn radiance_and_irradiance_are_packed_alike_and_band_3_is_not_read() {
         let radiance = random_radiance();
-        let mut irradiance = convolved(&radiance, &Zonal::clamped_cosine(5));
+        let mut irradiance = radiance.convolved(&Zonal::clamped_cosine(5));
         let packed = PackedIrradiance5::from_radiance_sh(&radiance);
         let e = irradiance.clone();
         irradiance.band_mut(3).fill(Rgb::splat(7.0));

@@ -2,7 +2,7 @@
 
 use crate::Rgb;
 use crate::simd::{Kernel, LANES, Lanes};
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use crate::simd::{Wide, constant};
 
 /// The vectors of [`PackedIrradiance::to_vectors`](crate::PackedIrradiance::to_vectors) at each normal of blocks: `out` has a color for each normal that there is.
@@ -15,7 +15,7 @@ pub(super) struct EvalPacked<'a> {
 impl Kernel for EvalPacked<'_> {
     type Output = ();
 
-    #[cfg(feature = "std")]
+    #[cfg(feature = "simd")]
     #[inline(always)]
     fn wide<S: pulp::Simd>(self, simd: S) {
         for (n, out) in self.normals.iter().zip(self.out.chunks_mut(LANES)) {

@@ -93,7 +93,7 @@ of_each_type! {
 /// An expansion whose order is part of its type, so that a function can return it without being told the order.
 ///
 /// Functions whose name ends in `_as` return any such type: [`project_as`](crate::project_as),
-/// [`product_as`](crate::product_as), [`Zonal::towards_as`](crate::Zonal::towards_as),
+/// [`ShVec::product_as`](crate::ShVec::product_as), [`Zonal::towards_as`](crate::Zonal::towards_as),
 /// [`Light::project_as`](crate::Light::project_as). [`Sh`](crate::Sh) is one; an engine can make its own type another, and then
 /// gets its own type back:
 ///

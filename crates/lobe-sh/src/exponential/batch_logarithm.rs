@@ -1,19 +1,19 @@
 //! Logarithms of many functions at once.
 
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use core::f64::consts::PI;
 
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use pulp::Simd;
 
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use crate::GauntTensor;
 use crate::basis::index::coefficient_count;
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use crate::exponential::logarithm::slope_of_ln;
 use crate::exponential::logarithm::{check_clamp, logarithm};
 use crate::simd::{Kernel, LANES, Lanes, Machine};
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use crate::simd::{Wide, rounded};
 use crate::{Expansion as _, MAX_GAUNT_ORDER, ShBatch, ShVec};
 
@@ -69,7 +69,7 @@ struct Logarithms<'a> {
 impl Kernel for Logarithms<'_> {
     type Output = ();
 
-    #[cfg(feature = "std")]
+    #[cfg(feature = "simd")]
     #[inline(always)]
     fn wide<S: Simd>(self, simd: S) {
         let n = coefficient_count(self.order);
@@ -105,19 +105,19 @@ impl Kernel for Logarithms<'_> {
 
 /// A function has converged when what is left beside the diagonal is this part of its matrix, as norms: of no concern to numbers of `f32`, however
 /// small the clamp, which magnifies it by its inverse at most. Squares are what the last sweeps leave, so that it costs hardly any of them.
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 const CONVERGED: f64 = 1e-13;
 
 /// Sweeps at most: three to seven were found at orders 2 to 5.
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 const MOST_SWEEPS: usize = 32;
 
 /// As many `f64` as a register holds.
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 type Many<S> = Wide<S, f64>;
 
 /// The product matrix of a function in each lane, while it becomes diagonal.
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 struct Jacobi<S: Simd> {
     simd: S,
     n: usize,
@@ -129,7 +129,7 @@ struct Jacobi<S: Simd> {
     rotations: Vec<[Many<S>; 2]>,
 }
 
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 impl<S: Simd> Jacobi<S> {
     #[inline(always)]
     fn new(simd: S, n: usize) -> Self {
@@ -291,7 +291,7 @@ impl<S: Simd> Jacobi<S> {
 }
 
 /// The first coefficient and the others of a logarithm that does not come from eigenvalues: of a function that is not finite, or has no positive one.
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 fn without_matrix(blocks: &[Lanes], lane: usize, clamp: f64, largest: f64) -> Option<[f64; 2]> {
     if !blocks.iter().all(|block| block[lane].is_finite()) {
         return Some([f64::NAN; 2]);

@@ -49,7 +49,7 @@ impl Default for ExpMethod {
     /// on the function. One more sphere may brighten its mean by up to 4e-3 of what it was, in one of a hundred cases at orders 5 and 6; so it may
     /// with [`Eigen`](Self::Eigen) (test `an_occluder_more_never_brightens_the_mean_beyond_its_ringing`). Two remedies were measured and are not offered.
     /// Cutting the sum off at zero on the grid darkens, to errors of 0.083 to 0.113, and one sphere more still brightens at times. Logarithms of
-    /// single spheres that are nowhere above zero, by [`deringed`](crate::deringed), never let it, as all weights of the grid are positive, but have errors
+    /// single spheres that are nowhere above zero, by [`ShVec::deringed`](crate::ShVec::deringed), never let it, as all weights of the grid are positive, but have errors
     /// of 0.19 to 0.26 (test `logarithms_that_are_nowhere_above_zero_never_brighten_the_mean_and_are_less_exact`; table in the README of `lobe-shadow`).
     ///
     /// That is so of spheres seen small. The logarithm of a large one rings high above zero: of two of 40° to 80°, orders 3 to 6, the root mean square

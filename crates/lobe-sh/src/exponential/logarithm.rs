@@ -57,7 +57,7 @@ fn logarithm_of(mut g: ShVec<f64>, clamp: f64) -> ShVec<f64> {
         return g;
     }
     let Some(spectrum) = spectrum(&g) else { return g.map(|_| f64::NAN) };
-    let largest = spectrum.eigenvalues.max();
+    let largest = spectrum.largest();
     if largest <= 0.0 {
         return ShVec::constant(g.order(), clamp.ln());
     }

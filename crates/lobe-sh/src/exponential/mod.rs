@@ -3,8 +3,9 @@
 //! Read [`logarithm`] first, then [`exponential`], which lists the methods. [`matrix_function`] is what both rest on,
 //! [`zonal_logarithm`] the fast logarithm for tables of spheres, [`batch_logarithm`] that of many functions side by side,
 //! [`optimal_linear`] the table of one method, [`error_bound`]
-//! what is proven. Uses `basis`, `batch`, `expansion`, `product`, `simd` and `sphere`.
+//! what is proven. Uses `basis`, `batch`, `expansion`, `product`, `simd`, `solver` and `sphere`.
 
+#[cfg(feature = "batch")]
 pub(crate) mod batch_logarithm;
 mod error_bound;
 pub(crate) mod exponential;

@@ -2,13 +2,13 @@
 
 use core::f64::consts::PI;
 
-use nalgebra::{DMatrix, SymmetricEigen};
-
 use crate::Zonal;
 use crate::basis::legendre::legendre_normalized;
 use crate::exponential::logarithm::{check_clamp, slope_of_ln};
 use crate::exponential::matrix_function::apply;
 use crate::prelude::*;
+use crate::solver::matrix::Matrix;
+use crate::solver::symmetric_eigen::SymmetricEigen;
 use crate::sphere::quadrature::gauss_legendre;
 
 /// Logarithms of visibilities that are symmetric about an axis, of one order, with what they share prepared: for tables.
@@ -66,8 +66,8 @@ impl ZonalLogarithm {
         }
         let values: Vec<f64> = self.nodes.iter().map(|(z, _)| visible.eval(*z)).collect();
         let spectrum = SymmetricEigen::new(self.block(0, &values));
-        let others = (1..self.order).map(|m| self.block(m, &values).symmetric_eigenvalues().max());
-        let largest = others.fold(spectrum.eigenvalues.max().max(1.0), f64::max);
+        let others = (1..self.order).map(|m| SymmetricEigen::new(self.block(m, &values)).largest());
+        let largest = others.fold(spectrum.largest().max(1.0), f64::max);
         let mut rest = visible.coefficients().to_vec();
         rest[0] -= (4.0 * PI).sqrt();
         Zonal::new(apply(&spectrum, &|d| slope_of_ln(d.max(self.clamp * largest)), &rest))
@@ -89,9 +89,9 @@ impl ZonalLogarithm {
     }
 
     /// `M^m` of the function with these values at the nodes.
-    fn block(&self, m: usize, values: &[f64]) -> DMatrix<f64> {
+    fn block(&self, m: usize, values: &[f64]) -> Matrix {
         let size = self.order - m;
-        let mut block = DMatrix::zeros(size, size);
+        let mut block = Matrix::zeros(size, size);
         for ((p, (_, weight)), value) in self.legendre[m].chunks_exact(size).zip(&self.nodes).zip(values) {
             for i in 0..size {
                 for j in 0..=i {
@@ -99,8 +99,7 @@ impl ZonalLogarithm {
                 }
             }
         }
-        block.fill_upper_triangle_with_lower_triangle();
-        block
+        Matrix::from_fn(size, size, |i, j| block[(i.max(j), i.min(j))])
     }
 }
 

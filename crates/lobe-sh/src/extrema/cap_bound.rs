@@ -164,7 +164,7 @@ mod tests {
     /// way: in the frame where `s` is +x and `t` is +y that circle is the equator, and `f` on it a Fourier sum in `φ`.
     fn along_equator(f: &ShVec<f64>, s: [f64; 3], t: [f64; 3]) -> [f64; 3] {
         let frame = Rotation::from_matrix([s, t, cross(s, t)]).unwrap();
-        let g = frame.rotated(f);
+        let g = f.rotated(&frame);
         let y = eval_basis(Dir::X, f.order());
         let mut sums = [0.0; 3];
         for l in 0..f.order() {

@@ -6,7 +6,7 @@
 
 pub(crate) mod branch_and_bound;
 pub(crate) mod cap_bound;
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 pub(crate) mod lane_form;
 pub(crate) mod quadratic_form;
 pub(crate) mod quadratic_minimum;

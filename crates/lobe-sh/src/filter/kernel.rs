@@ -6,7 +6,7 @@ use crate::basis::index::{band_range, order_of_slice};
 use crate::basis::legendre::legendre_all;
 use crate::expansion::zonal::zonal_norm;
 use crate::sphere::quadrature::gauss_legendre;
-use crate::{Coefficient, Expansion, Real, Zonal};
+use crate::{Coefficient, Real, Zonal};
 
 /// Convolves the function given by `coefficients` with `kernel`.
 ///
@@ -28,22 +28,6 @@ pub fn convolve_in_place<T: Coefficient>(coefficients: &mut [T], kernel: &Zonal)
             *c = c.scale(factor);
         }
     }
-}
-
-/// The convolution of `f` with `kernel`; see [`convolve_in_place`].
-///
-/// ```
-/// use lobe_sh::{Dir, Expansion as _, ShL2, Zonal, convolved};
-///
-/// let sky = ShL2::constant(1.0_f64);
-/// let irradiance = convolved(&sky, &Zonal::clamped_cosine(3));
-/// assert!((irradiance.eval(Dir::Z) - std::f64::consts::PI).abs() < 1e-14);
-/// ```
-#[must_use]
-pub fn convolved<T: Coefficient, E: Expansion<T>>(f: &E, kernel: &Zonal) -> E {
-    let mut g = f.clone();
-    convolve_in_place(g.coefficients_mut(), kernel);
-    g
 }
 
 /// Gauss-Legendre nodes per piece of the GGX integral, beyond the half order that the Legendre polynomial needs.
@@ -168,6 +152,7 @@ impl Zonal {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Expansion as _;
     use crate::{Dir, ShVec, SphereQuadrature};
     use lobe_testkit::golden_f64s;
 
@@ -300,7 +285,7 @@ mod tests {
     fn convolution_equals_its_integral() {
         let f = ShVec::from_vec(lobe_testkit::Random::new(3).signed_vec(36)).unwrap();
         let kernel = Zonal::new(vec![0.7, -0.3, 0.2, 0.9, 0.1, -0.5]);
-        let g = convolved(&f, &kernel);
+        let g = f.convolved(&kernel);
         let rule = SphereQuadrature::of_degree(10);
         for v in lobe_testkit::directions() {
             let n = Dir::from_unit(v);
@@ -313,7 +298,7 @@ mod tests {
     fn irradiance_brightens_towards_the_light() {
         for axis in [Dir::X, Dir::Y, Dir::Z] {
             let sky = crate::project(3, 1, |s| 1.0 + s.dot(axis));
-            let e = convolved(&sky, &Zonal::clamped_cosine(3));
+            let e = sky.convolved(&Zonal::clamped_cosine(3));
             let (front, back) = (e.eval(axis), e.eval(-axis));
             assert!((front - (PI + 2.0 * PI / 3.0)).abs() < 1e-13, "facing {axis:?}: {front}");
             assert!((back - (PI - 2.0 * PI / 3.0)).abs() < 1e-13, "turned away from {axis:?}: {back}");

@@ -98,7 +98,7 @@ fn newton_step(band_energies: &[f64], target: f64, lambda: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Dir, Expansion as _, Rgb, ShVec, SphereQuadrature, Window, scale_bands_in_place, windowed};
+    use crate::{Dir, Expansion as _, Rgb, ShVec, SphereQuadrature, Window, scale_bands_in_place};
     use lobe_testkit::{Random, golden_f64s};
 
     #[test]
@@ -128,7 +128,7 @@ mod tests {
         let before = squared_laplacian(f.coefficients());
         for fraction in [0.9, 0.5, 0.1, 1e-3, 1e-9] {
             let window = Window::squared_laplacian_of(f.coefficients(), fraction);
-            let left = squared_laplacian(windowed(&f, &window).coefficients()) / before;
+            let left = squared_laplacian(f.windowed(&window).coefficients()) / before;
             assert!((left / fraction - 1.0).abs() < 1e-10, "{left} left of the wanted {fraction}");
         }
     }

@@ -7,7 +7,7 @@ use core::str::FromStr;
 use crate::basis::index::{band_range, order_of_slice};
 use crate::filter::squared_laplacian::{band_energies, squared_eigenvalue, squared_laplacian_lambda};
 use crate::prelude::*;
-use crate::{Coefficient, Expansion, ShError};
+use crate::{Coefficient, ShError};
 
 /// One factor for each band, 1 for band 0, so that the mean over the sphere does not change.
 ///
@@ -179,14 +179,6 @@ pub fn window_in_place<T: Coefficient>(coefficients: &mut [T], window: &Window) 
     scale_bands_in_place(coefficients, &factors);
 }
 
-/// The function `f` under a window.
-#[must_use]
-pub fn windowed<T: Coefficient, E: Expansion<T>>(f: &E, window: &Window) -> E {
-    let mut g = f.clone();
-    window_in_place(g.coefficients_mut(), window);
-    g
-}
-
 impl fmt::Display for Window {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -240,6 +232,7 @@ impl Window {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Expansion as _;
     use crate::{Dir, Rgb, ShVec, SphereQuadrature};
     use lobe_testkit::Random;
 
@@ -272,7 +265,7 @@ mod tests {
     #[test]
     fn windowed_impulses_have_their_published_extremes() {
         let extremes = |window: Window| {
-            let f = windowed(&ShVec::impulse(6, Dir::Z, 1.0), &window);
+            let f = ShVec::impulse(6, Dir::Z, 1.0).windowed(&window);
             let values = (0..=20_000).map(|k| f.eval(Dir::from_angles(PI * f64::from(k) / 20_000.0, 0.3)));
             values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)))
         };
@@ -293,7 +286,7 @@ mod tests {
 
     #[test]
     fn the_heat_kernel_is_positive_where_enough_bands_hold_it() {
-        let kernel = windowed(&ShVec::impulse(40, Dir::Z, 1.0), &Window::Gauss { sigma: 0.25 });
+        let kernel = ShVec::impulse(40, Dir::Z, 1.0).windowed(&Window::Gauss { sigma: 0.25 });
         for k in 0..=1000 {
             let value = kernel.eval(Dir::from_angles(PI * f64::from(k) / 1000.0, 1.0));
             assert!(value > -1e-12, "{value} at {k} thousandths of π");

@@ -13,12 +13,12 @@ use crate::{
 /// An analytic light, to be turned into an expansion of any order by [`Light::project`].
 ///
 /// ```
-/// use lobe_sh::{Dir, Expansion as _, Light, Normalization, Rgb, Zonal, convolved};
+/// use lobe_sh::{Dir, Expansion as _, Light, Normalization, Rgb, Zonal};
 ///
 /// let sun = Light::Directional { dir: Dir::X, color: Rgb::new(1.0, 0.9, 0.7) };
 /// let light = sun.project(3, Normalization::Projected)?;
 /// // A white diffuse surface that faces it leaves E/π: the color.
-/// let irradiance = convolved(&light, &Zonal::clamped_cosine(3)).eval(Dir::X);
+/// let irradiance = light.convolved(&Zonal::clamped_cosine(3)).eval(Dir::X);
 /// assert!((irradiance.g / std::f64::consts::PI - 0.9).abs() < 1e-14);
 /// # Ok::<(), lobe_sh::ShError>(())
 /// ```
@@ -266,12 +266,12 @@ fn hemisphere(order: usize, up: Dir, sky: Rgb<f64>, ground: Rgb<f64>, normalizat
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{SphereQuadrature, convolved, project};
+    use crate::{SphereQuadrature, project};
 
     const WHITE: Rgb<f64> = Rgb::new(1.0, 1.0, 1.0);
 
     fn reflected(light: &ShVec<Rgb<f64>>, normal: Dir) -> Rgb<f64> {
-        convolved(light, &Zonal::clamped_cosine(light.order())).eval(normal).scale(1.0 / PI)
+        light.convolved(&Zonal::clamped_cosine(light.order())).eval(normal).scale(1.0 / PI)
     }
 
     fn directions() -> impl Iterator<Item = Dir> {

@@ -1,11 +1,11 @@
 //! Directional lights extracted from an expansion: one in closed form, several by least squares.
 
 use alloc::vec::Vec;
-use derive_setters::Setters;
 
 use crate::light_extraction::light_fit::{LightProblem, total};
 use crate::light_extraction::refine::refine;
 use crate::scalar::luminance;
+use crate::setters::setters;
 use crate::{
     Coefficient, Dir, DirectionalLight, Expansion, LightFit, LightMetric, PeakSearch, ShError, ShVec, local_maxima,
     optimal_linear_direction,
@@ -85,7 +85,7 @@ pub enum LightChoice {
 
 /// Options of [`extract_lights`] and [`fit_lights`]: by default one light whose irradiance fits best, nothing negative
 /// and nothing refined.
-#[derive(Clone, Copy, Debug, PartialEq, Setters)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct LightFitOptions {
@@ -101,6 +101,17 @@ pub struct LightFitOptions {
     pub search: PeakSearch,
     /// Constrain intensities and ambient light not to be negative (NNLS).
     pub non_negative: bool,
+}
+
+setters! {
+    LightFitOptions {
+        count: usize,
+        refine: bool,
+        metric: LightMetric,
+        choice: LightChoice,
+        search: PeakSearch,
+        non_negative: bool,
+    }
 }
 
 impl Default for LightFitOptions {

@@ -2,13 +2,12 @@
 
 use core::f64::consts::PI;
 
-use nalgebra::{DMatrix, DVector};
-
 use crate::basis::legendre::legendre_all;
 use crate::expansion::sh_vec::widened;
 use crate::expansion::zonal::zonal_norm;
 use crate::prelude::*;
 use crate::scalar::{luminance, weighted_sum};
+use crate::solver::matrix::Matrix;
 use crate::solver::nnls::{NormalEquations, least_squares_solution, nnls};
 use crate::{Coefficient, Dir, Expansion, Real as _, ShError, ShVec, Zonal, directional_normalization, eval_basis};
 
@@ -193,7 +192,7 @@ impl LightEquations {
         let dc = self.normalization * zonal_norm(0);
         let ambient_unit = (4.0 * PI).sqrt();
         let w_0 = self.weights[0];
-        let gram = DMatrix::from_fn(count + 1, count + 1, |i, j| match (i < count, j < count) {
+        let gram = Matrix::from_fn(count + 1, count + 1, |i, j| match (i < count, j < count) {
             (true, true) => self.light_by_light(dirs[i].dot(dirs[j]).clamp(-1.0, 1.0)) + w_0 * dc * dc,
             (false, false) => w_0 * ambient_unit * ambient_unit,
             _ => w_0 * dc * ambient_unit,
@@ -201,16 +200,14 @@ impl LightEquations {
         let channel = |products: &Vec<f64>| {
             let (lights, f_0) = (&products[..count], products[count]);
             if self.non_negative {
-                let right = DVector::from_fn(count + 1, |i, _| {
-                    let own_dc = if i < count { dc } else { ambient_unit };
-                    lights.get(i).copied().unwrap_or(0.0) + w_0 * own_dc * f_0
-                });
+                let right = lights.iter().map(|light| light + w_0 * dc * f_0);
+                let right: Vec<f64> = right.chain([w_0 * ambient_unit * f_0]).collect();
                 nnls(&NormalEquations { gram: &gram, right: &right })
             } else {
-                let bands = DMatrix::from_fn(count, count, |i, j| gram[(i, j)] - w_0 * dc * dc);
-                let x = least_squares_solution(&bands, &DVector::from_column_slice(lights));
-                let ambient = (f_0 - dc * x.sum()) / ambient_unit;
-                x.iter().copied().chain([ambient]).collect()
+                let bands = Matrix::from_fn(count, count, |i, j| gram[(i, j)] - w_0 * dc * dc);
+                let x = least_squares_solution(&bands, lights);
+                let ambient = (f_0 - dc * x.iter().sum::<f64>()) / ambient_unit;
+                x.into_iter().chain([ambient]).collect()
             }
         };
         products.iter().map(channel).collect()

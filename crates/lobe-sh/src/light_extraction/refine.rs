@@ -1,11 +1,11 @@
 //! Refinement of directions and intensities together: variable projection with Levenberg-Marquardt steps.
 
-use nalgebra::{DMatrix, DVector};
-
 use crate::light_extraction::light_fit::{LightEquations, LightProblem, total};
 use crate::prelude::*;
 use crate::solver::bfgs_on_sphere::stepped;
-use crate::sphere::vector::{dot, tangents};
+use crate::solver::cholesky::Cholesky;
+use crate::solver::matrix::{Matrix, add_scaled, dot, largest, norm};
+use crate::sphere::vector::{self, tangents};
 use crate::{Coefficient, Dir, Expansion as _, LightFit, eval_basis, eval_basis_gradients};
 
 /// The most steps: well separated lights need some six, lights that drift together many.
@@ -106,9 +106,9 @@ struct Channel {
 struct StepEquations {
     dirs: Vec<Dir>,
     /// `JᵀJ`.
-    normal: DMatrix<f64>,
+    normal: Matrix,
     /// `-Jᵀr`.
-    right: DVector<f64>,
+    right: Vec<f64>,
     /// Added to the diagonal: a light of zero intensity does not move, but its element must not be zero.
     floor: f64,
     /// The longest step, in radians.
@@ -118,9 +118,10 @@ struct StepEquations {
 impl StepEquations {
     fn new(equations: &LightEquations, dirs: Vec<Dir>, channels: &[Channel]) -> Self {
         let (jacobian, residual) = jacobian_and_residual(equations, &dirs, channels);
-        let normal = jacobian.transpose() * &jacobian;
-        let right = -(jacobian.transpose() * residual);
-        let floor = normal.diagonal().amax() * f64::EPSILON;
+        let count = jacobian.columns();
+        let normal = Matrix::from_fn(count, count, |i, j| dot(jacobian.column(i), jacobian.column(j)));
+        let right = jacobian.transposed_times(&residual).into_iter().map(|x| -x).collect();
+        let floor = (0..count).map(|k| normal[(k, k)]).fold(0.0, f64::max) * f64::EPSILON;
         let longest = LONGEST_STEP * 2.0 * core::f64::consts::PI / (equations.order() - 1) as f64;
         Self { dirs, normal, right, floor, longest }
     }
@@ -128,11 +129,11 @@ impl StepEquations {
     /// The directions after a step of this damping, and its length; `None` if rounding leaves no solution.
     fn step(&self, damping: f64) -> Option<(Vec<Dir>, f64)> {
         let mut damped = self.normal.clone();
-        for k in 0..damped.nrows() {
+        for k in 0..damped.rows() {
             damped[(k, k)] += damping * self.normal[(k, k)] + self.floor;
         }
-        let step = damped.cholesky()?.solve(&self.right);
-        let longest_part = step.amax();
+        let step = Cholesky::new(damped)?.solve(&self.right);
+        let longest_part = largest(&step);
         let scale = if longest_part > self.longest { self.longest / longest_part } else { 1.0 };
         let moved = self.dirs.iter().enumerate().map(|(k, dir)| {
             let [u, v] = tangents(dir.to_array());
@@ -143,38 +144,37 @@ impl StepEquations {
 }
 
 /// The projected Jacobian and the residual, all channels.
-fn jacobian_and_residual(
-    equations: &LightEquations,
-    dirs: &[Dir],
-    channels: &[Channel],
-) -> (DMatrix<f64>, DVector<f64>) {
+fn jacobian_and_residual(equations: &LightEquations, dirs: &[Dir], channels: &[Channel]) -> (Matrix, Vec<f64>) {
     let order = equations.order();
     let rows = order * order;
     let weights: Vec<f64> = equations.coefficient_weights().map(f64::sqrt).collect();
     let lights: Vec<Vec<f64>> = dirs.iter().map(|dir| eval_basis(*dir, order)).collect();
     let slopes: Vec<Vec<[f64; 3]>> = dirs.iter().map(|dir| eval_basis_gradients(*dir, order)).collect();
-    let mut jacobian = DMatrix::zeros(rows * channels.len(), 2 * lights.len());
-    let mut residual = DVector::zeros(rows * channels.len());
+    let mut jacobian = Matrix::zeros(rows * channels.len(), 2 * lights.len());
+    let mut residual = vec![0.0; rows * channels.len()];
     for (c, channel) in channels.iter().enumerate() {
         for i in 0..rows {
             residual[c * rows + i] = weights[i] * channel.left[i];
         }
         // Intensities at zero stay there during this step; only the others adapt to a turn.
         let active = (0..lights.len()).filter(|k| channel.intensities[*k] != 0.0);
-        let mut span: Vec<DVector<f64>> =
-            active.map(|k| DVector::from_fn(rows, |i, _| weights[i] * lights[k][i])).collect();
+        let mut span: Vec<Vec<f64>> =
+            active.map(|k| weights.iter().zip(&lights[k]).map(|(w, y)| w * y).collect()).collect();
         if channel.ambient != 0.0 || !equations.non_negative {
-            span.push(DVector::from_fn(rows, |i, _| if i == 0 { weights[0] } else { 0.0 }));
+            span.push((0..rows).map(|i| if i == 0 { weights[0] } else { 0.0 }).collect());
         }
         orthonormalize(&mut span);
         for (k, dir) in dirs.iter().enumerate() {
             let scale = -equations.normalization * channel.intensities[k];
             for (side, t) in tangents(dir.to_array()).into_iter().enumerate() {
-                let mut column = DVector::from_fn(rows, |i, _| scale * weights[i] * dot(slopes[k][i], t));
-                for q in &span {
-                    column -= q * q.dot(&column);
+                let column = &mut jacobian.column_mut(2 * k + side)[c * rows..(c + 1) * rows];
+                for (i, entry) in column.iter_mut().enumerate() {
+                    *entry = scale * weights[i] * vector::dot(slopes[k][i], t);
                 }
-                jacobian.view_mut((c * rows, 2 * k + side), (rows, 1)).copy_from(&column);
+                for q in &span {
+                    let part = dot(q, column);
+                    add_scaled(column, q, -part);
+                }
             }
         }
     }
@@ -182,18 +182,20 @@ fn jacobian_and_residual(
 }
 
 /// Gram-Schmidt orthogonalization, twice for each vector; vectors that depend on those before are dropped.
-fn orthonormalize(span: &mut Vec<DVector<f64>>) {
-    let mut basis: Vec<DVector<f64>> = Vec::with_capacity(span.len());
+fn orthonormalize(span: &mut Vec<Vec<f64>>) {
+    let mut basis: Vec<Vec<f64>> = Vec::with_capacity(span.len());
     for mut v in span.drain(..) {
-        let length = v.norm();
+        let length = norm(&v);
         for _ in 0..2 {
             for q in &basis {
-                v -= q * q.dot(&v);
+                let part = dot(q, &v);
+                add_scaled(&mut v, q, -part);
             }
         }
-        let left = v.norm();
+        let left = norm(&v);
         if left > DEPENDENT * length {
-            basis.push(v / left);
+            v.iter_mut().for_each(|v| *v /= left);
+            basis.push(v);
         }
     }
     *span = basis;

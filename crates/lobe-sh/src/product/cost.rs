@@ -30,7 +30,7 @@ mod tests {
 
     use super::*;
     use crate::product::generated::PRODUCT_COSTS;
-    use crate::{Expansion as _, GauntTensor, ShVec, product};
+    use crate::{Expansion as _, GauntTensor, ShVec};
 
     /// For coefficients of size one in `f64`: sums of some thousand terms.
     const ERROR: f64 = 1e-12;
@@ -141,8 +141,8 @@ mod tests {
                 let tensor = GauntTensor::new(n_a, n_b, n_out);
                 tensor.product_into(a.coefficients(), b.coefficients(), expected.coefficients_mut());
                 let what = format!("{:?}", cost.orders);
-                assert_close(&product(&a, &b, n_out), &expected, ERROR, &what);
-                assert_close(&product(&b, &a, n_out), &expected, ERROR, &format!("{what} exchanged"));
+                assert_close(&a.product(&b, n_out), &expected, ERROR, &what);
+                assert_close(&b.product(&a, n_out), &expected, ERROR, &format!("{what} exchanged"));
             }
         }
     }

@@ -5,7 +5,7 @@ use core::f64::consts::PI;
 
 use lobe_fft::{Complex, Registers, Transform};
 
-use crate::basis::index::order_of_slice;
+use crate::basis::index::{coefficient_count, order_of_slice};
 use crate::product::row_columns::{BLOCK, Coefficients, NO_WAVE, Rows, Series, Wave};
 use crate::simd::Machine;
 use crate::{Basis, SphereQuadrature};
@@ -18,17 +18,18 @@ use crate::{Basis, SphereQuadrature};
 //
 //     Σ_k u cos mφ_k - i Σ_k u sin mφ_k = (Z_m + Z*_{K-m})/2        (Z_m - Z*_{K-m})/(2i) for v
 
-/// The coefficients of the product of functions of the given orders, each at least 1, `n²` of them.
+/// The coefficients of the product of functions of order 1 at least, `order²` of them.
 ///
 /// Exact up to rounding: the grid has as many points as the degree of the integrand needs, or a few more along rows, whose number has the
 /// factors 2, 3 and 5 alone.
-pub(crate) fn product_by_fft(factors: &[&[f64]], degree: usize, highest: usize, out: &mut [f64]) {
+pub(crate) fn product_by_fft(factors: &[Vec<f64>], order: usize, [degree, highest]: [usize; 2]) -> Vec<f64> {
     let rule = SphereQuadrature::of_degree(degree);
     let all = rule.rows();
     let upper = &all[all.len() / 2..];
     let rows = Rows::new(&upper.iter().map(|(z, _)| *z).collect::<Vec<_>>());
     let grid = Grid::new(fft_length(degree + 1), rows);
     let machine = Machine::detect();
+    let mut out = vec![0.0; coefficient_count(order)];
     Basis::<f64>::with_shared(highest, |basis| {
         let constants = basis.constants();
         let series: Vec<Vec<Wave>> = factors
@@ -39,7 +40,6 @@ pub(crate) fn product_by_fft(factors: &[&[f64]], degree: usize, highest: usize, 
                 waves
             })
             .collect();
-        let order = order_of_slice(out);
         let mut waves = vec![NO_WAVE; grid.rows.blocks() * order];
         let mut work = grid.work();
         for (j, (_, weight)) in upper.iter().enumerate() {
@@ -52,8 +52,9 @@ pub(crate) fn product_by_fft(factors: &[&[f64]], degree: usize, highest: usize, 
             }
             grid.analyze(j, &mut work, &mut waves);
         }
-        machine.run(Coefficients { constants, rows: &grid.rows, waves: &mut waves, sums: out });
+        machine.run(Coefficients { constants, rows: &grid.rows, waves: &mut waves, sums: &mut out });
     });
+    out
 }
 
 /// The smallest number from `least` on whose prime factors are 2, 3 and 5.

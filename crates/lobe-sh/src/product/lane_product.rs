@@ -2,18 +2,18 @@
 
 use alloc::vec::Vec;
 
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use crate::GauntTensor;
 use crate::MAX_GAUNT_ORDER;
 use crate::basis::index::coefficient_count;
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use crate::once::Once;
 use crate::product::generated;
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use crate::product::lanes;
 use crate::product::product::{product_into, square_into};
 use crate::simd::{Kernel, LANES, Lanes, Machine};
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use crate::simd::{Wide, constant};
 
 /// The factors: blocks of two functions, of one that is squared, or of the bands of a zonal function and of another.
@@ -61,7 +61,7 @@ struct Multiply<'a> {
 impl Kernel for Multiply<'_> {
     type Output = ();
 
-    #[cfg(feature = "std")]
+    #[cfg(feature = "simd")]
     #[inline(always)]
     fn wide<S: pulp::Simd>(self, simd: S) {
         let Self { order, factors, out } = self;
@@ -173,13 +173,13 @@ fn expanded(order: usize, zonal: &[Lanes]) -> Vec<Lanes> {
 }
 
 /// The Gaunt coefficients of one order as a list, pair after pair.
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 struct Terms {
     pairs: Vec<Pair>,
     terms: Vec<Term>,
 }
 
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 struct Pair {
     i: u8,
     j: u8,
@@ -187,13 +187,13 @@ struct Pair {
     end: u16,
 }
 
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 struct Term {
     value: f32,
     k: u8,
 }
 
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 impl Terms {
     /// Those of an order, made once.
     fn of_order(order: usize) -> &'static Self {
@@ -212,13 +212,13 @@ impl Terms {
     }
 }
 
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 #[inline(always)]
 fn at<S: pulp::Simd>(simd: S, part: usize, blocks: &[Lanes], i: u8) -> Wide<S> {
     Wide::load(simd, &blocks[usize::from(i)], part)
 }
 
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 #[inline(always)]
 fn by_tensor<S: pulp::Simd>(simd: S, part: usize, terms: &Terms, a: &[Lanes], b: &[Lanes], out: &mut [Lanes]) {
     for out in &mut *out {

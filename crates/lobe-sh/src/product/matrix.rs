@@ -170,7 +170,7 @@ fn azimuthal(series: &[(f64, f64)], m_i: isize, m_j: isize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{ShL2, ShL4, ShVec, product, project};
+    use crate::{ShL2, ShL4, ShVec, project};
     use lobe_testkit::Random;
 
     /// Sums of some hundred terms of size one.
@@ -184,7 +184,7 @@ mod tests {
     fn the_matrix_multiplies() {
         for (order_f, order) in [(0, 3), (0, 12), (1, 1), (2, 3), (3, 5), (6, 6), (7, 4), (12, 4), (3, 12)] {
             let (f, g) = (random(order_f, 1), random(order, 2));
-            let expected = product(&f, &g, order);
+            let expected = f.product(&g, order);
             let mut mine = ShVec::zero(order);
             ProductMatrix::new(&f, order).apply_into(g.coefficients(), mine.coefficients_mut());
             for i in 0..coefficient_count(order) {

@@ -9,22 +9,23 @@
 
 #[cfg(test)]
 pub(crate) mod cost;
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 pub(crate) mod fused;
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 pub(crate) mod fused_pair;
 pub(crate) mod gaunt;
 pub(crate) mod generated;
 pub(crate) mod grid;
-#[cfg(feature = "std")]
+#[cfg(feature = "fft")]
 pub(crate) mod grid_fft;
+#[cfg(feature = "batch")]
 pub(crate) mod lane_product;
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 pub(crate) mod lane_rows;
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 pub(crate) mod lanes;
 pub(crate) mod matrix;
 pub(crate) mod product;
-#[cfg(feature = "std")]
+#[cfg(feature = "fft")]
 pub(crate) mod row_columns;
 pub(crate) mod straight_line;

@@ -4,12 +4,12 @@ use crate::basis::index::{coefficient_count, order_of_slice};
 use crate::by_type::{by_type, of_each_type};
 use crate::once::Once;
 use crate::product::grid::product_on_grid;
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use crate::product::lane_rows::{LEAST_COUNT, multiply_by_rows};
 use crate::product::straight_line;
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use crate::simd::Machine;
-use crate::{Coefficient, Expansion, FixedOrder, GauntTensor, MAX_GAUNT_ORDER, Real as _, ShVec, Zonal};
+use crate::{Coefficient, Expansion as _, GauntTensor, MAX_GAUNT_ORDER, Real as _, Zonal};
 
 /// The product of two functions, cut off at the order that `out` has room for.
 ///
@@ -58,39 +58,15 @@ pub fn product_into<T: Coefficient>(a: &[T], b: &[T], out: &mut [T]) {
 /// The product in the lanes of the machine, where it has wide instructions for the type and the orders; whether it has.
 #[inline]
 fn product_by_rows<T: Coefficient>(a: &[T], b: &[T], out: &mut [T]) -> bool {
-    #[cfg(feature = "std")]
+    #[cfg(feature = "simd")]
     if a.len() >= LEAST_COUNT
         && let (Some(a), Some(b), Some(out)) = (T::single_slice(a), T::single_slice(b), T::single_slice_mut(out))
     {
         return multiply_by_rows(Machine::detect(), a, b, out);
     }
-    #[cfg(not(feature = "std"))]
+    #[cfg(not(feature = "simd"))]
     let _ = (a, b, out);
     false
-}
-
-/// The product of two functions, cut off at `order`; see [`product_into`].
-#[must_use]
-pub fn product<T: Coefficient>(a: &impl Expansion<T>, b: &impl Expansion<T>, order: usize) -> ShVec<T> {
-    let mut out = ShVec::zero(order);
-    product_into(a.coefficients(), b.coefficients(), out.coefficients_mut());
-    out
-}
-
-/// [`product`], cut off at the order of the type that is asked for.
-///
-/// ```
-/// use lobe_sh::{Dir, Expansion as _, ShL1, ShL2, product_as};
-///
-/// let f = ShL1::impulse(Dir::X, 1.0_f64);
-/// let square: ShL2<f64> = product_as(&f, &f);
-/// assert!((square.eval(Dir::X) - f.eval(Dir::X).powi(2)).abs() < 1e-14);
-/// ```
-#[must_use]
-pub fn product_as<E: FixedOrder>(a: &impl Expansion<E::Value>, b: &impl Expansion<E::Value>) -> E {
-    let mut out = E::zero();
-    product_into(a.coefficients(), b.coefficients(), out.coefficients_mut());
-    out
 }
 
 /// The square of a function, cut off at the order that `out` has room for.

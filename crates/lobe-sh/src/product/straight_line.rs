@@ -4,7 +4,7 @@
 //! would be three times as long.
 
 use crate::by_type::of_each_type;
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use crate::product::fused_pair::multiply_pair;
 use crate::product::generated;
 use crate::scalar::{TypedSlice as Slice, TypedSliceMut as SliceMut};
@@ -15,7 +15,7 @@ const MOST: usize = 49;
 
 of_each_type! { numbers:
     pub(super) fn general(a: &[T], b: &[T], out: &mut [T]) -> bool {
-        #[cfg(feature = "std")]
+        #[cfg(feature = "simd")]
         if let (Some(a), Some(b), Some(out)) = (T::single_slice(a), T::single_slice(b), T::single_slice_mut(out))
             && multiply_pair(a, b, out)
         {

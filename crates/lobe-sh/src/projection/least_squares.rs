@@ -1,9 +1,10 @@
 //! Least-squares fit of an expansion to scattered samples.
 
-use nalgebra::{DMatrix, DVector};
-
 use crate::basis::index::coefficient_count;
 use crate::prelude::*;
+use crate::solver::householder::triangular_factor;
+use crate::solver::matrix::{Matrix, norm};
+use crate::solver::singular_values::SingularValues;
 use crate::{Basis, Coefficient, Dir, Real, ShVec};
 
 /// Rows gathered before they are folded into the triangular factor. More rows cost memory, fewer cost time: each
@@ -115,14 +116,14 @@ struct Solution {
 struct TriangularFactor {
     columns: usize,
     channels: usize,
-    factor: DMatrix<f64>,
+    factor: Matrix,
     /// Row after row, not yet folded.
     pending: Vec<f64>,
 }
 
 impl TriangularFactor {
     fn new(columns: usize, channels: usize) -> Self {
-        Self { columns, channels, factor: DMatrix::zeros(columns + channels, columns + channels), pending: Vec::new() }
+        Self { columns, channels, factor: Matrix::zeros(columns + channels, columns + channels), pending: Vec::new() }
     }
 
     fn width(&self) -> usize {
@@ -140,31 +141,29 @@ impl TriangularFactor {
 
     fn fold(&mut self) {
         let width = self.width();
-        let rows = DMatrix::from_row_slice(self.pending.len() / width, width, &self.pending);
-        let mut stacked = DMatrix::zeros(self.factor.nrows() + rows.nrows(), width);
-        stacked.rows_mut(0, self.factor.nrows()).copy_from(&self.factor);
-        stacked.rows_mut(self.factor.nrows(), rows.nrows()).copy_from(&rows);
-        self.factor = stacked.qr().r();
+        let rows = width + self.pending.len() / width;
+        self.factor = triangular_factor(Matrix::from_fn(rows, width, |i, j| {
+            if i < width { self.factor[(i, j)] } else { self.pending[(i - width) * width + j] }
+        }));
         self.pending.clear();
     }
 
     fn solve(mut self, count: usize, total_weight: f64, is_finite: &[bool]) -> Solution {
         self.fold();
-        let system = self.factor.view((0, 0), (self.columns, self.columns)).into_owned();
-        let svd = system.svd(true, true);
-        let largest = svd.singular_values.iter().copied().fold(0.0, f64::max);
+        let svd = SingularValues::new(Matrix::from_fn(self.columns, self.columns, |i, j| self.factor[(i, j)]));
+        let largest = svd.largest();
         let threshold = f64::EPSILON * count.max(self.columns) as f64 * largest;
-        let counting = || svd.singular_values.iter().copied().filter(|s| *s > threshold);
+        let counting = || svd.values.iter().copied().filter(|s| *s > threshold);
         let rank = counting().count();
         let condition = largest / counting().fold(f64::INFINITY, f64::min);
         let mut channels = Vec::with_capacity(self.channels);
         for c in 0..self.channels {
-            let right: DVector<f64> = self.factor.column(self.columns + c).rows(0, self.columns).into_owned();
-            let solution = svd.solve(&right, threshold).unwrap_or_else(|_| DVector::zeros(self.columns));
-            channels.push(if is_finite[c] { solution } else { solution.map(|_| f64::NAN) });
+            let solution = svd.solve(&self.factor.column(self.columns + c)[..self.columns], threshold);
+            channels.push(if is_finite[c] { solution } else { vec![f64::NAN; self.columns] });
         }
         Solution {
-            channels: channels.iter().map(|x| x.as_slice().to_vec()).collect(),
+            residual: self.residual(&channels, total_weight),
+            channels,
             rank,
             condition: if rank == 0 { f64::INFINITY } else { condition },
             conditioning: match rank {
@@ -172,18 +171,19 @@ impl TriangularFactor {
                 _ if condition > ILL_CONDITION => Conditioning::Ill,
                 _ => Conditioning::Well,
             },
-            residual: self.residual(&channels, total_weight),
         }
     }
 
     /// The norm of `R [x; -1]`, which is that of the residual, over the weights.
-    fn residual(&self, channels: &[DVector<f64>], total_weight: f64) -> f64 {
+    fn residual(&self, channels: &[Vec<f64>], total_weight: f64) -> f64 {
         if total_weight == 0.0 {
             return 0.0;
         }
         let worst = channels.iter().enumerate().map(|(c, x)| {
-            let fitted = self.factor.columns(0, self.columns) * x;
-            (fitted - self.factor.column(self.columns + c)).norm()
+            // Of no multiple of the other channels' columns.
+            let others = core::iter::repeat_n(&0.0, self.channels).enumerate();
+            let others = others.map(|(k, zero)| if k == c { &-1.0 } else { zero });
+            norm(&self.factor.times(&x.iter().chain(others).copied().collect::<Vec<f64>>()))
         });
         worst.fold(0.0, |worst, r| if r > worst || r.is_nan() { r } else { worst }) / total_weight.sqrt()
     }
@@ -223,10 +223,10 @@ mod tests {
         let samples: Vec<(Dir, f64, f64)> = (0..5 * ROWS_PER_FOLD + 3)
             .map(|_| (Dir::from_unit(random.direction()), random.signed(), random.unit()))
             .collect();
-        let mut matrix = DMatrix::<f64>::zeros(9, 9);
-        let mut right = DVector::<f64>::zeros(9);
+        let mut matrix = nalgebra::DMatrix::<f64>::zeros(9, 9);
+        let mut right = nalgebra::DVector::<f64>::zeros(9);
         for (s, value, weight) in &samples {
-            let y = DVector::from_vec(eval_basis(*s, 3));
+            let y = nalgebra::DVector::from_vec(eval_basis(*s, 3));
             matrix += &y * y.transpose() * *weight;
             right += y * (*weight * *value);
         }

@@ -1,7 +1,7 @@
 //! From a function to its expansion.
 //!
 //! Read [`project`] first: quadrature, exact for polynomials. [`monte_carlo`] samples with an estimate of the error,
-//! [`least_squares`] fits scattered samples. Uses `basis`, `expansion` and `sphere`.
+//! [`least_squares`] fits scattered samples. Uses `basis`, `expansion`, `solver` and `sphere`.
 
 pub(crate) mod least_squares;
 pub(crate) mod monte_carlo;

@@ -1,10 +1,10 @@
 //! Projection of a function by Monte Carlo integration.
 
 use core::f64::consts::PI;
-use derive_setters::Setters;
 
 use crate::basis::index::coefficient_count;
 use crate::prelude::*;
+use crate::setters::setters;
 use crate::{Basis, Coefficient, Dir, ShVec};
 
 /// The choice of the directions of a Monte Carlo projection.
@@ -24,7 +24,7 @@ pub enum Sampling {
 }
 
 /// Options of [`project_monte_carlo`]: by default 10000 jittered samples of seed 0.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Setters)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct MonteCarloOptions {
@@ -35,6 +35,8 @@ pub struct MonteCarloOptions {
     /// The choice of the directions.
     pub sampling: Sampling,
 }
+
+setters! { MonteCarloOptions { samples: usize, seed: u64, sampling: Sampling } }
 
 impl Default for MonteCarloOptions {
     fn default() -> Self {

@@ -1,59 +1,102 @@
-//! Dering of many functions of three bands at once.
+//! Dering of many functions at once.
 
 use alloc::vec::Vec;
 
 use crate::basis::index::{band_range, coefficient_count};
+use crate::ringing::dering::{dering_in_place, report_of};
 use crate::ringing::lane_dering::SixteenFunctions;
-use crate::ringing::quadratic_dering::QuadraticDeringReport;
+use crate::ringing::quadratic_dering::LeastFactors;
 use crate::simd::{LANES, Lanes, Machine};
-use crate::{DeringOutcome, ShBatch};
+use crate::{Coefficient, DeringOptions, DeringOutcome, DeringReport, Rgb, ShBatch};
 
-/// Makes each function of a batch non-negative, as [`dering_order_3_in_place`](crate::dering_order_3_in_place) does one: a batch of numbers, or
-/// three of the channels of colors, which share their factors. What it says of each function comes back in their order.
-///
-/// A function has the result that it has alone, whatever lies beside it: to rounding that of the code for one, or to 1e-7 of it where one of the two
-/// searches takes a step more. Only where the minimum is within rounding of `-`[`DERING_ALLOWED`](crate::DERING_ALLOWED) times the mean may one of them
-/// change it and the other not. A band of nothing has any factor. What is not changed keeps every bit: what is non-negative, zero,
-/// not finite or without a positive mean.
-///
-/// ```
-/// use lobe_sh::{Dir, Expansion as _, ShBatch, ShL2, dering_batch_order_3_in_place};
-///
-/// // The red, green and blue of a sun in a blue sky.
-/// let channels = [5.0, 4.0, 2.5].map(|sun| {
-///     let mut f = ShL2::<f32>::impulse(Dir::Z, sun);
-///     f[0] += sun.recip();
-///     f
-/// });
-/// let mut batches = channels.map(|f| ShBatch::from_functions(&[f]));
-/// let reports = dering_batch_order_3_in_place(&mut batches);
-/// assert!(reports[0].factors[2] < 0.8, "{reports:?}");
-/// let red: ShL2<f32> = batches[0].function(0);
-/// assert!(red.eval(Dir::from_angles(1.9, 0.0)) > -1e-6);
-/// ```
-///
-/// # Panics
-/// If there are neither one nor three batches, they differ in order or number, or the order is above 3.
-pub fn dering_batch_order_3_in_place(channels: &mut [ShBatch]) -> Vec<QuadraticDeringReport> {
-    assert!(matches!(channels.len(), 1 | 3), "a batch of numbers or three of colors, not {}", channels.len());
-    let (order, functions) = (channels[0].order(), channels[0].len());
-    assert!(order <= 3, "three bands, not {order}");
-    for channel in &channels[1..] {
-        let found = (channel.order(), channel.len());
-        assert_eq!(found, (order, functions), "orders and numbers of functions of the channels");
+impl ShBatch {
+    /// Makes each function of a batch non-negative by the least change, as [`dering_in_place`](crate::dering_in_place) does one without evidence:
+    /// a batch of numbers, or three of the channels of colors, which share their factors. What it says of each function comes back in their order.
+    ///
+    /// Up to three bands are computed side by side; more are taken one function after the other.
+    ///
+    /// A function has the result that it has alone, whatever lies beside it: to rounding that of the code for one, or to 1e-7 of it where one of the
+    /// two searches takes a step more. Only where the minimum is within rounding of `-`[`DERING_ALLOWED`](crate::DERING_ALLOWED) times the mean may one
+    /// of them change it and the other not. A band of nothing has any factor. What is not changed keeps every bit: what is non-negative, zero,
+    /// not finite or without a positive mean.
+    ///
+    /// ```
+    /// use lobe_sh::{Dir, Expansion as _, ShBatch, ShL2};
+    ///
+    /// // The red, green and blue of a sun in a blue sky.
+    /// let channels = [5.0, 4.0, 2.5].map(|sun| {
+    ///     let mut f = ShL2::<f32>::impulse(Dir::Z, sun);
+    ///     f[0] += sun.recip();
+    ///     f
+    /// });
+    /// let mut batches = channels.map(|f| ShBatch::from_functions(&[f]));
+    /// let reports = ShBatch::dering_in_place(&mut batches);
+    /// assert!(reports[0].factors[2] < 0.8, "{reports:?}");
+    /// let red: ShL2<f32> = batches[0].function(0);
+    /// assert!(red.eval(Dir::from_angles(1.9, 0.0)) > -1e-6);
+    /// ```
+    ///
+    /// # Panics
+    /// If there are neither one nor three batches, or they differ in order or number.
+    pub fn dering_in_place(channels: &mut [Self]) -> Vec<DeringReport> {
+        assert!(matches!(channels.len(), 1 | 3), "a batch of numbers or three of colors, not {}", channels.len());
+        let size = (channels[0].order(), channels[0].len());
+        for channel in &channels[1..] {
+            let found = (channel.order(), channel.len());
+            assert_eq!(found, size, "orders and numbers of functions of the channels");
+        }
+        match (size.0, channels.len()) {
+            (..=3, _) => side_by_side(channels),
+            (_, 1) => one_by_one::<f32>(channels),
+            _ => one_by_one::<Rgb<f32>>(channels),
+        }
     }
+}
+
+/// Of up to three bands.
+fn side_by_side(channels: &mut [ShBatch]) -> Vec<DeringReport> {
+    let (order, functions) = (channels[0].order(), channels[0].len());
     let machine = Machine::detect();
-    let mut reports = Vec::with_capacity(functions);
+    let mut found = Vec::with_capacity(functions);
     for first in (0..functions).step_by(LANES) {
         let of = |c: usize| sixteen(&channels[c.min(channels.len() - 1)], first / LANES);
         machine.run(SixteenFunctions {
             channels: &[of(0), of(1), of(2)][..channels.len()],
             count: LANES.min(functions - first),
-            reports: &mut reports,
+            found: &mut found,
             left: &mut 0,
         });
     }
-    channels.iter_mut().for_each(|channel| scale(channel, &reports));
+    let energies = |k: usize| {
+        let of_band = |l: usize| {
+            let squares = channels.iter().flat_map(|channel| &sixteen(channel, k / LANES)[band_range(l)]);
+            squares.map(|block| f64::from(block[k % LANES]).powi(2)).sum::<f64>()
+        };
+        [0, 1, 2].map(|l| if l < order { of_band(l) } else { 0.0 })
+    };
+    let report = |(k, found): (usize, &LeastFactors)| report_of(found, order, || energies(k));
+    let reports = found.iter().enumerate().map(report).collect();
+    channels.iter_mut().for_each(|channel| scale(channel, &found));
+    reports
+}
+
+/// Of more bands.
+fn one_by_one<T: Coefficient<Scalar = f32>>(channels: &mut [ShBatch]) -> Vec<DeringReport> {
+    let mut f = vec![T::ZERO; coefficient_count(channels[0].order())];
+    let mut numbers = vec![0.0; f.len()];
+    let dering = DeringOptions::default().evidence(false);
+    let mut reports = Vec::with_capacity(channels[0].len());
+    for k in 0..channels[0].len() {
+        let lane = |channel: &ShBatch, i: usize| sixteen(channel, k / LANES)[i][k % LANES];
+        for (i, f) in f.iter_mut().enumerate() {
+            *f = T::from_channels(|c| lane(&channels[c], i));
+        }
+        reports.push(dering_in_place(&mut f, &dering));
+        for (c, channel) in channels.iter_mut().enumerate() {
+            numbers.iter_mut().zip(&f).for_each(|(number, f)| *number = f.channel(c));
+            channel.set(k, &numbers);
+        }
+    }
     reports
 }
 
@@ -64,16 +107,16 @@ fn sixteen(batch: &ShBatch, b: usize) -> &[Lanes] {
 }
 
 /// Applies the factors to one channel.
-fn scale(channel: &mut ShBatch, reports: &[QuadraticDeringReport]) {
+fn scale(channel: &mut ShBatch, found: &[LeastFactors]) {
     let (order, count) = (channel.order(), coefficient_count(channel.order()));
     if count == 0 {
         return;
     }
-    for (blocks, reports) in channel.blocks_mut().chunks_exact_mut(count).zip(reports.chunks(LANES)) {
-        for (k, report) in reports.iter().enumerate().filter(|(_, report)| report.outcome == DeringOutcome::Windowed) {
+    for (blocks, found) in channel.blocks_mut().chunks_exact_mut(count).zip(found.chunks(LANES)) {
+        for (k, found) in found.iter().enumerate().filter(|(_, found)| found.outcome == DeringOutcome::Windowed) {
             for band in 1..order {
                 for block in &mut blocks[band_range(band)] {
-                    block.0[k] = (f64::from(block.0[k]) * report.factors[band]) as f32;
+                    block.0[k] = (f64::from(block.0[k]) * found.factors[band]) as f32;
                 }
             }
         }

@@ -10,7 +10,6 @@ use crate::scalar::weighted_sum;
 use crate::sphere::quadrature::gauss_legendre;
 use crate::{
     Basis, Coefficient, Dir, Expansion, ShVec, Window, eval_basis_into, optimal_linear_direction, tangent_frame,
-    windowed,
 };
 
 /// A window that depends on the function: none towards the light, the whole of another window away from it.
@@ -24,7 +23,7 @@ use crate::{
 /// Where neither is negative, `f_c` is not; where `f` rings near the light, `f_c` rings in proportion to `w`: a sun of
 /// order 6 keeps its peak of 2.86, and with the Hanning window of width 6 its lowest value rises from -0.477 to -0.257
 /// (test `suns_keep_their_peak_and_ring_less`); under that window alone the peak is 1.12 and the lowest value -0.038.
-/// [`deringed`](crate::deringed) removes ringing entirely.
+/// [`ShVec::deringed`](crate::ShVec::deringed) removes ringing entirely.
 ///
 /// The formula of `w` and its numbers [`THRESHOLD`](Self::THRESHOLD) and [`POWER`](Self::POWER) are those of
 /// [Sloan 2008]; the paper does not say what `n`, `r` and `w` are; that they are the direction of evaluation, that of
@@ -36,13 +35,13 @@ use crate::{
 /// one of an order.
 ///
 /// ```
-/// use lobe_sh::{ContentWindow, Dir, Expansion as _, ShVec, Window, windowed};
+/// use lobe_sh::{ContentWindow, Dir, Expansion as _, ShVec, Window};
 ///
 /// let sun = ShVec::<f64>::impulse(6, Dir::X, 1.0);
 /// let window = Window::Hanning { width: 6.0 };
 /// let content = ContentWindow::of(&sun, window);
 /// assert!((content.eval(&sun, Dir::X) - 36.0 / (4.0 * std::f64::consts::PI)).abs() < 1e-12);
-/// assert!((content.eval(&sun, -Dir::X) - windowed(&sun, &window).eval(-Dir::X)).abs() < 1e-12);
+/// assert!((content.eval(&sun, -Dir::X) - sun.windowed(&window).eval(-Dir::X)).abs() < 1e-12);
 /// ```
 ///
 /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
@@ -103,7 +102,7 @@ impl ContentWindow {
     #[must_use]
     pub fn project<T: Coefficient>(&self, f: &impl Expansion<T>, order: usize) -> ShVec<T> {
         let f = widened(f);
-        let mut sums = windowed(&f, &self.window).resized(order);
+        let mut sums = f.windowed(&self.window).resized(order);
         if let Some(r) = self.dir {
             let removed = self.removed(&f);
             let mut y = vec![0.0; coefficient_count(order.max(f.order()))];
@@ -124,7 +123,7 @@ impl ContentWindow {
     #[must_use]
     pub fn energy<T: Coefficient>(&self, f: &impl Expansion<T>) -> f64 {
         let f = widened(f);
-        let (smooth, removed) = (windowed(&f, &self.window), self.removed(&f));
+        let (smooth, removed) = (f.windowed(&self.window), self.removed(&f));
         let mut energy = channels(smooth.dot(&smooth));
         let Some(r) = self.dir else { return energy };
         for (power, squared) in [(Self::POWER, false), (2.0 * Self::POWER, true)] {

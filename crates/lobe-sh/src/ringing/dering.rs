@@ -2,7 +2,6 @@
 
 use core::fmt;
 use core::str::FromStr;
-use derive_setters::Setters;
 
 use crate::basis::index::{band_range, coefficient_count, order_of_slice};
 use crate::extrema::branch_and_bound::minimum_of;
@@ -10,10 +9,10 @@ use crate::extrema::quadratic_form::{QuadraticForm, to_unit_size};
 use crate::filter::squared_laplacian::band_energies;
 use crate::prelude::*;
 use crate::ringing::cutting_planes::{LeastChange, excess_at, least_change};
-use crate::ringing::quadratic_dering::{least_change_order_3, unit_roundoff};
+use crate::ringing::quadratic_dering::{LeastFactors, least_change_order_3, unit_roundoff};
 use crate::ringing::sloan_table::{dering_table_factors, table_place};
 use crate::{
-    Coefficient, DERING_ALLOWED, DeringOutcome, Expansion, Extremum, Real, ShError, Window, Zonal, convolve_in_place,
+    Coefficient, DERING_ALLOWED, DeringOutcome, Extremum, Real, ShError, Window, Zonal, convolve_in_place,
     eval_basis_into, scale_bands_in_place,
 };
 
@@ -125,9 +124,8 @@ impl DeringMethod {
     }
 }
 
-/// Options of [`dering_in_place`]: by default the function itself becomes non-negative, by the least change.
-#[derive(Clone, Debug, Default, PartialEq, Setters)]
-#[setters(no_std)]
+/// Options of [`dering_in_place`]: by default the function itself becomes non-negative, by the least change, with evidence.
+#[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct DeringOptions {
@@ -136,8 +134,36 @@ pub struct DeringOptions {
     /// `None`: the function itself becomes non-negative. Otherwise its convolution with this kernel does: with
     /// [`Zonal::clamped_cosine`], radiance may stay negative as long as its irradiance is not. The factors are applied
     /// to the function itself in both cases.
-    #[setters(into)]
     pub kernel: Option<Zonal>,
+    /// Report the certified minima before and after and the optimality gap. Without, the least change of up to three bands takes a
+    /// small part of the time, and may differ by 1e-6.
+    pub evidence: bool,
+}
+
+impl Default for DeringOptions {
+    fn default() -> Self {
+        Self { method: DeringMethod::default(), kernel: None, evidence: true }
+    }
+}
+
+impl DeringOptions {
+    /// Sets [`method`](Self::method).
+    #[must_use]
+    pub fn method(self, method: DeringMethod) -> Self {
+        Self { method, ..self }
+    }
+
+    /// Sets [`evidence`](Self::evidence).
+    #[must_use]
+    pub fn evidence(self, evidence: bool) -> Self {
+        Self { evidence, ..self }
+    }
+
+    /// Sets [`kernel`](Self::kernel).
+    #[must_use]
+    pub fn kernel(self, kernel: impl Into<Option<Zonal>>) -> Self {
+        Self { kernel: kernel.into(), ..self }
+    }
 }
 
 /// The report of [`dering_in_place`].
@@ -147,20 +173,19 @@ pub struct DeringOptions {
 pub struct DeringReport {
     /// How it ended: changed, unchanged or refused.
     pub outcome: DeringOutcome,
-    /// The minimum of every channel before, of the function convolved with [`DeringOptions::kernel`].
-    pub before: Vec<Extremum>,
-    /// The minimum of every channel afterwards.
-    pub after: Vec<Extremum>,
-    /// The factor of every band; all are 1 if nothing was changed.
+    /// The factor `w_l` of every band, which loses `1 - w_l²` of its energy; all are 1 if nothing was changed.
     pub factors: Vec<f64>,
     /// The window, if a [`WindowFamily`] was searched and the function changed.
     pub window: Option<Window>,
-    /// The fraction of its energy that every band lost, `1 - w_l²`.
-    pub removed: Vec<f64>,
     /// The fraction of the total energy that was lost, summed over the channels, mean included, after convolution with
     /// [`DeringOptions::kernel`].
     pub energy_removed: f64,
-    /// For [`DeringMethod::LeastChange`], the optimality gap: the norm of the change exceeds the least possible one by
+    /// The minimum of every channel before, of the function convolved with [`DeringOptions::kernel`]. Empty without
+    /// [`DeringOptions::evidence`].
+    pub before: Vec<Extremum>,
+    /// The minimum of every channel afterwards. Empty without [`DeringOptions::evidence`].
+    pub after: Vec<Extremum>,
+    /// For [`DeringMethod::LeastChange`] with [`DeringOptions::evidence`], the optimality gap: the norm of the change exceeds the least possible one by
     /// at most this fraction.
     ///
     /// The bound is proven: the factors that keep the function non-negative in finitely many directions, the solution
@@ -180,13 +205,15 @@ pub struct DeringReport {
 ///
 /// Zero stays zero. [`DeringReport::outcome`] tells why a function could not be made non-negative.
 ///
+/// Methods of types: [`Sh::deringed`](crate::Sh::deringed), [`ShVec::deringed`](crate::ShVec::deringed) and, of many functions, `ShBatch::dering_in_place`.
+///
 /// Source: [Sloan 2017] for the idea and for letting the worst channel decide; [`DeringMethod`] describes the methods.
 ///
 /// ```
-/// use lobe_sh::{DeringOptions, Dir, Expansion as _, ShL2, Zonal, convolved, dering_in_place};
+/// use lobe_sh::{DeringOptions, Dir, Expansion as _, ShL2, Zonal, dering_in_place};
 ///
 /// // The irradiance of a sun rings below zero on the far side.
-/// let mut e = convolved(&ShL2::<f64>::impulse(Dir::Z, 1.0), &Zonal::clamped_cosine(3));
+/// let mut e = ShL2::<f64>::impulse(Dir::Z, 1.0).convolved(&Zonal::clamped_cosine(3));
 /// assert!(e.eval(Dir::from_angles(2.1, 0.0)) < -0.03);
 /// let report = dering_in_place(e.coefficients_mut(), &DeringOptions::default());
 /// assert!(report.after[0].lo > -1e-9 && report.energy_removed < 0.17, "{report:?}");
@@ -197,8 +224,11 @@ pub struct DeringReport {
 ///
 /// [Sloan 2017]: https://www.ppsloan.org/publications/shdering.pdf
 pub fn dering_in_place<T: Coefficient>(coefficients: &mut [T], dering: &DeringOptions) -> DeringReport {
-    // Convolve with the kernel whose result is to be non-negative.
     let order = order_of_slice(coefficients);
+    if !dering.evidence && dering.method == DeringMethod::LeastChange && dering.kernel.is_none() && order <= 3 {
+        return quick(coefficients, order);
+    }
+    // Convolve with the kernel whose result is to be non-negative.
     let mut examined: Vec<T::Wide> = coefficients.iter().map(|c| c.widen()).collect();
     if let Some(kernel) = &dering.kernel {
         convolve_in_place(&mut examined, kernel);
@@ -230,16 +260,42 @@ pub fn dering_in_place<T: Coefficient>(coefficients: &mut [T], dering: &DeringOp
         None => 0.0,
     };
     let factors = factors.unwrap_or_else(|| vec![1.0; order]);
-    let removed = factors.iter().map(|w| 1.0 - w * w).collect();
-    DeringReport { outcome, before, after, factors, window, removed, energy_removed, excess }
+    if !dering.evidence {
+        return DeringReport { outcome, factors, window, energy_removed, before: vec![], after: vec![], excess: None };
+    }
+    DeringReport { outcome, factors, window, energy_removed, before, after, excess }
 }
 
-/// The function `f` made non-negative; see [`dering_in_place`].
-#[must_use]
-pub fn deringed<T: Coefficient, E: Expansion<T>>(f: &E, dering: &DeringOptions) -> (E, DeringReport) {
-    let mut g = f.clone();
-    let report = dering_in_place(g.coefficients_mut(), dering);
-    (g, report)
+/// The least change of up to three bands, without evidence.
+fn quick<T: Coefficient>(coefficients: &mut [T], order: usize) -> DeringReport {
+    let found = least_change_order_3(coefficients);
+    let report = report_of(&found, order, || {
+        let energies = band_energies(coefficients);
+        [0, 1, 2].map(|l| energies.get(l).copied().unwrap_or(0.0))
+    });
+    if report.outcome == DeringOutcome::Windowed {
+        scale_bands_in_place(coefficients, &report.factors);
+    }
+    report
+}
+
+/// The report, without evidence, of a function of up to three bands with these energies.
+pub(crate) fn report_of(found: &LeastFactors, order: usize, energies: impl FnOnce() -> [f64; 3]) -> DeringReport {
+    let mut report = DeringReport {
+        outcome: found.outcome,
+        factors: found.factors[..order].to_vec(),
+        window: None,
+        energy_removed: 0.0,
+        before: Vec::new(),
+        after: Vec::new(),
+        excess: None,
+    };
+    if found.outcome == DeringOutcome::Windowed {
+        let energies = energies();
+        let removed: f64 = energies.iter().zip(found.factors).map(|(energy, w)| energy * (1.0 - w * w)).sum();
+        report.energy_removed = removed / energies.iter().sum::<f64>();
+    }
+    report
 }
 
 /// The largest absolute value of all coefficients.

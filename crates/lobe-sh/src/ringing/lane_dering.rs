@@ -6,17 +6,17 @@
 
 use alloc::vec::Vec;
 
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use pulp::Simd;
 
-use crate::ringing::quadratic_dering::{QuadraticDeringReport, least_change_order_3};
-#[cfg(feature = "std")]
+use crate::ringing::quadratic_dering::{LeastFactors, least_change_order_3};
+#[cfg(feature = "simd")]
 use crate::ringing::quadratic_dering::{ROUNDING, TIE, unit_roundoff};
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use crate::simd::LANES;
 use crate::simd::{Kernel, Lanes};
 use crate::{Coefficient, Rgb};
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use crate::{
     DERING_ALLOWED, DeringOutcome,
     extrema::lane_form::{LaneForm, Many, absolute},
@@ -32,19 +32,19 @@ pub(crate) struct SixteenFunctions<'a> {
     pub(crate) channels: &'a [&'a [Lanes]],
     /// The functions that there are of the sixteen.
     pub(crate) count: usize,
-    /// Gets a report of each.
-    pub(crate) reports: &'a mut Vec<QuadraticDeringReport>,
+    /// Gets the factors of each.
+    pub(crate) found: &'a mut Vec<LeastFactors>,
     /// Counts those that lanes left to the code for one.
     pub(crate) left: &'a mut usize,
 }
 
 impl SixteenFunctions<'_> {
-    /// The report of function `k` by the code for one.
-    fn report(&self, k: usize) -> QuadraticDeringReport {
-        if self.channels.len() == 1 { self.report_of::<f32>(k) } else { self.report_of::<Rgb<f32>>(k) }
+    /// The factors of function `k` by the code for one.
+    fn alone(&self, k: usize) -> LeastFactors {
+        if self.channels.len() == 1 { self.alone_of::<f32>(k) } else { self.alone_of::<Rgb<f32>>(k) }
     }
 
-    fn report_of<T: Coefficient<Scalar = f32>>(&self, k: usize) -> QuadraticDeringReport {
+    fn alone_of<T: Coefficient<Scalar = f32>>(&self, k: usize) -> LeastFactors {
         let mut f = [T::ZERO; COUNT];
         let count = self.channels[0].len();
         for (i, f) in f[..count].iter_mut().enumerate() {
@@ -57,7 +57,7 @@ impl SixteenFunctions<'_> {
 impl Kernel for SixteenFunctions<'_> {
     type Output = ();
 
-    #[cfg(feature = "std")]
+    #[cfg(feature = "simd")]
     #[inline(always)]
     fn wide<S: Simd>(self, simd: S) {
         let mut found = Found { state: [LEFT; LANES], factors: [[1.0; LANES]; 2] };
@@ -65,44 +65,44 @@ impl Kernel for SixteenFunctions<'_> {
             Search::new(simd, self.channels, part).run(&mut found, part);
         }
         for k in 0..self.count {
-            let report = if found.state[k] == UNCHANGED {
-                QuadraticDeringReport { outcome: DeringOutcome::Unchanged, factors: [1.0; 3] }
+            let factors = if found.state[k] == UNCHANGED {
+                LeastFactors { outcome: DeringOutcome::Unchanged, factors: [1.0; 3] }
             } else if found.state[k] == WINDOWED {
                 let factors = [1.0, found.factors[0][k], found.factors[1][k]];
-                QuadraticDeringReport { outcome: DeringOutcome::Windowed, factors }
+                LeastFactors { outcome: DeringOutcome::Windowed, factors }
             } else {
                 *self.left += 1;
-                self.report(k)
+                self.alone(k)
             };
-            self.reports.push(report);
+            self.found.push(factors);
         }
     }
 
     fn plain(self) {
         for k in 0..self.count {
-            let report = self.report(k);
-            self.reports.push(report);
+            let factors = self.alone(k);
+            self.found.push(factors);
         }
         *self.left += self.count;
     }
 }
 
 // What lanes found of a function, as a number in its lane: it is left to the code for one, is non-negative, or has factors.
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 const LEFT: f64 = 0.0;
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 const UNCHANGED: f64 = 1.0;
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 const WINDOWED: f64 = 2.0;
 
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 struct Found {
     state: [f64; LANES],
     factors: [[f64; LANES]; 2],
 }
 
 /// A function in each lane.
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 struct Search<S: Simd> {
     simd: S,
     /// The forms that there are: 1 or 3.
@@ -112,7 +112,7 @@ struct Search<S: Simd> {
     weights: [Many<S>; 2],
 }
 
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 impl<S: Simd> Search<S> {
     #[inline(always)]
     fn new(simd: S, channels: &[&[Lanes]], part: usize) -> Self {
@@ -211,30 +211,27 @@ impl<S: Simd> Search<S> {
 }
 
 /// `then` where `value >= limit`, `or` elsewhere, where it is no number too.
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 #[inline(always)]
 fn at_least<S: Simd>(simd: S, value: Many<S>, limit: Many<S>, then: Many<S>, or: Many<S>) -> Many<S> {
     value.if_less(limit, or, value.if_less(rounded(simd, f64::INFINITY), then, or))
 }
 
 /// `then` where the channel that decides is another one than `k`.
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 #[inline(always)]
 fn other_than<S: Simd>(simd: S, decides: Many<S>, k: usize, then: Many<S>, or: Many<S>) -> Many<S> {
     absolute(decides - rounded(simd, k as f64)).if_less(rounded(simd, 0.5), or, then)
 }
 
-#[cfg(all(test, feature = "std"))]
+#[cfg(all(test, feature = "simd"))]
 mod tests {
     use lobe_testkit::Random;
 
     use super::*;
     use crate::filter::squared_laplacian::band_energies;
     use crate::simd::Machine;
-    use crate::{
-        Dir, Expansion as _, ShBatch, ShL2, Zonal, certified_minimum, convolved, dering_batch_order_3_in_place,
-        scale_bands_in_place,
-    };
+    use crate::{Dir, Expansion as _, ShBatch, ShL2, Zonal, certified_minimum, scale_bands_in_place};
 
     /// Between what the factors of one function by lanes and by the code for one leave of it, relative to it without its mean, where both take
     /// as many steps. 2e-15 was found.
@@ -256,7 +253,7 @@ mod tests {
             f += ShL2::impulse(s, color);
         }
         if case.is_multiple_of(2) {
-            f = convolved(&f, &Zonal::clamped_cosine(3));
+            f = f.convolved(&Zonal::clamped_cosine(3));
         }
         let mut f = f.map(|c| Rgb::from_channels(|k| c.channel(k) as f32));
         match case % FAULTS {
@@ -290,21 +287,21 @@ mod tests {
         (0..count).map(channel).collect()
     }
 
-    /// The reports, and how many functions lanes left to the code for one.
-    fn reports(machine: Machine, order: usize, channels: &[ShBatch]) -> (Vec<QuadraticDeringReport>, usize) {
-        let (mut reports, mut left) = (Vec::new(), 0);
+    /// The factors, and how many functions lanes left to the code for one.
+    fn least_factors(machine: Machine, order: usize, channels: &[ShBatch]) -> (Vec<LeastFactors>, usize) {
+        let (mut all, mut left) = (Vec::new(), 0);
         for first in (0..channels[0].len()).step_by(LANES) {
             let of = |channel: &ShBatch| channel.blocks()[first / LANES * order * order..][..order * order].to_vec();
             let blocks: Vec<Vec<Lanes>> = channels.iter().map(of).collect();
             let blocks: Vec<&[Lanes]> = blocks.iter().map(Vec::as_slice).collect();
             let count = LANES.min(channels[0].len() - first);
-            machine.run(SixteenFunctions { channels: &blocks, count, reports: &mut reports, left: &mut left });
+            machine.run(SixteenFunctions { channels: &blocks, count, found: &mut all, left: &mut left });
         }
-        (reports, left)
+        (all, left)
     }
 
     /// What the code for one says of the first channel or of all.
-    fn alone(f: &[Rgb<f32>], channels: usize) -> QuadraticDeringReport {
+    fn alone(f: &[Rgb<f32>], channels: usize) -> LeastFactors {
         if channels == 3 {
             return least_change_order_3(f);
         }
@@ -327,8 +324,8 @@ mod tests {
         for (order, channels) in [(1, 1), (1, 3), (2, 1), (2, 3), (3, 1), (3, 3)] {
             let batches = batches(order, channels, &probes);
             for machine in Machine::available() {
-                let (found, left) = reports(machine, order, &batches);
-                assert_eq!(found.len(), probes.len(), "one report of each");
+                let (found, left) = least_factors(machine, order, &batches);
+                assert_eq!(found.len(), probes.len(), "factors of each");
                 let name = format!("{}, order {order}, {channels} channels", machine.name());
                 let (mut worst, mut windowed, mut near) = (0.0_f64, 0, 0);
                 for (case, (f, found)) in probes.iter().zip(&found).enumerate() {
@@ -357,9 +354,9 @@ mod tests {
         let probes: Vec<_> = (0..97).map(|case| probe(&mut random, case)).collect();
         for (order, channels) in [(2, 3), (3, 1), (3, 3)] {
             for machine in Machine::available() {
-                let (together, _) = reports(machine, order, &batches(order, channels, &probes));
+                let (together, _) = least_factors(machine, order, &batches(order, channels, &probes));
                 for (k, f) in probes.iter().enumerate() {
-                    let (single, _) = reports(machine, order, &batches(order, channels, &[*f]));
+                    let (single, _) = least_factors(machine, order, &batches(order, channels, &[*f]));
                     let name = machine.name();
                     assert_eq!(single, [together[k]], "{name}, order {order}, {channels} channels, function {k}");
                 }
@@ -374,7 +371,7 @@ mod tests {
             let probes: Vec<_> = (0..count).map(|case| probe(&mut random, case)).collect();
             let before = batches(3, channels, &probes);
             let mut after = before.clone();
-            let reports = dering_batch_order_3_in_place(&mut after);
+            let reports = ShBatch::dering_in_place(&mut after);
             assert_eq!(reports.len(), count, "one report of each");
             for (k, report) in reports.iter().enumerate() {
                 for c in 0..channels {
@@ -394,6 +391,6 @@ mod tests {
         }
         let mut empty = [ShBatch::zero(0, 3)];
         let outcome = least_change_order_3::<f32>(&[]).outcome;
-        assert!(dering_batch_order_3_in_place(&mut empty).iter().all(|report| report.outcome == outcome), "of no band");
+        assert!(ShBatch::dering_in_place(&mut empty).iter().all(|report| report.outcome == outcome), "of no band");
     }
 }

@@ -5,12 +5,14 @@
 //! keeps the light as it is. [`DeringOutcome`] says how an attempt ended. Uses `basis`, `batch`, `expansion`, `extrema`, `filter`,
 //! `rotation`, `simd`, `solver` and `sphere`.
 
+#[cfg(feature = "batch")]
 pub(crate) mod batch_dering;
 pub(crate) mod content_window;
 pub(crate) mod cutting_planes;
 pub(crate) mod dering;
+#[cfg(feature = "batch")]
 pub(crate) mod lane_dering;
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 pub(crate) mod lane_newton;
 pub(crate) mod quadratic_dering;
 pub(crate) mod sloan_table;

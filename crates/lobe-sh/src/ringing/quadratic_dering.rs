@@ -3,10 +3,9 @@
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use crate::basis::index::order_of_slice;
 use crate::extrema::quadratic_form::{QuadraticForm, to_unit_size};
 use crate::extrema::quadratic_minimum::Eigensystem;
-use crate::{Coefficient, DeringOutcome, Real, scale_bands_in_place};
+use crate::{Coefficient, DeringOutcome, Real};
 
 /// The most cutting planes. The result is non-negative after any number of them.
 const MAX_CUTS: usize = 24;
@@ -22,43 +21,11 @@ pub(crate) const TIE: f64 = 1e-8;
 /// The effect of rounding in `f64` on a minimum, relative to the function's scale.
 pub(crate) const ROUNDING: f64 = 1e-14;
 
-/// The result of [`dering_order_3_in_place`].
+/// How the search for factors ended, and the factors of bands 0 to 2.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
-#[non_exhaustive]
-pub struct QuadraticDeringReport {
-    /// How it ended.
-    pub outcome: DeringOutcome,
-    /// The factors of bands 0 to 2.
-    pub factors: [f64; 3],
-}
-
-/// Makes a function of up to three bands non-negative by the factors `w_1, w_2` that change it least; the fast path of
-/// [`dering_in_place`](crate::dering_in_place), without its report and without an allocation.
-///
-/// ```text
-///   minimize  E_1 (1 - w_1)² + E_2 (1 - w_2)²        subject to  c + w_1 b·x + w_2 xᵀ A x >= 0 on the sphere, 0 <= w <= 1
-/// ```
-///
-/// All channels share the factors; `E_l` sums their energies. Usually the channel that rings most decides alone:
-/// Newton's method finds the point of least change on the boundary of its feasible set, and a bound shows that the
-/// other channels need no more. Otherwise cutting planes: every direction `x` gives a line in the plane of `w`; while
-/// the function is negative somewhere, the line of its minimum is added, and because the last solution violates that
-/// line, the next one lies on it, which leaves one unknown. The factors for the irradiance of a sun alone are `w =
-/// (0.857890, 0.909395)` to 3e-4 (test `the_irradiance_of_an_impulse_has_its_known_factors`).
-///
-/// A function that is nowhere below `-`[`DERING_ALLOWED`](crate::DERING_ALLOWED) times the mean keeps every bit.
-///
-/// # Panics
-/// If there are more than 9 coefficients, or not `n²`.
-pub fn dering_order_3_in_place<T: Coefficient>(coefficients: &mut [T]) -> QuadraticDeringReport {
-    let order = order_of_slice(coefficients);
-    assert!(order <= 3, "three bands have up to 9 coefficients, not {}", coefficients.len());
-    let found = least_change_order_3(coefficients);
-    if found.outcome == DeringOutcome::Windowed {
-        scale_bands_in_place(coefficients, &found.factors[..order]);
-    }
-    found
+pub(crate) struct LeastFactors {
+    pub(crate) outcome: DeringOutcome,
+    pub(crate) factors: [f64; 3],
 }
 
 /// A channel and, once needed, its eigensystem.
@@ -96,9 +63,22 @@ impl Channel {
     }
 }
 
-/// [`dering_order_3_in_place`] without applying the factors.
-pub(crate) fn least_change_order_3<T: Coefficient>(coefficients: &[T]) -> QuadraticDeringReport {
-    let unchanged = |outcome| QuadraticDeringReport { outcome, factors: [1.0; 3] };
+/// The factors `w_1, w_2` that make a function of up to three bands non-negative and change it least, without an allocation.
+///
+/// ```text
+///   minimize  E_1 (1 - w_1)² + E_2 (1 - w_2)²        subject to  c + w_1 b·x + w_2 xᵀ A x >= 0 on the sphere, 0 <= w <= 1
+/// ```
+///
+/// All channels share the factors; `E_l` sums their energies. Usually the channel that rings most decides alone:
+/// Newton's method finds the point of least change on the boundary of its feasible set, and a bound shows that the
+/// other channels need no more. Otherwise cutting planes: every direction `x` gives a line in the plane of `w`; while
+/// the function is negative somewhere, the line of its minimum is added, and because the last solution violates that
+/// line, the next one lies on it, which leaves one unknown. The factors for the irradiance of a sun alone are `w =
+/// (0.857890, 0.909395)` to 3e-4 (test `the_irradiance_of_an_impulse_has_its_known_factors`).
+///
+/// A function that is nowhere below `-`[`DERING_ALLOWED`](crate::DERING_ALLOWED) times the mean has no factors but 1.
+pub(crate) fn least_change_order_3<T: Coefficient>(coefficients: &[T]) -> LeastFactors {
+    let unchanged = |outcome| LeastFactors { outcome, factors: [1.0; 3] };
     let mut channels: [Option<Channel>; 3] = [const { None }; 3];
     for (c, channel) in channels.iter_mut().enumerate().take(T::CHANNELS) {
         let (form, _) = QuadraticForm::normalized(coefficients, c);
@@ -123,7 +103,7 @@ pub(crate) fn least_change_order_3<T: Coefficient>(coefficients: &[T]) -> Quadra
     let scale = channels.iter().flatten().map(|ch| 1.0 + ch.form.amplitude(w) / ch.form.c).fold(0.0, f64::max);
     let margin = (unit_roundoff::<T::Scalar>() + ROUNDING) * scale;
     let t = (1.0 - margin).max(0.0) / (1.0 - worst.min(0.0));
-    QuadraticDeringReport { outcome: DeringOutcome::Windowed, factors: [1.0, t * w[0], t * w[1]] }
+    LeastFactors { outcome: DeringOutcome::Windowed, factors: [1.0, t * w[0], t * w[1]] }
 }
 
 /// The first channel that is negative without a window, beginning with the one of the largest amplitude, and the

@@ -123,7 +123,7 @@ pub(crate) fn table_place(channels: &[QuadraticForm], margin: f64) -> Option<f64
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Dir, Expansion as _, Rotation, ShL2, Zonal, certified_minimum, convolved};
+    use crate::{Dir, Expansion as _, Rotation, ShL2, Zonal, certified_minimum};
     use lobe_testkit::{Random, golden, golden_f64s};
 
     #[test]
@@ -140,7 +140,7 @@ mod tests {
 
     #[test]
     fn only_the_last_row_makes_the_irradiance_of_an_impulse_positive() {
-        let f = convolved(&ShL2::<f64>::impulse(Dir::Z, 1.0), &Zonal::clamped_cosine(3));
+        let f = ShL2::<f64>::impulse(Dir::Z, 1.0).convolved(&Zonal::clamped_cosine(3));
         let published = [-0.158333, -0.120294, -0.088160, -0.069988, -0.053942, -0.003544, 0.000544];
         for (row, published) in published.into_iter().enumerate() {
             let [_, w1, w2, _] = dering_table_factors(row as f64 / 6.0);
@@ -198,7 +198,7 @@ mod tests {
         let mut random = Random::new(2);
         for _ in 0..200 {
             let f = ShL2::<f64>::from_slice(&random.signed_vec(9));
-            let turned = Rotation::from_quaternion(random.quaternion()).unwrap().rotated(&f);
+            let turned = f.rotated(&Rotation::from_quaternion(random.quaternion()).unwrap());
             let (a, b) = (conservative_minimum(f.coefficients()), conservative_minimum(turned.coefficients()));
             assert!((a - b).abs() < 1e-12, "{a} and turned {b}");
         }

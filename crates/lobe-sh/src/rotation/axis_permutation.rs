@@ -2,7 +2,7 @@
 
 use crate::basis::index::{coefficient_index, order_of_slice};
 use crate::rotation::yz_exchange::exchange_yz_in_place;
-use crate::{Coefficient, Dir, Expansion, Rotation};
+use crate::{Coefficient, Dir, Rotation};
 
 /// One of the three coordinate axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,7 +81,7 @@ pub fn quarter_turn_in_place<T: Coefficient>(coefficients: &mut [T], quarters: i
 ///
 /// // A light from above in a glTF file, where up is +y.
 /// let light = ShL2::<f64>::impulse(Dir::Y, 1.0);
-/// let here = AxisPermutation::Z_UP_FROM_Y_UP.applied(&light);
+/// let here = light.permuted(&AxisPermutation::Z_UP_FROM_Y_UP);
 /// assert!((here.eval(Dir::Z) - light.eval(Dir::Y)).abs() < 1e-14);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -207,14 +207,6 @@ impl AxisPermutation {
         quarter_turn_in_place(coefficients, quarters);
     }
 
-    /// The moved function.
-    #[must_use]
-    pub fn applied<T: Coefficient, E: Expansion<T>>(&self, f: &E) -> E {
-        let mut g = f.clone();
-        self.apply_in_place(g.coefficients_mut());
-        g
-    }
-
     /// By +90° about +z.
     const QUARTER_TURN: Self = Self { matrix: [[0, -1, 0], [1, 0, 0], [0, 0, 1]] };
 
@@ -241,6 +233,7 @@ impl AxisPermutation {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Expansion as _;
     use crate::ShVec;
 
     const ORDER: usize = 8;
@@ -256,7 +249,7 @@ mod tests {
         for p in AxisPermutation::all() {
             assert!(!seen.contains(&p), "{p:?} occurs twice");
             seen.push(p);
-            let g = p.applied(&f);
+            let g = f.permuted(&p);
             for v in lobe_testkit::directions() {
                 let s = Dir::from_unit(v);
                 let (got, expected) = (g.eval(p.apply_to_dir(s)), f.eval(s));
@@ -277,7 +270,7 @@ mod tests {
             };
             rotations += 1;
             assert_eq!(p.determinant(), 1, "{p:?} is a rotation");
-            let (a, b) = (p.applied(&f), rotation.rotated(&f));
+            let (a, b) = (f.permuted(&p), f.rotated(&rotation));
             let worst = (&a - &b).coefficients().iter().fold(0.0_f64, |worst, c| worst.max(c.abs()));
             assert!(worst < 1e-13, "{p:?}: permutation and rotation differ by {worst}");
         }
@@ -288,13 +281,13 @@ mod tests {
     fn permutations_that_keep_the_z_axis_are_exact() {
         let f = random();
         for p in AxisPermutation::all().filter(|p| p.matrix()[2][2] != 0) {
-            assert_eq!(p.inverse().applied(&p.applied(&f)), f, "{p:?} and back");
+            assert_eq!(f.permuted(&p).permuted(&p.inverse()), f, "{p:?} and back");
             let sorted = |f: &ShVec<f64>| {
                 let mut sizes: Vec<f64> = f.coefficients().iter().map(|c| c.abs()).collect();
                 sizes.sort_by(f64::total_cmp);
                 sizes
             };
-            assert_eq!(sorted(&p.applied(&f)), sorted(&f), "{p:?} only moves coefficients and changes signs");
+            assert_eq!(sorted(&f.permuted(&p)), sorted(&f), "{p:?} only moves coefficients and changes signs");
         }
     }
 
@@ -326,14 +319,14 @@ mod tests {
             -f[4],
             -half_root_3 * f[6] + 0.5 * f[8],
         ];
-        let by_permutation = AxisPermutation::Z_UP_FROM_Y_UP.applied(&f);
-        let by_rotation = Rotation::Z_UP_FROM_Y_UP.rotated(&f);
+        let by_permutation = f.permuted(&AxisPermutation::Z_UP_FROM_Y_UP);
+        let by_rotation = f.rotated(&Rotation::Z_UP_FROM_Y_UP);
         for i in 0..9 {
             for (route, g) in [("permutation", &by_permutation), ("rotation", &by_rotation)] {
                 assert!((g[i] - expected[i]).abs() < 1e-15, "{route}, {i}: {} against {}", g[i], expected[i]);
             }
         }
-        let back = AxisPermutation::Y_UP_FROM_Z_UP.applied(&by_permutation);
+        let back = by_permutation.permuted(&AxisPermutation::Y_UP_FROM_Z_UP);
         let worst = (&back - &f).coefficients().iter().fold(0.0_f64, |worst, c| worst.max(c.abs()));
         assert!(worst < 1e-14, "there and back changes {worst}");
     }

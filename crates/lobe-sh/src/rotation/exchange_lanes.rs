@@ -2,7 +2,7 @@
 
 use alloc::vec::Vec;
 
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use pulp::Simd;
 
 use crate::simd::Kernel;
@@ -42,7 +42,7 @@ impl<'a, const CHANNELS: usize> Exchange<'a, CHANNELS> {
 impl<const CHANNELS: usize> Kernel for Exchange<'_, CHANNELS> {
     type Output = ();
 
-    #[cfg(feature = "std")]
+    #[cfg(feature = "simd")]
     #[inline(always)]
     fn wide<S: Simd>(self, simd: S) {
         for parity in 0..2 {
@@ -79,7 +79,7 @@ impl<const CHANNELS: usize> Kernel for Exchange<'_, CHANNELS> {
 }
 
 /// The sums of `REGISTERS` registers of `m'` from the `k`-th on.
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 #[inline(always)]
 fn wide_sums<S: Simd, const REGISTERS: usize, const CHANNELS: usize>(
     simd: S,

@@ -2,10 +2,10 @@
 
 use crate::basis::index::{band_range, coefficient_count, order_of_slice};
 use crate::prelude::*;
-#[cfg(feature = "std")]
+use crate::rotation::band_matrices::{band_columns, first_entry};
+#[cfg(feature = "simd")]
 use crate::rotation::lane_rotation::rotate_planes;
-use crate::rotation::lane_rotation::{band_columns, first_entry};
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use crate::simd::Machine;
 use crate::{Coefficient, Real, Rotation};
 
@@ -139,12 +139,12 @@ impl<S: Real> RotationMatrices<S> {
         }
         let order = self.order_within((src.len() / count).isqrt());
         assert_eq!(src.len(), coefficient_count(order) * count, "expected n² coefficients of {count} functions");
-        #[cfg(feature = "std")]
+        #[cfg(feature = "simd")]
         let done = match (S::single_slice(&self.columns), T::single_slice(src), T::single_slice_mut(dst)) {
             (Some(columns), Some(src), Some(dst)) => rotate_planes(Machine::detect(), columns, order, count, src, dst),
             _ => 0,
         };
-        #[cfg(not(feature = "std"))]
+        #[cfg(not(feature = "simd"))]
         let done = 0;
         let whole_blocks = count - count % VECTOR_BLOCK;
         for l in 0..order {
@@ -164,6 +164,7 @@ impl<S: Real> RotationMatrices<S> {
     }
 
     /// All bands, each column after column.
+    #[cfg(feature = "batch")]
     pub(crate) fn columns(&self) -> &[S] {
         &self.columns
     }

@@ -1,8 +1,9 @@
 //! One rotation of many expansions, sixteen side by side in `f32`.
 
 use crate::basis::index::{band_range, coefficient_count};
+use crate::rotation::band_matrices::band_columns;
 use crate::simd::{Kernel, LANES, Lanes, Machine};
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use crate::simd::{Wide, constant};
 
 /// Turns `order²` blocks for each sixteen functions by one rotation, band by band:
@@ -20,16 +21,6 @@ pub(crate) fn rotate_blocks(machine: Machine, columns: &[f32], order: usize, src
     }
 }
 
-/// The number of entries of bands `0..l`: `Σ (2k+1)² = l(4l² - 1)/3`.
-pub(crate) const fn first_entry(l: usize) -> usize {
-    if l == 0 { 0 } else { l * (4 * l * l - 1) / 3 }
-}
-
-/// The matrix of band `l`.
-pub(crate) fn band_columns<S>(columns: &[S], l: usize) -> &[S] {
-    &columns[first_entry(l)..first_entry(l + 1)]
-}
-
 struct Rotate<'a> {
     columns: &'a [f32],
     order: usize,
@@ -40,7 +31,7 @@ struct Rotate<'a> {
 impl Kernel for Rotate<'_> {
     type Output = ();
 
-    #[cfg(feature = "std")]
+    #[cfg(feature = "simd")]
     #[inline(always)]
     fn wide<S: pulp::Simd>(self, simd: S) {
         let count = coefficient_count(self.order);
@@ -66,7 +57,7 @@ impl Kernel for Rotate<'_> {
 }
 
 /// Turns the blocks of sixteen functions. Bands up to 7, whose lengths the compiler then knows, are straight-line code.
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 #[inline(always)]
 fn rotate_group<S: pulp::Simd>(simd: S, columns: &[f32], order: usize, src: &[Lanes], dst: &mut [Lanes]) {
     dst[0] = src[0];
@@ -86,11 +77,11 @@ fn rotate_group<S: pulp::Simd>(simd: S, columns: &[f32], order: usize, src: &[La
 
 /// Groups of sixteen that are taken from all planes before the next: planes may be pages apart, and a page that is found once
 /// should be read for more than one line.
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 const TILE: usize = 8;
 
 /// Turns as many of `count` functions, given in planes, as are whole blocks, if the machine has code for it; their number.
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 pub(crate) fn rotate_planes(
     machine: Machine,
     columns: &[f32],
@@ -105,7 +96,7 @@ pub(crate) fn rotate_planes(
     machine.run(RotatePlanes { columns, order, count, src, dst })
 }
 
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 struct RotatePlanes<'a> {
     columns: &'a [f32],
     order: usize,
@@ -114,11 +105,11 @@ struct RotatePlanes<'a> {
     dst: &'a mut [f32],
 }
 
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 impl Kernel for RotatePlanes<'_> {
     type Output = usize;
 
-    #[cfg(feature = "std")]
+    #[cfg(feature = "simd")]
     #[inline(always)]
     fn wide<S: pulp::Simd>(self, simd: S) -> usize {
         let Self { columns, order, count, src, dst } = self;
@@ -152,7 +143,7 @@ impl Kernel for RotatePlanes<'_> {
 }
 
 /// The band of `SIDE` functions, if there is one below `order`.
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 #[inline(always)]
 fn band<S: pulp::Simd, const SIDE: usize>(simd: S, columns: &[f32], order: usize, src: &[Lanes], dst: &mut [Lanes]) {
     let l = SIDE / 2;
@@ -180,10 +171,10 @@ fn band<S: pulp::Simd, const SIDE: usize>(simd: S, columns: &[f32], order: usize
 }
 
 /// Rows of a high band that are summed together.
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 const ROWS: usize = 8;
 
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 #[inline(always)]
 fn high_band<S: pulp::Simd>(simd: S, part: usize, columns: &[f32], src: &[Lanes], dst: &mut [Lanes]) {
     let side = src.len();

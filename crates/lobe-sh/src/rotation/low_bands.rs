@@ -5,9 +5,9 @@ use crate::basis::index::{band_range, coefficient_count};
 use crate::rotation::closed_bands::{rotate_band_1, rotate_band_2};
 use crate::rotation::cos_sin::{CosSin, zyz_of};
 use crate::rotation::generated::{band_3, band_4, band_5, band_6, band_7};
-#[cfg(all(feature = "std", target_arch = "x86_64"))]
+#[cfg(all(feature = "simd", target_arch = "x86_64"))]
 use crate::rotation::register_bands::rotate_in_registers;
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use crate::rotation::term::Fused;
 use crate::rotation::term::Term;
 use crate::scalar::{TypedSlice, TypedSliceMut};
@@ -58,7 +58,7 @@ fn rotate_channels<S: Real>(rotate: fn(&Matrix, &[S], &mut [S]), matrix: &Matrix
 }
 
 fn rotate_singles(matrix: &Matrix, src: &[f32], dst: &mut [f32]) {
-    #[cfg(all(feature = "std", target_arch = "x86_64"))]
+    #[cfg(all(feature = "simd", target_arch = "x86_64"))]
     if let Some(v3) = Machine::detect().avx2()
         && rotate_in_registers(v3, matrix, src, dst)
     {
@@ -91,7 +91,7 @@ struct MiddleBands<'a, T> {
 impl<T: Coefficient> Kernel for LowBands<'_, T> {
     type Output = ();
 
-    #[cfg(feature = "std")]
+    #[cfg(feature = "simd")]
     #[inline(always)]
     fn wide<S: pulp::Simd>(self, _: S) {
         low_bands::<Fused<T>>(self.matrix, self.coefficients);
@@ -105,7 +105,7 @@ impl<T: Coefficient> Kernel for LowBands<'_, T> {
 impl<T: Coefficient> Kernel for MiddleBands<'_, T> {
     type Output = ();
 
-    #[cfg(feature = "std")]
+    #[cfg(feature = "simd")]
     #[inline(always)]
     fn wide<S: pulp::Simd>(self, _: S) {
         middle_bands::<Fused<T>>(self.angles, self.coefficients);

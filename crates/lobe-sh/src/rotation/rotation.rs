@@ -8,7 +8,7 @@ use crate::by_type::{by_type, of_each_type};
 use crate::rotation::cos_sin::{CosSin, zyz_of};
 use crate::rotation::low_bands::{FIRST_BAND_BY_TABLES, LOW_COUNT, rotate_low_bands};
 use crate::rotation::zyz::rotate_bands_by_tables;
-use crate::{Coefficient, Dir, Expansion, ShError};
+use crate::{Coefficient, Dir, ShError};
 
 /// The tolerance of the entries of `RᵀR` against the identity: matrices printed with four decimals, which are up to `√3 1e-4` off, and long
 /// products of `f32` matrices pass, a scale of 0.1 % or a shear does not.
@@ -37,7 +37,7 @@ const NEWTON_STEPS: usize = 3;
 ///
 /// // A light towards +x, turned by +90° about +z, lies towards +y.
 /// let light = ShL2::<f64>::impulse(Dir::X, 1.0);
-/// let turned = Rotation::from_axis_angle(Dir::Z, 90.0_f64.to_radians()).rotated(&light);
+/// let turned = light.rotated(&Rotation::from_axis_angle(Dir::Z, 90.0_f64.to_radians()));
 /// assert!((turned.eval(Dir::Y) - light.eval(Dir::X)).abs() < 1e-15);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -232,14 +232,6 @@ impl Rotation {
     /// If the length is no perfect square.
     pub fn apply_in_place<T: Coefficient>(&self, coefficients: &mut [T]) {
         by_type!(T: mut coefficients => apply_in_place(self, coefficients));
-    }
-
-    /// The rotated function.
-    #[must_use]
-    pub fn rotated<T: Coefficient, E: Expansion<T>>(&self, f: &E) -> E {
-        let mut g = f.clone();
-        self.apply_into(f.coefficients(), g.coefficients_mut());
-        g
     }
 
     /// [`zyz_of`] the matrix.

@@ -61,11 +61,11 @@ impl<T: Coefficient> Term for T {
 }
 
 /// A coefficient with fused multiply-adds, for kernels that run where the machine has them.
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 #[derive(Clone, Copy)]
 pub(crate) struct Fused<T>(T);
 
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 impl<T: Coefficient> Term for Fused<T> {
     type Value = T;
     type Scalar = T::Scalar;
@@ -91,7 +91,7 @@ impl<T: Coefficient> Term for Fused<T> {
     }
 }
 
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 impl<T: Coefficient> Add for Fused<T> {
     type Output = Self;
 
@@ -101,7 +101,7 @@ impl<T: Coefficient> Add for Fused<T> {
     }
 }
 
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 impl<T: Coefficient> Sub for Fused<T> {
     type Output = Self;
 
@@ -111,7 +111,7 @@ impl<T: Coefficient> Sub for Fused<T> {
     }
 }
 
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 impl<T: Coefficient> Neg for Fused<T> {
     type Output = Self;
 

@@ -111,11 +111,14 @@ fn rotate_with<T: Coefficient>(
         for l in (first_band..order).filter(|l| !MIDDLE_BANDS.contains(l)) {
             let (band, exchange) = (&mut coefficients[band_range(l)], table.band(l));
             // With a constant band the loops unroll, which saves much of the time at these sizes.
+            #[cfg(feature = "batch")]
             match l {
                 8 => rotate_band(8, &turns, exchange, band, &mut a, &mut b),
                 9 => rotate_band(9, &turns, exchange, band, &mut a, &mut b),
                 _ => rotate_band(l, &turns, exchange, band, &mut a, &mut b),
             }
+            #[cfg(not(feature = "batch"))]
+            rotate_band(l, &turns, exchange, band, &mut a, &mut b);
         }
     });
 }
@@ -201,7 +204,7 @@ mod tests {
         for _ in 0..100 {
             let rotation = Rotation::from_quaternion(random.quaternion()).unwrap();
             let f = ShVec::from_vec(random.signed_vec(9)).unwrap();
-            let closed = rotation.rotated(&f);
+            let closed = f.rotated(&rotation);
             let mut exchanged = f.clone();
             rotate_bands_zyz(rotation.zyz_cos_sin(), exchanged.coefficients_mut());
             for i in 0..9 {

@@ -1,9 +1,9 @@
 //! The instructions of the machine, and the kernels that use them.
 
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use alloc::format;
 
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use crate::error::ShError;
 
 /// The instructions by which kernels run: those of AVX-512, of AVX2 with fused multiply-adds, of NEON, or plain code.
@@ -28,11 +28,11 @@ pub struct Machine(Instructions);
 #[derive(Clone, Copy, Debug)]
 enum Instructions {
     Plain,
-    #[cfg(all(feature = "std", target_arch = "x86_64"))]
+    #[cfg(all(feature = "simd", target_arch = "x86_64"))]
     Avx2(pulp::x86::V3),
-    #[cfg(all(feature = "std", target_arch = "x86_64"))]
+    #[cfg(all(feature = "simd", target_arch = "x86_64"))]
     Avx512(pulp::x86::V4),
-    #[cfg(all(feature = "std", target_arch = "aarch64"))]
+    #[cfg(all(feature = "simd", target_arch = "aarch64"))]
     Neon(pulp::aarch64::Neon),
 }
 
@@ -43,7 +43,7 @@ pub trait Kernel {
 
     /// By lanes. To be marked `#[inline(always)]`, as all that it calls, or it is compiled without the instructions; closures
     /// cannot be marked, so that they have no place in it.
-    #[cfg(feature = "std")]
+    #[cfg(feature = "simd")]
     fn wide<S: pulp::Simd>(self, simd: S) -> Self::Output;
 
     /// In plain code.
@@ -57,12 +57,12 @@ impl Machine {
     /// The widest instructions of this machine that `LOBE_SIMD` allows. Asked for once; without the feature `std`, plain code.
     #[must_use]
     pub fn detect() -> Self {
-        #[cfg(feature = "std")]
+        #[cfg(feature = "simd")]
         {
             static WIDEST: std::sync::OnceLock<Machine> = std::sync::OnceLock::new();
             *WIDEST.get_or_init(|| Self::widest_within(std::env::var("LOBE_SIMD").ok().as_deref()))
         }
-        #[cfg(not(feature = "std"))]
+        #[cfg(not(feature = "simd"))]
         Self::PLAIN
     }
 
@@ -76,13 +76,13 @@ impl Machine {
     ///
     /// # Errors
     /// [`ShError::Options`] for another value, such as a typing error.
-    #[cfg(feature = "std")]
+    #[cfg(feature = "simd")]
     pub fn check_limit() -> Result<(), ShError> {
         std::env::var_os("LOBE_SIMD").map_or(Ok(()), |limit| check_name(&limit))
     }
 
     /// The widest instructions that are no wider than those named; the widest of all if no name is known.
-    #[cfg(feature = "std")]
+    #[cfg(feature = "simd")]
     fn widest_within(limit: Option<&str>) -> Self {
         let place = |name: &str| NAMES.iter().position(|known| *known == name);
         let first = limit.and_then(place).unwrap_or(0);
@@ -91,12 +91,12 @@ impl Machine {
 
     /// All that this machine has, from wide to narrow.
     pub fn available() -> impl Iterator<Item = Self> {
-        #[cfg(all(feature = "std", target_arch = "x86_64"))]
+        #[cfg(all(feature = "simd", target_arch = "x86_64"))]
         let wide =
             [pulp::x86::V4::try_new().map(Instructions::Avx512), pulp::x86::V3::try_new().map(Instructions::Avx2)];
-        #[cfg(all(feature = "std", target_arch = "aarch64"))]
+        #[cfg(all(feature = "simd", target_arch = "aarch64"))]
         let wide = [pulp::aarch64::Neon::try_new().map(Instructions::Neon)];
-        #[cfg(not(all(feature = "std", any(target_arch = "x86_64", target_arch = "aarch64"))))]
+        #[cfg(not(all(feature = "simd", any(target_arch = "x86_64", target_arch = "aarch64"))))]
         let wide = [None];
         wide.into_iter().flatten().chain([Instructions::Plain]).map(Self)
     }
@@ -106,17 +106,17 @@ impl Machine {
     pub fn name(self) -> &'static str {
         match self.0 {
             Instructions::Plain => "plain",
-            #[cfg(all(feature = "std", target_arch = "x86_64"))]
+            #[cfg(all(feature = "simd", target_arch = "x86_64"))]
             Instructions::Avx2(_) => "avx2",
-            #[cfg(all(feature = "std", target_arch = "x86_64"))]
+            #[cfg(all(feature = "simd", target_arch = "x86_64"))]
             Instructions::Avx512(_) => "avx512",
-            #[cfg(all(feature = "std", target_arch = "aarch64"))]
+            #[cfg(all(feature = "simd", target_arch = "aarch64"))]
             Instructions::Neon(_) => "neon",
         }
     }
 
     /// The same for [`pulp::WithSimd`], a computation that is its own plain code.
-    #[cfg(feature = "std")]
+    #[cfg(feature = "simd")]
     #[must_use]
     pub fn arch(self) -> pulp::Arch {
         match self.0 {
@@ -131,7 +131,7 @@ impl Machine {
     }
 
     /// AVX2 with fused multiply-adds, which machines with AVX-512 have too.
-    #[cfg(all(feature = "std", target_arch = "x86_64"))]
+    #[cfg(all(feature = "simd", target_arch = "x86_64"))]
     #[must_use]
     pub fn avx2(self) -> Option<pulp::x86::V3> {
         match self.0 {
@@ -152,11 +152,11 @@ impl Machine {
     pub fn run<K: Kernel>(self, kernel: K) -> K::Output {
         match self.0 {
             Instructions::Plain => kernel.plain(),
-            #[cfg(all(feature = "std", target_arch = "x86_64"))]
+            #[cfg(all(feature = "simd", target_arch = "x86_64"))]
             Instructions::Avx2(v3) => v3.vectorize(Job(v3, kernel)),
-            #[cfg(all(feature = "std", target_arch = "x86_64"))]
+            #[cfg(all(feature = "simd", target_arch = "x86_64"))]
             Instructions::Avx512(v4) => v4.vectorize(Job(v4, kernel)),
-            #[cfg(all(feature = "std", target_arch = "aarch64"))]
+            #[cfg(all(feature = "simd", target_arch = "aarch64"))]
             Instructions::Neon(neon) => pulp::Simd::vectorize(neon, Job(neon, kernel)),
         }
     }
@@ -167,11 +167,11 @@ impl Machine {
     /// is compiled once less.
     #[inline]
     pub(crate) fn run_scalar<K: Kernel>(self, kernel: K) -> K::Output {
-        #[cfg(all(feature = "std", target_arch = "x86_64"))]
+        #[cfg(all(feature = "simd", target_arch = "x86_64"))]
         if let Some(v3) = self.avx2() {
             return v3.vectorize(Job(v3, kernel));
         }
-        #[cfg(all(feature = "std", target_arch = "aarch64"))]
+        #[cfg(all(feature = "simd", target_arch = "aarch64"))]
         if let Instructions::Neon(neon) = self.0 {
             return pulp::Simd::vectorize(neon, Job(neon, kernel));
         }
@@ -180,10 +180,10 @@ impl Machine {
 }
 
 /// All instructions, from wide to narrow.
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 const NAMES: [&str; 4] = ["avx512", "avx2", "neon", "plain"];
 
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 fn check_name(limit: &std::ffi::OsStr) -> Result<(), ShError> {
     if limit.is_empty() || NAMES.iter().any(|known| limit == *known) {
         return Ok(());
@@ -195,10 +195,10 @@ fn check_name(limit: &std::ffi::OsStr) -> Result<(), ShError> {
 }
 
 /// A kernel with its instructions: a type, because closures are not compiled for them.
-#[cfg(all(feature = "std", any(target_arch = "x86_64", target_arch = "aarch64")))]
+#[cfg(all(feature = "simd", any(target_arch = "x86_64", target_arch = "aarch64")))]
 struct Job<S, K>(S, K);
 
-#[cfg(all(feature = "std", any(target_arch = "x86_64", target_arch = "aarch64")))]
+#[cfg(all(feature = "simd", any(target_arch = "x86_64", target_arch = "aarch64")))]
 impl<S: pulp::Simd, K: Kernel> pulp::NullaryFnOnce for Job<S, K> {
     type Output = K::Output;
 
@@ -208,7 +208,7 @@ impl<S: pulp::Simd, K: Kernel> pulp::NullaryFnOnce for Job<S, K> {
     }
 }
 
-#[cfg(all(test, feature = "std"))]
+#[cfg(all(test, feature = "simd"))]
 mod tests {
     use super::*;
 

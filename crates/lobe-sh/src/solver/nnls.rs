@@ -1,7 +1,9 @@
 //! NNLS: least squares in few unknowns, none of them negative.
 
 use crate::prelude::*;
-use nalgebra::{DMatrix, DVector};
+use crate::solver::cholesky::Cholesky;
+use crate::solver::matrix::{Matrix, largest};
+use crate::solver::singular_values::SingularValues;
 
 /// A problem `min |A x - b|²`, `x >= 0`, as the active-set method needs it.
 pub(crate) trait NnlsProblem {
@@ -79,8 +81,8 @@ fn step_to_boundary(passive: &[usize], x: &[f64], solution: &[f64]) -> Option<f6
 /// A problem given by its normal equations, `AᵀA` and `Aᵀb`. Equal columns, such as two lights in one direction, get
 /// equal solutions.
 pub(crate) struct NormalEquations<'a> {
-    pub(crate) gram: &'a DMatrix<f64>,
-    pub(crate) right: &'a DVector<f64>,
+    pub(crate) gram: &'a Matrix,
+    pub(crate) right: &'a [f64],
 }
 
 impl NnlsProblem for NormalEquations<'_> {
@@ -89,48 +91,42 @@ impl NnlsProblem for NormalEquations<'_> {
     }
 
     fn negative_gradient(&self, x: &[f64]) -> Vec<f64> {
-        (self.right - self.gram * DVector::from_column_slice(x)).as_slice().to_vec()
+        self.right.iter().zip(self.gram.times(x)).map(|(right, part)| right - part).collect()
     }
 
     fn tolerance(&self) -> f64 {
         /// As a fraction of the right-hand side.
         const TOLERANCE: f64 = 1e-13;
 
-        TOLERANCE * self.right.amax()
+        TOLERANCE * largest(self.right)
     }
 
     fn solve(&self, passive: &[usize]) -> Option<Vec<f64>> {
-        let gram = DMatrix::from_fn(passive.len(), passive.len(), |i, j| self.gram[(passive[i], passive[j])]);
-        let right = DVector::from_fn(passive.len(), |i, _| self.right[passive[i]]);
-        Some(least_squares_solution(&gram, &right).as_slice().to_vec())
+        let gram = Matrix::from_fn(passive.len(), passive.len(), |i, j| self.gram[(passive[i], passive[j])]);
+        let right: Vec<f64> = passive.iter().map(|k| self.right[*k]).collect();
+        Some(least_squares_solution(&gram, &right))
     }
 }
 
 /// The minimum of `xᵀGx - 2bᵀx`, of least norm where it is not unique.
-pub(crate) fn least_squares_solution(gram: &DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
+pub(crate) fn least_squares_solution(gram: &Matrix, right: &[f64]) -> Vec<f64> {
     /// Above this ratio of the smallest to the largest pivot the system is solved by Cholesky factorization, which
     /// loses no more than four digits.
     const WELL_CONDITIONED: f64 = 1e-4;
     /// A singular value below this fraction of the largest counts as zero.
     const RANK: f64 = 1e-13;
 
-    if gram.nrows() == 0 {
-        return DVector::zeros(0);
+    if let Some(cholesky) = Cholesky::new(gram.clone()).filter(|c| c.pivot_ratio() > WELL_CONDITIONED) {
+        return cholesky.solve(right);
     }
-    if let Some(cholesky) = gram.clone().cholesky() {
-        let diagonal = cholesky.l_dirty().diagonal();
-        if diagonal.min().powi(2) > WELL_CONDITIONED * diagonal.max().powi(2) {
-            return cholesky.solve(right);
-        }
-    }
-    let svd = gram.clone().svd(true, true);
-    let threshold = RANK * svd.singular_values.max();
-    svd.solve(right, threshold).unwrap_or_else(|_| DVector::zeros(gram.nrows()))
+    let svd = SingularValues::new(gram.clone());
+    svd.solve(right, RANK * svd.largest())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::solver::matrix::dot;
     use lobe_testkit::Random;
 
     #[test]
@@ -138,14 +134,12 @@ mod tests {
         let mut random = Random::new(4);
         for count in 1..=6 {
             for _ in 0..40 {
-                let a = DMatrix::from_fn(count + 2, count, |_, _| random.signed());
-                let gram = a.transpose() * &a;
-                let right = a.transpose() * DVector::from_fn(count + 2, |_, _| random.signed());
+                let columns: Vec<Vec<f64>> = (0..count).map(|_| random.signed_vec(count + 2)).collect();
+                let target = random.signed_vec(count + 2);
+                let gram = Matrix::from_fn(count, count, |i, j| dot(&columns[i], &columns[j]));
+                let right: Vec<f64> = columns.iter().map(|column| dot(column, &target)).collect();
                 let problem = NormalEquations { gram: &gram, right: &right };
-                let cost = |x: &[f64]| {
-                    let x = DVector::from_column_slice(x);
-                    (x.transpose() * &gram * &x)[0] - 2.0 * right.dot(&x)
-                };
+                let cost = |x: &[f64]| dot(x, &gram.times(x)) - 2.0 * dot(&right, x);
                 let x = nnls(&problem);
                 assert!(x.iter().all(|x| *x >= 0.0), "{x:?}");
                 for subset in 0..1_usize << count {
@@ -161,10 +155,9 @@ mod tests {
 
     #[test]
     fn equal_columns_share_and_nothing_is_nothing() {
-        let (gram, right) = (DMatrix::from_element(2, 2, 1.0), DVector::from_element(2, 1.0));
-        let x = least_squares_solution(&gram, &right);
-        assert!((x[0] - 0.5).abs() < 1e-14 && (x[1] - 0.5).abs() < 1e-14, "{x}");
-        let (gram, right) = (DMatrix::zeros(0, 0), DVector::zeros(0));
-        assert!(nnls(&NormalEquations { gram: &gram, right: &right }).is_empty(), "no unknowns");
+        let x = least_squares_solution(&Matrix::from_fn(2, 2, |_, _| 1.0), &[1.0; 2]);
+        assert!((x[0] - 0.5).abs() < 1e-14 && (x[1] - 0.5).abs() < 1e-14, "{x:?}");
+        let gram = Matrix::zeros(0, 0);
+        assert!(nnls(&NormalEquations { gram: &gram, right: &[] }).is_empty(), "no unknowns");
     }
 }

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use lobe_sh::{
     Coefficient as _, ContentWindow, Dir, Expansion as _, Rgb, Rotation, Sh, ShVec, SphereQuadrature, Window, Zonal,
-    optimal_linear_direction, windowed,
+    optimal_linear_direction,
 };
 use lobe_testkit::{Random, directions, fibonacci_sphere};
 
@@ -59,7 +59,7 @@ fn the_weight_is_one_at_the_light_and_zero_from_the_threshold_on() {
 fn the_blend_is_raw_towards_the_light_windowed_behind_it_and_between_them_elsewhere() {
     for (seed, window) in WINDOWS.into_iter().enumerate() {
         let f = random(6, seed as u64);
-        let smooth = windowed(&f, &window);
+        let smooth = f.windowed(&window);
         let content = ContentWindow::of(&f, window);
         let r = optimal_linear_direction(&f).unwrap();
         assert_eq!(content.dir, Some(r), "one direction for all channels, that of the luminance");
@@ -108,14 +108,14 @@ fn rotation_commutes_with_the_window_and_with_its_projection() {
     let projected = content.project(&f, 7);
     for seed in 0..20 {
         let rotation = Rotation::from_quaternion(Random::new(seed).quaternion()).unwrap();
-        let turned = rotation.rotated(&f);
+        let turned = f.rotated(&rotation);
         let turned_content = ContentWindow::of(&turned, WINDOWS[3]);
         for n in all_directions() {
             let [a, b] = [turned_content.eval(&turned, rotation.rotate_dir(n)), content.eval(&f, n)];
             // The infinite slope at the threshold makes 1e-9 of a rounding of 1e-16 a little further on.
             assert!(largest(a - b) < 1e-10, "turn {seed}, {n:?}: {a:?} against {b:?}");
         }
-        let difference = &turned_content.project(&turned, 7) - &rotation.rotated(&projected);
+        let difference = &turned_content.project(&turned, 7) - &projected.rotated(&rotation);
         let worst = difference.coefficients().iter().fold(0.0_f64, |m, c| m.max(largest(*c)));
         assert!(worst < 1e-12, "turn {seed}: the projections differ by {worst}");
     }
@@ -130,7 +130,7 @@ fn without_a_direction_the_window_is_everywhere() {
     for f in [flat, random(1, 2), ShVec::zero(3), ShVec::zero(0)] {
         let content = ContentWindow::of(&f, WINDOWS[0]);
         assert_eq!(content.dir, None, "{f:?}");
-        let smooth = windowed(&f, &WINDOWS[0]);
+        let smooth = f.windowed(&WINDOWS[0]);
         assert_eq!(content.project(&f, f.order()), smooth, "projected");
         for n in all_directions() {
             let [a, b] = [content.eval(&f, n), smooth.eval(n)];
@@ -203,7 +203,7 @@ fn suns_keep_their_peak_and_ring_less() {
         let sun = Dir::from_unit(*v);
         let f = ShVec::<f64>::impulse(6, sun, 1.0);
         for window in [lambda, WINDOWS[0]] {
-            let (smooth, content) = (windowed(&f, &window), ContentWindow::of(&f, window));
+            let (smooth, content) = (f.windowed(&window), ContentWindow::of(&f, window));
             let least = |g: &dyn Fn(Dir) -> f64| all_directions().map(g).fold(f64::INFINITY, f64::min);
             let [raw, blend] = [least(&|n| f.eval(n)), least(&|n| content.eval(&f, n))];
             assert!(blend > raw + 0.1, "{window}, {sun:?}: least value {blend}, raw {raw}");

@@ -1,8 +1,8 @@
 //! Dering by the table of windows: what it allows for, and where it ends.
 
 use lobe_sh::{
-    DeringMethod, DeringOutcome, Dir, Expansion, Rgb, ShVec, Zonal, conservative_minimum, convolved,
-    dering_table_factors, deringed, scale_bands_in_place,
+    DeringMethod, DeringOutcome, Dir, Expansion, Rgb, ShVec, Zonal, conservative_minimum, dering_table_factors,
+    scale_bands_in_place,
 };
 use lobe_testkit::{Random, directions};
 
@@ -14,9 +14,9 @@ fn the_table_allows_for_the_rounding_of_coefficients() {
     let cosine = Zonal::clamped_cosine(3);
     for v in &directions()[..SUNS] {
         for color in [Rgb::new(1.0, 0.9, 0.7), Rgb::new(3e4, 1e-3, 7.0), Rgb::new(0.1, 0.2, 0.3)] {
-            let sun = convolved(&ShVec::impulse(3, Dir::from_unit(*v), color), &cosine);
+            let sun = ShVec::impulse(3, Dir::from_unit(*v), color).convolved(&cosine);
             let f: ShVec<Rgb> = sun.map(|c| Rgb::new(c.r as f32, c.g as f32, c.b as f32));
-            let (_, report) = deringed(&f, &with(DeringMethod::Table));
+            let (_, report) = f.deringed_with(&with(DeringMethod::Table));
             assert_eq!(report.outcome, DeringOutcome::Windowed, "a sun towards {v:?}");
             for (c, min) in report.after.iter().enumerate() {
                 assert!(min.lo >= 0.0, "{color:?} towards {v:?}, channel {c}: {min:?}");
@@ -27,11 +27,11 @@ fn the_table_allows_for_the_rounding_of_coefficients() {
 
 #[test]
 fn the_table_ends_at_light() {
-    let (_, report) = deringed(&ShVec::<f64>::impulse(5, Dir::Z, 1.0), &with(DeringMethod::Table));
+    let (_, report) = ShVec::<f64>::impulse(5, Dir::Z, 1.0).deringed_with(&with(DeringMethod::Table));
     assert_eq!(report.outcome, DeringOutcome::BeyondTable, "five bands");
     let mut f = ShVec::<f64>::constant(3, 0.001);
     f[2] = 1.0;
-    let (_, report) = deringed(&f, &with(DeringMethod::Table));
+    let (_, report) = f.deringed_with(&with(DeringMethod::Table));
     assert_eq!(report.outcome, DeringOutcome::BeyondTable, "no light is that directional");
 }
 
@@ -44,8 +44,8 @@ fn the_irradiance_of_any_light_is_within_the_table() {
         for _ in 0..1 + case % 4 {
             light += &ShVec::impulse(3, Dir::try_from(random.direction()).unwrap(), random.unit().powi(3));
         }
-        let f = convolved(&light, &Zonal::clamped_cosine(3));
-        let (g, report) = deringed(&f, &with(DeringMethod::Table));
+        let f = light.convolved(&Zonal::clamped_cosine(3));
+        let (g, report) = f.deringed_with(&with(DeringMethod::Table));
         let is_done = matches!(report.outcome, DeringOutcome::Windowed | DeringOutcome::Unchanged);
         assert!(is_done && report.after[0].lo >= -1e-6 * g.mean(), "case {case}: {report:?}");
         let last = dering_table_factors(1.0);

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use lobe_sh::{
     Coefficient, Dir, Expansion as _, IrradianceEncoding, PackedIrradiance5, Rgb, Rotation, Sh, ShVec,
-    SphereQuadrature, Zh3, Zh3Axis, Zonal, convolved, encoding_error, eval_basis, tangent_frame,
+    SphereQuadrature, Zh3, Zh3Axis, Zonal, encoding_error, eval_basis, tangent_frame,
 };
 use lobe_testkit::{Random, directions, fibonacci_sphere};
 
@@ -177,7 +177,7 @@ fn encodings_turn_with_the_light_where_they_can() {
     for seed in 0..10 {
         let e = lamps(seed, 3, 6);
         let turn = Rotation::from_quaternion(random.quaternion()).unwrap();
-        let turned = turn.rotated(&e);
+        let turned = e.rotated(&turn);
         for encoding in IrradianceEncoding::ALL.into_iter().filter(|e| !e.is_hemispherical()) {
             let (f, g) = (encoding.encode(&e, Rotation::IDENTITY), encoding.encode(&turned, Rotation::IDENTITY));
             let error = directions()
@@ -197,7 +197,7 @@ fn encodings_turn_with_the_light_where_they_can() {
 fn hemispherical_encodings_turn_with_light_and_surface() {
     let e = lamps(3, 3, 6);
     let turn = Rotation::from_axis_angle(Dir::from_angles(0.7, 0.2), 1.9);
-    let turned = turn.rotated(&e);
+    let turned = e.rotated(&turn);
     for encoding in IrradianceEncoding::ALL.into_iter().filter(|e| e.is_hemispherical()) {
         let frame = tangent_frame(Dir::from_angles(2.0, -1.0));
         let (f, g) = (encoding.encode(&e, frame), encoding.encode(&turned, frame.then(turn)));
@@ -268,7 +268,7 @@ fn errors_are_those_of_their_definition() {
 fn order_5_is_the_irradiance_of_four_bands_towards_every_normal() {
     for seed in 0..5 {
         let radiance = random_expansion(seed, 5);
-        let e = convolved(&radiance, &Zonal::clamped_cosine(5));
+        let e = radiance.convolved(&Zonal::clamped_cosine(5));
         let encoded = IrradianceEncoding::Sh5.encode(&e, Rotation::IDENTITY);
         let packed = PackedIrradiance5::from_irradiance_sh(&e);
         // More bands are not kept, nor is what band 3 of a function that is no irradiance holds.

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use lobe_sh::{
     DeringOptions, Dir, ExpMethod, Expansion as _, Exponential, LOG_CLAMP, OptimalLinear, ShVec, Zonal, ZonalLogarithm,
-    deringed, logarithm, product, project,
+    logarithm, project,
 };
 use lobe_testkit::{Random, directions};
 
@@ -237,7 +237,7 @@ fn logarithms_that_are_nowhere_above_zero_never_brighten_the_mean_and_are_less_e
         // Of whole degrees: as many as are looked up.
         let below = |degrees: usize| {
             let minus = exact.of_sphere((degrees as f64).to_radians()).towards(Dir::Z, -1.0);
-            Zonal::about(Dir::Z, &deringed(&minus, &DeringOptions::default()).0.map(|c: f64| -c))
+            Zonal::about(Dir::Z, &minus.deringed_with(&DeringOptions::default()).0.map(|c: f64| -c))
         };
         let below: Vec<Zonal> = (0..=25).map(below).collect();
         let exponential = Exponential::new(order, ExpMethod::Grid);
@@ -367,7 +367,7 @@ fn the_exponential_of_a_sum_is_the_chain_of_products() {
 
 /// Spheres one after the other by truncated products.
 fn chain(order: usize, spheres: &[(Dir, f64)]) -> ShVec<f64> {
-    spheres.iter().fold(ShVec::constant(order, 1.0), |all, &(s, angle)| product(&all, &visible(order, s, angle), order))
+    spheres.iter().fold(ShVec::constant(order, 1.0), |all, &(s, angle)| all.product(&visible(order, s, angle), order))
 }
 
 /// Errors of the methods at orders 3 to 6 with 16 spheres that others measured with clusters of their own, in the order of

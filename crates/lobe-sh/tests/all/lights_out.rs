@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use lobe_sh::{
     Coefficient as _, Dir, Expansion as _, Light, LightChoice, LightFit, LightFitOptions, LightMetric, Normalization,
-    PeakSearch, Rgb, ShVec, Zonal, convolved, directional_normalization, extract_light, extract_light_per_channel,
-    extract_lights, fit_lights, optimal_linear_direction,
+    PeakSearch, Rgb, ShVec, Zonal, directional_normalization, extract_light, extract_light_per_channel, extract_lights,
+    fit_lights, optimal_linear_direction,
 };
 use lobe_testkit::{Random, directions};
 use nalgebra::{DMatrix, DVector};
@@ -22,7 +22,7 @@ fn normalized(order: usize, dir: Dir) -> ShVec<f64> {
 
 /// The reflected radiance: irradiance over π.
 fn reflected(f: &ShVec<f64>) -> ShVec<f64> {
-    &convolved(f, &Zonal::clamped_cosine(f.order())) * (1.0 / PI)
+    &f.convolved(&Zonal::clamped_cosine(f.order())) * (1.0 / PI)
 }
 
 fn probe(order: usize, lights: &Planted, ambient: Rgb<f64>) -> ShVec<Rgb<f64>> {

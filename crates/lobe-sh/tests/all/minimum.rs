@@ -163,7 +163,7 @@ fn rotation_turns_the_minimum_along() {
         let before = certified_minimum(f.coefficients(), TOLERANCE);
         for _ in 0..10 {
             let rotation = Rotation::from_quaternion(random.quaternion()).unwrap();
-            let after = certified_minimum(rotation.rotated(&f).coefficients(), TOLERANCE);
+            let after = certified_minimum(f.rotated(&rotation).coefficients(), TOLERANCE);
             let width = 2.0 * TOLERANCE * rms(&f);
             assert!((after.hi - before.hi).abs() < width, "order {order}: {before:?} became {after:?}");
             let angle = rotation.rotate_dir(before.dir).angle_to(after.dir);

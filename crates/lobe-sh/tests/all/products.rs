@@ -1,8 +1,8 @@
 //! Products of expansions by every route, against goldens, quadrature and the laws of algebra.
 
 use lobe_sh::{
-    Coefficient, Dir, Expansion, GauntTensor, Rgb, ShVec, Zonal, coefficient_count, product, product_into,
-    product_on_grid, project, square_into, zonal_product_into,
+    Coefficient, Dir, Expansion, GauntTensor, Rgb, ShVec, Zonal, coefficient_count, product_into, product_on_grid,
+    project, square_into, zonal_product_into,
 };
 use lobe_testkit::{Random, golden_f64s};
 use proptest::prelude::*;
@@ -41,7 +41,7 @@ fn golden_products_come_out() {
         assert_eq!(lobe_testkit::golden(&format!("/product/{n}/rule_b")), "((23i+5)%17-8)/8", "factor b");
         let (a, b) = (rule(37, 11, 19, 9.0, 10.0), rule(23, 5, 17, 8.0, 8.0));
         let golden = ShVec::from_vec(golden_f64s(&format!("/product/{n}/c"))).unwrap();
-        assert_close(&product(&a, &b, n), &golden, ERROR, &format!("order {n}"));
+        assert_close(&a.product(&b, n), &golden, ERROR, &format!("order {n}"));
     }
 }
 
@@ -53,36 +53,36 @@ fn products_equal_quadrature_at_every_mix_of_orders() {
             let expected = by_quadrature(&a, &b, 7);
             for n_out in 1..=7 {
                 let what = format!("orders {n_a} x {n_b} -> {n_out}");
-                assert_close(&product(&a, &b, n_out), &expected.resized(n_out), ERROR, &what);
+                assert_close(&a.product(&b, n_out), &expected.resized(n_out), ERROR, &what);
             }
         }
     }
     for [n_a, n_b, n_out] in [[9, 8, 10], [10, 10, 10], [11, 3, 4], [4, 4, 12], [16, 12, 14]] {
         let (a, b) = (random(n_a, 50), random(n_b, 51));
         let what = format!("orders {n_a} x {n_b} -> {n_out}");
-        assert_close(&product(&a, &b, n_out), &by_quadrature(&a, &b, n_out), ERROR, &what);
+        assert_close(&a.product(&b, n_out), &by_quadrature(&a, &b, n_out), ERROR, &what);
     }
 }
 
 #[test]
 fn order_64_products_are_exact_too() {
     let (a, b) = (random(64, 1), random(64, 2));
-    let full = product(&a, &b, 127);
+    let full = a.product(&b, 127);
     for v in lobe_testkit::directions() {
         let s = Dir::from_unit(v);
         let (mine, expected) = (full.eval(s), a.eval(s) * b.eval(s));
         // The values themselves reach some hundreds.
         assert!((mine - expected).abs() < 1e-9, "towards {v:?}: {mine} against {expected}");
     }
-    assert_close(&product(&a, &b, 64), &full.resized(64), 1e-11, "cut off at order 64");
+    assert_close(&a.product(&b, 64), &full.resized(64), 1e-11, "cut off at order 64");
 }
 
 #[test]
 fn products_without_coefficients_are_zero() {
     let nothing = ShVec::<f64>::zero(0);
-    assert_eq!(product(&nothing, &random(3, 1), 3), ShVec::zero(3), "a factor of order 0");
-    assert_eq!(product(&nothing, &random(11, 1), 3), ShVec::zero(3), "a factor of order 0 on a grid");
-    assert_eq!(product(&random(3, 1), &random(3, 2), 0), nothing, "a product of order 0");
+    assert_eq!(nothing.product(&random(3, 1), 3), ShVec::zero(3), "a factor of order 0");
+    assert_eq!(nothing.product(&random(11, 1), 3), ShVec::zero(3), "a factor of order 0 on a grid");
+    assert_eq!(random(3, 1).product(&random(3, 2), 0), nothing, "a product of order 0");
 }
 
 #[test]
@@ -91,12 +91,12 @@ fn squares_equal_products_with_itself() {
         let a = random(n, n as u64);
         let mut square = ShVec::zero(n);
         square_into(a.coefficients(), square.coefficients_mut());
-        assert_close(&square, &product(&a, &a, n), ERROR, &format!("order {n}"));
+        assert_close(&square, &a.product(&a, n), ERROR, &format!("order {n}"));
     }
     let a = random(3, 1);
     let mut square = ShVec::zero(5);
     square_into(a.coefficients(), square.coefficients_mut());
-    assert_close(&square, &product(&a, &a, 5), ERROR, "order 3, to order 5");
+    assert_close(&square, &a.product(&a, 5), ERROR, "order 3, to order 5");
 }
 
 #[test]
@@ -107,7 +107,7 @@ fn zonal_products_equal_products_with_the_expansion() {
             let (b, f) = (random(n, 7), zonal.towards(Dir::Z, 1.0));
             let mut mine = ShVec::zero(n);
             zonal_product_into(&zonal, b.coefficients(), mine.coefficients_mut());
-            assert_close(&mine, &product(&f, &b, n), ERROR, &format!("zonal order {n_z}, order {n}"));
+            assert_close(&mine, &f.product(&b, n), ERROR, &format!("zonal order {n_z}, order {n}"));
         }
     }
 }
@@ -116,7 +116,7 @@ fn zonal_products_equal_products_with_the_expansion() {
 fn the_unit_element_is_the_constant_1() {
     for n in 1..=12 {
         let f = random(n, n as u64);
-        assert_close(&product(&f, &ShVec::constant(n, 1.0), n), &f, ERROR, &format!("order {n}"));
+        assert_close(&f.product(&ShVec::constant(n, 1.0), n), &f, ERROR, &format!("order {n}"));
     }
 }
 
@@ -124,12 +124,12 @@ fn the_unit_element_is_the_constant_1() {
 fn truncated_products_do_not_associate() {
     for n in 2..=6 {
         let [f, g, h] = [1, 2, 3].map(|seed| random(n, seed));
-        let left = product(&product(&f, &g, n), &h, n);
-        let right = product(&f, &product(&g, &h, n), n);
+        let left = f.product(&g, n).product(&h, n);
+        let right = f.product(&g.product(&h, n), n);
         let largest = (0..coefficient_count(n)).map(|i| (left[i] - right[i]).abs()).fold(0.0, f64::max);
         assert!(largest > 1e-3, "order {n}: (f g) h and f (g h) differ by {largest} only");
-        let exact = product(&product(&f, &g, 2 * n - 1), &h, n);
-        assert_close(&product(&f, &product(&g, &h, 2 * n - 1), n), &exact, ERROR, "untruncated products associate");
+        let exact = f.product(&g, 2 * n - 1).product(&h, n);
+        assert_close(&f.product(&g.product(&h, 2 * n - 1), n), &exact, ERROR, "untruncated products associate");
     }
 }
 
@@ -140,7 +140,7 @@ fn a_grid_equals_a_chain_of_untruncated_products() {
         let slices: Vec<&[f64]> = factors.iter().map(Expansion::coefficients).collect();
         let mut chain = factors[0].clone();
         for factor in &factors[1..] {
-            chain = product(&chain, factor, chain.order() + factor.order() - 1);
+            chain = chain.product(factor, chain.order() + factor.order() - 1);
         }
         for n in [1, 3, chain.order(), chain.order() + 2] {
             let what = format!("orders {orders:?} -> {n}");
@@ -153,7 +153,7 @@ fn a_grid_equals_a_chain_of_untruncated_products() {
 fn a_chain_of_truncated_products_differs_from_the_grid() {
     let [f, g, h] = [1, 2, 3].map(|seed| random(4, seed));
     let grid = product_on_grid(&[f.coefficients(), g.coefficients(), h.coefficients()], 4);
-    let chain = product(&product(&f, &g, 4), &h, 4);
+    let chain = f.product(&g, 4).product(&h, 4);
     let largest = (0..16).map(|i| (grid[i] - chain[i]).abs()).fold(0.0, f64::max);
     assert!(largest > 1e-3, "they differ by {largest} only");
     let other_way = product_on_grid(&[h.coefficients(), f.coefficients(), g.coefficients()], 4);
@@ -222,8 +222,8 @@ proptest! {
     #[test]
     fn products_commute_and_distribute(n in 1..=7_usize, seed: u64) {
         let [f, g, h] = [0, 1, 2].map(|k| random(n, seed.wrapping_add(k)));
-        let commuted = (&product(&f, &g, n), &product(&g, &f, n));
-        let distributed = (&product(&f, &(&g + &h), n), &(&product(&f, &g, n) + &product(&f, &h, n)));
+        let commuted = (&f.product(&g, n), &g.product(&f, n));
+        let distributed = (&f.product(&(&g + &h), n), &(&f.product(&g, n) + &f.product(&h, n)));
         for (what, (x, y)) in [("f g = g f", commuted), ("f (g + h) = f g + f h", distributed)] {
             for i in 0..coefficient_count(n) {
                 prop_assert!((x[i] - y[i]).abs() < ERROR, "{what}, {i}: {} against {}", x[i], y[i]);

@@ -1,7 +1,7 @@
 //! Identities between the operations, for any order, expansion and rotation.
 
 use lobe_sh::{
-    Dir, Expansion as _, Rotation, ShVec, SphereQuadrature, Zonal, complex_from_real, convolved, eval_with_gradient,
+    Dir, Expansion as _, Rotation, ShVec, SphereQuadrature, Zonal, complex_from_real, eval_with_gradient,
     least_squares, real_from_complex,
 };
 use lobe_testkit::fibonacci_sphere;
@@ -42,13 +42,13 @@ proptest! {
 
     #[test]
     fn convolution_commutes_with_rotation(f in expansion(), kernel in zonal(), turn in rotation()) {
-        let (a, b) = (convolved(&turn.rotated(&f), &kernel), turn.rotated(&convolved(&f, &kernel)));
+        let (a, b) = (f.rotated(&turn).convolved(&kernel), f.convolved(&kernel).rotated(&turn));
         prop_assert!(distance(&a, &b) < TOLERANCE, "{a:?} against {b:?}");
     }
 
     #[test]
     fn rotation_keeps_dot_products(f in expansion(), g in expansion(), turn in rotation()) {
-        let (before, after) = (f.dot(&g), turn.rotated(&f).dot(&turn.rotated(&g)));
+        let (before, after) = (f.dot(&g), f.rotated(&turn).dot(&g.rotated(&turn)));
         prop_assert!((before - after).abs() < TOLERANCE, "{before} became {after}");
     }
 
@@ -62,7 +62,7 @@ proptest! {
     #[test]
     fn gradients_turn_with_the_function(f in expansion(), turn in rotation(), s in dir()) {
         let (value, gradient) = eval_with_gradient(&f, s);
-        let (turned_value, turned) = eval_with_gradient(&turn.rotated(&f), turn.rotate_dir(s));
+        let (turned_value, turned) = eval_with_gradient(&f.rotated(&turn), turn.rotate_dir(s));
         prop_assert!((value - turned_value).abs() < TOLERANCE, "value {value} became {turned_value}");
         for (row, found) in turn.matrix().iter().zip(turned) {
             let expected: f64 = row.iter().zip(gradient).map(|(r, g)| r * g).sum();
@@ -72,7 +72,7 @@ proptest! {
 
     #[test]
     fn a_lobe_turns_as_its_axis_does(h in zonal(), axis in dir(), turn in rotation()) {
-        let (a, b) = (h.towards(turn.rotate_dir(axis), 1.0), turn.rotated(&h.towards(axis, 1.0)));
+        let (a, b) = (h.towards(turn.rotate_dir(axis), 1.0), h.towards(axis, 1.0).rotated(&turn));
         prop_assert!(distance(&a, &b) < TOLERANCE, "{a:?} against {b:?}");
     }
 

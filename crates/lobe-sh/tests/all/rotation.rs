@@ -62,7 +62,7 @@ fn rotated_by_matrices(rotation: &Rotation, f: &ShVec<f64>) -> ShVec<f64> {
 
 fn check_routes(rotation: &Rotation, order: usize, with_quadrature: bool) {
     let f = random_expansion(order, order as u64);
-    let by_swaps = rotation.rotated(&f);
+    let by_swaps = f.rotated(rotation);
     let by_matrices = rotated_by_matrices(rotation, &f);
     let error = worst_difference(by_swaps.coefficients(), by_matrices.coefficients());
     assert!(error < TOLERANCE, "order {order}, {rotation:?}: exchanges and matrices differ by {error:e}");
@@ -154,7 +154,7 @@ fn orders_above_64_rotate_too() {
     let f = random_expansion(order, 3);
     let rotation = Rotation::from_euler_zyz(0.5, 1.0, 2.0);
     let error =
-        worst_difference(rotation.rotated(&f).coefficients(), rotated_by_matrices(&rotation, &f).coefficients());
+        worst_difference(f.rotated(&rotation).coefficients(), rotated_by_matrices(&rotation, &f).coefficients());
     assert!(error < TOLERANCE, "order {order}: exchanges and matrices differ by {error:e}");
 }
 
@@ -163,7 +163,7 @@ fn rotation_commutes_with_evaluation() {
     for (order, count) in [(1, 4), (3, 4), (6, 4), (16, 2), (64, 1), (256, 1)] {
         let f = random_expansion(order, 50 + order as u64);
         for rotation in rotations(count).iter().step_by(if order > 16 { 9 } else { 1 }) {
-            let g = rotation.rotated(&f);
+            let g = f.rotated(rotation);
             for v in directions() {
                 let s = Dir::from_unit(v);
                 let (got, expected) = (g.eval(rotation.rotate_dir(s)), f.eval(s));
@@ -177,7 +177,7 @@ fn rotation_commutes_with_evaluation() {
 #[test]
 fn a_light_towards_x_turned_by_90_degrees_about_z_lies_towards_y() {
     let light = ShVec::impulse(8, Dir::X, 1.0);
-    let turned = Rotation::from_axis_angle(Dir::Z, FRAC_PI_2).rotated(&light);
+    let turned = light.rotated(&Rotation::from_axis_angle(Dir::Z, FRAC_PI_2));
     let expected = ShVec::impulse(8, Dir::Y, 1.0);
     let error = worst_difference(turned.coefficients(), expected.coefficients());
     assert!(error < 1e-14, "off by {error:e}");
@@ -196,7 +196,7 @@ fn the_golden_rotation_is_reproduced() {
     // a_i = ((37 i + 11) mod 19 - 9) / 10
     let f = ShVec::from_vec((0..36).map(|i| ((37 * i + 11) % 19 - 9) as f64 / 10.0).collect()).unwrap();
     let expected = golden_f64s("/rotation/out");
-    for (route, g) in [("exchanges", rotation.rotated(&f)), ("matrices", rotated_by_matrices(&rotation, &f))] {
+    for (route, g) in [("exchanges", f.rotated(&rotation)), ("matrices", rotated_by_matrices(&rotation, &f))] {
         let error = worst_difference(g.coefficients(), &expected);
         assert!(error < 1e-12, "{route}: off by {error:e}");
     }
@@ -208,10 +208,10 @@ fn rotations_of_functions_compose_and_invert() {
         let f = random_expansion(order, 9);
         let all = rotations(6);
         for (a, b) in all.iter().zip(all.iter().rev()) {
-            let (one, two) = (a.then(*b).rotated(&f), b.rotated(&a.rotated(&f)));
+            let (one, two) = (f.rotated(&a.then(*b)), f.rotated(a).rotated(b));
             let error = worst_difference(one.coefficients(), two.coefficients());
             assert!(error < TOLERANCE, "order {order}, {a:?} then {b:?}: {error:e}");
-            let back = a.inverse().rotated(&a.rotated(&f));
+            let back = f.rotated(a).rotated(&a.inverse());
             let error = worst_difference(back.coefficients(), f.coefficients());
             assert!(error < TOLERANCE, "order {order}, {a:?} and back: {error:e}");
         }
@@ -222,7 +222,7 @@ fn rotations_of_functions_compose_and_invert() {
 fn the_energy_of_every_band_is_kept() {
     let f = random_expansion(64, 13);
     for rotation in rotations(3) {
-        let (before, after) = (f.band_energies(), rotation.rotated(&f).band_energies());
+        let (before, after) = (f.band_energies(), f.rotated(&rotation).band_energies());
         for (l, (a, b)) in before.iter().zip(&after).enumerate() {
             assert!((a - b).abs() < 1e-12 * a.max(1.0), "band {l}: {a} became {b}");
         }
@@ -289,7 +289,7 @@ fn a_zonal_lobe_turns_with_its_axis() {
     let upright = lobe.towards(Dir::Z, 1.0);
     for rotation in rotations(20) {
         let expected = lobe.towards(rotation.rotate_dir(Dir::Z), 1.0);
-        let turned: ShVec<f64> = rotation.rotated(&upright);
+        let turned: ShVec<f64> = upright.rotated(&rotation);
         let error = worst_difference(turned.coefficients(), expected.coefficients());
         assert!(error < 1e-12, "{rotation:?}: off by {error:e}");
     }
@@ -303,7 +303,7 @@ fn sums_of_zonal_lobes_turn_with_their_axes() {
     let band =
         |v: &ShVec<f64>, l: usize| nalgebra::DVector::from_row_slice(&v.coefficients()[l * l..(l + 1) * (l + 1)]);
     for rotation in rotations(4) {
-        let turned = rotation.rotated(&f);
+        let turned = f.rotated(&rotation);
         for l in 0..bands {
             let angles = golden_f64s(&format!("/zonal_lobes/bands/{l}"));
             let axes: Vec<Dir> = angles.chunks(2).map(|pair| Dir::from_angles(pair[0], pair[1])).collect();
@@ -328,11 +328,11 @@ fn f32_and_colors_follow_f64() {
         let single = f.map(|c| c as f32);
         let color = f.map(|c| Rgb::new(c, -2.0 * c, 0.5 * c));
         for rotation in rotations(2).iter().step_by(3) {
-            let g = rotation.rotated(&f);
+            let g = f.rotated(rotation);
             let matrices = RotationMatrices::<f32>::new(rotation, order);
             let mut by_matrices = ShVec::<f32>::zero(order);
             matrices.apply_into(single.coefficients(), by_matrices.coefficients_mut());
-            let (g_single, g_color) = (rotation.rotated(&single), rotation.rotated(&color));
+            let (g_single, g_color) = (single.rotated(rotation), color.rotated(rotation));
             for i in 0..f.coefficients().len() {
                 for g_single in [g_single[i], by_matrices[i]] {
                     // Rounding of f32 in sums of some ten terms of size 1.
@@ -388,9 +388,9 @@ fn planes_of_any_length_are_turned_to_their_end() {
 fn a_band_turns_the_same_whatever_the_order() {
     let f = random_expansion(20, 37);
     let rotation = Rotation::from_euler_zyz(-0.7, 0.9, 2.5);
-    let whole = rotation.rotated(&f);
+    let whole = f.rotated(&rotation);
     for order in 0..20 {
-        assert_eq!(rotation.rotated(&f.resized(order)), whole.resized(order), "order {order}");
+        assert_eq!(f.resized(order).rotated(&rotation), whole.resized(order), "order {order}");
     }
-    assert_eq!(rotation.rotated(&ShL3::<f64>::from_slice(f.coefficients())), ShL3::from_slice(whole.coefficients()));
+    assert_eq!(ShL3::<f64>::from_slice(f.coefficients()).rotated(&rotation), ShL3::from_slice(whole.coefficients()));
 }

@@ -1,13 +1,10 @@
 //! Windows of the irradiance of a sun, where three bands have closed forms.
 
-use lobe_sh::{
-    Dir, Expansion as _, ShVec, Window, Zonal, certified_maximum, certified_minimum, convolved, scale_bands_in_place,
-    windowed,
-};
+use lobe_sh::{Dir, Expansion as _, ShVec, Window, Zonal, certified_maximum, certified_minimum, scale_bands_in_place};
 
 /// The irradiance of a sun under factors `w_1` and `w_2`, in units of its mean.
 fn irradiance_of_sun(w: [f64; 2]) -> ShVec<f64> {
-    let mut f = convolved(&ShVec::<f64>::impulse(3, Dir::from_angles(0.8, 2.0), 4.0), &Zonal::clamped_cosine(3));
+    let mut f = ShVec::<f64>::impulse(3, Dir::from_angles(0.8, 2.0), 4.0).convolved(&Zonal::clamped_cosine(3));
     scale_bands_in_place(f.coefficients_mut(), &[1.0, w[0], w[1]]);
     f
 }
@@ -55,7 +52,7 @@ fn the_edge_of_non_negative_factors_has_its_known_points() {
 fn the_window_of_punctual_lights_leaves_their_known_extremes() {
     let window = Window::PunctualLight;
     let bare = irradiance_of_sun([1.0, 1.0]);
-    let f = windowed(&bare, &window);
+    let f = bare.windowed(&window);
     // 1 + 1.84 z + 0.9125 (3z² - 1)/2, lowest at z = -0.672.
     let known = 0.54375 - 1.84 * 1.84 / (4.0 * 1.36875);
     assert!((least(&f) - known).abs() < 1e-12 && (known + 0.0746).abs() < 5e-5, "{} against {known}", least(&f));

@@ -70,7 +70,7 @@ fn a_chain_of_fields_is_near_what_rays_see_through_all_entities() {
         let one = ShadowFields::new(ORDER, &entities(field, &[*placement]), all_of_it()).unwrap();
         let own = [0.3, -1.4, 0.8];
         let found = one.visibility_at(placement.to_world(own).map(|c| c as f32), None, None).unwrap();
-        let expected = placement.rotation().rotated(&field.visibility_at(own, RadialInterpolation::Linear));
+        let expected = field.visibility_at(own, RadialInterpolation::Linear).rotated(placement.rotation());
         for i in 0..ORDER * ORDER {
             assert!((found[i] - expected[i]).abs() < 1e-4, "{i}: {} against {}", found[i], expected[i]);
         }
@@ -93,11 +93,7 @@ fn a_chain_is_the_plain_loop_nearest_first() {
         for q in order {
             let seen = field.visibility_at(q.to_own(p.map(f64::from)), RadialInterpolation::Linear);
             let mut product = ShVec::zero(ORDER);
-            product_into(
-                visible.coefficients(),
-                q.rotation().rotated(&seen).coefficients(),
-                product.coefficients_mut(),
-            );
+            product_into(visible.coefficients(), seen.rotated(q.rotation()).coefficients(), product.coefficients_mut());
             visible = product;
         }
         let found = fields.visibility_at(p, None, None).unwrap();
@@ -294,7 +290,7 @@ fn a_frame_of_ones_own_needs_no_turned_vectors() {
     let world: Vec<[f32; 3]> = positions.iter().map(|p| frame.to_world(p.map(f64::from)).map(|c| c as f32)).collect();
     let turn = |n: &[f32; 3]| frame.rotation().rotate_dir(Dir::from_f32(*n).unwrap()).to_array().map(|c| c as f32);
     let world_normals: Vec<[f32; 3]> = normals.iter().map(turn).collect();
-    let light_in_frame = frame.rotation().inverse().rotated(&ShVec::from_vec(light()).unwrap());
+    let light_in_frame = ShVec::from_vec(light()).unwrap().rotated(&frame.rotation().inverse());
     let expected = in_world.shade(&ShadowReceivers::new(&world, &world_normals).unwrap(), &light()).unwrap();
     let found =
         in_frame.shade(&ShadowReceivers::new(&positions, &normals).unwrap(), light_in_frame.coefficients()).unwrap();

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use eframe::egui::{Color32, Slider, SliderClamping, Ui, vec2};
-use lobe::sh::{AmbientCube, Dir, Expansion as _, Sh, ShL2, Zonal, convolved};
+use lobe::sh::{AmbientCube, Dir, Expansion as _, Sh, ShL2, Zonal};
 
 use crate::rooms::functions::edits::FunctionsEdits;
 use crate::rooms::functions::figures::{Pair, Stand, in_rows};
@@ -23,7 +23,7 @@ pub(crate) fn controls(ui: &mut Ui, edits: &mut FunctionsEdits) {
 /// Irradiance under light from one direction, to order 3.
 #[must_use]
 pub(crate) fn irradiance(light: Dir) -> Sh<9, f64> {
-    convolved(&ShL2::impulse(light, 1.0), &Zonal::clamped_cosine(3))
+    ShL2::impulse(light, 1.0).convolved(&Zonal::clamped_cosine(3))
 }
 
 pub(crate) fn show(ui: &mut Ui, edits: &FunctionsEdits, stand: &mut Stand<'_>) {

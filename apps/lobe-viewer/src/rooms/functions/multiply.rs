@@ -1,7 +1,7 @@
 //! The product of two functions.
 
 use eframe::egui::{Slider, Ui};
-use lobe::sh::{Expansion as _, product};
+use lobe::sh::Expansion as _;
 
 use crate::rooms::functions::edits::FunctionsEdits;
 use crate::rooms::functions::figures::Stand;
@@ -16,8 +16,8 @@ pub(crate) fn controls(ui: &mut Ui, edits: &mut FunctionsEdits) {
 
 pub(crate) fn show(ui: &mut Ui, edits: &FunctionsEdits, stand: &mut Stand<'_>) {
     let (f, g) = (edits.function(), edits.other_factor());
-    let kept = product(&f, &g, edits.order);
-    let all = product(&f, &g, 2 * edits.order - 1);
+    let kept = f.product(&g, edits.order);
+    let all = f.product(&g, 2 * edits.order - 1);
     for (number, (name, f)) in [("f", &f), ("g", &g), ("f g", &kept)].into_iter().enumerate() {
         row(ui, stand, number, name, (f, None));
     }

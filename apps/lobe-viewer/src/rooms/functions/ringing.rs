@@ -1,7 +1,7 @@
 //! A light that rings, and what ends it.
 
 use eframe::egui::{Color32, Slider, Ui, vec2};
-use lobe::sh::{Dir, Expansion as _, ShVec, Zonal, certified_minimum, convolved, scale_bands_in_place};
+use lobe::sh::{Dir, Expansion as _, ShVec, Zonal, certified_minimum, scale_bands_in_place};
 
 use crate::rooms::functions::edits::FunctionsEdits;
 use crate::rooms::functions::figures::Stand;
@@ -25,7 +25,7 @@ pub(crate) fn show(ui: &mut Ui, edits: &FunctionsEdits, stand: &mut Stand<'_>) {
     scale_bands_in_place(after.coefficients_mut(), &factors);
     row(ui, stand, 0, "the light", (&before, None));
     row(ui, stand, 1, "the light, tamed", (&after, Some(&before)));
-    let received = |f: &ShVec<f64>| convolved(f, &Zonal::clamped_cosine(edits.order));
+    let received = |f: &ShVec<f64>| f.convolved(&Zonal::clamped_cosine(edits.order));
     let irradiance = [received(&before), received(&after)];
     for (name, f) in [
         ("Minimum", &before),

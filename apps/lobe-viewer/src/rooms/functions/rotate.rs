@@ -19,7 +19,7 @@ pub(crate) fn controls(ui: &mut Ui, edits: &mut FunctionsEdits) {
 
 pub(crate) fn show(ui: &mut Ui, edits: &FunctionsEdits, stand: &mut Stand<'_>) {
     let before = edits.function();
-    let after = edits.rotation().rotated(&before);
+    let after = before.rotated(&edits.rotation());
     row(ui, stand, 0, "f", (&before, None));
     row(ui, stand, 1, "f turned", (&after, Some(&before)));
     numbers(ui, "f turned", &after);

@@ -399,7 +399,7 @@ impl MotionRoom {
             self.clock.advance(ctx, cast.span);
         }
         let order = self.edits.order.min(cast.most_order);
-        let light = self.edits.rotation().rotated(self.light.of(sky, order, self.edits.taming));
+        let light = self.light.of(sky, order, self.edits.taming).rotated(&self.edits.rotation());
         let asked = self.edits.asks(self.clock.time, light);
         // What needs other bakes need not wait for those that are under way.
         let is_free = !self.is_waiting || self.asked.as_ref().is_some_and(|before| before.needs_other_bakes(&asked));

@@ -50,7 +50,7 @@ impl SceneLight {
     fn turned_sky(&mut self, edits: &SceneEdits, sky: Option<&OpenedSky>) -> ShVec<Rgb<f64>> {
         let Some(sky) = sky else { return ShVec::zero(edits.order) };
         let tamed = self.sky.of(sky, edits.order, edits.taming);
-        edits.rotation().rotated(tamed).map(|c| c.scale(edits.sky_strength))
+        tamed.rotated(&edits.rotation()).map(|c| c.scale(edits.sky_strength))
     }
 
     fn tamed_lamps(&mut self, edits: &SceneEdits) -> &ShVec<Rgb<f64>> {

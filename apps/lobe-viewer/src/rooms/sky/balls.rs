@@ -7,8 +7,7 @@ use lobe::env::DfgTable;
 use lobe::image::Tone;
 use lobe::render::{Ball, Camera, Exhibit, Shading, SurfacePoint, View};
 use lobe::sh::{
-    Coefficient as _, Dir, Expansion as _, IrradianceEncoding, Rgb, ShVec, Zonal, convolved, encoding_error,
-    even_directions,
+    Coefficient as _, Dir, Expansion as _, IrradianceEncoding, Rgb, ShVec, Zonal, encoding_error, even_directions,
 };
 
 use crate::rooms::sky::findings::Findings;
@@ -73,7 +72,7 @@ impl Balls {
     pub(crate) fn techniques(&mut self, ui: &mut Ui, view: &BallView<'_>, ready: &[Technique]) -> Vec<Response> {
         let mut responses = Vec::new();
         // Errors are those under the sky at rest, where the truth need not be summed again.
-        let [light, irradiance] = [&view.found.light, &view.found.irradiance].map(|f| view.found.back().rotated(f));
+        let [light, irradiance] = [&view.found.light, &view.found.irradiance].map(|f| f.rotated(&view.found.back()));
         self.techniques.resize_with(ready.len().max(self.techniques.len()), PictureView::default);
         for (number, surface) in Surface::ALL.into_iter().enumerate() {
             ui.strong(surface.title());
@@ -113,7 +112,7 @@ impl Balls {
     /// Matte balls by each encoding of the irradiance, with its numbers and its error.
     pub(crate) fn encodings(&mut self, ui: &mut Ui, view: &BallView<'_>, light: &ShVec<Rgb<f64>>) -> Vec<Response> {
         let version = view.found.version;
-        let irradiance = convolved(light, &Zonal::clamped_cosine(light.order()));
+        let irradiance = light.convolved(&Zonal::clamped_cosine(light.order()));
         if self.errors.as_ref().is_none_or(|errors| errors.version != version) {
             let truth: Vec<_> = even_directions(DIRECTIONS).map(|n| (n, irradiance.eval(n))).collect();
             let error = |encoding| encoding_error(encoding, &irradiance, &truth).rms;
@@ -182,8 +181,8 @@ impl<'a> ByExpansion<'a> {
         let matte = |albedo: f64| irradiance.map(|c| c.scale(albedo * FRAC_1_PI));
         let light = match surface {
             Surface::Mirror | Surface::Bumpy | Surface::Ring => light.clone(),
-            Surface::Glossy => convolved(light, &Zonal::ggx(order, ALPHA)),
-            Surface::Highlights => convolved(light, &Zonal::phong(order, EXPONENT)).map(|c| c.scale(K_S)),
+            Surface::Glossy => light.convolved(&Zonal::ggx(order, ALPHA)),
+            Surface::Highlights => light.convolved(&Zonal::phong(order, EXPONENT)).map(|c| c.scale(K_S)),
             Surface::Matte => matte(1.0),
         };
         let below = (surface == Surface::Highlights).then(|| matte(K_D));

@@ -7,7 +7,7 @@ use lobe::image::{Picture, compare};
 use lobe::render::{lat_long_picture, lat_long_picture_of};
 use lobe::sh::{
     Coefficient as _, Dir, Expansion as _, Extremum, LightFit, LightFitOptions, Rgb, Rotation, ShVec, Zonal,
-    certified_minimum, convolved, extract_lights,
+    certified_minimum, extract_lights,
 };
 
 use crate::loading::sky_source::OpenedSky;
@@ -64,7 +64,7 @@ impl Findings {
     }
 
     fn find(sky: &OpenedSky, picture: Picture, (edits, turn): (&SkyEdits, Rotation), version: u64) -> Self {
-        let light = turn.rotated(&edits.replaced(edits.taming.tamed(&sky.light.resized(edits.order))));
+        let light = edits.replaced(edits.taming.tamed(&sky.light.resized(edits.order))).rotated(&turn);
         let luminance = light.map(Rgb::luminance);
         let reconstruction = lat_long_picture_of(SIZE[0], SIZE[1], &light);
         let options = LightFitOptions::default().count(edits.lights);
@@ -75,7 +75,7 @@ impl Findings {
             key: Key::of(edits),
             turn,
             back: turn.inverse(),
-            irradiance: convolved(&light, &Zonal::clamped_cosine(edits.order)),
+            irradiance: light.convolved(&Zonal::clamped_cosine(edits.order)),
             minimum: certified_minimum(luminance.coefficients(), TOLERANCE),
             lights: if edits.lights > 0 { extract_lights(&light, &options).ok() } else { None },
             error: compare(reconstruction.pixels(), picture.pixels()).rmse / mean.max(1e-12),
@@ -89,7 +89,7 @@ impl Findings {
 
     /// The expansion of the sky to the highest order, turned and nothing else.
     pub(crate) fn whole_light(&self) -> ShVec<Rgb<f64>> {
-        self.turn.rotated(&self.whole)
+        self.whole.rotated(&self.turn)
     }
 
     /// The radiance of the sky, turned.

@@ -377,7 +377,7 @@ impl SkyRoom {
         }
         let mut light = found.light.clone();
         light.coefficients_mut()[number] = value;
-        let (light, l) = (found.back().rotated(&light), number.isqrt());
+        let (light, l) = (light.rotated(&found.back()), number.isqrt());
         for k in l * l..(l + 1) * (l + 1) {
             self.edits.replace(k, light.coefficients()[k]);
         }

@@ -12,7 +12,7 @@ use lobe::render::{
     BlinnNewell, BruteForceReflection, CubeMapped, Glossy, HighlightMap, MatteByMap, MatteBySh, Paraboloids,
     ReflectionSpace, Shading, SphereMapped, SurfacePoint, highlights_of_lights, irradiance_of_lights,
 };
-use lobe::sh::{Coefficient as _, Dir, Expansion as _, IrradiancePolynomial, Rgb, Zonal, convolved};
+use lobe::sh::{Coefficient as _, Dir, Expansion as _, IrradiancePolynomial, Rgb, Zonal};
 
 use crate::loading::sky_source::OpenedSky;
 use crate::loading::task::{Control, Task, TaskEvent};
@@ -241,7 +241,7 @@ fn matte(map: &Arc<MappedMap>, rough: &CubeMap) -> Vec<Named> {
     };
     let truth = EnvMap::from_fn(2 * MATTE_ROWS, MATTE_ROWS, irradiance);
     let light = project_map(map, MATTE_ORDER);
-    let bands = convolved(&light, &Zonal::clamped_cosine(MATTE_ORDER));
+    let bands = light.convolved(&Zonal::clamped_cosine(MATTE_ORDER));
     let by_map = EnvMap::from_fn(2 * MATTE_ROWS, MATTE_ROWS, |n| Rgb::narrow(bands.eval(n)));
     let polynomial = IrradiancePolynomial::from_radiance_sh(&light.resized(3));
     vec![

@@ -10,18 +10,23 @@ mod general_2;
 mod general_3;
 #[rustfmt::skip]
 mod general_4;
+#[cfg(feature = "batch")]
 #[rustfmt::skip]
 mod general_5;
+#[cfg(feature = "batch")]
 #[rustfmt::skip]
 mod general_6;
+#[cfg(feature = "batch")]
 #[rustfmt::skip]
 mod general_6_6_3;
 #[rustfmt::skip]
 mod general_6_3_3;
+#[cfg(feature = "batch")]
 #[rustfmt::skip]
 mod general_6_3_6;
 #[rustfmt::skip]
 mod general_3_3_5;
+#[cfg(feature = "batch")]
 #[rustfmt::skip]
 mod general_4_4_7;
 #[rustfmt::skip]
@@ -36,8 +41,10 @@ mod square_2;
 mod square_3;
 #[rustfmt::skip]
 mod square_4;
+#[cfg(feature = "batch")]
 #[rustfmt::skip]
 mod square_5;
+#[cfg(feature = "batch")]
 #[rustfmt::skip]
 mod square_6;
 #[rustfmt::skip]
@@ -93,12 +100,17 @@ pub(crate) fn general<T: Coefficient>(a: &[T], b: &[T], out: &mut [T]) -> bool {
         (4, 4, 4) => general_2::product(fixed(a), fixed(b), fixed_mut(out)),
         (9, 9, 9) => general_3::product(fixed(a), fixed(b), fixed_mut(out)),
         (16, 16, 16) => general_4::product(fixed(a), fixed(b), fixed_mut(out)),
+        #[cfg(feature = "batch")]
         (25, 25, 25) => general_5::product(fixed(a), fixed(b), fixed_mut(out)),
+        #[cfg(feature = "batch")]
         (36, 36, 36) => general_6::product(fixed(a), fixed(b), fixed_mut(out)),
+        #[cfg(feature = "batch")]
         (36, 36, 9) => general_6_6_3::product(fixed(a), fixed(b), fixed_mut(out)),
         (36, 9, 9) => general_6_3_3::product(fixed(a), fixed(b), fixed_mut(out)),
+        #[cfg(feature = "batch")]
         (36, 9, 36) => general_6_3_6::product(fixed(a), fixed(b), fixed_mut(out)),
         (9, 9, 25) => general_3_3_5::product(fixed(a), fixed(b), fixed_mut(out)),
+        #[cfg(feature = "batch")]
         (16, 16, 49) => general_4_4_7::product(fixed(a), fixed(b), fixed_mut(out)),
         (9, 4, 9) => general_3_2_3::product(fixed(a), fixed(b), fixed_mut(out)),
         (16, 9, 16) => general_4_3_4::product(fixed(a), fixed(b), fixed_mut(out)),
@@ -116,7 +128,9 @@ pub(crate) fn square<T: Coefficient>(a: &[T], out: &mut [T]) -> bool {
         (4, 4) => square_2::product(fixed(a), fixed_mut(out)),
         (9, 9) => square_3::product(fixed(a), fixed_mut(out)),
         (16, 16) => square_4::product(fixed(a), fixed_mut(out)),
+        #[cfg(feature = "batch")]
         (25, 25) => square_5::product(fixed(a), fixed_mut(out)),
+        #[cfg(feature = "batch")]
         (36, 36) => square_6::product(fixed(a), fixed_mut(out)),
         _ => return false,
     }
