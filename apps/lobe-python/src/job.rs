@@ -139,25 +139,30 @@ pub(crate) fn watched<T: Send, E: WorkError>(
     checkpoint: Option<&Path>,
     work: impl FnOnce(Job<'_>) -> Result<T, E> + Send,
 ) -> PyResult<T> {
-    watched_work(py, progress, checkpoint, work).map_err(|error| match error {
-        Failed::Raised(error) => error,
-        Failed::Work(error) => error_of(&error),
-    })
+    let mut remarks = Vec::new();
+    watched_work(py, progress, checkpoint, &mut remarks, work)
 }
 
-/// Why work ended: by what Python raised, or by its own error.
-pub(crate) enum Failed<E> {
-    Raised(PyErr),
-    Work(E),
+/// [`watched`] work of which a user should know more: what it tells is a warning.
+pub(crate) fn watched_and_heard<T: Send, E: WorkError>(
+    py: Python<'_>,
+    progress: Option<&Py<PyAny>>,
+    work: impl FnOnce(Job<'_>) -> Result<T, E> + Send,
+) -> PyResult<T> {
+    let mut remarks = Vec::new();
+    let done = watched_work(py, progress, None, &mut remarks, work)?;
+    warn(py, &remarks)?;
+    Ok(done)
 }
 
-/// [`watched`], with the error as it was. What a user should know of the work is a warning.
-pub(crate) fn watched_work<T: Send, E: WorkError>(
+/// [`watched`], with what the work tells.
+fn watched_work<T: Send, E: WorkError>(
     py: Python<'_>,
     progress: Option<&Py<PyAny>>,
     checkpoint: Option<&Path>,
+    remarks: &mut Vec<String>,
     work: impl FnOnce(Job<'_>) -> Result<T, E> + Send,
-) -> Result<T, Failed<E>> {
+) -> PyResult<T> {
     let mut raised = None;
     let watch = |raised: &mut Option<PyErr>, state: &Progress| {
         let told = Python::attach(|py| {
@@ -172,7 +177,6 @@ pub(crate) fn watched_work<T: Send, E: WorkError>(
             }
         }
     };
-    let mut remarks = Vec::new();
     let done = py.detach(|| {
         with_threads(|| {
             let mut watch = |state: &Progress| watch(&mut raised, state);
@@ -184,14 +188,11 @@ pub(crate) fn watched_work<T: Send, E: WorkError>(
             })
         })
     });
-    warn(py, &remarks).map_err(Failed::Raised)?;
     match (done, raised) {
         // Even where all was done already: what was raised is for the caller.
-        (Ok(_), Some(error)) => Err(Failed::Raised(error)),
+        (Ok(_), Some(error)) => Err(error),
         (Ok(done), None) => Ok(done),
-        (Err(error), raised) if error.is_cancelled() => {
-            Err(Failed::Raised(raised.unwrap_or_else(|| PyKeyboardInterrupt::new_err(()))))
-        }
-        (Err(error), _) => Err(Failed::Work(error)),
+        (Err(error), raised) if error.is_cancelled() => Err(raised.unwrap_or_else(|| PyKeyboardInterrupt::new_err(()))),
+        (Err(error), _) => Err(error_of(&error)),
     }
 }

@@ -16,7 +16,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::forked::with_threads;
-use crate::job::{error_of, heard, watched};
+use crate::job::{error_of, heard, watched, watched_and_heard};
 use crate::maps::Map;
 use crate::options::{refusal, values_of};
 use crate::pictures::{
@@ -149,7 +149,7 @@ impl Moving {
         let Inner { scene, shading, tree, name } = &mut *held.inner;
         let light = job.light(scene, order);
         let files = checkpoint.map(|path| JobFiles::kept_in(path.clone(), path));
-        watched(py, progress.as_ref(), None, |mut work| {
+        watched_and_heard(py, progress.as_ref(), |mut work| {
             job.split(scene, &light, name, work.reborrow())?;
             *tree = None;
             let mut bake_one = |_: &str, own: Option<&JobFiles>, bake: &mut OneBake<'_>| {

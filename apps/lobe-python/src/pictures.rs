@@ -16,7 +16,7 @@ use numpy::{PyArrayDyn, PyReadonlyArray2, PyReadonlyArrayDyn, PyUntypedArrayMeth
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::job::{answered, error_of, heard, watched};
+use crate::job::{answered, error_of, heard, watched, watched_and_heard};
 use crate::maps::Map;
 use crate::options::{refusal, values_of};
 use crate::rows::{array_of, contiguous, value_error};
@@ -87,7 +87,7 @@ pub(crate) fn render_still<'py>(
     let asked = TransferSource::from_values(values_of(&asked)?).map_err(|error| refusal(&error))?;
     let memory = scene.memory;
     let open = heard(py, move |_| scene.open())?;
-    let found = watched(py, progress, None, |job| asked.prepare(open, order, memory, job))?;
+    let found = watched_and_heard(py, progress, |job| asked.prepare(open, order, memory, job))?;
     let camera = camera_of(found.baked.scene(), view)?;
     // Files hold the fronts of surfaces; backs are baked as far as the view shows them.
     let baked = watched(py, progress, None, |job| found.with_backs((&camera, &options), job))?;

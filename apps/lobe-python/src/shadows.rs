@@ -13,7 +13,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::forked::with_threads;
-use crate::job::{answered, error_of, watched};
+use crate::job::{answered, error_of, watched, watched_and_heard};
 use crate::options::{json_of, refusal, values_of};
 use crate::outputs::prepare;
 use crate::rows::{array_of, contiguous, value_error};
@@ -30,7 +30,7 @@ pub(crate) fn field<'py>(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let job = FieldJob::from_values(values_of(asked)?).map_err(|error| refusal(&error))?;
-    let found = watched(py, progress.as_ref(), None, |work| job.run(work))?;
+    let found = watched_and_heard(py, progress.as_ref(), |work| job.run(work))?;
     json_of(py, &found)
 }
 
@@ -46,7 +46,7 @@ pub(crate) fn spheres<'py>(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Fitted<'py>> {
     let job = SphereJob::from_values(values_of(asked)?).map_err(|error| refusal(&error))?;
-    let (spheres, told) = watched(py, progress.as_ref(), None, |work| job.run(work))?;
+    let (spheres, told) = watched_and_heard(py, progress.as_ref(), |work| job.run(work))?;
     let centers = array_of(py, spheres.centers().as_flattened().to_vec(), &[spheres.len(), 3])?;
     let radii = array_of(py, spheres.radii().to_vec(), &[spheres.len()])?;
     let SphereSetJson { outside_volume, union_volume, solid_volume, history, certainty, .. } = told;

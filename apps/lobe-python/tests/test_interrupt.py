@@ -27,7 +27,7 @@ LONG = {
     "an area light": "lobe.AreaLight.disc((0, 0, 1), (0, 0.2, -1), 2.0).irradiance(np.tile([0.0, 0.5, 0.0], (20_000_000, 1)), (0, 1, 1))",
     "techniques": "lobe.EnvMap.bundled('sunset').techniques(1024)",
     "spheres": "lobe.spheres('built-in:walking-figure', 512, entity='figure', points=1 << 15)",
-    "a scene that moves": "lobe.MovingScene('built-in:three-objects', lobe.MovingOptions(order=6, samples=1 << 20)).bake()",
+    "a scene that moves": "lobe.MovingScene('built-in:three-objects', lobe.MovingOptions(order=6, bake_samples=1 << 20)).bake()",
     "a lamp": "lobe.lamp('rectangle', __import__('tempfile').mkdtemp() + '/l.safetensors', size=(1, 1), order=8, pictures=[np.ones((64, 64, 3))], patches=(64, 64))",
     "transfer on the way": "lobe.render('built-in:still-life', lobe.EnvMap.bundled('sunset'), mode='glossy', bake_samples=1 << 20)",
     "comparison": "lobe.compare(np.random.default_rng(1).random((4000, 4000, 3)), np.ones((4000, 4000, 3)))",

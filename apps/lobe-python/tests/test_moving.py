@@ -11,7 +11,7 @@ from command import lobe_command
 SKY = lobe.EnvMap.bundled("sunset").project(3).dering()
 # Twice as wide as high, so that a picture is read back as a lat-long map.
 SIZE = {"width": 32, "height": 16}
-SMALL = {"order": 3, "samples": 8, "spheres": 2, "still_points": 27}
+SMALL = {"order": 3, "bake_samples": 8, "spheres": 2, "still_points": 27}
 WORDS = "--order 3 --bake-samples 8 --spheres 2 --still-points 27 --size 32x16 --fov 40 --samples 4"
 
 
@@ -74,7 +74,7 @@ def test_one_scene_gives_the_pictures_of_many_times():
 
 @pytest.mark.nightly
 def test_the_shading_is_near_the_truth_of_the_same_moment(light, tmp_path):
-    options = lobe.MovingOptions("exponentials", order=4, samples=64, bounces=0, spheres=8, still_points=0)
+    options = lobe.MovingOptions("exponentials", order=4, bake_samples=64, bounces=0, spheres=8, still_points=0)
     moving = lobe.MovingScene("built-in:three-objects", options)
     truth = moving.trace(SKY, 0.7, samples=64, bounces=0, seed=2, **SIZE)
     assert lobe.compare(moving.render(SKY, 0.7, **SIZE), truth.mean).psnr > 25
@@ -90,7 +90,7 @@ def test_what_is_baked_is_taken_up_again(tmp_path):
     class Stopped(Exception):
         pass
 
-    options = lobe.MovingOptions("exponentials", **{**SMALL, "samples": 64})
+    options = lobe.MovingOptions("exponentials", **{**SMALL, "bake_samples": 64})
     calls = []
 
     def stop(done, total):
@@ -113,7 +113,7 @@ def test_what_is_baked_is_taken_up_again(tmp_path):
 @pytest.mark.nightly
 def test_render_shows_what_moves_at_a_time():
     found = lobe.render("built-in:three-objects", SKY, mode="exponentials", order=2, bake_samples=4, time=0.4, **SIZE)
-    moving = lobe.MovingScene("built-in:three-objects", lobe.MovingOptions("exponentials", order=2, samples=4))
+    moving = lobe.MovingScene("built-in:three-objects", lobe.MovingOptions("exponentials", order=2, bake_samples=4))
     np.testing.assert_array_equal(found, moving.render(SKY, 0.4, **SIZE))
 
 
@@ -121,7 +121,7 @@ def test_what_cannot_move_or_be_shown_is_refused(tmp_path):
     (tmp_path / "s.json").write_text("{}")
     for call, error, message in [
         (lambda: lobe.MovingOptions("glossy"), ValueError, "method: expected fields or exponentials"),
-        (lambda: lobe.MovingOptions("fields", exponential="hybrid"), ValueError, "exponential: only of the method exponentials"),
+        (lambda: lobe.MovingOptions("fields", exponential="hybrid"), ValueError, "exponential: only of method exponentials"),
         (lambda: lobe.MovingOptions("exponentials", exponential="eigen"), ValueError, "exponential: expected grid"),
         (lambda: lobe.MovingOptions(group=8), ValueError, "group: expected a multiple of 16"),
         (lambda: lobe.MovingOptions(still_points=4), ValueError, "still_points: expected 0, or 8"),

@@ -71,11 +71,11 @@ def test_what_contradicts_a_bake_is_refused(tmp_path):
     baked = tmp_path / "b.glb"
     lobe.bake("built-in:ball", baked, lobe.BakeOptions(order=2, samples=8, mode="shadowed"))
     for call, message in [
-        (lambda: lobe.render(baked, SKY, mode="interreflected"), "b.glb: mode: baked as shadowed, not as interreflected"),
-        (lambda: lobe.render(baked, SKY, mode="shadowed", bake_samples=16), "b.glb: samples: baked as 8, not as 16"),
-        (lambda: lobe.render(baked, SKY, mode="shadowed", order=3), "b.glb: order: baked as 2, not as 3"),
+        (lambda: lobe.render(baked, SKY, mode="interreflected"), "b.glb was baked as shadowed, not as interreflected"),
+        (lambda: lobe.render(baked, SKY, mode="shadowed", bake_samples=16), "b.glb is baked with 8, not with 16"),
+        (lambda: lobe.render(baked, SKY, mode="shadowed", order=3), "b.glb was baked to order 2, not 3"),
         (lambda: lobe.render(baked, SKY, mode="truth"), "mode: expected irradiance, unshadowed"),
-        (lambda: lobe.render(baked, SKY, order=2), "order, bake_samples and bounces: only of a mode with transfer"),
+        (lambda: lobe.render(baked, SKY, mode="irradiance", order=2), "order, bake_samples and bounces: only of a mode with transfer"),
         (lambda: lobe.render(baked, SKY, mode="shadowed", lobe="ggx:0.3"), "lobe: only of the mode glossy"),
         (lambda: lobe.render(baked, SKY, mode="glossy", lobe="box:1"), "lobe: expected phong:E"),
         (lambda: lobe.render(baked, SKY, mode="irradiance", transfer=baked), "transfer: not of the mode irradiance"),

@@ -151,7 +151,7 @@ def test_lamps_show_the_pictures_of_the_command(count, tmp_path):
 def test_what_cannot_be_made_is_refused(tmp_path):
     out = tmp_path / "o.safetensors"
     for call, error, message in [
-        (lambda: lobe.field("built-in:ball", tmp_path / "o.glb"), ValueError, "o.glb: expected a name that ends in .safetensors"),
+        (lambda: lobe.field("built-in:ball", tmp_path / "o.glb"), ValueError, "output: expected a name that ends in .safetensors"),
         (lambda: lobe.field("built-in:moon", out), ValueError, "there is no such scene"),
         (lambda: lobe.field("built-in:ball", out, cells=3), ValueError, "cells: expected an even number"),
         (lambda: lobe.field("built-in:ball", out, range=(2, 1)), ValueError, "range: expected radii that rise"),

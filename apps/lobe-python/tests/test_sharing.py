@@ -71,7 +71,7 @@ def test_shards_of_other_work_are_refused_by_name(tmp_path):
         (lambda: lobe.trace("built-in:ball", light, merge=parts, **{**PICTURE, "samples": 32}), "1.safetensors: this shard and the others are not of this work"),
         (lambda: lobe.field("built-in:ball", tmp_path / "o.safetensors", merge=fields, **{**FIELD, "seed": 1}), "f1.safetensors: this shard and the others are not of this work"),
         (lambda: lobe.field("built-in:ball", tmp_path / "o.safetensors", merge=fields[:1], **FIELD), "2"),
-        (lambda: lobe.field("built-in:ball", fields[0], merge=fields, **FIELD), "f1.safetensors: is an input, which would be lost"),
+        (lambda: lobe.field("built-in:ball", fields[0], merge=fields, **FIELD), "f1.safetensors is an input, which would be lost"),
         (lambda: lobe.trace("built-in:ball", light, merge=[*parts, parts[0]], **PICTURE), "1.safetensors"),
         (lambda: lobe.trace("built-in:ball", light, merge=fields, **PICTURE), "f1.safetensors"),
         (lambda: lobe.trace_shard("built-in:ball", light, tmp_path / "o.exr", (1, 2), **PICTURE), "o.exr: expected a name that ends in .safetensors"),

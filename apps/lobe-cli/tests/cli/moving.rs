@@ -28,7 +28,7 @@ fn the_field_of_an_entity_is_that_of_the_entity_alone() {
     let dir = Dir::new();
     let bake = "field built-in:walking-figure --order 2 --rays 4";
     let (_, notes) = dir.lobe(&format!("{bake} --spheres 3 --cells 4 --entity figure -o a.safetensors")).succeeds();
-    assert!(notes.contains("this entity is deformed") && notes.contains("lobe spheres --entity"), "{notes}");
+    assert!(notes.contains("this entity is deformed") && notes.contains("spheres of an --entity do"), "{notes}");
     let moving = lobe::scene::built_in::moving("walking-figure").unwrap();
     let own = moving.own_scene(moving.entity("figure").unwrap()).unwrap();
     let options = FieldOptions::default().order(2).spheres(3).cells(4).rays(4);

@@ -63,14 +63,11 @@ class BakeFields:
     """With grid: two corners of the box, whose corners are points; None: the scene's box, with points in the middle of
     as many equal parts."""
     clusters: int | None = None
-    """Compress to this many clusters at most; 1 gives ordinary principal components; 1 to 65536; None: 64, of what
-    moves 128."""
+    """Compress to this many clusters at most; 1 gives ordinary principal components; 1 to 65536; None: 64."""
     components: int | None = None
-    """Compress to this many components in each cluster; 0 gives vector quantization; 0 to 192; None: 8, of what moves
-    6."""
+    """Compress to this many components in each cluster; 0 gives vector quantization; 0 to 192; None: 8."""
     weights: int | None = None
-    """Compress, with this many bits for each weight: 8 or 16 in steps of its range, or 32; None: 16, of what moves
-    8."""
+    """Compress, with this many bits for each weight: 8 or 16 in steps of its range, or 32; None: 16."""
 
 
 @dataclass(frozen=True)
