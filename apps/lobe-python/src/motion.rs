@@ -104,12 +104,14 @@ impl Moving {
     #[staticmethod]
     fn load(
         py: Python<'_>,
-        input: SceneInput,
+        mut input: SceneInput,
+        animation: Option<String>,
         asked: &Bound<'_, PyDict>,
         order: Option<usize>,
         is_looped: bool,
     ) -> PyResult<Self> {
         let job = job_of(asked)?;
+        input.source.animation = animation;
         let (name, memory) = (input.source.name(), input.memory);
         let read = heard(py, move |work| job.read(input.open()?, (order, true), memory, work))?;
         let scene = read.moving.looped(is_looped);

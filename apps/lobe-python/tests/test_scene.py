@@ -97,8 +97,10 @@ def test_what_the_reader_found_is_warned_of_where_a_scene_is_read(tmp_path):
         lambda: lobe.self_visibility(scene, tmp_path / "v.safetensors", order=1, rays=1),
         lambda: lobe.MovingScene(scene),
     ]:
-        with pytest.warns(lobe.LoadNote, match="roof.obj: normals missing or zero: 4 of 4, made from the triangles"):
+        with pytest.warns(lobe.LoadNote) as told:
             work()
+        expected = "roof.obj: normals missing or zero: 4 of 4, made from the triangles"
+        assert any(expected in str(warning.message) for warning in told)
 
 
 @pytest.mark.parametrize(

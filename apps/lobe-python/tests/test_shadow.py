@@ -154,7 +154,7 @@ def test_what_cannot_be_made_is_refused(tmp_path):
         (lambda: lobe.field("built-in:ball", tmp_path / "o.glb"), ValueError, "output: expected a name that ends in .safetensors"),
         (lambda: lobe.field("built-in:moon", out), ValueError, "there is no such scene"),
         (lambda: lobe.field("built-in:ball", out, cells=3), ValueError, "cells: expected an even number"),
-        (lambda: lobe.field("built-in:ball", out, range=(2, 1)), ValueError, "range: expected radii that rise"),
+        (lambda: lobe.field("built-in:ball", out, range=(2, 1)), ValueError, "range: expected radii above 0 that rise"),
         (lambda: lobe.field("built-in:ball", out, storage="f8"), ValueError, "storage: expected f32"),
         (lambda: lobe.field("built-in:ball", tmp_path / "none" / "o.safetensors"), OSError, "o.safetensors"),
         (lambda: lobe.spheres("built-in:ball", 4), ValueError, "built-in:ball: expected a mesh around a volume"),

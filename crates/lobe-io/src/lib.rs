@@ -37,9 +37,12 @@ mod portions;
 mod records;
 #[cfg(feature = "options")]
 mod room;
+mod shard;
 mod staged;
 #[cfg(feature = "tensors")]
 mod tensors;
+#[cfg(feature = "options")]
+mod work_options;
 
 pub use error::{IoError, expect_file, read_file};
 pub use fingerprint::Fingerprint;
@@ -60,18 +63,18 @@ pub use options::job_options::{Given, GivenPaths, JobOptions};
 pub use options::kind::{NumberRange, OptionKind, Refusal};
 #[cfg(feature = "options")]
 pub use options::path_text::{as_text, as_text_if_any, as_texts};
-#[cfg(feature = "options")]
-pub use options::work_options::{SharingOptions, WorkOptions};
 pub use portions::Portions;
 pub use records::layout::{RecordFormat, RecordLayout};
 pub use records::merge::merge_shards;
 pub use records::record_file::RecordFile;
 pub use records::record_reader::RecordReader;
-pub use records::shard::Shard;
 #[cfg(feature = "options")]
 pub use room::expect_room;
+pub use shard::Shard;
 pub use staged::{
     StagedFile, StagedWriter, before_writing, check_writable, remove_abandoned, remove_unfinished, write_atomically,
 };
 #[cfg(feature = "tensors")]
 pub use tensors::{Dtype, Numbers, Tensor, TensorFile, TensorFormat, write_tensors};
+#[cfg(feature = "options")]
+pub use work_options::{SharingOptions, WorkOptions};

@@ -1,4 +1,4 @@
-//! What is done with an expansion, as methods of both types: `light.rotated(&turn).convolved(&kernel).deringed()`. The kernels beneath take slices.
+//! Verbs of expansions: what is done with an expansion, as methods of both types: `light.rotated(&turn).convolved(&kernel).deringed()`. The kernels beneath take slices.
 
 use crate::filter::kernel::convolve_in_place;
 use crate::filter::window::window_in_place;

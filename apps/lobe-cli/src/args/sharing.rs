@@ -1,4 +1,4 @@
-//! What a shard of long work has done.
+//! Report of a shard of long work.
 
 use std::path::Path;
 

@@ -216,7 +216,7 @@ class Bake:
 class Moving:
     @staticmethod
     def load(
-        scene: Scene, asked: dict[str, Any], order: int | None, is_looped: bool
+        scene: Scene, animation: str | None, asked: dict[str, Any], order: int | None, is_looped: bool
     ) -> Moving: ...
     @property
     def span(self) -> list[float]: ...

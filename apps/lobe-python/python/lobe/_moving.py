@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -58,8 +58,8 @@ class MovingScene:
         scene = Scene.of(scene)
         if scene.time or scene.animation is not None:
             raise ValueError("time and animation of the scene: what moves is shown at any time; give the animation here")
-        scene = replace(scene, animation=animation)
-        self._moving = _lobe.Moving.load(scene, self.options.asked(), self.options.order, bool(loop))
+        name = None if animation is None else str(animation)
+        self._moving = _lobe.Moving.load(scene, name, self.options.asked(), self.options.order, bool(loop))
         self._order: int | None = None
 
     @property

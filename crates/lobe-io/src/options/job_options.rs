@@ -43,7 +43,7 @@ pub trait JobOptions: Serialize + DeserializeOwned + Default {
         values.retain(|_, value| !value.is_null());
         check_values(&Self::fields(), &values)?;
         let options: Self = serde_json::from_value(Value::Object(values.clone()))
-            .map_err(|error| OptionError::new("options", error.to_string()))?;
+            .map_err(|error| OptionError::new("", error.to_string()))?;
         options.check_together(&Given(&values))?;
         Ok(options)
     }
