@@ -4,7 +4,7 @@ use std::ffi::CString;
 
 use lobe::io::{JobOptions, OptionError, OptionField, OptionKind, one_line, worded};
 use lobe::prt::BakeJob;
-use lobe::render::{MovingJob, TransferSource};
+use lobe::render::{CameraOptions, MovingJob, TransferSource};
 use lobe::scene::SceneSource;
 use lobe::shadow::{FieldJob, SphereJob};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -59,7 +59,8 @@ pub(crate) fn named(name: &str) -> Option<String> {
         "max_memory" => Some("Scene.max_bytes".to_owned()),
         name => {
             let of_bakes = BakeJob::has(name) || FieldJob::has(name) || SphereJob::has(name);
-            (of_bakes || TransferSource::has(name) || MovingJob::has(name)).then(|| name.to_owned())
+            (of_bakes || TransferSource::has(name) || MovingJob::has(name) || CameraOptions::has(name))
+                .then(|| name.to_owned())
         }
     }
 }

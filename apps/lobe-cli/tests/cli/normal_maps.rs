@@ -74,7 +74,7 @@ fn pictures_of_truth_and_irradiance_show_normal_maps_and_those_of_vertices_say_t
     }
     let [(with, notes), (without, _)] = ["a", "flat"].map(|scene| render(scene, "baked --mode unshadowed"));
     assert!((with - without).abs() < 1e-6, "transfer at vertices: {with} and {without}");
-    assert!(notes.contains(NOTE) && notes.contains("lobe bake --texels"), "{notes}");
+    assert!(notes.contains(NOTE) && notes.contains("a bake to --texels does"), "{notes}");
 }
 
 #[test]
