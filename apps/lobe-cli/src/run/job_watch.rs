@@ -43,23 +43,26 @@ impl Steps<'_> {
         // Rounds of splitting that are done are taken up in no time.
         if !self.is_told && (progress.step != "split" || progress.resumed < progress.total) {
             self.is_told = true;
-            self.tell_of_resumption(progress);
+            if let Some(kept) = self.kept.filter(|_| self.is_resumed) {
+                let (subject, text) = resumption(kept, progress);
+                self.talk.note(&subject, &text);
+            }
         }
         if let Some(line) = &self.line {
             show(line, progress);
         }
     }
+}
 
-    fn tell_of_resumption(&self, progress: &Progress) {
-        let Some(kept) = self.kept.filter(|_| self.is_resumed) else { return };
-        let percent = 100 * progress.resumed / progress.total.max(1);
-        let place = match progress.step {
-            "split" => format!(" of round {} of splitting", progress.round),
-            _ => String::new(),
-        };
-        let ending = if progress.step == "bake backs" { ".backs" } else { "" };
-        self.talk.note(&format!("{}{ending}", kept.display()), &format!("found; going on from {percent} %{place}"));
-    }
+/// What is said of work that was taken up from a file, and of what.
+fn resumption(kept: &Path, progress: &Progress) -> (String, String) {
+    let percent = 100 * progress.resumed / progress.total.max(1);
+    let place = match progress.step {
+        "split" => format!(" of round {} of splitting", progress.round),
+        _ => String::new(),
+    };
+    let ending = if progress.step == "bake backs" { ".backs" } else { "" };
+    (format!("{}{ending}", kept.display()), format!("found; going on from {percent} %{place}"))
 }
 
 /// Does work with a line of progress for each step, until it is done or the user presses Ctrl-C.
@@ -110,5 +113,41 @@ fn stopped<T>(last: &Progress, kept: Kept<'_>) -> anyhow::Result<T> {
         "merge" => bail!("stopped after {done} of {total} records, of which nothing is kept"),
         "compress" | "write" => bail!("stopped after the bake, before its output was written; {GO_ON}"),
         _ => bail!("stopped after {done} of {total} points; {GO_ON}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(step: &'static str) -> Progress {
+        Progress { step, done: 30, total: 120, resumed: 30, round: 2, ..Progress::default() }
+    }
+
+    #[test]
+    fn work_that_stops_says_what_is_kept() {
+        for (step, said) in [
+            ("split", "stopped in round 2 of splitting after 30 of 120 points; the same command goes on"),
+            ("unwrap", "stopped while the scene was unwrapped"),
+            ("bake", "stopped after 30 of 120 points; the same command goes on"),
+            ("merge", "stopped after 30 of 120 records, of which nothing is kept"),
+            ("compress", "stopped after the bake, before its output was written; the same command goes on"),
+            ("write", "stopped after the bake, before its output was written; the same command goes on"),
+        ] {
+            let line = stopped::<()>(&at(step)).unwrap_err().to_string();
+            assert!(line.starts_with(said), "{step}: {line}");
+        }
+    }
+
+    #[test]
+    fn work_that_goes_on_says_from_where() {
+        for (step, subject, said) in [
+            ("split", "out.checkpoint", "found; going on from 25 % of round 2 of splitting"),
+            ("bake", "out.checkpoint", "found; going on from 25 %"),
+            ("bake backs", "out.checkpoint.backs", "found; going on from 25 %"),
+        ] {
+            let found = resumption("out.checkpoint".as_ref(), &at(step));
+            assert_eq!(found, (subject.to_owned(), said.to_owned()), "{step}");
+        }
     }
 }

@@ -15,7 +15,7 @@ const MODES: [&str; 5] = [
     "trace --samples 16 --bounces 0",
     "irradiance",
     "maps",
-    "baked --mode shadowed --bake-samples 4",
+    "baked --mode shadowed --no-split --bake-samples 4",
     "baked --mode glossy --bake-samples 4 --order 2",
 ];
 

@@ -8,7 +8,7 @@ use lobe::shadow::{
 use crate::harness::Dir;
 
 const TETRAHEDRON: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 4 3\nf 1 2 4\nf 2 3 4\n";
-const RENDER: &str = "--env bundled:sunset --size 8x6 --bake-samples 4 --order 2 --quiet -o x.png";
+const RENDER: &str = "--env bundled:sunset --size 8x6 --bake-samples 4 --no-split --order 2 --quiet -o x.png";
 
 /// A folder with a tetrahedron, and a description that has this member beside it.
 fn scene(member: &str) -> Dir {
@@ -100,7 +100,10 @@ fn lamps_of_descriptions_at_fault_are_refused_by_name() {
     ] {
         let dir = scene(&format!(r#","lamps":{lamps}"#));
         for method in ["moving", "trace --samples 2"] {
-            let line = refused(&dir, &format!("render {method} s.json {}", RENDER.replace("--bake-samples 4 ", "")));
+            let line = refused(
+                &dir,
+                &format!("render {method} s.json {}", RENDER.replace("--bake-samples 4 --no-split ", "")),
+            );
             assert!(line.contains(expected), "{lamps}: expected {expected:?} in: {line}");
         }
     }
@@ -140,11 +143,13 @@ fn the_truth_of_a_lamp_is_the_same_by_its_file_and_by_its_numbers() {
 
 #[test]
 fn lamps_light_pictures_of_every_mode_that_moves() {
-    let lamp = r#"{"name":"bulb","radius":0.3,"radiance":[40,40,40],"keys":[{"translation":[1,1,3]}]}"#;
+    let lamp = r#"{"name":"bulb","radius":0.3,"radiance":[80,80,80],"keys":[{"translation":[1,1,3]}]}"#;
     let (with, without) = (scene(&format!(r#","lamps":[{lamp}]"#)), scene(""));
-    for mode in
-        ["moving --bake-samples 64", "moving --method exponentials --spheres 2 --bake-samples 64", "trace --samples 16"]
-    {
+    for mode in [
+        "moving --no-split --bake-samples 64",
+        "moving --no-split --method exponentials --spheres 2 --bake-samples 64",
+        "trace --samples 16",
+    ] {
         let mean = |dir: &Dir| {
             let command = format!(
                 "render {mode} s.json --env bundled:sunset --order 2 --size 16x12 --bounces 0 --quiet -o m.exr"

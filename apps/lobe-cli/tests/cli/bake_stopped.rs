@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::bake_killed::{ends_before, half_written, part_done};
+use crate::bake_killed::{ends_before, part_done};
 use crate::harness::Dir;
 #[cfg(target_os = "linux")]
 use crate::stopped::stopped_at_work;
@@ -41,43 +41,6 @@ fn a_bake_that_was_stopped_goes_on_to_the_same_bytes() {
 }
 
 #[test]
-fn adaptive_splitting_that_was_stopped_goes_on_to_the_same_bytes() {
-    let dir = Dir::new();
-    // Each goal takes longer than the one before.
-    for goal in [0.004, 0.002, 0.001] {
-        let args = format!(
-            "bake built-in:ball --max-edge 0.5 --max-vertices 90000 --adaptive {goal} --order 2 --samples 64 --bounces 0 --quiet -o out.glb"
-        );
-        let Some(output) = stopped(&dir, started(&dir, &args), "out.glb.checkpoint.split-1") else {
-            fs::remove_file(dir.path("out.glb")).unwrap();
-            continue;
-        };
-        let line = line(output);
-        assert!(line.starts_with("lobe: stopped ") && line.ends_with(GO_ON), "{line:?}");
-        assert!(
-            dir.names().contains(&"out.glb.checkpoint.split-0".to_owned()),
-            "files after Ctrl-C: {:?}",
-            dir.names()
-        );
-        assert!(!dir.path("out.glb").exists(), "no output");
-        for other in [
-            args.replace(&format!(" --max-vertices 90000 --adaptive {goal}"), ""),
-            args.replace("--order 2", "--order 3"),
-        ] {
-            let line = dir.lobe(&other).error();
-            assert!(line.starts_with("out.glb.checkpoint.split-0: this checkpoint is of "), "{line}");
-        }
-        let (_, said) = dir.lobe(&args.replace("--quiet ", "")).succeeds();
-        assert!(said.contains("note: out.glb.checkpoint: found; going on from "), "{said}");
-        assert_eq!(dir.names(), ["out.glb"], "files at the end");
-        dir.lobe(&args.replace("out.glb", "whole.glb")).stdout();
-        assert!(dir.bytes("out.glb") == dir.bytes("whole.glb"), "the same bytes as without a stop");
-        return;
-    }
-    panic!("the splitting was done before it could be stopped");
-}
-
-#[test]
 fn compression_after_a_bake_stops_and_keeps_the_bake() {
     let dir = Dir::new();
     let args = format!("{MANY} -o out.glb --clusters 65536");
@@ -100,31 +63,5 @@ fn compression_and_fits_stop_and_write_nothing() {
         let line = line(stopped_at_work(&dir, &format!("{command} --quiet -o out.safetensors")));
         assert_eq!(line, "lobe: stopped; nothing is written, and the same command starts anew\n", "{command}");
         assert_eq!(dir.names(), ["in.safetensors"], "files after {command}");
-    }
-}
-
-#[test]
-fn ctrl_c_while_the_output_is_written_leaves_a_checkpoint_or_all_of_it_and_says_which() {
-    let dir = Dir::new();
-    for _ in 0..3 {
-        let _ = fs::remove_file(dir.path("out.glb"));
-        let mut child = started(&dir, "bake built-in:ball --max-edge 0.1 --order 8 --mode unshadowed -o out.glb");
-        while half_written(&dir).is_empty() && child.try_wait().unwrap().is_none() {}
-        match stopped(&dir, child, "") {
-            Some(output) => {
-                let said = String::from_utf8(output.stderr).unwrap();
-                let last = said.lines().last().unwrap();
-                assert_eq!(
-                    format!("{last}\n"),
-                    format!("lobe: stopped after the bake, before its output was written{GO_ON}")
-                );
-                assert_eq!(
-                    (output.status.code(), dir.names()),
-                    (Some(2), vec!["out.glb.checkpoint".to_owned()]),
-                    "left"
-                );
-            }
-            None => assert_eq!(dir.names(), ["out.glb"], "all of it"),
-        }
     }
 }

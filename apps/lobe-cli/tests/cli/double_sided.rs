@@ -175,7 +175,7 @@ fn single_sided_surfaces_are_black_from_behind_in_every_mode() {
     let dir = Dir::new();
     dir.map("even.exr", 16, 8, |_, _| [1.0; 3]);
     let baked = ["unshadowed", "shadowed", "interreflected", "glossy"];
-    let baked = baked.map(|mode| format!("baked --mode {mode} --bake-samples 16"));
+    let baked = baked.map(|mode| format!("baked --mode {mode} --no-split --bake-samples 16"));
     for method in ["trace", "irradiance"].map(str::to_owned).into_iter().chain(baked) {
         // From outside, the box fills the picture.
         let args = format!("{method} built-in:furnace --env even.exr --eye 3,0.3,0.2 --target 0,0,0 --fov 20");

@@ -19,18 +19,20 @@ fn work_whose_results_have_no_room_leaves_nothing_behind() {
     let dir = Dir::new();
     dir.map("sky.hdr", 4, 2, |_, _| [1.0; 3]);
     let room = "built-in:cornell";
-    dir.lobe(&format!("bake {room} --samples 2 -o room.glb")).succeeds();
+    dir.lobe(&format!("bake {room} --no-split --samples 2 -o room.glb")).succeeds();
     let before = dir.names();
     for args in [
         &format!("render trace {room} --env sky.hdr --samples 4 --size 64x64 -o t.exr"),
-        &format!("render {room} --env sky.hdr --mode shadowed --samples 4 --size 256x256 --frames 2 -o t.png"),
-        &format!("bake {room} --samples 16 -o b.glb"),
+        &format!(
+            "render {room} --env sky.hdr --mode shadowed --no-split --bake-samples 4 --samples 4 --size 256x256 --frames 2 -o t.png"
+        ),
+        &format!("bake {room} --no-split --samples 16 -o b.glb"),
         &format!("bake {room} --samples 16 --mode glossy --order 3 -o g.safetensors"),
         &format!("bake {room} --samples 16 --grid 4,4,4 -o grid.safetensors"),
         &format!("bake {room} --samples 4 --texels 32 -o map.exr"),
-        &format!("bake {room} --samples 16 --shard 1/2 -o part.safetensors"),
+        &format!("bake {room} --no-split --samples 16 --shard 1/2 -o part.safetensors"),
         "field room.glb --order 4 --rays 16 -o room.field.safetensors",
-        "spheres room.glb --count 200 -o room.spheres.safetensors",
+        "spheres room.glb --count 300 --points 600 --rounds 1 -o room.spheres.safetensors",
         "env convert sky.hdr --to cube --size 64 -o cube.ktx2",
         "compress room.glb --clusters 4 -o small.safetensors",
     ] {

@@ -51,11 +51,11 @@ fn what_stands_still_far_from_what_moves_is_shown_as_it_was_baked() {
     let off = compare(moving.pixels(), still.pixels()).relative_rmse;
     assert!(off < 1e-4, "off by {off} of the static picture");
     // A bake anew takes other paths, and as many as it is asked for.
-    let (anew, notes) = picture(&dir, "moving b.glb --time 1 --bounces 1 --bake-samples 8");
+    let (anew, notes) = picture(&dir, "moving b.glb --no-split --time 1 --bounces 1 --bake-samples 8");
     assert!(notes.contains("its transfer is not used: it has 3 reflections, not those that are asked for"), "{notes}");
     let off_anew = compare(anew.pixels(), still.pixels()).relative_rmse;
     assert!(off_anew > 10.0 * off, "{off_anew} by a bake anew, {off} by that of the file");
-    let (_, notes) = picture(&dir, "moving b.glb --time 1 --order 4 --bake-samples 8");
+    let (_, notes) = picture(&dir, "moving b.glb --no-split --time 1 --order 4 --bake-samples 8");
     assert!(notes.contains("its transfer is not used: it has 3 bands, fewer than are asked for"), "{notes}");
 }
 

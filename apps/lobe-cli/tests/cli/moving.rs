@@ -18,7 +18,7 @@ fn a_field_is_baked_and_shadows_a_scene_in_files() {
             {"name":"ball","mesh":"built-in:ball","field":"ball.field.safetensors",
              "keys":[{"translation":[0,0,3],"scale":0.3}]}]}"#,
     );
-    dir.lobe(&format!("render moving scene.json {VIEW} -o moving.png")).succeeds();
+    dir.lobe(&format!("render moving scene.json {VIEW} --no-split -o moving.png")).succeeds();
     assert!(dir.path("moving.png").exists(), "no picture");
 }
 

@@ -35,8 +35,8 @@ fn every_mode_makes_a_picture_of_its_size_with_what_gets_into_a_closed_box() {
         ("trace", "trace", 0.0),
         ("irradiance", "irradiance", 1.0),
         ("unshadowed", "baked --bake-samples 16 --mode unshadowed", 1.0),
-        ("shadowed", "baked --bake-samples 16 --mode shadowed", 0.0),
-        ("interreflected", "--bake-samples 16", 0.0),
+        ("shadowed", "baked --no-split --bake-samples 16 --mode shadowed", 0.0),
+        ("interreflected", "--no-split --bake-samples 16", 0.0),
         ("glossy", "baked --bake-samples 16 --mode glossy", 0.0),
     ] {
         let args = format!("render {method} built-in:furnace --env even.exr {INSIDE} --size 20x10 --samples 4");
@@ -97,7 +97,7 @@ fn transfer_and_truth_look_alike_under_one_expansion() {
     let common = "built-in:ball --env bundled:sunset --order 4 --size 48x36 --rotate-light 70 --quiet";
     dir.lobe(&format!("render trace {common} --bounces 0 --samples 256 -o truth.exr")).stdout();
     let baked = format!("render {common} --samples 16");
-    dir.lobe(&format!("{baked} --mode shadowed --bake-samples 256 -o shadowed.exr")).stdout();
+    dir.lobe(&format!("{baked} --mode shadowed --no-split --bake-samples 256 -o shadowed.exr")).stdout();
     dir.lobe(&format!("{baked} --mode unshadowed -o unshadowed.exr")).stdout();
     let (close, far) = (compared(&dir, "shadowed.exr", "truth.exr"), compared(&dir, "unshadowed.exr", "truth.exr"));
     let rmse = |found: &Value| found["rmse"].as_f64().unwrap();
@@ -126,14 +126,16 @@ fn a_baked_file_is_rendered_as_it_is() {
     }
     alike("a.exr", "b.exr");
     alike("a.exr", "c.exr");
-    dir.lobe("bake built-in:cornell --mode shadowed --order 3 --samples 64 -o baked.glb --quiet").stdout();
+    dir.lobe("bake built-in:cornell --no-split --mode shadowed --order 3 --samples 64 -o baked.glb --quiet").stdout();
     let common = "--env bundled:studio --mode shadowed --size 16x12";
     dir.lobe(&format!("render baked.glb {common} -o d.exr")).arg("--quiet").stdout();
-    dir.lobe(&format!("render built-in:cornell {common} --order 3 --bake-samples 64 -o e.exr")).arg("--quiet").stdout();
+    dir.lobe(&format!("render built-in:cornell {common} --no-split --order 3 --bake-samples 64 -o e.exr"))
+        .arg("--quiet")
+        .stdout();
     alike("d.exr", "e.exr");
     dir.lobe(&format!("render baked.glb {common} --bake-samples 64 -o f.exr")).arg("--quiet").stdout();
     assert!(dir.bytes("f.exr") == dir.bytes("d.exr"), "an option that is as in the bake changes nothing");
-    dir.lobe("bake built-in:cornell --order 2 --samples 4 --bounces 2 -o light.glb --quiet").stdout();
+    dir.lobe("bake built-in:cornell --no-split --order 2 --samples 4 --bounces 2 -o light.glb --quiet").stdout();
     let common = "render light.glb --env bundled:studio --mode interreflected --size 16x12 --quiet -o g.exr --bounces";
     dir.lobe(&format!("{common} 2")).stdout();
     let line = dir.lobe(&format!("{common} 3")).error();

@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use crate::harness::{Dir, mean};
 
-const RENDER: &str = "--env bundled:sunset --size 32x24 --bake-samples 4 --still-points 64 --order 3 --quiet";
+const RENDER: &str = "--env bundled:sunset --size 32x24 --bake-samples 4 --no-split --order 3 --quiet";
 
 /// Two tetrahedra over a terrain, which hide the sky by spheres (spheres.json) and by fields (field.json).
 fn scenes() -> Dir {

@@ -97,11 +97,13 @@ fn all_numbers_of_shards_make_the_bytes_of_one_machine(kinds: &[Kind]) {
 }
 
 #[test]
+#[ignore = "long: of the nightly group"]
 fn shards_of_bakes_at_vertices_make_the_bytes_of_one_machine() {
     all_numbers_of_shards_make_the_bytes_of_one_machine(&AT_VERTICES);
 }
 
 #[test]
+#[ignore = "long: of the nightly group"]
 fn shards_of_bakes_at_texels_and_points_in_space_make_the_bytes_of_one_machine() {
     all_numbers_of_shards_make_the_bytes_of_one_machine(&ELSEWHERE);
 }
@@ -112,13 +114,14 @@ fn shards_of_path_traced_pictures_make_the_bytes_of_one_machine() {
     all_numbers_of_shards_make_the_bytes_of_one_machine(&PICTURES);
 }
 
+/// Each command once; every kind of bake and every number of shards are the library's, and at night those above.
 #[test]
-fn shards_are_merged_in_any_order() {
-    for kind in [AT_VERTICES[0], AT_VERTICES[5], ELSEWHERE[0], ELSEWHERE[3], ELSEWHERE[5], PICTURES[0]] {
+fn shards_of_each_command_are_merged_in_any_order() {
+    for kind in [AT_VERTICES[4], ELSEWHERE[5], PICTURES[0]] {
         let dir = scenes();
         let one = alone(&dir, kind);
         let parts = shards(&dir, kind.0, 3);
-        for order in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
+        for order in [[0, 1, 2], [1, 2, 0], [2, 1, 0]] {
             let parts = order.map(|part| parts[part].clone());
             assert!(merges_to(&dir, kind, &parts, &one), "{}: {order:?}", kind.0);
         }

@@ -128,13 +128,13 @@ fn light_that_has_no_single_precision_is_refused() {
 fn lamps_in_fewer_bytes_shine_nearly_the_same() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("l.lamp.safetensors");
-    let clustered = FieldStorage::Clustered(CompressOptions::default().clusters(8).components(8).iterations(4));
-    // The part of the bytes of single precision, ranges and clusters aside, and the largest relative error of all numbers.
+    let clustered = FieldStorage::Clustered(CompressOptions::default().clusters(4).components(5).iterations(4));
+    // The part of the bytes of single precision, and the largest relative error, of all numbers and of the light at a point.
     for (storage, part, most) in [
         (FieldStorage::F32, 1.0, 0.0),
         (FieldStorage::F16, 0.5, 5e-4),
         (FieldStorage::U8, 0.3, 1e-2),
-        (clustered, 9.0, 0.1),
+        (clustered, 0.6, 0.1),
     ] {
         for (name, lamp) in lamps() {
             let report = write_lamp(&path, &lamp, &storage).unwrap();
@@ -150,7 +150,7 @@ fn lamps_in_fewer_bytes_shine_nearly_the_same() {
             let brightest = expected.iter().flat_map(|c| c.to_array()).fold(0.0_f32, |most, c| most.max(c.abs()));
             for (a, b) in light(&back, 0.6).iter().zip(&expected) {
                 let off = a.to_array().iter().zip(b.to_array()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-                assert!(off <= 4.0 * most as f32 * brightest, "{name} in {storage:?}: off by {off} of {brightest}");
+                assert!(off <= most as f32 * brightest, "{name} in {storage:?}: off by {off} of {brightest}");
             }
         }
     }
