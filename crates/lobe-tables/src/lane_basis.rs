@@ -1,8 +1,8 @@
-//! The basis towards as many directions at once as a register holds: the recurrence of [`lobe_sh::Basis`] unrolled, with its constants.
+//! The basis towards as many directions at once as a register holds: the recurrence of [`lobe_sh::basis::Basis`] unrolled, with its constants.
 
 use std::fmt::Write as _;
 
-use lobe_sh::{Basis, coefficient_count, coefficient_index};
+use lobe_sh::basis::{Basis, coefficient_count, coefficient_index};
 
 /// The highest order with code of its own.
 const HIGHEST_ORDER: usize = 10;
