@@ -22,7 +22,7 @@ pub(crate) fn files(header: &str) -> Vec<(String, String)> {
 
 const INDEX: &str = "\
 //! The basis of orders 1 to 10 towards many directions at once as straight-line code: the recurrence of
-//! [`Basis`](crate::Basis) with its constants.
+//! [`Basis`](crate::basis::Basis) with its constants.
 //!
 //! Names: `p_M_L` is the Legendre function of column `M = |m|` and band `L` with its normalization and without `sin^m`,
 //! `q_M_L` its difference to the band before; `c_M + i s_M = (x + iy)^M`; `co_M` and `so_M` the same with the sign of z,
