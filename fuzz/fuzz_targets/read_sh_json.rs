@@ -2,7 +2,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use lobe_sh::{read_sh_json_bytes, write_sh_json_to};
+use lobe_sh::sh_json::{read_sh_json_bytes, write_sh_json_to};
 
 fuzz_target!(|bytes: &[u8]| match read_sh_json_bytes(bytes, "fuzz") {
     Ok(file) => {

@@ -1,6 +1,6 @@
 //! The cost of a job: its arithmetic and its bytes, and the floor that follows from them.
 
-use lobe::sh::GauntTensor;
+use lobe::sh::product::GauntTensor;
 
 use crate::floors::Floors;
 

@@ -2,9 +2,12 @@
 
 use std::hint::black_box;
 
+use lobe::sh::batch::{DirBatch, ShBatch};
 use lobe::sh::probes::{multiply_adds, multiply_adds_in, multiply_pairs, rotate_one};
+use lobe::sh::rotation::RotationMatrices;
 use lobe::sh::simd::{LANES, Machine};
-use lobe::sh::{Dir, DirBatch, Rotation, RotationMatrices, ShBatch, even_directions};
+use lobe::sh::sphere::even_directions;
+use lobe::sh::{Dir, Rotation};
 
 use crate::cost::{
     Cost, Level, basis_operations, product_operations, rotation_operations, square_operations, zonal_product_operations,

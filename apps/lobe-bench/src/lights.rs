@@ -4,7 +4,10 @@ use std::hint::black_box;
 
 use lobe::env::{CubeMap, PrefilterOptions, prefilter_ggx};
 use lobe::io::Job;
-use lobe::sh::{Coefficient as _, Dir, DirBatch, PackedIrradiance, Rgb, ShBatch, ShL2, eval_basis, even_directions};
+use lobe::sh::batch::{DirBatch, ShBatch};
+use lobe::sh::encoding::PackedIrradiance;
+use lobe::sh::sphere::even_directions;
+use lobe::sh::{Coefficient as _, Dir, Rgb, ShL2, eval_basis};
 
 use crate::cost::{Cost, Level};
 use crate::measure::{Bench, BenchJob};

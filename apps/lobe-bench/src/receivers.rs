@@ -9,7 +9,8 @@ use lobe::prt::{
     Channels, CompressedTable, CompressedTransfer, HalfTransfer, TableWeights, Transfer, TransferMatrices,
 };
 use lobe::scene::{Bvh, built_in};
-use lobe::sh::{Rgb, even_directions};
+use lobe::sh::Rgb;
+use lobe::sh::sphere::even_directions;
 
 use crate::cost::{Cost, Level};
 use crate::measure::{Bench, BenchJob};

@@ -1,7 +1,10 @@
 //! `lobe light`: analytic lights (directional, sphere, cone, polygon, gradients) as expansions.
 
 use clap::{Args, Subcommand};
-use lobe::sh::{Dir, Light, Normalization, Quantity, Rgb, ShFile, SphericalPolygon};
+use lobe::sh::expansion::Quantity;
+use lobe::sh::light::{Normalization, SphericalPolygon};
+use lobe::sh::sh_json::ShFile;
+use lobe::sh::{Dir, Light, Rgb};
 
 use crate::args::names::names;
 use crate::args::output::ShOutput;

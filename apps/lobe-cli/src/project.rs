@@ -3,9 +3,10 @@
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::MappedMap;
-use lobe::sh::{
-    Coefficient as _, Expansion as _, MonteCarloOptions, Quantity, Rgb, Sampling, ShFile, ShVec, project_monte_carlo,
-};
+use lobe::sh::expansion::Quantity;
+use lobe::sh::projection::{MonteCarloOptions, Sampling, project_monte_carlo};
+use lobe::sh::sh_json::ShFile;
+use lobe::sh::{Coefficient as _, Expansion as _, Rgb, ShVec};
 
 use crate::args::map_input::MapInput;
 use crate::args::output::ShOutput;

@@ -6,10 +6,12 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use lobe::env::project_lat_long;
-use lobe::sh::{
-    Functions, Real, Rgb, Rotation, RotationMatrices, ShBatch, Tiled, Vectors, Zonal, coefficient_count, product_into,
-    scale_bands_in_place,
-};
+use lobe::sh::basis::{Vectors, coefficient_count};
+use lobe::sh::batch::{Functions, ShBatch, Tiled};
+use lobe::sh::filter::scale_bands_in_place;
+use lobe::sh::product::product_into;
+use lobe::sh::rotation::RotationMatrices;
+use lobe::sh::{Real, Rgb, Rotation, Zonal};
 use rayon::prelude::*;
 
 /// Seconds that a job is repeated for.

@@ -1,8 +1,11 @@
 //! Work on many functions side by side, for which a processor has wide instructions.
 
 use bytemuck::cast_slice;
+use lobe::sh::basis::coefficient_count;
+use lobe::sh::batch::ShBatch;
+use lobe::sh::rotation::RotationMatrices;
 use lobe::sh::simd::LANES;
-use lobe::sh::{Coefficient, Rgb, Rotation, RotationMatrices, ShBatch, coefficient_count};
+use lobe::sh::{Coefficient, Rgb, Rotation};
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
 

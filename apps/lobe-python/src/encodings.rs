@@ -2,11 +2,13 @@
 
 use std::f64::consts::FRAC_1_PI;
 
-use lobe::sh::{
-    AxisPermutation, Coefficient, Dir, EncodedIrradiance, EncodingError, Expansion as _, IrradianceEncoding,
-    IrradianceMatrix, IrradiancePolynomial, PackedIrradiance, PackedIrradiance5, Rgb, ShError, ShVec, encoding_error,
-    even_directions, tangent_frame,
+use lobe::sh::encoding::{
+    EncodedIrradiance, EncodingError, IrradianceEncoding, IrradianceMatrix, IrradiancePolynomial, PackedIrradiance,
+    PackedIrradiance5, encoding_error,
 };
+use lobe::sh::rotation::{AxisPermutation, tangent_frame};
+use lobe::sh::sphere::even_directions;
+use lobe::sh::{Coefficient, Dir, Expansion as _, Rgb, ShError, ShVec};
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
 

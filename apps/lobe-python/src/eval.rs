@@ -1,6 +1,7 @@
 //! Values of functions towards many directions.
 
-use lobe::sh::{BasisTiles, Functions, Tiled, Vectors, coefficient_count};
+use lobe::sh::basis::{Vectors, coefficient_count};
+use lobe::sh::batch::{BasisTiles, Functions, Tiled};
 use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
 use rayon::prelude::*;

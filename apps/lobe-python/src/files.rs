@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
-use lobe::sh::{Expansion as _, FileCoefficients, Quantity, Rgb, ShError, ShFile, ShVec, read_sh_json, write_sh_json};
+use lobe::sh::expansion::Quantity;
+use lobe::sh::sh_json::{FileCoefficients, ShFile, read_sh_json, write_sh_json};
+use lobe::sh::{Expansion as _, Rgb, ShError, ShVec};
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;

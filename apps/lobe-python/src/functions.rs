@@ -1,11 +1,13 @@
 //! Operations on functions on the sphere, one row of coefficients after the other.
 
 use lobe::env::damp_zonal_in_place;
-use lobe::sh::{
-    Axis, Coefficient, ContentWindow, DeringOptions, DeringOutcome, Expansion as _, Exponential, MAX_GAUNT_ORDER, Real,
-    Rgb, Rotation, RotationMatrices, ShVec, Window, Zonal, coefficient_count, dering_in_place, mirror_in_place,
-    product_into, window_in_place,
-};
+use lobe::sh::basis::coefficient_count;
+use lobe::sh::exponential::Exponential;
+use lobe::sh::filter::window_in_place;
+use lobe::sh::product::{MAX_GAUNT_ORDER, product_into};
+use lobe::sh::ringing::{ContentWindow, DeringOptions, DeringOutcome, dering_in_place};
+use lobe::sh::rotation::{Axis, RotationMatrices, mirror_in_place};
+use lobe::sh::{Coefficient, Expansion as _, Real, Rgb, Rotation, ShVec, Window, Zonal};
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
 
@@ -161,7 +163,7 @@ pub(crate) fn window_factors(name: &str, order: usize) -> PyResult<Vec<f64>> {
 /// width does.
 #[pyfunction]
 pub(crate) fn width_of_peak(power: Option<f64>, order: usize, peak: f64) -> Option<f64> {
-    lobe::sh::width_of_peak(order, peak, |width| match power {
+    lobe::sh::filter::width_of_peak(order, peak, |width| match power {
         None => Window::Hanning { width },
         Some(power) => Window::Lanczos { width, power },
     })
@@ -299,7 +301,7 @@ struct Log {
 
 impl<T: Real> RowWork<T> for Log {
     fn run<C: Coefficient<Scalar = T>>(&self, row: &[C], out: &mut [C]) -> Result<(), String> {
-        each_channel(row, out, |f| lobe::sh::logarithm(f, self.clamp))
+        each_channel(row, out, |f| lobe::sh::exponential::logarithm(f, self.clamp))
     }
 }
 

@@ -1,6 +1,7 @@
 //! Analytic lights as functions on the sphere.
 
-use lobe::sh::{Dir, Expansion as _, Light, Normalization, Rgb, SphericalPolygon, directional_normalization};
+use lobe::sh::light::{Normalization, SphericalPolygon, directional_normalization};
+use lobe::sh::{Dir, Expansion as _, Light, Rgb};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 

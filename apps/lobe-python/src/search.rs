@@ -2,11 +2,14 @@
 
 use std::time::Instant;
 
-use lobe::sh::{
-    Coefficient, Dir, Expansion as _, LightChoice, LightFit, LightFitOptions, LightMetric, PeakSearch, Rgb, ShVec,
-    certified_minimum, coefficient_count, conservative_minimum, extract_light, extract_lights, fit_lights,
+use lobe::sh::basis::coefficient_count;
+use lobe::sh::extrema::certified_minimum;
+use lobe::sh::light_extraction::{
+    LightChoice, LightFit, LightFitOptions, LightMetric, PeakSearch, extract_light, extract_lights, fit_lights,
     local_maxima,
 };
+use lobe::sh::ringing::conservative_minimum;
+use lobe::sh::{Coefficient, Dir, Expansion as _, Rgb, ShVec};
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods as _};
 use pyo3::prelude::*;
 use rayon::prelude::*;

@@ -57,7 +57,7 @@
 //! | cameras of scenes | [`ViewPoint`], [`CameraOptions`] |
 //! | mirrors | [`BlinnNewell`], [`SphereMapped`], [`CubeMapped`], [`Paraboloids`]; reference [`TracedMirror`] |
 //! | glossy reflection | [`Glossy`], [`HighlightMap`], [`ReflectionSpace`]; reference [`BruteForceReflection`] |
-//! | diffuse reflection | [`MatteByMap`], [`MatteBySh`] with [`IrradiancePolynomial`](lobe_sh::IrradiancePolynomial) |
+//! | diffuse reflection | [`MatteByMap`], [`MatteBySh`] with [`IrradiancePolynomial`](lobe_sh::encoding::IrradiancePolynomial) |
 //! | bump mapping | [`Bumped`], [`bumped_normal`], [`bumps`] |
 //! | environment mapping of scenes | [`light_by_environment_maps`], [`EnvironmentMaps`], [`TurnedMaps`], [`EnvironmentMapOptions`] |
 //! | figures of mappings | [`mapping_figure()`] |

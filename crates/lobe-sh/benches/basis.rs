@@ -4,7 +4,8 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
-use lobe_sh::{Basis, DirBatch, ShBatch, band_and_m, coefficient_count, eval_basis_into};
+use lobe_sh::basis::{Basis, band_and_m, coefficient_count, eval_basis_into};
+use lobe_sh::batch::{DirBatch, ShBatch};
 use lobe_testkit::Random;
 use sphrs::{Coordinates, HarmonicsSet, RealSH};
 

@@ -4,9 +4,8 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
-use lobe_sh::{
-    Dir, Expansion as _, IrradianceEncoding, IrradianceMatrix, PackedIrradiance, Rgb, Rotation, ShL2, ShVec, Zonal,
-};
+use lobe_sh::encoding::{IrradianceEncoding, IrradianceMatrix, PackedIrradiance};
+use lobe_sh::{Dir, Expansion as _, Rgb, Rotation, ShL2, ShVec, Zonal};
 use lobe_testkit::{Random, directions};
 
 const PROBES: usize = 64;

@@ -4,9 +4,9 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
-use lobe_sh::{
-    Dir, LightFitOptions, PeakSearch, Rgb, ShVec, SphericalPolygon, Zonal, extract_light, extract_lights, local_maxima,
-};
+use lobe_sh::light::SphericalPolygon;
+use lobe_sh::light_extraction::{LightFitOptions, PeakSearch, extract_light, extract_lights, local_maxima};
+use lobe_sh::{Dir, Rgb, ShVec, Zonal};
 use lobe_testkit::Random;
 
 const ORDERS: [usize; 5] = [2, 3, 4, 5, 6];

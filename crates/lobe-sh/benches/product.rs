@@ -4,10 +4,11 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
-use lobe_sh::{
-    Dir, LOG_CLAMP, ShBatch, ShVec, Zonal, coefficient_count, logarithm, logarithm_batch_in_place, product_into,
-    square_into,
-};
+use lobe_sh::basis::coefficient_count;
+use lobe_sh::batch::ShBatch;
+use lobe_sh::exponential::{LOG_CLAMP, logarithm, logarithm_batch_in_place};
+use lobe_sh::product::{product_into, square_into};
+use lobe_sh::{Dir, ShVec, Zonal};
 use lobe_testkit::Random;
 
 const ORDERS: [usize; 8] = [2, 3, 4, 5, 6, 7, 8, 10];

@@ -4,10 +4,11 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
-use lobe_sh::{
-    Coefficient as _, DeringMethod, DeringOptions, Dir, Expansion as _, Rgb, ShBatch, ShL2, ShVec, Window, Zonal,
-    certified_minimum, conservative_minimum, dering_in_place, window_in_place,
-};
+use lobe_sh::batch::ShBatch;
+use lobe_sh::extrema::certified_minimum;
+use lobe_sh::filter::window_in_place;
+use lobe_sh::ringing::{DeringMethod, DeringOptions, conservative_minimum, dering_in_place};
+use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, ShL2, ShVec, Window, Zonal};
 use lobe_testkit::Random;
 
 const PROBES: usize = 256;

@@ -4,7 +4,10 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
-use lobe_sh::{Rotation, RotationMatrices, ShBatch, coefficient_count};
+use lobe_sh::Rotation;
+use lobe_sh::basis::coefficient_count;
+use lobe_sh::batch::ShBatch;
+use lobe_sh::rotation::RotationMatrices;
 use lobe_testkit::Random;
 
 const ORDERS: [usize; 6] = [3, 4, 5, 6, 10, 64];

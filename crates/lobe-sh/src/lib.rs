@@ -39,7 +39,8 @@
 //! # Example: measurements, and how far to trust them
 //!
 //! ```
-//! use lobe_sh::{Conditioning, Dir, Expansion as _, MonteCarloOptions, Zonal, least_squares, project_monte_carlo};
+//! use lobe_sh::projection::{Conditioning, MonteCarloOptions, least_squares, project_monte_carlo};
+//! use lobe_sh::{Dir, Expansion as _, Zonal};
 //!
 //! // A lamp that can only be sampled: 120° wide, with a hard edge.
 //! let lamp = |s: Dir| -> f64 { if s.dot(Dir::X) > 0.5 { 1.0 } else { 0.0 } };
@@ -58,32 +59,34 @@
 //!
 //! # Index
 //!
+//! What almost every program needs stands at the root, all else in the module of its field.
+//!
 //! | to | use |
 //! |---|---|
 //! | hold a function | [`Sh`] (order fixed, [`ShL0`] to [`ShL9`]), [`ShVec`] (order at run time), [`Zonal`] (symmetric about an axis) |
 //! | get a type of fixed order from a function | [`project_as`], [`ShVec::product_as`], [`Zonal::towards_as`], [`Light::project_as`]: any [`FixedOrder`] |
 //! | exchange data with an engine | `From` and `Into` of arrays, `[[f32; 3]; 9]`; features `glam`, `mint`, `bytemuck`, `serde` |
 //! | read, compare, evaluate any of the first two | [`Expansion`]; coefficients are [`Coefficient`]s: `f32`, `f64`, [`Rgb`] |
-//! | hold and compute many functions at once | `ShBatch`, `DirBatch` (feature `batch`): basis, rotation, products by the widest instructions of the machine (feature `simd`) |
-//! | evaluate many functions towards many vectors | `Functions` of numbers or colors one after the other, towards `Vectors` (feature `simd`) |
-//! | evaluate the basis | [`eval_basis`], [`Basis`] (many directions), [`eval_basis_gradients`], [`eval_complex`], [`fn@legendre`] |
-//! | number bands and coefficients | [`coefficient_index`], [`band_range`], [`band_and_m`], [`coefficient_count`], [`order_of`] |
-//! | turn a function into an expansion | [`fn@project`] (exact), [`project_to_accuracy`], [`project_monte_carlo`], [`Zonal::project`] |
-//! | turn samples into one | [`fn@least_squares`] |
-//! | integrate | [`SphereQuadrature`], [`gauss_legendre`] |
-//! | keep irradiance in a few numbers | [`IrradianceEncoding`]: [`AmbientCube`], [`NonLinearL1`], [`Zh3`], [`Ahd`], [`HBasis`], [`Hl2`]; [`encoding_error`] |
-//! | give irradiance to a shader | [`PackedIrradiance`], [`IrradianceMatrix`], [`IrradiancePolynomial`]; of order 5 [`PackedIrradiance5`] |
+//! | hold and compute many functions at once | `batch::ShBatch`, `batch::DirBatch` (feature `batch`): basis, rotation, products by the widest instructions of the machine (feature `simd`) |
+//! | evaluate many functions towards many vectors | `batch::Functions` of numbers or colors one after the other, towards `basis::Vectors` (feature `simd`) |
+//! | evaluate the basis | [`eval_basis`], [`Basis`](basis::Basis) (many directions), [`eval_basis_gradients`](expansion::eval_basis_gradients), [`eval_complex`](basis::eval_complex), [`legendre`](fn@basis::legendre) |
+//! | number bands and coefficients | [`coefficient_index`](basis::coefficient_index), [`band_range`](basis::band_range), [`band_and_m`](basis::band_and_m), [`coefficient_count`](basis::coefficient_count), [`order_of`](basis::order_of) |
+//! | turn a function into an expansion | [`fn@project`] (exact), [`project_to_accuracy`](projection::project_to_accuracy), [`project_monte_carlo`](projection::project_monte_carlo), [`Zonal::project`] |
+//! | turn samples into one | [`least_squares`](fn@projection::least_squares) |
+//! | integrate | [`SphereQuadrature`](sphere::SphereQuadrature), [`gauss_legendre`](sphere::gauss_legendre) |
+//! | keep irradiance in a few numbers | [`IrradianceEncoding`](encoding::IrradianceEncoding): [`AmbientCube`](encoding::AmbientCube), [`NonLinearL1`](encoding::NonLinearL1), [`Zh3`](encoding::Zh3), [`Ahd`](encoding::Ahd), [`HBasis`](encoding::HBasis), [`Hl2`](encoding::Hl2); [`encoding_error`](encoding::encoding_error) |
+//! | give irradiance to a shader | [`PackedIrradiance`](encoding::PackedIrradiance), [`IrradianceMatrix`](encoding::IrradianceMatrix), [`IrradiancePolynomial`](encoding::IrradiancePolynomial); of order 5 [`PackedIrradiance5`](encoding::PackedIrradiance5) |
 //! | blur: irradiance, Phong, GGX | [`ShVec::convolved`] with [`Zonal::clamped_cosine`], [`Zonal::phong`], [`Zonal::ggx`] |
-//! | rotate | [`ShVec::rotated`] by a [`Rotation`] (Euler angles, quaternions), [`RotationMatrices`] (Ivanic and Ruedenberg, for many expansions), [`Zonal::towards`] |
-//! | mirror, exchange axes | [`ShVec::permuted`] by an [`AxisPermutation`], [`ShVec::mirrored`], [`mirror_in_place`], [`quarter_turn_in_place`] |
-//! | multiply functions | [`ShVec::product`], [`product_into`], of many `product_of_blocks`, [`product_on_grid`], [`ProductMatrix`]; Gaunt coefficients: [`gaunt_coefficient`], [`GauntTensor`] |
-//! | combine shadows | [`logarithm`], of many at once `logarithm_batch_in_place`, [`Zonal::sphere_logarithm`], [`ZonalLogarithm`], [`Exponential`] ([`ExpMethod`], [`OptimalLinear`]) |
-//! | make light | [`Light`] with its [`Normalization`]; [`Zonal::cone`], [`Zonal::soft_cone`], [`SphericalPolygon`] |
-//! | find lights in an expansion | [`extract_light`], [`extract_lights`], [`fit_lights`]; [`local_maxima`] |
-//! | exchange ringing for blur | [`Window`], [`ShVec::windowed`], [`ContentWindow`] (none towards the light), [`Window::squared_laplacian_of`], [`width_of_peak`], [`dering_table_factors`] |
-//! | find extreme values | [`certified_minimum`], [`certified_maximum`], [`conservative_minimum`] |
-//! | remove ringing below zero | [`ShVec::deringed`], [`dering_in_place`] with its [`DeringReport`]; of many functions `ShBatch::dering_in_place` |
-//! | read and write `.sh.json` | `read_sh_json`, `write_sh_json` (feature `json`) |
+//! | rotate | [`ShVec::rotated`] by a [`Rotation`] (Euler angles, quaternions), [`RotationMatrices`](rotation::RotationMatrices) (Ivanic and Ruedenberg, for many expansions), [`Zonal::towards`] |
+//! | mirror, exchange axes | [`ShVec::permuted`] by an [`AxisPermutation`](rotation::AxisPermutation), [`ShVec::mirrored`], [`mirror_in_place`](rotation::mirror_in_place), [`quarter_turn_in_place`](rotation::quarter_turn_in_place) |
+//! | multiply functions | [`ShVec::product`], [`product_into`](product::product_into), of many `product::product_of_blocks`, [`product_on_grid`](product::product_on_grid), [`ProductMatrix`](product::ProductMatrix); Gaunt coefficients: [`gaunt_coefficient`](product::gaunt_coefficient), [`GauntTensor`](product::GauntTensor) |
+//! | combine shadows | [`logarithm`](exponential::logarithm), of many at once `exponential::logarithm_batch_in_place`, [`Zonal::sphere_logarithm`], [`ZonalLogarithm`](exponential::ZonalLogarithm), [`Exponential`](exponential::Exponential) ([`ExpMethod`](exponential::ExpMethod), [`OptimalLinear`](exponential::OptimalLinear)) |
+//! | make light | [`Light`] with its [`Normalization`](light::Normalization); [`Zonal::cone`], [`Zonal::soft_cone`], [`SphericalPolygon`](light::SphericalPolygon) |
+//! | find lights in an expansion | [`extract_light`](light_extraction::extract_light), [`extract_lights`](light_extraction::extract_lights), [`fit_lights`](light_extraction::fit_lights); [`local_maxima`](light_extraction::local_maxima) |
+//! | exchange ringing for blur | [`Window`], [`ShVec::windowed`], [`ContentWindow`](ringing::ContentWindow) (none towards the light), [`Window::squared_laplacian_of`], [`width_of_peak`](filter::width_of_peak), [`dering_table_factors`](ringing::dering_table_factors) |
+//! | find extreme values | [`certified_minimum`](extrema::certified_minimum), [`certified_maximum`](extrema::certified_maximum), [`conservative_minimum`](ringing::conservative_minimum) |
+//! | remove ringing below zero | [`ShVec::deringed`], [`dering_in_place`](ringing::dering_in_place) with its [`DeringReport`](ringing::DeringReport); of many functions `ShBatch::dering_in_place` |
+//! | read and write `.sh.json` | `sh_json::read_sh_json`, `sh_json::write_sh_json` (feature `json`) |
 //!
 //! # Types on top, slices below
 //!
@@ -114,35 +117,35 @@ compile_error!("lobe-sh needs the feature `std`, or `libm` where there is no sta
 #[macro_use]
 extern crate alloc;
 
-mod basis;
+pub mod basis;
 #[cfg(feature = "batch")]
-mod batch;
+pub mod batch;
 mod by_type;
-mod encoding;
+pub mod encoding;
 mod error;
-mod expansion;
-mod exponential;
-mod extrema;
-mod filter;
+pub mod expansion;
+pub mod exponential;
+pub mod extrema;
+pub mod filter;
 mod interop;
-mod light;
-mod light_extraction;
+pub mod light;
+pub mod light_extraction;
 mod once;
 mod prelude;
 #[cfg(feature = "simd")]
 #[doc(hidden)]
 pub mod probes;
-mod product;
-mod projection;
-mod ringing;
-mod rotation;
+pub mod product;
+pub mod projection;
+pub mod ringing;
+pub mod rotation;
 mod scalar;
 mod setters;
 #[cfg(feature = "json")]
-mod sh_json;
+pub mod sh_json;
 pub mod simd;
 mod solver;
-mod sphere;
+pub mod sphere;
 mod verbs;
 
 /// The example of README.md, compiled and run as a test.
@@ -150,79 +153,14 @@ mod verbs;
 #[doc = include_str!("../README.md")]
 struct Readme;
 
-pub use basis::basis::{Basis, eval_basis, eval_basis_into};
-pub use basis::complex::{complex_from_real, eval_complex, real_from_complex};
-pub use basis::index::{MAX_ORDER, band_and_m, band_range, coefficient_count, coefficient_index, order_of};
-pub use basis::legendre::{legendre, legendre_normalized};
-#[cfg(feature = "simd")]
-pub use basis::vectors::Vectors;
-#[cfg(feature = "batch")]
-pub use batch::dir_batch::DirBatch;
-#[cfg(feature = "batch")]
-pub use batch::sh_batch::ShBatch;
-#[cfg(feature = "simd")]
-pub use batch::values::{BasisTiles, Functions, Tiled};
-
-pub use encoding::ahd::Ahd;
-pub use encoding::ambient_cube::AmbientCube;
-pub use encoding::h_basis::{HBasis, HBasis4, HBasis6};
-pub use encoding::hemisphere::hemisphere_least_squares;
-pub use encoding::hl2::{Hl2, Hl2Weights};
-pub use encoding::irradiance_encoding::{EncodedIrradiance, EncodingError, IrradianceEncoding, encoding_error};
-pub use encoding::irradiance_matrix::IrradianceMatrix;
-pub use encoding::irradiance_polynomial::IrradiancePolynomial;
-pub use encoding::non_linear_l1::NonLinearL1;
-pub use encoding::packed_irradiance::PackedIrradiance;
-pub use encoding::packed_irradiance_5::PackedIrradiance5;
-pub use encoding::zh3::{Zh3, Zh3Axis};
+pub use basis::eval_basis;
 pub use error::ShError;
-pub use expansion::expansion::{Expansion, FixedOrder, optimal_linear_direction};
-pub use expansion::gradient::{eval_basis_gradients, eval_with_gradient};
-pub use expansion::quantity::Quantity;
-pub use expansion::sh::{Sh, ShL0, ShL1, ShL2, ShL3, ShL4, ShL5, ShL6, ShL7, ShL8, ShL9};
-pub use expansion::sh_vec::ShVec;
-pub use expansion::zonal::Zonal;
-#[cfg(feature = "batch")]
-pub use exponential::batch_logarithm::logarithm_batch_in_place;
-pub use exponential::exponential::{ExpMethod, Exponential};
-pub use exponential::logarithm::{LOG_CLAMP, logarithm};
-pub use exponential::optimal_linear::OptimalLinear;
-pub use exponential::zonal_logarithm::ZonalLogarithm;
-pub use extrema::Extremum;
-pub use extrema::branch_and_bound::{certified_maximum, certified_minimum};
-pub use filter::kernel::convolve_in_place;
-pub use filter::squared_laplacian::{squared_laplacian, squared_laplacian_lambda};
-pub use filter::window::{Window, scale_bands_in_place, width_of_peak, window_in_place};
-pub use light::light::Light;
-pub use light::normalization::{Normalization, directional_normalization};
-pub use light::spherical_polygon::SphericalPolygon;
-pub use light_extraction::extract::{
-    LightChoice, LightFitOptions, extract_light, extract_light_per_channel, extract_lights, fit_lights,
+pub use expansion::{
+    Expansion, FixedOrder, Sh, ShL0, ShL1, ShL2, ShL3, ShL4, ShL5, ShL6, ShL7, ShL8, ShL9, ShVec, Zonal,
 };
-pub use light_extraction::light_fit::{DirectionalLight, LightFit, LightMetric};
-pub use light_extraction::peaks::{Peak, PeakSearch, local_maxima};
-pub use product::gaunt::{GauntCoefficient, GauntTensor, MAX_GAUNT_ORDER, gaunt_coefficient};
-pub use product::grid::product_on_grid;
-#[cfg(feature = "batch")]
-pub use product::lane_product::product_of_blocks;
-pub use product::matrix::ProductMatrix;
-pub use product::product::{product_into, square_into, zonal_product_into};
-pub use projection::least_squares::{Conditioning, LeastSquaresFit, least_squares};
-pub use projection::monte_carlo::{MonteCarloEstimate, MonteCarloOptions, Sampling, project_monte_carlo};
-pub use projection::project::{Projection, project, project_as, project_to_accuracy};
-pub use ringing::content_window::ContentWindow;
-pub use ringing::dering::{DeringMethod, DeringOptions, DeringReport, WindowFamily, dering_in_place};
-pub use ringing::sloan_table::{conservative_minimum, dering_table_factors};
-pub use ringing::{DERING_ALLOWED, DeringOutcome};
-pub use rotation::axis_permutation::{Axis, AxisPermutation, mirror_in_place, quarter_turn_in_place};
-pub use rotation::ivanic::RotationMatrices;
-pub use rotation::rotation::{Rotation, tangent_frame};
+pub use filter::Window;
+pub use light::Light;
+pub use projection::{project, project_as};
+pub use rotation::Rotation;
 pub use scalar::{Coefficient, Real, Rgb};
-#[cfg(feature = "json")]
-pub use sh_json::{
-    FileCoefficients, ShFile, read_sh_json, read_sh_json_bytes, read_sh_json_from, write_sh_json, write_sh_json_to,
-};
-pub use sphere::dir::Dir;
-pub use sphere::point_sets::even_directions;
-pub use sphere::quadrature::{SphereQuadrature, gauss_legendre};
-pub use sphere::vector;
+pub use sphere::Dir;

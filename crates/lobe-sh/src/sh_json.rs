@@ -7,7 +7,9 @@ use std::path::Path;
 use serde::Deserialize;
 use serde_json::Value;
 
-use crate::{Coefficient, Expansion as _, MAX_ORDER, Quantity, Rgb, ShError, ShVec, coefficient_count};
+use crate::basis::index::{MAX_ORDER, coefficient_count};
+use crate::expansion::quantity::Quantity;
+use crate::{Coefficient, Expansion as _, Rgb, ShError, ShVec};
 use lobe_io::write_atomically;
 
 /// The value of the field `format`.
@@ -43,7 +45,9 @@ const LARGEST: f64 = 1e30;
 /// listed here are ignored, so that other tools may add notes.
 ///
 /// ```
-/// use lobe_sh::{Quantity, ShFile, ShVec, read_sh_json_bytes, write_sh_json_to};
+/// use lobe_sh::ShVec;
+/// use lobe_sh::expansion::Quantity;
+/// use lobe_sh::sh_json::{ShFile, read_sh_json_bytes, write_sh_json_to};
 ///
 /// let sky = ShFile::new(Quantity::Radiance, ShVec::constant(3, 1.0));
 /// let mut text = Vec::new();

@@ -4,11 +4,10 @@ use crate::filter::kernel::convolve_in_place;
 use crate::filter::window::window_in_place;
 use crate::product::product::product_into;
 use crate::ringing::dering::dering_in_place;
+use crate::ringing::dering::{DeringOptions, DeringReport};
 use crate::rotation::axis_permutation::mirror_in_place;
-use crate::{
-    Axis, AxisPermutation, Coefficient, DeringOptions, DeringReport, Expansion, FixedOrder, Rotation, Sh, ShVec,
-    Window, Zonal,
-};
+use crate::rotation::axis_permutation::{Axis, AxisPermutation};
+use crate::{Coefficient, Expansion, FixedOrder, Rotation, Sh, ShVec, Window, Zonal};
 
 /// The methods, once for each type.
 macro_rules! verbs {
@@ -63,7 +62,8 @@ macro_rules! verbs {
             /// The function made non-negative by a method, and what became of it; see [`dering_in_place`].
             ///
             /// ```
-            /// use lobe_sh::{DeringOptions, Dir, Expansion as _, ShL2, Zonal};
+            /// use lobe_sh::ringing::DeringOptions;
+            /// use lobe_sh::{Dir, Expansion as _, ShL2, Zonal};
             ///
             /// // The irradiance of a sun rings below zero on the far side.
             /// let irradiance = ShL2::impulse(Dir::Z, 1.0_f64).convolved(&Zonal::clamped_cosine(3));

@@ -11,7 +11,9 @@ use std::time::{Duration, Instant};
 use criterion::{BenchmarkId, Criterion, Throughput};
 use lobe_io::Job;
 use lobe_scene::built_in;
-use lobe_sh::{Dir, GauntTensor, Rgb, Rotation, RotationMatrices, Zonal};
+use lobe_sh::product::GauntTensor;
+use lobe_sh::rotation::RotationMatrices;
+use lobe_sh::{Dir, Rgb, Rotation, Zonal};
 use lobe_shadow::{
     FieldGrid, FieldOptions, OcclusionField, PlacedField, Placement, RadialInterpolation, ShadowFieldOptions,
     ShadowFields, ShadowReceivers, bake_field,

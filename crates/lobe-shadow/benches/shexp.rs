@@ -5,8 +5,11 @@
 use std::hint::black_box;
 use std::time::Instant;
 
+use lobe_sh::basis::{Basis, coefficient_count};
+use lobe_sh::batch::{DirBatch, ShBatch};
+use lobe_sh::product::{product_into, product_of_blocks};
 use lobe_sh::simd::{Kernel, LANES, Lanes, Machine, Wide, constant};
-use lobe_sh::{Basis, DirBatch, Rgb, ShBatch, ShL2, Zonal, coefficient_count, product_into, product_of_blocks};
+use lobe_sh::{Rgb, ShL2, Zonal};
 use lobe_shadow::{LogTable, LogTableOptions, Occluder, ShadowOptions, ShadowReceivers, SkyLight, SphereShadows};
 use lobe_testkit::Random;
 

@@ -2,7 +2,7 @@
 //!
 //! For clusters of 8 to 512 spheres, and orders 3 to 6, prints the mean of `‖found - truth‖/‖truth‖`, the truth being the
 //! projection of the sky's visibility by quadrature: for chained truncated products, for every method of
-//! [`lobe_sh::Exponential`], and for the single-precision path of the crate with its table.
+//! [`lobe_sh::exponential::Exponential`], and for the single-precision path of the crate with its table.
 //!
 //! ```sh
 //! cargo run --release --package lobe-shadow --example exponential_errors [CLUSTERS [SCALE]]
@@ -14,10 +14,11 @@
 
 use std::env;
 
-use lobe_sh::{
-    Basis, DeringOptions, Dir, ExpMethod, Expansion as _, Exponential, LOG_CLAMP, ShBatch, ShVec, Zonal,
-    ZonalLogarithm, project,
-};
+use lobe_sh::basis::Basis;
+use lobe_sh::batch::ShBatch;
+use lobe_sh::exponential::{ExpMethod, Exponential, LOG_CLAMP, ZonalLogarithm};
+use lobe_sh::ringing::DeringOptions;
+use lobe_sh::{Dir, Expansion as _, ShVec, Zonal, project};
 use lobe_shadow::{BatchExponential, LogTable, LogTableOptions};
 use lobe_testkit::Random;
 

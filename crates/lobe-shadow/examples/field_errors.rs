@@ -210,7 +210,7 @@ fn several(case: &Case) {
                     for k in order_of {
                         let mut out = lobe_sh::ShVec::zero(order);
                         let factor = &cut(&alone[k])[p * n..(p + 1) * n];
-                        lobe_sh::product_into(v.coefficients(), factor, out.coefficients_mut());
+                        lobe_sh::product::product_into(v.coefficients(), factor, out.coefficients_mut());
                         v = out;
                     }
                     v.into_vec()

@@ -22,7 +22,9 @@ mod shapes;
 
 use lobe_io::Job;
 use lobe_scene::{Bvh, Ray, Scene, SceneReadOptions, read_scene};
-use lobe_sh::{Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal, eval_basis, even_directions, product_into, project};
+use lobe_sh::product::product_into;
+use lobe_sh::sphere::even_directions;
+use lobe_sh::{Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal, eval_basis, project};
 use lobe_shadow::{
     FieldOptions, LogTable, LogTableOptions, Occluder, OcclusionField, PlacedField, Placement, ShadowFieldOptions,
     ShadowFields, ShadowOptions, ShadowReceivers, SkyLight, SphereFitOptions, SphereSet, SphereShadows,

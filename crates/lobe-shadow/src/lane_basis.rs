@@ -13,7 +13,7 @@ use pulp::Simd;
 ///   a = √((4l² - 1)/(l² - m²)),   b = √(((l-1)² - m²)/(4(l-1)² - 1))
 /// ```
 ///
-/// The plain recurrence, half the operations of the one by differences in [`lobe_sh::Basis`], is within 5e-6 to order 9 (test
+/// The plain recurrence, half the operations of the one by differences in [`lobe_sh::basis::Basis`], is within 5e-6 to order 9 (test
 /// `every_lane_is_the_basis_in_its_direction`).
 #[derive(Clone, Debug)]
 pub(crate) struct LaneBasis {

@@ -1,6 +1,7 @@
 //! Gaunt coefficients in blocks: the tensor as products of complex numbers, a fourth of its size.
 
-use lobe_sh::{coefficient_index, gaunt_coefficient};
+use lobe_sh::basis::coefficient_index;
+use lobe_sh::product::gaunt_coefficient;
 
 /// The two basis functions `y_l^μ`, `y_l^-μ` of one `μ = |m|`, whose coefficients are read as a complex number
 /// `z = f_l^μ + i f_l^-μ`, real for `μ = 0`. Ordered by `μ`, then by band.
@@ -87,7 +88,7 @@ mod tests {
                     real * permutations
                 })
                 .sum();
-            let tensor = lobe_sh::GauntTensor::new(order, order, order).coefficients().len();
+            let tensor = lobe_sh::product::GauntTensor::new(order, order, order).coefficients().len();
             assert_eq!(entries, tensor, "order {order}");
         }
     }

@@ -64,7 +64,7 @@ fn the_published_factoring_needs_the_published_operations() {
     let [orders, multiplications, additions] =
         ["/triple/order", "/triple/greedy_mul", "/triple/greedy_add"].map(lobe_testkit::golden_f64s);
     for (n, order) in orders.into_iter().enumerate() {
-        let tensor = lobe_sh::GauntTensor::new(order as usize, order as usize, order as usize);
+        let tensor = lobe_sh::product::GauntTensor::new(order as usize, order as usize, order as usize);
         let triples =
             tensor.coefficients().iter().map(|t| [t.i, t.j, t.k]).filter(|[i, j, k]| i <= j && j <= k).collect();
         let cost = cost(triples);

@@ -1,8 +1,8 @@
-//! The basis towards as many directions at once as a register holds: the recurrence of [`lobe_sh::Basis`] unrolled, with its constants.
+//! The basis towards as many directions at once as a register holds: the recurrence of [`lobe_sh::basis::Basis`] unrolled, with its constants.
 
 use std::fmt::Write as _;
 
-use lobe_sh::{Basis, coefficient_count, coefficient_index};
+use lobe_sh::basis::{Basis, coefficient_count, coefficient_index};
 
 /// The highest order with code of its own.
 const HIGHEST_ORDER: usize = 10;
@@ -22,7 +22,7 @@ pub(crate) fn files(header: &str) -> Vec<(String, String)> {
 
 const INDEX: &str = "\
 //! The basis of orders 1 to 10 towards many directions at once as straight-line code: the recurrence of
-//! [`Basis`](crate::Basis) with its constants.
+//! [`Basis`](crate::basis::Basis) with its constants.
 //!
 //! Names: `p_M_L` is the Legendre function of column `M = |m|` and band `L` with its normalization and without `sin^m`,
 //! `q_M_L` its difference to the band before; `c_M + i s_M = (x + iy)^M`; `co_M` and `so_M` the same with the sign of z,

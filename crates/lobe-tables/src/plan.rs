@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use lobe_sh::coefficient_index;
+use lobe_sh::basis::coefficient_index;
 
 use crate::blocks::{Block, Node};
 use crate::cover::{Edge, multiply_at_source};

@@ -196,7 +196,7 @@ mod tests {
                 let (a, b) = (random.signed_vec(a), random.signed_vec(b));
                 let b = if square { a.clone() } else { b };
                 let mut expected = vec![0.0; out];
-                lobe_sh::GauntTensor::new(orders[0], orders[1], orders[2]).product_into(&a, &b, &mut expected);
+                lobe_sh::product::GauntTensor::new(orders[0], orders[1], orders[2]).product_into(&a, &b, &mut expected);
                 let mine = evaluate(&graph, &results, &BTreeMap::from([('a', a), ('b', b)]));
                 for (k, (mine, negative)) in mine.into_iter().zip(signs).enumerate() {
                     let mine = if negative { -mine } else { mine };

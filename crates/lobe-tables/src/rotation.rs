@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use lobe_sh::{AxisPermutation, band_range, coefficient_count};
+use lobe_sh::basis::{band_range, coefficient_count};
+use lobe_sh::rotation::AxisPermutation;
 
 use crate::graph::{Graph, Value, signed};
 use crate::text::Function;

@@ -1,9 +1,9 @@
-//! The basis and products in WGSL: the recurrence of [`lobe_sh::Basis`] unrolled, with its constants, and the straight-line
+//! The basis and products in WGSL: the recurrence of [`lobe_sh::basis::Basis`] unrolled, with its constants, and the straight-line
 //! products of `lobe-sh`.
 
 use std::fmt::Write as _;
 
-use lobe_sh::{Basis, coefficient_count, coefficient_index};
+use lobe_sh::basis::{Basis, coefficient_count, coefficient_index};
 
 use crate::text::Function;
 
@@ -21,7 +21,7 @@ pub(crate) fn basis(header: &str) -> String {
 }
 
 const DOC: &str = "\
-// The real orthonormal basis y_i, orders 1 to 9, by the recurrence of `lobe_sh::Basis` with its constants: near the
+// The real orthonormal basis y_i, orders 1 to 9, by the recurrence of `lobe_sh::basis::Basis` with its constants: near the
 // poles w = |z| - 1 is exact and neighboring functions differ by the small q, so that nothing is lost to rounding.
 // Names: p_M_L is the Legendre function of column M = |m| and band L with its normalization and without sin^m, q_M_L its
 // difference to the band before; c_M + i s_M = (x + iy)^M; co_M and so_M the same with the sign of z.
@@ -82,7 +82,7 @@ fn number(x: f64) -> String {
 /// The module `product`: products of two expansions of one order, to that order, which `functions` are after order 1.
 pub(crate) fn product<'a>(header: &str, functions: impl Iterator<Item = (usize, Function<'a>)>) -> String {
     let mut text = format!(
-        "{header}\n// Products of expansions of one order, cut off at that order: the straight-line code of `lobe_sh::product_into`.\n"
+        "{header}\n// Products of expansions of one order, cut off at that order: the straight-line code of `lobe_sh::product::product_into`.\n"
     );
     // y_0² = y_0/√(4π).
     let first = number((4.0 * std::f64::consts::PI).sqrt().recip());

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use lobe_sh::{coefficient_index, gaunt_coefficient};
+use lobe_sh::basis::coefficient_index;
+use lobe_sh::product::gaunt_coefficient;
 
 use crate::cover::{Edge, multiply_at_source};
 use crate::graph::{Graph, Value, signed};

@@ -5,7 +5,8 @@
 use std::error::Error;
 
 use lobe::env::{bundled, project_env};
-use lobe::sh::{Dir, Expansion as _, band_and_m};
+use lobe::sh::basis::band_and_m;
+use lobe::sh::{Dir, Expansion as _};
 
 pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let sky = bundled::sunset().map();

@@ -4,7 +4,9 @@
 
 use std::error::Error;
 
-use lobe::sh::{DeringOptions, Dir, Expansion as _, ShVec, Window, Zonal, certified_minimum};
+use lobe::sh::extrema::certified_minimum;
+use lobe::sh::ringing::DeringOptions;
+use lobe::sh::{Dir, Expansion as _, ShVec, Window, Zonal};
 
 pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let sun = ShVec::<f64>::impulse(3, Dir::X, 1.0);

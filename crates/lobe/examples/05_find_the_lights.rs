@@ -4,7 +4,9 @@
 
 use std::error::Error;
 
-use lobe::sh::{Coefficient as _, Dir, Light, LightFitOptions, LightMetric, Normalization, Rgb, extract_lights};
+use lobe::sh::light::Normalization;
+use lobe::sh::light_extraction::{LightFitOptions, LightMetric, extract_lights};
+use lobe::sh::{Coefficient as _, Dir, Light, Rgb};
 
 pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let order = 5;

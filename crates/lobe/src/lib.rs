@@ -73,7 +73,8 @@
 //! ```
 //! use lobe::sh::{
 //!     Coefficient as _, ContentWindow, DeringOptions, Dir, Expansion as _, IrradianceEncoding, Light, Normalization,
-//!     PackedIrradiance, Rgb, Rotation, Window, Zonal, extract_light, //! };
+//!     PackedIrradiance, Rgb, Rotation, Window, Zonal, extract_light,
+//! };
 //!
 //! let sun = Light::Directional { dir: Dir::X, color: Rgb::new(3.0, 2.0, 1.0) };
 //! let sky = Light::Ambient { color: Rgb::splat(0.1) };

@@ -14,7 +14,8 @@ use lobe::io::{Progress, Shard};
 use lobe::prt::{AdaptiveOptions, BakeOptions, CompressOptions, ZonalFitOptions};
 use lobe::render::{EnvironmentMapOptions, MovingMethod, MovingOptions, PathOptions, TruthOptions, ViewOptions};
 use lobe::scene::{Material, SceneReadOptions};
-use lobe::sh::{Dir, ExpMethod, Rgb, Rotation, Window};
+use lobe::sh::exponential::ExpMethod;
+use lobe::sh::{Dir, Rgb, Rotation, Window};
 use lobe::shadow::ShadowOptions;
 use serde_json::{Value, from_str, to_string};
 

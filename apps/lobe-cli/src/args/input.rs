@@ -9,7 +9,7 @@ use anyhow::bail;
 use clap::Args;
 use lobe::env::{EnvError, Nonfinite};
 use lobe::image::{ImageError, PictureReadReport, ReadOption};
-use lobe::sh::{ShFile, read_sh_json, read_sh_json_from};
+use lobe::sh::sh_json::{ShFile, read_sh_json, read_sh_json_from};
 
 use crate::args::names::names;
 use crate::run::failure::image_error;

@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 use anyhow::bail;
 use clap::Args;
 use lobe::io::{IoError, check_writable, remove_abandoned};
-use lobe::sh::{Quantity, ShFile, write_sh_json, write_sh_json_to};
+use lobe::sh::expansion::Quantity;
+use lobe::sh::sh_json::{ShFile, write_sh_json, write_sh_json_to};
 use serde::Serialize;
 
 use crate::run::system::{check_stdout, stdout};

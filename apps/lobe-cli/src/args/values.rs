@@ -1,6 +1,7 @@
 //! Parsers of numbers, directions, colors and orders, which several sub-commands share.
 
-use lobe::sh::{Dir, MAX_ORDER, Rgb};
+use lobe::sh::basis::MAX_ORDER;
+use lobe::sh::{Dir, Rgb};
 
 /// The most rows a written picture may have: 8192 x 16384 texels take 1.5 GiB.
 const MAX_ROWS: usize = 8192;

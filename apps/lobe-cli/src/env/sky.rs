@@ -6,7 +6,9 @@ use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::{CieSky, EnvError, Ground, PreethamFit, PreethamSky, Sky, SkyFitOptions, sky_map, sky_sh};
 use lobe::image::PictureWriteOptions;
-use lobe::sh::{Coefficient as _, Dir, Quantity, Rgb, ShFile};
+use lobe::sh::expansion::Quantity;
+use lobe::sh::sh_json::ShFile;
+use lobe::sh::{Coefficient as _, Dir, Rgb};
 
 use crate::args::output::ShOutput;
 use crate::args::picture::PictureOutput;

@@ -3,7 +3,10 @@
 use anyhow::bail;
 use clap::Args;
 use lobe::env::{Sun, SunOptions, extract_suns};
-use lobe::sh::{Light, Normalization, Quantity, Rgb, ShFile, ShVec};
+use lobe::sh::expansion::Quantity;
+use lobe::sh::light::Normalization;
+use lobe::sh::sh_json::ShFile;
+use lobe::sh::{Light, Rgb, ShVec};
 use serde::Serialize;
 
 use crate::args::map_input::{MapInput, OF_MAP};

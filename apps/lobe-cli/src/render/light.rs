@@ -7,7 +7,9 @@ use anyhow::bail;
 use clap::Args;
 use lobe::env::{EnvMap, project_env};
 use lobe::render::{Backdrop, Background, DistantLight};
-use lobe::sh::{Dir, Expansion as _, Quantity, Rgb, Rotation, ShVec, Window, read_sh_json};
+use lobe::sh::expansion::Quantity;
+use lobe::sh::sh_json::read_sh_json;
+use lobe::sh::{Dir, Expansion as _, Rgb, Rotation, ShVec, Window};
 
 use crate::args::input::without_options;
 use crate::args::map_input::MapInput;

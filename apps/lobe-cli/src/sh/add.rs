@@ -2,7 +2,9 @@
 
 use anyhow::anyhow;
 use clap::Args;
-use lobe::sh::{Coefficient, FileCoefficients, Quantity, ShFile, ShVec};
+use lobe::sh::expansion::Quantity;
+use lobe::sh::sh_json::{FileCoefficients, ShFile};
+use lobe::sh::{Coefficient, ShVec};
 
 use crate::args::input::ShInput;
 use crate::args::output::{QuantityOption, ShOutput};

@@ -5,10 +5,10 @@ use std::str::FromStr;
 
 use anyhow::bail;
 use clap::Args;
-use lobe::sh::{
-    Coefficient as _, Expansion as _, FileCoefficients, Quantity, Rgb, ShFile, ShVec, Zonal, band_and_m,
-    coefficient_index,
-};
+use lobe::sh::basis::{band_and_m, coefficient_index};
+use lobe::sh::expansion::Quantity;
+use lobe::sh::sh_json::{FileCoefficients, ShFile};
+use lobe::sh::{Coefficient as _, Expansion as _, Rgb, ShVec, Zonal};
 
 use crate::args::input::ShInput;
 use crate::args::output::{QuantityOption, ShOutput};

@@ -2,10 +2,11 @@
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use lobe::sh::{
-    Coefficient, DeringMethod, DeringOptions, DeringOutcome, DeringReport, Expansion as _, Extremum, FileCoefficients,
-    Quantity, ShError, ShFile, ShVec, Zonal,
-};
+use lobe::sh::expansion::Quantity;
+use lobe::sh::extrema::Extremum;
+use lobe::sh::ringing::{DeringMethod, DeringOptions, DeringOutcome, DeringReport};
+use lobe::sh::sh_json::{FileCoefficients, ShFile};
+use lobe::sh::{Coefficient, Expansion as _, ShError, ShVec, Zonal};
 use serde::Serialize;
 
 use crate::args::input::ShInput;

@@ -5,10 +5,13 @@ use std::fmt::Write as _;
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use lobe::sh::{
-    AxisPermutation, Coefficient, Dir, Expansion as _, FileCoefficients, IrradianceEncoding, IrradianceMatrix,
-    IrradiancePolynomial, PackedIrradiance, PackedIrradiance5, Quantity, Rgb, ShError, ShVec, Zonal, tangent_frame,
+use lobe::sh::encoding::{
+    IrradianceEncoding, IrradianceMatrix, IrradiancePolynomial, PackedIrradiance, PackedIrradiance5,
 };
+use lobe::sh::expansion::Quantity;
+use lobe::sh::rotation::{AxisPermutation, tangent_frame};
+use lobe::sh::sh_json::FileCoefficients;
+use lobe::sh::{Coefficient, Dir, Expansion as _, Rgb, ShError, ShVec, Zonal};
 use serde::Serialize;
 
 use crate::args::input::ShInput;

@@ -2,7 +2,7 @@
 
 use clap::Args;
 use lobe::env::{EncodingErrors, encoding_errors};
-use lobe::sh::{EncodingError, IrradianceEncoding};
+use lobe::sh::encoding::{EncodingError, IrradianceEncoding};
 use serde::Serialize;
 
 use crate::args::map_input::MapInput;

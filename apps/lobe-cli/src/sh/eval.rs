@@ -1,7 +1,8 @@
 //! `lobe sh eval`: the values of an expansion.
 
 use clap::Args;
-use lobe::sh::{Coefficient, Dir, Expansion, FileCoefficients};
+use lobe::sh::sh_json::FileCoefficients;
+use lobe::sh::{Coefficient, Dir, Expansion};
 
 use crate::args::input::ShInput;
 use crate::args::output;

@@ -2,9 +2,10 @@
 
 use anyhow::bail;
 use clap::Args;
-use lobe::sh::{
-    Coefficient as _, ExpMethod, Expansion as _, Exponential, FileCoefficients, Quantity, Rgb, ShFile, ShVec,
-};
+use lobe::sh::expansion::Quantity;
+use lobe::sh::exponential::{ExpMethod, Exponential};
+use lobe::sh::sh_json::{FileCoefficients, ShFile};
+use lobe::sh::{Coefficient as _, Expansion as _, Rgb, ShVec};
 use serde::Serialize;
 
 use crate::args::input::ShInput;

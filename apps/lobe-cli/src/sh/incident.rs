@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use clap::Args;
 use lobe::io::read_file;
 use lobe::prt::read_neighborhood_bytes;
-use lobe::sh::{Coefficient as _, Expansion as _, FileCoefficients, Quantity, Rgb, ShFile};
+use lobe::sh::expansion::Quantity;
+use lobe::sh::sh_json::{FileCoefficients, ShFile};
+use lobe::sh::{Coefficient as _, Expansion as _, Rgb};
 
 use crate::args::input::ShInput;
 use crate::args::memory::MemoryLimit;

@@ -1,7 +1,8 @@
 //! `lobe sh info`: order, range of values and band energies of an expansion.
 
 use clap::Args;
-use lobe::sh::{Coefficient, Dir, Expansion, FileCoefficients, ShVec};
+use lobe::sh::sh_json::FileCoefficients;
+use lobe::sh::{Coefficient, Dir, Expansion, ShVec};
 use serde::Serialize;
 
 use crate::args::input::ShInput;

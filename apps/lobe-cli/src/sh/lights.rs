@@ -4,10 +4,13 @@ use std::fmt::Write as _;
 
 use anyhow::bail;
 use clap::Args;
-use lobe::sh::{
-    Coefficient, Dir, Expansion as _, FileCoefficients, LightChoice, LightFit, LightFitOptions, LightMetric, Quantity,
-    ShVec, directional_normalization, extract_light, extract_lights, fit_lights,
+use lobe::sh::expansion::Quantity;
+use lobe::sh::light::directional_normalization;
+use lobe::sh::light_extraction::{
+    LightChoice, LightFit, LightFitOptions, LightMetric, extract_light, extract_lights, fit_lights,
 };
+use lobe::sh::sh_json::FileCoefficients;
+use lobe::sh::{Coefficient, Dir, Expansion as _, ShVec};
 use serde::Serialize;
 
 use crate::args::input::ShInput;

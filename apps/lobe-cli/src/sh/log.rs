@@ -1,7 +1,9 @@
 //! `lobe sh log`: the logarithm of a visibility, so that shadows add up.
 
 use clap::Args;
-use lobe::sh::{LOG_CLAMP, Quantity, ShFile, logarithm};
+use lobe::sh::expansion::Quantity;
+use lobe::sh::exponential::{LOG_CLAMP, logarithm};
+use lobe::sh::sh_json::ShFile;
 
 use crate::args::input::ShInput;
 use crate::args::output::ShOutput;

@@ -4,9 +4,10 @@ use std::fmt::Write as _;
 
 use anyhow::bail;
 use clap::Args;
-use lobe::sh::{
-    Coefficient, Expansion as _, Extremum, FileCoefficients, ShVec, certified_minimum, conservative_minimum,
-};
+use lobe::sh::extrema::{Extremum, certified_minimum};
+use lobe::sh::ringing::conservative_minimum;
+use lobe::sh::sh_json::FileCoefficients;
+use lobe::sh::{Coefficient, Expansion as _, ShVec};
 use serde::Serialize;
 
 use crate::args::input::ShInput;

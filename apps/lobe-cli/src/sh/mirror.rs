@@ -1,7 +1,9 @@
 //! `lobe sh mirror`: reflection of an expansion along an axis.
 
 use clap::Args;
-use lobe::sh::{Axis, Expansion as _, FileCoefficients, ShFile, mirror_in_place};
+use lobe::sh::Expansion as _;
+use lobe::sh::rotation::{Axis, mirror_in_place};
+use lobe::sh::sh_json::{FileCoefficients, ShFile};
 
 use crate::args::input::ShInput;
 use crate::args::names::names;

@@ -1,7 +1,9 @@
 //! `lobe sh peaks`: all local maxima of an expansion.
 
 use clap::Args;
-use lobe::sh::{FileCoefficients, Peak, PeakSearch, Rgb, local_maxima};
+use lobe::sh::Rgb;
+use lobe::sh::light_extraction::{Peak, PeakSearch, local_maxima};
+use lobe::sh::sh_json::FileCoefficients;
 use serde::Serialize;
 
 use crate::args::input::ShInput;

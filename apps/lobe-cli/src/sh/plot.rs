@@ -9,7 +9,8 @@ use clap::{Args, ValueEnum};
 use lobe::image::{Picture, Tone};
 use lobe::io::{IoError, write_atomically};
 use lobe::render::{Balloon, CrossSection, CubeCross, Curve2d, LinePlot, PolarPlot};
-use lobe::sh::{Coefficient as _, Dir, Expansion as _, FileCoefficients, ShVec};
+use lobe::sh::sh_json::FileCoefficients;
+use lobe::sh::{Coefficient as _, Dir, Expansion as _, ShVec};
 
 use crate::args::input::ShInput;
 use crate::args::output;

@@ -2,7 +2,8 @@
 
 use anyhow::bail;
 use clap::Args;
-use lobe::sh::{FileCoefficients, Quantity, ShFile};
+use lobe::sh::expansion::Quantity;
+use lobe::sh::sh_json::{FileCoefficients, ShFile};
 
 use crate::args::input::ShInput;
 use crate::args::output::{QuantityOption, ShOutput};

@@ -1,7 +1,7 @@
 //! `lobe sh rotate`: rotation of an expansion.
 
 use clap::Args;
-use lobe::sh::{FileCoefficients, ShFile};
+use lobe::sh::sh_json::{FileCoefficients, ShFile};
 
 use crate::args::input::ShInput;
 use crate::args::output::ShOutput;

@@ -2,7 +2,8 @@
 
 use anyhow::anyhow;
 use clap::Args;
-use lobe::sh::{Coefficient, Expansion as _, FileCoefficients, Rgb, ShFile, ShVec};
+use lobe::sh::sh_json::{FileCoefficients, ShFile};
+use lobe::sh::{Coefficient, Expansion as _, Rgb, ShVec};
 
 use crate::args::input::ShInput;
 use crate::args::output::{QuantityOption, ShOutput};

@@ -5,7 +5,10 @@ use std::f64::consts::PI;
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use lobe::env::damp_zonal_in_place;
-use lobe::sh::{Coefficient, ContentWindow, Expansion as _, FileCoefficients, ShFile, ShVec, Window, width_of_peak};
+use lobe::sh::filter::width_of_peak;
+use lobe::sh::ringing::ContentWindow;
+use lobe::sh::sh_json::{FileCoefficients, ShFile};
+use lobe::sh::{Coefficient, Expansion as _, ShVec, Window};
 
 use crate::args::input::ShInput;
 use crate::args::output::ShOutput;

@@ -1,6 +1,7 @@
 //! Invalid files: damaged, missing, of another kind or too large; one clear line and exit code 2 for each.
 
-use lobe::sh::{Quantity, ShVec};
+use lobe::sh::ShVec;
+use lobe::sh::expansion::Quantity;
 
 use crate::harness::{Dir, ONE, flat_hdr};
 #[cfg(target_os = "linux")]

@@ -1,6 +1,7 @@
 //! Bad input of the commands for what moves: each is one line, and nothing is written.
 
-use lobe::sh::{Quantity, ShVec};
+use lobe::sh::ShVec;
+use lobe::sh::expansion::Quantity;
 use lobe::shadow::{
     FieldStorage, Lamp, RadianceField, RadianceOptions, Rectangle, SphereSet, write_lamp, write_spheres,
 };

@@ -1,6 +1,7 @@
 //! Invalid command lines: one line that names the fault and points to the help.
 
-use lobe::sh::{Quantity, ShVec};
+use lobe::sh::ShVec;
+use lobe::sh::expansion::Quantity;
 
 use crate::harness::Dir;
 

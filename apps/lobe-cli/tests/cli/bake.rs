@@ -172,7 +172,9 @@ fn matrices_lightmaps_grids_and_compressed_transfer_are_written() {
 
 #[test]
 fn the_light_at_a_point_of_a_grid_is_that_of_the_library_and_can_be_drawn() {
-    use lobe::sh::{Expansion as _, FileCoefficients, Quantity};
+    use lobe::sh::Expansion as _;
+    use lobe::sh::expansion::Quantity;
+    use lobe::sh::sh_json::FileCoefficients;
     let dir = Dir::new();
     dir.lobe("bake built-in:ball --grid 2,3,4 --mode shadowed --order 2 --samples 256 --quiet -o g.safetensors")
         .stdout();

@@ -3,10 +3,9 @@
 use std::f64::consts::PI;
 
 use lobe::env::{EnvMap, irradiance_sh};
-use lobe::sh::{
-    Coefficient as _, Dir as Direction, Expansion as _, IrradianceEncoding, IrradianceMatrix, PackedIrradiance,
-    Quantity, Rgb, ShVec, Zonal, eval_basis,
-};
+use lobe::sh::encoding::{IrradianceEncoding, IrradianceMatrix, PackedIrradiance};
+use lobe::sh::expansion::Quantity;
+use lobe::sh::{Coefficient as _, Dir as Direction, Expansion as _, Rgb, ShVec, Zonal, eval_basis};
 use lobe_testkit::directions;
 use serde_json::Value;
 

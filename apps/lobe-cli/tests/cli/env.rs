@@ -3,7 +3,8 @@
 use std::f32::consts::PI;
 
 use lobe::env::EnvMap;
-use lobe::sh::{Quantity, Rgb, ShVec, project};
+use lobe::sh::expansion::Quantity;
+use lobe::sh::{Rgb, ShVec, project};
 
 use crate::harness::{Dir, ONE, flat_hdr};
 

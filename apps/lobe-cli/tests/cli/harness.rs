@@ -7,7 +7,9 @@ use std::process::{Command, ExitStatus, Output, Stdio};
 
 use lobe::env::{EnvMap, PictureWriteOptions, write_env};
 use lobe::prt::{Baked, read_baked};
-use lobe::sh::{FileCoefficients, Quantity, Rgb, ShFile, read_sh_json, write_sh_json};
+use lobe::sh::Rgb;
+use lobe::sh::expansion::Quantity;
+use lobe::sh::sh_json::{FileCoefficients, ShFile, read_sh_json, write_sh_json};
 use lobe_testkit::{glb_faults, glb_unused};
 use tempfile::TempDir;
 

@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 
 use lobe::env::EnvMap;
 use lobe::image::{PictureReadOptions, read_picture};
-use lobe::sh::{FileCoefficients, Quantity};
+use lobe::sh::expansion::Quantity;
+use lobe::sh::sh_json::FileCoefficients;
 use serde_json::Value;
 
 use crate::harness::Dir;

@@ -5,7 +5,8 @@ use lobe::env::{
     project_map, read_map, write_cube,
 };
 use lobe::image::{PictureReadOptions, read_picture};
-use lobe::sh::{Expansion as _, FileCoefficients, Rgb, ShVec};
+use lobe::sh::sh_json::FileCoefficients;
+use lobe::sh::{Expansion as _, Rgb, ShVec};
 use serde_json::Value;
 
 use crate::harness::Dir;
@@ -348,7 +349,7 @@ fn a_photograph_of_the_sky_by_a_fisheye_lens_is_a_map() {
     dir.lobe("project sky.pfm --fisheye equisolid:170 --fisheye-axis down -o ground.sh.json --quantity visibility")
         .succeeds();
     let file = dir.read_sh("ground.sh.json");
-    assert_eq!(file.quantity, lobe::sh::Quantity::Visibility, "as it was named");
+    assert_eq!(file.quantity, lobe::sh::expansion::Quantity::Visibility, "as it was named");
     assert!(file.coefficients.to_rgb()[2].g < 0.0, "light comes from below");
     for (options, part) in [
         ("--fisheye round", "expected one of equidistant, equisolid, stereographic, orthographic"),

@@ -2,9 +2,10 @@
 
 use std::f64::consts::PI;
 
-use lobe::sh::{
-    Coefficient as _, Dir as Direction, Expansion as _, FileCoefficients, Light, Normalization, Quantity, Rgb, ShVec,
-};
+use lobe::sh::expansion::Quantity;
+use lobe::sh::light::Normalization;
+use lobe::sh::sh_json::FileCoefficients;
+use lobe::sh::{Coefficient as _, Dir as Direction, Expansion as _, Light, Rgb, ShVec};
 use lobe_testkit::Random;
 use serde_json::Value;
 

@@ -2,7 +2,8 @@
 
 use std::f64::consts::PI;
 
-use lobe::sh::{Expansion as _, Quantity, Rgb, ShVec};
+use lobe::sh::expansion::Quantity;
+use lobe::sh::{Expansion as _, Rgb, ShVec};
 
 use crate::harness::{Dir, ONE, flat_hdr};
 

@@ -5,7 +5,8 @@ use std::f64::consts::PI;
 use lobe::image::{Picture, PictureReadOptions, Tone, read_picture};
 use lobe::io::Job;
 use lobe::prt::{Channels, Recipe, Transfer, read_transfer, write_lightmap};
-use lobe::sh::{Quantity, Rgb, ShVec};
+use lobe::sh::expansion::Quantity;
+use lobe::sh::{Rgb, ShVec};
 use serde_json::Value;
 
 use crate::harness::Dir;

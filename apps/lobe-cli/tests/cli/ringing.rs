@@ -2,7 +2,9 @@
 
 use std::f64::consts::PI;
 
-use lobe::sh::{Coefficient as _, Dir as Direction, Expansion as _, FileCoefficients, Quantity, Rgb, ShVec, Zonal};
+use lobe::sh::expansion::Quantity;
+use lobe::sh::sh_json::FileCoefficients;
+use lobe::sh::{Coefficient as _, Dir as Direction, Expansion as _, Rgb, ShVec, Zonal};
 use lobe_testkit::fibonacci_sphere;
 use serde_json::Value;
 

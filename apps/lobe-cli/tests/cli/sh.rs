@@ -2,7 +2,9 @@
 
 use std::f64::consts::PI;
 
-use lobe::sh::{Coefficient, Dir as Direction, Expansion as _, FileCoefficients, Quantity, Rgb, ShVec, Zonal, project};
+use lobe::sh::expansion::Quantity;
+use lobe::sh::sh_json::FileCoefficients;
+use lobe::sh::{Coefficient, Dir as Direction, Expansion as _, Rgb, ShVec, Zonal, project};
 use lobe_testkit::{Random, golden_f64s};
 
 use crate::harness::Dir;

@@ -1,9 +1,9 @@
 //! `lobe sh add`, `scale` and `mirror`, alone and in chains.
 
-use lobe::sh::{
-    Axis, Coefficient as _, Dir as Direction, Expansion as _, FileCoefficients, Quantity, Rgb, ShFile, ShVec,
-    mirror_in_place,
-};
+use lobe::sh::expansion::Quantity;
+use lobe::sh::rotation::{Axis, mirror_in_place};
+use lobe::sh::sh_json::{FileCoefficients, ShFile};
+use lobe::sh::{Coefficient as _, Dir as Direction, Expansion as _, Rgb, ShVec};
 
 use crate::harness::Dir;
 

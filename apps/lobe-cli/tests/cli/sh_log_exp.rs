@@ -1,9 +1,9 @@
 //! `lobe sh log` and `lobe sh exp`.
 
-use lobe::sh::{
-    Coefficient as _, Dir as Direction, ExpMethod, Expansion as _, Exponential, FileCoefficients, LOG_CLAMP, Quantity,
-    Rgb, ShFile, ShVec, Zonal, logarithm, project,
-};
+use lobe::sh::expansion::Quantity;
+use lobe::sh::exponential::{ExpMethod, Exponential, LOG_CLAMP, logarithm};
+use lobe::sh::sh_json::{FileCoefficients, ShFile};
+use lobe::sh::{Coefficient as _, Dir as Direction, Expansion as _, Rgb, ShVec, Zonal, project};
 use serde_json::Value;
 
 use crate::harness::Dir;

@@ -3,7 +3,8 @@
 use std::io::Write as _;
 use std::process::{Command, Stdio};
 
-use lobe::sh::{Quantity, ShVec};
+use lobe::sh::ShVec;
+use lobe::sh::expansion::Quantity;
 
 use crate::harness::Dir;
 

@@ -1,7 +1,8 @@
 //! Measurement of exponentials of sums of spheres.
 
 use lobe::env::bundled;
-use lobe::sh::{Coefficient as _, Dir, Rgb, even_directions};
+use lobe::sh::sphere::even_directions;
+use lobe::sh::{Coefficient as _, Dir, Rgb};
 use lobe::shadow::{LogTable, LogTableOptions, Occluder, ShadowOptions, ShadowReceivers, SkyLight, SphereShadows};
 use lobe_gpu::{BenchReport, Context, GpuSphereShadows, PassTime};
 

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
 
-use lobe::sh::Quantity;
+use lobe::sh::expansion::Quantity;
 use serde_json::Value;
 
 use crate::loading::place::given;

@@ -7,7 +7,9 @@ use lobe::env::{
     EnvMap, Ground, MappedMap, PreethamSky, Sky as _, project_map, read_map, read_map_bytes, reconstruct, sky_map,
 };
 use lobe::prt::Transfer;
-use lobe::sh::{Dir, Quantity, Rgb, ShFile, ShVec, read_sh_json, read_sh_json_bytes};
+use lobe::sh::expansion::Quantity;
+use lobe::sh::sh_json::{ShFile, read_sh_json, read_sh_json_bytes};
+use lobe::sh::{Dir, Rgb, ShVec};
 use lobe_gpu::{Context, Environment};
 
 use crate::loading::limits::{ReadLimits, plain};

@@ -3,7 +3,9 @@
 use std::ops::RangeInclusive;
 
 use eframe::egui::{ComboBox, Slider, SliderClamping, Ui};
-use lobe::sh::{Coefficient, DeringOptions, Expansion as _, ShVec, Window, Zonal, scale_bands_in_place, width_of_peak};
+use lobe::sh::filter::{scale_bands_in_place, width_of_peak};
+use lobe::sh::ringing::DeringOptions;
+use lobe::sh::{Coefficient, Expansion as _, ShVec, Window, Zonal};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::rooms::formulas::Formula;

@@ -88,7 +88,7 @@ fn shining(lamp: &Disc, towards: Dir, grid: &EnvMap) -> (Dir, f64, Rgb<f64>) {
 
 #[cfg(test)]
 mod tests {
-    use lobe::sh::vector::{add_scaled, dot, scale, tangents};
+    use lobe::sh::sphere::vector::{add_scaled, dot, scale, tangents};
 
     use super::*;
 

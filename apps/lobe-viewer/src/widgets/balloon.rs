@@ -3,7 +3,8 @@
 use eframe::egui::{Response, Rgba, Ui, Vec2};
 use lobe::image::Tone;
 use lobe::render::{Balloon, View};
-use lobe::sh::{Dir, Rgb, even_directions};
+use lobe::sh::sphere::even_directions;
+use lobe::sh::{Dir, Rgb};
 
 use crate::widgets::orbit::Orbit;
 use crate::widgets::picture::{PictureView, key_of};

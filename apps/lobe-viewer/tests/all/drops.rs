@@ -14,7 +14,9 @@ use lobe::prt::{
     ZonalFitOptions, fit_zonal, write_compressed_transfer, write_lightmap, write_matrices, write_transfer,
     write_zonal_transfer,
 };
-use lobe::sh::{Expansion as _, Quantity, Rgb, ShFile, ShVec, write_sh_json};
+use lobe::sh::expansion::Quantity;
+use lobe::sh::sh_json::{ShFile, write_sh_json};
+use lobe::sh::{Expansion as _, Rgb, ShVec};
 use lobe::shadow::{SphereFitOptions, SphereSet, fit_spheres, write_spheres};
 use lobe_viewer::{
     Kept, MotionEdits, MotionRoom, MotionView, Places, ReadLimits, RoomName, SceneData, UserFolder, ViewerApp,

@@ -3,9 +3,11 @@
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
-use lobe::sh::{
-    AmbientCube, Dir, Expansion as _, Quantity, ShFile, ShL2, ShVec, Window, Zonal, certified_minimum, write_sh_json,
-};
+use lobe::sh::encoding::AmbientCube;
+use lobe::sh::expansion::Quantity;
+use lobe::sh::extrema::certified_minimum;
+use lobe::sh::sh_json::{ShFile, write_sh_json};
+use lobe::sh::{Dir, Expansion as _, ShL2, ShVec, Window, Zonal};
 use lobe_viewer::{FunctionsEdits, FunctionsRoom, Section, Shape, Study, Taming};
 
 use crate::press::{choose, slide};

@@ -4,10 +4,13 @@ use eframe::egui::{Event, Key, Modifiers, PointerButton, Pos2, pos2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use lobe::env::{Mapping, SunOptions, extract_sun, project_map};
-use lobe::sh::{
-    Dir, Expansion as _, IrradianceEncoding, LightFitOptions, Quantity, Rgb, Rotation, ShFile, ShVec, Zonal,
-    certified_minimum, encoding_error, even_directions, extract_lights, write_sh_json,
-};
+use lobe::sh::encoding::{IrradianceEncoding, encoding_error};
+use lobe::sh::expansion::Quantity;
+use lobe::sh::extrema::certified_minimum;
+use lobe::sh::light_extraction::{LightFitOptions, extract_lights};
+use lobe::sh::sh_json::{ShFile, write_sh_json};
+use lobe::sh::sphere::even_directions;
+use lobe::sh::{Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal};
 use lobe_viewer::{OpenedSky, ReadLimits, Shelf, SkyEdits, SkyRoom, Step, Taming, open_sky};
 
 use crate::wait::step_until;

@@ -5,7 +5,9 @@ use egui_kittest::kittest::Queryable as _;
 use lobe::env::{Mapping, project_map};
 use lobe::image::compare;
 use lobe::render::{lat_long_picture, lat_long_picture_of};
-use lobe::sh::{Coefficient as _, DeringOptions, LightFitOptions, Rgb, ShVec, Window, Zonal, extract_lights};
+use lobe::sh::light_extraction::{LightFitOptions, extract_lights};
+use lobe::sh::ringing::DeringOptions;
+use lobe::sh::{Coefficient as _, Rgb, ShVec, Window, Zonal};
 use lobe_viewer::{OpenedSky, ReadLimits, SkyEdits, open_sky};
 
 use crate::press::{choose, slide};

@@ -3,7 +3,7 @@
 use lobe_sh::Dir;
 
 use crate::VectorIrradiance;
-use lobe_sh::vector::{Vec3, dot, length, sub};
+use lobe_sh::sphere::vector::{Vec3, dot, length, sub};
 
 /// A Lambertian light: a surface that emits radiance 1 to one side.
 ///

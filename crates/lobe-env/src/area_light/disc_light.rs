@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use lobe_sh::Dir;
 
 use crate::area_light::area_light::from_vec3;
-use lobe_sh::vector::{Vec3, add_scaled, cross, dot, length, sub, tangents_along_axis};
+use lobe_sh::sphere::vector::{Vec3, add_scaled, cross, dot, length, sub, tangents_along_axis};
 
 use crate::{AreaLight, PointLight, VectorIrradiance};
 

@@ -4,7 +4,7 @@ use lobe_sh::Dir;
 
 use crate::area_light::area_light::from_vec3;
 use crate::{AreaLight, EnvError, PointLight, VectorIrradiance};
-use lobe_sh::vector::{Vec3, add_scaled, cross, dot, length, sub};
+use lobe_sh::sphere::vector::{Vec3, add_scaled, cross, dot, length, sub};
 
 /// A plane polygon, convex or not, that emits radiance 1 to the side from which its vertices run counter-clockwise.
 ///

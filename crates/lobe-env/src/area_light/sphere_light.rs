@@ -6,7 +6,7 @@ use lobe_sh::Dir;
 
 use crate::area_light::area_light::from_vec3;
 use crate::{AreaLight, PointLight, VectorIrradiance};
-use lobe_sh::vector::{dot, length, sub};
+use lobe_sh::sphere::vector::{dot, length, sub};
 
 /// How far inside the sphere a point of its surface may be found, relative to the largest coordinate of either: it was
 /// rounded, and so are its differences from the center and their length.

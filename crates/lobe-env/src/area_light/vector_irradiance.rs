@@ -3,7 +3,8 @@
 use std::f64::consts::PI;
 
 use lobe_io::parallel;
-use lobe_sh::{Coefficient, Dir, Expansion, Rgb, coefficient_index};
+use lobe_sh::basis::coefficient_index;
+use lobe_sh::{Coefficient, Dir, Expansion, Rgb};
 
 use crate::mapping::lat_long::sin_cos_pi;
 use crate::projection::irradiance::row_vectors;
@@ -232,7 +233,7 @@ mod tests {
     fn maps_of_every_mapping_have_the_vector_of_their_light() {
         // ∫ (c + a·s) s ds = 4π/3 a.
         let slopes = [[0.5, -0.25, 1.0], [-1.0, 0.0, 0.125], [0.0, 0.75, -0.5]];
-        let light = |s: Dir| Rgb::from(slopes.map(|a| (2.0 + lobe_sh::vector::dot(a, s.to_array())) as f32));
+        let light = |s: Dir| Rgb::from(slopes.map(|a| (2.0 + lobe_sh::sphere::vector::dot(a, s.to_array())) as f32));
         for mapping in Mapping::ALL {
             let width = if mapping == Mapping::Cube { 64 } else { 256 };
             let map = MappedMap::from_fn(mapping, width, mapping.height_for(width), light);

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI};
 use derive_setters::Setters;
 use lobe_image::{Picture, PictureReadOptions};
 use lobe_io::Job;
-use lobe_sh::vector::cross;
+use lobe_sh::sphere::vector::cross;
 use lobe_sh::{Dir, Rotation};
 
 use crate::files::fisheye_rays::RoundPicture;

@@ -314,7 +314,7 @@ fn center(mapping: Mapping, width: usize, height: usize, x: usize, y: usize) -> 
     let (u, v) = ((x as f64 + 0.5) / width as f64, (y as f64 + 0.5) / height as f64);
     mapping.dir_from_uv(u, v).or_else(|| {
         let mut nodes = Vec::new();
-        let rule = lobe_sh::gauss_legendre(2);
+        let rule = lobe_sh::sphere::gauss_legendre(2);
         crate::mapping::texel_quadrature::nodes_into(mapping, [width, height], [x, y], &rule, &mut nodes);
         let sum = nodes.iter().fold([0.0; 3], |sum, (s, weight)| {
             let s = s.to_array();

@@ -2,7 +2,8 @@
 
 use std::f64::consts::PI;
 
-use lobe_sh::{Dir, gauss_legendre};
+use lobe_sh::Dir;
+use lobe_sh::sphere::gauss_legendre;
 
 use crate::mapping::lat_long::sin_cos_pi;
 

@@ -31,7 +31,7 @@
 //!
 //! OpenGL 4.6, section 8.13, table of the cube map faces.
 
-use lobe_sh::vector::{add_scaled, dot};
+use lobe_sh::sphere::vector::{add_scaled, dot};
 use lobe_sh::{Dir, Real};
 
 use crate::mapping::form::{Form, Pair, Plane, Rule, between_centers};

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::ops::Range;
 
 use lobe_sh::Dir;
-use lobe_sh::vector::Vec3;
+use lobe_sh::sphere::vector::Vec3;
 
 use crate::mapping::taps::Taps;
 

@@ -1,6 +1,6 @@
 //! Solid angles of triangles, and clipping of polygons: for texels cut along the folds of their mapping.
 
-use lobe_sh::vector::{cross, dot, sub};
+use lobe_sh::sphere::vector::{cross, dot, sub};
 
 /// The solid angle of the triangle with the given corners, seen from the origin; negative if they run clockwise.
 ///

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use lobe_io::parallel;
-use lobe_sh::gauss_legendre;
+use lobe_sh::sphere::gauss_legendre;
 
 use crate::prefilter::brightness;
 use crate::prefilter::cell_tree::{SIDE, lagrange, nodes};

@@ -3,7 +3,8 @@
 use std::f64::consts::PI;
 
 use lobe_io::parallel;
-use lobe_sh::{Dir, gauss_legendre};
+use lobe_sh::Dir;
+use lobe_sh::sphere::gauss_legendre;
 
 use crate::mapping::cube::{self, FACES};
 use crate::mapping::solid_angles::SolidAngles;

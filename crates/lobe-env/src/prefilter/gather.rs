@@ -5,7 +5,8 @@ use std::f64::consts::PI;
 use lobe_io::parallel;
 #[cfg(target_arch = "x86_64")]
 use lobe_sh::simd::Machine;
-use lobe_sh::{Coefficient, Dir, Rgb, gauss_legendre};
+use lobe_sh::sphere::gauss_legendre;
+use lobe_sh::{Coefficient, Dir, Rgb};
 
 use crate::CubeMap;
 use crate::mapping::cube::{self, FACES};

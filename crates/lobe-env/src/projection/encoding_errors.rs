@@ -1,7 +1,9 @@
 //! Errors of compact encodings of the irradiance under a map.
 
 use lobe_io::{Job, Progress};
-use lobe_sh::{Dir, EncodingError, IrradianceEncoding, Rgb, ShVec, encoding_error, even_directions};
+use lobe_sh::encoding::{EncodingError, IrradianceEncoding, encoding_error};
+use lobe_sh::sphere::even_directions;
+use lobe_sh::{Dir, Rgb, ShVec};
 use web_time::Instant;
 
 use crate::projection::irradiance::{irradiance_at, irradiance_sh};

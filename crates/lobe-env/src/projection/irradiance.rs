@@ -3,8 +3,9 @@
 use std::f64::consts::PI;
 
 use lobe_io::{Job, Progress, parallel};
+use lobe_sh::filter::convolve_in_place;
 use lobe_sh::simd::Machine;
-use lobe_sh::{Coefficient, Dir, Expansion, Rgb, ShVec, Zonal, convolve_in_place};
+use lobe_sh::{Coefficient, Dir, Expansion, Rgb, ShVec, Zonal};
 use pulp::NullaryFnOnce;
 use web_time::Instant;
 

@@ -15,9 +15,11 @@
 use std::ops::Range;
 
 use lobe_io::parallel;
+use lobe_sh::basis::{Basis, coefficient_count};
 use lobe_sh::simd::{Kernel, Machine};
-use lobe_sh::vector::{Vec3, add_scaled, dot};
-use lobe_sh::{Basis, Coefficient, Rgb, coefficient_count, gauss_legendre};
+use lobe_sh::sphere::gauss_legendre;
+use lobe_sh::sphere::vector::{Vec3, add_scaled, dot};
+use lobe_sh::{Coefficient, Rgb};
 use pulp::Simd;
 
 use crate::MappedMap;

@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 use std::ops::Range;
 
 use lobe_io::parallel;
-use lobe_sh::{Coefficient, Expansion, FixedOrder, Rgb, ShVec, coefficient_count, coefficient_index};
+use lobe_sh::basis::{coefficient_count, coefficient_index};
+use lobe_sh::{Coefficient, Expansion, FixedOrder, Rgb, ShVec};
 
 use crate::EnvMap;
 use crate::mapping::lat_long::sin_cos_pi;

@@ -1,7 +1,9 @@
 //! Projection of a map in any mapping onto spherical harmonics, without resampling.
 
 use lobe_io::parallel;
-use lobe_sh::{Basis, Coefficient, Dir, Expansion, Rgb, ShVec, coefficient_count, gauss_legendre};
+use lobe_sh::basis::{Basis, coefficient_count};
+use lobe_sh::sphere::gauss_legendre;
+use lobe_sh::{Coefficient, Dir, Expansion, Rgb, ShVec};
 
 use crate::mapping::form::Obstacle;
 use crate::mapping::texel_quadrature;

@@ -1,7 +1,8 @@
 //! Reconstruction of a lat-long map from its coefficients.
 
 use lobe_io::parallel;
-use lobe_sh::{Coefficient, Expansion, Rgb, ShVec, coefficient_count, coefficient_index};
+use lobe_sh::basis::{coefficient_count, coefficient_index};
+use lobe_sh::{Coefficient, Expansion, Rgb, ShVec};
 
 use crate::EnvMap;
 use crate::projection::lat_long_rows::LatLongRows;

@@ -2,7 +2,8 @@
 
 use std::f64::consts::PI;
 
-use lobe_sh::{Basis, coefficient_count, coefficient_index, gauss_legendre};
+use lobe_sh::basis::{Basis, coefficient_count, coefficient_index};
+use lobe_sh::sphere::gauss_legendre;
 
 use crate::mapping::lat_long::sin_cos_pi;
 

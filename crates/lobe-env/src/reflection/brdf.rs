@@ -3,7 +3,8 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::OnceLock;
 
-use lobe_sh::{Dir, gauss_legendre};
+use lobe_sh::Dir;
+use lobe_sh::sphere::gauss_legendre;
 
 use crate::reflection::dfg::{dfg, towards_both_ends};
 
@@ -163,7 +164,7 @@ mod tests {
     fn by_brute_force(brdf: &impl Brdf, cos_v: f64, nodes: usize) -> f64 {
         let v = Dir::from_angles(cos_v.acos(), 0.0);
         let r = Dir::from_angles(cos_v.acos(), PI);
-        let [u, w] = lobe_sh::vector::tangents_along_axis(r.to_array());
+        let [u, w] = lobe_sh::sphere::vector::tangents_along_axis(r.to_array());
         let rule = gauss_legendre(nodes);
         let mut sum = 0.0;
         for &(x, weight_x) in &rule {

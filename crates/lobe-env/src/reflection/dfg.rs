@@ -4,7 +4,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::OnceLock;
 
 use lobe_io::parallel;
-use lobe_sh::{Coefficient, Rgb, gauss_legendre};
+use lobe_sh::sphere::gauss_legendre;
+use lobe_sh::{Coefficient, Rgb};
 
 /// Nodes of each of the two integrals: three times as many change less than 2e-6 anywhere, 6e-7 for `α >= 0.01`, and
 /// 1e-12 for `α >= 0.3`, `cos_v >= 0.02` (test `the_integrals_have_converged`).

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use lobe_sh::gauss_legendre;
+use lobe_sh::sphere::gauss_legendre;
 
 use crate::EnvError;
 

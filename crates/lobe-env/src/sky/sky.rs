@@ -2,10 +2,9 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use lobe_sh::{
-    Coefficient, Dir, Expansion, Rgb, ShVec, coefficient_count, coefficient_index, eval_basis_into, gauss_legendre,
-    legendre,
-};
+use lobe_sh::basis::{coefficient_count, coefficient_index, eval_basis_into, legendre};
+use lobe_sh::sphere::gauss_legendre;
+use lobe_sh::{Coefficient, Dir, Expansion, Rgb, ShVec};
 
 use crate::{EnvMap, VectorIrradiance};
 

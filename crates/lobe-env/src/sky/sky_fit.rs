@@ -4,7 +4,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use derive_setters::Setters;
 use lobe_io::parallel;
-use lobe_sh::{Coefficient, Dir, Rgb, ShVec, coefficient_index, order_of};
+use lobe_sh::basis::{coefficient_index, order_of};
+use lobe_sh::{Coefficient, Dir, Rgb, ShVec};
 
 use crate::sky::preetham::luminance_scale;
 use crate::sky::sky::turn_to_azimuth;

@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 
 use derive_setters::Setters;
 use lobe_io::parallel;
-use lobe_sh::{Coefficient, Dir, Rgb, gauss_legendre};
+use lobe_sh::sphere::gauss_legendre;
+use lobe_sh::{Coefficient, Dir, Rgb};
 
 use crate::mapping::texel_quadrature;
 use crate::sky::neighbors::{Neighbors, parts};
@@ -299,7 +300,7 @@ impl Plane {
     /// The least-squares plane through texels around `center`, weighted with their solid angles; `None` if there are
     /// fewer than three.
     fn fit<'a>(center: Dir, texels: impl Iterator<Item = &'a Texel>) -> Option<Self> {
-        let [p, q] = lobe_sh::vector::tangents_along_axis(center.to_array());
+        let [p, q] = lobe_sh::sphere::vector::tangents_along_axis(center.to_array());
         let axes = [p, q];
         let mut matrix = [[0.0; 3]; 3];
         let mut right = [Rgb::ZERO; 3];
@@ -327,7 +328,7 @@ impl Plane {
 }
 
 fn terms(axes: &[[f64; 3]; 2], s: Dir) -> [f64; 3] {
-    let along = |axis: [f64; 3]| lobe_sh::vector::dot(s.to_array(), axis);
+    let along = |axis: [f64; 3]| lobe_sh::sphere::vector::dot(s.to_array(), axis);
     [1.0, along(axes[0]), along(axes[1])]
 }
 

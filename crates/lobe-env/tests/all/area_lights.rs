@@ -5,7 +5,8 @@ use std::sync::OnceLock;
 use lobe_env::{
     AreaLight, DiscLight, EnvError, ParallelBeam, PolygonLight, SphereLight, VectorIrradiance, compare_approximations,
 };
-use lobe_sh::{Dir, gauss_legendre};
+use lobe_sh::Dir;
+use lobe_sh::sphere::gauss_legendre;
 use lobe_testkit::{Random, directions};
 
 const ORIGIN: [f64; 3] = [0.0; 3];

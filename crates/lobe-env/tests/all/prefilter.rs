@@ -8,8 +8,9 @@ use lobe_env::{
     filter_lobe_lat_long, filter_zonal, prefilter_ggx,
 };
 use lobe_io::{Job, Progress};
-use lobe_sh::vector::tangents_along_axis;
-use lobe_sh::{Coefficient, Dir, Rgb, gauss_legendre};
+use lobe_sh::sphere::gauss_legendre;
+use lobe_sh::sphere::vector::tangents_along_axis;
+use lobe_sh::{Coefficient, Dir, Rgb};
 use lobe_testkit::Random;
 
 /// The default of the options.

@@ -3,7 +3,9 @@
 use std::f64::consts::PI;
 
 use lobe_env::{EnvMap, irradiance_sh, lat_long, project_env, reconstruct};
-use lobe_sh::{Basis, Coefficient, Dir, Expansion, Rgb, ShVec, coefficient_count, gauss_legendre};
+use lobe_sh::basis::{Basis, coefficient_count};
+use lobe_sh::sphere::gauss_legendre;
+use lobe_sh::{Coefficient, Dir, Expansion, Rgb, ShVec};
 use lobe_testkit::{Random, directions};
 
 /// The tolerance relative to the largest coefficient: both sides are exact up to the rounding of sums over all texels.

@@ -1,10 +1,10 @@
 //! Ringing of the expansions of photographs, and its removal by dering.
 
 use lobe_env::{EnvMap, SunOptions, bundled, extract_sun, project_env};
-use lobe_sh::{
-    Coefficient as _, DeringMethod, DeringOptions, DeringOutcome, Dir, Expansion as _, LightFitOptions, LightMetric,
-    Rgb, ShVec, Window, WindowFamily, Zonal, even_directions, extract_lights,
-};
+use lobe_sh::light_extraction::{LightFitOptions, LightMetric, extract_lights};
+use lobe_sh::ringing::{DeringMethod, DeringOptions, DeringOutcome, WindowFamily};
+use lobe_sh::sphere::even_directions;
+use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, ShVec, Window, Zonal};
 
 /// Sampled directions: a degree and a half apart, far below the wavelength of order 6.
 const SAMPLES: usize = 16_000;

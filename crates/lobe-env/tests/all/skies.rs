@@ -5,7 +5,8 @@ use lobe_env::{
     CieSky, EnvError, Ground, PreethamFit, PreethamSky, Sky, SkyFitOptions, damp_zonal_in_place, irradiance_at,
     project_env, sky_map, sky_sh, vector_irradiance,
 };
-use lobe_sh::{Coefficient, Dir, Expansion, Rgb, ShVec, Zonal, coefficient_index, eval_basis};
+use lobe_sh::basis::coefficient_index;
+use lobe_sh::{Coefficient, Dir, Expansion, Rgb, ShVec, Zonal, eval_basis};
 use lobe_testkit::directions;
 
 const GROUND: Ground = Ground { albedo: Rgb::new(0.3, 0.2, 0.1), sun: Rgb::new(20.0, 18.0, 15.0) };

@@ -40,7 +40,7 @@ fn with_points(mapping: Mapping, place: Dir, radius: f64, radiance: Rgb<f32>) ->
     const RINGS: usize = 256;
     let (width, height) = size(mapping);
     let mut map = MappedMap::from_fn(mapping, width, height, sky);
-    let frame = lobe_sh::tangent_frame(place);
+    let frame = lobe_sh::rotation::tangent_frame(place);
     let part = 2.0 * PI * (1.0 - radius.cos()) / (RINGS * RINGS) as f64;
     let mut light = vec![0.0; width * height];
     for ring in 0..RINGS {
@@ -105,7 +105,7 @@ fn behind(mapping: Mapping) -> Option<Dir> {
 
 /// Directions in a ring around another, at the angle `degrees`.
 fn around(middle: Dir, degrees: f64) -> Vec<Dir> {
-    let frame = lobe_sh::tangent_frame(middle);
+    let frame = lobe_sh::rotation::tangent_frame(middle);
     [0.0, 0.7, 2.4, 4.0].map(|phi| frame.rotate_dir(Dir::from_angles(degrees.to_radians(), phi))).to_vec()
 }
 

@@ -26,7 +26,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use lobe_env::{MapReadOptions, read_map_bytes};
 use lobe_image::{ImageError, PictureReadOptions, PictureReadReport, PictureRows, read_picture_bytes};
-use lobe_sh::read_sh_json_bytes;
+use lobe_sh::sh_json::read_sh_json_bytes;
 
 use crate::corpus::{bad_files, good_files, readme};
 

@@ -1,7 +1,8 @@
 //! Sections about analytic lights: projections in a few bands beside the lights themselves.
 
 use lobe::render::Curve2d;
-use lobe::sh::{Dir, Expansion as _, Light, Normalization, Rgb, ShVec, SphericalPolygon, Zonal};
+use lobe::sh::light::{Normalization, SphericalPolygon};
+use lobe::sh::{Dir, Expansion as _, Light, Rgb, ShVec, Zonal};
 
 use crate::error::Drawn;
 use crate::page::{BLACK, BLUE, Canvas, GREEN, RED, digits};

@@ -4,10 +4,10 @@ use std::f64::consts::{PI, TAU};
 
 use lobe::env::irradiance_at;
 use lobe::render::{Balloon, CrossSection, CubeCross, View};
-use lobe::sh::{
-    Coefficient as _, DeringMethod, DeringOptions, DeringReport, Dir, Expansion as _, Extremum, Quantity, Rgb, ShVec,
-    WindowFamily, Zonal, certified_maximum,
-};
+use lobe::sh::expansion::Quantity;
+use lobe::sh::extrema::{Extremum, certified_maximum};
+use lobe::sh::ringing::{DeringMethod, DeringOptions, DeringReport, WindowFamily};
+use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb, ShVec, Zonal};
 
 use crate::error::Drawn;
 use crate::page::{Canvas, SWEEP, Sky, digits, percent};

@@ -1,9 +1,9 @@
 //! Sections about windows: window functions over the bands, and the impulse under each of them.
 
 use lobe::render::Curve2d;
-use lobe::sh::{
-    ContentWindow, Dir, Expansion as _, ShVec, Window, Zonal, dering_table_factors, squared_laplacian, width_of_peak,
-};
+use lobe::sh::filter::{squared_laplacian, width_of_peak};
+use lobe::sh::ringing::{ContentWindow, dering_table_factors};
+use lobe::sh::{Dir, Expansion as _, ShVec, Window, Zonal};
 
 use crate::error::Drawn;
 use crate::page::{BLACK, BLUE, Canvas, GRAY, GREEN, ORANGE, RED, SWEEP, digits, percent};

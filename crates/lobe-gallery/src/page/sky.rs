@@ -4,7 +4,8 @@ use lobe::env::bundled::Bundled;
 use lobe::env::{EnvMap, project_env};
 use lobe::image::{Exposure, Picture, Tone};
 use lobe::render::{Ball, View};
-use lobe::sh::{Dir, Expansion as _, Rgb, ShVec, optimal_linear_direction};
+use lobe::sh::expansion::optimal_linear_direction;
+use lobe::sh::{Dir, Expansion as _, Rgb, ShVec};
 
 /// The highest order of the sweep over orders, that of the figures in the papers.
 pub(crate) const SWEEP: usize = 6;

@@ -5,7 +5,9 @@ use std::f64::consts::PI;
 use lobe::env::{EncodingErrors, encoding_errors, irradiance_at, irradiance_to_encode};
 use lobe::image::{Tone, error_map};
 use lobe::io::Job;
-use lobe::sh::{Dir, EncodingError, IrradianceEncoding, Rgb, Zh3Axis, tangent_frame};
+use lobe::sh::encoding::{EncodingError, IrradianceEncoding, Zh3Axis};
+use lobe::sh::rotation::tangent_frame;
+use lobe::sh::{Dir, Rgb};
 
 use crate::error::Drawn;
 use crate::page::{BACKDROP, Canvas, Sky, ball_from, digits, percent, sheet};

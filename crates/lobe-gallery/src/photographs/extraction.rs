@@ -2,7 +2,8 @@
 
 use lobe::env::{SunOptions, extract_sun, project_env};
 use lobe::image::{Picture, Tone};
-use lobe::sh::{Dir, Expansion as _, LightFitOptions, LightMetric, Rgb, ShVec, Zonal, extract_lights};
+use lobe::sh::light_extraction::{LightFitOptions, LightMetric, extract_lights};
+use lobe::sh::{Dir, Expansion as _, Rgb, ShVec, Zonal};
 
 use crate::error::Drawn;
 use crate::page::{BACKDROP, Canvas, SWEEP, Sky, ball_from, digits, percent, sheet};

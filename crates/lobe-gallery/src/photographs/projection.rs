@@ -1,6 +1,7 @@
 //! Section about exact integration beside Monte Carlo and quasi-Monte Carlo sampling.
 
-use lobe::sh::{Coefficient as _, MonteCarloOptions, Sampling, project_monte_carlo};
+use lobe::sh::Coefficient as _;
+use lobe::sh::projection::{MonteCarloOptions, Sampling, project_monte_carlo};
 
 use crate::error::Drawn;
 use crate::page::{Canvas, Sky, energy, percent, relative};

@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 
 use lobe::env::lat_long::solid_angle;
 use lobe::render::lat_long_picture_of;
-use lobe::sh::{Quantity, ShFile, write_sh_json};
+use lobe::sh::expansion::Quantity;
+use lobe::sh::sh_json::{ShFile, write_sh_json};
 
 use crate::error::Drawn;
 use crate::page::{Canvas, SWEEP, Sky, digits, energy, percent, values_like};

@@ -4,7 +4,8 @@ use std::f64::consts::TAU;
 
 use lobe::image::Tone;
 use lobe::render::{Ball, View};
-use lobe::sh::{Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal, even_directions};
+use lobe::sh::sphere::even_directions;
+use lobe::sh::{Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal};
 
 use crate::error::Drawn;
 use crate::page::{BACKDROP, Canvas, Sky, digits, sheet};

@@ -1,4 +1,4 @@
-//! The basis on the device: module `basis`, written by `cargo xtask tables` from the constants of [`lobe_sh::Basis`].
+//! The basis on the device: module `basis`, written by `cargo xtask tables` from the constants of [`lobe_sh::basis::Basis`].
 
 use crate::GpuError;
 

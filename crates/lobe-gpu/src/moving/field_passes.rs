@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
 use lobe_prt::Transfer;
-use lobe_sh::{Rgb, Rotation, RotationMatrices};
+use lobe_sh::rotation::RotationMatrices;
+use lobe_sh::{Rgb, Rotation};
 use lobe_shadow::{PlacedField, RadialInterpolation, ShadowFieldOptions, ShadowReceivers};
 
 use crate::GpuError;

@@ -1,7 +1,8 @@
 //! The passes that sum up the logarithms of spheres, and their exponential on a grid.
 
 use bytemuck::{Pod, Zeroable};
-use lobe_sh::{ExpMethod, eval_basis};
+use lobe_sh::eval_basis;
+use lobe_sh::exponential::ExpMethod;
 use lobe_shadow::{LogTable, SphereShadows};
 
 use crate::GpuError;

@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use lobe_sh::Dir;
-use lobe_sh::vector::{Vec3, add, cross, dot, normalized, scale, sub};
+use lobe_sh::sphere::vector::{Vec3, add, cross, dot, normalized, scale, sub};
 
 /// The nearest distance at which surfaces are drawn, as a part of the distance of the eye from what it looks at.
 const NEAREST: f64 = 1e-4;

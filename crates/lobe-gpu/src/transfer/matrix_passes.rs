@@ -3,7 +3,8 @@
 use std::f64::consts::PI;
 
 use lobe_prt::TransferMatrices;
-use lobe_sh::{Rgb, Zonal, band_and_m};
+use lobe_sh::basis::band_and_m;
+use lobe_sh::{Rgb, Zonal};
 
 use crate::lookup::basis::check_order;
 use crate::renderer::kernel::{Kernel, Slot};

@@ -3,7 +3,7 @@
 use lobe_image::Picture;
 use lobe_prt::Lightmap;
 use lobe_scene::{Bvh, Hit, Ray, Scene, SurfaceRays};
-use lobe_sh::vector::{add, cross, dot, normalized, scale, sub};
+use lobe_sh::sphere::vector::{add, cross, dot, normalized, scale, sub};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
 
 /// An eye, what it looks at, and half the angle of view.

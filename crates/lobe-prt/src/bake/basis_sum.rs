@@ -1,6 +1,6 @@
 //! Sums of the basis over many directions.
 
-use lobe_sh::Basis;
+use lobe_sh::basis::Basis;
 
 /// Directions evaluated together.
 pub(crate) const BATCH: usize = 64;

@@ -1,6 +1,6 @@
 //! Sums of products of the basis at two directions.
 
-use lobe_sh::Basis;
+use lobe_sh::basis::Basis;
 
 use crate::bake::basis_sum::{BATCH, dot};
 

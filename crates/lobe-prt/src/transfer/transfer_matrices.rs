@@ -160,7 +160,7 @@ impl TransferMatrices {
             return Rgb::new(0.0, 0.0, 0.0);
         };
         let mut blurred = self.incident(point, light);
-        lobe_sh::convolve_in_place(blurred.coefficients_mut(), lobe);
+        lobe_sh::filter::convolve_in_place(blurred.coefficients_mut(), lobe);
         blurred.eval(reflected)
     }
 }

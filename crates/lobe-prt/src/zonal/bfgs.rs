@@ -1,6 +1,6 @@
 //! BFGS: quasi-Newton minimization of a smooth function of a few variables.
 
-use lobe_sh::vector::dot_slices as dot;
+use lobe_sh::sphere::vector::dot_slices as dot;
 
 /// Halvings of a step before the search gives up.
 const HALVINGS: usize = 30;

@@ -2,8 +2,10 @@
 
 use std::f64::consts::PI;
 
-use lobe_sh::vector::dot_slices as dot;
-use lobe_sh::{Dir, Expansion as _, ShVec, band_range, eval_basis_into, eval_with_gradient};
+use lobe_sh::basis::{band_range, eval_basis_into};
+use lobe_sh::expansion::eval_with_gradient;
+use lobe_sh::sphere::vector::dot_slices as dot;
+use lobe_sh::{Dir, Expansion as _, ShVec};
 
 /// The most lobes.
 pub(crate) const MOST: usize = 8;

@@ -4,7 +4,8 @@ use std::time::Duration;
 
 use derive_setters::Setters;
 use lobe_io::{Job, Portions, parallel};
-use lobe_sh::{Dir, ShVec, optimal_linear_direction};
+use lobe_sh::expansion::optimal_linear_direction;
+use lobe_sh::{Dir, ShVec};
 
 use crate::compression::compress::{energy, relative};
 use crate::job::meter::Meter;

@@ -3,7 +3,8 @@
 use std::f64::consts::PI;
 
 use lobe_io::parallel;
-use lobe_sh::{Basis, Dir, Rgb, Rotation, Zonal, band_range};
+use lobe_sh::basis::{Basis, band_range};
+use lobe_sh::{Dir, Rgb, Rotation, Zonal};
 
 use crate::transfer::transfer::check_order;
 use crate::zonal::lobes::MOST;

@@ -4,7 +4,7 @@ use crate::common::{baked, options};
 use lobe_io::Job;
 use lobe_prt::{AdaptiveOptions, BakeMode, BakeOptions, Receivers, TexelReceivers, bake_matrices, split_adaptively};
 use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene};
-use lobe_sh::vector::{dot, normalized};
+use lobe_sh::sphere::vector::{dot, normalized};
 
 /// A white unit ball of 32 triangles with the normals of the sphere, each triangle in a lightmap by itself. If
 /// `is_cut`, no two triangles share a vertex.

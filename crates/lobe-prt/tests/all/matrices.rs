@@ -9,7 +9,8 @@ use lobe_prt::{
     bake_neighborhood,
 };
 use lobe_scene::{Bounds, Bvh, Scene, built_in};
-use lobe_sh::{Dir, Expansion as _, Rgb, ShVec, SphereQuadrature, Zonal};
+use lobe_sh::sphere::SphereQuadrature;
+use lobe_sh::{Dir, Expansion as _, Rgb, ShVec, Zonal};
 use lobe_testkit::{Random, directions};
 
 fn matrices(scene: &Scene, receivers: &Receivers, options: &BakeOptions) -> TransferMatrices {

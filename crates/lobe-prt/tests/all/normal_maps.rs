@@ -6,7 +6,7 @@ use crate::common::{baked, options};
 use lobe_io::Job;
 use lobe_prt::{BakeMode, Receivers, TexelReceivers, bake_on_disk, scene_hash};
 use lobe_scene::{Bvh, Material, Mesh, MeshParts, NormalMap, Scene, Texture, TextureUse, Wrap};
-use lobe_sh::vector::normalized;
+use lobe_sh::sphere::vector::normalized;
 use lobe_testkit::Random;
 
 /// Texels along a side of the normal map, and of the lightmap.

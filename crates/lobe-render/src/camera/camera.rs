@@ -4,7 +4,7 @@ use lobe_scene::{Bounds, Ray};
 use lobe_sh::Dir;
 
 use crate::View;
-use lobe_sh::vector::{Vec3, add, dot, normalized, scale, sub};
+use lobe_sh::sphere::vector::{Vec3, add, dot, normalized, scale, sub};
 
 /// An eye that looks at the origin, or at a target, +z upwards in its picture.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,7 +2,7 @@
 
 use lobe_sh::Dir;
 
-use lobe_sh::vector::{Vec3, add, cross, dot, normalized, scale};
+use lobe_sh::sphere::vector::{Vec3, add, cross, dot, normalized, scale};
 
 /// A parallel (orthographic) view of the neighborhood of the origin, with +z upwards in the picture.
 ///

@@ -2,7 +2,7 @@
 
 use lobe_io::OptionError;
 use lobe_sh::Dir;
-use lobe_sh::vector::{add, scale, sub};
+use lobe_sh::sphere::vector::{add, scale, sub};
 
 use crate::{Camera, RenderError, View};
 

@@ -3,7 +3,7 @@
 use lobe_sh::{Dir, Rgb};
 
 use crate::{Shading, SurfacePoint};
-use lobe_sh::vector::{Vec3, add, cross, scale, sub, tangents_along_z};
+use lobe_sh::sphere::vector::{Vec3, add, cross, scale, sub, tangents_along_z};
 
 /// The step of the central differences, in the unit of the surface: their error and the rounding of the height are
 /// both near 1e-10 of a height field that changes over lengths of 1.
@@ -69,7 +69,7 @@ mod tests {
 
     use super::*;
     use crate::Torus;
-    use lobe_sh::vector::dot;
+    use lobe_sh::sphere::vector::dot;
 
     /// The normal that [`Bumped`] finds.
     fn perturbed(position: Vec3, normal: Dir, height: impl Fn(Vec3) -> f64 + Sync) -> Vec3 {

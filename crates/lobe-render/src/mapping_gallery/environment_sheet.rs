@@ -9,7 +9,9 @@ use lobe_env::{
 };
 use lobe_image::{Exposure, Label, Picture, Sheet, Tone};
 use lobe_io::{Job, Progress};
-use lobe_sh::{Coefficient, Dir, Expansion, IrradiancePolynomial, Rgb, Zonal, convolve_in_place};
+use lobe_sh::encoding::IrradiancePolynomial;
+use lobe_sh::filter::convolve_in_place;
+use lobe_sh::{Coefficient, Dir, Expansion, Rgb, Zonal};
 use web_time::Instant;
 
 use crate::{

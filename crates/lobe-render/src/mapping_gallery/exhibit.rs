@@ -5,7 +5,7 @@ use lobe_sh::{Coefficient, Dir, Rgb};
 
 use crate::{Camera, ExhibitSolid};
 use lobe_image::{ErrorReport, Picture, compare};
-use lobe_sh::vector::{add, dot, scale, sub};
+use lobe_sh::sphere::vector::{add, dot, scale, sub};
 
 /// A point of a surface, and the direction it is seen from.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,7 +1,8 @@
 //! Phong highlights by highlight mapping.
 
 use lobe_env::{EnvMap, MappedMap, Mapping, irradiance_sh, project_env, reconstruct};
-use lobe_sh::{Coefficient, Dir, Expansion, Rgb, Zonal, convolve_in_place};
+use lobe_sh::filter::convolve_in_place;
+use lobe_sh::{Coefficient, Dir, Expansion, Rgb, Zonal};
 
 use crate::{Shading, SurfacePoint};
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use lobe_sh::Dir;
 
-use lobe_sh::vector::{add, cross, dot};
+use lobe_sh::sphere::vector::{add, cross, dot};
 
 /// The vertices and faces of a subdivided icosahedron.
 #[derive(Clone, Debug)]
@@ -98,7 +98,7 @@ mod tests {
     use lobe_testkit::{Random, directions};
 
     use super::*;
-    use lobe_sh::vector::scale;
+    use lobe_sh::sphere::vector::scale;
 
     #[test]
     fn the_numbers_of_vertices_and_triangles_are_eulers() {

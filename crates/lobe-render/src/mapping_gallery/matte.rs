@@ -1,7 +1,8 @@
 //! Diffuse surfaces by irradiance maps, and by nine coefficients as a quadratic polynomial in the normal.
 
 use lobe_env::EnvMap;
-use lobe_sh::{Coefficient as _, IrradiancePolynomial, Rgb};
+use lobe_sh::encoding::IrradiancePolynomial;
+use lobe_sh::{Coefficient as _, Rgb};
 
 use crate::{Shading, SurfacePoint};
 

@@ -9,7 +9,7 @@ use lobe_sh::{Coefficient, Dir, Rgb};
 use crate::mapping_gallery::icosphere::Icosphere;
 use crate::mapping_gallery::square_texture::SquareTexture;
 use crate::{Shading, SurfacePoint, View};
-use lobe_sh::vector::{Vec3, add, dot, normalized, scale, sub, tangents_along_z};
+use lobe_sh::sphere::vector::{Vec3, add, dot, normalized, scale, sub, tangents_along_z};
 
 /// The least cosine between normal and view in a map: at 0 a reflectance function has no value.
 const LEAST_COSINE: f64 = 0.01;
@@ -205,7 +205,7 @@ impl TexelLights {
         let sin = dot(across, across).sqrt();
         // Seen along the normal any frame will do.
         let x = if sin > 1e-9 { scale(across, 1.0 / sin) } else { tangents_along_z(n)[0] };
-        let y = lobe_sh::vector::cross(n, x);
+        let y = lobe_sh::sphere::vector::cross(n, x);
         let Some(v) = Dir::new([sin, 0.0, cos]) else { return Rgb::ZERO };
         // Add the lights above the horizon.
         let mut sum = Rgb::ZERO;

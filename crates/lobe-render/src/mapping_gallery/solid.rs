@@ -3,7 +3,7 @@
 use lobe_sh::Dir;
 
 use crate::Torus;
-use lobe_sh::vector::{Vec3, add, dot, scale};
+use lobe_sh::sphere::vector::{Vec3, add, dot, scale};
 
 /// A shape about the origin, met by rays exactly: no triangles.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,7 +3,7 @@
 use lobe_sh::Dir;
 
 use crate::mapping_gallery::roots::{Roots, roots_between};
-use lobe_sh::vector::{Vec3, add, dot, normalized, scale, sub};
+use lobe_sh::sphere::vector::{Vec3, add, dot, normalized, scale, sub};
 
 /// A torus about the origin: a tube of radius `minor` around a circle of radius `major`, perpendicular to `axis`.
 #[derive(Clone, Copy, Debug, PartialEq)]

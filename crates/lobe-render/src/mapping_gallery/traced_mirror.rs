@@ -3,7 +3,7 @@
 use lobe_sh::{Dir, Rgb};
 
 use crate::{ExhibitSolid, Shading, SurfacePoint};
-use lobe_sh::vector::{add, scale};
+use lobe_sh::sphere::vector::{add, scale};
 
 /// The offset of a reflected ray from its surface, in units of the shape: more than a hit is wrong by, and less than
 /// any distance between two parts of a shape.

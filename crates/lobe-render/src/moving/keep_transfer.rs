@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use lobe_prt::{BakeOptions, BakedTransfer, Transfer};
 use lobe_scene::{AnimatedScene, Mesh, ScenePose};
-use lobe_sh::vector::{Vec3, dot, length, sub};
+use lobe_sh::sphere::vector::{Vec3, dot, length, sub};
 
 use crate::moving::kept_transfer::{KeptTransfer, row_width};
 use crate::{Motion, MovingScene};

@@ -2,7 +2,8 @@
 
 use lobe_io::parallel;
 use lobe_prt::Transfer;
-use lobe_sh::{Rgb, product_into};
+use lobe_sh::Rgb;
+use lobe_sh::product::product_into;
 use lobe_shadow::{
     LocalLight, LogTable, Occluder, PlacedField, ShadowError, ShadowFields, ShadowReceivers, SphereShadows,
     relative_placement,

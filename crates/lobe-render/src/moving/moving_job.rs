@@ -7,7 +7,7 @@ use lobe_io::{
     options,
 };
 use lobe_prt::{AlbedoMode, BakeOptions, OpenScene, Transfer};
-use lobe_sh::ExpMethod;
+use lobe_sh::exponential::ExpMethod;
 use lobe_shadow::{
     FieldOptions, LogTable, LogTableOptions, RadialInterpolation, SceneDescription, ShadowFieldOptions, ShadowOptions,
     SphereFitOptions, cached_log_table, read_log_table,

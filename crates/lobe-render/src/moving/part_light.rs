@@ -4,7 +4,9 @@ use std::f32::consts::FRAC_1_PI;
 
 use lobe_io::parallel;
 use lobe_prt::Transfer;
-use lobe_sh::{Coefficient as _, Expansion as _, Rgb, RotationMatrices, ShVec, product_into};
+use lobe_sh::product::product_into;
+use lobe_sh::rotation::RotationMatrices;
+use lobe_sh::{Coefficient as _, Expansion as _, Rgb, ShVec};
 use lobe_shadow::{LogTable, Placement, ShadowFields, ShadowReceivers, SkyLight, SphereShadows};
 
 use crate::moving::lamp_light::{LampLight, RECEIVERS_TOGETHER};

@@ -41,7 +41,7 @@ fn nearest(spheres: &SphereSet, p: [f64; 3]) -> Option<usize> {
 fn even_points(scene: &Scene) -> impl Iterator<Item = Hit> {
     let area = |[a, b, c]: [[f32; 3]; 3]| {
         let side = |p: [f32; 3]| -> [f64; 3] { std::array::from_fn(|k| f64::from(p[k]) - f64::from(a[k])) };
-        let n = lobe_sh::vector::cross(side(b), side(c));
+        let n = lobe_sh::sphere::vector::cross(side(b), side(c));
         0.5 * n.iter().map(|x| x * x).sum::<f64>().sqrt()
     };
     let mut ends = Vec::with_capacity(scene.triangle_count());

@@ -3,7 +3,7 @@
 use derive_setters::Setters;
 use lobe_io::{Job, parallel};
 use lobe_scene::{Bvh, Ray, Scene};
-use lobe_sh::even_directions;
+use lobe_sh::sphere::even_directions;
 use lobe_shadow::{VisibilityOptions, bake_visibility};
 
 use crate::RenderError;

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use lobe_sh::{Coefficient as _, Rgb};
 
 use crate::path_tracer::ggx::Facets;
-use lobe_sh::vector::{Vec3, dot, tangents_along_z};
+use lobe_sh::sphere::vector::{Vec3, dot, tangents_along_z};
 
 /// The reflection of light at a point towards one direction, in the world.
 ///
@@ -108,7 +108,7 @@ impl Bsdf {
         }
         let cosine = l[2] / PI;
         let Some(mirror) = &self.mirror else { return (self.diffuse.scale(cosine), cosine) };
-        let h = lobe_sh::vector::normalized(lobe_sh::vector::add(mirror.v, l));
+        let h = lobe_sh::sphere::vector::normalized(lobe_sh::sphere::vector::add(mirror.v, l));
         let f = fresnel(mirror.f0, dot(mirror.v, h).clamp(0.0, 1.0));
         let lost = Rgb::from(f.to_array().map(|c| 1.0 - c));
         let value = lost * self.diffuse.scale(cosine) + f.scale(mirror.facets.reflectance(mirror.v, l) * l[2]);
@@ -155,9 +155,9 @@ mod tests {
     }
 
     fn tilted() -> (Vec3, Vec3) {
-        let normal = lobe_sh::vector::normalized([0.3, -0.5, 0.8]);
+        let normal = lobe_sh::sphere::vector::normalized([0.3, -0.5, 0.8]);
         let [u, _] = tangents_along_z(normal);
-        (normal, lobe_sh::vector::normalized(add_scaled(normal, u, 0.9)))
+        (normal, lobe_sh::sphere::vector::normalized(add_scaled(normal, u, 0.9)))
     }
 
     fn add_scaled(a: Vec3, b: Vec3, t: f64) -> Vec3 {

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use lobe_io::Fingerprint;
 use lobe_sh::Rgb;
-use lobe_sh::vector::{Vec3, add_scaled, cross, dot, length, normalized, scale, sub, tangents_along_z};
+use lobe_sh::sphere::vector::{Vec3, add_scaled, cross, dot, length, normalized, scale, sub, tangents_along_z};
 use lobe_shadow::{LampSurface, PatchedRectangle, Placement};
 
 /// A lamp in the world. It lights surfaces; it is no surface itself, so that no ray hits it and no eye sees it.

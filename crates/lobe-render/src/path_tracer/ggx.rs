@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use lobe_sh::vector::{Vec3, add, dot, normalized};
+use lobe_sh::sphere::vector::{Vec3, add, dot, normalized};
 
 /// A surface of microfacets that faces +z, `α` the width of its slopes.
 ///

@@ -14,7 +14,7 @@ use crate::path_tracer::emitter::Emitter;
 use crate::path_tracer::estimate::{PathEstimate, SampleCount, SetMeans};
 use crate::path_tracer::ggx::Facets;
 use crate::path_tracer::sampler::{PathNumbers, SampleSet};
-use lobe_sh::vector::{Vec3, dot, normalized, scale, tangents_along_z};
+use lobe_sh::sphere::vector::{Vec3, dot, normalized, scale, tangents_along_z};
 
 /// Options of [`PathTracer`].
 #[derive(Clone, Copy, Debug, PartialEq, Setters)]

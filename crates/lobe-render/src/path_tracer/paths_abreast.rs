@@ -1,7 +1,7 @@
 //! Paths abreast: each step of many paths is done for all of them before the next.
 
 use lobe_scene::Ray;
-use lobe_sh::vector::Vec3;
+use lobe_sh::sphere::vector::Vec3;
 use lobe_sh::{Coefficient as _, Dir, Rgb};
 
 use crate::path_tracer::distant_light::LightSample;

@@ -7,7 +7,7 @@ use crate::View;
 use crate::plot::mesh::{Mesh, Vertex};
 use crate::plot::z_buffer::{Hit, by_band, visible};
 use lobe_image::{Picture, Pixel};
-use lobe_sh::vector::{Vec3, add, dot, normalized, scale};
+use lobe_sh::sphere::vector::{Vec3, add, dot, normalized, scale};
 
 /// Samples along the edge of a pixel: 16 a pixel make silhouettes smooth.
 const SAMPLES: usize = 4;
@@ -128,7 +128,8 @@ impl Balloon {
 
 #[cfg(test)]
 mod tests {
-    use lobe_sh::{ShVec, coefficient_index};
+    use lobe_sh::ShVec;
+    use lobe_sh::basis::coefficient_index;
 
     use super::*;
 

@@ -2,7 +2,7 @@
 
 use lobe_sh::Dir;
 
-use lobe_sh::vector::{Vec3, add, scale};
+use lobe_sh::sphere::vector::{Vec3, add, scale};
 
 /// A face of the cube `[-1, 1]³`, seen from inside.
 ///
@@ -61,7 +61,7 @@ impl Face {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lobe_sh::vector::cross;
+    use lobe_sh::sphere::vector::cross;
 
     #[test]
     fn faces_are_seen_from_inside() {

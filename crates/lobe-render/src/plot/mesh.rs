@@ -4,7 +4,7 @@ use lobe_io::parallel;
 use lobe_sh::Dir;
 
 use crate::plot::cube::FACES;
-use lobe_sh::vector::{Vec3, add, normalized, scale, sub, tangents_along_z};
+use lobe_sh::sphere::vector::{Vec3, add, normalized, scale, sub, tangents_along_z};
 
 /// The step of the central differences, in radians: their error and the rounding of `f` are both near 1e-8 for
 /// functions of the size and smoothness of the basis.
@@ -77,7 +77,7 @@ fn vertex(f: &dyn Fn(Dir) -> f64, s: Dir) -> Vertex {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lobe_sh::vector::dot;
+    use lobe_sh::sphere::vector::dot;
 
     #[test]
     fn the_surface_of_a_linear_function_is_two_spheres() {

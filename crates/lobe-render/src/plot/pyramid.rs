@@ -2,7 +2,8 @@
 
 use std::f64::consts::PI;
 
-use lobe_sh::{Dir, Expansion, Rgb, ShVec, coefficient_index};
+use lobe_sh::basis::coefficient_index;
+use lobe_sh::{Dir, Expansion, Rgb, ShVec};
 
 use crate::{Balloon, CubeCross, View};
 use lobe_image::{Label, Picture, draw_lines};

@@ -1,6 +1,6 @@
 //! A z-buffer: the triangle that is seen at each sample of a picture.
 
-use lobe_sh::vector::Vec3;
+use lobe_sh::sphere::vector::Vec3;
 
 /// The visible surface at a sample: a triangle and the weights of its corners.
 #[derive(Clone, Copy, Debug)]

@@ -225,9 +225,9 @@ impl<'a> SceneHit<'a> {
     fn new(scene: &'a Scene, hit: lobe_scene::Hit, towards: Dir) -> Self {
         let surface = scene.surface(&hit);
         let geometric = surface.geometric_normal.map(f64::from);
-        let is_front = lobe_sh::vector::dot(towards.to_array(), geometric) < 0.0;
+        let is_front = lobe_sh::sphere::vector::dot(towards.to_array(), geometric) < 0.0;
         let side = if is_front { 1.0 } else { -1.0 };
-        let shading = lobe_sh::vector::normalized(surface.shading_normal.map(|c| side * f64::from(c)));
+        let shading = lobe_sh::sphere::vector::normalized(surface.shading_normal.map(|c| side * f64::from(c)));
         let [r, g, b, _] = surface.base_color;
         Self {
             scene,
@@ -283,7 +283,7 @@ impl<'a> SceneHit<'a> {
     pub fn reflected(&self) -> Dir {
         let (n, v) = (self.normal.to_array(), self.view.to_array());
         let twice = 2.0 * self.normal.dot(self.view);
-        let r = lobe_sh::vector::normalized(std::array::from_fn(|k| twice * n[k] - v[k]));
+        let r = lobe_sh::sphere::vector::normalized(std::array::from_fn(|k| twice * n[k] - v[k]));
         Dir::from_unit(r)
     }
 }

@@ -1,6 +1,6 @@
 //! Silhouettes: the pixels of a picture in which surfaces end, and those that show a back through a gap.
 
-use lobe_sh::vector::{dot, sub};
+use lobe_sh::sphere::vector::{dot, sub};
 use lobe_sh::{Coefficient as _, Rgb};
 
 /// The number of a surface where a ray meets none.

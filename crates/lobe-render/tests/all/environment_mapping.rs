@@ -8,7 +8,8 @@ use lobe_render::{
     BlinnNewell, Camera, CubeMapped, Exhibit, ExhibitSolid, MatteByMap, MatteBySh, Paraboloids, Shading, SphereMapped,
     SurfacePoint, Torus, TracedMirror, View, compare_shadings,
 };
-use lobe_sh::{Coefficient, Dir, IrradiancePolynomial, Rgb};
+use lobe_sh::encoding::IrradiancePolynomial;
+use lobe_sh::{Coefficient, Dir, Rgb};
 
 /// A ball and a tilted torus before a perspective eye on the side of -x.
 fn scenes() -> [Exhibit; 2] {

@@ -21,7 +21,8 @@ use lobe_render::{
     Camera, DistantLight, PathOptions, PathReceiver, PathTracer, SampleCount, Surfaces, TruthOptions, render_truth,
 };
 use lobe_scene::{Bvh, Material, Scene, built_in};
-use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, ShVec, SphereQuadrature, Zonal, gauss_legendre};
+use lobe_sh::sphere::{SphereQuadrature, gauss_legendre};
+use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, ShVec, Zonal};
 use rayon::prelude::*;
 
 /// The order of the matrices, which hold those of lower orders.

@@ -317,7 +317,7 @@ fn parts_of_an_animated_scene_are_split_and_their_surface_stays_as_it_is_in_all_
 
 fn area_of(a: [f32; 3], b: [f32; 3], c: [f32; 3]) -> f64 {
     let side = |p: [f32; 3]| -> [f64; 3] { [0, 1, 2].map(|k| f64::from(p[k]) - f64::from(a[k])) };
-    let n = lobe_sh::vector::cross(side(b), side(c));
+    let n = lobe_sh::sphere::vector::cross(side(b), side(c));
     0.5 * n.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 

@@ -11,7 +11,7 @@ use lobe_render::{
     light_by_irradiance, render_truth,
 };
 use lobe_scene::{Bvh, Material, Mesh, MeshParts, NormalMap, Scene, Texture, TextureUse, Wrap};
-use lobe_sh::vector::normalized;
+use lobe_sh::sphere::vector::normalized;
 use lobe_sh::{Dir, Rgb, ShVec};
 
 /// Texels from upright to below the face.

@@ -21,7 +21,9 @@ use lobe_io::Job;
 use lobe_prt::{BakeMode, BakeOptions, Receivers, Transfer, bake};
 use lobe_render::{DistantLight, LightStrategy, PathOptions, PathReceiver, PathTracer, SampleCount};
 use lobe_scene::{Bvh, Material, Mesh, MeshParts, Scene, built_in, read_scene};
-use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, eval_basis_into, project, read_sh_json};
+use lobe_sh::basis::eval_basis_into;
+use lobe_sh::sh_json::read_sh_json;
+use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, project};
 use rayon::prelude::*;
 
 /// The orders that are compared, and the highest of them.

@@ -2,13 +2,14 @@
 
 use core::any::{Any, TypeId};
 
+use crate::basis::index::MAX_ORDER;
 use crate::basis::index::{coefficient_count, order_of_slice};
 use crate::basis::recurrence::{Constants, Step};
 use crate::by_type::of_each_type;
 use crate::once::Once;
 use crate::prelude::*;
 use crate::scalar::{TypedSlice as Slice, TypedSliceMut as SliceMut};
-use crate::{Dir, MAX_ORDER, Real};
+use crate::{Dir, Real};
 
 /// The order up to which most functions go: their constants lie close together.
 const USUAL_ORDER: usize = 64;
@@ -199,8 +200,9 @@ pub fn eval_basis_into<S: Real>(s: [S; 3], out: &mut [S]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::basis::index::{band_and_m, band_range, coefficient_index};
     use crate::expansion::zonal::zonal_norm;
-    use crate::{SphereQuadrature, band_and_m, band_range, coefficient_index};
+    use crate::sphere::quadrature::SphereQuadrature;
     use lobe_testkit::{directions, golden_f64s};
 
     #[test]

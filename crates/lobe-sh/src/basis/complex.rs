@@ -11,7 +11,7 @@ use crate::prelude::*;
 ///   Y_l^m = √((2l+1)/(4π) (l-m)!/(l+m)!) P_l^m(cos θ) e^{imφ}        Y_l^-m = (-1)^m conj(Y_l^m)
 /// ```
 ///
-/// The phase stands once, inside `P_l^m` ([`legendre`](crate::legendre())); lecture notes that give it in the
+/// The phase stands once, inside `P_l^m` ([`legendre`](crate::basis::legendre())); lecture notes that give it in the
 /// definition of `Y` and in `P` as well contradict their own tables.
 ///
 /// # Panics
@@ -90,7 +90,8 @@ fn sign(m: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Expansion as _, ShVec, band_and_m};
+    use crate::basis::index::band_and_m;
+    use crate::{Expansion as _, ShVec};
     use lobe_testkit::{Random, directions};
     use num_complex::Complex64;
 

@@ -1,5 +1,6 @@
 //! The basis, and functions by it, towards many directions.
 
+use crate::basis::basis::Basis;
 use crate::basis::basis::TypedBasis;
 use crate::basis::index::{coefficient_count, order_of, order_of_slice};
 #[cfg(feature = "simd")]
@@ -9,7 +10,7 @@ use crate::by_type::of_each_type;
 use crate::scalar::{TypedSlice as Slice, TypedSliceMut as SliceMut};
 #[cfg(feature = "simd")]
 use crate::simd::Machine;
-use crate::{Basis, Coefficient, Real, Rgb};
+use crate::{Coefficient, Real, Rgb};
 
 /// Directions in one block of the batched kernels: one AVX-512 register of `f32`, two of AVX2.
 const BLOCK: usize = 16;

@@ -122,7 +122,8 @@ pub(crate) mod tests {
     use alloc::vec::Vec;
 
     use super::*;
-    use crate::{coefficient_count, eval_basis_into};
+    use crate::basis::basis::eval_basis_into;
+    use crate::basis::index::coefficient_count;
 
     /// The error that single directions are tested for at order 20.
     const ERROR: f64 = 1.5e-6;

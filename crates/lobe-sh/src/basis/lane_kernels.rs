@@ -83,10 +83,10 @@ mod tests {
     use alloc::vec::Vec;
 
     use super::*;
+    use crate::basis::basis::eval_basis_into;
     use crate::basis::index::coefficient_count;
     use crate::basis::lane_basis::HIGHEST_ORDER;
     use crate::basis::lane_basis::tests::{assert_close, directions};
-    use crate::eval_basis_into;
 
     /// Orders with straight-line code and without.
     fn orders() -> impl Iterator<Item = usize> {

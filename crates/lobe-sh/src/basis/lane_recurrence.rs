@@ -43,7 +43,7 @@ impl<S: Simd, T: Lane, const R: usize> Column<S, T, R> {
     }
 }
 
-/// The recurrence of [`Basis`](crate::Basis) for `R` registers of unit vectors, given by their components: each step waits for the one before, some ten
+/// The recurrence of [`Basis`](crate::basis::Basis) for `R` registers of unit vectors, given by their components: each step waits for the one before, some ten
 /// cycles, in which the other registers have theirs. Functions come column by column of equal `|m|`.
 #[inline(always)]
 pub(crate) fn recurrence<S: Simd, T: Lane, const R: usize>(

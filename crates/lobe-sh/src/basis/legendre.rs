@@ -128,7 +128,8 @@ mod tests {
             for l in 0..40 {
                 for m in 0..=l {
                     let factor = if m == 0 { 1.0 } else { 2.0_f64.sqrt() };
-                    let (a, b) = (y[crate::coefficient_index(l, m as isize)], factor * legendre_normalized(l, m, z));
+                    let (a, b) =
+                        (y[crate::basis::coefficient_index(l, m as isize)], factor * legendre_normalized(l, m, z));
                     assert!((a - b).abs() < 1e-13, "l {l}, m {m}, z {z}: {a} against {b}");
                 }
             }

@@ -4,10 +4,10 @@ use crate::Real;
 use crate::basis::index::coefficient_index;
 use crate::prelude::*;
 
-/// `P̄` is kept times this and `(x + iy)^m` divided by it, so that both stay in the range of `f32` to [`MAX_ORDER`](crate::MAX_ORDER).
+/// `P̄` is kept times this and `(x + iy)^m` divided by it, so that both stay in the range of `f32` to [`MAX_ORDER`](crate::basis::MAX_ORDER).
 pub(crate) const BALANCE: f64 = 1.0 / (1_u64 << 56) as f64;
 
-/// The constants of the step to band `l` of one column; see [`Basis`](crate::Basis).
+/// The constants of the step to band `l` of one column; see [`Basis`](crate::basis::Basis).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Step<S> {
     pub(crate) a: S,
@@ -15,7 +15,7 @@ pub(crate) struct Step<S> {
     pub(crate) g: S,
 }
 
-/// The constants of bands `0..order`; see [`Basis`](crate::Basis).
+/// The constants of bands `0..order`; see [`Basis`](crate::basis::Basis).
 #[derive(Clone, Debug)]
 pub(crate) struct Constants<S> {
     order: usize,

@@ -3,7 +3,7 @@
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use crate::Basis;
+use crate::basis::basis::Basis;
 use crate::basis::index::{coefficient_index, order_of_slice};
 use crate::basis::recurrence::Step;
 use crate::sphere::vector::{dot, tangents, unit};
@@ -160,7 +160,8 @@ fn on_the_sphere(s: [f64; 3], &[value, fx, fy, fz, fxx, fxy, fzz, fxz, fyz]: &[f
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Dir, Expansion as _, ShVec, eval_with_gradient};
+    use crate::expansion::gradient::eval_with_gradient;
+    use crate::{Dir, Expansion as _, ShVec};
     use lobe_testkit::{Random, directions};
 
     #[test]

@@ -1,6 +1,6 @@
 //! The basis towards the directions of a batch.
 
-use crate::Basis;
+use crate::basis::basis::Basis;
 use crate::basis::index::coefficient_count;
 #[cfg(feature = "simd")]
 use crate::basis::lane_basis::{HIGHEST_ORDER, basis};

@@ -9,7 +9,8 @@ use crate::simd::{LANES, Lanes};
 /// no direction takes hold +z.
 ///
 /// ```
-/// use lobe_sh::{Dir, DirBatch};
+/// use lobe_sh::Dir;
+/// use lobe_sh::batch::DirBatch;
 ///
 /// let directions: DirBatch = [Dir::X, Dir::Y].into_iter().collect();
 /// assert_eq!((directions.len(), directions.get(1)), (2, [0.0, 1.0, 0.0]));

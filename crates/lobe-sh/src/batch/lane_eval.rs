@@ -1,6 +1,6 @@
 //! The values of functions in blocks towards a direction for each.
 
-use crate::Basis;
+use crate::basis::basis::Basis;
 use crate::basis::index::coefficient_count;
 #[cfg(feature = "simd")]
 use crate::basis::lane_basis::{HIGHEST_ORDER, basis};
@@ -104,7 +104,9 @@ mod tests {
     use lobe_testkit::Random;
 
     use super::*;
-    use crate::{Dir, DirBatch, Expansion as _, ShBatch, ShVec};
+    use crate::batch::dir_batch::DirBatch;
+    use crate::batch::sh_batch::ShBatch;
+    use crate::{Dir, Expansion as _, ShVec};
 
     /// Of coefficients of size 1 and up to 144 values of the basis, rounded in another order.
     const ERROR: f64 = 2e-5;

@@ -4,11 +4,13 @@ use alloc::vec::Vec;
 
 use crate::basis::index::{coefficient_count, order_of_slice};
 use crate::batch::basis_blocks::eval_blocks;
+use crate::batch::dir_batch::DirBatch;
 use crate::batch::lane_eval;
 use crate::product::lane_product::{self, Factors};
+use crate::rotation::ivanic::RotationMatrices;
 use crate::rotation::lane_rotation;
 use crate::simd::{LANES, Lanes, Machine};
-use crate::{Coefficient, DirBatch, Expansion, FixedOrder, RotationMatrices, ShVec};
+use crate::{Coefficient, Expansion, FixedOrder, ShVec};
 
 /// Many expansions of one order in `f32`, in the layout of the kernels that take sixteen at once.
 ///
@@ -24,7 +26,8 @@ use crate::{Coefficient, DirBatch, Expansion, FixedOrder, RotationMatrices, ShVe
 /// code is what the machine has for single expansions, so that results agree with those to rounding.
 ///
 /// ```
-/// use lobe_sh::{Dir, DirBatch, Expansion as _, ShBatch, ShL2};
+/// use lobe_sh::batch::{DirBatch, ShBatch};
+/// use lobe_sh::{Dir, Expansion as _, ShL2};
 ///
 /// // Light and visibility at two points, and what arrives.
 /// let light = ShBatch::from_functions(&[ShL2::constant(1.0), ShL2::impulse(Dir::X, 2.0)]);
@@ -61,7 +64,7 @@ impl ShBatch {
         batch
     }
 
-    /// Of coefficients in planes, as [`Basis::eval_many_into`](crate::Basis::eval_many_into) and
+    /// Of coefficients in planes, as [`Basis::eval_many_into`](crate::basis::Basis::eval_many_into) and
     /// [`RotationMatrices::apply_many_into`] have them: `planes[i * count + k]` is coefficient `i` of function `k`.
     ///
     /// # Panics
@@ -227,11 +230,11 @@ impl ShBatch {
     }
 
     /// The product of each function with that of the same number in `other`, cut off at their order; see
-    /// [`product_into`](crate::product_into). Orders 1 to 6 have straight-line code.
+    /// [`product_into`](crate::product::product_into). Orders 1 to 6 have straight-line code.
     ///
     /// # Panics
     /// If the orders or the numbers of functions differ, or the order is above
-    /// [`MAX_GAUNT_ORDER`](crate::MAX_GAUNT_ORDER).
+    /// [`MAX_GAUNT_ORDER`](crate::product::MAX_GAUNT_ORDER).
     pub fn product_into(&self, other: &Self, out: &mut Self) {
         self.assert_alike(other);
         self.assert_alike(out);
@@ -239,11 +242,11 @@ impl ShBatch {
         lane_product::multiply_blocks(Machine::detect(), self.order, factors, &mut out.blocks);
     }
 
-    /// The square of each function, cut off at its order; see [`square_into`](crate::square_into).
+    /// The square of each function, cut off at its order; see [`square_into`](crate::product::square_into).
     ///
     /// # Panics
     /// If the orders or the numbers of functions differ, or the order is above
-    /// [`MAX_GAUNT_ORDER`](crate::MAX_GAUNT_ORDER).
+    /// [`MAX_GAUNT_ORDER`](crate::product::MAX_GAUNT_ORDER).
     pub fn square_into(&self, out: &mut Self) {
         self.assert_alike(out);
         let factors = Factors::One(&self.blocks);
@@ -251,7 +254,7 @@ impl ShBatch {
     }
 
     /// The product of each function with a zonal one about +z, cut off at their order; see
-    /// [`zonal_product_into`](crate::zonal_product_into). Orders 2 to 6 have straight-line code. `zonal` has a block for each band of
+    /// [`zonal_product_into`](crate::product::zonal_product_into). Orders 2 to 6 have straight-line code. `zonal` has a block for each band of
     /// sixteen functions:
     ///
     /// ```text
@@ -260,7 +263,7 @@ impl ShBatch {
     ///
     /// # Panics
     /// If the orders or the numbers of functions differ, there are other than `order` blocks of `zonal` for sixteen functions, or the
-    /// order is above [`MAX_GAUNT_ORDER`](crate::MAX_GAUNT_ORDER).
+    /// order is above [`MAX_GAUNT_ORDER`](crate::product::MAX_GAUNT_ORDER).
     pub fn zonal_product_into(&self, zonal: &[Lanes], out: &mut Self) {
         self.assert_alike(out);
         assert_eq!(zonal.len(), self.count.div_ceil(LANES) * self.order, "blocks of bands of zonal functions");

@@ -13,7 +13,7 @@ use core::ops::Range;
 
 use pulp::{Scalar, Simd};
 
-use crate::Basis;
+use crate::basis::basis::Basis;
 use crate::basis::index::coefficient_count;
 use crate::basis::lane_basis::TILE;
 use crate::basis::lane_kernels::LaneKernels;
@@ -38,7 +38,8 @@ const WIDEST: usize = 64;
 /// Functions of one order, ready to be evaluated: of numbers or of colors.
 ///
 /// ```
-/// use lobe_sh::{Functions, Vectors};
+/// use lobe_sh::basis::Vectors;
+/// use lobe_sh::batch::Functions;
 ///
 /// // A constant and z, towards two vectors of any length.
 /// let norm = (4.0 * std::f64::consts::PI).sqrt();
@@ -358,7 +359,7 @@ mod tests {
     use lobe_testkit::Random;
 
     use super::*;
-    use crate::eval_basis_into;
+    use crate::basis::basis::eval_basis_into;
 
     /// Orders with straight-line code and without.
     const ORDERS: [usize; 5] = [1, 4, 10, 11, 40];

@@ -4,9 +4,11 @@ use core::f64::consts::PI;
 
 use crate::encoding::ambient_cube::AXES;
 use crate::encoding::{coefficient, not_negative, y_0};
+use crate::expansion::expansion::optimal_linear_direction;
+use crate::expansion::gradient::eval_with_gradient;
 use crate::expansion::sh_vec::widened;
 use crate::solver::newton_on_sphere::ascend;
-use crate::{Coefficient, Dir, Expansion, Real, ShVec, Zonal, eval_with_gradient, optimal_linear_direction};
+use crate::{Coefficient, Dir, Expansion, Real, ShVec, Zonal};
 
 /// Starts of the search for the best direction, besides the linear direction: the faces and corners of the cube. They
 /// suffice because the function is convolved with the cosine twice, so that its maxima are wide.
@@ -140,7 +142,8 @@ fn best_colors(total: f64, p: f64) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Rgb, Rotation, SphereQuadrature};
+    use crate::sphere::quadrature::SphereQuadrature;
+    use crate::{Rgb, Rotation};
     use lobe_testkit::{Random, directions, fibonacci_sphere};
 
     /// An irradiance of some lights.

@@ -149,7 +149,9 @@ fn squared_cosine(order: usize) -> Zonal {
 mod tests {
     use super::*;
     use crate::ShVec;
-    use crate::{Rgb, Rotation, SphereQuadrature, directional_normalization};
+    use crate::light::normalization::directional_normalization;
+    use crate::sphere::quadrature::SphereQuadrature;
+    use crate::{Rgb, Rotation};
     use lobe_testkit::{Random, directions};
 
     fn random_cube(seed: u64) -> AmbientCube<f64> {

@@ -85,8 +85,10 @@ fn functions(n: Dir) -> [f64; 6] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tangent_frame;
-    use crate::{Rgb, ShVec, SphereQuadrature, Zonal, hemisphere_least_squares};
+    use crate::encoding::hemisphere::hemisphere_least_squares;
+    use crate::rotation::rotation::tangent_frame;
+    use crate::sphere::quadrature::SphereQuadrature;
+    use crate::{Rgb, ShVec, Zonal};
     use lobe_testkit::{Random, directions};
 
     #[test]

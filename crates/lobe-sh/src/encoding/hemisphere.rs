@@ -1,8 +1,10 @@
 //! Least squares over the hemisphere of normals on one side of a surface.
 
 use crate::prelude::*;
+use crate::projection::least_squares::least_squares;
+use crate::rotation::rotation::tangent_frame;
 use crate::sphere::quadrature::gauss_legendre;
-use crate::{Coefficient, Dir, Expansion, ShVec, least_squares, tangent_frame};
+use crate::{Coefficient, Dir, Expansion, ShVec};
 
 /// Points on the hemisphere `z > 0` and weights that integrate polynomials up to `degree` over it exactly.
 ///
@@ -49,7 +51,8 @@ pub fn hemisphere_least_squares<T: Coefficient>(order: usize, normal: Dir, f: &i
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{SphereQuadrature, Zonal, eval_basis};
+    use crate::sphere::quadrature::SphereQuadrature;
+    use crate::{Zonal, eval_basis};
     use lobe_testkit::{Random, directions};
     use nalgebra::DMatrix;
 

@@ -100,7 +100,7 @@ fn basis() -> [Dir; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tangent_frame;
+    use crate::rotation::rotation::tangent_frame;
     use crate::{Rgb, ShVec};
     use lobe_testkit::{Random, directions};
 

@@ -3,16 +3,23 @@
 use core::fmt;
 use core::str::FromStr;
 
+use crate::encoding::ahd::Ahd;
+use crate::encoding::ambient_cube::AmbientCube;
+use crate::encoding::h_basis::{HBasis4, HBasis6};
+use crate::encoding::hemisphere::hemisphere_least_squares;
+use crate::encoding::hl2::Hl2;
+use crate::encoding::non_linear_l1::NonLinearL1;
+use crate::encoding::zh3::{Zh3, Zh3Axis};
 use crate::prelude::*;
-use crate::{
-    Ahd, AmbientCube, Coefficient, Dir, Expansion, HBasis4, HBasis6, Hl2, NonLinearL1, Real as _, Rotation, Sh,
-    ShError, Zh3, Zh3Axis, even_directions, hemisphere_least_squares, tangent_frame,
-};
+use crate::rotation::rotation::tangent_frame;
+use crate::sphere::point_sets::even_directions;
+use crate::{Coefficient, Dir, Expansion, Real as _, Rotation, Sh, ShError};
 
 /// An encoding of irradiance in a few numbers. [`IrradianceEncoding::ALL`] lists them.
 ///
 /// ```
-/// use lobe_sh::{Dir, IrradianceEncoding, Rgb, Rotation, Zonal};
+/// use lobe_sh::encoding::IrradianceEncoding;
+/// use lobe_sh::{Dir, Rgb, Rotation, Zonal};
 ///
 /// let sun = Zonal::clamped_cosine(9).towards(Dir::X, Rgb::new(1.0, 0.9, 0.8));
 /// for encoding in IrradianceEncoding::ALL {

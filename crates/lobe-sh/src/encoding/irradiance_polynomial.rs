@@ -22,13 +22,14 @@ use crate::{Coefficient, Dir, Expansion, Rgb};
 /// Condon-Shortley phase: `L_1±1` and `L_2±1` are those of Lobe's basis with the other sign. The constants are printed
 /// with six digits, 0.429043, 0.511664, 0.743125, 0.886227, 0.247708, of which the second and the third are one unit too
 /// high in the last; [`constants`](Self::constants) has them exact. The same function as
-/// [`IrradianceMatrix`](crate::IrradianceMatrix) and [`PackedIrradiance`](crate::PackedIrradiance), to rounding (test
+/// [`IrradianceMatrix`](crate::encoding::IrradianceMatrix) and [`PackedIrradiance`](crate::encoding::PackedIrradiance), to rounding (test
 /// `the_published_formula_yields_the_irradiance`).
 ///
 /// [Ramamoorthi and Hanrahan 2001]: https://cseweb.ucsd.edu/~ravir/papers/envmap/envmap.pdf
 ///
 /// ```
-/// use lobe_sh::{Coefficient as _, IrradiancePolynomial, Rgb, ShL2};
+/// use lobe_sh::encoding::IrradiancePolynomial;
+/// use lobe_sh::{Coefficient as _, Rgb, ShL2};
 ///
 /// // A sky that is brighter towards +x than towards -x: L_11 is positive, though Lobe's coefficient 3 is negative.
 /// let mut sky = ShL2::constant(Rgb::splat(1.0_f64));

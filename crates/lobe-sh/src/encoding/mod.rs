@@ -1,9 +1,9 @@
 //! Irradiance in fewer numbers than the nine of order 3 for each channel, or in a form that suits shaders.
 //!
-//! Read [`irradiance_encoding`] first: it lists all encodings, to loop over, and measures their errors. Every encoding
+//! Read `irradiance_encoding` first: it lists all encodings, to loop over, and measures their errors. Every encoding
 //! is made from the expansion of the irradiance `E` (radiance convolved with the clamped cosine, not divided by π) and
-//! gives `E` back for a normal; bands that the expansion lacks count as zero. [`packed_irradiance`], of
-//! many normals by [`packed_lanes`], [`irradiance_matrix`] and [`irradiance_polynomial`] are order 3 rearranged, [`packed_irradiance_5`] is
+//! gives `E` back for a normal; bands that the expansion lacks count as zero. `packed_irradiance`, of
+//! many normals by `packed_lanes`, `irradiance_matrix` and `irradiance_polynomial` are order 3 rearranged, `packed_irradiance_5` is
 //! order 5; all others are approximations. The functions below read bands 0 to 2 for them, or up to 4. Uses `batch`, `expansion`,
 //! `projection`, `rotation`, `simd`, `solver` and `sphere`.
 
@@ -21,6 +21,19 @@ pub(crate) mod packed_irradiance_5;
 #[cfg(feature = "batch")]
 mod packed_lanes;
 pub(crate) mod zh3;
+
+pub use ahd::Ahd;
+pub use ambient_cube::AmbientCube;
+pub use h_basis::{HBasis, HBasis4, HBasis6};
+pub use hemisphere::hemisphere_least_squares;
+pub use hl2::{Hl2, Hl2Weights};
+pub use irradiance_encoding::{EncodedIrradiance, EncodingError, IrradianceEncoding, encoding_error};
+pub use irradiance_matrix::IrradianceMatrix;
+pub use irradiance_polynomial::IrradiancePolynomial;
+pub use non_linear_l1::NonLinearL1;
+pub use packed_irradiance::PackedIrradiance;
+pub use packed_irradiance_5::PackedIrradiance5;
+pub use zh3::{Zh3, Zh3Axis};
 
 use core::array;
 use core::f64::consts::PI;

@@ -68,7 +68,8 @@ fn eval_channel(e_0: f64, e_1: [f64; 3], n: Dir) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Rgb, Rotation, ShL1, SphereQuadrature, Zonal};
+    use crate::sphere::quadrature::SphereQuadrature;
+    use crate::{Rgb, Rotation, ShL1, Zonal};
     use lobe_testkit::{Random, directions};
 
     /// The irradiance of an impulse of strength `k` and of the constant radiance `a`.

@@ -79,7 +79,7 @@ impl PackedIrradiance {
     /// # Panics
     /// If the numbers of normals and values differ.
     #[cfg(feature = "batch")]
-    pub fn eval_into(&self, normals: &crate::DirBatch, out: &mut [Rgb<f32>]) {
+    pub fn eval_into(&self, normals: &crate::batch::DirBatch, out: &mut [Rgb<f32>]) {
         assert_eq!(normals.len(), out.len(), "normals against values");
         Machine::detect().run(EvalPacked { vectors: self.to_vectors(), normals: normals.blocks(), out });
     }
@@ -97,7 +97,7 @@ impl PackedIrradiance {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::IrradianceMatrix;
+    use crate::encoding::irradiance_matrix::IrradianceMatrix;
     use crate::{ShL2, ShVec, Zonal};
     use lobe_testkit::{Random, directions};
 

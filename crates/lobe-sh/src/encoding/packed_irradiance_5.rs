@@ -25,7 +25,7 @@ use crate::{Coefficient, Dir, Expansion, Rgb};
 ///   h_0 = 3/16 √(1/π)   h_1 = 3/4 √(5/2π)   h_2 = 3/8 √(5/π)   h_3 = 3/4 √(35/2π)   h_4 = 3/16 √(35/π)
 /// ```
 ///
-/// `A`, `B`, `C` and `k` are those of [`PackedIrradiance`](crate::PackedIrradiance), to which band 4 is added: with `d`
+/// `A`, `B`, `C` and `k` are those of [`PackedIrradiance`](crate::encoding::PackedIrradiance), to which band 4 is added: with `d`
 /// and `z²` at hand its nine functions take no further products of coordinates. Band 3 has no part in irradiance, for
 /// `A_3 = 0`, and is not read.
 ///
@@ -124,7 +124,7 @@ impl PackedIrradiance5 {
     }
 
     /// The vectors ready for upload: `cAr cAg cAb cBr cBg cBb cC cDr cDg cDb cFr cFg cFb cG`, of which the first seven are
-    /// in the order of [`PackedIrradiance::to_vectors`](crate::PackedIrradiance::to_vectors); the last numbers of `cC` and
+    /// in the order of [`PackedIrradiance::to_vectors`](crate::encoding::PackedIrradiance::to_vectors); the last numbers of `cC` and
     /// `cG` are 1.
     #[must_use]
     pub fn to_vectors(&self) -> [[f32; 4]; 14] {
@@ -139,7 +139,8 @@ impl PackedIrradiance5 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{PackedIrradiance, ShL4, ShVec, Zonal, eval_basis};
+    use crate::encoding::packed_irradiance::PackedIrradiance;
+    use crate::{ShL4, ShVec, Zonal, eval_basis};
     use lobe_testkit::{Random, directions};
 
     fn random_radiance() -> ShVec<Rgb<f64>> {

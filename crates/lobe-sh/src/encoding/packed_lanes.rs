@@ -5,7 +5,7 @@ use crate::simd::{Kernel, LANES, Lanes};
 #[cfg(feature = "simd")]
 use crate::simd::{Wide, constant};
 
-/// The vectors of [`PackedIrradiance::to_vectors`](crate::PackedIrradiance::to_vectors) at each normal of blocks: `out` has a color for each normal that there is.
+/// The vectors of [`PackedIrradiance::to_vectors`](crate::encoding::PackedIrradiance::to_vectors) at each normal of blocks: `out` has a color for each normal that there is.
 pub(super) struct EvalPacked<'a> {
     pub(super) vectors: [[f32; 4]; 7],
     pub(super) normals: &'a [[Lanes; 3]],
@@ -76,8 +76,10 @@ mod tests {
     use lobe_testkit::Random;
 
     use super::*;
+    use crate::batch::dir_batch::DirBatch;
+    use crate::encoding::packed_irradiance::PackedIrradiance;
     use crate::simd::Machine;
-    use crate::{Dir, DirBatch, PackedIrradiance, ShVec};
+    use crate::{Dir, ShVec};
 
     /// Sums of ten terms of size 1 in single precision.
     const ERROR: f64 = 2e-6;

@@ -1,10 +1,11 @@
 //! The operations common to all expansions, whether the order is known at compile time or at run time.
 
+use crate::basis::basis::Basis;
 use crate::basis::index::{band_range, order_of_slice};
 use crate::by_type::{by_type, of_each_type};
 use crate::prelude::*;
 use crate::scalar::luminance;
-use crate::{Basis, Coefficient, Dir};
+use crate::{Coefficient, Dir};
 
 /// A function on the sphere, `f(s) = Σ_i f_i y_i(s)`, given by its coefficients in index order `i = l(l+1) + m`.
 ///
@@ -178,7 +179,8 @@ pub fn optimal_linear_direction<T: Coefficient>(f: &impl Expansion<T>) -> Option
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Rgb, ShL2, ShVec, SphereQuadrature};
+    use crate::sphere::quadrature::SphereQuadrature;
+    use crate::{Rgb, ShL2, ShVec};
     use lobe_testkit::Random;
 
     fn random(order: usize, seed: u64) -> ShVec<f64> {

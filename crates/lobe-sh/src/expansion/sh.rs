@@ -5,8 +5,9 @@ use core::ops::{Add, AddAssign, Index, IndexMut, Mul, MulAssign, Neg, Sub, SubAs
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
+use crate::basis::basis::eval_basis_into;
 use crate::basis::index::order_of;
-use crate::{Coefficient, Dir, Expansion, FixedOrder, Real, Rgb, eval_basis_into};
+use crate::{Coefficient, Dir, Expansion, FixedOrder, Real, Rgb};
 
 /// An expansion of `N` coefficients, a perfect square: order `n = √N`, index order `i = l(l+1) + m`.
 ///
@@ -194,7 +195,7 @@ impl<const N: usize, T: Coefficient> Neg for Sh<N, T> {
     }
 }
 
-/// Scales the function; for the product of two functions see [`product_into`](crate::product_into).
+/// Scales the function; for the product of two functions see [`product_into`](crate::product::product_into).
 impl<const N: usize, T: Coefficient<Scalar = S>, S: Copy> Mul<S> for Sh<N, T> {
     type Output = Self;
 

@@ -164,7 +164,7 @@ impl<T: Coefficient> Neg for &ShVec<T> {
     }
 }
 
-/// Scales the function; for the product of two functions see [`product_into`](crate::product_into).
+/// Scales the function; for the product of two functions see [`product_into`](crate::product::product_into).
 impl<T: Coefficient<Scalar = S>, S: Copy> Mul<S> for &ShVec<T> {
     type Output = ShVec<T>;
 

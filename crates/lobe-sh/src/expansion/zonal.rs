@@ -3,6 +3,7 @@
 use core::f64::consts::PI;
 use core::ops::{Add, AddAssign, Index, Mul, Neg, Sub, SubAssign};
 
+use crate::basis::basis::Basis;
 use crate::basis::index::{band_range, coefficient_count, order_of_slice};
 use crate::basis::legendre::legendre_all;
 use crate::by_type::{by_type, of_each_type};
@@ -10,7 +11,7 @@ use crate::expansion::sh_vec::sums;
 use crate::prelude::*;
 use crate::sphere::quadrature::gauss_legendre;
 use crate::sphere::vector::dot_slices;
-use crate::{Basis, Coefficient, Dir, Expansion, FixedOrder, ShVec};
+use crate::{Coefficient, Dir, Expansion, FixedOrder, ShVec};
 
 /// A function of the angle to an axis alone, by one coefficient per band.
 ///
@@ -19,7 +20,7 @@ use crate::{Basis, Coefficient, Dir, Expansion, FixedOrder, ShVec};
 /// ```
 ///
 /// About +z it is the expansion with `f_l0 = z_l` and all others zero. It is the shape of a light
-/// ([`Zonal::towards`]) or a kernel to convolve with ([`convolve_in_place`](crate::convolve_in_place)).
+/// ([`Zonal::towards`]) or a kernel to convolve with ([`convolve_in_place`](crate::filter::convolve_in_place)).
 /// Operators need equal orders; [`Zonal::resized`] makes them equal.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(transparent))]
@@ -220,7 +221,9 @@ pub(crate) fn zonal_norm(l: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Rgb, SphereQuadrature, eval_basis};
+    use crate::basis::basis::eval_basis;
+    use crate::Rgb;
+    use crate::sphere::quadrature::SphereQuadrature;
     use lobe_testkit::{Random, directions, golden, golden_f64s};
 
     #[test]

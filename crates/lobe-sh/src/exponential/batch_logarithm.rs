@@ -6,16 +6,18 @@ use core::f64::consts::PI;
 #[cfg(feature = "simd")]
 use pulp::Simd;
 
-#[cfg(feature = "simd")]
-use crate::GauntTensor;
 use crate::basis::index::coefficient_count;
+use crate::batch::sh_batch::ShBatch;
 #[cfg(feature = "simd")]
 use crate::exponential::logarithm::slope_of_ln;
 use crate::exponential::logarithm::{check_clamp, logarithm};
+#[cfg(feature = "simd")]
+use crate::product::gaunt::GauntTensor;
+use crate::product::gaunt::MAX_GAUNT_ORDER;
 use crate::simd::{Kernel, LANES, Lanes, Machine};
 #[cfg(feature = "simd")]
 use crate::simd::{Wide, rounded};
-use crate::{Expansion as _, MAX_GAUNT_ORDER, ShBatch, ShVec};
+use crate::{Expansion as _, ShVec};
 
 /// Replaces each function of a batch by its logarithm, which is that of [`logarithm`]: within 1e-6 of its norm (test
 /// `logarithms_in_lanes_are_those_of_the_code_for_one`).
@@ -32,7 +34,9 @@ use crate::{Expansion as _, MAX_GAUNT_ORDER, ShBatch, ShVec};
 /// any others, for one that has converged is turned no more. Functions without a logarithm have that of [`logarithm`].
 ///
 /// ```
-/// use lobe_sh::{Dir, LOG_CLAMP, ShBatch, ShL2, ShVec, Zonal, logarithm, logarithm_batch_in_place};
+/// use lobe_sh::batch::ShBatch;
+/// use lobe_sh::exponential::{LOG_CLAMP, logarithm, logarithm_batch_in_place};
+/// use lobe_sh::{Dir, ShL2, ShVec, Zonal};
 ///
 /// // What a sphere leaves visible of the sky, for two of them.
 /// let visible = |towards| &ShVec::constant(3, 1.0_f32) + &Zonal::cone(3, 0.4).towards(towards, -1.0_f32);
@@ -304,7 +308,8 @@ mod tests {
     use lobe_testkit::Random;
 
     use super::*;
-    use crate::{Dir, LOG_CLAMP, Zonal};
+    use crate::exponential::logarithm::LOG_CLAMP;
+    use crate::{Dir, Zonal};
 
     /// What logarithms in `f32` may be off, as a part of their norm: the rounding of each coefficient, and some more.
     const TOLERANCE: f64 = 1e-6;

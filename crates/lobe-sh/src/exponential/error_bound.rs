@@ -5,7 +5,8 @@ use core::f64::consts::PI;
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use crate::{ExpMethod, Expansion, Exponential};
+use crate::Expansion;
+use crate::exponential::exponential::{ExpMethod, Exponential};
 
 impl Exponential {
     /// A bound on the norm of the error of [`Exponential::of`], `None` for methods that have none.

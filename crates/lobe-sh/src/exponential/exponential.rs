@@ -2,9 +2,13 @@
 
 use core::str::FromStr;
 
+use crate::basis::basis::Basis;
+use crate::basis::index::coefficient_count;
 use crate::exponential::optimal_linear::{OptimalLinear, exponential_by_eigenvectors, isolate_mean};
 use crate::prelude::*;
-use crate::{Basis, Expansion, ShError, ShVec, SphereQuadrature, coefficient_count, product_into, square_into};
+use crate::product::product::{product_into, square_into};
+use crate::sphere::quadrature::SphereQuadrature;
+use crate::{Expansion, ShError, ShVec};
 
 /// The limit of `hybrid` in text that names none: at 1 it is nearest to the truth among those of the example `exponential_errors`.
 const HYBRID_LIMIT: f64 = 1.0;
@@ -107,7 +111,8 @@ impl FromStr for ExpMethod {
 /// The exponential of functions of one order, by one method, with what that method prepares.
 ///
 /// ```
-/// use lobe_sh::{Dir, Exponential, ExpMethod, Expansion as _, LOG_CLAMP, ShVec, Zonal};
+/// use lobe_sh::exponential::{ExpMethod, Exponential, LOG_CLAMP};
+/// use lobe_sh::{Dir, Expansion as _, ShVec, Zonal};
 ///
 /// // Two spheres in the sky: their logarithms add up, and the exponential is what both leave of it.
 /// let sphere = Zonal::sphere_logarithm(4, 0.4, LOG_CLAMP);

@@ -27,7 +27,7 @@ pub const LOG_CLAMP: f64 = 0.02;
 /// ```
 ///
 /// Eigenvalues below `clamp` times the largest are raised to that, so that functions that are zero or ring below zero
-/// have a logarithm. Where none is raised, [`ExpMethod::Eigen`](crate::ExpMethod::Eigen) brings `g` back to rounding at orders
+/// have a logarithm. Where none is raised, [`ExpMethod::Eigen`](crate::exponential::ExpMethod::Eigen) brings `g` back to rounding at orders
 /// 1 and 2, and above to the fourth power of its contrast. With `g = μ (1 + h)`, where `μ` is the mean, and `⊗` the truncated
 /// product:
 ///

@@ -12,10 +12,10 @@ use crate::{Dir, Expansion, ShVec};
 /// error of the method itself.
 const ANGLES: usize = 180;
 
-/// The two numbers of [`ExpMethod::OptimalLinear`](crate::ExpMethod::OptimalLinear) over `‖f‖`, made from single spheres
+/// The two numbers of [`ExpMethod::OptimalLinear`](crate::exponential::ExpMethod::OptimalLinear) over `‖f‖`, made from single spheres
 /// of all sizes: `exp(f) ≈ a 1 + b f` for a function without mean.
 ///
-/// For exponentials of many functions at once, elsewhere; [`Exponential`](crate::Exponential) holds its own.
+/// For exponentials of many functions at once, elsewhere; [`Exponential`](crate::exponential::Exponential) holds its own.
 #[derive(Clone, Debug)]
 pub struct OptimalLinear {
     /// Norm, `a - 1` and `b`, in ascending norm.

@@ -20,7 +20,7 @@ use crate::sphere::quadrature::gauss_legendre;
 ///   M^m_ij = 2π ∫ g(z) P̄_i^m(z) P̄_j^m(z) dz        i, j = m .. n-1
 /// ```
 ///
-/// `g - 1` has coefficients of `m = 0` alone, so that [`logarithm`](crate::logarithm) needs the eigenvectors of `M^0`,
+/// `g - 1` has coefficients of `m = 0` alone, so that [`logarithm`](crate::exponential::logarithm) needs the eigenvectors of `M^0`,
 /// `n × n`, and of the other blocks only the largest eigenvalue, to which its clamp is relative.
 #[derive(Clone, Debug)]
 pub struct ZonalLogarithm {
@@ -105,7 +105,7 @@ impl ZonalLogarithm {
 
 impl Zonal {
     /// The logarithm of the visibility that a sphere of angular radius `half_angle` (radians, in `[0, π]`) leaves: 0
-    /// within that angle of the axis, 1 outside; see [`logarithm`](crate::logarithm) for `clamp`. For many angles, keep a
+    /// within that angle of the axis, 1 outside; see [`logarithm`](crate::exponential::logarithm) for `clamp`. For many angles, keep a
     /// [`ZonalLogarithm`].
     ///
     /// What is relative in the clamp is so to 1, the open sky, or to the overshoot of the basis above it. A sphere around the

@@ -2,14 +2,16 @@
 
 use alloc::collections::BinaryHeap;
 
+use crate::basis::basis::Basis;
 use crate::basis::index::{coefficient_count, order_of_slice};
 use crate::basis::second_order::{LocalQuadratic, second_order};
+use crate::extrema::Extremum;
 use crate::extrema::cap_bound::{SmoothFunction, quadratic_lower_bound};
 use crate::extrema::quadratic_form::{QuadraticForm, to_unit_size};
 use crate::extrema::taylor::{PoleDerivatives, Taylor};
 use crate::prelude::*;
 use crate::sphere::triangulation::{Triangle, triangulation};
-use crate::{Basis, Dir, Extremum, Real};
+use crate::{Dir, Real};
 
 /// The most Newton steps towards a local minimum: from a good start four suffice, leaving a saddle takes a few more.
 const DESCENT_STEPS: usize = 12;
@@ -37,7 +39,8 @@ const FOURTH_ORDER_GAP: f64 = 0.05;
 /// See [`certified_maximum`] for the maximum.
 ///
 /// ```
-/// use lobe_sh::{Dir, Expansion as _, ShVec, certified_minimum};
+/// use lobe_sh::extrema::certified_minimum;
+/// use lobe_sh::{Dir, Expansion as _, ShVec};
 ///
 /// // The order 3 truncation of an impulse rings to a minimum of -1/(4π) · 9/5 all around its axis.
 /// let f = ShVec::impulse(3, Dir::X, 1.0);

@@ -134,10 +134,11 @@ pub(crate) fn quadratic_lower_bound(local: &LocalQuadratic, radius: f64) -> f64 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::basis::basis::Basis;
     use crate::basis::index::coefficient_index;
     use crate::basis::second_order::second_order;
     use crate::sphere::vector::cross;
-    use crate::{Basis, Dir, Expansion as _, Rotation, ShVec, eval_basis};
+    use crate::{Dir, Expansion as _, Rotation, ShVec, eval_basis};
     use lobe_testkit::{Random, directions};
 
     #[test]

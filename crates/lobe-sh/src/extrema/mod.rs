@@ -1,8 +1,8 @@
 //! The extreme values of a function on the sphere, with proof.
 //!
-//! Read [`Extremum`], then [`branch_and_bound`]. Three bands are a [`quadratic_form`] and solved exactly by [`quadratic_minimum`], several at once
-//! as `lane_form`; more bands are searched, with lower bounds on caps ([`cap_bound`]) of second order and, from the expansion in [`taylor`], of
-//! fourth order ([`quartic_bound`]). Uses `basis`, `rotation`, `simd` and `sphere`.
+//! Read `Extremum`, then `branch_and_bound`. Three bands are a `quadratic_form` and solved exactly by `quadratic_minimum`, several at once
+//! as `lane_form`; more bands are searched, with lower bounds on caps (`cap_bound`) of second order and, from the expansion in `taylor`, of
+//! fourth order (`quartic_bound`). Uses `basis`, `rotation`, `simd` and `sphere`.
 
 pub(crate) mod branch_and_bound;
 pub(crate) mod cap_bound;
@@ -13,10 +13,12 @@ pub(crate) mod quadratic_minimum;
 pub(crate) mod quartic_bound;
 pub(crate) mod taylor;
 
+pub use branch_and_bound::{certified_maximum, certified_minimum};
+
 use crate::Dir;
 
-/// An interval that contains the least value of a function ([`certified_minimum`](crate::certified_minimum)) or its
-/// greatest ([`certified_maximum`](crate::certified_maximum)), and a direction towards which the function has a value
+/// An interval that contains the least value of a function ([`certified_minimum`](crate::extrema::certified_minimum)) or its
+/// greatest ([`certified_maximum`](crate::extrema::certified_maximum)), and a direction towards which the function has a value
 /// in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -3,9 +3,10 @@
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
+use crate::Dir;
+use crate::extrema::Extremum;
 use crate::extrema::quadratic_form::{QuadraticForm, norms, times};
 use crate::sphere::vector::{dot, tangents, unit};
-use crate::{Dir, Extremum};
 
 /// The most Newton steps for the multiplier. It rises monotonically and the digits double: 3 to 6 are usual.
 const NEWTON_STEPS: usize = 64;
@@ -348,7 +349,7 @@ mod tests {
             let f = ShL2::<f64>::from_slice(&random.signed_vec(9));
             let w = [[1.0, 1.0], [0.5, 0.25], [1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [1e-9, 1.0], [1.0, 1e-12]][case % 7];
             let mut scaled = f;
-            crate::scale_bands_in_place(scaled.coefficients_mut(), &[1.0, w[0], w[1]]);
+            crate::filter::scale_bands_in_place(scaled.coefficients_mut(), &[1.0, w[0], w[1]]);
             let a = QuadraticForm::new(f.coefficients(), 0).minimum(w);
             let b = QuadraticForm::new(scaled.coefficients(), 0).minimum([1.0, 1.0]);
             assert!((a.hi - b.hi).abs() < 1e-12 && (a.lo - b.lo).abs() < 1e-12, "case {case}, {w:?}: {a:?} {b:?}");

@@ -1,6 +1,6 @@
 //! The Taylor polynomial of fourth degree of a function on the sphere, and bounds of its derivatives.
 
-use crate::MAX_ORDER;
+use crate::basis::index::MAX_ORDER;
 use crate::basis::index::{band_range, order_of_slice};
 use crate::once::Once;
 use crate::prelude::*;
@@ -158,8 +158,9 @@ fn polynomial(waves: &Waves) -> [[f64; 5]; 5] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::basis::basis::Basis;
     use crate::basis::second_order::second_order;
-    use crate::{Basis, Dir, Expansion as _, ShVec, eval_basis};
+    use crate::{Dir, Expansion as _, ShVec, eval_basis};
     use lobe_testkit::{Random, directions};
 
     #[test]

@@ -153,7 +153,8 @@ impl Zonal {
 mod tests {
     use super::*;
     use crate::Expansion as _;
-    use crate::{Dir, ShVec, SphereQuadrature};
+    use crate::sphere::quadrature::SphereQuadrature;
+    use crate::{Dir, ShVec};
     use lobe_testkit::golden_f64s;
 
     /// The convolution factors of any kernel by plain quadrature in the angle, finely enough for smooth lobes.

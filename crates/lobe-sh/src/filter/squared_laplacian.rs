@@ -98,7 +98,9 @@ fn newton_step(band_energies: &[f64], target: f64, lambda: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Dir, Expansion as _, Rgb, ShVec, SphereQuadrature, Window, scale_bands_in_place};
+    use crate::filter::window::scale_bands_in_place;
+    use crate::sphere::quadrature::SphereQuadrature;
+    use crate::{Dir, Expansion as _, Rgb, ShVec, Window};
     use lobe_testkit::{Random, golden_f64s};
 
     #[test]

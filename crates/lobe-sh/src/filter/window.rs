@@ -121,7 +121,8 @@ impl Window {
 /// window, `n²/4π`, or that windows of powers near 0 jump over.
 ///
 /// ```
-/// use lobe_sh::{Window, width_of_peak};
+/// use lobe_sh::Window;
+/// use lobe_sh::filter::width_of_peak;
 ///
 /// // Sloan 2008 compares windows of order 6 at the same peak.
 /// let width = width_of_peak(6, 2.25, |width| Window::Hanning { width });
@@ -233,7 +234,8 @@ impl Window {
 mod tests {
     use super::*;
     use crate::Expansion as _;
-    use crate::{Dir, Rgb, ShVec, SphereQuadrature};
+    use crate::sphere::quadrature::SphereQuadrature;
+    use crate::{Dir, Rgb, ShVec};
     use lobe_testkit::Random;
 
     #[test]

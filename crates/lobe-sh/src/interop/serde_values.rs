@@ -10,10 +10,13 @@ use alloc::vec::Vec;
 use serde::de::{Deserialize, Deserializer, Error};
 use serde::{Serialize, Serializer};
 
-use crate::{
-    AxisPermutation, Coefficient, DeringMethod, Dir, Expansion as _, HBasis, IrradianceEncoding, Quantity, Rotation,
-    Sh, ShError, ShVec, SphericalPolygon, Window,
-};
+use crate::encoding::h_basis::HBasis;
+use crate::encoding::irradiance_encoding::IrradianceEncoding;
+use crate::expansion::quantity::Quantity;
+use crate::light::spherical_polygon::SphericalPolygon;
+use crate::ringing::dering::DeringMethod;
+use crate::rotation::axis_permutation::AxisPermutation;
+use crate::{Coefficient, Dir, Expansion as _, Rotation, Sh, ShError, ShVec, Window};
 
 /// The largest error of a squared length, or of an entry of `RᵀR`, that leaves a direction or a rotation as it is: some
 /// roundings.
@@ -123,10 +126,13 @@ mod tests {
     use std::fmt::Debug;
 
     use super::*;
-    use crate::{
-        Ahd, AmbientCube, EncodedIrradiance, Light, LightFitOptions, MonteCarloOptions, Normalization, Rgb, ShL1, ShL2,
-        Zonal, extract_light, project,
-    };
+    use crate::encoding::ahd::Ahd;
+    use crate::encoding::ambient_cube::AmbientCube;
+    use crate::encoding::irradiance_encoding::EncodedIrradiance;
+    use crate::light::normalization::Normalization;
+    use crate::light_extraction::extract::{LightFitOptions, extract_light};
+    use crate::projection::monte_carlo::MonteCarloOptions;
+    use crate::{Light, Rgb, ShL1, ShL2, Zonal, project};
     use serde::de::DeserializeOwned;
 
     #[track_caller]

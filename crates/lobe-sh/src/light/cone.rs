@@ -124,7 +124,7 @@ pub(crate) fn ease_sine(k: usize, a: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gauss_legendre;
+    use crate::sphere::quadrature::gauss_legendre;
     use lobe_testkit::golden_f64s;
 
     /// From a hundredth of a degree to the whole sphere, evenly in the logarithm, and the angles of the golden values.
@@ -232,7 +232,8 @@ mod tests {
                     let t = 0.5 * a * (1.0 + x);
                     let ease = 1.0 - 3.0 * (t / a).powi(2) + 2.0 * (t / a).powi(3);
                     for (l, sum) in expected.iter_mut().enumerate() {
-                        *sum += PI * a * weight * ease * t.sin() * zonal_norm(l) * crate::legendre(l, 0, t.cos());
+                        *sum +=
+                            PI * a * weight * ease * t.sin() * zonal_norm(l) * crate::basis::legendre(l, 0, t.cos());
                     }
                 }
                 for (l, (z, q)) in Zonal::soft_cone(order, a).coefficients().iter().zip(&expected).enumerate() {

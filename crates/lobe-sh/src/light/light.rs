@@ -5,15 +5,16 @@ use core::f64::consts::PI;
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
+use crate::light::normalization::Normalization;
 use crate::light::normalization::{cone_irradiance, soft_cone_irradiance};
-use crate::{
-    Coefficient, Dir, Expansion as _, FixedOrder, Normalization, Rgb, ShError, ShVec, SphericalPolygon, Zonal,
-};
+use crate::light::spherical_polygon::SphericalPolygon;
+use crate::{Coefficient, Dir, Expansion as _, FixedOrder, Rgb, ShError, ShVec, Zonal};
 
 /// An analytic light, to be turned into an expansion of any order by [`Light::project`].
 ///
 /// ```
-/// use lobe_sh::{Dir, Expansion as _, Light, Normalization, Rgb, Zonal};
+/// use lobe_sh::light::Normalization;
+/// use lobe_sh::{Dir, Expansion as _, Light, Rgb, Zonal};
 ///
 /// let sun = Light::Directional { dir: Dir::X, color: Rgb::new(1.0, 0.9, 0.7) };
 /// let light = sun.project(3, Normalization::Projected)?;
@@ -160,7 +161,8 @@ impl Light {
     /// [`Light::project`] to the order of the type that is asked for, of colors in `f32` or `f64`.
     ///
     /// ```
-    /// use lobe_sh::{Light, Normalization, Rgb, ShL2};
+    /// use lobe_sh::light::Normalization;
+    /// use lobe_sh::{Light, Rgb, ShL2};
     ///
     /// let sky = Light::Ambient { color: Rgb::new(0.2, 0.3, 0.5) };
     /// let light: ShL2<Rgb<f32>> = sky.project_as(Normalization::Projected)?;
@@ -266,7 +268,8 @@ fn hemisphere(order: usize, up: Dir, sky: Rgb<f64>, ground: Rgb<f64>, normalizat
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{SphereQuadrature, project};
+    use crate::project;
+    use crate::sphere::quadrature::SphereQuadrature;
 
     const WHITE: Rgb<f64> = Rgb::new(1.0, 1.0, 1.0);
 

@@ -93,7 +93,7 @@ pub(crate) fn soft_cone_irradiance(a: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gauss_legendre;
+    use crate::sphere::quadrature::gauss_legendre;
     use lobe_testkit::golden;
 
     #[test]

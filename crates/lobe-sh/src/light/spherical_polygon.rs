@@ -2,10 +2,11 @@
 
 use core::f64::consts::PI;
 
+use crate::basis::basis::Basis;
 use crate::basis::index::{band_range, coefficient_index, order_of_slice};
 use crate::prelude::*;
 use crate::sphere::vector::{cross, dot, length, sub};
-use crate::{Basis, Dir, Rotation, ShError, ShVec};
+use crate::{Dir, Rotation, ShError, ShVec};
 
 /// Two vertices whose directions are nearer to opposite than this (the sine of the angle) leave the great circle
 /// between them undetermined: the receiver lies on the edge.

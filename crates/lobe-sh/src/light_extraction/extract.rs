@@ -2,14 +2,14 @@
 
 use alloc::vec::Vec;
 
+use crate::expansion::expansion::optimal_linear_direction;
+use crate::light_extraction::light_fit::{DirectionalLight, LightFit, LightMetric};
 use crate::light_extraction::light_fit::{LightProblem, total};
+use crate::light_extraction::peaks::{PeakSearch, local_maxima};
 use crate::light_extraction::refine::refine;
 use crate::scalar::luminance;
 use crate::setters::setters;
-use crate::{
-    Coefficient, Dir, DirectionalLight, Expansion, LightFit, LightMetric, PeakSearch, ShError, ShVec, local_maxima,
-    optimal_linear_direction,
-};
+use crate::{Coefficient, Dir, Expansion, ShError, ShVec};
 
 /// The residual, as a fraction of the energy, that is nothing but rounding.
 const ROUNDING: f64 = 1e-28;
@@ -28,7 +28,7 @@ const LEAST_GAIN: f64 = 1e-9;
 ///   a = (f_00 - c N/(2√π)) / (2√π)
 /// ```
 ///
-/// `N` is [`directional_normalization`](crate::directional_normalization). The first denominator is `16π/27, 316π/867,
+/// `N` is [`directional_normalization`](crate::light::directional_normalization). The first denominator is `16π/27, 316π/867,
 /// 316π/867` for orders 2, 3, 4, `N/(2√π)` is `2√π/3, 8√π/17, 8√π/17`. (One print of the paper has `√π/2` in place of
 /// `1/(2√π)`.)
 ///
@@ -41,7 +41,9 @@ const LEAST_GAIN: f64 = 1e-9;
 /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
 ///
 /// ```
-/// use lobe_sh::{Dir, Light, Normalization, Rgb, extract_light};
+/// use lobe_sh::light::Normalization;
+/// use lobe_sh::light_extraction::extract_light;
+/// use lobe_sh::{Dir, Light, Rgb};
 ///
 /// let color = Rgb::new(3.0, 2.0, 1.0);
 /// let sun = Light::Directional { dir: Dir::Y, color }.project(3, Normalization::Projected)?;

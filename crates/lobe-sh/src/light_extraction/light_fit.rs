@@ -5,11 +5,12 @@ use core::f64::consts::PI;
 use crate::basis::legendre::legendre_all;
 use crate::expansion::sh_vec::widened;
 use crate::expansion::zonal::zonal_norm;
+use crate::light::normalization::directional_normalization;
 use crate::prelude::*;
 use crate::scalar::{luminance, weighted_sum};
 use crate::solver::matrix::Matrix;
 use crate::solver::nnls::{NormalEquations, least_squares_solution, nnls};
-use crate::{Coefficient, Dir, Expansion, Real as _, ShError, ShVec, Zonal, directional_normalization, eval_basis};
+use crate::{Coefficient, Dir, Expansion, Real as _, ShError, ShVec, Zonal, eval_basis};
 
 /// A light from one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,7 +20,7 @@ pub struct DirectionalLight<T> {
     pub dir: Dir,
     /// The radiance that a white diffuse surface facing the light reflects, computed from the truncated expansion as
     /// with
-    /// [`Normalization::Projected`](crate::Normalization::Projected).
+    /// [`Normalization::Projected`](crate::light::Normalization::Projected).
     pub intensity: T,
 }
 
@@ -30,7 +31,7 @@ pub struct DirectionalLight<T> {
 pub struct LightFit<T> {
     /// The order of the expansion; the unit of the intensities depends on it.
     pub order: usize,
-    /// The lights, the brightest first; those of [`fit_lights`](crate::fit_lights) in the order of their directions.
+    /// The lights, the brightest first; those of [`fit_lights`](crate::light_extraction::fit_lights) in the order of their directions.
     pub lights: Vec<DirectionalLight<T>>,
     /// The radiance of the ambient light.
     pub ambient: T,

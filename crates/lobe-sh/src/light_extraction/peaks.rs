@@ -58,7 +58,8 @@ pub enum PeakSearch {
 /// [Sloan 2008]: https://www.ppsloan.org/publications/StupidSH36.pdf
 ///
 /// ```
-/// use lobe_sh::{Dir, PeakSearch, ShVec, local_maxima};
+/// use lobe_sh::light_extraction::{PeakSearch, local_maxima};
+/// use lobe_sh::{Dir, ShVec};
 ///
 /// let two = &ShVec::impulse(6, Dir::X, 1.0) + &ShVec::impulse(6, Dir::Z, 0.5);
 /// let peaks = local_maxima(&two, PeakSearch::Grid);
@@ -182,7 +183,7 @@ fn grid_values(f: &ShVec<f64>, rows: usize, columns: usize, theta: impl Fn(usize
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Basis;
+    use crate::basis::basis::Basis;
     use crate::basis::second_order::second_order;
     use crate::extrema::branch_and_bound::newton_descent;
     use lobe_testkit::Random;

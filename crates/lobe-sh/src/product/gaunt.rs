@@ -2,11 +2,12 @@
 
 use core::f64::consts::PI;
 
+use crate::basis::index::band_and_m;
 use crate::basis::index::{band_range, coefficient_count};
 use crate::by_type::{by_type, of_each_type};
 use crate::once::Once;
 use crate::prelude::*;
-use crate::{Coefficient, Real, band_and_m};
+use crate::{Coefficient, Real};
 
 /// The highest order for which Lobe computes Gaunt coefficients. Products of higher orders go over a grid: its cost
 /// grows with the third power of the order, that of the tensor with the fifth.
@@ -99,8 +100,8 @@ pub(crate) fn exact_gaunt_coefficient(i: usize, j: usize, k: usize) -> Option<Ex
 /// ```
 /// // A product with the constant y_00 = 1/√(4π) only scales.
 /// let y_00 = lobe_sh::eval_basis(lobe_sh::Dir::Z, 1)[0];
-/// assert!((lobe_sh::gaunt_coefficient(0, 5, 5) - y_00).abs() < 1e-16);
-/// assert_eq!(lobe_sh::gaunt_coefficient(0, 5, 6), 0.0);
+/// assert!((lobe_sh::product::gaunt_coefficient(0, 5, 5) - y_00).abs() < 1e-16);
+/// assert_eq!(lobe_sh::product::gaunt_coefficient(0, 5, 6), 0.0);
 /// ```
 ///
 /// # Panics
@@ -314,7 +315,8 @@ fn permutations(t: GauntCoefficient) -> impl Iterator<Item = GauntCoefficient> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{SphereQuadrature, eval_basis_into};
+    use crate::basis::basis::eval_basis_into;
+    use crate::sphere::quadrature::SphereQuadrature;
     use lobe_testkit::golden_f64s;
 
     /// Sums of some thousand terms of size one.

@@ -2,11 +2,13 @@
 
 use core::f64::consts::PI;
 
+use crate::basis::basis::Basis;
 use crate::basis::index::{coefficient_count, coefficient_index, order_of_slice};
 use crate::prelude::*;
 #[cfg(feature = "fft")]
 use crate::product::grid_fft::product_by_fft;
-use crate::{Basis, Coefficient, ShVec, SphereQuadrature};
+use crate::sphere::quadrature::SphereQuadrature;
+use crate::{Coefficient, ShVec};
 
 /// The product of any number of functions of any orders, cut off at `order` once, at the end.
 ///

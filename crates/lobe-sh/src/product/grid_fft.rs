@@ -5,10 +5,11 @@ use core::f64::consts::PI;
 
 use lobe_fft::{Complex, Registers, Transform};
 
+use crate::basis::basis::Basis;
 use crate::basis::index::{coefficient_count, order_of_slice};
 use crate::product::row_columns::{BLOCK, Coefficients, NO_WAVE, Rows, Series, Wave};
 use crate::simd::Machine;
-use crate::{Basis, SphereQuadrature};
+use crate::sphere::quadrature::SphereQuadrature;
 
 // The rows u at z and v at -z are one complex row z = u + iv. With U_m = (A_m + iB_m)/2, U_{K-m} its conjugate and U_0 = A_0
 //

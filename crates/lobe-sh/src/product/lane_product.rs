@@ -2,12 +2,12 @@
 
 use alloc::vec::Vec;
 
-#[cfg(feature = "simd")]
-use crate::GauntTensor;
-use crate::MAX_GAUNT_ORDER;
 use crate::basis::index::coefficient_count;
 #[cfg(feature = "simd")]
 use crate::once::Once;
+#[cfg(feature = "simd")]
+use crate::product::gaunt::GauntTensor;
+use crate::product::gaunt::MAX_GAUNT_ORDER;
 use crate::product::generated;
 #[cfg(feature = "simd")]
 use crate::product::lanes;
@@ -25,7 +25,7 @@ pub(crate) enum Factors<'a> {
 }
 
 /// The product of each pair of functions in blocks, cut off at their order: as
-/// [`ShBatch::product_into`](crate::ShBatch::product_into), on blocks that are somewhere else and by a machine of choice.
+/// [`ShBatch::product_into`](crate::batch::ShBatch::product_into), on blocks that are somewhere else and by a machine of choice.
 ///
 /// # Panics
 /// If the slices do not have the same number of blocks, a multiple of `order²`, or the order is above

@@ -4,9 +4,11 @@ use alloc::vec::Vec;
 use core::f64::consts::PI;
 
 use crate::basis::index::coefficient_index;
+use crate::eval_basis;
 use crate::once::Once;
+use crate::product::gaunt::GauntTensor;
 use crate::simd::{Kernel, LANES, Lanes, Machine, Wide, constant};
-use crate::{GauntTensor, eval_basis, gauss_legendre};
+use crate::sphere::quadrature::gauss_legendre;
 
 /// The orders that are multiplied by rows: below straight-line code is quicker, and above the rows outnumber the lanes.
 pub(crate) const ORDERS: core::ops::RangeInclusive<usize> = 5..=10;
@@ -182,7 +184,7 @@ fn at<S: pulp::Simd>(simd: S, part: usize, series: &Series, m: usize) -> [Wide<S
 mod tests {
 
     use super::*;
-    use crate::coefficient_count;
+    use crate::basis::index::coefficient_count;
 
     /// Of coefficients of size 1, whose products are up to 10.
     const ERROR: f64 = 2e-5;

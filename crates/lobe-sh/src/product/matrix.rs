@@ -2,10 +2,12 @@
 
 use core::f64::consts::PI;
 
+use crate::basis::index::band_and_m;
 use crate::basis::index::{coefficient_count, coefficient_index, order_of_slice};
 use crate::prelude::*;
+use crate::product::gaunt::{GauntTensor, MAX_GAUNT_ORDER};
 use crate::product::grid::RowGrid;
-use crate::{Coefficient, Dir, Expansion, GauntTensor, MAX_GAUNT_ORDER, Real, band_and_m};
+use crate::{Coefficient, Dir, Expansion, Real};
 
 /// Multiplication by a fixed function `f`, cut off at an order, as a symmetric matrix.
 ///
@@ -18,11 +20,12 @@ use crate::{Coefficient, Dir, Expansion, GauntTensor, MAX_GAUNT_ORDER, Real, ban
 /// colors.
 ///
 /// `M` depends on `f` up to band `2n - 2` for order `n`; higher bands have no Gaunt coefficients with two functions of
-/// that order. To apply it costs `n⁴` multiplications and additions, fewer than [`product_into`](crate::product_into)
+/// that order. To apply it costs `n⁴` multiplications and additions, fewer than [`product_into`](crate::product::product_into)
 /// from order 5 on, so it pays where one function multiplies many.
 ///
 /// ```
-/// use lobe_sh::{Dir, Expansion as _, ProductMatrix, ShL1, ShVec};
+/// use lobe_sh::product::ProductMatrix;
+/// use lobe_sh::{Dir, Expansion as _, ShL1, ShVec};
 ///
 /// let f = ShL1::<f64>::impulse(Dir::Z, 1.0);
 /// let g = ShL1::<f64>::constant(2.0);

@@ -1,9 +1,9 @@
 //! Products of functions.
 //!
-//! Read [`product`] first: it picks one of three routes, straight-line code ([`straight_line`] of [`generated`], which `cargo xtask
-//! tables` writes; [`fused_pair`] and [`fused`] in `f32`), the sparse tensor of Gaunt coefficients ([`gaunt`]) or a
-//! [`grid`], the rows of which [`grid_fft`] transforms at high orders by [`row_columns`] and FFT. [`matrix`] multiplies
-//! many functions by one. [`lane_product`] multiplies sixteen pairs at once ([`lanes`], generated too), [`lane_rows`]
+//! Read `product` first: it picks one of three routes, straight-line code (`straight_line` of `generated`, which `cargo xtask
+//! tables` writes; `fused_pair` and `fused` in `f32`), the sparse tensor of Gaunt coefficients (`gaunt`) or a
+//! `grid`, the rows of which `grid_fft` transforms at high orders by `row_columns` and FFT. `matrix` multiplies
+//! many functions by one. `lane_product` multiplies sixteen pairs at once (`lanes`, generated too), `lane_rows`
 //! one pair of order 7 to 10 by wide instructions. Uses `basis`, `expansion`, `simd` and
 //! `sphere`.
 
@@ -29,3 +29,10 @@ pub(crate) mod product;
 #[cfg(feature = "fft")]
 pub(crate) mod row_columns;
 pub(crate) mod straight_line;
+
+pub use gaunt::{GauntCoefficient, GauntTensor, MAX_GAUNT_ORDER, gaunt_coefficient};
+pub use grid::product_on_grid;
+#[cfg(feature = "batch")]
+pub use lane_product::product_of_blocks;
+pub use matrix::ProductMatrix;
+pub use product::{product_into, square_into, zonal_product_into};

@@ -3,13 +3,14 @@
 use crate::basis::index::{coefficient_count, order_of_slice};
 use crate::by_type::{by_type, of_each_type};
 use crate::once::Once;
+use crate::product::gaunt::{GauntTensor, MAX_GAUNT_ORDER};
 use crate::product::grid::product_on_grid;
 #[cfg(feature = "simd")]
 use crate::product::lane_rows::{LEAST_COUNT, multiply_by_rows};
 use crate::product::straight_line;
 #[cfg(feature = "simd")]
 use crate::simd::Machine;
-use crate::{Coefficient, Expansion as _, GauntTensor, MAX_GAUNT_ORDER, Real as _, Zonal};
+use crate::{Coefficient, Expansion as _, Real as _, Zonal};
 
 /// The product of two functions, cut off at the order that `out` has room for.
 ///
@@ -33,7 +34,8 @@ use crate::{Coefficient, Expansion as _, GauntTensor, MAX_GAUNT_ORDER, Real as _
 /// triples of complex numbers, which needs a quarter fewer operations.
 ///
 /// ```
-/// use lobe_sh::{Dir, Expansion as _, ShVec, product_into};
+/// use lobe_sh::product::product_into;
+/// use lobe_sh::{Dir, Expansion as _, ShVec};
 ///
 /// let f = ShVec::impulse(2, Dir::X, 1.0);
 /// let mut square = ShVec::zero(3);

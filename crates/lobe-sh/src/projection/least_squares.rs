@@ -1,11 +1,12 @@
 //! Least-squares fit of an expansion to scattered samples.
 
+use crate::basis::basis::Basis;
 use crate::basis::index::coefficient_count;
 use crate::prelude::*;
 use crate::solver::householder::triangular_factor;
 use crate::solver::matrix::{Matrix, norm};
 use crate::solver::singular_values::SingularValues;
-use crate::{Basis, Coefficient, Dir, Real, ShVec};
+use crate::{Coefficient, Dir, Real, ShVec};
 
 /// Rows gathered before they are folded into the triangular factor. More rows cost memory, fewer cost time: each
 /// fold also factors the triangle again.

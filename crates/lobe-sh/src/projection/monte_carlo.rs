@@ -2,10 +2,11 @@
 
 use core::f64::consts::PI;
 
+use crate::basis::basis::Basis;
 use crate::basis::index::coefficient_count;
 use crate::prelude::*;
 use crate::setters::setters;
-use crate::{Basis, Coefficient, Dir, ShVec};
+use crate::{Coefficient, Dir, ShVec};
 
 /// The choice of the directions of a Monte Carlo projection.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

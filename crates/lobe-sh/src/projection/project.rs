@@ -4,7 +4,8 @@ use core::f64::consts::PI;
 
 use crate::basis::index::{coefficient_count, coefficient_index};
 use crate::prelude::*;
-use crate::{Coefficient, Dir, FixedOrder, ShVec, SphereQuadrature};
+use crate::sphere::quadrature::SphereQuadrature;
+use crate::{Coefficient, Dir, FixedOrder, ShVec};
 
 /// The degree from which [`project_to_accuracy`] starts, beyond twice the order.
 const FIRST_EXTRA_DEGREE: usize = 16;
@@ -122,7 +123,7 @@ fn quadrature_sum<T: Coefficient>(
             }
         }
         // Towards φ = 0 the basis function (l, m >= 0) is the row's Legendre factor of (l, m) and (l, -m).
-        crate::eval_basis_into([r, 0.0, z], &mut basis);
+        crate::basis::eval_basis_into([r, 0.0, z], &mut basis);
         for l in 0..order {
             for m in 0..=l {
                 let legendre = basis[coefficient_index(l, m as isize)] * weight * step;

@@ -3,25 +3,29 @@
 use alloc::vec::Vec;
 
 use crate::basis::index::{band_range, coefficient_count};
+use crate::batch::sh_batch::ShBatch;
+use crate::ringing::DeringOutcome;
+use crate::ringing::dering::{DeringOptions, DeringReport};
 use crate::ringing::dering::{dering_in_place, report_of};
 use crate::ringing::lane_dering::SixteenFunctions;
 use crate::ringing::quadratic_dering::LeastFactors;
 use crate::simd::{LANES, Lanes, Machine};
-use crate::{Coefficient, DeringOptions, DeringOutcome, DeringReport, Rgb, ShBatch};
+use crate::{Coefficient, Rgb};
 
 impl ShBatch {
-    /// Makes each function of a batch non-negative by the least change, as [`dering_in_place`](crate::dering_in_place) does one without evidence:
+    /// Makes each function of a batch non-negative by the least change, as [`dering_in_place`](crate::ringing::dering_in_place) does one without evidence:
     /// a batch of numbers, or three of the channels of colors, which share their factors. What it says of each function comes back in their order.
     ///
     /// Up to three bands are computed side by side; more are taken one function after the other.
     ///
     /// A function has the result that it has alone, whatever lies beside it: to rounding that of the code for one, or to 1e-7 of it where one of the
-    /// two searches takes a step more. Only where the minimum is within rounding of `-`[`DERING_ALLOWED`](crate::DERING_ALLOWED) times the mean may one
+    /// two searches takes a step more. Only where the minimum is within rounding of `-`[`DERING_ALLOWED`](crate::ringing::DERING_ALLOWED) times the mean may one
     /// of them change it and the other not. A band of nothing has any factor. What is not changed keeps every bit: what is non-negative, zero,
     /// not finite or without a positive mean.
     ///
     /// ```
-    /// use lobe_sh::{Dir, Expansion as _, ShBatch, ShL2};
+    /// use lobe_sh::batch::ShBatch;
+    /// use lobe_sh::{Dir, Expansion as _, ShL2};
     ///
     /// // The red, green and blue of a sun in a blue sky.
     /// let channels = [5.0, 4.0, 2.5].map(|sun| {
@@ -70,7 +74,7 @@ fn side_by_side(channels: &mut [ShBatch]) -> Vec<DeringReport> {
     let energies = |k: usize| {
         let of_band = |l: usize| {
             let squares = channels.iter().flat_map(|channel| &sixteen(channel, k / LANES)[band_range(l)]);
-            squares.map(|block| f64::from(block[k % LANES]).powi(2)).sum::<f64>()
+            squares.map(|block| f64::from(block[k % LANES])).map(|x| x * x).sum::<f64>()
         };
         [0, 1, 2].map(|l| if l < order { of_band(l) } else { 0.0 })
     };

@@ -2,15 +2,16 @@
 
 use core::f64::consts::TAU;
 
+use crate::basis::basis::{Basis, eval_basis_into};
 use crate::basis::index::{band_range, coefficient_count};
 use crate::basis::legendre::legendre_all;
+use crate::expansion::expansion::optimal_linear_direction;
 use crate::expansion::sh_vec::widened;
 use crate::prelude::*;
+use crate::rotation::rotation::tangent_frame;
 use crate::scalar::weighted_sum;
 use crate::sphere::quadrature::gauss_legendre;
-use crate::{
-    Basis, Coefficient, Dir, Expansion, ShVec, Window, eval_basis_into, optimal_linear_direction, tangent_frame,
-};
+use crate::{Coefficient, Dir, Expansion, ShVec, Window};
 
 /// A window that depends on the function: none towards the light, the whole of another window away from it.
 ///
@@ -35,7 +36,8 @@ use crate::{
 /// one of an order.
 ///
 /// ```
-/// use lobe_sh::{ContentWindow, Dir, Expansion as _, ShVec, Window};
+/// use lobe_sh::ringing::ContentWindow;
+/// use lobe_sh::{Dir, Expansion as _, ShVec, Window};
 ///
 /// let sun = ShVec::<f64>::impulse(6, Dir::X, 1.0);
 /// let window = Window::Hanning { width: 6.0 };

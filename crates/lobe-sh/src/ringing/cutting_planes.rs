@@ -1,13 +1,15 @@
 //! Kelley's cutting planes: the factors per band that make a function non-negative with the least change, at any order.
 
+use crate::basis::basis::{Basis, eval_basis_into};
 use crate::basis::index::{band_range, order_of_slice};
 use crate::basis::second_order::second_order;
+use crate::extrema::Extremum;
 use crate::extrema::branch_and_bound::{minimum_of, newton_descent};
+use crate::filter::window::scale_bands_in_place;
 use crate::prelude::*;
 use crate::solver::ldp::least_distance;
 use crate::sphere::triangulation::fine_directions;
 use crate::sphere::vector::dot;
-use crate::{Basis, Extremum, eval_basis_into, scale_bands_in_place};
 
 /// The depth below zero, relative to the mean, at which the planes have converged. The final blend with the mean
 /// removes it, and changes the function by about as much.

@@ -3,18 +3,20 @@
 use core::fmt;
 use core::str::FromStr;
 
+use crate::basis::basis::eval_basis_into;
 use crate::basis::index::{band_range, coefficient_count, order_of_slice};
+use crate::extrema::Extremum;
 use crate::extrema::branch_and_bound::minimum_of;
 use crate::extrema::quadratic_form::{QuadraticForm, to_unit_size};
+use crate::filter::kernel::convolve_in_place;
 use crate::filter::squared_laplacian::band_energies;
+use crate::filter::window::scale_bands_in_place;
 use crate::prelude::*;
 use crate::ringing::cutting_planes::{LeastChange, excess_at, least_change};
 use crate::ringing::quadratic_dering::{LeastFactors, least_change_order_3, unit_roundoff};
 use crate::ringing::sloan_table::{dering_table_factors, table_place};
-use crate::{
-    Coefficient, DERING_ALLOWED, DeringOutcome, Extremum, Real, ShError, Window, Zonal, convolve_in_place,
-    eval_basis_into, scale_bands_in_place,
-};
+use crate::ringing::{DERING_ALLOWED, DeringOutcome};
+use crate::{Coefficient, Real, ShError, Window, Zonal};
 
 /// The width of the reported intervals of the minima, relative to the mean.
 const REPORTED: f64 = 4e-7;
@@ -198,7 +200,7 @@ pub struct DeringReport {
 /// Makes a function non-negative by a window that all its channels share, so that no color shifts: the channel that
 /// rings most decides.
 ///
-/// The minimum is certified ([`certified_minimum`](crate::certified_minimum)), not sampled, and a margin is kept for
+/// The minimum is certified ([`certified_minimum`](crate::extrema::certified_minimum)), not sampled, and a margin is kept for
 /// rounding the coefficients. A function that is negative by no more than rounding is not changed. Every result is
 /// therefore at least `-`[`DERING_ALLOWED`] times the mean everywhere. The mean never changes, and the result turns
 /// with the light: no frame is chosen that could degenerate.
@@ -210,7 +212,8 @@ pub struct DeringReport {
 /// Source: [Sloan 2017] for the idea and for letting the worst channel decide; [`DeringMethod`] describes the methods.
 ///
 /// ```
-/// use lobe_sh::{DeringOptions, Dir, Expansion as _, ShL2, Zonal, dering_in_place};
+/// use lobe_sh::ringing::{DeringOptions, dering_in_place};
+/// use lobe_sh::{Dir, Expansion as _, ShL2, Zonal};
 ///
 /// // The irradiance of a sun rings below zero on the far side.
 /// let mut e = ShL2::<f64>::impulse(Dir::Z, 1.0).convolved(&Zonal::clamped_cosine(3));

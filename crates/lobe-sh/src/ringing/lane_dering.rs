@@ -9,19 +9,19 @@ use alloc::vec::Vec;
 #[cfg(feature = "simd")]
 use pulp::Simd;
 
+#[cfg(feature = "simd")]
+use crate::extrema::lane_form::{LaneForm, Many, absolute};
 use crate::ringing::quadratic_dering::{LeastFactors, least_change_order_3};
 #[cfg(feature = "simd")]
 use crate::ringing::quadratic_dering::{ROUNDING, TIE, unit_roundoff};
 #[cfg(feature = "simd")]
+use crate::ringing::{DERING_ALLOWED, DeringOutcome};
+#[cfg(feature = "simd")]
 use crate::simd::LANES;
+#[cfg(feature = "simd")]
+use crate::simd::rounded;
 use crate::simd::{Kernel, Lanes};
 use crate::{Coefficient, Rgb};
-#[cfg(feature = "simd")]
-use crate::{
-    DERING_ALLOWED, DeringOutcome,
-    extrema::lane_form::{LaneForm, Many, absolute},
-    simd::rounded,
-};
 
 /// The coefficients of three bands.
 const COUNT: usize = 9;
@@ -229,9 +229,12 @@ mod tests {
     use lobe_testkit::Random;
 
     use super::*;
+    use crate::batch::sh_batch::ShBatch;
+    use crate::extrema::branch_and_bound::certified_minimum;
     use crate::filter::squared_laplacian::band_energies;
+    use crate::filter::window::scale_bands_in_place;
     use crate::simd::Machine;
-    use crate::{Dir, Expansion as _, ShBatch, ShL2, Zonal, certified_minimum, scale_bands_in_place};
+    use crate::{Dir, Expansion as _, ShL2, Zonal};
 
     /// Between what the factors of one function by lanes and by the code for one leave of it, relative to it without its mean, where both take
     /// as many steps. 2e-15 was found.

@@ -5,7 +5,8 @@ use num_traits::Float as _;
 
 use crate::extrema::quadratic_form::{QuadraticForm, to_unit_size};
 use crate::extrema::quadratic_minimum::Eigensystem;
-use crate::{Coefficient, DeringOutcome, Real};
+use crate::ringing::DeringOutcome;
+use crate::{Coefficient, Real};
 
 /// The most cutting planes. The result is non-negative after any number of them.
 const MAX_CUTS: usize = 24;
@@ -76,7 +77,7 @@ impl Channel {
 /// line, the next one lies on it, which leaves one unknown. The factors for the irradiance of a sun alone are `w =
 /// (0.857890, 0.909395)` to 3e-4 (test `the_irradiance_of_an_impulse_has_its_known_factors`).
 ///
-/// A function that is nowhere below `-`[`DERING_ALLOWED`](crate::DERING_ALLOWED) times the mean has no factors but 1.
+/// A function that is nowhere below `-`[`DERING_ALLOWED`](crate::ringing::DERING_ALLOWED) times the mean has no factors but 1.
 pub(crate) fn least_change_order_3<T: Coefficient>(coefficients: &[T]) -> LeastFactors {
     let unchanged = |outcome| LeastFactors { outcome, factors: [1.0; 3] };
     let mut channels: [Option<Channel>; 3] = [const { None }; 3];
@@ -119,8 +120,8 @@ fn first_ringing(channels: &mut [Option<Channel>; 3]) -> Option<(usize, f64)> {
         if !near || passed.is_some_and(|other| channel.form.least_beside(&other, [1.0, 1.0]) >= 0.0) {
             continue;
         }
-        match channel.least([1.0, 1.0], -crate::DERING_ALLOWED) {
-            Some((value, t)) if value < -crate::DERING_ALLOWED => return Some((k, t)),
+        match channel.least([1.0, 1.0], -crate::ringing::DERING_ALLOWED) {
+            Some((value, t)) if value < -crate::ringing::DERING_ALLOWED => return Some((k, t)),
             _ => passed = Some(channel.form),
         }
     }

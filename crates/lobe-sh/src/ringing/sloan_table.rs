@@ -5,9 +5,10 @@ use core::f64::consts::PI;
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
+use crate::Real;
+use crate::basis::index::order_of;
 use crate::extrema::quadratic_form::QuadraticForm;
 use crate::sphere::vector::{dot, unit};
-use crate::{Real, order_of};
 
 /// The windows between which the table interpolates: `(w, p, e)` are the factors `sinc(π l/w)^p`, that of band 1
 /// times `e`. They begin from no window, and under the last even an impulse of light has no negative irradiance.
@@ -29,7 +30,7 @@ const HALVINGS: usize = 24;
 /// z²)`, which mirrored to `-z` is the same with a lower linear part, so that it adds nothing. `g` is a quadratic form
 /// in `(z, √(1 - z²))`, so that its minimum is exact, where the source takes Newton steps. The bound is below the true
 /// minimum, by 0.12 on average for coefficients of unit variance (test `the_bound_is_conservative_and_this_loose`); the
-/// true one, [`certified_minimum`](crate::certified_minimum), costs no more.
+/// true one, [`certified_minimum`](crate::extrema::certified_minimum), costs no more.
 ///
 /// Source: [Sloan 2017], section 2.3, where in print `a` has `z³/π` for `1/√π`, the signs of the cases of the quadratic
 /// minimum are exchanged and `|m| < 0` stands for `|m| > 0`. For a function without a linear part the frame is Lobe's
@@ -123,7 +124,8 @@ pub(crate) fn table_place(channels: &[QuadraticForm], margin: f64) -> Option<f64
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Dir, Expansion as _, Rotation, ShL2, Zonal, certified_minimum};
+    use crate::extrema::branch_and_bound::certified_minimum;
+    use crate::{Dir, Expansion as _, Rotation, ShL2, Zonal};
     use lobe_testkit::{Random, golden, golden_f64s};
 
     #[test]

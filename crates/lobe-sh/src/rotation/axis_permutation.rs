@@ -77,7 +77,8 @@ pub fn quarter_turn_in_place<T: Coefficient>(coefficients: &mut [T], quarters: i
 /// multiplication by the fixed matrix that exchanges y and z.
 ///
 /// ```
-/// use lobe_sh::{AxisPermutation, Dir, Expansion as _, ShL2};
+/// use lobe_sh::rotation::AxisPermutation;
+/// use lobe_sh::{Dir, Expansion as _, ShL2};
 ///
 /// // A light from above in a glTF file, where up is +y.
 /// let light = ShL2::<f64>::impulse(Dir::Y, 1.0);

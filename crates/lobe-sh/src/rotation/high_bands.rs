@@ -2,13 +2,14 @@
 
 use core::f64::consts::SQRT_2;
 
+use crate::basis::index::MAX_ORDER;
 use crate::basis::index::{band_range, order_of_slice};
 use crate::once::Once;
 use crate::prelude::*;
 use crate::rotation::cos_sin::CosSin;
 use crate::rotation::exchange_lanes::{Exchange, PADDED};
 use crate::simd::Machine;
-use crate::{Coefficient, MAX_ORDER, Real};
+use crate::{Coefficient, Real};
 
 /// The first band whose exchange has no table of its entries: below, tables are quicker by up to a third for one channel
 /// and stay in the second-level cache (0.7 MB).

@@ -49,7 +49,8 @@ const STEEP: f64 = 0.6;
 /// `every_route_agrees_at_order_64`). `the_matrices_are_orthogonal` bounds the residual of `M Mᵀ`.
 ///
 /// ```
-/// use lobe_sh::{Dir, Expansion as _, Rotation, RotationMatrices, ShL3};
+/// use lobe_sh::rotation::RotationMatrices;
+/// use lobe_sh::{Dir, Expansion as _, Rotation, ShL3};
 ///
 /// let rotation = Rotation::from_axis_angle(Dir::Y, 0.3);
 /// let matrices = RotationMatrices::<f64>::new(&rotation, 4);

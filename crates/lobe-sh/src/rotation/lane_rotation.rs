@@ -197,7 +197,8 @@ mod tests {
     use alloc::vec::Vec;
 
     use super::*;
-    use crate::{Rotation, RotationMatrices};
+    use crate::Rotation;
+    use crate::rotation::ivanic::RotationMatrices;
     use lobe_testkit::Random;
 
     #[test]

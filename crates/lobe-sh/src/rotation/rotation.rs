@@ -30,7 +30,7 @@ const NEWTON_STEPS: usize = 3;
 ///
 /// Coefficients of any order are rotated about z between fixed exchanges of y and z, without a matrix for each band;
 /// bands 1 and 2 have closed forms. To apply one rotation to many expansions, see
-/// [`RotationMatrices`](crate::RotationMatrices).
+/// [`RotationMatrices`](crate::rotation::RotationMatrices).
 ///
 /// ```
 /// use lobe_sh::{Dir, Expansion as _, Rotation, ShL2};
@@ -225,7 +225,7 @@ impl Rotation {
     /// Each band is rotated separately and in the same way at every order. By AVX2, bands 3 to 7 of `f32` more than a
     /// thousandth of a radian from the poles are turned in registers, to 6 roundings of the length of a band (test
     /// `rotations_in_single_precision_are_those_in_double_to_a_few_roundings`). The first call above order 64 makes
-    /// constants of 1 MB for all calls to order [`MAX_ORDER`](crate::MAX_ORDER). The error in `f64` is that of a few
+    /// constants of 1 MB for all calls to order [`MAX_ORDER`](crate::basis::MAX_ORDER). The error in `f64` is that of a few
     /// roundings: the tests `every_route_agrees_at_every_order` and `every_route_agrees_at_order_64` bound it by 1e-12.
     ///
     /// # Panics

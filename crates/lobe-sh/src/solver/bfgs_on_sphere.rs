@@ -3,8 +3,9 @@
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
+use crate::expansion::gradient::eval_with_gradient;
 use crate::sphere::vector::{dot, length, sub, tangents};
-use crate::{Dir, Expansion, ShVec, eval_with_gradient};
+use crate::{Dir, Expansion, ShVec};
 
 /// The most steps. From within a grid cell of a maximum some 8 are usual; a flat ridge may take several times as many.
 const STEPS: usize = 200;

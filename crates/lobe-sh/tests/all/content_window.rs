@@ -2,10 +2,10 @@
 
 use std::f64::consts::PI;
 
-use lobe_sh::{
-    Coefficient as _, ContentWindow, Dir, Expansion as _, Rgb, Rotation, Sh, ShVec, SphereQuadrature, Window, Zonal,
-    optimal_linear_direction,
-};
+use lobe_sh::expansion::optimal_linear_direction;
+use lobe_sh::ringing::ContentWindow;
+use lobe_sh::sphere::SphereQuadrature;
+use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, Sh, ShVec, Window, Zonal};
 use lobe_testkit::{Random, directions, fibonacci_sphere};
 
 const WINDOWS: [Window; 5] = [
@@ -161,7 +161,7 @@ fn the_projection_is_that_of_a_fine_quadrature() {
             }
         }
     };
-    for (x, w) in lobe_sh::gauss_legendre(80) {
+    for (x, w) in lobe_sh::sphere::gauss_legendre(80) {
         add(0.07 - 0.5 * 1.07 * (1.0 + x), 0.5 * 1.07 * w);
         // z = 0.07 + 0.93 v^5: u^0.8 becomes v^4.
         let v = 0.5 * (1.0 + x);

@@ -2,10 +2,12 @@
 
 use std::f64::consts::PI;
 
-use lobe_sh::{
-    DeringMethod, DeringOptions, DeringOutcome, Dir, Expansion, Rgb, Rotation, ShL2, ShVec, Window, WindowFamily,
-    Zonal, certified_minimum, conservative_minimum, dering_in_place, scale_bands_in_place,
+use lobe_sh::extrema::certified_minimum;
+use lobe_sh::filter::scale_bands_in_place;
+use lobe_sh::ringing::{
+    DeringMethod, DeringOptions, DeringOutcome, WindowFamily, conservative_minimum, dering_in_place,
 };
+use lobe_sh::{Dir, Expansion, Rgb, Rotation, ShL2, ShVec, Window, Zonal};
 use lobe_testkit::{Random, directions, fibonacci_sphere};
 
 const METHODS: [DeringMethod; 6] = [

@@ -1,9 +1,8 @@
 //! Dering by the table of windows: what it allows for, and where it ends.
 
-use lobe_sh::{
-    DeringMethod, DeringOutcome, Dir, Expansion, Rgb, ShVec, Zonal, conservative_minimum, dering_table_factors,
-    scale_bands_in_place,
-};
+use lobe_sh::filter::scale_bands_in_place;
+use lobe_sh::ringing::{DeringMethod, DeringOutcome, conservative_minimum, dering_table_factors};
+use lobe_sh::{Dir, Expansion, Rgb, ShVec, Zonal};
 use lobe_testkit::{Random, directions};
 
 use crate::dering::{SUNS, with};

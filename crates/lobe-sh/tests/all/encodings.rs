@@ -2,10 +2,10 @@
 
 use std::f64::consts::PI;
 
-use lobe_sh::{
-    Coefficient, Dir, Expansion as _, IrradianceEncoding, PackedIrradiance5, Rgb, Rotation, Sh, ShVec,
-    SphereQuadrature, Zh3, Zh3Axis, Zonal, encoding_error, eval_basis, tangent_frame,
-};
+use lobe_sh::encoding::{IrradianceEncoding, PackedIrradiance5, Zh3, Zh3Axis, encoding_error};
+use lobe_sh::rotation::tangent_frame;
+use lobe_sh::sphere::SphereQuadrature;
+use lobe_sh::{Coefficient, Dir, Expansion as _, Rgb, Rotation, Sh, ShVec, Zonal, eval_basis};
 use lobe_testkit::{Random, directions, fibonacci_sphere};
 
 /// What the channels add to the luminance; they sum to 1.

@@ -2,10 +2,9 @@
 
 use std::f64::consts::PI;
 
-use lobe_sh::{
-    DeringOptions, Dir, ExpMethod, Expansion as _, Exponential, LOG_CLAMP, OptimalLinear, ShVec, Zonal, ZonalLogarithm,
-    logarithm, project,
-};
+use lobe_sh::exponential::{ExpMethod, Exponential, LOG_CLAMP, OptimalLinear, ZonalLogarithm, logarithm};
+use lobe_sh::ringing::DeringOptions;
+use lobe_sh::{Dir, Expansion as _, ShVec, Zonal, project};
 use lobe_testkit::{Random, directions};
 
 const METHODS: [ExpMethod; 5] = [

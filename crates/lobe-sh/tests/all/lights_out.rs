@@ -2,11 +2,13 @@
 
 use std::f64::consts::PI;
 
-use lobe_sh::{
-    Coefficient as _, Dir, Expansion as _, Light, LightChoice, LightFit, LightFitOptions, LightMetric, Normalization,
-    PeakSearch, Rgb, ShVec, Zonal, directional_normalization, extract_light, extract_light_per_channel, extract_lights,
-    fit_lights, optimal_linear_direction,
+use lobe_sh::expansion::optimal_linear_direction;
+use lobe_sh::light::{Normalization, directional_normalization};
+use lobe_sh::light_extraction::{
+    LightChoice, LightFit, LightFitOptions, LightMetric, PeakSearch, extract_light, extract_light_per_channel,
+    extract_lights, fit_lights,
 };
+use lobe_sh::{Coefficient as _, Dir, Expansion as _, Light, Rgb, ShVec, Zonal};
 use lobe_testkit::{Random, directions};
 use nalgebra::{DMatrix, DVector};
 

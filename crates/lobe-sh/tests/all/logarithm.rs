@@ -1,6 +1,7 @@
 //! Logarithms: what the exponential restores of a function from its own.
 
-use lobe_sh::{Dir, ExpMethod, Exponential, LOG_CLAMP, ShVec, logarithm};
+use lobe_sh::exponential::{ExpMethod, Exponential, LOG_CLAMP, logarithm};
+use lobe_sh::{Dir, ShVec};
 
 use crate::exponential::{difference, visible};
 

@@ -3,9 +3,9 @@
 
 use std::f64::consts::PI;
 
-use lobe_sh::{
-    Dir, Expansion, Extremum, Rotation, ShVec, Zonal, certified_maximum, certified_minimum, eval_with_gradient,
-};
+use lobe_sh::expansion::eval_with_gradient;
+use lobe_sh::extrema::{Extremum, certified_maximum, certified_minimum};
+use lobe_sh::{Dir, Expansion, Rotation, ShVec, Zonal};
 use lobe_testkit::{Random, directions, fibonacci_sphere};
 
 const TOLERANCE: f64 = 1e-6;

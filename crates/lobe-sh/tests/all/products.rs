@@ -1,9 +1,8 @@
 //! Products of expansions by every route, against goldens, quadrature and the laws of algebra.
 
-use lobe_sh::{
-    Coefficient, Dir, Expansion, GauntTensor, Rgb, ShVec, Zonal, coefficient_count, product_into, product_on_grid,
-    project, square_into, zonal_product_into,
-};
+use lobe_sh::basis::coefficient_count;
+use lobe_sh::product::{GauntTensor, product_into, product_on_grid, square_into, zonal_product_into};
+use lobe_sh::{Coefficient, Dir, Expansion, Rgb, ShVec, Zonal, project};
 use lobe_testkit::{Random, golden_f64s};
 use proptest::prelude::*;
 

@@ -1,9 +1,10 @@
 //! Identities between the operations, for any order, expansion and rotation.
 
-use lobe_sh::{
-    Dir, Expansion as _, Rotation, ShVec, SphereQuadrature, Zonal, complex_from_real, eval_with_gradient,
-    least_squares, real_from_complex,
-};
+use lobe_sh::basis::{complex_from_real, real_from_complex};
+use lobe_sh::expansion::eval_with_gradient;
+use lobe_sh::projection::least_squares;
+use lobe_sh::sphere::SphereQuadrature;
+use lobe_sh::{Dir, Expansion as _, Rotation, ShVec, Zonal};
 use lobe_testkit::fibonacci_sphere;
 use proptest::prelude::*;
 

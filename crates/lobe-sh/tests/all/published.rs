@@ -2,10 +2,9 @@
 
 use std::f64::consts::PI;
 
-use lobe_sh::{
-    Basis, Coefficient, Dir, Expansion as _, LeastSquaresFit, MonteCarloOptions, Real, Rgb, Rotation, Sampling, Sh,
-    ShVec, Zonal, project, project_monte_carlo,
-};
+use lobe_sh::basis::Basis;
+use lobe_sh::projection::{LeastSquaresFit, MonteCarloOptions, Sampling, project_monte_carlo};
+use lobe_sh::{Coefficient, Dir, Expansion as _, Real, Rgb, Rotation, Sh, ShVec, Zonal, project};
 use lobe_testkit::directions;
 
 /// Of the energy `2π/3` of the clamped cosine, the share of bands up to `l` (Sloan 2008).

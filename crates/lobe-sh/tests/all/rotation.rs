@@ -2,9 +2,10 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use lobe_sh::{
-    AxisPermutation, Basis, Dir, Expansion as _, Rgb, Rotation, RotationMatrices, ShL3, ShVec, SphereQuadrature, Zonal,
-};
+use lobe_sh::basis::Basis;
+use lobe_sh::rotation::{AxisPermutation, RotationMatrices};
+use lobe_sh::sphere::SphereQuadrature;
+use lobe_sh::{Dir, Expansion as _, Rgb, Rotation, ShL3, ShVec, Zonal};
 use lobe_testkit::{Random, directions, golden, golden_f64s};
 
 /// How far routes may differ, for coefficients in [-1, 1): measured at 1e-14 for order 16 and 5e-14 for order 64 between

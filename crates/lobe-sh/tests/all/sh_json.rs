@@ -1,9 +1,9 @@
 //! `.sh.json` files: what is written, what is read back, and every file that is refused.
 
-use lobe_sh::{
-    Expansion as _, MAX_ORDER, Quantity, Rgb, ShError, ShFile, ShVec, read_sh_json, read_sh_json_bytes,
-    read_sh_json_from, write_sh_json, write_sh_json_to,
-};
+use lobe_sh::basis::MAX_ORDER;
+use lobe_sh::expansion::Quantity;
+use lobe_sh::sh_json::{ShFile, read_sh_json, read_sh_json_bytes, read_sh_json_from, write_sh_json, write_sh_json_to};
+use lobe_sh::{Expansion as _, Rgb, ShError, ShVec};
 use lobe_testkit::Random;
 
 fn written(file: &ShFile) -> String {

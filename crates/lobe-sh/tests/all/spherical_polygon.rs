@@ -2,9 +2,10 @@
 
 use std::f64::consts::PI;
 
-use lobe_sh::{
-    Dir, Expansion as _, Rotation, ShVec, SphericalPolygon, Zonal, band_range, eval_basis, gauss_legendre, legendre,
-};
+use lobe_sh::basis::{band_range, legendre};
+use lobe_sh::light::SphericalPolygon;
+use lobe_sh::sphere::gauss_legendre;
+use lobe_sh::{Dir, Expansion as _, Rotation, ShVec, Zonal, eval_basis};
 use lobe_testkit::{Random, directions, golden_f64s};
 use nalgebra::{DMatrix, DVector};
 

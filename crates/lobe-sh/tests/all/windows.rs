@@ -1,6 +1,8 @@
 //! Windows of the irradiance of a sun, where three bands have closed forms.
 
-use lobe_sh::{Dir, Expansion as _, ShVec, Window, Zonal, certified_maximum, certified_minimum, scale_bands_in_place};
+use lobe_sh::extrema::{certified_maximum, certified_minimum};
+use lobe_sh::filter::scale_bands_in_place;
+use lobe_sh::{Dir, Expansion as _, ShVec, Window, Zonal};
 
 /// The irradiance of a sun under factors `w_1` and `w_2`, in units of its mean.
 fn irradiance_of_sun(w: [f64; 2]) -> ShVec<f64> {

@@ -1,7 +1,9 @@
 //! The exponential of many functions at once.
 
+use lobe_sh::basis::{Basis, coefficient_count};
+use lobe_sh::batch::ShBatch;
+use lobe_sh::exponential::{ExpMethod, OptimalLinear};
 use lobe_sh::simd::{LANES, Lanes, Machine, Wide, constant};
-use lobe_sh::{Basis, ExpMethod, OptimalLinear, ShBatch, coefficient_count};
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::ShadowError;
@@ -13,7 +15,7 @@ const MOST_HALVINGS: f32 = 24.0;
 /// Pairs of points of the grid that go together, so that a coefficient is loaded once for all of them.
 const PAIRS: usize = 4;
 
-/// [`Exponential`](lobe_sh::Exponential) of sixteen functions at a time, in `f32`, for the methods whose steps are the same
+/// [`Exponential`](lobe_sh::exponential::Exponential) of sixteen functions at a time, in `f32`, for the methods whose steps are the same
 /// for every function: [`ExpMethod::Grid`], [`ExpMethod::OptimalLinear`] and [`ExpMethod::Hybrid`].
 ///
 /// The formulas are those documented there; squares of the hybrid method are taken on the grid, which is exact for them. The points

@@ -1,8 +1,9 @@
 //! Light that spheres send on: one bounce.
 
 use lobe_io::parallel;
+use lobe_sh::product::product_into;
 use lobe_sh::simd::{Lanes, Wide, constant};
-use lobe_sh::{Coefficient as _, Rgb, product_into};
+use lobe_sh::{Coefficient as _, Rgb};
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::ShadowError;

@@ -3,7 +3,8 @@
 use std::f64::consts::PI;
 
 use derive_setters::Setters;
-use lobe_sh::{LOG_CLAMP, Zonal, ZonalLogarithm};
+use lobe_sh::Zonal;
+use lobe_sh::exponential::{LOG_CLAMP, ZonalLogarithm};
 
 use crate::ShadowError;
 
@@ -29,7 +30,7 @@ pub struct LogTableOptions {
     /// [Ren et al. 2006]: https://doi.org/10.1145/1141911.1141982
     #[setters(strip_option)]
     pub window: Option<f64>,
-    /// The least eigenvalue that the logarithm keeps, as a part of the largest; see [`lobe_sh::logarithm`].
+    /// The least eigenvalue that the logarithm keeps, as a part of the largest; see [`lobe_sh::exponential::logarithm`].
     pub clamp: f64,
     /// The most that interpolation and rounding may move a logarithm, as the norm of the difference; a norm of 0.01 changes visibility by
     /// 0.3 % in the root mean square.

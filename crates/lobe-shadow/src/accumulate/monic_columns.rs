@@ -1,6 +1,6 @@
 //! The basis without its constants, for sums of many turned functions.
 
-use lobe_sh::{Basis, coefficient_index};
+use lobe_sh::basis::{Basis, coefficient_index};
 
 use crate::accumulate::log_table::{MAX_LEN, MAX_TABLE_ORDER};
 
@@ -12,7 +12,7 @@ use crate::accumulate::log_table::{MAX_LEN, MAX_TABLE_ORDER};
 ///   b = ((l - 1)² - m²)/(4 (l - 1)² - 1)        k_lm = P̄_m^m a_{m+1}^m ... a_l^m
 /// ```
 ///
-/// `P̄_m^m` and `a` are those of [`lobe_sh::Basis`]; `y_l^{-m}` has `S_m` instead of `C_m`. Of a sum over spheres, `Σ_j F_l(w_j) y_lm(s_j)`,
+/// `P̄_m^m` and `a` are those of [`lobe_sh::basis::Basis`]; `y_l^{-m}` has `S_m` instead of `C_m`. Of a sum over spheres, `Σ_j F_l(w_j) y_lm(s_j)`,
 /// the `k_lm` are the same for all: it is multiplied by them once, at its end, and every sphere is spared a product for each
 /// function.
 ///
@@ -50,7 +50,7 @@ impl MonicColumns {
 
 #[cfg(test)]
 mod tests {
-    use lobe_sh::eval_basis_into;
+    use lobe_sh::basis::eval_basis_into;
     use lobe_testkit::directions;
 
     use super::*;

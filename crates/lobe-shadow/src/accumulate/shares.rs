@@ -16,8 +16,9 @@
 //!
 //! `x_i` is expanded to three bands, which hold all but 1/128 of the clamped cosine.
 
+use lobe_sh::basis::Basis;
 use lobe_sh::simd::{Wide, constant};
-use lobe_sh::{Basis, SphereQuadrature};
+use lobe_sh::sphere::SphereQuadrature;
 use pulp::Simd;
 
 use crate::accumulate::occluder::Occluder;

@@ -1,9 +1,9 @@
 //! Light of the sky, made ready to fall on surfaces that see a part of it.
 
+use lobe_sh::basis::coefficient_count;
+use lobe_sh::product::{GauntTensor, MAX_GAUNT_ORDER, ProductMatrix};
 use lobe_sh::simd::{Lanes, Machine, Wide, constant};
-use lobe_sh::{
-    Coefficient as _, Expansion, GauntTensor, MAX_GAUNT_ORDER, ProductMatrix, Rgb, ShVec, Zonal, coefficient_count,
-};
+use lobe_sh::{Coefficient as _, Expansion, Rgb, ShVec, Zonal};
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::ShadowError;

@@ -2,8 +2,10 @@
 
 use derive_setters::Setters;
 use lobe_io::parallel;
+use lobe_sh::Rgb;
+use lobe_sh::basis::coefficient_count;
+use lobe_sh::exponential::ExpMethod;
 use lobe_sh::simd::{LANES, Lanes, Machine};
-use lobe_sh::{ExpMethod, Rgb, coefficient_count};
 use pulp::Arch;
 
 use crate::accumulate::aim::ReceiverBlock;

@@ -1,6 +1,6 @@
 //! The sum of the logarithms of many spheres, each turned to where the receiver sees it.
 
-use lobe_sh::coefficient_count;
+use lobe_sh::basis::coefficient_count;
 use lobe_sh::simd::{Lanes, Wide, constant};
 use pulp::{Arch, Simd, WithSimd};
 

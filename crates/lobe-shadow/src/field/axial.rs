@@ -1,6 +1,6 @@
 //! Expansions as a part that is zonal about a known axis, and the rest.
 
-use lobe_sh::Basis;
+use lobe_sh::basis::Basis;
 
 /// Expansions of one order, split at an axis.
 ///

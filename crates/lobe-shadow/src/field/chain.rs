@@ -1,7 +1,9 @@
 //! The chain of products for sixteen receivers side by side.
 
+use lobe_sh::product::{product_into, product_of_blocks};
+use lobe_sh::rotation::RotationMatrices;
 use lobe_sh::simd::{LANES, Lanes, Machine, Wide, constant};
-use lobe_sh::{Rgb, RotationMatrices, Zonal, product_into, product_of_blocks};
+use lobe_sh::{Rgb, Zonal};
 use pulp::{Simd, WithSimd};
 
 use crate::field::nearest_first::{Met, MetKind, Sights};

@@ -1,7 +1,7 @@
 //! The emitting surface of a lamp, to which rays are traced, and around which its light is sampled.
 
 use lobe_sh::Rgb;
-use lobe_sh::vector::{add, cross, length, sub};
+use lobe_sh::sphere::vector::{add, cross, length, sub};
 
 use crate::{FieldGrid, ShadowError};
 

@@ -2,8 +2,9 @@
 
 use lobe_io::{Fingerprint, Job, RecordFormat};
 use lobe_prt::fingerprint_arithmetic;
-use lobe_sh::vector::{cross, length};
-use lobe_sh::{Dir, Expansion as _, Rgb, SphericalPolygon};
+use lobe_sh::light::SphericalPolygon;
+use lobe_sh::sphere::vector::{cross, length};
+use lobe_sh::{Dir, Expansion as _, Rgb};
 
 use crate::field::axial::Axial;
 use crate::field::bake_rows::{RowWork, bake_rows};

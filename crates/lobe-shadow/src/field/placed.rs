@@ -1,7 +1,8 @@
 //! An occlusion field where its entity is, looked up for sixteen receivers at once.
 
+use lobe_sh::Rotation;
+use lobe_sh::rotation::RotationMatrices;
 use lobe_sh::simd::{LANES, Lanes, Wide, constant};
-use lobe_sh::{Rotation, RotationMatrices};
 use pulp::Simd;
 
 use crate::field::block_stencil::BlockStencil;

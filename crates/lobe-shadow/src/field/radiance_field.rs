@@ -1,7 +1,7 @@
 //! The source radiance field: the light of a lamp at every point around it.
 
 use derive_setters::Setters;
-use lobe_sh::vector::{add, cross, dot, length, sub};
+use lobe_sh::sphere::vector::{add, cross, dot, length, sub};
 use lobe_sh::{Dir, Expansion as _, Rgb, ShVec, Zonal};
 
 use crate::field::axial::Axial;
@@ -42,7 +42,7 @@ impl Default for RadianceOptions {
 /// ```
 ///
 /// A ball has a closed form at every point, zonal about the direction to its center ([`Zonal::cone`]). Rectangles are
-/// sampled like an [`OcclusionField`](crate::OcclusionField), each sample exact ([`SphericalPolygon`](lobe_sh::SphericalPolygon)).
+/// sampled like an [`OcclusionField`](crate::OcclusionField), each sample exact ([`SphericalPolygon`](lobe_sh::light::SphericalPolygon)).
 ///
 /// [Zhou et al. 2005]: https://doi.org/10.1145/1073204.1073332
 #[derive(Clone, Debug)]

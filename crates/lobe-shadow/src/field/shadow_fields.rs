@@ -3,8 +3,9 @@
 use derive_setters::Setters;
 use lobe_io::parallel;
 use lobe_prt::Transfer;
+use lobe_sh::rotation::RotationMatrices;
 use lobe_sh::simd::{LANES, Lanes, Machine};
-use lobe_sh::{Rgb, Rotation, RotationMatrices, ShVec};
+use lobe_sh::{Rgb, Rotation, ShVec};
 
 use crate::field::chain::{Chain, ChainScratch, Group, PlacedLamp, Response, cosine_factors};
 use crate::field::placed::Placed;

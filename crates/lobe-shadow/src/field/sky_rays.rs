@@ -1,7 +1,9 @@
 //! Occlusion of the sky at a point: rays and their sum over the basis.
 
 use lobe_scene::{Bvh, Ray, Scene};
-use lobe_sh::{Basis, Dir, Rotation, tangent_frame};
+use lobe_sh::basis::Basis;
+use lobe_sh::rotation::tangent_frame;
+use lobe_sh::{Dir, Rotation};
 
 use crate::split_mix::{mix, unit};
 

@@ -2,10 +2,10 @@
 
 use std::f32::consts::PI;
 
-use lobe_sh::{
-    Coefficient as _, Dir, Expansion as _, Exponential, Rgb, ShL2, ShVec, SphereQuadrature, Zonal, coefficient_count,
-    eval_basis,
-};
+use lobe_sh::basis::coefficient_count;
+use lobe_sh::exponential::Exponential;
+use lobe_sh::sphere::SphereQuadrature;
+use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, ShL2, ShVec, Zonal, eval_basis};
 use lobe_shadow::{
     LogTable, LogTableOptions, Occluder, ShadowOptions, ShadowReceivers, SkyLight, SphereShadows, SphereTree,
 };
@@ -72,7 +72,7 @@ fn sums_in_lanes_are_those_of_the_scalar_path() {
     }
 }
 
-fn shadows_method() -> lobe_sh::ExpMethod {
+fn shadows_method() -> lobe_sh::exponential::ExpMethod {
     ShadowOptions::default().method
 }
 

@@ -3,7 +3,9 @@
 use std::f64::consts::PI;
 use std::fs;
 
-use lobe_sh::{Dir, ExpMethod, Expansion as _, Exponential, LOG_CLAMP, ShBatch, ShVec, Zonal, ZonalLogarithm};
+use lobe_sh::batch::ShBatch;
+use lobe_sh::exponential::{ExpMethod, Exponential, LOG_CLAMP, ZonalLogarithm};
+use lobe_sh::{Dir, Expansion as _, ShVec, Zonal};
 use lobe_shadow::{
     BatchExponential, LogTable, LogTableOptions, cached_log_table, read_log_table, read_log_table_bytes,
     write_log_table,

@@ -1,6 +1,8 @@
 //! Exponentials of many random spheres against what they really leave of the sky.
 
-use lobe_sh::{Dir, ExpMethod, Expansion as _, ShBatch, ShVec, project};
+use lobe_sh::batch::ShBatch;
+use lobe_sh::exponential::ExpMethod;
+use lobe_sh::{Dir, Expansion as _, ShVec, project};
 use lobe_shadow::{BatchExponential, LogTable, LogTableOptions};
 use lobe_testkit::Random;
 

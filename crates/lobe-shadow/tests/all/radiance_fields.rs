@@ -3,8 +3,9 @@
 use std::f64::consts::PI;
 
 use lobe_io::Job;
-use lobe_sh::vector::{add, cross, dot, sub};
-use lobe_sh::{Dir, Expansion as _, Rgb, SphericalPolygon};
+use lobe_sh::light::SphericalPolygon;
+use lobe_sh::sphere::vector::{add, cross, dot, sub};
+use lobe_sh::{Dir, Expansion as _, Rgb};
 use lobe_shadow::{PatchField, RadialInterpolation, RadianceField, RadianceOptions, Rectangle};
 use lobe_testkit::Random;
 

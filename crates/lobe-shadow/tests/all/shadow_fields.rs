@@ -6,7 +6,8 @@ use std::sync::OnceLock;
 use lobe_io::Job;
 use lobe_prt::{Channels, Transfer};
 use lobe_scene::Scene;
-use lobe_sh::{Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal, product_into};
+use lobe_sh::product::product_into;
+use lobe_sh::{Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal};
 use lobe_shadow::{
     FieldOptions, LocalLight, OcclusionField, PlacedField, Placement, RadialInterpolation, RadianceField,
     ShadowFieldOptions, ShadowFields, ShadowReceivers, bake_field, relative_placement,

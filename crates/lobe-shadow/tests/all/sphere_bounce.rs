@@ -2,7 +2,8 @@
 
 use std::f64::consts::PI;
 
-use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, ShL1, ShVec, SphereQuadrature, eval_basis};
+use lobe_sh::sphere::SphereQuadrature;
+use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, ShL1, ShVec, eval_basis};
 use lobe_shadow::{LogTable, LogTableOptions, Occluder, ShadowOptions, ShadowReceivers, SkyLight, SphereShadows};
 use lobe_testkit::Random;
 

@@ -346,7 +346,7 @@ fn spheres_with_the_silhouette_of_a_solid_are_as_large_as_it_from_all_sides() {
         for _ in 0..LINES {
             let (along, distance) = (random.direction(), random.unit().sqrt());
             // A place in a disc of radius 1 across the line.
-            let across = lobe_sh::vector::normalized(lobe_sh::vector::cross(along, random.direction()));
+            let across = lobe_sh::sphere::vector::normalized(lobe_sh::sphere::vector::cross(along, random.direction()));
             let place = across.map(|c| distance * c);
             let touches = |k: usize| {
                 let to = [0, 1, 2].map(|axis| set.center(k)[axis] - place[axis]);

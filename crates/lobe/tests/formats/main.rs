@@ -14,7 +14,9 @@ use lobe::prt::{
     write_zonal_transfer,
 };
 use lobe::scene::{Bounds, Bvh, built_in};
-use lobe::sh::{Dir, Expansion as _, Quantity, Rgb, ShFile, ShVec, write_sh_json};
+use lobe::sh::expansion::Quantity;
+use lobe::sh::sh_json::{ShFile, write_sh_json};
+use lobe::sh::{Dir, Expansion as _, Rgb, ShVec};
 use lobe::{io::Job, scene::Scene};
 use lobe_testkit::Random;
 use serde_json::Value;

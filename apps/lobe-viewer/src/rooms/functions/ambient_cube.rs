@@ -3,7 +3,8 @@
 use std::f64::consts::TAU;
 
 use eframe::egui::{Color32, Slider, SliderClamping, Ui, vec2};
-use lobe::sh::{AmbientCube, Dir, Expansion as _, Sh, ShL2, Zonal};
+use lobe::sh::encoding::AmbientCube;
+use lobe::sh::{Dir, Expansion as _, Sh, ShL2, Zonal};
 
 use crate::rooms::functions::edits::FunctionsEdits;
 use crate::rooms::functions::figures::{Pair, Stand, in_rows};

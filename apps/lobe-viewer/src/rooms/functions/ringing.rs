@@ -1,7 +1,9 @@
 //! A light that rings, and what ends it.
 
 use eframe::egui::{Color32, Slider, Ui, vec2};
-use lobe::sh::{Dir, Expansion as _, ShVec, Zonal, certified_minimum, scale_bands_in_place};
+use lobe::sh::extrema::certified_minimum;
+use lobe::sh::filter::scale_bands_in_place;
+use lobe::sh::{Dir, Expansion as _, ShVec, Zonal};
 
 use crate::rooms::functions::edits::FunctionsEdits;
 use crate::rooms::functions::figures::Stand;

@@ -2,7 +2,7 @@
 
 use lobe::render::{Moment, Motion, MovingPart, MovingScene, RenderError};
 use lobe::scene::{Mesh, Scene};
-use lobe::sh::vector::{length, sub};
+use lobe::sh::sphere::vector::{length, sub};
 use lobe::sh::{Dir, Rotation};
 use lobe::shadow::{Placement, Track};
 use serde::{Deserialize, Serialize};

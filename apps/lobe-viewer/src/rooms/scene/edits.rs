@@ -6,7 +6,8 @@ use std::path::PathBuf;
 
 use lobe::prt::Transfer;
 use lobe::render::Background;
-use lobe::sh::{Dir, Light, Normalization, Rgb, Rotation, ShError, ShVec};
+use lobe::sh::light::Normalization;
+use lobe::sh::{Dir, Light, Rgb, Rotation, ShError, ShVec};
 use serde::{Deserialize, Serialize};
 
 use crate::loading::mode::Mode;

@@ -6,9 +6,9 @@ use eframe::egui::{Align, Color32, Label, Layout, Response, Rgba, RichText, Text
 use lobe::env::DfgTable;
 use lobe::image::Tone;
 use lobe::render::{Ball, Camera, Exhibit, Shading, SurfacePoint, View};
-use lobe::sh::{
-    Coefficient as _, Dir, Expansion as _, IrradianceEncoding, Rgb, ShVec, Zonal, encoding_error, even_directions,
-};
+use lobe::sh::encoding::{IrradianceEncoding, encoding_error};
+use lobe::sh::sphere::even_directions;
+use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb, ShVec, Zonal};
 
 use crate::rooms::sky::findings::Findings;
 use crate::rooms::sky::surfaces::{Surface, Turned, mean_error, values};
@@ -121,7 +121,7 @@ impl Balls {
         self.encodings.resize_with(IrradianceEncoding::ALL.len(), PictureView::default);
         let mut responses = Vec::new();
         // Encodings of a hemisphere are those of the side that the eye sees.
-        let frame = lobe::sh::tangent_frame(view.orbit.towards_eye());
+        let frame = lobe::sh::rotation::tangent_frame(view.orbit.towards_eye());
         ui.horizontal_wrapped(|ui| {
             let (title, known) = (format!("order {}", light.order()), numbers(3 * light.coefficients().len()));
             let shown = (&title[..], &known[..], "The irradiance that is encoded");

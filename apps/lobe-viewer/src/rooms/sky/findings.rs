@@ -5,10 +5,9 @@ use std::sync::Arc;
 use lobe::env::MappedMap;
 use lobe::image::{Picture, compare};
 use lobe::render::{lat_long_picture, lat_long_picture_of};
-use lobe::sh::{
-    Coefficient as _, Dir, Expansion as _, Extremum, LightFit, LightFitOptions, Rgb, Rotation, ShVec, Zonal,
-    certified_minimum, extract_lights,
-};
+use lobe::sh::extrema::{Extremum, certified_minimum};
+use lobe::sh::light_extraction::{LightFit, LightFitOptions, extract_lights};
+use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal};
 
 use crate::loading::sky_source::OpenedSky;
 use crate::rooms::sky::edits::{OwnCoefficient, SkyEdits};

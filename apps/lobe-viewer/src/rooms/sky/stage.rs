@@ -4,7 +4,7 @@ use eframe::egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Response, Strok
 use lobe::env::Sun;
 use lobe::image::{Picture, Tone};
 use lobe::render::{Camera, Shading, SurfacePoint};
-use lobe::sh::vector::{add, dot, scale, sub};
+use lobe::sh::sphere::vector::{add, dot, scale, sub};
 use lobe::sh::{Coefficient as _, Dir, Rgb};
 
 use crate::rooms::sky::findings::Findings;

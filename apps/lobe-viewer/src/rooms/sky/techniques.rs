@@ -12,7 +12,8 @@ use lobe::render::{
     BlinnNewell, BruteForceReflection, CubeMapped, Glossy, HighlightMap, MatteByMap, MatteBySh, Paraboloids,
     ReflectionSpace, Shading, SphereMapped, SurfacePoint, highlights_of_lights, irradiance_of_lights,
 };
-use lobe::sh::{Coefficient as _, Dir, Expansion as _, IrradiancePolynomial, Rgb, Zonal};
+use lobe::sh::encoding::IrradiancePolynomial;
+use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb, Zonal};
 
 use crate::loading::sky_source::OpenedSky;
 use crate::loading::task::{Control, Task, TaskEvent};

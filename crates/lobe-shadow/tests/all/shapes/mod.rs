@@ -6,7 +6,9 @@
 use std::f64::consts::{PI, TAU};
 
 use lobe_scene::{Bvh, Mesh, MeshParts, Scene};
-use lobe_sh::{Dir, eval_basis, even_directions, tangent_frame};
+use lobe_sh::rotation::tangent_frame;
+use lobe_sh::sphere::even_directions;
+use lobe_sh::{Dir, eval_basis};
 use lobe_shadow::Placement;
 use lobe_testkit::Random;
 
