@@ -21,19 +21,18 @@ use crate::{EnvError, MappedMap};
 //
 //     E_s = Σ_t Ω_t V_ts       and should be Ω_s
 //
-// Factors c_s with E_s = Ω_s exist unless too few texels overlap [Sinkhorn and Knopp 1967]. They are found in two
-// phases.
+// Factors c_s with E_s = Ω_s exist unless too few texels overlap [Sinkhorn and Knopp 1967]. Sinkhorn iteration multiplies
+// c_s by Ω_s/E_s. In a_s = ln c_s that is, to first order, a step along the gradient Ω - E of a convex function, scaled by
+// 1/E. Its second derivative
 //
-// 1. Sinkhorn iteration: multiply c_s by Ω_s/E_s, twice. This removes the beating of samples against texels, but
-//    converges slowly where energy has to move far: at poles, rims and edges.
-// 2. Newton steps in a_s = ln c_s. The derivative of E is
+//     (M a)_s = Σ_t Ω_t V_ts (a_s - Σ_u V_tu a_u)
 //
-//     M a,   (M a)_s = Σ_t Ω_t V_ts (a_s - Σ_u V_tu a_u)
+// is a graph Laplacian, whose eigenvalues relative to E lie between 0 and 1: steps of this length converge. They remove the
+// beating of samples against texels in few passes, and are slow where energy has to move far: at poles, rims and edges.
+// So each step goes on in the direction of the last one [Nesterov 1983], until the accuracy is reached that the light of
+// this map needs.
 //
-//    a graph Laplacian, symmetric and positive definite up to constants. M a = Ω - E is solved by conjugate gradients,
-//    to the accuracy that the light of this map needs [Brauer et al. 2017].
-//
-// For large maps, in which the beats average out, neither phase is needed.
+// For large maps, in which the beats average out, no step is needed.
 //
 // The remaining deficit q_s = Ω_s/E_s - 1 is corrected at the texel itself, in proportion to its excess over the mean
 // m_s of its neighbors: a uniform region stays uniform, nothing becomes negative, and a sun, L_s >> m_s, has
@@ -47,27 +46,16 @@ use crate::{EnvError, MappedMap};
 //
 // Light that is not finite has no energy to keep: its texels are left out of these sums.
 
-/// The most passes over all samples, of both phases together.
+/// The most passes over all samples.
 const MAX_PASSES: usize = 60;
-/// Passes of Sinkhorn iteration before the first Newton step.
-const SINKHORN_PASSES: usize = 2;
 /// No step changes a weight by more than this factor.
-const MOST_CHANGE: f32 = 2.0;
+const MOST_CHANGE: f64 = 2.0;
 
 /// The weights between two maps, and what they are balanced against.
 pub(crate) struct Balance<'a> {
     weights: Weights<'a>,
     /// Solid angles of the source's texels.
     solid_angles: SolidAngles,
-}
-
-/// The energy of a source texel in the target, and its deficit.
-#[derive(Clone, Copy, Debug, Default)]
-struct Coverage {
-    /// `E_s`.
-    energy: f32,
-    /// `Ω_s - E_s`.
-    missing: f32,
 }
 
 impl<'a> Balance<'a> {
@@ -85,13 +73,9 @@ impl<'a> Balance<'a> {
         // Balance the weights.
         let mut balance = Self::new(sampler, passes)?;
         let (energies, _) = balance.balance(&map, passes)?;
-        let lost = balance.lost(|x, y| balance.missing(&energies, x, y), &map);
-        let factor = lost.factor();
+        let factor = balance.lost(&energies, &map).factor();
         // Brighten each texel that exceeds its neighbors by the energy it would lose.
-        balance.neighbor_clamp().add_excess(&mut map, |x, y| {
-            let energy = balance.of_texel(&energies, x, y);
-            if energy > 0.0 { (balance.solid_angles.get(x, y) / energy - 1.0) as f32 } else { 0.0 }
-        });
+        balance.neighbor_clamp().add_excess(&mut map, |x, y| balance.ratio(&energies, x, y) as f32 - 1.0);
         drop(energies);
         // Gather each target texel with the balanced weights.
         let mut gathered = balance.weights.gather(map.texels(), passes)?;
@@ -116,124 +100,64 @@ impl<'a> Balance<'a> {
                 self.weights.add_extras(extras, &mut energies)?;
             }
             // Stop when the remaining deficits are below the limits.
-            if count >= MAX_PASSES || self.is_enough(|x, y| self.missing(&energies, x, y), map) {
+            if count >= MAX_PASSES || self.lost(&energies, map).is_little() {
                 return Ok((energies, count));
             }
             passes.another();
-            let seen = self.seen(&energies);
-            drop(energies);
-            // Scale the factors: by Sinkhorn iteration at first, then by Newton steps.
-            if count <= SINKHORN_PASSES {
-                self.weights.scale(|s| {
-                    let Coverage { energy, missing } = seen[s];
-                    let ratio = if energy > 0.0 { 1.0 + missing / energy } else { 1.0 };
-                    ratio.clamp(1.0 / MOST_CHANGE, MOST_CHANGE)
-                });
-            } else {
-                let steps = self.newton(&seen, map, &mut count, passes)?;
-                self.weights.scale(|s| steps[s].clamp(-MOST_CHANGE.ln(), MOST_CHANGE.ln()).exp());
-            }
+            // Scale the factors, and go on in the direction of the last step.
+            let Self { weights, solid_angles } = self;
+            let ratio = |x: usize, y: usize| {
+                ratio(solid_angles.get(x, y), energies[y * map.width() + x]).clamp(1.0 / MOST_CHANGE, MOST_CHANGE)
+            };
+            weights.step(ratio, momentum(count));
         }
     }
 
-    /// A Newton step: solves `M a = Ω - E` by conjugate gradients, preconditioned with the diagonal `E`.
-    fn newton(
-        &self,
-        seen: &[Coverage],
-        map: &MappedMap,
-        count: &mut usize,
-        passes: &mut Passes<'_>,
-    ) -> Result<Vec<f32>, EnvError> {
-        // Make the right side orthogonal to constants: rounding and texels without samples leave a rest.
-        let sum = |value: fn(&Coverage) -> f32| seen.iter().map(|s| f64::from(value(s))).sum::<f64>();
-        let rest = sum(|s| s.missing) / sum(|s| s.energy);
-        let mut residual: Vec<f32> =
-            seen.iter().map(|s| (f64::from(s.missing) - rest * f64::from(s.energy)) as f32).collect();
-        let divided = |s: usize, residual: f32| if seen[s].energy > 0.0 { residual / seen[s].energy } else { 0.0 };
-        let dot = |residual: &[f32]| -> f64 {
-            residual.iter().enumerate().map(|(s, r)| f64::from(*r) * f64::from(divided(s, *r))).sum()
-        };
-        // Start from zero, along the preconditioned residual.
-        let mut found = vec![0.0_f32; seen.len()];
-        let mut step: Vec<f32> = residual.iter().enumerate().map(|(s, r)| divided(s, *r)).collect();
-        let mut size = dot(&residual);
-        while *count < MAX_PASSES && size > 0.0 {
-            *count += 1;
-            passes.another();
-            // Apply M to the search direction.
-            let change = self.weights.changes(&step, passes)?;
-            let along: f64 = step.iter().zip(&change).map(|(a, b)| f64::from(*a) * b).sum();
-            if along <= 0.0 {
-                break;
-            }
-            // Minimize along the search direction.
-            let length = (size / along) as f32;
-            for (((found, residual), step), change) in found.iter_mut().zip(&mut residual).zip(&step).zip(&change) {
-                *found += length * step;
-                *residual -= length * *change as f32;
-            }
-            if self.is_enough(|x, y| f64::from(self.of_texel(&residual, x, y)), map) {
-                break;
-            }
-            // Make the next search direction conjugate to the last.
-            let next = dot(&residual);
-            let kept = (next / size) as f32;
-            for (s, (step, residual)) in step.iter_mut().zip(&residual).enumerate() {
-                *step = divided(s, *residual) + kept * *step;
-            }
-            size = next;
-        }
-        Ok(found)
+    /// `Ω_s/E_s`.
+    fn ratio(&self, energies: &[f64], x: usize, y: usize) -> f64 {
+        ratio(self.solid_angles.get(x, y), self.energy(energies, x, y))
     }
 
-    /// The entry at texel `(x, y)` of `values`, one for each source texel.
-    fn of_texel<T: Copy>(&self, values: &[T], x: usize, y: usize) -> T {
-        values[y * self.weights.sampler().source.width + x]
+    fn energy(&self, energies: &[f64], x: usize, y: usize) -> f64 {
+        energies[y * self.weights.sampler().source.width + x]
     }
 
     /// The deficit `Ω_s - E_s`; 0 for a texel that no sample hits: a sliver too small to matter.
     fn missing(&self, energies: &[f64], x: usize, y: usize) -> f64 {
-        let energy = self.of_texel(energies, x, y);
+        let energy = self.energy(energies, x, y);
         if energy > 0.0 { self.solid_angles.get(x, y) - energy } else { 0.0 }
-    }
-
-    /// Energy and deficit of each source texel.
-    fn seen(&self, energies: &[f64]) -> Vec<Coverage> {
-        let width = self.weights.sampler().source.width;
-        let mut seen = vec![Coverage::default(); energies.len()];
-        parallel::rows(&mut seen, width, &|y, seen| {
-            for (x, seen) in seen.iter_mut().enumerate() {
-                let (energy, missing) = (self.of_texel(energies, x, y), self.missing(energies, x, y));
-                *seen = Coverage { energy: energy as f32, missing: missing as f32 };
-            }
-        });
-        seen
     }
 
     fn neighbor_clamp(&self) -> NeighborClamp<'_> {
         NeighborClamp::new(self.weights.sampler().source, &self.solid_angles)
     }
 
-    /// Whether the target lacks little of the light of `map` if texel `(x, y)` has the deficit `missing(x, y)`.
-    fn is_enough(&self, missing: impl Fn(usize, usize) -> f64 + Sync, map: &MappedMap) -> bool {
-        self.lost(missing, map).is_little()
-    }
-
-    /// The sums over the texels of `map` of what is lost if texel `(x, y)` has the deficit `missing(x, y)`.
-    fn lost(&self, missing: impl Fn(usize, usize) -> f64 + Sync, map: &MappedMap) -> Lost {
+    /// The sums over the texels of `map` of what is lost.
+    fn lost(&self, energies: &[f64], map: &MappedMap) -> Lost {
         let sums = self.neighbor_clamp().of_rows(map, |y, clamped| {
             let mut sums = Lost::default();
             for (x, (light, clamped)) in map.row(y).iter().zip(clamped).enumerate() {
                 let solid_angle = self.solid_angles.get(x, y);
                 // Texels outside the discs of a round picture may hold any value.
                 if solid_angle > 0.0 {
-                    sums.add(light.widen(), clamped.widen(), solid_angle, missing(x, y));
+                    sums.add(light.widen(), clamped.widen(), solid_angle, self.missing(energies, x, y));
                 }
             }
             sums
         });
         sums.into_iter().fold(Lost::default(), |a, b| a + b)
     }
+}
+
+/// The part of the last change that step `k` repeats: 0 at first, towards 1 as that of Nesterov, `(k - 1)/(k + 2)`, a little
+/// more, which takes a twentieth fewer passes.
+fn momentum(k: usize) -> f64 {
+    if k == 1 { 0.0 } else { (k as f64 - 0.5) / (k + 1) as f64 }
+}
+
+/// `Ω_s/E_s`; 1 for a texel that no sample hits.
+fn ratio(solid_angle: f64, energy: f64) -> f64 {
+    if energy > 0.0 { solid_angle / energy } else { 1.0 }
 }
 
 #[cfg(test)]

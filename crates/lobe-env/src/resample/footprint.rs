@@ -107,18 +107,12 @@ impl Footprint<'_> {
     }
 
     /// Calls `each(source texel, weight)`; `width` is that of the source.
-    #[inline(always)]
+    #[cfg(test)]
     pub(crate) fn for_each(&self, width: usize, mut each: impl FnMut(usize, f64)) {
         for quad in self.quads {
-            let ([i, j, k, l], [a, b, c, d]) = (quad.texels(width), quad.weights);
-            each(i, f64::from(a));
-            each(j, f64::from(b));
-            each(k, f64::from(c));
-            each(l, f64::from(d));
+            quad.texels(width).into_iter().zip(quad.weights).for_each(|(s, weight)| each(s, f64::from(weight)));
         }
-        for &(source, weight) in self.shares {
-            each(source as usize, f64::from(weight));
-        }
+        self.shares.iter().for_each(|&(s, weight)| each(s as usize, f64::from(weight)));
     }
 }
 

@@ -46,6 +46,8 @@ pub(crate) struct Weights<'a> {
     extras: Vec<AdditionalSample>,
     /// `c_s`; empty while all are 1.
     factors: Vec<f32>,
+    /// The logarithms of the factors before the last step went on.
+    logarithms: Vec<f32>,
 }
 
 impl<'a> Weights<'a> {
@@ -57,6 +59,7 @@ impl<'a> Weights<'a> {
             kept: Kept::Nothing,
             extras: Vec::new(),
             factors: Vec::new(),
+            logarithms: Vec::new(),
         };
         let samples = sampler.estimate();
         weights.kept = if samples <= MOST_VIEWS {
@@ -74,13 +77,18 @@ impl<'a> Weights<'a> {
         self.sampler
     }
 
-    /// Multiplies each source texel's factor by `factor(s)`.
-    pub(crate) fn scale(&mut self, factor: impl Fn(usize) -> f32 + Sync) {
-        let width = self.sampler.source.width;
-        self.factors.resize(self.sampler.source.len(), 1.0);
-        parallel::rows(&mut self.factors, width, &|y, row| {
-            for (s, own) in (y * width..).zip(row) {
-                *own *= factor(s);
+    /// Multiplies the factor of each source texel `(x, y)` by `ratio(x, y)`, and repeats a part of what it and the last step
+    /// have changed.
+    pub(crate) fn step(&mut self, ratio: impl Fn(usize, usize) -> f64 + Sync, part: f64) {
+        let (width, len) = (self.sampler.source.width, self.sampler.source.len());
+        self.factors.resize(len, 1.0);
+        self.logarithms.resize(len, 0.0);
+        let mut rows: Vec<_> = self.factors.chunks_mut(width).zip(self.logarithms.chunks_mut(width)).collect();
+        parallel::rows(&mut rows, 1, &|y, rows| {
+            for (x, (factor, last)) in rows.iter_mut().flat_map(|(a, b)| a.iter_mut().zip(b.iter_mut())).enumerate() {
+                let stepped = (f64::from(*factor) * ratio(x, y)).ln();
+                *factor = (stepped + part * (stepped - f64::from(*last))).exp() as f32;
+                *last = stepped as f32;
             }
         });
     }
@@ -130,27 +138,6 @@ impl<'a> Weights<'a> {
                         }
                     });
                     window_sums.add_to(sums, window, self.sampler.source.width);
-                }
-            });
-        })?;
-        Ok(sums)
-    }
-
-    /// The derivative of the energies along a change `a_s` of the logarithms of the factors:
-    /// `Σ_t Ω_t V_ts (a_s - Σ_u V_tu a_u)`.
-    pub(crate) fn changes(&self, a: &[f32], passes: &mut Passes<'_>) -> Result<Vec<f64>, EnvError> {
-        let mut sums = vec![0.0; self.sampler.source.len()];
-        let width = self.sampler.source.width;
-        self.spread_onto(&mut sums, Some(passes), |chunk, sums| {
-            self.for_each_texel(chunk, |[x, y], view| {
-                let sum = view.sum();
-                if sum > 0.0 {
-                    let value = |source: usize| f64::from(a[source]);
-                    let mut mean = 0.0;
-                    view.for_each(width, |source, weight| mean += weight * value(source));
-                    mean /= sum;
-                    let scale = self.solid_angles.get(x, y) / sum;
-                    view.for_each(width, |source, weight| sums.add(source, scale * weight * (value(source) - mean)));
                 }
             });
         })?;
@@ -255,11 +242,6 @@ impl<'a> Weights<'a> {
     fn rows(&self, chunk: usize) -> Range<usize> {
         let (rows, height) = (self.chunk_rows(), self.sampler.target.height);
         chunk * rows..height.min((chunk + 1) * rows)
-    }
-
-    /// Calls `texel(place, view)` for the texels of a chunk.
-    fn for_each_texel(&self, chunk: usize, texel: impl FnMut([usize; 2], Footprint<'_>)) {
-        self.for_each_balanced(chunk, false, only_texels(texel));
     }
 
     /// Calls `each` for all texels of a chunk, for whole patches where no factors and no extras interfere.
