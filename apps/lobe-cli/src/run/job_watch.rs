@@ -126,15 +126,21 @@ mod tests {
 
     #[test]
     fn work_that_stops_says_what_is_kept() {
-        for (step, said) in [
-            ("split", "stopped in round 2 of splitting after 30 of 120 points; the same command goes on"),
-            ("unwrap", "stopped while the scene was unwrapped"),
-            ("bake", "stopped after 30 of 120 points; the same command goes on"),
-            ("merge", "stopped after 30 of 120 records, of which nothing is kept"),
-            ("compress", "stopped after the bake, before its output was written; the same command goes on"),
-            ("write", "stopped after the bake, before its output was written; the same command goes on"),
+        let kept = Kept::In("out.checkpoint".as_ref());
+        for (step, kept, said) in [
+            ("split", kept, "stopped in round 2 of splitting after 30 of 120 points; the same command goes on"),
+            ("unwrap", kept, "stopped while the scene was unwrapped"),
+            ("bake", kept, "stopped after 30 of 120 points; the same command goes on"),
+            ("fit", kept, "stopped after 30 of up to 120 rounds; the same command goes on"),
+            ("merge", kept, "stopped after 30 of 120 records, of which nothing is kept"),
+            ("compress", kept, "stopped after the bake, before its output was written; the same command goes on"),
+            ("write", kept, "stopped after the bake, before its output was written; the same command goes on"),
+            ("split", Kept::Nowhere, "stopped while triangles were split, of which nothing is kept; lobe bake can"),
+            ("bake", Kept::Nowhere, "stopped while transfer was baked, of which nothing is kept; lobe bake can"),
+            ("fit", Kept::Nowhere, "stopped; nothing is written, and the same command starts anew"),
+            ("look", Kept::Nowhere, "stopped before the first picture; nothing is kept"),
         ] {
-            let line = stopped::<()>(&at(step)).unwrap_err().to_string();
+            let line = stopped::<()>(&at(step), kept).unwrap_err().to_string();
             assert!(line.starts_with(said), "{step}: {line}");
         }
     }

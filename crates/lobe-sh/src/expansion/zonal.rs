@@ -221,8 +221,8 @@ pub(crate) fn zonal_norm(l: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::basis::basis::eval_basis;
     use crate::Rgb;
+    use crate::basis::basis::eval_basis;
     use crate::sphere::quadrature::SphereQuadrature;
     use lobe_testkit::{Random, directions, golden, golden_f64s};
 
