@@ -54,6 +54,7 @@ struct Everywhere {
 }
 
 #[derive(Subcommand)]
+#[expect(clippy::large_enum_variant, reason = "a process holds one")]
 enum Command {
     /// Write a folder with a page that shows everything on built-in data
     Demo(demo::Demo),

@@ -252,7 +252,7 @@ impl MapPath {
         let picture = picture.max_bytes(memory.bytes()).to_rec_709(self.to_rec709);
         MapReadOptions::default()
             .picture(picture)
-            .mapping(self.from.map(Mapping::from))
+            .mapping(self.from)
             .elevations(self.vertical_fov)
             .fisheye(self.fisheye.options())
             .padding(self.padding.into())

@@ -195,7 +195,7 @@ impl Render {
             if self.fresh {
                 own.discard()?;
             }
-            watched_one(own, talk, what, |job| bake(job))
+            watched_one(own, talk, what, bake)
         };
         let (shading, kept) =
             self.moving.prepare::<anyhow::Error>(&mut moving, &light, (memory, Some(&files)), &mut bake_one)?;

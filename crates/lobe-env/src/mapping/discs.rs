@@ -169,7 +169,7 @@ impl Form for Discs {
     fn add_nodes(&self, size: Pair, texel: Pair, rules: [&Rule; 2], out: &mut Vec<(Dir, f64)>) {
         for (frame, rect) in self.rects(size, texel) {
             azimuthal::nodes(self.profile, &rect, rules, &mut |p, weight| {
-                out.push((frame.dir(self.profile, p), weight))
+                out.push((frame.dir(self.profile, p), weight));
             });
         }
     }
