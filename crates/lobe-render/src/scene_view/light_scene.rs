@@ -25,7 +25,7 @@ pub struct LitPicture {
     /// Before a background that is black it is the alpha of the picture.
     pub coverage: Vec<f32>,
     /// The part of the rays that hit a lit surface whose radiance is below zero in some channel, by more than 0.1 % of
-    /// the light's mean. This happens where the expansion of the light rings; see [`lobe_sh::deringed`]. 0 without an
+    /// the light's mean. This happens where the expansion of the light rings; see [`lobe_sh::ringing`]. 0 without an
     /// expansion.
     pub below_zero: f64,
 }

@@ -17,8 +17,8 @@ pub use branch_and_bound::{certified_maximum, certified_minimum};
 
 use crate::Dir;
 
-/// An interval that contains the least value of a function ([`certified_minimum`](crate::extrema::certified_minimum)) or its
-/// greatest ([`certified_maximum`](crate::extrema::certified_maximum)), and a direction towards which the function has a value
+/// An interval that contains the least value of a function ([`certified_minimum`]) or its
+/// greatest ([`certified_maximum`]), and a direction towards which the function has a value
 /// in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -42,7 +42,7 @@ pub enum DeringOutcome {
     },
     /// A coefficient is not a finite number. No bit of the function was changed.
     NotFinite,
-    /// [`DeringMethod::Table`](crate::ringing::DeringMethod::Table) was asked for a function of more than three bands, or for
+    /// [`DeringMethod::Table`] was asked for a function of more than three bands, or for
     /// one that needs a stronger window than the last of the table, which the irradiance of no light does. No bit of the function was
     /// changed.
     BeyondTable,
