@@ -1,6 +1,7 @@
 //! Dering of many functions at once.
 
 use alloc::vec::Vec;
+use core::array;
 
 use crate::basis::index::{band_range, coefficient_count};
 use crate::batch::sh_batch::ShBatch;
@@ -71,17 +72,27 @@ fn side_by_side(channels: &mut [ShBatch]) -> Vec<DeringReport> {
             left: &mut 0,
         });
     }
-    let energies = |k: usize| {
-        let of_band = |l: usize| {
-            let squares = channels.iter().flat_map(|channel| &sixteen(channel, k / LANES)[band_range(l)]);
-            squares.map(|block| f64::from(block[k % LANES])).map(|x| x * x).sum::<f64>()
-        };
-        [0, 1, 2].map(|l| if l < order { of_band(l) } else { 0.0 })
-    };
-    let report = |(k, found): (usize, &LeastFactors)| report_of(found, order, || energies(k));
-    let reports = found.iter().enumerate().map(report).collect();
+    let mut reports = Vec::with_capacity(functions);
+    for (b, found) in found.chunks(LANES).enumerate() {
+        let energies = band_energies(channels, order, b);
+        let of = |k: usize| [0, 1, 2].map(|l| energies[l][k]);
+        reports.extend(found.iter().enumerate().map(|(k, found)| report_of(found, order, || of(k))));
+    }
     channels.iter_mut().for_each(|channel| scale(channel, &found));
     reports
+}
+
+/// The energies of up to three bands of block `b` of sixteen functions, summed over the channels.
+fn band_energies(channels: &[ShBatch], order: usize, b: usize) -> [[f64; LANES]; 3] {
+    let mut energies = [[0.0; LANES]; 3];
+    for (l, energies) in energies.iter_mut().enumerate().take(order) {
+        for coefficient in channels.iter().flat_map(|channel| &sixteen(channel, b)[band_range(l)]) {
+            for (k, energy) in energies.iter_mut().enumerate() {
+                *energy += f64::from(coefficient[k]) * f64::from(coefficient[k]);
+            }
+        }
+    }
+    energies
 }
 
 /// Of more bands.
@@ -117,10 +128,13 @@ fn scale(channel: &mut ShBatch, found: &[LeastFactors]) {
         return;
     }
     for (blocks, found) in channel.blocks_mut().chunks_exact_mut(count).zip(found.chunks(LANES)) {
-        for (k, found) in found.iter().enumerate().filter(|(_, found)| found.outcome == DeringOutcome::Windowed) {
-            for band in 1..order {
-                for block in &mut blocks[band_range(band)] {
-                    block.0[k] = (f64::from(block.0[k]) * found.factors[band]) as f32;
+        for band in 1..order {
+            let is_changed = |found: &&LeastFactors| found.outcome == DeringOutcome::Windowed;
+            let factors: [f64; LANES] =
+                array::from_fn(|k| found.get(k).filter(is_changed).map_or(1.0, |found| found.factors[band]));
+            for block in &mut blocks[band_range(band)] {
+                for (coefficient, factor) in block.0.iter_mut().zip(&factors) {
+                    *coefficient = (f64::from(*coefficient) * factor) as f32;
                 }
             }
         }
