@@ -6,8 +6,9 @@ use std::thread::{self, ThreadId};
 use std::time::Duration;
 
 use lobe::io::{JobFiles, JobOptions as _, MemoryLimit};
+use lobe::motion::{MovingJob, MovingScene, MovingShading, OneBake, light_moving_scene};
 use lobe::prt::BakeOptions;
-use lobe::render::{MovingJob, MovingScene, MovingShading, OneBake, RenderError, light_moving_scene};
+use lobe::render::RenderError;
 use lobe::scene::Bvh;
 use lobe::sh::Dir;
 use numpy::PyReadonlyArray2;

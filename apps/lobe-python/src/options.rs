@@ -3,8 +3,9 @@
 use std::ffi::CString;
 
 use lobe::io::{JobOptions, OptionError, OptionField, OptionKind, one_line, worded};
+use lobe::motion::MovingJob;
 use lobe::prt::BakeJob;
-use lobe::render::{CameraOptions, MovingJob, TransferSource};
+use lobe::render::{CameraOptions, TransferSource};
 use lobe::scene::SceneSource;
 use lobe::shadow::{FieldJob, SphereJob};
 use pyo3::exceptions::{PyTypeError, PyValueError};

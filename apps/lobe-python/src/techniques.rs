@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use lobe::image::Tone;
-use lobe::render::{
+use lobe::figures::{
     EnvironmentPanel, EnvironmentSheetOptions, EnvironmentSheetSource, environment_mapping_sheet, environment_panels,
 };
+use lobe::image::Tone;
 use pyo3::prelude::*;
 
 use crate::forked::with_threads;

@@ -1,8 +1,8 @@
 //! The pictures of the documents that are drawn here.
 
 use lobe::env::{Mapping, bundled};
+use lobe::figures::mapping_figure;
 use lobe::image::Picture;
-use lobe::render::mapping_figure;
 
 use crate::error::GalleryError;
 use crate::page::{Size, Sky};

@@ -64,14 +64,16 @@ impl RenderError {
     }
 
     /// The same error at work on a part of a scene; being stopped is nobody's fault.
-    pub(crate) fn of_part(self, name: &str) -> Self {
+    #[must_use]
+    pub fn of_part(self, name: &str) -> Self {
         match self {
             Self::Cancelled => Self::Cancelled,
             other => Self::Part { name: name.to_owned(), source: Box::new(other) },
         }
     }
 
-    pub(crate) fn invalid(place: &Path, message: impl Into<String>) -> Self {
+    /// A contradiction in the file at `place`.
+    pub fn invalid(place: &Path, message: impl Into<String>) -> Self {
         Self::Invalid { place: place.display().to_string(), message: message.into() }
     }
 }

@@ -4,7 +4,7 @@ use lobe_io::{Portions, Progress};
 use rayon::prelude::*;
 use web_time::{Duration, Instant};
 
-use crate::RenderError;
+use crate::error::RenderError;
 
 /// The time that a portion takes, about: short enough to stop without delay, long enough that threads seldom wait for
 /// each other.

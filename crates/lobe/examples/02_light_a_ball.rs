@@ -5,8 +5,8 @@
 use std::error::Error;
 
 use lobe::env::{bundled, irradiance_at, project_env};
+use lobe::figures::Ball;
 use lobe::image::{Sheet, Tone, compare, error_map};
-use lobe::render::Ball;
 use lobe::sh::{Dir, Rgb, Zonal};
 
 pub(crate) fn main() -> Result<(), Box<dyn Error>> {

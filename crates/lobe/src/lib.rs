@@ -2,8 +2,8 @@
 //!
 //! A few numbers can say how light arrives from everywhere. Lobe turns functions on the sphere into such numbers and
 //! works on them: [`sh`] is the mathematics, [`mod@env`] the pictures of everything around a point,
-//! [`render`] the pictures that show whether the numbers are right, [`scene`] the triangles that stand in the light,
-//! [`prt`] what they do to it, and [`shadow`] what they do where they move.
+//! [`scene`] the triangles that stand in the light, [`prt`] what they do to it, [`shadow`] what they do where they move.
+//! [`render`] makes pictures of scenes, [`motion`] of scenes that move, and [`figures`] of the functions themselves.
 //!
 //! Directions are right-handed with +z up. "Order n" means n bands and n² coefficients. Radiance L is what arrives
 //! along one direction; irradiance E is what a surface receives in all and never includes 1/π, so a white surface sends
@@ -44,7 +44,7 @@
 //! ```
 //! use lobe::env::{bundled, irradiance_at, project_env};
 //! use lobe::image::{Tone, compare};
-//! use lobe::render::Ball;
+//! use lobe::figures::Ball;
 //! use lobe::sh::{Dir, Rgb, Zonal};
 //!
 //! let sky = bundled::sunset().map();
@@ -123,8 +123,10 @@
 //! ```
 
 pub use lobe_env as env;
+pub use lobe_figures as figures;
 pub use lobe_image as image;
 pub use lobe_io as io;
+pub use lobe_motion as motion;
 pub use lobe_prt as prt;
 pub use lobe_render as render;
 pub use lobe_scene as scene;

@@ -11,8 +11,9 @@ use lobe::env::{
 };
 use lobe::image::{PictureReadOptions, PictureWriteOptions, TexelFormat, Tone};
 use lobe::io::{Progress, Shard};
+use lobe::motion::{MovingMethod, MovingOptions};
 use lobe::prt::{AdaptiveOptions, BakeOptions, CompressOptions, ZonalFitOptions};
-use lobe::render::{EnvironmentMapOptions, MovingMethod, MovingOptions, PathOptions, TruthOptions, ViewOptions};
+use lobe::render::{EnvironmentMapOptions, PathOptions, TruthOptions, ViewOptions};
 use lobe::scene::{Material, SceneReadOptions};
 use lobe::sh::exponential::ExpMethod;
 use lobe::sh::{Dir, Rgb, Rotation, Window};

@@ -12,7 +12,6 @@ use crate::workspace::Package;
 const LANGUAGE: &str = "arrows";
 
 /// The crate that any crate's tests may use without an arrow.
-const TEST_KIT: &str = "lobe-testkit";
 
 /// Compares the document with the packages.
 pub(super) fn faults(blocks: &[Block], packages: &[Package]) -> Vec<String> {
@@ -59,9 +58,10 @@ fn compare_package(package: &Package, lines: &[Line], packages: &[Package], faul
             faults.push(format!("{name} -> {used} is missing in {DOCUMENT}: {name} depends on {used}"));
         }
     }
+    let place = |name: &str| lines.iter().position(|line| line.name == name);
     for used in package.tests_with.iter().filter(is_member) {
-        if used != TEST_KIT && used != name && !line.uses.contains(used) {
-            faults.push(format!("{name} -> {used} is no arrow, so the tests of {name} may not use {used} either"));
+        if used != name && place(used) < place(name) {
+            faults.push(format!("{name} is below {used}, so the tests of {name} may not use {used} either"));
         }
     }
 }
@@ -129,11 +129,11 @@ mod tests {
     }
 
     #[test]
-    fn tests_may_use_the_test_kit_and_what_their_crate_uses_only() {
+    fn tests_may_use_what_is_below_their_crate_only() {
         let mut packages = good_packages();
         packages[4].tests_with.push("env".into());
         let found = faults(GOOD, &packages);
-        assert_eq!(found, ["sh -> env is no arrow, so the tests of sh may not use env either"], "one fault");
+        assert_eq!(found, ["sh is below env, so the tests of sh may not use env either"], "one fault");
     }
 
     #[test]

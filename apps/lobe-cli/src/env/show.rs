@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use lobe::figures::{EnvironmentSheetOptions, EnvironmentSheetSource, environment_mapping_sheet};
 use lobe::image::Tone;
-use lobe::render::{EnvironmentSheetOptions, EnvironmentSheetSource, environment_mapping_sheet};
 
 use crate::args::map_input::MapInput;
 use crate::args::output;

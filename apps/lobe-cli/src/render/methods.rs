@@ -2,8 +2,9 @@
 
 use clap::{Args, Subcommand};
 use lobe::io::{JobArgs, SharingOptions};
+use lobe::motion::MovingJob;
 use lobe::prt::BakeOptions;
-use lobe::render::{Background, MovingJob, TransferSource};
+use lobe::render::{Background, TransferSource};
 
 use crate::args::memory::MemoryLimit;
 use crate::args::scene_input::SceneInput;

@@ -5,11 +5,11 @@ use std::time::Instant;
 
 use anyhow::bail;
 use lobe::io::{Job, JobFiles, Progress, Shard, SharingOptions};
+use lobe::motion::{MovingJob, MovingScene, MovingShading, OneBake, light_moving_scene};
 use lobe::prt::OpenScene;
 use lobe::render::{
-    Background, Camera, DistantLight, Emitter, EnvironmentMaps, MovingJob, MovingScene, MovingShading, OneBake,
-    RenderError, Surfaces, TransferSource, TruthOptions, ViewOptions, light_baked_scene, light_by_environment_maps,
-    light_by_irradiance, light_moving_scene, render_truth_shard,
+    Background, Camera, DistantLight, Emitter, EnvironmentMaps, RenderError, Surfaces, TransferSource, TruthOptions,
+    ViewOptions, light_baked_scene, light_by_environment_maps, light_by_irradiance, render_truth_shard,
 };
 use lobe::scene::{Bvh, Scene};
 use lobe::sh::{Dir, Rotation};

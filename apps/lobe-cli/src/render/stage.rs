@@ -1,8 +1,7 @@
 //! The stage of `lobe render`, which all pictures share: the scene as the mode needs it, the camera, and the light.
 
-use lobe::render::{
-    BakedScene, Camera, DistantLight, EnvironmentMaps, LitPicture, MovingScene, MovingShading, RenderError,
-};
+use lobe::motion::{MovingScene, MovingShading};
+use lobe::render::{BakedScene, Camera, DistantLight, EnvironmentMaps, LitPicture, RenderError};
 use lobe::scene::{Bvh, Scene};
 use lobe::sh::{Rgb, ShVec};
 

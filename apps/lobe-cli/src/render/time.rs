@@ -3,7 +3,7 @@
 use anyhow::bail;
 use clap::Args;
 use lobe::image::AnimatedPng;
-use lobe::render::MovingScene;
+use lobe::motion::MovingScene;
 
 use crate::args::scene_pose::PoseInput;
 use crate::args::values;

@@ -1,8 +1,9 @@
 //! Names of options on the command line, where the library names them.
 
 use lobe::io::{JobOptions as _, OptionError, flag, worded};
+use lobe::motion::MovingJob;
 use lobe::prt::BakeJob;
-use lobe::render::{CameraOptions, MovingJob, TransferSource};
+use lobe::render::{CameraOptions, TransferSource};
 use lobe::shadow::{FieldJob, SphereJob};
 
 /// A text with the names that options have on the command line.

@@ -6,9 +6,9 @@ use std::str::FromStr;
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
+use lobe::figures::{Balloon, CrossSection, CubeCross, Curve2d, LinePlot, PolarPlot};
 use lobe::image::{Picture, Tone};
 use lobe::io::{IoError, write_atomically};
-use lobe::render::{Balloon, CrossSection, CubeCross, Curve2d, LinePlot, PolarPlot};
 use lobe::sh::sh_json::FileCoefficients;
 use lobe::sh::{Coefficient as _, Dir, Expansion as _, ShVec};
 

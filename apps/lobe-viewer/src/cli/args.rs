@@ -6,8 +6,9 @@ use anyhow::{Context as _, anyhow, bail};
 use clap::{ArgGroup, Parser, ValueEnum as _};
 use lobe::image::FrameSequence;
 use lobe::io::{JobArgs, OptionError, flag, worded};
+use lobe::motion::MovingMethod;
 use lobe::prt::GlossyLobe;
-use lobe::render::{Background, CameraOptions, MovingMethod, RenderError};
+use lobe::render::{Background, CameraOptions, RenderError};
 use lobe_gpu::{GpuCamera, Storage, TurntableOptions};
 
 use crate::loading::limits::ReadLimits;

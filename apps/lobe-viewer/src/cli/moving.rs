@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::bail;
 use lobe::image::{Exposure, FrameSequence, Tone};
 use lobe::io::Job;
-use lobe::render::{MovingMethod, MovingOptions, MovingScene, MovingShading};
+use lobe::motion::{MovingMethod, MovingOptions, MovingScene, MovingShading};
 use lobe::sh::Rgb;
 use lobe::shadow::SphereFitMethod;
 use lobe_gpu::{SceneView, SceneViewOptions, SurfaceShading, TurntableOptions};

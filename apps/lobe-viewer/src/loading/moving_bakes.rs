@@ -1,7 +1,7 @@
 //! Bakes of the parts of what moves.
 
+use lobe::motion::MovingBakeOptions;
 use lobe::prt::{BakeMode, BakeOptions};
-use lobe::render::MovingBakeOptions;
 use lobe::shadow::{FieldOptions, SphereFitMethod, SphereFitOptions};
 
 /// Paths from each vertex for the transfer of parts.

@@ -1,7 +1,7 @@
 //! Light of moments that move: on the device where that can do it, else on the processor.
 
+use lobe::motion::{Moment, MovingShading, PartObstacles, PartReceivers, VisibilityGrid};
 use lobe::prt::Transfer;
-use lobe::render::{Moment, MovingShading, PartObstacles, PartReceivers, VisibilityGrid};
 use lobe::sh::{Rgb, ShVec};
 use lobe::shadow::{RadialInterpolation, ShadowReceivers, SphereShadows};
 #[cfg(not(target_arch = "wasm32"))]
@@ -249,7 +249,7 @@ fn cut_off(transfer: &Transfer, order: usize) -> anyhow::Result<Transfer> {
 #[cfg(test)]
 mod tests {
     use lobe::io::Job;
-    use lobe::render::{MovingMethod, MovingOptions, MovingScene};
+    use lobe::motion::{MovingMethod, MovingOptions, MovingScene};
     use lobe::scene::{AnimatedScene, built_in};
     use lobe::shadow::{ShadowOptions, SphereFitMethod};
     use lobe_gpu::{AdapterChoice, ContextOptions, SceneViewOptions, SurfaceShading};

@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use lobe::io::Job;
+use lobe::motion::{MovingScene, MovingSplitOptions};
 use lobe::prt::AdaptiveOptions;
-use lobe::render::{MovingScene, MovingSplitOptions, RenderError};
+use lobe::render::RenderError;
 use lobe::scene::{AnimatedScene, built_in, is_gltf};
 
 use crate::loading::file_kind::{DESCRIPTION, FileKind};

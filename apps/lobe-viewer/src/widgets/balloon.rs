@@ -1,8 +1,9 @@
 //! Functions on the sphere as balloons that can be turned.
 
 use eframe::egui::{Response, Rgba, Ui, Vec2};
+use lobe::figures::Balloon;
 use lobe::image::Tone;
-use lobe::render::{Balloon, View};
+use lobe::render::View;
 use lobe::sh::sphere::even_directions;
 use lobe::sh::{Dir, Rgb};
 

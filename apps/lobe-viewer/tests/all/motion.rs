@@ -7,7 +7,7 @@ use eframe::egui::{Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use lobe::io::Job;
-use lobe::render::{MovingMethod, MovingOptions, MovingShading};
+use lobe::motion::{MovingMethod, MovingOptions, MovingShading};
 use lobe::sh::{Dir, Expansion as _, Rotation};
 use lobe::shadow::{SphereFitMethod, SphereFitOptions, fit_spheres, write_spheres};
 use lobe_viewer::{

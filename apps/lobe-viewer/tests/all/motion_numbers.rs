@@ -3,7 +3,7 @@
 use eframe::egui::Key;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use lobe::io::Job;
-use lobe::render::{Motion, MovingMethod, MovingOptions, MovingScene, MovingShading};
+use lobe::motion::{Motion, MovingMethod, MovingOptions, MovingScene, MovingShading};
 use lobe::sh::{Dir, Expansion as _, Rgb, Rotation};
 use lobe::shadow::{Placement, SphereFitMethod, Track};
 use lobe_viewer::{MotionRoom, ReadLimits, Step, moving_bake_options, open_moving};

@@ -2,7 +2,8 @@
 
 use lobe::image::Picture;
 use lobe::io::Job;
-use lobe::render::{MovingMethod, MovingOptions, MovingShading, ViewOptions, ViewPoint, light_moving_scene};
+use lobe::motion::{MovingMethod, MovingOptions, MovingShading, light_moving_scene};
+use lobe::render::{ViewOptions, ViewPoint};
 use lobe::sh::Coefficient as _;
 use lobe::shadow::SphereFitMethod;
 use lobe_viewer::{ReadLimits, moving_bake_options, open_moving, open_sky};

@@ -3,8 +3,8 @@
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 use lobe::env::{Mapping, project_map};
+use lobe::figures::{lat_long_picture, lat_long_picture_of};
 use lobe::image::compare;
-use lobe::render::{lat_long_picture, lat_long_picture_of};
 use lobe::sh::light_extraction::{LightFitOptions, extract_lights};
 use lobe::sh::ringing::DeringOptions;
 use lobe::sh::{Coefficient as _, Rgb, ShVec, Window, Zonal};

@@ -1,6 +1,6 @@
 //! Section about the spherical harmonics as balloons and on cubes.
 
-use lobe::render::{basis_balloons, basis_crosses};
+use lobe::figures::{basis_balloons, basis_crosses};
 
 use crate::error::Drawn;
 use crate::page::Canvas;

@@ -1,6 +1,6 @@
 //! Sections about analytic lights: projections in a few bands beside the lights themselves.
 
-use lobe::render::Curve2d;
+use lobe::figures::Curve2d;
 use lobe::sh::light::{Normalization, SphericalPolygon};
 use lobe::sh::{Dir, Expansion as _, Light, Rgb, ShVec, Zonal};
 

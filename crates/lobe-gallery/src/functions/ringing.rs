@@ -3,7 +3,8 @@
 use std::f64::consts::{PI, TAU};
 
 use lobe::env::irradiance_at;
-use lobe::render::{Balloon, CrossSection, CubeCross, View};
+use lobe::figures::{Balloon, CrossSection, CubeCross};
+use lobe::render::View;
 use lobe::sh::expansion::Quantity;
 use lobe::sh::extrema::{Extremum, certified_maximum};
 use lobe::sh::ringing::{DeringMethod, DeringOptions, DeringReport, WindowFamily};

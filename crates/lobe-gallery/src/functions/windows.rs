@@ -1,6 +1,6 @@
 //! Sections about windows: window functions over the bands, and the impulse under each of them.
 
-use lobe::render::Curve2d;
+use lobe::figures::Curve2d;
 use lobe::sh::filter::{squared_laplacian, width_of_peak};
 use lobe::sh::ringing::{ContentWindow, dering_table_factors};
 use lobe::sh::{Dir, Expansion as _, ShVec, Window, Zonal};

@@ -1,7 +1,7 @@
 //! Figures of lines: curves and polar plots, in the colors that they share. The reader's program draws them, so that their size
 //! is the same for small and large pictures.
 
-use lobe::render::{CrossSection, Curve2d, LinePlot, PolarPlot};
+use lobe::figures::{CrossSection, Curve2d, LinePlot, PolarPlot};
 use lobe::sh::Dir;
 
 use super::canvas::Canvas;

@@ -2,8 +2,9 @@
 
 use lobe::env::bundled::Bundled;
 use lobe::env::{EnvMap, project_env};
+use lobe::figures::Ball;
 use lobe::image::{Exposure, Picture, Tone};
-use lobe::render::{Ball, View};
+use lobe::render::View;
 use lobe::sh::expansion::optimal_linear_direction;
 use lobe::sh::{Dir, Expansion as _, Rgb, ShVec};
 

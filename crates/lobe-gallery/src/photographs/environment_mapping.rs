@@ -1,9 +1,9 @@
 //! Section about environment mapping: every technique under one photograph.
 
 use lobe::env::{CubeMap, CubeMipChain, Mapping, PrefilterOptions, Resample, cube, prefilter_ggx, resample};
+use lobe::figures::{EnvironmentSheetOptions, environment_mapping_sheet};
 use lobe::image::{Picture, Tone};
 use lobe::io::Job;
-use lobe::render::{EnvironmentSheetOptions, environment_mapping_sheet};
 
 use crate::error::{Drawn, GalleryError};
 use crate::page::{Canvas, Sky, sheet};

@@ -1,9 +1,9 @@
 //! Section about the sphere unfolded in eight mappings, and the error of converting between them.
 
 use lobe::env::{MappedMap, Mapping, Resample, project_map, resample};
+use lobe::figures::mapping_figure;
 use lobe::image::{Picture, Tone};
 use lobe::io::Job;
-use lobe::render::mapping_figure;
 
 use crate::error::{Drawn, GalleryError};
 use crate::page::{Canvas, Sky, percent, relative, sheet};

@@ -1,8 +1,8 @@
 //! Overview of a photograph, its reconstructions and the balls that it lights, in one picture.
 
 use crate::page::{SWEEP, Size, Sky, sheet};
+use lobe::figures::lat_long_picture_of;
 use lobe::image::{Picture, Tone};
-use lobe::render::lat_long_picture_of;
 use lobe::sh::Rgb;
 
 /// Pixels between the parts.

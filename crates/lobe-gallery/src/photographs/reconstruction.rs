@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use lobe::env::lat_long::solid_angle;
-use lobe::render::lat_long_picture_of;
+use lobe::figures::lat_long_picture_of;
 use lobe::sh::expansion::Quantity;
 use lobe::sh::sh_json::{ShFile, write_sh_json};
 

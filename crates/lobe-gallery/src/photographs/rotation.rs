@@ -2,8 +2,9 @@
 
 use std::f64::consts::TAU;
 
+use lobe::figures::Ball;
 use lobe::image::Tone;
-use lobe::render::{Ball, View};
+use lobe::render::View;
 use lobe::sh::sphere::even_directions;
 use lobe::sh::{Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal};
 

@@ -3,7 +3,7 @@
 
 use lobe::image::Tone;
 use lobe::io::Job;
-use lobe::render::{MovingBakeOptions, MovingMethod, MovingScene};
+use lobe::motion::{MovingBakeOptions, MovingMethod, MovingScene};
 use lobe::scene::built_in;
 use lobe::shadow::FieldOptions;
 

@@ -2,11 +2,9 @@
 
 use lobe::image::{Picture, compare};
 use lobe::io::Job;
+use lobe::motion::{Moment, MovingMethod, MovingOptions, MovingScene, MovingShading, light_moving_scene};
 use lobe::prt::{BakeMode, BakeOptions, Receivers, Transfer, bake};
-use lobe::render::{
-    Camera, DistantLight, Moment, MovingMethod, MovingOptions, MovingScene, MovingShading, RenderError, Truth,
-    light_moving_scene,
-};
+use lobe::render::{Camera, DistantLight, RenderError, Truth};
 use lobe::sh::{Rgb, ShVec};
 
 use super::look::{Look, Raster, camera, covered, decibels};

@@ -1,7 +1,8 @@
 //! Section about transfer that rings: a higher order that is farther from the truth, the cause, and the remedy, a window.
 
+use lobe::figures::Curve2d;
 use lobe::image::{Picture, Pixel, Tone};
-use lobe::render::{Curve2d, Truth};
+use lobe::render::Truth;
 use lobe::sh::{Coefficient as _, Rgb, ShVec};
 
 use super::hall::{Hall, about_z, calmed};

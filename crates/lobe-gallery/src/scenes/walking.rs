@@ -1,8 +1,8 @@
 //! Section about a figure with a skin: its shadows by spheres that follow its joints, beside bakes and the truth.
 
 use lobe::io::Job;
+use lobe::motion::{MovingBakeOptions, MovingMethod, MovingScene};
 use lobe::prt::Transfer;
-use lobe::render::{MovingBakeOptions, MovingMethod, MovingScene};
 use lobe::scene::built_in;
 
 use super::stage::{ORDER, Stage, merits, most_spheres};

@@ -42,7 +42,7 @@ pub struct MovingPlaces<'a> {
     pub receivers: Option<ShadowReceivers<'a>>,
 }
 
-/// A part of a moving scene under what moves and what stands still, on a device: `lobe_render::MovingShading` of orders 1 to 6 without
+/// A part of a moving scene under what moves and what stands still, on a device: `lobe_motion::MovingShading` of orders 1 to 6 without
 /// lamps and without light that spheres send on, every sphere by itself.
 ///
 /// ```text

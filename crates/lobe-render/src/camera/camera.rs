@@ -3,7 +3,7 @@
 use lobe_scene::{Bounds, Ray};
 use lobe_sh::Dir;
 
-use crate::View;
+use crate::camera::view::View;
 use lobe_sh::sphere::vector::{Vec3, add, dot, normalized, scale, sub};
 
 /// An eye that looks at the origin, or at a target, +z upwards in its picture.

@@ -2,7 +2,9 @@
 
 use lobe_io::{Given, JobOptions, NumberRange, OptionError, OptionField, OptionKind, options};
 
-use crate::{Camera, RenderError, ViewPoint};
+use crate::camera::camera::Camera;
+use crate::camera::view_point::ViewPoint;
+use crate::error::RenderError;
 
 options! {
     /// Where a picture is taken from.

@@ -4,7 +4,9 @@ use lobe_io::OptionError;
 use lobe_sh::Dir;
 use lobe_sh::sphere::vector::{add, scale, sub};
 
-use crate::{Camera, RenderError, View};
+use crate::camera::camera::Camera;
+use crate::camera::view::View;
+use crate::error::RenderError;
 
 /// Where the eye is, and where it looks.
 #[derive(Clone, Copy, Debug, PartialEq)]

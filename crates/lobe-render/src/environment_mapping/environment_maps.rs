@@ -8,8 +8,10 @@ use lobe_sh::{Coefficient as _, Dir, Rgb, Rotation};
 
 use crate::environment_mapping::options::EnvironmentMapOptions;
 use crate::environment_mapping::reflection_maps::ReflectionMaps;
+use crate::error::RenderError;
 use crate::path_tracer::bsdf::DIELECTRIC;
-use crate::{RenderError, SceneHit, Surfaces};
+use crate::path_tracer::path_tracer::Surfaces;
+use crate::scene_view::scene_picture::SceneHit;
 
 /// Rows of the map of irradiance, whose texels are 3° wide: interpolated between them, a white surface under a light of three bands and
 /// of the mean 1 is within 0.001 (test `matte_surfaces_show_the_irradiance_of_the_light_in_closed_form`).

@@ -4,9 +4,12 @@ use lobe_io::Job;
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Dir, Rgb};
 
+use crate::camera::camera::Camera;
 use crate::environment_mapping::environment_maps::TurnedMaps;
+use crate::error::RenderError;
+use crate::scene_view::light_scene::LitPicture;
 use crate::scene_view::scene_picture::ray_cast;
-use crate::{Camera, LitPicture, RenderError, SceneHit, ViewOptions};
+use crate::scene_view::scene_picture::{SceneHit, ViewOptions};
 
 /// Shows a scene as `camera` sees it, lit by [`EnvironmentMaps`](crate::EnvironmentMaps), which has the formula: `background`
 /// where a ray escapes.

@@ -3,7 +3,8 @@
 use derive_setters::Setters;
 use lobe_env::Mapping;
 
-use crate::{RenderError, Surfaces};
+use crate::error::RenderError;
+use crate::path_tracer::path_tracer::Surfaces;
 
 /// Levels of roughness, the mirror among them.
 pub(crate) const LEVELS: usize = 5;

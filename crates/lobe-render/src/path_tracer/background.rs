@@ -8,7 +8,7 @@ use lobe_env::EnvMap;
 use lobe_image::srgb_decode;
 use lobe_sh::{Rgb, ShVec};
 
-use crate::Backdrop;
+use crate::path_tracer::distant_light::Backdrop;
 
 /// What a picture shows where no surface is: the choice, by a name or a color, of a [`Backdrop`].
 ///

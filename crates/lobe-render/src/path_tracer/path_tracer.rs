@@ -8,8 +8,8 @@ use lobe_prt::Receivers;
 use lobe_scene::{Bvh, Hit, Ray, Scene, Surface, SurfaceRays};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
 
-use crate::DistantLight;
 use crate::path_tracer::bsdf::Bsdf;
+use crate::path_tracer::distant_light::DistantLight;
 use crate::path_tracer::emitter::Emitter;
 use crate::path_tracer::estimate::{PathEstimate, SampleCount, SetMeans};
 use crate::path_tracer::ggx::Facets;

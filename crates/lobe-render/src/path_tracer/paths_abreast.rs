@@ -224,7 +224,9 @@ mod tests {
     use lobe_shadow::{LampSurface, Placement};
 
     use super::*;
-    use crate::{DistantLight, PathOptions, PathReceiver, SampleCount, Surfaces};
+    use crate::path_tracer::distant_light::DistantLight;
+    use crate::path_tracer::estimate::SampleCount;
+    use crate::path_tracer::path_tracer::{PathOptions, PathReceiver, Surfaces};
 
     #[test]
     fn paths_have_the_same_radiance_alone_and_abreast() {

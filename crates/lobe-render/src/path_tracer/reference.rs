@@ -8,12 +8,15 @@ use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Coefficient as _, Rgb};
 use web_time::Instant;
 
+use crate::camera::camera::Camera;
+use crate::error::RenderError;
+use crate::path_tracer::distant_light::DistantLight;
 use crate::path_tracer::emitter::Emitter;
 use crate::path_tracer::estimate::{SampleCount, SetMeans};
 use crate::path_tracer::path_tracer::{FIRST_PURPOSE, FirstHit, PathStart};
+use crate::path_tracer::path_tracer::{PathOptions, PathTracer};
 use crate::path_tracer::truth_checkpoint::{PIXEL, TracedPixel, TruthCheckpoint};
 use crate::progressive::{in_portions, progress_of};
-use crate::{Camera, DistantLight, PathOptions, PathTracer, RenderError};
 
 /// Options of [`render_truth`].
 #[derive(Clone, Copy, Debug, PartialEq, Setters)]

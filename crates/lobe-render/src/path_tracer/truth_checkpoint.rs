@@ -5,7 +5,7 @@ use std::path::Path;
 use lobe_io::{Fingerprint, IoError, RecordFile, RecordFormat, RecordLayout, Shard};
 use lobe_sh::Rgb;
 
-use crate::RenderError;
+use crate::error::RenderError;
 
 /// Checkpoints of traced pictures among those of Lobe.
 const FORMAT: RecordFormat = RecordFormat {

@@ -6,7 +6,8 @@ use std::path::Path;
 use lobe_image::{ExrAttribute, ExrLayers, Picture, Pixel};
 use lobe_io::write_atomically;
 
-use crate::{RenderError, Truth};
+use crate::error::RenderError;
+use crate::path_tracer::reference::Truth;
 
 /// The attribute that holds the degrees of freedom of the variance.
 const FREEDOM: &str = "lobeDegreesOfFreedom";

@@ -8,9 +8,11 @@ use lobe_prt::{BakeOptions, BakedBacks, FittedVertices, TexelReceivers};
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
 
+use crate::camera::camera::Camera;
+use crate::error::RenderError;
 use crate::scene_view::prt_shading::{Places, SurfaceTransfer};
 use crate::scene_view::scene_picture::ray_cast;
-use crate::{Camera, RenderError, SceneHit, ViewOptions};
+use crate::scene_view::scene_picture::{SceneHit, ViewOptions};
 
 /// The transfer of the backs of some places.
 pub(crate) struct BackFaces {
@@ -70,6 +72,20 @@ impl BackFaces {
     pub(crate) fn receiver(&self, place: usize) -> Option<usize> {
         Some(self.receivers[place]).filter(|&receiver| receiver != NONE).map(|receiver| receiver as usize)
     }
+}
+
+/// The vertices around all places where a view shows a double-sided surface from behind, in rising order.
+///
+/// # Errors
+/// As [`scene_picture`](fn@crate::scene_picture).
+pub fn vertex_backs_in_view(
+    scene: &Scene,
+    bvh: &Bvh,
+    camera: &Camera,
+    view: &ViewOptions,
+    job: Job<'_>,
+) -> Result<Vec<usize>, RenderError> {
+    backs_in_view(scene, bvh, camera, view, &Places::Vertices, job)
 }
 
 /// The places around all hits of double-sided surfaces from behind, in rising order.

@@ -11,9 +11,11 @@ use lobe_prt::{
 use lobe_scene::{Bvh, Scene, SceneReadOptions};
 use lobe_sh::{Coefficient as _, Rgb, ShVec};
 
+use crate::camera::camera::Camera;
+use crate::error::RenderError;
 use crate::scene_view::back_faces::{self, BackFaces};
 use crate::scene_view::prt_shading::{Gloss, LitReceivers, Places, SurfaceTransfer};
-use crate::{Camera, RenderError, SceneHit, ViewOptions};
+use crate::scene_view::scene_picture::{SceneHit, ViewOptions};
 
 /// A scene with precomputed radiance transfer at its vertices or at the texels of a lightmap.
 ///

@@ -8,8 +8,11 @@ use lobe_io::Job;
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, ShVec, Zonal};
 
+use crate::camera::camera::Camera;
+use crate::error::RenderError;
+use crate::scene_view::baked_scene::BakedScene;
 use crate::scene_view::scene_picture::ray_cast;
-use crate::{BakedScene, Camera, RenderError, SceneHit, ViewOptions};
+use crate::scene_view::scene_picture::{SceneHit, ViewOptions};
 
 /// A channel that is below zero by more than this part of the mean radiance of the light is a dark spot in the picture,
 /// not rounding.
@@ -72,7 +75,7 @@ pub fn light_baked_scene(
     job: Job<'_>,
 ) -> Result<LitPicture, RenderError> {
     let lit = baked.lit(light);
-    picture_of((baked.scene(), baked.bvh()), light, camera, options, &background, &|hit| lit.radiance(hit), job)
+    light_scene_by((baked.scene(), baked.bvh()), light, camera, options, &background, &|hit| lit.radiance(hit), job)
 }
 
 /// Lights a scene by the irradiance of its shading normals, without shadows: `B = albedo/π · E(n)`. Normal maps tilt them in
@@ -93,11 +96,17 @@ pub fn light_by_irradiance(
 ) -> Result<LitPicture, RenderError> {
     let irradiance = light.convolved(&Zonal::clamped_cosine(light.order()));
     let radiance = |hit: &SceneHit<'_>| (hit.albedo * irradiance.eval(hit.normal)).scale(FRAC_1_PI);
-    picture_of((scene, bvh), light, camera, options, &background, &radiance, job)
+    light_scene_by((scene, bvh), light, camera, options, &background, &radiance, job)
 }
 
-/// A picture of a scene, with the part of its hits that are visibly below zero.
-pub(crate) fn picture_of(
+/// Shows a scene as `camera` sees it, where `shade` gives the radiance of each hit.
+///
+/// `light`, an expansion of the radiance of the surroundings, is the measure of [`LitPicture::below_zero`]. The other
+/// arguments are those of [`light_baked_scene`].
+///
+/// # Errors
+/// As [`scene_picture`](fn@crate::scene_picture).
+pub fn light_scene_by(
     (scene, bvh): (&Scene, &Bvh),
     light: &ShVec<Rgb<f64>>,
     camera: &Camera,

@@ -3,7 +3,7 @@
 use lobe_io::{JobOptions, OptionError, OptionField, OptionKind, options};
 use lobe_prt::{AdaptiveOptions, BakeOptions};
 
-use crate::RenderError;
+use crate::error::RenderError;
 
 options! {
     /// How a scene is baked for a picture, where its transfer is in no file.

@@ -9,7 +9,7 @@ use lobe_prt::{
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Coefficient as _, Expansion as _, Rgb, ShVec};
 
-use crate::SceneHit;
+use crate::scene_view::scene_picture::SceneHit;
 
 /// The part of uniform light that a glossy surface reflects towards the eye.
 enum DirectionalAlbedo {

@@ -7,9 +7,10 @@ use lobe_scene::{Bvh, Material, Scene, SurfaceRays};
 use lobe_sh::{Coefficient as _, Dir, Rgb};
 use web_time::Instant;
 
+use crate::camera::camera::Camera;
+use crate::error::RenderError;
 use crate::progressive::{in_portions, progress_of};
 use crate::scene_view::silhouettes::{Again, Met, Sampled, place_in_pixel, silhouettes};
-use crate::{Camera, RenderError};
 
 /// The size and the sampling of a picture of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Setters)]

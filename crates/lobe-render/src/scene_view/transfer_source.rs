@@ -9,7 +9,11 @@ use lobe_prt::{
 };
 use lobe_scene::{Scene, SceneSource};
 
-use crate::{BakedScene, Camera, PictureBake, RenderError, ViewOptions, transfer_bytes};
+use crate::camera::camera::Camera;
+use crate::error::RenderError;
+use crate::scene_view::baked_scene::{BakedScene, transfer_bytes};
+use crate::scene_view::picture_bake::PictureBake;
+use crate::scene_view::scene_picture::ViewOptions;
 
 /// The lobe of glossy light without another choice: about the sharpest that order 4 can show.
 const LOBE: GlossyLobe = GlossyLobe::Ggx(0.3);

@@ -134,7 +134,9 @@ fn scale(channel: &mut ShBatch, found: &[LeastFactors]) {
                 array::from_fn(|k| found.get(k).filter(is_changed).map_or(1.0, |found| found.factors[band]));
             for block in &mut blocks[band_range(band)] {
                 for (coefficient, factor) in block.0.iter_mut().zip(&factors) {
-                    *coefficient = (f64::from(*coefficient) * factor) as f32;
+                    let scaled = (f64::from(*coefficient) * factor) as f32;
+                    // Bits of what is not finite change by conversion.
+                    *coefficient = if *factor == 1.0 { *coefficient } else { scaled };
                 }
             }
         }

@@ -85,7 +85,7 @@ impl ShadowOptions {
 /// place and normal. The plane holds for baked transfer too: of light that comes to it from below, by way of other surfaces, spheres hide
 /// nothing, where [`ShadowFields`](crate::ShadowFields) hide what the receiver itself would not see. Such paths pass other places than the receiver, so neither
 /// is exact; the truth was between both in the test
-/// `what_is_behind_a_surface_hides_its_baked_reflections_by_fields_and_not_by_spheres` of `lobe-render`, less than 2 % from either. Without the plane, spheres that
+/// `what_is_behind_a_surface_hides_its_baked_reflections_by_fields_and_not_by_spheres` of `lobe-motion`, less than 2 % from either. Without the plane, spheres that
 /// reach out of a floor would darken it. Without spheres the sky is open. Results are the same for any number of threads.
 ///
 /// ```

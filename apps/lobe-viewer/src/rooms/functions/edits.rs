@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::path::Path;
 
 use eframe::egui::{ComboBox, Slider, Ui};
-use lobe::render::CrossSection;
+use lobe::figures::CrossSection;
 use lobe::sh::{Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal};
 use serde::{Deserialize, Serialize};
 

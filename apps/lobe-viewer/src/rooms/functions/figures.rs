@@ -1,8 +1,8 @@
 //! The figures of a function: balloon, unfolded cube, polar plot and coefficients.
 
 use eframe::egui::{Align, Layout, Response, Rgba, Ui, vec2};
+use lobe::figures::{CubeCross, PolarPlot};
 use lobe::image::Tone;
-use lobe::render::{CubeCross, PolarPlot};
 use lobe::sh::{Dir, Rgb};
 
 use crate::rooms::functions::edits::{FunctionsEdits, Section};

@@ -1,6 +1,6 @@
 //! The scene that is left while another one is being opened.
 
-use lobe::render::MovingMethod;
+use lobe::motion::MovingMethod;
 
 use crate::rooms::motion::cast::{Cast, Hand};
 use crate::rooms::motion::player::{Asked, Player, Shown, Source};

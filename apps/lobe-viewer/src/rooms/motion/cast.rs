@@ -1,6 +1,7 @@
 //! The parts of a moving scene as a user takes them by the hand: where they are at first, and where hands put them.
 
-use lobe::render::{Moment, Motion, MovingPart, MovingScene, RenderError};
+use lobe::motion::{Moment, Motion, MovingPart, MovingScene};
+use lobe::render::RenderError;
 use lobe::scene::{Mesh, Scene};
 use lobe::sh::sphere::vector::{length, sub};
 use lobe::sh::{Dir, Rotation};
@@ -105,7 +106,7 @@ fn mean(points: &[[f64; 3]]) -> [f64; 3] {
 
 #[cfg(test)]
 mod tests {
-    use lobe::render::MovingLamp;
+    use lobe::motion::MovingLamp;
     use lobe::scene::built_in;
     use lobe::sh::Rgb;
     use lobe::shadow::LampSurface;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use eframe::egui::{ComboBox, ProgressBar, Slider, SliderClamping, Ui};
-use lobe::render::MovingMethod;
+use lobe::motion::MovingMethod;
 use lobe::scene::built_in;
 use lobe::shadow::SphereFitMethod;
 

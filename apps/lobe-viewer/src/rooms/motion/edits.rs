@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use lobe::render::{Background, MovingMethod};
+use lobe::motion::MovingMethod;
+use lobe::render::Background;
 use lobe::scene::built_in;
 use lobe::sh::{Expansion as _, Rgb, Rotation, ShVec};
 use serde::{Deserialize, Serialize};

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use eframe::egui::{CentralPanel, Context, Id, Key, Label, Panel, ScrollArea, Ui};
-use lobe::render::MovingMethod;
+use lobe::motion::MovingMethod;
 use lobe::sh::{Rgb, ShVec};
 use lobe::shadow::WorldSphere;
 

@@ -1,7 +1,7 @@
 //! The middle of the room: its pictures, and the pointer on them.
 
 use eframe::egui::{Rect, Response, Sense, Ui};
-use lobe::render::MovingMethod;
+use lobe::motion::MovingMethod;
 
 use crate::rooms::motion::hands;
 use crate::rooms::motion::motion_room::MotionRoom;

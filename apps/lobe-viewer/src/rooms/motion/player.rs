@@ -7,9 +7,8 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 use lobe::io::{Job, Progress};
-use lobe::render::{
-    Emitter, MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, MovingShading, PartBakeKind, RenderError,
-};
+use lobe::motion::{MovingBakeOptions, MovingMethod, MovingOptions, MovingScene, MovingShading, PartBakeKind};
+use lobe::render::{Emitter, RenderError};
 use lobe::sh::{Expansion as _, Rgb, ShVec};
 use lobe::shadow::{Placement, SphereFitMethod, WorldSphere};
 use lobe_gpu::Context;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use eframe::egui::TextureId;
 use lobe::env::MappedMap;
 use lobe::image::Picture;
-use lobe::render::MovingMethod;
+use lobe::motion::MovingMethod;
 use lobe::sh::Rotation;
 use lobe_gpu::{GpuError, SceneView, SurfaceShading};
 

@@ -4,8 +4,9 @@ use std::f64::consts::FRAC_1_PI;
 
 use eframe::egui::{Align, Color32, Label, Layout, Response, Rgba, RichText, TextStyle, Ui, Vec2};
 use lobe::env::DfgTable;
+use lobe::figures::{Ball, Exhibit, Shading, SurfacePoint};
 use lobe::image::Tone;
-use lobe::render::{Ball, Camera, Exhibit, Shading, SurfacePoint, View};
+use lobe::render::{Camera, View};
 use lobe::sh::encoding::{IrradianceEncoding, encoding_error};
 use lobe::sh::sphere::even_directions;
 use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb, ShVec, Zonal};

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use lobe::env::MappedMap;
+use lobe::figures::{lat_long_picture, lat_long_picture_of};
 use lobe::image::{Picture, compare};
-use lobe::render::{lat_long_picture, lat_long_picture_of};
 use lobe::sh::extrema::{Extremum, certified_minimum};
 use lobe::sh::light_extraction::{LightFit, LightFitOptions, extract_lights};
 use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec, Zonal};

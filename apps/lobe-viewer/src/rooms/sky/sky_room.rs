@@ -8,7 +8,7 @@ use eframe::egui::{
     Button, CentralPanel, Checkbox, ComboBox, Context, Id, Key, Panel, Response, ScrollArea, Slider, Ui,
 };
 use lobe::env::{Mapping, Sun};
-use lobe::render::{Shading, SurfacePoint};
+use lobe::figures::{Shading, SurfacePoint};
 use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation};
 
 use crate::loading::place::IN_PAGE;

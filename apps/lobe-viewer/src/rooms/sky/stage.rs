@@ -2,8 +2,9 @@
 
 use eframe::egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Response, Stroke, Ui, pos2, vec2};
 use lobe::env::Sun;
+use lobe::figures::{Shading, SurfacePoint};
 use lobe::image::{Picture, Tone};
-use lobe::render::{Camera, Shading, SurfacePoint};
+use lobe::render::Camera;
 use lobe::sh::sphere::vector::{add, dot, scale, sub};
 use lobe::sh::{Coefficient as _, Dir, Rgb};
 

@@ -1,6 +1,7 @@
 //! Surfaces of the shapes before a sky: smooth, bumpy or self-mirroring mirrors, rough and matte ones.
 
-use lobe::render::{Bumped, Camera, Exhibit, ExhibitSolid, Shading, SurfacePoint, Torus, TracedMirror, View, bumps};
+use lobe::figures::{Bumped, Exhibit, ExhibitSolid, Shading, SurfacePoint, Torus, TracedMirror, bumps};
+use lobe::render::{Camera, View};
 use lobe::sh::{Dir, Rgb, Rotation};
 
 /// Rows and columns of the points at which errors are measured.

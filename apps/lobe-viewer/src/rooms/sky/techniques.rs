@@ -7,11 +7,11 @@ use lobe::env::{
     CubeMap, CubeMipChain, DfgTable, EnvError, EnvMap, Ggx, MappedMap, PrefilterOptions, SpecularLobe, cube,
     cube_source, filter_lobe, project_map,
 };
-use lobe::io::Job;
-use lobe::render::{
+use lobe::figures::{
     BlinnNewell, BruteForceReflection, CubeMapped, Glossy, HighlightMap, MatteByMap, MatteBySh, Paraboloids,
     ReflectionSpace, Shading, SphereMapped, SurfacePoint, highlights_of_lights, irradiance_of_lights,
 };
+use lobe::io::Job;
 use lobe::sh::encoding::IrradiancePolynomial;
 use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb, Zonal};
 
