@@ -9,7 +9,7 @@ use std::env::var_os;
 use std::ffi::OsStr;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::IoError;
+use crate::error::IoError;
 
 /// The variable that keeps a process from huge pages.
 const VARIABLE: &str = "LOBE_HUGE_PAGES";

@@ -4,7 +4,13 @@ use std::fmt::Display;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::{IoError, Job, OptionError, Shard, check_writable, expect_room, merge_shards, remove_abandoned};
+use crate::error::IoError;
+use crate::job::Job;
+use crate::options::field::OptionError;
+use crate::records::merge::merge_shards;
+use crate::room::expect_room;
+use crate::shard::Shard;
+use crate::staged::{check_writable, remove_abandoned};
 
 /// The output of long work, and the checkpoint beside it, in which results are kept while they are found.
 ///

@@ -2,7 +2,7 @@
 
 use std::hint;
 
-use crate::OptionError;
+use crate::options::field::OptionError;
 
 /// Bytes of a gibibyte.
 const GIB: f64 = (1_u64 << 30) as f64;

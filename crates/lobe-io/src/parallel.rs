@@ -15,7 +15,7 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-use crate::IoError;
+use crate::error::IoError;
 
 /// More threads than any machine has. A larger number is taken for a typing error.
 pub const MAX_THREADS: usize = 1024;

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::Path;
 
-use crate::IoError;
+use crate::error::IoError;
 
 /// Refuses an output that takes `bytes` with what is kept beside it, if its disk has fewer. Where the system does not
 /// say how much is left, writing shows it.

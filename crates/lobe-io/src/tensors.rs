@@ -16,7 +16,8 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
-use crate::{IoError, write_atomically};
+use crate::error::IoError;
+use crate::staged::write_atomically;
 
 /// The one entry of the metadata. With more than one their order, and so the bytes, would change from run to run.
 const ENTRY: &str = "lobe";

@@ -2,10 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::{
-    Given, GivenPaths, IoError, JobFiles, JobOptions, MemoryLimit, NumberRange, OptionError, OptionField, OptionKind,
-    Shard, options,
-};
+use crate::error::IoError;
+use crate::job_files::JobFiles;
+use crate::memory_limit::MemoryLimit;
+use crate::options;
+use crate::options::field::{OptionError, OptionField};
+use crate::options::job_options::{Given, GivenPaths, JobOptions};
+use crate::options::kind::{NumberRange, OptionKind};
+use crate::shard::Shard;
 
 options! {
     /// How work is run on this machine.

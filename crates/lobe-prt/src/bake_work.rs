@@ -9,15 +9,26 @@ use lobe_scene::{Bvh, Scene, UnwrapOptions};
 
 use crate::bake::bake::{bake_on_disk_knowing, bake_shard_knowing};
 use crate::bake::glossy::{Points as MatrixPoints, bake_points_on_disk, bake_points_shard};
+use crate::bake::options::{BakeMode, BakeOptions, BakeReport};
 use crate::bake::pilot::KnownPilot;
+use crate::bake::pilot::Pilot;
+use crate::bake::transfer_grid::NeighborhoodGrid;
+use crate::error::PrtError;
+use crate::files::lightmap_file::write_lightmap;
+use crate::files::lightmap_glb::LightmapGlb;
+use crate::files::matrix_file::{write_matrices, write_neighborhood};
+use crate::files::transfer_file::write_transfer;
+use crate::finishing::finish::FinishOptions;
+use crate::fit::adaptive::{AdaptiveOptions, AdaptiveReport, split_adaptively};
+use crate::fit::fitted_vertices::FittedVertices;
 use crate::fit::vertex_fit::{VertexFit, row_of_triangle, white_channels};
 use crate::job::checkpoint::StoredRows;
-use crate::{
-    AdaptiveOptions, AdaptiveReport, BakeMode, BakeOptions, BakeReport, Channels, FinishOptions, FittedVertices,
-    LightmapGlb, NeighborhoodGrid, Pilot, PrtError, Receivers, Recipe, StoredMatrices, StoredTransfer, TexelReceivers,
-    Transfer, TransferMatrices, TransferRows, split_adaptively, write_lightmap, write_matrices, write_neighborhood,
-    write_transfer,
-};
+use crate::receivers::receivers::Receivers;
+use crate::receivers::texel_receivers::TexelReceivers;
+use crate::recipe::Recipe;
+use crate::transfer::transfer::{Channels, Transfer};
+use crate::transfer::transfer_matrices::TransferMatrices;
+use crate::transfer::transfer_rows::{StoredMatrices, StoredTransfer, TransferRows};
 
 /// A bake of a scene whose points are known: at its vertices, at the texels of its lightmap, or in space.
 ///

@@ -8,11 +8,13 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
+use crate::bake::options::{AlbedoMode, BakeMode, BakeOptions, BakeReport};
+use crate::compression::compress::{CompressOptions, CompressReport};
+use crate::error::PrtError;
+use crate::finishing::finish::FinishOptions;
+use crate::fit::adaptive::{AdaptiveOptions, AdaptiveReport};
 use crate::job::fingerprint::scene_hash;
-use crate::{
-    AdaptiveOptions, AdaptiveReport, AlbedoMode, BakeMode, BakeOptions, BakeReport, CompressOptions, CompressReport,
-    FinishOptions, HalfReport, PrtError,
-};
+use crate::transfer::half_transfer::HalfReport;
 
 /// The name of [`AlbedoMode::None`] in a recipe.
 const DEMODULATED: &str = "none";

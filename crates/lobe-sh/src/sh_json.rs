@@ -8,8 +8,10 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use crate::basis::index::{MAX_ORDER, coefficient_count};
+use crate::error::ShError;
 use crate::expansion::quantity::Quantity;
-use crate::{Coefficient, Expansion as _, Rgb, ShError, ShVec};
+use crate::expansion::{Expansion as _, ShVec};
+use crate::scalar::{Coefficient, Rgb};
 use lobe_io::write_atomically;
 
 /// The value of the field `format`.

@@ -1,13 +1,16 @@
 //! Verbs of expansions: what is done with an expansion, as methods of both types: `light.rotated(&turn).convolved(&kernel).deringed()`. The kernels beneath take slices.
 
+use crate::expansion::{Expansion, FixedOrder, Sh, ShVec, Zonal};
+use crate::filter::Window;
 use crate::filter::kernel::convolve_in_place;
 use crate::filter::window::window_in_place;
 use crate::product::product::product_into;
 use crate::ringing::dering::dering_in_place;
 use crate::ringing::dering::{DeringOptions, DeringReport};
+use crate::rotation::Rotation;
 use crate::rotation::axis_permutation::mirror_in_place;
 use crate::rotation::axis_permutation::{Axis, AxisPermutation};
-use crate::{Coefficient, Expansion, FixedOrder, Rotation, Sh, ShVec, Window, Zonal};
+use crate::scalar::Coefficient;
 
 /// The methods, once for each type.
 macro_rules! verbs {

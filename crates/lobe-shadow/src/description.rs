@@ -24,9 +24,11 @@ use lobe_io::{IoError, expect_file, one_line};
 use lobe_scene::referenced_file;
 use serde::Deserialize;
 
+use crate::error::ShadowError;
+use crate::lamp_description::LampDescription;
 use crate::lamp_description::{LampJson, MAX_LAMPS};
+use crate::track::Track;
 use crate::track_json::{KeyJson, track_of};
-use crate::{LampDescription, ShadowError, Track};
 
 /// The format that a description names, and the version that is read.
 const FORMAT: &str = "lobe-scene";
@@ -294,7 +296,8 @@ mod tests {
     use lobe_sh::Rgb;
 
     use super::*;
-    use crate::{LampSource, LampSurface};
+    use crate::field::lamp_surface::LampSurface;
+    use crate::lamp_description::LampSource;
 
     const GOOD: &str = r#"{ "format": "lobe-scene", "version": 1, "entities": [ { "name": "ball", "mesh": "built-in:ball",
         "keys": [ { "translation": [0, 0, 1] }, { "time": 2, "translation": [4, 0, 1], "scale": 2 } ] } ] }"#;

@@ -11,8 +11,10 @@ use std::path::PathBuf;
 use lobe_sh::Rgb;
 use serde::Deserialize;
 
+use crate::error::ShadowError;
+use crate::field::lamp_surface::{LampSurface, Rectangle};
+use crate::track::Track;
 use crate::track_json::{KeyJson, LARGEST, SCALES, track_of};
-use crate::{LampSurface, Rectangle, ShadowError, Track};
 
 /// The most lamps: each lights every receiver by itself, and one of a rectangle takes a table of a megabyte or more.
 pub(crate) const MAX_LAMPS: usize = 256;

@@ -1,6 +1,6 @@
 //! Places on surfaces at which shadows are asked for.
 
-use crate::ShadowError;
+use crate::error::ShadowError;
 
 /// Bits of each coordinate along the curve.
 const CURVE_BITS: u32 = 10;

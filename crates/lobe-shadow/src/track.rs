@@ -2,7 +2,8 @@
 
 use lobe_sh::Rotation;
 
-use crate::{Placement, ShadowError};
+use crate::error::ShadowError;
+use crate::placement::Placement;
 
 /// The place of an entity at one time, in seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]

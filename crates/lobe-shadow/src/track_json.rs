@@ -3,7 +3,9 @@
 use lobe_sh::Rotation;
 use serde::Deserialize;
 
-use crate::{Key, Placement, ShadowError, Track};
+use crate::error::ShadowError;
+use crate::placement::Placement;
+use crate::track::{Key, Track};
 
 /// The largest coordinate and time of a key, as of vertices, and the range of scales: what is taken to a place and back stays
 /// in the range of `f32`.

@@ -11,8 +11,6 @@ use crate::workspace::Package;
 /// The language of the block.
 const LANGUAGE: &str = "arrows";
 
-/// The crate that any crate's tests may use without an arrow.
-
 /// Compares the document with the packages.
 pub(super) fn faults(blocks: &[Block], packages: &[Package]) -> Vec<String> {
     match blocks::only(blocks, LANGUAGE) {

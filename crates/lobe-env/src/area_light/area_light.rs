@@ -2,7 +2,7 @@
 
 use lobe_sh::Dir;
 
-use crate::VectorIrradiance;
+use crate::area_light::vector_irradiance::VectorIrradiance;
 use lobe_sh::sphere::vector::{Vec3, dot, length, sub};
 
 /// A Lambertian light: a surface that emits radiance 1 to one side.

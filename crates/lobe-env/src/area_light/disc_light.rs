@@ -7,7 +7,8 @@ use lobe_sh::Dir;
 use crate::area_light::area_light::from_vec3;
 use lobe_sh::sphere::vector::{Vec3, add_scaled, cross, dot, length, sub, tangents_along_axis};
 
-use crate::{AreaLight, PointLight, VectorIrradiance};
+use crate::area_light::area_light::{AreaLight, PointLight};
+use crate::area_light::vector_irradiance::VectorIrradiance;
 
 /// A disc that emits radiance 1 to the side its normal points to.
 ///

@@ -3,7 +3,9 @@
 use lobe_sh::Dir;
 
 use crate::area_light::area_light::from_vec3;
-use crate::{AreaLight, EnvError, PointLight, VectorIrradiance};
+use crate::area_light::area_light::{AreaLight, PointLight};
+use crate::area_light::vector_irradiance::VectorIrradiance;
+use crate::error::EnvError;
 use lobe_sh::sphere::vector::{Vec3, add_scaled, cross, dot, length, sub};
 
 /// A plane polygon, convex or not, that emits radiance 1 to the side from which its vertices run counter-clockwise.

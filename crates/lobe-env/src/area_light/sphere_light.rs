@@ -5,7 +5,8 @@ use std::f64::consts::PI;
 use lobe_sh::Dir;
 
 use crate::area_light::area_light::from_vec3;
-use crate::{AreaLight, PointLight, VectorIrradiance};
+use crate::area_light::area_light::{AreaLight, PointLight};
+use crate::area_light::vector_irradiance::VectorIrradiance;
 use lobe_sh::sphere::vector::{dot, length, sub};
 
 /// How far inside the sphere a point of its surface may be found, relative to the largest coordinate of either: it was

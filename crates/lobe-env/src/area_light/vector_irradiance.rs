@@ -6,9 +6,10 @@ use lobe_io::parallel;
 use lobe_sh::basis::coefficient_index;
 use lobe_sh::{Coefficient, Dir, Expansion, Rgb};
 
+use crate::map::mapped_map::MappedMap;
 use crate::mapping::lat_long::sin_cos_pi;
 use crate::projection::irradiance::row_vectors;
-use crate::{MappedMap, project_map};
+use crate::projection::project_map::project_map;
 
 /// Relative to all light, a net flux up to this is rounding error of uniform light.
 const NOTHING: f64 = 1e-13;
@@ -173,8 +174,11 @@ mod tests {
 
     use super::*;
     use crate::files::bundled;
+    use crate::map::env_map::EnvMap;
     use crate::mapping::lat_long;
-    use crate::{EnvMap, Mapping, irradiance_at, project_env};
+    use crate::mapping::mapping::Mapping;
+    use crate::projection::irradiance::irradiance_at;
+    use crate::projection::project::project_env;
 
     fn normals() -> Vec<Dir> {
         directions().into_iter().map(|v| Dir::new(v).unwrap()).collect()

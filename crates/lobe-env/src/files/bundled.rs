@@ -10,7 +10,8 @@
 
 use lobe_image::{Picture, PictureReadOptions, read_picture_bytes};
 
-use crate::{EnvError, EnvMap};
+use crate::error::EnvError;
+use crate::map::env_map::EnvMap;
 
 /// The prefix of a bundled map's name where a path is expected.
 pub const PREFIX: &str = "bundled:";

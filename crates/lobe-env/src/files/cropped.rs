@@ -5,7 +5,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use lobe_image::{Picture, PictureReadOptions};
 use lobe_sh::{Coefficient, Rgb};
 
-use crate::{EnvError, EnvMap};
+use crate::error::EnvError;
+use crate::map::env_map::EnvMap;
 
 /// Rows that are no farther apart than this, in rows, are the same.
 const SAME_ROW: f64 = 1e-6;

@@ -11,9 +11,14 @@ use lobe_image::{
 use lobe_io::{StagedFile, check_writable};
 use lobe_sh::Rgb;
 
+use crate::error::EnvError;
 use crate::files::face_names::{AXES, Around, SIDES, all_names, cubes_among};
+use crate::files::read_options::{FaceAssumption, MapReadOptions};
+use crate::map::cube_handedness::CubeHandedness;
+use crate::map::cube_layout::CubeLayout;
+use crate::map::cube_map::CubeMap;
+use crate::map::face_order::{FaceNames, FaceOrder};
 use crate::mapping::cube::FACES;
-use crate::{CubeHandedness, CubeLayout, CubeMap, EnvError, FaceAssumption, FaceNames, FaceOrder, MapReadOptions};
 
 /// The placeholder for the names of the faces in a path.
 const ANY_FACE: char = '%';
@@ -253,7 +258,8 @@ mod tests {
     use lobe_sh::Rgb;
 
     use super::*;
-    use crate::{EnvMap, write_env};
+    use crate::files::write::write_env;
+    use crate::map::env_map::EnvMap;
 
     fn folder(name: &str) -> PathBuf {
         let folder = std::env::temp_dir().join(format!("lobe-cube-faces-{name}-{}", std::process::id()));

@@ -15,8 +15,9 @@
 use lobe_io::parallel;
 use lobe_sh::{Coefficient, Rgb};
 
+use crate::map::cube_map::CubeMap;
+use crate::map::env_map::EnvMap;
 use crate::mapping::cube::FACES;
-use crate::{CubeMap, EnvMap};
 
 /// The stored face that looks along each face of Lobe: +x is OpenEXR's +Z, up is its +Y, -y is its -X.
 const STORED_FACES: [usize; FACES] = [4, 5, 2, 3, 1, 0];

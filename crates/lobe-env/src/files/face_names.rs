@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::FaceNames;
+use crate::map::face_order::FaceNames;
 use crate::mapping::cube::FACES;
 
 /// The names of the faces +X, -X, +Y, -Y, +Z, -Z in the names of files, in any of [`cases`]. The first ones are

@@ -8,11 +8,16 @@ use lobe_io::Job;
 use lobe_sh::sphere::vector::cross;
 use lobe_sh::{Dir, Rotation};
 
+use crate::error::EnvError;
+use crate::files::cropped::Padding;
 use crate::files::fisheye_rays::RoundPicture;
+use crate::map::env_map::EnvMap;
 use crate::map::finite::expect_finite;
+use crate::map::mapped_map::MappedMap;
+use crate::mapping::fisheye::FisheyeProjection;
 use crate::mapping::fisheye::{Lens, rounded_degrees};
+use crate::mapping::mapping::Mapping;
 use crate::resample::resample::{Resample, resample};
-use crate::{EnvError, EnvMap, FisheyeProjection, MappedMap, Mapping, Padding};
 
 /// How a fisheye picture shows its surroundings.
 ///

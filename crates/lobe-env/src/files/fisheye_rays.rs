@@ -24,10 +24,11 @@ use std::f64::consts::PI;
 use lobe_io::parallel;
 use lobe_sh::{Coefficient, Rgb};
 
+use crate::files::cropped::Padding;
+use crate::map::env_map::EnvMap;
 use crate::mapping::azimuthal::Rect;
 use crate::mapping::fisheye::Lens;
 use crate::mapping::lat_long::sin_cos_pi;
-use crate::{EnvMap, Padding};
 
 /// Rays through a pixel at the rim, the farthest from each other. More cost time, and none are missing for constants.
 const RAYS: f64 = 4.0;
@@ -288,7 +289,7 @@ mod tests {
     use lobe_testkit::Random;
 
     use super::*;
-    use crate::FisheyeProjection;
+    use crate::mapping::fisheye::FisheyeProjection;
 
     /// Pictures of all lenses, whose circle is not in the middle.
     fn round_pictures(pixel: impl Fn(usize, usize) -> f32) -> Vec<RoundPicture> {

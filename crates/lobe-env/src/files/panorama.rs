@@ -12,8 +12,9 @@
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use crate::error::EnvError;
+use crate::files::cropped::Padding;
 use crate::files::cropped::Shown;
-use crate::{EnvError, Padding};
 
 /// The only projection whose pictures are lat-long.
 const EQUIRECTANGULAR: &str = "equirectangular";

@@ -7,11 +7,14 @@ use std::path::Path;
 use lobe_image::{PictureReadReport, PictureRows, RowStrip};
 use lobe_sh::{Rgb, ShVec};
 
+use crate::error::EnvError;
 use crate::files::bundled;
 use crate::files::cube_faces::FaceFiles;
 use crate::files::read_map::{read_map, told_by_file, unusual_lat_long};
 use crate::files::read_options::{MapReadOptions, MapReadReport};
-use crate::{EnvError, LatLongProjector, Mapping, project_map};
+use crate::mapping::mapping::Mapping;
+use crate::projection::lat_long_projector::LatLongProjector;
+use crate::projection::project_map::project_map;
 
 /// The highest order at which sums along single rows are the quickest way; above, all rows are needed at once.
 const HIGHEST_ORDER_BY_ROWS: usize = 16;

@@ -9,6 +9,7 @@ use lobe_image::{
 use lobe_io::Job;
 use lobe_sh::Rgb;
 
+use crate::error::EnvError;
 use crate::files::bundled;
 use crate::files::cropped::{Shown, whole_map};
 use crate::files::cube_faces::{FaceFiles, read_cube_faces};
@@ -16,10 +17,15 @@ use crate::files::exr_envmap::{cube_from_edges, lat_long_from_edges};
 use crate::files::fisheye::fisheye_map;
 use crate::files::panorama;
 use crate::files::read_options::{FaceAssumption, MapReadOptions, MapReadReport};
+use crate::map::cube_handedness::CubeHandedness;
+use crate::map::cube_layout::CubeLayout;
+use crate::map::cube_map::CubeMap;
+use crate::map::cube_mip_chain::CubeMipChain;
+use crate::map::env_map::EnvMap;
+use crate::map::face_order::{FaceNames, FaceOrder};
+use crate::map::mapped_map::MappedMap;
 use crate::mapping::fisheye::rounded_degrees;
-use crate::{
-    CubeHandedness, CubeLayout, CubeMap, CubeMipChain, EnvError, EnvMap, FaceNames, FaceOrder, MappedMap, Mapping,
-};
+use crate::mapping::mapping::Mapping;
 
 /// A map as a file holds it.
 #[derive(Clone, Debug, PartialEq)]

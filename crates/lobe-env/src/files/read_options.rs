@@ -5,7 +5,13 @@ use std::fmt;
 use derive_setters::Setters;
 use lobe_image::{Nonfinite, PictureReadOptions, PictureReadReport};
 
-use crate::{CubeHandedness, CubeLayout, EnvError, FaceOrder, FisheyeOptions, MapReadOption, Mapping, Padding};
+use crate::error::{EnvError, MapReadOption};
+use crate::files::cropped::Padding;
+use crate::files::fisheye::FisheyeOptions;
+use crate::map::cube_handedness::CubeHandedness;
+use crate::map::cube_layout::CubeLayout;
+use crate::map::face_order::FaceOrder;
+use crate::mapping::mapping::Mapping;
 
 /// Options of reading an environment map.
 ///

@@ -7,7 +7,9 @@ use lobe_image::{
     ImageError, PictureWriteOptions, PictureWriteReport, TexelFormat, encode_picture, write_cube_texture, write_pixels,
 };
 
-use crate::{CubeHandedness, CubeMipChain, MappedMap};
+use crate::map::cube_handedness::CubeHandedness;
+use crate::map::cube_mip_chain::CubeMipChain;
+use crate::map::mapped_map::MappedMap;
 
 /// Writes a map as a picture in its mapping; [`lobe_image::write_picture`] lists the formats.
 ///

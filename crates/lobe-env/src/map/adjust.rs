@@ -3,7 +3,8 @@
 use lobe_io::parallel;
 use lobe_sh::{Coefficient, Rgb};
 
-use crate::{EnvError, MappedMap};
+use crate::error::EnvError;
+use crate::map::mapped_map::MappedMap;
 
 /// Multiplies the radiance of a map by `2^stops`.
 ///
@@ -134,8 +135,8 @@ pub fn blacken_negative_in_place(map: &mut MappedMap) -> BlackenReport {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Mapping;
     use crate::files::bundled;
+    use crate::mapping::mapping::Mapping;
 
     #[test]
     fn a_stop_doubles_the_light() {

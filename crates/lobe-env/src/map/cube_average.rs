@@ -3,9 +3,10 @@
 use lobe_io::parallel;
 use lobe_sh::{Coefficient, Rgb};
 
+use crate::map::cube_map::CubeMap;
 use crate::mapping::cube::{self, FACES};
+use crate::mapping::mapping::Mapping;
 use crate::mapping::solid_angles::SolidAngles;
-use crate::{CubeMap, Mapping};
 
 /// A cube map in another size: each texel the mean of the texels it covers, weighted with solid angles.
 ///

@@ -3,8 +3,12 @@
 use lobe_image::Picture;
 use lobe_sh::Rgb;
 
+use crate::error::EnvError;
+use crate::map::cube_handedness::CubeHandedness;
+use crate::map::cube_map::CubeMap;
+use crate::map::cube_mip_chain::CubeMipChain;
+use crate::map::face_order::{FaceNames, FaceOrder};
 use crate::mapping::cube::FACES;
-use crate::{CubeHandedness, CubeMap, CubeMipChain, EnvError, FaceNames, FaceOrder};
 
 /// The faces of a cube in one picture.
 ///

@@ -2,9 +2,11 @@
 
 use lobe_sh::{Dir, Rgb};
 
+use crate::error::EnvError;
+use crate::map::mapped_map::MappedMap;
 use crate::map::mapped_map::of_one_mapping;
 use crate::mapping::cube::{self, FACES};
-use crate::{EnvError, MappedMap, Mapping};
+use crate::mapping::mapping::Mapping;
 
 /// The radiance from every direction, as the six square faces of a cube.
 ///

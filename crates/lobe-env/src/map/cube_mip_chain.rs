@@ -2,8 +2,9 @@
 
 use lobe_image::{mip_level_count, mip_level_size};
 
+use crate::error::EnvError;
 use crate::map::cube_average::averaged_to;
-use crate::{CubeMap, EnvError};
+use crate::map::cube_map::CubeMap;
 
 /// A cube map with its mip levels: level `k` has faces of `max(1, size >> k)` texels.
 ///

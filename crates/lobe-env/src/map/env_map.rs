@@ -3,9 +3,11 @@
 use lobe_image::Picture;
 use lobe_sh::{Dir, Rgb};
 
+use crate::error::EnvError;
+use crate::map::mapped_map::MappedMap;
 use crate::map::mapped_map::of_one_mapping;
 use crate::mapping::lat_long;
-use crate::{EnvError, MappedMap, Mapping};
+use crate::mapping::mapping::Mapping;
 
 /// The radiance that arrives at a point from every direction, as a lat-long picture.
 ///

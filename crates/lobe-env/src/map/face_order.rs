@@ -15,8 +15,10 @@ use std::str::FromStr;
 
 use lobe_sh::Rgb;
 
+use crate::error::EnvError;
+use crate::map::cube_handedness::CubeHandedness;
+use crate::map::cube_map::CubeMap;
 use crate::mapping::cube::FACES;
-use crate::{CubeHandedness, CubeMap, EnvError};
 
 /// Names of axes, by face.
 const AXES: [&[&str]; FACES] = [

@@ -3,7 +3,7 @@
 use lobe_io::parallel;
 use lobe_sh::Rgb;
 
-use crate::EnvError;
+use crate::error::EnvError;
 
 /// Texels that one thread looks through at a time.
 const TOGETHER: usize = 4096;

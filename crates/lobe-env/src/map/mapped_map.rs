@@ -5,9 +5,10 @@ use std::borrow::Cow;
 use lobe_io::parallel;
 use lobe_sh::{Coefficient, Dir, Rgb};
 
+use crate::error::EnvError;
 use crate::mapping::grid::Grid;
+use crate::mapping::mapping::Mapping;
 use crate::mapping::solid_angles::SolidAngles;
-use crate::{EnvError, Mapping};
 
 /// The most texels of a map: 48 GiB, and an index of 32 bits for each.
 const MOST_TEXELS: usize = u32::MAX as usize;

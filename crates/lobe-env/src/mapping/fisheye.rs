@@ -5,7 +5,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use crate::EnvError;
+use crate::error::EnvError;
 use crate::mapping::azimuthal::{self, Profile, Rect};
 use crate::mapping::lat_long::sin_cos_pi;
 

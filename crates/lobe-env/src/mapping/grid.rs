@@ -2,8 +2,8 @@
 
 use lobe_sh::Dir;
 
-use crate::Mapping;
 use crate::mapping::form::Pair;
+use crate::mapping::mapping::Mapping;
 use crate::mapping::taps::Taps;
 
 /// The grid of texels of a picture.

@@ -2,8 +2,8 @@
 
 use lobe_io::parallel;
 
-use crate::Mapping;
 use crate::mapping::grid::Grid;
+use crate::mapping::mapping::Mapping;
 
 /// [`Mapping::solid_angle`] of every texel; a quarter of them is stored, as every mapping is mirror-symmetric.
 pub(crate) struct SolidAngles {

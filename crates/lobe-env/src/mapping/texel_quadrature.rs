@@ -2,8 +2,8 @@
 
 use lobe_sh::Dir;
 
-use crate::Mapping;
 use crate::mapping::form::{Pair, Rule};
+use crate::mapping::mapping::Mapping;
 
 /// Replaces `out` by directions in a texel with their solid angles, whose sum is the exact one of the texel.
 ///

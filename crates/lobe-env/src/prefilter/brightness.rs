@@ -3,7 +3,7 @@
 use lobe_io::parallel;
 use lobe_sh::Rgb;
 
-use crate::CubeMap;
+use crate::map::cube_map::CubeMap;
 use crate::mapping::cube::FACES;
 use crate::prefilter::cell_tree::{children_of, place};
 

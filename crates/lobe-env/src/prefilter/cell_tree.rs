@@ -6,9 +6,10 @@ use lobe_io::parallel;
 use lobe_sh::Dir;
 use lobe_sh::sphere::gauss_legendre;
 
+use crate::map::cube_map::CubeMap;
 use crate::mapping::cube::{self, FACES};
+use crate::mapping::mapping::Mapping;
 use crate::mapping::solid_angles::SolidAngles;
-use crate::{CubeMap, Mapping};
 
 // A smooth function K is, over a cell, nearly its polynomial through the P x P nodes p_jk of that cell. So
 //

@@ -8,7 +8,7 @@ use lobe_sh::simd::Machine;
 use lobe_sh::sphere::gauss_legendre;
 use lobe_sh::{Coefficient, Dir, Rgb};
 
-use crate::CubeMap;
+use crate::map::cube_map::CubeMap;
 use crate::mapping::cube::{self, FACES};
 use crate::prefilter::brightness::Brightness;
 use crate::prefilter::cell_tolerance::{CellTolerance, class_of};

@@ -3,7 +3,8 @@
 use derive_setters::Setters;
 use lobe_image::{mip_level_count, mip_level_size};
 
-use crate::{CubeMap, EnvError};
+use crate::error::EnvError;
+use crate::map::cube_map::CubeMap;
 
 /// The least tolerance: below, errors of single precision dominate.
 const LEAST_TOLERANCE: f64 = 1e-6;

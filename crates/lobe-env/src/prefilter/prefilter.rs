@@ -44,16 +44,23 @@ use lobe_io::{Job, Progress, parallel};
 use lobe_sh::{Coefficient, Dir, Rgb};
 use web_time::Instant;
 
+use crate::error::EnvError;
 use crate::map::cube_average::averaged_to;
+use crate::map::cube_map::CubeMap;
+use crate::map::cube_mip_chain::CubeMipChain;
+use crate::map::env_map::EnvMap;
 use crate::map::finite::{all_finite, expect_finite};
+use crate::map::mapped_map::MappedMap;
 use crate::mapping::cube::FACES;
+use crate::mapping::mapping::Mapping;
 use crate::prefilter::brightness::Brightness;
 use crate::prefilter::cell_tolerance::CellTolerance;
 use crate::prefilter::cell_tree::CellTree;
 use crate::prefilter::gather::{Shape, ZonalFilter, filter_tiles, is_mirror, shapes, texel_side, tiles};
+use crate::prefilter::options::PrefilterOptions;
 use crate::prefilter::options::check_tolerance;
+use crate::reflection::specular_lobe::SpecularLobe;
 use crate::reflection::specular_lobe::{CustomKernel, GgxKernel, Kernel, PowerKernel, integral};
-use crate::{CubeMap, CubeMipChain, EnvError, EnvMap, MappedMap, Mapping, PrefilterOptions, SpecularLobe};
 
 /// The name of the sums in messages.
 const FILTERED: &str = "the filtered light";

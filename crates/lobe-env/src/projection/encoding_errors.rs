@@ -6,8 +6,9 @@ use lobe_sh::sphere::even_directions;
 use lobe_sh::{Dir, Rgb, ShVec};
 use web_time::Instant;
 
+use crate::error::EnvError;
+use crate::map::env_map::EnvMap;
 use crate::projection::irradiance::{irradiance_at, irradiance_sh};
-use crate::{EnvError, EnvMap};
 
 /// The order of the irradiance that is encoded. Of a single lamp the bands left out have an RMS of 2.4 % of the mean
 /// (that of the clamped cosine beyond band 10, 0.0059 of 1/4); they concern only what is sampled or fitted over a

@@ -9,10 +9,15 @@ use lobe_sh::{Coefficient, Dir, Expansion, Rgb, ShVec, Zonal};
 use pulp::NullaryFnOnce;
 use web_time::Instant;
 
+use crate::error::EnvError;
+use crate::map::env_map::EnvMap;
 use crate::map::finite::{all_finite, expect_finite};
+use crate::map::mapped_map::MappedMap;
 use crate::mapping::lat_long::sin_cos_pi;
+use crate::mapping::mapping::Mapping;
 use crate::projection::horizon::Horizon;
-use crate::{EnvError, EnvMap, MappedMap, Mapping, project_map, reconstruct};
+use crate::projection::project_map::project_map;
+use crate::projection::reconstruct::reconstruct;
 
 /// Partial sums kept side by side: a register of 256 bits for each channel, or two of 128.
 const LANES: usize = 8;

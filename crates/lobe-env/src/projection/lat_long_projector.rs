@@ -94,7 +94,7 @@ mod tests {
     use lobe_testkit::Random;
 
     use super::*;
-    use crate::project_lat_long;
+    use crate::projection::project::project_lat_long;
 
     #[test]
     fn rows_in_any_order_have_the_projection_of_the_map() {

@@ -2,7 +2,7 @@
 
 use lobe_sh::Coefficient;
 
-use crate::MappedMap;
+use crate::map::mapped_map::MappedMap;
 
 /// Texels row after row.
 #[derive(Clone, Copy)]

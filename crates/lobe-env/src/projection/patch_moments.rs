@@ -22,7 +22,7 @@ use lobe_sh::sphere::vector::{Vec3, add_scaled, dot};
 use lobe_sh::{Coefficient, Rgb};
 use pulp::Simd;
 
-use crate::MappedMap;
+use crate::map::mapped_map::MappedMap;
 use crate::mapping::form::{Pair, Plane};
 use crate::projection::table_sums::{CHANNELS, PlainSums, TableSums, WideSums, widen};
 

@@ -7,7 +7,7 @@ use lobe_io::parallel;
 use lobe_sh::basis::{coefficient_count, coefficient_index};
 use lobe_sh::{Coefficient, Expansion, FixedOrder, Rgb, ShVec};
 
-use crate::EnvMap;
+use crate::map::env_map::EnvMap;
 use crate::mapping::lat_long::sin_cos_pi;
 use crate::projection::lat_long_rows::LatLongRows;
 use crate::projection::row_dft::{RowDft, RowSums};

@@ -5,12 +5,13 @@ use lobe_sh::basis::{Basis, coefficient_count};
 use lobe_sh::sphere::gauss_legendre;
 use lobe_sh::{Coefficient, Dir, Expansion, Rgb, ShVec};
 
+use crate::map::mapped_map::MappedMap;
 use crate::mapping::form::Obstacle;
+use crate::mapping::mapping::Mapping;
 use crate::mapping::texel_quadrature;
 use crate::projection::lat_long_rows::LatLongRows;
 use crate::projection::patch_moments::Patches;
 use crate::projection::project::project_rows;
-use crate::{MappedMap, Mapping};
 
 /// The target error of a texel's integral of one basis function, relative to its solid angle.
 const NODE_ERROR: f64 = 1e-10;

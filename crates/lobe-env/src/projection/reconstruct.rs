@@ -4,7 +4,7 @@ use lobe_io::parallel;
 use lobe_sh::basis::{coefficient_count, coefficient_index};
 use lobe_sh::{Coefficient, Expansion, Rgb, ShVec};
 
-use crate::EnvMap;
+use crate::map::env_map::EnvMap;
 use crate::projection::lat_long_rows::LatLongRows;
 use crate::projection::row_dft::RowDft;
 use crate::projection::row_legendre::{RowLegendre, for_each_column};

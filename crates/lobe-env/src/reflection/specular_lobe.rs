@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use lobe_sh::sphere::gauss_legendre;
 
-use crate::EnvError;
+use crate::error::EnvError;
 
 /// A lobe about the reflected view: the kernel with which a prefiltered map averages the light around `r`.
 ///

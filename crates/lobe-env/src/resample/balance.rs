@@ -7,6 +7,8 @@
 use lobe_io::parallel;
 use lobe_sh::{Coefficient, Rgb};
 
+use crate::error::EnvError;
+use crate::map::mapped_map::MappedMap;
 use crate::mapping::solid_angles::SolidAngles;
 use crate::resample::lost::Lost;
 use crate::resample::neighbor_clamp::NeighborClamp;
@@ -14,7 +16,6 @@ use crate::resample::passes::Passes;
 use crate::resample::sample_points::Sampler;
 use crate::resample::undersampled;
 use crate::resample::weights::Weights;
-use crate::{EnvError, MappedMap};
 
 // W_ts = Σ_samples of t, weight × bilinear weight of s at the sample: a mean of the source over the target's texel. The
 // weights of a texel are normalized by r_t, which keeps constants. The energy of source texel s in the target is
@@ -166,8 +167,8 @@ mod tests {
     use lobe_sh::Dir;
 
     use super::*;
-    use crate::Mapping;
     use crate::mapping::grid::Grid;
+    use crate::mapping::mapping::Mapping;
 
     /// The largest deficit of a texel after the passes, relative to the mean texel: what the correction adds to it
     /// alone if it is bright. Of a sliver at the rim of a disc it may be more than half.

@@ -4,8 +4,12 @@ use std::borrow::Cow;
 
 use lobe_io::Job;
 
+use crate::error::EnvError;
+use crate::map::cube_map::CubeMap;
+use crate::map::mapped_map::MappedMap;
+use crate::mapping::mapping::Mapping;
+use crate::resample::resample::Resample;
 use crate::resample::resample::resample;
-use crate::{CubeMap, EnvError, MappedMap, Mapping, Resample};
 
 /// A source this many times as fine as the result loses nothing that a mirror of the result's size would show.
 const OVERSAMPLING: usize = 2;

@@ -9,7 +9,7 @@
 use lobe_io::parallel;
 use lobe_sh::{Coefficient, Rgb};
 
-use crate::MappedMap;
+use crate::map::mapped_map::MappedMap;
 use crate::mapping::grid::Grid;
 use crate::mapping::solid_angles::SolidAngles;
 
@@ -142,7 +142,7 @@ mod tests {
     use lobe_testkit::Random;
 
     use super::*;
-    use crate::Mapping;
+    use crate::mapping::mapping::Mapping;
 
     fn random_map(mapping: Mapping, width: usize, height: usize) -> MappedMap {
         let mut random = Random::new(8);

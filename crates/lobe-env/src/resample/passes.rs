@@ -3,7 +3,7 @@
 use lobe_io::{Job, Progress};
 use web_time::Instant;
 
-use crate::EnvError;
+use crate::error::EnvError;
 
 /// The passes that every map takes: one for samples, one for energies, one for the texels.
 const LEAST_PASSES: usize = 3;

@@ -278,7 +278,7 @@ fn evaluate([a, b, c]: &[[f64; 3]; 3], t: f64) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Mapping;
+    use crate::mapping::mapping::Mapping;
 
     #[test]
     fn numbers_come_apart_into_a_whole_one_and_a_rest() {

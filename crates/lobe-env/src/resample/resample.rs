@@ -5,12 +5,15 @@ use std::borrow::Cow;
 use lobe_io::Job;
 use lobe_sh::Rotation;
 
+use crate::error::EnvError;
+use crate::map::env_map::EnvMap;
 use crate::map::finite::{all_finite, expect_finite};
+use crate::map::mapped_map::MappedMap;
 use crate::mapping::grid::Grid;
+use crate::mapping::mapping::Mapping;
 use crate::resample::balance::Balance;
 use crate::resample::passes::Passes;
 use crate::resample::sample_points::Sampler;
-use crate::{EnvError, EnvMap, MappedMap, Mapping};
 
 /// Two texel centers coincide if they are no farther apart than this, in texels: the rounding of a quarter turn.
 const SAME_POINT: f64 = 1e-6;

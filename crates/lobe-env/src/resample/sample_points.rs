@@ -315,7 +315,7 @@ pub(crate) fn midpoints(n: usize) -> Vec<(f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Mapping;
+    use crate::mapping::mapping::Mapping;
 
     #[test]
     fn samples_of_patches_lie_where_they_belong() {

@@ -10,7 +10,7 @@ use lobe_io::parallel;
 use lobe_sh::{Coefficient, Rgb};
 use rayon::prelude::*;
 
-use crate::EnvError;
+use crate::error::EnvError;
 use crate::mapping::solid_angles::SolidAngles;
 use crate::resample::footprint::{Footprint, Footprints, Tile};
 use crate::resample::passes::Passes;

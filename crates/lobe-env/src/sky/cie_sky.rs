@@ -4,8 +4,9 @@ use std::f64::consts::FRAC_PI_2;
 
 use lobe_sh::{Coefficient, Dir, Rgb};
 
+use crate::error::EnvError;
 use crate::sky::preetham::check_sun;
-use crate::{EnvError, Sky};
+use crate::sky::sky::Sky;
 
 /// One of the CIE standard general skies (ISO 15469:2004, CIE S 011/E:2003), from heavily overcast to cloudless.
 ///
@@ -129,7 +130,8 @@ mod tests {
     use std::f64::consts::PI;
 
     use super::*;
-    use crate::{Ground, VectorIrradiance, sky_sh};
+    use crate::area_light::vector_irradiance::VectorIrradiance;
+    use crate::sky::sky::{Ground, sky_sh};
 
     #[test]
     fn every_sky_has_its_zenith_and_is_positive() {

@@ -4,7 +4,8 @@ use std::f64::consts::PI;
 
 use lobe_sh::{Coefficient, Dir, Rgb};
 
-use crate::{EnvError, Sky};
+use crate::error::EnvError;
+use crate::sky::sky::Sky;
 
 /// The range of turbidities of the model: from a very clear sky to haze.
 const TURBIDITIES: std::ops::RangeInclusive<f64> = 2.0..=10.0;
@@ -214,7 +215,7 @@ const fn invert(m: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Ground, sky_sh};
+    use crate::sky::sky::{Ground, sky_sh};
 
     #[test]
     fn the_golden_sky_of_turbidity_three_has_its_coefficients() {

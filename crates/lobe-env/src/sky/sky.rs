@@ -6,7 +6,8 @@ use lobe_sh::basis::{coefficient_count, coefficient_index, eval_basis_into, lege
 use lobe_sh::sphere::gauss_legendre;
 use lobe_sh::{Coefficient, Dir, Expansion, Rgb, ShVec};
 
-use crate::{EnvMap, VectorIrradiance};
+use crate::area_light::vector_irradiance::VectorIrradiance;
+use crate::map::env_map::EnvMap;
 
 /// Gauss-Legendre nodes on each panel of zenith angles and on the half circle of azimuths, before those that the order
 /// adds. The radiance has a cusp at the sun; panels meet there and their nodes cluster towards it. The coefficients of
@@ -188,7 +189,8 @@ mod tests {
     use lobe_sh::Zonal;
 
     use super::*;
-    use crate::{CieSky, PreethamSky};
+    use crate::sky::cie_sky::CieSky;
+    use crate::sky::preetham::PreethamSky;
 
     struct Even;
 

@@ -7,9 +7,11 @@ use lobe_io::parallel;
 use lobe_sh::basis::{coefficient_index, order_of};
 use lobe_sh::{Coefficient, Dir, Rgb, ShVec};
 
+use crate::error::EnvError;
+use crate::sky::preetham::PreethamSky;
 use crate::sky::preetham::luminance_scale;
 use crate::sky::sky::turn_to_azimuth;
-use crate::{EnvError, Ground, PreethamSky, sky_sh};
+use crate::sky::sky::{Ground, sky_sh};
 
 /// The turbidities of the fit.
 const TURBIDITY: [f64; 2] = [2.0, 10.0];

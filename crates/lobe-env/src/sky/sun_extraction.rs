@@ -7,9 +7,10 @@ use lobe_io::parallel;
 use lobe_sh::sphere::gauss_legendre;
 use lobe_sh::{Coefficient, Dir, Rgb};
 
+use crate::map::mapped_map::MappedMap;
 use crate::mapping::texel_quadrature;
 use crate::sky::neighbors::{Neighbors, parts};
-use crate::{MappedMap, NoSun};
+use crate::sky::no_sun::NoSun;
 
 // An expansion of low order rings at a sun. So the sun is extracted first and lights the scene by itself:
 //

@@ -1,6 +1,8 @@
 //! Several suns or lamps of a map, one after another.
 
-use crate::{MappedMap, NoSun, Sun, SunOptions, SunReport, find_sun};
+use crate::map::mapped_map::MappedMap;
+use crate::sky::no_sun::NoSun;
+use crate::sky::sun_extraction::{Sun, SunOptions, SunReport, find_sun};
 
 /// The suns of a map, and the map without them.
 #[derive(Clone, Debug)]

@@ -3,8 +3,9 @@
 use std::sync::{Arc, Mutex};
 
 use crate::context::locked;
+use crate::context::options::{AdapterChoice, ContextOptions};
 use crate::context::programs::Programs;
-use crate::{AdapterChoice, ContextOptions, GpuError};
+use crate::error::GpuError;
 
 /// A graphics device, its queue, its limits, and what went wrong on it.
 ///

@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 
-use crate::GpuError;
 use crate::context::locked;
+use crate::error::GpuError;
 
 /// A compiled program and the layout of what it binds.
 #[derive(Clone, Debug)]

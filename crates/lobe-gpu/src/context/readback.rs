@@ -4,7 +4,8 @@ use bytemuck::Pod;
 use half::f16;
 use lobe_image::Picture;
 
-use crate::{Context, GpuError};
+use crate::context::context::Context;
+use crate::error::GpuError;
 
 /// Bytes of a row of a texture copied to a buffer are a multiple of this.
 const ROW_ALIGNMENT: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;

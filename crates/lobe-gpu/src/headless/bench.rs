@@ -6,12 +6,14 @@ use std::fmt;
 use lobe_sh::{Dir, Rgb, Rotation, ShVec};
 use web_time::Instant;
 
+use crate::context::context::Context;
+use crate::error::GpuError;
 use crate::renderer::kernel::{Kernel, Slot};
 use crate::renderer::pass::Pass;
 use crate::renderer::pieces::VALUE;
 use crate::renderer::renderer::{PassTime, Renderer};
 use crate::renderer::shader::Shader;
-use crate::{Context, GpuError, SceneView};
+use crate::scene_view::scene_view::SceneView;
 
 /// Bytes of a copy that measures how fast the device moves them: more than caches hold, and no more than the 128 MiB of a storage
 /// binding that WebGPU warrants.

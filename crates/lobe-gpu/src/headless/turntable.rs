@@ -8,7 +8,9 @@ use lobe_io::{Job, Progress};
 use lobe_sh::{Dir, Rotation};
 use web_time::Instant;
 
-use crate::{GpuError, SceneView, TurningLight};
+use crate::error::GpuError;
+use crate::headless::turning_light::TurningLight;
+use crate::scene_view::scene_view::SceneView;
 
 /// Options of [`render_turntable`].
 #[derive(Clone, Copy, Debug, PartialEq, Setters)]

@@ -1,6 +1,6 @@
 //! The basis on the device: module `basis`, written by `cargo xtask tables` from the constants of [`lobe_sh::basis::Basis`].
 
-use crate::GpuError;
+use crate::error::GpuError;
 
 /// The highest order that shaders evaluate, that of [`lobe_prt::Transfer`].
 pub(crate) const MAX_SHADER_ORDER: usize = lobe_prt::Transfer::MAX_ORDER;

@@ -6,7 +6,7 @@ use bytemuck::{Pod, Zeroable};
 use lobe_env::{CubeMipChain, MappedMap, Mapping, RoughnessLevels};
 use lobe_sh::{Coefficient as _, Dir, Rgb, Rotation};
 
-use crate::GpuError;
+use crate::error::GpuError;
 use crate::renderer::renderer::Renderer;
 use crate::renderer::shader::Shader;
 

@@ -2,7 +2,7 @@
 
 use lobe_env::DfgTable;
 
-use crate::GpuError;
+use crate::error::GpuError;
 use crate::lookup::environment::Environment;
 use crate::renderer::renderer::Renderer;
 

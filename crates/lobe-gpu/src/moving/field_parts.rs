@@ -3,12 +3,13 @@
 use bytemuck::{Pod, Zeroable};
 use lobe_shadow::PlacedField;
 
+use crate::context::context::Context;
+use crate::error::GpuError;
 use crate::renderer::kernel::{Kernel, Slot};
 use crate::renderer::pass::Pass;
 use crate::renderer::pieces::Piece;
 use crate::renderer::renderer::Renderer;
 use crate::renderer::shader::Shader;
-use crate::{Context, GpuError};
 
 /// The parts of the numbers of all fields.
 pub(crate) struct FieldParts {

@@ -8,7 +8,7 @@ use lobe_sh::rotation::RotationMatrices;
 use lobe_sh::{Rgb, Rotation};
 use lobe_shadow::{PlacedField, RadialInterpolation, ShadowFieldOptions, ShadowReceivers};
 
-use crate::GpuError;
+use crate::error::GpuError;
 use crate::moving::field_parts::FieldParts;
 use crate::renderer::kernel::{Kernel, Slot};
 use crate::renderer::pass::Pass;

@@ -5,6 +5,8 @@ use std::f32::consts::FRAC_1_PI;
 use lobe_sh::{Coefficient as _, Expansion as _, Rgb, ShVec};
 use lobe_shadow::{LogTable, PlacedField, Placement, ShadowFieldOptions, ShadowReceivers, SkyLight, SphereShadows};
 
+use crate::context::context::Context;
+use crate::error::GpuError;
 use crate::moving::field_passes::{Answer, FieldPasses, FieldResponse, check};
 use crate::moving::receiver_shapes::{ReceiverShape, receiver_shapes};
 use crate::moving::sky_light_passes::SkyLightPasses;
@@ -12,7 +14,6 @@ use crate::moving::sphere_passes::SpherePasses;
 use crate::moving::still_grid::{GridPasses, StillGrid};
 use crate::renderer::pieces::{Piece, VALUE, cut};
 use crate::renderer::renderer::Renderer;
-use crate::{Context, GpuError};
 
 /// What may hide the sky from a part, whatever the moment.
 #[derive(Clone, Copy, Debug)]

@@ -3,13 +3,14 @@
 use lobe_sh::Rgb;
 use lobe_shadow::{LogTable, ShadowReceivers, SkyLight, SphereShadows};
 
+use crate::context::context::Context;
+use crate::error::GpuError;
 use crate::lookup::basis::check_order;
 use crate::moving::receiver_shapes::{ReceiverShape, white_receiver_shapes};
 use crate::moving::sky_light_passes::SkyLightPasses;
 use crate::moving::sphere_passes::SpherePasses;
 use crate::renderer::pieces::{Piece, VALUE, cut};
 use crate::renderer::renderer::Renderer;
-use crate::{Context, GpuError};
 
 /// Receivers under a sky that spheres hide, on a device: [`SphereShadows`] with every receiver and every sphere by itself, the
 /// exponential on the grid.

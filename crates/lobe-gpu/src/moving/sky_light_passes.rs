@@ -2,7 +2,7 @@
 
 use lobe_shadow::SkyLight;
 
-use crate::GpuError;
+use crate::error::GpuError;
 use crate::moving::straight_line;
 use crate::renderer::kernel::{Kernel, Slot};
 use crate::renderer::pass::Pass;

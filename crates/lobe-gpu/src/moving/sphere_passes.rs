@@ -5,7 +5,7 @@ use lobe_sh::eval_basis;
 use lobe_sh::exponential::ExpMethod;
 use lobe_shadow::{LogTable, SphereShadows};
 
-use crate::GpuError;
+use crate::error::GpuError;
 use crate::moving::straight_line::{self, LANES, point_vectors};
 use crate::renderer::kernel::{Kernel, Slot};
 use crate::renderer::pass::Pass;

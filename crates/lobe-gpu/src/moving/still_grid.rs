@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use lobe_sh::Rotation;
 use lobe_shadow::Placement;
 
-use crate::GpuError;
+use crate::error::GpuError;
 use crate::moving::field_passes::{entries, turn_entries};
 use crate::renderer::kernel::{Kernel, Slot};
 use crate::renderer::pass::Pass;

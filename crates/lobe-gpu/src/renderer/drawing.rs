@@ -1,9 +1,10 @@
 //! Programs that draw triangles.
 
+use crate::context::context::Context;
 use crate::context::programs::Program;
+use crate::error::GpuError;
 use crate::renderer::kernel::{Slot, bind_group_layout, module, pipeline_layout};
 use crate::renderer::shader::Shader;
-use crate::{Context, GpuError};
 
 /// The format of depth.
 pub(crate) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;

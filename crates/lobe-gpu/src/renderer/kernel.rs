@@ -1,8 +1,9 @@
 //! Compute programs.
 
+use crate::context::context::Context;
 use crate::context::programs::Program;
+use crate::error::GpuError;
 use crate::renderer::shader::Shader;
-use crate::{Context, GpuError};
 
 /// Invocations of a workgroup, as written in the WGSL modules.
 pub(crate) const GROUP: u32 = 64;

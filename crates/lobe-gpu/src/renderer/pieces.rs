@@ -4,8 +4,10 @@ use std::ops::Range;
 
 use half::f16;
 
+use crate::context::context::Context;
+use crate::error::GpuError;
 use crate::renderer::renderer::Renderer;
-use crate::{Context, GpuError, Storage};
+use crate::storage::Storage;
 
 /// Where every device accepts that a part of a buffer begins, in bytes: the largest value that a device may ask for.
 const PART_ALIGNMENT: u64 = 256;

@@ -6,11 +6,12 @@ use std::fmt;
 use bytemuck::{NoUninit, Pod};
 use lobe_image::Picture;
 
+use crate::context::context::Context;
+use crate::error::GpuError;
 use crate::renderer::kernel::Slot;
 use crate::renderer::pass::{Pass, Use, Work};
 use crate::renderer::resource::{Bound, Kind, Resource};
 use crate::renderer::step::{Step, encode};
-use crate::{Context, GpuError};
 
 /// What shaders read and write may also be attributes of vertices.
 const STORAGE: wgpu::BufferUsages = wgpu::BufferUsages::STORAGE.union(wgpu::BufferUsages::VERTEX);

@@ -1,8 +1,9 @@
 //! Buffers and textures, and how a pass binds them.
 
+use crate::context::context::Context;
+use crate::error::GpuError;
 use crate::renderer::kernel::Slot;
 use crate::renderer::pass::Use;
-use crate::{Context, GpuError};
 
 /// A buffer or a texture with its name among those of a renderer.
 #[derive(Debug)]

@@ -1,13 +1,15 @@
 //! The passes that depend on the size of the picture: surfaces, what is behind them, and display.
 
+use crate::context::context::Context;
+use crate::error::GpuError;
 use crate::lookup::environment::Environment;
 use crate::renderer::drawing::{DEPTH, Depth, Drawing, Meets};
 use crate::renderer::kernel::Slot;
 use crate::renderer::pass::Pass;
 use crate::renderer::renderer::Renderer;
 use crate::renderer::shader::Shader;
+use crate::scene_view::options::{SceneViewOptions, ViewOutput};
 use crate::scene_view::surface_shading::{Corners, SurfacePass};
-use crate::{Context, GpuError, SceneViewOptions, ViewOutput};
 
 /// The format of the display.
 const DISPLAY: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;

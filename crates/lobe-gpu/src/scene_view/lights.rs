@@ -2,7 +2,7 @@
 
 use lobe_sh::{Expansion as _, Rgb, ShVec, Zonal};
 
-use crate::GpuError;
+use crate::error::GpuError;
 use crate::renderer::renderer::Renderer;
 use crate::transfer::matrix_passes::lobe_light;
 use crate::transfer::vector_passes::light_vectors;

@@ -2,7 +2,7 @@
 
 use derive_setters::Setters;
 
-use crate::GpuError;
+use crate::error::GpuError;
 
 /// The size and the sampling of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Setters)]

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use lobe_scene::{Alpha, Mesh, Scene, TextureUse, Wrap};
 
-use crate::GpuError;
+use crate::error::GpuError;
 use crate::renderer::kernel::Slot;
 use crate::renderer::pass::Use;
 use crate::renderer::renderer::Renderer;

@@ -4,15 +4,20 @@ use lobe_image::{Curve, Exposure, Picture, Tone};
 use lobe_scene::Scene;
 use lobe_sh::{Rgb, Rotation, ShVec};
 
+use crate::context::context::Context;
+use crate::error::GpuError;
 use crate::lookup::environment::{Environment, EnvironmentShape};
+use crate::moving::gpu_moving_part::GpuMovingPart;
 use crate::renderer::pieces::VALUE;
 use crate::renderer::renderer::Renderer;
+use crate::scene_view::camera::GpuCamera;
 use crate::scene_view::frame_passes::{FramePasses, backdrop_shader};
 use crate::scene_view::lights::Lights;
+use crate::scene_view::options::{SceneViewOptions, ViewOutput};
 use crate::scene_view::scene_buffers::{check_scene, vertices_of};
 use crate::scene_view::surface_pieces::{PlaceOrder, SurfacePieces};
+use crate::scene_view::surface_shading::SurfaceShading;
 use crate::scene_view::surface_shading::{expect_values, vectors};
-use crate::{Context, GpuCamera, GpuError, GpuMovingPart, SceneViewOptions, SurfaceShading, ViewOutput};
 
 /// A scene on a device, ready to be seen under any light by any camera.
 ///

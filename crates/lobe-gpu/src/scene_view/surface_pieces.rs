@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use lobe_scene::{Mesh, Scene, TextureUse};
 
-use crate::GpuError;
+use crate::error::GpuError;
 use crate::renderer::pieces::Piece;
 
 /// Textures begin at multiples of this many texels, where a part of a buffer may begin.

@@ -9,6 +9,8 @@ use lobe_prt::{CompressedTransfer, GlossyLobe, Lightmap, Transfer, TransferMatri
 use lobe_scene::Scene;
 use lobe_sh::Rgb;
 
+use crate::context::context::Context;
+use crate::error::GpuError;
 use crate::lookup::basis::check_order;
 use crate::lookup::environment::Environment;
 use crate::lookup::specular::SplitSum;
@@ -20,10 +22,10 @@ use crate::renderer::shader::Shader;
 use crate::scene_view::lights::{LightUse, Lights};
 use crate::scene_view::scene_buffers::{CORNERS, MATERIAL, PAINT, TEXEL, VERTEX, add_surfaces, surface_reads};
 use crate::scene_view::surface_pieces::{Most, SurfacePiece, SurfacePieces};
+use crate::storage::Storage;
 use crate::transfer::matrix_passes::{add_incident, incident_bytes};
 use crate::transfer::texture_transfer::{add_transfer_texture, unshadowed, vertices_in_texture};
 use crate::transfer::vector_passes::{Rows, add_clustered, add_light, add_transfer};
-use crate::{Context, GpuError, Storage};
 
 /// The table of what shines among matte meshes: the same for all scenes, computed for the first.
 static DFG: LazyLock<DfgTable> = LazyLock::new(DfgTable::default);

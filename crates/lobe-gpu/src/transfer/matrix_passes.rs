@@ -6,14 +6,15 @@ use lobe_prt::TransferMatrices;
 use lobe_sh::basis::band_and_m;
 use lobe_sh::{Rgb, Zonal};
 
+use crate::error::GpuError;
 use crate::lookup::basis::check_order;
 use crate::renderer::kernel::{Kernel, Slot};
 use crate::renderer::pass::Pass;
 use crate::renderer::pieces::{VALUE, pack, upload_rows, words_of};
 use crate::renderer::renderer::Renderer;
 use crate::renderer::shader::Shader;
+use crate::storage::Storage;
 use crate::transfer::vector_passes::{Rows, add_light, light_vectors};
-use crate::{GpuError, Storage};
 
 /// The light's coefficients, each with the factor `α_l = √(4π/(2l+1)) G_l` of its band.
 pub(crate) fn lobe_light(light: &[Rgb<f64>], lobe: &Zonal, order: usize) -> Vec<[f32; 4]> {

@@ -7,10 +7,12 @@ use lobe_prt::{Channels, Receivers, Transfer};
 use lobe_scene::Scene;
 use lobe_sh::{Dir, Zonal, eval_basis};
 
+use crate::context::context::Context;
+use crate::error::GpuError;
 use crate::lookup::basis::check_order;
 use crate::renderer::renderer::Renderer;
+use crate::storage::Storage;
 use crate::transfer::vector_passes::add_light;
-use crate::{Context, GpuError, Storage};
 
 /// The largest number of half precision.
 const MOST: f32 = 65504.0;

@@ -11,13 +11,15 @@
 use lobe_prt::{Channels, CompressedTransfer, TableWeights, Transfer};
 use lobe_sh::Rgb;
 
+use crate::context::context::Context;
+use crate::error::GpuError;
 use crate::lookup::basis::{MAX_SHADER_ORDER, check_order};
 use crate::renderer::kernel::{Kernel, Slot};
 use crate::renderer::pass::Pass;
 use crate::renderer::pieces::{Piece, VALUE, pack, upload_rows, words_of};
 use crate::renderer::renderer::Renderer;
 use crate::renderer::shader::Shader;
-use crate::{Context, GpuError, Storage};
+use crate::storage::Storage;
 
 /// Bindings of the programs `transfer` and `clustered`.
 const TRANSFER_SLOTS: [Slot; 4] = [Slot::Uniform, Slot::Uniform, Slot::Read, Slot::Write];

@@ -7,9 +7,10 @@ use half::f16;
 use lobe_io::write_atomically;
 
 use crate::codec::{rgbe, write_exr};
+use crate::error::ImageError;
+use crate::picture::picture::Picture;
 use crate::picture::png::MAPPING_KEY;
 use crate::pixel::{IntoPixel, Pixel};
-use crate::{ImageError, Picture};
 
 /// The largest value of RGBE: mantissa 255/256, exponent 127.
 const MAX_RGBE: f32 = 255.0 / 256.0 * 1.7014118e38;

@@ -9,9 +9,9 @@ use exr::meta::header::Header;
 use half::f16;
 use half::slice::HalfFloatSliceExt as _;
 
+use crate::error::{ImageError, ReadOption};
 use crate::header::decoded::{RowStrip, check_size, invalid, io, unsupported};
 use crate::pixel::{BLACK, Pixel};
-use crate::{ImageError, ReadOption};
 
 /// The most bytes of a block for each texel of the limit: four channels of `float`.
 const BLOCK_BYTES_PER_TEXEL: u64 = 16;

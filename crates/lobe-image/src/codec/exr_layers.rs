@@ -11,9 +11,9 @@ use exr::prelude::{
     ReadChannels as _, ReadLayers as _, SmallVec, Text, WritableImage as _, f16,
 };
 
-use crate::ImageError;
 use crate::codec::read::{FileFormat, guarded};
 use crate::codec::read_exr::{check_table, check_windows};
+use crate::error::ImageError;
 use crate::header::decoded::{invalid, unsupported};
 
 /// The most bytes that one byte of a file can stand for: PXR24 stores three of four bytes, deflate compresses 1032 : 1.

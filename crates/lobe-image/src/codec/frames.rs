@@ -4,10 +4,12 @@ use std::path::{Path, PathBuf};
 
 use lobe_io::check_writable;
 
+use crate::codec::encode::PictureWriteOptions;
 use crate::codec::encode::{ENDINGS, write_picture};
+use crate::error::ImageError;
+use crate::picture::animated_png::AddFrame;
 use crate::picture::animated_png::{delay, write_animation};
 use crate::picture::png::cannot_write;
-use crate::{AddFrame, ImageError, PictureWriteOptions};
 
 /// What pictures that come one after another are.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -110,7 +112,10 @@ fn is_png(path: &Path) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Picture, PictureReadOptions, Tone, animated_png, read_picture};
+    use crate::codec::read::{PictureReadOptions, read_picture};
+    use crate::picture::animated_png::animated_png;
+    use crate::picture::picture::Picture;
+    use crate::picture::tone::Tone;
 
     const SEQUENCE: FrameSequence = FrameSequence { width: 5, height: 4, frames: 3, seconds_per_frame: 0.04 };
 

@@ -4,13 +4,14 @@ use std::fs::{self, File};
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
+use crate::codec::read::{FileFormat, PictureReadOptions, PictureReadReport};
 use crate::codec::read::{SHOWN_BYTES, guarded, inspect};
 use crate::codec::read_exr::ExrBlocks;
 use crate::codec::read_hdr::HdrRows;
 use crate::codec::read_pfm::PfmRows;
+use crate::error::ImageError;
 use crate::header::decoded::{PictureHead, RowStrip, invalid, io};
 use crate::picture::primaries::Primaries;
-use crate::{FileFormat, ImageError, PictureReadOptions, PictureReadReport};
 
 /// Bytes that are asked of the system at once.
 const BUFFER: usize = 1 << 18;

@@ -17,11 +17,12 @@ use crate::codec::read_jpeg;
 use crate::codec::read_ldr;
 use crate::codec::read_pfm;
 use crate::codec::read_tiff;
+use crate::error::{ImageError, ReadOption};
 use crate::header::decoded::{Decoded, EnvmapAttribute, PictureHead, bounded, invalid, quoted, unsupported};
 use crate::header::png_color::to_linear_light;
+use crate::picture::picture::Picture;
 use crate::picture::primaries::Primaries;
 use crate::pixel::{BLACK, Pixel};
-use crate::{ImageError, Picture, ReadOption};
 
 /// The default of [`PictureReadOptions::max_texels`]: enough for 16384 x 8192 and for 23170 x 11585, 3 GiB in memory.
 const MAX_TEXELS: usize = 1 << 28;

@@ -14,8 +14,8 @@ use exr::meta::{BlockDescription, MetaData};
 use exr::prelude::{Compression, Vec2};
 use rayon::prelude::*;
 
-use crate::ImageError;
 use crate::codec::exr_block::{Block, Windows, explain};
+use crate::error::ImageError;
 use crate::header::decoded::{Decoded, EnvmapAttribute, PictureHead, RowStrip, invalid, io, reserve, unsupported};
 use crate::header::exr_unused;
 use crate::header::xmp::{self, Panorama};

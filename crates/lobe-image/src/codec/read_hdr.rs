@@ -2,9 +2,9 @@
 
 use std::io::Read;
 
-use crate::ImageError;
 use crate::codec::lookahead::Lookahead;
 use crate::codec::rgbe::{self, RowError};
+use crate::error::ImageError;
 use crate::header::decoded::{Decoded, PictureHead, check_size, invalid, io, reserve};
 use crate::header::hdr_header::{Colors, HdrHeader, WHITE_EFFICACY, damaged};
 use crate::header::orientation::Orientation;

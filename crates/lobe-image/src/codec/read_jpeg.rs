@@ -6,10 +6,10 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-use crate::ImageError;
 use crate::codec::gain_map::{self, Found, GainMap};
 use crate::codec::jpeg_end;
 use crate::codec::read_ldr::{CUT_OFF, Layout, check};
+use crate::error::ImageError;
 use crate::header::decoded::{Decoded, PictureHead, invalid, reserve, unsupported};
 use crate::header::icc::Profile;
 use crate::header::orientation::Orientation;

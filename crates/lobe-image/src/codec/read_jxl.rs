@@ -8,7 +8,7 @@ use jxl_oxide::color::{
 };
 use jxl_oxide::{AllocTracker, EnumColourEncoding, JxlImage, RenderingIntent};
 
-use crate::ImageError;
+use crate::error::ImageError;
 use crate::header::decoded::{Decoded, PictureHead, check_size, invalid, reserve, unsupported};
 use crate::header::icc::Profile;
 use crate::header::png_color::DIFFUSE_WHITE;

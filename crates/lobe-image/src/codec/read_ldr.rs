@@ -4,7 +4,7 @@ use std::io::{Cursor, ErrorKind};
 
 use png::{BitDepth, DecodingError, Transformations};
 
-use crate::ImageError;
+use crate::error::ImageError;
 use crate::header::decoded::{Decoded, PictureHead, check_size, invalid, reserve};
 use crate::header::icc::{Curve, Profile};
 use crate::header::orientation::Orientation;

@@ -2,8 +2,8 @@
 
 use std::io::Read;
 
-use crate::ImageError;
 use crate::codec::lookahead::Lookahead;
+use crate::error::ImageError;
 use crate::header::decoded::{Decoded, PictureHead, RowStrip, check_size, invalid, io, reserve};
 use crate::pixel::{BLACK, Pixel};
 

@@ -8,8 +8,8 @@ use tiff::decoder::ifd::Value;
 use tiff::decoder::{Decoder, DecodingResult, Limits};
 use tiff::tags::Tag;
 
-use crate::ImageError;
 use crate::codec::read_ldr::CUT_OFF;
+use crate::error::ImageError;
 use crate::header::decoded::{Decoded, PictureHead, check_size, invalid, reserve, unsupported};
 use crate::header::icc::{Curve, Profile};
 use crate::header::orientation::Orientation;

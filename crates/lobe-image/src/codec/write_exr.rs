@@ -125,7 +125,7 @@ mod tests {
     use lobe_testkit::Random;
 
     use super::*;
-    use crate::{PictureReadOptions, read_picture_bytes};
+    use crate::codec::read::{PictureReadOptions, read_picture_bytes};
 
     #[test]
     fn pictures_of_every_height_come_back_bit_for_bit() {

@@ -1,7 +1,9 @@
 //! Error metrics of pictures: root mean square, relative error, peak signal-to-noise ratio.
 
+use crate::error::ImageError;
+use crate::picture::colormap::sequential;
+use crate::picture::picture::Picture;
 use crate::pixel::{IntoPixel, Pixel, widened};
-use crate::{ImageError, Picture, sequential};
 
 /// Error metrics of an image against its reference, over all values and channels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -4,7 +4,9 @@ use std::f64::consts::PI;
 
 use lobe_io::parallel;
 
-use crate::{ImageError, Picture, sequential};
+use crate::error::ImageError;
+use crate::picture::colormap::sequential;
+use crate::picture::picture::Picture;
 
 type Vec3 = [f64; 3];
 
@@ -340,7 +342,7 @@ fn inverse(m: [Vec3; 3]) -> [Vec3; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::srgb_decode;
+    use crate::picture::srgb::srgb_decode;
 
     fn gray(value: f64) -> [f32; 3] {
         [value as f32; 3]

@@ -1,6 +1,6 @@
 //! Error against a noisy reference: two independent halves of it leave out its noise.
 
-use crate::ImageError;
+use crate::error::ImageError;
 use crate::pixel::{IntoPixel, widened};
 
 /// The part of the pixels that may be brighter than the peak of the PSNR: single paths that find a sun are.

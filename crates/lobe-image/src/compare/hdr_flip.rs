@@ -1,8 +1,9 @@
 //! HDR-FLIP metric: the perceived difference of two HDR pictures over a series of exposures.
 
 use crate::compare::flip::{Flip, check, flip};
+use crate::error::ImageError;
+use crate::picture::picture::Picture;
 use crate::pixel::{luminance, widened};
-use crate::{ImageError, Picture};
 
 /// The largest [`flip()`] error at each pixel over a series of exposures, from one where the brightest pixel of the
 /// reference is not yet white to one where half of it is ([Andersson et al. 2021]).
@@ -71,7 +72,7 @@ fn tone(light: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::FLIP_PIXELS_PER_DEGREE;
+    use crate::compare::flip::FLIP_PIXELS_PER_DEGREE;
     use crate::pixel::{narrowed, scaled};
 
     #[test]

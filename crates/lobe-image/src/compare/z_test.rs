@@ -1,6 +1,6 @@
 //! Statistical z-test of two Monte Carlo pictures for equal means.
 
-use crate::ImageError;
+use crate::error::ImageError;
 use crate::pixel::{IntoPixel, Pixel};
 
 /// Estimated means with their variances, and the degrees of freedom of those.

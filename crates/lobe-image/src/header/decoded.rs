@@ -1,9 +1,9 @@
 //! Decoder results, and size limits that are checked before memory is allocated.
 
+use crate::error::{ImageError, ReadOption};
 use crate::header::xmp::Panorama;
 use crate::picture::primaries::Primaries;
 use crate::pixel::Pixel;
-use crate::{ImageError, ReadOption};
 
 /// The most characters of a message: decoders may repeat what a file contains.
 const MAX_MESSAGE: usize = 320;

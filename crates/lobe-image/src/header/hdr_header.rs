@@ -13,7 +13,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::ImageError;
+use crate::error::ImageError;
 use crate::header::decoded::{PictureHead, invalid, quoted, unsupported};
 use crate::header::orientation::Orientation;
 use crate::picture::png::MAPPING_KEY;

@@ -1,6 +1,6 @@
 //! Pictures that are stored turned or mirrored.
 
-use crate::ImageError;
+use crate::error::ImageError;
 use crate::header::decoded::reserve;
 use crate::pixel::Pixel;
 

@@ -7,11 +7,11 @@ use std::fmt;
 
 use png::{CodingIndependentCodePoints, Info, ScaledFloat};
 
-use crate::ImageError;
+use crate::error::ImageError;
 use crate::header::decoded::unsupported;
 use crate::header::icc::Profile;
 use crate::picture::primaries::Primaries;
-use crate::srgb_decode;
+use crate::picture::srgb::srgb_decode;
 
 /// The parts of 1 in which `gAMA` and `cHRM` count.
 const SCALE: f64 = 1e5;

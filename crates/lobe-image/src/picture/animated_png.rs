@@ -6,8 +6,10 @@ use std::path::Path;
 
 use lobe_io::{StagedFile, StagedWriter};
 
+use crate::error::ImageError;
+use crate::picture::picture::Picture;
 use crate::picture::png::{cannot_write, color_type, samples};
-use crate::{ImageError, Picture, Tone};
+use crate::picture::tone::Tone;
 
 /// A writer of an animated PNG file, picture by picture; the animation repeats forever.
 ///

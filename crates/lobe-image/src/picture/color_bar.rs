@@ -1,7 +1,9 @@
 //! Color bar: the legend of an error map.
 
+use crate::picture::colormap::sequential;
+use crate::picture::picture::Picture;
+use crate::picture::text::Label;
 use crate::pixel::IntoPixel;
-use crate::{Label, Picture, sequential};
 
 /// The distance of the numbers from the sides, relative to the height.
 const MARGIN: f64 = 0.15;

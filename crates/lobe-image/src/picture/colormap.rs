@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
+use crate::picture::srgb::srgb_decode;
 use crate::pixel::{BLACK, Pixel};
-use crate::srgb_decode;
 
 /// The weights of red, green and blue in perceived lightness that [`sequential`] is built on.
 const LIGHTNESS: [f64; 3] = [0.30, 0.59, 0.11];
@@ -77,7 +77,7 @@ fn from_display(value: [f64; 3]) -> Pixel {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::srgb_encode;
+    use crate::picture::srgb::srgb_encode;
 
     #[test]
     fn the_scale_is_the_published_cubehelix() {

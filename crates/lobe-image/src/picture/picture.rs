@@ -2,7 +2,7 @@
 
 use lobe_io::parallel;
 
-use crate::ImageError;
+use crate::error::ImageError;
 use crate::pixel::{BLACK, IntoPixel, Pixel, add, mix, scaled, widened};
 
 /// A picture: rows from the top, linear light.

@@ -8,7 +8,9 @@ use base64::prelude::BASE64_STANDARD;
 use lobe_io::write_atomically;
 use png::{ColorType, Compression, Filter};
 
-use crate::{ImageError, Picture, Tone};
+use crate::error::ImageError;
+use crate::picture::picture::Picture;
+use crate::picture::tone::Tone;
 
 /// The name under which a picture keeps the name of its mapping: of a text of PNG, of an attribute of OpenEXR, of a line
 /// of the header of Radiance.

@@ -2,7 +2,7 @@
 
 use lobe_io::parallel;
 
-use crate::Picture;
+use crate::picture::picture::Picture;
 use crate::pixel::{add, narrowed, scaled, widened};
 
 impl Picture {

@@ -1,6 +1,6 @@
 //! Contact sheets: several pictures in a grid.
 
-use crate::Picture;
+use crate::picture::picture::Picture;
 use crate::pixel::Pixel;
 
 /// A contact sheet: pictures in rows of equal cells.

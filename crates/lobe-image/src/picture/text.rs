@@ -1,6 +1,6 @@
 //! Text labels in pictures.
 
-use crate::Picture;
+use crate::picture::picture::Picture;
 use crate::pixel::{IntoPixel, Pixel};
 
 /// The height of the grid of the glyphs: two rows below the base line, six above.

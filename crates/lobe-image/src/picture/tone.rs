@@ -2,8 +2,9 @@
 
 use lobe_io::parallel;
 
+use crate::picture::picture::Picture;
+use crate::picture::srgb::srgb_encode;
 use crate::pixel::{luminance, narrowed, scaled, widened};
-use crate::{Picture, srgb_encode};
 
 /// Pixels whose bytes a thread finds at a time; one takes some tens of nanoseconds.
 const TOGETHER: usize = 1 << 10;

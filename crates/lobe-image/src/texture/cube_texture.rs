@@ -1,9 +1,10 @@
 //! Cube textures as files hold them: six faces of each level, and the sizes of levels.
 
+use crate::error::{ImageError, ReadOption};
 use crate::header::decoded::invalid;
 use crate::picture::primaries::Primaries;
 use crate::pixel::Pixel;
-use crate::{ImageError, ReadOption, TexelFormat};
+use crate::texture::texel_format::TexelFormat;
 
 /// A cube texture as stored in a file: size and texels of each level, face after face (+X, -X, +Y, -Y, +Z, -Z), row
 /// after row, the largest level first.

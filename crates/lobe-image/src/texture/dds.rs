@@ -3,11 +3,12 @@
 //! Programming Guide for DDS, Microsoft. What Direct3D 9 has no code for is written with the second header, of Direct3D 10.
 
 use crate::codec::read::DDS;
+use crate::error::ImageError;
 use crate::header::decoded::{invalid, unsupported};
 use crate::pixel::Pixel;
 use crate::texture::cube_texture::mip_level_size;
 use crate::texture::stored_texture::{FACES, OF_AN_ARRAY, StoredTexture};
-use crate::{ImageError, TexelFormat};
+use crate::texture::texel_format::TexelFormat;
 
 /// Bytes up to the end of the first header.
 const HEADER: usize = 128;

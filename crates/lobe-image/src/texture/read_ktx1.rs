@@ -13,11 +13,12 @@
 //! KTX File Format Specification 1.0. The numbers of formats and types are those of OpenGL.
 
 use crate::codec::read::KTX;
+use crate::error::ImageError;
 use crate::header::decoded::{invalid, unsupported};
 use crate::pixel::Pixel;
 use crate::texture::stored_format::StoredFormat;
 use crate::texture::stored_texture::{FACES, OF_AN_ARRAY, OF_BYTES, StoredTexture};
-use crate::{ImageError, TexelFormat};
+use crate::texture::texel_format::TexelFormat;
 
 /// The first number in the order of its writer.
 pub(crate) const ENDIANNESS: u32 = 0x0403_0201;

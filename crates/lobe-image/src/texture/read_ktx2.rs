@@ -6,7 +6,7 @@ use ktx2::{
     ColorPrimaries, Header, KeyValueDataIterator, LevelIndex, ParseError, SupercompressionScheme, TransferFunction,
 };
 
-use crate::ImageError;
+use crate::error::ImageError;
 use crate::header::decoded::{invalid, unsupported};
 use crate::picture::png::MAPPING_KEY;
 use crate::picture::primaries::Primaries;

@@ -10,9 +10,9 @@ use std::io::{self, Read};
 use half::f16;
 use ktx2::Format;
 
-use crate::TexelFormat;
+use crate::picture::srgb::srgb_decode;
 use crate::pixel::Pixel;
-use crate::srgb_decode;
+use crate::texture::texel_format::TexelFormat;
 
 /// A texel format and how its channels lie.
 #[derive(Clone, Copy, Debug, PartialEq)]

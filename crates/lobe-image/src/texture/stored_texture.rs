@@ -3,7 +3,7 @@
 
 use std::io::{self, Read};
 
-use crate::ImageError;
+use crate::error::ImageError;
 use crate::header::decoded::{Decoded, PictureHead, check_size, invalid, reserve};
 use crate::picture::primaries::Primaries;
 use crate::pixel::Pixel;

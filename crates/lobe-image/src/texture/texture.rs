@@ -4,16 +4,19 @@ use std::path::Path;
 
 use lobe_io::{parallel, write_atomically};
 
+use crate::codec::encode::PictureWriteReport;
 use crate::codec::encode::share_beyond;
 use crate::codec::read::{
     FileFormat, PictureReadOptions, PictureReadReport, finished, guarded, inspect, picture_file_bytes,
 };
+use crate::error::ImageError;
 use crate::header::decoded::unsupported;
+use crate::picture::picture::Picture;
 use crate::pixel::{IntoPixel, Pixel};
 use crate::texture::cube_texture::CubeTexture;
 use crate::texture::stored_texture::{FACES, StoredTexture};
+use crate::texture::texel_format::TexelFormat;
 use crate::texture::{dds, read_ktx1, read_ktx2, write_ktx1, write_ktx2};
-use crate::{ImageError, Picture, PictureWriteReport, TexelFormat};
 
 /// Reads a cube texture from a KTX2, KTX or DDS file.
 ///

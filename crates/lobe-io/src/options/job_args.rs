@@ -9,7 +9,9 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser as _, 
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, ValueHint, value_parser};
 use serde_json::{Map, Value};
 
-use crate::{JobOptions, NumberRange, OptionError, OptionField, OptionKind, worded};
+use crate::options::field::{OptionError, OptionField, worded};
+use crate::options::job_options::JobOptions;
+use crate::options::kind::{NumberRange, OptionKind};
 
 /// The argument without a dash.
 const POSITIONAL: &str = "scene";

@@ -254,7 +254,7 @@ mod tests {
     use serde_json::json;
 
     use super::*;
-    use crate::{NumberRange, OptionKind};
+    use crate::options::kind::{NumberRange, OptionKind};
 
     options! {
         /// Where.

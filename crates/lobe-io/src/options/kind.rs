@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use serde_json::Value;
 
-use crate::Shard;
+use crate::shard::Shard;
 
 /// The values that an option may have.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,7 +2,8 @@
 
 use twox_hash::XxHash3_64;
 
-use crate::{Fingerprint, Shard};
+use crate::fingerprint::Fingerprint;
+use crate::shard::Shard;
 
 /// The first bytes of every checkpoint.
 const MAGIC: [u8; 4] = *b"LOBE";

@@ -6,8 +6,11 @@ use std::path::{Path, PathBuf};
 
 use web_time::Instant;
 
+use crate::error::IoError;
+use crate::job::{Job, Progress};
 use crate::records::layout::{HEADER, Header, SUM, header_at};
-use crate::{IoError, Job, Progress, Shard, StagedFile, StagedWriter};
+use crate::shard::Shard;
+use crate::staged::{StagedFile, StagedWriter};
 
 /// Bytes between two reports: a fraction of a second of copying.
 const REPORT_EVERY: usize = 32 << 20;
@@ -220,7 +223,9 @@ mod tests {
     use std::ops::ControlFlow;
 
     use super::*;
-    use crate::{Fingerprint, RecordFile, RecordFormat, RecordLayout};
+    use crate::fingerprint::Fingerprint;
+    use crate::records::layout::{RecordFormat, RecordLayout};
+    use crate::records::record_file::RecordFile;
 
     const FORMAT: RecordFormat = RecordFormat { kind: *b"TEST", version: 1, work: "test", arguments: "the options" };
 

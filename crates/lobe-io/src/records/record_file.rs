@@ -6,8 +6,12 @@ use std::path::{Path, PathBuf};
 
 use web_time::{Duration, Instant};
 
+use crate::error::IoError;
+use crate::fingerprint::Fingerprint;
 use crate::records::layout::{HEADER, Header, SUM, header_at};
-use crate::{Fingerprint, IoError, RecordFormat, RecordLayout, RecordReader, Shard};
+use crate::records::layout::{RecordFormat, RecordLayout};
+use crate::records::record_reader::RecordReader;
+use crate::shard::Shard;
 
 /// What was pushed reaches the disk at least this often. Work pushes about once a second, so that a machine that loses
 /// its power costs less than 10 s of work.

@@ -5,7 +5,7 @@ use std::io::{self, Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use crate::RecordLayout;
+use crate::records::layout::RecordLayout;
 
 /// The records of work that is done, in their file. It stays locked as long as this is there.
 #[derive(Debug)]

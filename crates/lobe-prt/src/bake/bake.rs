@@ -5,12 +5,16 @@ use lobe_scene::{Bvh, Scene};
 use web_time::Instant;
 
 use crate::bake::diffuse::Diffuse;
+use crate::bake::options::{BakeMode, BakeOptions, BakeReport};
 use crate::bake::pilot::{KnownPilot, Pilot, Piloted, pilot};
+use crate::error::PrtError;
 use crate::job::checkpoint::Checkpoint;
 use crate::job::checkpoint::StoredRows;
 use crate::job::chunks::{Chunks, Memory, Tally, run};
 use crate::job::fingerprint::{fingerprint_arithmetic, fingerprint_scene};
-use crate::{BakeMode, BakeOptions, BakeReport, PrtError, Receivers, StoredTransfer, Transfer};
+use crate::receivers::receivers::Receivers;
+use crate::transfer::transfer::Transfer;
+use crate::transfer::transfer_rows::StoredTransfer;
 
 /// Bakes the transfer vectors of receivers in a scene.
 ///

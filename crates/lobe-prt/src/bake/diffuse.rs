@@ -4,14 +4,16 @@ use lobe_scene::{Bvh, Ray, Scene, SurfaceRays};
 use lobe_sh::{Dir, Expansion as _, Zonal};
 
 use crate::bake::basis_sum::BasisSum;
+use crate::bake::options::{AlbedoMode, BakeMode, BakeOptions};
 use crate::bake::pilot::Piloted;
 use crate::bake::point_transfer::{PathStart, PointTransfer};
 use crate::bake::tracer::{PathEnd, Starts, Tracer};
 use crate::job::chunks::{Estimator, Tally};
 use crate::receivers::planes::is_below;
+use crate::receivers::receivers::Receivers;
 use crate::sampling::sobol::Sobol;
 use crate::sampling::warp::Frame;
-use crate::{AlbedoMode, BakeMode, BakeOptions, Channels, Receivers};
+use crate::transfer::transfer::Channels;
 
 /// The estimator of transfer vectors of receivers.
 #[derive(Debug)]

@@ -6,16 +6,21 @@ use lobe_io::{Fingerprint, Job, Shard};
 use lobe_scene::{Bvh, Scene, SurfaceRays};
 
 use crate::bake::bake::{PreparedBake, check_tree};
+use crate::bake::options::{BakeMode, BakeOptions, BakeReport};
 use crate::bake::outer_sum::OuterSum;
 use crate::bake::pilot::{KnownPilot, Piloted};
 use crate::bake::point_transfer::{PathStart, PointTransfer};
 use crate::bake::tracer::{PathEnd, Starts, Tracer};
+use crate::error::PrtError;
 use crate::job::chunks::{Estimator, Tally};
 use crate::job::fingerprint::{fingerprint_arithmetic, fingerprint_scene};
 use crate::receivers::planes::is_below;
+use crate::receivers::receivers::Receivers;
 use crate::sampling::sobol::{Sobol, coherent_order};
 use crate::sampling::warp::{Frame, sphere};
-use crate::{BakeMode, BakeOptions, BakeReport, Channels, PrtError, Receivers, StoredMatrices, TransferMatrices};
+use crate::transfer::transfer::Channels;
+use crate::transfer::transfer_matrices::TransferMatrices;
+use crate::transfer::transfer_rows::StoredMatrices;
 
 /// Bakes the transfer matrix of every receiver; its albedo is not in it. Those of the vertices of a scene are better
 /// [fitted](crate::FittedVertices::bake_matrices).

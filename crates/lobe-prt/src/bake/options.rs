@@ -4,9 +4,10 @@ use derive_setters::Setters;
 use lobe_io::Fingerprint;
 use lobe_scene::{Mesh, Scene};
 
+use crate::error::PrtError;
 use crate::sampling::sobol::coherent_order;
+use crate::transfer::transfer::Channels;
 use crate::transfer::transfer::check_order;
-use crate::{Channels, PrtError};
 
 /// The light paths of a bake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]

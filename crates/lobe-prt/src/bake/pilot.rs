@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use lobe_io::parallel;
 
-use crate::BakeOptions;
+use crate::bake::options::BakeOptions;
 use crate::job::chunks::{Estimator, Tally};
 use crate::sampling::sobol::hash;
 

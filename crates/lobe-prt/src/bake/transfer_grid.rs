@@ -5,7 +5,9 @@ use lobe_scene::{Bounds, Bvh, Scene};
 use lobe_sh::{Rgb, ShVec};
 
 use crate::bake::glossy::{Points, bake_points};
-use crate::{BakeOptions, BakeReport, PrtError, TransferMatrices};
+use crate::bake::options::{BakeOptions, BakeReport};
+use crate::error::PrtError;
+use crate::transfer::transfer_matrices::TransferMatrices;
 
 /// Points of a grid along the axes of the world: at least two along each.
 #[derive(Clone, Copy, Debug, PartialEq)]

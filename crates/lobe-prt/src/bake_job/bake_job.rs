@@ -9,10 +9,13 @@ use lobe_io::{
 use lobe_scene::{Scene, SceneSource, UnwrapOptions};
 use serde::{Deserialize, Serialize};
 
-use crate::{
-    AdaptiveOptions, AlbedoMode, BakeMode, BakeOptions, CompressOptions, CompressionOptions, FinishOptions, PrtError,
-    Transfer,
-};
+use crate::bake::options::{AlbedoMode, BakeMode, BakeOptions};
+use crate::compression::compress::CompressOptions;
+use crate::compression::compression_options::CompressionOptions;
+use crate::error::PrtError;
+use crate::finishing::finish::FinishOptions;
+use crate::fit::adaptive::AdaptiveOptions;
+use crate::transfer::transfer::Transfer;
 
 /// When a scene is unwrapped for a lightmap.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

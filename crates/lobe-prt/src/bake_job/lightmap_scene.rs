@@ -4,7 +4,9 @@ use lobe_io::{Job, OptionError};
 use lobe_scene::{GltfDocument, Scene, UnwrapOptions};
 
 use crate::bake_job::bake_job::{BakeJob, UnwrapMode};
-use crate::{LightmapGlb, PrtError, TexelReceivers};
+use crate::error::PrtError;
+use crate::files::lightmap_glb::LightmapGlb;
+use crate::receivers::texel_receivers::TexelReceivers;
 
 /// The lightmap that is baked, if one is.
 #[derive(Debug, Default)]

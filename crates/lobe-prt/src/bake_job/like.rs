@@ -5,12 +5,16 @@ use std::path::{Path, PathBuf};
 use lobe_io::{OptionError, read_file};
 use lobe_scene::{BUILT_IN, GltfReader, SceneReadOptions, SceneSource, is_gltf};
 
+use crate::bake::options::{AlbedoMode, BakeMode};
 use crate::bake_job::bake_job::{BakeJob, UnwrapMode, ends_in};
+use crate::compression::compression_options::CompressionOptions;
+use crate::error::PrtError;
 use crate::files::compressed_file::COMPRESSED;
+use crate::files::lightmap_file::read_lightmap;
 use crate::files::matrix_file::{MATRICES, NEIGHBORHOOD};
 use crate::files::tensor_file::TransferFile;
 use crate::files::transfer_file::TRANSFER;
-use crate::{AlbedoMode, BakeMode, CompressionOptions, PrtError, Recipe, read_lightmap};
+use crate::recipe::Recipe;
 
 impl Recipe {
     /// The recipe of a baked .glb, of a .safetensors file of transfer, or of an .exr picture of texels.

@@ -5,9 +5,14 @@ use std::sync::Arc;
 use lobe_io::{Job, JobOptions as _, OptionError};
 use lobe_scene::{GltfDocument, Mesh, Scene, ScenePose};
 
+use crate::bake::options::BakeMode;
 use crate::bake_job::bake_job::{BakeJob, ends_in};
 use crate::bake_job::lightmap_scene::{LightmapScene, lightmap_scene};
-use crate::{AdaptiveOptions, AdaptiveReport, BakeMode, BakeWork, BakedGlb, PrtError, TexelReceivers};
+use crate::bake_work::BakeWork;
+use crate::error::PrtError;
+use crate::files::baked_glb::BakedGlb;
+use crate::fit::adaptive::{AdaptiveOptions, AdaptiveReport};
+use crate::receivers::texel_receivers::TexelReceivers;
 
 /// A bake whose scene is read.
 #[derive(Debug)]

@@ -6,12 +6,21 @@ use std::sync::Arc;
 use lobe_io::{Job, JobFiles, OptionError, Progress, Shard};
 use lobe_scene::GltfDocument;
 
+use crate::bake::options::BakeReport;
 use crate::bake_job::bake_job::{BakeJob, ends_in};
 use crate::bake_job::open_bake::{OpenBake, SplitBy, note_of_split};
-use crate::{
-    AdaptiveReport, BakeReport, BakeWork, BakedGlb, BakedRows, CompressOptions, CompressReport, CompressedTransfer,
-    FittedVertices, LightmapGlb, PrtError, Recipe, Transfer, double_sided_vertices, write_compressed_transfer,
-};
+use crate::bake_work::{BakeWork, BakedRows};
+use crate::compression::compress::{CompressOptions, CompressReport};
+use crate::compression::compressed_transfer::CompressedTransfer;
+use crate::error::PrtError;
+use crate::files::baked_backs::double_sided_vertices;
+use crate::files::baked_glb::BakedGlb;
+use crate::files::compressed_file::write_compressed_transfer;
+use crate::files::lightmap_glb::LightmapGlb;
+use crate::fit::adaptive::AdaptiveReport;
+use crate::fit::fitted_vertices::FittedVertices;
+use crate::recipe::Recipe;
+use crate::transfer::transfer::Transfer;
 
 /// A bake whose scene and points are known.
 #[derive(Debug)]

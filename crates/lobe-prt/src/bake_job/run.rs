@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use lobe_io::{Job, JobFiles, JobOptions as _, OptionError};
 
-use crate::PrtError;
 use crate::bake_job::bake_job::BakeJob;
 use crate::bake_job::open_bake::OpenBake;
 use crate::bake_job::prepared_bake::{BakeDone, PreparedBake};
+use crate::error::PrtError;
 
 impl BakeJob {
     /// Bakes, and writes the output: what is asked for, or one shard of it, or what is put together of all shards.

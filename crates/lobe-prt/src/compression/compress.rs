@@ -4,10 +4,12 @@ use derive_setters::Setters;
 use lobe_io::{Job, parallel};
 
 use crate::compression::compressed_table::bytes;
+use crate::compression::compressed_table::{CompressedTable, WeightBits};
 use crate::compression::cpca::{Clustering, Cpca};
 use crate::compression::pca::Rows;
+use crate::error::PrtError;
 use crate::job::meter::Meter;
-use crate::{CompressedTable, PrtError, Transfer, WeightBits};
+use crate::transfer::transfer::Transfer;
 
 /// Clusters that [`compress_table_within`] tries, besides one and as many as fit without components.
 const CLUSTERS_TRIED: [usize; 6] = [4, 16, 64, 256, 1024, 4096];

@@ -3,8 +3,8 @@
 use lobe_io::Numbers;
 use lobe_sh::Rgb;
 
-use crate::PrtError;
 use crate::compression::pca::{Rows, Subspace};
+use crate::error::PrtError;
 use crate::transfer::weighted_rows::weighted;
 
 /// The number format of a weight.

@@ -3,8 +3,11 @@
 use lobe_io::Job;
 use lobe_sh::Rgb;
 
+use crate::compression::compress::{CompressOptions, CompressReport, compress_table};
+use crate::compression::compressed_table::CompressedTable;
+use crate::error::PrtError;
 use crate::transfer::transfer::check_order;
-use crate::{Channels, CompressOptions, CompressReport, CompressedTable, PrtError, Transfer, compress_table};
+use crate::transfer::transfer::{Channels, Transfer};
 
 /// Transfer vectors as a few weights for each receiver and a few vectors for each cluster of receivers.
 ///

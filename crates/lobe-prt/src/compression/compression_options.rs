@@ -2,7 +2,8 @@
 
 use lobe_io::{JobOptions, OptionField, OptionKind, options};
 
-use crate::{CompressOptions, WeightBits};
+use crate::compression::compress::CompressOptions;
+use crate::compression::compressed_table::WeightBits;
 
 options! {
     /// How rows of numbers are compressed, see [`CompressOptions`]. What is left open depends on what the rows are; the

@@ -6,11 +6,16 @@ use lobe_image::FileFormat;
 use lobe_io::read_file;
 use lobe_sh::Rgb;
 
+use crate::compression::compressed_transfer::CompressedTransfer;
+use crate::error::PrtError;
 use crate::files::compressed_file::{COMPRESSED, ZONAL, compressed_of, zonal_of};
 use crate::files::lightmap_file::read_lightmap_bytes;
 use crate::files::tensor_file::TransferFile;
 use crate::files::transfer_file::{TRANSFER, half_of, is_half, transfer_of};
-use crate::{CompressedTransfer, HalfTransfer, PrtError, Recipe, Transfer, ZonalTransfer};
+use crate::recipe::Recipe;
+use crate::transfer::half_transfer::HalfTransfer;
+use crate::transfer::transfer::Transfer;
+use crate::zonal::zonal_transfer::ZonalTransfer;
 
 /// Transfer vectors as they are, compressed, or as lobes; each is lit in its own form, without being expanded.
 #[derive(Clone, Debug)]
@@ -111,10 +116,12 @@ mod tests {
     use serde_json::json;
 
     use super::*;
-    use crate::{
-        Channels, CompressOptions, ZonalFitOptions, fit_zonal, write_compressed_transfer, write_half_transfer,
-        write_lightmap, write_transfer, write_zonal_transfer,
-    };
+    use crate::compression::compress::CompressOptions;
+    use crate::files::compressed_file::{write_compressed_transfer, write_zonal_transfer};
+    use crate::files::lightmap_file::write_lightmap;
+    use crate::files::transfer_file::{write_half_transfer, write_transfer};
+    use crate::transfer::transfer::Channels;
+    use crate::zonal::zonal_fit::{ZonalFitOptions, fit_zonal};
 
     #[test]
     fn every_form_is_read_for_what_it_is_and_lit_as_itself() {

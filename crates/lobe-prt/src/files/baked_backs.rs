@@ -2,8 +2,9 @@
 
 use lobe_scene::{GltfReader, Mesh, Scene};
 
+use crate::error::PrtError;
 use crate::files::baked_layout::{BACK, attributes_per_channel, read_column};
-use crate::{Channels, PrtError, Transfer};
+use crate::transfer::transfer::{Channels, Transfer};
 
 /// The transfer of the backs of some vertices of a scene.
 #[derive(Clone, Debug, PartialEq)]

@@ -6,8 +6,11 @@ use std::ops::Range;
 use lobe_scene::{GltfReader, Mesh};
 use serde_json::{Value, json};
 
+use crate::compression::compressed_table::{CompressedTable, TableWeights};
+use crate::compression::compressed_transfer::CompressedTransfer;
+use crate::error::PrtError;
 use crate::files::baked_layout::{Attribute, VertexData, read_column};
-use crate::{Channels, CompressedTable, CompressedTransfer, PrtError, TableWeights};
+use crate::transfer::transfer::Channels;
 
 /// The number that glTF gives a type of components, by the name that `extras.lobe` gives it.
 const WEIGHT_TYPES: [(&str, u32, usize); 3] = [("f32", 5126, 4), ("u16", 5123, 2), ("u8", 5121, 1)];

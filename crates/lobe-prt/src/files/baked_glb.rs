@@ -9,6 +9,8 @@ use lobe_io::Job;
 use lobe_scene::{GltfDocument, Mesh, MeshSource, Scene};
 use serde_json::{Map, Value, json};
 
+use crate::compression::compressed_transfer::CompressedTransfer;
+use crate::error::PrtError;
 use crate::files::baked_compressed::Compressed;
 use crate::files::baked_layout::{
     Attribute, AttributeGroup, BACK, FRONT, LOBE_EXTRAS_VERSION, PlainTransfer, VertexData, attribute_groups,
@@ -16,7 +18,9 @@ use crate::files::baked_layout::{
 };
 use crate::files::glb_writer::{check_length, padding, write_glb};
 use crate::job::meter::Meter;
-use crate::{Channels, CompressedTransfer, PrtError, Recipe, TransferRows};
+use crate::recipe::Recipe;
+use crate::transfer::transfer::Channels;
+use crate::transfer::transfer_rows::TransferRows;
 
 /// The number of vertices in memory at a time while their transfer is written.
 const VERTICES_AT_ONCE: usize = 4096;

@@ -6,7 +6,8 @@ use std::ops::Range;
 use lobe_scene::{GltfReader, Mesh};
 use serde_json::{Value, json};
 
-use crate::{PrtError, TransferRows};
+use crate::error::PrtError;
+use crate::transfer::transfer_rows::TransferRows;
 
 /// glTF allows vertices that share a buffer view to be at most this far apart.
 const MOST_STRIDE: usize = 252;
@@ -165,7 +166,7 @@ pub(crate) fn read_column<const N: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Channels, Transfer};
+    use crate::transfer::transfer::{Channels, Transfer};
 
     #[test]
     fn coefficients_stand_in_index_order_padded_with_zeros_channel_by_channel() {

@@ -4,8 +4,12 @@ use std::path::Path;
 
 use lobe_io::{Dtype, Numbers, Tensor, TensorFormat, read_file, write_tensors};
 
+use crate::compression::compressed_table::{CompressedTable, TableWeights};
+use crate::compression::compressed_transfer::CompressedTransfer;
+use crate::error::PrtError;
 use crate::files::tensor_file::{Header, TransferFile, format};
-use crate::{CompressedTable, CompressedTransfer, PrtError, Recipe, TableWeights, ZonalTransfer};
+use crate::recipe::Recipe;
+use crate::zonal::zonal_transfer::ZonalTransfer;
 
 pub(crate) const COMPRESSED: TensorFormat = format("lobe-compressed-transfer");
 pub(crate) const ZONAL: TensorFormat = format("lobe-zonal-transfer");
@@ -144,7 +148,10 @@ mod tests {
     use lobe_io::Job;
 
     use super::*;
-    use crate::{Channels, CompressOptions, Transfer, WeightBits, ZonalFitOptions, fit_zonal};
+    use crate::compression::compress::CompressOptions;
+    use crate::compression::compressed_table::WeightBits;
+    use crate::transfer::transfer::{Channels, Transfer};
+    use crate::zonal::zonal_fit::{ZonalFitOptions, fit_zonal};
     use lobe_testkit::Random;
     use serde_json::json;
 

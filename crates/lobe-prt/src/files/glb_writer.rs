@@ -6,7 +6,7 @@ use std::path::Path;
 use lobe_io::{IoError, Job, write_atomically};
 use serde_json::Value;
 
-use crate::PrtError;
+use crate::error::PrtError;
 use crate::job::meter::Meter;
 
 /// Writes a .glb; until all is written, nothing has its name. Its buffer, of `length` bytes, is that of a document,

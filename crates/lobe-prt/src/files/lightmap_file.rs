@@ -6,9 +6,12 @@ use lobe_image::{ExrAttribute, ExrLayers, ImageError};
 use lobe_io::{IoError, Job, read_file, write_atomically};
 use serde_json::{Value, json};
 
+use crate::error::PrtError;
 use crate::job::checkpoint::rows_at_once;
 use crate::job::meter::Meter;
-use crate::{Channels, PrtError, Recipe, Transfer, TransferRows};
+use crate::recipe::Recipe;
+use crate::transfer::transfer::{Channels, Transfer};
+use crate::transfer::transfer_rows::TransferRows;
 
 /// The version of the attribute. Files with a higher one are refused.
 const VERSION: u64 = 1;

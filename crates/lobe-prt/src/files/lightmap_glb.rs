@@ -8,13 +8,17 @@ use lobe_io::Job;
 use lobe_scene::{GltfDocument, GltfReader, Mesh, MeshSource, Scene};
 use serde_json::{Value, json};
 
+use crate::error::PrtError;
 use crate::files::baked_glb::{give_nodes_own_meshes, push, put_extras, remove_earlier_transfer};
 use crate::files::baked_layout::{LOBE_EXTRAS_VERSION, attributes_per_channel};
 use crate::files::glb_writer::{check_length, write_glb};
 use crate::files::new_vertices::NewVertices;
 use crate::job::checkpoint::rows_at_once;
 use crate::job::meter::Meter;
-use crate::{Channels, Lightmap, PrtError, Recipe, Transfer, TransferRows};
+use crate::receivers::lightmap::Lightmap;
+use crate::recipe::Recipe;
+use crate::transfer::transfer::{Channels, Transfer};
+use crate::transfer::transfer_rows::TransferRows;
 
 /// The bytes of a texel of one texture: four numbers of 16 bits.
 const TEXEL: usize = 8;

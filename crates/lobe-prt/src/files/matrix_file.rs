@@ -4,8 +4,12 @@ use std::path::Path;
 
 use lobe_io::{Job, TensorFormat, read_file};
 
+use crate::bake::transfer_grid::{Neighborhood, NeighborhoodGrid};
+use crate::error::PrtError;
 use crate::files::tensor_file::{GridMember, Header, TransferFile, format, write_streamed};
-use crate::{MatrixRows, Neighborhood, NeighborhoodGrid, PrtError, Recipe, TransferMatrices};
+use crate::recipe::Recipe;
+use crate::transfer::transfer_matrices::TransferMatrices;
+use crate::transfer::transfer_rows::MatrixRows;
 
 pub(crate) const MATRICES: TensorFormat = format("lobe-transfer-matrices");
 pub(crate) const NEIGHBORHOOD: TensorFormat = format("lobe-neighbourhood-transfer");
@@ -113,7 +117,7 @@ fn read_with(bytes: &[u8], name: &str, format: TensorFormat) -> Result<(Transfer
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Channels;
+    use crate::transfer::transfer::Channels;
     use lobe_io::{Numbers, Tensor, write_tensors};
     use lobe_scene::Bounds;
     use serde_json::json;

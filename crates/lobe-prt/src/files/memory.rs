@@ -7,7 +7,7 @@ use std::path::Path;
 use lobe_image::{ExrLayers, FileFormat, ImageError};
 use lobe_io::{MemoryLimit, OptionError};
 
-use crate::PrtError;
+use crate::error::PrtError;
 
 /// Bytes in memory while a file of numbers is read for each of the file: it, its numbers, and what is made of them; of
 /// a scene its triangles. Measured 2.0 of a table, 3.0 of a scene, which a bake made finer.

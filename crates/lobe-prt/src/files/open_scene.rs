@@ -3,7 +3,7 @@
 use lobe_io::{Job, JobOptions as _, OptionError};
 use lobe_scene::{AnimatedScene, GltfReader, Scene, SceneReadReport, SceneSource, built_in};
 
-use crate::PrtError;
+use crate::error::PrtError;
 use crate::files::read_baked::{BakedOrScene, BakedTransfer, baked_pose, is_baked};
 
 /// An open scene, with its glTF file if it is in one. The job of each function hears what a user should know of it.

@@ -5,11 +5,15 @@ use std::path::Path;
 use lobe_scene::{GltfReader, Scene, ScenePose, SceneReadOptions, SceneReadReport, is_gltf};
 use serde_json::Value;
 
+use crate::compression::compressed_transfer::CompressedTransfer;
+use crate::error::PrtError;
 use crate::files::baked_backs::{BakedBacks, read_backs, read_rows};
 use crate::files::baked_compressed::read_compressed;
 use crate::files::baked_layout::{FRONT, check_version};
 use crate::files::lightmap_glb::{lightmap_in, read_lightmap_of_glb};
-use crate::{Channels, CompressedTransfer, Lightmap, PrtError, Recipe, Transfer};
+use crate::receivers::lightmap::Lightmap;
+use crate::recipe::Recipe;
+use crate::transfer::transfer::{Channels, Transfer};
 
 /// A baked scene from a file.
 #[derive(Clone, Debug)]

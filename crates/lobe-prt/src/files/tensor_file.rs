@@ -8,9 +8,11 @@ use std::path::Path;
 use lobe_io::{Job, Numbers, Tensor, TensorFile, TensorFormat, write_tensors};
 use serde::{Deserialize, Serialize};
 
+use crate::error::PrtError;
 use crate::job::meter::Meter;
+use crate::recipe::Recipe;
+use crate::transfer::transfer::Channels;
 use crate::transfer::transfer::check_order;
-use crate::{Channels, PrtError, Recipe};
 
 /// The corners of the box of a grid, and its points along x, y and z.
 pub(crate) type GridMember = ([f64; 3], [f64; 3], [usize; 3]);

@@ -5,8 +5,12 @@ use std::path::Path;
 use half::f16;
 use lobe_io::{Dtype, Job, Numbers, Tensor, TensorFormat, read_file, write_tensors};
 
+use crate::error::PrtError;
 use crate::files::tensor_file::{Header, TransferFile, format, write_streamed};
-use crate::{Channels, HalfTransfer, PrtError, Recipe, Transfer, TransferRows};
+use crate::recipe::Recipe;
+use crate::transfer::half_transfer::HalfTransfer;
+use crate::transfer::transfer::{Channels, Transfer};
+use crate::transfer::transfer_rows::TransferRows;
 
 pub(crate) const TRANSFER: TensorFormat = format("lobe-transfer");
 const QUANTITY: &str = "transfer";

@@ -3,7 +3,9 @@
 use glam::Vec3;
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
 
-use crate::{PrtError, TexelReceivers, Transfer};
+use crate::error::PrtError;
+use crate::receivers::texel_receivers::TexelReceivers;
+use crate::transfer::transfer::Transfer;
 
 /// Texels to each side that may be averaged.
 const REACH: i32 = 3;

@@ -3,11 +3,14 @@
 use derive_setters::Setters;
 use lobe_scene::Scene;
 
+use crate::error::PrtError;
 use crate::finishing::denoise::denoised;
 use crate::finishing::seams::Seams;
 use crate::finishing::stitch::stitched;
 use crate::receivers::charts::charts;
-use crate::{Lightmap, PrtError, TexelReceivers, Transfer};
+use crate::receivers::lightmap::Lightmap;
+use crate::receivers::texel_receivers::TexelReceivers;
+use crate::transfer::transfer::Transfer;
 
 /// Options of [`TexelReceivers::finished`].
 #[derive(Clone, Debug, PartialEq, Eq, Setters)]

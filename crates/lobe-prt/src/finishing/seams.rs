@@ -6,8 +6,10 @@ use std::collections::hash_map::Entry;
 use lobe_scene::{Hit, Scene};
 use rayon::iter::{IntoParallelRefIterator as _, ParallelIterator as _};
 
+use crate::receivers::lightmap::Lightmap;
+use crate::receivers::texel_receivers::TexelReceivers;
 use crate::receivers::vertex_key::vertex_key;
-use crate::{Lightmap, TexelReceivers, Transfer};
+use crate::transfer::transfer::Transfer;
 
 /// Places of a seam for each texel that it is long: between two that light between texels bends at is at least one.
 const PLACES_PER_TEXEL: f64 = 4.0;

@@ -2,8 +2,9 @@
 
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
 
+use crate::error::PrtError;
 use crate::finishing::seams::{Seams, mean_constant};
-use crate::{PrtError, Transfer};
+use crate::transfer::transfer::Transfer;
 
 /// Steps that are no larger, as a part of the mean of the constant coefficient, are left.
 const TOLERANCE: f64 = 1e-3;

@@ -7,13 +7,14 @@ use lobe_io::{Fingerprint, Job, JobFiles, Progress};
 use lobe_scene::{Bounds, Bvh, Scene};
 
 use crate::bake::bake::check_tree;
+use crate::bake::options::BakeOptions;
 use crate::bake::pilot::DARKEST;
+use crate::error::PrtError;
 use crate::fit::residual::{Residual, Residuals, RoundOfResiduals};
 use crate::fit::surface_points::{area, gap};
 use crate::job::checkpoint::{Checkpoint, StoredRows};
 use crate::job::chunks::{Memory, run};
 use crate::job::fingerprint::{fingerprint_arithmetic, fingerprint_scene};
-use crate::{BakeOptions, PrtError};
 
 /// The shortest edge that is split if nothing else is said, as a part of the scene's diagonal.
 const SHORTEST_EDGE: f32 = 1.0 / 1024.0;

@@ -5,9 +5,12 @@ use std::borrow::Cow;
 use lobe_io::Fingerprint;
 use lobe_scene::Scene;
 
+use crate::bake::options::{AlbedoMode, BakeOptions};
+use crate::error::PrtError;
 use crate::fit::face::{Face, Side};
 use crate::job::fingerprint::fingerprint_scene;
-use crate::{AlbedoMode, BakeOptions, Channels, PrtError, Receivers};
+use crate::receivers::receivers::Receivers;
+use crate::transfer::transfer::Channels;
 
 /// Rings of triangles around some vertices to which they are fitted. Each one more divides by about four what is missed
 /// of a fit to all triangles.

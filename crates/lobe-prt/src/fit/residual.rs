@@ -4,13 +4,13 @@ use glam::{DMat3, DVec3};
 use lobe_scene::{Bvh, Scene, SurfaceRays};
 
 use crate::bake::diffuse::{DiffusePaths, Scratch as PathScratch};
+use crate::bake::options::{BakeMode, BakeOptions};
 use crate::bake::point_transfer::PointTransfer;
 use crate::fit::face::{Face, Side};
 use crate::fit::surface_points::area;
 use crate::fit::vertex_fit::white_channels;
 use crate::job::chunks::{Estimator, Tally};
 use crate::sampling::sobol::{coherent_order, hash};
-use crate::{BakeMode, BakeOptions};
 
 /// Paths of a half of a point.
 const PATHS: u32 = 8;

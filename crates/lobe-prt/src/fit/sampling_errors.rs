@@ -65,12 +65,12 @@ pub(crate) fn add_vectors(sums: &mut [f64], weight: f64, phi: [f64; 3], row: &[f
 #[cfg(test)]
 mod tests {
     use crate::bake::diffuse::DiffusePaths;
+    use crate::bake::options::{BakeMode, BakeOptions};
     use crate::fit::fitted_vertices::FittedVertices;
     use crate::fit::surface_points::{SurfacePoints, gap};
     use crate::fit::triangle_moments::{ELEMENT, TriangleMoments};
     use crate::fit::vertex_fit::white_channels;
     use crate::job::chunks::Estimator;
-    use crate::{BakeMode, BakeOptions};
     use lobe_scene::{Bvh, SurfaceRays, built_in};
 
     /// The mean of each moment of vectors of a triangle over some seeds, and the standard error of that mean.

@@ -8,8 +8,10 @@ use lobe_scene::{Bvh, Scene, SurfaceRays};
 use crate::bake::bake::{PreparedBake, check_of_vectors, check_tree};
 use crate::bake::diffuse::{Density, DiffusePaths};
 use crate::bake::glossy::MatrixPaths;
+use crate::bake::options::{AlbedoMode, BakeMode, BakeOptions, BakeReport};
 use crate::bake::pilot::KnownPilot;
 use crate::bake::point_transfer::PointTransfer;
+use crate::error::PrtError;
 use crate::fit::fitted_vertices::FittedVertices;
 use crate::fit::normal_equations::{NormalEquations, ReadRows};
 use crate::fit::surface_points::{SurfacePoints, gap};
@@ -18,7 +20,8 @@ use crate::job::checkpoint::StoredRows;
 use crate::job::chunks::Estimator;
 use crate::job::fingerprint::fingerprint_arithmetic;
 use crate::sampling::sobol::coherent_order;
-use crate::{AlbedoMode, BakeMode, BakeOptions, BakeReport, Channels, PrtError, Transfer, TransferMatrices};
+use crate::transfer::transfer::{Channels, Transfer};
+use crate::transfer::transfer_matrices::TransferMatrices;
 
 /// The weight of the regularization, for each square of the noise: what holds slopes is worth as much as what points
 /// say is uncertain. From 1024 paths a dim room of a house is off by 3.9 %, and by 5.6 % with one weight for all

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use lobe_io::{Fingerprint, IoError, RecordFile, RecordFormat, RecordLayout, RecordReader, Shard};
 
-use crate::PrtError;
+use crate::error::PrtError;
 use crate::job::chunks::{Chunk, Chunks, Estimator, Sink, Tally};
 
 /// Checkpoints of bakes among those of Lobe. The version is that of [`RowLayout`].

@@ -5,7 +5,7 @@ use std::ops::{AddAssign, Range};
 use lobe_io::{Job, Portions, Progress, Shard, parallel};
 use web_time::{Duration, Instant};
 
-use crate::PrtError;
+use crate::error::PrtError;
 
 /// Paths in a chunk, about: some milliseconds of work for one thread.
 const CHUNK_PATHS: usize = 1 << 14;

@@ -5,7 +5,7 @@ use std::io;
 use lobe_io::{IoError, Job, Progress};
 use web_time::Instant;
 
-use crate::PrtError;
+use crate::error::PrtError;
 
 /// Reports the progress of a search and remembers whether it is to stop. A search that was stopped comes to its end
 /// without further work; what it has found is of no use.

@@ -2,8 +2,9 @@
 
 use lobe_scene::{Hit, Scene};
 
+use crate::error::PrtError;
 use crate::receivers::charts::charts;
-use crate::{PrtError, TexelReceivers};
+use crate::receivers::texel_receivers::TexelReceivers;
 
 /// The texels of a lightmap that show a place of its scene, and their weights.
 ///

@@ -4,7 +4,7 @@ use glam::Vec3;
 use lobe_io::Fingerprint;
 use lobe_scene::Scene;
 
-use crate::PrtError;
+use crate::error::PrtError;
 use crate::receivers::inset::inset_positions;
 use crate::receivers::planes::Planes;
 

@@ -8,11 +8,15 @@ use glam::{DVec2, DVec3};
 use lobe_io::IoError;
 use lobe_scene::{Hit, Scene};
 
+use crate::error::PrtError;
 use crate::receivers::beyond_walls::{Picture, Shown, moved_points};
 use crate::receivers::charts::charts;
 use crate::receivers::inset::{inset_distance, step, wide};
 use crate::receivers::planes::Planes;
-use crate::{PrtError, Receivers, TexelRows, Transfer, TransferRows};
+use crate::receivers::receivers::Receivers;
+use crate::receivers::texel_rows::TexelRows;
+use crate::transfer::transfer::Transfer;
+use crate::transfer::transfer_rows::TransferRows;
 
 /// The widest lightmap.
 const MOST_TEXELS: usize = 1 << 14;

@@ -2,7 +2,8 @@
 
 use std::io;
 
-use crate::{Channels, TransferRows};
+use crate::transfer::transfer::Channels;
+use crate::transfer::transfer_rows::TransferRows;
 
 /// Receivers between two that are wanted are read with them if they are no more than this: cheaper than to look for the
 /// second place in the file.
@@ -62,7 +63,7 @@ impl TransferRows for TexelRows<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Transfer;
+    use crate::transfer::transfer::Transfer;
     use lobe_testkit::Random;
 
     #[test]

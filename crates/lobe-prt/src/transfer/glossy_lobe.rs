@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use lobe_sh::Zonal;
 
-use crate::PrtError;
+use crate::error::PrtError;
 
 /// The lobe of reflection of glossy surfaces, about the mirrored view direction; in text `phong:E` or `ggx:ALPHA`.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]

@@ -4,9 +4,10 @@ use half::f16;
 use half::slice::HalfFloatSliceExt as _;
 use lobe_sh::Rgb;
 
+use crate::error::PrtError;
 use crate::transfer::dot_rows::exit_radiance;
+use crate::transfer::transfer::{Channels, Transfer};
 use crate::transfer::transfer::{check_order, check_rows};
-use crate::{Channels, PrtError, Transfer};
 
 /// [`Transfer`] whose coefficients are rounded to 16 bits: half of the memory, on disk and in use. Where 32 bits take 3.1 ns for each gray
 /// receiver of order 4 these take 3.4, in color 7.0 and 7.0 (one thread, AVX2 on a machine that reads 31 GB/s; `lobe-bench transfer transfer-rgb

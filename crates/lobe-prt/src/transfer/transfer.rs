@@ -2,7 +2,7 @@
 
 use lobe_sh::Rgb;
 
-use crate::PrtError;
+use crate::error::PrtError;
 use crate::transfer::dot_rows::exit_radiance;
 
 /// The channels of transfer: one vector or three for each receiver.

@@ -2,9 +2,10 @@
 
 use lobe_sh::{Dir, Expansion as _, Rgb, ShVec, Zonal};
 
+use crate::error::PrtError;
 use crate::transfer::dot_rows::incident;
+use crate::transfer::transfer::Channels;
 use crate::transfer::transfer::{check_order, check_rows};
-use crate::{Channels, PrtError};
 
 /// The transfer matrices of many points: from the light of the surroundings to the light incident at each.
 ///

@@ -2,8 +2,10 @@
 
 use std::io;
 
+use crate::error::PrtError;
 use crate::job::checkpoint::StoredRows;
-use crate::{Channels, PrtError, Transfer, TransferMatrices};
+use crate::transfer::transfer::{Channels, Transfer};
+use crate::transfer::transfer_matrices::TransferMatrices;
 
 /// Declares rows of `channels · order^power` numbers: the trait, the type for those in a checkpoint, and the trait for it
 /// and for the type in memory.

@@ -8,10 +8,12 @@ use lobe_sh::expansion::optimal_linear_direction;
 use lobe_sh::{Dir, ShVec};
 
 use crate::compression::compress::{energy, relative};
+use crate::error::PrtError;
 use crate::job::meter::Meter;
+use crate::transfer::transfer::{Channels, Transfer};
 use crate::zonal::bfgs::minimize;
 use crate::zonal::lobes::{LobeProblem, Lobes, unit_lobe};
-use crate::{Channels, PrtError, Transfer, ZonalTransfer};
+use crate::zonal::zonal_transfer::ZonalTransfer;
 
 /// Directions among which starts are looked for, all in one half-space: a lobe and its opposite span the same
 /// functions. At order 8 a lobe's main part is twice as wide as their distance.

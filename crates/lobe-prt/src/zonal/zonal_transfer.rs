@@ -6,9 +6,10 @@ use lobe_io::parallel;
 use lobe_sh::basis::{Basis, band_range};
 use lobe_sh::{Dir, Rgb, Rotation, Zonal};
 
+use crate::error::PrtError;
 use crate::transfer::transfer::check_order;
+use crate::transfer::transfer::{Channels, Transfer};
 use crate::zonal::lobes::MOST;
-use crate::{Channels, PrtError, Transfer};
 
 /// Receivers shaded or turned by a thread at a time: where they are shaded, the basis towards all their axes stays in the second-level
 /// cache.

@@ -6,7 +6,9 @@ use crate::built_in::shapes::{Shape, scene};
 use crate::built_in::still_life::still_life;
 use crate::built_in::three_objects::three_objects;
 use crate::built_in::walking_figure::walking_figure;
-use crate::{AnimatedScene, Material, Scene};
+use crate::motion::animated_scene::AnimatedScene;
+use crate::scene::material::Material;
+use crate::scene::scene::Scene;
 
 /// The names that [`named`] knows.
 pub const NAMES: [&str; 7] = ["ball", "columns", "cave", "terrain", "still-life", "cornell", "furnace"];
@@ -246,7 +248,8 @@ pub fn closed_white_box(cells: usize) -> Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Bounds, Mesh};
+    use crate::scene::mesh::Mesh;
+    use crate::scene::scene::Bounds;
 
     /// Volume by the divergence theorem: positive where triangles face outwards.
     fn volume(mesh: &Mesh) -> f64 {

@@ -4,8 +4,10 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
+use crate::scene::material::Material;
+use crate::scene::mesh::{Mesh, MeshParts};
+use crate::scene::scene::Scene;
 use crate::scene::vertex_normals::angle_weighted_normals;
-use crate::{Material, Mesh, MeshParts, Scene};
 
 /// The margin on each side of an unwrapped surface in its square: two texels of a lightmap 128 texels wide.
 const GAP: f64 = 1.0 / 16.0;

@@ -5,7 +5,8 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 
 use crate::built_in::shapes::{Shape, scene};
-use crate::{Material, Scene};
+use crate::scene::material::Material;
+use crate::scene::scene::Scene;
 
 /// The radius of the ground.
 const GROUND: f64 = 4.5;

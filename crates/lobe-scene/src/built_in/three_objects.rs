@@ -5,12 +5,13 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use glam::{DQuat, DVec3};
 
 use crate::built_in::shapes::Shape;
+use crate::motion::animated_scene::AnimatedScene;
 use crate::motion::animation::{Animation, Channel, Property};
 use crate::motion::rig::Rig;
 use crate::motion::sampler::{Interpolation, Sampler};
 use crate::motion::shape::Part;
+use crate::scene::material::Material;
 use crate::scene::transform::Trs;
-use crate::{AnimatedScene, Material};
 
 /// The time after which the motion repeats, in seconds.
 const PERIOD: f64 = 4.0;

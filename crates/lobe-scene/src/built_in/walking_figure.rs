@@ -5,13 +5,14 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use glam::{DMat4, DQuat, DVec3};
 
 use crate::built_in::shapes::Shape;
+use crate::motion::animated_scene::AnimatedScene;
 use crate::motion::animation::{Animation, Channel, Property};
 use crate::motion::rig::Rig;
 use crate::motion::sampler::{Interpolation, Sampler};
 use crate::motion::shape::Part;
 use crate::motion::skin::{Influences, Skin};
+use crate::scene::material::Material;
 use crate::scene::transform::Trs;
-use crate::{AnimatedScene, Material};
 
 /// Joints with the places where they are bound, in meters, and their parents. The right side follows the left in the same
 /// order.

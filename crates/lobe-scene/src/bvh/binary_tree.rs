@@ -1,6 +1,6 @@
 //! The binary tree from which wide nodes are made.
 
-use crate::Bounds;
+use crate::scene::scene::Bounds;
 
 /// A binary tree over boxes. Subtrees are contiguous: a node, its left subtree, its right one; so are their boxes in `order`.
 #[derive(Clone, Debug, Default)]

@@ -3,10 +3,10 @@
 use glam::Vec3A;
 use rayon::prelude::*;
 
-use crate::Bounds;
 use crate::bvh::binary_tree::{BinaryNode, BinaryTree};
 use crate::bvh::bins::{Bins, Extent, Grid, Primitive, Split, Volume};
 use crate::bvh::lanes::WIDTH;
+use crate::scene::scene::Bounds;
 
 /// Subtrees of more boxes than this are built side by side.
 const SIDE_BY_SIDE: usize = 8192;

@@ -6,6 +6,7 @@ use crate::bvh::closest_stream::{AcceptAt, ClosestStream};
 use crate::bvh::collapse::collapse;
 use crate::bvh::interleaved::{AnyHits, ClosestHits};
 use crate::bvh::lanes::Machine;
+use crate::bvh::lanes::Simd;
 use crate::bvh::layers::LeftOut;
 use crate::bvh::ray_frame::ROUNDING;
 use crate::bvh::ray_stream::RayStream;
@@ -13,7 +14,8 @@ use crate::bvh::refit::{cost, refit};
 use crate::bvh::traverse::{Accept, AnyHit, Closest, Tree};
 use crate::bvh::wide_node::{Block, Node};
 use crate::scene::mesh::LARGEST_COORDINATE;
-use crate::{Bounds, Hit, Ray, Scene, Simd};
+use crate::scene::ray::{Hit, Ray};
+use crate::scene::scene::{Bounds, Scene};
 
 /// A bounding volume hierarchy over triangles, eight children to a node (BVH8), for ray queries.
 ///

@@ -7,7 +7,7 @@ use crate::bvh::ray_stream::{Bundle, BundleQuery, for_each_bundle};
 use crate::bvh::traverse::{Accept, Closest, END_ROOM, Stack, Tree};
 use crate::bvh::watertight::ShearedRay;
 use crate::bvh::wide_node::{BLOCK_BIT, Block};
-use crate::{Hit, Ray};
+use crate::scene::ray::{Hit, Ray};
 
 /// Finds the closest accepted hits of many rays from one point.
 ///

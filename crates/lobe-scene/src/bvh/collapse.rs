@@ -4,10 +4,10 @@ use std::cmp::Ordering;
 
 use rayon::prelude::*;
 
-use crate::Bounds;
 use crate::bvh::binary_tree::{BinaryNode, BinaryTree};
 use crate::bvh::lanes::WIDTH;
 use crate::bvh::wide_node::{BLOCK_BIT, Block, Node};
+use crate::scene::scene::Bounds;
 
 /// The cost of testing a block of triangles, in units of testing the eight boxes of a node: nine loads and three edge
 /// functions against six fused operations. An estimate from counting instructions, not tuned.

@@ -149,11 +149,13 @@ fn dot<L: Lanes>(lanes: L, a: &[L::Vector; 3], b: &[L::Vector; 3]) -> L::Vector 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bvh::lanes::Simd;
     use crate::bvh::lanes::{Machine, Work};
     use crate::bvh::ray_frame::RayOrigin;
     use crate::bvh::watertight::ShearedRay;
     use crate::bvh::wide_node::Block;
-    use crate::{Bounds, Ray, Simd};
+    use crate::scene::ray::Ray;
+    use crate::scene::scene::Bounds;
     use lobe_testkit::Random;
 
     struct Hits<'a>(&'a Block, [f32; 3], &'a [BundledRay]);

@@ -5,7 +5,7 @@ use crate::bvh::ray_frame::{RayFrame, RayOrigin};
 use crate::bvh::traverse::{END_ROOM, Stack, Tree, push_all_but_nearest};
 use crate::bvh::watertight::ShearedRay;
 use crate::bvh::wide_node::{BLOCK_BIT, SlabRay};
-use crate::{Hit, Ray};
+use crate::scene::ray::{Hit, Ray};
 
 /// The number of rays that are traversed in turns.
 ///
@@ -217,7 +217,9 @@ mod tests {
     use lobe_testkit::Random;
 
     use super::*;
-    use crate::{Bvh, Simd, built_in};
+    use crate::built_in;
+    use crate::bvh::bvh::Bvh;
+    use crate::bvh::lanes::Simd;
 
     #[test]
     fn rays_in_turns_find_what_they_find_alone() {

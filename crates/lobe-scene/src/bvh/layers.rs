@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::Scene;
+use crate::scene::scene::Scene;
 
 /// The most see-through triangles at one place that a tree holds: so many films of any kind let no light through that is seen.
 const MOST_FILMS: usize = 64;
@@ -109,7 +109,10 @@ fn hash((corners, _): &Sorted) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Alpha, Bvh, Hit, Material, Mesh, MeshParts, Ray};
+    use crate::bvh::bvh::Bvh;
+    use crate::scene::material::{Alpha, Material};
+    use crate::scene::mesh::{Mesh, MeshParts};
+    use crate::scene::ray::{Hit, Ray};
 
     const CORNERS: [[f32; 3]; 3] = [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]];
 

@@ -1,7 +1,8 @@
 //! Ray frame: the quantities of a ray that are computed once for all boxes and triangles; and bundles, rays from one point that
 //! are traversed together.
 
-use crate::{Bounds, Ray};
+use crate::scene::ray::Ray;
+use crate::scene::scene::Bounds;
 
 /// Half a unit in the last place of 1: the relative error of one rounded operation on `f32`.
 pub(crate) const ROUNDING: f32 = 1.0 / 16_777_216.0;

@@ -1,6 +1,5 @@
 //! Ray streams: many rays from one point, for which each node and block is read once.
 
-use crate::Ray;
 use crate::bvh::edge_planes::EdgePlanes;
 use crate::bvh::lanes::{Lanes, WIDTH, Work};
 use crate::bvh::octant_slabs::OctantSlabs;
@@ -8,6 +7,7 @@ use crate::bvh::ray_frame::{BUNDLE, BundledRay, RayOrigin, numbers};
 use crate::bvh::traverse::{AnyHit, Stack, Tree};
 use crate::bvh::watertight::ShearedRay;
 use crate::bvh::wide_node::{BLOCK_BIT, Block};
+use crate::scene::ray::Ray;
 
 /// Finds which of many rays from one point are occluded.
 ///

@@ -1,9 +1,9 @@
 //! Refit of a BVH8 to triangles that have moved: the same tree with other boxes.
 
-use crate::Bounds;
 use crate::bvh::collapse::{BLOCK_COST, half_area};
 use crate::bvh::lanes::WIDTH;
 use crate::bvh::wide_node::{BLOCK_BIT, Block, Node};
+use crate::scene::scene::Bounds;
 
 /// Moves the corners of all triangles and the boxes around them; returns the box around everything.
 ///

@@ -1,6 +1,8 @@
 //! Rays among surfaces that may have holes.
 
-use crate::{Bvh, Hit, Ray, Scene};
+use crate::bvh::bvh::Bvh;
+use crate::scene::ray::{Hit, Ray};
+use crate::scene::scene::Scene;
 
 /// A hit that a ray has passed: where, of which triangle, and its tint.
 type Passed = (f32, u32, [f32; 3]);

@@ -4,7 +4,8 @@ use crate::bvh::lanes::{Lanes, WIDTH, Work};
 use crate::bvh::ray_frame::{RayFrame, RayOrigin};
 use crate::bvh::watertight::ShearedRay;
 use crate::bvh::wide_node::{BLOCK_BIT, Block, Node, SlabRay};
-use crate::{Bounds, Hit, Ray};
+use crate::scene::ray::{Hit, Ray};
+use crate::scene::scene::Bounds;
 
 /// The factor that covers the rounding of a ray's end, and of the distance of a hit, against boxes.
 pub(crate) const END_ROOM: f32 = 1.0 + 1e-6;

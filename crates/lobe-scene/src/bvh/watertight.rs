@@ -1,9 +1,9 @@
 //! Watertight intersection of rays and triangles [Woop, Benthin and Wald 2013]: no ray falls between two triangles that
 //! share an edge.
 
-use crate::Hit;
 use crate::bvh::lanes::{Lanes, WIDTH};
 use crate::bvh::ray_frame::RayFrame;
+use crate::scene::ray::Hit;
 
 /// A ray for watertight intersection: translated to the origin and sheared to the axis of its longest component.
 ///

@@ -3,7 +3,8 @@
 use crate::bvh::lanes::{Lanes, WIDTH};
 use crate::bvh::ray_frame::RayFrame;
 use crate::bvh::watertight::ShearedRay;
-use crate::{Bounds, Hit};
+use crate::scene::ray::Hit;
+use crate::scene::scene::Bounds;
 
 /// A node's child is the index of a node, or with this bit set that of a [`Block`].
 pub(crate) const BLOCK_BIT: u32 = 1 << 31;

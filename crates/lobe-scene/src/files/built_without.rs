@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::SceneError;
+use crate::error::SceneError;
 use crate::files::source::Source;
 
 /// Extensions of buffer views whose decoder is one of the feature `compressed`.
@@ -31,7 +31,7 @@ mod tests {
     use serde_json::json;
 
     use super::*;
-    use crate::SceneReadOptions;
+    use crate::files::read_options::SceneReadOptions;
 
     #[test]
     fn compressed_parts_are_refused_with_the_command_that_builds_their_decoders_in() {

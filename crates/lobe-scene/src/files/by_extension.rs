@@ -2,9 +2,11 @@
 
 use std::path::Path;
 
+use crate::error::SceneError;
 use crate::files::source::Source;
 use crate::files::{read_obj, read_ply};
-use crate::{Scene, SceneError, Up};
+use crate::scene::scene::Scene;
+use crate::scene::up::Up;
 
 /// Whether a file's name says that it is glTF: .gltf, .glb, or .vrm, a .glb of a character.
 #[must_use]

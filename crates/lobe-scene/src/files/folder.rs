@@ -5,7 +5,7 @@ use std::{fs, io};
 
 use lobe_io::one_line;
 
-use crate::SceneError;
+use crate::error::SceneError;
 
 /// The place of a file that a scene names, links resolved; `None` if it is not within the folder.
 ///

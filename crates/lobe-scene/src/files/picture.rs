@@ -9,9 +9,10 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
+use crate::error::SceneError;
 use crate::files::jpeg_end;
 use crate::files::source::Source;
-use crate::{SceneError, Texture, Wrap};
+use crate::scene::texture::{Texture, Wrap};
 
 const KTX2: &[u8] = &[0xAB, b'K', b'T', b'X', b' ', b'2', b'0'];
 

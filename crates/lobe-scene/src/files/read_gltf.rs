@@ -4,6 +4,7 @@ use glam::{DMat3, DVec3};
 use gltf_json::mesh::{Primitive, Semantic};
 use gltf_json::validation::Checked;
 
+use crate::error::SceneError;
 use crate::files::gltf::accessor::Accessors;
 use crate::files::gltf::files::GltfFile;
 use crate::files::gltf::materials;
@@ -11,10 +12,14 @@ use crate::files::gltf::nodes::Shown;
 use crate::files::gltf::normal_maps::{given_tangents, with_tangents};
 use crate::files::gltf::placement::shown_meshes;
 use crate::files::gltf::primitive::{corners_of, is_of_triangles, name_of, place_of, triangles};
+use crate::files::read_options::DefaultMaterial;
 use crate::files::source::Source;
+use crate::scene::material::Material;
 use crate::scene::mesh::double_area;
+use crate::scene::mesh::{MeshParts, MeshSource};
+use crate::scene::scene::Scene;
 use crate::scene::transform::Affine;
-use crate::{DefaultMaterial, Material, MeshParts, MeshSource, Scene, SceneError, z_up_from_y_up};
+use crate::scene::up::z_up_from_y_up;
 
 /// What becomes of triangles that have no area as the nodes stand.
 #[derive(Clone, Copy, PartialEq, Eq)]

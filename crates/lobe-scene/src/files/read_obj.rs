@@ -3,15 +3,20 @@
 use std::collections::{BTreeSet, HashMap};
 use std::{iter, mem};
 
+use crate::error::SceneError;
 use crate::files::obj::lines::{Line, bytes_of_text, for_each_line, is_utf16, text_of};
 use crate::files::obj::materials::{MtlMaterial, read_mtl};
 use crate::files::obj::smoothing::{NormalSums, Smoothing, split};
 use crate::files::picture::decode;
 use crate::files::polygon::Triangulator;
 use crate::files::source::Source;
+use crate::scene::material::{Material, TextureUse};
+use crate::scene::mesh::MeshParts;
 use crate::scene::near_origin::{from_origin, note_of_rounding, noticeable_rounding, origin_of};
+use crate::scene::scene::Scene;
 use crate::scene::texture::linear_from_srgb;
-use crate::{Material, MeshParts, Scene, SceneError, Texture, TextureUse, Up, Wrap};
+use crate::scene::texture::{Texture, Wrap};
+use crate::scene::up::Up;
 
 /// Reads one mesh for each object, group and material.
 ///

@@ -2,7 +2,7 @@
 
 use derive_setters::Setters;
 
-use crate::Up;
+use crate::scene::up::Up;
 
 /// Options of reading a scene.
 #[derive(Clone, Debug, PartialEq, Setters, serde::Serialize, serde::Deserialize)]

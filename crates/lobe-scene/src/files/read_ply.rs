@@ -7,12 +7,15 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 use serde_ply::{ElementDef, PlyFormat, PlyReader, PropertyType, ScalarType};
 
+use crate::error::SceneError;
 use crate::files::gltf::primitive::triangles;
 use crate::files::polygon::Triangulator;
 use crate::files::source::Source;
+use crate::scene::mesh::MeshParts;
 use crate::scene::near_origin::{from_origin, note_of_rounding, noticeable_rounding, origin_of};
+use crate::scene::scene::Scene;
 use crate::scene::texture::{linear_from_srgb, linear_from_srgb8};
-use crate::{MeshParts, Scene, SceneError, Up};
+use crate::scene::up::Up;
 
 /// A row of the element `vertex`; missing properties are `None`.
 #[derive(Deserialize)]

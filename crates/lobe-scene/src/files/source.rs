@@ -5,12 +5,12 @@ use std::{fs, io};
 
 use lobe_io::one_line;
 
+use crate::error::{SceneError, SceneReadOption};
 use crate::files::folder::referenced_file;
+use crate::files::read_options::{DefaultMaterial, MissingNormals, SceneReadOptions, SceneReadReport};
 use crate::scene::flat::FlatMesh;
-use crate::{
-    DefaultMaterial, Mesh, MeshParts, MissingNormals, Scene, SceneError, SceneReadOption, SceneReadOptions,
-    SceneReadReport,
-};
+use crate::scene::mesh::{Mesh, MeshParts};
+use crate::scene::scene::Scene;
 
 /// Bytes of a vertex: position, normal, color, two pairs of texture coordinates, and room for an edge list.
 const VERTEX: u64 = 64;

@@ -5,13 +5,20 @@ use std::ops::Range;
 use glam::DMat4;
 use lobe_io::one_line;
 
+use crate::error::SceneError;
+use crate::files::read_options::ScenePose;
+use crate::motion::animation::Animation;
 use crate::motion::animation::State;
+use crate::motion::entity::{Entity, EntityKind};
+use crate::motion::posed_scene::PosedScene;
 use crate::motion::rig::{Moves, Rig};
 use crate::motion::shape::{Carrier, Part};
 use crate::motion::similar_nodes::similar_nodes;
 use crate::motion::skin::Skin;
+use crate::scene::material::Material;
+use crate::scene::mesh::Mesh;
+use crate::scene::scene::Scene;
 use crate::scene::transform::Trs;
-use crate::{Animation, Entity, EntityKind, Material, Mesh, PosedScene, Scene, SceneError, ScenePose};
 
 /// The most names of entities in a message.
 const LISTED: usize = 16;

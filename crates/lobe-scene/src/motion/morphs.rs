@@ -1,7 +1,11 @@
 //! Morph targets of an entity: its shape at any weights, and that in which its surface is largest.
 
+use crate::error::SceneError;
+use crate::motion::animated_scene::AnimatedScene;
 use crate::motion::animation::Property;
-use crate::{AnimatedScene, Entity, PosedScene, Scene, SceneError};
+use crate::motion::entity::Entity;
+use crate::motion::posed_scene::PosedScene;
+use crate::scene::scene::Scene;
 
 /// The most keys of an animation at which a shape is measured.
 const MOST_KEYS: usize = 64;

@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use gltf_json::{Accessor, Index};
 
+use crate::error::{SceneError, SceneReadOption};
 use crate::files::gltf::accessor::Accessors;
 use crate::files::gltf::files::GltfFile;
 use crate::files::source::Source;
-use crate::{SceneError, SceneReadOption};
 
 /// The numbers read so far. Whatever names an accessor again shares them, so that a small file cannot ask for the same
 /// bytes a thousand times.

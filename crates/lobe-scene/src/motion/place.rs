@@ -3,7 +3,7 @@
 use glam::{DMat3, DMat4, DQuat, DVec3};
 
 use crate::scene::transform::unit;
-use crate::{Up, z_up_from_y_up};
+use crate::scene::up::{Up, z_up_from_y_up};
 
 /// The place of a frame in a posed scene, such as that of a rigid entity or of a joint: an affine map from points of the
 /// frame, z up, to points of the scene, which count from [`Scene::origin`](crate::Scene::origin).

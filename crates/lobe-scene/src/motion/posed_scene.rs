@@ -2,8 +2,11 @@
 
 use glam::DMat4;
 
+use crate::bvh::bvh::Bvh;
+use crate::motion::entity::Entity;
 use crate::motion::place::Place;
-use crate::{Bvh, Entity, Scene, Up};
+use crate::scene::scene::Scene;
+use crate::scene::up::Up;
 
 /// An animated scene at one time: all vertices where they are then, and the places of nodes and joints.
 #[derive(Clone, Debug)]

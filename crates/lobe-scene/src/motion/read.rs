@@ -7,6 +7,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use serde::Deserialize;
 
+use crate::error::SceneError;
 use crate::files::by_extension::{is_gltf, read_still};
 use crate::files::gltf::files::GltfFile;
 use crate::files::gltf::nodes::{Tree, local};
@@ -14,7 +15,9 @@ use crate::files::gltf::placement::origin_of;
 use crate::files::gltf::plain;
 use crate::files::gltf::primitive::name_of;
 use crate::files::read_gltf::{Flattened, standing_scene_of};
+use crate::files::read_options::{SceneReadOptions, SceneReadReport};
 use crate::files::source::{Source, read_file};
+use crate::motion::animated_scene::AnimatedScene;
 use crate::motion::animation::State;
 use crate::motion::numbers::{Numbers, members};
 use crate::motion::read_animations::{self, Wanted};
@@ -22,8 +25,10 @@ use crate::motion::read_shapes::Shapes;
 use crate::motion::read_skins::Skins;
 use crate::motion::rig::Rig;
 use crate::motion::shape::Part;
+use crate::scene::mesh::MeshSource;
+use crate::scene::scene::Scene;
 use crate::scene::transform::Affine;
-use crate::{AnimatedScene, MeshSource, Scene, SceneError, SceneReadOptions, SceneReadReport, Up, y_up_from_z_up};
+use crate::scene::up::{Up, y_up_from_z_up};
 
 /// What moves of a node; its transform is read with the scene.
 #[derive(Deserialize)]

@@ -5,14 +5,15 @@ use std::collections::HashSet;
 use serde::Deserialize;
 use serde_json::Value;
 
+use crate::error::SceneError;
 use crate::files::gltf::files::GltfFile;
+use crate::files::read_options::ScenePose;
 use crate::files::source::Source;
 use crate::motion::animation::{Animation, Channel, Property};
 use crate::motion::numbers::{Numbers, member};
 use crate::motion::read_samplers::{GltfSampler, Samplers};
 use crate::motion::rig::Rig;
 use crate::scene::transform::Local;
-use crate::{SceneError, ScenePose};
 
 #[derive(Deserialize)]
 struct GltfAnimation {

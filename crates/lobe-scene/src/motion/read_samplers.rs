@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use gltf_json::{Accessor, Index};
 use serde::Deserialize;
 
-use crate::SceneError;
+use crate::error::SceneError;
 use crate::files::gltf::files::GltfFile;
 use crate::files::source::Source;
 use crate::motion::animation::Property;

@@ -7,13 +7,14 @@ use gltf_json::mesh::{MorphTarget, Primitive, Semantic};
 use gltf_json::validation::Checked;
 use gltf_json::{Accessor, Index};
 
+use crate::error::SceneError;
 use crate::files::gltf::files::GltfFile;
 use crate::files::gltf::primitive::place_of;
 use crate::files::source::Source;
 use crate::motion::numbers::Numbers;
 use crate::motion::read_skins;
 use crate::motion::shape::{Shape, Target};
-use crate::{MeshSource, SceneError};
+use crate::scene::mesh::MeshSource;
 
 /// The shapes read so far, by mesh and primitive: instances share them.
 #[derive(Default)]

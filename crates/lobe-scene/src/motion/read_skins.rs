@@ -6,7 +6,7 @@ use gltf_json::validation::Checked;
 use gltf_json::{Accessor, Index};
 use serde::Deserialize;
 
-use crate::SceneError;
+use crate::error::SceneError;
 use crate::files::gltf::accessor::Accessors;
 use crate::files::gltf::files::GltfFile;
 use crate::files::source::Source;

@@ -2,10 +2,10 @@
 
 use glam::{DMat4, DVec3};
 
-use crate::Up;
 use crate::files::gltf::nodes::{Origin, Tree};
 use crate::motion::animation::{Animation, Property, State};
 use crate::scene::transform::{Local, Trs};
+use crate::scene::up::Up;
 
 /// The nodes of a scene, as they are without animation.
 #[derive(Clone, Debug)]

@@ -6,11 +6,12 @@ use glam::{DMat4, DVec3};
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
 use rayon::prelude::IndexedParallelIterator as _;
 
+use crate::error::SceneError;
 use crate::motion::rig::Rig;
 use crate::motion::skin::Influences;
+use crate::scene::mesh::Mesh;
 use crate::scene::split_edges::push_mean;
 use crate::scene::transform::Affine;
-use crate::{Mesh, SceneError};
 
 /// The vertices of a mesh where nothing has moved them, without those in the middles of [halved](Mesh::halved) edges.
 #[derive(Clone, Debug, Default)]

@@ -3,9 +3,14 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use crate::error::SceneError;
+use crate::motion::animated_scene::AnimatedScene;
+use crate::motion::animation::Animation;
+use crate::motion::posed_scene::PosedScene;
 use crate::motion::shape::Part;
+use crate::scene::mesh::Mesh;
+use crate::scene::scene::Scene;
 use crate::scene::split_edges::{MOST_TRIANGLES, check_count, goal_of, split_longer, squared, too_many};
-use crate::{AnimatedScene, Animation, Mesh, PosedScene, Scene, SceneError};
 
 /// The most keys of an animation at which edges are measured: each takes a pose of the whole scene.
 const MOST_KEYS: usize = 64;

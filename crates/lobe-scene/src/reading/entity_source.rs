@@ -2,7 +2,14 @@
 
 use lobe_io::{JobOptions as _, OptionError};
 
-use crate::{AnimatedScene, Entity, GltfReader, Scene, SceneError, SceneReadOptions, SceneSource, built_in};
+use crate::built_in;
+use crate::error::SceneError;
+use crate::files::read_options::SceneReadOptions;
+use crate::motion::animated_scene::AnimatedScene;
+use crate::motion::entity::Entity;
+use crate::reading::gltf_reader::GltfReader;
+use crate::reading::scene_source::SceneSource;
+use crate::scene::scene::Scene;
 
 /// A scene, or one entity of it.
 #[derive(Debug)]
@@ -60,7 +67,7 @@ impl SceneSource {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::BUILT_IN;
+    use crate::reading::scene_source::BUILT_IN;
 
     #[test]
     fn an_entity_of_what_moves_is_read_in_its_own_frame() {

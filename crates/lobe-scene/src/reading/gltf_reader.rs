@@ -8,17 +8,20 @@ use gltf_json::validation::Checked;
 use gltf_json::{Accessor, Index, buffer};
 use serde_json::Value;
 
+use crate::error::SceneError;
 use crate::files::gltf::accessor::{Accessors, view_bytes};
+use crate::files::gltf::document::GltfDocument;
 use crate::files::gltf::document::embed_images;
 use crate::files::gltf::files::GltfFile;
 use crate::files::gltf::plain;
+use crate::files::read_options::{ScenePose, SceneReadOptions, SceneReadReport};
 use crate::files::source::{Source, read_file};
+use crate::motion::animated_scene::AnimatedScene;
 use crate::motion::read::animated_scene_of;
 use crate::motion::read_animations::Wanted;
 use crate::reading::posed;
-use crate::{
-    AnimatedScene, GltfDocument, Mesh, MeshSource, Scene, SceneError, ScenePose, SceneReadOptions, SceneReadReport,
-};
+use crate::scene::mesh::{Mesh, MeshSource};
+use crate::scene::scene::Scene;
 
 /// A .gltf or .glb file that has been read, with the buffers that it references: its scene, its
 /// [animations](crate::AnimatedScene::from_gltf), and its application-specific attributes, whose names begin with `_`.

@@ -2,13 +2,15 @@
 
 use serde_json::Value;
 
+use crate::error::SceneError;
 use crate::files::gltf::files::GltfFile;
 use crate::files::gltf::normal_maps::with_tangents;
 use crate::files::read_gltf::{Flattened, standing_scene_of};
+use crate::files::read_options::ScenePose;
 use crate::files::source::Source;
 use crate::motion::read::animated_scene_of;
 use crate::motion::read_animations::Wanted;
-use crate::{Scene, SceneError, ScenePose};
+use crate::scene::scene::Scene;
 
 /// Whether a pose may differ from how the nodes stand: there are animations, skins, or weights of morph targets.
 pub(crate) fn has_poses(json: &Value) -> bool {

@@ -3,11 +3,13 @@
 use std::borrow::Cow;
 use std::path::Path;
 
+use crate::error::SceneError;
 use crate::files::by_extension::{is_gltf, read_still};
 use crate::files::gltf::plain;
+use crate::files::read_options::{SceneReadOptions, SceneReadReport};
 use crate::files::source::{Source, read_file};
 use crate::reading::posed;
-use crate::{Scene, SceneError, SceneReadOptions, SceneReadReport};
+use crate::scene::scene::Scene;
 
 /// Reads a scene from a .gltf, .glb, .vrm, .obj or .ply file, with the files it references: z up, in the file's unit of
 /// length. A glTF file stands as [`SceneReadOptions::pose`] says.

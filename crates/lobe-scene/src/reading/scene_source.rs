@@ -4,10 +4,15 @@ use std::path::PathBuf;
 
 use lobe_io::{Given, GivenPaths, JobOptions, NumberRange, OptionError, OptionField, OptionKind, options};
 
-use crate::{
-    DefaultMaterial, GltfDocument, GltfReader, MissingNormals, Scene, SceneError, ScenePose, SceneReadOptions, Up,
-    built_in, is_gltf, read_scene,
-};
+use crate::built_in;
+use crate::error::SceneError;
+use crate::files::by_extension::is_gltf;
+use crate::files::gltf::document::GltfDocument;
+use crate::files::read_options::{DefaultMaterial, MissingNormals, ScenePose, SceneReadOptions};
+use crate::reading::gltf_reader::GltfReader;
+use crate::reading::read_scene::read_scene;
+use crate::scene::scene::Scene;
+use crate::scene::up::Up;
 
 /// The prefix of the names of built-in scenes.
 pub const BUILT_IN: &str = "built-in:";

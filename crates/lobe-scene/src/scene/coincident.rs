@@ -1,6 +1,6 @@
 //! Coincident triangles: duplicates among the triangles of a scene.
 
-use crate::Scene;
+use crate::scene::scene::Scene;
 
 impl Scene {
     /// The number of triangles that have the corners of another one that comes before, in any order: duplicates, such as
@@ -29,7 +29,9 @@ fn hash(corners: [[f32; 3]; 3]) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::{Mesh, MeshParts, Scene, built_in};
+    use crate::built_in;
+    use crate::scene::mesh::{Mesh, MeshParts};
+    use crate::scene::scene::Scene;
 
     #[test]
     fn triangles_at_the_place_of_others_are_counted_whatever_the_order_of_their_corners() {

@@ -1,6 +1,8 @@
 //! Scenes whose surfaces all have one finish, whatever their materials say.
 
-use crate::{Material, Scene, SceneError};
+use crate::error::SceneError;
+use crate::scene::material::Material;
+use crate::scene::scene::Scene;
 
 impl Scene {
     /// The same scene with another roughness and metallic of all surfaces, from 0 to 1; `None` leaves those of the materials. A mesh
@@ -33,7 +35,10 @@ impl Scene {
 
 #[cfg(test)]
 mod tests {
-    use crate::{Material, Mesh, MeshParts, Scene, built_in};
+    use crate::built_in;
+    use crate::scene::material::Material;
+    use crate::scene::mesh::{Mesh, MeshParts};
+    use crate::scene::scene::Scene;
 
     #[test]
     fn one_finish_is_that_of_all_surfaces_and_leaves_everything_else() {

@@ -5,7 +5,7 @@ use std::hash::Hash;
 
 use glam::Vec3;
 
-use crate::MeshParts;
+use crate::scene::mesh::MeshParts;
 
 /// Triangles whose vertices have one normal each.
 #[derive(Debug, PartialEq)]

@@ -5,7 +5,9 @@ use std::collections::HashMap;
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use crate::{Mesh, Scene, SceneError};
+use crate::error::SceneError;
+use crate::scene::mesh::Mesh;
+use crate::scene::scene::Scene;
 
 impl Scene {
     /// The scene of some of its meshes, in their order, with the materials and textures that they use.
@@ -114,7 +116,11 @@ fn mapped_mesh(mesh: Mesh, linear: DMat3, normals: DMat3, is_mirror: bool) -> Re
 
 #[cfg(test)]
 mod tests {
-    use crate::{Bvh, Mesh, MeshParts, Ray, Scene, built_in};
+    use crate::built_in;
+    use crate::bvh::bvh::Bvh;
+    use crate::scene::mesh::{Mesh, MeshParts};
+    use crate::scene::ray::Ray;
+    use crate::scene::scene::Scene;
 
     const TURNED: [[f64; 4]; 3] = [[0.0, -2.0, 0.0, 1.0], [2.0, 0.0, 0.0, 2.0], [0.0, 0.0, 2.0, 3.0]];
 

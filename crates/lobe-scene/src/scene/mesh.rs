@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::SceneError;
+use crate::error::SceneError;
 use crate::scene::tangents::corner_tangents;
 use crate::scene::vertex_normals::angle_weighted_normals;
 

@@ -1,6 +1,6 @@
 //! Translation of meshes far from the origin to where `f32` is precise.
 
-use crate::Mesh;
+use crate::scene::mesh::Mesh;
 
 /// A scene is moved along an axis where its center is farther from the origin than this many times half its longest
 /// side.
@@ -101,7 +101,8 @@ pub(crate) fn near_origin(meshes: Vec<Mesh>, min: [f32; 3], max: [f32; 3]) -> (V
 
 #[cfg(test)]
 mod tests {
-    use crate::{Bounds, Scene, built_in};
+    use crate::built_in;
+    use crate::scene::scene::{Bounds, Scene};
 
     fn moved(scene: &Scene, by: [f32; 3]) -> Scene {
         let (meshes, materials, textures) = scene.clone().into_parts();

@@ -2,8 +2,12 @@
 
 use glam::{DVec3, Vec3};
 
+use crate::error::SceneError;
+use crate::scene::material::{Alpha, Material, TextureUse};
+use crate::scene::mesh::Mesh;
 use crate::scene::near_origin::near_origin;
-use crate::{Alpha, Hit, Material, Mesh, Ray, SceneError, Texture, TextureUse};
+use crate::scene::ray::{Hit, Ray};
+use crate::scene::texture::Texture;
 
 /// A scene of meshes, materials and textures. It has at least one triangle; every index is in range.
 ///
@@ -416,7 +420,8 @@ pub(crate) fn blend<const N: usize>(values: &[[f32; N]], indices: [usize; 3], we
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{MeshParts, Wrap};
+    use crate::scene::mesh::MeshParts;
+    use crate::scene::texture::Wrap;
 
     fn triangle(name: &str, material: Option<usize>) -> MeshParts {
         MeshParts {

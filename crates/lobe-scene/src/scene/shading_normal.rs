@@ -2,8 +2,9 @@
 
 use glam::DVec3;
 
+use crate::scene::material::{NormalMap, TextureUse};
+use crate::scene::scene::Scene;
 use crate::scene::scene::blend;
-use crate::{NormalMap, Scene, TextureUse};
 
 impl Scene {
     /// Whether [`Surface::shading_normal`](crate::Surface::shading_normal) is tilted by a [`NormalMap`] anywhere: a mesh has one in its
@@ -59,7 +60,10 @@ fn tilted([x, y, z, _]: [f32; 4], scale: f32, [t, b, n]: [DVec3; 3]) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Hit, Material, Mesh, MeshParts, Texture, Wrap};
+    use crate::scene::material::Material;
+    use crate::scene::mesh::{Mesh, MeshParts};
+    use crate::scene::ray::Hit;
+    use crate::scene::texture::{Texture, Wrap};
 
     const HIT: Hit = Hit { t: 1.0, triangle: 0, u: 0.25, v: 0.25 };
 

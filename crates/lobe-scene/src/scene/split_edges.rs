@@ -2,8 +2,10 @@
 
 use std::collections::{HashMap, HashSet};
 
+use crate::error::SceneError;
 use crate::scene::mesh::double_area;
-use crate::{Mesh, MeshParts, Scene, SceneError};
+use crate::scene::mesh::{Mesh, MeshParts};
+use crate::scene::scene::Scene;
 
 /// The most triangles of a subdivided scene.
 pub(crate) const MOST_TRIANGLES: usize = 1 << 26;

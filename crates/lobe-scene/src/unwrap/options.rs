@@ -3,7 +3,7 @@
 use derive_setters::Setters;
 use serde::{Deserialize, Serialize};
 
-use crate::SceneError;
+use crate::error::SceneError;
 
 /// Options of [`Scene::unwrapped`](crate::Scene::unwrapped).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Setters)]

@@ -7,7 +7,10 @@ use std::time::Duration;
 use lobe_io::{Job, Progress};
 use uvunwrap::{Atlas, Density, Error, MeshInput, Options, OutputMesh, Stage};
 
-use crate::{Bounds, Mesh, Scene, SceneError, UnwrapOptions};
+use crate::error::SceneError;
+use crate::scene::mesh::Mesh;
+use crate::scene::scene::{Bounds, Scene};
+use crate::unwrap::options::UnwrapOptions;
 
 /// The time between two looks at the progress.
 const LOOK: Duration = Duration::from_millis(20);

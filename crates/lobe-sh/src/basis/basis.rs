@@ -8,8 +8,9 @@ use crate::basis::recurrence::{Constants, Step};
 use crate::by_type::of_each_type;
 use crate::once::Once;
 use crate::prelude::*;
+use crate::scalar::Real;
 use crate::scalar::{TypedSlice as Slice, TypedSliceMut as SliceMut};
-use crate::{Dir, Real};
+use crate::sphere::Dir;
 
 /// The order up to which most functions go: their constants lie close together.
 const USUAL_ORDER: usize = 64;

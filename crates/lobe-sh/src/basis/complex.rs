@@ -1,9 +1,9 @@
 //! The complex spherical harmonics and the map to and from the real ones.
 
-use crate::Dir;
 use crate::basis::index::{coefficient_count, coefficient_index, order_of_slice};
 use crate::basis::legendre::legendre_normalized_at;
 use crate::prelude::*;
+use crate::sphere::Dir;
 
 /// The complex basis function `Y_l^m(s)`, orthonormal, with the Condon-Shortley phase: its real and its imaginary part.
 ///
@@ -91,7 +91,7 @@ fn sign(m: usize) -> f64 {
 mod tests {
     use super::*;
     use crate::basis::index::band_and_m;
-    use crate::{Expansion as _, ShVec};
+    use crate::expansion::{Expansion as _, ShVec};
     use lobe_testkit::{Random, directions};
     use num_complex::Complex64;
 

@@ -7,10 +7,10 @@ use crate::basis::index::{coefficient_count, order_of, order_of_slice};
 use crate::basis::lane_kernels::{eval_planes, eval_sums};
 use crate::basis::recurrence::lanes;
 use crate::by_type::of_each_type;
+use crate::scalar::{Coefficient, Real, Rgb};
 use crate::scalar::{TypedSlice as Slice, TypedSliceMut as SliceMut};
 #[cfg(feature = "simd")]
 use crate::simd::Machine;
-use crate::{Coefficient, Real, Rgb};
 
 /// Directions in one block of the batched kernels: one AVX-512 register of `f32`, two of AVX2.
 const BLOCK: usize = 16;
@@ -181,7 +181,8 @@ fn block_of<S: Real>(component: &[S], start: usize) -> [S; BLOCK] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Dir, eval_basis};
+    use crate::basis::eval_basis;
+    use crate::sphere::Dir;
     use lobe_testkit::directions;
 
     #[test]
@@ -228,7 +229,7 @@ mod tests {
 
     #[test]
     fn an_expansion_has_one_value_by_every_route() {
-        use crate::Expansion as _;
+        use crate::expansion::Expansion as _;
         let f = crate::ShVec::from_vec(lobe_testkit::Random::new(9).signed_vec(100)).unwrap();
         let all = directions();
         let component = |k: usize| all.iter().map(|v| v[k]).collect::<Vec<f64>>();
@@ -244,7 +245,8 @@ mod tests {
 
     #[test]
     fn many_directions_give_f32_and_colors_their_values() {
-        use crate::{Expansion as _, Rgb};
+        use crate::expansion::Expansion as _;
+        use crate::scalar::Rgb;
         let f = crate::ShVec::from_vec(lobe_testkit::Random::new(10).signed_vec(36)).unwrap();
         let color = f.map(|c| Rgb::new(c as f32, -2.0 * c as f32, 0.0));
         let all = directions();

@@ -1,8 +1,8 @@
 //! The recurrence of the basis: its constants, and its plain code.
 
-use crate::Real;
 use crate::basis::index::coefficient_index;
 use crate::prelude::*;
+use crate::scalar::Real;
 
 /// `P̄` is kept times this and `(x + iy)^m` divided by it, so that both stay in the range of `f32` to [`MAX_ORDER`](crate::basis::MAX_ORDER).
 pub(crate) const BALANCE: f64 = 1.0 / (1_u64 << 56) as f64;

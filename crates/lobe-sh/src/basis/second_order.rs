@@ -161,7 +161,8 @@ fn on_the_sphere(s: [f64; 3], &[value, fx, fy, fz, fxx, fxy, fzz, fxz, fyz]: &[f
 mod tests {
     use super::*;
     use crate::expansion::gradient::eval_with_gradient;
-    use crate::{Dir, Expansion as _, ShVec};
+    use crate::expansion::{Expansion as _, ShVec};
+    use crate::sphere::Dir;
     use lobe_testkit::{Random, directions};
 
     #[test]

@@ -4,8 +4,8 @@ use core::ops::Range;
 
 use pulp::Simd;
 
-use crate::Real;
 use crate::basis::lane_basis::{TILE, Tile};
+use crate::scalar::Real;
 use crate::simd::{Lane, Wide, rounded};
 
 /// Vectors of single or double precision.

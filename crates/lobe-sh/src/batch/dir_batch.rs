@@ -2,8 +2,8 @@
 
 use alloc::vec::Vec;
 
-use crate::Dir;
 use crate::simd::{LANES, Lanes};
+use crate::sphere::Dir;
 
 /// Directions in blocks of sixteen: of each block the x, then the y, then the z components. Places of the last block that
 /// no direction takes hold +z.

@@ -106,7 +106,8 @@ mod tests {
     use super::*;
     use crate::batch::dir_batch::DirBatch;
     use crate::batch::sh_batch::ShBatch;
-    use crate::{Dir, Expansion as _, ShVec};
+    use crate::expansion::{Expansion as _, ShVec};
+    use crate::sphere::Dir;
 
     /// Of coefficients of size 1 and up to 144 values of the basis, rounded in another order.
     const ERROR: f64 = 2e-5;

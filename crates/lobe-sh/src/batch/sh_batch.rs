@@ -6,11 +6,12 @@ use crate::basis::index::{coefficient_count, order_of_slice};
 use crate::batch::basis_blocks::eval_blocks;
 use crate::batch::dir_batch::DirBatch;
 use crate::batch::lane_eval;
+use crate::expansion::{Expansion, FixedOrder, ShVec};
 use crate::product::lane_product::{self, Factors};
 use crate::rotation::ivanic::RotationMatrices;
 use crate::rotation::lane_rotation;
+use crate::scalar::Coefficient;
 use crate::simd::{LANES, Lanes, Machine};
-use crate::{Coefficient, Expansion, FixedOrder, ShVec};
 
 /// Many expansions of one order in `f32`, in the layout of the kernels that take sixteen at once.
 ///
@@ -307,7 +308,7 @@ mod tests {
     use lobe_testkit::Random;
 
     use super::*;
-    use crate::Rgb;
+    use crate::scalar::Rgb;
 
     #[test]
     fn rows_of_numbers_and_of_colors_come_back_from_blocks() {

@@ -7,8 +7,10 @@ use crate::encoding::{coefficient, not_negative, y_0};
 use crate::expansion::expansion::optimal_linear_direction;
 use crate::expansion::gradient::eval_with_gradient;
 use crate::expansion::sh_vec::widened;
+use crate::expansion::{Expansion, ShVec, Zonal};
+use crate::scalar::{Coefficient, Real};
 use crate::solver::newton_on_sphere::ascend;
-use crate::{Coefficient, Dir, Expansion, Real, ShVec, Zonal};
+use crate::sphere::Dir;
 
 /// Starts of the search for the best direction, besides the linear direction: the faces and corners of the cube. They
 /// suffice because the function is convolved with the cosine twice, so that its maxima are wide.
@@ -142,8 +144,9 @@ fn best_colors(total: f64, p: f64) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::rotation::Rotation;
+    use crate::scalar::Rgb;
     use crate::sphere::quadrature::SphereQuadrature;
-    use crate::{Rgb, Rotation};
     use lobe_testkit::{Random, directions, fibonacci_sphere};
 
     /// An irradiance of some lights.

@@ -3,11 +3,13 @@
 use core::f64::consts::PI;
 
 use crate::expansion::sh_vec::widened;
+use crate::expansion::{Expansion, Sh, Zonal};
 use crate::prelude::*;
 use crate::scalar::weighted_sum;
+use crate::scalar::{Coefficient, Real};
 use crate::solver::matrix::Matrix;
 use crate::solver::singular_values::SingularValues;
-use crate::{Coefficient, Dir, Expansion, Real, Sh, Zonal};
+use crate::sphere::Dir;
 
 /// The axes of the faces, in their order.
 pub(crate) const AXES: [[f64; 3]; 6] =
@@ -148,10 +150,11 @@ fn squared_cosine(order: usize) -> Zonal {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ShVec;
+    use crate::expansion::ShVec;
     use crate::light::normalization::directional_normalization;
+    use crate::rotation::Rotation;
+    use crate::scalar::Rgb;
     use crate::sphere::quadrature::SphereQuadrature;
-    use crate::{Rgb, Rotation};
     use lobe_testkit::{Random, directions};
 
     fn random_cube(seed: u64) -> AmbientCube<f64> {

@@ -6,8 +6,11 @@ use core::f64::consts::PI;
 use num_traits::Float as _;
 
 use crate::encoding::hemisphere::hemisphere_points;
+use crate::expansion::Expansion;
+use crate::rotation::Rotation;
+use crate::scalar::Coefficient;
 use crate::scalar::weighted_sum;
-use crate::{Coefficient, Dir, Expansion, Rotation};
+use crate::sphere::Dir;
 
 /// Irradiance of the normals on one side of a surface, in `N` = 4 or 6 numbers for each channel.
 ///
@@ -86,9 +89,10 @@ fn functions(n: Dir) -> [f64; 6] {
 mod tests {
     use super::*;
     use crate::encoding::hemisphere::hemisphere_least_squares;
+    use crate::expansion::{ShVec, Zonal};
     use crate::rotation::rotation::tangent_frame;
+    use crate::scalar::Rgb;
     use crate::sphere::quadrature::SphereQuadrature;
-    use crate::{Rgb, ShVec, Zonal};
     use lobe_testkit::{Random, directions};
 
     #[test]

@@ -1,10 +1,12 @@
 //! Least squares over the hemisphere of normals on one side of a surface.
 
+use crate::expansion::{Expansion, ShVec};
 use crate::prelude::*;
 use crate::projection::least_squares::least_squares;
 use crate::rotation::rotation::tangent_frame;
+use crate::scalar::Coefficient;
+use crate::sphere::Dir;
 use crate::sphere::quadrature::gauss_legendre;
-use crate::{Coefficient, Dir, Expansion, ShVec};
 
 /// Points on the hemisphere `z > 0` and weights that integrate polynomials up to `degree` over it exactly.
 ///
@@ -51,8 +53,9 @@ pub fn hemisphere_least_squares<T: Coefficient>(order: usize, normal: Dir, f: &i
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::basis::eval_basis;
+    use crate::expansion::Zonal;
     use crate::sphere::quadrature::SphereQuadrature;
-    use crate::{Zonal, eval_basis};
     use lobe_testkit::{Random, directions};
     use nalgebra::DMatrix;
 

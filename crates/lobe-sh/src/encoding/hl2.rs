@@ -6,8 +6,11 @@ use core::f64::consts::PI;
 use num_traits::Float as _;
 
 use crate::encoding::hemisphere::hemisphere_points;
+use crate::expansion::Expansion;
+use crate::rotation::Rotation;
+use crate::scalar::Coefficient;
 use crate::scalar::weighted_sum;
-use crate::{Coefficient, Dir, Expansion, Rotation};
+use crate::sphere::Dir;
 
 /// The weights of the colors of [`Hl2`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -100,8 +103,9 @@ fn basis() -> [Dir; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::expansion::ShVec;
     use crate::rotation::rotation::tangent_frame;
-    use crate::{Rgb, ShVec};
+    use crate::scalar::Rgb;
     use lobe_testkit::{Random, directions};
 
     #[test]

@@ -10,10 +10,14 @@ use crate::encoding::hemisphere::hemisphere_least_squares;
 use crate::encoding::hl2::Hl2;
 use crate::encoding::non_linear_l1::NonLinearL1;
 use crate::encoding::zh3::{Zh3, Zh3Axis};
+use crate::error::ShError;
+use crate::expansion::{Expansion, Sh};
 use crate::prelude::*;
+use crate::rotation::Rotation;
 use crate::rotation::rotation::tangent_frame;
+use crate::scalar::{Coefficient, Real as _};
+use crate::sphere::Dir;
 use crate::sphere::point_sets::even_directions;
-use crate::{Coefficient, Dir, Expansion, Real as _, Rotation, Sh, ShError};
 
 /// An encoding of irradiance in a few numbers. [`IrradianceEncoding::ALL`] lists them.
 ///

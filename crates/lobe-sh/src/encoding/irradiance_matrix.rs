@@ -6,7 +6,9 @@ use core::f64::consts::PI;
 use num_traits::Float as _;
 
 use crate::encoding::{coefficient, irradiance_under};
-use crate::{Coefficient, Dir, Expansion, Rgb};
+use crate::expansion::Expansion;
+use crate::scalar::{Coefficient, Rgb};
+use crate::sphere::Dir;
 
 /// The quadratic form of nine coefficients in color, one symmetric matrix for each channel.
 ///
@@ -68,7 +70,7 @@ impl IrradianceMatrix {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ShL2;
+    use crate::expansion::ShL2;
 
     #[test]
     fn the_constants_are_the_exact_ones() {

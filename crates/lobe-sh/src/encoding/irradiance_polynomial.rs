@@ -6,7 +6,9 @@ use core::f64::consts::PI;
 use num_traits::Float as _;
 
 use crate::encoding::{LINEAR_SHARE, QUADRATIC_SHARE, coefficient};
-use crate::{Coefficient, Dir, Expansion, Rgb};
+use crate::expansion::Expansion;
+use crate::scalar::{Coefficient, Rgb};
+use crate::sphere::Dir;
 
 /// The nine coefficients of light in color, as many shaders expect them, and the polynomial that makes irradiance of
 /// them.
@@ -89,7 +91,7 @@ impl IrradiancePolynomial {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{ShVec, Zonal};
+    use crate::expansion::{ShVec, Zonal};
     use lobe_testkit::{Random, directions};
 
     fn worst(a: Rgb<f64>, b: Rgb<f64>) -> f64 {

@@ -41,7 +41,8 @@ use core::f64::consts::PI;
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use crate::{Coefficient, Expansion, Rgb, Sh, Zonal};
+use crate::expansion::{Expansion, Sh, Zonal};
+use crate::scalar::{Coefficient, Rgb};
 
 /// `A_1 / π`, the share of the linear band that the clamped cosine lets through.
 pub(crate) const LINEAR_SHARE: f64 = 2.0 / 3.0;

@@ -6,8 +6,10 @@ use core::f64::consts::PI;
 use num_traits::Float as _;
 
 use crate::encoding::{LINEAR_SHARE, channel_of, coefficient, linear_vector, y_0};
+use crate::expansion::{Expansion, Sh};
+use crate::scalar::{Coefficient, Real};
+use crate::sphere::Dir;
 use crate::sphere::vector::dot;
-use crate::{Coefficient, Dir, Expansion, Real, Sh};
 
 /// Irradiance as bands 0 and 1 of each channel, evaluated with a power of the cosine in place of the linear term.
 ///
@@ -68,8 +70,10 @@ fn eval_channel(e_0: f64, e_1: [f64; 3], n: Dir) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::expansion::{ShL1, Zonal};
+    use crate::rotation::Rotation;
+    use crate::scalar::Rgb;
     use crate::sphere::quadrature::SphereQuadrature;
-    use crate::{Rgb, Rotation, ShL1, Zonal};
     use lobe_testkit::{Random, directions};
 
     /// The irradiance of an impulse of strength `k` and of the constant radiance `a`.

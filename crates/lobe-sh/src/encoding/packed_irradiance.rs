@@ -8,9 +8,11 @@ use num_traits::Float as _;
 #[cfg(feature = "batch")]
 use crate::encoding::packed_lanes::EvalPacked;
 use crate::encoding::{coefficient, irradiance_under};
+use crate::expansion::Expansion;
+use crate::scalar::{Coefficient, Rgb};
 #[cfg(feature = "batch")]
 use crate::simd::Machine;
-use crate::{Coefficient, Dir, Expansion, Rgb};
+use crate::sphere::Dir;
 
 /// The polynomial form of nine coefficients in color: seven vectors of four numbers for three dot products for each
 /// channel.
@@ -98,7 +100,7 @@ impl PackedIrradiance {
 mod tests {
     use super::*;
     use crate::encoding::irradiance_matrix::IrradianceMatrix;
-    use crate::{ShL2, ShVec, Zonal};
+    use crate::expansion::{ShL2, ShVec, Zonal};
     use lobe_testkit::{Random, directions};
 
     fn random_radiance() -> ShVec<Rgb<f64>> {

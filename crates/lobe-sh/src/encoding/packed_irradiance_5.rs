@@ -6,7 +6,9 @@ use core::f64::consts::PI;
 use num_traits::Float as _;
 
 use crate::encoding::{coefficient, irradiance_under};
-use crate::{Coefficient, Dir, Expansion, Rgb};
+use crate::expansion::Expansion;
+use crate::scalar::{Coefficient, Rgb};
+use crate::sphere::Dir;
 
 /// The polynomial form of irradiance of order 5 in color: 18 numbers for each channel, as many as its bands 0, 1, 2 and 4
 /// have.
@@ -139,8 +141,9 @@ impl PackedIrradiance5 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::basis::eval_basis;
     use crate::encoding::packed_irradiance::PackedIrradiance;
-    use crate::{ShL4, ShVec, Zonal, eval_basis};
+    use crate::expansion::{ShL4, ShVec, Zonal};
     use lobe_testkit::{Random, directions};
 
     fn random_radiance() -> ShVec<Rgb<f64>> {

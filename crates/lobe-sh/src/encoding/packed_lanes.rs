@@ -1,6 +1,6 @@
 //! Irradiance in packed constants at many normals, sixteen at once.
 
-use crate::Rgb;
+use crate::scalar::Rgb;
 use crate::simd::{Kernel, LANES, Lanes};
 #[cfg(feature = "simd")]
 use crate::simd::{Wide, constant};
@@ -78,8 +78,9 @@ mod tests {
     use super::*;
     use crate::batch::dir_batch::DirBatch;
     use crate::encoding::packed_irradiance::PackedIrradiance;
+    use crate::expansion::ShVec;
     use crate::simd::Machine;
-    use crate::{Dir, ShVec};
+    use crate::sphere::Dir;
 
     /// Sums of ten terms of size 1 in single precision.
     const ERROR: f64 = 2e-6;

@@ -4,11 +4,13 @@ use core::f64::consts::PI;
 
 use crate::encoding::{LINEAR_SHARE, QUADRATIC_SHARE, channel_of, coefficient, linear_vector};
 use crate::expansion::gradient::eval_with_gradient;
+use crate::expansion::{Expansion, Sh, Zonal};
 use crate::prelude::*;
+use crate::scalar::{Coefficient, Real};
 use crate::scalar::{luminance, luminance_weight};
 use crate::solver::newton_on_sphere::ascend;
+use crate::sphere::Dir;
 use crate::sphere::vector::dot;
-use crate::{Coefficient, Dir, Expansion, Real, Sh, Zonal};
 
 /// The shortest luminance vector, as a share of the given one, that still defines an axis: half of the digits of `f32`.
 const SHORTEST_VECTOR: f64 = 3e-4;

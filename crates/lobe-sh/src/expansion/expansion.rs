@@ -4,8 +4,9 @@ use crate::basis::basis::Basis;
 use crate::basis::index::{band_range, order_of_slice};
 use crate::by_type::{by_type, of_each_type};
 use crate::prelude::*;
+use crate::scalar::Coefficient;
 use crate::scalar::luminance;
-use crate::{Coefficient, Dir};
+use crate::sphere::Dir;
 
 /// A function on the sphere, `f(s) = Σ_i f_i y_i(s)`, given by its coefficients in index order `i = l(l+1) + m`.
 ///
@@ -179,8 +180,9 @@ pub fn optimal_linear_direction<T: Coefficient>(f: &impl Expansion<T>) -> Option
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::expansion::{ShL2, ShVec};
+    use crate::scalar::Rgb;
     use crate::sphere::quadrature::SphereQuadrature;
-    use crate::{Rgb, ShL2, ShVec};
     use lobe_testkit::Random;
 
     fn random(order: usize, seed: u64) -> ShVec<f64> {

@@ -6,7 +6,9 @@ use crate::basis::basis::Basis;
 use crate::basis::index::{coefficient_count, coefficient_index, order_of_slice};
 use crate::basis::recurrence::Step;
 use crate::by_type::{by_type, of_each_type};
-use crate::{Coefficient, Dir, Expansion, Real};
+use crate::expansion::Expansion;
+use crate::scalar::{Coefficient, Real};
+use crate::sphere::Dir;
 
 impl<S: Real> Basis<S> {
     /// Calls `emit(i, y_i(s), ∇y_i(s))` once for every basis function of `order`.
@@ -99,10 +101,11 @@ of_each_type! {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::basis::eval_basis;
     use crate::basis::index::band_and_m;
+    use crate::expansion::ShVec;
     use crate::sphere::quadrature::SphereQuadrature;
     use crate::sphere::vector::tangents;
-    use crate::{ShVec, eval_basis};
     use lobe_testkit::directions;
 
     #[test]

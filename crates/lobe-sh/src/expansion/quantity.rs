@@ -3,7 +3,7 @@
 use core::fmt;
 use core::str::FromStr;
 
-use crate::ShError;
+use crate::error::ShError;
 
 /// The physical quantity that a function on the sphere describes; files carry it so that they are not confused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -7,7 +7,9 @@ use num_traits::Float as _;
 
 use crate::basis::basis::eval_basis_into;
 use crate::basis::index::order_of;
-use crate::{Coefficient, Dir, Expansion, FixedOrder, Real, Rgb};
+use crate::expansion::{Expansion, FixedOrder};
+use crate::scalar::{Coefficient, Real, Rgb};
+use crate::sphere::Dir;
 
 /// An expansion of `N` coefficients, a perfect square: order `n = √N`, index order `i = l(l+1) + m`.
 ///
@@ -226,8 +228,8 @@ impl<const N: usize, S: Real> From<Sh<N, Rgb<S>>> for [[S; 3]; N] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Rgb;
-    use crate::ShVec;
+    use crate::expansion::ShVec;
+    use crate::scalar::Rgb;
 
     #[test]
     fn arithmetic_is_that_of_the_functions() {

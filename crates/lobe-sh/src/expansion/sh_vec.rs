@@ -2,9 +2,12 @@
 
 use core::ops::{Add, AddAssign, Index, IndexMut, Mul, MulAssign, Neg, Sub, SubAssign};
 
+use crate::basis::eval_basis;
 use crate::basis::index::{coefficient_count, order_of};
+use crate::expansion::{Expansion, FixedOrder, Sh};
 use crate::prelude::*;
-use crate::{Coefficient, Dir, Expansion, FixedOrder, Sh, eval_basis};
+use crate::scalar::Coefficient;
+use crate::sphere::Dir;
 
 /// An expansion of any order, its `n²` coefficients in index order `i = l(l+1) + m`.
 ///
@@ -176,7 +179,7 @@ impl<T: Coefficient<Scalar = S>, S: Copy> Mul<S> for &ShVec<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Rgb;
+    use crate::scalar::Rgb;
     use lobe_testkit::{Random, directions};
 
     fn random(order: usize, seed: u64) -> ShVec<f64> {

@@ -8,10 +8,12 @@ use crate::basis::index::{band_range, coefficient_count, order_of_slice};
 use crate::basis::legendre::legendre_all;
 use crate::by_type::{by_type, of_each_type};
 use crate::expansion::sh_vec::sums;
+use crate::expansion::{Expansion, FixedOrder, ShVec};
 use crate::prelude::*;
+use crate::scalar::Coefficient;
+use crate::sphere::Dir;
 use crate::sphere::quadrature::gauss_legendre;
 use crate::sphere::vector::dot_slices;
-use crate::{Coefficient, Dir, Expansion, FixedOrder, ShVec};
 
 /// A function of the angle to an axis alone, by one coefficient per band.
 ///
@@ -221,8 +223,8 @@ pub(crate) fn zonal_norm(l: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Rgb;
     use crate::basis::basis::eval_basis;
+    use crate::scalar::Rgb;
     use crate::sphere::quadrature::SphereQuadrature;
     use lobe_testkit::{Random, directions, golden, golden_f64s};
 

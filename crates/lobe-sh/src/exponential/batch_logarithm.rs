@@ -8,6 +8,7 @@ use pulp::Simd;
 
 use crate::basis::index::coefficient_count;
 use crate::batch::sh_batch::ShBatch;
+use crate::expansion::{Expansion as _, ShVec};
 #[cfg(feature = "simd")]
 use crate::exponential::logarithm::slope_of_ln;
 use crate::exponential::logarithm::{check_clamp, logarithm};
@@ -17,7 +18,6 @@ use crate::product::gaunt::MAX_GAUNT_ORDER;
 use crate::simd::{Kernel, LANES, Lanes, Machine};
 #[cfg(feature = "simd")]
 use crate::simd::{Wide, rounded};
-use crate::{Expansion as _, ShVec};
 
 /// Replaces each function of a batch by its logarithm, which is that of [`logarithm`]: within 1e-6 of its norm (test
 /// `logarithms_in_lanes_are_those_of_the_code_for_one`).
@@ -308,8 +308,9 @@ mod tests {
     use lobe_testkit::Random;
 
     use super::*;
+    use crate::expansion::Zonal;
     use crate::exponential::logarithm::LOG_CLAMP;
-    use crate::{Dir, Zonal};
+    use crate::sphere::Dir;
 
     /// What logarithms in `f32` may be off, as a part of their norm: the rounding of each coefficient, and some more.
     const TOLERANCE: f64 = 1e-6;

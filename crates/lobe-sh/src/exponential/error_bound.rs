@@ -5,7 +5,7 @@ use core::f64::consts::PI;
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use crate::Expansion;
+use crate::expansion::Expansion;
 use crate::exponential::exponential::{ExpMethod, Exponential};
 
 impl Exponential {

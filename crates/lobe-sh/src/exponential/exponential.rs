@@ -4,11 +4,12 @@ use core::str::FromStr;
 
 use crate::basis::basis::Basis;
 use crate::basis::index::coefficient_count;
+use crate::error::ShError;
+use crate::expansion::{Expansion, ShVec};
 use crate::exponential::optimal_linear::{OptimalLinear, exponential_by_eigenvectors, isolate_mean};
 use crate::prelude::*;
 use crate::product::product::{product_into, square_into};
 use crate::sphere::quadrature::SphereQuadrature;
-use crate::{Expansion, ShError, ShVec};
 
 /// The limit of `hybrid` in text that names none: at 1 it is nearest to the truth among those of the example `exponential_errors`.
 const HYBRID_LIMIT: f64 = 1.0;

@@ -6,8 +6,8 @@ use core::f64::consts::PI;
 use num_traits::Float as _;
 
 use crate::expansion::sh_vec::widened;
+use crate::expansion::{Expansion, ShVec};
 use crate::exponential::matrix_function::{apply, spectrum};
-use crate::{Expansion, ShVec};
 
 /// The least eigenvalue that [`logarithm`] keeps unless told otherwise, relative to the largest.
 ///

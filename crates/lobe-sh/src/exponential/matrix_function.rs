@@ -2,10 +2,10 @@
 
 use alloc::vec::Vec;
 
+use crate::expansion::{Expansion as _, ShVec};
 use crate::product::matrix::ProductMatrix;
 use crate::solver::matrix::Matrix;
 use crate::solver::symmetric_eigen::SymmetricEigen;
-use crate::{Expansion as _, ShVec};
 
 /// The eigenvalues and eigenvectors of the product matrix of `f` at its own order, `M = R D Rᵀ`.
 ///

@@ -2,11 +2,12 @@
 
 use core::f64::consts::PI;
 
+use crate::expansion::{Expansion, ShVec};
 use crate::exponential::logarithm::LOG_CLAMP;
 use crate::exponential::matrix_function::{apply, spectrum};
 use crate::exponential::zonal_logarithm::ZonalLogarithm;
 use crate::prelude::*;
-use crate::{Dir, Expansion, ShVec};
+use crate::sphere::Dir;
 
 /// Angles of the spheres that the table is made from. Between two of them `a` and `b` change by less than 3 %, below the
 /// error of the method itself.

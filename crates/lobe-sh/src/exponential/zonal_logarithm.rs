@@ -2,8 +2,8 @@
 
 use core::f64::consts::PI;
 
-use crate::Zonal;
 use crate::basis::legendre::legendre_normalized;
+use crate::expansion::Zonal;
 use crate::exponential::logarithm::{check_clamp, slope_of_ln};
 use crate::exponential::matrix_function::apply;
 use crate::prelude::*;

@@ -10,8 +10,9 @@ use crate::extrema::cap_bound::{SmoothFunction, quadratic_lower_bound};
 use crate::extrema::quadratic_form::{QuadraticForm, to_unit_size};
 use crate::extrema::taylor::{PoleDerivatives, Taylor};
 use crate::prelude::*;
+use crate::scalar::Real;
+use crate::sphere::Dir;
 use crate::sphere::triangulation::{Triangle, triangulation};
-use crate::{Dir, Real};
 
 /// The most Newton steps towards a local minimum: from a good start four suffice, leaving a saddle takes a few more.
 const DESCENT_STEPS: usize = 12;
@@ -274,7 +275,7 @@ pub(crate) fn newton_descent(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Expansion as _, ShVec, Zonal};
+    use crate::expansion::{Expansion as _, ShVec, Zonal};
     use lobe_testkit::Random;
 
     /// Two routes that share nothing: the quadratic form, and the search.

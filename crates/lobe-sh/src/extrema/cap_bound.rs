@@ -135,10 +135,13 @@ pub(crate) fn quadratic_lower_bound(local: &LocalQuadratic, radius: f64) -> f64 
 mod tests {
     use super::*;
     use crate::basis::basis::Basis;
+    use crate::basis::eval_basis;
     use crate::basis::index::coefficient_index;
     use crate::basis::second_order::second_order;
+    use crate::expansion::{Expansion as _, ShVec};
+    use crate::rotation::Rotation;
+    use crate::sphere::Dir;
     use crate::sphere::vector::cross;
-    use crate::{Dir, Expansion as _, Rotation, ShVec, eval_basis};
     use lobe_testkit::{Random, directions};
 
     #[test]

@@ -15,7 +15,7 @@ pub(crate) mod taylor;
 
 pub use branch_and_bound::{certified_maximum, certified_minimum};
 
-use crate::Dir;
+use crate::sphere::Dir;
 
 /// An interval that contains the least value of a function ([`certified_minimum`]) or its
 /// greatest ([`certified_maximum`]), and a direction towards which the function has a value

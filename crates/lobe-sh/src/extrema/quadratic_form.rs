@@ -6,8 +6,8 @@ use core::f64::consts::PI;
 use num_traits::Float as _;
 
 use crate::once::Once;
+use crate::scalar::{Coefficient, Real};
 use crate::sphere::vector::dot;
-use crate::{Coefficient, Real};
 
 /// A function of bands 0 to 2, `f(x) = c + b·x + xᵀ A x` on `|x| = 1`, with `A` symmetric and without trace.
 ///
@@ -127,7 +127,8 @@ pub(crate) fn norms() -> &'static [f64; 5] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Dir, Expansion as _, ShL2};
+    use crate::expansion::{Expansion as _, ShL2};
+    use crate::sphere::Dir;
     use lobe_testkit::{Random, directions};
 
     #[test]

@@ -3,9 +3,9 @@
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use crate::Dir;
 use crate::extrema::Extremum;
 use crate::extrema::quadratic_form::{QuadraticForm, norms, times};
+use crate::sphere::Dir;
 use crate::sphere::vector::{dot, tangents, unit};
 
 /// The most Newton steps for the multiplier. It rises monotonically and the digits double: 3 to 6 are usual.
@@ -223,8 +223,8 @@ fn is_positive(&[xx, yy, zz, xy, xz, yz]: &[f64; 6], nu: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::expansion::{Expansion as _, ShL2, Zonal};
     use crate::sphere::vector::cross;
-    use crate::{Expansion as _, ShL2, Zonal};
     use lobe_testkit::Random;
 
     /// `Σ p_k q_k r_k` as if rounded once: every product is split into its value and its rounding error.

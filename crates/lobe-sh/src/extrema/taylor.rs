@@ -159,8 +159,10 @@ fn polynomial(waves: &Waves) -> [[f64; 5]; 5] {
 mod tests {
     use super::*;
     use crate::basis::basis::Basis;
+    use crate::basis::eval_basis;
     use crate::basis::second_order::second_order;
-    use crate::{Dir, Expansion as _, ShVec, eval_basis};
+    use crate::expansion::{Expansion as _, ShVec};
+    use crate::sphere::Dir;
     use lobe_testkit::{Random, directions};
 
     #[test]

@@ -4,9 +4,10 @@ use core::f64::consts::PI;
 
 use crate::basis::index::{band_range, order_of_slice};
 use crate::basis::legendre::legendre_all;
+use crate::expansion::Zonal;
 use crate::expansion::zonal::zonal_norm;
+use crate::scalar::{Coefficient, Real};
 use crate::sphere::quadrature::gauss_legendre;
-use crate::{Coefficient, Real, Zonal};
 
 /// Convolves the function given by `coefficients` with `kernel`.
 ///
@@ -152,9 +153,10 @@ impl Zonal {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Expansion as _;
+    use crate::expansion::Expansion as _;
+    use crate::expansion::ShVec;
+    use crate::sphere::Dir;
     use crate::sphere::quadrature::SphereQuadrature;
-    use crate::{Dir, ShVec};
     use lobe_testkit::golden_f64s;
 
     /// The convolution factors of any kernel by plain quadrature in the angle, finely enough for smooth lobes.

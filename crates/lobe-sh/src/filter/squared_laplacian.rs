@@ -2,7 +2,7 @@
 
 use crate::basis::index::{band_range, order_of_slice};
 use crate::prelude::*;
-use crate::{Coefficient, Real};
+use crate::scalar::{Coefficient, Real};
 
 /// `(l (l+1))²`: the factor of the energy of band `l` in the squared Laplacian.
 pub(crate) fn squared_eigenvalue(l: usize) -> f64 {
@@ -98,9 +98,12 @@ fn newton_step(band_energies: &[f64], target: f64, lambda: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::expansion::{Expansion as _, ShVec};
+    use crate::filter::Window;
     use crate::filter::window::scale_bands_in_place;
+    use crate::scalar::Rgb;
+    use crate::sphere::Dir;
     use crate::sphere::quadrature::SphereQuadrature;
-    use crate::{Dir, Expansion as _, Rgb, ShVec, Window};
     use lobe_testkit::{Random, golden_f64s};
 
     #[test]

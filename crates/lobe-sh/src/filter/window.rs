@@ -5,9 +5,10 @@ use core::fmt;
 use core::str::FromStr;
 
 use crate::basis::index::{band_range, order_of_slice};
+use crate::error::ShError;
 use crate::filter::squared_laplacian::{band_energies, squared_eigenvalue, squared_laplacian_lambda};
 use crate::prelude::*;
-use crate::{Coefficient, ShError};
+use crate::scalar::Coefficient;
 
 /// One factor for each band, 1 for band 0, so that the mean over the sphere does not change.
 ///
@@ -233,9 +234,11 @@ impl Window {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Expansion as _;
+    use crate::expansion::Expansion as _;
+    use crate::expansion::ShVec;
+    use crate::scalar::Rgb;
+    use crate::sphere::Dir;
     use crate::sphere::quadrature::SphereQuadrature;
-    use crate::{Dir, Rgb, ShVec};
     use lobe_testkit::Random;
 
     #[test]

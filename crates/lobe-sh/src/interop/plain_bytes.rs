@@ -4,7 +4,8 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::{Rgb, Sh};
+use crate::expansion::Sh;
+use crate::scalar::Rgb;
 
 // SAFETY: `Rgb` is `repr(C)` with three fields of one type, so that there is no padding, and every bit pattern of them
 // is a color.
@@ -21,7 +22,8 @@ unsafe impl<const N: usize, T: Pod> Pod for Sh<N, T> {}
 
 #[cfg(test)]
 mod tests {
-    use crate::{Expansion as _, Rgb, ShL1, ShL2};
+    use crate::expansion::{Expansion as _, ShL1, ShL2};
+    use crate::scalar::Rgb;
 
     #[test]
     fn an_expansion_is_its_numbers_in_order() {

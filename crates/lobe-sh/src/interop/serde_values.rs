@@ -12,11 +12,16 @@ use serde::{Serialize, Serializer};
 
 use crate::encoding::h_basis::HBasis;
 use crate::encoding::irradiance_encoding::IrradianceEncoding;
+use crate::error::ShError;
 use crate::expansion::quantity::Quantity;
+use crate::expansion::{Expansion as _, Sh, ShVec};
+use crate::filter::Window;
 use crate::light::spherical_polygon::SphericalPolygon;
 use crate::ringing::dering::DeringMethod;
+use crate::rotation::Rotation;
 use crate::rotation::axis_permutation::AxisPermutation;
-use crate::{Coefficient, Dir, Expansion as _, Rotation, Sh, ShError, ShVec, Window};
+use crate::scalar::Coefficient;
+use crate::sphere::Dir;
 
 /// The largest error of a squared length, or of an entry of `RᵀR`, that leaves a direction or a rotation as it is: some
 /// roundings.
@@ -129,10 +134,13 @@ mod tests {
     use crate::encoding::ahd::Ahd;
     use crate::encoding::ambient_cube::AmbientCube;
     use crate::encoding::irradiance_encoding::EncodedIrradiance;
+    use crate::expansion::{ShL1, ShL2, Zonal};
+    use crate::light::Light;
     use crate::light::normalization::Normalization;
     use crate::light_extraction::extract::{LightFitOptions, extract_light};
     use crate::projection::monte_carlo::MonteCarloOptions;
-    use crate::{Light, Rgb, ShL1, ShL2, Zonal, project};
+    use crate::projection::project;
+    use crate::scalar::Rgb;
     use serde::de::DeserializeOwned;
 
     #[track_caller]

@@ -1,7 +1,11 @@
 //! Directions, colors, expansions and rotations from and to the vectors of `glam` and `mint` (features of these names), and
 //! through `mint` those of most vector libraries.
 
-use crate::{Dir, Rgb, Rotation, Sh, ShError};
+use crate::error::ShError;
+use crate::expansion::Sh;
+use crate::rotation::Rotation;
+use crate::scalar::Rgb;
+use crate::sphere::Dir;
 
 macro_rules! vectors {
     ($vector:ty, $number:ident) => {

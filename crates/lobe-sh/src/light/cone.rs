@@ -2,7 +2,7 @@
 
 use core::f64::consts::PI;
 
-use crate::Zonal;
+use crate::expansion::Zonal;
 use crate::expansion::zonal::zonal_norm;
 use crate::prelude::*;
 

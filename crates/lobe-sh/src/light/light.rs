@@ -5,10 +5,13 @@ use core::f64::consts::PI;
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
+use crate::error::ShError;
+use crate::expansion::{Expansion as _, FixedOrder, ShVec, Zonal};
 use crate::light::normalization::Normalization;
 use crate::light::normalization::{cone_irradiance, soft_cone_irradiance};
 use crate::light::spherical_polygon::SphericalPolygon;
-use crate::{Coefficient, Dir, Expansion as _, FixedOrder, Rgb, ShError, ShVec, Zonal};
+use crate::scalar::{Coefficient, Rgb};
+use crate::sphere::Dir;
 
 /// An analytic light, to be turned into an expansion of any order by [`Light::project`].
 ///
@@ -268,7 +271,7 @@ fn hemisphere(order: usize, up: Dir, sky: Rgb<f64>, ground: Rgb<f64>, normalizat
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::project;
+    use crate::projection::project;
     use crate::sphere::quadrature::SphereQuadrature;
 
     const WHITE: Rgb<f64> = Rgb::new(1.0, 1.0, 1.0);

@@ -5,7 +5,7 @@ use core::f64::consts::{FRAC_PI_2, PI};
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use crate::Zonal;
+use crate::expansion::Zonal;
 use crate::expansion::zonal::zonal_norm;
 use crate::light::cone::ease_sine;
 

@@ -4,9 +4,12 @@ use core::f64::consts::PI;
 
 use crate::basis::basis::Basis;
 use crate::basis::index::{band_range, coefficient_index, order_of_slice};
+use crate::error::ShError;
+use crate::expansion::ShVec;
 use crate::prelude::*;
+use crate::rotation::Rotation;
+use crate::sphere::Dir;
 use crate::sphere::vector::{cross, dot, length, sub};
-use crate::{Dir, Rotation, ShError, ShVec};
 
 /// Two vertices whose directions are nearer to opposite than this (the sine of the angle) leave the great circle
 /// between them undetermined: the receiver lies on the edge.

@@ -2,14 +2,17 @@
 
 use alloc::vec::Vec;
 
+use crate::error::ShError;
 use crate::expansion::expansion::optimal_linear_direction;
+use crate::expansion::{Expansion, ShVec};
 use crate::light_extraction::light_fit::{DirectionalLight, LightFit, LightMetric};
 use crate::light_extraction::light_fit::{LightProblem, total};
 use crate::light_extraction::peaks::{PeakSearch, local_maxima};
 use crate::light_extraction::refine::refine;
+use crate::scalar::Coefficient;
 use crate::scalar::luminance;
 use crate::setters::setters;
-use crate::{Coefficient, Dir, Expansion, ShError, ShVec};
+use crate::sphere::Dir;
 
 /// The residual, as a fraction of the energy, that is nothing but rounding.
 const ROUNDING: f64 = 1e-28;

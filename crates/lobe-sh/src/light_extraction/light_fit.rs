@@ -2,15 +2,19 @@
 
 use core::f64::consts::PI;
 
+use crate::basis::eval_basis;
 use crate::basis::legendre::legendre_all;
+use crate::error::ShError;
 use crate::expansion::sh_vec::widened;
 use crate::expansion::zonal::zonal_norm;
+use crate::expansion::{Expansion, ShVec, Zonal};
 use crate::light::normalization::directional_normalization;
 use crate::prelude::*;
+use crate::scalar::{Coefficient, Real as _};
 use crate::scalar::{luminance, weighted_sum};
 use crate::solver::matrix::Matrix;
 use crate::solver::nnls::{NormalEquations, least_squares_solution, nnls};
-use crate::{Coefficient, Dir, Expansion, Real as _, ShError, ShVec, Zonal, eval_basis};
+use crate::sphere::Dir;
 
 /// A light from one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]

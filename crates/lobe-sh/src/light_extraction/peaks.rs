@@ -2,13 +2,15 @@
 
 use core::f64::consts::PI;
 
+use crate::basis::eval_basis;
 use crate::basis::index::{coefficient_count, coefficient_index};
 use crate::expansion::sh_vec::widened;
+use crate::expansion::{Expansion, ShVec};
 use crate::once::Once;
 use crate::prelude::*;
 use crate::solver::bfgs_on_sphere::BfgsAscent;
+use crate::sphere::Dir;
 use crate::sphere::point_sets::thomson_points;
-use crate::{Dir, Expansion, ShVec, eval_basis};
 
 /// Rows of the grid for each band. With 12 rows one of the 14098 maxima of 2000 random expansions of order 6 was
 /// missed, a low hill on a ridge, hardly wider than the grid.

@@ -1,14 +1,17 @@
 //! Refinement of directions and intensities together: variable projection with Levenberg-Marquardt steps.
 
+use crate::basis::eval_basis;
+use crate::expansion::Expansion as _;
 use crate::expansion::gradient::eval_basis_gradients;
 use crate::light_extraction::light_fit::LightFit;
 use crate::light_extraction::light_fit::{LightEquations, LightProblem, total};
 use crate::prelude::*;
+use crate::scalar::Coefficient;
 use crate::solver::bfgs_on_sphere::stepped;
 use crate::solver::cholesky::Cholesky;
 use crate::solver::matrix::{Matrix, add_scaled, dot, largest, norm};
+use crate::sphere::Dir;
 use crate::sphere::vector::{self, tangents};
-use crate::{Coefficient, Dir, Expansion as _, eval_basis};
 
 /// The most steps: well separated lights need some six, lights that drift together many.
 const STEPS: usize = 60;

@@ -29,9 +29,9 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+    use crate::expansion::{Expansion as _, ShVec};
     use crate::product::gaunt::GauntTensor;
     use crate::product::generated::PRODUCT_COSTS;
-    use crate::{Expansion as _, ShVec};
 
     /// For coefficients of size one in `f64`: sums of some thousand terms.
     const ERROR: f64 = 1e-12;

@@ -7,7 +7,7 @@ use crate::basis::index::{band_range, coefficient_count};
 use crate::by_type::{by_type, of_each_type};
 use crate::once::Once;
 use crate::prelude::*;
-use crate::{Coefficient, Real};
+use crate::scalar::{Coefficient, Real};
 
 /// The highest order for which Lobe computes Gaunt coefficients. Products of higher orders go over a grid: its cost
 /// grows with the third power of the order, that of the tensor with the fifth.

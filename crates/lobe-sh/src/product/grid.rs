@@ -4,11 +4,12 @@ use core::f64::consts::PI;
 
 use crate::basis::basis::Basis;
 use crate::basis::index::{coefficient_count, coefficient_index, order_of_slice};
+use crate::expansion::ShVec;
 use crate::prelude::*;
 #[cfg(feature = "fft")]
 use crate::product::grid_fft::product_by_fft;
+use crate::scalar::Coefficient;
 use crate::sphere::quadrature::SphereQuadrature;
-use crate::{Coefficient, ShVec};
 
 /// The product of any number of functions of any orders, cut off at `order` once, at the end.
 ///

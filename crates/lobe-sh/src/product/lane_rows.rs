@@ -3,8 +3,8 @@
 use alloc::vec::Vec;
 use core::f64::consts::PI;
 
+use crate::basis::eval_basis;
 use crate::basis::index::coefficient_index;
-use crate::eval_basis;
 use crate::once::Once;
 use crate::product::gaunt::GauntTensor;
 use crate::simd::{Kernel, LANES, Lanes, Machine, Wide, constant};

@@ -4,10 +4,12 @@ use core::f64::consts::PI;
 
 use crate::basis::index::band_and_m;
 use crate::basis::index::{coefficient_count, coefficient_index, order_of_slice};
+use crate::expansion::Expansion;
 use crate::prelude::*;
 use crate::product::gaunt::{GauntTensor, MAX_GAUNT_ORDER};
 use crate::product::grid::RowGrid;
-use crate::{Coefficient, Dir, Expansion, Real};
+use crate::scalar::{Coefficient, Real};
+use crate::sphere::Dir;
 
 /// Multiplication by a fixed function `f`, cut off at an order, as a symmetric matrix.
 ///
@@ -173,7 +175,8 @@ fn azimuthal(series: &[(f64, f64)], m_i: isize, m_j: isize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{ShL2, ShL4, ShVec, project};
+    use crate::expansion::{ShL2, ShL4, ShVec};
+    use crate::projection::project;
     use lobe_testkit::Random;
 
     /// Sums of some hundred terms of size one.

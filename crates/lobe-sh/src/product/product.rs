@@ -2,15 +2,16 @@
 
 use crate::basis::index::{coefficient_count, order_of_slice};
 use crate::by_type::{by_type, of_each_type};
+use crate::expansion::{Expansion as _, Zonal};
 use crate::once::Once;
 use crate::product::gaunt::{GauntTensor, MAX_GAUNT_ORDER};
 use crate::product::grid::product_on_grid;
 #[cfg(feature = "simd")]
 use crate::product::lane_rows::{LEAST_COUNT, multiply_by_rows};
 use crate::product::straight_line;
+use crate::scalar::{Coefficient, Real as _};
 #[cfg(feature = "simd")]
 use crate::simd::Machine;
-use crate::{Coefficient, Expansion as _, Real as _, Zonal};
 
 /// The product of two functions, cut off at the order that `out` has room for.
 ///

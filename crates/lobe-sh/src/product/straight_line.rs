@@ -7,8 +7,8 @@ use crate::by_type::of_each_type;
 #[cfg(feature = "simd")]
 use crate::product::fused_pair::multiply_pair;
 use crate::product::generated;
+use crate::scalar::{Coefficient, Real, Rgb};
 use crate::scalar::{TypedSlice as Slice, TypedSliceMut as SliceMut};
-use crate::{Coefficient, Real, Rgb};
 
 /// The most coefficients of a factor or a product that has code.
 const MOST: usize = 49;

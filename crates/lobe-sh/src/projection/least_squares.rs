@@ -2,11 +2,13 @@
 
 use crate::basis::basis::Basis;
 use crate::basis::index::coefficient_count;
+use crate::expansion::ShVec;
 use crate::prelude::*;
+use crate::scalar::{Coefficient, Real};
 use crate::solver::householder::triangular_factor;
 use crate::solver::matrix::{Matrix, norm};
 use crate::solver::singular_values::SingularValues;
-use crate::{Coefficient, Dir, Real, ShVec};
+use crate::sphere::Dir;
 
 /// Rows gathered before they are folded into the triangular factor. More rows cost memory, fewer cost time: each
 /// fold also factors the triangle again.
@@ -193,7 +195,9 @@ impl TriangularFactor {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Expansion as _, Rgb, eval_basis};
+    use crate::basis::eval_basis;
+    use crate::expansion::Expansion as _;
+    use crate::scalar::Rgb;
     use lobe_testkit::{Random, directions, fibonacci_sphere};
 
     fn planted(order: usize) -> ShVec<f64> {

@@ -4,9 +4,11 @@ use core::f64::consts::PI;
 
 use crate::basis::basis::Basis;
 use crate::basis::index::coefficient_count;
+use crate::expansion::ShVec;
 use crate::prelude::*;
+use crate::scalar::Coefficient;
 use crate::setters::setters;
-use crate::{Coefficient, Dir, ShVec};
+use crate::sphere::Dir;
 
 /// The choice of the directions of a Monte Carlo projection.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -223,7 +225,8 @@ fn uniform(seed: u64, index: u64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Expansion as _, Rgb, Zonal};
+    use crate::expansion::{Expansion as _, Zonal};
+    use crate::scalar::Rgb;
 
     const SEEDS: u64 = 24;
 

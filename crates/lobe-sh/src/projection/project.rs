@@ -3,9 +3,11 @@
 use core::f64::consts::PI;
 
 use crate::basis::index::{coefficient_count, coefficient_index};
+use crate::expansion::{FixedOrder, ShVec};
 use crate::prelude::*;
+use crate::scalar::Coefficient;
+use crate::sphere::Dir;
 use crate::sphere::quadrature::SphereQuadrature;
-use crate::{Coefficient, Dir, FixedOrder, ShVec};
 
 /// The degree from which [`project_to_accuracy`] starts, beyond twice the order.
 const FIRST_EXTRA_DEGREE: usize = 16;
@@ -90,7 +92,7 @@ pub fn project_to_accuracy<T: Coefficient>(order: usize, tolerance: f64, mut f: 
 }
 
 fn largest_difference<W: Coefficient<Scalar = f64>>(a: &ShVec<W>, b: &ShVec<W>) -> f64 {
-    use crate::Expansion as _;
+    use crate::expansion::Expansion as _;
     let difference = a - b;
     let channels = difference.coefficients().iter().flat_map(|d| (0..W::CHANNELS).map(|c| d.channel(c).abs()));
     channels.fold(0.0, |largest, d| if d > largest || d.is_nan() { d } else { largest })
@@ -140,7 +142,8 @@ fn quadrature_sum<T: Coefficient>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Expansion as _, Rgb, Zonal};
+    use crate::expansion::{Expansion as _, Zonal};
+    use crate::scalar::Rgb;
 
     #[test]
     fn projection_finds_a_planted_expansion() {

@@ -10,8 +10,8 @@ use crate::ringing::dering::{DeringOptions, DeringReport};
 use crate::ringing::dering::{dering_in_place, report_of};
 use crate::ringing::lane_dering::SixteenFunctions;
 use crate::ringing::quadratic_dering::LeastFactors;
+use crate::scalar::{Coefficient, Rgb};
 use crate::simd::{LANES, Lanes, Machine};
-use crate::{Coefficient, Rgb};
 
 impl ShBatch {
     /// Makes each function of a batch non-negative by the least change, as [`dering_in_place`](crate::ringing::dering_in_place) does one without evidence:

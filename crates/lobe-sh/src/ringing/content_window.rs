@@ -7,11 +7,14 @@ use crate::basis::index::{band_range, coefficient_count};
 use crate::basis::legendre::legendre_all;
 use crate::expansion::expansion::optimal_linear_direction;
 use crate::expansion::sh_vec::widened;
+use crate::expansion::{Expansion, ShVec};
+use crate::filter::Window;
 use crate::prelude::*;
 use crate::rotation::rotation::tangent_frame;
+use crate::scalar::Coefficient;
 use crate::scalar::weighted_sum;
+use crate::sphere::Dir;
 use crate::sphere::quadrature::gauss_legendre;
-use crate::{Coefficient, Dir, Expansion, ShVec, Window};
 
 /// A window that depends on the function: none towards the light, the whole of another window away from it.
 ///

@@ -5,9 +5,12 @@ use core::str::FromStr;
 
 use crate::basis::basis::eval_basis_into;
 use crate::basis::index::{band_range, coefficient_count, order_of_slice};
+use crate::error::ShError;
+use crate::expansion::Zonal;
 use crate::extrema::Extremum;
 use crate::extrema::branch_and_bound::minimum_of;
 use crate::extrema::quadratic_form::{QuadraticForm, to_unit_size};
+use crate::filter::Window;
 use crate::filter::kernel::convolve_in_place;
 use crate::filter::squared_laplacian::band_energies;
 use crate::filter::window::scale_bands_in_place;
@@ -16,7 +19,7 @@ use crate::ringing::cutting_planes::{LeastChange, excess_at, least_change};
 use crate::ringing::quadratic_dering::{LeastFactors, least_change_order_3, unit_roundoff};
 use crate::ringing::sloan_table::{dering_table_factors, table_place};
 use crate::ringing::{DERING_ALLOWED, DeringOutcome};
-use crate::{Coefficient, Real, ShError, Window, Zonal};
+use crate::scalar::{Coefficient, Real};
 
 /// The width of the reported intervals of the minima, relative to the mean.
 const REPORTED: f64 = 4e-7;

@@ -16,12 +16,12 @@ use crate::ringing::quadratic_dering::{LeastFactors, least_change_order_3};
 use crate::ringing::quadratic_dering::{ROUNDING, TIE, unit_roundoff};
 #[cfg(feature = "simd")]
 use crate::ringing::{DERING_ALLOWED, DeringOutcome};
+use crate::scalar::{Coefficient, Rgb};
 #[cfg(feature = "simd")]
 use crate::simd::LANES;
 #[cfg(feature = "simd")]
 use crate::simd::rounded;
 use crate::simd::{Kernel, Lanes};
-use crate::{Coefficient, Rgb};
 
 /// The coefficients of three bands.
 const COUNT: usize = 9;
@@ -230,11 +230,12 @@ mod tests {
 
     use super::*;
     use crate::batch::sh_batch::ShBatch;
+    use crate::expansion::{Expansion as _, ShL2, Zonal};
     use crate::extrema::branch_and_bound::certified_minimum;
     use crate::filter::squared_laplacian::band_energies;
     use crate::filter::window::scale_bands_in_place;
     use crate::simd::Machine;
-    use crate::{Dir, Expansion as _, ShL2, Zonal};
+    use crate::sphere::Dir;
 
     /// Between what the factors of one function by lanes and by the code for one leave of it, relative to it without its mean, where both take
     /// as many steps. 2e-15 was found.

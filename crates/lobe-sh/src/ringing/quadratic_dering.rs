@@ -6,7 +6,7 @@ use num_traits::Float as _;
 use crate::extrema::quadratic_form::{QuadraticForm, to_unit_size};
 use crate::extrema::quadratic_minimum::Eigensystem;
 use crate::ringing::DeringOutcome;
-use crate::{Coefficient, Real};
+use crate::scalar::{Coefficient, Real};
 
 /// The most cutting planes. The result is non-negative after any number of them.
 const MAX_CUTS: usize = 24;

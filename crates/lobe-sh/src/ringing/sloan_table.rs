@@ -5,9 +5,9 @@ use core::f64::consts::PI;
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use crate::Real;
 use crate::basis::index::order_of;
 use crate::extrema::quadratic_form::QuadraticForm;
+use crate::scalar::Real;
 use crate::sphere::vector::{dot, unit};
 
 /// The windows between which the table interpolates: `(w, p, e)` are the factors `sinc(π l/w)^p`, that of band 1
@@ -124,8 +124,10 @@ pub(crate) fn table_place(channels: &[QuadraticForm], margin: f64) -> Option<f64
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::expansion::{Expansion as _, ShL2, Zonal};
     use crate::extrema::branch_and_bound::certified_minimum;
-    use crate::{Dir, Expansion as _, Rotation, ShL2, Zonal};
+    use crate::rotation::Rotation;
+    use crate::sphere::Dir;
     use lobe_testkit::{Random, golden, golden_f64s};
 
     #[test]

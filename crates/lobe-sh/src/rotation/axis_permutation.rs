@@ -1,8 +1,10 @@
 //! Reflections along the axes and quarter turns about z, and with them the 48 symmetries of the cube.
 
 use crate::basis::index::{coefficient_index, order_of_slice};
+use crate::rotation::Rotation;
 use crate::rotation::yz_exchange::exchange_yz_in_place;
-use crate::{Coefficient, Dir, Rotation};
+use crate::scalar::Coefficient;
+use crate::sphere::Dir;
 
 /// One of the three coordinate axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -234,8 +236,8 @@ impl AxisPermutation {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Expansion as _;
-    use crate::ShVec;
+    use crate::expansion::Expansion as _;
+    use crate::expansion::ShVec;
 
     const ORDER: usize = 8;
 

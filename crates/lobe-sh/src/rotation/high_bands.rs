@@ -8,8 +8,8 @@ use crate::once::Once;
 use crate::prelude::*;
 use crate::rotation::cos_sin::CosSin;
 use crate::rotation::exchange_lanes::{Exchange, PADDED};
+use crate::scalar::{Coefficient, Real};
 use crate::simd::Machine;
-use crate::{Coefficient, Real};
 
 /// The first band whose exchange has no table of its entries: below, tables are quicker by up to a third for one channel
 /// and stay in the second-level cache (0.7 MB).

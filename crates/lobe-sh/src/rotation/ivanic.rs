@@ -2,12 +2,13 @@
 
 use crate::basis::index::{band_range, coefficient_count, order_of_slice};
 use crate::prelude::*;
+use crate::rotation::Rotation;
 use crate::rotation::band_matrices::{band_columns, first_entry};
 #[cfg(feature = "simd")]
 use crate::rotation::lane_rotation::rotate_planes;
+use crate::scalar::{Coefficient, Real};
 #[cfg(feature = "simd")]
 use crate::simd::Machine;
-use crate::{Coefficient, Real, Rotation};
 
 /// Vectors and rows of one block when many expansions are rotated: in `f32` their sums take half of the SSE registers.
 const VECTOR_BLOCK: usize = 8;

@@ -197,7 +197,7 @@ mod tests {
     use alloc::vec::Vec;
 
     use super::*;
-    use crate::Rotation;
+    use crate::rotation::Rotation;
     use crate::rotation::ivanic::RotationMatrices;
     use lobe_testkit::Random;
 

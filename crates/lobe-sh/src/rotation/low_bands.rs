@@ -10,9 +10,9 @@ use crate::rotation::register_bands::rotate_in_registers;
 #[cfg(feature = "simd")]
 use crate::rotation::term::Fused;
 use crate::rotation::term::Term;
+use crate::scalar::{Coefficient, Real, Rgb};
 use crate::scalar::{TypedSlice, TypedSliceMut};
 use crate::simd::{Kernel, Machine};
-use crate::{Coefficient, Real, Rgb};
 
 /// The bands that are turned by angles and have code of their own.
 pub(crate) const MIDDLE_BANDS: core::ops::RangeInclusive<usize> = 3..=7;

@@ -5,10 +5,12 @@ use num_traits::Float as _;
 
 use crate::basis::index::order_of_slice;
 use crate::by_type::{by_type, of_each_type};
+use crate::error::ShError;
 use crate::rotation::cos_sin::{CosSin, zyz_of};
 use crate::rotation::low_bands::{FIRST_BAND_BY_TABLES, LOW_COUNT, rotate_low_bands};
 use crate::rotation::zyz::rotate_bands_by_tables;
-use crate::{Coefficient, Dir, ShError};
+use crate::scalar::Coefficient;
+use crate::sphere::Dir;
 
 /// The tolerance of the entries of `RᵀR` against the identity: matrices printed with four decimals, which are up to `√3 1e-4` off, and long
 /// products of `f32` matrices pass, a scale of 0.1 % or a shear does not.

@@ -2,7 +2,7 @@
 
 use core::ops::{Add, Neg, Sub};
 
-use crate::{Coefficient, Real};
+use crate::scalar::{Coefficient, Real};
 
 /// A coefficient, or one whose sums of products are rounded once.
 pub(crate) trait Term: Copy + Add<Output = Self> + Sub<Output = Self> + Neg<Output = Self> {

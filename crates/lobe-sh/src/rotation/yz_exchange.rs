@@ -6,7 +6,7 @@ use crate::basis::index::{band_range, order_of_slice};
 use crate::once::Once;
 use crate::prelude::*;
 use crate::rotation::high_bands::{FIRST_HIGH_BAND, exchange_high_bands};
-use crate::{Coefficient, Real};
+use crate::scalar::{Coefficient, Real};
 
 /// Rows of a [`Block`] that are summed together: one AVX register of `f64`, one SSE register of `f32`.
 const LANES: usize = 4;
@@ -312,7 +312,8 @@ impl WignerHalfPi {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Dir, Expansion as _, ShVec};
+    use crate::expansion::{Expansion as _, ShVec};
+    use crate::sphere::Dir;
 
     /// Two sums of 64 terms of size 1 at most, a hundred roundings each.
     const ORDER_64: f64 = 1e-13;

@@ -7,7 +7,7 @@ use crate::rotation::high_bands::{FIRST_HIGH_BAND, rotate_high_bands};
 use crate::rotation::low_bands::{MIDDLE_BANDS, rotate_middle_bands};
 use crate::rotation::yz_exchange::{SplitBand, YzExchange, YzExchangeBand};
 use crate::scalar::TypedSliceMut;
-use crate::{Coefficient, Real, Rgb};
+use crate::scalar::{Coefficient, Real, Rgb};
 
 /// Orders up to this one work on the stack alone.
 const STACK_ORDER: usize = 11;
@@ -196,7 +196,8 @@ fn rotate_pairs<T: Coefficient>(cos: &[T::Scalar], sin: &[T::Scalar], minus: &mu
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Expansion as _, Rotation, ShVec};
+    use crate::expansion::{Expansion as _, ShVec};
+    use crate::rotation::Rotation;
 
     #[test]
     fn exchanges_agree_with_the_closed_forms_of_bands_1_and_2() {

@@ -4,7 +4,7 @@ use core::fmt::Debug;
 
 use pulp::Simd;
 
-use crate::Real;
+use crate::scalar::Real;
 
 /// `f32` or `f64`, and what registers of it do.
 pub trait Lane: Real {

@@ -4,8 +4,9 @@
 use num_traits::Float as _;
 
 use crate::expansion::gradient::eval_with_gradient;
+use crate::expansion::{Expansion, ShVec};
+use crate::sphere::Dir;
 use crate::sphere::vector::{dot, length, sub, tangents};
-use crate::{Dir, Expansion, ShVec};
 
 /// The most steps. From within a grid cell of a maximum some 8 are usual; a flat ridge may take several times as many.
 const STEPS: usize = 200;

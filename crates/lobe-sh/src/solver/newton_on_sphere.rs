@@ -6,7 +6,7 @@
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use crate::Dir;
+use crate::sphere::Dir;
 use crate::sphere::vector::{dot, tangents};
 
 /// The most steps. Where the function is quadratic six suffice; the first ones may be halved.

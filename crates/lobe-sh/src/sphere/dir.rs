@@ -5,7 +5,7 @@ use core::ops::Neg;
 #[cfg(not(feature = "std"))]
 use num_traits::Float as _;
 
-use crate::ShError;
+use crate::error::ShError;
 
 /// The tolerance of the squared length given to [`Dir::from_unit`]: directions that went through a few `f64` operations
 /// pass, those rounded to `f32` do not.

@@ -1,7 +1,7 @@
 //! Directions spread over the sphere: a Fibonacci spiral, and points at rest in Thomson's problem.
 
-use crate::Dir;
 use crate::prelude::*;
+use crate::sphere::Dir;
 use crate::sphere::vector::{dot, sub, unit};
 
 /// The most steps: the largest set needs some 500.
@@ -80,7 +80,7 @@ fn tangential_forces(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Zonal;
+    use crate::expansion::Zonal;
     use crate::sphere::vector::cross;
 
     #[test]

@@ -2,8 +2,8 @@
 
 use core::f64::consts::PI;
 
-use crate::Dir;
 use crate::prelude::*;
+use crate::sphere::Dir;
 
 /// Newton steps after which a Gauss-Legendre node has converged: the start is good to `O(n⁻²)` and every step
 /// doubles the digits, so four suffice; the rest is margin.

@@ -3,8 +3,8 @@
 use lobe_sh::simd::{LANES, Lanes, Wide, constant};
 use pulp::Simd;
 
-use crate::ShadowReceivers;
 use crate::accumulate::sphere_tree::Unit;
+use crate::receivers::ShadowReceivers;
 
 /// Sixteen receivers: places and unit normals, coordinate by coordinate.
 #[derive(Clone, Debug)]

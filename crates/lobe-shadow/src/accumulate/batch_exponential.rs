@@ -6,8 +6,8 @@ use lobe_sh::exponential::{ExpMethod, OptimalLinear};
 use lobe_sh::simd::{LANES, Lanes, Machine, Wide, constant};
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::ShadowError;
 use crate::accumulate::log_table::MAX_TABLE_ORDER;
+use crate::error::ShadowError;
 
 /// Halvings at most: then the norm is below the rounding of 1.
 const MOST_HALVINGS: f32 = 24.0;

@@ -6,11 +6,11 @@ use lobe_sh::simd::{Lanes, Wide, constant};
 use lobe_sh::{Coefficient as _, Rgb};
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::ShadowError;
 use crate::accumulate::aim::{ReceiverBlock, ReceiverLanes, aim};
 use crate::accumulate::shares::{COSINE_OVER_PI, MONOMIALS, monomials, to_monomials};
 use crate::accumulate::sky_light::SkyLight;
 use crate::accumulate::sphere_tree::{Node, SphereTree};
+use crate::error::ShadowError;
 
 /// What spheres of diffuse material reflect of the sky, made by [`bounce`](crate::SphereShadows::bounce) for
 /// [`reflected_irradiance`](crate::SphereShadows::reflected_irradiance).

@@ -6,7 +6,7 @@ use derive_setters::Setters;
 use lobe_sh::Zonal;
 use lobe_sh::exponential::{LOG_CLAMP, ZonalLogarithm};
 
-use crate::ShadowError;
+use crate::error::ShadowError;
 
 /// The highest order of a table.
 pub(crate) const MAX_TABLE_ORDER: usize = 8;

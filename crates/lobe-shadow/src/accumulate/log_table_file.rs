@@ -7,8 +7,8 @@ use std::path::Path;
 use lobe_io::{IoError, Numbers, Tensor, TensorFile, TensorFormat, read_file, write_tensors};
 use serde::{Deserialize, Serialize};
 
-use crate::ShadowError;
 use crate::accumulate::log_table::{FIT, FIT_END, LEAST_FIT_END, LogTable, LogTableOptions};
+use crate::error::ShadowError;
 
 const FORMAT: TensorFormat =
     TensorFormat { name: "lobe-sphere-logarithms", version: 1, if_older: "make the table anew" };

@@ -1,8 +1,8 @@
 //! Receivers that lie together, and what hides the sky of all of them.
 
-use crate::ShadowReceivers;
 use crate::accumulate::shares::Share;
 use crate::accumulate::sphere_tree::{Node, SphereTree, Unit, distance};
+use crate::receivers::ShadowReceivers;
 
 /// A sphere around receivers, and a cone around their normals.
 pub(crate) struct Group {

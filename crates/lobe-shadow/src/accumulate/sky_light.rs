@@ -6,8 +6,8 @@ use lobe_sh::simd::{Lanes, Machine, Wide, constant};
 use lobe_sh::{Coefficient as _, Expansion, Rgb, ShVec, Zonal};
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::ShadowError;
 use crate::accumulate::log_table::{MAX_TABLE_ORDER, rotation_factor};
+use crate::error::ShadowError;
 use crate::lane_basis::LaneBasis;
 
 /// Bands of the clamped cosine at most. The first that is left out, of degree 10, has 0.5 % of the factor of the mean.

@@ -19,7 +19,8 @@ use crate::accumulate::shares::Share;
 use crate::accumulate::sky_light::{CHANNELS, SkyLight};
 use crate::accumulate::sphere_tree::{Node, SphereTree, distance};
 use crate::accumulate::sum_logarithms::add_logarithms;
-use crate::{ShadowError, ShadowReceivers};
+use crate::error::ShadowError;
+use crate::receivers::ShadowReceivers;
 
 /// Options of [`SphereShadows`].
 #[derive(Clone, Copy, Debug, PartialEq, Setters, serde::Serialize, serde::Deserialize)]
@@ -326,7 +327,7 @@ type Write<'a> = dyn Fn(&ReceiverBlock, &Nodes<'_>, &[Lanes], &mut [f32]) + Sync
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::LogTableOptions;
+    use crate::accumulate::log_table::LogTableOptions;
     use lobe_sh::ShL2;
     use lobe_testkit::Random;
 

@@ -5,9 +5,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use lobe_io::parallel;
 
-use crate::ShadowError;
 use crate::accumulate::occluder::Occluder;
 use crate::accumulate::shares::{Share, Surface};
+use crate::error::ShadowError;
 
 /// What stands for all spheres under a node, as seen from far away.
 ///

@@ -6,12 +6,14 @@ use lobe_prt::{BakeOptions, FittedVertices, fingerprint_arithmetic, fingerprint_
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::Dir;
 
+use crate::error::ShadowError;
 use crate::field::axial::Axial;
 use crate::field::bake_rows::{RowWork, bake_rows};
+use crate::field::field_grid::FieldGrid;
 use crate::field::field_storage::of_prt;
 use crate::field::fill_inside::fill_inside;
+use crate::field::occlusion_field::OcclusionField;
 use crate::field::sky_rays::{Cap, RayScratch, SkyRays, turn_of};
-use crate::{FieldGrid, OcclusionField, ShadowError};
 
 /// Fingerprints of fields and of visibility among those of Lobe.
 const FIELD_KIND: u64 = 20;

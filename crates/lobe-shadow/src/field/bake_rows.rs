@@ -3,7 +3,7 @@
 use lobe_io::{Fingerprint, Job, Progress, RecordFile, RecordFormat, RecordLayout, Shard, parallel};
 use web_time::{Duration, Instant};
 
-use crate::ShadowError;
+use crate::error::ShadowError;
 
 /// Rows of a record. The pieces are the same for any number of threads.
 const CHUNK: usize = 32;

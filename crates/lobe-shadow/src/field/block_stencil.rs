@@ -3,7 +3,7 @@
 use lobe_sh::simd::{Lanes, Wide, constant};
 use pulp::Simd;
 
-use crate::FieldGrid;
+use crate::field::field_grid::FieldGrid;
 
 /// Spheres around a point and vertices on each: weights at most.
 const MOST_WEIGHTS: usize = 16;
@@ -197,7 +197,7 @@ fn catmull_rom<S: Simd>(simd: S, t: Wide<S>) -> [Wide<S>; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::RadialInterpolation;
+    use crate::field::field_grid::RadialInterpolation;
     use lobe_sh::simd::LANES;
     use lobe_testkit::Random;
     use pulp::{Arch, WithSimd};

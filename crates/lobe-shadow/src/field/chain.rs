@@ -6,10 +6,11 @@ use lobe_sh::simd::{LANES, Lanes, Machine, Wide, constant};
 use lobe_sh::{Rgb, Zonal};
 use pulp::{Simd, WithSimd};
 
+use crate::field::field_grid::RadialInterpolation;
 use crate::field::nearest_first::{Met, MetKind, Sights};
 use crate::field::placed::{Expansions, LookUp, Placed, Positions, ZERO};
+use crate::field::radiance_field::RadianceField;
 use crate::lane_basis::LaneBasis;
-use crate::{RadialInterpolation, RadianceField};
 
 /// What a receiver multiplies light by: `channels` expansions for each.
 #[derive(Clone, Copy, Debug)]

@@ -5,9 +5,12 @@ use std::path::Path;
 use lobe_io::{IoError, TensorFile, TensorFormat, read_file, write_tensors};
 use serde::{Deserialize, Serialize};
 
+use crate::error::ShadowError;
 use crate::field::axial::Axial;
+use crate::field::field_grid::FieldGrid;
 use crate::field::field_storage::StoredRows;
-use crate::{FieldGrid, FieldStorage, OcclusionField, ShadowError, StorageReport};
+use crate::field::field_storage::{FieldStorage, StorageReport};
+use crate::field::occlusion_field::OcclusionField;
 
 /// The numbers of a [`FieldGrid`] in the header of a file.
 #[derive(Serialize, Deserialize)]

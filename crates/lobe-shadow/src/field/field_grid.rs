@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use lobe_sh::simd::{Wide, constant};
 use pulp::Simd;
 
-use crate::ShadowError;
+use crate::error::ShadowError;
 use crate::field::octahedron::Octahedron;
 
 /// Sample points in all at most: their numbers are exact in `f32`.

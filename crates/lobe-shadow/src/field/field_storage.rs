@@ -4,7 +4,7 @@ use half::f16;
 use lobe_io::Job;
 use lobe_prt::{CompressOptions, CompressedTable, PrtError, TableWeights, WeightBits, compress_table};
 
-use crate::ShadowError;
+use crate::error::ShadowError;
 
 /// How the numbers of a field, of a lamp or of visibility are stored in a file. In memory they are always `f32`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,6 +1,6 @@
 //! Values for the sample points inside a solid, from those next to them.
 
-use crate::FieldGrid;
+use crate::field::field_grid::FieldGrid;
 
 /// Gives the rows of points inside a solid the mean of their neighbors outside, layer by layer from the surface inwards: those
 /// of representatives alone, [`FieldGrid::neighbors`]. If all points are inside there is nothing to take, and all stay as they are.

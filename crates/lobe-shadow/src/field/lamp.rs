@@ -4,7 +4,9 @@ use std::borrow::Cow;
 
 use lobe_sh::Rgb;
 
-use crate::{PatchField, RadianceField, ShadowError};
+use crate::error::ShadowError;
+use crate::field::patch_field::PatchField;
+use crate::field::radiance_field::RadianceField;
 
 /// The light of a lamp around it, which stands or changes.
 #[derive(Clone, Debug)]

@@ -6,15 +6,18 @@ use lobe_io::{Numbers, Tensor, TensorFile, TensorFormat, read_file, write_tensor
 use lobe_sh::Rgb;
 use serde::{Deserialize, Serialize};
 
+use crate::error::ShadowError;
 use crate::field::axial::Axial;
 use crate::field::field_file::check_order;
+use crate::field::field_grid::FieldGrid;
 use crate::field::field_storage::StoredRows;
+use crate::field::field_storage::{FieldStorage, StorageReport};
+use crate::field::lamp::{Lamp, LampSequence};
 use crate::field::lamp_surface::check_patches;
+use crate::field::lamp_surface::{PatchedRectangle, Rectangle};
+use crate::field::patch_field::PatchField;
+use crate::field::radiance_field::RadianceField;
 use crate::field::radiance_field::Shape;
-use crate::{
-    FieldGrid, FieldStorage, Lamp, LampSequence, PatchField, PatchedRectangle, RadianceField, Rectangle, ShadowError,
-    StorageReport,
-};
 
 #[derive(Serialize, Deserialize)]
 struct LampHeader {

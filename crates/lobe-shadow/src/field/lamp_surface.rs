@@ -3,7 +3,8 @@
 use lobe_sh::Rgb;
 use lobe_sh::sphere::vector::{add, cross, length, sub};
 
-use crate::{FieldGrid, ShadowError};
+use crate::error::ShadowError;
+use crate::field::field_grid::FieldGrid;
 
 /// Patches at most, along each side of a rectangle.
 const MOST_PATCHES: usize = 64;

@@ -146,7 +146,9 @@ impl WithSimd for Look<'_, '_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{FieldGrid, OcclusionField, Placement, RadialInterpolation};
+    use crate::field::field_grid::{FieldGrid, RadialInterpolation};
+    use crate::field::occlusion_field::OcclusionField;
+    use crate::placement::Placement;
     use lobe_sh::Rotation;
     use lobe_sh::simd::LANES;
 

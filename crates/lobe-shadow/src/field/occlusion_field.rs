@@ -3,8 +3,9 @@
 use lobe_sh::simd::LANES;
 use lobe_sh::{Dir, ShVec};
 
+use crate::error::ShadowError;
 use crate::field::axial::Axial;
-use crate::{FieldGrid, RadialInterpolation, ShadowError};
+use crate::field::field_grid::{FieldGrid, RadialInterpolation};
 
 /// The orders a field may have.
 const ORDERS: std::ops::RangeInclusive<usize> = 1..=8;

@@ -6,11 +6,14 @@ use lobe_sh::light::SphericalPolygon;
 use lobe_sh::sphere::vector::{cross, length};
 use lobe_sh::{Dir, Expansion as _, Rgb};
 
+use crate::error::ShadowError;
 use crate::field::axial::Axial;
 use crate::field::bake_rows::{RowWork, bake_rows};
+use crate::field::field_grid::FieldGrid;
 use crate::field::lamp_surface::check_patches;
+use crate::field::lamp_surface::{LampSurface, PatchedRectangle, Rectangle};
 use crate::field::radiance_field::{OFF_PLANE, check_order, expect_rows};
-use crate::{FieldGrid, LampSurface, PatchedRectangle, RadianceField, RadianceOptions, Rectangle, ShadowError};
+use crate::field::radiance_field::{RadianceField, RadianceOptions};
 
 /// Fingerprints of lamps among those of Lobe.
 const PATCH_KIND: u64 = 23;

@@ -6,8 +6,10 @@ use lobe_sh::simd::{LANES, Lanes, Wide, constant};
 use pulp::Simd;
 
 use crate::field::block_stencil::BlockStencil;
+use crate::field::field_grid::RadialInterpolation;
+use crate::field::occlusion_field::OcclusionField;
 use crate::lane_basis::LaneBasis;
-use crate::{OcclusionField, Placement, RadialInterpolation};
+use crate::placement::Placement;
 
 /// The longest row of a field, order 8, filled up to whole registers.
 const MAX_ROW: usize = 80;

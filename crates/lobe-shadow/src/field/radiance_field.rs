@@ -4,9 +4,11 @@ use derive_setters::Setters;
 use lobe_sh::sphere::vector::{add, cross, dot, length, sub};
 use lobe_sh::{Dir, Expansion as _, Rgb, ShVec, Zonal};
 
+use crate::error::ShadowError;
 use crate::field::axial::Axial;
+use crate::field::field_grid::{FieldGrid, RadialInterpolation};
+use crate::field::lamp_surface::{LampSurface, PatchedRectangle, Rectangle};
 use crate::field::occlusion_field::toward_middle;
-use crate::{FieldGrid, LampSurface, PatchedRectangle, RadialInterpolation, Rectangle, ShadowError};
 
 /// Sample points nearer to the plane of a rectangle than this part of its radius have the light of its front: within the plane it has
 /// no solid angle, and all of a hemisphere on it.

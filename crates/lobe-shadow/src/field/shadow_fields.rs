@@ -7,10 +7,15 @@ use lobe_sh::rotation::RotationMatrices;
 use lobe_sh::simd::{LANES, Lanes, Machine};
 use lobe_sh::{Rgb, Rotation, ShVec};
 
+use crate::error::ShadowError;
 use crate::field::chain::{Chain, ChainScratch, Group, PlacedLamp, Response, cosine_factors};
+use crate::field::field_grid::RadialInterpolation;
+use crate::field::occlusion_field::OcclusionField;
 use crate::field::placed::Placed;
+use crate::field::radiance_field::RadianceField;
 use crate::lane_basis::LaneBasis;
-use crate::{OcclusionField, Placement, RadialInterpolation, RadianceField, ShadowError, ShadowReceivers};
+use crate::placement::Placement;
+use crate::receivers::ShadowReceivers;
 
 /// An entity that hides the sky, and where it is.
 #[derive(Clone, Copy, Debug)]

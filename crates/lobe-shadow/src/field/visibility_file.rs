@@ -5,9 +5,10 @@ use std::path::Path;
 use lobe_io::{Numbers, Tensor, TensorFile, TensorFormat, read_file, write_tensors};
 use serde::{Deserialize, Serialize};
 
+use crate::error::ShadowError;
 use crate::field::field_file::check_order;
 use crate::field::field_storage::StoredRows;
-use crate::{FieldStorage, ShadowError, StorageReport};
+use crate::field::field_storage::{FieldStorage, StorageReport};
 
 #[derive(Serialize, Deserialize)]
 struct Header {

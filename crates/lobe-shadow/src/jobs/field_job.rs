@@ -9,12 +9,15 @@ use lobe_io::{
 use lobe_scene::{EntityKind, Mesh, Scene, SceneSource};
 use serde::Serialize;
 
+use crate::error::ShadowError;
+use crate::field::bake_field::{
+    FieldOptions, FieldReport, VisibilityOptions, bake_field, bake_field_shard, bake_vertex_visibility,
+};
+use crate::field::field_file::write_field;
+use crate::field::field_storage::StorageReport;
+use crate::field::visibility_file::{SurfaceVisibility, write_visibility};
 use crate::jobs::field_sampling::{COPIES, FieldSampling};
 use crate::jobs::storage_options::StorageOptions;
-use crate::{
-    FieldOptions, FieldReport, ShadowError, StorageReport, SurfaceVisibility, VisibilityOptions, bake_field,
-    bake_field_shard, bake_vertex_visibility, write_field, write_visibility,
-};
 
 options! {
     /// An occlusion field: an entity, where and how it is sampled, and where the field is written.

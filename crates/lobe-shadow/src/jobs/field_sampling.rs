@@ -2,7 +2,8 @@
 
 use lobe_io::{Given, JobOptions, OptionError, OptionField, OptionKind, options};
 
-use crate::{FieldOptions, RadianceOptions};
+use crate::field::bake_field::FieldOptions;
+use crate::field::radiance_field::RadianceOptions;
 
 /// How often all numbers are held at once: as they are made, as a field, and encoded; then decoded for the report.
 pub(crate) const COPIES: u64 = 3;

@@ -7,8 +7,12 @@ use lobe_io::{
 };
 use lobe_scene::SceneSource;
 
+use crate::error::ShadowError;
 use crate::jobs::field_job::expect_safetensors;
-use crate::{ShadowError, SphereFitMethod, SphereFitOptions, SphereSet, SphereSetJson, fit_spheres, write_spheres};
+use crate::spheres::fit_spheres::{SphereFitMethod, SphereFitOptions, fit_spheres};
+use crate::spheres::sphere_file::write_spheres;
+use crate::spheres::sphere_json::SphereSetJson;
+use crate::spheres::sphere_set::SphereSet;
 
 /// A fit that holds less than this part of the space for certain is noted.
 const CERTAIN: f64 = 0.9;

@@ -4,7 +4,7 @@ use lobe_io::{Given, JobOptions, OptionError, OptionField, OptionKind, options};
 use lobe_prt::CompressionOptions;
 use serde::{Deserialize, Serialize};
 
-use crate::{FieldStorage, StorageReport};
+use crate::field::field_storage::{FieldStorage, StorageReport};
 
 /// The forms of [`FieldStorage`], without their options.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use lobe_io::parallel;
 
-use crate::ShadowError;
+use crate::error::ShadowError;
 use crate::spheres::overlaps::Overlaps;
 use crate::spheres::solid::Solid;
 use crate::split_mix::{self, GOLDEN};

@@ -8,12 +8,13 @@ use lobe_io::{Fingerprint, Job, Progress, RecordFile, RecordFormat, RecordLayout
 use lobe_scene::Scene;
 use web_time::Instant;
 
+use crate::error::ShadowError;
 use crate::spheres::ball::{Ball, reach};
 use crate::spheres::cover_samples::CoverSamples;
 use crate::spheres::medial_axis::medial_balls;
 use crate::spheres::solid::Solid;
+use crate::spheres::sphere_set::SphereSet;
 use crate::spheres::variational::{Cover, energy};
-use crate::{ShadowError, SphereSet};
 
 /// A fit is at its end when two rounds together lower the energy by less than twice the tolerance.
 const WINDOW: usize = 2;

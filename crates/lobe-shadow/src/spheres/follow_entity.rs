@@ -4,9 +4,13 @@ use glam::DVec3;
 use lobe_io::{Job, Progress};
 use lobe_scene::{AnimatedScene, Entity, PosedScene};
 
+use crate::error::ShadowError;
 use crate::spheres::follow_morphs::morphs_of;
+use crate::spheres::pose::{SkinnedMesh, WorldSphere};
+use crate::spheres::skeleton::Skeleton;
 use crate::spheres::skeleton::expect_joint;
-use crate::{ShadowError, Skeleton, Skin, SkinnedMesh, SphereSet, WorldSphere};
+use crate::spheres::skin::Skin;
+use crate::spheres::sphere_set::SphereSet;
 
 /// Spheres times triangles between two looks at whether to stop: a fraction of a second.
 const AT_ONCE: usize = 1 << 22;

@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 use lobe_io::{Job, Progress, parallel};
 use lobe_scene::{AnimatedScene, Entity, Mesh, Scene};
 
-use crate::ShadowError;
+use crate::error::ShadowError;
 use crate::spheres::morphs::{NUMBERS, SphereMorphs};
 use crate::spheres::near_triangle::{nearest_on_triangle, place};
 use crate::spheres::sphere_set::SphereSet;

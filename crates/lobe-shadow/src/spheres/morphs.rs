@@ -13,7 +13,7 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::ShadowError;
+use crate::error::ShadowError;
 
 /// Numbers of a sphere and a target: `D`, and the rows of `A`.
 pub(crate) const NUMBERS: usize = 12;

@@ -14,7 +14,7 @@
 use glam::{DMat3, DVec3};
 use lobe_io::parallel;
 
-use crate::ShadowError;
+use crate::error::ShadowError;
 use crate::spheres::morphs::SphereMorphs;
 use crate::spheres::near_triangle::{nearest_on_triangle, place};
 use crate::spheres::skin::Skin;

@@ -6,7 +6,7 @@ use glam::DVec3;
 use lobe_io::parallel;
 use lobe_scene::{Bvh, Ray, Scene};
 
-use crate::SphereSet;
+use crate::spheres::sphere_set::SphereSet;
 
 /// Lines through the ball around a shape and its spheres.
 const LINES: usize = 1 << 14;

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use lobe_scene::{AnimatedScene, Entity};
 use serde::{Deserialize, Serialize};
 
-use crate::ShadowError;
+use crate::error::ShadowError;
 use lobe_io::one_line;
 
 /// The entity of an animated scene that spheres stand for, with the joints of its skin in the order in which a

@@ -1,6 +1,6 @@
 //! The joints that spheres move with.
 
-use crate::ShadowError;
+use crate::error::ShadowError;
 
 /// How far from 1 the weights of a file may sum: what is written with four digits still counts, a forgotten joint does not.
 const SUM_TOLERANCE: f32 = 1e-4;

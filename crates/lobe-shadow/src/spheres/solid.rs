@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use lobe_scene::Scene;
 
-use crate::ShadowError;
+use crate::error::ShadowError;
 use crate::spheres::far_part::Split;
 use crate::spheres::overlaps::Overlaps;
 use crate::spheres::patch_tree::PatchTree;

@@ -5,9 +5,13 @@ use std::path::Path;
 use lobe_io::{Numbers, Tensor, TensorFile, TensorFormat, read_file, write_tensors};
 use serde::{Deserialize, Serialize};
 
+use crate::error::ShadowError;
 use crate::spheres::morphs::NUMBERS;
+use crate::spheres::morphs::SphereMorphs;
+use crate::spheres::skeleton::Skeleton;
+use crate::spheres::skin::Skin;
+use crate::spheres::sphere_set::SphereSet;
 use crate::spheres::sphere_set::check;
-use crate::{ShadowError, Skeleton, Skin, SphereMorphs, SphereSet};
 
 /// The most bytes of a file: those of the most spheres of a set, and many times the names that joints have.
 const MOST_BYTES: u64 = 1 << 26;

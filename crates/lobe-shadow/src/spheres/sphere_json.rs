@@ -2,7 +2,8 @@
 
 use serde::Serialize;
 
-use crate::{SphereFitReport, SphereSet};
+use crate::spheres::fit_spheres::SphereFitReport;
+use crate::spheres::sphere_set::SphereSet;
 
 /// What `lobe spheres --json` prints; see [`SphereSetJson::new`].
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -1,6 +1,6 @@
 //! Sets of spheres that stand for a solid.
 
-use crate::ShadowError;
+use crate::error::ShadowError;
 use crate::spheres::morphs::SphereMorphs;
 use crate::spheres::skeleton::Skeleton;
 use crate::spheres::skin::Skin;

@@ -1,6 +1,6 @@
 //! The volume of a union of spheres.
 
-use crate::SphereSet;
+use crate::spheres::sphere_set::SphereSet;
 
 /// Columns along each side of the box of the spheres: a ball that fills it is right to a part in 10⁵.
 const COLUMNS: usize = 512;

@@ -21,7 +21,7 @@
 use glam::DVec3;
 use lobe_io::parallel;
 
-use crate::ShadowError;
+use crate::error::ShadowError;
 use crate::spheres::ball::{Ball, Search, improved, reach};
 use crate::spheres::solid::Solid;
 use crate::spheres::teleport::{teleported, thinned};

@@ -4,7 +4,7 @@
 use gltf_json::accessor::{Accessor, ComponentType, Type};
 use gltf_json::{Index, buffer, validation::Checked};
 
-use crate::SceneError;
+use crate::error::SceneError;
 use crate::files::gltf::files::GltfFile;
 use crate::files::source::Source;
 

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::SceneError;
+use crate::error::SceneError;
 use crate::files::source::Source;
 
 const MAGIC: &[u8] = b"glTF";

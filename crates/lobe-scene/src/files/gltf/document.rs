@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use crate::SceneError;
+use crate::error::SceneError;
 use crate::files::gltf::files::{GltfFile, VIEW_EXTENSIONS, items, push};
 use crate::files::gltf::uri::read_uri;
 use crate::files::source::Source;

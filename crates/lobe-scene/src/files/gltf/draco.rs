@@ -12,7 +12,7 @@ use draco_core::mesh_decoder::MeshDecoder;
 use gltf_json::Index;
 use serde_json::{Value, json};
 
-use crate::SceneError;
+use crate::error::SceneError;
 use crate::files::gltf::accessor::view_bytes;
 use crate::files::gltf::files::{GltfFile, forget_extension, take_extension};
 use crate::files::source::Source;

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use serde_json::Value;
 
-use crate::SceneError;
+use crate::error::SceneError;
 use crate::files::source::Source;
 
 /// Extensions that Lobe reads. Those of materials and lights are accepted and ignored with a note: shapes and base

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use serde_json::{Value, json};
 
-use crate::SceneError;
+use crate::error::SceneError;
 use crate::files::gltf::root::Root;
 use crate::files::gltf::uri::read_uri;
 use crate::files::gltf::{container, extensions};

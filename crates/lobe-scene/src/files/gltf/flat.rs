@@ -7,7 +7,7 @@ use gltf_json::validation::Checked;
 use gltf_json::{Accessor, Index};
 use serde_json::{Value, json};
 
-use crate::SceneError;
+use crate::error::SceneError;
 use crate::files::gltf::accessor::Accessors;
 use crate::files::gltf::files::{GltfFile, push};
 use crate::files::gltf::nodes::{Origin, walk};

@@ -2,8 +2,13 @@
 
 use serde_json::{Map, Value, json};
 
+use crate::files::gltf::document::GltfDocument;
 use crate::files::gltf::files::push;
-use crate::{Alpha, GltfDocument, Material, Mesh, Scene, TextureUse, Wrap, y_up_from_z_up};
+use crate::scene::material::{Alpha, Material, TextureUse};
+use crate::scene::mesh::Mesh;
+use crate::scene::scene::Scene;
+use crate::scene::texture::Wrap;
+use crate::scene::up::y_up_from_z_up;
 
 const FLOAT: u32 = 5126;
 const UNSIGNED_INT: u32 = 5125;

@@ -3,7 +3,7 @@
 use gltf_json::{Accessor, Index};
 use serde_json::{Map, Value, json};
 
-use crate::SceneError;
+use crate::error::SceneError;
 use crate::files::gltf::accessor::Accessors;
 use crate::files::gltf::files::{GltfFile, forget_extension, items, push, take_extension};
 use crate::files::gltf::nodes::Tree;

@@ -7,12 +7,14 @@ use gltf_json::texture::{Info, MagFilter, WrappingMode};
 use gltf_json::validation::Checked;
 use serde::Deserialize as _;
 
+use crate::error::SceneError;
 use crate::files::gltf::accessor::view_bytes;
 use crate::files::gltf::files::GltfFile;
 use crate::files::gltf::uri::read_uri;
 use crate::files::picture::decode;
 use crate::files::source::Source;
-use crate::{Alpha, Material, NormalMap, SceneError, Texture, TextureUse, Wrap};
+use crate::scene::material::{Alpha, Material, NormalMap, TextureUse};
+use crate::scene::texture::{Texture, Wrap};
 
 /// Reads all materials of the file, and of those that are used the textures of base colors and, if they are wanted, of normals.
 pub(crate) fn read(

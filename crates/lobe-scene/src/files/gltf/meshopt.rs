@@ -6,7 +6,7 @@ use meshoptimizer_rs::codec::{Filter, Mode, decode_buffer_view};
 use meshoptimizer_rs::{Limits, Workspace};
 use serde_json::{Value, json};
 
-use crate::SceneError;
+use crate::error::SceneError;
 use crate::files::gltf::files::{GltfFile, VIEW_EXTENSIONS, forget_extension, items, push, take_extension};
 use crate::files::source::Source;
 

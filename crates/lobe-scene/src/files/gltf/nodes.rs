@@ -2,7 +2,7 @@
 
 use glam::{DMat4, DQuat, DVec3};
 
-use crate::SceneError;
+use crate::error::SceneError;
 use crate::files::gltf::root::{GltfNode, Root};
 use crate::files::source::Source;
 use crate::scene::transform::{Local, Trs};

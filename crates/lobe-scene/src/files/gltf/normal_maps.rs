@@ -3,11 +3,13 @@
 use gltf_json::mesh::{Primitive, Semantic};
 use gltf_json::validation::Checked;
 
+use crate::error::SceneError;
 use crate::files::gltf::accessor::Accessors;
 use crate::files::gltf::files::GltfFile;
 use crate::files::gltf::primitive::place_of;
 use crate::files::source::Source;
-use crate::{Mesh, MeshParts, MeshSource, NormalMap, SceneError};
+use crate::scene::material::NormalMap;
+use crate::scene::mesh::{Mesh, MeshParts, MeshSource};
 
 /// Bytes of the tangents of a triangle.
 const TRIANGLE: u64 = size_of::<[[f32; 4]; 3]>() as u64;

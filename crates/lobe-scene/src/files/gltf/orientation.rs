@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use crate::Mesh;
+use crate::scene::mesh::Mesh;
 
 /// Whether the triangles of a split mesh run around the other way than those that they are parts of; `None` if one is
 /// part of none.
@@ -68,7 +68,8 @@ fn weights_of(triangle: [u32; 3], split: &Mesh) -> [BTreeMap<u32, f64>; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{MeshParts, Scene};
+    use crate::scene::mesh::MeshParts;
+    use crate::scene::scene::Scene;
 
     const SQUARE: [[u32; 3]; 2] = [[0, 1, 2], [0, 2, 3]];
 

@@ -6,7 +6,7 @@ use glam::DVec3;
 use gltf_json::mesh::Semantic;
 use gltf_json::validation::Checked;
 
-use crate::SceneError;
+use crate::error::SceneError;
 use crate::files::gltf::accessor::Accessors;
 use crate::files::gltf::files::GltfFile;
 use crate::files::gltf::nodes::{Origin, Shown, walk};

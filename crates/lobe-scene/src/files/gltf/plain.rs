@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use crate::SceneError;
+use crate::error::SceneError;
 use crate::files::gltf::files::GltfFile;
 #[cfg(feature = "compressed")]
 use crate::files::gltf::meshopt;

@@ -4,7 +4,7 @@ use gltf_json::mesh::{Mode, Primitive};
 use gltf_json::validation::Checked;
 use gltf_json::{Accessor, Index, Mesh};
 
-use crate::SceneError;
+use crate::error::SceneError;
 use crate::files::gltf::accessor::Accessors;
 use crate::files::source::Source;
 

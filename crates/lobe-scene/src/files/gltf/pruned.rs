@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use serde_json::{Map, Value, json};
 
-use crate::GltfDocument;
+use crate::files::gltf::document::GltfDocument;
 use crate::files::gltf::files::items;
 
 /// Extensions, by the beginnings of their names, that name neither accessors nor buffer views.

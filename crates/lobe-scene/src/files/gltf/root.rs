@@ -7,7 +7,7 @@ use gltf_json::{Accessor, Buffer, Image, Material, Mesh, buffer, texture::Sample
 use serde::Deserialize;
 use serde_json::Value;
 
-use crate::SceneError;
+use crate::error::SceneError;
 use crate::files::source::Source;
 
 /// The members of a glTF file that Lobe uses. Only their shape has been checked.

@@ -3,7 +3,7 @@
 
 use serde_json::json;
 
-use crate::SceneError;
+use crate::error::SceneError;
 use crate::files::gltf::files::{GltfFile, push};
 use crate::files::gltf::flat::{times_shown, without_normals};
 use crate::files::source::Source;

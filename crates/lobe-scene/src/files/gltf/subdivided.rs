@@ -8,14 +8,17 @@ use gltf_json::validation::Checked;
 use gltf_json::{Accessor, Index};
 use serde_json::{Map, Value, json};
 
+use crate::error::SceneError;
 use crate::files::gltf::accessor::Accessors;
+use crate::files::gltf::document::GltfDocument;
 use crate::files::gltf::files::{GltfFile, push};
 use crate::files::gltf::middles::{Influences, Middle, append_influences};
 use crate::files::gltf::orientation::is_turned;
 use crate::files::gltf::primitive::{corners_of, is_of_triangles, place_of, triangles};
 use crate::files::gltf::root::Root;
+use crate::files::read_options::SceneReadOptions;
 use crate::files::source::Source;
-use crate::{GltfDocument, Mesh, SceneError, SceneReadOptions};
+use crate::scene::mesh::Mesh;
 
 const FLOAT: u32 = 5126;
 const ARRAY_BUFFER: u32 = 34962;

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use gltf_json::mesh::{Mode, Semantic};
 use gltf_json::validation::Checked;
 
-use crate::SceneError;
+use crate::error::SceneError;
 use crate::files::gltf::accessor::Accessors;
 use crate::files::gltf::files::GltfFile;
 use crate::files::gltf::instancing::times_shown;

@@ -1,6 +1,6 @@
 //! URIs of glTF files: embedded data, and files.
 
-use crate::SceneError;
+use crate::error::SceneError;
 use crate::files::source::Source;
 
 /// The bytes of a URI: embedded data, or a file beside the glTF file.

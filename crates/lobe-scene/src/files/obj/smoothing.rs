@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use crate::MissingNormals;
+use crate::files::read_options::MissingNormals;
 use crate::scene::flat::{FlatMesh, unit_normal};
 use crate::scene::vertex_normals::weighted_normals;
 

@@ -58,9 +58,9 @@ mod zonal_5;
 #[rustfmt::skip]
 mod zonal_6;
 
-use crate::Coefficient;
 #[cfg(test)]
 use crate::product::cost::{ProductCost, ProductKind};
+use crate::scalar::Coefficient;
 
 /// What every generated product costs. The generator counts the operations it writes; a test counts them again
 /// in the source.
