@@ -28,7 +28,7 @@ use std::process::ExitCode;
 #[cfg(not(target_arch = "wasm32"))]
 use clap::Parser as _;
 
-pub use app::kept::{Kept, RoomName, Theme};
+pub use app::kept::{Kept, Theme};
 pub use app::viewer_app::ViewerApp;
 pub use loading::bake::{GlossyBake, SceneData, bake_options, bake_scene};
 pub use loading::cache::UserFolder;
@@ -46,6 +46,7 @@ pub use rooms::functions::edits::{FunctionsEdits, OpenedFunction, Section, Shape
 pub use rooms::functions::functions_room::FunctionsRoom;
 pub use rooms::motion::edits::{MotionEdits, MotionView};
 pub use rooms::motion::motion_room::MotionRoom;
+pub use rooms::rooms::{KeptRooms, RoomName};
 pub use rooms::scene::edits::{Comparison, SceneEdits, SceneLamp};
 pub use rooms::scene::probe::{Vertex, transfer_of, vertex_under};
 pub use rooms::scene::scene_room::SceneRoom;

@@ -59,10 +59,11 @@ mod texture;
 
 pub use codec::encode::{PictureWriteOptions, PictureWriteReport, encode_picture, write_picture, write_pixels};
 pub use codec::exr_layers::{ExrAttribute, ExrLayers};
+pub use codec::file_format::FileFormat;
 pub use codec::frames::FrameSequence;
 pub use codec::picture_rows::PictureRows;
 pub use codec::read::{
-    FileFormat, Nonfinite, PictureReadOptions, PictureReadReport, picture_file_bytes, read_picture, read_picture_bytes,
+    Nonfinite, PictureReadOptions, PictureReadReport, picture_file_bytes, read_picture, read_picture_bytes,
 };
 pub use compare::compare::{ErrorReport, compare, error_map, error_of, relative_mse};
 pub use compare::flip::{FLIP_PIXELS_PER_DEGREE, Flip, flip};

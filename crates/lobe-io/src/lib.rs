@@ -20,6 +20,7 @@
 //! | refuse work that takes too much memory, or room on the disk (feature `options`) | `MemoryLimit`, `expect_room` |
 //! | print what a file says in one line that no character turns around | [`one_line`] |
 
+mod endings;
 mod error;
 mod fingerprint;
 mod huge_pages;
@@ -44,6 +45,7 @@ mod tensors;
 #[cfg(feature = "options")]
 mod work_options;
 
+pub use endings::{either, named_endings};
 pub use error::{IoError, expect_file, read_file};
 pub use fingerprint::Fingerprint;
 pub use huge_pages::{HugePages, choose_huge_pages};

@@ -74,9 +74,9 @@ pub use bvh::surface_rays::SurfaceRays;
 pub use error::{SceneError, SceneReadOption};
 pub use files::folder::referenced_file;
 
-pub use files::by_extension::is_gltf;
 pub use files::gltf::document::GltfDocument;
 pub use files::read_options::{DefaultMaterial, MissingNormals, ScenePose, SceneReadOptions, SceneReadReport};
+pub use files::scene_format::{SceneFormat, is_gltf};
 pub use motion::animated_scene::AnimatedScene;
 pub use motion::animation::Animation;
 pub use motion::entity::{Entity, EntityKind};

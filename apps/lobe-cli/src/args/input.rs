@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use anyhow::bail;
 use clap::Args;
 use lobe::env::{EnvError, Nonfinite};
-use lobe::image::{ImageError, PictureReadReport, ReadOption};
+use lobe::image::{FileFormat, ImageError, PictureReadReport, ReadOption};
 use lobe::sh::sh_json::{ShFile, read_sh_json, read_sh_json_from};
 
 use crate::args::names::names;
@@ -16,7 +16,9 @@ use crate::run::failure::image_error;
 use crate::run::talk::Talk;
 
 /// The files that are read as environment maps.
-pub(crate) const PICTURES: &str = ".exr, .hdr, .pfm, .png, .jpg, .ktx2 or .dds";
+pub(crate) fn pictures() -> String {
+    FileFormat::names(|_| true)
+}
 
 /// The number of bytes at the beginning of a file that are searched for the mark of an expansion.
 const HEAD: u64 = 256;
@@ -119,8 +121,9 @@ impl From<&NonfiniteOption> for Nonfinite {
 pub(crate) fn explain(path: &Path, error: EnvError) -> anyhow::Error {
     if holds_expansion(path) {
         return anyhow::anyhow!(
-            "{}: expected a {PICTURES} picture, found an expansion; make a picture of it with lobe env reconstruct",
-            path.display()
+            "{}: expected a {} picture, found an expansion; make a picture of it with lobe env reconstruct",
+            path.display(),
+            pictures()
         );
     }
     error.into()

@@ -13,7 +13,7 @@ use lobe::image::PictureReadOptions;
 use lobe::sh::{Rgb, ShVec};
 
 use crate::args::fisheye::FisheyeInput;
-use crate::args::input::{NonfiniteOption, PICTURES, explain, tell};
+use crate::args::input::{NonfiniteOption, explain, pictures, tell};
 use crate::args::memory::{DEFAULT_GIB, MemoryLimit};
 use crate::args::names::names;
 use crate::args::values;
@@ -30,14 +30,20 @@ pub(crate) const OF_SMALLER: u64 = OF_MAP;
 /// Bytes for each texel of a map.
 pub(crate) const OF_MAP: u64 = 12;
 
+/// Help of the input.
+fn help() -> String {
+    let files = pictures();
+    format!(
+        "The environment map: a {files} file, FOLDER/PREFIX%.exr (or another ending; or FOLDER alone) for the six files of a \
+         cube, or bundled:NAME. The files are named px to nz or mz, posx to negz, or as photographs right, left, top or up, \
+         bottom or down, front, back, or rt, lf, up, dn, ft, bk, or r, l, u, d, f, b, or with numbers from 0 or 1 on"
+    )
+}
+
 /// Where a map is, and how it shows its surroundings.
 #[derive(Args)]
 pub(crate) struct MapPath {
-    /// The environment map: an .exr, .hdr, .pfm, .tif, .png, .jpg or .jxl picture, a cube map or a picture as .ktx2,
-    /// .ktx or .dds, FOLDER/PREFIX%.exr (or another extension; or FOLDER alone) for the six files of a cube, or
-    /// bundled:NAME. The files are named px to nz or mz, posx to negz, or as photographs right, left, top or up, bottom
-    /// or down, front, back, or rt, lf, up, dn, ft, bk, or r, l, u, d, f, b, or with numbers from 0 or 1 on
-    #[arg(value_name = "IN")]
+    #[arg(value_name = "IN", help = help())]
     path: PathBuf,
     /// How the picture shows the surroundings [default: what the file or its proportions tell: lat-long if it is twice as wide
     /// as high; a cube if it is a cross, a row or a column of six faces]
@@ -237,7 +243,7 @@ impl MapPath {
         find: impl FnOnce(&Path, &MapReadOptions) -> Result<(T, MapReadReport), EnvError> + Send,
     ) -> anyhow::Result<(T, MapReadReport)> {
         if self.name() == "-" {
-            bail!("-: pictures are read from files, not from stdin; name a {PICTURES} file");
+            bail!("-: pictures are read from files, not from stdin; name a {} file", pictures());
         }
         let options = self.options(nonfinite);
         let (found, report) =

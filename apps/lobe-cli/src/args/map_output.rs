@@ -9,7 +9,7 @@ use lobe::env::{
     CubeHandedness, CubeLayout, CubeMipChain, CubeWriteOptions, FaceFiles, MappedMap, Mapping, Resample, TexelFormat,
     resample, write_cube, write_cube_faces, write_env,
 };
-use lobe::image::{ImageError, PictureWriteOptions};
+use lobe::image::{FileFormat, ImageError, PictureWriteOptions};
 
 use crate::args::names::names;
 use crate::args::output;
@@ -19,9 +19,7 @@ use crate::run::talk::Talk;
 /// A map to write.
 #[derive(Args)]
 pub(crate) struct MapOutput {
-    /// The new map: .exr, .hdr, .pfm, or .png tone-mapped for looking at; a cube also as .ktx2, .dds or .ktx, or as
-    /// FOLDER/PREFIX%.exr (or another extension) for the six files px to nz
-    #[arg(short, long, value_name = "OUT")]
+    #[arg(short, long, value_name = "OUT", help = help())]
     output: MapFile,
     /// Of a cube in one picture: how its faces lie in it [default: horizontal-cross]
     #[arg(long, value_enum)]
@@ -45,8 +43,16 @@ pub(crate) struct MapOutput {
     half: bool,
 }
 
+fn help() -> String {
+    let textures = FileFormat::names(FileFormat::is_texture);
+    let map = format!(
+        "The new map; a cube also as {textures}, or by FOLDER/PREFIX%.exr (or another ending) as six files px to nz"
+    );
+    PictureOutput::help(&map)
+}
+
 fn is_texture(path: &Path) -> bool {
-    ["ktx2", "dds", "ktx"].iter().any(|extension| output::has_extension(path, extension))
+    FileFormat::of_name(path).is_some_and(FileFormat::is_texture)
 }
 
 /// A file of a map, or six.
@@ -66,14 +72,14 @@ impl FromStr for MapFile {
             return Ok(Self::Texture(path));
         }
         if let Some(files) = FaceFiles::of(&path) {
-            if !["exr", "hdr", "pfm", "png"].contains(&files.extension().as_str()) {
-                return Err("expected %.exr, %.hdr, %.pfm or %.png for the six files of a cube".to_owned());
+            if format!("a.{}", files.extension()).parse::<PictureOutput>().is_err() {
+                return Err(format!("expected % before {} for the six files of a cube", PictureOutput::endings()));
             }
             return Ok(Self::Faces(files));
         }
         match text.parse() {
             Ok(picture) => Ok(Self::Picture(picture)),
-            Err(_) => Err("expected a name that ends in .exr, .hdr, .pfm, .png, .ktx2, .dds or .ktx".to_owned()),
+            Err(message) => Err(format!("{message}, or of a cube in {}", FileFormat::names(FileFormat::is_texture))),
         }
     }
 }

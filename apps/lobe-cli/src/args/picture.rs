@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use lobe::env::{MappedMap, write_env};
-use lobe::image::{ImageError, Picture, PictureWriteOptions, PictureWriteReport, Tone, write_picture};
+use lobe::image::{FileFormat, ImageError, Picture, PictureWriteOptions, PictureWriteReport, Tone, write_picture};
 use lobe::io::write_atomically;
 
 use crate::args::input::texels_are;
@@ -31,17 +31,26 @@ impl FromStr for PictureOutput {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let path = PathBuf::from(text);
-        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-        let kind = match extension.as_str() {
-            "hdr" | "exr" | "pfm" => Kind::Light,
-            "png" => Kind::Display,
-            _ => return Err("expected a picture's name that ends in .exr, .hdr, .pfm or .png".to_owned()),
+        let kind = match FileFormat::of_name(&path) {
+            Some(FileFormat::Png) => Kind::Display,
+            Some(format) if format.is_written() => Kind::Light,
+            _ => return Err(format!("expected a picture's name that ends in {}", Self::endings())),
         };
         Ok(Self { path, kind })
     }
 }
 
 impl PictureOutput {
+    /// The endings of its names.
+    pub(crate) fn endings() -> String {
+        FileFormat::names(|format| format.is_written() || format == FileFormat::Png)
+    }
+
+    /// Help of an option that names the file of this picture.
+    pub(crate) fn help(picture: &str) -> String {
+        format!("{picture}: a {} file; .png is tone-mapped for looking at", Self::endings())
+    }
+
     /// Whether it can be of half floats.
     pub(crate) fn is_exr(&self) -> bool {
         output::has_extension(&self.path, "exr")

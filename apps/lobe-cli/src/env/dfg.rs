@@ -13,9 +13,10 @@ const MAX_SIZE: usize = 1024;
 
 #[derive(Args)]
 pub(crate) struct EnvDfg {
-    /// A square picture: red is A, green is B of the reflectance F0 A + B of GGX in even light; from left to right the
-    /// cosine of the view rises from 0 to 1, from the top down the roughness √alpha: .exr, .hdr, .pfm, or .png for looking at
-    #[arg(short, long, value_name = "OUT")]
+    #[arg(short, long, value_name = "OUT", help = PictureOutput::help(
+        "A square picture: red is A, green is B of the reflectance F0 A + B of GGX in even light; from left to right the \
+         cosine of the view rises from 0 to 1, from the top down the roughness √alpha"
+    ))]
     output: PictureOutput,
     /// The number of texels on a side, 1 to 1024
     #[arg(long, value_name = "N", default_value = "64", value_parser = size)]

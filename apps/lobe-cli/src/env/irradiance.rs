@@ -23,9 +23,9 @@ const DEFAULT_SIZE: usize = 64;
 pub(crate) struct EnvIrradiance {
     #[command(flatten)]
     input: MapInput,
-    /// A lat-long picture of the irradiance E, not divided by π, for every direction that a surface may face: .exr, .hdr,
-    /// .pfm, or .png tone-mapped for looking at
-    #[arg(short, long, value_name = "OUT", required_unless_present = "dirs")]
+    #[arg(short, long, value_name = "OUT", required_unless_present = "dirs", help = PictureOutput::help(
+        "A lat-long picture of the irradiance E, not divided by π, for every direction that a surface may face"
+    ))]
     output: Option<PictureOutput>,
     /// Print the irradiance of a surface that faces this way, a vector of any length but 0; may be given many times
     #[arg(long = "dir", value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = values::dir)]

@@ -8,6 +8,7 @@ use lobe::env::{
     CubeMap, MappedMap, Mapping, PrefilterOptions, RoughnessLevels, SpecularLobe, cube_source, filter_lobe,
     prefilter_ggx,
 };
+use lobe::image::FileFormat;
 
 use crate::args::map_input::{MapInput, OF_LARGER};
 use crate::args::map_output::MapOutput;
@@ -112,11 +113,15 @@ impl EnvPrefilter {
             ),
             (
                 is_chain && !self.output.holds_levels(),
-                "-o: the chain of --lobe ggx is written as .ktx2, .dds or .ktx, or as %.exr, %.hdr or %.pfm, one for each level",
+                &*format!(
+                    "-o: the chain of --lobe ggx is written as {}, or by a name with % as {}, one for each level",
+                    FileFormat::names(FileFormat::is_texture),
+                    FileFormat::names(FileFormat::is_written)
+                ),
             ),
         ];
         match ignored.into_iter().find(|(is_ignored, _)| *is_ignored) {
-            Some((_, message)) => bail!(message),
+            Some((_, message)) => bail!("{message}"),
             None => Ok(()),
         }
     }

@@ -14,8 +14,7 @@ pub(crate) struct EnvReconstruct {
     /// The expansion, a .sh.json file; - reads stdin
     #[arg(value_name = "P")]
     input: ShInput,
-    /// A lat-long picture of the expansion: .exr, .hdr, .pfm, or .png tone-mapped for looking at
-    #[arg(short, long, value_name = "OUT")]
+    #[arg(short, long, value_name = "OUT", help = PictureOutput::help("A lat-long picture of the expansion"))]
     output: PictureOutput,
     /// The height of the picture in pixels, 1 to 8192; it is twice as wide
     #[arg(long, value_name = "H", default_value = "256", value_parser = values::rows)]

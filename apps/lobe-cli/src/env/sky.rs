@@ -42,9 +42,9 @@ pub(crate) struct EnvSky {
     /// The irradiance of the sun on the ground, which the ground reflects; the disc of the sun is never part of the sky
     #[arg(long, value_name = "R,G,B", default_value = "0,0,0", allow_hyphen_values = true, value_parser = values::color)]
     sun_irradiance: Rgb<f64>,
-    /// A lat-long picture (.exr, .hdr, .pfm, or .png tone-mapped for looking at), or the expansion of the formula itself: a
-    /// .sh.json file, or - for stdout
-    #[arg(short, long, value_name = "OUT")]
+    #[arg(short, long, value_name = "OUT", help = PictureOutput::help(
+        "The expansion of the formula itself, a .sh.json file or - for stdout, or a lat-long picture"
+    ))]
     output: SkyOutput,
     /// Of a picture: its height in pixels, 1 to 8192; it is twice as wide [default: 256]
     #[arg(long, value_name = "H", value_parser = values::rows)]
@@ -79,7 +79,7 @@ impl FromStr for SkyOutput {
         }
         match text.parse() {
             Ok(picture) => Ok(Self::Picture(picture)),
-            Err(_) => Err("expected a name that ends in .exr, .hdr, .pfm, .png or .sh.json".to_owned()),
+            Err(_) => Err(format!("expected a name that ends in .sh.json, {}", PictureOutput::endings())),
         }
     }
 }

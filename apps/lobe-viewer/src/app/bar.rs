@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use eframe::egui::{Button, Slider, Ui};
 
-use crate::app::kept::{Kept, RoomName, Theme};
+use crate::app::kept::{Kept, Theme};
 use crate::loading::place::IN_PAGE;
+use crate::rooms::rooms::RoomName;
 use crate::widgets::history::{Can, Step};
 
 /// What a user asks for in the bar.

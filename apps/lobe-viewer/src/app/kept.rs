@@ -8,11 +8,7 @@ use serde_json::{Map, Value};
 
 use crate::loading::cache::{UserFolder, read_text};
 use crate::loading::export::ExportPlan;
-use crate::rooms::functions::edits::FunctionsEdits;
-use crate::rooms::motion::edits::MotionEdits;
-use crate::rooms::scene::edits::SceneEdits;
-use crate::rooms::sky::edits::SkyEdits;
-use crate::widgets::orbit::Orbit;
+use crate::rooms::rooms::{KeptRooms, RoomName};
 use crate::widgets::within::within;
 
 /// The file.
@@ -29,38 +25,6 @@ pub(crate) const LEAST: [f32; 2] = [480.0, 320.0];
 
 /// The largest that is kept, wider than any screen.
 const LARGEST: f32 = 16384.0;
-
-/// The rooms.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-#[non_exhaustive]
-pub enum RoomName {
-    /// A baked scene under a turning sky.
-    #[default]
-    Scene,
-    /// An environment and its expansions.
-    Sky,
-    /// Functions on the sphere.
-    Functions,
-    /// What moves.
-    Motion,
-}
-
-impl RoomName {
-    /// All of them, in the order of the bar.
-    pub const ALL: [Self; 4] = [Self::Scene, Self::Sky, Self::Functions, Self::Motion];
-
-    /// The name in the bar.
-    #[must_use]
-    pub fn title(self) -> &'static str {
-        match self {
-            Self::Scene => "Scene",
-            Self::Sky => "Sky",
-            Self::Functions => "Functions",
-            Self::Motion => "Motion",
-        }
-    }
-}
 
 /// Light or dark.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -92,25 +56,9 @@ pub struct Kept {
     pub size: Option<[f32; 2]>,
     /// Files that were opened, the last first.
     pub recent: Vec<PathBuf>,
-    /// Changes in the room of scenes.
-    pub scene: SceneEdits,
-    /// The camera there.
-    pub orbit: Option<Orbit>,
-    /// Changes in the room of functions.
-    pub functions: FunctionsEdits,
-    /// The camera there.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub functions_orbit: Option<Orbit>,
-    /// Changes in the room of skies.
-    pub sky: SkyEdits,
-    /// The camera there.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub sky_orbit: Option<Orbit>,
-    /// Changes in the room of motion.
-    pub motion: MotionEdits,
-    /// The camera there; none before a scene was seen.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub motion_orbit: Option<Orbit>,
+    /// What is kept of the rooms.
+    #[serde(flatten)]
+    pub rooms: KeptRooms,
     /// Where pictures are exported to, and how large they are.
     pub export: ExportPlan,
 }
@@ -123,14 +71,7 @@ impl Default for Kept {
             zoom: 1.0,
             size: None,
             recent: Vec::new(),
-            scene: SceneEdits::default(),
-            orbit: None,
-            functions: FunctionsEdits::default(),
-            functions_orbit: None,
-            sky: SkyEdits::default(),
-            sky_orbit: None,
-            motion: MotionEdits::default(),
-            motion_orbit: None,
+            rooms: KeptRooms::default(),
             export: ExportPlan::default(),
         }
     }
@@ -150,17 +91,8 @@ impl Kept {
     fn check(&mut self) {
         self.zoom = within(f64::from(self.zoom), ZOOMS, 1.0) as f32;
         self.recent.truncate(MOST_RECENT);
-        self.scene.check();
-        let orbits = [&mut self.orbit, &mut self.functions_orbit, &mut self.sky_orbit, &mut self.motion_orbit];
-        for orbit in orbits {
-            // Without one the scene is framed.
-            *orbit = orbit.filter(Orbit::is_in_reach);
-            orbit.iter_mut().for_each(Orbit::check);
-        }
         self.size = self.size.filter(|size| is_window(*size));
-        self.functions.check();
-        self.sky.check();
-        self.motion.check();
+        self.rooms.check();
         self.export.check();
     }
 

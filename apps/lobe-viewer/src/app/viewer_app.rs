@@ -5,16 +5,17 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use eframe::egui::{
-    Align2, Area, CentralPanel, Context, Frame, Id, Key, KeyboardShortcut, Modifiers, Panel, ThemePreference, Ui,
-    ViewportCommand,
+    Align2, Area, Context, Frame, Id, Key, KeyboardShortcut, Modifiers, Panel, ThemePreference, Ui, ViewportCommand,
 };
+use lobe::image::FileFormat;
+use lobe::scene::SceneFormat;
 
 use crate::app::bar::{BarAsked, bar};
 #[cfg(not(target_arch = "wasm32"))]
 use crate::app::drops::Drops;
 use crate::app::exports::Exports;
 use crate::app::help::help;
-use crate::app::kept::{Kept, RoomName, Theme, is_window};
+use crate::app::kept::{Kept, Theme, is_window};
 #[cfg(target_arch = "wasm32")]
 use crate::app::page_drops::Drops;
 use crate::loading::cache::UserFolder;
@@ -22,9 +23,9 @@ use crate::loading::export::ExportPlan;
 use crate::loading::file_kind::{self, FileKind, TENSORS};
 use crate::loading::limits::ReadLimits;
 use crate::loading::place::IN_PAGE;
-use crate::loading::{scene_source, sky_source};
 use crate::rooms::functions::functions_room::FunctionsRoom;
 use crate::rooms::motion::motion_room::MotionRoom;
+use crate::rooms::rooms::{RoomName, Rooms};
 use crate::rooms::scene::scene_room::SceneRoom;
 use crate::rooms::sky::sky_room::SkyRoom;
 use crate::widgets::file_list::FileList;
@@ -35,10 +36,6 @@ use crate::widgets::notice::Notice;
 /// Seconds between two times at which what changed is kept.
 const KEEP_EVERY: f64 = 3.0;
 
-/// What a page shows in place of the room of motion.
-const NO_MOTION: &str =
-    "What moves needs compute shaders and threads, which a page with WebGL 2 has not: start the program lobe-viewer.";
-
 /// The viewer.
 pub struct ViewerApp {
     kept: Kept,
@@ -46,10 +43,7 @@ pub struct ViewerApp {
     written_at: f64,
     folder: UserFolder,
     gpu: Option<Gpu>,
-    scene: SceneRoom,
-    sky: SkyRoom,
-    functions: FunctionsRoom,
-    motion: MotionRoom,
+    rooms: Rooms,
     files: FileList,
     drops: Drops,
     limits: ReadLimits,
@@ -73,10 +67,7 @@ impl ViewerApp {
     fn with(kept: Kept, gpu: Option<Gpu>, folder: UserFolder) -> Self {
         let exports = Exports::new(&kept.export);
         Self {
-            scene: SceneRoom::new(kept.scene.clone(), kept.orbit, folder.clone()),
-            sky: SkyRoom::new(kept.sky.clone()).seen_from(kept.sky_orbit),
-            functions: FunctionsRoom::new(kept.functions.clone()).seen_from(kept.functions_orbit),
-            motion: MotionRoom::new(kept.motion.clone()).seen_from(kept.motion_orbit),
+            rooms: Rooms::new(kept.rooms.clone(), folder.clone()),
             written: kept.clone(),
             written_at: 0.0,
             kept,
@@ -96,19 +87,19 @@ impl ViewerApp {
     /// The room of scenes.
     #[must_use]
     pub fn scene(&self) -> &SceneRoom {
-        &self.scene
+        &self.rooms.scene
     }
 
     /// The room of functions.
     #[must_use]
     pub fn functions(&self) -> &FunctionsRoom {
-        &self.functions
+        &self.rooms.functions
     }
 
     /// The room of skies.
     #[must_use]
     pub fn sky(&self) -> &SkyRoom {
-        &self.sky
+        &self.rooms.sky
     }
 
     /// The room that is open.
@@ -133,9 +124,9 @@ impl ViewerApp {
         // Built-in scenes and skies have no ending.
         let text = path.to_string_lossy();
         if text.starts_with("built-in:") {
-            self.scene.edits_mut().scene = path.into();
+            self.rooms.scene.edits_mut().scene = path.into();
         } else if text.starts_with("made:") || text.starts_with("bundled:") {
-            self.scene.edits_mut().sky = path.into();
+            self.rooms.scene.edits_mut().sky = path.into();
         } else {
             self.open_file(path);
         }
@@ -150,52 +141,30 @@ impl ViewerApp {
             Ok(kind) => kind,
             Err(message) => return self.notice.fail(message),
         };
-        let is_in_motion = self.kept.room == RoomName::Motion;
-        self.kept.room = match kind {
-            FileKind::Description => RoomName::Motion,
-            // What stands still is opened in the room of motion only by who is there.
-            FileKind::Scene if is_in_motion => RoomName::Motion,
-            FileKind::Field | FileKind::Spheres => RoomName::Motion,
-            FileKind::Function => RoomName::Functions,
-            FileKind::Sky if matches!(self.kept.room, RoomName::Sky | RoomName::Motion) => self.kept.room,
-            FileKind::Scene | FileKind::Sky | FileKind::Transfer | FileKind::Matrices => RoomName::Scene,
-        };
-        match kind {
-            FileKind::Description => self.motion.open(path),
-            FileKind::Scene if is_in_motion => self.motion.open(path),
-            FileKind::Field | FileKind::Spheres => self.motion.open_part_file(path),
-            FileKind::Function => {
-                if let Err(error) = self.functions.open(path) {
-                    self.notice.fail(error.to_string());
-                }
-            }
-            FileKind::Scene | FileKind::Sky | FileKind::Transfer | FileKind::Matrices => self.scene.open(path),
+        match self.rooms.open(self.kept.room, path, kind) {
+            Ok(room) => self.kept.room = room,
+            Err(error) => self.notice.fail(error.to_string()),
         }
     }
 
     /// The same viewer with other limits of reading.
     #[must_use]
-    pub fn reading_within(self, limits: ReadLimits) -> Self {
-        let (scene, motion) = (self.scene.reading_within(limits), self.motion.reading_within(limits));
-        Self { scene, motion, limits, ..self }
+    pub fn reading_within(mut self, limits: ReadLimits) -> Self {
+        self.rooms.each(|room| room.read_within(limits));
+        Self { limits, ..self }
     }
 
     /// The room of motion.
     #[must_use]
     pub fn motion(&self) -> &MotionRoom {
-        &self.motion
+        &self.rooms.motion
     }
 
     fn answer(&mut self, ctx: &Context, asked: BarAsked) {
         match asked {
             BarAsked::Open => self.list_files(),
             BarAsked::OpenRecent(path) => self.open(&path),
-            BarAsked::Step(step) => match self.kept.room {
-                RoomName::Scene => self.scene.step(step),
-                RoomName::Sky => self.sky.step(step),
-                RoomName::Functions => self.functions.step(step),
-                RoomName::Motion => self.motion.step(step),
-            },
+            BarAsked::Step(step) => self.rooms.get_mut(self.kept.room).step(step),
             BarAsked::Export => self.exports.toggle(),
             BarAsked::Shoot => self.exports.shoot(ctx),
             BarAsked::Help => self.is_help_open = !self.is_help_open,
@@ -206,8 +175,7 @@ impl ViewerApp {
     /// Makes everything as at the first start. What is being written is written to its end, and what was said remains.
     fn reset(&mut self, ctx: &Context) {
         if let Some(gpu) = &self.gpu {
-            self.scene.forget_picture(gpu);
-            self.motion.forget_pictures(gpu);
+            self.rooms.each(|room| room.forget_pictures(gpu));
         }
         let kept = Kept { recent: self.kept.recent.clone(), room: self.kept.room, ..Kept::default() };
         let (lost, limits) = (self.lost.clone(), self.limits);
@@ -299,14 +267,7 @@ impl ViewerApp {
         let size = [size.x, size.y].map(|points| points * ctx.zoom_factor());
         // A window that is being closed or laid aside has no size of its own.
         self.kept.size = Some(size).filter(|size| is_window(*size)).or(self.kept.size);
-        self.kept.scene = self.scene.edits().clone();
-        self.kept.orbit = Some(*self.scene.orbit());
-        self.kept.functions = self.functions.edits().clone();
-        self.kept.functions_orbit = Some(*self.functions.orbit());
-        self.kept.sky = self.sky.edits().clone();
-        self.kept.sky_orbit = Some(*self.sky.orbit());
-        self.kept.motion = self.motion.edits().clone();
-        self.kept.motion_orbit = self.motion.orbit_of_scene();
+        self.kept.rooms = self.rooms.kept();
         if now - self.written_at >= KEEP_EVERY && self.kept != self.written {
             self.write();
             self.written_at = now;
@@ -350,35 +311,24 @@ impl ViewerApp {
         self.keys(&ctx);
         self.take_drops(&ctx);
         if let Some(gpu) = &self.gpu {
-            self.scene.fit_skies(gpu);
+            self.rooms.scene.fit_skies(gpu);
         }
-        self.scene.advance(&ctx);
+        self.rooms.scene.advance(&ctx);
         self.exports.advance(&ctx, &self.kept.export, &mut self.notice);
-        if self.scene.take_wish_for_file() || self.motion.take_wish_for_file() {
+        let mut wants_file = false;
+        self.rooms.each(|room| wants_file |= room.take_wish_for_file());
+        if wants_file {
             self.list_files();
         }
-        let can = match self.kept.room {
-            RoomName::Scene => self.scene.can(),
-            RoomName::Sky => self.sky.can(),
-            RoomName::Functions => self.functions.can(),
-            RoomName::Motion => self.motion.can(),
-        };
+        let can = self.rooms.get_mut(self.kept.room).can();
         let mut asked = None;
         Panel::top("bar").show(ui, |ui| asked = bar(ui, &mut self.kept, can));
         if let Some(asked) = asked {
             self.answer(&ctx, asked);
         }
-        match self.kept.room {
-            RoomName::Scene => self.scene.ui(ui, self.gpu.as_ref()),
-            RoomName::Sky => self.sky.ui(ui, self.scene.sky()),
-            RoomName::Functions => self.functions.ui(ui),
-            RoomName::Motion if IN_PAGE => {
-                drop(CentralPanel::default().show(ui, |ui| ui.centered_and_justified(|ui| ui.label(NO_MOTION))));
-            }
-            RoomName::Motion => self.motion.ui(ui, self.gpu.as_ref(), self.scene.sky()),
-        }
+        self.rooms.ui(self.kept.room, ui, self.gpu.as_ref());
         help(&ctx, &mut self.is_help_open);
-        let (scene, plan, gpu) = (&mut self.scene, &mut self.kept.export, self.gpu.as_ref());
+        let (scene, plan, gpu) = (&mut self.rooms.scene, &mut self.kept.export, self.gpu.as_ref());
         self.exports.show(&ctx, plan, gpu, || scene.export(), &mut self.notice);
         self.notice.show(&ctx);
         if let Some(path) = self.files.show(&ctx, &endings()) {
@@ -390,8 +340,9 @@ impl ViewerApp {
 
 /// Endings of all files that can be opened.
 fn endings() -> Vec<&'static str> {
-    let scenes = scene_source::ENDINGS.iter().chain([&file_kind::DESCRIPTION]);
-    scenes.chain(&sky_source::ENDINGS).chain([&TENSORS]).copied().collect()
+    let scenes = SceneFormat::ALL.into_iter().flat_map(SceneFormat::endings);
+    let skies = FileFormat::ALL.into_iter().flat_map(FileFormat::endings);
+    scenes.chain([&file_kind::DESCRIPTION]).chain(skies).chain([&TENSORS]).copied().collect()
 }
 
 impl eframe::App for ViewerApp {

@@ -4,15 +4,22 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, anyhow, bail};
 use clap::{ArgGroup, Parser, ValueEnum as _};
-use lobe::image::FrameSequence;
+use lobe::image::{FileFormat, FrameSequence};
 use lobe::io::{JobArgs, OptionError, flag, worded};
 use lobe::motion::MovingMethod;
 use lobe::prt::GlossyLobe;
 use lobe::render::{Background, CameraOptions, RenderError};
+use lobe::scene::SceneFormat;
 use lobe_gpu::{GpuCamera, Storage, TurntableOptions};
 
 use crate::loading::limits::ReadLimits;
 use crate::loading::moving_light::LitOn;
+
+/// Help of the files.
+fn files() -> String {
+    let (scenes, pictures) = (SceneFormat::names(|_| true), FileFormat::names(|_| true));
+    format!("Scenes ({scenes}), environments ({pictures}) and scenes that move (.json) to open in the window")
+}
 
 /// See and steer spherical-harmonic lighting and precomputed radiance transfer in real time.
 ///
@@ -21,8 +28,7 @@ use crate::loading::moving_light::LitOn;
 #[command(name = "lobe-viewer", version, max_term_width = 100)]
 #[command(group(ArgGroup::new("without_window").args(["headless", "bench"]).multiple(true)))]
 pub(crate) struct Arguments {
-    /// Scenes (.glb, .gltf, .obj, .ply), environments (.hdr, .exr, ..) and scenes that move (.json) to open in the window
-    #[arg(value_name = "FILE", conflicts_with_all = ["headless", "bench"])]
+    #[arg(value_name = "FILE", help = files(), conflicts_with_all = ["headless", "bench"])]
     pub(crate) files: Vec<PathBuf>,
     /// Render this scene to a file, without a window: a scene file, baked or not, or built-in:NAME
     #[arg(long, value_name = "SCENE", requires = "output")]

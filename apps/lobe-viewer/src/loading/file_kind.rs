@@ -4,11 +4,13 @@ use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
 
+use lobe::image::FileFormat;
+use lobe::scene::SceneFormat;
 use lobe::sh::expansion::Quantity;
 use serde_json::Value;
 
 use crate::loading::place::given;
-use crate::loading::scene_source::{self, has_ending};
+use crate::loading::scene_source::has_ending;
 use crate::loading::sky_source;
 
 /// The ending of descriptions of scenes.
@@ -69,7 +71,7 @@ impl FileKind {
     /// # Errors
     /// One line that says what can be opened, or what is wrong with a file of tensors or of an expansion.
     pub(crate) fn of(path: &Path) -> Result<Self, String> {
-        if has_ending(path, &scene_source::ENDINGS) {
+        if SceneFormat::of_name(path).is_some() {
             return Ok(Self::Scene);
         }
         if sky_source::is_expansion(path) {
@@ -96,10 +98,9 @@ impl FileKind {
                 )
             });
         }
-        let scenes = scene_source::ENDINGS.join(", .");
-        let skies = sky_source::ENDINGS.join(", .");
+        let (scenes, skies) = (SceneFormat::names(|_| true), FileFormat::names(|_| true));
         Err(format!(
-            "{name}: nothing to show by itself; this opens scenes (.{scenes}, .json), skies (.{skies}), .sh.json and .{TENSORS}"
+            "{name}: nothing to show by itself; this opens scenes ({scenes}), descriptions (.{DESCRIPTION}), skies ({skies}), .sh.json and .{TENSORS}"
         ))
     }
 }

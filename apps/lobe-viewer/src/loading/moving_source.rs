@@ -7,12 +7,12 @@ use lobe::io::Job;
 use lobe::motion::{MovingScene, MovingSplitOptions};
 use lobe::prt::AdaptiveOptions;
 use lobe::render::RenderError;
-use lobe::scene::{AnimatedScene, built_in, is_gltf};
+use lobe::scene::{AnimatedScene, SceneFormat, built_in, is_gltf};
 
 use crate::loading::file_kind::{DESCRIPTION, FileKind};
 use crate::loading::limits::{ReadLimits, plain};
 use crate::loading::moving_bakes::moving_transfer_options;
-use crate::loading::scene_source::{BUILT_IN, ENDINGS, has_ending, open_scene};
+use crate::loading::scene_source::{BUILT_IN, has_ending, open_scene};
 
 /// Reads a scene that may move, repeated from its end: a .glb, .gltf or .vrm file with its first animation, a description (.json) as the
 /// command `lobe render moving` takes it, another scene, which stands still, or `built-in:NAME`.
@@ -34,11 +34,12 @@ pub fn open_moving(source: &Path, limits: &ReadLimits) -> anyhow::Result<MovingS
         let (animated, _) = AnimatedScene::read(source, &options).map_err(plain)?;
         let animation = (!animated.animations().is_empty()).then_some(0);
         MovingScene::animated(animated, animation)?
-    } else if has_ending(source, &ENDINGS) {
+    } else if SceneFormat::of_name(source).is_some() {
         MovingScene::animated(AnimatedScene::still(open_scene(source, limits)?.scene), None)?
     } else {
         let name = source.file_name().unwrap_or_default().to_string_lossy();
-        bail!("{name}: not a scene that can move; there are .glb, .gltf, .vrm, .obj, .ply and descriptions, .json");
+        let files = SceneFormat::names(|_| true);
+        bail!("{name}: not a scene that can move; expected a {files} file or a description, .json");
     };
     Ok(moving.looped(true))
 }

@@ -15,9 +15,6 @@ pub(crate) const BUILT_IN: &str = "built-in:";
 /// The scene that the window opens with.
 pub(crate) const FIRST: &str = "built-in:still-life";
 
-/// Endings of files that are scenes.
-pub(crate) const ENDINGS: [&str; 5] = ["glb", "gltf", "vrm", "obj", "ply"];
-
 /// A scene, with the transfer that its file carries, if any.
 #[derive(Debug)]
 #[non_exhaustive]
@@ -39,7 +36,7 @@ impl OpenedScene {
     }
 }
 
-/// Reads a scene: a .glb, .gltf, .vrm, .obj or .ply file, or `built-in:NAME`.
+/// Reads a scene: a file of a [`SceneFormat`](lobe::scene::SceneFormat), or `built-in:NAME`.
 ///
 /// # Errors
 /// One line that says what is wrong with the file or the name.

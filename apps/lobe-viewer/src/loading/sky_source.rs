@@ -6,6 +6,7 @@ use std::sync::Arc;
 use lobe::env::{
     EnvMap, Ground, MappedMap, PreethamSky, Sky as _, project_map, read_map, read_map_bytes, reconstruct, sky_map,
 };
+use lobe::image::FileFormat;
 use lobe::prt::Transfer;
 use lobe::sh::expansion::Quantity;
 use lobe::sh::sh_json::{ShFile, read_sh_json, read_sh_json_bytes};
@@ -14,7 +15,6 @@ use lobe_gpu::{Context, Environment};
 
 use crate::loading::limits::{ReadLimits, plain};
 use crate::loading::place::given;
-use crate::loading::scene_source::has_ending;
 use crate::loading::shrunk::shrunk;
 use crate::loading::task::Control;
 
@@ -29,9 +29,6 @@ pub(crate) const BUILT_IN: [(&str, &str); 5] = [
     ("bundled:studio", "Studio"),
     ("made:even", "Even white"),
 ];
-
-/// Endings of files that are environments. A folder with the pictures of six faces is one too.
-pub(crate) const ENDINGS: [&str; 8] = ["hdr", "exr", "pfm", "png", "jpg", "jpeg", "ktx2", "dds"];
 
 /// The ending of files of expansions, whose radiance is a sky too.
 const EXPANSION: &str = ".sh.json";
@@ -65,7 +62,7 @@ pub struct OpenedSky {
 
 /// Whether a file is an environment, by its name: a picture, a folder with the faces of a cube, or an expansion.
 pub(crate) fn is_sky(path: &Path) -> bool {
-    has_ending(path, &ENDINGS) || path.is_dir() || is_expansion(path)
+    FileFormat::of_name(path).is_some() || path.is_dir() || is_expansion(path)
 }
 
 /// Whether a file is an expansion, by its name.

@@ -30,8 +30,8 @@ fn open(gpu: &Gpu, room: RoomName, lost: &Arc<AtomicBool>) -> Harness<'static, V
     let folder = tempfile::tempdir().unwrap();
     let user = UserFolder::at(folder.path());
     let mut kept = Kept::default();
-    (kept.scene.scene, kept.scene.order, kept.room) = ("built-in:furnace".into(), 1, room);
-    kept.scene.samples = 16;
+    (kept.rooms.scene.scene, kept.rooms.scene.order, kept.room) = ("built-in:furnace".into(), 1, room);
+    kept.rooms.scene.samples = 16;
     kept.write(&user);
     let app = ViewerApp::new(Some(gpu.clone()), user, &[]).reporting_loss_to(lost.clone());
     let mut harness =

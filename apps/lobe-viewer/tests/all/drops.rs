@@ -50,8 +50,8 @@ fn files_that_are_dropped_are_opened_or_told_in_one_line() {
     let folder = tempfile::tempdir().unwrap();
     let user = UserFolder::at(folder.path().join("user"));
     let mut kept = Kept::default();
-    (kept.scene.scene, kept.scene.order, kept.room) = ("built-in:furnace".into(), 1, RoomName::Functions);
-    kept.scene.samples = 16;
+    (kept.rooms.scene.scene, kept.rooms.scene.order, kept.room) = ("built-in:furnace".into(), 1, RoomName::Functions);
+    kept.rooms.scene.samples = 16;
     kept.write(&user);
     let at = |name: &str| folder.path().join(name);
     std::fs::write(at("one.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
@@ -94,7 +94,7 @@ fn files_that_are_dropped_are_opened_or_told_in_one_line() {
 fn small_window(folder: &Path) -> Harness<'static, ViewerApp> {
     let user = UserFolder::at(folder.join("user"));
     let mut kept = Kept::default();
-    (kept.scene.scene, kept.scene.order, kept.scene.samples) = ("built-in:furnace".into(), 1, 16);
+    (kept.rooms.scene.scene, kept.rooms.scene.order, kept.rooms.scene.samples) = ("built-in:furnace".into(), 1, 16);
     kept.write(&user);
     let app = ViewerApp::new(None, user, &[]);
     let mut harness =

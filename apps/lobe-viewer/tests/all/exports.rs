@@ -17,7 +17,7 @@ use crate::wait::step_until;
 fn app(folder: &std::path::Path) -> Harness<'static, ViewerApp> {
     let user = UserFolder::at(folder);
     let mut kept = Kept::default();
-    (kept.scene.scene, kept.scene.order, kept.scene.samples) = ("built-in:furnace".into(), 1, 16);
+    (kept.rooms.scene.scene, kept.rooms.scene.order, kept.rooms.scene.samples) = ("built-in:furnace".into(), 1, 16);
     kept.export.folder = folder.into();
     kept.write(&user);
     let app = ViewerApp::new(None, user, &[]);

@@ -11,8 +11,8 @@ fn what_is_written_is_read_again_and_nonsense_is_as_a_first_start() {
     let user = UserFolder::at(folder.path());
     let mut kept = Kept::default();
     (kept.room, kept.theme, kept.zoom) = (RoomName::Functions, Theme::Light, 1.5);
-    kept.scene.lamps.push(SceneLamp::default());
-    (kept.motion.source, kept.motion.view) = ("built-in:walking-figure".into(), MotionView::Beside);
+    kept.rooms.scene.lamps.push(SceneLamp::default());
+    (kept.rooms.motion.source, kept.rooms.motion.view) = ("built-in:walking-figure".into(), MotionView::Beside);
     for number in 0..20 {
         kept.remember(format!("{number}.glb").as_ref());
     }
@@ -25,12 +25,12 @@ fn what_is_written_is_read_again_and_nonsense_is_as_a_first_start() {
     }
     std::fs::write(folder.path().join("window.json"), r#"{"zoom": 1e9, "scene": {"order": 99}, "later": 1}"#).unwrap();
     let read = Kept::read(&user);
-    assert_eq!((read.zoom, read.scene.order), (2.0, 8), "numbers out of range");
+    assert_eq!((read.zoom, read.rooms.scene.order), (2.0, 8), "numbers out of range");
     let text = r#"{"zoom": 1.5, "theme": "mauve", "motion": {"order": "many"}, "scene": {"order": 3}}"#;
     std::fs::write(folder.path().join("window.json"), text).unwrap();
     let read = Kept::read(&user);
-    assert_eq!((read.zoom, read.scene.order), (1.5, 3), "what can be read beside what cannot");
-    assert_eq!((read.theme, read.motion), (Theme::System, Kept::default().motion), "what cannot");
+    assert_eq!((read.zoom, read.rooms.scene.order), (1.5, 3), "what can be read beside what cannot");
+    assert_eq!((read.theme, read.rooms.motion), (Theme::System, Kept::default().rooms.motion), "what cannot");
     assert_eq!(Kept::read(&UserFolder::none()), Kept::default(), "without a folder");
 }
 
@@ -41,9 +41,9 @@ fn what_tames_the_light_is_read_from_the_files_of_older_versions() {
         "functions": {"taming": {"gauss": 0.2}}, "motion": {"taming": {"hanning": 5.0}}, "zoom": 1.25}"#;
     std::fs::write(folder.path().join("window.json"), text).unwrap();
     let read = Kept::read(&UserFolder::at(folder.path()));
-    assert_eq!((read.zoom, read.scene.order), (1.25, 6), "the file was read");
-    assert_eq!(read.scene.taming, Taming::Lanczos { width: 9.5, power: 1.0 }, "a window whose power was 1");
-    let others = [read.sky.taming, read.functions.taming, read.motion.taming];
+    assert_eq!((read.zoom, read.rooms.scene.order), (1.25, 6), "the file was read");
+    assert_eq!(read.rooms.scene.taming, Taming::Lanczos { width: 9.5, power: 1.0 }, "a window whose power was 1");
+    let others = [read.rooms.sky.taming, read.rooms.functions.taming, read.rooms.motion.taming];
     assert_eq!(others, [Taming::Dering, Taming::Gauss(0.2), Taming::Hanning(5.0)], "and the others");
 }
 
@@ -75,16 +75,21 @@ fn every_number_that_is_kept_comes_back_in_its_range_and_the_rooms_stand_it() {
     let folder = tempfile::tempdir().unwrap();
     let user = UserFolder::at(folder.path());
     let mut kept = Kept::default();
-    kept.scene.scene = "built-in:furnace".into();
-    kept.scene.lamps = vec![SceneLamp::default(); 3];
-    (kept.scene.taming, kept.sky.taming, kept.functions.taming) =
+    kept.rooms.scene.scene = "built-in:furnace".into();
+    kept.rooms.scene.lamps = vec![SceneLamp::default(); 3];
+    (kept.rooms.scene.taming, kept.rooms.sky.taming, kept.rooms.functions.taming) =
         (Taming::Hanning(3.0), Taming::Gauss(0.2), Taming::Lanczos { width: 3.0, power: 2.5 });
-    kept.motion.taming = Taming::Laplacian(0.25);
-    let orbits = [&mut kept.orbit, &mut kept.sky_orbit, &mut kept.functions_orbit, &mut kept.motion_orbit];
+    kept.rooms.motion.taming = Taming::Laplacian(0.25);
+    let orbits = [
+        &mut kept.rooms.orbit,
+        &mut kept.rooms.sky_orbit,
+        &mut kept.rooms.functions_orbit,
+        &mut kept.rooms.motion_orbit,
+    ];
     orbits.into_iter().for_each(|orbit| *orbit = Some(Orbit::default()));
     kept.size = Some([1000.0, 700.5]);
-    kept.functions.shape = Shape::Cone(20.5);
-    kept.sky.replace(3, lobe::sh::Rgb::new(0.5, 0.25, 0.125));
+    kept.rooms.functions.shape = Shape::Cone(20.5);
+    kept.rooms.sky.replace(3, lobe::sh::Rgb::new(0.5, 0.25, 0.125));
     let good = serde_json::to_value(&kept).unwrap();
     let bad = |whole: bool, number: serde_json::Value| {
         let mut value = good.clone();
@@ -96,15 +101,15 @@ fn every_number_that_is_kept_comes_back_in_its_range_and_the_rooms_stand_it() {
     for value in others.into_iter().chain(wholes) {
         std::fs::write(folder.path().join("window.json"), value.to_string()).unwrap();
         let read = Kept::read(&user);
-        assert_eq!(read.scene.scene.to_str(), Some("built-in:furnace"), "it was read: {value}");
+        assert_eq!(read.rooms.scene.scene.to_str(), Some("built-in:furnace"), "it was read: {value}");
         let back = serde_json::to_value(&read).unwrap();
         assert!(largest(&back) <= 1e6, "{back}");
-        assert!((1..=8).contains(&read.scene.order) && (1..=8).contains(&read.functions.order), "{back}");
-        let samples = read.scene.samples;
+        assert!((1..=8).contains(&read.rooms.scene.order) && (1..=8).contains(&read.rooms.functions.order), "{back}");
+        let samples = read.rooms.scene.samples;
         assert!((16..=4096).contains(&samples) && samples.is_power_of_two(), "{back}");
-        assert!((1..=8).contains(&read.motion.order) && (1..=8).contains(&read.sky.order), "{back}");
+        assert!((1..=8).contains(&read.rooms.motion.order) && (1..=8).contains(&read.rooms.sky.order), "{back}");
         assert!(read.export.frames >= 2 && read.export.size.iter().all(|side| (1..=4096).contains(side)), "{back}");
-        assert!(read.orbit.unwrap().distance > 0.0 && read.orbit.unwrap().camera().is_some(), "{back}");
+        assert!(read.rooms.orbit.unwrap().distance > 0.0 && read.rooms.orbit.unwrap().camera().is_some(), "{back}");
         let app = ViewerApp::new(None, user.clone(), &[]);
         let mut harness =
             Harness::builder().with_size([480.0, 360.0]).build_ui_state(|ui, app: &mut ViewerApp| app.show(ui), app);
@@ -121,7 +126,7 @@ fn rooms_open_by_name_and_nothing_panics_in_a_window_of_any_size() {
     let folder = tempfile::tempdir().unwrap();
     let user = UserFolder::at(folder.path());
     let mut kept = Kept::default();
-    (kept.scene.scene, kept.scene.order, kept.scene.samples) = ("built-in:furnace".into(), 1, 16);
+    (kept.rooms.scene.scene, kept.rooms.scene.order, kept.rooms.scene.samples) = ("built-in:furnace".into(), 1, 16);
     kept.write(&user);
     let app = ViewerApp::new(None, user, &[]);
     let mut harness =
@@ -144,8 +149,8 @@ fn the_list_of_keys_fits_into_a_small_window_and_scrolls() {
     let user = UserFolder::at(folder.path());
     let mut kept = Kept::default();
     // As a window of 1280 x 720 at 150 %.
-    (kept.scene.scene, kept.scene.order, kept.room) = ("built-in:furnace".into(), 1, RoomName::Functions);
-    kept.scene.samples = 16;
+    (kept.rooms.scene.scene, kept.rooms.scene.order, kept.room) = ("built-in:furnace".into(), 1, RoomName::Functions);
+    kept.rooms.scene.samples = 16;
     kept.write(&user);
     let size = [853.0, 480.0];
     let app = ViewerApp::new(None, user, &[]);

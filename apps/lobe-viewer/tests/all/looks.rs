@@ -16,10 +16,11 @@ use crate::wait::step_until;
 fn window(folder: &Path, change: impl FnOnce(&mut Kept)) -> Harness<'static, ViewerApp> {
     let user = UserFolder::at(folder);
     let mut kept = Kept::default();
-    (kept.scene.scene, kept.scene.sky, kept.scene.order) = (triangle(folder, "triangle"), "made:even".into(), 1);
-    (kept.functions.order, kept.functions.shape) = (2, Shape::Basis(1, 0));
-    (kept.functions.has_crosses, kept.functions.section) = (false, Section::None);
-    (kept.sky.order, kept.sky.lights, kept.sky.has_expansion) = (1, 0, true);
+    (kept.rooms.scene.scene, kept.rooms.scene.sky, kept.rooms.scene.order) =
+        (triangle(folder, "triangle"), "made:even".into(), 1);
+    (kept.rooms.functions.order, kept.rooms.functions.shape) = (2, Shape::Basis(1, 0));
+    (kept.rooms.functions.has_crosses, kept.rooms.functions.section) = (false, Section::None);
+    (kept.rooms.sky.order, kept.rooms.sky.lights, kept.rooms.sky.has_expansion) = (1, 0, true);
     change(&mut kept);
     kept.write(&user);
     again(folder)
@@ -116,12 +117,12 @@ fn a_change_of_a_function_is_taken_back_and_made_again_by_the_buttons_of_the_bar
 fn the_cameras_of_all_rooms_and_the_size_of_the_window_are_kept() {
     let folder = tempfile::tempdir().unwrap();
     let (user, moving) = (folder.path(), crate::motion::described(folder.path()));
-    let mut harness = window(user, |kept| kept.motion.source = moving);
+    let mut harness = window(user, |kept| kept.rooms.motion.source = moving);
     for room in RoomName::ALL {
         harness.get_all_by_label(room.title()).next().unwrap().click();
         harness.run_steps(3);
         if room == RoomName::Motion {
-            assert_eq!(Kept::read(&UserFolder::at(user)).motion_orbit, None, "no scene was seen there");
+            assert_eq!(Kept::read(&UserFolder::at(user)).rooms.motion_orbit, None, "no scene was seen there");
             step_until(&mut harness, |app| app.motion().is_ready());
         }
         harness.key_press(Key::ArrowLeft);
@@ -134,7 +135,7 @@ fn the_cameras_of_all_rooms_and_the_size_of_the_window_are_kept() {
     };
     let before = orbits(harness.state());
     let written = kept(&mut harness, user);
-    let found = [written.orbit, written.sky_orbit, written.functions_orbit, written.motion_orbit];
+    let found = [written.rooms.orbit, written.rooms.sky_orbit, written.rooms.functions_orbit, written.rooms.motion_orbit];
     for (found, expected) in found.iter().zip(&before) {
         assert!(found.is_some_and(|found| are_close(&found, expected)), "kept: {found:?}, expected {expected:?}");
     }
@@ -157,12 +158,12 @@ fn sizes_and_cameras_that_are_none_are_those_of_the_first_start() {
         let mut kept = Kept::default();
         kept.size = Some(size);
         let orbit = Orbit { distance: 1e30, ..Orbit::default() };
-        (kept.sky_orbit, kept.motion_orbit) = (Some(orbit), Some(orbit));
+        (kept.rooms.sky_orbit, kept.rooms.motion_orbit) = (Some(orbit), Some(orbit));
         kept.write(&user);
         let read = Kept::read(&user);
         assert_eq!(read.size, None, "{size:?}");
-        assert!(read.sky_orbit.is_none() && read.motion_orbit.is_none(), "{read:?}");
-        kept.sky_orbit = Some(Orbit { height: 9.0, ..Orbit::default() });
+        assert!(read.rooms.sky_orbit.is_none() && read.rooms.motion_orbit.is_none(), "{read:?}");
+        kept.rooms.sky_orbit = Some(Orbit { height: 9.0, ..Orbit::default() });
         kept.write(&user);
         assert!(Kept::read(&user).sky_orbit.unwrap().camera().is_some(), "an angle that is none");
     }

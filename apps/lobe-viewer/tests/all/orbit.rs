@@ -59,7 +59,7 @@ fn scenes_of_any_size_stay_framed_where_nothing_is_scrolled_and_at_the_next_star
         assert_eq!(orbit, framed, "a radius of {radius}");
         assert!((size(&orbit, radius) / expected - 1.0).abs() < 1e-9, "as large in the picture: {orbit:?}");
         let mut kept = Kept::default();
-        kept.orbit = Some(framed);
+        kept.rooms.orbit = Some(framed);
         kept.write(&user);
         assert_eq!(Kept::read(&user).orbit, Some(framed), "a radius of {radius}, kept");
     }

@@ -6,6 +6,7 @@ use derive_setters::Setters;
 use half::f16;
 use lobe_io::write_atomically;
 
+use crate::codec::file_format::FileFormat;
 use crate::codec::{rgbe, write_exr};
 use crate::error::ImageError;
 use crate::picture::picture::Picture;
@@ -14,9 +15,6 @@ use crate::pixel::{IntoPixel, Pixel};
 
 /// The largest value of RGBE: mantissa 255/256, exponent 127.
 const MAX_RGBE: f32 = 255.0 / 256.0 * 1.7014118e38;
-
-/// The endings of pictures in linear light.
-pub(crate) const ENDINGS: [&str; 3] = ["hdr", "exr", "pfm"];
 
 /// Options of writing a picture.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Setters)]
@@ -129,12 +127,13 @@ fn encode(
     if !options.mapping.as_deref().is_none_or(is_text) {
         return Err(wrong("the name of a mapping is one line of Latin-1 characters".to_owned()));
     }
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    match extension.as_str() {
-        "hdr" => encode_hdr(width, pixels, options.mapping.as_deref()).map_err(wrong),
-        "exr" => encode_exr(width, (pixels, alpha), options).map_err(|error| wrong(error.to_string())),
-        "pfm" => Ok(encode_pfm(width, pixels)),
-        _ => Err(wrong("a picture is written as .hdr, .exr or .pfm".to_owned())),
+    match FileFormat::of_name(path) {
+        Some(FileFormat::Radiance) => encode_hdr(width, pixels, options.mapping.as_deref()).map_err(wrong),
+        Some(FileFormat::OpenExr) => {
+            encode_exr(width, (pixels, alpha), options).map_err(|error| wrong(error.to_string()))
+        }
+        Some(FileFormat::Pfm) => Ok(encode_pfm(width, pixels)),
+        _ => Err(wrong(format!("a picture is written as {}", FileFormat::names(FileFormat::is_written)))),
     }
 }
 

@@ -11,7 +11,8 @@ use exr::prelude::{
     ReadChannels as _, ReadLayers as _, SmallVec, Text, WritableImage as _, f16,
 };
 
-use crate::codec::read::{FileFormat, guarded};
+use crate::codec::file_format::FileFormat;
+use crate::codec::read::guarded;
 use crate::codec::read_exr::{check_table, check_windows};
 use crate::error::ImageError;
 use crate::header::decoded::{invalid, unsupported};

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use lobe_io::check_writable;
 
 use crate::codec::encode::PictureWriteOptions;
-use crate::codec::encode::{ENDINGS, write_picture};
+use crate::codec::encode::write_picture;
+use crate::codec::file_format::FileFormat;
 use crate::error::ImageError;
 use crate::picture::animated_png::AddFrame;
 use crate::picture::animated_png::{delay, write_animation};
@@ -45,9 +46,9 @@ impl FrameSequence {
     /// or too long; [`ImageError::Io`] if the folder refuses.
     pub fn check(&self, path: impl AsRef<Path>) -> Result<(), ImageError> {
         let path = path.as_ref();
-        let of = |ending: &str| path.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending));
-        if !is_png(path) && !ENDINGS.into_iter().any(of) {
-            let message = format!("{}: pictures are written as .png, .exr, .hdr or .pfm", path.display());
+        if !is_png(path) && !FileFormat::of_name(path).is_some_and(FileFormat::is_written) {
+            let written = FileFormat::names(|format| format.is_written() || format == FileFormat::Png);
+            let message = format!("{}: pictures are written as {written}", path.display());
             return Err(ImageError::Options(message));
         }
         if self.is_animation(path) {

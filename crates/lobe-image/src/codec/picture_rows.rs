@@ -4,8 +4,8 @@ use std::fs::{self, File};
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
-use crate::codec::read::{FileFormat, PictureReadOptions, PictureReadReport};
-use crate::codec::read::{SHOWN_BYTES, guarded, inspect};
+use crate::codec::file_format::{FileFormat, SHOWN_BYTES};
+use crate::codec::read::{PictureReadOptions, PictureReadReport, guarded, inspect};
 use crate::codec::read_exr::ExrBlocks;
 use crate::codec::read_hdr::HdrRows;
 use crate::codec::read_pfm::PfmRows;

@@ -1,7 +1,6 @@
 //! Picture reader: detects the format of a file and decodes it.
 
 use std::collections::BTreeMap;
-use std::fmt;
 use std::fs::{self, File};
 use std::io::Read;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -11,34 +10,15 @@ use std::sync::{Mutex, PoisonError};
 use derive_setters::Setters;
 use lobe_io::parallel;
 
-use crate::codec::read_exr;
-use crate::codec::read_hdr;
-use crate::codec::read_jpeg;
-use crate::codec::read_ldr;
-use crate::codec::read_pfm;
-use crate::codec::read_tiff;
+use crate::codec::file_format::{FileFormat, SHOWN_BYTES};
 use crate::error::{ImageError, ReadOption};
-use crate::header::decoded::{Decoded, EnvmapAttribute, PictureHead, bounded, invalid, quoted, unsupported};
-use crate::header::png_color::to_linear_light;
+use crate::header::decoded::{Decoded, EnvmapAttribute, PictureHead, bounded, invalid, quoted};
 use crate::picture::picture::Picture;
 use crate::picture::primaries::Primaries;
 use crate::pixel::{BLACK, Pixel};
 
 /// The default of [`PictureReadOptions::max_texels`]: enough for 16384 x 8192 and for 23170 x 11585, 3 GiB in memory.
 const MAX_TEXELS: usize = 1 << 28;
-
-/// The formats that are read, for messages.
-const EXPECTED: &str =
-    "Radiance .hdr (beginning with \"#?RADIANCE\"), OpenEXR, .pfm, TIFF, PNG, JPEG, JPEG XL, KTX2, KTX or DDS";
-
-/// The first twelve bytes of a KTX texture of version 1.
-pub(crate) const KTX: [u8; 12] = *b"\xabKTX 11\xbb\r\n\x1a\n";
-
-/// The first four bytes of a DDS texture.
-pub(crate) const DDS: [u8; 4] = *b"DDS ";
-
-/// Bytes of an unknown file that a message shows; enough to identify any format.
-pub(crate) const SHOWN_BYTES: usize = 24;
 
 /// The treatment of texels with a channel of NaN or infinity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -116,99 +96,6 @@ impl PictureReadOptions {
             }
             read => read,
         }
-    }
-}
-
-/// A file format, detected from the contents whatever the name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
-#[non_exhaustive]
-pub enum FileFormat {
-    /// Radiance picture, usually `.hdr`.
-    Radiance,
-    /// OpenEXR, `.exr`.
-    OpenExr,
-    /// Portable float map, `.pfm`.
-    Pfm,
-    /// PNG picture, 8 or 16 bits.
-    Png,
-    /// JPEG picture, with or without a gain map.
-    Jpeg,
-    /// TIFF picture.
-    Tiff,
-    /// JPEG XL picture, with the feature `jxl`.
-    JpegXl,
-    /// KTX2 texture.
-    Ktx2,
-    /// KTX texture of version 1.
-    Ktx,
-    /// DDS texture.
-    Dds,
-}
-
-impl fmt::Display for FileFormat {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Radiance => "Radiance .hdr",
-            Self::OpenExr => "OpenEXR",
-            Self::Pfm => "portable float map",
-            Self::Png => "PNG",
-            Self::Jpeg => "JPEG",
-            Self::Tiff => "TIFF",
-            Self::JpegXl => "JPEG XL",
-            Self::Ktx2 => "KTX2",
-            Self::Ktx => "KTX",
-            Self::Dds => "DDS",
-        })
-    }
-}
-
-impl FileFormat {
-    /// Detects the format from the first bytes; `name` stands for the file in messages.
-    ///
-    /// # Errors
-    /// [`ImageError::Unsupported`] if it is a picture in another format, [`ImageError::Invalid`] if it is none.
-    pub fn of_bytes(bytes: &[u8], name: &str) -> Result<Self, ImageError> {
-        const KINDS: [(&[u8], FileFormat); 17] = [
-            (&[0x76, 0x2f, 0x31, 0x01], FileFormat::OpenExr),
-            (b"#?", FileFormat::Radiance),
-            (b"PF", FileFormat::Pfm),
-            (b"Pf", FileFormat::Pfm),
-            (b"\x89PNG\r\n\x1a\n", FileFormat::Png),
-            (b"\xff\xd8\xff", FileFormat::Jpeg),
-            // Of both byte orders, with offsets of 32 and of 64 bits.
-            (b"II*\0", FileFormat::Tiff),
-            (b"MM\0*", FileFormat::Tiff),
-            (b"II+\0", FileFormat::Tiff),
-            (b"MM\0+", FileFormat::Tiff),
-            (b"\xff\x0a", FileFormat::JpegXl),
-            (b"\0\0\0\x0cJXL \r\n\x87\n", FileFormat::JpegXl),
-            (&ktx2::MAGIC, FileFormat::Ktx2),
-            (&DDS, FileFormat::Dds),
-            // A KTX file of either version may be truncated within these; then the decoder reports it.
-            (b"\xabKTX 2", FileFormat::Ktx2),
-            (&KTX, FileFormat::Ktx),
-            (b"\xabKTX 1", FileFormat::Ktx),
-        ];
-        let word_ends = |magic: &[u8]| !magic.starts_with(b"P") || bytes.get(2).is_none_or(u8::is_ascii_whitespace);
-        if let Some((_, format)) = KINDS.iter().find(|(magic, _)| bytes.starts_with(magic) && word_ends(magic)) {
-            return Ok(*format);
-        }
-        if bytes.is_empty() {
-            return Err(invalid(name, format!("the file is empty; {EXPECTED} expected")));
-        }
-        if let Some((other, what_to_do)) = other_picture(bytes) {
-            let message = format!("{EXPECTED} expected, found {other}; {what_to_do}");
-            return Err(unsupported(name, message));
-        }
-        Err(invalid(name, format!("{EXPECTED} expected, found {}", describe(bytes))))
-    }
-
-    /// Whether files of this format hold textures: cubes ([`read_cube_texture_bytes`](crate::read_cube_texture_bytes)),
-    /// or pictures.
-    #[must_use]
-    pub fn is_texture(self) -> bool {
-        matches!(self, Self::Ktx2 | Self::Ktx | Self::Dds)
     }
 }
 
@@ -308,19 +195,7 @@ pub fn read_picture_bytes(
 ) -> Result<(Picture, PictureReadReport), ImageError> {
     let format = FileFormat::of_bytes(bytes, name)?;
     let max_texels = options.most_texels();
-    let decoded = guarded(format, name, || match format {
-        FileFormat::Radiance => read_hdr::decode(bytes, name, max_texels),
-        FileFormat::OpenExr => read_exr::decode(bytes, name, max_texels),
-        FileFormat::Pfm => read_pfm::decode(bytes, name, max_texels),
-        FileFormat::Png => read_ldr::decode_png(bytes, name, max_texels),
-        FileFormat::Jpeg => read_jpeg::decode(bytes, name, max_texels),
-        FileFormat::Tiff => read_tiff::decode(bytes, name, max_texels),
-        FileFormat::JpegXl => decode_jpeg_xl(bytes, name, max_texels),
-        FileFormat::Ktx2 | FileFormat::Ktx | FileFormat::Dds => {
-            let message = format!("a picture expected, found a texture ({format}), which may hold a cube map");
-            Err(unsupported(name, message))
-        }
-    });
+    let decoded = guarded(format, name, || format.decode(bytes, name, max_texels));
     finished(decoded, format, name, options)
 }
 
@@ -340,15 +215,6 @@ pub(crate) fn finished(
     inspect(&mut texels, width, 0, &mut report);
     report.judge(options.nonfinite, name)?;
     Ok((Picture::new(width, height, texels)?, report))
-}
-
-#[cfg(feature = "jxl")]
-use crate::codec::read_jxl::decode as decode_jpeg_xl;
-
-#[cfg(not(feature = "jxl"))]
-fn decode_jpeg_xl(_: &[u8], name: &str, _: usize) -> Result<Decoded, ImageError> {
-    let message = "a JPEG XL picture, which this program was built without (feature `jxl`); convert it with `djxl IN.jxl OUT.pfm`";
-    Err(unsupported(name, message.into()))
 }
 
 /// The name of a picture file for messages, and its bytes; other files are refused by their first bytes.
@@ -402,38 +268,6 @@ pub(crate) fn guarded<T>(
 ) -> Result<T, ImageError> {
     catch_unwind(AssertUnwindSafe(decode))
         .unwrap_or_else(|_| Err(invalid(name, format!("the {format} data is damaged and cannot be decoded"))))
-}
-
-/// Another picture format that is easily mistaken for a supported one: its name, and what to do.
-fn other_picture(bytes: &[u8]) -> Option<(&'static str, String)> {
-    const CONVERT: &str = "convert it to .hdr or .exr";
-    const KINDS: [(&[u8], &str, &str); 2] = [
-        (b"GIF8", "a GIF picture", CONVERT),
-        (b"RIFF", "a RIFF file (WebP?)", "convert it: `dwebp IN.webp -o OUT.png`"),
-    ];
-    if let Some([b'f', b't', b'y', b'p', brand @ ..]) = bytes.get(4..12) {
-        let kind = match brand {
-            b"avif" | b"avis" => "an AVIF picture",
-            b"heic" | b"heix" | b"heim" | b"heis" | b"mif1" | b"msf1" => "a HEIF picture (HEIC or AVIF)",
-            _ => "a film or a picture in a container of ISO 14496-12",
-        };
-        return Some((kind, format!("convert it: {}", to_linear_light("IN"))));
-    }
-    KINDS
-        .iter()
-        .find(|(magic, ..)| bytes.starts_with(magic))
-        .map(|&(_, kind, what_to_do)| (kind, what_to_do.to_owned()))
-}
-
-/// The first bytes of an unknown file, in one line.
-fn describe(bytes: &[u8]) -> String {
-    let start = &bytes[..bytes.len().min(SHOWN_BYTES)];
-    let printable = |b: &u8| b.is_ascii_graphic() || b.is_ascii_whitespace();
-    if start.iter().all(printable) {
-        format!("text beginning with {:?}", String::from_utf8_lossy(start))
-    } else {
-        format!("unknown data beginning with the bytes {:02x?}", &start[..start.len().min(8)])
-    }
 }
 
 impl PictureReadReport {

@@ -2,7 +2,6 @@
 //!
 //! Programming Guide for DDS, Microsoft. What Direct3D 9 has no code for is written with the second header, of Direct3D 10.
 
-use crate::codec::read::DDS;
 use crate::error::ImageError;
 use crate::header::decoded::{invalid, unsupported};
 use crate::pixel::Pixel;
@@ -186,7 +185,7 @@ pub(crate) fn pieces(size: usize, format: TexelFormat, mut levels: Vec<[Vec<u8>;
     };
     let old = D3D9.iter().find(|(_, of_code)| *of_code == format).map(|(code, _)| *code);
     let mut bytes = vec![0; HEADER + HEADER_DX10];
-    bytes[..DDS.len()].copy_from_slice(&DDS);
+    bytes[..4].copy_from_slice(b"DDS ");
     for (field, value) in [
         (Field::Size, 124),
         (Field::Flags, FLAGS | flag),

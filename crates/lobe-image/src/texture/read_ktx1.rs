@@ -12,7 +12,6 @@
 //!
 //! KTX File Format Specification 1.0. The numbers of formats and types are those of OpenGL.
 
-use crate::codec::read::KTX;
 use crate::error::ImageError;
 use crate::header::decoded::{invalid, unsupported};
 use crate::pixel::Pixel;
@@ -49,6 +48,9 @@ const HALF_FLOAT: [u32; 2] = [0x140b, 0x8d61];
 const ALIGNMENT: u64 = 4;
 
 /// Bytes of the identifier and the numbers.
+/// The first twelve bytes.
+pub(crate) const KTX: [u8; 12] = *b"\xabKTX 11\xbb\r\n\x1a\n";
+
 const HEADER: usize = KTX.len() + 13 * 4;
 
 /// Where the levels lie.

@@ -6,9 +6,8 @@ use lobe_io::{parallel, write_atomically};
 
 use crate::codec::encode::PictureWriteReport;
 use crate::codec::encode::share_beyond;
-use crate::codec::read::{
-    FileFormat, PictureReadOptions, PictureReadReport, finished, guarded, inspect, picture_file_bytes,
-};
+use crate::codec::file_format::FileFormat;
+use crate::codec::read::{PictureReadOptions, PictureReadReport, finished, guarded, inspect, picture_file_bytes};
 use crate::error::ImageError;
 use crate::header::decoded::unsupported;
 use crate::picture::picture::Picture;
@@ -188,15 +187,15 @@ pub fn write_cube_texture(
 ) -> Result<PictureWriteReport, ImageError> {
     let path = path.as_ref();
     let wrong = |message: String| ImageError::Options(format!("{}: {message}", path.display()));
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    match extension.as_str() {
-        "ktx2" => {}
-        "dds" | "ktx" if zstd => return Err(wrong(format!("a .{extension} holds no Zstandard; write .ktx2"))),
-        "ktx" if format != TexelFormat::R11G11B10F => {
-            return Err(wrong(format!("a .ktx holds R11G11B10F, not {format}; write .ktx2")));
-        }
-        "dds" | "ktx" => {}
-        _ => return Err(wrong("a cube map is written as .ktx2, .ktx or .dds".into())),
+    let container = FileFormat::of_name(path).filter(|container| container.is_texture());
+    let Some(container) = container else {
+        return Err(wrong(format!("a cube map is written as {}", FileFormat::names(FileFormat::is_texture))));
+    };
+    if zstd && container != FileFormat::Ktx2 {
+        return Err(wrong(format!("a {container} file holds no Zstandard; write .ktx2")));
+    }
+    if container == FileFormat::Ktx && format != TexelFormat::R11G11B10F {
+        return Err(wrong(format!("a .ktx holds R11G11B10F, not {format}; write .ktx2")));
     }
     let Some((size, _)) = levels.first() else { return Err(wrong("a cube map needs at least one level".into())) };
     let mut report = PictureWriteReport::default();
@@ -210,9 +209,9 @@ pub fn write_cube_texture(
         report.lost = share_beyond(levels[0].1, format.largest());
     }
     let io = |source| ImageError::Io { place: path.display().to_string(), source };
-    let pieces = match extension.as_str() {
-        "ktx2" => write_ktx2::pieces(*size, format, encoded, zstd, mapping).map_err(io)?,
-        "ktx" => write_ktx1::pieces(*size, encoded),
+    let pieces = match container {
+        FileFormat::Ktx2 => write_ktx2::pieces(*size, format, encoded, zstd, mapping).map_err(io)?,
+        FileFormat::Ktx => write_ktx1::pieces(*size, encoded),
         _ => dds::pieces(*size, format, encoded),
     };
     write_atomically(path, |file| pieces.iter().try_for_each(|piece| file.write_all(piece))).map_err(io)?;

@@ -10,7 +10,7 @@
 //! KTX File Format Specification 1.0. The texels are R11G11B10F. As type it has the number of the internal format, not
 //! that of the packed type: Filament's own tool writes it so, and its reader takes nothing else.
 
-use crate::codec::read::KTX;
+use crate::texture::read_ktx1::KTX;
 use crate::texture::read_ktx1::{ENDIANNESS, R11F_G11F_B10F, RGB};
 
 /// Bytes of a texel.

@@ -187,7 +187,7 @@ macro_rules! options {
         $(#[$meta:meta])*
         pub struct $name:ident $(with $($base:ident: $base_type:ty),+)? {
             $(
-                $(#[doc = $doc:literal])+
+                $(#[doc = $doc:expr])+
                 $(#[serde($($serde:tt)*)])?
                 $field:ident: $type:ty = $default:expr, $kind:expr, $value_name:expr, $left_open:expr;
             )+

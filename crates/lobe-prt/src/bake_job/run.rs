@@ -242,7 +242,7 @@ mod tests {
             (json!({"output": "a.glb", "mode": "glossy"}), "output: mode glossy and grid are written as .safetensors"),
             (json!({"output": "a.exr"}), "output: a.exr: expected a name that ends in .glb or .safetensors"),
             (json!({"output": "a.glb", "shard": "1/2"}), "output: a.glb: expected a name that ends in .safetensors"),
-            (json!({"up": "z"}), "up: only .obj and .ply files"),
+            (json!({"up": "z"}), "up: only .obj or .ply files"),
         ] {
             let error = refused(asked.clone());
             assert!(error.starts_with(expected), "{asked}: {error}");

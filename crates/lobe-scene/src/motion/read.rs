@@ -8,7 +8,6 @@ use glam::DVec3;
 use serde::Deserialize;
 
 use crate::error::SceneError;
-use crate::files::by_extension::{is_gltf, read_still};
 use crate::files::gltf::files::GltfFile;
 use crate::files::gltf::nodes::{Tree, local};
 use crate::files::gltf::placement::origin_of;
@@ -16,6 +15,7 @@ use crate::files::gltf::plain;
 use crate::files::gltf::primitive::name_of;
 use crate::files::read_gltf::{Flattened, standing_scene_of};
 use crate::files::read_options::{SceneReadOptions, SceneReadReport};
+use crate::files::scene_format::{is_gltf, read_still};
 use crate::files::source::{Source, read_file};
 use crate::motion::animated_scene::AnimatedScene;
 use crate::motion::animation::State;

@@ -4,9 +4,9 @@ use std::borrow::Cow;
 use std::path::Path;
 
 use crate::error::SceneError;
-use crate::files::by_extension::{is_gltf, read_still};
 use crate::files::gltf::plain;
 use crate::files::read_options::{SceneReadOptions, SceneReadReport};
+use crate::files::scene_format::{is_gltf, read_still};
 use crate::files::source::{Source, read_file};
 use crate::reading::posed;
 use crate::scene::scene::Scene;

@@ -6,9 +6,9 @@ use lobe_io::{Given, GivenPaths, JobOptions, NumberRange, OptionError, OptionFie
 
 use crate::built_in;
 use crate::error::SceneError;
-use crate::files::by_extension::is_gltf;
 use crate::files::gltf::document::GltfDocument;
 use crate::files::read_options::{DefaultMaterial, MissingNormals, ScenePose, SceneReadOptions};
+use crate::files::scene_format::{SceneFormat, all_scene_endings, is_gltf};
 use crate::reading::gltf_reader::GltfReader;
 use crate::reading::read_scene::read_scene;
 use crate::scene::scene::Scene;
@@ -23,13 +23,13 @@ const OF_FILES: [&str; 5] = ["max_triangles", "max_texels", "allow_outside", "mi
 options! {
     /// Where a scene is, and how it is read.
     pub struct SceneSource {
-        /// The scene: a .glb, .gltf, .vrm, .obj or .ply file, or built-in:NAME with ball (over a ground), columns (a
+        #[doc = concat!(" The scene: a ", all_scene_endings!(), " file, or built-in:NAME with ball (over a ground), columns (a")]
         /// hall), cave, terrain, still-life (a knot between colored screens), cornell (a room that is unfolded for
         /// `texels`) or furnace (a closed white box, which no light enters: for tests); of lobe render also
         /// three-objects and walking-figure, which move
         #[serde(serialize_with = "lobe_io::as_text")]
         scene: PathBuf = PathBuf::new(), OptionKind::File, "SCENE", "";
-        /// Which axis points up in an .obj or .ply file
+        /// Which axis points up in a file that leaves it open, as .obj and .ply do
         up: Up = Up::Y, OptionKind::Name(&[("y", ""), ("z", "")]), "AXIS", "";
         /// The most triangles, and the most vertices, that a file may hold, its instances counted
         max_triangles: usize = SceneReadOptions::default().max_triangles,
@@ -81,8 +81,9 @@ impl JobOptions for SceneSource {
         if let Some(option) = given.first_of(&OF_FILES).filter(|_| self.built_in_name().is_some()) {
             return refused(option, "only of scenes in files");
         }
-        if given.has("up") && !self.has_extension(&["obj", "ply"]) {
-            return refused("up", "only .obj and .ply files leave open which axis points up");
+        if given.has("up") && !SceneFormat::of_name(&self.scene).is_some_and(SceneFormat::leaves_up_open) {
+            let open = SceneFormat::names(SceneFormat::leaves_up_open);
+            return refused("up", &format!("only {open} files leave open which axis points up"));
         }
         if given.has("default_material") && !self.is_gltf() {
             return refused("default_material", "only of glTF files, which say what a mesh without a material is");
@@ -193,7 +194,7 @@ impl SceneSource {
         self.check()?;
         if self.has_extension(&["json"]) {
             let text =
-                "only lobe render reads descriptions of scenes; expected a file named .gltf, .glb, .vrm, .obj or .ply";
+                concat!("only lobe render reads descriptions of scenes; expected a file named ", all_scene_endings!());
             return Err(OptionError::new("", format!("{}: {text}", self.name())).into());
         }
         if let Some(name) = self.built_in_name() {
@@ -258,7 +259,7 @@ mod tests {
     fn options_that_a_scene_has_no_use_for_are_refused() {
         let source = |path: &str| SceneSource::of(path);
         for (source, expected) in [
-            (source("a.glb").up(Up::Z), "up: only .obj and .ply files leave open"),
+            (source("a.glb").up(Up::Z), "up: only .obj or .ply files leave open"),
             (source("a.obj").default_material(DefaultMaterial::AsFormat), "default_material: only of glTF files"),
             (source("built-in:cave").transparency(true), "transparency: only of scenes in files"),
             (source("built-in:cave").max_texels(1), "max_texels: only of scenes in files"),

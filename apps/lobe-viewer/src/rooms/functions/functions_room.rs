@@ -4,11 +4,15 @@ use std::path::Path;
 
 use eframe::egui::{CentralPanel, ComboBox, Context, Id, Key, Panel, ScrollArea, Slider, Ui};
 
+use crate::loading::file_kind::FileKind;
+use crate::loading::sky_source::OpenedSky;
 use crate::rooms::formulas::formulas;
 use crate::rooms::functions::edits::{FunctionsEdits, MAX_ORDER, OpenedFunction, Section, Shape, Study};
 use crate::rooms::functions::figures::{Figures, Stand};
 use crate::rooms::functions::{ambient_cube, multiply, ringing, rotate};
+use crate::rooms::room::Room;
 use crate::rooms::steer;
+use crate::widgets::gpu::Gpu;
 use crate::widgets::history::{Can, History, Step};
 use crate::widgets::orbit::Orbit;
 use crate::widgets::status::Status;
@@ -168,4 +172,26 @@ impl FunctionsRoom {
 /// The camera of the first start.
 fn first_eye() -> Orbit {
     Orbit { azimuth: 0.6, height: 0.45, target: [0.0; 3], ..Orbit::default() }
+}
+
+impl Room for FunctionsRoom {
+    fn ui(&mut self, ui: &mut Ui, _: Option<&Gpu>, _: Option<&OpenedSky>) {
+        self.ui(ui);
+    }
+
+    fn can(&self) -> Can {
+        self.can()
+    }
+
+    fn step(&mut self, step: Step) {
+        self.step(step);
+    }
+
+    fn shows(&self) -> &'static [FileKind] {
+        &[FileKind::Function]
+    }
+
+    fn open(&mut self, path: &Path, _: FileKind) -> anyhow::Result<bool> {
+        self.open(path).map(|()| true)
+    }
 }

@@ -9,7 +9,9 @@ use lobe::sh::{Rgb, ShVec};
 use lobe::shadow::WorldSphere;
 
 use crate::loading::backdrop::Behind;
+use crate::loading::file_kind::FileKind;
 use crate::loading::limits::ReadLimits;
+use crate::loading::place::IN_PAGE;
 use crate::loading::sky_source::OpenedSky;
 use crate::loading::task::TaskEvent;
 use crate::rooms::formulas::formulas;
@@ -21,10 +23,15 @@ use crate::rooms::motion::controls::{self, Wish};
 use crate::rooms::motion::edits::{MotionEdits, MotionView};
 use crate::rooms::motion::panes::Panes;
 use crate::rooms::motion::player::{Asked, MOST_ORDER, News, Player, Shown, Source};
+use crate::rooms::room::Room;
 use crate::rooms::steer;
 use crate::widgets::gpu::Gpu;
 use crate::widgets::history::{Can, History, Step};
 use crate::widgets::orbit::Orbit;
+
+/// What a page shows in place of the room of motion.
+const NO_MOTION: &str =
+    "What moves needs compute shaders and threads, which a page with WebGL 2 has not: start the program lobe-viewer.";
 
 /// Radians a second by which the sky keeps turning.
 const SKY_SPEED: f64 = 0.5;
@@ -215,12 +222,6 @@ impl MotionRoom {
         self.wants_start |= self.edits.files.len() < count;
         self.edits.files.push(path.into());
         self.message = None;
-    }
-
-    /// The same room with other limits of reading.
-    #[must_use]
-    pub fn reading_within(self, limits: ReadLimits) -> Self {
-        Self { limits, ..self }
     }
 
     /// Whether the user asked for the list of files, once.
@@ -451,5 +452,48 @@ impl MotionRoom {
             self.clock.controls(ui, cast.span);
         });
         controls::by_hand(ui, &mut self.edits, &mut self.chosen, &cast);
+    }
+}
+
+impl Room for MotionRoom {
+    fn ui(&mut self, ui: &mut Ui, gpu: Option<&Gpu>, sky: Option<&OpenedSky>) {
+        if IN_PAGE {
+            drop(CentralPanel::default().show(ui, |ui| ui.centered_and_justified(|ui| ui.label(NO_MOTION))));
+        } else {
+            self.ui(ui, gpu, sky);
+        }
+    }
+
+    fn can(&self) -> Can {
+        self.can()
+    }
+
+    fn step(&mut self, step: Step) {
+        self.step(step);
+    }
+
+    fn shows(&self) -> &'static [FileKind] {
+        &[FileKind::Description, FileKind::Scene, FileKind::Field, FileKind::Spheres, FileKind::Sky]
+    }
+
+    fn open(&mut self, path: &Path, kind: FileKind) -> anyhow::Result<bool> {
+        match kind {
+            FileKind::Sky => return Ok(false),
+            FileKind::Field | FileKind::Spheres => self.open_part_file(path),
+            _ => self.open(path),
+        }
+        Ok(true)
+    }
+
+    fn take_wish_for_file(&mut self) -> bool {
+        self.take_wish_for_file()
+    }
+
+    fn forget_pictures(&mut self, gpu: &Gpu) {
+        self.forget_pictures(gpu);
+    }
+
+    fn read_within(&mut self, limits: ReadLimits) {
+        self.limits = limits;
     }
 }

@@ -17,6 +17,7 @@ use crate::loading::mode::Mode;
 use crate::loading::places::Places;
 use crate::loading::sky_source::OpenedSky;
 use crate::rooms::formulas::formulas;
+use crate::rooms::room::Room;
 use crate::rooms::scene::controls::{self, Asked, BakePlan, Known};
 use crate::rooms::scene::edits::{Comparison, SceneEdits, paths};
 use crate::rooms::scene::lamps::lamps;
@@ -152,13 +153,6 @@ impl SceneRoom {
             Ok(_) => self.work.message = Some(format!("{}: of another room", path.display())),
             Err(message) => self.work.message = Some(message),
         }
-    }
-
-    /// The same room with other limits of reading.
-    #[must_use]
-    pub fn reading_within(mut self, limits: ReadLimits) -> Self {
-        self.work.limits = limits;
-        self
     }
 
     /// Has skies that are opened from now on fit the device.
@@ -482,5 +476,40 @@ impl SceneRoom {
             let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
             ui.painter().image(texture, rect, whole, Color32::WHITE);
         }
+    }
+}
+
+impl Room for SceneRoom {
+    fn ui(&mut self, ui: &mut Ui, gpu: Option<&Gpu>, _: Option<&OpenedSky>) {
+        self.ui(ui, gpu);
+    }
+
+    fn can(&self) -> Can {
+        self.can()
+    }
+
+    fn step(&mut self, step: Step) {
+        self.step(step);
+    }
+
+    fn shows(&self) -> &'static [FileKind] {
+        &[FileKind::Scene, FileKind::Sky, FileKind::Transfer, FileKind::Matrices]
+    }
+
+    fn open(&mut self, path: &Path, _: FileKind) -> anyhow::Result<bool> {
+        self.open(path);
+        Ok(true)
+    }
+
+    fn take_wish_for_file(&mut self) -> bool {
+        self.take_wish_for_file()
+    }
+
+    fn forget_pictures(&mut self, gpu: &Gpu) {
+        self.forget_picture(gpu);
+    }
+
+    fn read_within(&mut self, limits: ReadLimits) {
+        self.work.limits = limits;
     }
 }

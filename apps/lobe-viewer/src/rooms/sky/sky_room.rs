@@ -11,9 +11,11 @@ use lobe::env::{Mapping, Sun};
 use lobe::figures::{Shading, SurfacePoint};
 use lobe::sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation};
 
+use crate::loading::file_kind::FileKind;
 use crate::loading::place::IN_PAGE;
 use crate::loading::sky_source::OpenedSky;
 use crate::rooms::formulas::formulas;
+use crate::rooms::room::Room;
 use crate::rooms::sky::balls::{BallView, Balls};
 use crate::rooms::sky::edits::{MOST_LIGHTS, MOST_SUNS, Shelf, SkyEdits};
 use crate::rooms::sky::findings::Findings;
@@ -25,10 +27,12 @@ use crate::rooms::sky::techniques::Techniques;
 use crate::rooms::steer;
 use crate::widgets::bars::bars;
 use crate::widgets::coefficient_table::CoefficientTable;
+use crate::widgets::gpu::Gpu;
 use crate::widgets::history::{Can, History, Step};
 use crate::widgets::orbit::Orbit;
 use crate::widgets::status::Status;
 use crate::widgets::tone::{fitting, photograph};
+use std::path::Path;
 
 /// Steps of a turn of the sky that changes every second: 15 degrees each.
 const STEPS: f64 = 24.0;
@@ -412,5 +416,28 @@ impl SkyRoom {
         if ui.button("Put the suns back").clicked() {
             self.edits.suns.clear();
         }
+    }
+}
+
+impl Room for SkyRoom {
+    fn ui(&mut self, ui: &mut Ui, _: Option<&Gpu>, sky: Option<&OpenedSky>) {
+        self.ui(ui, sky);
+    }
+
+    fn can(&self) -> Can {
+        self.can()
+    }
+
+    fn step(&mut self, step: Step) {
+        self.step(step);
+    }
+
+    fn shows(&self) -> &'static [FileKind] {
+        &[FileKind::Sky]
+    }
+
+    fn open(&mut self, _: &Path, _: FileKind) -> anyhow::Result<bool> {
+        // The sky is that of the room of scenes.
+        Ok(false)
     }
 }
