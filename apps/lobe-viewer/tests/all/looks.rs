@@ -165,6 +165,6 @@ fn sizes_and_cameras_that_are_none_are_those_of_the_first_start() {
         assert!(read.rooms.sky_orbit.is_none() && read.rooms.motion_orbit.is_none(), "{read:?}");
         kept.rooms.sky_orbit = Some(Orbit { height: 9.0, ..Orbit::default() });
         kept.write(&user);
-        assert!(Kept::read(&user).sky_orbit.unwrap().camera().is_some(), "an angle that is none");
+        assert!(Kept::read(&user).rooms.sky_orbit.unwrap().camera().is_some(), "an angle that is none");
     }
 }

@@ -61,7 +61,7 @@ fn scenes_of_any_size_stay_framed_where_nothing_is_scrolled_and_at_the_next_star
         let mut kept = Kept::default();
         kept.rooms.orbit = Some(framed);
         kept.write(&user);
-        assert_eq!(Kept::read(&user).orbit, Some(framed), "a radius of {radius}, kept");
+        assert_eq!(Kept::read(&user).rooms.orbit, Some(framed), "a radius of {radius}, kept");
     }
 }
 
