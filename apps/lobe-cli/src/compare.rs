@@ -28,7 +28,7 @@ const LEAST_FREEDOM: f64 = 5.0;
 #[expect(clippy::doc_markdown, reason = "the keys of the JSON are shown on a terminal")]
 #[derive(Args)]
 pub(crate) struct Compare {
-    #[arg(value_name = "A", help = format!("A picture: a {} file", FileFormat::names(|format| !format.is_texture())))]
+    #[arg(value_name = "A", help = format!("A picture: {}", FileFormat::names(|format| !format.is_texture())))]
     image: PathBuf,
     /// The reference it is compared with, of the same size
     #[arg(value_name = "B")]

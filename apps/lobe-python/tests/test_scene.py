@@ -106,7 +106,7 @@ def test_what_the_reader_found_is_warned_of_where_a_scene_is_read(tmp_path):
 @pytest.mark.parametrize(
     ("make", "error", "message"),
     [
-        (lambda: lobe.Scene("a.glb", up="z"), ValueError, "up: only .obj and .ply files"),
+        (lambda: lobe.Scene("a.glb", up="z"), ValueError, "up: only .obj or .ply files"),
         (lambda: lobe.Scene("a.obj", up="x"), ValueError, 'up: expected y or z, found "x"'),
         (lambda: lobe.Scene("a.obj", default_material="gltf"), ValueError, "default_material: only of glTF files"),
         (lambda: lobe.Scene("a.glb", missing_normals="round"), ValueError, "missing_normals: expected flat or smooth"),

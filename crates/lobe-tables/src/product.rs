@@ -98,7 +98,10 @@ impl Product {
     }
 
     pub(crate) fn source(&self) -> String {
-        format!("{HEADER}\nuse crate::Coefficient;\nuse crate::scalar::constant as k;\n\n{}", self.function().source())
+        format!(
+            "{HEADER}\nuse crate::scalar::Coefficient;\nuse crate::scalar::constant as k;\n\n{}",
+            self.function().source()
+        )
     }
 
     pub(crate) fn source_for_lanes(&self) -> String {

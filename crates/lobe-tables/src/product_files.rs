@@ -63,7 +63,8 @@ fn index(products: &[Product]) -> String {
         }
         let _ = writeln!(text, "#[rustfmt::skip]\nmod {};", product.kind.module());
     }
-    text += "\nuse crate::Coefficient;\n#[cfg(test)]\nuse crate::product::cost::{ProductCost, ProductKind};\n\n";
+    text +=
+        "\nuse crate::scalar::Coefficient;\n#[cfg(test)]\nuse crate::product::cost::{ProductCost, ProductKind};\n\n";
     text += COSTS_DOC;
     text += "#[cfg(test)]\n#[rustfmt::skip]\npub(crate) const PRODUCT_COSTS: &[ProductCost] = &[\n";
     for product in products {

@@ -121,7 +121,7 @@ impl From<&NonfiniteOption> for Nonfinite {
 pub(crate) fn explain(path: &Path, error: EnvError) -> anyhow::Error {
     if holds_expansion(path) {
         return anyhow::anyhow!(
-            "{}: expected a {} picture, found an expansion; make a picture of it with lobe env reconstruct",
+            "{}: expected a picture ({}), found an expansion; make a picture of it with lobe env reconstruct",
             path.display(),
             pictures()
         );

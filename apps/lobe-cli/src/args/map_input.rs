@@ -34,7 +34,7 @@ pub(crate) const OF_MAP: u64 = 12;
 fn help() -> String {
     let files = pictures();
     format!(
-        "The environment map: a {files} file, FOLDER/PREFIX%.exr (or another ending; or FOLDER alone) for the six files of a \
+        "The environment map: {files}, FOLDER/PREFIX%.exr (or another ending; or FOLDER alone) for the six files of a \
          cube, or bundled:NAME. The files are named px to nz or mz, posx to negz, or as photographs right, left, top or up, \
          bottom or down, front, back, or rt, lf, up, dn, ft, bk, or r, l, u, d, f, b, or with numbers from 0 or 1 on"
     )
@@ -243,7 +243,7 @@ impl MapPath {
         find: impl FnOnce(&Path, &MapReadOptions) -> Result<(T, MapReadReport), EnvError> + Send,
     ) -> anyhow::Result<(T, MapReadReport)> {
         if self.name() == "-" {
-            bail!("-: pictures are read from files, not from stdin; name a {} file", pictures());
+            bail!("-: pictures are read from files, not from stdin; name a file ({})", pictures());
         }
         let options = self.options(nonfinite);
         let (found, report) =

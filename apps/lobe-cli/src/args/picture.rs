@@ -48,7 +48,7 @@ impl PictureOutput {
 
     /// Help of an option that names the file of this picture.
     pub(crate) fn help(picture: &str) -> String {
-        format!("{picture}: a {} file; .png is tone-mapped for looking at", Self::endings())
+        format!("{picture}: {}, which is tone-mapped for looking at", Self::endings())
     }
 
     /// Whether it can be of half floats.

@@ -108,11 +108,7 @@ fn stdin_is_read_only_once() {
     assert_eq!(dir.lobe("sh product - - -o c.sh.json").error(), line, "product");
     assert_eq!(dir.lobe("sh convolve - --kernel - -o c.sh.json").error(), line, "convolve");
     let line = dir.lobe("project - -o p.sh.json").error();
-    assert_eq!(
-        line,
-        "-: pictures are read from files, not from stdin; name a .exr, .hdr, .pfm, .png, .jpg, .ktx2 or .dds file",
-        "project"
-    );
+    assert!(line.starts_with("-: pictures are read from files, not from stdin; name a file (.exr, .hdr, "), "{line}");
 }
 
 #[test]

@@ -123,7 +123,7 @@ fn which_axis_is_up_is_asked_for_obj_and_ply_only() {
         assert!(t[band] > 0.1, "{up} up: {t:?}");
     }
     let line = with_square(|_| ()).lobe("bake scene.gltf -o out.glb --up z").error();
-    assert_eq!(line, "--up: only .obj and .ply files leave open which axis points up; leave the option out", "glTF");
+    assert_eq!(line, "--up: only .obj or .ply files leave open which axis points up; leave the option out", "glTF");
 }
 
 #[test]
@@ -345,7 +345,7 @@ fn scenes_that_are_missing_are_named() {
     );
     assert!(refusal(&dir, "built-in:moon").contains("; of lobe render also built-in:three-objects and "), "that move");
     dir.file("scene.fbx", "Kaydara");
-    assert_eq!(refusal(&dir, "scene.fbx"), "expected a file named .gltf, .glb, .vrm, .obj or .ply", "another kind");
+    assert_eq!(refusal(&dir, "scene.fbx"), "expected a file named .glb, .gltf, .vrm, .obj or .ply", "another kind");
     let dir = with_square(|json| json["buffers"][0]["uri"] = json!("none.bin"));
     let line = dir.lobe("bake scene.gltf -o out.glb").error();
     assert!(line.contains("none.bin, named by scene.gltf: no such file"), "{line}");

@@ -148,7 +148,7 @@ fn options_of_another_sky_and_suns_below_the_horizon_are_refused() {
         ("--sun 0,0,1 --order 3 -o s.exr", "--order: a picture has none"),
         ("--sun 0,0,1 --size 3 -o s.sh.json", "--size: an expansion has none"),
         ("--sun 0,0,1 --ground 2,0,0 -o s.exr", "no surface reflects more light than it gets"),
-        ("--sun 0,0,1 -o s.txt", "expected a name that ends in .exr, .hdr, .pfm, .png or .sh.json"),
+        ("--sun 0,0,1 -o s.txt", "expected a name that ends in .sh.json, .exr, .hdr, .pfm or .png"),
     ] {
         let line = dir.lobe(&format!("env sky {args}")).error();
         assert!(line.contains(part), "{args}: {line}");

@@ -103,7 +103,7 @@ fn options_that_would_be_ignored_or_contradict_each_other_are_refused() {
         ("moving --order 9", "--order: shadows of what moves have an order of 1 to 8"),
         ("moving --still-points 4", "expected 0, or 8 points at least, found 4"),
         ("moving --max-triangles 4", "--max-triangles: only of scenes in files"),
-        ("moving --up z", "--up: only .obj and .ply files"),
+        ("moving --up z", "--up: only .obj or .ply files"),
         ("moving --method exponentials --group 20", "expected a multiple of 16, found 20"),
         ("moving --exponential grid", "--exponential: only of --method exponentials"),
         ("moving --fps 3", "--fps: only of --frames A..B"),

@@ -228,7 +228,7 @@ fn commands_that_read_no_descriptions_say_which_does() {
     let dir = scene("");
     for command in ["bake s.json -o b.glb", "field s.json -o f.safetensors", "spheres s.json -n 2 -o p.safetensors"] {
         let error = dir.lobe(&format!("{command} --quiet")).error();
-        let expected = "s.json: only lobe render reads descriptions of scenes; expected a file named .gltf, ";
+        let expected = "s.json: only lobe render reads descriptions of scenes; expected a file named .glb, ";
         assert!(error.starts_with(expected), "{command}: {error}");
     }
 }

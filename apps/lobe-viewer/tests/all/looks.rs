@@ -135,7 +135,8 @@ fn the_cameras_of_all_rooms_and_the_size_of_the_window_are_kept() {
     };
     let before = orbits(harness.state());
     let written = kept(&mut harness, user);
-    let found = [written.rooms.orbit, written.rooms.sky_orbit, written.rooms.functions_orbit, written.rooms.motion_orbit];
+    let found =
+        [written.rooms.orbit, written.rooms.sky_orbit, written.rooms.functions_orbit, written.rooms.motion_orbit];
     for (found, expected) in found.iter().zip(&before) {
         assert!(found.is_some_and(|found| are_close(&found, expected)), "kept: {found:?}, expected {expected:?}");
     }

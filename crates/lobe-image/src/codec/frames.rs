@@ -149,7 +149,7 @@ mod tests {
             check(name).unwrap();
         }
         assert!(
-            check("a.gif").unwrap_err().ends_with("a.gif: pictures are written as .png, .exr, .hdr or .pfm"),
+            check("a.gif").unwrap_err().ends_with("a.gif: pictures are written as .exr, .hdr, .pfm or .png"),
             "ending"
         );
         let for_ever = FrameSequence { seconds_per_frame: 66.0, ..SEQUENCE };

@@ -189,7 +189,7 @@ fn broken_ply_files_are_refused_in_one_line() {
         let error = refusal("a.ply", &whole[..length]);
         assert!(error.starts_with("a.ply: ") && !error.contains('\n'), "{length} bytes: {error}");
     }
-    assert_eq!(refusal("a.stl", b""), "a.stl: expected a file named .gltf, .glb, .vrm, .obj or .ply", "another format");
+    assert_eq!(refusal("a.stl", b""), "a.stl: expected a file named .glb, .gltf, .vrm, .obj or .ply", "another format");
 }
 
 #[test]
