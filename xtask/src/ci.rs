@@ -19,9 +19,9 @@ const FEATURES: Step = Step {
     name: "no-features",
     work: Work::Cargo("check --package lobe-sh --no-default-features --features libm", &[]),
 };
-/// The command as users build it: the other steps have every feature on, or those that any crate of the workspace asks for. At night, because
-/// dependencies are checked again for it.
-const DEFAULTS: Step = Step { name: "default-features", work: Work::Cargo("check", &[]) };
+/// The README's command, word for word: the command and its libraries as users build them. At night, because dependencies are compiled
+/// again for it: other steps have the features that any crate of the workspace asks for.
+const DEFAULTS: Step = Step { name: "default-members", work: Work::Cargo("test", &[]) };
 /// The Python package as it is built for users: in the whole workspace a dependency may get features from another crate.
 const PYTHON_ALONE: Step = Step { name: "python-alone", work: Work::Cargo("check --package lobe-python", &[]) };
 /// The window likewise.
@@ -71,7 +71,7 @@ const DOCS: Step =
     Step { name: "docs", work: Work::Cargo("doc --workspace --all-features --no-deps", DENY_DOC_WARNINGS) };
 /// The guide as a book, in target/guide.
 const BOOK: Step = Step { name: "book", work: Work::Where(toolchain::has_mdbook, "mdbook", "build docs/guide") };
-/// The README's command, word for word.
+/// The README's command for the whole workspace: the tests of [`DEFAULTS`], and those of the window, Python and the tools.
 const TEST: Step = Step { name: "test", work: Work::Cargo("test --workspace", &[]) };
 /// The unit tests of crates with kernels once more for each narrower kind of instructions, for which every kernel has code of its own.
 /// By this program and not by another `cargo run`, which changes PATH: the Python package would be compiled anew for it.

@@ -58,7 +58,7 @@ fn compare_package(package: &Package, lines: &[Line], packages: &[Package], faul
     }
     let place = |name: &str| lines.iter().position(|line| line.name == name);
     for used in package.tests_with.iter().filter(is_member) {
-        if used != name && place(used) < place(name) {
+        if !line.uses.contains(used) && used != name && place(used) < place(name) {
             faults.push(format!("{name} is below {used}, so the tests of {name} may not use {used} either"));
         }
     }
