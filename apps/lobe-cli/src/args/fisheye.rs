@@ -4,6 +4,7 @@ use clap::Args;
 use lobe::env::{FisheyeOptions, FisheyeProjection};
 use lobe::sh::Dir;
 
+use crate::args::input::READING;
 use crate::args::values;
 
 /// How a fisheye picture shows its surroundings.
@@ -13,16 +14,19 @@ pub(crate) struct FisheyeInput {
     /// PROJECTION is equidistant (r = f t, t the angle to the axis), equisolid (2 f sin t/2), stereographic (2 f tan t/2, below
     /// 360 degrees) or orthographic (f sin t, to 180 degrees). It becomes a lat-long map of everything around
     #[arg(long, value_name = "PROJECTION[:FOV]", value_parser = lens, group = "shown_part")]
+    #[arg(help_heading = READING, hide_short_help = true)]
     #[arg(conflicts_with_all = ["from", "from_left_handed"])]
     fisheye: Option<FisheyeOptions>,
     /// With --fisheye: where the lens looked, which is in the middle. The top of the picture points to +x if that is steeply
     /// up or down, else to +z; a picture of the sky has +y on its right, one of the ground -y
     #[arg(long, value_name = "up|down|X,Y,Z", value_parser = axis, default_value = "up", requires = "fisheye")]
+    #[arg(help_heading = READING, hide_short_help = true)]
     #[arg(allow_hyphen_values = true)]
     fisheye_axis: Dir,
     /// With --fisheye: column and row of the middle of the circle and its radius, in pixels from the upper left corner
     /// [default: the largest circle about the middle of the picture]
     #[arg(long, value_name = "X,Y,R", value_parser = circle, requires = "fisheye")]
+    #[arg(help_heading = READING, hide_short_help = true)]
     fisheye_circle: Option<[f64; 3]>,
 }
 

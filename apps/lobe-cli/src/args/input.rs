@@ -15,6 +15,9 @@ use crate::args::names::names;
 use crate::run::failure::image_error;
 use crate::run::talk::Talk;
 
+/// The heading of options of reading, which short help leaves out.
+pub(crate) const READING: &str = "Options of reading";
+
 /// The files that are read as environment maps.
 pub(crate) fn pictures() -> String {
     FileFormat::names(|_| true)
@@ -91,6 +94,7 @@ impl ShInput {
 pub(crate) struct NonfiniteOption {
     /// What to do with pixels that are NaN or infinite
     #[arg(long = "nonfinite", value_name = "WHAT", value_enum, default_value = "error")]
+    #[arg(help_heading = READING, hide_short_help = true)]
     choice: NonfiniteChoice,
 }
 

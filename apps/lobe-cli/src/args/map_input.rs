@@ -13,7 +13,7 @@ use lobe::image::PictureReadOptions;
 use lobe::sh::{Rgb, ShVec};
 
 use crate::args::fisheye::FisheyeInput;
-use crate::args::input::{NonfiniteOption, explain, pictures, tell};
+use crate::args::input::{NonfiniteOption, READING, explain, pictures, tell};
 use crate::args::memory::{DEFAULT_GIB, MemoryLimit};
 use crate::args::names::names;
 use crate::args::values;
@@ -52,33 +52,40 @@ pub(crate) struct MapPath {
     /// The faces of the cube were made for left-handed directions, as by Direct3D or three.js [default: what the file says; those
     /// that lobe wrote do, but .dds and .pfm]
     #[arg(long)]
+    #[arg(help_heading = READING, hide_short_help = true)]
     from_left_handed: bool,
     /// The faces of a cube in their order in the picture or the numbered files, as front,right,back,left,up,down or in
     /// letters FRBLUD: names of sides for photographs, with front in the middle of the panorama; or px,nx,py,ny,pz,nz.
     /// Sheets of 3:2 and 2:3 are cubes only by this or --from cube [default: what the names of files tell, else
     /// px,nx,py,ny,pz,nz]
     #[arg(long, value_name = "ORDER")]
+    #[arg(help_heading = READING, hide_short_help = true)]
     faces: Option<FaceOrder>,
     /// Of a cropped panorama, which shows all around but not all of the height: the degrees that it is high, half of them
     /// above the horizon, or the lowest and the highest elevation that it shows
     #[arg(long, value_name = "DEG|LOW,HIGH", value_parser = elevations, allow_hyphen_values = true, group = "shown_part")]
+    #[arg(help_heading = READING, hide_short_help = true)]
     vertical_fov: Option<[f64; 2]>,
     #[command(flatten)]
     fisheye: FisheyeInput,
     /// With --vertical-fov: what is above and below the picture; with --fisheye: what is outside of its circle
     #[arg(long, value_name = "WHAT", value_enum, default_value = "black", requires = "shown_part")]
+    #[arg(help_heading = READING, hide_short_help = true)]
     padding: Filling,
     /// Convert colors of other primaries, where the file tells them, to those of Rec. 709 (sRGB)
     #[arg(long)]
+    #[arg(help_heading = READING, hide_short_help = true)]
     to_rec709: bool,
     /// Refuse a map whose file, or whose pixels, take more memory than this, in GiB, and work on it that takes more. A
     /// file that is not read row by row is refused by its length, before it is read. Work that is refused says how many
     /// bytes it takes
     #[arg(long, value_name = "GIB", default_value_t = DEFAULT_GIB, value_parser = values::positive)]
+    #[arg(help_heading = READING, hide_short_help = true)]
     max_memory: f64,
     /// The most pixels that a picture may have; one that says it has more is refused. Each takes up to 28 bytes of memory while it
     /// is read, with its file, and 12 then
     #[arg(long, value_name = "N", default_value_t = PictureReadOptions::default().max_texels, value_parser = max_texels)]
+    #[arg(help_heading = READING, hide_short_help = true)]
     max_texels: usize,
 }
 

@@ -21,10 +21,10 @@ const LEAST_FRAMES_PER_SECOND: f64 = 1e-300;
 pub(crate) struct TimeInput {
     /// With --frames A..B: pictures for each second, 1/65 to 1000 in an animated .png; at others, .exr pictures are
     /// written without it [default: 24]
-    #[arg(long, value_name = "N", value_parser = frames_per_second)]
+    #[arg(long, value_name = "N", value_parser = frames_per_second, hide_short_help = true)]
     fps: Option<f64>,
     /// Begin anew when the animation or all tracks have ended; without this they rest there
-    #[arg(long = "loop")]
+    #[arg(long = "loop", hide_short_help = true)]
     pub(crate) is_looped: bool,
 }
 
