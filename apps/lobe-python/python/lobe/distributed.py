@@ -156,7 +156,7 @@ class Workers(Engine):
 
     def start(self, number: int, count: int) -> None:
         # Should those that are left die, any other will do.
-        left = list(self.left()) if self.refused else None
+        left = (list(self.left()) or None) if self.refused else None
         work = self.work
         # A call that was stopped may still be cancelling tasks of these names.
         key = f"lobe-{work.identity}-{number}-of-{count}-{uuid.uuid4().hex}"
