@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 import types
 
 import numpy as np
@@ -400,6 +401,25 @@ def test_another_bake_into_the_same_output_is_refused_and_takes_nothing_away(pro
         on_dask.bake(SCENE, output, others, client=client, shards=1)
     assert output.read_bytes() == (tmp_path / "other.safetensors").read_bytes() != whole
     assert not list(tmp_path.glob("*.shards*")), "neither shards nor locks are left"
+
+
+def test_many_that_want_the_same_output_are_never_two_at_once(tmp_path):
+    work = engine.Work(SCENE, tmp_path / "o.safetensors", OPTIONS)
+    inside, most, turns = [], [0], []
+
+    def take_turns():
+        while len(turns) < 200:
+            with contextlib.suppress(RuntimeError), work.alone():
+                inside.append(None)
+                most[0] = max(most[0], len(inside))
+                # Others have a turn meanwhile, if they are let in.
+                time.sleep(2e-4)
+                turns.append(inside.pop())
+
+    with concurrent.futures.ThreadPoolExecutor(4) as threads:
+        for done in [threads.submit(take_turns) for _ in range(4)]:
+            done.result()
+    assert most == [1] and os.listdir(tmp_path) == []
 
 
 def test_there_are_64_shards_for_each_thread_and_each_has_room_in_memory(tmp_path):

@@ -61,7 +61,7 @@ class Work:
         try:
             with FileLock(f"{self.folder}.lock", timeout=0) as lock:
                 yield
-                # Whoever has opened it meanwhile finds out that it is gone; some systems keep what is open.
+                # Who opened it meanwhile finds out that it is gone: `filelock` looks, from 4.0 on. Windows keeps it.
                 with suppress(OSError):
                     os.remove(lock.lock_file)
         except Timeout:
