@@ -82,15 +82,13 @@ def turn_range(paths, start, r, rows):
 
 
 def turn_file(paths, count, r, client, tasks):
-    import lobe.distributed
-
     start = len(header(count))
     with open(paths[1], "wb") as file:
         file.write(header(count))
         file.truncate(start + count * WIDTH * 4)
     bounds = [count * k // tasks for k in range(tasks + 1)]
     work = functools.partial(turn_range, paths, start, r)
-    lobe.distributed.map(work, zip(bounds[:-1], bounds[1:]), client=client)
+    client.gather(client.map(work, list(zip(bounds[:-1], bounds[1:])), pure=False))
     return start
 
 

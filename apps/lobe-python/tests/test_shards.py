@@ -74,28 +74,9 @@ def client():
 
 
 @pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize("arrival", ["as they come", "last first", "shuffled"])
-def test_shards_from_workers_have_these_bytes_in_any_order_of_arrival(kind, tmp_path, monkeypatch, client, arrival):
-    import distributed
-
+def test_shards_from_workers_have_these_bytes(kind, tmp_path, client):
     import lobe.distributed as on_dask
 
-    class Arriving:
-        """Results of tasks in an order that does not depend on the workers."""
-
-        def __init__(self, futures):
-            self._futures, self._random = list(futures), random.Random(0)
-
-        def add(self, future):
-            self._futures.append(future)
-
-        def __iter__(self):
-            while self._futures:
-                at = -1 if arrival == "last first" else self._random.randrange(len(self._futures))
-                yield self._futures.pop(at)
-
-    if arrival != "as they come":
-        monkeypatch.setattr(distributed, "as_completed", Arriving)
     scene, name, options, expected = kind
     for count in COUNTS:
         on_dask.bake(scene, name, options, client=client, shards=count)

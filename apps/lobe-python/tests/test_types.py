@@ -39,14 +39,14 @@ import lobe.distributed
 
 
 def brightest(paths: list[str]) -> tuple[str, float]:
-    lights: list[lobe.Sh] = lobe.distributed.map(lambda path: lobe.EnvMap.load(path).project(3), paths)
+    lights: list[lobe.Sh] = [lobe.EnvMap.load(path).project(3) for path in paths]
     values = [float(light.convolve("cosine").eval([0.0, 0.0, 1.0]).mean()) for light in lights]
     best = int(np.argmax(values))
     return paths[best], values[best]
 
 
 def film(scene: lobe.Scene, light: lobe.Sh, turns: int) -> list[npt.NDArray[np.float32]]:
-    report: lobe.BakeReport = lobe.bake(scene, "baked.glb", lobe.BakeOptions(order=4))
+    report: lobe.BakeReport = lobe.distributed.bake(scene, "baked.glb", lobe.BakeOptions(order=4), shards=4)
     assert report is not None
     angles = np.linspace(0.0, 2.0 * np.pi, turns, endpoint=False)
     matrices = [np.array([[np.cos(a), -np.sin(a), 0.0], [np.sin(a), np.cos(a), 0.0], [0.0, 0.0, 1.0]]) for a in angles]

@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
-import errno
 import hashlib
 import os
 import platform
-import re
 import tempfile
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from threading import Lock
-from typing import Any, TypeVar
+from typing import Any
 
 from . import __version__, _lobe
 from ._bake import BakeOptions
 from ._scene import Scene
-from ._shards import Cost, measured
-
-Pilot = tuple[int, int, float]
-"""What the pilot of a bake has found: bounces, paths, and an error."""
 
 _read: dict[str, _lobe.Bake] = {}
 """The bake that this worker has had last, its scene read and its tree built."""
@@ -31,96 +24,75 @@ _reading = Lock()
 def identity_of(made: _lobe.Bake, scene: Scene, options: BakeOptions) -> str:
     """A name for this work, by all of the scene that decides it: shards of other work are not taken for its own."""
     digest = hashlib.blake2b(digest_size=8)
-    digest.update(repr((__version__, sorted(asdict(options).items()), os.path.basename(scene.name), made.scene_hash)).encode())
+    work = (__version__, sorted(asdict(options).items()), os.path.basename(scene.name), made.scene_hash)
+    digest.update(repr(work).encode())
     return digest.hexdigest()
 
 
-def _read_once(
-    sent: bytes | None, scene: Scene, options: dict[str, Any], identity: str, folder: str, pilot: Pilot | None = None
-) -> _lobe.Bake:
+def version() -> str:
+    """The version of Lobe that this worker has."""
+    return __version__
+
+
+def one_line(text: object) -> str:
+    """A message of others as a part of one of ours."""
+    return " ".join(str(text).split())
+
+
+@dataclass(frozen=True)
+class Job:
+    """What all tasks of a bake have in common, except the bytes of the scene; the version is the client's."""
+
+    scene: Scene
+    options: dict[str, Any]
+    identity: str
+    version: str
+
+
+@dataclass(frozen=True)
+class Refused:
+    """What a task returns where the system of its worker has refused something, which the systems of others may not."""
+
+    worker: str
+    place: str
+    """The address of a worker of Dask, the identity of a machine of Ray."""
+    fault: str
+
+    def __str__(self) -> str:
+        return f"worker {self.worker}: {self.fault}"
+
+
+def bake_shard(sent: bytes | None, job: Job, number: int, count: int) -> bytes | Refused:
+    """The task of a worker: a shard's file. A refusal of the system is returned: an error would be tried again here."""
+    if job.version != __version__:
+        versions = f"this worker has lobe {__version__} and the client has {job.version}"
+        raise RuntimeError(f"{versions}: install one version on all machines")
+    try:
+        with tempfile.TemporaryDirectory(prefix="lobe-") as folder:
+            made, path = _read_once(sent, job, folder), os.path.join(folder, f"{job.identity}.safetensors")
+            made.write_shard(path, number, count, None)
+            with open(path, "rb") as file:
+                return file.read()
+    except OSError as error:
+        return Refused(*_worker(), f"{one_line(error)}; free space or mend that there, or stop that worker")
+
+
+def _read_once(sent: bytes | None, job: Job, folder: str) -> _lobe.Bake:
     with _reading:
-        if identity not in _read:
+        if job.identity not in _read:
             _read.clear()
+            scene, options = job.scene, BakeOptions(**job.options)
             if sent is not None:
                 # The file's name is in the recipe, and its ending says what it is.
                 scene = scene.at(os.path.join(folder, os.path.basename(scene.name)))
                 with open(scene.name, "wb") as file:
                     file.write(sent)
-            asked = BakeOptions(**options)
-            made = asked.of(scene)
-            if identity_of(made, scene, asked) != identity:
-                raise RuntimeError(f"worker {_worker()[0]}: {scene.name}: is not the client's: give all machines the same files")
-            if pilot is not None:
-                made.know(pilot)
-            _read[identity] = made
-        return _read[identity]
-
-
-@dataclass(frozen=True)
-class Refused:
-    """What a task returns where the system of its worker has refused something, which those of others may not."""
-
-    worker: str
-    """What it is called in messages."""
-    place: str
-    """The address of a worker of Dask, the identity of a machine of Ray."""
-    fault: str
-    full: bool
-    """Whether there is no room on its disk."""
-
-    def __str__(self) -> str:
-        return f"worker {self.worker}: {self.fault}"
-
-    @property
-    def remedy(self) -> str:
-        return f"{'free space' if self.full else 'mend that'} there, or stop that worker"
-
-
-FULL = {getattr(errno, name) for name in ("EDQUOT", "EFBIG", "ENOSPC") if hasattr(errno, name)}
-"""What systems say where there is no room for a file."""
-
-Result = TypeVar("Result")
-
-
-def bake_shard(
-    sent: bytes | None,
-    scene: Scene,
-    options: dict[str, Any],
-    identity: str,
-    version: str,
-    number: int,
-    count: int,
-    pilot: Pilot | None = None,
-) -> bytes | Refused:
-    """The task of a worker: a shard as the bytes of its file."""
-
-    def shard(folder: str) -> bytes:
-        made = _read_once(sent, scene, options, identity, folder, pilot)
-        part = os.path.join(folder, f"{identity}.safetensors")
-        made.write_shard(part, number, count, None)
-        with open(part, "rb") as file:
-            return file.read()
-
-    return _in_a_folder(version, shard)
-
-
-def measure(sent: bytes | None, scene: Scene, options: dict[str, Any], identity: str, version: str) -> Cost | Refused:
-    """The first task of a worker: what shards cost."""
-    return _in_a_folder(version, lambda folder: measured(_read_once(sent, scene, options, identity, folder), folder))
-
-
-def _in_a_folder(version: str, work: Callable[[str], Result]) -> Result | Refused:
-    """Work in a folder for its files, of this version. What the system refuses is returned, not raised: it would be tried again here."""
-    if version != __version__:
-        raise RuntimeError(f"this worker has lobe {__version__} and the client has {version}: install one version on all machines")
-    try:
-        with tempfile.TemporaryDirectory(prefix="lobe-") as folder:
-            return work(folder)
-    except OSError as error:
-        # The library has the number in its text alone.
-        told = re.search(r"\(os error (\d+)\)", str(error))
-        number = int(told[1]) if told and error.errno is None else error.errno
-        return Refused(*_worker(), " ".join(str(error).split()), number in FULL)
+            made = options.of(scene)
+            if identity_of(made, scene, options) != job.identity:
+                fault = f"{scene.name}: is not the client's: give all machines the same files"
+                raise RuntimeError(f"worker {_worker()[0]}: {fault}")
+            _read[job.identity] = made
+        return _read[job.identity]
 
 
 def _worker() -> tuple[str, str]:
