@@ -94,7 +94,7 @@ mod _lobe {
     #[pymodule_export]
     use crate::outputs::{clear_abandoned, write_whole};
     #[pymodule_export]
-    use crate::pictures::{compare, compare_halves, render_still, render_traced, z_test};
+    use crate::pictures::{compare, compare_halves, render_still, render_traced, tone_mapped, z_test};
     #[pymodule_export]
     use crate::reflection::{dfg, dfg_table, directional_albedo};
     #[pymodule_export]

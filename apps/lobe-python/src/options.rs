@@ -5,7 +5,7 @@ use std::ffi::CString;
 use lobe::io::{JobOptions, OptionError, OptionField, OptionKind, one_line, worded};
 use lobe::motion::MovingJob;
 use lobe::prt::BakeJob;
-use lobe::render::{CameraOptions, TransferSource};
+use lobe::render::{CameraOptions, ToneOptions, TransferSource};
 use lobe::scene::SceneSource;
 use lobe::shadow::{FieldJob, SphereJob};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -60,8 +60,12 @@ pub(crate) fn named(name: &str) -> Option<String> {
         "max_memory" => Some("Scene.max_bytes".to_owned()),
         name => {
             let of_bakes = BakeJob::has(name) || FieldJob::has(name) || SphereJob::has(name);
-            (of_bakes || TransferSource::has(name) || MovingJob::has(name) || CameraOptions::has(name))
-                .then(|| name.to_owned())
+            (of_bakes
+                || TransferSource::has(name)
+                || MovingJob::has(name)
+                || CameraOptions::has(name)
+                || ToneOptions::has(name))
+            .then(|| name.to_owned())
         }
     }
 }

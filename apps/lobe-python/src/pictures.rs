@@ -2,12 +2,12 @@
 
 use lobe::env::MappedMap;
 use lobe::image::{
-    HalvesReport, ImageError, Measured, Picture, ZTest, compare as compare_pixels, flip, hdr_flip, relative_mse,
+    Curve, HalvesReport, ImageError, Measured, Picture, ZTest, compare as compare_pixels, flip, hdr_flip, relative_mse,
 };
-use lobe::io::{Job, JobOptions as _, Shard};
+use lobe::io::{Job, JobOptions as _, Shard, either};
 use lobe::render::{
     Background, Camera, CameraOptions, DistantLight, Emitter, LitPicture, PathOptions, RenderError, SampleCount,
-    Surfaces, TransferSource, Truth, TruthOptions, ViewOptions, light_baked_scene, light_by_irradiance,
+    Surfaces, ToneOptions, TransferSource, Truth, TruthOptions, ViewOptions, light_baked_scene, light_by_irradiance,
     render_truth_shard, render_truth_with_emitters,
 };
 use lobe::scene::{Bvh, Scene};
@@ -301,6 +301,26 @@ pub(crate) fn compare_halves(
     let HalvesReport { pixels, relative_rms, uncertainty, mean_ratio, psnr, noise, dark, .. } =
         report.map_err(|error| error_of(&error))?;
     Ok((pixels, relative_rms, uncertainty, mean_ratio, psnr, noise, dark))
+}
+
+/// The bytes that a display shows of a picture `(height, width, 3)`.
+#[pyfunction]
+pub(crate) fn tone_mapped<'py>(
+    py: Python<'py>,
+    picture: PyReadonlyArrayDyn<'py, f32>,
+    tone: &str,
+    exposure: Option<f64>,
+) -> PyResult<Bound<'py, PyArrayDyn<u8>>> {
+    let curve = Curve::from_name(tone).ok_or_else(|| {
+        let known = Curve::NAMES.map(|(name, _)| name);
+        value_error(format!("tone: expected {}, found {tone:?}", either(&known)))
+    })?;
+    let options = ToneOptions::default().tone(curve).exposure(exposure);
+    options.check().map_err(|error| refusal(&error))?;
+    let picture = picture_of(&picture)?;
+    let shape = [picture.height(), picture.width(), 3];
+    let bytes = answered(py, 3 * picture.pixels().len(), move || options.of_any().to_bytes(&picture))?;
+    array_of(py, bytes, &shape)
 }
 
 fn picture_of(array: &PyReadonlyArrayDyn<'_, f32>) -> PyResult<Picture> {

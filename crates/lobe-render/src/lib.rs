@@ -18,6 +18,7 @@
 //! | purpose | item |
 //! |---|---|
 //! | cameras of scenes | [`ViewPoint`], [`CameraOptions`] |
+//! | pictures for display | [`ToneOptions`] |
 //! | environment mapping of scenes | [`light_by_environment_maps`], [`EnvironmentMaps`], [`TurnedMaps`], [`EnvironmentMapOptions`] |
 //! | scenes of triangles | [`render_truth`], [`render_truth_shard`], [`Truth`], [`TruthOptions`]; [`fn@scene_picture`], [`SceneHit`] |
 //! | scenes with baked transfer | [`BakedScene`], [`light_baked_scene`], [`LitPicture`] |
@@ -41,6 +42,7 @@ mod scene_view;
 
 pub use camera::camera::Camera;
 pub use camera::camera_options::CameraOptions;
+pub use camera::tone_options::ToneOptions;
 pub use camera::view::View;
 pub use camera::view_point::ViewPoint;
 pub use environment_mapping::environment_maps::{EnvironmentMaps, TurnedMaps};

@@ -104,7 +104,10 @@ impl Frames<'_> {
                 Err(RenderError::Cancelled) => bail!(self.stopped(k)),
                 other => other?,
             };
-            let tone = *tone.get_or_insert_with(|| self.pictures.tone(rendered.picture()));
+            let tone = match tone {
+                Some(tone) => tone,
+                None => *tone.insert(self.pictures.tone(rendered.picture())?),
+            };
             self.pictures.write(&rendered, &tone, k, talk)?;
             if let (0, Rendered::Shaded(shaded)) = (k, &rendered) {
                 self.note_ringing(shaded.below_zero);

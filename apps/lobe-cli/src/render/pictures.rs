@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::Args;
-use lobe::image::{Curve, Exposure, Picture, PictureWriteOptions, Tone, write_picture};
-use lobe::render::{LitPicture, Truth};
+use lobe::image::{Exposure, Picture, PictureWriteOptions, Tone, write_picture};
+use lobe::io::{JobArgs, flag};
+use lobe::render::{LitPicture, ToneOptions, Truth};
 
 use crate::args::output::{self, has_extension};
 use crate::args::picture::note_clamped;
@@ -22,9 +23,8 @@ pub(crate) struct Pictures {
     /// coverage
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
-    /// Multiply the light of a .png by this before it is tone-mapped [default: as suits the picture, with --frames the first one]
-    #[arg(long, value_name = "X", value_parser = values::positive)]
-    exposure: Option<f64>,
+    #[command(flatten)]
+    tone: JobArgs<ToneOptions>,
     /// N: turn the light once around in N pictures, OUT-000.png (or .exr) and on, and all of them as an animation in OUT.png;
     /// what moves stands still. A..B: let a scene move through pictures A to B, both included, of which 0 is at time 0
     #[arg(long, value_name = "N|A..B", value_parser = frames)]
@@ -122,8 +122,11 @@ impl Pictures {
 
     /// Refuses names that cannot be written, and those of inputs.
     pub(crate) fn check(&self, inputs: &[&Path]) -> anyhow::Result<()> {
-        if self.exposure.is_some() && !self.is_png() && self.frames.is_none() {
-            bail!("--exposure: only of .png pictures; leave the option out");
+        self.tone.job()?;
+        let is_display = self.is_png() || self.frames.is_some();
+        if let Some(option) = self.tone.values.keys().next().filter(|_| !is_display) {
+            let option = flag(option);
+            bail!("{option}: only of .png pictures; leave the option out");
         }
         if !self.is_png() && !has_extension(&self.output, "exr") {
             bail!("-o: expected a name that ends in .png or .exr, found {}", self.name());
@@ -135,11 +138,8 @@ impl Pictures {
     }
 
     /// The tone curve of all pictures, given the first one.
-    pub(crate) fn tone(&self, first: &Picture) -> Tone {
-        match self.exposure {
-            Some(exposure) => Tone { exposure: Exposure::Fixed(exposure), ..Tone::PHOTOGRAPH },
-            None => Tone::PHOTOGRAPH.fixed_for(first),
-        }
+    pub(crate) fn tone(&self, first: &Picture) -> anyhow::Result<Tone> {
+        Ok(self.tone.job()?.of_first(first))
     }
 
     /// Writes picture `k`.
@@ -148,8 +148,9 @@ impl Pictures {
         let name = path.display().to_string();
         if self.is_png() {
             rendered.picture().write_png(&path, tone)?;
-            if let (0, Exposure::Fixed(exposure), Curve::Reinhard { .. }) = (k, tone.exposure, tone.curve) {
-                talk.note(&name, &format!("tone-mapped for looking at, exposure {exposure:.3}; .exr holds the values"));
+            if let (0, Exposure::Fixed(factor)) = (k, tone.exposure) {
+                let (curve, stops) = (tone.curve, factor.log2());
+                talk.note(&name, &format!("tone-mapped by {curve}, exposure {stops:.2} stops; .exr holds the values"));
             }
             return Ok(());
         }

@@ -3,14 +3,18 @@
 use lobe::io::{JobOptions as _, OptionError, flag, worded};
 use lobe::motion::MovingJob;
 use lobe::prt::BakeJob;
-use lobe::render::{CameraOptions, TransferSource};
+use lobe::render::{CameraOptions, ToneOptions, TransferSource};
 use lobe::shadow::{FieldJob, SphereJob};
 
 /// A text with the names that options have on the command line.
 pub(crate) fn in_flags(text: &str) -> String {
     let is_known = |name: &str| {
         let of_bakes = BakeJob::has(name) || FieldJob::has(name) || SphereJob::has(name);
-        of_bakes || TransferSource::has(name) || MovingJob::has(name) || CameraOptions::has(name)
+        of_bakes
+            || TransferSource::has(name)
+            || MovingJob::has(name)
+            || CameraOptions::has(name)
+            || ToneOptions::has(name)
     };
     worded(text, |name| is_known(name).then(|| flag(name)))
 }

@@ -25,7 +25,18 @@ from ._light import light
 from ._lobe import __version__
 from ._moving import MovingOptions, MovingScene
 from ._reflection import dfg, dfg_table, directional_albedo
-from ._render import Difference, SurfaceError, ZTest, compare, compare_surfaces, render, trace, trace_shard, z_test
+from ._render import (
+    Difference,
+    SurfaceError,
+    ZTest,
+    compare,
+    compare_surfaces,
+    render,
+    tone_mapped,
+    trace,
+    trace_shard,
+    z_test,
+)
 from ._scene import Scene
 from ._sh import Lights, Minimum, Sh
 from ._shadow import (
@@ -99,6 +110,7 @@ __all__ = [
     "self_visibility",
     "sphere_table",
     "spheres",
+    "tone_mapped",
     "trace",
     "trace_shard",
     "z_test",

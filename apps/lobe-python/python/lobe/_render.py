@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -178,6 +179,16 @@ class Difference:
     """The peak signal-to-noise ratio in decibels; infinite for equal pictures."""
     flip: float
     """HDR-FLIP, of pictures for a display FLIP, 0 to 1: the difference that one sees when flipping between them."""
+
+
+def tone_mapped(
+    picture: npt.ArrayLike, *, tone: Literal["reinhard", "aces", "agx", "neutral", "clip"] = "reinhard", exposure: float | None = None
+) -> npt.NDArray[np.uint8]:
+    """A picture of shape (height, width, 3) in linear light as a display shows it: bytes of sRGB of that shape.
+
+    Light is multiplied by 2^exposure, and the tone curve brings it into 0 to 1. Without an `exposure` the log-average luminance becomes 0.18.
+    """
+    return _lobe.tone_mapped(_picture(picture), str(tone), None if exposure is None else float(exposure))
 
 
 PIXELS_PER_DEGREE = 67.0

@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, anyhow, bail};
 use clap::{ArgGroup, Parser, ValueEnum as _};
-use lobe::image::{FileFormat, FrameSequence};
+use lobe::image::{FileFormat, FrameSequence, Tone};
 use lobe::io::{JobArgs, OptionError, flag, worded};
 use lobe::motion::MovingMethod;
 use lobe::prt::GlossyLobe;
-use lobe::render::{Background, CameraOptions, RenderError};
+use lobe::render::{Background, CameraOptions, RenderError, ToneOptions};
 use lobe::scene::SceneFormat;
 use lobe_gpu::{GpuCamera, Storage, TurntableOptions};
 
@@ -79,6 +79,8 @@ pub(crate) struct Arguments {
     pub(crate) rays: Option<u8>,
     #[command(flatten)]
     pub(crate) camera: JobArgs<CameraOptions>,
+    #[command(flatten)]
+    pub(crate) tone: JobArgs<ToneOptions>,
     /// The file to write: .png, animated with several frames, or .exr and .hdr in linear light
     #[arg(short, long, value_name = "OUT", requires = "headless")]
     pub(crate) output: Option<PathBuf>,
@@ -108,6 +110,11 @@ pub(crate) struct Arguments {
 }
 
 impl Arguments {
+    /// The tone mapping, whose exposure suits the first picture unless one was asked for.
+    pub(crate) fn tone(&self) -> anyhow::Result<Tone> {
+        Ok(self.tone.job().map_err(|error| refused(&error))?.of_any())
+    }
+
     /// Refuses a picture that would be written over a file that it is made of.
     pub(crate) fn check_output(&self) -> anyhow::Result<()> {
         let Some(output) = &self.output else { return Ok(()) };
@@ -211,10 +218,13 @@ fn roughness(text: &str) -> Result<f64, String> {
     number.ok_or_else(|| format!("expected a roughness of 0 to 1, found '{text}'"))
 }
 
+/// The refusal of an option in the names of the command line.
+fn refused(error: &OptionError) -> anyhow::Error {
+    anyhow!("{}: {}", flag(&error.option), worded(&error.message, |name| Some(flag(name))))
+}
+
 /// The camera on the device for a box in the world.
 pub(crate) fn camera_around(options: &JobArgs<CameraOptions>, bounds: [[f64; 3]; 2]) -> anyhow::Result<GpuCamera> {
-    let refused =
-        |error: &OptionError| anyhow!("{}: {}", flag(&error.option), worded(&error.message, |name| Some(flag(name))));
     let camera = match options.job().map_err(|error| refused(&error))?.camera(bounds) {
         Err(RenderError::OfJob(error)) => return Err(refused(&error)),
         other => other?,

@@ -31,7 +31,7 @@ pub(crate) fn run(arguments: &Arguments, scene: &Path, output: &Path) -> anyhow:
         return moving::run(arguments, (scene, method), &options, output);
     }
     let Prepared { view, alpha, light, .. } = prepare(arguments, open_scene(scene, &arguments.limits)?, &options)?;
-    let options = TurntableOptions::default().frames(frames).step(TAU / frames as f64);
+    let options = TurntableOptions::default().frames(frames).step(TAU / frames as f64).tone(arguments.tone()?);
     write_frames((&view, alpha.as_ref()), &light, &options, output, Job::default())?;
     Ok(())
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::bail;
-use lobe::image::{Exposure, FrameSequence, Tone};
+use lobe::image::{Exposure, FrameSequence};
 use lobe::io::Job;
 use lobe::motion::{MovingMethod, MovingOptions, MovingScene, MovingShading};
 use lobe::sh::Rgb;
@@ -56,7 +56,7 @@ pub(crate) fn run(
     let alpha = behind.alpha(&context, first.scene(), options, &camera)?;
     let (width, height) = (options.width as usize, options.height as usize);
     let sequence = FrameSequence { width, height, frames, seconds_per_frame: TurntableOptions::default().seconds };
-    let mut tone = Tone::PHOTOGRAPH;
+    let mut tone = arguments.tone()?;
     let written: anyhow::Result<()> = sequence.write(output, |add| {
         for frame in 0..frames {
             let moment = scene.at(time(frame))?;

@@ -220,11 +220,15 @@ impl SceneView {
     /// [`GpuError::Device`] if the device fails.
     pub fn set_tone(&self, tone: &Tone) -> Result<(), GpuError> {
         let exposure = if let Exposure::Fixed(factor) = tone.exposure { factor } else { 1.0 };
-        let [reinhard, white] = match tone.curve {
-            Curve::Clip => [0.0, 0.0],
-            Curve::Reinhard { white } => [1.0, 1.0 / (white * white)],
+        // Numbers of `tone.wgsl`.
+        let (curve, white) = match tone.curve {
+            Curve::Reinhard { white } => (1.0, 1.0 / (white * white)),
+            Curve::Aces => (2.0, 0.0),
+            Curve::AgX => (3.0, 0.0),
+            Curve::Neutral => (4.0, 0.0),
+            _ => (0.0, 0.0),
         };
-        self.renderer.update("tone", &[exposure as f32, reinhard as f32, white as f32, 0.0])
+        self.renderer.update("tone", &[exposure as f32, curve, white as f32, 0.0])
     }
 
     /// Runs all passes. Does not wait for the device.

@@ -154,7 +154,7 @@ fn pictures_by_transfer_are_those_of_the_processor() {
     assert!(crate::pass_names(one.renderer()).iter().all(|name| name != "resolve"), "{}", one.renderer());
     // The display of those pictures, also where nothing else is kept.
     for (mut view, rays) in [(view, 2), (one, 1)] {
-        for curve in [Curve::Clip, Curve::Reinhard { white: 2.0 }] {
+        for curve in Curve::ALL.into_iter().chain([Curve::Reinhard { white: 2.0 }]) {
             let tone = Tone { exposure: Exposure::Fixed(0.8), curve };
             let mut shown = |output: ViewOutput| {
                 view.resize(&options().rays(rays).output(output).multisample(false)).unwrap();

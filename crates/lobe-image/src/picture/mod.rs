@@ -15,3 +15,4 @@ pub(crate) mod sheet;
 pub(crate) mod srgb;
 pub(crate) mod text;
 pub(crate) mod tone;
+pub(crate) mod tone_curve;

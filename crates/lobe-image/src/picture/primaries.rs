@@ -126,7 +126,7 @@ fn product(a: &Matrix, b: &Matrix) -> Matrix {
 }
 
 /// The inverse, by the cross products of the rows.
-fn inverse(m: &Matrix) -> Matrix {
+pub(crate) fn inverse(m: &Matrix) -> Matrix {
     let cross =
         |a: [f64; 3], b: [f64; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
     let columns = [cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1])];

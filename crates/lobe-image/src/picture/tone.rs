@@ -4,6 +4,7 @@ use lobe_io::parallel;
 
 use crate::picture::picture::Picture;
 use crate::picture::srgb::srgb_encode;
+use crate::picture::tone_curve::Curve;
 use crate::pixel::{luminance, narrowed, scaled, widened};
 
 /// Pixels whose bytes a thread finds at a time; one takes some tens of nanoseconds.
@@ -34,20 +35,6 @@ pub enum Exposure {
     },
 }
 
-/// The curve from exposed light to `[0, 1]`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Curve {
-    /// Clamp to 0 and 1.
-    Clip,
-    /// Compress highlights: luminance `Y` becomes `Y (1 + Y/w²) / (1 + Y)`, so that `w` becomes 1; colors keep their
-    /// chromaticity until a channel is clamped to 1 (Reinhard, Stark, Shirley and Ferwerda 2002).
-    Reinhard {
-        /// The least luminance, after exposure, that is shown white.
-        white: f64,
-    },
-}
-
 /// A tone mapping: exposure, curve, sRGB transfer function, 8 bits.
 ///
 /// ```text
@@ -67,8 +54,7 @@ impl Tone {
     pub const PLAIN: Self = Self { exposure: Exposure::Fixed(1.0), curve: Curve::Clip };
 
     /// For photographs: middle gray at 0.18, highlights compressed up to 4 times white.
-    pub const PHOTOGRAPH: Self =
-        Self { exposure: Exposure::LogAverage { key: 0.18 }, curve: Curve::Reinhard { white: 4.0 } };
+    pub const PHOTOGRAPH: Self = Self { exposure: Exposure::LogAverage { key: 0.18 }, curve: Curve::REINHARD };
 
     /// For lit objects, whose shading should not be compressed: one pixel in a hundred is brighter than 0.9.
     pub const OBJECT: Self = Self { exposure: Exposure::Percentile { fraction: 0.99, level: 0.9 }, curve: Curve::Clip };
@@ -155,23 +141,6 @@ impl Exposure {
                 level / *y
             }
         }
-    }
-}
-
-impl Curve {
-    /// The light in `[0, 1]`, channel by channel; negative light is black, infinite light white.
-    #[must_use]
-    pub fn apply(&self, light: [f64; 3]) -> [f64; 3] {
-        let compressed = match *self {
-            Self::Clip => light,
-            Self::Reinhard { white } => {
-                let y = luminance(light).max(0.0);
-                // The limit of the factor, where ∞ / ∞ would make the brightest pixel NaN and so black.
-                let limit = 1.0 / (white * white);
-                scaled(light, if y.is_finite() { (1.0 + y * limit) / (1.0 + y) } else { limit })
-            }
-        };
-        compressed.map(|c| c.clamp(0.0, 1.0))
     }
 }
 

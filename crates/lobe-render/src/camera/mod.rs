@@ -5,5 +5,6 @@
 
 pub(crate) mod camera;
 pub(crate) mod camera_options;
+pub(crate) mod tone_options;
 pub(crate) mod view;
 pub(crate) mod view_point;

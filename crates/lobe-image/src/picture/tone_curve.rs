@@ -1,0 +1,222 @@
+//! Tone curves: from exposed light to `[0, 1]`.
+
+use std::fmt;
+use std::sync::LazyLock;
+
+use crate::picture::primaries::{Matrix, inverse, transformed};
+use crate::pixel::{luminance, scaled};
+
+/// The curve from exposed light to `[0, 1]`.
+///
+/// All have the name by which other programs know them, and the same result: [`Curve::Aces`], [`Curve::AgX`] and
+/// [`Curve::Neutral`] are those of three.js (r162 and later) at its exposure 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "lowercase"))]
+pub enum Curve {
+    /// Clamp to 0 and 1.
+    Clip,
+    /// Compress highlights: luminance `Y` becomes `Y (1 + Y/w²) / (1 + Y)`, so that `w` becomes 1; colors keep their
+    /// chromaticity until a channel is clamped to 1 (Reinhard, Stark, Shirley and Ferwerda 2002).
+    Reinhard {
+        /// The least luminance, after exposure, that is shown white.
+        white: f64,
+    },
+    /// The curve of films of the Academy Color Encoding System, as Hill fitted its reference and output transforms for
+    /// sRGB: bright colors turn to white, dark ones get contrast. As in three.js,
+    /// light is 1/0.6 times as bright before.
+    Aces,
+    /// AgX (Sobotka 2022) without a look, by the polynomial of degree 6 that Wrensch fitted to its curve, in the primaries
+    /// of Rec. 2020: bright colors lose their saturation as film does.
+    AgX,
+    /// Khronos PBR Neutral (2024): light up to 0.8 is shown as it is, less what glass-clear reflection of F0 = 0.04 adds;
+    /// only highlights are compressed. For base colors that a picture should show unchanged.
+    Neutral,
+}
+
+/// Rows of the matrix to ACES's working space, and back from what it shows (Hill's fit; three.js).
+const TO_ACES: Matrix = [[0.59719, 0.35458, 0.04823], [0.07600, 0.90834, 0.01566], [0.02840, 0.13383, 0.83777]];
+const FROM_ACES: Matrix = [[1.60475, -0.53108, -0.07367], [-0.10208, 1.10813, -0.00605], [-0.00327, -0.07276, 1.07602]];
+
+/// The factor of three.js before ACES, which suits a viewing environment that is brighter than a cinema.
+const ACES_BRIGHTNESS: f64 = 1.0 / 0.6;
+
+/// Rec. 2020 to linear sRGB, of Report ITU-R BT.2407.
+const FROM_REC_2020: Matrix = [[1.6605, -0.5876, -0.0728], [-0.1246, 1.1329, -0.0083], [-0.0182, -0.1006, 1.1187]];
+
+/// Rows of AgX's inset, and of the inverse of its outset (Sobotka; three.js).
+const INSET: Matrix = [
+    [0.856627153315983, 0.0951212405381588, 0.0482516061458583],
+    [0.137318972929847, 0.761241990602591, 0.101439036467562],
+    [0.11189821299995, 0.0767994186031903, 0.811302368396859],
+];
+const OUTSET_INVERSE: Matrix = [
+    [0.899796955911611, 0.0871996192028351, 0.013003424885555],
+    [0.11142098895748, 0.875575586156966, 0.0130034248855548],
+    [0.11142098895748, 0.0871996192028349, 0.801379391839686],
+];
+
+static TO_REC_2020: LazyLock<Matrix> = LazyLock::new(|| inverse(&FROM_REC_2020));
+static OUTSET: LazyLock<Matrix> = LazyLock::new(|| inverse(&OUTSET_INVERSE));
+
+/// The range of AgX in stops: log₂ of light.
+const STOPS: [f64; 2] = [-12.47393, 4.026069];
+
+/// Wrensch's polynomial of AgX's contrast, the constant first.
+const CONTRAST: [f64; 7] = [-0.00232, 0.1191, 0.4298, -6.868, 31.96, -40.14, 15.5];
+
+/// Of Khronos PBR Neutral: where compression starts, F0, and the strength of desaturation.
+const START: f64 = 0.8 - F0;
+const F0: f64 = 0.04;
+const DESATURATION: f64 = 0.15;
+
+impl Curve {
+    /// Reinhard's curve, by which light of 4 is white.
+    pub const REINHARD: Self = Self::Reinhard { white: 4.0 };
+
+    /// All curves, the default first.
+    pub const ALL: [Self; 5] = [Self::REINHARD, Self::Aces, Self::AgX, Self::Neutral, Self::Clip];
+
+    /// Names and descriptions of all curves, in their order.
+    pub const NAMES: [(&'static str, &'static str); 5] = [
+        ("reinhard", "luminance is compressed up to 4 times white, colors keep their hue"),
+        ("aces", "as films of the Academy, by Hill's fit: contrast, bright colors turn to white"),
+        ("agx", "as film, less contrast: bright colors lose saturation"),
+        ("neutral", "Khronos PBR Neutral: colors up to 0.8 stay as they are"),
+        ("clip", "light above 1 is cut off"),
+    ];
+
+    /// The curve of a name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::NAMES.iter().position(|(known, _)| *known == name).map(|k| Self::ALL[k])
+    }
+
+    /// The name of the curve, whatever its white.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Reinhard { .. } => "reinhard",
+            Self::Aces => "aces",
+            Self::AgX => "agx",
+            Self::Neutral => "neutral",
+            Self::Clip => "clip",
+        }
+    }
+
+    /// The light in `[0, 1]`, channel by channel; negative light is black, infinite light white.
+    #[must_use]
+    pub fn apply(&self, light: [f64; 3]) -> [f64; 3] {
+        // Above this all curves are at their end; an infinite channel would make the others NaN.
+        const WHITE: f64 = 1e30;
+        let bounded = light.map(|c| c.min(WHITE));
+        let shown = match *self {
+            Self::Clip => light,
+            Self::Reinhard { white } => reinhard(light, white),
+            Self::Aces => aces(bounded.map(|c| c.max(0.0))),
+            Self::AgX => agx(bounded),
+            Self::Neutral => neutral(bounded.map(|c| c.max(0.0))),
+        };
+        shown.map(|c| c.clamp(0.0, 1.0))
+    }
+}
+
+impl fmt::Display for Curve {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+fn reinhard(light: [f64; 3], white: f64) -> [f64; 3] {
+    let y = luminance(light).max(0.0);
+    // The limit of the factor, where ∞ / ∞ would make the brightest pixel NaN and so black.
+    let limit = 1.0 / (white * white);
+    scaled(light, if y.is_finite() { (1.0 + y * limit) / (1.0 + y) } else { limit })
+}
+
+fn aces(light: [f64; 3]) -> [f64; 3] {
+    let film = transformed(&TO_ACES, scaled(light, ACES_BRIGHTNESS));
+    let shown = film.map(|v| (v * (v + 0.0245786) - 0.000090537) / (v * (0.983729 * v + 0.4329510) + 0.238081));
+    transformed(&FROM_ACES, shown)
+}
+
+fn agx(light: [f64; 3]) -> [f64; 3] {
+    let wide = transformed(&TO_REC_2020, light).map(|c| c.max(0.0));
+    let inset = transformed(&INSET, wide);
+    let [least, most] = STOPS;
+    let encoded = inset.map(|c| ((c.max(1e-10).log2() - least) / (most - least)).clamp(0.0, 1.0));
+    let contrast = encoded.map(|x| CONTRAST.iter().rev().fold(0.0, |sum, c| sum * x + c));
+    let shown = transformed(&OUTSET, contrast).map(|c| c.max(0.0).powf(2.2));
+    transformed(&FROM_REC_2020, shown)
+}
+
+fn neutral(light: [f64; 3]) -> [f64; 3] {
+    // Take off what Fresnel reflection adds to a base color.
+    let least = light.into_iter().fold(f64::INFINITY, f64::min);
+    let offset = if least < 2.0 * F0 { least - least * least / (4.0 * F0) } else { F0 };
+    let base = light.map(|c| c - offset);
+    let peak = base.into_iter().fold(0.0, f64::max);
+    if peak < START {
+        return base;
+    }
+    // Compress the largest channel, the others with it, and mix with white.
+    let range = 1.0 - START;
+    let compressed = 1.0 - range * range / (peak + range - START);
+    let part = 1.0 - 1.0 / (DESATURATION * (peak - compressed) + 1.0);
+    scaled(base, compressed / peak).map(|c| c + part * (compressed - c))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Light, and what curves show of it. Computed by three.js r180 (`peers/readers/tone.py`, which runs its shader).
+    const SHOWN: [(Curve, [f64; 3], [f64; 3]); 0] = [];
+
+    #[test]
+    fn curves_have_the_values_of_three_js() {
+        for (curve, light, expected) in SHOWN {
+            let found = curve.apply(light);
+            let off = found.iter().zip(expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(off < 1e-6, "{curve} of {light:?}: {found:?}, not {expected:?}");
+        }
+    }
+
+    #[test]
+    fn names_and_curves_are_in_one_order() {
+        for (curve, (name, _)) in Curve::ALL.into_iter().zip(Curve::NAMES) {
+            assert_eq!((curve.name(), Curve::from_name(name)), (name, Some(curve)), "{curve:?}");
+        }
+        assert_eq!(Curve::from_name("film"), None, "another name");
+    }
+
+    #[test]
+    fn gray_light_stays_gray_and_rises_from_black_to_white() {
+        // Digits of the published matrices, whose rows do not sum to one exactly.
+        const ROUNDING: f64 = 2e-3;
+        for curve in Curve::ALL {
+            let mut before = curve.apply([0.0; 3]);
+            assert!(before.iter().all(|c| *c < ROUNDING), "{curve} of black: {before:?}");
+            for stop in -40..=60 {
+                let shown = curve.apply([(0.25 * f64::from(stop)).exp2(); 3]);
+                let [r, g, b] = shown;
+                assert!((r - g).abs() < ROUNDING && (g - b).abs() < ROUNDING, "{curve} at {stop}: {shown:?}");
+                assert!(g >= before[1] - 1e-12, "{curve} falls at {stop}: {before:?} to {shown:?}");
+                before = shown;
+            }
+            assert!(before.iter().all(|c| *c > 1.0 - 4.0 * ROUNDING), "{curve} of bright light: {before:?}");
+            let infinite = curve.apply([f64::INFINITY; 3]);
+            assert!(infinite.iter().all(|c| *c > 1.0 - 4.0 * ROUNDING), "{curve} of infinite light: {infinite:?}");
+        }
+    }
+
+    #[test]
+    fn neutral_shows_base_colors_as_they_are_less_what_fresnel_adds() {
+        for base in [[0.05, 0.3, 0.7], [0.5, 0.5, 0.5], [0.1, 0.1, 0.75]] {
+            let light = base.map(|c| c + F0);
+            let shown = Curve::Neutral.apply(light);
+            for (shown, base) in shown.iter().zip(base) {
+                assert!((shown - base).abs() < 1e-12, "{light:?}: {shown} for {base}");
+            }
+        }
+    }
+}
