@@ -6,9 +6,11 @@ use std::sync::Arc;
 
 use eframe::egui::{Response, Slider, SliderClamping, Ui};
 use lobe::env::MappedMap;
+use lobe::image::Curve;
 use lobe::sh::{Dir, Rgb, Rotation, ShVec};
 
 use crate::loading::sky_source::OpenedSky;
+use crate::rooms::curve;
 use crate::rooms::taming::Taming;
 
 /// Exposure by keys goes so far either way: beyond it all is black or white.
@@ -28,8 +30,8 @@ pub(crate) struct LightHand<'a> {
     pub(crate) turn: &'a mut f64,
     /// By which it is tilted about +x before that, in radians, -π to π.
     pub(crate) tilt: &'a mut f64,
-    /// Stops of exposure; none where nothing is exposed.
-    pub(crate) exposure: Option<&'a mut f64>,
+    /// Stops of exposure and the tone curve; none where nothing is exposed.
+    pub(crate) exposed: Option<(&'a mut f64, &'a mut Curve)>,
 }
 
 impl LightHand<'_> {
@@ -49,8 +51,8 @@ impl LightHand<'_> {
 
     /// Adds steps of exposure.
     pub(crate) fn change_exposure(&mut self, steps: f64) {
-        if let Some(exposure) = self.exposure.as_deref_mut().filter(|_| steps != 0.0) {
-            *exposure = (*exposure + STOP * steps).clamp(-MOST_STOPS, MOST_STOPS);
+        if let Some((exposure, _)) = self.exposed.as_mut().filter(|_| steps != 0.0) {
+            **exposure = (**exposure + STOP * steps).clamp(-MOST_STOPS, MOST_STOPS);
         }
     }
 
@@ -77,15 +79,16 @@ impl LightHand<'_> {
         }
     }
 
-    /// How the sky is turned, and the exposure.
+    /// How the sky is turned, the exposure and the tone curve.
     pub(crate) fn sky_controls(&mut self, ui: &mut Ui) {
         let hint = "Shift and drag, or Shift and arrows";
         angle(ui, self.turn, 0.0..=360.0, "Turn of the sky").on_hover_text(hint);
         angle(ui, self.tilt, -180.0..=180.0, "Tilt of the sky").on_hover_text(hint);
-        if let Some(exposure) = self.exposure.as_deref_mut() {
-            let slider = Slider::new(exposure, -6.0..=6.0).text("Exposure").suffix(" stops").fixed_decimals(1);
+        if let Some((exposure, tone)) = &mut self.exposed {
+            let slider = Slider::new(*exposure, -6.0..=6.0).text("Exposure").suffix(" stops").fixed_decimals(1);
             // Keys go farther than the slider, which does not take that back.
             ui.add(slider.clamping(SliderClamping::Edits)).on_hover_text("Less and more by [ and ]");
+            curve::control(ui, tone);
         }
     }
 }
@@ -135,7 +138,7 @@ mod tests {
         for (kept, most, by, expected) in [(8, 4, -1, 3), (8, 4, 1, 4), (4, 4, -1, 3), (1, 4, -1, 1), (3, 8, 1, 4)] {
             let (mut order, mut turn, mut tilt) = (kept, 0.0, 0.0);
             let (turn, tilt) = (&mut turn, &mut tilt);
-            let mut hand = LightHand { order: &mut order, most_order: most, taming: None, turn, tilt, exposure: None };
+            let mut hand = LightHand { order: &mut order, most_order: most, taming: None, turn, tilt, exposed: None };
             hand.change_order(by);
             assert_eq!(order, expected, "{by} to {kept} of at most {most}");
         }

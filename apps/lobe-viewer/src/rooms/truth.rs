@@ -17,7 +17,7 @@ use crate::loading::place::IN_PAGE;
 use crate::loading::task::{Control, Task, TaskEvent};
 use crate::rooms::truth_light::{Disc, SkyGrid};
 use crate::widgets::orbit::Orbit;
-use crate::widgets::tone::photograph;
+use crate::widgets::tone::Look;
 
 /// Paths of a pixel in one pass: the fewest that the path tracer takes.
 const PATHS: SampleCount = SampleCount { sets: 2, per_set: 1 };
@@ -88,8 +88,8 @@ pub(crate) struct Truth {
     grid: SkyGrid,
 }
 
-/// The paths, the exposure and the comparison that a texture shows.
-type ShownKey = (u64, u64, Shows);
+/// The paths, how light is shown and the comparison that a texture shows.
+type ShownKey = (u64, Look, Shows);
 
 /// What a texture shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -156,15 +156,15 @@ impl Truth {
         ctx: &Context,
         shows: Shows,
         found: impl FnOnce() -> Option<(Picture, f64)>,
-        stops: f64,
+        look: Look,
     ) -> Option<TextureId> {
         let refined = self.refined.as_ref()?;
-        let key = (refined.paths, stops.to_bits(), shows);
+        let key = (refined.paths, look, shows);
         if let Some(texture) = self.texture.as_ref().filter(|_| self.shown == Some(key)) {
             return Some(texture.id());
         }
         let (found, fitting) = found()?;
-        let tone = photograph(fitting, stops);
+        let tone = look.of(fitting);
         let is_same_size = (found.width(), found.height()) == (refined.mean.width(), refined.mean.height());
         self.error = refined.error_of(&found);
         let bytes = match shows {

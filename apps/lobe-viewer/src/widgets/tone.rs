@@ -3,24 +3,29 @@
 use lobe::image::{Curve, Exposure, Picture, Tone};
 use lobe::sh::{Coefficient as _, Rgb};
 
-/// The light that a tone mapping of a fixed exposure shows as this display light, linear and within the gamut.
-///
-/// Reinhard's curve has `y' = y (1 + y/w²) / (1 + y)`, of which this is the root of `y²/w² + (1 - y') y - y' = 0`.
+/// Steps after which light that shows a color is found, or there is none.
+const MOST_STEPS: usize = 60;
+
+/// The light that a tone mapping of a fixed exposure shows as this display light, linear and within the gamut; light that is
+/// shown nearly so where the curve has no such color, as of white by AgX.
 pub(crate) fn shown_as(tone: &Tone, display: Rgb<f64>) -> Rgb<f64> {
     let exposure = if let Exposure::Fixed(factor) = tone.exposure { factor } else { 1.0 };
-    let shown = display.luminance();
-    let compressed = match tone.curve {
-        Curve::Clip => 1.0,
-        // Black is black before and after.
-        Curve::Reinhard { .. } if shown <= 0.0 => 1.0,
-        Curve::Reinhard { white } => {
-            let (a, b) = (1.0 / (white * white), 1.0 - shown);
-            // Without cancellation for small shown, and for a small a.
-            let y = 2.0 * shown / (b + (b * b + 4.0 * a * shown).sqrt());
-            y / shown
-        }
-    };
-    display.scale(compressed / exposure)
+    let target = display.to_array();
+    // Each channel rises with its own light most: brighten and dim each by what it lacks.
+    let mut light = target.map(|c| c.max(1e-4));
+    for _ in 0..MOST_STEPS {
+        let shown = tone.curve.apply(light);
+        let slope = |k: usize| {
+            let mut brighter = light;
+            brighter[k] *= 1.0 + 1e-4;
+            ((tone.curve.apply(brighter)[k] - shown[k]) / (1e-4 * light[k])).max(1e-3)
+        };
+        light = [0, 1, 2].map(|k| {
+            let step = (target[k] - shown[k]) / slope(k);
+            (light[k] + step).clamp(0.25 * light[k], 4.0 * light[k]).min(1e4)
+        });
+    }
+    Rgb::from(light).scale(1.0 / exposure)
 }
 
 /// The exposure that fits a picture of light.
@@ -28,15 +33,33 @@ pub(crate) fn fitting(picture: &Picture) -> f64 {
     Tone::PHOTOGRAPH.exposure.factor(picture)
 }
 
-/// The curve of photographs at `stops` stops above the exposure that fits the picture it is applied to.
-pub(crate) fn photograph_of_any(stops: f64) -> Tone {
-    let Exposure::LogAverage { key } = Tone::PHOTOGRAPH.exposure else { return Tone::PHOTOGRAPH };
-    Tone { exposure: Exposure::LogAverage { key: key * stops.exp2() }, ..Tone::PHOTOGRAPH }
+/// How light is shown: stops above the exposure that fits it, and the tone curve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Look {
+    pub(crate) stops: f64,
+    pub(crate) curve: Curve,
 }
 
-/// The curve of photographs at an exposure, `stops` stops above one that fits.
-pub(crate) fn photograph(fitting: f64, stops: f64) -> Tone {
-    Tone { exposure: Exposure::Fixed(fitting * stops.exp2()), ..Tone::PHOTOGRAPH }
+impl Look {
+    /// The tone mapping of light that `fitting` fits.
+    pub(crate) fn of(self, fitting: f64) -> Tone {
+        Tone { exposure: Exposure::Fixed(fitting * self.stops.exp2()), curve: self.curve }
+    }
+
+    /// The tone mapping of any picture, which fits itself.
+    pub(crate) fn of_any(self) -> Tone {
+        match Tone::PHOTOGRAPH.exposure {
+            Exposure::LogAverage { key } => {
+                Tone { exposure: Exposure::LogAverage { key: key * self.stops.exp2() }, curve: self.curve }
+            }
+            exposure => Tone { exposure, curve: self.curve },
+        }
+    }
+
+    /// Other numbers for each other look.
+    pub(crate) fn key(self) -> Vec<u64> {
+        vec![self.stops.to_bits(), Curve::ALL.iter().position(|curve| *curve == self.curve).unwrap_or(0) as u64]
+    }
 }
 
 #[cfg(test)]
@@ -45,7 +68,9 @@ mod tests {
 
     #[test]
     fn a_display_color_made_light_is_shown_as_itself_by_every_tone() {
-        let tones = [photograph(0.3, 0.0), photograph(20.0, -4.0), photograph(1e-3, 6.0), Tone::PLAIN];
+        let look = |stops: f64, curve: Curve| Look { stops, curve };
+        let of_reinhard = [look(0.0, Curve::REINHARD).of(0.3), look(-4.0, Curve::REINHARD).of(20.0)];
+        let tones = of_reinhard.into_iter().chain(Curve::ALL.map(|curve| look(6.0, curve).of(1e-3)));
         for tone in tones {
             for bytes in [[27_u8; 3], [248; 3], [0; 3], [255; 3], [30, 60, 90]] {
                 let display = bytes.map(|byte| lobe::image::srgb_decode(f64::from(byte) / 255.0));

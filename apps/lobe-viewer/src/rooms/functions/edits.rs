@@ -308,7 +308,7 @@ impl FunctionsEdits {
         // The cube is compared with order 3, and the order of the other studies is not seen there.
         let mut unseen = self.order;
         let order = if is_cube { &mut unseen } else { &mut self.order };
-        let hand = &mut LightHand { order, most_order: MAX_ORDER, taming, turn, tilt, exposure: None };
+        let hand = &mut LightHand { order, most_order: MAX_ORDER, taming, turn, tilt, exposed: None };
         let result = change(hand);
         if [yaw, roll, azimuth, height] != before {
             let half_turns = |angle: f64| (angle + PI).rem_euclid(TAU) - PI;

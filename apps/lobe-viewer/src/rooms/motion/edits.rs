@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use lobe::image::Curve;
 use lobe::motion::MovingMethod;
 use lobe::render::Background;
 use lobe::scene::built_in;
@@ -16,6 +17,7 @@ use crate::rooms::light::{LightHand, MOST_STOPS, sky_rotation};
 use crate::rooms::motion::cast::Hand;
 use crate::rooms::motion::player::{Asked, Fit, MOST_ORDER, Source};
 use crate::rooms::taming::Taming;
+use crate::widgets::tone::Look;
 use crate::widgets::within::within;
 
 /// The most spheres of a part.
@@ -97,6 +99,9 @@ pub struct MotionEdits {
     pub tilt: f64,
     /// Stops of exposure above that which fits the first picture.
     pub exposure: f64,
+    /// The tone curve.
+    #[serde(with = "crate::rooms::curve")]
+    pub tone: Curve,
     /// What is behind the scene.
     #[serde(with = "crate::rooms::background")]
     pub background: Background,
@@ -122,6 +127,7 @@ impl Default for MotionEdits {
             turn: 0.0,
             tilt: 0.0,
             exposure: 0.0,
+            tone: Curve::REINHARD,
             background: Background::Env,
             is_by_hand: false,
             has_spheres: false,
@@ -182,11 +188,16 @@ impl MotionEdits {
         sky_rotation(self.turn, self.tilt)
     }
 
+    /// How light is shown.
+    pub(crate) fn look(&self) -> Look {
+        Look { stops: self.exposure, curve: self.tone }
+    }
+
     /// Its light, to be changed; of what came baked only as many bands can be had as that has.
     pub(crate) fn light(&mut self, most_order: usize) -> LightHand<'_> {
-        let Self { order, taming, turn, tilt, exposure, .. } = self;
-        let (taming, exposure) = (Some(taming), Some(exposure));
-        LightHand { order, most_order, taming, turn, tilt, exposure }
+        let Self { order, taming, turn, tilt, exposure, tone, .. } = self;
+        let (taming, exposed) = (Some(taming), Some((exposure, tone)));
+        LightHand { order, most_order, taming, turn, tilt, exposed }
     }
 
     /// Brings its numbers into their ranges.

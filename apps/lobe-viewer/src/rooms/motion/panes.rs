@@ -131,8 +131,8 @@ impl Panes {
     /// Notes whether anything is another than before.
     fn watch(&mut self, scenery: &Scenery<'_>, frame: &Frame) {
         let is_same = self.still.as_ref().is_some_and(|(lit, at, _)| {
-            // The exposure changes no light.
-            Arc::ptr_eq(lit, scenery.lit) && Frame { exposure: frame.exposure, ..*at } == *frame
+            // How light is shown changes none.
+            Arc::ptr_eq(lit, scenery.lit) && Frame { look: frame.look, ..*at } == *frame
         });
         if !is_same {
             self.still = Some((scenery.lit.clone(), *frame, Instant::now()));
@@ -185,7 +185,7 @@ impl Panes {
             None => (self.truth.refined()?.mean.clone(), None),
         };
         let fits = *self.fits.get_or_insert_with(|| fits.unwrap_or_else(|| crate::widgets::tone::fitting(&picture)));
-        self.truth.texture(ui.ctx(), Shows::Truth, || Some((picture, fits)), frame.exposure)
+        self.truth.texture(ui.ctx(), Shows::Truth, || Some((picture, fits)), frame.look)
     }
 
     fn measure(&mut self, scenery: &Scenery<'_>, frame: &Frame, begin: Instant) {

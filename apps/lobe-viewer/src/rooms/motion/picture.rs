@@ -40,8 +40,8 @@ impl MotionRoom {
         let behind = self.behind();
         let scenery = Scenery { lit: &lit, sky: self.sky.as_ref(), behind: &behind };
         let orbit = places.first().map_or(self.orbit, |(_, rect)| self.seen(*rect));
-        let (turn, exposure) = (self.edits.rotation(), self.edits.exposure);
-        let frame = Frame { orbit, size, turn, exposure, is_still };
+        let (turn, look) = (self.edits.rotation(), self.edits.look());
+        let frame = Frame { orbit, size, turn, look, is_still };
         if let Err(error) = self.panes.show(ui, gpu, &places, &scenery, &frame) {
             ui.centered_and_justified(|ui| ui.label(failure(&error)));
         }

@@ -13,7 +13,7 @@ use crate::loading::backdrop::Behind;
 use crate::rooms::motion::player::Shown;
 use crate::widgets::gpu::Gpu;
 use crate::widgets::orbit::Orbit;
-use crate::widgets::tone::{fitting, photograph};
+use crate::widgets::tone::{Look, fitting};
 
 /// What changes from frame to frame beside the moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,8 +23,8 @@ pub(crate) struct Frame {
     pub(crate) size: [u32; 2],
     /// How the sky is turned.
     pub(crate) turn: Rotation,
-    /// Stops above the exposure that fits.
-    pub(crate) exposure: f64,
+    /// How light is shown.
+    pub(crate) look: Look,
     /// Whether nothing moves, for more samples and the light of the picture.
     pub(crate) is_still: bool,
 }
@@ -108,7 +108,7 @@ impl Stage {
                 *fits.insert(fitting(&view.picture()?))
             }
         };
-        view.set_tone(&photograph(factor, frame.exposure))?;
+        view.set_tone(&frame.look.of(factor))?;
         view.render()?;
         self.shown = Some((lit.clone(), *frame));
         Ok(Some(Drawn { texture: self.texture.unwrap_or(texture), is_new: true }))

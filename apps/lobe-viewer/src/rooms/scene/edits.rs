@@ -4,6 +4,7 @@ use std::f64::consts::{PI, TAU};
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
+use lobe::image::Curve;
 use lobe::prt::Transfer;
 use lobe::render::Background;
 use lobe::sh::light::Normalization;
@@ -16,6 +17,7 @@ use crate::rooms::formulas::Formula;
 use crate::rooms::light::{LightHand, MOST_STOPS, sky_rotation};
 use crate::rooms::taming::Taming;
 use crate::rooms::truth_light::Disc;
+use crate::widgets::tone::Look;
 use crate::widgets::within::within;
 
 /// The most lamps.
@@ -79,6 +81,9 @@ pub struct SceneEdits {
     pub tilt: f64,
     /// Stops of exposure above that which fits the scene.
     pub exposure: f64,
+    /// The tone curve.
+    #[serde(with = "crate::rooms::curve")]
+    pub tone: Curve,
     /// What is behind the scene.
     #[serde(with = "crate::rooms::background")]
     pub background: Background,
@@ -102,6 +107,7 @@ impl Default for SceneEdits {
             turn: 160.0_f64.to_radians(),
             tilt: 0.0,
             exposure: 0.0,
+            tone: Curve::REINHARD,
             background: Background::Env,
             lamps: Vec::new(),
         }
@@ -155,11 +161,16 @@ impl SceneEdits {
         all.chain(truth.iter().copied()).collect()
     }
 
+    /// How light is shown.
+    pub(crate) fn look(&self) -> Look {
+        Look { stops: self.exposure, curve: self.tone }
+    }
+
     /// Its light, to be changed.
     pub(crate) fn light(&mut self) -> LightHand<'_> {
-        let Self { order, taming, turn, tilt, exposure, .. } = self;
-        let (taming, exposure) = (Some(taming), Some(exposure));
-        LightHand { order, most_order: Transfer::MAX_ORDER, taming, turn, tilt, exposure }
+        let Self { order, taming, turn, tilt, exposure, tone, .. } = self;
+        let (taming, exposed) = (Some(taming), Some((exposure, tone)));
+        LightHand { order, most_order: Transfer::MAX_ORDER, taming, turn, tilt, exposed }
     }
 }
 

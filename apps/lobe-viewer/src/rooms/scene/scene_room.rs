@@ -183,7 +183,7 @@ impl SceneRoom {
             light: self.light.turning(&self.edits, sky.as_ref()),
             behind: self.light.behind(&self.edits, sky.as_ref()),
             camera: self.orbit.on_device()?,
-            tone: self.viewport.tone(self.edits.exposure),
+            tone: self.viewport.tone(self.edits.look()),
             sky,
             data,
         })
@@ -425,7 +425,7 @@ impl SceneRoom {
         let light = self.light.light(&self.edits, self.work.sky());
         let behind = self.light.behind(&self.edits, self.work.sky());
         let turn = self.edits.rotation();
-        let frame = Frame { size, orbit: self.orbit, light, turn, exposure: self.edits.exposure };
+        let frame = Frame { size, orbit: self.orbit, light, turn, look: self.edits.look() };
         let transfer = self.shown.as_ref().map(|(_, transfer)| transfer);
         let (glossy, places) = (self.shining().to_vec(), self.places());
         let has_gloss = !glossy.is_empty();
@@ -472,7 +472,7 @@ impl SceneRoom {
         let viewport = &self.viewport;
         let found = || viewport.picture_at_rest();
         let shows = if comparison == Comparison::Truth { Shows::Truth } else { Shows::Difference };
-        if let Some(texture) = self.truth.texture(ui.ctx(), shows, found, self.edits.exposure) {
+        if let Some(texture) = self.truth.texture(ui.ctx(), shows, found, self.edits.look()) {
             let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
             ui.painter().image(texture, rect, whole, Color32::WHITE);
         }

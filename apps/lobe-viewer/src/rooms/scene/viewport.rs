@@ -19,7 +19,7 @@ use crate::loading::sky_source::OpenedSky;
 use crate::widgets::gpu::Gpu;
 use crate::widgets::orbit::Orbit;
 use crate::widgets::status::Status;
-use crate::widgets::tone::{fitting, photograph, photograph_of_any};
+use crate::widgets::tone::{Look, fitting};
 
 /// After so long without a change the picture is drawn again with more samples a pixel.
 pub(crate) const REST: Duration = Duration::from_millis(250);
@@ -56,8 +56,8 @@ pub(crate) struct Frame {
     pub(crate) orbit: Orbit,
     pub(crate) light: ShVec<Rgb<f64>>,
     pub(crate) turn: Rotation,
-    /// Stops above the exposure that fits.
-    pub(crate) exposure: f64,
+    /// How light is shown.
+    pub(crate) look: Look,
 }
 
 /// A view on the device and the frame that it shows.
@@ -186,9 +186,9 @@ impl Viewport {
         Some((view.picture().ok()?, self.fitting?))
     }
 
-    /// The tone mapping of what is shown at `stops` stops; before anything was shown, that of the command line.
-    pub(crate) fn tone(&self, stops: f64) -> Tone {
-        self.fitting.map_or_else(|| photograph_of_any(stops), |factor| photograph(factor, stops))
+    /// The tone mapping of what is shown; before anything was shown, that of the command line.
+    pub(crate) fn tone(&self, look: Look) -> Tone {
+        self.fitting.map_or_else(|| look.of_any(), |factor| look.of(factor))
     }
 
     /// Forgets all that is on the device.
@@ -247,7 +247,7 @@ impl Viewport {
             self.texture = Some(gpu.show(self.texture, &view.renderer().view("display")?));
         }
         aim(view, frame)?;
-        view.set_tone(&photograph(factor, frame.exposure))?;
+        view.set_tone(&frame.look.of(factor))?;
         let now = Instant::now();
         // First of a picture at rest: those before have no time to lose.
         let has_time = |at: Instant| now.duration_since(at) >= MEASURE;

@@ -274,13 +274,13 @@ fn background(panel: Color32, tone: &Tone) -> Rgb<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::widgets::tone::photograph;
+    use crate::widgets::tone::Look;
 
     #[test]
     fn beside_a_ball_there_is_the_color_of_the_panel_and_no_other() {
         for (panel, factor) in [(27, 0.05), (27, 40.0), (248, 1.0)] {
             let panel = Color32::from_gray(panel);
-            let tone = photograph(factor, 1.5);
+            let tone = Look { stops: 1.5, curve: Curve::REINHARD }.of(factor);
             let ball = Ball::new(16).picture(background(panel, &tone), |_| Rgb::new(1.0, 1.0, 1.0));
             let corner = &tone.to_bytes(&ball)[..3];
             assert_eq!(corner, [panel.r(), panel.g(), panel.b()], "at exposure {factor}");

@@ -1,6 +1,7 @@
 //! The parameters of the room of skies, which a user changes.
 
 use lobe::env::Mapping;
+use lobe::image::Curve;
 use lobe::prt::Transfer;
 use lobe::sh::{Expansion as _, Rgb, Rotation, ShVec};
 use serde::{Deserialize, Serialize};
@@ -9,6 +10,7 @@ use crate::rooms::formulas::Formula;
 use crate::rooms::light::{LightHand, MOST_STOPS, sky_rotation};
 use crate::rooms::taming::Taming;
 use crate::widgets::coefficient_table::MOST;
+use crate::widgets::tone::Look;
 use crate::widgets::within::within;
 
 /// The most lights that are looked for.
@@ -59,6 +61,9 @@ pub struct SkyEdits {
     pub mapping: String,
     /// Stops of exposure.
     pub exposure: f64,
+    /// The tone curve.
+    #[serde(with = "crate::rooms::curve")]
+    pub tone: Curve,
     /// By which the sky is turned about +z, in radians.
     pub turn: f64,
     /// By which it is tilted about +x before that, in radians.
@@ -135,11 +140,16 @@ impl SkyEdits {
         expansion.into_iter().flatten().chain(shelf.iter().copied()).collect()
     }
 
+    /// How light is shown.
+    pub(crate) fn look(&self) -> Look {
+        Look { stops: self.exposure, curve: self.tone }
+    }
+
     /// Its light, to be changed.
     pub(crate) fn light(&mut self) -> LightHand<'_> {
-        let Self { order, taming, turn, tilt, exposure, .. } = self;
-        let (taming, exposure) = (Some(taming), Some(exposure));
-        LightHand { order, most_order: Transfer::MAX_ORDER, taming, turn, tilt, exposure }
+        let Self { order, taming, turn, tilt, exposure, tone, .. } = self;
+        let (taming, exposed) = (Some(taming), Some((exposure, tone)));
+        LightHand { order, most_order: Transfer::MAX_ORDER, taming, turn, tilt, exposed }
     }
 
     /// Forgets what belongs to the sky that was there.
@@ -176,6 +186,7 @@ impl Default for SkyEdits {
             taming: Taming::None,
             mapping: "octahedral".into(),
             exposure: 0.0,
+            tone: Curve::REINHARD,
             turn: 0.0,
             tilt: 0.0,
             lights: 2,

@@ -8,7 +8,7 @@ use lobe::sh::{Dir, Rgb, Rotation};
 use crate::rooms::sky::edits::SkyEdits;
 use crate::rooms::sky::findings::Findings;
 use crate::widgets::picture::PictureView;
-use crate::widgets::tone::{fitting, photograph};
+use crate::widgets::tone::fitting;
 
 /// Width of an unfolded mapping, in texels.
 const UNFOLDED: usize = 256;
@@ -34,8 +34,8 @@ pub(crate) struct Panels {
 impl Panels {
     /// Shows them; returns the direction that was clicked on, in the world.
     pub(crate) fn show(&mut self, ui: &mut Ui, found: &Findings, suns: &[Sun], edits: &SkyEdits) -> Option<Dir> {
-        let key = vec![found.version, edits.exposure.to_bits()];
-        let tone = photograph(fitting(&found.picture), edits.exposure);
+        let key = [vec![found.version], edits.look().key()].concat();
+        let tone = edits.look().of(fitting(&found.picture));
         let mut clicked = None;
         let (width, wide) = (ui.available_width(), fitting_into(ui.available_width(), WIDE));
         ui.horizontal_wrapped(|ui| {

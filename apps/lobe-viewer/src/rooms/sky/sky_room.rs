@@ -31,7 +31,7 @@ use crate::widgets::gpu::Gpu;
 use crate::widgets::history::{Can, History, Step};
 use crate::widgets::orbit::Orbit;
 use crate::widgets::status::Status;
-use crate::widgets::tone::{fitting, photograph};
+use crate::widgets::tone::fitting;
 use std::path::Path;
 
 /// Steps of a turn of the sky that changes every second: 15 degrees each.
@@ -214,8 +214,8 @@ impl SkyRoom {
     }
 
     fn pictures(&mut self, ui: &mut Ui, found: &Findings) {
-        let tone = photograph(fitting(&found.picture), self.edits.exposure);
-        let key = vec![found.version, self.edits.exposure.to_bits()];
+        let tone = self.edits.look().of(fitting(&found.picture));
+        let key = [vec![found.version], self.edits.look().key()].concat();
         let suns = self.suns().to_vec();
         let mut responses = vec![self.show_stage(ui, found, (tone, &key), &suns)];
         let at = responses[0].interact_pointer_pos().filter(|_| responses[0].clicked());
