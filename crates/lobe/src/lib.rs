@@ -71,10 +71,11 @@
 //! decides, away from the light only. And what lights there are can be read from an expansion.
 //!
 //! ```
-//! use lobe::sh::{
-//!     Coefficient as _, ContentWindow, DeringOptions, Dir, Expansion as _, IrradianceEncoding, Light, Normalization,
-//!     PackedIrradiance, Rgb, Rotation, Window, Zonal, extract_light,
-//! };
+//! use lobe::sh::encoding::{IrradianceEncoding, PackedIrradiance};
+//! use lobe::sh::light::Normalization;
+//! use lobe::sh::light_extraction::extract_light;
+//! use lobe::sh::ringing::{ContentWindow, DeringOptions};
+//! use lobe::sh::{Coefficient as _, Dir, Expansion as _, Light, Rgb, Rotation, Window, Zonal};
 //!
 //! let sun = Light::Directional { dir: Dir::X, color: Rgb::new(3.0, 2.0, 1.0) };
 //! let sky = Light::Ambient { color: Rgb::splat(0.1) };

@@ -273,6 +273,8 @@ fn background(panel: Color32, tone: &Tone) -> Rgb<f32> {
 
 #[cfg(test)]
 mod tests {
+    use lobe::image::Curve;
+
     use super::*;
     use crate::widgets::tone::Look;
 
