@@ -55,7 +55,7 @@ impl CrossSection {
 /// is negative; beside it, dashed, other functions, such as the truth that `f` stands for.
 ///
 /// ```
-/// use lobe_render::{CrossSection, PolarPlot};
+/// use lobe_figures::{CrossSection, PolarPlot};
 /// use lobe_sh::Zonal;
 ///
 /// // The cosine at order 3 beside the cosine itself.

@@ -52,7 +52,7 @@ impl Default for VisibilityGridOptions {
 ///
 /// ```
 /// use lobe_io::Job;
-/// use lobe_render::{VisibilityGrid, VisibilityGridOptions};
+/// use lobe_motion::{VisibilityGrid, VisibilityGridOptions};
 /// use lobe_scene::built_in;
 ///
 /// let options = VisibilityGridOptions::default().order(2).points(27).rays(64);

@@ -12,7 +12,7 @@ use lobe_render::RenderError;
 /// traced in a tree of its own.
 ///
 /// ```
-/// use lobe_render::MovingScene;
+/// use lobe_motion::MovingScene;
 /// use lobe_scene::built_in;
 ///
 /// let moving = MovingScene::animated(built_in::three_objects(8), Some(0))?;

@@ -16,7 +16,7 @@ use lobe_render::RenderError;
 /// A scene whose parts move: entities that are files of their own, or those of an animated glTF file.
 ///
 /// ```
-/// use lobe_render::MovingScene;
+/// use lobe_motion::MovingScene;
 /// use lobe_scene::built_in;
 ///
 /// let moving = MovingScene::animated(built_in::three_objects(8), Some(0))?;

@@ -27,7 +27,7 @@ options! {
     /// use lobe_io::{Job, JobOptions};
     /// use lobe_shadow::SphereJob;
     ///
-    /// let asked = serde_json::json!({"scene": "built-in:ball", "count": 2, "points": 64, "rounds": 1});
+    /// let asked = serde_json::json!({"scene": "built-in:furnace", "count": 2, "points": 64, "rounds": 1});
     /// let job = SphereJob::from_values(asked.as_object().cloned().unwrap_or_default())?;
     /// let (spheres, report) = job.run(Job::default())?;
     /// assert_eq!(spheres.len(), 2);
