@@ -64,7 +64,7 @@ fn index(products: &[Product]) -> String {
         let _ = writeln!(text, "#[rustfmt::skip]\nmod {};", product.kind.module());
     }
     text +=
-        "\nuse crate::scalar::Coefficient;\n#[cfg(test)]\nuse crate::product::cost::{ProductCost, ProductKind};\n\n";
+        "\n#[cfg(test)]\nuse crate::product::cost::{ProductCost, ProductKind};\nuse crate::scalar::Coefficient;\n\n";
     text += COSTS_DOC;
     text += "#[cfg(test)]\n#[rustfmt::skip]\npub(crate) const PRODUCT_COSTS: &[ProductCost] = &[\n";
     for product in products {

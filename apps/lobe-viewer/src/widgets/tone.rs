@@ -7,7 +7,7 @@ use lobe::sh::{Coefficient as _, Rgb};
 const MOST_STEPS: usize = 60;
 
 /// The light that a tone mapping of a fixed exposure shows as this display light, linear and within the gamut; light that is
-/// shown nearly so where the curve has no such color, as of white by AgX.
+/// shown nearly so where the curve has no such color, as of white by `AgX`.
 pub(crate) fn shown_as(tone: &Tone, display: Rgb<f64>) -> Rgb<f64> {
     let exposure = if let Exposure::Fixed(factor) = tone.exposure { factor } else { 1.0 };
     let target = display.to_array();

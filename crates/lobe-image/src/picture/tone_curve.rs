@@ -25,7 +25,7 @@ pub enum Curve {
     /// sRGB: bright colors turn to white, dark ones get contrast. As in three.js,
     /// light is 1/0.6 times as bright before.
     Aces,
-    /// AgX (Sobotka 2022) without a look, by the polynomial of degree 6 that Wrensch fitted to its curve, in the primaries
+    /// `AgX` (Sobotka 2022) without a look, by the polynomial of degree 6 that Wrensch fitted to its curve, in the primaries
     /// of Rec. 2020: bright colors lose their saturation as film does.
     AgX,
     /// Khronos PBR Neutral (2024): light up to 0.8 is shown as it is, less what glass-clear reflection of F0 = 0.04 adds;
@@ -43,7 +43,7 @@ const ACES_BRIGHTNESS: f64 = 1.0 / 0.6;
 /// Rec. 2020 to linear sRGB, of Report ITU-R BT.2407.
 const FROM_REC_2020: Matrix = [[1.6605, -0.5876, -0.0728], [-0.1246, 1.1329, -0.0083], [-0.0182, -0.1006, 1.1187]];
 
-/// Rows of AgX's inset, and of the inverse of its outset (Sobotka; three.js).
+/// Rows of `AgX`'s inset, and of the inverse of its outset (Sobotka; three.js).
 const INSET: Matrix = [
     [0.856627153315983, 0.0951212405381588, 0.0482516061458583],
     [0.137318972929847, 0.761241990602591, 0.101439036467562],
@@ -58,10 +58,10 @@ const OUTSET_INVERSE: Matrix = [
 static TO_REC_2020: LazyLock<Matrix> = LazyLock::new(|| inverse(&FROM_REC_2020));
 static OUTSET: LazyLock<Matrix> = LazyLock::new(|| inverse(&OUTSET_INVERSE));
 
-/// The range of AgX in stops: log₂ of light.
+/// The range of `AgX` in stops: log₂ of light.
 const STOPS: [f64; 2] = [-12.47393, 4.026069];
 
-/// Wrensch's polynomial of AgX's contrast, the constant first.
+/// Wrensch's polynomial of `AgX`'s contrast, the constant first.
 const CONTRAST: [f64; 7] = [-0.00232, 0.1191, 0.4298, -6.868, 31.96, -40.14, 15.5];
 
 /// Of Khronos PBR Neutral: where compression starts, F0, and the strength of desaturation.
