@@ -148,3 +148,15 @@ def test_what_cannot_be_shown_says_so(baked, tmp_path):
     ]:
         with pytest.raises(error, match=message):
             call()
+
+
+def test_tone_mapped_bytes_are_srgb_of_the_curve():
+    light = np.random.default_rng(1).uniform(0, 4, (5, 7, 3))
+    shown = np.clip(light * 2**-1.5, 0, 1)
+    srgb = np.where(shown <= 0.0031308, 12.92 * shown, 1.055 * shown ** (1 / 2.4) - 0.055)
+    found = lobe.tone_mapped(light, tone="clip", exposure=-1.5)
+    assert found.dtype == np.uint8 and np.abs(found - np.round(255 * srgb)).max() <= 1
+    assert lobe.tone_mapped(light).shape == light.shape
+    for bad, message in [({"tone": "film"}, "tone: expected reinhard, aces, agx, neutral or clip"), ({"exposure": 1e9}, "exposure: ")]:
+        with pytest.raises(ValueError, match=message):
+            lobe.tone_mapped(light, **bad)

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use lobe::image::{Picture, PictureReadOptions, Tone, read_picture};
+use lobe::image::{Curve, Exposure, Picture, PictureReadOptions, Tone, read_picture};
 use lobe::io::Job;
 use lobe::prt::{Channels, Recipe, Transfer, read_transfer, write_lightmap};
 use lobe::sh::expansion::Quantity;
@@ -376,4 +376,17 @@ fn what_cannot_be_rendered_is_said_in_one_line() {
         assert!(line.contains(part), "{args}: {line}");
     }
     assert_eq!(dir.names(), ["even.exr", "nan.exr"], "nothing was written");
+}
+
+#[test]
+fn a_png_is_the_light_of_the_exr_under_the_tone_curve_and_the_exposure() {
+    let dir = Dir::new();
+    let args = "render irradiance built-in:cornell --env bundled:sunset --size 16x12 --quiet";
+    dir.lobe(&format!("{args} -o light.exr")).stdout();
+    let light = read_picture(dir.path("light.exr"), &PictureReadOptions::default()).unwrap().0;
+    for curve in Curve::ALL {
+        dir.lobe(&format!("{args} --tone {curve} --exposure -1.5 -o a.png")).stdout();
+        let tone = Tone { exposure: Exposure::Fixed((-1.5_f64).exp2()), curve };
+        assert!(dir.bytes("a.png") == light.to_png(&tone).unwrap(), "{curve}");
+    }
 }
