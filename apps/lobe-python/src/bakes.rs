@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use lobe::io::{Job, JobFiles, JobOptions as _};
 use lobe::prt::{
-    AdaptiveReport, AnyTransfer, BakeDone, BakeJob, OpenBake, Pilot, PreparedBake, Recipe, read_any_transfer,
-    read_baked, scene_hash, write_compressed_transfer, write_half_transfer, write_transfer, write_zonal_transfer,
+    AdaptiveReport, AnyTransfer, BakeDone, BakeJob, OpenBake, PreparedBake, Recipe, read_any_transfer, read_baked,
+    scene_hash, write_compressed_transfer, write_half_transfer, write_transfer, write_zonal_transfer,
 };
 use lobe::scene::SceneReadOptions;
 use lobe::sh::Rgb;
@@ -92,18 +92,6 @@ impl Bake {
     #[getter]
     fn bytes(&self) -> u64 {
         self.0.work().bytes()
-    }
-
-    /// What the pilot has found, bounces, paths and an error; none before the first shard.
-    #[getter]
-    fn pilot(&self) -> Option<(usize, u32, f64)> {
-        self.0.work().pilot().map(|Pilot { bounces, samples, stderr_dc }| (bounces, samples, stderr_dc))
-    }
-
-    /// Takes what the pilot of the same bake has found elsewhere.
-    fn know(&self, pilot: (usize, u32, f64)) -> PyResult<()> {
-        let (bounces, samples, stderr_dc) = pilot;
-        self.0.work().know(Pilot { bounces, samples, stderr_dc }).map_err(|error| error_of(&error))
     }
 
     /// Refuses the name of a file that cannot hold the results, and that of the scene, which would be lost.

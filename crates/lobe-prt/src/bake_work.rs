@@ -11,7 +11,6 @@ use crate::bake::bake::{bake_on_disk_knowing, bake_shard_knowing};
 use crate::bake::glossy::{Points as MatrixPoints, bake_points_on_disk, bake_points_shard};
 use crate::bake::options::{BakeMode, BakeOptions, BakeReport};
 use crate::bake::pilot::KnownPilot;
-use crate::bake::pilot::Pilot;
 use crate::bake::transfer_grid::NeighborhoodGrid;
 use crate::error::PrtError;
 use crate::files::lightmap_file::write_lightmap;
@@ -246,31 +245,6 @@ impl BakeWork {
         self.bvh.get_or_init(|| Bvh::new(&self.scene))
     }
 
-    /// What the pilot of this work has found; none before the first bake or shard.
-    #[must_use]
-    pub fn pilot(&self) -> Option<Pilot> {
-        self.pilot.get().copied()
-    }
-
-    /// Takes what the pilot of the same work has found elsewhere, so that it is not made again: as long as a pilot takes, each
-    /// process of a bake that many share would do the same. If a pilot is there already, it stays.
-    ///
-    /// # Errors
-    /// [`PrtError::Options`] if no pilot of this work can have found it.
-    pub fn know(&self, pilot: Pilot) -> Result<(), PrtError> {
-        let most = self.options.most_bounces();
-        if pilot.bounces > most
-            || !self.options.may_have(pilot.samples)
-            || !(pilot.stderr_dc.is_finite() && pilot.stderr_dc >= 0.0)
-        {
-            let message =
-                format!("expected a pilot of these paths, at most {most} bounces and a finite error, found {pilot:?}");
-            return Err(PrtError::Options(message));
-        }
-        self.pilot.get_or_init(|| pilot);
-        Ok(())
-    }
-
     /// Bakes all points. The results stay in the checkpoint of the job; those of a fit are in memory, too.
     ///
     /// # Errors
@@ -481,39 +455,6 @@ mod tests {
                 merge_shards(&parts, &checkpoint, Job::default()).unwrap();
                 let merged = bytes_written(work, &checkpoint, &output);
                 assert!(merged == alone, "kind {kind}: {count} shards give other bytes than one machine");
-            }
-        }
-    }
-
-    #[test]
-    fn a_pilot_that_is_known_is_not_made_again_and_changes_nothing() {
-        let folder = tempfile::tempdir().unwrap();
-        let at = |name: &str| folder.path().join(name);
-        for (kind, (work, ending)) in works().iter().enumerate() {
-            assert_eq!(work.pilot(), None, "kind {kind}: nothing is baked yet");
-            let output = at(&format!("{kind}.{ending}"));
-            let alone = bytes_written(work, &at(&format!("{kind}-alone")), &output);
-            let pilot = work.pilot().unwrap();
-            let (other, _) = &works()[kind];
-            other.know(pilot).unwrap();
-            assert!(bytes_written(other, &at(&format!("{kind}-other")), &output) == alone, "kind {kind}: the bytes");
-            // That of a third is made up, and found in its report.
-            let (third, _) = &works()[kind];
-            third.know(Pilot { stderr_dc: 0.125, ..pilot }).unwrap();
-            third.know(pilot).unwrap();
-            let half = Shard::new(1, 2).unwrap();
-            let report = third.bake_shard(half, Job::default().kept_in(at(&format!("{kind}-half")))).unwrap();
-            assert_eq!(
-                (report.stderr_dc, report.bounces),
-                (0.125, pilot.bounces),
-                "kind {kind}: the first that was known"
-            );
-            for bad in [
-                Pilot { bounces: 1000, ..pilot },
-                Pilot { samples: 3, ..pilot },
-                Pilot { stderr_dc: f64::NAN, ..pilot },
-            ] {
-                assert!(matches!(other.know(bad), Err(PrtError::Options(_))), "kind {kind}: {bad:?}");
             }
         }
     }

@@ -51,7 +51,6 @@ mod zonal;
 pub use bake::bake::{bake, bake_on_disk, bake_shard};
 pub use bake::glossy::bake_matrices;
 pub use bake::options::{AlbedoMode, BakeMode, BakeOptions, BakeReport};
-pub use bake::pilot::Pilot;
 pub use bake::transfer_grid::{Neighborhood, NeighborhoodGrid, bake_neighborhood};
 pub use bake_job::bake_job::{BakeJob, UnwrapMode};
 pub use bake_job::open_bake::OpenBake;

@@ -186,12 +186,6 @@ impl BakeOptions {
         self.samples.unwrap_or(Self::SAMPLES * (factor as u32).max(1).next_power_of_two())
     }
 
-    /// Whether so many paths from each receiver can be those of these options.
-    pub(crate) fn may_have(&self, samples: u32) -> bool {
-        let range = Self::SAMPLES..=Self::SAMPLES_OF_NOISE;
-        self.samples.map_or_else(|| range.contains(&samples), |asked| asked == samples)
-    }
-
     /// The numbers of so many paths, so that neighbors follow each other; none where none is needed.
     pub(crate) fn path_order(&self, samples: u32) -> Vec<u32> {
         if self.mode == BakeMode::Unshadowed { Vec::new() } else { coherent_order(samples) }

@@ -27,14 +27,14 @@ const MOST_PATHS: usize = 1 << 22;
 pub(crate) const DARKEST: f64 = 0.01;
 
 /// What a pilot has found: it bakes a few receivers to know beforehand how many bounces matter, and how far results vary.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Pilot {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Pilot {
     /// Bounces that carry enough energy.
-    pub bounces: usize,
+    pub(crate) bounces: usize,
     /// Paths from each receiver.
-    pub samples: u32,
+    pub(crate) samples: u32,
     /// Relative standard error of the constant coefficient.
-    pub stderr_dc: f64,
+    pub(crate) stderr_dc: f64,
 }
 
 /// An estimator whose work a pilot decides.
