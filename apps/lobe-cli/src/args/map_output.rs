@@ -79,7 +79,7 @@ impl FromStr for MapFile {
         }
         match text.parse() {
             Ok(picture) => Ok(Self::Picture(picture)),
-            Err(message) => Err(format!("{message}, or of a cube in {}", FileFormat::names(FileFormat::is_texture))),
+            Err(message) => Err(format!("{message}, or for a cube in {}", FileFormat::names(FileFormat::is_texture))),
         }
     }
 }

@@ -34,7 +34,7 @@ impl FromStr for PictureOutput {
         let kind = match FileFormat::of_name(&path) {
             Some(FileFormat::Png) => Kind::Display,
             Some(format) if format.is_written() => Kind::Light,
-            _ => return Err(format!("expected a picture's name that ends in {}", Self::endings())),
+            _ => return Err(format!("expected a name that ends in {}", Self::endings())),
         };
         Ok(Self { path, kind })
     }
@@ -48,7 +48,7 @@ impl PictureOutput {
 
     /// Help of an option that names the file of this picture.
     pub(crate) fn help(picture: &str) -> String {
-        format!("{picture}: {}, which is tone-mapped for looking at", Self::endings())
+        format!("{picture}: {}; a .png is tone-mapped for looking at", Self::endings())
     }
 
     /// Whether it can be of half floats.
@@ -91,15 +91,16 @@ impl PictureOutput {
     }
 
     fn write_png(&self, picture: &Picture, mapping: Option<&str>, talk: Talk) -> anyhow::Result<()> {
-        let exposure = Tone::PHOTOGRAPH.exposure.factor(picture);
+        let (curve, stops) = (Tone::PHOTOGRAPH.curve, Tone::PHOTOGRAPH.exposure.factor(picture).log2());
         let png = picture.to_png_with(&Tone::PHOTOGRAPH, mapping)?;
         write_atomically(&self.path, |w| w.write_all(&png))
             .map_err(|source| ImageError::Io { place: self.name(), source })?;
-        talk.note(&self.name(), &format!("tone-mapped for looking at, exposure {exposure:.3}; .exr holds the values"));
+        talk.note(&self.name(), &format!("tone-mapped by {curve}, exposure {stops:.2} stops; .exr holds the values"));
         Ok(())
     }
 
-    fn name(&self) -> String {
+    /// The name for messages.
+    pub(crate) fn name(&self) -> String {
         self.path.display().to_string()
     }
 }

@@ -3,6 +3,7 @@
 use clap::Args;
 use lobe::env::reconstruct;
 use lobe::image::PictureWriteOptions;
+use lobe::sh::{Expansion as _, Rgb, ShVec};
 
 use crate::args::input::ShInput;
 use crate::args::picture::PictureOutput;
@@ -25,6 +26,19 @@ impl EnvReconstruct {
     pub(crate) fn run(&self, talk: Talk) -> anyhow::Result<()> {
         self.output.check(&[])?;
         let f = self.input.read()?.coefficients.to_rgb();
-        self.output.write_map(&reconstruct(&f, 2 * self.size, self.size), &PictureWriteOptions::default(), talk)
+        let map = reconstruct(&f, 2 * self.size, self.size);
+        let below = below_zero(map.texels(), &f);
+        if below > 0.0 {
+            let text = "of its pixels are below zero, because the expansion rings; lobe sh dering or window stops that";
+            talk.note(&self.output.name(), &format!("{:.2} % {text}", 100.0 * below));
+        }
+        self.output.write_map(&map, &PictureWriteOptions::default(), talk)
     }
+}
+
+/// The part of the texels in which some channel is below zero by more than a thousandth of the mean: dark spots, not rounding.
+fn below_zero(texels: &[Rgb<f32>], f: &ShVec<Rgb<f64>>) -> f64 {
+    let least = -1e-3 * f.mean().luminance().abs();
+    let is_below = |texel: &&Rgb<f32>| texel.to_array().into_iter().any(|c| f64::from(c) < least);
+    texels.iter().filter(is_below).count() as f64 / texels.len() as f64
 }

@@ -326,6 +326,9 @@ impl Render {
         }
         if !shows_motion && self.is_moving() {
             let name = self.scene.name();
+            if name.ends_with(".sh.json") {
+                bail!("{name}: an expansion is light and no scene; give it to --env");
+            }
             bail!("{name}: moves; show it by lobe render moving or lobe render trace");
         }
         if self.mode == Mode::Moving {

@@ -432,7 +432,10 @@ fn options_that_would_be_ignored_are_refused() {
         ("convert sky.exr -o a.hdr --to lat-long --half", "--half: only of .exr; leave it out"),
         ("convert sky.exr -o a.ktx2 --half", "--half: only of .exr; leave it out"),
         ("convert sky.exr -o a.dds --zstd", "--zstd: only of .ktx2; leave it out"),
-        ("convert sky.exr -o a.gif --to cube", "ends in .exr, .hdr, .pfm or .png, or of a cube in .ktx2, .ktx or .dds"),
+        (
+            "convert sky.exr -o a.gif --to cube",
+            "ends in .exr, .hdr, .pfm or .png, or for a cube in .ktx2, .ktx or .dds",
+        ),
         ("convert square.pfm -o a.ktx2", "is neither lat-long (2:1) nor a cube"),
         ("convert sky.exr --from cube -o a.ktx2", "a picture of a cube is 4:3"),
         ("convert bundled:studio --from angular -o a.ktx2", "--from: bundled:studio is lat-long"),

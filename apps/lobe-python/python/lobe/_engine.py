@@ -28,6 +28,9 @@ SHARDS_EACH = 64
 """Shards for each thread of a worker: enough that neither uneven shards nor slow workers leave the others idle for
 long, by the table of the chapter on sharing work."""
 
+MOST_SHARDS = 1 << 20
+"""Shards of a bake at most, each of which is a file."""
+
 MOST_BYTES = 1 << 26
 """Results of a shard at most: the worker has them in memory, and so has the client, one after the other."""
 
@@ -78,7 +81,7 @@ class Work:
 
     def shards(self, count: int) -> Shards:
         """The files of so many shards, or of fewer if there are fewer points."""
-        count = min(whole(count, "shards", 1, 1 << 20), max(1, self._made.points))
+        count = min(whole(count, "shards", 1, MOST_SHARDS), max(1, self._made.points))
         others = sum(found[1] != self.identity for found in found_in(self.folder))
         if others:
             text = "of another scene, or of other options, than now: baked anew, and removed when the output is written"
@@ -87,7 +90,7 @@ class Work:
 
     def shards_for(self, threads: int) -> int:
         """How many shards there are for workers with so many threads, unless it is given."""
-        return max(SHARDS_EACH * max(1, threads), math.ceil(self._made.bytes / MOST_BYTES))
+        return min(MOST_SHARDS, max(SHARDS_EACH * max(1, threads), math.ceil(self._made.bytes / MOST_BYTES)))
 
     def merge(self, shards: Shards) -> BakeReport:
         """Writes the output from the files of all shards, and removes those."""

@@ -65,8 +65,7 @@ class Refused:
 def bake_shard(sent: bytes | None, job: Job, number: int, count: int) -> bytes | Refused:
     """The task of a worker: a shard's file. A refusal of the system is returned: an error would be tried again here."""
     if job.version != __version__:
-        versions = f"this worker has lobe {__version__} and the client has {job.version}"
-        raise RuntimeError(f"{versions}: install one version on all machines")
+        return Refused(*_worker(), f"has lobe {__version__}; install lobe {job.version} there")
     try:
         with tempfile.TemporaryDirectory(prefix="lobe-") as folder:
             made, path = _read_once(sent, job, folder), os.path.join(folder, f"{job.identity}.safetensors")
@@ -89,7 +88,7 @@ def _read_once(sent: bytes | None, job: Job, folder: str) -> _lobe.Bake:
                     file.write(sent)
             made = options.of(scene)
             if identity_of(made, scene, options) != job.identity:
-                fault = f"{scene.name}: is not the client's: give all machines the same files"
+                fault = f"{scene.name}: the file differs from the client's; give all machines the same files"
                 raise RuntimeError(f"worker {_worker()[0]}: {fault}")
             _read[job.identity] = made
         return _read[job.identity]

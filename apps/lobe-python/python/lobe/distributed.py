@@ -29,7 +29,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from . import __version__
 from ._bake import BakeOptions, BakeReport
-from ._engine import RETRIES, Engine, Work, bake_on
+from ._engine import RETRIES, SHARDS_EACH, Engine, Work, bake_on
 from ._scene import Path, Scene
 from ._tasks import Refused, bake_shard, one_line, version
 
@@ -74,7 +74,7 @@ def _asked() -> Iterator[None]:
     """Around what only asks the scheduler. Errors of tasks and of callers are raised elsewhere."""
     from distributed import client
 
-    # Of later versions.
+    # Later versions have it.
     closed = getattr(client, "ClosedClientError", OSError)
     try:
         yield
@@ -218,7 +218,7 @@ def _parsed(arguments: list[str] | None) -> dict[str, Any]:
     parser.add_argument("path", metavar="scene", help="a .glb, .gltf, .obj or .ply file, or built-in:NAME")
     parser.add_argument("-o", "--output", required=True, help="a .glb or .safetensors file")
     parser.add_argument("--scheduler", help="such as tcp://10.0.0.1:8786 [default: a process on this machine]")
-    parser.add_argument("--shards", type=int, help="parts of the work [default: 64 for each thread of the workers]")
+    parser.add_argument("--shards", type=int, help=f"parts of the work [default: {SHARDS_EACH} for each thread of the workers]")
     parser.add_fields(BakeOptions)
     parser.add_fields(Scene)
     return vars(parser.parse_args(arguments))

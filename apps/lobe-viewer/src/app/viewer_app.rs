@@ -15,7 +15,7 @@ use crate::app::bar::{BarAsked, bar};
 use crate::app::drops::Drops;
 use crate::app::exports::Exports;
 use crate::app::help::help;
-use crate::app::kept::{Kept, Theme, is_window};
+use crate::app::kept::{Kept, Theme, ZOOMS, is_window};
 #[cfg(target_arch = "wasm32")]
 use crate::app::page_drops::Drops;
 use crate::loading::cache::UserFolder;
@@ -200,9 +200,8 @@ impl ViewerApp {
         let pressed = |modifiers: Modifiers, key: Key| {
             ctx.input_mut(|input| input.consume_shortcut(&KeyboardShortcut::new(modifiers, key)))
         };
-        let keys = [Key::Num1, Key::Num2, Key::Num3, Key::Num4];
-        for (key, room) in keys.into_iter().zip(RoomName::ALL) {
-            if pressed(Modifiers::COMMAND, key) {
+        for room in RoomName::ALL {
+            if pressed(Modifiers::COMMAND, room.key()) {
                 self.kept.room = room;
             }
         }
@@ -217,13 +216,13 @@ impl ViewerApp {
         ];
         asked.into_iter().filter(|(is_pressed, _)| *is_pressed).for_each(|(_, asked)| self.answer(ctx, asked));
         if pressed(Modifiers::COMMAND, Key::Plus) || pressed(Modifiers::COMMAND, Key::Equals) {
-            self.kept.zoom = (self.kept.zoom + 0.25).min(2.0);
+            self.kept.zoom = (self.kept.zoom + 0.25).min(*ZOOMS.end() as f32);
         }
         if ctx.input(|input| input.key_pressed(Key::Escape)) {
             self.exports.cancel();
         }
         if pressed(Modifiers::COMMAND, Key::Minus) {
-            self.kept.zoom = (self.kept.zoom - 0.25).max(0.75);
+            self.kept.zoom = (self.kept.zoom - 0.25).max(*ZOOMS.start() as f32);
         }
     }
 

@@ -19,5 +19,5 @@ pub(crate) fn serialize<S: Serializer>(curve: &Curve, to: S) -> Result<S::Ok, S:
 
 /// A name that is not known is the curve without a choice.
 pub(crate) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Curve, D::Error> {
-    Ok(Curve::from_name(&String::deserialize(from)?).unwrap_or(Curve::REINHARD))
+    Ok(Curve::from_name(&String::deserialize(from)?).unwrap_or_default())
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use eframe::egui::Ui;
+use eframe::egui::{Key, Ui};
 use serde::{Deserialize, Serialize};
 
 use crate::loading::cache::UserFolder;
@@ -47,6 +47,18 @@ impl RoomName {
             Self::Sky => "Sky",
             Self::Functions => "Functions",
             Self::Motion => "Motion",
+        }
+    }
+}
+
+impl RoomName {
+    /// The key that opens it, with Ctrl: its number in the bar.
+    pub(crate) fn key(self) -> Key {
+        match self {
+            Self::Scene => Key::Num1,
+            Self::Sky => Key::Num2,
+            Self::Functions => Key::Num3,
+            Self::Motion => Key::Num4,
         }
     }
 }
@@ -147,11 +159,12 @@ impl Rooms {
         self.get_mut(name).ui(ui, gpu, sky.as_ref());
     }
 
-    /// Opens a file, and returns the room that shows it: that in front, if it can.
+    /// Opens a file, and returns the room in which it is seen: that in front, if it can. Another room may hold it, as that
+    /// of scenes holds the sky of all.
     pub(crate) fn open(&mut self, front: RoomName, path: &Path, kind: FileKind) -> anyhow::Result<RoomName> {
         let mut able = [front].into_iter().chain(RoomName::ALL);
         let front = able.find(|name| self.get_mut(*name).shows().contains(&kind)).unwrap_or(front);
-        for name in [front].into_iter().chain(RoomName::ALL) {
+        for name in [front].into_iter().chain(RoomName::ALL.into_iter().filter(|name| *name != front)) {
             if self.get_mut(name).shows().contains(&kind) && self.get_mut(name).open(path, kind)? {
                 break;
             }

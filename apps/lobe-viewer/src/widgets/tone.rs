@@ -3,8 +3,11 @@
 use lobe::image::{Curve, Exposure, Picture, Tone};
 use lobe::sh::{Coefficient as _, Rgb};
 
-/// Steps after which light that shows a color is found, or there is none.
+/// The most steps towards light that shows a color.
 const MOST_STEPS: usize = 60;
+
+/// A color that is shown so nearly is that color: a fifth of the least step of bytes.
+const NEAR: f64 = 6e-5;
 
 /// The light that a tone mapping of a fixed exposure shows as this display light, linear and within the gamut; light that is
 /// shown nearly so where the curve has no such color, as of white by `AgX`.
@@ -15,6 +18,9 @@ pub(crate) fn shown_as(tone: &Tone, display: Rgb<f64>) -> Rgb<f64> {
     let mut light = target.map(|c| c.max(1e-4));
     for _ in 0..MOST_STEPS {
         let shown = tone.curve.apply(light);
+        if shown.iter().zip(&target).all(|(shown, target)| (shown - target).abs() < NEAR) {
+            break;
+        }
         let slope = |k: usize| {
             let mut brighter = light;
             brighter[k] *= 1.0 + 1e-4;
@@ -56,7 +62,7 @@ impl Look {
         }
     }
 
-    /// Other numbers for each other look.
+    /// Numbers that differ for different looks.
     pub(crate) fn key(self) -> Vec<u64> {
         vec![self.stops.to_bits(), Curve::ALL.iter().position(|curve| *curve == self.curve).unwrap_or(0) as u64]
     }

@@ -30,7 +30,7 @@ use crate::resample::weights::Weights;
 //
 // is a graph Laplacian, whose eigenvalues relative to E lie between 0 and 1: steps of this length converge. They remove the
 // beating of samples against texels in few passes, and are slow where energy has to move far: at poles, rims and edges.
-// So each step goes on in the direction of the last one [Nesterov 1983], until the accuracy is reached that the light of
+// Each step goes on in the direction of the last one [Nesterov 1983], until the accuracy is reached that the light of
 // this map needs.
 //
 // For large maps, in which the beats average out, no step is needed.
@@ -49,7 +49,7 @@ use crate::resample::weights::Weights;
 
 /// The most passes over all samples.
 const MAX_PASSES: usize = 60;
-/// No step changes a weight by more than this factor.
+/// The ratio of one step changes a weight by at most this factor; momentum adds to it.
 const MOST_CHANGE: f64 = 2.0;
 
 /// The weights between two maps, and what they are balanced against.
@@ -76,7 +76,7 @@ impl<'a> Balance<'a> {
         let (energies, _) = balance.balance(&map, passes)?;
         let factor = balance.lost(&energies, &map).factor();
         // Brighten each texel that exceeds its neighbors by the energy it would lose.
-        balance.neighbor_clamp().add_excess(&mut map, |x, y| balance.ratio(&energies, x, y) as f32 - 1.0);
+        balance.neighbor_clamp().add_excess(&mut map, |x, y| (balance.ratio(&energies, x, y) - 1.0) as f32);
         drop(energies);
         // Gather each target texel with the balanced weights.
         let mut gathered = balance.weights.gather(map.texels(), passes)?;
@@ -150,8 +150,8 @@ impl<'a> Balance<'a> {
     }
 }
 
-/// The part of the last change that step `k` repeats: 0 at first, towards 1 as that of Nesterov, `(k - 1)/(k + 2)`, a little
-/// more, which takes a twentieth fewer passes.
+/// The part of the last change that step `k` repeats: 0 at first, then towards 1 a little faster than that of Nesterov,
+/// `(k - 1)/(k + 2)`.
 fn momentum(k: usize) -> f64 {
     if k == 1 { 0.0 } else { (k as f64 - 0.5) / (k + 1) as f64 }
 }
@@ -209,6 +209,20 @@ mod tests {
                     "{source} of {from} to {target} of {to} texels: {mean} is missing of each"
                 );
                 assert!(worst < MOST_MISSING, "{source} of {from} to {target} of {to} texels: {worst} is missing");
+            }
+        }
+    }
+
+    #[test]
+    fn maps_too_small_for_any_factors_have_light_that_is_a_number() {
+        for (source, target) in Mapping::ALL.into_iter().flat_map(|s| Mapping::ALL.map(|t| (s, t))) {
+            for (from, to) in [(8, 8), (8, 24), (24, 8)] {
+                let sampler = Sampler::new(grid(source, from), grid(target, to), None);
+                let suns = (0..sampler.source.len()).map(|k| Rgb::splat(if k % 5 == 0 { 1e4 } else { 1.0 })).collect();
+                let map = MappedMap::from_rows(source, sampler.source.width, sampler.source.height, suns);
+                let light = Balance::resample(&sampler, map, &mut unwatched()).unwrap();
+                let is_number = |texel: &Rgb<f32>| texel.to_array().into_iter().all(f32::is_finite);
+                assert!(light.iter().all(is_number), "{source} of {from} to {target} of {to} texels");
             }
         }
     }

@@ -19,6 +19,9 @@ use crate::resample::source_window::{WindowLight, WindowSums};
 use crate::resample::sparse_sum::{BLOCK, SparseSum};
 use crate::resample::undersampled::AdditionalSample;
 
+/// The most that the logarithm of a factor gets, of either sign, where no factors would do; single precision ends at 87.
+const MOST_LOGARITHM: f64 = 40.0;
+
 /// The target is divided into about this many chunks, whatever the number of threads.
 const CHUNKS: usize = 128;
 /// The fewest rows of a chunk: its fixed cost must not outweigh its samples.
@@ -86,8 +89,9 @@ impl<'a> Weights<'a> {
         let mut rows: Vec<_> = self.factors.chunks_mut(width).zip(self.logarithms.chunks_mut(width)).collect();
         parallel::rows(&mut rows, 1, &|y, rows| {
             for (x, (factor, last)) in rows.iter_mut().flat_map(|(a, b)| a.iter_mut().zip(b.iter_mut())).enumerate() {
-                let stepped = (f64::from(*factor) * ratio(x, y)).ln();
-                *factor = (stepped + part * (stepped - f64::from(*last))).exp() as f32;
+                let bounded = |logarithm: f64| logarithm.clamp(-MOST_LOGARITHM, MOST_LOGARITHM);
+                let stepped = bounded((f64::from(*factor) * ratio(x, y)).ln());
+                *factor = bounded(stepped + part * (stepped - f64::from(*last))).exp() as f32;
                 *last = stepped as f32;
             }
         });

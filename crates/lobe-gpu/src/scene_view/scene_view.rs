@@ -226,7 +226,7 @@ impl SceneView {
             Curve::Aces => (2.0, 0.0),
             Curve::AgX => (3.0, 0.0),
             Curve::Neutral => (4.0, 0.0),
-            _ => (0.0, 0.0),
+            Curve::Clip => (0.0, 0.0),
         };
         self.renderer.update("tone", &[exposure as f32, curve, white as f32, 0.0])
     }

@@ -2,10 +2,10 @@
 
 const REC_709_LUMINANCE: vec3f = vec3f(0.2126, 0.7152, 0.0722);
 
-// Of a tone: the exposure; the number of the curve, 0 to clip; for Reinhard's, the reciprocal square of the least luminance
-// shown white.
+// `tone` is the exposure, the number of the curve, 0 to clip, and for Reinhard's the reciprocal square of the least
+// luminance that is shown white. Test `pictures_by_transfer_are_those_of_the_processor` compares all curves.
 fn tone_curve(tone: vec4f, exposed: vec3f) -> vec3f {
-    // As infinite light would be no number, it is as bright as a device tells.
+    // Infinite light would be no number further on.
     let light = clamp(exposed, vec3f(0.0), vec3f(1e15));
     var c = exposed;
     switch u32(tone.y) {

@@ -52,7 +52,7 @@ struct Row {
     begins: &'static [&'static [u8]],
     /// None for textures, which are read level by level.
     decode: Option<Decode>,
-    /// Whether it is written, and so without loss of light but by its range; textures are written as cubes.
+    /// Whether pictures in linear light are written in it.
     is_written: bool,
 }
 
@@ -125,12 +125,12 @@ impl FileFormat {
             },
             // Shorter than their marks: a file may be truncated within these; then the decoder reports it.
             Self::Ktx2 => {
-                Row { name: "KTX2", endings: &["ktx2"], begins: &[b"\xabKTX 2"], decode: None, is_written: true }
+                Row { name: "KTX2", endings: &["ktx2"], begins: &[b"\xabKTX 2"], decode: None, is_written: false }
             }
             Self::Ktx => {
-                Row { name: "KTX", endings: &["ktx"], begins: &[b"\xabKTX 1"], decode: None, is_written: true }
+                Row { name: "KTX", endings: &["ktx"], begins: &[b"\xabKTX 1"], decode: None, is_written: false }
             }
-            Self::Dds => Row { name: "DDS", endings: &["dds"], begins: &[b"DDS "], decode: None, is_written: true },
+            Self::Dds => Row { name: "DDS", endings: &["dds"], begins: &[b"DDS "], decode: None, is_written: false },
         }
     }
 
@@ -158,10 +158,10 @@ impl FileFormat {
     /// Whether pictures in linear light are written in this format ([`write_picture`](crate::write_picture)).
     #[must_use]
     pub fn is_written(self) -> bool {
-        self.row().is_written && !self.is_texture()
+        self.row().is_written
     }
 
-    /// The endings of some formats as a sentence has them: `.exr, .hdr or .pfm`.
+    /// The most common ending of each of some formats, as a sentence has them: `.exr, .hdr or .pfm`.
     #[must_use]
     pub fn names(of: impl Fn(Self) -> bool) -> String {
         named_endings(

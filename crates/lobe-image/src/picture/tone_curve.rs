@@ -8,42 +8,60 @@ use crate::pixel::{luminance, scaled};
 
 /// The curve from exposed light to `[0, 1]`.
 ///
-/// All have the name by which other programs know them, and the same result: [`Curve::Aces`], [`Curve::AgX`] and
-/// [`Curve::Neutral`] are those of three.js (r162 and later) at its exposure 1.
+/// [`Curve::Aces`], [`Curve::AgX`] and [`Curve::Neutral`] show what three.js r187 shows at its exposure 1, within 1e-4 (test
+/// `curves_have_the_values_of_three_js`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "lowercase"))]
 pub enum Curve {
     /// Clamp to 0 and 1.
     Clip,
-    /// Compress highlights: luminance `Y` becomes `Y (1 + Y/w²) / (1 + Y)`, so that `w` becomes 1; colors keep their
-    /// chromaticity until a channel is clamped to 1 (Reinhard, Stark, Shirley and Ferwerda 2002).
+    /// Compress highlights: colors keep their chromaticity until a channel is clamped to 1 [Reinhard et al. 2002].
+    ///
+    /// ```text
+    ///   Y' = Y (1 + Y/w²) / (1 + Y)          Y: luminance, of which w becomes 1
+    /// ```
     Reinhard {
         /// The least luminance, after exposure, that is shown white.
         white: f64,
     },
-    /// The curve of films of the Academy Color Encoding System, as Hill fitted its reference and output transforms for
-    /// sRGB: bright colors turn to white, dark ones get contrast. As in three.js,
-    /// light is 1/0.6 times as bright before.
+    /// The reference rendering and output transforms of ACES, as Hill fitted them for sRGB [Hill 2017]: more contrast, and
+    /// bright colors turn to white.
+    ///
+    /// ```text
+    ///   v = M_in L / 0.6          L' = M_out (v (v + 0.0245786) - 0.000090537) / (v (0.983729 v + 0.432951) + 0.238081)
+    /// ```
+    ///
+    /// The factor 1/0.6 is that of three.js.
     Aces,
-    /// `AgX` (Sobotka 2022) without a look, by the polynomial of degree 6 that Wrensch fitted to its curve, in the primaries
-    /// of Rec. 2020: bright colors lose their saturation as film does.
+    /// `AgX` without a look [Sobotka 2022]: bright colors lose their saturation, as on film.
+    ///
+    /// ```text
+    ///   x = (log₂(M_in L₂₀₂₀) - e₀) / (e₁ - e₀)          L'₂₀₂₀ = (M_out p(x))^2.2
+    /// ```
+    ///
+    /// `L₂₀₂₀` is light in the primaries of Rec. 2020, `p` the polynomial of degree 6 that [Wrensch 2023] fitted to the curve.
     AgX,
-    /// Khronos PBR Neutral (2024): light up to 0.8 is shown as it is, less what glass-clear reflection of F0 = 0.04 adds;
-    /// only highlights are compressed. For base colors that a picture should show unchanged.
+    /// Khronos PBR Neutral [Khronos 2024]: base colors up to 0.8 stay as they are, and highlights are compressed.
+    ///
+    /// ```text
+    ///   C = L - min(m - m²/(4 F₀), F₀)          m: least channel, up to 2 F₀; F₀ = 0.04
+    ///   P = max C;   P' = 1 - d²/(P + d - s) for P ≥ s          s = 0.8 - F₀, d = 1 - s
+    ///   L' = mix(C P'/P, P', 1 - 1/(0.15 (P - P') + 1))
+    /// ```
     Neutral,
 }
 
-/// Rows of the matrix to ACES's working space, and back from what it shows (Hill's fit; three.js).
+/// Rows of the matrix to ACES's working space, and back from what it shows [Hill 2017].
 const TO_ACES: Matrix = [[0.59719, 0.35458, 0.04823], [0.07600, 0.90834, 0.01566], [0.02840, 0.13383, 0.83777]];
 const FROM_ACES: Matrix = [[1.60475, -0.53108, -0.07367], [-0.10208, 1.10813, -0.00605], [-0.00327, -0.07276, 1.07602]];
 
-/// The factor of three.js before ACES, which suits a viewing environment that is brighter than a cinema.
+/// The factor of three.js before ACES, for surroundings that are brighter than a cinema.
 const ACES_BRIGHTNESS: f64 = 1.0 / 0.6;
 
-/// Rec. 2020 to linear sRGB, of Report ITU-R BT.2407.
+/// Rec. 2020 to linear sRGB, with the digits of [ITU 2017].
 const FROM_REC_2020: Matrix = [[1.6605, -0.5876, -0.0728], [-0.1246, 1.1329, -0.0083], [-0.0182, -0.1006, 1.1187]];
 
-/// Rows of `AgX`'s inset, and of the inverse of its outset (Sobotka; three.js).
+/// Rows of the inset of `AgX`, and of the inverse of its outset [Sobotka 2022].
 const INSET: Matrix = [
     [0.856627153315983, 0.0951212405381588, 0.0482516061458583],
     [0.137318972929847, 0.761241990602591, 0.101439036467562],
@@ -58,16 +76,19 @@ const OUTSET_INVERSE: Matrix = [
 static TO_REC_2020: LazyLock<Matrix> = LazyLock::new(|| inverse(&FROM_REC_2020));
 static OUTSET: LazyLock<Matrix> = LazyLock::new(|| inverse(&OUTSET_INVERSE));
 
-/// The range of `AgX` in stops: log₂ of light.
+/// The range of `AgX` in stops: log₂ of light [Sobotka 2022].
 const STOPS: [f64; 2] = [-12.47393, 4.026069];
 
-/// Wrensch's polynomial of `AgX`'s contrast, the constant first.
+/// The polynomial of the contrast of `AgX`, its constant first [Wrensch 2023].
 const CONTRAST: [f64; 7] = [-0.00232, 0.1191, 0.4298, -6.868, 31.96, -40.14, 15.5];
 
-/// Of Khronos PBR Neutral: where compression starts, F0, and the strength of desaturation.
+/// Figures of [Khronos 2024]: where compression starts, the reflectance at normal incidence, the strength of desaturation.
 const START: f64 = 0.8 - F0;
 const F0: f64 = 0.04;
 const DESATURATION: f64 = 0.15;
+
+/// Light above this is at the end of every curve. An infinite channel would make the others no numbers.
+const WHITE: f64 = 1e30;
 
 impl Curve {
     /// Reinhard's curve, by which light of 4 is white.
@@ -78,9 +99,9 @@ impl Curve {
 
     /// Names and descriptions of all curves, in their order.
     pub const NAMES: [(&'static str, &'static str); 5] = [
-        ("reinhard", "luminance is compressed up to 4 times white, colors keep their hue"),
-        ("aces", "as films of the Academy, by Hill's fit: contrast, bright colors turn to white"),
-        ("agx", "as film, less contrast: bright colors lose saturation"),
+        ("reinhard", "luminance is compressed up to 4 times white"),
+        ("aces", "ACES by Hill's fit: more contrast, bright colors turn to white"),
+        ("agx", "AgX: less contrast, bright colors lose saturation"),
         ("neutral", "Khronos PBR Neutral: colors up to 0.8 stay as they are"),
         ("clip", "light above 1 is cut off"),
     ];
@@ -103,11 +124,12 @@ impl Curve {
         }
     }
 
-    /// The light in `[0, 1]`, channel by channel; negative light is black, infinite light white.
+    /// The light in `[0, 1]`; negative light is black, infinite light what the curve tends to, and what is no number black.
     #[must_use]
     pub fn apply(&self, light: [f64; 3]) -> [f64; 3] {
-        // Above this all curves are at their end; an infinite channel would make the others NaN.
-        const WHITE: f64 = 1e30;
+        if light.iter().any(|c| c.is_nan()) {
+            return [0.0; 3];
+        }
         let bounded = light.map(|c| c.min(WHITE));
         let shown = match *self {
             Self::Clip => light,
@@ -117,6 +139,13 @@ impl Curve {
             Self::Neutral => neutral(bounded.map(|c| c.max(0.0))),
         };
         shown.map(|c| c.clamp(0.0, 1.0))
+    }
+}
+
+impl Default for Curve {
+    /// Reinhard's, by which light of 4 is white.
+    fn default() -> Self {
+        Self::REINHARD
     }
 }
 
@@ -181,13 +210,24 @@ mod tests {
 
     /// Digits of the published matrices, whose rows do not sum to one exactly.
     const ROUNDING: f64 = 2e-3;
+    /// Digits of the matrices whose inverses three.js has rounded, and of the table.
+    const OF_THE_TABLE: f64 = 1e-4;
 
     #[test]
     fn curves_have_the_values_of_three_js() {
         for (curve, light, expected) in OF_THREE_JS {
             let found = curve.apply(light);
             let off = found.iter().zip(expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            assert!(off < ROUNDING, "{curve} of {light:?}: {found:?}, not {expected:?}");
+            assert!(off < OF_THE_TABLE, "{curve} of {light:?}: {found:?}, not {expected:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_number_is_black_under_every_curve() {
+        for (curve, k) in Curve::ALL.into_iter().flat_map(|curve| [0, 1, 2].map(|k| (curve, k))) {
+            let mut light = [0.5; 3];
+            light[k] = f64::NAN;
+            assert_eq!(curve.apply(light), [0.0; 3], "{curve}, channel {k}");
         }
     }
 

@@ -4,18 +4,18 @@ use lobe_image::{Curve, Exposure, Picture, Tone};
 use lobe_io::{Given, JobOptions, NumberRange, OptionError, OptionField, OptionKind, options};
 use serde::{Deserialize, Deserializer, Serializer};
 
-/// The most stops of an exposure, of either sign: those that double precision has.
-const MOST_STOPS: f64 = 1000.0;
+/// The most stops of an exposure, of either sign: single precision, in which devices compute, has 126.
+const MOST_STOPS: f64 = 100.0;
 
 options! {
     /// How light becomes a .png.
     pub struct ToneOptions {
-        /// The exposure of a .png in stops: light is multiplied by 2^STOPS before it is tone-mapped
+        /// The exposure of a .png in stops, -100 to 100: light is multiplied by 2^STOPS before it is tone-mapped
         exposure: Option<f64> = None, OptionKind::Number(NumberRange::Finite), "STOPS",
             "as suits the picture, of several the first one";
         /// The tone curve of a .png
         #[serde(serialize_with = "by_name", deserialize_with = "of_name")]
-        tone: Curve = Curve::REINHARD, OptionKind::Name(&Curve::NAMES), "CURVE", "";
+        tone: Curve = Curve::default(), OptionKind::Name(&Curve::NAMES), "CURVE", "";
     }
 }
 

@@ -58,7 +58,7 @@ impl SceneFormat {
         Self::ALL.into_iter().find(|format| format.endings().contains(&&*ending))
     }
 
-    /// The endings of some formats as a sentence has them: `.obj or .ply`.
+    /// All endings of some formats, as a sentence has them: `.glb, .gltf or .vrm`.
     #[must_use]
     pub fn names(of: impl Fn(Self) -> bool) -> String {
         named_endings(Self::ALL.into_iter().filter(|format| of(*format)).flat_map(Self::endings).copied())

@@ -58,7 +58,7 @@ impl ShBatch {
     }
 }
 
-/// Of up to three bands.
+/// The functions of a batch of up to three bands, side by side.
 fn side_by_side(channels: &mut [ShBatch]) -> Vec<DeringReport> {
     let (order, functions) = (channels[0].order(), channels[0].len());
     let machine = Machine::detect();
@@ -95,7 +95,7 @@ fn band_energies(channels: &[ShBatch], order: usize, b: usize) -> [[f64; LANES];
     energies
 }
 
-/// Of more bands.
+/// The functions of a batch of more bands, one after the other.
 fn one_by_one<T: Coefficient<Scalar = f32>>(channels: &mut [ShBatch]) -> Vec<DeringReport> {
     let mut f = vec![T::ZERO; coefficient_count(channels[0].order())];
     let mut numbers = vec![0.0; f.len()];

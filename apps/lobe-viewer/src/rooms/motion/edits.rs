@@ -127,7 +127,7 @@ impl Default for MotionEdits {
             turn: 0.0,
             tilt: 0.0,
             exposure: 0.0,
-            tone: Curve::REINHARD,
+            tone: Curve::default(),
             background: Background::Env,
             is_by_hand: false,
             has_spheres: false,

@@ -107,7 +107,7 @@ impl Default for SceneEdits {
             turn: 160.0_f64.to_radians(),
             tilt: 0.0,
             exposure: 0.0,
-            tone: Curve::REINHARD,
+            tone: Curve::default(),
             background: Background::Env,
             lamps: Vec::new(),
         }

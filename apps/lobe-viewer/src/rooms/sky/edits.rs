@@ -186,7 +186,7 @@ impl Default for SkyEdits {
             taming: Taming::None,
             mapping: "octahedral".into(),
             exposure: 0.0,
-            tone: Curve::REINHARD,
+            tone: Curve::default(),
             turn: 0.0,
             tilt: 0.0,
             lights: 2,
