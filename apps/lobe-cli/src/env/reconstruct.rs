@@ -28,8 +28,9 @@ impl EnvReconstruct {
         let f = self.input.read()?.coefficients.to_rgb();
         let map = reconstruct(&f, 2 * self.size, self.size);
         let below = below_zero(map.texels(), &f);
-        if below > 0.0 {
-            let text = "of its pixels are below zero, because the expansion rings; lobe sh dering or window stops that";
+        // Files of light hold what is below zero, too.
+        if below > 0.0 && !self.output.is_light() {
+            let text = "of its pixels are below zero and black; where the expansion rings, lobe sh dering or window stops that";
             talk.note(&self.output.name(), &format!("{:.2} % {text}", 100.0 * below));
         }
         self.output.write_map(&map, &PictureWriteOptions::default(), talk)

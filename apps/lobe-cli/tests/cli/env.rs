@@ -174,6 +174,8 @@ fn what_a_format_cannot_hold_is_noted() {
     let (_, stderr) = dir.lobe("env reconstruct p.sh.json -o r.hdr --size 1").succeeds();
     let expected = "note: r.hdr: 2 texels are outside of what this format holds and moved into it; .exr holds all\n";
     assert_eq!(stderr, expected, "note");
+    let (_, stderr) = dir.lobe("env reconstruct p.sh.json -o r.png --size 1").succeeds();
+    assert!(stderr.contains("note: r.png: 100.00 % of its pixels are below zero and black"), "{stderr}");
 }
 
 #[test]
@@ -181,7 +183,7 @@ fn other_extensions_are_refused_before_any_work() {
     let dir = Dir::new();
     for name in ["r.jpg", "r", "-"] {
         let line = dir.lobe(&format!("env irradiance bundled:studio -o {name}")).error();
-        assert!(line.contains("expected a picture's name that ends in .exr, .hdr, .pfm or .png"), "{name}: {line}");
+        assert!(line.contains("expected a name that ends in .exr, .hdr, .pfm or .png"), "{name}: {line}");
     }
     let line = dir.lobe("env irradiance bundled:studio -o e.exr --order 3 --method brute-force").error();
     assert!(line.starts_with("--order: --method brute-force has no order"), "{line}");
