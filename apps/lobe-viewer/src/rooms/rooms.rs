@@ -159,16 +159,46 @@ impl Rooms {
         self.get_mut(name).ui(ui, gpu, sky.as_ref());
     }
 
+    /// The room in which a file of this kind is seen: that in front, if it can.
+    fn seen_in(&mut self, front: RoomName, kind: FileKind) -> RoomName {
+        let mut able = [front].into_iter().chain(RoomName::ALL);
+        able.find(|name| self.get_mut(*name).shows().contains(&kind)).unwrap_or(front)
+    }
+
     /// Opens a file, and returns the room in which it is seen: that in front, if it can. Another room may hold it, as that
     /// of scenes holds the sky of all.
     pub(crate) fn open(&mut self, front: RoomName, path: &Path, kind: FileKind) -> anyhow::Result<RoomName> {
-        let mut able = [front].into_iter().chain(RoomName::ALL);
-        let front = able.find(|name| self.get_mut(*name).shows().contains(&kind)).unwrap_or(front);
+        let front = self.seen_in(front, kind);
         for name in [front].into_iter().chain(RoomName::ALL.into_iter().filter(|name| *name != front)) {
             if self.get_mut(name).shows().contains(&kind) && self.get_mut(name).open(path, kind)? {
                 break;
             }
         }
         Ok(front)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_are_seen_in_the_room_in_front_or_in_the_first_that_shows_them() {
+        use RoomName::{Functions, Motion, Scene, Sky};
+        let mut rooms = Rooms::new(KeptRooms::default(), UserFolder::none());
+        for (kind, seen) in [
+            (FileKind::Scene, [Scene, Scene, Scene, Motion]),
+            (FileKind::Sky, [Scene, Sky, Scene, Motion]),
+            (FileKind::Transfer, [Scene; 4]),
+            (FileKind::Matrices, [Scene; 4]),
+            (FileKind::Function, [Functions; 4]),
+            (FileKind::Description, [Motion; 4]),
+            (FileKind::Field, [Motion; 4]),
+            (FileKind::Spheres, [Motion; 4]),
+        ] {
+            for (front, seen) in RoomName::ALL.into_iter().zip(seen) {
+                assert_eq!(rooms.seen_in(front, kind), seen, "{kind:?} with {front:?} in front");
+            }
+        }
     }
 }
