@@ -69,7 +69,9 @@ fn pages(lobe: Command) -> anyhow::Result<Vec<Page>> {
 
 fn add_pages(command: &Command, pages: &mut Vec<Page>) -> anyhow::Result<()> {
     let mut roff = Vec::new();
-    Man::new(command.clone()).render(&mut roff)?;
+    // A page has all options, those that short help leaves out too.
+    let whole = command.clone().mut_args(|arg| arg.hide_short_help(false));
+    Man::new(whole).render(&mut roff)?;
     let name = command.get_display_name().unwrap_or(command.get_name());
     pages.push(Page { file: format!("{name}.1"), roff: String::from_utf8(roff)? });
     command.get_subcommands().try_for_each(|sub| add_pages(sub, pages))

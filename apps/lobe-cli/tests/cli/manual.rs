@@ -65,6 +65,8 @@ fn try_run(dir: &Dir, program: &str, args: &[&str]) -> Option<[String; 2]> {
 fn man_shows_the_pages_without_a_warning() {
     let dir = Dir::new();
     dir.lobe("man -o pages").stdout();
+    let page = String::from_utf8(dir.bytes("pages/lobe-env-adjust.1")).unwrap();
+    assert!(page.contains("fisheye"), "a page has the options that short help leaves out");
     let pages =
         dir.path("pages").read_dir().unwrap().map(|page| format!("pages/{}", page.unwrap().file_name().display()));
     let pages: Vec<String> = pages.collect();
