@@ -47,8 +47,8 @@ options! {
         exponential: String = "grid".to_owned(), OptionKind::Text, "grid|optimal-linear|hybrid[:NORM]", "";
         /// Light that spheres send on, one bounce
         sphere_bounce: bool = false, OptionKind::Flag, "", "";
-        /// The table of spheres, a .safetensors file of lobe spheres table, of any clamp and tolerance; made and written
-        /// if it is not there
+        /// The table of spheres, a .safetensors file of lobe spheres table, of any clamp and tolerance; made and
+        /// written if it is not there
         #[serde(serialize_with = "lobe_io::as_text_if_any")]
         sphere_table: Option<PathBuf> = None, OptionKind::File, "FILE", "";
         /// The width of a window on what single spheres leave visible, in bands
@@ -234,7 +234,8 @@ impl MovingJob {
     /// done. `watched` does each bake, which prints as what it is, by a job.
     ///
     /// # Errors
-    /// [`RenderError::OfJob`] for bakes that take more memory than allowed; else those of [`MovingScene::bake_part`] and
+    /// [`RenderError::OfJob`] for bakes that take more memory than allowed; else those of [`MovingScene::bake_part`]
+    /// and
     /// [`MovingShading::with_table`].
     pub fn prepare<E: From<RenderError>>(
         &self,

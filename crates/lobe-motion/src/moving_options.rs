@@ -29,8 +29,8 @@ pub struct MovingOptions {
     pub fields: ShadowFieldOptions,
     /// Of exponentials of sums of spheres.
     pub spheres: ShadowOptions,
-    /// Whether spheres send light of the sky on, one bounce, in the mean albedo of what they stand for. Of what still parts hide
-    /// of the sky from a sphere, its light is dimmed.
+    /// Whether spheres send light of the sky on, one bounce, in the mean albedo of what they stand for. Of what still
+    /// parts hide of the sky from a sphere, its light is dimmed.
     pub bounce: bool,
 }
 

@@ -30,14 +30,16 @@ impl EnvReconstruct {
         let below = below_zero(map.texels(), &f);
         // Files of light hold what is below zero, too.
         if below > 0.0 && !self.output.is_light() {
-            let text = "of its pixels are below zero and black; where the expansion rings, lobe sh dering or window stops that";
+            let text =
+                "of its pixels are below zero and black; lobe sh dering or window stops the ringing of an expansion";
             talk.note(&self.output.name(), &format!("{:.2} % {text}", 100.0 * below));
         }
         self.output.write_map(&map, &PictureWriteOptions::default(), talk)
     }
 }
 
-/// The part of the texels in which some channel is below zero by more than a thousandth of the mean: dark spots, not rounding.
+/// The part of the texels in which some channel is below zero by more than a thousandth of the mean: dark spots, not
+/// rounding.
 fn below_zero(texels: &[Rgb<f32>], f: &ShVec<Rgb<f64>>) -> f64 {
     let least = -1e-3 * f.mean().luminance().abs();
     let is_below = |texel: &&Rgb<f32>| texel.to_array().into_iter().any(|c| f64::from(c) < least);

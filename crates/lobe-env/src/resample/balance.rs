@@ -22,16 +22,16 @@ use crate::resample::weights::Weights;
 //
 //     E_s = Σ_t Ω_t V_ts       and should be Ω_s
 //
-// Factors c_s with E_s = Ω_s exist unless too few texels overlap [Sinkhorn and Knopp 1967]. Sinkhorn iteration multiplies
-// c_s by Ω_s/E_s. In a_s = ln c_s that is, to first order, a step along the gradient Ω - E of a convex function, scaled by
-// 1/E. Its second derivative
+// Factors c_s with E_s = Ω_s exist unless too few texels overlap [Sinkhorn and Knopp 1967]. Sinkhorn iteration
+// multiplies c_s by Ω_s/E_s. In a_s = ln c_s that is, to first order, a step along the gradient Ω - E of a convex
+// function, scaled by 1/E. Its second derivative
 //
 //     (M a)_s = Σ_t Ω_t V_ts (a_s - Σ_u V_tu a_u)
 //
-// is a graph Laplacian, whose eigenvalues relative to E lie between 0 and 1: steps of this length converge. They remove the
-// beating of samples against texels in few passes, and are slow where energy has to move far: at poles, rims and edges.
-// Each step goes on in the direction of the last one [Nesterov 1983], until the accuracy is reached that the light of
-// this map needs.
+// is a graph Laplacian, whose eigenvalues relative to E lie between 0 and 1: steps of this length converge. They remove
+// the beating of samples against texels in few passes, and are slow where energy has to move far: at poles, rims and
+// edges. Each step goes on in the direction of the last one [Nesterov 1983], until the accuracy is reached that the
+// light of this map needs.
 //
 // For large maps, in which the beats average out, no step is needed.
 //

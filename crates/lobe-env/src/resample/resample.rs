@@ -64,8 +64,9 @@ impl Resample {
 /// where `m_s` is the mean of the texel's neighbors in the picture and V the weights of the interpolation, with rows
 /// and columns scaled [Sinkhorn and Knopp 1967] until the mean lacks little beyond q. The factor b
 /// of each channel gives it back: 1 where less than 5e-6 of the light that is no excess is lacking, else at
-/// most a thousandth of all light of the channel, which a sun of many texels may lose to the sky: more than a thousandth
-/// of a sun that has little of the light (`suns_of_many_texels_take_few_passes_stay_even_and_keep_their_energy`). So
+/// most a thousandth of all light of the channel, which a sun of many texels may lose to the sky: more than a
+/// thousandth of a sun that has little of the light
+/// (`suns_of_many_texels_take_few_passes_stay_even_and_keep_their_energy`). So
 ///
 /// * a constant stays constant, to 1e-6 (`constant_maps_stay_constant_at_every_size`);
 /// * the mean of every channel is kept to 1e-4 through chains of ten and twelve conversions

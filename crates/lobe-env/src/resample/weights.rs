@@ -19,7 +19,8 @@ use crate::resample::source_window::{WindowLight, WindowSums};
 use crate::resample::sparse_sum::{BLOCK, SparseSum};
 use crate::resample::undersampled::AdditionalSample;
 
-/// The most that the logarithm of a factor gets, of either sign, where no factors would do; single precision ends at 87.
+/// The most that the logarithm of a factor gets, of either sign, where no factors would do; single precision ends at
+/// 87.
 const MOST_LOGARITHM: f64 = 40.0;
 
 /// The target is divided into about this many chunks, whatever the number of threads.
@@ -80,8 +81,8 @@ impl<'a> Weights<'a> {
         self.sampler
     }
 
-    /// Multiplies the factor of each source texel `(x, y)` by `ratio(x, y)`, and repeats a part of what it and the last step
-    /// have changed.
+    /// Multiplies the factor of each source texel `(x, y)` by `ratio(x, y)`, and repeats a part of what it and the last
+    /// step have changed.
     pub(crate) fn step(&mut self, ratio: impl Fn(usize, usize) -> f64 + Sync, part: f64) {
         let (width, len) = (self.sampler.source.width, self.sampler.source.len());
         self.factors.resize(len, 1.0);

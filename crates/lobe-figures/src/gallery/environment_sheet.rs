@@ -79,7 +79,8 @@ impl Default for EnvironmentSheetOptions<'_> {
     }
 }
 
-/// The size of the faces from which the mirrors of [`EnvironmentSheetSource`] are blurred, and of the first and the last level of its chain.
+/// The size of the faces from which the mirrors of [`EnvironmentSheetSource`] are blurred, and of the first and the
+/// last level of its chain.
 const CHAIN: [usize; 3] = [256, 128, 8];
 
 /// A map as [`environment_panels`] takes it: as a lat-long one, and prefiltered.

@@ -28,8 +28,8 @@ pub(crate) fn by_band(corners: &[Vec3], triangles: &[[usize; 3]], rows: usize, b
     found
 }
 
-/// Finds the front-most triangle at every sample of the rows `first_row .. first_row + rows`, among `of_band`, those that
-/// may cover some of them. Of triangles at equal depth, the first is kept.
+/// Finds the front-most triangle at every sample of the rows `first_row .. first_row + rows`, among `of_band`, those
+/// that may cover some of them. Of triangles at equal depth, the first is kept.
 pub(crate) fn visible(
     corners: &[Vec3],
     triangles: &[[usize; 3]],

@@ -134,8 +134,8 @@ impl FileFormat {
         }
     }
 
-    /// Endings of the names of its files, in lower case, the most common first; none if this program was built without its
-    /// reader.
+    /// Endings of the names of its files, in lower case, the most common first; none if this program was built without
+    /// its reader.
     #[must_use]
     pub fn endings(self) -> &'static [&'static str] {
         self.row().endings

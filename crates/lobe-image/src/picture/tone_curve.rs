@@ -8,8 +8,8 @@ use crate::pixel::{luminance, scaled};
 
 /// The curve from exposed light to `[0, 1]`.
 ///
-/// [`Curve::Aces`], [`Curve::AgX`] and [`Curve::Neutral`] show what three.js r187 shows at its exposure 1, within 1e-4 (test
-/// `curves_have_the_values_of_three_js`).
+/// [`Curve::Aces`], [`Curve::AgX`] and [`Curve::Neutral`] show what three.js r187 shows at its exposure 1, within 1e-4
+/// (test `curves_have_the_values_of_three_js`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "lowercase"))]
 pub enum Curve {
@@ -24,11 +24,12 @@ pub enum Curve {
         /// The least luminance, after exposure, that is shown white.
         white: f64,
     },
-    /// The reference rendering and output transforms of ACES, as Hill fitted them for sRGB [Hill 2017]: more contrast, and
-    /// bright colors turn to white.
+    /// The reference rendering and output transforms of ACES, as Hill fitted them for sRGB [Hill 2017]: more contrast,
+    /// and bright colors turn to white.
     ///
     /// ```text
-    ///   v = M_in L / 0.6          L' = M_out (v (v + 0.0245786) - 0.000090537) / (v (0.983729 v + 0.432951) + 0.238081)
+    ///   v  = M_in L / 0.6
+    ///   L' = M_out (v (v + 0.0245786) - 0.000090537) / (v (0.983729 v + 0.432951) + 0.238081)
     /// ```
     ///
     /// The factor 1/0.6 is that of three.js.
@@ -39,12 +40,13 @@ pub enum Curve {
     ///   x = (log₂(M_in L₂₀₂₀) - e₀) / (e₁ - e₀)          L'₂₀₂₀ = (M_out p(x))^2.2
     /// ```
     ///
-    /// `L₂₀₂₀` is light in the primaries of Rec. 2020, `p` the polynomial of degree 6 that [Wrensch 2023] fitted to the curve.
+    /// `L₂₀₂₀` is light in the primaries of Rec. 2020, its channels below zero black. `x` is clamped to 0 and 1, and `p` is the
+    /// polynomial of degree 6 that [Wrensch 2023] fitted to the curve.
     AgX,
     /// Khronos PBR Neutral [Khronos 2024]: base colors up to 0.8 stay as they are, and highlights are compressed.
     ///
     /// ```text
-    ///   C = L - min(m - m²/(4 F₀), F₀)          m: least channel, up to 2 F₀; F₀ = 0.04
+    ///   C = L - m + m²/(4 F₀)                   m: the least channel, or 2 F₀ if that is less; F₀ = 0.04
     ///   P = max C;   P' = 1 - d²/(P + d - s) for P ≥ s          s = 0.8 - F₀, d = 1 - s
     ///   L' = mix(C P'/P, P', 1 - 1/(0.15 (P - P') + 1))
     /// ```
@@ -82,7 +84,8 @@ const STOPS: [f64; 2] = [-12.47393, 4.026069];
 /// The polynomial of the contrast of `AgX`, its constant first [Wrensch 2023].
 const CONTRAST: [f64; 7] = [-0.00232, 0.1191, 0.4298, -6.868, 31.96, -40.14, 15.5];
 
-/// Figures of [Khronos 2024]: where compression starts, the reflectance at normal incidence, the strength of desaturation.
+/// Figures of [Khronos 2024]: where compression starts, the reflectance at normal incidence, the strength of
+/// desaturation.
 const START: f64 = 0.8 - F0;
 const F0: f64 = 0.04;
 const DESATURATION: f64 = 0.15;
@@ -124,7 +127,8 @@ impl Curve {
         }
     }
 
-    /// The light in `[0, 1]`; negative light is black, infinite light what the curve tends to, and what is no number black.
+    /// The light in `[0, 1]`; negative light is black, infinite light what the curve tends to, and what is no number
+    /// black.
     #[must_use]
     pub fn apply(&self, light: [f64; 3]) -> [f64; 3] {
         if light.iter().any(|c| c.is_nan()) {
@@ -180,8 +184,8 @@ fn agx(light: [f64; 3]) -> [f64; 3] {
 
 fn neutral(light: [f64; 3]) -> [f64; 3] {
     // Take off what Fresnel reflection adds to a base color.
-    let least = light.into_iter().fold(f64::INFINITY, f64::min);
-    let offset = if least < 2.0 * F0 { least - least * least / (4.0 * F0) } else { F0 };
+    let least = light.into_iter().fold(2.0 * F0, f64::min);
+    let offset = least - least * least / (4.0 * F0);
     let base = light.map(|c| c - offset);
     let peak = base.into_iter().fold(0.0, f64::max);
     if peak < START {

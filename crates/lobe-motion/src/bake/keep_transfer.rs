@@ -28,8 +28,8 @@ pub struct KeptVertices {
     pub reshaped: usize,
 }
 
-/// A vertex that moved by less than this part of the radius of its mesh did not move: matrices of joints that undo each other
-/// leave a rounding of `f32`.
+/// A vertex that moved by less than this part of the radius of its mesh did not move: matrices of joints that undo each
+/// other leave a rounding of `f32`.
 const SAME_PLACE: f64 = 1e-5;
 
 /// Normals that differ by less than this length did not turn: 0.06 degrees, above their rounding in compressed files.
@@ -87,8 +87,8 @@ impl Changes {
 }
 
 impl MovingScene {
-    /// Keeps what suits of the transfer that a file holds, see [`MovingScene::keep_transfer`], if it is as asked: of `order` bands at least, of
-    /// `bounces` reflections. What is not kept, and why, is a note for the user.
+    /// Keeps what suits of the transfer that a file holds, see [`MovingScene::keep_transfer`], if it is as asked: of
+    /// `order` bands at least, of `bounces` reflections. What is not kept, and why, is a note for the user.
     pub fn keep_baked(
         &mut self,
         baked: &BakedTransfer,

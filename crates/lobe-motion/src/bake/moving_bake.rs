@@ -37,17 +37,18 @@ pub struct MovingBakeOptions {
     pub deformed_spheres: Option<usize>,
     /// Of what the parts that stand still leave visible in the box that the others sweep.
     pub visibility: VisibilityGridOptions,
-    /// Whether what stands still hides the sky from what moves. If not, it only receives shadows, and what moves in a room is lit
-    /// through the roof.
+    /// Whether what stands still hides the sky from what moves. If not, it only receives shadows, and what moves in a
+    /// room is lit through the roof.
     pub still_hides: bool,
 }
 
-/// Spheres fitted to a part unless others are asked for: of three objects over a ground, pictures of direct light are 38.6 dB
-/// from traced paths with 4 spheres each, and 39.3 with 16 and with 64.
+/// Spheres fitted to a part unless others are asked for: of three objects over a ground, pictures of direct light are
+/// 38.6 dB from traced paths with 4 spheres each, and 39.3 with 16 and with 64.
 const SPHERES: usize = 16;
 
-/// And to a part that changes its shape: fewer are thicker than the limbs that they stand for. Pictures of a walking figure are 38.4
-/// dB from traced paths without shadows, 37.7 with 16 spheres, and 40.4 with 64 (example `skins`, the mean of three times).
+/// And to a part that changes its shape: fewer are thicker than the limbs that they stand for. Pictures of a walking
+/// figure are 38.4 dB from traced paths without shadows, 37.7 with 16 spheres, and 40.4 with 64 (example `skins`, the
+/// mean of three times).
 const DEFORMED_SPHERES: usize = 64;
 
 /// Bytes of a point that spheres are fitted to, while they are.
@@ -61,8 +62,8 @@ const TRIANGLE: u64 = 320;
 const COPIES: u64 = 3;
 
 impl Default for MovingBakeOptions {
-    /// The defaults of each bake, of 16 spheres, and of 64 for parts that change their shape; the albedo of each pixel is left to the picture, so that textures keep their
-    /// detail.
+    /// The defaults of each bake, of 16 spheres, and of 64 for parts that change their shape; the albedo of each pixel
+    /// is left to the picture, so that textures keep their detail.
     fn default() -> Self {
         Self {
             transfer: BakeOptions::default().albedo(AlbedoMode::None),
@@ -137,11 +138,12 @@ impl PartBake {
 }
 
 impl MovingScene {
-    /// The bakes that `method` needs and that parts do not have yet: transfer of those that keep their shape, and what each hides
-    /// the sky by. Parts of the same shape share one.
+    /// The bakes that `method` needs and that parts do not have yet: transfer of those that keep their shape, and what
+    /// each hides the sky by. Parts of the same shape share one.
     ///
     /// A part that has a field or spheres hides the sky by them. One that keeps its shape but encloses no volume gets a
-    /// field by either method; one that is deformed gets nothing then, and hides nothing ([`MovingScene::hides_nothing`]).
+    /// field by either method; one that is deformed gets nothing then, and hides nothing
+    /// ([`MovingScene::hides_nothing`]).
     #[must_use]
     pub fn lacking(&self, method: MovingMethod, options: &MovingBakeOptions) -> Vec<PartBake> {
         let (mut bakes, mut known) = (Vec::<PartBake>::new(), HashMap::new());
@@ -179,10 +181,12 @@ impl MovingScene {
         moving.filter(move |part| part.hides_by(method).is_none()).map(|part| part.name.as_str())
     }
 
-    /// Does one of the bakes that are [lacking](Self::lacking). It can be kept in a file, [one for each](PartBake::checkpoint).
+    /// Does one of the bakes that are [lacking](Self::lacking). It can be kept in a file, [one for
+    /// each](PartBake::checkpoint).
     ///
     /// # Errors
-    /// [`RenderError::Part`] around those of the bakes, [`RenderError::Cancelled`] if the watch of the job said to stop.
+    /// [`RenderError::Part`] around those of the bakes, [`RenderError::Cancelled`] if the watch of the job said to
+    /// stop.
     pub fn bake_part(&mut self, bake: &PartBake, options: &MovingBakeOptions, job: Job<'_>) -> Result<(), RenderError> {
         self.baked(bake, options, job).map_err(|error| error.of_part(&bake.name))
     }
@@ -242,8 +246,8 @@ impl MovingScene {
         bake.parts.iter().for_each(|part| set(&mut self.parts_mut()[*part]));
     }
 
-    /// Does all bakes that are [lacking](Self::lacking), one after the other, finds the color of all spheres, and makes the light of
-    /// lamps. Files of fields,
+    /// Does all bakes that are [lacking](Self::lacking), one after the other, finds the color of all spheres, and makes
+    /// the light of lamps. Files of fields,
     /// spheres and transfer can be had beforehand.
     ///
     /// The steps of `job` are those of one bake after the other. Its file is the beginning of the names of one file for
@@ -266,8 +270,9 @@ impl MovingScene {
         self.bake_lamps(options.transfer.order)
     }
 
-    /// Finds the albedo of the surface that each sphere stands for, which [`MovingOptions::bounce`](crate::MovingOptions) needs;
-    /// without it, all spheres of a part have the mean of the vertices.
+    /// Finds the albedo of the surface that each sphere stands for, which
+    /// [`MovingOptions::bounce`](crate::MovingOptions) needs; without it, all spheres of a part have the mean of the
+    /// vertices.
     pub fn color_spheres(&mut self) {
         for part in self.parts_mut() {
             if let Some(spheres) = part.spheres.as_deref().filter(|spheres| part.sphere_albedos.len() != spheres.len())
@@ -292,9 +297,10 @@ impl MovingScene {
         Ok(())
     }
 
-    /// Bakes the backs of vertices that a view shows ([`backs_in_view`](Self::backs_in_view)), beside those that are baked already:
-    /// without this, parts that keep their shape do not hide the sky from their own backs. Of parts that came with their
-    /// transfer, too; it cannot be kept in a file. Those that were baked with other options are dropped.
+    /// Bakes the backs of vertices that a view shows ([`backs_in_view`](Self::backs_in_view)), beside those that are
+    /// baked already: without this, parts that keep their shape do not hide the sky from their own backs. Of parts that
+    /// came with their transfer, too; it cannot be kept in a file. Those that were baked with other options are
+    /// dropped.
     ///
     /// # Errors
     /// As [`MovingScene::bake_part`].
@@ -322,7 +328,8 @@ impl MovingScene {
         Ok(())
     }
 
-    /// The least number of bands of the transfer and the fields that parts, and of the light that lamps, have already; none if there are none.
+    /// The least number of bands of the transfer and the fields that parts, and of the light that lamps, have already;
+    /// none if there are none.
     #[must_use]
     pub fn order(&self) -> Option<usize> {
         let of_part = |part: &MovingPart| {
@@ -344,7 +351,8 @@ impl MovingScene {
         made.try_for_each(|lamp| lamp.expect_order(order))
     }
 
-    /// The most bytes that the bakes take, each with what those before it have left, and then a moment with its picture's vertices.
+    /// The most bytes that the bakes take, each with what those before it have left, and then a moment with its
+    /// picture's vertices.
     #[must_use]
     pub fn bytes(&self, bakes: &[PartBake], options: &MovingBakeOptions) -> u64 {
         let bakes = bakes.iter().map(|bake| bytes_of(bake, &self.parts()[bake.parts[0]], options));

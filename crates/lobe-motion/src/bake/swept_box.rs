@@ -9,22 +9,24 @@ use crate::scene::moving_part::{Motion, MovingPart};
 use crate::scene::moving_scene::MovingScene;
 use lobe_render::RenderError;
 
-/// Parts of an arc along which a track turns: its points are then within `1 - cos 2.5°`, a thousandth of the radius, of the box of
-/// the ends of these parts. Grids reach as much farther.
+/// Parts of an arc along which a track turns: its points are then within `1 - cos 2.5°`, a thousandth of the radius, of
+/// the box of the ends of these parts. Grids reach as much farther.
 const ARC: f64 = PI / 36.0;
 
-/// Parts of equal time of an animation, at each of which it is looked at, and once between any two keys that are closer.
+/// Parts of equal time of an animation, at each of which it is looked at, and once between any two keys that are
+/// closer.
 const PARTS: f64 = 256.0;
 
-/// Vertices that are posed in all, so that files of many keys and vertices take seconds: then as many times as that allows are taken
-/// of those that there are, in golden steps, which fall in with no rhythm.
+/// Vertices that are posed in all, so that files of many keys and vertices take seconds: then as many times as that
+/// allows are taken of those that there are, in golden steps, which fall in with no rhythm.
 const MOST_POSED: usize = 1 << 28;
 
 /// The box of all parts that move, over all of the scene's [span](MovingScene::span); none if nothing moves.
 ///
-/// What a track carries is linear in time between its keys, but for arcs. An animation is looked at over one period, at all of its
-/// keys and between them, and where a track carries it, in its own frame: its box there is carried as a whole, whatever part of
-/// the period meets whatever place of the track. So no rhythm of an animation that begins anew falls between the times.
+/// What a track carries is linear in time between its keys, but for arcs. An animation is looked at over one period, at
+/// all of its keys and between them, and where a track carries it, in its own frame: its box there is carried as a
+/// whole, whatever part of the period meets whatever place of the track. So no rhythm of an animation that begins anew
+/// falls between the times.
 pub(crate) fn swept_box(scene: &MovingScene) -> Result<Option<[[f64; 3]; 2]>, RenderError> {
     let mut swept = Swept(None);
     for part in scene.parts() {
@@ -64,7 +66,8 @@ fn times_of_track(track: &Track) -> Vec<f64> {
 fn times_of_animation(keys: &[f64], most: usize) -> Vec<f64> {
     let mut times = keys.to_vec();
     if let [begin, .., end] = keys {
-        // However many keys there are, what turns for long between two of them is looked at as often as if it were alone.
+        // However many keys there are, what turns for long between two of them is looked at as often as if it were
+        // alone.
         let parts = |pair: &[f64]| (PARTS * (pair[1] - pair[0]) / (end - begin)).ceil().max(2.0) as usize;
         keys.windows(2).for_each(|pair| times.extend(between(pair[0], pair[1], parts(pair))));
     }

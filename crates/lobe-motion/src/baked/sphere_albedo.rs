@@ -7,8 +7,8 @@ use lobe_shadow::SphereSet;
 /// Points of the surface at which its color is taken.
 const POINTS: usize = 4096;
 
-/// The mean albedo of the surface that each sphere stands for, by area: of evenly spread points those to which the sphere is
-/// nearest. One that is nearest to none takes the mean of all.
+/// The mean albedo of the surface that each sphere stands for, by area: of evenly spread points those to which the
+/// sphere is nearest. One that is nearest to none takes the mean of all.
 pub(crate) fn sphere_albedos(scene: &Scene, spheres: &SphereSet) -> Vec<Rgb<f32>> {
     let mut sums = vec![([0.0_f64; 3], 0_usize); spheres.len()];
     let mut all = ([0.0_f64; 3], 0_usize);

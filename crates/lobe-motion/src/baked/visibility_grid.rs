@@ -14,8 +14,8 @@ const SIDE_RAYS: usize = 64;
 /// Hits of those at least, before a point can be told to lie behind a surface: fewer say nothing.
 const LEAST_HITS: usize = 8;
 
-/// The part of the diagonal of the box by which the grid reaches beyond it: points of the box are between points of the grid,
-/// and none of these lies in a floor on which the box stands.
+/// The part of the diagonal of the box by which the grid reaches beyond it: points of the box are between points of the
+/// grid, and none of these lies in a floor on which the box stands.
 const MARGIN: f64 = 1e-3;
 
 /// Options of [`VisibilityGrid::bake`].
@@ -44,11 +44,11 @@ impl Default for VisibilityGridOptions {
 ///   V_i(p) = Σ_k w_k(p) V_i(p_k)        V_i(p_k) = ∫ V(p_k, s) y_i(s) ds, by rays
 /// ```
 ///
-/// An occlusion field is known on spheres around its entity, and coarse within; this is known where the receivers are, so
-/// that it holds inside a room or a cave as well. Points behind surfaces, in solids and below floors of one layer, are seen by
-/// no receiver: more than half of the surfaces around them show their backs. They take the mean of their neighbors in front of
-/// surfaces, so that what stands on a floor is not darkened by what is below it. What is thinner than the distance
-/// of two points is not resolved.
+/// An occlusion field is known on spheres around its entity, and coarse within; this is known where the receivers are,
+/// so that it holds inside a room or a cave as well. Points behind surfaces, in solids and below floors of one layer,
+/// are seen by no receiver: more than half of the surfaces around them show their backs. They take the mean of their
+/// neighbors in front of surfaces, so that what stands on a floor is not darkened by what is below it. What is thinner
+/// than the distance of two points is not resolved.
 ///
 /// ```
 /// use lobe_io::Job;
@@ -78,8 +78,9 @@ impl VisibilityGrid {
     /// The grid of a scene in a box of its world. Steps of `job` are points; it can be kept in a file.
     ///
     /// # Errors
-    /// [`RenderError::Options`] if the box is empty or not finite, or there are fewer than 8 points; [`RenderError::Shadow`]
-    /// with those of [`bake_visibility`], [`RenderError::Cancelled`] if the watch of the job said to stop.
+    /// [`RenderError::Options`] if the box is empty or not finite, or there are fewer than 8 points;
+    /// [`RenderError::Shadow`] with those of [`bake_visibility`], [`RenderError::Cancelled`] if the watch of the job
+    /// said to stop.
     pub fn bake(
         scene: &Scene,
         [min, max]: [[f64; 3]; 2],
@@ -154,8 +155,8 @@ impl VisibilityGrid {
         &self.rows
     }
 
-    /// The visibility of the sky at a point of the world, in its directions: the first numbers of as many bands as `out` has
-    /// places for. Beyond the box that of the nearest point of the box.
+    /// The visibility of the sky at a point of the world, in its directions: the first numbers of as many bands as
+    /// `out` has places for. Beyond the box that of the nearest point of the box.
     ///
     /// # Panics
     /// If `out` has more places than `order²`.

@@ -11,7 +11,8 @@ use crate::scene::moving_part::{Motion, MovingPart};
 use crate::scene::moving_scene::MovingScene;
 use lobe_render::RenderError;
 
-/// How far what belongs to a mesh may be from it, as a part of its size: rounding, and a mesh that was split or simplified.
+/// How far what belongs to a mesh may be from it, as a part of its size: rounding, and a mesh that was split or
+/// simplified.
 const ABOUT: f64 = 0.05;
 
 impl MovingScene {
@@ -19,8 +20,8 @@ impl MovingScene {
     /// is around, of several the one that is nearest by middle and size. Returns its number.
     ///
     /// # Errors
-    /// [`RenderError::Shadow`] with those of [`read_field`]; [`RenderError::Invalid`] if no part that keeps its shape is there,
-    /// or several are equally near.
+    /// [`RenderError::Shadow`] with those of [`read_field`]; [`RenderError::Invalid`] if no part that keeps its shape
+    /// is there, or several are equally near.
     pub fn set_field_from(&mut self, file: impl AsRef<Path>) -> Result<usize, RenderError> {
         let file = file.as_ref();
         let field = read_field(file)?;
@@ -39,12 +40,12 @@ impl MovingScene {
 
     /// Gives a part the spheres in a file, in place of others or of some that would be fitted: the entity that the file
     /// names, else the part that moves and keeps its shape within which the spheres are, of several the one whose box
-    /// is nearest to theirs. Returns its number. A few spheres do not tell a cube from a ball of its size about the same middle: a
-    /// description of the scene does, or spheres that name their entity.
+    /// is nearest to theirs. Returns its number. A few spheres do not tell a cube from a ball of its size about the
+    /// same middle: a description of the scene does, or spheres that name their entity.
     ///
     /// # Errors
-    /// [`RenderError::Shadow`] with those of [`read_spheres`]; [`RenderError::Invalid`] if there is no such part, several are
-    /// equally near, or the joints of the file are not those of the entity.
+    /// [`RenderError::Shadow`] with those of [`read_spheres`]; [`RenderError::Invalid`] if there is no such part,
+    /// several are equally near, or the joints of the file are not those of the entity.
     pub fn set_spheres_from(&mut self, file: impl AsRef<Path>) -> Result<usize, RenderError> {
         let file = file.as_ref();
         let (part, set) = self.spheres_of_part(0..self.parts().len(), file)?;
@@ -161,7 +162,8 @@ fn of_rigid(part: &MovingPart, file: &Path, set: SphereSet) -> Result<SphereSet,
     Ok(set.with_silhouette_of(&part.scene))
 }
 
-/// The entity that a skeleton is of: that of its name, of several the one of its node too; without a name that of its node.
+/// The entity that a skeleton is of: that of its name, of several the one of its node too; without a name that of its
+/// node.
 fn entity_of<'a, I: Iterator<Item = (usize, &'a Entity)>>(
     skeleton: &Skeleton,
     entities: impl Fn() -> I,
@@ -230,7 +232,8 @@ fn around(field: &OcclusionField) -> Ball {
     (field.grid().center(), field.grid().radius())
 }
 
-/// Whether the box around spheres has at least half of the diagonal of that of a part: those of a smaller one fill no more of it.
+/// Whether the box around spheres has at least half of the diagonal of that of a part: those of a smaller one fill no
+/// more of it.
 fn is_as_large(part: &MovingPart, half: [f64; 3]) -> bool {
     2.0 * length(half) >= length(half_of(part))
 }
@@ -249,8 +252,8 @@ fn expect_near(part: &MovingPart, file: &Path, spheres: &SphereSet) -> Result<()
     Err(RenderError::invalid(file, message))
 }
 
-/// The first of some spheres that has its center farther from the middle of a part's box than the corners, or is larger than
-/// that.
+/// The first of some spheres that has its center farther from the middle of a part's box than the corners, or is larger
+/// than that.
 fn outside(part: &MovingPart, spheres: &SphereSet) -> Option<usize> {
     let (middle, reach) = (middle_of(part), reach_of(part));
     (0..spheres.len())

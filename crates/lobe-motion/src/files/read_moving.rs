@@ -21,17 +21,19 @@ const VERTEX: u64 = 64;
 const TRIANGLE: u64 = 320;
 
 impl MovingScene {
-    /// Reads a [description](SceneDescription) and the files that it names. Of baked .glb files the transfer is read too; of those
-    /// that an entity animates, [as far as it is true](Self::keep_transfer) of what the animation leaves at rest. With the scene come the files of triangles and the reports on them. All of them together are held against
+    /// Reads a [description](SceneDescription) and the files that it names. Of baked .glb files the transfer is read
+    /// too; of those that an entity animates, [as far as it is true](Self::keep_transfer) of what the animation leaves
+    /// at rest. With the scene come the files of triangles and the reports on them. All of them together are held
+    /// against
     /// [`SceneReadOptions::max_bytes`].
     ///
-    /// What stands still is one part, but for what is baked or has a field: that is a part by itself, which hides the sky
-    /// from other still parts by its field alone.
+    /// What stands still is one part, but for what is baked or has a field: that is a part by itself, which hides the
+    /// sky from other still parts by its field alone.
     ///
     /// # Errors
     /// [`RenderError::Shadow`], [`RenderError::Prt`] and [`RenderError::Scene`] with those of the readers;
-    /// [`RenderError::Invalid`] if a field or spheres are not of the part that they are named for, or a baked file cannot have what
-    /// the options ask for.
+    /// [`RenderError::Invalid`] if a field or spheres are not of the part that they are named for, or a baked file
+    /// cannot have what the options ask for.
     pub fn read(
         path: impl AsRef<Path>,
         options: &SceneReadOptions,

@@ -21,9 +21,9 @@ use lobe_render::RenderError;
 ///   B = Σ_lamps Σ_i S_i (V T)_i        V = Π_nearer fields (1 - O) · Π_nearer parts exp(Σ_spheres log V_sphere)
 /// ```
 ///
-/// Nearer is what has its middle nearer to the receiver than that of the lamp. What a part hides from itself, by its transfer or,
-/// if it is deformed, by its own spheres, counts as nearer than every lamp; grids of what stands still say nothing of distances
-/// and hide no lamp.
+/// Nearer is what has its middle nearer to the receiver than that of the lamp. What a part hides from itself, by its
+/// transfer or, if it is deformed, by its own spheres, counts as nearer than every lamp; grids of what stands still say
+/// nothing of distances and hide no lamp.
 pub(crate) struct LampLight<'a> {
     options: &'a MovingOptions,
     lamps: Vec<LocalLight<'a>>,
@@ -38,8 +38,8 @@ struct Body<'a> {
     shadows: SphereShadows<'a>,
 }
 
-/// Lamps whose visibility is held at a time, beside that of one body: of a block of vertices 2 MiB each at order 4, 8 MiB at order 8,
-/// however many lamps and bodies there are.
+/// Lamps whose visibility is held at a time, beside that of one body: of a block of vertices 2 MiB each at order 4, 8
+/// MiB at order 8, however many lamps and bodies there are.
 const LAMPS_AT_ONCE: usize = 16;
 
 /// Receivers that a thread takes at a time: one with few bands is done in tens of nanoseconds.
@@ -143,7 +143,8 @@ impl<'a> LampLight<'a> {
 }
 
 impl Body<'_> {
-    /// Multiplies what is visible of a lamp at receivers to which this body is nearer by what it leaves, `n` numbers of each.
+    /// Multiplies what is visible of a lamp at receivers to which this body is nearer by what it leaves, `n` numbers of
+    /// each.
     fn hide(&self, lamp: &LocalLight<'_>, positions: &[[f32; 3]], (seen, n): (&[f32], usize), visible: &mut [f32]) {
         let center = lamp.placement.to_world(lamp.field.center());
         parallel::rows(visible, RECEIVERS_TOGETHER * n, &|k, visible| {

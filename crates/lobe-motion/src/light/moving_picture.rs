@@ -9,8 +9,9 @@ use crate::scene::moment::Moment;
 use crate::scene::moving_scene::MovingScene;
 use lobe_render::{Camera, LitPicture, RenderError, SceneHit, ViewOptions, light_scene_by, vertex_backs_in_view};
 
-/// Lights a moment of a moving scene, and shows it as `camera` sees it: `background` where a ray escapes. Where the transfer of
-/// a part leaves out the albedo, and on parts that are deformed, that of the pixel counts, so that textures keep their detail.
+/// Lights a moment of a moving scene, and shows it as `camera` sees it: `background` where a ray escapes. Where the
+/// transfer of a part leaves out the albedo, and on parts that are deformed, that of the pixel counts, so that textures
+/// keep their detail.
 ///
 /// The other arguments are those of [`light_baked_scene`](lobe_render::light_baked_scene). To see the reference, hand
 /// [`Moment::scene`] to [`render_truth`](lobe_render::render_truth).
@@ -50,7 +51,8 @@ fn go_on(job: &mut Job<'_>, total: usize) -> Result<(), RenderError> {
 }
 
 impl MovingScene {
-    /// The vertices of a moment that a view shows from behind, in rising order: those that [`MovingScene::bake_backs`] needs.
+    /// The vertices of a moment that a view shows from behind, in rising order: those that [`MovingScene::bake_backs`]
+    /// needs.
     ///
     /// The steps of `job` are the pixels that were looked at.
     ///

@@ -25,15 +25,15 @@ const AT_ONCE: usize = 1 << 15;
 ///   B = Σ_i L_i (V T)_i        V = V_still Π_fields (1 - O) · exp(Σ_spheres log V_sphere)
 /// ```
 ///
-/// `T` is the transfer of the vertex from its own part, which was baked in the part's frame: light, fields and spheres are
-/// taken to that frame, so that `T` is never rotated. `V_still` is looked up in the grids of what stands still. Parts that are
-/// deformed have no transfer: there `T` is albedo/π times the clamped cosine, and the part's own spheres hide the sky too.
-/// Light that is reflected between parts is left out, but for what a baked part sends to itself, and
+/// `T` is the transfer of the vertex from its own part, which was baked in the part's frame: light, fields and spheres
+/// are taken to that frame, so that `T` is never rotated. `V_still` is looked up in the grids of what stands still.
+/// Parts that are deformed have no transfer: there `T` is albedo/π times the clamped cosine, and the part's own spheres
+/// hide the sky too. Light that is reflected between parts is left out, but for what a baked part sends to itself, and
 /// [`MovingOptions::bounce`].
 ///
-/// [Lamps](crate::MovingLamp) add `Σ_i S_i (V T)_i` each, with `S` their light there and `V` what is nearer than they leaves
-/// visible. `T` of a part counts as nearer than all of them, and what stands still hides them by fields alone: a grid of
-/// visibility does not say how far things are.
+/// [Lamps](crate::MovingLamp) add `Σ_i S_i (V T)_i` each, with `S` their light there and `V` what is nearer than they
+/// leaves visible. `T` of a part counts as nearer than all of them, and what stands still hides them by fields alone: a
+/// grid of visibility does not say how far things are.
 ///
 /// [Zhou et al. 2005]: https://doi.org/10.1145/1073204.1073332
 /// [Ren et al. 2006]: https://doi.org/10.1145/1141911.1141982
@@ -64,7 +64,8 @@ impl MovingShading {
         Ok(Self { options, table })
     }
 
-    /// The same with a table that was made before, by [`cached_log_table`](lobe_shadow::cached_log_table) or for another window.
+    /// The same with a table that was made before, by [`cached_log_table`](lobe_shadow::cached_log_table) or for
+    /// another window.
     ///
     /// # Errors
     /// [`RenderError::Shadow`] if the table is of another order.
@@ -100,17 +101,18 @@ impl MovingShading {
         self.options.method
     }
 
-    /// The exit radiance of every vertex of the moment's scene under distant light, an expansion of radiance of any order.
+    /// The exit radiance of every vertex of the moment's scene under distant light, an expansion of radiance of any
+    /// order.
     ///
     /// # Errors
-    /// [`RenderError::Options`] if transfer or a field has fewer bands than [`MovingOptions::order`], [`RenderError::Shadow`] if
-    /// transfer is not of the part's vertices.
+    /// [`RenderError::Options`] if transfer or a field has fewer bands than [`MovingOptions::order`],
+    /// [`RenderError::Shadow`] if transfer is not of the part's vertices.
     pub fn exit_radiance(&self, moment: &Moment<'_>, light: &ShVec<Rgb<f64>>) -> Result<Vec<Rgb<f32>>, RenderError> {
         Ok(tinted_parts(moment, self.fronts(moment, light, &mut || Ok(()))?))
     }
 
-    /// The same of the backs of all vertices. Those that [`MovingScene::bake_backs`](crate::MovingScene::bake_backs) has not baked
-    /// are not shadowed by their own part, if it keeps its shape.
+    /// The same of the backs of all vertices. Those that [`MovingScene::bake_backs`](crate::MovingScene::bake_backs)
+    /// has not baked are not shadowed by their own part, if it keeps its shape.
     ///
     /// # Errors
     /// As [`MovingShading::exit_radiance`].

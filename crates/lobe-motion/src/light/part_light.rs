@@ -158,7 +158,8 @@ impl<'a> PartLight<'a> {
         Ok(out)
     }
 
-    /// What spheres and what stands still leave of the sky at each receiver, `order²` numbers each; none if there is neither.
+    /// What spheres and what stands still leave of the sky at each receiver, `order²` numbers each; none if there is
+    /// neither.
     fn seen(&self, surface: &Surface) -> Result<Option<Vec<f32>>, RenderError> {
         let mut seen = match &self.shadows {
             Some(shadows) => Some(shadows.visibility(&ShadowReceivers::new(&surface.positions, &surface.normals)?)),

@@ -68,8 +68,8 @@ impl<'a> Moment<'a> {
         &self.bvh
     }
 
-    /// The place of a part's own frame in the world. [`Placement::IDENTITY`] of one that stands still, and of one that is deformed,
-    /// whose vertices move one by one.
+    /// The place of a part's own frame in the world. [`Placement::IDENTITY`] of one that stands still, and of one that
+    /// is deformed, whose vertices move one by one.
     ///
     /// # Panics
     /// If there is no such part.
@@ -87,7 +87,8 @@ impl<'a> Moment<'a> {
         &self.placed[part].spheres
     }
 
-    /// The lamps, to be traced for a reference by [`render_truth_with_emitters`](lobe_render::render_truth_with_emitters).
+    /// The lamps, to be traced for a reference by
+    /// [`render_truth_with_emitters`](lobe_render::render_truth_with_emitters).
     #[must_use]
     pub fn emitters(&self) -> Vec<Emitter> {
         let emitter = |lamp: &PlacedLamp<'_>| Some(Emitter::new(lamp.surface.as_ref()?, &lamp.placement));

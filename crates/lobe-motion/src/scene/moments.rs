@@ -4,12 +4,12 @@ use crate::scene::moment::Moment;
 use crate::scene::moving_scene::MovingScene;
 use lobe_render::RenderError;
 
-/// Moments of a [`MovingScene`], one at a time. The tree over the triangles is [refit](lobe_scene::Bvh::update) from moment to moment, which
-/// takes a small part of the time of building it, and built anew where it is worn. Asked for the same time again, it gives the
-/// same moment.
+/// Moments of a [`MovingScene`], one at a time. The tree over the triangles is [refit](lobe_scene::Bvh::update) from
+/// moment to moment, which takes a small part of the time of building it, and built anew where it is worn. Asked for
+/// the same time again, it gives the same moment.
 ///
-/// Rays find the same as in [`MovingScene::at`], bit by bit, and may take a little longer: a picture of very many rays is better
-/// traced in a tree of its own.
+/// Rays find the same as in [`MovingScene::at`], bit by bit, and may take a little longer: a picture of very many rays
+/// is better traced in a tree of its own.
 ///
 /// ```
 /// use lobe_motion::MovingScene;

@@ -31,7 +31,8 @@ pub(crate) struct PlacedLamp<'a> {
 }
 
 impl MovingLamp {
-    /// A lamp of a surface in its own frame. Its light is made by [`MovingScene::bake_lamps`](crate::MovingScene::bake_lamps).
+    /// A lamp of a surface in its own frame. Its light is made by
+    /// [`MovingScene::bake_lamps`](crate::MovingScene::bake_lamps).
     #[must_use]
     pub fn shaped(name: impl Into<String>, surface: LampSurface, track: Track) -> Self {
         Self { name: name.into(), track, surface: Some(surface), lamp: None }

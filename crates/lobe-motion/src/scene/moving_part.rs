@@ -81,7 +81,8 @@ impl MovingPart {
         }
     }
 
-    /// What it hides the sky by, of what it has: the one that the method prefers, else the other. Nothing if it has neither.
+    /// What it hides the sky by, of what it has: the one that the method prefers, else the other. Nothing if it has
+    /// neither.
     pub(crate) fn hides_by(&self, method: MovingMethod) -> Option<HidesBy<'_>> {
         let field = self.field.as_deref().filter(|_| self.is_rigid()).map(HidesBy::Field);
         let spheres = self.spheres.is_some().then_some(HidesBy::Spheres);

@@ -121,8 +121,8 @@ impl MovingScene {
         self.parts.push(part);
     }
 
-    /// Adds the parts of an animated scene, which a track carries as a whole. If its file is baked, what its animation leaves at
-    /// rest [keeps](Self::keep_transfer) the transfer.
+    /// Adds the parts of an animated scene, which a track carries as a whole. If its file is baked, what its animation
+    /// leaves at rest [keeps](Self::keep_transfer) the transfer.
     pub(crate) fn add_animated(
         &mut self,
         name: &str,
@@ -161,7 +161,8 @@ impl MovingScene {
         alone
     }
 
-    /// The same scene with these lamps instead of its own. They light it beside the distant light, and are not seen themselves.
+    /// The same scene with these lamps instead of its own. They light it beside the distant light, and are not seen
+    /// themselves.
     #[must_use]
     pub fn with_lamps(self, lamps: Vec<MovingLamp>) -> Self {
         Self { lamps, ..self }
@@ -231,7 +232,8 @@ impl MovingScene {
         carried.or(self.animated.as_ref().map(|(scene, _)| scene))
     }
 
-    /// The seconds from the first to the last key: of all tracks, those of lamps too, or of the animation. `[0, 0]` if nothing moves.
+    /// The seconds from the first to the last key: of all tracks, those of lamps too, or of the animation. `[0, 0]` if
+    /// nothing moves.
     #[must_use]
     pub fn span(&self) -> [f64; 2] {
         let of_animation =
@@ -287,19 +289,19 @@ impl MovingScene {
     /// The scene at a time, in seconds; outside of [`MovingScene::span`] it rests, or begins anew if it is
     /// [looped](Self::looped).
     ///
-    /// All parts are there at all times, with the same triangles in the same order: one that an animation scales to nothing is
-    /// a point, which no ray hits and which hides nothing. For one time after the other, [`MovingScene::moments`] takes less
-    /// time.
+    /// All parts are there at all times, with the same triangles in the same order: one that an animation scales to
+    /// nothing is a point, which no ray hits and which hides nothing. For one time after the other,
+    /// [`MovingScene::moments`] takes less time.
     ///
     /// # Errors
-    /// [`RenderError::Scene`] with the errors of [`AnimatedScene::pose`] and [`Scene::joined`]; [`RenderError::Options`] if
-    /// the time is not finite.
+    /// [`RenderError::Scene`] with the errors of [`AnimatedScene::pose`] and [`Scene::joined`];
+    /// [`RenderError::Options`] if the time is not finite.
     pub fn at(&self, time: f64) -> Result<Moment<'_>, RenderError> {
         self.at_with(time, None)
     }
 
-    /// The same with the tree of another moment, which is [refit](Bvh::update): as [`MovingScene::moments`] does, for one who changes
-    /// the scene between.
+    /// The same with the tree of another moment, which is [refit](Bvh::update): as [`MovingScene::moments`] does, for
+    /// one who changes the scene between.
     ///
     /// # Errors
     /// As [`MovingScene::at`].
@@ -316,8 +318,8 @@ impl MovingScene {
         Ok(Moment::new(&self.parts, (scene, bvh), placed, lamps))
     }
 
-    /// The smallest box around the scene at a time, in the world: the corners of the smallest and of the largest coordinates.
-    /// It makes no tree and places no part.
+    /// The smallest box around the scene at a time, in the world: the corners of the smallest and of the largest
+    /// coordinates. It makes no tree and places no part.
     ///
     /// # Errors
     /// As [`MovingScene::at`].
