@@ -21,7 +21,7 @@ use crate::job::{error_of, heard, watched, watched_and_heard};
 use crate::maps::Map;
 use crate::options::{refusal, values_of};
 use crate::pictures::{
-    Behind, Paths, Pixels, Traced, View, camera_around, distant_light, expansion, trace, traced, view_options,
+    Behind, Lighting, Paths, Pixels, Traced, View, camera_around, distant_light, trace, traced, view_options,
 };
 use crate::scenes::SceneInput;
 use crate::sharing::Share;
@@ -137,7 +137,7 @@ impl Moving {
         py.detach(|| with_threads(|| inner.scene.world_bounds(time))).map_err(|error| error_of(&error))
     }
 
-    /// Bakes what the parts lack, kept in files whose names begin with `checkpoint` if there is one; the order.
+    /// Bakes what the parts lack, for lights with suns, too, kept in files whose names begin with `checkpoint` if there is one; the order.
     fn bake(
         &self,
         py: Python<'_>,
@@ -160,7 +160,8 @@ impl Moving {
                 bake(if let Some(own) = own { one.kept_in(own.checkpoint()) } else { one })
             };
             let unlimited = MemoryLimit::of(f64::MAX);
-            let (made, _) = job.prepare::<RenderError>(scene, &light, (unlimited, files.as_ref()), &mut bake_one)?;
+            let (made, _) =
+                job.prepare::<RenderError>(scene, &light, true, (unlimited, files.as_ref()), &mut bake_one)?;
             *shading = Some((made, light.clone()));
             Ok::<_, RenderError>(())
         })?;
@@ -173,17 +174,16 @@ impl Moving {
         &self,
         py: Python<'py>,
         time: f64,
-        light: PyReadonlyArray2<'py, f64>,
-        map: Option<&Map>,
+        lighting: Lighting<'py>,
         background: &str,
         view: View,
         size: (usize, usize),
         rays: usize,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Pixels<'py>> {
-        let (light, options) = (expansion(&light)?, view_options(size, rays));
+        let (light, options) = (lighting.split()?, view_options(size, rays));
         let camera = camera_around(self.bounds(py, time)?, view)?;
-        let behind = Behind::new(background, map)?;
+        let behind = Behind::new(background, lighting.1.as_deref())?;
         let shown = |s: Dir| behind.seen([&light, &light], s);
         let mut held = self.hold(py)?;
         let inner = &mut *held.inner;

@@ -1,6 +1,6 @@
 //! Pictures of scenes, and how far two pictures are apart.
 
-use lobe::env::MappedMap;
+use lobe::env::{MappedMap, SceneLight, Sun, SunChoice};
 use lobe::image::{
     Curve, HalvesReport, ImageError, Measured, Picture, ZTest, compare as compare_pixels, flip, hdr_flip, relative_mse,
 };
@@ -43,6 +43,39 @@ pub(crate) fn expansion(c: &PyReadonlyArray2<'_, f64>) -> PyResult<ShVec<Rgb<f64
     ShVec::from_vec(colors).ok_or_else(|| value_error("expected n² coefficients"))
 }
 
+/// A sun: towards it, its irradiance, and its angular diameter in radians.
+type SunNumbers = ([f64; 3], [f64; 3], f64);
+
+/// Light for pictures by expansions: that expansion, or a map and the bands of which it is made, and suns, by a choice or given.
+#[derive(FromPyObject)]
+pub(crate) struct Lighting<'py>(
+    Option<PyReadonlyArray2<'py, f64>>,
+    pub(crate) Option<PyRef<'py, Map>>,
+    usize,
+    String,
+    Vec<SunNumbers>,
+);
+
+impl Lighting<'_> {
+    /// The suns, and the expansion of the rest.
+    pub(crate) fn split(&self) -> PyResult<SceneLight> {
+        let Self(light, map, order, suns, given) = self;
+        let choice: SunChoice = suns.parse().map_err(|error| value_error(format!("suns: {error}")))?;
+        let split = match (light, map) {
+            (Some(light), _) => SceneLight::of_expansion(expansion(light)?, &choice),
+            (None, Some(map)) => SceneLight::of_map(&map.0, *order, &choice),
+            (None, None) => return Err(value_error("expected light, found none")),
+        };
+        let split = split.map_err(|error| value_error(format!("suns: {error}")))?;
+        let sun = |&(direction, irradiance, angular_diameter): &SunNumbers| {
+            let direction = Dir::new(direction).ok_or_else(|| value_error("suns: expected directions"))?;
+            Ok(Sun { direction, irradiance: irradiance.into(), angular_diameter, texels: 0 })
+        };
+        let given = given.iter().map(sun).collect::<PyResult<Vec<_>>>()?;
+        Ok(SceneLight::new(split.rest().clone(), [split.suns(), &given].concat()))
+    }
+}
+
 /// A picture, `(height, width, 3)`, or 4 with an alpha.
 pub(crate) type Pixels<'py> = Bound<'py, PyArrayDyn<f32>>;
 
@@ -64,15 +97,15 @@ pub(crate) fn render_still<'py>(
     scene: SceneInput,
     asked: Option<Bound<'py, PyDict>>,
     order: Option<usize>,
-    light: PyReadonlyArray2<'py, f64>,
-    map: Option<&Map>,
+    lighting: Lighting<'py>,
     background: &str,
     view: View,
     size: (usize, usize),
     rays: usize,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Pixels<'py>> {
-    let (light, options, behind) = (expansion(&light)?, view_options(size, rays), Behind::new(background, map)?);
+    let (light, options) = (lighting.split()?, view_options(size, rays));
+    let behind = Behind::new(background, lighting.1.as_deref())?;
     let progress = progress.as_ref();
     let Some(asked) = asked else {
         // By irradiance, without transfer.
@@ -90,8 +123,9 @@ pub(crate) fn render_still<'py>(
     let found = watched_and_heard(py, progress, |job| asked.prepare(open, order, memory, job))?;
     let camera = camera_of(found.baked.scene(), view)?;
     // Files hold the fronts of surfaces; backs are baked as far as the view shows them.
-    let baked = watched(py, progress, None, |job| found.with_backs((&camera, &options), job))?;
-    let lights = light.resized(baked.order().min(light.order()));
+    let baked = watched_and_heard(py, progress, |job| found.completed((&camera, &options), Some(&light), job))?;
+    let rest = light.rest().resized(baked.order().min(light.rest().order()));
+    let lights = SceneLight::new(rest, light.suns().to_vec());
     let shown = |s: Dir| behind.seen([&light, &lights], s);
     let lit = watched(py, progress, None, |job| light_baked_scene(&baked, &light, &camera, &options, shown, job))?;
     behind.pixels(py, lit)
@@ -117,13 +151,13 @@ impl<'a> Behind<'a> {
     }
 
     /// What is seen towards `s` under the light as it was given, and as it lights the scene.
-    pub(crate) fn seen(&self, [given, lights]: [&ShVec<Rgb<f64>>; 2], s: Dir) -> Rgb<f64> {
+    pub(crate) fn seen(&self, [given, lights]: [&SceneLight; 2], s: Dir) -> Rgb<f64> {
         match (self.background, self.map) {
             (Background::Env, Some(map)) => map.radiance(s).widen(),
-            (Background::Env, None) => given.eval(s),
+            (Background::Env, None) => given.rest().eval(s),
             (Background::Color(color), _) => color,
             (Background::None, _) => Rgb::ZERO,
-            _ => lights.eval(s),
+            _ => lights.radiance(s),
         }
     }
 

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use lobe_image::ImageError;
+use lobe_io::IoError;
 
 /// Errors of making, reading and writing environment maps, by fault.
 ///
@@ -13,6 +14,9 @@ pub enum EnvError {
     /// The picture or texture of the map cannot be read or written.
     #[error(transparent)]
     Image(#[from] ImageError),
+    /// A file that is no map cannot be read.
+    #[error(transparent)]
+    File(#[from] IoError),
     /// Nothing tells the mapping of a picture.
     #[error(
         "{place}: {message}; say what it is with MapReadOptions::mapping or fisheye, or what a cropped panorama shows with elevations"

@@ -61,7 +61,8 @@
 //! | area lights | [`AreaLight`]: [`SphereLight`], [`DiscLight`], [`PolygonLight`]; [`PointLight`], [`ParallelBeam`], [`compare_approximations`] |
 //! | skies | [`Sky`]: [`PreethamSky`], [`CieSky`]; [`Ground`], [`sky_sh`], [`sky_map`]; [`PreethamFit`], [`damp_zonal_in_place`] |
 //! | prefiltering for glossy reflection | [`cube_source`], [`prefilter_ggx`], [`PrefilterOptions`], [`RoughnessLevels`]; [`filter_lobe`], [`filter_lobe_lat_long`], [`SpecularLobe`], [`filter_zonal`] |
-//! | sun extraction | [`extract_sun`], [`SunOptions`], [`SunReport`], [`Sun`] |
+//! | sun extraction | [`extract_sun`], [`SunOptions`], [`SunReport`], [`Sun`], [`read_suns`] |
+//! | suns and the rest of the light | [`SceneLight`] by a [`SunChoice`] |
 //! | reflectance and its directional albedo | [`Brdf`]: [`Lambert`], [`Phong`], [`Ggx`]; [`dfg()`], [`dfg_separable`], [`Dfg`], [`DfgTable`] |
 //!
 //! # A map is constant over each texel
@@ -147,7 +148,10 @@ pub use resample::resample::{Resample, resample, rotate_map};
 pub use sky::cie_sky::CieSky;
 pub use sky::no_sun::NoSun;
 pub use sky::preetham::PreethamSky;
+pub use sky::scene_light::SceneLight;
 pub use sky::sky::{Ground, Sky, sky_map, sky_sh};
 pub use sky::sky_fit::{PreethamFit, SkyFitOptions, damp_zonal_in_place};
+pub use sky::sun_choice::SunChoice;
 pub use sky::sun_extraction::{Sun, SunOptions, SunReport, extract_sun, find_sun};
+pub use sky::sun_file::{SunRecord, read_suns};
 pub use sky::suns::{SunsReport, extract_suns};

@@ -47,7 +47,15 @@ fn row(name: &str, scene: AnimatedScene) -> Result<(), Box<dyn Error>> {
     let view = ViewOptions::default().width(160).height(120);
     let shade = |moment: &Moment<'_>| -> Result<(), RenderError> {
         MovingScene::backs_in_view(moment, &camera, &view, Job::default())?;
-        light_moving_scene(moment, &shading, &light, &camera, &view, |_| Rgb::new(0.0, 0.0, 0.0), Job::default())?;
+        light_moving_scene(
+            moment,
+            &shading,
+            &light.clone().into(),
+            &camera,
+            &view,
+            |_| Rgb::new(0.0, 0.0, 0.0),
+            Job::default(),
+        )?;
         Ok(())
     };
     let [begin, end] = moving.span();

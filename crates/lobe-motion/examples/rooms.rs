@@ -79,7 +79,8 @@ fn psnr(room: &Scene, still_hides: bool) -> Result<f64, Box<dyn Error>> {
     let view = ViewOptions::default().width(width).height(height);
     let shading = MovingShading::new(MovingOptions::default().order(ORDER).method(MovingMethod::Exponentials))?;
     let background = |s: Dir| distant.radiance(s);
-    let lit = light_moving_scene(&moment, &shading, &light, &camera, &view, background, Job::default())?.picture;
+    let lit = light_moving_scene(&moment, &shading, &light.clone().into(), &camera, &view, background, Job::default())?
+        .picture;
 
     let paths = PathOptions::default().bounces(0);
     let options = TruthOptions::default().width(width).height(height).count(SampleCount::of(64)).paths(paths);

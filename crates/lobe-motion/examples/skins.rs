@@ -112,7 +112,8 @@ impl Shot {
         let background = |s: Dir| self.distant.radiance(s);
         let shading = MovingShading::new(MovingOptions::default().order(ORDER).method(MovingMethod::Exponentials))?;
         let (camera, job) = (&self.camera, Job::default());
-        Ok(light_moving_scene(moment, &shading, &self.light, camera, &self.view, background, job)?.picture)
+        Ok(light_moving_scene(moment, &shading, &self.light.clone().into(), camera, &self.view, background, job)?
+            .picture)
     }
 
     /// Transfer of the whole scene as it is at a moment.

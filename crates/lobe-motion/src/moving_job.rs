@@ -229,7 +229,7 @@ impl MovingJob {
         Ok(())
     }
 
-    /// Bakes what the parts lack, and prepares the shading. With `files` each bake is kept in a file of its own, whose
+    /// Bakes what the parts lack, and prepares the shading; for a light that has suns with what they need. With `files` each bake is kept in a file of its own, whose
     /// name begins with that of the checkpoint; those that were kept are returned, to be removed when all pictures are
     /// done. `watched` does each bake, which prints as what it is, by a job.
     ///
@@ -241,12 +241,13 @@ impl MovingJob {
         &self,
         moving: &mut MovingScene,
         light: &BakeOptions,
+        has_suns: bool,
         (memory, files): (MemoryLimit, Option<&JobFiles>),
         watched: &mut BakeOne<'_, E>,
     ) -> Result<(MovingShading, Vec<JobFiles>), E> {
         moving.expect_order(light.order)?;
         let table = self.table(light.order)?;
-        let bake = self.bakes(light);
+        let bake = self.bakes(light).direct(has_suns);
         let lacking = moving.lacking(self.method, &bake);
         let bytes = moving.bytes(&lacking, &bake);
         memory.check("what is baked of the parts", bytes, "a lower @order").map_err(RenderError::from)?;

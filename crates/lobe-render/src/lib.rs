@@ -56,11 +56,12 @@ pub use path_tracer::estimate::{PathEstimate, SampleCount};
 pub use path_tracer::path_tracer::{LightStrategy, PathOptions, PathReceiver, PathTracer, Surfaces};
 pub use path_tracer::reference::{Truth, TruthOptions, render_truth, render_truth_shard, render_truth_with_emitters};
 pub use path_tracer::truth_exr::{TracedPicture, read_traced_picture, read_traced_picture_bytes};
-pub use scene_view::back_faces::vertex_backs_in_view;
 pub use scene_view::baked_scene::{BakedScene, LitScene, transfer_bytes};
 pub use scene_view::light_scene::{LitPicture, light_baked_scene, light_by_irradiance, light_scene_by};
 pub use scene_view::picture_bake::PictureBake;
+pub use scene_view::placed_transfer::vertex_backs_in_view;
 pub use scene_view::scene_picture::{SceneHit, ViewOptions, scene_picture};
+pub use scene_view::sun_rays::{SunRays, SurfacePoint};
 pub use scene_view::transfer_source::{SceneTransfer, TransferSource};
 
 /// The examples of the README are tests.

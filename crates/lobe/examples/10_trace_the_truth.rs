@@ -24,7 +24,8 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let options = BakeOptions::default().mode(BakeMode::Shadowed).order(4).samples(256);
     let baked = BakedScene::bake(built_in::ball_over_ground(24), &options, None, Job::default())?;
     let view = ViewOptions::default().width(width).height(height);
-    let fast = light_baked_scene(&baked, &light, &camera, &view, |s| light.eval(s), Job::default())?.picture;
+    let fast =
+        light_baked_scene(&baked, &light.clone().into(), &camera, &view, |s| light.eval(s), Job::default())?.picture;
 
     // Shadows without interreflections, as the bake: no bounces.
     let paths = PathOptions::default().bounces(0);

@@ -2,12 +2,11 @@
 
 use anyhow::bail;
 use clap::Args;
-use lobe::env::{Sun, SunOptions, extract_suns};
+use lobe::env::{SunOptions, SunRecord, extract_suns};
 use lobe::sh::expansion::Quantity;
 use lobe::sh::light::Normalization;
 use lobe::sh::sh_json::ShFile;
 use lobe::sh::{Light, Rgb, ShVec};
-use serde::Serialize;
 
 use crate::args::map_input::{MapInput, OF_MAP};
 use crate::args::map_output::MapOutput;
@@ -49,28 +48,6 @@ pub(crate) struct EnvSun {
     /// of them; the diameter is in degrees
     #[arg(long)]
     json: bool,
-}
-
-/// The JSON of `--json`.
-#[derive(Serialize)]
-struct Found {
-    direction: [f64; 3],
-    irradiance: Rgb<f64>,
-    radiance: Rgb<f64>,
-    diameter: f64,
-    texels: usize,
-}
-
-impl From<Sun> for Found {
-    fn from(sun: Sun) -> Self {
-        Self {
-            direction: sun.direction.to_array(),
-            irradiance: sun.irradiance,
-            radiance: sun.radiance(),
-            diameter: sun.angular_diameter.to_degrees(),
-            texels: sun.texels,
-        }
-    }
 }
 
 impl EnvSun {
@@ -119,10 +96,10 @@ impl EnvSun {
                 output.write(&ShFile::new(Quantity::Radiance, all))?;
             }
         }
-        self.print(found.suns.into_iter().map(Found::from).collect())
+        self.print(found.suns.into_iter().map(SunRecord::from).collect())
     }
 
-    fn print(&self, suns: Vec<Found>) -> anyhow::Result<()> {
+    fn print(&self, suns: Vec<SunRecord>) -> anyhow::Result<()> {
         match (&suns[..], self.json) {
             ([only], true) if self.count == 1 => output::print_json(only),
             (_, true) => output::print_json_list("suns", suns),
@@ -136,9 +113,9 @@ fn count(text: &str) -> Result<usize, String> {
 }
 
 /// The lines of a sun.
-fn text_of(found: &Found) -> String {
+fn text_of(found: &SunRecord) -> String {
     let [x, y, z] = found.direction;
-    let channels = |c: Rgb<f64>| format!("{:?} {:?} {:?}", c.r as f32, c.g as f32, c.b as f32);
+    let channels = |[r, g, b]: [f64; 3]| format!("{:?} {:?} {:?}", r as f32, g as f32, b as f32);
     format!(
         "direction   {x:.6} {y:.6} {z:.6}\nirradiance  {}\nradiance    {}\ndiameter    {:.4}°\ntexels      {}\n",
         channels(found.irradiance),

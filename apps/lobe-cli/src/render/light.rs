@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use anyhow::bail;
+use anyhow::{Context as _, bail};
 use clap::Args;
-use lobe::env::{EnvMap, project_env};
+use lobe::env::{EnvMap, SceneLight, SunChoice};
 use lobe::render::{Backdrop, Background, DistantLight};
 use lobe::sh::expansion::Quantity;
 use lobe::sh::sh_json::read_sh_json;
@@ -43,6 +43,29 @@ pub(crate) struct ExpansionInput {
     /// [default: the order]; gauss:DEGREES; laplacian:PART leaves that part of the squared Laplacian
     #[arg(long, value_name = "KIND", value_parser = window)]
     window: Option<WindowKind>,
+}
+
+/// Suns of the light.
+#[derive(Args, Default)]
+pub(crate) struct SunInput {
+    /// Suns that cast shadows by themselves, beside the expansion: auto finds in a map up to four, each of a hundredth
+    /// of its light at least; a number takes so many at most; a .json file of lobe env sun --json adds its own
+    #[arg(long, value_name = "auto|none|N|FILE", default_value_t)]
+    suns: SunChoice,
+}
+
+impl SunInput {
+    pub(crate) fn none() -> Self {
+        Self { suns: SunChoice::None }
+    }
+
+    /// The file of suns, if one is given.
+    pub(crate) fn path(&self) -> Option<&Path> {
+        match &self.suns {
+            SunChoice::File(path) => Some(path),
+            _ => None,
+        }
+    }
 }
 
 /// A window whose width may depend on the expansion.
@@ -127,22 +150,30 @@ impl ExpansionInput {
         light.map.is_none() || self.order.is_some() || self.window.is_some()
     }
 
-    /// The expansion of the light under its window; of the order asked for, its own, or `default`.
-    pub(crate) fn of(&self, light: &ReadLight, default: usize) -> ShVec<Rgb<f64>> {
-        let f = match (&light.expansion, &light.map) {
-            (Some(f), _) => f.resized(self.order.unwrap_or(f.order())),
-            (None, Some(map)) => project_env(map, self.order.unwrap_or(default)),
+    /// The suns of the light, and the expansion of the rest under its window; of the order asked for, its own, or
+    /// `default`.
+    pub(crate) fn of(
+        &self,
+        light: &ReadLight,
+        default: usize,
+        SunInput { suns }: &SunInput,
+    ) -> anyhow::Result<SceneLight> {
+        let split = match (&light.expansion, &light.map) {
+            (Some(f), _) => SceneLight::of_expansion(f.resized(self.order.unwrap_or(f.order())), suns),
+            (None, Some(map)) => SceneLight::of_map(map, self.order.unwrap_or(default), suns),
             (None, None) => unreachable!("a light is a map or an expansion"),
         };
+        let split = split.context("--suns")?;
+        let f = split.rest();
         let order = f.order() as f64;
         let window = match self.window {
-            None => return f,
+            None => return Ok(split),
             Some(WindowKind::Hanning(band)) => Window::Hanning { width: band.unwrap_or(order) },
             Some(WindowKind::Lanczos(power, band)) => Window::Lanczos { width: band.unwrap_or(order), power },
             Some(WindowKind::Gauss(degrees)) => Window::Gauss { sigma: degrees.to_radians() },
             Some(WindowKind::Laplacian(part)) => Window::squared_laplacian_of(f.coefficients(), part),
         };
-        f.windowed(&window)
+        Ok(SceneLight::new(f.windowed(&window), split.suns().to_vec()))
     }
 }
 

@@ -10,7 +10,7 @@ use crate::args::memory::MemoryLimit;
 use crate::args::scene_input::SceneInput;
 use crate::args::values;
 use crate::render::environment::EnvironmentInput;
-use crate::render::light::{ExpansionInput, LightInput};
+use crate::render::light::{ExpansionInput, LightInput, SunInput};
 use crate::render::mode::Mode;
 use crate::render::pictures::Pictures;
 use crate::render::render::Render;
@@ -104,6 +104,7 @@ impl Common {
             scene,
             light,
             expansion: ExpansionInput::default(),
+            suns: SunInput::default(),
             mode,
             pictures,
             view,
@@ -137,6 +138,8 @@ pub(crate) struct Baked {
     common: Common,
     #[command(flatten)]
     expansion: ExpansionInput,
+    #[command(flatten)]
+    suns: SunInput,
     #[command(flatten)]
     rays: Rays,
     #[command(flatten)]
@@ -176,6 +179,8 @@ pub(crate) struct Moving {
     #[command(flatten)]
     expansion: ExpansionInput,
     #[command(flatten)]
+    suns: SunInput,
+    #[command(flatten)]
     rays: Rays,
     #[command(flatten)]
     time: TimeInput,
@@ -205,6 +210,8 @@ pub(crate) struct Irradiance {
     #[command(flatten)]
     expansion: ExpansionInput,
     #[command(flatten)]
+    suns: SunInput,
+    #[command(flatten)]
     rays: Rays,
 }
 
@@ -218,9 +225,9 @@ fn bounces(text: &str) -> Result<usize, String> {
 
 impl Baked {
     fn render(self) -> anyhow::Result<Render> {
-        let Self { common, expansion, rays, transfer } = self;
+        let Self { common, expansion, suns, rays, transfer } = self;
         let transfer = transfer.job()?;
-        Ok(Render { expansion, samples: rays.samples, transfer, ..common.render(Mode::Baked) })
+        Ok(Render { expansion, suns, samples: rays.samples, transfer, ..common.render(Mode::Baked) })
     }
 }
 
@@ -235,9 +242,9 @@ impl Trace {
 
 impl Moving {
     fn render(self) -> anyhow::Result<Render> {
-        let Self { common, expansion, rays, time, moving, fresh } = self;
+        let Self { common, expansion, suns, rays, time, moving, fresh } = self;
         let moving = moving.job()?;
-        Ok(Render { expansion, samples: rays.samples, time, moving, fresh, ..common.render(Mode::Moving) })
+        Ok(Render { expansion, suns, samples: rays.samples, time, moving, fresh, ..common.render(Mode::Moving) })
     }
 }
 
@@ -250,7 +257,7 @@ impl Maps {
 
 impl Irradiance {
     fn render(self) -> Render {
-        let Self { common, expansion, rays } = self;
-        Render { expansion, samples: rays.samples, ..common.render(Mode::Irradiance) }
+        let Self { common, expansion, suns, rays } = self;
+        Render { expansion, suns, samples: rays.samples, ..common.render(Mode::Irradiance) }
     }
 }

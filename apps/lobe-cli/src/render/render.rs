@@ -4,12 +4,13 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::bail;
+use lobe::env::SceneLight;
 use lobe::io::{Job, JobFiles, Progress, Shard, SharingOptions};
 use lobe::motion::{MovingJob, MovingScene, MovingShading, OneBake, light_moving_scene};
 use lobe::prt::OpenScene;
 use lobe::render::{
-    Background, Camera, DistantLight, Emitter, EnvironmentMaps, RenderError, Surfaces, TransferSource, TruthOptions,
-    ViewOptions, light_baked_scene, light_by_environment_maps, light_by_irradiance, render_truth_shard,
+    Backdrop, Background, Camera, DistantLight, Emitter, EnvironmentMaps, RenderError, Surfaces, TransferSource,
+    TruthOptions, ViewOptions, light_baked_scene, light_by_environment_maps, light_by_irradiance, render_truth_shard,
 };
 use lobe::scene::{Bvh, Scene};
 use lobe::sh::{Dir, Rotation};
@@ -20,10 +21,10 @@ use crate::args::scene_input::SceneInput;
 use crate::args::sharing;
 use crate::render::environment::EnvironmentInput;
 use crate::render::frames::{Frames, SECONDS_PER_FRAME};
-use crate::render::light::{ExpansionInput, LightInput, ReadLight};
+use crate::render::light::{ExpansionInput, LightInput, ReadLight, SunInput};
 use crate::render::mode::Mode;
 use crate::render::pictures::{Pictures, Rendered};
-use crate::render::stage::{Lit, Stage, Work, moving_bounds};
+use crate::render::stage::{IRRADIANCE_ORDER, Lit, Stage, Work, moving_bounds};
 use crate::render::surfaces::SurfaceInput;
 use crate::render::time::TimeInput;
 use crate::render::truth;
@@ -41,11 +42,15 @@ const EDGE_RAYS: usize = 4;
 /// Bounces without --bounces, as in the bake.
 const BOUNCES: usize = 3;
 
+/// What all pictures are made of, and the files of the bakes that it took.
+type Staged = (Stage, Camera, Option<SceneLight>, Vec<JobFiles>);
+
 /// A picture as it was asked for, by any method.
 pub(crate) struct Render {
     pub(crate) scene: SceneInput,
     pub(crate) light: LightInput,
     pub(crate) expansion: ExpansionInput,
+    pub(crate) suns: SunInput,
     pub(crate) mode: Mode,
     pub(crate) pictures: Pictures,
     pub(crate) view: ViewInput,
@@ -72,6 +77,7 @@ impl Render {
             Some(self.light.path()),
             self.transfer.transfer.as_deref(),
             self.moving.sphere_table.as_deref(),
+            self.suns.path(),
         ];
         let inputs: Vec<_> =
             inputs.into_iter().flatten().chain(self.sharing.parts().iter().map(PathBuf::as_path)).collect();
@@ -82,16 +88,9 @@ impl Render {
             self.pictures.check(&inputs)?;
         }
         let light = self.light.read(&self.memory, talk)?;
-        let (stage, camera, kept) = self.stage(talk)?;
-        let order = stage.order();
-        let is_expansion = match self.mode {
-            Mode::Trace => self.expansion.is_asked_of(&light),
-            Mode::Maps => false,
-            _ => true,
-        };
-        let expansion = is_expansion.then(|| self.expansion.of(&light, order));
+        let (stage, camera, split, kept) = self.stage(&light, talk)?;
         let maps = self.maps(&light, talk)?;
-        let mut work = Work { stage, camera, light: &light, expansion, maps, tree: None };
+        let mut work = Work { stage, camera, light: &light, split, maps, tree: None };
         if let Some(shard) = self.sharing.shard {
             return self.trace_shard(&work, shard, talk);
         }
@@ -148,26 +147,42 @@ impl Render {
         done.tell(self.pictures.output(), false, talk)
     }
 
-    /// The scene as the mode needs it, the camera that sees it, and the files of its bakes.
-    fn stage(&self, talk: Talk) -> anyhow::Result<(Stage, Camera, Vec<JobFiles>)> {
+    /// The suns of the light and its expansion, of `order` bands unless others are asked for; none where the light is used as
+    /// it was given.
+    fn split(&self, light: &ReadLight, order: usize) -> anyhow::Result<Option<SceneLight>> {
+        let is_expansion = match self.mode {
+            Mode::Trace => self.expansion.is_asked_of(light),
+            Mode::Maps => false,
+            _ => true,
+        };
+        // Paths look up what they are given: a map with its suns, or an expansion of all light.
+        let none = SunInput::none();
+        let suns = if self.mode == Mode::Trace { &none } else { &self.suns };
+        is_expansion.then(|| self.expansion.of(light, order, suns)).transpose()
+    }
+
+    /// The scene as the mode needs it, the camera that sees it, the light, and the files of bakes.
+    fn stage(&self, light: &ReadLight, talk: Talk) -> anyhow::Result<Staged> {
         let open = OpenScene::new(self.scene.source()?, self.memory.bytes())?;
         if self.is_moving() || (self.mode == Mode::Trace && open.has_poses()) {
-            return self.moving_stage(open, talk);
+            return self.moving_stage(open, light, talk);
         }
         self.scene.expect_no_time_unless_gltf()?;
         if self.mode == Mode::Baked {
             let (order, memory) = (self.expansion.order, self.memory.limit());
             let found = watched_job(talk, Kept::Nowhere, |work| self.transfer.prepare(open, order, memory, work))?;
             let (camera, view) = (self.view.camera(found.baked.scene())?, self.view_options());
-            let baked = watched_job(talk, Kept::Nowhere, |work| found.with_backs((&camera, &view), work))?;
-            return Ok((Stage::Baked(Box::new(baked)), camera, Vec::new()));
+            let split = self.split(light, found.baked.order())?;
+            let completed = |work: Job<'_>| found.completed((&camera, &view), split.as_ref(), work);
+            let baked = watched_job(talk, Kept::Nowhere, completed)?;
+            return Ok((Stage::Baked(Box::new(baked)), camera, split, Vec::new()));
         }
         let scene = self.surfaces.applied(heard(talk, |work| open.scene(work))?)?;
         let (bvh, camera) = (Bvh::new(&scene), self.view.camera(&scene)?);
-        Ok((Stage::Plain(scene, bvh), camera, Vec::new()))
+        Ok((Stage::Plain(scene, bvh), camera, self.split(light, IRRADIANCE_ORDER)?, Vec::new()))
     }
 
-    fn moving_stage(&self, open: OpenScene, talk: Talk) -> anyhow::Result<(Stage, Camera, Vec<JobFiles>)> {
+    fn moving_stage(&self, open: OpenScene, light: &ReadLight, talk: Talk) -> anyhow::Result<Staged> {
         self.surfaces.expect_own_finish(&self.scene.name())?;
         let (name, memory, is_shaded) = (self.scene.name(), self.memory.limit(), self.mode == Mode::Moving);
         let keeps = (self.expansion.order, is_shaded);
@@ -185,10 +200,12 @@ impl Render {
         }
         let camera = self.view.camera_around(moving_bounds(&moving, &times)?)?;
         if !is_shaded {
-            return Ok((Stage::Moving(Box::new(moving), None), camera, Vec::new()));
+            let split = self.split(light, IRRADIANCE_ORDER)?;
+            return Ok((Stage::Moving(Box::new(moving), None), camera, split, Vec::new()));
         }
-        let light = self.moving.light(&moving, self.expansion.order);
-        watched_job(talk, Kept::Nowhere, |work| self.moving.split(&mut moving, &light, &name, work))?;
+        let paths = self.moving.light(&moving, self.expansion.order);
+        let split = self.split(light, paths.order)?;
+        watched_job(talk, Kept::Nowhere, |work| self.moving.split(&mut moving, &paths, &name, work))?;
         let files = JobFiles::beside(self.pictures.output().to_path_buf());
         let mut bake_one = |what: &str, own: Option<&JobFiles>, bake: &mut OneBake<'_>| {
             let Some(own) = own else { return Ok(()) };
@@ -197,12 +214,18 @@ impl Render {
             }
             watched_one(own, talk, what, bake)
         };
-        let (shading, kept) =
-            self.moving.prepare::<anyhow::Error>(&mut moving, &light, (memory, Some(&files)), &mut bake_one)?;
+        let has_suns = split.as_ref().is_some_and(|split| !split.suns().is_empty());
+        let (shading, kept) = self.moving.prepare::<anyhow::Error>(
+            &mut moving,
+            &paths,
+            has_suns,
+            (memory, Some(&files)),
+            &mut bake_one,
+        )?;
         for name in moving.hides_nothing(self.moving.method) {
             talk.note(name, "encloses no volume and changes its shape: it hides no light from other parts");
         }
-        Ok((Stage::Moving(Box::new(moving), Some(shading)), camera, kept))
+        Ok((Stage::Moving(Box::new(moving), Some(shading)), camera, split, kept))
     }
 
     fn render(&self, work: &mut Work<'_>, turn: &Rotation, time: f64, job: Job<'_>) -> Result<Rendered, RenderError> {
@@ -219,7 +242,7 @@ impl Render {
             }
             Stage::Moving(moving, Some(shading)) => self.shaded((moving, tree), shading, time, camera, &lit, job),
             Stage::Plain(scene, bvh) => {
-                let (background, view) = (|s: Dir| lit.shown.seen(s), self.view_options());
+                let (background, view) = (|s: Dir| lit.seen(s), self.view_options());
                 let picture = match maps {
                     Some(maps) => {
                         light_by_environment_maps(scene, bvh, maps.turned(turn), camera, &view, background, job)?
@@ -229,7 +252,7 @@ impl Render {
                 Ok(Rendered::Shaded(lit.finished(picture)))
             }
             Stage::Baked(baked) => {
-                let background = |s: Dir| lit.shown.seen(s);
+                let background = |s: Dir| lit.seen(s);
                 let picture = light_baked_scene(baked, lit.light(), camera, &self.view_options(), background, job)?;
                 Ok(Rendered::Shaded(lit.finished(picture)))
             }
@@ -238,12 +261,14 @@ impl Render {
 
     /// The light of a picture, turned.
     fn lit(&self, work: &Work<'_>, turn: &Rotation) -> Lit {
-        let shown = match &work.expansion {
-            Some(f) => DistantLight::from_expansion(f.clone()),
+        let shown = match &work.split {
+            Some(split) => DistantLight::from_expansion(split.rest().clone()),
             None => work.light.as_it_is(),
         };
-        let shown = shown.before(work.light.backdrop(self.background)).turned(turn);
-        Lit { shown, expansion: work.expansion.as_ref().map(|f| f.rotated(turn)) }
+        let backdrop = work.light.backdrop(self.background);
+        let shows_split = backdrop == Backdrop::Light;
+        let shown = shown.before(backdrop).turned(turn);
+        Lit { shown, split: work.split.as_ref().map(|split| split.rotated(turn)), shows_split }
     }
 
     /// A moment of a scene that moves, the backs that it shows baked before; its tree is that of the moment before, refit.
@@ -267,7 +292,7 @@ impl Render {
             moving.bake_backs(&seen, &bake, Job::default().watched_by(&mut quiet))?;
             moment = moving.at_with(time, Some(bvh))?;
         }
-        let background = |s: Dir| lit.shown.seen(s);
+        let background = |s: Dir| lit.seen(s);
         let shaded = light_moving_scene(&moment, shading, lit.light(), camera, &view, background, job)?;
         *tree = Some(moment.into_bvh());
         Ok(Rendered::Shaded(lit.finished(shaded)))

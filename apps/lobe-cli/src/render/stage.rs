@@ -1,14 +1,15 @@
 //! The stage of `lobe render`, which all pictures share: the scene as the mode needs it, the camera, and the light.
 
+use lobe::env::SceneLight;
 use lobe::motion::{MovingScene, MovingShading};
 use lobe::render::{BakedScene, Camera, DistantLight, EnvironmentMaps, LitPicture, RenderError};
 use lobe::scene::{Bvh, Scene};
-use lobe::sh::{Rgb, ShVec};
+use lobe::sh::{Dir, Rgb};
 
 use crate::render::light::ReadLight;
 
 /// The order of irradiance without --order: higher bands hardly show.
-const IRRADIANCE_ORDER: usize = 3;
+pub(crate) const IRRADIANCE_ORDER: usize = 3;
 
 /// The scene, with transfer where the mode needs it.
 pub(crate) enum Stage {
@@ -18,24 +19,13 @@ pub(crate) enum Stage {
     Moving(Box<MovingScene>, Option<MovingShading>),
 }
 
-impl Stage {
-    /// The bands that the light needs, unless it is asked for others.
-    pub(crate) fn order(&self) -> usize {
-        match self {
-            Self::Plain(..) | Self::Moving(_, None) => IRRADIANCE_ORDER,
-            Self::Baked(baked) => baked.order(),
-            Self::Moving(_, Some(shading)) => shading.order(),
-        }
-    }
-}
-
 /// The inputs that all frames share.
 pub(crate) struct Work<'a> {
     pub(crate) stage: Stage,
     pub(crate) camera: Camera,
     pub(crate) light: &'a ReadLight,
     /// None where the light is used as it was given.
-    pub(crate) expansion: Option<ShVec<Rgb<f64>>>,
+    pub(crate) split: Option<SceneLight>,
     /// Of environment mapping.
     pub(crate) maps: Option<EnvironmentMaps>,
     /// Of the moment that was shaded before.
@@ -47,7 +37,9 @@ pub(crate) struct Lit {
     /// What lights the truth, before what is behind the scene.
     pub(crate) shown: DistantLight,
     /// None where the light is used as it was given.
-    pub(crate) expansion: Option<ShVec<Rgb<f64>>>,
+    pub(crate) split: Option<SceneLight>,
+    /// Whether that is what the eye sees behind the scene.
+    pub(crate) shows_split: bool,
 }
 
 impl Lit {
@@ -56,10 +48,18 @@ impl Lit {
         if self.shown.is_transparent() { picture.before_nothing() } else { picture }
     }
 
-    /// The light as an expansion.
-    pub(crate) fn light(&self) -> &ShVec<Rgb<f64>> {
-        match &self.expansion {
-            Some(expansion) => expansion,
+    /// What the eye sees towards `s`, where no surface is.
+    pub(crate) fn seen(&self, s: Dir) -> Rgb<f64> {
+        match self.split.as_ref().filter(|_| self.shows_split) {
+            Some(light) => light.radiance(s),
+            None => self.shown.seen(s),
+        }
+    }
+
+    /// The light as suns and an expansion.
+    pub(crate) fn light(&self) -> &SceneLight {
+        match &self.split {
+            Some(light) => light,
             None => unreachable!("all modes but truth and environment light with an expansion"),
         }
     }

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from . import _lobe
 from ._arrays import Doubles, expect, finite, numbers, whole
-from ._env import EnvMap
+from ._env import EnvMap, Sun
 from ._scene import Path
 from ._sh import Sh
 
@@ -90,6 +90,31 @@ def checked(light: EnvMap | Sh, camera: Camera | None) -> Camera:
     expect(light, (EnvMap, Sh), "light", "an EnvMap or an Sh")
     expect(camera, (Camera, type(None)), "camera", "a Camera")
     return camera or Camera()
+
+
+Suns = str | os.PathLike[str] | int | Sequence[Sun]
+"""Suns beside an expansion: "auto", "none", so many at most, the path of a .json file, or suns themselves."""
+
+Lighting = tuple[Doubles | None, _lobe.Map | None, int, str, list[tuple[list[float], list[float], float]]]
+"""An expansion, or a map and its bands; which suns, and given ones."""
+
+
+def lighting_of(light: EnvMap | Sh, order: int, suns: Suns) -> Lighting:
+    """The light of pictures by expansions."""
+    given: list[tuple[list[float], list[float], float]] = []
+    if isinstance(suns, (str, os.PathLike)):
+        choice = os.fspath(suns)
+    elif isinstance(suns, (int, np.integer)) and not isinstance(suns, bool):
+        choice = str(whole(suns, "suns", 0, 1024))
+    else:
+        choice = "none"
+        for sun in suns:
+            expect(sun, Sun, "suns", "auto, none, a number, the path of a .json file, or a list of Sun")
+            irradiance: list[float] = np.asarray(sun.irradiance, dtype=np.float64).tolist()
+            given.append((np.asarray(sun.direction, dtype=np.float64).tolist(), irradiance, float(sun.angular_diameter)))
+    if isinstance(light, EnvMap):
+        return None, light._map, order, choice, given
+    return colors_of(light), None, order, choice, given
 
 
 def picture_of(traced: tuple[Picture, Picture, int, Picture] | None) -> Traced:

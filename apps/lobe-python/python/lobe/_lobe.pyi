@@ -15,6 +15,7 @@ Numbers = npt.NDArray[Any]
 Doubles = npt.NDArray[np.float64]
 Matrix = Sequence[Sequence[float]]
 View = tuple[list[float] | None, list[float] | None, list[float] | None, float]
+Lighting = tuple[Doubles | None, Map | None, int, str, list[tuple[list[float], list[float], float]]]
 Share = (
     tuple[str | os.PathLike[str], tuple[int, int]] | tuple[str | os.PathLike[str], Sequence[str | os.PathLike[str]]]
 )
@@ -110,8 +111,7 @@ def render_still(
     scene: Scene,
     method: dict[str, object] | None,
     order: int | None,
-    light: Doubles,
-    map: Map | None,
+    lighting: Lighting,
     background: str,
     view: View,
     size: tuple[int, int],
@@ -230,8 +230,7 @@ class Moving:
     def render(
         self,
         time: float,
-        light: Doubles,
-        map: Map | None,
+        lighting: Lighting,
         background: str,
         view: View,
         size: tuple[int, int],

@@ -11,7 +11,7 @@ import numpy as np
 from . import _lobe
 from ._arrays import expect, real, whole
 from ._bake import asked_of, expect_parts, expect_shard
-from ._camera import Background, Camera, Picture, Traced, background_of, checked, colors_of, merged, picture_of, size_of, tracing_of
+from ._camera import Background, Camera, Picture, Suns, Traced, background_of, checked, lighting_of, merged, picture_of, size_of, tracing_of
 from ._env import EnvMap
 from ._option_fields import MovingFields
 from ._scene import Path, Progress, Scene
@@ -98,18 +98,18 @@ class MovingScene:
         height: int = 384,
         rays: int = 2,
         background: Background = "env",
+        suns: Suns = "auto",
         progress: Progress | None = None,
     ) -> Picture:
         """A moment, in seconds, under light from everywhere: radiance of shape (height, width, 3), row 0 on top, as by `lobe render`.
 
-        `rays` and `background` are those of `lobe.render`. A camera without an eye sees all of the scene at this time.
+        `rays`, `background` and `suns` are those of `lobe.render`. A camera without an eye sees all of the scene at this time.
         """
         view = checked(light, camera)._view()
         size, seconds, count = size_of(width, height), _seconds(time), whole(rays, "rays", 1, 64)
         order = self.bake(progress=progress) if self._order is None else self._order
-        source, behind = light._map if isinstance(light, EnvMap) else None, background_of(background)
-        colors = colors_of(light.project(order) if isinstance(light, EnvMap) else light)
-        return self._moving.render(seconds, colors, source, behind, view, size, count, progress)
+        lighting, behind = lighting_of(light, order, suns), background_of(background)
+        return self._moving.render(seconds, lighting, behind, view, size, count, progress)
 
     def trace(
         self,

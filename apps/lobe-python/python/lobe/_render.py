@@ -12,7 +12,7 @@ import numpy.typing as npt
 from . import _lobe
 from ._arrays import expect, finite, numbers, whole
 from ._bake import expect_parts, expect_shard
-from ._camera import Background, Camera, Picture, Traced, background_of, checked, colors_of, merged, picture_of, size_of, tracing_of
+from ._camera import Background, Camera, Picture, Suns, Traced, background_of, checked, lighting_of, merged, picture_of, size_of, tracing_of
 from ._env import EnvMap
 from ._moving import MovingOptions, MovingScene
 from ._scene import Path, Progress, Scene
@@ -41,6 +41,7 @@ def render(
     height: int = 384,
     rays: int = 2,
     background: Background = "env",
+    suns: Suns = "auto",
     progress: Progress | None = None,
 ) -> Picture:
     """A scene under light from everywhere, as by `lobe render`: radiance of shape (height, width, 3), row 0 on top.
@@ -51,6 +52,9 @@ def render(
     [default: ggx:0.3], by the matrices in `transfer` or baked on the way; "fields" or "exponentials", a scene that moves at a `time` in seconds
     [default: 0], of which `MovingScene` has the options. What is baked has an `order` of 1 to 8 [default: 4], `bake_samples` paths from each vertex
     [default: 1024, or up to 4096 where their noise is above 2 %] and `bounces` [default: 3]; of what was baked before they are expected to be these.
+
+    `suns` cast shadows by themselves, beside the expansion: "auto" finds in a map up to four, each of a hundredth of its light at least; "none" leaves all
+    in the expansion; a number takes so many at most; a .json file of `lobe env sun --json` or a list of `Sun` adds its own.
 
     Behind the scene is a `background`: "env", the map, or the expansion itself; "light", the bands that light the scene; "none", with which the picture
     has shape (height, width, 4), premultiplied by its alpha; or a color, three numbers of linear radiance or "#rrggbb" of sRGB. `rays` squared rays are
@@ -63,7 +67,7 @@ def render(
         options = MovingOptions(method=mode, order=order, bake_samples=bake_samples, bounces=bounces)
         moving = MovingScene(scene, options)
         seconds = 0.0 if time is None else time
-        return moving.render(light, seconds, camera=camera, width=width, height=height, rays=rays, background=background, progress=progress)
+        return moving.render(light, seconds, camera=camera, width=width, height=height, rays=rays, background=background, suns=suns, progress=progress)
     if time is not None:
         raise ValueError("time: only of the modes fields and exponentials")
     asked: dict[str, object] = {"mode": mode, "transfer": transfer, "lobe": lobe, "bake_samples": bake_samples, "bounces": bounces}
@@ -73,12 +77,11 @@ def render(
     elif order is not None:
         whole(order, "order", 1, MOST_BANDS)
     view, size = checked(light, camera)._view(), size_of(width, height)
-    source = light._map if isinstance(light, EnvMap) else None
     behind = background_of(background)
     bands = IRRADIANCE_BANDS if mode == "irradiance" else MOST_BANDS
-    colors = colors_of(light.project(bands) if isinstance(light, EnvMap) else light)
+    lighting = lighting_of(light, bands, suns)
     method = None if mode == "irradiance" else asked
-    return _lobe.render_still(Scene.of(scene), method, order, colors, source, behind, view, size, whole(rays, "rays", 1, 64), progress)
+    return _lobe.render_still(Scene.of(scene), method, order, lighting, behind, view, size, whole(rays, "rays", 1, 64), progress)
 
 
 def trace(

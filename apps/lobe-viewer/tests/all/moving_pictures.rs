@@ -83,7 +83,9 @@ fn what_moves_is_in_files_as_rays_on_the_processor_show_it() {
         for (frame, time) in [begin, 0.5 * (begin + end)].into_iter().enumerate() {
             let moment = scene.at(time).unwrap();
             let behind = |s| sky.map.radiance(s).widen();
-            let lit = light_moving_scene(&moment, &shading, &light, &camera, &view, behind, Job::default()).unwrap();
+            let lit =
+                light_moving_scene(&moment, &shading, &light.clone().into(), &camera, &view, behind, Job::default())
+                    .unwrap();
             let file = at.join(format!("{mode}.{frame:04}.exr"));
             let found = lobe::image::read_picture(&file, &Default::default()).unwrap().0;
             let part = differing(&found, &lit.picture);

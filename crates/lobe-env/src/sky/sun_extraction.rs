@@ -7,6 +7,8 @@ use lobe_io::parallel;
 use lobe_sh::sphere::gauss_legendre;
 use lobe_sh::{Coefficient, Dir, Rgb};
 
+use crate::area_light::area_light::AreaLight as _;
+use crate::area_light::sphere_light::SphereLight;
 use crate::map::mapped_map::MappedMap;
 use crate::mapping::texel_quadrature;
 use crate::sky::neighbors::{Neighbors, parts};
@@ -86,10 +88,17 @@ impl Sun {
         Rgb::from(self.irradiance.to_array().map(|e| e / (4.0 * PI * sin * sin)))
     }
 
-    /// The irradiance of a surface that faces `normal`.
+    /// The irradiance of a surface that faces `normal`: that of a disc of constant radiance, of which the horizon may hide a
+    /// part.
     #[must_use]
     pub fn irradiance_at(&self, normal: Dir) -> Rgb<f64> {
-        self.irradiance.scale(self.direction.dot(normal).max(0.0))
+        let sine = (0.5 * self.angular_diameter).sin();
+        // Of discs so small that their radiance is no number, all of them or nothing is above the horizon.
+        if sine < f64::MIN_POSITIVE.sqrt() || self.angular_diameter >= PI {
+            return self.irradiance.scale(self.direction.dot(normal).max(0.0));
+        }
+        let disc = SphereLight { center: self.direction.to_array(), radius: sine };
+        self.radiance().scale(disc.irradiance([0.0; 3], normal))
     }
 }
 
@@ -145,6 +154,12 @@ pub fn extract_sun(map: &MappedMap, options: &SunOptions) -> Option<SunReport> {
 /// # Errors
 /// [`NoSun`], which says what the brightest place lacks.
 pub fn find_sun(map: &MappedMap, options: &SunOptions) -> Result<SunReport, NoSun> {
+    let mut rest = map.clone();
+    Ok(SunReport { sun: take_sun(&mut rest, options)?, rest })
+}
+
+/// Leaves of a map the rest of [`find_sun`]; unchanged if there is no sun.
+pub(crate) fn take_sun(map: &mut MappedMap, options: &SunOptions) -> Result<Sun, NoSun> {
     // Find the brightest texel.
     let peak = brightest(map).ok_or(NoSun::Dark)?;
     let (light, at) = (peak.luminance(), peak.center);
@@ -178,10 +193,9 @@ pub fn find_sun(map: &MappedMap, options: &SunOptions) -> Result<SunReport, NoSu
     }
     // Replace the disc by the plane, and the overshoot around it by black.
     let (disc, around): (Vec<&Texel>, Vec<&Texel>) = near.iter().partition(|texel| angle(texel) <= inner);
-    let mut rest = map.clone();
-    let mut sun = take_out(&mut rest, &disc, &plane).ok_or(NoSun::Dark)?;
-    take_halo(&mut rest, &around, &mut sun);
-    Ok(SunReport { sun, rest })
+    let mut sun = take_out(map, &disc, &plane).ok_or(NoSun::Dark)?;
+    take_halo(map, &around, &mut sun);
+    Ok(sun)
 }
 
 /// A texel with its direction and solid angle.

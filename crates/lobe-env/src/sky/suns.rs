@@ -2,7 +2,7 @@
 
 use crate::map::mapped_map::MappedMap;
 use crate::sky::no_sun::NoSun;
-use crate::sky::sun_extraction::{Sun, SunOptions, SunReport, find_sun};
+use crate::sky::sun_extraction::{Sun, SunOptions, take_sun};
 
 /// The suns of a map, and the map without them.
 #[derive(Clone, Debug)]
@@ -29,11 +29,8 @@ pub struct SunsReport {
 pub fn extract_suns(map: &MappedMap, count: usize, options: &SunOptions) -> SunsReport {
     let mut report = SunsReport { suns: Vec::new(), rest: map.clone(), end: None };
     for _ in 0..count {
-        match find_sun(&report.rest, options) {
-            Ok(SunReport { sun, rest, .. }) => {
-                report.suns.push(sun);
-                report.rest = rest;
-            }
+        match take_sun(&mut report.rest, options) {
+            Ok(sun) => report.suns.push(sun),
             Err(end) => {
                 report.end = Some(end);
                 break;

@@ -16,5 +16,6 @@ mod resampled_energy;
 mod resampled_suns;
 mod resampling;
 mod ringing;
+mod scene_light;
 mod skies;
 mod sun;

@@ -72,7 +72,15 @@ impl<'a> Stage<'a> {
         let shading = MovingShading::new(MovingOptions::default().order(ORDER).method(method))?;
         let (camera, view) = (&self.camera, raster.view());
         let background = |s| behind.seen(s);
-        let lit = light_moving_scene(moment, &shading, &self.light, camera, &view, background, Job::default())?;
+        let lit = light_moving_scene(
+            moment,
+            &shading,
+            &self.light.clone().into(),
+            camera,
+            &view,
+            background,
+            Job::default(),
+        )?;
         Ok(lit.picture)
     }
 

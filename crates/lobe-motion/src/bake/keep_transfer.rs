@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use lobe_prt::{BakeOptions, BakedTransfer, Transfer};
+use lobe_prt::{AlbedoMode, BakeOptions, BakedTransfer, Transfer};
 use lobe_scene::{AnimatedScene, Mesh, ScenePose};
 use lobe_sh::sphere::vector::{Vec3, dot, length, sub};
 
@@ -173,7 +173,8 @@ impl MovingScene {
         let found = KeptVertices { kept: keeps.iter().filter(|keeps| **keeps).count(), still: keeps.len(), reshaped };
         let kept = KeptTransfer { transfer: rows, keeps, options: options.clone() };
         if found.kept == found.still {
-            (still.is_demodulated, still.transfer) = (kept.is_demodulated(), Some(Arc::new(kept.transfer)));
+            still.is_demodulated = kept.options.albedo == AlbedoMode::None;
+            (still.transfer, still.paths) = (Some(Arc::new(kept.transfer)), Some(kept.options));
         } else {
             still.kept = Some(Arc::new(kept));
         }

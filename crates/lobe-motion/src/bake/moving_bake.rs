@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use derive_setters::Setters;
 use lobe_io::Job;
-use lobe_prt::{AlbedoMode, BakeOptions, bake_vertices, scene_hash};
+use lobe_prt::{AlbedoMode, BakeMode, BakeOptions, bake_vertices, scene_hash};
 use lobe_scene::Bvh;
 use lobe_shadow::{
     FieldOptions, Lamp, RadianceField, RadianceOptions, Solid, SphereFitOptions, SphereSet, bake_field, fit_spheres,
@@ -29,6 +29,8 @@ use lobe_render::{RenderError, transfer_bytes};
 pub struct MovingBakeOptions {
     /// Of the transfer of each part from itself.
     pub transfer: BakeOptions,
+    /// Whether the part of the transfer without reflections is baked, too, so that suns cast shadows by rays.
+    pub direct: bool,
     /// Of occlusion fields.
     pub field: FieldOptions,
     /// Of sphere sets.
@@ -67,6 +69,7 @@ impl Default for MovingBakeOptions {
     fn default() -> Self {
         Self {
             transfer: BakeOptions::default().albedo(AlbedoMode::None),
+            direct: false,
             field: FieldOptions::default(),
             spheres: SphereFitOptions::default().count(SPHERES),
             deformed_spheres: Some(DEFORMED_SPHERES),
@@ -90,6 +93,8 @@ pub enum PartBakeKind {
     /// Transfer of the vertices from the part alone, [fitted](lobe_prt::bake_vertices) to points all over its
     /// triangles.
     Transfer,
+    /// The part of the transfer without reflections.
+    Direct,
     /// An occlusion field.
     Field,
     /// A sphere set.
@@ -114,6 +119,7 @@ impl PartBakeKind {
     fn name(self) -> &'static str {
         match self {
             Self::Transfer => "transfer",
+            Self::Direct => "direct transfer",
             Self::Field => "field",
             Self::Spheres => "spheres",
             Self::Visibility => "visibility",
@@ -132,7 +138,7 @@ impl PartBake {
     #[must_use]
     pub fn checkpoint(&self, path: &Path) -> PathBuf {
         let mut name = path.to_path_buf().into_os_string();
-        name.push(format!(".{}-{}", self.kind.name(), self.parts[0]));
+        name.push(format!(".{}-{}", self.kind.name().replace(' ', "-"), self.parts[0]));
         name.into()
     }
 }
@@ -161,7 +167,8 @@ impl MovingScene {
                 None if is_still => (options.still_hides && has_moving).then_some(PartBakeKind::Visibility),
                 None => hides_by(part, method),
             };
-            for kind in transfer.into_iter().chain(hides) {
+            let direct = (options.direct && part.is_rigid() && part.direct.is_none()).then_some(PartBakeKind::Direct);
+            for kind in transfer.into_iter().chain(direct).chain(hides) {
                 // Spheres of what is deformed are bound to its own joints.
                 let is_shared = part.is_rigid() && kind != PartBakeKind::Visibility && part.kept.is_none();
                 let key = keys[index].clone().filter(|_| is_shared);
@@ -195,18 +202,28 @@ impl MovingScene {
         let part = &self.parts()[of.parts[0]];
         match of.kind {
             PartBakeKind::Transfer => {
-                let (transfer, is_demodulated) = match &part.kept {
-                    Some(kept) => (kept.completed(&part.scene, job)?, kept.is_demodulated()),
+                let (transfer, paths) = match &part.kept {
+                    Some(kept) => (kept.completed(&part.scene, job)?, kept.options.clone()),
                     None => {
                         let bvh = Bvh::new(&part.scene);
-                        let (transfer, _) = bake_vertices(&part.scene, &bvh, &options.transfer, job)?;
-                        (transfer, options.transfer.albedo == AlbedoMode::None)
+                        let (transfer, report) = bake_vertices(&part.scene, &bvh, &options.transfer, job)?;
+                        (transfer, options.transfer.clone().samples(report.samples))
                     }
                 };
                 let transfer = Arc::new(transfer);
                 self.share(of, |part| {
-                    (part.transfer, part.is_demodulated) = (Some(Arc::clone(&transfer)), is_demodulated);
+                    (part.transfer, part.is_demodulated) =
+                        (Some(Arc::clone(&transfer)), paths.albedo == AlbedoMode::None);
+                    part.paths = Some(paths.clone());
                 });
+            }
+            PartBakeKind::Direct => {
+                // The same paths up to the first surface, so that what both hold has no noise of its own.
+                let paths = part.paths.clone().unwrap_or_else(|| options.transfer.clone());
+                let albedo = if part.is_demodulated { AlbedoMode::None } else { AlbedoMode::Vertex };
+                let paths = paths.mode(BakeMode::Shadowed).albedo(albedo);
+                let direct = Arc::new(bake_vertices(&part.scene, &Bvh::new(&part.scene), &paths, job)?.0);
+                self.share(of, |part| part.direct = Some(Arc::clone(&direct)));
             }
             PartBakeKind::Field => {
                 let field = Arc::new(bake_field(&part.scene, &options.field, job)?.0);
@@ -315,14 +332,20 @@ impl MovingScene {
             let range = seen.partition_point(|v| *v < first)..seen.partition_point(|v| *v < end);
             let albedo = if part.is_demodulated { AlbedoMode::None } else { AlbedoMode::Vertex };
             let options = options.clone().albedo(albedo);
-            part.backs = part.backs.take().filter(|backs| backs.is_of(&options));
+            part.backs = part.backs.take().filter(|backs| backs.is_of(&options, part.direct.is_some()));
             let is_new = |vertex: &usize| part.backs.as_ref().is_none_or(|backs| !backs.has(*vertex));
             let new: Vec<usize> = seen[range].iter().map(|vertex| vertex - first).filter(is_new).collect();
             first = end;
             if new.is_empty() || !part.is_rigid() || part.transfer.is_none() {
                 continue;
             }
-            let backs = PartBacks::bake(part.backs.as_deref(), &part.scene, &new, &options, job.reborrow());
+            let backs = PartBacks::bake(
+                part.backs.as_deref(),
+                &part.scene,
+                (&new, part.direct.is_some()),
+                &options,
+                job.reborrow(),
+            );
             part.backs = Some(Arc::new(backs.map_err(|error| error.of_part(&part.name))?));
         }
         Ok(())
@@ -401,7 +424,9 @@ fn hides_by(part: &MovingPart, method: MovingMethod) -> Option<PartBakeKind> {
 
 fn bytes_of(bake: &PartBake, part: &MovingPart, options: &MovingBakeOptions) -> u64 {
     let work = match bake.kind {
-        PartBakeKind::Transfer => transfer_bytes(&part.scene, part.scene.vertex_count(), &options.transfer, false),
+        PartBakeKind::Transfer | PartBakeKind::Direct => {
+            transfer_bytes(&part.scene, part.scene.vertex_count(), &options.transfer, false)
+        }
         PartBakeKind::Field => {
             let FieldOptions { order, spheres, cells, .. } = options.field;
             // Rows are held as they are found, and as the field has them.

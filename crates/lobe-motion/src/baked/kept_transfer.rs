@@ -1,7 +1,7 @@
 //! The transfer that a baked file holds of some vertices of a part, to be completed.
 
 use lobe_io::Job;
-use lobe_prt::{AlbedoMode, BakeOptions, FittedVertices, Transfer};
+use lobe_prt::{BakeOptions, FittedVertices, Transfer};
 use lobe_scene::{Bvh, Scene};
 
 use lobe_render::RenderError;
@@ -18,11 +18,6 @@ pub(crate) struct KeptTransfer {
 impl KeptTransfer {
     pub(crate) fn order(&self) -> usize {
         self.transfer.order()
-    }
-
-    /// Whether it leaves out the albedo of the vertices.
-    pub(crate) fn is_demodulated(&self) -> bool {
-        self.options.albedo == AlbedoMode::None
     }
 
     /// The same with the others fitted by the part alone, as the file was.

@@ -1,7 +1,8 @@
 //! Pictures of moving scenes.
 
+use lobe_env::SceneLight;
 use lobe_io::{Job, Progress};
-use lobe_sh::{Dir, Rgb, ShVec};
+use lobe_sh::{Dir, Rgb};
 
 use crate::light::moving_shading::MovingShading;
 use crate::light::moving_shading::Shaded;
@@ -21,7 +22,7 @@ use lobe_render::{Camera, LitPicture, RenderError, SceneHit, ViewOptions, light_
 pub fn light_moving_scene(
     moment: &Moment<'_>,
     shading: &MovingShading,
-    light: &ShVec<Rgb<f64>>,
+    light: &SceneLight,
     camera: &Camera,
     options: &ViewOptions,
     background: impl Fn(Dir) -> Rgb<f64> + Sync,
@@ -39,7 +40,7 @@ pub fn light_moving_scene(
         Some(backs) if !hit.is_front => backs.radiance(moment, hit),
         _ => fronts.radiance(moment, hit),
     };
-    light_scene_by((scene, bvh), light, camera, options, &background, &radiance, job)
+    light_scene_by((scene, bvh), &shading.by_rays(moment, light), camera, options, &background, &radiance, job)
 }
 
 /// Tells that no pixel is done yet, and ends where the job says so.

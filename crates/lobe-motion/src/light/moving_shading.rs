@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
+use lobe_env::SceneLight;
 use lobe_prt::Transfer;
 use lobe_sh::{Rgb, ShVec};
 use lobe_shadow::{LogTable, LogTableOptions, ShadowError};
@@ -30,6 +31,9 @@ const AT_ONCE: usize = 1 << 15;
 /// Parts that are deformed have no transfer: there `T` is albedo/π times the clamped cosine, and the part's own spheres
 /// hide the sky too. Light that is reflected between parts is left out, but for what a baked part sends to itself, and
 /// [`MovingOptions::bounce`].
+///
+/// The direct light of suns is left to rays where all parts have the part `D` of their transfer without reflections:
+/// `Σ_i S_i (V D)_i` of their expansion `S` is taken away.
 ///
 /// [Lamps](crate::MovingLamp) add `Σ_i S_i (V T)_i` each, with `S` their light there and `V` what is nearer than they
 /// leaves visible. `T` of a part counts as nearer than all of them, and what stands still hides them by fields alone: a
@@ -108,7 +112,7 @@ impl MovingShading {
     /// [`RenderError::Options`] if transfer or a field has fewer bands than [`MovingOptions::order`],
     /// [`RenderError::Shadow`] if transfer is not of the part's vertices.
     pub fn exit_radiance(&self, moment: &Moment<'_>, light: &ShVec<Rgb<f64>>) -> Result<Vec<Rgb<f32>>, RenderError> {
-        Ok(tinted_parts(moment, self.fronts(moment, light, &mut || Ok(()))?))
+        Ok(tinted_parts(moment, self.fronts(moment, &light.clone().into(), &mut || Ok(()))?))
     }
 
     /// The same of the backs of all vertices. Those that [`MovingScene::bake_backs`](crate::MovingScene::bake_backs)
@@ -122,14 +126,14 @@ impl MovingShading {
         light: &ShVec<Rgb<f64>>,
     ) -> Result<Vec<Rgb<f32>>, RenderError> {
         let all: Vec<usize> = (0..moment.scene().vertex_count()).collect();
-        Ok(tinted_parts(moment, self.backs(moment, light, &all, &mut || Ok(()))?))
+        Ok(tinted_parts(moment, self.backs(moment, &light.clone().into(), &all, &mut || Ok(()))?))
     }
 
     /// What all vertices send back, part by part.
     pub(crate) fn fronts(
         &self,
         moment: &Moment<'_>,
-        light: &ShVec<Rgb<f64>>,
+        light: &SceneLight,
         ask: Ask<'_>,
     ) -> Result<Vec<Shaded>, RenderError> {
         self.of_all_parts(moment, light, |part, placed, lit| {
@@ -141,8 +145,9 @@ impl MovingShading {
                 let surface = placed.surface.some(range.clone(), 1.0);
                 all.radiance.extend(match part.transfer.as_deref().filter(|_| part.is_rigid()) {
                     Some(transfer) => {
-                        let rows = rows_of(transfer, range, count)?;
-                        lit.by_transfer(&surface, &rows, part.is_demodulated)?
+                        let direct = part.direct.as_deref().map(|direct| rows_of(direct, range.clone(), count));
+                        let (rows, direct) = (rows_of(transfer, range, count)?, direct.transpose()?);
+                        lit.by_transfer(&surface, (&rows, direct.as_deref()), part.is_demodulated)?
                     }
                     None => lit.by_cosine(&surface)?,
                 });
@@ -155,7 +160,7 @@ impl MovingShading {
     pub(crate) fn backs(
         &self,
         moment: &Moment<'_>,
-        light: &ShVec<Rgb<f64>>,
+        light: &SceneLight,
         seen: &[usize],
         ask: Ask<'_>,
     ) -> Result<Vec<Shaded>, RenderError> {
@@ -174,7 +179,8 @@ impl MovingShading {
                 seen.partition(|vertex| backs.is_some_and(|backs| backs.has(*vertex)));
             if let Some(backs) = backs.filter(|_| !baked.is_empty()) {
                 let surface = placed.surface.some(baked.iter().copied(), -1.0);
-                let lit = lit.by_transfer(&surface, &backs.transfer_of(&baked)?, part.is_demodulated)?;
+                let (rows, direct) = backs.transfer_of(&baked)?;
+                let lit = lit.by_transfer(&surface, (&rows, direct.as_ref()), part.is_demodulated)?;
                 baked.iter().zip(lit).for_each(|(vertex, lit)| all.radiance[*vertex] = lit);
             }
             if !others.is_empty() {
@@ -187,17 +193,25 @@ impl MovingShading {
         })
     }
 
+    /// The light whose suns are not in the radiance of vertices, because all parts leave them to rays: without suns if some
+    /// do not.
+    pub(crate) fn by_rays(&self, moment: &Moment<'_>, light: &SceneLight) -> SceneLight {
+        let is_apart = moment.parts().iter().all(MovingPart::parts_suns);
+        if is_apart { light.clone() } else { light.whole().into() }
+    }
+
     /// Shades every part, given what others leave of the light.
     fn of_all_parts(
         &self,
         moment: &Moment<'_>,
-        light: &ShVec<Rgb<f64>>,
+        light: &SceneLight,
         mut shade: impl FnMut(&MovingPart, &PlacedPart, &PartLight<'_>) -> Result<Shaded, RenderError>,
     ) -> Result<Vec<Shaded>, RenderError> {
         expect_order(moment.parts(), self.options.order)?;
         moment.lamps.iter().try_for_each(|lamp| lamp.expect_order(self.options.order))?;
+        let (whole, light) = (light.whole(), &self.by_rays(moment, light));
         let shade_one = |(index, (part, placed)): (usize, (&MovingPart, &PlacedPart))| {
-            let hiding = Hiding::of(moment, index, &self.options, light);
+            let hiding = Hiding::of(moment, index, &self.options, &whole);
             let lamps = LampLight::of(moment, index, &self.options, &self.table)?;
             let lit = PartLight::new(&self.options, &self.table, hiding, lamps, &placed.surface.frame, light)?;
             shade(part, placed, &lit).map_err(|error| error.of_part(&part.name))

@@ -2,6 +2,7 @@
 
 use std::f32::consts::FRAC_1_PI;
 
+use lobe_env::SceneLight;
 use lobe_io::parallel;
 use lobe_prt::Transfer;
 use lobe_sh::product::product_into;
@@ -84,8 +85,12 @@ pub(crate) struct PartLight<'a> {
     /// The frame, and from the directions of the world to its own.
     frame: Placement,
     turn: RotationMatrices<f32>,
+    /// The expansion of all light, and that of suns that are left to rays.
     light: ShVec<Rgb<f64>>,
+    suns: Option<ShVec<Rgb<f64>>>,
+    /// Without those suns, and with them.
     sky: SkyLight,
+    whole: SkyLight,
     /// None without lamps.
     lamps: Option<LampLight<'a>>,
 }
@@ -97,10 +102,12 @@ impl<'a> PartLight<'a> {
         hiding: Hiding<'a>,
         lamps: Option<LampLight<'a>>,
         frame: &Placement,
-        light: &ShVec<Rgb<f64>>,
+        light: &SceneLight,
     ) -> Result<Self, RenderError> {
         let to_own = frame.rotation().inverse();
-        let light = light.rotated(&to_own);
+        let own = light.rotated(&to_own);
+        let light = own.whole();
+        let sky = |f: &ShVec<Rgb<f64>>| SkyLight::new(&f.map(Rgb::narrow), options.order);
         let Hiding { obstacles: PartObstacles { fields, grids, spheres }, albedos } = hiding;
         let shadows =
             (!spheres.is_empty()).then(|| SphereShadows::new(table, &spheres, &options.spheres)).transpose()?;
@@ -112,17 +119,19 @@ impl<'a> PartLight<'a> {
             fields: ShadowFields::new(options.order, &fields, options.fields.clone())?,
             frame: *frame,
             turn: RotationMatrices::new(&to_own, options.order),
-            sky: SkyLight::new(&light.map(Rgb::narrow), options.order)?,
+            sky: sky(own.rest())?,
+            whole: sky(&light)?,
+            suns: (!own.suns().is_empty()).then(|| own.of_suns()),
             light,
             lamps,
         })
     }
 
-    /// By the transfer of receivers from their own part. White receivers get what spheres send on as it is.
+    /// By the transfer of receivers from their own part, less that of suns by its direct part. White receivers get what spheres send on as it is.
     pub(crate) fn by_transfer(
         &self,
         surface: &Surface,
-        transfer: &Transfer,
+        (transfer, direct): (&Transfer, Option<&Transfer>),
         is_white: bool,
     ) -> Result<Vec<Rgb<f32>>, RenderError> {
         let seen = self.seen(surface)?;
@@ -131,6 +140,10 @@ impl<'a> PartLight<'a> {
             receivers = receivers.with_own_visibility(self.options.order, seen)?;
         }
         let mut out = self.fields.shade_transfer(&receivers, transfer, self.light.coefficients())?;
+        if let (Some(direct), Some(suns)) = (direct, &self.suns) {
+            let of_suns = self.fields.shade_transfer(&receivers, direct, suns.coefficients())?;
+            out.iter_mut().zip(of_suns).for_each(|(out, of_suns)| *out -= of_suns);
+        }
         for ((out, more), albedo) in out.iter_mut().zip(self.sent_on(surface)?).zip(&surface.albedos) {
             *out += if is_white { more } else { tinted(more, *albedo) };
         }
@@ -195,8 +208,8 @@ impl<'a> PartLight<'a> {
     fn sent_on(&self, surface: &Surface) -> Result<Vec<Rgb<f32>>, RenderError> {
         let Some(shadows) = self.shadows.as_ref().filter(|_| self.options.bounce) else { return Ok(Vec::new()) };
         let receivers = ShadowReceivers::new(&surface.positions, &surface.normals)?;
-        let bounce = shadows.bounce(&self.sky, &self.albedos)?;
-        let irradiance = shadows.reflected_irradiance(&receivers, &self.sky, &bounce)?;
+        let bounce = shadows.bounce(&self.whole, &self.albedos)?;
+        let irradiance = shadows.reflected_irradiance(&receivers, &self.whole, &bounce)?;
         Ok(irradiance.into_iter().map(|irradiance| irradiance.scale(FRAC_1_PI)).collect())
     }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use lobe_prt::Transfer;
+use lobe_prt::{BakeOptions, Transfer};
 use lobe_scene::{Entity, Scene};
 use lobe_sh::Rgb;
 use lobe_shadow::{OcclusionField, SphereSet, Track};
@@ -38,6 +38,8 @@ pub struct MovingPart {
     pub motion: Motion,
     /// The transfer of its vertices from itself alone, in its own frame. None of a part that is deformed.
     pub transfer: Option<Arc<Transfer>>,
+    /// The part of that transfer that is without reflections, by which suns do not light what they light by rays.
+    pub direct: Option<Arc<Transfer>>,
     /// Whether the transfer leaves out the albedo of the vertices.
     pub is_demodulated: bool,
     /// What it hides of the sky around it. None of a part that is deformed.
@@ -50,6 +52,8 @@ pub struct MovingPart {
     pub(crate) sphere_albedos: Vec<Rgb<f32>>,
     /// The transfer that a file holds of some vertices.
     pub(crate) kept: Option<Arc<KeptTransfer>>,
+    /// The light paths of the transfer, if they are known.
+    pub(crate) paths: Option<BakeOptions>,
     /// The transfer of the backs of some vertices.
     pub(crate) backs: Option<Arc<PartBacks>>,
 }
@@ -71,12 +75,14 @@ impl MovingPart {
             scene,
             motion,
             transfer: None,
+            direct: None,
             is_demodulated: false,
             field: None,
             spheres: None,
             visibility: None,
             sphere_albedos: Vec::new(),
             kept: None,
+            paths: None,
             backs: None,
         }
     }
@@ -91,6 +97,11 @@ impl MovingPart {
             (_, MovingMethod::Fields) => field.or(spheres),
             (_, MovingMethod::Exponentials) => spheres.or(field),
         }
+    }
+
+    /// Whether suns may light it by rays: it has no transfer, or the direct part of that is known.
+    pub(crate) fn parts_suns(&self) -> bool {
+        !self.is_rigid() || self.transfer.is_none() || self.direct.is_some()
     }
 
     /// Whether it keeps its shape, so that transfer and fields can be baked for it.

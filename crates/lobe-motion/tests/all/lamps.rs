@@ -227,9 +227,16 @@ fn pictures_with_lamps_are_near_their_truth() {
     let camera = Camera::look_at([3.0, -6.0, 4.0], [0.0, 0.0, 0.4], 35_f64.to_radians()).unwrap();
     let view = ViewOptions::default().width(48).height(36).rays(2);
     let shading = MovingShading::new(MovingOptions::default().order(ORDER)).unwrap();
-    let found =
-        light_moving_scene(&moment, &shading, &dark(), &camera, &view, |_| Rgb::new(0.0, 0.0, 0.0), Job::default())
-            .unwrap();
+    let found = light_moving_scene(
+        &moment,
+        &shading,
+        &dark().into(),
+        &camera,
+        &view,
+        |_| Rgb::new(0.0, 0.0, 0.0),
+        Job::default(),
+    )
+    .unwrap();
     let truth = TruthOptions::default().width(48).height(36).count(SampleCount::of(64));
     let truth = truth.paths(PathOptions::default().bounces(0));
     let light = DistantLight::from_expansion(dark());

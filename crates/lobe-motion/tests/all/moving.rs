@@ -113,7 +113,8 @@ fn error_against_paths(moving: &MovingScene, method: Option<MovingMethod>, time:
             (&unshadowed.at(time).unwrap(), shading(MovingMethod::Fields))
         }
     };
-    let lit = light_moving_scene(moment, &shading, &light, &camera, &view, background, Job::default()).unwrap();
+    let lit = light_moving_scene(moment, &shading, &light.clone().into(), &camera, &view, background, Job::default())
+        .unwrap();
     lobe_image::compare(lit.picture.pixels(), truth.mean.pixels()).relative_rmse
 }
 
@@ -176,7 +177,15 @@ fn the_shadows_of_a_walking_figure_are_near_traced_paths_at_all_times_of_its_wal
         let background = |s: Dir| distant.radiance(s);
         let [with, without] = [&moving, &alone].map(|scene| {
             let (moment, shading) = (scene.at(time).unwrap(), shading(MovingMethod::Exponentials));
-            let lit = light_moving_scene(&moment, &shading, &light, &camera, &view, background, Job::default());
+            let lit = light_moving_scene(
+                &moment,
+                &shading,
+                &light.clone().into(),
+                &camera,
+                &view,
+                background,
+                Job::default(),
+            );
             lobe_image::compare(lit.unwrap().picture.pixels(), truth.mean.pixels()).psnr
         });
         println!("at {time} s: {with:.1} dB by spheres, {without:.1} dB without");

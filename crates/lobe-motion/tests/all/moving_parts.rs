@@ -183,8 +183,16 @@ fn the_albedo_of_pixels_is_that_of_vertices_where_it_is_even() {
         moving.bake(MovingMethod::Fields, &options, Job::default()).unwrap();
         let moment = moving.at(0.7).unwrap();
         let shading = shading(MovingMethod::Fields);
-        light_moving_scene(&moment, &shading, &sky(), &camera, &view, |_| Rgb::new(0.0, 0.0, 0.0), Job::default())
-            .unwrap()
+        light_moving_scene(
+            &moment,
+            &shading,
+            &sky().into(),
+            &camera,
+            &view,
+            |_| Rgb::new(0.0, 0.0, 0.0),
+            Job::default(),
+        )
+        .unwrap()
     });
     let [vertex, pixel] = pictures.map(|lit| lit.picture);
     let compared = lobe_image::compare(pixel.pixels(), vertex.pixels());

@@ -1,7 +1,9 @@
 //! Baked scenes: a scene with its transfer, read from a file or baked on the spot.
 
+use std::f64::consts::FRAC_1_PI;
 use std::path::Path;
 
+use lobe_env::SceneLight;
 use lobe_image::FileFormat;
 use lobe_io::Job;
 use lobe_prt::{
@@ -9,11 +11,11 @@ use lobe_prt::{
     read_baked, read_baked_bytes, read_matrices_bytes,
 };
 use lobe_scene::{Bvh, Scene, SceneReadOptions};
-use lobe_sh::{Coefficient as _, Rgb, ShVec};
+use lobe_sh::{Coefficient as _, Rgb};
 
 use crate::camera::camera::Camera;
 use crate::error::RenderError;
-use crate::scene_view::back_faces::{self, BackFaces};
+use crate::scene_view::placed_transfer::{self, PlacedTransfer};
 use crate::scene_view::prt_shading::{Gloss, LitReceivers, Places, SurfaceTransfer};
 use crate::scene_view::scene_picture::{SceneHit, ViewOptions};
 
@@ -27,7 +29,9 @@ pub struct BakedScene {
     bvh: Bvh,
     places: Places,
     front: SurfaceTransfer,
-    back: Option<BackFaces>,
+    back: Option<PlacedTransfer>,
+    /// Transfer without reflections, where that is known.
+    direct: Option<DirectPart>,
     /// None if surfaces are matte.
     gloss: Option<Gloss>,
     /// Options of the bake of backs; the albedo is where it is in the fronts.
@@ -41,7 +45,7 @@ impl From<Baked> for BakedScene {
         let Baked { scene, transfer, lightmap, recipe, backs, .. } = baked;
         let places = lightmap.map_or(Places::Vertices, |lightmap| Places::Texels(Box::new(lightmap)));
         let read = Self::new(scene, places, SurfaceTransfer::Matte(transfer.into()), None, recipe);
-        let back = backs.map(|backs| BackFaces::of_file(&read.scene, backs));
+        let back = backs.map(|backs| PlacedTransfer::of_file(&read.scene, backs));
         Self { back, ..read }
     }
 }
@@ -121,7 +125,7 @@ impl BakedScene {
         let recipe = Recipe::of_bake(&scene, options, &report);
         let recipe = if lobe.is_some() { recipe.mode(BakeMode::Glossy) } else { recipe };
         let (gloss, options) = (lobe.map(Gloss::new), options.clone());
-        Ok(Self { scene, bvh, places: Places::Vertices, front, back: None, gloss, options, recipe })
+        Ok(Self { scene, bvh, places: Places::Vertices, front, back: None, direct: None, gloss, options, recipe })
     }
 
     fn new(scene: Scene, places: Places, front: SurfaceTransfer, lobe: Option<GlossyLobe>, recipe: Recipe) -> Self {
@@ -129,7 +133,7 @@ impl BakedScene {
         let scene = scene.with_straight_through(recipe.straight_through == Some(true));
         let (bvh, gloss) = (Bvh::new(&scene), lobe.map(Gloss::new));
         let options = recipe.bake_options().order(front.order());
-        Self { scene, bvh, places, front, back: None, gloss, options, recipe }
+        Self { scene, bvh, places, front, back: None, direct: None, gloss, options, recipe }
     }
 
     /// The same with other options for the bake of backs. Their [`BakeOptions::albedo`] remains that of the fronts, which
@@ -171,6 +175,12 @@ impl BakedScene {
         self.front.order()
     }
 
+    /// The vertices or texels whose fronts are baked.
+    #[must_use]
+    pub fn receivers(&self) -> usize {
+        self.places.count(&self.scene)
+    }
+
     /// Whether surfaces are glossy rather than matte.
     #[must_use]
     pub fn is_glossy(&self) -> bool {
@@ -191,7 +201,7 @@ impl BakedScene {
     /// # Errors
     /// As [`scene_picture`](fn@crate::scene_picture).
     pub fn backs_in_view(&self, camera: &Camera, view: &ViewOptions, job: Job<'_>) -> Result<Vec<usize>, RenderError> {
-        let seen = back_faces::backs_in_view(&self.scene, &self.bvh, camera, view, &self.places, job)?;
+        let seen = placed_transfer::backs_in_view(&self.scene, &self.bvh, camera, view, &self.places, job)?;
         let is_known = |place: &usize| self.back.as_ref().is_some_and(|back| back.receiver(*place).is_some());
         Ok(if seen.iter().all(is_known) { Vec::new() } else { seen })
     }
@@ -203,19 +213,87 @@ impl BakedScene {
     pub fn bake_backs(&mut self, seen: &[usize], job: Job<'_>) -> Result<(), RenderError> {
         let Self { scene, bvh, places, options, .. } = &*self;
         let is_glossy = self.is_glossy();
-        self.back = Some(BackFaces::bake(scene, bvh, places, seen, options, is_glossy, job)?);
+        self.back = Some(PlacedTransfer::backs((scene, bvh), places, seen, options, is_glossy, job)?);
+        self.direct = None;
         Ok(())
     }
 
-    /// Lights the scene: the exit radiance of every receiver is computed here, once for each light.
+    /// Whether suns of a light need transfer without reflections that is not known yet: of matte surfaces that reflect.
+    #[must_use]
+    pub fn needs_direct(&self) -> bool {
+        self.options.mode.reflects() && !self.is_glossy() && self.direct.is_none()
+    }
+
+    /// Bakes the transfer without reflections, of the fronts and of the backs that are known, so that suns cast shadows by
+    /// rays. Its paths are the first parts of those of the whole transfer: what both share has no noise of its own.
+    ///
+    /// # Errors
+    /// As [`BakedScene::bake`].
+    pub fn bake_direct(&mut self, mut job: Job<'_>) -> Result<(), RenderError> {
+        let Self { scene, bvh, places, options, recipe, .. } = &*self;
+        let mut options = options.clone().mode(BakeMode::Shadowed);
+        options.samples = options.samples.or(recipe.samples);
+        let front = PlacedTransfer::fronts((scene, bvh), places, &options, job.reborrow())?;
+        let back = match &self.back {
+            Some(back) => Some(PlacedTransfer::backs((scene, bvh), places, &back.places(), &options, false, job)?),
+            None => None,
+        };
+        self.direct = Some(DirectPart { front, back });
+        Ok(())
+    }
+
+    /// Lights the scene: the exit radiance of every receiver is computed here, once for each light, without the direct light
+    /// of suns that are [lit by rays](LitScene::by_rays).
     ///
     /// `light` is the radiance of the surroundings in the world, of any order.
     #[must_use]
-    pub fn lit(&self, light: &ShVec<Rgb<f64>>) -> LitScene<'_> {
-        let gloss = self.gloss.as_ref();
-        let back = self.back.as_ref().map(|back| (back, back.transfer.lit(light, gloss)));
-        LitScene { baked: self, front: self.front.lit(light, gloss), back }
+    pub fn lit(&self, light: &SceneLight) -> LitScene<'_> {
+        let (gloss, suns) = (self.gloss.as_ref(), self.suns_apart(light));
+        let all = match suns {
+            SunsApart::Unshadowed | SunsApart::Shadowed => light.rest(),
+            SunsApart::No | SunsApart::Reflected => &light.whole(),
+        };
+        let mut front = self.front.lit(all, gloss);
+        let mut back = self.back.as_ref().map(|back| (back, back.transfer.lit(all, gloss)));
+        if let (SunsApart::Reflected, Some(direct)) = (&suns, &self.direct) {
+            let of_suns = light.of_suns();
+            direct.front.subtract_from(&mut front, &of_suns);
+            if let (Some((places, back)), Some(direct)) = (&mut back, &direct.back) {
+                back.subtract_each(&direct.transfer.lit(&of_suns, None));
+                debug_assert_eq!(places.places(), direct.places(), "the same backs");
+            }
+        }
+        LitScene { baked: self, front, back, suns, light: light.clone() }
     }
+
+    fn suns_apart(&self, light: &SceneLight) -> SunsApart {
+        match self.options.mode {
+            _ if light.suns().is_empty() || self.is_glossy() => SunsApart::No,
+            BakeMode::Unshadowed => SunsApart::Unshadowed,
+            BakeMode::Shadowed => SunsApart::Shadowed,
+            _ if self.direct.is_some() => SunsApart::Reflected,
+            _ => SunsApart::No,
+        }
+    }
+}
+
+/// Transfer of light that no surface reflects but the last.
+struct DirectPart {
+    front: PlacedTransfer,
+    /// Of the backs that are known, in their order.
+    back: Option<PlacedTransfer>,
+}
+
+/// How suns light a scene.
+enum SunsApart {
+    /// They are in the expansion.
+    No,
+    /// By themselves, without shadows as all light.
+    Unshadowed,
+    /// By themselves; transfer has no other light of theirs.
+    Shadowed,
+    /// By themselves, and what surfaces reflect of them by transfer.
+    Reflected,
 }
 
 /// The most bytes that baking and lighting `receivers` receivers of a scene take: their rows, twice while they grow,
@@ -231,10 +309,22 @@ pub fn transfer_bytes(scene: &Scene, receivers: usize, options: &BakeOptions, is
 pub struct LitScene<'a> {
     baked: &'a BakedScene,
     front: LitReceivers,
-    back: Option<(&'a BackFaces, LitReceivers)>,
+    back: Option<(&'a PlacedTransfer, LitReceivers)>,
+    suns: SunsApart,
+    light: SceneLight,
 }
 
 impl LitScene<'_> {
+    /// The light whose suns are to be added to [`LitScene::radiance`], as they shine between surfaces: without suns if the
+    /// radiance has all light.
+    #[must_use]
+    pub fn by_rays(&self) -> SceneLight {
+        match self.suns {
+            SunsApart::No | SunsApart::Unshadowed => self.light.whole().into(),
+            SunsApart::Shadowed | SunsApart::Reflected => self.light.clone(),
+        }
+    }
+
     /// The radiance towards the eye at a hit, interpolated between vertices or texels; black for backs that are not
     /// baked.
     #[must_use]
@@ -250,6 +340,11 @@ impl LitScene<'_> {
             if let Some((lit, receiver)) = of_receiver {
                 sum += lit.radiance(receiver, hit).scale(weight);
             }
+        }
+        if matches!(self.suns, SunsApart::Unshadowed) {
+            let suns = self.light.suns().iter().fold(Rgb::ZERO, |all, sun| all + sun.irradiance_at(hit.normal));
+            let white = suns.scale(FRAC_1_PI);
+            sum += if options.albedo == AlbedoMode::None { white } else { hit.albedo * white };
         }
         match gloss {
             Some(gloss) => gloss.albedo(hit) * sum,

@@ -3,16 +3,18 @@
 use std::f64::consts::FRAC_1_PI;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use lobe_env::SceneLight;
 use lobe_image::Picture;
 use lobe_io::Job;
 use lobe_scene::{Bvh, Scene};
-use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, ShVec, Zonal};
+use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, Zonal};
 
 use crate::camera::camera::Camera;
 use crate::error::RenderError;
 use crate::scene_view::baked_scene::BakedScene;
 use crate::scene_view::scene_picture::ray_cast;
 use crate::scene_view::scene_picture::{SceneHit, ViewOptions};
+use crate::scene_view::sun_rays::SunRays;
 
 /// A channel that is below zero by more than this part of the mean radiance of the light is a dark spot in the picture,
 /// not rounding.
@@ -36,12 +38,16 @@ pub struct LitPicture {
 /// Lights a baked scene, and shows it as `camera` sees it: `background` where a ray escapes.
 ///
 /// ```text
-///   matte    B = Σᵢ Lᵢ Tᵢ                    T: transfer vector, between vertices or texels
-///   glossy   B = ρ Σᵢ (k ∗ M L)ᵢ yᵢ(r)       M: transfer matrix, k: lobe, r: mirrored direction, ρ: directional albedo
+///   matte    B = Σᵢ Lᵢ Tᵢ - Σᵢ Sᵢ Dᵢ + ρ/π Σ_suns E_sun max(n·s, 0) V(x, s)
+///   glossy   B = ρ Σᵢ (k ∗ M L)ᵢ yᵢ(r)
+///
+///   T: transfer vector   D: its part without reflections   M: transfer matrix   k: lobe   r: mirrored direction
+///   L: expansion of all light   S: that of the suns   V: what is seen of a sun   ρ: albedo, or directional albedo
 /// ```
 ///
-/// `light` is an expansion of the radiance of the surroundings; bands above [`BakedScene::order`] are ignored. The
-/// steps of `job` are pixels; it cannot be kept in a file. The same bits for any number of threads.
+/// Suns cast shadows by rays, and what surfaces reflect of them is in `T - D`, which [`BakedScene::bake_direct`] has to
+/// find first: without it, and on glossy surfaces, the expansion holds the suns. Bands above [`BakedScene::order`] are
+/// ignored. The steps of `job` are pixels; it cannot be kept in a file. The same bits for any number of threads.
 ///
 /// # Examples
 ///
@@ -56,7 +62,7 @@ pub struct LitPicture {
 /// let baked = BakedScene::bake(scene, &options, None, Job::default())?;
 ///
 /// let sky = lobe_env::bundled::sunset().map();
-/// let light = lobe_env::project_env(&sky, 3);
+/// let light = lobe_env::project_env(&sky, 3).into();
 /// let camera = Camera::framing([-1.5, -1.5, 0.0], [1.5, 1.5, 2.0], View::three_quarter(), 0.35);
 /// let view = ViewOptions::default().width(32).height(24);
 /// let lit = light_baked_scene(&baked, &light, &camera, &view, |s| sky.radiance(s).widen(), Job::default())?;
@@ -68,17 +74,25 @@ pub struct LitPicture {
 /// As [`scene_picture`](fn@crate::scene_picture).
 pub fn light_baked_scene(
     baked: &BakedScene,
-    light: &ShVec<Rgb<f64>>,
+    light: &SceneLight,
     camera: &Camera,
     options: &ViewOptions,
     background: impl Fn(Dir) -> Rgb<f64> + Sync,
     job: Job<'_>,
 ) -> Result<LitPicture, RenderError> {
     let lit = baked.lit(light);
-    light_scene_by((baked.scene(), baked.bvh()), light, camera, options, &background, &|hit| lit.radiance(hit), job)
+    light_scene_by(
+        (baked.scene(), baked.bvh()),
+        &lit.by_rays(),
+        camera,
+        options,
+        &background,
+        &|hit| lit.radiance(hit),
+        job,
+    )
 }
 
-/// Lights a scene by the irradiance of its shading normals, without shadows: `B = albedo/π · E(n)`. Normal maps tilt them in
+/// Lights a scene by the irradiance of its shading normals, without shadows, of suns neither: `B = albedo/π · E(n)`. Normal maps tilt them in
 /// every pixel.
 ///
 /// The other arguments are those of [`light_baked_scene`].
@@ -88,33 +102,44 @@ pub fn light_baked_scene(
 pub fn light_by_irradiance(
     scene: &Scene,
     bvh: &Bvh,
-    light: &ShVec<Rgb<f64>>,
+    light: &SceneLight,
     camera: &Camera,
     options: &ViewOptions,
     background: impl Fn(Dir) -> Rgb<f64> + Sync,
     job: Job<'_>,
 ) -> Result<LitPicture, RenderError> {
-    let irradiance = light.convolved(&Zonal::clamped_cosine(light.order()));
-    let radiance = |hit: &SceneHit<'_>| (hit.albedo * irradiance.eval(hit.normal)).scale(FRAC_1_PI);
-    light_scene_by((scene, bvh), light, camera, options, &background, &radiance, job)
+    let rest = light.rest().convolved(&Zonal::clamped_cosine(light.rest().order()));
+    let radiance = |hit: &SceneHit<'_>| {
+        let suns = light.suns().iter().fold(Rgb::ZERO, |all, sun| all + sun.irradiance_at(hit.normal));
+        (hit.albedo * (rest.eval(hit.normal) + suns)).scale(FRAC_1_PI)
+    };
+    light_scene_by((scene, bvh), &light.rest().clone().into(), camera, options, &background, &radiance, job)
 }
 
-/// Shows a scene as `camera` sees it, where `shade` gives the radiance of each hit.
+/// Shows a scene as `camera` sees it, where `shade` gives the radiance of each hit without the direct light of suns, which is
+/// added by [`SunRays`].
 ///
-/// `light`, an expansion of the radiance of the surroundings, is the measure of [`LitPicture::below_zero`]. The other
-/// arguments are those of [`light_baked_scene`].
+/// ```text
+///   B = shade + ρ/π Σ_suns E_sun max(n·s, 0) V(x, s)
+/// ```
+///
+/// The mean of `light` is the measure of [`LitPicture::below_zero`]. The other arguments are those of
+/// [`light_baked_scene`].
 ///
 /// # Errors
 /// As [`scene_picture`](fn@crate::scene_picture).
 pub fn light_scene_by(
     (scene, bvh): (&Scene, &Bvh),
-    light: &ShVec<Rgb<f64>>,
+    light: &SceneLight,
     camera: &Camera,
     options: &ViewOptions,
     background: &(dyn Fn(Dir) -> Rgb<f64> + Sync),
     shade: &(dyn Fn(&SceneHit<'_>) -> Rgb<f64> + Sync),
     job: Job<'_>,
 ) -> Result<LitPicture, RenderError> {
+    let suns = SunRays::new(scene, bvh, light);
+    let with_suns = |hit: &SceneHit<'_>| shade(hit) + (hit.albedo * suns.irradiance(&hit.lit_at)).scale(FRAC_1_PI);
+    let shade: &(dyn Fn(&SceneHit<'_>) -> Rgb<f64> + Sync) = if light.suns().is_empty() { shade } else { &with_suns };
     let counted = Counted::new(light, shade);
     let radiance = |hit: &SceneHit<'_>| counted.radiance(hit);
     let (picture, coverage) = ray_cast(scene, bvh, camera, options, background, &radiance, job)?;
@@ -142,7 +167,7 @@ struct Counted<'a> {
 }
 
 impl<'a> Counted<'a> {
-    fn new(light: &ShVec<Rgb<f64>>, shade: &'a (dyn Fn(&SceneHit<'_>) -> Rgb<f64> + Sync)) -> Self {
+    fn new(light: &SceneLight, shade: &'a (dyn Fn(&SceneHit<'_>) -> Rgb<f64> + Sync)) -> Self {
         let limit = -VISIBLY_BELOW * light.mean().luminance().abs();
         Self { shade, limit, shaded: AtomicUsize::new(0), below: AtomicUsize::new(0) }
     }

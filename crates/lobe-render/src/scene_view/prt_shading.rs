@@ -160,6 +160,13 @@ pub(crate) enum LitReceivers {
 }
 
 impl LitReceivers {
+    /// Takes away the values of the same receivers; matte ones alone.
+    pub(crate) fn subtract_each(&mut self, part: &Self) {
+        if let (Self::Matte(all), Self::Matte(part)) = (self, part) {
+            all.iter_mut().zip(part).for_each(|(all, part)| *all -= *part);
+        }
+    }
+
     pub(crate) fn radiance(&self, receiver: usize, hit: &SceneHit<'_>) -> Rgb<f64> {
         match self {
             Self::Matte(values) => values[receiver].widen(),

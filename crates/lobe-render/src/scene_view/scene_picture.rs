@@ -11,6 +11,7 @@ use crate::camera::camera::Camera;
 use crate::error::RenderError;
 use crate::progressive::{in_portions, progress_of};
 use crate::scene_view::silhouettes::{Again, Met, Sampled, place_in_pixel, silhouettes};
+use crate::scene_view::sun_rays::SurfacePoint;
 
 /// The size and the sampling of a picture of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Setters)]
@@ -215,6 +216,8 @@ pub struct SceneHit<'a> {
     pub normal: Dir,
     /// Base color.
     pub albedo: Rgb<f64>,
+    /// The same point for the light that falls on it.
+    pub(crate) lit_at: SurfacePoint,
     /// False for the back of a surface that is not double-sided.
     is_lit: bool,
     /// Whether the side with counter-clockwise corners is seen; if not, what [`lobe_prt::Receivers::at_vertices`] found
@@ -230,12 +233,14 @@ impl<'a> SceneHit<'a> {
         let side = if is_front { 1.0 } else { -1.0 };
         let shading = lobe_sh::sphere::vector::normalized(surface.shading_normal.map(|c| side * f64::from(c)));
         let [r, g, b, _] = surface.base_color;
+        let normal = Dir::from_unit(shading);
         Self {
             scene,
             hit,
+            lit_at: SurfacePoint { position: surface.position, plane: geometric.map(|c| side * c), normal },
             met: Met::new(surface.mesh, is_front, surface.position, surface.vertex_normal),
             view: -towards,
-            normal: Dir::from_unit(shading),
+            normal,
             albedo: Rgb::new(r, g, b).widen(),
             is_lit: is_front || scene.material(surface.mesh).double_sided,
             is_front,

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use lobe_env::SceneLight;
 use lobe_io::{Given, GivenPaths, Job, JobOptions, MemoryLimit, OptionError, OptionField, OptionKind, options};
 use lobe_prt::{
     AlbedoMode, BakeMode, BakeOptions, BakeWork, BakedOrScene, GlossyLobe, OpenScene, Recipe, Transfer,
@@ -113,21 +114,38 @@ pub struct SceneTransfer {
 }
 
 impl SceneTransfer {
-    /// Bakes the backs of double-sided surfaces that a view shows, as files mostly hold fronts. The job that is watched
-    /// has the steps `look` and `bake`.
+    /// Bakes what a picture needs and files mostly leave out: the backs of double-sided surfaces that a view shows, and
+    /// the direct part of the transfer if the light has suns. The job that is watched has the steps `look`, `bake` and `bake
+    /// direct`.
     ///
     /// # Errors
-    /// Those of [`BakedScene::backs_in_view`] and [`BakedScene::bake_backs`]; [`RenderError::OfJob`] for backs that take
-    /// more memory than allowed.
-    pub fn with_backs(
+    /// Those of [`BakedScene::backs_in_view`], [`BakedScene::bake_backs`] and [`BakedScene::bake_direct`];
+    /// [`RenderError::OfJob`] for what takes more memory than allowed.
+    pub fn completed(
         mut self,
         (camera, view): (&Camera, &ViewOptions),
+        light: Option<&SceneLight>,
         mut work: Job<'_>,
     ) -> Result<BakedScene, RenderError> {
-        let Self { baked, file, memory } = &mut self;
+        self.bake_backs((camera, view), work.reborrow())?;
+        if light.is_some_and(|light| !light.suns().is_empty()) && self.baked.needs_direct() {
+            let (baked, count) = (&self.baked, self.baked.receivers());
+            check_memory(self.memory, baked.scene(), count, baked.options(), false)?;
+            if let Some(file) = &self.file {
+                let text = "holds direct and reflected light as one; the direct part of its transfer is baked now, so that \
+                            suns cast sharp shadows";
+                work.note(file, text);
+            }
+            self.baked.bake_direct(work.step("bake direct"))?;
+        }
+        Ok(self.baked)
+    }
+
+    fn bake_backs(&mut self, (camera, view): (&Camera, &ViewOptions), mut work: Job<'_>) -> Result<(), RenderError> {
+        let Self { baked, file, memory } = self;
         let seen = baked.backs_in_view(camera, view, work.step("look"))?;
         if seen.is_empty() {
-            return Ok(self.baked);
+            return Ok(());
         }
         check_memory(*memory, baked.scene(), seen.len(), baked.options(), baked.is_glossy())?;
         if let Some(file) = file {
@@ -140,8 +158,7 @@ impl SceneTransfer {
             );
             work.note(file, &text);
         }
-        baked.bake_backs(&seen, work.step("bake"))?;
-        Ok(self.baked)
+        baked.bake_backs(&seen, work.step("bake"))
     }
 }
 

@@ -55,7 +55,7 @@ fn light() -> ShVec<Rgb<f64>> {
 }
 
 fn lit(baked: &BakedScene, light: &ShVec<Rgb<f64>>, height: f64) -> LitPicture {
-    light_baked_scene(baked, light, &camera(height), &view(), |_| Rgb::ZERO, Job::default()).unwrap()
+    light_baked_scene(baked, &light.clone().into(), &camera(height), &view(), |_| Rgb::ZERO, Job::default()).unwrap()
 }
 
 fn assert_close(found: &Picture, expected: &Picture, what: &str) {
@@ -75,7 +75,8 @@ fn transfer_without_shadows_shows_the_irradiance_of_a_flat_surface() {
     let (scene, light) = (square(), light());
     let bvh = Bvh::new(&scene);
     let by_normal =
-        light_by_irradiance(&scene, &bvh, &light, &camera(3.0), &view(), |_| Rgb::ZERO, Job::default()).unwrap();
+        light_by_irradiance(&scene, &bvh, &light.clone().into(), &camera(3.0), &view(), |_| Rgb::ZERO, Job::default())
+            .unwrap();
     assert_close(&lit(&baked, &light, 3.0).picture, &by_normal.picture, "by transfer");
     assert_eq!(by_normal.below_zero, 0.0, "light from above");
 }
@@ -183,7 +184,15 @@ fn light_that_rings_is_reported() {
     let bvh = Bvh::new(&scene);
     for (from, expected) in [(below, 1.0), (Dir::Z, 0.0)] {
         let light = ShVec::impulse(ORDER, from, Rgb::splat(1.0_f64));
-        let lit = light_by_irradiance(&scene, &bvh, &light, &camera(3.0), &view(), |_| Rgb::ZERO, Job::default());
+        let lit = light_by_irradiance(
+            &scene,
+            &bvh,
+            &light.clone().into(),
+            &camera(3.0),
+            &view(),
+            |_| Rgb::ZERO,
+            Job::default(),
+        );
         let lit = lit.unwrap();
         assert_eq!(lit.below_zero, expected, "light from {from:?}: {:?}", lit.picture.pixels()[90]);
     }

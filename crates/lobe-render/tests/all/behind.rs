@@ -40,7 +40,7 @@ fn ball() -> Camera {
 fn shaded(scene: &Scene, camera: &Camera, behind: &DistantLight, options: &ViewOptions) -> LitPicture {
     let (bvh, light) = (Bvh::new(scene), ShVec::constant(1, Rgb::splat(1.0)));
     let background = |s: Dir| behind.seen(s);
-    light_by_irradiance(scene, &bvh, &light, camera, options, background, Job::default()).unwrap()
+    light_by_irradiance(scene, &bvh, &light.into(), camera, options, background, Job::default()).unwrap()
 }
 
 fn traced(scene: &Scene, camera: &Camera, light: &DistantLight, paths: usize) -> Truth {

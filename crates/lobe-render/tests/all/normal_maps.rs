@@ -52,7 +52,9 @@ fn by_irradiance(scene: &Scene, z: f64, a: [f64; 3]) -> Picture {
     let light = ShVec::from_vec(linear.iter().map(|&c| Rgb::new(c, c, c)).collect()).unwrap();
     let view = ViewOptions::default().width(4).height(3).rays(1);
     let black = |_: Dir| Rgb::new(0.0_f64, 0.0, 0.0);
-    light_by_irradiance(scene, &Bvh::new(scene), &light, &camera(z), &view, black, Job::default()).unwrap().picture
+    light_by_irradiance(scene, &Bvh::new(scene), &light.into(), &camera(z), &view, black, Job::default())
+        .unwrap()
+        .picture
 }
 
 #[test]

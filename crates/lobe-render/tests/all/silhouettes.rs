@@ -35,7 +35,7 @@ fn above() -> Camera {
 fn lit(scene: &Scene, options: &ViewOptions) -> LitPicture {
     let light = ShVec::constant(1, Rgb::splat(1.0));
     let black = |_: Dir| Rgb::ZERO;
-    light_by_irradiance(scene, &Bvh::new(scene), &light, &above(), options, black, Job::default()).unwrap()
+    light_by_irradiance(scene, &Bvh::new(scene), &light.into(), &above(), options, black, Job::default()).unwrap()
 }
 
 fn view() -> ViewOptions {

@@ -1,33 +1,52 @@
-//! Back faces: the transfer of the backs of double-sided surfaces that a view shows. Most files hold that of fronts
-//! alone.
+//! Transfer of some places of a scene: of the backs of double-sided surfaces that a view shows, as most files hold that
+//! of fronts alone, and of the direct light of suns.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use lobe_io::Job;
 use lobe_prt::{BakeOptions, BakedBacks, FittedVertices, TexelReceivers};
 use lobe_scene::{Bvh, Scene};
-use lobe_sh::{Coefficient as _, Dir, Rgb};
+use lobe_sh::{Coefficient as _, Dir, Rgb, ShVec};
 
 use crate::camera::camera::Camera;
 use crate::error::RenderError;
-use crate::scene_view::prt_shading::{Places, SurfaceTransfer};
+use crate::scene_view::prt_shading::{LitReceivers, Places, SurfaceTransfer};
 use crate::scene_view::scene_picture::ray_cast;
 use crate::scene_view::scene_picture::{SceneHit, ViewOptions};
 
-/// The transfer of the backs of some places.
-pub(crate) struct BackFaces {
-    /// The receiver at the back of each place; [`NONE`] where there is none.
+/// The transfer of some places on one of their sides.
+pub(crate) struct PlacedTransfer {
+    /// The receiver of each place; [`NONE`] where there is none.
     receivers: Vec<u32>,
     pub(crate) transfer: SurfaceTransfer,
 }
 
 const NONE: u32 = u32::MAX;
 
-impl BackFaces {
+impl PlacedTransfer {
+    /// Bakes the fronts of all places; vertices are fitted.
+    pub(crate) fn fronts(
+        (scene, bvh): (&Scene, &Bvh),
+        places: &Places,
+        options: &BakeOptions,
+        job: Job<'_>,
+    ) -> Result<Self, RenderError> {
+        match places {
+            Places::Vertices => {
+                let transfer = SurfaceTransfer::fit(&FittedVertices::all(scene)?, bvh, options, false, job)?.0;
+                Ok(Self { receivers: (0..scene.vertex_count() as u32).collect(), transfer })
+            }
+            Places::Texels(lightmap) => {
+                let texels = TexelReceivers::new(scene, lightmap.width())?;
+                let transfer = SurfaceTransfer::bake(scene, bvh, texels.receivers(), options, false, job)?.0;
+                Ok(Self { receivers: texels.dilated(), transfer })
+            }
+        }
+    }
+
     /// Bakes the backs of `seen`, places in rising order; vertices are fitted.
-    pub(crate) fn bake(
-        scene: &Scene,
-        bvh: &Bvh,
+    pub(crate) fn backs(
+        (scene, bvh): (&Scene, &Bvh),
         places: &Places,
         seen: &[usize],
         options: &BakeOptions,
@@ -68,9 +87,26 @@ impl BackFaces {
         Self { receivers, transfer: SurfaceTransfer::Matte(transfer.into()) }
     }
 
-    /// The receiver at the back of a place, if that was baked.
+    /// The receiver of a place, if that was baked.
     pub(crate) fn receiver(&self, place: usize) -> Option<usize> {
         Some(self.receivers[place]).filter(|&receiver| receiver != NONE).map(|receiver| receiver as usize)
+    }
+
+    /// Takes what these places send back of a light from what they send back by other transfer, where all are matte.
+    pub(crate) fn subtract_from(&self, all: &mut LitReceivers, light: &ShVec<Rgb<f64>>) {
+        let (LitReceivers::Matte(all), LitReceivers::Matte(part)) = (all, self.transfer.lit(light, None)) else {
+            return;
+        };
+        for (place, all) in all.iter_mut().enumerate() {
+            if let Some(receiver) = self.receiver(place) {
+                *all -= part[receiver];
+            }
+        }
+    }
+
+    /// The places that were baked, in rising order.
+    pub(crate) fn places(&self) -> Vec<usize> {
+        (0..self.receivers.len()).filter(|&place| self.receiver(place).is_some()).collect()
     }
 }
 

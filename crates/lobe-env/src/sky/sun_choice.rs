@@ -1,0 +1,104 @@
+//! Which suns of a light stand apart from its expansion.
+
+use std::fmt;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use crate::error::EnvError;
+use crate::sky::sun_extraction::Sun;
+use crate::sky::sun_file::read_suns;
+
+/// Suns that [`SunChoice::Auto`] takes out at most. Each costs shadow rays of its own.
+const MOST: usize = 4;
+
+/// The part of all light that a sun of [`SunChoice::Auto`] has at least: one that is fainter changes a picture by less
+/// than low orders do.
+const LEAST_PART: f64 = 0.01;
+
+/// Suns that anyone may ask for.
+const MAX: usize = 1024;
+
+/// Which suns of a light stand apart from its expansion.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum SunChoice {
+    /// The suns and lamps that [`extract_suns`](crate::extract_suns) finds in a map: up to four, from the brightest on, each
+    /// of a hundredth of the light at least. None of an expansion.
+    #[default]
+    Auto,
+    /// No suns: the expansion holds all light.
+    None,
+    /// So many at most, however faint.
+    Count(usize),
+    /// Those of a file ([`read_suns`]), in addition to all that a map or an expansion holds.
+    File(PathBuf),
+}
+
+impl SunChoice {
+    /// The most suns that are looked for in a map; none if that is left alone.
+    pub(crate) fn most(&self) -> Option<usize> {
+        match self {
+            Self::Auto => Some(MOST),
+            Self::Count(count) if *count > 0 => Some(*count),
+            _ => None,
+        }
+    }
+
+    /// The part of all light that a sun has at least.
+    pub(crate) fn least_part(&self) -> f64 {
+        if *self == Self::Auto { LEAST_PART } else { 0.0 }
+    }
+
+    /// The suns of the file, if there is one.
+    ///
+    /// # Errors
+    /// Those of [`read_suns`].
+    pub(crate) fn given(&self) -> Result<Vec<Sun>, EnvError> {
+        match self {
+            Self::File(path) => read_suns(path),
+            _ => Ok(Vec::new()),
+        }
+    }
+}
+
+impl FromStr for SunChoice {
+    type Err = String;
+
+    /// `auto`, `none`, a number up to 1024, or the path of a .json file.
+    fn from_str(text: &str) -> Result<Self, String> {
+        match (text, text.parse()) {
+            ("auto", _) => Ok(Self::Auto),
+            ("none", _) => Ok(Self::None),
+            (_, Ok(count)) if count <= MAX => Ok(Self::Count(count)),
+            (path, Err(_)) if path.to_ascii_lowercase().ends_with(".json") => Ok(Self::File(path.into())),
+            _ => Err(format!("expected auto, none, a number up to {MAX} or a .json file of suns, found {text}")),
+        }
+    }
+}
+
+impl fmt::Display for SunChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Auto => f.write_str("auto"),
+            Self::None => f.write_str("none"),
+            Self::Count(count) => write!(f, "{count}"),
+            Self::File(path) => path.display().fmt(f),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_choice_is_read_from_the_text_that_it_prints() {
+        for text in ["auto", "none", "0", "3", "suns.json"] {
+            assert_eq!(text.parse::<SunChoice>().map(|choice| choice.to_string()).as_deref(), Ok(text), "{text}");
+        }
+        for bad in ["", "1025", "-1", "all", "suns.txt"] {
+            let error = bad.parse::<SunChoice>().unwrap_err();
+            assert!(error.starts_with("expected auto, none,") && error.ends_with(bad), "{error}");
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! Direct light of suns: how much of each disc a point of a surface sees, by rays.
+
+use std::f64::consts::TAU;
+
+use lobe_env::{SceneLight, Sun};
+use lobe_scene::{Bvh, Ray, Scene, SurfaceRays};
+use lobe_sh::sphere::vector::{Vec3, dot, tangents_along_z};
+use lobe_sh::{Coefficient as _, Dir, Rgb};
+
+use crate::scene_view::silhouettes::place_in_pixel;
+
+/// Rays to a disc that tell whether a point lies in the penumbra: all of them meet the same if it does not.
+const PROBES: usize = 8;
+
+/// Rays to a disc in its penumbra, the probes among them: steps of a sixty-fourth of the sun do not show.
+const RAYS: usize = 64;
+
+/// The suns of a light as surfaces of a scene see them.
+///
+/// ```text
+///   E(x, n) = Σ_suns E_sun(n) Σₖ wₖ V(x, sₖ) / Σₖ wₖ        wₖ = max(n·sₖ, 0)
+/// ```
+///
+/// `sₖ` are directions over the disc of the sun, the same for all points, `V` is 1 where a ray leaves the scene, the tint
+/// of the glass that it passes, or 0. What is not in shadow has the irradiance of the whole disc,
+/// [`Sun::irradiance_at`]. Eight rays are traced to each disc, and 64 where these do not agree.
+#[derive(Debug)]
+pub struct SunRays<'a> {
+    surfaces: SurfaceRays<'a>,
+    discs: Vec<Disc>,
+}
+
+/// A sun with the directions that are looked at.
+#[derive(Debug)]
+struct Disc {
+    sun: Sun,
+    /// The probes first.
+    towards: Vec<Dir>,
+}
+
+impl Disc {
+    fn new(sun: Sun) -> Self {
+        let axis = sun.direction.to_array();
+        let [u, v] = tangents_along_z(axis);
+        // 1 - cos of the radius, without cancellation.
+        let height = 2.0 * (0.25 * sun.angular_diameter).sin().powi(2);
+        let towards = |k: usize| {
+            let [a, b] = place_in_pixel(k, RAYS);
+            let depth = a * height;
+            let (sin, cos) = (TAU * b).sin_cos();
+            let r = (depth * (2.0 - depth)).max(0.0).sqrt();
+            Dir::from_unit([0, 1, 2].map(|i| r * cos * u[i] + r * sin * v[i] + (1.0 - depth) * axis[i]))
+        };
+        // Every eighth is a probe, spread over the disc as all are.
+        let (probes, others): (Vec<_>, Vec<_>) = (0..RAYS).partition(|k| k % (RAYS / PROBES) == RAYS / PROBES / 2);
+        Self { sun, towards: probes.into_iter().chain(others).map(towards).collect() }
+    }
+}
+
+/// A point of a surface, on the side from which it is lit.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfacePoint {
+    /// Where it is, in the frame of the scene.
+    pub position: [f32; 3],
+    /// The unit normal of the plane in which it lies.
+    pub plane: Vec3,
+    /// The unit normal to shade with.
+    pub normal: Dir,
+}
+
+/// What a direction shows of a sun, and its weight.
+struct Seen {
+    sum: Rgb<f64>,
+    weight: f64,
+    is_mixed: bool,
+}
+
+impl<'a> SunRays<'a> {
+    /// The suns of a light in the world of a scene, whose tree is `bvh`.
+    #[must_use]
+    pub fn new(scene: &'a Scene, bvh: &'a Bvh, light: &SceneLight) -> Self {
+        let discs = light.suns().iter().map(|sun| Disc::new(*sun)).collect();
+        Self { surfaces: SurfaceRays::new(scene, bvh), discs }
+    }
+
+    /// The irradiance of a point by all suns, without those parts of their discs that surfaces hide.
+    #[must_use]
+    pub fn irradiance(&self, at: &SurfacePoint) -> Rgb<f64> {
+        self.discs.iter().fold(Rgb::ZERO, |all, disc| all + self.of_disc(disc, at))
+    }
+
+    fn of_disc(&self, disc: &Disc, at: &SurfacePoint) -> Rgb<f64> {
+        let open = disc.sun.irradiance_at(at.normal);
+        if open == Rgb::ZERO {
+            return open;
+        }
+        let (probes, others) = disc.towards.split_at(PROBES);
+        let mut seen = self.look(at, probes);
+        if seen.is_mixed {
+            let more = self.look(at, others);
+            seen.sum += more.sum;
+            seen.weight += more.weight;
+        }
+        if seen.weight > 0.0 { open * seen.sum.scale(seen.weight.recip()) } else { Rgb::ZERO }
+    }
+
+    /// The part of these directions that light comes from.
+    fn look(&self, at: &SurfacePoint, towards: &[Dir]) -> Seen {
+        let origin = self.surfaces.bvh().origin_above(at.position, at.plane.map(|c| c as f32));
+        let rays: Vec<Ray> = towards.iter().map(|s| Ray::new(origin, s.to_array().map(|c| c as f32))).collect();
+        let passed = self.surfaces.passes_through_each(&rays);
+        let mut seen = Seen { sum: Rgb::ZERO, weight: 0.0, is_mixed: false };
+        let mut first = None;
+        for (s, tint) in towards.iter().zip(passed) {
+            // A ray into the surface meets it.
+            let tint = tint.filter(|_| dot(s.to_array(), at.plane) > 0.0).unwrap_or([0.0; 3]);
+            let weight = at.normal.dot(*s).max(0.0);
+            seen.is_mixed |= *first.get_or_insert(tint) != tint || weight == 0.0;
+            seen.sum += Rgb::from(tint).widen().scale(weight);
+            seen.weight += weight;
+        }
+        seen
+    }
+}
