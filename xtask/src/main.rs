@@ -14,6 +14,7 @@ mod outcome;
 mod outputs;
 mod sizes;
 mod step;
+mod suns;
 mod tables;
 mod toolchain;
 mod web;
@@ -54,6 +55,11 @@ const CHORES: &[(&str, &str, Chore)] = &[
         "bakes",
         "default bakes against path traced pictures: [PROGRAM] [--before PROGRAM] [--pictures] [--write] [SCENE ..]",
         bakes::run,
+    ),
+    (
+        "suns",
+        "pictures with suns in the expansion and apart against path traced ones: [PROGRAM] [--scene SCENE].. MAP..",
+        suns::run,
     ),
     ("web", "the viewer as a page for any static host, in target/web; --check looks at it in Chromium", web::run),
     (

@@ -65,7 +65,7 @@ pub use compression::compression_options::CompressionOptions;
 pub use error::PrtError;
 pub use files::any_transfer::{AnyTransfer, read_any_transfer, read_any_transfer_bytes};
 pub use files::baked_backs::{BakedBacks, double_sided_vertices};
-pub use files::baked_glb::BakedGlb;
+pub use files::baked_glb::{BakedGlb, MoreTransfer};
 pub use files::baked_layout::LOBE_EXTRAS_VERSION;
 pub use files::compressed_file::{
     read_compressed_transfer, read_compressed_transfer_bytes, read_zonal_transfer, read_zonal_transfer_bytes,
@@ -97,6 +97,7 @@ pub use transfer::glossy_lobe::GlossyLobe;
 pub use transfer::half_transfer::{HalfReport, HalfTransfer};
 pub use transfer::transfer::{Channels, Transfer};
 pub use transfer::transfer_matrices::TransferMatrices;
+pub use transfer::transfer_parts::TransferParts;
 pub use transfer::transfer_rows::{MatrixRows, StoredMatrices, StoredTransfer, TransferRows};
 pub use zonal::zonal_fit::{ZonalFitOptions, ZonalFitReport, fit_zonal};
 pub use zonal::zonal_transfer::ZonalTransfer;

@@ -15,6 +15,7 @@ use crate::finishing::finish::FinishOptions;
 use crate::fit::adaptive::{AdaptiveOptions, AdaptiveReport};
 use crate::job::fingerprint::scene_hash;
 use crate::transfer::half_transfer::HalfReport;
+use crate::transfer::transfer_parts::TransferParts;
 
 /// The name of [`AlbedoMode::None`] in a recipe.
 const DEMODULATED: &str = "none";
@@ -121,6 +122,8 @@ Recipe {
     default_material: DefaultMaterial,
     /// Whether the file has the backs of double-sided surfaces, too.
     backs: bool,
+    /// The parts of the transfer that the file has, if they are more than the whole.
+    parts: TransferParts,
     /// Whether light went straight through glass and blended surfaces.
     straight_through: bool,
     /// Seconds from the beginning of the animation at which the scene stood, if animations, skins or morph targets pose

@@ -1,5 +1,6 @@
 //! Light options of `lobe render`: a map or an expansion, its order, window and rotation.
 
+use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -12,7 +13,7 @@ use lobe::sh::sh_json::read_sh_json;
 use lobe::sh::{Dir, Expansion as _, Rgb, Rotation, ShVec, Window};
 
 use crate::args::input::without_options;
-use crate::args::map_input::MapInput;
+use crate::args::map_input::{MapInput, OF_MAP};
 use crate::args::memory::MemoryLimit;
 use crate::args::values;
 use crate::run::talk::Talk;
@@ -57,6 +58,37 @@ pub(crate) struct SunInput {
 impl SunInput {
     pub(crate) fn none() -> Self {
         Self { suns: SunChoice::None }
+    }
+
+    /// Refuses to look for suns in a map if that takes more memory than allowed: a second map, of the sky without them.
+    pub(crate) fn check_memory(
+        &self,
+        input: &LightInput,
+        light: &ReadLight,
+        memory: &MemoryLimit,
+    ) -> anyhow::Result<()> {
+        match &light.map {
+            Some(map) if self.suns.looks() => {
+                MapInput::of(input.path(), memory).check_work("looking for suns in", map, 2 * OF_MAP)
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Notes which suns a map has lost to the light beside its expansion.
+    pub(crate) fn note(&self, light: &SceneLight, name: &str, talk: Talk) {
+        let suns = light.suns();
+        if suns.is_empty() || !self.suns.looks() {
+            return;
+        }
+        let of_suns: f64 = suns.iter().map(|sun| sun.irradiance.luminance()).sum();
+        let percent = 100.0 * of_suns / (4.0 * PI * light.mean().luminance());
+        let (what, it) = match suns.len() {
+            1 => ("a sun".to_owned(), "it"),
+            count => (format!("{count} suns"), "them"),
+        };
+        let text = format!("{what} of {percent:.0} % of the light by rays; --suns none leaves {it} in the expansion");
+        talk.note(name, &text);
     }
 
     /// The file of suns, if one is given.

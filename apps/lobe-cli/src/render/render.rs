@@ -149,7 +149,7 @@ impl Render {
 
     /// The suns of the light and its expansion, of `order` bands unless others are asked for; none where the light is used as
     /// it was given.
-    fn split(&self, light: &ReadLight, order: usize) -> anyhow::Result<Option<SceneLight>> {
+    fn split(&self, light: &ReadLight, order: usize, talk: Talk) -> anyhow::Result<Option<SceneLight>> {
         let is_expansion = match self.mode {
             Mode::Trace => self.expansion.is_asked_of(light),
             Mode::Maps => false,
@@ -158,7 +158,13 @@ impl Render {
         // Paths look up what they are given: a map with its suns, or an expansion of all light.
         let none = SunInput::none();
         let suns = if self.mode == Mode::Trace { &none } else { &self.suns };
-        is_expansion.then(|| self.expansion.of(light, order, suns)).transpose()
+        if !is_expansion {
+            return Ok(None);
+        }
+        suns.check_memory(&self.light, light, &self.memory)?;
+        let split = self.expansion.of(light, order, suns)?;
+        suns.note(&split, &self.light.path().display().to_string(), talk);
+        Ok(Some(split))
     }
 
     /// The scene as the mode needs it, the camera that sees it, the light, and the files of bakes.
@@ -172,14 +178,14 @@ impl Render {
             let (order, memory) = (self.expansion.order, self.memory.limit());
             let found = watched_job(talk, Kept::Nowhere, |work| self.transfer.prepare(open, order, memory, work))?;
             let (camera, view) = (self.view.camera(found.baked.scene())?, self.view_options());
-            let split = self.split(light, found.baked.order())?;
+            let split = self.split(light, found.baked.order(), talk)?;
             let completed = |work: Job<'_>| found.completed((&camera, &view), split.as_ref(), work);
             let baked = watched_job(talk, Kept::Nowhere, completed)?;
             return Ok((Stage::Baked(Box::new(baked)), camera, split, Vec::new()));
         }
         let scene = self.surfaces.applied(heard(talk, |work| open.scene(work))?)?;
         let (bvh, camera) = (Bvh::new(&scene), self.view.camera(&scene)?);
-        Ok((Stage::Plain(scene, bvh), camera, self.split(light, IRRADIANCE_ORDER)?, Vec::new()))
+        Ok((Stage::Plain(scene, bvh), camera, self.split(light, IRRADIANCE_ORDER, talk)?, Vec::new()))
     }
 
     fn moving_stage(&self, open: OpenScene, light: &ReadLight, talk: Talk) -> anyhow::Result<Staged> {
@@ -200,11 +206,11 @@ impl Render {
         }
         let camera = self.view.camera_around(moving_bounds(&moving, &times)?)?;
         if !is_shaded {
-            let split = self.split(light, IRRADIANCE_ORDER)?;
+            let split = self.split(light, IRRADIANCE_ORDER, talk)?;
             return Ok((Stage::Moving(Box::new(moving), None), camera, split, Vec::new()));
         }
         let paths = self.moving.light(&moving, self.expansion.order);
-        let split = self.split(light, paths.order)?;
+        let split = self.split(light, paths.order, talk)?;
         watched_job(talk, Kept::Nowhere, |work| self.moving.split(&mut moving, &paths, &name, work))?;
         let files = JobFiles::beside(self.pictures.output().to_path_buf());
         let mut bake_one = |what: &str, own: Option<&JobFiles>, bake: &mut OneBake<'_>| {

@@ -61,7 +61,11 @@ fn resumption(kept: &Path, progress: &Progress) -> (String, String) {
         "split" => format!(" of round {} of splitting", progress.round),
         _ => String::new(),
     };
-    let ending = if progress.step == "bake backs" { ".backs" } else { "" };
+    let ending = match progress.step {
+        "bake backs" => ".backs",
+        "bake direct" => ".direct",
+        _ => "",
+    };
     (format!("{}{ending}", kept.display()), format!("found; going on from {percent} %{place}"))
 }
 

@@ -70,3 +70,28 @@ fn cubes_of_photographs_are_read_in_the_order_that_is_told_and_the_assumption_is
     let line = dir.lobe("env convert row.pfm --faces front,right,back,left,up,up -o x.pfm").error();
     assert!(line.contains("up twice"), "{line}");
 }
+
+#[test]
+fn a_sun_casts_its_shadow_by_rays_whether_it_is_found_or_given() {
+    let dir = Dir::new();
+    let (printed, _) = dir.lobe("env sun bundled:sunset -o rest.exr --json").succeeds();
+    dir.file("suns.json", printed);
+    dir.lobe("bake built-in:ball -o ball.glb --order 3 --samples 16 --no-split --parts direct,reflected").succeeds();
+    let render = |env: &str, suns: &str, name: &str| {
+        let args = format!("render baked ball.glb --env {env} --size 32x24 --background none -o {name}.exr {suns}");
+        dir.lobe(&args).succeeds().1
+    };
+    let note = render("bundled:sunset", "", "found");
+    assert!(note.contains("a sun of ") && note.contains("--suns none leaves it in the expansion"), "{note}");
+    render("rest.exr", "--suns suns.json", "given");
+    render("bundled:sunset", "--suns none", "smeared");
+    let apart = |a: &str, b: &str| -> f64 {
+        let args = format!("compare {a}.exr {b}.exr --json");
+        let found: Value = serde_json::from_str(&dir.lobe(&args).arg("--quiet").stdout()).unwrap();
+        found["rmse"].as_f64().unwrap()
+    };
+    // The rest has been written in half precision.
+    assert!(apart("found", "given") < 1e-3 * apart("found", "smeared"), "{}", apart("found", "given"));
+    let error = dir.lobe("render baked ball.glb --env bundled:sunset --suns no.json -o x.exr").error();
+    assert!(error.contains("--suns") && error.contains("no.json"), "{error}");
+}

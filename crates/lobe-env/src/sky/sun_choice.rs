@@ -35,6 +35,12 @@ pub enum SunChoice {
 }
 
 impl SunChoice {
+    /// Whether suns are looked for in a map, for which it is copied.
+    #[must_use]
+    pub fn looks(&self) -> bool {
+        self.most().is_some()
+    }
+
     /// The most suns that are looked for in a map; none if that is left alone.
     pub(crate) fn most(&self) -> Option<usize> {
         match self {

@@ -2,14 +2,17 @@
 
 use std::fs;
 
-use lobe_env::{bundled, project_env};
+use lobe_env::{SceneLight, Sun, bundled, project_env};
 use lobe_io::Job;
 use lobe_motion::{
     Motion, MovingBakeOptions, MovingMethod, MovingOptions, MovingPart, MovingScene, MovingShading,
     VisibilityGridOptions, light_moving_scene,
 };
 use lobe_prt::{BakeMode, BakeOptions, bake_vertices};
-use lobe_render::{Camera, DistantLight, PathOptions, SampleCount, TruthOptions, View, ViewOptions, render_truth};
+use lobe_render::{
+    BakedScene, Camera, DistantLight, PathOptions, SampleCount, TruthOptions, View, ViewOptions, light_baked_scene,
+    render_truth,
+};
 use lobe_scene::{Bvh, SceneReadOptions, built_in};
 use lobe_sh::{Dir, Expansion as _, Rgb, Rotation, ShVec};
 use lobe_shadow::{FieldOptions, Key, Placement, SphereFitOptions, Track};
@@ -139,6 +142,40 @@ fn shadows_of_what_moves_are_nearer_to_traced_paths_than_bakes_without_them() {
             println!("{method:?} at {time} s: {with:.4} of {without:.4} without shadows");
             assert!(with < 0.5 * without, "{method:?} at {time} s: {with} with shadows, {without} without");
         }
+    }
+}
+
+/// A dim sky with a sun.
+fn sunny() -> SceneLight {
+    let (direction, irradiance) = (Dir::new([0.5, 0.3, 0.8]).unwrap(), Rgb::new(3.0, 2.5, 2.0));
+    let sun = Sun { direction, irradiance, angular_diameter: 0.02, texels: 0 };
+    SceneLight::new(ShVec::constant(ORDER, Rgb::new(0.2, 0.3, 0.5)), vec![sun])
+}
+
+#[test]
+fn suns_light_a_moving_scene_as_they_light_the_baked_scene_in_its_place() {
+    let mut moving = balls_over_ground();
+    let transfer = options().transfer.mode(BakeMode::Interreflected).bounces(1);
+    moving.bake(MovingMethod::Fields, &options().transfer(transfer).direct(true), Job::default()).unwrap();
+    let moment = moving.at(0.6).unwrap();
+    let camera = Camera::framing([-3.0, -3.0, 0.0], [3.0, 3.0, 3.0], View::three_quarter(), 0.35);
+    let view = ViewOptions::default().width(48).height(36);
+    let black = |_: Dir| Rgb::new(0.0, 0.0, 0.0);
+    let shading = shading(MovingMethod::Fields);
+    let picture = |light: &SceneLight| {
+        light_moving_scene(&moment, &shading, light, &camera, &view, black, Job::default()).unwrap().picture
+    };
+    // What the sun adds, of what the sun alone adds to a scene baked as it stands, without reflections.
+    let (light, bake) = (sunny(), options().transfer.mode(BakeMode::Shadowed));
+    let baked = BakedScene::bake(moment.scene().clone(), &bake, None, Job::default()).unwrap();
+    let alone = SceneLight::new(ShVec::zero(ORDER), light.suns().to_vec());
+    let expected = light_baked_scene(&baked, &alone, &camera, &view, black, Job::default()).unwrap().picture;
+    let (with, without) = (picture(&light), picture(&light.rest().clone().into()));
+    for (i, expected) in expected.pixels().iter().enumerate() {
+        let added = f64::from(with.pixels()[i][1] - without.pixels()[i][1]);
+        // What the ball and the ground send to themselves comes on top, and is little.
+        let more = added - f64::from(expected[1]);
+        assert!((-0.02..0.06).contains(&more), "pixel {i}: {added}, not {}", expected[1]);
     }
 }
 

@@ -16,6 +16,7 @@ use crate::error::PrtError;
 use crate::finishing::finish::FinishOptions;
 use crate::fit::adaptive::AdaptiveOptions;
 use crate::transfer::transfer::Transfer;
+use crate::transfer::transfer_parts::TransferParts;
 
 /// When a scene is unwrapped for a lightmap.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -86,6 +87,12 @@ options! {
         /// run clockwise. Without it lobe render bakes those that it shows, and other programs have none. Only in a
         /// .glb without compression
         backs: bool = false, OptionKind::Flag, "", "";
+        /// With `mode` interreflected: the parts of the transfer in the file. Pictures under suns need both, and bake the
+        /// direct one on the way where a file holds the whole alone. Only in a .glb without compression
+        parts: TransferParts = TransferParts::Whole, OptionKind::Name(&[
+            ("whole", "Direct and reflected light as one"),
+            ("direct,reflected", "Direct light by itself, too, so that reflected light is the rest: a quarter more time"),
+        ]), "PARTS", "";
         /// Split triangles first until no edge is longer than this, in the scene's unit of length
         max_edge: Option<f64> = None, OptionKind::Number(NumberRange::Positive), "L", "";
         /// Split triangles where transfer between vertices is farthest off, until that is less than this part of it, or
@@ -228,13 +235,22 @@ impl BakeJob {
     fn check_output(&self, given: &Given<'_>) -> Result<(), OptionError> {
         let others =
             given.first_of(&["texels", "grid", "shard", "merge"]).or(given.first_of(&CompressionOptions::NAMES));
-        if let Some(other) = others.filter(|_| self.backs) {
-            return refused("backs", &format!("not with @{other}; leave one of them out"));
+        let has_parts = self.parts != TransferParts::Whole;
+        for option in [self.backs.then_some("backs"), has_parts.then_some("parts")].into_iter().flatten() {
+            if let Some(other) = others {
+                return refused(option, &format!("not with @{other}; leave one of them out"));
+            }
+        }
+        if has_parts && self.mode != BakeMode::Interreflected {
+            return refused("parts", "only of @mode interreflected, which has reflected light; leave the option out");
         }
         let Some(output) = &self.output else { return Ok(()) };
         let refuse = |message: String| Err(OptionError::new("output", format!("{}: {message}", output.display())));
         if self.backs && !self.is_glb() {
             return refused("backs", "only of a .glb, which holds the sides of its surfaces; leave the option out");
+        }
+        if has_parts && !self.is_glb() {
+            return refused("parts", "only of a .glb; leave the option out");
         }
         if self.is_glb() && self.has_matrices() {
             return refused("output", "@mode glossy and @grid are written as .safetensors");

@@ -87,6 +87,7 @@ impl BakeJob {
             seed: recipe.seed.unwrap_or(defaults.seed),
             albedo,
             backs: recipe.backs == Some(true),
+            parts: recipe.parts.unwrap_or_default(),
             max_edge: recipe.max_edge,
             adaptive: recipe.adaptive,
             min_edge: recipe.min_edge,

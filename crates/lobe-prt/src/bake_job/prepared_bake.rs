@@ -6,7 +6,7 @@ use std::sync::Arc;
 use lobe_io::{Job, JobFiles, OptionError, Progress, Shard};
 use lobe_scene::GltfDocument;
 
-use crate::bake::options::BakeReport;
+use crate::bake::options::{BakeMode, BakeReport};
 use crate::bake_job::bake_job::{BakeJob, ends_in};
 use crate::bake_job::open_bake::{OpenBake, SplitBy, note_of_split};
 use crate::bake_work::{BakeWork, BakedRows};
@@ -14,13 +14,15 @@ use crate::compression::compress::{CompressOptions, CompressReport};
 use crate::compression::compressed_transfer::CompressedTransfer;
 use crate::error::PrtError;
 use crate::files::baked_backs::double_sided_vertices;
-use crate::files::baked_glb::BakedGlb;
+use crate::files::baked_glb::{BakedGlb, MoreTransfer};
 use crate::files::compressed_file::write_compressed_transfer;
 use crate::files::lightmap_glb::LightmapGlb;
 use crate::fit::adaptive::AdaptiveReport;
 use crate::fit::fitted_vertices::FittedVertices;
 use crate::recipe::Recipe;
 use crate::transfer::transfer::Transfer;
+use crate::transfer::transfer_parts::TransferParts;
+use crate::transfer::transfer_rows::TransferRows;
 
 /// A bake whose scene and points are known.
 #[derive(Debug)]
@@ -142,14 +144,18 @@ impl PreparedBake {
         // Bake, into the checkpoint.
         let (baked, report) = self.work.bake(work.step("bake").kept_in(files.checkpoint()))?;
         let recipe = self.recipe(&report);
-        if let (Some(glb), Some(transfer), true) = (&glb, baked.as_transfer(), self.open.job.backs) {
-            if let Some((backs, kept)) = self.backs(files, work.reborrow())? {
-                glb.write_with_backs(files.output(), [transfer, &backs], &recipe.backs(true), work.step("write"))?;
-                kept.finish();
-                return Ok(self.done(report, None));
-            }
-            let text = "has no double-sided surfaces, so that @backs adds nothing";
-            work.note(&self.open.job.source.name(), text);
+        if let (Some(glb), Some(transfer)) = (&glb, baked.as_transfer())
+            && (self.open.job.backs || self.is_parted())
+        {
+            let (backs, direct) = (self.backs(files, work.reborrow())?, self.direct(files, &report, work.reborrow())?);
+            let more = MoreTransfer {
+                backs: backs.as_ref().map(|(backs, _)| backs as &dyn TransferRows),
+                direct: direct.as_ref().map(|(direct, _)| direct as &dyn TransferRows),
+            };
+            let recipe = if backs.is_some() { recipe.backs(true) } else { recipe };
+            glb.write_with(files.output(), transfer, more, &recipe, work.step("write"))?;
+            backs.iter().chain(&direct).for_each(|(_, kept)| kept.finish());
+            return Ok(self.done(report, None));
         }
         // Write the results as they are, unless they are to be compressed.
         let compression = match self.open.job.compression() {
@@ -201,6 +207,7 @@ impl PreparedBake {
         }
         let glb = self.open.glb(document, scene)?;
         let glb = if job.backs { glb.with_backs(scene) } else { glb };
+        let glb = if self.is_parted() { glb.with_direct(self.work.channels()) } else { glb };
         glb.check_size(job.order, self.work.channels())?;
         Ok(Some(glb))
     }
@@ -248,12 +255,44 @@ impl PreparedBake {
         Ok(saved)
     }
 
+    /// Whether the direct part of the transfer is in the file, too.
+    fn is_parted(&self) -> bool {
+        self.open.job.parts == TransferParts::DirectAndReflected
+    }
+
+    /// The direct part of the transfer, by the paths of the whole, and the files that it is kept in; none if it is not asked
+    /// for.
+    fn direct(
+        &self,
+        whole: &JobFiles,
+        report: &BakeReport,
+        mut work: Job<'_>,
+    ) -> Result<Option<(Transfer, JobFiles)>, PrtError> {
+        if !self.is_parted() {
+            return Ok(None);
+        }
+        let files = whole.of_part(".direct");
+        if self.open.job.work.fresh {
+            files.discard()?;
+        }
+        let options = self.work.options().clone().mode(BakeMode::Shadowed).samples(report.samples);
+        let vertices = FittedVertices::all(self.work.scene())?;
+        let (direct, _) =
+            vertices.bake(self.work.bvh(), &options, work.step("bake direct").kept_in(files.checkpoint()))?;
+        Ok(Some((direct, files)))
+    }
+
     /// The transfer of the backs of all double-sided vertices, and the files that it is kept in; none of a scene without
-    /// any.
+    /// any, or if they are not asked for.
     fn backs(&self, fronts: &JobFiles, mut work: Job<'_>) -> Result<Option<(Transfer, JobFiles)>, PrtError> {
+        if !self.open.job.backs {
+            return Ok(None);
+        }
         let scene = self.work.scene();
         let vertices = double_sided_vertices(scene);
         if vertices.is_empty() {
+            let text = "has no double-sided surfaces, so that @backs adds nothing";
+            work.note(&self.open.job.source.name(), text);
             return Ok(None);
         }
         let files = fronts.of_part(".backs");
@@ -274,6 +313,7 @@ impl PreparedBake {
         let recipe = self.split.iter().fold(recipe, |recipe, (options, report)| recipe.split_by(options, report));
         let recipe = self.open.pose.iter().fold(recipe, Recipe::posed);
         let recipe = if job.source.transparency { recipe.straight_through(true) } else { recipe };
+        let recipe = if self.is_parted() { recipe.parts(job.parts) } else { recipe };
         recipe
             .read_from(&job.source)
             .max_edge(job.max_edge)

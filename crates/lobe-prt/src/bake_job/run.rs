@@ -15,6 +15,7 @@ impl BakeJob {
     /// Results are kept beside the output while they are found, and in one file for each round of splitting. A bake that
     /// was stopped, or killed at any moment, goes on from there with the same job, to the same bytes; at the end these
     /// files are removed. The job that is watched has the steps `unwrap`, `merge`, `split`, `bake`, `bake backs`,
+    /// `bake direct`,
     /// `compress` and `write`, and hears what a user should know.
     ///
     /// # Errors
@@ -129,9 +130,13 @@ mod tests {
     use std::path::Path;
 
     use lobe_io::{Progress, Shard, SharingOptions};
+    use lobe_scene::SceneReadOptions;
     use serde_json::{Value, json};
 
     use super::*;
+    use crate::bake::options::BakeMode;
+    use crate::files::read_baked::read_baked;
+    use crate::transfer::transfer_parts::TransferParts;
 
     fn job(asked: Value) -> BakeJob {
         let Value::Object(values) = asked else { panic!("expected a table") };
@@ -217,6 +222,23 @@ mod tests {
     }
 
     #[test]
+    fn the_direct_part_of_a_file_has_the_paths_of_the_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let bake = |name: &str, mode: BakeMode, parts: TransferParts| {
+            let path = folder.path().join(name);
+            let asked = json!({"scene": "built-in:ball", "order": 2, "samples": 4, "no_split": true, "output": path});
+            job(asked).mode(mode).parts(parts).run(Job::default()).unwrap();
+            read_baked(&path, &SceneReadOptions::default()).unwrap()
+        };
+        let whole = bake("whole.glb", BakeMode::Interreflected, TransferParts::Whole);
+        let shadowed = bake("shadowed.glb", BakeMode::Shadowed, TransferParts::Whole);
+        let both = bake("both.glb", BakeMode::Interreflected, TransferParts::DirectAndReflected);
+        assert_eq!((both.transfer, both.direct), (whole.transfer.clone(), Some(shadowed.transfer)), "both");
+        assert!(whole.direct.is_none() && both.recipe.parts == Some(TransferParts::DirectAndReflected), "recipe");
+        assert_eq!(names_in(folder.path()), ["both.glb", "shadowed.glb", "whole.glb"], "files left");
+    }
+
+    #[test]
     fn options_that_exclude_each_other_are_refused_by_name() {
         let refused = |asked: Value| {
             let Value::Object(mut values) = asked else { panic!("expected a table") };
@@ -239,6 +261,9 @@ mod tests {
             (json!({"shard": "3/2"}), "shard: expected a part I/N, such as 1/4"),
             (json!({"backs": true, "clusters": 2}), "backs: not with clusters"),
             (json!({"backs": true, "output": "a.safetensors"}), "backs: only of a .glb"),
+            (json!({"parts": "direct,reflected", "clusters": 2}), "parts: not with clusters"),
+            (json!({"parts": "direct,reflected", "mode": "shadowed"}), "parts: only of mode interreflected"),
+            (json!({"parts": "direct,reflected", "output": "a.safetensors"}), "parts: only of a .glb"),
             (json!({"output": "a.glb", "mode": "glossy"}), "output: mode glossy and grid are written as .safetensors"),
             (json!({"output": "a.exr"}), "output: a.exr: expected a name that ends in .glb or .safetensors"),
             (json!({"output": "a.glb", "shard": "1/2"}), "output: a.glb: expected a name that ends in .safetensors"),

@@ -13,7 +13,7 @@ use crate::compression::compressed_transfer::CompressedTransfer;
 use crate::error::PrtError;
 use crate::files::baked_compressed::Compressed;
 use crate::files::baked_layout::{
-    Attribute, AttributeGroup, BACK, FRONT, LOBE_EXTRAS_VERSION, PlainTransfer, VertexData, attribute_groups,
+    Attribute, AttributeGroup, BACK, DIRECT, FRONT, LOBE_EXTRAS_VERSION, PlainTransfer, VertexData, attribute_groups,
     attributes_per_channel, check_version,
 };
 use crate::files::glb_writer::{check_length, padding, write_glb};
@@ -24,6 +24,10 @@ use crate::transfer::transfer_rows::TransferRows;
 
 /// The number of vertices in memory at a time while their transfer is written.
 const VERTICES_AT_ONCE: usize = 4096;
+
+/// What is written, in messages.
+const VERTICES: &str = "vertices";
+const BACKS: &str = "backs";
 
 /// Attributes of vertices that a bake writes; those of an earlier bake give way.
 const OUR_ATTRIBUTES: [&str; 3] = ["_TRANSFER_", "_WEIGHTS_", "_CLUSTER"];
@@ -41,11 +45,26 @@ const OUR_ATTRIBUTES: [&str; 3] = ["_TRANSFER_", "_WEIGHTS_", "_CLUSTER"];
 ///
 /// [With backs](BakedGlb::with_backs), primitives of double-sided materials have `_TRANSFER_BACK_k` in the same layout,
 /// for the side from which corners run clockwise, and `extras.lobe` of their mesh and of `asset` says `"backs": true`.
+///
+/// [With the direct part](BakedGlb::with_direct), primitives have `_TRANSFER_DIRECT_k`, too: transfer without reflections, of
+/// as many channels as `extras.lobe` says under `direct`. What is reflected is the difference of both.
 #[derive(Clone, Debug)]
 pub struct BakedGlb {
     document: GltfDocument,
     /// For each mesh of the scene: the primitive that carries its transfer, and its number of vertices.
     places: Vec<Place>,
+    /// The channels of the direct part, if there is one.
+    direct: Option<Channels>,
+}
+
+/// What a file holds beside the transfer of fronts.
+#[derive(Clone, Copy, Default)]
+pub struct MoreTransfer<'a> {
+    /// The transfer of the [double-sided vertices](crate::double_sided_vertices) from behind, of as many bands and
+    /// channels as that of fronts.
+    pub backs: Option<&'a dyn TransferRows>,
+    /// The part of the transfer of fronts without reflections, of as many bands.
+    pub direct: Option<&'a dyn TransferRows>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -57,16 +76,18 @@ struct Place {
     has_backs: bool,
 }
 
-/// What is written of the vertices of places: their fronts, or the backs of those that have some.
+/// What is written of the vertices of places: of all, or of the backs of those that have some.
 struct Written<'a> {
+    /// What it is in messages.
+    what: &'static str,
     data: &'a dyn VertexData,
     groups: Vec<AttributeGroup>,
     is_back: bool,
 }
 
 impl<'a> Written<'a> {
-    fn new(data: &'a dyn VertexData, is_back: bool) -> Self {
-        Self { data, groups: attribute_groups(&data.attributes()), is_back }
+    fn new(what: &'static str, data: &'a dyn VertexData) -> Self {
+        Self { what, data, groups: attribute_groups(&data.attributes()), is_back: what == BACKS }
     }
 
     fn is_of(&self, place: Place) -> bool {
@@ -119,7 +140,7 @@ impl BakedGlb {
             places.push(place);
         }
         let document = document.subdivided(&split)?.pruned();
-        Ok(Self { document, places })
+        Ok(Self { document, places, direct: None })
     }
 
     /// A scene that is in no glTF file: one that was made by a formula or read from another kind of file.
@@ -131,7 +152,8 @@ impl BakedGlb {
             vertices: mesh.positions().len(),
             has_backs: false,
         };
-        Self { document: GltfDocument::of_scene(scene), places: scene.meshes().iter().enumerate().map(place).collect() }
+        let places = scene.meshes().iter().enumerate().map(place).collect();
+        Self { document: GltfDocument::of_scene(scene), places, direct: None }
     }
 
     /// The same file with transfer of the backs of the [double-sided vertices](crate::double_sided_vertices) of its
@@ -144,11 +166,18 @@ impl BakedGlb {
         self
     }
 
+    /// The same file with the direct part of the transfer, too, of so many channels.
+    #[must_use]
+    pub fn with_direct(self, channels: Channels) -> Self {
+        Self { direct: Some(channels), ..self }
+    }
+
     /// The size of the file in bytes, but for its JSON: a few hundred for each mesh and attribute.
     #[must_use]
     pub fn size(&self, order: usize, channels: Channels) -> u64 {
-        let floats = 4 * channels.count() * attributes_per_channel(order);
-        (self.document.bytes.len() + (self.vertices() + self.backs()) * floats * 4) as u64
+        let floats = |channels: Channels| 4 * channels.count() * attributes_per_channel(order);
+        let rows = (self.vertices() + self.backs()) * floats(channels);
+        (self.document.bytes.len() + 4 * (rows + self.vertices() * self.direct.map_or(0, floats))) as u64
     }
 
     /// Refuses transfer that a .glb cannot hold, before it is baked.
@@ -173,27 +202,37 @@ impl BakedGlb {
         recipe: &Recipe,
         job: Job<'_>,
     ) -> Result<(), PrtError> {
-        self.write_data(path.as_ref(), &PlainTransfer(transfer, FRONT), None, recipe, job)
+        self.write_with(path, transfer, MoreTransfer::default(), recipe, job)
     }
 
-    /// [`BakedGlb::write`] of a file [with backs](BakedGlb::with_backs): `backs` is the transfer of the
-    /// [double-sided vertices](crate::double_sided_vertices), of as many bands and channels.
+    /// [`BakedGlb::write`] of a file [with backs](BakedGlb::with_backs), the [direct part](BakedGlb::with_direct), or both.
     ///
     /// # Errors
     /// As [`BakedGlb::write`].
-    pub fn write_with_backs(
+    pub fn write_with(
         &self,
         path: impl AsRef<Path>,
-        [transfer, backs]: [&dyn TransferRows; 2],
+        transfer: &dyn TransferRows,
+        more: MoreTransfer<'_>,
         recipe: &Recipe,
         job: Job<'_>,
     ) -> Result<(), PrtError> {
-        if (transfer.order(), transfer.channels()) != (backs.order(), backs.channels()) {
-            let message = "expected backs of as many bands and channels as fronts, found others";
+        let is_other =
+            |backs: &&dyn TransferRows| (backs.order(), backs.channels()) != (transfer.order(), transfer.channels());
+        if more.backs.as_ref().is_some_and(is_other)
+            || more.direct.is_some_and(|direct| direct.order() != transfer.order())
+        {
+            let message =
+                "expected all transfer of as many bands, and backs of as many channels as fronts, found others";
             return Err(PrtError::Options(message.to_owned()));
         }
-        let [fronts, backs] = [PlainTransfer(transfer, FRONT), PlainTransfer(backs, BACK)];
-        self.write_data(path.as_ref(), &fronts, Some(&backs), recipe, job)
+        let fronts = PlainTransfer(transfer, FRONT);
+        let backs = more.backs.map(|backs| PlainTransfer(backs, BACK));
+        let direct = more.direct.map(|direct| PlainTransfer(direct, DIRECT));
+        let mut written = vec![Written::new(VERTICES, &fronts)];
+        written.extend(backs.as_ref().map(|backs| Written::new(BACKS, backs)));
+        written.extend(direct.as_ref().map(|direct| Written::new("direct parts of vertices", direct)));
+        self.write_data(path.as_ref(), &written, recipe, job)
     }
 
     /// [`BakedGlb::write`] for compressed transfer.
@@ -213,7 +252,8 @@ impl BakedGlb {
         transfer: &CompressedTransfer,
         recipe: &Recipe,
     ) -> Result<(), PrtError> {
-        self.write_data(path.as_ref(), &Compressed(transfer), None, recipe, Job::default())
+        let compressed = Compressed(transfer);
+        self.write_data(path.as_ref(), &[Written::new(VERTICES, &compressed)], recipe, Job::default())
     }
 
     fn vertices(&self) -> usize {
@@ -225,31 +265,19 @@ impl BakedGlb {
         self.places.iter().filter(|place| place.has_backs).map(|place| place.vertices).sum()
     }
 
-    fn write_data(
-        &self,
-        path: &Path,
-        data: &dyn VertexData,
-        backs: Option<&dyn VertexData>,
-        recipe: &Recipe,
-        job: Job<'_>,
-    ) -> Result<(), PrtError> {
-        let backs_found = backs.map_or(0, VertexData::vertices);
-        let backs_expected = if backs.is_some() { self.backs() } else { 0 };
-        for (side, expected, found) in
-            [("vertices", self.vertices(), data.vertices()), ("backs", backs_expected, backs_found)]
-        {
+    fn write_data(&self, path: &Path, written: &[Written<'_>], recipe: &Recipe, job: Job<'_>) -> Result<(), PrtError> {
+        for Written { what, data, is_back, .. } in written {
+            let (expected, found) = (if *is_back { self.backs() } else { self.vertices() }, data.vertices());
             if expected != found {
-                let message = format!("expected the transfer of {expected} {side}, found that of {found} receivers");
+                let message = format!("expected the transfer of {expected} {what}, found that of {found} receivers");
                 return Err(PrtError::Options(message));
             }
         }
-        let mut written = vec![Written::new(data, false)];
-        written.extend(backs.map(|backs| Written::new(backs, true)));
-        let shared = data.shared();
-        let (json, length) = self.laid_out(&written, shared.as_ref(), recipe);
+        let shared = written[0].data.shared();
+        let (json, length) = self.laid_out(written, shared.as_ref(), recipe);
         let steps = written.iter().map(|sides| sides.groups.len() * sides.data.vertices()).sum();
         write_glb(path, (&json, &self.document.bytes, length), (steps, job), |out, meter| {
-            self.write_vertices(out, &written, meter)?;
+            self.write_vertices(out, written, meter)?;
             let shared = shared.as_ref().map_or(&[][..], |(_, bytes)| bytes);
             out.write_all(shared)?;
             out.write_all(&[0; 3][..padding(shared.len())])
@@ -267,6 +295,9 @@ impl BakedGlb {
         let mut length = self.document.bytes.len() + padding(self.document.bytes.len());
         let mut about = written[0].data.about();
         about["version"] = json!(LOBE_EXTRAS_VERSION);
+        if let Some(direct) = written.iter().find(|written| written.data.attributes()[0].name.starts_with(DIRECT)) {
+            about["direct"] = json!({"channels": direct.data.about()["channels"]});
+        }
         // Add views, accessors and attributes to each primitive, and the extras of its mesh.
         let mut with_backs = BTreeSet::new();
         for place in &self.places {

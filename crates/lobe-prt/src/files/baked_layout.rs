@@ -97,6 +97,9 @@ pub(crate) const FRONT: &str = "_TRANSFER_";
 /// The prefix of those of the other side.
 pub(crate) const BACK: &str = "_TRANSFER_BACK_";
 
+/// The prefix of those of the part without reflections.
+pub(crate) const DIRECT: &str = "_TRANSFER_DIRECT_";
+
 /// Transfer as it is, and the prefix of its attributes.
 ///
 /// ```text

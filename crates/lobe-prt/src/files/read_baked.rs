@@ -9,7 +9,7 @@ use crate::compression::compressed_transfer::CompressedTransfer;
 use crate::error::PrtError;
 use crate::files::baked_backs::{BakedBacks, read_backs, read_rows};
 use crate::files::baked_compressed::read_compressed;
-use crate::files::baked_layout::{FRONT, check_version};
+use crate::files::baked_layout::{DIRECT, FRONT, check_version};
 use crate::files::lightmap_glb::{lightmap_in, read_lightmap_of_glb};
 use crate::receivers::lightmap::Lightmap;
 use crate::recipe::Recipe;
@@ -24,6 +24,8 @@ pub struct Baked {
     pub transfer: Transfer,
     /// The transfer of the backs of double-sided surfaces, if the file has that.
     pub backs: Option<BakedBacks>,
+    /// The part of the transfer of the vertices without reflections, if the file has that.
+    pub direct: Option<Transfer>,
     /// The lightmap, if the transfer is that of its texels.
     pub lightmap: Option<Lightmap>,
     /// The compressed form, of which `transfer` is made, if the file has that.
@@ -77,6 +79,8 @@ pub struct BakedTransfer {
     pub transfer: Transfer,
     /// The transfer of the backs of double-sided surfaces, if the file has that.
     pub backs: Option<BakedBacks>,
+    /// The part of the transfer of the vertices without reflections, if the file has that.
+    pub direct: Option<Transfer>,
     /// The compressed form, of which `transfer` is made, if the file has that.
     pub compressed: Option<CompressedTransfer>,
     /// The options and versions that made the transfer.
@@ -101,15 +105,23 @@ impl BakedTransfer {
         let ((order, channels), recipe) = about(gltf)?;
         if lobe["compression"].is_object() {
             let compressed = read_compressed(scene.meshes(), gltf, (order, channels), name)?;
-            return Ok(Self { transfer: compressed.to_transfer(), backs: None, compressed: Some(compressed), recipe });
+            let transfer = compressed.to_transfer();
+            return Ok(Self { transfer, backs: None, direct: None, compressed: Some(compressed), recipe });
         }
-        let mut coefficients = Vec::new();
-        for mesh in scene.meshes() {
-            read_rows(mesh, gltf, FRONT, (order, channels), name, &mut coefficients)?;
-        }
-        let transfer = Transfer::new(order, channels, coefficients).map_err(|error| error.within(name))?;
+        let rows = |prefix: &str, channels: Channels| {
+            let mut coefficients = Vec::new();
+            for mesh in scene.meshes() {
+                read_rows(mesh, gltf, prefix, (order, channels), name, &mut coefficients)?;
+            }
+            Transfer::new(order, channels, coefficients).map_err(|error| error.within(name))
+        };
+        let transfer = rows(FRONT, channels)?;
+        let direct = match &lobe["direct"] {
+            Value::Null => None,
+            direct => Some(rows(DIRECT, check_channels(&direct["channels"], name)?)?),
+        };
         let backs = read_backs(scene, gltf, (order, channels), name)?;
-        Ok(Self { transfer, backs, compressed: None, recipe })
+        Ok(Self { transfer, backs, direct, compressed: None, recipe })
     }
 }
 
@@ -124,10 +136,10 @@ impl Baked {
         let (format, recipe) = about(gltf)?;
         if let Some((transfer, width)) = read_lightmap_of_glb(gltf, format)? {
             let lightmap = Some(lightmap_in(&scene, width, gltf.name())?);
-            return Ok(Self { scene, transfer, backs: None, lightmap, compressed: None, recipe, report });
+            return Ok(Self { scene, transfer, backs: None, direct: None, lightmap, compressed: None, recipe, report });
         }
-        let BakedTransfer { transfer, backs, compressed, recipe } = BakedTransfer::of(gltf, &scene)?;
-        Ok(Self { scene, transfer, backs, lightmap: None, compressed, recipe, report })
+        let BakedTransfer { transfer, backs, direct, compressed, recipe } = BakedTransfer::of(gltf, &scene)?;
+        Ok(Self { scene, transfer, backs, direct, lightmap: None, compressed, recipe, report })
     }
 }
 
@@ -204,9 +216,16 @@ fn check_extras(lobe: &Value, name: &str) -> Result<(usize, Channels), PrtError>
         Some(order @ 1..=8) => order as usize,
         _ => return invalid("an order of 1 to 8", &lobe["order"]),
     };
-    match lobe["channels"].as_u64() {
-        Some(1) => Ok((order, Channels::Gray)),
-        Some(3) => Ok((order, Channels::Rgb)),
-        _ => invalid("1 or 3 channels", &lobe["channels"]),
+    Ok((order, check_channels(&lobe["channels"], name)?))
+}
+
+fn check_channels(found: &Value, name: &str) -> Result<Channels, PrtError> {
+    match found.as_u64() {
+        Some(1) => Ok(Channels::Gray),
+        Some(3) => Ok(Channels::Rgb),
+        _ => {
+            let message = format!("expected 1 or 3 channels in asset.extras.lobe, found {found}");
+            Err(PrtError::invalid(name, message))
+        }
     }
 }

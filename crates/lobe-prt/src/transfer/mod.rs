@@ -10,5 +10,6 @@ pub(crate) mod number;
 pub(crate) mod simd;
 pub(crate) mod transfer;
 pub(crate) mod transfer_matrices;
+pub(crate) mod transfer_parts;
 pub(crate) mod transfer_rows;
 pub(crate) mod weighted_rows;

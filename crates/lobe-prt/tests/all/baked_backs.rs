@@ -1,9 +1,12 @@
-//! Baked .glb files with the backs of double-sided surfaces.
+//! Baked .glb files with more than the transfer of fronts: the backs of double-sided surfaces, the direct part.
 
 use std::fs;
 
 use lobe_io::Job;
-use lobe_prt::{BakedGlb, Channels, PrtError, Recipe, Transfer, double_sided_vertices, read_baked, read_baked_bytes};
+use lobe_prt::{
+    BakedGlb, Channels, MoreTransfer, PrtError, Recipe, Transfer, TransferRows, double_sided_vertices, read_baked,
+    read_baked_bytes,
+};
 use lobe_scene::{Material, Scene, SceneReadOptions, built_in};
 use lobe_testkit::glb_faults;
 
@@ -30,7 +33,14 @@ fn backs_are_read_as_they_were_written_at_the_vertices_that_are_double_sided() {
         let fronts = numbered(scene.vertex_count(), order, channels, 0);
         let backs = numbered(ground, order, channels, 1_000_000);
         let glb = BakedGlb::of_scene(&scene).with_backs(&scene);
-        glb.write_with_backs(&path, [&fronts, &backs], &Recipe::default(), Job::default()).unwrap();
+        glb.write_with(
+            &path,
+            &fronts,
+            MoreTransfer { backs: Some(&backs), ..MoreTransfer::default() },
+            &Recipe::default(),
+            Job::default(),
+        )
+        .unwrap();
         assert_eq!(glb_faults(&fs::read(&path).unwrap()), Vec::<String>::new(), "order {order}");
         let read = read_baked(&path, &SceneReadOptions::default()).unwrap();
         assert_eq!(read.transfer, fronts, "order {order}: fronts");
@@ -54,9 +64,39 @@ fn a_file_without_backs_has_none_and_other_numbers_of_them_are_refused() {
     let glb = glb.with_backs(&scene);
     for (backs, part) in [
         (numbered(ground + 1, 2, Channels::Gray, 0), "backs, found that of"),
-        (numbered(ground, 3, Channels::Gray, 0), "as many bands and channels"),
+        (numbered(ground, 3, Channels::Gray, 0), "as many bands, and backs of as many channels"),
     ] {
-        let error = glb.write_with_backs(&path, [&fronts, &backs], &Recipe::default(), Job::default()).unwrap_err();
+        let error = glb
+            .write_with(
+                &path,
+                &fronts,
+                MoreTransfer { backs: Some(&backs), ..MoreTransfer::default() },
+                &Recipe::default(),
+                Job::default(),
+            )
+            .unwrap_err();
         assert!(matches!(&error, PrtError::Options(text) if text.contains(part)), "{error}");
+    }
+}
+
+#[test]
+fn the_direct_part_is_read_as_it_was_written_whatever_its_channels() {
+    let (folder, scene) = (tempfile::tempdir().unwrap(), scene());
+    let path = folder.path().join("parts.glb");
+    let (count, ground) = (scene.vertex_count(), scene.meshes()[0].positions().len());
+    for (channels, of_direct) in [(Channels::Rgb, Channels::Gray), (Channels::Rgb, Channels::Rgb)] {
+        let whole = numbered(count, 3, channels, 0);
+        let (backs, direct) = (numbered(ground, 3, channels, 100_000), numbered(count, 3, of_direct, 200_000));
+        for has_backs in [false, true] {
+            let glb = BakedGlb::of_scene(&scene).with_direct(of_direct);
+            let glb = if has_backs { glb.with_backs(&scene) } else { glb };
+            let more = MoreTransfer { backs: has_backs.then_some(&backs as &dyn TransferRows), direct: Some(&direct) };
+            glb.write_with(&path, &whole, more, &Recipe::default(), Job::default()).unwrap();
+            assert_eq!(glb_faults(&fs::read(&path).unwrap()), Vec::<String>::new(), "{of_direct:?}");
+            let read = read_baked(&path, &SceneReadOptions::default()).unwrap();
+            assert_eq!((read.transfer, read.direct), (whole.clone(), Some(direct.clone())), "{of_direct:?}");
+            assert_eq!(read.backs.map(|backs| backs.transfer), has_backs.then(|| backs.clone()), "backs");
+            assert!(fs::metadata(&path).unwrap().len() > glb.size(3, channels), "the direct part is counted");
+        }
     }
 }

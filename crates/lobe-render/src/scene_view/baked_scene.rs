@@ -42,11 +42,12 @@ pub struct BakedScene {
 impl From<Baked> for BakedScene {
     /// The scene of a baked glTF file, with the backs that it holds, and the options of its recipe for others.
     fn from(baked: Baked) -> Self {
-        let Baked { scene, transfer, lightmap, recipe, backs, .. } = baked;
+        let Baked { scene, transfer, lightmap, recipe, backs, direct, .. } = baked;
         let places = lightmap.map_or(Places::Vertices, |lightmap| Places::Texels(Box::new(lightmap)));
         let read = Self::new(scene, places, SurfaceTransfer::Matte(transfer.into()), None, recipe);
         let back = backs.map(|backs| PlacedTransfer::of_file(&read.scene, backs));
-        Self { back, ..read }
+        let direct = direct.map(|direct| DirectPart { front: PlacedTransfer::at_vertices(direct), back: None });
+        Self { back, direct, ..read }
     }
 }
 
@@ -214,14 +215,21 @@ impl BakedScene {
         let Self { scene, bvh, places, options, .. } = &*self;
         let is_glossy = self.is_glossy();
         self.back = Some(PlacedTransfer::backs((scene, bvh), places, seen, options, is_glossy, job)?);
-        self.direct = None;
+        if let Some(direct) = &mut self.direct {
+            direct.back = None;
+        }
         Ok(())
     }
 
     /// Whether suns of a light need transfer without reflections that is not known yet: of matte surfaces that reflect.
     #[must_use]
     pub fn needs_direct(&self) -> bool {
-        self.options.mode.reflects() && !self.is_glossy() && self.direct.is_none()
+        self.options.mode.reflects() && !self.is_glossy() && !self.knows_direct()
+    }
+
+    /// Whether the direct part is known of fronts and of all backs that are.
+    fn knows_direct(&self) -> bool {
+        self.direct.as_ref().is_some_and(|direct| direct.back.is_some() == self.back.is_some())
     }
 
     /// Bakes the transfer without reflections, of the fronts and of the backs that are known, so that suns cast shadows by
@@ -230,10 +238,13 @@ impl BakedScene {
     /// # Errors
     /// As [`BakedScene::bake`].
     pub fn bake_direct(&mut self, mut job: Job<'_>) -> Result<(), RenderError> {
-        let Self { scene, bvh, places, options, recipe, .. } = &*self;
+        let Self { scene, bvh, places, options, recipe, .. } = self;
         let mut options = options.clone().mode(BakeMode::Shadowed);
         options.samples = options.samples.or(recipe.samples);
-        let front = PlacedTransfer::fronts((scene, bvh), places, &options, job.reborrow())?;
+        let front = match self.direct.take() {
+            Some(DirectPart { front, .. }) => front,
+            None => PlacedTransfer::fronts((scene, bvh), places, &options, job.reborrow())?,
+        };
         let back = match &self.back {
             Some(back) => Some(PlacedTransfer::backs((scene, bvh), places, &back.places(), &options, false, job)?),
             None => None,
@@ -271,7 +282,7 @@ impl BakedScene {
             _ if light.suns().is_empty() || self.is_glossy() => SunsApart::No,
             BakeMode::Unshadowed => SunsApart::Unshadowed,
             BakeMode::Shadowed => SunsApart::Shadowed,
-            _ if self.direct.is_some() => SunsApart::Reflected,
+            _ if self.knows_direct() => SunsApart::Reflected,
             _ => SunsApart::No,
         }
     }

@@ -4,7 +4,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use lobe_io::Job;
-use lobe_prt::{BakeOptions, BakedBacks, FittedVertices, TexelReceivers};
+use lobe_prt::{BakeOptions, BakedBacks, FittedVertices, TexelReceivers, Transfer};
 use lobe_scene::{Bvh, Scene};
 use lobe_sh::{Coefficient as _, Dir, Rgb, ShVec};
 
@@ -24,6 +24,14 @@ pub(crate) struct PlacedTransfer {
 const NONE: u32 = u32::MAX;
 
 impl PlacedTransfer {
+    /// The transfer of all vertices.
+    pub(crate) fn at_vertices(transfer: Transfer) -> Self {
+        Self {
+            receivers: (0..transfer.receivers() as u32).collect(),
+            transfer: SurfaceTransfer::Matte(transfer.into()),
+        }
+    }
+
     /// Bakes the fronts of all places; vertices are fitted.
     pub(crate) fn fronts(
         (scene, bvh): (&Scene, &Bvh),

@@ -132,8 +132,8 @@ impl SceneTransfer {
             let (baked, count) = (&self.baked, self.baked.receivers());
             check_memory(self.memory, baked.scene(), count, baked.options(), false)?;
             if let Some(file) = &self.file {
-                let text = "holds direct and reflected light as one; the direct part of its transfer is baked now, so that \
-                            suns cast sharp shadows";
+                let text = "holds direct and reflected light as one; the direct part is baked now, so that suns cast \
+                            shadows by rays; a bake with @parts direct,reflected holds it";
                 work.note(file, text);
             }
             self.baked.bake_direct(work.step("bake direct"))?;

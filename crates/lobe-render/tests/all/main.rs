@@ -14,3 +14,4 @@ mod normal_maps;
 mod path_tracer;
 mod silhouettes;
 mod strict;
+mod suns;
