@@ -123,7 +123,7 @@ pub(crate) fn render_still<'py>(
     let found = watched_and_heard(py, progress, |job| asked.prepare(open, order, memory, job))?;
     let camera = camera_of(found.baked.scene(), view)?;
     // Files hold the fronts of surfaces; backs are baked as far as the view shows them.
-    let baked = watched_and_heard(py, progress, |job| found.completed((&camera, &options), Some(&light), job))?;
+    let baked = watched(py, progress, None, |job| found.completed((&camera, &options), Some(&light), job))?;
     let rest = light.rest().resized(baked.order().min(light.rest().order()));
     let lights = SceneLight::new(rest, light.suns().to_vec());
     let shown = |s: Dir| behind.seen([&light, &lights], s);

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use anyhow::{Context as _, bail};
+use anyhow::{anyhow, bail};
 use clap::Args;
 use lobe::env::{EnvMap, SceneLight, SunChoice};
 use lobe::render::{Backdrop, Background, DistantLight};
@@ -49,8 +49,8 @@ pub(crate) struct ExpansionInput {
 /// Suns of the light.
 #[derive(Args, Default)]
 pub(crate) struct SunInput {
-    /// Suns that cast shadows by themselves, beside the expansion: auto finds in a map up to four, each of a hundredth
-    /// of its light at least; a number takes so many at most; a .json file of lobe env sun --json adds its own
+    /// Suns that cast shadows by themselves, beside the expansion: auto finds in a map up to four, each of half a
+    /// percent of its light at least; a number takes so many at most; a .json file of lobe env sun --json adds its own
     #[arg(long, value_name = "auto|none|N|FILE", default_value_t)]
     suns: SunChoice,
 }
@@ -195,7 +195,7 @@ impl ExpansionInput {
             (None, Some(map)) => SceneLight::of_map(map, self.order.unwrap_or(default), suns),
             (None, None) => unreachable!("a light is a map or an expansion"),
         };
-        let split = split.context("--suns")?;
+        let split = split.map_err(|error| anyhow!("--suns: {error}"))?;
         let f = split.rest();
         let order = f.order() as f64;
         let window = match self.window {

@@ -51,7 +51,7 @@ fn the_map_is_behind_the_scene_and_its_expansion_only_when_asked_for() {
     for mode in ["trace --samples 256 --bounces 0", "trace --samples 256 --bounces 0 --order 3", "maps"] {
         assert!(near(of(mode), map), "{mode}: the map");
     }
-    let light = of("irradiance --background light");
+    let light = of("irradiance --suns none --background light");
     assert!(!near(light, map), "the expansion differs from the map: {light:?}, {map:?}");
     let traced = of("trace --samples 256 --bounces 0 --order 3 --background light");
     assert!(near(traced, light), "the light of the truth: {traced:?}, {light:?}");

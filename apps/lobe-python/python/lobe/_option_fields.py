@@ -30,6 +30,10 @@ class BakeFields:
     """Keep the transfer of the backs of double-sided surfaces in the file, too, for the side from which corners run
     clockwise. Without it lobe render bakes those that it shows, and other programs have none. Only in a .glb without
     compression."""
+    parts: str = "whole"
+    """With mode interreflected: the parts of the transfer in the file. Pictures under suns need both, and bake the
+    direct one on the way where a file holds the whole alone. Only in a .glb without compression: whole,
+    direct,reflected."""
     max_edge: float | None = None
     """Split triangles first until no edge is longer than this, in the scene's unit of length."""
     adaptive: float | None = None

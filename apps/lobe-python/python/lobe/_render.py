@@ -53,7 +53,7 @@ def render(
     [default: 0], of which `MovingScene` has the options. What is baked has an `order` of 1 to 8 [default: 4], `bake_samples` paths from each vertex
     [default: 1024, or up to 4096 where their noise is above 2 %] and `bounces` [default: 3]; of what was baked before they are expected to be these.
 
-    `suns` cast shadows by themselves, beside the expansion: "auto" finds in a map up to four, each of a hundredth of its light at least; "none" leaves all
+    `suns` cast shadows by themselves, beside the expansion: "auto" finds in a map up to four, each of half a percent of its light at least; "none" leaves all
     in the expansion; a number takes so many at most; a .json file of `lobe env sun --json` or a list of `Sun` adds its own.
 
     Behind the scene is a `background`: "env", the map, or the expansion itself; "light", the bands that light the scene; "none", with which the picture

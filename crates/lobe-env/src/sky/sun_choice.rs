@@ -11,9 +11,9 @@ use crate::sky::sun_file::read_suns;
 /// Suns that [`SunChoice::Auto`] takes out at most. Each costs shadow rays of its own.
 const MOST: usize = 4;
 
-/// The part of all light that a sun of [`SunChoice::Auto`] has at least: one that is fainter changes a picture by less
-/// than low orders do.
-const LEAST_PART: f64 = 0.01;
+/// The part of all light that a sun of [`SunChoice::Auto`] has at least. One that is fainter changes a surface that faces it by
+/// a few percent at most, as low orders do.
+const LEAST_PART: f64 = 0.005;
 
 /// Suns that anyone may ask for.
 const MAX: usize = 1024;
@@ -23,7 +23,7 @@ const MAX: usize = 1024;
 #[non_exhaustive]
 pub enum SunChoice {
     /// The suns and lamps that [`extract_suns`](crate::extract_suns) finds in a map: up to four, from the brightest on, each
-    /// of a hundredth of the light at least. None of an expansion.
+    /// of half a percent of the light at least. None of an expansion.
     #[default]
     Auto,
     /// No suns: the expansion holds all light.

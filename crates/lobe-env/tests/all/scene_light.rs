@@ -66,12 +66,12 @@ fn a_map_without_suns_is_projected_to_the_same_bits() {
 fn faint_lamps_stay_in_the_map_unless_they_are_asked_for() {
     let lamp = Dir::from_angles(1.2, 2.0);
     let map = EnvMap::from_fn(512, 256, |s| {
-        if s.angle_to(lamp) < 0.01 { Rgb::new(300.0, 300.0, 300.0) } else { Rgb::new(1.0, 1.0, 1.0) }
+        if s.angle_to(lamp) < 0.01 { Rgb::new(150.0, 150.0, 150.0) } else { Rgb::new(1.0, 1.0, 1.0) }
     });
     let part = |light: &SceneLight| light.suns()[0].irradiance.g / (4.0 * PI * map.mean().g);
-    assert!(of(&map, 4, &SunChoice::Auto).suns().is_empty(), "less than a hundredth");
+    assert!(of(&map, 4, &SunChoice::Auto).suns().is_empty(), "less than half a percent");
     let asked = of(&map, 4, &SunChoice::Count(1));
-    assert!(part(&asked) > 1e-3 && part(&asked) < 1e-2, "{}", part(&asked));
+    assert!(part(&asked) > 1e-3 && part(&asked) < 5e-3, "{}", part(&asked));
 }
 
 #[test]
