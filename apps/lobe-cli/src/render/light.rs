@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use anyhow::{anyhow, bail};
 use clap::Args;
-use lobe::env::{EnvMap, SceneLight, SunChoice};
+use lobe::env::{EnvMap, SceneLight, Sun, SunChoice};
 use lobe::render::{Backdrop, Background, DistantLight};
 use lobe::sh::expansion::Quantity;
 use lobe::sh::sh_json::read_sh_json;
@@ -50,14 +50,16 @@ pub(crate) struct ExpansionInput {
 #[derive(Args, Default)]
 pub(crate) struct SunInput {
     /// Suns that cast shadows by themselves, beside the expansion: auto finds in a map up to four, each of half a
-    /// percent of its light at least; a number takes so many at most; a .json file of lobe env sun --json adds its own
+    /// percent of its light at least; a number takes so many at most; a .json file of lobe env sun --json adds its own. A map
+    /// that paths look up without --order keeps those that it has
     #[arg(long, value_name = "auto|none|N|FILE", default_value_t)]
     suns: SunChoice,
 }
 
 impl SunInput {
-    pub(crate) fn none() -> Self {
-        Self { suns: SunChoice::None }
+    /// The suns of the file, if one is given.
+    pub(crate) fn given(&self) -> anyhow::Result<Vec<Sun>> {
+        self.suns.given().map_err(|error| anyhow!("--suns: {error}"))
     }
 
     /// Refuses to look for suns in a map if that takes more memory than allowed: a second map, of the sky without them.

@@ -152,6 +152,8 @@ pub(crate) struct Trace {
     common: Common,
     #[command(flatten)]
     expansion: ExpansionInput,
+    #[command(flatten)]
+    suns: SunInput,
     /// Paths for each pixel [default: 64]
     #[arg(long, value_name = "N", value_parser = samples)]
     samples: Option<usize>,
@@ -233,10 +235,10 @@ impl Baked {
 
 impl Trace {
     fn render(self) -> anyhow::Result<Render> {
-        let Self { common, expansion, samples, bounces, seed, surfaces, time, fresh, sharing } = self;
+        let Self { common, expansion, suns, samples, bounces, seed, surfaces, time, fresh, sharing } = self;
         let render = common.render(Mode::Trace);
         let sharing = sharing.job()?;
-        Ok(Render { expansion, samples, bounces, seed, surfaces, time, fresh, sharing, ..render })
+        Ok(Render { expansion, suns, samples, bounces, seed, surfaces, time, fresh, sharing, ..render })
     }
 }
 

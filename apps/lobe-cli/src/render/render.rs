@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::bail;
-use lobe::env::SceneLight;
+use lobe::env::{SceneLight, Sun};
 use lobe::io::{Job, JobFiles, Progress, Shard, SharingOptions};
 use lobe::motion::{MovingJob, MovingScene, MovingShading, OneBake, light_moving_scene};
 use lobe::prt::OpenScene;
@@ -90,7 +90,12 @@ impl Render {
         let light = self.light.read(&self.memory, talk)?;
         let (stage, camera, split, kept) = self.stage(&light, talk)?;
         let maps = self.maps(&light, talk)?;
-        let mut work = Work { stage, camera, light: &light, split, maps, tree: None };
+        // A map that is used as it was given has its own suns.
+        let suns = match &split {
+            Some(split) => split.suns().to_vec(),
+            None => self.suns.given()?,
+        };
+        let mut work = Work { stage, camera, light: &light, split, suns, maps, tree: None };
         if let Some(shard) = self.sharing.shard {
             return self.trace_shard(&work, shard, talk);
         }
@@ -127,17 +132,18 @@ impl Render {
         if self.fresh {
             files.discard()?;
         }
-        let trace = |(scene, bvh): (&Scene, &Bvh), emitters: &[Emitter]| {
+        let trace = |(scene, bvh): (&Scene, &Bvh), lamps: Vec<Emitter>| {
+            let emitters = &lit.emitters(lamps, scene)[..];
             let work = |job: Job<'_>| {
                 render_truth_shard(scene, bvh, &work.camera, (&lit.shown, emitters), &options, shard, job)
             };
             watched_bake(&files, talk, work)
         };
         match &work.stage {
-            Stage::Plain(scene, bvh) => trace((scene, bvh), &[])?,
+            Stage::Plain(scene, bvh) => trace((scene, bvh), Vec::new())?,
             Stage::Moving(moving, _) => {
                 let moment = moving.at(self.scene.pose.seconds())?;
-                trace((moment.scene(), moment.bvh()), &moment.emitters())?;
+                trace((moment.scene(), moment.bvh()), moment.emitters())?;
             }
             Stage::Baked(_) => unreachable!("a picture of transfer is not shared"),
         }
@@ -155,15 +161,12 @@ impl Render {
             Mode::Maps => false,
             _ => true,
         };
-        // Paths look up what they are given: a map with its suns, or an expansion of all light.
-        let none = SunInput::none();
-        let suns = if self.mode == Mode::Trace { &none } else { &self.suns };
         if !is_expansion {
             return Ok(None);
         }
-        suns.check_memory(&self.light, light, &self.memory)?;
-        let split = self.expansion.of(light, order, suns)?;
-        suns.note(&split, &self.light.path().display().to_string(), talk);
+        self.suns.check_memory(&self.light, light, &self.memory)?;
+        let split = self.expansion.of(light, order, &self.suns)?;
+        self.suns.note(&split, &self.light.path().display().to_string(), talk);
         Ok(Some(split))
     }
 
@@ -239,11 +242,12 @@ impl Render {
         let Work { stage, camera, tree, maps, .. } = work;
         match stage {
             Stage::Plain(scene, bvh) if self.mode == Mode::Trace => {
-                truth::traced((scene, bvh), (&lit.shown, &[]), camera, &self.truth_options(), job)
+                let suns = lit.emitters(Vec::new(), scene);
+                truth::traced((scene, bvh), (&lit.shown, &suns), camera, &self.truth_options(), job)
             }
             Stage::Moving(moving, None) => {
                 let moment = moving.at(time)?;
-                let lights = (&lit.shown, &moment.emitters()[..]);
+                let lights = (&lit.shown, &lit.emitters(moment.emitters(), moment.scene())[..]);
                 truth::traced((moment.scene(), moment.bvh()), lights, camera, &self.truth_options(), job)
             }
             Stage::Moving(moving, Some(shading)) => self.shaded((moving, tree), shading, time, camera, &lit, job),
@@ -274,7 +278,9 @@ impl Render {
         let backdrop = work.light.backdrop(self.background);
         let shows_split = backdrop == Backdrop::Light;
         let shown = shown.before(backdrop).turned(turn);
-        Lit { shown, split: work.split.as_ref().map(|split| split.rotated(turn)), shows_split }
+        let turned = |sun: &Sun| Sun { direction: turn.rotate_dir(sun.direction), ..*sun };
+        let suns = work.suns.iter().map(turned).collect();
+        Lit { shown, split: work.split.as_ref().map(|split| split.rotated(turn)), suns, shows_split }
     }
 
     /// A moment of a scene that moves, the backs that it shows baked before; its tree is that of the moment before, refit.

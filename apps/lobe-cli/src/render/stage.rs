@@ -1,8 +1,8 @@
 //! The stage of `lobe render`, which all pictures share: the scene as the mode needs it, the camera, and the light.
 
-use lobe::env::SceneLight;
+use lobe::env::{SceneLight, Sun};
 use lobe::motion::{MovingScene, MovingShading};
-use lobe::render::{BakedScene, Camera, DistantLight, EnvironmentMaps, LitPicture, RenderError};
+use lobe::render::{BakedScene, Camera, DistantLight, Emitter, EnvironmentMaps, LitPicture, RenderError};
 use lobe::scene::{Bvh, Scene};
 use lobe::sh::{Dir, Rgb};
 
@@ -26,6 +26,8 @@ pub(crate) struct Work<'a> {
     pub(crate) light: &'a ReadLight,
     /// None where the light is used as it was given.
     pub(crate) split: Option<SceneLight>,
+    /// Suns beside the expansion, or beside the light as it was given.
+    pub(crate) suns: Vec<Sun>,
     /// Of environment mapping.
     pub(crate) maps: Option<EnvironmentMaps>,
     /// Of the moment that was shaded before.
@@ -38,6 +40,8 @@ pub(crate) struct Lit {
     pub(crate) shown: DistantLight,
     /// None where the light is used as it was given.
     pub(crate) split: Option<SceneLight>,
+    /// Suns beside that, or beside the light as it was given.
+    pub(crate) suns: Vec<Sun>,
     /// Whether that is what the eye sees behind the scene.
     pub(crate) shows_split: bool,
 }
@@ -46,6 +50,13 @@ impl Lit {
     /// The picture with an alpha, if nothing is behind the scene.
     pub(crate) fn finished(&self, picture: LitPicture) -> LitPicture {
         if self.shown.is_transparent() { picture.before_nothing() } else { picture }
+    }
+
+    /// Lamps, and the suns as lamps of a scene.
+    pub(crate) fn emitters(&self, mut lamps: Vec<Emitter>, scene: &Scene) -> Vec<Emitter> {
+        let bounds = scene.world_bounds();
+        lamps.extend(self.suns.iter().map(|sun| Emitter::of_sun(sun, bounds)));
+        lamps
     }
 
     /// What the eye sees towards `s`, where no surface is.

@@ -53,7 +53,7 @@ fn the_map_is_behind_the_scene_and_its_expansion_only_when_asked_for() {
     }
     let light = of("irradiance --suns none --background light");
     assert!(!near(light, map), "the expansion differs from the map: {light:?}, {map:?}");
-    let traced = of("trace --samples 256 --bounces 0 --order 3 --background light");
+    let traced = of("trace --samples 256 --bounces 0 --order 3 --suns none --background light");
     assert!(near(traced, light), "the light of the truth: {traced:?}, {light:?}");
 }
 

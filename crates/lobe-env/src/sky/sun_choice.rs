@@ -59,7 +59,7 @@ impl SunChoice {
     ///
     /// # Errors
     /// Those of [`read_suns`].
-    pub(crate) fn given(&self) -> Result<Vec<Sun>, EnvError> {
+    pub fn given(&self) -> Result<Vec<Sun>, EnvError> {
         match self {
             Self::File(path) => read_suns(path),
             _ => Ok(Vec::new()),

@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use lobe_env::Sun;
 use lobe_io::Fingerprint;
 use lobe_sh::Rgb;
 use lobe_sh::sphere::vector::{Vec3, add_scaled, cross, dot, length, normalized, scale, sub, tangents_along_z};
@@ -12,6 +13,10 @@ use lobe_shadow::{LampSurface, PatchedRectangle, Placement};
 pub struct Emitter {
     surface: LampSurface,
 }
+
+/// How far away the ball of a sun is, in diagonals of the scene: directions to it differ by 10⁻⁷ over the scene, as much as
+/// directions of rays are rounded.
+const FAR: f64 = 1e7;
 
 /// A direction drawn from an emitter.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,6 +46,17 @@ impl Emitter {
             }
         }
         Self { surface }
+    }
+
+    /// A sun for what lies within these corners, in the world: a ball of its radiance, so far away that its direction differs by
+    /// less than its own rounding between them.
+    #[must_use]
+    pub fn of_sun(sun: &Sun, [min, max]: [Vec3; 2]) -> Self {
+        let middle = [0, 1, 2].map(|k| 0.5 * (min[k] + max[k]));
+        let far = FAR * length(sub(max, min)).max(f64::MIN_POSITIVE);
+        let center = add_scaled(middle, sun.direction.to_array(), far);
+        let radius = far * (0.5 * sun.angular_diameter).sin();
+        Self { surface: LampSurface::Ball { center, radius, radiance: sun.radiance() } }
     }
 
     /// The same in a frame whose origin is there.

@@ -7,8 +7,8 @@ use lobe_image::HalvesReport;
 use lobe_io::Job;
 use lobe_prt::{BakeMode, BakeOptions};
 use lobe_render::{
-    BakedScene, Camera, DistantLight, SampleCount, SunRays, SurfacePoint, TruthOptions, View, ViewOptions,
-    light_baked_scene, light_by_irradiance, render_truth,
+    BakedScene, Camera, DistantLight, Emitter, SampleCount, SunRays, SurfacePoint, TruthOptions, View, ViewOptions,
+    light_baked_scene, light_by_irradiance, render_truth, render_truth_with_emitters,
 };
 use lobe_scene::{Bvh, Scene, SceneReadOptions, Up, built_in, read_scene_bytes};
 use lobe_sh::{Coefficient as _, Dir, Rgb, ShVec};
@@ -96,6 +96,33 @@ fn what_faces_a_sun_has_its_irradiance_and_what_a_roof_hides_has_none() {
         let lit = light_by_irradiance(&scene, &bvh, &light, &eye, &view, |_| Rgb::ZERO, Job::default()).unwrap();
         assert!((f64::from(lit.picture.pixels()[20][0]) - 0.8 * 3.0 / PI).abs() < 1e-4, "irradiance has no shadows");
     }
+}
+
+#[test]
+fn paths_see_a_sun_as_rays_to_its_disc_do() {
+    let text = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvn 0 0 1\nf 1//1 2//1 3//1 4//1\n\
+                v -9 -9 1\nv 0 -9 1\nv 0 9 1\nv -9 9 1\nf 5//1 6//1 7//1 8//1\n";
+    let scene = read(text);
+    let (bvh, sun) = (Bvh::new(&scene), sun([0.1, 0.0, 1.0], 0.2));
+    let eye = Camera::look_at([0.8, 0.2, 0.9], [0.1, 0.0, 0.0], 0.5).unwrap();
+    let (width, height) = (16, 12);
+    let emitter = Emitter::of_sun(&sun, scene.world_bounds());
+    let mut options = TruthOptions::default().width(width).height(height).count(SampleCount::of(1024));
+    options.paths = options.paths.bounces(0);
+    let dark = DistantLight::from_expansion(ShVec::zero(1));
+    let traced = render_truth_with_emitters(&scene, &bvh, &eye, &dark, &[emitter], &options, Job::default()).unwrap();
+    let options = BakeOptions::default().mode(BakeMode::Shadowed).order(ORDER).samples(4);
+    let baked = BakedScene::bake(scene, &options, None, Job::default()).unwrap();
+    let view = ViewOptions::default().width(width).height(height).rays(4);
+    let lit = light_baked_scene(&baked, &only(sun), &eye, &view, |_| Rgb::ZERO, Job::default()).unwrap();
+    let mut penumbra = 0;
+    for (i, (a, b)) in lit.picture.pixels().iter().zip(traced.mean.pixels()).enumerate() {
+        let (a, b) = (f64::from(a[0]), f64::from(b[0]));
+        penumbra += usize::from(b > 0.1 && b < 0.8);
+        // Steps of the sun, and noise of a thousand paths.
+        assert!((a - b).abs() < 0.05, "pixel {i}: {a} by rays, {b} by paths");
+    }
+    assert!(penumbra > 20, "{penumbra} pixels of penumbra");
 }
 
 /// A blue sky with a sun of a few texels over a dark ground.
