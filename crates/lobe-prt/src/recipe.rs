@@ -197,7 +197,8 @@ impl Recipe {
     /// The recipe of the same transfer, compressed by this version.
     #[must_use]
     pub fn of_compressed(self, options: &CompressOptions, report: &CompressReport) -> Self {
-        self.clusters(options.clusters)
+        self.of_fronts()
+            .clusters(options.clusters)
             .components(options.components)
             .weights(8 * options.weights.bytes())
             .relative_error(report.relative_error)
@@ -210,7 +211,12 @@ impl Recipe {
     pub fn of_halves(self, report: &HalfReport) -> Self {
         let error = report.relative_error.hypot(self.relative_error.unwrap_or(0.0));
         let recipe = Self { clusters: None, components: None, weights: None, ..self };
-        recipe.relative_error(error).compressed_by(env!("CARGO_PKG_VERSION").to_owned())
+        recipe.of_fronts().relative_error(error).compressed_by(env!("CARGO_PKG_VERSION").to_owned())
+    }
+
+    /// The recipe of the transfer of fronts alone, without backs or a direct part.
+    fn of_fronts(self) -> Self {
+        Self { backs: None, parts: None, ..self }
     }
 
     /// The same recipe, of a scene that was split where its transfer is off.

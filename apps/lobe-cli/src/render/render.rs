@@ -87,6 +87,8 @@ impl Render {
         } else {
             self.pictures.check(&inputs)?;
         }
+        // A file of suns that cannot be read is refused before anything takes time.
+        self.suns.given()?;
         let light = self.light.read(&self.memory, talk)?;
         let (stage, camera, split, kept) = self.stage(&light, talk)?;
         let maps = self.maps(&light, talk)?;

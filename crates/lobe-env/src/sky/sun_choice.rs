@@ -1,4 +1,4 @@
-//! Which suns of a light stand apart from its expansion.
+//! Choice of the suns of a light that stand apart from its expansion.
 
 use std::fmt;
 use std::path::PathBuf;
