@@ -1,9 +1,9 @@
-//! `suns [PROGRAM] [--scene SCENE]... MAP..`: pictures under photographed skies, with suns in the expansion and apart, against
-//! path traced ones.
+//! `suns [PROGRAM] [--scene SCENE]... MAP..`: pictures under photographed skies, with suns in the expansion and apart,
+//! against path traced ones.
 //!
-//! Each scene is lit by each map at order 4 with `--suns none`, at order 4 and at order 6 with suns apart. The error is that
-//! over surfaces, the noise of two halves of the reference subtracted. It prints a table; what is baked or traced is kept in
-//! target/suns.
+//! Each scene is lit by each map at order 4 with `--suns none`, at order 4 and at order 6 with suns apart. The error
+//! is that over surfaces, the noise of two halves of the reference subtracted. It prints a table; what is baked or
+//! traced is kept in target/suns.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -45,7 +45,8 @@ pub(crate) fn run(arguments: &[String]) -> Outcome {
     while let Some(word) = words.next() {
         match &**word {
             "--scene" => scenes.extend(words.next().cloned()),
-            path => paths.push(PathBuf::from(path)),
+            // The command works in another folder.
+            path => paths.push(std::path::absolute(path).unwrap_or_else(|_| PathBuf::from(path))),
         }
     }
     let is_map = |path: &PathBuf| path.extension().is_some();

@@ -137,7 +137,8 @@ impl Moving {
         py.detach(|| with_threads(|| inner.scene.world_bounds(time))).map_err(|error| error_of(&error))
     }
 
-    /// Bakes what the parts lack, for lights with suns, too, kept in files whose names begin with `checkpoint` if there is one; the order.
+    /// Bakes what the parts lack, for lights with suns, too, kept in files whose names begin with `checkpoint` if
+    /// there is one; the order.
     fn bake(
         &self,
         py: Python<'_>,

@@ -1,6 +1,6 @@
 //! Pictures of scenes, and how far two pictures are apart.
 
-use lobe::env::{MappedMap, SceneLight, Sun, SunChoice};
+use lobe::env::{MappedMap, SceneLight, SunChoice, SunRecord};
 use lobe::image::{
     Curve, HalvesReport, ImageError, Measured, Picture, ZTest, compare as compare_pixels, flip, hdr_flip, relative_mse,
 };
@@ -46,7 +46,8 @@ pub(crate) fn expansion(c: &PyReadonlyArray2<'_, f64>) -> PyResult<ShVec<Rgb<f64
 /// A sun: towards it, its irradiance, and its angular diameter in radians.
 type SunNumbers = ([f64; 3], [f64; 3], f64);
 
-/// Light for pictures by expansions: that expansion, or a map and the bands of which it is made, and suns, by a choice or given.
+/// Light for pictures by expansions: that expansion, or a map and the bands of which it is made, and suns, by a choice
+/// or given.
 #[derive(FromPyObject)]
 pub(crate) struct Lighting<'py>(
     Option<PyReadonlyArray2<'py, f64>>,
@@ -68,8 +69,8 @@ impl Lighting<'_> {
         };
         let split = split.map_err(|error| value_error(format!("suns: {error}")))?;
         let sun = |&(direction, irradiance, angular_diameter): &SunNumbers| {
-            let direction = Dir::new(direction).ok_or_else(|| value_error("suns: expected directions"))?;
-            Ok(Sun { direction, irradiance: irradiance.into(), angular_diameter, texels: 0 })
+            let record = SunRecord::new(direction, irradiance, angular_diameter.to_degrees());
+            record.sun().map_err(|error| value_error(format!("suns: {error}")))
         };
         let given = given.iter().map(sun).collect::<PyResult<Vec<_>>>()?;
         Ok(SceneLight::new(split.rest().clone(), [split.suns(), &given].concat()))

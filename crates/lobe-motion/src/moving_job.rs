@@ -229,9 +229,10 @@ impl MovingJob {
         Ok(())
     }
 
-    /// Bakes what the parts lack, and prepares the shading; for a light that has suns with what they need. With `files` each bake is kept in a file of its own, whose
-    /// name begins with that of the checkpoint; those that were kept are returned, to be removed when all pictures are
-    /// done. `watched` does each bake, which prints as what it is, by a job.
+    /// Bakes what the parts lack, and prepares the shading; for a light that has suns with what they need. With
+    /// `files` each bake is kept in a file of its own, whose name begins with that of the checkpoint; those that were
+    /// kept are returned, to be removed when all pictures are done. `watched` does each bake, which prints as what it
+    /// is, by a job.
     ///
     /// # Errors
     /// [`RenderError::OfJob`] for bakes that take more memory than allowed; else those of [`MovingScene::bake_part`]

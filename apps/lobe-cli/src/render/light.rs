@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use anyhow::{anyhow, bail};
 use clap::Args;
-use lobe::env::{EnvMap, SceneLight, Sun, SunChoice};
+use lobe::env::{EnvMap, SceneLight, Sun, SunChoice, read_suns};
 use lobe::render::{Backdrop, Background, DistantLight};
 use lobe::sh::expansion::Quantity;
 use lobe::sh::sh_json::read_sh_json;
@@ -50,16 +50,32 @@ pub(crate) struct ExpansionInput {
 #[derive(Args, Default)]
 pub(crate) struct SunInput {
     /// Suns that cast shadows by themselves, beside the expansion: auto finds in a map up to four, each of half a
-    /// percent of its light at least; a number takes so many at most; a .json file of lobe env sun --json adds its own. A map
-    /// that paths look up without --order keeps those that it has
+    /// percent of its light at least; a number takes so many at most; a .json file of lobe env sun --json adds its
+    /// own. A map that paths look up without --order keeps those that it has
     #[arg(long, value_name = "auto|none|N|FILE", default_value_t)]
     suns: SunChoice,
 }
 
 impl SunInput {
+    /// All light in the expansion.
+    pub(crate) fn none() -> Self {
+        Self { suns: SunChoice::None }
+    }
+
+    /// The number of suns that is asked for.
+    pub(crate) fn count(&self) -> Option<usize> {
+        match self.suns {
+            SunChoice::Count(count) => Some(count),
+            _ => None,
+        }
+    }
+
     /// The suns of the file, if one is given.
     pub(crate) fn given(&self) -> anyhow::Result<Vec<Sun>> {
-        self.suns.given().map_err(|error| anyhow!("--suns: {error}"))
+        match self.path() {
+            Some(path) => read_suns(path).map_err(|error| anyhow!("--suns: {error}")),
+            None => Ok(Vec::new()),
+        }
     }
 
     /// Refuses to look for suns in a map if that takes more memory than allowed: a second map, of the sky without them.
@@ -84,12 +100,15 @@ impl SunInput {
             return;
         }
         let of_suns: f64 = suns.iter().map(|sun| sun.irradiance.luminance()).sum();
-        let percent = 100.0 * of_suns / (4.0 * PI * light.mean().luminance());
+        // Negative texels may leave less light than the suns have.
+        let percent = 100.0 * (of_suns / (4.0 * PI * light.mean().luminance())).clamp(0.0, 1.0);
         let (what, it) = match suns.len() {
             1 => ("a sun".to_owned(), "it"),
             count => (format!("{count} suns"), "them"),
         };
-        let text = format!("{what} of {percent:.0} % of the light by rays; --suns none leaves {it} in the expansion");
+        let stands = if suns.len() == 1 { "stands" } else { "stand" };
+        let text =
+            format!("{what} of {percent:.0} % of the light {stands} apart; --suns none leaves {it} in the expansion");
         talk.note(name, &text);
     }
 
@@ -198,16 +217,15 @@ impl ExpansionInput {
             (None, None) => unreachable!("a light is a map or an expansion"),
         };
         let split = split.map_err(|error| anyhow!("--suns: {error}"))?;
-        let f = split.rest();
-        let order = f.order() as f64;
+        let order = split.rest().order() as f64;
         let window = match self.window {
             None => return Ok(split),
             Some(WindowKind::Hanning(band)) => Window::Hanning { width: band.unwrap_or(order) },
             Some(WindowKind::Lanczos(power, band)) => Window::Lanczos { width: band.unwrap_or(order), power },
             Some(WindowKind::Gauss(degrees)) => Window::Gauss { sigma: degrees.to_radians() },
-            Some(WindowKind::Laplacian(part)) => Window::squared_laplacian_of(f.coefficients(), part),
+            Some(WindowKind::Laplacian(part)) => Window::squared_laplacian_of(split.rest().coefficients(), part),
         };
-        Ok(SceneLight::new(f.windowed(&window), split.suns().to_vec()))
+        Ok(split.windowed(&window))
     }
 }
 

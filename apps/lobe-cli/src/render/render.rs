@@ -9,8 +9,8 @@ use lobe::io::{Job, JobFiles, Progress, Shard, SharingOptions};
 use lobe::motion::{MovingJob, MovingScene, MovingShading, OneBake, light_moving_scene};
 use lobe::prt::OpenScene;
 use lobe::render::{
-    Backdrop, Background, Camera, DistantLight, Emitter, EnvironmentMaps, RenderError, Surfaces, TransferSource,
-    TruthOptions, ViewOptions, light_baked_scene, light_by_environment_maps, light_by_irradiance, render_truth_shard,
+    Background, Camera, DistantLight, Emitter, EnvironmentMaps, RenderError, Surfaces, TransferSource, TruthOptions,
+    ViewOptions, light_baked_scene, light_by_environment_maps, light_by_irradiance, render_truth_shard,
 };
 use lobe::scene::{Bvh, Scene};
 use lobe::sh::{Dir, Rotation};
@@ -155,20 +155,29 @@ impl Render {
         done.tell(self.pictures.output(), false, talk)
     }
 
-    /// The suns of the light and its expansion, of `order` bands unless others are asked for; none where the light is used as
-    /// it was given.
-    fn split(&self, light: &ReadLight, order: usize, talk: Talk) -> anyhow::Result<Option<SceneLight>> {
+    /// The suns of the light and its expansion, of `order` bands unless others are asked for; none where the light is
+    /// used as it was given.
+    fn split(
+        &self,
+        light: &ReadLight,
+        order: usize,
+        suns: &SunInput,
+        talk: Talk,
+    ) -> anyhow::Result<Option<SceneLight>> {
         let is_expansion = match self.mode {
             Mode::Trace => self.expansion.is_asked_of(light),
             Mode::Maps => false,
             _ => true,
         };
         if !is_expansion {
+            if let Some(count) = self.suns.count() {
+                bail!("--suns {count}: a map that paths look up keeps its suns; give --order, or leave the option out");
+            }
             return Ok(None);
         }
-        self.suns.check_memory(&self.light, light, &self.memory)?;
-        let split = self.expansion.of(light, order, &self.suns)?;
-        self.suns.note(&split, &self.light.path().display().to_string(), talk);
+        suns.check_memory(&self.light, light, &self.memory)?;
+        let split = self.expansion.of(light, order, suns)?;
+        suns.note(&split, &self.light.path().display().to_string(), talk);
         Ok(Some(split))
     }
 
@@ -183,14 +192,17 @@ impl Render {
             let (order, memory) = (self.expansion.order, self.memory.limit());
             let found = watched_job(talk, Kept::Nowhere, |work| self.transfer.prepare(open, order, memory, work))?;
             let (camera, view) = (self.view.camera(found.baked.scene())?, self.view_options());
-            let split = self.split(light, found.baked.order(), talk)?;
+            // Transfer matrices hold direct and reflected light as one.
+            let none = SunInput::none();
+            let suns = if found.baked.is_glossy() { &none } else { &self.suns };
+            let split = self.split(light, found.baked.order(), suns, talk)?;
             let completed = |work: Job<'_>| found.completed((&camera, &view), split.as_ref(), work);
             let baked = watched_job(talk, Kept::Nowhere, completed)?;
             return Ok((Stage::Baked(Box::new(baked)), camera, split, Vec::new()));
         }
         let scene = self.surfaces.applied(heard(talk, |work| open.scene(work))?)?;
         let (bvh, camera) = (Bvh::new(&scene), self.view.camera(&scene)?);
-        Ok((Stage::Plain(scene, bvh), camera, self.split(light, IRRADIANCE_ORDER, talk)?, Vec::new()))
+        Ok((Stage::Plain(scene, bvh), camera, self.split(light, IRRADIANCE_ORDER, &self.suns, talk)?, Vec::new()))
     }
 
     fn moving_stage(&self, open: OpenScene, light: &ReadLight, talk: Talk) -> anyhow::Result<Staged> {
@@ -211,11 +223,11 @@ impl Render {
         }
         let camera = self.view.camera_around(moving_bounds(&moving, &times)?)?;
         if !is_shaded {
-            let split = self.split(light, IRRADIANCE_ORDER, talk)?;
+            let split = self.split(light, IRRADIANCE_ORDER, &self.suns, talk)?;
             return Ok((Stage::Moving(Box::new(moving), None), camera, split, Vec::new()));
         }
         let paths = self.moving.light(&moving, self.expansion.order);
-        let split = self.split(light, paths.order, talk)?;
+        let split = self.split(light, paths.order, &self.suns, talk)?;
         watched_job(talk, Kept::Nowhere, |work| self.moving.split(&mut moving, &paths, &name, work))?;
         let files = JobFiles::beside(self.pictures.output().to_path_buf());
         let mut bake_one = |what: &str, own: Option<&JobFiles>, bake: &mut OneBake<'_>| {
@@ -254,7 +266,7 @@ impl Render {
             }
             Stage::Moving(moving, Some(shading)) => self.shaded((moving, tree), shading, time, camera, &lit, job),
             Stage::Plain(scene, bvh) => {
-                let (background, view) = (|s: Dir| lit.seen(s), self.view_options());
+                let (background, view) = (|s: Dir| lit.shown.seen(s), self.view_options());
                 let picture = match maps {
                     Some(maps) => {
                         light_by_environment_maps(scene, bvh, maps.turned(turn), camera, &view, background, job)?
@@ -264,7 +276,7 @@ impl Render {
                 Ok(Rendered::Shaded(lit.finished(picture)))
             }
             Stage::Baked(baked) => {
-                let background = |s: Dir| lit.seen(s);
+                let background = |s: Dir| lit.shown.seen(s);
                 let picture = light_baked_scene(baked, lit.light(), camera, &self.view_options(), background, job)?;
                 Ok(Rendered::Shaded(lit.finished(picture)))
             }
@@ -274,15 +286,13 @@ impl Render {
     /// The light of a picture, turned.
     fn lit(&self, work: &Work<'_>, turn: &Rotation) -> Lit {
         let shown = match &work.split {
-            Some(split) => DistantLight::from_expansion(split.rest().clone()),
+            Some(split) => DistantLight::from_expansion(split.rest().clone()).showing(split.suns()),
             None => work.light.as_it_is(),
         };
-        let backdrop = work.light.backdrop(self.background);
-        let shows_split = backdrop == Backdrop::Light;
-        let shown = shown.before(backdrop).turned(turn);
+        let shown = shown.before(work.light.backdrop(self.background)).turned(turn);
         let turned = |sun: &Sun| Sun { direction: turn.rotate_dir(sun.direction), ..*sun };
         let suns = work.suns.iter().map(turned).collect();
-        Lit { shown, split: work.split.as_ref().map(|split| split.rotated(turn)), suns, shows_split }
+        Lit { shown, split: work.split.as_ref().map(|split| split.rotated(turn)), suns }
     }
 
     /// A moment of a scene that moves, the backs that it shows baked before; its tree is that of the moment before, refit.
@@ -306,7 +316,7 @@ impl Render {
             moving.bake_backs(&seen, &bake, Job::default().watched_by(&mut quiet))?;
             moment = moving.at_with(time, Some(bvh))?;
         }
-        let background = |s: Dir| lit.seen(s);
+        let background = |s: Dir| lit.shown.seen(s);
         let shaded = light_moving_scene(&moment, shading, lit.light(), camera, &view, background, job)?;
         *tree = Some(moment.into_bvh());
         Ok(Rendered::Shaded(lit.finished(shaded)))

@@ -4,7 +4,6 @@ use lobe::env::{SceneLight, Sun};
 use lobe::motion::{MovingScene, MovingShading};
 use lobe::render::{BakedScene, Camera, DistantLight, Emitter, EnvironmentMaps, LitPicture, RenderError};
 use lobe::scene::{Bvh, Scene};
-use lobe::sh::{Dir, Rgb};
 
 use crate::render::light::ReadLight;
 
@@ -42,8 +41,6 @@ pub(crate) struct Lit {
     pub(crate) split: Option<SceneLight>,
     /// Suns beside that, or beside the light as it was given.
     pub(crate) suns: Vec<Sun>,
-    /// Whether that is what the eye sees behind the scene.
-    pub(crate) shows_split: bool,
 }
 
 impl Lit {
@@ -57,14 +54,6 @@ impl Lit {
         let bounds = scene.world_bounds();
         lamps.extend(self.suns.iter().map(|sun| Emitter::of_sun(sun, bounds)));
         lamps
-    }
-
-    /// What the eye sees towards `s`, where no surface is.
-    pub(crate) fn seen(&self, s: Dir) -> Rgb<f64> {
-        match self.split.as_ref().filter(|_| self.shows_split) {
-            Some(light) => light.radiance(s),
-            None => self.shown.seen(s),
-        }
     }
 
     /// The light as suns and an expansion.

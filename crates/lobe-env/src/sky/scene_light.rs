@@ -1,13 +1,16 @@
 //! The light of a scene in two parts: suns, and the rest as an expansion.
 
+use std::f64::consts::PI;
+
 use lobe_sh::light::Normalization;
-use lobe_sh::{Coefficient as _, Dir, Expansion as _, Light, Rgb, Rotation, ShVec};
+use lobe_sh::{Coefficient as _, Dir, Expansion as _, Light, Rgb, Rotation, ShVec, Window};
 
 use crate::error::EnvError;
 use crate::map::mapped_map::MappedMap;
 use crate::projection::project_map::project_map;
 use crate::sky::sun_choice::SunChoice;
 use crate::sky::sun_extraction::{Sun, SunOptions};
+use crate::sky::sun_file::read_suns;
 use crate::sky::suns::extract_suns;
 
 /// Distant light as suns, which cast shadows by themselves, and the rest, an expansion of radiance.
@@ -16,8 +19,8 @@ use crate::sky::suns::extract_suns;
 ///   L(s) = Σᵢ restᵢ yᵢ(s) + Σ_suns E_sun / Ω_sun   where s lies in the sun's disc of solid angle Ω_sun
 /// ```
 ///
-/// An expansion of low order spreads a sun over the sky, and its shadow over the scene. A sun that is a light of its own
-/// has a shadow as sharp as its disc is small. An expansion alone is a light without suns.
+/// An expansion of low order spreads a sun over the sky, and its shadow over the scene. A sun that is a light of its
+/// own has a shadow as sharp as its disc is small. An expansion alone is a light without suns.
 ///
 /// ```
 /// use lobe_env::{SceneLight, SunChoice, bundled, irradiance_at};
@@ -34,12 +37,14 @@ use crate::sky::suns::extract_suns;
 pub struct SceneLight {
     rest: ShVec<Rgb<f64>>,
     suns: Vec<Sun>,
+    /// Of the expansions of both.
+    windows: Vec<Window>,
 }
 
 impl From<ShVec<Rgb<f64>>> for SceneLight {
     /// A light without suns.
     fn from(rest: ShVec<Rgb<f64>>) -> Self {
-        Self { rest, suns: Vec::new() }
+        Self::new(rest, Vec::new())
     }
 }
 
@@ -47,7 +52,7 @@ impl SceneLight {
     /// Suns beside an expansion that does not hold them.
     #[must_use]
     pub fn new(rest: ShVec<Rgb<f64>>, suns: Vec<Sun>) -> Self {
-        Self { rest, suns }
+        Self { rest, suns, windows: Vec::new() }
     }
 
     /// The light of a map: the suns that the choice takes out of it or adds, and the rest to `order` bands. A map from
@@ -58,13 +63,14 @@ impl SceneLight {
     pub fn of_map(map: &MappedMap, order: usize, choice: &SunChoice) -> Result<Self, EnvError> {
         let Some(most) = choice.most() else { return Self::of_expansion(project_map(map, order), choice) };
         let found = extract_suns(map, most, &SunOptions::default());
-        let least = choice.least_part() * 4.0 * std::f64::consts::PI * map.mean().luminance();
-        let is_kept = |sun: &Sun| sun.irradiance.luminance() >= least;
-        if found.suns.iter().all(is_kept) {
+        let least = choice.least_part() * 4.0 * PI * map.mean().luminance().abs();
+        let is_bright = |sun: &Sun| sun.irradiance.luminance() >= least;
+        // The last suns stay in the map if they are faint. A glint that is brighter than the sun has come before it.
+        let count = found.suns.iter().rposition(is_bright).map_or(0, |last| last + 1);
+        if count == found.suns.len() {
             return Ok(Self::new(project_map(&found.rest, order), found.suns));
         }
-        // Suns that are too faint stay in the map: those after the first of them, too, so that the rest is a map.
-        let count = found.suns.iter().take_while(|sun| is_kept(sun)).count();
+        drop(found);
         Self::of_map(map, order, &SunChoice::Count(count))
     }
 
@@ -78,12 +84,20 @@ impl SceneLight {
                 let text = "an expansion holds no suns that can be taken out; give a map, or a file of suns";
                 Err(EnvError::Options(text.to_owned()))
             }
-            SunChoice::File(_) => Ok(Self::new(rest, choice.given()?)),
+            SunChoice::File(path) => Ok(Self::new(rest, read_suns(path)?)),
             _ => Ok(rest.into()),
         }
     }
 
-    /// The expansion of what is no sun.
+    /// The same with a window on its expansions, that of the suns too; suns themselves stay as they are.
+    #[must_use]
+    pub fn windowed(mut self, window: &Window) -> Self {
+        self.rest = self.rest.windowed(window);
+        self.windows.push(*window);
+        self
+    }
+
+    /// The expansion of all but the suns.
     #[must_use]
     pub fn rest(&self) -> &ShVec<Rgb<f64>> {
         &self.rest
@@ -110,7 +124,7 @@ impl SceneLight {
                 .or_else(|_| point.project(self.rest.order(), Normalization::None))
                 .unwrap_or_else(|_| ShVec::zero(self.rest.order()));
         }
-        all
+        self.windows.iter().fold(all, |all, window| all.windowed(window))
     }
 
     /// The expansion of all light.
@@ -123,14 +137,15 @@ impl SceneLight {
     #[must_use]
     pub fn rotated(&self, rotation: &Rotation) -> Self {
         let turned = |sun: &Sun| Sun { direction: rotation.rotate_dir(sun.direction), ..*sun };
-        Self { rest: self.rest.rotated(rotation), suns: self.suns.iter().map(turned).collect() }
+        let suns = self.suns.iter().map(turned).collect();
+        Self { rest: self.rest.rotated(rotation), suns, windows: self.windows.clone() }
     }
 
     /// The mean radiance over all directions.
     #[must_use]
     pub fn mean(&self) -> Rgb<f64> {
         let suns = self.suns.iter().fold(Rgb::ZERO, |all: Rgb<f64>, sun| all + sun.irradiance);
-        self.rest.mean() + suns.scale(0.25 * std::f64::consts::FRAC_1_PI)
+        self.rest.mean() + suns.scale((4.0 * PI).recip())
     }
 
     /// The radiance from direction `s`.

@@ -4,37 +4,33 @@ use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use crate::error::EnvError;
-use crate::sky::sun_extraction::Sun;
-use crate::sky::sun_file::read_suns;
-
 /// Suns that [`SunChoice::Auto`] takes out at most. Each costs shadow rays of its own.
 const MOST: usize = 4;
 
-/// The part of all light that a sun of [`SunChoice::Auto`] has at least. One that is fainter changes a surface that faces it by
-/// a few percent at most, as low orders do.
+/// The part of all light that a sun of [`SunChoice::Auto`] has at least. One that is fainter changes a surface that
+/// faces it by a few percent at most, as low orders do.
 const LEAST_PART: f64 = 0.005;
-
-/// Suns that anyone may ask for.
-const MAX: usize = 1024;
 
 /// Which suns of a light stand apart from its expansion.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SunChoice {
-    /// The suns and lamps that [`extract_suns`](crate::extract_suns) finds in a map: up to four, from the brightest on, each
-    /// of half a percent of the light at least. None of an expansion.
+    /// The suns and lamps that [`extract_suns`](crate::extract_suns) finds in a map: up to four, from the brightest
+    /// on, each of half a percent of the light at least. None of an expansion.
     #[default]
     Auto,
     /// No suns: the expansion holds all light.
     None,
     /// So many at most, however faint.
     Count(usize),
-    /// Those of a file ([`read_suns`]), in addition to all that a map or an expansion holds.
+    /// Those of a file ([`read_suns`](crate::read_suns)), in addition to all that a map or an expansion holds.
     File(PathBuf),
 }
 
 impl SunChoice {
+    /// The most suns that may be asked for or given.
+    pub const MAX: usize = 1024;
+
     /// Whether suns are looked for in a map, for which it is copied.
     #[must_use]
     pub fn looks(&self) -> bool {
@@ -54,17 +50,6 @@ impl SunChoice {
     pub(crate) fn least_part(&self) -> f64 {
         if *self == Self::Auto { LEAST_PART } else { 0.0 }
     }
-
-    /// The suns of the file, if there is one.
-    ///
-    /// # Errors
-    /// Those of [`read_suns`].
-    pub fn given(&self) -> Result<Vec<Sun>, EnvError> {
-        match self {
-            Self::File(path) => read_suns(path),
-            _ => Ok(Vec::new()),
-        }
-    }
 }
 
 impl FromStr for SunChoice {
@@ -75,9 +60,11 @@ impl FromStr for SunChoice {
         match (text, text.parse()) {
             ("auto", _) => Ok(Self::Auto),
             ("none", _) => Ok(Self::None),
-            (_, Ok(count)) if count <= MAX => Ok(Self::Count(count)),
+            (_, Ok(count)) if count <= Self::MAX => Ok(Self::Count(count)),
             (path, Err(_)) if path.to_ascii_lowercase().ends_with(".json") => Ok(Self::File(path.into())),
-            _ => Err(format!("expected auto, none, a number up to {MAX} or a .json file of suns, found {text}")),
+            _ => {
+                Err(format!("expected auto, none, a number up to {} or a .json file of suns, found {text}", Self::MAX))
+            }
         }
     }
 }

@@ -88,8 +88,8 @@ impl Sun {
         Rgb::from(self.irradiance.to_array().map(|e| e / (4.0 * PI * sin * sin)))
     }
 
-    /// The irradiance of a surface that faces `normal`: that of a disc of constant radiance, of which the horizon may hide a
-    /// part.
+    /// The irradiance of a surface that faces `normal`: that of a disc of constant radiance, of which the horizon may
+    /// hide a part.
     #[must_use]
     pub fn irradiance_at(&self, normal: Dir) -> Rgb<f64> {
         let sine = (0.5 * self.angular_diameter).sin();

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use lobe_env::{
     EnvError, EnvMap, SceneLight, Sun, SunChoice, SunRecord, bundled, irradiance_at, project_env, read_suns,
 };
-use lobe_sh::{Dir, Expansion as _, Rgb, Rotation};
+use lobe_sh::{Dir, Expansion as _, Rgb, Rotation, Window};
 use lobe_testkit::fibonacci_sphere;
 
 /// Bands of the rest: the irradiance of a smooth sky has none above.
@@ -75,6 +75,27 @@ fn faint_lamps_stay_in_the_map_unless_they_are_asked_for() {
 }
 
 #[test]
+fn a_glint_that_is_brighter_than_the_sun_does_not_hide_it() {
+    let (map, glint) = (sunny(), Dir::from_angles(1.1, -2.0));
+    let mut with_glint = map.clone();
+    let (x, y) = with_glint.texel_at(glint);
+    with_glint.texels_mut()[y * 512 + x] = Rgb::new(2e4, 2e4, 2e4);
+    let light = of(&with_glint, 4, &SunChoice::Auto);
+    assert!(light.suns().iter().any(|sun| sun.direction.angle_to(Dir::from_angles(0.7, 0.4)) < 0.02), "{light:?}");
+}
+
+#[test]
+fn a_window_is_on_the_expansion_of_suns_too() {
+    let light = of(&sunny(), 4, &SunChoice::Auto);
+    let window = Window::Hanning { width: 4.0 };
+    let (windowed, expected) = (light.clone().windowed(&window), light.whole().windowed(&window));
+    for (a, b) in windowed.whole().coefficients().iter().zip(expected.coefficients()) {
+        assert!((a.g - b.g).abs() < 1e-12 * expected[0].g.abs(), "{a:?} {b:?}");
+    }
+    assert_eq!(windowed.suns(), light.suns(), "suns themselves");
+}
+
+#[test]
 fn light_turns_with_its_suns() {
     let (light, turn) = (of(&sunny(), 5, &SunChoice::Auto), Rotation::from_axis_angle(Dir::X, 0.8));
     let turned = light.rotated(&turn);
@@ -105,7 +126,10 @@ fn suns_are_read_from_what_is_printed_of_them() {
     assert!((short[0].angular_diameter.to_degrees() - 0.533).abs() < 1e-3, "as large as the sun: {short:?}");
     for (text, expected) in [
         ("", "expected {\"direction\""),
-        ("{\"suns\": 3}", "expected {\"direction\""),
+        ("{\"suns\": 3}", "invalid type: integer `3`, expected a sequence"),
+        (r#"{"direction": [0, 0, 1], "irradiance": [1, 1]}"#, "invalid length 2"),
+        (r#"{"direction": [0, 0, 1], "irradiance": [1, 1, 1], "diamter": 1}"#, "unknown field `diamter`"),
+        (r#"{"direction": [0, 0, 1], "irradiance": [1, 1, 1], "diameter": 180}"#, "sun 0: expected a diameter above 0"),
         (r#"{"direction": [0, 0, 0], "irradiance": [1, 1, 1]}"#, "sun 0: expected a direction, found 0,0,0"),
         (r#"{"direction": [0, 0, 1], "irradiance": [1, -1, 1]}"#, "sun 0: expected an irradiance of at least 0"),
         (r#"{"direction": [0, 0, 1], "irradiance": [1, 1, 1], "diameter": 0}"#, "sun 0: expected a diameter above 0"),

@@ -221,8 +221,15 @@ impl MovingScene {
                 // The same paths up to the first surface, so that what both hold has no noise of its own.
                 let paths = part.paths.clone().unwrap_or_else(|| options.transfer.clone());
                 let albedo = if part.is_demodulated { AlbedoMode::None } else { AlbedoMode::Vertex };
-                let paths = paths.mode(BakeMode::Shadowed).albedo(albedo);
-                let direct = Arc::new(bake_vertices(&part.scene, &Bvh::new(&part.scene), &paths, job)?.0);
+                // Without reflections the direct part is all.
+                let all = part.transfer.clone().filter(|_| paths.most_bounces() == 0);
+                let direct = match all {
+                    Some(all) => all,
+                    None => {
+                        let paths = paths.mode(BakeMode::Shadowed).albedo(albedo);
+                        Arc::new(bake_vertices(&part.scene, &Bvh::new(&part.scene), &paths, job)?.0)
+                    }
+                };
                 self.share(of, |part| part.direct = Some(Arc::clone(&direct)));
             }
             PartBakeKind::Field => {

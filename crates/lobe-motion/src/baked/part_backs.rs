@@ -51,8 +51,8 @@ impl PartBacks {
         Ok(Self { receivers, transfer, direct, options: options.clone() })
     }
 
-    /// Whether they were baked with these options, with a direct part or without: rows of others have another length, or are
-    /// of other light.
+    /// Whether they were baked with these options, with a direct part or without: rows of others have another length,
+    /// or are of other light.
     pub(crate) fn is_of(&self, options: &BakeOptions, is_apart: bool) -> bool {
         self.options == *options && self.direct.is_some() == is_apart
     }

@@ -193,8 +193,8 @@ impl MovingShading {
         })
     }
 
-    /// The light whose suns are not in the radiance of vertices, because all parts leave them to rays: without suns if some
-    /// do not.
+    /// The light whose suns are not in the radiance of vertices, because all parts leave them to rays: without suns if
+    /// some do not.
     pub(crate) fn by_rays(&self, moment: &Moment<'_>, light: &SceneLight) -> SceneLight {
         let is_apart = moment.parts().iter().all(MovingPart::parts_suns);
         if is_apart { light.clone() } else { light.whole().into() }

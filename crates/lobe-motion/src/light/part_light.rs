@@ -127,7 +127,8 @@ impl<'a> PartLight<'a> {
         })
     }
 
-    /// By the transfer of receivers from their own part, less that of suns by its direct part. White receivers get what spheres send on as it is.
+    /// By the transfer of receivers from their own part, less that of suns by its direct part. White receivers get
+    /// what spheres send on as it is.
     pub(crate) fn by_transfer(
         &self,
         surface: &Surface,

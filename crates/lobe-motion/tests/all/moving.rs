@@ -173,7 +173,7 @@ fn suns_light_a_moving_scene_as_they_light_the_baked_scene_in_its_place() {
     let (with, without) = (picture(&light), picture(&light.rest().clone().into()));
     for (i, expected) in expected.pixels().iter().enumerate() {
         let added = f64::from(with.pixels()[i][1] - without.pixels()[i][1]);
-        // What the ball and the ground send to themselves comes on top, and is little.
+        // Ball and ground send little to themselves, which comes on top.
         let more = added - f64::from(expected[1]);
         assert!((-0.02..0.06).contains(&more), "pixel {i}: {added}, not {}", expected[1]);
     }

@@ -192,7 +192,8 @@ impl BakeOptions {
     }
 
     /// The most reflections of a path.
-    pub(crate) fn most_bounces(&self) -> usize {
+    #[must_use]
+    pub fn most_bounces(&self) -> usize {
         if self.mode.reflects() { self.bounces } else { 0 }
     }
 }

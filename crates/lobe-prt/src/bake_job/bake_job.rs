@@ -87,8 +87,8 @@ options! {
         /// run clockwise. Without it lobe render bakes those that it shows, and other programs have none. Only in a
         /// .glb without compression
         backs: bool = false, OptionKind::Flag, "", "";
-        /// With `mode` interreflected: the parts of the transfer in the file. Pictures under suns need both, and bake the
-        /// direct one on the way where a file holds the whole alone. Only in a .glb without compression
+        /// With `mode` interreflected: the parts of the transfer in the file. Pictures under suns need both, and bake
+        /// the direct one on the way where a file holds the whole alone. Only in a .glb without compression
         parts: TransferParts = TransferParts::Whole, OptionKind::Name(&[
             ("whole", "Direct and reflected light as one"),
             ("direct,reflected", "Direct light by itself, too, so that reflected light is the rest: a quarter more time"),
@@ -242,7 +242,7 @@ impl BakeJob {
             }
         }
         if has_parts && self.mode != BakeMode::Interreflected {
-            return refused("parts", "only of @mode interreflected, which has reflected light; leave the option out");
+            return refused("parts", "only of @mode interreflected, which has reflected light; ask for whole");
         }
         let Some(output) = &self.output else { return Ok(()) };
         let refuse = |message: String| Err(OptionError::new("output", format!("{}: {message}", output.display())));
@@ -250,7 +250,7 @@ impl BakeJob {
             return refused("backs", "only of a .glb, which holds the sides of its surfaces; leave the option out");
         }
         if has_parts && !self.is_glb() {
-            return refused("parts", "only of a .glb; leave the option out");
+            return refused("parts", "only of a .glb; ask for whole");
         }
         if self.is_glb() && self.has_matrices() {
             return refused("output", "@mode glossy and @grid are written as .safetensors");

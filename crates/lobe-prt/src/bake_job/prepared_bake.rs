@@ -260,8 +260,8 @@ impl PreparedBake {
         self.open.job.parts == TransferParts::DirectAndReflected
     }
 
-    /// The direct part of the transfer, by the paths of the whole, and the files that it is kept in; none if it is not asked
-    /// for.
+    /// The direct part of the transfer, by the paths of the whole, and the files that it is kept in; none if it is not
+    /// asked for.
     fn direct(
         &self,
         whole: &JobFiles,

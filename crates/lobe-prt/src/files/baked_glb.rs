@@ -46,8 +46,8 @@ const OUR_ATTRIBUTES: [&str; 3] = ["_TRANSFER_", "_WEIGHTS_", "_CLUSTER"];
 /// [With backs](BakedGlb::with_backs), primitives of double-sided materials have `_TRANSFER_BACK_k` in the same layout,
 /// for the side from which corners run clockwise, and `extras.lobe` of their mesh and of `asset` says `"backs": true`.
 ///
-/// [With the direct part](BakedGlb::with_direct), primitives have `_TRANSFER_DIRECT_k`, too: transfer without reflections, of
-/// as many channels as `extras.lobe` says under `direct`. What is reflected is the difference of both.
+/// [With the direct part](BakedGlb::with_direct), primitives have `_TRANSFER_DIRECT_k`, too: transfer without
+/// reflections, of as many channels as `extras.lobe` says under `direct`. Their difference is the reflected part.
 #[derive(Clone, Debug)]
 pub struct BakedGlb {
     document: GltfDocument,
@@ -205,7 +205,8 @@ impl BakedGlb {
         self.write_with(path, transfer, MoreTransfer::default(), recipe, job)
     }
 
-    /// [`BakedGlb::write`] of a file [with backs](BakedGlb::with_backs), the [direct part](BakedGlb::with_direct), or both.
+    /// [`BakedGlb::write`] of a file [with backs](BakedGlb::with_backs), the [direct part](BakedGlb::with_direct), or
+    /// both.
     ///
     /// # Errors
     /// As [`BakedGlb::write`].

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 ///   T = T_direct + T_reflected
 /// ```
 ///
-/// Light reaches the receiver directly, or from a surface that reflects it. Both parts see the light of a sky. A sun lights
-/// directly by rays, which cast sharp shadows, and by `T_reflected` alone.
+/// Light reaches the receiver directly, or from a surface that reflects it. Both parts see the light of a sky. A sun
+/// lights directly by rays, which cast sharp shadows, and by `T_reflected` alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum TransferParts {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use lobe_env::EnvMap;
+use lobe_env::{EnvMap, Sun};
 use lobe_io::Fingerprint;
 use lobe_sh::{Coefficient as _, Dir, Expansion as _, Rgb, Rotation, ShVec};
 
@@ -26,6 +26,8 @@ use crate::path_tracer::sphere_table::{SphereTable, cell};
 pub struct DistantLight {
     source: Source,
     backdrop: Backdrop,
+    /// Shown before the light itself.
+    suns: Vec<Sun>,
     /// The table for importance sampling; none if the light is black, or not finite.
     table: Option<SphereTable>,
     /// The weights of the table under an expansion; those of a map follow from its texels.
@@ -104,7 +106,8 @@ impl DistantLight {
 
     fn new(source: Source, table: Option<SphereTable>, weights: Vec<f64>) -> Self {
         let none = Rotation::from_axis_angle(Dir::Z, 0.0);
-        Self { source, backdrop: Backdrop::Light, table, weights, world_from_light: none, light_from_world: none }
+        let (backdrop, suns) = (Backdrop::Light, Vec::new());
+        Self { source, backdrop, suns, table, weights, world_from_light: none, light_from_world: none }
     }
 
     /// This light in front of a backdrop. One that is the light itself is the same as [`Backdrop::Light`], in
@@ -117,6 +120,13 @@ impl DistantLight {
             _ => false,
         };
         Self { backdrop: if is_light { Backdrop::Light } else { backdrop }, ..self }
+    }
+
+    /// This light with the discs of suns, which an eye sees where the backdrop is the light itself. They turn with it,
+    /// and light nothing: [`Emitter::of_sun`](crate::Emitter::of_sun) does.
+    #[must_use]
+    pub fn showing(self, suns: &[Sun]) -> Self {
+        Self { suns: suns.to_vec(), ..self }
     }
 
     /// This light turned, after all turns before: what was towards `s` is towards `R s`.
@@ -141,11 +151,19 @@ impl DistantLight {
     pub fn seen(&self, s: Dir) -> Rgb<f64> {
         let turned = || self.light_from_world.rotate_dir(s);
         match (&self.backdrop, &self.source) {
-            (Backdrop::Map(map), _) | (Backdrop::Light, Source::Map(map)) => map.radiance(turned()).widen(),
-            (Backdrop::Expansion(f), _) | (Backdrop::Light, Source::Expansion(f)) => f.eval(turned()),
+            (Backdrop::Map(map), _) => map.radiance(turned()).widen(),
+            (Backdrop::Expansion(f), _) => f.eval(turned()),
+            (Backdrop::Light, Source::Map(map)) => map.radiance(turned()).widen() + self.of_suns(turned()),
+            (Backdrop::Light, Source::Expansion(f)) => f.eval(turned()) + self.of_suns(turned()),
             (Backdrop::Color(color), _) => *color,
             (Backdrop::None, _) => Rgb::ZERO,
         }
+    }
+
+    /// The radiance of the suns in a direction of the light's frame.
+    fn of_suns(&self, s: Dir) -> Rgb<f64> {
+        let shines = |sun: &&Sun| sun.direction.angle_to(s) <= 0.5 * sun.angular_diameter;
+        self.suns.iter().filter(shines).fold(Rgb::ZERO, |all, sun| all + sun.radiance())
     }
 
     /// Whether nothing is behind the scene, so that pictures have an alpha.
@@ -175,6 +193,10 @@ impl DistantLight {
                 color.to_array().iter().for_each(|c| all.word(c.to_bits()));
             }
             Backdrop::None => all.word(4),
+        }
+        for sun in &self.suns {
+            let numbers = [sun.direction.to_array(), sun.irradiance.to_array(), [sun.angular_diameter, 0.0, 0.0]];
+            numbers.as_flattened().iter().for_each(|c| all.word(c.to_bits()));
         }
         for axis in [Dir::X, Dir::Z] {
             self.light_from_world.rotate_dir(axis).to_array().iter().for_each(|c| all.word(c.to_bits()));

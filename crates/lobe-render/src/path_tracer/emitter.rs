@@ -14,8 +14,8 @@ pub struct Emitter {
     surface: LampSurface,
 }
 
-/// How far away the ball of a sun is, in diagonals of the scene: directions to it differ by 10⁻⁷ over the scene, as much as
-/// directions of rays are rounded.
+/// How far away the ball of a sun is, in diagonals of the scene: directions to it differ by 10⁻⁷ over the scene, as
+/// much as directions of rays are rounded.
 const FAR: f64 = 1e7;
 
 /// A direction drawn from an emitter.
@@ -48,8 +48,8 @@ impl Emitter {
         Self { surface }
     }
 
-    /// A sun for what lies within these corners, in the world: a ball of its radiance, so far away that its direction differs by
-    /// less than its own rounding between them.
+    /// A sun for what lies within these corners, in the world: a ball of its radiance, so far away that its direction
+    /// differs by less than its own rounding between them.
     #[must_use]
     pub fn of_sun(sun: &Sun, [min, max]: [Vec3; 2]) -> Self {
         let middle = [0, 1, 2].map(|k| 0.5 * (min[k] + max[k]));

@@ -224,7 +224,7 @@ impl BakedScene {
     /// Whether suns of a light need transfer without reflections that is not known yet: of matte surfaces that reflect.
     #[must_use]
     pub fn needs_direct(&self) -> bool {
-        self.options.mode.reflects() && !self.is_glossy() && !self.knows_direct()
+        self.options.most_bounces() > 0 && !self.is_glossy() && !self.knows_direct()
     }
 
     /// Whether the direct part is known of fronts and of all backs that are.
@@ -232,29 +232,39 @@ impl BakedScene {
         self.direct.as_ref().is_some_and(|direct| direct.back.is_some() == self.back.is_some())
     }
 
-    /// Bakes the transfer without reflections, of the fronts and of the backs that are known, so that suns cast shadows by
-    /// rays. Its paths are the first parts of those of the whole transfer: what both share has no noise of its own.
+    /// Bakes the transfer without reflections, of the fronts and of the backs that are known, so that suns cast
+    /// shadows by rays. Its paths are the first parts of those of the whole transfer: what both share has no noise of
+    /// its own.
     ///
     /// # Errors
     /// As [`BakedScene::bake`].
     pub fn bake_direct(&mut self, mut job: Job<'_>) -> Result<(), RenderError> {
-        let Self { scene, bvh, places, options, recipe, .. } = self;
+        let Self { scene, bvh, places, options, recipe, .. } = &*self;
         let mut options = options.clone().mode(BakeMode::Shadowed);
         options.samples = options.samples.or(recipe.samples);
-        let front = match self.direct.take() {
-            Some(DirectPart { front, .. }) => front,
-            None => PlacedTransfer::fronts((scene, bvh), places, &options, job.reborrow())?,
+        let front = match &self.direct {
+            Some(_) => None,
+            None => Some(PlacedTransfer::fronts((scene, bvh), places, &options, job.reborrow())?),
         };
         let back = match &self.back {
             Some(back) => Some(PlacedTransfer::backs((scene, bvh), places, &back.places(), &options, false, job)?),
             None => None,
         };
-        self.direct = Some(DirectPart { front, back });
+        let front = front.or_else(|| self.direct.take().map(|known| known.front));
+        self.direct = front.map(|front| DirectPart { front, back });
         Ok(())
     }
 
-    /// Lights the scene: the exit radiance of every receiver is computed here, once for each light, without the direct light
-    /// of suns that are [lit by rays](LitScene::by_rays).
+    /// The places whose direct part [`BakedScene::bake_direct`] bakes: all fronts unless a file holds theirs, and
+    /// backs.
+    #[must_use]
+    pub fn lacking_direct(&self) -> usize {
+        let fronts = if self.direct.is_some() { 0 } else { self.receivers() };
+        fronts + self.back.as_ref().map_or(0, |back| back.places().len())
+    }
+
+    /// Lights the scene: the exit radiance of every receiver is computed here, once for each light, without the direct
+    /// light of suns that are [lit by rays](LitScene::by_rays).
     ///
     /// `light` is the radiance of the surroundings in the world, of any order.
     #[must_use]
@@ -281,7 +291,7 @@ impl BakedScene {
         match self.options.mode {
             _ if light.suns().is_empty() || self.is_glossy() => SunsApart::No,
             BakeMode::Unshadowed => SunsApart::Unshadowed,
-            BakeMode::Shadowed => SunsApart::Shadowed,
+            _ if self.options.most_bounces() == 0 => SunsApart::Shadowed,
             _ if self.knows_direct() => SunsApart::Reflected,
             _ => SunsApart::No,
         }
@@ -326,8 +336,8 @@ pub struct LitScene<'a> {
 }
 
 impl LitScene<'_> {
-    /// The light whose suns are to be added to [`LitScene::radiance`], as they shine between surfaces: without suns if the
-    /// radiance has all light.
+    /// The light whose suns are to be added to [`LitScene::radiance`], as they shine between surfaces: without suns if
+    /// the radiance has all light.
     #[must_use]
     pub fn by_rays(&self) -> SceneLight {
         match self.suns {

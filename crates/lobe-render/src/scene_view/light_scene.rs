@@ -92,8 +92,8 @@ pub fn light_baked_scene(
     )
 }
 
-/// Lights a scene by the irradiance of its shading normals, without shadows, of suns neither: `B = albedo/π · E(n)`. Normal maps tilt them in
-/// every pixel.
+/// Lights a scene by the irradiance of its shading normals, without shadows, of suns neither: `B = albedo/π · E(n)`.
+/// Normal maps tilt them in every pixel.
 ///
 /// The other arguments are those of [`light_baked_scene`].
 ///
@@ -116,8 +116,8 @@ pub fn light_by_irradiance(
     light_scene_by((scene, bvh), &light.rest().clone().into(), camera, options, &background, &radiance, job)
 }
 
-/// Shows a scene as `camera` sees it, where `shade` gives the radiance of each hit without the direct light of suns, which is
-/// added by [`SunRays`].
+/// Shows a scene as `camera` sees it, where `shade` gives the radiance of each hit without the direct light of suns,
+/// which is added by [`SunRays`].
 ///
 /// ```text
 ///   B = shade + ρ/π Σ_suns E_sun max(n·s, 0) V(x, s)

@@ -2,10 +2,10 @@
 //! irradiance.
 //!
 //! Read `scene_picture`, which finds the surface that each pixel shows, and `silhouettes`, where it looks closer; then
-//! `prt_shading`, which lights a surface by transfer, `placed_transfer`, which bakes what files of transfer leave out, and
-//! `sun_rays`, which adds suns.
-//! `baked_scene` holds a scene with its transfer, `light_scene` makes the picture. `transfer_source` is how a job asks
-//! for transfer, which is baked by `picture_bake` where no file has it. Uses `camera`.
+//! `prt_shading`, which lights a surface by transfer, `placed_transfer`, which bakes what files of transfer leave out,
+//! and `sun_rays`, which adds suns. `baked_scene` holds a scene with its transfer, `light_scene` makes the picture.
+//! `transfer_source` is how a job asks for transfer, which is baked by `picture_bake` where no file has it. Uses
+//! `camera`.
 
 pub(crate) mod baked_scene;
 pub(crate) mod light_scene;

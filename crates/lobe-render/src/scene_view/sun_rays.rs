@@ -9,9 +9,13 @@ use lobe_sh::{Coefficient as _, Dir, Rgb};
 
 use crate::scene_view::silhouettes::place_in_pixel;
 
-/// Rays to the rim of a disc that tell, with one to its center, whether a point lies in the penumbra: all of them meet the same
-/// if it does not. A straight edge that passes between two of them hides 1.2 % of the disc at most.
-const PROBES: usize = 8;
+/// Rays to the rim of a disc that tell, with [`INNER`], whether a point lies in the penumbra: all of them meet the
+/// same if it does not. A straight edge that passes between two of them hides 1.2 % of the disc at most.
+const RIM: usize = 8;
+
+/// Rays to the inside for the same. A bar between them that no ray meets is narrower than half of the disc's radius,
+/// and hides 30 % of it at most (test `a_bar_before_a_sun_hides_its_part_of_the_disc`).
+const INNER: usize = 16;
 
 /// Rays to a disc in its penumbra: steps of a sixty-fourth of the sun do not show.
 const RAYS: usize = 64;
@@ -22,10 +26,9 @@ const RAYS: usize = 64;
 ///   E(x, n) = Σ_suns E_sun(n) Σₖ wₖ V(x, sₖ) / Σₖ wₖ        wₖ = max(n·sₖ, 0)
 /// ```
 ///
-/// `sₖ` are directions over the disc of the sun, the same for all points, `V` is 1 where a ray leaves the scene, the tint
-/// of the glass that it passes, or 0. What is not in shadow has the irradiance of the whole disc,
-/// [`Sun::irradiance_at`]. Nine rays are traced to the rim and the center of each disc, and 64 all over it where these do not
-/// agree.
+/// `sₖ` are directions over the disc of the sun, the same for all points, `V` is 1 where a ray leaves the scene, the
+/// tint of the glass that it passes, or 0. A point outside of all shadows has the irradiance of the whole disc,
+/// [`Sun::irradiance_at`]. Rays are traced to 24 points of each disc, and to 64 others where these do not agree.
 #[derive(Debug)]
 pub struct SunRays<'a> {
     surfaces: SurfaceRays<'a>,
@@ -36,7 +39,7 @@ pub struct SunRays<'a> {
 #[derive(Debug)]
 struct Disc {
     sun: Sun,
-    /// The center, and points of the rim.
+    /// Points of the rim and inside.
     probes: Vec<Dir>,
     /// Points all over it.
     points: Vec<Dir>,
@@ -55,9 +58,10 @@ impl Disc {
             let r = (depth * (2.0 - depth)).max(0.0).sqrt();
             Dir::from_unit([0, 1, 2].map(|i| r * cos * u[i] + r * sin * v[i] + (1.0 - depth) * axis[i]))
         };
-        let rim = (0..PROBES).map(|k| at([1.0, k as f64 / PROBES as f64]));
+        let rim = (0..RIM).map(|k| at([1.0, k as f64 / RIM as f64]));
+        let inner = (0..INNER).map(|k| at(place_in_pixel(k, INNER)));
         let points = (0..RAYS).map(|k| at(place_in_pixel(k, RAYS)));
-        Self { sun, probes: rim.chain([sun.direction]).collect(), points: points.collect() }
+        Self { sun, probes: rim.chain(inner).collect(), points: points.collect() }
     }
 }
 

@@ -110,13 +110,15 @@ pub struct SceneTransfer {
     pub baked: BakedScene,
     /// The file of the transfer; none if it was baked on the way.
     pub file: Option<String>,
+    /// Whether the file holds the scene, too.
+    is_scene: bool,
     memory: MemoryLimit,
 }
 
 impl SceneTransfer {
-    /// Bakes what a picture needs and files mostly leave out: the backs of double-sided surfaces that a view shows, and
-    /// the direct part of the transfer if the light has suns. The job that is watched has the steps `look`, `bake` and `bake
-    /// direct`.
+    /// Bakes what a picture needs and files mostly leave out: the backs of double-sided surfaces that a view shows,
+    /// and the direct part of the transfer if the light has suns. The job that is watched has the steps `look`, `bake`
+    /// and `bake direct`.
     ///
     /// # Errors
     /// Those of [`BakedScene::backs_in_view`], [`BakedScene::bake_backs`] and [`BakedScene::bake_direct`];
@@ -129,12 +131,17 @@ impl SceneTransfer {
     ) -> Result<BakedScene, RenderError> {
         self.bake_backs((camera, view), work.reborrow())?;
         if light.is_some_and(|light| !light.suns().is_empty()) && self.baked.needs_direct() {
-            let (baked, count) = (&self.baked, self.baked.receivers());
+            let (baked, count) = (&self.baked, self.baked.lacking_direct());
             check_memory(self.memory, baked.scene(), count, baked.options(), false)?;
             if let Some(file) = &self.file {
-                let text = "holds direct and reflected light as one; the direct part is baked now, so that suns cast \
-                            shadows by rays; a bake with @parts direct,reflected holds it";
-                work.note(file, text);
+                let places = if baked.is_lightmap() { "texels" } else { "vertices" };
+                let of_file = !baked.is_lightmap() && self.is_scene && count >= baked.receivers();
+                let advice = if of_file { "; a bake with @parts direct,reflected keeps it" } else { "" };
+                let text = format!(
+                    "holds no direct part of the transfer of {count} {places}, by which suns cast shadows; it is baked \
+                     now{advice}"
+                );
+                work.note(file, &text);
             }
             self.baked.bake_direct(work.step("bake direct"))?;
         }
@@ -142,7 +149,7 @@ impl SceneTransfer {
     }
 
     fn bake_backs(&mut self, (camera, view): (&Camera, &ViewOptions), mut work: Job<'_>) -> Result<(), RenderError> {
-        let Self { baked, file, memory } = self;
+        let Self { baked, file, memory, .. } = self;
         let seen = baked.backs_in_view(camera, view, work.step("look"))?;
         if seen.is_empty() {
             return Ok(());
@@ -183,16 +190,18 @@ impl Asked<'_> {
             check_file_of_numbers(memory, file, "a bake of fewer receivers or a lower order")?;
             let baked = BakedScene::read_transfer(open.scene(work)?, file, lobe)?;
             let name = file.display().to_string();
-            return Ok(SceneTransfer { baked: self.checked(baked, &name)?, file: Some(name), memory });
+            return Ok(SceneTransfer { baked: self.checked(baked, &name)?, file: Some(name), is_scene: false, memory });
         }
         // A baked scene holds no matrices.
         let scene = if lobe.is_some() { open.scene(work)?.into() } else { open.baked_or_scene(work)? };
         match scene {
             BakedOrScene::Baked(baked) => {
                 let baked = self.checked(BakedScene::from(*baked), &name)?;
-                Ok(SceneTransfer { baked, file: Some(name), memory })
+                Ok(SceneTransfer { baked, file: Some(name), is_scene: true, memory })
             }
-            BakedOrScene::Scene(scene, _) => Ok(SceneTransfer { baked: self.bake(scene, work)?, file: None, memory }),
+            BakedOrScene::Scene(scene, _) => {
+                Ok(SceneTransfer { baked: self.bake(scene, work)?, file: None, is_scene: false, memory })
+            }
         }
     }
 

@@ -66,6 +66,38 @@ fn the_penumbra_of_an_edge_is_the_part_of_the_disc_beside_it() {
     }
 }
 
+/// The part of a unit disc at more than `x` from a line through its center, to one side.
+fn beyond(x: f64) -> f64 {
+    let x = x.clamp(-1.0, 1.0);
+    (x.acos() - x * (1.0 - x * x).sqrt()) / PI
+}
+
+#[test]
+fn a_bar_before_a_sun_hides_its_part_of_the_disc() {
+    let radius = 0.1_f64;
+    for (width, most) in [(0.2, 0.14), (0.3, 0.2), (0.5, 0.3), (0.7, 0.06), (1.0, 0.05), (1.6, 0.05)] {
+        for angle in [0.0, 0.4, 1.1] {
+            let (sin, cos) = f64::sin_cos(angle);
+            let half = 0.5 * width * radius.tan();
+            let corners = [[-half, -9.0], [half, -9.0], [half, 9.0], [-half, 9.0]]
+                .map(|[x, y]| format!("v {} {} 1\n", x * cos - y * sin, x * sin + y * cos));
+            let scene = read(&format!("{}f 1 2 3 4\n", corners.concat()));
+            let (bvh, light) = (Bvh::new(&scene), only(sun([0.0, 0.0, 1.0], radius)));
+            let rays = SunRays::new(&scene, &bvh, &light);
+            for k in -30..=30 {
+                let d = f64::from(k) / 20.0;
+                let aside = d * radius.tan();
+                let position = [(aside * cos) as f32, (aside * sin) as f32, 0.0];
+                let at = SurfacePoint { position, plane: [0.0, 0.0, 1.0], normal: Dir::Z };
+                let found = rays.irradiance(&at).r / 3.0;
+                // The bar lies between these parts of the radius, as the point sees it.
+                let expected = 1.0 - (beyond(-d - 0.5 * width) - beyond(-d + 0.5 * width));
+                assert!((found - expected).abs() < most, "{width} at {d}, {angle}: {found}, not {expected}");
+            }
+        }
+    }
+}
+
 #[test]
 fn what_faces_a_sun_has_its_irradiance_and_what_a_roof_hides_has_none() {
     let floor = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvn 0 0 1\nf 1//1 2//1 3//1 4//1\n";
