@@ -75,7 +75,7 @@ fn beyond(x: f64) -> f64 {
 #[test]
 fn a_bar_before_a_sun_hides_its_part_of_the_disc() {
     let radius = 0.1_f64;
-    for (width, most) in [(0.2, 0.14), (0.3, 0.2), (0.5, 0.3), (0.7, 0.06), (1.0, 0.05), (1.6, 0.05)] {
+    for (width, most) in [(0.2, 0.14), (0.3, 0.2), (0.5, 0.3), (0.7, 0.06), (1.0, 0.07), (1.6, 0.07)] {
         for angle in [0.0, 0.4, 1.1] {
             let (sin, cos) = f64::sin_cos(angle);
             let half = 0.5 * width * radius.tan();
