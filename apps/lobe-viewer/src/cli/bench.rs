@@ -31,7 +31,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let options = SceneViewOptions::default().width(size[0]).height(size[1]).rays(u32::from(rays));
     let Prepared { context, view, light, order, vertices, name, .. } =
         prepare(arguments, opened, &options.output(ViewOutput::Display))?;
-    let rate = BenchReport::frames_per_second(&view, &light, FRAMES.max(usize::from(arguments.frames)))?;
+    let rate = BenchReport::frames_per_second(&view, &light.clone().into(), FRAMES.max(usize::from(arguments.frames)))?;
     let report = BenchReport::of_view(&view, RUNS)?;
     let copied = BenchReport::copied_bytes_a_second(&context)?;
     let receivers = arguments.receivers as usize;
