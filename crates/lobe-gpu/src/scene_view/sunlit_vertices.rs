@@ -1,4 +1,4 @@
-//! What vertices need under suns where shaders read no buffers: their normals and albedos as attributes.
+//! Normals and albedos as attributes of vertices under suns, where shaders read no buffers.
 
 use lobe_prt::Receivers;
 use lobe_scene::{Mesh, Scene};

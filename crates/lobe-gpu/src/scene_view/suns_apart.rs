@@ -1,4 +1,4 @@
-//! How the suns of a light are shown.
+//! Suns of a light beside its expansion: the ways to show them.
 
 use std::borrow::Cow;
 
@@ -50,6 +50,12 @@ impl<'a> SunsApart<'a> {
             Self::Unshadowed => Self::MOST,
             Self::Shadowed(count) | Self::Reflected(count, _) => (*count).min(Self::MOST),
         }
+    }
+
+    /// A light with as many suns as may be apart, from the first on, and the others in its expansion.
+    #[must_use]
+    pub fn split<'b>(&self, light: &'b SceneLight) -> Cow<'b, SceneLight> {
+        limited(light, self.count())
     }
 
     /// The suns that have a map of what they see.
