@@ -124,22 +124,34 @@ fn zero() -> ShVec<Rgb<f64>> {
     ShVec::zero(3)
 }
 
-#[test]
-fn shadows_of_suns_lie_where_rays_find_them() {
-    let Some(context) = device("shadows_of_suns_lie_where_rays_find_them") else { return };
-    let (ball, terrain) = (built_in::ball_over_ground(64), built_in::terrain(96));
-    for (what, scene, sun) in [
-        ("ball", &ball, sun(40.0, 20.0, 0.5)),
-        ("ball wide", &ball, sun(55.0, -70.0, 4.0)),
-        ("ball low", &ball, sun(15.0, -100.0, 0.5)),
-        ("terrain", &terrain, sun(12.0, 35.0, 0.5)),
-        ("terrain behind", &terrain, sun(25.0, 170.0, 0.5)),
-    ] {
-        let light = SceneLight::new(zero(), vec![sun]);
+/// Compares pictures of suns alone.
+fn check_shadows(test: &str, scene: &Scene, suns: &[(&str, Sun)]) {
+    let Some(context) = device(test) else { return };
+    for (what, sun) in suns {
+        let light = SceneLight::new(zero(), vec![*sun]);
         let shading = (&SurfaceShading::Irradiance(3), SunsApart::Shadowed(1));
         let found = picture(&context, scene, shading, &light, &of_size(1));
         compare(what, &found, &expected(scene, &light, [SIZE[0], SIZE[1], 1], |_| Rgb::ZERO));
     }
+}
+
+#[test]
+fn shadows_of_suns_lie_where_rays_find_them() {
+    let suns = [("ball", sun(40.0, 20.0, 0.5)), ("ball wide", sun(55.0, -70.0, 4.0))];
+    check_shadows("shadows_of_suns_lie_where_rays_find_them", &built_in::ball_over_ground(64), &suns);
+}
+
+#[test]
+fn a_sun_low_over_a_terrain_leaves_its_slopes_in_light() {
+    let suns = [("terrain", sun(12.0, 35.0, 0.5)), ("terrain behind", sun(25.0, 170.0, 0.5))];
+    check_shadows("a_sun_low_over_a_terrain_leaves_its_slopes_in_light", &built_in::terrain(96), &suns);
+}
+
+#[test]
+fn no_light_leaks_at_the_foot_of_a_wall() {
+    // Tall beside the cone to the disc there.
+    let suns = [("still life", sun(25.0, -36.0, 0.7)), ("still life wide", sun(25.0, -36.0, 3.0))];
+    check_shadows("no_light_leaks_at_the_foot_of_a_wall", &built_in::still_life(48), &suns);
 }
 
 /// Transfer at vertices.
