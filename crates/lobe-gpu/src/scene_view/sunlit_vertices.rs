@@ -5,11 +5,26 @@ use lobe_scene::{Mesh, Scene};
 
 use crate::error::GpuError;
 use crate::renderer::renderer::Renderer;
-use crate::scene_view::surface_pieces::SurfacePieces;
+use crate::renderer::shader::Shader;
+use crate::scene_view::surface_pieces::{SurfacePieces, texture_of};
 
 /// Buffers of four `f32` for each place.
 pub(crate) const NORMALS: &str = "normals";
 pub(crate) const ALBEDOS: &str = "albedos";
+
+/// Whether the albedo of all pixels is that between vertices, and all surfaces have as many sides, so that vertices
+/// by indices show as much as triangles that are looked up.
+pub(crate) fn is_plain(scene: &Scene) -> bool {
+    let meshes = 0..scene.meshes().len();
+    let is_alike = |mesh: usize| scene.material(mesh).double_sided == scene.material(0).double_sided;
+    !scene.has_holes() && meshes.into_iter().all(|mesh| texture_of(scene, mesh).is_none() && is_alike(mesh))
+}
+
+/// A shader with the fragment of `sunlit_vertices`. Of surfaces with unlike sides all are dark from behind.
+pub(crate) fn with_sides(shader: Shader, scene: &Scene) -> Shader {
+    let is_double_sided = (0..scene.meshes().len()).all(|mesh| scene.material(mesh).double_sided);
+    shader.constant("DOUBLE_SIDED", usize::from(is_double_sided))
+}
 
 /// Uploads the normals and the albedos of vertices, which the modules `draw_sunlit_*` fetch.
 ///

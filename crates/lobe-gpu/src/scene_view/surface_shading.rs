@@ -22,7 +22,7 @@ use crate::renderer::shader::Shader;
 use crate::scene_view::expected::{check_meshes, expect, expect_values, vectors};
 use crate::scene_view::lights::{LightUse, Lights};
 use crate::scene_view::scene_buffers::{CORNERS, MATERIAL, PAINT, TEXEL, VERTEX, add_surfaces, surface_reads};
-use crate::scene_view::sunlit_vertices::{ALBEDOS, NORMALS, add_sunlit_vertices};
+use crate::scene_view::sunlit_vertices::{ALBEDOS, NORMALS, add_sunlit_vertices, is_plain, with_sides};
 use crate::scene_view::suns_apart::SunsApart;
 use crate::scene_view::surface_pass::{Corners, SurfacePass, whole};
 use crate::scene_view::surface_pieces::{Most, SurfacePiece, SurfacePieces};
@@ -128,9 +128,8 @@ impl SurfaceShading<'_> {
     /// Whether shaders look up corners of triangles; else vertices are fetched by indices.
     fn binds_surfaces(&self, context: &Context, scene: &Scene, suns: &SunsApart<'_>) -> bool {
         let is_looked_up = match self {
-            _ if suns.count() > 0 => true,
-            Self::Clusters(_) | Self::Radiance(_) => scene.has_holes(),
-            Self::Vertices(_, glossy, _) => scene.has_holes() || !glossy.is_empty(),
+            Self::Clusters(_) | Self::Radiance(_) => looks_up_vertices(scene, suns),
+            Self::Vertices(_, glossy, _) => looks_up_vertices(scene, suns) || !glossy.is_empty(),
             _ => true,
         };
         context.has_storage() && is_looked_up
@@ -170,6 +169,11 @@ impl SurfaceShading<'_> {
         let (triangles, meshes, texels) = (fitting(CORNERS), fitting(MATERIAL), fitting(TEXEL));
         Most { places, step, triangles, meshes, texels, rows, width, alone }
     }
+}
+
+/// Whether what the radiance of vertices shows needs the triangles that are seen.
+fn looks_up_vertices(scene: &Scene, suns: &SunsApart<'_>) -> bool {
+    scene.has_holes() || suns.count() > 0 && !is_plain(scene)
 }
 
 impl Prepared<'_> {
@@ -275,7 +279,8 @@ impl Prepared<'_> {
             let shape = whole(&format!("{name} shape"));
             let mut reads =
                 vec![(whole(&name), Slot::Texture), (whole("light"), Slot::Uniform), (shape, Slot::Uniform)];
-            let shader = Shader::new(&[module]).constant("COEFFICIENTS", transfer.coefficients());
+            let shader = with_sides(Shader::new(&[module]), self.scene);
+            let shader = shader.constant("COEFFICIENTS", transfer.coefficients());
             let shader = self.suns.added_to(shader, &mut reads);
             let name = self.surfaces.name(piece, "surfaces");
             let corners = Corners::Indexed(range, "indices", attributes);
@@ -303,8 +308,7 @@ impl Prepared<'_> {
     /// Draws the radiance of vertices, without some meshes.
     fn add_vertices(&mut self, without: &[usize]) -> Result<(), GpuError> {
         let has_suns = self.suns.count() > 0;
-        let is_looked_up = self.scene.has_holes() || has_suns && self.renderer.context().has_storage();
-        if !is_looked_up {
+        if !self.renderer.context().has_storage() || !looks_up_vertices(self.scene, &self.suns) {
             // Fetched and not bound, all pieces are drawn at once.
             let end = self.upload_indices(without)?.last().map_or(0, |range| range.end);
             let (module, attributes): (_, &'static [&'static str]) = if has_suns {
@@ -314,7 +318,7 @@ impl Prepared<'_> {
                 ("draw_vertices", &["vertices", "radiance"])
             };
             let mut reads = Vec::new();
-            let shader = self.suns.added_to(Shader::new(&[module]), &mut reads);
+            let shader = self.suns.added_to(with_sides(Shader::new(&[module]), self.scene), &mut reads);
             let corners = Corners::Indexed(0..end, "indices", attributes);
             self.passes.push(SurfacePass { name: "surfaces".into(), shader, reads, corners });
             return Ok(());

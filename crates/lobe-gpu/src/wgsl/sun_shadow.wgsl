@@ -19,8 +19,11 @@ struct Sun {
     texture: vec4f,
 }
 
-// Places in a disc.
+// Places in a disc, at most, and blockers are looked for in so many for each texel of its radius, but in no fewer
+// than these.
 const PLACES = 32u;
+const IN_TEXEL = 4.0;
+const FEWEST = 8u;
 
 // Two of them lie this angle apart, that of the golden section.
 const TURN = mat2x2f(-0.737368878, 0.675490294, -0.675490294, -0.737368878);
@@ -116,14 +119,15 @@ fn sun_visible(maps: texture_2d<f32>, sun: Sun, p: vec3f, plane: vec3f) -> f32 {
     let at = vec2f(place.x, -place.y) / texel + 0.5 * sun.tile.z;
     let r = Receiver(at, place.z, steep * texel, BIAS * (max(texel.x, texel.y) + dot(abs(steep), texel)));
     let reach = max(sun.middle.w * (sun.towards.w - place.z) / texel, vec2f(NEAREST));
+    let places = clamp(u32(IN_TEXEL * max(reach.x, reach.y)), FEWEST, PLACES);
     var blockers = 0.0;
     var heights = 0.0;
     var hidden = 0u;
     var towards = vec2f(1.0, 0.0);
-    for (var k = 0u; k < PLACES; k++) {
+    for (var k = 0u; k < places; k++) {
         // Denser in the middle, to which low blockers are confined: one at an offset is as high as its place in the
         // cone is wide.
-        let spot = floor(at + f32(k) / f32(PLACES - 1u) * towards * reach);
+        let spot = floor(at + f32(k) / f32(places - 1u) * towards * reach);
         towards = TURN * towards;
         let height = sun_height(maps, sun, spot);
         if above(r, spot, height) > 0.0 {
@@ -138,7 +142,7 @@ fn sun_visible(maps: texture_2d<f32>, sun: Sun, p: vec3f, plane: vec3f) -> f32 {
     if blockers == 0.0 {
         return 1.0;
     }
-    if hidden == PLACES {
+    if hidden == places {
         return 0.0;
     }
     let radius = max(sun.middle.w * heights / blockers / texel, vec2f(0.5));

@@ -201,6 +201,16 @@ fn what_surfaces_reflect_of_suns_is_in_transfer_and_their_direct_light_is_not() 
 }
 
 #[test]
+fn triangles_in_pieces_have_the_same_shadows() {
+    let Some(context) = device("triangles_in_pieces_have_the_same_shadows") else { return };
+    let (scene, light) = (built_in::ball_over_ground(48), two_suns());
+    let shading = (&SurfaceShading::Irradiance(3), SunsApart::Shadowed(2));
+    let whole = picture(&context, &scene, shading, &light, &options());
+    let narrow = with(&context, &ContextOptions::default().max_storage_binding(1 << 16));
+    assert_eq!(picture(&narrow, &scene, shading, &light, &options()).pixels(), whole.pixels(), "in pieces");
+}
+
+#[test]
 fn suns_shine_through_holes_and_on_the_color_of_each_pixel() {
     let Some(context) = device("suns_shine_through_holes_and_on_the_color_of_each_pixel") else { return };
     // Textures, colors of vertices, holes and a side that is not double-sided.
